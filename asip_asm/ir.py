@@ -1,0 +1,143 @@
+"""Intermediate representation between the assembler's front end, scheduler, allocator and encoder.
+
+The front end produces a `Program` whose operations name virtual registers in single-assignment form inside each
+straight-line region; the scheduler groups them into bundles; the allocator replaces every `Virtual` by a `Register`;
+the encoder turns bundles into words.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+
+@dataclass(frozen=True)
+class Register:
+    """Physical register: bank 'zero', 'A', 'B', 'C' or 'K', and index."""
+
+    bank: str
+    index: int
+
+
+@dataclass(frozen=True)
+class Virtual:
+    """Symbolic register value: the source name and the number of the write that defines it.
+
+    version 0 is the value that a state register holds when a run starts.
+    """
+
+    name: str
+    version: int
+
+
+@dataclass(frozen=True)
+class Output:
+    """Output word as the destination of an auxiliary operation."""
+
+    index: int
+
+
+ZERO = Register("zero", 0)
+
+
+@dataclass(frozen=True)
+class SourceLine:
+    """Where an operation stands: file, 1-based line, its text, and the equation its comment names."""
+
+    file: str
+    line: int
+    text: str
+    equation: str = ""
+
+
+@dataclass(eq=False)
+class Operation:
+    """One operation. Unused sources are ZERO; `imm` is the data address of ld/st; `target` a label."""
+
+    mnemonic: str
+    dst: Register | Virtual | Output | None = None
+    a: Register | Virtual = ZERO
+    b: Register | Virtual = ZERO
+    c: Register | Virtual = ZERO
+    imm: int | None = None
+    target: str | None = None
+    source: SourceLine | None = None
+
+
+@dataclass(eq=False)
+class Bundle:
+    """Operations of one clock cycle by slot (None = nop) and whether the run ends here."""
+
+    slots: list[Operation | None]
+    halt: bool = False
+
+
+@dataclass(eq=False)
+class Region:
+    """Straight-line code: entered only at its labels, left only at its end.
+
+    `operations` in program order; `bundles` is set instead where the source wrote braces, and by the scheduler.
+    `halt`: the run ends after this region.
+    """
+
+    labels: list[str] = field(default_factory=list)
+    operations: list[Operation] = field(default_factory=list)
+    bundles: list[Bundle] | None = None
+    halt: bool = False
+
+
+@dataclass(eq=False)
+class Word:
+    """A named word of bank K (constant or input): type 'float' or 'int', bits of a constant."""
+
+    name: str
+    index: int
+    type: str
+    bits: int | None = None
+
+
+@dataclass(eq=False)
+class State:
+    """Register kept between runs: first is its value at the start, last the one it must hold at the end."""
+
+    name: str
+    type: str
+    bits: int
+    first: Virtual
+    last: Virtual | None = None
+    pin: str | None = None
+    register: Register | None = None
+
+
+@dataclass(eq=False)
+class OutputWord:
+    """Declared output with its safe value."""
+
+    name: str
+    index: int
+    safe: int
+
+
+@dataclass(eq=False)
+class Export:
+    """Register kept alive to the end of the run for the host to read."""
+
+    name: str
+    value: Virtual | Register
+    register: Register | None = None
+
+
+@dataclass(eq=False)
+class Program:
+    """A whole source file after parsing; `configuration` is 'fast' or 'small'."""
+
+    title: str = ""
+    configuration: str = "fast"
+    regions: list[Region] = field(default_factory=list)
+    constants: list[Word] = field(default_factory=list)
+    inputs: list[Word] = field(default_factory=list)
+    states: list[State] = field(default_factory=list)
+    outputs: list[OutputWord] = field(default_factory=list)
+    exports: list[Export] = field(default_factory=list)
+    data: list[int] = field(default_factory=list)
+    data_names: dict[str, int] = field(default_factory=dict)
+    watchdog: int = 10000

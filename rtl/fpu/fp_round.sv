@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// fp_round: round a non-zero magnitude to nearest even and pack it as binary32. Combinational.
+// Contract: {sig_i, guard_i, round_i, sticky_i} is the magnitude, U(1.23) plus two bits and a sticky
+// bit for all lower ones. Normal numbers have sig_i[23] = 1; a subnormal has sig_i[23] = 0 and
+// exp_i = 1. exp_i is the biased exponent, 1..511; 255 and above overflows. NaN, infinity and exact
+// zero are the caller's business. Tininess is detected after rounding: with unbounded exponent the
+// subnormal 0.11..1|1|1 rounds up to the smallest normal number and is not tiny.
+module fp_round (
+    input  logic           sign_i,
+    input  logic [8:0]     exp_i,
+    input  logic [23:0]    sig_i,
+    input  logic           guard_i,
+    input  logic           round_i,
+    input  logic           sticky_i,
+    output logic [31:0]    result_o,
+    output fp_pkg::flags_t flags_o
+);
+
+  logic        inexact, increment, subnormal, tiny, overflow;
+  logic [8:0]  exp_field;
+  logic [31:0] packed_up;
+
+  assign inexact   = guard_i || round_i || sticky_i;
+  assign increment = guard_i && (round_i || sticky_i || sig_i[0]);
+  assign subnormal = !sig_i[23];
+  assign tiny      = subnormal && !((&sig_i[22:0]) && guard_i && round_i);
+
+  // A carry out of the fraction moves into the exponent field: subnormal to normal, 1.11..1 to 10.0.
+  assign exp_field = subnormal ? 9'd0 : exp_i;
+  assign packed_up = {exp_field, sig_i[22:0]} + {31'd0, increment};
+  assign overflow  = packed_up[31:23] >= 9'd255;
+
+  assign result_o = overflow ? {sign_i, fp_pkg::PLUS_INF[30:0]} : {sign_i, packed_up[30:0]};
+  assign flags_o  = {1'b0, 1'b0, overflow, tiny && inexact, inexact || overflow};
+
+endmodule

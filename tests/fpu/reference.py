@@ -1,0 +1,131 @@
+"""Berkeley SoftFloat 3e (softfloatpy) as reference of the arithmetic units.
+
+Every function takes arrays of operand bits and returns `(bits, flags)`: uint32 result bits and
+uint8 flags {nv,dz,of,uf,nx} (bit 4 .. bit 0), the order of `fp_pkg::flags_t`. Rounding is to
+nearest even and tininess is detected after rounding, set explicitly. This SoftFloat build already
+returns the canonical NaN 7fc00000 and raises nv for 0 * inf + qNaN; results are passed unchanged
+and `tests/fpu/test_reference.py` pins those two facts.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable
+
+import numpy as np
+import softfloatpy as sf
+
+Bits = np.ndarray  # uint32
+Result = tuple[np.ndarray, np.ndarray]  # (uint32 bits, uint8 flags)
+
+SIGN = np.uint32(0x8000_0000)
+
+sf.set_rounding_mode(sf.RoundingMode.NEAR_EVEN)
+sf.set_tininess_mode(sf.TininessMode.AFTER_ROUNDING)
+
+FLAG_NAMES = ("nv", "dz", "of", "uf", "nx")
+
+
+def flag_text(flags: int) -> str:
+    """`0b00011` -> `"uf nx"`; no flag -> `"-"`."""
+    names = [name for i, name in enumerate(FLAG_NAMES) if flags >> (4 - i) & 1]
+    return " ".join(names) or "-"
+
+
+def floats(bits: Bits) -> list[sf.Float32]:
+    """SoftFloat values of an array of binary32 bits."""
+    raw = np.ascontiguousarray(bits, dtype=">u4").tobytes()
+    from_bytes = sf.Float32.from_bytes
+    return [from_bytes(raw[i : i + 4]) for i in range(0, len(raw), 4)]
+
+
+def apply(function: Callable, *columns: list) -> Result:
+    """Call a SoftFloat function row by row; collect result bits and the flags of each call.
+
+    The result may be any SoftFloat 32-bit value (Float32, Int32, UInt32) or a bool (0 or 1).
+    """
+    clear, read = sf.set_exception_flags, sf.get_exception_flags
+    words: list[bytes] = []
+    flags: list[int] = []
+    for row in zip(*columns, strict=True):
+        clear(0)
+        value = function(*row)
+        flags.append(read())
+        words.append(struct.pack(">I", value) if isinstance(value, bool) else value.to_bytes())
+    bits = np.frombuffer(b"".join(words), dtype=">u4").astype(np.uint32)
+    return bits, np.array(flags, dtype=np.uint8)
+
+
+def add(a: Bits, b: Bits) -> Result:
+    """a + b"""
+    return apply(sf.f32_add, floats(a), floats(b))
+
+
+def sub(a: Bits, b: Bits) -> Result:
+    """a - b"""
+    return apply(sf.f32_sub, floats(a), floats(b))
+
+
+def mul(a: Bits, b: Bits) -> Result:
+    """a * b"""
+    return apply(sf.f32_mul, floats(a), floats(b))
+
+
+def div(a: Bits, b: Bits) -> Result:
+    """a / b"""
+    return apply(sf.f32_div, floats(a), floats(b))
+
+
+def sqrt(a: Bits) -> Result:
+    """Square root of a."""
+    return apply(sf.f32_sqrt, floats(a))
+
+
+def mul_add(a: Bits, b: Bits, c: Bits) -> Result:
+    """a * b + c with one rounding."""
+    return apply(sf.f32_mul_add, floats(a), floats(b), floats(c))
+
+
+def mul_sub(a: Bits, b: Bits, c: Bits) -> Result:
+    """a * b - c with one rounding."""
+    return mul_add(a, b, c ^ SIGN)
+
+
+def neg_mul_add(a: Bits, b: Bits, c: Bits) -> Result:
+    """-(a * b) + c with one rounding."""
+    return mul_add(a ^ SIGN, b, c)
+
+
+def neg_mul_sub(a: Bits, b: Bits, c: Bits) -> Result:
+    """-(a * b) - c with one rounding."""
+    return mul_add(a ^ SIGN, b, c ^ SIGN)
+
+
+def neg_mul(a: Bits, b: Bits) -> Result:
+    """-(a * b)"""
+    return mul(a ^ SIGN, b)
+
+
+def eq(a: Bits, b: Bits) -> Result:
+    """a == b (quiet: only a signalling NaN raises nv) as 0 or 1."""
+    return apply(sf.f32_eq, floats(a), floats(b))
+
+
+def lt(a: Bits, b: Bits) -> Result:
+    """a < b (signalling: any NaN raises nv) as 0 or 1."""
+    return apply(sf.f32_lt, floats(a), floats(b))
+
+
+def le(a: Bits, b: Bits) -> Result:
+    """a <= b (signalling: any NaN raises nv) as 0 or 1."""
+    return apply(sf.f32_le, floats(a), floats(b))
+
+
+def i32_to_f32(a: Bits) -> Result:
+    """Signed 32-bit integer to binary32."""
+    return apply(sf.i32_to_f32, [sf.Int32.from_int(int(x)) for x in a.astype(np.int32)])
+
+
+def f32_to_i32(a: Bits, mode: sf.RoundingMode = sf.RoundingMode.MIN_MAG) -> Result:
+    """binary32 to signed 32-bit integer, by default towards zero, nx when inexact."""
+    return apply(lambda x: sf.f32_to_i32(x, mode, True), floats(a))
