@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: Apache-2.0
+"""From G-code to set-points: gcode (text) -> path (curves) -> scurve (speed) -> trajectory."""

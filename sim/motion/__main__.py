@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Command line: check a G-code file, show its blocks and figures, write its set-points as CSV."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from sim.motion.gcode import parse_file
+from sim.motion.path import RateLimits
+from sim.motion.trajectory import AXIS_NAMES, MotionSettings, Trajectory, generate
+
+DEFAULTS = MotionSettings()
+
+
+def _arguments() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="python -m sim.motion",
+        description="Check a G-code program and show the motion made of it.",
+        epilog="example: python -m sim.motion sim/paths/agh.ngc --csv build/agh.csv",
+    )
+    parser.add_argument("program", type=Path, help="G-code file")
+    parser.add_argument("--csv", type=Path, metavar="FILE", help="write every set-point, SI units")
+    options = (
+        ("--rapid", DEFAULTS.rates.rapid * 60, "rapid rate of the tool [m/min]"),
+        ("--table", math.degrees(DEFAULTS.rates.table), "largest table rate [degree/s]"),
+        ("--acceleration-time", DEFAULTS.acceleration_time, "S-curve time tr [s]"),
+        ("--jerk-time", DEFAULTS.jerk_time, "S-curve jerk time tm [s]"),
+        ("--lead-in", DEFAULTS.lead_in, "rest before the first block [s]"),
+    )
+    for name, default, text in options:
+        parser.add_argument(
+            name, type=float, default=default, metavar="NUMBER", help=f"{text} (%(default)g)"
+        )
+    return parser
+
+
+def _block_table(trajectory: Trajectory) -> Table:
+    table = Table(title="blocks")
+    for name in ("line", "motion", "length", "speed", "ticks", "time [s]"):
+        table.add_column(name, justify="left" if name == "motion" else "right", no_wrap=True)
+    table.add_column("source", no_wrap=True, overflow="ellipsis")
+    period = trajectory.t[1]
+    ticks = np.diff(trajectory.first_ticks)
+    for block, count in zip(trajectory.blocks, ticks, strict=True):
+        length, speed = block.curve.length, block.speed
+        tool = block.measures_tool_path
+        table.add_row(
+            str(block.move.line),
+            block.move.motion.value,
+            f"{length * 1e3:.3f} mm" if tool else f"{math.degrees(length):.3f} deg",
+            f"{speed * 60:.3f} m/min" if tool else f"{math.degrees(speed):.2f} deg/s",
+            str(count),
+            f"{count * period:.4f}",
+            block.move.source.split(";")[0].strip(),
+        )
+    return table
+
+
+def _axis_table(trajectory: Trajectory) -> Table:
+    table = Table(title="axes")
+    for name in ("axis", "least", "greatest", "speed", "acceleration"):
+        table.add_column(name, justify="left" if name == "axis" else "right", no_wrap=True)
+    for axis, name in enumerate(AXIS_NAMES):
+        unit, scale = ("mm", 1e3) if axis < 3 else ("deg", math.degrees(1.0))
+        position = trajectory.position[:, axis] * scale
+        speed = np.max(np.abs(trajectory.velocity[:, axis])) * scale
+        acceleration = np.max(np.abs(trajectory.acceleration[:, axis])) * scale
+        table.add_row(
+            name,
+            f"{position.min():.3f} {unit}",
+            f"{position.max():.3f} {unit}",
+            f"{speed:.3f} {unit}/s",
+            f"{acceleration:.2f} {unit}/s2",
+        )
+    return table
+
+
+def _write_csv(trajectory: Trajectory, path: Path) -> None:
+    columns = ["t", *(p + axis for p in ("", "v_", "a_") for axis in AXIS_NAMES)]
+    values = np.column_stack(
+        [trajectory.t, trajectory.position, trajectory.velocity, trajectory.acceleration]
+    )
+    path.parent.mkdir(parents=True, exist_ok=True)
+    np.savetxt(path, values, fmt="%.17g", delimiter=",", header=",".join(columns), comments="")
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run the command; 0, or 1 after a mistake in the program or the options."""
+    arguments = _arguments().parse_args(argv)
+    try:
+        settings = MotionSettings(
+            acceleration_time=arguments.acceleration_time,
+            jerk_time=arguments.jerk_time,
+            rates=RateLimits(arguments.rapid / 60, math.radians(arguments.table)),
+            lead_in=arguments.lead_in,
+        )
+        trajectory = generate(parse_file(arguments.program), settings)
+        if arguments.csv is not None:
+            _write_csv(trajectory, arguments.csv)
+    except OSError as error:
+        sys.stderr.write(f"{error.filename}: error: {error.strerror}\n")
+        return 1
+    except ValueError as error:
+        sys.stderr.write(f"{error}\n")
+        return 1
+    console = Console()
+    console.print(_block_table(trajectory))
+    console.print(_axis_table(trajectory))
+    console.print(f"{len(trajectory)} set-points, {trajectory.t[-1]:.4f} s")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,231 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Set-points of a whole program, one per control tick.
+
+Stops: the tool stops exactly at the end of every block. The only exception is a joint at which the
+path continues with the same direction, the same curvature and the same speed limit (a line cut into
+pieces, a circle cut into arcs that carry the table axes on at the same rate); such blocks form one
+chain with one S-curve. A tangent joint of a line and an arc is a stop, because its curvature jumps
+and with it the centripetal acceleration. So position, velocity and acceleration of the five axes
+are continuous everywhere.
+
+Ticks: each chain is slowed down by less than one tick over its whole duration to last a whole
+number of ticks, so it begins and ends on a tick. A block inside a chain begins at the first tick
+that is on it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim.motion.gcode import Program
+from sim.motion.path import Block, FloatArray, RateLimits, build_path
+from sim.motion.scurve import SCurve
+
+AXIS_NAMES = ("x", "y", "z", "alpha", "gamma")
+
+# Joint of a chain: largest difference of a unit direction's component and, relative to the
+# curvature, of the second derivative. Only rounding is let through: a velocity step of 1e-10 m/s
+# at 0.1 m/s.
+JOINT_TOLERANCE = 1e-9
+
+# A position outside the workspace by less is rounding of an arc that touches its border [m].
+WORKSPACE_ROUNDING = 1e-9
+
+# Excess over a whole number of ticks that is rounding of the duration and needs no further tick.
+TICK_ROUNDING = 1e-9
+
+
+@dataclass(frozen=True)
+class Workspace:
+    """Tool positions accepted, both bounds of x, y, z included [m] (robot.md, section 1)."""
+
+    lower: tuple[float, float, float] = (-0.150, -0.150, 0.450)
+    upper: tuple[float, float, float] = (0.150, 0.150, 0.750)
+
+
+class WorkspaceError(ValueError):
+    """A set-point is outside the workspace. file, line: the block; tick, axis, value, limit."""
+
+    def __init__(
+        self, file: str, line: int, source: str, tick: int, axis: str, value: float, limit: float
+    ) -> None:
+        self.file, self.line, self.tick = file, line, tick
+        self.axis, self.value, self.limit = axis, value, limit
+        relation = ">=" if value < limit else "<="
+        super().__init__(
+            f"{file}:{line}: error: tick {tick} leaves the workspace; "
+            f"got {axis} = {value * 1e3:.4f} mm; expected {axis} {relation} {limit * 1e3:g} mm\n"
+            f"{line:5d} |   {source}"
+        )
+
+
+@dataclass(frozen=True)
+class MotionSettings:
+    """How a program is run: control period [s], S-curve times [s], rates, rest at the start [s].
+
+    0 < jerk_time <= acceleration_time/2 keeps the acceleration continuous; anything else raises
+    ValueError.
+    """
+
+    period: float = 100e-6
+    acceleration_time: float = 0.06
+    jerk_time: float = 0.024
+    rates: RateLimits = field(default_factory=RateLimits)
+    lead_in: float = 0.1
+
+    def __post_init__(self) -> None:
+        for name in ("period", "acceleration_time", "jerk_time"):
+            value = getattr(self, name)
+            if not (value > 0.0 and math.isfinite(value)):
+                raise ValueError(f"{name} = {value!r} is outside its limit: {name} > 0")
+        if self.jerk_time > self.acceleration_time / 2:
+            raise ValueError(
+                f"jerk_time = {self.jerk_time!r} is outside its limit: "
+                f"jerk_time <= acceleration_time/2 = {self.acceleration_time / 2!r}"
+            )
+        if not (self.lead_in >= 0.0 and math.isfinite(self.lead_in)):
+            raise ValueError(f"lead_in = {self.lead_in!r} is outside its limit: lead_in >= 0")
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """Set-points of n ticks. Axes x, y, z, alpha, gamma; SI units.
+
+    t (n,) [s]; position, velocity, acceleration (n, 5) in m or rad and per s, per s^2;
+    block (n,) index into blocks of the block under way, -1 during the rest at the start;
+    first_ticks (blocks + 1,): blocks[i] covers ticks first_ticks[i] .. first_ticks[i + 1] - 1,
+    the last entry is the last tick, at rest.
+    """
+
+    t: FloatArray
+    position: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
+    block: NDArray[np.int64]
+    blocks: tuple[Block, ...]
+    first_ticks: NDArray[np.int64]
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+
+def _joins(before: Block, after: Block) -> bool:
+    """Whether the path may run through the joint of two blocks without a stop."""
+    if before.measures_tool_path != after.measures_tool_path:
+        return False
+    if not math.isclose(before.speed, after.speed, rel_tol=JOINT_TOLERANCE):
+        return False
+    _, direction, bend = before.curve.evaluate(np.array([before.curve.length]))
+    _, next_direction, next_bend = after.curve.evaluate(np.array([0.0]))
+    scale = max(1.0, float(np.max(np.abs(bend))))
+    return (
+        float(np.max(np.abs(next_direction - direction))) <= JOINT_TOLERANCE
+        and float(np.max(np.abs(next_bend - bend))) <= JOINT_TOLERANCE * scale
+    )
+
+
+def _chains(blocks: Sequence[Block]) -> Iterator[list[Block]]:
+    chain: list[Block] = []
+    for block in blocks:
+        if chain and not _joins(chain[-1], block):
+            yield chain
+            chain = []
+        chain.append(block)
+    if chain:
+        yield chain
+
+
+@dataclass(frozen=True, eq=False)
+class _Samples:
+    position: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
+    first_ticks: NDArray[np.int64]  # of each block of the chain, from the chain's own start
+
+
+def _sample_chain(chain: Sequence[Block], settings: MotionSettings) -> _Samples:
+    """The ticks of one chain, its first at rest included, its last at rest left to the next."""
+    ends = np.cumsum([block.curve.length for block in chain])
+    speed = min(block.speed for block in chain)
+    scurve = SCurve(0.0, speed, settings.acceleration_time, settings.jerk_time, float(ends[-1]))
+    ticks = math.ceil(scurve.total_time / settings.period - TICK_ROUNDING)
+    stretch = ticks * settings.period / scurve.total_time
+    along = scurve.profile(np.arange(ticks) * (scurve.total_time / ticks))
+    owner = np.minimum(np.searchsorted(ends, along.position, side="right"), len(chain) - 1)
+    first_ticks = np.searchsorted(owner, np.arange(len(chain)))
+    rate = (along.velocity / stretch)[:, np.newaxis]
+    change = (along.acceleration / stretch**2)[:, np.newaxis]
+    position, velocity, acceleration = (np.empty((ticks, 5)) for _ in range(3))
+    for index, block in enumerate(chain):
+        part = owner == index
+        begin = ends[index] - block.curve.length
+        s = np.clip(along.position[part] - begin, 0.0, block.curve.length)
+        point, direction, bend = block.curve.evaluate(s)
+        position[part] = point
+        velocity[part] = direction * rate[part]
+        acceleration[part] = direction * change[part] + bend * rate[part] ** 2
+    return _Samples(position, velocity, acceleration, first_ticks)
+
+
+def _check(trajectory: Trajectory, workspace: Workspace, file: str) -> None:
+    tool = trajectory.position[:, :3]
+    lower, upper = np.array(workspace.lower), np.array(workspace.upper)
+    below, above = tool < lower - WORKSPACE_ROUNDING, tool > upper + WORKSPACE_ROUNDING
+    outside = np.argwhere(below | above)
+    if len(outside) == 0:
+        return
+    tick, axis = (int(index) for index in outside[0])
+    limit = lower[axis] if below[tick, axis] else upper[axis]
+    move = trajectory.blocks[max(0, int(trajectory.block[tick]))].move
+    raise WorkspaceError(
+        file, move.line, move.source, tick, AXIS_NAMES[axis], float(tool[tick, axis]), float(limit)
+    )
+
+
+def generate(
+    program: Program,
+    settings: MotionSettings | None = None,
+    workspace: Workspace | None = None,
+) -> Trajectory:
+    """Set-points of a program from rest at its start to rest at its end.
+
+    Raises WorkspaceError at the first set-point outside the workspace, ValueError for a program
+    without any motion.
+    """
+    settings = settings or MotionSettings()
+    blocks = build_path(program, settings.rates)
+    if not blocks:
+        raise ValueError(f"{program.file}: the program has no motion")
+    rest = math.ceil(settings.lead_in / settings.period - TICK_ROUNDING)
+    start, _, _ = blocks[0].curve.evaluate(np.array([0.0]))
+    positions = [np.repeat(start, rest, axis=0)]
+    velocities, accelerations = [np.zeros((rest, 5))], [np.zeros((rest, 5))]
+    first_ticks: list[int] = []
+    tick = rest
+    for chain in _chains(blocks):
+        samples = _sample_chain(chain, settings)
+        positions.append(samples.position)
+        velocities.append(samples.velocity)
+        accelerations.append(samples.acceleration)
+        first_ticks += [tick + int(first) for first in samples.first_ticks]
+        tick += len(samples.position)
+    last = blocks[-1].curve
+    end, _, _ = last.evaluate(np.array([last.length]))
+    first_ticks.append(tick)
+    ticks = np.arange(tick + 1)
+    trajectory = Trajectory(
+        t=ticks * settings.period,
+        position=np.concatenate([*positions, end]),
+        velocity=np.concatenate([*velocities, np.zeros((1, 5))]),
+        acceleration=np.concatenate([*accelerations, np.zeros((1, 5))]),
+        block=np.minimum(np.searchsorted(first_ticks, ticks, side="right") - 1, len(blocks) - 1),
+        blocks=blocks,
+        first_ticks=np.array(first_ticks),
+    )
+    _check(trajectory, workspace or Workspace(), program.file)
+    return trajectory
