@@ -151,6 +151,7 @@ class _Word:
 
 
 _NUMBER_RUN = re.compile(r"[ \t]*([+\-.\d]+)")
+_STRAY_RUN = re.compile(r"[^ \t(;]+")
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)")
 
 _GROUPS = {
@@ -276,16 +277,17 @@ class _Parser:
                     words.append(_Word(char.upper(), value, text, i + 1))
                 i = end
             else:
+                text = _STRAY_RUN.match(source, i).group()
                 self._error(
                     i + 1,
-                    char,
+                    text,
                     "unexpected character",
                     "a word such as X10.5, a comment, or the end of the line",
                     "parameters, expressions and block delete are outside the accepted subset"
                     if char in "#[]=*/<>"
-                    else "remove the character or put it into a comment ( )",
+                    else "remove it or put it into a comment ( )",
                 )
-                i += 1
+                i += len(text)
         return words
 
     def _skip_comment(self, begin: int) -> int:
@@ -460,7 +462,6 @@ class _Parser:
                     f"give the end of the move or remove {code.text}",
                 )
             return
-        known = len(self.errors)
         if self.motion is None:
             if clean:
                 self._error_at(
@@ -493,7 +494,7 @@ class _Parser:
         centre = None
         if self.motion.is_arc and clean:
             centre = self._centre(start, end, values, code or words[0])
-        if clean and len(self.errors) == known:
+        if not self.errors:  # a text with a mistake yields no program
             self._append(start, end, centre)
 
     def _append(self, start: Pose, end: Pose, centre: tuple[float, float] | None) -> None:
@@ -615,4 +616,4 @@ def parse(text: str, file: str = "<text>", start: Pose = HOME) -> Program:
 
 def parse_file(path: Path, start: Pose = HOME) -> Program:
     """Read a program from a file. Raises GcodeErrors, and OSError if there is no such file."""
-    return parse(path.read_text(encoding="utf-8", errors="replace"), str(path), start)
+    return parse(path.read_text(encoding="utf-8-sig", errors="replace"), str(path), start)
