@@ -39,7 +39,7 @@ class Integrator:
 
     def step(self, error: float, desired_velocity: float) -> float:
         """Advance by one tick; returns s_c in m s or rad s."""
-        sign = (desired_velocity > 0.0) - (desired_velocity < 0.0)
+        sign = int(desired_velocity > 0.0) - int(desired_velocity < 0.0)
         if sign != self.sign:
             self.sign, self.ticks = sign, 0
         elif self.ticks < self._robot.boost_ticks:
