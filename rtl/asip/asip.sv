@@ -1,0 +1,363 @@
+// SPDX-License-Identifier: Apache-2.0
+// asip: the floating-point ASIP with its Avalon-MM host port. Top level.
+// Contract: one clock, asynchronous active-low reset. FmaPipes = 2, Slots = 3 is configuration `fast`,
+// FmaPipes = 1, Slots = 1 is `small`. Pipeline: F fetch, D decode and hazards, R register read,
+// E1.. units, W write-back; see docs/architecture.md. The trace ports report every bundle issued and
+// every register or output written; leave them open in hardware.
+module asip #(
+    parameter int unsigned FmaPipes  = 2,
+    parameter int unsigned Slots     = 3,
+    parameter int unsigned Bundles   = asip_isa_pkg::PROGRAM_BUNDLES,
+    parameter int unsigned DataWords = asip_isa_pkg::DATA_WORDS
+) (
+    input  logic                                      clk_i,
+    input  logic                                      rst_ni,
+    // Avalon-MM agent
+    input  logic [asip_regmap_pkg::ADDRESS_WIDTH-1:0] address_i,
+    input  logic                                      read_i,
+    input  logic                                      write_i,
+    input  logic [31:0]                               writedata_i,
+    output logic [31:0]                               readdata_o,
+    output logic                                      waitrequest_o,
+    output logic                                      irq_o,
+    // trace: issue in stage D; write-back of banks A, B, C and outputs
+    output logic                                      trace_issue_o,
+    output logic [15:0]                               trace_pc_o,
+    output logic [3:0]                                trace_write_o,
+    output logic [2:0][5:0]                           trace_index_o,
+    output logic [2:0][31:0]                          trace_data_o
+);
+
+  localparam int unsigned OpWidth = $bits(asip_pkg::decoded_t);
+  localparam int unsigned WordWidth = asip_isa_pkg::OP_WIDTH;
+  localparam int unsigned BundleWidth = Slots * WordWidth + 8;
+  localparam int unsigned DecodedWidth = Slots * OpWidth + 2;  // {bad, halt, operations}
+  localparam int unsigned Ports = 3 * Slots;
+
+  // ---- stages F and D
+  logic [BundleWidth-1:0]   bundle_f;
+  logic [DecodedWidth-1:0]  decoded_f, decoded_d;
+  logic [Slots*OpWidth-1:0] ops_f, ops_d;
+  logic [Slots-1:0]         illegal_f;
+  logic                     valid_d, halt_d, bad_d, pc_bad_d, branch_d, redirect, issue, enable;
+  logic [15:0]              pc_d, redirect_pc;
+  logic                     stall_operand, stall_unit, stall_port, issue_busy;
+  logic [Ports-1:0][8:0]    source_d;
+  // ---- stages R and E1
+  logic                     valid_r_q, valid_e1_q, branch_wait, branch_taken;
+  logic [15:0]              pc_r_q, pc_e1_q;
+  logic [Slots*OpWidth-1:0] ops_r_q, ops_e1_q;
+  logic [Ports-1:0][31:0]   operand_e1;
+  asip_pkg::decoded_t       aux_d, aux_e1;
+  logic                     address_fault;
+  // ---- write-back
+  logic [2:0]               next_valid, write;
+  logic [2:0][5:0]          next_index, write_index;
+  logic [2:0][31:0]         result;
+  logic                     write_output, not_finite;
+  logic [1:0][4:0]          flags_fma;
+  fp_pkg::flags_t           flags_aux, flags_q;
+  // ---- control and host
+  logic                     run_start, commit, fault, busy, done, start, clear, refetch, host_refetch;
+  logic [3:0]               cause;
+  logic [15:0]              fault_info, entry;
+  logic [31:0]              watchdog, output_mask, cycles;
+  logic [31:0]              n_operand, n_port, n_unit, n_fetch, n_drain;
+  logic                     host_constant, host_safe, host_register, host_data, host_program;
+  logic                     host_select;
+  logic [31:0]              host_output, host_memory;
+
+  // ================================================================ F and D
+  for (genvar s = 0; s < Slots; s++) begin : gen_decode
+    asip_pkg::decoded_t op;
+    asip_decode #(
+        .CanFma  (s < FmaPipes),
+        .CanAux  (s == Slots - 1),
+        .FmaPipes(FmaPipes)
+    ) u_decode (
+        .word_i(bundle_f[WordWidth*s+:WordWidth]),
+        .op_o  (op)
+    );
+    assign ops_f[OpWidth*s+:OpWidth] = op;
+    assign illegal_f[s]              = op.illegal;
+  end
+
+  assign decoded_f = {
+    (|illegal_f) || (|bundle_f[BundleWidth-1-:7]), bundle_f[BundleWidth-8], ops_f
+  };
+
+  asip_fetch #(
+      .Bundles     (Bundles),
+      .BundleWidth (BundleWidth),
+      .DecodedWidth(DecodedWidth)
+  ) u_fetch (
+      .clk_i,
+      .rst_ni,
+      .redirect_i    (redirect || refetch),
+      .redirect_pc_i (redirect_pc),
+      .advance_i     (issue),
+      .bundle_f_o    (bundle_f),
+      .decoded_f_i   (decoded_f),
+      .valid_o       (valid_d),
+      .pc_o          (pc_d),
+      .pc_bad_o      (pc_bad_d),
+      .decoded_o     (decoded_d),
+      .write_i       (host_program),
+      .write_bundle_i(address_i[2+:$clog2(Bundles)]),
+      .write_lane_i  (address_i[1:0]),
+      .write_data_i  (writedata_i)
+  );
+
+  assign {bad_d, halt_d, ops_d} = decoded_d;
+  assign aux_d    = ops_d[OpWidth*(Slots-1)+:OpWidth];
+  assign branch_d = aux_d.jump || aux_d.branch_zero || aux_d.branch_nonzero;
+
+  asip_issue #(
+      .FmaPipes(FmaPipes),
+      .Slots   (Slots)
+  ) u_issue (
+      .clk_i,
+      .rst_ni,
+      .valid_d_i      (valid_d),
+      .ops_d_i        (ops_d),
+      .enable_i       (enable),
+      .branch_wait_i  (branch_wait),
+      .issue_o        (issue),
+      .stall_operand_o(stall_operand),
+      .stall_unit_o   (stall_unit),
+      .stall_port_o   (stall_port),
+      .source_d_o     (source_d),
+      .next_valid_o   (next_valid),
+      .next_index_o   (next_index),
+      .write_o        (write),
+      .write_index_o  (write_index),
+      .write_output_o (write_output),
+      .busy_o         (issue_busy)
+  );
+
+  // ================================================================ R and E1
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      valid_r_q  <= 1'b0;
+      valid_e1_q <= 1'b0;
+    end else begin
+      valid_r_q  <= issue;
+      valid_e1_q <= valid_r_q;
+    end
+  end
+
+  always_ff @(posedge clk_i) begin
+    ops_r_q  <= ops_d;
+    ops_e1_q <= ops_r_q;
+    pc_r_q   <= pc_d;
+    pc_e1_q  <= pc_r_q;
+  end
+
+  asip_operands #(
+      .FmaPipes(FmaPipes),
+      .Ports   (Ports)
+  ) u_operands (
+      .clk_i,
+      .source_d_i           (source_d),
+      .next_valid_i         (next_valid),
+      .next_index_i         (next_index),
+      .write_i              (write),
+      .write_index_i        (write_index),
+      .write_data_i         (result),
+      .host_read_i          (host_select),
+      .host_write_i         (host_register),
+      .host_write_constant_i(host_constant),
+      .host_register_i      ({1'b0, address_i[7:0]}),
+      .host_data_i          (writedata_i),
+      .operand_e1_o         (operand_e1)
+  );
+
+  assign aux_e1 = ops_e1_q[OpWidth*(Slots-1)+:OpWidth];
+
+  // Branches are decided in E1; until then nothing behind them issues.
+  logic branch_r_q, branch_e1_q;
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      branch_r_q  <= 1'b0;
+      branch_e1_q <= 1'b0;
+    end else begin
+      branch_r_q  <= issue && branch_d;
+      branch_e1_q <= branch_r_q;
+    end
+  end
+
+  assign branch_wait  = branch_r_q || branch_e1_q;
+  assign branch_taken = aux_e1.jump ||
+                        (aux_e1.branch_nonzero && (|operand_e1[Ports-3][30:0])) ||
+                        (aux_e1.branch_zero && !(|operand_e1[Ports-3][30:0]));
+  assign redirect     = branch_e1_q && branch_taken;
+  assign redirect_pc  = refetch ? entry : aux_e1.imm;
+
+  // ================================================================ units
+  for (genvar p = 0; p < FmaPipes; p++) begin : gen_pipe
+    asip_pkg::decoded_t op_e1;
+    logic               valid;
+    fp_pkg::flags_t     flags;
+
+    assign op_e1 = ops_e1_q[OpWidth*p+:OpWidth];
+
+    fp_fma u_fma (
+        .clk_i,
+        .rst_ni,
+        .valid_i      (valid_e1_q && op_e1.fma),
+        .kind_i       (op_e1.fma_kind),
+        .neg_product_i(op_e1.neg_product),
+        .neg_addend_i (op_e1.neg_addend),
+        .a_i          (operand_e1[3*p]),
+        .b_i          (operand_e1[3*p+1]),
+        .c_i          (operand_e1[3*p+2]),
+        .valid_o      (valid),
+        .result_o     (result[p]),
+        .flags_o      (flags)
+    );
+    assign flags_fma[p] = valid ? flags : '0;
+  end
+  if (FmaPipes < 2) begin : gen_no_pipe_b
+    assign result[1]    = '0;
+    assign flags_fma[1] = '0;
+  end
+
+  asip_aux #(
+      .DataWords(DataWords)
+  ) u_aux (
+      .clk_i,
+      .rst_ni,
+      .valid_i        (valid_e1_q),
+      .op_i           (aux_e1),
+      .a_i            (operand_e1[Ports-3]),
+      .b_i            (operand_e1[Ports-2]),
+      .c_i            (operand_e1[Ports-1]),
+      .address_fault_o(address_fault),
+      .result_o       (result[2]),
+      .flags_o        (flags_aux),
+      .host_select_i  (host_select),
+      .host_write_i   (host_data),
+      .host_address_i ({4'd0, address_i[11:0]}),
+      .host_data_i    (writedata_i),
+      .host_read_o    (host_memory)
+  );
+
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) flags_q <= '0;
+    else if (run_start) flags_q <= '0;
+    else flags_q <= flags_q | flags_fma[0] | flags_fma[1] | flags_aux;
+  end
+
+  // ================================================================ control, outputs, host
+  asip_control u_control (
+      .clk_i,
+      .rst_ni,
+      .start_i           (start),
+      .clear_i           (clear),
+      .refetch_i         (host_refetch),
+      .watchdog_i        (watchdog),
+      .output_mask_i     (output_mask),
+      .valid_d_i         (valid_d),
+      .bad_d_i           (bad_d || (halt_d && branch_d)),
+      .pc_bad_d_i        (pc_bad_d),
+      .halt_d_i          (halt_d),
+      .pc_d_i            (pc_d),
+      .issue_i           (issue),
+      .branch_wait_i     (branch_wait),
+      .stall_operand_i   (stall_operand),
+      .stall_unit_i      (stall_unit),
+      .output_d_i        (aux_d.to_output),
+      .output_index_d_i  (aux_d.dst[4:0]),
+      .inflight_i        (valid_r_q || valid_e1_q),
+      .busy_i            (issue_busy),
+      .address_fault_e1_i(address_fault),
+      .pc_e1_i           (pc_e1_q),
+      .not_finite_i      (not_finite),
+      .output_index_w_i  (write_index[2][4:0]),
+      .enable_o          (enable),
+      .refetch_o         (refetch),
+      .run_start_o       (run_start),
+      .commit_o          (commit),
+      .fault_o           (fault),
+      .busy_o            (busy),
+      .done_o            (done),
+      .cause_o           (cause),
+      .fault_info_o      (fault_info),
+      .cycles_o          (cycles),
+      .stall_operand_o   (n_operand),
+      .stall_port_o      (n_port),
+      .stall_unit_o      (n_unit),
+      .stall_fetch_o     (n_fetch),
+      .drain_o           (n_drain)
+  );
+
+  asip_outputs u_outputs (
+      .clk_i,
+      .rst_ni,
+      .commit_i         (commit),
+      .fault_i          (fault),
+      .write_i          (write_output),
+      .index_i          (write_index[2][4:0]),
+      .data_i           (result[2]),
+      .not_finite_o     (not_finite),
+      .host_write_safe_i(host_safe),
+      .host_index_i     (address_i[4:0]),
+      .host_data_i      (writedata_i),
+      .host_read_o      (host_output)
+  );
+
+  asip_host #(
+      .Slots    (Slots),
+      .FmaPipes (FmaPipes),
+      .Bundles  (Bundles),
+      .DataWords(DataWords)
+  ) u_host (
+      .clk_i,
+      .rst_ni,
+      .address_i,
+      .read_i,
+      .write_i,
+      .writedata_i,
+      .readdata_o,
+      .waitrequest_o,
+      .irq_o,
+      .start_o         (start),
+      .clear_o         (clear),
+      .refetch_o       (host_refetch),
+      .watchdog_o      (watchdog),
+      .entry_o         (entry),
+      .output_mask_o   (output_mask),
+      .busy_i          (busy),
+      .done_i          (done),
+      .fault_i         (fault),
+      .cause_i         (cause),
+      .fault_info_i    (fault_info),
+      .flags_i         (flags_q),
+      .cycles_i        (cycles),
+      .stall_operand_i (n_operand),
+      .stall_port_i    (n_port),
+      .stall_unit_i    (n_unit),
+      .stall_fetch_i   (n_fetch),
+      .drain_i         (n_drain),
+      .write_constant_o(host_constant),
+      .write_safe_o    (host_safe),
+      .write_register_o(host_register),
+      .write_data_o    (host_data),
+      .write_program_o (host_program),
+      .select_o        (host_select),
+      .read_output_i   (host_output),
+      .read_register_i (operand_e1[Ports-3]),
+      .read_data_i     (host_memory)
+  );
+
+  // ================================================================ trace
+  assign trace_issue_o = issue;
+  assign trace_pc_o    = pc_d;
+  assign trace_write_o = {write_output, write};
+  assign trace_index_o = write_index;
+  assign trace_data_o  = result;
+
+  logic unused_ops;
+  assign unused_ops = ^{ops_e1_q, stall_port};
+
+endmodule

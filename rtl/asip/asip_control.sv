@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: Apache-2.0
+// asip_control: run state, faults and cycle counters.
+// Contract: a run is accepted when the first bundle waits in stage D, so every run of a program takes
+// the same number of cycles. cycles_o counts from that cycle to done or fault, and is the sum of issued
+// bundles, stalls, fetch and drain cycles. The first fault of a run wins; the core then drains and
+// stays faulted until clear_i.
+module asip_control (
+    input  logic        clk_i,
+    input  logic        rst_ni,
+    // from the host
+    input  logic        start_i,
+    input  logic        clear_i,
+    input  logic        refetch_i,
+    input  logic [31:0] watchdog_i,
+    input  logic [31:0] output_mask_i,
+    // from stage D
+    input  logic        valid_d_i,
+    input  logic        bad_d_i,
+    input  logic        pc_bad_d_i,
+    input  logic        halt_d_i,
+    input  logic [15:0] pc_d_i,
+    input  logic        issue_i,
+    input  logic        branch_wait_i,
+    input  logic        stall_operand_i,
+    input  logic        stall_unit_i,
+    input  logic        output_d_i,
+    input  logic [4:0]  output_index_d_i,
+    // from R, E1 and write-back
+    input  logic        inflight_i,
+    input  logic        busy_i,
+    input  logic        address_fault_e1_i,
+    input  logic [15:0] pc_e1_i,
+    input  logic        not_finite_i,
+    input  logic [4:0]  output_index_w_i,
+    // to issue, fetch and outputs
+    output logic        enable_o,
+    output logic        refetch_o,
+    output logic        run_start_o,
+    output logic        commit_o,
+    output logic        fault_o,
+    // to the host
+    output logic        busy_o,
+    output logic        done_o,
+    output logic [3:0]  cause_o,
+    output logic [15:0] fault_info_o,
+    output logic [31:0] cycles_o,
+    output logic [31:0] stall_operand_o,
+    output logic [31:0] stall_port_o,
+    output logic [31:0] stall_unit_o,
+    output logic [31:0] stall_fetch_o,
+    output logic [31:0] drain_o
+);
+
+  localparam logic [1:0] StIdle = 2'd0;   // waits for start
+  localparam logic [1:0] StRun = 2'd1;    // bundles issue
+  localparam logic [1:0] StDrain = 2'd2;  // halt or fault: results in flight are written
+
+  logic [1:0]  state_d, state_q;
+  logic        start_q, done_d, done_q, fault_d, fault_q;
+  logic [3:0]  cause_d, cause_q;
+  logic [15:0] info_d, info_q, last_pc_q;
+  logic [31:0] written_q;
+  logic [31:0] cycles_q, operand_q, port_q, unit_q, fetch_q, drain_q;
+  logic        running, active, bad_d, drained, watchdog, run_start;
+
+  assign running   = state_q == StRun;
+  assign active    = state_q != StIdle;
+  assign bad_d     = valid_d_i && !branch_wait_i && (bad_d_i || pc_bad_d_i);
+  assign drained   = state_q == StDrain && !busy_i && !inflight_i;
+  assign watchdog  = active && cycles_q >= watchdog_i;
+  assign run_start = state_q == StIdle && start_q && valid_d_i;
+
+  always_comb begin
+    state_d = state_q;
+    done_d  = done_q;
+    fault_d = fault_q;
+    cause_d = cause_q;
+    info_d  = info_q;
+    case (state_q)
+      StIdle: begin
+        if (clear_i) begin
+          done_d  = 1'b0;
+          fault_d = 1'b0;
+          cause_d = 4'(asip_regmap_pkg::FAULT_NONE);
+        end
+        if (run_start) begin
+          state_d = StRun;
+          done_d  = 1'b0;
+        end
+      end
+      StRun: if (issue_i && halt_d_i) state_d = StDrain;
+      default: begin
+        if (drained) begin
+          state_d = StIdle;
+          if (!fault_q) begin
+            done_d = 1'b1;
+            if (|(output_mask_i & ~written_q)) begin
+              fault_d = 1'b1;
+              cause_d = 4'(asip_regmap_pkg::FAULT_OUTPUT_MISSING);
+              info_d  = last_pc_q;
+            end
+          end
+        end
+      end
+    endcase
+    // Faults, oldest operation first.
+    if (active && !fault_q) begin
+      if (not_finite_i) begin
+        fault_d = 1'b1;
+        cause_d = 4'(asip_regmap_pkg::FAULT_NOT_FINITE);
+        info_d  = {11'd0, output_index_w_i};
+      end else if (address_fault_e1_i) begin
+        fault_d = 1'b1;
+        cause_d = 4'(asip_regmap_pkg::FAULT_ADDRESS);
+        info_d  = pc_e1_i;
+      end else if (running && bad_d) begin
+        fault_d = 1'b1;
+        cause_d = pc_bad_d_i ? 4'(asip_regmap_pkg::FAULT_ADDRESS) :
+                  4'(asip_regmap_pkg::FAULT_ILLEGAL);
+        info_d  = pc_d_i;
+      end else if (watchdog) begin
+        fault_d = 1'b1;
+        cause_d = 4'(asip_regmap_pkg::FAULT_WATCHDOG);
+        info_d  = last_pc_q;
+      end
+    end
+    if (fault_d) begin
+      done_d = 1'b0;
+      if (running) state_d = StDrain;
+    end
+  end
+
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      state_q <= StIdle;
+      start_q <= 1'b0;
+      done_q  <= 1'b0;
+      fault_q <= 1'b0;
+      cause_q <= 4'd0;
+    end else begin
+      state_q <= state_d;
+      start_q <= (start_q || (start_i && !fault_q && !active)) && !run_start;
+      done_q  <= done_d;
+      fault_q <= fault_d;
+      cause_q <= cause_d;
+    end
+  end
+
+  always_ff @(posedge clk_i) begin
+    info_q <= info_d;
+    if (issue_i) last_pc_q <= pc_d_i;
+    if (run_start) written_q <= 32'd0;
+    else if (issue_i && output_d_i) written_q[output_index_d_i] <= 1'b1;
+  end
+
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      cycles_q  <= 32'd0;
+      operand_q <= 32'd0;
+      port_q    <= 32'd0;
+      unit_q    <= 32'd0;
+      fetch_q   <= 32'd0;
+      drain_q   <= 32'd0;
+    end else if (run_start) begin
+      cycles_q  <= 32'd0;
+      operand_q <= 32'd0;
+      port_q    <= 32'd0;
+      unit_q    <= 32'd0;
+      fetch_q   <= 32'd0;
+      drain_q   <= 32'd0;
+    end else if (active) begin
+      cycles_q <= cycles_q + 32'd1;
+      if (!running) drain_q <= drain_q + 32'd1;
+      else if (!issue_i) begin
+        if (!valid_d_i || branch_wait_i) fetch_q <= fetch_q + 32'd1;
+        else if (stall_operand_i) operand_q <= operand_q + 32'd1;
+        else if (stall_unit_i) unit_q <= unit_q + 32'd1;
+        else port_q <= port_q + 32'd1;
+      end
+    end
+  end
+
+  assign enable_o        = running && !fault_q && !bad_d_i && !pc_bad_d_i;
+  assign refetch_o       = refetch_i || (active && state_d == StIdle);
+  assign run_start_o     = run_start;
+  assign commit_o        = drained && done_d && !fault_d;
+  assign fault_o         = fault_q;
+  assign busy_o          = active || start_q;
+  assign done_o          = done_q;
+  assign cause_o         = cause_q;
+  assign fault_info_o    = info_q;
+  assign cycles_o        = cycles_q;
+  assign stall_operand_o = operand_q;
+  assign stall_port_o    = port_q;
+  assign stall_unit_o    = unit_q;
+  assign stall_fetch_o   = fetch_q;
+  assign drain_o         = drain_q;
+
+endmodule

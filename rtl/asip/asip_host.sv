@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+// asip_host: Avalon-MM agent and control and status registers (map: docs/regmap.md).
+// Contract: word addresses, 32-bit words only. Writes take one cycle, reads four. Accesses to memories
+// and to registers that configure a run are held by waitrequest_o while a run is active.
+module asip_host #(
+    parameter int unsigned Slots     = 3,
+    parameter int unsigned FmaPipes  = 2,
+    parameter int unsigned Bundles   = 1024,
+    parameter int unsigned DataWords = 1024
+) (
+    input  logic                                      clk_i,
+    input  logic                                      rst_ni,
+    // Avalon-MM
+    input  logic [asip_regmap_pkg::ADDRESS_WIDTH-1:0] address_i,
+    input  logic                                      read_i,
+    input  logic                                      write_i,
+    input  logic [31:0]                               writedata_i,
+    output logic [31:0]                               readdata_o,
+    output logic                                      waitrequest_o,
+    output logic                                      irq_o,
+    // from and to control
+    output logic                                      start_o,
+    output logic                                      clear_o,
+    output logic                                      refetch_o,
+    output logic [31:0]                               watchdog_o,
+    output logic [15:0]                               entry_o,
+    output logic [31:0]                               output_mask_o,
+    input  logic                                      busy_i,
+    input  logic                                      done_i,
+    input  logic                                      fault_i,
+    input  logic [3:0]                                cause_i,
+    input  logic [15:0]                               fault_info_i,
+    input  fp_pkg::flags_t                            flags_i,
+    input  logic [31:0]                               cycles_i,
+    input  logic [31:0]                               stall_operand_i,
+    input  logic [31:0]                               stall_port_i,
+    input  logic [31:0]                               stall_unit_i,
+    input  logic [31:0]                               stall_fetch_i,
+    input  logic [31:0]                               drain_i,
+    // to the memories of the core, idle only; the address and data are those of the bus
+    output logic                                      write_constant_o,
+    output logic                                      write_safe_o,
+    output logic                                      write_register_o,
+    output logic                                      write_data_o,
+    output logic                                      write_program_o,
+    output logic                                      select_o,
+    input  logic [31:0]                               read_output_i,
+    input  logic [31:0]                               read_register_i,
+    input  logic [31:0]                               read_data_i
+);
+
+  localparam int unsigned Width = asip_regmap_pkg::ADDRESS_WIDTH;
+
+  // Blocks are aligned powers of two.
+  function automatic logic in_block(input logic [Width-1:0] address, input int unsigned base,
+                                    input int unsigned words);
+    in_block = (32'(address) & ~(words - 1)) == base;
+  endfunction
+
+  logic        in_csr, in_constants, in_outputs, in_safe, in_registers, in_data, in_program;
+  logic        held, write_now, csr_write, configures;
+  logic [3:0]  csr;
+  logic [1:0]  wait_q;
+  logic        read_done, refetch_q;
+  logic [31:0] csr_read, readdata_q, watchdog_q, output_mask_q;
+  logic [15:0] entry_q;
+  logic [1:0]  irq_enable_q;
+
+  assign in_csr       = in_block(address_i, asip_regmap_pkg::BASE_CSR,
+                                 asip_regmap_pkg::WORDS_CSR);
+  assign in_constants = in_block(address_i, asip_regmap_pkg::BASE_CONSTANTS,
+                                 asip_regmap_pkg::WORDS_CONSTANTS);
+  assign in_outputs   = in_block(address_i, asip_regmap_pkg::BASE_OUTPUTS,
+                                 asip_regmap_pkg::WORDS_OUTPUTS);
+  assign in_safe      = in_block(address_i, asip_regmap_pkg::BASE_SAFE,
+                                 asip_regmap_pkg::WORDS_SAFE);
+  assign in_registers = in_block(address_i, asip_regmap_pkg::BASE_REGISTERS,
+                                 asip_regmap_pkg::WORDS_REGISTERS);
+  assign in_data      = in_block(address_i, asip_regmap_pkg::BASE_DATA,
+                                 asip_regmap_pkg::WORDS_DATA);
+  assign in_program   = in_block(address_i, asip_regmap_pkg::BASE_PROGRAM,
+                                 asip_regmap_pkg::WORDS_PROGRAM);
+  assign csr          = address_i[3:0];
+
+  // A run must not be disturbed: everything but control, status and interrupt enable waits.
+  assign configures = csr == asip_regmap_pkg::REG_WATCHDOG || csr == asip_regmap_pkg::REG_ENTRY ||
+                      csr == asip_regmap_pkg::REG_OUTPUT_MASK;
+  assign held       = busy_i && (in_csr ? write_i && configures : 1'b1);
+  assign write_now  = write_i && !held;
+  assign csr_write  = write_now && in_csr;
+  assign read_done  = wait_q == 2'd3;
+  assign waitrequest_o = (write_i && held) || (read_i && !read_done);
+
+  assign start_o   = csr_write && csr == asip_regmap_pkg::REG_CONTROL && writedata_i[0];
+  assign clear_o   = csr_write && csr == asip_regmap_pkg::REG_CONTROL && writedata_i[1];
+  assign refetch_o = refetch_q;
+
+  assign write_constant_o = write_now && in_constants;
+  assign write_safe_o     = write_now && in_safe;
+  assign write_register_o = write_now && in_registers;
+  assign write_data_o     = write_now && in_data;
+  assign write_program_o  = write_now && in_program;
+  assign select_o         = (read_i || write_i) && !busy_i;
+
+  always_comb begin
+    case (csr)
+      asip_regmap_pkg::REG_ID: csr_read = asip_regmap_pkg::RESET_ID;
+      asip_regmap_pkg::REG_CONFIG:
+      csr_read = {8'($clog2(DataWords)), 8'($clog2(Bundles)), 8'd64, 4'(FmaPipes), 4'(Slots)};
+      asip_regmap_pkg::REG_STATUS:
+      csr_read = {19'd0, flags_i, cause_i, 1'b0, fault_i, done_i, busy_i};
+      asip_regmap_pkg::REG_CYCLES: csr_read = cycles_i;
+      asip_regmap_pkg::REG_FAULT_INFO: csr_read = {16'd0, fault_info_i};
+      asip_regmap_pkg::REG_IRQ_ENABLE: csr_read = {30'd0, irq_enable_q};
+      asip_regmap_pkg::REG_WATCHDOG: csr_read = watchdog_q;
+      asip_regmap_pkg::REG_ENTRY: csr_read = {16'd0, entry_q};
+      asip_regmap_pkg::REG_OUTPUT_MASK: csr_read = output_mask_q;
+      asip_regmap_pkg::REG_STALL_OPERAND: csr_read = stall_operand_i;
+      asip_regmap_pkg::REG_STALL_PORT: csr_read = stall_port_i;
+      asip_regmap_pkg::REG_STALL_UNIT: csr_read = stall_unit_i;
+      asip_regmap_pkg::REG_STALL_FETCH: csr_read = stall_fetch_i;
+      asip_regmap_pkg::REG_DRAIN: csr_read = drain_i;
+      default: csr_read = 32'd0;
+    endcase
+  end
+
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      wait_q        <= 2'd0;
+      refetch_q     <= 1'b0;
+      irq_enable_q  <= 2'd0;
+      watchdog_q    <= asip_regmap_pkg::RESET_WATCHDOG;
+      entry_q       <= 16'd0;
+      output_mask_q <= 32'd0;
+    end else begin
+      refetch_q <= (csr_write && csr == asip_regmap_pkg::REG_ENTRY) || write_program_o;
+      wait_q <= (read_i && !held && !read_done) ? wait_q + 2'd1 : 2'd0;
+      if (csr_write && csr == asip_regmap_pkg::REG_IRQ_ENABLE) irq_enable_q <= writedata_i[1:0];
+      if (csr_write && csr == asip_regmap_pkg::REG_WATCHDOG) watchdog_q <= writedata_i;
+      if (csr_write && csr == asip_regmap_pkg::REG_ENTRY) entry_q <= writedata_i[15:0];
+      if (csr_write && csr == asip_regmap_pkg::REG_OUTPUT_MASK) output_mask_q <= writedata_i;
+    end
+  end
+
+  // The memories answer within two cycles of the address being stable.
+  always_ff @(posedge clk_i) begin
+    if (in_csr) readdata_q <= csr_read;
+    else if (in_outputs) readdata_q <= read_output_i;
+    else if (in_registers) readdata_q <= read_register_i;
+    else if (in_data) readdata_q <= read_data_i;
+    else readdata_q <= 32'd0;
+  end
+
+  assign readdata_o    = readdata_q;
+  assign irq_o         = (done_i && irq_enable_q[0]) || (fault_i && irq_enable_q[1]);
+  assign watchdog_o    = watchdog_q;
+  assign entry_o       = entry_q;
+  assign output_mask_o = output_mask_q;
+
+endmodule

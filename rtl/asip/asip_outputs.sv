@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+// asip_outputs: output words in three pages: two that runs fill in turn, one of safe values.
+// Contract: a run writes the hidden page; commit_i shows it. From reset, and from a fault on, until the
+// next commit the host reads the safe page. Reads take one cycle.
+module asip_outputs (
+    input  logic        clk_i,
+    input  logic        rst_ni,
+    // from control
+    input  logic        commit_i,
+    input  logic        fault_i,
+    // from write-back
+    input  logic        write_i,
+    input  logic [4:0]  index_i,
+    input  logic [31:0] data_i,
+    output logic        not_finite_o,
+    // from and to the host; safe values are written while idle only
+    input  logic        host_write_safe_i,
+    input  logic [4:0]  host_index_i,
+    input  logic [31:0] host_data_i,
+    output logic [31:0] host_read_o
+);
+
+  localparam logic [1:0] PageSafe = 2'd2;
+
+  logic        page_q, safe_q;
+  logic [1:0]  read_page;
+  logic [6:0]  write_address;
+  logic [31:0] read_q;
+  logic [31:0] memory[0:127];
+
+  assign not_finite_o  = write_i && (&data_i[30:23]);
+  assign write_address = host_write_safe_i ? {PageSafe, host_index_i} : {1'b0, !page_q, index_i};
+  assign read_page     = (safe_q || fault_i) ? PageSafe : {1'b0, page_q};
+
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      page_q <= 1'b0;
+      safe_q <= 1'b1;
+    end else if (fault_i) begin
+      safe_q <= 1'b1;
+    end else if (commit_i) begin
+      page_q <= !page_q;
+      safe_q <= 1'b0;
+    end
+  end
+
+  always_ff @(posedge clk_i) begin
+    if (write_i || host_write_safe_i) begin
+      memory[write_address] <= host_write_safe_i ? host_data_i : data_i;
+    end
+    read_q <= memory[{read_page, host_index_i}];
+  end
+
+  assign host_read_o = read_q;
+
+endmodule

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// asip_pkg: types shared by the blocks of the ASIP.
+package asip_pkg;
+
+  // One operation after decoding. Exactly one unit bit is set unless it is a nop or illegal.
+  typedef struct packed {
+    logic        fma;             // multiply-add pipe
+    logic [1:0]  fma_kind;
+    logic        neg_product;
+    logic        neg_addend;
+    logic        cmp;             // compare, select, saturate, move, integer add
+    logic [3:0]  cmp_op;
+    logic        divsqrt;
+    logic        sqrt;
+    logic        i2f;
+    logic        f2i;
+    logic        truncate;
+    logic        sincos;
+    logic        cos;
+    logic        load;
+    logic        store;
+    logic        jump;
+    logic        branch_zero;
+    logic        branch_nonzero;
+    logic        writes;          // a register or an output
+    logic        to_output;
+    logic [5:0]  dst;
+    logic [8:0]  a;               // {bank, index}
+    logic [8:0]  b;
+    logic [8:0]  c;
+    logic [15:0] imm;
+    logic        illegal;
+  } decoded_t;
+
+  // Destination that travels to the write-back stage.
+  typedef struct packed {
+    logic       to_output;
+    logic [5:0] index;
+  } tag_t;
+
+  // Operand source, decided in stage D, used in stage R.
+  localparam logic [2:0] FROM_ZERO = 3'd0;
+  localparam logic [2:0] FROM_A = 3'd1;
+  localparam logic [2:0] FROM_B = 3'd2;
+  localparam logic [2:0] FROM_C = 3'd3;
+  localparam logic [2:0] FROM_K = 3'd4;
+  localparam logic [2:0] BYPASS_A = 3'd5;
+  localparam logic [2:0] BYPASS_B = 3'd6;
+  localparam logic [2:0] BYPASS_C = 3'd7;
+
+endpackage

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+// asip_regbank: one bank of the register file, one write port, any number of read ports.
+// Contract: asynchronous read, write at the clock edge; a read of the word being written returns the
+// old value (the bypass covers that cycle). One copy of the memory per read port, so that every copy
+// is a simple dual-port RAM that any tool maps to distributed memory.
+module asip_regbank #(
+    parameter int unsigned IndexWidth = 6,
+    parameter int unsigned ReadPorts  = 9
+) (
+    input  logic                                 clk_i,
+    // from write-back or the host
+    input  logic                                 write_i,
+    input  logic [IndexWidth-1:0]                write_index_i,
+    input  logic [31:0]                          write_data_i,
+    // from and to the operand stage
+    input  logic [ReadPorts-1:0][IndexWidth-1:0] read_index_i,
+    output logic [ReadPorts-1:0][31:0]           read_data_o
+);
+
+  for (genvar p = 0; p < ReadPorts; p++) begin : gen_copy
+    logic [31:0] memory[0:2**IndexWidth-1];
+
+    always_ff @(posedge clk_i) begin
+      if (write_i) memory[write_index_i] <= write_data_i;
+    end
+
+    assign read_data_o[p] = memory[read_index_i[p]];
+  end
+
+endmodule

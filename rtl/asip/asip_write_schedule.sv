@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+// asip_write_schedule: future writes of one bank, one place per cycle.
+// Contract: place r holds the write that happens in r cycles; every cycle all places move down by one.
+// An operation of latency L that issues now is inserted at place L + 1 of the next cycle, so it
+// collides if place L + 2 is taken now. Place 2 clears the scoreboard (a dependent bundle can issue in
+// the cycle after), place 1 decides the bypass, place 0 is write-back.
+module asip_write_schedule #(
+    parameter int unsigned Places = 9  // latency of the slowest unit + 3
+) (
+    input  logic                      clk_i,
+    input  logic                      rst_ni,
+    // from issue: latency of the operation and its destination
+    input  logic                      insert_i,
+    input  logic [$clog2(Places)-1:0] latency_i,
+    input  asip_pkg::tag_t            tag_i,
+    // a unit with a longer latency joins at the last place
+    input  logic                      join_i,
+    input  asip_pkg::tag_t            join_tag_i,
+    output logic                      collides_o,
+    output logic [2:0]                valid_o,  // places 2, 1, 0
+    output asip_pkg::tag_t            tag2_o,
+    output asip_pkg::tag_t            tag1_o,
+    output asip_pkg::tag_t            tag0_o,
+    output logic                      busy_o    // a write in one cycle or later
+);
+
+  localparam int unsigned TagWidth = $bits(asip_pkg::tag_t);
+
+  logic [Places-1:0]               valid_d, valid_q;
+  logic [Places-1:0][TagWidth-1:0] tag_d, tag_q;
+  logic [$clog2(Places)-1:0]       place;
+
+  assign place      = latency_i + 1'b1;
+  assign collides_o = valid_q[latency_i+($clog2(Places))'(2)];
+
+  always_comb begin
+    valid_d = {join_i, valid_q[Places-1:1]};
+    tag_d   = {join_tag_i, tag_q[Places-1:1]};
+    if (insert_i) begin
+      valid_d[place] = 1'b1;
+      tag_d[place]   = tag_i;
+    end
+  end
+
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) valid_q <= '0;
+    else valid_q <= valid_d;
+  end
+
+  always_ff @(posedge clk_i) tag_q <= tag_d;
+
+  assign valid_o = valid_q[2:0];
+  assign tag2_o  = tag_q[2];
+  assign tag1_o  = tag_q[1];
+  assign tag0_o  = tag_q[0];
+  assign busy_o  = |valid_q[Places-1:1];
+
+endmodule

@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+// C interface of the Verilated ASIP: bus accesses, whole runs and traces, called from Python (asip_rtl.py).
+// One call does all the bus traffic of one or many control ticks, so that Python is not in the clock loop.
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <vector>
+
+#include "Vasip.h"
+#include "verilated.h"
+
+namespace {
+
+constexpr uint64_t kBusTimeout = 1000000;  // cycles; a bus that answers never is a broken model
+
+struct Write {
+  uint32_t bank;  // 0..2: A, B, C; 3: output
+  uint32_t index;
+  uint32_t data;
+};
+
+struct Asip {
+  VerilatedContext context;
+  std::unique_ptr<Vasip> top;
+  uint64_t cycles = 0;
+  std::vector<uint64_t> issued;  // bundles issued per program address
+  bool tracing = false;
+  std::vector<Write> writes;
+
+  Asip() : top(new Vasip(&context)), issued(1 << 16, 0) {
+    top->clk_i = 0;
+    reset();
+  }
+
+  // A clock cycle in two halves: inputs settle, then the rising edge.
+  void settle() {
+    top->clk_i = 0;
+    top->eval();
+  }
+
+  void edge() {
+    if (top->trace_issue_o) ++issued[top->trace_pc_o];
+    if (tracing) trace();
+    top->clk_i = 1;
+    top->eval();
+    ++cycles;
+  }
+
+  void clock() {
+    settle();
+    edge();
+  }
+
+  void trace() {
+    const uint32_t valid = top->trace_write_o;
+    for (uint32_t bank = 0; bank < 3; ++bank) {
+      if (valid >> bank & 1) {
+        writes.push_back({bank, top->trace_index_o >> (6 * bank) & 63, top->trace_data_o[bank]});
+      }
+    }
+    if (valid >> 3 & 1) writes.push_back({3, top->trace_index_o >> 12 & 63, top->trace_data_o[2]});
+  }
+
+  void reset() {
+    top->rst_ni = 0;
+    top->read_i = 0;
+    top->write_i = 0;
+    top->address_i = 0;
+    top->writedata_i = 0;
+    for (int i = 0; i < 4; ++i) clock();
+    top->rst_ni = 1;
+    clock();
+  }
+
+  // One bus access; false if the agent does not answer.
+  bool access(uint32_t address, uint32_t* data, bool is_write) {
+    top->address_i = address;
+    top->writedata_i = is_write ? *data : 0;
+    top->write_i = is_write;
+    top->read_i = !is_write;
+    for (uint64_t n = 0; n < kBusTimeout; ++n) {
+      settle();
+      const bool accepted = !top->waitrequest_o;
+      if (accepted && !is_write) *data = top->readdata_o;
+      edge();
+      if (accepted) {
+        top->write_i = 0;
+        top->read_i = 0;
+        return true;
+      }
+    }
+    return false;
+  }
+};
+
+}  // namespace
+
+extern "C" {
+
+void* asip_new() { return new Asip; }
+void asip_free(void* handle) { delete static_cast<Asip*>(handle); }
+void asip_reset(void* handle) { static_cast<Asip*>(handle)->reset(); }
+
+int asip_write(void* handle, uint32_t address, uint32_t data) {
+  return static_cast<Asip*>(handle)->access(address, &data, true);
+}
+
+int asip_read(void* handle, uint32_t address, uint32_t* data) {
+  return static_cast<Asip*>(handle)->access(address, data, false);
+}
+
+void asip_clock(void* handle, uint32_t cycles) {
+  for (uint32_t i = 0; i < cycles; ++i) static_cast<Asip*>(handle)->clock();
+}
+
+int asip_irq(void* handle) { return static_cast<Asip*>(handle)->top->irq_o; }
+uint64_t asip_cycles(void* handle) { return static_cast<Asip*>(handle)->cycles; }
+
+// Bundles issued per program address since asip_new, n entries.
+void asip_issued(void* handle, uint64_t* counts, uint32_t n) {
+  std::memcpy(counts, static_cast<Asip*>(handle)->issued.data(), n * sizeof(uint64_t));
+}
+
+void asip_trace(void* handle, int on) {
+  auto* asip = static_cast<Asip*>(handle);
+  asip->tracing = on != 0;
+  asip->writes.clear();
+}
+
+// Copies at most n traced writes (bank, index, data); returns how many there are.
+uint32_t asip_trace_read(void* handle, uint32_t* triples, uint32_t n) {
+  auto* asip = static_cast<Asip*>(handle);
+  const uint32_t count = asip->writes.size();
+  for (uint32_t i = 0; i < count && i < n; ++i) {
+    std::memcpy(triples + 3 * i, &asip->writes[i], sizeof(Write));
+  }
+  return count;
+}
+
+// Runs `ticks` control ticks as a host would: write `writes` words, start, wait for the interrupt, read
+// `reads` words. status_cycles gets two words per tick: STATUS and CYCLES. Stops after a tick whose status has
+// the fault bit. Interrupts must be enabled. Returns the number of ticks done, or -1 if the bus or core hangs.
+int64_t asip_run(void* handle, uint32_t ticks, const uint32_t* write_address, uint32_t writes,
+                 const uint32_t* write_data, const uint32_t* read_address, uint32_t reads,
+                 uint32_t* read_data, uint32_t* status_cycles, uint32_t control, uint32_t status,
+                 uint32_t cycles, uint32_t fault_mask) {
+  auto* asip = static_cast<Asip*>(handle);
+  for (uint32_t tick = 0; tick < ticks; ++tick) {
+    for (uint32_t i = 0; i < writes; ++i) {
+      uint32_t word = write_data[size_t(tick) * writes + i];
+      if (!asip->access(write_address[i], &word, true)) return -1;
+    }
+    uint32_t clear = 2, start = 1;
+    if (!asip->access(control, &clear, true) || !asip->access(control, &start, true)) return -1;
+    uint64_t waited = 0;
+    while (!asip->top->irq_o) {
+      asip->clock();
+      if (++waited > kBusTimeout) return -1;
+    }
+    uint32_t* sc = status_cycles + size_t(tick) * 2;
+    if (!asip->access(status, &sc[0], false) || !asip->access(cycles, &sc[1], false)) return -1;
+    for (uint32_t i = 0; i < reads; ++i) {
+      if (!asip->access(read_address[i], &read_data[size_t(tick) * reads + i], false)) return -1;
+    }
+    if (sc[0] & fault_mask) return tick + 1;
+  }
+  return ticks;
+}
+
+}  // extern "C"

