@@ -1,0 +1,397 @@
+"""The instruction set of `isa.toml`, validated, as dataclasses.
+
+One record per operation feeds the assembler, the disassembler, the encoder and the generated
+packages and documents (`scripts/gen.py`).
+"""
+
+from __future__ import annotations
+
+import functools
+import re
+import tomllib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+ISA_FILE = Path(__file__).with_name("isa.toml")
+
+WORD_FIELDS = ("op", "dst", "a", "b", "c")
+SOURCE_FIELDS = ("a", "b", "c")
+OPERAND_KINDS = ("dst", "a", "b", "c", "address", "target")
+FLAG_NAMES = ("NV", "DZ", "OF", "UF", "NX")
+UNIT_BANKS = ("pipe", "C", "none")
+SLOT_KINDS = ("fma", "aux", "any")
+BANK_NAMES = ("zero", "A", "B", "C", "K")
+LIMIT_NAMES = ("outputs", "program_bundles", "data_words")
+IMMEDIATE_WIDTH = 16
+
+
+class IsaError(ValueError):
+    """The instruction-set file contradicts itself; one line per finding, each naming its record."""
+
+
+@dataclass(frozen=True)
+class Field:
+    """Bits high..low of the operation word."""
+
+    name: str
+    high: int
+    low: int
+
+    @property
+    def width(self) -> int:
+        return self.high - self.low + 1
+
+    @property
+    def mask(self) -> int:
+        """Mask of the field in place."""
+        return ((1 << self.width) - 1) << self.low
+
+
+@dataclass(frozen=True)
+class Bank:
+    """Register bank: code of its first 64 registers, number of registers."""
+
+    name: str
+    code: int
+    size: int
+    doc: str
+
+
+@dataclass(frozen=True)
+class Configuration:
+    """Build of the core: kind of each slot ('fma', 'aux', 'any'), number of multiply-add pipes."""
+
+    name: str
+    slots: tuple[str, ...]
+    fma_pipes: int
+    doc: str
+
+    def allows(self, slot: int, unit: UnitRecord) -> bool:
+        """Whether the slot executes operations of the unit (`nop` is of no unit: always)."""
+        kind = "fma" if unit.bank == "pipe" else "aux"
+        return self.slots[slot] in (kind, "any")
+
+    def result_bank(self, slot: int, unit: UnitRecord) -> str:
+        """Bank that a register result goes to when the operation stands in the slot."""
+        return "AB"[slot] if unit.bank == "pipe" else unit.bank
+
+
+@dataclass(frozen=True)
+class UnitRecord:
+    """Functional unit: latency in cycles or the constant that states it, cycles between operations
+    (0: not pipelined), bank written ('pipe': the bank of the multiply-add pipe used).
+    """
+
+    name: str
+    latency: int | None
+    latency_constant: str | None
+    interval: int
+    bank: str
+    doc: str
+
+
+@dataclass(frozen=True)
+class OperationRecord:
+    """One operation: opcode, unit, operands in assembly order, exception flags, counts, text."""
+
+    name: str
+    opcode: int
+    unit: str
+    operands: tuple[str, ...]
+    flags: tuple[str, ...]
+    counts: Mapping[str, int]
+    doc: str
+
+    @property
+    def writes(self) -> bool:
+        """Whether the operation has a destination."""
+        return "dst" in self.operands
+
+    @property
+    def sources(self) -> tuple[str, ...]:
+        """Source fields that hold registers, in assembly order; the index of an address is b."""
+        return tuple(
+            "b" if operand == "address" else operand
+            for operand in self.operands
+            if operand in SOURCE_FIELDS or operand == "address"
+        )
+
+    @property
+    def immediate_high(self) -> str | None:
+        """Field that holds imm[15:9] (imm[8:0] is field c); None without an immediate."""
+        if "address" not in self.operands and "target" not in self.operands:
+            return None
+        return "a" if self.writes else "dst"
+
+
+@dataclass(frozen=True)
+class Isa:
+    """The whole instruction set."""
+
+    word_width: int
+    fields: Mapping[str, Field]
+    control_width: int
+    halt_bit: int
+    banks: Mapping[str, Bank]
+    outputs: int
+    program_bundles: int
+    data_words: int
+    configurations: Mapping[str, Configuration]
+    units: Mapping[str, UnitRecord]
+    operations: Mapping[str, OperationRecord]
+
+    def bundle_width(self, configuration: str) -> int:
+        """Bits of a bundle: control and one operation word per slot."""
+        return self.control_width + self.word_width * len(self.configurations[configuration].slots)
+
+    def lanes(self, configuration: str) -> int:
+        """32-bit lanes of program memory per bundle."""
+        return -(-self.bundle_width(configuration) // 32)
+
+    def unit_of(self, mnemonic: str) -> UnitRecord:
+        """Unit that executes the operation."""
+        return self.units[self.operations[mnemonic].unit]
+
+    @functools.cached_property
+    def by_opcode(self) -> Mapping[int, OperationRecord]:
+        """Operations by opcode."""
+        return {record.opcode: record for record in self.operations.values()}
+
+    @functools.cached_property
+    def index_bits(self) -> int:
+        """Index bits of a source field beside its bank code."""
+        return self.fields["dst"].width - 1
+
+
+class _Findings:
+    """Collects contradictions and raises them together."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.lines: list[str] = []
+
+    def add(self, where: str, what: str) -> None:
+        self.lines.append(f"{self.path.name}: {where}: {what}")
+
+    def known(self, where: str, what: str, value: object, names: Iterable[str]) -> bool:
+        names = tuple(names)
+        if value in names:
+            return True
+        self.add(where, f"unknown {what} '{value}'; known are {', '.join(names)}")
+        return False
+
+    def keys(
+        self, where: str, record: Mapping[str, Any], required: set[str], optional: set[str]
+    ) -> bool:
+        missing = sorted(required - set(record))
+        unknown = sorted(set(record) - required - optional)
+        if missing:
+            self.add(where, f"missing key {', '.join(missing)}")
+        if unknown:
+            self.add(where, f"unknown key {', '.join(unknown)}")
+        return not missing and not unknown
+
+    def stop(self) -> None:
+        if self.lines:
+            raise IsaError("\n".join(self.lines))
+
+
+def load_isa(path: Path = ISA_FILE) -> Isa:
+    """Instruction set of the file. Raises IsaError with every contradiction by name."""
+    raw = tomllib.loads(path.read_text(encoding="utf-8"))
+    findings = _Findings(path)
+    sections = {"operation_word", "bundle", "bank", "limits", "configuration", "unit", "op"}
+    findings.keys("file", raw, sections, set())
+    findings.stop()
+    width, fields = _read_word(raw["operation_word"], findings)
+    findings.keys("bundle", raw["bundle"], {"control_width", "halt_bit"}, set())
+    findings.keys("limits", raw["limits"], set(LIMIT_NAMES), set())
+    banks = _read_banks(raw["bank"], findings)
+    configurations = _read_configurations(raw["configuration"], findings)
+    units = _read_units(raw["unit"], findings)
+    operations = _read_operations(raw["op"], fields, units, findings)
+    findings.stop()
+    isa = Isa(
+        word_width=width,
+        fields=fields,
+        control_width=raw["bundle"]["control_width"],
+        halt_bit=raw["bundle"]["halt_bit"],
+        banks=banks,
+        configurations=configurations,
+        units=units,
+        operations=operations,
+        **raw["limits"],
+    )
+    _check_sizes(isa, findings)
+    findings.stop()
+    return isa
+
+
+@functools.cache
+def default_isa() -> Isa:
+    """Instruction set of the project's `isa.toml`."""
+    return load_isa()
+
+
+def _read_word(record: Mapping[str, Any], findings: _Findings) -> tuple[int, dict[str, Field]]:
+    if not findings.keys("operation_word", record, {"width", *WORD_FIELDS}, set()):
+        findings.stop()
+    width = record["width"]
+    fields: dict[str, Field] = {}
+    owner: dict[int, str] = {}
+    for name in WORD_FIELDS:
+        high, low = record[name]
+        if not width > high >= low >= 0:
+            findings.add(
+                f"operation_word.{name}", f"bits {high}..{low} do not fit a word of {width} bits"
+            )
+            continue
+        fields[name] = Field(name, high, low)
+        for bit in range(low, high + 1):
+            if bit in owner:
+                findings.add(f"operation_word.{name}", f"bit {bit} belongs to {owner[bit]} as well")
+            owner[bit] = name
+    for bit in range(width):
+        if bit not in owner:
+            findings.add("operation_word", f"bit {bit} belongs to no field")
+    findings.stop()
+    return width, fields
+
+
+def _read_banks(records: list[Mapping[str, Any]], findings: _Findings) -> dict[str, Bank]:
+    banks: dict[str, Bank] = {}
+    codes: dict[int, str] = {}
+    for record in records:
+        where = f"bank {record.get('name', '?')}"
+        if not findings.keys(where, record, {"name", "code", "size", "doc"}, set()):
+            continue
+        if not findings.known(where, "bank name", record["name"], BANK_NAMES):
+            continue
+        bank = Bank(**record)
+        if bank.name in banks:
+            findings.add(where, "declared twice")
+        for code in range(bank.code, bank.code + -(-bank.size // 64)):
+            if code in codes:
+                findings.add(where, f"code {code} belongs to bank {codes[code]} as well")
+            codes[code] = bank.name
+        banks[bank.name] = bank
+    for name in BANK_NAMES:
+        if name not in banks:
+            findings.add(f"bank {name}", "missing")
+    return banks
+
+
+def _read_configurations(
+    records: Mapping[str, Any], findings: _Findings
+) -> dict[str, Configuration]:
+    configurations: dict[str, Configuration] = {}
+    for name, record in records.items():
+        where = f"configuration.{name}"
+        if not findings.keys(where, record, {"slots", "fma_pipes", "doc"}, set()):
+            continue
+        for kind in record["slots"]:
+            findings.known(where, "slot kind", kind, SLOT_KINDS)
+        pipes = sum(kind in ("fma", "any") for kind in record["slots"])
+        if pipes != record["fma_pipes"]:
+            findings.add(where, f"fma_pipes is {record['fma_pipes']}, its slots use {pipes}")
+        configurations[name] = Configuration(
+            name, tuple(record["slots"]), record["fma_pipes"], record["doc"]
+        )
+    return configurations
+
+
+def _read_units(records: Mapping[str, Any], findings: _Findings) -> dict[str, UnitRecord]:
+    units: dict[str, UnitRecord] = {}
+    for name, record in records.items():
+        where = f"unit.{name}"
+        optional = {"latency", "latency_constant"}
+        if not findings.keys(where, record, {"interval", "bank", "doc"}, optional):
+            continue
+        if ("latency" in record) == ("latency_constant" in record):
+            findings.add(where, "needs either latency or latency_constant")
+        findings.known(where, "bank", record["bank"], UNIT_BANKS)
+        units[name] = UnitRecord(
+            name,
+            record.get("latency"),
+            record.get("latency_constant"),
+            record["interval"],
+            record["bank"],
+            record["doc"],
+        )
+    return units
+
+
+def _read_operations(
+    records: Mapping[str, Any],
+    fields: Mapping[str, Field],
+    units: Mapping[str, UnitRecord],
+    findings: _Findings,
+) -> dict[str, OperationRecord]:
+    operations: dict[str, OperationRecord] = {}
+    opcodes: dict[int, str] = {}
+    width = fields["op"].width
+    for name, record in records.items():
+        where = f"op.{name}"
+        required = {"encoding", "unit", "operands", "doc"}
+        if not findings.keys(where, record, required, {"flags", "counts"}):
+            continue
+        if not re.fullmatch(f"[01]{{{width}}}", record["encoding"]):
+            findings.add(where, f"encoding '{record['encoding']}' is not {width} binary digits")
+            continue
+        opcode = int(record["encoding"], 2)
+        if opcode == 0:
+            findings.add(where, "encoding 0 must stay illegal: it is what empty memory holds")
+        if opcode in opcodes:
+            findings.add(where, f"encoding {record['encoding']} is {opcodes[opcode]}'s as well")
+        opcodes[opcode] = name
+        flags = tuple(record.get("flags", "").split())
+        for flag in flags:
+            findings.known(where, "flag", flag, FLAG_NAMES)
+        operation = OperationRecord(
+            name,
+            opcode,
+            record["unit"],
+            tuple(record["operands"]),
+            flags,
+            record.get("counts", {}),
+            record["doc"],
+        )
+        _check_operands(where, operation, findings)
+        if findings.known(where, "unit", operation.unit, units):
+            bank = units[operation.unit].bank
+            if operation.writes and bank == "none":
+                findings.add(where, f"has a destination, but unit {operation.unit} writes no bank")
+        operations[name] = operation
+    return operations
+
+
+def _check_operands(where: str, operation: OperationRecord, findings: _Findings) -> None:
+    if not all(findings.known(where, "operand", o, OPERAND_KINDS) for o in operation.operands):
+        return
+    used = list(operation.sources) + (["dst"] if operation.writes else [])
+    if operation.immediate_high:
+        used += [operation.immediate_high, "c"]
+    for name in sorted(set(used)):
+        if used.count(name) > 1:
+            findings.add(where, f"its operands use field {name} {used.count(name)} times")
+
+
+def _check_sizes(isa: Isa, findings: _Findings) -> None:
+    if not 0 <= isa.halt_bit < isa.control_width:
+        findings.add("bundle.halt_bit", f"not below control_width = {isa.control_width}")
+    bits = isa.index_bits
+    for name in SOURCE_FIELDS:
+        if isa.fields[name].width != bits + 3:
+            findings.add(f"operation_word.{name}", f"needs {bits + 3} bits: bank code and index")
+    for bank in isa.banks.values():
+        if bank.code + -(-bank.size // (1 << bits)) > 8:
+            findings.add(f"bank {bank.name}", "does not fit the 3-bit bank code")
+    if isa.fields["dst"].width + isa.fields["c"].width != IMMEDIATE_WIDTH:
+        findings.add("operation_word", f"dst and c do not hold {IMMEDIATE_WIDTH} immediate bits")
+    if isa.outputs > 1 << bits:
+        findings.add("limits.outputs", f"does not fit {bits} index bits")
+    for name in ("program_bundles", "data_words"):
+        if getattr(isa, name) > 1 << IMMEDIATE_WIDTH:
+            findings.add(f"limits.{name}", f"does not fit {IMMEDIATE_WIDTH} immediate bits")
