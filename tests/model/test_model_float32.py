@@ -126,6 +126,28 @@ def test_measured_velocity__two_rounded_lengths__has_the_step_of_the_float_spaci
     assert 2e-4 < worst <= 2.0**-24 / robot.T_s * 1.01
 
 
+def test_outputs__noisy_counts__differ_by_what_the_rounded_positions_allow(robot):
+    path = circle(robot, 0.06, 2.0 / 60.0, 1.0, (0.6, 1.0))
+    path = SetPoints.from_words(path.words()[60_000:60_300])
+    _, counts = still(robot, path.position)
+    counts[:, 3:] = np.rint(path.table_position / robot.encoder_table)
+    counts += np.random.default_rng(SEED).integers(-2, 3, counts.shape, np.int32)
+    counts += np.array((-40, 40, 40, -10, 10), np.int32)  # an error that the integrators see
+    single, double = float32.run(robot, path, counts), tracking.run(robot, path, counts)
+    # positions below 1: both lengths of v within half a spacing 2^-24, e within three halves; the
+    # integrator sums 1.5 x 2^-24 five times faster over at most 300 ticks
+    spacing, ticks = 2.0**-24, len(path)
+    for axis, mass in enumerate((40.0, 40.0, 40.0, robot.J_44, robot.J_55)):
+        gain = robot.K_V[axis] / robot.T_s + 1.5 * robot.K_P[axis]
+        gain += 7.5 * ticks * robot.T_s * robot.K_I[axis]
+        worst = np.abs(single.demand - double.demand)[:, axis].max()
+        assert worst < 1.05 * mass * gain * spacing, axis
+        assert np.ptp(double.demand[:, axis]) > 10 * worst, axis
+    assert (
+        np.abs(double.gravity[:, 3]).min() > 10 * np.abs(single.demand - double.demand)[:, 3].max()
+    )
+
+
 def test_outputs__far_from_the_path__are_saturated(robot):
     path, counts = still(robot, np.tile((0.0, 0.0, 0.6), (2, 1)))
     counts[1] += (200_000, -200_000, 0, 100_000, -100_000)

@@ -59,7 +59,7 @@ def test_step__whole_circle__equals_the_vectorised_evaluation(robot, loop):
     steps = {f.name: np.array([getattr(t, f.name) for t in ticks]) for f in fields(whole)}
     for name in ("sign", "ticks", "position", "velocity"):
         np.testing.assert_array_equal(steps[name], getattr(whole, name), err_msg=name)
-    # the sum in numpy is associated as in Python; only squares and the sine may differ by a rounding
+    # numpy sums in the same order as Python; squares and the sine may differ by a rounding
     scale = {"demand": 3000.0, "output": 3000.0, "gravity": 300.0, "mass": 40.0, "m_z": 30.0}
     for name in set(steps) - {"sign", "ticks"}:
         bound = 16 * 2.0**-52 * scale.get(name, 1.0)
