@@ -120,11 +120,14 @@ def test_arc__any_angle__agrees_with_trigonometry(code, plane, begin, turn, radi
     offsets = " ".join(f"{'IJK'[axis]}{-begin_point[axis]:.9f}" for axis in sorted((first, second)))
     program = parse(f"F1000 {name} {code} {words} {offsets}\nM2", start=(*begin_point, 0.0, 0.0))
     (block,) = build_path(program)
-    # The text has nanometre/1000 digits; 1 pm of them each in end and centre, so up to 2 pm of
-    # position and, seen from the centre, of arc.
+    # The text has digits of 1 pm: end and centre are off by 0.71 pm at most. The centre moves the
+    # radius by 0.71 pm and, seen from it, the angles at both ends by 0.71 pm and 1.42 pm of arc.
     want = at(begin + sign * turn * share) / 1e3
-    assert points(block, [share])[0][:3] == pytest.approx(want, abs=4e-12)
-    assert block.curve.length == pytest.approx(radius / 1e3 * math.radians(turn), abs=4e-12)
+    assert points(block, [share])[0][:3] == pytest.approx(want, abs=(0.71 + 0.71 + 2.13) * 1e-12)
+    sweep = math.radians(turn)
+    assert block.curve.length == pytest.approx(
+        radius / 1e3 * sweep, abs=(0.71 * sweep + 2.13) * 1e-12
+    )
 
 
 @pytest.mark.parametrize("code", ["G1 X30 Y-40 Z612 A10 C-20", "G3 X40 Y40 I20 J20 Z612 A10 C-20"])

@@ -192,9 +192,9 @@ def test_scurve__any_time_of_every_class__agrees_with_rational_integration(key, 
         speed, abs=ROUNDING * curve.peak_speed + curve.peak_acceleration * late
     )
     if curve.tm > 0:  # without a jerk phase the acceleration steps at the joints
-        assert got.acceleration == pytest.approx(
-            acceleration, abs=ROUNDING * curve.peak_acceleration + curve.jerk * late
-        )
+        # The speed won is a difference of speeds that may be larger than itself.
+        rounding = ROUNDING * (curve.v0 + curve.peak_speed) / (curve.tr - curve.tm)
+        assert got.acceleration == pytest.approx(acceleration, abs=rounding + curve.jerk * late)
 
 
 @pytest.mark.parametrize("key", CLASS_OF)
