@@ -5,7 +5,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
-from model_paths import circle, travel
+from model_paths import circle
 
 from sim.model import errors, tracking
 from sim.model.kinematics import WorkspaceError
@@ -72,18 +72,17 @@ def test_step__whole_circle__equals_the_vectorised_evaluation(robot, loop):
 
 def test_closed_loop__reversal_of_the_table__peaks_near_the_friction_step_of_the_linear_loop(robot):
     """Reversing friction is a step 2 f / J; 1/(s + w)^3 answers with at most 2 e^-2 / w^2 of it."""
-    t = np.arange(12_000) * robot.T_s
-    s, v, a = travel(t, 0.2, 0.5, 0.2)
-    back, back_v, back_a = (np.roll(u, 6000) for u in (s, v, a))
-    back[:6000] = back_v[:6000] = back_a[:6000] = 0.0
-    zero = np.zeros((len(t), 3))
-    turn = [np.stack((0 * u, u - b), 1) for u, b in ((s, back), (v, back_v), (a, back_a))]
+    rate = 5.0
+    phase = rate * np.arange(12_000) * robot.T_s  # reverses at pi
+    cos, sin, none = np.cos(phase), np.sin(phase), np.zeros_like(phase)
+    zero = np.zeros((len(phase), 3))
+    turn = [0.2 * np.stack((none, u), axis=1) for u in (1.0 - cos, rate * sin, rate * rate * cos)]
     path = SetPoints(zero + (0.0, 0.0, 0.6), zero, zero, *turn)
     joints, _, _, _ = close_loop(robot, path)
     peak = np.abs(joints[:, 4] - path.table_position[:, 1]).max()
     step = 2.0 * robot.friction_table / robot.J_55
     bound = step * 2.0 * np.exp(-2.0) / (robot.K_V[4] / 3.0) ** 2
-    assert peak < bound + robot.encoder_table
+    assert 0.5 * bound < peak < bound + robot.encoder_table
 
 
 def test_law__one_tick_by_hand__follows_the_equations(robot):
