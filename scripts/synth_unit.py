@@ -138,15 +138,19 @@ def alm_area(top: str, read: str, folder: Path) -> dict[str, int]:
 
 
 def _critical_path(report: dict) -> list[str]:
-    """Slowest clocked path as lines `<ns> <what> <cell or net>`."""
+    """Slowest clocked path as lines `<ns so far> <ns> <what> <cell or net>`."""
     paths = [p for p in report["critical_paths"] if "async" not in p["from"] + p["to"]]
     if not paths:
         return []
     worst = max(paths, key=lambda path: sum(step["delay"] for step in path["path"]))
-    return [
-        f"{step['delay']:.2f} {step['type']} {step.get('net') or step['to']['cell']}"
-        for step in worst["path"]
-    ]
+    lines: list[str] = []
+    at = 0.0
+    for step in worst["path"]:
+        at += step["delay"]
+        if step["delay"] > 0.15:  # a carry chain shows as its first and last element
+            name = step.get("net") or step["to"]["cell"]
+            lines.append(f"{at:6.2f} {step['delay']:5.2f} {step['type']:8} {name}")
+    return lines
 
 
 def ecp5_speed(top: str, read: str, folder: Path, seeds: Sequence[int]) -> dict:
@@ -236,7 +240,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     console.print(table(results))
     if options.path:
         for result in results:
-            console.print(result["top"], *result.get("ecp5", {}).get("critical_path", []), sep="\n")
+            lines = [result["top"], *result.get("ecp5", {}).get("critical_path", [])]
+            console.print("\n".join(lines), markup=False, soft_wrap=True)
     return 0
 
 

@@ -2,9 +2,12 @@
 // fp_shift_right: logical right shift that collects the bits shifted out. Combinational.
 // Contract: {value_o, sticky_o} keeps value_i / 2^amount_i exactly enough to round: sticky_o is the OR
 // of every bit that left at the bottom. An amount of Width or more leaves zero and the OR of all.
+// WidestFirst sets the order of the binary levels, for area only: 1 where few output bits are used,
+// 0 where value_i has few bits at the top and zeros below.
 module fp_shift_right #(
     parameter int unsigned Width = 48,
-    parameter int unsigned AmountWidth = 6
+    parameter int unsigned AmountWidth = 6,
+    parameter bit WidestFirst = 1'b1
 ) (
     input  logic [Width-1:0]       value_i,
     input  logic [AmountWidth-1:0] amount_i,
@@ -12,19 +15,19 @@ module fp_shift_right #(
     output logic                   sticky_o
 );
 
-  // Level k shifts by 2^k; the widest first, so that the later ones are narrow.
-  logic [AmountWidth:0][Width-1:0] level;
+  logic [AmountWidth:0][Width-1:0] level;  // level 0 is the input
   logic [AmountWidth-1:0]          lost;
 
-  assign level[AmountWidth] = value_i;
+  assign level[0] = value_i;
 
   for (genvar k = 0; k < AmountWidth; k++) begin : gen_level
-    localparam int unsigned Dropped = ((1 << k) < Width) ? (1 << k) : Width;
-    assign lost[k]  = amount_i[k] && (|level[k+1][Dropped-1:0]);
-    assign level[k] = amount_i[k] ? (level[k+1] >> (1 << k)) : level[k+1];
+    localparam int unsigned Bit = WidestFirst ? AmountWidth - 1 - k : k;
+    localparam int unsigned Dropped = ((1 << Bit) < Width) ? (1 << Bit) : Width;
+    assign lost[k]    = amount_i[Bit] && (|level[k][Dropped-1:0]);
+    assign level[k+1] = amount_i[Bit] ? (level[k] >> (1 << Bit)) : level[k];
   end
 
-  assign value_o  = level[0];
+  assign value_o  = level[AmountWidth];
   assign sticky_o = |lost;
 
 endmodule

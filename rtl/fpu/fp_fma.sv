@@ -1,0 +1,313 @@
+// SPDX-License-Identifier: Apache-2.0
+// fp_fma: binary32 fused multiply-add +-(a*b) +- c, one rounding; also a*b and a +- c. Pipelined.
+// Contract: latency fp_pkg::FP_FMA_LATENCY register ranks, one operation per clock, no stall.
+// kind_i MUL ignores c (c := -0) and ADD ignores b (b := 1), so both are the IEEE operations.
+// Stages: e1 unpack | e2 multiply, align | e3 add | e4 magnitude, coarse normalise |
+//         e5 fine normalise | e6 round and pack.
+module fp_fma (
+    input  logic           clk_i,
+    input  logic           rst_ni,
+    input  logic           valid_i,
+    input  logic [1:0]     kind_i,         // fp_pkg::FMA_KIND_*
+    input  logic           neg_product_i,
+    input  logic           neg_addend_i,
+    input  logic [31:0]    a_i,
+    input  logic [31:0]    b_i,
+    input  logic [31:0]    c_i,
+    output logic           valid_o,
+    output logic [31:0]    result_o,
+    output fp_pkg::flags_t flags_o
+);
+
+  // The frame holds product and addend. Bit 76 is its top; the unit bit of the product is bit 49:
+  //
+  //   76       53 52 51 50                     3 2   0
+  //  |  addend   | 0  0|  product U(2.46)       | 000 |      addend shifted right by 0..127
+  //
+  // An addend 27 or more places above stays at the top: the product is below its round bit and only
+  // sticky. The three low bits serve a product with a subnormal factor, whose leading one may lie
+  // at bit 26; an addend that loses bits below bit 0 is then still too small to cancel it.
+  localparam int unsigned Frame = 77;
+
+  // ---- e1: unpack, alignment distance ----
+  logic [31:0] b_e1, c_e1;
+  logic        a_subnormal_e1, b_subnormal_e1, c_subnormal_e1;
+  logic [7:0]  exp_a_e1, exp_b_e1, exp_c_e1;   // biased; a subnormal has that of the least normal
+  logic        product_zero_e1, sign_product_e1, sign_addend_e1;
+  logic [8:0]  exp_top_e1;                     // U(9.0): biased exponent of bit 76 by the product,
+                                               // used only while the addend is not above it
+  logic [9:0]  distance_e1;                    // S(10.0): right shift of the addend
+
+  assign b_e1 = (kind_i == fp_pkg::FMA_KIND_ADD) ? fp_pkg::ONE : b_i;
+  assign c_e1 = (kind_i == fp_pkg::FMA_KIND_MUL) ? 32'd0 : c_i;
+
+  assign sign_product_e1 = a_i[31] ^ b_e1[31] ^ neg_product_i;
+  assign sign_addend_e1  = (kind_i == fp_pkg::FMA_KIND_MUL) || (c_i[31] ^ neg_addend_i);
+
+  assign a_subnormal_e1 = !(|a_i[30:23]);
+  assign b_subnormal_e1 = !(|b_e1[30:23]);
+  assign c_subnormal_e1 = !(|c_e1[30:23]);
+  assign exp_a_e1 = {a_i[30:24], a_i[23] || a_subnormal_e1};
+  assign exp_b_e1 = {b_e1[30:24], b_e1[23] || b_subnormal_e1};
+  assign exp_c_e1 = {c_e1[30:24], c_e1[23] || c_subnormal_e1};
+
+  assign product_zero_e1 = fp_pkg::is_zero(a_i) || fp_pkg::is_zero(b_e1);
+  assign exp_top_e1      = {1'b0, exp_a_e1} + {1'b0, exp_b_e1} - 9'd100;  // - 127 + 27
+  assign distance_e1     = {2'b00, exp_a_e1} + {2'b00, exp_b_e1} - {2'b00, exp_c_e1} - 10'd100;
+
+  logic        valid_e1_q;
+  logic [23:0] sig_a_e1_q, sig_b_e1_q, sig_c_e1_q;  // U(1.23), hidden bit 0 for subnormals
+  logic [9:0]  distance_e1_q;
+  logic [8:0]  exp_top_e1_q;
+  logic [7:0]  exp_c_e1_q;
+  logic        sign_product_e1_q, sign_addend_e1_q;
+  logic        nan_e1_q, signalling_e1_q, product_inf_e1_q, addend_inf_e1_q, product_zero_e1_q;
+
+  always_ff @(posedge clk_i) begin
+    sig_a_e1_q        <= {!a_subnormal_e1, a_i[22:0]};
+    sig_b_e1_q        <= {!b_subnormal_e1, b_e1[22:0]};
+    sig_c_e1_q        <= {!c_subnormal_e1, c_e1[22:0]};
+    // A zero product must not push the addend out: treat it as infinitely far below.
+    distance_e1_q     <= {distance_e1[9] || product_zero_e1, distance_e1[8:0]};
+    exp_top_e1_q      <= exp_top_e1;
+    exp_c_e1_q        <= exp_c_e1;
+    sign_product_e1_q <= sign_product_e1;
+    sign_addend_e1_q  <= sign_addend_e1;
+    nan_e1_q          <= fp_pkg::is_nan(a_i) || fp_pkg::is_nan(b_e1) || fp_pkg::is_nan(c_e1);
+    signalling_e1_q   <= fp_pkg::is_snan(a_i) || fp_pkg::is_snan(b_e1) || fp_pkg::is_snan(c_e1);
+    product_inf_e1_q  <= fp_pkg::is_inf(a_i) || fp_pkg::is_inf(b_e1);
+    addend_inf_e1_q   <= fp_pkg::is_inf(c_e1);
+    product_zero_e1_q <= product_zero_e1;
+  end
+
+  // ---- e2: product; addend into the frame ----
+  logic             above_e2, subtract_e2, lost_e2, invalid_e2;
+  logic [6:0]       shift_e2;
+  logic [Frame-1:0] addend_e2;
+
+  assign above_e2    = distance_e1_q[9];
+  assign shift_e2    = (distance_e1_q[6:0] | {7{|distance_e1_q[8:7]}}) & {7{!above_e2}};
+  assign subtract_e2 = sign_product_e1_q ^ sign_addend_e1_q;
+  assign invalid_e2  = signalling_e1_q || (product_inf_e1_q && product_zero_e1_q)
+                    || (product_inf_e1_q && addend_inf_e1_q && subtract_e2 && !nan_e1_q);
+
+  fp_shift_right #(.Width(Frame), .AmountWidth(7), .WidestFirst(1'b0)) align (
+      .value_i ({sig_c_e1_q, 53'd0}),
+      .amount_i(shift_e2),
+      .value_o (addend_e2),
+      .sticky_o(lost_e2)
+  );
+
+  logic             valid_e2_q;
+  logic [47:0]      product_e2_q;               // U(2.46)
+  logic [Frame-1:0] addend_e2_q;
+  logic             lost_e2_q, subtract_e2_q, sign_e2_q, nan_e2_q, invalid_e2_q, inf_e2_q;
+  logic [8:0]       exp_top_e2_q;               // U(9.0): biased exponent of bit 76, at least 1
+
+  always_ff @(posedge clk_i) begin
+    product_e2_q  <= sig_a_e1_q * sig_b_e1_q;
+    addend_e2_q   <= addend_e2;
+    lost_e2_q     <= lost_e2;
+    subtract_e2_q <= subtract_e2;
+    exp_top_e2_q  <= above_e2 ? {1'b0, exp_c_e1_q} : exp_top_e1_q;
+    sign_e2_q     <= addend_inf_e1_q ? sign_addend_e1_q : sign_product_e1_q;
+    nan_e2_q      <= nan_e1_q || invalid_e2;
+    invalid_e2_q  <= invalid_e2;
+    inf_e2_q      <= product_inf_e1_q || addend_inf_e1_q;
+  end
+
+  // ---- e3: product +- addend; negative only if the addend is larger, and then exact ----
+  // Bits lost from a subtracted addend make the true difference lie just below: no carry in.
+  logic [Frame:0] sum_e3;                       // S(78.0)
+  logic [8:0]     room_e3;                      // left shifts until the exponent would be below 1
+
+  assign sum_e3  = {27'd0, product_e2_q, 3'd0} + ({1'b0, addend_e2_q} ^ {78{subtract_e2_q}})
+                 + {77'd0, subtract_e2_q && !lost_e2_q};
+  assign room_e3 = exp_top_e2_q - 9'd1;
+
+  logic           valid_e3_q;
+  logic [Frame:0] sum_e3_q;
+  logic           lost_e3_q, subtract_e3_q, sign_e3_q, nan_e3_q, invalid_e3_q, inf_e3_q;
+  logic [8:0]     exp_top_e3_q;
+  logic [4:0]     coarse_room_e3_q;             // one bit per group: the room ends inside it
+  logic [3:0]     fine_room_e3_q;
+
+  always_ff @(posedge clk_i) begin
+    sum_e3_q       <= sum_e3;
+    lost_e3_q      <= lost_e2_q;
+    subtract_e3_q  <= subtract_e2_q;
+    exp_top_e3_q   <= exp_top_e2_q;
+    for (int g = 0; g < 5; g++) coarse_room_e3_q[g] <= room_e3[8:4] == 5'(g);
+    fine_room_e3_q <= room_e3[3:0];
+    sign_e3_q      <= sign_e2_q;
+    nan_e3_q       <= nan_e2_q;
+    invalid_e3_q   <= invalid_e2_q;
+    inf_e3_q       <= inf_e2_q;
+  end
+
+  // ---- e4: magnitude, and left shift by whole groups of 16 bits ----
+  // The group is found on the ones' complement, which is the magnitude minus one: a magnitude of
+  // exactly 2^16k then shows up one place above the window, in carry_e4, and is zero below.
+  // Trailing zeros survive negation, so the bits left of the window are summed up from sum_e3_q.
+  logic             negative_e4;
+  logic [79:0]      magnitude_e4;               // groups 0 (top) .. 4, three zero bits at the end
+  logic [79:0]      padded_e4;
+  logic [3:0]       some_e4, full_e4;           // a group of the sum: any one, all ones
+  logic [3:0]       stop_e4;                    // the first one or the end of the room
+  logic [2:0]       group_e4;
+  logic [47:0]      window_e4;
+  logic             carry_e4, below_e4;
+
+  assign negative_e4  = sum_e3_q[Frame];
+  assign magnitude_e4 = {(sum_e3_q[Frame-1:0] ^ {77{negative_e4}}) + {76'd0, negative_e4}, 3'd0};
+  assign padded_e4    = {sum_e3_q[Frame-1:0], {3{negative_e4}}};
+
+  always_comb begin
+    for (int g = 0; g < 4; g++) begin
+      some_e4[g] = |padded_e4[16*(4-g)+:16];
+      full_e4[g] = &padded_e4[16*(4-g)+:16];
+    end
+    stop_e4 = coarse_room_e3_q[3:0] | (negative_e4 ? ~full_e4 : some_e4);
+    group_e4  = 3'd4;
+    window_e4 = {magnitude_e4[15:0], 32'd0};
+    carry_e4  = magnitude_e4[16];
+    below_e4  = 1'b0;
+    if (stop_e4[0]) begin
+      group_e4  = 3'd0;
+      window_e4 = magnitude_e4[79:32];
+      carry_e4  = 1'b0;
+      below_e4  = |sum_e3_q[28:0];
+    end else if (stop_e4[1]) begin
+      group_e4  = 3'd1;
+      window_e4 = magnitude_e4[63:16];
+      carry_e4  = magnitude_e4[64];
+      below_e4  = |sum_e3_q[12:0];
+    end else if (stop_e4[2]) begin
+      group_e4  = 3'd2;
+      window_e4 = magnitude_e4[47:0];
+      carry_e4  = magnitude_e4[48];
+    end else if (stop_e4[3]) begin
+      group_e4  = 3'd3;
+      window_e4 = {magnitude_e4[31:0], 16'd0};
+      carry_e4  = magnitude_e4[32];
+    end
+  end
+
+  logic        valid_e4_q;
+  logic [47:0] window_e4_q;                     // U(1.47), not yet normalised
+  logic        carry_e4_q, below_e4_q;
+  logic        zero_e4_q, sign_e4_q, nan_e4_q, invalid_e4_q, inf_e4_q;
+  logic        limited_e4_q;                    // the room for left shifts ends in this group
+  logic [3:0]  fine_room_e4_q;
+  logic [2:0]  group_e4_q;
+  logic [8:0]  exp_top_e4_q;
+
+  always_ff @(posedge clk_i) begin
+    window_e4_q    <= window_e4;
+    carry_e4_q     <= carry_e4;
+    below_e4_q     <= below_e4 || lost_e3_q;
+    group_e4_q     <= group_e4;
+    limited_e4_q   <= coarse_room_e3_q[group_e4];
+    fine_room_e4_q <= fine_room_e3_q;
+    exp_top_e4_q   <= exp_top_e3_q;
+    zero_e4_q      <= !(|sum_e3_q) && !lost_e3_q;
+    // Exact cancellation gives +0; an infinity brought its own sign.
+    sign_e4_q      <= inf_e3_q ? sign_e3_q
+                    : (|sum_e3_q) ? sign_e3_q ^ negative_e4 : sign_e3_q && !subtract_e3_q;
+    nan_e4_q       <= nan_e3_q;
+    invalid_e4_q   <= invalid_e3_q;
+    inf_e4_q       <= inf_e3_q;
+  end
+
+  // ---- e5: left shift by 0..15, no further than the exponent allows ----
+  logic [15:0] stop_e5;
+  logic [3:0]  zeros_e5;
+  logic        unused_zero_e5;
+  logic [47:0] shifted_e5;
+  logic [8:0]  exp_group_e5;
+
+  always_comb begin
+    stop_e5 = window_e4_q[47:32];
+    for (int i = 0; i < 16; i++)
+      if (limited_e4_q && fine_room_e4_q == 4'(i)) stop_e5[15-i] = 1'b1;
+  end
+
+  fp_lzc #(.CountWidth(4)) lzc (
+      .value_i(stop_e5),
+      .count_o(zeros_e5),
+      .zero_o (unused_zero_e5)
+  );
+
+  assign shifted_e5   = window_e4_q << zeros_e5;
+  assign exp_group_e5 = exp_top_e4_q - {2'd0, group_e4_q, 4'd0};
+
+  logic        valid_e5_q;
+  logic [25:0] sig_e5_q;                        // U(1.25)
+  logic        sticky_e5_q, zero_e5_q, sign_e5_q, nan_e5_q, invalid_e5_q, inf_e5_q;
+  logic [8:0]  exp_e5_q;                        // U(9.0), biased
+
+  always_ff @(posedge clk_i) begin
+    sig_e5_q     <= {shifted_e5[47] || carry_e4_q, shifted_e5[46:22]};
+    sticky_e5_q  <= (|shifted_e5[21:0]) || below_e4_q;
+    exp_e5_q     <= exp_group_e5 - (carry_e4_q ? 9'h1ff : {5'd0, zeros_e5});
+    zero_e5_q    <= zero_e4_q;
+    sign_e5_q    <= sign_e4_q;
+    nan_e5_q     <= nan_e4_q;
+    invalid_e5_q <= invalid_e4_q;
+    inf_e5_q     <= inf_e4_q;
+  end
+
+  // ---- e6: round, pack, special results ----
+  logic [31:0]    rounded_e6, result_e6;
+  fp_pkg::flags_t rounded_flags_e6, flags_e6;
+
+  fp_round round (
+      .sign_i  (sign_e5_q),
+      .exp_i   (exp_e5_q),
+      .sig_i   (sig_e5_q[25:2]),
+      .guard_i (sig_e5_q[1]),
+      .round_i (sig_e5_q[0]),
+      .sticky_i(sticky_e5_q),
+      .result_o(rounded_e6),
+      .flags_o (rounded_flags_e6)
+  );
+
+  always_comb begin
+    result_e6 = rounded_e6;
+    flags_e6  = rounded_flags_e6;
+    if (nan_e5_q) begin
+      result_e6 = fp_pkg::CANON_NAN;
+      flags_e6  = {invalid_e5_q, 4'b0000};
+    end else if (inf_e5_q) begin
+      result_e6 = {sign_e5_q, fp_pkg::PLUS_INF[30:0]};
+      flags_e6  = 5'b00000;
+    end else if (zero_e5_q) begin
+      result_e6 = {sign_e5_q, 31'd0};
+      flags_e6  = 5'b00000;
+    end
+  end
+
+  always_ff @(posedge clk_i) begin
+    result_o <= result_e6;
+    flags_o  <= flags_e6;
+  end
+
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      valid_e1_q <= 1'b0;
+      valid_e2_q <= 1'b0;
+      valid_e3_q <= 1'b0;
+      valid_e4_q <= 1'b0;
+      valid_e5_q <= 1'b0;
+      valid_o    <= 1'b0;
+    end else begin
+      valid_e1_q <= valid_i;
+      valid_e2_q <= valid_e1_q;
+      valid_e3_q <= valid_e2_q;
+      valid_e4_q <= valid_e3_q;
+      valid_e5_q <= valid_e4_q;
+      valid_o    <= valid_e5_q;
+    end
+  end
+
+endmodule
