@@ -1,0 +1,369 @@
+"""Physical registers for the symbols of a scheduled program, and spilling to data memory.
+
+Linear scan over all bundles in program order. A register is in use from the bundle that writes it
+to the bundle that reads it last; operands are read at issue, so that last bundle may already write
+it again. A result that nothing reads keeps its register until it is written, so no bundle waits to
+overwrite a register. Free registers are used in turn.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from asip_asm.ir import Bundle, Operation, Program, Region, Register, Virtual
+from asip_asm.machine import BRANCHES, Machine, sources
+from asip_asm.schedule import state_storage
+
+BANKS = ("A", "B", "C")
+
+
+class AllocationError(ValueError):
+    """Registers or data memory do not suffice, or a register would have to hold two values."""
+
+
+@dataclass(eq=False)
+class Range:
+    """Bundles [begin, end) in which a symbol needs its register, and the bundles that read it."""
+
+    symbol: Virtual
+    bank: str
+    begin: int
+    end: int
+    reads: list[int] = field(default_factory=list)
+
+
+class Overflow(Exception):
+    """No register of `bank` is free in bundle `position`; `live` are the ranges that hold them."""
+
+    def __init__(self, bank: str, position: int, live: list[Range]) -> None:
+        super().__init__(f"bank {bank} overflows in bundle {position}")
+        self.bank = bank
+        self.position = position
+        self.live = live
+
+
+def allocate_registers(program: Program, machine: Machine) -> None:
+    """Replace every `Virtual` of a scheduled program by a `Register`, and set those of states and
+    exports.
+
+    States keep one register from start to end, exports keep theirs to the end. If a bank overflows,
+    the value with the longest time to its next use is stored in a data word behind the program's
+    own and loaded again; this adds data words, operations and, where no auxiliary slot is free,
+    bundles. Raises AllocationError.
+    """
+    spiller = _Spiller(program, machine)
+    while True:
+        try:
+            placement = _Allocation(program, machine).run()
+            break
+        except Overflow as overflow:
+            spiller.spill(overflow)
+    for region in program.regions:
+        for bundle in region.bundles or []:
+            for op in bundle.slots:
+                if op is not None:
+                    _substitute(op, placement)
+    for state in program.states:
+        state.register = placement[state.first]
+    for export in program.exports:
+        value = export.value
+        export.register = placement[value] if isinstance(value, Virtual) else value
+
+
+def _substitute(operation: Operation, placement: dict[Virtual, Register]) -> None:
+    for name in ("dst", "a", "b", "c"):
+        value = getattr(operation, name)
+        if isinstance(value, Virtual):
+            setattr(operation, name, placement.get(value, value))
+
+
+def _numbered(program: Program) -> Iterator[tuple[int, Region, int, Operation]]:
+    """Position of the bundle in the program, region, slot and operation."""
+    position = 0
+    for region in program.regions:
+        for bundle in region.bundles or []:
+            for slot, op in enumerate(bundle.slots):
+                if op is not None:
+                    yield position, region, slot, op
+            position += 1
+
+
+class _Allocation:
+    """One attempt to place all symbols."""
+
+    def __init__(self, program: Program, machine: Machine) -> None:
+        self.program = program
+        self.machine = machine
+        self.storage = state_storage(program)
+        self.placement: dict[Virtual, Register] = {}
+        self.free = {
+            bank: deque(Register(bank, i) for i in range(machine.bank_sizes[bank]))
+            for bank in BANKS
+        }
+
+    def run(self) -> dict[Virtual, Register]:
+        """Register of every symbol. Raises Overflow, AllocationError."""
+        self._reserve_named()
+        self._place_states()
+        active: dict[str, list[Range]] = {bank: [] for bank in BANKS}
+        for value in sorted(self._ranges(), key=lambda r: (r.begin, r.bank)):
+            in_use, free = active[value.bank], self.free[value.bank]
+            for ended in sorted((r for r in in_use if r.end <= value.begin), key=lambda r: r.end):
+                in_use.remove(ended)
+                free.append(self.placement[ended.symbol])
+            if not free:
+                raise Overflow(value.bank, value.begin, in_use)
+            self.placement[value.symbol] = free.popleft()
+            in_use.append(value)
+        for state in self.program.states:
+            if state.last is not None:
+                self.placement[state.last] = self.placement[state.first]
+        return self.placement
+
+    def _reserve_named(self) -> None:
+        """Take registers that the source names out of the pools."""
+        named = {export.value for export in self.program.exports}
+        for _, _, _, op in _numbered(self.program):
+            named.update((op.dst, op.a, op.b, op.c))
+        for bank in BANKS:
+            self.free[bank] = deque(r for r in self.free[bank] if r not in named)
+
+    def _place_states(self) -> None:
+        bank_of = {
+            op.dst: self.machine.bank(op, slot)
+            for _, _, slot, op in _numbered(self.program)
+            if isinstance(op.dst, Virtual)
+        }
+        for state in self.program.states:
+            bank = bank_of.get(state.last) or state.pin or "C"
+            if not self.free[bank]:
+                raise AllocationError(f"state '{state.name}': bank {bank} has no register left")
+            self.placement[state.first] = self.free[bank].popleft()
+        overwritten = {s.first for s in self.program.states if s.last not in (None, s.first)}
+        for export in self.program.exports:
+            if export.value in overwritten:
+                raise AllocationError(
+                    f"export '{export.name}': the state's value at the start of the run is overwritten"
+                )
+
+    def _ranges(self) -> list[Range]:
+        """Live range of every symbol that is not a state."""
+        states = set(self.placement) | set(self.storage)
+        found: dict[Virtual, Range] = {}
+        last_position = -1
+        for position, _, slot, op in _numbered(self.program):
+            last_position = position
+            for source in sources(op):
+                if isinstance(source, Virtual) and source in found:
+                    found[source].reads.append(position)
+                    found[source].end = max(found[source].end, position)
+            if isinstance(op.dst, Virtual) and op.dst not in states:
+                bank = self.machine.bank(op, slot) or ""
+                value = found.setdefault(op.dst, Range(op.dst, bank, position, position + 1))
+                value.end = max(value.end, position + 1)
+                if value.bank != bank:
+                    raise AllocationError(
+                        f"'{op.dst.name}' is written to bank {value.bank} and to bank {bank}"
+                    )
+        self._hold_unread(found)
+        for region_range, live in _liveness(self.program):
+            for symbol in sorted(live, key=lambda s: (s.name, s.version)):
+                if symbol in states:
+                    continue
+                if symbol not in found:
+                    raise AllocationError(f"'{symbol.name}' is read but never written")
+                value = found[symbol]
+                value.begin = min(value.begin, region_range.start)
+                value.end = max(value.end, region_range.stop)
+        for export in self.program.exports:
+            if export.value in found:
+                found[export.value].end = last_position + 1
+        return list(found.values())
+
+    def _hold_unread(self, found: dict[Virtual, Range]) -> None:
+        """Let a value that nothing reads keep its register until the write is done."""
+        position = 0
+        for region in self.program.regions:
+            bundles = region.bundles or []
+            issues = [issue.cycle for issue in self.machine.issue_cycles(bundles)]
+            for i, bundle in enumerate(bundles):
+                for op in bundle.slots:
+                    value = found.get(op.dst) if op is not None else None
+                    if value is None or any(read > position + i for read in value.reads):
+                        continue
+                    done = issues[i] + self.machine.latency(op) + 1
+                    later = (j for j in range(i + 1, len(bundles)) if issues[j] >= done)
+                    value.end = max(value.end, position + next(later, len(bundles)))
+            position += len(bundles)
+
+
+def _liveness(program: Program) -> list[tuple[range, set[Virtual]]]:
+    """Symbols that cross borders of regions, with the bundles for which they certainly live.
+
+    Per region: the symbols live at its start with an empty range there, and those live at its end
+    with its last bundle. Data-flow equations over the branches between regions.
+    """
+    regions = program.regions
+    label = {name: i for i, region in enumerate(regions) for name in region.labels}
+    successors: list[set[int]] = []
+    reads: list[set[Virtual]] = []
+    writes: list[set[Virtual]] = []
+    spans: list[range] = []
+    position = 0
+    for i, region in enumerate(regions):
+        follow = set() if region.halt or i + 1 == len(regions) else {i + 1}
+        read: set[Virtual] = set()
+        written: set[Virtual] = set()
+        for bundle in region.bundles or []:
+            operations = [op for op in bundle.slots if op is not None]
+            for op in operations:
+                read.update(s for s in sources(op) if isinstance(s, Virtual) and s not in written)
+                if op.mnemonic in BRANCHES:
+                    if op.mnemonic == "jmp":
+                        follow.clear()
+                    if op.target is not None:
+                        follow.add(label[op.target])
+            written.update(op.dst for op in operations if isinstance(op.dst, Virtual))
+        reads.append(read)
+        writes.append(written)
+        successors.append(follow)
+        spans.append(range(position, position + len(region.bundles or [])))
+        position = spans[-1].stop
+    live = [set(read) for read in reads]
+    changed = True
+    while changed:
+        changed = False
+        for i in range(len(regions) - 1, -1, -1):
+            after = set().union(*(live[j] for j in successors[i]))
+            grown = reads[i] | (after - writes[i])
+            if grown != live[i]:
+                live[i] = grown
+                changed = True
+    result = []
+    for i, span in enumerate(spans):
+        after = set().union(*(live[j] for j in successors[i]))
+        result.append((range(span.start, span.start), live[i]))
+        result.append((range(max(span.stop - 1, span.start), span.stop), after))
+    return result
+
+
+class _Spiller:
+    """Moves values to data memory and back, in place: bundles keep their order."""
+
+    def __init__(self, program: Program, machine: Machine) -> None:
+        self.program = program
+        self.machine = machine
+        self.stored: dict[Virtual, int] = {}
+        self.reloads = 0
+
+    def spill(self, overflow: Overflow) -> None:
+        """Free a register of the bank in the overflowing bundle. Raises AllocationError."""
+        region, start = self._region(overflow.position)
+        index = overflow.position - start
+        local = self._local_symbols(region)
+        choices = [
+            (next_read, value)
+            for value in overflow.live
+            if value.symbol in local
+            for next_read in [min((r for r in value.reads if r > overflow.position), default=0)]
+            if next_read
+        ]
+        if not choices:
+            raise AllocationError(
+                f"bank {overflow.bank} has {self.machine.bank_sizes[overflow.bank]} registers; "
+                f"bundle {overflow.position} needs one more and none of its values can be spilled"
+            )
+        _, value = max(choices, key=lambda choice: choice[0])
+        stored_at = self._store(region, value.symbol, value.begin - start, index)
+        self._reload(region, value.symbol, stored_at)
+
+    def _region(self, position: int) -> tuple[Region, int]:
+        start = 0
+        for region in self.program.regions:
+            if position < start + len(region.bundles or []):
+                return region, start
+            start += len(region.bundles or [])
+        raise AssertionError("position behind the last bundle")
+
+    def _local_symbols(self, region: Region) -> set[Virtual]:
+        """Symbols written once, in this linear region, read only there, and not exported."""
+        if not region.operations:
+            return set()
+        writes: dict[Virtual, int] = {}
+        for op in region.operations:
+            if isinstance(op.dst, Virtual):
+                writes[op.dst] = writes.get(op.dst, 0) + 1
+        local = {symbol for symbol, count in writes.items() if count == 1}
+        for _, other, _, op in _numbered(self.program):
+            if other is not region:
+                local.difference_update((op.dst, op.a, op.b, op.c))
+        return local - {export.value for export in self.program.exports}
+
+    def _store(self, region: Region, symbol: Virtual, written: int, index: int) -> int:
+        """Store the value behind bundle `written` and not behind bundle `index`.
+
+        Returns the index of the first bundle that may follow with the overflowing write.
+        """
+        if symbol in self.stored:
+            return index
+        address = len(self.program.data)
+        if address >= self.machine.data_words:
+            raise AllocationError(f"no data word left to spill '{symbol.name}'")
+        self.program.data.append(0)
+        self.stored[symbol] = address
+        writer = next(op for op in region.operations if op.dst == symbol)
+        store = Operation("st", a=symbol, imm=address, source=writer.source)
+        region.operations.insert(region.operations.index(writer) + 1, store)
+        bundles = region.bundles or []
+        issues = [issue.cycle for issue in self.machine.issue_cycles(bundles)]
+        ready = issues[written] + self.machine.latency(writer) + 1
+        for i in range(written + 1, index + 1):
+            if issues[i] >= ready and self._fill(bundles[i], store):
+                return index
+        self._insert(bundles, index, store)
+        return index + 1
+
+    def _reload(self, region: Region, symbol: Virtual, index: int) -> None:
+        """Load the value again between bundle `index` and its next reader, for all readers behind."""
+        bundles = region.bundles or []
+        readers = [
+            i
+            for i in range(index + 1, len(bundles))
+            if any(symbol in sources(op) for op in bundles[i].slots if op is not None)
+        ]
+        first = readers[0]
+        self.reloads += 1
+        copy = Virtual(f"{symbol.name}~{self.reloads}", 1)
+        self.stored[copy] = self.stored[symbol]
+        renamed = [
+            op
+            for i in readers
+            for op in bundles[i].slots
+            if op is not None and symbol in sources(op)
+        ]
+        for op in renamed:
+            _substitute(op, {symbol: copy})
+        load = Operation("ld", copy, imm=self.stored[symbol], source=renamed[0].source)
+        place = min(region.operations.index(op) for op in renamed)
+        region.operations.insert(place, load)
+        issues = [issue.cycle for issue in self.machine.issue_cycles(bundles)]
+        needed = self.machine.latency(load) + 1
+        early = [i for i in range(index + 1, first) if issues[first] - issues[i] >= needed]
+        for i in reversed(early):
+            if self._fill(bundles[i], load):
+                return
+        self._insert(bundles, early[-1] + 1 if early else index + 1, load)
+
+    def _fill(self, bundle: Bundle, operation: Operation) -> bool:
+        """Put the operation into a free slot of the bundle, if there is one."""
+        for slot in self.machine.slots_of(operation):
+            if bundle.slots[slot] is None:
+                bundle.slots[slot] = operation
+                return True
+        return False
+
+    def _insert(self, bundles: list[Bundle], index: int, operation: Operation) -> None:
+        slot = self.machine.slots_of(operation)[0]
+        bundles.insert(index, self.machine.bundle({slot: operation}))

@@ -1,0 +1,112 @@
+"""Dependence graph of the operations of one straight-line region, for the timing of `machine`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from asip_asm.ir import Operation, Register, Virtual
+from asip_asm.machine import BRANCHES, Machine, sources
+
+
+@dataclass(eq=False)
+class Graph:
+    """Operations and their order constraints.
+
+    `successors[i]` holds (j, d): operation j issues at least d cycles after operation i,
+    `predecessors` the same reversed. Every edge points forward in the order of `operations`.
+    """
+
+    operations: list[Operation]
+    predecessors: list[list[tuple[int, int]]]
+    successors: list[list[tuple[int, int]]]
+    latency: list[int]
+
+    def heads(self) -> list[int]:
+        """Earliest issue cycle of each operation without resource limits."""
+        head = [0] * len(self.operations)
+        for i, edges in enumerate(self.successors):
+            for j, distance in edges:
+                head[j] = max(head[j], head[i] + distance)
+        return head
+
+    def tails(self) -> list[int]:
+        """Least number of cycles from the issue of each operation to the end of the region's last
+        write.
+        """
+        tail = [latency + 1 for latency in self.latency]
+        for j in range(len(self.operations) - 1, -1, -1):
+            for i, distance in self.predecessors[j]:
+                tail[i] = max(tail[i], tail[j] + distance)
+        return tail
+
+
+def build_graph(
+    operations: Sequence[Operation],
+    machine: Machine,
+    storage: Mapping[Virtual, Virtual] | None = None,
+    reuse: bool = True,
+) -> Graph:
+    """Graph of operations in program order.
+
+    `storage` maps symbols that share a register (last write of a state) to the symbol that stands
+    for it. Read after write costs latency + 1 cycles, write after read none (operands are read at
+    issue), write after write latency + 1. Loads and stores that may meet at an address keep their
+    order, a final branch stays last. With `reuse` false, order caused by writing a register again
+    is left out: data flow only.
+    """
+    place = storage or {}
+    graph = Graph(
+        list(operations),
+        [[] for _ in operations],
+        [[] for _ in operations],
+        [machine.latency(op) for op in operations],
+    )
+    best: list[dict[int, int]] = [{} for _ in operations]
+
+    def require(i: int, j: int, distance: int) -> None:
+        if i != j:
+            best[j][i] = max(distance, best[j].get(i, 0))
+
+    writer: dict[object, int] = {}
+    readers: dict[object, list[int]] = {}
+    accesses: list[int] = []
+    for j, op in enumerate(graph.operations):
+        for source in sources(op):
+            key = place.get(source, source)
+            if key in writer:
+                require(writer[key], j, graph.latency[writer[key]] + 1)
+            readers.setdefault(key, []).append(j)
+        if op.dst is not None:
+            key = place.get(op.dst, op.dst)
+            if reuse:
+                if key in writer:
+                    require(writer[key], j, graph.latency[writer[key]] + 1)
+                for i in readers.get(key, ()):
+                    require(i, j, 0)
+            writer[key] = j
+            readers[key] = []
+        if op.mnemonic in ("ld", "st"):
+            for i in accesses:
+                if may_conflict(graph.operations[i], op):
+                    require(i, j, 1)
+            accesses.append(j)
+        if op.mnemonic in BRANCHES:
+            for i in range(j):
+                require(i, j, 0)
+    for j, edges in enumerate(best):
+        for i, distance in edges.items():
+            graph.predecessors[j].append((i, distance))
+            graph.successors[i].append((j, distance))
+    return graph
+
+
+def may_conflict(first: Operation, second: Operation) -> bool:
+    """Whether two data memory operations must keep their order."""
+    if first.mnemonic == "ld" and second.mnemonic == "ld":
+        return False
+    return not _fixed_address(first) or not _fixed_address(second) or first.imm == second.imm
+
+
+def _fixed_address(operation: Operation) -> bool:
+    return isinstance(operation.b, Register) and operation.b.bank == "zero"

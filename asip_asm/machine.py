@@ -1,0 +1,238 @@
+"""Timing model of the core, read from `isa.toml` and `rtl/fpu/fp_pkg.sv`.
+
+Times are clock cycles counted from the issue of a program's first bundle (cycle 0). The core issues
+bundles in order and interlocks; a bundle waits until, in its issue cycle t,
+
+- every source register has no pending write: an operation of latency L issued at u writes at u + L,
+  readers can issue from u + L + 1 on ("operand");
+- no destination register has a pending write ("waw");
+- the unit is free: a unit of interval i takes its next operation i cycles later ("unit");
+- bank C's write port, which auxiliary results and outputs share, is free at t + L ("port").
+
+All operations of a bundle read at issue, before any of them writes. Bank K and `zero` are always
+ready.
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from asip_asm.ir import Bundle, Operation, Output, Register, Virtual
+
+RUN_OVERHEAD = 0
+"""Cycles of a run beyond max(issue + latency + 1) over its operations: start and done of the
+sequencer.
+"""
+
+ISA_FILE = Path(__file__).with_name("isa.toml")
+FP_PKG_FILE = Path(__file__).parents[1] / "rtl" / "fpu" / "fp_pkg.sv"
+
+BRANCHES = frozenset({"jmp", "bz", "bnz"})
+
+STALL_CAUSES = ("operand", "waw", "unit", "port")
+
+
+class MachineError(ValueError):
+    """The machine description is incomplete, or an operation does not fit the configuration."""
+
+
+@dataclass(frozen=True)
+class Unit:
+    """Functional unit: register ranks `latency`, cycles `interval` between operations, bank it
+    writes.
+
+    `bank` is 'pipe' (the bank of the multiply-add pipe used), 'C' or 'none'.
+    """
+
+    name: str
+    latency: int
+    interval: int
+    bank: str
+
+
+@dataclass(frozen=True)
+class Issue:
+    """Issue cycle of a bundle and the cycles it waited before, by cause (see `STALL_CAUSES`).
+
+    A waiting cycle counts for the first cause of `STALL_CAUSES` that holds in it.
+    """
+
+    cycle: int
+    operand: int = 0
+    waw: int = 0
+    unit: int = 0
+    port: int = 0
+
+
+@dataclass(frozen=True)
+class Machine:
+    """One configuration: slots ('fma', 'aux' or 'any'), units, operations, bank sizes."""
+
+    configuration: str
+    slots: tuple[str, ...]
+    units: Mapping[str, Unit]
+    unit_names: Mapping[str, str]
+    bank_sizes: Mapping[str, int]
+    data_words: int
+
+    def unit(self, operation: Operation) -> Unit:
+        """Unit that executes the operation; MachineError if the mnemonic is unknown."""
+        try:
+            return self.units[self.unit_names[operation.mnemonic]]
+        except KeyError:
+            raise MachineError(f"{operation.mnemonic}: not an operation of the core") from None
+
+    def latency(self, operation: Operation) -> int:
+        """Register ranks of the operation's unit."""
+        return self.unit(operation).latency
+
+    def writes_port(self, operation: Operation) -> bool:
+        """Whether the operation takes bank C's write port (auxiliary results and outputs)."""
+        return operation.dst is not None and self.unit(operation).bank == "C"
+
+    def slots_of(self, operation: Operation) -> tuple[int, ...]:
+        """Slots that can execute the operation; stores and branches stand in an auxiliary slot."""
+        kind = "fma" if self.unit(operation).bank == "pipe" else "aux"
+        return tuple(i for i, slot in enumerate(self.slots) if slot in (kind, "any"))
+
+    def bank(self, operation: Operation, slot: int) -> str | None:
+        """Bank that the operation's result goes to when it stands in `slot`; None without a
+        register result.
+        """
+        if operation.dst is None or isinstance(operation.dst, Output):
+            return None
+        if self.unit(operation).bank == "pipe":
+            return "AB"[slot]
+        return "C"
+
+    def bundle(self, operations: Mapping[int, Operation], halt: bool = False) -> Bundle:
+        """Bundle with the given operations by slot."""
+        return Bundle([operations.get(slot) for slot in range(len(self.slots))], halt)
+
+    def issue_cycles(self, bundles: Sequence[Bundle]) -> list[Issue]:
+        """Issue cycle and stalls of each bundle of a straight-line program (branches are not
+        taken).
+
+        Exact model of the interlocks, started on an idle core. Works before and after register
+        allocation.
+        """
+        ready: dict[object, int] = {}
+        unit_free: dict[str, int] = {}
+        port: set[int] = set()
+        issues: list[Issue] = []
+        cycle = 0
+        for bundle in bundles:
+            operations = [op for op in bundle.slots if op is not None]
+            stalls = dict.fromkeys(STALL_CAUSES, 0)
+            while cause := self._blocked(operations, cycle, ready, unit_free, port):
+                stalls[cause] += 1
+                cycle += 1
+            issues.append(Issue(cycle, **stalls))
+            for op in operations:
+                unit = self.unit(op)
+                unit_free[unit.name] = cycle + unit.interval
+                if op.dst is not None and not isinstance(op.dst, Output):
+                    ready[op.dst] = cycle + unit.latency + 1
+                if self.writes_port(op):
+                    port.add(cycle + unit.latency)
+            cycle += 1
+        return issues
+
+    def _blocked(
+        self,
+        operations: Sequence[Operation],
+        cycle: int,
+        ready: Mapping[object, int],
+        unit_free: Mapping[str, int],
+        port: set[int],
+    ) -> str | None:
+        """First cause that keeps the operations from issuing in `cycle`."""
+        if any(ready.get(source, 0) > cycle for op in operations for source in sources(op)):
+            return "operand"
+        if any(ready.get(op.dst, 0) > cycle for op in operations if op.dst is not None):
+            return "waw"
+        if any(self._unit_busy(op, cycle, unit_free) for op in operations):
+            return "unit"
+        if any(self.writes_port(op) and cycle + self.latency(op) in port for op in operations):
+            return "port"
+        return None
+
+    def _unit_busy(self, operation: Operation, cycle: int, unit_free: Mapping[str, int]) -> bool:
+        unit = self.unit(operation)
+        return unit.interval > 1 and unit_free.get(unit.name, 0) > cycle
+
+    def run_cycles(self, bundles: Sequence[Bundle]) -> int:
+        """Cycles of a straight-line run: first issue to last write done, and `RUN_OVERHEAD`."""
+        return self.drain_cycle(bundles) + RUN_OVERHEAD
+
+    def drain_cycle(self, bundles: Sequence[Bundle]) -> int:
+        """First cycle without a pending write after a straight-line program: max(issue + latency +
+        1).
+        """
+        return max(
+            (
+                issue.cycle + latency + 1
+                for bundle, issue in zip(bundles, self.issue_cycles(bundles), strict=True)
+                for latency in [0, *(self.latency(op) for op in bundle.slots if op is not None)]
+            ),
+            default=0,
+        )
+
+
+def sources(operation: Operation) -> list[Register | Virtual]:
+    """Registers of banks A, B, C (or their symbols) that the operation reads, in operand order."""
+    return [
+        source
+        for source in (operation.a, operation.b, operation.c)
+        if not (isinstance(source, Register) and source.bank in ("zero", "K"))
+    ]
+
+
+def fp_latencies(path: Path = FP_PKG_FILE) -> dict[str, int]:
+    """Latency constants of the arithmetic units by name, from the package that the RTL is built
+    with.
+    """
+    pattern = re.compile(
+        r"^\s*localparam\s+int\s+unsigned\s+(FP_\w+_LATENCY)\s*=\s*(\d+)\s*;", re.M
+    )
+    return {name: int(value) for name, value in pattern.findall(path.read_text(encoding="utf-8"))}
+
+
+def load_machine(
+    configuration: str, isa_file: Path = ISA_FILE, fp_pkg_file: Path = FP_PKG_FILE
+) -> Machine:
+    """Machine of configuration 'fast' or 'small'.
+
+    Raises MachineError naming the file and the constant or configuration that is missing.
+    """
+    isa = tomllib.loads(isa_file.read_text(encoding="utf-8"))
+    latencies = fp_latencies(fp_pkg_file)
+    if configuration not in isa["configuration"]:
+        known = ", ".join(isa["configuration"])
+        raise MachineError(f"{isa_file}: no configuration '{configuration}'; it has {known}")
+    units: dict[str, Unit] = {}
+    for name, record in isa["unit"].items():
+        constant = record.get("latency_constant")
+        if constant is not None and constant not in latencies:
+            raise MachineError(
+                f"{fp_pkg_file}: no 'localparam int unsigned {constant} = n;', "
+                f"needed by unit {name}"
+            )
+        latency = record["latency"] if constant is None else latencies[constant]
+        units[name] = Unit(name, latency, record["interval"] or latency + 1, record["bank"])
+    sizes = {bank["name"]: bank["size"] for bank in isa["bank"]}
+    slots = tuple(isa["configuration"][configuration]["slots"])
+    if slots.count("fma") < 2:
+        sizes["B"] = 0
+    return Machine(
+        configuration=configuration,
+        slots=slots,
+        units=units,
+        unit_names={name: record["unit"] for name, record in isa["op"].items()},
+        bank_sizes=sizes,
+        data_words=isa["limits"]["data_words"],
+    )

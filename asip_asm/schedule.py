@@ -1,0 +1,328 @@
+"""Bundles for the linear regions of a program: order and slot of every operation, never the
+operation itself.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+from asip_asm.dependence import build_graph
+from asip_asm.ir import Bundle, Operation, Output, Program, Region, Register, Virtual
+from asip_asm.machine import Machine, sources
+from asip_asm.search import Problem, Progress, Value, search
+
+DEFAULT_EFFORT = 2000
+"""Schedules tried per region, unless a lower bound is reached before."""
+
+
+class ScheduleError(ValueError):
+    """An operation cannot stand where its destination requires; the message names the operation and
+    its line.
+    """
+
+
+@dataclass(frozen=True)
+class Banks:
+    """Banks that are decided before scheduling: of physical registers, pinned states and shared
+    symbols.
+    """
+
+    fixed: dict[Virtual, str]
+
+    def of(self, destination: object) -> str | None:
+        """Bank the destination must be written to; None if the schedule may choose."""
+        if isinstance(destination, Register):
+            return destination.bank
+        return self.fixed.get(destination) if isinstance(destination, Virtual) else None
+
+
+def schedule_program(
+    program: Program,
+    machine: Machine,
+    effort: int = DEFAULT_EFFORT,
+    progress: Callable[[Progress], None] | None = None,
+) -> None:
+    """Set `bundles` of every linear region to a short schedule; regions written as bundles stay as
+    they are.
+
+    `effort` bounds the schedules tried per region; same input and effort give the same bundles.
+    `progress` is called during the search. Raises ScheduleError.
+    """
+    banks = decide_banks(program, machine)
+    storage = state_storage(program)
+    for region in program.regions:
+        if region.bundles is None:
+            times = _schedule_region(program, region, machine, banks, storage, effort, progress)
+            region.bundles = _emit(region, times, machine, banks, program)
+
+
+def bundle_in_order(program: Program, machine: Machine) -> None:
+    """Set `bundles` of every linear region to one operation per bundle, in the order written.
+
+    Raises ScheduleError.
+    """
+    banks = decide_banks(program, machine)
+    for region in program.regions:
+        if region.bundles is None:
+            region.bundles = _emit(region, range(len(region.operations)), machine, banks, program)
+
+
+def state_storage(program: Program) -> dict[Virtual, Virtual]:
+    """Symbols that share a register: the last write of each state, mapped to the state's first
+    value.
+    """
+    return {state.last: state.first for state in program.states if state.last is not None}
+
+
+def writes_of(program: Program) -> Iterator[tuple[Operation, int | None]]:
+    """All operations of a program; with the slot where the source fixes it."""
+    for region in program.regions:
+        if region.bundles is None:
+            yield from ((op, None) for op in region.operations)
+        else:
+            for bundle in region.bundles:
+                yield from ((op, slot) for slot, op in enumerate(bundle.slots) if op is not None)
+
+
+def decide_banks(program: Program, machine: Machine) -> Banks:
+    """Banks of the symbols that need one before scheduling.
+
+    These are pinned states, and symbols that are written more than once: all their writes must go
+    to one bank. Raises ScheduleError if they cannot.
+    """
+    choices: dict[Virtual, list[tuple[Operation, set[str]]]] = defaultdict(list)
+    for op, slot in writes_of(program):
+        if not isinstance(op.dst, Virtual):
+            continue
+        slots = machine.slots_of(op) if slot is None else (slot,)
+        choices[op.dst].append((op, {machine.bank(op, s) or "" for s in slots}))
+    pins = {state.last: state.pin for state in program.states if state.last and state.pin}
+    fixed: dict[Virtual, str] = {}
+    spread = 0
+    for symbol, writes in choices.items():
+        pin = pins.get(symbol)
+        if pin is None and len(writes) == 1:
+            continue
+        possible = set.intersection(*(banks for _, banks in writes))
+        if pin is not None:
+            possible &= {pin}
+        if not possible:
+            where = f"bank {pin}" if pin is not None else "one bank"
+            raise ScheduleError(
+                f"{describe(writes[-1][0])}: the writes of '{symbol.name}' cannot all go to {where};"
+                " results of multiply-add operations go to A or B, all others to C: use mov or"
+                " another pin"
+            )
+        ordered = sorted(possible)
+        fixed[symbol] = ordered[spread % len(ordered)]
+        spread += len(ordered) > 1
+    return Banks(fixed)
+
+
+def describe(operation: Operation) -> str:
+    """Operation and where it stands, for messages."""
+    if operation.source is None:
+        return operation.mnemonic
+    return f"{operation.source.file}:{operation.source.line}: {operation.mnemonic}"
+
+
+def allowed_slots(operation: Operation, machine: Machine, banks: Banks) -> tuple[int, ...]:
+    """Slots where the operation's result goes to the bank its destination needs.
+
+    Raises ScheduleError if none.
+    """
+    bank = banks.of(operation.dst)
+    slots = machine.slots_of(operation)
+    if bank is not None:
+        slots = tuple(slot for slot in slots if machine.bank(operation, slot) == bank)
+    if not slots or (isinstance(operation.dst, Output) and machine.unit(operation).bank != "C"):
+        raise ScheduleError(
+            f"{describe(operation)}: no slot of configuration '{machine.configuration}' executes "
+            f"it with its result in {'an output' if bank is None else f'bank {bank}'}"
+        )
+    return slots
+
+
+def region_problem(
+    program: Program,
+    region: Region,
+    machine: Machine,
+    banks: Banks,
+    storage: dict[Virtual, Virtual],
+) -> Problem:
+    """Search problem of a linear region: its graph, resources and register values."""
+    operations = region.operations
+    classes: dict[tuple[int, ...], int] = {}
+    lane: list[int] = []
+    pipe: list[int | None] = []
+    for op in operations:
+        home = machine.slots_of(op)
+        slots = allowed_slots(op, machine, banks)
+        lane.append(classes.setdefault(home, len(classes)))
+        pipe.append(slots[0] if len(slots) < len(home) else None)
+    lanes = tuple(len(home) for home in classes)
+    units = [machine.unit(op) for op in operations]
+    values, capacity = _values(program, region, machine, banks, storage)
+    return Problem(
+        graph=build_graph(operations, machine, storage),
+        lanes=lanes,
+        lane=lane,
+        pipe=pipe,
+        port=[machine.writes_port(op) for op in operations],
+        blocking=[unit.interval if unit.interval > 1 else 0 for unit in units],
+        values=values,
+        capacity=capacity,
+    )
+
+
+def _values(
+    program: Program,
+    region: Region,
+    machine: Machine,
+    banks: Banks,
+    storage: dict[Virtual, Virtual],
+) -> tuple[list[Value], tuple[int, int]]:
+    """Register values of the region in two pools, multiply-add banks and bank C, and the pools'
+    free registers.
+    """
+    reserved = set(storage) | {state.first for state in program.states} | set(banks.fixed)
+    kept = {export.value for export in program.exports}
+    for other in program.regions:
+        if other is not region:
+            for op in _operations(other):
+                kept.update(sources(op))
+    sizes = machine.bank_sizes
+    capacity = [sizes["A"] + sizes["B"], sizes["C"]]
+    pool = {"pipe": 0, "C": 1}
+    holders: dict[object, int] = {}
+    for op, _ in writes_of(program):
+        unit = machine.unit(op)
+        if unit.bank in pool and (op.dst in reserved or isinstance(op.dst, Register)):
+            holders[storage.get(op.dst, op.dst)] = pool[unit.bank]
+    for state in program.states:
+        holders.setdefault(state.first, 1)
+    for index in holders.values():
+        capacity[index] -= 1
+    readers: dict[object, list[int]] = defaultdict(list)
+    definition: dict[Virtual, int] = {}
+    for i, op in enumerate(region.operations):
+        for source in sources(op):
+            readers[source].append(i)
+        if isinstance(op.dst, Virtual) and op.dst not in reserved:
+            definition[op.dst] = i
+    values = [
+        Value(
+            pool=pool[machine.unit(region.operations[i]).bank],
+            definition=i,
+            readers=tuple(readers[symbol]),
+            kept=symbol in kept,
+        )
+        for symbol, i in definition.items()
+    ]
+    return values, (capacity[0], capacity[1])
+
+
+def _operations(region: Region) -> Iterator[Operation]:
+    if region.bundles is None:
+        yield from region.operations
+    else:
+        for bundle in region.bundles:
+            yield from (op for op in bundle.slots if op is not None)
+
+
+def _schedule_region(
+    program: Program,
+    region: Region,
+    machine: Machine,
+    banks: Banks,
+    storage: dict[Virtual, Virtual],
+    effort: int,
+    progress: Callable[[Progress], None] | None,
+) -> list[int]:
+    problem = region_problem(program, region, machine, banks, storage)
+    return search(problem, effort, progress)
+
+
+def _emit(
+    region: Region, times: Sequence[int], machine: Machine, banks: Banks, program: Program
+) -> list[Bundle]:
+    """Bundles of a region with operation i issued in cycle times[i].
+
+    Cycles without operations get no bundle: the core stalls there by itself. Only where that would
+    make the region longer than planned (a bundle issued early can meet another one at the write
+    port) bundles of nops stand.
+    """
+    planned: dict[int, list[int]] = defaultdict(list)
+    for i, time in enumerate(times):
+        planned[time].append(i)
+    chooser = _PipeChooser(region, times, machine, banks, program)
+    cycles: list[int] = []
+    bundles: list[Bundle] = []
+    for cycle in sorted(planned):
+        cycles.append(cycle)
+        bundles.append(machine.bundle(chooser.place(cycle, planned[cycle])))
+    if not bundles and (region.halt or region.labels):
+        bundles.append(machine.bundle({}))
+    if region.halt:
+        bundles[-1].halt = True
+    end = max(
+        (t + machine.latency(op) + 1 for t, op in zip(times, region.operations, strict=True)),
+        default=0,
+    )
+    position = 0
+    while position < len(cycles) and machine.drain_cycle(bundles) > end:
+        early = cycles[position] - machine.issue_cycles(bundles[: position + 1])[-1].cycle
+        for _ in range(early):
+            bundles.insert(position, machine.bundle({}))
+            cycles.insert(position, cycles[position] - 1)
+            position += 1
+        position += 1
+    return bundles
+
+
+class _PipeChooser:
+    """Puts the operations of each cycle into slots; free multiply-adds go where fewer registers are
+    in use.
+    """
+
+    def __init__(
+        self,
+        region: Region,
+        times: Sequence[int],
+        machine: Machine,
+        banks: Banks,
+        program: Program,
+    ) -> None:
+        self.operations = region.operations
+        self.machine = machine
+        self.banks = banks
+        end = max(times, default=0) + 1
+        kept = {export.value for export in program.exports}
+        kept.update(state.last for state in program.states)
+        self.last: dict[object, int] = {}
+        for op, time in zip(self.operations, times, strict=True):
+            if op.dst in kept:
+                self.last[op.dst] = end
+            for source in sources(op):
+                self.last[source] = max(time, self.last.get(source, 0))
+        self.ends: list[list[int]] = [[] for _ in machine.slots]
+
+    def place(self, cycle: int, members: Sequence[int]) -> dict[int, Operation]:
+        """Slots of the operations that issue in `cycle`; cycles must come in rising order."""
+        operations = [self.operations[i] for i in members]
+        choices = {op: allowed_slots(op, self.machine, self.banks) for op in operations}
+        # Fixed slots first, then long-lived results, which get the emptier bank.
+        operations.sort(key=lambda op: (len(choices[op]), -self.last.get(op.dst, cycle)))
+        slots: dict[int, Operation] = {}
+        for op in operations:
+            free = [slot for slot in choices[op] if slot not in slots]
+            slot = min(free, key=lambda s: (self._live(s, cycle), s))
+            slots[slot] = op
+            self.ends[slot].append(self.last.get(op.dst, cycle + 1))
+        return slots
+
+    def _live(self, slot: int, cycle: int) -> int:
+        self.ends[slot] = [end for end in self.ends[slot] if end > cycle]
+        return len(self.ends[slot])

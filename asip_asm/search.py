@@ -1,0 +1,291 @@
+"""Search for a short schedule of one dependence graph on the core's slots, write port and blocking
+units.
+
+A serial list scheduler places operations, in a given order, at the first cycle that dependences and
+resources allow; its mirror image places them at the last. Alternating both ("double justification",
+Valls, Ballestin and Quintanilla, EJOR 165, 2005) shortens a schedule; the search restarts it from
+perturbed orders of the best schedule so far. Everything is deterministic: a fixed seed, and effort
+counted in schedules, not in time.
+"""
+
+from __future__ import annotations
+
+import heapq
+import random
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+from asip_asm.dependence import Graph
+
+SEED = 20220711
+WIDTHS = (0.5, 1.5, 4.0, 10.0)
+RESTART_AFTER = 120
+
+
+@dataclass(frozen=True)
+class Value:
+    """A register value for the pressure estimate.
+
+    `pool` indexes `Problem.capacity`; `definition` is None for a value that is live at the start;
+    `kept` values stay live to the end.
+    """
+
+    pool: int
+    definition: int | None
+    readers: tuple[int, ...]
+    kept: bool
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A graph with the resources each operation takes.
+
+    `lane[i]` is the slot class of operation i and `lanes` the slots per class; `pipe[i]` fixes a
+    slot within the class (None: any); `port[i]`: takes the shared write port at issue + latency;
+    `blocking[i]` is the number of cycles for which it blocks its unit (0: pipelined).
+    """
+
+    graph: Graph
+    lanes: tuple[int, ...]
+    lane: list[int]
+    pipe: list[int | None]
+    port: list[bool]
+    blocking: list[int]
+    values: list[Value] = field(default_factory=list)
+    capacity: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True)
+class Progress:
+    """State of a search: schedules tried of the effort, cycles of the best one, lower bound in
+    cycles.
+    """
+
+    tried: int
+    effort: int
+    cycles: int
+    bound: int
+
+
+def length(problem: Problem, times: Sequence[int]) -> int:
+    """First cycle without a pending write."""
+    return max(
+        (t + latency + 1 for t, latency in zip(times, problem.graph.latency, strict=True)),
+        default=0,
+    )
+
+
+def critical_path(problem: Problem) -> int:
+    """Length of the longest dependence chain in cycles."""
+    return max(problem.graph.tails(), default=0)
+
+
+def occupancy_bounds(problem: Problem) -> dict[str, int]:
+    """Lower bounds in cycles from the slots of each lane ('lane 0', ...), the write port and the
+    blocking units.
+
+    For the operations of one resource that have at least head h before and tail q behind them: h +
+    cycles of the resource + q, the largest over all h and q.
+    """
+    heads, tails = problem.graph.heads(), problem.graph.tails()
+    count = range(len(problem.lane))
+    groups: dict[str, tuple[list[tuple[int, int]], int, int]] = {}
+    for lane, slots in enumerate(problem.lanes):
+        members = [(heads[i], tails[i]) for i in count if problem.lane[i] == lane]
+        groups[f"lane {lane}"] = (members, slots, 1)
+    latency = problem.graph.latency
+    writes = [(heads[i] + latency[i], tails[i] - latency[i]) for i in count if problem.port[i]]
+    groups["port"] = (writes, 1, 1)
+    blocking = [i for i in count if problem.blocking[i]]
+    if blocking:
+        interval = min(problem.blocking[i] for i in blocking)
+        groups["blocking"] = ([(heads[i], tails[i]) for i in blocking], 1, interval)
+    return {name: _interval_bound(*group) for name, group in groups.items()}
+
+
+def _interval_bound(members: list[tuple[int, int]], slots: int, interval: int) -> int:
+    bound = 0
+    for floor in {head for head, _ in members}:
+        ends = sorted((tail for head, tail in members if head >= floor), reverse=True)
+        for position, tail in enumerate(ends):
+            bound = max(bound, floor + (position // slots) * interval + tail)
+    return bound
+
+
+def lower_bound(problem: Problem) -> int:
+    """Largest of the critical path and the occupancy bounds, in cycles."""
+    return max([critical_path(problem), *occupancy_bounds(problem).values()])
+
+
+class Placer:
+    """Serial list scheduler of one problem, forward and backward."""
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem = problem
+        self.horizon = 1 + sum(latency + 1 for latency in problem.graph.latency)
+        self.pinned = any(pipe is not None for pipe in problem.pipe)
+
+    def order(self, keys: Sequence[float], forward: bool) -> list[int]:
+        """Operations by rising key, corrected so that none comes before one it depends on (or,
+        backward, after).
+        """
+        graph = self.problem.graph
+        before = graph.predecessors if forward else graph.successors
+        after = graph.successors if forward else graph.predecessors
+        waiting = [len(edges) for edges in before]
+        ready = [(keys[i], i) for i, count in enumerate(waiting) if count == 0]
+        heapq.heapify(ready)
+        result = []
+        while ready:
+            _, i = heapq.heappop(ready)
+            result.append(i)
+            for j, _ in after[i]:
+                waiting[j] -= 1
+                if waiting[j] == 0:
+                    heapq.heappush(ready, (keys[j], j))
+        return result
+
+    def place(self, order: Sequence[int], forward: bool) -> list[int]:
+        """Issue cycles, from 0 on; backward the schedule is built from its end and then moved to
+        start at 0.
+        """
+        problem = self.problem
+        latency = problem.graph.latency
+        edges = problem.graph.predecessors if forward else problem.graph.successors
+        # Backward the time axis is mirrored: u = -(issue), ends are aligned at the last write.
+        sign = 1 if forward else -1
+        lane, port, pipe, blocking = problem.lane, problem.port, problem.pipe, problem.blocking
+        lanes = problem.lanes
+        used: list[dict[int, int]] = [{} for _ in lanes]
+        skip: list[dict[int, int]] = [{} for _ in lanes]
+        writes: set[int] = set()
+        fixed: set[tuple[int, int]] = set()
+        busy: list[tuple[int, int]] = []
+        times = [0] * len(order)
+        for i in order:
+            u = 0 if forward else latency[i] + 1
+            for j, distance in edges[i]:
+                v = times[j] + distance
+                if v > u:
+                    u = v
+            home = lane[i]
+            table, jump, slots = used[home], skip[home], lanes[home]
+            rank = sign * latency[i]
+            takes_port = port[i]
+            special = pipe[i] is not None or blocking[i]
+            while True:
+                start = u
+                while u in jump:
+                    u = jump[u]
+                while start in jump:
+                    following = jump[start]
+                    jump[start] = u
+                    start = following
+                if takes_port and u + rank in writes:
+                    u += 1
+                    continue
+                if special:
+                    if (home, u, pipe[i]) in fixed:
+                        u += 1
+                        continue
+                    if blocking[i] and any(abs(u - v) < blocking[i] for v in busy):
+                        u += 1
+                        continue
+                break
+            times[i] = u
+            count = table.get(u, 0) + 1
+            table[u] = count
+            if count == slots:
+                jump[u] = u + 1
+            if takes_port:
+                writes.add(u + rank)
+            if special:
+                if pipe[i] is not None:
+                    fixed.add((home, u, pipe[i]))
+                if blocking[i]:
+                    busy.append(u)
+        if forward:
+            return times
+        last = max(times, default=0)
+        return [last - u for u in times]
+
+
+def pressure(problem: Problem, times: Sequence[int]) -> list[int]:
+    """Largest number of registers in use at once, by pool."""
+    end = max(times, default=0) + 1
+    peaks = []
+    steps = [[0] * (end + 2) for _ in problem.capacity]
+    for value in problem.values:
+        step = steps[value.pool]
+        begin = 0 if value.definition is None else times[value.definition]
+        last = end if value.kept else max((times[i] for i in value.readers), default=begin + 1)
+        step[begin] += 1
+        step[last] -= 1
+    for step in steps:
+        live = peak = 0
+        for change in step:
+            live += change
+            if live > peak:
+                peak = live
+        peaks.append(peak)
+    return peaks
+
+
+def search(
+    problem: Problem, effort: int, progress: Callable[[Progress], None] | None = None
+) -> list[int]:
+    """Issue cycle of every operation, from 0 on.
+
+    `effort` bounds the number of schedules tried; the search ends early at the lower bound. Prefers
+    schedules that fit the register capacity, then short ones.
+    """
+    placer = Placer(problem)
+    rng = random.Random(SEED)
+    bound = lower_bound(problem)
+    heads, tails = problem.graph.heads(), problem.graph.tails()
+    tried = 0
+
+    def cost(times: list[int]) -> tuple[int, int]:
+        peaks = pressure(problem, times)
+        excess = sum(
+            max(0, peak - size) for peak, size in zip(peaks, problem.capacity, strict=True)
+        )
+        return length(problem, times) + 2 * excess, sum(peaks)
+
+    def justify(times: list[int]) -> tuple[tuple[int, int], list[int]]:
+        nonlocal tried
+        best = (cost(times), times)
+        while True:
+            late = placer.place(placer.order([-t for t in times], False), False)
+            times = placer.place(placer.order(late, True), True)
+            tried += 2
+            found = min((cost(late), late), (cost(times), times))
+            if found[0] >= best[0]:
+                return best
+            best = found
+
+    starts = [
+        placer.place(placer.order([-tail for tail in tails], True), True),
+        placer.place(placer.order([-head for head in heads], False), False),
+    ]
+    tried += 2
+    best = min(justify(times) for times in starts)
+    current = best
+    stale = 0
+    while tried < effort and best[0][0] > bound:
+        if progress is not None:
+            progress(Progress(tried, effort, length(problem, best[1]), bound))
+        width = rng.choice(WIDTHS)
+        keys = [t + rng.gauss(0.0, width) for t in current[1]]
+        tried += 1
+        found = justify(placer.place(placer.order(keys, True), True))
+        if found[0] <= current[0]:
+            stale = 0 if found[0] < current[0] else stale + 1
+            current = found
+        else:
+            stale += 1
+        if found[0] < best[0]:
+            best = found
+        if stale > RESTART_AFTER:
+            current, stale = best, 0
+    return best[1]
