@@ -28,14 +28,16 @@ module asip #(
     output logic [2:0][31:0]                          trace_data_o
 );
 
-  localparam int unsigned OpWidth = $bits(asip_pkg::decoded_t);
+  localparam int unsigned OpWidth = asip_pkg::DECODED_WIDTH;
   localparam int unsigned WordWidth = asip_isa_pkg::OP_WIDTH;
-  localparam int unsigned BundleWidth = Slots * WordWidth + 8;
+  localparam int unsigned ControlWidth = asip_isa_pkg::CONTROL_WIDTH;
+  localparam int unsigned BundleWidth = Slots * WordWidth + ControlWidth;
   localparam int unsigned DecodedWidth = Slots * OpWidth + 2;  // {bad, halt, operations}
   localparam int unsigned Ports = 3 * Slots;
 
   // ---- stages F and D
   logic [BundleWidth-1:0]   bundle_f;
+  logic [ControlWidth-1:0]  control_f;
   logic [DecodedWidth-1:0]  decoded_f, decoded_d;
   logic [Slots*OpWidth-1:0] ops_f, ops_d;
   logic [Slots-1:0]         illegal_f;
@@ -82,8 +84,10 @@ module asip #(
     assign illegal_f[s]              = op.illegal;
   end
 
+  // control[0] is halt, the other control bits are reserved.
+  assign control_f = bundle_f[BundleWidth-1-:ControlWidth];
   assign decoded_f = {
-    (|illegal_f) || (|bundle_f[BundleWidth-1-:7]), bundle_f[BundleWidth-8], ops_f
+    (|illegal_f) || (|control_f[ControlWidth-1:1]), control_f[asip_isa_pkg::HALT_BIT], ops_f
   };
 
   asip_fetch #(

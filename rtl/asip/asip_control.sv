@@ -81,7 +81,7 @@ module asip_control (
         if (clear_i) begin
           done_d  = 1'b0;
           fault_d = 1'b0;
-          cause_d = 4'(asip_regmap_pkg::FAULT_NONE);
+          cause_d = asip_regmap_pkg::FAULT_NONE;
         end
         if (run_start) begin
           state_d = StRun;
@@ -96,7 +96,7 @@ module asip_control (
             done_d = 1'b1;
             if (|(output_mask_i & ~written_q)) begin
               fault_d = 1'b1;
-              cause_d = 4'(asip_regmap_pkg::FAULT_OUTPUT_MISSING);
+              cause_d = asip_regmap_pkg::FAULT_OUTPUT_MISSING;
               info_d  = last_pc_q;
             end
           end
@@ -107,20 +107,20 @@ module asip_control (
     if (active && !fault_q) begin
       if (not_finite_i) begin
         fault_d = 1'b1;
-        cause_d = 4'(asip_regmap_pkg::FAULT_NOT_FINITE);
+        cause_d = asip_regmap_pkg::FAULT_NOT_FINITE;
         info_d  = {11'd0, output_index_w_i};
       end else if (address_fault_e1_i) begin
         fault_d = 1'b1;
-        cause_d = 4'(asip_regmap_pkg::FAULT_ADDRESS);
+        cause_d = asip_regmap_pkg::FAULT_ADDRESS;
         info_d  = pc_e1_i;
       end else if (running && bad_d) begin
         fault_d = 1'b1;
-        cause_d = pc_bad_d_i ? 4'(asip_regmap_pkg::FAULT_ADDRESS) :
-                  4'(asip_regmap_pkg::FAULT_ILLEGAL);
+        cause_d = pc_bad_d_i ? asip_regmap_pkg::FAULT_ADDRESS :
+                  asip_regmap_pkg::FAULT_ILLEGAL;
         info_d  = pc_d_i;
       end else if (watchdog) begin
         fault_d = 1'b1;
-        cause_d = 4'(asip_regmap_pkg::FAULT_WATCHDOG);
+        cause_d = asip_regmap_pkg::FAULT_WATCHDOG;
         info_d  = last_pc_q;
       end
     end

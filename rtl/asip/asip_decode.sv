@@ -18,11 +18,11 @@ module asip_decode #(
   logic        is_fma, is_aux, immediate, known;
   asip_pkg::decoded_t op;
 
-  assign opcode = word_i[39:34];
-  assign dst    = word_i[33:27];
-  assign a      = word_i[26:18];
-  assign b      = word_i[17:9];
-  assign c      = word_i[8:0];
+  assign opcode = word_i[asip_isa_pkg::FIELD_OP_MSB:asip_isa_pkg::FIELD_OP_LSB];
+  assign dst    = word_i[asip_isa_pkg::FIELD_DST_MSB:asip_isa_pkg::FIELD_DST_LSB];
+  assign a      = word_i[asip_isa_pkg::FIELD_A_MSB:asip_isa_pkg::FIELD_A_LSB];
+  assign b      = word_i[asip_isa_pkg::FIELD_B_MSB:asip_isa_pkg::FIELD_B_LSB];
+  assign c      = word_i[asip_isa_pkg::FIELD_C_MSB:asip_isa_pkg::FIELD_C_LSB];
 
   function automatic logic bad_source(input logic [8:0] source);
     case (source[8:6])

@@ -12,7 +12,7 @@ module asip_issue #(
     input  logic                                           rst_ni,
     // from fetch
     input  logic                                           valid_d_i,
-    input  logic [Slots*$bits(asip_pkg::decoded_t)-1:0]    ops_d_i,
+    input  logic [Slots*asip_pkg::DECODED_WIDTH-1:0]    ops_d_i,
     // from control
     input  logic                                           enable_i,
     input  logic                                           branch_wait_i,
@@ -31,9 +31,11 @@ module asip_issue #(
     output logic                                           busy_o
 );
 
-  localparam int unsigned OpWidth = $bits(asip_pkg::decoded_t);
+  localparam int unsigned OpWidth = asip_pkg::DECODED_WIDTH;
   localparam int unsigned Ports = 3 * Slots;
   localparam int unsigned AuxSlot = Slots - 1;
+  localparam int unsigned FmaPlaces = fp_pkg::FP_FMA_LATENCY + 3;
+  localparam int unsigned FmaPlaceWidth = $clog2(FmaPlaces);
   localparam int unsigned AuxPlaces = fp_pkg::FP_DIVSQRT_LATENCY + 3;
   localparam int unsigned LatencyWidth = $clog2(AuxPlaces);
   localparam int unsigned SinWidth = $clog2(fp_pkg::FP_SINCOS_LATENCY + 1);
@@ -148,12 +150,12 @@ module asip_issue #(
   for (genvar p = 0; p < FmaPipes; p++) begin : gen_schedule
     logic unused_collides;
     asip_write_schedule #(
-        .Places(fp_pkg::FP_FMA_LATENCY + 3)
+        .Places(FmaPlaces)
     ) u_schedule (
         .clk_i,
         .rst_ni,
         .insert_i  (issue_o && starts_write[p]),
-        .latency_i (($clog2(fp_pkg::FP_FMA_LATENCY + 3))'(fp_pkg::FP_FMA_LATENCY)),
+        .latency_i (FmaPlaceWidth'(fp_pkg::FP_FMA_LATENCY)),
         .tag_i     (start_tag[p]),
         .join_i    (1'b0),
         .join_tag_i('0),

@@ -31,12 +31,14 @@ package asip_pkg;
     logic [15:0] imm;
     logic        illegal;
   } decoded_t;
+  localparam int unsigned DECODED_WIDTH = 74;  // a wrong width is a lint error where a vector meets the struct
 
   // Destination that travels to the write-back stage.
   typedef struct packed {
     logic       to_output;
     logic [5:0] index;
   } tag_t;
+  localparam int unsigned TAG_WIDTH = 7;
 
   // Operand source, decided in stage D, used in stage R.
   localparam logic [2:0] FROM_ZERO = 3'd0;

@@ -24,14 +24,14 @@ module asip_write_schedule #(
     output logic                      busy_o    // a write in one cycle or later
 );
 
-  localparam int unsigned TagWidth = $bits(asip_pkg::tag_t);
+  localparam int unsigned PlaceWidth = $clog2(Places);
 
   logic [Places-1:0]               valid_d, valid_q;
-  logic [Places-1:0][TagWidth-1:0] tag_d, tag_q;
-  logic [$clog2(Places)-1:0]       place;
+  logic [Places-1:0][asip_pkg::TAG_WIDTH-1:0] tag_d, tag_q;
+  logic [PlaceWidth-1:0]           place;
 
   assign place      = latency_i + 1'b1;
-  assign collides_o = valid_q[latency_i+($clog2(Places))'(2)];
+  assign collides_o = valid_q[latency_i+PlaceWidth'(2)];
 
   always_comb begin
     valid_d = {join_i, valid_q[Places-1:1]};
