@@ -22,6 +22,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from sim.model.parameters import Robot
 from sim.motion.gcode import Program
 from sim.motion.path import Block, FloatArray, RateLimits, build_path
 from sim.motion.scurve import SCurve
@@ -42,10 +43,17 @@ TICK_ROUNDING = 1e-9
 
 @dataclass(frozen=True)
 class Workspace:
-    """Tool positions accepted, both bounds of x, y, z included [m] (robot.md, section 1)."""
+    """Tool positions accepted: bounds of x, y, z [m], both included."""
 
-    lower: tuple[float, float, float] = (-0.150, -0.150, 0.450)
-    upper: tuple[float, float, float] = (0.150, 0.150, 0.750)
+    lower: tuple[float, float, float]
+    upper: tuple[float, float, float]
+
+    @classmethod
+    def of(cls, robot: Robot) -> Workspace:
+        """The workspace of a robot's parameters."""
+        return cls(
+            (-robot.x_max, -robot.y_max, robot.z_min), (robot.x_max, robot.y_max, robot.z_max)
+        )
 
 
 class WorkspaceError(ValueError):
@@ -116,8 +124,6 @@ class Trajectory:
 
 def _joins(before: Block, after: Block) -> bool:
     """Whether the path may run through the joint of two blocks without a stop."""
-    if before.measures_tool_path != after.measures_tool_path:
-        return False
     if not math.isclose(before.speed, after.speed, rel_tol=JOINT_TOLERANCE):
         return False
     _, direction, bend = before.curve.evaluate(np.array([before.curve.length]))
@@ -194,6 +200,7 @@ def generate(
 ) -> Trajectory:
     """Set-points of a program from rest at its start to rest at its end.
 
+    The workspace is by default that of the robot in `sim/robot.toml`.
     Raises WorkspaceError at the first set-point outside the workspace, ValueError for a program
     without any motion.
     """
@@ -227,5 +234,5 @@ def generate(
         blocks=blocks,
         first_ticks=np.array(first_ticks),
     )
-    _check(trajectory, workspace or Workspace(), program.file)
+    _check(trajectory, workspace or Workspace.of(Robot.load()), program.file)
     return trajectory

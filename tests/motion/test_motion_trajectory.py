@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from sim.model.parameters import Robot
 from sim.motion.__main__ import main
 from sim.motion.gcode import Motion, parse, parse_file
 from sim.motion.path import Arc, to_si
@@ -210,6 +211,12 @@ def test_generate__workspace_given__replaces_the_default():
         generate(parse("G0 X11\nM2"), workspace=tight)
 
 
+def test_defaults__workspace_and_period__are_those_of_the_specification():
+    robot = Robot.load()
+    assert Workspace.of(robot) == Workspace((-0.150, -0.150, 0.450), (0.150, 0.150, 0.750))
+    assert DEFAULTS.period == robot.T_s == 100e-6
+
+
 def test_generate__program_without_motion__is_refused():
     with pytest.raises(ValueError, match="empty.ngc: the program has no motion"):
         generate(parse("M2", file="empty.ngc"))
@@ -305,7 +312,7 @@ def test_agh__letter__moves_all_five_axes(agh, name):
 
 
 def test_agh__workspace__is_kept_with_room_for_the_whole_letters(agh):
-    workspace = Workspace()
+    workspace = Workspace.of(Robot.load())
     assert np.all(agh.position[:, :3] >= workspace.lower)
     assert np.all(agh.position[:, :3] <= workspace.upper)
     assert np.max(np.abs(agh.position[:, :3] - [0, 0, 0.6])) < 0.06
