@@ -103,7 +103,7 @@ class Arc:
 class RateLimits:
     """Rates of the machine: rapid tool path [m/s], each table axis [rad/s]; both positive."""
 
-    rapid: float = 0.1
+    rapid: float = 0.04
     table: float = math.pi / 2
 
     def __post_init__(self) -> None:

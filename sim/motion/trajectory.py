@@ -81,8 +81,8 @@ class MotionSettings:
     """
 
     period: float = 100e-6
-    acceleration_time: float = 0.06
-    jerk_time: float = 0.024
+    acceleration_time: float = 0.32
+    jerk_time: float = 0.16
     rates: RateLimits = field(default_factory=RateLimits)
     lead_in: float = 0.1
 
