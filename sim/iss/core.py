@@ -1,0 +1,302 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Instruction-set model: executes a program image bundle by bundle, without timing.
+
+Written from docs/assembly.md and `isa.toml`. All operations of a bundle read before any writes; a
+branch or halt takes effect after its bundle. Registers, data memory and outputs keep their values
+between runs. A fault ends the run: an illegal bundle does nothing, a bad data address stops its own
+bundle before any write, a value that is not finite stops the run at its bundle; the outputs then
+read as their safe values. The watchdog counts executed bundles, which is less than the cycles.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from sim.iss import arithmetic, isa
+from sim.iss.arithmetic import SinCos, Word, bits_of, from_float, to_float, to_int, word
+from sim.iss.isa import Decoded, Fault, IllegalOperation
+
+TABLE_1 = ("add_sub", "mul", "div", "sqrt", "sin", "float_int", "sat")
+"""Classes of table 1; a fused multiply-add counts as one multiplication and one addition."""
+
+
+@dataclass(frozen=True)
+class RunResult:
+    """One run: outputs by name as floats and bits, flags {nv, dz, of, uf, nx}, fault and place.
+
+    counts: executed operations per mnemonic; bundles: number of bundles executed; writes: with
+    tracing, the bits written per register or output ('a3', 'o0') in order.
+    """
+
+    outputs: dict[str, float]
+    output_bits: dict[str, int]
+    flags: int
+    fault: Fault
+    fault_bundle: int | None
+    counts: Counter[str]
+    bundles: int
+    writes: dict[str, list[int]] = field(default_factory=dict)
+
+    @property
+    def table1(self) -> dict[str, int]:
+        """Executed operations per class of table 1."""
+        total = dict.fromkeys(TABLE_1, 0)
+        for mnemonic, executed in self.counts.items():
+            for name, each in isa.ISA["op"][mnemonic].get("counts", {}).items():
+                total[name] += executed * each
+        return total
+
+
+class _Fault(Exception):
+    def __init__(self, fault: Fault) -> None:
+        super().__init__(fault)
+        self.fault = fault
+
+
+@dataclass
+class _Step:
+    """A decoded bundle: values to compute, then where they go, then where the run goes on."""
+
+    compute: list[Callable[[], Any]]
+    destinations: list[int]  # operand codes, aligned with compute
+    outputs: list[tuple[Callable[[], Word], int]]
+    stores: list[tuple[Callable[[], int], int]]  # address, operand code of the word
+    branch: Callable[[], int | None] | None
+    halt: bool
+    counts: Counter[str]
+
+
+class Iss:
+    """A loaded program image.
+
+    sincos replaces the correctly rounded sine and cosine; trace records every write of a run.
+    Raises ValueError for another image format and KeyError for unknown names.
+    """
+
+    def __init__(
+        self,
+        image: Mapping[str, Any],
+        sincos: SinCos = arithmetic.sincos_rounded,
+        trace: bool = False,
+    ) -> None:
+        if image.get("format") != "microtick-asip-image" or image.get("version") != 1:
+            raise ValueError("not a program image of version 1")
+        self._image = image
+        self._trace = trace
+        self._operations = arithmetic.OPERATIONS | arithmetic.sine_operations(sincos)
+        self._registers: list[Word] = [arithmetic.ZERO] * (6 * isa.BANK_WORDS)
+        self._data: list[Word] = [arithmetic.ZERO] * isa.DATA_WORDS
+        self._outputs = [arithmetic.ZERO] * isa.OUTPUTS
+        self._words = [int(text, 16) for text in image["bundles"]]
+        self._steps: list[_Step | None] = [None] * len(self._words)
+        self._places: dict[str, tuple[int, str]] = {}
+        for constant in image["constants"]:
+            self._place(constant["name"], isa.K_BASE + constant["index"], constant["type"])
+            self._registers[isa.K_BASE + constant["index"]] = word(int(constant["bits"], 16))
+        for entry in image["inputs"]:
+            self._place(entry["name"], isa.K_BASE + entry["index"], entry["type"])
+        for state in image["states"]:
+            self._place(state["name"], isa.register_code(state["register"]), state["type"])
+        for export in image["exports"]:
+            if export["name"] not in self._places:
+                self._place(export["name"], isa.register_code(export["register"]), "float")
+        self._inputs = {entry["name"] for entry in image["inputs"]}
+        self._safe = {entry["index"]: word(int(entry["safe"], 16)) for entry in image["outputs"]}
+        self._outputs_named = {entry["name"]: entry["index"] for entry in image["outputs"]}
+        for index, safe in self._safe.items():
+            self._outputs[index] = safe
+        self.reset()
+
+    def _place(self, name: str, code: int, kind: str) -> None:
+        self._places[name] = (code, kind)
+
+    def reset(self) -> None:
+        """States and data memory to their initial values."""
+        for state in self._image["states"]:
+            self._registers[self._places[state["name"]][0]] = word(int(state["bits"], 16))
+        for address, bits in enumerate(self._image["data"]):
+            self._data[address] = word(int(bits, 16))
+
+    def _write(self, name: str, value: float) -> None:
+        code, kind = self._places[name]
+        self._registers[code] = word(int(value)) if kind == "int" else from_float(float(value))
+
+    def set_inputs(self, values: Mapping[str, float]) -> None:
+        """Write inputs, floats rounded to binary32. KeyError for another name."""
+        for name, value in values.items():
+            if name not in self._inputs:
+                raise KeyError(f"{name}: the program has no such input")
+            self._write(name, value)
+
+    def set_state(self, values: Mapping[str, float]) -> None:
+        """Preset state registers. KeyError for another name."""
+        known = {state["name"] for state in self._image["states"]}
+        for name, value in values.items():
+            if name not in known:
+                raise KeyError(f"{name}: the program has no such state")
+            self._write(name, value)
+
+    @property
+    def state(self) -> dict[str, float | int]:
+        """States by name, as floats or integers by their type."""
+        return {state["name"]: self.read(state["name"]) for state in self._image["states"]}
+
+    def read(self, name: str) -> float | int:
+        """Value of an export, state, input or constant by its type, or of a register as a float."""
+        code, kind = self._places.get(name) or (isa.register_code(name), "float")
+        value = self._registers[code]
+        return to_int(value) if kind == "int" else to_float(value)
+
+    def read_bits(self, name: str) -> int:
+        """Bits of what `read` names."""
+        code, _ = self._places.get(name) or (isa.register_code(name), "float")
+        return bits_of(self._registers[code])
+
+    def read_data(self, address: int) -> int:
+        """Bits of a word of data memory."""
+        return bits_of(self._data[address])
+
+    # ------------------------------------------------------------------ decoding into closures
+
+    def _value(self, op: Decoded) -> Callable[[], Word]:
+        registers, data = self._registers, self._data
+        if op.mnemonic == "ld":
+            address = self._address(op, op.sources[0])
+            return lambda: data[address()]
+        function = self._operations[op.mnemonic]
+        if len(op.sources) == 3:
+            a, b, c = op.sources
+            return lambda: function(registers[a], registers[b], registers[c])
+        if len(op.sources) == 2:
+            a, b = op.sources
+            return lambda: function(registers[a], registers[b])
+        (a,) = op.sources
+        return lambda: function(registers[a])
+
+    def _address(self, op: Decoded, index: int) -> Callable[[], int]:
+        registers, offset = self._registers, op.imm
+
+        def address() -> int:
+            result = to_int(registers[index]) + offset
+            if not 0 <= result < isa.DATA_WORDS:
+                raise _Fault(Fault.ADDRESS)
+            return result
+
+        return address
+
+    def _branch(self, op: Decoded) -> Callable[[], int | None]:
+        registers, target = self._registers, op.imm
+        if op.mnemonic == "jmp":
+            return lambda: target
+        (a,) = op.sources
+        taken_if_zero = op.mnemonic == "bz"
+
+        def branch() -> int | None:
+            zero = bits_of(registers[a]) & 0x7FFF_FFFF == 0
+            return target if zero == taken_if_zero else None
+
+        return branch
+
+    def _decode(self, bundle: int) -> _Step:
+        configuration = self._image["configuration"]
+        operations, halt = isa.decode_bundle(self._words[bundle], configuration)
+        step = _Step([], [], [], [], None, halt, Counter())
+        for op in operations:
+            if op is None:
+                continue
+            step.counts[op.mnemonic] += 1
+            if op.mnemonic in isa.BRANCHES:
+                step.branch = self._branch(op)
+            elif op.mnemonic == "st":
+                step.stores.append((self._address(op, op.sources[1]), op.sources[0]))
+            elif op.output is not None:
+                step.outputs.append((self._value(op), op.output))
+            else:
+                step.compute.append(self._value(op))
+                step.destinations.append(op.dst)
+        return step
+
+    # ------------------------------------------------------------------ execution
+
+    def run(self) -> RunResult:
+        """Execute one run from the entry to halt or fault."""
+        executed = [0] * len(self._words)
+        writes: dict[str, list[Word]] = {}
+        written: set[int] = set()
+        fault, place = Fault.NONE, None
+        position: int | None = self._image["entry"]
+        bundles = 0
+        with arithmetic.environment():
+            try:
+                while position is not None:
+                    place = position
+                    if position >= isa.PROGRAM_BUNDLES:
+                        raise _Fault(Fault.ADDRESS)
+                    if position >= len(self._words):
+                        raise _Fault(Fault.ILLEGAL)  # empty program memory reads as zero
+                    if bundles >= self._image["watchdog"]:
+                        raise _Fault(Fault.WATCHDOG)
+                    step = self._steps[position]
+                    if step is None:
+                        step = self._steps[position] = self._decode(position)
+                    executed[position] += 1
+                    bundles += 1
+                    position = self._execute(step, position, written, writes)
+                missing = self._image["output_mask"] & ~sum(1 << index for index in written)
+                if missing:
+                    raise _Fault(Fault.OUTPUT_MISSING)
+                place = None
+            except IllegalOperation:
+                fault = Fault.ILLEGAL
+            except _Fault as stop:
+                fault = stop.fault
+            flags = arithmetic.flags()
+        if fault is not Fault.NONE:
+            for index, safe in self._safe.items():
+                self._outputs[index] = safe
+        counts: Counter[str] = Counter()
+        for step, times in zip(self._steps, executed, strict=True):
+            if times:
+                for mnemonic, each in step.counts.items():
+                    counts[mnemonic] += each * times
+        named = {name: self._outputs[index] for name, index in self._outputs_named.items()}
+        return RunResult(
+            outputs={name: to_float(value) for name, value in named.items()},
+            output_bits={name: bits_of(value) for name, value in named.items()},
+            flags=flags,
+            fault=fault,
+            fault_bundle=place,
+            counts=counts,
+            bundles=bundles,
+            writes={name: [bits_of(value) for value in values] for name, values in writes.items()},
+        )
+
+    def _execute(
+        self, step: _Step, position: int, written: set[int], writes: dict[str, list[Word]]
+    ) -> int | None:
+        registers = self._registers
+        values = [compute() for compute in step.compute]
+        following = position + 1
+        if step.outputs or step.stores or step.branch:
+            outputs = [(compute(), index) for compute, index in step.outputs]
+            stores = [(address(), registers[code]) for address, code in step.stores]
+            if step.branch:
+                target = step.branch()
+                following = following if target is None else target
+            for address, value in stores:
+                self._data[address] = value
+            for value, index in outputs:
+                if self._trace:
+                    writes.setdefault(f"o{index}", []).append(value)
+                if bits_of(value) >> 23 & 0xFF == 0xFF:
+                    raise _Fault(Fault.NOT_FINITE)
+                self._outputs[index] = value
+                written.add(index)
+        for code, value in zip(step.destinations, values, strict=True):
+            registers[code] = value
+            if self._trace:
+                writes.setdefault(isa.register_name(code), []).append(value)
+        return None if step.halt else following
