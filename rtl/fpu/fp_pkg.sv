@@ -23,15 +23,36 @@ package fp_pkg;
   localparam int unsigned FP_MUL_LATENCY = 4;
   localparam int unsigned FP_FMA_LATENCY = 6;
   localparam int unsigned FP_DIVSQRT_LATENCY = 15;
-  localparam int unsigned FP_I2F_LATENCY = 3;
+  localparam int unsigned FP_I2F_LATENCY = 2;
   localparam int unsigned FP_F2I_LATENCY = 2;
   localparam int unsigned FP_CMP_LATENCY = 1;
-  localparam int unsigned FP_SINCOS_LATENCY = 48;
+  localparam int unsigned FP_SINCOS_LATENCY = 31;
 
   // Operation of fp_fma. Field order: {negate product, negate addend, kind}.
   localparam logic [1:0] FMA_KIND_FMA = 2'b00;  // +-(a*b) +- c
   localparam logic [1:0] FMA_KIND_MUL = 2'b01;  // a*b, c ignored
   localparam logic [1:0] FMA_KIND_ADD = 2'b10;  // a +- c, b ignored
+
+  // Operation of fp_cmp: result from operands a, b, c; nv as stated, "sNaN" for a signalling NaN in a
+  // compared operand.
+  localparam logic [3:0] FP_CMP_EQ = 4'd0;      // a = b ? 1.0 : 0.0; nv on sNaN
+  localparam logic [3:0] FP_CMP_LT = 4'd1;      // a < b ? 1.0 : 0.0; nv on any NaN
+  localparam logic [3:0] FP_CMP_LE = 4'd2;      // a <= b ? 1.0 : 0.0; nv on any NaN
+  localparam logic [3:0] FP_CMP_MIN = 4'd3;     // minimumNumber(a, b), -0 < +0; nv on sNaN
+  localparam logic [3:0] FP_CMP_MAX = 4'd4;     // maximumNumber(a, b), -0 < +0; nv on sNaN
+  localparam logic [3:0] FP_CMP_ABS = 4'd5;     // a with sign 0, NaN payload kept; never nv
+  localparam logic [3:0] FP_CMP_NEG = 4'd6;     // a with sign inverted, NaN payload kept; never nv
+  localparam logic [3:0] FP_CMP_MOV = 4'd7;     // a, bit for bit; never nv
+  localparam logic [3:0] FP_CMP_SGN = 4'd8;     // -1.0, +0.0 (for either zero), 1.0; nv on sNaN
+  // a < b ? b : a > c ? c : a. A NaN operand gives NaN, nv on sNaN; limits b > c give NaN and nv.
+  localparam logic [3:0] FP_CMP_SAT = 4'd9;
+  // Selections of b or c bit for bit, never nv; a NaN condition selects c.
+  localparam logic [3:0] FP_CMP_SEL = 4'd10;    // a != 0 ? b : c
+  localparam logic [3:0] FP_CMP_SELGE = 4'd11;  // a >= 0 ? b : c
+  localparam logic [3:0] FP_CMP_SELGT = 4'd12;  // a > 0 ? b : c
+  // 32-bit integers modulo 2^32; never nv.
+  localparam logic [3:0] FP_CMP_IADD = 4'd13;   // a + b
+  localparam logic [3:0] FP_CMP_ISUB = 4'd14;   // a - b
 
   function automatic logic is_nan(input logic [31:0] x);
     is_nan = (&x[30:23]) && (|x[22:0]);

@@ -1,0 +1,286 @@
+// SPDX-License-Identifier: Apache-2.0
+// fp_divsqrt: binary32 quotient a / b or square root of a (sqrt_i), pipelined, one per clock.
+// Contract: latency fp_pkg::FP_DIVSQRT_LATENCY register ranks, no stall; b_i is ignored for roots.
+// Radix-2 restoring digit recurrence, two digits per stage, shared by both operations; no multiplier.
+// Stages: e1 unpack and normalise | 13 digit stages, the last also denormalises | round and pack.
+//
+// Recurrence (Ercegovac and Lang, Digital Arithmetic, ch. 5 and 6). Digit k = 0..25 has weight 2^-k:
+//   trial = 2 r - d_k;  digit = trial >= 0;  r = digit ? trial : 2 r
+//   quotient: r starts at a/2, d_k = b with a, b in [1, 2).             Invariant 0 <= r < b.
+//   root: r starts at m/4, m in [1, 4); d_k = Q + 2^-(k+1), where Q is the root truncated to the
+//         digits found so far: half of m - (Q + 2^-k)^2 scaled by 2^k.  Invariant r < Q + 2^-(k+1).
+// So r is U(1.26) with the last bit first needed by digit 25 of a root, and 2 r is U(2.26). The digits
+// are the conventional binary result, no conversion is needed; a/b lies in (1/2, 2), the root in
+// [1, 2). The result is inexact exactly if the last r is not zero.
+module fp_divsqrt (
+    input  logic           clk_i,
+    input  logic           rst_ni,
+    input  logic           valid_i,
+    input  logic           sqrt_i,
+    input  logic [31:0]    a_i,
+    input  logic [31:0]    b_i,
+    output logic           valid_o,
+    output logic [31:0]    result_o,
+    output fp_pkg::flags_t flags_o
+);
+
+  localparam int unsigned Digits = 26;           // 2^0 .. 2^-25: 24, one for a < b, one to round
+  localparam int unsigned Stages = Digits / 2;
+
+  // ---- e1: unpack, normalise subnormals ----
+  logic [4:0]  zeros_a_e1, zeros_b_e1;
+  logic        a_zero_sig_e1, b_zero_sig_e1;     // fraction and hidden bit all zero
+  logic [23:0] sig_a_e1, sig_b_e1;               // U(1.23), normalised
+  logic [9:0]  exp_a_e1, exp_b_e1;               // S(10.0), biased, -22 .. 255
+  logic        a_normal_e1, b_normal_e1;
+
+  assign a_normal_e1 = |a_i[30:23];
+  assign b_normal_e1 = |b_i[30:23];
+
+  // The hidden bit of a normal number makes its count zero.
+  fp_lzc #(.CountWidth(5)) lzc_a (
+      .value_i({a_normal_e1, a_i[22:0], 8'd0}),
+      .count_o(zeros_a_e1),
+      .zero_o (a_zero_sig_e1)
+  );
+  fp_lzc #(.CountWidth(5)) lzc_b (
+      .value_i({b_normal_e1, b_i[22:0], 8'd0}),
+      .count_o(zeros_b_e1),
+      .zero_o (b_zero_sig_e1)
+  );
+
+  assign sig_a_e1 = {a_normal_e1, a_i[22:0]} << zeros_a_e1;
+  assign sig_b_e1 = {b_normal_e1, b_i[22:0]} << zeros_b_e1;
+  assign exp_a_e1 = {2'd0, a_i[30:24], a_i[23] || !a_normal_e1} - {5'd0, zeros_a_e1};
+  assign exp_b_e1 = {2'd0, b_i[30:24], b_i[23] || !b_normal_e1} - {5'd0, zeros_b_e1};
+
+  // Result that the recurrence does not give; the flags it raises are nv and dz.
+  logic a_nan_e1, a_inf_e1, b_nan_e1, b_inf_e1;
+  logic nan_e1, inf_e1, zero_e1, invalid_e1, by_zero_e1;
+
+  assign a_nan_e1 = fp_pkg::is_nan(a_i);
+  assign a_inf_e1 = fp_pkg::is_inf(a_i);
+  assign b_nan_e1 = fp_pkg::is_nan(b_i);
+  assign b_inf_e1 = fp_pkg::is_inf(b_i);
+
+  always_comb begin
+    if (sqrt_i) begin
+      invalid_e1 = fp_pkg::is_snan(a_i) || (a_i[31] && !a_nan_e1 && !a_zero_sig_e1);
+      nan_e1     = a_nan_e1 || invalid_e1;
+      inf_e1     = a_inf_e1;
+      zero_e1    = a_zero_sig_e1;
+      by_zero_e1 = 1'b0;
+    end else begin
+      invalid_e1 = fp_pkg::is_snan(a_i) || fp_pkg::is_snan(b_i) || (a_inf_e1 && b_inf_e1)
+                || (a_zero_sig_e1 && b_zero_sig_e1);
+      nan_e1     = a_nan_e1 || b_nan_e1 || invalid_e1;
+      inf_e1     = a_inf_e1 || b_zero_sig_e1;
+      zero_e1    = a_zero_sig_e1 || b_inf_e1;
+      by_zero_e1 = b_zero_sig_e1 && !a_inf_e1 && !nan_e1;
+    end
+  end
+
+  // ---- what travels with the digits ----
+  // Entry s is the register in front of digit stage s, entry Stages the one in front of rounding.
+  // The exponent of the result joins in stage 0: of digit 0 in entry 1, then of the leading one.
+  logic [Stages-1:0]     sqrt_q;
+  logic [Stages:0]       valid_q, sign_q, nan_q, inf_q, zero_q, invalid_q, by_zero_q;
+  logic [9:0]              exp_a_q, exp_b_q;  // entry 0: S(10.0), biased
+  logic [Stages-1:1][9:0]  exp_q;       // S(10.0), biased: -150 .. 404
+  logic [Stages-1:0][26:0] remainder_q; // U(1.26)
+  logic [Stages-1:0][26:0] divisor_q;   // U(1.26): b, or the digits of the root found so far
+  logic [Stages-1:0][23:0] digits_q;    // right aligned, 2 s digits at entry s
+  logic [4:0]              amount_q;    // entry Stages - 1: places to denormalise
+  logic [8:0]              exp_round_q; // entry Stages: U(9.0), biased, 1 for a subnormal result
+  logic [25:0]             sig_q;       // entry Stages: U(1.25), denormalised
+  logic                    lost_q;      // entry Stages: a digit below sig_q is one
+  logic [6:0]              nonzero_first_q, nonzero_second_q;  // entry Stages: see gen_denormalise
+
+  always_ff @(posedge clk_i) begin
+    sqrt_q[0]      <= sqrt_i;
+    sign_q[0]      <= a_i[31] ^ (b_i[31] && !sqrt_i);
+    nan_q[0]       <= nan_e1;
+    inf_q[0]       <= inf_e1;
+    zero_q[0]      <= zero_e1;
+    invalid_q[0]   <= invalid_e1;
+    by_zero_q[0]   <= by_zero_e1;
+    exp_a_q        <= exp_a_e1;
+    exp_b_q        <= exp_b_e1;
+    // A root halves the exponent; an odd unbiased one (even biased) leaves a factor 2 in m.
+    remainder_q[0] <= (sqrt_i && exp_a_e1[0]) ? {2'b00, sig_a_e1, 1'b0} : {1'b0, sig_a_e1, 2'b00};
+    divisor_q[0]   <= sqrt_i ? 27'd0 : {sig_b_e1, 3'd0};
+    digits_q[0]    <= 24'd0;
+  end
+
+  logic [8:0] exp_root;                 // U(9.0), (exp_a + 127) / 2
+  logic       unused_root;
+  assign {exp_root, unused_root} = exp_a_q + 10'd127;
+
+  always_ff @(posedge clk_i)
+    exp_q[1] <= sqrt_q[0] ? {1'b0, exp_root} : exp_a_q - exp_b_q + 10'd127;
+
+  // ---- digit stages ----
+  for (genvar s = 0; s < Stages; s++) begin : gen_stage
+    localparam int unsigned First = 2 * s;       // digit k has bit 26 - k in U(1.26)
+
+    // A root appends 2^-(k+1) to its digits. The bits below are zero in divisor_q for a root.
+    logic [26:0] divisor_first, divisor_second;
+    logic [27:0] twice_first, twice_second;      // U(2.26)
+    logic [27:0] trial_first, trial_second;      // S(2.26), in (-d_k, d_k)
+    logic [26:0] remainder_first;
+    logic        digit_first, digit_second;
+
+    always_comb begin
+      divisor_first = divisor_q[s];
+      divisor_first[25-First] = divisor_q[s][25-First] || sqrt_q[s];
+      twice_first = {remainder_q[s], 1'b0};
+      trial_first = twice_first - {1'b0, divisor_first};
+      digit_first = !trial_first[27];
+      remainder_first = digit_first ? trial_first[26:0] : twice_first[26:0];
+
+      divisor_second = divisor_q[s];
+      divisor_second[26-First] = divisor_q[s][26-First] || (sqrt_q[s] && digit_first);
+      divisor_second[24-First] = divisor_q[s][24-First] || sqrt_q[s];
+      twice_second = {remainder_first, 1'b0};
+      trial_second = twice_second - {1'b0, divisor_second};
+      digit_second = !trial_second[27];
+    end
+
+    always_ff @(posedge clk_i) begin
+      sign_q[s+1]      <= sign_q[s];
+      nan_q[s+1]       <= nan_q[s];
+      inf_q[s+1]       <= inf_q[s];
+      zero_q[s+1]      <= zero_q[s];
+      invalid_q[s+1]   <= invalid_q[s];
+      by_zero_q[s+1]   <= by_zero_q[s];
+    end
+
+    if (s < Stages - 1) begin : gen_inner
+      logic [26:0] divisor_next, remainder_second;
+
+      assign remainder_second = digit_second ? trial_second[26:0] : twice_second[26:0];
+
+      always_comb begin
+        divisor_next = divisor_q[s];
+        divisor_next[26-First] = divisor_second[26-First];
+        divisor_next[25-First] = divisor_q[s][25-First] || (sqrt_q[s] && digit_second);
+      end
+
+      always_ff @(posedge clk_i) begin
+        sqrt_q[s+1]    <= sqrt_q[s];
+        divisor_q[s+1] <= divisor_next;
+        remainder_q[s+1] <= remainder_second;
+        digits_q[s+1]  <= {digits_q[s][21:0], digit_first, digit_second};
+      end
+    end
+
+    if (s == 1) begin : gen_exponent             // digit 0 is in bit 1 of digits_q
+      always_ff @(posedge clk_i) exp_q[s+1] <= exp_q[s] - {9'd0, !digits_q[s][1]};
+    end else if (s > 1 && s < Stages - 1) begin : gen_exponent
+      always_ff @(posedge clk_i) exp_q[s+1] <= exp_q[s];
+    end
+
+    // |digit 0|digits 1..25|0| >> amount leaves a significand with its leading one in digit 1, or to
+    // the right of it for a subnormal result: one place if the leading one is digit 0, and 1 - exp
+    // more for a subnormal result. 26 and more leave only the sticky bit. The shift of the digits
+    // known so far runs beside the last two, which can only reach the lowest places.
+    if (s == Stages - 2) begin : gen_amount
+      logic digit0, subnormal, vanished;
+
+      assign digit0    = digits_q[s][First-1];
+      assign subnormal = exp_q[s][9] || exp_q[s] == 10'd0;
+      assign vanished  = exp_q[s][9] && exp_q[s][8:0] < 9'd487;   // exp < -25
+
+      always_ff @(posedge clk_i) begin
+        if (vanished) amount_q <= 5'd31;
+        else amount_q <= (subnormal ? 5'd1 - exp_q[s][4:0] : 5'd0) + {4'd0, digit0};
+      end
+    end
+
+    if (s == Stages - 1) begin : gen_denormalise
+      logic        unused_top;                   // digit 0 has moved right
+      logic [25:0] shifted;
+      logic        shifted_out, subnormal;
+      logic [3:0]  late;                         // |3 lowest places|sticky|
+
+      fp_shift_right #(.Width(27), .AmountWidth(5)) denormalise (
+          .value_i ({digits_q[s], 3'd0}),
+          .amount_i(amount_q),
+          .value_o ({unused_top, shifted}),
+          .sticky_o(shifted_out)
+      );
+
+      always_comb begin
+        case (amount_q)
+          5'd0:    late = {digit_first, digit_second, 2'b00};
+          5'd1:    late = {1'b0, digit_first, digit_second, 1'b0};
+          5'd2:    late = {2'b00, digit_first, digit_second};
+          default: late = {3'b000, digit_first || digit_second};
+        endcase
+      end
+
+      assign subnormal = exp_q[s][9] || exp_q[s] == 10'd0;
+
+      // The last remainder is zero if the last trial is (digit one) or if the remainder before it
+      // was (digit zero). Either is all zero exactly if no group of four bits has a one.
+      for (genvar g = 0; g < 7; g++) begin : gen_group
+        always_ff @(posedge clk_i) begin
+          nonzero_first_q[g]  <= |(remainder_first & (27'hf << (4 * g)));
+          nonzero_second_q[g] <= |(trial_second & (28'hf << (4 * g)));
+        end
+      end
+
+      always_ff @(posedge clk_i) begin
+        exp_round_q <= subnormal ? 9'd1 : exp_q[s][8:0];
+        sig_q       <= {shifted[25:3], shifted[2:0] | late[3:1]};
+        lost_q      <= shifted_out || late[0];
+      end
+    end
+  end
+
+  // ---- last rank: round, pack, special results ----
+  logic [31:0]    rounded, result;
+  fp_pkg::flags_t rounded_flags, flags;
+
+  fp_round round (
+      .sign_i  (sign_q[Stages]),
+      .exp_i   (exp_round_q),
+      .sig_i   (sig_q[25:2]),
+      .guard_i (sig_q[1]),
+      .round_i (sig_q[0]),
+      .sticky_i(lost_q || ((|nonzero_first_q) && (|nonzero_second_q))),
+      .result_o(rounded),
+      .flags_o (rounded_flags)
+  );
+
+  always_comb begin
+    result = rounded;
+    flags  = rounded_flags;
+    if (nan_q[Stages]) begin
+      result = fp_pkg::CANON_NAN;
+      flags  = {invalid_q[Stages], 4'b0000};
+    end else if (inf_q[Stages]) begin
+      result = {sign_q[Stages], fp_pkg::PLUS_INF[30:0]};
+      flags  = {1'b0, by_zero_q[Stages], 3'b000};
+    end else if (zero_q[Stages]) begin
+      result = {sign_q[Stages], 31'd0};
+      flags  = 5'b00000;
+    end
+  end
+
+  always_ff @(posedge clk_i) begin
+    result_o <= result;
+    flags_o  <= flags;
+  end
+
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      valid_q <= '0;
+      valid_o <= 1'b0;
+    end else begin
+      valid_q <= {valid_q[Stages-1:0], valid_i};
+      valid_o <= valid_q[Stages];
+    end
+  end
+
+endmodule

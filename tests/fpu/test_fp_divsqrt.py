@@ -1,0 +1,143 @@
+"""fp_divsqrt against Berkeley SoftFloat."""
+
+import math
+
+import numpy as np
+import pytest
+
+from tests.fpu import reference, stimulus
+from tests.fpu.tb import Operation, Unit, check, check_reset, generator, package_constant, run
+
+UNIT = Unit(
+    "fp_divsqrt",
+    (
+        "rtl/fpu/fp_round.sv",
+        "rtl/fpu/fp_lzc.sv",
+        "rtl/fpu/fp_shift_right.sv",
+        "rtl/fpu/fp_divsqrt.sv",
+    ),
+    latency=package_constant("FP_DIVSQRT_LATENCY"),
+    inputs=(("sqrt_i", 1), ("a_i", 32), ("b_i", 32)),
+)
+DIV = Operation("div", UNIT, ("a_i", "b_i"), reference.div, {"sqrt_i": 0})
+SQRT = Operation("sqrt", UNIT, ("a_i",), reference.sqrt, {"sqrt_i": 1})
+
+
+def quotients(rng: np.random.Generator, count: int) -> np.ndarray:
+    """(a, b), a sixth each: anywhere, quotient around overflow, quotient in and below the subnormal
+    range, subnormal operands, exact quotients (a = q b) and quotients next to a rounding boundary
+    or next to one (a = q b rounded, moved by an ulp)."""
+    part = count // 6
+    anywhere = np.stack((stimulus.finite(rng, part), stimulus.finite(rng, part)), 1)
+    rows = [anywhere]
+    for low, high in ((250, 258), (-27, 4)):
+        exponent = rng.integers(low, high, part)
+        below = rng.integers(np.maximum(1, 128 - exponent), np.minimum(254, 381 - exponent) + 1)
+        below = np.clip(below, 1, 254)
+        rows.append(
+            np.stack(
+                (
+                    stimulus.with_exponents(rng, np.clip(exponent + below - 127, 1, 254)),
+                    stimulus.with_exponents(rng, below),
+                ),
+                1,
+            )
+        )
+    small = stimulus.fractions(rng, part) >> rng.integers(0, 23, part, dtype=np.uint32)
+    other = np.where(
+        rng.integers(0, 2, part) == 0,
+        stimulus.with_exponents(rng, rng.integers(0, 160, part)),
+        small[::-1],
+    )
+    flip = rng.integers(0, 2, part) == 0
+    rows.append(np.stack((np.where(flip, small, other), np.where(flip, other, small)), 1))
+    for short in (True, False):
+        q, b = (stimulus.with_exponents(rng, rng.integers(70, 180, part)) for _ in range(2))
+        if short:  # 12 significant bits each: the product is exact
+            q, b = q & np.uint32(0xFFFFF000), b & np.uint32(0xFFFFF000)
+        a = (q.view(np.float32).astype(np.float64) * b.view(np.float32)).astype(np.float32)
+        a = a.view(np.uint32)
+        rows.append(np.stack((a if short else stimulus.nudged(rng, a, 1), b), 1))
+    return rng.permutation(np.concatenate(rows).astype(np.uint32), axis=0)
+
+
+def radicands(rng: np.random.Generator, count: int) -> np.ndarray:
+    """Anywhere, exact squares, squares moved by an ulp, subnormals, one in sixteen negative."""
+    part = count // 4
+    root = rng.integers(1 << 11, 1 << 12, part).astype(np.float64)
+    squares = (root * root * 4.0 ** rng.integers(-70, 50, part)).astype(np.float32).view(np.uint32)
+    root = 1.0 + rng.integers(0, 1 << 23, part) * 2.0**-23
+    near = (root * root * 2.0 ** rng.integers(-120, 120, part)).astype(np.float32).view(np.uint32)
+    small = stimulus.fractions(rng, part) >> rng.integers(0, 23, part, dtype=np.uint32)
+    anywhere = stimulus.finite(rng, count - 3 * part)
+    rows = np.concatenate((squares, stimulus.nudged(rng, near, 1), small, anywhere))
+    negative = rng.integers(0, 16, len(rows)) == 0
+    return rng.permutation(np.where(negative, rows | stimulus.SIGN, rows & ~stimulus.SIGN))
+
+
+# name -> operation, operands, result bits, flags
+DIRECTED = {
+    "div_by_zero": (DIV, (0xBF800000, 0), 0xFF800000, 0b01000),
+    "zero_by_zero_is_invalid": (DIV, (0, 0x80000000), 0x7FC00000, 0b10000),
+    "infinities_are_invalid": (DIV, (0x7F800000, 0xFF800000), 0x7FC00000, 0b10000),
+    "infinity_by_zero_is_exact": (DIV, (0x7F800000, 0x80000000), 0xFF800000, 0),
+    "quotient_rounds_up_to_smallest_normal_and_is_tiny": (
+        DIV,
+        (0x00FFFFFF, 0x40000000),
+        0x00800000,
+        0b00011,
+    ),
+    "subnormals_divide_exactly": (DIV, (0x00000003, 0x00000001), 0x40400000, 0),
+    "half_of_smallest_subnormal_ties_to_zero": (DIV, (1, 0x40000000), 0, 0b00011),
+    "largest_by_smallest_overflows": (DIV, (0x7F7FFFFF, 1), 0x7F800000, 0b00101),
+    "quiet_nan_is_silent": (DIV, (0xFFC12345, 0), 0x7FC00000, 0),
+    "sqrt_of_negative_zero": (SQRT, (0x80000000,), 0x80000000, 0),
+    "sqrt_of_negative_is_invalid": (SQRT, (0x80000001,), 0x7FC00000, 0b10000),
+    "sqrt_of_negative_nan_is_silent": (SQRT, (0xFFC00000,), 0x7FC00000, 0),
+    "sqrt_of_smallest_subnormal": (SQRT, (1,), 0x1A3504F3, 0b00001),
+}
+
+
+@pytest.mark.parametrize("name", DIRECTED)
+def test_divsqrt__directed__unit_and_reference_agree_with_named_case(name: str) -> None:
+    operation, operands, bits, flags = DIRECTED[name]
+    row = np.array([operands], dtype=np.uint32)
+    got_bits, got_flags = operation.reference(*row.T)
+    assert (int(got_bits[0]), int(got_flags[0])) == (bits, flags)
+    check(operation, row)
+
+
+def test_div__corner_pairs__match_reference() -> None:
+    check(DIV, stimulus.cross(stimulus.corners(), stimulus.corners()))
+
+
+def test_div__random_pairs__match_reference() -> None:
+    rng = generator("div")
+    check(DIV, np.concatenate((quotients(rng, 120_000), stimulus.mixed(rng, 50_000, 2))))
+
+
+def test_sqrt__corners_and_random_operands__match_reference() -> None:
+    rng = generator("sqrt")
+    parts = (stimulus.corners(), radicands(rng, 120_000), stimulus.mixed(rng, 50_000, 1)[:, 0])
+    check(SQRT, np.concatenate(parts)[:, None])
+
+
+def test_sqrt__squares_of_integers__are_exact() -> None:
+    squares = np.arange(1, 4096, dtype=np.float32) ** 2
+    got = run(UNIT, {"sqrt_i": np.ones(4095, np.uint32), "a_i": squares.view(np.uint32)})
+    assert [math.isqrt(int(x)) for x in squares] == list(got["result_o"].view(np.float32))
+    assert not got["flags_o"].any()
+
+
+def test_divsqrt__operations_interleaved_with_gaps__match_reference() -> None:
+    rng = generator("divsqrt mix")
+    rows, roots = stimulus.mixed(rng, 4000, 2), rng.integers(0, 2, 4000, dtype=np.uint32)
+    inputs = {"sqrt_i": roots, "a_i": rows[:, 0], "b_i": rows[:, 1]}
+    got = run(UNIT, inputs, issue=stimulus.gaps(rng, 4000))
+    of_div, of_sqrt = reference.div(*rows.T), reference.sqrt(rows[:, 0])
+    for port, want_div, want_sqrt in zip(("result_o", "flags_o"), of_div, of_sqrt, strict=True):
+        assert np.array_equal(got[port], np.where(roots == 1, want_sqrt, want_div)), port
+
+
+def test_divsqrt__reset_in_flight__clears_valid() -> None:
+    check_reset(UNIT)

@@ -1,0 +1,93 @@
+"""fp_f2i against Berkeley SoftFloat, except for the saturation results that we fix ourselves."""
+
+import numpy as np
+import pytest
+import softfloatpy as sf
+
+from tests.fpu import reference, stimulus
+from tests.fpu.tb import Operation, Unit, check, check_reset, generator, package_constant
+
+UNIT = Unit(
+    "fp_f2i",
+    ("rtl/fpu/fp_shift_right.sv", "rtl/fpu/fp_f2i.sv"),
+    latency=package_constant("FP_F2I_LATENCY"),
+    inputs=(("truncate_i", 1), ("a_i", 32)),
+)
+
+MODES = {"truncate": sf.RoundingMode.MIN_MAG, "nearest": sf.RoundingMode.NEAR_EVEN}
+
+
+def _reference(mode: sf.RoundingMode):
+    """SoftFloat, with the invalid results (specific to its build) set by our rule."""
+
+    def function(a: np.ndarray) -> reference.Result:
+        bits, flags = reference.f32_to_i32(a, mode)
+        nan = (a & ~stimulus.SIGN) > 0x7F800000
+        ours = np.where(nan | (a < stimulus.SIGN), np.uint32(0x7FFFFFFF), stimulus.SIGN)
+        return np.where(flags == 0b10000, ours, bits), flags
+
+    return function
+
+
+OPERATIONS = {
+    name: Operation(name, UNIT, ("a_i",), _reference(mode), {"truncate_i": int(name == "truncate")})
+    for name, mode in MODES.items()
+}
+
+
+def operands(rng: np.random.Generator, count: int) -> np.ndarray:
+    """Corners, every half and its neighbours, around 2^31, integers plus fractions."""
+    halves = (np.arange(-300, 300) + 0.5).astype(np.float32).view(np.uint32)
+    fractions = np.array([0.0, 0.25, 0.5, 0.75, 1.5], dtype=np.float64)
+    large = (2.0 ** np.arange(0, 32)[:, None] + fractions).astype(np.float32).ravel()
+    large = np.concatenate((large, -large)).view(np.uint32)
+    edges = np.concatenate((halves, large)).astype(np.int64)
+    edges = (edges[:, None] + np.arange(-1, 2)).ravel() & 0xFFFFFFFF
+    random = stimulus.with_exponents(rng, rng.integers(120, 162, count))
+    ties = stimulus.with_exponents(rng, rng.integers(126, 151, count // 4))
+    keep = np.uint32(0xFFFFFFFF) << np.clip(149 - (ties >> 23 & 0xFF), 0, 22).astype(np.uint32)
+    parts = (
+        stimulus.corners(),
+        edges,
+        random,
+        ties & keep,
+        stimulus.mixed(rng, count // 2, 1)[:, 0],
+    )
+    return np.concatenate(parts).astype(np.uint32)
+
+
+@pytest.mark.parametrize("name", OPERATIONS)
+def test_f2i__corners_ties_and_random_operands__match_reference(name: str) -> None:
+    check(OPERATIONS[name], operands(generator(f"f2i {name}"), 60_000))
+
+
+# operand -> result, flags, in both modes
+SATURATION = {
+    "nan": (0x7FC00000, 0x7FFFFFFF, 0b10000),
+    "negative_nan": (0xFFC00000, 0x7FFFFFFF, 0b10000),
+    "signalling_nan": (0xFF800001, 0x7FFFFFFF, 0b10000),
+    "infinity": (0x7F800000, 0x7FFFFFFF, 0b10000),
+    "negative_infinity": (0xFF800000, 0x80000000, 0b10000),
+    "two_to_the_31": (0x4F000000, 0x7FFFFFFF, 0b10000),
+    "minus_two_to_the_31_is_exact": (0xCF000000, 0x80000000, 0),
+    "below_minus_two_to_the_31": (0xCF000001, 0x80000000, 0b10000),
+}
+
+
+@pytest.mark.parametrize("mode", OPERATIONS)
+@pytest.mark.parametrize("name", SATURATION)
+def test_f2i__out_of_range__saturates(name: str, mode: str) -> None:
+    operand, bits, flags = SATURATION[name]
+    row = np.array([operand], dtype=np.uint32)
+    got_bits, got_flags = OPERATIONS[mode].reference(row)
+    assert (int(got_bits[0]), int(got_flags[0])) == (bits, flags)
+    check(OPERATIONS[mode], row)
+
+
+def test_f2i__random_gaps__valid_follows_by_the_latency() -> None:
+    rng = generator("f2i gaps")
+    check(OPERATIONS["truncate"], stimulus.mixed(rng, 2000, 1), issue=stimulus.gaps(rng, 2000))
+
+
+def test_f2i__reset_in_flight__clears_valid() -> None:
+    check_reset(UNIT)

