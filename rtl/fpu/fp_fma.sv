@@ -2,8 +2,8 @@
 // fp_fma: binary32 fused multiply-add +-(a*b) +- c, one rounding; also a*b and a +- c. Pipelined.
 // Contract: latency fp_pkg::FP_FMA_LATENCY register ranks, one operation per clock, no stall.
 // kind_i MUL ignores c (c := -0) and ADD ignores b (b := 1), so both are the IEEE operations.
-// Stages: e1 unpack | e2 multiply, align | e3 add | e4 magnitude, coarse normalise |
-//         e5 fine normalise | e6 round and pack.
+// Stages: e1 unpack | e2 multiply, align | e3 add | e4 coarse normalise |
+//         e5 fine normalise | e6 magnitude, round and pack.
 module fp_fma (
     input  logic           clk_i,
     input  logic           rst_ni,
@@ -34,8 +34,6 @@ module fp_fma (
   logic        a_subnormal_e1, b_subnormal_e1, c_subnormal_e1;
   logic [7:0]  exp_a_e1, exp_b_e1, exp_c_e1;   // biased; a subnormal has that of the least normal
   logic        product_zero_e1, sign_product_e1, sign_addend_e1;
-  logic [8:0]  exp_top_e1;                     // U(9.0): biased exponent of bit 76 by the product,
-                                               // used only while the addend is not above it
   logic [9:0]  distance_e1;                    // S(10.0): right shift of the addend
 
   assign b_e1 = (kind_i == fp_pkg::FMA_KIND_ADD) ? fp_pkg::ONE : b_i;
@@ -52,13 +50,11 @@ module fp_fma (
   assign exp_c_e1 = {c_e1[30:24], c_e1[23] || c_subnormal_e1};
 
   assign product_zero_e1 = fp_pkg::is_zero(a_i) || fp_pkg::is_zero(b_e1);
-  assign exp_top_e1      = {1'b0, exp_a_e1} + {1'b0, exp_b_e1} - 9'd100;  // - 127 + 27
-  assign distance_e1     = {2'b00, exp_a_e1} + {2'b00, exp_b_e1} - {2'b00, exp_c_e1} - 10'd100;
+  assign distance_e1     = {2'b00, exp_a_e1} + {2'b00, exp_b_e1} - {2'b00, exp_c_e1} - 10'd100;  // 127 - 27
 
   logic        valid_e1_q;
   logic [23:0] sig_a_e1_q, sig_b_e1_q, sig_c_e1_q;  // U(1.23), hidden bit 0 for subnormals
   logic [9:0]  distance_e1_q;
-  logic [8:0]  exp_top_e1_q;
   logic [7:0]  exp_c_e1_q;
   logic        sign_product_e1_q, sign_addend_e1_q;
   logic        nan_e1_q, signalling_e1_q, product_inf_e1_q, addend_inf_e1_q, product_zero_e1_q;
@@ -69,7 +65,6 @@ module fp_fma (
     sig_c_e1_q        <= {!c_subnormal_e1, c_e1[22:0]};
     // A zero product must not push the addend out: treat it as infinitely far below.
     distance_e1_q     <= {distance_e1[9] || product_zero_e1, distance_e1[8:0]};
-    exp_top_e1_q      <= exp_top_e1;
     exp_c_e1_q        <= exp_c_e1;
     sign_product_e1_q <= sign_product_e1;
     sign_addend_e1_q  <= sign_addend_e1;
@@ -81,49 +76,71 @@ module fp_fma (
   end
 
   // ---- e2: product; addend into the frame ----
-  logic             above_e2, subtract_e2, lost_e2, invalid_e2;
-  logic [6:0]       shift_e2;
+  // Shift by 0..15 first, while the addend is narrow, then by groups of 16 with one select per group.
+  logic             above_e2, subtract_e2, far_e2, lost_e2, invalid_e2;
+  logic [3:0]       fine_e2;
+  logic [4:0]       coarse_e2;                  // one-hot
+  logic [38:0]      fine_addend_e2;             // U(1.38)
   logic [Frame-1:0] addend_e2;
+  logic [47:0]      outer_e2;                   // product U(2.46) = outer + cross * 2^17
+  logic [24:0]      cross_e2;
 
   assign above_e2    = distance_e1_q[9];
-  assign shift_e2    = (distance_e1_q[6:0] | {7{|distance_e1_q[8:7]}}) & {7{!above_e2}};
   assign subtract_e2 = sign_product_e1_q ^ sign_addend_e1_q;
   assign invalid_e2  = signalling_e1_q || (product_inf_e1_q && product_zero_e1_q)
                     || (product_inf_e1_q && addend_inf_e1_q && subtract_e2 && !nan_e1_q);
 
-  fp_shift_right #(.Width(Frame), .AmountWidth(7), .WidestFirst(1'b0)) align (
-      .value_i ({sig_c_e1_q, 53'd0}),
-      .amount_i(shift_e2),
-      .value_o (addend_e2),
-      .sticky_o(lost_e2)
+  assign fine_e2        = distance_e1_q[3:0] & {4{!above_e2}};
+  assign fine_addend_e2 = {sig_c_e1_q, 15'd0} >> fine_e2;
+  assign far_e2         = !above_e2 && (distance_e1_q[8:4] > 5'd4);
+  assign lost_e2        = (coarse_e2[3] && (|fine_addend_e2[9:0]))
+                       || (coarse_e2[4] && (|fine_addend_e2[25:0])) || (far_e2 && (|sig_c_e1_q));
+
+  always_comb begin
+    for (int g = 0; g < 5; g++) coarse_e2[g] = !above_e2 && distance_e1_q[8:4] == 5'(g);
+    coarse_e2[0] = coarse_e2[0] || above_e2;
+    addend_e2 = {77{1'b0}};
+    for (int g = 0; g < 5; g++)
+      addend_e2 = addend_e2 | (({fine_addend_e2, 38'd0} >> (16 * g)) & {77{coarse_e2[g]}});
+  end
+
+  fp_product multiply (
+      .a_i    (sig_a_e1_q),
+      .b_i    (sig_b_e1_q),
+      .outer_o(outer_e2),
+      .cross_o(cross_e2)
   );
 
   logic             valid_e2_q;
-  logic [47:0]      product_e2_q;               // U(2.46)
-  logic [Frame-1:0] addend_e2_q;
+  logic [47:0]      outer_e2_q;
+  logic [24:0]      cross_e2_q;
+  logic [Frame-1:0] addend_e2_q;                // ones' complement if subtracted
   logic             lost_e2_q, subtract_e2_q, sign_e2_q, nan_e2_q, invalid_e2_q, inf_e2_q;
   logic [8:0]       exp_top_e2_q;               // U(9.0): biased exponent of bit 76, at least 1
 
   always_ff @(posedge clk_i) begin
-    product_e2_q  <= sig_a_e1_q * sig_b_e1_q;
-    addend_e2_q   <= addend_e2;
+    outer_e2_q    <= outer_e2;
+    cross_e2_q    <= cross_e2;
+    addend_e2_q   <= addend_e2 ^ {77{subtract_e2}};
     lost_e2_q     <= lost_e2;
     subtract_e2_q <= subtract_e2;
-    exp_top_e2_q  <= above_e2 ? {1'b0, exp_c_e1_q} : exp_top_e1_q;
+    exp_top_e2_q  <= {1'b0, exp_c_e1_q} + (above_e2 ? 9'd0 : distance_e1_q[8:0]);
     sign_e2_q     <= addend_inf_e1_q ? sign_addend_e1_q : sign_product_e1_q;
     nan_e2_q      <= nan_e1_q || invalid_e2;
     invalid_e2_q  <= invalid_e2;
     inf_e2_q      <= product_inf_e1_q || addend_inf_e1_q;
   end
 
-  // ---- e3: product +- addend; negative only if the addend is larger, and then exact ----
+  // ---- e3: product +- addend; negative only if the addend is larger, and then nothing was lost ----
   // Bits lost from a subtracted addend make the true difference lie just below: no carry in.
+  logic [47:0]    product_e3;
   logic [Frame:0] sum_e3;                       // S(78.0)
   logic [8:0]     room_e3;                      // left shifts until the exponent would be below 1
 
-  assign sum_e3  = {27'd0, product_e2_q, 3'd0} + ({1'b0, addend_e2_q} ^ {78{subtract_e2_q}})
-                 + {77'd0, subtract_e2_q && !lost_e2_q};
-  assign room_e3 = exp_top_e2_q - 9'd1;
+  assign product_e3 = outer_e2_q + {6'd0, cross_e2_q, 17'd0};
+  assign sum_e3     = {27'd0, product_e3, 3'd0} + {subtract_e2_q, addend_e2_q}
+                    + {77'd0, subtract_e2_q && !lost_e2_q};
+  assign room_e3    = exp_top_e2_q - 9'd1;
 
   logic           valid_e3_q;
   logic [Frame:0] sum_e3_q;
@@ -145,58 +162,45 @@ module fp_fma (
     inf_e3_q       <= inf_e2_q;
   end
 
-  // ---- e4: magnitude, and left shift by whole groups of 16 bits ----
-  // The group is found on the ones' complement, which is the magnitude minus one: a magnitude of
-  // exactly 2^16k then shows up one place above the window, in carry_e4, and is zero below.
-  // Trailing zeros survive negation, so the bits left of the window are summed up from sum_e3_q.
-  logic             negative_e4;
-  logic [79:0]      magnitude_e4;               // groups 0 (top) .. 4, three zero bits at the end
-  logic [79:0]      padded_e4;
-  logic [3:0]       some_e4, full_e4;           // a group of the sum: any one, all ones
-  logic [3:0]       stop_e4;                    // the first one or the end of the room
-  logic [2:0]       group_e4;
-  logic [47:0]      window_e4;
-  logic             carry_e4, below_e4;
+  // ---- e4: left shift by whole groups of 16 bits ----
+  // A negative sum stays in two's complement up to e6. Its ones' complement V is the magnitude minus
+  // one, that is 0.V111.. with ones for ever, so its leading one and rounding bits serve as well: in
+  // the sum itself those ones are the zeros that a left shift brings. The group wanted is the first
+  // that differs from the sign, or the one in which the room ends.
+  logic [79:0] groups_e4;                       // group 0 (top) .. 4, three zeros at the end
+  logic        negative_e4, below_e4;
+  logic [3:0]  differs_e4, stop_e4;
+  logic [2:0]  group_e4;
+  logic [47:0] window_e4;
 
-  assign negative_e4  = sum_e3_q[Frame];
-  assign magnitude_e4 = {(sum_e3_q[Frame-1:0] ^ {77{negative_e4}}) + {76'd0, negative_e4}, 3'd0};
-  assign padded_e4    = {sum_e3_q[Frame-1:0], {3{negative_e4}}};
+  assign groups_e4   = {sum_e3_q[Frame-1:0], 3'd0};
+  assign negative_e4 = sum_e3_q[Frame];
 
   always_comb begin
-    for (int g = 0; g < 4; g++) begin
-      some_e4[g] = |padded_e4[16*(4-g)+:16];
-      full_e4[g] = &padded_e4[16*(4-g)+:16];
-    end
-    stop_e4 = coarse_room_e3_q[3:0] | (negative_e4 ? ~full_e4 : some_e4);
-    group_e4  = 3'd4;
-    window_e4 = {magnitude_e4[15:0], 32'd0};
-    carry_e4  = magnitude_e4[16];
-    below_e4  = 1'b0;
-    if (stop_e4[0]) begin
-      group_e4  = 3'd0;
-      window_e4 = magnitude_e4[79:32];
-      carry_e4  = 1'b0;
-      below_e4  = |sum_e3_q[28:0];
-    end else if (stop_e4[1]) begin
-      group_e4  = 3'd1;
-      window_e4 = magnitude_e4[63:16];
-      carry_e4  = magnitude_e4[64];
-      below_e4  = |sum_e3_q[12:0];
-    end else if (stop_e4[2]) begin
-      group_e4  = 3'd2;
-      window_e4 = magnitude_e4[47:0];
-      carry_e4  = magnitude_e4[48];
-    end else if (stop_e4[3]) begin
-      group_e4  = 3'd3;
-      window_e4 = {magnitude_e4[31:0], 16'd0};
-      carry_e4  = magnitude_e4[32];
-    end
+    for (int g = 0; g < 4; g++)
+      differs_e4[g] = negative_e4 ? !(&groups_e4[16*(4-g)+:16]) : (|groups_e4[16*(4-g)+:16]);
+    stop_e4 = differs_e4 | coarse_room_e3_q[3:0];
+    casez (stop_e4)
+      4'b???1: group_e4 = 3'd0;
+      4'b??10: group_e4 = 3'd1;
+      4'b?100: group_e4 = 3'd2;
+      4'b1000: group_e4 = 3'd3;
+      default: group_e4 = 3'd4;
+    endcase
+    case (group_e4)
+      3'd0:    window_e4 = groups_e4[79:32];
+      3'd1:    window_e4 = groups_e4[63:16];
+      3'd2:    window_e4 = groups_e4[47:0];
+      3'd3:    window_e4 = {groups_e4[31:0], 16'd0};
+      default: window_e4 = {groups_e4[15:0], 32'd0};
+    endcase
+    below_e4 = (group_e4 == 3'd0 && (|groups_e4[31:0])) || (group_e4 == 3'd1 && (|groups_e4[15:0]));
   end
 
   logic        valid_e4_q;
   logic [47:0] window_e4_q;                     // U(1.47), not yet normalised
-  logic        carry_e4_q, below_e4_q;
-  logic        zero_e4_q, sign_e4_q, nan_e4_q, invalid_e4_q, inf_e4_q;
+  logic        negative_e4_q, below_e4_q;
+  logic        zero_e4_q, subtract_e4_q, sign_e4_q, nan_e4_q, invalid_e4_q, inf_e4_q;
   logic        limited_e4_q;                    // the room for left shifts ends in this group
   logic [3:0]  fine_room_e4_q;
   logic [2:0]  group_e4_q;
@@ -204,16 +208,16 @@ module fp_fma (
 
   always_ff @(posedge clk_i) begin
     window_e4_q    <= window_e4;
-    carry_e4_q     <= carry_e4;
+    negative_e4_q  <= negative_e4;
     below_e4_q     <= below_e4 || lost_e3_q;
     group_e4_q     <= group_e4;
     limited_e4_q   <= coarse_room_e3_q[group_e4];
     fine_room_e4_q <= fine_room_e3_q;
     exp_top_e4_q   <= exp_top_e3_q;
     zero_e4_q      <= !(|sum_e3_q) && !lost_e3_q;
-    // Exact cancellation gives +0; an infinity brought its own sign.
-    sign_e4_q      <= inf_e3_q ? sign_e3_q
-                    : (|sum_e3_q) ? sign_e3_q ^ negative_e4 : sign_e3_q && !subtract_e3_q;
+    // An infinity brought its own sign.
+    sign_e4_q      <= sign_e3_q ^ (negative_e4 && !inf_e3_q);
+    subtract_e4_q  <= subtract_e3_q;
     nan_e4_q       <= nan_e3_q;
     invalid_e4_q   <= invalid_e3_q;
     inf_e4_q       <= inf_e3_q;
@@ -222,12 +226,11 @@ module fp_fma (
   // ---- e5: left shift by 0..15, no further than the exponent allows ----
   logic [15:0] stop_e5;
   logic [3:0]  zeros_e5;
-  logic        unused_zero_e5;
+  logic        unused_empty_e5;
   logic [47:0] shifted_e5;
-  logic [8:0]  exp_group_e5;
 
   always_comb begin
-    stop_e5 = window_e4_q[47:32];
+    stop_e5 = window_e4_q[47:32] ^ {16{negative_e4_q}};
     for (int i = 0; i < 16; i++)
       if (limited_e4_q && fine_room_e4_q == 4'(i)) stop_e5[15-i] = 1'b1;
   end
@@ -235,38 +238,51 @@ module fp_fma (
   fp_lzc #(.CountWidth(4)) lzc (
       .value_i(stop_e5),
       .count_o(zeros_e5),
-      .zero_o (unused_zero_e5)
+      .zero_o (unused_empty_e5)
   );
 
-  assign shifted_e5   = window_e4_q << zeros_e5;
-  assign exp_group_e5 = exp_top_e4_q - {2'd0, group_e4_q, 4'd0};
+  assign shifted_e5 = window_e4_q << zeros_e5;
 
   logic        valid_e5_q;
-  logic [25:0] sig_e5_q;                        // U(1.25)
-  logic        sticky_e5_q, zero_e5_q, sign_e5_q, nan_e5_q, invalid_e5_q, inf_e5_q;
+  logic [25:0] sig_e5_q;                        // U(1.25), ones' complement if negative
+  logic        negative_e5_q, sticky_e5_q;
+  logic        zero_e5_q, sign_e5_q, nan_e5_q, invalid_e5_q, inf_e5_q;
   logic [8:0]  exp_e5_q;                        // U(9.0), biased
 
   always_ff @(posedge clk_i) begin
-    sig_e5_q     <= {shifted_e5[47] || carry_e4_q, shifted_e5[46:22]};
-    sticky_e5_q  <= (|shifted_e5[21:0]) || below_e4_q;
-    exp_e5_q     <= exp_group_e5 - (carry_e4_q ? 9'h1ff : {5'd0, zeros_e5});
-    zero_e5_q    <= zero_e4_q;
-    sign_e5_q    <= sign_e4_q;
-    nan_e5_q     <= nan_e4_q;
-    invalid_e5_q <= invalid_e4_q;
-    inf_e5_q     <= inf_e4_q;
+    sig_e5_q      <= shifted_e5[47:22];
+    negative_e5_q <= negative_e4_q;
+    sticky_e5_q   <= (|shifted_e5[21:0]) || below_e4_q;
+    exp_e5_q      <= exp_top_e4_q - {2'd0, group_e4_q, zeros_e5};
+    zero_e5_q     <= zero_e4_q;
+    // Exact cancellation gives +0.
+    sign_e5_q     <= sign_e4_q && !(zero_e4_q && subtract_e4_q && !inf_e4_q);
+    nan_e5_q      <= nan_e4_q;
+    invalid_e5_q  <= invalid_e4_q;
+    inf_e5_q      <= inf_e4_q;
   end
 
   // ---- e6: round, pack, special results ----
+  // Negative: complement, and add one at the very end if only zeros (ones of V) follow the round
+  // bit. Where it also passes guard and round bit, the result is exact and one ulp above: that is
+  // what fp_round makes of guard = round = 1, except for the flags. It cannot overflow there.
+  logic [25:0]    magnitude_e6;                 // U(1.25)
+  logic           end_around_e6, exact_up_e6, guard_e6, round_e6;
   logic [31:0]    rounded_e6, result_e6;
   fp_pkg::flags_t rounded_flags_e6, flags_e6;
+
+  assign magnitude_e6  = sig_e5_q ^ {26{negative_e5_q}};
+  assign end_around_e6 = negative_e5_q && !sticky_e5_q;
+  assign exact_up_e6   = end_around_e6 && (&magnitude_e6[1:0]);
+  assign guard_e6      = exact_up_e6 || (magnitude_e6[1] ^ (end_around_e6 && magnitude_e6[0]));
+  assign round_e6      = exact_up_e6 || (magnitude_e6[0] ^ end_around_e6);
 
   fp_round round (
       .sign_i  (sign_e5_q),
       .exp_i   (exp_e5_q),
-      .sig_i   (sig_e5_q[25:2]),
-      .guard_i (sig_e5_q[1]),
-      .round_i (sig_e5_q[0]),
+      .sig_i   (magnitude_e6[25:2]),
+      .guard_i (guard_e6),
+      .round_i (round_e6),
       .sticky_i(sticky_e5_q),
       .result_o(rounded_e6),
       .flags_o (rounded_flags_e6)
@@ -274,7 +290,7 @@ module fp_fma (
 
   always_comb begin
     result_e6 = rounded_e6;
-    flags_e6  = rounded_flags_e6;
+    flags_e6  = rounded_flags_e6 & {5{!exact_up_e6}};
     if (nan_e5_q) begin
       result_e6 = fp_pkg::CANON_NAN;
       flags_e6  = {invalid_e5_q, 4'b0000};

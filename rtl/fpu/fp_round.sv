@@ -28,7 +28,7 @@ module fp_round (
   // A carry out of the fraction moves into the exponent field: subnormal to normal, 1.11..1 to 10.0.
   assign exp_field = subnormal ? 9'd0 : exp_i;
   assign packed_up = {exp_field, sig_i[22:0]} + {31'd0, increment};
-  assign overflow  = packed_up[31:23] >= 9'd255;
+  assign overflow  = packed_up[31] || (&packed_up[30:23]);
 
   assign result_o = overflow ? {sign_i, fp_pkg::PLUS_INF[30:0]} : {sign_i, packed_up[30:0]};
   assign flags_o  = {1'b0, 1'b0, overflow, tiny && inexact, inexact || overflow};
