@@ -3,5 +3,15 @@
 
 from sim.iss.core import TABLE_1, Iss, RunResult
 from sim.iss.isa import Fault
+from sim.iss.path import EXPORT_OF_ROW, PathFault, PathRun, run_path
 
-__all__ = ["TABLE_1", "Fault", "Iss", "RunResult"]
+__all__ = [
+    "EXPORT_OF_ROW",
+    "TABLE_1",
+    "Fault",
+    "Iss",
+    "PathFault",
+    "PathRun",
+    "RunResult",
+    "run_path",
+]

@@ -1,0 +1,193 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Every operation of the instruction-set model against values worked out by hand."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import mpmath
+import numpy as np
+import pytest
+
+from sim.iss import Fault, Iss
+from tests.asip.iss_image import MULTIPLY_ADD, OPCODES, SECOND_IS_C, bundle, image, word
+
+NV, DZ, OF, UF, NX = 16, 8, 4, 2, 1
+ONE, TWO, THREE, HALF = 0x3F800000, 0x40000000, 0x40400000, 0x3F000000
+MINUS_ONE, MINUS_TWO = 0xBF800000, 0xC0000000
+ZERO, MINUS_ZERO, INF, MINUS_INF = 0x00000000, 0x80000000, 0x7F800000, 0xFF800000
+NAN, QUIET, SIGNALLING = 0x7FC00000, 0xFFC12345, 0x7F800001
+MAX, TINY, NORMAL = 0x7F7FFFFF, 0x00000001, 0x00800000
+NEXT = 0x3F800001  # 1 + 2^-23
+
+CASES = [
+    # multiply-add: signs of product and addend, one rounding
+    ("fmadd", (TWO, THREE, ONE), 0x40E00000, 0),  # 7
+    ("fnmsub", (TWO, THREE, ONE), 0xC0A00000, 0),  # -5
+    ("fmsub", (TWO, THREE, ONE), 0x40A00000, 0),  # 5
+    ("fnmadd", (TWO, THREE, ONE), 0xC0E00000, 0),  # -7
+    # (1+u)^2 - (1+2u) = u^2 with u = 2^-23, exact only if the product is not rounded
+    ("fmsub", (NEXT, NEXT, 0x3F800002), 0x28800000, 0),
+    ("fmadd", (ONE, ONE, MINUS_ONE), ZERO, 0),
+    ("fnmadd", (ONE, ZERO, ZERO), MINUS_ZERO, 0),  # -0 - 0
+    ("fmadd", (MAX, TWO, ZERO), INF, OF | NX),
+    ("fmadd", (INF, ZERO, ONE), NAN, NV),
+    ("fmadd", (INF, ZERO, QUIET), NAN, NV),
+    ("fmadd", (ONE, QUIET, ONE), NAN, 0),
+    ("fmadd", (ONE, ONE, SIGNALLING), NAN, NV),
+    ("fmul", (TWO, THREE), 0x40C00000, 0),
+    ("fnmul", (TWO, THREE), 0xC0C00000, 0),
+    ("fnmul", (ZERO, ONE), MINUS_ZERO, 0),
+    ("fmul", (TINY, HALF), ZERO, UF | NX),  # tie to even
+    ("fmul", (0x00FFFFFF, HALF), NORMAL, UF | NX),  # below 2^-126 even after rounding to 24 bits
+    ("fmul", (0x3F7FFFFF, 0x00800001), NORMAL, NX),  # rounds to 2^-126 in 24 bits: not tiny
+    ("fadd", (ONE, TWO), THREE, 0),
+    ("fadd", (ONE, 0x33800000), ONE, NX),  # 1 + 2^-24: tie to even
+    ("fadd", (MAX, MAX), INF, OF | NX),
+    ("fadd", (INF, MINUS_INF), NAN, NV),
+    ("fsub", (ONE, TWO), MINUS_ONE, 0),
+    ("fsub", (ONE, ONE), ZERO, 0),
+    ("fsub", (NORMAL, 0x00800001), 0x80000001, 0),
+    # comparisons
+    ("feq", (ONE, ONE), ONE, 0),
+    ("feq", (ZERO, MINUS_ZERO), ONE, 0),
+    ("feq", (QUIET, QUIET), ZERO, 0),
+    ("feq", (ONE, SIGNALLING), ZERO, NV),
+    ("flt", (MINUS_ONE, ONE), ONE, 0),
+    ("flt", (MINUS_ZERO, ZERO), ZERO, 0),
+    ("flt", (QUIET, ONE), ZERO, NV),
+    ("fle", (ZERO, MINUS_ZERO), ONE, 0),
+    ("fle", (TWO, ONE), ZERO, 0),
+    ("fle", (ONE, QUIET), ZERO, NV),
+    ("fmin", (ZERO, MINUS_ZERO), MINUS_ZERO, 0),
+    ("fmin", (MINUS_ZERO, ZERO), MINUS_ZERO, 0),
+    ("fmin", (QUIET, TWO), TWO, 0),
+    ("fmin", (TWO, SIGNALLING), TWO, NV),
+    ("fmin", (QUIET, QUIET), NAN, 0),
+    ("fmax", (MINUS_ZERO, ZERO), ZERO, 0),
+    ("fmax", (ZERO, MINUS_ZERO), ZERO, 0),
+    ("fmax", (MINUS_TWO, MINUS_ONE), MINUS_ONE, 0),
+    ("fmax", (SIGNALLING, QUIET), NAN, NV),
+    # bits
+    ("fabs", (SIGNALLING | 1 << 31,), SIGNALLING, 0),
+    ("fabs", (MINUS_ZERO,), ZERO, 0),
+    ("fneg", (QUIET,), QUIET & 0x7FFFFFFF, 0),
+    ("fneg", (ZERO,), MINUS_ZERO, 0),
+    ("mov", (0xFFFFFFFF,), 0xFFFFFFFF, 0),
+    ("fsgn", (0x80000001,), MINUS_ONE, 0),
+    ("fsgn", (INF,), ONE, 0),
+    ("fsgn", (MINUS_ZERO,), ZERO, 0),
+    ("fsgn", (QUIET,), NAN, 0),
+    ("fsgn", (SIGNALLING,), NAN, NV),
+    ("fsat", (THREE, MINUS_ONE, TWO), TWO, 0),
+    ("fsat", (MINUS_INF, MINUS_ONE, TWO), MINUS_ONE, 0),
+    ("fsat", (MINUS_ZERO, ZERO, TWO), MINUS_ZERO, 0),
+    ("fsat", (ONE, TWO, MINUS_ONE), NAN, NV),
+    ("fsat", (QUIET, MINUS_ONE, ONE), NAN, 0),
+    ("fsat", (ONE, SIGNALLING, TWO), NAN, NV),
+    ("sel", (TINY, 5, 6), 5, 0),
+    ("sel", (MINUS_ZERO, 5, 6), 6, 0),
+    ("sel", (QUIET, 5, 6), 6, 0),
+    ("selge", (MINUS_ZERO, 5, 6), 5, 0),
+    ("selge", (0x80000001, 5, 6), 6, 0),
+    ("selge", (SIGNALLING, 5, 6), 6, 0),
+    ("selgt", (ZERO, 5, 6), 6, 0),
+    ("selgt", (TINY, 5, 6), 5, 0),
+    ("selgt", (QUIET, 5, 6), 6, 0),
+    ("iadd", (0x7FFFFFFF, 1), 0x80000000, 0),
+    ("isub", (0, 1), 0xFFFFFFFF, 0),
+    # division, root, conversions
+    ("fdiv", (ONE, TWO), HALF, 0),
+    ("fdiv", (ONE, THREE), 0x3EAAAAAB, NX),
+    ("fdiv", (MINUS_ONE, ZERO), MINUS_INF, DZ),
+    ("fdiv", (ZERO, ZERO), NAN, NV),
+    ("fdiv", (TINY, TWO), ZERO, UF | NX),
+    ("fsqrt", (0x40800000,), TWO, 0),
+    ("fsqrt", (TWO,), 0x3FB504F3, NX),
+    ("fsqrt", (MINUS_ZERO,), MINUS_ZERO, 0),
+    ("fsqrt", (MINUS_ONE,), NAN, NV),
+    ("i2f", (0xFFFFFFFF,), MINUS_ONE, 0),
+    ("i2f", (16777217,), 0x4B800000, NX),
+    ("i2f", (0x80000000,), 0xCF000000, 0),
+    ("f2i", (0x40200000,), 2, NX),  # 2.5 to even
+    ("f2i", (0xC0600000,), 0xFFFFFFFC, NX),  # -3.5 to even
+    ("f2it", (0xC0600000,), 0xFFFFFFFD, NX),  # toward zero
+    ("f2i", (QUIET,), 0x7FFFFFFF, NV),
+    ("f2i", (0x4F000000,), 0x7FFFFFFF, NV),  # 2^31
+    ("f2it", (MINUS_INF,), 0x80000000, NV),
+    ("f2i", (0xCF000000,), 0x80000000, 0),  # -2^31
+    # sine and cosine: exact points, flags, range
+    ("fsin", (MINUS_ZERO,), MINUS_ZERO, 0),
+    ("fcos", (MINUS_ZERO,), ONE, 0),
+    ("fsin", (ONE,), 0x3F576AA4, NX),  # 0.84147098
+    ("fcos", (ONE,), 0x3F0A5140, NX),  # 0.54030231
+    ("fsin", (TINY,), TINY, UF | NX),
+    ("fsin", (NORMAL,), NORMAL, NX),  # rounds to 2^-126 with 24 bits: not tiny
+    ("fsin", (0x43800001,), NAN, NV),  # beyond 256
+    ("fcos", (INF,), NAN, NV),
+    ("fsin", (QUIET,), NAN, 0),
+]
+
+
+def execute(mnemonic: str, operands: tuple[int, ...]) -> tuple[int, int]:
+    """Result bits and flags of one operation whose operands stand in k0, k1, k2."""
+    names = [f"k{i}" for i in range(len(operands))]
+    if mnemonic in SECOND_IS_C:
+        names.insert(1, "zero")
+    operation = word(mnemonic, 5, *names)
+    slots = (operation,) if mnemonic in MULTIPLY_ADD else (word("nop"), word("nop"), operation)
+    constants = [
+        {"name": f"v{i}", "index": i, "type": "int", "bits": f"{bits:08x}"}
+        for i, bits in enumerate(operands)
+    ]
+    iss = Iss(image([bundle(*slots, halt=True)], inputs=[], constants=constants))
+    result = iss.run()
+    assert result.fault is Fault.NONE and result.counts == {mnemonic: 1}
+    return iss.read_bits("a5" if mnemonic in MULTIPLY_ADD else "c5"), result.flags
+
+
+@pytest.mark.parametrize(
+    ("mnemonic", "operands", "bits", "flags"),
+    CASES,
+    ids=[f"{m}-{'-'.join(f'{o:x}' for o in ops)}" for m, ops, _, _ in CASES],
+)
+def test_operation_gives_the_bits_and_flags_of_the_standard(mnemonic, operands, bits, flags):
+    got, raised = execute(mnemonic, operands)
+    assert (f"{got:08x}", raised) == (f"{bits:08x}", flags)
+
+
+def test_every_operation_of_the_instruction_set_has_a_case():
+    isa = tomllib.loads((Path(__file__).parents[2] / "asip_asm" / "isa.toml").read_text())
+    elsewhere = {"nop", "jmp", "bz", "bnz", "ld", "st"}  # test_iss_runs.py
+    assert {case[0] for case in CASES} == set(isa["op"]) - elsewhere
+    assert {name: int(op["encoding"], 2) for name, op in isa["op"].items()} == OPCODES
+
+
+def test_sine_and_cosine_are_correctly_rounded():
+    rng = np.random.default_rng(20260701)
+    arguments = np.concatenate(
+        (rng.uniform(-256, 256, 60), 10.0 ** rng.uniform(-20, 0, 60))
+    ).astype(np.float32)
+    with mpmath.workprec(200):
+        for argument in arguments:
+            for mnemonic, function in (("fsin", mpmath.sin), ("fcos", mpmath.cos)):
+                got, _ = execute(mnemonic, (int(argument.view(np.uint32)),))
+                value = np.uint32(got).view(np.float32)
+                exact = function(mpmath.mpf(float(argument)))
+                below, above = (np.nextafter(value, np.float32(side)) for side in (-2, 2))
+                distance = abs(mpmath.mpf(float(value)) - exact)
+                for neighbour in (below, above):
+                    assert distance <= abs(mpmath.mpf(float(neighbour)) - exact), (
+                        f"{mnemonic}({float(argument)!r}) = {float(value)!r}"
+                    )
+
+
+def test_another_sine_can_be_substituted():
+    def one_ulp_high(bits: int, cosine: bool) -> tuple[int, int]:
+        return 0x3F000001, NX
+
+    program = image([bundle(word("nop"), word("nop"), word("fsin", 0, "k0"), halt=True)])
+    iss = Iss(program, sincos=one_ulp_high)
+    assert iss.run().flags == NX
+    assert iss.read_bits("c0") == 0x3F000001
