@@ -1,8 +1,9 @@
 """Intermediate representation between the assembler's front end, scheduler, allocator and encoder.
 
-The front end produces a `Program` whose operations name virtual registers in single-assignment form inside each
-straight-line region; the scheduler groups them into bundles; the allocator replaces every `Virtual` by a `Register`;
-the encoder turns bundles into words.
+The front end produces a `Program` whose operations name virtual registers in single-assignment form
+inside each
+straight-line region; the scheduler groups them into bundles; the allocator replaces every `Virtual`
+by a `Register`; the encoder turns bundles into words.
 """
 
 from __future__ import annotations
@@ -22,7 +23,14 @@ class Register:
 class Virtual:
     """Symbolic register value: the source name and the number of the write that defines it.
 
-    version 0 is the value that a state register holds when a run starts.
+    version 0 is the value that a state register holds when a run starts. Versions from 1 on are
+    written once in the whole program, and read only in the region that writes them.
+
+    version -1 is the one storage of a name whose value passes from region to region: written any
+    number of times, in any region, always by operations of one kind (multiply-add or auxiliary).
+    Inside a region all accesses to it keep their order except reads among themselves: a read
+    before the region's write gets the old value. One register holds it during the whole program.
+    A state of a program with several regions is such a variable: first and last are the same.
     """
 
     name: str
@@ -41,7 +49,7 @@ ZERO = Register("zero", 0)
 
 @dataclass(frozen=True)
 class SourceLine:
-    """Where an operation stands: file, 1-based line, its text, and the equation its comment names."""
+    """Where an operation stands: file, 1-based line, text, and the equation its comment names."""
 
     file: str
     line: int
@@ -51,7 +59,7 @@ class SourceLine:
 
 @dataclass(eq=False)
 class Operation:
-    """One operation. Unused sources are ZERO; `imm` is the data address of ld/st; `target` a label."""
+    """One operation. Unused sources are ZERO; `imm` is the data address of ld/st, `target` a label."""
 
     mnemonic: str
     dst: Register | Virtual | Output | None = None
@@ -75,8 +83,9 @@ class Bundle:
 class Region:
     """Straight-line code: entered only at its labels, left only at its end.
 
-    `operations` in program order; `bundles` is set instead where the source wrote braces, and by the scheduler.
-    `halt`: the run ends after this region.
+    `operations` in program order; `bundles` is set instead where the source wrote braces (a branch
+    is then in the last bundle only), and by the scheduler. `halt`: the run ends after this region;
+    the last bundle of the region carries it as well.
     """
 
     labels: list[str] = field(default_factory=list)
@@ -97,7 +106,9 @@ class Word:
 
 @dataclass(eq=False)
 class State:
-    """Register kept between runs: first is its value at the start, last the one it must hold at the end."""
+    """Register kept between runs: `first` is its value at the start, `last` the one that it must hold
+    at the end (None: nothing writes it). `pin` is the bank it must live in.
+    """
 
     name: str
     type: str
@@ -106,6 +117,16 @@ class State:
     last: Virtual | None = None
     pin: str | None = None
     register: Register | None = None
+
+
+@dataclass(eq=False)
+class FixedState:
+    """State that the source pins to a register; operations name the register itself."""
+
+    name: str
+    type: str
+    bits: int
+    register: Register
 
 
 @dataclass(eq=False)
@@ -136,6 +157,7 @@ class Program:
     constants: list[Word] = field(default_factory=list)
     inputs: list[Word] = field(default_factory=list)
     states: list[State] = field(default_factory=list)
+    fixed_states: list[FixedState] = field(default_factory=list)
     outputs: list[OutputWord] = field(default_factory=list)
     exports: list[Export] = field(default_factory=list)
     data: list[int] = field(default_factory=list)

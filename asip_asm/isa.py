@@ -20,6 +20,7 @@ WORD_FIELDS = ("op", "dst", "a", "b", "c")
 SOURCE_FIELDS = ("a", "b", "c")
 OPERAND_KINDS = ("dst", "a", "b", "c", "address", "target")
 FLAG_NAMES = ("NV", "DZ", "OF", "UF", "NX")
+TYPE_NAMES = ("int", "any")
 UNIT_BANKS = ("pipe", "C", "none")
 SLOT_KINDS = ("fma", "aux", "any")
 BANK_NAMES = ("zero", "A", "B", "C", "K")
@@ -94,15 +95,24 @@ class UnitRecord:
 
 @dataclass(frozen=True)
 class OperationRecord:
-    """One operation: opcode, unit, operands in assembly order, exception flags, counts, text."""
+    """One operation: opcode, unit, operands in assembly order with the types of those that are not
+    floats, exception flags, counts, text.
+    """
 
     name: str
     opcode: int
     unit: str
     operands: tuple[str, ...]
+    types: Mapping[str, str]
     flags: tuple[str, ...]
     counts: Mapping[str, int]
     doc: str
+
+    def type_of(self, operand: str) -> str:
+        """Type of dst or a source operand: 'float', 'int' or 'any'."""
+        if operand == "b" and "address" in self.operands:
+            return "int"
+        return self.types.get(operand, "float")
 
     @property
     def writes(self) -> bool:
@@ -335,7 +345,7 @@ def _read_operations(
     for name, record in records.items():
         where = f"op.{name}"
         required = {"encoding", "unit", "operands", "doc"}
-        if not findings.keys(where, record, required, {"flags", "counts"}):
+        if not findings.keys(where, record, required, {"types", "flags", "counts"}):
             continue
         if not re.fullmatch(f"[01]{{{width}}}", record["encoding"]):
             findings.add(where, f"encoding '{record['encoding']}' is not {width} binary digits")
@@ -354,10 +364,14 @@ def _read_operations(
             opcode,
             record["unit"],
             tuple(record["operands"]),
+            record.get("types", {}),
             flags,
             record.get("counts", {}),
             record["doc"],
         )
+        for operand, type_name in operation.types.items():
+            if findings.known(where, "typed operand", operand, operation.operands):
+                findings.known(where, f"type of operand {operand}", type_name, TYPE_NAMES)
         _check_operands(where, operation, findings)
         if findings.known(where, "unit", operation.unit, units):
             bank = units[operation.unit].bank

@@ -1,0 +1,84 @@
+"""From a source file to a program image: parse, schedule, allocate registers, encode."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from asip_asm.allocate import AllocationError, allocate_registers
+from asip_asm.diagnostics import AssemblyError, Diagnostic, Reporter
+from asip_asm.encode import EncodeError, encode_program
+from asip_asm.image import Image
+from asip_asm.ir import Export, Program
+from asip_asm.isa import default_isa
+from asip_asm.machine import BRANCHES, Machine, load_machine
+from asip_asm.parser import parse_file
+from asip_asm.resolve import resolve
+from asip_asm.schedule import ScheduleError, bundle_in_order, schedule_program
+
+
+def assemble(
+    path: Path | str,
+    *,
+    configuration: str | None = None,
+    optimise: bool = True,
+    defines: Mapping[str, str | float] | None = None,
+    include_path: Sequence[Path] = (),
+) -> Image:
+    """Image of the program in a source file.
+
+    `configuration`: 'fast' or 'small'; None leaves the choice to the file. `optimise`: False keeps
+    one operation per bundle in the order written. `defines` replaces values of parameters
+    (`.param`). Raises AssemblyError for errors of the source text, OSError if the file cannot be
+    read.
+    """
+    program = parse_program(
+        path, configuration=configuration, defines=defines, include_path=include_path
+    )
+    machine = load_machine(program.configuration)
+    try:
+        if optimise:
+            schedule_program(program, machine)
+        else:
+            bundle_in_order(program, machine)
+        _allocate(program, machine)
+        return encode_program(program, default_isa(), straight_line_cycles(program, machine))
+    except (ScheduleError, AllocationError, EncodeError) as error:
+        raise AssemblyError([Diagnostic(None, f"{path}: {error}")]) from None
+
+
+def parse_program(
+    path: Path | str,
+    *,
+    configuration: str | None = None,
+    defines: Mapping[str, str | float] | None = None,
+    include_path: Sequence[Path] = (),
+) -> Program:
+    """The program before scheduling. Raises AssemblyError, OSError."""
+    reporter = Reporter()
+    isa = default_isa()
+    values = {name: str(value) for name, value in (defines or {}).items()}
+    try:
+        source = parse_file(Path(path), isa, reporter, values, include_path)
+    except UnicodeDecodeError as error:
+        raise AssemblyError([Diagnostic(None, f"{path} is not a UTF-8 text: {error}")]) from None
+    program = resolve(source, isa, reporter, configuration)
+    reporter.stop()
+    return program
+
+
+def straight_line_cycles(program: Program, machine: Machine) -> int | None:
+    """Estimated cycles of a run; None for a program with branches."""
+    bundles = [bundle for region in program.regions for bundle in region.bundles or []]
+    if any(op is not None and op.mnemonic in BRANCHES for b in bundles for op in b.slots):
+        return None
+    return machine.run_cycles(bundles)
+
+
+def _allocate(program: Program, machine: Machine) -> None:
+    """Place all symbols; registers of fixed states are kept free like those of exports."""
+    exports = program.exports
+    held = [Export(state.name, state.register) for state in program.fixed_states]
+    program.exports = [*exports, *held]
+    allocate_registers(program, machine)
+    program.exports = exports

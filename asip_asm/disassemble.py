@@ -1,0 +1,164 @@
+"""From an image back to source text that assembles to the same image."""
+
+from __future__ import annotations
+
+from asip_asm.expression import literal_name
+from asip_asm.image import Image
+from asip_asm.ir import ZERO, Bundle, Operation, Output, Register
+from asip_asm.isa import Isa, default_isa
+from asip_asm.resolve import register_name
+
+
+class DecodeError(ValueError):
+    """A word is no operation of the configuration; the message says why."""
+
+
+def decode_register(field: int, isa: Isa) -> Register:
+    """Register of a source field. Raises DecodeError."""
+    code, index = field >> isa.index_bits, field & ((1 << isa.index_bits) - 1)
+    for bank in isa.banks.values():
+        offset = ((code - bank.code) << isa.index_bits) + index
+        if code >= bank.code and 0 <= offset < bank.size:
+            return Register(bank.name, offset)
+    raise DecodeError(f"source field {field:#05x} names no register")
+
+
+def decode_operation(word: int, slot: int, configuration: str, isa: Isa) -> Operation:
+    """Operation of a word in a slot; branch targets and data addresses are in `imm`.
+
+    Raises DecodeError if the word is illegal in this slot, or has bits that an assembler would not
+    set.
+    """
+    fields = {
+        name: (word >> field.low) & ((1 << field.width) - 1) for name, field in isa.fields.items()
+    }
+    record = isa.by_opcode.get(fields["op"])
+    if record is None:
+        raise DecodeError(f"opcode {fields['op']:#04x} does not exist")
+    build = isa.configurations[configuration]
+    unit = isa.units[record.unit]
+    if record.name != "nop" and not build.allows(slot, unit):
+        raise DecodeError(f"{record.name} cannot stand in slot {slot} of '{configuration}'")
+    operation = Operation(record.name)
+    used = {"op"}
+    for name in record.sources:
+        register = decode_register(fields[name], isa)
+        if register.bank == "B" and build.fma_pipes < 2:
+            raise DecodeError(f"configuration '{configuration}' has no bank B")
+        setattr(operation, name, ZERO if register == ZERO else register)
+        used.add(name)
+    if record.writes:
+        to_output, index = divmod(fields["dst"], 1 << isa.index_bits)
+        if to_output:
+            if unit.bank != "C" or index >= isa.outputs:
+                raise DecodeError(f"{record.name} cannot write output {index}")
+            operation.dst = Output(index)
+        else:
+            operation.dst = Register(build.result_bank(slot, unit), index)
+        used.add("dst")
+    if record.immediate_high is not None:
+        high = fields[record.immediate_high]
+        width = isa.fields["c"].width
+        if high >> (isa.fields["dst"].width):
+            raise DecodeError(f"{record.name} has reserved bits set")
+        operation.imm = high << width | fields["c"]
+        used |= {record.immediate_high, "c"}
+    for name, value in fields.items():
+        if name not in used and value:
+            raise DecodeError(f"{record.name} has bits set in its unused field {name}")
+    return operation
+
+
+def decode_bundle(word: int, configuration: str, isa: Isa) -> Bundle:
+    """Bundle of a word; nop gives an empty slot. Raises DecodeError."""
+    slots: list[Operation | None] = []
+    for slot in range(len(isa.configurations[configuration].slots)):
+        bits = (word >> (slot * isa.word_width)) & ((1 << isa.word_width) - 1)
+        operation = decode_operation(bits, slot, configuration, isa)
+        slots.append(None if operation.mnemonic == "nop" else operation)
+    control = word >> (len(slots) * isa.word_width)
+    if control & ~(1 << isa.halt_bit):
+        raise DecodeError(f"control bits {control:#04x} are reserved")
+    return Bundle(slots, bool(control))
+
+
+def operation_text(operation: Operation, isa: Isa, labels: dict[int, str]) -> str:
+    """Assembly text of a decoded operation; branch targets by label or as `L<address>`."""
+    record = isa.operations[operation.mnemonic]
+    texts = []
+    for operand in record.operands:
+        if operand == "dst":
+            dst = operation.dst
+            text = f"o{dst.index}" if isinstance(dst, Output) else register_name(dst)
+        elif operand == "target":
+            text = labels.get(operation.imm or 0, f"L{operation.imm or 0}")
+        elif operand == "address":
+            text = str(operation.imm)
+            if operation.b != ZERO:
+                text += f"[{register_name(operation.b)}]"
+        else:
+            text = register_name(getattr(operation, operand))
+        texts.append(text)
+    return f"{operation.mnemonic} {', '.join(texts)}".strip()
+
+
+def bundle_text(bundle: Bundle, isa: Isa, labels: dict[int, str]) -> str:
+    """Assembly text of a bundle."""
+    texts = [operation_text(op, isa, labels) for op in bundle.slots if op is not None]
+    return "{ " + (" | ".join(texts) or "nop") + " }" + (" halt" if bundle.halt else "")
+
+
+def disassemble(image: Image, isa: Isa | None = None) -> str:
+    """Source text that assembles to the same image, source references apart.
+
+    Raises DecodeError naming the bundle that is none.
+    """
+    isa = isa or default_isa()
+    rows = _declarations(image)
+    labels: dict[int, list[str]] = {}
+    for name, address in image.labels.items():
+        labels.setdefault(address, []).append(name)
+    first = {address: names[0] for address, names in labels.items()}
+    for address, word in enumerate(image.bundles):
+        try:
+            bundle = decode_bundle(int(word, 16), image.configuration, isa)
+        except DecodeError as error:
+            raise DecodeError(f"bundle {address}: {error}") from None
+        rows += [f"{name}:" for name in labels.get(address, [])]
+        rows.append(f"        {bundle_text(bundle, isa, first)}")
+    return "\n".join(rows) + "\n"
+
+
+def _declarations(image: Image) -> list[str]:
+    rows = [f'.program "{image.title}"'] if image.title else []
+    rows += [f".config {image.configuration}", f".watchdog {image.watchdog}"]
+    rows += [f".input {i.name} : {i.type}" for i in image.inputs]
+    for c in image.constants:
+        value = f"{_bits(c.bits, c.type)} : {c.type}"
+        if c.name == literal_name(int(c.bits, 16), c.type):
+            rows.append(f".const k{c.index} = {value}")
+        else:
+            rows.append(f".const {c.name} = {value}, pin k{c.index}")
+    rows += [f".output {o.name}, safe = 0f{o.safe}" for o in image.outputs]
+    rows += [
+        f".state {s.name} : {s.type} = {_bits(s.bits, s.type)}, pin {s.register}"
+        for s in image.states
+    ]
+    rows += [f".export {e.name} = {e.register}" for e in image.exports]
+    return rows + _data(image)
+
+
+def _data(image: Image) -> list[str]:
+    starts = sorted((address, name) for name, address in image.data_names.items())
+    rows = []
+    if image.data and (not starts or starts[0][0] > 0):
+        starts.insert(0, (0, ""))
+    ends = [address for address, _ in starts[1:]] + [len(image.data)]
+    for (address, name), end in zip(starts, ends, strict=True):
+        words = ", ".join(f"0x{word}" for word in image.data[address:end])
+        rows.append(f".data {name} : int = {words}" if name else f".data : int = {words}")
+    return rows
+
+
+def _bits(bits: str, type_name: str) -> str:
+    return ("0x" if type_name == "int" else "0f") + bits

@@ -1,0 +1,134 @@
+"""Bits of operations and bundles, and the image of an allocated program."""
+
+from __future__ import annotations
+
+from asip_asm.image import (
+    ConstantEntry,
+    ExportEntry,
+    Image,
+    InputEntry,
+    OutputEntry,
+    SourceEntry,
+    StateEntry,
+)
+from asip_asm.ir import Bundle, Operation, Output, Program, Register
+from asip_asm.isa import Isa
+from asip_asm.resolve import register_name
+
+
+class EncodeError(ValueError):
+    """The program does not fit the core, or an operand is not a physical register."""
+
+
+def encode_register(register: Register, isa: Isa) -> int:
+    """Source field of a register: {bank code, index}; EncodeError if it does not exist."""
+    bank = isa.banks[register.bank]
+    if not 0 <= register.index < bank.size:
+        raise EncodeError(f"there is no register {register_name(register)}")
+    return (bank.code << isa.index_bits) + register.index
+
+
+def encode_operation(operation: Operation, isa: Isa, labels: dict[str, int]) -> int:
+    """Operation word. `labels` gives the bundle address of each branch target."""
+    record = isa.operations[operation.mnemonic]
+    fields = isa.fields
+    word = record.opcode << fields["op"].low
+    for name in record.sources:
+        register = getattr(operation, name)
+        if not isinstance(register, Register):
+            raise EncodeError(f"{operation.mnemonic}: operand {name} is no physical register")
+        word |= encode_register(register, isa) << fields[name].low
+    if record.writes:
+        dst = operation.dst
+        if isinstance(dst, Output):
+            word |= (1 << isa.index_bits | dst.index) << fields["dst"].low
+        elif isinstance(dst, Register):
+            encode_register(dst, isa)
+            word |= dst.index << fields["dst"].low
+        else:
+            raise EncodeError(f"{operation.mnemonic}: destination is no physical register")
+    if record.immediate_high is not None:
+        immediate = operation.imm or 0
+        if "target" in record.operands:
+            immediate = labels[operation.target or ""]
+        low = fields["c"].width
+        word |= (immediate & ((1 << low) - 1)) << fields["c"].low
+        word |= (immediate >> low) << fields[record.immediate_high].low
+    return word
+
+
+def encode_bundle(bundle: Bundle, isa: Isa, labels: dict[str, int]) -> int:
+    """{control, slot n-1, ..., slot 0}; empty slots are nop."""
+    nop = encode_operation(Operation("nop"), isa, labels)
+    word = bundle.halt << isa.halt_bit
+    for operation in reversed(bundle.slots):
+        slot = nop if operation is None else encode_operation(operation, isa, labels)
+        word = word << isa.word_width | slot
+    return word
+
+
+def label_addresses(program: Program) -> dict[str, int]:
+    """Bundle address of every label."""
+    labels: dict[str, int] = {}
+    address = 0
+    for region in program.regions:
+        labels.update(dict.fromkeys(region.labels, address))
+        address += len(region.bundles or [])
+    return labels
+
+
+def encode_program(program: Program, isa: Isa, cycles: int | None) -> Image:
+    """Image of a scheduled and allocated program. Raises EncodeError."""
+    bundles = [bundle for region in program.regions for bundle in region.bundles or []]
+    if len(bundles) > isa.program_bundles:
+        raise EncodeError(
+            f"too many bundles: the program has {len(bundles)}, the core's program memory holds "
+            f"{isa.program_bundles}"
+        )
+    labels = label_addresses(program)
+    digits = isa.bundle_width(program.configuration) // 4
+    states = [
+        StateEntry(s.name, register_name(_placed(s.name, s.register)), s.type, f"{s.bits:08x}")
+        for s in [*program.states, *program.fixed_states]
+    ]
+    constants = sorted(program.constants, key=lambda word: word.index)
+    return Image(
+        title=program.title,
+        configuration=program.configuration,
+        bundles=[f"{encode_bundle(bundle, isa, labels):0{digits}x}" for bundle in bundles],
+        sources=[_sources(bundle) for bundle in bundles],
+        constants=[ConstantEntry(c.name, c.index, c.type, f"{c.bits:08x}") for c in constants],
+        inputs=[InputEntry(i.name, i.index, i.type) for i in program.inputs],
+        outputs=[OutputEntry(o.name, o.index, f"{o.safe:08x}") for o in program.outputs],
+        states=states,
+        exports=[
+            ExportEntry(e.name, register_name(_placed(e.name, e.register))) for e in program.exports
+        ],
+        data=[f"{word:08x}" for word in program.data],
+        data_names=dict(program.data_names),
+        labels=labels,
+        watchdog=program.watchdog,
+        output_mask=sum(1 << output.index for output in program.outputs),
+        cycles=cycles,
+    )
+
+
+def _placed(name: str, register: Register | None) -> Register:
+    if register is None:
+        raise EncodeError(f"'{name}' has no register")
+    return register
+
+
+def _sources(bundle: Bundle) -> list[SourceEntry]:
+    return [
+        SourceEntry(
+            slot,
+            op.mnemonic,
+            op.source.text,
+            op.source.file,
+            op.source.line,
+            op.source.equation,
+        )
+        for slot, op in enumerate(bundle.slots)
+        if op is not None and op.source is not None
+    ]

@@ -1,0 +1,154 @@
+"""Tokens of one source line."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from asip_asm.diagnostics import Line, Place, SourceError
+
+SYMBOLS = frozenset("+-*/()[]{}|,:=")
+
+_SPACE = re.compile(r"\s+")
+_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_.]*")
+_DIRECTIVE = re.compile(r"\.[A-Za-z_][A-Za-z0-9_.]*")
+_STRING = re.compile(r'"([^"]*)"')
+_NUMBER = re.compile(r"0f[0-9A-Fa-f]{8}|0x[0-9A-Fa-f]+|[0-9]+(?:\.[0-9]+)?(?:[eE][+-]?[0-9]+)?")
+_NUMBER_RUN = re.compile(r"\.?[0-9](?:[eE][+-](?=[0-9])|[A-Za-z0-9_.])*")
+_EQUATION = re.compile(r"[;#]\s*\(([A-Z]?[0-9][0-9A-Za-z., -]*)\)")
+
+
+@dataclass(frozen=True)
+class Token:
+    """Lexical unit: kind 'name', 'directive', 'number', 'string', 'symbol' or 'end' of the line."""
+
+    kind: str
+    text: str
+    place: Place
+    line: Line
+
+    @property
+    def end(self) -> int:
+        """Column behind the token."""
+        return self.place.column + self.place.length
+
+
+def split_comment(text: str) -> tuple[str, str]:
+    """Code and comment of a line; a comment starts at `;` or `#` outside of a string."""
+    in_string = False
+    for i, character in enumerate(text):
+        if character == '"':
+            in_string = not in_string
+        elif character in ";#" and not in_string:
+            return text[:i], text[i:]
+    return text, ""
+
+
+def equation(text: str) -> str:
+    """Number of the equation that the line's comment names, or empty."""
+    match = _EQUATION.match(split_comment(text)[1])
+    return match.group(1).strip() if match else ""
+
+
+def tokenize(line: Line) -> list[Token]:
+    """Tokens of the line, an 'end' token last. Raises SourceError."""
+    code, _ = split_comment(line.text)
+    tokens: list[Token] = []
+
+    def add(kind: str, text: str, column: int, length: int) -> None:
+        tokens.append(Token(kind, text, Place(line, column, length), line))
+
+    column = 0
+    while column < len(code):
+        if match := _SPACE.match(code, column):
+            pass
+        elif match := _NUMBER_RUN.match(code, column):
+            if not _NUMBER.fullmatch(match.group()):
+                raise SourceError(
+                    Place(line, column, len(match.group())),
+                    f"malformed number '{match.group()}'",
+                    "numbers are written 12, 0x1f, 1.5, 2e-3 or 0f3fc00000",
+                )
+            add("number", match.group(), column, len(match.group()))
+        elif match := _NAME.match(code, column):
+            add("name", match.group(), column, len(match.group()))
+        elif match := _DIRECTIVE.match(code, column):
+            add("directive", match.group(), column, len(match.group()))
+        elif match := _STRING.match(code, column):
+            add("string", match.group(1), column, len(match.group()))
+        elif code[column] in SYMBOLS:
+            add("symbol", code[column], column, 1)
+            column += 1
+            continue
+        elif code[column] == '"':
+            raise SourceError(
+                Place(line, column, len(code) - column), "string without closing quote", 'add "'
+            )
+        else:
+            raise SourceError(
+                Place(line, column), f"character '{code[column]}' means nothing here", ""
+            )
+        column = match.end()
+    add("end", "", len(code.rstrip()), 1)
+    return tokens
+
+
+class Cursor:
+    """Reads tokens of one statement from left to right."""
+
+    def __init__(self, tokens: list[Token]) -> None:
+        self.tokens = tokens
+        self.position = 0
+
+    @property
+    def token(self) -> Token:
+        """Next token."""
+        return self.tokens[self.position]
+
+    def peek(self, offset: int = 1) -> Token:
+        """Token behind the next one."""
+        return self.tokens[min(self.position + offset, len(self.tokens) - 1)]
+
+    def take(self) -> Token:
+        """Next token, consumed (the end token stays)."""
+        token = self.token
+        if token.kind != "end":
+            self.position += 1
+        return token
+
+    def at(self, symbol: str) -> bool:
+        """Whether the next token is the symbol."""
+        return self.token.kind == "symbol" and self.token.text == symbol
+
+    def accept(self, symbol: str) -> bool:
+        """Consume the symbol if it is next."""
+        if self.at(symbol):
+            self.position += 1
+            return True
+        return False
+
+    def expect(self, symbol: str, context: str) -> Token:
+        """Consume the symbol. Raises SourceError."""
+        if not self.at(symbol):
+            raise self.unexpected(f"'{symbol}' {context}")
+        return self.take()
+
+    def expect_kind(self, kind: str, what: str) -> Token:
+        """Consume a token of the kind. Raises SourceError naming `what` was expected."""
+        if self.token.kind != kind:
+            raise self.unexpected(what)
+        return self.take()
+
+    def unexpected(self, wanted: str) -> SourceError:
+        """Error: the next token is not what is wanted."""
+        found = f"'{self.token.text}'" if self.token.kind != "end" else "the end of the line"
+        return SourceError(self.token.place, f"expected {wanted}, found {found}")
+
+    def expect_end(self) -> None:
+        """Raises SourceError unless the statement ends here."""
+        if self.token.kind != "end":
+            raise SourceError(
+                self.token.place,
+                f"'{self.token.text}' is more than this statement takes",
+                "one statement per line",
+            )

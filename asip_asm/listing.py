@@ -1,0 +1,68 @@
+"""Listing and symbol table of a program image."""
+
+from __future__ import annotations
+
+from asip_asm.disassemble import decode_bundle
+from asip_asm.expression import literal_name
+from asip_asm.image import Image, SourceEntry
+from asip_asm.isa import Isa, default_isa
+from asip_asm.machine import load_machine
+
+
+def listing(image: Image, isa: Isa | None = None) -> str:
+    """Bundles with address, issue cycle, words and source, and the operations of each equation.
+
+    The issue cycle is that of a run in which no branch is taken.
+    """
+    isa = isa or default_isa()
+    machine = load_machine(image.configuration)
+    bundles = [decode_bundle(int(word, 16), image.configuration, isa) for word in image.bundles]
+    issues = machine.issue_cycles(bundles)
+    labels: dict[int, list[str]] = {}
+    for name, address in image.labels.items():
+        labels.setdefault(address, []).append(name)
+    rows = [
+        f"; {image.title or 'untitled'}",
+        f"; configuration {image.configuration}, {_count(len(bundles), 'bundle')}"
+        + (f", about {image.cycles} cycles" if image.cycles is not None else ", with branches"),
+        "; address  cycle  bundle",
+    ]
+    for address, (word, bundle, entries) in enumerate(
+        zip(image.bundles, bundles, image.sources, strict=True)
+    ):
+        rows += [f"{label}:" for label in labels.get(address, [])]
+        halt = "  halt" if bundle.halt else ""
+        rows.append(f"     {address:04x}  {issues[address].cycle:5d}  {word}{halt}")
+        rows += [f"{' ' * 18}{_source(entry)}" for entry in entries]
+    return "\n".join(rows) + "\n"
+
+
+def _source(entry: SourceEntry) -> str:
+    equation = f"  ({entry.equation})" if entry.equation else ""
+    return f"{entry.slot}: {entry.text:40s} ; {entry.file}:{entry.line}{equation}"
+
+
+def symbols(image: Image) -> str:
+    """Symbol table: kind, place, name, value."""
+    rows = [("input", f"k{i.index}", i.name, i.type) for i in image.inputs]
+    rows += [
+        (
+            "constant",
+            f"k{c.index}",
+            c.name,
+            f"{c.type} {c.bits} {literal_name(int(c.bits, 16), c.type)}",
+        )
+        for c in image.constants
+    ]
+    rows += [("output", f"o{o.index}", o.name, f"safe {o.safe}") for o in image.outputs]
+    rows += [("state", s.register, s.name, f"{s.type} {s.bits}") for s in image.states]
+    rows += [("export", e.register, e.name, "") for e in image.exports]
+    rows += [("data", f"{address:04x}", name, "") for name, address in image.data_names.items()]
+    rows += [("label", f"{address:04x}", name, "") for name, address in image.labels.items()]
+    return "".join(
+        f"{k:9s}{place:6s}{name:24s}{value}".rstrip() + "\n" for k, place, name, value in rows
+    )
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}{'' if number == 1 else 's'}"

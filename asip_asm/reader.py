@@ -1,0 +1,272 @@
+"""Source lines after `.include`, `.macro` and `.if`, in the order in which they are assembled."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from asip_asm.diagnostics import Line, Place, Reporter, SourceError
+from asip_asm.lexer import Cursor, Token, split_comment, tokenize
+
+MACRO_DEPTH = 64
+READER_DIRECTIVES = (".include", ".macro", ".endm", ".if", ".else", ".endif")
+
+_PARAMETER = re.compile(r"\\(@|[A-Za-z_][A-Za-z0-9_]*)")
+
+
+@dataclass
+class Macro:
+    """Definition: name, parameter names, body lines."""
+
+    name: str
+    parameters: list[str]
+    body: list[Line]
+    place: Place
+
+
+@dataclass
+class Condition:
+    """An open .if: whether its current branch is assembled, and whether .else has come."""
+
+    place: Place
+    active: bool
+    chosen: bool
+    in_else: bool = False
+
+
+@dataclass
+class Reader:
+    """Lines of a file with everything it includes and expands.
+
+    `evaluate` gives the value of the expression at a cursor (constants known so far), `reserved`
+    tells the names that a macro cannot have.
+    """
+
+    reporter: Reporter
+    evaluate: Callable[[Cursor], float]
+    reserved: Callable[[str], bool]
+    include_path: Sequence[Path] = ()
+    macros: dict[str, Macro] = field(default_factory=dict)
+    _open_files: list[Path] = field(default_factory=list)
+    _expansions: int = 0
+
+    def read(self, path: Path, display: str | None = None) -> Iterator[list[Token]]:
+        """Tokens of each line of the file. Raises OSError and UnicodeDecodeError for this file."""
+        display = display or path.as_posix()
+        text = path.read_text(encoding="utf-8")
+        lines = [Line(display, i, row) for i, row in enumerate(text.splitlines(), 1)]
+        self._open_files.append(path.resolve())
+        yield from self._lines(lines, path.parent)
+        self._open_files.pop()
+
+    def _lines(self, lines: Sequence[Line], folder: Path) -> Iterator[list[Token]]:
+        conditions: list[Condition] = []
+        queue = iter(lines)
+        for line in queue:
+            try:
+                head = _head(line)
+                active = all(c.active for c in conditions)
+                if head in (".if", ".else", ".endif"):
+                    self._condition(head, line, conditions)
+                elif not active:
+                    if head == ".macro":
+                        _skip_macro(queue)
+                elif head == ".macro":
+                    self._define(line, queue)
+                elif head == ".endm":
+                    raise SourceError(_whole(line), ".endm without .macro")
+                else:
+                    yield from self._line(tokenize(line), folder)
+            except SourceError as error:
+                self.reporter.take(error.diagnostic)
+        for condition in conditions:
+            self.reporter.add(condition.place, ".if without .endif", "add .endif")
+
+    def _line(self, tokens: list[Token], folder: Path) -> Iterator[list[Token]]:
+        first = tokens[0]
+        if first.kind == "directive" and first.text == ".include":
+            yield from self._include(Cursor(tokens), folder)
+            return
+        label = 0
+        while (
+            tokens[label].kind == "name"
+            and tokens[label + 1].kind == "symbol"
+            and tokens[label + 1].text == ":"
+        ):
+            label += 2
+        if tokens[label].kind == "name" and tokens[label].text in self.macros:
+            if label:
+                yield [*tokens[:label], tokens[-1]]
+            yield from self._expand(tokens[label], tokens, folder)
+        else:
+            yield tokens
+
+    def _condition(self, head: str, line: Line, conditions: list[Condition]) -> None:
+        cursor = Cursor(tokenize(line))
+        place = cursor.take().place
+        if head == ".if":
+            # Placed first, so that a wrong expression does not leave .endif alone.
+            condition = Condition(place, False, True)
+            parent = all(c.active for c in conditions)
+            conditions.append(condition)
+            if parent:
+                value = self.evaluate(cursor)
+                cursor.expect_end()
+                condition.active = value != 0
+                condition.chosen = condition.active
+            return
+        if not conditions:
+            raise SourceError(place, f"{head} without .if")
+        cursor.expect_end()
+        if head == ".endif":
+            conditions.pop()
+            return
+        condition = conditions[-1]
+        if condition.in_else:
+            raise SourceError(place, "second .else of one .if")
+        condition.in_else = True
+        condition.active = not condition.chosen
+
+    def _define(self, line: Line, queue: Iterator[Line]) -> None:
+        cursor = Cursor(tokenize(line))
+        place = cursor.take().place
+        body: list[Line] = []
+        for row in queue:
+            head = _head(row)
+            if head == ".endm":
+                break
+            if head == ".macro":
+                self.reporter.add(
+                    _whole(row), ".macro inside a macro", "close the outer with .endm"
+                )
+            body.append(row)
+        else:
+            raise SourceError(place, ".macro without .endm", "add .endm")
+        name = cursor.expect_kind("name", "the macro's name")
+        parameters: list[str] = []
+        while cursor.token.kind != "end":
+            token = cursor.expect_kind("name", "a parameter name")
+            if token.text in parameters:
+                raise SourceError(token.place, f"parameter '{token.text}' is named twice")
+            parameters.append(token.text)
+            if cursor.token.kind != "end":
+                cursor.expect(",", "between parameters")
+        if self.reserved(name.text):
+            raise SourceError(name.place, f"a macro cannot be named '{name.text}': it is reserved")
+        if name.text in self.macros:
+            before = self.macros[name.text].place.line
+            raise SourceError(
+                name.place,
+                f"macro '{name.text}' is defined twice",
+                f"first at {before.file}:{before.number}",
+            )
+        self.macros[name.text] = Macro(name.text, parameters, body, name.place)
+
+    def _expand(self, name: Token, tokens: list[Token], folder: Path) -> Iterator[list[Token]]:
+        macro = self.macros[name.text]
+        line = name.line
+        if len(line.expansions) >= MACRO_DEPTH:
+            raise SourceError(
+                name.place,
+                f"macro '{macro.name}' expands itself more than {MACRO_DEPTH} levels deep",
+                "end the recursion with .if",
+            )
+        arguments = _arguments(line, name.end)
+        if len(arguments) != len(macro.parameters):
+            raise SourceError(
+                name.place,
+                f"macro '{macro.name}' takes {_count(len(macro.parameters), 'argument')}, "
+                f"found {len(arguments)}",
+                f"{macro.name} {', '.join(macro.parameters)}".strip(),
+            )
+        self._expansions += 1
+        values = dict(zip(macro.parameters, arguments, strict=True))
+        values["@"] = str(self._expansions)
+        expansions = (f"{macro.name} at {line.file}:{line.number}", *line.expansions)
+        lines = []
+        for row in macro.body:
+            text = self._substitute(row, macro, values)
+            lines.append(Line(row.file, row.number, text, expansions))
+        yield from self._lines(lines, folder)
+
+    def _substitute(self, row: Line, macro: Macro, values: dict[str, str]) -> str:
+        def value(match: re.Match[str]) -> str:
+            if match.group(1) in values:
+                return values[match.group(1)]
+            raise SourceError(
+                Place(row, match.start(), len(match.group())),
+                f"macro '{macro.name}' has no parameter '{match.group(1)}'",
+                f"its parameters are {', '.join(macro.parameters) or 'none'}; \\@ numbers the "
+                "expansion",
+            )
+
+        code, comment = split_comment(row.text)
+        return _PARAMETER.sub(value, code) + comment
+
+    def _include(self, cursor: Cursor, folder: Path) -> Iterator[list[Token]]:
+        cursor.take()
+        name = cursor.expect_kind("string", 'a file name in quotes: .include "file"')
+        cursor.expect_end()
+        for candidate in [folder / name.text, *(p / name.text for p in self.include_path)]:
+            if not candidate.is_file():
+                continue
+            if candidate.resolve() in self._open_files:
+                chain = " -> ".join(p.name for p in [*self._open_files, candidate])
+                raise SourceError(name.place, f"file '{name.text}' includes itself", chain)
+            try:
+                yield from self.read(candidate, display_path(candidate))
+            except (OSError, UnicodeDecodeError) as error:
+                raise SourceError(name.place, f"cannot read '{name.text}': {error}") from None
+            return
+        raise SourceError(
+            name.place,
+            f"file '{name.text}' not found",
+            "searched " + ", ".join(display_path(p) for p in [folder, *self.include_path]),
+        )
+
+
+def display_path(path: Path) -> str:
+    """The path as messages and images show it: relative to the working directory."""
+    shown = os.path.relpath(path) if path.is_absolute() else os.path.normpath(path)
+    return Path(shown).as_posix()
+
+
+def _head(line: Line) -> str:
+    """First word of the line if it is a directive."""
+    words = split_comment(line.text)[0].split(maxsplit=1)
+    return words[0] if words and words[0].startswith(".") else ""
+
+
+def _whole(line: Line) -> Place:
+    code = split_comment(line.text)[0].rstrip()
+    column = len(code) - len(code.lstrip())
+    return Place(line, column, max(1, len(code) - column))
+
+
+def _skip_macro(queue: Iterator[Line]) -> None:
+    for row in queue:
+        if _head(row) == ".endm":
+            return
+
+
+def _arguments(line: Line, column: int) -> list[str]:
+    """Texts of a macro call's arguments, split at commas outside of parentheses and brackets."""
+    text = split_comment(line.text)[0][column:]
+    if not text.strip():
+        return []
+    arguments, depth, current = [], 0, ""
+    for character in text:
+        depth += (character in "([") - (character in ")]")
+        if character == "," and depth == 0:
+            arguments.append(current.strip())
+            current = ""
+        else:
+            current += character
+    return [*arguments, current.strip()]
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}{'' if number == 1 else 's'}"
