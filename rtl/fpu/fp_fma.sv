@@ -170,7 +170,7 @@ module fp_fma (
   logic [79:0] groups_e4;                       // group 0 (top) .. 4, three zeros at the end
   logic        negative_e4, below_e4;
   logic [3:0]  differs_e4, stop_e4;
-  logic [2:0]  group_e4;
+  logic [4:0]  group_e4;                        // one-hot
   logic [47:0] window_e4;
 
   assign groups_e4   = {sum_e3_q[Frame-1:0], 3'd0};
@@ -180,21 +180,12 @@ module fp_fma (
     for (int g = 0; g < 4; g++)
       differs_e4[g] = negative_e4 ? !(&groups_e4[16*(4-g)+:16]) : (|groups_e4[16*(4-g)+:16]);
     stop_e4 = differs_e4 | coarse_room_e3_q[3:0];
-    casez (stop_e4)
-      4'b???1: group_e4 = 3'd0;
-      4'b??10: group_e4 = 3'd1;
-      4'b?100: group_e4 = 3'd2;
-      4'b1000: group_e4 = 3'd3;
-      default: group_e4 = 3'd4;
-    endcase
-    case (group_e4)
-      3'd0:    window_e4 = groups_e4[79:32];
-      3'd1:    window_e4 = groups_e4[63:16];
-      3'd2:    window_e4 = groups_e4[47:0];
-      3'd3:    window_e4 = {groups_e4[31:0], 16'd0};
-      default: window_e4 = {groups_e4[15:0], 32'd0};
-    endcase
-    below_e4 = (group_e4 == 3'd0 && (|groups_e4[31:0])) || (group_e4 == 3'd1 && (|groups_e4[15:0]));
+    group_e4 = {stop_e4[3:0] == 4'b0000, stop_e4[3:0] == 4'b1000, stop_e4[2:0] == 3'b100,
+                stop_e4[1:0] == 2'b10, stop_e4[0]};
+    window_e4 = 48'd0;
+    for (int g = 0; g < 5; g++)
+      window_e4 = window_e4 | (48'({groups_e4, 64'd0} >> (16 * (6 - g))) & {48{group_e4[g]}});
+    below_e4 = (group_e4[0] && (|groups_e4[31:0])) || (group_e4[1] && (|groups_e4[15:0]));
   end
 
   logic        valid_e4_q;
@@ -210,8 +201,8 @@ module fp_fma (
     window_e4_q    <= window_e4;
     negative_e4_q  <= negative_e4;
     below_e4_q     <= below_e4 || lost_e3_q;
-    group_e4_q     <= group_e4;
-    limited_e4_q   <= coarse_room_e3_q[group_e4];
+    group_e4_q     <= {group_e4[4], group_e4[3] || group_e4[2], group_e4[3] || group_e4[1]};
+    limited_e4_q   <= |(coarse_room_e3_q & group_e4);
     fine_room_e4_q <= fine_room_e3_q;
     exp_top_e4_q   <= exp_top_e3_q;
     zero_e4_q      <= !(|sum_e3_q) && !lost_e3_q;
