@@ -103,8 +103,13 @@ module fp_add (
       .zero_o (unused_empty_e3)
   );
 
-  assign shifted_e3 = sum_e2_q << zeros_e3;
-  assign zero_e3    = !(|sum_e2_q);
+  // Widest shift first: the upper bits of the count are known first.
+  always_comb begin
+    shifted_e3 = sum_e2_q;
+    for (int k = 4; k >= 0; k--) if (zeros_e3[k]) shifted_e3 = shifted_e3 << (1 << k);
+  end
+
+  assign zero_e3 = !(|sum_e2_q);
 
   logic        valid_e3_q, sign_e3_q, zero_e3_q, nan_e3_q, invalid_e3_q, inf_e3_q;
   logic [27:0] sig_e3_q;                // U(1.27)

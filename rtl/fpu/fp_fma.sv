@@ -77,7 +77,7 @@ module fp_fma (
 
   // ---- e2: product; addend into the frame ----
   // Shift by 0..15 first, while the addend is narrow, then by groups of 16 with one select per group.
-  logic             above_e2, subtract_e2, far_e2, lost_e2, invalid_e2;
+  logic             above_e2, subtract_e2, far_e2, invalid_e2;
   logic [3:0]       fine_e2;
   logic [4:0]       coarse_e2;                  // one-hot
   logic [38:0]      fine_addend_e2;             // U(1.38)
@@ -93,8 +93,6 @@ module fp_fma (
   assign fine_e2        = distance_e1_q[3:0] & {4{!above_e2}};
   assign fine_addend_e2 = {sig_c_e1_q, 15'd0} >> fine_e2;
   assign far_e2         = !above_e2 && (distance_e1_q[8:4] > 5'd4);
-  assign lost_e2        = (coarse_e2[3] && (|fine_addend_e2[9:0]))
-                       || (coarse_e2[4] && (|fine_addend_e2[25:0])) || (far_e2 && (|sig_c_e1_q));
 
   always_comb begin
     for (int g = 0; g < 5; g++) coarse_e2[g] = !above_e2 && distance_e1_q[8:4] == 5'(g);
@@ -115,14 +113,17 @@ module fp_fma (
   logic [47:0]      outer_e2_q;
   logic [24:0]      cross_e2_q;
   logic [Frame-1:0] addend_e2_q;                // ones' complement if subtracted
-  logic             lost_e2_q, subtract_e2_q, sign_e2_q, nan_e2_q, invalid_e2_q, inf_e2_q;
+  logic [2:0]       tail_e2_q;                  // any bit in [9:0], [25:10], [38:26] of the addend
+  logic [2:0]       drops_e2_q;                 // parts below the frame: 3, the lower 2, the lowest
+  logic             subtract_e2_q, sign_e2_q, nan_e2_q, invalid_e2_q, inf_e2_q;
   logic [8:0]       exp_top_e2_q;               // U(9.0): biased exponent of bit 76, at least 1
 
   always_ff @(posedge clk_i) begin
     outer_e2_q    <= outer_e2;
     cross_e2_q    <= cross_e2;
     addend_e2_q   <= addend_e2 ^ {77{subtract_e2}};
-    lost_e2_q     <= lost_e2;
+    tail_e2_q     <= {|fine_addend_e2[38:26], |fine_addend_e2[25:10], |fine_addend_e2[9:0]};
+    drops_e2_q    <= {far_e2, coarse_e2[4], coarse_e2[3]};
     subtract_e2_q <= subtract_e2;
     exp_top_e2_q  <= {1'b0, exp_c_e1_q} + (above_e2 ? 9'd0 : distance_e1_q[8:0]);
     sign_e2_q     <= addend_inf_e1_q ? sign_addend_e1_q : sign_product_e1_q;
@@ -135,11 +136,14 @@ module fp_fma (
   // Bits lost from a subtracted addend make the true difference lie just below: no carry in.
   logic [47:0]    product_e3;
   logic [Frame:0] sum_e3;                       // S(78.0)
+  logic           lost_e3;
   logic [8:0]     room_e3;                      // left shifts until the exponent would be below 1
 
+  assign lost_e3    = (drops_e2_q[0] && tail_e2_q[0]) || (drops_e2_q[1] && (|tail_e2_q[1:0]))
+                   || (drops_e2_q[2] && (|tail_e2_q));
   assign product_e3 = outer_e2_q + {6'd0, cross_e2_q, 17'd0};
   assign sum_e3     = {27'd0, product_e3, 3'd0} + {subtract_e2_q, addend_e2_q}
-                    + {77'd0, subtract_e2_q && !lost_e2_q};
+                    + {77'd0, subtract_e2_q && !lost_e3};
   assign room_e3    = exp_top_e2_q - 9'd1;
 
   logic           valid_e3_q;
@@ -151,7 +155,7 @@ module fp_fma (
 
   always_ff @(posedge clk_i) begin
     sum_e3_q       <= sum_e3;
-    lost_e3_q      <= lost_e2_q;
+    lost_e3_q      <= lost_e3;
     subtract_e3_q  <= subtract_e2_q;
     exp_top_e3_q   <= exp_top_e2_q;
     for (int g = 0; g < 5; g++) coarse_room_e3_q[g] <= room_e3[8:4] == 5'(g);
@@ -232,7 +236,11 @@ module fp_fma (
       .zero_o (unused_empty_e5)
   );
 
-  assign shifted_e5 = window_e4_q << zeros_e5;
+  // Widest shift first: the upper bits of the count are known first.
+  always_comb begin
+    shifted_e5 = window_e4_q;
+    for (int k = 3; k >= 0; k--) if (zeros_e5[k]) shifted_e5 = shifted_e5 << (1 << k);
+  end
 
   logic        valid_e5_q;
   logic [25:0] sig_e5_q;                        // U(1.25), ones' complement if negative
