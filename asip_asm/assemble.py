@@ -43,7 +43,9 @@ def assemble(
             bundle_in_order(program, machine)
         _allocate(program, machine)
         return encode_program(program, default_isa(), straight_line_cycles(program, machine))
-    except (ScheduleError, AllocationError, EncodeError) as error:
+    except ScheduleError as error:
+        raise AssemblyError([Diagnostic(None, str(error))]) from None
+    except (AllocationError, EncodeError) as error:
         raise AssemblyError([Diagnostic(None, f"{path}: {error}")]) from None
 
 

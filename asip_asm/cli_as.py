@@ -27,7 +27,7 @@ def main(arguments: list[str] | None = None) -> int:
         image = assemble(
             options.source,
             configuration=options.config,
-            optimise=options.optimise != "0",
+            optimise=options.optimise,
             defines=dict(options.define),
             include_path=options.include,
         )
@@ -73,14 +73,19 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("source", type=Path, help="source file")
     parser.add_argument("-o", dest="output", type=Path, metavar="FILE", help="file to write")
-    parser.add_argument(
+    level = parser.add_mutually_exclusive_group()
+    level.add_argument(
         "-O",
         dest="optimise",
-        nargs="?",
-        const="1",
-        default="1",
-        choices=("0", "1"),
-        help="1 (default): schedule into bundles; 0: one operation per bundle, in order",
+        action="store_true",
+        default=True,
+        help="schedule operations into bundles (default)",
+    )
+    level.add_argument(
+        "-O0",
+        dest="optimise",
+        action="store_false",
+        help="one operation per bundle, in the order written",
     )
     parser.add_argument(
         "--config", choices=tuple(default_isa().configurations), help="configuration of the core"

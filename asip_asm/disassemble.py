@@ -8,6 +8,8 @@ from asip_asm.ir import ZERO, Bundle, Operation, Output, Register
 from asip_asm.isa import Isa, default_isa
 from asip_asm.resolve import register_name
 
+WORDS_PER_LINE = 8
+
 
 class DecodeError(ValueError):
     """A word is no operation of the configuration; the message says why."""
@@ -83,7 +85,7 @@ def decode_bundle(word: int, configuration: str, isa: Isa) -> Bundle:
 
 
 def operation_text(operation: Operation, isa: Isa, labels: dict[int, str]) -> str:
-    """Assembly text of a decoded operation; branch targets by label or as `L<address>`."""
+    """Assembly text of a decoded operation; `labels` names the targets of its branches."""
     record = isa.operations[operation.mnemonic]
     texts = []
     for operand in record.operands:
@@ -91,7 +93,7 @@ def operation_text(operation: Operation, isa: Isa, labels: dict[int, str]) -> st
             dst = operation.dst
             text = f"o{dst.index}" if isinstance(dst, Output) else register_name(dst)
         elif operand == "target":
-            text = labels.get(operation.imm or 0, f"L{operation.imm or 0}")
+            text = labels[operation.imm or 0]
         elif operand == "address":
             text = str(operation.imm)
             if operation.b != ZERO:
@@ -111,19 +113,25 @@ def bundle_text(bundle: Bundle, isa: Isa, labels: dict[int, str]) -> str:
 def disassemble(image: Image, isa: Isa | None = None) -> str:
     """Source text that assembles to the same image, source references apart.
 
-    Raises DecodeError naming the bundle that is none.
+    Branch targets without a label get one, `L<address>`. Raises DecodeError naming the bundle that
+    is none.
     """
     isa = isa or default_isa()
     rows = _declarations(image)
     labels: dict[int, list[str]] = {}
     for name, address in image.labels.items():
         labels.setdefault(address, []).append(name)
-    first = {address: names[0] for address, names in labels.items()}
+    bundles = []
     for address, word in enumerate(image.bundles):
         try:
-            bundle = decode_bundle(int(word, 16), image.configuration, isa)
+            bundles.append(decode_bundle(int(word, 16), image.configuration, isa))
         except DecodeError as error:
             raise DecodeError(f"bundle {address}: {error}") from None
+    for operation in (op for bundle in bundles for op in bundle.slots if op is not None):
+        if "target" in isa.operations[operation.mnemonic].operands:
+            labels.setdefault(operation.imm or 0, [f"L{operation.imm}"])
+    first = {address: names[0] for address, names in labels.items()}
+    for address, bundle in enumerate(bundles):
         rows += [f"{name}:" for name in labels.get(address, [])]
         rows.append(f"        {bundle_text(bundle, isa, first)}")
     return "\n".join(rows) + "\n"
@@ -151,12 +159,14 @@ def _declarations(image: Image) -> list[str]:
 def _data(image: Image) -> list[str]:
     starts = sorted((address, name) for name, address in image.data_names.items())
     rows = []
-    if image.data and (not starts or starts[0][0] > 0):
+    if not starts or starts[0][0] > 0:
         starts.insert(0, (0, ""))
     ends = [address for address, _ in starts[1:]] + [len(image.data)]
     for (address, name), end in zip(starts, ends, strict=True):
-        words = ", ".join(f"0x{word}" for word in image.data[address:end])
-        rows.append(f".data {name} : int = {words}" if name else f".data : int = {words}")
+        for start in range(address, end, WORDS_PER_LINE):
+            words = image.data[start : min(start + WORDS_PER_LINE, end)]
+            head = f".data {name} : int = " if name and start == address else ".data : int = "
+            rows.append(head + ", ".join(f"0x{word}" for word in words))
     return rows
 
 

@@ -59,7 +59,9 @@ class SourceLine:
 
 @dataclass(eq=False)
 class Operation:
-    """One operation. Unused sources are ZERO; `imm` is the data address of ld/st, `target` a label."""
+    """One operation. Unused sources are ZERO; `imm` is the data address of ld and st, `target` the
+    label of a branch.
+    """
 
     mnemonic: str
     dst: Register | Virtual | Output | None = None
@@ -106,8 +108,8 @@ class Word:
 
 @dataclass(eq=False)
 class State:
-    """Register kept between runs: `first` is its value at the start, `last` the one that it must hold
-    at the end (None: nothing writes it). `pin` is the bank it must live in.
+    """Register kept between runs: `first` is its value at the start, `last` the one that it must
+    hold at the end (None: nothing writes it). `pin` is the bank it must live in.
     """
 
     name: str

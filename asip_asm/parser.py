@@ -78,13 +78,15 @@ class Statement:
 
 @dataclass(eq=False)
 class Source:
-    """A parsed file. `exports` holds (name, place, register name or None)."""
+    """A parsed file. `exports` holds (name, place, register name or None), `placed` the constants
+    that the source puts at a word of bank K, unnamed ones too.
+    """
 
     title: str = ""
     configuration: tuple[str, Place] | None = None
     watchdog: int = 10000
     names: dict[str, Declaration] = field(default_factory=dict)
-    constants_at: dict[int, Declaration] = field(default_factory=dict)
+    placed: list[Declaration] = field(default_factory=list)
     exports: list[tuple[str, Place, str | None]] = field(default_factory=list)
     data: list[int] = field(default_factory=list)
     statements: list[Statement] = field(default_factory=list)
@@ -483,13 +485,15 @@ class _Parser:
             raise SourceError(
                 token.place, f"there is no register '{token.text}'", "bank K is k0..k127"
             )
-        before = self.source.constants_at.setdefault(index, declaration)
-        if (before.bits, before.type) != (declaration.bits, declaration.type):
-            raise SourceError(
-                token.place,
-                f"k{index} holds another constant",
-                f"declared at {_where(before.place)}",
-            )
+        for before in self.source.placed:
+            same = (before.bits, before.type) == (declaration.bits, declaration.type)
+            if before.pin == declaration.pin and not same:
+                raise SourceError(
+                    token.place,
+                    f"k{index} holds another constant",
+                    f"declared at {_where(before.place)}",
+                )
+        self.source.placed.append(declaration)
 
     def _state(self, cursor: Cursor) -> None:
         name = cursor.expect_kind("name", "the name of a state")

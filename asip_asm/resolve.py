@@ -141,21 +141,19 @@ class _Resolver:
             program.outputs.append(
                 OutputWord(declaration.name, len(program.outputs), declaration.bits)
             )
-        for index, declaration in sorted(source.constants_at.items()):
+        for declaration in source.placed:
+            assert isinstance(declaration.pin, Register)
+            index = declaration.pin.index
             if index < len(program.inputs):
                 self.reporter.add(
                     declaration.place,
                     f"k{index} holds the input '{program.inputs[index].name}'",
                     f"pin constants to k{len(program.inputs)} or higher",
                 )
-            self.words[index] = (declaration.bits, declaration.type)
-            if not declaration.name:
-                self.literals[declaration.bits, declaration.type] = index
-                name = literal_name(declaration.bits, declaration.type)
-                program.constants.append(Word(name, index, declaration.type, declaration.bits))
-        for declaration in source.of_kind("constant"):
-            if isinstance(declaration.pin, Register):
-                self._name_word(declaration, declaration.pin.index)
+            if declaration.name:
+                self._name_word(declaration, index)
+            else:
+                self._name_literal(declaration.bits, declaration.type, index)
         owners: dict[Register, str] = {}
         for declaration in source.of_kind("state"):
             self._declare_state(declaration, owners)
@@ -385,10 +383,14 @@ class _Resolver:
             return ZERO
         key = (bits, type_name)
         if key not in self.literals:
-            index = self.literals[key] = self._new_word(bits, type_name, place)
-            name = literal_name(bits, type_name)
-            self.program.constants.append(Word(name, index, type_name, bits))
+            self._name_literal(bits, type_name, self._new_word(bits, type_name, place))
         return Register("K", self.literals[key])
+
+    def _name_literal(self, bits: int, type_name: str, index: int) -> None:
+        self.literals[bits, type_name] = index
+        self.words[index] = (bits, type_name)
+        name = literal_name(bits, type_name)
+        self.program.constants.append(Word(name, index, type_name, bits))
 
     # ------------------------------------------------------------------ regions
 
