@@ -67,8 +67,8 @@
 
 ; ---------------------------------------------------------------- inverse kinematics, desired position
 
-; (7)-(11) are the bits of the same formulas compiled for a PC in single precision: only additions of twice a rounded
-; product are fused, and doubling is exact. x_p1 = 0 is not subtracted.
+; (7)-(11) are the bits of the same formulas compiled for a PC in single precision: only additions of twice or half a
+; rounded value are fused, and doubling or halving is exact. x_p1 = 0 is not subtracted.
 
 ; l = sqrt((x-xp)^2 + (y-yp)^2 + z^2)
 .macro length l, xp, yp
@@ -131,7 +131,6 @@
         fmadd   s2xy\@, 2.0, sy\@, s2x\@           ; (9)
         fmadd   s\@, 2.0, sz\@, s2xy\@             ; (9)
         fmul    ss\@, s\@, s\@                     ; (9)
-        fmul    ss4\@, -0.25, ss\@                 ; (9)
 .if \xp
         fsub    ex\@, x, \xp                       ; (9)
         fmul    qx\@, ex\@, ex\@                   ; (9)
@@ -145,7 +144,8 @@
         fadd    q\@, qxy\@, qz\@                   ; (9)
         fsqrt   root\@, q\@                        ; (9)
         fmul    cube\@, q\@, root\@                ; (9)
-        fdiv    first\@, ss4\@, cube\@             ; (9)
+        fdiv    third\@, ss\@, cube\@              ; (9)
+        fmul    first\@, -0.25, third\@            ; (9)
         fmul    vvx\@, vx, vx                      ; (9)
         fmul    vvy\@, vy, vy                      ; (9)
         fmul    vvz\@, vz, vz                      ; (9)
@@ -164,7 +164,6 @@
         fmadd   n\@, 2.0, uy\@, n\@                ; (9)
         fmadd   n\@, 2.0, vvz\@, n\@               ; (9)
         fmadd   n\@, 2.0, uz\@, n\@                ; (9)
-        fmul    half\@, 0.5, n\@                   ; (9)
 .if \xp
         fsub    gx\@, x, \xp                       ; (9)
         fmul    px\@, gx\@, gx\@                   ; (9)
@@ -177,8 +176,8 @@
         fmul    pz\@, z, z                         ; (9)
         fadd    p\@, pxy\@, pz\@                   ; (9)
         fsqrt   base\@, p\@                        ; (9)
-        fdiv    second\@, half\@, base\@           ; (9)
-        fadd    \a, first\@, second\@              ; (9)
+        fdiv    second\@, n\@, base\@              ; (9)
+        fmadd   \a, 0.5, second\@, first\@         ; (9)
 .endm
 
         length  l1, xp1, yp1
@@ -323,7 +322,8 @@
 
 ; ---------------------------------------------------------------- tracking law
 
-; e, then s_c by the integrator with its boost after a reversal; phi_c e = phi_t e + e
+; e, then s_c by the integrator with its boost after a reversal. phi_e is 0 or 1: its product is a selection;
+; phi_c e = phi_t e + e, and 2(xi_c - 1)(1 - t_c/T_c) = 2(xi_c - 1) - 2(xi_c - 1) t_c/T_c
 .macro integrate e, s_c, sign, ticks, desired, position, v_d, e_c, s_max
         fsub    \e, \desired, \position            ; (28)
         fsgn    s_g\@, \v_d                        ; (35)
@@ -335,9 +335,8 @@
         fabs    size\@, \e                         ; (32)
         fle     phi_e\@, \e_c, size\@              ; (32)
         fdiv    part\@, t_c\@, T_c                 ; (31)
-        fsub    left\@, 1.0, part\@                ; (31)
-        fmul    ramp\@, (2*(xi_c - 1)), left\@     ; (31)
-        fmul    ramp\@, ramp\@, phi_e\@            ; (31)
+        fnmsub  ramp\@, (2*(xi_c - 1)), part\@, (2*(xi_c - 1)) ; (31)
+        sel     ramp\@, phi_e\@, ramp\@, zero      ; (31)
         flt     before\@, t_c\@, T_c               ; (31)
         sel     phi_t\@, before\@, ramp\@, zero    ; (31)
         fle     early\@, t_c\@, (T_c/2)            ; (31)
