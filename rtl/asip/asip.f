@@ -5,11 +5,14 @@ rtl/asip/asip_pkg.sv
 rtl/fpu/fp_lzc.sv
 rtl/fpu/fp_shift_right.sv
 rtl/fpu/fp_round.sv
+rtl/fpu/fp_product.sv
 rtl/fpu/fp_fma.sv
+rtl/fpu/fp_normalise.sv
 rtl/fpu/fp_divsqrt.sv
 rtl/fpu/fp_cmp.sv
 rtl/fpu/fp_i2f.sv
 rtl/fpu/fp_f2i.sv
+rtl/fpu/fp_sincos_rom.sv
 rtl/fpu/fp_sincos.sv
 rtl/asip/asip_decode.sv
 rtl/asip/asip_fetch.sv

@@ -1,4 +1,4 @@
-"""The ASIP's RTL as a Python object: Verilated model, bus accesses, program loading, control ticks."""
+"""The ASIP's RTL as a Python object: Verilated model, bus, program loading, control ticks."""
 
 from __future__ import annotations
 
@@ -10,26 +10,20 @@ from pathlib import Path
 import numpy as np
 
 from asip_asm.image import Image
-from asip_asm.isa import load_isa
-from asip_asm.regmap import load_regmap
+from asip_asm.isa import default_isa
+from asip_asm.regmap import default_register_map
 from sim.harness.build import build_library, file_list
 
 HARNESS = Path(__file__).with_name("asip_harness.cpp")
-REGMAP = load_regmap()
+REGMAP = default_register_map()
 CSR = {name: REGMAP.address(name) for name in REGMAP.registers}
 BLOCK = {name: block.base for name, block in REGMAP.blocks.items()}
 STATUS = REGMAP.registers["STATUS"].fields
-FAULT_NAMES = {code: name for name, code in REGMAP.faults.items()}
+FAULT_NAMES = {fault.code: fault.name for fault in REGMAP.faults.values()}
 
 
 class AsipError(RuntimeError):
     """The core did not answer, or stopped in a fault nobody expected."""
-
-
-def field(value: int, bits: Sequence[int]) -> int:
-    """Bits [high, low] of a register value."""
-    high, low = bits
-    return value >> low & ((1 << (high - low + 1)) - 1)
 
 
 @dataclass(frozen=True)
@@ -43,13 +37,13 @@ class TickResult:
     @property
     def fault(self) -> str:
         """Fault of the last tick, 'NONE' without one."""
-        return FAULT_NAMES[field(int(self.status[-1]), STATUS["cause"])]
+        return FAULT_NAMES[STATUS["cause"].of(int(self.status[-1]))]
 
 
 def register_address(name: str) -> int:
     """Bus address of a physical register such as 'c12' (banks A, B, C)."""
     bank, index = name[0].upper(), int(name[1:])
-    code = load_isa().banks[bank].code
+    code = default_isa().banks[bank].code
     return BLOCK["registers"] + 64 * code + index
 
 
@@ -60,7 +54,7 @@ class AsipRtl:
     """
 
     def __init__(self, configuration: str = "fast") -> None:
-        parameters = load_isa().configurations[configuration]
+        parameters = default_isa().configurations[configuration]
         library = build_library(
             "asip",
             file_list("asip/asip.f"),
@@ -138,7 +132,7 @@ class AsipRtl:
         self._lib.asip_trace(self._handle, int(on))
 
     def traced_writes(self) -> list[tuple[str, int, int]]:
-        """Writes since `trace`: (bank 'A', 'B', 'C' or 'O', index, word) in the order of write-back."""
+        """Writes since `trace` in order: (bank 'A', 'B', 'C' or 'O' for outputs, index, word)."""
         count = self._lib.asip_trace_read(self._handle, None, 0)
         triples = np.zeros((count, 3), dtype=np.uint32)
         self._lib.asip_trace_read(self._handle, triples.ctypes.data, count)
@@ -146,25 +140,23 @@ class AsipRtl:
 
     # ------------------------------------------------------------------ programs
     def load(self, image: Image) -> None:
-        """Load a program image as a driver would: program, constants, data, states, safe outputs."""
+        """Load a program image as a driver would; states get their initial values."""
         if image.configuration != self.configuration:
             raise AsipError(
-                f"image is for configuration '{image.configuration}', core is '{self.configuration}'"
+                f"image is for configuration '{image.configuration}', "
+                f"the core is '{self.configuration}'"
             )
         self.write(CSR["CONTROL"], 2)
-        lanes = (image.bundle_width + 31) // 32
-        for number, bundle in enumerate(image.bundles):
-            for lane in range(lanes):
-                word = bundle >> (32 * lane) & 0xFFFFFFFF
-                self.write(BLOCK["program"] + 4 * number + lane, word)
+        for offset, word in image.words():
+            self.write(BLOCK["program"] + offset, word)
         for constant in image.constants:
-            self.write(BLOCK["constants"] + constant.index, constant.bits)
+            self.write(BLOCK["constants"] + constant.index, int(constant.bits, 16))
         for address, word in enumerate(image.data):
-            self.write(BLOCK["data"] + address, word)
+            self.write(BLOCK["data"] + address, int(word, 16))
         for output in image.outputs:
-            self.write(BLOCK["safe"] + output.index, output.safe)
+            self.write(BLOCK["safe"] + output.index, int(output.safe, 16))
         for state in image.states:
-            self.write(register_address(state.register), state.bits)
+            self.write(register_address(state.register), int(state.bits, 16))
         self.write(CSR["ENTRY"], image.entry)
         self.write(CSR["WATCHDOG"], image.watchdog)
         self.write(CSR["OUTPUT_MASK"], image.output_mask)
@@ -190,7 +182,6 @@ class AsipRtl:
         reads = np.asarray(read_address, dtype=np.uint32)
         words = np.zeros((ticks, len(reads)), dtype=np.uint32)
         status_cycles = np.zeros((ticks, 2), dtype=np.uint32)
-        high, low = STATUS["fault"]
         done = self._lib.asip_run(
             self._handle,
             ticks,
@@ -204,7 +195,7 @@ class AsipRtl:
             CSR["CONTROL"],
             CSR["STATUS"],
             CSR["CYCLES"],
-            1 << low,
+            1 << STATUS["fault"].low,
         )
         if done < 0:
             raise AsipError("the core neither finished nor faulted")

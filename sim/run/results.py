@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What `make run` measures: cycles, operation counts, numerical errors, tracking errors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from asip_asm.image import Image
+from asip_asm.isa import default_isa
+from sim.model import float32, tracking
+from sim.model.errors import max_abs_error
+from sim.model.parameters import Robot
+from sim.model.records import OUTPUTS, TABLE_3, SetPoints, TrackingResult
+from sim.run.closed_loop import Recording, tracking_error
+from sim.run.controller import EXPORTED, PASSED_ON, SET_POINTS, Ticks
+
+CLOCK_MHZ = 125
+OPERATION_CLASSES = ("add_sub", "mul", "div", "sqrt", "sin", "float_int", "sat")
+
+
+@dataclass(frozen=True)
+class ProgramRun:
+    """One program's measurements: the image, what it did, bundles issued per address in `runs`."""
+
+    image: Image
+    recording: Recording
+    issued: NDArray[np.uint64]
+    runs: int
+
+
+def timing(cycles: NDArray[np.uint32]) -> dict[str, float]:
+    """Cycles of the shortest and longest tick and the longest in microseconds."""
+    longest = int(cycles.max())
+    return {
+        "clock_mhz": CLOCK_MHZ,
+        "cycles_min": int(cycles.min()),
+        "cycles_max": longest,
+        "time_us": longest / CLOCK_MHZ,
+    }
+
+
+def operations(run: ProgramRun) -> dict[str, float]:
+    """Operations executed per tick in the classes of table 1, counted from the bundles issued."""
+    isa = default_isa()
+    totals = dict.fromkeys(OPERATION_CLASSES, 0)
+    for times, sources in zip(run.issued.tolist(), run.image.sources, strict=True):
+        for source in sources:
+            for kind, count in isa.operations[source.op].counts.items():
+                totals[kind] += times * count
+    return {
+        kind: total // run.runs if total % run.runs == 0 else total / run.runs
+        for kind, total in totals.items()
+    }
+
+
+def rtl_rows(path: SetPoints, ticks: Ticks) -> dict[str, NDArray[np.float32]]:
+    """Every row of table 3 and the outputs as the program gave them."""
+    rows = {name: ticks.exported[:, i] for i, name in enumerate(EXPORTED)}
+    words = path.words().astype(np.float32)
+    rows |= {row: words[:, SET_POINTS.index(name)] for row, name in PASSED_ON.items()}
+    return rows | {name: ticks.outputs[:, i] for i, name in enumerate(OUTPUTS)}
+
+
+def row_errors(reference: TrackingResult, path: SetPoints, ticks: Ticks) -> dict[str, float]:
+    """Largest absolute error of each row against the double-precision reference."""
+    return {
+        name: float(np.max(np.abs(values.astype(np.float64) - reference.row(name))))
+        for name, values in rtl_rows(path, ticks).items()
+    }
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """References on the counts of the as-printed run: double precision and printed float32."""
+
+    reference: TrackingResult
+    single: TrackingResult
+
+
+def compare(robot: Robot, path: SetPoints, counts: NDArray[np.int32]) -> Comparison:
+    """Evaluate both references. The double one sees the unrounded set-points."""
+    return Comparison(tracking.run(robot, path, counts), float32.run(robot, path, counts))
+
+
+def results(
+    robot: Robot,
+    path: SetPoints,
+    as_printed: ProgramRun,
+    optimised: ProgramRun,
+    optimised_replay: Ticks,
+    comparison: Comparison,
+    simulation: dict[str, float],
+) -> dict[str, Any]:
+    """The content of build/results.json."""
+    desired = tracking.joint_path(robot, path)[0]
+    single = max_abs_error(comparison.reference, comparison.single)
+    printed = row_errors(comparison.reference, path, as_printed.recording.ticks)
+    better = row_errors(comparison.reference, path, optimised_replay)
+    deviations = {
+        name: tracking_error(robot, path, desired, run.recording)
+        for name, run in (("as_printed", as_printed), ("optimised", optimised))
+    }
+    return {
+        "ticks": len(path),
+        "platforms": {
+            "fpga3": {
+                "as_printed": timing(as_printed.recording.ticks.cycles),
+                "optimised": timing(
+                    np.concatenate([optimised.recording.ticks.cycles, optimised_replay.cycles])
+                ),
+            }
+        },
+        "operations": {"as_printed": operations(as_printed), "optimised": operations(optimised)},
+        "errors": {
+            row: {
+                "pc_float32": single[row],
+                "fpga3": printed[row],
+                "fpga3_optimised": better[row],
+            }
+            for row in (*TABLE_3, *OUTPUTS)
+        },
+        "tracking": {
+            "max_leg_error_m": max(d.leg for d in deviations.values()),
+            "max_tool_error_m": max(d.tool for d in deviations.values()),
+            "max_table_error_rad": max(d.table for d in deviations.values()),
+            **{name: vars(deviation) for name, deviation in deviations.items()},
+        },
+        "simulation": simulation,
+    }

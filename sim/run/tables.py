@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The tables that `make run` prints, measured figures beside the published ones."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from rich.table import Table
+
+from sim.model.published import Published
+from sim.model.records import OUTPUTS, TABLE_3
+
+UNITS = {"l": "m", "v": "m/s", "a": "m/s²", "theta": "rad", "omega": "rad/s", "eps": "rad/s²"}
+UNITS |= {"F": "N", "tau": "N·m"}
+# Keys of results.json beside those of the published table 1.
+OPERATIONS = {
+    "add_sub": ("+ −", "add_sub"),
+    "mul": ("×", "mul"),
+    "div": ("/", "div"),
+    "sqrt": ("sqrt", "sqrt"),
+    "sin": ("sin", "sin"),
+    "float_int": ("float(int)", "float_of_int"),
+    "sat": ("sat", "saturate"),
+}
+
+
+def unit(row: str) -> str:
+    """Unit of a row of table 3 or an output."""
+    return UNITS[row.rstrip("0123456789")]
+
+
+def operation_table(results: dict[str, Any], published: Published) -> Table:
+    """Table 1."""
+    table = Table(title="Table 1  operations of one tick (a fused multiply-add counts as × and +)")
+    table.add_column("operation")
+    for title in ("published", "as printed", "optimised"):
+        table.add_column(title, justify="right")
+    for key, (symbol, printed) in OPERATIONS.items():
+        table.add_row(
+            symbol,
+            str(published.operations[printed]),
+            *(f"{results['operations'][program][key]}" for program in ("as_printed", "optimised")),
+        )
+    return table
+
+
+def time_table(results: dict[str, Any], published: Published) -> Table:
+    """Table 2."""
+    table = Table(title="Table 2  longest time of one tick")
+    for title in ("platform", "clock [MHz]", "cycles min", "cycles max", "time [µs]"):
+        table.add_column(title, justify="left" if title == "platform" else "right")
+    for name, row in published.time.items():
+        clock, cycles, time = row["clock_mhz"], row["cycles"], row["time_us"]
+        table.add_row(f"{name} (published)", f"{clock}", "", f"{cycles}", f"{time}")
+    for program, timing in results["platforms"]["fpga3"].items():
+        table.add_row(
+            f"FPGA3 ours, {program.replace('_', ' ')}",
+            f"{timing['clock_mhz']}",
+            f"{timing['cycles_min']}",
+            f"{timing['cycles_max']}",
+            f"{timing['time_us']:.3f}",
+            style="bold",
+        )
+    return table
+
+
+def error_table(results: dict[str, Any], published: Published) -> Table:
+    """Table 3 with the five outputs."""
+    table = Table(
+        title=f"Table 3  largest error against double precision over {results['ticks']} ticks"
+    )
+    table.add_column("row")
+    table.add_column("unit")
+    for title in ("PC published", "FPGA published", "PC float32", "as printed", "optimised"):
+        table.add_column(title, justify="right")
+    for row in (*TABLE_3, *OUTPUTS):
+        error = results["errors"][row]
+        table.add_row(
+            row,
+            unit(row),
+            *(_figure(published.error[column].get(row)) for column in ("PC", "FPGA")),
+            *(f"{error[key]:.3e}" for key in ("pc_float32", "fpga3", "fpga3_optimised")),
+            end_section=row == TABLE_3[-1],
+        )
+    return table
+
+
+def tracking_table(results: dict[str, Any]) -> Table:
+    """Closed-loop tracking errors."""
+    table = Table(title="Tracking in closed loop after the first 50 ms, largest error")
+    table.add_column("program")
+    for title in ("leg [µm]", "tool [µm]", "table axis [µrad]"):
+        table.add_column(title, justify="right")
+    for program in ("as_printed", "optimised"):
+        error = results["tracking"][program]
+        table.add_row(
+            program.replace("_", " "),
+            *(f"{error[key] * 1e6:.3f}" for key in ("leg", "tool", "table")),
+        )
+    return table
+
+
+def all_tables(results: dict[str, Any]) -> Iterator[Table]:
+    """Everything that the main job prints, in order."""
+    published = Published.load()
+    yield operation_table(results, published)
+    yield time_table(results, published)
+    yield error_table(results, published)
+    yield tracking_table(results)
+
+
+def _figure(value: float | None) -> str:
+    return "" if value is None else f"{value:.3e}"
