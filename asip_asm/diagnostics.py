@@ -59,7 +59,7 @@ class Diagnostic:
 
 
 class AssemblyError(Exception):
-    """The source text has errors; `diagnostics` lists them in the order of the text."""
+    """The source text has errors; `diagnostics` lists them, those of single statements first."""
 
     def __init__(self, diagnostics: Iterable[Diagnostic]) -> None:
         self.diagnostics = list(diagnostics)

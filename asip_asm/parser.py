@@ -79,7 +79,8 @@ class Statement:
 @dataclass(eq=False)
 class Source:
     """A parsed file. `exports` holds (name, place, register name or None), `placed` the constants
-    that the source puts at a word of bank K, unnamed ones too.
+    that the source puts at a word of bank K, unnamed ones too, `doubtful` the names in statements
+    that have an error: what is missing about them is no error of its own.
     """
 
     title: str = ""
@@ -90,6 +91,7 @@ class Source:
     exports: list[tuple[str, Place, str | None]] = field(default_factory=list)
     data: list[int] = field(default_factory=list)
     statements: list[Statement] = field(default_factory=list)
+    doubtful: set[str] = field(default_factory=set)
     last_place: Place | None = None
 
     def of_kind(self, kind: str) -> list[Declaration]:
@@ -152,6 +154,7 @@ class _Parser:
             self.evaluator.expression,
             lambda name: is_reserved(name) or name == "halt" or name in isa.operations,
             include_path,
+            self.source.doubtful,
         )
         self.directives: dict[str, Callable[[Cursor], None]] = {
             ".program": self._program,
@@ -222,6 +225,9 @@ class _Parser:
             cursor.expect_end()
         except SourceError as error:
             self.reporter.take(error.diagnostic)
+            self.source.doubtful.update(t.text for t in tokens if t.kind == "name")
+            if any(t.kind == "name" and t.text == "halt" for t in tokens):
+                self.source.statements.append(Statement("halt", tokens[0].place))
 
     def _label(self, cursor: Cursor) -> None:
         token = cursor.take()
@@ -344,15 +350,17 @@ class _Parser:
 
     def _constant(self, name: str) -> float | None:
         declaration = self.source.names.get(name)
+        if declaration is None and name in self.source.doubtful:
+            return 1.0
         if declaration is None or declaration.kind != "constant":
             return None
         return declaration.value
 
     def _address(self, name: str) -> float | None:
         declaration = self.source.names.get(name)
-        if declaration is None or declaration.kind not in ("constant", "data"):
-            return None
-        return declaration.value
+        if declaration is not None and declaration.kind == "data":
+            return declaration.value
+        return self._constant(name)
 
     def _constant_names(self) -> list[str]:
         return [d.name for d in self.source.of_kind("constant")]

@@ -14,6 +14,7 @@ from asip_asm.lexer import Cursor, Token, split_comment, tokenize
 MACRO_DEPTH = 64
 READER_DIRECTIVES = (".include", ".macro", ".endm", ".if", ".else", ".endif")
 
+_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_.]*")
 _PARAMETER = re.compile(r"\\(@|[A-Za-z_][A-Za-z0-9_]*)")
 
 
@@ -42,13 +43,14 @@ class Reader:
     """Lines of a file with everything it includes and expands.
 
     `evaluate` gives the value of the expression at a cursor (constants known so far), `reserved`
-    tells the names that a macro cannot have.
+    tells the names that a macro cannot have; `doubtful` collects the names of lines with errors.
     """
 
     reporter: Reporter
     evaluate: Callable[[Cursor], float]
     reserved: Callable[[str], bool]
     include_path: Sequence[Path] = ()
+    doubtful: set[str] = field(default_factory=set)
     macros: dict[str, Macro] = field(default_factory=dict)
     _open_files: list[Path] = field(default_factory=list)
     _expansions: int = 0
@@ -82,6 +84,7 @@ class Reader:
                     yield from self._line(tokenize(line), folder)
             except SourceError as error:
                 self.reporter.take(error.diagnostic)
+                self.doubtful.update(_NAME.findall(split_comment(line.text)[0]))
         for condition in conditions:
             self.reporter.add(condition.place, ".if without .endif", "add .endif")
 

@@ -225,7 +225,7 @@ class _Resolver:
 
     def _target(self, operation: Operation, operand: Operand) -> None:
         operation.target = operand.text
-        if operand.text not in self.labels:
+        if operand.text not in self.labels and operand.text not in self.source.doubtful:
             raise SourceError(
                 operand.place,
                 f"label '{operand.text}' is not defined",
@@ -486,7 +486,7 @@ class _Resolver:
 
     def _check_reads(self) -> None:
         """Every read of a name must see a write on every path from the start."""
-        states = {state.name for state in self.program.states}
+        states = {state.name for state in self.program.states} | self.source.doubtful
         everything = set(self.written) | states
         blocks = self.blocks
         writes = [{s.write for s in b.steps() if s.write} for b in blocks]
@@ -579,6 +579,8 @@ class _Resolver:
             self._check_exists(value, place)
             self.program.exports.append(Export(name, value))
             return
+        if name in self.source.doubtful:
+            return
         if name not in self.written and (declaration is None or declaration.kind != "state"):
             raise SourceError(
                 place,
@@ -640,7 +642,7 @@ class _Resolver:
         ever = {index for block in writes for index, _ in block}
         for declaration in self.source.of_kind("output"):
             index = int(declaration.value or 0)
-            if index in missing:
+            if index in missing and declaration.name not in self.source.doubtful:
                 how = " on every path" if index in ever else ""
                 self.reporter.add(
                     declaration.place,
@@ -707,7 +709,7 @@ class _Resolver:
             if several:
                 if state.name in self.written:
                     state.first = state.last = Virtual(state.name, -1)
-            elif current[state.name] != state.first:
+            elif current.get(state.name, state.first) != state.first:
                 state.last = current[state.name]
             self._check_pin(state, shared)
         if several:
@@ -721,7 +723,7 @@ class _Resolver:
 
     def _exported(self, name: str, several: bool, current: dict[str, Virtual]) -> Virtual:
         if not several:
-            return current[name]
+            return current.get(name, Virtual(name, 0))
         unwritten = {s.name: s.first for s in self.program.states if s.name not in self.written}
         return unwritten.get(name, Virtual(name, -1))
 
