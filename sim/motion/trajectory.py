@@ -81,8 +81,8 @@ class MotionSettings:
     """
 
     period: float = 100e-6
-    acceleration_time: float = 0.32
-    jerk_time: float = 0.16
+    acceleration_time: float = 0.36
+    jerk_time: float = 0.18
     rates: RateLimits = field(default_factory=RateLimits)
     lead_in: float = 0.1
 
