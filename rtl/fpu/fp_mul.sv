@@ -53,54 +53,79 @@ module fp_mul (
   end
 
   // ---- e2: product U(2.46) and the shift that brings it to its final exponent ----
-  // {product, 000} >> shift leaves U(2.25): 24 keeps the place; less restores the zeros that a
-  // subnormal operand brought (only as far as the exponent allows); more denormalises. 51 or more
-  // leaves only the sticky bit. Two subnormal operands have a product below 2^-250: sticky as well.
-  logic [4:0] zeros_e2;
-  logic       empty_e2;
-  logic [5:0] left_e2, right_e2, shift_e2;
-  logic [8:0] exp_e2;                   // U(9.0), biased exponent after the shift, minus one
+  // {product, 10 zeros} >> shift leaves U(2.25), and 31 keeps the place. Less restores the zeros that
+  // a subnormal operand brought, only as far as the exponent allows: its leading one or the bit where
+  // the room ends, whichever is first. More denormalises; 58 or more leaves only the sticky bit, as
+  // for the product of two subnormals, which is below 2^-250.
+  logic [23:0] stop_e2;
+  logic [4:0]  zeros_e2;
+  logic        unused_empty_e2, denormal_e2, far_e2;
+  logic [5:0]  shift_e2;
+  logic [8:0]  exp_e2;                  // U(9.0), biased exponent after the shift, minus one
+
+  always_comb begin
+    for (int i = 0; i < 24; i++)
+      stop_e2[23-i] = sig_small_e1_q[23-i] || (exp_e1_q[8:0] == 9'(i));
+  end
 
   fp_lzc #(.CountWidth(5)) lzc (
-      .value_i({sig_small_e1_q, 8'd0}),
+      .value_i({stop_e2, 8'd0}),
       .count_o(zeros_e2),
-      .zero_o (empty_e2)
+      .zero_o (unused_empty_e2)
   );
 
-  assign left_e2  = (exp_e1_q[8:0] > {4'd0, zeros_e2}) ? {1'b0, zeros_e2} : exp_e1_q[5:0];
-  assign right_e2 = (exp_e1_q[8:0] < 9'd485) ? 6'd27 : -exp_e1_q[5:0];
-  assign shift_e2 = exp_e1_q[9] ? 6'd24 + right_e2 : 6'd24 - left_e2;
-  assign exp_e2   = exp_e1_q[9] ? 9'd0 : exp_e1_q[8:0] - {3'd0, left_e2};
+  assign denormal_e2 = exp_e1_q[9];
+  assign far_e2      = !(&exp_e1_q[8:5]);
+  assign shift_e2    = denormal_e2 ? {1'b1, ~exp_e1_q[4:0] | {5{far_e2}}} : {1'b0, ~zeros_e2};
+  assign exp_e2      = denormal_e2 ? 9'd0 : exp_e1_q[8:0] - {4'd0, zeros_e2};
+
+  logic [47:0] outer_e2;                // product = outer + cross * 2^17
+  logic [24:0] cross_e2;
+
+  fp_product multiply (
+      .a_i    (sig_a_e1_q),
+      .b_i    (sig_b_e1_q),
+      .outer_o(outer_e2),
+      .cross_o(cross_e2)
+  );
 
   logic        valid_e2_q, sign_e2_q, nan_e2_q, invalid_e2_q, inf_e2_q, zero_e2_q;
-  logic [47:0] product_e2_q;            // U(2.46)
+  logic [47:0] outer_e2_q;
+  logic [24:0] cross_e2_q;
   logic [5:0]  shift_e2_q;
   logic [8:0]  exp_e2_q;
 
   always_ff @(posedge clk_i) begin
-    product_e2_q <= sig_a_e1_q * sig_b_e1_q;
+    outer_e2_q   <= outer_e2;
+    cross_e2_q   <= cross_e2;
     shift_e2_q   <= shift_e2;
     exp_e2_q     <= exp_e2;
     sign_e2_q    <= sign_e1_q;
     nan_e2_q     <= nan_e1_q;
     invalid_e2_q <= invalid_e1_q;
     inf_e2_q     <= inf_e1_q;
-    zero_e2_q    <= zero_e1_q || empty_e2;
+    zero_e2_q    <= zero_e1_q;
   end
 
   // ---- e3: shift, then at most one place to the right ----
-  logic [23:0] unused_shifted_e3;       // zeros, since the product is below 4 after the shift
+  logic [47:0] product_e3;              // U(2.46)
+  logic [30:0] unused_shifted_e3;       // zeros, since the product is below 4 after the shift
   logic [26:0] shifted_e3;              // U(2.25)
   logic        lost_e3, high_e3;
+  logic [8:0]  exp_low_e3, exp_high_e3;
 
-  fp_shift_right #(.Width(51), .AmountWidth(6)) normalise (
-      .value_i ({product_e2_q, 3'd0}),
+  assign product_e3 = outer_e2_q + {6'd0, cross_e2_q, 17'd0};
+
+  fp_shift_right #(.Width(58), .AmountWidth(6)) normalise (
+      .value_i ({product_e3, 10'd0}),
       .amount_i(shift_e2_q),
       .value_o ({unused_shifted_e3, shifted_e3}),
       .sticky_o(lost_e3)
   );
 
-  assign high_e3 = shifted_e3[26];
+  assign high_e3     = shifted_e3[26];
+  assign exp_low_e3  = exp_e2_q + 9'd1;
+  assign exp_high_e3 = exp_e2_q + 9'd2;  // both ahead of the late selection
 
   logic        valid_e3_q, sign_e3_q, nan_e3_q, invalid_e3_q, inf_e3_q, zero_e3_q;
   logic [25:0] sig_e3_q;                // U(1.25)
@@ -110,7 +135,7 @@ module fp_mul (
   always_ff @(posedge clk_i) begin
     sig_e3_q     <= high_e3 ? shifted_e3[26:1] : shifted_e3[25:0];
     sticky_e3_q  <= lost_e3 || (high_e3 && shifted_e3[0]);
-    exp_e3_q     <= exp_e2_q + (high_e3 ? 9'd2 : 9'd1);
+    exp_e3_q     <= high_e3 ? exp_high_e3 : exp_low_e3;
     sign_e3_q    <= sign_e2_q;
     nan_e3_q     <= nan_e2_q;
     invalid_e3_q <= invalid_e2_q;
