@@ -13,7 +13,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from asip_asm.ir import Bundle, Operation, Program, Region, Register, Virtual
-from asip_asm.machine import BRANCHES, Machine, sources
+from asip_asm.liveness import region_liveness
+from asip_asm.machine import Machine, sources
 from asip_asm.schedule import state_storage
 
 BANKS = ("A", "B", "C")
@@ -145,16 +146,14 @@ class _Allocation:
         for export in self.program.exports:
             if export.value in overwritten:
                 raise AllocationError(
-                    f"export '{export.name}': the state's value at the start of the run is overwritten"
+                    f"export '{export.name}': the state's value at the start is overwritten"
                 )
 
     def _ranges(self) -> list[Range]:
         """Live range of every symbol that is not a state."""
         states = set(self.placement) | set(self.storage)
         found: dict[Virtual, Range] = {}
-        last_position = -1
         for position, _, slot, op in _numbered(self.program):
-            last_position = position
             for source in sources(op):
                 if isinstance(source, Virtual) and source in found:
                     found[source].reads.append(position)
@@ -168,19 +167,28 @@ class _Allocation:
                         f"'{op.dst.name}' is written to bank {value.bank} and to bank {bank}"
                     )
         self._hold_unread(found)
-        for region_range, live in _liveness(self.program):
-            for symbol in sorted(live, key=lambda s: (s.name, s.version)):
-                if symbol in states:
-                    continue
-                if symbol not in found:
-                    raise AllocationError(f"'{symbol.name}' is read but never written")
-                value = found[symbol]
-                value.begin = min(value.begin, region_range.start)
-                value.end = max(value.end, region_range.stop)
-        for export in self.program.exports:
-            if export.value in found:
-                found[export.value].end = last_position + 1
+        self._cross_borders(found, states)
         return list(found.values())
+
+    def _cross_borders(self, found: dict[Virtual, Range], states: set[Virtual]) -> None:
+        """Extend the ranges of values that live across borders of regions."""
+        begin = 0
+        exports = {export.value for export in self.program.exports}
+        borders = region_liveness(self.program, exports)
+        for region, (first, last) in zip(self.program.regions, borders, strict=True):
+            end = begin + len(region.bundles or [])
+            symbols = [s for s in first | last if isinstance(s, Virtual) and s not in states]
+            for symbol in sorted(symbols, key=lambda s: (s.name, s.version)):
+                if symbol not in found:
+                    raise AllocationError(f"'{symbol.name}' is read or exported but never written")
+                value = found[symbol]
+                if symbol in first:
+                    value.begin = min(value.begin, begin)
+                    value.end = max(value.end, begin)
+                if symbol in last:
+                    value.begin = min(value.begin, max(begin, end - 1))
+                    value.end = max(value.end, end)
+            begin = end
 
     def _hold_unread(self, found: dict[Virtual, Range]) -> None:
         """Let a value that nothing reads keep its register until the write is done."""
@@ -199,56 +207,6 @@ class _Allocation:
             position += len(bundles)
 
 
-def _liveness(program: Program) -> list[tuple[range, set[Virtual]]]:
-    """Symbols that cross borders of regions, with the bundles for which they certainly live.
-
-    Per region: the symbols live at its start with an empty range there, and those live at its end
-    with its last bundle. Data-flow equations over the branches between regions.
-    """
-    regions = program.regions
-    label = {name: i for i, region in enumerate(regions) for name in region.labels}
-    successors: list[set[int]] = []
-    reads: list[set[Virtual]] = []
-    writes: list[set[Virtual]] = []
-    spans: list[range] = []
-    position = 0
-    for i, region in enumerate(regions):
-        follow = set() if region.halt or i + 1 == len(regions) else {i + 1}
-        read: set[Virtual] = set()
-        written: set[Virtual] = set()
-        for bundle in region.bundles or []:
-            operations = [op for op in bundle.slots if op is not None]
-            for op in operations:
-                read.update(s for s in sources(op) if isinstance(s, Virtual) and s not in written)
-                if op.mnemonic in BRANCHES:
-                    if op.mnemonic == "jmp":
-                        follow.clear()
-                    if op.target is not None:
-                        follow.add(label[op.target])
-            written.update(op.dst for op in operations if isinstance(op.dst, Virtual))
-        reads.append(read)
-        writes.append(written)
-        successors.append(follow)
-        spans.append(range(position, position + len(region.bundles or [])))
-        position = spans[-1].stop
-    live = [set(read) for read in reads]
-    changed = True
-    while changed:
-        changed = False
-        for i in range(len(regions) - 1, -1, -1):
-            after = set().union(*(live[j] for j in successors[i]))
-            grown = reads[i] | (after - writes[i])
-            if grown != live[i]:
-                live[i] = grown
-                changed = True
-    result = []
-    for i, span in enumerate(spans):
-        after = set().union(*(live[j] for j in successors[i]))
-        result.append((range(span.start, span.start), live[i]))
-        result.append((range(max(span.stop - 1, span.start), span.stop), after))
-    return result
-
-
 class _Spiller:
     """Moves values to data memory and back, in place: bundles keep their order."""
 
@@ -256,6 +214,7 @@ class _Spiller:
         self.program = program
         self.machine = machine
         self.stored: dict[Virtual, int] = {}
+        self.reader: dict[Virtual, Operation] = {}
         self.reloads = 0
 
     def spill(self, overflow: Overflow) -> None:
@@ -275,7 +234,13 @@ class _Spiller:
                 f"bank {overflow.bank} has {self.machine.bank_sizes[overflow.bank]} registers; "
                 f"bundle {overflow.position} needs one more and none of its values can be spilled"
             )
-        _, value = max(choices, key=lambda choice: choice[0])
+        next_read, value = max(choices, key=lambda choice: choice[0])
+        bundles = region.bundles or []
+        reader = self.reader.get(value.symbol)
+        if reader is not None and reader in bundles[next_read - start].slots:
+            raise AllocationError(
+                f"bundle {next_read} reads more values than bank {overflow.bank} can hold at once"
+            )
         stored_at = self._store(region, value.symbol, value.begin - start, index)
         self._reload(region, value.symbol, stored_at)
 
@@ -326,7 +291,11 @@ class _Spiller:
         return index + 1
 
     def _reload(self, region: Region, symbol: Virtual, index: int) -> None:
-        """Load the value again between bundle `index` and its next reader, for all readers behind."""
+        """Load the value again behind bundle `index`, for all later readers.
+
+        The first time it is loaded early enough for its reader not to wait. A value that has to
+        give way once more is loaded right before its reader.
+        """
         bundles = region.bundles or []
         readers = [
             i
@@ -335,7 +304,7 @@ class _Spiller:
         ]
         first = readers[0]
         self.reloads += 1
-        copy = Virtual(f"{symbol.name}~{self.reloads}", 1)
+        copy = Virtual(f"{symbol.name.split('~')[0]}~{self.reloads}", 1)
         self.stored[copy] = self.stored[symbol]
         renamed = [
             op
@@ -348,6 +317,10 @@ class _Spiller:
         load = Operation("ld", copy, imm=self.stored[symbol], source=renamed[0].source)
         place = min(region.operations.index(op) for op in renamed)
         region.operations.insert(place, load)
+        if "~" in symbol.name:
+            self.reader[copy] = next(op for op in bundles[first].slots if op in renamed)
+            self._insert(bundles, first, load)
+            return
         issues = [issue.cycle for issue in self.machine.issue_cycles(bundles)]
         needed = self.machine.latency(load) + 1
         early = [i for i in range(index + 1, first) if issues[first] - issues[i] >= needed]

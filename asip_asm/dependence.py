@@ -45,15 +45,13 @@ def build_graph(
     operations: Sequence[Operation],
     machine: Machine,
     storage: Mapping[Virtual, Virtual] | None = None,
-    reuse: bool = True,
 ) -> Graph:
     """Graph of operations in program order.
 
     `storage` maps symbols that share a register (last write of a state) to the symbol that stands
     for it. Read after write costs latency + 1 cycles, write after read none (operands are read at
     issue), write after write latency + 1. Loads and stores that may meet at an address keep their
-    order, a final branch stays last. With `reuse` false, order caused by writing a register again
-    is left out: data flow only.
+    order, a final branch stays last.
     """
     place = storage or {}
     graph = Graph(
@@ -79,11 +77,10 @@ def build_graph(
             readers.setdefault(key, []).append(j)
         if op.dst is not None:
             key = place.get(op.dst, op.dst)
-            if reuse:
-                if key in writer:
-                    require(writer[key], j, graph.latency[writer[key]] + 1)
-                for i in readers.get(key, ()):
-                    require(i, j, 0)
+            if key in writer:
+                require(writer[key], j, graph.latency[writer[key]] + 1)
+            for i in readers.get(key, ()):
+                require(i, j, 0)
             writer[key] = j
             readers[key] = []
         if op.mnemonic in ("ld", "st"):

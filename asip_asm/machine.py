@@ -16,19 +16,18 @@ ready.
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from asip_asm.ir import Bundle, Operation, Output, Register, Virtual
+from asip_asm.isa import ISA_FILE, load_isa
 
 RUN_OVERHEAD = 0
 """Cycles of a run beyond max(issue + latency + 1) over its operations: start and done of the
 sequencer.
 """
 
-ISA_FILE = Path(__file__).with_name("isa.toml")
 FP_PKG_FILE = Path(__file__).parents[1] / "rtl" / "fpu" / "fp_pkg.sv"
 
 BRANCHES = frozenset({"jmp", "bz", "bnz"})
@@ -207,32 +206,31 @@ def load_machine(
 ) -> Machine:
     """Machine of configuration 'fast' or 'small'.
 
-    Raises MachineError naming the file and the constant or configuration that is missing.
+    Raises MachineError naming the file and the constant or configuration that is missing, IsaError.
     """
-    isa = tomllib.loads(isa_file.read_text(encoding="utf-8"))
+    isa = load_isa(isa_file)
     latencies = fp_latencies(fp_pkg_file)
-    if configuration not in isa["configuration"]:
-        known = ", ".join(isa["configuration"])
+    if configuration not in isa.configurations:
+        known = ", ".join(isa.configurations)
         raise MachineError(f"{isa_file}: no configuration '{configuration}'; it has {known}")
     units: dict[str, Unit] = {}
-    for name, record in isa["unit"].items():
-        constant = record.get("latency_constant")
-        if constant is not None and constant not in latencies:
+    for name, record in isa.units.items():
+        constant = record.latency_constant
+        latency = record.latency if constant is None else latencies.get(constant)
+        if latency is None:
             raise MachineError(
                 f"{fp_pkg_file}: no 'localparam int unsigned {constant} = n;', "
                 f"needed by unit {name}"
             )
-        latency = record["latency"] if constant is None else latencies[constant]
-        units[name] = Unit(name, latency, record["interval"] or latency + 1, record["bank"])
-    sizes = {bank["name"]: bank["size"] for bank in isa["bank"]}
-    slots = tuple(isa["configuration"][configuration]["slots"])
-    if slots.count("fma") < 2:
+        units[name] = Unit(name, latency, record.interval or latency + 1, record.bank)
+    sizes = {name: bank.size for name, bank in isa.banks.items()}
+    if isa.configurations[configuration].fma_pipes < 2:
         sizes["B"] = 0
     return Machine(
         configuration=configuration,
-        slots=slots,
+        slots=isa.configurations[configuration].slots,
         units=units,
-        unit_names={name: record["unit"] for name, record in isa["op"].items()},
+        unit_names={name: record.unit for name, record in isa.operations.items()},
         bank_sizes=sizes,
-        data_words=isa["limits"]["data_words"],
+        data_words=isa.data_words,
     )

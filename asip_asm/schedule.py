@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from asip_asm.dependence import build_graph
 from asip_asm.ir import Bundle, Operation, Output, Program, Region, Register, Virtual
 from asip_asm.machine import Machine, sources
-from asip_asm.search import Problem, Progress, Value, search
+from asip_asm.search import Problem, Progress, Value, build_problem, search
 
 DEFAULT_EFFORT = 2000
 """Schedules tried per region, unless a lower bound is reached before."""
@@ -111,9 +111,9 @@ def decide_banks(program: Program, machine: Machine) -> Banks:
         if not possible:
             where = f"bank {pin}" if pin is not None else "one bank"
             raise ScheduleError(
-                f"{describe(writes[-1][0])}: the writes of '{symbol.name}' cannot all go to {where};"
-                " results of multiply-add operations go to A or B, all others to C: use mov or"
-                " another pin"
+                f"{describe(writes[-1][0])}: the writes of '{symbol.name}' cannot all go to "
+                f"{where}: multiply-add operations write to A or B, all others to C; "
+                "use mov or another pin"
             )
         ordered = sorted(possible)
         fixed[symbol] = ordered[spread % len(ordered)]
@@ -153,28 +153,13 @@ def region_problem(
     storage: dict[Virtual, Virtual],
 ) -> Problem:
     """Search problem of a linear region: its graph, resources and register values."""
-    operations = region.operations
-    classes: dict[tuple[int, ...], int] = {}
-    lane: list[int] = []
     pipe: list[int | None] = []
-    for op in operations:
-        home = machine.slots_of(op)
+    for op in region.operations:
         slots = allowed_slots(op, machine, banks)
-        lane.append(classes.setdefault(home, len(classes)))
-        pipe.append(slots[0] if len(slots) < len(home) else None)
-    lanes = tuple(len(home) for home in classes)
-    units = [machine.unit(op) for op in operations]
+        pipe.append(slots[0] if len(slots) < len(machine.slots_of(op)) else None)
     values, capacity = _values(program, region, machine, banks, storage)
-    return Problem(
-        graph=build_graph(operations, machine, storage),
-        lanes=lanes,
-        lane=lane,
-        pipe=pipe,
-        port=[machine.writes_port(op) for op in operations],
-        blocking=[unit.interval if unit.interval > 1 else 0 for unit in units],
-        values=values,
-        capacity=capacity,
-    )
+    graph = build_graph(region.operations, machine, storage)
+    return build_problem(graph, machine, pipe, values, capacity)
 
 
 def _values(
@@ -258,27 +243,22 @@ def _emit(
     for i, time in enumerate(times):
         planned[time].append(i)
     chooser = _PipeChooser(region, times, machine, banks, program)
-    cycles: list[int] = []
-    bundles: list[Bundle] = []
-    for cycle in sorted(planned):
-        cycles.append(cycle)
-        bundles.append(machine.bundle(chooser.place(cycle, planned[cycle])))
+    filled = {
+        cycle: machine.bundle(chooser.place(cycle, planned[cycle])) for cycle in sorted(planned)
+    }
+    bundles = list(filled.values())
     if not bundles and (region.halt or region.labels):
         bundles.append(machine.bundle({}))
     if region.halt:
         bundles[-1].halt = True
-    end = max(
-        (t + machine.latency(op) + 1 for t, op in zip(times, region.operations, strict=True)),
-        default=0,
-    )
-    position = 0
-    while position < len(cycles) and machine.drain_cycle(bundles) > end:
-        early = cycles[position] - machine.issue_cycles(bundles[: position + 1])[-1].cycle
-        for _ in range(early):
-            bundles.insert(position, machine.bundle({}))
-            cycles.insert(position, cycles[position] - 1)
-            position += 1
-        position += 1
+    latencies = [machine.latency(op) for op in region.operations]
+    end = max((t + n + 1 for t, n in zip(times, latencies, strict=True)), default=1)
+    if machine.drain_cycle(bundles) > end:
+        bundles = [filled.get(cycle) or machine.bundle({}) for cycle in range(max(times) + 1)]
+        for nop in [bundle for bundle in bundles if not any(bundle.slots)]:
+            fewer = [bundle for bundle in bundles if bundle is not nop]
+            if machine.drain_cycle(fewer) <= end:
+                bundles = fewer
     return bundles
 
 

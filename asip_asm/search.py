@@ -16,6 +16,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from asip_asm.dependence import Graph
+from asip_asm.machine import Machine
 
 SEED = 20220711
 WIDTHS = (0.5, 1.5, 4.0, 10.0)
@@ -41,18 +42,44 @@ class Problem:
     """A graph with the resources each operation takes.
 
     `lane[i]` is the slot class of operation i and `lanes` the slots per class; `pipe[i]` fixes a
-    slot within the class (None: any); `port[i]`: takes the shared write port at issue + latency;
-    `blocking[i]` is the number of cycles for which it blocks its unit (0: pipelined).
+    slot (None: any of the class); `port[i]`: takes the shared write port at issue + latency;
+    `blocked[i]`: the unit that it blocks and for how many cycles (None: pipelined). `capacity`
+    holds the registers available to each pool of `values`.
     """
 
     graph: Graph
-    lanes: tuple[int, ...]
-    lane: list[int]
+    lanes: dict[str, int]
+    lane: list[str]
     pipe: list[int | None]
     port: list[bool]
-    blocking: list[int]
+    blocked: list[tuple[str, int] | None]
     values: list[Value] = field(default_factory=list)
     capacity: tuple[int, ...] = ()
+
+
+def build_problem(
+    graph: Graph,
+    machine: Machine,
+    pipe: list[int | None] | None = None,
+    values: list[Value] | None = None,
+    capacity: tuple[int, ...] = (),
+) -> Problem:
+    """Problem of a graph on a machine; lanes are 'fma slots' and 'aux slots', or 'any slots'."""
+    names = {
+        tuple(i for i, other in enumerate(machine.slots) if other == kind): f"{kind} slots"
+        for kind in machine.slots
+    }
+    units = [machine.unit(op) for op in graph.operations]
+    return Problem(
+        graph=graph,
+        lanes={name: len(slots) for slots, name in names.items()},
+        lane=[names[machine.slots_of(op)] for op in graph.operations],
+        pipe=pipe or [None] * len(graph.operations),
+        port=[machine.writes_port(op) for op in graph.operations],
+        blocked=[(unit.name, unit.interval) if unit.interval > 1 else None for unit in units],
+        values=values or [],
+        capacity=capacity,
+    )
 
 
 @dataclass(frozen=True)
@@ -81,29 +108,28 @@ def critical_path(problem: Problem) -> int:
 
 
 def occupancy_bounds(problem: Problem) -> dict[str, int]:
-    """Lower bounds in cycles from the slots of each lane ('lane 0', ...), the write port and the
-    blocking units.
+    """Lower bounds in cycles from every lane, from the write port and from units that block.
 
-    For the operations of one resource that have at least head h before and tail q behind them: h +
-    cycles of the resource + q, the largest over all h and q.
+    For the operations of one resource that have at least head h before and tail q behind them:
+    h + cycles of the resource + q, the largest over all h and q.
     """
     heads, tails = problem.graph.heads(), problem.graph.tails()
-    count = range(len(problem.lane))
-    groups: dict[str, tuple[list[tuple[int, int]], int, int]] = {}
-    for lane, slots in enumerate(problem.lanes):
-        members = [(heads[i], tails[i]) for i in count if problem.lane[i] == lane]
-        groups[f"lane {lane}"] = (members, slots, 1)
     latency = problem.graph.latency
+    count = range(len(problem.lane))
+    bounds = {}
+    for name, slots in problem.lanes.items():
+        members = [(heads[i], tails[i]) for i in count if problem.lane[i] == name]
+        bounds[name] = _interval_bound(members, slots, 1)
     writes = [(heads[i] + latency[i], tails[i] - latency[i]) for i in count if problem.port[i]]
-    groups["port"] = (writes, 1, 1)
-    blocking = [i for i in count if problem.blocking[i]]
-    if blocking:
-        interval = min(problem.blocking[i] for i in blocking)
-        groups["blocking"] = ([(heads[i], tails[i]) for i in blocking], 1, interval)
-    return {name: _interval_bound(*group) for name, group in groups.items()}
+    bounds["write port"] = _interval_bound(writes, 1, 1)
+    for unit, interval in sorted({block for block in problem.blocked if block is not None}):
+        members = [(heads[i], tails[i]) for i in count if problem.blocked[i] == (unit, interval)]
+        bounds[unit] = _interval_bound(members, 1, interval)
+    return bounds
 
 
 def _interval_bound(members: list[tuple[int, int]], slots: int, interval: int) -> int:
+    """Bound of one resource from (head, tail) of its operations."""
     bound = 0
     for floor in {head for head, _ in members}:
         ends = sorted((tail for head, tail in members if head >= floor), reverse=True)
@@ -122,8 +148,6 @@ class Placer:
 
     def __init__(self, problem: Problem) -> None:
         self.problem = problem
-        self.horizon = 1 + sum(latency + 1 for latency in problem.graph.latency)
-        self.pinned = any(pipe is not None for pipe in problem.pipe)
 
     def order(self, keys: Sequence[float], forward: bool) -> list[int]:
         """Operations by rising key, corrected so that none comes before one it depends on (or,
@@ -154,13 +178,13 @@ class Placer:
         edges = problem.graph.predecessors if forward else problem.graph.successors
         # Backward the time axis is mirrored: u = -(issue), ends are aligned at the last write.
         sign = 1 if forward else -1
-        lane, port, pipe, blocking = problem.lane, problem.port, problem.pipe, problem.blocking
+        lane, port, pipe, blocked = problem.lane, problem.port, problem.pipe, problem.blocked
         lanes = problem.lanes
-        used: list[dict[int, int]] = [{} for _ in lanes]
-        skip: list[dict[int, int]] = [{} for _ in lanes]
+        used: dict[str, dict[int, int]] = {name: {} for name in lanes}
+        skip: dict[str, dict[int, int]] = {name: {} for name in lanes}
         writes: set[int] = set()
         fixed: set[tuple[int, int]] = set()
-        busy: list[tuple[int, int]] = []
+        busy: list[tuple[int, str]] = []
         times = [0] * len(order)
         for i in order:
             u = 0 if forward else latency[i] + 1
@@ -172,7 +196,7 @@ class Placer:
             table, jump, slots = used[home], skip[home], lanes[home]
             rank = sign * latency[i]
             takes_port = port[i]
-            special = pipe[i] is not None or blocking[i]
+            block = blocked[i]
             while True:
                 start = u
                 while u in jump:
@@ -184,13 +208,12 @@ class Placer:
                 if takes_port and u + rank in writes:
                     u += 1
                     continue
-                if special:
-                    if (home, u, pipe[i]) in fixed:
-                        u += 1
-                        continue
-                    if blocking[i] and any(abs(u - v) < blocking[i] for v in busy):
-                        u += 1
-                        continue
+                if (u, pipe[i]) in fixed or (
+                    block is not None
+                    and any(unit == block[0] and abs(u - v) < block[1] for v, unit in busy)
+                ):
+                    u += 1
+                    continue
                 break
             times[i] = u
             count = table.get(u, 0) + 1
@@ -199,11 +222,10 @@ class Placer:
                 jump[u] = u + 1
             if takes_port:
                 writes.add(u + rank)
-            if special:
-                if pipe[i] is not None:
-                    fixed.add((home, u, pipe[i]))
-                if blocking[i]:
-                    busy.append(u)
+            if pipe[i] is not None:
+                fixed.add((u, pipe[i]))
+            if block is not None:
+                busy.append((u, block[0]))
         if forward:
             return times
         last = max(times, default=0)
@@ -255,14 +277,15 @@ def search(
     def justify(times: list[int]) -> tuple[tuple[int, int], list[int]]:
         nonlocal tried
         best = (cost(times), times)
-        while True:
-            late = placer.place(placer.order([-t for t in times], False), False)
+        while tried < effort:
+            late = placer.place(placer.order([-t for t in best[1]], False), False)
             times = placer.place(placer.order(late, True), True)
             tried += 2
             found = min((cost(late), late), (cost(times), times))
             if found[0] >= best[0]:
-                return best
+                break
             best = found
+        return best
 
     starts = [
         placer.place(placer.order([-tail for tail in tails], True), True),

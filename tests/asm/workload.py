@@ -164,8 +164,9 @@ def tracking_law(shared: bool, configuration: str = "fast") -> Program:
     def integrator(axis, error, desired):
         sign_old, since = b.state(f"sg{axis}"), b.state(f"tc{axis}")
         total = b.state(f"sc{axis}")
-        sign = b.write_state(f"sg{axis}", "fsgn", desired)
+        sign = b.op("fsgn", desired)
         same = b.op("feq", sign, sign_old)
+        b.write_state(f"sg{axis}", "mov", sign)
         later = add(since, con[8])
         elapsed = b.write_state(f"tc{axis}", "sel", same, later, ZERO)
         big = b.op("fle", con[9], b.op("fabs", error))
@@ -314,3 +315,39 @@ def control(b, axis, mass, gravity, value, desired, speed, accel_d, con, count, 
         drive = b.op("fadd", drive, b.op("fmul", con[2], integral))
         force = b.op("fadd", b.op("fmul", mass, drive), gravity)
     b.output("fsat", force, con[3], con[4])
+
+
+def loop_program():
+    """Counts down in a loop, chooses one of two paths, and uses values from before both."""
+    k0, k1 = Register("K", 0), Register("K", 1)
+    build = Builder()
+    before = build.op("fmul", k0, k1)
+    build.op("mov", k0, name="n", version=-1)
+    n, r = Virtual("n", -1), Virtual("r", -1)
+    loop = Region(labels=["loop"])
+    loop.operations += [
+        Operation("fdiv", Virtual("t", 1), n, before),
+        Operation("isub", n, n, k1),
+        Operation("mov", r, Virtual("t", 1)),
+        Operation("bnz", None, n, target="loop"),
+    ]
+    path = Region(
+        operations=[
+            Operation("mov", r, before),
+            Operation("st", None, r, imm=0),
+            Operation("bz", None, r, target="end"),
+        ]
+    )
+    other = Region(operations=[Operation("fneg", r, n)])
+    end = Region(labels=["end"], halt=True)
+    end.operations += [
+        Operation("ld", Virtual("w", 1), imm=0),
+        Operation("fsat", Output(0), r, before, Virtual("w", 1)),
+        Operation("fadd", Virtual("s", 1), Virtual("s", 0), r),
+    ]
+    program = build.program
+    program.data = [0]
+    program.states = [State("s", "float", 0, Virtual("s", 0), Virtual("s", 1))]
+    build.region.halt = False
+    program.regions += [loop, path, other, end]
+    return program

@@ -1,0 +1,55 @@
+"""Which registers, symbolic or physical, are live where the regions of a program begin and end."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from asip_asm.ir import Program, Register, Virtual
+from asip_asm.machine import BRANCHES, sources
+
+Place = Virtual | Register
+
+
+def region_liveness(
+    program: Program, kept: Collection[Place] = ()
+) -> list[tuple[set[Place], set[Place]]]:
+    """Places live at the start and at the end of every region of a scheduled program.
+
+    A place is live if a later bundle reads it before it is written again, or if the run can end
+    with it in `kept`, the places read after a run. Data-flow equations over the branches between
+    regions.
+    """
+    regions = program.regions
+    label = {name: i for i, region in enumerate(regions) for name in region.labels}
+    following: list[set[int]] = []
+    reads: list[set[Place]] = []
+    writes: list[set[Place]] = []
+    for i, region in enumerate(regions):
+        follow = set() if region.halt or i + 1 == len(regions) else {i + 1}
+        read: set[Place] = set()
+        written: set[Place] = set()
+        for bundle in region.bundles or []:
+            operations = [op for op in bundle.slots if op is not None]
+            for op in operations:
+                read.update(source for source in sources(op) if source not in written)
+                if op.mnemonic == "jmp":
+                    follow.clear()
+                if op.mnemonic in BRANCHES and op.target is not None:
+                    follow.add(label[op.target])
+            written.update(op.dst for op in operations if isinstance(op.dst, Virtual | Register))
+        following.append(follow)
+        reads.append(read)
+        writes.append(written)
+    starts = [set(read) for read in reads]
+
+    def at_end(i: int) -> set[Place]:
+        return set().union(*(starts[j] for j in following[i])) if following[i] else set(kept)
+
+    changed = True
+    while changed:
+        changed = False
+        for i in reversed(range(len(regions))):
+            start = reads[i] | (at_end(i) - writes[i])
+            changed = changed or start != starts[i]
+            starts[i] = start
+    return [(start, at_end(i)) for i, start in enumerate(starts)]

@@ -1,0 +1,192 @@
+"""Register allocation: reuse without stalls, states, exports, spilling to data memory."""
+
+import random
+from dataclasses import replace
+
+import pytest
+
+from asip_asm.allocate import AllocationError, allocate_registers
+from asip_asm.ir import Bundle, Export, Operation, Program, Region, Register, State, Virtual
+from asip_asm.machine import load_machine
+from asip_asm.schedule import bundle_in_order, schedule_program
+
+from .interpret import operations_of, run_bundles, run_written
+from .workload import Builder, random_program, tracking_law
+
+MACHINES = {name: load_machine(name) for name in ("fast", "small")}
+K0, K1 = Register("K", 0), Register("K", 1)
+SEEDS = range(30)
+
+
+def with_banks(machine, size):
+    sizes = {bank: min(size, n) if bank in "ABC" else n for bank, n in machine.bank_sizes.items()}
+    return replace(machine, bank_sizes=sizes)
+
+
+def write_stalls(program, machine):
+    return sum(issue.waw for issue in machine.issue_cycles(program.regions[0].bundles))
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_reused_registers__never_wait_for_an_earlier_write(seed):
+    print(f"replay: random_program({seed}, 150)")
+    machine = MACHINES["fast"]
+    program = random_program(seed, 150)
+    schedule_program(program, machine, 20)
+    # Symbols that the source itself writes twice may wait for each other.
+    written = write_stalls(program, machine)
+    allocate_registers(program, machine)
+    assert write_stalls(program, machine) == written
+
+
+def test_unread_results__hold_their_register_until_they_are_written():
+    build = Builder()
+    for _ in range(3):
+        build.op("fdiv", K0, K1)
+    build.op("mov", K0)
+    machine = with_banks(MACHINES["fast"], 4)
+    bundle_in_order(build.program, machine)
+    allocate_registers(build.program, machine)
+    registers = [op.dst for op in operations_of(build.program)]
+    assert len(set(registers)) == 4
+
+
+@pytest.mark.parametrize("order", ["as_written", "scheduled"])
+@pytest.mark.parametrize("configuration", MACHINES)
+@pytest.mark.parametrize("seed", SEEDS)
+def test_spilled_program__computes_what_was_written(seed, configuration, order):
+    print(f"replay: random_program({seed}, ..., {configuration!r}), banks of 10 registers")
+    machine = with_banks(MACHINES[configuration], 10)
+    program = random_program(seed, random.Random(seed).randrange(40, 140), configuration)
+    written, words = run_written(program), len(program.data)
+    if order == "scheduled":
+        schedule_program(program, machine, 20)
+    else:
+        bundle_in_order(program, machine)
+    allocate_registers(program, machine)
+    assert run_bundles(program, words) == written
+    assert all(
+        place.index < 10
+        for op in operations_of(program)
+        for place in (op.dst, op.a, op.b, op.c)
+        if isinstance(place, Register) and place.bank in "ABC"
+    )
+    assert set(program.regions[0].operations) == set(operations_of(program))
+
+
+@pytest.mark.parametrize("configuration", MACHINES)
+def test_spilling_the_tracking_law__uses_data_memory_and_keeps_the_results(configuration):
+    machine = with_banks(MACHINES[configuration], 26)
+    program = tracking_law(True, configuration)
+    written = run_written(program)
+    bundle_in_order(program, machine)
+    before = len(list(operations_of(program)))
+    allocate_registers(program, machine)
+    assert len(program.data) > 0
+    assert len(list(operations_of(program))) > before
+    assert run_bundles(program, 0) == written
+
+
+def test_no_data_word_left_to_spill__names_the_value():
+    build = Builder()
+    values = [build.op("mov", K0, name=f"x{i}") for i in range(4)]
+    for value in values:
+        build.output("mov", value)
+    machine = replace(with_banks(MACHINES["fast"], 3), data_words=0)
+    bundle_in_order(build.program, machine)
+    with pytest.raises(AllocationError, match="no data word left to spill 'x2'"):
+        allocate_registers(build.program, machine)
+
+
+def test_states_that_do_not_fit__are_reported():
+    build = Builder()
+    for i in range(3):
+        build.state(f"s{i}")
+    machine = with_banks(MACHINES["fast"], 2)
+    schedule_program(build.program, machine)
+    with pytest.raises(AllocationError, match="state 's2': bank C has no register left"):
+        allocate_registers(build.program, machine)
+
+
+def test_exports_that_do_not_fit__are_reported():
+    build = Builder()
+    for i in range(3):
+        build.export(build.op("mov", K0, name=f"x{i}"))
+    machine = with_banks(MACHINES["fast"], 2)
+    schedule_program(build.program, machine)
+    with pytest.raises(AllocationError, match="bank C has 2 registers; .* none of its values"):
+        allocate_registers(build.program, machine)
+
+
+def test_state__keeps_one_register_and_nothing_else_writes_it():
+    program = tracking_law(True)
+    last = {state.name: state.last for state in program.states}
+    writer = {op.dst: op for op in program.regions[0].operations}
+    machine = MACHINES["fast"]
+    schedule_program(program, machine)
+    writers = {name: writer[symbol] for name, symbol in last.items()}
+    allocate_registers(program, machine)
+    for state in program.states:
+        writing = [op for op in operations_of(program) if op.dst == state.register]
+        assert writing == [writers[state.name]]
+
+
+def test_unwritten_state__still_has_a_register():
+    build = Builder()
+    state = build.state("gain", pin="B")
+    build.output("mov", state)
+    schedule_program(build.program, MACHINES["fast"])
+    allocate_registers(build.program, MACHINES["fast"])
+    assert build.program.states[0].register.bank == "B"
+
+
+def test_export_of_an_overwritten_first_value__is_refused():
+    first, last = Virtual("s", 0), Virtual("s", 1)
+    program = Program(regions=[Region(operations=[Operation("mov", last, K0)], halt=True)])
+    program.states = [State("s", "float", 0, first, last)]
+    program.exports = [Export("s", first)]
+    schedule_program(program, MACHINES["fast"])
+    with pytest.raises(AllocationError, match="export 's': the state's value at the start"):
+        allocate_registers(program, MACHINES["fast"])
+
+
+def test_export_of_an_input__is_its_own_place():
+    build = Builder()
+    build.program.exports = [Export("x", K1)]
+    schedule_program(build.program, MACHINES["fast"])
+    allocate_registers(build.program, MACHINES["fast"])
+    assert build.program.exports[0].register == K1
+
+
+def test_registers_named_in_the_source__are_left_alone():
+    build = Builder()
+    named = [Register("C", 0), Register("C", 2)]
+    build.emit("mov", named[0], K0)
+    build.op("mov", K1)
+    build.emit("mov", named[1], named[0])
+    build.op("mov", named[1])
+    schedule_program(build.program, MACHINES["fast"])
+    allocate_registers(build.program, MACHINES["fast"])
+    chosen = [op.dst for op in operations_of(build.program) if op.dst not in named]
+    assert len(chosen) == 2 and not set(chosen) & set(named)
+
+
+def test_symbols_in_braces__get_the_bank_of_their_slot():
+    x, y, z = (Virtual(name, 1) for name in "xyz")
+    first = Bundle(
+        [Operation("fmul", x, K0, K1), Operation("fmul", y, K0, K1), Operation("mov", z, K0)]
+    )
+    second = Bundle([None, Operation("fmadd", Virtual("w", 1), x, y, z), None])
+    program = Program(regions=[Region(bundles=[first]), Region(bundles=[second], halt=True)])
+    allocate_registers(program, MACHINES["fast"])
+    assert [op.dst.bank for op in first.slots] == ["A", "B", "C"]
+    use = second.slots[1]
+    assert [use.a, use.b, use.c] == [op.dst for op in first.slots]
+
+
+def test_value_read_but_never_written__is_reported():
+    build = Builder()
+    build.output("mov", Virtual("ghost", 1))
+    schedule_program(build.program, MACHINES["fast"])
+    with pytest.raises(AllocationError, match="'ghost' is read or exported but never written"):
+        allocate_registers(build.program, MACHINES["fast"])

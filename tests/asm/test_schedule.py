@@ -1,0 +1,264 @@
+"""Schedules: same results as the written order, legal slots and timing, determinism, quality."""
+
+import copy
+import random
+
+import pytest
+
+from asip_asm import search
+from asip_asm.allocate import allocate_registers
+from asip_asm.ir import (
+    Bundle,
+    Operation,
+    Output,
+    Program,
+    Region,
+    Register,
+    SourceLine,
+    Virtual,
+)
+from asip_asm.machine import load_machine, sources
+from asip_asm.report import report_program
+from asip_asm.schedule import ScheduleError, bundle_in_order, schedule_program
+
+from .interpret import operations_of, run_bundles, run_written
+from .workload import Builder, loop_program, random_program, tracking_law
+
+MACHINES = {name: load_machine(name) for name in ("fast", "small")}
+SEEDS = range(40)
+EFFORT = 60
+K0, K1 = Register("K", 0), Register("K", 1)
+
+
+def program_of(seed, configuration):
+    print(f"replay: random_program({seed}, ..., {configuration!r})")
+    return random_program(seed, random.Random(seed).randrange(1, 120), configuration)
+
+
+def check_legal(program, machine):
+    """Every slot can execute its operation; fixed destinations are in the bank of the slot."""
+    for region in program.regions:
+        for bundle in region.bundles:
+            assert len(bundle.slots) == len(machine.slots)
+            for slot, op in enumerate(bundle.slots):
+                if op is None:
+                    continue
+                fma = machine.units[machine.unit_names[op.mnemonic]].bank == "pipe"
+                assert machine.slots[slot] in ("any", "fma" if fma else "aux")
+                if isinstance(op.dst, Register):
+                    assert op.dst.bank == ("AB"[slot] if fma else "C")
+        assert [b.halt for b in region.bundles].index(True) == len(region.bundles) - 1
+
+
+def check_timing(program, machine):
+    """Reported issue cycles keep every rule, looked at pair by pair instead of cycle by cycle."""
+    bundles = program.regions[0].bundles
+    issues = machine.issue_cycles(bundles)
+    events = [
+        (issue.cycle, op)
+        for issue, bundle in zip(issues, bundles, strict=True)
+        for op in bundle.slots
+        if op is not None
+    ]
+    writes = [
+        (cycle + machine.latency(op)) for cycle, op in events if op.dst and machine.writes_port(op)
+    ]
+    assert len(writes) == len(set(writes))
+    for i, (first, earlier) in enumerate(events):
+        ready = first + machine.latency(earlier) + 1
+        for second, later in events[i + 1 :]:
+            if second == first:
+                continue
+            if earlier.dst is not None and not isinstance(earlier.dst, Output):
+                assert earlier.dst not in (later.dst, *sources(later)) or second >= ready
+            if {earlier.mnemonic, later.mnemonic} <= {"fsin", "fcos"}:
+                assert second >= ready
+
+
+@pytest.mark.parametrize("configuration", MACHINES)
+@pytest.mark.parametrize("seed", SEEDS)
+def test_scheduled_program__computes_what_was_written(seed, configuration):
+    machine = MACHINES[configuration]
+    program = program_of(seed, configuration)
+    written = run_written(program)
+    operations = set(program.regions[0].operations)
+    schedule_program(program, machine, EFFORT)
+    planned = machine.run_cycles(program.regions[0].bundles)
+    assert set(operations_of(program)) == operations
+    assert len(list(operations_of(program))) == len(operations)
+    allocate_registers(program, machine)
+    assert run_bundles(program, len(program.data)) == written
+    assert machine.run_cycles(program.regions[0].bundles) == planned
+    check_legal(program, machine)
+    check_timing(program, machine)
+
+
+@pytest.mark.parametrize("configuration", MACHINES)
+@pytest.mark.parametrize("seed", SEEDS)
+def test_order_as_written__computes_what_was_written(seed, configuration):
+    machine = MACHINES[configuration]
+    program = program_of(seed, configuration)
+    written = run_written(program)
+    operations = list(program.regions[0].operations)
+    bundle_in_order(program, machine)
+    assert list(operations_of(program)) == operations
+    allocate_registers(program, machine)
+    assert run_bundles(program, len(program.data)) == written
+    check_legal(program, machine)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_schedule__meets_the_planned_cycles_when_the_core_issues_it(seed):
+    """The cycles the search plans and the cycles the interlock model finds agree."""
+    machine = MACHINES["fast"]
+    program = program_of(seed, "fast")
+    plans = []
+    schedule_program(program, machine, EFFORT, plans.append)
+    if plans:
+        assert machine.drain_cycle(program.regions[0].bundles) <= plans[-1].cycles
+
+
+@pytest.mark.parametrize("configuration", MACHINES)
+@pytest.mark.parametrize("shared", [False, True], ids=["as_printed", "optimised"])
+def test_tracking_law__is_within_8_percent_of_the_lower_bound(shared, configuration):
+    machine = MACHINES[configuration]
+    program = tracking_law(shared, configuration)
+    written = run_written(program)
+    schedule_program(program, machine)
+    allocate_registers(program, machine)
+    section = report_program(program, machine).sections[0]
+    assert section.distance <= 8.0
+    assert section.stalls["waw"] == 0
+    assert not program.data, "no value needs data memory"
+    assert all(any(bundle.slots) for bundle in program.regions[0].bundles)
+    assert run_bundles(program, 0) == written
+
+
+def test_same_input__gives_the_same_bundles():
+    machine = MACHINES["fast"]
+    layouts = []
+    for _ in range(2):
+        program = random_program(3, 100)
+        position = {op: i for i, op in enumerate(program.regions[0].operations)}
+        schedule_program(program, machine, EFFORT)
+        layouts.append(
+            [[position.get(op) for op in bundle.slots] for bundle in program.regions[0].bundles]
+        )
+    assert layouts[0] == layouts[1]
+
+
+def test_effort__bounds_the_schedules_tried(monkeypatch):
+    placed = []
+    place = search.Placer.place
+    monkeypatch.setattr(search.Placer, "place", lambda *given: placed.append(1) or place(*given))
+    # Sines in dependent chains: no schedule reaches the lower bound of this program.
+    program = random_program(60014, 60)
+    seen = []
+    schedule_program(program, MACHINES["fast"], 100, seen.append)
+    assert 20 < len(placed) <= 100 + 2
+    assert all(progress.effort == 100 and progress.tried <= 100 for progress in seen)
+
+
+def test_more_effort__is_never_worse():
+    machine = MACHINES["fast"]
+    lengths = []
+    for effort in (2, 50, 400):
+        program = random_program(250013, 250)
+        schedule_program(program, machine, effort)
+        lengths.append(machine.run_cycles(program.regions[0].bundles))
+    assert lengths == sorted(lengths, reverse=True)
+
+
+def test_state__is_overwritten_no_earlier_than_its_last_reader():
+    build = Builder()
+    state = build.state("s")
+    slow = build.op("fsqrt", K0)
+    build.output("fsat", state, slow, K1)
+    build.write_state("s", "mov", K0)
+    program = build.program
+    written = run_written(program)
+    schedule_program(program, MACHINES["fast"])
+    allocate_registers(program, MACHINES["fast"])
+    assert run_bundles(program, 0) == written
+
+
+@pytest.mark.parametrize(("pin", "slot"), [("A", 0), ("B", 1)])
+def test_pinned_states__are_written_by_their_pipe(pin, slot):
+    build = Builder()
+    for i in range(4):
+        build.state(f"s{i}", pin=pin)
+        build.write_state(f"s{i}", "fmul", K0, K1)
+    schedule_program(build.program, MACHINES["fast"])
+    allocate_registers(build.program, MACHINES["fast"])
+    assert {state.register.bank for state in build.program.states} == {pin}
+    bundles = build.program.regions[0].bundles
+    assert [bundle.slots[slot] is not None for bundle in bundles] == [True] * 4
+
+
+def test_impossible_pin__is_refused_with_line_and_reason():
+    build = Builder()
+    build.state("s", pin="B")
+    build.write_state("s", "mov", K0)
+    build.region.operations[-1].source = SourceLine("law.s", 7, "mov s, x")
+    with pytest.raises(ScheduleError, match=r"law\.s:7: mov: the writes of 's' cannot .* bank B"):
+        schedule_program(build.program, MACHINES["fast"])
+
+
+def test_symbol_written_by_different_units__is_refused():
+    build = Builder()
+    build.op("fmul", K0, K1, name="t", version=-1)
+    build.op("mov", K0, name="t", version=-1)
+    with pytest.raises(ScheduleError, match="the writes of 't' cannot all go to one bank"):
+        schedule_program(build.program, MACHINES["fast"])
+
+
+def test_multiply_add_to_an_output__is_refused():
+    build = Builder()
+    build.output("fmul", K0, K1)
+    with pytest.raises(ScheduleError, match="fmul: no slot .* in an output"):
+        schedule_program(build.program, MACHINES["fast"])
+
+
+def test_bank_b_in_the_small_configuration__is_refused():
+    build = Builder("small")
+    build.emit("fmul", Register("B", 0), K0, K1)
+    with pytest.raises(ScheduleError, match="configuration 'small' .* bank B"):
+        schedule_program(build.program, MACHINES["small"])
+
+
+def test_braced_bundles__stay_as_they_are():
+    late = Bundle([None, None, Operation("mov", Virtual("x", 1), K0)])
+    early = Bundle([Operation("fmul", Virtual("y", 1), K0, K1), None, None])
+    program = Program(regions=[Region(bundles=[late, early], halt=True)])
+    schedule_program(program, MACHINES["fast"])
+    assert program.regions[0].bundles == [late, early]
+
+
+@pytest.mark.parametrize("first", range(8))
+def test_branches__compute_what_was_written(first):
+    """Different constants take the loop and the branch in different ways."""
+    program = loop_program()
+    for region in program.regions:
+        for op in region.operations:
+            for name in ("a", "b", "c"):
+                value = getattr(op, name)
+                if isinstance(value, Register) and value.bank == "K":
+                    setattr(op, name, Register("K", value.index + 2 * first))
+    written = run_written(copy.deepcopy(program))
+    schedule_program(program, MACHINES["fast"])
+    for region in program.regions:
+        branches = [
+            i
+            for i, bundle in enumerate(region.bundles)
+            for op in bundle.slots
+            if op is not None and op.mnemonic in ("bz", "bnz", "jmp")
+        ]
+        assert branches in ([], [len(region.bundles) - 1])
+    allocate_registers(program, MACHINES["fast"])
+    assert run_bundles(program, 1) == written
+
+
+def test_empty_halting_program__is_one_bundle_of_nops():
+    program = Program(regions=[Region(halt=True)])
+    schedule_program(program, MACHINES["fast"])
+    assert [(b.slots, b.halt) for b in program.regions[0].bundles] == [([None] * 3, True)]

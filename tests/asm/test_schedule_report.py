@@ -1,0 +1,88 @@
+"""Report of a scheduled program: figures worked out by hand on small programs."""
+
+import pytest
+
+from asip_asm.allocate import allocate_registers
+from asip_asm.ir import Register
+from asip_asm.machine import RUN_OVERHEAD, load_machine
+from asip_asm.report import report_program
+from asip_asm.schedule import bundle_in_order, schedule_program
+
+from .workload import Builder, loop_program
+
+FAST = load_machine("fast")
+K0, K1 = Register("K", 0), Register("K", 1)
+FMA = FAST.units["fma"].latency
+CMP = FAST.units["cmp"].latency
+
+
+def chain_of_three():
+    build = Builder()
+    x = build.op("fmul", K0, K1)
+    y = build.op("fmul", x, x)
+    build.output("mov", y)
+    return build.program
+
+
+def test_chain__is_bounded_by_its_critical_path():
+    program = chain_of_three()
+    schedule_program(program, FAST)
+    allocate_registers(program, FAST)
+    section = report_program(program, FAST).sections[0]
+    path = 2 * (FMA + 1) + CMP + 1 + RUN_OVERHEAD
+    assert (section.cycles, section.critical_path, section.bound) == (path, path, path)
+    assert section.distance == 0.0
+    assert section.stalls["operand"] == 2 * FMA
+    assert section.bundles == 3
+
+
+def test_independent_operations__are_bounded_by_the_slots():
+    build = Builder()
+    for _ in range(20):
+        build.op("fmul", K0, K1)
+    bundle_in_order(build.program, FAST)
+    allocate_registers(build.program, FAST)
+    section = report_program(build.program, FAST).sections[0]
+    assert section.bounds["fma slots"] == 9 + FMA + 1 + RUN_OVERHEAD
+    assert section.cycles == 19 + FMA + 1 + RUN_OVERHEAD
+    assert section.occupancy("fma slots") == pytest.approx(100 * 20 / (2 * section.cycles))
+
+
+def test_registers__count_values_in_use_at_once_and_states():
+    build = Builder()
+    build.state("s", pin="A")
+    values = [build.op("mov", K0) for _ in range(5)]
+    for value in values:
+        build.output("mov", value)
+    bundle_in_order(build.program, FAST)
+    allocate_registers(build.program, FAST)
+    report = report_program(build.program, FAST)
+    assert report.registers == {"A": (1, 64), "B": (0, 64), "C": (5, 64)}
+
+
+def test_program_with_branches__has_a_section_per_region():
+    program = loop_program()
+    schedule_program(program, FAST)
+    allocate_registers(program, FAST)
+    report = report_program(program, FAST)
+    assert [section.title for section in report.sections] == [
+        "region 0",
+        "loop",
+        "region 2",
+        "region 3",
+        "end",
+    ]
+
+
+def test_text__names_every_figure():
+    program = chain_of_three()
+    program.title = "chain"
+    schedule_program(program, FAST)
+    allocate_registers(program, FAST)
+    text = report_program(program, FAST).render()
+    path = 2 * (FMA + 1) + CMP + 1 + RUN_OVERHEAD
+    assert text.startswith("chain (fast)\n")
+    assert f"cycles               {path}, 0.0 % above the lower bound\n" in text
+    assert f"critical path {path}, fma slots" in text
+    assert f"operand {2 * FMA}, waw 0, unit 0, port 0\n" in text
+    assert "A 1/64, B 0/64, C 0/64\n" in text
