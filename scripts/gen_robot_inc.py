@@ -15,7 +15,7 @@ SOURCE = ROOT / "sim" / "robot.toml"
 TARGET = ROOT / "asip_asm" / "programs" / "robot.inc"
 HEADER = """\
 ; SPDX-License-Identifier: Apache-2.0
-; Generated from sim/robot.toml by scripts/gen_robot_inc.py: parameters of the robot and its controller.
+; Generated from sim/robot.toml by scripts/gen_robot_inc.py: the robot's parameters.
 """
 
 

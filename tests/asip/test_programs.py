@@ -1,0 +1,296 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The tracking programs on the instruction-set model against the reference in double precision.
+
+Error bounds are first-order rounding analysis with the unit roundoff u = 2^-24, evaluated at every
+tick from the reference's own quantities; `Bounds` states them.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from asip_asm.assemble import assemble
+from sim.iss import Fault, Iss, run_path
+from sim.iss.path import SET_POINT_INPUTS, preset
+from sim.model import float32, tracking
+from sim.model.parameters import Robot
+from sim.model.records import ACCELERATIONS, OUTPUTS, POSITIONS, TABLE_3, VELOCITIES
+from tests.asip.tracking_path import reversing_path
+
+ROOT = Path(__file__).parents[2]
+PROGRAMS = {
+    name: ROOT / "asip_asm" / "programs" / f"tracking_{name}.s"
+    for name in ("as_printed", "optimised")
+}
+U = 2.0**-24
+TICKS = 600
+ERRORS = ("e1", "e2", "e3", "e4", "e5")
+MASSES = ("M1", "M2", "M3")
+GRAVITIES = ("G1", "G2", "G3", "G4")
+
+
+@pytest.fixture(scope="module")
+def robot():
+    return Robot.load()
+
+
+@pytest.fixture(scope="module")
+def motion(robot):
+    return reversing_path(robot, TICKS)
+
+
+@pytest.fixture(scope="module")
+def reference(robot, motion):
+    return tracking.run(robot, *motion)
+
+
+@pytest.fixture(scope="module")
+def images():
+    """Program name -> image, one operation per bundle in the order written."""
+    return {name: assemble(path, optimise=False).to_json() for name, path in PROGRAMS.items()}
+
+
+@pytest.fixture(scope="module")
+def runs(robot, motion, images):
+    """Program name -> run over the motion."""
+    exports = (*ERRORS, *MASSES, *GRAVITIES)
+    return {name: run_path(image, robot, *motion, exports) for name, image in images.items()}
+
+
+@dataclass
+class Bounds:
+    """Error bounds of one program (N, axes): position, velocity, acceleration, e, output."""
+
+    position: np.ndarray
+    velocity: np.ndarray
+    acceleration: np.ndarray
+    e: np.ndarray
+    output: np.ndarray
+
+
+def bounds(robot: Robot, motion: tuple, reference, optimised: bool) -> Bounds:
+    """First-order bounds on the rounding errors of one program.
+
+    Legs, with d = (x - x_pi, y - y_pi, z): each coordinate of d carries u|x_pi| of the constant and
+    u|d| of the subtraction. Then (7) as printed: three products, two sums, root: l (2u + 4u), the
+    optimised one rounds l once. (8): numerator 5u sum|d v| and from d 2u sum|d v|, root and
+    quotient 7u|v|. (9)-(11): numerators 9u sum|terms|, quotients 12u|terms|.
+
+    e as printed: errors of l_d, of the rounded l and of the resolution, u l each. e optimised:
+    Q - Qh is below 2^-9, with five roundings of it and of the rest, so 5 2^-34/(2l); the Newton
+    step leaves (6u)^2 l/2; for the table only e itself is rounded.
+
+    v: constants and quotient 3u|v|; as printed also u|l|/T_s for the length kept and u|l| v/l.
+    K_I s_c: the error of e, integrated with the boost, and three roundings per tick. Where
+    abs(e) is closer to e_c than the bound of e, the ramp may be switched the other way.
+    Masses 32u (m_p + 3 m_s), gravity 64u |G|: fewer than 32 operations, and z, the difference
+    l^2/3 - R^2 - ..., doubles relative errors. Sums and products of (28): 6u of their parts.
+    """
+    path, _ = motion
+    legs = np.array(robot.legs)
+    shift = np.concatenate((legs, np.zeros((3, 1))), axis=1)
+    d = path.position[:, None, :] - shift  # (N, 3, 3)
+    speed, change = path.velocity[:, None, :], path.acceleration[:, None, :]
+    length = reference.position_d[:, :3]
+    v, a = np.abs(reference.velocity_d), np.abs(reference.acceleration_d)
+    moved = np.sum(np.abs(d * speed), axis=2)
+    parts = 2 * np.sum(speed**2, axis=2) + np.sum(np.abs(d * change), axis=2)
+    exact = np.zeros((len(path), 2))
+
+    position = np.hstack((length * (1.01 * U if optimised else 6 * U), exact))
+    velocity = np.hstack((7 * U * moved / length + 7 * U * v[:, :3], exact))
+    acceleration = np.hstack((21 * U * parts / length + 12 * U * a[:, :3], exact))
+    measured = np.abs(reference.position)
+    if optimised:
+        leg = 5 * 2.0**-34 / (2 * length) + 18 * U**2 * length
+        e = np.hstack((leg, exact)) + 4 * U * np.abs(reference.e)
+    else:
+        e = position + 2 * U * measured + U * np.abs(reference.e)
+    e_v = velocity + 3 * U * (np.abs(reference.velocity) + v)
+    if not optimised:
+        e_v = e_v + U * measured / robot.T_s + 2 * U * np.abs(reference.velocity)
+
+    k_p, k_v, k_i = (np.array(gain) for gain in (robot.K_P, robot.K_V, robot.K_I))
+    ticks = np.arange(1, len(path) + 1)[:, None]
+    s_c = np.cumsum(reference.phi_c * e * robot.T_s, axis=0) + 3 * U * ticks * robot.s_max
+    s_c += 6 * U * np.cumsum(reference.phi_c * np.abs(reference.e) * robot.T_s, axis=0)
+    n, end, size = reference.ticks, robot.boost_ticks, np.abs(reference.e)
+    ramp = np.where((2 * n > end) & (n < end), 2.0 * (robot.xi_c - 1.0) * (1.0 - n / end), 0.0)
+    unsure = np.abs(size - np.array(robot.e_c)) <= e
+    s_c += np.cumsum(unsure * ramp * (size + e) * robot.T_s, axis=0)
+    terms = a + k_p * np.abs(reference.e) + k_v * np.abs(reference.e_v)
+    terms = terms + k_i * np.abs(reference.s_c)
+    inner = acceleration + k_p * e + k_v * e_v + k_i * s_c + 6 * U * terms
+    masses = np.hstack((np.full_like(length, 32 * U * (robot.m_p + 3 * robot.m_s)), exact))
+    output = (reference.mass + masses) * inner + masses * terms
+    output += 64 * U * np.abs(reference.gravity) + 2 * U * np.abs(reference.demand)
+    return Bounds(position, velocity, acceleration, e, output)
+
+
+def assert_within(name: str, got: np.ndarray, want: np.ndarray, bound: np.ndarray) -> None:
+    ratio = np.abs(got - want) / np.maximum(bound, 1e-300)
+    worst = int(np.argmax(ratio))
+    assert ratio[worst] <= 1.0, (
+        f"{name}, tick {worst}: {got[worst]:.9g}, reference {want[worst]:.9g}, error "
+        f"{abs(got[worst] - want[worst]):.3g} exceeds the bound {bound[worst]:.3g}"
+    )
+
+
+def test_motion_shows_every_branch_of_the_integrator_and_no_doubtful_sign(robot, motion, reference):
+    velocity = bounds(robot, motion, reference, optimised=False).velocity
+    half, end = robot.boost_ticks // 2, robot.boost_ticks
+    for axis in range(5):
+        n, size = reference.ticks[:, axis], np.abs(reference.e[:, axis])
+        ramp = (n > half) & (n < end)
+        large = size >= robot.e_c[axis]
+        for part in (n == 0, (0 < n) & (n <= half), ramp & large, ramp & ~large):
+            assert part.any(), f"axis {axis + 1}"
+        assert np.count_nonzero(n == 0) >= 2
+        assert np.all(np.abs(reference.velocity_d[:, axis]) > velocity[:, axis])
+    assert (reference.ticks == end).any()
+    assert np.all(np.abs(reference.demand) < np.array(robot.output_max))
+
+
+@pytest.mark.parametrize("program", PROGRAMS)
+def test_every_tick_agrees_with_the_reference_within_the_derived_bounds(
+    robot, motion, reference, runs, program
+):
+    limit, rows = bounds(robot, motion, reference, program == "optimised"), runs[program].rows
+    for names, want, bound in (
+        (POSITIONS, reference.position_d, limit.position),
+        (VELOCITIES, reference.velocity_d, limit.velocity),
+        (ACCELERATIONS, reference.acceleration_d, limit.acceleration),
+        (ERRORS, reference.e, limit.e),
+        (MASSES, reference.mass, np.full((TICKS, 3), 32 * U * (robot.m_p + 3 * robot.m_s))),
+        (GRAVITIES, reference.gravity, 64 * U * np.abs(reference.gravity)),
+        (OUTPUTS, reference.output, limit.output),
+    ):
+        for axis, name in enumerate(names):
+            assert_within(name, rows[name], want[:, axis], bound[:, axis])
+
+
+def test_as_printed_gives_the_bits_of_the_pc_in_every_row_of_table_3(robot, motion, runs):
+    pc = float32.run(robot, *motion)
+    for name in TABLE_3:
+        got, want = runs["as_printed"].rows[name], pc.row(name).astype(np.float64)
+        assert np.array_equal(got, want), f"{name}, tick {int(np.argmax(got != want))}"
+
+
+def test_outputs_are_no_worse_than_the_pc_as_printed_and_ten_times_better_optimised(
+    robot, motion, reference, runs
+):
+    pc = float32.run(robot, *motion)
+    for name in OUTPUTS:
+        want = reference.row(name)
+        of_pc = np.max(np.abs(pc.row(name) - want))
+        as_printed, optimised = (
+            np.max(np.abs(runs[program].rows[name] - want)) for program in PROGRAMS
+        )
+        assert as_printed <= of_pc, name
+        assert optimised <= of_pc / 10, name
+
+
+def test_as_printed_executes_at_least_the_published_operations_in_every_class(runs):
+    published = tomllib.loads((ROOT / "sim" / "published.toml").read_text())["operations"]
+    names = {"float_of_int": "float_int", "saturate": "sat"}
+    published = {names.get(name, name): count for name, count in published.items()}
+    assert published.keys() == runs["as_printed"].table1.keys()
+    executed = runs["as_printed"].table1
+    assert all(executed[name] >= count for name, count in published.items()), executed
+
+
+def test_inverse_kinematics_as_printed_take_the_operations_of_the_printed_formulas(images):
+    isa = tomllib.loads((ROOT / "asip_asm" / "isa.toml").read_text())["op"]
+    total: Counter[str] = Counter()
+    for bundle in images["as_printed"]["sources"]:
+        for entry in bundle:
+            if entry["equation"] in ("7", "8", "9"):
+                total.update(isa[entry["op"]].get("counts", {}))
+    assert total == Counter(mul=123, add_sub=89, div=9, sqrt=12)
+
+
+@pytest.mark.parametrize("program", PROGRAMS)
+def test_every_operation_names_its_equation(images, program):
+    for bundle in images[program]["sources"]:
+        for entry in bundle:
+            assert entry["equation"], f"line {entry['line']}: {entry['text']}"
+
+
+@pytest.mark.parametrize("program", PROGRAMS)
+@pytest.mark.parametrize("configuration", ["fast", "small"])
+def test_schedule_and_configuration_do_not_change_a_bit(
+    robot, motion, runs, program, configuration
+):
+    path, counts = motion
+    ticks = 40
+    image = assemble(PROGRAMS[program], configuration=configuration).to_json()
+    short = type(path).from_words(path.words()[:ticks])
+    got = run_path(image, robot, short, counts[:ticks], exports=ERRORS)
+    for name, values in got.rows.items():
+        assert np.array_equal(values, runs[program].rows[name][:ticks]), name
+    assert got.operations == runs[program].operations
+
+
+@pytest.mark.parametrize("program", PROGRAMS)
+def test_outputs_saturate_at_the_limits_of_the_drives(robot, motion, images, program):
+    path, counts = motion
+    limits = dict(zip(OUTPUTS, robot.output_max, strict=True))
+    for sign in (1, -1):
+        iss = Iss(images[program])
+        away = counts[0] - sign * np.array((40000, 40000, 40000, 9000, 9000))
+        iss.set_state(preset(images[program], robot, away.tolist()))
+        iss.set_inputs(dict(zip(SET_POINT_INPUTS, path.words()[0], strict=True)))
+        iss.set_inputs({f"count{i + 1}": int(count) for i, count in enumerate(away)})
+        result = iss.run()
+        assert result.fault is Fault.NONE
+        assert result.outputs == {name: sign * limit for name, limit in limits.items()}
+
+
+@pytest.mark.parametrize("program", PROGRAMS)
+def test_integrators_saturate_at_their_bounds(robot, motion, images, program):
+    path, counts = motion
+    name = {"as_printed": "s_c", "optimised": "integral"}[program]
+    for sign in (1, -1):
+        iss = Iss(images[program])
+        away = counts[0] - sign * np.array((400, 400, 400, 400, 400))
+        iss.set_state(preset(images[program], robot, away.tolist()))
+        bound = {}
+        for axis in range(5):
+            scale = 1.0 if program == "as_printed" else robot.K_I[axis]
+            bound[f"{name}{axis + 1}"] = sign * float(np.float32(scale * robot.s_max[axis]))
+        iss.set_state({key: 0.9999 * value for key, value in bound.items()})
+        iss.set_inputs(dict(zip(SET_POINT_INPUTS, path.words()[0], strict=True)))
+        iss.set_inputs({f"count{i + 1}": int(count) for i, count in enumerate(away)})
+        assert iss.run().fault is Fault.NONE
+        assert {key: iss.state[key] for key in bound} == bound
+
+
+@pytest.mark.parametrize("program", PROGRAMS)
+def test_lengths_that_meet_nowhere_leave_the_safe_values(robot, motion, images, program):
+    path, counts = motion
+    iss = Iss(images[program])
+    iss.set_inputs(dict(zip(SET_POINT_INPUTS, path.words()[0], strict=True)))
+    short = np.array((1.6e6, 1.6e6, 1.6e6, 0, 0))  # 0.4 m legs on a circle of 0.5 m
+    iss.set_inputs({f"count{i + 1}": int(count) for i, count in enumerate(short)})
+    result = iss.run()
+    assert result.fault is Fault.NOT_FINITE
+    z = (robot.z_min + robot.z_max) / 2
+    length = np.hypot(robot.R, z)
+    mass = robot.m_p + 3 * (robot.m_s * (length - robot.l_c) - robot.mr_c) / length
+    hold = float(np.float32(length * mass * robot.g / (3 * z)))
+    assert result.outputs == dict(zip(OUTPUTS, (hold,) * 3 + (0.0, 0.0), strict=True))
+
+
+def test_optimised_program_is_short(runs):
+    """195 multiply-adds and 95 auxiliary operations fit 105 cycles of two pipes and one slot."""
+    isa = tomllib.loads((ROOT / "asip_asm" / "isa.toml").read_text())["op"]
+    slots: Counter[bool] = Counter()
+    for mnemonic, count in runs["optimised"].operations.items():
+        slots[isa[mnemonic]["unit"] == "fma"] += count
+    assert slots[True] <= 195 and slots[False] <= 95
