@@ -16,7 +16,6 @@ from queue import Empty, Queue
 import numpy as np
 from numpy.typing import NDArray
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from asip_asm.assemble import assemble
 from asip_asm.diagnostics import AssemblyError
@@ -30,6 +29,7 @@ from sim.motion.gcode import GcodeErrors, Motion, parse_file
 from sim.motion.trajectory import Trajectory, WorkspaceError, generate
 from sim.run import closed_loop, page, plots, tables
 from sim.run.controller import AsipController, ControllerFault, Ticks
+from sim.run.progress import TickProgress
 from sim.run.results import ProgramRun, compare, results
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -75,27 +75,19 @@ def _measured(controller: AsipController, recording: closed_loop.Recording) -> P
 def _simulate(
     robot: Robot, path: SetPoints, as_printed: Image, optimised: Image, console: Console
 ) -> tuple[ProgramRun, ProgramRun, Ticks, dict[str, float]]:
-    bar = Progress(
-        TextColumn("  {task.description:<24}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeRemainingColumn(),
-        console=console,
-    )
     begin = time.perf_counter()
-    with Manager() as manager, ProcessPoolExecutor(2) as pool, bar:
+    with Manager() as manager, ProcessPoolExecutor(2) as pool, TickProgress(console) as bars:
         queue = manager.Queue()
         jobs = [
             pool.submit(_run_as_printed, robot, path, as_printed, optimised, queue),
             pool.submit(_run_optimised, robot, path, optimised, queue),
         ]
-        bars = {
-            name: bar.add_task(name, total=len(path)) for name in (AS_PRINTED, OPTIMISED, REPLAY)
-        }
+        for name in (AS_PRINTED, OPTIMISED, REPLAY):
+            bars.add(name, len(path))
         while not all(job.done() for job in jobs) or not queue.empty():
             try:
                 name, ticks = queue.get(timeout=0.2)
-                bar.advance(bars[name], ticks)
+                bars.advance(name, ticks)
             except Empty:
                 if any(job.done() and job.exception() for job in jobs):
                     break
