@@ -58,7 +58,10 @@ class _Fault(Exception):
 
 @dataclass
 class _Step:
-    """A decoded bundle: values to compute, then where they go, then where the run goes on."""
+    """A decoded bundle: values to compute, then where they go, then where the run goes on.
+
+    `quick` does all of a bundle that only computes registers, None for any other and for tracing.
+    """
 
     compute: list[Callable[[], Any]]
     destinations: list[int]  # operand codes, aligned with compute
@@ -67,6 +70,7 @@ class _Step:
     branch: Callable[[], int | None] | None
     halt: bool
     counts: Counter[str]
+    quick: Callable[[], None] | None = None
 
 
 class Iss:
@@ -92,6 +96,7 @@ class Iss:
         self._outputs = [arithmetic.ZERO] * isa.OUTPUTS
         self._words = [int(text, 16) for text in image["bundles"]]
         self._steps: list[_Step | None] = [None] * len(self._words)
+        self._counted: tuple[tuple[int, ...], Counter[str]] = ((), Counter())
         self._places: dict[str, tuple[int, str]] = {}
         for constant in image["constants"]:
             self._place(constant["name"], isa.K_BASE + constant["index"], constant["type"])
@@ -217,7 +222,23 @@ class Iss:
             else:
                 step.compute.append(self._value(op))
                 step.destinations.append(op.dst)
+        only_computes = not (step.outputs or step.stores or step.branch or halt or self._trace)
+        loads = any(op is not None and op.mnemonic == "ld" for op in operations)
+        if step.compute and only_computes and not loads:
+            step.quick = self._compile([op for op in operations if op is not None])
         return step
+
+    def _compile(self, operations: list[Decoded]) -> Callable[[], None]:
+        """One Python function for a bundle of register operations: all reads, then all writes."""
+        names: dict[str, Any] = {"r": self._registers}
+        targets, values = [], []
+        for i, op in enumerate(operations):
+            names[f"f{i}"] = self._operations[op.mnemonic]
+            targets.append(f"r[{op.dst}]")
+            values.append(f"f{i}({', '.join(f'r[{code}]' for code in op.sources)})")
+        text = f"def quick():\n    {', '.join(targets)} = {', '.join(values)}\n"
+        exec(text, names)  # the text holds nothing but register codes
+        return names["quick"]
 
     # ------------------------------------------------------------------ execution
 
@@ -244,6 +265,10 @@ class Iss:
                         step = self._steps[position] = self._decode(position)
                     executed[position] += 1
                     bundles += 1
+                    if step.quick:
+                        step.quick()
+                        position += 1
+                        continue
                     position = self._execute(step, position, written, writes)
                 missing = self._image["output_mask"] & ~sum(1 << index for index in written)
                 if missing:
@@ -257,11 +282,6 @@ class Iss:
         if fault is not Fault.NONE:
             for index, safe in self._safe.items():
                 self._outputs[index] = safe
-        counts: Counter[str] = Counter()
-        for step, times in zip(self._steps, executed, strict=True):
-            if times:
-                for mnemonic, each in step.counts.items():
-                    counts[mnemonic] += each * times
         named = {name: self._outputs[index] for name, index in self._outputs_named.items()}
         return RunResult(
             outputs={name: to_float(value) for name, value in named.items()},
@@ -269,10 +289,21 @@ class Iss:
             flags=flags,
             fault=fault,
             fault_bundle=place,
-            counts=counts,
+            counts=self._count(tuple(executed)),
             bundles=bundles,
             writes={name: [bits_of(value) for value in values] for name, values in writes.items()},
         )
+
+    def _count(self, executed: tuple[int, ...]) -> Counter[str]:
+        """Operations per mnemonic; the result for the last pattern of executed bundles is kept."""
+        if executed != self._counted[0]:
+            counts: Counter[str] = Counter()
+            for step, times in zip(self._steps, executed, strict=True):
+                if times:
+                    for mnemonic, each in step.counts.items():
+                        counts[mnemonic] += each * times
+            self._counted = executed, counts
+        return self._counted[1].copy()
 
     def _execute(
         self, step: _Step, position: int, written: set[int], writes: dict[str, list[Word]]

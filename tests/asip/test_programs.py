@@ -238,6 +238,22 @@ def test_schedule_and_configuration_do_not_change_a_bit(
 
 
 @pytest.mark.parametrize("program", PROGRAMS)
+def test_trace_holds_one_write_per_operation_and_changes_no_result(
+    robot, motion, images, runs, program
+):
+    path, counts = motion
+    iss = Iss(images[program], trace=True)
+    iss.set_state(preset(images[program], robot, counts[0].tolist()))
+    for tick in range(3):
+        iss.set_inputs(dict(zip(SET_POINT_INPUTS, path.words()[tick], strict=True)))
+        iss.set_inputs({f"count{i + 1}": int(count) for i, count in enumerate(counts[tick])})
+        result = iss.run()
+        assert result.outputs == {name: runs[program].rows[name][tick] for name in OUTPUTS}
+        assert sum(map(len, result.writes.values())) == sum(result.counts.values())
+        assert result.writes["o3"] == [result.output_bits["tau4"]]
+
+
+@pytest.mark.parametrize("program", PROGRAMS)
 def test_outputs_saturate_at_the_limits_of_the_drives(robot, motion, images, program):
     path, counts = motion
     limits = dict(zip(OUTPUTS, robot.output_max, strict=True))
