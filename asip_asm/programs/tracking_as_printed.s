@@ -322,26 +322,27 @@
 
 ; ---------------------------------------------------------------- tracking law
 
-; e, then s_c by the integrator with its boost after a reversal. phi_e is 0 or 1: its product is a selection;
-; phi_c e = phi_t e + e, and 2(xi_c - 1)(1 - t_c/T_c) = 2(xi_c - 1) - 2(xi_c - 1) t_c/T_c
+; e, then s_c by the integrator with its boost after a reversal. t_c goes on by T_s unless v_d changes its sign, then
+; t_c = 0 and phi_t = 0: phi_t is computed for the first case while v_d is not known yet. phi_e is 0 or 1, its product
+; is a selection; phi_c e = phi_t e + e; 2(xi_c - 1)(1 - t_c/T_c) = 2(xi_c - 1) - 2(xi_c - 1) t_c/T_c.
 .macro integrate e, s_c, sign, ticks, desired, position, v_d, e_c, s_max
         fsub    \e, \desired, \position            ; (28)
-        fsgn    s_g\@, \v_d                        ; (35)
-        feq     same\@, s_g\@, \sign               ; (37)
-        mov     \sign, s_g\@                       ; (37)
         fadd    next\@, \ticks, 1.0                ; (33)
-        sel     \ticks, same\@, next\@, zero       ; (33)
-        fmul    t_c\@, \ticks, T_s                 ; (33)
+        fmul    t_c\@, next\@, T_s                 ; (33)
         fabs    size\@, \e                         ; (32)
         fle     phi_e\@, \e_c, size\@              ; (32)
         fdiv    part\@, t_c\@, T_c                 ; (31)
         fnmsub  ramp\@, (2*(xi_c - 1)), part\@, (2*(xi_c - 1)) ; (31)
-        sel     ramp\@, phi_e\@, ramp\@, zero      ; (31)
+        sel     phi_t\@, phi_e\@, ramp\@, zero     ; (31)
         flt     before\@, t_c\@, T_c               ; (31)
-        sel     phi_t\@, before\@, ramp\@, zero    ; (31)
+        sel     phi_t\@, before\@, phi_t\@, zero   ; (31)
         fle     early\@, t_c\@, (T_c/2)            ; (31)
         sel     phi_t\@, early\@, (xi_c - 1), phi_t\@ ; (31)
-        selgt   phi_t\@, t_c\@, phi_t\@, zero      ; (31)
+        fsgn    s_g\@, \v_d                        ; (35)
+        feq     same\@, s_g\@, \sign               ; (37)
+        mov     \sign, s_g\@                       ; (37)
+        sel     \ticks, same\@, next\@, zero       ; (33)
+        sel     phi_t\@, same\@, phi_t\@, zero     ; (31)
         fmadd   boosted\@, phi_t\@, \e, \e         ; (30)
         fmadd   sum\@, boosted\@, T_s, \s_c        ; (29)
         fsat    \s_c, sum\@, (-\s_max), \s_max     ; (29)
