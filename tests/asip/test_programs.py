@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import tomllib
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -157,22 +157,39 @@ def test_motion_shows_every_branch_of_the_integrator_and_no_doubtful_sign(robot,
     assert np.all(np.abs(reference.demand) < np.array(robot.output_max))
 
 
-@pytest.mark.parametrize("program", PROGRAMS)
-def test_every_tick_agrees_with_the_reference_within_the_derived_bounds(
-    robot, motion, reference, runs, program
-):
-    limit, rows = bounds(robot, motion, reference, program == "optimised"), runs[program].rows
+def assert_run_within_bounds(robot, motion, rows, optimised: bool) -> None:
+    reference = tracking.run(robot, *motion)
+    limit = bounds(robot, motion, reference, optimised)
+    mass = np.full_like(reference.mass, 32 * U * (robot.m_p + 3 * robot.m_s))
     for names, want, bound in (
         (POSITIONS, reference.position_d, limit.position),
         (VELOCITIES, reference.velocity_d, limit.velocity),
         (ACCELERATIONS, reference.acceleration_d, limit.acceleration),
         (ERRORS, reference.e, limit.e),
-        (MASSES, reference.mass, np.full((TICKS, 3), 32 * U * (robot.m_p + 3 * robot.m_s))),
+        (MASSES, reference.mass, mass),
         (GRAVITIES, reference.gravity, 64 * U * np.abs(reference.gravity)),
         (OUTPUTS, reference.output, limit.output),
     ):
         for axis, name in enumerate(names):
             assert_within(name, rows[name], want[:, axis], bound[:, axis])
+
+
+@pytest.mark.parametrize("program", PROGRAMS)
+def test_every_tick_agrees_with_the_reference_within_the_derived_bounds(
+    robot, motion, runs, program
+):
+    assert_run_within_bounds(robot, motion, runs[program].rows, program == "optimised")
+
+
+@pytest.mark.parametrize("program", PROGRAMS)
+def test_another_robot_needs_only_other_parameters(robot, program):
+    other = {"R": 0.4321, "l_c": 0.31, "m_s": 9.7, "encoder_legs": 0.3e-6, "g": 3.7, "xi_c": 4.2}
+    changed = replace(robot, **other)
+    motion = reversing_path(changed, 120)
+    image = assemble(PROGRAMS[program], optimise=False, defines=other).to_json()
+    exports = (*ERRORS, *MASSES, *GRAVITIES)
+    rows = run_path(image, changed, *motion, exports).rows
+    assert_run_within_bounds(changed, motion, rows, program == "optimised")
 
 
 def test_as_printed_gives_the_bits_of_the_pc_in_every_row_of_table_3(robot, motion, runs):
