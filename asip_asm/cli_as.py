@@ -22,7 +22,7 @@ exit status: 0 assembled, 1 errors in the source text or a file, 2 wrong command
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; returns its exit status."""
-    options = _parser().parse_args(arguments)
+    options = parse_arguments(arguments)
     try:
         image = assemble(
             options.source,
@@ -64,7 +64,8 @@ def summary(image: Image, output: Path) -> str:
     )
 
 
-def _parser() -> argparse.ArgumentParser:
+def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
+    """Options of the command line; SystemExit(2) if they are wrong."""
     parser = argparse.ArgumentParser(
         prog="asip-as",
         description="Assemble a program into an image.",
@@ -116,7 +117,7 @@ def _parser() -> argparse.ArgumentParser:
         default="json",
         help="json: the whole image (default); others: program memory alone",
     )
-    return parser
+    return parser.parse_args(arguments)
 
 
 def _definition(text: str) -> tuple[str, str]:

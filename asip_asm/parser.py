@@ -80,7 +80,8 @@ class Statement:
 class Source:
     """A parsed file. `exports` holds (name, place, register name or None), `placed` the constants
     that the source puts at a word of bank K, unnamed ones too, `doubtful` the names in statements
-    that have an error: what is missing about them is no error of its own.
+    that have an error: what is missing about them is no error of its own; `incomplete` tells that
+    an operation may be missing.
     """
 
     title: str = ""
@@ -92,6 +93,7 @@ class Source:
     data: list[int] = field(default_factory=list)
     statements: list[Statement] = field(default_factory=list)
     doubtful: set[str] = field(default_factory=set)
+    incomplete: bool = False
     last_place: Place | None = None
 
     def of_kind(self, kind: str) -> list[Declaration]:
@@ -148,13 +150,13 @@ class _Parser:
         self.source = Source()
         self.titled = False
         self.evaluator = Evaluator(self._constant, self._constant_names)
-        self.addresses = Evaluator(self._address, self._constant_names)
+        self.addresses = Evaluator(self._address, self._address_names)
         self.reader = Reader(
             reporter,
             self.evaluator.expression,
             lambda name: is_reserved(name) or name == "halt" or name in isa.operations,
+            self._failed,
             include_path,
-            self.source.doubtful,
         )
         self.directives: dict[str, Callable[[Cursor], None]] = {
             ".program": self._program,
@@ -201,6 +203,7 @@ class _Parser:
             while cursor.token.kind == "name" and cursor.peek().text == ":":
                 self._label(cursor)
             token = cursor.token
+            statement: Statement | None = None
             if token.kind == "end":
                 return
             if token.kind == "directive":
@@ -213,21 +216,25 @@ class _Parser:
                     )
                 self.directives[token.text](cursor)
             elif cursor.at("{"):
-                self._bundle(cursor)
+                statement = self._bundle(cursor)
             elif token.kind == "name" and token.text == "halt":
                 cursor.take()
-                self.source.statements.append(Statement("halt", token.place))
+                statement = Statement("halt", token.place)
             else:
                 operation = self._operation(cursor)
-                self.source.statements.append(
-                    Statement("operation", token.place, operations=[operation])
-                )
+                statement = Statement("operation", token.place, operations=[operation])
             cursor.expect_end()
+            if statement is not None:
+                self.source.statements.append(statement)
         except SourceError as error:
             self.reporter.take(error.diagnostic)
             self.source.doubtful.update(t.text for t in tokens if t.kind == "name")
-            if any(t.kind == "name" and t.text == "halt" for t in tokens):
-                self.source.statements.append(Statement("halt", tokens[0].place))
+            if tokens[0].kind != "directive":
+                self.source.incomplete = True
+
+    def _failed(self, names: list[str]) -> None:
+        self.source.doubtful.update(names)
+        self.source.incomplete = True
 
     def _label(self, cursor: Cursor) -> None:
         token = cursor.take()
@@ -243,7 +250,7 @@ class _Parser:
 
     # ------------------------------------------------------------------ operations
 
-    def _bundle(self, cursor: Cursor) -> None:
+    def _bundle(self, cursor: Cursor) -> Statement:
         brace = cursor.take()
         statement = Statement("bundle", brace.place)
         while True:
@@ -254,7 +261,7 @@ class _Parser:
         if cursor.token.kind == "name" and cursor.token.text == "halt":
             cursor.take()
             statement.halt = True
-        self.source.statements.append(statement)
+        return statement
 
     def _operation(self, cursor: Cursor) -> RawOperation:
         token = cursor.expect_kind("name", "an operation")
@@ -364,6 +371,9 @@ class _Parser:
 
     def _constant_names(self) -> list[str]:
         return [d.name for d in self.source.of_kind("constant")]
+
+    def _address_names(self) -> list[str]:
+        return [d.name for kind in ("constant", "data") for d in self.source.of_kind(kind)]
 
     def _declare(self, declaration: Declaration) -> Declaration:
         name, place = declaration.name, declaration.place

@@ -43,14 +43,14 @@ class Reader:
     """Lines of a file with everything it includes and expands.
 
     `evaluate` gives the value of the expression at a cursor (constants known so far), `reserved`
-    tells the names that a macro cannot have; `doubtful` collects the names of lines with errors.
+    tells the names that a macro cannot have, `failed` takes the names of each line with an error.
     """
 
     reporter: Reporter
     evaluate: Callable[[Cursor], float]
     reserved: Callable[[str], bool]
+    failed: Callable[[list[str]], None]
     include_path: Sequence[Path] = ()
-    doubtful: set[str] = field(default_factory=set)
     macros: dict[str, Macro] = field(default_factory=dict)
     _open_files: list[Path] = field(default_factory=list)
     _expansions: int = 0
@@ -84,7 +84,7 @@ class Reader:
                     yield from self._line(tokenize(line), folder)
             except SourceError as error:
                 self.reporter.take(error.diagnostic)
-                self.doubtful.update(_NAME.findall(split_comment(line.text)[0]))
+                self.failed(_NAME.findall(split_comment(line.text)[0]))
         for condition in conditions:
             self.reporter.add(condition.place, ".if without .endif", "add .endif")
 
@@ -123,19 +123,17 @@ class Reader:
             return
         if not conditions:
             raise SourceError(place, f"{head} without .if")
-        cursor.expect_end()
         if head == ".endif":
             conditions.pop()
-            return
-        condition = conditions[-1]
-        if condition.in_else:
-            raise SourceError(place, "second .else of one .if")
-        condition.in_else = True
-        condition.active = not condition.chosen
+        else:
+            condition = conditions[-1]
+            if condition.in_else:
+                raise SourceError(place, "second .else of one .if")
+            condition.in_else = True
+            condition.active = not condition.chosen
+        cursor.expect_end()
 
     def _define(self, line: Line, queue: Iterator[Line]) -> None:
-        cursor = Cursor(tokenize(line))
-        place = cursor.take().place
         body: list[Line] = []
         for row in queue:
             head = _head(row)
@@ -147,7 +145,9 @@ class Reader:
                 )
             body.append(row)
         else:
-            raise SourceError(place, ".macro without .endm", "add .endm")
+            raise SourceError(_whole(line), ".macro without .endm", "add .endm")
+        cursor = Cursor(tokenize(line))
+        cursor.take()
         name = cursor.expect_kind("name", "the macro's name")
         parameters: list[str] = []
         while cursor.token.kind != "end":

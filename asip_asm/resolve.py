@@ -102,6 +102,7 @@ class _Resolver:
         self.first_free = len(source.of_kind("input"))
         self.labels = [s.label for s in source.statements if s.kind == "label"]
         self.blocks: list[_Block] = []
+        self.open_labels: list[str] = []
         self.written: dict[str, Place] = {}
 
     def run(self) -> Program:
@@ -156,7 +157,10 @@ class _Resolver:
                 self._name_literal(declaration.bits, declaration.type, index)
         owners: dict[Register, str] = {}
         for declaration in source.of_kind("state"):
-            self._declare_state(declaration, owners)
+            try:
+                self._declare_state(declaration, owners)
+            except SourceError as error:
+                self.reporter.take(error.diagnostic)
 
     def _declare_state(self, declaration: Declaration, owners: dict[Register, str]) -> None:
         pin = declaration.pin
@@ -341,12 +345,12 @@ class _Resolver:
     def _check_exists(self, register: Register, place: Place) -> None:
         bank = self.isa.banks[register.bank]
         if register.bank == "B" and self.configuration.fma_pipes < 2:
-            self.reporter.add(
+            raise SourceError(
                 place, f"configuration '{self.configuration.name}' has no bank B", "use bank A"
             )
-        elif register.index >= bank.size:
+        if register.index >= bank.size:
             letter = bank.name.lower()
-            self.reporter.add(
+            raise SourceError(
                 place,
                 f"there is no register '{register_name(register)}'",
                 f"bank {bank.name} is {letter}0..{letter}{bank.size - 1}",
@@ -425,11 +429,12 @@ class _Resolver:
                     target.closed = True
                 if statement.halt:
                     target.halt = target.closed = True
+        self.open_labels = labels
         if labels:
             self.reporter.add(
                 last, f"label '{labels[-1]}' stands before no operation", "add halt behind it"
             )
-        if not self.blocks:
+        if not self.blocks and not self.source.incomplete:
             self.reporter.add(self.source.last_place, "the program has no operation", "add halt")
 
     def _check_bundle(self, steps: list[_Step], statement: Statement) -> None:
@@ -448,7 +453,9 @@ class _Resolver:
                 )
 
     def _check_flow(self) -> None:
-        if self.blocks and not self.blocks[-1].halt and not self._jumps(self.blocks[-1]):
+        if not self.blocks or self.open_labels or self.source.incomplete:
+            return
+        if not self.blocks[-1].halt and not self._jumps(self.blocks[-1]):
             self.reporter.add(
                 self.source.last_place or self.blocks[-1].place,
                 "the program ends without halt",
@@ -475,7 +482,7 @@ class _Resolver:
                 reached.add(i)
                 pending += self.blocks[i].follow
         for i, block in enumerate(self.blocks):
-            if i not in reached and block.place is not None:
+            if i not in reached and not self.source.incomplete:
                 self.reporter.add(
                     block.place,
                     "this is never reached",
@@ -530,10 +537,12 @@ class _Resolver:
         assert operand is not None
         first = self.written.get(name)
         if first is not None:
-            several = len(self.blocks) > 1
+            problem = "is read before it is written"
+            if len(self.blocks) > 1:
+                problem = "is not written on every path before it is read"
             self.reporter.add(
                 operand.place,
-                f"'{name}' is read before it is written" + (" on every path" if several else ""),
+                f"'{name}' {problem}",
                 f"its first write is in {first.line.file}:{first.line.number}",
             )
         elif name in self.source.names:
@@ -793,6 +802,8 @@ class _Resolver:
         steps = [step for step in group if step.operation.mnemonic != "nop"]
         steps.sort(key=lambda step: not isinstance(step.operation.dst, Register))
         for step in steps:
+            if step.operation.dst in [op.dst for op in slots if op is not None and op.dst]:
+                continue
             unit = self.isa.units[step.raw.record.unit]
             choices = [
                 slot
@@ -805,13 +816,13 @@ class _Resolver:
             ]
             free = [slot for slot in choices if slots[slot] is None]
             if not free:
-                other = slots[choices[0]] if choices else None
+                taken = [f"{op.mnemonic} takes slot {i}" for i in choices if (op := slots[i])]
                 kind = "multiply-add" if unit.bank == "pipe" else "auxiliary"
                 raise SourceError(
                     step.place,
                     f"no slot left for {step.raw.record.name}: configuration "
-                    f"'{self.configuration.name}' has slots {', '.join(self.configuration.slots)}"
-                    + (f", and {other.mnemonic} takes slot {choices[0]}" if other else ""),
+                    f"'{self.configuration.name}' has slots {', '.join(self.configuration.slots)}; "
+                    + ", ".join(taken),
                     f"put this {kind} operation into another bundle",
                 )
             slots[free[0]] = step.operation

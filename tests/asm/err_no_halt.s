@@ -1,0 +1,4 @@
+; The run must end.
+.input  x
+        fadd    t, x, x
+        mov     u, t ; error: the program ends without halt => add halt behind the last operation

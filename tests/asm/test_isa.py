@@ -1,0 +1,176 @@
+"""Validation of instruction-set and register-map files: each contradiction is refused by name."""
+
+from pathlib import Path
+
+import pytest
+
+from asip_asm.isa import ISA_FILE, IsaError, load_isa
+from asip_asm.regmap import REGMAP_FILE, RegisterMapError, load_register_map
+
+ISA_CASES = {
+    "op fields overlap": (
+        "dst = [33, 27]",
+        "dst = [34, 27]",
+        "operation_word.dst: bit 34 belongs to op",
+    ),
+    "op bit uncovered": (
+        "dst = [33, 27]",
+        "dst = [33, 28]",
+        "operation_word: bit 27 belongs to no",
+    ),
+    "field outside word": (
+        "op = [39, 34]",
+        "op = [40, 34]",
+        "operation_word.op: bits 40..34 do not fit",
+    ),
+    "opcode twice": (
+        'encoding = "010001"',
+        'encoding = "010000"',
+        "op.fnmsub: encoding 010000 is fmadd's",
+    ),
+    "opcode zero": (
+        'encoding = "000001"',
+        'encoding = "000000"',
+        "op.nop: encoding 0 must stay illegal",
+    ),
+    "opcode too short": (
+        'encoding = "000001"',
+        'encoding = "00001"',
+        "op.nop: encoding '00001' is not 6",
+    ),
+    "unknown unit": ('unit = "sincos"', 'unit = "cordic"', "op.fsin: unknown unit 'cordic'"),
+    "unknown operand": (
+        'operands = ["dst", "a"]',
+        'operands = ["dst", "d"]',
+        "op.fabs: unknown operand 'd'",
+    ),
+    "unknown flag": ('flags = "NV UF NX"', 'flags = "NV UF XX"', "op.fsin: unknown flag 'XX'"),
+    "unknown type": (
+        'types = { a = "int" }',
+        'types = { a = "half" }',
+        "op.i2f: unknown type of operand a 'half'",
+    ),
+    "typed operand missing": (
+        'types = { a = "int" }',
+        'types = { c = "int" }',
+        "op.i2f: unknown typed operand 'c'",
+    ),
+    "field used twice": (
+        'operands = ["a", "target"]',
+        'operands = ["c", "target"]',
+        "op.bz: its operands use field c 2",
+    ),
+    "result without bank": (
+        'bank = "C"\ndoc = "data memory"',
+        'bank = "none"\ndoc = "data memory"',
+        "op.ld: has a destination",
+    ),
+    "unknown key": ("[op.nop]\n", "[op.nop]\nlatency = 3\n", "op.nop: unknown key latency"),
+    "missing key": (
+        '[op.nop]\nencoding = "000001"\n',
+        "[op.nop]\n",
+        "op.nop: missing key encoding",
+    ),
+    "bank codes overlap": (
+        'name = "C"\ncode = 3',
+        'name = "C"\ncode = 2',
+        "bank C: code 2 belongs to bank B",
+    ),
+    "bank missing": ('name = "C"\ncode = 3', 'name = "A"\ncode = 3', "bank A: declared twice"),
+    "unknown slot kind": (
+        'slots = ["any"]',
+        'slots = ["all"]',
+        "configuration.small: unknown slot kind 'all'",
+    ),
+    "pipes contradict slots": (
+        "fma_pipes = 2",
+        "fma_pipes = 3",
+        "configuration.fast: fma_pipes is 3",
+    ),
+    "unit bank": ('bank = "pipe"', 'bank = "D"', "unit.fma: unknown bank 'D'"),
+    "two latencies": (
+        "latency = 3",
+        'latency = 3\nlatency_constant = "X"',
+        "unit.memory: needs either",
+    ),
+    "too many outputs": ("outputs = 32", "outputs = 65", "limits.outputs: does not fit 6"),
+    "too much data": (
+        "data_words = 1024",
+        "data_words = 65537",
+        "limits.data_words: does not fit 16",
+    ),
+    "halt bit": ("halt_bit = 0", "halt_bit = 8", "bundle.halt_bit: not below"),
+    "unknown section": ("[limits]", "[other]\n[limits]", "file: unknown key other"),
+}
+
+REGMAP_CASES = {
+    "offset twice": ("offset = 1\n", "offset = 0\n", "register.CONFIG: offset 0 is ID's as well"),
+    "fields overlap": (
+        "done = [1, 1], fault = [2, 2]",
+        "done = [1, 1], fault = [1, 1]",
+        "register.STATUS.fault: bit 1 belongs to done",
+    ),
+    "field too high": (
+        "flags = [12, 8]",
+        "flags = [32, 8]",
+        "register.STATUS.flags: bits 32..8 do not fit",
+    ),
+    "blocks overlap": ("base = 0x0120", "base = 0x0100", "block.safe: overlaps block.outputs"),
+    "block not aligned": (
+        "base = 0x0200",
+        "base = 0x0180",
+        "block.registers: base 0x0180 is not a multiple",
+    ),
+    "block size": ("words = 256", "words = 255", "block.registers: 255 words are not a power"),
+    "block too high": ("address_width = 14", "address_width = 13", "block.program: ends beyond 13"),
+    "unknown access": ('access = "rw"', 'access = "wo"', "unknown access 'wo'"),
+    "reset too wide": (
+        "reset = 10000",
+        "reset = 0x100000000",
+        "register.WATCHDOG: reset 4294967296 does not fit",
+    ),
+    "fault code twice": ("ADDRESS = 2", "ADDRESS = 1", "fault.ADDRESS: code is ILLEGAL's as well"),
+    "fault without text": (
+        '[fault_doc]\nNONE = "no fault"\n',
+        "[fault_doc]\n",
+        "fault: NONE stands in only one",
+    ),
+    "offset outside": ("offset = 14", "offset = 16", "register.DRAIN: offset outside block csr"),
+}
+
+
+@pytest.mark.parametrize("name", ISA_CASES)
+def test_isa__contradiction__is_refused_by_name(name: str, tmp_path: Path) -> None:
+    old, new, message = ISA_CASES[name]
+    text = ISA_FILE.read_text(encoding="utf-8")
+    assert old in text
+    path = tmp_path / "isa.toml"
+    path.write_text(text.replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(IsaError) as caught:
+        load_isa(path)
+    assert f"isa.toml: {message}" in str(caught.value)
+
+
+@pytest.mark.parametrize("name", REGMAP_CASES)
+def test_register_map__contradiction__is_refused_by_name(name: str, tmp_path: Path) -> None:
+    old, new, message = REGMAP_CASES[name]
+    text = REGMAP_FILE.read_text(encoding="utf-8")
+    assert old in text
+    path = tmp_path / "regmap.toml"
+    path.write_text(text.replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(RegisterMapError) as caught:
+        load_register_map(path)
+    assert message in str(caught.value)
+
+
+def test_isa__of_the_project__has_the_published_sizes() -> None:
+    isa = load_isa()
+    assert (isa.bundle_width("fast"), isa.lanes("fast")) == (128, 4)
+    assert (isa.bundle_width("small"), isa.lanes("small")) == (48, 2)
+
+
+def test_register_map__of_the_project__gives_addresses_and_fields() -> None:
+    regmap = load_register_map()
+    assert regmap.address("STATUS") == 3
+    assert regmap.registers["STATUS"].fields["cause"].of(0x5A) == 5
+    assert regmap.blocks["registers"].base == 0x200
