@@ -126,6 +126,7 @@ class _Allocation:
     def _reserve_named(self) -> None:
         """Take registers that the source names out of the pools."""
         named = {export.value for export in self.program.exports}
+        named.update(state.register for state in self.program.fixed_states)
         for _, _, _, op in _numbered(self.program):
             named.update((op.dst, op.a, op.b, op.c))
         for bank in BANKS:

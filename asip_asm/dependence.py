@@ -22,22 +22,28 @@ class Graph:
     successors: list[list[tuple[int, int]]]
     latency: list[int]
 
-    def heads(self) -> list[int]:
-        """Earliest issue cycle of each operation without resource limits."""
+    def heads(self, extra: Sequence[float] | None = None) -> list[float]:
+        """Earliest issue cycle of each operation without resource limits.
+
+        `extra[i]` more cycles are allowed for operation i, for instance to wait for a resource.
+        """
+        extra = extra or [0] * len(self.operations)
         head = [0] * len(self.operations)
         for i, edges in enumerate(self.successors):
             for j, distance in edges:
-                head[j] = max(head[j], head[i] + distance)
+                head[j] = max(head[j], head[i] + extra[i] + distance)
         return head
 
-    def tails(self) -> list[int]:
-        """Least number of cycles from the issue of each operation to the end of the region's last
-        write.
+    def tails(self, extra: Sequence[float] | None = None) -> list[float]:
+        """Least number of cycles from the issue of each operation to the end of the last write.
+
+        `extra[i]` more cycles are allowed for operation i.
         """
-        tail = [latency + 1 for latency in self.latency]
+        extra = extra or [0] * len(self.operations)
+        tail = [n + 1 + more for n, more in zip(self.latency, extra, strict=True)]
         for j in range(len(self.operations) - 1, -1, -1):
             for i, distance in self.predecessors[j]:
-                tail[i] = max(tail[i], tail[j] + distance)
+                tail[i] = max(tail[i], tail[j] + extra[i] + distance)
         return tail
 
 

@@ -160,7 +160,8 @@ def _reads(operation: Operation) -> list[tuple[str, Register | Virtual]]:
 
 def _registers(program: Program, machine: Machine) -> dict[str, tuple[int, int]]:
     """Largest number of registers in use at once, and size, of every bank."""
-    held = {state.register for state in program.states if state.register is not None}
+    states = [*program.states, *program.fixed_states]
+    held = {state.register for state in states if state.register is not None}
     kept = held | {export.register for export in program.exports if export.register is not None}
     peak = dict.fromkeys(BANKS, 0)
     borders = region_liveness(program, kept)

@@ -181,14 +181,15 @@ def _values(
     sizes = machine.bank_sizes
     capacity = [sizes["A"] + sizes["B"], sizes["C"]]
     pool = {"pipe": 0, "C": 1}
-    holders: dict[object, int] = {}
+    named = {state.register for state in program.fixed_states}
+    holders: dict[Virtual, int] = {}
     for op, _ in writes_of(program):
-        unit = machine.unit(op)
-        if unit.bank in pool and (op.dst in reserved or isinstance(op.dst, Register)):
-            holders[storage.get(op.dst, op.dst)] = pool[unit.bank]
+        named.update(place for place in (op.dst, *sources(op)) if isinstance(place, Register))
+        if op.dst in reserved:
+            holders[storage.get(op.dst, op.dst)] = pool[machine.unit(op).bank]
     for state in program.states:
-        holders.setdefault(state.first, 1)
-    for index in holders.values():
+        holders.setdefault(state.first, int(state.pin in (None, "C")))
+    for index in [*holders.values(), *(int(register.bank == "C") for register in named)]:
         capacity[index] -= 1
     readers: dict[object, list[int]] = defaultdict(list)
     definition: dict[Virtual, int] = {}

@@ -4,7 +4,8 @@ units.
 A serial list scheduler places operations, in a given order, at the first cycle that dependences and
 resources allow; its mirror image places them at the last. Alternating both ("double justification",
 Valls, Ballestin and Quintanilla, EJOR 165, 2005) shortens a schedule; the search restarts it from
-perturbed orders of the best schedule so far. Everything is deterministic: a fixed seed, and effort
+perturbed orders of a good schedule, and from critical-path orders whose paths include guessed waits
+for the slots and the port. Everything is deterministic: a fixed seed, and effort
 counted in schedules, not in time.
 """
 
@@ -20,7 +21,14 @@ from asip_asm.machine import Machine
 
 SEED = 20220711
 WIDTHS = (0.5, 1.5, 4.0, 10.0)
-RESTART_AFTER = 120
+"""Standard deviations in cycles of the perturbation of a schedule."""
+FMA_WAITS = (0.0, 4.0, 8.0, 1.0)
+AUX_WAITS = (16.0, 24.0, 8.0, 4.0, 0.0)
+"""Guesses how long an operation waits for its slot or port, added to path lengths."""
+RESTART_AFTER = 60
+"""Perturbations without improvement after which the search takes a new start."""
+EXCESS_PENALTY = 2
+"""Cycles that one register too many is taken to cost."""
 
 
 @dataclass(frozen=True)
@@ -261,54 +269,88 @@ def search(
     `effort` bounds the number of schedules tried; the search ends early at the lower bound. Prefers
     schedules that fit the register capacity, then short ones.
     """
-    placer = Placer(problem)
-    rng = random.Random(SEED)
-    bound = lower_bound(problem)
-    heads, tails = problem.graph.heads(), problem.graph.tails()
-    tried = 0
+    return _Search(problem, effort, progress).run()
 
-    def cost(times: list[int]) -> tuple[int, int]:
-        peaks = pressure(problem, times)
-        excess = sum(
-            max(0, peak - size) for peak, size in zip(peaks, problem.capacity, strict=True)
-        )
-        return length(problem, times) + 2 * excess, sum(peaks)
 
-    def justify(times: list[int]) -> tuple[tuple[int, int], list[int]]:
-        nonlocal tried
-        best = (cost(times), times)
-        while tried < effort:
-            late = placer.place(placer.order([-t for t in best[1]], False), False)
-            times = placer.place(placer.order(late, True), True)
-            tried += 2
-            found = min((cost(late), late), (cost(times), times))
+Found = tuple[tuple[int, int], list[int]]
+"""Cost and issue cycles of a schedule."""
+
+
+class _Search:
+    """State of one search."""
+
+    def __init__(
+        self, problem: Problem, effort: int, progress: Callable[[Progress], None] | None
+    ) -> None:
+        self.problem = problem
+        self.effort = effort
+        self.progress = progress
+        self.placer = Placer(problem)
+        self.rng = random.Random(SEED)
+        self.bound = lower_bound(problem)
+        self.tried = 0
+
+    def run(self) -> list[int]:
+        """Issue cycles of the best schedule found."""
+        no_wait = [0.0] * len(self.problem.lane)
+        best = min(self._start(no_wait, True), self._start(no_wait, False))
+        starts = [self._waits(fma, aux) for aux in AUX_WAITS for fma in FMA_WAITS]
+        current, stale = best, 0
+        while self.tried < self.effort and best[0][0] > self.bound:
+            if self.progress is not None:
+                cycles = length(self.problem, best[1])
+                self.progress(Progress(self.tried, self.effort, cycles, self.bound))
+            if starts:
+                wait = starts.pop(0)
+                found = min(self._start(wait, True), self._start(wait, False))
+            elif stale >= RESTART_AFTER:
+                fma, aux = self.rng.choice(FMA_WAITS), self.rng.choice(AUX_WAITS)
+                wait = [self.rng.uniform(0.5, 1.5) * w for w in self._waits(fma, aux)]
+                found = self._start(wait, self.rng.random() < 0.5)
+                current, stale = found, 0
+            else:
+                width = self.rng.choice(WIDTHS)
+                found = self._improve(
+                    self._place([t + self.rng.gauss(0.0, width) for t in current[1]], True)
+                )
+            stale += 1
+            if found[0] < current[0]:
+                stale = 0
+            if found[0] <= current[0]:
+                current = found
+            if found[0] < best[0]:
+                best = found
+        return best[1]
+
+    def _waits(self, fma: float, aux: float) -> list[float]:
+        """Cycles to wait: of multiply-adds, and of operations that use the write port."""
+        return [aux if port else fma for port in self.problem.port]
+
+    def _start(self, wait: list[float], forward: bool) -> Found:
+        """Schedule by the longest path behind (forward) or before (backward), waits included."""
+        graph = self.problem.graph
+        path = graph.tails(wait) if forward else graph.heads(wait)
+        return self._improve(self._place([-cycles for cycles in path], forward))
+
+    def _place(self, keys: list[float], forward: bool) -> list[int]:
+        self.tried += 1
+        return self.placer.place(self.placer.order(keys, forward), forward)
+
+    def _improve(self, times: list[int]) -> Found:
+        """Justify to the end and back to the start, as long as that is better."""
+        best = (self._cost(times), times)
+        while self.tried < self.effort:
+            late = self._place([-t for t in best[1]], False)
+            early = self._place(late, True)
+            found = min((self._cost(late), late), (self._cost(early), early))
             if found[0] >= best[0]:
                 break
             best = found
         return best
 
-    starts = [
-        placer.place(placer.order([-tail for tail in tails], True), True),
-        placer.place(placer.order([-head for head in heads], False), False),
-    ]
-    tried += 2
-    best = min(justify(times) for times in starts)
-    current = best
-    stale = 0
-    while tried < effort and best[0][0] > bound:
-        if progress is not None:
-            progress(Progress(tried, effort, length(problem, best[1]), bound))
-        width = rng.choice(WIDTHS)
-        keys = [t + rng.gauss(0.0, width) for t in current[1]]
-        tried += 1
-        found = justify(placer.place(placer.order(keys, True), True))
-        if found[0] <= current[0]:
-            stale = 0 if found[0] < current[0] else stale + 1
-            current = found
-        else:
-            stale += 1
-        if found[0] < best[0]:
-            best = found
-        if stale > RESTART_AFTER:
-            current, stale = best, 0
-    return best[1]
+    def _cost(self, times: list[int]) -> tuple[int, int]:
+        """Cycles, with a penalty for registers that do not exist; then registers in use."""
+        peaks = pressure(self.problem, times)
+        capacity = self.problem.capacity
+        excess = sum(max(0, peak - size) for peak, size in zip(peaks, capacity, strict=True))
+        return length(self.problem, times) + EXCESS_PENALTY * excess, sum(peaks)

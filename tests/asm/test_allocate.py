@@ -6,7 +6,17 @@ from dataclasses import replace
 import pytest
 
 from asip_asm.allocate import AllocationError, allocate_registers
-from asip_asm.ir import Bundle, Export, Operation, Program, Region, Register, State, Virtual
+from asip_asm.ir import (
+    Bundle,
+    Export,
+    FixedState,
+    Operation,
+    Program,
+    Region,
+    Register,
+    State,
+    Virtual,
+)
 from asip_asm.machine import load_machine
 from asip_asm.schedule import bundle_in_order, schedule_program
 
@@ -169,6 +179,15 @@ def test_registers_named_in_the_source__are_left_alone():
     allocate_registers(build.program, MACHINES["fast"])
     chosen = [op.dst for op in operations_of(build.program) if op.dst not in named]
     assert len(chosen) == 2 and not set(chosen) & set(named)
+
+
+def test_registers_of_fixed_states__are_left_alone():
+    build = Builder()
+    build.program.fixed_states = [FixedState("s", "float", 0, Register("C", 0))]
+    build.op("mov", K0)
+    schedule_program(build.program, MACHINES["fast"])
+    allocate_registers(build.program, MACHINES["fast"])
+    assert build.region.operations[0].dst == Register("C", 1)
 
 
 def test_symbols_in_braces__get_the_bank_of_their_slot():
