@@ -38,7 +38,7 @@ def run_written(program: Program) -> Result:
     for state in program.states:
         result.states[state.name] = values[state.first if state.last is None else state.last]
     for export in program.exports:
-        result.exports[export.name] = values[export.value]
+        result.exports[export.name] = _read(values, export.value)
     return result
 
 
@@ -54,8 +54,14 @@ def run_bundles(program: Program, words: int) -> Result:
     for state in program.states:
         result.states[state.name] = values[state.register]
     for export in program.exports:
-        result.exports[export.name] = values[export.register]
+        result.exports[export.name] = _read(values, export.register)
     return result
+
+
+def _read(registers: dict, source) -> int:
+    if isinstance(source, Register) and source.bank in ("zero", "K"):
+        return 0 if source.bank == "zero" else digest("K", source.index)
+    return registers[source]
 
 
 def _path(program: Program) -> dict[str, int]:
@@ -88,12 +94,7 @@ def _run(program: Program, groups: list, registers: dict, words: int) -> dict:
 
 
 def _execute(op: Operation, registers: dict, memory: list, words: int, writes: list) -> str | None:
-    def read(source):
-        if isinstance(source, Register) and source.bank in ("zero", "K"):
-            return 0 if source.bank == "zero" else digest("K", source.index)
-        return registers[source]
-
-    a, b, c = (read(source) for source in (op.a, op.b, op.c))
+    a, b, c = (_read(registers, source) for source in (op.a, op.b, op.c))
     indexed = not (isinstance(op.b, Register) and op.b.bank == "zero")
     address = (b + op.imm) % words if indexed and op.imm is not None else op.imm
     if op.mnemonic == "st":
