@@ -20,11 +20,10 @@ HEADER = """\
 
 
 def render() -> str:
-    """Text of robot.inc: one .param line per parameter, unit and meaning as comment."""
+    """Text of robot.inc: per parameter its meaning as a comment and a .param line with unit."""
     parameters = tomllib.loads(SOURCE.read_text(encoding="utf-8"))
-    width = max(map(len, parameters))
     lines = [
-        f".param {name:<{width}} = {entry['value']!r:<10} ; [{entry['unit']}] {entry['meaning']}"
+        f"; {entry['meaning']}\n.param {name} = {entry['value']!r}  ; [{entry['unit']}]"
         for name, entry in parameters.items()
     ]
     return HEADER + "\n".join(lines) + "\n"

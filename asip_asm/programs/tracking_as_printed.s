@@ -1,20 +1,22 @@
 ; SPDX-License-Identifier: Apache-2.0
-; The tracking law of the five-axis robot, every equation evaluated as it is printed: nothing is shared between
-; equations, repeated subexpressions inside an equation are computed again. Comments name the equations of robot.md.
-; Where rounding need not be the PC's, a multiplication and the addition after it are one fused operation.
+; The tracking law of the five-axis robot, every equation evaluated as it is printed: nothing is
+; shared between equations, repeated subexpressions inside an equation are computed again. Comments
+; name the equations of robot.md. Where rounding need not be the PC's, a multiplication and the
+; addition after it are one fused operation.
 ;
-; The host presets position1_before .. position5_before to float(count) * resolution of the first counts.
-; All other states start as the law does: no sign, no boost running, empty integrators.
+; The host presets position1_before .. position5_before to float(count) * resolution of the first
+; counts. All other states start as the law does: no sign, no boost running, empty integrators.
 ;
-; Safe values: the legs carry the platform, so a fault leaves them with their gravity force in the middle of the
-; workspace (zero force would drop the tool); the table is balanced at tilt 0 and gets no torque. They bridge the time
-; until the brakes close; they do not control.
+; Safe values: the legs carry the platform, so a fault leaves them with their gravity force in the
+; middle of the workspace (zero force would drop the tool); the table is balanced at tilt 0 and gets
+; no torque. They bridge the time until the brakes close; they do not control.
 
 .program  "tracking, as printed"
 .include  "robot.inc"
 
 .input    x, y, z, vx, vy, vz, ax, ay, az          ; tool set-point [m, m/s, m/s^2]
-.input    alpha, gamma, w_alpha, w_gamma, eps_alpha, eps_gamma  ; table set-point [rad, rad/s, rad/s^2]
+.input    alpha, gamma, w_alpha, w_gamma          ; table set-point [rad, rad/s]
+.input    eps_alpha, eps_gamma                    ; [rad/s^2]
 .input    count1 : int, count2 : int, count3 : int, count4 : int, count5 : int
 
 .const    xp1 = 0
@@ -65,10 +67,11 @@
 .export   alpha, gamma, w_alpha, w_gamma, eps_alpha, eps_gamma
 .export   e1, e2, e3, e4, e5, M1, M2, M3, G1, G2, G3, G4
 
-; ---------------------------------------------------------------- inverse kinematics, desired position
+; -------------------------------- inverse kinematics, desired position
 
-; (7)-(11) are the bits of the same formulas compiled for a PC in single precision: only additions of twice or half a
-; rounded value are fused, and doubling or halving is exact. x_p1 = 0 is not subtracted.
+; (7)-(11) are the bits of the same formulas compiled for a PC in single precision: only additions
+; of twice or half a rounded value are fused, and doubling or halving is exact. x_p1 = 0 is not
+; subtracted.
 
 ; l = sqrt((x-xp)^2 + (y-yp)^2 + z^2)
 .macro length l, xp, yp
@@ -116,7 +119,8 @@
         fdiv    \v, half\@, root\@                 ; (8)
 .endm
 
-; a = -1/4 S^2/Q^(3/2) + 1/2 (2vx^2 + 2(x-xp)ax + 2vy^2 + 2(y-yp)ay + 2vz^2 + 2z az)/sqrt(Q), Q^(3/2) = Q sqrt(Q)
+; a = -1/4 S^2/Q^(3/2) + 1/2 (2vx^2 + 2(x-xp)ax + 2vy^2 + 2(y-yp)ay + 2vz^2 + 2z az)/sqrt(Q),
+; Q^(3/2) = Q sqrt(Q)
 .macro acceleration a, xp, yp
 .if \xp
         fsub    dx\@, x, \xp                       ; (9)
@@ -190,10 +194,10 @@
         acceleration acc2, xp2, yp2
         acceleration acc3, xp3, yp3
 
-; ---------------------------------------------------------------- measured position and velocity
+; -------------------------------- measured position and velocity
 
-; position = float(count) * resolution, v = (position - before)/T_s; the product and the difference of v are one fused
-; operation, so that only the length kept from the tick before is rounded
+; position = float(count) * resolution, v = (position - before)/T_s; the product and the difference
+; of v are one fused operation, so that only the length kept from the tick before is rounded
 .macro measure position, v, before, count, resolution
         i2f     n\@, \count                        ; (28)
         fmul    \position, n\@, \resolution        ; (28)
@@ -208,7 +212,7 @@
         measure theta4, omega4, position4_before, count4, encoder_table
         measure theta5, omega5, position5_before, count5, encoder_table
 
-; ---------------------------------------------------------------- forward kinematics, measured position
+; -------------------------------- forward kinematics, measured position
 
         fmul    x_q3, lm3, lm3                     ; (14)
         fmsub   x_d, lm2, lm2, x_q3                ; (14)
@@ -235,7 +239,7 @@
         fnmsub  z_r, z_y, z_y, z_r                 ; (15)
         fsqrt   zm, z_r                            ; (15)
 
-; ---------------------------------------------------------------- reduced masses
+; -------------------------------- reduced masses
 
 ; M = sum + m_r,ij + m_j,ij for one other leg j:
 ; c = (li^2 + lj^2 - 3R^2)/(2 li lj), m_r = m_s c^2, m_j = (J_a + m_s (lj - l_c)^2)(1 - c^2)/lj^2
@@ -264,7 +268,7 @@
         reduce  M3_1, (m_s + m_p), lm3, lm1
         reduce  M3, M3_1, lm3, lm2
 
-; ---------------------------------------------------------------- gravity
+; -------------------------------- gravity
 
 ; m_zi = (m_s (li - l_c) - m_c r_c)/li
 .macro carry m, li
@@ -320,11 +324,12 @@
         fsin    tilt, theta4                       ; (27)
         fmul    G4, (r_4*m_4*g), tilt              ; (27)
 
-; ---------------------------------------------------------------- tracking law
+; -------------------------------- tracking law
 
-; e, then s_c by the integrator with its boost after a reversal. t_c goes on by T_s unless v_d changes its sign, then
-; t_c = 0 and phi_t = 0: phi_t is computed for the first case while v_d is not known yet. phi_e is 0 or 1, its product
-; is a selection; phi_c e = phi_t e + e; 2(xi_c - 1)(1 - t_c/T_c) = 2(xi_c - 1) - 2(xi_c - 1) t_c/T_c.
+; e, then s_c by the integrator with its boost after a reversal. t_c goes on by T_s unless v_d
+; changes its sign, then t_c = 0 and phi_t = 0: phi_t is computed for the first case while v_d is
+; not known yet. phi_e is 0 or 1, its product is a selection; phi_c e = phi_t e + e;
+; 2(xi_c - 1)(1 - t_c/T_c) = 2(xi_c - 1) - 2(xi_c - 1) t_c/T_c.
 .macro integrate e, s_c, sign, ticks, desired, position, v_d, e_c, s_max
         fsub    \e, \desired, \position            ; (28)
         fadd    next\@, \ticks, 1.0                ; (33)

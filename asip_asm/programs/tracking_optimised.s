@@ -1,21 +1,25 @@
 ; SPDX-License-Identifier: Apache-2.0
-; The tracking law of the five-axis robot, rearranged for the ASIP: inputs, outputs, exports and law are those of
-; tracking_as_printed.s, the algebra is not. Comments name the equations of robot.md.
+; The tracking law of the five-axis robot, rearranged for the ASIP: inputs, outputs, exports and law
+; are those of tracking_as_printed.s, the algebra is not. Comments name the equations of robot.md.
 ;
-; - The error e = l_d - l is formed to about 1e-10 m although l_d alone has a rounding error of 3e-8 m (section 1).
+; - The error e = l_d - l is formed to about 1e-10 m although l_d alone has a rounding error of 3e-8
+;   m (section 1).
 ; - v is the exact difference of two encoder counts times the constant resolution/T_s.
 ; - Measured lengths are counts: the resolution is part of the constants.
-; - Statics in closed form; masses as M_ii = m_p + 3 m_s - D_j sin^2(i,j) - D_k sin^2(i,k), D_j = m_s - J_j/l_j^2.
+; - Statics in closed form; masses as M_ii = m_p + 3 m_s - D_j sin^2(i,j) - D_k sin^2(i,k),
+;   D_j = m_s - J_j/l_j^2.
 ; - The integrators are branch-free and hold K_I s_c [m/s^2, rad/s^2].
 ;
-; Counts must stay below 2^24 in magnitude (4.19 m, 64 turns), where they are exact as floats.
-; The host presets count1_before .. count5_before to the first counts. Safe values: see tracking_as_printed.s.
+; Counts must stay below 2^24 in magnitude (4.19 m, 64 turns), where they are exact as floats. The
+; host presets count1_before .. count5_before to the first counts. Safe values: see
+; tracking_as_printed.s.
 
 .program  "tracking, optimised"
 .include  "robot.inc"
 
 .input    x, y, z, vx, vy, vz, ax, ay, az          ; tool set-point [m, m/s, m/s^2]
-.input    alpha, gamma, w_alpha, w_gamma, eps_alpha, eps_gamma  ; table set-point [rad, rad/s, rad/s^2]
+.input    alpha, gamma, w_alpha, w_gamma          ; table set-point [rad, rad/s]
+.input    eps_alpha, eps_gamma                    ; [rad/s^2]
 .input    count1 : int, count2 : int, count3 : int, count4 : int, count5 : int
 
 .const    z_hold = (z_min + z_max)/2
@@ -52,9 +56,10 @@
 .export   alpha, gamma, w_alpha, w_gamma, eps_alpha, eps_gamma
 .export   e1, e2, e3, e4, e5, M1, M2, M3, G1, G2, G3, G4
 
-; ---------------------------------------------------------------- 1. inverse kinematics, desired position
-; Start points: leg 1 (0, R), legs 2 and 3 (+-xp, -yp). Each is split like the set-point (below) into a multiple of
-; 2^-11, name ending in h, and the rest, ending in l; adding and subtracting 1.5*2^41 rounds a double to 2^-11.
+; -------------------------------- 1. inverse kinematics, desired position
+; Start points: leg 1 (0, R), legs 2 and 3 (+-xp, -yp). Each is split like the set-point (below)
+; into a multiple of 2^-11, name ending in h, and the rest, ending in l; adding and subtracting
+; 1.5*2^41 rounds a double to 2^-11.
 .const    xp = sqrt(3)/2*R
 .const    xph = (xp + 3298534883328) - 3298534883328
 .const    xpl = xp - xph
@@ -63,7 +68,7 @@
 .const    ypl = yp - yph
 .const    Rh = (R + 3298534883328) - 3298534883328
 .const    Rl = R - Rh
-.const    grid = 6144                              ; 1.5*2^12: adding it rounds a single float to 2^-11
+.const    grid = 6144                              ; 1.5*2^12: adding it rounds to 2^-11
 
         ; offsets from the start points, once rounded
         fadd    dx2, x, (-xp)                      ; (7)
@@ -126,7 +131,7 @@
         fadd    dx3_s, dx3, dx3h                   ; (7)
         fmadd   Q3l, dx3l, dx3_s, yz2l             ; (7)
 
-        ; rest = Q - l_0^2; one Newton step gives l_d = l_0 + rest/(2 l_0), which needs more than a single float
+        ; rest = Q - l_0^2; one Newton step gives l_d = l_0 + rest/(2 l_0), more than a float holds
         fnmsub  rest1h, l1_0, l1_0, Q1h            ; (7)
         fadd    rest1, rest1h, Q1l                 ; (7)
         fmadd   l1, rest1, half_r1, l1_0           ; (7)
@@ -137,7 +142,8 @@
         fadd    rest3, rest3h, Q3l                 ; (7)
         fmadd   l3, rest3, half_r3, l3_0           ; (7)
 
-        ; v = ((x-xp)vx + (y-yp)vy + z vz)/l; the law need not wait for the better l, the export does
+        ; v = ((x-xp)vx + (y-yp)vy + z vz)/l; the law takes v_0 and does not wait for the better l,
+        ; the export v does
         fmul    s0, z, vz                          ; (8)
         fmadd   s1, dy1, vy, s0                    ; (8)
         fmadd   s1, x, vx, s1                      ; (8)
@@ -168,7 +174,7 @@
         fdiv    acc2, n2, l2                       ; (9)
         fdiv    acc3, n3, l3                       ; (9)
 
-; ---------------------------------------------------------------- 2. measured position and velocity
+; -------------------------------- 2. measured position and velocity
 
         i2f     n_1, count1                        ; (28)
         i2f     n_2, count2                        ; (28)
@@ -176,7 +182,8 @@
         i2f     n_4, count4                        ; (28)
         i2f     n_5, count5                        ; (28)
 
-; Resolutions as a single float and the rest: multiplying by 2^29 + 1 rounds a double to 24 bits (Veltkamp).
+; Resolutions as a single float and the rest: multiplying by 2^29 + 1 rounds a double to 24 bits
+; (Veltkamp).
 .const    q = encoder_legs
 .const    qh = (q*536870913) - ((q*536870913) - q)
 .const    ql = q - qh
@@ -226,10 +233,13 @@
         fdiv    w2, 1.0, n_2                       ; (23)
         fdiv    w3, 1.0, n_3                       ; (23)
 
-; ---------------------------------------------------------------- 3. gravity
-; With p = l^2/q^2: x^2 + y^2 = q^4 (p1^2 + p2^2 + p3^2 - p1p2 - p2p3 - p1p3)/(9R^2)
-;                            = q^4 ((p1-p2)(p1-p3) + (p2-p3)^2)/(9R^2), z^2 = q^2 (p1+p2+p3)/3 - R^2 - (x^2 + y^2),
-; b_i = 1/3 + q^2 (p1+p2+p3 - 3p_i)/(9R^2), m_z = m_p + 3m_s - (m_s l_c + m_c r_c)(1/l_1 + 1/l_2 + 1/l_3).
+; -------------------------------- 3. gravity
+; With p = l^2/q^2:
+;   x^2 + y^2 = q^4 (p1^2 + p2^2 + p3^2 - p1p2 - p2p3 - p1p3)/(9R^2)
+;             = q^4 ((p1-p2)(p1-p3) + (p2-p3)^2)/(9R^2)
+;   z^2 = q^2 (p1+p2+p3)/3 - R^2 - (x^2 + y^2)
+;   b_i = 1/3 + q^2 (p1+p2+p3 - 3p_i)/(9R^2)
+;   m_z = m_p + 3m_s - (m_s l_c + m_c r_c)(1/l_1 + 1/l_2 + 1/l_3)
 
         fsub    p12, p1, p2                        ; (15)
         fsub    p13, p1, p3                        ; (15)
@@ -260,7 +270,7 @@
         fsin    tilt, theta4                       ; (27)
         fmul    G4, tilt, (r_4*m_4*g)              ; (27)
 
-; ---------------------------------------------------------------- 4. reduced masses
+; -------------------------------- 4. reduced masses
 ; 2 cos = (p_i + p_j - 3R^2/q^2)/(n_i n_j), 4 sin^2 = 4 - (2 cos)^2, D/4 = (m_s - J/l^2)/4
 
         fsub    sum_R, sum, (3*R*R/(q*q))          ; (23)
@@ -290,10 +300,11 @@
         fnmsub  M3, D1, s13, (m_p + 3*m_s)         ; (23)
         fnmsub  M3, D2, s23_, M3                   ; (23)
 
-; ---------------------------------------------------------------- 5. tracking law
-; phi_c K_I T_s is the line 1 + 2(xi_c - 1)(1 - n/N_c) between 1 and xi_c, times K_I T_s: the saturation makes its
-; first half and its end. n = 0, the tick of the reversal, has no boost and is replaced by N_c. The condition
-; abs(e) >= e_c holds from n > N_c/2 on: before, the threshold min(e_c, n - N_c/2 - 1/2) is negative.
+; -------------------------------- 5. tracking law
+; phi_c K_I T_s is the line 1 + 2(xi_c - 1)(1 - n/N_c) between 1 and xi_c, times K_I T_s: the
+; saturation makes its first half and its end. n = 0, the tick of the reversal, has no boost and is
+; replaced by N_c. The condition abs(e) >= e_c holds from n > N_c/2 on: before, the threshold
+; min(e_c, n - N_c/2 - 1/2) is negative.
 .macro integrate integral, sign, ticks, e, v_d, KI, e_c, s_max
         fsgn    s_g\@, \v_d                        ; (35)
         feq     same\@, s_g\@, \sign               ; (37)
