@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // fp_cmp: comparisons, selections, sign operations and 32-bit integer add/subtract, one per clock.
-// Contract: latency fp_pkg::FP_CMP_LATENCY register ranks, no stall; op_i is one of fp_pkg::FP_CMP_*,
-// where each operation, its NaN rule and its flags are stated. Unlisted op_i values act as MOV.
-// Values are compared as IEEE 754-2019 numbers (subnormals count, -0 equals +0); only nv can be set.
+// Contract: latency fp_pkg::FP_CMP_LATENCY register ranks, no stall; op_i is one of
+// fp_pkg::FP_CMP_*, where each operation, its NaN rule and its flag are stated; 15 acts as MOV.
+// Values are compared as IEEE 754-2019 numbers (subnormals count, -0 equals +0); no flag but nv.
+// Stages: e1 compare, add | e2 select.
 module fp_cmp (
     input  logic           clk_i,
     input  logic           rst_ni,
@@ -22,103 +23,136 @@ module fp_cmp (
     else orders_below = (a[30:0] != b[30:0]) && ((a[30:0] < b[30:0]) != a[31]);
   endfunction
 
-  logic a_nan, b_nan, c_nan, ab_nan, any_nan, a_snan, ab_snan, any_snan;
-  logic a_zero, b_zero, c_zero, ab_zero;
-  logic a_first, ab_less, ab_equal, above, exchanged;
+  // ---- e1: classes, comparisons, and `other`, the result that needs no comparison ----
+  logic a_nan_e1, b_nan_e1, c_nan_e1, a_snan_e1, b_snan_e1, c_snan_e1;
+  logic a_zero_e1, b_zero_e1, c_zero_e1, ab_zero_e1, a_first_e1;
 
-  assign a_nan    = fp_pkg::is_nan(a_i);
-  assign b_nan    = fp_pkg::is_nan(b_i);
-  assign c_nan    = fp_pkg::is_nan(c_i);
-  assign ab_nan   = a_nan || b_nan;
-  assign any_nan  = ab_nan || c_nan;
-  assign a_snan   = fp_pkg::is_snan(a_i);
-  assign ab_snan  = a_snan || fp_pkg::is_snan(b_i);
-  assign any_snan = ab_snan || fp_pkg::is_snan(c_i);
-  assign a_zero   = fp_pkg::is_zero(a_i);
-  assign b_zero   = fp_pkg::is_zero(b_i);
-  assign c_zero   = fp_pkg::is_zero(c_i);
+  assign a_nan_e1   = fp_pkg::is_nan(a_i);
+  assign b_nan_e1   = fp_pkg::is_nan(b_i);
+  assign c_nan_e1   = fp_pkg::is_nan(c_i);
+  assign a_snan_e1  = fp_pkg::is_snan(a_i);
+  assign b_snan_e1  = fp_pkg::is_snan(b_i);
+  assign c_snan_e1  = fp_pkg::is_snan(c_i);
+  assign a_zero_e1  = fp_pkg::is_zero(a_i);
+  assign b_zero_e1  = fp_pkg::is_zero(b_i);
+  assign c_zero_e1  = fp_pkg::is_zero(c_i);
+  assign ab_zero_e1 = a_zero_e1 && b_zero_e1;
+  assign a_first_e1 = orders_below(a_i, b_i);
 
-  assign ab_zero   = a_zero && b_zero;
-  assign a_first   = orders_below(a_i, b_i);
-  assign ab_less   = a_first && !ab_zero;
-  assign ab_equal  = (a_i == b_i) || ab_zero;
-  assign above     = orders_below(c_i, a_i) && !(a_zero && c_zero);   // SAT: a > c
-  assign exchanged = orders_below(c_i, b_i) && !(b_zero && c_zero);   // SAT: c < b
+  logic        subtract_e1;
+  logic [31:0] sum_e1, other_e1;
 
-  logic        subtract;
-  logic [31:0] integer_sum;
-  assign subtract    = op_i[1];          // tells ISUB from IADD
-  assign integer_sum = a_i + (b_i ^ {32{subtract}}) + {31'd0, subtract};
-
-  // The result is `other`, known without any comparison, unless one of the conditions replaces it.
-  logic [31:0] other, result;
-  logic        take_b, take_c, take_one, take_nan, invalid;
+  assign subtract_e1 = op_i[1];          // tells ISUB from IADD
+  assign sum_e1      = a_i + (b_i ^ {32{subtract_e1}}) + {31'd0, subtract_e1};
 
   always_comb begin
-    other    = a_i;
-    take_b   = 1'b0;
-    take_c   = 1'b0;
-    take_one = 1'b0;
-    take_nan = 1'b0;
-    invalid  = 1'b0;
+    other_e1 = a_i;                      // MOV; MIN, MAX, SAT unless b or c takes its place
     case (op_i)
+      fp_pkg::FP_CMP_EQ, fp_pkg::FP_CMP_LT, fp_pkg::FP_CMP_LE: other_e1 = 32'd0;
+      fp_pkg::FP_CMP_ABS:   other_e1[31] = 1'b0;
+      fp_pkg::FP_CMP_NEG:   other_e1[31] = !a_i[31];
+      fp_pkg::FP_CMP_SGN:   other_e1 = a_zero_e1 ? 32'd0 : {a_i[31], fp_pkg::ONE[30:0]};
+      fp_pkg::FP_CMP_SEL:   other_e1 = (!a_nan_e1 && !a_zero_e1) ? b_i : c_i;
+      fp_pkg::FP_CMP_SELGE: other_e1 = (!a_nan_e1 && (!a_i[31] || a_zero_e1)) ? b_i : c_i;
+      fp_pkg::FP_CMP_SELGT: other_e1 = (!a_nan_e1 && !a_i[31] && !a_zero_e1) ? b_i : c_i;
+      fp_pkg::FP_CMP_IADD, fp_pkg::FP_CMP_ISUB: other_e1 = sum_e1;
+      default: ;
+    endcase
+  end
+
+  logic        valid_e1_q;
+  logic [3:0]  op_e1_q;
+  logic [31:0] other_e1_q, b_e1_q, c_e1_q;
+  logic        a_nan_e1_q, b_nan_e1_q, c_nan_e1_q, a_snan_e1_q, b_snan_e1_q, c_snan_e1_q;
+  logic        a_first_e1_q, ab_less_e1_q, ab_equal_e1_q;
+  logic        above_e1_q, exchanged_e1_q;       // SAT: a > c, c < b
+
+  always_ff @(posedge clk_i) begin
+    op_e1_q        <= op_i;
+    other_e1_q     <= other_e1;
+    b_e1_q         <= b_i;
+    c_e1_q         <= c_i;
+    a_nan_e1_q     <= a_nan_e1;
+    b_nan_e1_q     <= b_nan_e1;
+    c_nan_e1_q     <= c_nan_e1;
+    a_snan_e1_q    <= a_snan_e1;
+    b_snan_e1_q    <= b_snan_e1;
+    c_snan_e1_q    <= c_snan_e1;
+    a_first_e1_q   <= a_first_e1;
+    ab_less_e1_q   <= a_first_e1 && !ab_zero_e1;
+    ab_equal_e1_q  <= (a_i == b_i) || ab_zero_e1;
+    above_e1_q     <= orders_below(c_i, a_i) && !(a_zero_e1 && c_zero_e1);
+    exchanged_e1_q <= orders_below(c_i, b_i) && !(b_zero_e1 && c_zero_e1);
+  end
+
+  // ---- e2: which value, which flag ----
+  logic        ab_nan_e2, any_nan_e2, ab_snan_e2;
+  logic        take_b_e2, take_c_e2, take_one_e2, take_nan_e2, invalid_e2;
+  logic [31:0] result_e2;
+
+  assign ab_nan_e2  = a_nan_e1_q || b_nan_e1_q;
+  assign any_nan_e2 = ab_nan_e2 || c_nan_e1_q;
+  assign ab_snan_e2 = a_snan_e1_q || b_snan_e1_q;
+
+  always_comb begin
+    take_b_e2   = 1'b0;
+    take_c_e2   = 1'b0;
+    take_one_e2 = 1'b0;
+    take_nan_e2 = 1'b0;
+    invalid_e2  = 1'b0;
+    case (op_e1_q)
       fp_pkg::FP_CMP_EQ: begin
-        other    = 32'd0;
-        take_one = !ab_nan && ab_equal;
-        invalid  = ab_snan;
+        take_one_e2 = !ab_nan_e2 && ab_equal_e1_q;
+        invalid_e2  = ab_snan_e2;
       end
       fp_pkg::FP_CMP_LT: begin
-        other    = 32'd0;
-        take_one = !ab_nan && ab_less;
-        invalid  = ab_nan;
+        take_one_e2 = !ab_nan_e2 && ab_less_e1_q;
+        invalid_e2  = ab_nan_e2;
       end
       fp_pkg::FP_CMP_LE: begin
-        other    = 32'd0;
-        take_one = !ab_nan && (ab_less || ab_equal);
-        invalid  = ab_nan;
+        take_one_e2 = !ab_nan_e2 && (ab_less_e1_q || ab_equal_e1_q);
+        invalid_e2  = ab_nan_e2;
       end
       fp_pkg::FP_CMP_MIN: begin
-        take_b   = a_nan || (!a_first && !b_nan);
-        take_nan = a_nan && b_nan;
-        invalid  = ab_snan;
+        take_b_e2   = a_nan_e1_q || (!a_first_e1_q && !b_nan_e1_q);
+        take_nan_e2 = a_nan_e1_q && b_nan_e1_q;
+        invalid_e2  = ab_snan_e2;
       end
       fp_pkg::FP_CMP_MAX: begin
-        take_b   = a_nan || (a_first && !b_nan);
-        take_nan = a_nan && b_nan;
-        invalid  = ab_snan;
+        take_b_e2   = a_nan_e1_q || (a_first_e1_q && !b_nan_e1_q);
+        take_nan_e2 = a_nan_e1_q && b_nan_e1_q;
+        invalid_e2  = ab_snan_e2;
       end
-      fp_pkg::FP_CMP_ABS: other[31] = 1'b0;
-      fp_pkg::FP_CMP_NEG: other[31] = !a_i[31];
       fp_pkg::FP_CMP_SGN: begin
-        other    = a_zero ? 32'd0 : {a_i[31], fp_pkg::ONE[30:0]};
-        take_nan = a_nan;
-        invalid  = a_snan;
+        take_nan_e2 = a_nan_e1_q;
+        invalid_e2  = a_snan_e1_q;
       end
       fp_pkg::FP_CMP_SAT: begin
-        take_b   = ab_less;
-        take_c   = above;
-        take_nan = any_nan || exchanged;
-        invalid  = any_snan || (exchanged && !any_nan);
+        take_b_e2   = ab_less_e1_q;
+        take_c_e2   = above_e1_q;
+        take_nan_e2 = any_nan_e2 || exchanged_e1_q;
+        invalid_e2  = ab_snan_e2 || c_snan_e1_q || (exchanged_e1_q && !any_nan_e2);
       end
-      fp_pkg::FP_CMP_SEL:   other = (!a_nan && !a_zero) ? b_i : c_i;
-      fp_pkg::FP_CMP_SELGE: other = (!a_nan && (!a_i[31] || a_zero)) ? b_i : c_i;
-      fp_pkg::FP_CMP_SELGT: other = (!a_nan && !a_i[31] && !a_zero) ? b_i : c_i;
-      fp_pkg::FP_CMP_IADD, fp_pkg::FP_CMP_ISUB: other = integer_sum;
-      default: ;  // MOV
+      default: ;
     endcase
-    result = take_b ? b_i : take_c ? c_i : other;
-    if (take_one) result = fp_pkg::ONE;
-    if (take_nan) result = fp_pkg::CANON_NAN;
+    result_e2 = take_b_e2 ? b_e1_q : take_c_e2 ? c_e1_q : other_e1_q;
+    if (take_one_e2) result_e2 = fp_pkg::ONE;
+    if (take_nan_e2) result_e2 = fp_pkg::CANON_NAN;
   end
 
   always_ff @(posedge clk_i) begin
-    result_o <= result;
-    flags_o  <= {invalid, 4'b0000};
+    result_o <= result_e2;
+    flags_o  <= {invalid_e2, 4'b0000};
   end
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
-    if (!rst_ni) valid_o <= 1'b0;
-    else valid_o <= valid_i;
+    if (!rst_ni) begin
+      valid_e1_q <= 1'b0;
+      valid_o    <= 1'b0;
+    end else begin
+      valid_e1_q <= valid_i;
+      valid_o    <= valid_e1_q;
+    end
   end
 
 endmodule

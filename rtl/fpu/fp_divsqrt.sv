@@ -1,17 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // fp_divsqrt: binary32 quotient a / b or square root of a (sqrt_i), pipelined, one per clock.
 // Contract: latency fp_pkg::FP_DIVSQRT_LATENCY register ranks, no stall; b_i is ignored for roots.
-// Radix-2 restoring digit recurrence, two digits per stage, shared by both operations; no multiplier.
-// Stages: e1 unpack and normalise | 13 digit stages, the last also denormalises | round and pack.
-//
-// Recurrence (Ercegovac and Lang, Digital Arithmetic, ch. 5 and 6). Digit k = 0..25 has weight 2^-k:
-//   trial = 2 r - d_k;  digit = trial >= 0;  r = digit ? trial : 2 r
-//   quotient: r starts at a/2, d_k = b with a, b in [1, 2).             Invariant 0 <= r < b.
-//   root: r starts at m/4, m in [1, 4); d_k = Q + 2^-(k+1), where Q is the root truncated to the
-//         digits found so far: half of m - (Q + 2^-k)^2 scaled by 2^k.  Invariant r < Q + 2^-(k+1).
-// So r is U(1.26) with the last bit first needed by digit 25 of a root, and 2 r is U(2.26). The digits
-// are the conventional binary result, no conversion is needed; a/b lies in (1/2, 2), the root in
-// [1, 2). The result is inexact exactly if the last r is not zero.
+// Radix-2 restoring digit recurrence, two digits per stage, shared by both; no multiplier.
+// Stages: e1 unpack, normalise | 13 digit stages, the last also denormalises | round, pack.
 module fp_divsqrt (
     input  logic           clk_i,
     input  logic           rst_ni,
@@ -23,6 +14,15 @@ module fp_divsqrt (
     output logic [31:0]    result_o,
     output fp_pkg::flags_t flags_o
 );
+
+  // Recurrence (Ercegovac and Lang, Digital Arithmetic, ch. 5, 6), digit k = 0..25 of weight 2^-k:
+  //   trial = 2 r - d_k;  digit = trial >= 0;  r = digit ? trial : 2 r
+  //   quotient: r starts at a/2, d_k = b with a, b in [1, 2).             Invariant 0 <= r < b.
+  //   root: r starts at m/4, m in [1, 4); d_k = Q + 2^-(k+1), where Q is the root truncated to the
+  //         digits before k. After digit k, r = 2^(k-1) (m - Q^2).  Invariant 0 <= r < Q + 2^-(k+1).
+  // So r is U(1.26), its last bit needed by digit 25 of a root only, and 2 r is U(2.26). The digits
+  // are the conventional binary result, no conversion is needed; a/b lies in (1/2, 2), the root in
+  // [1, 2). The result is inexact exactly if the last r is not zero.
 
   localparam int unsigned Digits = 26;           // 2^0 .. 2^-25: 24, one for a < b, one to round
   localparam int unsigned Stages = Digits / 2;
@@ -38,19 +38,19 @@ module fp_divsqrt (
   assign b_normal_e1 = |b_i[30:23];
 
   // The hidden bit of a normal number makes its count zero.
-  fp_lzc #(.CountWidth(5)) lzc_a (
-      .value_i({a_normal_e1, a_i[22:0], 8'd0}),
+  fp_normalise normalise_a (
+      .value_i({a_normal_e1, a_i[22:0]}),
+      .value_o(sig_a_e1),
       .count_o(zeros_a_e1),
       .zero_o (a_zero_sig_e1)
   );
-  fp_lzc #(.CountWidth(5)) lzc_b (
-      .value_i({b_normal_e1, b_i[22:0], 8'd0}),
+  fp_normalise normalise_b (
+      .value_i({b_normal_e1, b_i[22:0]}),
+      .value_o(sig_b_e1),
       .count_o(zeros_b_e1),
       .zero_o (b_zero_sig_e1)
   );
 
-  assign sig_a_e1 = {a_normal_e1, a_i[22:0]} << zeros_a_e1;
-  assign sig_b_e1 = {b_normal_e1, b_i[22:0]} << zeros_b_e1;
   assign exp_a_e1 = {2'd0, a_i[30:24], a_i[23] || !a_normal_e1} - {5'd0, zeros_a_e1};
   assign exp_b_e1 = {2'd0, b_i[30:24], b_i[23] || !b_normal_e1} - {5'd0, zeros_b_e1};
 
@@ -88,13 +88,14 @@ module fp_divsqrt (
   logic [9:0]              exp_a_q, exp_b_q;  // entry 0: S(10.0), biased
   logic [Stages-1:1][9:0]  exp_q;       // S(10.0), biased: -150 .. 404
   logic [Stages-1:0][26:0] remainder_q; // U(1.26)
-  logic [Stages-1:0][26:0] divisor_q;   // U(1.26): b, or the digits of the root found so far
+  logic [Stages-1:0][26:0] divisor_q;   // U(1.26): d_k of the first digit of a stage
   logic [Stages-1:0][23:0] digits_q;    // right aligned, 2 s digits at entry s
   logic [4:0]              amount_q;    // entry Stages - 1: places to denormalise
   logic [8:0]              exp_round_q; // entry Stages: U(9.0), biased, 1 for a subnormal result
   logic [25:0]             sig_q;       // entry Stages: U(1.25), denormalised
-  logic                    lost_q;      // entry Stages: a digit below sig_q is one
-  logic [6:0]              nonzero_first_q, nonzero_second_q;  // entry Stages: see gen_denormalise
+  logic [2:0]              lost_q;      // entry Stages: sig_q lost a one of digits 0..23, 24, 25
+  logic                    nonzero_first_q;   // entry Stages: of the last remainder, in two parts,
+  logic [6:0]              nonzero_second_q;  // see gen_denormalise
 
   always_ff @(posedge clk_i) begin
     sqrt_q[0]      <= sqrt_i;
@@ -108,7 +109,7 @@ module fp_divsqrt (
     exp_b_q        <= exp_b_e1;
     // A root halves the exponent; an odd unbiased one (even biased) leaves a factor 2 in m.
     remainder_q[0] <= (sqrt_i && exp_a_e1[0]) ? {2'b00, sig_a_e1, 1'b0} : {1'b0, sig_a_e1, 2'b00};
-    divisor_q[0]   <= sqrt_i ? 27'd0 : {sig_b_e1, 3'd0};
+    divisor_q[0]   <= sqrt_i ? 27'h200_0000 : {sig_b_e1, 3'd0};
     digits_q[0]    <= 24'd0;
   end
 
@@ -123,24 +124,22 @@ module fp_divsqrt (
   for (genvar s = 0; s < Stages; s++) begin : gen_stage
     localparam int unsigned First = 2 * s;       // digit k has bit 26 - k in U(1.26)
 
-    // A root appends 2^-(k+1) to its digits. The bits below are zero in divisor_q for a root.
-    logic [26:0] divisor_first, divisor_second;
+    // Root: d_k is |digits 0..k-1|0|1|0..0|, the one at 2^-(k+1). The next one gets digit k in the
+    // place of the zero, 0 in the place of the one, and a one below.
+    logic [26:0] divisor_second;
     logic [27:0] twice_first, twice_second;      // U(2.26)
     logic [27:0] trial_first, trial_second;      // S(2.26), in (-d_k, d_k)
     logic [26:0] remainder_first;
     logic        digit_first, digit_second;
 
     always_comb begin
-      divisor_first = divisor_q[s];
-      divisor_first[25-First] = divisor_q[s][25-First] || sqrt_q[s];
       twice_first = {remainder_q[s], 1'b0};
-      trial_first = twice_first - {1'b0, divisor_first};
+      trial_first = twice_first - {1'b0, divisor_q[s]};
       digit_first = !trial_first[27];
       remainder_first = digit_first ? trial_first[26:0] : twice_first[26:0];
 
       divisor_second = divisor_q[s];
-      divisor_second[26-First] = divisor_q[s][26-First] || (sqrt_q[s] && digit_first);
-      divisor_second[24-First] = divisor_q[s][24-First] || sqrt_q[s];
+      if (sqrt_q[s]) divisor_second[26-First -: 3] = {digit_first, 2'b01};
       twice_second = {remainder_first, 1'b0};
       trial_second = twice_second - {1'b0, divisor_second};
       digit_second = !trial_second[27];
@@ -161,9 +160,8 @@ module fp_divsqrt (
       assign remainder_second = digit_second ? trial_second[26:0] : twice_second[26:0];
 
       always_comb begin
-        divisor_next = divisor_q[s];
-        divisor_next[26-First] = divisor_second[26-First];
-        divisor_next[25-First] = divisor_q[s][25-First] || (sqrt_q[s] && digit_second);
+        divisor_next = divisor_second;
+        if (sqrt_q[s]) divisor_next[25-First -: 3] = {digit_second, 2'b01};
       end
 
       always_ff @(posedge clk_i) begin
@@ -180,9 +178,9 @@ module fp_divsqrt (
       always_ff @(posedge clk_i) exp_q[s+1] <= exp_q[s];
     end
 
-    // |digit 0|digits 1..25|0| >> amount leaves a significand with its leading one in digit 1, or to
-    // the right of it for a subnormal result: one place if the leading one is digit 0, and 1 - exp
-    // more for a subnormal result. 26 and more leave only the sticky bit. The shift of the digits
+    // |digit 0|digits 1..25|0| >> amount leaves a significand with its leading one in digit 1, or
+    // to the right of it for a subnormal result: one place if the leading one is digit 0, and
+    // 1 - exp more for a subnormal result. 26 and more leave only the sticky bit. The shift of the digits
     // known so far runs beside the last two, which can only reach the lowest places.
     if (s == Stages - 2) begin : gen_amount
       logic digit0, subnormal, vanished;
@@ -201,7 +199,7 @@ module fp_divsqrt (
       logic        unused_top;                   // digit 0 has moved right
       logic [25:0] shifted;
       logic        shifted_out, subnormal;
-      logic [3:0]  late;                         // |3 lowest places|sticky|
+      logic [2:0]  late;                         // digits 24 and 25 in the lowest places
 
       fp_shift_right #(.Width(27), .AmountWidth(5)) denormalise (
           .value_i ({digits_q[s], 3'd0}),
@@ -212,28 +210,29 @@ module fp_divsqrt (
 
       always_comb begin
         case (amount_q)
-          5'd0:    late = {digit_first, digit_second, 2'b00};
-          5'd1:    late = {1'b0, digit_first, digit_second, 1'b0};
-          5'd2:    late = {2'b00, digit_first, digit_second};
-          default: late = {3'b000, digit_first || digit_second};
+          5'd0:    late = {digit_first, digit_second, 1'b0};
+          5'd1:    late = {1'b0, digit_first, digit_second};
+          5'd2:    late = {2'b00, digit_first};
+          default: late = 3'b000;
         endcase
       end
 
       assign subnormal = exp_q[s][9] || exp_q[s] == 10'd0;
 
       // The last remainder is zero if the last trial is (digit one) or if the remainder before it
-      // was (digit zero). Either is all zero exactly if no group of four bits has a one.
+      // was (digit zero). The trial is late: groups of four bits here, the rest with rounding.
       for (genvar g = 0; g < 7; g++) begin : gen_group
-        always_ff @(posedge clk_i) begin
-          nonzero_first_q[g]  <= |(remainder_first & (27'hf << (4 * g)));
-          nonzero_second_q[g] <= |(trial_second & (28'hf << (4 * g)));
-        end
+        always_ff @(posedge clk_i) nonzero_second_q[g] <= |trial_second[4*g +: 4];
       end
+
+      always_ff @(posedge clk_i) nonzero_first_q <= |remainder_first;
 
       always_ff @(posedge clk_i) begin
         exp_round_q <= subnormal ? 9'd1 : exp_q[s][8:0];
-        sig_q       <= {shifted[25:3], shifted[2:0] | late[3:1]};
-        lost_q      <= shifted_out || late[0];
+        sig_q       <= {shifted[25:3], shifted[2:0] | late};
+        lost_q[2]   <= shifted_out;
+        lost_q[1]   <= digit_first && amount_q > 5'd2;
+        lost_q[0]   <= digit_second && amount_q > 5'd1;
       end
     end
   end
@@ -248,7 +247,7 @@ module fp_divsqrt (
       .sig_i   (sig_q[25:2]),
       .guard_i (sig_q[1]),
       .round_i (sig_q[0]),
-      .sticky_i(lost_q || ((|nonzero_first_q) && (|nonzero_second_q))),
+      .sticky_i((|lost_q) || (nonzero_first_q && (|nonzero_second_q))),
       .result_o(rounded),
       .flags_o (rounded_flags)
   );

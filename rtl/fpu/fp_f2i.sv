@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// fp_f2i: binary32 to signed 32-bit integer, toward zero (truncate_i) or to nearest even, one per clock.
+// fp_f2i: binary32 to int32, toward zero (truncate_i) or to nearest even, one per clock.
 // Contract: latency fp_pkg::FP_F2I_LATENCY register ranks, no stall. Out of range saturates to
 // 7fffffff or 80000000 by sign and NaN gives 7fffffff, all with nv alone (as RISC-V fcvt.w.s);
 // otherwise only nx can be set.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // fp_i2f: 32-bit integer to binary32, signed or (unsigned_i) unsigned, one per clock.
-// Contract: latency fp_pkg::FP_I2F_LATENCY register ranks, no stall. Rounds to nearest even; only nx
-// can be set (above 2^24). Zero gives +0.
+// Contract: latency fp_pkg::FP_I2F_LATENCY register ranks, no stall. Rounds to nearest even; only
+// nx can be set (above 2^24). Zero gives +0.
 // Stages: e1 magnitude and leading zeros | e2 normalise, round, pack.
 module fp_i2f (
     input  logic           clk_i,

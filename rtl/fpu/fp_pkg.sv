@@ -25,7 +25,7 @@ package fp_pkg;
   localparam int unsigned FP_DIVSQRT_LATENCY = 15;
   localparam int unsigned FP_I2F_LATENCY = 2;
   localparam int unsigned FP_F2I_LATENCY = 2;
-  localparam int unsigned FP_CMP_LATENCY = 1;
+  localparam int unsigned FP_CMP_LATENCY = 2;
   localparam int unsigned FP_SINCOS_LATENCY = 31;
 
   // Operation of fp_fma. Field order: {negate product, negate addend, kind}.
@@ -33,8 +33,7 @@ package fp_pkg;
   localparam logic [1:0] FMA_KIND_MUL = 2'b01;  // a*b, c ignored
   localparam logic [1:0] FMA_KIND_ADD = 2'b10;  // a +- c, b ignored
 
-  // Operation of fp_cmp: result from operands a, b, c; nv as stated, "sNaN" for a signalling NaN in a
-  // compared operand.
+  // Operation of fp_cmp: result from operands a, b, c. "sNaN": a signalling NaN among the compared.
   localparam logic [3:0] FP_CMP_EQ = 4'd0;      // a = b ? 1.0 : 0.0; nv on sNaN
   localparam logic [3:0] FP_CMP_LT = 4'd1;      // a < b ? 1.0 : 0.0; nv on any NaN
   localparam logic [3:0] FP_CMP_LE = 4'd2;      // a <= b ? 1.0 : 0.0; nv on any NaN

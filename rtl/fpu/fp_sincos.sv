@@ -1,20 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // fp_sincos: sine or (cos_i) cosine of a binary32 angle in radians, iterative, one at a time.
-// Contract: accepts while ready_o; the result follows after fp_pkg::FP_SINCOS_LATENCY register ranks.
-// Range |a| <= 256, error below 0.532 ulp; outside, and for infinities, NaN with nv. Zero gives +-0 or
-// 1 exactly; everything else is inexact, and the sine of a subnormal number also underflows.
+// Contract: accepts while ready_o; latency fp_pkg::FP_SINCOS_LATENCY register ranks. |a| <= 256 has
+// an error below 0.532 ulp (sign and symmetry exact); outside, and for infinities, NaN with nv.
+// Zero gives +-0 or 1 exactly; all else is inexact, the sine of a subnormal number also underflows.
 // One multiplier of 34 x 8 bits per step does all: |a| 2/pi, a cubic, and the product with f.
-//
-// Steps (register ranks after the one that accepts):
-//    1.. 9  |a| 2/pi = q + f, quadrant q and |f| <= 1/2 quarter turns, f with 61 fraction bits.
-//           The closest a binary32 number in range comes to a multiple of pi/2 is |f| = 2^-28.48
-//           (437ce5f1, 252.898...), which leaves 33 significant bits of f.
-//   10      split f
-//   11..23  Horner's rule for sin(pi/2 f)/f or cos(pi/2 f) on one of 32 segments: step 11, 14, 18, 23
-//           load the next coefficient; t has 15, 23, 31 fraction bits in the three products
-//   24..28  times f (its five bytes from the leading one on), or times one
-//   29, 30  normalise; round
-// Below 2^-12 the results rounded to nearest are a and 1.
 module fp_sincos (
     input  logic           clk_i,
     input  logic           rst_ni,
@@ -26,6 +15,17 @@ module fp_sincos (
     output logic [31:0]    result_o,
     output fp_pkg::flags_t flags_o
 );
+
+  // Steps (register ranks after the one that accepts):
+  //    1.. 9  |a| 2/pi = q + f, quadrant q and |f| <= 1/2 quarter turns, f with 61 fraction bits.
+  //           The closest a binary32 number in range comes to a multiple of pi/2 is |f| = 2^-28.48
+  //           (437ce5f1, 252.898...), which leaves 33 significant bits of f.
+  //   10      split f
+  //   11..23  Horner's rule for sin(pi/2 f)/f or cos(pi/2 f) on one of 32 segments: steps 11, 14,
+  //           18, 23 load the next coefficient; t has 15, 23, 31 bits in the three products
+  //   24..28  times f (its five bytes from the leading one on), or times one
+  //   29, 30  normalise; round
+  // Below 2^-12 the results rounded to nearest are a and 1.
 
   // 2/pi truncated to 71 fraction bits, and zeros above.
   localparam logic [91:0] TWO_OVER_PI = 92'h00000517cc1b727220a94fe;
@@ -93,7 +93,7 @@ module fp_sincos (
 
   // ---- multiplier: accumulator / 256 + x * byte, least significant byte first ----
   // Radix-4 Booth rows -2x .. 2x; y_q is the byte and, below it, the top bit of the byte before.
-  // The top bit of the last byte of a factor is zero. The carries of negative rows enter their adders.
+  // The top bit of the last byte of a factor is zero. Carries of negative rows enter the adders.
   logic [33:0] x_q;                              // S(2.32), or the significand U(24.0)
   logic [8:0]  y_q;
   logic [41:0] acc_q, acc_shifted, acc_next;     // S(10.32), in units of x_q
@@ -146,48 +146,58 @@ module fp_sincos (
   // complement of the bits, one unit of 2^-61 less than the negation.
   logic [38:0] low_q;                            // weights 2^-23 .. 2^-61
   logic [21:0] high_q;                           // weights 2^-1 .. 2^-22
-  logic [1:0]  quadrant_q;                       // of a sine: a cosine is a sine a quarter later
+  logic [1:0]  quadrant;                         // of a sine: a cosine is a sine a quarter later
+  logic        sine_q, sign_q;                   // the quadrant needs the sine of f; of the result
+  logic [4:0]  segment_q;                        // |f| in 64ths
+  logic [1:0]  leading_q;                        // see the bytes of f
   logic        negative_f;
+  logic [20:0] high;                             // of |f|, weights 2^-2 .. 2^-22
+  logic [1:0]  leading;
+
+  assign quadrant = acc_q[23:22] + {1'b0, acc_q[21]} + {1'b0, cos_q};
+  assign high     = acc_q[20:0] ^ {21{acc_q[21]}};
+
+  always_comb begin
+    if (|high[20:16]) leading = 2'd0;
+    else if (|high[15:8]) leading = 2'd1;
+    else if (|high[7:0]) leading = 2'd2;
+    else leading = 2'd3;
+  end
 
   assign negative_f = high_q[21];
 
   always_ff @(posedge clk_i) begin
     if (reduce) low_q <= {acc_q[7:0], low_q[38:8]};
     if (step_q == 5'd10) begin
-      high_q     <= acc_q[21:0];
-      quadrant_q <= acc_q[23:22] + {1'b0, acc_q[21]} + {1'b0, cos_q};
+      high_q    <= acc_q[21:0];
+      segment_q <= high[20:16];
+      leading_q <= leading;
+      sine_q    <= !quadrant[0];
+      sign_q    <= quadrant[1] ^ (!quadrant[0] && acc_q[21]) ^ (a_q[31] && !cos_q);
     end
   end
 
-  // Byte of 2/pi for the next step: a has the significand times 2^-23 2^(exponent - 127), so that the
-  // window starts 135 - exponent bits above the end of the constant. Its top bit has weight 2^8.
+  // Byte of 2/pi for the next step: a is the significand times 2^(exponent - 127 - 23), so that the
+  // window of 72 bits starts 135 - exponent bits above the end of the constant, and its top bit has
+  // the weight 2^8.
   logic [4:0] offset;                            // 0 .. 20
-  logic [6:0] window;
+  logic [6:0] window, window_q;
   logic [7:0] byte_pi;
 
-  assign offset  = EXP_MAX[4:0] - (ready_o ? a_i[27:23] : a_q[27:23]);
-  assign window  = {step_q[3:0], 3'b000} + {2'b00, offset};
+  assign offset  = EXP_MAX[4:0] - a_i[27:23];
+  assign window  = ready_o ? {2'b00, offset} : window_q;
   assign byte_pi = 8'(TWO_OVER_PI >> window);
+
+  always_ff @(posedge clk_i) window_q <= {window[6:3] + 4'd1, window[2:0]};
 
   // Bytes of |f|: 0 has weights 2^2 .. 2^-5, 1 has 2^-6 .. 2^-13, .., 7 has 2^-54 .. 2^-61. Bits
   // 2^-2 .. 2^-6 are the segment and the others t, so that t starts in byte 1 without its top bit.
   // The product with f starts at the byte that holds the leading one below its top bit (or has it
   // next to its lowest bit).
-  logic [21:0] high;
-  logic [1:0]  leading;                          // index of that byte
   logic [2:0]  byte_index;
   logic [7:0]  byte_raw, byte_f;
 
-  assign high = high_q ^ {22{negative_f}};
-
-  always_comb begin
-    if (|high[21:16]) leading = 2'd0;
-    else if (|high[15:8]) leading = 2'd1;
-    else if (|high[7:0]) leading = 2'd2;
-    else leading = 2'd3;
-  end
-
-  assign byte_index = final_product ? byte_base + {1'b0, leading} : byte_base;
+  assign byte_index = final_product ? byte_base + {1'b0, leading_q} : byte_base;
 
   always_comb begin
     case (byte_index)
@@ -202,12 +212,9 @@ module fp_sincos (
     endcase
   end
 
-  logic sine;                                    // the quadrant needs the sine of f
-  assign sine = !quadrant_q[0];
-
   always_comb begin
     byte_f = byte_raw ^ {8{negative_f}};
-    if (final_product && !sine) byte_f = last_byte ? 8'h40 : 8'h00;   // 2^6, see the exponent below
+    if (final_product && !sine_q) byte_f = last_byte ? 8'h40 : 8'h00;   // 2^6, see exp_q
     if (!final_product && byte_base == 3'd1) byte_f[7] = 1'b0;        // segment
   end
 
@@ -218,8 +225,8 @@ module fp_sincos (
   logic [33:0] coefficient;                      // S(2.32)
 
   fp_sincos_rom rom (
-      .cos_i        (!sine),
-      .segment_i    (high[20:16]),
+      .cos_i        (!sine_q),
+      .segment_i    (segment_q),
       .order_i      (order),
       .coefficient_o(coefficient)
   );
@@ -251,17 +258,14 @@ module fp_sincos (
 
   always_ff @(posedge clk_i) begin
     sig_q <= 26'((acc_q[39:6] << zeros) >> 8);
-    exp_q <= 8'd128 + {7'd0, sine} - (sine ? {3'd0, leading, 3'd0} : 8'd0) - {4'd0, zeros};
+    exp_q <= 8'd128 + {7'd0, sine_q} - (sine_q ? {3'd0, leading_q, 3'd0} : 8'd0) - {4'd0, zeros};
   end
 
-  logic           sign;
   logic [31:0]    rounded;
   fp_pkg::flags_t rounded_flags;
 
-  assign sign = quadrant_q[1] ^ (sine && negative_f) ^ (a_q[31] && !cos_q);
-
   fp_round round (
-      .sign_i  (sign),
+      .sign_i  (sign_q),
       .exp_i   ({1'b0, exp_q}),
       .sig_i   (sig_q[25:2]),
       .guard_i (sig_q[1]),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// sincos_stream: runs fp_sincos over a file of operands and records results, at full rate or with gaps.
+// sincos_stream: runs fp_sincos over a file of operands, at full rate or with gaps.
 // Files: +stimulus=<path> holds one hexadecimal word per line, {cos, operand} as 33 bits;
 // +response=<path> receives {latency, flags, result} per operand: register ranks from acceptance to
 // result, five flag bits, 32 result bits. +gaps leaves pseudo-random idle clocks between operands.

@@ -12,7 +12,7 @@ UNIT = Unit(
     "fp_divsqrt",
     (
         "rtl/fpu/fp_round.sv",
-        "rtl/fpu/fp_lzc.sv",
+        "rtl/fpu/fp_normalise.sv",
         "rtl/fpu/fp_shift_right.sv",
         "rtl/fpu/fp_divsqrt.sv",
     ),

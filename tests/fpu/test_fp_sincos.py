@@ -1,10 +1,10 @@
 """fp_sincos against MPFR: the error in ulp, flags, exact cases and the ends of the range.
 
 The error is |result - exact| in units of the last place of the binade that holds the exact value.
-BOUND_ULP is half an ulp of rounding plus the errors before it, relative and in units of 2^-31: table
-and cubic 0.6, three truncated sums of Horner's rule 1.1 (units of 2^-32 in a value above 1.41), the
-last factor cut to five bytes 1.0, truncation of the last product 0.7, reduction 0.7 (2 units of
-2^-61 in 2^-28.5): together 2^-29, which is at most 2^-5 of an ulp.
+BOUND_ULP is half an ulp of rounding plus the errors before it, relative and in units of 2^-31:
+table and cubic 0.6, three truncated sums of Horner's rule 1.1 (units of 2^-32 in a value above
+1.41), the last factor cut to five bytes 1.0, truncation of the last product 0.7, reduction 0.7 (two
+units of 2^-61 in 2^-28.5): together 2^-29, which is at most 2^-5 of an ulp.
 """
 
 from __future__ import annotations
