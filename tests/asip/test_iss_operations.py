@@ -41,7 +41,7 @@ CASES = [
     ("fnmul", (ZERO, ONE), MINUS_ZERO, 0),
     ("fmul", (TINY, HALF), ZERO, UF | NX),  # tie to even
     ("fmul", (0x00FFFFFF, HALF), NORMAL, UF | NX),  # below 2^-126 even after rounding to 24 bits
-    ("fmul", (0x3F7FFFFF, 0x00800001), NORMAL, NX),  # rounds to 2^-126 in 24 bits: not tiny
+    ("fmul", (0x3F7FFFFE, 0x00800001), NORMAL, NX),  # 2^-126 (1 - 2^-46): not tiny once rounded
     ("fadd", (ONE, TWO), THREE, 0),
     ("fadd", (ONE, 0x33800000), ONE, NX),  # 1 + 2^-24: tie to even
     ("fadd", (MAX, MAX), INF, OF | NX),
