@@ -1,0 +1,437 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Bench of the core: programs of single bundles, runs on the RTL cycle by cycle, the same on the ISS.
+
+A `CoreRun` holds what a run leaves behind: status, counters, the cycle in which each bundle issued
+(counted from the first), and the words written per register or output in order ('a3', 'o0').
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import tempfile
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from asip_asm.assemble import assemble
+from asip_asm.disassemble import decode_bundle, disassemble
+from asip_asm.encode import encode_bundle
+from asip_asm.image import ConstantEntry, Image, OutputEntry, StateEntry
+from asip_asm.ir import Bundle, Operation, Output, Register
+from asip_asm.isa import default_isa
+from asip_asm.machine import Machine, load_machine
+from sim.harness.asip_rtl import (
+    BLOCK,
+    CSR,
+    FAULT_NAMES,
+    STATUS,
+    AsipRtl,
+    register_address,
+)
+from sim.iss import Iss, RunResult, arithmetic
+
+ROOT = Path(__file__).parents[2]
+ISA = default_isa()
+CONFIGURATIONS = ("fast", "small")
+STALLS = ("STALL_OPERAND", "STALL_PORT", "STALL_UNIT", "STALL_FETCH", "DRAIN")
+START, CLEAR = 1, 2
+RUN_LIMIT = 20_000  # cycles after which a run of the bench is taken for hanging
+
+# Words that have tripped floating-point hardware before: zeros, subnormals, neighbours of powers of
+# two, largest, infinities, quiet and signalling NaNs, integers.
+CORNERS = (
+    *(
+        0x00000000,
+        0x80000000,
+        0x00000001,
+        0x80000001,
+        0x007FFFFF,
+        0x807FFFFF,
+        0x00800000,
+        0x80800000,
+    ),
+    *(
+        0x00800001,
+        0x00FFFFFF,
+        0x33800000,
+        0x34000000,
+        0x3EAAAAAB,
+        0x3F000000,
+        0x3F7FFFFF,
+        0x3F800000,
+    ),
+    *(
+        0x3F800001,
+        0xBF800000,
+        0x3FC00000,
+        0xC0000000,
+        0x40490FDB,
+        0x42C80000,
+        0x437FFFFF,
+        0xC3800000,
+    ),
+    *(
+        0x4AFFFFFF,
+        0x4B800000,
+        0x4EFFFFFF,
+        0x4F000000,
+        0xCF000000,
+        0xCF000001,
+        0x5F000000,
+        0x1F800000,
+    ),
+    *(
+        0x7F7FFFFF,
+        0xFF7FFFFF,
+        0x7F800000,
+        0xFF800000,
+        0x7FC00000,
+        0xFFC12345,
+        0x7F800001,
+        0xFFBFFFFF,
+    ),
+    *(0x00000007, 0xFFFFFFFF, 0x7FFFFFFF),
+)
+
+
+@functools.cache
+def core(configuration: str) -> AsipRtl:
+    """The one core of a configuration; every run of the bench loads all that it needs."""
+    return AsipRtl(configuration)
+
+
+@functools.cache
+def machine(configuration: str) -> Machine:
+    """Machine description of a configuration."""
+    return load_machine(configuration)
+
+
+# ---------------------------------------------------------------------- programs
+
+
+def register(name: str) -> Register:
+    """Register of 'a3', 'k100' or 'zero'."""
+    return Register("zero", 0) if name == "zero" else Register(name[0].upper(), int(name[1:]))
+
+
+def op(
+    mnemonic: str, *operands: str, imm: int | None = None, target: str | None = None
+) -> Operation:
+    """Operation with operands in assembly order; 'o3' as the destination is an output.
+
+    Of loads and stores only the registers are operands (`ld dst, index`, `st src, index`).
+    """
+    record = ISA.operations[mnemonic]
+    names = [name for name in record.operands if name in ("dst", "a", "b", "c")]
+    names += ["b"] if "address" in record.operands else []
+    result = Operation(mnemonic, imm=imm, target=target)
+    for name, operand in zip(names, operands, strict=True):
+        if name == "dst" and operand[0] == "o":
+            result.dst = Output(int(operand[1:]))
+        else:
+            setattr(result, name, register(operand))
+    return result
+
+
+def is_fma(mnemonic: str) -> bool:
+    """Whether the operation stands in a multiply-add pipe."""
+    return ISA.operations[mnemonic].unit == "fma"
+
+
+def bundle(configuration: str, *operations: Operation, halt: bool = False) -> Bundle:
+    """Bundle with each operation in the slot of its destination (b registers: second pipe)."""
+    slots: dict[int, Operation] = {}
+    for operation in operations:
+        if configuration == "small":
+            slot = 0
+        elif is_fma(operation.mnemonic):
+            slot = int(isinstance(operation.dst, Register) and operation.dst.bank == "B")
+        else:
+            slot = 2
+        assert slot not in slots, "two operations for one slot"
+        slots[slot] = operation
+    return machine(configuration).bundle(slots, halt)
+
+
+def words(
+    bundles: Sequence[Bundle], configuration: str, labels: Mapping[str, int] = {}
+) -> list[str]:
+    """Hexadecimal words of bundles; labels for their branches."""
+    digits = ISA.bundle_width(configuration) // 4
+    return [f"{encode_bundle(item, ISA, dict(labels)):0{digits}x}" for item in bundles]
+
+
+def image(
+    configuration: str,
+    bundles: Iterable[Bundle | str],
+    registers: Mapping[str, int] = {},
+    outputs: int = 1,
+    data: Sequence[int] = (),
+    labels: Mapping[str, int] = {},
+    **changes: object,
+) -> Image:
+    """Image of bundles (or their words) with preset registers; k registers are constants.
+
+    Output i is 'oi' with the safe value i + 0.5; the mask asks for those that a bundle writes.
+    """
+    encoded: list[str] = []
+    mask = 0
+    for item in bundles:
+        if isinstance(item, str):
+            encoded.append(item)
+            continue
+        encoded += words([item], configuration, labels)
+        for operation in item.slots:
+            if operation is not None and isinstance(operation.dst, Output):
+                mask |= 1 << operation.dst.index
+    result = Image(
+        title="bench",
+        configuration=configuration,
+        bundles=encoded,
+        sources=[[] for _ in encoded],
+        constants=[
+            ConstantEntry(f"v{name[1:]}", int(name[1:]), "int", f"{bits & 0xFFFFFFFF:08x}")
+            for name, bits in registers.items()
+            if name[0] == "k"
+        ],
+        states=[
+            StateEntry(f"s_{name}", name, "int", f"{bits & 0xFFFFFFFF:08x}")
+            for name, bits in registers.items()
+            if name[0] != "k"
+        ],
+        outputs=[OutputEntry(f"out{i}", i, f"{safe_word(i):08x}") for i in range(outputs)],
+        data=[f"{word & 0xFFFFFFFF:08x}" for word in data],
+        labels=dict(labels),
+        output_mask=mask,
+    )
+    for name, value in changes.items():
+        setattr(result, name, value)
+    return result
+
+
+def safe_word(index: int) -> int:
+    """Safe value of output `index` in images of the bench: index + 0.5."""
+    return arithmetic.bits_of(arithmetic.from_float(index + 0.5))
+
+
+def assembled(text: str, configuration: str | None = None, optimise: bool = False) -> Image:
+    """Image of a source text."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "bench.s"
+        path.write_text(text, encoding="utf-8")
+        return assemble(path, configuration=configuration, optimise=optimise)
+
+
+def decoded(program: Image) -> list[Bundle]:
+    """Bundles of an image."""
+    return [decode_bundle(int(word, 16), program.configuration, ISA) for word in program.bundles]
+
+
+# ---------------------------------------------------------------------- runs
+
+
+@dataclass(frozen=True)
+class CoreRun:
+    """What one run on the RTL left behind; see the module's text."""
+
+    status: int
+    fault: str
+    info: int
+    flags: int
+    cycles: int
+    stalls: dict[str, int]
+    issued: list[tuple[int, int]]
+    outputs: dict[str, int]
+    writes: dict[str, list[int]] = field(default_factory=dict)
+
+    @property
+    def issue_cycles(self) -> list[int]:
+        return [cycle for cycle, _ in self.issued]
+
+    @property
+    def bundle_order(self) -> list[int]:
+        return [address for _, address in self.issued]
+
+
+def load(program: Image) -> AsipRtl:
+    """Load an image into its core; the bundle behind the program is empty memory."""
+    dut = core(program.configuration)
+    dut.load(program)
+    if len(program.bundles) < ISA.program_bundles:
+        for lane in range(ISA.lanes(program.configuration)):
+            dut.write(BLOCK["program"] + 4 * len(program.bundles) + lane, 0)
+    return dut
+
+
+def run(program: Image, *, loaded: bool = False) -> CoreRun:
+    """Load an image and run it once, clock by clock."""
+    dut = core(program.configuration) if loaded else load(program)
+    dut.write(CSR["CONTROL"], CLEAR)
+    dut.trace()
+    span = min(len(program.bundles) + 4, ISA.program_bundles)
+    before = dut.issued(span)
+    total, origin = int(before.sum()), None
+    issued: list[tuple[int, int]] = []
+    dut.write(CSR["CONTROL"], START)
+    for _ in range(RUN_LIMIT):
+        if dut.irq:
+            break
+        dut.clock()
+        now = dut.issued(span)
+        if int(now.sum()) != total:
+            total += 1
+            origin = dut.cycles if origin is None else origin
+            issued.append((dut.cycles - origin, int((now - before).argmax())))
+            before = now
+    else:
+        raise AssertionError(f"no end of the run\n{dump(program)}")
+    writes: dict[str, list[int]] = {}
+    for bank, index, word in dut.traced_writes():
+        writes.setdefault(f"{bank.lower()}{index}", []).append(word)
+    dut.trace(False)
+    status = dut.read(CSR["STATUS"])
+    return CoreRun(
+        status=status,
+        fault=FAULT_NAMES[STATUS["cause"].of(status)],
+        info=dut.read(CSR["FAULT_INFO"]),
+        flags=STATUS["flags"].of(status),
+        cycles=dut.read(CSR["CYCLES"]),
+        stalls={name: dut.read(CSR[name]) for name in STALLS},
+        issued=issued,
+        outputs={o.name: dut.read(BLOCK["outputs"] + o.index) for o in program.outputs},
+        writes=writes,
+    )
+
+
+@functools.cache
+def rtl_sincos(bits: int, cosine: bool) -> tuple[int, int]:
+    """The hardware's sine or cosine and flags, checked against the correctly rounded one.
+
+    Both are single operations on the `small` core, so that the sine in a program under test is an
+    ordinary word for the model. Allowed: 1 ulp, the same flags.
+    """
+    constants = BLOCK["constants"]
+    result = _sincos_probe().run(
+        [constants, constants + 1],
+        np.array([[bits, int(cosine)]], dtype=np.uint32),
+        [register_address("c0")],
+    )
+    got, flags = int(result.words[0, 0]), STATUS["flags"].of(int(result.status[0]))
+    want, want_flags = arithmetic.sincos_rounded(bits, cosine)
+    name = "fcos" if cosine else "fsin"
+    assert flags == want_flags and ulps(got, want) <= 1, (
+        f"{name} {bits:08x}: got {got:08x} flags {flags:05b}, want {want:08x} {want_flags:05b}"
+    )
+    return got, flags
+
+
+@functools.cache
+def _sincos_probe() -> AsipRtl:
+    labels = {"cosine": 3}
+    program = image(
+        "small",
+        [
+            bundle("small", op("bnz", "k1", target="cosine")),
+            bundle("small", op("fsin", "c0", "k0")),
+            bundle("small", halt=True),
+            bundle("small", op("fcos", "c0", "k0")),
+            bundle("small", halt=True),
+        ],
+        outputs=0,
+        labels=labels,
+    )
+    probe = AsipRtl("small")
+    probe.load(program)
+    return probe
+
+
+def ulps(x: int, y: int) -> int:
+    """Distance of two binary32 words of any sign in units in the last place; 0 for equal NaNs."""
+
+    def order(bits: int) -> int:
+        return -(bits & 0x7FFFFFFF) if bits >> 31 else bits
+
+    return abs(order(x) - order(y))
+
+
+def iss_run(program: Image) -> tuple[Iss, RunResult]:
+    """The same run on the instruction-set model, with the hardware's sine and cosine."""
+    model = Iss(program.to_json(), sincos=rtl_sincos, trace=True)
+    return model, model.run()
+
+
+# ---------------------------------------------------------------------- checks
+
+
+def expected_cycles(program: Image) -> tuple[list[int], int, dict[str, int]]:
+    """Issue cycles, CYCLES and counters of a straight-line program, by the machine description.
+
+    A run takes the cycles to the last issue and three more (R, E1, done), or to the last write
+    (issue + latency, then R and W) and one more.
+    """
+    target = machine(program.configuration)
+    bundles = decoded(program)
+    issues = target.issue_cycles(bundles)
+    last = issues[-1].cycle
+    cycles = last + 4
+    for issue, item in zip(issues, bundles, strict=True):
+        for operation in item.slots:
+            if operation is not None and operation.dst is not None:
+                cycles = max(cycles, issue.cycle + target.latency(operation) + 3)
+    counters = {
+        "STALL_OPERAND": sum(issue.operand + issue.waw for issue in issues),
+        "STALL_PORT": sum(issue.port for issue in issues),
+        "STALL_UNIT": sum(issue.unit for issue in issues),
+        "STALL_FETCH": 0,
+        "DRAIN": cycles - last - 1,
+    }
+    return [issue.cycle for issue in issues], cycles, counters
+
+
+def verify(program: Image, where: str = "", *, timing: bool = True) -> CoreRun:
+    """Run an image: words, flags and outputs as the model has them, every cycle accounted for.
+
+    With `timing` (straight-line programs) also issue cycles and counters of the machine
+    description. A failure says `where`, and how to replay.
+    """
+    got = run(program)
+    try:
+        _check_values(program, got)
+        assert len(got.issued) + sum(got.stalls.values()) == got.cycles, f"{got.stalls}"
+        if timing:
+            issues, cycles, counters = expected_cycles(program)
+            assert got.issue_cycles == issues
+            assert (got.cycles, got.stalls) == (cycles, counters)
+    except AssertionError as error:
+        raise AssertionError(f"{where}: {error}{dump(program)}") from None
+    return got
+
+
+def _check_values(program: Image, got: CoreRun) -> None:
+    _, want = iss_run(program)
+    assert (got.fault, want.fault.name) == ("NONE", "NONE"), "fault"
+    assert set(got.writes) == set(want.writes), "registers written"
+    for name, values in want.writes.items():
+        assert texts(got.writes[name]) == texts(values), f"words written to {name}"
+    assert f"{got.flags:05b}" == f"{want.flags:05b}", "flags"
+    for output in program.outputs:
+        if program.output_mask >> output.index & 1:
+            assert got.outputs[output.name] == want.output_bits[output.name], "outputs"
+
+
+def texts(values: Iterable[int]) -> list[str]:
+    """Words as hexadecimal text."""
+    return [f"{value:08x}" for value in values]
+
+
+def dump(program: Image, name: str | None = None) -> str:
+    """Write the program's source below build/ for a replay with asip-run; returns a hint."""
+    text = disassemble(program)
+    name = name or hashlib.sha256(text.encode()).hexdigest()[:12]
+    path = ROOT / "build" / "asip" / f"{name}.s"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text, encoding="utf-8")
+    return f"\nreplay: asip-run {path.relative_to(ROOT)} --config {program.configuration}"

@@ -1,0 +1,302 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Hazards: every producer against every reader and writer at every distance.
+
+Words must be those of the instruction-set model and every bundle must issue in the cycle that the
+machine description gives. `distance` counts bundles from the producer to the operation under test;
+what stands between them depends on nothing.
+"""
+
+from __future__ import annotations
+
+import pytest
+
+from asip_asm.ir import Bundle, Operation
+from tests.asip import core_bench as bench
+from tests.asip.core_bench import CONFIGURATIONS, machine, op
+
+# Registers 5 are under test in every bank. All words are positive, distinct and give finite results.
+REGISTERS = {
+    "k0": 0x40200000,  # 2.5
+    "k1": 0x3FA00000,  # 1.25
+    "k2": 0x3F400000,  # 0.75
+    "k3": 3,
+    "k4": 0x40E00000,  # 7.0
+    "k5": 0x3E000000,  # 0.125, where a wrong bank is read
+    "a5": 0x42280000,
+    "c5": 0x42AA0000,
+}
+DATA = [0x3F800000 + 0x100000 * i for i in range(16)]
+
+# Producer -> (operation writing register 5, its value is an integer that can index data memory).
+AUXILIARY: dict[str, tuple[Operation, bool]] = {
+    "fdiv": (op("fdiv", "c5", "k0", "k1"), False),
+    "fsqrt": (op("fsqrt", "c5", "k0"), False),
+    "cmp": (op("fmax", "c5", "k0", "k1"), False),
+    "iadd": (op("iadd", "c5", "k3", "k3"), True),
+    "i2f": (op("i2f", "c5", "k3"), False),
+    "f2i": (op("f2i", "c5", "k0"), True),
+    "sincos": (op("fsin", "c5", "k2"), False),
+    "load": (op("ld", "c5", "zero", imm=3), False),
+}
+PIPES = {
+    "pipe0": (op("fmadd", "a5", "k0", "k1", "k2"), False),
+    "pipe1": (op("fmadd", "b5", "k0", "k1", "k2"), False),
+}
+
+
+def producers(configuration: str) -> dict[str, tuple[Operation, bool]]:
+    """Producers that the configuration has."""
+    pipes = dict(PIPES)
+    if configuration == "small":
+        del pipes["pipe1"]
+    return pipes | AUXILIARY
+
+
+def registers(configuration: str) -> dict[str, int]:
+    """Preset registers that the configuration has."""
+    return REGISTERS | ({"b5": 0x42F00000} if configuration == "fast" else {})
+
+
+def consumers(configuration: str, source: str, integer: bool) -> dict[str, list[Operation]]:
+    """Operations of one bundle that read `source`, every operand position of every slot."""
+    found = {
+        "fma a": [op("fmadd", "a9", source, "k1", "k2")],
+        "fma b": [op("fmadd", "a9", "k1", source, "k2")],
+        "fma c": [op("fmadd", "a9", "k1", "k2", source)],
+        "fma abc": [op("fmadd", "a9", source, source, source)],
+        "aux a": [op("sel", "c9", source, "k1", "k2")],
+        "aux b": [op("sel", "c9", "k0", source, "k2")],
+        "aux c": [op("sel", "c9", "zero", "k2", source)],
+        "div b": [op("fdiv", "c9", "k0", source)],
+        "sin": [op("fcos", "c9", source)],
+        "i2f": [op("i2f", "c9", source)],
+        "output": [op("i2f", "o0", source)],
+        "store": [op("st", source, "zero", imm=2)],
+        "branch": [op("bz", source, target="end")],
+    }
+    if integer:
+        found["load index"] = [op("ld", "c9", source, imm=1)]
+        found["store index"] = [op("st", "k0", source, imm=1)]
+    if configuration == "fast":
+        found["fma1 a"] = [op("fmadd", "b9", source, "k1", "k2")]
+        found["fma1 b"] = [op("fmadd", "b9", "k1", source, "k2")]
+        found["fma1 c"] = [op("fmadd", "b9", "k1", "k2", source)]
+        found["all slots"] = [*found["fma b"], *found["fma1 c"], *found["aux b"]]
+    return found
+
+
+def fillers(configuration: str, count: int) -> list[Bundle]:
+    """Bundles between producer and consumer; their writes are far enough apart not to wait."""
+    return [
+        bench.bundle(configuration, op("fmadd", f"a{20 + i % 40}", "k0", "k1", "k4"))
+        for i in range(count)
+    ]
+
+
+def destination(producer: Operation) -> str:
+    return f"{producer.dst.bank.lower()}{producer.dst.index}"
+
+
+def latency(configuration: str, operation: Operation) -> int:
+    return machine(configuration).latency(operation)
+
+
+CASES = [(c, name) for c in CONFIGURATIONS for name in producers(c)]
+
+
+@pytest.mark.parametrize(("configuration", "name"), CASES)
+def test_read_after_write__any_distance__waits_for_the_result_only(configuration, name):
+    producer, integer = producers(configuration)[name]
+    ranks = latency(configuration, producer)
+    for consumer, operations in consumers(configuration, destination(producer), integer).items():
+        for distance in range(1, ranks + 5):
+            bundles = [
+                bench.bundle(configuration, producer),
+                *fillers(configuration, distance - 1),
+                bench.bundle(configuration, *operations),
+                # what was stored is read back
+                bench.bundle(configuration, op("ld", "c10", "zero", imm=2)),
+                bench.bundle(configuration, halt=True),
+            ]
+            program = bench.image(
+                configuration,
+                bundles,
+                registers(configuration),
+                data=DATA,
+                labels={"end": distance + 2},
+            )
+            got = bench.verify(
+                program, f"{name} -> {consumer}, {distance} on", timing=consumer != "branch"
+            )
+            due = max(distance, ranks + 1)
+            assert got.issued[distance] == (due, distance)
+
+
+@pytest.mark.parametrize(("configuration", "name"), CASES)
+def test_write_after_write__any_distance__last_write_stays(configuration, name):
+    first, _ = producers(configuration)[name]
+    for other, (second, _) in producers(configuration).items():
+        if destination(second) != destination(first):
+            continue
+        for distance in range(1, latency(configuration, first) + 4):
+            bundles = [
+                bench.bundle(configuration, first),
+                *fillers(configuration, distance - 1),
+                bench.bundle(configuration, second),
+                bench.bundle(configuration, op("mov", "c9", destination(first))),
+                bench.bundle(configuration, halt=True),
+            ]
+            program = bench.image(configuration, bundles, registers(configuration), data=DATA)
+            got = bench.verify(program, f"{name} then {other} to the same register, {distance} on")
+            assert got.issue_cycles[distance] == max(distance, latency(configuration, first) + 1)
+            assert got.writes["c9"][-1] == got.writes[destination(first)][-1]
+
+
+@pytest.mark.parametrize(("configuration", "name"), CASES)
+def test_write_after_read__next_bundle_or_same__old_value_is_read(configuration, name):
+    writer, integer = producers(configuration)[name]
+    source = destination(writer)
+    for consumer, operations in consumers(configuration, source, integer=False).items():
+        if consumer == "branch":
+            continue
+        bundles = [bench.bundle(configuration, *operations), bench.bundle(configuration, writer)]
+        slots = [bench.is_fma(o.mnemonic) and o.dst.bank for o in (*operations, writer)]
+        if configuration == "fast" and len(set(slots)) == len(slots):
+            bundles = [bench.bundle(configuration, *operations, writer)]
+        bundles.append(bench.bundle(configuration, halt=True))
+        program = bench.image(configuration, bundles, registers(configuration), data=DATA)
+        bench.verify(program, f"{consumer} reads what {name} writes")
+
+
+@pytest.mark.parametrize("configuration", CONFIGURATIONS)
+@pytest.mark.parametrize("name", AUXILIARY)
+def test_write_port__second_result_due_in_the_same_cycle__waits_one_cycle(configuration, name):
+    first, _ = AUXILIARY[name]
+    waited = set()
+    for other, (second, _) in AUXILIARY.items():
+        for to in ("c6", "o0"):
+            if to == "o0" and other in ("iadd", "f2i"):
+                continue
+            following = op_to(second, to)
+            for distance in range(1, latency(configuration, first) + 3):
+                bundles = [
+                    bench.bundle(configuration, first),
+                    *fillers(configuration, distance - 1),
+                    bench.bundle(configuration, following),
+                    bench.bundle(configuration, op("fmul", "a7", "c5", "c6"), halt=True),
+                ]
+                program = bench.image(
+                    configuration, bundles, registers(configuration) | {"c6": 0}, data=DATA
+                )
+                got = bench.verify(program, f"{name} and {other} to {to}, {distance} on")
+                collides = latency(configuration, first) == distance + latency(
+                    configuration, second
+                )
+                if collides and other != "sincos":
+                    waited.add(other)
+                    assert got.stalls["STALL_PORT"] >= 1
+    longer = {
+        n
+        for n, (o, _) in AUXILIARY.items()
+        if latency(configuration, o) < latency(configuration, first)
+    }
+    assert waited >= longer - {"sincos"}, "the collision was never met"
+
+
+def op_to(operation: Operation, to: str) -> Operation:
+    """The operation with another destination."""
+    target = bench.op("mov", to, "zero").dst
+    return Operation(
+        operation.mnemonic, target, operation.a, operation.b, operation.c, imm=operation.imm
+    )
+
+
+@pytest.mark.parametrize("configuration", CONFIGURATIONS)
+def test_write_port__queue_of_collisions__every_result_arrives(configuration):
+    # divisions back to back fill every write cycle of a stretch; shorter operations want those
+    body = [op("fdiv", f"c{10 + i}", "k0", "k1") for i in range(6)]
+    nops = latency(configuration, body[0]) - len(body) - 4
+    bundles = [bench.bundle(configuration, item) for item in body]
+    bundles += [bench.bundle(configuration)] * nops
+    bundles += [
+        bench.bundle(configuration, op(*item))
+        for item in (
+            ("ld", "c20", "k3"),
+            ("i2f", "c21", "k3"),
+            ("mov", "c22", "k0"),
+            ("mov", "c23", "k1"),
+        )
+    ]
+    for item in bundles:
+        for operation in item.slots:
+            if operation is not None and operation.mnemonic == "ld":
+                operation.imm = 0
+    bundles.append(bench.bundle(configuration, halt=True))
+    got = bench.verify(bench.image(configuration, bundles, REGISTERS, data=DATA))
+    assert got.stalls["STALL_PORT"] >= len(body)
+
+
+@pytest.mark.parametrize("configuration", CONFIGURATIONS)
+def test_sincos__second_before_the_first_is_done__waits_for_the_unit(configuration):
+    sine, cosine = op("fsin", "c5", "k2"), op("fcos", "c6", "k0")
+    interval = latency(configuration, sine) + 1
+    for distance in range(1, interval + 4):
+        bundles = [
+            bench.bundle(configuration, sine),
+            *fillers(configuration, distance - 1),
+            bench.bundle(configuration, cosine),
+            bench.bundle(configuration, op("fsin", "c7", "k1")),
+            bench.bundle(configuration, halt=True),
+        ]
+        got = bench.verify(
+            bench.image(configuration, bundles, REGISTERS), f"sine and cosine, {distance} on"
+        )
+        second = max(distance, interval)
+        assert got.issue_cycles[distance : distance + 2] == [second, second + interval]
+        assert got.stalls["STALL_UNIT"] == second - distance + interval - 1
+
+
+@pytest.mark.parametrize("configuration", CONFIGURATIONS)
+def test_memory__load_at_any_distance_from_a_store__reads_the_stored_word(configuration):
+    for distance in range(1, 6):
+        bundles = [
+            bench.bundle(configuration, op("st", "k0", "zero", imm=4)),
+            *fillers(configuration, distance - 1),
+            bench.bundle(configuration, op("ld", "c5", "zero", imm=4)),
+            bench.bundle(configuration, op("st", "k1", "zero", imm=4)),
+            bench.bundle(configuration, op("ld", "c6", "zero", imm=4), halt=True),
+        ]
+        got = bench.verify(
+            bench.image(configuration, bundles, REGISTERS, data=DATA), f"load {distance} on"
+        )
+        assert [got.writes[name] for name in ("c5", "c6")] == [[REGISTERS["k0"]], [REGISTERS["k1"]]]
+
+
+def test_three_banks__results_in_one_cycle_or_near__each_reader_gets_its_own():
+    pipes = [op("fmul", "a5", "k0", "k1"), op("fmul", "b5", "k0", "k2")]
+    ranks = latency("fast", pipes[0])
+    readers = [
+        [op("fmadd", "a9", "a5", "b5", "c5"), op("fmadd", "b9", "b5", "c5", "a5")],
+        [op("fmadd", "a9", "c5", "a5", "b5"), op("fmadd", "b9", "a5", "b5", "c5")],
+        [op("fmadd", "a9", "b5", "c5", "a5"), op("fmadd", "b9", "c5", "a5", "b5")],
+    ]
+    auxiliary = [op("sel", "c9", *order) for order in (("a5", "b5", "c5"), ("zero", "b5", "a5"))]
+    for name, (third, _) in AUXILIARY.items():
+        for lead in range(-3, 4):  # cycles that the auxiliary result comes before the others
+            start = ranks - latency("fast", third) - lead
+            gap = abs(start) - 1
+            early, late = [bench.bundle("fast", third)], [bench.bundle("fast", *pipes)]
+            if start > 0:
+                early, late = late, early
+            bundles = [*early, *[bench.bundle("fast")] * gap, *late]
+            if start == 0:
+                bundles = [bench.bundle("fast", *pipes, third)]
+            for reader in readers:
+                for select in auxiliary:
+                    program = bench.image(
+                        "fast",
+                        [*bundles, bench.bundle("fast", *reader, select, halt=True)],
+                        registers("fast"),
+                        data=DATA,
+                    )
+                    bench.verify(program, f"pipes and {name}, {lead} earlier")
