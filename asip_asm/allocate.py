@@ -2,8 +2,8 @@
 
 Linear scan over all bundles in program order. A register is in use from the bundle that writes it
 to the bundle that reads it last; operands are read at issue, so that last bundle may already write
-it again. A result that nothing reads keeps its register until it is written, so no bundle waits to
-overwrite a register. Free registers are used in turn.
+it again. Free registers are used in turn. The register of a result that nothing reads comes last
+until that result is written, so that no bundle waits to overwrite it.
 """
 
 from __future__ import annotations
@@ -26,12 +26,16 @@ class AllocationError(ValueError):
 
 @dataclass(eq=False)
 class Range:
-    """Bundles [begin, end) in which a symbol needs its register, and the bundles that read it."""
+    """Bundles [begin, end) in which a symbol needs its register, and the bundles that read it.
+
+    `done` is the first bundle that may write the register again without waiting.
+    """
 
     symbol: Virtual
     bank: str
     begin: int
     end: int
+    done: int = 0
     reads: list[int] = field(default_factory=list)
 
 
@@ -109,14 +113,19 @@ class _Allocation:
         self._reserve_named()
         self._place_states()
         active: dict[str, list[Range]] = {bank: [] for bank in BANKS}
+        done: dict[Register, int] = {}
         for value in sorted(self._ranges(), key=lambda r: (r.begin, r.bank)):
             in_use, free = active[value.bank], self.free[value.bank]
             for ended in sorted((r for r in in_use if r.end <= value.begin), key=lambda r: r.end):
                 in_use.remove(ended)
-                free.append(self.placement[ended.symbol])
+                register = self.placement[ended.symbol]
+                free.append(register)
+                done[register] = ended.done
             if not free:
                 raise Overflow(value.bank, value.begin, in_use)
-            self.placement[value.symbol] = free.popleft()
+            register = min(free, key=lambda r: max(done.get(r, 0), value.begin))
+            free.remove(register)
+            self.placement[value.symbol] = register
             in_use.append(value)
         for state in self.program.states:
             if state.last is not None:
@@ -167,7 +176,7 @@ class _Allocation:
                     raise AllocationError(
                         f"'{op.dst.name}' is written to bank {value.bank} and to bank {bank}"
                     )
-        self._hold_unread(found)
+        self._find_unread(found)
         self._cross_borders(found, states)
         return list(found.values())
 
@@ -191,8 +200,8 @@ class _Allocation:
                     value.end = max(value.end, end)
             begin = end
 
-    def _hold_unread(self, found: dict[Virtual, Range]) -> None:
-        """Let a value that nothing reads keep its register until the write is done."""
+    def _find_unread(self, found: dict[Virtual, Range]) -> None:
+        """Set `done` of values whose last write nothing reads."""
         position = 0
         for region in self.program.regions:
             bundles = region.bundles or []
@@ -202,9 +211,9 @@ class _Allocation:
                     value = found.get(op.dst) if op is not None else None
                     if value is None or any(read > position + i for read in value.reads):
                         continue
-                    done = issues[i] + self.machine.latency(op) + 1
-                    later = (j for j in range(i + 1, len(bundles)) if issues[j] >= done)
-                    value.end = max(value.end, position + next(later, len(bundles)))
+                    ready = issues[i] + self.machine.latency(op) + 1
+                    later = (j for j in range(i + 1, len(bundles)) if issues[j] >= ready)
+                    value.done = position + next(later, len(bundles))
             position += len(bundles)
 
 

@@ -24,6 +24,7 @@ from .interpret import operations_of, run_bundles, run_written
 from .workload import Builder, random_program, tracking_law
 
 MACHINES = {name: load_machine(name) for name in ("fast", "small")}
+FAST = MACHINES["fast"]
 K0, K1 = Register("K", 0), Register("K", 1)
 SEEDS = range(30)
 
@@ -40,7 +41,7 @@ def write_stalls(program, machine):
 @pytest.mark.parametrize("seed", SEEDS)
 def test_reused_registers__never_wait_for_an_earlier_write(seed):
     print(f"replay: random_program({seed}, 150)")
-    machine = MACHINES["fast"]
+    machine = FAST
     program = random_program(seed, 150)
     schedule_program(program, machine, 20)
     # Symbols that the source itself writes twice may wait for each other.
@@ -49,16 +50,40 @@ def test_reused_registers__never_wait_for_an_earlier_write(seed):
     assert write_stalls(program, machine) == written
 
 
-def test_unread_results__hold_their_register_until_they_are_written():
+def test_register_of_an_unread_result__comes_last_until_it_is_written():
     build = Builder()
-    for _ in range(3):
-        build.op("fdiv", K0, K1)
+    slow = build.op("fdiv", K0, K1)
     build.op("mov", K0)
-    machine = with_banks(MACHINES["fast"], 4)
+    for _ in range(FAST.units["cmp"].latency + 1):
+        build.op("fmul", K0, K1)
+    quick = build.op("mov", K1)
+    operations = {op.dst: op for op in build.region.operations}
+    machine = replace(FAST, bank_sizes={**FAST.bank_sizes, "C": 2})
     bundle_in_order(build.program, machine)
     allocate_registers(build.program, machine)
-    registers = [op.dst for op in operations_of(build.program)]
-    assert len(set(registers)) == 4
+    assert operations[quick].dst != operations[slow].dst
+    assert write_stalls(build.program, machine) == 0
+
+
+def test_value_read_in_a_loop__survives_the_whole_loop():
+    base, n = Virtual("base", -1), Virtual("n", -1)
+    t, u = Virtual("t", 1), Virtual("u", 1)
+    start = Region(operations=[Operation("mov", base, K0), Operation("mov", n, K1)])
+    loop = Region(
+        labels=["loop"],
+        operations=[
+            Operation("mov", t, base),
+            Operation("fneg", u, t),
+            Operation("isub", n, n, u),
+            Operation("bnz", None, n, target="loop"),
+        ],
+    )
+    program = Program(regions=[start, loop, Region(halt=True)])
+    machine = with_banks(FAST, 3)
+    bundle_in_order(program, machine)
+    allocate_registers(program, machine)
+    base_register = start.operations[0].dst
+    assert all(op.dst != base_register for op in loop.operations)
 
 
 @pytest.mark.parametrize("order", ["as_written", "scheduled"])
@@ -102,7 +127,7 @@ def test_no_data_word_left_to_spill__names_the_value():
     values = [build.op("mov", K0, name=f"x{i}") for i in range(4)]
     for value in values:
         build.output("mov", value)
-    machine = replace(with_banks(MACHINES["fast"], 3), data_words=0)
+    machine = replace(with_banks(FAST, 3), data_words=0)
     bundle_in_order(build.program, machine)
     with pytest.raises(AllocationError, match="no data word left to spill 'x2'"):
         allocate_registers(build.program, machine)
@@ -112,7 +137,7 @@ def test_states_that_do_not_fit__are_reported():
     build = Builder()
     for i in range(3):
         build.state(f"s{i}")
-    machine = with_banks(MACHINES["fast"], 2)
+    machine = with_banks(FAST, 2)
     schedule_program(build.program, machine)
     with pytest.raises(AllocationError, match="state 's2': bank C has no register left"):
         allocate_registers(build.program, machine)
@@ -122,7 +147,7 @@ def test_exports_that_do_not_fit__are_reported():
     build = Builder()
     for i in range(3):
         build.export(build.op("mov", K0, name=f"x{i}"))
-    machine = with_banks(MACHINES["fast"], 2)
+    machine = with_banks(FAST, 2)
     schedule_program(build.program, machine)
     with pytest.raises(AllocationError, match="bank C has 2 registers; .* none of its values"):
         allocate_registers(build.program, machine)
@@ -132,7 +157,7 @@ def test_state__keeps_one_register_and_nothing_else_writes_it():
     program = tracking_law(True)
     last = {state.name: state.last for state in program.states}
     writer = {op.dst: op for op in program.regions[0].operations}
-    machine = MACHINES["fast"]
+    machine = FAST
     schedule_program(program, machine)
     writers = {name: writer[symbol] for name, symbol in last.items()}
     allocate_registers(program, machine)
@@ -145,8 +170,8 @@ def test_unwritten_state__still_has_a_register():
     build = Builder()
     state = build.state("gain", pin="B")
     build.output("mov", state)
-    schedule_program(build.program, MACHINES["fast"])
-    allocate_registers(build.program, MACHINES["fast"])
+    schedule_program(build.program, FAST)
+    allocate_registers(build.program, FAST)
     assert build.program.states[0].register.bank == "B"
 
 
@@ -155,16 +180,16 @@ def test_export_of_an_overwritten_first_value__is_refused():
     program = Program(regions=[Region(operations=[Operation("mov", last, K0)], halt=True)])
     program.states = [State("s", "float", 0, first, last)]
     program.exports = [Export("s", first)]
-    schedule_program(program, MACHINES["fast"])
+    schedule_program(program, FAST)
     with pytest.raises(AllocationError, match="export 's': the state's value at the start"):
-        allocate_registers(program, MACHINES["fast"])
+        allocate_registers(program, FAST)
 
 
 def test_export_of_an_input__is_its_own_place():
     build = Builder()
     build.program.exports = [Export("x", K1)]
-    schedule_program(build.program, MACHINES["fast"])
-    allocate_registers(build.program, MACHINES["fast"])
+    schedule_program(build.program, FAST)
+    allocate_registers(build.program, FAST)
     assert build.program.exports[0].register == K1
 
 
@@ -175,8 +200,8 @@ def test_registers_named_in_the_source__are_left_alone():
     build.op("mov", K1)
     build.emit("mov", named[1], named[0])
     build.op("mov", named[1])
-    schedule_program(build.program, MACHINES["fast"])
-    allocate_registers(build.program, MACHINES["fast"])
+    schedule_program(build.program, FAST)
+    allocate_registers(build.program, FAST)
     chosen = [op.dst for op in operations_of(build.program) if op.dst not in named]
     assert len(chosen) == 2 and not set(chosen) & set(named)
 
@@ -185,8 +210,8 @@ def test_registers_of_fixed_states__are_left_alone():
     build = Builder()
     build.program.fixed_states = [FixedState("s", "float", 0, Register("C", 0))]
     build.op("mov", K0)
-    schedule_program(build.program, MACHINES["fast"])
-    allocate_registers(build.program, MACHINES["fast"])
+    schedule_program(build.program, FAST)
+    allocate_registers(build.program, FAST)
     assert build.region.operations[0].dst == Register("C", 1)
 
 
@@ -197,7 +222,7 @@ def test_symbols_in_braces__get_the_bank_of_their_slot():
     )
     second = Bundle([None, Operation("fmadd", Virtual("w", 1), x, y, z), None])
     program = Program(regions=[Region(bundles=[first]), Region(bundles=[second], halt=True)])
-    allocate_registers(program, MACHINES["fast"])
+    allocate_registers(program, FAST)
     assert [op.dst.bank for op in first.slots] == ["A", "B", "C"]
     use = second.slots[1]
     assert [use.a, use.b, use.c] == [op.dst for op in first.slots]
@@ -206,6 +231,6 @@ def test_symbols_in_braces__get_the_bank_of_their_slot():
 def test_value_read_but_never_written__is_reported():
     build = Builder()
     build.output("mov", Virtual("ghost", 1))
-    schedule_program(build.program, MACHINES["fast"])
+    schedule_program(build.program, FAST)
     with pytest.raises(AllocationError, match="'ghost' is read or exported but never written"):
-        allocate_registers(build.program, MACHINES["fast"])
+        allocate_registers(build.program, FAST)
