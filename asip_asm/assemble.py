@@ -9,7 +9,7 @@ from asip_asm.allocate import AllocationError, allocate_registers
 from asip_asm.diagnostics import AssemblyError, Diagnostic, Reporter
 from asip_asm.encode import EncodeError, encode_program
 from asip_asm.image import Image
-from asip_asm.ir import Export, Program
+from asip_asm.ir import Program
 from asip_asm.isa import default_isa
 from asip_asm.machine import BRANCHES, Machine, load_machine
 from asip_asm.parser import parse_file
@@ -41,7 +41,7 @@ def assemble(
             schedule_program(program, machine)
         else:
             bundle_in_order(program, machine)
-        _allocate(program, machine)
+        allocate_registers(program, machine)
         return encode_program(program, default_isa(), straight_line_cycles(program, machine))
     except ScheduleError as error:
         raise AssemblyError([Diagnostic(None, str(error))]) from None
@@ -75,12 +75,3 @@ def straight_line_cycles(program: Program, machine: Machine) -> int | None:
     if any(op is not None and op.mnemonic in BRANCHES for b in bundles for op in b.slots):
         return None
     return machine.run_cycles(bundles)
-
-
-def _allocate(program: Program, machine: Machine) -> None:
-    """Place all symbols; registers of fixed states are kept free like those of exports."""
-    exports = program.exports
-    held = [Export(state.name, state.register) for state in program.fixed_states]
-    program.exports = [*exports, *held]
-    allocate_registers(program, machine)
-    program.exports = exports
