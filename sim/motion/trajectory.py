@@ -11,6 +11,11 @@ are continuous everywhere.
 Ticks: each chain is slowed down by less than one tick over its whole duration to last a whole
 number of ticks, so it begins and ends on a tick. A block inside a chain begins at the first tick
 that is on it.
+
+Number grid: controllers take set-points as binary32. Every stop is moved to the nearest binary32
+pose (by at most 30 nm below 1 m), and the chain between two stops is shifted linearly along its
+length to meet them. So an axis that rests or is held has no rounding error, which the controller's
+integrators would add up.
 """
 
 from __future__ import annotations
@@ -34,8 +39,8 @@ AXIS_NAMES = ("x", "y", "z", "alpha", "gamma")
 # at 0.1 m/s.
 JOINT_TOLERANCE = 1e-9
 
-# A position outside the workspace by less is rounding of an arc that touches its border [m].
-WORKSPACE_ROUNDING = 1e-9
+# A position outside the workspace by less is rounding to binary32, half a step of it below 1 m.
+WORKSPACE_ROUNDING = 2.0**-25
 
 # Excess over a whole number of ticks that is rounding of the duration and needs no further tick.
 TICK_ROUNDING = 1e-9
@@ -146,6 +151,11 @@ def _chains(blocks: Sequence[Block]) -> Iterator[list[Block]]:
         yield chain
 
 
+def on_number_grid(pose: FloatArray) -> FloatArray:
+    """The nearest pose whose coordinates are binary32 numbers, (5,) in m and rad."""
+    return pose.astype(np.float32).astype(np.float64)
+
+
 @dataclass(frozen=True, eq=False)
 class _Samples:
     position: FloatArray
@@ -175,6 +185,13 @@ def _sample_chain(chain: Sequence[Block], settings: MotionSettings) -> _Samples:
         position[part] = point
         velocity[part] = direction * rate[part]
         acceleration[part] = direction * change[part] + bend * rate[part] ** 2
+    first, last = chain[0].curve, chain[-1].curve
+    start, end = first.evaluate(np.zeros(1))[0][0], last.evaluate(np.array([last.length]))[0][0]
+    shift = on_number_grid(start) - start
+    slope = (on_number_grid(end) - end - shift) / ends[-1]
+    position += shift + slope * along.position[:, np.newaxis]
+    velocity += slope * rate
+    acceleration += slope * change
     return _Samples(position, velocity, acceleration, first_ticks)
 
 
@@ -210,7 +227,7 @@ def generate(
         raise ValueError(f"{program.file}: the program has no motion")
     rest = math.ceil(settings.lead_in / settings.period - TICK_ROUNDING)
     start, _, _ = blocks[0].curve.evaluate(np.array([0.0]))
-    positions = [np.repeat(start, rest, axis=0)]
+    positions = [np.repeat(on_number_grid(start), rest, axis=0)]
     velocities, accelerations = [np.zeros((rest, 5))], [np.zeros((rest, 5))]
     first_ticks: list[int] = []
     tick = rest
@@ -227,7 +244,7 @@ def generate(
     ticks = np.arange(tick + 1)
     trajectory = Trajectory(
         t=ticks * settings.period,
-        position=np.concatenate([*positions, end]),
+        position=np.concatenate([*positions, on_number_grid(end)]),
         velocity=np.concatenate([*velocities, np.zeros((1, 5))]),
         acceleration=np.concatenate([*accelerations, np.zeros((1, 5))]),
         block=np.minimum(np.searchsorted(first_ticks, ticks, side="right") - 1, len(blocks) - 1),
