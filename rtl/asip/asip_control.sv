@@ -2,8 +2,8 @@
 // asip_control: run state, faults and cycle counters.
 // Contract: a run is accepted when the first bundle waits in stage D, so every run of a program takes
 // the same number of cycles. cycles_o counts from that cycle to done or fault, and is the sum of issued
-// bundles, stalls, fetch and drain cycles. The first fault of a run wins; the core then drains and
-// stays faulted until clear_i.
+// bundles, stalls, fetch and drain cycles. The first fault of a run wins; the core then drains, and is
+// faulted from then on until clear_i.
 module asip_control (
     input  logic        clk_i,
     input  logic        rst_ni,
@@ -170,7 +170,7 @@ module asip_control (
       drain_q   <= 32'd0;
     end else if (active) begin
       cycles_q <= cycles_q + 32'd1;
-      if (!running) drain_q <= drain_q + 32'd1;
+      if (!running || bad_d) drain_q <= drain_q + 32'd1;
       else if (!issue_i) begin
         if (!valid_d_i || branch_wait_i) fetch_q <= fetch_q + 32'd1;
         else if (stall_operand_i) operand_q <= operand_q + 32'd1;
@@ -184,10 +184,10 @@ module asip_control (
   assign refetch_o       = refetch_i || (active && state_d == StIdle);
   assign run_start_o     = run_start;
   assign commit_o        = drained && done_d && !fault_d;
-  assign fault_o         = fault_q;
+  assign fault_o         = fault_q && !active;
   assign busy_o          = active || start_q;
   assign done_o          = done_q;
-  assign cause_o         = cause_q;
+  assign cause_o         = fault_o ? cause_q : asip_regmap_pkg::FAULT_NONE;
   assign fault_info_o    = info_q;
   assign cycles_o        = cycles_q;
   assign stall_operand_o = operand_q;

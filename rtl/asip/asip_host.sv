@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // asip_host: Avalon-MM agent and control and status registers (map: docs/regmap.md).
 // Contract: word addresses, 32-bit words only. Writes take one cycle, reads four. Accesses to memories
-// and to registers that configure a run are held by waitrequest_o while a run is active.
+// and to registers that configure a run are held by waitrequest_o while a run is active. A word beyond
+// a memory reads 0 and is not written.
 module asip_host #(
     parameter int unsigned Slots     = 3,
     parameter int unsigned FmaPipes  = 2,
@@ -60,6 +61,7 @@ module asip_host #(
   logic        in_csr, in_constants, in_outputs, in_safe, in_registers, in_data, in_program;
   logic        held, write_now, csr_write, configures;
   logic [3:0]  csr;
+  logic [$clog2(asip_regmap_pkg::WORDS_PROGRAM)-3:0] bundle;
   logic [1:0]  wait_q;
   logic        read_done, refetch_q;
   logic [31:0] csr_read, readdata_q, watchdog_q, output_mask_q;
@@ -81,6 +83,7 @@ module asip_host #(
   assign in_program   = in_block(address_i, asip_regmap_pkg::BASE_PROGRAM,
                                  asip_regmap_pkg::WORDS_PROGRAM);
   assign csr          = address_i[3:0];
+  assign bundle       = address_i[$clog2(asip_regmap_pkg::WORDS_PROGRAM)-1:2];
 
   // A run must not be disturbed: everything but control, status and interrupt enable waits.
   assign configures = csr == asip_regmap_pkg::REG_WATCHDOG || csr == asip_regmap_pkg::REG_ENTRY ||
@@ -99,7 +102,7 @@ module asip_host #(
   assign write_safe_o     = write_now && in_safe;
   assign write_register_o = write_now && in_registers;
   assign write_data_o     = write_now && in_data;
-  assign write_program_o  = write_now && in_program;
+  assign write_program_o  = write_now && in_program && 32'(bundle) < Bundles;
   assign select_o         = (read_i || write_i) && !busy_i;
 
   always_comb begin

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Bench of the core: programs of single bundles, runs on the RTL cycle by cycle, the same on the ISS.
+"""Bench of the core: programs of single bundles, runs on the RTL clock by clock and on the model.
 
 A `CoreRun` holds what a run leaves behind: status, counters, the cycle in which each bundle issued
 (counted from the first), and the words written per register or output in order ('a3', 'o0').
@@ -39,6 +39,7 @@ CONFIGURATIONS = ("fast", "small")
 STALLS = ("STALL_OPERAND", "STALL_PORT", "STALL_UNIT", "STALL_FETCH", "DRAIN")
 START, CLEAR = 1, 2
 RUN_LIMIT = 20_000  # cycles after which a run of the bench is taken for hanging
+PIPELINE = 6  # cycles in which a move leaves the pipeline, at most: D, R, E1, E2, W, done
 
 # Words that have tripped floating-point hardware before: zeros, subnormals, neighbours of powers of
 # two, largest, infinities, quiet and signalling NaNs, integers.

@@ -14,7 +14,7 @@ from asip_asm.ir import Bundle, Operation
 from tests.asip import core_bench as bench
 from tests.asip.core_bench import CONFIGURATIONS, machine, op
 
-# Registers 5 are under test in every bank. All words are positive, distinct and give finite results.
+# Registers 5 are under test in every bank. All words are positive, distinct, with finite results.
 REGISTERS = {
     "k0": 0x40200000,  # 2.5
     "k1": 0x3FA00000,  # 1.25
