@@ -19,7 +19,7 @@ module fp_divsqrt (
   //   trial = 2 r - d_k;  digit = trial >= 0;  r = digit ? trial : 2 r
   //   quotient: r starts at a/2, d_k = b with a, b in [1, 2).             Invariant 0 <= r < b.
   //   root: r starts at m/4, m in [1, 4); d_k = Q + 2^-(k+1), where Q is the root truncated to the
-  //         digits before k. After digit k, r = 2^(k-1) (m - Q^2).  Invariant 0 <= r < Q + 2^-(k+1).
+  //         digits before k. After digit k, r = 2^(k-1) (m - Q^2).  Invariant r < Q + 2^-(k+1).
   // So r is U(1.26), its last bit needed by digit 25 of a root only, and 2 r is U(2.26). The digits
   // are the conventional binary result, no conversion is needed; a/b lies in (1/2, 2), the root in
   // [1, 2). The result is inexact exactly if the last r is not zero.
@@ -93,7 +93,7 @@ module fp_divsqrt (
   logic [4:0]              amount_q;    // entry Stages - 1: places to denormalise
   logic [8:0]              exp_round_q; // entry Stages: U(9.0), biased, 1 for a subnormal result
   logic [25:0]             sig_q;       // entry Stages: U(1.25), denormalised
-  logic [2:0]              lost_q;      // entry Stages: sig_q lost a one of digits 0..23, 24, 25
+  logic                    lost_q;      // entry Stages: sig_q lost a one of digits 0..23
   logic                    nonzero_first_q;   // entry Stages: of the last remainder, in two parts,
   logic [6:0]              nonzero_second_q;  // see gen_denormalise
 
@@ -178,10 +178,10 @@ module fp_divsqrt (
       always_ff @(posedge clk_i) exp_q[s+1] <= exp_q[s];
     end
 
-    // |digit 0|digits 1..25|0| >> amount leaves a significand with its leading one in digit 1, or
-    // to the right of it for a subnormal result: one place if the leading one is digit 0, and
-    // 1 - exp more for a subnormal result. 26 and more leave only the sticky bit. The shift of the digits
-    // known so far runs beside the last two, which can only reach the lowest places.
+    // |digit 0|digits 1..25|0| >> amount leaves a significand with its leading one in digit 1, or to
+    // the right of it for a subnormal result: one place if digit 0 is one, and 1 - exp more for a
+    // subnormal result. From 26 on only the sticky bit is left. The shift of the known
+    // digits runs beside the last two, which can only reach the lowest places.
     if (s == Stages - 2) begin : gen_amount
       logic digit0, subnormal, vanished;
 
@@ -221,6 +221,8 @@ module fp_divsqrt (
 
       // The last remainder is zero if the last trial is (digit one) or if the remainder before it
       // was (digit zero). The trial is late: groups of four bits here, the rest with rounding.
+      // A one in digit 24 or 25 that is lost needs no bit of its own: an exact quotient has neither,
+      // as it has at most 24 bits, and fewer if a < b puts its leading one in digit 1 (q b = a).
       for (genvar g = 0; g < 7; g++) begin : gen_group
         always_ff @(posedge clk_i) nonzero_second_q[g] <= |trial_second[4*g +: 4];
       end
@@ -230,9 +232,7 @@ module fp_divsqrt (
       always_ff @(posedge clk_i) begin
         exp_round_q <= subnormal ? 9'd1 : exp_q[s][8:0];
         sig_q       <= {shifted[25:3], shifted[2:0] | late};
-        lost_q[2]   <= shifted_out;
-        lost_q[1]   <= digit_first && amount_q > 5'd2;
-        lost_q[0]   <= digit_second && amount_q > 5'd1;
+        lost_q      <= shifted_out;
       end
     end
   end
@@ -247,7 +247,7 @@ module fp_divsqrt (
       .sig_i   (sig_q[25:2]),
       .guard_i (sig_q[1]),
       .round_i (sig_q[0]),
-      .sticky_i((|lost_q) || (nonzero_first_q && (|nonzero_second_q))),
+      .sticky_i(lost_q || (nonzero_first_q && (|nonzero_second_q))),
       .result_o(rounded),
       .flags_o (rounded_flags)
   );
