@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from asip_asm.expression import literal_name
 from asip_asm.image import Image
-from asip_asm.ir import ZERO, Bundle, Operation, Output, Register
+from asip_asm.ir import ZERO, Bundle, Operation, Output, Register, register_name
 from asip_asm.isa import Isa, default_isa
-from asip_asm.resolve import register_name
 
 WORDS_PER_LINE = 8
 

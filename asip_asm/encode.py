@@ -11,9 +11,8 @@ from asip_asm.image import (
     SourceEntry,
     StateEntry,
 )
-from asip_asm.ir import Bundle, Operation, Output, Program, Register
+from asip_asm.ir import Bundle, Operation, Output, Program, Register, register_name
 from asip_asm.isa import Isa
-from asip_asm.resolve import register_name
 
 
 class EncodeError(ValueError):

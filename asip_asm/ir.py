@@ -47,6 +47,11 @@ class Output:
 ZERO = Register("zero", 0)
 
 
+def register_name(register: Register) -> str:
+    """Name of a register in the assembly language."""
+    return "zero" if register.bank == "zero" else f"{register.bank.lower()}{register.index}"
+
+
 @dataclass(frozen=True)
 class SourceLine:
     """Where an operation stands: file, 1-based line, text, and the equation its comment names."""

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 
 from asip_asm.diagnostics import Place, Reporter, SourceError, closest
 from asip_asm.expression import literal_name, word_bits
+from asip_asm.flow import certain_before, live_after, possible_before, reachable
 from asip_asm.ir import (
     ZERO,
     Bundle,
@@ -26,6 +27,7 @@ from asip_asm.ir import (
     State,
     Virtual,
     Word,
+    register_name,
 )
 from asip_asm.isa import Configuration, Isa
 from asip_asm.parser import (
@@ -474,13 +476,7 @@ class _Resolver:
                 target = step.operation.target
                 if target in at:
                     block.follow.append(at[target])
-        reached: set[int] = set()
-        pending = [0] if self.blocks else []
-        while pending:
-            i = pending.pop()
-            if i not in reached:
-                reached.add(i)
-                pending += self.blocks[i].follow
+        reached = reachable(self._follow()) if self.blocks else set()
         for i, block in enumerate(self.blocks):
             if i not in reached and not self.source.incomplete:
                 self.reporter.add(
@@ -488,6 +484,9 @@ class _Resolver:
                     "this is never reached",
                     "the run ends or jumps away before it, and no branch leads to it",
                 )
+
+    def _follow(self) -> list[list[int]]:
+        return [block.follow for block in self.blocks]
 
     # ------------------------------------------------------------------ data flow
 
@@ -497,7 +496,7 @@ class _Resolver:
         everything = set(self.written) | states
         blocks = self.blocks
         writes = [{s.write for s in b.steps() if s.write} for b in blocks]
-        before = self._forward_must(states, writes, everything)
+        before = certain_before(self._follow(), writes, states, everything)
         for block, known in zip(blocks, before, strict=True):
             seen = set(known)
             for group in block.groups:
@@ -513,22 +512,6 @@ class _Resolver:
             if block.halt
         ]
         self._resolve_exports(set.intersection(*ends) if ends else everything)
-
-    def _forward_must(
-        self, start: set[str], writes: list[set[str]], everything: set[str]
-    ) -> list[set[str]]:
-        """Names certainly written before each block."""
-        before = [set(start) if i == 0 else set(everything) for i in range(len(self.blocks))]
-        changed = True
-        while changed:
-            changed = False
-            for i, block in enumerate(self.blocks):
-                after = before[i] | writes[i]
-                for j in block.follow:
-                    if not before[j] <= after:
-                        before[j] &= after
-                        changed = True
-        return before
 
     def _report_read(self, step: _Step, kind: str, name: str) -> None:
         operand = step.raw.operands.get(kind)
@@ -613,20 +596,11 @@ class _Resolver:
             [(s.operation.dst.index, s) for s in b.steps() if isinstance(s.operation.dst, Output)]
             for b in blocks
         ]
+        written = [{index for index, _ in pairs} for pairs in writes]
         names = {o.index: o.name for o in self.program.outputs}
-        may: list[set[int]] = [set() for _ in blocks]
-        changed = True
-        while changed:
-            changed = False
-            for i, block in enumerate(blocks):
-                after = may[i] | {index for index, _ in writes[i]}
-                for j in block.follow:
-                    if not after <= may[j]:
-                        may[j] |= after
-                        changed = True
-        for i in range(len(blocks)):
-            seen = set(may[i])
-            for index, step in writes[i]:
+        for before, pairs in zip(possible_before(self._follow(), written), writes, strict=True):
+            seen = set(before)
+            for index, step in pairs:
                 if index in seen:
                     self.reporter.add(
                         step.raw.operands["dst"].place,
@@ -634,21 +608,12 @@ class _Resolver:
                         "select the value first, then write the output once",
                     )
                 seen.add(index)
-        must = [set() if i == 0 else set(everything) for i in range(len(blocks))]
-        changed = True
-        while changed:
-            changed = False
-            for i, block in enumerate(blocks):
-                after = must[i] | {index for index, _ in writes[i]}
-                for j in block.follow:
-                    if not must[j] <= after:
-                        must[j] &= after
-                        changed = True
+        certain = certain_before(self._follow(), written, set(), everything)
         missing: set[int] = set()
-        for i, block in enumerate(blocks):
+        for block, before, here in zip(blocks, certain, written, strict=True):
             if block.halt:
-                missing |= everything - must[i] - {index for index, _ in writes[i]}
-        ever = {index for block in writes for index, _ in block}
+                missing |= everything - before - here
+        ever = set().union(*written)
         for declaration in self.source.of_kind("output"):
             index = int(declaration.value or 0)
             if index in missing and declaration.name not in self.source.doubtful:
@@ -674,17 +639,8 @@ class _Resolver:
                 writes.update(s.write for s in group if s.write)
             exposed.append(reads)
             written.append(writes)
-        live = [set(kept) if block.halt else set() for block in blocks]
-        changed = True
-        while changed:
-            changed = False
-            for i in range(len(blocks) - 1, -1, -1):
-                for j in blocks[i].follow:
-                    wanted = exposed[j] | (live[j] - written[j])
-                    if not wanted <= live[i]:
-                        live[i] |= wanted
-                        changed = True
-        return live
+        at_end = [kept if block.halt else set() for block in blocks]
+        return live_after(self._follow(), exposed, written, at_end)
 
     # ------------------------------------------------------------------ renaming
 
@@ -827,8 +783,3 @@ class _Resolver:
                 )
             slots[free[0]] = step.operation
         return slots
-
-
-def register_name(register: Register) -> str:
-    """Name of a register in the assembly language."""
-    return "zero" if register.bank == "zero" else f"{register.bank.lower()}{register.index}"
