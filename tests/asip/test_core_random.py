@@ -1,0 +1,194 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Random programs on the core against the instruction-set model (environment: SEED=n).
+
+Sources are assembly text, so that a failure leaves one below build/asip that asip-run takes. Few
+registers and any words, so that hazards and special values are frequent.
+"""
+
+from __future__ import annotations
+
+import os
+import random
+from dataclasses import dataclass, field
+
+import pytest
+
+from tests.asip import core_bench as bench
+from tests.asip.core_bench import CONFIGURATIONS, CORNERS, ISA
+
+SEED = int(os.environ.get("SEED", "1"))
+STRAIGHT, BRANCHING = 40, 40  # programs of each kind and configuration
+BUNDLES = 90
+INSTRUCTIONS = {"fast": 10_000, "small": 5_000}  # executed at least, all programs together
+REGISTERS = 8  # of each bank in use
+DATA_WORDS = 16
+FMA = [name for name, record in ISA.operations.items() if record.unit == "fma"]
+AUX = [
+    name
+    for name, record in ISA.operations.items()
+    if record.writes and record.unit != "fma" and name != "ld"
+]
+# Operations whose result is finite whatever they read, as outputs must be.
+FINITE = ("feq", "flt", "fle", "i2f")
+# c registers: 0..7 any value, 20, 21 an index into data memory, 22 a loop counter
+INDEX, COUNTER = ("c20", "c21"), "c22"
+
+
+@dataclass
+class Writer:
+    """Text of one program; `straight` leaves branches out."""
+
+    configuration: str
+    rng: random.Random
+    straight: bool
+    rows: list[str] = field(default_factory=list)
+    outputs: int = 0
+    labels: int = 0
+
+    def text(self) -> str:
+        banks = "abc" if self.configuration == "fast" else "ac"
+        states = [f"{bank}{i}" for bank in banks for i in range(REGISTERS)]
+        while len(self.rows) < BUNDLES:
+            self.step()
+        head = [f'.program "random {SEED}"', f".config {self.configuration}"]
+        head += [f".state s_{name} : int = 0x{self.word():08x}, pin {name}" for name in states]
+        head += [f".state s_{name} : int = {self.rng.randrange(4)}, pin {name}" for name in INDEX]
+        head += [f".state s_{COUNTER} : int = 0, pin {COUNTER}"]
+        head += [f".const k{i} = 0x{self.word():08x} : int" for i in range(REGISTERS)]
+        head += [f".const k{10 + i} = {value} : int" for i, value in enumerate((-1, 1, 2, 3))]
+        head += [f".output out{i}, safe = {i}.5" for i in range(self.outputs)]
+        words = ", ".join(f"0x{self.finite():08x}" for _ in range(DATA_WORDS))
+        return "\n".join([*head, f".data : int = {words}", *self.rows, "{ nop } halt", ""])
+
+    def word(self) -> int:
+        """Corner, any bits, or a number near 1."""
+        kind = self.rng.random()
+        if kind < 0.3:
+            return self.rng.choice(CORNERS)
+        if kind < 0.5:
+            return self.rng.getrandbits(32)
+        return self.rng.getrandbits(1) << 31 | self.rng.randrange(0x3E000000, 0x42000000)
+
+    def finite(self) -> int:
+        word = self.word()
+        return word & ~0x00800000 if word >> 23 & 0xFF == 0xFF else word
+
+    def source(self) -> str:
+        banks = "aaabbbccck" if self.configuration == "fast" else "aaaccck"
+        bank = self.rng.choice(banks)
+        if self.rng.random() < 0.03:
+            return "zero"
+        return f"{bank}{self.rng.randrange(REGISTERS)}"
+
+    def sources(self, mnemonic: str) -> list[str]:
+        return [self.source() for _ in ISA.operations[mnemonic].sources]
+
+    def fma(self, bank: str) -> str:
+        mnemonic = self.rng.choice(FMA)
+        return self.line(mnemonic, f"{bank}{self.rng.randrange(REGISTERS)}")
+
+    def line(self, mnemonic: str, dst: str) -> str:
+        return f"{mnemonic} {', '.join([dst, *self.sources(mnemonic)])}"
+
+    def address(self) -> str:
+        # index 0..3, immediate 0..12: always inside the data, the last word is never stored to
+        index = self.rng.choice(("", f"[{self.rng.choice(INDEX)}]"))
+        return f"{self.rng.randrange(DATA_WORDS - 4)}{index}"
+
+    def aux(self) -> str:
+        kind = self.rng.random()
+        dst = f"c{self.rng.randrange(REGISTERS)}"
+        if kind < 0.08:
+            return f"ld {dst}, {self.address()}"
+        if kind < 0.14:
+            return f"st {self.source()}, {self.address()}"
+        if kind < 0.18:
+            return f"mov {self.rng.choice(INDEX)}, {self.rng.choice(('zero', 'k11', 'k12', 'k13'))}"
+        # every unit as often as any other, not every operation
+        unit = self.rng.choice(("cmp", "cmp", "cmp", "divsqrt", "divsqrt", "i2f", "f2i", "sincos"))
+        if unit == "sincos" and self.rng.random() < 0.5:
+            unit = "cmp"
+        return self.line(self.rng.choice([n for n in AUX if ISA.operations[n].unit == unit]), dst)
+
+    def output(self) -> str:
+        self.outputs += 1
+        if self.rng.random() < 0.2:
+            return f"ld o{self.outputs - 1}, {DATA_WORDS - 1}"  # a word that no store reaches
+        return self.line(self.rng.choice(FINITE), f"o{self.outputs - 1}")
+
+    def bundle(self, aux: str | None = None) -> str:
+        """Bundle with a given auxiliary operation, or a random one."""
+        if self.configuration == "small":
+            return f"{{ {aux or (self.fma('a') if self.rng.random() < 0.5 else self.aux())} }}"
+        slots = [self.fma(bank) for bank in "ab" if self.rng.random() < 0.7]
+        if aux or self.rng.random() < 0.7:
+            slots.append(aux or self.aux())
+        self.rng.shuffle(slots)
+        return f"{{ {' | '.join(slots) or 'nop'} }}"
+
+    def step(self) -> None:
+        kind = self.rng.random()
+        if kind < 0.06 and self.outputs < ISA.outputs:
+            self.rows.append(self.bundle(self.output()))
+        elif kind > 0.97:
+            self.rows += ["{ nop }"] * self.rng.randrange(1, 12)
+        elif not self.straight and kind < 0.14:
+            self.branch()
+        elif not self.straight and kind < 0.18:
+            self.loop()
+        else:
+            self.rows.append(self.bundle())
+
+    def label(self) -> str:
+        self.labels += 1
+        return f"L{self.labels}"
+
+    def branch(self) -> None:
+        """Forward over a few bundles, taken or not."""
+        label = self.label()
+        condition = self.rng.choice((self.source(), "zero", COUNTER))
+        self.rows.append(self.bundle(f"{self.rng.choice(('bz', 'bnz'))} {condition}, {label}"))
+        self.rows += [self.bundle() for _ in range(self.rng.randrange(0, 4))]
+        self.rows.append(f"{label}:\n{self.bundle()}")
+
+    def loop(self) -> None:
+        """A few rounds, counted down by an integer in c22; jumps over a bundle on the way out."""
+        label, out = self.label(), self.label()
+        self.rows.append(self.bundle(f"mov {COUNTER}, {self.rng.choice(('k11', 'k12', 'k13'))}"))
+        self.rows.append(f"{label}:\n{self.bundle()}")
+        self.rows += [self.bundle() for _ in range(self.rng.randrange(0, 4))]
+        self.rows.append(self.bundle(f"iadd {COUNTER}, {COUNTER}, k10"))
+        if self.rng.random() < 0.5:
+            self.rows.append(self.bundle(f"bnz {COUNTER}, {label}"))
+        else:
+            self.rows.append(self.bundle(f"bz {COUNTER}, {out}"))
+            self.rows.append(self.bundle(f"jmp {label}"))
+        self.rows.append(f"{out}:\n{self.bundle()}")
+
+
+def check(configuration: str, kind: str, number: int) -> int:
+    """One program; a failure names the seed and the source. Returns operations executed."""
+    rng = random.Random(f"{SEED} {configuration} {kind} {number}")
+    text = Writer(configuration, rng, kind == "straight").text()
+    program = bench.assembled(text)
+    hint = f"SEED={SEED}, {configuration} {kind} program {number}"
+    got = bench.verify(program, hint, timing=kind == "straight")
+    operations = [sum(op is not None for op in item.slots) for item in bench.decoded(program)]
+    return sum(operations[address] for address in got.bundle_order)
+
+
+@pytest.mark.parametrize("configuration", CONFIGURATIONS)
+def test_random_programs__words_flags_outputs_and_cycles_of_the_model(configuration):
+    print(f"SEED={SEED}")
+    executed = sum(check(configuration, "straight", number) for number in range(STRAIGHT))
+    executed += sum(check(configuration, "branching", number) for number in range(BRANCHING))
+    print(f"{executed} instructions")
+    assert executed >= INSTRUCTIONS[configuration]
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("configuration", CONFIGURATIONS)
+def test_random_programs__many__words_flags_outputs_and_cycles_of_the_model(configuration):
+    print(f"SEED={SEED}")
+    for number in range(1000, 1800):
+        check(configuration, "straight" if number % 2 else "branching", number)
