@@ -23,10 +23,8 @@ from pathlib import Path
 from asip_asm.ir import Bundle, Operation, Output, Register, Virtual
 from asip_asm.isa import ISA_FILE, load_isa
 
-RUN_OVERHEAD = 0
-"""Cycles of a run beyond max(issue + latency + 1) over its operations: start and done of the
-sequencer.
-"""
+RUN_OVERHEAD = 2
+"""Cycles of a run beyond max(issue + latency + 1): operand read and write-back of the last one."""
 
 FP_PKG_FILE = Path(__file__).parents[1] / "rtl" / "fpu" / "fp_pkg.sv"
 
@@ -169,14 +167,18 @@ class Machine:
         return self.drain_cycle(bundles) + RUN_OVERHEAD
 
     def drain_cycle(self, bundles: Sequence[Bundle]) -> int:
-        """First cycle without a pending write after a straight-line program: max(issue + latency +
-        1).
+        """First cycle without a pending write: max(issue + latency + 1) over the operations.
+
+        A bundle without a write, a store's among them, occupies the pipeline like latency 1.
         """
         return max(
             (
                 issue.cycle + latency + 1
                 for bundle, issue in zip(bundles, self.issue_cycles(bundles), strict=True)
-                for latency in [0, *(self.latency(op) for op in bundle.slots if op is not None)]
+                for latency in [
+                    1,
+                    *(self.latency(op) for op in bundle.slots if op is not None and op.dst),
+                ]
             ),
             default=0,
         )

@@ -252,8 +252,8 @@ def _emit(
         bundles.append(machine.bundle({}))
     if region.halt:
         bundles[-1].halt = True
-    latencies = [machine.latency(op) for op in region.operations]
-    end = max((t + n + 1 for t, n in zip(times, latencies, strict=True)), default=1)
+    latencies = [max(1, machine.latency(op)) for op in region.operations]
+    end = max((t + n + 1 for t, n in zip(times, latencies, strict=True)), default=2)
     if machine.drain_cycle(bundles) > end:
         bundles = [filled.get(cycle) or machine.bundle({}) for cycle in range(max(times) + 1)]
         for nop in [bundle for bundle in bundles if not any(bundle.slots)]:

@@ -4,8 +4,8 @@
 ; name the equations of robot.md. Where rounding need not be the PC's, a multiplication and the
 ; addition after it are one fused operation.
 ;
-; The host presets position1_before .. position5_before to float(count) * resolution of the first
-; counts. All other states start as the law does: no sign, no boost running, empty integrators.
+; The host presets position1_before .. position5_before to the lengths and angles of the first
+; counts, rounded to binary32. All other states start as the law does: no sign, no boost running, empty integrators.
 ;
 ; Safe values: the legs carry the platform, so a fault leaves them with their gravity force in the
 ; middle of the workspace (zero force would drop the tool); the table is balanced at tilt 0 and gets
@@ -26,6 +26,8 @@
 .const    yp2 = -(R/2)
 .const    yp3 = -(R/2)
 .const    encoder_table = 2*pi/turn_table
+.const    encoder_high = (encoder_table + 8192) - 8192   ; rounded to 2^-39: binary32 holds it exactly
+.const    encoder_low = encoder_table - encoder_high
 .const    KP_legs = 3*(2*pi*f_legs)*(2*pi*f_legs)
 .const    KV_legs = 3*(2*pi*f_legs)
 .const    KI_legs = (2*pi*f_legs)*(2*pi*f_legs)*(2*pi*f_legs)
@@ -196,21 +198,31 @@
 
 ; -------------------------------- measured position and velocity
 
-; position = float(count) * resolution, v = (position - before)/T_s; the product and the difference
-; of v are one fused operation, so that only the length kept from the tick before is rounded
-.macro measure position, v, before, count, resolution
+; l = float(count) / (counts per metre), which is exact but for one rounding, unlike a product with the
+; resolution, whose own rounding would be a constant error of every length. v = (l - before)/T_s
+.macro measure_leg position, v, before, count
         i2f     n\@, \count                        ; (28)
-        fmul    \position, n\@, \resolution        ; (28)
-        fmsub   d\@, n\@, \resolution, \before     ; (28)
+        fdiv    \position, n\@, (1/encoder_legs)   ; (28)
+        fsub    d\@, \position, \before           ; (28)
         fdiv    \v, d\@, T_s                       ; (28)
         mov     \before, \position                 ; (28)
 .endm
 
-        measure lm1, vm1, position1_before, count1, encoder_legs
-        measure lm2, vm2, position2_before, count2, encoder_legs
-        measure lm3, vm3, position3_before, count3, encoder_legs
-        measure theta4, omega4, position4_before, count4, encoder_table
-        measure theta5, omega5, position5_before, count5, encoder_table
+; theta = float(count) * resolution, the resolution in two parts for the same reason
+.macro measure_table position, v, before, count
+        i2f     n\@, \count                        ; (36)
+        fmul    low\@, n\@, encoder_low            ; (36)
+        fmadd   \position, n\@, encoder_high, low\@ ; (36)
+        fsub    d\@, \position, \before           ; (36)
+        fdiv    \v, d\@, T_s                       ; (36)
+        mov     \before, \position                 ; (36)
+.endm
+
+        measure_leg   lm1, vm1, position1_before, count1
+        measure_leg   lm2, vm2, position2_before, count2
+        measure_leg   lm3, vm3, position3_before, count3
+        measure_table theta4, omega4, position4_before, count4
+        measure_table theta5, omega5, position5_before, count5
 
 ; -------------------------------- forward kinematics, measured position
 

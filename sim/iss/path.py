@@ -62,8 +62,8 @@ def preset(image: Mapping[str, Any], robot: Robot, counts: Sequence[int]) -> dic
     for axis, count in enumerate(counts):
         single = np.float32(count)
         values[f"count{axis + 1}_before"] = float(single)
-        length = single * np.float32(robot.resolution[axis])
-        values[f"position{axis + 1}_before"] = float(length)
+        position = np.float32(count * robot.resolution[axis])
+        values[f"position{axis + 1}_before"] = float(position)
     return {name: value for name, value in values.items() if name in names}
 
 

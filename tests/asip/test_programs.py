@@ -86,7 +86,7 @@ def bounds(robot: Robot, motion: tuple, reference, optimised: bool) -> Bounds:
     Q - Qh is below 2^-9, with five roundings of it and of the rest, so 5 2^-34/(2l); the Newton
     step leaves (6u)^2 l/2; for the table only e itself is rounded.
 
-    v: constants and quotient 3u|v|; as printed also u|l|/T_s for the length kept and u|l| v/l.
+    v: constants and quotient 3u|v|; as printed also 2u|l|/T_s for the two rounded lengths.
     K_I s_c: the error of e, integrated with the boost, and three roundings per tick. Where
     abs(e) is closer to e_c than the bound of e, the ramp may be switched the other way.
     Masses 32u (m_p + 3 m_s), gravity 64u |G|: fewer than 32 operations, and z, the difference
@@ -114,7 +114,7 @@ def bounds(robot: Robot, motion: tuple, reference, optimised: bool) -> Bounds:
         e = position + 2 * U * measured + U * np.abs(reference.e)
     e_v = velocity + 3 * U * (np.abs(reference.velocity) + v)
     if not optimised:
-        e_v = e_v + U * measured / robot.T_s + 2 * U * np.abs(reference.velocity)
+        e_v = e_v + 2 * U * measured / robot.T_s
 
     k_p, k_v, k_i = (np.array(gain) for gain in (robot.K_P, robot.K_V, robot.K_I))
     ticks = np.arange(1, len(path) + 1)[:, None]
