@@ -31,7 +31,7 @@ module fp_divsqrt (
   logic [4:0]  zeros_a_e1, zeros_b_e1;
   logic        a_zero_sig_e1, b_zero_sig_e1;     // fraction and hidden bit all zero
   logic [23:0] sig_a_e1, sig_b_e1;               // U(1.23), normalised
-  logic [9:0]  exp_a_e1, exp_b_e1;               // S(10.0), biased, -22 .. 255
+  logic [7:0]  exp_a_e1, exp_b_e1;               // biased, before normalisation: 1 .. 255
   logic        a_normal_e1, b_normal_e1;
 
   assign a_normal_e1 = |a_i[30:23];
@@ -51,8 +51,12 @@ module fp_divsqrt (
       .zero_o (b_zero_sig_e1)
   );
 
-  assign exp_a_e1 = {2'd0, a_i[30:24], a_i[23] || !a_normal_e1} - {5'd0, zeros_a_e1};
-  assign exp_b_e1 = {2'd0, b_i[30:24], b_i[23] || !b_normal_e1} - {5'd0, zeros_b_e1};
+  assign exp_a_e1 = {a_i[30:24], a_i[23] || !a_normal_e1};
+  assign exp_b_e1 = {b_i[30:24], b_i[23] || !b_normal_e1};
+
+  // A root halves the exponent; an odd unbiased one (even biased) leaves a factor 2 in m.
+  logic factor2_e1;
+  assign factor2_e1 = exp_a_e1[0] == zeros_a_e1[0];
 
   // Result that the recurrence does not give; the flags it raises are nv and dz.
   logic a_nan_e1, a_inf_e1, b_nan_e1, b_inf_e1;
@@ -85,7 +89,8 @@ module fp_divsqrt (
   // The exponent of the result joins in stage 0: of digit 0 in entry 1, then of the leading one.
   logic [Stages-1:0]     sqrt_q;
   logic [Stages:0]       valid_q, sign_q, nan_q, inf_q, zero_q, invalid_q, by_zero_q;
-  logic [9:0]              exp_a_q, exp_b_q;  // entry 0: S(10.0), biased
+  logic [7:0]              exp_a_q, exp_b_q;      // entry 0
+  logic [4:0]              zeros_a_q, zeros_b_q;  // entry 0
   logic [Stages-1:1][9:0]  exp_q;       // S(10.0), biased: -150 .. 404
   logic [Stages-1:0][26:0] remainder_q; // U(1.26)
   logic [Stages-1:0][26:0] divisor_q;   // U(1.26): d_k of the first digit of a stage
@@ -95,7 +100,7 @@ module fp_divsqrt (
   logic [25:0]             sig_q;       // entry Stages: U(1.25), denormalised
   logic                    lost_q;      // entry Stages: sig_q lost a one of digits 0..23
   logic                    nonzero_first_q;   // entry Stages: of the last remainder, in two parts,
-  logic [6:0]              nonzero_second_q;  // see gen_denormalise
+  logic [3:0]              nonzero_second_q;  // see gen_denormalise
 
   always_ff @(posedge clk_i) begin
     sqrt_q[0]      <= sqrt_i;
@@ -107,18 +112,22 @@ module fp_divsqrt (
     by_zero_q[0]   <= by_zero_e1;
     exp_a_q        <= exp_a_e1;
     exp_b_q        <= exp_b_e1;
-    // A root halves the exponent; an odd unbiased one (even biased) leaves a factor 2 in m.
-    remainder_q[0] <= (sqrt_i && exp_a_e1[0]) ? {2'b00, sig_a_e1, 1'b0} : {1'b0, sig_a_e1, 2'b00};
+    zeros_a_q      <= zeros_a_e1;
+    zeros_b_q      <= zeros_b_e1;
+    remainder_q[0] <= (sqrt_i && !factor2_e1) ? {2'b00, sig_a_e1, 1'b0} : {1'b0, sig_a_e1, 2'b00};
     divisor_q[0]   <= sqrt_i ? 27'h200_0000 : {sig_b_e1, 3'd0};
     digits_q[0]    <= 24'd0;
   end
 
+  logic [9:0] exp_a, exp_b;             // S(10.0), biased, -22 .. 255
   logic [8:0] exp_root;                 // U(9.0), (exp_a + 127) / 2
   logic       unused_root;
-  assign {exp_root, unused_root} = exp_a_q + 10'd127;
 
-  always_ff @(posedge clk_i)
-    exp_q[1] <= sqrt_q[0] ? {1'b0, exp_root} : exp_a_q - exp_b_q + 10'd127;
+  assign exp_a = {2'd0, exp_a_q} - {5'd0, zeros_a_q};
+  assign exp_b = {2'd0, exp_b_q} - {5'd0, zeros_b_q};
+  assign {exp_root, unused_root} = exp_a + 10'd127;
+
+  always_ff @(posedge clk_i) exp_q[1] <= sqrt_q[0] ? {1'b0, exp_root} : exp_a - exp_b + 10'd127;
 
   // ---- digit stages ----
   for (genvar s = 0; s < Stages; s++) begin : gen_stage
@@ -178,8 +187,8 @@ module fp_divsqrt (
       always_ff @(posedge clk_i) exp_q[s+1] <= exp_q[s];
     end
 
-    // |digit 0|digits 1..25|0| >> amount leaves a significand with its leading one in digit 1, or to
-    // the right of it for a subnormal result: one place if digit 0 is one, and 1 - exp more for a
+    // |digit 0|digits 1..25|0| >> amount leaves a significand with its leading one in digit 1, or
+    // right of it for a subnormal result: one place if digit 0 is one, and 1 - exp more for a
     // subnormal result. From 26 on only the sticky bit is left. The shift of the known
     // digits runs beside the last two, which can only reach the lowest places.
     if (s == Stages - 2) begin : gen_amount
@@ -220,11 +229,11 @@ module fp_divsqrt (
       assign subnormal = exp_q[s][9] || exp_q[s] == 10'd0;
 
       // The last remainder is zero if the last trial is (digit one) or if the remainder before it
-      // was (digit zero). The trial is late: groups of four bits here, the rest with rounding.
-      // A one in digit 24 or 25 that is lost needs no bit of its own: an exact quotient has neither,
+      // was (digit zero). The trial is late: groups of seven bits here, the rest with rounding.
+      // A one in digit 24 or 25 that is lost needs no bit of its own: an exact quotient has none,
       // as it has at most 24 bits, and fewer if a < b puts its leading one in digit 1 (q b = a).
-      for (genvar g = 0; g < 7; g++) begin : gen_group
-        always_ff @(posedge clk_i) nonzero_second_q[g] <= |trial_second[4*g +: 4];
+      for (genvar g = 0; g < 4; g++) begin : gen_group
+        always_ff @(posedge clk_i) nonzero_second_q[g] <= |trial_second[7*g +: 7];
       end
 
       always_ff @(posedge clk_i) nonzero_first_q <= |remainder_first;
