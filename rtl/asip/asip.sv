@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // asip: the floating-point ASIP with its Avalon-MM host port. Top level.
 // Contract: one clock, asynchronous active-low reset. FmaPipes = 2, Slots = 3 is configuration `fast`,
-// FmaPipes = 1, Slots = 1 is `small`. Pipeline: F fetch, D decode and hazards, R register read,
+// FmaPipes = 1, Slots = 1 is `small`. Pipeline: F1 F2 fetch, D decode and hazards, R register read,
 // E1.. units, W write-back; see docs/architecture.md. The trace ports report every bundle issued and
 // every register or output written; leave them open in hardware.
 module asip #(
@@ -36,11 +36,11 @@ module asip #(
   localparam int unsigned Ports = 3 * Slots;
 
   // ---- stages F and D
-  logic [BundleWidth-1:0]   bundle_f;
-  logic [ControlWidth-1:0]  control_f;
-  logic [DecodedWidth-1:0]  decoded_f, decoded_d;
-  logic [Slots*OpWidth-1:0] ops_f, ops_d;
-  logic [Slots-1:0]         illegal_f;
+  logic [BundleWidth-1:0]   bundle_f2;
+  logic [ControlWidth-1:0]  control_f2;
+  logic [DecodedWidth-1:0]  decoded_f2, decoded_d;
+  logic [Slots*OpWidth-1:0] ops_f2, ops_d;
+  logic [Slots-1:0]         illegal_f2;
   logic                     valid_d, halt_d, bad_d, pc_bad_d, branch_d, redirect, issue, enable;
   logic [15:0]              pc_d, redirect_pc;
   logic                     stall_operand, stall_unit, stall_port, issue_busy;
@@ -77,17 +77,17 @@ module asip #(
         .CanAux  (s == Slots - 1),
         .FmaPipes(FmaPipes)
     ) u_decode (
-        .word_i(bundle_f[WordWidth*s+:WordWidth]),
+        .word_i(bundle_f2[WordWidth*s+:WordWidth]),
         .op_o  (op)
     );
-    assign ops_f[OpWidth*s+:OpWidth] = op;
-    assign illegal_f[s]              = op.illegal;
+    assign ops_f2[OpWidth*s+:OpWidth] = op;
+    assign illegal_f2[s]              = op.illegal;
   end
 
   // control[0] is halt, the other control bits are reserved.
-  assign control_f = bundle_f[BundleWidth-1-:ControlWidth];
-  assign decoded_f = {
-    (|illegal_f) || (|control_f[ControlWidth-1:1]), control_f[asip_isa_pkg::HALT_BIT], ops_f
+  assign control_f2 = bundle_f2[BundleWidth-1-:ControlWidth];
+  assign decoded_f2 = {
+    (|illegal_f2) || (|control_f2[ControlWidth-1:1]), control_f2[asip_isa_pkg::HALT_BIT], ops_f2
   };
 
   asip_fetch #(
@@ -100,8 +100,8 @@ module asip #(
       .redirect_i    (redirect || refetch),
       .redirect_pc_i (redirect_pc),
       .advance_i     (issue),
-      .bundle_f_o    (bundle_f),
-      .decoded_f_i   (decoded_f),
+      .bundle_f2_o   (bundle_f2),
+      .decoded_f2_i  (decoded_f2),
       .valid_o       (valid_d),
       .pc_o          (pc_d),
       .pc_bad_o      (pc_bad_d),

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // asip_decode: decode one operation word. Combinational.
 // Contract: illegal is set for an unknown opcode, a unit that this slot does not have, a bank or index
-// that does not exist, and an output as the destination of a multiply-add. A source field that an
-// operation does not use is `zero` in every program of the assembler; decoding does not depend on it.
+// that does not exist, and an output as the destination of a multiply-add; the issue logic never starts
+// an illegal operation. A source field that an operation does not use is `zero` in every program of the
+// assembler; decoding does not depend on it.
 module asip_decode #(
     parameter bit          CanFma   = 1'b1,
     parameter bit          CanAux   = 1'b1,
@@ -107,11 +108,6 @@ module asip_decode #(
     op.illegal = !known || (is_fma && !CanFma) || (is_aux && !CanAux) || bad_source(op.a) ||
                  bad_source(op.b) || bad_source(op.c) || (is_fma && dst[6]) ||
                  (op.to_output && dst[5]);
-    if (op.illegal) begin
-      // Nothing of an illegal operation may start: it only travels to raise the fault.
-      op         = '0;
-      op.illegal = 1'b1;
-    end
   end
 
   assign op_o = op;

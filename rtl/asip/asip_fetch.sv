@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// asip_fetch: program memory and the two fetch stages (F memory read, D bundle register).
-// Contract: after redirect_i the bundle at redirect_pc_i is in stage D three cycles later; then one
+// asip_fetch: program memory and the fetch stages (F1 memory read, F2 word register, D bundle).
+// Contract: after redirect_i the bundle at redirect_pc_i is in stage D four cycles later; then one
 // bundle per cycle as long as advance_i is high. pc_bad_o marks an address outside program memory.
-// Each 32-bit lane of a bundle is a memory of its own, written by the host.
+// Each 32-bit lane of a bundle is a memory of its own, written by the host. The word register keeps
+// the memory's clock-to-output time out of the decoder's path.
 module asip_fetch #(
     parameter int unsigned Bundles     = 1024,
     parameter int unsigned BundleWidth = 128,
@@ -15,9 +16,9 @@ module asip_fetch #(
     input  logic [15:0]                redirect_pc_i,
     // from issue
     input  logic                       advance_i,
-    // to and from the decoder, between F and D
-    output logic [BundleWidth-1:0]     bundle_f_o,
-    input  logic [DecodedWidth-1:0]    decoded_f_i,
+    // to and from the decoder, between F2 and D
+    output logic [BundleWidth-1:0]     bundle_f2_o,
+    input  logic [DecodedWidth-1:0]    decoded_f2_i,
     // to issue
     output logic                       valid_o,
     output logic [15:0]                pc_o,
@@ -33,62 +34,68 @@ module asip_fetch #(
   localparam int unsigned Lanes = (BundleWidth + 31) / 32;
   localparam int unsigned AddressWidth = $clog2(Bundles);
 
-  logic [15:0]         pc_q, pc_f_q, pc_d_q;
-  logic                valid_f_q, valid_d_q;
-  logic                take_f, take_d;
-  logic [32*Lanes-1:0] lanes_f;
-  logic [DecodedWidth-1:0] decoded_q;
+  logic [15:0]             pc_q, pc_f1_q, pc_f2_q, pc_d_q;
+  logic                    valid_f1_q, valid_f2_q, valid_d_q;
+  logic                    take_f1, take_f2, take_d;
+  logic [32*Lanes-1:0]     lanes_f2_q;
+  logic [DecodedWidth-1:0] decoded_d_q;
 
-  assign take_d = !valid_d_q || advance_i;
-  assign take_f = !valid_f_q || take_d;
+  assign take_d  = !valid_d_q || advance_i;
+  assign take_f2 = !valid_f2_q || take_d;
+  assign take_f1 = !valid_f1_q || take_f2;
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
-      pc_q      <= 16'd0;
-      valid_f_q <= 1'b0;
-      valid_d_q <= 1'b0;
+      pc_q       <= 16'd0;
+      valid_f1_q <= 1'b0;
+      valid_f2_q <= 1'b0;
+      valid_d_q  <= 1'b0;
     end else if (redirect_i) begin
-      pc_q      <= redirect_pc_i;
-      valid_f_q <= 1'b0;
-      valid_d_q <= 1'b0;
+      pc_q       <= redirect_pc_i;
+      valid_f1_q <= 1'b0;
+      valid_f2_q <= 1'b0;
+      valid_d_q  <= 1'b0;
     end else begin
-      if (take_f) begin
-        pc_q      <= pc_q + 16'd1;
-        valid_f_q <= 1'b1;
+      if (take_f1) begin
+        pc_q       <= pc_q + 16'd1;
+        valid_f1_q <= 1'b1;
       end
-      if (take_d) valid_d_q <= valid_f_q;
+      if (take_f2) valid_f2_q <= valid_f1_q;
+      if (take_d) valid_d_q <= valid_f2_q;
     end
   end
 
   always_ff @(posedge clk_i) begin
-    if (take_f) pc_f_q <= pc_q;
+    if (take_f1) pc_f1_q <= pc_q;
+    if (take_f2) pc_f2_q <= pc_f1_q;
     if (take_d) begin
-      pc_d_q    <= pc_f_q;
-      decoded_q <= decoded_f_i;
+      pc_d_q      <= pc_f2_q;
+      decoded_d_q <= decoded_f2_i;
     end
   end
 
   for (genvar l = 0; l < Lanes; l++) begin : gen_lane
     logic [31:0] memory[0:Bundles-1];
-    logic [31:0] read_q;
+    logic [31:0] read_f1_q, word_f2_q;
 
     always_ff @(posedge clk_i) begin
       if (write_i && write_lane_i == l[1:0]) memory[write_bundle_i] <= write_data_i;
-      if (take_f) read_q <= memory[pc_q[AddressWidth-1:0]];
+      if (take_f1) read_f1_q <= memory[pc_q[AddressWidth-1:0]];
+      if (take_f2) word_f2_q <= read_f1_q;
     end
 
-    assign lanes_f[32*l+:32] = read_q;
+    assign lanes_f2_q[32*l+:32] = word_f2_q;
   end
 
-  assign bundle_f_o = lanes_f[BundleWidth-1:0];
-  assign valid_o    = valid_d_q;
-  assign pc_o       = pc_d_q;
-  assign pc_bad_o   = |pc_d_q[15:AddressWidth];
-  assign decoded_o  = decoded_q;
+  assign bundle_f2_o = lanes_f2_q[BundleWidth-1:0];
+  assign valid_o     = valid_d_q;
+  assign pc_o        = pc_d_q;
+  assign pc_bad_o    = |pc_d_q[15:AddressWidth];
+  assign decoded_o   = decoded_d_q;
 
   if (BundleWidth % 32 != 0) begin : gen_unused
     logic unused_lane_bits;
-    assign unused_lane_bits = ^lanes_f[32*Lanes-1:BundleWidth];
+    assign unused_lane_bits = ^lanes_f2_q[32*Lanes-1:BundleWidth];
   end
 
 endmodule

@@ -179,7 +179,7 @@ def selge(a: Word, b: Word, c: Word) -> Word:
 
 
 def selgt(a: Word, b: Word, c: Word) -> Word:
-    return b if _lt_quiet(ZERO, a) else c
+    return c if _is_nan(a) or not _lt_quiet(ZERO, a) else b
 
 
 def iadd(a: Word, b: Word) -> Word:
