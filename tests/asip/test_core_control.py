@@ -12,7 +12,6 @@ from tests.asip.core_bench import CLEAR, CONFIGURATIONS, ISA, START, op
 
 IRQ_DONE, IRQ_FAULT = 1, 2
 REGISTER_READ_CYCLES = 4
-FETCH_CYCLES = 3  # from a written program word to the first bundle waiting for a start
 ONE, TWO, THREE = 0x3F800000, 0x40000000, 0x40400000
 
 
@@ -78,7 +77,7 @@ def test_start__in_any_cycle_of_a_run__is_ignored_until_the_run_is_over(configur
     runs = []
     for delay in range(single.cycles + 8):
         dut = bench.load(program)
-        dut.clock(FETCH_CYCLES)
+        dut.clock(bench.REDIRECT)  # the first bundle waits for the start
         before = count(configuration)
         dut.write(CSR["CONTROL"], START)
         dut.clock(delay)
