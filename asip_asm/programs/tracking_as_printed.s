@@ -26,7 +26,13 @@
 .const    yp2 = -(R/2)
 .const    yp3 = -(R/2)
 .const    encoder_table = 2*pi/turn_table
-.const    encoder_high = (encoder_table + 8192) - 8192   ; rounded to 2^-39: binary32 holds it exactly
+; Constants in two parts: the high one is rounded to a multiple of 2^-20 or 2^-36 by adding and
+; subtracting 2^52 times that step in double precision, so binary32 holds it exactly.
+.const    xp2_high = (xp2 + 4294967296) - 4294967296
+.const    xp2_low = xp2 - xp2_high
+.const    xp3_high = (xp3 + 4294967296) - 4294967296
+.const    xp3_low = xp3 - xp3_high
+.const    encoder_high = (encoder_table + 65536) - 65536
 .const    encoder_low = encoder_table - encoder_high
 .const    KP_legs = 3*(2*pi*f_legs)*(2*pi*f_legs)
 .const    KV_legs = 3*(2*pi*f_legs)
@@ -71,23 +77,23 @@
 
 ; -------------------------------- inverse kinematics, desired position
 
-; (7)-(11) are the bits of the same formulas compiled for a PC in single precision: only additions
+; (8)-(11) are the bits of the same formulas compiled for a PC in single precision: only additions
 ; of twice or half a rounded value are fused, and doubling or halving is exact. x_p1 = 0 is not
 ; subtracted.
 
-; l = sqrt((x-xp)^2 + (y-yp)^2 + z^2)
-.macro length l, xp, yp
+; l = sqrt((x-xp)^2 + (y-yp)^2 + z^2). The integrator adds up every constant error of l, so the sums
+; of squares are fused, and with xp in two parts (x-xp)^2 is (x-high)^2 - 2 (x-high) low.
+.macro length l, xp, xp_low, yp
 .if \xp
         fsub    dx\@, x, \xp                       ; (7)
-        fmul    qx\@, dx\@, dx\@                   ; (7)
+        fmul    px\@, (-2*\xp_low), dx\@           ; (7)
+        fmadd   qx\@, dx\@, dx\@, px\@             ; (7)
 .else
         fmul    qx\@, x, x                         ; (7)
 .endif
         fsub    dy\@, y, \yp                       ; (7)
-        fmul    qy\@, dy\@, dy\@                   ; (7)
-        fadd    qxy\@, qx\@, qy\@                  ; (7)
-        fmul    qz\@, z, z                         ; (7)
-        fadd    q\@, qxy\@, qz\@                   ; (7)
+        fmadd   qxy\@, dy\@, dy\@, qx\@            ; (7)
+        fmadd   q\@, z, z, qxy\@                   ; (7)
         fsqrt   \l, q\@                            ; (7)
 .endm
 
@@ -186,9 +192,9 @@
         fmadd   \a, 0.5, second\@, first\@         ; (9)
 .endm
 
-        length  l1, xp1, yp1
-        length  l2, xp2, yp2
-        length  l3, xp3, yp3
+        length  l1, xp1, 0, yp1
+        length  l2, xp2_high, xp2_low, yp2
+        length  l3, xp3_high, xp3_low, yp3
         speed   v1, xp1, yp1
         speed   v2, xp2, yp2
         speed   v3, xp3, yp3

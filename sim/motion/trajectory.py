@@ -12,10 +12,11 @@ Ticks: each chain is slowed down by less than one tick over its whole duration t
 number of ticks, so it begins and ends on a tick. A block inside a chain begins at the first tick
 that is on it.
 
-Number grid: controllers take set-points as binary32. Every stop is moved to the nearest binary32
-pose (by at most 30 nm below 1 m), and the chain between two stops is shifted linearly along its
-length to meet them. So an axis that rests or is held has no rounding error, which the controller's
-integrators would add up.
+Number grid: controllers take set-points as binary32. Every stop is moved to the nearest pose of a
+grid of 2^-24 m (by at most 30 nm) and binary32 angles, and the chain between two stops is shifted
+linearly along its length to meet them. So an axis that rests or is held has no rounding error,
+neither itself nor as its distance from a leg's base, which the controller's integrators would add
+up.
 """
 
 from __future__ import annotations
@@ -39,8 +40,11 @@ AXIS_NAMES = ("x", "y", "z", "alpha", "gamma")
 # at 0.1 m/s.
 JOINT_TOLERANCE = 1e-9
 
-# A position outside the workspace by less is rounding to binary32, half a step of it below 1 m.
-WORKSPACE_ROUNDING = 2.0**-25
+# Spacing of binary32 between 0.5 and 1 [m], where the tool's height and the legs' bases are.
+GRID = 2.0**-24
+
+# A position outside the workspace by less is on its border: half a step of the grid [m].
+WORKSPACE_ROUNDING = GRID / 2
 
 # Excess over a whole number of ticks that is rounding of the duration and needs no further tick.
 TICK_ROUNDING = 1e-9
@@ -152,8 +156,9 @@ def _chains(blocks: Sequence[Block]) -> Iterator[list[Block]]:
 
 
 def on_number_grid(pose: FloatArray) -> FloatArray:
-    """The nearest pose whose coordinates are binary32 numbers, (5,) in m and rad."""
-    return pose.astype(np.float32).astype(np.float64)
+    """The nearest pose of whole multiples of `GRID` and binary32 angles, (..., 5) in m and rad."""
+    angles = pose[..., 3:].astype(np.float32).astype(np.float64)
+    return np.concatenate([np.rint(pose[..., :3] / GRID) * GRID, angles], axis=-1)
 
 
 @dataclass(frozen=True, eq=False)

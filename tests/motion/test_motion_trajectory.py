@@ -14,6 +14,7 @@ from sim.motion.__main__ import main
 from sim.motion.gcode import Motion, parse, parse_file
 from sim.motion.path import Arc, RateLimits, to_si
 from sim.motion.trajectory import (
+    GRID,
     MotionSettings,
     Trajectory,
     Workspace,
@@ -24,7 +25,6 @@ from sim.motion.trajectory import (
 
 PATHS = Path(__file__).parents[2] / "sim" / "paths"
 FEED = 2 / 60  # m/s
-GRID = 2.0**-24  # spacing of binary32 between 0.5 and 1 [m], the coarsest of the workspace
 DEFAULTS = MotionSettings()
 # Brisk motion of the small programs below, independent of the machine's own gentle settings.
 BRISK = {"acceleration_time": 0.06, "jerk_time": 0.024, "rates": RateLimits(rapid=0.1)}
@@ -340,7 +340,7 @@ def test_circle__path__is_a_circle_of_sixty_millimetres_at_two_metres_per_minute
     drawing = trajectory.block == 1
     points = trajectory.position[drawing, :3]
     assert np.hypot(points[:, 0], points[:, 1]) == pytest.approx(0.03, abs=GRID)
-    assert np.all(points[:, 2] == np.float32(0.6))
+    assert np.all(points[:, 2] == round(0.6 / GRID) * GRID)
     assert tool_speed(trajectory)[drawing].max() == pytest.approx(FEED, rel=1e-4)
     # Steady: the acceleration is v^2/r towards the centre.
     middle = trajectory.first_ticks[1] + np.count_nonzero(drawing) // 2
