@@ -20,7 +20,7 @@ SEED = int(os.environ.get("SEED", "1"))
 STRAIGHT, BRANCHING = 40, 40  # programs of each kind and configuration
 BUNDLES = 90
 INSTRUCTIONS = {"fast": 10_000, "small": 5_000}  # executed at least, all programs together
-REGISTERS = 8  # of each bank in use
+REGISTERS = (8, 20)  # of each bank in use: many hazards, or few and collisions at the write port
 DATA_WORDS = 16
 FMA = [name for name, record in ISA.operations.items() if record.unit == "fma"]
 AUX = [
@@ -30,8 +30,9 @@ AUX = [
 ]
 # Operations whose result is finite whatever they read, as outputs must be.
 FINITE = ("feq", "flt", "fle", "i2f")
-# c registers: 0..7 any value, 20, 21 an index into data memory, 22 a loop counter
-INDEX, COUNTER = ("c20", "c21"), "c22"
+# Beyond those registers: an index into data memory, a loop counter, constants for both.
+INDEX, COUNTER = ("c60", "c61"), "c62"
+MINUS_ONE, SMALL = "k100", ("k101", "k102", "k103")
 
 
 @dataclass
@@ -44,18 +45,23 @@ class Writer:
     rows: list[str] = field(default_factory=list)
     outputs: int = 0
     labels: int = 0
+    registers: int = 0
+
+    def __post_init__(self) -> None:
+        self.registers = self.rng.choice(REGISTERS)
 
     def text(self) -> str:
         banks = "abc" if self.configuration == "fast" else "ac"
-        states = [f"{bank}{i}" for bank in banks for i in range(REGISTERS)]
+        states = [f"{bank}{i}" for bank in banks for i in range(self.registers)]
         while len(self.rows) < BUNDLES:
             self.step()
         head = [f'.program "random {SEED}"', f".config {self.configuration}"]
         head += [f".state s_{name} : int = 0x{self.word():08x}, pin {name}" for name in states]
         head += [f".state s_{name} : int = {self.rng.randrange(4)}, pin {name}" for name in INDEX]
         head += [f".state s_{COUNTER} : int = 0, pin {COUNTER}"]
-        head += [f".const k{i} = 0x{self.word():08x} : int" for i in range(REGISTERS)]
-        head += [f".const k{10 + i} = {value} : int" for i, value in enumerate((-1, 1, 2, 3))]
+        head += [f".const k{i} = 0x{self.word():08x} : int" for i in range(self.registers)]
+        integers = zip((MINUS_ONE, *SMALL), (-1, 1, 2, 3), strict=True)
+        head += [f".const {name} = {value} : int" for name, value in integers]
         head += [f".output out{i}, safe = {i}.5" for i in range(self.outputs)]
         words = ", ".join(f"0x{self.finite():08x}" for _ in range(DATA_WORDS))
         return "\n".join([*head, f".data : int = {words}", *self.rows, "{ nop } halt", ""])
@@ -63,9 +69,9 @@ class Writer:
     def word(self) -> int:
         """Corner, any bits, or a number near 1."""
         kind = self.rng.random()
-        if kind < 0.3:
+        if kind < 0.12:
             return self.rng.choice(CORNERS)
-        if kind < 0.5:
+        if kind < 0.2:
             return self.rng.getrandbits(32)
         return self.rng.getrandbits(1) << 31 | self.rng.randrange(0x3E000000, 0x42000000)
 
@@ -78,14 +84,14 @@ class Writer:
         bank = self.rng.choice(banks)
         if self.rng.random() < 0.03:
             return "zero"
-        return f"{bank}{self.rng.randrange(REGISTERS)}"
+        return f"{bank}{self.rng.randrange(self.registers)}"
 
     def sources(self, mnemonic: str) -> list[str]:
         return [self.source() for _ in ISA.operations[mnemonic].sources]
 
     def fma(self, bank: str) -> str:
         mnemonic = self.rng.choice(FMA)
-        return self.line(mnemonic, f"{bank}{self.rng.randrange(REGISTERS)}")
+        return self.line(mnemonic, f"{bank}{self.rng.randrange(self.registers)}")
 
     def line(self, mnemonic: str, dst: str) -> str:
         return f"{mnemonic} {', '.join([dst, *self.sources(mnemonic)])}"
@@ -97,13 +103,13 @@ class Writer:
 
     def aux(self) -> str:
         kind = self.rng.random()
-        dst = f"c{self.rng.randrange(REGISTERS)}"
+        dst = f"c{self.rng.randrange(self.registers)}"
         if kind < 0.08:
             return f"ld {dst}, {self.address()}"
         if kind < 0.14:
             return f"st {self.source()}, {self.address()}"
         if kind < 0.18:
-            return f"mov {self.rng.choice(INDEX)}, {self.rng.choice(('zero', 'k11', 'k12', 'k13'))}"
+            return f"mov {self.rng.choice(INDEX)}, {self.rng.choice(('zero', *SMALL))}"
         # every unit as often as any other, not every operation
         unit = self.rng.choice(("cmp", "cmp", "cmp", "divsqrt", "divsqrt", "i2f", "f2i", "sincos"))
         if unit == "sincos" and self.rng.random() < 0.5:
@@ -154,10 +160,10 @@ class Writer:
     def loop(self) -> None:
         """A few rounds, counted down by an integer in c22; jumps over a bundle on the way out."""
         label, out = self.label(), self.label()
-        self.rows.append(self.bundle(f"mov {COUNTER}, {self.rng.choice(('k11', 'k12', 'k13'))}"))
+        self.rows.append(self.bundle(f"mov {COUNTER}, {self.rng.choice(SMALL)}"))
         self.rows.append(f"{label}:\n{self.bundle()}")
         self.rows += [self.bundle() for _ in range(self.rng.randrange(0, 4))]
-        self.rows.append(self.bundle(f"iadd {COUNTER}, {COUNTER}, k10"))
+        self.rows.append(self.bundle(f"iadd {COUNTER}, {COUNTER}, {MINUS_ONE}"))
         if self.rng.random() < 0.5:
             self.rows.append(self.bundle(f"bnz {COUNTER}, {label}"))
         else:
