@@ -22,15 +22,17 @@ img { max-width: 100%; }
 
 
 def _table(table: Table) -> str:
-    console = Console(width=200)
-    head = "".join(f"<th>{html.escape(str(column.header))}</th>" for column in table.columns)
-    cells = [[html.escape(str(cell)) for cell in column.cells] for column in table.columns]
+    console = Console()
+
+    def plain(text: object) -> str:
+        return html.escape(console.render_str(str(text)).plain.replace("\n", " "))
+
+    head = "".join(f"<th>{plain(column.header)}</th>" for column in table.columns)
     rows = "".join(
-        "<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>"
-        for row in zip(*cells, strict=True)
+        "<tr>" + "".join(f"<td>{plain(cell)}</td>" for cell in row) + "</tr>"
+        for row in zip(*(column.cells for column in table.columns), strict=True)
     )
-    title = html.escape(console.render_str(str(table.title)).plain)
-    return f"<table><caption>{title}</caption><tr>{head}</tr>{rows}</table>"
+    return f"<table><caption>{plain(table.title)}</caption><tr>{head}</tr>{rows}</table>"
 
 
 def write(file: Path, title: str, tables: Sequence[Table], plots: Sequence[Path]) -> None:

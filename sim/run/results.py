@@ -15,6 +15,7 @@ from sim.model import float32, tracking
 from sim.model.errors import max_abs_error
 from sim.model.parameters import Robot
 from sim.model.records import OUTPUTS, TABLE_3, SetPoints, TrackingResult
+from sim.run.bounds import bounds
 from sim.run.closed_loop import Recording, tracking_error
 from sim.run.controller import EXPORTED, PASSED_ON, SET_POINTS, Ticks
 
@@ -75,15 +76,40 @@ def row_errors(reference: TrackingResult, path: SetPoints, ticks: Ticks) -> dict
 
 @dataclass(frozen=True)
 class Comparison:
-    """References on the counts of the as-printed run: double precision and printed float32."""
+    """References on the counts of the as-printed run.
+
+    reference: double precision on the unrounded set-points; rounded: the same on set-points rounded
+    to binary32, so what the rounding of the inputs alone does; single: the printed formulas in
+    float32, the PC column.
+    """
 
     reference: TrackingResult
+    rounded: TrackingResult
     single: TrackingResult
+    rounded_path: SetPoints
 
 
 def compare(robot: Robot, path: SetPoints, counts: NDArray[np.int32]) -> Comparison:
-    """Evaluate both references. The double one sees the unrounded set-points."""
-    return Comparison(tracking.run(robot, path, counts), float32.run(robot, path, counts))
+    """Evaluate the references."""
+    rounded = SetPoints.from_words(path.words().astype(np.float32).astype(np.float64))
+    return Comparison(
+        tracking.run(robot, path, counts),
+        tracking.run(robot, rounded, counts),
+        float32.run(robot, path, counts),
+        rounded,
+    )
+
+
+def worst_of_bound(
+    robot: Robot, comparison: Comparison, ticks: Ticks, is_optimised: bool
+) -> dict[str, float]:
+    """Per output the largest error as a fraction of its derived bound at the same tick.
+
+    The error is that of the arithmetic: against double precision on the same binary32 set-points.
+    """
+    limit = bounds(robot, comparison.rounded_path, comparison.rounded, is_optimised).output
+    error = np.abs(ticks.outputs.astype(np.float64) - comparison.rounded.output)
+    return dict(zip(OUTPUTS, (error / limit).max(axis=0).tolist(), strict=True))
 
 
 def results(
@@ -100,6 +126,7 @@ def results(
     single = max_abs_error(comparison.reference, comparison.single)
     printed = row_errors(comparison.reference, path, as_printed.recording.ticks)
     better = row_errors(comparison.reference, path, optimised_replay)
+    inputs = max_abs_error(comparison.reference, comparison.rounded)
     deviations = {
         name: tracking_error(robot, path, desired, run.recording)
         for name, run in (("as_printed", as_printed), ("optimised", optimised))
@@ -120,8 +147,13 @@ def results(
                 "pc_float32": single[row],
                 "fpga3": printed[row],
                 "fpga3_optimised": better[row],
+                "set_point_rounding": inputs[row],
             }
             for row in (*TABLE_3, *OUTPUTS)
+        },
+        "worst_fraction_of_bound": {
+            "as_printed": worst_of_bound(robot, comparison, as_printed.recording.ticks, False),
+            "optimised": worst_of_bound(robot, comparison, optimised_replay, True),
         },
         "tracking": {
             "max_leg_error_m": max(d.leg for d in deviations.values()),

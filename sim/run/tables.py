@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from rich import box
 from rich.table import Table
 
 from sim.model.published import Published
@@ -13,6 +14,8 @@ from sim.model.records import OUTPUTS, TABLE_3
 
 UNITS = {"l": "m", "v": "m/s", "a": "m/s²", "theta": "rad", "omega": "rad/s", "eps": "rad/s²"}
 UNITS |= {"F": "N", "tau": "N·m"}
+# Measured columns of table 3; the last is what rounding the set-points to binary32 does by itself.
+ERRORS = ("pc_float32", "fpga3", "fpga3_optimised", "set_point_rounding")
 # Keys of results.json beside those of the published table 1.
 OPERATIONS = {
     "add_sub": ("+ −", "add_sub"),
@@ -68,21 +71,34 @@ def time_table(results: dict[str, Any], published: Published) -> Table:
 def error_table(results: dict[str, Any], published: Published) -> Table:
     """Table 3 with the five outputs."""
     table = Table(
-        title=f"Table 3  largest error against double precision over {results['ticks']} ticks"
+        title=f"Table 3  largest error against double precision over {results['ticks']} ticks",
+        box=box.SIMPLE_HEAD,
     )
-    table.add_column("row")
-    table.add_column("unit")
-    for title in ("PC published", "FPGA published", "PC float32", "as printed", "optimised"):
-        table.add_column(title, justify="right")
+    table.add_column("row", no_wrap=True)
+    for title in ("PC\npublished", "FPGA\npublished", "PC\nfloat32", "as\nprinted", "optimised"):
+        table.add_column(title, justify="right", no_wrap=True)
+    table.add_column("inputs\nalone", justify="right", no_wrap=True)
     for row in (*TABLE_3, *OUTPUTS):
         error = results["errors"][row]
         table.add_row(
-            row,
-            unit(row),
+            f"{row} [{unit(row)}]".replace("[", "\\["),
             *(_figure(published.error[column].get(row)) for column in ("PC", "FPGA")),
-            *(f"{error[key]:.3e}" for key in ("pc_float32", "fpga3", "fpga3_optimised")),
+            *(_figure(error[key]) for key in ERRORS),
             end_section=row == TABLE_3[-1],
         )
+    return table
+
+
+def bound_table(results: dict[str, Any]) -> Table:
+    """Errors of the outputs as fractions of their derived bounds."""
+    table = Table(
+        title="Outputs: largest error as a fraction of its derived bound (sim/run/bounds.py)"
+    )
+    table.add_column("program")
+    for title in OUTPUTS:
+        table.add_column(title, justify="right")
+    for program, fractions in results["worst_fraction_of_bound"].items():
+        table.add_row(program.replace("_", " "), *(f"{fractions[name]:.3f}" for name in OUTPUTS))
     return table
 
 
@@ -107,8 +123,9 @@ def all_tables(results: dict[str, Any]) -> Iterator[Table]:
     yield operation_table(results, published)
     yield time_table(results, published)
     yield error_table(results, published)
+    yield bound_table(results)
     yield tracking_table(results)
 
 
 def _figure(value: float | None) -> str:
-    return "" if value is None else f"{value:.3e}"
+    return "" if value is None else f"{value:.2e}"

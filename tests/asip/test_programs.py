@@ -1,15 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """The tracking programs on the instruction-set model against the reference in double precision.
 
-Error bounds are first-order rounding analysis with the unit roundoff u = 2^-24, evaluated at every
-tick from the reference's own quantities; `Bounds` states them.
+Error bounds are those of `sim.run.bounds`, evaluated at every tick.
 """
 
 from __future__ import annotations
 
 import tomllib
 from collections import Counter
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +20,7 @@ from sim.iss.path import SET_POINT_INPUTS, preset
 from sim.model import float32, tracking
 from sim.model.parameters import Robot
 from sim.model.records import ACCELERATIONS, OUTPUTS, POSITIONS, TABLE_3, VELOCITIES
+from sim.run.bounds import U, bounds
 from tests.asip.tracking_path import reversing_path
 
 ROOT = Path(__file__).parents[2]
@@ -28,7 +28,6 @@ PROGRAMS = {
     name: ROOT / "asip_asm" / "programs" / f"tracking_{name}.s"
     for name in ("as_printed", "optimised")
 }
-U = 2.0**-24
 TICKS = 600
 ERRORS = ("e1", "e2", "e3", "e4", "e5")
 MASSES = ("M1", "M2", "M3")
@@ -63,76 +62,6 @@ def runs(robot, motion, images):
     return {name: run_path(image, robot, *motion, exports) for name, image in images.items()}
 
 
-@dataclass
-class Bounds:
-    """Error bounds of one program (N, axes): position, velocity, acceleration, e, output."""
-
-    position: np.ndarray
-    velocity: np.ndarray
-    acceleration: np.ndarray
-    e: np.ndarray
-    output: np.ndarray
-
-
-def bounds(robot: Robot, motion: tuple, reference, optimised: bool) -> Bounds:
-    """First-order bounds on the rounding errors of one program.
-
-    Legs, with d = (x - x_pi, y - y_pi, z): each coordinate of d carries u|x_pi| of the constant and
-    u|d| of the subtraction. Then (7) as printed: three products, two sums, root: l (2u + 4u), the
-    optimised one rounds l once. (8): numerator 5u sum|d v| and from d 2u sum|d v|, root and
-    quotient 7u|v|. (9)-(11): numerators 9u sum|terms|, quotients 12u|terms|.
-
-    e as printed: errors of l_d, of the rounded l and of the resolution, u l each. e optimised:
-    Q - Qh is below 2^-9, with five roundings of it and of the rest, so 5 2^-34/(2l); the Newton
-    step leaves (6u)^2 l/2; for the table only e itself is rounded.
-
-    v: constants and quotient 3u|v|; as printed also 2u|l|/T_s for the two rounded lengths.
-    K_I s_c: the error of e, integrated with the boost, and three roundings per tick. Where
-    abs(e) is closer to e_c than the bound of e, the ramp may be switched the other way.
-    Masses 32u (m_p + 3 m_s), gravity 64u |G|: fewer than 32 operations, and z, the difference
-    l^2/3 - R^2 - ..., doubles relative errors. Sums and products of (28): 6u of their parts.
-    """
-    path, _ = motion
-    legs = np.array(robot.legs)
-    shift = np.concatenate((legs, np.zeros((3, 1))), axis=1)
-    d = path.position[:, None, :] - shift  # (N, 3, 3)
-    speed, change = path.velocity[:, None, :], path.acceleration[:, None, :]
-    length = reference.position_d[:, :3]
-    v, a = np.abs(reference.velocity_d), np.abs(reference.acceleration_d)
-    moved = np.sum(np.abs(d * speed), axis=2)
-    parts = 2 * np.sum(speed**2, axis=2) + np.sum(np.abs(d * change), axis=2)
-    exact = np.zeros((len(path), 2))
-
-    position = np.hstack((length * (1.01 * U if optimised else 6 * U), exact))
-    velocity = np.hstack((7 * U * moved / length + 7 * U * v[:, :3], exact))
-    acceleration = np.hstack((21 * U * parts / length + 12 * U * a[:, :3], exact))
-    measured = np.abs(reference.position)
-    if optimised:
-        leg = 5 * 2.0**-34 / (2 * length) + 18 * U**2 * length
-        e = np.hstack((leg, exact)) + 4 * U * np.abs(reference.e)
-    else:
-        e = position + 2 * U * measured + U * np.abs(reference.e)
-    e_v = velocity + 3 * U * (np.abs(reference.velocity) + v)
-    if not optimised:
-        e_v = e_v + 2 * U * measured / robot.T_s
-
-    k_p, k_v, k_i = (np.array(gain) for gain in (robot.K_P, robot.K_V, robot.K_I))
-    ticks = np.arange(1, len(path) + 1)[:, None]
-    s_c = np.cumsum(reference.phi_c * e * robot.T_s, axis=0) + 3 * U * ticks * robot.s_max
-    s_c += 6 * U * np.cumsum(reference.phi_c * np.abs(reference.e) * robot.T_s, axis=0)
-    n, end, size = reference.ticks, robot.boost_ticks, np.abs(reference.e)
-    ramp = np.where((2 * n > end) & (n < end), 2.0 * (robot.xi_c - 1.0) * (1.0 - n / end), 0.0)
-    unsure = np.abs(size - np.array(robot.e_c)) <= e
-    s_c += np.cumsum(unsure * ramp * (size + e) * robot.T_s, axis=0)
-    terms = a + k_p * np.abs(reference.e) + k_v * np.abs(reference.e_v)
-    terms = terms + k_i * np.abs(reference.s_c)
-    inner = acceleration + k_p * e + k_v * e_v + k_i * s_c + 6 * U * terms
-    masses = np.hstack((np.full_like(length, 32 * U * (robot.m_p + 3 * robot.m_s)), exact))
-    output = (reference.mass + masses) * inner + masses * terms
-    output += 64 * U * np.abs(reference.gravity) + 2 * U * np.abs(reference.demand)
-    return Bounds(position, velocity, acceleration, e, output)
-
-
 def assert_within(name: str, got: np.ndarray, want: np.ndarray, bound: np.ndarray) -> None:
     ratio = np.abs(got - want) / np.maximum(bound, 1e-300)
     worst = int(np.argmax(ratio))
@@ -143,7 +72,7 @@ def assert_within(name: str, got: np.ndarray, want: np.ndarray, bound: np.ndarra
 
 
 def test_motion_shows_every_branch_of_the_integrator_and_no_doubtful_sign(robot, motion, reference):
-    velocity = bounds(robot, motion, reference, optimised=False).velocity
+    velocity = bounds(robot, motion[0], reference, optimised=False).velocity
     half, end = robot.boost_ticks // 2, robot.boost_ticks
     for axis in range(5):
         n, size = reference.ticks[:, axis], np.abs(reference.e[:, axis])
@@ -159,7 +88,7 @@ def test_motion_shows_every_branch_of_the_integrator_and_no_doubtful_sign(robot,
 
 def assert_run_within_bounds(robot, motion, rows, optimised: bool) -> None:
     reference = tracking.run(robot, *motion)
-    limit = bounds(robot, motion, reference, optimised)
+    limit = bounds(robot, motion[0], reference, optimised)
     mass = np.full_like(reference.mass, 32 * U * (robot.m_p + 3 * robot.m_s))
     for names, want, bound in (
         (POSITIONS, reference.position_d, limit.position),
