@@ -73,6 +73,7 @@ def error_table(results: dict[str, Any], published: Published) -> Table:
     table = Table(
         title=f"Table 3  largest error against double precision over {results['ticks']} ticks",
         box=box.SIMPLE_HEAD,
+        padding=0,
     )
     table.add_column("row", no_wrap=True)
     for title in ("PC\npublished", "FPGA\npublished", "PC\nfloat32", "as\nprinted", "optimised"):
