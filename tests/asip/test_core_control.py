@@ -206,10 +206,28 @@ def test_reset__in_any_cycle_of_a_run__next_run_is_right(configuration):
         dut.write(CSR["CONTROL"], START)
         dut.clock(delay)
         dut.reset()
+        assert not dut.irq
+        # at once, while what was in flight would still be: memories keep the program
+        for name, word in (("IRQ_ENABLE", 3), ("OUTPUT_MASK", program.output_mask)):
+            dut.write(CSR[name], word)
+        dut.write(register_address("a1"), ONE)
+        got = bench.run(program, loaded=True)
+        assert got == single, f"after a reset {delay} cycles after the start"
+
+
+@pytest.mark.parametrize("configuration", CONFIGURATIONS)
+def test_reset__in_any_cycle_of_a_run__idle_with_safe_outputs(configuration):
+    program = busy_program(configuration)
+    for delay in range(bench.run(program).cycles + 4):
+        dut = bench.load(program)
+        dut.write(CSR["CONTROL"], START)
+        dut.clock(delay)
+        dut.reset()
         assert dut.read(CSR["STATUS"]) == 0 and not dut.irq
         assert dut.read(BLOCK["outputs"]) == bench.safe_word(0)
-        got = bench.run(program)
-        assert got == single, f"after a reset {delay} cycles after the start"
+        count_before = count(configuration)
+        dut.clock(50)
+        assert count(configuration) == count_before and dut.read(CSR["STATUS"]) == 0
 
 
 @pytest.mark.parametrize("configuration", CONFIGURATIONS)
