@@ -369,26 +369,17 @@ def iss_run(program: Image) -> tuple[Iss, RunResult]:
 
 
 def expected_cycles(program: Image) -> tuple[list[int], int, dict[str, int]]:
-    """Issue cycles, CYCLES and counters of a straight-line program, by the machine description.
-
-    A run takes the cycles to the last issue and three more (R, E1, done), or to the last write
-    (issue + latency, then R and W) and one more.
-    """
+    """Issue cycles, CYCLES and counters of a straight-line program, by the machine description."""
     target = machine(program.configuration)
     bundles = decoded(program)
     issues = target.issue_cycles(bundles)
-    last = issues[-1].cycle
-    cycles = last + 4
-    for issue, item in zip(issues, bundles, strict=True):
-        for operation in item.slots:
-            if operation is not None and operation.dst is not None:
-                cycles = max(cycles, issue.cycle + target.latency(operation) + 3)
+    cycles = target.run_cycles(bundles)
     counters = {
         "STALL_OPERAND": sum(issue.operand + issue.waw for issue in issues),
         "STALL_PORT": sum(issue.port for issue in issues),
         "STALL_UNIT": sum(issue.unit for issue in issues),
         "STALL_FETCH": 0,
-        "DRAIN": cycles - last - 1,
+        "DRAIN": cycles - issues[-1].cycle - 1,
     }
     return [issue.cycle for issue in issues], cycles, counters
 
