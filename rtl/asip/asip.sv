@@ -38,10 +38,10 @@ module asip #(
   // ---- stages F and D
   logic [BundleWidth-1:0]   bundle_f2;
   logic [ControlWidth-1:0]  control_f2;
-  logic [DecodedWidth-1:0]  decoded_f2, decoded_d;
+  logic [DecodedWidth-1:0]  decoded_f2, decoded_p, decoded_d;
   logic [Slots*OpWidth-1:0] ops_f2, ops_d;
   logic [Slots-1:0]         illegal_f2;
-  logic                     valid_d, halt_d, bad_d, pc_bad_d, branch_d, redirect, issue, enable;
+  logic                     take_d, valid_d, halt_d, bad_d, pc_bad_d, branch_d, redirect, issue, enable;
   logic [15:0]              pc_d, redirect_pc;
   logic                     stall_operand, stall_unit, stall_port, issue_busy;
   logic [Ports-1:0][8:0]    source_d;
@@ -102,6 +102,8 @@ module asip #(
       .advance_i     (issue),
       .bundle_f2_o   (bundle_f2),
       .decoded_f2_i  (decoded_f2),
+      .decoded_p_o   (decoded_p),
+      .take_d_o      (take_d),
       .valid_o       (valid_d),
       .pc_o          (pc_d),
       .pc_bad_o      (pc_bad_d),
@@ -122,6 +124,8 @@ module asip #(
   ) u_issue (
       .clk_i,
       .rst_ni,
+      .ops_p_i        (decoded_p[Slots*OpWidth-1:0]),
+      .take_d_i       (take_d),
       .valid_d_i      (valid_d),
       .ops_d_i        (ops_d),
       .enable_i       (enable),
@@ -362,6 +366,6 @@ module asip #(
   assign trace_data_o  = result;
 
   logic unused_ops;
-  assign unused_ops = ^{ops_e1_q, stall_port};
+  assign unused_ops = ^{ops_e1_q, stall_port, decoded_p};
 
 endmodule

@@ -2,8 +2,8 @@
 // asip_write_schedule: future writes of one bank, one place per cycle.
 // Contract: place r holds the write that happens in r cycles; every cycle all places move down by one.
 // An operation of latency L that issues now is inserted at place L + 1 of the next cycle, so it
-// collides if place L + 2 is taken now. Place 2 clears the scoreboard (a dependent bundle can issue in
-// the cycle after), place 1 decides the bypass, place 0 is write-back.
+// collides if place L + 2 is taken now (taken_o). Place 2 clears the scoreboard (a dependent bundle can
+// issue in the cycle after), place 1 decides the bypass, place 0 is write-back.
 module asip_write_schedule #(
     parameter int unsigned Places = 9  // latency of the slowest unit + 3
 ) (
@@ -16,7 +16,7 @@ module asip_write_schedule #(
     // a unit with a longer latency joins at the last place
     input  logic                      join_i,
     input  asip_pkg::tag_t            join_tag_i,
-    output logic                      collides_o,
+    output logic [Places-1:0]         taken_o,
     output logic [2:0]                valid_o,  // places 2, 1, 0
     output asip_pkg::tag_t            tag2_o,
     output asip_pkg::tag_t            tag1_o,
@@ -30,8 +30,8 @@ module asip_write_schedule #(
   logic [Places-1:0][asip_pkg::TAG_WIDTH-1:0] tag_d, tag_q;
   logic [PlaceWidth-1:0]           place;
 
-  assign place      = latency_i + 1'b1;
-  assign collides_o = valid_q[latency_i+PlaceWidth'(2)];
+  assign place   = latency_i + 1'b1;
+  assign taken_o = valid_q;
 
   always_comb begin
     valid_d = {join_i, valid_q[Places-1:1]};
