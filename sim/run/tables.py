@@ -118,14 +118,46 @@ def tracking_table(results: dict[str, Any]) -> Table:
     return table
 
 
-def all_tables(results: dict[str, Any]) -> Iterator[Table]:
-    """Everything that the main job prints, in order."""
+def resource_table(tops: dict[str, Any], published: Published) -> Table:
+    """Table 4. tops: the synthesised tops of build/synth.json, or nothing."""
+    table = Table(
+        title="Table 4  resources; ours: Cyclone V ALUTs by Yosys, Fmax on ECP5-85-8 by nextpnr"
+        if tops
+        else "Table 4  resources (`make synth` measures ours)",
+        box=box.SIMPLE_HEAD,
+        padding=0,
+    )
+    table.add_column("", no_wrap=True)
+    for title in ("ALUTs", "registers", "DSP 18x18", "memory\n[kbit]", "LUT4", "Fmax [MHz]\n"):
+        table.add_column(title, justify="right", no_wrap=True)
+    for name, row in published.resources.items():
+        kilobits = f"{row['memory_kb'] * 8}"
+        table.add_row(
+            f"{name} published", f"{row['lut']}", f"{row['register']}", f"{row['dsp18']}", kilobits
+        )
+    for name, row in tops.items():
+        speed = row["fmax_mhz"]
+        table.add_row(
+            name,
+            f"{row['aluts']}",
+            f"{row['registers']}",
+            f"{row['dsp_18x18']}",
+            f"{row['memory_bits'] / 1000:.0f}",
+            f"{row['lut4']}",
+            f"{speed['median']:.0f} ({speed['min']:.0f}..{speed['max']:.0f})",
+        )
+    return table
+
+
+def all_tables(results: dict[str, Any], tops: dict[str, Any]) -> Iterator[Table]:
+    """Everything that the main job prints, in order. tops: as for `resource_table`."""
     published = Published.load()
     yield operation_table(results, published)
     yield time_table(results, published)
     yield error_table(results, published)
     yield bound_table(results)
     yield tracking_table(results)
+    yield resource_table(tops, published)
 
 
 def _figure(value: float | None) -> str:

@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Area and speed of every top: the ASIP in both configurations and each arithmetic unit.
+
+Writes build/synth.json and prints it beside table 4. Area is Yosys for Cyclone V, the ALM family
+nearest to Stratix III that Yosys knows; speed is nextpnr on ECP5-85 speed grade 8. A top that has
+not changed since its last result is not run again, so an interrupted campaign goes on.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import sys
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from rich.console import Console
+from synth_unit import OUTPUT, ROOT, SynthesisError, sources_of, synthesise
+
+from sim.model.published import Published
+from sim.run.tables import resource_table
+
+RESULT = ROOT / "build/synth.json"
+SEEDS = (1, 2, 3, 4, 5)
+CONVERSION = (
+    "one MISTRAL_MUL18X18 or MISTRAL_MUL9X9 cell, one 18x18 part of a significand product each, "
+    "counts as one 18x18 element; a MISTRAL_MUL27X27 counts as four"
+)
+
+
+@dataclass(frozen=True)
+class Top:
+    """A module to synthesise under a name of its own, with parameters."""
+
+    name: str
+    module: str
+    parameters: Mapping[str, int] = field(default_factory=dict)
+
+
+UNITS = ("fp_fma", "fp_add", "fp_mul", "fp_divsqrt", "fp_cmp", "fp_i2f", "fp_f2i", "fp_sincos")
+TOPS = (
+    *(Top(unit, unit) for unit in UNITS),
+    Top("asip_fast", "asip", {"FmaPipes": 2, "Slots": 3}),
+    Top("asip_small", "asip", {"FmaPipes": 1, "Slots": 1}),
+)
+
+
+def fingerprint(top: Top, seeds: tuple[int, ...]) -> str:
+    """Hash of everything that a result depends on."""
+    digest = hashlib.sha256(repr((top, seeds)).encode())
+    for path in (
+        *sources_of(top.module),
+        Path(__file__),
+        Path(__file__).with_name("synth_unit.py"),
+    ):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+def run(top: Top, seeds: tuple[int, ...], console: Console) -> dict:
+    """Result of one top, from the last run if nothing changed."""
+    mark = fingerprint(top, seeds)
+    kept = OUTPUT / f"{top.name}.json"
+    if kept.is_file():
+        result = json.loads(kept.read_text(encoding="utf-8"))
+        if result.get("fingerprint") == mark:
+            console.print(f"  {top.name}: unchanged")
+            return result
+    begin = time.monotonic()
+    console.print(f"  {top.name}: Yosys, nextpnr with seeds {', '.join(map(str, seeds))} ...")
+    files = sources_of(top.module)
+    result = synthesise(top.module, files, seeds, top.parameters, top.name)
+    result["fingerprint"] = mark
+    kept.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
+    console.print(f"  {top.name}: {time.monotonic() - begin:.0f} s")
+    return result
+
+
+def figures(result: dict) -> dict:
+    """What build/synth.json says of one top."""
+    alm, ecp5 = result["alm"], result["ecp5"]
+    speeds = list(ecp5["fmax_mhz"].values())
+    return {
+        "aluts": alm["alut"],
+        "registers": alm["ff"],
+        "dsp_18x18": alm["mul18"],
+        "memory_bits": alm["memory_bits"],
+        "m10k": alm["m10k"],
+        "mlab_cells": alm["mlab"],
+        "lut4": ecp5["lut4"],
+        "ecp5_registers": ecp5["ff"],
+        "fmax_mhz": {
+            "median": ecp5["fmax_median_mhz"],
+            "min": min(speeds),
+            "max": max(speeds),
+            "seeds": ecp5["fmax_mhz"],
+        },
+        "critical_path": ecp5["critical_path"],
+    }
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Command line; exit 0 done, 1 if a tool failed, 2 usage."""
+    parser = argparse.ArgumentParser(
+        description=__doc__.splitlines()[0],
+        epilog="example: python scripts/synth.py --only asip_small --seeds 1 2",
+    )
+    names = [top.name for top in TOPS]
+    parser.add_argument("--only", nargs="+", choices=names, default=names, metavar="TOP")
+    parser.add_argument("--seeds", nargs="+", type=int, default=list(SEEDS))
+    options = parser.parse_args(argv)
+    console = Console()
+    OUTPUT.mkdir(parents=True, exist_ok=True)
+    data = json.loads(RESULT.read_text(encoding="utf-8")) if RESULT.is_file() else {}
+    tops = data.get("tops", {})
+    for top in TOPS:
+        if top.name not in options.only:
+            continue
+        try:
+            tops[top.name] = figures(run(top, tuple(options.seeds), console))
+        except SynthesisError as error:
+            console.print(f"error: {error}", markup=False)
+            return 1
+        data |= {
+            "measured": "area: Yosys synth_intel_alm, Cyclone V; speed: nextpnr, ECP5-85 grade 8",
+            "inferred": "Stratix III has the same ALM with two registers and is a faster fabric "
+            "than ECP5; nothing here was placed on a Stratix III",
+            "dsp_conversion": CONVERSION,
+            "tops": {name: tops[name] for name in names if name in tops},
+        }
+        RESULT.write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")
+    console.print(resource_table(data["tops"], Published.load()))
+    console.print(f"figures: {RESULT.relative_to(ROOT)}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
