@@ -25,7 +25,26 @@ def assemble(
     defines: Mapping[str, str | float] | None = None,
     include_path: Sequence[Path] = (),
 ) -> Image:
-    """Image of the program in a source file.
+    """Image of the program in a source file; arguments and errors of `build_program`."""
+    program, machine = build_program(
+        path,
+        configuration=configuration,
+        optimise=optimise,
+        defines=defines,
+        include_path=include_path,
+    )
+    return encode(program, machine, path)
+
+
+def build_program(
+    path: Path | str,
+    *,
+    configuration: str | None = None,
+    optimise: bool = True,
+    defines: Mapping[str, str | float] | None = None,
+    include_path: Sequence[Path] = (),
+) -> tuple[Program, Machine]:
+    """The program of a source file in bundles, with its registers, and its machine.
 
     `configuration`: 'fast' or 'small'; None leaves the choice to the file. `optimise`: False keeps
     one operation per bundle in the order written. `defines` replaces values of parameters
@@ -42,10 +61,18 @@ def assemble(
         else:
             bundle_in_order(program, machine)
         allocate_registers(program, machine)
-        return encode_program(program, default_isa(), straight_line_cycles(program, machine))
     except ScheduleError as error:
         raise AssemblyError([Diagnostic(None, str(error))]) from None
-    except (AllocationError, EncodeError) as error:
+    except AllocationError as error:
+        raise AssemblyError([Diagnostic(None, f"{path}: {error}")]) from None
+    return program, machine
+
+
+def encode(program: Program, machine: Machine, path: Path | str) -> Image:
+    """Image of a program of `build_program`; `path` is for messages. Raises AssemblyError."""
+    try:
+        return encode_program(program, default_isa(), straight_line_cycles(program, machine))
+    except EncodeError as error:
         raise AssemblyError([Diagnostic(None, f"{path}: {error}")]) from None
 
 

@@ -6,14 +6,17 @@ import argparse
 import sys
 from pathlib import Path
 
-from asip_asm.assemble import assemble
+from asip_asm.assemble import build_program, encode
 from asip_asm.diagnostics import AssemblyError
 from asip_asm.image import MEMORY_FORMATS, Image
 from asip_asm.isa import default_isa
 from asip_asm.listing import listing, symbols
+from asip_asm.report import report_program
 
+FORMATS = {"json": Image.dumps, "c": to_c} | MEMORY_FORMATS
 EPILOG = """examples:
   asip-as leg.s -o build/leg.asip.json --listing build/leg.lst
+  asip-as leg.s -O --report
   asip-as leg.s -O0 --config small -D R=0.6 --format readmemh -o build/leg.hex
 
 exit status: 0 assembled, 1 errors in the source text or a file, 2 wrong command line
@@ -24,14 +27,15 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the command; returns its exit status."""
     options = parse_arguments(arguments)
     try:
-        image = assemble(
+        program, machine = build_program(
             options.source,
             configuration=options.config,
             optimise=options.optimise,
             defines=dict(options.define),
             include_path=options.include,
         )
-        text = image.dumps() if options.format == "json" else MEMORY_FORMATS[options.format](image)
+        image = encode(program, machine, options.source)
+        text = FORMATS[options.format](image)
         output = options.output or _default_output(options.source, options.format)
         _write(output, text)
         if options.listing:
@@ -49,6 +53,8 @@ def main(arguments: list[str] | None = None) -> int:
         print(f"asip-as: error: {error.filename}: {error.strerror}", file=sys.stderr)
         return 1
     print(summary(image, output))
+    if options.report:
+        print(report_program(program, machine).render(), end="")
     return 0
 
 
@@ -112,10 +118,16 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
     parser.add_argument("--listing", type=Path, metavar="FILE", help="write a listing")
     parser.add_argument("--symbols", type=Path, metavar="FILE", help="write the symbol table")
     parser.add_argument(
+        "--report",
+        action="store_true",
+        help="print cycles, lower bounds, occupancy, stalls and registers in use",
+    )
+    parser.add_argument(
         "--format",
-        choices=("json", *MEMORY_FORMATS),
+        choices=tuple(FORMATS),
         default="json",
-        help="json: the whole image (default); others: program memory alone",
+        help="json: the whole image (default); c: tables for the C driver; others: program memory "
+        "alone",
     )
     return parser.parse_args(arguments)
 
@@ -128,7 +140,13 @@ def _definition(text: str) -> tuple[str, str]:
 
 
 def _default_output(source: Path, format_name: str) -> Path:
-    suffix = {"json": ".asip.json", "readmemh": ".mem", "ihex": ".hex", "mif": ".mif"}
+    suffix = {
+        "json": ".asip.json",
+        "c": ".asip.h",
+        "readmemh": ".mem",
+        "ihex": ".hex",
+        "mif": ".mif",
+    }
     return source.with_suffix(suffix[format_name])
 
 
