@@ -1,0 +1,162 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "asip.h"
+
+#include <string.h>
+
+#define FIELD(value, name) (((value) & ASIP_##name##_MASK) >> ASIP_##name##_LSB)
+
+static uint32_t read32(const asip *core, uint32_t address) {
+  return core->bus.read32(core->bus.context, address);
+}
+
+static void write32(const asip *core, uint32_t address, uint32_t data) {
+  core->bus.write32(core->bus.context, address, data);
+}
+
+static uint32_t memory_read32(void *context, uint32_t address) {
+  return ((volatile uint32_t *)context)[address];
+}
+
+static void memory_write32(void *context, uint32_t address, uint32_t data) {
+  ((volatile uint32_t *)context)[address] = data;
+}
+
+asip_bus asip_memory_bus(volatile uint32_t *base) {
+  asip_bus bus = {memory_read32, memory_write32, (void *)base};
+  return bus;
+}
+
+asip_result asip_check_id(const asip *core) {
+  return read32(core, ASIP_REG_ID) == ASIP_RESET_ID ? ASIP_OK : ASIP_NO_CORE;
+}
+
+static int fits(const asip *core, const asip_image *image) {
+  const uint32_t config = read32(core, ASIP_REG_CONFIG);
+  return FIELD(config, CONFIG_SLOTS) == image->slots &&
+         FIELD(config, CONFIG_FMA_PIPES) == image->fma_pipes &&
+         image->bundles <= (uint32_t)1 << FIELD(config, CONFIG_PROGRAM_LOG2) &&
+         image->data_words <= (uint32_t)1 << FIELD(config, CONFIG_DATA_LOG2);
+}
+
+asip_result asip_load(asip *core, const asip_image *image) {
+  const uint32_t *word = image->program;
+  uint32_t i, lane;
+
+  if (asip_check_id(core) != ASIP_OK) return ASIP_NO_CORE;
+  if (!fits(core, image)) return ASIP_WRONG_CORE;
+  if (FIELD(read32(core, ASIP_REG_STATUS), STATUS_BUSY)) return ASIP_BUSY;
+
+  asip_clear(core);
+  for (i = 0; i < image->bundles; i++) {
+    for (lane = 0; lane < image->lanes; lane++) {
+      write32(core, ASIP_BASE_PROGRAM + 4 * i + lane, *word++);
+    }
+  }
+  for (i = 0; i < image->constant_count; i++) {
+    write32(core, ASIP_BASE_CONSTANTS + image->constants[i].address, image->constants[i].word);
+  }
+  for (i = 0; i < image->data_words; i++) write32(core, ASIP_BASE_DATA + i, image->data[i]);
+  for (i = 0; i < image->output_count; i++) write32(core, ASIP_BASE_SAFE + i, image->safe[i]);
+  write32(core, ASIP_REG_ENTRY, image->entry);
+  write32(core, ASIP_REG_WATCHDOG, image->watchdog);
+  write32(core, ASIP_REG_OUTPUT_MASK, image->output_mask);
+  core->image = image;
+  for (i = 0; i < image->state_count; i++) asip_preset_state(core, i, image->states[i].word);
+  return ASIP_OK;
+}
+
+void asip_preset_state(const asip *core, unsigned state, uint32_t word) {
+  write32(core, ASIP_BASE_REGISTERS + core->image->states[state].address, word);
+}
+
+void asip_set_inputs(const asip *core, const uint32_t *words) {
+  uint32_t i;
+  for (i = 0; i < core->image->input_count; i++) {
+    write32(core, ASIP_BASE_CONSTANTS + core->image->inputs[i], words[i]);
+  }
+}
+
+void asip_start(const asip *core) { write32(core, ASIP_REG_CONTROL, ASIP_CONTROL_START_MASK); }
+
+asip_result asip_wait(const asip *core, uint32_t polls) {
+  while (polls-- > 0) {
+    const uint32_t status = read32(core, ASIP_REG_STATUS);
+    if (status & ASIP_STATUS_BUSY_MASK) continue;
+    if (status & ASIP_STATUS_FAULT_MASK) return ASIP_FAULTED;
+    return status & ASIP_STATUS_DONE_MASK ? ASIP_OK : ASIP_NOT_STARTED;
+  }
+  return ASIP_TIMEOUT;
+}
+
+void asip_read_outputs(const asip *core, uint32_t *words) {
+  uint32_t i;
+  for (i = 0; i < core->image->output_count; i++) words[i] = read32(core, ASIP_BASE_OUTPUTS + i);
+}
+
+uint32_t asip_read_export(const asip *core, unsigned number) {
+  return read32(core, ASIP_BASE_REGISTERS + core->image->exports[number]);
+}
+
+void asip_clear(const asip *core) { write32(core, ASIP_REG_CONTROL, ASIP_CONTROL_CLEAR_MASK); }
+
+void asip_enable_interrupts(const asip *core, int done, int fault) {
+  write32(core, ASIP_REG_IRQ_ENABLE,
+          (done ? ASIP_IRQ_ENABLE_DONE_MASK : 0u) | (fault ? ASIP_IRQ_ENABLE_FAULT_MASK : 0u));
+}
+
+asip_state asip_status(const asip *core) {
+  const uint32_t status = read32(core, ASIP_REG_STATUS);
+  asip_state state;
+  state.busy = (int)FIELD(status, STATUS_BUSY);
+  state.done = (int)FIELD(status, STATUS_DONE);
+  state.faulted = (int)FIELD(status, STATUS_FAULT);
+  state.cause = (asip_fault)FIELD(status, STATUS_CAUSE);
+  state.flags = (uint8_t)FIELD(status, STATUS_FLAGS);
+  state.cycles = read32(core, ASIP_REG_CYCLES);
+  state.info = read32(core, ASIP_REG_FAULT_INFO);
+  return state;
+}
+
+const char *asip_fault_text(asip_fault cause) {
+  switch (cause) {
+#define CASE(name, code, text) \
+  case ASIP_FAULT_##name:      \
+    return text;
+    ASIP_FAULTS(CASE)
+#undef CASE
+    default:
+      return "unknown fault";
+  }
+}
+
+const char *asip_result_text(asip_result result) {
+  switch (result) {
+    case ASIP_OK:
+      return "ok";
+    case ASIP_NO_CORE:
+      return "no ASIP at this address";
+    case ASIP_WRONG_CORE:
+      return "image does not fit this core";
+    case ASIP_BUSY:
+      return "a run is going on";
+    case ASIP_FAULTED:
+      return "stopped by a fault";
+    case ASIP_NOT_STARTED:
+      return "no run was started";
+    case ASIP_TIMEOUT:
+      return "run did not end in time";
+  }
+  return "unknown result";
+}
+
+uint32_t asip_word(float value) {
+  uint32_t word;
+  memcpy(&word, &value, sizeof word);
+  return word;
+}
+
+float asip_float(uint32_t word) {
+  float value;
+  memcpy(&value, &word, sizeof value);
+  return value;
+}

@@ -1,0 +1,131 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Driver of the ASIP in plain C99: no operating system, no heap, no state of its own.
+ * All bus traffic goes through an asip_bus, word addresses of docs/regmap.md. Not reentrant per core.
+ * Inputs, outputs, states are raw 32-bit words: binary32 (asip_word, asip_float) or int32.
+ * The core holds accesses to its memories while a program runs, so such a call can take a run's time. */
+#ifndef ASIP_H
+#define ASIP_H
+
+#include <stdint.h>
+
+#include "gen/asip_regs.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* How the host reaches the core: single 32-bit accesses by word address. */
+typedef struct {
+  uint32_t (*read32)(void *context, uint32_t address);
+  void (*write32)(void *context, uint32_t address, uint32_t data);
+  void *context;
+} asip_bus;
+
+/* Word and where it goes: index in bank K, or offset in block `registers`. */
+typedef struct {
+  uint16_t address;
+  uint32_t word;
+} asip_word_at;
+
+/* Program image as `asip-as --format c` writes it. Absent tables are null, their length 0. */
+typedef struct {
+  const char *title;
+  uint8_t slots, fma_pipes; /* configuration it is for */
+  uint8_t lanes;            /* 32-bit words per bundle */
+  uint16_t entry;
+  uint32_t watchdog, output_mask;
+  uint16_t bundles;
+  const uint32_t *program; /* lane 0 of bundle 0 first */
+  uint16_t program_words;
+  const asip_word_at *constants;
+  uint16_t constant_count;
+  const uint32_t *data;
+  uint16_t data_words;
+  const uint32_t *safe; /* safe value per output */
+  uint16_t output_count;
+  const asip_word_at *states; /* initial values */
+  uint16_t state_count;
+  const uint16_t *inputs; /* index in bank K per input */
+  uint16_t input_count;
+  const uint16_t *exports; /* offset in block `registers` per export */
+  uint16_t export_count;
+} asip_image;
+
+/* A core and the image loaded into it. */
+typedef struct {
+  asip_bus bus;
+  const asip_image *image;
+} asip;
+
+typedef enum {
+  ASIP_OK = 0,
+  ASIP_NO_CORE,     /* ID is not the ASIP's */
+  ASIP_WRONG_CORE,  /* image for another configuration, or larger than the core's memories */
+  ASIP_BUSY,        /* a run is going on */
+  ASIP_FAULTED,     /* a fault is latched; outputs are the safe values until asip_clear */
+  ASIP_NOT_STARTED, /* neither busy nor done */
+  ASIP_TIMEOUT      /* still busy after the polls allowed */
+} asip_result;
+
+#define ASIP_FAULT_CODE(name, code, text) ASIP_FAULT_##name = (code),
+typedef enum { ASIP_FAULTS(ASIP_FAULT_CODE) } asip_fault;
+#undef ASIP_FAULT_CODE
+
+/* State of the core, decoded from STATUS, CYCLES, FAULT_INFO. */
+typedef struct {
+  int busy, done, faulted;
+  asip_fault cause;
+  uint8_t flags;   /* IEEE 754 exceptions of the run: NV DZ OF UF NX, bit 4..0 */
+  uint32_t cycles; /* of the current or last run */
+  uint32_t info;   /* FAULT_INFO: bundle address or output index, see docs/regmap.md */
+} asip_state;
+
+/* Bus of a core that is mapped into memory; `base` is the address of its first word. */
+asip_bus asip_memory_bus(volatile uint32_t *base);
+
+/* ASIP_OK or ASIP_NO_CORE. */
+asip_result asip_check_id(const asip *core);
+
+/* Clear a fault, write program, constants, data, safe values, run parameters and the initial states.
+ * The image stays in use: it must live as long as the core runs it.
+ * ASIP_OK, ASIP_NO_CORE, ASIP_WRONG_CORE, ASIP_BUSY; nothing is written unless ASIP_OK. */
+asip_result asip_load(asip *core, const asip_image *image);
+
+/* Write one state register by its number in the image, for instance the first encoder counts. */
+void asip_preset_state(const asip *core, unsigned state, uint32_t word);
+
+/* Write all inputs in the order of the program. */
+void asip_set_inputs(const asip *core, const uint32_t *words);
+
+/* Start a run. A core that is busy or faulted ignores it. */
+void asip_start(const asip *core);
+
+/* Read STATUS until the run has ended, at most `polls` times.
+ * ASIP_OK, ASIP_FAULTED, ASIP_NOT_STARTED, ASIP_TIMEOUT. */
+asip_result asip_wait(const asip *core, uint32_t polls);
+
+/* Read all outputs, image->output_count words: the last completed run's, after a fault safe values. */
+void asip_read_outputs(const asip *core, uint32_t *words);
+
+/* Read one exported register by its number in the image, after a run. */
+uint32_t asip_read_export(const asip *core, unsigned number);
+
+/* End done and fault, and with them the interrupt. Ignored while busy. */
+void asip_clear(const asip *core);
+
+/* Interrupt at the end of a run and at a fault. */
+void asip_enable_interrupts(const asip *core, int done, int fault);
+
+asip_state asip_status(const asip *core);
+const char *asip_fault_text(asip_fault cause);
+const char *asip_result_text(asip_result result);
+
+/* Bits of a binary32 and back. */
+uint32_t asip_word(float value);
+float asip_float(uint32_t word);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
