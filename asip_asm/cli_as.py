@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 from asip_asm.assemble import build_program, encode
+from asip_asm.c_image import to_c
 from asip_asm.diagnostics import AssemblyError
 from asip_asm.image import MEMORY_FORMATS, Image
 from asip_asm.isa import default_isa
