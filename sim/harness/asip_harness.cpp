@@ -13,11 +13,26 @@ namespace {
 
 constexpr uint64_t kBusTimeout = 1000000;  // cycles; a bus that answers never is a broken model
 
+struct Issue {
+  uint32_t cycle;  // since the trace began
+  uint32_t address;
+};
+
 struct Write {
+  uint32_t cycle;
   uint32_t bank;  // 0..2: A, B, C; 3: output
   uint32_t index;
   uint32_t data;
 };
+
+// Copies at most n events as words; returns how many there are.
+template <typename Event>
+uint32_t copy_events(const std::vector<Event>& events, uint32_t* words, uint32_t n) {
+  const uint32_t count = events.size();
+  if (n > count) n = count;
+  if (n > 0) std::memcpy(words, events.data(), n * sizeof(Event));
+  return count;
+}
 
 struct Asip {
   VerilatedContext context;
@@ -25,6 +40,8 @@ struct Asip {
   uint64_t cycles = 0;
   std::vector<uint64_t> issued;  // bundles issued per program address
   bool tracing = false;
+  uint64_t trace_start = 0;
+  std::vector<Issue> issues;
   std::vector<Write> writes;
 
   Asip() : top(new Vasip(&context)), issued(1 << 16, 0) {
@@ -52,13 +69,18 @@ struct Asip {
   }
 
   void trace() {
+    const uint32_t cycle = cycles - trace_start;
+    if (top->trace_issue_o) issues.push_back({cycle, top->trace_pc_o});
     const uint32_t valid = top->trace_write_o;
     for (uint32_t bank = 0; bank < 3; ++bank) {
       if (valid >> bank & 1) {
-        writes.push_back({bank, top->trace_index_o >> (6 * bank) & 63, top->trace_data_o[bank]});
+        const uint32_t index = top->trace_index_o >> (6 * bank) & 63;
+        writes.push_back({cycle, bank, index, top->trace_data_o[bank]});
       }
     }
-    if (valid >> 3 & 1) writes.push_back({3, top->trace_index_o >> 12 & 63, top->trace_data_o[2]});
+    if (valid >> 3 & 1) {
+      writes.push_back({cycle, 3, top->trace_index_o >> 12 & 63, top->trace_data_o[2]});
+    }
   }
 
   void reset() {
@@ -124,17 +146,18 @@ void asip_issued(void* handle, uint64_t* counts, uint32_t n) {
 void asip_trace(void* handle, int on) {
   auto* asip = static_cast<Asip*>(handle);
   asip->tracing = on != 0;
+  asip->trace_start = asip->cycles;
+  asip->issues.clear();
   asip->writes.clear();
 }
 
-// Copies at most n traced writes (bank, index, data); returns how many there are.
-uint32_t asip_trace_read(void* handle, uint32_t* triples, uint32_t n) {
-  auto* asip = static_cast<Asip*>(handle);
-  const uint32_t count = asip->writes.size();
-  for (uint32_t i = 0; i < count && i < n; ++i) {
-    std::memcpy(triples + 3 * i, &asip->writes[i], sizeof(Write));
-  }
-  return count;
+// Copy at most n traced issues (cycle, address) or writes (cycle, bank, index, data); return how many there are.
+uint32_t asip_trace_issues(void* handle, uint32_t* pairs, uint32_t n) {
+  return copy_events(static_cast<Asip*>(handle)->issues, pairs, n);
+}
+
+uint32_t asip_trace_writes(void* handle, uint32_t* quadruples, uint32_t n) {
+  return copy_events(static_cast<Asip*>(handle)->writes, quadruples, n);
 }
 
 // Runs `ticks` control ticks as a host would: write `writes` words, start, wait for the interrupt, read

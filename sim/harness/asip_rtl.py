@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -75,7 +75,8 @@ class AsipRtl:
         self._lib.asip_clock.argtypes = [pointer, u32]
         self._lib.asip_issued.argtypes = [pointer, pointer, u32]
         self._lib.asip_trace.argtypes = [pointer, ctypes.c_int]
-        self._lib.asip_trace_read.argtypes = [pointer, pointer, u32]
+        for name in ("issues", "writes"):
+            getattr(self._lib, f"asip_trace_{name}").argtypes = [pointer, pointer, u32]
         self._handle = self._lib.asip_new()
         self.configuration = configuration
 
@@ -128,15 +129,27 @@ class AsipRtl:
         return counts
 
     def trace(self, on: bool = True) -> None:
-        """Start (and empty) or stop the trace of register and output writes."""
+        """Start (and empty) or stop the trace of issues and of register and output writes."""
         self._lib.asip_trace(self._handle, int(on))
+
+    def traced_issues(self) -> list[tuple[int, int]]:
+        """Bundles issued since `trace` in order: (cycle since `trace`, program address)."""
+        return [(c, a) for c, a in self._events(self._lib.asip_trace_issues, 2)]
 
     def traced_writes(self) -> list[tuple[str, int, int]]:
         """Writes since `trace` in order: (bank 'A', 'B', 'C' or 'O' for outputs, index, word)."""
-        count = self._lib.asip_trace_read(self._handle, None, 0)
-        triples = np.zeros((count, 3), dtype=np.uint32)
-        self._lib.asip_trace_read(self._handle, triples.ctypes.data, count)
-        return [("ABCO"[bank], index, word) for bank, index, word in triples.tolist()]
+        return [write[1:] for write in self.timed_writes()]
+
+    def timed_writes(self) -> list[tuple[int, str, int, int]]:
+        """Writes since `trace` in order: (cycle since `trace`, bank, index, word)."""
+        events = self._events(self._lib.asip_trace_writes, 4)
+        return [(cycle, "ABCO"[bank], index, word) for cycle, bank, index, word in events]
+
+    def _events(self, function: Callable[..., int], words: int) -> list[list[int]]:
+        count = function(self._handle, None, 0)
+        events = np.zeros((count, words), dtype=np.uint32)
+        function(self._handle, events.ctypes.data, count)
+        return events.tolist()
 
     # ------------------------------------------------------------------ programs
     def load(self, image: Image) -> None:
