@@ -15,8 +15,12 @@ import numpy as np
 
 from asip_asm.assemble import assemble
 from asip_asm.diagnostics import AssemblyError, closest
+from asip_asm.gantt import gantt_page
 from asip_asm.image import Image, ImageError
 from asip_asm.isa import default_isa
+from asip_asm.konata import konata_log
+from asip_asm.profile import ProfileError, profile_run
+from asip_asm.profile import Trace as CoreTrace
 from asip_asm.regmap import default_register_map
 
 IMAGE_SUFFIX = ".json"
@@ -27,6 +31,7 @@ NO_FAULT = "NONE"
 EPILOG = """examples:
   asip-run leg.s --set x=0.3 --set y=0.1
   asip-run build/leg.asip.json --iss --inputs path.csv --print F1,l1 > forces.csv
+  asip-run leg.s --set x=0.3 --profile --konata build/leg.konata --gantt build/leg.html
   asip-run leg.s --config small --ticks 3 --state sum=1.5 --trace build/writes.txt
 
 Floats may be written as bits (0f3f800000). Inputs that are not given are 0. With --inputs the
@@ -58,6 +63,7 @@ class Run:
     """Result of one run: fault, flags {nv, dz, of, uf, nx}, counters by name, words by name.
 
     writes: (register or output, word), on the core in the order of time, on the model by register.
+    trace: issues and writes by clock cycle, of a traced run on the core.
     """
 
     fault: Fault
@@ -65,6 +71,7 @@ class Run:
     counters: dict[str, int]
     words: dict[str, int]
     writes: list[tuple[str, int]]
+    trace: CoreTrace | None = None
 
 
 class Runner(Protocol):
@@ -85,7 +92,11 @@ def main(arguments: list[str] | None = None) -> int:
         names = printed_names(image, options.print)
         rows = read_inputs(options.inputs, types) if options.inputs else [{}]
         ticks = len(rows) if options.ticks is None else options.ticks
-        runner = (iss_runner if options.iss else rtl_runner)(image, states, bool(options.trace))
+        profile = options.profile or options.konata or options.gantt
+        if profile and options.iss:
+            raise UserError("the model has no clock cycles to profile; use --rtl", 2)
+        trace_on = bool(options.trace or profile)
+        runner = (iss_runner if options.iss else rtl_runner)(image, states, trace_on)
         table = bool(options.inputs)
         with Trace(options.trace) as trace:
             for tick in range(ticks):
@@ -95,6 +106,9 @@ def main(arguments: list[str] | None = None) -> int:
                 trace.write(tick, result)
                 if result.fault.cause != NO_FAULT:
                     raise UserError(f"run {tick + 1}: {fault_text(image, result.fault)}")
+        if profile and result.trace:
+            file = sys.stderr if table else sys.stdout
+            write_profile(file, image, result.trace, options.konata, options.gantt)
     except AssemblyError as error:
         print(error.report(), file=sys.stderr)
         return 1
@@ -267,6 +281,7 @@ def rtl_runner(image: Image, states: Mapping[str, int], trace: bool) -> Runner:
                 result = core.run([], np.zeros((1, 0), dtype=np.uint32), [])
             except AsipError as error:
                 raise UserError(str(error)) from None
+            counters = {name: core.read(CSR[name]) for name in COUNTERS}
             info = core.read(CSR["FAULT_INFO"])
             if result.fault == NO_FAULT:
                 fault = Fault(NO_FAULT)
@@ -277,9 +292,12 @@ def rtl_runner(image: Image, states: Mapping[str, int], trace: bool) -> Runner:
             return Run(
                 fault=fault,
                 flags=STATUS["flags"].of(int(result.status[-1])),
-                counters={name: core.read(CSR[name]) for name in COUNTERS},
+                counters=counters,
                 words={name: read(name, inputs) for name in names},
                 writes=[(f"{b.lower()}{i}", word) for b, i, word in core.traced_writes()],
+                trace=CoreTrace(core.traced_issues(), core.timed_writes(), counters)
+                if trace
+                else None,
             )
 
     return RtlRunner()
@@ -369,6 +387,21 @@ def write_row(file: TextIO, image: Image, tick: int, names: Sequence[str], resul
     values = [value_text(result.words[name], type_of(name)) for name in names]
     row = [tick + 1, *values, result.fault.cause, flag_text(result.flags)]
     out.writerow([*row, *result.counters.values()])
+
+
+def write_profile(
+    file: TextIO, image: Image, trace: CoreTrace, konata: Path | None, gantt: Path | None
+) -> None:
+    """Profile of a run for people, and the files that show it clock by clock."""
+    try:
+        profile = profile_run(image, trace)
+    except ProfileError as error:
+        raise UserError(f"profile: {error}") from None
+    file.write(profile.render())
+    for path, text in ((konata, konata_log), (gantt, gantt_page)):
+        if path:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text(profile), encoding="utf-8")
 
 
 def fault_text(image: Image, fault: Fault) -> str:
@@ -463,6 +496,23 @@ def parse_arguments(arguments: list[str] | None) -> argparse.Namespace:
     )
     parser.add_argument(
         "--trace", type=Path, metavar="FILE", help="write every register and output written"
+    )
+    parser.add_argument(
+        "--profile",
+        action="store_true",
+        help="where the cycles of the last run went (with --inputs on standard error)",
+    )
+    parser.add_argument(
+        "--konata",
+        type=Path,
+        metavar="FILE",
+        help="profile, and a pipeline log for the Konata viewer",
+    )
+    parser.add_argument(
+        "--gantt",
+        type=Path,
+        metavar="FILE",
+        help="profile, and an HTML chart of units over clock cycles",
     )
     return parser.parse_args(arguments)
 
