@@ -89,16 +89,17 @@ def identifier(text: str) -> str:
 
 
 def enumeration(name: str, members: Sequence[tuple[str, int]]) -> list[str]:
-    """Enumeration of name_MEMBER = value in capitals and the number of members, NAME_COUNT."""
+    """Enumeration of NAME_MEMBER = value, and the number of members: NAMES."""
     taken: set[str] = set()
     rows = []
-    for member, value in [*members, ("count", len(members))]:
+    for member, value in members:
         base = re.sub(r"\W", "_", f"{name}_{member}", flags=re.ASCII).upper()
         unique, number = base, 2
         while unique in taken:
             unique, number = f"{base}_{number}", number + 1
         taken.add(unique)
         rows.append(f"  {unique} = {value}")
+    rows.append(f"  {name.upper()}S = {len(members)}")
     return ["enum {", ",\n".join(rows), "};", ""]
 
 

@@ -61,8 +61,15 @@ asip_result asip_load(asip *core, const asip_image *image) {
   write32(core, ASIP_REG_WATCHDOG, image->watchdog);
   write32(core, ASIP_REG_OUTPUT_MASK, image->output_mask);
   core->image = image;
-  for (i = 0; i < image->state_count; i++) asip_preset_state(core, i, image->states[i].word);
+  asip_preset_states(core);
   return ASIP_OK;
+}
+
+void asip_preset_states(const asip *core) {
+  uint32_t i;
+  for (i = 0; i < core->image->state_count; i++) {
+    asip_preset_state(core, i, core->image->states[i].word);
+  }
 }
 
 void asip_preset_state(const asip *core, unsigned state, uint32_t word) {

@@ -91,6 +91,10 @@ asip_result asip_check_id(const asip *core);
  * ASIP_OK, ASIP_NO_CORE, ASIP_WRONG_CORE, ASIP_BUSY; nothing is written unless ASIP_OK. */
 asip_result asip_load(asip *core, const asip_image *image);
 
+/* Write the initial value of every state, as asip_load does: a run that ended in a fault may have left
+ * anything in them. */
+void asip_preset_states(const asip *core);
+
 /* Write one state register by its number in the image, for instance the first encoder counts. */
 void asip_preset_state(const asip *core, unsigned state, uint32_t word);
 
