@@ -1,0 +1,255 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Refuse SystemVerilog outside the subset that every tool of the project reads alike.
+
+The subset is what Verilator 5, Yosys `read_verilog -sv` and, by published reports, Quartus II 13.1
+and Icarus accept. The checker works on text without comments, strings and attributes; it needs no
+tool. Exit 1 if any rule is broken.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from rich.console import Console
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+@dataclass(frozen=True)
+class Rule:
+    """One construct to refuse: `pattern` finds it, `cure` says what to write instead."""
+
+    name: str
+    pattern: str
+    message: str
+    cure: str
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A broken rule; `line` counts from 1."""
+
+    path: Path
+    line: int
+    rule: str
+    text: str
+
+    def __str__(self) -> str:
+        return f"{self.path}:{self.line}: {self.rule}: {self.text}"
+
+
+RULES = (
+    Rule("import", r"\bimport\b", "import of a package", "name it in place: pkg::item"),
+    Rule("assignment-pattern", r"'\{", "assignment pattern '{..}", "concatenate, or assign fields"),
+    Rule("return", r"\breturn\b", "return", "assign to the function's name"),
+    Rule(
+        "unique-priority",
+        r"\b(unique0?|priority)\s+(case[xz]?|if)\b",
+        "unique or priority",
+        "plain case with a default",
+    ),
+    Rule(
+        "loop", r"\b(foreach|break|continue|do)\b", "foreach, break, continue or do", "for (int ..)"
+    ),
+    Rule("inside", r"\binside\b", "inside", "casez or comparisons"),
+    Rule("wildcard-equality", r"[=!]=\?", "==? or !=?", "casez or a mask"),
+    Rule("interface", r"\b(interface|modport)\b", "interface or modport", "plain ports"),
+    Rule(
+        "parameter-kind",
+        r"\b(parameter|localparam)\s+(string|type|real|shortreal|realtime)\b",
+        "string, type or real parameter",
+        "an integer or a vector; a package type",
+    ),
+    Rule("real", r"\b(real|shortreal|realtime)\b", "real number", "an integer computed beforehand"),
+    Rule("string", r"\bstring\b", "string variable", "a vector of characters"),
+    Rule("streaming", r"\{\s*(<<|>>)", "streaming operator", "a for loop over the bits"),
+    Rule(
+        "concurrent-assertion",
+        r"\b((assert|assume|cover)\s+property|property|sequence|restrict)\b",
+        "concurrent assertion",
+        "immediate assert in a clocked block behind `ifndef SYNTHESIS",
+    ),
+    Rule("assert-else", r"\bassert\b[^;]*\belse\b", "assert .. else", "if (!condition) $error"),
+    Rule(
+        "bits-of-package-type",
+        r"\$bits\s*\(\s*\w+::",
+        "$bits of a package type",
+        "a width constant beside the type",
+    ),
+    Rule("cast-of-bits", r"'\s*\(\s*\$bits", "size cast of $bits", "a localparam of that width"),
+    Rule(
+        "enum-method",
+        r"\w\.(next|prev|first|last|num|name)\b(?!_)",
+        "enumeration method",
+        "a case or arithmetic on the value",
+    ),
+    Rule(
+        "initialiser",
+        r"(?m)^\s*(automatic\s+)?(logic|bit|reg|byte|int|integer)\b[^;=({]*=(?!=)",
+        "variable declared with a value",
+        "declare, then assign (a local), or reset (a register)",
+    ),
+    Rule(
+        "automatic-local",
+        r"(?<!function )(?<!task )\bautomatic\b",
+        "automatic local",
+        "a plain local of the named block or a function",
+    ),
+    Rule(
+        "unpacked-struct", r"\b(struct|union)\b(?!\s+packed)", "unpacked struct or union", "packed"
+    ),
+    Rule(
+        "packed-2d-constant",
+        r"\b(localparam|parameter)\b(\s+\w+)*\s*\[[^\]]*\]\s*\[[^\]]*\]\s*\w+\s*=",
+        "constant with two packed dimensions",
+        "a flat constant and a slice",
+    ),
+    Rule(
+        "constant-array",
+        r"\b(localparam|parameter)\b[^;=]*\]\s*=",
+        "constant array",
+        "a case function or a flat constant and a slice",
+    ),
+    Rule(
+        "array-size-form",
+        r"(?m)^\s*(logic|reg|bit|wire)\b(\s*\[[^\]]*\])*\s+\w+\s*\[[^\]:]+\]\s*[;,]",
+        "unpacked dimension given as a size",
+        "a range, [0:N-1]",
+    ),
+    Rule(
+        "declaration",
+        r"\b(let|timeunit|timeprecision|class|program|clocking|always_latch)\b",
+        "let, timeunit, class, program, clocking or latch",
+        "a function; none; a register",
+    ),
+)
+UNPACKED_PORT = Rule("unpacked-port", "", "unpacked array port", "a packed vector, [N-1:0][31:0]")
+DEFAULT_ARGUMENT = Rule("default-argument", "", "default value of an argument", "pass every one")
+RESULT_FIELD = Rule(
+    "result-field", "", "field of a function's result assigned", "a local variable, then f = local"
+)
+SIMULATION_ONLY = Rule(
+    "simulation-only",
+    r"(\bassert\b|\$(error|fatal|warning|info|display|finish)\b)",
+    "assertion or message in synthesis",
+    "put it behind `ifndef SYNTHESIS",
+)
+ALL_RULES = (*RULES, UNPACKED_PORT, DEFAULT_ARGUMENT, RESULT_FIELD, SIMULATION_ONLY)
+
+
+def bare(text: str) -> str:
+    """Text with comments, attributes and the inside of strings blanked, line breaks kept."""
+
+    def blank(match: re.Match[str]) -> str:
+        return re.sub(r"[^\n]", " ", match[0])
+
+    pattern = r'"(?:\\.|[^"\\\n])*"|//[^\n]*|/\*.*?\*/|\(\*\s*\w.*?\*\)'
+    return re.sub(pattern, blank, text, flags=re.S)
+
+
+def _synthesised(text: str) -> str:
+    """Text with everything between `ifndef SYNTHESIS and its `else or `endif blanked."""
+    lines, conditions = [], []
+    for line in text.split("\n"):
+        word = re.match(r"\s*`(ifdef|ifndef|else|elsif|endif)\b\s*(\w*)", line)
+        if word and word[1] in ("ifdef", "ifndef"):
+            conditions.append((word[1], word[2]) == ("ifndef", "SYNTHESIS"))
+        elif word and word[1] == "endif" and conditions:
+            conditions.pop()
+        elif word and conditions:
+            conditions[-1] = False
+        lines.append("" if any(conditions) else line)
+    return "\n".join(lines)
+
+
+def _parenthesised(text: str, start: int) -> tuple[int, int]:
+    """Positions inside the parentheses that open at text[start]; the end is the closing one."""
+    depth = 0
+    for at in range(start, len(text)):
+        depth += {"(": 1, ")": -1}.get(text[at], 0)
+        if depth == 0:
+            return start + 1, at
+    return start + 1, len(text)
+
+
+def _pieces(text: str, begin: int, end: int) -> Iterator[tuple[int, str]]:
+    """Parts of text[begin:end] between commas outside brackets, with their positions."""
+    depth, start = 0, begin
+    for at in range(begin, end):
+        depth += {"(": 1, "[": 1, "{": 1, ")": -1, "]": -1, "}": -1}.get(text[at], 0)
+        if text[at] == "," and depth == 0:
+            yield start, text[start:at]
+            start = at + 1
+    yield start, text[start:end]
+
+
+def _port_lists(text: str) -> Iterator[tuple[str, str, int, int]]:
+    """(keyword, name, begin, end) of every module, function and task port list."""
+    head = r"\b(module|function|task)\b[^;(#]*?(\w+)\s*(?=[(#;])"
+    for match in re.finditer(head, text):
+        at = match.end()
+        if text[at] == "#":
+            at = _parenthesised(text, text.index("(", at))[1] + 1
+            at += len(text[at:]) - len(text[at:].lstrip())
+        if text[at : at + 1] == "(":
+            yield match[1], match[2], *_parenthesised(text, at)
+
+
+def check(text: str, path: Path = Path("<text>")) -> list[Finding]:
+    """Findings in a source text, in order of lines."""
+    source = bare(text)
+    found: list[tuple[int, Rule]] = []
+    for rule in RULES:
+        found += [(match.start(), rule) for match in re.finditer(rule.pattern, source)]
+    kept = _synthesised(source)
+    for match in re.finditer(SIMULATION_ONLY.pattern, kept):
+        line = kept.count("\n", 0, match.start())
+        found.append((sum(len(row) + 1 for row in source.split("\n")[:line]), SIMULATION_ONLY))
+    for keyword, name, begin, end in _port_lists(source):
+        for at, piece in _pieces(source, begin, end):
+            if piece.split("=")[0].rstrip().endswith("]"):
+                found.append((at + len(piece) - len(piece.lstrip()), UNPACKED_PORT))
+            if keyword != "module" and "=" in piece:
+                found.append((at + len(piece) - len(piece.lstrip()), DEFAULT_ARGUMENT))
+        if keyword == "function":
+            stop = source.find("endfunction", end)
+            fields = re.compile(rf"\b{name}\.\w+[^;]*?<?=(?!=)")
+            found += [(m.start(), RESULT_FIELD) for m in fields.finditer(source, end, stop)]
+    findings = []
+    for at, rule in found:
+        # A pattern may begin in the blanks before the construct.
+        at += len(source[at:]) - len(source[at:].lstrip())
+        line = source.count("\n", 0, at) + 1
+        findings.append(Finding(path, line, rule.name, f"{rule.message}; write: {rule.cure}"))
+    return sorted(set(findings), key=lambda finding: (finding.line, finding.rule))
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Command line; exit 0 clean, 1 findings."""
+    parser = argparse.ArgumentParser(
+        description=__doc__.splitlines()[0],
+        epilog="example: python scripts/rtl_subset.py rtl/asip/asip.sv",
+    )
+    parser.add_argument("files", nargs="*", type=Path, help="default: every .sv below rtl/")
+    parser.add_argument("--rules", action="store_true", help="list the rules and their cures")
+    options = parser.parse_args(argv)
+    console = Console(soft_wrap=True, highlight=False, markup=False)
+    if options.rules:
+        for rule in ALL_RULES:
+            console.print(f"{rule.name}: {rule.message}; write: {rule.cure}")
+        return 0
+    files = options.files or sorted((ROOT / "rtl").rglob("*.sv"))
+    findings = [found for path in files for found in check(path.read_text(), path)]
+    for finding in findings:
+        console.print(str(finding))
+    console.print(f"rtl_subset: {len(files)} files, {len(findings)} findings")
+    return 1 if findings else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
