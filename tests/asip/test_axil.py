@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: Apache-2.0
+"""AXI4-Lite port `asip_axil`: lint, and the cocotb scenarios of axil_tb.py on a small program.
+
+Replay of one scenario: `SEED=n SCENARIO=name pytest tests/asip/test_axil.py`. Expected words come
+from the instruction-set model.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from cocotb_tools.runner import get_results, get_runner
+
+from asip_asm.assemble import assemble
+from asip_asm.isa import default_isa
+from sim.harness.asip_rtl import BLOCK, CSR, register_address
+from sim.harness.build import ROOT, WAIVERS, file_list, verilator_driver
+from sim.iss.core import Iss
+
+SOURCES = [*file_list("asip/asip.f"), ROOT / "rtl/asip/asip_axil.sv"]
+BENCH = Path(__file__).with_name("axil_tb.py")
+PROGRAM = ROOT / "sim/driver/leg_length.s"
+SCENARIOS = re.findall(r"@cocotb\.test\(\)\nasync def (\w+)", BENCH.read_text())
+TICKS = ((3.0, 0.5, 4.0, 7), (-1.5, 2.25, 0.125, -12), (1e-3, 0.0, 1e3, 40000))
+
+
+def image_writes(image) -> list[tuple[int, int]]:
+    """Bus writes (word address, word) that load a program image."""
+    writes = [(BLOCK["program"] + offset, word) for offset, word in image.words()]
+    writes += [(BLOCK["constants"] + c.index, int(c.bits, 16)) for c in image.constants]
+    writes += [(BLOCK["safe"] + o.index, int(o.safe, 16)) for o in image.outputs]
+    writes += [(register_address(s.register), int(s.bits, 16)) for s in image.states]
+    writes += [(CSR["ENTRY"], image.entry), (CSR["WATCHDOG"], image.watchdog)]
+    return [*writes, (CSR["OUTPUT_MASK"], image.output_mask), (CSR["IRQ_ENABLE"], 3)]
+
+
+def plan(image) -> dict:
+    """Words to write, words to expect (instruction-set model), for axil_tb.py."""
+    model, ticks = Iss(image.to_json()), []
+    for tick in TICKS:
+        values = dict(zip(("x", "y", "z", "counter"), tick, strict=True))
+        words = [*np.array(tick[:3], np.float32).view(np.uint32).tolist(), tick[3] & 0xFFFFFFFF]
+        model.set_inputs(values)
+        result = model.run()
+        assert result.fault.name == "NONE"
+        outputs = [(BLOCK["outputs"] + o.index, result.output_bits[o.name]) for o in image.outputs]
+        inputs = [BLOCK["constants"] + entry.index for entry in image.inputs]
+        ticks.append({"inputs": list(zip(inputs, words, strict=True)), "outputs": outputs})
+    return {"load": image_writes(image), "ticks": ticks, "data": BLOCK["data"]}
+
+
+@pytest.mark.parametrize("configuration", ["fast", "small"])
+def test_axil__every_scenario(configuration):
+    os.environ["PATH"] = os.pathsep.join((str(verilator_driver().parent), os.environ["PATH"]))
+    parameters = default_isa().configurations[configuration]
+    folder = ROOT / "build/axil" / configuration
+    folder.mkdir(parents=True, exist_ok=True)
+    log, todo, results = folder / "log.txt", folder / "plan.json", folder / "results.xml"
+    todo.write_text(json.dumps(plan(assemble(PROGRAM, configuration=configuration))))
+    seed, scenario = os.environ.get("SEED", "1"), os.environ.get("SCENARIO")
+    flags = ["--x-initial", "unique", "--x-assign", "unique", "--output-split", "0", "-Wno-fatal"]
+    runner = get_runner("verilator")
+    try:
+        runner.build(
+            sources=[WAIVERS, *SOURCES],
+            hdl_toplevel="asip_axil",
+            parameters={"FmaPipes": parameters.fma_pipes, "Slots": len(parameters.slots)},
+            build_dir=folder,
+            build_args=flags,
+            log_file=log,
+        )
+        runner.test(
+            test_module="tests.asip.axil_tb",
+            hdl_toplevel="asip_axil",
+            test_filter=f"{scenario}$" if scenario else None,
+            build_dir=folder,
+            test_dir=folder,
+            results_xml=str(results),
+            extra_env={"AXIL_PLAN": str(todo), "SEED": seed},
+            log_file=log,
+        )
+    except (RuntimeError, SystemExit) as error:
+        raise AssertionError(f"{error}\n{log.read_text()[-3000:]}") from error
+    total, failed = get_results(results)
+    assert failed == 0 and total == (1 if scenario else len(SCENARIOS)), (
+        f"{failed} of {total} failed; replay: SEED={seed}\n{log.read_text()[-4000:]}"
+    )
+
+
+@pytest.mark.parametrize("parameters", [(), ("-GFmaPipes=1", "-GSlots=1")])
+def test_axil__lint(parameters):
+    command = [verilator_driver(), "--lint-only", "-Wall", "--quiet", "--top-module", "asip_axil"]
+    done = subprocess.run(
+        [*command, *parameters, WAIVERS, *SOURCES], capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stderr) == (0, "")
