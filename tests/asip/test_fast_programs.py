@@ -15,7 +15,7 @@ from sim.harness.asip_rtl import AsipRtl
 PAGE = Path(__file__).parents[2] / "docs/fast_programs.md"
 PROGRAMS = re.findall(r'```\n(\.program "([^"]+)".*?)```', PAGE.read_text(), re.S)
 PAIRS = list(zip(PROGRAMS[::2], PROGRAMS[1::2], strict=True))
-# Exact sums and products, and a quotient that is a small integer: both of a pair give the same bits.
+# Sums and products are exact, the quotient is a small integer: both of a pair give the same bits.
 INPUTS = {"a": 2.0, "b": 1.0, "c": 0.5, "d": 4.0, "x": 0.75, "limit": 1.5}
 
 
