@@ -1,0 +1,176 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Platform Designer component: evaluated by a Tcl interpreter whose tool commands are recorded, and
+compared with the ports and parameters of rtl/asip/asip.sv as Verilator elaborates them."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+
+import pytest
+
+from asip_asm.isa import default_isa
+from asip_asm.regmap import default_register_map
+from sim.harness.build import ROOT, WAIVERS, file_list, verilator_driver
+
+tkinter = pytest.importorskip("tkinter", reason="this Python has no Tcl interpreter")
+
+SCRIPT = ROOT / "scripts/platform_designer/asip_hw.tcl"
+RECORDED = (
+    "set_module_property",
+    "add_fileset",
+    "set_fileset_property",
+    "add_fileset_file",
+    "add_parameter",
+    "set_parameter_property",
+    "add_interface",
+    "set_interface_property",
+    "add_interface_port",
+    "send_message",
+)
+
+
+class Component:
+    """The script evaluated; `calls` are the tool commands it gave, as tuples of words."""
+
+    def __init__(self, **parameters: int) -> None:
+        self.calls: list[tuple[str, ...]] = []
+        self.tcl = tkinter.Tcl()
+        for name in RECORDED:
+            self.tcl.createcommand(
+                name, lambda *words, name=name: self.calls.append((name, *words))
+            )
+        self.tcl.createcommand("get_module_property", lambda name: str(SCRIPT.parent))
+        self.tcl.createcommand("get_parameter_value", lambda name: self.parameters[name])
+        self.tcl.eval("package provide qsys 13.1")
+        self.tcl.eval(SCRIPT.read_text())
+        defaults = {words[0]: int(words[2]) for words in self.of("add_parameter")}
+        self.parameters = defaults | parameters
+
+    def of(self, command: str) -> list[tuple[str, ...]]:
+        """Arguments of every call of a command."""
+        return [words[1:] for words in self.calls if words[0] == command]
+
+
+@pytest.fixture(scope="module")
+def module(tmp_path_factory) -> tuple[dict[str, tuple[str, int]], dict[str, int]]:
+    """Ports (direction, width) and parameters (default) of module asip."""
+    tree = tmp_path_factory.mktemp("tree") / "asip.json"
+    command = [
+        verilator_driver(),
+        "--json-only",
+        "--json-only-output",
+        tree,
+        "--top-module",
+        "asip",
+    ]
+    command += ["--json-only-meta-output", tree.with_suffix(".meta"), WAIVERS]
+    subprocess.run([*command, *file_list("asip/asip.f")], check=True, cwd=tree.parent)
+    return ports_and_parameters(json.loads(tree.read_text()))
+
+
+def ports_and_parameters(tree: dict):
+    types = {}
+    variables = []
+
+    def walk(node, top: bool) -> None:
+        if isinstance(node, list):
+            for item in node:
+                walk(item, top)
+        elif isinstance(node, dict):
+            if node.get("type", "").endswith("DTYPE"):
+                types[node["addr"]] = node
+            if node.get("type") == "MODULE":
+                top = node["name"] == "asip"
+            if node.get("type") == "VAR" and top:
+                variables.append(node)
+            for value in node.values():
+                if isinstance(value, (list, dict)):
+                    walk(value, top)
+
+    walk(tree, False)
+
+    def width(address: str) -> int:
+        node = types[address]
+        if node["type"] == "PACKARRAYDTYPE":
+            high, low = map(int, node["declRange"].strip("[]").split(":"))
+            return (high - low + 1) * width(node["refDTypep"])
+        if "range" not in node:
+            return 1
+        high, low = map(int, node["range"].split(":"))
+        return high - low + 1
+
+    ports = {
+        v["name"]: (v["direction"].capitalize(), width(v["dtypep"]))
+        for v in variables
+        if v.get("direction", "NONE") != "NONE"
+    }
+    parameters = {v["name"] for v in variables if v.get("varType") == "GPARAM"}
+    return ports, parameters
+
+
+def test_ports__those_of_the_module_by_name_direction_and_width(module):
+    ports, _ = module
+    mapped = {
+        name: (direction, int(width))
+        for _, name, _, direction, width in Component().of("add_interface_port")
+    }
+    assert mapped["address_i"][1] == default_register_map().address_width
+    host = {name: port for name, port in ports.items() if not name.startswith("trace_")}
+    assert mapped == host
+    assert set(ports) - set(mapped), "the trace ports are still there"
+
+
+def test_parameters__those_of_the_module_with_the_isa_s_limits(module):
+    _, parameters = module
+    component, isa = Component(), default_isa()
+    assert set(component.parameters) == parameters
+    fast = isa.configurations["fast"]
+    assert component.parameters == {
+        "FmaPipes": fast.fma_pipes,
+        "Slots": len(fast.slots),
+        "Bundles": isa.program_bundles,
+        "DataWords": isa.data_words,
+    }
+    generics = {
+        words[0] for words in component.of("set_parameter_property") if words[1] == "HDL_PARAMETER"
+    }
+    assert generics == parameters
+
+
+@pytest.mark.parametrize("kind", ["QUARTUS_SYNTH", "SIM_VERILOG"])
+def test_fileset__files_of_the_list_in_order(kind):
+    component = Component()
+    callback = {words[0]: words[2] for words in component.of("add_fileset")}[kind]
+    assert (kind, "TOP_LEVEL", "asip") in component.of("set_fileset_property")
+    component.tcl.eval(f"{callback} asip")
+    added = component.of("add_fileset_file")
+    want = [path.resolve() for path in file_list("asip/asip.f")]
+    assert [(SCRIPT.parent / words[3]).resolve() for words in added] == want
+    assert all(words[1:3] == ("SYSTEM_VERILOG", "PATH") for words in added)
+    assert len({words[0] for words in added}) == len(added)
+
+
+@pytest.mark.parametrize(
+    ("pipes", "slots", "messages"),
+    [
+        (2, 3, []),
+        (1, 1, []),
+        (1, 3, ["FmaPipes = 1 needs Slots = 1, not 3."]),
+        (2, 1, ["FmaPipes = 2 needs Slots = 3, not 1."]),
+    ],
+)
+def test_elaboration__only_the_configurations_there_are(pipes, slots, messages):
+    component = Component(FmaPipes=pipes, Slots=slots)
+    component.tcl.eval("elaborate")
+    assert component.of("send_message") == [("error", text) for text in messages]
+    if not messages:
+        known = {(c.fma_pipes, len(c.slots)) for c in default_isa().configurations.values()}
+        assert (pipes, slots) in known
+
+
+def test_agent__word_addresses_and_interrupt_of_the_agent():
+    properties = set(Component().of("set_interface_property"))
+    assert ("s0", "addressUnits", "WORDS") in properties
+    assert ("irq", "associatedAddressablePoint", "s0") in properties
+    assert ("reset", "synchronousEdges", "DEASSERT") in properties
