@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 from pathlib import Path
 
@@ -22,7 +23,9 @@ CONFIGURATIONS = {
 CASES = [(module, set_) for module in MODULES for set_ in CONFIGURATIONS.get(module, ({},))]
 
 
-def lint(top: str, files: list[Path], parameters: dict[str, int]) -> subprocess.CompletedProcess:
+def lint(
+    top: str, files: list[Path | str], parameters: dict[str, int]
+) -> subprocess.CompletedProcess:
     options = [f"-G{name}={value}" for name, value in parameters.items()]
     return subprocess.run(
         [VERILATOR, "--lint-only", "-Wall", "--quiet", "--top-module", top, *options]
@@ -50,3 +53,21 @@ def test_lint_refuses_a_signal_that_nothing_reads(tmp_path):
     done = lint("fp_lzc", [broken], {})
     assert done.returncode != 0
     assert "UNUSEDSIGNAL" in done.stderr or "UNDRIVEN" in done.stderr, done.stderr
+
+
+def test_board_top_with_its_pll_elaborates_against_the_ports_of_altpll(tmp_path):
+    text = (ROOT / "rtl/board/board_pll.sv").read_text()
+    names = re.findall(r"^\s*\.(\w+)\s*\((?=[\"\d])", text, re.M)  # constants: parameters
+    assert {"clk0_multiply_by", "clk0_divide_by", "inclk0_input_frequency"} <= set(names)
+    parameters = ", ".join(f"parameter {name} = 0" for name in names)
+    stand_in = tmp_path / "altpll.sv"
+    stand_in.write_text(
+        f"module altpll #({parameters}) (\n"
+        "  input  logic [1:0] inclk, output logic [9:0] clk, output logic locked);\n"
+        "  assign {clk, locked} = {11{inclk[0]}};\n"
+        "endmodule\n"
+    )
+    files = [stand_in, *sources_of("asip_de3")]
+    options = ["-DQUARTUS", "-Wno-UNUSEDPARAM", "-Wno-UNUSEDSIGNAL"]  # of the stand-in
+    done = lint("asip_de3", [*options, *files], {})
+    assert done.returncode == 0, done.stderr

