@@ -62,7 +62,7 @@ typedef enum {
   ASIP_NO_CORE,     /* ID is not the ASIP's */
   ASIP_WRONG_CORE,  /* image for another configuration, or larger than the core's memories */
   ASIP_BUSY,        /* a run is going on */
-  ASIP_FAULTED,     /* a fault is latched; outputs are the safe values until asip_clear */
+  ASIP_FAULTED,     /* a fault is latched, asip_clear ends it; outputs are the safe values */
   ASIP_NOT_STARTED, /* neither busy nor done */
   ASIP_TIMEOUT      /* still busy after the polls allowed */
 } asip_result;
@@ -108,7 +108,8 @@ void asip_start(const asip *core);
  * ASIP_OK, ASIP_FAULTED, ASIP_NOT_STARTED, ASIP_TIMEOUT. */
 asip_result asip_wait(const asip *core, uint32_t polls);
 
-/* Read all outputs, image->output_count words: the last completed run's, after a fault safe values. */
+/* Read all outputs, image->output_count words: those of the last run; safe values if that ended in a
+ * fault, and before the first. */
 void asip_read_outputs(const asip *core, uint32_t *words);
 
 /* Read one exported register by its number in the image, after a run. */
