@@ -123,7 +123,9 @@ def run_tick(image: Image) -> tuple[int, dict[str, int]]:
     before = {f"{name}_before": float_word(value) for name, value in HOME.items()}
     core.preset({s.name: before[s.name] for s in image.states if s.name in before})
     words = [
-        HOME.get(entry.name, 0) if entry.type == "int" else float_word(HOME.get(entry.name, 0))
+        HOME.get(entry.name, 0) & 0xFFFFFFFF
+        if entry.type == "int"
+        else float_word(HOME.get(entry.name, 0))
         for entry in image.inputs
     ]
     outputs = [output.name for output in image.outputs]
