@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Driver of the ASIP in plain C99: no operating system, no heap, no state of its own.
- * All bus traffic goes through an asip_bus, word addresses of docs/regmap.md. Not reentrant per core.
+ * Bus traffic goes through an asip_bus, word addresses of docs/regmap.md. Not reentrant per core.
  * Inputs, outputs, states are raw 32-bit words: binary32 (asip_word, asip_float) or int32.
- * The core holds accesses to its memories while a program runs, so such a call can take a run's time. */
+ * The core holds accesses to its memories while a program runs: such a call can take that long. */
 #ifndef ASIP_H
 #define ASIP_H
 
@@ -86,13 +86,13 @@ asip_bus asip_memory_bus(volatile uint32_t *base);
 /* ASIP_OK or ASIP_NO_CORE. */
 asip_result asip_check_id(const asip *core);
 
-/* Clear a fault, write program, constants, data, safe values, run parameters and the initial states.
+/* Clear a fault, write program, constants, data, safe values, run parameters, initial states.
  * The image stays in use: it must live as long as the core runs it.
  * ASIP_OK, ASIP_NO_CORE, ASIP_WRONG_CORE, ASIP_BUSY; nothing is written unless ASIP_OK. */
 asip_result asip_load(asip *core, const asip_image *image);
 
-/* Write the initial value of every state, as asip_load does: a run that ended in a fault may have left
- * anything in them. */
+/* Write the initial value of every state, as asip_load does: a run that ended in a fault may have
+ * left anything in them. */
 void asip_preset_states(const asip *core);
 
 /* Write one state register by its number in the image, for instance the first encoder counts. */
@@ -108,8 +108,8 @@ void asip_start(const asip *core);
  * ASIP_OK, ASIP_FAULTED, ASIP_NOT_STARTED, ASIP_TIMEOUT. */
 asip_result asip_wait(const asip *core, uint32_t polls);
 
-/* Read all outputs, image->output_count words: those of the last run; safe values if that ended in a
- * fault, and before the first. */
+/* Read all outputs, image->output_count words: those of the last run; safe values if that ended in
+ * a fault, and before the first. */
 void asip_read_outputs(const asip *core, uint32_t *words);
 
 /* Read one exported register by its number in the image, after a run. */

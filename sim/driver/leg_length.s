@@ -1,6 +1,7 @@
 ; SPDX-License-Identifier: Apache-2.0
-; Program of the driver demonstration (demo.c): length of a leg from its base at (0, R, 0) to (x, y, z),
-; its reciprocal, the sum of squared lengths over the runs [m^2], and the way a counter has gone.
+; Program of the driver demonstration (demo.c): length of a leg from its base at (0, R, 0) to
+; (x, y, z), its reciprocal, the sum of squared lengths over the runs [m^2], and the way a counter
+; has gone.
 .program  "leg length"
 .input    x, y, z                          ; [m]
 .input    counter : int

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Bus of a Verilated core, for C programs that run against the RTL: asip_bus functions, context unused.
- * The core is reset at the first access; its clock runs during accesses only. An access that is never
- * answered ends the process with status 3. */
+/* Bus of a Verilated core, for C programs that run against the RTL: functions of an asip_bus,
+ * context unused. The core is reset at the first access; its clock runs during accesses only. An
+ * access that is never answered ends the process with status 3. */
 #ifndef SIM_BUS_H
 #define SIM_BUS_H
 
