@@ -3,8 +3,8 @@
 Records, separated by tabs: `C=` first cycle, `C` cycles passed, `I` operation (number, number in
 the program, thread), `L` label (0: left pane, 1: on hover), `S` and `E` start and end of a stage,
 `W` consumer and producer of a value, `R` retirement (number, order, 0: not flushed). Stages are D
-(more than one cycle: the bundle waits), R, E1 to En and W; an operation retires in the cycle after
-its last stage.
+(more than one cycle: the bundle waits), R1 and on, E1 to En and W; an operation retires in the
+cycle after its last stage.
 """
 
 from __future__ import annotations
@@ -19,10 +19,14 @@ def stages(execution: Execution) -> list[tuple[str, int, int]]:
     last = execution.end - (execution.target is not None)
     result = [
         ("D", execution.decode, execution.issue + 1),
-        ("R", execution.issue + 1, execution.start),
-        *((f"E{i}", cycle, cycle + 1) for i, cycle in enumerate(range(execution.start, last), 1)),
+        *_cycles("R", execution.issue + 1, execution.start),
+        *_cycles("E", execution.start, last),
     ]
     return [*result, ("W", last, execution.end)] if execution.target is not None else result
+
+
+def _cycles(name: str, start: int, end: int) -> list[tuple[str, int, int]]:
+    return [(f"{name}{i}", cycle, cycle + 1) for i, cycle in enumerate(range(start, end), 1)]
 
 
 def konata_log(profile: Profile) -> str:
