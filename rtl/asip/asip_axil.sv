@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // asip_axil: the ASIP behind an AXI4-Lite subordinate port (AMBA AXI IHI 0022, issue E, part B).
 // Contract: byte address = 4 * word address of docs/regmap.md; bits 1:0 and *prot are ignored. Each
-// channel holds one transfer until its response is taken, so AW and W come in any order and no READY
-// depends on a VALID. Accesses reach the core one at a time; one that the core holds while a program
-// runs waits, and others behind it. A write without all four strobes is answered SLVERR and changes
-// nothing; every other access is answered OKAY. Latency from the last handshake to the response
-// valid, uncontended: write 3 cycles, read 6.
+// channel holds one transfer until its response is taken: AW and W in any order, no READY depends
+// on a VALID. Accesses reach the core one at a time; one that it holds while a program runs waits,
+// and others behind it. A write without all four strobes is answered SLVERR and changes nothing;
+// every other access is answered OKAY. Cycles from the last handshake to the response valid,
+// uncontended: 2 and those of the core's access (asip_host: write 1).
 module asip_axil #(
     parameter int unsigned FmaPipes  = 2,
     parameter int unsigned Slots     = 3,
