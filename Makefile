@@ -20,7 +20,7 @@ TOPS ?=
 SEEDS ?=
 export SEED
 
-.PHONY: help setup run test test-full lint gen gen-check synth readme lock clean
+.PHONY: help setup run test test-full lint gen gen-check synth quartus readme lock clean
 
 help: ## list targets and variables
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-12s %s\n", $$1, $$2}' Makefile
@@ -41,6 +41,9 @@ lint: $(READY) ## ruff on Python, Verilator -Wall on the RTL in every configurat
 	@$(VERILATOR) --lint-only -Wall --quiet --top-module asip scripts/ci/waivers.vlt $(ASIP_FILES)
 	@$(VERILATOR) --lint-only -Wall --quiet --top-module asip -GFmaPipes=1 -GSlots=1 \
 	  scripts/ci/waivers.vlt $(ASIP_FILES)
+	@$(VERILATOR) --lint-only -Wall --quiet --top-module asip_de3 scripts/ci/waivers.vlt \
+	  $(ASIP_FILES) rtl/board/board_pll.sv rtl/board/asip_de3.sv
+	@$(PY) scripts/rtl_subset.py
 	@echo "lint: clean"
 
 gen: $(READY) ## regenerate packages, headers and reference pages from their sources
@@ -53,6 +56,9 @@ gen-check: $(READY) ## refuse generated files that differ from their sources
 
 synth: $(READY_SYNTH) ## area and speed of every top with Yosys and nextpnr, to build/synth.json (hours)
 	@$(PY) scripts/synth.py $(if $(TOPS),--only $(TOPS)) $(if $(SEEDS),--seeds $(SEEDS))
+
+quartus: $(READY) ## area and speed on Stratix III with Quartus II 13.1, to build/synth.json
+	@$(PY) scripts/quartus.py
 
 readme: $(READY) ## write the results section of README.md from build/results.json
 	@$(PY) scripts/readme.py

@@ -23,7 +23,7 @@ from pathlib import Path
 from asip_asm.ir import Bundle, Operation, Output, Register, Virtual
 from asip_asm.isa import ISA_FILE, load_isa
 
-RUN_OVERHEAD = 2
+RUN_OVERHEAD = 3
 """Cycles of a run beyond max(issue + latency + 1): operand read and write-back of the last one."""
 
 FP_PKG_FILE = Path(__file__).parents[1] / "rtl" / "fpu" / "fp_pkg.sv"

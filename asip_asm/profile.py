@@ -2,7 +2,7 @@
 
 Built from the core's own trace (issues and writes by cycle) and counters. Cycle 0 is the first
 cycle that `CYCLES` counts, in which the first bundle issues. An operation that issues in cycle t is
-in stage R at t + 1, in E1 at t + 2 and in W at t + 2 + latency (docs/architecture.md).
+in stages R1 and R2 from t + 1, in E1 at t + 3 and in W at t + 3 + latency (docs/architecture.md).
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ CAUSE_COUNTERS = {
 }
 """Counter of the register map behind each cause of a cycle without issue."""
 
-BRANCH_WAIT = 2
+BRANCH_WAIT = 3
 """Cycles after a branch in which nothing issues, as it is decided in E1."""
 
-REFETCH = 4
+REFETCH = 5
 """Further cycles until the target of a taken branch is in stage D."""
 
-OPERAND_READ = 2
+OPERAND_READ = 3
 """Cycles from issue to E1."""
 
 LONGEST_WAITS = 10

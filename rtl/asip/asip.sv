@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // asip: the floating-point ASIP with its Avalon-MM host port. Top level.
 // Contract: one clock, asynchronous active-low reset. FmaPipes = 2, Slots = 3 is configuration `fast`,
-// FmaPipes = 1, Slots = 1 is `small`. Pipeline: F1 F2 fetch, D decode and hazards, R register read,
+// FmaPipes = 1, Slots = 1 is `small`. Pipeline: F1 F2 fetch, D decode and hazards, R1 R2 register read,
 // E1.. units, W write-back; see docs/architecture.md. The trace ports report every bundle issued and
 // every register or output written; leave them open in hardware.
 module asip #(
@@ -45,16 +45,16 @@ module asip #(
   logic [15:0]              pc_d, redirect_pc;
   logic                     stall_operand, stall_unit, stall_port, issue_busy;
   logic [Ports-1:0][8:0]    source_d;
-  // ---- stages R and E1
-  logic                     valid_r_q, valid_e1_q, branch_wait, branch_taken;
-  logic [15:0]              pc_r_q, pc_e1_q;
-  logic [Slots*OpWidth-1:0] ops_r_q, ops_e1_q;
+  // ---- stages R1, R2 and E1
+  logic                     valid_r1_q, valid_r2_q, valid_e1_q, branch_wait, branch_taken;
+  logic [15:0]              pc_r1_q, pc_r2_q, pc_e1_q;
+  logic [Slots*OpWidth-1:0] ops_r1_q, ops_r2_q, ops_e1_q;
   logic [Ports-1:0][31:0]   operand_e1;
   asip_pkg::decoded_t       aux_d, aux_e1;
   logic                     address_fault;
   // ---- write-back
-  logic [2:0]               next_valid, write;
-  logic [2:0][5:0]          next_index, write_index;
+  logic [2:0]               soon, next, write;
+  logic [2:0][5:0]          soon_index, next_index, write_index;
   logic [2:0][31:0]         result;
   logic                     write_output, not_finite;
   logic [1:0][4:0]          flags_fma;
@@ -135,7 +135,9 @@ module asip #(
       .stall_unit_o   (stall_unit),
       .stall_port_o   (stall_port),
       .source_d_o     (source_d),
-      .next_valid_o   (next_valid),
+      .soon_o         (soon),
+      .soon_index_o   (soon_index),
+      .next_o         (next),
       .next_index_o   (next_index),
       .write_o        (write),
       .write_index_o  (write_index),
@@ -143,22 +145,26 @@ module asip #(
       .busy_o         (issue_busy)
   );
 
-  // ================================================================ R and E1
+  // ================================================================ R1, R2 and E1
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
-      valid_r_q  <= 1'b0;
+      valid_r1_q <= 1'b0;
+      valid_r2_q <= 1'b0;
       valid_e1_q <= 1'b0;
     end else begin
-      valid_r_q  <= issue;
-      valid_e1_q <= valid_r_q;
+      valid_r1_q <= issue;
+      valid_r2_q <= valid_r1_q;
+      valid_e1_q <= valid_r2_q;
     end
   end
 
   always_ff @(posedge clk_i) begin
-    ops_r_q  <= ops_d;
-    ops_e1_q <= ops_r_q;
-    pc_r_q   <= pc_d;
-    pc_e1_q  <= pc_r_q;
+    ops_r1_q <= ops_d;
+    ops_r2_q <= ops_r1_q;
+    ops_e1_q <= ops_r2_q;
+    pc_r1_q  <= pc_d;
+    pc_r2_q  <= pc_r1_q;
+    pc_e1_q  <= pc_r2_q;
   end
 
   asip_operands #(
@@ -167,7 +173,9 @@ module asip #(
   ) u_operands (
       .clk_i,
       .source_d_i           (source_d),
-      .next_valid_i         (next_valid),
+      .soon_i               (soon),
+      .soon_index_i         (soon_index),
+      .next_i               (next),
       .next_index_i         (next_index),
       .write_i              (write),
       .write_index_i        (write_index),
@@ -183,18 +191,20 @@ module asip #(
   assign aux_e1 = ops_e1_q[OpWidth*(Slots-1)+:OpWidth];
 
   // Branches are decided in E1; until then nothing behind them issues.
-  logic branch_r_q, branch_e1_q;
+  logic branch_r1_q, branch_r2_q, branch_e1_q;
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
-      branch_r_q  <= 1'b0;
+      branch_r1_q <= 1'b0;
+      branch_r2_q <= 1'b0;
       branch_e1_q <= 1'b0;
     end else begin
-      branch_r_q  <= issue && branch_d;
-      branch_e1_q <= branch_r_q;
+      branch_r1_q <= issue && branch_d;
+      branch_r2_q <= branch_r1_q;
+      branch_e1_q <= branch_r2_q;
     end
   end
 
-  assign branch_wait  = branch_r_q || branch_e1_q;
+  assign branch_wait  = branch_r1_q || branch_r2_q || branch_e1_q;
   assign branch_taken = aux_e1.jump ||
                         (aux_e1.branch_nonzero && (|operand_e1[Ports-3][30:0])) ||
                         (aux_e1.branch_zero && !(|operand_e1[Ports-3][30:0]));
@@ -276,7 +286,7 @@ module asip #(
       .stall_unit_i      (stall_unit),
       .output_d_i        (aux_d.to_output),
       .output_index_d_i  (aux_d.dst[4:0]),
-      .inflight_i        (valid_r_q || valid_e1_q),
+      .inflight_i        (valid_r1_q || valid_r2_q || valid_e1_q),
       .busy_i            (issue_busy),
       .address_fault_e1_i(address_fault),
       .pc_e1_i           (pc_e1_q),

@@ -25,7 +25,7 @@ module asip_control (
     input  logic        stall_unit_i,
     input  logic        output_d_i,
     input  logic [4:0]  output_index_d_i,
-    // from R, E1 and write-back
+    // from R1, R2, E1 and write-back
     input  logic        inflight_i,
     input  logic        busy_i,
     input  logic        address_fault_e1_i,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // asip_host: Avalon-MM agent and control and status registers (map: docs/regmap.md).
-// Contract: word addresses, 32-bit words only. Writes take one cycle, reads four. Accesses to memories
+// Contract: word addresses, 32-bit words only. Writes take one cycle, reads five. Accesses to memories
 // and to registers that configure a run are held by waitrequest_o while a run is active. A word beyond
 // a memory reads 0 and is not written.
 module asip_host #(
@@ -62,7 +62,7 @@ module asip_host #(
   logic        held, write_now, csr_write, configures;
   logic [3:0]  csr;
   logic [$clog2(asip_regmap_pkg::WORDS_PROGRAM)-3:0] bundle;
-  logic [1:0]  wait_q;
+  logic [2:0]  wait_q;
   logic        read_done, refetch_q;
   logic [31:0] csr_read, readdata_q, watchdog_q, output_mask_q;
   logic [15:0] entry_q;
@@ -91,7 +91,7 @@ module asip_host #(
   assign held       = busy_i && (in_csr ? write_i && configures : 1'b1);
   assign write_now  = write_i && !held;
   assign csr_write  = write_now && in_csr;
-  assign read_done  = wait_q == 2'd3;
+  assign read_done  = wait_q == 3'd4;
   assign waitrequest_o = (write_i && held) || (read_i && !read_done);
 
   assign start_o   = csr_write && csr == asip_regmap_pkg::REG_CONTROL && writedata_i[0];
@@ -129,7 +129,7 @@ module asip_host #(
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
-      wait_q        <= 2'd0;
+      wait_q        <= 3'd0;
       refetch_q     <= 1'b0;
       irq_enable_q  <= 2'd0;
       watchdog_q    <= asip_regmap_pkg::RESET_WATCHDOG;
@@ -137,7 +137,7 @@ module asip_host #(
       output_mask_q <= 32'd0;
     end else begin
       refetch_q <= (csr_write && csr == asip_regmap_pkg::REG_ENTRY) || write_program_o;
-      wait_q <= (read_i && !held && !read_done) ? wait_q + 2'd1 : 2'd0;
+      wait_q <= (read_i && !held && !read_done) ? wait_q + 3'd1 : 3'd0;
       if (csr_write && csr == asip_regmap_pkg::REG_IRQ_ENABLE) irq_enable_q <= writedata_i[1:0];
       if (csr_write && csr == asip_regmap_pkg::REG_WATCHDOG) watchdog_q <= writedata_i;
       if (csr_write && csr == asip_regmap_pkg::REG_ENTRY) entry_q <= writedata_i[15:0];
@@ -145,7 +145,7 @@ module asip_host #(
     end
   end
 
-  // The memories answer within two cycles of the address being stable.
+  // The memories answer within three cycles of the address being stable.
   always_ff @(posedge clk_i) begin
     if (in_csr) readdata_q <= csr_read;
     else if (in_outputs) readdata_q <= read_output_i;

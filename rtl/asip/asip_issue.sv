@@ -27,7 +27,9 @@ module asip_issue #(
     output logic                                           stall_port_o,
     output logic [3*Slots-1:0][8:0]                        source_d_o,
     // to the operand stage and write-back: banks A, B, C
-    output logic [2:0]                                     next_valid_o,
+    output logic [2:0]                                     soon_o,
+    output logic [2:0][5:0]                                soon_index_o,
+    output logic [2:0]                                     next_o,
     output logic [2:0][5:0]                                next_index_o,
     output logic [2:0]                                     write_o,
     output logic [2:0][5:0]                                write_index_o,
@@ -38,9 +40,9 @@ module asip_issue #(
   localparam int unsigned OpWidth = asip_pkg::DECODED_WIDTH;
   localparam int unsigned Ports = 3 * Slots;
   localparam int unsigned AuxSlot = Slots - 1;
-  localparam int unsigned FmaPlaces = fp_pkg::FP_FMA_LATENCY + 3;
+  localparam int unsigned FmaPlaces = fp_pkg::FP_FMA_LATENCY + 4;
   localparam int unsigned FmaPlaceWidth = $clog2(FmaPlaces);
-  localparam int unsigned AuxPlaces = fp_pkg::FP_DIVSQRT_LATENCY + 3;
+  localparam int unsigned AuxPlaces = fp_pkg::FP_DIVSQRT_LATENCY + 4;
   localparam int unsigned LatencyWidth = $clog2(AuxPlaces);
   localparam int unsigned SinWidth = $clog2(fp_pkg::FP_SINCOS_LATENCY + 1);
 
@@ -51,8 +53,8 @@ module asip_issue #(
   logic [Ports+2:0]        pending_a, pending_b, pending_c;
   logic [2:0]              starts_write, ends_write;
   logic [2:0][6:0]         start_tag;
-  logic [2:0][2:0]         place_valid;
-  logic [2:0][6:0]         tag2, tag1, tag0;
+  logic [2:0][3:0]         place_valid;
+  logic [2:0][6:0]         tag3, tag2, tag1, tag0;
   logic [2:0]              schedule_busy;
   logic                    aux_timed, sin_join, sin_busy_q;
   logic [AuxPlaces-1:0]    taken_c;
@@ -123,7 +125,7 @@ module asip_issue #(
   assign aux_timed = starts_write[2] && !aux.sincos;
 
   // ---- writes in flight: looked up in P, followed in D
-  assign ends_write = {place_valid[2][2] && !tag2[2][6], place_valid[1][2], place_valid[0][2]};
+  assign ends_write = {place_valid[2][3] && !tag3[2][6], place_valid[1][3], place_valid[0][3]};
 
   for (genvar p = 0; p < Ports + 3; p++) begin : gen_operand
     assign query[p]     = operand_p[p][5:0];
@@ -132,8 +134,8 @@ module asip_issue #(
                           (operand_p[p][8:6] == asip_isa_pkg::BANK_C && pending_c[p]);
     assign starts_p[p] = hits(operand_p[p], {starts_write[2] && !aux.to_output, starts_write[1:0]},
                               start_tag);
-    assign ends_p[p] = hits(operand_p[p], ends_write, tag2);
-    assign ends_d[p] = hits(operand_d[p], ends_write, tag2);
+    assign ends_p[p] = hits(operand_p[p], ends_write, tag3);
+    assign ends_d[p] = hits(operand_d[p], ends_write, tag3);
     assign wait_d[p] = take_d_i ? (pending_p[p] && !ends_p[p]) || (issue_o && starts_p[p]) :
                        wait_q[p] && !ends_d[p];
   end
@@ -147,8 +149,8 @@ module asip_issue #(
       .rst_ni,
       .set_i        (issue_o && starts_write[0]),
       .set_index_i  (start_tag[0][5:0]),
-      .clear_i      (place_valid[0][2]),
-      .clear_index_i(tag2[0][5:0]),
+      .clear_i      (place_valid[0][3]),
+      .clear_index_i(tag3[0][5:0]),
       .query_i      (query),
       .pending_o    (pending_a)
   );
@@ -161,15 +163,15 @@ module asip_issue #(
         .rst_ni,
         .set_i        (issue_o && starts_write[1]),
         .set_index_i  (start_tag[1][5:0]),
-        .clear_i      (place_valid[1][2]),
-        .clear_index_i(tag2[1][5:0]),
+        .clear_i      (place_valid[1][3]),
+        .clear_index_i(tag3[1][5:0]),
         .query_i      (query),
         .pending_o    (pending_b)
     );
   end else begin : gen_no_scoreboard_b
     logic unused_b;
     assign pending_b = '0;
-    assign unused_b  = ^tag2[1];
+    assign unused_b  = ^tag3[1];
   end
 
   asip_scoreboard #(
@@ -180,7 +182,7 @@ module asip_issue #(
       .set_i        (issue_o && starts_write[2] && !aux.to_output),
       .set_index_i  (start_tag[2][5:0]),
       .clear_i      (ends_write[2]),
-      .clear_index_i(tag2[2][5:0]),
+      .clear_index_i(tag3[2][5:0]),
       .query_i      (query),
       .pending_o    (pending_c)
   );
@@ -199,6 +201,7 @@ module asip_issue #(
         .join_tag_i('0),
         .taken_o   (unused_taken),
         .valid_o   (place_valid[p]),
+        .tag3_o    (tag3[p]),
         .tag2_o    (tag2[p]),
         .tag1_o    (tag1[p]),
         .tag0_o    (tag0[p]),
@@ -207,6 +210,7 @@ module asip_issue #(
   end
   if (FmaPipes < 2) begin : gen_no_schedule_b
     assign place_valid[1]   = '0;
+    assign tag3[1]          = '0;
     assign tag2[1]          = '0;
     assign tag1[1]          = '0;
     assign tag0[1]          = '0;
@@ -225,6 +229,7 @@ module asip_issue #(
       .join_tag_i(sin_tag_q),
       .taken_o   (taken_c),
       .valid_o   (place_valid[2]),
+      .tag3_o    (tag3[2]),
       .tag2_o    (tag2[2]),
       .tag1_o    (tag1[2]),
       .tag0_o    (tag0[2]),
@@ -261,16 +266,18 @@ module asip_issue #(
   assign stall_operand_o = |wait_q;
   assign stall_unit_o    = aux.sincos && sin_busy_q;
   assign stall_port_o    =
-      (aux.cmp && taken_c[fp_pkg::FP_CMP_LATENCY+2]) ||
-      (aux.i2f && taken_c[fp_pkg::FP_I2F_LATENCY+2]) ||
-      (aux.f2i && taken_c[fp_pkg::FP_F2I_LATENCY+2]) ||
-      (aux.load && taken_c[asip_isa_pkg::MEMORY_LATENCY+2]) ||
-      (aux.divsqrt && taken_c[fp_pkg::FP_DIVSQRT_LATENCY+2]);
+      (aux.cmp && taken_c[fp_pkg::FP_CMP_LATENCY+3]) ||
+      (aux.i2f && taken_c[fp_pkg::FP_I2F_LATENCY+3]) ||
+      (aux.f2i && taken_c[fp_pkg::FP_F2I_LATENCY+3]) ||
+      (aux.load && taken_c[asip_isa_pkg::MEMORY_LATENCY+3]) ||
+      (aux.divsqrt && taken_c[fp_pkg::FP_DIVSQRT_LATENCY+3]);
   assign issue_o = enable_i && valid_d_i && !branch_wait_i && !stall_operand_o && !stall_unit_o &&
                    !stall_port_o;
 
   for (genvar b = 0; b < 3; b++) begin : gen_bank
-    assign next_valid_o[b]  = place_valid[b][1] && !tag1[b][6];
+    assign soon_o[b]        = place_valid[b][2] && !tag2[b][6];
+    assign soon_index_o[b]  = tag2[b][5:0];
+    assign next_o[b]        = place_valid[b][1] && !tag1[b][6];
     assign next_index_o[b]  = tag1[b][5:0];
     assign write_o[b]       = place_valid[b][0] && !tag0[b][6];
     assign write_index_o[b] = tag0[b][5:0];

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// asip_operands: register banks, constant bank, bypass and operand registers (stage R).
-// Contract: the source fields of stage D, two cycles later, are values in the operand registers (E1).
-// A result in write-back in the cycle of stage R is taken from the bypass, decided one cycle ahead
-// from place 1 of the write schedules. While idle the host reads a register through the first source
-// of the last slot, and writes through the write ports.
+// asip_operands: register banks, constant bank, bypass and operand registers (stages R1 and R2).
+// Contract: the source fields of stage D, three cycles later, are values in the operand registers (E1).
+// R1 reads the banks, R2 selects. A result in write-back during R2 or during R1 comes from the bypass
+// instead, decided in stage D from places 2 and 1 of the write schedules. While idle the host reads a
+// register through the first source of the last slot, and writes through the write ports.
 module asip_operands #(
     parameter int unsigned FmaPipes = 2,
     parameter int unsigned Ports    = 9
@@ -11,8 +11,10 @@ module asip_operands #(
     input  logic                       clk_i,
     // from issue, stage D
     input  logic [Ports-1:0][8:0]      source_d_i,
-    // from the write schedules of A, B, C: write-back in the next cycle
-    input  logic [2:0]                 next_valid_i,
+    // from the write schedules of A, B, C: write-back in two cycles, in the next cycle
+    input  logic [2:0]                 soon_i,
+    input  logic [2:0][5:0]            soon_index_i,
+    input  logic [2:0]                 next_i,
     input  logic [2:0][5:0]            next_index_i,
     // from write-back of A, B, C
     input  logic [2:0]                 write_i,
@@ -30,12 +32,21 @@ module asip_operands #(
 
   localparam int unsigned HostPort = Ports - 3;
 
-  logic [Ports-1:0][6:0]  index_r_q;
+  logic [Ports-1:0][6:0]  index_r1_q;
   logic [Ports-1:0][5:0]  index_bank;
-  logic [Ports-1:0][2:0]  from_r_q;
+  logic [Ports-1:0][3:0]  from_r1_q, from_r2_q;
   logic [Ports-1:0][31:0] read_a, read_b, read_c, read_k;
+  logic [Ports-1:0][31:0] read_a_r2_q, read_b_r2_q, read_c_r2_q, read_k_r2_q;
   logic [Ports-1:0][31:0] operand_e1_q;
+  logic [2:0][31:0]       last_data_q;
   logic [2:0]             host_write;
+
+  // Where an operand of bank b comes from: {0, b} register, {1, b} write-back during R2 (soon) and
+  // {2, b} write-back during R1 (next), b = 1, 2, 3 for A, B, C; {0, 0} zero, {1, 0} bank K.
+  function automatic logic [3:0] from_bank(input logic [1:0] bank, input logic soon,
+                                           input logic next);
+    from_bank = {soon ? 2'd1 : next ? 2'd2 : 2'd0, bank};
+  endfunction
 
   assign host_write[0] = host_write_i && host_register_i[8:6] == asip_isa_pkg::BANK_A;
   assign host_write[1] = host_write_i && host_register_i[8:6] == asip_isa_pkg::BANK_B;
@@ -43,7 +54,8 @@ module asip_operands #(
 
   for (genvar p = 0; p < Ports; p++) begin : gen_port
     logic [8:0] source;
-    logic [2:0] from_d;
+    logic [3:0] from_d;
+    logic [2:0] soon, next;
 
     if (p == HostPort) begin : gen_host
       assign source = host_read_i ? host_register_i : source_d_i[p];
@@ -51,39 +63,48 @@ module asip_operands #(
       assign source = source_d_i[p];
     end
 
+    for (genvar b = 0; b < 3; b++) begin : gen_bypass
+      assign soon[b] = soon_i[b] && soon_index_i[b] == source[5:0];
+      assign next[b] = next_i[b] && next_index_i[b] == source[5:0];
+    end
+
     always_comb begin
       case (source[8:6])
-        asip_isa_pkg::BANK_A:
-        from_d = next_valid_i[0] && next_index_i[0] == source[5:0] ? asip_pkg::BYPASS_A :
-                 asip_pkg::FROM_A;
-        asip_isa_pkg::BANK_B:
-        from_d = next_valid_i[1] && next_index_i[1] == source[5:0] ? asip_pkg::BYPASS_B :
-                 asip_pkg::FROM_B;
-        asip_isa_pkg::BANK_C:
-        from_d = next_valid_i[2] && next_index_i[2] == source[5:0] ? asip_pkg::BYPASS_C :
-                 asip_pkg::FROM_C;
+        asip_isa_pkg::BANK_A: from_d = from_bank(2'd1, soon[0], next[0]);
+        asip_isa_pkg::BANK_B: from_d = from_bank(2'd2, soon[1], next[1]);
+        asip_isa_pkg::BANK_C: from_d = from_bank(2'd3, soon[2], next[2]);
         asip_isa_pkg::BANK_ZERO: from_d = asip_pkg::FROM_ZERO;
         default: from_d = asip_pkg::FROM_K;
       endcase
     end
 
     always_ff @(posedge clk_i) begin
-      index_r_q[p] <= source[6:0];
-      from_r_q[p]  <= from_d;
-      case (from_r_q[p])
-        asip_pkg::FROM_A: operand_e1_q[p] <= read_a[p];
-        asip_pkg::FROM_B: operand_e1_q[p] <= read_b[p];
-        asip_pkg::FROM_C: operand_e1_q[p] <= read_c[p];
-        asip_pkg::FROM_K: operand_e1_q[p] <= read_k[p];
-        asip_pkg::BYPASS_A: operand_e1_q[p] <= write_data_i[0];
-        asip_pkg::BYPASS_B: operand_e1_q[p] <= write_data_i[1];
-        asip_pkg::BYPASS_C: operand_e1_q[p] <= write_data_i[2];
+      index_r1_q[p]  <= source[6:0];
+      from_r1_q[p]   <= from_d;
+      from_r2_q[p]   <= from_r1_q[p];
+      read_a_r2_q[p] <= read_a[p];
+      read_b_r2_q[p] <= read_b[p];
+      read_c_r2_q[p] <= read_c[p];
+      read_k_r2_q[p] <= read_k[p];
+      case (from_r2_q[p])
+        asip_pkg::FROM_A: operand_e1_q[p] <= read_a_r2_q[p];
+        asip_pkg::FROM_B: operand_e1_q[p] <= read_b_r2_q[p];
+        asip_pkg::FROM_C: operand_e1_q[p] <= read_c_r2_q[p];
+        asip_pkg::FROM_K: operand_e1_q[p] <= read_k_r2_q[p];
+        asip_pkg::RESULT_A: operand_e1_q[p] <= write_data_i[0];
+        asip_pkg::RESULT_B: operand_e1_q[p] <= write_data_i[1];
+        asip_pkg::RESULT_C: operand_e1_q[p] <= write_data_i[2];
+        asip_pkg::LAST_A: operand_e1_q[p] <= last_data_q[0];
+        asip_pkg::LAST_B: operand_e1_q[p] <= last_data_q[1];
+        asip_pkg::LAST_C: operand_e1_q[p] <= last_data_q[2];
         default: operand_e1_q[p] <= 32'd0;
       endcase
     end
 
-    assign index_bank[p] = index_r_q[p][5:0];
+    assign index_bank[p] = index_r1_q[p][5:0];
   end
+
+  always_ff @(posedge clk_i) last_data_q <= write_data_i;
 
   asip_regbank #(
       .IndexWidth(6),
@@ -135,7 +156,7 @@ module asip_operands #(
       .write_i      (host_write_constant_i),
       .write_index_i(host_register_i[6:0]),
       .write_data_i (host_data_i),
-      .read_index_i (index_r_q),
+      .read_index_i (index_r1_q),
       .read_data_o  (read_k)
   );
 

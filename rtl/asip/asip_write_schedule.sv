@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // asip_write_schedule: future writes of one bank, one place per cycle.
 // Contract: place r holds the write that happens in r cycles; every cycle all places move down by one.
-// An operation of latency L that issues now is inserted at place L + 1 of the next cycle, so it
-// collides if place L + 2 is taken now (taken_o). Place 2 clears the scoreboard (a dependent bundle can
-// issue in the cycle after), place 1 decides the bypass, place 0 is write-back.
+// An operation of latency L that issues now is inserted at place L + 2 of the next cycle, so it
+// collides if place L + 3 is taken now (taken_o). Place 3 clears the scoreboard (a dependent bundle can
+// issue in the cycle after), places 2 and 1 decide the bypass, place 0 is write-back.
 module asip_write_schedule #(
-    parameter int unsigned Places = 9  // latency of the slowest unit + 3
+    parameter int unsigned Places = 10  // latency of the slowest unit + 4
 ) (
     input  logic                      clk_i,
     input  logic                      rst_ni,
@@ -17,7 +17,8 @@ module asip_write_schedule #(
     input  logic                      join_i,
     input  asip_pkg::tag_t            join_tag_i,
     output logic [Places-1:0]         taken_o,
-    output logic [2:0]                valid_o,  // places 2, 1, 0
+    output logic [3:0]                valid_o,  // places 3, 2, 1, 0
+    output asip_pkg::tag_t            tag3_o,
     output asip_pkg::tag_t            tag2_o,
     output asip_pkg::tag_t            tag1_o,
     output asip_pkg::tag_t            tag0_o,
@@ -30,7 +31,7 @@ module asip_write_schedule #(
   logic [Places-1:0][asip_pkg::TAG_WIDTH-1:0] tag_d, tag_q;
   logic [PlaceWidth-1:0]           place;
 
-  assign place   = latency_i + 1'b1;
+  assign place   = latency_i + PlaceWidth'(2);
   assign taken_o = valid_q;
 
   always_comb begin
@@ -49,7 +50,8 @@ module asip_write_schedule #(
 
   always_ff @(posedge clk_i) tag_q <= tag_d;
 
-  assign valid_o = valid_q[2:0];
+  assign valid_o = valid_q[3:0];
+  assign tag3_o  = tag_q[3];
   assign tag2_o  = tag_q[2];
   assign tag1_o  = tag_q[1];
   assign tag0_o  = tag_q[0];

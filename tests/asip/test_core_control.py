@@ -11,7 +11,7 @@ from tests.asip import core_bench as bench
 from tests.asip.core_bench import CLEAR, CONFIGURATIONS, ISA, START, op
 
 IRQ_DONE, IRQ_FAULT = 1, 2
-REGISTER_READ_CYCLES = 4
+REGISTER_READ_CYCLES = 5
 ONE, TWO, THREE = 0x3F800000, 0x40000000, 0x40400000
 
 
