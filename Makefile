@@ -43,6 +43,8 @@ lint: $(READY) ## ruff on Python, Verilator -Wall on the RTL in every configurat
 	  scripts/ci/waivers.vlt $(ASIP_FILES)
 	@$(VERILATOR) --lint-only -Wall --quiet --top-module asip_de3 scripts/ci/waivers.vlt \
 	  $(ASIP_FILES) rtl/board/board_pll.sv rtl/board/asip_de3.sv
+	@$(VERILATOR) --lint-only -Wall --quiet --top-module asip_axil scripts/ci/waivers.vlt \
+	  $(ASIP_FILES) rtl/asip/asip_axil.sv
 	@$(PY) scripts/rtl_subset.py
 	@echo "lint: clean"
 

@@ -15,7 +15,7 @@ from asip_asm.disassemble import decode_bundle, operation_text
 from asip_asm.image import Image
 from asip_asm.ir import Bundle, Operation, Output, Register, register_name
 from asip_asm.isa import Isa, default_isa
-from asip_asm.machine import BRANCHES, Machine, load_machine, sources
+from asip_asm.machine import RUN_OVERHEAD, BRANCHES, Machine, load_machine, sources
 
 CAUSE_COUNTERS = {
     "operand": "STALL_OPERAND",
@@ -26,14 +26,14 @@ CAUSE_COUNTERS = {
 }
 """Counter of the register map behind each cause of a cycle without issue."""
 
-BRANCH_WAIT = 3
+BRANCH_WAIT = RUN_OVERHEAD
 """Cycles after a branch in which nothing issues, as it is decided in E1."""
 
 REFETCH = 5
 """Further cycles until the target of a taken branch is in stage D."""
 
-OPERAND_READ = 3
-"""Cycles from issue to E1."""
+OPERAND_READ = RUN_OVERHEAD
+"""Cycles from issue to E1: a run ends that much after its last operation's latency."""
 
 LONGEST_WAITS = 10
 
