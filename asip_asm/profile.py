@@ -15,7 +15,7 @@ from asip_asm.disassemble import decode_bundle, operation_text
 from asip_asm.image import Image
 from asip_asm.ir import Bundle, Operation, Output, Register, register_name
 from asip_asm.isa import Isa, default_isa
-from asip_asm.machine import RUN_OVERHEAD, BRANCHES, Machine, load_machine, sources
+from asip_asm.machine import BRANCHES, RUN_OVERHEAD, Machine, load_machine, sources
 
 CAUSE_COUNTERS = {
     "operand": "STALL_OPERAND",
