@@ -47,7 +47,7 @@ module asip #(
   logic [Ports-1:0][8:0]    source_d;
   // ---- stages R1, R2 and E1
   logic                     valid_r1_q, valid_r2_q, valid_e1_q, branch_wait, branch_taken;
-  logic [15:0]              pc_r1_q, pc_r2_q, pc_e1_q;
+  logic [15:0]              pc_r1_q, pc_r2_q, pc_e1_q, pc_e2_q;
   logic [Slots*OpWidth-1:0] ops_r1_q, ops_r2_q, ops_e1_q;
   logic [Ports-1:0][31:0]   operand_e1;
   asip_pkg::decoded_t       aux_d, aux_e1;
@@ -165,6 +165,7 @@ module asip #(
     pc_r1_q  <= pc_d;
     pc_r2_q  <= pc_r1_q;
     pc_e1_q  <= pc_r2_q;
+    pc_e2_q  <= pc_e1_q;
   end
 
   asip_operands #(
@@ -288,8 +289,8 @@ module asip #(
       .output_index_d_i  (aux_d.dst[4:0]),
       .inflight_i        (valid_r1_q || valid_r2_q || valid_e1_q),
       .busy_i            (issue_busy),
-      .address_fault_e1_i(address_fault),
-      .pc_e1_i           (pc_e1_q),
+      .address_fault_e2_i(address_fault),
+      .pc_e2_i           (pc_e2_q),
       .not_finite_i      (not_finite),
       .output_index_w_i  (write_index[2][4:0]),
       .enable_o          (enable),

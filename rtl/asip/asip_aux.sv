@@ -13,7 +13,7 @@ module asip_aux #(
     input  logic [31:0]        a_i,
     input  logic [31:0]        b_i,
     input  logic [31:0]        c_i,
-    output logic               address_fault_o,
+    output logic               address_fault_o,  // stage E2
     // to write-back
     output logic [31:0]        result_o,
     output fp_pkg::flags_t     flags_o,
@@ -99,7 +99,7 @@ module asip_aux #(
       .index_i   (b_i),
       .imm_i     (op_i.imm),
       .data_i    (a_i),
-      .fault_e1_o(address_fault_o),
+      .fault_e2_o(address_fault_o),
       .valid_o   (load_valid),
       .result_o  (load_result),
       .host_write_i,

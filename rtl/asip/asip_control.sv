@@ -25,11 +25,11 @@ module asip_control (
     input  logic        stall_unit_i,
     input  logic        output_d_i,
     input  logic [4:0]  output_index_d_i,
-    // from R1, R2, E1 and write-back
+    // from R1 to E2 and write-back
     input  logic        inflight_i,
     input  logic        busy_i,
-    input  logic        address_fault_e1_i,
-    input  logic [15:0] pc_e1_i,
+    input  logic        address_fault_e2_i,
+    input  logic [15:0] pc_e2_i,
     input  logic        not_finite_i,
     input  logic [4:0]  output_index_w_i,
     // to issue, fetch and outputs
@@ -109,10 +109,10 @@ module asip_control (
         fault_d = 1'b1;
         cause_d = asip_regmap_pkg::FAULT_NOT_FINITE;
         info_d  = {11'd0, output_index_w_i};
-      end else if (address_fault_e1_i) begin
+      end else if (address_fault_e2_i) begin
         fault_d = 1'b1;
         cause_d = asip_regmap_pkg::FAULT_ADDRESS;
-        info_d  = pc_e1_i;
+        info_d  = pc_e2_i;
       end else if (running && bad_d) begin
         fault_d = 1'b1;
         cause_d = pc_bad_d_i ? asip_regmap_pkg::FAULT_ADDRESS :

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // asip_memory: data memory of the ASIP with its address unit.
 // Contract: address = int32(index) + imm in stage E1; a load's result is registered 3 ranks later, a
-// store is visible to every later load. fault_e1_o: the address is outside the memory; nothing is
+// store is visible to every later load. fault_e2_o: the address is outside the memory; nothing is
 // read or written then. The host uses the same port while the core is idle.
 module asip_memory #(
     parameter int unsigned Words = 1024
@@ -14,7 +14,7 @@ module asip_memory #(
     input  logic [31:0] index_i,
     input  logic [15:0] imm_i,
     input  logic [31:0] data_i,
-    output logic        fault_e1_o,
+    output logic        fault_e2_o,
     // to write-back
     output logic        valid_o,
     output logic [31:0] result_o,
@@ -32,22 +32,24 @@ module asip_memory #(
   logic [AddressWidth-1:0] address_e2_q;
   logic [31:0]             data_e2_q, read_e3_q, result_q;
   logic                    write_e2_q, load_e2_q, load_e3_q, valid_q;
-  logic                    inside_e1, host_inside;
+  logic                    inside_e1, host_inside, fault_e2_q;
   logic [31:0]             memory[0:Words-1];
 
   assign address_e1 = index_i + {16'd0, imm_i};
   assign inside_e1  = !(|address_e1[31:AddressWidth]);
   assign host_inside = !(|host_address_i[15:AddressWidth]);
-  assign fault_e1_o = (load_i || store_i) && !inside_e1;
+  assign fault_e2_o  = fault_e2_q;
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
       write_e2_q <= 1'b0;
+      fault_e2_q <= 1'b0;
       load_e2_q  <= 1'b0;
       load_e3_q  <= 1'b0;
       valid_q    <= 1'b0;
     end else begin
       write_e2_q <= host_select_i ? host_write_i && host_inside : store_i && inside_e1;
+      fault_e2_q <= (load_i || store_i) && !inside_e1;
       load_e2_q  <= load_i && inside_e1;
       load_e3_q  <= load_e2_q;
       valid_q    <= load_e3_q;

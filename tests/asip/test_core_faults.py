@@ -396,11 +396,12 @@ def test_two_faults__the_first_in_time__stays(configuration):
             bench.bundle(configuration, op("ld", "c5", "k1", imm=0)),
             bench.bundle(configuration),
             bench.bundle(configuration),
+            bench.bundle(configuration),
             word_bundle(configuration, {0: 0}),
         ],
         {"k1": 0x80000000},
     )
-    # issue at 0: address fault in stage E1 at 3, the cycle in which the illegal bundle is decoded
+    # issue at 0: address fault in stage E2 at 4, the cycle in which the illegal bundle is decoded
     check_fault(program, "ADDRESS", 0)
 
 
