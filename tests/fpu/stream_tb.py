@@ -2,7 +2,7 @@
 
 Runs inside the simulator on the generated `bench` top (see `tests.fpu.tb.bench_source`). The rows
 themselves are read and recorded by `sim/harness/unit_stream.sv`, because one awaited clock edge
-per row in Python costs about fifty times as much as the simulated row.
+per row in Python costs far more than the simulated row.
 """
 
 import os
