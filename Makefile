@@ -30,10 +30,10 @@ run: $(READY) ## the main job: track a path through RTL in closed loop (GCODE=fi
 	@$(PY) -m sim.run $(GCODE) --output $(OUTPUT)
 
 test: $(READY) lint gen-check ## every test but the deep campaigns (T=expression, SEED=n)
-	$(PY) -m pytest -n $(JOBS) -m "not full" --hypothesis-seed=$(SEED) $(if $(T),-k "$(T)")
+	$(PY) -m pytest -n $(JOBS) --dist loadfile -m "not full" --hypothesis-seed=$(SEED) $(if $(T),-k "$(T)")
 
 test-full: $(READY) lint gen-check ## the deep campaigns too
-	$(PY) -m pytest -n $(JOBS) --hypothesis-seed=$(SEED) $(if $(T),-k "$(T)")
+	$(PY) -m pytest -n $(JOBS) --dist loadfile --hypothesis-seed=$(SEED) $(if $(T),-k "$(T)")
 
 lint: $(READY) ## ruff on Python, Verilator -Wall on the RTL in every configuration
 	$(VENV)/bin/ruff check -q .
