@@ -3,7 +3,7 @@
 // Contract: illegal is set for an unknown opcode, a unit that this slot does not have, a bank or index
 // that does not exist, and an output as the destination of a multiply-add; the issue logic never starts
 // an illegal operation. A source field that an operation does not use is `zero` in every program of the
-// assembler; decoding does not depend on it.
+// assembler; another register there is waited for, and one that does not exist is illegal too.
 module asip_decode #(
     parameter bit          CanFma   = 1'b1,
     parameter bit          CanAux   = 1'b1,
