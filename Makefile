@@ -20,7 +20,7 @@ TOPS ?=
 SEEDS ?=
 export SEED
 
-.PHONY: help setup run test test-full lint gen gen-check synth quartus readme lock clean
+.PHONY: help setup run test test-full lint gen gen-check synth quartus readme docs lock clean
 
 help: ## list targets and variables
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-12s %s\n", $$1, $$2}' Makefile
@@ -64,6 +64,9 @@ quartus: $(READY) ## area and speed on Stratix III with Quartus II 13.1, to buil
 
 readme: $(READY) ## write the results section of README.md from build/results.json
 	@$(PY) scripts/readme.py
+
+docs: $(READY) ## write the pages of docs/ that are measured: latencies
+	@$(PY) scripts/latency_table.py
 
 setup: $(READY) ## create the project-local environment (run and test do it by themselves)
 
