@@ -65,8 +65,9 @@ quartus: $(READY) ## area and speed on Stratix III with Quartus II 13.1, to buil
 readme: $(READY) ## write the results section of README.md from build/results.json
 	@$(PY) scripts/readme.py
 
-docs: $(READY) ## write the pages of docs/ that are measured: latencies
+docs: $(READY) ## write the pages of docs/ that are measured: latencies, scaling
 	@$(PY) scripts/latency_table.py
+	@$(PY) scripts/scaling.py
 
 setup: $(READY) ## create the project-local environment (run and test do it by themselves)
 
