@@ -12,11 +12,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import Enum
+from fractions import Fraction
+from typing import Generic, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 FloatArray = NDArray[np.float64]
+Number = TypeVar("Number", float, Fraction)
 
 
 class SCurveClass(Enum):
@@ -35,9 +38,95 @@ class SCurveError(ValueError):
     """A parameter of a profile lies outside its limit; names the value and the limit."""
 
 
-def _require(ok: bool, name: str, value: float, limit: str) -> None:
+def require(ok: bool, name: str, value: Number, limit: str) -> None:
+    """Raise SCurveError naming value and limit unless `ok` and the value is finite."""
     if not (ok and math.isfinite(value)):
-        raise SCurveError(f"S-curve parameter {name} = {value!r} is outside its limit: {limit}")
+        raise SCurveError(
+            f"S-curve parameter {name} = {as_text(value)} is outside its limit: {limit}"
+        )
+
+
+def as_text(value: Number) -> str:
+    """A number as people write it; a rational one as the nearest double."""
+    return repr(float(value) if isinstance(value, Fraction) else value)
+
+
+@dataclass(frozen=True)
+class ClosedForms(Generic[Number]):
+    """Formulas (1)-(11) evaluated: floats from floats, exact fractions from fractions.
+
+    durations [s] and displacements [unit] of the seven phases, peak speed, acceleration and jerk;
+    the jerk is 0 where no phase has one (trapezoid, triangle, constant speed).
+    """
+
+    kind: SCurveClass
+    cruise_critical_length: Number
+    acceleration_critical_length: Number
+    peak_speed: Number
+    peak_acceleration: Number
+    jerk: Number
+    durations: tuple[Number, ...]
+    displacements: tuple[Number, ...]
+    total_time: Number
+
+
+def closed_forms(
+    v0: Number, vm: Number, tr: Number, tm: Number, length: Number
+) -> ClosedForms[Number]:
+    """Class and phases of one move; see SCurve for the parameters and the errors."""
+    require(vm > 0, "vm", vm, "vm > 0")
+    require(0 <= v0 <= vm, "v0", v0, f"0 <= v0 <= vm = {as_text(vm)}")
+    require(tr > 0, "tr", tr, "tr > 0")
+    require(0 <= tm <= tr / 2, "tm", tm, f"0 <= tm <= tr/2 = {as_text(tr / 2)}")
+    require(length > 0, "length", length, "length > 0")
+    zero = 0 * length
+
+    cruise_critical_length = (v0 + vm) * tr  # (4)
+    acceleration_critical_length = 2 * v0 * tr  # (7)
+    cruise_length = zero
+    if length > cruise_critical_length:
+        peak_speed = vm
+        cruise_length = length - cruise_critical_length
+        kind = _by_tm(
+            tm, tr, SCurveClass.TRAPEZOID, SCurveClass.SEVEN_SEGMENT, SCurveClass.FIVE_SEGMENT
+        )
+    elif length > acceleration_critical_length:
+        peak_speed = max(v0, length / tr - v0)  # (8); max: rounding at the boundary
+        kind = _by_tm(
+            tm, tr, SCurveClass.TRIANGLE, SCurveClass.SIX_SEGMENT, SCurveClass.FOUR_SEGMENT
+        )
+    else:
+        peak_speed = v0  # (11)
+        cruise_length = length
+        kind = SCurveClass.CONSTANT
+    moving = kind is not SCurveClass.CONSTANT
+
+    rise = peak_speed - v0
+    am = rise / (tr - tm) if moving else zero
+    t4 = cruise_length / peak_speed
+    t1, t2 = (tm, max(zero, tr - 2 * tm)) if moving else (zero, zero)
+    s1 = v0 * t1 + am * t1 * t1 / 6  # (6)
+    s2 = (v0 + peak_speed) * t2 / 2
+    s3 = peak_speed * t1 - am * t1 * t1 / 6
+    return ClosedForms(
+        kind=kind,
+        cruise_critical_length=cruise_critical_length,
+        acceleration_critical_length=acceleration_critical_length,
+        peak_speed=peak_speed,
+        peak_acceleration=am,
+        jerk=am / tm if moving and tm > 0 else zero,
+        durations=(t1, t2, t1, t4, t1, t2, t1),
+        displacements=(s1, s2, s3, cruise_length, s3, s2, s1),
+        total_time=2 * tr + t4 if moving else t4,
+    )
+
+
+def _by_tm(
+    tm: Number, tr: Number, without: SCurveClass, between: SCurveClass, half: SCurveClass
+) -> SCurveClass:
+    if tm == 0:
+        return without
+    return half if tm == tr / 2 else between
 
 
 @dataclass(frozen=True)
@@ -58,51 +147,17 @@ class SCurve:
     """
 
     def __init__(self, v0: float, vm: float, tr: float, tm: float, length: float) -> None:
-        _require(vm > 0.0, "vm", vm, "vm > 0")
-        _require(0.0 <= v0 <= vm, "v0", v0, f"0 <= v0 <= vm = {vm!r}")
-        _require(tr > 0.0, "tr", tr, "tr > 0")
-        _require(0.0 <= tm <= tr / 2, "tm", tm, f"0 <= tm <= tr/2 = {tr / 2!r}")
-        _require(length > 0.0, "length", length, "length > 0")
+        forms = closed_forms(v0, vm, tr, tm, length)
         self.v0, self.vm, self.tr, self.tm, self.length = v0, vm, tr, tm, length
-
-        self.cruise_critical_length = (v0 + vm) * tr  # (4)
-        self.acceleration_critical_length = 2 * v0 * tr  # (7)
-        cruise_length = 0.0
-        if length > self.cruise_critical_length:
-            self.peak_speed = vm
-            cruise_length = length - self.cruise_critical_length
-            self.kind = self._by_tm(
-                SCurveClass.TRAPEZOID, SCurveClass.SEVEN_SEGMENT, SCurveClass.FIVE_SEGMENT
-            )
-        elif length > self.acceleration_critical_length:
-            self.peak_speed = max(v0, length / tr - v0)  # (8); max: rounding at the boundary
-            self.kind = self._by_tm(
-                SCurveClass.TRIANGLE, SCurveClass.SIX_SEGMENT, SCurveClass.FOUR_SEGMENT
-            )
-        else:
-            self.peak_speed = v0  # (11)
-            cruise_length = length
-            self.kind = SCurveClass.CONSTANT
-        moving = self.kind is not SCurveClass.CONSTANT
-
-        rise = self.peak_speed - v0
-        self.peak_acceleration = rise / (tr - tm) if moving else 0.0
-        self.jerk = self.peak_acceleration / tm if moving and tm > 0.0 else 0.0
-        t4 = cruise_length / self.peak_speed
-        t1, t2 = (tm, max(0.0, tr - 2 * tm)) if moving else (0.0, 0.0)
-        self.durations = (t1, t2, t1, t4, t1, t2, t1)
-        self.total_time = 2 * tr + t4 if moving else t4
-
-        am, vp = self.peak_acceleration, self.peak_speed
-        s1 = v0 * t1 + am * t1 * t1 / 6  # (6)
-        s2 = (v0 + vp) * t2 / 2
-        s3 = vp * t1 - am * t1 * t1 / 6
-        self.displacements = (s1, s2, s3, cruise_length, s3, s2, s1)
-
-    def _by_tm(self, without: SCurveClass, between: SCurveClass, half: SCurveClass) -> SCurveClass:
-        if self.tm == 0.0:
-            return without
-        return half if self.tm == self.tr / 2 else between
+        self.kind = forms.kind
+        self.cruise_critical_length = forms.cruise_critical_length
+        self.acceleration_critical_length = forms.acceleration_critical_length
+        self.peak_speed = forms.peak_speed
+        self.peak_acceleration = forms.peak_acceleration
+        self.jerk = forms.jerk
+        self.durations = forms.durations
+        self.displacements = forms.displacements
+        self.total_time = forms.total_time
 
     def profile(self, t: ArrayLike) -> Samples:
         """Position from the start, velocity and acceleration at the times t [s], any shape.
