@@ -51,16 +51,21 @@ lint: $(READY) ## ruff on Python, Verilator -Wall on the RTL in every configurat
 gen: $(READY) ## regenerate packages, headers and reference pages from their sources
 	$(PY) scripts/gen.py
 	$(PY) scripts/gen_robot_inc.py
+	$(PY) scripts/gen_nios_system.py
 
 gen-check: $(READY) ## refuse generated files that differ from their sources
 	@$(PY) scripts/gen.py --check
 	@$(PY) scripts/gen_robot_inc.py --check
+	@$(PY) scripts/gen_nios_system.py --check
 
 synth: $(READY_SYNTH) ## area and speed of every top with Yosys and nextpnr, to build/synth.json (hours)
 	@$(PY) scripts/synth.py $(if $(TOPS),--only $(TOPS)) $(if $(SEEDS),--seeds $(SEEDS))
 
 quartus: $(READY) ## area and speed on Stratix III with Quartus II 13.1, to build/synth.json
 	@$(PY) scripts/quartus.py
+
+nios-toolchain: ## cross compiler for Nios II from Debian's source packages (about 20 minutes, once)
+	@scripts/nios_toolchain.sh
 
 readme: $(READY) ## write the results section of README.md from build/results.json
 	@$(PY) scripts/readme.py

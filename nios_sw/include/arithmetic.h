@@ -1,0 +1,64 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Operations of the law beyond + - * /. With own custom instructions (OWN_INSTRUCTIONS) each is one
+ * instruction of ci.h, otherwise the C library and compiler do it: the same values but for the
+ * last bit of the sine. */
+#ifndef NIOS_ARITHMETIC_H
+#define NIOS_ARITHMETIC_H
+
+#include <math.h>
+#include <stdint.h>
+
+#ifdef OWN_INSTRUCTIONS
+#include "gen/ci.h"
+#endif
+
+#define ALWAYS_INLINE static inline __attribute__((always_inline))
+
+/* A copy of x that the compiler takes for a new value, at no cost. A formula of the copy is computed
+ * even where the same formula of x was computed before: the law is evaluated as it is printed. Each
+ * pair of constants (place, leg) makes copies of its own. SHARE_SUBEXPRESSIONS turns this off. */
+#ifdef SHARE_SUBEXPRESSIONS
+#define AGAIN(x, place, leg) (x)
+#else
+#define AGAIN(x, place, leg)                                   \
+  __extension__({                                              \
+    float again_ = (x);                                        \
+    __asm__("" : "+r"(again_) : "i"((place) * 8 + (leg)));     \
+    again_;                                                    \
+  })
+#endif
+
+/* sqrt(x), x >= 0. */
+ALWAYS_INLINE float square_root(float x) { return sqrtf(x); }
+
+/* sin(x), abs(x) <= 256 rad. */
+ALWAYS_INLINE float sine(float x) {
+#ifdef OWN_INSTRUCTIONS
+  return CI_FSIN(x);
+#else
+  return sinf(x);
+#endif
+}
+
+/* x limited to -limit .. limit. */
+ALWAYS_INLINE float saturate(float x, float limit) {
+#ifdef OWN_INSTRUCTIONS
+  return CI_FSAT(x, limit);
+#else
+  return x < -limit ? -limit : x > limit ? limit : x;
+#endif
+}
+
+/* -1, 0 or 1. */
+ALWAYS_INLINE float signum(float x) {
+#ifdef OWN_INSTRUCTIONS
+  return CI_FSGN(x);
+#else
+  return x > 0.0f ? 1.0f : x < 0.0f ? -1.0f : 0.0f;
+#endif
+}
+
+/* A count as a float, rounded to nearest even. */
+ALWAYS_INLINE float float_of_int(int32_t n) { return (float)n; }
+
+#endif

@@ -1,0 +1,187 @@
+#!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
+# Build the cross compiler for Nios II (binutils, GCC, newlib) from Debian's own source packages.
+# No root needed: packages are fetched with a private apt state and unpacked below the cache folder.
+# Finished stages leave a stamp, so an interrupted build goes on where it stopped.
+# Usage: scripts/nios_toolchain.sh            JOBS=n  parallel compilations (default: all processors)
+#        scripts/nios_toolchain.sh --prefix   print the folder whose bin/ holds nios2-elf-gcc
+# NIOS2_TOOLCHAIN=FOLDER moves the cache (default: ${XDG_CACHE_HOME:-$HOME/.cache}/microtick/nios2-elf).
+set -eu
+
+cache=${NIOS2_TOOLCHAIN:-${XDG_CACHE_HOME:-$HOME/.cache}/microtick/nios2-elf}
+prefix=$cache/install
+jobs=${JOBS:-$(nproc)}
+binutils=2.40
+gcc=12.2.0
+newlib=3.3.0
+stages=7
+stage=0
+
+case ${1:-} in
+  "") ;;
+  --prefix) echo "$prefix"; exit 0 ;;
+  -h | --help) sed -n '3,8s/^# //p' "$0"; exit 0 ;;
+  *)
+    echo "error: unknown argument '$1'" >&2
+    echo "help:  scripts/nios_toolchain.sh [--prefix | --help]" >&2
+    exit 2
+    ;;
+esac
+
+say() { echo "[nios-toolchain $stage/$stages] $*"; }
+
+die() {
+  echo "error: $1" >&2
+  echo "help:  $2" >&2
+  exit 1
+}
+
+# begin NAME: true when the stage still has to be done
+begin() {
+  stage=$((stage + 1))
+  if [ -e "$cache/stamps/$1" ]; then
+    say "$1: done before"
+    return 1
+  fi
+  say "$1 ..."
+}
+
+finish() { touch "$cache/stamps/$1"; }
+
+# logged NAME COMMAND...: run with output in a log; a line every 30 s; the log's end on failure
+logged() {
+  log=$cache/log/$1
+  shift
+  started=$(date +%s)
+  "$@" >"$log" 2>&1 &
+  job=$!
+  waited=0
+  while kill -0 "$job" 2>/dev/null; do
+    sleep 1
+    waited=$((waited + 1))
+    if [ $((waited % 30)) -eq 0 ]; then
+      say "  $(($(date +%s) - started)) s, $(wc -l <"$log") lines in $log"
+    fi
+  done
+  if ! wait "$job"; then
+    tail -n 20 "$log" >&2
+    die "a step failed; its whole output is in $log" "run the command again after curing the cause: it goes on here"
+  fi
+}
+
+if [ -e "$cache/stamps/smoke" ] && "$prefix/bin/nios2-elf-gcc" --version >/dev/null 2>&1; then
+  echo "[nios-toolchain] ready: $prefix/bin/nios2-elf-gcc"
+  exit 0
+fi
+
+missing=""
+for tool in apt-get dpkg-deb gcc g++ make m4 tar xz; do
+  command -v "$tool" >/dev/null 2>&1 || missing="$missing $tool"
+done
+# m4 may come from the packages below; every other one has to be there
+missing=$(echo "$missing" | sed 's/ m4//')
+[ -z "$missing" ] || die "required program(s) not found:$missing" \
+  "this script needs Debian 12 (or a relative) with build-essential and xz-utils"
+
+mkdir -p "$cache/stamps" "$cache/log" "$cache/deb" "$cache/src" "$cache/host" "$prefix"
+PATH=$prefix/bin:$cache/host/usr/bin:$PATH
+export PATH
+export M4="$cache/host/usr/bin/m4" BISON_PKGDATADIR="$cache/host/usr/share/bison"
+
+if begin fetch; then
+  state=$cache/apt
+  mkdir -p "$state/lists/partial" "$state/archives/partial"
+  private="-o Dir::State=$state -o Dir::State::Lists=$state/lists -o Dir::Cache=$state \
+    -o Dir::State::status=/var/lib/dpkg/status -o APT::Sandbox::User="
+  # shellcheck disable=SC2086
+  logged apt-update apt-get $private update
+  cd "$cache/deb"
+  for package in binutils-source gcc-12-source newlib-source libgmp-dev libmpfr-dev libmpc-dev \
+    bison flex libfl-dev m4; do
+    # shellcheck disable=SC2086
+    ls "$package"_*.deb >/dev/null 2>&1 || logged "fetch-$package" apt-get $private download "$package"
+  done
+  finish fetch
+fi
+
+if begin unpack; then
+  for package in "$cache"/deb/*.deb; do dpkg-deb -x "$package" "$cache/host"; done
+  # static libraries only: what is built must not lean on this folder at run time
+  find "$cache/host/usr/lib" -name '*.so*' -delete
+  for source in "binutils/binutils-$binutils" "gcc-12/gcc-$gcc-dfsg" "newlib/newlib-$newlib"; do
+    archive=$(ls "$cache/host/usr/src/$source"*.tar.xz 2>/dev/null | head -n 1)
+    [ -n "$archive" ] || die "the archive has no $source (found: $(cd "$cache/host/usr/src" && ls -d */*.tar.* | tr '\n' ' '))" \
+      "use Debian 12's package lists: binutils $binutils, GCC $gcc, newlib $newlib"
+    say "  $(basename "$archive")"
+    tar -C "$cache/src" --exclude='*/gcc/testsuite/*' --exclude='*/libstdc++-v3/testsuite/*' -xf "$archive"
+  done
+  finish unpack
+fi
+
+host_lib=$(dirname "$(find "$cache/host/usr/lib" -name libgmp.a | head -n 1)")
+gmp_include=$(dirname "$(find "$cache/host/usr/include" -name gmp.h | head -n 1)")
+# mpfr.h and mpc.h include gmp.h, which Debian keeps in the folder of the architecture
+[ "$gmp_include" = "$cache/host/usr/include" ] || cp "$gmp_include/gmp.h" "$cache/host/usr/include/"
+host_flags="CFLAGS=-O1 -g0 -I$cache/host/usr/include"
+hostxx_flags="CXXFLAGS=-O1 -g0 -I$cache/host/usr/include"
+target_flags="CFLAGS_FOR_TARGET=-O2 -g0 -ffunction-sections -fdata-sections"
+
+# configured FOLDER SOURCE FLAGS...: configure once, out of the source tree
+configured() {
+  folder=$cache/build/$1
+  source=$2
+  shift 2
+  mkdir -p "$folder"
+  cd "$folder"
+  [ -e Makefile ] || logged "configure-$(basename "$folder")" "$source/configure" --quiet \
+    --target=nios2-elf --prefix="$prefix" --disable-nls "$@"
+}
+
+if begin binutils; then
+  configured binutils "$cache/src/binutils-$binutils" --disable-gdb --disable-sim --disable-gprofng \
+    --disable-gprof --disable-werror --disable-plugins --without-zstd "$host_flags" "$hostxx_flags"
+  logged binutils make MAKEINFO=true -j"$jobs"
+  logged binutils-install make MAKEINFO=true install
+  finish binutils
+fi
+
+gcc_source=$(ls -d "$cache/src/gcc-$gcc"* | head -n 1)
+if begin gcc; then
+  configured gcc "$gcc_source" --enable-languages=c --with-newlib --without-headers --disable-shared \
+    --disable-threads --disable-libssp --disable-libquadmath --disable-libgomp --disable-libatomic \
+    --disable-lto --disable-multilib --disable-plugin --disable-gcov --enable-checking=release \
+    --without-zstd --without-isl \
+    --with-gmp-include="$cache/host/usr/include" --with-gmp-lib="$host_lib" \
+    --with-mpfr-include="$cache/host/usr/include" --with-mpfr-lib="$host_lib" \
+    --with-mpc-include="$cache/host/usr/include" --with-mpc-lib="$host_lib" \
+    "$host_flags" "$hostxx_flags" "$target_flags"
+  logged gcc make MAKEINFO=true -j"$jobs" all-gcc
+  # Debian's source comes without its manuals; this stamp keeps install-gcc from checking them
+  touch gcc/s-tm-texi
+  logged gcc-install make MAKEINFO=true install-gcc
+  finish gcc
+fi
+
+if begin libgcc; then
+  cd "$cache/build/gcc"
+  logged libgcc make MAKEINFO=true -j"$jobs" all-target-libgcc
+  logged libgcc-install make MAKEINFO=true install-target-libgcc
+  finish libgcc
+fi
+
+if begin newlib; then
+  configured newlib "$(ls -d "$cache"/src/newlib-* | head -n 1)" --disable-newlib-supplied-syscalls --disable-multilib \
+    "$target_flags"
+  logged newlib make MAKEINFO=true -j"$jobs"
+  logged newlib-install make MAKEINFO=true install
+  finish newlib
+fi
+
+if begin smoke; then
+  printf '#include <math.h>\n#include <stdio.h>\nint main(void) { printf("%%g", sqrt(2.0)); return 0; }\n' \
+    >"$cache/smoke.c"
+  logged smoke "$prefix/bin/nios2-elf-gcc" -O2 -o "$cache/smoke.elf" "$cache/smoke.c" -T qemu-hosted.ld -lm
+  rm -rf "$cache/build" "$cache/src" "$cache/host"
+  finish smoke
+fi
+echo "[nios-toolchain] ready: $prefix/bin/nios2-elf-gcc"
