@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import os
 import shutil
@@ -53,23 +54,38 @@ def _run(command: Sequence[str | Path], directory: Path) -> None:
         raise BuildError(f"{' '.join(map(str, command))}\n{done.stdout}{done.stderr}")
 
 
+@functools.cache
+def machine_flag() -> tuple[str, ...]:
+    """`-march=native` if the compiler knows the processor, else nothing."""
+    command = [os.environ.get("CXX", "g++"), "-march=native", "-E", "-x", "c++", os.devnull]
+    done = subprocess.run(command, capture_output=True, check=False)
+    return ("-march=native",) if done.returncode == 0 else ()
+
+
 def build_library(
     top: str,
     sources: Sequence[Path],
     harness: Path,
     parameters: Mapping[str, int] | None = None,
     jobs: int = 2,
+    headers: Sequence[Path] = (),
+    defines: Mapping[str, str] | None = None,
+    harness_flags: Sequence[str] = (),
 ) -> Path:
     """Verilate `top` and link it with `harness` into a shared library; returns its path.
 
-    The build folder is named by a hash of everything that goes in: an unchanged model is not
-    built again.
+    `headers` are the files that the harness includes from its own folder, `defines` the macros of
+    the RTL (an empty value is a macro without one), `harness_flags` further compiler options for
+    the harness alone. The build folder is named by a hash of everything that goes in: an unchanged
+    model is not built again.
     """
     parameters = dict(parameters or {})
+    defines = dict(defines or {})
     digest = hashlib.sha256()
-    for path in [*sources, harness, Path(__file__)]:
+    for path in [*sources, harness, *headers, Path(__file__)]:
         digest.update(path.read_bytes())
     digest.update(repr(sorted(parameters.items())).encode())
+    digest.update(repr((sorted(defines.items()), list(harness_flags))).encode())
     folder = ROOT / "build/model" / f"{top}-{digest.hexdigest()[:16]}"
     library = folder / f"lib{top}.so"
     if library.exists():
@@ -78,7 +94,7 @@ def build_library(
     work = folder.with_suffix(f".{os.getpid()}")
     shutil.rmtree(work, ignore_errors=True)
     work.mkdir(parents=True)
-    flags = "-O3 -fPIC -fno-plt -fvisibility=default -march=native"
+    flags = " ".join(("-O3 -fPIC -fno-plt -fvisibility=default", *machine_flag()))
     _run(
         [
             verilator_driver(),
@@ -102,6 +118,7 @@ def build_library(
             MAKE_FLAGS,
             "-Wno-fatal",
             *(f"-G{name}={value}" for name, value in sorted(parameters.items())),
+            *(f"-D{name}={value}" if value else f"-D{name}" for name, value in defines.items()),
             WAIVERS,
             *sources,
         ],
@@ -118,6 +135,7 @@ def build_library(
             f"-I{include}",
             f"-I{include / 'vltstd'}",
             "-Iobj",
+            *harness_flags,
             harness.resolve(),
             "-Wl,--whole-archive",
             *archives,

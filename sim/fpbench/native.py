@@ -1,0 +1,365 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The C++ bench of one arithmetic unit as Python functions: build, run cases, ask the reference.
+
+`Unit("fp_mul").run("mul", "random", count=10**6)` builds `fpbench.sv` around the unit (once per
+content of the sources) and returns a `Report`. Words are raw 32-bit patterns, flags the five bits
+{nv,dz,of,uf,nx} of `fp_pkg::flags_t`.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import hashlib
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from sim.harness.build import ROOT, build_library
+
+HERE = Path(__file__).parent
+RTL = ROOT / "rtl/fpu"
+TOP_SOURCES = (HERE / "fp_lane.sv", HERE / "fpbench.sv")
+HARNESS = HERE / "fpbench.cpp"
+HEADERS = tuple(HERE / name for name in ("angles.h", "cases.h", "operations.h", "reference.h"))
+TABLE = HERE / "operations.h"
+PACKAGE = "fp_pkg"
+SHOWN, BINS = 16, 64  # as in fpbench.cpp and angles.h; the library's report size is compared
+
+# Lanes per simulator call: more share its cost until the code leaves the instruction cache.
+LANES = {
+    "fp_add": 4,
+    "fp_mul": 4,
+    "fp_fma": 4,
+    "fp_divsqrt": 4,
+    "fp_cmp": 8,
+    "fp_i2f": 8,
+    "fp_f2i": 8,
+    "fp_sincos": 4,
+}
+# The iterative unit answers `ready` combinationally: no register may lie before it.
+NO_INPUT_RANK = ("fp_sincos",)
+
+FLAG_NAMES = ("nv", "dz", "of", "uf", "nx")
+
+
+class BenchError(ValueError):
+    """A request that the bench cannot run; the text names the cause and what would work."""
+
+
+class _Failure(ctypes.Structure):
+    _fields_ = (
+        *((name, ctypes.c_uint32) for name in ("a", "b", "c", "got", "want")),
+        ("got_flags", ctypes.c_uint8),
+        ("want_flags", ctypes.c_uint8),
+        ("pad", ctypes.c_uint8 * 2),
+    )
+
+
+class _Angles(ctypes.Structure):
+    _fields_ = (
+        *((n, ctypes.c_uint64) for n in ("in_range", "beyond", "symmetric_pairs", "not_nearest")),
+        ("worst", ctypes.c_double),
+        ("worst_at", ctypes.c_uint32),
+        ("pad", ctypes.c_uint32),
+        ("histogram", ctypes.c_uint64 * (BINS + 1)),
+    )
+
+
+class _Report(ctypes.Structure):
+    _fields_ = (
+        *((name, ctypes.c_uint64) for name in ("cases", "mismatches", "cycles")),
+        ("seconds", ctypes.c_double),
+        ("protocol", ctypes.c_char * 96),
+        ("shown", ctypes.c_uint32),
+        ("pad", ctypes.c_uint32),
+        ("failures", _Failure * SHOWN),
+        ("angles", _Angles),
+    )
+
+
+def flag_text(flags: int) -> str:
+    """`0b00011` -> `"uf nx"`; no flag -> `"-"`."""
+    return " ".join(n for i, n in enumerate(FLAG_NAMES) if flags >> (4 - i) & 1) or "-"
+
+
+@dataclass(frozen=True)
+class Mismatch:
+    """One case in which the unit and the reference differ."""
+
+    op: str
+    operands: tuple[int, ...]
+    got: int
+    want: int
+    got_flags: int
+    want_flags: int
+
+    @property
+    def arguments(self) -> str:
+        """`OP=mul A=00ffffff B=3f000000`, what `make fp-case` takes."""
+        words = (f"{n}={x:08x}" for n, x in zip("ABC", self.operands, strict=False))
+        return " ".join((f"OP={self.op}", *words))
+
+    def __str__(self) -> str:
+        return (
+            f"FAIL make fp-case {self.arguments}"
+            f"  # got {self.got:08x} {flag_text(self.got_flags)}"
+            f"  want {self.want:08x} {flag_text(self.want_flags)}"
+        )
+
+
+@dataclass
+class AngleStatistics:
+    """Errors of sine or cosine; `histogram` has 64 bins per ulp and one for everything above one."""
+
+    in_range: int = 0
+    beyond: int = 0
+    symmetric_pairs: int = 0
+    not_nearest: int = 0
+    worst: float = 0.0  # ulp
+    worst_at: int = 0  # operand bits
+    histogram: list[int] = field(default_factory=lambda: [0] * (BINS + 1))
+
+
+@dataclass
+class Report:
+    """What a run did. `seconds` is processor time, `protocol` a violation of the handshake."""
+
+    op: str
+    kind: str
+    cases: int
+    mismatches: int
+    cycles: int
+    seconds: float
+    protocol: str
+    failures: list[Mismatch]
+    angles: AngleStatistics | None = None
+
+    @property
+    def rate(self) -> float:
+        """Checked operations per second of processor time."""
+        return self.cases / self.seconds if self.seconds else 0.0
+
+    @property
+    def good(self) -> bool:
+        """Every case agreed and the handshake held."""
+        return not self.mismatches and not self.protocol
+
+    def as_json(self) -> dict:
+        """The fields, with each failure as its pasteable line."""
+        return asdict(self) | {"failures": [str(failure) for failure in self.failures]}
+
+
+@functools.cache
+def operations() -> dict[str, tuple[str, int]]:
+    """Operation -> (unit, operand count), read from the table in operations.h."""
+    found = re.findall(r'^\s*\{"(\w+)", "(\w+)", (\d),', TABLE.read_text(), re.MULTILINE)
+    return {op: (unit, int(count)) for unit, op, count in found}
+
+
+def unit_of(op: str) -> str:
+    """Module that executes an operation; BenchError with the known names if there is none."""
+    if op not in operations():
+        raise BenchError(f"no operation '{op}'; known are {', '.join(operations())}")
+    return operations()[op][0]
+
+
+def sources(unit: str, rtl: Path = RTL) -> list[Path]:
+    """RTL files of a unit, fp_pkg first: those of the folder that its text names, recursively."""
+    known = {path.stem: path for path in sorted(rtl.glob("*.sv"))}
+    for name in (PACKAGE, unit):
+        if name not in known:
+            raise BenchError(f"{rtl}: no {name}.sv; give a folder with the files of rtl/fpu")
+    found: list[str] = []
+    pending = [unit]
+    while pending:
+        name = pending.pop()
+        if name in found or name == PACKAGE:
+            continue
+        found.append(name)
+        pending += known.keys() & set(re.findall(r"\w+", known[name].read_text()))
+    return [known[PACKAGE], *(known[name] for name in sorted(found))]
+
+
+def fingerprint(unit: str, rtl: Path = RTL, defines: Mapping[str, str] | None = None) -> str:
+    """Hash of what decides a unit's results: its RTL and the bench.
+
+    Latencies of other units in fp_pkg.sv are left out, since this one cannot depend on them.
+    """
+    files = sources(unit, rtl)
+    texts = [path.read_text() for path in files[1:]]
+    lane = TOP_SOURCES[0].read_text()
+    own = re.search(rf"FPBENCH_{unit.upper()}\n(.*?)`el", lane, re.DOTALL)
+    named = " ".join([*texts, own[1] if own else lane])
+    package = [
+        line
+        for line in files[0].read_text().splitlines()
+        if not (m := re.search(r"\b(FP_\w+_LATENCY)\s*=", line)) or m[1] in named
+    ]
+    digest = hashlib.sha256("\n".join(package).encode())
+    for text in texts:
+        digest.update(text.encode())
+    for path in (*TOP_SOURCES, HARNESS, *HEADERS):
+        digest.update(path.read_bytes())
+    digest.update(repr((LANES[unit], sorted((defines or {}).items()))).encode())
+    return digest.hexdigest()[:16]
+
+
+def angle_bound(rtl: Path = RTL) -> float:
+    """Error bound of sine and cosine in ulp, as the contract in fp_sincos.sv states it."""
+    match = re.search(r"error below ([0-9.]+) ulp", (rtl / "fp_sincos.sv").read_text())
+    if match is None:
+        raise BenchError(f"{rtl / 'fp_sincos.sv'}: no 'error below <number> ulp' in its contract")
+    return float(match[1])
+
+
+class Unit:
+    """The Verilated lanes of one unit; built on first use.
+
+    `rtl` is a folder with the files of rtl/fpu (a copy with a fault, for example), `defines` macros
+    for its RTL.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        rtl: Path = RTL,
+        defines: Mapping[str, str] | None = None,
+        lanes: int | None = None,
+    ) -> None:
+        if name not in LANES:
+            raise BenchError(f"no unit '{name}'; known are {', '.join(LANES)}")
+        self.name = name
+        self.library = build_library(
+            "fpbench",
+            [*sources(name, rtl), *TOP_SOURCES],
+            HARNESS,
+            {"Lanes": lanes or LANES[name], "InputRank": int(name not in NO_INPUT_RANK)},
+            jobs=1,
+            headers=HEADERS,
+            defines={f"FPBENCH_{name.upper()}": "", **(defines or {})},
+            harness_flags=("-ffp-contract=off", f'-DFPBENCH_UNIT="{name}"'),
+        )
+        self._bound = angle_bound(rtl) if name == "fp_sincos" else 0.0
+        lib = self._lib = ctypes.CDLL(str(self.library))
+        text, u64, pointer = ctypes.c_char_p, ctypes.c_uint64, ctypes.c_void_p
+        lib.fpbench_size.restype = lib.fpbench_operands.restype = u64
+        lib.fpbench_report_size.restype = ctypes.c_size_t
+        lib.fpbench_exact.restype = ctypes.c_double
+        lib.fpbench_exact.argtypes = [ctypes.c_int, ctypes.c_uint32]
+        lib.fpbench_size.argtypes = [text, text]
+        lib.fpbench_run.argtypes = [
+            text,
+            text,
+            u64,
+            u64,
+            u64,
+            ctypes.c_int,
+            ctypes.c_double,
+            pointer,
+        ]
+        lib.fpbench_run_list.argtypes = [text, pointer, u64, ctypes.c_double, pointer]
+        lib.fpbench_operands.argtypes = [text, text, u64, u64, u64, pointer]
+        lib.fpbench_reference.argtypes = [text, pointer, u64, pointer, pointer]
+        if lib.fpbench_report_size() != ctypes.sizeof(_Report):
+            raise BenchError(f"{HARNESS.name}: Report differs from the structure in {__name__}")
+
+    def size(self, op: str, kind: str) -> int:
+        """Cases of an enumerated kind of the operation; 0 if it has no such kind."""
+        return self._lib.fpbench_size(op.encode(), kind.encode())
+
+    def run(
+        self,
+        op: str,
+        kind: str,
+        start: int = 0,
+        count: int | None = None,
+        seed: int = 1,
+        gaps: bool = False,
+    ) -> Report:
+        """Run cases `start` .. `start + count - 1` of a kind: random, level1, level2, hard, exhaustive.
+
+        `count` defaults to the rest of an enumerated kind. `gaps` leaves idle clocks with random
+        operands between the cases.
+        """
+        size = self.size(op, kind)
+        if not size:
+            raise BenchError(f"operation '{op}' has no cases of kind '{kind}'")
+        if count is None:
+            if kind == "random":
+                raise BenchError("random cases have no end; give a count")
+            count = size - start
+        if start < 0 or count < 1 or start + count > size:
+            raise BenchError(f"{op} {kind} has {size} cases; {start} + {count} is beyond")
+        raw = _Report()
+        status = self._lib.fpbench_run(
+            op.encode(), kind.encode(), start, count, seed, gaps, self._bound, ctypes.byref(raw)
+        )
+        return self._report(op, kind, status, raw)
+
+    def run_list(self, op: str, rows: Sequence[Sequence[int]] | np.ndarray) -> Report:
+        """Run given operands, rows of one to three words."""
+        words = _rows(rows)
+        raw = _Report()
+        status = self._lib.fpbench_run_list(
+            op.encode(), words.ctypes.data, len(words), self._bound, ctypes.byref(raw)
+        )
+        return self._report(op, "list", status, raw)
+
+    def operands(self, op: str, kind: str, start: int, count: int, seed: int = 1) -> np.ndarray:
+        """The operands that `run` would use, uint32 of shape (cases, 3)."""
+        rows = np.zeros((count, 3), dtype=np.uint32)
+        made = self._lib.fpbench_operands(
+            op.encode(), kind.encode(), start, count, seed, rows.ctypes.data
+        )
+        return rows[:made]
+
+    def reference(self, op: str, rows: Sequence[Sequence[int]] | np.ndarray) -> tuple:
+        """(result bits, flags) of the host reference, for every operation but sine and cosine."""
+        words = _rows(rows)
+        bits, flags = np.zeros(len(words), np.uint32), np.zeros(len(words), np.uint8)
+        status = self._lib.fpbench_reference(
+            op.encode(), words.ctypes.data, len(words), bits.ctypes.data, flags.ctypes.data
+        )
+        if status:
+            raise BenchError(f"operation '{op}' has no exact reference")
+        return bits, flags
+
+    def exact(self, op: str, operand: int) -> float:
+        """Double-precision sine or cosine that the error is measured against."""
+        return self._lib.fpbench_exact(int(op == "cos"), operand)
+
+    def _report(self, op: str, kind: str, status: int, raw: _Report) -> Report:
+        if status:
+            raise BenchError(f"unit {self.name} does not execute operation '{op}'")
+        count = operations()[op][1]
+        failures = [
+            Mismatch(op, (f.a, f.b, f.c)[:count], f.got, f.want, f.got_flags, f.want_flags)
+            for f in raw.failures[: raw.shown]
+        ]
+        angles = None
+        if self.name == "fp_sincos":
+            names = ("in_range", "beyond", "symmetric_pairs", "not_nearest", "worst", "worst_at")
+            values = {name: getattr(raw.angles, name) for name in names}
+            angles = AngleStatistics(**values, histogram=list(raw.angles.histogram))
+        return Report(
+            op,
+            kind,
+            raw.cases,
+            raw.mismatches,
+            raw.cycles,
+            raw.seconds,
+            raw.protocol.decode(),
+            failures,
+            angles,
+        )
+
+
+def _rows(rows: Sequence[Sequence[int]] | np.ndarray) -> np.ndarray:
+    given = np.atleast_2d(np.asarray(rows, dtype=np.uint32))
+    words = np.zeros((len(given), 3), dtype=np.uint32)
+    words[:, : given.shape[1]] = given
+    return words
