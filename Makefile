@@ -20,7 +20,7 @@ TOPS ?=
 SEEDS ?=
 export SEED
 
-.PHONY: help setup run test test-full lint gen gen-check synth quartus readme docs lock clean
+.PHONY: help setup run test test-full lint gen gen-check synth quartus formal readme docs lock clean
 
 help: ## list targets and variables
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-12s %s\n", $$1, $$2}' Makefile
@@ -60,6 +60,9 @@ gen-check: $(READY) ## refuse generated files that differ from their sources
 
 synth: $(READY_SYNTH) ## area and speed of every top with Yosys and nextpnr, to build/synth.json (hours)
 	@$(PY) scripts/synth.py $(if $(TOPS),--only $(TOPS)) $(if $(SEEDS),--seeds $(SEEDS))
+
+formal: $(READY_SYNTH) ## prove the arithmetic units for all inputs, to build/formal/report.json (resumes)
+	@$(PY) -m tests.formal $(if $(T),--only $(T))
 
 quartus: $(READY) ## area and speed on Stratix III with Quartus II 13.1, to build/synth.json
 	@$(PY) scripts/quartus.py
