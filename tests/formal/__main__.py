@@ -1,0 +1,190 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Proves the arithmetic units; writes build/formal/report.json and the table of docs/formal.md."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+import sys
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+
+import bitwuzla
+from rich.console import Console
+
+from tests.formal.engine import BUILD, PROVED, REFUTED, Verdict, plant, run
+from tests.formal.netlist import ROOT, ElaborationError
+from tests.formal.proofs import PROOFS, Proof
+
+REPORT = BUILD / "report.json"
+PAGE = ROOT / "docs/formal.md"
+MARKS = re.compile(r"(<!-- proofs: [^\n]*-->\n).*?(<!-- end of proofs -->)", re.DOTALL)
+COMMAND = "python -m tests.formal --only"
+
+
+def load(path: Path = REPORT) -> dict:
+    """The report of earlier runs, empty if there is none."""
+    try:
+        return json.loads(path.read_text())
+    except (FileNotFoundError, json.JSONDecodeError):
+        return {"proofs": {}, "faults": {}}
+
+
+def store(report: dict, path: Path = REPORT) -> None:
+    """Write the report, whole or not at all."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    draft = path.with_suffix(".tmp")
+    draft.write_text(json.dumps(report, indent=1) + "\n")
+    draft.replace(path)
+
+
+def summary(entry: dict | None) -> dict:
+    """Status and solver time of a report entry, `status` "proved" only if every case is."""
+    if not entry:
+        return {"status": "not run", "seconds": 0.0, "cases": 0, "proved": 0}
+    cases = entry["cases"]
+    proved = sum(case["status"] == PROVED for case in cases)
+    worst = [case["status"] for case in cases if case["status"] != PROVED]
+    status = "not finished" if not entry["complete"] else PROVED
+    if REFUTED in worst:
+        status = REFUTED
+    elif worst:
+        status = worst[0]
+    seconds = sum(case["seconds"] for case in cases)
+    return {"status": status, "seconds": seconds, "cases": len(cases), "proved": proved}
+
+
+def prove(proof: Proof, report: dict, console: Console, limit: float | None, again: bool) -> bool:
+    """Run one proof, store its verdicts after every case; true if all cases are proved."""
+    old = report["proofs"].get(proof.name, {"cases": []})["cases"]
+    known = {}
+    for case in old:
+        if case["digest"] and (case["status"] == PROVED or not again):
+            verdict = Verdict(**case)
+            if verdict.status in (PROVED, REFUTED) or (limit or proof.timeout) <= verdict.seconds:
+                known[verdict.digest] = verdict
+    cases: list[dict] = []
+    entry = {"cases": cases, "complete": False}
+    report["proofs"][proof.name] = entry
+    console.print(f"{proof.name}: {proof.unit}, {proof.claim}", markup=False, soft_wrap=True)
+    for verdict in run(proof, known=known, limit=limit):
+        cases.append({k: v for k, v in asdict(verdict).items() if k != "known"})
+        earlier = " (unchanged)" if verdict.known else ""
+        text = f"  {verdict.case}: {verdict.status}, {verdict.seconds:.1f} s{earlier}"
+        if verdict.status != PROVED:
+            text += f"\n    {verdict.note}"
+        if verdict.status != PROVED or not verdict.known:
+            console.print(text, markup=False, highlight=False, soft_wrap=True)
+        store(report)
+    entry["complete"] = True
+    store(report)
+    result = summary(entry)
+    console.print(
+        f"  {result['proved']} of {result['cases']} cases proved, "
+        f"{result['seconds']:.1f} s of solver",
+        markup=False,
+    )
+    return result["status"] == PROVED
+
+
+def can_fail(proof: Proof, report: dict, console: Console, limit: float | None) -> bool:
+    """Plant each fault of a proof in a copy of rtl/; true if each makes a case fail."""
+    entries = []
+    for index, fault in enumerate(proof.faults):
+        where = f"{proof.name}: {fault.file}: `{fault.old}` -> `{fault.new}`"
+        refuted = None
+        try:
+            copy = plant(fault, BUILD / "faults" / f"{proof.name}{index}")
+            build = BUILD / "faults" / f"{proof.name}{index}" / "netlists"
+            for verdict in run(proof, rtl=copy, build=build, limit=limit):
+                if verdict.status == REFUTED:
+                    refuted = verdict
+                    break
+        except ElaborationError as error:
+            console.print(f"{where}\n  {error}", markup=False, highlight=False, soft_wrap=True)
+        entries.append(
+            {"fault": f"{fault.file}: {fault.old} -> {fault.new}", "seen": bool(refuted)}
+        )
+        verdict_text = f"seen by case `{refuted.case}`: {refuted.note}" if refuted else "NOT SEEN"
+        console.print(f"{where}\n  {verdict_text}", markup=False, highlight=False, soft_wrap=True)
+    report["faults"][proof.name] = entries
+    store(report)
+    return all(entry["seen"] for entry in entries)
+
+
+def table(report: dict) -> str:
+    """The Markdown table of docs/formal.md from a report."""
+    lines = [
+        "",
+        f"Solver: Bitwuzla {bitwuzla.version()}.",
+        "",
+        "| unit | property | inputs | status | cases | solver time | faults seen | command |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- |",
+    ]
+    for proof in PROOFS:
+        result = summary(report["proofs"].get(proof.name))
+        faults = report["faults"].get(proof.name, [])
+        seen = sum(fault["seen"] for fault in faults)
+        lines.append(
+            f"| {proof.unit} | {proof.claim} | {proof.inputs} | {result['status']} | "
+            f"{result['proved']} of {result['cases']} | {result['seconds']:.0f} s | "
+            f"{seen} of {len(proof.faults)} | `{COMMAND} {proof.name}` |"
+        )
+    return "\n".join([*lines, "", ""])
+
+
+def page_text(report: dict) -> str:
+    """docs/formal.md with the table replaced."""
+    return MARKS.sub(lambda marks: marks[1] + table(report) + marks[2], PAGE.read_text())
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Command line; exit 0 if all is proved (or every fault seen), 1 if not, 2 for usage."""
+    parser = argparse.ArgumentParser(
+        prog="python -m tests.formal",
+        description=__doc__,
+        epilog="example: python -m tests.formal --only add compare --timeout 600",
+    )
+    names = [proof.name for proof in PROOFS]
+    parser.add_argument("--only", nargs="+", metavar="PROOF", help="these proofs; see --list")
+    parser.add_argument("--quick", action="store_true", help="only the short proofs")
+    parser.add_argument("--list", action="store_true", help="list the proofs and end")
+    parser.add_argument("--timeout", type=float, metavar="S", help="seconds per case")
+    parser.add_argument("--again", action="store_true", help="retry what is not proved")
+    parser.add_argument(
+        "--check-can-fail", action="store_true", help="plant the faults: each must be refuted"
+    )
+    parser.add_argument("--docs", action="store_true", help="write the table of docs/formal.md")
+    options = parser.parse_args(argv)
+    console = Console()
+    for name in options.only or []:
+        if name not in names:
+            parser.error(f"no proof `{name}`; there are {', '.join(names)}")
+    chosen = [p for p in PROOFS if not options.only or p.name in options.only]
+    chosen = [p for p in chosen if p.quick or not options.quick]
+    if options.list:
+        for proof in chosen:
+            console.print(f"{proof.name}: {proof.unit}: {proof.claim}", markup=False)
+        return 0
+    report = load()
+    if options.docs:
+        PAGE.write_text(page_text(report))
+        return 0
+    failures = []
+    for proof in chosen:
+        if options.check_can_fail:
+            good = can_fail(proof, report, console, options.timeout)
+        else:
+            good = prove(proof, report, console, options.timeout, options.again)
+        if not good:
+            failures.append(proof.name)
+    word = "with a fault not seen" if options.check_can_fail else "not proved"
+    if failures:
+        console.print(f"{word}: {', '.join(failures)}", markup=False, style="red")
+    return 1 if failures else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

