@@ -51,11 +51,13 @@ lint: $(READY) ## ruff on Python, Verilator -Wall on the RTL in every configurat
 gen: $(READY) ## regenerate packages, headers and reference pages from their sources
 	$(PY) scripts/gen.py
 	$(PY) scripts/gen_robot_inc.py
+	$(PY) scripts/gen_custom.py
 	$(PY) scripts/gen_nios_system.py
 
 gen-check: $(READY) ## refuse generated files that differ from their sources
 	@$(PY) scripts/gen.py --check
 	@$(PY) scripts/gen_robot_inc.py --check
+	@$(PY) scripts/gen_custom.py --check
 	@$(PY) scripts/gen_nios_system.py --check
 
 synth: $(READY_SYNTH) ## area and speed of every top with Yosys and nextpnr, to build/synth.json (hours)
