@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// ci_fadd: custom instruction, a + b.
+// Contract: that of ci_faddsub with its n at 0; two of them on the same CPU share ci_faddsub instead.
+module ci_fadd (
+    input  logic        clk_i,
+    input  logic        reset_i,
+    input  logic        clk_en_i,
+    input  logic        start_i,
+    input  logic [31:0] dataa_i,
+    input  logic [31:0] datab_i,
+    output logic [31:0] result_o
+);
+
+  ci_faddsub core (
+      .clk_i   (clk_i),
+      .reset_i (reset_i),
+      .clk_en_i(clk_en_i),
+      .start_i (start_i),
+      .n_i     (1'b0),
+      .dataa_i (dataa_i),
+      .datab_i (datab_i),
+      .result_o(result_o)
+  );
+
+endmodule
