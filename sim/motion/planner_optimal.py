@@ -30,6 +30,8 @@ from sim.motion.scurve import SCurveError, require
 
 # Ways that differ by less, relative to the length run there and back, are the same.
 SAME_LENGTH = 1e-12
+# Speeds that differ by less, relative to what they were computed from, are the same.
+SAME_SPEED = 1e-14
 # Part of a speed or acceleration limit that is rounding.
 ROUNDING = 1e-12
 
@@ -103,10 +105,15 @@ def time_optimal(
 def transition(v0: float, a0: float, v1: float, limits: Limits) -> list[Step]:
     """Fastest change from speed v0, acceleration a0 (in its limit) to speed v1, acceleration 0.
 
-    Three phases: jerk, constant acceleration, opposite jerk.
+    Jerk, constant acceleration, opposite jerk; the last alone where that suffices.
     """
     j, am = limits.jerk, limits.acceleration
-    sign = 1.0 if v0 + a0 * abs(a0) / (2 * j) <= v1 else -1.0
+    missing = v1 - (v0 + a0 * abs(a0) / (2 * j))
+    if abs(missing) <= SAME_SPEED * (abs(v0) + a0 * a0 / j):
+        # Bringing the acceleration to 0 is all: the root below would turn the rounding of the
+        # speeds into a time, and a way, of the order of its square root.
+        return [Step(abs(a0) / j, -math.copysign(j, a0))]
+    sign = math.copysign(1.0, missing)
     rise, a = sign * (v1 - v0), sign * a0
     peak = math.sqrt(max(j * rise + a * a / 2, 0.0))
     peak = max(peak, a)  # rounding where no jerk in this direction is needed
@@ -162,7 +169,7 @@ def _braking(length: float, v0: float, a0: float, ve: float, limits: Limits) -> 
     rest = length - _way(v0, a0, brake) - _way(vm, 0.0, after)
     if rest >= 0.0:
         return [*brake, Step(rest / vm, 0.0), *after]
-    down = brake[:2]
+    down = brake[:-1]
     state = run(State(0.0, v0, a0), down)
     turning = _turning(length - state.position, state.speed, state.acceleration, ve, limits)
     return [*brake, *after] if turning is None else [*down, *turning]  # None: rounding
