@@ -1,4 +1,4 @@
-"""The ASIP's host register map of `regmap.toml`, validated. Addresses are word addresses."""
+"""Host register maps, validated; the ASIP's is `regmap.toml`. Addresses are word addresses."""
 
 from __future__ import annotations
 
@@ -69,8 +69,10 @@ class Fault:
 
 @dataclass(frozen=True)
 class RegisterMap:
-    """The whole register map."""
+    """The whole register map; `title` is what it belongs to, `note` what to know of accesses."""
 
+    title: str
+    note: str
     address_width: int
     data_width: int
     blocks: Mapping[str, Block]
@@ -92,14 +94,20 @@ def load_register_map(path: Path = REGMAP_FILE) -> RegisterMap:
         name: _register(name, record, data_width, findings)
         for name, record in raw["register"].items()
     }
-    if set(raw["fault"]) != set(raw["fault_doc"]):
-        odd = ", ".join(sorted(set(raw["fault"]) ^ set(raw["fault_doc"])))
+    codes, texts = raw.get("fault", {}), raw.get("fault_doc", {})
+    if set(codes) != set(texts):
+        odd = ", ".join(sorted(set(codes) ^ set(texts)))
         findings.append(f"fault: {odd} stands in only one of [fault] and [fault_doc]")
-    faults = {
-        name: Fault(name, code, raw["fault_doc"].get(name, ""))
-        for name, code in raw["fault"].items()
-    }
-    result = RegisterMap(raw["address_width"], data_width, blocks, registers, faults)
+    faults = {name: Fault(name, code, texts.get(name, "")) for name, code in codes.items()}
+    result = RegisterMap(
+        raw["title"],
+        raw["note"].strip(),
+        raw["address_width"],
+        data_width,
+        blocks,
+        registers,
+        faults,
+    )
     _check(result, findings)
     if findings:
         raise RegisterMapError("\n".join(f"{path.name}: {finding}" for finding in findings))
