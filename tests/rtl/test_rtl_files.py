@@ -21,7 +21,9 @@ BOARD = ["rtl/board/board_pll.sv", "rtl/board/asip_de3.sv"]
 # Below rtl/ but not in the ASIP: units of a product or a sum alone, and wrappers around the ASIP.
 NOT_IN_ASIP = {"rtl/fpu/fp_add.sv", "rtl/fpu/fp_mul.sv", "rtl/asip/asip_axil.sv"}
 # Blocks of their own, which no file list of the ASIP names.
-OTHER_BLOCKS = ("rtl/custom/", "rtl/gen/ci_", "rtl/motion/", "rtl/gen/motion_")
+OTHER_BLOCKS = tuple(
+    f"rtl/{name}" for name in ("custom/", "gen/ci_", "motion/", "gen/motion_", "nios/", "gen/n2_")
+)
 
 
 def code(name: str) -> str:
