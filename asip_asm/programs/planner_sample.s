@@ -1,0 +1,23 @@
+; SPDX-License-Identifier: Apache-2.0
+; Set-point of one tick of a planned move: inputs are v0, L and the outputs of planner_scurve.s,
+; and the number of ticks since the start. Meaning: planner_law.inc.
+
+.program  "S-curve sampler"
+.include  "planner_law.inc"
+
+.input    ticks : int                              ; since the start of the move
+.input    L, v0, vp, am, J, t1, t2, t4, s1, s2, s3
+.param    T_s = 1e-4                               ; [s]
+.output   p, safe = 0.0
+.output   v, safe = 0.0
+.output   a, safe = 0.0
+.output   phase, safe = 0.0
+.output   over, safe = 1.0
+
+        sample  ticks, T_s, L, v0, vp, am, J, t1, t2, t4, s1, s2, s3
+        mov     p, q_p
+        mov     v, q_v
+        mov     a, q_a
+        mov     phase, q_phase
+        mov     over, q_over
+        halt
