@@ -136,6 +136,62 @@ class Ieee:
 
         return self.arithmetic(to, (), logic.tm.mk_false())
 
+    def product(self, a: Term, b: Term, exact: Term, sign: Term) -> Outcome:
+        """a * b from its `exact` value (a wide number), used where both are finite and not zero."""
+        logic = self.logic
+        zeros, infinities = (logic.any(test(a), test(b)) for test in (self.zero, self.infinite))
+        invalid = logic.any(self.signal(a, b), logic.all(zeros, infinities))
+        nan = logic.any(self.nan(a), self.nan(b), invalid)
+        finite = self.rounded(exact)
+        signed = {
+            name: logic.number(logic.cat(sign, logic.bv(31, bits)))
+            for name, bits in (("zero", 0), ("infinity", 0x7F800000))
+        }
+        number = logic.ite(
+            nan,
+            logic.number(logic.bv(32, CANON_NAN)),
+            logic.ite(
+                infinities,
+                signed["infinity"],
+                logic.ite(zeros, signed["zero"], finite.number),
+            ),
+        )
+        special = logic.any(nan, infinities, zeros)
+        return Outcome(number, logic.ite(special, self.flags(nv=invalid), finite.flags))
+
+    def product_sum(
+        self, a: Term, b: Term, c: Term, exact: Term, signs: tuple[Term, Term]
+    ) -> Outcome:
+        """(+-a * b) +- c from its `exact` value (a wide number), used where all are finite.
+
+        `signs` are those of the product and of the addend, signs of the operands included. Zero
+        times infinity raises nv whatever the addend, as clause 7.2 allows.
+        """
+        logic = self.logic
+        sign_p, sign_c = signs
+        p_infinite = logic.any(self.infinite(a), self.infinite(b))
+        undefined = logic.all(p_infinite, logic.any(self.zero(a), self.zero(b)))
+        any_nan = logic.any(*(self.nan(x) for x in (a, b, c)))
+        opposite = logic.all(p_infinite, self.infinite(c), logic.ne(sign_p, sign_c))
+        invalid = logic.any(self.signal(a, b, c), undefined, logic.all(opposite, logic.no(any_nan)))
+        infinity = logic.bv(31, 0x7F800000)
+        infinite = logic.cat(logic.ite(p_infinite, sign_p, sign_c), infinity)
+        # Clause 6.3: an exact zero sum is +0 unless both addends have the sign -.
+        zero = logic.cat(logic.op(Kind.BV_AND, sign_p, sign_c), logic.bv(31, 0))
+        finite = self.rounded(exact)
+        is_zero = logic.op(Kind.FP_IS_ZERO, exact)
+        all_finite = self.finite(a, b, c)
+        number = logic.ite(
+            logic.any(any_nan, invalid),
+            logic.number(logic.bv(32, CANON_NAN)),
+            logic.ite(
+                logic.no(all_finite),
+                logic.number(infinite),
+                logic.ite(is_zero, logic.number(zero), finite.number),
+            ),
+        )
+        return Outcome(number, logic.ite(all_finite, finite.flags, self.flags(nv=invalid)))
+
     # ---- operations ----
     def add(self, a: Term, b: Term) -> Outcome:
         """a + b"""
@@ -150,20 +206,6 @@ class Ieee:
         )
         return self.arithmetic(
             lambda mode, to: logic.fp(Kind.FP_ADD, mode, self.widened(a, to), self.widened(b, to)),
-            (a, b),
-            invalid,
-        )
-
-    def multiply(self, a: Term, b: Term) -> Outcome:
-        """a * b"""
-        logic = self.logic
-        invalid = logic.any(
-            self.signal(a, b),
-            logic.all(self.infinite(a), self.zero(b)),
-            logic.all(self.zero(a), self.infinite(b)),
-        )
-        return self.arithmetic(
-            lambda mode, to: logic.fp(Kind.FP_MUL, mode, self.widened(a, to), self.widened(b, to)),
             (a, b),
             invalid,
         )

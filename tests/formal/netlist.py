@@ -126,8 +126,8 @@ class Netlist:
 class Run:
     """Symbolic run of a netlist. Cycle t is the time between clock edges t and t + 1.
 
-    `cut` names internal signals that are replaced by free bit vectors, for proofs that abstract
-    from a block: `signal(name, t)` then gives that vector.
+    `cut` gives the ends of the names of internal signals that are replaced by free bit vectors,
+    for proofs that abstract from a block: `signal(name, t)` then gives that vector.
     """
 
     def __init__(self, logic: Logic, netlist: Netlist, cut: Sequence[str] = ()) -> None:
@@ -135,9 +135,8 @@ class Run:
         self.netlist = netlist
         self._values: dict[tuple[int, int], Term] = {}
         self._cut: dict[int, str] = {}
-        for name in cut:
-            if name not in netlist.names:
-                raise ElaborationError(f"no signal `{name}` to cut in the netlist")
+        for ending in cut:
+            name = self.named(ending)
             self._cut[netlist.names[name]] = name
 
     def input(self, name: str, cycle: int = 0) -> Term:
@@ -157,6 +156,28 @@ class Run:
         if name not in self.netlist.names:
             raise ElaborationError(f"no signal `{name}` in the netlist")
         return self._value(self.netlist.names[name], cycle)
+
+    def named(self, ending: str) -> str:
+        """The one internal signal whose hierarchical name ends so."""
+        found = [name for name in self.netlist.names if name.endswith(ending)]
+        if len(found) != 1:
+            raise ElaborationError(f"{len(found)} signals end in `{ending}`, one is needed")
+        return found[0]
+
+    def cycle_of(self, name: str, term: Term) -> int:
+        """Cycle in which the cut signal `name` enters `term`. Raises if that is not one cycle."""
+        cycles, seen, stack = set(), set(), [term]
+        while stack:
+            part = stack.pop()
+            if part.id() in seen:
+                continue
+            seen.add(part.id())
+            if part.is_const() and (part.symbol() or "").startswith(f"{name}@"):
+                cycles.add(int(part.symbol().rsplit("@", 1)[1]))
+            stack += part.children()
+        if len(cycles) != 1:
+            raise ElaborationError(f"`{name}` enters in cycles {sorted(cycles)}, one is needed")
+        return cycles.pop()
 
     def _value(self, node: int, cycle: int) -> Term:
         """Depth first without recursion: operands before operators."""
