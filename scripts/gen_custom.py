@@ -2,8 +2,10 @@
 """Generate package, C header, compiler flags and reference page of the custom instructions.
 
 Source: nios_sw/custom.toml. Outputs: rtl/gen/ci_pkg.sv, nios_sw/include/gen/ci.h,
-nios_sw/include/gen/ci_flags.mk, docs/ci.md. With --check nothing is written; exit 1 if a file
-differs from what would be generated, or if the source is refused.
+nios_sw/include/gen/ci_flags.mk, docs/ci.md, and for each component its Platform Designer script
+scripts/platform_designer/<component>_hw.tcl, whose ports are those of rtl/custom/<component>.sv.
+With --check nothing is written; exit 1 if a file differs from what would be generated, or if the
+source is refused.
 """
 
 from __future__ import annotations
@@ -21,11 +23,26 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 from scripts.gen import difference, sv_int, sv_logic, table  # noqa: E402
+from scripts.synth_unit import sources_of  # noqa: E402
 
 SOURCE = ROOT / "nios_sw/custom.toml"
 FP_PACKAGE = ROOT / "rtl/fpu/fp_pkg.sv"
-PLATFORMS = ("fpga1", "fpga2")  # number in RTL: place in the list plus one
-TYPES = ("combinational", "multicycle", "variable")
+RTL = ROOT / "rtl"
+PLATFORMS = ("fpga1", "fpga2")
+FPGA_OF = {name: number for number, name in enumerate(PLATFORMS, 1)}  # number in C and RTL
+# Type -> clockCycleType of the vendor's interface.
+TYPES = {"combinational": "COMBINATORIAL", "multicycle": "MULTICYCLE", "variable": "VARIABLE"}
+# Roles of the vendor's interface: width, direction; None: 1..8 bits.
+ROLES: dict[str, tuple[int | None, str]] = {
+    **{name: (1, "Input") for name in ("clk", "reset", "clk_en", "start")},
+    **{name: (32, "Input") for name in ("dataa", "datab")},
+    "n": (None, "Input"),
+    **{name: (1, "Input") for name in ("readra", "readrb", "writerc")},
+    **{name: (5, "Input") for name in ("a", "b", "c")},
+    "done": (1, "Output"),
+    "result": (32, "Output"),
+}
+CLOCKED = {"clk", "reset", "clk_en"}
 COMPONENT_KEYS = {"type", "select", "macro", "doc"}
 INSTRUCTION_KEYS = {"component", "n", "cycles", "operands", "software", "doc"}
 OPTIONAL_KEYS = {"gcc", "registers"}
@@ -409,7 +426,7 @@ def header(platforms: Mapping[str, Platform]) -> str:
         lines += ["", "#else /* software */", ""]
         if any("ci_bounds" in item.software for item in platform.instructions.values()):
             lines += [
-                "static float ci_bounds[32][2];",
+                "static float ci_bounds[32][2] __attribute__((unused));",
                 "static inline float ci_saturate(float a, float low, float high) {",
                 "  if (!(low <= high) || a != a) return NAN;",
                 "  return a < low ? low : a > high ? high : a;",
@@ -505,6 +522,114 @@ def assembly_form(item: Instruction) -> str:
     return f"custom {item.n}, {', '.join(fields)}"
 
 
+def ports_of(component: Component, rtl: Path = RTL) -> dict[str, tuple[str, int, str]]:
+    """Ports of the component's module: name -> (role, width, direction). Raises CustomError.
+
+    A port is named by its role and _i or _o. Roles and widths are those of the vendor's interface.
+    """
+    path = rtl / "custom" / f"{component.name}.sv"
+    if not path.is_file():
+        raise CustomError(f"{path}:1:1: error: {component.name}: no such module; write it first")
+    ports: dict[str, tuple[str, int, str]] = {}
+    for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+        found = re.match(
+            r"\s*(input|output)\s+logic\s*(?:\[(\d+):0\])?\s*(\w+)_([io])\s*(,|$|//)", line
+        )
+        if not found:
+            continue
+        role, width = found[3], int(found[2] or 0) + 1
+        direction = found[1].capitalize()
+        wanted = ROLES.get(role)
+        if wanted is None or wanted[1] != direction or found[4] != found[1][0]:
+            raise CustomError(f"{path}:{number}:1: error: port {role}_{found[4]} has no role")
+        needed = wanted[0] or component.bits
+        if width != needed:
+            raise CustomError(f"{path}:{number}:1: error: {role} has {width} bits, not {needed}")
+        ports[f"{role}_{found[4]}"] = (role, width, direction)
+    roles = {role for role, _, _ in ports.values()}
+    must = {"result"} | ({"n"} if component.bits else set())
+    must |= CLOCKED if component.type != "combinational" else set()
+    must |= {"start", "done"} if component.type == "variable" else set()
+    for role in sorted(must - roles):
+        raise CustomError(f"{path}:1:1: error: a {component.type} component needs a port {role}")
+    if component.type != "variable" and "done" in roles:
+        raise CustomError(f"{path}:1:1: error: a {component.type} component has no done")
+    return ports
+
+
+def hardware_script(component: Component, cycles: int) -> str:
+    """Text of <component>_hw.tcl; `cycles` is the fixed number, 1 for the other types."""
+    interface = "nios_custom_instruction_slave"
+    ports = ports_of(component)
+    operands = sum(role in ("dataa", "datab") for role, _, _ in ports.values())
+    sources = [path.relative_to(ROOT) for path in sources_of(component.name)]
+    properties = {
+        "clockCycle": cycles,
+        "clockCycleType": TYPES[component.type],
+        "operands": operands,
+        "opcodeExtensionLocked": "true",
+        "opcodeExtensionLockedValue": f"{component.base:#04x}",
+    }
+    return "\n".join(
+        [
+            "# SPDX-License-Identifier: Apache-2.0",
+            "# GENERATED by scripts/gen_custom.py from nios_sw/custom.toml - edit that file.",
+            f"# Platform Designer (Qsys 13.1 and later) component: rtl/custom/{component.name}.sv.",
+            "# Add this folder to the IP search path. The numbers are those of ci.h.",
+            "package require -exact qsys 13.1",
+            "",
+            f"set_module_property NAME {component.name}",
+            "set_module_property VERSION 1.0",
+            f'set_module_property DISPLAY_NAME "Microtick {component.name}"',
+            f'set_module_property DESCRIPTION "{component.doc}"',
+            'set_module_property GROUP "Custom Instruction Modules"',
+            'set_module_property AUTHOR "Microtick"',
+            "set_module_property INSTANTIATE_IN_SYSTEM_MODULE true",
+            "set_module_property EDITABLE false",
+            "set_module_property ANALYZE_HDL false",
+            "",
+            "# ---- sources, packages first",
+            "foreach kind {QUARTUS_SYNTH SIM_VERILOG} {",
+            "  add_fileset $kind $kind add_sources",
+            f"  set_fileset_property $kind TOP_LEVEL {component.name}",
+            "}",
+            "",
+            "proc add_sources {entity} {",
+            "  set root [file join [get_module_property MODULE_DIRECTORY] .. ..]",
+            "  foreach path {",
+            *(f"    {path}" for path in sources),
+            "  } {",
+            "    add_fileset_file [file tail $path] SYSTEM_VERILOG PATH [file join $root $path]",
+            "  }",
+            "}",
+            "",
+            "# ---- interface: clock and reset are part of it",
+            f"add_interface {interface} nios_custom_instruction end",
+            *(
+                f"set_interface_property {interface} {name} {value}"
+                for name, value in properties.items()
+            ),
+            *(
+                f"add_interface_port {interface} {name} {role} {direction} {width}"
+                for name, (role, width, direction) in ports.items()
+            ),
+            "",
+        ]
+    )
+
+
+def hardware_scripts(platforms: Mapping[str, Platform]) -> dict[str, str]:
+    """Every component's script by its path below the repository."""
+    scripts = {}
+    for platform in platforms.values():
+        for part in platform.components.values():
+            mine = [i for i in platform.instructions.values() if i.component == part.name]
+            cycles = mine[0].cycles if part.type == "multicycle" else 1
+            name = f"scripts/platform_designer/{part.name}_hw.tcl"
+            scripts[name] = hardware_script(part, cycles)
+    return scripts
+
+
 def generate(source: Path = SOURCE) -> dict[str, str]:
     """Text of each generated file by its path below the repository. Raises CustomError."""
     platforms = load(source)
@@ -513,6 +638,7 @@ def generate(source: Path = SOURCE) -> dict[str, str]:
         "nios_sw/include/gen/ci.h": header(platforms),
         "nios_sw/include/gen/ci_flags.mk": flags(platforms),
         "docs/ci.md": document(platforms),
+        **hardware_scripts(platforms),
     }
 
 

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// ci_fmul: custom instruction, a * b.
-// Contract: fixed latency, fp_pkg::FP_MUL_LATENCY + 1 cycles. The pipeline runs freely on operands that
-// the CPU holds, so that its result stands from then on, however long clk_en stalls. No flags;
-// rounding, NaN and subnormal numbers are those of fp_mul.
+// ci_fmul: custom instruction, a * b, in few long stages for a 100 MHz CPU.
+// Contract: fixed latency, ci_pkg::FPGA2_FMUL_CYCLES cycles: two register ranks run freely on the
+// operands, which the CPU holds, and the third stage ends in the CPU. The result stands from then
+// on, however long clk_en stalls. IEEE 754: to nearest even, subnormal numbers, canonical NaN; no
+// flags. Stages: s1 product and shift amount | s2 shift | s3 round, pack.
 module ci_fmul (
     input  logic        clk_i,
-    input  logic        reset_i,     // active high, asynchronous, released with the clock
+    input  logic        reset_i,
     input  logic        clk_en_i,
     input  logic        start_i,
     input  logic [31:0] dataa_i,
@@ -13,19 +14,108 @@ module ci_fmul (
     output logic [31:0] result_o
 );
 
-  logic           unused_valid, unused_control;
-  fp_pkg::flags_t unused_flags;
-  assign unused_control = clk_en_i || start_i;
+  logic unused_control;
+  assign unused_control = reset_i || clk_en_i || start_i;
 
-  fp_mul unit (
-      .clk_i   (clk_i),
-      .rst_ni  (!reset_i),
-      .valid_i (1'b0),
-      .a_i     (dataa_i),
-      .b_i     (datab_i),
-      .valid_o (unused_valid),
-      .result_o(result_o),
+  // ---- s1: product U(2.46) and the shift that brings it to its final exponent ----
+  // A subnormal operand enters without hidden bit. {product, 10 zeros} >> shift leaves U(2.25), and
+  // 31 keeps the place; less restores the zeros that a subnormal operand brought, as far as the
+  // exponent has room; more denormalises; from 58 on only the sticky bit is left.
+  logic        a_normal, b_normal, denormal, far, unused_empty;
+  logic [23:0] sig_a, sig_b, sig_small, stop;
+  logic [9:0]  exp;                      // S(10.0): biased exponent of the product, minus one
+  logic [4:0]  zeros;
+  assign a_normal  = |dataa_i[30:23];
+  assign b_normal  = |datab_i[30:23];
+  assign sig_a     = {a_normal, dataa_i[22:0]};
+  assign sig_b     = {b_normal, datab_i[22:0]};
+  assign sig_small = a_normal ? sig_b : sig_a;
+  assign exp = {2'b00, dataa_i[30:24], dataa_i[23] || !a_normal}
+             + {2'b00, datab_i[30:24], datab_i[23] || !b_normal} - 10'd128;
+  always_comb begin
+    for (int i = 0; i < 24; i++) stop[23-i] = sig_small[23-i] || (exp[8:0] == 9'(i));
+  end
+  fp_lzc #(.CountWidth(5)) lzc (
+      .value_i({stop, 8'd0}),
+      .count_o(zeros),
+      .zero_o (unused_empty)
+  );
+  assign denormal = exp[9];
+  assign far      = !(&exp[8:5]);
+
+  logic [47:0] outer;                    // product = outer + middle * 2^17
+  logic [24:0] middle;
+  fp_product multiply (
+      .a_i    (sig_a),
+      .b_i    (sig_b),
+      .outer_o(outer),
+      .cross_o(middle)
+  );
+
+  logic [47:0] outer_s1_q;
+  logic [24:0] middle_s1_q;
+  logic [5:0]  shift_s1_q;
+  logic [8:0]  exp_s1_q;                 // U(9.0), biased exponent after the shift, minus one
+  logic        sign_s1_q, nan_s1_q, inf_s1_q, zero_s1_q;
+  always_ff @(posedge clk_i) begin
+    outer_s1_q <= outer;
+    middle_s1_q <= middle;
+    shift_s1_q <= denormal ? {1'b1, ~exp[4:0] | {5{far}}} : {1'b0, ~zeros};
+    exp_s1_q   <= denormal ? 9'd0 : exp[8:0] - {4'd0, zeros};
+    sign_s1_q  <= dataa_i[31] ^ datab_i[31];
+    nan_s1_q   <= fp_pkg::is_nan(dataa_i) || fp_pkg::is_nan(datab_i)
+               || (fp_pkg::is_inf(dataa_i) && fp_pkg::is_zero(datab_i))
+               || (fp_pkg::is_zero(dataa_i) && fp_pkg::is_inf(datab_i));
+    inf_s1_q   <= fp_pkg::is_inf(dataa_i) || fp_pkg::is_inf(datab_i);
+    zero_s1_q  <= fp_pkg::is_zero(dataa_i) || fp_pkg::is_zero(datab_i);
+  end
+
+  // ---- s2: shift, then at most one place to the right ----
+  logic [47:0] product;                  // U(2.46)
+  logic [30:0] unused_shifted;           // zeros, since the product is below 4 after the shift
+  logic [26:0] shifted;                  // U(2.25)
+  logic        lost, high;
+  assign product = outer_s1_q + {6'd0, middle_s1_q, 17'd0};
+  fp_shift_right #(.Width(58), .AmountWidth(6)) normalise (
+      .value_i ({product, 10'd0}),
+      .amount_i(shift_s1_q),
+      .value_o ({unused_shifted, shifted}),
+      .sticky_o(lost)
+  );
+  assign high = shifted[26];
+
+  logic [25:0] sig_s2_q;                 // U(1.25)
+  logic        sticky_s2_q;
+  logic [8:0]  exp_s2_q;                 // U(9.0), biased
+  logic        sign_s2_q, nan_s2_q, inf_s2_q, zero_s2_q;
+  always_ff @(posedge clk_i) begin
+    sig_s2_q    <= high ? shifted[26:1] : shifted[25:0];
+    sticky_s2_q <= lost || (high && shifted[0]);
+    exp_s2_q    <= high ? exp_s1_q + 9'd2 : exp_s1_q + 9'd1;
+    sign_s2_q   <= sign_s1_q;
+    nan_s2_q    <= nan_s1_q;
+    inf_s2_q    <= inf_s1_q;
+    zero_s2_q   <= zero_s1_q;
+  end
+
+  // ---- s3: round, pack, special results ----
+  logic [31:0]    rounded;
+  fp_pkg::flags_t unused_flags;
+  fp_round round (
+      .sign_i  (sign_s2_q),
+      .exp_i   (exp_s2_q),
+      .sig_i   (sig_s2_q[25:2]),
+      .guard_i (sig_s2_q[1]),
+      .round_i (sig_s2_q[0]),
+      .sticky_i(sticky_s2_q),
+      .result_o(rounded),
       .flags_o (unused_flags)
   );
+  always_comb begin
+    result_o = rounded;
+    if (nan_s2_q) result_o = fp_pkg::CANON_NAN;
+    else if (inf_s2_q) result_o = {sign_s2_q, fp_pkg::PLUS_INF[30:0]};
+    else if (zero_s2_q) result_o = {sign_s2_q, 31'd0};
+  end
 
 endmodule

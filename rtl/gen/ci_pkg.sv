@@ -43,13 +43,13 @@ package ci_pkg;
   localparam logic [7:0] FPGA2_N_FDIV = 8'hff;
   localparam logic [7:0] FPGA2_FADD_BASE = 8'hfd;  // ci_fadd: 253
   localparam int unsigned FPGA2_FADD_SELECT = 0;
-  localparam int unsigned FPGA2_FADD_CYCLES = fp_pkg::FP_ADD_LATENCY + 1;
+  localparam int unsigned FPGA2_FADD_CYCLES = 3;
   localparam logic [7:0] FPGA2_FSUB_BASE = 8'hfe;  // ci_fsub: 254
   localparam int unsigned FPGA2_FSUB_SELECT = 0;
-  localparam int unsigned FPGA2_FSUB_CYCLES = fp_pkg::FP_ADD_LATENCY + 1;
+  localparam int unsigned FPGA2_FSUB_CYCLES = 3;
   localparam logic [7:0] FPGA2_FMUL_BASE = 8'hfc;  // ci_fmul: 252
   localparam int unsigned FPGA2_FMUL_SELECT = 0;
-  localparam int unsigned FPGA2_FMUL_CYCLES = fp_pkg::FP_MUL_LATENCY + 1;
+  localparam int unsigned FPGA2_FMUL_CYCLES = 3;
   localparam logic [7:0] FPGA2_FDIV_BASE = 8'hff;  // ci_fdiv: 255
   localparam int unsigned FPGA2_FDIV_SELECT = 0;
   localparam int unsigned FPGA2_FDIV_CYCLES = fp_pkg::FP_DIVSQRT_LATENCY + 1;

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import json
 import subprocess
+from pathlib import Path
 
 import pytest
 
@@ -33,17 +34,17 @@ RECORDED = (
 class Component:
     """The script evaluated; `calls` are the tool commands it gave, as tuples of words."""
 
-    def __init__(self, **parameters: int) -> None:
+    def __init__(self, script: Path = SCRIPT, **parameters: int) -> None:
         self.calls: list[tuple[str, ...]] = []
         self.tcl = tkinter.Tcl()
         for name in RECORDED:
             self.tcl.createcommand(
                 name, lambda *words, name=name: self.calls.append((name, *words))
             )
-        self.tcl.createcommand("get_module_property", lambda name: str(SCRIPT.parent))
+        self.tcl.createcommand("get_module_property", lambda name: str(script.parent))
         self.tcl.createcommand("get_parameter_value", lambda name: self.parameters[name])
         self.tcl.eval("package provide qsys 13.1")
-        self.tcl.eval(SCRIPT.read_text())
+        self.tcl.eval(script.read_text())
         defaults = {words[0]: int(words[2]) for words in self.of("add_parameter")}
         self.parameters = defaults | parameters
 
@@ -69,7 +70,8 @@ def module(tmp_path_factory) -> tuple[dict[str, tuple[str, int]], dict[str, int]
     return ports_and_parameters(json.loads(tree.read_text()))
 
 
-def ports_and_parameters(tree: dict):
+def ports_and_parameters(tree: dict, name: str = "asip"):
+    """Ports (direction, width) and parameter names of module `name` in a Verilator tree."""
     types = {}
     variables = []
 
@@ -81,7 +83,7 @@ def ports_and_parameters(tree: dict):
             if node.get("type", "").endswith("DTYPE"):
                 types[node["addr"]] = node
             if node.get("type") == "MODULE":
-                top = node["name"] == "asip"
+                top = node["name"] == name
             if node.get("type") == "VAR" and top:
                 variables.append(node)
             for value in node.values():

@@ -106,11 +106,11 @@ static inline float ci_fdiv(float a, float b) { return a / b; }
 #define CI_FSQRT_N 251
 #define CI_FSQRT_CYCLES 16
 #define CI_FMUL_N 252
-#define CI_FMUL_CYCLES 5
+#define CI_FMUL_CYCLES 3
 #define CI_FADD_N 253
-#define CI_FADD_CYCLES 5
+#define CI_FADD_CYCLES 3
 #define CI_FSUB_N 254
-#define CI_FSUB_CYCLES 5
+#define CI_FSUB_CYCLES 3
 #define CI_FDIV_N 255
 #define CI_FDIV_CYCLES 16
 
@@ -218,7 +218,7 @@ static inline float ci_fdiv(float a, float b) { return __builtin_custom_fnff(CI_
 
 #else /* software */
 
-static float ci_bounds[32][2];
+static float ci_bounds[32][2] __attribute__((unused));
 static inline float ci_saturate(float a, float low, float high) {
   if (!(low <= high) || a != a) return NAN;
   return a < low ? low : a > high ? high : a;
