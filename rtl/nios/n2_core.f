@@ -1,0 +1,12 @@
+rtl/gen/n2_isa_pkg.sv
+rtl/nios/n2_pkg.sv
+rtl/nios/n2_alu.sv
+rtl/nios/n2_shift.sv
+rtl/nios/n2_mul.sv
+rtl/nios/n2_div.sv
+rtl/nios/n2_regfile.sv
+rtl/nios/n2_decode.sv
+rtl/nios/n2_lsu.sv
+rtl/nios/n2_control.sv
+rtl/nios/n2_fetch.sv
+rtl/nios/n2_core.sv

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// n2_div: 32-bit division, one quotient bit per cycle, in stage A.
+// Contract: start_i with operands at the end of M; busy_o for 34 cycles from the next one on, then
+// quotient_o holds until the next start. Division by 0 gives all ones (negative signed dividend: 1),
+// -2^31 / -1 gives -2^31. Only the dividend is made positive: the divisor is added if it is negative.
+module n2_div (
+    input  logic        clk_i,
+    input  logic        rst_ni,
+    input  logic        start_i,
+    input  logic        signed_i,
+    input  logic [31:0] dividend_i,
+    input  logic [31:0] divisor_i,
+    output logic        busy_o,
+    output logic [31:0] quotient_o
+);
+
+  logic [5:0]  step_q;          // 34: sign of the dividend, 33..2: quotient bits, 1: sign of the result
+  logic [31:0] quotient_q, remainder_q, minus_q;
+  logic        complement_q, negative_q, opposite_q;
+  logic [32:0] shifted;
+  logic [31:0] difference;
+  logic        fits, unused;    // fits: the divisor goes in
+  logic        iterate, negate;
+
+  assign busy_o = step_q != 6'd0;
+  assign iterate = step_q[5:1] != 5'd0 && step_q != 6'd34;
+  assign negate = (step_q == 6'd34 && negative_q) || (step_q == 6'd1 && opposite_q);
+
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) step_q <= 6'd0;
+    else if (start_i) step_q <= 6'd34;
+    else if (busy_o) step_q <= step_q - 6'd1;
+  end
+
+  assign shifted = {remainder_q, quotient_q[31]};
+  assign {fits, unused, difference} = {1'b0, shifted} + {2'b01, minus_q} + {33'd0, complement_q};
+
+  always_ff @(posedge clk_i) begin
+    if (start_i) begin
+      negative_q   <= signed_i && dividend_i[31];
+      opposite_q   <= signed_i && dividend_i[31] != divisor_i[31];
+      complement_q <= !(signed_i && divisor_i[31]);
+      minus_q      <= signed_i && divisor_i[31] ? divisor_i : ~divisor_i;
+      remainder_q  <= 32'd0;
+      quotient_q   <= dividend_i;
+    end else begin
+      if (negate) quotient_q <= -quotient_q;
+      else if (iterate) quotient_q <= {quotient_q[30:0], fits};
+      if (iterate) remainder_q <= fits ? difference : shifted[31:0];
+    end
+  end
+
+  assign quotient_o = quotient_q;
+
+endmodule

@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: Apache-2.0
+"""n2_core's RTL as a Python object: Verilated model, memories, traces, interrupts."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from sim.harness.build import build_library, file_list
+
+HARNESS = Path(__file__).with_name("n2_lockstep.cpp")
+ITCM, DTCM, AVALON = 0x1000_0000, 0x1004_0000, 0x2000_0000
+BYTES = 1 << 16  # of each memory
+EXCEPTION = ITCM + 0x20
+# Combinational custom instructions of the test bench: numbers 224 to 239.
+COMBINATIONAL = range(224, 240)
+NEVER = 0xFFFF_FFFF
+
+RECORD = np.dtype(
+    [(n, "u4") for n in ("cycle", "pc", "word", "write", "dst", "value", "exception", "cause")]
+)
+TRANSFER = np.dtype([(n, "u4") for n in ("cycle", "write", "address", "byteenable", "data")])
+START = np.dtype([(n, "u4") for n in ("cycle", "n", "a", "b", "c", "reads", "dataa", "datab")])
+
+
+class N2Rtl:
+    """One Verilated core; all data are 32-bit words, addresses byte addresses.
+
+    `parameters` override those of rtl/nios/n2_core.sv (integers). The model is built on first use.
+    """
+
+    def __init__(self, parameters: Mapping[str, int] | None = None) -> None:
+        combinational = sum(1 << n for n in COMBINATIONAL)
+        values: dict[str, int | str] = {"Trace": 1, "CiCombinational": f"256'h{combinational:x}"}
+        library = build_library(
+            "n2_core", file_list("nios/n2_core.f"), HARNESS, values | dict(parameters or {}), 1
+        )
+        self._lib = ctypes.CDLL(str(library))
+        u32, pointer = ctypes.c_uint32, ctypes.c_void_p
+        self._lib.n2_new.restype = pointer
+        self._lib.n2_memory.restype = ctypes.POINTER(u32)
+        self._lib.n2_memory.argtypes = [pointer, u32, ctypes.POINTER(u32)]
+        for name in ("free", "reset", "protocol_errors", "cycles", "retired"):
+            getattr(self._lib, f"n2_{name}").argtypes = [pointer]
+            getattr(self._lib, f"n2_{name}").restype = u32
+        for name in ("waits", "irq"):
+            getattr(self._lib, f"n2_{name}").argtypes = [pointer, u32, u32]
+        self._lib.n2_run.argtypes = [pointer, u32, u32, u32]
+        self._lib.n2_run.restype = u32
+        for name in ("records", "transfers", "starts"):
+            getattr(self._lib, f"n2_{name}").argtypes = [pointer, pointer, u32]
+            getattr(self._lib, f"n2_{name}").restype = u32
+        self._handle = self._lib.n2_new()
+        self.itcm, self.dtcm, self.avalon = (self._memory(which) for which in range(3))
+
+    def _memory(self, which: int) -> np.ndarray:
+        words = ctypes.c_uint32()
+        first = self._lib.n2_memory(self._handle, which, ctypes.byref(words))
+        return np.ctypeslib.as_array(first, (words.value,))
+
+    def __del__(self) -> None:
+        if getattr(self, "_handle", None) is not None:
+            del self.itcm, self.dtcm, self.avalon
+            self._lib.n2_free(self._handle)
+            self._handle = None
+
+    def load(self, address: int, data: bytes) -> None:
+        """Put bytes into the memory at a byte address; raises ValueError outside the memories."""
+        for base, memory in ((ITCM, self.itcm), (DTCM, self.dtcm), (AVALON, self.avalon)):
+            start = address - base
+            if 0 <= start and start + len(data) <= BYTES:
+                memory.view(np.uint8)[start : start + len(data)] = np.frombuffer(data, np.uint8)
+                return
+        raise ValueError(f"{len(data)} bytes at {address:#010x} lie in no memory of the test bench")
+
+    def reset(self) -> None:
+        """Reset the core and the traces; memories keep their contents."""
+        self._lib.n2_reset(self._handle)
+
+    def waits(self, most: int, seed: int = 1) -> None:
+        """Avalon transfers wait a random number of cycles, 0 to `most`."""
+        self._lib.n2_waits(self._handle, most, seed)
+
+    def irq(self, cycle: int, level: int) -> None:
+        """Interrupt lines from a cycle (since reset) on; calls in order of cycles, after reset."""
+        self._lib.n2_irq(self._handle, cycle, level)
+
+    def run(self, records: int = NEVER, cycles: int = 100_000, stop_pc: int = NEVER) -> np.ndarray:
+        """Run until so many instructions, so many cycles or stop_pc; RECORDs since reset."""
+        self._lib.n2_run(self._handle, records, cycles, stop_pc)
+        return self._events(self._lib.n2_records, RECORD)
+
+    @property
+    def transfers(self) -> np.ndarray:
+        """Avalon transfers since reset."""
+        return self._events(self._lib.n2_transfers, TRANSFER)
+
+    @property
+    def starts(self) -> np.ndarray:
+        """Multicycle custom instructions since reset."""
+        return self._events(self._lib.n2_starts, START)
+
+    @property
+    def protocol_errors(self) -> int:
+        """Violations of the Avalon-MM or custom instruction protocol since the model was made."""
+        return self._lib.n2_protocol_errors(self._handle)
+
+    @property
+    def counters(self) -> tuple[int, int]:
+        """Cycles and retired instructions as the core counts them."""
+        return self._lib.n2_cycles(self._handle), self._lib.n2_retired(self._handle)
+
+    def _events(self, function, dtype: np.dtype) -> np.ndarray:
+        count = function(self._handle, None, 0)
+        events = np.zeros(count, dtype)
+        function(self._handle, events.ctypes.data, count)
+        return events
