@@ -1,14 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Operations of the law beyond + - * /. With own custom instructions (OWN_INSTRUCTIONS) each is one
- * instruction of ci.h, otherwise the C library and compiler do it: the same values but for the
- * last bit of the sine. */
+/* Operations of the law beyond + - * /. With the own custom instructions of FPGA2 each is one
+ * instruction of ci.h, otherwise the C library and the compiler do it: the same values but for the
+ * last bit of the sine. + - * / themselves, and on FPGA2 the square root, the conversion and
+ * comparisons, are custom instructions by compiler options (ci_flags.mk). */
 #ifndef NIOS_ARITHMETIC_H
 #define NIOS_ARITHMETIC_H
 
 #include <math.h>
 #include <stdint.h>
 
-#ifdef OWN_INSTRUCTIONS
+#if defined(CI_PLATFORM) && CI_PLATFORM == 2
+#define OWN_INSTRUCTIONS 1
 #include "gen/ci.h"
 #endif
 
@@ -18,7 +20,7 @@
  * even where the same formula of x was computed before: the law is evaluated as it is printed. Each
  * pair of constants (place, leg) makes copies of its own. SHARE_SUBEXPRESSIONS turns this off. */
 #ifdef SHARE_SUBEXPRESSIONS
-#define AGAIN(x, place, leg) (x)
+#define AGAIN(x, place, leg) ((void)(place), (x))
 #else
 #define AGAIN(x, place, leg)                                   \
   __extension__({                                              \
@@ -34,7 +36,7 @@ ALWAYS_INLINE float square_root(float x) { return sqrtf(x); }
 /* sin(x), abs(x) <= 256 rad. */
 ALWAYS_INLINE float sine(float x) {
 #ifdef OWN_INSTRUCTIONS
-  return CI_FSIN(x);
+  return ci_fsin(x);
 #else
   return sinf(x);
 #endif
@@ -43,7 +45,7 @@ ALWAYS_INLINE float sine(float x) {
 /* x limited to -limit .. limit. */
 ALWAYS_INLINE float saturate(float x, float limit) {
 #ifdef OWN_INSTRUCTIONS
-  return CI_FSAT(x, limit);
+  return ci_fsat(x, limit);
 #else
   return x < -limit ? -limit : x > limit ? limit : x;
 #endif
@@ -52,7 +54,7 @@ ALWAYS_INLINE float saturate(float x, float limit) {
 /* -1, 0 or 1. */
 ALWAYS_INLINE float signum(float x) {
 #ifdef OWN_INSTRUCTIONS
-  return CI_FSGN(x);
+  return ci_fsign(x);
 #else
   return x > 0.0f ? 1.0f : x < 0.0f ? -1.0f : 0.0f;
 #endif

@@ -1,0 +1,78 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Start-up and exception entry of programs in tightly coupled memory. Linker script: link/tcm.ld. */
+
+        .section .reset, "ax"
+        .globl  _start
+_start:
+        movia   sp, __stack_top
+        movia   gp, _gp
+        movia   r2, _system_start
+        jmp     r2
+
+/* Exception vector, 32 bytes above reset. Saves what a C function may change. */
+        .section .exception, "ax"
+exception_entry:
+        .set    noat
+        addi    sp, sp, -76
+        stw     ra, 0(sp)
+        stw     r1, 4(sp)
+        stw     r2, 8(sp)
+        stw     r3, 12(sp)
+        stw     r4, 16(sp)
+        stw     r5, 20(sp)
+        stw     r6, 24(sp)
+        stw     r7, 28(sp)
+        stw     r8, 32(sp)
+        stw     r9, 36(sp)
+        stw     r10, 40(sp)
+        stw     r11, 44(sp)
+        stw     r12, 48(sp)
+        stw     r13, 52(sp)
+        stw     r14, 56(sp)
+        stw     r15, 60(sp)
+        rdctl   et, estatus
+        stw     et, 64(sp)
+        rdctl   r4, ipending
+        mov     r5, ea
+        beq     r4, zero, 1f
+        addi    r5, r5, -4              /* an interrupted instruction is run again */
+1:      stw     r5, 68(sp)
+        call    exception_handler
+        ldw     ea, 68(sp)
+        ldw     et, 64(sp)
+        wrctl   estatus, et
+        ldw     r15, 60(sp)
+        ldw     r14, 56(sp)
+        ldw     r13, 52(sp)
+        ldw     r12, 48(sp)
+        ldw     r11, 44(sp)
+        ldw     r10, 40(sp)
+        ldw     r9, 36(sp)
+        ldw     r8, 32(sp)
+        ldw     r7, 28(sp)
+        ldw     r6, 24(sp)
+        ldw     r5, 20(sp)
+        ldw     r4, 16(sp)
+        ldw     r3, 12(sp)
+        ldw     r2, 8(sp)
+        ldw     r1, 4(sp)
+        ldw     ra, 0(sp)
+        addi    sp, sp, 76
+        eret
+
+/* Zero-initialised data, then main; its result is the status of the program. Initialised data and
+ * constants are part of the image of the data memory. */
+        .text
+_system_start:
+        movia   r2, __bss_start
+        movia   r3, __bss_end
+        br      2f
+1:      stw     zero, 0(r2)
+        addi    r2, r2, 4
+2:      bltu    r2, r3, 1b
+        mov     r4, zero
+        mov     r5, zero
+        call    main
+        mov     r4, r2
+        call    program_exit
+        br      .

@@ -1,0 +1,27 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Single-precision products and quotients in soft float, corner cases included. */
+#include <string.h>
+
+#include "test.h"
+
+void test(void) {
+  static const uint32_t corner[] = {0,          0x80000000, 1,          0x007FFFFF, 0x00800000, 0x3F800000,
+                                    0x3F800001, 0x7F7FFFFF, 0x7F800000, 0xFF800000, 0x7FC00000, 0x1F800000};
+  for (unsigned i = 0; i < 12; ++i) {
+    for (unsigned j = 0; j < 12; ++j) {
+      float a, b;
+      memcpy(&a, &corner[i], 4);
+      memcpy(&b, &corner[j], 4);
+      add_float(OPAQUE(a) * b);
+      add_float(OPAQUE(a) / b);
+    }
+  }
+  for (int i = 0; i < 60; ++i) {
+    uint32_t x = draw(), y = draw();
+    float a, b;
+    memcpy(&a, &x, 4);
+    memcpy(&b, &y, 4);
+    add_float(a * b);
+    add_float(a / b);
+  }
+}

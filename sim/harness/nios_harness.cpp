@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+// C interface of the Verilated Nios II systems: memories, control ticks, programs and a profile, called
+// from Python (nios_rtl.py). One call runs many control ticks, so that Python is not in the clock loop.
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "Vn2_system.h"
+#include "verilated.h"
+
+namespace {
+
+struct Nios {
+  VerilatedContext context;
+  std::unique_ptr<Vn2_system> top;
+  uint64_t cycles = 0;
+  std::string console;
+  bool exited = false;
+  uint32_t exit_status = 0;
+  // Profile: cycles and completions per word of the instruction memory, between start and end of a tick.
+  bool profiling = false;
+  bool always = false;  // profile outside of ticks too
+  uint32_t code_base = 0;
+  uint64_t last_record = 0;
+  std::vector<uint64_t> spent, completed;
+
+  Nios() : top(new Vn2_system(&context)) {
+    top->clk_i = 0;
+    top->run_i = 0;
+    top->enable_i = 0;
+    top->tick_i = 0;
+    top->host_write_i = 0;
+    top->host_address_i = 0;
+    top->host_wdata_i = 0;
+    top->rst_ni = 0;
+    for (int i = 0; i < 4; ++i) clock();
+    top->rst_ni = 1;
+    clock();
+  }
+
+  void clock() {
+    top->clk_i = 0;
+    top->eval();
+    if (top->console_valid_o) console.push_back(static_cast<char>(top->console_data_o));
+    if (top->exit_valid_o && !exited) {
+      exited = true;
+      exit_status = top->exit_status_o;
+    }
+    if (profiling && top->trace_valid_o) record();
+    top->clk_i = 1;
+    top->eval();
+    ++cycles;
+  }
+
+  // The cycles since the previous instruction left the pipeline belong to the one that leaves it now.
+  void record() {
+    const uint64_t delta = cycles - last_record;
+    last_record = cycles;
+    const uint32_t word = (top->trace_pc_o - code_base) / 4;
+    if ((always || top->pending_o) && word < spent.size()) {
+      spent[word] += delta;
+      ++completed[word];
+    }
+  }
+
+  void host(uint32_t address, bool write, uint32_t data) {
+    top->host_address_i = address;
+    top->host_write_i = write;
+    top->host_wdata_i = data;
+    clock();
+    top->host_write_i = 0;
+  }
+
+  // Read data follow the address by one cycle.
+  uint32_t read(uint32_t address) {
+    host(address, false, 0);
+    top->clk_i = 0;
+    top->eval();
+    return top->host_rdata_o;
+  }
+};
+
+}  // namespace
+
+extern "C" {
+
+void* nios_new() { return new Nios; }
+void nios_free(void* handle) { delete static_cast<Nios*>(handle); }
+uint64_t nios_cycles(void* handle) { return static_cast<Nios*>(handle)->cycles; }
+uint32_t nios_overrun(void* handle) { return static_cast<Nios*>(handle)->top->overrun_o; }
+uint32_t nios_retired(void* handle) { return static_cast<Nios*>(handle)->top->retired_o; }
+
+void nios_write(void* handle, uint32_t address, const uint32_t* words, uint32_t n) {
+  for (uint32_t i = 0; i < n; ++i) static_cast<Nios*>(handle)->host(address + 4 * i, true, words[i]);
+}
+
+void nios_read(void* handle, uint32_t address, uint32_t* words, uint32_t n) {
+  for (uint32_t i = 0; i < n; ++i) words[i] = static_cast<Nios*>(handle)->read(address + 4 * i);
+}
+
+// Releases or holds the reset of the core; enable is the host's wish for control.
+void nios_run(void* handle, uint32_t run, uint32_t enable) {
+  auto* nios = static_cast<Nios*>(handle);
+  nios->top->run_i = run;
+  nios->top->enable_i = enable;
+  nios->clock();
+}
+
+void nios_clock(void* handle, uint32_t cycles) {
+  for (uint32_t i = 0; i < cycles; ++i) static_cast<Nios*>(handle)->clock();
+}
+
+// Runs until the program ends: 1 and its status, or 0 after `limit` cycles.
+int nios_execute(void* handle, uint64_t limit, uint32_t* status) {
+  auto* nios = static_cast<Nios*>(handle);
+  for (uint64_t i = 0; i < limit && !nios->exited; ++i) nios->clock();
+  *status = nios->exit_status;
+  return nios->exited;
+}
+
+// Text of the console so far, at most n bytes; returns its length.
+uint32_t nios_console(void* handle, char* text, uint32_t n) {
+  const std::string& console = static_cast<Nios*>(handle)->console;
+  if (n > console.size()) n = console.size();
+  std::memcpy(text, console.data(), n);
+  return console.size();
+}
+
+// Starts the profile of the words code_base .. code_base + 4 n; whole: also outside of control ticks.
+void nios_profile(void* handle, uint32_t code_base, uint32_t n, uint32_t whole) {
+  auto* nios = static_cast<Nios*>(handle);
+  nios->profiling = n != 0;
+  nios->always = whole != 0;
+  nios->code_base = code_base;
+  nios->last_record = nios->cycles;
+  nios->spent.assign(n, 0);
+  nios->completed.assign(n, 0);
+}
+
+void nios_profile_read(void* handle, uint64_t* spent, uint64_t* completed) {
+  auto* nios = static_cast<Nios*>(handle);
+  std::memcpy(spent, nios->spent.data(), nios->spent.size() * sizeof(uint64_t));
+  std::memcpy(completed, nios->completed.data(), nios->completed.size() * sizeof(uint64_t));
+}
+
+// Runs `ticks` control ticks: `inputs` words to input_base, a tick, wait for its end, `outputs` words from
+// output_base, then the words at `extra` addresses. cycles gets TICK_CYCLES of each tick. Returns the ticks
+// done; fewer than asked for when one takes more than `limit` cycles or the program ends.
+uint32_t nios_ticks(void* handle, uint32_t ticks, uint32_t input_base, uint32_t inputs,
+                    const uint32_t* input_words, uint32_t output_base, uint32_t outputs,
+                    uint32_t* output_words, const uint32_t* extra, uint32_t extras,
+                    uint32_t* extra_words, uint32_t* cycles, uint64_t limit) {
+  auto* nios = static_cast<Nios*>(handle);
+  for (uint32_t tick = 0; tick < ticks; ++tick) {
+    nios_write(handle, input_base, input_words + size_t(tick) * inputs, inputs);
+    nios->top->tick_i = 1;
+    nios->clock();
+    nios->top->tick_i = 0;
+    uint64_t waited = 0;
+    do {
+      nios->clock();
+      if (++waited > limit || nios->exited) return tick;
+    } while (nios->top->pending_o);
+    cycles[tick] = nios->top->tick_cycles_o;
+    nios_read(handle, output_base, output_words + size_t(tick) * outputs, outputs);
+    for (uint32_t i = 0; i < extras; ++i) {
+      extra_words[size_t(tick) * extras + i] = nios->read(extra[i]);
+    }
+  }
+  return ticks;
+}
+
+}  // extern "C"

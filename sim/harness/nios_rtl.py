@@ -1,0 +1,190 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The Nios II systems FPGA1 and FPGA2 as Python objects: Verilated model, programs, ticks."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim.harness.build import build_library, file_list
+from sim.harness.nios_image import Program
+from sim.harness.nios_map import default_system_map
+
+HARNESS = Path(__file__).with_name("nios_harness.cpp")
+FILES = "nios/n2_system.f"
+PLATFORMS = {"fpga1": 1, "fpga2": 2}
+TICK_LIMIT = 1_000_000  # cycles; a tick that takes longer never ends
+
+
+class NiosError(RuntimeError):
+    """The program did not do what was asked; the message says what happened and when."""
+
+
+@dataclass(frozen=True)
+class NiosTicks:
+    """N ticks: outputs (N, 5) and extra words (N, extras) as raw words, cycles (N,)."""
+
+    outputs: NDArray[np.uint32]
+    extra: NDArray[np.uint32]
+    cycles: NDArray[np.uint32]
+
+
+class NiosRtl:
+    """One system, 'fpga1' or 'fpga2', in reset until `start`. Data are raw 32-bit words.
+
+    The model is built on first use. Raises NiosError, and BuildError from the first use.
+    """
+
+    def __init__(self, platform: str) -> None:
+        library = build_library(
+            "n2_system",
+            file_list(FILES),
+            HARNESS,
+            {"Platform": PLATFORMS[platform], "Trace": 1},
+        )
+        self.platform = platform
+        self.map = default_system_map()
+        self._lib = ctypes.CDLL(str(library))
+        u32, u64, pointer = ctypes.c_uint32, ctypes.c_uint64, ctypes.c_void_p
+        signatures = {
+            "new": (pointer, []),
+            "free": (None, [pointer]),
+            "cycles": (u64, [pointer]),
+            "retired": (u32, [pointer]),
+            "overrun": (u32, [pointer]),
+            "write": (None, [pointer, u32, pointer, u32]),
+            "read": (None, [pointer, u32, pointer, u32]),
+            "run": (None, [pointer, u32, u32]),
+            "clock": (None, [pointer, u32]),
+            "execute": (ctypes.c_int, [pointer, u64, pointer]),
+            "console": (u32, [pointer, pointer, u32]),
+            "profile": (None, [pointer, u32, u32, u32]),
+            "profile_read": (None, [pointer, pointer, pointer]),
+            "ticks": (u32, [pointer, *[u32] * 3, pointer, u32, u32, *[pointer] * 2, u32]),
+        }
+        signatures["ticks"][1].extend([pointer, pointer, u64])
+        for name, (result, arguments) in signatures.items():
+            function = getattr(self._lib, f"nios_{name}")
+            function.restype, function.argtypes = result, arguments
+        self._handle = self._lib.nios_new()
+
+    def close(self) -> None:
+        """Free the model; the object is of no use afterwards."""
+        if self._handle is not None:
+            self._lib.nios_free(self._handle)
+            self._handle = None
+
+    def __del__(self) -> None:
+        if getattr(self, "_handle", None) is not None:
+            self.close()
+
+    # ------------------------------------------------------------------ memories
+    def write(self, address: int, words: Sequence[int] | NDArray[np.uint32]) -> None:
+        """Write words from a byte address on: memories (itcm in reset only) or the block input."""
+        data = np.ascontiguousarray(words, dtype=np.uint32)
+        self._lib.nios_write(self._handle, address, data.ctypes.data, len(data))
+
+    def read(self, address: int, words: int = 1) -> NDArray[np.uint32]:
+        """Read words from a byte address on: memories (itcm in reset only) or the block output."""
+        data = np.zeros(words, dtype=np.uint32)
+        self._lib.nios_read(self._handle, address, data.ctypes.data, words)
+        return data
+
+    def load(self, program: Program) -> None:
+        """Hold the core in reset and fill both memories, with 0 beyond the program."""
+        self._lib.nios_run(self._handle, 0, 0)
+        self.clock(2)
+        for memory in self.map.memories.values():
+            words = np.zeros(memory.words, dtype=np.uint32)
+            words[: len(program.memories[memory.name])] = program.memories[memory.name]
+            self.write(memory.base, words)
+        self.program = program
+
+    def start(self, enable: bool = False) -> None:
+        """Let the core run from its reset vector. enable: the host wants control."""
+        self._lib.nios_run(self._handle, 1, int(enable))
+
+    def clock(self, cycles: int = 1) -> None:
+        """Let time pass."""
+        self._lib.nios_clock(self._handle, cycles)
+
+    @property
+    def cycles(self) -> int:
+        """Clock cycles simulated since the model was made."""
+        return self._lib.nios_cycles(self._handle)
+
+    @property
+    def retired(self) -> int:
+        """Instructions completed since the start, modulo 2^32."""
+        return self._lib.nios_retired(self._handle)
+
+    @property
+    def overrun(self) -> bool:
+        """A tick came while one was pending."""
+        return bool(self._lib.nios_overrun(self._handle))
+
+    # ------------------------------------------------------------------ programs
+    def execute(self, limit: int) -> int:
+        """Run until the program ends; returns its status. Raises NiosError after `limit` cycles."""
+        status = ctypes.c_uint32()
+        if not self._lib.nios_execute(self._handle, limit, ctypes.byref(status)):
+            raise NiosError(f"{self.program.name} did not end within {limit} cycles")
+        return status.value
+
+    @property
+    def console(self) -> str:
+        """What the program wrote to the console since the model was made."""
+        length = self._lib.nios_console(self._handle, None, 0)
+        text = ctypes.create_string_buffer(length + 1)
+        self._lib.nios_console(self._handle, text, length)
+        return text.raw[:length].decode("latin-1")
+
+    def ticks(self, words: NDArray[np.uint32], extra: Sequence[int] = ()) -> NiosTicks:
+        """Run a control tick per row of `words` (N, inputs); read outputs and `extra` addresses."""
+        system = self.map
+        words = np.ascontiguousarray(words, dtype=np.uint32)
+        if words.shape[1] != len(system.inputs):
+            raise ValueError(f"{words.shape[1]} input words, must be {len(system.inputs)}")
+        n = len(words)
+        addresses = np.asarray(extra, dtype=np.uint32)
+        outputs = np.zeros((n, len(system.outputs)), dtype=np.uint32)
+        extras = np.zeros((n, len(addresses)), dtype=np.uint32)
+        cycles = np.zeros(n, dtype=np.uint32)
+        done = self._lib.nios_ticks(
+            self._handle,
+            n,
+            system.io.base + system.blocks["input"].offset,
+            words.shape[1],
+            words.ctypes.data,
+            system.io.base + system.blocks["output"].offset,
+            outputs.shape[1],
+            outputs.ctypes.data,
+            addresses.ctypes.data,
+            len(addresses),
+            extras.ctypes.data,
+            cycles.ctypes.data,
+            TICK_LIMIT,
+        )
+        if done < n:
+            raise NiosError(
+                f"{self.platform}: tick {done} of {n} did not end within {TICK_LIMIT} cycles"
+            )
+        return NiosTicks(outputs, extras, cycles)
+
+    # ------------------------------------------------------------------ profile
+    def profile(self, whole: bool = False) -> None:
+        """Start (and empty) the profile: cycles per instruction during control ticks, or always."""
+        code = self.map.memories["itcm"]
+        self._lib.nios_profile(self._handle, code.base, code.words, int(whole))
+
+    def profiled(self) -> tuple[NDArray[np.uint64], NDArray[np.uint64]]:
+        """Per word of the instruction memory: cycles spent, instructions completed."""
+        words = self.map.memories["itcm"].words
+        spent, completed = np.zeros(words, np.uint64), np.zeros(words, np.uint64)
+        self._lib.nios_profile_read(self._handle, spent.ctypes.data, completed.ctypes.data)
+        return spent, completed
