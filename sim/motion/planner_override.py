@@ -56,6 +56,8 @@ class OverriddenMove:
 
     def at(self, t: float) -> State[float]:
         """State at time t [s] of all plans up to now."""
+        if t >= self.end_time:
+            return self.profiles[-1].end
         index = max(0, bisect.bisect_right(self.changes, t) - 1)
         return self.profiles[index].at(t - self.changes[index])
 
