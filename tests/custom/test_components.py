@@ -149,7 +149,7 @@ def test_components__every_instruction__matches_reference_in_its_cycles(bench, n
         return
     want = REFERENCE[name](*(a, b)[: len(item.arguments)])
     outputs = bench.combinational(item.n, a, b)
-    for device in (item.component, platform):
+    for device in sorted({item.component, platform} & set(outputs)):
         expect_equal(name, device, outputs[device], want, a, b)
 
 
