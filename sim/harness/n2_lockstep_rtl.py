@@ -12,7 +12,7 @@ import numpy as np
 from sim.harness.build import build_library, file_list
 
 HARNESS = Path(__file__).with_name("n2_lockstep.cpp")
-ITCM, DTCM, AVALON = 0x1000_0000, 0x1004_0000, 0x2000_0000
+ITCM, DTCM = 0x1000_0000, 0x1004_0000
 BYTES = 1 << 16  # of each memory
 EXCEPTION = ITCM + 0x20
 # Combinational custom instructions of the test bench: numbers 224 to 239.
@@ -68,13 +68,17 @@ class N2Rtl:
             self._handle = None
 
     def load(self, address: int, data: bytes) -> None:
-        """Put bytes into the memory at a byte address; raises ValueError outside the memories."""
-        for base, memory in ((ITCM, self.itcm), (DTCM, self.dtcm), (AVALON, self.avalon)):
-            start = address - base
-            if 0 <= start and start + len(data) <= BYTES:
-                memory.view(np.uint8)[start : start + len(data)] = np.frombuffer(data, np.uint8)
-                return
-        raise ValueError(f"{len(data)} bytes at {address:#010x} lie in no memory of the test bench")
+        """Put bytes into the memory at a byte address; Avalon memory repeats every BYTES.
+
+        Raises ValueError for data that do not fit into one memory.
+        """
+        for base, memory in ((ITCM, self.itcm), (DTCM, self.dtcm), (None, self.avalon)):
+            start = address % BYTES if base is None else address - base
+            if 0 <= start < BYTES:
+                break
+        if start + len(data) > BYTES:
+            raise ValueError(f"error: {len(data)} bytes at {address:#010x} leave their memory")
+        memory.view(np.uint8)[start : start + len(data)] = np.frombuffer(data, np.uint8)
 
     def reset(self) -> None:
         """Reset the core and the traces; memories keep their contents."""
