@@ -23,8 +23,17 @@ from pathlib import Path
 from asip_asm.ir import Bundle, Operation, Output, Register, Virtual
 from asip_asm.isa import ISA_FILE, load_isa
 
-RUN_OVERHEAD = 3
-"""Cycles of a run beyond max(issue + latency + 1): operand read and write-back of the last one."""
+OPERAND_READ = 3
+"""Cycles from issue to E1, the first stage of a unit."""
+
+RUN_OVERHEAD = OPERAND_READ + 1
+"""Cycles of a run beyond max(issue + latency + 1): operand read, check of the last word."""
+
+BRANCH_WAIT = OPERAND_READ + 1
+"""Cycles after a branch in which nothing issues: it is decided in E1, fetch follows in E2."""
+
+REFETCH = 6
+"""Further cycles until the target of a taken branch is in stage D."""
 
 FP_PKG_FILE = Path(__file__).parents[1] / "rtl" / "fpu" / "fp_pkg.sv"
 

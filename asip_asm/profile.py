@@ -15,7 +15,15 @@ from asip_asm.disassemble import decode_bundle, operation_text
 from asip_asm.image import Image
 from asip_asm.ir import Bundle, Operation, Output, Register, register_name
 from asip_asm.isa import Isa, default_isa
-from asip_asm.machine import BRANCHES, RUN_OVERHEAD, Machine, load_machine, sources
+from asip_asm.machine import (
+    BRANCH_WAIT,
+    BRANCHES,
+    OPERAND_READ,
+    REFETCH,
+    Machine,
+    load_machine,
+    sources,
+)
 
 CAUSE_COUNTERS = {
     "operand": "STALL_OPERAND",
@@ -25,15 +33,6 @@ CAUSE_COUNTERS = {
     "drain": "DRAIN",
 }
 """Counter of the register map behind each cause of a cycle without issue."""
-
-BRANCH_WAIT = RUN_OVERHEAD
-"""Cycles after a branch in which nothing issues, as it is decided in E1."""
-
-REFETCH = 5
-"""Further cycles until the target of a taken branch is in stage D."""
-
-OPERAND_READ = RUN_OVERHEAD
-"""Cycles from issue to E1: a run ends that much after its last operation's latency."""
 
 LONGEST_WAITS = 10
 

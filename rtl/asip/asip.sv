@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // asip: the floating-point ASIP with its Avalon-MM host port. Top level.
 // Contract: one clock, asynchronous active-low reset. FmaPipes = 2, Slots = 3 is configuration `fast`,
-// FmaPipes = 1, Slots = 1 is `small`. Pipeline: F1 F2 fetch, D decode and hazards, R1 R2 register read,
-// E1.. units, W write-back; see docs/architecture.md. The trace ports report every bundle issued and
+// FmaPipes = 1, Slots = 1 is `small`. Pipeline: F1 F2 fetch, P Q hazards, D issue, R1 R2 register
+// read, E1.. units, W write-back; see docs/architecture.md. The trace ports report every bundle issued and
 // every register or output written; leave them open in hardware.
 module asip #(
     parameter int unsigned FmaPipes  = 2,
@@ -32,31 +32,34 @@ module asip #(
   localparam int unsigned WordWidth = asip_isa_pkg::OP_WIDTH;
   localparam int unsigned ControlWidth = asip_isa_pkg::CONTROL_WIDTH;
   localparam int unsigned BundleWidth = Slots * WordWidth + ControlWidth;
-  localparam int unsigned DecodedWidth = Slots * OpWidth + 2;  // {bad, halt, operations}
+  localparam int unsigned DecodedWidth = Slots * OpWidth + 2;  // {reserved, halt, operations}
   localparam int unsigned Ports = 3 * Slots;
 
   // ---- stages F and D
   logic [BundleWidth-1:0]   bundle_f2;
   logic [ControlWidth-1:0]  control_f2;
-  logic [DecodedWidth-1:0]  decoded_f2, decoded_p, decoded_d;
-  logic [Slots*OpWidth-1:0] ops_f2, ops_d;
-  logic [Slots-1:0]         illegal_f2;
-  logic                     take_d, valid_d, halt_d, bad_d, pc_bad_d, branch_d, redirect, issue, enable;
-  logic [15:0]              pc_d, redirect_pc;
-  logic                     stall_operand, stall_unit, stall_port, issue_busy;
+  logic [DecodedWidth-1:0]  decoded_f2, decoded_p, decoded_q, decoded_d;
+  logic [Slots*OpWidth-1:0] ops_f2, ops_p, ops_q, ops_d;
+  logic                     reserved_p, halt_p, illegal_p, valid_q, bad_q;
+  logic                     valid_d, halt_d, bad_d, pc_bad_d, flush, advance, issue;
+  logic [15:0]              pc_d;
+  logic                     run, run_next, branch_wait, stall_operand, stall_unit, issue_busy;
   logic [Ports-1:0][8:0]    source_d;
   // ---- stages R1, R2 and E1
-  logic                     valid_r1_q, valid_r2_q, valid_e1_q, branch_wait, branch_taken;
+  logic                     valid_r1_q, valid_r2_q, valid_e1_q;
+  logic                     branch_e1, branch_taken, redirect_q;
+  logic [15:0]              target_q;
   logic [15:0]              pc_r1_q, pc_r2_q, pc_e1_q, pc_e2_q;
   logic [Slots*OpWidth-1:0] ops_r1_q, ops_r2_q, ops_e1_q;
   logic [Ports-1:0][31:0]   operand_e1;
-  asip_pkg::decoded_t       aux_d, aux_e1;
+  asip_pkg::decoded_t       aux_p, aux_d, aux_e1;
   logic                     address_fault;
   // ---- write-back
   logic [2:0]               soon, next, write;
   logic [2:0][5:0]          soon_index, next_index, write_index;
   logic [2:0][31:0]         result;
   logic                     write_output, not_finite;
+  logic [4:0]               not_finite_index;
   logic [1:0][4:0]          flags_fma;
   fp_pkg::flags_t           flags_aux, flags_q;
   // ---- control and host
@@ -81,13 +84,12 @@ module asip #(
         .op_o  (op)
     );
     assign ops_f2[OpWidth*s+:OpWidth] = op;
-    assign illegal_f2[s]              = op.illegal;
   end
 
   // control[0] is halt, the other control bits are reserved.
   assign control_f2 = bundle_f2[BundleWidth-1-:ControlWidth];
   assign decoded_f2 = {
-    (|illegal_f2) || (|control_f2[ControlWidth-1:1]), control_f2[asip_isa_pkg::HALT_BIT], ops_f2
+    |control_f2[ControlWidth-1:1], control_f2[asip_isa_pkg::HALT_BIT], ops_f2
   };
 
   asip_fetch #(
@@ -97,26 +99,40 @@ module asip #(
   ) u_fetch (
       .clk_i,
       .rst_ni,
-      .redirect_i    (redirect || refetch),
-      .redirect_pc_i (redirect_pc),
-      .advance_i     (issue),
+      .redirect_i    (flush),
+      .redirect_pc_i (refetch ? entry : target_q),
+      .advance_i     (advance),
       .bundle_f2_o   (bundle_f2),
       .decoded_f2_i  (decoded_f2),
       .decoded_p_o   (decoded_p),
-      .take_d_o      (take_d),
-      .valid_o       (valid_d),
-      .pc_o          (pc_d),
-      .pc_bad_o      (pc_bad_d),
-      .decoded_o     (decoded_d),
+      .illegal_p_i   (illegal_p),
+      .valid_q_o     (valid_q),
+      .bad_q_o       (bad_q),
+      .decoded_q_o   (decoded_q),
+      .valid_d_o     (valid_d),
+      .bad_d_o       (bad_d),
+      .pc_bad_d_o    (pc_bad_d),
+      .pc_d_o        (pc_d),
+      .decoded_d_o   (decoded_d),
       .write_i       (host_program),
       .write_bundle_i(address_i[2+:$clog2(Bundles)]),
       .write_lane_i  (address_i[1:0]),
       .write_data_i  (writedata_i)
   );
 
-  assign {bad_d, halt_d, ops_d} = decoded_d;
-  assign aux_d    = ops_d[OpWidth*(Slots-1)+:OpWidth];
-  assign branch_d = aux_d.jump || aux_d.branch_zero || aux_d.branch_nonzero;
+  assign {reserved_p, halt_p, ops_p} = decoded_p;
+  assign ops_q = decoded_q[Slots*OpWidth-1:0];
+  assign {halt_d, ops_d} = decoded_d[Slots*OpWidth:0];
+  assign aux_p = ops_p[OpWidth*(Slots-1)+:OpWidth];
+  assign aux_d = ops_d[OpWidth*(Slots-1)+:OpWidth];
+
+  // Illegal: an operation, a reserved control bit, a branch in the last bundle.
+  always_comb begin
+    illegal_p = reserved_p || (halt_p && (aux_p.jump || aux_p.branch_zero || aux_p.branch_nonzero));
+    for (int unsigned s = 0; s < Slots; s++) begin
+      illegal_p = illegal_p || ops_p[OpWidth*s];
+    end
+  end
 
   asip_issue #(
       .FmaPipes(FmaPipes),
@@ -124,16 +140,22 @@ module asip #(
   ) u_issue (
       .clk_i,
       .rst_ni,
-      .ops_p_i        (decoded_p[Slots*OpWidth-1:0]),
-      .take_d_i       (take_d),
+      .flush_i        (flush),
+      .ops_p_i        (ops_p),
+      .valid_q_i      (valid_q),
+      .bad_q_i        (bad_q),
+      .ops_q_i        (ops_q),
       .valid_d_i      (valid_d),
+      .bad_d_i        (bad_d),
       .ops_d_i        (ops_d),
-      .enable_i       (enable),
-      .branch_wait_i  (branch_wait),
+      .run_i          (run),
+      .run_next_i     (run_next),
+      .advance_o      (advance),
       .issue_o        (issue),
+      .branch_wait_o  (branch_wait),
+      .branch_e1_o    (branch_e1),
       .stall_operand_o(stall_operand),
       .stall_unit_o   (stall_unit),
-      .stall_port_o   (stall_port),
       .source_d_o     (source_d),
       .soon_o         (soon),
       .soon_index_o   (soon_index),
@@ -191,26 +213,19 @@ module asip #(
 
   assign aux_e1 = ops_e1_q[OpWidth*(Slots-1)+:OpWidth];
 
-  // Branches are decided in E1; until then nothing behind them issues.
-  logic branch_r1_q, branch_r2_q, branch_e1_q;
-  always_ff @(posedge clk_i or negedge rst_ni) begin
-    if (!rst_ni) begin
-      branch_r1_q <= 1'b0;
-      branch_r2_q <= 1'b0;
-      branch_e1_q <= 1'b0;
-    end else begin
-      branch_r1_q <= issue && branch_d;
-      branch_r2_q <= branch_r1_q;
-      branch_e1_q <= branch_r2_q;
-    end
-  end
-
-  assign branch_wait  = branch_r1_q || branch_r2_q || branch_e1_q;
+  // Branches are decided in E1 and redirect in E2; until then nothing behind them issues.
   assign branch_taken = aux_e1.jump ||
                         (aux_e1.branch_nonzero && (|operand_e1[Ports-3][30:0])) ||
                         (aux_e1.branch_zero && !(|operand_e1[Ports-3][30:0]));
-  assign redirect     = branch_e1_q && branch_taken;
-  assign redirect_pc  = refetch ? entry : aux_e1.imm;
+
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) redirect_q <= 1'b0;
+    else redirect_q <= branch_e1 && branch_taken;
+  end
+
+  always_ff @(posedge clk_i) target_q <= aux_e1.imm;
+
+  assign flush = redirect_q || refetch;
 
   // ================================================================ units
   for (genvar p = 0; p < FmaPipes; p++) begin : gen_pipe
@@ -277,7 +292,7 @@ module asip #(
       .watchdog_i        (watchdog),
       .output_mask_i     (output_mask),
       .valid_d_i         (valid_d),
-      .bad_d_i           (bad_d || (halt_d && branch_d)),
+      .bad_d_i           (bad_d),
       .pc_bad_d_i        (pc_bad_d),
       .halt_d_i          (halt_d),
       .pc_d_i            (pc_d),
@@ -292,8 +307,9 @@ module asip #(
       .address_fault_e2_i(address_fault),
       .pc_e2_i           (pc_e2_q),
       .not_finite_i      (not_finite),
-      .output_index_w_i  (write_index[2][4:0]),
-      .enable_o          (enable),
+      .not_finite_index_i(not_finite_index),
+      .run_o             (run),
+      .run_next_o        (run_next),
       .refetch_o         (refetch),
       .run_start_o       (run_start),
       .commit_o          (commit),
@@ -319,6 +335,7 @@ module asip #(
       .index_i          (write_index[2][4:0]),
       .data_i           (result[2]),
       .not_finite_o     (not_finite),
+      .not_finite_index_o(not_finite_index),
       .host_write_safe_i(host_safe),
       .host_index_i     (address_i[4:0]),
       .host_data_i      (writedata_i),
@@ -377,6 +394,6 @@ module asip #(
   assign trace_data_o  = result;
 
   logic unused_ops;
-  assign unused_ops = ^{ops_e1_q, stall_port, decoded_p};
+  assign unused_ops = ^{ops_e1_q, decoded_q, decoded_d};
 
 endmodule

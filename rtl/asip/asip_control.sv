@@ -2,8 +2,8 @@
 // asip_control: run state, faults and cycle counters.
 // Contract: a run is accepted when the first bundle waits in stage D, so every run of a program takes
 // the same number of cycles. cycles_o counts from that cycle to done or fault, and is the sum of issued
-// bundles, stalls, fetch and drain cycles. The first fault of a run wins; the core then drains, and is
-// faulted from then on until clear_i.
+// bundles, stalls, fetch and drain cycles; these counters follow one cycle late. The first fault of a
+// run wins; the core then drains, and is faulted from then on until clear_i.
 module asip_control (
     input  logic        clk_i,
     input  logic        rst_ni,
@@ -15,8 +15,8 @@ module asip_control (
     input  logic [31:0] output_mask_i,
     // from stage D
     input  logic        valid_d_i,
-    input  logic        bad_d_i,
-    input  logic        pc_bad_d_i,
+    input  logic        bad_d_i,         // illegal or outside program memory
+    input  logic        pc_bad_d_i,      // of these, outside program memory
     input  logic        halt_d_i,
     input  logic [15:0] pc_d_i,
     input  logic        issue_i,
@@ -25,15 +25,16 @@ module asip_control (
     input  logic        stall_unit_i,
     input  logic        output_d_i,
     input  logic [4:0]  output_index_d_i,
-    // from R1 to E2 and write-back
+    // from R1 to E2 and write-back; not_finite_i comes a cycle after write-back
     input  logic        inflight_i,
     input  logic        busy_i,
     input  logic        address_fault_e2_i,
     input  logic [15:0] pc_e2_i,
     input  logic        not_finite_i,
-    input  logic [4:0]  output_index_w_i,
+    input  logic [4:0]  not_finite_index_i,
     // to issue, fetch and outputs
-    output logic        enable_o,
+    output logic        run_o,
+    output logic        run_next_o,
     output logic        refetch_o,
     output logic        run_start_o,
     output logic        commit_o,
@@ -59,16 +60,18 @@ module asip_control (
   logic        start_q, done_d, done_q, fault_d, fault_q;
   logic [3:0]  cause_d, cause_q;
   logic [15:0] info_d, info_q, last_pc_q;
-  logic [31:0] written_q;
+  logic [31:0] written_q, left_q;
   logic [31:0] cycles_q, operand_q, port_q, unit_q, fetch_q, drain_q;
-  logic        running, active, bad_d, drained, watchdog, run_start;
+  logic        count_operand_q, count_port_q, count_unit_q, count_fetch_q, count_drain_q;
+  logic        running, active, bad_d, drained, run_start, refetch;
+  logic        quiet_q, missing_q, watchdog_q, refetch_q;
 
   assign running   = state_q == StRun;
   assign active    = state_q != StIdle;
-  assign bad_d     = valid_d_i && !branch_wait_i && (bad_d_i || pc_bad_d_i);
-  assign drained   = state_q == StDrain && !busy_i && !inflight_i;
-  assign watchdog  = active && cycles_q >= watchdog_i;
-  assign run_start = state_q == StIdle && start_q && valid_d_i;
+  assign bad_d     = valid_d_i && !branch_wait_i && bad_d_i;
+  assign drained   = state_q == StDrain && quiet_q;
+  assign refetch   = refetch_i || refetch_q;
+  assign run_start = state_q == StIdle && start_q && valid_d_i && !refetch;
 
   always_comb begin
     state_d = state_q;
@@ -94,7 +97,7 @@ module asip_control (
           state_d = StIdle;
           if (!fault_q) begin
             done_d = 1'b1;
-            if (|(output_mask_i & ~written_q)) begin
+            if (missing_q) begin
               fault_d = 1'b1;
               cause_d = asip_regmap_pkg::FAULT_OUTPUT_MISSING;
               info_d  = last_pc_q;
@@ -108,7 +111,7 @@ module asip_control (
       if (not_finite_i) begin
         fault_d = 1'b1;
         cause_d = asip_regmap_pkg::FAULT_NOT_FINITE;
-        info_d  = {11'd0, output_index_w_i};
+        info_d  = {11'd0, not_finite_index_i};
       end else if (address_fault_e2_i) begin
         fault_d = 1'b1;
         cause_d = asip_regmap_pkg::FAULT_ADDRESS;
@@ -118,7 +121,7 @@ module asip_control (
         cause_d = pc_bad_d_i ? asip_regmap_pkg::FAULT_ADDRESS :
                   asip_regmap_pkg::FAULT_ILLEGAL;
         info_d  = pc_d_i;
-      end else if (watchdog) begin
+      end else if (watchdog_q) begin
         fault_d = 1'b1;
         cause_d = asip_regmap_pkg::FAULT_WATCHDOG;
         info_d  = last_pc_q;
@@ -132,25 +135,58 @@ module asip_control (
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
-      state_q <= StIdle;
-      start_q <= 1'b0;
-      done_q  <= 1'b0;
-      fault_q <= 1'b0;
-      cause_q <= 4'd0;
+      state_q    <= StIdle;
+      start_q    <= 1'b0;
+      done_q     <= 1'b0;
+      fault_q    <= 1'b0;
+      cause_q    <= 4'd0;
+      quiet_q    <= 1'b0;
+      watchdog_q <= 1'b0;
+      refetch_q  <= 1'b0;
     end else begin
-      state_q <= state_d;
-      start_q <= (start_q || (start_i && !fault_q && !active)) && !run_start;
-      done_q  <= done_d;
-      fault_q <= fault_d;
-      cause_q <= cause_d;
+      state_q    <= state_d;
+      start_q    <= (start_q || (start_i && !fault_q && !active)) && !run_start;
+      done_q     <= done_d;
+      fault_q    <= fault_d;
+      cause_q    <= cause_d;
+      quiet_q    <= !issue_i && !inflight_i && !busy_i;
+      refetch_q  <= active && state_d == StIdle;
+      // set from the cycle on in which CYCLES is WATCHDOG
+      if (run_start) watchdog_q <= !(|watchdog_i);
+      else if (active) watchdog_q <= watchdog_q || !(|left_q[31:1]);
+      else watchdog_q <= 1'b0;
     end
   end
 
   always_ff @(posedge clk_i) begin
-    info_q <= info_d;
+    info_q    <= info_d;
+    missing_q <= |(output_mask_i & ~written_q);
+    left_q    <= active ? left_q - 32'd1 : watchdog_i;
     if (issue_i) last_pc_q <= pc_d_i;
     if (run_start) written_q <= 32'd0;
     else if (issue_i && output_d_i) written_q[output_index_d_i] <= 1'b1;
+  end
+
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      count_operand_q <= 1'b0;
+      count_port_q    <= 1'b0;
+      count_unit_q    <= 1'b0;
+      count_fetch_q   <= 1'b0;
+      count_drain_q   <= 1'b0;
+    end else begin
+      count_operand_q <= 1'b0;
+      count_port_q    <= 1'b0;
+      count_unit_q    <= 1'b0;
+      count_fetch_q   <= 1'b0;
+      count_drain_q   <= active && (!running || bad_d);
+      if (running && !bad_d && !issue_i) begin
+        if (!valid_d_i || branch_wait_i) count_fetch_q <= 1'b1;
+        else if (stall_operand_i) count_operand_q <= 1'b1;
+        else if (stall_unit_i) count_unit_q <= 1'b1;
+        else count_port_q <= 1'b1;
+      end
+    end
   end
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
@@ -168,20 +204,19 @@ module asip_control (
       unit_q    <= 32'd0;
       fetch_q   <= 32'd0;
       drain_q   <= 32'd0;
-    end else if (active) begin
-      cycles_q <= cycles_q + 32'd1;
-      if (!running || bad_d) drain_q <= drain_q + 32'd1;
-      else if (!issue_i) begin
-        if (!valid_d_i || branch_wait_i) fetch_q <= fetch_q + 32'd1;
-        else if (stall_operand_i) operand_q <= operand_q + 32'd1;
-        else if (stall_unit_i) unit_q <= unit_q + 32'd1;
-        else port_q <= port_q + 32'd1;
-      end
+    end else begin
+      if (active) cycles_q <= cycles_q + 32'd1;
+      if (count_operand_q) operand_q <= operand_q + 32'd1;
+      if (count_port_q) port_q <= port_q + 32'd1;
+      if (count_unit_q) unit_q <= unit_q + 32'd1;
+      if (count_fetch_q) fetch_q <= fetch_q + 32'd1;
+      if (count_drain_q) drain_q <= drain_q + 32'd1;
     end
   end
 
-  assign enable_o        = running && !fault_q && !bad_d_i && !pc_bad_d_i;
-  assign refetch_o       = refetch_i || (active && state_d == StIdle);
+  assign run_o           = running;
+  assign run_next_o      = run_start || (running && !(issue_i && halt_d_i));
+  assign refetch_o       = refetch;
   assign run_start_o     = run_start;
   assign commit_o        = drained && done_d && !fault_d;
   assign fault_o         = fault_q && !active;

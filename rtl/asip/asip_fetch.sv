@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// asip_fetch: program memory and the fetch stages (F1 memory read, F2 word register, P decoded bundle
-// whose hazards are looked up, D bundle ready to issue).
-// Contract: after redirect_i the bundle at redirect_pc_i is in stage D five cycles later; then one
-// bundle per cycle as long as advance_i is high. pc_bad_o marks an address outside program memory.
+// asip_fetch: program memory and the stages before issue (F1 memory read, F2 word register, P and Q
+// decoded bundle whose hazards are looked up, D bundle ready to issue).
+// Contract: after redirect_i the bundle at redirect_pc_i is in stage D six cycles later; then one bundle
+// per cycle. All stages move together, in the cycles in which advance_i is high: the stream of bundles
+// has no gaps, so none could be closed. pc_bad_o marks an address outside program memory.
 // Each 32-bit lane of a bundle is a memory of its own, written by the host. The word register keeps
 // the memory's clock-to-output time out of the decoder's path.
 module asip_fetch #(
@@ -17,16 +18,20 @@ module asip_fetch #(
     input  logic [15:0]                redirect_pc_i,
     // from issue
     input  logic                       advance_i,
-    // to and from the decoder, between F2 and P
+    // to and from the decoder, between F2 and P; illegal bundles are found between P and Q
     output logic [BundleWidth-1:0]     bundle_f2_o,
     input  logic [DecodedWidth-1:0]    decoded_f2_i,
-    // to issue
     output logic [DecodedWidth-1:0]    decoded_p_o,
-    output logic                       take_d_o,
-    output logic                       valid_o,
-    output logic [15:0]                pc_o,
-    output logic                       pc_bad_o,
-    output logic [DecodedWidth-1:0]    decoded_o,
+    input  logic                       illegal_p_i,
+    // to issue
+    output logic                       valid_q_o,
+    output logic                       bad_q_o,      // never issues
+    output logic [DecodedWidth-1:0]    decoded_q_o,
+    output logic                       valid_d_o,
+    output logic                       bad_d_o,
+    output logic                       pc_bad_d_o,   // of the bad ones
+    output logic [15:0]                pc_d_o,
+    output logic [DecodedWidth-1:0]    decoded_d_o,
     // from the host
     input  logic                       write_i,
     input  logic [$clog2(Bundles)-1:0] write_bundle_i,
@@ -37,51 +42,56 @@ module asip_fetch #(
   localparam int unsigned Lanes = (BundleWidth + 31) / 32;
   localparam int unsigned AddressWidth = $clog2(Bundles);
 
-  logic [15:0]             pc_q, pc_f1_q, pc_f2_q, pc_p_q, pc_d_q;
-  logic                    valid_f1_q, valid_f2_q, valid_p_q, valid_d_q;
-  logic                    take_f1, take_f2, take_p, take_d;
+  logic [15:0]             pc_q, pc_f1_q, pc_f2_q, pc_p_q, pc_q_q, pc_d_q;
+  logic                    valid_f1_q, valid_f2_q, valid_p_q, valid_q_q, valid_d_q;
+  logic                    pc_bad_p, pc_bad_q_q, pc_bad_d_q, bad_q_q, bad_d_q;
   logic [32*Lanes-1:0]     lanes_f2_q;
-  logic [DecodedWidth-1:0] decoded_p_q, decoded_d_q;
+  logic [DecodedWidth-1:0] decoded_p_q, decoded_q_q, decoded_d_q;
 
-  assign take_d  = !valid_d_q || advance_i;
-  assign take_p  = !valid_p_q || take_d;
-  assign take_f2 = !valid_f2_q || take_p;
-  assign take_f1 = !valid_f1_q || take_f2;
+  assign pc_bad_p = |pc_p_q[15:AddressWidth];
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
-      pc_q       <= 16'd0;
       valid_f1_q <= 1'b0;
       valid_f2_q <= 1'b0;
       valid_p_q  <= 1'b0;
+      valid_q_q  <= 1'b0;
       valid_d_q  <= 1'b0;
     end else if (redirect_i) begin
-      pc_q       <= redirect_pc_i;
       valid_f1_q <= 1'b0;
       valid_f2_q <= 1'b0;
       valid_p_q  <= 1'b0;
+      valid_q_q  <= 1'b0;
       valid_d_q  <= 1'b0;
-    end else begin
-      if (take_f1) begin
-        pc_q       <= pc_q + 16'd1;
-        valid_f1_q <= 1'b1;
-      end
-      if (take_f2) valid_f2_q <= valid_f1_q;
-      if (take_p) valid_p_q <= valid_f2_q;
-      if (take_d) valid_d_q <= valid_p_q;
+    end else if (advance_i) begin
+      valid_f1_q <= 1'b1;
+      valid_f2_q <= valid_f1_q;
+      valid_p_q  <= valid_f2_q;
+      valid_q_q  <= valid_p_q;
+      valid_d_q  <= valid_q_q;
     end
   end
 
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) pc_q <= 16'd0;
+    else if (redirect_i) pc_q <= redirect_pc_i;
+    else if (advance_i) pc_q <= pc_q + 16'd1;
+  end
+
   always_ff @(posedge clk_i) begin
-    if (take_f1) pc_f1_q <= pc_q;
-    if (take_f2) pc_f2_q <= pc_f1_q;
-    if (take_p) begin
+    if (advance_i) begin
+      pc_f1_q     <= pc_q;
+      pc_f2_q     <= pc_f1_q;
       pc_p_q      <= pc_f2_q;
+      pc_q_q      <= pc_p_q;
+      pc_d_q      <= pc_q_q;
       decoded_p_q <= decoded_f2_i;
-    end
-    if (take_d) begin
-      pc_d_q      <= pc_p_q;
-      decoded_d_q <= decoded_p_q;
+      decoded_q_q <= decoded_p_q;
+      decoded_d_q <= decoded_q_q;
+      pc_bad_q_q  <= pc_bad_p;
+      pc_bad_d_q  <= pc_bad_q_q;
+      bad_q_q     <= illegal_p_i || pc_bad_p;
+      bad_d_q     <= bad_q_q;
     end
   end
 
@@ -91,8 +101,10 @@ module asip_fetch #(
 
     always_ff @(posedge clk_i) begin
       if (write_i && write_lane_i == l[1:0]) memory[write_bundle_i] <= write_data_i;
-      if (take_f1) read_f1_q <= memory[pc_q[AddressWidth-1:0]];
-      if (take_f2) word_f2_q <= read_f1_q;
+      if (advance_i) begin
+        read_f1_q <= memory[pc_q[AddressWidth-1:0]];
+        word_f2_q <= read_f1_q;
+      end
     end
 
     assign lanes_f2_q[32*l+:32] = word_f2_q;
@@ -100,11 +112,14 @@ module asip_fetch #(
 
   assign bundle_f2_o = lanes_f2_q[BundleWidth-1:0];
   assign decoded_p_o = decoded_p_q;
-  assign take_d_o    = take_d;
-  assign valid_o     = valid_d_q;
-  assign pc_o        = pc_d_q;
-  assign pc_bad_o    = |pc_d_q[15:AddressWidth];
-  assign decoded_o   = decoded_d_q;
+  assign valid_q_o   = valid_q_q;
+  assign bad_q_o     = bad_q_q;
+  assign decoded_q_o = decoded_q_q;
+  assign valid_d_o   = valid_d_q;
+  assign bad_d_o     = bad_d_q;
+  assign pc_bad_d_o  = pc_bad_d_q;
+  assign pc_d_o      = pc_d_q;
+  assign decoded_d_o = decoded_d_q;
 
   if (BundleWidth % 32 != 0) begin : gen_unused
     logic unused_lane_bits;

@@ -64,7 +64,7 @@ module asip_host #(
   logic [$clog2(asip_regmap_pkg::WORDS_PROGRAM)-3:0] bundle;
   logic [2:0]  wait_q;
   logic        read_done, refetch_q;
-  logic [31:0] csr_read, readdata_q, watchdog_q, output_mask_q;
+  logic [31:0] csr_read, csr_q, readdata_q, watchdog_q, output_mask_q;
   logic [15:0] entry_q;
   logic [1:0]  irq_enable_q;
 
@@ -147,7 +147,8 @@ module asip_host #(
 
   // The memories answer within three cycles of the address being stable.
   always_ff @(posedge clk_i) begin
-    if (in_csr) readdata_q <= csr_read;
+    csr_q <= csr_read;
+    if (in_csr) readdata_q <= csr_q;
     else if (in_outputs) readdata_q <= read_output_i;
     else if (in_registers) readdata_q <= read_register_i;
     else if (in_data) readdata_q <= read_data_i;

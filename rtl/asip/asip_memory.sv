@@ -18,7 +18,7 @@ module asip_memory #(
     // to write-back
     output logic        valid_o,
     output logic [31:0] result_o,
-    // from and to the host, idle only; a read takes 2 cycles
+    // from and to the host, idle only; a read takes 3 cycles
     input  logic        host_write_i,
     input  logic [15:0] host_address_i,
     input  logic [31:0] host_data_i,
@@ -67,6 +67,6 @@ module asip_memory #(
 
   assign valid_o     = valid_q;
   assign result_o    = result_q;
-  assign host_read_o = host_inside ? read_e3_q : 32'd0;
+  assign host_read_o = host_inside ? result_q : 32'd0;
 
 endmodule

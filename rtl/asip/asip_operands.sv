@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // asip_operands: register banks, constant bank, bypass and operand registers (stages R1 and R2).
 // Contract: the source fields of stage D, three cycles later, are values in the operand registers (E1).
-// R1 reads the banks, R2 selects. A result in write-back during R2 or during R1 comes from the bypass
-// instead, decided in stage D from places 2 and 1 of the write schedules. While idle the host reads a
-// register through the first source of the last slot, and writes through the write ports.
+// The banks are read at the end of D, R1 takes what they answer, R2 selects. A result in write-back
+// during D, R1 or R2 comes from the bypass instead, decided in D from places 0, 1 and 2 of the write
+// schedules. While idle the host reads a register through the first source of the last slot, and
+// writes through the write ports.
 module asip_operands #(
     parameter int unsigned FmaPipes = 2,
     parameter int unsigned Ports    = 9
@@ -32,20 +33,21 @@ module asip_operands #(
 
   localparam int unsigned HostPort = Ports - 3;
 
-  logic [Ports-1:0][6:0]  index_r1_q;
+  logic [Ports-1:0][6:0]  index_k;
   logic [Ports-1:0][5:0]  index_bank;
-  logic [Ports-1:0][3:0]  from_r1_q, from_r2_q;
+  logic [Ports-1:0][3:0]  from_r1_q;
+  logic [Ports-1:0][2:0]  from_r2_q;
   logic [Ports-1:0][31:0] read_a, read_b, read_c, read_k;
-  logic [Ports-1:0][31:0] read_a_r2_q, read_b_r2_q, read_c_r2_q, read_k_r2_q;
+  logic [Ports-1:0][31:0] read_a_r2_q, read_b_r2_q, read_c_r2_q, read_k_r2_q, bypass_r2_q;
   logic [Ports-1:0][31:0] operand_e1_q;
   logic [2:0][31:0]       last_data_q;
   logic [2:0]             host_write;
 
-  // Where an operand of bank b comes from: {0, b} register, {1, b} write-back during R2 (soon) and
-  // {2, b} write-back during R1 (next), b = 1, 2, 3 for A, B, C; {0, 0} zero, {1, 0} bank K.
+  // Where an operand of bank b = 1, 2, 3 (A, B, C) comes from: {0, b} register, {1, b}, {2, b}, {3, b}
+  // write-back during R2 (soon), R1 (next), D (now); {0, 0} zero, {1, 0} bank K.
   function automatic logic [3:0] from_bank(input logic [1:0] bank, input logic soon,
-                                           input logic next);
-    from_bank = {soon ? 2'd1 : next ? 2'd2 : 2'd0, bank};
+                                           input logic next, input logic now);
+    from_bank = {soon ? 2'd1 : next ? 2'd2 : now ? 2'd3 : 2'd0, bank};
   endfunction
 
   assign host_write[0] = host_write_i && host_register_i[8:6] == asip_isa_pkg::BANK_A;
@@ -53,9 +55,11 @@ module asip_operands #(
   assign host_write[2] = host_write_i && host_register_i[8:6] == asip_isa_pkg::BANK_C;
 
   for (genvar p = 0; p < Ports; p++) begin : gen_port
-    logic [8:0] source;
-    logic [3:0] from_d;
-    logic [2:0] soon, next;
+    logic [8:0]  source;
+    logic [3:0]  from_d;
+    logic [2:0]  from_r1;
+    logic [2:0]  soon, next, now;
+    logic [31:0] bypass_r1;
 
     if (p == HostPort) begin : gen_host
       assign source = host_read_i ? host_register_i : source_d_i[p];
@@ -66,42 +70,65 @@ module asip_operands #(
     for (genvar b = 0; b < 3; b++) begin : gen_bypass
       assign soon[b] = soon_i[b] && soon_index_i[b] == source[5:0];
       assign next[b] = next_i[b] && next_index_i[b] == source[5:0];
+      assign now[b]  = write_i[b] && write_index_i[b] == source[5:0];
     end
 
     always_comb begin
       case (source[8:6])
-        asip_isa_pkg::BANK_A: from_d = from_bank(2'd1, soon[0], next[0]);
-        asip_isa_pkg::BANK_B: from_d = from_bank(2'd2, soon[1], next[1]);
-        asip_isa_pkg::BANK_C: from_d = from_bank(2'd3, soon[2], next[2]);
+        asip_isa_pkg::BANK_A: from_d = from_bank(2'd1, soon[0], next[0], now[0]);
+        asip_isa_pkg::BANK_B: from_d = from_bank(2'd2, soon[1], next[1], now[1]);
+        asip_isa_pkg::BANK_C: from_d = from_bank(2'd3, soon[2], next[2], now[2]);
         asip_isa_pkg::BANK_ZERO: from_d = asip_pkg::FROM_ZERO;
         default: from_d = asip_pkg::FROM_K;
       endcase
     end
 
+    // R1: what was or is written back goes to the bypass register, as does zero.
+    always_comb begin
+      bypass_r1 = 32'd0;
+      case (from_r1_q[p])
+        asip_pkg::FROM_A: from_r1 = asip_pkg::SELECT_A;
+        asip_pkg::FROM_B: from_r1 = asip_pkg::SELECT_B;
+        asip_pkg::FROM_C: from_r1 = asip_pkg::SELECT_C;
+        asip_pkg::FROM_K: from_r1 = asip_pkg::SELECT_K;
+        asip_pkg::SOON_A: from_r1 = asip_pkg::SELECT_RESULT_A;
+        asip_pkg::SOON_B: from_r1 = asip_pkg::SELECT_RESULT_B;
+        asip_pkg::SOON_C: from_r1 = asip_pkg::SELECT_RESULT_C;
+        default: from_r1 = asip_pkg::SELECT_BYPASS;
+      endcase
+      case (from_r1_q[p])
+        asip_pkg::NEXT_A: bypass_r1 = write_data_i[0];
+        asip_pkg::NEXT_B: bypass_r1 = write_data_i[1];
+        asip_pkg::NEXT_C: bypass_r1 = write_data_i[2];
+        asip_pkg::NOW_A: bypass_r1 = last_data_q[0];
+        asip_pkg::NOW_B: bypass_r1 = last_data_q[1];
+        asip_pkg::NOW_C: bypass_r1 = last_data_q[2];
+        default: bypass_r1 = 32'd0;
+      endcase
+    end
+
     always_ff @(posedge clk_i) begin
-      index_r1_q[p]  <= source[6:0];
       from_r1_q[p]   <= from_d;
-      from_r2_q[p]   <= from_r1_q[p];
+      from_r2_q[p]   <= from_r1;
       read_a_r2_q[p] <= read_a[p];
       read_b_r2_q[p] <= read_b[p];
       read_c_r2_q[p] <= read_c[p];
       read_k_r2_q[p] <= read_k[p];
+      bypass_r2_q[p] <= bypass_r1;
       case (from_r2_q[p])
-        asip_pkg::FROM_A: operand_e1_q[p] <= read_a_r2_q[p];
-        asip_pkg::FROM_B: operand_e1_q[p] <= read_b_r2_q[p];
-        asip_pkg::FROM_C: operand_e1_q[p] <= read_c_r2_q[p];
-        asip_pkg::FROM_K: operand_e1_q[p] <= read_k_r2_q[p];
-        asip_pkg::RESULT_A: operand_e1_q[p] <= write_data_i[0];
-        asip_pkg::RESULT_B: operand_e1_q[p] <= write_data_i[1];
-        asip_pkg::RESULT_C: operand_e1_q[p] <= write_data_i[2];
-        asip_pkg::LAST_A: operand_e1_q[p] <= last_data_q[0];
-        asip_pkg::LAST_B: operand_e1_q[p] <= last_data_q[1];
-        asip_pkg::LAST_C: operand_e1_q[p] <= last_data_q[2];
-        default: operand_e1_q[p] <= 32'd0;
+        asip_pkg::SELECT_A: operand_e1_q[p] <= read_a_r2_q[p];
+        asip_pkg::SELECT_B: operand_e1_q[p] <= read_b_r2_q[p];
+        asip_pkg::SELECT_C: operand_e1_q[p] <= read_c_r2_q[p];
+        asip_pkg::SELECT_K: operand_e1_q[p] <= read_k_r2_q[p];
+        asip_pkg::SELECT_RESULT_A: operand_e1_q[p] <= write_data_i[0];
+        asip_pkg::SELECT_RESULT_B: operand_e1_q[p] <= write_data_i[1];
+        asip_pkg::SELECT_RESULT_C: operand_e1_q[p] <= write_data_i[2];
+        default: operand_e1_q[p] <= bypass_r2_q[p];
       endcase
     end
 
-    assign index_bank[p] = index_r1_q[p][5:0];
+    assign index_bank[p] = source[5:0];
+    assign index_k[p]    = source[6:0];
   end
 
   always_ff @(posedge clk_i) last_data_q <= write_data_i;
@@ -156,7 +183,7 @@ module asip_operands #(
       .write_i      (host_write_constant_i),
       .write_index_i(host_register_i[6:0]),
       .write_data_i (host_data_i),
-      .read_index_i (index_r1_q),
+      .read_index_i (index_k),
       .read_data_o  (read_k)
   );
 

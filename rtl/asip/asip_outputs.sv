@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // asip_outputs: output words in three pages: two that runs fill in turn, one of safe values.
 // Contract: a run writes the hidden page; commit_i shows it. From reset, and from a fault on, until the
-// next commit the host reads the safe page. Reads take one cycle.
+// next commit the host reads the safe page. Reads take two cycles. A word is registered before it is
+// stored and judged: not_finite_o comes, with its index, a cycle after write-back.
 module asip_outputs (
     input  logic        clk_i,
     input  logic        rst_ni,
@@ -13,6 +14,7 @@ module asip_outputs (
     input  logic [4:0]  index_i,
     input  logic [31:0] data_i,
     output logic        not_finite_o,
+    output logic [4:0]  not_finite_index_o,
     // from and to the host; safe values are written while idle only
     input  logic        host_write_safe_i,
     input  logic [4:0]  host_index_i,
@@ -25,32 +27,44 @@ module asip_outputs (
   logic        page_q, safe_q;
   logic [1:0]  read_page;
   logic [6:0]  write_address;
-  logic [31:0] read_q;
+  logic        write_q, not_finite_q;
+  logic [4:0]  index_q;
+  logic [31:0] data_q, read_q, host_read_q;
   logic [31:0] memory[0:127];
 
-  assign not_finite_o  = write_i && (&data_i[30:23]);
-  assign write_address = host_write_safe_i ? {PageSafe, host_index_i} : {1'b0, !page_q, index_i};
+  assign not_finite_o       = not_finite_q;
+  assign not_finite_index_o = index_q;
+  assign write_address = write_q ? {1'b0, !page_q, index_q} : {PageSafe, host_index_i};
   assign read_page     = (safe_q || fault_i) ? PageSafe : {1'b0, page_q};
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
-      page_q <= 1'b0;
-      safe_q <= 1'b1;
-    end else if (fault_i) begin
-      safe_q <= 1'b1;
-    end else if (commit_i) begin
-      page_q <= !page_q;
-      safe_q <= 1'b0;
+      page_q       <= 1'b0;
+      safe_q       <= 1'b1;
+      write_q      <= 1'b0;
+      not_finite_q <= 1'b0;
+    end else begin
+      write_q      <= write_i;
+      not_finite_q <= write_i && (&data_i[30:23]);
+      if (fault_i) begin
+        safe_q <= 1'b1;
+      end else if (commit_i) begin
+        page_q <= !page_q;
+        safe_q <= 1'b0;
+      end
     end
   end
 
   always_ff @(posedge clk_i) begin
-    if (write_i || host_write_safe_i) begin
-      memory[write_address] <= host_write_safe_i ? host_data_i : data_i;
+    index_q <= index_i;
+    data_q  <= data_i;
+    if (write_q || host_write_safe_i) begin
+      memory[write_address] <= write_q ? data_q : host_data_i;
     end
-    read_q <= memory[{read_page, host_index_i}];
+    read_q      <= memory[{read_page, host_index_i}];
+    host_read_q <= read_q;
   end
 
-  assign host_read_o = read_q;
+  assign host_read_o = host_read_q;
 
 endmodule

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // asip_regbank: one bank of the register file, one write port, any number of read ports.
-// Contract: asynchronous read, write at the clock edge; a read of the word being written returns the
-// old value (the bypass covers that cycle). One copy of the memory per read port, so that every copy
-// is a simple dual-port RAM that any tool maps to distributed memory.
+// Contract: a read takes one cycle; a read of the word being written in the same cycle may return
+// either value (the bypass covers that cycle). One copy of the memory per read port, so that every
+// copy is a simple dual-port RAM that any tool maps to memory blocks.
 module asip_regbank #(
     parameter int unsigned IndexWidth = 6,
     parameter int unsigned ReadPorts  = 9
@@ -19,12 +19,14 @@ module asip_regbank #(
 
   for (genvar p = 0; p < ReadPorts; p++) begin : gen_copy
     logic [31:0] memory[0:2**IndexWidth-1];
+    logic [31:0] read_q;
 
     always_ff @(posedge clk_i) begin
       if (write_i) memory[write_index_i] <= write_data_i;
+      read_q <= memory[read_index_i[p]];
     end
 
-    assign read_data_o[p] = memory[read_index_i[p]];
+    assign read_data_o[p] = read_q;
   end
 
 endmodule

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // asip_write_schedule: future writes of one bank, one place per cycle.
 // Contract: place r holds the write that happens in r cycles; every cycle all places move down by one.
-// An operation of latency L that issues now is inserted at place L + 2 of the next cycle, so it
-// collides if place L + 3 is taken now (taken_o). Place 3 clears the scoreboard (a dependent bundle can
-// issue in the cycle after), places 2 and 1 decide the bypass, place 0 is write-back.
+// An operation of latency L that issues now is inserted at place L + 2 of the next cycle, so one that
+// issues in the next cycle collides if taken_o[L + 3] is set. Place 4 is announced to the hazard logic,
+// places 2, 1 and 0 decide the bypass, place 0 is write-back.
 module asip_write_schedule #(
     parameter int unsigned Places = 10  // latency of the slowest unit + 4
 ) (
@@ -16,9 +16,9 @@ module asip_write_schedule #(
     // a unit with a longer latency joins at the last place
     input  logic                      join_i,
     input  asip_pkg::tag_t            join_tag_i,
-    output logic [Places-1:0]         taken_o,
-    output logic [3:0]                valid_o,  // places 3, 2, 1, 0
-    output asip_pkg::tag_t            tag3_o,
+    output logic [Places-1:0]         taken_o,  // in the next cycle, apart from an insertion
+    output logic [4:0]                valid_o,  // places 4 to 0
+    output asip_pkg::tag_t            tag4_o,
     output asip_pkg::tag_t            tag2_o,
     output asip_pkg::tag_t            tag1_o,
     output asip_pkg::tag_t            tag0_o,
@@ -32,7 +32,7 @@ module asip_write_schedule #(
   logic [PlaceWidth-1:0]           place;
 
   assign place   = latency_i + PlaceWidth'(2);
-  assign taken_o = valid_q;
+  assign taken_o = {join_i, valid_q[Places-1:1]};
 
   always_comb begin
     valid_d = {join_i, valid_q[Places-1:1]};
@@ -50,8 +50,8 @@ module asip_write_schedule #(
 
   always_ff @(posedge clk_i) tag_q <= tag_d;
 
-  assign valid_o = valid_q[3:0];
-  assign tag3_o  = tag_q[3];
+  assign valid_o = valid_q[4:0];
+  assign tag4_o  = tag_q[4];
   assign tag2_o  = tag_q[2];
   assign tag1_o  = tag_q[1];
   assign tag0_o  = tag_q[0];

@@ -39,7 +39,7 @@ CONFIGURATIONS = ("fast", "small")
 STALLS = ("STALL_OPERAND", "STALL_PORT", "STALL_UNIT", "STALL_FETCH", "DRAIN")
 START, CLEAR = 1, 2
 RUN_LIMIT = 20_000  # cycles after which a run of the bench is taken for hanging
-REDIRECT = 5  # cycles from a redirect to the bundle in stage D (contract of asip_fetch)
+REDIRECT = 6  # cycles from a redirect to the bundle in stage D (contract of asip_fetch)
 PIPELINE = 6  # cycles in which a move leaves the pipeline, at most: D, R, E1, E2, W, done
 
 # Words that have tripped floating-point hardware before: zeros, subnormals, neighbours of powers of

@@ -313,7 +313,7 @@ def test_not_finite__nan_or_infinity_to_an_output__names_the_output(word, config
                 configuration,
                 [
                     bench.bundle(configuration, write),
-                    *[bench.bundle(configuration)] * 6,
+                    *[bench.bundle(configuration)] * 7,
                     bench.bundle(configuration, op("mov", "c7", "k0"), halt=True),
                 ],
                 {"k0": OTHER_WORD, "k1": word},

@@ -84,10 +84,10 @@ def test_branch__any_operand__goes_where_the_model_goes(mnemonic, configuration)
         got = bench.verify(program, f"{mnemonic} {word:08x}", timing=False)
         taken = (word & 0x7FFFFFFF == 0) == (mnemonic == "bz")
         assert got.bundle_order == ([0, 2] if taken else [0, 1, 2])
-        # decided in E1, three cycles after issue; a taken branch fetches again
-        there = 3 + bench.REDIRECT
-        assert got.issue_cycles == ([0, there] if taken else [0, 4, 5])
-        assert got.stalls["STALL_FETCH"] == (there - 1 if taken else 3)
+        # decided in E1, three cycles after issue, redirected in E2; a taken branch fetches again
+        there = 4 + bench.REDIRECT
+        assert got.issue_cycles == ([0, there] if taken else [0, 5, 6])
+        assert got.stalls["STALL_FETCH"] == (there - 1 if taken else 4)
 
 
 @pytest.mark.parametrize("configuration", CONFIGURATIONS)
