@@ -1,0 +1,283 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The planner's programs on the Verilated core against the plan in doubles of the same inputs."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from sim.iss import Iss
+from sim.motion.planner_core import ERRORS, PARAMETERS, CoreProgram
+from sim.motion.planner_seed import seed_plan
+from sim.motion.scurve import SCurve, SCurveError
+from tests.motion.planner_moves import SEED
+
+MICROMETRE = 1e-6
+TICK = 1e-4
+MOVES = 3000
+DATA = ("vp", "am", "J", "t1", "t2", "t4", "s1", "s2", "s3")
+# One division and its operands, a handful of roundings of 2^-24 each.
+FEW_ROUNDINGS = 8 * 2.0**-24
+
+
+def random_moves(count: int, seed: int) -> dict[str, np.ndarray]:
+    """Moves of up to 1 m in all seven classes as binary32, one array per parameter."""
+    rng = np.random.default_rng(seed)
+
+    def log_uniform(low: float, high: float) -> np.ndarray:
+        return np.exp(rng.uniform(math.log(low), math.log(high), count)).astype(np.float32)
+
+    vm, tr = log_uniform(0.005, 5), log_uniform(0.005, 1)
+    share = np.select([rng.random(count) < 0.3], [0.0], rng.random(count)).astype(np.float32)
+    v0 = vm * share
+    kind = rng.integers(3, size=count)
+    jerk_share = np.select([kind == 0, kind == 1], [0.0, 1.0], rng.random(count))
+    tm = np.float32(0.5) * tr * jerk_share.astype(np.float32)
+    span = rng.choice([0.2, 0.9, 1.0, 1.6], count) * log_uniform(0.3, 3)
+    length = np.minimum(1.0, (v0 + vm) * tr * span).astype(np.float32)
+    return dict(zip(PARAMETERS, (v0, vm, tr, tm, length), strict=True))
+
+
+def plan_of(moves: dict[str, np.ndarray], index: int) -> SCurve:
+    return SCurve(*(float(moves[name][index]) for name in PARAMETERS))
+
+
+def is_on_a_boundary(curve: SCurve) -> bool:
+    """Whether the rounding of binary32 decides the class."""
+    return any(
+        abs(curve.length - critical) <= FEW_ROUNDINGS * critical
+        for critical in (curve.cruise_critical_length, curve.acceleration_critical_length)
+    )
+
+
+@pytest.fixture(scope="module", params=["fast", "small"])
+def planner(request):
+    return CoreProgram("planner_scurve", request.param)
+
+
+@pytest.fixture(scope="module")
+def moves():
+    return random_moves(MOVES, SEED)
+
+
+@pytest.fixture(scope="module")
+def planned(moves):
+    return CoreProgram("planner_scurve").run(moves)
+
+
+def assert_plans_agree(moves: dict[str, np.ndarray], outputs: dict[str, np.ndarray]) -> set[int]:
+    """Classes, phases and acceleration data of all moves; returns the classes that occurred."""
+    kinds = set()
+    for index in range(len(moves["L"])):
+        curve = plan_of(moves, index)
+        got = {name: float(values[index]) for name, values in outputs.items()}
+        where = f"move {index}, SEED={SEED}: {[float(moves[n][index]) for n in PARAMETERS]}"
+        assert got["error"] == 0.0, where
+        boundary = is_on_a_boundary(curve)
+        if not boundary:
+            assert got["class"] == curve.kind.value, where
+            kinds.add(curve.kind.value)
+        t1, t2, _, t4, *_ = curve.durations
+        for name, want, size in (
+            ("vp", curve.peak_speed, curve.peak_speed),
+            # The speed won is a difference of speeds.
+            ("am", curve.peak_acceleration, curve.peak_speed / (curve.tr - curve.tm)),
+            ("t1", t1, t1 if not boundary else math.inf),
+            ("t2", t2, curve.tr if not boundary else math.inf),
+            ("t4", t4, (curve.length / curve.peak_speed) if not boundary else math.inf),
+        ):
+            assert abs(got[name] - want) <= FEW_ROUNDINGS * size, f"{name} of {where}"
+        if curve.tm > 0:
+            size = curve.peak_speed / (curve.tr - curve.tm) / curve.tm
+            assert abs(got["J"] - curve.jerk) <= FEW_ROUNDINGS * size, f"J of {where}"
+        else:
+            assert got["J"] == 0.0, where
+        for k, want in enumerate(curve.displacements[:4]):
+            name = f"s{k + 1}"
+            if not boundary:
+                assert abs(got[name] - want) <= MICROMETRE * curve.length, f"{name} of {where}"
+        sides = 2 * (got["s1"] + got["s2"] + got["s3"])
+        assert abs(sides + got["s4"] - curve.length) <= MICROMETRE * curve.length, where
+    return kinds
+
+
+def test_program__random_moves_of_all_classes__agree_with_the_model(moves, planned):
+    assert assert_plans_agree(moves, planned.outputs) == {1, 2, 3, 4, 5, 6, 7}
+
+
+def test_program__any_move__takes_the_same_cycles(planner):
+    cycles = planner.run(random_moves(200, SEED + 1)).cycles
+    assert len(set(cycles.tolist())) == 1
+    # Far below one tick of 10 kHz at 125 MHz.
+    assert cycles[0] < 12_500
+
+
+@pytest.mark.full
+def test_program__hundred_thousand_moves__agree_with_the_model():
+    many = random_moves(100_000, SEED + 2)
+    kinds = assert_plans_agree(many, CoreProgram("planner_scurve").run(many).outputs)
+    assert kinds == {1, 2, 3, 4, 5, 6, 7}
+
+
+def test_program__configurations_and_model__give_the_same_bits(planner, moves, planned):
+    some = {name: values[:100] for name, values in moves.items()}
+    outputs = planner.run(some).outputs
+    model = Iss(planner.image.to_json())
+    for index in range(100):
+        model.set_inputs({name: float(values[index]) for name, values in some.items()})
+        bits = model.run().output_bits
+        for name, values in outputs.items():
+            assert int(values[index].view(np.uint32)) == bits[name]
+            assert int(planned.outputs[name][index].view(np.uint32)) == bits[name]
+
+
+def test_program__lengths_by_the_critical_ones__agree_with_the_model():
+    """Every representable length around L_alpha and L_beta."""
+    v0, vm, tr = np.float32(0.1), np.float32(0.6), np.float32(0.7)
+    lengths = []
+    for critical in ((v0 + vm) * tr, np.float32(2) * v0 * tr):
+        word = int(np.float32(critical).view(np.uint32))
+        lengths += [np.uint32(word + k).view(np.float32) for k in range(-40, 41)]
+    count = len(lengths)
+    columns = (v0, vm, tr, np.float32(0.1))
+    inputs = dict(zip(PARAMETERS, [np.full(count, x) for x in columns], strict=False))
+    inputs["L"] = np.array(lengths)
+    outputs = CoreProgram("planner_scurve").run(inputs).outputs
+    assert set(outputs["class"].tolist()) == {1.0, 6.0, 7.0}
+    assert_plans_agree(inputs, outputs)
+
+
+@pytest.mark.parametrize(
+    ("move", "code"),
+    [
+        ((0.1, 0.6, 0.6, 0.15, 0.8), 0),
+        ((0.0, 0.0, 0.6, 0.15, 0.8), 1),
+        ((0.1, -0.6, 0.6, 0.15, 0.8), 1),
+        ((0.1, math.nan, 0.6, 0.15, 0.8), 1),
+        ((0.1, math.inf, 0.6, 0.15, 0.8), 1),
+        ((-0.1, 0.6, 0.6, 0.15, 0.8), 2),
+        ((0.7, 0.6, 0.6, 0.15, 0.8), 2),
+        ((math.nan, 0.6, 0.6, 0.15, 0.8), 2),
+        ((0.1, 0.6, 0.0, 0.0, 0.8), 3),
+        ((0.1, 0.6, math.nan, 0.15, 0.8), 3),
+        ((0.1, 0.6, math.inf, 0.15, 0.8), 3),
+        ((0.1, 0.6, 0.6, -0.15, 0.8), 4),
+        ((0.1, 0.6, 0.6, 0.4, 0.8), 4),
+        ((0.1, 0.6, 0.6, math.nan, 0.8), 4),
+        ((0.1, 0.6, 0.6, 0.15, 0.0), 5),
+        ((0.1, 0.6, 0.6, 0.15, -math.inf), 5),
+        ((0.1, 0.6, 0.6, 0.15, math.inf), 5),
+        ((0.1, 0.6, 0.6, 0.15, math.nan), 5),
+        ((-1.0, -1.0, -1.0, -1.0, -1.0), 1),
+        ((0.1, 1e20, 1e-20, 1e-21, 1e5), 6),
+        ((1e-20, 1e-19, 1.0, 0.1, 1e20), 6),
+    ],
+)
+def test_program__bad_parameters__give_their_error_and_zeros(planner, move, code):
+    inputs = {name: np.array([x], np.float32) for name, x in zip(PARAMETERS, move, strict=True)}
+    outputs = planner.run(inputs).outputs
+    assert outputs.pop("error")[0] == code, ERRORS[code]
+    if code:
+        assert all(values[0] == 0.0 for values in outputs.values())
+    if 0 < code < 6 and all(math.isfinite(x) for x in move):
+        with pytest.raises(
+            SCurveError, match="S-curve parameter " + "x vm v0 tr tm length".split()[code]
+        ):
+            seed_plan(*move)
+
+
+# ------------------------------------------------------------------------------- sampler
+
+
+def sampled(moves: dict[str, np.ndarray], planned, rng) -> tuple[dict, np.ndarray]:
+    """One random tick of every move on the sampler, in and around the move; outputs and ticks."""
+    totals = np.array([plan_of(moves, k).total_time for k in range(len(moves["L"]))])
+    ticks = np.rint(totals / TICK * rng.uniform(-0.02, 1.05, len(totals))).astype(np.int32)
+    inputs = {"ticks": ticks, "L": moves["L"], "v0": moves["v0"]}
+    inputs |= {name: planned.outputs[name] for name in DATA}
+    return CoreProgram("planner_sample").run(inputs).outputs, ticks
+
+
+def test_sampler__random_ticks_of_all_classes__are_within_a_micrometre(moves, planned):
+    outputs, ticks = sampled(moves, planned, np.random.default_rng(SEED))
+    phases = set()
+    for index, tick in enumerate(ticks):
+        curve = plan_of(moves, index)
+        time = int(tick) * TICK
+        want = curve.profile(time)
+        where = f"move {index}, tick {tick}, SEED={SEED}"
+        assert abs(float(outputs["p"][index]) - want.position) <= MICROMETRE, where
+        # The time is wrong by its rounding, and so are speed and acceleration.
+        late = FEW_ROUNDINGS * curve.total_time
+        speed = FEW_ROUNDINGS * curve.peak_speed + curve.peak_acceleration * late
+        if curve.kind.value == 1 or is_on_a_boundary(curve):
+            continue
+        assert abs(float(outputs["v"][index]) - want.velocity) <= speed, where
+        if curve.tm > 0:
+            size = curve.peak_speed / (curve.tr - curve.tm)
+            allowed = FEW_ROUNDINGS * (size + size / curve.tm * curve.total_time)
+            assert abs(float(outputs["a"][index]) - want.acceleration) <= allowed, where
+        assert outputs["over"][index] == (time >= curve.total_time), where
+        phases.add(int(outputs["phase"][index]))
+    assert phases == {1, 2, 3, 4, 5, 6, 7}
+
+
+def test_sampler__end_and_start__are_exact(moves, planned):
+    count = 300
+    inputs = {"L": moves["L"][:count], "v0": moves["v0"][:count]}
+    inputs |= {name: planned.outputs[name][:count] for name in DATA}
+    program = CoreProgram("planner_sample")
+    for tick, position, over in ((2**31 - 1, inputs["L"], 1), (0, 0.0, 0), (-(2**31), 0.0, 0)):
+        outputs = program.run({"ticks": np.full(count, tick)} | inputs).outputs
+        assert np.array_equal(outputs["p"], np.broadcast_to(position, count).astype(np.float32))
+        moving = planned.outputs["class"][:count] > 1
+        assert np.array_equal(outputs["v"][moving], inputs["v0"][moving])
+        assert np.all(outputs["a"] == 0.0) and np.all(outputs["over"] == over)
+
+
+# ------------------------------------------------------------------------- trajectory generator
+
+
+def test_trajectory__moves_one_after_the_other__follow_the_model_tick_by_tick():
+    program = CoreProgram("planner_trajectory")
+    cycles = set()
+    for number, move in enumerate(
+        (
+            (0.0, 0.6, 0.05, 0.02, 0.04),
+            (0.1, 0.6, 0.05, 0.025, 0.03),
+            (0.1, 0.6, 0.06, 0.0, 0.02),
+            (0.2, 0.6, 0.06, 0.01, 0.01),
+        )
+    ):
+        curve = SCurve(*(float(np.float32(x)) for x in move))
+        ticks = math.ceil(curve.total_time / TICK) + 20
+        inputs = {name: np.full(ticks, np.nan, np.float32) for name in ("start", *PARAMETERS)}
+        inputs["start"][:] = 0.0
+        inputs["start"][0] = 1.0
+        for name, value in zip(PARAMETERS, move, strict=True):
+            inputs[name][0] = value  # not a number afterwards: the move is held
+        run = program.run(inputs)
+        want = curve.profile(np.arange(ticks) * TICK)
+        assert np.all(run.outputs["error"] == 0.0)
+        assert np.abs(run.outputs["p"] - want.position).max() <= MICROMETRE, f"move {number}"
+        assert np.abs(run.outputs["v"] - want.velocity).max() <= 1e-5 * curve.peak_speed
+        assert np.count_nonzero(run.outputs["over"]) in (20, 21)
+        assert run.outputs["p"][-1] == np.float32(move[-1])
+        cycles |= set(run.cycles.tolist())
+    assert len(cycles) == 1
+
+
+def test_trajectory__no_move_or_a_refused_one__rests_with_its_error():
+    program = CoreProgram("planner_trajectory")
+    inputs = {name: np.zeros(5, np.float32) for name in ("start", *PARAMETERS)}
+    assert program.run(inputs).outputs["error"].tolist() == [1.0] * 5
+    for name, value in zip(PARAMETERS, (0.1, 0.6, 0.05, 0.03, 0.04), strict=True):
+        inputs[name][:] = value
+    inputs["start"][1] = 1.0
+    outputs = program.run(inputs).outputs
+    assert outputs["error"].tolist() == [1.0, 4.0, 4.0, 4.0, 4.0]
+    assert np.all(outputs["over"] == 1.0) and np.all(outputs["p"] == 0.0)
+    inputs["tm"][:] = 0.02
+    assert program.run(inputs).outputs["error"].tolist() == [4.0, 0.0, 0.0, 0.0, 0.0]
