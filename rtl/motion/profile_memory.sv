@@ -20,7 +20,7 @@ module profile_memory #(
     input  logic [4*Axes-1:0] head_i,
     output logic [4*Axes-1:0] head_o,
     output logic [4*Axes-1:0] tail_o,
-    output logic [Axes-1:0]   waiting_o,  // records are there
+    output logic [Axes-1:0]   waiting_o,  // records are there or on their way
     // axes
     input  logic [Axes-1:0]   request_i,
     output logic [Axes-1:0]   load_o,
@@ -100,7 +100,7 @@ module profile_memory #(
 
   assign head_o      = head_q;
   assign tail_o      = tail_q;
-  assign waiting_o   = waiting;
+  assign waiting_o   = waiting | loading_q;
   assign load_o      = loading_q;
   assign load_word_o = loading_word_q;
   assign load_data_o = read_q;

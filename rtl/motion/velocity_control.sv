@@ -48,6 +48,7 @@ module velocity_control #(
   logic running_q;     // the rate belongs to a move
   logic last_q;        // the phase that ended was its move's last
   logic pulsed_q;      // a pulse since the rate was published
+  logic grace_q;       // a phase ended between ticks: its next record comes after the next tick
   logic underrun_q;
   logic seed, publish, step_count, phase_ends, stop;
 
@@ -57,7 +58,7 @@ module velocity_control #(
   assign publish    = tick_i && loaded_q && (!seed || fresh_q || pulsed_q);
   assign step_count = loaded_q && (seed ? pulse_i && !fresh_q : tick_i);
   assign phase_ends = step_count && count_q == 32'd1;
-  assign stop       = tick_i && running_q && !loaded_q;
+  assign stop       = tick_i && running_q && !loaded_q && !grace_q;
 
   // Data of a phase; `loaded_q` says when they mean something.
   always_ff @(posedge clk_i) begin
@@ -88,6 +89,7 @@ module velocity_control #(
       running_q   <= 1'b0;
       last_q      <= 1'b0;
       pulsed_q    <= 1'b0;
+      grace_q     <= 1'b0;
       underrun_q  <= 1'b0;
       direction_q <= 1'b0;
       rate_q      <= '0;
@@ -110,10 +112,12 @@ module velocity_control #(
         running_q   <= 1'b1;
         direction_q <= flags_q[FlagDirection];
       end
+      grace_q  <= (seed && phase_ends) || (grace_q && !tick_i);
       pulsed_q <= pulse_i || (pulsed_q && !publish);
       // A seed-compatible phase ends at its last pulse, and nothing may pulse before the next one.
-      if (publish) rate_q <= velocity_q[VelocityBits-1] ? '0 : velocity_q[VelocityBits-2:FractionBits];
-      else if (stop || (seed && phase_ends)) rate_q <= '0;
+      if (stop || (seed && phase_ends)) rate_q <= '0;
+      else if (publish)
+        rate_q <= velocity_q[VelocityBits-1] ? '0 : velocity_q[VelocityBits-2:FractionBits];
       if (stop) begin
         running_q  <= 1'b0;
         underrun_q <= underrun_q || !last_q;
@@ -122,7 +126,7 @@ module velocity_control #(
   end
 
   assign request_o   = !loaded_q && !underrun_q;
-  assign running_o   = running_q;
+  assign running_o   = running_q || loaded_q;
   assign underrun_o  = underrun_q;
   assign rate_o      = {{(32 - IntegerBits){1'b0}}, rate_q};
   assign direction_o = direction_q;

@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The Verilated motion front-end as a Python object: records in, edges of the drive lines out."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from asip_asm.regmap import load_register_map
+from scripts.synth_unit import sources_of
+from sim.harness.build import ROOT, build_library
+from sim.motion.pulse_records import Record
+
+TOP = "motion_front_end"
+REGMAP = load_register_map(ROOT / "rtl/motion/regmap.toml")
+CLOCK_HZ = 100_000_000
+RECORDS = 8  # in the ring of an axis
+
+
+class MotionError(RuntimeError):
+    """The front-end did not do what was asked; the message says what it did."""
+
+
+@dataclass(frozen=True)
+class Edges:
+    """Level changes of the drive lines: clock since reset, and all lines from then on."""
+
+    clock: np.ndarray
+    step: np.ndarray
+    direction: np.ndarray
+
+    def pulses(self, axis: int) -> np.ndarray:
+        """Clocks of the rising edges of an axis's step line."""
+        level = self.step >> axis & 1
+        before = np.concatenate(([0], level[:-1]))
+        return self.clock[(level == 1) & (before == 0)]
+
+
+class MotionRtl:
+    """One front-end of five axes at 100 MHz, just out of reset."""
+
+    AXES = 5
+
+    def __init__(self) -> None:
+        path = build_library(TOP, sources_of(TOP), Path(__file__).with_name("motion_harness.cpp"))
+        lib = ctypes.CDLL(str(path))
+        lib.motion_new.restype = ctypes.c_void_p
+        lib.motion_clock.restype = ctypes.c_uint64
+        lib.motion_now.restype = ctypes.c_uint64
+        lib.motion_edges.restype = ctypes.c_uint64
+        for name in ("delete", "write", "read", "clock", "now", "edges", "forget_edges"):
+            getattr(lib, f"motion_{name}").argtypes = [ctypes.c_void_p]
+        lib.motion_write.argtypes = [ctypes.c_void_p, ctypes.c_uint32, ctypes.c_uint32]
+        lib.motion_read.argtypes = [ctypes.c_void_p, ctypes.c_uint32, ctypes.c_void_p]
+        lib.motion_clock.argtypes = [ctypes.c_void_p, ctypes.c_uint64, ctypes.c_int]
+        lib.motion_edges.argtypes = [ctypes.c_void_p] + [ctypes.c_void_p] * 3 + [ctypes.c_uint64]
+        self._lib = lib
+        self._handle = lib.motion_new()
+        self._heads = [0] * self.AXES
+
+    def __del__(self) -> None:
+        if getattr(self, "_handle", None):
+            self._lib.motion_delete(self._handle)
+            self._handle = None
+
+    def write(self, register: str, value: int) -> None:
+        """Write a register by name."""
+        self._lib.motion_write(self._handle, REGMAP.address(register), value)
+
+    def read(self, register: str, offset: int = 0) -> int:
+        """Read a register by name, or the one `offset` behind it."""
+        word = ctypes.c_uint32()
+        if not self._lib.motion_read(
+            self._handle, REGMAP.address(register) + offset, ctypes.byref(word)
+        ):
+            raise MotionError(f"read of {register} was never answered")
+        return word.value
+
+    def position(self, axis: int) -> int:
+        """Steps sent by an axis."""
+        word = self.read("POSITION0", axis)
+        return word - (1 << 32) if word >> 31 else word
+
+    def status(self, field: str) -> int:
+        """One field of STATUS, a bit per axis."""
+        return REGMAP.registers["STATUS"].fields[field].of(self.read("STATUS"))
+
+    def clock(self, clocks: int) -> None:
+        """Let time pass."""
+        self._lib.motion_clock(self._handle, clocks, 0)
+
+    def wait_for_irq(self, limit: int) -> int:
+        """Let time pass until the interrupt; returns clocks. Raises MotionError at the limit."""
+        clocks = self._lib.motion_clock(self._handle, limit, 1)
+        if clocks == limit:
+            raise MotionError(f"no interrupt in {limit} clocks")
+        return clocks
+
+    @property
+    def now(self) -> int:
+        """Clocks since reset."""
+        return self._lib.motion_now(self._handle)
+
+    def put(self, moves: Mapping[int, Sequence[Record]]) -> None:
+        """Write records per axis and release them together.
+
+        Raises MotionError if a ring is too full.
+        """
+        base = REGMAP.blocks["records"].base
+        tails = self.read("TAIL")
+        for axis, records in moves.items():
+            waiting = (self._heads[axis] - (tails >> 4 * axis)) & 15
+            if waiting + len(records) > RECORDS:
+                raise MotionError(
+                    f"axis {axis}: {len(records)} records, room for {RECORDS - waiting}"
+                )
+            for record in records:
+                place = base + 64 * axis + 8 * (self._heads[axis] % RECORDS)
+                for word, value in enumerate(record.words()):
+                    self._lib.motion_write(self._handle, place + word, value)
+                self._heads[axis] = (self._heads[axis] + 1) & 15
+        self.write("HEAD", sum(head << 4 * axis for axis, head in enumerate(self._heads)))
+
+    def run(self, moves: Mapping[int, Sequence[Record]], limit: int) -> None:
+        """Put the records and wait until no axis moves. `limit` in clocks."""
+        self.write("IRQ_ENABLE", 3)
+        self.put(moves)
+        self.wait_for_irq(limit)
+
+    def edges(self) -> Edges:
+        """Level changes since the last call."""
+        count = self._lib.motion_edges(self._handle, None, None, None, 0)
+        clock = np.zeros(count, dtype=np.uint64)
+        step, direction = (np.zeros(count, dtype=np.uint32) for _ in range(2))
+        self._lib.motion_edges(
+            self._handle, clock.ctypes.data, step.ctypes.data, direction.ctypes.data, count
+        )
+        self._lib.motion_forget_edges(self._handle)
+        return Edges(clock.astype(np.int64), step, direction)

@@ -1,0 +1,317 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Motion front-end: moves against the plan, velocity modes, five axes, faults, drive timing."""
+
+from __future__ import annotations
+
+import os
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from sim.harness.motion_rtl import CLOCK_HZ, MotionError, MotionRtl
+from sim.motion.planner_phases import Phase, State
+from sim.motion.planner_seed import SeedPlan, seed_plan
+from sim.motion.pulse_records import (
+    FIRST,
+    LAST,
+    UNITS_PER_PULSE,
+    PulseRecordError,
+    Record,
+    seed_compatible,
+    time_exact,
+)
+
+SEED = int(os.environ.get("SEED", "1"))
+US = CLOCK_HZ // 1_000_000
+LIMIT = 40_000_000  # clocks, above every move here
+
+
+@pytest.fixture
+def motion() -> MotionRtl:
+    """A front-end with the fastest drive timing."""
+    rtl = MotionRtl()
+    rtl.write("STEP_TIMING", 1 | 1 << 16)
+    rtl.write("DIRECTION_TIMING", 1 | 1 << 16)
+    return rtl
+
+
+def quick(v0: str, length: str, tm: str = "0.005") -> SeedPlan:
+    """A move of some 30 ms: 200 units/s, 20 ms of acceleration."""
+    return seed_plan(v0, "200", "0.02", tm, length)
+
+
+def cruise(rate: int, ticks: int, flags: int = FIRST | LAST) -> Record:
+    """Ticks of a constant rate [1/16 Hz]."""
+    return Record(flags, ticks, rate << 32, 0, 0)
+
+
+# ---------------------------------------------------------------------- records alone
+
+
+@pytest.mark.parametrize("tm", ["0", "0.005", "0.01"])
+@pytest.mark.parametrize("length", ["8", "3", "0.5"])
+@pytest.mark.parametrize("pulses", [10, 1000, 20_000])
+def test_time_exact_records__sum_is_the_displacement_within_a_thousandth(tm, length, pulses):
+    plan = quick("20", length, tm)
+    records = time_exact(plan.phases, pulses)
+    total = sum(record.published(i) for record in records for i in range(record.count))
+    assert abs(Fraction(total, UNITS_PER_PULSE) - plan.length * pulses) < Fraction(1, 1000)
+    assert sum(record.count for record in records) == round(plan.total_time * 1_000_000)
+
+
+def test_time_exact_records__cruise_of_many_seconds__no_drift():
+    state = State(Fraction(0), Fraction(1, 3), Fraction(0))
+    phase = Phase(Fraction(1000), Fraction(0), state)
+    records = time_exact([phase], 1_000)
+    total = sum(record.published(0) * record.count for record in records)
+    assert abs(Fraction(total, UNITS_PER_PULSE) - Fraction(1_000_000, 3)) < Fraction(1, 1_000_000)
+
+
+def test_records__what_the_hardware_cannot_do__is_refused_by_name():
+    fast = seed_plan("0", "2000", "0.2", "0.05", "800")
+    with pytest.raises(PulseRecordError, match=r"phase \d: rates .* not within 0..50000000 Hz"):
+        time_exact(fast.phases, 30_000)
+    with pytest.raises(PulseRecordError, match="start speed 0 never makes the first pulse"):
+        seed_compatible(quick("0", "8").phases, 10)
+    with pytest.raises(PulseRecordError, match="move of no ticks"):
+        time_exact([], 10)
+    sudden = Phase(
+        Fraction(1, 1000), Fraction(10**15), State(Fraction(0), Fraction(0), Fraction(0))
+    )
+    with pytest.raises(PulseRecordError, match="phase 1: "):
+        time_exact([sudden], 10)
+
+
+# ---------------------------------------------------------------------- time-exact mode
+
+
+@pytest.mark.parametrize("v0", ["0", "20"])
+@pytest.mark.parametrize(("tm", "length"), [("0.005", "8"), ("0.01", "3"), ("0", "2.5")])
+@pytest.mark.parametrize("pulses", [50, 2000])
+def test_time_exact__count_and_duration_exact__pulses_near_the_plan(motion, v0, tm, length, pulses):
+    plan = quick(v0, length, tm)
+    records = time_exact(plan.phases, pulses)
+    motion.run({0: records}, LIMIT)
+    assert motion.position(0) == plan.length * pulses
+    at = motion.edges().pulses(0)
+    assert len(at) == plan.length * pulses
+    # The first tick begins on a multiple of a microsecond; pulse n stands for n - 1/2.
+    begin = _begin(at[0], plan, pulses)
+    times = (at - begin) / CLOCK_HZ
+    # sample(): correctly rounded positions of the exact plan.
+    chosen = np.linspace(0, len(at) - 1, 40).astype(int)
+    ideal = plan.sample(times[chosen]).position * pulses
+    # Quantum of 1 us at 400 kHz at most: 0.4 pulse and half a clock.
+    bound = 0.04 if pulses == 50 else 0.45
+    assert np.abs(ideal - (chosen + 0.5)).max() <= bound
+    assert motion.status("underrun") == motion.status("overrun") == 0
+
+
+def _begin(first: int, plan: SeedPlan, pulses: int) -> int:
+    """Clock in which the move began: the tick for which the first pulse is nearest its place."""
+    low, high = 0.0, float(plan.total_time)
+    for _ in range(60):  # instant of half a pulse in the plan
+        middle = (low + high) / 2
+        low, high = (middle, high) if plan.at(middle).position * pulses < 0.5 else (low, middle)
+    return round((first - low * CLOCK_HZ) / US) * US
+
+
+def test_time_exact__zero_start_speed__moves_and_ends(motion):
+    plan = quick("0", "3")
+    motion.run({2: time_exact(plan.phases, 100, negative=True)}, LIMIT)
+    assert motion.position(2) == -300
+
+
+def test_moves_one_after_another__each_exact_from_the_first_pulse(motion):
+    plan = quick("20", "0.7")
+    for number in range(1, 4):
+        motion.run({0: time_exact(plan.phases, 30)}, LIMIT)
+        assert motion.position(0) == 21 * number
+    motion.run({0: time_exact(plan.phases, 30, negative=True)}, LIMIT)
+    assert motion.position(0) == 42
+
+
+def test_random_moves__on_five_axes_at_once__all_exact(motion):
+    random = np.random.default_rng(SEED)
+    wanted = [0] * 5
+    for _ in range(4):
+        moves = {}
+        for axis in range(5):
+            count = int(random.integers(1, 900))
+            plan = quick(str(random.integers(0, 100)), f"{count}/1000", "0.004")
+            negative = bool(random.integers(0, 2))
+            moves[axis] = time_exact(plan.phases, 1000, negative)
+            wanted[axis] += -count if negative else count
+        motion.run(moves, LIMIT)
+        assert [motion.position(axis) for axis in range(5)] == wanted, f"replay: SEED={SEED}"
+
+
+def test_axes_released_together__pulse_in_the_same_clock(motion):
+    record = cruise(16 * 50_000, 400)
+    motion.clock(37)  # not on a tick
+    motion.run({axis: [record] for axis in range(5)}, LIMIT)
+    edges = motion.edges()
+    assert len(edges.pulses(0)) == 20
+    assert all((edges.pulses(axis) == edges.pulses(0)).all() for axis in range(5))
+
+
+def test_phases_of_one_tick__follow_each_other_without_a_gap(motion):
+    """The hardest case for the profile memory: every axis wants a record every microsecond."""
+    records = [
+        cruise(16 * 4_000_000 * (1 + i % 2), 1, FIRST * (i == 0) | LAST * (i == 7))
+        for i in range(8)
+    ]
+    motion.run({axis: records for axis in range(5)}, LIMIT)
+    # 4 and 8 pulses a microsecond in turn
+    assert [motion.position(axis) for axis in range(5)] == [48] * 5
+    assert motion.status("underrun") == 0
+
+
+# ---------------------------------------------------------------------- seed-compatible mode
+
+
+def seed_rule(plan: SeedPlan, pulses: int) -> float:
+    """Duration [s] of a move by the seed's rule, simulated in floating point microseconds."""
+    phases = plan.phases
+    reach = [-((-phase.end.position * pulses) // 1) if phase.duration else None for phase in phases]
+    active = [i for i, value in enumerate(reach) if phases[i].displacement]
+    index, sent, time, accumulated, entered = 0, 0, 0.0, 0.5, 0.0
+    speed = float(plan.v0)
+    while True:
+        accumulated += speed * pulses * 1e-6
+        time += 1e-6
+        entered += 1e-6
+        if accumulated < 1.0:
+            continue
+        accumulated -= 1.0
+        sent += 1
+        while sent >= reach[active[index]]:
+            index += 1
+            entered = 0.0
+            if index == len(active):
+                return time
+        phase = phases[active[index]]
+        start = phase.start
+        speed = max(
+            float(start.speed)
+            + float(start.acceleration) * entered
+            + float(phase.jerk) * entered**2 / 2,
+            0.0,
+        )
+
+
+@pytest.mark.parametrize(("tm", "length"), [("0.005", "8"), ("0.01", "3"), ("0.005", "3")])
+@pytest.mark.parametrize("pulses", [100, 1000])
+def test_seed_compatible__count_exact__duration_as_the_rule_gives(motion, tm, length, pulses):
+    plan = quick("30", length, tm)
+    motion.write("IRQ_ENABLE", 3)
+    begin = motion.now
+    motion.run({0: seed_compatible(plan.phases, pulses)}, LIMIT)
+    assert motion.position(0) == plan.length * pulses
+    at = motion.edges().pulses(0)
+    took = (at[-1] - begin) / CLOCK_HZ
+    # Up to 2 us a phase change and for the start, of some tens of milliseconds.
+    assert took == pytest.approx(seed_rule(plan, pulses), abs=20e-6)
+    assert motion.status("underrun") == 0
+
+
+def test_seed_compatible__few_pulses__ends_early__as_published(motion):
+    """At low pulse density the scheme is coarse: it is a tick-exact end that it misses."""
+    plan = quick("30", "8")
+    motion.run({0: seed_compatible(plan.phases, 20)}, LIMIT)
+    took = motion.edges().pulses(0)[-1] / CLOCK_HZ
+    assert motion.position(0) == 160
+    assert took < float(plan.total_time) - 100e-6
+
+
+def test_seed_compatible__zero_start_speed_forced__never_starts(motion):
+    """The trap that the software refuses: rates change behind a pulse, so 0 stays 0."""
+    (record,) = [Record(FIRST | LAST | 2, 10, 0, 1 << 32, 0)]
+    with pytest.raises(MotionError, match="no interrupt"):
+        motion.run({0: [record]}, 200_000)
+    assert motion.position(0) == 0
+
+
+# ---------------------------------------------------------------------- faults
+
+
+def test_records_run_out_inside_a_move__rate_0_underrun_until_abort(motion):
+    motion.write("IRQ_ENABLE", 2)
+    motion.put({1: [cruise(16 * 100_000, 100, FIRST)]})
+    motion.wait_for_irq(LIMIT)
+    assert motion.status("underrun") == 0b10
+    assert motion.position(1) == 10
+    motion.put({1: [cruise(16 * 100_000, 100)]})
+    motion.clock(50_000)
+    assert motion.position(1) == 10, "nothing runs before the fault is cleared"
+    motion.write("CONTROL", 0b10)
+    assert motion.status("underrun") == 0
+    motion.run({1: [cruise(16 * 100_000, 100)]}, LIMIT)
+    assert motion.position(1) == 20
+
+
+def test_abort__no_further_pulse_on_that_axis_only(motion):
+    motion.put({0: [cruise(16 * 1_000_000, 100)] * 2, 3: [cruise(16 * 1_000_000, 100)]})
+    motion.clock(50 * US)
+    motion.write("CONTROL", 1)
+    stopped = motion.position(0)
+    assert 30 < stopped < 50
+    motion.clock(300 * US)
+    assert motion.position(0) == stopped
+    assert motion.position(3) == 100
+    assert motion.status("running") == 0
+    assert motion.read("HEAD") == motion.read("TAIL")
+
+
+def test_steps_faster_than_the_drive_allows__overrun(motion):
+    motion.write("STEP_TIMING", 100 | 100 << 16)  # 0.5 MHz
+    motion.write("IRQ_ENABLE", 2)
+    motion.put({0: [cruise(16 * 1_000_000, 2000)]})
+    motion.wait_for_irq(LIMIT)
+    assert motion.status("overrun") == 1
+
+
+def test_full_ring__refused_before_anything_is_written(motion):
+    with pytest.raises(MotionError, match="9 records, room for 8"):
+        motion.put({0: [cruise(16, 1)] * 9})
+
+
+def test_identity_and_reserved_words__read_as_documented(motion):
+    assert motion.read("ID") == 0x4D4F5431
+    assert motion.read("CONFIG") == 5 | 8 << 4 | 100 << 8
+    assert motion.read("POSITION0", 5) == 0
+
+
+# ---------------------------------------------------------------------- drive timing
+
+
+@pytest.mark.parametrize("case", range(6))
+def test_drive_timing__random_times_and_reversals__kept_on_every_edge(case):
+    random = np.random.default_rng([SEED, case])
+    length, space, setup, hold = (int(x) for x in random.integers(1, 60, 4))
+    motion = MotionRtl()
+    motion.write("STEP_TIMING", length | space << 16)
+    motion.write("DIRECTION_TIMING", setup | hold << 16)
+    rate = int(16e8 / (length + space) * 0.9)
+    wanted = 0
+    for _ in range(6):
+        ticks, negative = int(random.integers(5, 60)), int(random.integers(0, 2))
+        pulses = (8 * UNITS_PER_PULSE // 16 + rate * ticks) // UNITS_PER_PULSE
+        wanted += -pulses if negative else pulses
+        motion.run({0: [cruise(rate, ticks, FIRST | LAST | negative)]}, LIMIT)
+    what = f"replay: SEED={SEED}, length {length} space {space} setup {setup} hold {hold}"
+    assert motion.position(0) == wanted, what
+    edges = motion.edges()
+    step, direction = edges.step & 1, edges.direction & 1
+    rises = edges.clock[np.flatnonzero(np.diff(step, prepend=0) == 1)]
+    falls = edges.clock[np.flatnonzero(np.diff(step.astype(int), prepend=0) == -1)]
+    turns = edges.clock[np.flatnonzero(np.diff(direction.astype(int), prepend=0) != 0)]
+    assert len(rises) == len(falls) > 0
+    assert np.all(falls - rises == length), what
+    assert np.all(rises[1:] - falls[:-1] >= space), what
+    for turn in turns:
+        later, earlier = rises[rises >= turn], falls[falls <= turn]
+        assert len(later) == 0 or later[0] - turn >= setup, what
+        assert len(earlier) == 0 or turn - earlier[-1] >= hold, what
+        assert not np.any((rises <= turn) & (turn < falls)), what
