@@ -28,13 +28,16 @@ module fp_lane (
   assign ready_o   = 1'b1;
   fp_mul unit (.clk_i, .rst_ni, .valid_i, .a_i, .b_i, .valid_o, .result_o, .flags_o);
 `elsif FPBENCH_FP_FMA
-  // control_i: {negate addend, negate product, kind: 0 a*b + c, 1 a*b, 2 a + c}
+  // control_i: {negate addend, negate product, kind: 0 a*b + c, 1 a*b, 2 a + b}. The unit adds c_i.
   localparam logic [7:0] KINDS = {2'b00, fp_pkg::FMA_KIND_ADD, fp_pkg::FMA_KIND_MUL,
                                   fp_pkg::FMA_KIND_FMA};
+  logic swap;
+  assign swap      = control_i[1];
   assign latency_o = fp_pkg::FP_FMA_LATENCY;
   assign ready_o   = 1'b1;
   fp_fma unit (.clk_i, .rst_ni, .valid_i, .kind_i(KINDS[2*control_i[1:0]+:2]),
-               .neg_product_i(control_i[2]), .neg_addend_i(control_i[3]), .a_i, .b_i, .c_i,
+               .neg_product_i(control_i[2]), .neg_addend_i(control_i[3]), .a_i,
+               .b_i(swap ? c_i : b_i), .c_i(swap ? b_i : c_i),
                .valid_o, .result_o, .flags_o);
 `elsif FPBENCH_FP_DIVSQRT
   assign latency_o = fp_pkg::FP_DIVSQRT_LATENCY;

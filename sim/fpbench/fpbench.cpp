@@ -93,6 +93,10 @@ class Bench {
       }
       clock();
       cycle++;
+      if (cycle > 2 * (rows + 64) * (latency_ + 2)) {
+        std::snprintf(report.protocol, sizeof report.protocol, "the unit is never ready again");
+        return false;
+      }
       const u64 valid = top_->valid_o;
       const bool due = done < sent && issued_[done] + latency_ == cycle;
       if (valid != (due ? all_ : 0)) {
@@ -192,6 +196,10 @@ bool run(const Operation &o, cases::Source *source, const u32 *list, u64 listed,
       listed -= n;
     }
     if (!n) break;
+    // Operands that the operation does not have must not matter.
+    const u64 salt = idle.next();
+    for (u64 i = 0; o.operands < 3 && i < n; i++) d.c[i] = u32(i + salt) * 2654435761u;
+    for (u64 i = 0; o.operands < 2 && i < n; i++) d.b[i] = u32(i + (salt >> 32)) * 2246822519u;
     if (!bench.stream(o.control, n, d, idle, gaps, report)) break;
     if (o.reference) compare(o, n, d, report);
     else judge(o, n, bound, d, report);

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // fpbench: so many lanes of one arithmetic unit that the cost of a simulator call is shared.
 // Contract: all lanes take an operation together when valid_i && ready_o; valid_o, result_o, flags_o
-// come latency_o edges later. Operands are registered before the units unless InputRank is 0, so
-// that the falling clock edge costs the simulator nothing. Simulation only.
+// come latency_o edges later. Operands are registered before the units, so that the falling clock
+// edge costs the simulator nothing. Iterative: the unit is not ready while it works. Simulation only.
 module fpbench #(
     parameter int unsigned Lanes = 4,
-    parameter int unsigned InputRank = 1
+    parameter bit Iterative = 1'b0
 ) (
     input  logic        clk_i,
     input  logic        rst_ni,
@@ -27,34 +27,28 @@ module fpbench #(
   logic [31:0] a [Lanes], b [Lanes], c [Lanes];
   logic [31:0] latency [Lanes];
 
-  if (InputRank == 1) begin : gen_rank
-    always_ff @(posedge clk_i or negedge rst_ni) begin
-      if (!rst_ni) valid <= 1'b0;
-      else valid <= valid_i;
-    end
-    always_ff @(posedge clk_i) begin
-      control <= control_i;
-      a       <= a_i;
-      b       <= b_i;
-      c       <= c_i;
-    end
-  end else begin : gen_wires
-    assign valid   = valid_i;
-    assign control = control_i;
-    assign a       = a_i;
-    assign b       = b_i;
-    assign c       = c_i;
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) valid <= 1'b0;
+    else valid <= valid_i;
+  end
+  always_ff @(posedge clk_i) begin
+    control <= control_i;
+    a       <= a_i;
+    b       <= b_i;
+    c       <= c_i;
   end
 
   assign lanes_o   = Lanes;
-  assign latency_o = latency[0] + InputRank;
+  assign latency_o = latency[0] + 32'd1;   // the rank before the lanes
 
   for (genvar i = 0; i < int'(Lanes); i++) begin : gen_lane
+    logic       ready;
     logic [4:0] flags;
     assign flags_o[i] = {3'd0, flags};
+    assign ready_o[i] = ready && !(Iterative && valid);   // an operation waits in the rank
     fp_lane lane (
         .clk_i, .rst_ni, .valid_i(valid), .control_i(control), .a_i(a[i]), .b_i(b[i]), .c_i(c[i]),
-        .ready_o(ready_o[i]), .valid_o(valid_o[i]), .result_o(result_o[i]), .flags_o(flags),
+        .ready_o(ready), .valid_o(valid_o[i]), .result_o(result_o[i]), .flags_o(flags),
         .latency_o(latency[i])
     );
   end

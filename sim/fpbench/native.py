@@ -18,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
+from scripts.synth_unit import sources_of
 from sim.harness.build import ROOT, build_library
 
 HERE = Path(__file__).parent
@@ -26,7 +27,6 @@ TOP_SOURCES = (HERE / "fp_lane.sv", HERE / "fpbench.sv")
 HARNESS = HERE / "fpbench.cpp"
 HEADERS = tuple(HERE / name for name in ("angles.h", "cases.h", "operations.h", "reference.h"))
 TABLE = HERE / "operations.h"
-PACKAGE = "fp_pkg"
 SHOWN, BINS = 16, 64  # as in fpbench.cpp and angles.h; the library's report size is compared
 
 # Lanes per simulator call: more share its cost until the code leaves the instruction cache.
@@ -40,8 +40,7 @@ LANES = {
     "fp_f2i": 8,
     "fp_sincos": 4,
 }
-# The iterative unit answers `ready` combinationally: no register may lie before it.
-NO_INPUT_RANK = ("fp_sincos",)
+ITERATIVE = ("fp_sincos",)
 
 FLAG_NAMES = ("nv", "dz", "of", "uf", "nx")
 
@@ -113,7 +112,7 @@ class Mismatch:
 
 @dataclass
 class AngleStatistics:
-    """Errors of sine or cosine; `histogram` has 64 bins per ulp and one for everything above one."""
+    """Errors of sine or cosine; `histogram` has 64 bins per ulp and one for all above one ulp."""
 
     in_range: int = 0
     beyond: int = 0
@@ -137,6 +136,7 @@ class Report:
     protocol: str
     failures: list[Mismatch]
     angles: AngleStatistics | None = None
+    seed: int = 1
 
     @property
     def rate(self) -> float:
@@ -168,20 +168,11 @@ def unit_of(op: str) -> str:
 
 
 def sources(unit: str, rtl: Path = RTL) -> list[Path]:
-    """RTL files of a unit, fp_pkg first: those of the folder that its text names, recursively."""
-    known = {path.stem: path for path in sorted(rtl.glob("*.sv"))}
-    for name in (PACKAGE, unit):
-        if name not in known:
-            raise BenchError(f"{rtl}: no {name}.sv; give a folder with the files of rtl/fpu")
-    found: list[str] = []
-    pending = [unit]
-    while pending:
-        name = pending.pop()
-        if name in found or name == PACKAGE:
-            continue
-        found.append(name)
-        pending += known.keys() & set(re.findall(r"\w+", known[name].read_text()))
-    return [known[PACKAGE], *(known[name] for name in sorted(found))]
+    """RTL files of a unit in a folder with the files of rtl/fpu, fp_pkg first."""
+    try:
+        return sources_of(unit, (rtl,))
+    except (FileNotFoundError, KeyError) as error:
+        raise BenchError(f"{rtl}: {error}; give a folder with the files of rtl/fpu") from error
 
 
 def fingerprint(unit: str, rtl: Path = RTL, defines: Mapping[str, str] | None = None) -> str:
@@ -190,13 +181,14 @@ def fingerprint(unit: str, rtl: Path = RTL, defines: Mapping[str, str] | None = 
     Latencies of other units in fp_pkg.sv are left out, since this one cannot depend on them.
     """
     files = sources(unit, rtl)
-    texts = [path.read_text() for path in files[1:]]
+    package_text = next(path for path in files if path.stem == "fp_pkg").read_text()
+    texts = [path.read_text() for path in files if path.stem != "fp_pkg"]
     lane = TOP_SOURCES[0].read_text()
     own = re.search(rf"FPBENCH_{unit.upper()}\n(.*?)`el", lane, re.DOTALL)
     named = " ".join([*texts, own[1] if own else lane])
     package = [
         line
-        for line in files[0].read_text().splitlines()
+        for line in package_text.splitlines()
         if not (m := re.search(r"\b(FP_\w+_LATENCY)\s*=", line)) or m[1] in named
     ]
     digest = hashlib.sha256("\n".join(package).encode())
@@ -237,7 +229,7 @@ class Unit:
             "fpbench",
             [*sources(name, rtl), *TOP_SOURCES],
             HARNESS,
-            {"Lanes": lanes or LANES[name], "InputRank": int(name not in NO_INPUT_RANK)},
+            {"Lanes": lanes or LANES[name], "Iterative": int(name in ITERATIVE)},
             jobs=1,
             headers=HEADERS,
             defines={f"FPBENCH_{name.upper()}": "", **(defines or {})},
@@ -280,8 +272,9 @@ class Unit:
         seed: int = 1,
         gaps: bool = False,
     ) -> Report:
-        """Run cases `start` .. `start + count - 1` of a kind: random, level1, level2, hard, exhaustive.
+        """Run cases `start` .. `start + count - 1` of a kind.
 
+        Kinds: random, level1, level2, hard (div, sqrt, fused), exhaustive (one operand).
         `count` defaults to the rest of an enumerated kind. `gaps` leaves idle clocks with random
         operands between the cases.
         """
@@ -298,7 +291,9 @@ class Unit:
         status = self._lib.fpbench_run(
             op.encode(), kind.encode(), start, count, seed, gaps, self._bound, ctypes.byref(raw)
         )
-        return self._report(op, kind, status, raw)
+        report = self._report(op, kind, status, raw)
+        report.seed = seed
+        return report
 
     def run_list(self, op: str, rows: Sequence[Sequence[int]] | np.ndarray) -> Report:
         """Run given operands, rows of one to three words."""

@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The short set of one operation: directed cases, level 1, constructed hard cases, random ones."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from sim.fpbench.directed import rows_of
+from sim.fpbench.native import RTL, SHOWN, AngleStatistics, Report, Unit, unit_of
+
+RANDOM_CASES = 2_000_000  # at full rate; a quarter as many again with gaps
+ITERATIVE_CASES = 150_000  # sine and cosine take one operation per some thirty clocks
+HARD_CASES = 200_000
+
+
+def quick(
+    op: str,
+    rtl: Path = RTL,
+    defines: Mapping[str, str] | None = None,
+    seed: int = 1,
+    cases: int | None = None,
+) -> Report:
+    """Run the short set of an operation on the RTL in `rtl` and return one report of everything.
+
+    `rtl` is a folder with the files of rtl/fpu, for example a copy with a planted fault; `defines`
+    are macros for it; `cases` is the number of random cases at full rate. The set passed if
+    `report.good`; `report.failures` holds the first mismatches as pasteable lines, and a fault of
+    the handshake (latency, lost or surplus results) is the text `report.protocol`.
+    """
+    unit = Unit(unit_of(op), rtl, defines)
+    if cases is None:
+        cases = ITERATIVE_CASES if unit.name == "fp_sincos" else RANDOM_CASES
+    parts = [unit.run_list(op, rows_of(op))] if rows_of(op) else []
+    parts.append(unit.run(op, "level1"))
+    if unit.name == "fp_sincos":
+        parts.append(unit.run(op, "level2"))
+    if size := unit.size(op, "hard"):
+        stride = size // 4
+        parts += [
+            unit.run(op, "hard", start=k * stride, count=min(HARD_CASES, stride), seed=seed)
+            for k in range(4)
+        ]
+    parts.append(unit.run(op, "random", count=cases, seed=seed))
+    parts.append(unit.run(op, "random", count=max(1, cases // 4), seed=seed + 1, gaps=True))
+    return merged(parts, "quick", seed)
+
+
+def merged(parts: list[Report], kind: str, seed: int) -> Report:
+    """One report of several of the same operation."""
+    return Report(
+        op=parts[0].op,
+        kind=kind,
+        cases=sum(p.cases for p in parts),
+        mismatches=sum(p.mismatches for p in parts),
+        cycles=sum(p.cycles for p in parts),
+        seconds=sum(p.seconds for p in parts),
+        protocol=next((p.protocol for p in parts if p.protocol), ""),
+        failures=[f for p in parts for f in p.failures][:SHOWN],
+        angles=merged_angles([p.angles for p in parts if p.angles]),
+        seed=seed,
+    )
+
+
+def merged_angles(parts: list[AngleStatistics]) -> AngleStatistics | None:
+    """Sums, and the worst error with where it is; None without parts."""
+    if not parts:
+        return None
+    worst = max(parts, key=lambda p: p.worst)
+    return AngleStatistics(
+        in_range=sum(p.in_range for p in parts),
+        beyond=sum(p.beyond for p in parts),
+        symmetric_pairs=sum(p.symmetric_pairs for p in parts),
+        not_nearest=sum(p.not_nearest for p in parts),
+        worst=worst.worst,
+        worst_at=worst.worst_at,
+        histogram=[sum(bins) for bins in zip(*(p.histogram for p in parts), strict=True)],
+    )
