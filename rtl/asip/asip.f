@@ -5,6 +5,7 @@ rtl/asip/asip_pkg.sv
 rtl/fpu/fp_lzc.sv
 rtl/fpu/fp_shift_right.sv
 rtl/fpu/fp_round.sv
+rtl/fpu/fp_pack.sv
 rtl/fpu/fp_product.sv
 rtl/fpu/fp_fma.sv
 rtl/fpu/fp_normalise.sv

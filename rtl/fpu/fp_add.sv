@@ -127,34 +127,25 @@ module fp_add (
   end
 
   // ---- e4: round, pack, special results ----
-  logic [31:0]    rounded_e4, result_e4;
-  fp_pkg::flags_t rounded_flags_e4, flags_e4;
+  logic [31:0]    result_e4;
+  fp_pkg::flags_t flags_e4;
 
-  fp_round round (
-      .sign_i  (sign_e3_q),
-      .exp_i   (exp_e3_q),
-      .sig_i   (sig_e3_q[27:4]),
-      .guard_i (sig_e3_q[3]),
-      .round_i (sig_e3_q[2]),
-      .sticky_i(|sig_e3_q[1:0]),
-      .result_o(rounded_e4),
-      .flags_o (rounded_flags_e4)
+  fp_pack pack (
+      .sign_i   (sign_e3_q),
+      .exp_i    (exp_e3_q),
+      .sig_i    (sig_e3_q[27:4]),
+      .guard_i  (sig_e3_q[3]),
+      .round_i  (sig_e3_q[2]),
+      .sticky_i (|sig_e3_q[1:0]),
+      .exact_i  (1'b0),
+      .nan_i    (nan_e3_q),
+      .invalid_i(invalid_e3_q),
+      .inf_i    (inf_e3_q),
+      .by_zero_i(1'b0),
+      .zero_i   (zero_e3_q),
+      .result_o (result_e4),
+      .flags_o  (flags_e4)
   );
-
-  always_comb begin
-    result_e4 = rounded_e4;
-    flags_e4  = rounded_flags_e4;
-    if (nan_e3_q) begin
-      result_e4 = fp_pkg::CANON_NAN;
-      flags_e4  = {invalid_e3_q, 4'b0000};
-    end else if (inf_e3_q) begin
-      result_e4 = {sign_e3_q, fp_pkg::PLUS_INF[30:0]};
-      flags_e4  = 5'b00000;
-    end else if (zero_e3_q) begin
-      result_e4 = {sign_e3_q, 31'd0};
-      flags_e4  = 5'b00000;
-    end
-  end
 
   always_ff @(posedge clk_i) begin
     result_o <= result_e4;

@@ -247,34 +247,25 @@ module fp_divsqrt (
   end
 
   // ---- last rank: round, pack, special results ----
-  logic [31:0]    rounded, result;
-  fp_pkg::flags_t rounded_flags, flags;
+  logic [31:0]    result;
+  fp_pkg::flags_t flags;
 
-  fp_round round (
-      .sign_i  (sign_q[Stages]),
-      .exp_i   (exp_round_q),
-      .sig_i   (sig_q[25:2]),
-      .guard_i (sig_q[1]),
-      .round_i (sig_q[0]),
-      .sticky_i(lost_q || (nonzero_first_q && (|nonzero_second_q))),
-      .result_o(rounded),
-      .flags_o (rounded_flags)
+  fp_pack pack (
+      .sign_i   (sign_q[Stages]),
+      .exp_i    (exp_round_q),
+      .sig_i    (sig_q[25:2]),
+      .guard_i  (sig_q[1]),
+      .round_i  (sig_q[0]),
+      .sticky_i (lost_q || (nonzero_first_q && (|nonzero_second_q))),
+      .exact_i  (1'b0),
+      .nan_i    (nan_q[Stages]),
+      .invalid_i(invalid_q[Stages]),
+      .inf_i    (inf_q[Stages]),
+      .by_zero_i(by_zero_q[Stages]),
+      .zero_i   (zero_q[Stages]),
+      .result_o (result),
+      .flags_o  (flags)
   );
-
-  always_comb begin
-    result = rounded;
-    flags  = rounded_flags;
-    if (nan_q[Stages]) begin
-      result = fp_pkg::CANON_NAN;
-      flags  = {invalid_q[Stages], 4'b0000};
-    end else if (inf_q[Stages]) begin
-      result = {sign_q[Stages], fp_pkg::PLUS_INF[30:0]};
-      flags  = {1'b0, by_zero_q[Stages], 3'b000};
-    end else if (zero_q[Stages]) begin
-      result = {sign_q[Stages], 31'd0};
-      flags  = 5'b00000;
-    end
-  end
 
   always_ff @(posedge clk_i) begin
     result_o <= result;

@@ -2,7 +2,7 @@
 // fp_fma: binary32 fused multiply-add +-(a*b) +- c, one rounding; also a*b and a +- c. Pipelined.
 // Contract: latency fp_pkg::FP_FMA_LATENCY register ranks, one operation per clock, no stall.
 // kind_i MUL ignores c (c := -0) and ADD ignores b (b := 1), so both are the IEEE operations.
-// Stages: e1 unpack | e2 multiply, align | e3 add | e4 coarse normalise |
+// Stages: e1 unpack | e2 multiply, align | e3 add all products and the addend | e4 coarse normalise |
 //         e5 fine normalise | e6 magnitude, round and pack.
 module fp_fma (
     input  logic           clk_i,
@@ -30,14 +30,16 @@ module fp_fma (
   localparam int unsigned Frame = 77;
 
   // ---- e1: unpack, alignment distance ----
-  logic [31:0] b_e1, c_e1;
+  logic [31:0] b_e1;
+  logic [30:0] c_e1;
   logic        a_subnormal_e1, b_subnormal_e1, c_subnormal_e1;
   logic [7:0]  exp_a_e1, exp_b_e1, exp_c_e1;   // biased; a subnormal has that of the least normal
-  logic        product_zero_e1, sign_product_e1, sign_addend_e1;
+  logic        a_fraction_e1, b_fraction_e1, c_fraction_e1;   // not zero
+  logic        sign_product_e1, sign_addend_e1;
   logic [9:0]  distance_e1;                    // S(10.0): right shift of the addend
 
   assign b_e1 = (kind_i == fp_pkg::FMA_KIND_ADD) ? fp_pkg::ONE : b_i;
-  assign c_e1 = (kind_i == fp_pkg::FMA_KIND_MUL) ? 32'd0 : c_i;
+  assign c_e1 = (kind_i == fp_pkg::FMA_KIND_MUL) ? 31'd0 : c_i[30:0];
 
   assign sign_product_e1 = a_i[31] ^ b_e1[31] ^ neg_product_i;
   assign sign_addend_e1  = (kind_i == fp_pkg::FMA_KIND_MUL) || (c_i[31] ^ neg_addend_i);
@@ -49,7 +51,9 @@ module fp_fma (
   assign exp_b_e1 = {b_e1[30:24], b_e1[23] || b_subnormal_e1};
   assign exp_c_e1 = {c_e1[30:24], c_e1[23] || c_subnormal_e1};
 
-  assign product_zero_e1 = fp_pkg::is_zero(a_i) || fp_pkg::is_zero(b_e1);
+  assign a_fraction_e1 = |a_i[22:0];
+  assign b_fraction_e1 = |b_e1[22:0];
+  assign c_fraction_e1 = |c_e1[22:0];
   assign distance_e1     = {2'b00, exp_a_e1} + {2'b00, exp_b_e1} - {2'b00, exp_c_e1} - 10'd100;  // 127 - 27
 
   logic        valid_e1_q;
@@ -57,22 +61,20 @@ module fp_fma (
   logic [9:0]  distance_e1_q;
   logic [7:0]  exp_c_e1_q;
   logic        sign_product_e1_q, sign_addend_e1_q;
-  logic        nan_e1_q, signalling_e1_q, product_inf_e1_q, addend_inf_e1_q, product_zero_e1_q;
+  logic        product_zero_e1_q;
+  logic [2:0]  highest_e1_q, fraction_e1_q;     // of c, b, a: exponent all ones, fraction not zero
 
   always_ff @(posedge clk_i) begin
     sig_a_e1_q        <= {!a_subnormal_e1, a_i[22:0]};
     sig_b_e1_q        <= {!b_subnormal_e1, b_e1[22:0]};
     sig_c_e1_q        <= {!c_subnormal_e1, c_e1[22:0]};
-    // A zero product must not push the addend out: treat it as infinitely far below.
-    distance_e1_q     <= {distance_e1[9] || product_zero_e1, distance_e1[8:0]};
+    distance_e1_q     <= distance_e1;
     exp_c_e1_q        <= exp_c_e1;
     sign_product_e1_q <= sign_product_e1;
     sign_addend_e1_q  <= sign_addend_e1;
-    nan_e1_q          <= fp_pkg::is_nan(a_i) || fp_pkg::is_nan(b_e1) || fp_pkg::is_nan(c_e1);
-    signalling_e1_q   <= fp_pkg::is_snan(a_i) || fp_pkg::is_snan(b_e1) || fp_pkg::is_snan(c_e1);
-    product_inf_e1_q  <= fp_pkg::is_inf(a_i) || fp_pkg::is_inf(b_e1);
-    addend_inf_e1_q   <= fp_pkg::is_inf(c_e1);
-    product_zero_e1_q <= product_zero_e1;
+    highest_e1_q      <= {&c_e1[30:23], &b_e1[30:23], &a_i[30:23]};
+    fraction_e1_q     <= {c_fraction_e1, b_fraction_e1, a_fraction_e1};
+    product_zero_e1_q <= (a_subnormal_e1 && !a_fraction_e1) || (b_subnormal_e1 && !b_fraction_e1);
   end
 
   // ---- e2: product; addend into the frame ----
@@ -82,13 +84,22 @@ module fp_fma (
   logic [4:0]       coarse_e2;                  // one-hot
   logic [38:0]      fine_addend_e2;             // U(1.38)
   logic [Frame-1:0] addend_e2;
-  logic [47:0]      outer_e2;                   // product U(2.46) = outer + cross * 2^17
-  logic [24:0]      cross_e2;
+  logic [47:0]      outer_e2;                   // product U(2.46) = outer + (low + high) * 2^17
+  logic [23:0]      cross_low_e2, cross_high_e2;
+  logic [2:0]       nans_e2, quiet_e2;
+  logic             signalling_e2, product_inf_e2, addend_inf_e2;
 
-  assign above_e2    = distance_e1_q[9];
+  assign nans_e2        = highest_e1_q & fraction_e1_q;
+  assign quiet_e2       = {sig_c_e1_q[22], sig_b_e1_q[22], sig_a_e1_q[22]};
+  assign signalling_e2  = |(nans_e2 & ~quiet_e2);
+  assign product_inf_e2 = |(highest_e1_q[1:0] & ~fraction_e1_q[1:0]);
+  assign addend_inf_e2  = highest_e1_q[2] && !fraction_e1_q[2];
+
+  // A zero product must not push the addend out: treat it as infinitely far below.
+  assign above_e2    = distance_e1_q[9] || product_zero_e1_q;
   assign subtract_e2 = sign_product_e1_q ^ sign_addend_e1_q;
-  assign invalid_e2  = signalling_e1_q || (product_inf_e1_q && product_zero_e1_q)
-                    || (product_inf_e1_q && addend_inf_e1_q && subtract_e2 && !nan_e1_q);
+  assign invalid_e2  = signalling_e2 || (product_inf_e2 && product_zero_e1_q)
+                    || (product_inf_e2 && addend_inf_e2 && subtract_e2 && !(|nans_e2));
 
   assign fine_e2        = distance_e1_q[3:0] & {4{!above_e2}};
   assign fine_addend_e2 = {sig_c_e1_q, 15'd0} >> fine_e2;
@@ -103,15 +114,16 @@ module fp_fma (
   end
 
   fp_product multiply (
-      .a_i    (sig_a_e1_q),
-      .b_i    (sig_b_e1_q),
-      .outer_o(outer_e2),
-      .cross_o(cross_e2)
+      .a_i         (sig_a_e1_q),
+      .b_i         (sig_b_e1_q),
+      .outer_o     (outer_e2),
+      .cross_low_o (cross_low_e2),
+      .cross_high_o(cross_high_e2)
   );
 
   logic             valid_e2_q;
   logic [47:0]      outer_e2_q;
-  logic [24:0]      cross_e2_q;
+  logic [23:0]      cross_low_e2_q, cross_high_e2_q;
   logic [Frame-1:0] addend_e2_q;                // ones' complement if subtracted
   logic [2:0]       tail_e2_q;                  // any bit in [9:0], [25:10], [38:26] of the addend
   logic [2:0]       drops_e2_q;                 // parts below the frame: 3, the lower 2, the lowest
@@ -120,30 +132,45 @@ module fp_fma (
 
   always_ff @(posedge clk_i) begin
     outer_e2_q    <= outer_e2;
-    cross_e2_q    <= cross_e2;
+    cross_low_e2_q  <= cross_low_e2;
+    cross_high_e2_q <= cross_high_e2;
     addend_e2_q   <= addend_e2 ^ {77{subtract_e2}};
     tail_e2_q     <= {|fine_addend_e2[38:26], |fine_addend_e2[25:10], |fine_addend_e2[9:0]};
     drops_e2_q    <= {far_e2, coarse_e2[4], coarse_e2[3]};
     subtract_e2_q <= subtract_e2;
     exp_top_e2_q  <= {1'b0, exp_c_e1_q} + (above_e2 ? 9'd0 : distance_e1_q[8:0]);
-    sign_e2_q     <= addend_inf_e1_q ? sign_addend_e1_q : sign_product_e1_q;
-    nan_e2_q      <= nan_e1_q || invalid_e2;
+    sign_e2_q     <= addend_inf_e2 ? sign_addend_e1_q : sign_product_e1_q;
+    nan_e2_q      <= (|nans_e2) || invalid_e2;
     invalid_e2_q  <= invalid_e2;
-    inf_e2_q      <= product_inf_e1_q || addend_inf_e1_q;
+    inf_e2_q      <= product_inf_e2 || addend_inf_e2;
   end
 
   // ---- e3: product +- addend; negative only if the addend is larger, and then nothing was lost ----
   // Bits lost from a subtracted addend make the true difference lie just below: no carry in.
-  logic [47:0]    product_e3;
+  // Carry-save adders, one where the cross products overlap the outer ones (frame bits 20..43), one for
+  // the addend up to the top of the product, bit 50, leave two addends for the only carry chain.
+  logic [50:0]    outer_e3;
+  logic [23:0]    save1_e3, carry1_e3;
+  logic [30:0]    rows_e3, carries_e3, save2_e3, carry2_e3;
+  logic           unused_e3;
   logic [Frame:0] sum_e3;                       // S(78.0)
   logic           lost_e3;
   logic [8:0]     room_e3;                      // left shifts until the exponent would be below 1
 
   assign lost_e3    = (drops_e2_q[0] && tail_e2_q[0]) || (drops_e2_q[1] && (|tail_e2_q[1:0]))
                    || (drops_e2_q[2] && (|tail_e2_q));
-  assign product_e3 = outer_e2_q + {6'd0, cross_e2_q, 17'd0};
-  assign sum_e3     = {27'd0, product_e3, 3'd0} + {subtract_e2_q, addend_e2_q}
-                    + {77'd0, subtract_e2_q && !lost_e3};
+  assign outer_e3   = {outer_e2_q, 3'd0};
+  assign save1_e3   = outer_e3[43:20] ^ cross_low_e2_q ^ cross_high_e2_q;
+  assign carry1_e3  = (outer_e3[43:20] & (cross_low_e2_q | cross_high_e2_q))
+                    | (cross_low_e2_q & cross_high_e2_q);
+  assign rows_e3    = {outer_e3[50:44], save1_e3};
+  assign carries_e3 = {6'd0, carry1_e3, 1'b0};
+  assign save2_e3   = rows_e3 ^ carries_e3 ^ addend_e2_q[50:20];
+  assign carry2_e3  = (rows_e3 & (carries_e3 | addend_e2_q[50:20])) | (carries_e3 & addend_e2_q[50:20]);
+  // The bit appended below carries into the sum.
+  assign {sum_e3, unused_e3} =
+      {subtract_e2_q, addend_e2_q[76:51], save2_e3, addend_e2_q[19:0], 1'b1}
+    + {26'd0, carry2_e3, 1'b0, outer_e3[19:0], subtract_e2_q && !lost_e3};
   assign room_e3    = exp_top_e2_q - 9'd1;
 
   logic           valid_e3_q;
@@ -196,8 +223,7 @@ module fp_fma (
   logic [47:0] window_e4_q;                     // U(1.47), not yet normalised
   logic        negative_e4_q, below_e4_q;
   logic        zero_e4_q, subtract_e4_q, sign_e4_q, nan_e4_q, invalid_e4_q, inf_e4_q;
-  logic        limited_e4_q;                    // the room for left shifts ends in this group
-  logic [3:0]  fine_room_e4_q;
+  logic [15:0] room_e4_q;                       // one-hot: the left shift that ends the room, or none
   logic [2:0]  group_e4_q;
   logic [8:0]  exp_top_e4_q;
 
@@ -206,8 +232,8 @@ module fp_fma (
     negative_e4_q  <= negative_e4;
     below_e4_q     <= below_e4 || lost_e3_q;
     group_e4_q     <= {group_e4[4], group_e4[3] || group_e4[2], group_e4[3] || group_e4[1]};
-    limited_e4_q   <= |(coarse_room_e3_q & group_e4);
-    fine_room_e4_q <= fine_room_e3_q;
+    for (int i = 0; i < 16; i++)
+      room_e4_q[15-i] <= (|(coarse_room_e3_q & group_e4)) && fine_room_e3_q == 4'(i);
     exp_top_e4_q   <= exp_top_e3_q;
     zero_e4_q      <= !(|sum_e3_q) && !lost_e3_q;
     // An infinity brought its own sign.
@@ -222,12 +248,13 @@ module fp_fma (
   logic [15:0] stop_e5;
   logic [3:0]  zeros_e5;
   logic        unused_empty_e5;
-  logic [47:0] shifted_e5;
+  logic [40:0] shifted_e5;                      // the lowest bits count for sticky only
+  logic [15:0] sticky_e5;
 
   always_comb begin
-    stop_e5 = window_e4_q[47:32] ^ {16{negative_e4_q}};
-    for (int i = 0; i < 16; i++)
-      if (limited_e4_q && fine_room_e4_q == 4'(i)) stop_e5[15-i] = 1'b1;
+    stop_e5 = (window_e4_q[47:32] ^ {16{negative_e4_q}}) | room_e4_q;
+    // What a shift by i leaves below the round bit, beside the shift.
+    for (int i = 0; i < 16; i++) sticky_e5[i] = |(window_e4_q[21:0] & (22'h3f_ffff >> i));
   end
 
   fp_lzc #(.CountWidth(4)) lzc (
@@ -238,7 +265,7 @@ module fp_fma (
 
   // Widest shift first: the upper bits of the count are known first.
   always_comb begin
-    shifted_e5 = window_e4_q;
+    shifted_e5 = window_e4_q[47:7];
     for (int k = 3; k >= 0; k--) if (zeros_e5[k]) shifted_e5 = shifted_e5 << (1 << k);
   end
 
@@ -249,9 +276,9 @@ module fp_fma (
   logic [8:0]  exp_e5_q;                        // U(9.0), biased
 
   always_ff @(posedge clk_i) begin
-    sig_e5_q      <= shifted_e5[47:22];
+    sig_e5_q      <= shifted_e5[40:15];
     negative_e5_q <= negative_e4_q;
-    sticky_e5_q   <= (|shifted_e5[21:0]) || below_e4_q;
+    sticky_e5_q   <= sticky_e5[zeros_e5] || below_e4_q;
     exp_e5_q      <= exp_top_e4_q - {2'd0, group_e4_q, zeros_e5};
     zero_e5_q     <= zero_e4_q;
     // Exact cancellation gives +0.
@@ -267,8 +294,8 @@ module fp_fma (
   // what fp_round makes of guard = round = 1, except for the flags. It cannot overflow there.
   logic [25:0]    magnitude_e6;                 // U(1.25)
   logic           end_around_e6, exact_up_e6, guard_e6, round_e6;
-  logic [31:0]    rounded_e6, result_e6;
-  fp_pkg::flags_t rounded_flags_e6, flags_e6;
+  logic [31:0]    result_e6;
+  fp_pkg::flags_t flags_e6;
 
   assign magnitude_e6  = sig_e5_q ^ {26{negative_e5_q}};
   assign end_around_e6 = negative_e5_q && !sticky_e5_q;
@@ -276,31 +303,22 @@ module fp_fma (
   assign guard_e6      = exact_up_e6 || (magnitude_e6[1] ^ (end_around_e6 && magnitude_e6[0]));
   assign round_e6      = exact_up_e6 || (magnitude_e6[0] ^ end_around_e6);
 
-  fp_round round (
-      .sign_i  (sign_e5_q),
-      .exp_i   (exp_e5_q),
-      .sig_i   (magnitude_e6[25:2]),
-      .guard_i (guard_e6),
-      .round_i (round_e6),
-      .sticky_i(sticky_e5_q),
-      .result_o(rounded_e6),
-      .flags_o (rounded_flags_e6)
+  fp_pack pack (
+      .sign_i   (sign_e5_q),
+      .exp_i    (exp_e5_q),
+      .sig_i    (magnitude_e6[25:2]),
+      .guard_i  (guard_e6),
+      .round_i  (round_e6),
+      .sticky_i (sticky_e5_q),
+      .exact_i  (exact_up_e6),
+      .nan_i    (nan_e5_q),
+      .invalid_i(invalid_e5_q),
+      .inf_i    (inf_e5_q),
+      .by_zero_i(1'b0),
+      .zero_i   (zero_e5_q),
+      .result_o (result_e6),
+      .flags_o  (flags_e6)
   );
-
-  always_comb begin
-    result_e6 = rounded_e6;
-    flags_e6  = rounded_flags_e6 & {5{!exact_up_e6}};
-    if (nan_e5_q) begin
-      result_e6 = fp_pkg::CANON_NAN;
-      flags_e6  = {invalid_e5_q, 4'b0000};
-    end else if (inf_e5_q) begin
-      result_e6 = {sign_e5_q, fp_pkg::PLUS_INF[30:0]};
-      flags_e6  = 5'b00000;
-    end else if (zero_e5_q) begin
-      result_e6 = {sign_e5_q, 31'd0};
-      flags_e6  = 5'b00000;
-    end
-  end
 
   always_ff @(posedge clk_i) begin
     result_o <= result_e6;

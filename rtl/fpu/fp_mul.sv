@@ -80,14 +80,18 @@ module fp_mul (
   assign exp_e2      = denormal_e2 ? 9'd0 : exp_e1_q[8:0] - {4'd0, zeros_e2};
 
   logic [47:0] outer_e2;                // product = outer + cross * 2^17
+  logic [23:0] cross_low_e2, cross_high_e2;
   logic [24:0] cross_e2;
 
   fp_product multiply (
-      .a_i    (sig_a_e1_q),
-      .b_i    (sig_b_e1_q),
-      .outer_o(outer_e2),
-      .cross_o(cross_e2)
+      .a_i         (sig_a_e1_q),
+      .b_i         (sig_b_e1_q),
+      .outer_o     (outer_e2),
+      .cross_low_o (cross_low_e2),
+      .cross_high_o(cross_high_e2)
   );
+
+  assign cross_e2 = {1'b0, cross_low_e2} + {1'b0, cross_high_e2};
 
   logic        valid_e2_q, sign_e2_q, nan_e2_q, invalid_e2_q, inf_e2_q, zero_e2_q;
   logic [47:0] outer_e2_q;
@@ -144,34 +148,25 @@ module fp_mul (
   end
 
   // ---- e4: round, pack, special results ----
-  logic [31:0]    rounded_e4, result_e4;
-  fp_pkg::flags_t rounded_flags_e4, flags_e4;
+  logic [31:0]    result_e4;
+  fp_pkg::flags_t flags_e4;
 
-  fp_round round (
-      .sign_i  (sign_e3_q),
-      .exp_i   (exp_e3_q),
-      .sig_i   (sig_e3_q[25:2]),
-      .guard_i (sig_e3_q[1]),
-      .round_i (sig_e3_q[0]),
-      .sticky_i(sticky_e3_q),
-      .result_o(rounded_e4),
-      .flags_o (rounded_flags_e4)
+  fp_pack pack (
+      .sign_i   (sign_e3_q),
+      .exp_i    (exp_e3_q),
+      .sig_i    (sig_e3_q[25:2]),
+      .guard_i  (sig_e3_q[1]),
+      .round_i  (sig_e3_q[0]),
+      .sticky_i (sticky_e3_q),
+      .exact_i  (1'b0),
+      .nan_i    (nan_e3_q),
+      .invalid_i(invalid_e3_q),
+      .inf_i    (inf_e3_q),
+      .by_zero_i(1'b0),
+      .zero_i   (zero_e3_q),
+      .result_o (result_e4),
+      .flags_o  (flags_e4)
   );
-
-  always_comb begin
-    result_e4 = rounded_e4;
-    flags_e4  = rounded_flags_e4;
-    if (nan_e3_q) begin
-      result_e4 = fp_pkg::CANON_NAN;
-      flags_e4  = {invalid_e3_q, 4'b0000};
-    end else if (inf_e3_q) begin
-      result_e4 = {sign_e3_q, fp_pkg::PLUS_INF[30:0]};
-      flags_e4  = 5'b00000;
-    end else if (zero_e3_q) begin
-      result_e4 = {sign_e3_q, 31'd0};
-      flags_e4  = 5'b00000;
-    end
-  end
 
   always_ff @(posedge clk_i) begin
     result_o <= result_e4;

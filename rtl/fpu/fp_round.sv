@@ -16,9 +16,9 @@ module fp_round (
     output fp_pkg::flags_t flags_o
 );
 
-  logic        inexact, increment, subnormal, tiny, overflow;
-  logic [8:0]  exp_field;
-  logic [31:0] packed_up;
+  logic        inexact, increment, subnormal, tiny, huge, overflow;
+  logic [7:0]  exp_field;
+  logic [30:0] packed_up;
 
   assign inexact   = guard_i || round_i || sticky_i;
   assign increment = guard_i && (round_i || sticky_i || sig_i[0]);
@@ -26,11 +26,15 @@ module fp_round (
   assign tiny      = subnormal && !((&sig_i[22:0]) && guard_i && round_i);
 
   // A carry out of the fraction moves into the exponent field: subnormal to normal, 1.11..1 to 10.0.
-  assign exp_field = subnormal ? 9'd0 : exp_i;
-  assign packed_up = {exp_field, sig_i[22:0]} + {31'd0, increment};
-  assign overflow  = packed_up[31] || (&packed_up[30:23]);
+  assign exp_field = exp_i[7:0] & {8{!subnormal}};
+  assign packed_up = {exp_field, sig_i[22:0]} + {30'd0, increment};
 
-  assign result_o = overflow ? {sign_i, fp_pkg::PLUS_INF[30:0]} : {sign_i, packed_up[30:0]};
+  // A carry out of the largest finite number packs infinity by itself, so that neither the result nor
+  // its flag waits for the sum.
+  assign huge     = exp_i[8] || (&exp_i[7:0]);
+  assign overflow = huge || ((&exp_i[7:1]) && (&sig_i[22:0]) && increment);
+
+  assign result_o = huge ? {sign_i, fp_pkg::PLUS_INF[30:0]} : {sign_i, packed_up};
   assign flags_o  = {1'b0, 1'b0, overflow, tiny && inexact, inexact || overflow};
 
 endmodule

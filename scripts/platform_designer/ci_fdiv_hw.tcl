@@ -27,6 +27,7 @@ proc add_sources {entity} {
     rtl/fpu/fp_normalise.sv
     rtl/fpu/fp_shift_right.sv
     rtl/fpu/fp_round.sv
+    rtl/fpu/fp_pack.sv
     rtl/fpu/fp_divsqrt.sv
     rtl/custom/ci_fdivsqrt.sv
     rtl/custom/ci_fdiv.sv

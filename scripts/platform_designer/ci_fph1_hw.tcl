@@ -29,6 +29,7 @@ proc add_sources {entity} {
     rtl/fpu/fp_product.sv
     rtl/fpu/fp_shift_right.sv
     rtl/fpu/fp_round.sv
+    rtl/fpu/fp_pack.sv
     rtl/fpu/fp_mul.sv
     rtl/fpu/fp_add.sv
     rtl/fpu/fp_normalise.sv

@@ -2,8 +2,8 @@
 
 A test describes its unit and operations once and calls `check`:
 
-    UNIT = Unit("fp_mul", ("rtl/fpu/fp_round.sv", "rtl/fpu/fp_mul.sv"),
-                latency=package_constant("FP_MUL_LATENCY"), inputs=(("a_i", 32), ("b_i", 32)))
+    UNIT = Unit("fp_mul", latency=package_constant("FP_MUL_LATENCY"),
+                inputs=(("a_i", 32), ("b_i", 32)))
     MUL = Operation("mul", UNIT, ("a_i", "b_i"), reference.mul)
     check(MUL, operands)                       # operands: uint32 array, one row per case
 
@@ -36,13 +36,17 @@ SHOWN_FAILURES = 8
 
 @dataclass(frozen=True)
 class Unit:
-    """A device under test. Sources are relative to the repository root, fp_pkg.sv is implied."""
+    """A device under test; its sources are listed in rtl/fpu/<name>.f."""
 
     name: str
-    sources: tuple[str, ...]
     latency: int  # register ranks from operands to result
     inputs: tuple[tuple[str, int], ...]  # (port, width <= 32) besides clk_i, rst_ni, valid_i
     outputs: tuple[tuple[str, int], ...] = (("result_o", 32), ("flags_o", 5))  # besides valid_o
+
+    @property
+    def sources(self) -> list[Path]:
+        """Files of the unit in compile order, its package first."""
+        return [ROOT / line for line in (PACKAGE.parent / f"{self.name}.f").read_text().split()]
 
 
 @dataclass(frozen=True)
@@ -126,7 +130,7 @@ def build(unit: Unit):
     runner = get_runner("verilator")
     try:
         runner.build(
-            sources=[PACKAGE, *(ROOT / source for source in unit.sources), STREAM, bench],
+            sources=[*unit.sources, STREAM, bench],
             hdl_toplevel="bench",
             build_dir=folder,
             build_args=["--x-initial", "unique", "--x-assign", "unique", "--assert", "-Wno-fatal"],

@@ -8,7 +8,6 @@ from tests.fpu.tb import Operation, Unit, check, check_reset, generator, package
 
 UNIT = Unit(
     "fp_add",
-    ("rtl/fpu/fp_round.sv", "rtl/fpu/fp_lzc.sv", "rtl/fpu/fp_shift_right.sv", "rtl/fpu/fp_add.sv"),
     latency=package_constant("FP_ADD_LATENCY"),
     inputs=(("sub_i", 1), ("a_i", 32), ("b_i", 32)),
 )

@@ -12,7 +12,6 @@ from tests.fpu.tb import Operation, Unit, check, check_reset, generator, package
 
 UNIT = Unit(
     "fp_cmp",
-    ("rtl/fpu/fp_cmp.sv",),
     latency=package_constant("FP_CMP_LATENCY"),
     inputs=(("op_i", 4), ("a_i", 32), ("b_i", 32), ("c_i", 32)),
 )

@@ -10,12 +10,6 @@ from tests.fpu.tb import Operation, Unit, check, check_reset, generator, package
 
 UNIT = Unit(
     "fp_divsqrt",
-    (
-        "rtl/fpu/fp_round.sv",
-        "rtl/fpu/fp_normalise.sv",
-        "rtl/fpu/fp_shift_right.sv",
-        "rtl/fpu/fp_divsqrt.sv",
-    ),
     latency=package_constant("FP_DIVSQRT_LATENCY"),
     inputs=(("sqrt_i", 1), ("a_i", 32), ("b_i", 32)),
 )

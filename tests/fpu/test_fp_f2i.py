@@ -9,7 +9,6 @@ from tests.fpu.tb import Operation, Unit, check, check_reset, generator, package
 
 UNIT = Unit(
     "fp_f2i",
-    ("rtl/fpu/fp_shift_right.sv", "rtl/fpu/fp_f2i.sv"),
     latency=package_constant("FP_F2I_LATENCY"),
     inputs=(("truncate_i", 1), ("a_i", 32)),
 )

@@ -8,7 +8,6 @@ from tests.fpu.tb import Operation, Unit, check, check_reset, generator, package
 
 UNIT = Unit(
     "fp_fma",
-    ("rtl/fpu/fp_round.sv", "rtl/fpu/fp_lzc.sv", "rtl/fpu/fp_product.sv", "rtl/fpu/fp_fma.sv"),
     latency=package_constant("FP_FMA_LATENCY"),
     inputs=(
         ("kind_i", 2),

@@ -8,7 +8,6 @@ from tests.fpu.tb import Operation, Unit, check, check_reset, generator, package
 
 UNIT = Unit(
     "fp_i2f",
-    ("rtl/fpu/fp_round.sv", "rtl/fpu/fp_lzc.sv", "rtl/fpu/fp_i2f.sv"),
     latency=package_constant("FP_I2F_LATENCY"),
     inputs=(("unsigned_i", 1), ("a_i", 32)),
 )

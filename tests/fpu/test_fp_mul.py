@@ -8,10 +8,6 @@ from tests.fpu.tb import Operation, Unit, check, check_reset, generator, package
 
 UNIT = Unit(
     "fp_mul",
-    tuple(
-        f"rtl/fpu/{name}.sv"
-        for name in ("fp_round", "fp_lzc", "fp_shift_right", "fp_product", "fp_mul")
-    ),
     latency=package_constant("FP_MUL_LATENCY"),
     inputs=(("a_i", 32), ("b_i", 32)),
 )

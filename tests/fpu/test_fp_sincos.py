@@ -28,13 +28,7 @@ LATENCY = package_constant("FP_SINCOS_LATENCY")
 BOUND_ULP = 0.5 + 2.0**-5
 CASES = 100_000
 BUILD = ROOT / "build/sim/fp_sincos"
-SOURCES = (
-    "rtl/fpu/fp_pkg.sv",
-    "rtl/fpu/fp_round.sv",
-    "rtl/fpu/fp_sincos_rom.sv",
-    "rtl/fpu/fp_sincos.sv",
-    "sim/harness/sincos_stream.sv",
-)
+SOURCES = (*(ROOT / "rtl/fpu/fp_sincos.f").read_text().split(), "sim/harness/sincos_stream.sv")
 INEXACT, UNDERFLOW_INEXACT, INVALID = 0b00001, 0b00011, 0b10000
 CANON_NAN, ONE, SIGN = 0x7FC00000, 0x3F800000, 0x80000000
 LIMIT = 0x43800000  # 256

@@ -1,0 +1,2 @@
+rtl/fpu/fp_pkg.sv
+rtl/fpu/fp_cmp.sv
