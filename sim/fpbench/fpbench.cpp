@@ -179,8 +179,14 @@ void judge(const Operation &o, u64 n, double bound, Columns &d, Report &report) 
   }
 }
 
-bool run(const Operation &o, cases::Source *source, const u32 *list, u64 listed, u64 seed, bool gaps,
-         double bound, Report &report) {
+// Results of the unit, for the caller who wants them; null pointers otherwise.
+struct Observed {
+  u32 *bits;
+  u8 *flags;
+};
+
+void run(const Operation &o, cases::Source *source, const u32 *list, u64 listed, u64 seed, bool gaps,
+         double bound, Report &report, Observed observed = {nullptr, nullptr}) {
   thread_local std::unique_ptr<Columns> columns(new Columns());
   Columns &d = *columns;
   Bench bench;
@@ -203,10 +209,13 @@ bool run(const Operation &o, cases::Source *source, const u32 *list, u64 listed,
     if (!bench.stream(o.control, n, d, idle, gaps, report)) break;
     if (o.reference) compare(o, n, d, report);
     else judge(o, n, bound, d, report);
+    if (observed.bits) {
+      std::copy(d.got, d.got + n, observed.bits + report.cases);
+      std::copy(d.got_flags, d.got_flags + n, observed.flags + report.cases);
+    }
     report.cases += n;
   }
   report.seconds = processor_time() - begin;
-  return true;
 }
 
 }  // namespace
@@ -237,15 +246,18 @@ int fpbench_run(const char *op, const char *kind, u64 start, u64 count, u64 seed
   const u64 size = cases::size(*o, kind);
   if (start >= size || count > size - start) return -1;
   cases::Source source(*o, kind, start, count, seed);
-  return run(*o, &source, nullptr, 0, seed, gaps, bound, *report) ? 0 : -1;
+  run(*o, &source, nullptr, 0, seed, gaps, bound, *report);
+  return 0;
 }
 
-// `list`: rows of three operands.
-int fpbench_run_list(const char *op, const u32 *list, u64 count, double bound, Report *report) {
+// `list`: rows of three operands. What the unit answered goes to `bits` and `flags`.
+int fpbench_run_list(const char *op, const u32 *list, u64 count, double bound, u32 *bits, u8 *flags,
+                     Report *report) {
   *report = {};
   const Operation *o = operations::find(op);
   if (!o || std::string(o->unit) != FPBENCH_UNIT) return -1;
-  return run(*o, nullptr, list, count, 1, false, bound, *report) ? 0 : -1;
+  run(*o, nullptr, list, count, 1, false, bound, *report, {bits, flags});
+  return 0;
 }
 
 // The operands themselves, rows of three, and what the reference says of them; returns the number.

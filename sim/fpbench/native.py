@@ -253,7 +253,8 @@ class Unit:
             ctypes.c_double,
             pointer,
         ]
-        lib.fpbench_run_list.argtypes = [text, pointer, u64, ctypes.c_double, pointer]
+        lib.fpbench_run_list.argtypes = [text, pointer, u64, ctypes.c_double, pointer, pointer]
+        lib.fpbench_run_list.argtypes += [pointer]
         lib.fpbench_operands.argtypes = [text, text, u64, u64, u64, pointer]
         lib.fpbench_reference.argtypes = [text, pointer, u64, pointer, pointer]
         if lib.fpbench_report_size() != ctypes.sizeof(_Report):
@@ -297,12 +298,25 @@ class Unit:
 
     def run_list(self, op: str, rows: Sequence[Sequence[int]] | np.ndarray) -> Report:
         """Run given operands, rows of one to three words."""
+        return self.answers(op, rows)[0]
+
+    def answers(
+        self, op: str, rows: Sequence[Sequence[int]] | np.ndarray
+    ) -> tuple[Report, np.ndarray, np.ndarray]:
+        """As `run_list`, with the unit's result bits and flags of every row."""
         words = _rows(rows)
         raw = _Report()
+        bits, flags = np.zeros(len(words), np.uint32), np.zeros(len(words), np.uint8)
         status = self._lib.fpbench_run_list(
-            op.encode(), words.ctypes.data, len(words), self._bound, ctypes.byref(raw)
+            op.encode(),
+            words.ctypes.data,
+            len(words),
+            self._bound,
+            bits.ctypes.data,
+            flags.ctypes.data,
+            ctypes.byref(raw),
         )
-        return self._report(op, "list", status, raw)
+        return self._report(op, "list", status, raw), bits, flags
 
     def operands(self, op: str, kind: str, start: int, count: int, seed: int = 1) -> np.ndarray:
         """The operands that `run` would use, uint32 of shape (cases, 3)."""

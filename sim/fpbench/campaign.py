@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Runs shards as Dask tasks and keeps each finished one, so that a stopped campaign resumes.
+
+A shard's result lies in `build/fpbench/shards/<unit>-<fingerprint>/<shard>.json`. The fingerprint
+covers the unit's RTL and the bench (`native.fingerprint`): a changed unit runs again, an unchanged
+one does not.
+"""
+
+from __future__ import annotations
+
+import functools
+import json
+import os
+import socket
+from collections.abc import Callable, Iterable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from dask.distributed import Client, LocalCluster, as_completed
+
+from sim.fpbench.native import ROOT, BenchError, Unit, fingerprint, unit_of
+from sim.fpbench.plan import Shard
+
+STORE = ROOT / "build/fpbench/shards"
+
+
+@dataclass(frozen=True)
+class Task:
+    """A shard and where its result belongs."""
+
+    shard: Shard
+    unit: str
+    fingerprint: str
+    path: Path
+
+
+def task_of(shard: Shard, store: Path = STORE) -> Task:
+    """The task of a shard against the RTL as it is now."""
+    unit = unit_of(shard.op)
+    mark = _fingerprint(unit)
+    return Task(shard, unit, mark, store / f"{unit}-{mark}" / f"{shard.name}.json")
+
+
+@functools.cache
+def _fingerprint(unit: str) -> str:
+    return fingerprint(unit)
+
+
+@functools.cache
+def _unit(name: str, mark: str) -> Unit:
+    """The unit with that fingerprint, built once per worker."""
+    if fingerprint(name) != mark:
+        raise BenchError(f"{name}: its sources changed after the campaign began; start it again")
+    return Unit(name)
+
+
+def finished(task: Task) -> dict | None:
+    """The stored result, None if there is none that can be read."""
+    try:
+        return json.loads(task.path.read_text())
+    except (FileNotFoundError, json.JSONDecodeError):
+        return None
+
+
+def execute(task: Task) -> dict:
+    """Run one shard (in a worker) and return what is stored."""
+    shard = task.shard
+    unit = _unit(task.unit, task.fingerprint)
+    report = unit.run(
+        shard.op, shard.kind, shard.start, shard.count, seed=shard.seed, gaps=shard.gaps
+    )
+    return {
+        "unit": task.unit,
+        "fingerprint": task.fingerprint,
+        "host": socket.gethostname(),
+        "shard": asdict(shard),
+        **report.as_json(),
+    }
+
+
+def store(task: Task, result: dict) -> None:
+    """Write a result so that a reader never sees half of it."""
+    task.path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = task.path.with_suffix(f".{os.getpid()}")
+    temporary.write_text(json.dumps(result, indent=1) + "\n")
+    temporary.replace(task.path)
+
+
+def run(
+    tasks: Iterable[Task],
+    done: Callable[[Task, dict], None],
+    jobs: int = 2,
+    scheduler: str | None = None,
+) -> None:
+    """Run tasks on a local cluster of `jobs` processes, or on the cluster at `scheduler`.
+
+    `done` is called with each result after it is stored. At most a few tasks per worker are in
+    flight, so they finish roughly in order.
+    """
+    waiting = list(tasks)
+    if not waiting:
+        return
+    if scheduler is None:
+        cluster = LocalCluster(
+            n_workers=jobs, threads_per_worker=1, dashboard_address=None, silence_logs=50
+        )
+        address: LocalCluster | str = cluster
+    else:
+        cluster, address = None, scheduler
+    try:
+        with Client(address, timeout="30s") as client:
+            _drain(client, waiting, done)
+    except OSError as error:
+        raise BenchError(f"no Dask scheduler at {scheduler}: {error}") from error
+    finally:
+        if cluster is not None:
+            cluster.close()
+
+
+def _drain(client: Client, waiting: list[Task], done: Callable[[Task, dict], None]) -> None:
+    queue = iter(waiting)
+    workers = max(1, len(client.scheduler_info()["workers"]))
+    owner: dict[str, Task] = {}
+
+    def submit() -> list:
+        task = next(queue, None)
+        if task is None:
+            return []
+        key = f"{task.unit}-{task.fingerprint}-{task.shard.name}"
+        owner[key] = task
+        return [client.submit(execute, task, key=key, pure=False)]
+
+    futures = as_completed([f for _ in range(2 * workers) for f in submit()])
+    for future in futures:
+        task, result = owner[future.key], future.result()
+        store(task, result)
+        done(task, result)
+        for further in submit():
+            futures.add(further)
