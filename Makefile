@@ -13,6 +13,7 @@ export PATH := $(CURDIR)/$(VENV)/bin:$(PATH)
 
 GCODE ?= sim/paths/agh.ngc
 OUTPUT ?= build
+RUN ?=
 T ?=
 SEED ?= 1
 JOBS ?= 2
@@ -20,14 +21,15 @@ TOPS ?=
 SEEDS ?=
 export SEED
 
-.PHONY: help setup run test test-full lint gen gen-check synth quartus formal readme docs lock clean
+.PHONY: help setup run test test-full lint gen gen-check synth quartus formal readme docs lock clean \
+  nios-sw nios-toolchain
 
 help: ## list targets and variables
-	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-12s %s\n", $$1, $$2}' Makefile
-	@echo "Variables: GCODE=$(GCODE)  OUTPUT=$(OUTPUT)  T=$(T) (test filter)  SEED=$(SEED)  JOBS=$(JOBS)"
+	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-14s %s\n", $$1, $$2}' Makefile
+	@echo "Variables: GCODE=$(GCODE)  OUTPUT=$(OUTPUT)  RUN=$(RUN) (full: every tick on FPGA1, FPGA2)  T=$(T) (test filter)  SEED=$(SEED)  JOBS=$(JOBS)"
 
 run: $(READY) ## the main job: track a path through RTL in closed loop (GCODE=file, OUTPUT=folder)
-	@$(PY) -m sim.run $(GCODE) --output $(OUTPUT)
+	@$(PY) -m sim.run $(GCODE) --output $(OUTPUT) $(if $(filter full,$(RUN)),--all-ticks)
 
 test: $(READY) lint gen-check ## every test but the deep campaigns (T=expression, SEED=n)
 	$(PY) -m pytest -n $(JOBS) --dist loadfile -m "not full" --hypothesis-seed=$(SEED) $(if $(T),-k "$(T)")
@@ -70,6 +72,9 @@ formal: $(READY_SYNTH) ## prove the arithmetic units for all inputs, to build/fo
 
 quartus: $(READY) ## area and speed on Stratix III with Quartus II 13.1, to build/synth.json
 	@$(PY) scripts/quartus.py
+
+nios-sw: $(READY) ## programs of the Nios II systems and their committed images (needs nios-toolchain)
+	@$(MAKE) --no-print-directory -C nios_sw all images PY=$(abspath $(PY))
 
 nios-toolchain: ## cross compiler for Nios II from Debian's source packages (about 20 minutes, once)
 	@scripts/nios_toolchain.sh

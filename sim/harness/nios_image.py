@@ -127,7 +127,7 @@ def save(program: Program, folder: Path, listing: str) -> list[Path]:
     return [*written, path]
 
 
-SYMBOL_LINE = re.compile(r"([0-9a-f]{8}) .{6}(.) \S+\t([0-9a-f]{8}) (?:0x\w\w )?(\S+)")
+SYMBOL_LINE = re.compile(r"([0-9a-f]{8}) .{6}(.) \S+\t([0-9a-f]{8}) (?:(?:0x\w\w|\.hidden) )?(\S+)")
 
 
 def load(name: str, folder: Path = IMAGES, system: SystemMap | None = None) -> Program:

@@ -7,7 +7,7 @@ import argparse
 import json
 import sys
 import time
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures import wait as wait_for
 from multiprocessing import Manager
 from pathlib import Path
@@ -22,26 +22,22 @@ from asip_asm.diagnostics import AssemblyError
 from asip_asm.image import Image
 from sim.harness.asip_rtl import AsipRtl
 from sim.harness.build import BuildError
+from sim.harness.nios_image import ImageError
+from sim.harness.nios_rtl import NiosRtl
 from sim.model.parameters import ParameterError, Robot
-from sim.model.records import SetPoints
+from sim.model.records import SetPoints, TrackingResult
 from sim.model.tracking import joint_path
 from sim.motion.gcode import GcodeErrors, Motion, parse_file
 from sim.motion.trajectory import Trajectory, WorkspaceError, generate
-from sim.run import closed_loop, page, plots, tables
+from sim.run import closed_loop, nios, page, plots, tables
 from sim.run.controller import AsipController, ControllerFault, Ticks
 from sim.run.progress import TickProgress
-from sim.run.results import ProgramRun, compare, results
+from sim.run.results import Comparison, ProgramRun, compare, results, row_errors
 
 ROOT = Path(__file__).resolve().parents[2]
 PROGRAMS = ROOT / "asip_asm/programs"
 SYNTHESIS = ROOT / "build/synth.json"
 AS_PRINTED, OPTIMISED, REPLAY = "as printed", "optimised", "optimised, same counts"
-
-
-def _set_points(trajectory: Trajectory, ticks: int | None) -> SetPoints:
-    parts = (trajectory.position, trajectory.velocity, trajectory.acceleration)
-    parts = [part[:ticks] for part in parts]
-    return SetPoints(*(part[:, :3] for part in parts), *(part[:, 3:] for part in parts))
 
 
 def _run_as_printed(
@@ -85,14 +81,7 @@ def _simulate(
         ]
         for name in (AS_PRINTED, OPTIMISED, REPLAY):
             bars.add(name, len(path))
-        while not all(job.done() for job in jobs) or not queue.empty():
-            try:
-                name, ticks = queue.get(timeout=0.2)
-                bars.advance(name, ticks)
-            except Empty:
-                if any(job.done() and job.exception() for job in jobs):
-                    break
-        wait_for(jobs)
+        _show_progress(jobs, queue, bars)
         printed, replayed, printed_cycles, printed_time = jobs[0].result()
         better, better_cycles, better_time = jobs[1].result()
     cycles = printed_cycles + better_cycles
@@ -109,6 +98,53 @@ def _simulate(
     )
 
 
+def _simulate_nios(
+    robot: Robot,
+    path: SetPoints,
+    counts: NDArray[np.int32],
+    comparison: Comparison,
+    full: bool,
+    console: Console,
+) -> list[nios.NiosRun]:
+    """FPGA1 and FPGA2, a process each, on the counts of the as-printed run."""
+    with Manager() as manager, ProcessPoolExecutor(2) as pool, TickProgress(console) as bars:
+        queue = manager.Queue()
+        jobs = []
+        for platform in nios.SAMPLES:
+            bars.add(platform, nios.total_ticks(robot, platform, comparison.single, full))
+            jobs.append(
+                pool.submit(
+                    _run_nios, robot, path, counts, comparison.single, platform, full, queue
+                )
+            )
+        _show_progress(jobs, queue, bars)
+        return [job.result() for job in jobs]
+
+
+def _run_nios(
+    robot: Robot,
+    path: SetPoints,
+    counts: NDArray[np.int32],
+    single: TrackingResult,
+    platform: str,
+    full: bool,
+    queue: Queue,
+) -> nios.NiosRun:
+    return nios.run(robot, path, counts, single, platform, full, lambda n: queue.put((platform, n)))
+
+
+def _show_progress(jobs: list[Future], queue: Queue, bars: TickProgress) -> None:
+    """Advance the bars until every job is done or one has failed."""
+    while not all(job.done() for job in jobs) or not queue.empty():
+        try:
+            name, ticks = queue.get(timeout=0.2)
+            bars.advance(name, ticks)
+        except Empty:
+            if any(job.done() and job.exception() for job in jobs):
+                break
+    wait_for(jobs)
+
+
 def _drawing(trajectory: Trajectory, ticks: int) -> NDArray[np.bool_]:
     feed = np.array([block.move.motion is not Motion.RAPID for block in trajectory.blocks])
     return ((trajectory.block >= 0) & feed[trajectory.block])[:ticks]
@@ -119,12 +155,12 @@ def run(arguments: argparse.Namespace, console: Console) -> None:
     out: Path = arguments.output
     out.mkdir(parents=True, exist_ok=True)
     robot = Robot.load()
-    console.print(f"[bold]1/5[/] trajectory of {arguments.gcode}")
+    console.print(f"[bold]1/6[/] trajectory of {arguments.gcode}")
     trajectory = generate(parse_file(arguments.gcode))
-    path = _set_points(trajectory, arguments.ticks)
+    path = nios.set_points(trajectory, arguments.ticks)
     console.print(f"      {len(path)} ticks of 100 µs, {len(trajectory.blocks)} blocks")
 
-    console.print("[bold]2/5[/] assembling the tracking programs")
+    console.print("[bold]2/6[/] assembling the tracking programs")
     images = []
     for name in ("tracking_as_printed", "tracking_optimised"):
         image = assemble(PROGRAMS / f"{name}.s", configuration="fast")
@@ -132,15 +168,23 @@ def run(arguments: argparse.Namespace, console: Console) -> None:
         console.print(f"      {name}: {len(image.bundles)} bundles, {image.cycles} cycles expected")
         images.append(image)
 
-    console.print("[bold]3/5[/] building the Verilated ASIP (once per change of the RTL)")
+    console.print("[bold]3/6[/] building the Verilated systems (once per change of the RTL)")
     AsipRtl("fast").close()
+    for platform in nios.SAMPLES:
+        NiosRtl(platform).close()
 
-    console.print("[bold]4/5[/] closed loop: encoder counts from the plant, forces from the RTL")
+    console.print("[bold]4/6[/] closed loop: encoder counts from the plant, forces from the RTL")
     printed, better, replayed, simulation = _simulate(robot, path, *images, console)
 
-    console.print("[bold]5/5[/] comparing with double precision and printed float32")
-    comparison = compare(robot, path, printed.recording.counts)
+    counts = printed.recording.counts
+    comparison = compare(robot, path, counts)
+    sampled = "every tick" if arguments.all_ticks else "a sample of the ticks (RUN=full: all)"
+    console.print(f"[bold]5/6[/] Nios II systems FPGA1 and FPGA2: {sampled}")
+    nios_runs = _simulate_nios(robot, path, counts, comparison, arguments.all_ticks, console)
+
+    console.print("[bold]6/6[/] comparing with double precision and printed float32")
     data = results(robot, path, printed, better, replayed, comparison, simulation)
+    nios.add_results(data, nios_runs, path, comparison.reference, comparison.single, row_errors)
     (out / "results.json").write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")
     synthesised = json.loads(SYNTHESIS.read_text())["tops"] if SYNTHESIS.is_file() else {}
     written = list(tables.all_tables(data, synthesised))
@@ -175,6 +219,9 @@ def main(argv: list[str] | None = None) -> int:
     )
     parser.add_argument("--ticks", type=int, help="only the first TICKS ticks of the path")
     parser.add_argument(
+        "--all-ticks", action="store_true", help="FPGA1 and FPGA2 take every tick too (hours)"
+    )
+    parser.add_argument(
         "--output", type=Path, default=ROOT / "build", help="folder of results.json and index.html"
     )
     parser.add_argument("--no-plots", action="store_true", help="tables and results.json only")
@@ -187,7 +234,7 @@ def main(argv: list[str] | None = None) -> int:
     except (GcodeErrors, WorkspaceError, ParameterError, AssemblyError) as error:
         console.print(str(error), markup=False, highlight=False)
         return 1
-    except (BuildError, ControllerFault, OSError) as error:
+    except (BuildError, ControllerFault, ImageError, OSError) as error:
         console.print(f"error: {error}", markup=False, highlight=False)
         return 1
     return 0

@@ -56,9 +56,16 @@ def time_table(results: dict[str, Any], published: Published) -> Table:
     for name, row in published.time.items():
         clock, cycles, time = row["clock_mhz"], row["cycles"], row["time_us"]
         table.add_row(f"{name} (published)", f"{clock}", "", f"{cycles}", f"{time}")
+    ours = {}
+    for platform, measured in results["nios"].items():
+        timing = results["platforms"][platform]
+        ours[f"{platform.upper()} ours, {timing['ticks']} ticks"] = timing
+        ours[f"{platform.upper()} ours, shared terms"] = measured["shared_subexpressions"]
     for program, timing in results["platforms"]["fpga3"].items():
+        ours[f"FPGA3 ours, {program.replace('_', ' ')}"] = timing
+    for name, timing in ours.items():
         table.add_row(
-            f"FPGA3 ours, {program.replace('_', ' ')}",
+            name,
             f"{timing['clock_mhz']}",
             f"{timing['cycles_min']}",
             f"{timing['cycles_max']}",
@@ -90,6 +97,33 @@ def error_table(results: dict[str, Any], published: Published) -> Table:
     return table
 
 
+def nios_error_table(results: dict[str, Any], published: Published) -> Table:
+    """Table 3 of FPGA1 and FPGA2, beside the PC on the same ticks."""
+    measured = results["nios"]
+    ticks = ", ".join(f"{p.upper()} {m['replayed_ticks']}" for p, m in measured.items())
+    table = Table(
+        title=f"Table 3, Nios II systems; ticks: {ticks}",
+        box=box.SIMPLE_HEAD,
+        padding=0,
+    )
+    table.add_column("row", no_wrap=True)
+    table.add_column("FPGA\npublished", justify="right", no_wrap=True)
+    for platform in measured:
+        for title in (platform.upper(), "PC, same\nticks"):
+            table.add_column(title, justify="right", no_wrap=True)
+    for row in (*TABLE_3, *OUTPUTS):
+        cells = []
+        for platform, figures in measured.items():
+            cells += [results["errors"][row][platform], figures["pc_float32_same_ticks"][row]]
+        table.add_row(
+            f"{row} [{unit(row)}]".replace("[", "\\["),
+            _figure(published.error["FPGA"].get(row)),
+            *map(_figure, cells),
+            end_section=row == TABLE_3[-1],
+        )
+    return table
+
+
 def bound_table(results: dict[str, Any]) -> Table:
     """Errors of the outputs as fractions of their derived bounds."""
     table = Table(
@@ -109,10 +143,16 @@ def tracking_table(results: dict[str, Any]) -> Table:
     table.add_column("program")
     for title in ("leg [µm]", "tool [µm]", "table axis [µrad]"):
         table.add_column(title, justify="right")
-    for program in ("as_printed", "optimised"):
-        error = results["tracking"][program]
+    runs = {
+        f"FPGA3 {program.replace('_', ' ')}": results["tracking"][program]
+        for program in ("as_printed", "optimised")
+    }
+    for platform, measured in results["nios"].items():
+        ticks = measured["closed_loop_ticks"]
+        runs[f"{platform.upper()}, first {ticks} ticks"] = measured["tracking"]
+    for name, error in runs.items():
         table.add_row(
-            program.replace("_", " "),
+            name,
             *(f"{error[key] * 1e6:.3f}" for key in ("leg", "tool", "table")),
         )
     return table
@@ -155,6 +195,7 @@ def all_tables(results: dict[str, Any], tops: dict[str, Any]) -> Iterator[Table]
     yield operation_table(results, published)
     yield time_table(results, published)
     yield error_table(results, published)
+    yield nios_error_table(results, published)
     yield bound_table(results)
     yield tracking_table(results)
     yield resource_table(tops, published)

@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Where the cycles of a tick go on FPGA1 or FPGA2: by function and by kind of instruction.
+
+An instruction that leaves the pipeline during a control tick counts the clock cycles since the one
+before it left. So cycles in which it waits for operands are its own.
+"""
+
+from __future__ import annotations
+
+import argparse
+import bisect
+import json
+import sys
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from sim.harness.build import BuildError
+from sim.harness.n2_lockstep_isa import OP_CUSTOM, default_isa
+from sim.harness.nios_image import IMAGES, ImageError, Program, load, read_elf
+from sim.harness.nios_rtl import PLATFORMS, NiosError, NiosRtl
+
+CUSTOM_TOML = Path(__file__).resolve().parents[2] / "nios_sw/custom.toml"
+# Kinds of n2_lockstep_isa's units as they appear in the table.
+KINDS = {
+    "alu": "integer and moves",
+    "shift": "shifts",
+    "mul": "integer multiply",
+    "div": "integer divide",
+    "load": "loads",
+    "store": "stores",
+    "branch": "branches",
+    "jump": "calls and returns",
+}
+
+
+@dataclass(frozen=True)
+class Line:
+    """One row: name, cycles and instructions per tick."""
+
+    name: str
+    cycles: float
+    instructions: float
+
+
+@dataclass(frozen=True)
+class Profile:
+    """Rows in descending order of cycles, and the mean cycles of a tick by the tick counter."""
+
+    functions: list[Line]
+    kinds: list[Line]
+    tick_cycles: float
+
+
+def custom_names(platform: str) -> dict[int, str]:
+    """Number of a custom instruction -> its name in custom.toml."""
+    records = tomllib.loads(CUSTOM_TOML.read_text(encoding="utf-8"))[platform]["instructions"]
+    names: dict[int, str] = {}
+    for name, record in records.items():
+        names.setdefault(record["n"], name)
+    return names
+
+
+def kind_of(word: int, names: dict[int, str]) -> str:
+    """Row of an instruction word in the table of kinds."""
+    if word & 63 == OP_CUSTOM:
+        number = word >> 6 & 255
+        return f"custom {names.get(number, number)}"
+    instruction = default_isa().find(word)
+    return KINDS.get(instruction.unit, "other") if instruction else "illegal"
+
+
+def _lines(totals: dict[str, tuple[int, int]], ticks: int) -> list[Line]:
+    lines = [Line(name, c / ticks, n / ticks) for name, (c, n) in totals.items()]
+    return sorted(lines, key=lambda line: (-line.cycles, line.name))
+
+
+def profile(core: NiosRtl, program: Program, ticks: int, tick_cycles: float) -> Profile:
+    """Sum up what `core.profiled` holds after `ticks` ticks (or one run of a program)."""
+    spent, completed = core.profiled()
+    code = core.map.memories["itcm"]
+    names = custom_names(core.platform)
+    functions = program.functions()
+    starts = [function.address for function in functions]
+    by_function: dict[str, tuple[int, int]] = {}
+    by_kind: dict[str, tuple[int, int]] = {}
+    for index in np.flatnonzero(completed).tolist():
+        place = bisect.bisect(starts, code.base + 4 * index) - 1
+        function = functions[place].name if place >= 0 else "(start-up)"
+        kind = kind_of(program.memories["itcm"][index], names)
+        for totals, key in ((by_function, function), (by_kind, kind)):
+            cycles, count = totals.get(key, (0, 0))
+            totals[key] = (cycles + int(spent[index]), count + int(completed[index]))
+    return Profile(_lines(by_function, ticks), _lines(by_kind, ticks), tick_cycles)
+
+
+def tables(result: Profile, title: str) -> list[Table]:
+    """The two tables for a terminal."""
+    written = []
+    for head, lines in (("function", result.functions), ("instructions", result.kinds)):
+        table = Table(title=f"{title}: {result.tick_cycles:.0f} cycles, by {head}")
+        table.add_column(head)
+        for column in ("cycles", "share", "instructions", "cycles each"):
+            table.add_column(column, justify="right")
+        total = sum(line.cycles for line in lines)
+        for line in lines:
+            table.add_row(
+                line.name,
+                f"{line.cycles:.0f}",
+                f"{line.cycles / total:.1%}",
+                f"{line.instructions:.0f}",
+                f"{line.cycles / line.instructions:.2f}",
+            )
+        written.append(table)
+    return written
+
+
+def main(arguments: list[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(
+        prog="python -m sim.harness.nios_profile",
+        description=__doc__,
+        epilog="example: python -m sim.harness.nios_profile fpga1 --ticks 100",
+    )
+    parser.add_argument("platform", choices=PLATFORMS)
+    parser.add_argument(
+        "--program", help="committed image or ELF file (default: tracking_PLATFORM)"
+    )
+    parser.add_argument("--first", type=int, default=5000, help="first tick of the path A-G-H")
+    parser.add_argument("--ticks", type=int, default=50, help="number of ticks")
+    parser.add_argument("--json", type=Path, help="write the rows to this file too")
+    options = parser.parse_args(arguments)
+    if options.ticks < 1 or options.first < 1:
+        parser.error("--ticks and --first must be positive")
+    console = Console()
+    try:
+        # The path and the float32 model take a second to load: not for those who import this.
+        from sim.run.nios import profile_path
+
+        name = options.program or f"tracking_{options.platform}"
+        program = read_elf(Path(name)) if name.endswith(".elf") else load(name, IMAGES)
+        result = profile_path(options.platform, program, options.first, options.ticks)
+    except (ImageError, NiosError, BuildError, OSError, ValueError) as error:
+        console.print(f"error: {error}", markup=False, highlight=False)
+        return 1
+    for table in tables(result, f"{program.name}, mean tick of {options.ticks}"):
+        console.print(table)
+    if options.json:
+        rows = {
+            "tick_cycles": result.tick_cycles,
+            "functions": [vars(line) for line in result.functions],
+            "kinds": [vars(line) for line in result.kinds],
+        }
+        options.json.write_text(json.dumps(rows, indent=2) + "\n", encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

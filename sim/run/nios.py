@@ -1,0 +1,293 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The tracking program on the Nios II systems FPGA1 and FPGA2, measured beside the ASIP.
+
+The systems take thousands of cycles per tick, so the main job runs a stated sample of the path: the
+first and the last ticks, windows between them and one where most integrators are boosted. At the
+start of a window the program gets the state that the float32 model (`sim.model.float32`) has there,
+whose formulas the program evaluates. Words are exchanged as raw binary32.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim.harness.nios_image import Program, load
+from sim.harness.nios_map import default_system_map
+from sim.harness.nios_profile import Profile, profile
+from sim.harness.nios_rtl import NiosError, NiosRtl
+from sim.model import float32
+from sim.model.errors import max_abs_error
+from sim.model.parameters import Robot
+from sim.model.records import SetPoints, TrackingResult
+from sim.model.tracking import joint_path
+from sim.motion.gcode import parse_file
+from sim.motion.trajectory import Trajectory, generate
+from sim.run import closed_loop
+from sim.run.controller import EXPORTED, ControllerFault, Ticks
+
+PATH = Path(__file__).resolve().parents[1] / "paths/agh.ngc"
+AXES = 5
+START_CYCLES = 20_000  # more than the program needs from reset to its first poll
+CHUNK = 100  # ticks between two progress calls
+
+
+@dataclass(frozen=True)
+class Sample:
+    """How many ticks of a path a platform takes: closed loop from the start, then windows."""
+
+    closed_loop: int
+    windows: int
+    window: int
+
+
+# About half a minute of simulation each on one processor.
+SAMPLES = {"fpga1": Sample(1500, 12, 100), "fpga2": Sample(1500, 24, 400)}
+SHARED_TICKS = 100  # ticks of the variant with shared subexpressions, where most axes are boosted
+
+
+class NiosController:
+    """One system with a tracking program, the interface of `AsipController`.
+
+    Ticks are counted from 0 for messages. Raises ControllerFault.
+    """
+
+    def __init__(self, platform: str, program: Program | None = None) -> None:
+        self.core = NiosRtl(platform)
+        self.program = program or load(f"tracking_{platform}")
+        self.core.load(self.program)
+        self._input = self.core.map.io.base + self.core.map.blocks["input"].offset
+        self._state = self.program.address("tracking_state")
+        desired = self.program.address("tracking_desired")
+        self._exported = [desired + 4 * i for i in range(len(EXPORTED))]
+        self.tick = 0
+
+    def prime(self, words: Sequence[float], counts: Sequence[int]) -> None:
+        """Enable control with the first measurement as the last one."""
+        self.core.write(self._input, _words(np.atleast_2d(words), np.atleast_2d(counts))[0])
+        self.core.start(enable=True)
+        self.core.clock(START_CYCLES)
+
+    def preset(self, result: TrackingResult, tick: int) -> None:
+        """Give the program the state after `tick` of a float32 run."""
+        state = np.empty((AXES, 4), np.float32)
+        state[:, 0] = result.position[tick]
+        state[:, 1] = result.sign[tick]
+        state[:, 2] = result.ticks[tick]
+        state[:, 3] = result.s_c[tick]
+        self.core.write(self._state, state.view(np.uint32).ravel())
+        self.tick = tick + 1
+
+    def step(self, words: Sequence[float], counts: Sequence[int]) -> Ticks:
+        """One tick: 15 set-points (rounded to binary32 here) and five counts."""
+        return self.batch(np.asarray(words)[np.newaxis], np.asarray(counts)[np.newaxis])
+
+    def batch(self, words: NDArray[np.floating], counts: NDArray[np.integer]) -> Ticks:
+        """Consecutive ticks, words (N, 15) and counts (N, 5)."""
+        try:
+            result = self.core.ticks(_words(words, counts), self._exported)
+        except NiosError as error:
+            raise ControllerFault(f"after tick {self.tick}: {error}") from error
+        self.tick += len(words)
+        values = [part.view(np.float32) for part in (result.outputs, result.extra)]
+        return Ticks(*values, result.cycles)
+
+
+def _words(words: NDArray[np.floating], counts: NDArray[np.integer]) -> NDArray[np.uint32]:
+    return np.concatenate(
+        [words.astype(np.float32).view(np.uint32), counts.astype(np.int32).view(np.uint32)], axis=1
+    )
+
+
+def profile_path(platform: str, program: Program, first: int, ticks: int) -> Profile:
+    """Profile of `ticks` ticks of the path A-G-H from tick `first` >= 1 on, at ideal counts.
+
+    Raises ValueError if the path is shorter, NiosError, BuildError.
+    """
+    robot = Robot.load()
+    trajectory = generate(parse_file(PATH))
+    n = first + ticks
+    if n > len(trajectory.position):
+        raise ValueError(f"the path has {len(trajectory.position)} ticks, {n} asked for")
+    path = set_points(trajectory, n)
+    joints = joint_path(robot, path)[0]
+    counts = np.floor(joints / np.array(robot.resolution) + 0.5).astype(np.int32)
+    controller = NiosController(platform, program)
+    words = path.words()
+    controller.prime(words[0], counts[0])
+    controller.preset(float32.run(robot, path, counts), first - 1)
+    controller.core.profile()
+    result = controller.batch(words[first:], counts[first:])
+    return profile(controller.core, program, ticks, float(result.cycles.mean()))
+
+
+@dataclass(frozen=True)
+class NiosRun:
+    """Measurements of one platform. ticks: indices (N,) into the path; results at them; largest
+    tracking errors of the closed loop over its first ticks; cycles of the shared variant."""
+
+    platform: str
+    ticks: NDArray[np.int64]
+    results: Ticks
+    closed_loop_ticks: int
+    tracking: closed_loop.Tracking
+    closed_loop_cycles: NDArray[np.uint32]
+    shared_cycles: NDArray[np.uint32]
+    cycles: int
+
+
+def set_points(trajectory: Trajectory, ticks: int | None) -> SetPoints:
+    """The first `ticks` set-points of a trajectory, None: all."""
+    parts = (trajectory.position, trajectory.velocity, trajectory.acceleration)
+    parts = [part[:ticks] for part in parts]
+    return SetPoints(*(part[:, :3] for part in parts), *(part[:, 3:] for part in parts))
+
+
+def sampled(ticks: int, boosted: NDArray[np.integer], sample: Sample) -> list[range]:
+    """Windows of a path of `ticks` ticks in ascending order, without overlap.
+
+    boosted: number of boosted axes per tick; the window of its maximum is one of them.
+    """
+    length = min(sample.window, ticks)
+    starts = np.linspace(0, ticks - length, sample.windows).round().astype(int).tolist()
+    starts.append(min(max(int(np.argmax(boosted)) - length // 2, 0), ticks - length))
+    windows: list[range] = []
+    for start in sorted(set(starts)):
+        if windows and start <= windows[-1].stop:
+            windows[-1] = range(windows[-1].start, max(windows[-1].stop, start + length))
+        else:
+            windows.append(range(start, start + length))
+    return windows
+
+
+def _boosted(robot: Robot, single: TrackingResult) -> NDArray[np.integer]:
+    return ((single.ticks > 0) & (single.ticks < robot.boost_ticks)).sum(axis=1)
+
+
+def total_ticks(robot: Robot, platform: str, single: TrackingResult, full: bool) -> int:
+    """Ticks that `run` takes."""
+    n = len(single.output)
+    windows = [range(n)] if full else sampled(n, _boosted(robot, single), SAMPLES[platform])
+    return min(SAMPLES[platform].closed_loop, n) + sum(map(len, windows))
+
+
+def run(
+    robot: Robot,
+    path: SetPoints,
+    counts: NDArray[np.int32],
+    single: TrackingResult,
+    platform: str,
+    full: bool,
+    progress: Callable[[int], None],
+) -> NiosRun:
+    """Closed loop over the first ticks, then the sample (full: every tick) on the given counts.
+
+    single: the float32 run on `counts`. Raises ControllerFault, ImageError, BuildError.
+    """
+    sample = SAMPLES[platform]
+    beginning = SetPoints.from_words(path.words()[: sample.closed_loop])
+    controller = NiosController(platform)
+    recording = closed_loop.run(robot, beginning, controller, progress)
+    tracking = closed_loop.tracking_error(
+        robot, beginning, joint_path(robot, beginning)[0], recording
+    )
+    cycles = controller.core.cycles
+
+    n = len(path)
+    windows = [range(n)] if full else sampled(n, _boosted(robot, single), sample)
+    words = path.words()
+    controller = NiosController(platform)
+    controller.prime(words[0], counts[0])
+    parts = []
+    for window in windows:
+        if window.start > 0:
+            controller.preset(single, window.start - 1)
+        for start in range(window.start, window.stop, CHUNK):
+            chunk = slice(start, min(start + CHUNK, window.stop))
+            parts.append(controller.batch(words[chunk], counts[chunk]))
+            progress(chunk.stop - chunk.start)
+    cycles += controller.core.cycles
+
+    shared = NiosController(platform, load(f"tracking_shared_{platform}"))
+    shared.prime(words[0], counts[0])
+    first = max(int(np.argmax(_boosted(robot, single))) - SHARED_TICKS // 2, 1)
+    shared.preset(single, first - 1)
+    chunk = slice(first, first + SHARED_TICKS)
+    shared_ticks = shared.batch(words[chunk], counts[chunk])
+    return NiosRun(
+        platform,
+        np.concatenate([np.arange(w.start, w.stop) for w in windows]),
+        closed_loop.concatenate(parts),
+        len(beginning),
+        tracking,
+        recording.ticks.cycles,
+        shared_ticks.cycles,
+        cycles + shared.core.cycles,
+    )
+
+
+def timing(cycles: NDArray[np.uint32]) -> dict[str, float]:
+    """Cycles of the shortest and longest tick and the longest in microseconds."""
+    clock = default_system_map().clock_mhz
+    longest = int(cycles.max())
+    return {
+        "clock_mhz": clock,
+        "cycles_min": int(cycles.min()),
+        "cycles_max": longest,
+        "time_us": longest / clock,
+        "ticks": len(cycles),
+    }
+
+
+def at(result: TrackingResult, ticks: NDArray[np.int64]) -> TrackingResult:
+    """The given ticks of a result over a whole path."""
+    return TrackingResult(
+        **{name: np.asarray(value)[ticks] for name, value in vars(result).items()}
+    )
+
+
+def different_words(run: NiosRun, single: TrackingResult) -> dict[str, int]:
+    """Row -> ticks whose word is not that of the float32 model, only rows with such ticks."""
+    names = [*EXPORTED, "F1", "F2", "F3", "tau4", "tau5"]
+    ours = np.concatenate([run.results.exported, run.results.outputs], axis=1).T
+    found = {}
+    for name, values in zip(names, ours, strict=True):
+        wanted = np.ascontiguousarray(single.row(name)[run.ticks])
+        different = int((np.ascontiguousarray(values) != wanted).sum())
+        if different:
+            found[name] = different
+    return found
+
+
+def add_results(
+    data: dict[str, Any],
+    runs: Sequence[NiosRun],
+    path: SetPoints,
+    reference: TrackingResult,
+    single: TrackingResult,
+    row_errors: Callable[[TrackingResult, SetPoints, Ticks], dict[str, float]],
+) -> None:
+    """Enter the measurements into the content of build/results.json."""
+    data["nios"] = {}
+    words = path.words()
+    for run in runs:
+        cycles = np.concatenate([run.closed_loop_cycles, run.results.cycles])
+        data["platforms"][run.platform] = timing(cycles)
+        sampled_path = SetPoints.from_words(words[run.ticks])
+        errors = row_errors(at(reference, run.ticks), sampled_path, run.results)
+        for row, error in errors.items():
+            data["errors"][row][run.platform] = error
+        same = max_abs_error(at(reference, run.ticks), at(single, run.ticks))
+        data["nios"][run.platform] = {
+            "closed_loop_ticks": run.closed_loop_ticks,
+            "replayed_ticks": len(run.ticks),
+            "tracking": vars(run.tracking),
+            "pc_float32_same_ticks": same,
+            "words_other_than_pc_float32": different_words(run, single),
+            "shared_subexpressions": timing(run.shared_cycles),
+        }
