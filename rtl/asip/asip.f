@@ -16,6 +16,7 @@ rtl/fpu/fp_f2i.sv
 rtl/fpu/fp_sincos_rom.sv
 rtl/fpu/fp_sincos.sv
 rtl/asip/asip_decode.sv
+rtl/asip/asip_check.sv
 rtl/asip/asip_fetch.sv
 rtl/asip/asip_scoreboard.sv
 rtl/asip/asip_write_schedule.sv

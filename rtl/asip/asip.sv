@@ -39,6 +39,7 @@ module asip #(
   logic [BundleWidth-1:0]   bundle_f2;
   logic [ControlWidth-1:0]  control_f2;
   logic [DecodedWidth-1:0]  decoded_f2, decoded_p, decoded_q, decoded_d;
+  logic [Slots-1:0]         illegal_op_p;
   logic [Slots*OpWidth-1:0] ops_f2, ops_p, ops_q, ops_d;
   logic                     reserved_p, halt_p, illegal_p, valid_q, bad_q;
   logic                     valid_d, halt_d, bad_d, pc_bad_d, flush, advance, issue;
@@ -76,14 +77,20 @@ module asip #(
   for (genvar s = 0; s < Slots; s++) begin : gen_decode
     asip_pkg::decoded_t op;
     asip_decode #(
-        .CanFma  (s < FmaPipes),
-        .CanAux  (s == Slots - 1),
-        .FmaPipes(FmaPipes)
+        .CanFma(s < FmaPipes),
+        .CanAux(s == Slots - 1)
     ) u_decode (
         .word_i(bundle_f2[WordWidth*s+:WordWidth]),
         .op_o  (op)
     );
     assign ops_f2[OpWidth*s+:OpWidth] = op;
+
+    asip_check #(
+        .FmaPipes(FmaPipes)
+    ) u_check (
+        .op_i     (ops_p[OpWidth*s+:OpWidth]),
+        .illegal_o(illegal_op_p[s])
+    );
   end
 
   // control[0] is halt, the other control bits are reserved.
@@ -127,12 +134,8 @@ module asip #(
   assign aux_d = ops_d[OpWidth*(Slots-1)+:OpWidth];
 
   // Illegal: an operation, a reserved control bit, a branch in the last bundle.
-  always_comb begin
-    illegal_p = reserved_p || (halt_p && (aux_p.jump || aux_p.branch_zero || aux_p.branch_nonzero));
-    for (int unsigned s = 0; s < Slots; s++) begin
-      illegal_p = illegal_p || ops_p[OpWidth*s];
-    end
-  end
+  assign illegal_p = (|illegal_op_p) || reserved_p ||
+                     (halt_p && (aux_p.jump || aux_p.branch_zero || aux_p.branch_nonzero));
 
   asip_issue #(
       .FmaPipes(FmaPipes),

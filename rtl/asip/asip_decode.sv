@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // asip_decode: decode one operation word. Combinational.
-// Contract: illegal is set for an unknown opcode, a unit that this slot does not have, a bank or index
-// that does not exist, and an output as the destination of a multiply-add; the issue logic never starts
-// an illegal operation. A source field that an operation does not use is `zero` in every program of the
-// assembler; another register there is waited for, and one that does not exist is illegal too.
+// Contract: illegal is set for an unknown opcode and for a unit that this slot does not have; asip_check
+// looks at the registers. A source field that an operation does not use is `zero` in every program of
+// the assembler; another register there is waited for, and one that does not exist is illegal too.
 module asip_decode #(
-    parameter bit          CanFma   = 1'b1,
-    parameter bit          CanAux   = 1'b1,
-    parameter int unsigned FmaPipes = 2
+    parameter bit CanFma = 1'b1,
+    parameter bit CanAux = 1'b1
 ) (
     input  logic [asip_isa_pkg::OP_WIDTH-1:0] word_i,
     output asip_pkg::decoded_t                op_o
@@ -24,16 +22,6 @@ module asip_decode #(
   assign a      = word_i[asip_isa_pkg::FIELD_A_MSB:asip_isa_pkg::FIELD_A_LSB];
   assign b      = word_i[asip_isa_pkg::FIELD_B_MSB:asip_isa_pkg::FIELD_B_LSB];
   assign c      = word_i[asip_isa_pkg::FIELD_C_MSB:asip_isa_pkg::FIELD_C_LSB];
-
-  function automatic logic bad_source(input logic [8:0] source);
-    case (source[8:6])
-      asip_isa_pkg::BANK_ZERO: bad_source = |source[5:0];
-      asip_isa_pkg::BANK_A, asip_isa_pkg::BANK_C: bad_source = 1'b0;
-      asip_isa_pkg::BANK_B: bad_source = (FmaPipes < 2);
-      asip_isa_pkg::BANK_K, asip_isa_pkg::BANK_K | 3'd1: bad_source = 1'b0;
-      default: bad_source = 1'b1;
-    endcase
-  endfunction
 
   always_comb begin
     op        = '0;
@@ -105,9 +93,7 @@ module asip_decode #(
     end
     if (immediate) op.c = '0;
 
-    op.illegal = !known || (is_fma && !CanFma) || (is_aux && !CanAux) || bad_source(op.a) ||
-                 bad_source(op.b) || bad_source(op.c) || (is_fma && dst[6]) ||
-                 (op.to_output && dst[5]);
+    op.illegal = !known || (is_fma && !CanFma) || (is_aux && !CanAux);
   end
 
   assign op_o = op;

@@ -35,20 +35,13 @@ module asip_operands #(
 
   logic [Ports-1:0][6:0]  index_k;
   logic [Ports-1:0][5:0]  index_bank;
-  logic [Ports-1:0][3:0]  from_r1_q;
-  logic [Ports-1:0][2:0]  from_r2_q;
+  logic [Ports-1:0][2:0]  bank_r1_q, from_r2_q;
+  logic [Ports-1:0][2:0]  soon_r1_q, next_r1_q, now_r1_q;  // one of banks A, B, C, or none
   logic [Ports-1:0][31:0] read_a, read_b, read_c, read_k;
   logic [Ports-1:0][31:0] read_a_r2_q, read_b_r2_q, read_c_r2_q, read_k_r2_q, bypass_r2_q;
   logic [Ports-1:0][31:0] operand_e1_q;
   logic [2:0][31:0]       last_data_q;
   logic [2:0]             host_write;
-
-  // Where an operand of bank b = 1, 2, 3 (A, B, C) comes from: {0, b} register, {1, b}, {2, b}, {3, b}
-  // write-back during R2 (soon), R1 (next), D (now); {0, 0} zero, {1, 0} bank K.
-  function automatic logic [3:0] from_bank(input logic [1:0] bank, input logic soon,
-                                           input logic next, input logic now);
-    from_bank = {soon ? 2'd1 : next ? 2'd2 : now ? 2'd3 : 2'd0, bank};
-  endfunction
 
   assign host_write[0] = host_write_i && host_register_i[8:6] == asip_isa_pkg::BANK_A;
   assign host_write[1] = host_write_i && host_register_i[8:6] == asip_isa_pkg::BANK_B;
@@ -56,9 +49,7 @@ module asip_operands #(
 
   for (genvar p = 0; p < Ports; p++) begin : gen_port
     logic [8:0]  source;
-    logic [3:0]  from_d;
-    logic [2:0]  from_r1;
-    logic [2:0]  soon, next, now;
+    logic [2:0]  in_bank, soon, next, now, from_r1;
     logic [31:0] bypass_r1;
 
     if (p == HostPort) begin : gen_host
@@ -67,48 +58,40 @@ module asip_operands #(
       assign source = source_d_i[p];
     end
 
+    assign in_bank[0] = source[8:6] == asip_isa_pkg::BANK_A;
+    assign in_bank[1] = source[8:6] == asip_isa_pkg::BANK_B;
+    assign in_bank[2] = source[8:6] == asip_isa_pkg::BANK_C;
     for (genvar b = 0; b < 3; b++) begin : gen_bypass
-      assign soon[b] = soon_i[b] && soon_index_i[b] == source[5:0];
-      assign next[b] = next_i[b] && next_index_i[b] == source[5:0];
-      assign now[b]  = write_i[b] && write_index_i[b] == source[5:0];
-    end
-
-    always_comb begin
-      case (source[8:6])
-        asip_isa_pkg::BANK_A: from_d = from_bank(2'd1, soon[0], next[0], now[0]);
-        asip_isa_pkg::BANK_B: from_d = from_bank(2'd2, soon[1], next[1], now[1]);
-        asip_isa_pkg::BANK_C: from_d = from_bank(2'd3, soon[2], next[2], now[2]);
-        asip_isa_pkg::BANK_ZERO: from_d = asip_pkg::FROM_ZERO;
-        default: from_d = asip_pkg::FROM_K;
-      endcase
+      assign soon[b] = in_bank[b] && soon_i[b] && soon_index_i[b] == source[5:0];
+      assign next[b] = in_bank[b] && next_i[b] && next_index_i[b] == source[5:0];
+      assign now[b]  = in_bank[b] && write_i[b] && write_index_i[b] == source[5:0];
     end
 
     // R1: what was or is written back goes to the bypass register, as does zero.
     always_comb begin
+      case (bank_r1_q[p])
+        asip_isa_pkg::BANK_A: from_r1 = asip_pkg::SELECT_A;
+        asip_isa_pkg::BANK_B: from_r1 = asip_pkg::SELECT_B;
+        asip_isa_pkg::BANK_C: from_r1 = asip_pkg::SELECT_C;
+        asip_isa_pkg::BANK_ZERO: from_r1 = asip_pkg::SELECT_BYPASS;
+        default: from_r1 = asip_pkg::SELECT_K;
+      endcase
+      if (|next_r1_q[p] || |now_r1_q[p]) from_r1 = asip_pkg::SELECT_BYPASS;
+      if (soon_r1_q[p][0]) from_r1 = asip_pkg::SELECT_RESULT_A;
+      if (soon_r1_q[p][1]) from_r1 = asip_pkg::SELECT_RESULT_B;
+      if (soon_r1_q[p][2]) from_r1 = asip_pkg::SELECT_RESULT_C;
       bypass_r1 = 32'd0;
-      case (from_r1_q[p])
-        asip_pkg::FROM_A: from_r1 = asip_pkg::SELECT_A;
-        asip_pkg::FROM_B: from_r1 = asip_pkg::SELECT_B;
-        asip_pkg::FROM_C: from_r1 = asip_pkg::SELECT_C;
-        asip_pkg::FROM_K: from_r1 = asip_pkg::SELECT_K;
-        asip_pkg::SOON_A: from_r1 = asip_pkg::SELECT_RESULT_A;
-        asip_pkg::SOON_B: from_r1 = asip_pkg::SELECT_RESULT_B;
-        asip_pkg::SOON_C: from_r1 = asip_pkg::SELECT_RESULT_C;
-        default: from_r1 = asip_pkg::SELECT_BYPASS;
-      endcase
-      case (from_r1_q[p])
-        asip_pkg::NEXT_A: bypass_r1 = write_data_i[0];
-        asip_pkg::NEXT_B: bypass_r1 = write_data_i[1];
-        asip_pkg::NEXT_C: bypass_r1 = write_data_i[2];
-        asip_pkg::NOW_A: bypass_r1 = last_data_q[0];
-        asip_pkg::NOW_B: bypass_r1 = last_data_q[1];
-        asip_pkg::NOW_C: bypass_r1 = last_data_q[2];
-        default: bypass_r1 = 32'd0;
-      endcase
+      for (int unsigned b = 0; b < 3; b++) begin
+        bypass_r1 = bypass_r1 | ({32{next_r1_q[p][b]}} & write_data_i[b]) |
+                    ({32{now_r1_q[p][b]}} & last_data_q[b]);
+      end
     end
 
     always_ff @(posedge clk_i) begin
-      from_r1_q[p]   <= from_d;
+      bank_r1_q[p]   <= source[8:6];
+      soon_r1_q[p]   <= soon;
+      next_r1_q[p]   <= next;
+      now_r1_q[p]    <= now;
       from_r2_q[p]   <= from_r1;
       read_a_r2_q[p] <= read_a[p];
       read_b_r2_q[p] <= read_b[p];

@@ -40,22 +40,6 @@ package asip_pkg;
   } tag_t;
   localparam int unsigned TAG_WIDTH = 7;
 
-  // Operand source {how, bank}, decided in stage D.
-  localparam logic [3:0] FROM_ZERO = 4'b00_00;
-  localparam logic [3:0] FROM_A = 4'b00_01;
-  localparam logic [3:0] FROM_B = 4'b00_10;
-  localparam logic [3:0] FROM_C = 4'b00_11;
-  localparam logic [3:0] FROM_K = 4'b01_00;
-  localparam logic [3:0] SOON_A = 4'b01_01;  // written back during R2
-  localparam logic [3:0] SOON_B = 4'b01_10;
-  localparam logic [3:0] SOON_C = 4'b01_11;
-  localparam logic [3:0] NEXT_A = 4'b10_01;  // written back during R1
-  localparam logic [3:0] NEXT_B = 4'b10_10;
-  localparam logic [3:0] NEXT_C = 4'b10_11;
-  localparam logic [3:0] NOW_A = 4'b11_01;   // written back during D
-  localparam logic [3:0] NOW_B = 4'b11_10;
-  localparam logic [3:0] NOW_C = 4'b11_11;
-
   // Selection of an operand in stage R2.
   localparam logic [2:0] SELECT_A = 3'd0;
   localparam logic [2:0] SELECT_B = 3'd1;

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// asip_check: whether a decoded operation may issue. Combinational.
+// Contract: illegal_o is set for what the decoder found illegal, a bank or index that does not exist, and
+// an output as the destination of a multiply-add; the issue logic never starts an illegal operation.
+module asip_check #(
+    parameter int unsigned FmaPipes = 2
+) (
+    input  asip_pkg::decoded_t op_i,
+    output logic               illegal_o
+);
+
+  function automatic logic bad_source(input logic [8:0] source);
+    case (source[8:6])
+      asip_isa_pkg::BANK_ZERO: bad_source = |source[5:0];
+      asip_isa_pkg::BANK_A, asip_isa_pkg::BANK_C: bad_source = 1'b0;
+      asip_isa_pkg::BANK_B: bad_source = (FmaPipes < 2);
+      asip_isa_pkg::BANK_K, asip_isa_pkg::BANK_K | 3'd1: bad_source = 1'b0;
+      default: bad_source = 1'b1;
+    endcase
+  endfunction
+
+  assign illegal_o = op_i.illegal || bad_source(op_i.a) || bad_source(op_i.b) ||
+                     bad_source(op_i.c) || (op_i.to_output && (op_i.fma || op_i.dst[5]));
+
+  logic unused_op;
+  assign unused_op = ^op_i;
+
+endmodule
