@@ -18,6 +18,7 @@ rtl/fpu/fp_lzc.sv
 rtl/fpu/fp_product.sv
 rtl/fpu/fp_shift_right.sv
 rtl/fpu/fp_round.sv
+rtl/fpu/fp_pack.sv
 rtl/fpu/fp_mul.sv
 rtl/fpu/fp_add.sv
 rtl/fpu/fp_normalise.sv
