@@ -21,7 +21,7 @@ TOPS ?=
 SEEDS ?=
 export SEED
 
-.PHONY: help setup run test test-full lint gen gen-check synth quartus formal readme docs lock clean \
+.PHONY: help setup run test test-full lint gen gen-check synth quartus formal fp-case fp-bench fp-campaign fp-report readme docs lock clean \
   nios-sw nios-toolchain
 
 help: ## list targets and variables
@@ -69,6 +69,18 @@ synth: $(READY_SYNTH) ## area and speed of every top with Yosys and nextpnr, to 
 
 formal: $(READY_SYNTH) ## prove the arithmetic units for all inputs, to build/formal/report.json (resumes)
 	@$(PY) -m tests.formal $(if $(T),--only $(T))
+
+fp-case: $(READY) ## one case of an arithmetic unit: make fp-case OP=mul A=00ffffff B=3f000000
+	@$(PY) -m sim.fpbench case $(OP) $(A) $(B) $(C)
+
+fp-bench: $(READY) ## short set and rate of every arithmetic operation (OP=name for one)
+	@$(PY) -m sim.fpbench bench $(if $(OP),--op $(OP))
+
+fp-campaign: $(READY) ## exhaustive, random and cross-product cases of the arithmetic units (resumes)
+	@$(PY) -m sim.fpbench campaign --jobs $(JOBS) $(if $(SCHEDULER),--scheduler $(SCHEDULER))
+
+fp-report: $(READY) ## put what the campaign has covered into docs/arithmetic_evidence.md
+	@$(PY) -m sim.fpbench report
 
 quartus: $(READY) ## area and speed on Stratix III with Quartus II 13.1, to build/synth.json
 	@$(PY) scripts/quartus.py
