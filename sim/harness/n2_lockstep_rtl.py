@@ -72,10 +72,11 @@ class N2Rtl:
 
         Raises ValueError for data that do not fit into one memory.
         """
-        for base, memory in ((ITCM, self.itcm), (DTCM, self.dtcm), (None, self.avalon)):
-            start = address % BYTES if base is None else address - base
-            if 0 <= start < BYTES:
-                break
+        memory, start = self.avalon, address % BYTES
+        if 0 <= address - ITCM < BYTES:
+            memory, start = self.itcm, address - ITCM
+        elif 0 <= address - DTCM < BYTES:
+            memory, start = self.dtcm, address - DTCM
         if start + len(data) > BYTES:
             raise ValueError(f"error: {len(data)} bytes at {address:#010x} leave their memory")
         memory.view(np.uint8)[start : start + len(data)] = np.frombuffer(data, np.uint8)
