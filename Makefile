@@ -22,7 +22,7 @@ SEEDS ?=
 export SEED
 
 .PHONY: help setup run test test-full lint gen gen-check synth quartus formal fp-case fp-bench fp-campaign fp-report readme docs lock clean \
-  nios-sw nios-toolchain
+  nios-sw nios-toolchain nios-cycles qemu
 
 help: ## list targets and variables
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-14s %s\n", $$1, $$2}' Makefile
@@ -31,11 +31,14 @@ help: ## list targets and variables
 run: $(READY) ## the main job: track a path through RTL in closed loop (GCODE=file, OUTPUT=folder)
 	@$(PY) -m sim.run $(GCODE) --output $(OUTPUT) $(if $(filter full,$(RUN)),--all-ticks)
 
-test: $(READY) lint gen-check ## every test but the deep campaigns (T=expression, SEED=n)
+test: $(READY) qemu lint gen-check ## every test but the deep campaigns (T=expression, SEED=n)
 	$(PY) -m pytest -n $(JOBS) --dist loadfile -m "not full" --hypothesis-seed=$(SEED) $(if $(T),-k "$(T)")
 
-test-full: $(READY) lint gen-check ## the deep campaigns too
+test-full: $(READY) qemu lint gen-check ## the deep campaigns too
 	$(PY) -m pytest -n $(JOBS) --dist loadfile --hypothesis-seed=$(SEED) $(if $(T),-k "$(T)")
+
+qemu: ## get the reference of the Nios II tests under CI=true (elsewhere: scripts/qemu.sh)
+	@if [ "$$CI" = true ] && [ "$$(id -u)" = 0 ]; then scripts/qemu.sh; fi
 
 lint: $(READY) ## ruff on Python, Verilator -Wall on the RTL in every configuration
 	$(VENV)/bin/ruff check -q .
@@ -47,6 +50,11 @@ lint: $(READY) ## ruff on Python, Verilator -Wall on the RTL in every configurat
 	  $(ASIP_FILES) rtl/board/board_pll.sv rtl/board/asip_de3.sv
 	@$(VERILATOR) --lint-only -Wall --quiet --top-module asip_axil scripts/ci/waivers.vlt \
 	  $(ASIP_FILES) rtl/asip/asip_axil.sv
+	@$(VERILATOR) --lint-only -Wall --quiet --top-module n2_core scripts/ci/waivers.vlt \
+	  $$(cat rtl/nios/n2_core.f)
+	@$(VERILATOR) --lint-only -Wall --quiet --top-module n2_core -GTrace=1 \
+	  -GHardwareMultiply=0 -GHardwareDivide=0 -GDivisionError=0 scripts/ci/waivers.vlt \
+	  $$(cat rtl/nios/n2_core.f)
 	@$(PY) scripts/rtl_subset.py
 	@echo "lint: clean"
 
@@ -63,6 +71,9 @@ gen-check: $(READY) ## refuse generated files that differ from their sources
 	@$(PY) scripts/gen_custom.py --check
 	@$(PY) scripts/gen_n2_isa.py --check
 	@$(PY) scripts/gen_nios_system.py --check
+
+nios-cycles: $(READY) ## measure the Nios II core's cycle table and write it into docs/nios_core.md
+	@$(PY) -m sim.harness.n2_lockstep_cycles
 
 synth: $(READY_SYNTH) ## area and speed of every top with Yosys and nextpnr, to build/synth.json (hours)
 	@$(PY) scripts/synth.py $(if $(TOPS),--only $(TOPS)) $(if $(SEEDS),--seeds $(SEEDS))

@@ -108,7 +108,7 @@ def compiled(path: Path):
     return pytest.param(path, id=path.stem, marks=marks)
 
 
-@pytest.mark.parametrize("path", map(compiled, ELFS))
+@pytest.mark.parametrize("path", [compiled(path) for path in ELFS])
 def test_compiled_program__committed_elf__as_qemu(path, capsys):
     require_qemu()
     assert main([str(path)]) == 0, capsys.readouterr().err
