@@ -89,13 +89,15 @@ def store(task: Task, result: dict) -> None:
 def run(
     tasks: Iterable[Task],
     done: Callable[[Task, dict], None],
+    failed: Callable[[Task, str], None],
     jobs: int = 2,
     scheduler: str | None = None,
 ) -> None:
     """Run tasks on a local cluster of `jobs` processes, or on the cluster at `scheduler`.
 
-    `done` is called with each result after it is stored. At most a few tasks per worker are in
-    flight, so they finish roughly in order.
+    `done` is called with each result after it is stored, `failed` with the text of what kept a task
+    from running (sources that changed meanwhile, a unit that does not build). At most a few tasks
+    per worker are in flight, so they finish roughly in order.
     """
     waiting = list(tasks)
     if not waiting:
@@ -109,7 +111,7 @@ def run(
         cluster, address = None, scheduler
     try:
         with Client(address, timeout="30s") as client:
-            _drain(client, waiting, done)
+            _drain(client, waiting, done, failed)
     except OSError as error:
         raise BenchError(f"no Dask scheduler at {scheduler}: {error}") from error
     finally:
@@ -117,7 +119,12 @@ def run(
             cluster.close()
 
 
-def _drain(client: Client, waiting: list[Task], done: Callable[[Task, dict], None]) -> None:
+def _drain(
+    client: Client,
+    waiting: list[Task],
+    done: Callable[[Task, dict], None],
+    failed: Callable[[Task, str], None],
+) -> None:
     queue = iter(waiting)
     workers = max(1, len(client.scheduler_info()["workers"]))
     owner: dict[str, Task] = {}
@@ -132,8 +139,12 @@ def _drain(client: Client, waiting: list[Task], done: Callable[[Task, dict], Non
 
     futures = as_completed([f for _ in range(2 * workers) for f in submit()])
     for future in futures:
-        task, result = owner[future.key], future.result()
-        store(task, result)
-        done(task, result)
+        task = owner.pop(future.key)
+        if future.status == "finished":
+            result = future.result()
+            store(task, result)
+            done(task, result)
+        else:
+            failed(task, str(future.exception()))
         for further in submit():
             futures.add(further)

@@ -260,6 +260,15 @@ class Unit:
         if lib.fpbench_report_size() != ctypes.sizeof(_Report):
             raise BenchError(f"{HARNESS.name}: Report differs from the structure in {__name__}")
 
+    def table(self) -> dict[str, tuple[str, int]]:
+        """The operations as the library has them, in the form of `operations()`."""
+        name, unit = ctypes.c_char_p(), ctypes.c_char_p()
+        found, index = {}, 0
+        while count := self._lib.fpbench_operation(index, ctypes.byref(name), ctypes.byref(unit)):
+            found[(name.value or b"").decode()] = ((unit.value or b"").decode(), count)
+            index += 1
+        return found
+
     def size(self, op: str, kind: str) -> int:
         """Cases of an enumerated kind of the operation; 0 if it has no such kind."""
         return self._lib.fpbench_size(op.encode(), kind.encode())

@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The short set of every operation on the RTL: millions of cases each, result and flags."""
+
+from __future__ import annotations
+
+import os
+
+import pytest
+
+from sim.fpbench import Unit, operations, quick
+from sim.fpbench.directed import DIRECTED
+from sim.fpbench.native import unit_of
+from sim.fpbench.quick import RANDOM_CASES
+from sim.fpbench.selfcheck import selfcheck
+
+SEED = int(os.environ.get("SEED", "1"))
+ITERATIVE = ("sin", "cos")
+
+
+def shown(report) -> str:
+    """The failure text: pasteable lines and how to replay the whole set."""
+    lines = [str(failure) for failure in report.failures] + [report.protocol]
+    replay = f"replay: SEED={SEED} .venv/bin/python -m sim.fpbench bench --op {report.op}"
+    return f"{report.op}: {report.mismatches} of {report.cases} cases differ\n" + "\n".join(
+        [*lines, replay]
+    )
+
+
+@pytest.mark.parametrize("unit", sorted({unit for unit, _ in operations().values()}))
+def test_reference__level_one_and_random_operands__host_agrees_with_softfloat(unit: str) -> None:
+    result = selfcheck(Unit(unit), SEED)
+    assert not result["mismatches"], "\n".join(map(str, result["mismatches"][:8]))
+    assert result["cases"] or unit == "fp_sincos"
+
+
+@pytest.mark.parametrize("op", operations())
+def test_unit__short_set__result_and_flags_match(op: str) -> None:
+    report = quick(op, seed=SEED)
+    assert report.good, shown(report)
+    assert op in ITERATIVE or report.cases >= RANDOM_CASES
+
+
+@pytest.mark.parametrize("name", DIRECTED)
+def test_unit__directed_case__result_and_flags_as_written(name: str) -> None:
+    op, operands, bits, flags = DIRECTED[name]
+    report, got, got_flags = Unit(unit_of(op)).answers(op, [operands])
+    assert (int(got[0]), int(got_flags[0])) == (bits, flags), shown(report)
+    assert report.good, shown(report)
+
+
+def test_operations__table_of_python_and_library__agree() -> None:
+    known = operations()
+    assert known == Unit("fp_add").table()
+    for op, (unit, _) in known.items():
+        assert Unit("fp_add").size(op, "level1"), (unit, op)
