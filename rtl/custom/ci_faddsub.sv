@@ -19,16 +19,17 @@ module ci_faddsub (
   assign unused_control = reset_i || clk_en_i || start_i;
 
   // ---- s1: align the operand with the smaller exponent; equal exponents need no shift ----
+  // A subnormal number has exponent 0 and twice its significand, so that the exponents need no fixing.
   logic        a_normal, b_normal, b_above, a_larger, swap;
-  logic [7:0]  exp_a, exp_b, b_minus_a, distance;  // biased; subnormal as the least normal
+  logic [7:0]  exp_a, exp_b, b_minus_a, distance;
   logic [8:0]  a_minus_b;                // S(8.0)
-  logic [23:0] sig_a, sig_b, moved;      // U(1.23), hidden bit 0 for subnormal numbers and zero
-  assign a_normal  = |dataa_i[30:23];
-  assign b_normal  = |datab_i[30:23];
-  assign exp_a     = {dataa_i[30:24], dataa_i[23] || !a_normal};
-  assign exp_b     = {datab_i[30:24], datab_i[23] || !b_normal};
-  assign sig_a     = {a_normal, dataa_i[22:0]};
-  assign sig_b     = {b_normal, datab_i[22:0]};
+  logic [23:0] sig_a, sig_b, moved;      // U(1.23)
+  assign exp_a     = dataa_i[30:23];
+  assign exp_b     = datab_i[30:23];
+  assign a_normal  = |exp_a;
+  assign b_normal  = |exp_b;
+  assign sig_a     = a_normal ? {1'b1, dataa_i[22:0]} : {dataa_i[22:0], 1'b0};
+  assign sig_b     = b_normal ? {1'b1, datab_i[22:0]} : {datab_i[22:0], 1'b0};
   assign a_minus_b = {1'b0, exp_a} - {1'b0, exp_b};
   assign b_minus_a = exp_b - exp_a;
   assign b_above   = a_minus_b[8];

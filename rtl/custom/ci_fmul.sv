@@ -43,25 +43,25 @@ module ci_fmul (
   assign denormal = exp[9];
   assign far      = !(&exp[8:5]);
 
-  logic [47:0] outer;                    // product = outer + middle * 2^17
-  logic [24:0] middle;
+  logic [47:0] outer, outer_s1_q;        // product = outer + (cross_low + cross_high) * 2^17
+  logic [23:0] cross_low, cross_high, cross_low_s1_q, cross_high_s1_q;
   fp_product multiply (
-      .a_i    (sig_a),
-      .b_i    (sig_b),
-      .outer_o(outer),
-      .cross_o(middle)
+      .a_i         (sig_a),
+      .b_i         (sig_b),
+      .outer_o     (outer),
+      .cross_low_o (cross_low),
+      .cross_high_o(cross_high)
   );
 
-  logic [47:0] outer_s1_q;
-  logic [24:0] middle_s1_q;
   logic [5:0]  shift_s1_q;
-  logic [8:0]  exp_s1_q;                 // U(9.0), biased exponent after the shift, minus one
+  logic [8:0]  exp_s1_q;                 // U(9.0), before zeros are restored, 0 if denormalised
   logic        sign_s1_q, nan_s1_q, inf_s1_q, zero_s1_q;
   always_ff @(posedge clk_i) begin
-    outer_s1_q <= outer;
-    middle_s1_q <= middle;
+    outer_s1_q      <= outer;
+    cross_low_s1_q  <= cross_low;
+    cross_high_s1_q <= cross_high;
     shift_s1_q <= denormal ? {1'b1, ~exp[4:0] | {5{far}}} : {1'b0, ~zeros};
-    exp_s1_q   <= denormal ? 9'd0 : exp[8:0] - {4'd0, zeros};
+    exp_s1_q   <= exp[8:0] & {9{!denormal}};
     sign_s1_q  <= dataa_i[31] ^ datab_i[31];
     nan_s1_q   <= fp_pkg::is_nan(dataa_i) || fp_pkg::is_nan(datab_i)
                || (fp_pkg::is_inf(dataa_i) && fp_pkg::is_zero(datab_i))
@@ -75,14 +75,22 @@ module ci_fmul (
   logic [30:0] unused_shifted;           // zeros, since the product is below 4 after the shift
   logic [26:0] shifted;                  // U(2.25)
   logic        lost, high;
-  assign product = outer_s1_q + {6'd0, middle_s1_q, 17'd0};
+  logic [8:0]  exp_low;                  // U(9.0), biased, if the product is below two
+  // Carry-save, so that one carry chain is left.
+  logic [30:0] partial;                  // in units of 2^17
+  logic [23:0] carries;
+  assign partial = outer_s1_q[47:17] ^ {7'd0, cross_low_s1_q} ^ {7'd0, cross_high_s1_q};
+  assign carries = (outer_s1_q[40:17] & (cross_low_s1_q | cross_high_s1_q))
+                 | (cross_low_s1_q & cross_high_s1_q);
+  assign product = {partial + {6'd0, carries, 1'b0}, outer_s1_q[16:0]};
   fp_shift_right #(.Width(58), .AmountWidth(6)) normalise (
       .value_i ({product, 10'd0}),
       .amount_i(shift_s1_q),
       .value_o ({unused_shifted, shifted}),
       .sticky_o(lost)
   );
-  assign high = shifted[26];
+  assign high    = shifted[26];
+  assign exp_low = exp_s1_q + 9'd1 - {4'd0, ~shift_s1_q[4:0] & {5{!shift_s1_q[5]}}};
 
   logic [25:0] sig_s2_q;                 // U(1.25)
   logic        sticky_s2_q;
@@ -91,7 +99,7 @@ module ci_fmul (
   always_ff @(posedge clk_i) begin
     sig_s2_q    <= high ? shifted[26:1] : shifted[25:0];
     sticky_s2_q <= lost || (high && shifted[0]);
-    exp_s2_q    <= high ? exp_s1_q + 9'd2 : exp_s1_q + 9'd1;
+    exp_s2_q    <= exp_low + {8'd0, high};
     sign_s2_q   <= sign_s1_q;
     nan_s2_q    <= nan_s1_q;
     inf_s2_q    <= inf_s1_q;

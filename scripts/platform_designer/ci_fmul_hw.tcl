@@ -25,6 +25,7 @@ proc add_sources {entity} {
   foreach path {
     rtl/fpu/fp_pkg.sv
     rtl/fpu/fp_lzc.sv
+    rtl/fpu/fp_product.sv
     rtl/fpu/fp_shift_right.sv
     rtl/fpu/fp_round.sv
     rtl/custom/ci_fmul.sv
