@@ -14,9 +14,10 @@ from pathlib import Path
 import bitwuzla
 from rich.console import Console
 
+from tests.formal.catalogue import Proof
 from tests.formal.engine import BUILD, PROVED, REFUTED, Verdict, plant, run
 from tests.formal.netlist import ROOT, ElaborationError
-from tests.formal.proofs import PROOFS, Proof
+from tests.formal.proofs import PROOFS
 
 REPORT = BUILD / "report.json"
 PAGE = ROOT / "docs/formal.md"
@@ -32,8 +33,10 @@ def load(path: Path = REPORT) -> dict:
         return {"proofs": {}, "faults": {}}
 
 
-def store(report: dict, path: Path = REPORT) -> None:
-    """Write the report, whole or not at all."""
+def store(kind: str, name: str, entry: dict | list, path: Path = REPORT) -> None:
+    """Replace one entry of the report, whole or not at all; others may have changed meanwhile."""
+    report = load(path)
+    report[kind][name] = entry
     path.parent.mkdir(parents=True, exist_ok=True)
     draft = path.with_suffix(".tmp")
     draft.write_text(json.dumps(report, indent=1) + "\n")
@@ -67,7 +70,6 @@ def prove(proof: Proof, report: dict, console: Console, limit: float | None, aga
                 known[verdict.digest] = verdict
     cases: list[dict] = []
     entry = {"cases": cases, "complete": False}
-    report["proofs"][proof.name] = entry
     console.print(f"{proof.name}: {proof.unit}, {proof.claim}", markup=False, soft_wrap=True)
     for verdict in run(proof, known=known, limit=limit):
         cases.append({k: v for k, v in asdict(verdict).items() if k != "known"})
@@ -77,9 +79,9 @@ def prove(proof: Proof, report: dict, console: Console, limit: float | None, aga
             text += f"\n    {verdict.note}"
         if verdict.status != PROVED or not verdict.known:
             console.print(text, markup=False, highlight=False, soft_wrap=True)
-        store(report)
+        store("proofs", proof.name, entry)
     entry["complete"] = True
-    store(report)
+    store("proofs", proof.name, entry)
     result = summary(entry)
     console.print(
         f"  {result['proved']} of {result['cases']} cases proved, "
@@ -89,7 +91,7 @@ def prove(proof: Proof, report: dict, console: Console, limit: float | None, aga
     return result["status"] == PROVED
 
 
-def can_fail(proof: Proof, report: dict, console: Console, limit: float | None) -> bool:
+def can_fail(proof: Proof, console: Console, limit: float | None) -> bool:
     """Plant each fault of a proof in a copy of rtl/; true if each makes a case fail."""
     entries = []
     for index, fault in enumerate(proof.faults):
@@ -102,6 +104,8 @@ def can_fail(proof: Proof, report: dict, console: Console, limit: float | None) 
                 if verdict.status == REFUTED:
                     refuted = verdict
                     break
+                if verdict.status != PROVED:
+                    console.print(f"  {verdict.case}: {verdict.note}", markup=False)
         except ElaborationError as error:
             console.print(f"{where}\n  {error}", markup=False, highlight=False, soft_wrap=True)
         entries.append(
@@ -109,8 +113,7 @@ def can_fail(proof: Proof, report: dict, console: Console, limit: float | None) 
         )
         verdict_text = f"seen by case `{refuted.case}`: {refuted.note}" if refuted else "NOT SEEN"
         console.print(f"{where}\n  {verdict_text}", markup=False, highlight=False, soft_wrap=True)
-    report["faults"][proof.name] = entries
-    store(report)
+    store("faults", proof.name, entries)
     return all(entry["seen"] for entry in entries)
 
 
@@ -175,7 +178,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     failures = []
     for proof in chosen:
         if options.check_can_fail:
-            good = can_fail(proof, report, console, options.timeout)
+            good = can_fail(proof, console, options.timeout)
         else:
             good = prove(proof, report, console, options.timeout, options.again)
         if not good:

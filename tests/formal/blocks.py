@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Proofs of the combinational blocks and of the units of two ranks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from tests.formal.catalogue import Case, Context, Fault, proof
+from tests.formal.logic import RNE, RTZ
+from tests.fpu.tb import package_constant
+
+# ---- conversions ----
+
+
+@proof(
+    "fp_i2f",
+    "int32 and uint32 to binary32: result and flags",
+    "all",
+    (Fault("fpu/fp_i2f.sv", "|normal_e2[5:0]", "|normal_e2[5:1]"),),
+    quick=True,
+)
+def i2f(ctx: Context) -> Iterator[Case]:
+    run, latency = ctx.run("fp_i2f"), package_constant("FP_I2F_LATENCY")
+    for name, unsigned in (("signed", 0), ("unsigned", 1)):
+        outcome = ctx.ieee.from_integer(run.input("a_i"), signed=not unsigned)
+        assume = ctx.logic.eq(run.input("unsigned_i"), unsigned)
+        yield ctx.check(name, run, latency, outcome, (assume,))
+
+
+@proof(
+    "fp_f2i",
+    "binary32 to int32, to nearest even and toward zero: result and flags",
+    "all",
+    (Fault("fpu/fp_f2i.sv", "a_i == 32'hcf00_0000", "a_i == 32'hcf00_0001"),),
+    quick=True,
+)
+def f2i(ctx: Context) -> Iterator[Case]:
+    run, latency = ctx.run("fp_f2i"), package_constant("FP_F2I_LATENCY")
+    for name, mode, truncate in (("nearest", RNE, 0), ("toward zero", RTZ, 1)):
+        outcome = ctx.ieee.to_integer(run.input("a_i"), mode)
+        assume = ctx.logic.eq(run.input("truncate_i"), truncate)
+        yield ctx.check(name, run, latency, outcome, (assume,))
+
+
+# ---- comparisons, selections, sign operations ----
+
+COMPARE = "EQ LT LE MIN MAX ABS NEG MOV SGN SAT SEL SELGE SELGT IADD ISUB".split()
+
+
+@proof(
+    "fp_cmp",
+    "every operation (comparison, minimum, maximum, absolute value, negation, signum, saturate, "
+    "selections, integer sum and difference; code 15 as a copy): result and flags",
+    "all",
+    (
+        Fault("fpu/fp_cmp.sv", "(a[30:0] < b[30:0]) != a[31]", "a[30:0] < b[30:0]"),
+        Fault("fpu/fp_cmp.sv", "!(a_zero_e1 && c_zero_e1)", "!a_zero_e1"),
+        Fault("fpu/fp_cmp.sv", "other_e1 = a_zero_e1 ? 32'd0 :", "other_e1 ="),
+    ),
+    quick=True,
+)
+def compare(ctx: Context) -> Iterator[Case]:
+    run, latency = ctx.run("fp_cmp"), package_constant("FP_CMP_LATENCY")
+    a, b, c = (run.input(f"{port}_i") for port in "abc")
+    for name in [*COMPARE, "15"]:
+        code = 15 if name == "15" else package_constant(f"FP_CMP_{name}")
+        outcome = ctx.ieee.compare(name, a, b, c)
+        assume = ctx.logic.eq(run.input("op_i"), code)
+        yield ctx.check(name, run, latency, outcome, (assume,))
+
+
+# ---- building blocks ----
+
+
+@proof(
+    "fp_lzc",
+    "the count is the number of leading zeros, 4 and 5 bits of count",
+    "all",
+    (Fault("fpu/fp_lzc.sv", "empty[k][2*g+1] && empty[k][2*g]", "empty[k][2*g+1]"),),
+    quick=True,
+)
+def leading_zeros(ctx: Context) -> Iterator[Case]:
+    logic = ctx.logic
+    for count_width in (4, 5):
+        run = ctx.run("fp_lzc", {"CountWidth": count_width})
+        value, count = run.input("value_i"), run.output("count_o", 0)
+        width = 1 << count_width
+        expected = logic.bv(count_width, width - 1)
+        for i in range(1, width):  # the highest one wins
+            expected = logic.ite(
+                logic.bit(value, i), logic.bv(count_width, width - 1 - i), expected
+            )
+        claim = logic.all(
+            logic.eq(logic.eq(run.output("zero_o", 0), 1), logic.eq(value, 0)),
+            logic.any(logic.eq(value, 0), logic.eq(count, expected)),
+        )
+        yield Case(f"{width} bits", claim, (), {"value_i": value, "count_o": count})
+
+
+@proof(
+    "fp_normalise",
+    "the value is shifted left until its top bit is one, by the count given",
+    "all but zero; the zero output for all",
+    (Fault("fpu/fp_normalise.sv", "4'b001?: bits = 2'd2", "4'b001?: bits = 2'd3"),),
+    quick=True,
+)
+def normalise(ctx: Context) -> Iterator[Case]:
+    logic, run = ctx.logic, ctx.run("fp_normalise")
+    value = run.input("value_i")
+    result, count, zero = (run.output(name, 0) for name in ("value_o", "count_o", "zero_o"))
+    claim = logic.all(
+        logic.eq(logic.eq(zero, 1), logic.eq(value, 0)),
+        logic.any(
+            logic.eq(value, 0),
+            logic.all(
+                logic.bit(result, 23),
+                logic.ult(count, 24),
+                # nothing is lost: shifting back gives the value
+                logic.eq(logic.shr(result, logic.extend(count, 24)), value),
+            ),
+        ),
+    )
+    yield Case("shift", claim, (), {"value_i": value, "value_o": result, "count_o": count})
+
+
+SHIFTERS = ((32, 5, 0), (33, 6, 1), (27, 5, 1), (58, 6, 1), (48, 6, 1))
+
+
+@proof(
+    "fp_shift_right",
+    "logical right shift with the OR of the bits shifted out, for every width used",
+    "all",
+    (Fault("fpu/fp_shift_right.sv", "level[k][Dropped-1:0]", "level[k][Dropped-1:1]"),),
+    quick=True,
+)
+def shift_right(ctx: Context) -> Iterator[Case]:
+    logic = ctx.logic
+    for width, amount_width, widest_first in SHIFTERS:
+        parameters = {"Width": width, "AmountWidth": amount_width, "WidestFirst": widest_first}
+        run = ctx.run("fp_shift_right", parameters)
+        value, amount = run.input("value_i"), run.input("amount_i")
+        shifted, sticky = run.output("value_o", 0), run.output("sticky_o", 0)
+        # Twice the width: the lower half receives what leaves the upper one.
+        room = width + (1 << amount_width)
+        both = logic.cat(value, logic.bv(room - width, 0))
+        both = logic.shr(both, logic.extend(amount, room))
+        claim = logic.all(
+            logic.eq(shifted, logic.bits(both, room - 1, room - width)),
+            logic.eq(logic.eq(sticky, 1), logic.ne(logic.bits(both, room - width - 1, 0), 0)),
+        )
+        show = {"value_i": value, "amount_i": amount, "value_o": shifted, "sticky_o": sticky}
+        yield Case(f"{width} bits", claim, (), show)
+
+
+@proof(
+    "fp_round",
+    "a magnitude with any bits below the round bit, as an exact number of a wide format, is "
+    "rounded to binary32: result, overflow, underflow, inexact",
+    "all within the contract (exponent 1..511, subnormals with exponent 1, not zero)",
+    (
+        Fault(
+            "fpu/fp_round.sv", "(&sig_i[22:0]) && guard_i && round_i", "(&sig_i[22:0]) && guard_i"
+        ),
+        Fault("fpu/fp_round.sv", "sticky_i || sig_i[0]", "sticky_i"),
+    ),
+    quick=True,
+)
+def rounding(ctx: Context) -> Iterator[Case]:
+    logic, run = ctx.logic, ctx.run("fp_round")
+    sign, exponent, sig = (run.input(f"{name}_i") for name in ("sign", "exp", "sig"))
+    tail = logic.free(4, "tail")  # bits that the sticky bit stands for
+    magnitude = logic.cat(sig, run.input("guard_i"), run.input("round_i"), tail)
+    normal = logic.bit(sig, 23)
+    assume = (
+        logic.ne(exponent, 0),
+        logic.any(normal, logic.eq(exponent, 1)),
+        logic.ne(magnitude, 0),
+        logic.eq(run.input("sticky_i"), logic.vector(logic.ne(tail, 0))),
+    )
+    # sig has its unit bit at place 29 of 30
+    exact = ctx.ieee.scaled(sign, magnitude, logic.extend(exponent, 12), -127 - 29)
+    outcome = ctx.ieee.rounded(exact)
+    result, flags = run.output("result_o", 0), run.output("flags_o", 0)
+    show = {port: run.input(port) for port in run.netlist.inputs}
+    show |= {"tail": tail, "result_o": result, "flags_o": flags}
+    yield Case("all", ctx.ieee.matches(result, flags, outcome), assume, show)

@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a proof is: cases, planted faults, and the list that the other modules fill.
+
+A proof yields cases; a case claims that its assumptions imply a property for all values of the
+free bit vectors. Where the cases split the inputs, a case of its own claims that they cover them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from bitwuzla import Term
+
+from scripts.synth_unit import sources_of
+from tests.formal.ieee import Ieee, Outcome
+from tests.formal.logic import Logic
+from tests.formal.netlist import Netlist, Run, elaborate
+
+
+@dataclass(frozen=True)
+class Case:
+    """`assume` implies `claim`; `show` are the bit vectors that a counterexample lists."""
+
+    name: str
+    claim: Term
+    assume: tuple[Term, ...] = ()
+    show: Mapping[str, Term] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Fault:
+    """Replacement in one file of a copy of rtl/ that must make a case of the proof fail."""
+
+    file: str
+    old: str
+    new: str
+
+
+class Context:
+    """What a proof builds its terms from. `rtl` has the sources, `build` takes netlists."""
+
+    def __init__(self, rtl: Path, build: Path) -> None:
+        self.rtl = rtl
+        self.build = build
+        self.logic = Logic()
+        self.ieee = Ieee(self.logic)
+
+    def run(
+        self, top: str, parameters: Mapping[str, int] | None = None, cut: tuple[str, ...] = ()
+    ) -> Run:
+        """Symbolic run of a module."""
+        text = elaborate(top, sources_of(top, (self.rtl,)), self.build, parameters)
+        return Run(self.logic, Netlist(text), cut)
+
+    def check(
+        self, name: str, run: Run, latency: int, outcome: Outcome, assume: tuple[Term, ...] = ()
+    ) -> Case:
+        """Result, flags and valid of a unit `latency` cycles after its operands."""
+        logic = self.logic
+        result, flags, valid = (
+            run.output(port, latency) for port in ("result_o", "flags_o", "valid_o")
+        )
+        claim = logic.all(
+            self.ieee.matches(result, flags, outcome), logic.eq(valid, run.input("valid_i"))
+        )
+        show = {port: run.input(port) for port in run.netlist.inputs if port.endswith("_i")}
+        show |= {"result_o": result, "flags_o": flags, "expected flags": outcome.flags}
+        return Case(name, claim, assume, show)
+
+
+@dataclass(frozen=True)
+class Proof:
+    """One line of the table in docs/formal.md."""
+
+    name: str
+    unit: str
+    claim: str
+    inputs: str
+    cases: Callable[[Context], Iterator[Case]]
+    faults: tuple[Fault, ...]
+    timeout: int = 120  # seconds per case
+    quick: bool = False  # also run by pytest
+
+
+PROOFS: list[Proof] = []
+
+
+def proof(
+    unit: str, claim: str, inputs: str, faults: tuple[Fault, ...], **options: bool | int
+) -> Callable:
+    """Register the decorated function, a generator of cases, as a proof of its own name."""
+
+    def register(cases: Callable[[Context], Iterator[Case]]) -> Callable:
+        PROOFS.append(Proof(cases.__name__, unit, claim, inputs, cases, faults, **options))
+        return cases
+
+    return register
+
+
+def covered(
+    ctx: Context,
+    splits: list[tuple[str, tuple[Term, ...]]],
+    run: Run,
+    latency: int,
+    outcome: Outcome,
+    given: tuple[Term, ...] = (),
+) -> Iterator[Case]:
+    """A case per split and one that claims that `given` implies at least one of them."""
+    logic = ctx.logic
+    yield Case(
+        "the cases cover all inputs",
+        logic.any(*(logic.all(*terms) for _, terms in splits)),
+        given,
+    )
+    for name, terms in splits:
+        yield ctx.check(name, run, latency, outcome, (*given, *terms))
+
+
+def exponent_of(logic: Logic, bits: Term, width: int = 10) -> Term:
+    """Biased exponent of a binary32 number, that of the least normal for subnormals and zero."""
+    field = logic.bits(bits, 30, 23)
+    return logic.extend(logic.ite(logic.eq(field, 0), logic.bv(8, 1), field), width)
+
+
+def significand_of(logic: Logic, bits: Term, width: int = 24) -> Term:
+    """Significand as an integer, hidden bit included."""
+    hidden = logic.vector(logic.ne(logic.bits(bits, 30, 23), 0))
+    return logic.extend(logic.cat(hidden, logic.bits(bits, 22, 0)), width)

@@ -1,0 +1,270 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Proofs of the multiplications; the product of the significands is proved once, in fp_product.
+
+In the units the addends of the product are free vectors whose sum has only the properties
+that `product_facts` lists and the proof `product` shows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from bitwuzla import Kind, Term
+
+from tests.formal.catalogue import Case, Context, Fault, covered, exponent_of, proof, significand_of
+from tests.formal.logic import Logic
+from tests.formal.netlist import ElaborationError, Run
+from tests.fpu.tb import package_constant
+
+CUT = (".outer_o", ".cross_low_o", ".cross_high_o")
+WIDE = 50  # bits of the sum of the addends, which the product does not fill
+
+
+def product_of(logic: Logic, outer: Term, *crosses: Term) -> Term:
+    """The product that the outputs of fp_product stand for."""
+    terms = [logic.shl(logic.extend(cross, WIDE), 17) for cross in crosses]
+    return logic.add(logic.extend(outer, WIDE), *terms)
+
+
+def product_facts(logic: Logic, a: Term, b: Term, p: Term) -> dict[str, Term]:
+    """What the proofs of the units use of p = a * b, for 24-bit a and b."""
+    facts = {
+        "48 bits": logic.ult(p, 1 << 48),
+        "zero": logic.eq(logic.eq(p, 0), logic.any(logic.eq(a, 0), logic.eq(b, 0))),
+        "two subnormals": logic.any(logic.bit(a, 23), logic.bit(b, 23), logic.ult(p, 1 << 46)),
+    }
+    facts["second is 1"] = logic.any(
+        logic.ne(b, 1 << 23), logic.eq(p, logic.shl(logic.extend(a, WIDE), 23))
+    )
+    for name, x, y in (("first", a, b), ("second", b, a)):
+        for k in range(24):  # y normal, x of k + 1 bits
+            there = logic.all(
+                logic.bit(y, 23), logic.ule(logic.bv(24, 1 << k), x), logic.ule(x, (2 << k) - 1)
+            )
+            inside = logic.all(
+                logic.ule(logic.bv(WIDE, 1 << (k + 23)), p), logic.ule(p, (4 << (k + 23)) - 1)
+            )
+            facts[f"{name} of {k + 1} bits"] = logic.any(logic.no(there), inside)
+    return facts
+
+
+@proof(
+    "fp_product",
+    "the addends sum up to the product, by distributivity over the halves of the operands; "
+    "its range and when it is zero, as the proofs of fp_mul and fp_fma use them",
+    "all",
+    (Fault("fpu/fp_product.sv", "24'(a_i[16:0] * b_i[23:17])", "23'(a_i[16:0] * b_i[23:17])"),),
+    quick=True,
+)
+def product(ctx: Context) -> Iterator[Case]:
+    logic, run = ctx.logic, ctx.run("fp_product")
+    a, b = run.input("a_i"), run.input("b_i")
+    show = {"a_i": a, "b_i": b}
+    outputs = [run.output(ending[1:], 0) for ending in CUT]
+
+    def times(x: Term, y: Term, width: int = WIDE) -> Term:
+        return logic.op(Kind.BV_MUL, logic.extend(x, width), logic.extend(y, width))
+
+    def narrow(x: Term, y: Term) -> Term:
+        return logic.extend(times(x, y, logic.width(x) + logic.width(y)), WIDE)
+
+    def schoolbook(multiply: Callable[[Term, Term], Term]) -> Term:
+        (x1, x0), (y1, y0) = halves
+        return logic.add(
+            logic.shl(multiply(x1, y1), 34),
+            multiply(x0, y0),
+            logic.shl(multiply(x0, y1), 17),
+            logic.shl(multiply(x1, y0), 17),
+        )
+
+    halves = [(logic.bits(x, 23, 17), logic.bits(x, 16, 0)) for x in (a, b)]
+    claim = logic.eq(product_of(logic, *outputs), schoolbook(narrow))
+    yield Case("the unit adds four partial products", claim, (), show)
+    for i, x in enumerate(halves[0]):
+        for j, y in enumerate(halves[1]):
+            claim = logic.eq(narrow(x, y), times(x, y))
+            yield Case(f"partial product {i}{j} fits its width", claim, (), show)
+    scale = logic.bv(WIDE, 1 << 17)
+    for name, x, (high, low) in zip("ab", (a, b), halves, strict=True):
+        whole = logic.add(times(high, scale), logic.extend(low, WIDE))
+        yield Case(f"{name} is the sum of its halves", logic.eq(logic.extend(x, WIDE), whole))
+    w, x, y, z = (logic.free(WIDE, name) for name in "wxyz")
+
+    def mul(*factors: Term) -> Term:
+        return logic.op(Kind.BV_MUL, *factors)
+
+    left = mul(logic.add(mul(w, scale), x), logic.add(mul(y, scale), z))
+    right = logic.add(
+        logic.shl(mul(w, y), 34), mul(x, z), logic.shl(mul(x, y), 17), logic.shl(mul(w, z), 17)
+    )
+    yield Case("distributivity, for any four numbers", logic.eq(left, right))
+    for name, fact in product_facts(logic, a, b, times(a, b)).items():
+        yield Case(f"range, {name}", fact, (), show)
+
+
+@proof(
+    "fp_mul",
+    "the result is the exact product rounded as IEEE 754 states, product of the significands "
+    "abstracted to its range (fp_product): result and flags",
+    "all; cases both normal and other",
+    (
+        Fault("fpu/fp_mul.sv", "high_e3 && shifted_e3[0]", "1'b0"),
+        Fault("fpu/fp_mul.sv", "fp_pkg::is_zero(a_i) && fp_pkg::is_inf(b_i)", "1'b0"),
+    ),
+    timeout=900,
+)
+def mul(ctx: Context) -> Iterator[Case]:
+    logic, latency = ctx.logic, package_constant("FP_MUL_LATENCY")
+    run = ctx.run("fp_mul", cut=CUT)
+    a, b = run.input("a_i"), run.input("b_i")
+    abstracted = abstracted_product(ctx, run, run.output("result_o", latency), a, b)
+    yield abstracted.inputs
+    sign = logic.op(Kind.BV_XOR, logic.bits(a, 31, 31), logic.bits(b, 31, 31))
+    exponent = logic.add(exponent_of(logic, a), exponent_of(logic, b))
+    exact = ctx.ieee.scaled(sign, abstracted.product, exponent, -2 * (127 + 23))
+    outcome = ctx.ieee.product(a, b, exact, sign)
+    normal = logic.all(*(logic.bit(significand_of(logic, x), 23) for x in (a, b)))
+    splits = [("both normal", (normal,)), ("subnormal or zero", (logic.no(normal),))]
+    yield from covered(ctx, splits, run, latency, outcome, abstracted.facts)
+
+
+@dataclass(frozen=True)
+class Abstracted:
+    """A unit's run in which the product is free but for `facts`."""
+
+    product: Term
+    facts: tuple[Term, ...]
+    inputs: Case  # the multiplier receives the significands that the facts speak of
+
+
+def abstracted_product(ctx: Context, run: Run, result: Term, a: Term, b: Term) -> Abstracted:
+    """Of a run with CUT whose `result` is that of the product of a and b."""
+    logic = ctx.logic
+    names = [run.named(ending) for ending in CUT]
+    cycles = {run.cycle_of(name, result) for name in names}
+    if len(cycles) != 1:
+        raise ElaborationError(f"the addends of the product enter in cycles {sorted(cycles)}")
+    cycle = cycles.pop()
+    p = product_of(logic, *(run.signal(name, cycle) for name in names))
+    sig_a, sig_b = significand_of(logic, a), significand_of(logic, b)
+    instance = names[0].removesuffix(CUT[0])
+    factors = [run.signal(f"{instance}.{port}", cycle) for port in ("a_i", "b_i")]
+    claim = logic.all(*(logic.eq(x, y) for x, y in zip(factors, (sig_a, sig_b), strict=True)))
+    inputs = Case("the multiplier receives the significands", claim)
+    return Abstracted(p, tuple(product_facts(logic, sig_a, sig_b, p).values()), inputs)
+
+
+# ---- fused multiply-add ----
+
+FAR_ABOVE, FAR_BELOW = -51, 27  # places of the product's last bit above that of the addend
+
+
+class FmaRun:
+    """fp_fma for one kind of operation, product abstracted."""
+
+    def __init__(self, ctx: Context, kind: str) -> None:
+        logic = ctx.logic
+        self.latency = package_constant("FP_FMA_LATENCY")
+        self.run = run = ctx.run("fp_fma", cut=CUT)
+        self.a, self.b, self.c = (run.input(f"{name}_i") for name in "abc")
+        self.kind = logic.eq(run.input("kind_i"), package_constant(f"FMA_KIND_{kind}"))
+        sign_a, sign_b, sign_c = (logic.bits(x, 31, 31) for x in (self.a, self.b, self.c))
+        self.sign_p = logic.op(
+            Kind.BV_XOR, logic.op(Kind.BV_XOR, sign_a, sign_b), run.input("neg_product_i")
+        )
+        self.sign_c = logic.op(Kind.BV_XOR, sign_c, run.input("neg_addend_i"))
+        result = run.output("result_o", self.latency)
+        self.abstracted = abstracted_product(ctx, run, result, self.a, self.b)
+        self.given = (self.kind, *self.abstracted.facts)
+        inputs = self.abstracted.inputs
+        self.inputs = Case(inputs.name, inputs.claim, (self.kind,))
+
+
+@proof(
+    "fp_fma",
+    "as a multiplier: the exact product rounded, product of the significands abstracted "
+    "(fp_product): result and flags",
+    "all, whatever the addend",
+    (Fault("fpu/fp_fma.sv", "(kind_i == fp_pkg::FMA_KIND_MUL) || ", ""),),
+    timeout=900,
+)
+def fma_product(ctx: Context) -> Iterator[Case]:
+    logic, fma = ctx.logic, FmaRun(ctx, "MUL")
+    yield fma.inputs
+    exponent = logic.add(exponent_of(logic, fma.a), exponent_of(logic, fma.b))
+    exact = ctx.ieee.scaled(fma.sign_p, fma.abstracted.product, exponent, -2 * (127 + 23))
+    outcome = ctx.ieee.product(fma.a, fma.b, exact, fma.sign_p)
+    normal = logic.all(*(logic.bit(significand_of(logic, x), 23) for x in (fma.a, fma.b)))
+    splits = [("both normal", (normal,)), ("subnormal or zero", (logic.no(normal),))]
+    yield from covered(ctx, splits, fma.run, fma.latency, outcome, fma.given)
+
+
+@proof(
+    "fp_fma",
+    "fused multiply-add and its negations: the exact sum of product and addend rounded, product "
+    "of the significands abstracted (fp_product): result and flags",
+    "all; cases by distance, signs and length of a difference",
+    (Fault("fpu/fp_fma.sv", "subtract_e2_q && !lost_e3}", "subtract_e2_q}"),),
+    timeout=600,
+)
+def fma(ctx: Context) -> Iterator[Case]:
+    logic, fma = ctx.logic, FmaRun(ctx, "FMA")
+    run, a, b, c, p = fma.run, fma.a, fma.b, fma.c, fma.abstracted.product
+    yield fma.inputs
+    exponent_p = logic.add(*(exponent_of(logic, x, 12) for x in (a, b)))
+    exponent_c = exponent_of(logic, c, 12)
+    sig_c = significand_of(logic, c)
+    # last bit of the product above that of the addend, in places
+    above = logic.sub(logic.sub(exponent_p, exponent_c), logic.bv(12, 127 + 23))
+    differ = logic.ne(fma.sign_p, fma.sign_c)
+    finite = ctx.ieee.finite(a, b, c)
+    no_product, no_addend = logic.eq(p, 0), logic.eq(sig_c, 0)
+    both = logic.all(finite, logic.no(no_product), logic.no(no_addend))
+
+    splits: list[tuple[str, tuple[Term, ...], Term]] = []
+
+    def split(name: str, terms: tuple[Term, ...], x: Term, y: Term, exponent: Term, bias: int):
+        """x is the product and y the addend, in the same unit 2^(exponent + bias)."""
+        width = max(logic.width(x), logic.width(y)) + 1
+        x, y = logic.extend(x, width), logic.extend(y, width)
+        x_larger = logic.ule(y, x)
+        difference = logic.ite(x_larger, logic.sub(x, y), logic.sub(y, x))
+        magnitude = logic.ite(differ, difference, logic.add(x, y))
+        sign = logic.ite(logic.all(differ, logic.no(x_larger)), fma.sign_c, fma.sign_p)
+        exact = ctx.ieee.scaled(sign, magnitude, exponent, bias)
+        splits.append((name, terms, exact))
+
+    zero_c, zero_p = logic.bv(24, 0), logic.bv(WIDE, 0)
+    bias_p, bias_c = -2 * (127 + 23), -(127 + 23)
+    split("not finite", (logic.no(finite),), p, zero_c, exponent_p, bias_p)
+    split("product zero", (finite, no_product), zero_p, sig_c, exponent_c, bias_c)
+    split(
+        "addend zero",
+        (finite, logic.no(no_product), no_addend),
+        p,
+        zero_c,
+        exponent_p,
+        bias_p,
+    )
+    one = logic.bv(1, 1)
+    far_up = (both, logic.op(Kind.BV_SLE, above, logic.bv(12, FAR_ABOVE)))
+    far_down = (both, logic.op(Kind.BV_SGE, above, logic.bv(12, FAR_BELOW)))
+    padded_c, padded_p = logic.cat(sig_c, logic.bv(3, 0)), logic.cat(p, logic.bv(3, 0))
+    split("addend far above", far_up, one, padded_c, exponent_c, bias_c - 3)
+    split("addend far below", far_down, padded_p, one, exponent_p, bias_p - 3)
+    for q in range(FAR_ABOVE + 1, FAR_BELOW):
+        x = logic.cat(p, logic.bv(q, 0)) if q > 0 else p
+        y = logic.cat(sig_c, logic.bv(-q, 0)) if q < 0 else sig_c
+        base = (exponent_c, bias_c) if q > 0 else (exponent_p, bias_p)
+        for name, truth in (("equal", logic.no(differ)), ("unequal", differ)):
+            split(f"{name} signs, distance {q}", (both, truth, logic.eq(above, q)), x, y, *base)
+
+    yield Case(
+        "the cases cover all inputs",
+        logic.any(*(logic.all(*terms) for _, terms, _ in splits)),
+        fma.given,
+    )
+    for name, terms, exact in splits:
+        outcome = ctx.ieee.product_sum(a, b, c, exact, (fma.sign_p, fma.sign_c))
+        yield ctx.check(name, run, fma.latency, outcome, (*fma.given, *terms))

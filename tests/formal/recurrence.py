@@ -1,0 +1,309 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Proofs of fp_divsqrt: the digit recurrence stage by stage, and rounding of its outcome.
+
+Integers of entry s, in front of digit stage s, k = 2s digits known: remainder R, digits Q, divisor
+D. `recurrence_start` proves the values of entry 0, `recurrence_stages` that every stage keeps the
+invariant
+
+    quotient: 2^k R0 = Q D + R,             R < D                          D = 8 sb, R0 = 4 sa
+    root:     2^k R0 = Q^2 2^(26-k) + R,    R < (2 Q + 1) 2^(26-k)         D = (4 Q + 1) 2^(25-k)
+
+(sa, sb: significands of 24 bits with leading one; R0 = 2 sa or 4 sa for roots). `numbers` has what
+follows for the digits. `recurrence_rounded` proves that the unit rounds Q and R correctly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from bitwuzla import Kind, Term
+
+from tests.formal.catalogue import Case, Context, Fault, exponent_of, proof, significand_of
+from tests.formal.ieee import Outcome
+from tests.formal.logic import Logic
+from tests.formal.netlist import Run
+from tests.fpu.tb import package_constant
+
+STAGES = 13
+DIGITS, REMAINDER, DIVISOR = ("digits_q", 24), ("remainder_q", 27), ("divisor_q", 27)
+ROOM = 60  # bits that hold every integer here
+
+
+def entry(logic: Logic, run: Run, register: tuple[str, int], stage: int, cycle: int) -> Term:
+    """Register of an entry as a number of ROOM bits."""
+    name, width = register
+    bits = logic.bits(run.signal(name, cycle), width * (stage + 1) - 1, width * stage)
+    return logic.extend(bits, ROOM)
+
+
+def times(logic: Logic, x: Term, y: Term | int) -> Term:
+    """Product modulo 2^width."""
+    other = logic.bv(logic.width(x), y) if isinstance(y, int) else y
+    return logic.op(Kind.BV_MUL, x, other)
+
+
+def square_step(logic: Logic, digits: Term, new: int, k: int) -> Term:
+    """((4 Q + q)^2 - 16 Q^2) 2^(24-k) = (8 Q q + q^2) 2^(24-k)"""
+    inner = logic.add(times(logic, digits, 8 * new), logic.bv(ROOM, new * new))
+    return logic.shl(inner, 24 - k)
+
+
+def one_of(logic: Logic, index: Term, choices: list[Term]) -> Term:
+    """choices[index]"""
+    result = choices[-1]
+    for number, choice in reversed(list(enumerate(choices[:-1]))):
+        result = logic.ite(logic.eq(index, number), choice, result)
+    return result
+
+
+def invariant(logic: Logic, root: bool, k: int, r: Term, q: Term, d: Term) -> tuple[Term, ...]:
+    """Bounds of entry k / 2, without the equation that `numbers` composes."""
+    small = logic.ult(q, 1 << k)
+    if not root:
+        return (
+            small,
+            logic.ult(r, d),
+            logic.ule(logic.bv(ROOM, 1 << 26), d),
+            logic.ult(d, 1 << 27),
+        )
+    bound = logic.shl(logic.add(times(logic, q, 2), logic.bv(ROOM, 1)), 26 - k)
+    divisor = logic.shl(logic.add(times(logic, q, 4), logic.bv(ROOM, 1)), 25 - k)
+    return (small, logic.ult(r, bound), logic.eq(d, divisor))
+
+
+class Operand:
+    """Normalised significand of a binary32 number and its biased exponent, plus 512."""
+
+    def __init__(self, logic: Logic, bits: Term) -> None:
+        sig = significand_of(logic, bits)
+        zeros, self.significand = logic.bv(12, 0), sig
+        for count in range(1, 24):
+            here = logic.all(
+                logic.ult(sig, 1 << (24 - count)), logic.ule(logic.bv(24, 1 << (23 - count)), sig)
+            )
+            zeros = logic.ite(here, logic.bv(12, count), zeros)
+            self.significand = logic.ite(here, logic.shl(sig, count), self.significand)
+        biased = logic.add(exponent_of(logic, bits, 12), logic.bv(12, 512))
+        self.exponent = logic.sub(biased, zeros)
+
+    def radicand(self, logic: Logic) -> Term:
+        """R0 of a root: m / 4 in units of 2^-26; m is doubled for an odd unbiased exponent."""
+        wide = logic.extend(self.significand, ROOM)
+        odd = logic.no(logic.bit(self.exponent, 0))  # unbiased: minus 127
+        return logic.ite(odd, logic.shl(wide, 2), logic.shl(wide, 1))
+
+
+@proof(
+    "fp_divsqrt",
+    "operands enter the recurrence normalised, root and quotient: first remainder, divisor, "
+    "no digits",
+    "all finite operands that are not zero",
+    (Fault("fpu/fp_divsqrt.sv", "exp_a_e1[0] == zeros_a_e1[0]", "exp_a_e1[0]"),),
+    quick=True,
+)
+def recurrence_start(ctx: Context) -> Iterator[Case]:
+    logic, run = ctx.logic, ctx.run("fp_divsqrt")
+    a, b, sqrt = (run.input(name) for name in ("a_i", "b_i", "sqrt_i"))
+    first, second = Operand(logic, a), Operand(logic, b)
+    r, q, d = (entry(logic, run, register, 0, 1) for register in (REMAINDER, DIGITS, DIVISOR))
+    for root in (False, True):
+        used = (a,) if root else (a, b)
+        assume = [logic.eq(sqrt, int(root)), ctx.ieee.finite(*used)]
+        assume += [logic.no(ctx.ieee.zero(x)) for x in used]
+        divisor = logic.shl(logic.extend(second.significand, ROOM), 3)
+        start = first.radicand(logic)
+        if not root:
+            start = logic.shl(logic.extend(first.significand, ROOM), 2)
+        claim = [logic.eq(r, start), logic.eq(q, 0), *invariant(logic, root, 0, r, q, d)]
+        claim += [logic.eq(d, logic.bv(ROOM, 1 << 25) if root else divisor)]
+        claim += [logic.eq(logic.bits(run.signal("sqrt_q", 1), 0, 0), sqrt)]
+        name = "root" if root else "quotient"
+        yield Case(name, logic.all(*claim), tuple(assume), {"a": a, "b": b})
+
+
+@proof(
+    "fp_divsqrt",
+    "each of the twelve inner digit stages keeps the invariant of the recurrence: bounds of the "
+    "remainder, two new digits, divisor, and 4 R = step(Q, digits) + R'; the steps add up to its "
+    "equation; the leading digits are not zero; an exact quotient has no digits 24 and 25",
+    "all states that meet the invariant",
+    (Fault("fpu/fp_divsqrt.sv", "{digit_second, 2'b01}", "{digit_second, 2'b10}"),),
+    quick=True,
+)
+def recurrence_stages(ctx: Context) -> Iterator[Case]:
+    logic, run = ctx.logic, ctx.run("fp_divsqrt")
+    yield from numbers(ctx)
+    for stage in range(STAGES - 1):
+        k = 2 * stage
+        now, then = (
+            [entry(logic, run, register, s, cycle) for register in (REMAINDER, DIGITS, DIVISOR)]
+            for s, cycle in ((stage, 0), (stage + 1, 1))
+        )
+        r, q, d = now
+        r_next, q_next, d_next = then
+        sqrt = logic.bits(run.signal("sqrt_q", 0), stage, stage)
+        sqrt_next = logic.bits(run.signal("sqrt_q", 1), stage + 1, stage + 1)
+        new = logic.bits(q_next, 1, 0)
+        for root in (False, True):
+            if root:
+                steps = [square_step(logic, q, digit, k) for digit in range(4)]
+            else:
+                steps = [times(logic, d, digit) for digit in range(4)]
+            claim = logic.all(
+                *invariant(logic, root, k + 2, r_next, q_next, d_next),
+                logic.eq(q_next, logic.add(logic.shl(q, 2), logic.extend(new, ROOM))),
+                logic.eq(logic.shl(r, 2), logic.add(one_of(logic, new, steps), r_next)),
+                logic.eq(sqrt_next, sqrt),
+                logic.tm.mk_true() if root else logic.eq(d_next, d),
+            )
+            assume = (logic.eq(sqrt, int(root)), *invariant(logic, root, k, r, q, d))
+            show = {"R": r, "Q": q, "D": d, "R'": r_next, "Q'": q_next, "D'": d_next}
+            yield Case(f"{'root' if root else 'quotient'}, stage {stage}", claim, assume, show)
+
+
+def numbers(ctx: Context) -> Iterator[Case]:
+    """Arithmetic behind the recurrence, for all numbers of the widths in use."""
+    logic = ctx.logic
+    q, d, r, c, new = (logic.free(64, name) for name in ("Q", "D", "R", "c", "new"))
+
+    def mul(*factors: Term) -> Term:
+        return logic.op(Kind.BV_MUL, *factors)
+
+    four, sixteen = logic.bv(64, 4), logic.bv(64, 16)
+    more = logic.add(mul(q, four), new)
+    left = mul(four, logic.add(mul(q, d), r))
+    right = logic.add(mul(more, d), logic.sub(mul(r, four), mul(new, d)))
+    yield Case("quotient: 4 (Q D + R) = (4 Q + q) D + (4 R - q D)", logic.eq(left, right))
+    two = logic.bv(64, 2)
+    square = mul(logic.add(c, new), logic.add(c, new))
+    parts = logic.add(mul(c, c), mul(two, mul(c, new)), mul(new, new))
+    yield Case("root: (x + y)^2 = x^2 + 2 x y + y^2", logic.eq(square, parts))
+    claim = logic.eq(mul(mul(q, four), mul(q, four)), mul(sixteen, mul(q, q)))
+    yield Case("root: (4 Q)^2 = 16 Q^2, so that (4 Q + q)^2 = 16 Q^2 + step", claim)
+    square, step = logic.free(64, "Q^2"), logic.free(64, "step")
+    left = mul(four, logic.add(mul(square, mul(four, c)), r))
+    more = logic.add(mul(sixteen, square), step)
+    right = logic.add(mul(more, c), logic.sub(mul(r, four), mul(step, c)))
+    yield Case("root: 4 (4 c Q^2 + R) = c (16 Q^2 + step) + (4 R - c step)", logic.eq(left, right))
+
+    sa, sb = (logic.free(24, name) for name in ("sa", "sb"))
+    wa, wb = (logic.extend(x, ROOM) for x in (sa, sb))
+    normal = (logic.bit(sa, 23), logic.bit(sb, 23))
+    digits = logic.free(24, "digits")
+    wide, rest = logic.extend(digits, ROOM), logic.free(ROOM, "rest")
+    eight_b = logic.shl(wb, 3)
+    yield Case(
+        "quotient: the first or second digit is one",
+        logic.ule(logic.bv(24, 1 << 22), digits),
+        (
+            *normal,
+            logic.eq(logic.add(times(logic, wide, eight_b), rest), logic.shl(wa, 26)),
+            logic.ult(rest, eight_b),
+        ),
+    )
+    start = logic.free(ROOM, "R0")
+    four_squares = logic.shl(times(logic, wide, wide), 2)
+    bound = logic.shl(logic.add(logic.shl(wide, 1), logic.bv(ROOM, 1)), 2)
+    yield Case(
+        "root: the first digit is one",
+        logic.bit(digits, 23),
+        (
+            logic.ule(logic.bv(ROOM, 1 << 24), start),
+            logic.ult(start, 1 << 26),
+            logic.eq(logic.add(four_squares, rest), logic.shl(start, 24)),
+            logic.ult(rest, bound),
+        ),
+    )
+    # Q sb = 2^25 sa: the low 25 bits of the product are zero; sb = 2^t (2 h + 1), t <= 23
+    all_digits, half = logic.free(26, "Q26"), logic.free(26, "h")
+    odd = logic.add(logic.shl(half, 1), logic.bv(26, 1))
+    for t in range(24):
+        product = times(logic, all_digits, logic.shl(odd, t))
+        yield Case(
+            f"exact quotient, divisor with {t} trailing zeros: digits 24 and 25 are zero",
+            logic.eq(logic.bits(all_digits, 1, 0), 0),
+            (logic.eq(logic.bits(product, 24, 0), 0),),
+        )
+
+
+@proof(
+    "fp_divsqrt",
+    "result and flags are the quotient or root, rounded as IEEE 754 states, of which the "
+    "recurrence gives the digits; its outcome is abstracted to the invariant",
+    "all",
+    (
+        Fault("fpu/fp_divsqrt.sv", "nonzero_first_q && (|nonzero_second_q)", "nonzero_first_q"),
+        Fault("fpu/fp_divsqrt.sv", "b_zero_sig_e1 && !a_inf_e1 && !nan_e1", "b_zero_sig_e1"),
+    ),
+    timeout=900,
+)
+def recurrence_rounded(ctx: Context) -> Iterator[Case]:
+    logic, latency = ctx.logic, package_constant("FP_DIVSQRT_LATENCY")
+    for root in (False, True):
+        name = "root" if root else "quotient"
+        # Special operands need not meet the invariant: nothing is replaced there.
+        for special in (True, False):
+            run = ctx.run("fp_divsqrt")
+            digits, r, d = (logic.free(width, name) for name, width in (DIGITS, REMAINDER, DIVISOR))
+            if not special:
+                replace_recurrence(logic, run, digits, r, d)
+            state = [logic.extend(term, ROOM) for term in (r, digits, d)]
+            outcome, ordinary, given = rounded_digits(ctx, root, run, digits, *state)
+            operation = logic.eq(run.input("sqrt_i"), int(root))
+            if special:
+                assume = (operation, logic.no(ordinary))
+                yield ctx.check(f"{name}, special operands", run, latency, outcome, assume)
+            else:
+                yield ctx.check(name, run, latency, outcome, (operation, ordinary, *given))
+
+
+def replace_recurrence(logic: Logic, run: Run, digits: Term, r: Term, d: Term) -> None:
+    """Free digits in every entry and free remainder and divisor in the last one.
+
+    An entry has the upper digits of the next one, as `recurrence_stages` proves.
+    """
+    last = STAGES - 1
+    for stage in range(1, STAGES):
+        name, width = DIGITS
+        known = logic.shr(digits, 24 - 2 * stage)
+        run.replace(name, width * (stage + 1) - 1, width * stage, stage + 1, known)
+    for (name, width), term in ((REMAINDER, r), (DIVISOR, d)):
+        run.replace(name, width * (last + 1) - 1, width * last, last + 1, term)
+
+
+def rounded_digits(
+    ctx: Context, root: bool, run: Run, digits: Term, r: Term, q: Term, d: Term
+) -> tuple[Outcome, Term, list[Term]]:
+    """Outcome from 24 digits and a remainder, when it is used, and what is known of them."""
+    logic = ctx.logic
+    a, b = run.input("a_i"), run.input("b_i")
+    first, second = Operand(logic, a), Operand(logic, b)
+    # The last two digits: the largest for which the remainder is not negative.
+    if root:
+        steps = [square_step(logic, q, digit, 24) for digit in range(4)]
+    else:
+        steps = [times(logic, d, digit) for digit in range(4)]
+    new, taken = logic.bv(2, 0), steps[0]
+    for digit in range(1, 4):
+        fits = logic.ule(steps[digit], logic.shl(r, 2))
+        new = logic.ite(fits, logic.bv(2, digit), new)
+        taken = logic.ite(fits, steps[digit], taken)
+    exact = logic.eq(logic.shl(r, 2), taken)
+    magnitude = logic.cat(digits, new, logic.vector(logic.no(exact)))
+    used = (a,) if root else (a, b)
+    ordinary = logic.all(ctx.ieee.finite(*used), *(logic.no(ctx.ieee.zero(x)) for x in used))
+    known = [*invariant(logic, root, 24, r, q, d)]
+    if root:
+        # floor((e - 127) / 2) = floor((e + 512 + 1) / 2) - 320; `exponent` is e + 512
+        halved = logic.shr(logic.add(first.exponent, logic.bv(12, 1)), 1)
+        value = ctx.ieee.scaled(logic.bv(1, 0), magnitude, halved, -320 - 26)
+        return ctx.ieee.root(a, value), ordinary, [*known, logic.bit(digits, 23)]
+    sign = logic.op(Kind.BV_XOR, logic.bits(a, 31, 31), logic.bits(b, 31, 31))
+    difference = logic.sub(logic.add(first.exponent, logic.bv(12, 512)), second.exponent)
+    value = ctx.ieee.scaled(sign, magnitude, difference, -512 - 26)
+    known += [
+        logic.ule(logic.bv(24, 1 << 22), digits),
+        logic.eq(d, logic.shl(logic.extend(second.significand, ROOM), 3)),
+        logic.any(logic.no(exact), logic.eq(new, 0)),
+    ]
+    return ctx.ieee.quotient(a, b, value, sign), ordinary, known
