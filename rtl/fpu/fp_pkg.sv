@@ -26,7 +26,7 @@ package fp_pkg;
   localparam int unsigned FP_I2F_LATENCY = 2;
   localparam int unsigned FP_F2I_LATENCY = 2;
   localparam int unsigned FP_CMP_LATENCY = 2;
-  localparam int unsigned FP_SINCOS_LATENCY = 31;
+  localparam int unsigned FP_SINCOS_LATENCY = 36;
 
   // Operation of fp_fma. Field order: {negate product, negate addend, kind}.
   localparam logic [1:0] FMA_KIND_FMA = 2'b00;  // +-(a*b) +- c

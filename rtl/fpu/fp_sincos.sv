@@ -17,67 +17,81 @@ module fp_sincos (
 );
 
   // Steps (register ranks after the one that accepts):
-  //    1.. 9  |a| 2/pi = q + f, quadrant q and |f| <= 1/2 quarter turns, f with 61 fraction bits.
+  // A product takes a step per byte and one more, as its rows are added in pairs a step earlier.
+  //    1..10  |a| 2/pi = q + f, quadrant q and |f| <= 1/2 quarter turns, f with 61 fraction bits.
   //           The closest a binary32 number in range comes to a multiple of pi/2 is |f| = 2^-28.48
   //           (437ce5f1, 252.898...), which leaves 33 significant bits of f.
-  //   10      split f
-  //   11..23  Horner's rule for sin(pi/2 f)/f or cos(pi/2 f) on one of 32 segments: steps 11, 14,
-  //           18, 23 load the next coefficient; t has 15, 23, 31 bits in the three products
-  //   24..28  times f (its five bytes from the leading one on), or times one
-  //   29, 30  normalise; round
+  //   11      split f
+  //   12..27  Horner's rule for sin(pi/2 f)/f or cos(pi/2 f) on one of 32 segments: steps 12, 16,
+  //           21, 27 load the next coefficient; t has 15, 23, 31 bits in the three products
+  //   28..33  times f (its five bytes from the leading one on), or times one
+  //   34, 35  normalise; round
   // Below 2^-12 the results rounded to nearest are a and 1.
 
   // 2/pi truncated to 71 fraction bits, and zeros above.
   localparam logic [91:0] TWO_OVER_PI = 92'h00000517cc1b727220a94fe;
   localparam logic [7:0]  EXP_MAX = 8'd135;      // of 256
   localparam logic [7:0]  EXP_MIN = 8'd115;      // of 2^-12
-  localparam logic [4:0]  LAST = 5'd30;
+  localparam logic [5:0]  LAST = 6'd35;
 
   // ---- control: step 0 is idle ----
-  logic [4:0] step_q;
+  logic [5:0] step_q;
   logic       accept;
 
-  assign ready_o = step_q == 5'd0;
+  assign ready_o = step_q == 6'd0;
   assign accept  = ready_o && valid_i;
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
-      step_q  <= 5'd0;
+      step_q  <= 6'd0;
       valid_o <= 1'b0;
     end else begin
-      if (accept || !ready_o) step_q <= (step_q == LAST) ? 5'd0 : step_q + 5'd1;
+      if (accept || !ready_o) step_q <= (step_q == LAST) ? 6'd0 : step_q + 6'd1;
       valid_o <= step_q == LAST;
     end
   end
 
-  logic       reduce;                            // steps 1..9
-  logic       load;                              // a coefficient is loaded, a product begins
-  logic [1:0] order;                             // of that coefficient
-  logic [2:0] byte_base;                         // byte of f for the next step
-  logic       final_product, last_byte;          // for the next step
+  logic       reduce;                            // steps up to 10
+  logic       split;                             // step 11
+  logic       load_d, load_q;                    // a coefficient is loaded, a product begins
+  logic [1:0] order_q;                           // of the next coefficient
+  logic [2:0] byte_base_d, byte_base_q;          // byte of f for the next step
+  logic       final_d, final_q;                  // the next step belongs to the last product,
+  logic       last_byte_d, last_byte_q;          // .. with its last byte
+  logic       clear_q;                           // the first step of a product, nothing to add yet
 
-  assign reduce = step_q <= 5'd9;
+  assign reduce = step_q <= 6'd10;
+  assign split  = step_q == 6'd11;
 
-  always_comb begin
-    load          = 1'b0;
-    order         = 2'd0;
-    byte_base     = 3'd1;
-    final_product = 1'b0;
-    last_byte     = 1'b0;
+  always_comb begin                              // in the step before
+    load_d      = 1'b0;
+    byte_base_d = 3'd1;
+    final_d     = 1'b0;
+    last_byte_d = 1'b0;
     case (step_q)
-      5'd11: begin load = 1'b1; order = 2'd3; byte_base = 3'd2; end
-      5'd14: begin load = 1'b1; order = 2'd2; byte_base = 3'd3; end
-      5'd15: byte_base = 3'd2;
-      5'd18: begin load = 1'b1; order = 2'd1; byte_base = 3'd4; end
-      5'd19: byte_base = 3'd3;
-      5'd20: byte_base = 3'd2;
-      5'd23: begin load = 1'b1; final_product = 1'b1; byte_base = 3'd4; end
-      5'd24: begin final_product = 1'b1; byte_base = 3'd3; end
-      5'd25: begin final_product = 1'b1; byte_base = 3'd2; end
-      5'd26: begin final_product = 1'b1; byte_base = 3'd1; end
-      5'd27: begin final_product = 1'b1; byte_base = 3'd0; last_byte = 1'b1; end
+      6'd11: begin load_d = 1'b1; byte_base_d = 3'd2; end
+      6'd15: begin load_d = 1'b1; byte_base_d = 3'd3; end
+      6'd16: byte_base_d = 3'd2;
+      6'd20: begin load_d = 1'b1; byte_base_d = 3'd4; end
+      6'd21: byte_base_d = 3'd3;
+      6'd22: byte_base_d = 3'd2;
+      6'd26: begin load_d = 1'b1; final_d = 1'b1; byte_base_d = 3'd4; end
+      6'd27: begin final_d = 1'b1; byte_base_d = 3'd3; end
+      6'd28: begin final_d = 1'b1; byte_base_d = 3'd2; end
+      6'd29: begin final_d = 1'b1; byte_base_d = 3'd1; end
+      6'd30: begin final_d = 1'b1; byte_base_d = 3'd0; last_byte_d = 1'b1; end
       default: ;
     endcase
+  end
+
+  always_ff @(posedge clk_i) begin
+    load_q      <= load_d;
+    byte_base_q <= byte_base_d;
+    final_q     <= final_d;
+    last_byte_q <= last_byte_d;
+    clear_q     <= load_q || ready_o || step_q == 6'd10;
+    if (ready_o) order_q <= 2'd3;
+    else if (load_q) order_q <= order_q - 2'd1;
   end
 
   // ---- operand ----
@@ -113,11 +127,12 @@ module fp_sincos (
   endfunction
 
   logic [34:0] row0, row1, row2, row3;
-  logic [41:0] sum0;                             // acc_shifted + row0
-  logic [36:0] sum12;                            // row1 + 4 row2
-  logic [39:0] sum012;                           // (sum0 + 4 sum12) / 4
-  logic [35:0] sum;                              // (4 sum012 + 64 row3) / 64
-  logic        unused0, unused12, unused012, unused3;
+  logic [37:0] low_pair, high_pair;              // row0 + 4 row1, row2 + 4 row3
+  logic [37:0] low_pair_q, high_pair_q;
+  logic        low_carry_q, high_carry_q;        // of row0 and row2
+  logic [41:0] sum_low;                          // acc_shifted + low pair
+  logic [37:0] sum_high;                         // (sum_low + 16 high pair) / 16
+  logic        unused_low_pair, unused_high_pair, unused_low, unused_high;
 
   assign row0 = booth_row(y_q[2:0], x_q);
   assign row1 = booth_row(y_q[4:2], x_q);
@@ -125,20 +140,26 @@ module fp_sincos (
   assign row3 = booth_row(y_q[8:6], x_q);
 
   // The bit appended below each sum carries into it.
+  assign low_pair[1:0]  = row0[1:0];
+  assign high_pair[1:0] = row2[1:0];
+  assign {low_pair[37:2], unused_low_pair} = {{3{row0[34]}}, row0[34:2], 1'b1}
+                                           + {row1[34], row1, booth_negative(y_q[4:2])};
+  assign {high_pair[37:2], unused_high_pair} = {{3{row2[34]}}, row2[34:2], 1'b1}
+                                             + {row3[34], row3, booth_negative(y_q[8:6])};
+
+  always_ff @(posedge clk_i) begin
+    low_pair_q   <= low_pair;
+    high_pair_q  <= high_pair;
+    low_carry_q  <= booth_negative(y_q[2:0]);
+    high_carry_q <= booth_negative(y_q[6:4]);
+  end
+
   assign acc_shifted = {{8{acc_q[41]}}, acc_q[41:8]};
-  assign {sum0, unused0} = {acc_shifted, 1'b1} + {{7{row0[34]}}, row0, booth_negative(y_q[2:0])};
-  assign sum12[1:0] = row1[1:0];
-  assign {sum12[36:2], unused12} = {{2{row1[34]}}, row1[34:2], 1'b1}
-                                 + {row2, booth_negative(y_q[6:4])};
-  assign {sum012, unused012} = {sum0[41:2], 1'b1}
-                             + {{3{sum12[36]}}, sum12, booth_negative(y_q[4:2])};
-  assign {sum, unused3} = {sum012[39:4], 1'b1} + {row3[34], row3, booth_negative(y_q[8:6])};
-  assign acc_next = {sum, sum012[3:0], sum0[1:0]};
+  assign {sum_low, unused_low}   = {acc_shifted, 1'b1} + {{4{low_pair_q[37]}}, low_pair_q, low_carry_q};
+  assign {sum_high, unused_high} = {sum_low[41:4], 1'b1} + {high_pair_q, high_carry_q};
+  assign acc_next = {sum_high, sum_low[3:0]};
 
-  logic clear;
-  assign clear = load || step_q == 5'd10 || ready_o;
-
-  always_ff @(posedge clk_i) acc_q <= clear ? 42'd0 : acc_next;
+  always_ff @(posedge clk_i) acc_q <= clear_q ? 42'd0 : acc_next;
 
   // ---- reduction ----
   // acc_q has the weights 2^19 .. 2^-22 when it ends and low_q the next 39; q needs 2^1 and 2^0.
@@ -168,7 +189,7 @@ module fp_sincos (
 
   always_ff @(posedge clk_i) begin
     if (reduce) low_q <= {acc_q[7:0], low_q[38:8]};
-    if (step_q == 5'd10) begin
+    if (split) begin
       high_q    <= acc_q[21:0];
       segment_q <= high[20:16];
       leading_q <= leading;
@@ -197,7 +218,7 @@ module fp_sincos (
   logic [2:0]  byte_index;
   logic [7:0]  byte_raw, byte_f;
 
-  assign byte_index = final_product ? byte_base + {1'b0, leading_q} : byte_base;
+  assign byte_index = final_q ? byte_base_q + {1'b0, leading_q} : byte_base_q;
 
   always_comb begin
     case (byte_index)
@@ -214,12 +235,12 @@ module fp_sincos (
 
   always_comb begin
     byte_f = byte_raw ^ {8{negative_f}};
-    if (final_product && !sine_q) byte_f = last_byte ? 8'h40 : 8'h00;   // 2^6, see exp_q
-    if (!final_product && byte_base == 3'd1) byte_f[7] = 1'b0;        // segment
+    if (final_q && !sine_q) byte_f = last_byte_q ? 8'h40 : 8'h00;   // 2^6, see exp_q
+    if (!final_q && byte_base_q == 3'd1) byte_f[7] = 1'b0;        // segment
   end
 
   always_ff @(posedge clk_i)
-    y_q <= {reduce ? byte_pi : byte_f, y_q[8] && !load && !ready_o};
+    y_q <= {reduce ? byte_pi : byte_f, y_q[8] && !load_q && !ready_o};
 
   // ---- cubic: byte 1 has seven bits of t, so a product with t is acc_q / 2^7 ----
   logic [33:0] coefficient;                      // S(2.32)
@@ -227,13 +248,13 @@ module fp_sincos (
   fp_sincos_rom rom (
       .cos_i        (!sine_q),
       .segment_i    (segment_q),
-      .order_i      (order),
+      .order_i      (order_q),
       .coefficient_o(coefficient)
   );
 
   always_ff @(posedge clk_i) begin
     if (accept) x_q <= {10'd0, 1'b1, a_i[22:0]};
-    else if (load) x_q <= coefficient + acc_q[40:7];
+    else if (load_q) x_q <= coefficient + acc_q[40:7];
   end
 
   // ---- normalise, round ----
@@ -276,19 +297,24 @@ module fp_sincos (
   );
 
   // ---- operands outside the reduction ----
-  logic out_of_range, below_min, subnormal;
-
-  assign out_of_range = a_q[30:0] > {EXP_MAX, 23'd0};   // NaN and infinity as well
-  assign below_min        = a_q[30:23] < EXP_MIN;
-  assign subnormal    = !(|a_q[30:23]);
+  // a_q is stable long before the result.
+  logic out_of_range_q, below_min_q, invalid_q, underflow_q, inexact_q;
 
   always_ff @(posedge clk_i) begin
-    if (out_of_range) begin
+    out_of_range_q <= a_q[30:0] > {EXP_MAX, 23'd0};     // NaN and infinity as well
+    below_min_q    <= a_q[30:23] < EXP_MIN;
+    invalid_q      <= !fp_pkg::is_nan(a_q) || fp_pkg::is_snan(a_q);
+    underflow_q    <= !cos_q && !(|a_q[30:23]) && (|a_q[22:0]);
+    inexact_q      <= |a_q[30:0];
+  end
+
+  always_ff @(posedge clk_i) begin
+    if (out_of_range_q) begin
       result_o <= fp_pkg::CANON_NAN;
-      flags_o  <= {!fp_pkg::is_nan(a_q) || fp_pkg::is_snan(a_q), 4'b0000};
-    end else if (below_min) begin
+      flags_o  <= {invalid_q, 4'b0000};
+    end else if (below_min_q) begin
       result_o <= cos_q ? fp_pkg::ONE : a_q;
-      flags_o  <= {3'b000, !cos_q && subnormal && (|a_q[22:0]), |a_q[30:0]};
+      flags_o  <= {3'b000, underflow_q, inexact_q};
     end else begin
       result_o <= rounded;
       flags_o  <= rounded_flags;

@@ -84,9 +84,9 @@ static inline float ci_fdiv(float a, float b) { return a / b; }
 #define CI_FMIN_N 233
 #define CI_FMIN_CYCLES 1
 #define CI_FSIN_N 242
-#define CI_FSIN_CYCLES 32
+#define CI_FSIN_CYCLES 37
 #define CI_FCOS_N 243
-#define CI_FCOS_CYCLES 32
+#define CI_FCOS_CYCLES 37
 #define CI_FSAT_N 244
 #define CI_FSAT_CYCLES 2
 #define CI_FSAT_PAIR_N 244
