@@ -16,6 +16,7 @@ from tests.fpu.tb import generator, seed
 
 BENCH = ROOT / "sim/harness/ci_bench.sv"
 HARNESS = ROOT / "sim/harness/ci_harness.cpp"
+HIERARCHY = ROOT / "sim/harness/ci_bench.vlt"
 # select_i of ci_bench; the combinational components have outputs of their own.
 SLAVES = {"fpga1": 1, "fpga2": 2}
 ALONE = {
@@ -46,9 +47,8 @@ class CiBench:
 
     def __init__(self) -> None:
         folders = (ROOT / "rtl", BENCH.parent)
-        library = ctypes.CDLL(
-            str(build_library("ci_bench", sources_of("ci_bench", folders), HARNESS))
-        )
+        sources = [HIERARCHY, *sources_of("ci_bench", folders)]
+        library = ctypes.CDLL(str(build_library("ci_bench", sources, HARNESS)))
         pointer, u32 = ctypes.c_void_p, ctypes.c_uint32
         library.ci_new.restype = pointer
         library.ci_free.argtypes = [pointer]
