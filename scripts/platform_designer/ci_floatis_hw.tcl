@@ -26,6 +26,7 @@ proc add_sources {entity} {
     rtl/fpu/fp_pkg.sv
     rtl/fpu/fp_lzc.sv
     rtl/fpu/fp_round.sv
+    rtl/fpu/fp_pack.sv
     rtl/fpu/fp_i2f.sv
     rtl/custom/ci_floatis.sv
   } {
@@ -35,7 +36,7 @@ proc add_sources {entity} {
 
 # ---- interface: clock and reset are part of it
 add_interface nios_custom_instruction_slave nios_custom_instruction end
-set_interface_property nios_custom_instruction_slave clockCycle 3
+set_interface_property nios_custom_instruction_slave clockCycle 4
 set_interface_property nios_custom_instruction_slave clockCycleType MULTICYCLE
 set_interface_property nios_custom_instruction_slave operands 1
 set_interface_property nios_custom_instruction_slave opcodeExtensionLocked true

@@ -102,7 +102,7 @@ static inline float ci_fdiv(float a, float b) { return a / b; }
 #define CI_FIXSI_N 249
 #define CI_FIXSI_CYCLES 3
 #define CI_FLOATIS_N 250
-#define CI_FLOATIS_CYCLES 3
+#define CI_FLOATIS_CYCLES 4
 #define CI_FSQRT_N 251
 #define CI_FSQRT_CYCLES 16
 #define CI_FMUL_N 252
