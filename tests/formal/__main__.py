@@ -61,7 +61,8 @@ def summary(entry: dict | None) -> dict:
 
 def prove(proof: Proof, report: dict, console: Console, limit: float | None, again: bool) -> bool:
     """Run one proof, store its verdicts after every case; true if all cases are proved."""
-    old = report["proofs"].get(proof.name, {"cases": []})["cases"]
+    before = report["proofs"].get(proof.name, {})
+    old = before.get("earlier", []) + before.get("cases", [])
     known = {}
     for case in old:
         if case["digest"] and (case["status"] == PROVED or not again):
@@ -69,7 +70,7 @@ def prove(proof: Proof, report: dict, console: Console, limit: float | None, aga
             if verdict.status in (PROVED, REFUTED) or (limit or proof.timeout) <= verdict.seconds:
                 known[verdict.digest] = verdict
     cases: list[dict] = []
-    entry = {"cases": cases, "complete": False}
+    entry = {"cases": cases, "complete": False, "earlier": old}  # in case this run is stopped
     console.print(f"{proof.name}: {proof.unit}, {proof.claim}", markup=False, soft_wrap=True)
     for verdict in run(proof, known=known, limit=limit):
         cases.append({k: v for k, v in asdict(verdict).items() if k != "known"})
@@ -81,6 +82,7 @@ def prove(proof: Proof, report: dict, console: Console, limit: float | None, aga
             console.print(text, markup=False, highlight=False, soft_wrap=True)
         store("proofs", proof.name, entry)
     entry["complete"] = True
+    del entry["earlier"]
     store("proofs", proof.name, entry)
     result = summary(entry)
     console.print(

@@ -69,6 +69,30 @@ def compare(ctx: Context) -> Iterator[Case]:
         yield ctx.check(name, run, latency, outcome, (assume,))
 
 
+OTHERS = ("divsqrt", "i2f", "f2i", "sincos", "memory")
+
+
+@proof(
+    "asip_aux",
+    "absolute value, negation, signum, saturate and the other operations of fp_cmp reach the write "
+    "port of the slot: result and flags",
+    "all, in a cycle in which no other unit delivers",
+    (Fault("asip/asip_aux.sv", "({32{cmp_valid}} & cmp_result)", "cmp_result[30:0]"),),
+    quick=True,
+)
+def aux_compare(ctx: Context) -> Iterator[Case]:
+    logic, run, latency = ctx.logic, ctx.run("aux_compare"), package_constant("FP_CMP_LATENCY")
+    a, b, c = (run.input(f"{port}_i") for port in "abc")
+    result, flags = run.output("result_o", latency), run.output("flags_o", latency)
+    quiet = [logic.eq(run.signal(f"aux.u_{unit}.valid_o", latency), 0) for unit in OTHERS]
+    show = {"a": a, "b": b, "c": c, "result_o": result, "flags_o": flags}
+    for name in COMPARE:
+        outcome = ctx.ieee.compare(name, a, b, c)
+        code = package_constant(f"FP_CMP_{name}")
+        issued = (logic.eq(run.input("op_i"), code), logic.eq(run.input("valid_i"), 1))
+        yield Case(name, ctx.ieee.matches(result, flags, outcome), (*issued, *quiet), show)
+
+
 # ---- building blocks ----
 
 

@@ -18,6 +18,8 @@ from tests.formal.ieee import Ieee, Outcome
 from tests.formal.logic import Logic
 from tests.formal.netlist import Netlist, Run, elaborate
 
+HERE = Path(__file__).resolve().parent
+
 
 @dataclass(frozen=True)
 class Case:
@@ -51,7 +53,7 @@ class Context:
         self, top: str, parameters: Mapping[str, int] | None = None, cut: tuple[str, ...] = ()
     ) -> Run:
         """Symbolic run of a module."""
-        text = elaborate(top, sources_of(top, (self.rtl,)), self.build, parameters)
+        text = elaborate(top, sources_of(top, (self.rtl, HERE)), self.build, parameters)
         return Run(self.logic, Netlist(text), cut)
 
     def check(

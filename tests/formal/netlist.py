@@ -19,7 +19,10 @@ from tests.formal.logic import Logic
 
 ROOT = Path(__file__).resolve().parents[2]
 RESET = "rst_ni"
-PREPARE = "proc; flatten; async2sync; dffunmap; pmuxtree; bmuxmap; demuxmap; opt_clean; check"
+PREPARE = (
+    "proc; flatten; memory_collect; memory_map; async2sync; dffunmap; pmuxtree; bmuxmap; demuxmap; "
+    "opt_clean; check"
+)
 
 BINARY = {
     "and": Kind.BV_AND,
