@@ -31,12 +31,20 @@
 #endif
 
 /* sqrt(x), x >= 0. */
-ALWAYS_INLINE float square_root(float x) { return sqrtf(x); }
+ALWAYS_INLINE float square_root(float x) {
+#ifdef DOUBLE_LIBRARY
+  return (float)sqrt((double)x);
+#else
+  return sqrtf(x);
+#endif
+}
 
 /* sin(x), abs(x) <= 256 rad. */
 ALWAYS_INLINE float sine(float x) {
 #ifdef OWN_INSTRUCTIONS
   return ci_fsin(x);
+#elif defined(DOUBLE_LIBRARY)
+  return (float)sin((double)x);
 #else
   return sinf(x);
 #endif

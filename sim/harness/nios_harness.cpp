@@ -12,6 +12,8 @@
 
 namespace {
 
+constexpr uint32_t kBreak1 = 0x003DA07A;
+
 struct Nios {
   VerilatedContext context;
   std::unique_ptr<Vn2_system> top;
@@ -19,6 +21,7 @@ struct Nios {
   std::string console;
   bool exited = false;
   uint32_t exit_status = 0;
+  uint32_t r5 = 0;  // last value written to r5
   // Profile: cycles and completions per word of the instruction memory, between start and end of a tick.
   bool profiling = false;
   bool always = false;  // profile outside of ticks too
@@ -48,10 +51,20 @@ struct Nios {
       exited = true;
       exit_status = top->exit_status_o;
     }
-    if (profiling && top->trace_valid_o) record();
+    if (top->trace_valid_o) retire();
     top->clk_i = 1;
     top->eval();
     ++cycles;
+  }
+
+  // `break 1` with r4 = 0 asks a debugger to end the program, status r5 (nios_sw/lib/exit_semihost.S).
+  void retire() {
+    if (top->trace_write_o && top->trace_dst_o == 5) r5 = top->trace_value_o;
+    if (top->trace_instruction_o == kBreak1 && !exited) {
+      exited = true;
+      exit_status = r5;
+    }
+    if (profiling) record();
   }
 
   // The cycles since the previous instruction left the pipeline belong to the one that leaves it now.
@@ -112,6 +125,14 @@ void nios_clock(void* handle, uint32_t cycles) {
   for (uint32_t i = 0; i < cycles; ++i) static_cast<Nios*>(handle)->clock();
 }
 
+// Starts a control tick and does not wait.
+void nios_tick(void* handle) {
+  auto* nios = static_cast<Nios*>(handle);
+  nios->top->tick_i = 1;
+  nios->clock();
+  nios->top->tick_i = 0;
+}
+
 // Runs until the program ends: 1 and its status, or 0 after `limit` cycles.
 int nios_execute(void* handle, uint64_t limit, uint32_t* status) {
   auto* nios = static_cast<Nios*>(handle);
@@ -155,9 +176,7 @@ uint32_t nios_ticks(void* handle, uint32_t ticks, uint32_t input_base, uint32_t 
   auto* nios = static_cast<Nios*>(handle);
   for (uint32_t tick = 0; tick < ticks; ++tick) {
     nios_write(handle, input_base, input_words + size_t(tick) * inputs, inputs);
-    nios->top->tick_i = 1;
-    nios->clock();
-    nios->top->tick_i = 0;
+    nios_tick(handle);
     uint64_t waited = 0;
     do {
       nios->clock();

@@ -61,6 +61,7 @@ class NiosRtl:
             "read": (None, [pointer, u32, pointer, u32]),
             "run": (None, [pointer, u32, u32]),
             "clock": (None, [pointer, u32]),
+            "tick": (None, [pointer]),
             "execute": (ctypes.c_int, [pointer, u64, pointer]),
             "console": (u32, [pointer, pointer, u32]),
             "profile": (None, [pointer, u32, u32, u32]),
@@ -113,6 +114,10 @@ class NiosRtl:
         """Let time pass."""
         self._lib.nios_clock(self._handle, cycles)
 
+    def tick(self) -> None:
+        """Start a control tick and do not wait for its end; `ticks` does both."""
+        self._lib.nios_tick(self._handle)
+
     @property
     def cycles(self) -> int:
         """Clock cycles simulated since the model was made."""
@@ -130,7 +135,10 @@ class NiosRtl:
 
     # ------------------------------------------------------------------ programs
     def execute(self, limit: int) -> int:
-        """Run until the program ends; returns its status. Raises NiosError after `limit` cycles."""
+        """Run until the program ends by the register EXIT or by `break 1`; returns its status.
+
+        Raises NiosError after `limit` cycles.
+        """
         status = ctypes.c_uint32()
         if not self._lib.nios_execute(self._handle, limit, ctypes.byref(status)):
             raise NiosError(f"{self.program.name} did not end within {limit} cycles")

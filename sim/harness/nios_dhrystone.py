@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Dhrystone 2.1 on the RTL of the Nios II system: DMIPS per MHz, printed and written as JSON."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+import sys
+from pathlib import Path
+
+from rich.console import Console
+
+from sim.harness.build import BuildError
+from sim.harness.nios_image import ImageError, load
+from sim.harness.nios_rtl import PLATFORMS, NiosError, NiosRtl
+
+RESULT = Path(__file__).resolve().parents[2] / "build/dhrystone.json"
+VAX_RUNS_PER_SECOND = 1757  # of the VAX 11/780, which is 1 DMIPS by definition
+LIMIT = 5_000_000  # cycles
+
+
+def measure(platform: str) -> dict[str, float]:
+    """Run the committed image: runs, cycles per run, DMIPS per MHz.
+
+    Raises NiosError if the program finds one of its final values wrong.
+    """
+    core = NiosRtl(platform)
+    core.load(load("dhrystone"))
+    core.start()
+    wrong = core.execute(LIMIT)
+    if wrong:
+        raise NiosError(f"dhrystone: {wrong} of its final values are wrong")
+    runs, cycles = map(int, re.findall(r"\d+", core.console))
+    return {
+        "platform": platform,
+        "runs": runs,
+        "cycles_per_run": cycles / runs,
+        "dmips_per_mhz": 1e6 * runs / cycles / VAX_RUNS_PER_SECOND,
+    }
+
+
+def main(arguments: list[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(
+        prog="python -m sim.harness.nios_dhrystone",
+        description=__doc__,
+        epilog="example: python -m sim.harness.nios_dhrystone --output build/dhrystone.json",
+    )
+    parser.add_argument("--platform", choices=PLATFORMS, default="fpga2")
+    parser.add_argument("--output", type=Path, default=RESULT, help="JSON file")
+    options = parser.parse_args(arguments)
+    console = Console()
+    try:
+        result = measure(options.platform)
+        options.output.parent.mkdir(parents=True, exist_ok=True)
+        options.output.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
+    except (ImageError, NiosError, BuildError, OSError) as error:
+        console.print(f"error: {error}", markup=False, highlight=False)
+        return 1
+    console.print(
+        f"Dhrystone 2.1: {result['cycles_per_run']:.0f} cycles per run, "
+        f"{result['dmips_per_mhz']:.3f} DMIPS/MHz ({options.output})"
+    )
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
