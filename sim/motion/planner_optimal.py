@@ -149,15 +149,15 @@ def _accelerating(length: float, v0: float, a0: float, ve: float, limits: Limits
     coasting = v0 + a0 * abs(a0) / (2 * j)  # speed once the acceleration is brought to 0
     if coasting > vm:
         return _braking(length, v0, a0, ve, limits)
+    if a0 < 0.0 and ve < coasting:
+        steps = _turning(length, v0, a0, ve, limits)
+        if steps is not None:
+            return steps
     to_limit = transition(v0, a0, vm, limits)
     from_limit = transition(vm, 0.0, ve, limits)
     rest = length - _way(v0, a0, to_limit) - _way(vm, 0.0, from_limit)
     if rest >= 0.0:
         return [*to_limit, Step(rest / vm, 0.0), *from_limit]
-    if a0 < 0.0 and ve < coasting:
-        steps = _turning(length, v0, a0, ve, limits)
-        if steps is not None:
-            return steps
     return _peak(length, v0, a0, ve, limits)
 
 
@@ -165,14 +165,14 @@ def _braking(length: float, v0: float, a0: float, ve: float, limits: Limits) -> 
     """The speed exceeds its limit: brought down as fast as possible, before anything else."""
     vm = limits.speed
     brake = transition(v0, a0, vm, limits)
-    after = transition(vm, 0.0, ve, limits)
-    rest = length - _way(v0, a0, brake) - _way(vm, 0.0, after)
-    if rest >= 0.0:
-        return [*brake, Step(rest / vm, 0.0), *after]
     down = brake[:-1]
     state = run(State(0.0, v0, a0), down)
     turning = _turning(length - state.position, state.speed, state.acceleration, ve, limits)
-    return [*brake, *after] if turning is None else [*down, *turning]  # None: rounding
+    if turning is not None:
+        return [*down, *turning]
+    after = transition(vm, 0.0, ve, limits)
+    rest = length - _way(v0, a0, brake) - _way(vm, 0.0, after)
+    return [*brake, Step(max(0.0, rest / vm), 0.0), *after]
 
 
 def _turning(length: float, v0: float, a0: float, ve: float, limits: Limits) -> list[Step] | None:
@@ -195,15 +195,35 @@ def _turning(length: float, v0: float, a0: float, ve: float, limits: Limits) -> 
     def missing(turn: float) -> float:
         return _way(v0, a0, steps(turn)) - length
 
-    last = 0.0
-    if missing(last) < 0.0:
-        if ve >= 0.0:
-            return None
-        # Speeds below 0 shorten the way again: the soonest solution is before the longest way.
-        last = _maximum(missing, a0, 0.0)
-        if missing(last) < 0.0:
-            return None
-    return steps(_root(missing, a0, last))
+    # Where speeds below 0 shorten the way again there may be three solutions; the first is soonest.
+    first = a0
+    for last in (*_longest_and_shortest(v0 - a0 * a0 / (2 * j), a0, ve, limits), 0.0):
+        if missing(last) >= 0.0:
+            return steps(_root(missing, first, last))
+        first = last
+    return None
+
+
+def _longest_and_shortest(vb: float, a0: float, ve: float, limits: Limits) -> list[float]:
+    """Turning accelerations in a0..0, rising, between which the way is monotone.
+
+    With p the peak of the deceleration the derivative of the way by the turning acceleration q has
+    the sign of J vb + q^2 + q p / 2, vb being the speed once the acceleration is brought to 0;
+    p is am, or p^2 = J (vb - ve) + q^2.
+    """
+    j, am = limits.jerk, limits.acceleration
+    c, e = j * vb, j * (vb - ve)
+    places = []
+    discriminant = am * am / 4 - 4 * c
+    if discriminant >= 0.0:
+        root = math.sqrt(discriminant)
+        places += [(-am / 2 - root) / 2, (-am / 2 + root) / 2]
+    half = c - e / 8  # squared: 3/4 w^2 + 2 half w + c^2 = 0 for w = q^2
+    discriminant = half * half - 0.75 * c * c
+    if discriminant >= 0.0:
+        root = math.sqrt(discriminant)
+        places += [-math.sqrt(w) for w in ((-half + root) / 0.75, (-half - root) / 0.75) if w > 0]
+    return sorted(place for place in places if a0 < place < 0.0)
 
 
 def _peak(length: float, v0: float, a0: float, ve: float, limits: Limits) -> list[Step]:
@@ -325,23 +345,6 @@ def _newton(coefficients: tuple[float, ...], low: float, high: float) -> float:
             return following
         x = following
     return x
-
-
-def _maximum(function: Callable[[float], float], low: float, high: float) -> float:
-    """Place of the maximum of a function that rises, then falls (golden section)."""
-    share = (math.sqrt(5) - 1) / 2
-    left, right = high - share * (high - low), low + share * (high - low)
-    at_left, at_right = function(left), function(right)
-    for _ in range(80):
-        if at_left < at_right:
-            low, left, at_left = left, right, at_right
-            right = low + share * (high - low)
-            at_right = function(right)
-        else:
-            high, right, at_right = right, left, at_left
-            left = high - share * (high - low)
-            at_left = function(left)
-    return (low + high) / 2
 
 
 def _root(function: Callable[[float], float], low: float, high: float) -> float:

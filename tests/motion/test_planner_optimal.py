@@ -192,6 +192,18 @@ def test_optimal__same_move_from_start_on__takes_the_rest_of_the_time():
     assert checked > 100
 
 
+def test_optimal__three_ways_to_turn_the_jerk__takes_the_soonest():
+    """Speeds of both signs: the way rises, falls and rises again with the turning acceleration."""
+    limits = Limits(0.6248599121601778, 1.2028413839676761, 5.120702559793734)
+    move = Move(
+        0.21353030259469194, -0.11321766545491185, 0.6057100762488831, limits, 1.0259459074216228
+    )
+    reference = ruckig_trajectory(move)
+    assert reference is not None
+    assert plan(move).total_time == pytest.approx(reference.duration, rel=DURATION)
+    assert plan(move).total_time < 0.76
+
+
 def test_optimal__degenerate_moves__are_planned():
     limits = Limits(1.0, 2.0, 5.0)
     assert time_optimal(0.0, 0.0, 0.0, limits).total_time == 0.0
@@ -209,7 +221,13 @@ def test_optimal__degenerate_moves__are_planned():
 
 def test_optimal__speed_above_its_limit__comes_down_at_once():
     limits = Limits(1.0, 2.0, 5.0)
-    for v0, a0, length in ((1.5, 0.0, 9.0), (1.5, 2.0, 9.0), (0.9, 2.0, 9.0), (1.5, -1.0, 1.0)):
+    for v0, a0, length in (
+        (1.5, 0.0, 9.0),
+        (1.5, 2.0, 9.0),
+        (0.9, 2.0, 9.0),
+        (1.5, -1.0, 1.0),
+        (0.9, 2.0, 1.1),
+    ):
         profile = time_optimal(length, v0, 0.0, limits, a0)
         brake = time_optimal(99.0, v0, 1.0, limits, a0)
         for t in np.linspace(0, profile.total_time, 200):
