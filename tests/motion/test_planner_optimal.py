@@ -226,7 +226,7 @@ def test_optimal__speed_above_its_limit__comes_down_at_once():
         (1.5, 2.0, 9.0),
         (0.9, 2.0, 9.0),
         (1.5, -1.0, 1.0),
-        (0.9, 2.0, 1.1),
+        (0.9, 2.0, 1.16),
     ):
         profile = time_optimal(length, v0, 0.0, limits, a0)
         brake = time_optimal(99.0, v0, 1.0, limits, a0)
