@@ -16,7 +16,7 @@ from tests.fpu.tb import package_constant
     "fp_i2f",
     "int32 and uint32 to binary32: result and flags",
     "all",
-    (Fault("fpu/fp_i2f.sv", "|normal_e2[5:0]", "|normal_e2[5:1]"),),
+    (Fault("fpu/fp_i2f.sv", "|normal_e2_q[5:0]", "|normal_e2_q[5:1]"),),
     quick=True,
 )
 def i2f(ctx: Context) -> Iterator[Case]:
