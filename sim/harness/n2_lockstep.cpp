@@ -80,6 +80,7 @@ struct Core {
   }
 
   void reset() {
+    top->irq_i = 0;
     top->rst_ni = 0;
     for (int i = 0; i < 3; ++i) {
       top->clk_i = 0;
@@ -139,7 +140,8 @@ struct Core {
     top->avm_waitrequest_i = request && wait_left > 0;
     const uint32_t index = top->avm_address_o / 4 % avalon.size();
     top->avm_readdata_i = request && wait_left == 0 ? avalon[index] : 0xdeadbeef;
-    // Multicycle custom instructions.
+    // Multicycle custom instructions: none moves while a transfer holds the pipeline.
+    if (request && top->ci_multi_clk_en_o) ++protocol_errors;
     if (top->ci_multi_start_o && !top->ci_multi_clk_en_o) ++protocol_errors;
     if (top->ci_multi_start_o) {
       const uint32_t n = top->ci_multi_n_o;

@@ -189,29 +189,20 @@ class Comparison:
         raise LockstepError("\n".join(lines))
 
 
-def clear_registers(core: N2Rtl) -> None:
-    """Set every register to 0 by a program of the core's own, which reset does not do."""
-    add = default_isa().instructions["add"]
-    words = [add.encode(register, 0, 0) for register in range(1, 32)]
-    core.load(ITCM, np.array(words, "<u4").tobytes())
-    core.reset()
-    core.run(len(words) + 1)
-
-
 def lockstep(
-    core: N2Rtl, image: Sequence[tuple[int, bytes]], most: int = 10_000_000, timeout: float = 600
+    core: N2Rtl,
+    image: Sequence[tuple[int, bytes]],
+    most: int = 10_000_000,
+    timeout: float = 600,
+    waits: int = 0,
 ) -> LockstepResult:
     """Run an image from the reset vector on both sides until `break 1`; compare everything.
 
-    The core is reset, its memories and, as QEMU begins so, its registers cleared. most:
-    instructions. Raises LockstepError.
+    Memories and registers are cleared, as QEMU begins so. most: instructions; waits: most wait
+    states of an Avalon transfer. Raises LockstepError.
     """
-    clear_registers(core)
-    for memory in (core.itcm, core.dtcm, core.avalon):
-        memory[:] = 0
-    for address, data in image:
-        core.load(address, data)
-    core.reset()
+    core.start(image)
+    core.waits(waits, waits)
     comparison = Comparison()
     last = None
     for states in qemu_states(image, ITCM, timeout):

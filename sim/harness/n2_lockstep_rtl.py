@@ -4,12 +4,13 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from sim.harness.build import build_library, file_list
+from sim.harness.n2_lockstep_isa import default_isa
 
 HARNESS = Path(__file__).with_name("n2_lockstep.cpp")
 ITCM, DTCM = 0x1000_0000, 0x1004_0000
@@ -81,6 +82,23 @@ class N2Rtl:
             raise ValueError(f"error: {len(data)} bytes at {address:#010x} leave their memory")
         memory.view(np.uint8)[start : start + len(data)] = np.frombuffer(data, np.uint8)
 
+    def start(self, image: Sequence[tuple[int, bytes]]) -> None:
+        """Clear registers and memories, load (byte address, contents), reset: ready to run.
+
+        Reset does not clear registers; a program of the core's own does. No wait states.
+        """
+        add = default_isa().instructions["add"]
+        words = [add.encode(register, 0, 0) for register in range(1, 32)]
+        self.waits(0)
+        self.load(ITCM, np.array(words, "<u4").tobytes())
+        self.reset()
+        self.run(len(words) + 1)
+        for memory in (self.itcm, self.dtcm, self.avalon):
+            memory[:] = 0
+        for address, data in image:
+            self.load(address, data)
+        self.reset()
+
     def reset(self) -> None:
         """Reset the core and the traces; memories keep their contents."""
         self._lib.n2_reset(self._handle)
@@ -118,7 +136,7 @@ class N2Rtl:
         """Cycles and retired instructions as the core counts them."""
         return self._lib.n2_cycles(self._handle), self._lib.n2_retired(self._handle)
 
-    def _events(self, function, dtype: np.dtype) -> np.ndarray:
+    def _events(self, function: Callable[..., int], dtype: np.dtype) -> np.ndarray:
         count = function(self._handle, None, 0)
         events = np.zeros(count, dtype)
         function(self._handle, events.ctypes.data, count)

@@ -8,17 +8,11 @@ from pathlib import Path
 import pytest
 
 from sim.harness.n2_lockstep import LockstepError, lockstep, main
+from sim.harness.n2_lockstep_program import ISA, Program, prologue
 from sim.harness.n2_lockstep_rtl import DTCM, N2Rtl
 from sim.harness.nios_image import IMAGES
 from tests.nios.n2_bench import SEED, core, require_qemu
-from tests.nios.n2_programs import (
-    ISA,
-    Program,
-    access_program,
-    corner_program,
-    prologue,
-    random_program,
-)
+from tests.nios.n2_programs import access_program, corner_program, random_program
 
 RANDOM = 16
 RANDOM_FULL = 1000
@@ -28,18 +22,17 @@ ELFS = sorted(IMAGES.rglob("*.elf"))
 LONG = ("parse_integer", "print_integer", "polynomial", "print_double", "double_arithmetic")
 
 
-def run(program: Program, waits: int = 0, seed: int = 1):
+def run(program: Program, waits: int = 0):
     require_qemu()
     model = core()
-    model.waits(waits, seed)
-    result = lockstep(model, program.image(), timeout=60)
+    result = lockstep(model, program.image(), timeout=60, waits=waits)
     assert model.protocol_errors == 0
     return result
 
 
 def run_random(seed: int) -> None:
     try:
-        run(random_program(seed), waits=seed % WAITS, seed=seed)
+        run(random_program(seed), waits=seed % WAITS)
     except LockstepError as error:
         pytest.fail(
             f"random_program({seed}): {error}\nreplay: make test T=random_program SEED={seed}"
