@@ -17,6 +17,9 @@ from numpy.typing import ArrayLike
 
 from sim.motion.scurve import Number, Samples
 
+# Accelerations that are less, relative to the greatest change in one phase, are none.
+NO_ACCELERATION = 1e-14
+
 
 class State(NamedTuple, Generic[Number]):
     """Position [unit], speed [unit/s] and acceleration [unit/s2] at one instant."""
@@ -86,12 +89,19 @@ class Profile:
         self._from_start = [start]
         for duration, jerk in self.steps:
             self.ends.append(self.ends[-1] + duration)
-            self._from_start.append(self._from_start[-1].after(duration, jerk))
+            self._from_start.append(self._settled(self._from_start[-1].after(duration, jerk)))
         self._to_end = [end]
         for duration, jerk in reversed(self.steps):
-            self._to_end.append(self._to_end[-1].after(-duration, jerk))
+            self._to_end.append(self._settled(self._to_end[-1].after(-duration, jerk)))
         self._to_end.reverse()
         self.total_time = self.ends[-1]
+
+    def _settled(self, state: State[float]) -> State[float]:
+        """The state without an acceleration that is rounding: a long cruise would add it up."""
+        greatest = max(abs(duration * jerk) for duration, jerk in self.steps)
+        if abs(state.acceleration) <= NO_ACCELERATION * greatest:
+            return state._replace(acceleration=0.0)
+        return state
 
     @property
     def phases(self) -> list[Phase[float]]:

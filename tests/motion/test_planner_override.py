@@ -78,6 +78,10 @@ def test_override__random_changes__hold_all_limits_at_every_instant(block):
         assert np.all(np.diff(position) >= -1e3 * ROUNDING * way), where
         got = np.array([move.at(float(t)) for t in times])
         assert np.all(np.abs(got[:, 0] - position) <= 1e3 * ROUNDING * way), where
+        # No plan hides a way that it does not run.
+        for profile in move.profiles:
+            run_at_most = move.length + limits.speed * profile.total_time
+            assert abs(profile.mismatch.position) <= ROUNDING * run_at_most, where
         end = move.at(move.end_time)
         assert end.position == move.length and end.acceleration == 0.0, where
 
