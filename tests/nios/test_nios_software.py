@@ -1,0 +1,213 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Software of the Nios II systems without their RTL: memory map, images, the law on a host."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from scripts import gen_nios_system
+from sim.harness import nios_image
+from sim.harness.nios_map import SYSTEM_TOML, SystemMapError, load_system_map
+from sim.model import float32
+from sim.model.parameters import Robot
+from sim.run.controller import COUNTS, EXPORTED, SET_POINTS
+from sim.run.nios import Sample, sampled
+from tests.asip.tracking_path import reversing_path
+
+ROOT = Path(__file__).resolve().parents[2]
+SOFTWARE = ROOT / "nios_sw"
+OUTPUTS = ("F1", "F2", "F3", "tau4", "tau5")
+
+
+# ---------------------------------------------------------------------- memory map
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("base = 0x10040000", "base = 0x10000000", "itcm and dtcm overlap"),
+        ('words = 16384\ndoc = "tightly coupled data', 'words = 16383\ndoc = "x', "power of two"),
+        ("exception_vector = 0x10000020", "exception_vector = 0x10000040", "32 bytes above"),
+        ("reset_vector = 0x10000000", "reset_vector = 0x10000010", "must be the base of itcm"),
+        ("offset = 0x040", "offset = 0x000", "block.tick: overlaps block.timer"),
+        ('block = "tick"\noffset = 1\n', 'block = "tick"\noffset = 0\n', "same word as"),
+        ('block = "tick"\noffset = 1\n', 'block = "ticks"\noffset = 1\n', "no block 'ticks'"),
+        ('block = "tick"\noffset = 9\n', 'block = "tick"\noffset = 16\n', "offset 16 is not in"),
+        ('access = "w"\ndoc = "one', 'access = "x"\ndoc = "one', "access 'x' is not one of"),
+        ("clock_mhz = 100\n", "", "clock_mhz is missing"),
+        ("bytes = 1024", "bites = 1024", "bites"),
+        ('"x", "y"', '"x", "x"', "a name stands twice"),
+    ],
+)
+def test_contradicting_map_is_refused_by_name(tmp_path, old, new, message):
+    text = SYSTEM_TOML.read_text()
+    assert old in text
+    broken = tmp_path / "system.toml"
+    broken.write_text(text.replace(old, new, 1))
+    with pytest.raises(SystemMapError, match=re.escape(message)):
+        load_system_map(broken)
+
+
+def test_map_has_the_words_of_the_tracking_programs_in_their_order():
+    system = load_system_map()
+    assert system.inputs == (*SET_POINTS, *COUNTS)
+    assert system.outputs == OUTPUTS
+
+
+def test_changed_generated_file_is_noticed(tmp_path, capsys):
+    for name, text in gen_nios_system.generate().items():
+        path = tmp_path / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+    assert gen_nios_system.main(["--check", "--root", str(tmp_path)]) == 0
+    (tmp_path / "nios_sw/include/gen/robot.h").write_text("#define ROBOT_R 0.6\n")
+    assert gen_nios_system.main(["--check", "--root", str(tmp_path)]) == 1
+    assert "-#define ROBOT_R 0.6" in capsys.readouterr().out
+
+
+# ---------------------------------------------------------------------- images
+def test_image_is_what_its_elf_file_holds(tmp_path):
+    elf = SOFTWARE / "images/tests/sort_quick.elf"
+    program = nios_image.read_elf(elf)
+    listing = "\n".join(
+        f"{s.address:08x} g     {'OF'[s.is_function]} .text\t{s.size:08x} .hidden {s.name}"
+        for s in program.symbols.values()
+    )
+    nios_image.save(program, tmp_path, listing)
+    again = nios_image.load("sort_quick", tmp_path)
+    assert again.memories == program.memories
+    assert again.symbols == program.symbols
+    assert again.entry == program.entry
+
+
+def test_file_that_is_no_program_is_refused(tmp_path):
+    text = tmp_path / "text.elf"
+    text.write_text("not an ELF file")
+    with pytest.raises(nios_image.ImageError, match="no little-endian 32-bit ELF file"):
+        nios_image.read_elf(text)
+    other = bytearray((SOFTWARE / "images/tests/sort_quick.elf").read_bytes())
+    other[18] = 62
+    text.write_bytes(other)
+    with pytest.raises(nios_image.ImageError, match="for machine 62, must be Nios II"):
+        nios_image.read_elf(text)
+
+
+def test_program_outside_of_the_memories_is_refused(tmp_path):
+    small = SYSTEM_TOML.read_text().replace("words = 16384", "words = 64")
+    path = tmp_path / "system.toml"
+    path.write_text(small)
+    with pytest.raises(nios_image.ImageError, match="are in no memory; link with"):
+        nios_image.read_elf(SOFTWARE / "images/tests/sort_quick.elf", load_system_map(path))
+
+
+def test_missing_or_damaged_image_is_refused(tmp_path):
+    with pytest.raises(nios_image.ImageError, match="no such image; `make nios-sw` builds them"):
+        nios_image.load("nothing", tmp_path)
+    for name in ("itcm", "dtcm"):
+        (tmp_path / f"bad.{name}.hex").write_text("00000000\nxyz\n")
+    (tmp_path / "bad.lst").write_text("")
+    with pytest.raises(nios_image.ImageError, match="invalid literal"):
+        nios_image.load("bad", tmp_path)
+    (tmp_path / "bad.itcm.hex").write_text("00000000\n" * 16385)
+    with pytest.raises(nios_image.ImageError, match="16385 words, memory has 16384"):
+        nios_image.load("bad", tmp_path)
+
+
+def test_unknown_symbol_is_named():
+    with pytest.raises(nios_image.ImageError, match="tracking_fpga2: error: no symbol 'nothing'"):
+        nios_image.load("tracking_fpga2").address("nothing")
+
+
+@pytest.mark.full
+def test_images_are_rebuilt_byte_for_byte(tmp_path):
+    prefix = subprocess.run(
+        [ROOT / "scripts/nios_toolchain.sh", "--prefix"], capture_output=True, text=True, check=True
+    ).stdout.strip()
+    if not Path(prefix, "bin/nios2-elf-gcc").is_file():
+        pytest.skip("needs the cross compiler: make nios-toolchain")
+    copy = tmp_path / "somewhere/else"
+    shutil.copytree(SOFTWARE, copy / "nios_sw", ignore=shutil.ignore_patterns("images"))
+    done = subprocess.run(
+        ["make", "-C", copy / "nios_sw", "images", "-s", f"TOOLCHAIN={prefix}"]
+        + [f"PY={ROOT / '.venv/bin/python'}", f"BUILD={tmp_path / 'build'}"],
+        cwd=ROOT,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+    committed = SOFTWARE / "images"
+    names = sorted(str(p.relative_to(committed)) for p in committed.rglob("*") if p.is_file())
+    built = copy / "nios_sw/images"
+    assert names == sorted(str(p.relative_to(built)) for p in built.rglob("*") if p.is_file())
+    different = [n for n in names if (committed / n).read_bytes() != (built / n).read_bytes()]
+    assert different == []
+
+
+# ---------------------------------------------------------------------- law on this machine
+@pytest.fixture(scope="module")
+def law(tmp_path_factory):
+    """The C law, compiled for this machine, with one rounding per operation."""
+    library = tmp_path_factory.mktemp("law") / "libtracking.so"
+    command = [
+        os.environ.get("CC", "gcc"),
+        "-std=c11",
+        "-O2",
+        "-ffp-contract=off",
+        "-fPIC",
+        "-shared",
+    ]
+    command += ["-fno-math-errno", f"-I{SOFTWARE / 'include'}", SOFTWARE / "src/tracking.c"]
+    subprocess.run([*command, "-lm", "-o", library], check=True)
+    return ctypes.CDLL(str(library))
+
+
+def test_law_in_c_gives_the_words_of_the_float32_model_over_a_path_with_reversals(law):
+    robot = Robot.load()
+    path, counts = reversing_path(robot, 2_000)
+    counts = counts.astype(np.int32)
+    single = float32.run(robot, path, counts)
+    boosted = (single.ticks > 0) & (single.ticks < robot.boost_ticks)
+    assert boosted.sum() > 500 and (single.ticks == 0).any()
+
+    words = path.words().astype(np.float32).view(np.uint32)
+    data = np.ascontiguousarray(np.concatenate([words, counts.view(np.uint32)], axis=1))
+    outputs = np.zeros((len(path), 5), np.float32)
+    exported = np.zeros((len(path), len(EXPORTED)), np.float32)
+    desired = np.ctypeslib.as_array((ctypes.c_float * 9).in_dll(law, "tracking_desired"))
+    first, row, result = data.ctypes.data, data.strides[0], outputs.strides[0]
+    law.tracking_start(ctypes.c_void_p(first))
+    for tick in range(len(path)):
+        law.tracking_tick(
+            ctypes.c_void_p(first + tick * row),
+            ctypes.c_void_p(outputs.ctypes.data + tick * result),
+        )
+        exported[tick] = desired
+    for names, values in ((EXPORTED, exported), (OUTPUTS, outputs)):
+        for name, ours in zip(names, values.T, strict=True):
+            theirs = single.row(name)
+            # the sine of this machine's C library may be off by its last bit
+            limit = 4.0 * np.spacing(np.abs(theirs).max()) if name == "tau4" else 0.0
+            assert np.abs(ours - theirs).max() <= limit, name
+
+
+# ---------------------------------------------------------------------- sample
+def test_sample_has_first_last_and_most_boosted_tick_once_each():
+    boosted = np.zeros(10_000, int)
+    boosted[4321] = 3
+    windows = sampled(10_000, boosted, Sample(closed_loop=0, windows=5, window=100))
+    ticks = [tick for window in windows for tick in window]
+    assert {0, 4321, 9_999} <= set(ticks)
+    assert len(ticks) == len(set(ticks)) == 600
+    assert ticks == sorted(ticks)
+
+
+def test_sample_of_a_short_path_is_the_whole_path():
+    windows = sampled(70, np.zeros(70, int), Sample(closed_loop=0, windows=5, window=100))
+    assert windows == [range(70)]

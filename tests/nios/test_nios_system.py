@@ -1,0 +1,215 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The Nios II systems as RTL: tracking program, C programs against this machine, timer, host."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from scripts.synth_unit import sources_of
+from sim.harness.build import WAIVERS, verilator_driver
+from sim.harness.nios_dhrystone import measure
+from sim.harness.nios_image import IMAGES, load, read_elf
+from sim.harness.nios_profile import profile
+from sim.harness.nios_rtl import FILES, PLATFORMS, NiosError, NiosRtl
+from sim.model import float32
+from sim.model.parameters import Robot
+from sim.run.controller import EXPORTED
+from sim.run.nios import NiosController
+from tests.asip.tracking_path import reversing_path
+
+ROOT = Path(__file__).resolve().parents[2]
+TESTS = ROOT / "nios_sw/tests"
+PROGRAMS = sorted(path.stem for path in (IMAGES / "tests").glob("*.elf"))
+OUTPUTS = ("F1", "F2", "F3", "tau4", "tau5")
+PUBLISHED = {"fpga1": 21_800, "fpga2": 8_200}  # cycles, table 2
+LIMIT = 2_000_000
+
+
+# ---------------------------------------------------------------------- RTL files
+def test_file_list_is_exactly_what_the_system_needs():
+    listed = (ROOT / "rtl" / FILES).read_text().split()
+    needed = {str(path.relative_to(ROOT)) for path in sources_of("n2_system")}
+    assert sorted(set(listed) ^ needed) == []
+    assert len(listed) == len(needed)
+
+
+@pytest.mark.parametrize("platform", PLATFORMS.values())
+def test_system_elaborates_without_a_warning(platform):
+    files = (ROOT / "rtl" / FILES).read_text().split()
+    done = subprocess.run(
+        [verilator_driver(), "--lint-only", "-Wall", "--quiet", "--top-module", "n2_system"]
+        + [f"-GPlatform={platform}", WAIVERS, *files],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+
+
+# ---------------------------------------------------------------------- tracking program
+@pytest.fixture(scope="module")
+def track():
+    """A path with reversals, counts near it, and the float32 model on them."""
+    robot = Robot.load()
+    path, counts = reversing_path(robot, 600)
+    return robot, path, counts, float32.run(robot, path, counts)
+
+
+@pytest.mark.parametrize(("platform", "ticks"), [("fpga1", 40), ("fpga2", 200)])
+def test_tracking_program_gives_the_words_of_the_float32_model(track, platform, ticks):
+    robot, path, counts, single = track
+    boosted = (single.ticks > 0) & (single.ticks < robot.boost_ticks)
+    middle = max(int(np.argmax(boosted.sum(axis=1))), ticks)
+    controller = NiosController(platform)
+    words = path.words()
+    controller.prime(words[0], counts[0])
+    for start in (0, middle - ticks // 2, 600 - ticks):
+        if start:
+            controller.preset(single, start - 1)
+        chunk = slice(start, start + ticks)
+        result = controller.batch(words[chunk], counts[chunk])
+        for names, values in ((EXPORTED, result.exported), (OUTPUTS, result.outputs)):
+            for name, ours in zip(names, values.T, strict=True):
+                theirs = single.row(name)[chunk]
+                # both sines are right but for their last bit, so the torque's sum is within two
+                limit = 2.0 * np.spacing(np.abs(theirs)) if name == "tau4" else 0.0
+                different = np.flatnonzero(np.abs(ours - theirs) > limit)
+                assert different.size == 0, f"{name} at tick {start + different[0]}"
+        assert result.cycles.max() < PUBLISHED[platform]
+    assert not controller.core.overrun
+
+
+def test_shared_subexpressions_change_no_word_and_save_time(track):
+    _, path, counts, single = track
+    words, chunk, results = path.words(), slice(500, 540), []
+    for image in ("tracking_fpga2", "tracking_shared_fpga2"):
+        controller = NiosController("fpga2", load(image))
+        controller.prime(words[0], counts[0])
+        controller.preset(single, chunk.start - 1)
+        results.append(controller.batch(words[chunk], counts[chunk]))
+    printed, shared = results
+    assert np.array_equal(printed.outputs, shared.outputs)
+    assert np.array_equal(printed.exported, shared.exported)
+    assert shared.cycles.max() < printed.cycles.min()
+
+
+def test_profile_accounts_for_every_cycle_of_the_ticks(track):
+    _, path, counts, _ = track
+    controller = NiosController("fpga2")
+    words = path.words()
+    controller.prime(words[0], counts[0])
+    controller.core.profile()
+    cycles = controller.batch(words[:20], counts[:20]).cycles
+    result = profile(controller.core, controller.program, 20, float(cycles.mean()))
+    for lines in (result.functions, result.kinds):
+        # an instruction on the border of a tick belongs to it or not
+        assert sum(line.cycles for line in lines) == pytest.approx(cycles.mean(), abs=10)
+    kinds = {line.name: line.instructions for line in result.kinds}
+    assert (kinds["custom fsqrt"], kinds["custom fsin"], kinds["custom floatis"]) == (13, 1, 5)
+
+
+# ---------------------------------------------------------------------- C programs
+@pytest.fixture(scope="module")
+def host_digests(tmp_path_factory):
+    """Digest of each test program by this machine's compiler and C library."""
+    folder = tmp_path_factory.mktemp("host")
+    digests = {}
+    for name in PROGRAMS:
+        command = [
+            os.environ.get("CC", "gcc"),
+            "-std=c11",
+            "-O1",
+            "-ffp-contract=off",
+            f"-I{TESTS}",
+        ]
+        program = folder / name
+        subprocess.run(
+            [*command, TESTS / f"{name}.c", TESTS / "runner.c", "-lm", "-o", program], check=True
+        )
+        done = subprocess.run([program], capture_output=True, text=True, check=True)
+        digests[name] = int(done.stdout, 16)
+    return digests
+
+
+def test_every_c_test_has_its_image():
+    sources = {path.stem for path in TESTS.glob("*.c")} - {"runner"}
+    assert sorted(sources) == PROGRAMS
+    assert len(PROGRAMS) >= 30
+
+
+def test_c_programs_compute_what_this_machine_computes(host_digests):
+    core = NiosRtl("fpga2")
+    wrong = {}
+    for name in PROGRAMS:
+        core.load(read_elf(IMAGES / "tests" / f"{name}.elf"))
+        core.start()
+        digest = core.execute(LIMIT)
+        if digest != host_digests[name]:
+            wrong[name] = f"{digest:08x}, must be {host_digests[name]:08x}"
+    assert wrong == {}
+
+
+def test_dhrystone_ends_with_the_right_values():
+    result = measure("fpga2")
+    assert result["runs"] > 0
+    assert 0.1 < result["dmips_per_mhz"] < 2.0  # a plausible single-issue processor
+
+
+# ---------------------------------------------------------------------- timer and host port
+def test_timer_interrupts_and_ticks():
+    core = NiosRtl("fpga2")
+    core.load(load("demo_timer_fpga2"))
+    core.start()
+    assert core.execute(200_000) == 0, core.console
+    assert core.console.startswith("interrupts every ")
+
+
+def test_tick_while_one_is_pending_is_an_overrun():
+    core = NiosRtl("fpga2")
+    core.load(load("tracking_fpga2"))
+    core.start(enable=True)
+    core.clock(5_000)
+    core.tick()
+    core.clock(100)
+    assert not core.overrun
+    core.tick()
+    core.clock(2)
+    assert core.overrun
+
+
+def test_program_that_never_ends_is_reported():
+    core = NiosRtl("fpga2")
+    core.load(load("tracking_fpga2"))
+    core.start()
+    with pytest.raises(NiosError, match="tracking_fpga2 did not end within 1000 cycles"):
+        core.execute(1_000)
+    # without the host's wish for control the program does not answer ticks
+    with pytest.raises(NiosError, match="fpga2: tick 0 of 1 did not end"):
+        core.ticks(np.zeros((1, 20), np.uint32))
+    with pytest.raises(ValueError, match="19 input words, must be 20"):
+        core.ticks(np.zeros((1, 19), np.uint32))
+
+
+def test_program_ends_when_the_host_takes_control_away():
+    core = NiosRtl("fpga2")
+    core.load(load("tracking_fpga2"))
+    core.start(enable=True)
+    core.clock(5_000)
+    core.start(enable=False)
+    assert core.execute(1_000) == 0
+
+
+def test_host_reads_what_it_wrote_to_both_memories():
+    core = NiosRtl("fpga2")
+    words = np.random.default_rng(1).integers(0, 2**32, 16, dtype=np.uint32)
+    for memory in core.map.memories.values():
+        last = memory.base + 4 * (memory.words - len(words))
+        core.write(memory.base, words)
+        core.write(last, words[::-1])
+        assert core.read(memory.base, 16).tolist() == words.tolist()
+        assert core.read(last, 16).tolist() == words[::-1].tolist()
