@@ -105,8 +105,8 @@ class Instruction:
 
     @property
     def verilog_cycles(self) -> str:
-        """Cycles as an expression of fp_pkg, so that RTL follows a retimed unit."""
-        return str(self.cycles) if self.unit is None else f"fp_pkg::{self.unit} + 1"
+        """Cycles as a number: Yosys refuses a package that names another; gen-check keeps it true."""
+        return str(self.cycles)
 
 
 @dataclass(frozen=True)
