@@ -105,7 +105,7 @@ class Instruction:
 
     @property
     def verilog_cycles(self) -> str:
-        """Cycles as a number: Yosys refuses a package that names another; gen-check keeps it true."""
+        """A number: Yosys refuses a package that names another; gen-check keeps it true."""
         return str(self.cycles)
 
 
