@@ -21,7 +21,7 @@ ERRORS = (
     "not 0 < tr < 1e30",
     "not 0 <= tm <= tr/2",
     "not 0 < L < 1e30",
-    "a result is not below 1e30",
+    "acceleration, jerk or cruise time is not below 1e30",
 )
 
 

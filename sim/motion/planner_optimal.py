@@ -25,7 +25,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from sim.motion.planner_phases import Profile, State, Step, duration, run
+from sim.motion.planner_phases import Profile, State, Step, run
 from sim.motion.scurve import SCurveError, require
 
 # Ways that differ by less, relative to the length run there and back, are the same.
@@ -375,6 +375,3 @@ def _root(function: Callable[[float], float], low: float, high: float) -> float:
                 at_high /= 2
             side = -1
     return (low + high) / 2
-
-
-__all__ = ["Limits", "TooShortError", "duration", "stopping_length", "time_optimal", "transition"]

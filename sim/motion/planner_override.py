@@ -168,6 +168,3 @@ class OverriddenMove:
             Step(max(0.0, abs(size) - rise), 0.0),
             Step(abs(peak) / j, -math.copysign(j, sign * peak)),
         ]
-
-
-__all__ = ["MAX_OVERRIDE", "OverriddenMove"]

@@ -7,7 +7,6 @@ Lengths may be metres, millimetres or radians; everything else is in the same un
 from __future__ import annotations
 
 import bisect
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Generic, NamedTuple
@@ -146,8 +145,3 @@ class Profile:
                     speeds.append(phase.start.after(turn, phase.jerk).speed)
         jerk = max((abs(step.jerk) for step in self.steps), default=0.0)
         return min(speeds), max(speeds), acceleration, jerk
-
-
-def duration(steps: Sequence[Step]) -> float:
-    """Total time of the steps [s]."""
-    return math.fsum(step.duration for step in steps)

@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 import math
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -186,6 +188,13 @@ def test_program__bad_parameters__give_their_error_and_zeros(planner, move, code
             SCurveError, match="S-curve parameter " + "x vm v0 tr tm length".split()[code]
         ):
             seed_plan(*move)
+
+
+def test_document__table_of_errors__is_the_one_of_the_command():
+    page = Path(__file__).parents[2] / "docs/motion_planner.md"
+    table = re.findall(r"^\| (\d) \| (.*) \|$", page.read_text(), re.M)
+    causes = {int(code): cause for code, cause in table if cause in ERRORS or code == "0"}
+    assert causes == dict(enumerate(ERRORS))
 
 
 # ------------------------------------------------------------------------------- sampler
