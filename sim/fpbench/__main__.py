@@ -27,7 +27,7 @@ from sim.fpbench.native import (
     unit_of,
 )
 from sim.fpbench.quick import quick
-from sim.fpbench.selfcheck import double_error, selfcheck
+from sim.fpbench.selfcheck import selfcheck
 from sim.harness.build import BuildError
 
 BENCH_REPORT = report.REPORT.with_name("bench.json")
@@ -194,10 +194,6 @@ def run_campaign(arguments: argparse.Namespace) -> int:
 def make_report(arguments: argparse.Namespace) -> int:
     """report.json and the docs page from the stored shards."""
     summary = report.collect(plan.sections(size))
-    for op, statistics in summary["angles"].items():
-        if statistics["worst"]:
-            unit = Unit("fp_sincos")
-            statistics["reference_error"] = double_error(unit, op, statistics["worst_at"])
     path = report.write(summary)
     report.update_page(summary, arguments.page)
     console.print(f"written: {path.relative_to(report.ROOT)}, {arguments.page}")

@@ -104,13 +104,13 @@ def run(
         return
     if scheduler is None:
         cluster = LocalCluster(
-            n_workers=jobs, threads_per_worker=1, dashboard_address=None, silence_logs=50
+            n_workers=jobs, threads_per_worker=1, dashboard_address="127.0.0.1:0", silence_logs=50
         )
         address: LocalCluster | str = cluster
     else:
         cluster, address = None, scheduler
     try:
-        with Client(address, timeout="30s") as client:
+        with Client(address, timeout="10s") as client:
             _drain(client, waiting, done, failed)
     except OSError as error:
         raise BenchError(f"no Dask scheduler at {scheduler}: {error}") from error

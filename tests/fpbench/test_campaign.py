@@ -11,6 +11,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from dask.distributed import LocalCluster
 
 from sim.fpbench import campaign, native, plan, report
 from sim.fpbench.__main__ import main, size
@@ -32,6 +33,29 @@ def test_campaign__stopped_after_a_shard__goes_on_with_the_others(tmp_path: Path
     campaign.run(left, lambda t, r: seen.append(r), lambda t, e: failed.append(e), jobs=1)
     assert not failed and [r["cases"] for r in seen] == [50_000, 50_000]
     assert all(campaign.finished(task)["mismatches"] == 0 for task in tasks)
+
+
+def test_campaign__scheduler_given__runs_there_and_failures_do_not_stop_it(tmp_path: Path) -> None:
+    task = campaign.task_of(SHARDS[0], tmp_path)
+    stale = campaign.Task(SHARDS[1], task.unit, "0123456789abcdef", tmp_path / "stale.json")
+    seen, failed = [], []
+    with LocalCluster(
+        n_workers=1, threads_per_worker=1, dashboard_address="127.0.0.1:0"
+    ) as cluster:
+        campaign.run(
+            [stale, task],
+            lambda t, r: seen.append(t),
+            lambda t, text: failed.append(text),
+            scheduler=cluster.scheduler_address,
+        )
+    assert seen == [task] and "its sources changed" in failed[0]
+    assert campaign.finished(stale) is None
+
+
+def test_campaign__no_scheduler_at_the_address__says_so(tmp_path: Path) -> None:
+    task = campaign.task_of(SHARDS[0], tmp_path)
+    with pytest.raises(BenchError, match="no Dask scheduler at tcp://127.0.0.1:9: "):
+        campaign.run([task], print, print, scheduler="tcp://127.0.0.1:9")
 
 
 def test_campaign__sources_changed_meanwhile__shard_is_refused_with_the_reason(
