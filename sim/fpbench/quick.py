@@ -26,7 +26,8 @@ def quick(
     `rtl` is a folder with the files of rtl/fpu, for example a copy with a planted fault; `defines`
     are macros for it; `cases` is the number of random cases at full rate. The set passed if
     `report.good`; `report.failures` holds the first mismatches as pasteable lines, and a fault of
-    the handshake (latency, lost or surplus results) is the text `report.protocol`.
+    the handshake (latency, lost or surplus results) is the text `report.protocol`. RTL that does
+    not compile raises `sim.harness.build.BuildError`.
     """
     unit = Unit(unit_of(op), rtl, defines)
     if cases is None:

@@ -8,6 +8,7 @@ import os
 import pytest
 
 from sim.fpbench import Unit, operations, quick
+from sim.fpbench import selfcheck as selfcheck_module
 from sim.fpbench.directed import DIRECTED
 from sim.fpbench.native import unit_of
 from sim.fpbench.quick import RANDOM_CASES
@@ -53,3 +54,11 @@ def test_operations__table_of_python_and_library__agree() -> None:
     assert known == Unit("fp_add").table()
     for op, (unit, _) in known.items():
         assert Unit("fp_add").size(op, "level1"), (unit, op)
+
+
+def test_selfcheck__oracle_of_another_operation__differs(monkeypatch: pytest.MonkeyPatch) -> None:
+    table = selfcheck_module.softfloat()
+    wrong = table | {"add": table["sub"]}
+    monkeypatch.setattr(selfcheck_module, "softfloat", lambda: wrong)
+    mismatches = selfcheck_module.selfcheck(Unit("fp_add"), SEED, cases=1000)["mismatches"]
+    assert {mismatch.op for mismatch in mismatches} == {"add"}
