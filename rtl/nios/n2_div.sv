@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// n2_div: 32-bit division, one quotient bit per cycle, in stage A.
-// Contract: start_i with operands at the end of M; busy_o for 34 cycles from the next one on, then
+// n2_div: 32-bit division, two quotient bits per cycle, in stage A.
+// Contract: start_i with operands at the end of M; busy_o for 18 cycles from the next one on, then
 // quotient_o holds until the next start. Division by 0 gives all ones (negative signed dividend: 1),
 // -2^31 / -1 gives -2^31. Only the dividend is made positive: the divisor is added if it is negative.
 module n2_div (
@@ -14,26 +14,36 @@ module n2_div (
     output logic [31:0] quotient_o
 );
 
-  logic [5:0]  step_q;          // 34: sign of the dividend, 33..2: quotient bits, 1: sign of the result
+  // 18: sign of the dividend, 17..2: two quotient bits each, 1: sign of the result.
+  localparam logic [4:0] SignStep = 5'd18;
+
+  logic [4:0]  step_q;
   logic [31:0] quotient_q, remainder_q, minus_q;
   logic        complement_q, negative_q, opposite_q;
-  logic [32:0] shifted;
-  logic [31:0] difference;
+  logic [31:0] quotient, remainder, difference;
   logic        fits, unused;    // fits: the divisor goes in
   logic        iterate, negate;
 
-  assign busy_o = step_q != 6'd0;
-  assign iterate = step_q[5:1] != 5'd0 && step_q != 6'd34;
-  assign negate = (step_q == 6'd34 && negative_q) || (step_q == 6'd1 && opposite_q);
+  assign busy_o = step_q != 5'd0;
+  assign iterate = step_q[4:1] != 4'd0 && step_q != SignStep;
+  assign negate = (step_q == SignStep && negative_q) || (step_q == 5'd1 && opposite_q);
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
-    if (!rst_ni) step_q <= 6'd0;
-    else if (start_i) step_q <= 6'd34;
-    else if (busy_o) step_q <= step_q - 6'd1;
+    if (!rst_ni) step_q <= 5'd0;
+    else if (start_i) step_q <= SignStep;
+    else if (busy_o) step_q <= step_q - 5'd1;
   end
 
-  assign shifted = {remainder_q, quotient_q[31]};
-  assign {fits, unused, difference} = {1'b0, shifted} + {2'b01, minus_q} + {33'd0, complement_q};
+  always_comb begin
+    quotient  = quotient_q;
+    remainder = remainder_q;
+    for (int unsigned i = 0; i < 2; i++) begin
+      {fits, unused, difference} = {1'b0, remainder, quotient[31]} + {2'b01, minus_q} +
+                                   {33'd0, complement_q};
+      remainder = fits ? difference : {remainder[30:0], quotient[31]};
+      quotient  = {quotient[30:0], fits};
+    end
+  end
 
   always_ff @(posedge clk_i) begin
     if (start_i) begin
@@ -45,8 +55,8 @@ module n2_div (
       quotient_q   <= dividend_i;
     end else begin
       if (negate) quotient_q <= -quotient_q;
-      else if (iterate) quotient_q <= {quotient_q[30:0], fits};
-      if (iterate) remainder_q <= fits ? difference : shifted[31:0];
+      else if (iterate) quotient_q <= quotient;
+      if (iterate) remainder_q <= remainder;
     end
   end
 

@@ -112,7 +112,7 @@ ROWS = (
     Row("shift, rotate", instruction("sll", 2, 3, 4), (1, LATE), result=True),
     Row("mul, muli", instruction("mul", 2, 3, 4), (1, LATE), result=True),
     Row("mulxss, mulxsu, mulxuu", instruction("mulxss", 2, 3, 4), (1, LATE), result=True),
-    Row("div, divu", instruction("divu", 2, 3, 4), (35, LATE), result=True),
+    Row("div, divu", instruction("divu", 2, 3, 4), (35, LATE), "two bits per cycle", True),
     Row("load, tightly coupled", instruction("ldw", 2, 0, 5), (1, LATE), result=True),
     Row("store, tightly coupled", instruction("stw", 3, 0, 5), (1, 0)),
     Row("load, Avalon without wait states", instruction("ldwio", 2, 0, 6), None, result=True),
