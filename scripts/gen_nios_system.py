@@ -3,7 +3,8 @@
 
 Sources: nios_sw/system.toml (memory map, registers) and sim/robot.toml (parameters of the robot).
 Outputs: rtl/gen/n2_system_pkg.sv, nios_sw/include/gen/system.h, nios_sw/include/gen/robot.h,
-nios_sw/link/gen/system.ld. With --check nothing is written; exit 1 if a file would differ.
+nios_sw/link/gen/system.ld, docs/nios_regmap.md. With --check nothing is written; exit 1 if a file
+would differ.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "scripts")]
 
-from gen import difference, sv_int, sv_logic  # noqa: E402
+from gen import difference, sv_int, sv_logic, table  # noqa: E402
 
 from sim.harness.nios_map import SystemMap, SystemMapError, load_system_map  # noqa: E402
 from sim.model.parameters import ROBOT_TOML, ParameterError  # noqa: E402
@@ -146,6 +147,46 @@ def linker(system: SystemMap) -> str:
     return "\n".join([*lines, "}", ""])
 
 
+def document(system: SystemMap) -> str:
+    """docs/nios_regmap.md."""
+    lines = [
+        f"<!-- {ORIGIN.format('nios_sw/system.toml')} -->",
+        "# Memory map and I/O registers of the Nios II systems",
+        "",
+        f"Clock {system.clock_mhz} MHz. Reset vector 0x{system.reset_vector:08X}, exception vector "
+        f"0x{system.exception_vector:08X}.",
+        "",
+    ]
+    regions = [(m.base, 4 * m.words, m.doc) for m in system.memories.values()]
+    regions.append((system.io.base, system.io.bytes, system.io.doc))
+    lines += table(
+        ["first byte", "bytes", ""],
+        [[f"0x{base:08X}", str(size), doc] for base, size, doc in regions],
+    )
+    lines += ["", "## Registers", ""]
+    lines += table(
+        ["byte", "register", "access", "reset", "fields", ""],
+        [
+            [
+                f"0x{system.address(r.name):08X}",
+                f"`{r.name}`",
+                r.access,
+                "-" if r.reset is None else str(r.reset),
+                ", ".join(f"{f.low} {f.name}" for f in r.fields.values()) or "-",
+                r.doc,
+            ]
+            for r in system.registers.values()
+        ],
+    )
+    lines += ["", "## Words of a tick", ""]
+    words = []
+    for name, names in (("input", system.inputs), ("output", system.outputs)):
+        base = system.io.base + system.blocks[name].offset
+        words += [[f"0x{base + 4 * i:08X}", name, f"`{word}`"] for i, word in enumerate(names)]
+    lines += table(["byte", "block", "word"], words)
+    return "\n".join([*lines, ""])
+
+
 def generate() -> dict[str, str]:
     """Text of each generated file by its path. Raises SystemMapError or ParameterError."""
     system = load_system_map()
@@ -154,6 +195,7 @@ def generate() -> dict[str, str]:
         "nios_sw/include/gen/system.h": header(system),
         "nios_sw/include/gen/robot.h": robot_header(),
         "nios_sw/link/gen/system.ld": linker(system),
+        "docs/nios_regmap.md": document(system),
     }
 
 

@@ -48,7 +48,15 @@ class Sample:
 
 # About half a minute of simulation each on one processor.
 SAMPLES = {"fpga1": Sample(1500, 12, 100), "fpga2": Sample(1500, 24, 400)}
-SHARED_TICKS = 100  # ticks of the variant with shared subexpressions, where most axes are boosted
+# Images of other builds of the same source, per platform: key in results.json -> image.
+VARIANTS = {
+    "fpga1": {"shared_subexpressions": "tracking_shared_fpga1"},
+    "fpga2": {
+        "shared_subexpressions": "tracking_shared_fpga2",
+        "software_square_root": "tracking_soft_sqrt_fpga2",
+    },
+}
+VARIANT_TICKS = 100  # their ticks, where most axes are boosted
 
 
 class NiosController:
@@ -129,7 +137,7 @@ def profile_path(platform: str, program: Program, first: int, ticks: int) -> Pro
 @dataclass(frozen=True)
 class NiosRun:
     """Measurements of one platform. ticks: indices (N,) into the path; results at them; largest
-    tracking errors of the closed loop over its first ticks; cycles of the shared variant."""
+    tracking errors of the closed loop over its first ticks; cycles of the other builds."""
 
     platform: str
     ticks: NDArray[np.int64]
@@ -137,7 +145,7 @@ class NiosRun:
     closed_loop_ticks: int
     tracking: closed_loop.Tracking
     closed_loop_cycles: NDArray[np.uint32]
-    shared_cycles: NDArray[np.uint32]
+    variant_cycles: dict[str, NDArray[np.uint32]]
     cycles: int
 
 
@@ -213,12 +221,15 @@ def run(
             progress(chunk.stop - chunk.start)
     cycles += controller.core.cycles
 
-    shared = NiosController(platform, load(f"tracking_shared_{platform}"))
-    shared.prime(words[0], counts[0])
-    first = max(int(np.argmax(_boosted(robot, single))) - SHARED_TICKS // 2, 1)
-    shared.preset(single, first - 1)
-    chunk = slice(first, first + SHARED_TICKS)
-    shared_ticks = shared.batch(words[chunk], counts[chunk])
+    first = max(int(np.argmax(_boosted(robot, single))) - VARIANT_TICKS // 2, 1)
+    chunk = slice(first, first + VARIANT_TICKS)
+    variants = {}
+    for name, image in VARIANTS[platform].items():
+        other = NiosController(platform, load(image))
+        other.prime(words[0], counts[0])
+        other.preset(single, first - 1)
+        variants[name] = other.batch(words[chunk], counts[chunk]).cycles
+        cycles += other.core.cycles
     return NiosRun(
         platform,
         np.concatenate([np.arange(w.start, w.stop) for w in windows]),
@@ -226,8 +237,8 @@ def run(
         len(beginning),
         tracking,
         recording.ticks.cycles,
-        shared_ticks.cycles,
-        cycles + shared.core.cycles,
+        variants,
+        cycles,
     )
 
 
@@ -289,5 +300,5 @@ def add_results(
             "tracking": vars(run.tracking),
             "pc_float32_same_ticks": same,
             "words_other_than_pc_float32": different_words(run, single),
-            "shared_subexpressions": timing(run.shared_cycles),
+            "variants": {name: timing(found) for name, found in run.variant_cycles.items()},
         }

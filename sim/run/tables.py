@@ -16,6 +16,8 @@ UNITS = {"l": "m", "v": "m/s", "a": "m/s²", "theta": "rad", "omega": "rad/s", "
 UNITS |= {"F": "N", "tau": "N·m"}
 # Measured columns of table 3; the last is what rounding the set-points to binary32 does by itself.
 ERRORS = ("pc_float32", "fpga3", "fpga3_optimised", "set_point_rounding")
+# Other builds of the program of FPGA1 and FPGA2.
+VARIANTS = {"shared_subexpressions": "shared terms", "software_square_root": "sqrt in C"}
 # Keys of results.json beside those of the published table 1.
 OPERATIONS = {
     "add_sub": ("+ −", "add_sub"),
@@ -60,7 +62,8 @@ def time_table(results: dict[str, Any], published: Published) -> Table:
     for platform, measured in results["nios"].items():
         timing = results["platforms"][platform]
         ours[f"{platform.upper()} ours, {timing['ticks']} ticks"] = timing
-        ours[f"{platform.upper()} ours, shared terms"] = measured["shared_subexpressions"]
+        for variant, timing in measured["variants"].items():
+            ours[f"{platform.upper()} ours, {VARIANTS[variant]}"] = timing
     for program, timing in results["platforms"]["fpga3"].items():
         ours[f"FPGA3 ours, {program.replace('_', ' ')}"] = timing
     for name, timing in ours.items():
