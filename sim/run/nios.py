@@ -50,7 +50,11 @@ class Sample:
 SAMPLES = {"fpga1": Sample(1500, 12, 100), "fpga2": Sample(1500, 24, 400)}
 # Images of other builds of the same source, per platform: key in results.json -> image.
 VARIANTS = {
-    "fpga1": {"shared_subexpressions": "tracking_shared_fpga1"},
+    "fpga1": {
+        "shared_subexpressions": "tracking_shared_fpga1",
+        "unoptimised": "tracking_unoptimised_fpga1",
+        "double_library": "tracking_double_fpga1",
+    },
     "fpga2": {
         "shared_subexpressions": "tracking_shared_fpga2",
         "software_square_root": "tracking_soft_sqrt_fpga2",

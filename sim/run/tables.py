@@ -17,7 +17,12 @@ UNITS |= {"F": "N", "tau": "N·m"}
 # Measured columns of table 3; the last is what rounding the set-points to binary32 does by itself.
 ERRORS = ("pc_float32", "fpga3", "fpga3_optimised", "set_point_rounding")
 # Other builds of the program of FPGA1 and FPGA2.
-VARIANTS = {"shared_subexpressions": "shared terms", "software_square_root": "sqrt in C"}
+VARIANTS = {
+    "shared_subexpressions": "shared terms",
+    "software_square_root": "sqrt in C",
+    "unoptimised": "-O0",
+    "double_library": "double sqrt",
+}
 # Keys of results.json beside those of the published table 1.
 OPERATIONS = {
     "add_sub": ("+ −", "add_sub"),

@@ -18,6 +18,7 @@ from sim.harness.nios_profile import profile
 from sim.harness.nios_rtl import FILES, PLATFORMS, NiosError, NiosRtl
 from sim.model import float32
 from sim.model.parameters import Robot
+from sim.model.published import Published
 from sim.run.controller import EXPORTED
 from sim.run.nios import NiosController
 from tests.asip.tracking_path import reversing_path
@@ -26,7 +27,6 @@ ROOT = Path(__file__).resolve().parents[2]
 TESTS = ROOT / "nios_sw/tests"
 PROGRAMS = sorted(path.stem for path in (IMAGES / "tests").glob("*.elf"))
 OUTPUTS = ("F1", "F2", "F3", "tau4", "tau5")
-PUBLISHED = {"fpga1": 21_800, "fpga2": 8_200}  # cycles, table 2
 LIMIT = 2_000_000
 
 
@@ -80,7 +80,7 @@ def test_tracking_program_gives_the_words_of_the_float32_model(track, platform, 
                 limit = 2.0 * np.spacing(np.abs(theirs)) if name == "tau4" else 0.0
                 different = np.flatnonzero(np.abs(ours - theirs) > limit)
                 assert different.size == 0, f"{name} at tick {start + different[0]}"
-        assert result.cycles.max() < PUBLISHED[platform]
+        assert result.cycles.max() < Published.load().time[platform.upper()]["cycles"]
     assert not controller.core.overrun
 
 
@@ -96,6 +96,33 @@ def test_shared_subexpressions_change_no_word_and_save_time(track):
     assert np.array_equal(printed.outputs, shared.outputs)
     assert np.array_equal(printed.exported, shared.exported)
     assert shared.cycles.max() < printed.cycles.min()
+
+
+def longest_tick(track, platform: str, image: str) -> int:
+    """Cycles of the longest of some ticks; the forces must be those of the float32 model."""
+    _, path, counts, single = track
+    words, chunk = path.words(), slice(500, 505)
+    controller = NiosController(platform, load(image))
+    controller.prime(words[0], counts[0])
+    controller.preset(single, chunk.start - 1)
+    result = controller.batch(words[chunk], counts[chunk])
+    for name, ours in zip(OUTPUTS[:3], result.outputs.T, strict=False):
+        assert np.array_equal(ours, single.row(name)[chunk]), name
+    return int(result.cycles.max())
+
+
+def test_published_time_of_fpga1_lies_between_two_builds(track):
+    """As docs/nios_systems.md says."""
+    published = Published.load().time["FPGA1"]["cycles"]
+    assert longest_tick(track, "fpga1", "tracking_fpga1") < published
+    assert longest_tick(track, "fpga1", "tracking_unoptimised_fpga1") < published
+    assert longest_tick(track, "fpga1", "tracking_double_fpga1") > published
+
+
+def test_square_roots_in_the_c_library_cost_fpga2_hundreds_of_cycles_each(track):
+    own = longest_tick(track, "fpga2", "tracking_fpga2")
+    library = longest_tick(track, "fpga2", "tracking_soft_sqrt_fpga2")
+    assert library - own > 13 * 200
 
 
 def test_profile_accounts_for_every_cycle_of_the_ticks(track):
