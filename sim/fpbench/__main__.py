@@ -196,7 +196,7 @@ def make_report(arguments: argparse.Namespace) -> int:
     summary = report.collect(plan.sections(size))
     path = report.write(summary)
     report.update_page(summary, arguments.page)
-    console.print(f"written: {path.relative_to(report.ROOT)}, {arguments.page}")
+    console.print(f"written: {path.relative_to(report.ROOT)}, {os.path.relpath(arguments.page)}")
     return 0
 
 

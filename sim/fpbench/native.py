@@ -212,7 +212,7 @@ class Unit:
     """The Verilated lanes of one unit; built on first use.
 
     `rtl` is a folder with the files of rtl/fpu (a copy with a fault, for example), `defines` macros
-    for its RTL.
+    for its RTL, `top` the sources above the unit if not all lanes are to be alike.
     """
 
     def __init__(
@@ -221,13 +221,14 @@ class Unit:
         rtl: Path = RTL,
         defines: Mapping[str, str] | None = None,
         lanes: int | None = None,
+        top: Sequence[Path] = TOP_SOURCES,
     ) -> None:
         if name not in LANES:
             raise BenchError(f"no unit '{name}'; known are {', '.join(LANES)}")
         self.name = name
         self.library = build_library(
             "fpbench",
-            [*sources(name, rtl), *TOP_SOURCES],
+            [*sources(name, rtl), *top],
             HARNESS,
             {"Lanes": lanes or LANES[name], "Iterative": int(name in ITERATIVE)},
             jobs=1,

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 from sim.fpbench.directed import rows_of
@@ -30,21 +31,36 @@ def quick(
     not compile raises `sim.harness.build.BuildError`.
     """
     unit = Unit(unit_of(op), rtl, defines)
+    reports = [unit.run_list(op, rows_of(op))] if rows_of(op) else []
+    for part in parts(unit, op, seed, cases):
+        reports.append(unit.run(op, part.kind, part.start, part.count, part.seed, part.gaps))
+    return merged(reports, "quick", seed)
+
+
+@dataclass(frozen=True)
+class Part:
+    """A piece of the short set, with the arguments of `Unit.run`."""
+
+    kind: str
+    start: int
+    count: int
+    seed: int
+    gaps: bool = False
+
+
+def parts(unit: Unit, op: str, seed: int = 1, cases: int | None = None) -> list[Part]:
+    """The short set of an operation after its directed cases; `cases` as for `quick`."""
     if cases is None:
         cases = ITERATIVE_CASES if unit.name == "fp_sincos" else RANDOM_CASES
-    parts = [unit.run_list(op, rows_of(op))] if rows_of(op) else []
-    parts.append(unit.run(op, "level1"))
+    found = [Part("level1", 0, unit.size(op, "level1"), seed)]
     if unit.name == "fp_sincos":
-        parts.append(unit.run(op, "level2"))
+        found.append(Part("level2", 0, unit.size(op, "level2"), seed))
     if size := unit.size(op, "hard"):
         stride = size // 4
-        parts += [
-            unit.run(op, "hard", start=k * stride, count=min(HARD_CASES, stride), seed=seed)
-            for k in range(4)
-        ]
-    parts.append(unit.run(op, "random", count=cases, seed=seed))
-    parts.append(unit.run(op, "random", count=max(1, cases // 4), seed=seed + 1, gaps=True))
-    return merged(parts, "quick", seed)
+        found += [Part("hard", k * stride, min(HARD_CASES, stride), seed) for k in range(4)]
+    found.append(Part("random", 0, cases, seed))
+    found.append(Part("random", 0, max(1, cases // 4), seed + 1, gaps=True))
+    return found
 
 
 def merged(parts: list[Report], kind: str, seed: int) -> Report:
