@@ -16,12 +16,27 @@ module asip_scoreboard #(
     output logic [Queries-1:0]                 pending_o
 );
 
-  logic [2**IndexWidth-1:0] pending_d, pending_q;
+  // Indices are decoded in two halves, so that a register is five inputs.
+  localparam int unsigned LowWidth = IndexWidth / 2;
+  localparam int unsigned HighWidth = IndexWidth - LowWidth;
 
-  always_comb begin
-    pending_d = pending_q;
-    if (clear_i) pending_d[clear_index_i] = 1'b0;
-    if (set_i) pending_d[set_index_i] = 1'b1;
+  logic [2**IndexWidth-1:0] pending_d, pending_q;
+  logic [2**HighWidth-1:0]  set_high, clear_high;
+  logic [2**LowWidth-1:0]   set_low, clear_low;
+
+  for (genvar i = 0; i < 2 ** HighWidth; i++) begin : gen_high
+    assign set_high[i]   = set_i && set_index_i[IndexWidth-1:LowWidth] == HighWidth'(i);
+    assign clear_high[i] = clear_i && clear_index_i[IndexWidth-1:LowWidth] == HighWidth'(i);
+  end
+  for (genvar i = 0; i < 2 ** LowWidth; i++) begin : gen_low
+    assign set_low[i]   = set_index_i[LowWidth-1:0] == LowWidth'(i);
+    assign clear_low[i] = clear_index_i[LowWidth-1:0] == LowWidth'(i);
+  end
+  for (genvar i = 0; i < 2 ** IndexWidth; i++) begin : gen_register
+    localparam int unsigned High = i / 2 ** LowWidth;
+    localparam int unsigned Low = i % 2 ** LowWidth;
+    assign pending_d[i] = (set_high[High] && set_low[Low]) ||
+                          (pending_q[i] && !(clear_high[High] && clear_low[Low]));
   end
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
