@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The table of versions: written from its data, and a revision that cannot be measured says so."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "scripts"))
+
+import speed_points  # noqa: E402
+
+
+def test_page__written_again__equal():
+    assert speed_points.main(["--check"]) == 0
+
+
+def test_page__other_data__refused(monkeypatch, capsys):
+    points = json.loads(speed_points.DATA.read_text())
+    points[0]["aluts"] += 1
+    other = speed_points.ROOT / "build/speed_points/test.json"
+    other.parent.mkdir(parents=True, exist_ok=True)
+    other.write_text(json.dumps(points))
+    monkeypatch.setattr(speed_points, "DATA", other)
+    assert speed_points.main(["--check"]) == 1
+    assert "differs" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("clock", "fastest"), [(1.0, False), (1000.0, True)])
+def test_shipped__page__is_the_shortest_tick_of_configuration_fast(clock, fastest):
+    points = json.loads(speed_points.DATA.read_text())
+    points[0] |= {"configuration": "fast", "fmax_mhz": {"1": clock}}
+    shipped = speed_points.page(points).partition("shortest optimised tick")[2].split("`")[3]
+    assert (shipped == points[0]["commit"]) == fastest
+
+
+def test_add__unknown_revision__error_names_it(capsys):
+    assert speed_points.main(["--add", "no-such-revision"]) == 1
+    error = capsys.readouterr().err
+    assert error.startswith("error: ") and "no-such-revision" in error
+
+
+def test_add__same_commit_and_configuration_again__replaces_the_row():
+    points = [{"commit": "a", "configuration": "fast", "aluts": 1}]
+    speed_points.add(points, {"commit": "a", "configuration": "fast", "aluts": 2})
+    speed_points.add(points, {"commit": "a", "configuration": "small", "aluts": 3})
+    assert [point["aluts"] for point in points] == [2, 3]
+
+
+@pytest.mark.parametrize("program", speed_points.PROGRAMS)
+def test_cycles__this_tree__are_those_of_the_assembler(program):
+    from asip_asm.assemble import assemble
+    from asip_asm.machine import load_machine
+    from tests.asip.core_bench import decoded
+
+    source = speed_points.ROOT / f"asip_asm/programs/tracking_{program}.s"
+    image = assemble(source, configuration="small")
+    want = load_machine("small").run_cycles(decoded(image))
+    speed_points.FOLDER.mkdir(parents=True, exist_ok=True)
+    assert speed_points.cycles(speed_points.ROOT, program, "small") == want
