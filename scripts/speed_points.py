@@ -49,10 +49,10 @@ COLUMNS = (
 )  # fmt: skip
 TAIL = """
 The shortest optimised tick of configuration `fast` above is that of {best}, and its structure is
-the one shipped. Registers were added where they cost no cycle between dependent operations: before the issue
-decision, behind the register banks (the bypass covers the stage), and around what ends a run, one
-cycle in all. A register inside the multiply-add pipe costs one cycle per link of the longest chain
-of operations instead, so it pays only while the pipe sets the clock.
+the one shipped. Registers were added where they cost no cycle between dependent operations: before
+the issue decision, behind the register banks (the bypass covers the stage), and around what ends a
+run, one cycle in all. A register inside the multiply-add pipe costs one cycle per link of the
+longest chain of operations instead, so it pays only while the pipe sets the clock.
 
 All clocks are ECP5's. **Inferred, not measured:** Stratix III has faster logic, and its block RAM
 has an output register, so these register-to-register paths should be faster there; which path is
