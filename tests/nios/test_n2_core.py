@@ -284,6 +284,43 @@ def test_misaligned_store__in_the_shadow_of_a_branch__does_nothing():
     assert core().dtcm[0] == 1
 
 
+@pytest.mark.parametrize(
+    "name,operands",
+    [
+        ("custom", (3, 2, 8, 8)),
+        ("stwio", (8, 0, 17)),
+        ("ldwio", (2, 0, 17)),
+        ("stw", (8, 0, 16)),
+        ("wrctl", (CTL["badaddr"], 8)),
+        ("ldw", (2, 1, 16)),
+        ("divu", (2, 8, 0)),
+    ],
+)
+def test_instruction__right_behind_a_mispredicted_branch__does_nothing(name, operands):
+    """Five turns train the branch not to be taken; the sixth is taken: r8 is 0 then."""
+    program = prologue()
+    program.li(16, DTCM)
+    program.li(17, AVALON_RAM)
+    program.emit("addi", 8, 0, 5)
+    program.label("turn")
+    program.to("beq", "out", 8, 0)
+    program.emit(name, *operands)
+    program.emit("addi", 8, 8, -1)
+    program.to("br", "turn")
+    program.label("out")
+    program.emit("rdctl", 7, CTL["badaddr"])
+    program.end()
+    records, values = run(program)
+    expected = {"custom": "starts", "stwio": "transfers", "ldwio": "transfers"}
+    for event in ("starts", "transfers"):
+        assert len(getattr(core(), event)) == (5 if expected.get(name) == event else 0)
+    assert len(faults(records)) == (5 if name in ("ldw", "divu") else 0)
+    if name == "stw":
+        assert core().dtcm[0] == 1
+    if name == "wrctl":
+        assert values[7] == 1
+
+
 # ---------------------------------------------------------------- custom instructions
 def expected_multi(n: int, a: int, b: int) -> int:
     return (a + 3 * b + n) & MASK
