@@ -66,6 +66,9 @@ class Move:
 
     feed is the F number in force as mm/min, for blocks that turn only the table as degree/min;
     it is None for rapids. centre holds the two coordinates in the order of plane.axes.
+    tolerance [mm]: greatest distance from the joints at the move's ends to the path run, 0 for
+    G61, infinite for G64 without P; merge [mm]: Q of G64, within which lines are joined into one.
+    inner: the move is a further part of its block, not a new one.
     """
 
     line: int
@@ -76,6 +79,9 @@ class Move:
     feed: float | None = None
     plane: Plane | None = None
     centre: tuple[float, float] | None = None
+    tolerance: float = 0.0
+    merge: float = 0.0
+    inner: bool = False
 
     @property
     def turns_only_the_table(self) -> bool:
@@ -84,6 +90,15 @@ class Move:
 
 def _turns_only_the_table(motion: Motion, start: Pose, end: Pose) -> bool:
     return not motion.is_arc and start[:3] == end[:3]
+
+
+@dataclass(frozen=True)
+class Dwell:
+    """A rest of `seconds` at the end of the moves before it (G4, G82)."""
+
+    line: int
+    source: str
+    seconds: float
 
 
 @dataclass(frozen=True)

@@ -150,7 +150,7 @@ def _arc(move: Move) -> Arc:
     return Arc(start, end, axes, centre, radius, begin, sweep, length)
 
 
-def _curve(move: Move) -> Curve | None:
+def curve_of(move: Move) -> Curve | None:
     """Curve of a move, None if the move stays where it is."""
     if move.motion.is_arc:
         return _arc(move)
@@ -175,5 +175,5 @@ def _speed(move: Move, curve: Curve, rates: RateLimits) -> float:
 def build_path(program: Program, rates: RateLimits | None = None) -> tuple[Block, ...]:
     """Curves and speeds of all moves of a program that go anywhere, in order."""
     rates = rates or RateLimits()
-    curves = ((move, _curve(move)) for move in program.moves)
+    curves = ((move, curve_of(move)) for move in program.moves)
     return tuple(Block(move, curve, _speed(move, curve, rates)) for move, curve in curves if curve)

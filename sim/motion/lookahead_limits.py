@@ -1,0 +1,194 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Greatest speed and acceleration along a piece of path that keep the limits of tool and joints.
+
+With q(s) the path and s(t) the motion along it, a coordinate x (a tool axis, a leg, a table axis)
+has the derivatives
+
+  x' v,   x'' v^2 + x' a,   x''' v^3 + 3 x'' v a + x' j      (v, a, j: those of s; ' = d/ds)
+
+The legs follow from l^2 = |r|^2, r from the leg's base to the tool (sim/model/kinematics.py):
+l l' = r.q',  l'^2 + l l'' = q'.q' + r.q'',  3 l' l'' + l l''' = 3 q'.q'' + r.q'''.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim.model.kinematics import inverse, inverse_acceleration, inverse_velocity
+from sim.model.parameters import Robot
+from sim.motion.blend import TABLE_RADIUS
+from sim.motion.planner_optimal import Limits
+
+FloatArray = NDArray[np.float64]
+
+# Limits used for planning, relative to those given: what the points examined may have missed.
+MARGIN = 0.995
+# Share of the acceleration kept for the speed along the path, by the angle of a blend [rad].
+SHARE_ANGLES = np.radians([0.0, 20.0, 80.0, 180.0])
+SHARES = np.array([0.3, 0.3, 0.03, 0.03])
+_BISECTIONS = 26
+
+
+@dataclass(frozen=True)
+class MachineLimits:
+    """Limits of the tool [m], of each leg [m] and of each table axis [rad]: speed, acceleration, jerk.
+
+    Those of the tool are limits of its vectors. They are never exceeded; what a program asks beyond
+    is run slower. With jerk_limited False the acceleration steps and the jerk limits do not count.
+    """
+
+    tool: Limits = field(default_factory=lambda: Limits(0.5, 4.8, 1000.0))
+    leg: Limits = field(default_factory=lambda: Limits(0.6, 8.0, 2000.0))
+    table: Limits = field(default_factory=lambda: Limits(np.pi / 2, 20.0, 5000.0))
+    jerk_limited: bool = True
+
+    @property
+    def window(self) -> float:
+        """Duration of a change of the tool's acceleration from 0 to its limit [s]."""
+        return self.tool.acceleration / self.tool.jerk if self.jerk_limited else 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Pieces:
+    """n pieces of path examined at k points each: q and its derivatives by the length, (n, k, 5).
+
+    Path space (table axes times TABLE_RADIUS). feed (n,): greatest speed asked for [m/s]; share
+    (n,): of the acceleration along the path to be kept at the greatest speed.
+    """
+
+    q: FloatArray
+    d1: FloatArray
+    d2: FloatArray
+    d3: FloatArray
+    feed: FloatArray
+    share: FloatArray
+
+
+def _greatest(values: FloatArray) -> FloatArray:
+    """Bound (n,) of |f| between equally spaced values (n, k), from the greatest and f''."""
+    size = np.abs(values)
+    top = size.max(axis=1)
+    if values.shape[1] >= 3:
+        bow = np.abs(np.diff(values, 2, axis=1)).max(axis=1)
+        top = top + np.minimum(bow / 4, 0.05 * top)
+    return top
+
+
+@dataclass(frozen=True, eq=False)
+class _Channel:
+    """Bounds (n,) of one coordinate: |x'|, along (a) and across (n) it |x''| and |x'''|."""
+
+    first: FloatArray
+    second: tuple[FloatArray, FloatArray]
+    third: tuple[FloatArray, FloatArray]
+    limits: Limits
+
+
+def _channels(pieces: Pieces, limits: MachineLimits, robot: Robot) -> list[_Channel]:
+    tool1, tool2, tool3 = (d[..., :3] for d in (pieces.d1, pieces.d2, pieces.d3))
+    first = np.linalg.norm(tool1, axis=2)
+    along = tool1 / np.maximum(first, 1e-12)[..., None]
+    a2, a3 = (np.sum(d * along, axis=2) for d in (tool2, tool3))
+    n2, n3 = (
+        np.linalg.norm(d - a[..., None] * along, axis=2)
+        for d, a in ((tool2, a2), (tool3, a3))
+    )
+    channels = [
+        _Channel(
+            _greatest(first),
+            (_greatest(a2), _greatest(n2)),
+            (_greatest(a3), _greatest(n3)),
+            limits.tool,
+        )
+    ]
+    zero = np.zeros(len(pieces.feed))
+    dot12 = np.sum(tool1 * tool2, axis=2)
+    place = pieces.q[..., :3]
+    l0 = inverse(robot, place)
+    l1 = inverse_velocity(robot, place, tool1)
+    l2 = inverse_acceleration(robot, place, tool1, tool2)
+    for leg, (x, y) in enumerate(robot.legs):
+        toward = np.sum((place - (x, y, 0.0)) * tool3, axis=2)
+        l3 = (3 * dot12 + toward - 3 * l1[..., leg] * l2[..., leg]) / l0[..., leg]
+        channels.append(
+            _Channel(
+                _greatest(l1[..., leg]),
+                (_greatest(l2[..., leg]), zero),
+                (_greatest(l3), zero),
+                limits.leg,
+            )
+        )
+    for axis in (3, 4):
+        x1, x2, x3 = (
+            _greatest(d[..., axis]) / TABLE_RADIUS for d in (pieces.d1, pieces.d2, pieces.d3)
+        )
+        channels.append(_Channel(x1, (x2, zero), (x3, zero), limits.table))
+    return channels
+
+
+def _kept(channel: _Channel, c: FloatArray, a: FloatArray, window: float) -> NDArray[np.bool_]:
+    """Whether acceleration and jerk of a channel are in their limits at speeds c, +-a along."""
+    (a2, n2), (a3, n3) = channel.second, channel.third
+    square = c * c
+    limit = MARGIN * channel.limits.acceleration
+    kept = np.hypot(a2 * square + channel.first * a, n2 * square) <= limit
+    if window > 0.0:
+        cube, twist = square * c, 3 * c * a
+        jerk = np.hypot(
+            a3 * cube + a2 * twist + channel.first * a / window, n3 * cube + n2 * twist
+        )
+        kept &= jerk <= MARGIN * channel.limits.jerk
+    return kept
+
+
+def speeds(
+    pieces: Pieces, limits: MachineLimits, robot: Robot
+) -> tuple[FloatArray, FloatArray]:
+    """Greatest speed (n,) [m/s] and acceleration along the path (n,) [m/s2] of every piece.
+
+    Both positive: with `share` s the speed is the greatest that leaves s of the acceleration that a
+    slow motion has; where the feed lowers the speed, more acceleration is left.
+    """
+    channels = _channels(pieces, limits, robot)
+    window = limits.window
+    fastest = pieces.feed.copy()
+    strongest = np.full_like(fastest, np.inf)
+    for channel in channels:
+        first = np.maximum(channel.first, 1e-12)
+        fastest = np.minimum(fastest, MARGIN * channel.limits.speed / first)
+        strongest = np.minimum(strongest, MARGIN * channel.limits.acceleration / first)
+        if window > 0.0:
+            strongest = np.minimum(strongest, MARGIN * channel.limits.jerk * window / first)
+
+    def kept(c: FloatArray, a: FloatArray) -> NDArray[np.bool_]:
+        result = np.ones(len(c), dtype=bool)
+        for channel in channels:
+            result &= _kept(channel, c, a, window)
+        return result
+
+    weakest = pieces.share * strongest
+    c = _greatest_kept(lambda x: kept(x, weakest), fastest)
+    a = weakest + _greatest_kept(lambda x: kept(c, weakest + x), strongest - weakest)
+    return c, a
+
+
+def _greatest_kept(
+    kept: Callable[[FloatArray], NDArray[np.bool_]], most: FloatArray
+) -> FloatArray:
+    """Greatest value in 0..most (n,) for which kept is true, to 26 bits; kept(0) is."""
+    at_most = kept(most)
+    if at_most.all():
+        return most
+    low, step = np.zeros_like(most), most.copy()
+    for _ in range(_BISECTIONS):
+        step = step / 2
+        low = np.where(kept(low + step), low + step, low)
+    # Values far below `most` keep their digits: one more search in the last interval.
+    for _ in range(_BISECTIONS):
+        step = step / 2
+        low = np.where(kept(low + step), low + step, low)
+    return np.where(at_most, most, low)
