@@ -1,0 +1,175 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Everything of the motion front-end that can be shown, from one command: `make motion`.
+
+Figures of seeds 001 and 002 drawn anew, the drive and feed-forward study, and the front-end as RTL
+on a move of the seed: one table, results.json and one page with all plots.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import importlib.util
+import json
+import sys
+from collections.abc import Iterable
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from sim.harness.build import BuildError
+from sim.harness.motion_rtl import MotionError
+from sim.motion import drive_figures, show_rtl
+from sim.run import page
+from sim.run.progress import TickProgress
+
+ROOT = Path(__file__).resolve().parents[2]
+# Modules with `figures(output) -> results`; results have the fields of planner_figures.Result.
+FIGURES = ("planner_figures", "lookahead_figures", "drive_figures")
+ABSENT = "{name} is not part of this version: its figures are left out"
+
+
+class ShowError(RuntimeError):
+    """A figure function does not keep to the common form; the message says which and how."""
+
+
+def rows_of(module: str, results: Iterable[Any]) -> list[dict[str, Any]]:
+    """Results as dictionaries with the seed's number. Raises ShowError naming what is missing."""
+    rows = []
+    for result in results:
+        row = asdict(result)
+        missing = {"figure", "name", "unit", "seed", "ours", "agrees", "file"} - set(row)
+        if missing:
+            raise ShowError(
+                f"{module}.figures: a result has no {', '.join(sorted(missing))}; expected the "
+                "fields of sim.motion.planner_figures.Result"
+            )
+        head = row["file"].split("_")[0]
+        row["paper"] = head.removeprefix("seed") if head.startswith("seed") else ""
+        rows.append(row)
+    return rows
+
+
+def table_of(rows: list[dict[str, Any]]) -> Table:
+    """Figure, quantity, the seed's value or our goal, ours."""
+    table = Table(title="Motion front-end: figures of the seeds and ours")
+    for title in ("figure", "quantity", "unit", "seed", "that is", "ours", ""):
+        right = title in ("seed", "ours")
+        table.add_column(title, justify="right" if right else "left", no_wrap=title != "quantity")
+    for row, following in zip(rows, [*rows[1:], None], strict=True):
+        paper = f"{row['paper']} " if row["paper"] else ""
+        table.add_row(
+            f"{paper}{row['figure']}",
+            row["name"],
+            row["unit"],
+            row["seed"],
+            row.get("source", ""),
+            f"{row['ours']:.6g}",
+            ("agrees" if row["agrees"] else "DIFFERS") if row["seed"] else "",
+            end_section=following is None or following["file"] != row["file"],
+        )
+    return table
+
+
+def _figure_modules(output: Path, console: Console) -> tuple[list[dict[str, Any]], list[str]]:
+    rows, absent = [], []
+    for name in FIGURES:
+        module = f"sim.motion.{name}"
+        if importlib.util.find_spec(module) is None:
+            absent.append(name)
+            console.print(f"      {ABSENT.format(name=name)}")
+            continue
+        found = rows_of(name, importlib.import_module(module).figures(output))
+        console.print(f"      {name}: {len(found)} figures")
+        rows += found
+    return rows, absent
+
+
+def _robot(output: Path, full: bool, console: Console) -> list[dict[str, Any]]:
+    with TickProgress(console) as bars:
+        done: dict[str, int] = {}
+
+        def advance(name: str, ticks: int, total: int) -> None:
+            if name not in done:
+                bars.add(name, total)
+            bars.advance(name, ticks - done.get(name, 0))
+            done[name] = ticks
+
+        return rows_of("drive_figures", drive_figures.robot_figures(output, full, advance))
+
+
+def _rtl(output: Path, console: Console) -> list[dict[str, Any]]:
+    moves = {}
+    with TickProgress(console) as bars:
+        for mode in show_rtl.MODES:
+            bars.add(mode, show_rtl.ticks())
+            moves[mode] = show_rtl.run(mode, lambda ticks, mode=mode: bars.advance(mode, ticks))
+    show_rtl.draw(moves, output)
+    return rows_of("show_rtl", show_rtl.results(moves))
+
+
+def run(arguments: argparse.Namespace, console: Console) -> None:
+    """The whole job; writes below arguments.output."""
+    out: Path = arguments.output
+    out.mkdir(parents=True, exist_ok=True)
+    console.print("[bold]1/3[/] figures of the seeds: planner, look-ahead, drive")
+    rows, absent = _figure_modules(out, console)
+    path = "the whole path" if arguments.full else "some strokes (--full: the whole path)"
+    console.print(f"[bold]2/3[/] robot in closed loop on AGH at 2 m/min, {path}")
+    if not arguments.no_robot:
+        rows += _robot(out, arguments.full, console)
+    console.print(
+        f"[bold]3/3[/] front-end as RTL, figure 12 of seed 002 at {show_rtl.PULSES_PER_MM} "
+        "pulses/mm (us of 100 clocks)"
+    )
+    if not arguments.no_rtl:
+        rows += _rtl(out, console)
+    table = table_of(rows)
+    console.print()
+    console.print(table)
+    differ = [row for row in rows if not row["agrees"]]
+    console.print(f"{len(rows)} figures, {len(differ)} differ; docs/motion.md says why")
+    document = {"full": arguments.full, "absent": absent, "figures": rows}
+    (out / "results.json").write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
+    files = dict.fromkeys(row["file"] for row in rows)
+    plots = [(out / file).with_suffix(".png") for file in files]
+    if not arguments.no_robot or not arguments.no_rtl:
+        plots = list(dict.fromkeys(plots))
+    page.write(
+        out / "index.html",
+        "Microtick: motion front-end",
+        [table],
+        [plot for plot in plots if plot.is_file()],
+    )
+    console.print(f"plots and page: {out / 'index.html'}")
+    console.print(f"figures:        {out / 'results.json'}")
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Command line; returns the exit code."""
+    parser = argparse.ArgumentParser(
+        prog="python -m sim.motion.show",
+        description=__doc__,
+        epilog="example: python -m sim.motion.show --no-rtl --output build/motion",
+    )
+    parser.add_argument(
+        "--output", type=Path, default=ROOT / "build/motion", help="folder of everything written"
+    )
+    parser.add_argument("--full", action="store_true", help="the robot runs the whole AGH path")
+    parser.add_argument("--no-rtl", action="store_true", help="without the simulated front-end")
+    parser.add_argument("--no-robot", action="store_true", help="without the robot")
+    arguments = parser.parse_args(argv)
+    console = Console()
+    try:
+        run(arguments, console)
+    except (ShowError, BuildError, MotionError, OSError) as error:
+        console.print(f"error: {error}", markup=False, highlight=False)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

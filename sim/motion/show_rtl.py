@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Figure 12 of seed 002 on the motion front-end as RTL, in both velocity modes.
+
+The move and its 10 pulses per mm are the seed's. Figures: pulses counted on the step line, duration
+from the release of the records to the interrupt, and the speed of the last interval of pulses.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from sim.harness.motion_rtl import CLOCK_HZ, MotionError, MotionRtl
+from sim.motion.planner_figures import FIGURE_12, PULSES_PER_MM, Result
+from sim.motion.planner_seed import SeedPlan, seed_plan
+from sim.motion.pulse_records import seed_compatible, time_exact
+
+MODES = {"time-exact": time_exact, "seed-compatible": seed_compatible}
+TICK_CLOCKS = CLOCK_HZ // 1_000_000
+CHUNK = 5_000_000  # clocks between two progress calls
+FILE = "seed002_fig12_rtl.svg"
+# By hand from the seed's rule, without this RTL: phases end at the ceilings of their displacements
+# and rates change behind a pulse only, so the move ends early and too fast.
+BY_RULE = {"duration": "0.8605", "speed": "15.85"}
+
+
+@dataclass(frozen=True)
+class Move:
+    """A move that was run: seconds, and seconds of each pulse since the release."""
+
+    seconds: float
+    pulses: np.ndarray
+
+    @property
+    def last_speed(self) -> float:
+        """Speed in the last interval of pulses [mm/s]."""
+        return float(1.0 / (self.pulses[-1] - self.pulses[-2]) / PULSES_PER_MM)
+
+
+def figure_12() -> SeedPlan:
+    """The plan of the move, mm and s."""
+    return seed_plan(**FIGURE_12)
+
+
+def ticks() -> int:
+    """Ticks of 1 us that a mode needs, for progress."""
+    return round(figure_12().total_time * 1_000_000)
+
+
+def run(mode: str, progress: Callable[[int], None] = lambda ticks: None) -> Move:
+    """Run the move in one of MODES. Raises MotionError if it does not end within twice its time."""
+    plan = figure_12()
+    motion = MotionRtl()
+    motion.write("IRQ_ENABLE", 3)
+    begin = motion.now
+    motion.put({0: MODES[mode](plan.phases, PULSES_PER_MM)})
+    limit = begin + 2 * ticks() * TICK_CLOCKS
+    while True:
+        try:
+            clocks = motion.wait_for_irq(CHUNK)
+        except MotionError:
+            progress(CHUNK // TICK_CLOCKS)
+            if motion.now > limit:
+                raise
+            continue
+        progress(clocks // TICK_CLOCKS)
+        break
+    if motion.status("underrun") or motion.status("overrun"):
+        raise MotionError(f"{mode}: the front-end reports an underrun or overrun")
+    pulses = (motion.edges().pulses(0) - begin) / CLOCK_HZ
+    return Move((motion.now - begin) / CLOCK_HZ, pulses)
+
+
+def results(moves: dict[str, Move]) -> list[Result]:
+    """Figures beside the plan's (derived from the seed) and those of the seed's own rule."""
+    plan = figure_12()
+    wanted = str(plan.length * PULSES_PER_MM)
+    duration, speed = f"{float(plan.total_time):.4f}", f"{float(plan.v0):.1f}"
+    found = []
+
+    def add(mode: str, name: str, unit: str, seed: str, source: str, ours: float) -> None:
+        digits = len(seed.partition(".")[2])
+        agrees = round(ours, digits) == round(float(seed), digits)
+        found.append(Result("12 RTL", f"{mode}: {name}", unit, seed, source, ours, agrees, FILE))
+
+    for mode, move in moves.items():
+        add(mode, "pulses", "", wanted, "derived", len(move.pulses))
+        by_rule = mode == "seed-compatible"
+        source = "by its rule" if by_rule else "derived"
+        add(
+            mode,
+            "duration",
+            "s",
+            BY_RULE["duration"] if by_rule else duration,
+            source,
+            move.seconds,
+        )
+        add(
+            mode,
+            "final speed",
+            "mm/s",
+            BY_RULE["speed"] if by_rule else speed,
+            source,
+            move.last_speed,
+        )
+    return found
+
+
+def draw(moves: dict[str, Move], output: Path) -> None:
+    """Speed of the pulses and their distance from the plan."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    matplotlib.rcParams["svg.hashsalt"] = "rtl"
+    plan = figure_12()
+    figure, rows = plt.subplots(2, 1, figsize=(8, 6), sharex=True)
+    for mode, move in moves.items():
+        middle = (move.pulses[1:] + move.pulses[:-1]) / 2
+        rows[0].plot(middle, 1 / np.diff(move.pulses) / PULSES_PER_MM, lw=0.9, label=mode)
+        # pulse n stands for n - 1/2
+        ideal = plan.sample(move.pulses).position * PULSES_PER_MM
+        rows[1].plot(move.pulses, np.arange(len(ideal)) + 0.5 - ideal, lw=0.9, label=mode)
+    t = np.linspace(0.0, float(plan.total_time), 400)
+    rows[0].plot(t, plan.sample(t).velocity, "k--", lw=0.7, label="plan")
+    rows[0].set(ylabel="speed [mm/s]", title="Figure 12 of seed 002 from the step line of the RTL")
+    rows[1].set(ylabel="pulses ahead of the plan", xlabel="time [s]")
+    for axis in rows:
+        axis.grid(alpha=0.3)
+        axis.legend()
+    figure.tight_layout()
+    figure.savefig(output / FILE, metadata={"Date": None})
+    figure.savefig((output / FILE).with_suffix(".png"), dpi=110)
+    plt.close(figure)
