@@ -110,7 +110,7 @@ def following_results(runs: dict[tuple[str, str, str], Response]) -> list[Result
         found.append(
             Result(
                 "11b",
-                f"{loop}: velocity, over a lag / kp = {theory:.5f} mm",
+                f"{loop}: velocity, over a lag / kp",
                 "",
                 "1.00",
                 "theory",
@@ -140,7 +140,7 @@ def servo_results() -> list[Result]:
     stated = SEED_TRANSIENT * 1e6
     for reading in drive_servo.READINGS:
         ours = drive_servo.transient(drive_servo.load_step(drive_servo.Servo(reading=reading)))
-        name = f"load step 1.8 N m, transient; 160 Hz read as {reading}"
+        name = f"load step {drive_servo.LOAD_TORQUE} N m; 160 Hz read as {reading}"
         found.append(
             _result(
                 "table",
@@ -156,12 +156,12 @@ def servo_results() -> list[Result]:
         rests = drive_servo.rests(drive_servo.increments(drive_servo.Servo(), load))
         right = all(rest.load == (rest.wanted,) for rest in rests)
         worst = max(abs(count) for rest in rests for count in rest.motor)
-        name = f"+-1 increment of 144 000 under {load} N m: targets read back, of {len(rests)}"
+        name = f"+-1 of 144 000 counts under {load} N m: targets met"
         reached = sum(rest.load == (rest.wanted,) for rest in rests)
         found.append(
             Result("table", name, "", str(len(rests)), "stated", reached, right, SERVO_FILE)
         )
-        name = f"motor counts of 1 280 000 off the target at rest under {load} N m"
+        name = f"of 1 280 000 motor counts off at rest under {load} N m"
         found.append(
             Result("table", name, "", "<= 2", "stated", float(worst), worst <= 2, SERVO_FILE)
         )
@@ -224,7 +224,7 @@ def robot_figures(
         curves[name] = next(iter(runs.values()))
         worst = max(run.tracking.tool for run in runs.values())
         limit = limits[case.name] if case else 10.0
-        label = f"{name}: tool error, {where}, payload +{drive_robot.PAYLOAD:g} kg"
+        label = f"{name}: tool error, {where}"
         results.append(
             _result("robot", label, "um", worst * 1e6, ROBOT_FILE, below=limit, source="goal")
         )
@@ -232,7 +232,7 @@ def robot_figures(
         results.append(
             Result(
                 "robot",
-                f"{name}: largest change of a leg's force in 100 us",
+                f"{name}: force step of a leg in 100 us",
                 "N",
                 "",
                 "",

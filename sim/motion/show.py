@@ -17,12 +17,15 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from rich import box
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from sim.harness.build import BuildError
 from sim.harness.motion_rtl import MotionError
 from sim.motion import drive_figures, show_rtl
+from sim.motion.drive_robot import PAYLOAD
 from sim.run import page
 from sim.run.progress import TickProgress
 
@@ -54,17 +57,18 @@ def rows_of(module: str, results: Iterable[Any]) -> list[dict[str, Any]]:
 
 
 def table_of(rows: list[dict[str, Any]]) -> Table:
-    """Figure, quantity, the seed's value or our goal, ours."""
-    table = Table(title="Motion front-end: figures of the seeds and ours")
-    for title in ("figure", "quantity", "unit", "seed", "that is", "ours", ""):
+    """Figure, quantity, the seed's value or our goal and which of the two it is, ours."""
+    table = Table(
+        title="Motion front-end: figures of the seeds and ours", box=box.SIMPLE_HEAD, padding=(0, 1)
+    )
+    for title in ("figure", "quantity", "seed", "is", "ours", ""):
         right = title in ("seed", "ours")
         table.add_column(title, justify="right" if right else "left", no_wrap=title != "quantity")
     for row, following in zip(rows, [*rows[1:], None], strict=True):
         paper = f"{row['paper']} " if row["paper"] else ""
         table.add_row(
             f"{paper}{row['figure']}",
-            row["name"],
-            row["unit"],
+            escape(f"{row['name']} [{row['unit']}]" if row["unit"] else row["name"]),
             row["seed"],
             row.get("source", ""),
             f"{row['ours']:.6g}",
@@ -117,8 +121,11 @@ def run(arguments: argparse.Namespace, console: Console) -> None:
     out.mkdir(parents=True, exist_ok=True)
     console.print("[bold]1/3[/] figures of the seeds: planner, look-ahead, drive")
     rows, absent = _figure_modules(out, console)
-    path = "the whole path" if arguments.full else "some strokes (--full: the whole path)"
-    console.print(f"[bold]2/3[/] robot in closed loop on AGH at 2 m/min, {path}")
+    strokes = f"{len(drive_figures.STROKES)} strokes (--full: the whole path)"
+    console.print(
+        f"[bold]2/3[/] robot in closed loop on AGH at 2 m/min, payload +{PAYLOAD:g} kg, "
+        f"{'the whole path' if arguments.full else strokes}"
+    )
     if not arguments.no_robot:
         rows += _robot(out, arguments.full, console)
     console.print(
@@ -132,12 +139,10 @@ def run(arguments: argparse.Namespace, console: Console) -> None:
     console.print(table)
     differ = [row for row in rows if not row["agrees"]]
     console.print(f"{len(rows)} figures, {len(differ)} differ; docs/motion.md says why")
-    document = {"full": arguments.full, "absent": absent, "figures": rows}
+    document = {"whole_path": arguments.full, "absent": absent, "figures": rows}
     (out / "results.json").write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
     files = dict.fromkeys(row["file"] for row in rows)
-    plots = [(out / file).with_suffix(".png") for file in files]
-    if not arguments.no_robot or not arguments.no_rtl:
-        plots = list(dict.fromkeys(plots))
+    plots = [(out / file).with_suffix(".png") for file in (*files, drive_figures.FIG_10)]
     page.write(
         out / "index.html",
         "Microtick: motion front-end",

@@ -9,12 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
 
 from sim.harness.motion_rtl import CLOCK_HZ, MotionError, MotionRtl
-from sim.motion.planner_figures import FIGURE_12, PULSES_PER_MM, Result
+from sim.motion.planner_figures import FIGURE_12, PULSES_PER_MM, Result, printed
 from sim.motion.planner_seed import SeedPlan, seed_plan
 from sim.motion.pulse_records import seed_compatible, time_exact
 
@@ -22,9 +23,10 @@ MODES = {"time-exact": time_exact, "seed-compatible": seed_compatible}
 TICK_CLOCKS = CLOCK_HZ // 1_000_000
 CHUNK = 5_000_000  # clocks between two progress calls
 FILE = "seed002_fig12_rtl.svg"
-# By hand from the seed's rule, without this RTL: phases end at the ceilings of their displacements
-# and rates change behind a pulse only, so the move ends early and too fast.
-BY_RULE = {"duration": "0.8605", "speed": "15.85"}
+# Estimated from the seed's rule without this RTL: phases end at the ceilings of their displacements
+# and rates change behind a pulse only, so the move ends early and too fast. How the speed at the
+# entry of a phase was set for the estimate is not recorded; here it is the planned one.
+ESTIMATE = {"duration": "0.8605", "speed": "15.85"}
 
 
 @dataclass(frozen=True)
@@ -46,7 +48,7 @@ def figure_12() -> SeedPlan:
 
 
 def ticks() -> int:
-    """Ticks of 1 us that a mode needs, for progress."""
+    """Ticks of 1 us that the move is planned for."""
     return round(figure_12().total_time * 1_000_000)
 
 
@@ -74,38 +76,38 @@ def run(mode: str, progress: Callable[[int], None] = lambda ticks: None) -> Move
     return Move((motion.now - begin) / CLOCK_HZ, pulses)
 
 
+def last_speed_of_plan(plan: SeedPlan) -> float:
+    """Mean speed [mm/s] between the places of the last two pulses, which stand for n - 1/2."""
+    count = plan.length * PULSES_PER_MM
+    times = []
+    for place in (count - Fraction(3, 2), count - Fraction(1, 2)):
+        low, high = Fraction(0), plan.total_time
+        for _ in range(40):
+            middle = (low + high) / 2
+            early = plan.at(middle).position * PULSES_PER_MM < place
+            low, high = (middle, high) if early else (low, middle)
+        times.append(low)
+    return float(1 / (times[1] - times[0]) / PULSES_PER_MM)
+
+
 def results(moves: dict[str, Move]) -> list[Result]:
-    """Figures beside the plan's (derived from the seed) and those of the seed's own rule."""
+    """Figures beside the plan's (derived from the seed) and the estimate for the seed's rule."""
     plan = figure_12()
-    wanted = str(plan.length * PULSES_PER_MM)
-    duration, speed = f"{float(plan.total_time):.4f}", f"{float(plan.v0):.1f}"
+    wanted = {
+        "time-exact": (f"{float(plan.total_time):.4f}", f"{last_speed_of_plan(plan):.2f}"),
+        "seed-compatible": (ESTIMATE["duration"], ESTIMATE["speed"]),
+    }
     found = []
-
-    def add(mode: str, name: str, unit: str, seed: str, source: str, ours: float) -> None:
-        digits = len(seed.partition(".")[2])
-        agrees = round(ours, digits) == round(float(seed), digits)
-        found.append(Result("12 RTL", f"{mode}: {name}", unit, seed, source, ours, agrees, FILE))
-
     for mode, move in moves.items():
-        add(mode, "pulses", "", wanted, "derived", len(move.pulses))
-        by_rule = mode == "seed-compatible"
-        source = "by its rule" if by_rule else "derived"
-        add(
-            mode,
-            "duration",
-            "s",
-            BY_RULE["duration"] if by_rule else duration,
-            source,
-            move.seconds,
-        )
-        add(
-            mode,
-            "final speed",
-            "mm/s",
-            BY_RULE["speed"] if by_rule else speed,
-            source,
-            move.last_speed,
-        )
+        source = "derived" if mode == "time-exact" else "estimate"
+        duration, speed = wanted[mode]
+        for name, unit, seed, kind, ours in (
+            ("pulses", "", str(plan.length * PULSES_PER_MM), "derived", float(len(move.pulses))),
+            ("duration", "s", duration, source, move.seconds),
+            ("final speed", "mm/s", speed, source, move.last_speed),
+        ):
+            agrees = printed(seed, ours)
+            found.append(Result("12 RTL", f"{mode}: {name}", unit, seed, kind, ours, agrees, FILE))
     return found
 
 
