@@ -22,7 +22,7 @@ SEEDS ?=
 export SEED
 
 .PHONY: help setup run test test-full lint gen gen-check synth quartus formal fp-case fp-bench fp-campaign fp-report readme docs lock clean \
-  nios-sw nios-toolchain nios-cycles qemu
+  test-mutants nios-sw nios-toolchain nios-cycles qemu
 
 help: ## list targets and variables
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-14s %s\n", $$1, $$2}' Makefile
@@ -36,6 +36,9 @@ test: $(READY) qemu lint gen-check ## every test but the deep campaigns (T=expre
 
 test-full: $(READY) qemu lint gen-check ## the deep campaigns too
 	$(PY) -m pytest -n $(JOBS) --dist loadfile --hypothesis-seed=$(SEED) $(if $(T),-k "$(T)")
+
+test-mutants: $(READY) ## planted faults in the arithmetic units, each must be found by the short set (resumes)
+	@$(PY) -m tests.mutants --jobs $(JOBS) $(if $(T),--only $(T))
 
 qemu: ## get the reference of the Nios II tests under CI=true (elsewhere: scripts/qemu.sh)
 	@if [ "$$CI" = true ] && [ "$$(id -u)" = 0 ]; then scripts/qemu.sh; fi
@@ -109,9 +112,10 @@ nios-toolchain: ## cross compiler for Nios II from Debian's source packages (abo
 readme: $(READY) ## write the results section of README.md from build/results.json
 	@$(PY) scripts/readme.py
 
-docs: $(READY) ## write the pages of docs/ that are measured: latencies, scaling
+docs: $(READY) ## write the pages of docs/ that are measured: latencies, scaling, units
 	@$(PY) scripts/latency_table.py
 	@$(PY) scripts/scaling.py
+	@$(PY) scripts/units_page.py
 
 setup: $(READY) ## create the project-local environment (run and test do it by themselves)
 

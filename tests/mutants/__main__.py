@@ -13,7 +13,7 @@ from rich.table import Table
 
 from sim.fpbench import Unit, operations
 from sim.fpbench.native import BenchError, flag_text
-from sim.harness.build import ROOT, BuildError
+from sim.harness.build import BuildError
 from tests.mutants.campaign import REPORT, Verdict, load_report, run
 from tests.mutants.faults import COPY, TABLE, Fault, TableError, load, write_copy
 
@@ -50,12 +50,12 @@ def table(faults: Sequence[Fault], verdicts: dict[int, Verdict]) -> Table:
     return view
 
 
-def show(fault: Fault) -> int:
+def show(fault: Fault, report: Path) -> int:
     """The first failing case of a fault, on the faulty unit."""
-    verdict = load_report()[0].get(fault.number)
+    verdict = load_report(report)[0].get(fault.number)
     words = dict(word.split("=") for word in (verdict.case if verdict else "").split()[2:])
     if verdict is None or "OP" not in words:
-        raise TableError(f"{fault.macro}: no failing case in {REPORT}; run `make test-mutants`")
+        raise TableError(f"{fault.macro}: no failing case in {report}; run `make test-mutants`")
     op = words["OP"]
     operands = [int(words[name], 16) for name in "ABC"[: operations()[op][1]]]
     result = Unit(fault.unit, COPY, {fault.macro: ""}).run_list(op, [operands])
@@ -79,15 +79,18 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--show", metavar="FAULT", help="the failing case of one fault, and stop")
     parser.add_argument("--jobs", type=int, default=2, help="processes")
     parser.add_argument("--table", type=Path, default=TABLE, help="another table of faults")
+    parser.add_argument("--report", type=Path, default=REPORT, help="where verdicts are kept")
     options = parser.parse_args(argv)
     try:
         faults = load(options.table)
         chosen = choose(faults, [options.show] if options.show else options.only)
         write_copy(faults)
         if options.show:
-            return show(chosen[0])
+            return show(chosen[0], options.report)
         console.print(f"{len(chosen)} of {len(faults)} planted faults, {options.jobs} processes")
-        verdicts, sounds, problems = run(faults, chosen, options.jobs, console.print)
+        verdicts, sounds, problems = run(
+            faults, chosen, options.jobs, console.print, options.report
+        )
     except (TableError, BenchError, BuildError) as error:
         sys.stderr.write(f"{error}\n")
         return 1
@@ -108,7 +111,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         f"{caught} of {len(chosen)} faults caught; without a fault {len(checked)} operations, "
         f"{cases} cases: {'good' if all(entry.good for entry in checked) else 'FAIL'}"
     )
-    console.print(f"written: {REPORT.relative_to(ROOT)}")
+    console.print(f"written: {options.report}", soft_wrap=True)
     good = caught == len(chosen) and not problems and all(entry.good for entry in checked)
     return int(not good)
 

@@ -146,10 +146,13 @@ def write_copy(faults: Sequence[Fault], folder: Path = COPY, rtl: Path = RTL) ->
                 f"{TABLE}:{fault.line}: error: fault {fault.number}: {fault.file} is no part of "
                 f"{fault.unit}, which executes {fault.ops[0]}; name an operation that uses it"
             )
+    texts = {
+        name: planted(path.read_text(), [fault for fault in faults if fault.file == name])
+        for name, path in files.items()
+    }
     folder.mkdir(parents=True, exist_ok=True)
-    for name, path in files.items():
-        own = [fault for fault in faults if fault.file == name]
-        write_if_changed(folder / name, planted(path.read_text(), own))
+    for name, text in texts.items():
+        write_if_changed(folder / name, text)
     return folder
 
 

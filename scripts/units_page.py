@@ -1,0 +1,289 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Put ports, latencies, evidence and synthesis figures of the arithmetic units into docs/units.md.
+
+The prose is written by hand; the blocks between `<!-- begin NAME -->` and `<!-- end NAME -->`
+come from the RTL (headers, ports, parameters, fp_pkg), the bench's table of operations, the table
+of proofs in docs/formal.md and docs/data/units_synthesis.json. `--check` refuses a page whose
+blocks differ. `--measure UNIT ...` synthesises units with scripts/synth_unit.py and stores their
+area and Fmax with a hash of the sources, so that figures of an earlier version show as such.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import re
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT))
+
+from scripts.gen import table  # noqa: E402
+from scripts.synth_unit import SynthesisError, sources_of, synthesise  # noqa: E402
+from sim.fpbench.native import angle_bound, operations  # noqa: E402
+
+RTL = ROOT / "rtl/fpu"
+PAGE = ROOT / "docs/units.md"
+DATA = ROOT / "docs/data/units_synthesis.json"
+PROOFS = ROOT / "docs/formal.md"
+COMMAND = "python scripts/units_page.py"
+DEVICE = {"area": "Cyclone V (Yosys synth_intel_alm)", "speed": "ECP5-85, speed grade 8 (nextpnr)"}
+PACKAGE = "fp_pkg"
+ROM = "fp_sincos_rom"
+
+
+class PageError(ValueError):
+    """The RTL or the page is not as expected; the text is `file: error: what; cure`."""
+
+
+@dataclass(frozen=True)
+class Port:
+    """One port or, with the direction `parameter`, one parameter with its default."""
+
+    direction: str
+    name: str
+    type: str
+    note: str
+
+
+def units(rtl: Path = RTL) -> list[str]:
+    """Units with a file list of their own, in the order of the package's latencies."""
+    listed = {path.stem for path in rtl.glob("*.f")}
+    named = [name.lower() for name in latencies(rtl)]
+    if listed != set(named):
+        raise PageError(
+            f"{rtl}/{PACKAGE}.sv: error: latencies of {sorted(named)}, but file lists of "
+            f"{sorted(listed)}; each unit needs both"
+        )
+    return named
+
+
+def blocks_of(rtl: Path = RTL) -> list[str]:
+    """Combinational building blocks: every module that is neither unit, package nor ROM."""
+    stems = {path.stem for path in rtl.glob("*.sv")}
+    return sorted(stems - set(units(rtl)) - {PACKAGE, ROM})
+
+
+def latencies(rtl: Path = RTL) -> dict[str, int]:
+    """`{"FP_ADD": 4, ...}` from fp_pkg.sv, in register ranks."""
+    text = (rtl / f"{PACKAGE}.sv").read_text(encoding="utf-8")
+    found = re.findall(r"\b(FP_\w+)_LATENCY\s*=\s*(\d+);", text)
+    return {name: int(value) for name, value in found}
+
+
+def header(module: str, rtl: Path = RTL) -> str:
+    """The contract at the top of a module's file as one paragraph, without the SPDX line."""
+    lines = []
+    for line in (rtl / f"{module}.sv").read_text(encoding="utf-8").splitlines():
+        if not line.startswith("//"):
+            break
+        if "SPDX" not in line:
+            lines.append(line.removeprefix("//").strip())
+    if not lines or not lines[0].startswith(f"{module}: "):
+        raise PageError(f"{rtl / module}.sv: error: header must start with `// {module}: `")
+    return " ".join(lines).removeprefix(f"{module}: ")
+
+
+def ports(module: str, rtl: Path = RTL) -> list[Port]:
+    """Parameters and ports of a module in the order of its header."""
+    path = rtl / f"{module}.sv"
+    text = path.read_text(encoding="utf-8")
+    head = re.search(rf"^module {module}\b(.*?)^\);", text, re.DOTALL | re.MULTILINE)
+    if head is None:
+        raise PageError(f"{path}: error: no `module {module} ... );`")
+    found = []
+    for line in head[1].splitlines():
+        code, _, note = line.partition("//")
+        parameter = re.match(r"\s*parameter\s+(.+?)\s+(\w+)\s*=\s*([^,]+?),?\s*$", code)
+        port = re.match(r"\s*(input|output)\s+([\w:]+)\s*(\[[^\]]*\])?\s*(\w+)\s*,?\s*$", code)
+        if parameter:
+            kind, name, default = parameter.groups()
+            found.append(Port("parameter", name, kind, f"default {default} {note.strip()}".strip()))
+        elif port:
+            direction, kind, width, name = port.groups()
+            found.append(Port(direction, name, f"{kind} {width or ''}".strip(), note.strip()))
+        elif code.strip() not in ("", "#(", ") (", "("):
+            raise PageError(f"{path}: error: cannot read `{line.strip()}` of the module's header")
+    return found
+
+
+def interval(unit: str, rtl: Path = RTL) -> int:
+    """Clocks between two operations: one, or the latency of a unit that has to become ready."""
+    waits = any(port.name == "ready_o" for port in ports(unit, rtl))
+    return latencies(rtl)[unit.upper()] if waits else 1
+
+
+def error_bound(unit: str, rtl: Path = RTL) -> str:
+    """What the result may differ from the exact one."""
+    if unit == "fp_sincos":
+        return f"below {angle_bound(rtl)} ulp for abs(a) <= 256"
+    if unit == "fp_cmp":
+        return "exact"
+    if unit == "fp_f2i":
+        return "correctly rounded to an integer"
+    return "correctly rounded (half an ulp)"
+
+
+def source_mark(unit: str, rtl: Path = RTL) -> str:
+    """Hash of what decides the unit's netlist: its sources without comments and latencies."""
+    digest = hashlib.sha256()
+    for path in sources_of(unit, (rtl,)):
+        text = re.sub(r"//[^\n]*", "", path.read_text(encoding="utf-8"))
+        text = re.sub(r"[^\n]*_LATENCY\s*=[^\n]*\n", "", text)  # stated there, used nowhere
+        digest.update(" ".join(text.split()).encode())
+    return digest.hexdigest()[:16]
+
+
+def overview() -> list[str]:
+    """Table of the units."""
+    rows = [
+        [
+            f"[`{unit}`](#{unit})",
+            header(unit).split(". ")[0].split(", pipelined")[0].split(", iterative")[0],
+            str(latencies()[unit.upper()]),
+            str(interval(unit)),
+            error_bound(unit),
+        ]
+        for unit in units()
+    ]
+    return table(["unit", "what", "latency", "interval", "error"], rows)
+
+
+def measured(data: dict) -> list[str]:
+    """Table of area and speed, one row per unit."""
+    rows = []
+    for unit in units():
+        entry = data.get(unit)
+        if entry is None:
+            rows.append([f"`{unit}`", *["-"] * 6, "not measured"])
+            continue
+        speeds = entry["fmax_mhz"]
+        rows.append(
+            [
+                f"`{unit}`",
+                *(str(entry[name]) for name in ("alut", "ff", "mul18", "memory_bits")),
+                ", ".join(f"{mhz:g}" for mhz in speeds.values()),
+                ", ".join(speeds),
+                "present" if entry["sources"] == source_mark(unit) else "an earlier version",
+            ]
+        )
+    head = ["unit", "ALUTs", "registers", "18x18", "memory bits", "MHz", "seeds", "sources"]
+    lines = table(head, rows)
+    return [*lines, "", f"Area: {DEVICE['area']}. Fmax: {DEVICE['speed']}, one value per seed."]
+
+
+def evidence(unit: str) -> list[str]:
+    """Lines of commands that repeat what is known of a unit."""
+    ops = [op for op, (owner, _) in operations().items() if owner == unit]
+    proofs = re.findall(
+        rf"^\| {unit} \|.*\| `(python -m tests\.formal --only \w+)` \|$",
+        PROOFS.read_text(encoding="utf-8"),
+        re.MULTILINE,
+    )
+    named = " ".join(f"`{op}`" for op in ops)
+    lines = [f"- short set, host arithmetic: `make fp-bench OP={ops[0]}`, operations {named}"]
+    if proofs:
+        lines.append("- proved: " + ", ".join(f"`{proof}`" for proof in proofs))
+    lines.append(f"- simulation against SoftFloat or MPFR: `pytest tests/fpu/test_{unit}.py`")
+    lines.append(f"- planted faults: `python -m tests.mutants --only {unit}`")
+    return lines
+
+
+def port_table(module: str) -> list[str]:
+    """Parameters and ports as a table."""
+    rows = [[f"`{p.name}`", p.direction, f"`{p.type}`", p.note] for p in ports(module)]
+    return table(["port", "direction", "type", ""], rows)
+
+
+def facts(module: str) -> list[str]:
+    """Generated block of a unit or building block."""
+    lines = [f"*{header(module)}*", "", *port_table(module)]
+    if module not in units():
+        return lines
+    files = [str(path.relative_to(ROOT)) for path in sources_of(module, (RTL,))]
+    return [
+        *lines,
+        "",
+        f"Latency {latencies()[module.upper()]}, interval {interval(module)}. Error: "
+        f"{error_bound(module)}. File list `rtl/fpu/{module}.f`: "
+        + ", ".join(f"`{Path(file).name}`" for file in files)
+        + ".",
+        "",
+        "Evidence:",
+        "",
+        *evidence(module),
+    ]
+
+
+def page(text: str, data: dict) -> str:
+    """The page with its generated blocks replaced. Raises PageError if one has no place."""
+    wanted = {
+        "overview": overview(),
+        "synthesis": measured(data),
+        **{module: facts(module) for module in [*units(), *blocks_of()]},
+    }
+    for name, lines in wanted.items():
+        marks = re.compile(rf"(<!-- begin {name} -->\n).*?(<!-- end {name} -->)", re.DOTALL)
+        body = "\n".join(["", *lines, ""])
+        text, count = marks.subn(lambda m, body=body: f"{m[1]}{body}\n{m[2]}", text)
+        if count != 1:
+            raise PageError(
+                f"{PAGE}: error: {count} places `<!-- begin {name} -->` .. `<!-- end {name} -->`, "
+                "not one; write the section of this module"
+            )
+    return text
+
+
+def measure(names: Sequence[str], seeds: Sequence[int], path: Path = DATA) -> None:
+    """Synthesise units and put their figures into `path`. Raises SynthesisError."""
+    data = load(path)
+    for name in names:
+        result = synthesise(name, sources_of(name, (RTL,)), seeds)
+        entry = {key: result["alm"][key] for key in ("alut", "ff", "mul18", "memory_bits")}
+        data[name] = {
+            "sources": source_mark(name),
+            "command": f"{COMMAND} --measure {name} --seeds {' '.join(map(str, seeds))}",
+            **entry,
+            "fmax_mhz": result["ecp5"]["fmax_mhz"],
+        }
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(json.dumps(dict(sorted(data.items())), indent=2) + "\n", encoding="utf-8")
+
+
+def load(path: Path = DATA) -> dict:
+    """Stored figures by unit; none yet if there is no file."""
+    return json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Command line; exit 0 written or equal, 1 if the page differs or a tool failed, 2 usage."""
+    parser = argparse.ArgumentParser(
+        description=__doc__.splitlines()[0],
+        epilog=f"example: {COMMAND} --measure fp_cmp fp_f2i --seeds 1 2 3",
+    )
+    parser.add_argument("--check", action="store_true", help="compare with the page, write nothing")
+    parser.add_argument("--page", type=Path, default=PAGE, help="the page")
+    parser.add_argument("--measure", nargs="+", choices=units(), default=[], metavar="UNIT")
+    parser.add_argument("--seeds", nargs="+", type=int, default=[1, 2, 3])
+    options = parser.parse_args(argv)
+    try:
+        measure(options.measure, options.seeds)
+        old = options.page.read_text(encoding="utf-8")
+        new = page(old, load())
+    except (PageError, SynthesisError, OSError) as error:
+        sys.stderr.write(f"{error}\n")
+        return 1
+    if not options.check:
+        options.page.write_text(new, encoding="utf-8")
+    elif new != old:
+        sys.stderr.write(f"{options.page}: error: differs from the RTL or its figures; {COMMAND}\n")
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

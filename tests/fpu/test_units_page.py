@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: Apache-2.0
+"""docs/units.md says what the RTL says; its example elaborates; intervals are measured."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from scripts import units_page
+from scripts.units_page import PAGE, RTL, PageError, main
+from sim.fpbench import Unit
+from sim.harness.build import ROOT, verilator_driver
+
+RANK_OF_THE_BENCH = 1  # in front of the lanes; an iterative unit waits for it too
+
+
+def changed(folder: Path, file: str, old: str, new: str) -> Path:
+    """A copy of rtl/fpu with one replacement, which must apply."""
+    copy = folder / "fpu"
+    shutil.copytree(RTL, copy)
+    text = (copy / file).read_text()
+    assert old in text
+    (copy / file).write_text(text.replace(old, new, 1))
+    return copy
+
+
+def test_page__present_rtl__is_up_to_date(capsys) -> None:
+    assert main(["--check"]) == 0, capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("Latency 4, interval 1.", "Latency 3, interval 1."),
+        ("| `sub_i` | input |", "| `sub_i` | output |"),
+        ("| [`fp_mul`]", "| [`fp_none`]"),
+        ("make fp-bench OP=div", "make fp-bench OP=mul"),
+    ],
+)
+def test_check__block_edited_by_hand__is_refused(
+    old: str, new: str, tmp_path: Path, capsys
+) -> None:
+    text = PAGE.read_text()
+    assert old in text
+    page = tmp_path / "units.md"
+    page.write_text(text.replace(old, new, 1))
+    assert main(["--check", "--page", str(page)]) == 1
+    assert "differs from the RTL or its figures; python scripts/units" in capsys.readouterr().err
+
+
+def test_page__section_missing__names_it(tmp_path: Path, capsys) -> None:
+    page = tmp_path / "units.md"
+    page.write_text(PAGE.read_text().replace("<!-- begin fp_lzc -->", ""))
+    assert main(["--page", str(page)]) == 1
+    assert "0 places `<!-- begin fp_lzc -->`" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("// fp_lzc: number", "// number", "header must start with `// fp_lzc: `"),
+        ("input  logic [(1<<CountWidth)-1:0] value_i", "inout x", "cannot read `inout x,`"),
+        ("module fp_lzc", "module lzc", "no `module fp_lzc"),
+    ],
+)
+def test_module__that_cannot_be_read__is_an_error(
+    old: str, new: str, message: str, tmp_path: Path
+) -> None:
+    copy = changed(tmp_path, "fp_lzc.sv", old, new)
+    with pytest.raises(PageError, match=re.escape(message)):
+        units_page.header("fp_lzc", copy)
+        units_page.ports("fp_lzc", copy)
+
+
+def test_units__file_list_without_latency__is_an_error(tmp_path: Path) -> None:
+    copy = changed(tmp_path, "fp_pkg.sv", "FP_CMP_LATENCY", "FP_COMPARE_LATENCY")
+    with pytest.raises(PageError, match="each unit needs both"):
+        units_page.units(copy)
+
+
+def test_mark__of_sources__sees_code_but_no_comment_and_no_other_latency(tmp_path: Path) -> None:
+    mark = units_page.source_mark("fp_i2f")
+    for n, (file, old, new, same) in enumerate(
+        [
+            ("fp_round.sv", "// fp_round:", "// fp_round, again:", True),
+            ("fp_pkg.sv", "FP_ADD_LATENCY = 4", "FP_ADD_LATENCY = 5", True),
+            ("fp_round.sv", "guard_i || round_i", "guard_i && round_i", False),
+        ]
+    ):
+        copy = changed(tmp_path / str(n), file, old, new)
+        assert (units_page.source_mark("fp_i2f", copy) == mark) is same, file
+
+
+def test_example__of_the_page__elaborates_with_the_file_list(tmp_path: Path) -> None:
+    example = re.search(r"```systemverilog\n(.*?)```", PAGE.read_text(), re.DOTALL)
+    assert example
+    source = tmp_path / "distance.sv"
+    source.write_text(example[1])
+    options = ["--lint-only", "-Wall", "-Wno-UNUSEDSIGNAL", "--quiet", "--top-module", "distance"]
+    lists = ["scripts/ci/waivers.vlt", "-f", "rtl/fpu/fp_add.f", str(source)]
+    done = subprocess.run(
+        [str(verilator_driver()), *options, *lists], cwd=ROOT, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize(("unit", "op"), [("fp_mul", "mul"), ("fp_sincos", "sin")])
+def test_interval__of_the_page__is_the_measured_one(unit: str, op: str) -> None:
+    bench = Unit(unit, lanes=1)
+    few, more = (bench.run_list(op, [[0x3F800000] * 3] * n) for n in (100, 200))
+    iterative = any(port.name == "ready_o" for port in units_page.ports(unit))
+    step = units_page.interval(unit) + (RANK_OF_THE_BENCH if iterative else 0)
+    assert more.cycles - few.cycles == 100 * step
+    assert few.cycles == 99 * step + units_page.latencies()[unit.upper()] + RANK_OF_THE_BENCH
