@@ -8,7 +8,7 @@ A blend leaves the first curve at a distance d before the joint and meets the se
 distance behind it, with equal point, direction and curvature at both ends, so the acceleration
 along the path is continuous. Between two lines the control points p0 p1 p2 and p3 p4 p5 lie on
 the lines at d, (1 - a) d and (1 - b) d from the corner; a and b, in `SHAPE`, are those that a
-search found to give the highest speed at 4.8 m/s2 and 1000 m/s3 for one apex distance. Next to an
+search found to give the highest speed at 4.8 m/s2, 1000 m/s3 and an apex 0.1 mm away. Next to an
 arc p2 (p3) is moved by 5/4 k (a d)^2, which gives the Bezier curve the curvature vector k there.
 """
 
@@ -27,17 +27,24 @@ SCALE = np.array([1.0, 1.0, 1.0, TABLE_RADIUS, TABLE_RADIUS])
 # Angle between the curves [degree], a, b.
 SHAPE = np.array(
     [
-        (0, 0.55, 0.75),
-        (30, 0.50, 0.75),
-        (60, 0.475, 0.725),
-        (90, 0.475, 0.675),
-        (120, 0.325, 0.575),
-        (150, 0.225, 0.40),
-        (180, 0.10, 0.20),
+        (0, 0.560, 0.746),
+        (15, 0.558, 0.744),
+        (30, 0.546, 0.740),
+        (45, 0.540, 0.729),
+        (60, 0.517, 0.716),
+        (75, 0.486, 0.697),
+        (90, 0.433, 0.669),
+        (105, 0.381, 0.631),
+        (120, 0.326, 0.567),
+        (135, 0.266, 0.476),
+        (150, 0.197, 0.360),
+        (165, 0.109, 0.211),
+        (175, 0.039, 0.079),
     ]
 )
-NODES = 17  # parameters at which a blend is examined, equally spaced
+NODES = 17  # parameters at which the length run is known, equally spaced
 PARAMETERS = np.linspace(0.0, 1.0, NODES)
+EXAMINED = np.linspace(0.0, 1.0, 33)  # parameters at which the derivatives are examined
 _GAUSS, _WEIGHTS = np.polynomial.legendre.leggauss(5)
 _GAUSS, _WEIGHTS = (_GAUSS + 1) / 2, _WEIGHTS / 2
 

@@ -488,9 +488,7 @@ class Lookahead:
                     self._rest = element.segment.at(np.array([element.offset + element.length]))[0][0]
             self._begin = 0.0
             return
-        window = self.settings.limits.window
         reached = float(stretch.position[-1]) if len(stretch.position) else 0.0
-        del window
         while elements and elements[0].length and self._begin + elements[0].length < reached:
             self._begin += elements.popleft().length
         self._begin -= stretch.shift
@@ -657,8 +655,8 @@ class _Joints:
 
     def pieces(self, numbers: NDArray[np.int64]) -> Pieces:
         """The blends `numbers`, examined at their nodes."""
-        count = len(blend.PARAMETERS)
-        u = np.tile(blend.PARAMETERS, len(numbers))
+        count = len(blend.EXAMINED)
+        u = np.tile(blend.EXAMINED, len(numbers))
         values = self.blends.at_parameters(numbers.repeat(count), u)
         joint = self.which[numbers]
         return Pieces(
@@ -669,7 +667,7 @@ class _Joints:
 
 
 INNER_TOLERANCE = 2e-6  # of joints inside one block [m]
-_ANGLES = np.radians(np.arange(0.0, 181.0))
+_ANGLES = np.radians(np.arange(0.0, 176.0))
 
 
 def _unit_apexes() -> FloatArray:
@@ -752,10 +750,14 @@ def _evaluate(
         element = elements[n]
         q[rows], d1[rows], d2[rows] = element.segment.at(s[rows] + element.offset)
     rows = np.flatnonzero(kind == 2)
-    for blends in {id(elements[n].blends): elements[n].blends for n in owner[rows]}.values():
-        own = rows[[elements[n].blends is blends for n in owner[rows]]]
-        which = np.array([elements[n].index for n in owner[own]])
-        q[own], d1[own], d2[own] = blends.at(which, s[own])
+    if len(rows):
+        sources = {id(e.blends): e.blends for e in elements if e.blends is not None}
+        source = np.array([id(e.blends) for e in elements])[owner[rows]]
+        index = np.array([e.index for e in elements])[owner[rows]]
+        for key, blends in sources.items():
+            own = source == key
+            if own.any():
+                q[rows[own]], d1[rows[own]], d2[rows[own]] = blends.at(index[own], s[rows[own]])
     return q, d1, d2
 
 
