@@ -88,6 +88,11 @@ def header(module: str, rtl: Path = RTL) -> str:
     return " ".join(lines).removeprefix(f"{module}: ")
 
 
+def prose(text: str) -> str:
+    """Text of the RTL as Markdown prose: a star stays a star."""
+    return text.replace("*", r"\*")
+
+
 def ports(module: str, rtl: Path = RTL) -> list[Port]:
     """Parameters and ports of a module in the order of its header."""
     path = rtl / f"{module}.sv"
@@ -143,7 +148,7 @@ def overview() -> list[str]:
     rows = [
         [
             f"[`{unit}`](#{unit})",
-            header(unit).split(". ")[0].split(", pipelined")[0].split(", iterative")[0],
+            prose(re.split(r"\. |, pipelined|, iterative|, one per clock", header(unit))[0]),
             str(latencies()[unit.upper()]),
             str(interval(unit)),
             error_bound(unit),
@@ -187,10 +192,31 @@ def evidence(unit: str) -> list[str]:
     named = " ".join(f"`{op}`" for op in ops)
     lines = [f"- short set, host arithmetic: `make fp-bench OP={ops[0]}`, operations {named}"]
     if proofs:
-        lines.append("- proved: " + ", ".join(f"`{proof}`" for proof in proofs))
+        lines.append(
+            "- proofs (`docs/formal.md` has their state): "
+            + ", ".join(f"`{proof}`" for proof in proofs)
+        )
     lines.append(f"- simulation against SoftFloat or MPFR: `pytest tests/fpu/test_{unit}.py`")
     lines.append(f"- planted faults: `python -m tests.mutants --only {unit}`")
     return lines
+
+
+def comparison_codes(rtl: Path = RTL) -> list[str]:
+    """Table of the operations of fp_cmp from the comments in fp_pkg.sv."""
+    rows, group = [], ""
+    for line in (rtl / f"{PACKAGE}.sv").read_text(encoding="utf-8").splitlines():
+        code = re.match(
+            r"\s*localparam logic \[3:0\] (FP_CMP_\w+) = 4'd(\d+);\s*(?://\s*(.*))?", line
+        )
+        if code:
+            name, number, note = code.groups()
+            rows.append([f"`{name}`", number, prose("; ".join(filter(None, [note, group])))])
+        else:
+            comment = re.match(r"\s*//\s*(.*)", line)
+            group = comment[1] if comment and "Operation of" not in line else ""
+    return table(
+        ["operation", "`op_i`", "result and flag (sNaN: a signalling NaN among the compared)"], rows
+    )
 
 
 def port_table(module: str) -> list[str]:
@@ -201,9 +227,11 @@ def port_table(module: str) -> list[str]:
 
 def facts(module: str) -> list[str]:
     """Generated block of a unit or building block."""
-    lines = [f"*{header(module)}*", "", *port_table(module)]
+    lines = [f"> {prose(header(module))}", "", *port_table(module)]
     if module not in units():
         return lines
+    if module == "fp_cmp":
+        lines += ["", *comparison_codes()]
     files = [str(path.relative_to(ROOT)) for path in sources_of(module, (RTL,))]
     return [
         *lines,

@@ -67,6 +67,8 @@ DIRECTED: dict[str, tuple[str, tuple[int, ...], int, int]] = {
     "least_integer_is_exact": ("i2f", (0x80000000,), 0xCF000000, 0),
     "conversion_of_two_to_the_31_saturates": ("f2i", (0x4F000000,), 0x7FFFFFFF, 0b10000),
     "conversion_of_the_least_integer_is_exact": ("f2i", (0xCF000000,), 0x80000000, 0),
+    "sine_of_the_largest_angle": ("sin", (0x43800000,), 0xBF7FCC19, 0b00001),
+    "sine_beyond_the_largest_angle_is_invalid": ("sin", (0x43800001,), 0x7FC00000, 0b10000),
     "sine_nearest_to_a_multiple_of_a_quarter_turn": ("cos", (0x437CE5F1,), 0xB18FD1DE, 0b00001),
 }
 
