@@ -75,11 +75,13 @@ class Drive:
         return a, np.array([0.0, 0.0, w * w])
 
     def residual(self, acceleration: float, k1: float, k2: float, speed: float = 0.0) -> float:
-        """Following error [m] at constant acceleration [m/s2] and at speed [m/s], all settled.
+        """Following error [m] at constant acceleration [m/s2], at the speed [m/s], all settled.
 
-        At constant speed e = (1 - K1) v / kp; with K1 = 1, e = a (lag - K2) / kp.
+        The velocity is the word of `lag` before, so kp e = (1 - K1) v + a (lag - K2) - de/dt with
+        de/dt = (1 - K1) a / kp. With K1 = 1 that is e = a (lag - K2) / kp.
         """
-        return ((1.0 - k1) * speed + acceleration * (k1 * self.lag - k2)) / self.kp
+        late = speed - acceleration / self.kp
+        return ((1.0 - k1) * late + acceleration * (self.lag - k2)) / self.kp
 
 
 @dataclass(frozen=True)
