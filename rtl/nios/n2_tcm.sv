@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // n2_tcm: tightly coupled memory, 32-bit words with byte enables, two equal ports.
-// Contract: read data are valid the cycle after en and held while en is low. A port that writes reads the
-// old word, and so does the other one in the same cycle. Both ports writing one word: no defined result.
+// Contract: read data are valid the cycle after en and held while en is low. Nobody may rely on what
+// is read from a word that either port writes in the same cycle, or on a word that both write.
 module n2_tcm #(
     parameter int unsigned Words = 16384
 ) (
@@ -18,22 +18,21 @@ module n2_tcm #(
     output logic [31:0]              b_rdata_o
 );
 
-  logic [31:0] memory[0:Words-1];
+  // A memory of its own per byte: every tool infers block RAM from that.
+  for (genvar i = 0; i < 4; i++) begin : gen_byte
+    (* no_rw_check *) logic [7:0] memory[0:Words-1];
 
-  always @(posedge clk_i) begin
-    if (a_en_i) begin
-      a_rdata_o <= memory[a_address_i];
-      for (int i = 0; i < 4; i++) begin
-        if (a_we_i[i]) memory[a_address_i][8*i+:8] <= a_wdata_i[8*i+:8];
+    always @(posedge clk_i) begin
+      if (a_en_i) begin
+        a_rdata_o[8*i+:8] <= memory[a_address_i];
+        if (a_we_i[i]) memory[a_address_i] <= a_wdata_i[8*i+:8];
       end
     end
-  end
 
-  always @(posedge clk_i) begin
-    if (b_en_i) begin
-      b_rdata_o <= memory[b_address_i];
-      for (int i = 0; i < 4; i++) begin
-        if (b_we_i[i]) memory[b_address_i][8*i+:8] <= b_wdata_i[8*i+:8];
+    always @(posedge clk_i) begin
+      if (b_en_i) begin
+        b_rdata_o[8*i+:8] <= memory[b_address_i];
+        if (b_we_i[i]) memory[b_address_i] <= b_wdata_i[8*i+:8];
       end
     end
   end

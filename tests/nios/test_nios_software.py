@@ -221,7 +221,7 @@ def test_law_in_soft_float_under_qemu_gives_the_words_of_the_float32_model(rever
     build(str(program), tmp_path / "build")
     (tmp_path / "tracking.in").write_bytes(data.tobytes())
     command = [
-        found.stdout.strip(),
+        ROOT / found.stdout.strip(),
         "-M",
         "nios2-generic-nommu",
         "-display",
