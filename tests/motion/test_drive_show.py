@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The command `make motion`: table, page and results; the front-end RTL on a short move."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from io import StringIO
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from sim.harness.motion_rtl import MotionError
+from sim.motion import planner_figures, show, show_rtl
+from sim.motion.planner_seed import seed_plan
+
+QUICK = {"v0": "30", "vm": "200", "tr": "0.02", "tm": "0.005", "length": "8"}
+
+
+def test_quick_show__table_page_and_results_of_every_present_module(tmp_path, capsys):
+    assert show.main(["--no-rtl", "--no-robot", "--output", str(tmp_path)]) == 0
+    printed = capsys.readouterr().out
+    document = json.loads((tmp_path / "results.json").read_text())
+    rows = document["figures"]
+    assert {"001", "002"} <= {row["paper"] for row in rows}
+    assert {"3", "11a", "11b", "11c", "12", "15", "table"} <= {row["figure"] for row in rows}
+    for name in show.FIGURES:
+        present = importlib.util.find_spec(f"sim.motion.{name}") is not None
+        assert present != (name in document["absent"])
+        if not present:
+            assert show.ABSENT.format(name=name).split(":")[0] in printed
+    html = (tmp_path / "index.html").read_text()
+    for file in {row["file"] for row in rows}:
+        assert (tmp_path / file).is_file()
+        assert f'alt="{file.removesuffix(".svg")}"' in html
+    differ = [row["name"] for row in rows if not row["agrees"]]
+    assert f"{len(rows)} figures, {len(differ)} differ" in printed
+
+
+def test_output_that_is_a_file__error_and_exit_code_1(tmp_path, capsys):
+    file = tmp_path / "taken"
+    file.write_text("")
+    assert show.main(["--no-rtl", "--no-robot", "--output", str(file)]) == 1
+    assert "error: " in capsys.readouterr().out
+
+
+def test_figure_module_of_another_form__refused_by_name():
+    @dataclass
+    class Short:
+        figure: str
+        ours: float
+
+    with pytest.raises(
+        show.ShowError, match=r"lookahead_figures\.figures: .* no agrees, file, name"
+    ):
+        show.rows_of("lookahead_figures", [Short("4", 1.0)])
+
+
+def test_a_figure_that_differs__is_shown_as_such():
+    good = planner_figures.Result("3", "x", "mm", "1", "stated", 1.0, True, "seed002_fig3.svg")
+    rows = show.rows_of("test", [good, replace(good, ours=2.0, agrees=False)])
+    text = StringIO()
+    Console(file=text, width=100).print(show.table_of(rows))
+    assert "002 3" in text.getvalue() and "x [mm]" in text.getvalue()
+    assert text.getvalue().count("DIFFERS") == 1 == text.getvalue().count("agrees")
+
+
+# ---------------------------------------------------------------------- front-end RTL
+
+
+@pytest.fixture
+def quick(monkeypatch):
+    """A move of 60 ms in the place of the seed's."""
+    monkeypatch.setattr(show_rtl, "FIGURE_12", QUICK)
+    return seed_plan(**QUICK)
+
+
+@pytest.mark.parametrize("mode", show_rtl.MODES)
+def test_rtl_run__all_pulses__progress_adds_up_to_the_duration(quick, monkeypatch, mode):
+    monkeypatch.setattr(show_rtl, "CHUNK", 1_000_000)
+    ticks = []
+    move = show_rtl.run(mode, ticks.append)
+    assert len(move.pulses) == quick.length * show_rtl.PULSES_PER_MM
+    assert len(ticks) > 3
+    assert sum(ticks) == pytest.approx(move.seconds * 1e6, abs=5)
+    exact = abs(move.seconds - float(quick.total_time)) < 5e-6
+    assert exact == (mode == "time-exact")
+
+
+def test_rtl_move_that_never_ends__motion_error(quick, monkeypatch):
+    monkeypatch.setattr(show_rtl, "ticks", lambda: 1_000)
+    monkeypatch.setattr(show_rtl, "CHUNK", 1_000_000)
+    with pytest.raises(MotionError, match="no interrupt"):
+        show_rtl.run("time-exact")
+
+
+def test_last_speed_of_the_plan__of_a_constant_speed__is_that_speed():
+    plan = seed_plan("20", "20", "0.1", "0", "3")
+    assert show_rtl.last_speed_of_plan(plan) == pytest.approx(20.0, rel=1e-9)
+
+
+def test_rtl_results__wrong_count_or_time__differ():
+    plan = show_rtl.figure_12()
+    count = int(plan.length * show_rtl.PULSES_PER_MM)
+    step = 1.0 / (show_rtl.last_speed_of_plan(plan) * show_rtl.PULSES_PER_MM)
+    pulses = np.arange(count) * step
+    right = show_rtl.Move(float(plan.total_time), pulses)
+    assert all(result.agrees for result in show_rtl.results({"time-exact": right}))
+    wrong = show_rtl.Move(float(plan.total_time + Fraction(1, 5000)), pulses[:-1] * 1.01)
+    assert not any(result.agrees for result in show_rtl.results({"time-exact": wrong}))
