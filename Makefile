@@ -22,7 +22,7 @@ SEEDS ?=
 export SEED
 
 .PHONY: help setup run test test-full lint gen gen-check synth quartus formal fp-case fp-bench fp-campaign fp-report readme docs lock clean \
-  test-mutants nios-sw nios-toolchain nios-cycles qemu
+  test-mutants nios-sw nios-toolchain nios-cycles qemu motion
 
 help: ## list targets and variables
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-14s %s\n", $$1, $$2}' Makefile
@@ -78,6 +78,9 @@ gen-check: $(READY) ## refuse generated files that differ from their sources
 	@$(PY) scripts/gen_custom.py --check
 	@$(PY) scripts/gen_n2_isa.py --check
 	@$(PY) scripts/gen_nios_system.py --check
+
+motion: $(READY) ## the motion front-end: figures of the seeds, drive study, RTL, on one page (RUN=full)
+	@$(PY) -m sim.motion.show $(if $(filter full,$(RUN)),--full)
 
 nios-cycles: $(READY) ## measure the Nios II core's cycle table and write it into docs/nios_core.md
 	@$(PY) -m sim.harness.n2_lockstep_cycles
