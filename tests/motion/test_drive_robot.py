@@ -11,7 +11,7 @@ from sim.model.records import SetPoints
 from sim.model.tracking import joint_path
 from sim.motion.drive import CASES, Case, Drive, DriveError
 from sim.motion.drive_figures import AGH, STROKES
-from sim.motion.drive_robot import LEAD_IN, LEG_DRIVE, DriveController, simulate, stroke
+from sim.motion.drive_robot import LEAD_IN, LEG_DRIVE, DriveController, RobotRun, simulate, stroke
 from sim.motion.gcode import Motion, parse_file
 from sim.motion.trajectory import Trajectory, generate
 from sim.run import nios
@@ -33,6 +33,12 @@ def trajectory() -> Trajectory:
 def path(trajectory) -> SetPoints:
     points = nios.set_points(trajectory, None)
     return stroke(points, *trajectory.first_ticks[BAR : BAR + 2])
+
+
+@pytest.fixture(scope="module")
+def runs(robot, path) -> dict[str, RobotRun]:
+    """The three drive cases."""
+    return {case.name: simulate(robot, path, case) for case in CASES}
 
 
 def test_stroke__begins_at_rest_on_the_first_set_point(path):
@@ -58,15 +64,15 @@ def test_computed_torque__payload_far_too_heavy__breaks_the_bound(robot, path):
     assert simulate(robot, path, None, payload=300.0).tracking.tool > 10e-6
 
 
-def test_drives_without_feed_forward__error_is_speed_over_kp(robot, path):
-    run = simulate(robot, path, CASES[0])
+def test_drives_without_feed_forward__error_is_speed_over_kp(robot, path, runs):
+    run = runs[CASES[0].name]
     _, speed, _ = joint_path(robot, path)
     expected = np.abs(speed[:, :3]).max() / LEG_DRIVE.kp
     assert np.abs(run.leg_error).max() == pytest.approx(expected, rel=0.02)
 
 
-def test_drives_with_velocity_feed_forward__error_follows_acceleration(robot, path):
-    run = simulate(robot, path, CASES[1])
+def test_drives_with_velocity_feed_forward__error_follows_acceleration(robot, path, runs):
+    run = runs[CASES[1].name]
     _, _, acceleration = joint_path(robot, path)
     # The encoder's count, friction and the payload are within 1 um.
     lag = 2.0 * LEG_DRIVE.damping / LEG_DRIVE.natural + 0.5 * robot.T_s
@@ -76,8 +82,8 @@ def test_drives_with_velocity_feed_forward__error_follows_acceleration(robot, pa
     assert error < 10e-6
 
 
-def test_drives_with_both__better_than_with_velocity_alone(robot, path):
-    worst = [simulate(robot, path, case).tracking.leg for case in CASES]
+def test_drives_with_both__better_than_with_velocity_alone(runs):
+    worst = [runs[case.name].tracking.leg for case in CASES]
     assert worst[2] < worst[1] < worst[0] / 20
 
 
