@@ -1,6 +1,7 @@
 """Generate the SystemVerilog packages and tables of the instruction set and the register maps.
 
-Sources: asip_asm/isa.toml, asip_asm/regmap.toml (ASIP), rtl/motion/regmap.toml (motion front-end).
+Sources: asip_asm/isa.toml, asip_asm/regmap.toml (ASIP), rtl/motion/regmap.toml (motion front-end),
+rtl/dual/regmap.toml (two processors).
 Outputs: a package, and pages or headers, of each (see `generate`). With --check nothing is written;
 exit 1 if a file differs from what would be generated.
 """
@@ -15,6 +16,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 MOTION_REGMAP_FILE = ROOT / "rtl/motion/regmap.toml"
+DUAL_REGMAP_FILE = ROOT / "rtl/dual/regmap.toml"
 
 from asip_asm.isa import (  # noqa: E402
     IMMEDIATE_WIDTH,
@@ -392,6 +394,7 @@ def generate(isa_file: Path = ISA_FILE, regmap_file: Path = REGMAP_FILE) -> dict
     for name, path, page in (
         ("asip", regmap_file, "docs/regmap.md"),
         ("motion", MOTION_REGMAP_FILE, "docs/motion_regmap.md"),
+        ("dual", DUAL_REGMAP_FILE, "docs/dual_regmap.md"),
     ):
         regmap = load_register_map(path)
         source = path.resolve().relative_to(ROOT).as_posix()

@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The two-processor system with its programs, as a controller of the closed loop of `sim.run`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from asip_asm.assemble import assemble
+from sim.dual.moves import RECORD_WORDS, RING_RECORDS, Move
+from sim.harness.asip_rtl import BLOCK, CSR, STATUS
+from sim.harness.dual_rtl import MEASURED_SOURCE, DualRtl
+from sim.model.records import OUTPUTS
+from sim.run.controller import COUNTS, LAST_MEASUREMENT, SET_POINTS, ControllerFault, Ticks
+
+PROGRAMS = Path(__file__).resolve().parents[2] / "asip_asm/programs"
+TRAJECTORY_PROGRAM = "path_set_points"
+FEED_PERIODS = 100  # between two looks at the ring
+RATES = tuple(i for i, name in enumerate(SET_POINTS) if name[0] in "vawe" and name != "alpha")
+
+
+class TwoProcessors:
+    """Both cores loaded, lists and buffer set up, moves fed to the ring.
+
+    moves: the path. period_clocks: clocks of a period. The interface is that of `AsipController`,
+    but set-points come from the first core, not from the caller. `set_points` gets what it made.
+    """
+
+    def __init__(
+        self,
+        moves: Sequence[Move],
+        period_clocks: int | None = None,
+        tracking_program: str = "tracking_optimised",
+        trajectory: str = "fast",
+        tracking: str = "fast",
+    ) -> None:
+        self.system = DualRtl(trajectory, tracking)
+        self.images = {
+            "trajectory": assemble(PROGRAMS / f"{TRAJECTORY_PROGRAM}.s", configuration=trajectory),
+            "tracking": assemble(PROGRAMS / f"{tracking_program}.s", configuration=tracking),
+        }
+        first, second = self.system.trajectory, self.system.tracking
+        first.load(self.images["trajectory"])
+        second.load(self.images["tracking"])
+        inputs = second.input_addresses([*SET_POINTS, *COUNTS])
+        sources = [*range(len(SET_POINTS)), *(MEASURED_SOURCE + i for i in range(len(COUNTS)))]
+        self.system.set_lists(
+            {
+                "set_points": list(zip(first.output_addresses(SET_POINTS), range(15), strict=True)),
+                "inputs": list(zip(sources, inputs, strict=True)),
+                "commands": list(zip(second.output_addresses(OUTPUTS), range(5), strict=True)),
+            }
+        )
+        self.system.write("ZERO_ON_HOLD", sum(1 << i for i in RATES))
+        self.system.write("IRQ_ENABLE", 3)
+        if period_clocks is not None:
+            self.system.write("PERIOD", period_clocks)
+        self._moves = moves
+        self._written = 0
+        self.set_points: list[NDArray[np.float32]] = []
+        self.tick = 0
+        self.feed()
+
+    # ------------------------------------------------------------------ moves
+    def feed(self) -> None:
+        """Write as many records as the ring has room for, then their number."""
+        core = self.system.trajectory
+        begun = 1
+        if self._written:
+            begun = max(1, core.read(core.output_addresses(["begun"])[0]))
+        # The record under way and those after it stay; all others may be overwritten.
+        room = min(len(self._moves), begun - 1 + RING_RECORDS)
+        for number in range(self._written, room):
+            place = BLOCK["data"] + number % RING_RECORDS * RECORD_WORDS
+            for i, word in enumerate(self._moves[number].words().tolist()):
+                core.write(place + i, word)
+        if room > self._written:
+            self._written = room
+            core.write(core.input_addresses(["moves"])[0], room)
+
+    # ------------------------------------------------------------------ closed loop
+    def prime(self, words: ArrayLike, counts: ArrayLike) -> None:
+        """Make the first measurement the last one; let the first set-point be made.
+
+        words: the first set-point, for the tracking core alone. It runs once for its memory of the
+        measurement; then one period makes the set-point with which tracking begins.
+        """
+        core, image = self.system.tracking, self.images["tracking"]
+        data = [
+            *np.asarray(words, dtype=np.float32).view(np.uint32).tolist(),
+            *np.asarray(counts, dtype=np.int32).tolist(),
+        ]
+        for address, word in zip(core.input_addresses([*SET_POINTS, *COUNTS]), data, strict=True):
+            core.write(address, word)
+        core.write(CSR["CONTROL"], 3)
+        self.system.clock(image.watchdog)
+        if not STATUS["done"].of(core.read(CSR["STATUS"])):
+            raise ControllerFault("the tracking core did not finish its first run")
+        core.preset(
+            {
+                state.name: int(state.bits, 16)
+                for state in image.states
+                if not state.name.endswith(LAST_MEASUREMENT)
+            }
+        )
+        self.start()
+        self.periods([counts])
+
+    def start(self) -> None:
+        """Let periods begin."""
+        self.system.write("CONTROL", 1)
+
+    def periods(self, counts: ArrayLike) -> NDArray[np.void]:
+        """Run one period per row of counts (n, 5) whatever happens; see `dual_rtl.PERIOD`."""
+        records = self.system.run(np.atleast_2d(np.asarray(counts)))
+        self.set_points += list(records["words"].view(np.float32))
+        return records
+
+    def step(self, words: ArrayLike, counts: ArrayLike) -> Ticks:
+        """One period with five counts; `words` are not used. Raises ControllerFault."""
+        record = self.periods([counts])
+        if self.system.stop or record["late"][0] or record["updates"][0] != 1:
+            flags = ", ".join(name for name, on in self.system.flags().items() if on)
+            raise ControllerFault(f"tick {self.tick}: no new command; flags: {flags}")
+        self.tick += 1
+        if self.tick % FEED_PERIODS == 0 and self._written < len(self._moves):
+            self.feed()
+        commands = record["commands"].view(np.float32)
+        return Ticks(commands, np.empty((1, 0), np.float32), record["used"])

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+// C interface of the Verilated two-processor system: bus accesses and whole periods, called from Python
+// (dual_rtl.py). One call does all of one or many periods.
+#include <cstdint>
+#include <memory>
+
+#include "Vdual_asip.h"
+#include "verilated.h"
+
+namespace {
+
+constexpr uint64_t kBusTimeout = 1000000;  // clocks; above every run and period
+constexpr uint32_t kMeasured = 5, kCommands = 5, kWords = 15;
+
+struct Period {
+  uint32_t measured[kMeasured];  // in
+  uint32_t commands[kCommands];  // out, at the end of the period's work
+  uint32_t words[kWords];        // last set-point on its way into the buffer
+  uint32_t stored;               // words of it in this period
+  uint32_t updates;              // command updates in this period
+  uint32_t command_clock;        // clocks from the period's start to the last update
+  uint32_t used;                 // clocks from the period's start to the end of its work
+  uint32_t late;                 // 1: the next period began before
+};
+
+struct Dual {
+  VerilatedContext context;
+  std::unique_ptr<Vdual_asip> top;
+  uint64_t clocks = 0;
+  uint32_t words[kWords] = {};
+  uint32_t stored = 0, updates = 0;
+  uint64_t updated = 0;
+
+  Dual() : top(new Vdual_asip(&context)) {
+    top->read_i = top->write_i = 0;
+    top->address_i = 0;
+    top->writedata_i = 0;
+    for (uint32_t i = 0; i < kMeasured; ++i) top->measured_i[i] = 0;
+    top->rst_ni = 0;
+    for (int i = 0; i < 4; ++i) clock();
+    top->rst_ni = 1;
+    clock();
+  }
+
+  // A clock in two halves: inputs settle, then the rising edge.
+  void settle() {
+    top->clk_i = 0;
+    top->eval();
+  }
+
+  void edge() {
+    if (top->trace_store_o) {
+      if (top->trace_index_o < kWords) words[top->trace_index_o] = top->trace_data_o;
+      ++stored;
+    }
+    if (top->command_valid_o) {
+      ++updates;
+      updated = clocks;
+    }
+    top->clk_i = 1;
+    top->eval();
+    ++clocks;
+  }
+
+  void clock() {
+    settle();
+    edge();
+  }
+
+  bool access(uint32_t address, uint32_t* data, bool is_write) {
+    top->address_i = address;
+    top->writedata_i = is_write ? *data : 0;
+    top->write_i = is_write;
+    top->read_i = !is_write;
+    for (uint64_t n = 0; n < kBusTimeout; ++n) {
+      settle();
+      const bool accepted = !top->waitrequest_o;
+      if (accepted && !is_write) *data = top->readdata_o;
+      edge();
+      if (accepted) {
+        top->write_i = top->read_i = 0;
+        return true;
+      }
+    }
+    top->write_i = top->read_i = 0;
+    return false;
+  }
+
+  // One period: from its first clock to the end of its work, or to the first clock of the next one.
+  bool period(Period* p) {
+    for (uint32_t i = 0; i < kMeasured; ++i) top->measured_i[i] = p->measured[i];
+    uint64_t n = 0;
+    for (settle(); !top->period_o; settle()) {
+      edge();
+      if (++n > kBusTimeout) return false;
+    }
+    const uint64_t begin = clocks;
+    stored = updates = 0;
+    for (n = 0;;) {
+      edge();
+      settle();
+      p->late = top->period_o;
+      if (top->finished_o || top->period_o) break;
+      if (++n > kBusTimeout) return false;
+    }
+    p->used = clocks - begin;
+    p->stored = stored;
+    p->updates = updates;
+    p->command_clock = updates ? updated - begin : 0;
+    for (uint32_t i = 0; i < kCommands; ++i) p->commands[i] = top->command_o[i];
+    for (uint32_t i = 0; i < kWords; ++i) p->words[i] = words[i];
+    return true;
+  }
+};
+
+}  // namespace
+
+extern "C" {
+
+void* dual_new() { return new Dual; }
+void dual_free(void* handle) { delete static_cast<Dual*>(handle); }
+
+int dual_write(void* handle, uint32_t address, uint32_t data) {
+  return static_cast<Dual*>(handle)->access(address, &data, true);
+}
+
+int dual_read(void* handle, uint32_t address, uint32_t* data) {
+  return static_cast<Dual*>(handle)->access(address, data, false);
+}
+
+void dual_clock(void* handle, uint64_t clocks) {
+  for (uint64_t i = 0; i < clocks; ++i) static_cast<Dual*>(handle)->clock();
+}
+
+uint64_t dual_clocks(void* handle) { return static_cast<Dual*>(handle)->clocks; }
+
+// Bit 0: irq_o, bit 1: stop_o.
+int dual_lines(void* handle) {
+  auto* top = static_cast<Dual*>(handle)->top.get();
+  return top->irq_o | top->stop_o << 1;
+}
+
+// Runs whole periods; returns how many, fewer if the system hangs.
+uint64_t dual_run(void* handle, Period* periods, uint64_t n) {
+  for (uint64_t i = 0; i < n; ++i)
+    if (!static_cast<Dual*>(handle)->period(&periods[i])) return i;
+  return n;
+}
+
+}  // extern "C"

@@ -1,0 +1,167 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The Verilated two-processor system as a Python object: two cores, registers, lists, periods."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from asip_asm.isa import default_isa
+from asip_asm.regmap import load_register_map
+from scripts.synth_unit import sources_of
+from sim.harness.asip_rtl import AsipError, AsipRtl
+from sim.harness.build import ROOT, build_library
+
+TOP = "dual_asip"
+REGMAP = load_register_map(ROOT / "rtl/dual/regmap.toml")
+FLAGS = REGMAP.registers["STATUS"].fields
+MEASURED_SOURCE = 32  # of an input list: first measured word
+LIST_ENTRIES = 32
+LISTS = ("set_points", "inputs", "commands")
+
+PERIOD = np.dtype(
+    [
+        ("measured", np.uint32, 5),
+        ("commands", np.uint32, 5),
+        ("words", np.uint32, 15),
+        *((name, np.uint32) for name in ("stored", "updates", "command_clock", "used", "late")),
+    ]
+)
+"""One period as the harness exchanges it: see struct Period of dual_harness.cpp."""
+
+
+class Core(AsipRtl):
+    """One core behind the system's host port: the bus of `AsipRtl`, without its own model."""
+
+    def __init__(self, system: DualRtl, block: str, configuration: str) -> None:
+        self._handle = None
+        self._system = system
+        self._base = REGMAP.blocks[block].base
+        self.configuration = configuration
+
+    def write(self, address: int, data: int) -> None:
+        """One bus write; waits while the core or the sequencer holds it."""
+        self._system.write_word(self._base + address, data)
+
+    def read(self, address: int) -> int:
+        """One bus read."""
+        return self._system.read_word(self._base + address)
+
+
+class DualRtl:
+    """The system just out of reset, each core in configuration 'fast' or 'small'.
+
+    The model is built on first use.
+    """
+
+    def __init__(self, trajectory: str = "fast", tracking: str = "fast") -> None:
+        parameters = {}
+        for name, configuration in (("Trajectory", trajectory), ("Tracking", tracking)):
+            record = default_isa().configurations[configuration]
+            parameters[f"{name}FmaPipes"] = record.fma_pipes
+            parameters[f"{name}Slots"] = len(record.slots)
+        path = build_library(
+            TOP, sources_of(TOP), Path(__file__).with_name("dual_harness.cpp"), parameters, jobs=1
+        )
+        lib = ctypes.CDLL(str(path))
+        pointer, u32, u64 = ctypes.c_void_p, ctypes.c_uint32, ctypes.c_uint64
+        lib.dual_new.restype = pointer
+        lib.dual_clocks.restype = lib.dual_run.restype = u64
+        for name in ("free", "clocks", "lines"):
+            getattr(lib, f"dual_{name}").argtypes = [pointer]
+        lib.dual_write.argtypes = [pointer, u32, u32]
+        lib.dual_read.argtypes = [pointer, u32, pointer]
+        lib.dual_clock.argtypes = [pointer, u64]
+        lib.dual_run.argtypes = [pointer, pointer, u64]
+        self._lib = lib
+        self._handle = lib.dual_new()
+        self.trajectory = Core(self, "trajectory", trajectory)
+        self.tracking = Core(self, "tracking", tracking)
+
+    def close(self) -> None:
+        """Free the model; the object is of no use afterwards."""
+        if getattr(self, "_handle", None):
+            self._lib.dual_free(self._handle)
+            self._handle = None
+
+    def __del__(self) -> None:
+        self.close()
+
+    # ------------------------------------------------------------------ bus
+    def write_word(self, address: int, data: int) -> None:
+        """One bus write by word address. Raises AsipError if it is never accepted."""
+        if not self._lib.dual_write(self._handle, address, data & 0xFFFFFFFF):
+            raise AsipError(f"bus write to {address:#06x} was never accepted")
+
+    def read_word(self, address: int) -> int:
+        """One bus read by word address. Raises AsipError if it is never answered."""
+        word = ctypes.c_uint32()
+        if not self._lib.dual_read(self._handle, address, ctypes.byref(word)):
+            raise AsipError(f"bus read of {address:#06x} was never answered")
+        return word.value
+
+    def write(self, register: str, value: int) -> None:
+        """Write a system register by name."""
+        self.write_word(REGMAP.address(register), value)
+
+    def read(self, register: str) -> int:
+        """Read a system register by name."""
+        return self.read_word(REGMAP.address(register))
+
+    def flags(self) -> dict[str, int]:
+        """Fields of STATUS by name."""
+        status = self.read("STATUS")
+        return {name: field.of(status) for name, field in FLAGS.items()}
+
+    def set_lists(self, lists: dict[str, Sequence[tuple[int, int]]]) -> None:
+        """Write the copy lists, (source, destination) each, by name: all of `LISTS`.
+
+        Raises ValueError for a list that is too long.
+        """
+        lengths = 0
+        for number, name in enumerate(LISTS):
+            entries = lists[name]
+            if len(entries) > LIST_ENTRIES:
+                raise ValueError(f"list {name} has {len(entries)} entries, room is {LIST_ENTRIES}")
+            for i, (source, destination) in enumerate(entries):
+                place = REGMAP.blocks["lists"].base + LIST_ENTRIES * number + i
+                self.write_word(place, destination << 16 | source)
+            lengths |= len(entries) << REGMAP.registers["LENGTHS"].fields[name].low
+        self.write("LENGTHS", lengths)
+
+    # ------------------------------------------------------------------ time
+    def clock(self, clocks: int) -> None:
+        """Let time pass."""
+        self._lib.dual_clock(self._handle, clocks)
+
+    @property
+    def clocks(self) -> int:
+        """Clocks since reset."""
+        return self._lib.dual_clocks(self._handle)
+
+    @property
+    def irq(self) -> bool:
+        """Level of irq_o."""
+        return bool(self._lib.dual_lines(self._handle) & 1)
+
+    @property
+    def stop(self) -> bool:
+        """Level of stop_o."""
+        return bool(self._lib.dual_lines(self._handle) & 2)
+
+    def run(self, measured: ArrayLike) -> NDArray[np.void]:
+        """Run one period per row of measured words (n, 5), int32; returns records (n,) of `PERIOD`.
+
+        Time stands at the end of the last period's work. Raises AsipError if no period begins.
+        """
+        rows = np.asarray(measured, dtype=np.int32).view(np.uint32)
+        periods = np.zeros(len(rows), dtype=PERIOD)
+        periods["measured"] = rows
+        done = self._lib.dual_run(self._handle, periods.ctypes.data, len(periods))
+        if done != len(periods):
+            raise AsipError(f"period {done} of {len(periods)} never began or never ended")
+        return periods
