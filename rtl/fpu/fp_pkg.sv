@@ -22,7 +22,7 @@ package fp_pkg;
   localparam int unsigned FP_ADD_LATENCY = 4;
   localparam int unsigned FP_MUL_LATENCY = 4;
   localparam int unsigned FP_FMA_LATENCY = 6;
-  localparam int unsigned FP_DIVSQRT_LATENCY = 15;
+  localparam int unsigned FP_DIVSQRT_LATENCY = 16;
   localparam int unsigned FP_I2F_LATENCY = 3;
   localparam int unsigned FP_F2I_LATENCY = 2;
   localparam int unsigned FP_CMP_LATENCY = 2;

@@ -52,10 +52,10 @@ package ci_pkg;
   localparam int unsigned FPGA2_FMUL_CYCLES = 3;
   localparam logic [7:0] FPGA2_FDIV_BASE = 8'hff;  // ci_fdiv: 255
   localparam int unsigned FPGA2_FDIV_SELECT = 0;
-  localparam int unsigned FPGA2_FDIV_CYCLES = 16;
+  localparam int unsigned FPGA2_FDIV_CYCLES = 17;
   localparam logic [7:0] FPGA2_FSQRT_BASE = 8'hfb;  // ci_fsqrt: 251
   localparam int unsigned FPGA2_FSQRT_SELECT = 0;
-  localparam int unsigned FPGA2_FSQRT_CYCLES = 16;
+  localparam int unsigned FPGA2_FSQRT_CYCLES = 17;
   localparam logic [7:0] FPGA2_FLOATIS_BASE = 8'hfa;  // ci_floatis: 250
   localparam int unsigned FPGA2_FLOATIS_SELECT = 0;
   localparam int unsigned FPGA2_FLOATIS_CYCLES = 4;

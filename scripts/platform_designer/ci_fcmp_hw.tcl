@@ -23,8 +23,8 @@ foreach kind {QUARTUS_SYNTH SIM_VERILOG} {
 proc add_sources {entity} {
   set root [file join [get_module_property MODULE_DIRECTORY] .. ..]
   foreach path {
-    rtl/fpu/fp_pkg.sv
     rtl/gen/ci_pkg.sv
+    rtl/fpu/fp_pkg.sv
     rtl/custom/ci_order.sv
     rtl/custom/ci_fcmp.sv
   } {

@@ -104,7 +104,7 @@ static inline float ci_fdiv(float a, float b) { return a / b; }
 #define CI_FLOATIS_N 250
 #define CI_FLOATIS_CYCLES 4
 #define CI_FSQRT_N 251
-#define CI_FSQRT_CYCLES 16
+#define CI_FSQRT_CYCLES 17
 #define CI_FMUL_N 252
 #define CI_FMUL_CYCLES 3
 #define CI_FADD_N 253
@@ -112,7 +112,7 @@ static inline float ci_fdiv(float a, float b) { return a / b; }
 #define CI_FSUB_N 254
 #define CI_FSUB_CYCLES 3
 #define CI_FDIV_N 255
-#define CI_FDIV_CYCLES 16
+#define CI_FDIV_CYCLES 17
 
 #if CI_HARDWARE
 
