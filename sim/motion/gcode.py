@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reader of a subset of RS274/NGC (T. Kramer et al., NISTIR 6556): text in, list of moves out.
+"""Interpreter of RS274/NGC programs (T. Kramer et al., NISTIR 6556; LinuxCNC where that is silent).
 
-Accepted: G0 G1 G2 G3, G17 G18 G19, G20 G21, G90 G91, M2 M30, words X Y Z A C I J K R F N, comments
-`( )` and `;`, one pair of `%` lines, blank space between words and between letter and number.
-A (tilt) and C (rotation) are table axes in degrees in either length unit. I, J, K are always
-distances from the start of the arc. At the start G17, G21 and G90 hold and no motion is selected.
+Text in, moves out, as a stream or as one Program. Accepted: G0 G1 G2 G3 (I J K or R, helices), G4,
+G10 L2 L20, G17-G19, G20 G21, G28 G28.1, G40 G49 (nothing to end), G43.4 (coordinates of the table,
+gcode_table.py), G53, G54-G59.3, G61 G61.1 G64 P Q, G80-G83 with G98 G99, G90 G91, G90.1 G91.1, G92
+G92.1-G92.3, G93 G94, M2 M30, parameters and expressions (gcode_words.py), comments `( )` and `;`, one
+pair of `%` lines. A (tilt) and C (rotation) are table axes in degrees in either length unit. At the
+start G17, G21, G54, G61, G90, G91.1, G94 and G98 hold and no motion is selected.
 
 Two points follow one reading of the standard where machines differ: the words of a block are in
 the length unit the block itself selects, and a centre-format arc without end words is a full turn.
@@ -16,21 +18,32 @@ from __future__ import annotations
 
 import difflib
 import math
-import re
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from enum import Enum
 from pathlib import Path
 
+from sim.motion import gcode_table as table_frame
+from sim.motion.gcode_words import (
+    MAX_ERRORS,
+    GcodeError,
+    GcodeErrors,
+    Key,
+    LineReader,
+    Word,
+)
+
 AXES = "XYZAC"
 MM_PER_INCH = 25.4
-MAX_ERRORS = 20
-MAX_NUMBER = 1e6  # larger magnitudes are typing mistakes on any machine
 MAX_LINE_NUMBER = 99999  # NISTIR 6556, 3.3.1
 
 # NISTIR 6556, 3.5.3.2: largest difference between the radii at both ends of an arc. The same
 # distance is allowed between an R-format chord and the diameter.
 ARC_TOLERANCE_MM = 0.002
 ARC_TOLERANCE_INCH = 0.0002
+
+# LinuxCNC's G83_RAPID_DELTA: the rapid back into the hole ends so far above its bottom.
+PECK_CLEARANCE_MM = 0.254
 
 Pose = tuple[float, float, float, float, float]
 """x, y, z [mm], tilt A, rotation C [degree]."""
@@ -103,83 +116,40 @@ class Dwell:
 
 @dataclass(frozen=True)
 class Program:
+    """All moves of a text. dwells: (number of moves before it, rest)."""
+
     file: str
     start: Pose
     moves: tuple[Move, ...]
+    dwells: tuple[tuple[int, Dwell], ...] = ()
 
 
-class GcodeError(ValueError):
-    """One mistake: file, line and column (from 1), offending text, what, expected, help."""
-
-    def __init__(
-        self,
-        file: str,
-        line: int,
-        column: int,
-        source: str,
-        text: str,
-        what: str,
-        expected: str,
-        help: str,
-    ) -> None:
-        self.file, self.line, self.column = file, line, column
-        self.source, self.text = source, text
-        self.what, self.expected, self.help = what, expected, help
-        super().__init__(str(self))
-
-    def __str__(self) -> str:
-        got = repr(self.text) if self.text else "end of file"
-        caret = " " * (self.column - 1) + "^" * max(1, len(self.text))
-        return (
-            f"{self.file}:{self.line}:{self.column}: error: {self.what}; got {got}; "
-            f"expected {self.expected}\n"
-            f"{self.line:5d} |   {self.source}\n"
-            f"      |   {caret}  help: {self.help}"
-        )
-
-
-class GcodeErrors(ValueError):
-    """Every mistake found in one file, in the order of the text, at most MAX_ERRORS."""
-
-    def __init__(self, errors: tuple[GcodeError, ...]) -> None:
-        self.errors = errors
-        super().__init__(str(self))
-
-    def __str__(self) -> str:
-        text = "\n".join(str(error) for error in self.errors)
-        if len(self.errors) == MAX_ERRORS:
-            text += f"\nstopped after {MAX_ERRORS} errors, the rest of the file was not read"
-        return text
-
-
-@dataclass(frozen=True)
-class _Word:
-    letter: str
-    value: float
-    text: str
-    column: int
-
-    @property
-    def code(self) -> str:
-        """`G1` for G01 and G1.0, `G59.1` for G59.1."""
-        return f"{self.letter}{self.value:.10g}"
-
-
-_NUMBER_RUN = re.compile(r"[ \t]*([+\-.\d]+)")
-_STRAY_RUN = re.compile(r"[^ \t(;]+")
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)")
-
+_CYCLES = ("G81", "G82", "G83")
+_PATHS = ("G61", "G61.1", "G64")
+_SYSTEMS = tuple(f"G{n}" for n in range(54, 60)) + ("G59.1", "G59.2", "G59.3")
 _GROUPS = {
-    "motion": {motion.value for motion in Motion},
-    "plane": {plane.value for plane in Plane},
-    "unit": {"G20", "G21"},
-    "distance": {"G90", "G91"},
-    "end": {"M2", "M30"},
+    "motion": (*(motion.value for motion in Motion), "G80", *_CYCLES),
+    "plane": tuple(plane.value for plane in Plane),
+    "unit": ("G20", "G21"),
+    "distance": ("G90", "G91"),
+    "arc distance": ("G90.1", "G91.1"),
+    "feed mode": ("G93", "G94"),
+    "coordinate system": _SYSTEMS,
+    "path control": _PATHS,
+    "cutter compensation": ("G40",),
+    "tool frame": ("G43.4", "G49"),
+    "retract": ("G98", "G99"),
+    "single": ("G4", "G10", "G28", "G28.1", "G53", "G92", "G92.1", "G92.2", "G92.3"),
+    "end": ("M2", "M30"),
 }
 _GROUP_OF = {code: group for group, codes in _GROUPS.items() for code in codes}
-_VALUE_LETTERS = AXES + "IJKRFN"
-_G_CODES = "G0 G1 G2 G3 G17 G18 G19 G20 G21 G90 G91"
+_VALUE_LETTERS = AXES + "IJKRFNPQL"
 _OFFSETS = "IJK"
+_OWN_AXES = {"G10", "G28", "G28.1", "G92"}  # take the axis words of their block
+
+# Parameters of the coordinate systems (LinuxCNC, "Numbered parameters"), in the order of AXES.
+_AXIS_PARAMETER = (0, 1, 2, 3, 5)
+_HOME, _G92_ACTIVE, _G92, _SYSTEM, _SYSTEM_1, _POSITION = 5161, 5210, 5211, 5220, 5221, 5420
 
 
 class _TooManyErrors(Exception):
@@ -187,32 +157,51 @@ class _TooManyErrors(Exception):
 
 
 class _Parser:
-    def __init__(self, text: str, file: str, start: Pose) -> None:
+    """One pass over the lines of a program; `items` yields its moves and dwells."""
+
+    def __init__(self, lines: Iterable[str], file: str, start: Pose) -> None:
         self.file = file
-        self.lines = text.splitlines()
-        self.start = start
-        self.moves: list[Move] = []
+        self.lines = lines
         self.errors: list[GcodeError] = []
-        self.position = start
-        self.motion: Motion | None = None
+        self.out: list[Move | Dwell] = []
+        self.any_output = False
+        self.position = start  # of the machine
+        self.motion: str | None = None
         self.plane = Plane.XY
         self.mm_per_unit = 1.0
         self.incremental = False
+        self.absolute_centres = False
+        self.inverse_time = False
         self.feed: float | None = None  # the F number as programmed
         self.feed_mm_per_unit = 1.0
         self.feed_reported = False
+        self.tolerance, self.merge = 0.0, 0.0
+        self.in_table_frame = False
+        self.retract_to_r = False
+        self.sticky: dict[str, float] = {}  # numbers a cycle keeps, in mm and s
+        self.initial_level = 0.0
+        self.system: Pose = (0.0,) * 5  # offset of the coordinate system
+        self.shift: Pose = (0.0,) * 5  # of G92
+        self.parameters: dict[Key, float] = {_G92_ACTIVE: 0.0, _SYSTEM: 1.0}
+        for first in (_HOME, _G92, *(_SYSTEM_1 + 20 * n for n in range(9))):
+            for number in range(9):
+                self.parameters[first + number] = 0.0
+        self._store(_HOME, start)
         self.ended = False
         self.line = 0
         self.source = ""
 
-    def run(self) -> Program:
+    def items(self) -> Iterator[Move | Dwell]:
         try:
-            self._read_lines()
+            for _ in self._read_lines():
+                if not self.errors:  # a text with a mistake yields nothing more
+                    self.any_output = self.any_output or bool(self.out)
+                    yield from self.out
+                self.out.clear()
         except _TooManyErrors:
             pass
         if self.errors:
             raise GcodeErrors(tuple(self.errors))
-        return Program(self.file, self.start, tuple(self.moves))
 
     def _error(self, column: int, text: str, what: str, expected: str, help: str) -> None:
         self.errors.append(
@@ -221,21 +210,21 @@ class _Parser:
         if len(self.errors) == MAX_ERRORS:
             raise _TooManyErrors
 
-    def _error_at(self, word: _Word, what: str, expected: str, help: str) -> None:
+    def _error_at(self, word: Word, what: str, expected: str, help: str) -> None:
         self._error(word.column, word.text, what, expected, help)
 
     # Lines and words
 
-    def _read_lines(self) -> None:
+    def _read_lines(self) -> Iterator[None]:
         opened: int | None = None
         closed = False
         for number, raw in enumerate(self.lines, start=1):
-            self.line, self.source = number, raw.expandtabs(1)
+            self.line, self.source = number, raw.rstrip("\r\n").expandtabs(1)
             if self.source.strip() == "%":
                 if opened is not None:
                     closed = True
                     break
-                if self.moves or self.ended or self.errors:
+                if self.any_output or self.ended or self.errors:
                     self._error(
                         self.source.index("%") + 1,
                         "%",
@@ -246,14 +235,14 @@ class _Parser:
                 opened = self.line
                 continue
             known = len(self.errors)
-            words = self._words()
-            if words:
-                self._block(words, clean=len(self.errors) == known)
+            words, settings = LineReader(self.source, self._error, self._parameter).words()
+            if words or settings:
+                self._block(words, settings, clean=len(self.errors) == known)
+            yield
         self._check_end(opened is not None and not closed)
 
     def _check_end(self, percent_open: bool) -> None:
-        if not self.lines:
-            self.line, self.source = 1, ""
+        self.line = max(1, self.line)
         column = len(self.source) + 1
         if not self.ended:
             self._error(
@@ -272,113 +261,93 @@ class _Parser:
                 "end the file with a line that holds only %",
             )
 
-    def _words(self) -> list[_Word]:
-        words: list[_Word] = []
-        source, i = self.source, 0
-        while i < len(source):
-            char = source[i]
-            if char in " \t":
-                i += 1
-            elif char == ";":
-                break
-            elif char == "(":
-                i = self._skip_comment(i)
-            elif char.isascii() and char.isalpha():
-                match = _NUMBER_RUN.match(source, i + 1)
-                end = match.end() if match else i + 1
-                text = source[i:end]
-                value = self._number(i + 1, text, match.group(1) if match else "")
-                if value is not None:
-                    words.append(_Word(char.upper(), value, text, i + 1))
-                i = end
-            else:
-                text = _STRAY_RUN.match(source, i).group()
+    # Parameters
+
+    def _parameter(self, key: Key) -> float | None:
+        if isinstance(key, int) and _POSITION <= key < _POSITION + 9:
+            if key - _POSITION not in _AXIS_PARAMETER:
+                return 0.0
+            index = _AXIS_PARAMETER.index(key - _POSITION)
+            value = self._programmed()[index]
+            return value / (self.mm_per_unit if index < 3 else 1.0)
+        return self.parameters.get(key, None if isinstance(key, str) else 0.0)
+
+    def _store(self, first: int, pose: Pose) -> None:
+        for offset, value in zip(_AXIS_PARAMETER, pose, strict=True):
+            self.parameters[first + offset] = value
+
+    def _stored(self, first: int) -> Pose:
+        return tuple(self.parameters[first + offset] for offset in _AXIS_PARAMETER)
+
+    def _set_parameters(self, settings: list[tuple[Key, float, int, str]]) -> None:
+        for key, value, column, text in settings:
+            if isinstance(key, int) and (_POSITION <= key < _POSITION + 9 or key == _SYSTEM):
                 self._error(
-                    i + 1,
+                    column,
                     text,
-                    "unexpected character",
-                    "a word such as X10.5, a comment, or the end of the line",
-                    "parameters, expressions and block delete are outside the accepted subset"
-                    if char in "#[]=*/<>"
-                    else "remove it or put it into a comment ( )",
+                    f"the parameter #{key} is read only",
+                    "another parameter",
+                    "use #1 to #5000 for values of your own",
                 )
-                i += len(text)
-        return words
+            else:
+                self.parameters[key] = value
 
-    def _skip_comment(self, begin: int) -> int:
-        end = self.source.find(")", begin)
-        nested = self.source.find("(", begin + 1)
-        if end < 0:
-            self._error(
-                begin + 1,
-                self.source[begin:],
-                "the comment is not closed",
-                "`)` on the same line",
-                "close it with ) or start it with ;",
-            )
-            return len(self.source)
-        if begin < nested < end:
-            self._error(
-                nested + 1,
-                "(",
-                "comment inside a comment",
-                "`)` before the next `(`",
-                "comments do not nest; use other brackets inside",
-            )
-        return end + 1
+    # Coordinates
 
-    def _number(self, column: int, text: str, number: str) -> float | None:
-        if not number:
-            self._error(
-                column,
-                text,
-                "the letter has no number",
-                f"a number after {text.upper()}, such as {text.upper()}1",
-                "text that is not code belongs into a comment ( )",
-            )
-        elif not _NUMBER.fullmatch(number):
-            self._error(
-                column,
-                text,
-                "the number is malformed",
-                "an optional sign, digits and at most one decimal point",
-                "write for instance -12.5",
-            )
-        elif abs(float(number)) > MAX_NUMBER:
-            self._error(
-                column,
-                text,
-                "the number is out of range",
-                f"a magnitude of at most {MAX_NUMBER:g}",
-                "check the decimal point",
-            )
-        else:
-            return float(number)
-        return None
+    def _programmed(self) -> Pose:
+        """The position in the coordinates of the program [mm, degree]."""
+        frame = table_frame.from_machine(self.position) if self.in_table_frame else self.position
+        return tuple(p - s - g for p, s, g in zip(frame, self.system, self.shift, strict=True))
+
+    def _machine(self, programmed: Sequence[float]) -> Pose:
+        frame = tuple(p + s + g for p, s, g in zip(programmed, self.system, self.shift, strict=True))
+        return table_frame.to_machine(frame) if self.in_table_frame else frame
+
+    def _target(self, values: dict[str, Word]) -> Pose:
+        """End of the block in programmed coordinates; axes left out keep theirs."""
+        end = list(self._programmed())
+        for index, letter in enumerate(AXES):
+            if letter in values:
+                scale = self.mm_per_unit if index < 3 else 1.0
+                value = values[letter].value * scale
+                end[index] = end[index] + value if self.incremental else value
+        return tuple(end)
 
     # Blocks
 
-    def _block(self, words: list[_Word], clean: bool) -> None:
+    def _block(
+        self, words: list[Word], settings: list[tuple[Key, float, int, str]], clean: bool
+    ) -> None:
         known = len(self.errors)
         if self.ended:
-            self._error_at(
-                words[0],
-                "block after the end of the program",
-                "only comments after M2 or M30",
-                "move the block before the end of the program",
-            )
+            if words:
+                self._error_at(
+                    words[0],
+                    "block after the end of the program",
+                    "only comments after M2 or M30",
+                    "move the block before the end of the program",
+                )
             return
         values, codes = self._sort_words(words)
-        self._select_modes(codes)
-        self._set_feed(values.pop("F", None))
+        self._set_parameters(settings)
+        if not words:
+            return
+        self._select_modes(codes, values)
+        self._set_feed(values.pop("F", None), codes)
         clean = clean and len(self.errors) == known
-        self._move(words, values, codes.get("motion"), clean)
+        single = codes.get("single")
+        if single is not None and single.code != "G53":
+            self._single(single, codes, values, clean)
+        else:
+            self._move(words, values, codes.get("motion"), single, clean)
+        if clean:
+            self._check_unused(values, codes)
         self.ended = "end" in codes
 
-    def _sort_words(self, words: list[_Word]) -> tuple[dict[str, _Word], dict[str, _Word]]:
+    def _sort_words(self, words: list[Word]) -> tuple[dict[str, Word], dict[str, Word]]:
         """Words with values by letter and G, M words by modal group; mistakes are reported."""
-        values: dict[str, _Word] = {}
-        codes: dict[str, _Word] = {}
+        values: dict[str, Word] = {}
+        codes: dict[str, Word] = {}
         for position, word in enumerate(words):
             if word.letter in "GM":
                 group = _GROUP_OF.get(word.code)
@@ -388,7 +357,7 @@ class _Parser:
                     self._error_at(
                         word,
                         f"second word of the {group} group in one block",
-                        f"one of {_listing(_GROUPS[group])}",
+                        f"one of {' '.join(_GROUPS[group])}",
                         f"keep {codes[group].text} or move {word.text} to a block of its own",
                     )
                 else:
@@ -397,8 +366,9 @@ class _Parser:
                 self._error_at(
                     word,
                     f"unknown word {word.letter}",
-                    "one of G M N F X Y Z A C I J K R",
-                    "tools, spindle, coolant and other axes are outside the accepted subset",
+                    "one of G M N F X Y Z A C I J K R P Q L",
+                    "tools, spindle, coolant, other axes and subroutines are outside the accepted "
+                    "subset",
                 )
             elif word.letter in values:
                 self._error_at(
@@ -415,17 +385,18 @@ class _Parser:
         values.pop("N", None)
         return values, codes
 
-    def _unknown_code(self, word: _Word) -> None:
-        allowed = _G_CODES if word.letter == "G" else "M2 M30"
-        near = difflib.get_close_matches(word.code, allowed.split(), n=1)
+    def _unknown_code(self, word: Word) -> None:
+        letter = word.letter
+        allowed = [code for codes in _GROUPS.values() for code in codes if code[0] == letter]
+        near = difflib.get_close_matches(word.code, allowed, n=1)
         self._error_at(
             word,
             f"{word.code} is outside the accepted subset",
-            f"one of {allowed}",
+            f"one of {' '.join(allowed)}",
             f"did you mean {near[0]}?" if near else "remove the word",
         )
 
-    def _check_line_number(self, word: _Word, first: bool) -> None:
+    def _check_line_number(self, word: Word, first: bool) -> None:
         if not word.value.is_integer() or not 0 <= word.value <= MAX_LINE_NUMBER:
             self._error_at(
                 word,
@@ -441,17 +412,78 @@ class _Parser:
                 f"move {word.text} to the front",
             )
 
-    def _select_modes(self, codes: dict[str, _Word]) -> None:
-        if "motion" in codes:
-            self.motion = Motion(codes["motion"].code)
-        if "plane" in codes:
-            self.plane = Plane(codes["plane"].code)
-        if "unit" in codes:
-            self.mm_per_unit = MM_PER_INCH if codes["unit"].code == "G20" else 1.0
-        if "distance" in codes:
-            self.incremental = codes["distance"].code == "G91"
+    def _check_unused(self, values: dict[str, Word], codes: dict[str, Word]) -> None:
+        """P, Q, L belong to certain words only."""
+        used: set[str] = set()
+        single = codes["single"].code if "single" in codes else None
+        if single in ("G4", "G10"):
+            used |= {"P"} if single == "G4" else {"P", "L"}
+        elif self.motion in _CYCLES:
+            used |= {"L"} | ({"P"} if self.motion == "G82" else set())
+            used |= {"Q"} if self.motion == "G83" else set()
+        if "path control" in codes and codes["path control"].code == "G64":
+            used |= {"P", "Q"}
+        for letter in "PQL":
+            if letter in values and letter not in used:
+                self._error_at(
+                    values[letter],
+                    f"{letter} does not belong to this block",
+                    "P with G4, G10, G64, G82; Q with G64, G83; L with G10 and cycles",
+                    f"remove {values[letter].text}",
+                )
 
-    def _set_feed(self, word: _Word | None) -> None:
+    def _select_modes(self, codes: dict[str, Word], values: dict[str, Word]) -> None:
+        for group, word in codes.items():
+            code = word.code
+            if group == "motion":
+                if code != self.motion:
+                    self.sticky = {}
+                    if code in _CYCLES and self.motion not in _CYCLES:
+                        axis = 3 - sum(self.plane.axes)
+                        self.initial_level = self._programmed()[axis]
+                self.motion = code
+            elif group == "plane":
+                self.plane = Plane(code)
+            elif group == "unit":
+                self.mm_per_unit = MM_PER_INCH if code == "G20" else 1.0
+            elif group == "distance":
+                self.incremental = code == "G91"
+            elif group == "arc distance":
+                self.absolute_centres = code == "G90.1"
+            elif group == "feed mode":
+                self.inverse_time = code == "G93"
+            elif group == "coordinate system":
+                index = _SYSTEMS.index(code)
+                self.parameters[_SYSTEM] = float(index + 1)
+                self.system = self._stored(_SYSTEM_1 + 20 * index)
+            elif group == "retract":
+                self.retract_to_r = code == "G99"
+            elif group == "tool frame":
+                self.in_table_frame = code == "G43.4"
+        if "path control" in codes:
+            self._select_path(codes["path control"].code, codes, values)
+
+    def _select_path(self, code: str, codes: dict[str, Word], values: dict[str, Word]) -> None:
+        self.tolerance, self.merge = (math.inf if code == "G64" else 0.0), 0.0
+        if code != "G64" or "single" in codes:
+            return
+        tolerance, merge = values.get("P"), values.get("Q")
+        for word in (tolerance, merge):
+            if word is not None and word.value < 0.0:
+                self._error_at(
+                    word,
+                    "the tolerance is negative",
+                    f"{word.letter} of at least 0",
+                    "write for instance G64 P0.01",
+                )
+        if tolerance is not None:
+            self.tolerance = tolerance.value * self.mm_per_unit
+        if merge is not None:
+            self.merge = merge.value * self.mm_per_unit
+
+    def _set_feed(self, word: Word | None, codes: dict[str, Word]) -> None:
+        if self.inverse_time:
+            self.feed = None  # each block needs its own
         if word is None:
             return
         if word.value <= 0.0:
@@ -461,23 +493,138 @@ class _Parser:
         self.feed = abs(word.value)
         self.feed_mm_per_unit = self.mm_per_unit
 
+    # Words that act once
+
+    def _single(
+        self, word: Word, codes: dict[str, Word], values: dict[str, Word], clean: bool
+    ) -> None:
+        motion = codes.get("motion")
+        if motion is not None and motion.code != "G80" and word.code in _OWN_AXES:
+            self._error_at(
+                motion,
+                f"{motion.code} and {word.code} both take the axis words",
+                "one of them",
+                f"move {motion.text} to a block of its own",
+            )
+            return
+        if word.code == "G4":
+            self._dwell(word, values, clean)
+            if any(letter in values for letter in AXES):
+                rest = {letter: value for letter, value in values.items() if letter != "P"}
+                self._move([word], rest, motion, None, clean)
+        elif word.code == "G10":
+            self._set_system(word, values)
+        elif word.code == "G28":
+            self._home(values)
+        elif word.code == "G28.1":
+            self._store(_HOME, self.position)
+        else:
+            self._set_shift(word, values)
+
+    def _dwell(self, word: Word, values: dict[str, Word], clean: bool) -> None:
+        seconds = values.get("P")
+        if seconds is None or seconds.value < 0.0:
+            self._error_at(
+                seconds or word,
+                "G4 needs a time",
+                "P in seconds, of at least 0",
+                "write for instance G4 P0.5",
+            )
+        elif clean:
+            self.out.append(Dwell(self.line, self.source.strip(), seconds.value))
+
+    def _set_system(self, word: Word, values: dict[str, Word]) -> None:
+        kind, number = values.get("L"), values.get("P")
+        if kind is None or kind.value not in (2.0, 20.0):
+            self._error_at(
+                kind or word,
+                "G10 without a known L",
+                "L2 (offsets) or L20 (coordinates of the position)",
+                "write for instance G10 L2 P1 X10",
+            )
+            return
+        if number is None or number.value not in range(10):
+            self._error_at(
+                number or word,
+                "G10 without a coordinate system",
+                "P1 to P9 for G54 to G59.3, P0 for the present one",
+                "write for instance G10 L2 P1 X10",
+            )
+            return
+        index = int(number.value) - 1 if number.value else int(self.parameters[_SYSTEM]) - 1
+        offsets = list(self._stored(_SYSTEM_1 + 20 * index))
+        frame = [p + s + g for p, s, g in zip(self._programmed(), self.system, self.shift, strict=True)]
+        for axis, letter in enumerate(AXES):
+            if letter in values:
+                value = values[letter].value * (self.mm_per_unit if axis < 3 else 1.0)
+                if kind.value == 2.0:
+                    offsets[axis] = value
+                else:
+                    offsets[axis] = frame[axis] - self.shift[axis] - value
+        self._store(_SYSTEM_1 + 20 * index, tuple(offsets))
+        if index == int(self.parameters[_SYSTEM]) - 1:
+            self.system = tuple(offsets)
+
+    def _set_shift(self, word: Word, values: dict[str, Word]) -> None:
+        if word.code == "G92":
+            here, shift = self._programmed(), list(self.shift)
+            if not any(letter in values for letter in AXES):
+                self._error_at(
+                    word,
+                    "G92 without axis words",
+                    "the coordinates that the position shall have",
+                    "write for instance G92 X0",
+                )
+            for axis, letter in enumerate(AXES):
+                if letter in values:
+                    value = values[letter].value * (self.mm_per_unit if axis < 3 else 1.0)
+                    shift[axis] += here[axis] - value
+            self.shift = tuple(shift)
+            self._store(_G92, self.shift)
+            self.parameters[_G92_ACTIVE] = 1.0
+        elif word.code == "G92.3":
+            self.shift = self._stored(_G92)
+            self.parameters[_G92_ACTIVE] = 1.0
+        else:
+            self.shift = (0.0,) * 5
+            self.parameters[_G92_ACTIVE] = 0.0
+            if word.code == "G92.1":
+                self._store(_G92, self.shift)
+
+    def _home(self, values: dict[str, Word]) -> None:
+        home, named = self._stored(_HOME), [letter in values for letter in AXES]
+        if any(named):
+            self._run(Motion.RAPID, self._target(values))
+        end = [
+            h if wanted or not any(named) else p
+            for h, p, wanted in zip(home, self.position, named, strict=True)
+        ]
+        self._append(Motion.RAPID, tuple(end))
+
     # Motion
 
     def _move(
-        self, words: list[_Word], values: dict[str, _Word], code: _Word | None, clean: bool
+        self,
+        words: list[Word],
+        values: dict[str, Word],
+        code: Word | None,
+        absolute: Word | None,
+        clean: bool,
     ) -> None:
+        cycle = self.motion in _CYCLES
         arc_words = [values[letter] for letter in _OFFSETS + "R" if letter in values]
         axis_words = [values[letter] for letter in AXES if letter in values]
+        arc = self.motion in ("G2", "G3")
         if not arc_words and not axis_words:
-            if code is not None and clean:
+            if code is not None and clean and code.code != "G80":
                 self._error_at(
                     code,
                     f"{code.code} without a position",
-                    "X Y Z A C" + (" I J K or R words" if self.motion.is_arc else " words"),
+                    "X Y Z A C" + (" I J K or R words" if arc else " words"),
                     f"give the end of the move or remove {code.text}",
                 )
             return
-        if self.motion is None:
+        if self.motion is None or self.motion == "G80":
             if clean:
                 self._error_at(
                     (axis_words + arc_words)[0],
@@ -485,53 +632,240 @@ class _Parser:
                     "G0, G1, G2 or G3 in this block or before",
                     f"write G0 or G1 before {(axis_words + arc_words)[0].text}",
                 )
-            self.position = self._end(values)
+            self.position = self._machine(self._target(values))
             return
-        start, end = self.position, self._end(values)
-        self.position = end
-        if self.motion is not Motion.RAPID and self.feed is None and not self.feed_reported:
-            self.feed_reported = True
+        if self.motion != "G0" and self.feed is None and not self.feed_reported:
+            self.feed_reported = not self.inverse_time
             word = code or words[0]
             self._error_at(
                 word,
-                f"no feed is set for {self.motion.value}",
-                "an F word in this block or before",
+                f"no feed is set for {self.motion}",
+                "an F word in this block" + ("" if self.inverse_time else " or before"),
                 "add for instance F2000 to the block",
             )
-        if not self.motion.is_arc:
+        if cycle:
+            if clean and self.feed is not None:
+                self._cycle(words, values, code)
+            return
+        motion = Motion(self.motion)
+        end = self._target(values)
+        if absolute is not None:
+            end = self._absolute_target(absolute, values)
+        if not arc:
             for word in arc_words:
                 self._error_at(
                     word,
-                    f"{word.letter} does not belong to {self.motion.value}",
+                    f"{word.letter} does not belong to {motion.value}",
                     "I, J, K and R only with G2 or G3",
                     f"remove {word.text}",
                 )
         centre = None
-        if self.motion.is_arc and clean:
-            centre = self._centre(start, end, values, code or words[0])
-        if not self.errors:  # a text with a mistake yields no program
-            self._append(start, end, centre)
+        if arc and clean:
+            centre = self._centre(self._programmed(), end, values, code or words[0])
+        self._run(motion, end, centre)
 
-    def _append(self, start: Pose, end: Pose, centre: tuple[float, float] | None) -> None:
-        feed = None
-        if self.motion is not Motion.RAPID:
-            table = _turns_only_the_table(self.motion, start, end)
-            feed = self.feed if table else self.feed * self.feed_mm_per_unit
-        plane = self.plane if self.motion.is_arc else None
-        source = self.source.strip()
-        self.moves.append(Move(self.line, source, self.motion, start, end, feed, plane, centre))
-
-    def _end(self, values: dict[str, _Word]) -> Pose:
+    def _absolute_target(self, word: Word, values: dict[str, Word]) -> Pose:
+        """G53: the words are coordinates of the machine, here turned into programmed ones."""
+        if self.incremental or self.in_table_frame or self.motion not in ("G0", "G1"):
+            self._error_at(
+                word,
+                "G53 counts from the origin of the machine",
+                "G0 or G1, with G90 and outside G43.4",
+                "remove G53 or switch the mode before",
+            )
         end = list(self.position)
         for index, letter in enumerate(AXES):
             if letter in values:
-                scale = self.mm_per_unit if index < 3 else 1.0
-                origin = self.position[index] if self.incremental else 0.0
-                end[index] = origin + values[letter].value * scale
-        return tuple(end)
+                end[index] = values[letter].value * (self.mm_per_unit if index < 3 else 1.0)
+        return tuple(p - s - g for p, s, g in zip(end, self.system, self.shift, strict=True))
+
+    def _run(
+        self, motion: Motion, end: Pose, centre: tuple[float, float] | None = None
+    ) -> None:
+        """Moves to `end` in programmed coordinates, centre likewise."""
+        if self.in_table_frame:
+            self._run_in_table_frame(motion, end, centre)
+            return
+        if centre is not None:
+            first, second = self.plane.axes
+            shift = [s + g for s, g in zip(self.system, self.shift, strict=True)]
+            centre = centre[0] + shift[first], centre[1] + shift[second]
+        self._append(motion, self._machine(end), centre)
+
+    def _append(
+        self, motion: Motion, end: Pose, centre: tuple[float, float] | None = None
+    ) -> None:
+        """Adds a move to `end` in machine coordinates."""
+        start, self.position = self.position, end
+        if self.errors:  # a text with a mistake yields no program
+            return
+        arc = motion.is_arc
+        move = Move(
+            self.line,
+            self.source.strip(),
+            motion,
+            start,
+            end,
+            None,
+            self.plane if arc else None,
+            centre,
+            self.tolerance,
+            self.merge,
+        )
+        if motion is not Motion.RAPID:
+            move = replace(move, feed=self._feed(move))
+        self.out.append(move)
+
+    def _feed(self, move: Move) -> float:
+        """Feed of a move as mm/min, of one that turns only the table degree/min."""
+        if self.inverse_time:
+            return self.feed * _length(move)
+        return self.feed if move.turns_only_the_table else self.feed * self.feed_mm_per_unit
+
+    def _run_in_table_frame(
+        self, motion: Motion, end: Pose, centre: tuple[float, float] | None
+    ) -> None:
+        """The move in pieces that are straight for the machine."""
+        offset = [s + g for s, g in zip(self.system, self.shift, strict=True)]
+        start = table_frame.from_machine(self.position)
+        finish = tuple(p + o for p, o in zip(end, offset, strict=True))
+        if centre is not None:
+            first, second = self.plane.axes
+            centre = centre[0] + offset[first], centre[1] + offset[second]
+        if self.errors:
+            self.position = table_frame.to_machine(finish)
+            return
+        plane = self.plane if motion.is_arc else None
+        whole = Move(self.line, self.source.strip(), motion, start, finish, 1.0, plane, centre)
+        straight = Motion.RAPID if motion is Motion.RAPID else Motion.LINEAR
+        # Minutes of the whole move at its feed, as the tool sees it on the work piece.
+        length = _length(whole)
+        feed = 0.0 if motion is Motion.RAPID else self._feed(whole)
+        poses = table_frame.pieces(whole)
+        for number, pose in enumerate(poses):
+            move = Move(
+                self.line,
+                whole.source,
+                straight,
+                self.position,
+                pose,
+                None,
+                None,
+                None,
+                self.tolerance,
+                self.merge if len(poses) == 1 else 0.0,
+                number > 0,
+            )
+            if feed > 0.0 and length > 0.0:
+                move = replace(move, feed=_length(move) * len(poses) * feed / length)
+            self.position = pose
+            if move.feed is None and straight is Motion.LINEAR:
+                continue  # stays where it is
+            if straight is Motion.LINEAR and not move.feed > 0.0:
+                continue
+            self.out.append(move)
+
+    # Canned cycles: LinuxCNC's sequence of moves
+
+    def _cycle(self, words: list[Word], values: dict[str, Word], code: Word | None) -> None:
+        at = code or words[0]
+        first, second = self.plane.axes
+        axis = 3 - first - second
+        letters = AXES[:3]
+        for letter in (*_OFFSETS, "A", "C"):
+            if letter in values:
+                self._error_at(
+                    values[letter],
+                    f"{letter} does not belong to {self.motion}",
+                    f"X Y Z R L{' P' * (self.motion == 'G82')}{' Q' * (self.motion == 'G83')}",
+                    f"remove {values[letter].text}",
+                )
+                return
+        if self.inverse_time:
+            self._error_at(
+                at, f"{self.motion} with G93", "feed per minute (G94)", "write G94 before"
+            )
+            return
+        here = self._programmed()
+        needed = {letters[axis]: letters[axis], "R": "R"}
+        needed |= {"G82": {"P": "P"}, "G83": {"Q": "Q"}}.get(self.motion, {})
+        for letter in needed:
+            if letter in values:
+                scale = 1.0 if letter == "P" else self.mm_per_unit
+                self.sticky[letter] = values[letter].value * scale
+            elif letter not in self.sticky:
+                self._error_at(
+                    at,
+                    f"{self.motion} without {letter}",
+                    f"{letter} in the first block of the cycle",
+                    "write for instance G81 X10 Y10 Z-5 R2",
+                )
+                return
+        repeats = values.get("L")
+        if repeats is not None and (repeats.value < 1 or not repeats.value.is_integer()):
+            self._error_at(repeats, "the number of repeats", "an integer of at least 1", "L3")
+            return
+        if self.sticky.get("Q", 1.0) <= 0.0 or self.sticky.get("P", 0.0) < 0.0:
+            self._error_at(
+                values.get("Q") or values.get("P") or at,
+                "the number is too small for the cycle",
+                "Q greater than 0, P of at least 0",
+                "write for instance G83 Z-5 R2 Q1",
+            )
+            return
+        retract, bottom = self.sticky["R"], self.sticky[letters[axis]]
+        if self.incremental:
+            retract += here[axis]
+            bottom += retract
+        if bottom > retract:
+            self._error_at(
+                values.get("R") or at,
+                "the retract plane is below the bottom of the hole",
+                f"R of at least {letters[axis]}",
+                "R is the height from which the feed begins",
+            )
+            return
+        saved = self.tolerance, self.merge
+        self.tolerance, self.merge = 0.0, 0.0
+        place = list(here)
+        level = here[axis]
+        if level < retract:
+            level = place[axis] = retract
+            self._run(Motion.RAPID, tuple(place))
+        clear = retract if self.retract_to_r else max(self.initial_level, retract)
+        for _ in range(int(repeats.value) if repeats else 1):
+            for index in (first, second):
+                if letters[index] in values:
+                    value = values[letters[index]].value * self.mm_per_unit
+                    place[index] = place[index] + value if self.incremental else value
+            self._hole(place, axis, retract, bottom, clear)
+        self.tolerance, self.merge = saved
+
+    def _hole(
+        self, place: list[float], axis: int, retract: float, bottom: float, clear: float
+    ) -> None:
+        def to(motion: Motion, height: float) -> None:
+            place[axis] = height
+            self._run(motion, tuple(place))
+
+        self._run(Motion.RAPID, tuple(place))
+        to(Motion.RAPID, retract)
+        if self.motion == "G83":
+            depth = retract - self.sticky["Q"]
+            while depth > bottom:
+                to(Motion.LINEAR, depth)
+                to(Motion.RAPID, retract)
+                to(Motion.RAPID, depth + PECK_CLEARANCE_MM)
+                depth -= self.sticky["Q"]
+        to(Motion.LINEAR, bottom)
+        if self.motion == "G82" and not self.errors:
+            self.out.append(Dwell(self.line, self.source.strip(), self.sticky["P"]))
+        to(Motion.RAPID, clear)
+
+    # Arcs
 
     def _centre(
-        self, start: Pose, end: Pose, values: dict[str, _Word], at: _Word
+        self, start: Pose, end: Pose, values: dict[str, Word], at: Word
     ) -> tuple[float, float] | None:
         """Centre of an arc in its plane [mm], None after a mistake."""
         first, second = self.plane.axes
@@ -562,6 +896,8 @@ class _Parser:
         dx, dy = (
             offsets[name].value * self.mm_per_unit if name in offsets else 0.0 for name in names
         )
+        if self.absolute_centres:
+            dx, dy = self._from_absolute_centre(dx, dy, start, names, offsets)
         if dx == 0.0 and dy == 0.0:
             self._error_at(
                 at,
@@ -582,13 +918,27 @@ class _Parser:
             return None
         return start[first] + dx, start[second] + dy
 
+    def _from_absolute_centre(
+        self,
+        x: float,
+        y: float,
+        start: Pose,
+        names: tuple[str, str],
+        offsets: dict[str, Word],
+    ) -> tuple[float, float]:
+        first, second = self.plane.axes
+        return (
+            x - start[first] if names[0] in offsets else 0.0,
+            y - start[second] if names[1] in offsets else 0.0,
+        )
+
     def _arc_tolerance(self) -> float:
         if self.mm_per_unit == MM_PER_INCH:
             return ARC_TOLERANCE_INCH * MM_PER_INCH
         return ARC_TOLERANCE_MM
 
     def _centre_from_radius(
-        self, start: tuple[float, float], chord: tuple[float, float], word: _Word
+        self, start: tuple[float, float], chord: tuple[float, float], word: Word
     ) -> tuple[float, float] | None:
         """R format: a positive R is the arc of at most half a turn, a negative R the longer one."""
         radius, distance = abs(word.value) * self.mm_per_unit, math.hypot(*chord)
@@ -609,7 +959,7 @@ class _Parser:
             )
             return None
         height = math.sqrt(max(0.0, radius**2 - (distance / 2) ** 2)) / distance
-        if (self.motion is Motion.ARC_CCW) != (word.value > 0.0):
+        if (self.motion == "G3") != (word.value > 0.0):
             height = -height  # centre to the right of the way from start to end
         return (
             start[0] + chord[0] / 2 - height * chord[1],
@@ -617,8 +967,28 @@ class _Parser:
         )
 
 
-def _listing(codes: set[str]) -> str:
-    return " ".join(sorted(codes, key=lambda code: int(code[1:])))
+def _length(move: Move) -> float:
+    """Length of a move as its feed counts it: mm of tool path, or degree where only the table turns."""
+    from sim.motion.path import curve_of  # it needs the moves of this module
+
+    curve = curve_of(move)
+    if curve is None:
+        return 0.0
+    return math.degrees(curve.length) if move.turns_only_the_table else curve.length * 1e3
+
+
+def stream(lines: Iterable[str], file: str = "<text>", start: Pose = HOME) -> Iterator[Move | Dwell]:
+    """Moves and dwells of a program of any length, as they are read; memory: one line.
+
+    Raises GcodeErrors behind the last good block, with every mistake of the rest of the text.
+    """
+    return _Parser(lines, file, start).items()
+
+
+def stream_file(path: Path, start: Pose = HOME) -> Iterator[Move | Dwell]:
+    """As `stream`, from a file. Raises GcodeErrors, and OSError if there is no such file."""
+    with path.open(encoding="utf-8-sig", errors="replace") as lines:
+        yield from stream(lines, str(path), start)
 
 
 def parse(text: str, file: str = "<text>", start: Pose = HOME) -> Program:
@@ -626,7 +996,14 @@ def parse(text: str, file: str = "<text>", start: Pose = HOME) -> Program:
 
     Raises GcodeErrors with every mistake of the text.
     """
-    return _Parser(text, file, start).run()
+    moves: list[Move] = []
+    dwells: list[tuple[int, Dwell]] = []
+    for item in stream(text.splitlines(), file, start):
+        if isinstance(item, Move):
+            moves.append(item)
+        else:
+            dwells.append((len(moves), item))
+    return Program(file, start, tuple(moves), tuple(dwells))
 
 
 def parse_file(path: Path, start: Pose = HOME) -> Program:

@@ -1,0 +1,191 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Canonical moves of a program, ours and those of LinuxCNC's interpreter `rs274`, as equal lists.
+
+    python -m sim.motion.gcode_oracle            fetch rs274 from Debian's linuxcnc-uspace into build/
+    python -m sim.motion.gcode_oracle part.ngc   compare both interpreters on a program
+
+rs274 prints coordinates of the program; its records of offsets turn them into those of the machine.
+Moves that stay where they are count in neither list. Lengths in mm, angles in degrees.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+from sim.motion.gcode import Dwell, GcodeErrors, Motion, parse
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGES = ("linuxcnc-uspace", "libboost-python1.74.0")
+UNPACKED = ROOT / "build/linuxcnc/root"
+DIGITS = 1.01e-4  # rs274 prints four decimals; sums of two of them
+_RECORD = re.compile(r"^ *\d+ \S+ +(\w+)\((.*)\)\s*$")
+Record = tuple[str, tuple[float, ...]]
+
+
+class OracleError(RuntimeError):
+    """rs274 is not there, or it refuses a program."""
+
+
+def find() -> Path | None:
+    """rs274 as installed, or as unpacked by `fetch`."""
+    installed = shutil.which("rs274")
+    if installed:
+        return Path(installed)
+    unpacked = UNPACKED / "usr/bin/rs274"
+    return unpacked if unpacked.exists() else None
+
+
+def fetch() -> Path:
+    """Downloads and unpacks the packages below build/, without installing them."""
+    UNPACKED.mkdir(parents=True, exist_ok=True)
+    for package in PACKAGES:
+        try:
+            subprocess.run(["apt-get", "download", package], cwd=UNPACKED.parent, check=True)
+        except (OSError, subprocess.CalledProcessError) as error:
+            raise OracleError(f"apt-get cannot download {package}: {error}") from None
+    for file in UNPACKED.parent.glob("*.deb"):
+        subprocess.run(["dpkg", "-x", str(file), str(UNPACKED)], check=True)
+    return UNPACKED / "usr/bin/rs274"
+
+
+def rs274(text: str) -> list[Record]:
+    """Records of rs274 for a program. Raises OracleError with its message if it refuses."""
+    program = find()
+    if program is None:
+        raise OracleError("rs274 is missing: run python -m sim.motion.gcode_oracle")
+    libraries = [UNPACKED / "usr/lib", *(UNPACKED / "usr/lib").glob("*-linux-gnu")]
+    path = ":".join([*(str(folder) for folder in libraries), os.environ.get("LD_LIBRARY_PATH", "")])
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "program.ngc"
+        file.write_text(text, encoding="utf-8")
+        run = subprocess.run(
+            [str(program), "-t", "/dev/null", "-g", str(file)],
+            cwd=folder,
+            env={**os.environ, "LD_LIBRARY_PATH": path},
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            timeout=60,
+        )
+    if run.returncode != 0:
+        raise OracleError((run.stderr.strip() or run.stdout.strip()).splitlines()[-1])
+    return list(_machine_records(run.stdout))
+
+
+def _machine_records(text: str) -> Iterator[Record]:
+    """Records in coordinates of the machine, mm and degrees, x y z A C."""
+    system, shift, here = [0.0] * 5, [0.0] * 5, [0.0] * 5
+    unit, plane, feed = 1.0, "XY", 0.0
+
+    def pose(values: list[float]) -> list[float]:
+        x, y, z, a, _, c = values[:6]
+        lengths = [value * unit for value in (x, y, z)]
+        return [v + s + g for v, s, g in zip([*lengths, a, c], system, shift, strict=True)]
+
+    for line in text.splitlines():
+        match = _RECORD.match(line)
+        if not match:
+            continue
+        name, rest = match.groups()
+        if name == "USE_LENGTH_UNITS":
+            unit = 25.4 if "INCHES" in rest else 1.0
+        elif name == "SELECT_PLANE":
+            plane = rest.split("_")[-1]
+        elif name == "SET_FEED_RATE":
+            feed = float(rest) * unit
+        elif name in ("SET_G5X_OFFSET", "SET_G92_OFFSET"):
+            values = [float(value) for value in rest.split(",")][-6:]
+            offset = [*(value * unit for value in values[:3]), values[3], values[5]]
+            if name == "SET_G5X_OFFSET":
+                system = offset
+            else:
+                shift = offset
+        elif name in ("STRAIGHT_TRAVERSE", "STRAIGHT_FEED"):
+            end = pose([float(value) for value in rest.split(",")])
+            if max(abs(a - b) for a, b in zip(end, here, strict=True)) > DIGITS:
+                motion = "G0" if name == "STRAIGHT_TRAVERSE" else "G1"
+                yield motion, (*end, *([feed] if motion == "G1" else []))
+            here = end
+        elif name == "ARC_FEED":
+            first, second, cx, cy, turns, rise, a, _, c = (float(v) for v in rest.split(","))
+            axes = {"XY": (0, 1), "XZ": (2, 0), "YZ": (1, 2)}[plane]
+            values, centre = [0.0] * 6, [0.0] * 6
+            values[axes[0]], values[axes[1]], values[3 - sum(axes)] = first, second, rise
+            centre[axes[0]], centre[axes[1]] = cx, cy
+            values[3], values[5] = a, c
+            end, middle = pose(values), pose(centre)
+            yield "G3" if turns > 0 else "G2", (*end, middle[axes[0]], middle[axes[1]], feed)
+            here = end
+        elif name == "DWELL":
+            yield "G4", (float(rest),)
+
+
+def ours(text: str) -> list[Record]:
+    """The same records by our interpreter, from the origin. Raises GcodeErrors."""
+    program = parse(text, "program.ngc", (0.0,) * 5)
+    records: list[Record] = []
+    dwells = list(program.dwells)
+    for number, move in enumerate(program.moves):
+        while dwells and dwells[0][0] <= number:
+            records.append(_dwell(dwells.pop(0)[1]))
+        feed = [] if move.motion is Motion.RAPID else [move.feed]
+        if move.motion.is_arc:
+            records.append((move.motion.value, (*move.end, *move.centre, *feed)))
+        elif max(abs(a - b) for a, b in zip(move.start, move.end, strict=True)) > DIGITS:
+            records.append((move.motion.value, (*move.end, *feed)))
+    return records + [_dwell(dwell) for _, dwell in dwells]
+
+
+def _dwell(dwell: Dwell) -> Record:
+    return "G4", (dwell.seconds,)
+
+
+def differences(text: str) -> list[str]:
+    """Differences of both lists, in words; empty if they agree."""
+    mine, theirs = ours(text), rs274(text)
+    found = []
+    if len(mine) != len(theirs):
+        found.append(f"{len(mine)} records here, {len(theirs)} of rs274")
+    for number, (a, b) in enumerate(zip(mine, theirs, strict=False), start=1):
+        alike = a[0] == b[0] and len(a[1]) == len(b[1])
+        if not alike or any(abs(x - y) > DIGITS for x, y in zip(a[1], b[1], strict=True)):
+            found.append(f"record {number}: {a[0]} {a[1]} here, {b[0]} {b[1]} of rs274")
+    return found
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run the command; returns its exit status."""
+    parser = argparse.ArgumentParser(
+        prog="python -m sim.motion.gcode_oracle",
+        description="Fetch LinuxCNC's interpreter, or compare it with ours on programs.",
+        epilog="example: python -m sim.motion.gcode_oracle sim/paths/circle.ngc",
+    )
+    parser.add_argument("files", nargs="*", type=Path, metavar="FILE")
+    arguments = parser.parse_args(argv)
+    status = 0
+    try:
+        if not arguments.files:
+            sys.stdout.write(f"{find() or fetch()}\n")
+        for file in arguments.files:
+            found = differences(file.read_text(encoding="utf-8"))
+            sys.stdout.write("".join(f"{file}: {text}\n" for text in found or ["equal"]))
+            status = max(status, int(bool(found)))
+    except (OracleError, GcodeErrors) as error:
+        sys.stderr.write(f"{parser.prog}: error: {error}\n")
+        return 1
+    except OSError as error:
+        sys.stderr.write(f"{error.filename}: error: {error.strerror}\n")
+        return 1
+    return status
+
+
+if __name__ == "__main__":
+    sys.exit(main())
