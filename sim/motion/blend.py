@@ -108,9 +108,7 @@ class Blends:
         inner = (PARAMETERS[:-1, None] + _GAUSS / (NODES - 1)).ravel()
         speeds = self._speed(np.arange(len(points)).repeat(len(inner)), np.tile(inner, len(points)))
         parts = speeds.reshape(len(points), NODES - 1, -1) @ _WEIGHTS / (NODES - 1)
-        self.nodes = np.concatenate(
-            [np.zeros((len(points), 1)), np.cumsum(parts, axis=1)], axis=1
-        )
+        self.nodes = np.concatenate([np.zeros((len(points), 1)), np.cumsum(parts, axis=1)], axis=1)
         self.length = self.nodes[:, -1]
 
     def __len__(self) -> int:

@@ -300,7 +300,9 @@ class _Parser:
         return tuple(p - s - g for p, s, g in zip(frame, self.system, self.shift, strict=True))
 
     def _machine(self, programmed: Sequence[float]) -> Pose:
-        frame = tuple(p + s + g for p, s, g in zip(programmed, self.system, self.shift, strict=True))
+        frame = tuple(
+            p + s + g for p, s, g in zip(programmed, self.system, self.shift, strict=True)
+        )
         return table_frame.to_machine(frame) if self.in_table_frame else frame
 
     def _target(self, values: dict[str, Word]) -> Pose:
@@ -553,7 +555,9 @@ class _Parser:
             return
         index = int(number.value) - 1 if number.value else int(self.parameters[_SYSTEM]) - 1
         offsets = list(self._stored(_SYSTEM_1 + 20 * index))
-        frame = [p + s + g for p, s, g in zip(self._programmed(), self.system, self.shift, strict=True)]
+        frame = [
+            p + s + g for p, s, g in zip(self._programmed(), self.system, self.shift, strict=True)
+        ]
         for axis, letter in enumerate(AXES):
             if letter in values:
                 value = values[letter].value * (self.mm_per_unit if axis < 3 else 1.0)
@@ -679,9 +683,7 @@ class _Parser:
                 end[index] = values[letter].value * (self.mm_per_unit if index < 3 else 1.0)
         return tuple(p - s - g for p, s, g in zip(end, self.system, self.shift, strict=True))
 
-    def _run(
-        self, motion: Motion, end: Pose, centre: tuple[float, float] | None = None
-    ) -> None:
+    def _run(self, motion: Motion, end: Pose, centre: tuple[float, float] | None = None) -> None:
         """Moves to `end` in programmed coordinates, centre likewise."""
         if self.in_table_frame:
             self._run_in_table_frame(motion, end, centre)
@@ -692,9 +694,7 @@ class _Parser:
             centre = centre[0] + shift[first], centre[1] + shift[second]
         self._append(motion, self._machine(end), centre)
 
-    def _append(
-        self, motion: Motion, end: Pose, centre: tuple[float, float] | None = None
-    ) -> None:
+    def _append(self, motion: Motion, end: Pose, centre: tuple[float, float] | None = None) -> None:
         """Adds a move to `end` in machine coordinates."""
         start, self.position = self.position, end
         if self.errors:  # a text with a mistake yields no program
@@ -832,7 +832,10 @@ class _Parser:
         if level < retract:
             level = place[axis] = retract
             self._run(Motion.RAPID, tuple(place))
-        clear = retract if self.retract_to_r else max(self.initial_level, retract)
+        clear = retract
+        if not self.retract_to_r:
+            clear = max(self.initial_level, retract)
+            place[axis] = max(level, clear)  # LinuxCNC: also the way to the hole is at that level
         for _ in range(int(repeats.value) if repeats else 1):
             for index in (first, second):
                 if letters[index] in values:
@@ -977,7 +980,9 @@ def _length(move: Move) -> float:
     return math.degrees(curve.length) if move.turns_only_the_table else curve.length * 1e3
 
 
-def stream(lines: Iterable[str], file: str = "<text>", start: Pose = HOME) -> Iterator[Move | Dwell]:
+def stream(
+    lines: Iterable[str], file: str = "<text>", start: Pose = HOME
+) -> Iterator[Move | Dwell]:
     """Moves and dwells of a program of any length, as they are read; memory: one line.
 
     Raises GcodeErrors behind the last good block, with every mistake of the rest of the text.

@@ -80,7 +80,5 @@ def pieces(move: Move) -> list[Pose]:
     count = math.ceil(math.sqrt(second / (8 * TOLERANCE_MM / 1e3)))
     count = min(max(count, 1), MAX_PIECES)
     points = curve.evaluate(curve.length * np.arange(1, count) / count)[0]
-    poses = [
-        to_machine((*(p[:3] * 1e3).tolist(), *np.degrees(p[3:]).tolist())) for p in points
-    ]
+    poses = [to_machine((*(p[:3] * 1e3).tolist(), *np.degrees(p[3:]).tolist())) for p in points]
     return [*poses, to_machine(move.end)]

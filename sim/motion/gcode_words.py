@@ -135,9 +135,7 @@ class _MistakeError(Exception):
 class LineReader:
     """Reads the words of one line. `parameters` maps numbers and names to values."""
 
-    def __init__(
-        self, source: str, report: Report, read: Callable[[Key], float | None]
-    ) -> None:
+    def __init__(self, source: str, report: Report, read: Callable[[Key], float | None]) -> None:
         self.source, self.report, self.read = source, report, read
         self.at = 0
         self.depth = 0

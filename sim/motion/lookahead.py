@@ -336,7 +336,9 @@ class Lookahead:
         """Cells of the segments up to a dwell, or without the last one, which is handed back."""
         segments = [before, *batch] if before is not None else batch
         if not segments:
-            cells: list[Cell | Stop] = [Stop(dwell.seconds)] if dwell and dwell.seconds > 0.0 else []
+            cells: list[Cell | Stop] = (
+                [Stop(dwell.seconds)] if dwell and dwell.seconds > 0.0 else []
+            )
             if cells:
                 self._elements.append(_Element(0.0, dwell.line))
             return None, 0.0, cells
@@ -356,9 +358,7 @@ class Lookahead:
             if joints.blend[k] >= 0:
                 index = int(joints.blend[k])
                 length = float(joints.blends.length[index])
-                elements.append(
-                    _Element(length, segment.line, blends=joints.blends, index=index)
-                )
+                elements.append(_Element(length, segment.line, blends=joints.blends, index=index))
             elif joints.stop[k]:
                 elements.append(_Element(0.0, segment.line))
         cells = self._limited(elements, joints)
@@ -387,7 +387,9 @@ class Lookahead:
                 pieces = math.ceil(element.length / LONGEST_CELL)
             else:
                 turn = abs(segment.curve.sweep) * element.length / segment.length
-                pieces = max(math.ceil(turn / LARGEST_TURN), math.ceil(element.length / LONGEST_CELL))
+                pieces = max(
+                    math.ceil(turn / LARGEST_TURN), math.ceil(element.length / LONGEST_CELL)
+                )
             edges = element.offset + np.linspace(0.0, element.length, pieces + 1)
             parts += [
                 (element, float(a), float(b)) for a, b in zip(edges[:-1], edges[1:], strict=True)
@@ -485,7 +487,9 @@ class Lookahead:
                 if element.length == 0.0:
                     break
                 if element.segment is not None:
-                    self._rest = element.segment.at(np.array([element.offset + element.length]))[0][0]
+                    self._rest = element.segment.at(np.array([element.offset + element.length]))[0][
+                        0
+                    ]
             self._begin = 0.0
             return
         reached = float(stretch.position[-1]) if len(stretch.position) else 0.0

@@ -57,7 +57,9 @@ def demand(stream: Iterable[Setpoints], robot: Robot, period: float) -> Demand:
             for order, quantity in enumerate(QUANTITIES, start=1):
                 change = np.diff(values, order, axis=0)[3 - order :] / period**order
                 size = (
-                    np.linalg.norm(change, axis=1) if group == "tool" else np.abs(change).max(axis=1)
+                    np.linalg.norm(change, axis=1)
+                    if group == "tool"
+                    else np.abs(change).max(axis=1)
                 )
                 worst = int(size.argmax())
                 if not size[worst] <= result.greatest[group, quantity]:

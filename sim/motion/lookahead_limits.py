@@ -101,8 +101,7 @@ def _channels(pieces: Pieces, limits: MachineLimits, robot: Robot) -> list[_Chan
     along = tool1 / np.maximum(first, 1e-12)[..., None]
     a2, a3 = (np.sum(d * along, axis=2) for d in (tool2, tool3))
     n2, n3 = (
-        np.linalg.norm(d - a[..., None] * along, axis=2)
-        for d, a in ((tool2, a2), (tool3, a3))
+        np.linalg.norm(d - a[..., None] * along, axis=2) for d, a in ((tool2, a2), (tool3, a3))
     )
     channels = [
         _Channel(
@@ -151,9 +150,7 @@ def _kept(channel: _Channel, c: FloatArray, a: FloatArray, window: float) -> NDA
     return kept.all(axis=1)
 
 
-def speeds(
-    pieces: Pieces, limits: MachineLimits, robot: Robot
-) -> tuple[FloatArray, FloatArray]:
+def speeds(pieces: Pieces, limits: MachineLimits, robot: Robot) -> tuple[FloatArray, FloatArray]:
     """Greatest speed (n,) [m/s] and acceleration along the path (n,) [m/s2] of every piece.
 
     Both positive: with `share` s the speed is the greatest that leaves s of the acceleration that a
@@ -192,9 +189,7 @@ def speeds(
     return c, a
 
 
-def _greatest_kept(
-    kept: Callable[[FloatArray], NDArray[np.bool_]], most: FloatArray
-) -> FloatArray:
+def _greatest_kept(kept: Callable[[FloatArray], NDArray[np.bool_]], most: FloatArray) -> FloatArray:
     """Greatest value in 0..most (n,) for which kept is true, to 2^-16 of most; kept(0) is."""
     at_most = kept(most)
     if at_most.all():

@@ -235,9 +235,7 @@ class SpeedPlanner:
             squares[k] = value
         value = squares[0] = min(squares[0], self._speed**2)
         for k in range(count):
-            value = min(
-                value + 2 * accelerations[k] * (places[k + 1] - places[k]), squares[k + 1]
-            )
+            value = min(value + 2 * accelerations[k] * (places[k + 1] - places[k]), squares[k + 1])
             squares[k + 1] = value
         return squares
 
