@@ -77,10 +77,11 @@ the pipes that of many; in `small` every operation costs its cycle.
 
 ## With the robots
 
-One robot leaves the pipes of `fast` waiting for its chain here and there; the laws of two robots in
-one program fill each other's gaps. A third does not fit the register banks. *With bus* counts the
-clocks from the first input written to the last output read, through the Avalon port; *served* is
-how many robots that rate makes in {period} us.
+The laws of two robots in one program could fill each other's gaps, but the values that both keep
+at a time do not fit the register banks, so some move through data memory (more operations than
+twice one robot's): one after another is no slower. *With bus* counts the clocks from the first
+input written to the last output read, through the Avalon port; *served* is how many robots that
+rate makes in {period} us.
 
 | configuration | robots | operations | lower bound | cycles | per robot | with bus | served |
 | --- | --- | --- | --- | --- | --- | --- | --- |

