@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Dhrystone 2.1, main loop and procedures 1 to 5. Prints a line `cycles N` for RUNS runs and returns the
- * number of wrong final values. */
+/* Dhrystone 2.1, main loop and procedures 1 to 5. Prints runs, cycles, alignment and options, a
+ * line each, and returns the number of wrong final values. */
 #include <string.h>
 
 #include "dhrystone.h"
@@ -70,7 +70,8 @@ static void expect(int is_right) { wrong += !is_right; }
 int main(void) {
   int value_1 = 0, value_2 = 0, value_3 = 0;
   enum identification identification = IDENT_1;
-  text_30 text_1, text_2;
+  _Alignas(STRING_ALIGNMENT) text_30 text_1;
+  _Alignas(STRING_ALIGNMENT) text_30 text_2;
 
   next_global_record = &records[0];
   global_record = &records[1];
@@ -134,8 +135,10 @@ int main(void) {
 
   console_text("runs ");
   console_decimal(RUNS);
-  console_text(" cycles ");
+  console_text("\ncycles ");
   console_decimal(cycles);
-  console_text("\n");
+  console_text("\nstring_alignment ");
+  console_decimal(STRING_ALIGNMENT);
+  console_text("\noptions " OPTIONS "\n");
   return wrong;
 }

@@ -116,7 +116,8 @@ void nios_read(void* handle, uint32_t address, uint32_t* words, uint32_t n) {
 // Releases or holds the reset of the core; enable is the host's wish for control.
 void nios_run(void* handle, uint32_t run, uint32_t enable) {
   auto* nios = static_cast<Nios*>(handle);
-  if (!run) nios->exited = false;
+  // Not before the start: the last program may end again until its reset has arrived.
+  if (run && !nios->top->run_i) nios->exited = false;
   nios->top->run_i = run;
   nios->top->enable_i = enable;
   nios->clock();
