@@ -16,6 +16,7 @@ from sim.motion.drive import tuned_k2 as tune
 from sim.motion.drive_figures import SEED_TRANSIENT, following_results, responses, servo_results
 
 SECOND = math.sqrt(0.5)
+LINEAR_TOLERANCE = 0.08  # of a step: words by interpolation against words by pure delay
 LOOPS = [Drive(), Drive(damping=SECOND), Drive(kp=40.0, bandwidth=68.0, damping=1.2)]
 
 
@@ -168,33 +169,52 @@ def test_regulator__has_the_margins_and_the_bandwidth_of_the_seed(reading):
     assert found == pytest.approx(160.0, abs=0.1)
 
 
-@pytest.mark.parametrize("reading", drive_servo.READINGS)
-def test_load_step__agrees_with_a_linear_system_of_scipy(reading):
-    """No friction; delays as third-order Pade fractions, encoders exact."""
-    servo = drive_servo.Servo(reading=reading, friction=0.0)
+def linear(servo: drive_servo.Servo) -> tuple[np.poly1d, np.poly1d, np.poly1d]:
+    """Denominator of the angle, numerators for the load and for the target, without friction.
+
+    J s^2 x + P (k_v s + k_i) x + P (share / s) kp Q (x - target) = load, times s and the
+    denominators of P and Q: the delays as third-order Pade fractions. Encoders are exact.
+    """
     gain, ti, delay = servo.regulator
     outer = servo.outer
 
-    def pade(lag: float) -> tuple[np.poly1d, np.poly1d]:
-        x = lag
+    def pade(x: float) -> tuple[np.poly1d, np.poly1d]:
         top = np.poly1d([-(x**3), 12 * x**2, -60 * x, 120])
         return top, np.poly1d([x**3, 12 * x**2, 60 * x, 120])
 
     s = np.poly1d([1.0, 0.0])
-    inner_top, inner_bottom = pade(delay)
-    outer_top, outer_bottom = pade(outer.cycle)
+    (inner, inner_bottom), (word, word_bottom) = pade(delay), pade(outer.cycle)
     k_v, k_i = gain * servo.inertia, gain * servo.inertia / ti
-    share = np.poly1d([k_i]) if reading == "i-p" else k_v * s + k_i
-    # J s^2 x + P (k_v s + k_i) x + P (share / s) kp Q x = load; times s and the denominators
-    stiff = servo.inertia * s**3 * inner_bottom * outer_bottom
-    stiff += inner_top * outer_bottom * (k_v * s + k_i) * s
-    stiff += inner_top * outer_top * share * outer.kp
-    soft = drive_servo.LOAD_TORQUE * s * inner_bottom * outer_bottom
-    _, angle = signal.step(signal.lti(soft.coeffs, stiff.coeffs), T=np.linspace(0, 0.1, 20_001))
+    share = np.poly1d([k_i]) if servo.reading == "i-p" else k_v * s + k_i
+    target = inner * word * share * outer.kp
+    stiff = servo.inertia * s**3 * inner_bottom * word_bottom
+    stiff = stiff + inner * word_bottom * (k_v * s + k_i) * s + target
+    return stiff, s * inner_bottom * word_bottom, target
+
+
+@pytest.mark.parametrize("reading", drive_servo.READINGS)
+def test_load_step__agrees_with_a_linear_system_of_scipy(reading):
+    servo = drive_servo.Servo(reading=reading, friction=0.0)
+    stiff, load, _ = linear(servo)
+    system = signal.lti((drive_servo.LOAD_TORQUE * load).coeffs, stiff.coeffs)
+    _, angle = signal.step(system, T=np.linspace(0, 0.1, 20_001))
     expected = float(np.abs(angle).max()) / drive_servo.TURN * drive_servo.PITCH
     ours = drive_servo.transient(drive_servo.load_step(servo))
-    # sampling against a pure delay, and counts of 3.9 nm
-    assert ours == pytest.approx(expected, rel=0.1)
+    assert ours == pytest.approx(expected, rel=0.02)
+
+
+@pytest.mark.parametrize("reading", drive_servo.READINGS)
+def test_step_of_the_target__agrees_with_a_linear_system_of_scipy(reading):
+    servo = drive_servo.Servo(reading=reading, friction=0.0)
+    stiff, _, target = linear(servo)
+    counts = 100_000
+    ours = drive_servo.run(servo, 0.06, lambda t: counts, lambda t: 0.0)
+    times = np.linspace(0, ours.t[-1], 20_001)
+    _, angle = signal.step(signal.lti(target.coeffs, stiff.coeffs), T=times)
+    wanted = counts / drive_servo.MOTOR_COUNTS * drive_servo.TURN
+    # the angle is that after a sample's torque; the target is taken at the start of a cycle
+    error = ours.angle / wanted - np.interp(ours.t, times, angle)
+    assert np.abs(error).max() < LINEAR_TOLERANCE
 
 
 def test_load_step__near_the_seed_in_the_default_reading_only():
