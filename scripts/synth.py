@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Area and speed of every top: the ASIP in both configurations and each arithmetic unit.
+"""Area and speed of the ASIP in both configurations, of the units, Nios II core, custom instructions.
 
 Writes build/synth.json and prints it beside table 4. Area is Yosys for Cyclone V, the ALM family
 nearest to Stratix III that Yosys knows; speed is nextpnr on ECP5-85 speed grade 8. A top that has
@@ -41,10 +41,12 @@ class Top:
 
 
 UNITS = ("fp_fma", "fp_add", "fp_mul", "fp_divsqrt", "fp_cmp", "fp_i2f", "fp_f2i", "fp_sincos")
+CUSTOM = ("ci_faddsub", "ci_fmul", "ci_fdivsqrt", "ci_fsincos", "ci_fsat", "ci_fcmp", "ci_fph1")
 TOPS = (
     *(Top(unit, unit) for unit in UNITS),
     Top("asip_fast", "asip", {"FmaPipes": 2, "Slots": 3}),
     Top("asip_small", "asip", {"FmaPipes": 1, "Slots": 1}),
+    *(Top(unit, unit) for unit in ("n2_core", *CUSTOM)),
 )
 
 
