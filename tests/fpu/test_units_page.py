@@ -13,6 +13,7 @@ import pytest
 from scripts import units_page
 from scripts.units_page import PAGE, RTL, PageError, main
 from sim.fpbench import Unit
+from sim.fpbench.native import LANES
 from sim.harness.build import ROOT, verilator_driver
 
 RANK_OF_THE_BENCH = 1  # in front of the lanes; an iterative unit waits for it too
@@ -110,8 +111,8 @@ def test_example__of_the_page__elaborates_with_the_file_list(tmp_path: Path) -> 
 
 @pytest.mark.parametrize(("unit", "op"), [("fp_mul", "mul"), ("fp_sincos", "sin")])
 def test_interval__of_the_page__is_the_measured_one(unit: str, op: str) -> None:
-    bench = Unit(unit, lanes=1)
-    few, more = (bench.run_list(op, [[0x3F800000] * 3] * n) for n in (100, 200))
+    bench = Unit(unit)
+    few, more = (bench.run_list(op, [[0x3F800000] * 3] * n * LANES[unit]) for n in (100, 200))
     iterative = any(port.name == "ready_o" for port in units_page.ports(unit))
     step = units_page.interval(unit) + (RANK_OF_THE_BENCH if iterative else 0)
     assert more.cycles - few.cycles == 100 * step

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict, dataclass, fields
 from multiprocessing import get_context
@@ -107,7 +107,7 @@ def wrong_lanes(unit: Unit, op: str, words: np.ndarray, lanes: int) -> tuple[np.
     return wrong, bits, flags
 
 
-def shared(unit_name: str, faults: Sequence[Fault]) -> list[Verdict]:
+def shared(unit_name: str, faults: Sequence[Fault], marks: Mapping[int, str]) -> list[Verdict]:
     """Verdicts of the faults of one unit that a shared simulation finds.
 
     Raises BuildError if the lane without fault fails or the handshake breaks.
@@ -139,11 +139,13 @@ def shared(unit_name: str, faults: Sequence[Fault]) -> list[Verdict]:
                 if lane == 0:
                     raise BuildError(f"the RTL without a fault fails: {case}")
                 fault = faults[lane - 1]
-                found[fault.number] = Verdict(fault.number, True, case, done, False, mark_of(fault))
+                found[fault.number] = Verdict(
+                    fault.number, True, case, done, False, marks[fault.number]
+                )
     return list(found.values())
 
 
-def alone(fault: Fault) -> Verdict:
+def alone(fault: Fault, mark: str) -> Verdict:
     """Verdict of one fault, built with its macro, by the whole short set of its operations."""
     done = 0
     for op in fault.ops:
@@ -151,16 +153,18 @@ def alone(fault: Fault) -> Verdict:
         done += report.cases
         if not report.good:
             case = report.protocol or f"make fp-case {report.failures[0].arguments}"
-            return Verdict(fault.number, True, case, done, True, mark_of(fault))
-    return Verdict(fault.number, False, "not found", done, True, mark_of(fault))
+            return Verdict(fault.number, True, case, done, True, mark)
+    return Verdict(fault.number, False, "not found", done, True, mark)
 
 
-def batch(unit: str, faults: Sequence[Fault]) -> list[Verdict]:
-    """Verdicts of all faults of a unit."""
+def batch(unit: str, faults: Sequence[Fault], marks: Mapping[int, str]) -> list[Verdict]:
+    """Verdicts of all faults of a unit; `marks` are those of the sources that were copied."""
     together = [fault for fault in faults if not fault.alone]
-    verdicts = shared(unit, together) if together else []
+    verdicts = shared(unit, together, marks) if together else []
     found = {verdict.number for verdict in verdicts}
-    return verdicts + [alone(fault) for fault in faults if fault.number not in found]
+    return verdicts + [
+        alone(fault, marks[fault.number]) for fault in faults if fault.number not in found
+    ]
 
 
 def sound_mark(op: str) -> str:
@@ -173,9 +177,10 @@ def sound(ops: Sequence[str]) -> list[Sound]:
     """The short set of operations of one unit on the RTL itself."""
     results = []
     for op in ops:
+        mark = sound_mark(op)  # before the sources are read: a change meanwhile makes it stale
         report = quick(op, RTL, seed=SEED)
         first = report.protocol or (str(report.failures[0]) if report.failures else "")
-        results.append(Sound(op, report.good, report.cases, first, sound_mark(op)))
+        results.append(Sound(op, report.good, report.cases, first, mark))
     return results
 
 
@@ -238,10 +243,11 @@ def run(
     fault, and what could not be run.
     """
     verdicts, sounds = load_report(path)
+    marks = {fault.number: mark_of(fault) for fault in chosen}
     open_faults = [
         fault
         for fault in chosen
-        if fault.number not in verdicts or verdicts[fault.number].fingerprint != mark_of(fault)
+        if fault.number not in verdicts or verdicts[fault.number].fingerprint != marks[fault.number]
     ]
     for fault in open_faults:
         verdicts.pop(fault.number, None)
@@ -260,7 +266,7 @@ def run(
         tasks = {}
         for unit in units:
             if mine := [fault for fault in open_faults if fault.unit == unit]:
-                tasks[pool.submit(batch, unit, mine)] = f"{unit}: {len(mine)} faults"
+                tasks[pool.submit(batch, unit, mine, marks)] = f"{unit}: {len(mine)} faults"
             if ops[unit]:
                 tasks[pool.submit(sound, ops[unit])] = f"{unit}: no fault, {len(ops[unit])} ops"
         for task in as_completed(tasks):

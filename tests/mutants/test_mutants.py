@@ -43,6 +43,11 @@ def code(path: Path, macros: tuple[str, ...] = ()) -> str:
     return "".join(done.stdout.split())
 
 
+def marks_of(entries: list[Fault]) -> dict[int, str]:
+    """Marks of the entries by number."""
+    return {entry.number: mark_of(entry) for entry in entries}
+
+
 def test_table__faults__are_at_least_forty_and_in_every_module() -> None:
     assert len(TABLE) >= 40
     modules = {path.stem for path in RTL.glob("*.sv")} - NOT_MUTATED
@@ -153,7 +158,9 @@ def test_faults__underflow_and_sticky_in_one_simulation__are_found_and_a_harmles
     monkeypatch.setattr(campaign, "COPY", tmp_path / "rtl")
     monkeypatch.setattr(campaign, "DEFAULT_SHARED_CASES", 20_000)
     write_copy([*TABLE, harmless], tmp_path / "rtl")
-    verdicts = {verdict.number: verdict for verdict in campaign.shared("fp_mul", chosen)}
+    verdicts = {
+        verdict.number: verdict for verdict in campaign.shared("fp_mul", chosen, marks_of(chosen))
+    }
     assert verdicts.keys() == {4, 5, 38}
     assert all(verdict.caught for verdict in verdicts.values())
     # The named case passes on the unit without a fault.
@@ -198,7 +205,7 @@ def test_shared__lane_without_a_fault_fails__is_an_error(monkeypatch) -> None:
     monkeypatch.setattr(campaign, "write_lanes", lambda *_: [])
     chosen = [entry for entry in TABLE if entry.file == "fp_f2i.sv"]
     with pytest.raises(BuildError, match="without a fault fails: make fp-case OP=f2i A=4f000000"):
-        campaign.shared("fp_f2i", chosen)
+        campaign.shared("fp_f2i", chosen, marks_of(chosen))
 
 
 @pytest.mark.full
