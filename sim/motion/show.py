@@ -26,12 +26,15 @@ from sim.harness.build import BuildError
 from sim.harness.motion_rtl import MotionError
 from sim.motion import drive_figures, show_rtl
 from sim.motion.drive_robot import PAYLOAD
+from sim.motion.planner_figures import Result, printed
 from sim.run import page
 from sim.run.progress import TickProgress
 
 ROOT = Path(__file__).resolve().parents[2]
-# Modules with `figures(output) -> results`; results have the fields of planner_figures.Result.
+# Modules with `figures(output) -> results`; results have the fields of planner_figures.Result, or
+# are a document that has an entry in READERS.
 FIGURES = ("planner_figures", "lookahead_figures", "drive_figures")
+LOOKAHEAD_PATH, LOOKAHEAD_CORNER = "lookahead_path.svg", "lookahead_corner.svg"
 ABSENT = "{name} is not part of this version: its figures are left out"
 
 
@@ -39,9 +42,14 @@ class ShowError(RuntimeError):
     """A figure function does not keep to the common form; the message says which and how."""
 
 
-def rows_of(module: str, results: Iterable[Any]) -> list[dict[str, Any]]:
+def rows_of(module: str, results: Iterable[Any] | dict[str, Any]) -> list[dict[str, Any]]:
     """Results as dictionaries with the seed's number. Raises ShowError naming what is missing."""
     rows = []
+    if isinstance(results, dict):
+        try:
+            results = READERS[module](results)
+        except KeyError as error:
+            raise ShowError(f"{module}.figures: its document has no {error}") from None
     for result in results:
         row = asdict(result)
         missing = {"figure", "name", "unit", "seed", "ours", "agrees", "file"} - set(row)
@@ -52,8 +60,31 @@ def rows_of(module: str, results: Iterable[Any]) -> list[dict[str, Any]]:
             )
         head = row["file"].split("_")[0]
         row["paper"] = head.removeprefix("seed") if head.startswith("seed") else ""
+        if module == "lookahead_figures":
+            row["paper"] = "001"
         rows.append(row)
     return rows
+
+
+def read_lookahead(document: dict[str, Any]) -> list[Result]:
+    """Figures 4 to 6 of seed 001 from the document of lookahead_figures. Raises KeyError."""
+    found = []
+    # As printed: "almost 5 s" and "about 1.5 s", with trapezoids; there is none with limited jerk.
+    for key, text in (("without blending [s]", "5"), ("with blending [s]", "1.5")):
+        times, name = document["figures 4 and 5"][key], key.removesuffix(" [s]")
+        steps, smooth = times["steps of acceleration"], times["jerk limited"]
+        label, agrees = f"{name}, trapezoid", printed(text, steps)
+        found.append(Result("5", label, "s", text, "stated", steps, agrees, LOOKAHEAD_PATH))
+        label = f"{name}, jerk-limited"
+        found.append(Result("5", label, "s", "", "", smooth, True, LOOKAHEAD_PATH))
+    for corner in document["figure 6"]:
+        limit, ours = corner["P [mm]"], corner["apex of the set-points [mm]"]
+        name, text = f"G64 P{limit:g}: apex of the set-points", f"<= {limit:g}"
+        found.append(Result("6", name, "mm", text, "stated", ours, ours <= limit, LOOKAHEAD_CORNER))
+    return found
+
+
+READERS = {"lookahead_figures": read_lookahead}
 
 
 def table_of(rows: list[dict[str, Any]]) -> Table:
@@ -142,7 +173,8 @@ def run(arguments: argparse.Namespace, console: Console) -> None:
     document = {"whole_path": arguments.full, "absent": absent, "figures": rows}
     (out / "results.json").write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
     files = dict.fromkeys(row["file"] for row in rows)
-    plots = [(out / file).with_suffix(".png") for file in (*files, drive_figures.FIG_10)]
+    drawn = [out / file for file in (*files, drive_figures.FIG_10)]
+    plots = [png if (png := file.with_suffix(".png")).is_file() else file for file in drawn]
     page.write(
         out / "index.html",
         "Microtick: motion front-end",

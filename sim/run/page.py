@@ -19,6 +19,7 @@ th, td { border-bottom: 1px solid #ccc; padding: .2rem .8rem; text-align: right;
 th:first-child, td:first-child { text-align: left; }
 img { max-width: 100%; }
 """
+MEDIA = {".png": "image/png", ".svg": "image/svg+xml"}
 
 
 def _table(table: Table) -> str:
@@ -36,9 +37,9 @@ def _table(table: Table) -> str:
 
 
 def write(file: Path, title: str, tables: Sequence[Table], plots: Sequence[Path]) -> None:
-    """Write the page; plots are embedded."""
+    """Write the page; plots (PNG or SVG) are embedded."""
     pictures = "".join(
-        f'<p><img alt="{plot.stem}" src="data:image/png;base64,'
+        f'<p><img alt="{plot.stem}" src="data:{MEDIA[plot.suffix]};base64,'
         f'{base64.b64encode(plot.read_bytes()).decode()}"></p>'
         for plot in plots
     )

@@ -59,6 +59,24 @@ def test_figure_module_of_another_form__refused_by_name():
         show.rows_of("lookahead_figures", [Short("4", 1.0)])
 
 
+def test_lookahead_document__becomes_rows__apex_beyond_p_differs():
+    times = {"jerk limited": 5.46, "steps of acceleration": 5.51}
+    blended = {"jerk limited": 1.51, "steps of acceleration": 1.5}
+    corners = [
+        {"P [mm]": 0.001, "apex of the set-points [mm]": 0.00099},
+        {"P [mm]": 0.005, "apex of the set-points [mm]": 0.0051},
+    ]
+    document = {
+        "figures 4 and 5": {"without blending [s]": times, "with blending [s]": blended},
+        "figure 6": corners,
+    }
+    rows = show.rows_of("lookahead_figures", document)
+    assert [row["agrees"] for row in rows] == [False, True, True, True, True, False]
+    assert {row["paper"] for row in rows} == {"001"}
+    with pytest.raises(show.ShowError, match="lookahead_figures.figures: .* no 'figure 6'"):
+        show.rows_of("lookahead_figures", {"figures 4 and 5": document["figures 4 and 5"]})
+
+
 def test_a_figure_that_differs__is_shown_as_such():
     good = planner_figures.Result("3", "x", "mm", "1", "stated", 1.0, True, "seed002_fig3.svg")
     rows = show.rows_of("test", [good, replace(good, ours=2.0, agrees=False)])
