@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // ci_fsat: custom instruction, saturation with bounds in internal registers: 32 pairs {low, high}.
-// Contract: fixed latency, two cycles. What happens depends on where c, a, b come from (1: CPU):
+// Contract: fixed latency, three cycles. What happens depends on where c, a, b come from (1: CPU):
 //   writerc readra readrb   result
 //      1      1      1      a limited to -|b| .. |b|
 //      1      1      0      a limited to the bounds in register b
@@ -34,9 +34,15 @@ module ci_fsat (
   always_ff @(posedge clk_i)
     if (start_i && clk_en_i && !writerc_i && readra_i && readrb_i) bounds[c_i] <= {dataa_i, datab_i};
 
+  // Both ranks run freely on held operands, as the pipelines of the other components. The first one
+  // takes the bounds, the second one compares.
+  logic symmetric;
   logic [31:0] low, high;
-  assign low  = readrb_i ? {1'b1, datab_i[30:0]} : read[63:32];
-  assign high = readrb_i ? {1'b0, datab_i[30:0]} : read[31:0];
+  assign symmetric = readra_i && readrb_i;
+  always_ff @(posedge clk_i) begin
+    low  <= symmetric ? {1'b1, datab_i[30:0]} : read[63:32];
+    high <= symmetric ? {1'b0, datab_i[30:0]} : read[31:0];
+  end
 
   logic under, over, exchanged;
   logic [2:0] unused_below, unused_equal;
@@ -67,13 +73,12 @@ module ci_fsat (
   assign nan = exchanged || fp_pkg::is_nan(dataa_i) || fp_pkg::is_nan(low) || fp_pkg::is_nan(high);
   always_comb begin
     if (!writerc_i) result = 32'd0;
-    else if (!readra_i) result = readrb_i ? read[63:32] : read[31:0];
+    else if (!readra_i) result = readrb_i ? low : high;
     else if (nan) result = fp_pkg::CANON_NAN;
     else if (under) result = low;
     else if (over) result = high;
     else result = dataa_i;
   end
-  // Free running on held operands, as the pipelines of the other components.
   always_ff @(posedge clk_i) result_o <= result;
 
 endmodule

@@ -70,7 +70,7 @@ package ci_pkg;
   localparam int unsigned FPGA2_FCOS_CYCLES = 37;
   localparam logic [7:0] FPGA2_FSAT_BASE = 8'hf4;  // ci_fsat: 244
   localparam int unsigned FPGA2_FSAT_SELECT = 0;
-  localparam int unsigned FPGA2_FSAT_CYCLES = 2;
+  localparam int unsigned FPGA2_FSAT_CYCLES = 3;
   localparam logic [7:0] FPGA2_FSIGN_BASE = 8'hf5;  // ci_fsign: 245
   localparam int unsigned FPGA2_FSIGN_SELECT = 0;
   localparam logic [7:0] FPGA2_FCMP_BASE = 8'he0;  // ci_fcmp: 224..239

@@ -33,7 +33,7 @@ proc add_sources {entity} {
 
 # ---- interface: clock and reset are part of it
 add_interface nios_custom_instruction_slave nios_custom_instruction end
-set_interface_property nios_custom_instruction_slave clockCycle 2
+set_interface_property nios_custom_instruction_slave clockCycle 3
 set_interface_property nios_custom_instruction_slave clockCycleType MULTICYCLE
 set_interface_property nios_custom_instruction_slave operands 2
 set_interface_property nios_custom_instruction_slave opcodeExtensionLocked true

@@ -216,13 +216,13 @@ def test_components__saturation__bounds_of_every_internal_register(bench, select
 def test_components__saturation__other_selections_of_registers_write_nothing(bench):
     index, select = np.arange(32, dtype=np.uint32), ALONE["fsat"]
     item = FPGA2.instructions
-    ones = np.full(32, 0x3F800000, np.uint32)
-    bench.run(select, 244, ones, ones, fields(item["fsat_set"]) | index << 10, cycles=2)
+    ones, cycles = np.full(32, 0x3F800000, np.uint32), item["fsat_set"].cycles
+    bench.run(select, 244, ones, ones, fields(item["fsat_set"]) | index << 10, cycles=cycles)
     for readra, readrb in ((0, 0), (0, 1), (1, 0)):
         word = (readra << 15 | readrb << 16) | index << 10
-        got, _ = bench.run(select, 244, ones * 0, ones * 0, word, cycles=2)
+        got, _ = bench.run(select, 244, ones * 0, ones * 0, word, cycles=cycles)
         assert not got.any()
-    got, _ = bench.run(select, 244, ones, ones, fields(item["fsat_low"]) | index, cycles=2)
+    got, _ = bench.run(select, 244, ones, ones, fields(item["fsat_low"]) | index, cycles=cycles)
     assert np.array_equal(got, ones)
 
 
