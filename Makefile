@@ -24,7 +24,7 @@ TOPS ?=
 SEEDS ?=
 export SEED
 
-.PHONY: help setup run test test-full lint gen gen-check synth quartus formal fp-case fp-bench fp-campaign fp-report readme docs lock clean \
+.PHONY: help setup run dual test test-full lint gen gen-check synth quartus formal fp-case fp-bench fp-campaign fp-report readme docs lock clean \
   test-mutants nios-sw nios-toolchain nios-cycles qemu motion
 
 help: ## list targets and variables
@@ -33,6 +33,9 @@ help: ## list targets and variables
 
 run: $(READY) ## the main job: track a path through RTL in closed loop (GCODE=file, OUTPUT=folder)
 	@$(PY) -m sim.run $(GCODE) --output $(OUTPUT) $(if $(filter full,$(RUN)),--all-ticks)
+
+dual: $(READY) ## two processors: set-points on one core, tracking on the other, in closed loop (GCODE=file)
+	@$(PY) -m sim.dual $(GCODE) --output $(OUTPUT)/dual
 
 test: $(READY) qemu lint gen-check ## every test but the deep campaigns (T=expression, SEED=n)
 	$(PY) -m pytest -n $(JOBS) --dist loadfile -m "not full" --hypothesis-seed=$(SEED) $(if $(T),-k "$(T)")
@@ -69,6 +72,8 @@ lint: $(READY) ## ruff on Python, Verilator -Wall on the RTL in every configurat
 	  $(VERILATOR) --lint-only -Wall --quiet --top-module $$(basename $$file .sv) \
 	    scripts/ci/waivers.vlt $(filter-out rtl/nios/%,$(N2_FILES)) $$file || exit 1; \
 	done
+	@$(VERILATOR) --lint-only -Wall --quiet --top-module dual_asip scripts/ci/waivers.vlt \
+	  $(ASIP_FILES) $$(cat rtl/dual/dual.f)
 	@$(PY) scripts/rtl_subset.py
 	@echo "lint: clean"
 
