@@ -13,9 +13,11 @@ Memory: the moves within the stopping distance and some `depth` more. Work per m
 from __future__ import annotations
 
 import math
+import sys
 from collections import deque
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
+from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +35,7 @@ from sim.motion.lookahead_limits import (
 )
 from sim.motion.lookahead_speed import Cell, SpeedPlanner, Stop, Stretch
 from sim.motion.path import Curve, Line, curve_of, to_si
+from sim.motion.trajectory import WORKSPACE_ROUNDING, Workspace
 
 FloatArray = NDArray[np.float64]
 
@@ -45,6 +48,7 @@ SHORTEST_BLEND = 1e-7  # distance from the corner [m] below which the joint is a
 SMOOTH = 1e-8  # angle [rad] and relative change of curvature that need no blend
 LARGEST_ANGLE = math.radians(175.0)  # between directions; beyond, the joint is a stop
 MERGED_AT_MOST = 64  # points of lines joined by Q
+BLOCK = 20_000  # most set-points made together
 
 
 @dataclass(frozen=True)
@@ -67,6 +71,10 @@ class LookaheadSettings:
                 raise ValueError(f"{name} = {value!r} is outside its limit: {name} > 0")
         if self.depth < 2:
             raise ValueError(f"depth = {self.depth!r} is outside its limit: depth >= 2")
+
+
+class OutsideError(ValueError):
+    """A move leaves the workspace; the text has file, line, coordinate and limit."""
 
 
 @dataclass(eq=False)
@@ -120,6 +128,12 @@ class _Element:
     blends: Blends | None = None
     index: int = 0
 
+    def end(self) -> FloatArray:
+        """Last point in path space; not of a stop."""
+        if self.segment is not None:
+            return self.segment.at(np.array([self.offset + self.length]))[0][0]
+        return self.blends.at_parameters(np.array([self.index]), np.ones(1), 1)[0][0]
+
 
 @dataclass(frozen=True, eq=False)
 class Setpoints:
@@ -152,20 +166,25 @@ class Summary:
 
 
 class Lookahead:
-    """One run over a stream of moves. `joints`, if a list is given, collects a record per corner."""
+    """One run over a stream of moves. `joints`, if a list is given, collects a record per corner.
+
+    file: name for messages. The stages raise what the stream of moves raises, and OutsideError.
+    """
 
     def __init__(
         self,
         items: Iterable[Move | Dwell],
         settings: LookaheadSettings | None = None,
         joints: list[Joint] | None = None,
+        file: str = "<text>",
     ) -> None:
         self.items = items
+        self.file = file
+        self._workspace = Workspace.of((settings or LookaheadSettings()).robot)
         self.settings = settings or LookaheadSettings()
         self.joints = joints
         self.summary = Summary()
         self._elements: deque[_Element] = deque()
-        self._feeds: list[float] = []
 
     # Stages: items -> segments -> cells -> stretches -> set-points
 
@@ -190,9 +209,9 @@ class Lookahead:
         self._begin = 0.0
         for stretch in self.stretches():
             count = max(0, math.ceil((stretch.duration - ahead) / period - 1e-9))
-            if count:
-                times = ahead + period * np.arange(count)
-                yield self._sample(stretch, times, tick)
+            for first in range(0, count, BLOCK):
+                numbers = np.arange(first, min(first + BLOCK, count))
+                yield self._sample(stretch, ahead + period * numbers, tick + first)
             tick += count
             ahead += count * period - stretch.duration
         if self.summary.moves and self._last is not None:
@@ -237,6 +256,7 @@ class Lookahead:
         if curve is None or not curve.length > 0.0:
             return
         start, end = to_si(move.start) * SCALE, to_si(move.end) * SCALE
+        self._check(move, curve)
         if isinstance(curve, Line):
             way = end - start
             length = math.sqrt(way @ way)
@@ -264,6 +284,21 @@ class Lookahead:
             curve_kept,
             ratio,
         )
+
+    def _check(self, move: Move, curve: Curve) -> None:
+        """A line is inside the workspace if its ends are; an arc is looked at every few degrees."""
+        count = 2 if isinstance(curve, Line) else 65
+        tool = curve.evaluate(np.linspace(0.0, curve.length, count))[0][:, :3]
+        lower, upper = np.array(self._workspace.lower), np.array(self._workspace.upper)
+        outside = (tool < lower - WORKSPACE_ROUNDING) | (tool > upper + WORKSPACE_ROUNDING)
+        if outside.any():
+            place, axis = (int(n) for n in np.argwhere(outside)[0])
+            raise OutsideError(
+                f"{self.file}:{move.line}: error: the move leaves the workspace; "
+                f"got {'xyz'[axis]} = {tool[place, axis] * 1e3:.4f} mm; expected "
+                f"{lower[axis] * 1e3:g} to {upper[axis] * 1e3:g} mm\n"
+                f"{move.line:5d} |   {move.source}"
+            )
 
     def _merged(self) -> Iterator[_Segment | Dwell]:
         """Joins lines whose corners are within Q of the line from the first to the last point."""
@@ -317,7 +352,16 @@ class Lookahead:
         before: _Segment | None = None
         cut = 0.0  # length of `before` that its first blend has taken
         batch: list[_Segment] = []
+        early: list[Dwell] = []  # before the first move, when the place is not known yet
         for item in self._merged():
+            if self._rest is None:
+                if isinstance(item, Dwell):
+                    early.append(item)
+                    continue
+                self._rest = item.start
+                for dwell in early:
+                    self._elements.append(_Element(0.0, dwell.line))
+                    yield Stop(dwell.seconds)
             if isinstance(item, _Segment):
                 self._last, self._last_line = item.end, item.line
                 batch.append(item)
@@ -452,10 +496,10 @@ class Lookahead:
             count += 1
         if not count:  # a dwell at the start of the path
             element = self._elements[0]
-            place = self._start_of_path() / SCALE
+            place = self._rest / SCALE
             zero = np.zeros((len(times), 5))
             return Setpoints(tick, zero + place, zero, zero, np.full(len(times), element.line))
-        elements = [self._elements[i] for i in range(count)]
+        elements = list(islice(self._elements, count))
         owner = np.clip(np.searchsorted(begins, s, side="right") - 1, 0, count - 1)
         local = s - np.array(begins)[owner]
         local = np.clip(local, 0.0, np.array([e.length for e in elements])[owner])
@@ -464,14 +508,6 @@ class Lookahead:
         acceleration = d1 * a[:, None] + d2 * (v * v)[:, None]
         line = np.array([e.line for e in elements])[owner]
         return Setpoints(tick, q / SCALE, velocity / SCALE, acceleration / SCALE, line)
-
-    def _start_of_path(self) -> FloatArray:
-        if self._rest is not None:
-            return self._rest
-        for element in self._elements:
-            if element.segment is not None:
-                return element.segment.start
-        return self._last if self._last is not None else np.zeros(5)
 
     _begin = 0.0
     _rest: FloatArray | None = None
@@ -486,10 +522,7 @@ class Lookahead:
                 element = elements.popleft()
                 if element.length == 0.0:
                     break
-                if element.segment is not None:
-                    self._rest = element.segment.at(np.array([element.offset + element.length]))[0][
-                        0
-                    ]
+                self._rest = element.end()
             self._begin = 0.0
             return
         reached = float(stretch.position[-1]) if len(stretch.position) else 0.0
@@ -785,3 +818,9 @@ def _on_its_circle(move: Move) -> Move:
     if math.hypot(centre[0] - cx, centre[1] - cy) > 0.1 * math.hypot(ax - cx, ay - cy):
         return move
     return replace(move, centre=centre)
+
+
+if __name__ == "__main__":
+    from sim.motion.lookahead_cli import main
+
+    sys.exit(main())

@@ -141,7 +141,7 @@ class SpeedPlanner:
             yield self._finish(0.0)
 
     def _finish(self, dwell: float) -> Stretch:
-        ramps = self._plan() if self._cells else []
+        ramps = self._plan(self._end) if self._cells else []
         length = self._end
         self._cells, self._end, self._speed, self._next = [], 0.0, 0.0, self.depth
         rest = self.window + dwell
@@ -149,23 +149,17 @@ class SpeedPlanner:
         return self._filter.add(ramps, length, rest)
 
     def _advance(self) -> Stretch | None:
-        ramps = self._plan()
+        # Cells to come reach back by at most this; a plan that rests there is slower than any.
+        known = self._end - self.fastest * self.window / 2
+        if known <= 0.0:
+            return None
+        ramps = self._plan(known)
         keep = len(ramps)
         while keep and ramps[keep - 1].sign <= 0:
             keep -= 1
         while keep < len(ramps) and ramps[keep].final:
             keep += 1
-        farthest = self._end - self.fastest * self.window / 2
         ramps = ramps[:keep]
-        while ramps and ramps[-1].s1 > farthest:
-            last = ramps.pop()
-            if last.s0 < farthest and last.sign >= 0:
-                square = last.v0**2 + 2 * last.a * (farthest - last.s0)
-                last.s1, last.v1 = farthest, min(math.sqrt(square), last.v1)
-                ramps.append(last)
-                break
-        while ramps and ramps[-1].sign < 0:
-            ramps.pop()
         if not ramps:
             return None
         cut = ramps[-1].s1
@@ -180,31 +174,36 @@ class SpeedPlanner:
 
     # One plan
 
-    def _plan(self) -> list[_Ramp]:
+    def _plan(self, end: float) -> list[_Ramp]:
+        """The fastest motion from the present speed to rest at `end`."""
         self.planned += len(self._cells)
-        places, speeds, accelerations = self._limits()
+        places, speeds, accelerations = self._limits(end)
         squares = self._passes(places, speeds, accelerations)
         ramps: list[_Ramp] = []
         for k, (c, a) in enumerate(zip(speeds, accelerations, strict=True)):
             _ramps_of(ramps, places[k], places[k + 1], squares[k], squares[k + 1], c, a)
         return _flattened(ramps, self.window) if self.window > 0.0 else ramps
 
-    def _limits(self) -> tuple[list[float], list[float], list[float]]:
+    def _limits(self, end: float) -> tuple[list[float], list[float], list[float]]:
         """Places 0 = p0 < p1 < ... = end, and least speed and acceleration between them."""
         cells = sorted(
-            ((max(0.0, cell.begin), min(self._end, cell.end), cell) for cell in self._cells),
+            (
+                (max(0.0, cell.begin), min(end, cell.end), cell)
+                for cell in self._cells
+                if cell.begin < end
+            ),
             key=lambda entry: entry[0],
         )
-        marks = sorted({0.0, self._end, *(c[0] for c in cells), *(c[1] for c in cells)})
+        marks = sorted({0.0, end, *(c[0] for c in cells), *(c[1] for c in cells)})
         places, speeds, accelerations = [0.0], [], []
         slow: list[tuple[float, float]] = []
         weak: list[tuple[float, float]] = []
         following = 0
         for place, after in zip(marks[:-1], marks[1:], strict=True):
             while following < len(cells) and cells[following][0] <= place:
-                _, end, cell = cells[following]
-                heapq.heappush(slow, (cell.speed, end))
-                heapq.heappush(weak, (cell.acceleration, end))
+                _, last, cell = cells[following]
+                heapq.heappush(slow, (cell.speed, last))
+                heapq.heappush(weak, (cell.acceleration, last))
                 following += 1
             while slow[0][1] <= place:
                 heapq.heappop(slow)

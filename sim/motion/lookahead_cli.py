@@ -1,0 +1,197 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Command line of the look-ahead planner: path time, corner deviations, limits reached."""
+
+from __future__ import annotations
+
+import argparse
+import heapq
+import json
+import math
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from sim.motion.gcode import GcodeErrors, stream_file
+from sim.motion.lookahead import Joint, Lookahead, LookaheadSettings
+from sim.motion.lookahead_check import GROUPS, QUANTITIES, demand
+from sim.motion.lookahead_limits import MachineLimits
+from sim.motion.planner_optimal import Limits
+
+EPILOG = """examples:
+  python -m sim.motion.lookahead sim/paths/agh.ngc
+  python -m sim.motion.lookahead part.ngc --tool 250 4800 1e6 --json build/motion/part.json
+  python -m sim.motion.lookahead part.ngc --steps --time-only
+  python -m sim.motion.lookahead --figures build/motion
+
+G61 (the start) stops at every corner; G64 P0.01 in the program rounds corners within 0.01 mm.
+exit status: 0 done, 1 the program has mistakes, leaves the workspace or cannot be read, or a limit is
+exceeded, 2 wrong command line
+"""
+UNITS = {"tool": ("mm", 1e3), "leg": ("mm", 1e3), "table": ("degree", math.degrees(1.0))}
+NAMES = {"tool": "tool", "leg": "legs", "table": "table axes"}
+SHOWN = 12  # corners in the table
+
+
+class SlowestJoints(list[Joint]):
+    """The SHOWN slowest of all joints added, so that a long program does not fill the memory."""
+
+    def __iadd__(self, others: Iterable[Joint]) -> SlowestJoints:
+        self[:] = heapq.nsmallest(SHOWN, [*self, *others], key=lambda joint: joint.speed)
+        return self
+
+
+def _arguments() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="python -m sim.motion.lookahead",
+        description="Plan a G-code program with look-ahead and blended corners, sample it at every "
+        "control period and check tool and joints against their limits.",
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("file", nargs="?", type=Path, help="program")
+    metavar = ("SPEED", "ACCELERATION", "JERK")
+    for group, text in (
+        ("tool", "limits of the tool [mm/s, mm/s2, mm/s3]"),
+        ("leg", "limits of each leg [mm/s, mm/s2, mm/s3]"),
+        ("table", "limits of each table axis [degree/s, degree/s2, degree/s3]"),
+    ):
+        parser.add_argument(f"--{group}", nargs=3, type=float, metavar=metavar, help=text)
+    parser.add_argument("--rapid", type=float, metavar="SPEED", help="of G0 [mm/s]")
+    parser.add_argument("--steps", action="store_true", help="no limit of jerk")
+    parser.add_argument("--depth", type=int, metavar="MOVES", help="least depth of the look-ahead")
+    parser.add_argument("--time-only", action="store_true", help="plan only, without set-points")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write the results")
+    parser.add_argument("--figures", type=Path, metavar="FOLDER", help="draw seed 001's figures 4-6")
+    return parser
+
+
+def settings_of(arguments: argparse.Namespace) -> LookaheadSettings:
+    """Settings of the command line; raises ValueError naming a value outside its limit."""
+    limits: dict[str, Any] = {"jerk_limited": not arguments.steps}
+    for group, (_, factor) in UNITS.items():
+        values = getattr(arguments, group)
+        if values is not None:
+            limits[group] = Limits(*(value / factor for value in values))
+    more: dict[str, Any] = {"limits": MachineLimits(**limits)}
+    if arguments.rapid is not None:
+        more["rapid"] = arguments.rapid / 1e3
+    if arguments.depth is not None:
+        more["depth"] = arguments.depth
+    return LookaheadSettings(**more)
+
+
+def results(file: Path, settings: LookaheadSettings, sampled: bool) -> dict[str, Any]:
+    """What the command prints, as one document; lengths in mm, angles in degrees."""
+    joints = SlowestJoints()
+    plan = Lookahead(stream_file(file), settings, joints, str(file))
+    document: dict[str, Any] = {"file": str(file)}
+    if sampled:
+        found = demand(plan.setpoints(), settings.robot, settings.period)
+        ratios = found.ratios(settings.limits)
+        document["ticks"] = found.ticks
+        document["limits"] = [
+            {
+                "what": group,
+                "quantity": quantity,
+                "unit": f"{UNITS[group][0]}/s{order if order > 1 else ''}",
+                "reached": found.greatest[group, quantity] * UNITS[group][1],
+                "limit": getattr(getattr(settings.limits, group), quantity) * UNITS[group][1],
+                "ratio": ratios[group, quantity],
+                "line": found.lines.get((group, quantity)),
+            }
+            for group in GROUPS
+            for order, quantity in enumerate(QUANTITIES, start=1)
+            if quantity != "jerk" or settings.limits.jerk_limited
+        ]
+    else:
+        plan.duration()
+    summary = plan.summary
+    document |= {
+        "time [s]": float(summary.duration),
+        "moves": summary.moves,
+        "blended corners": summary.blends,
+        "smooth joints": summary.smooth,
+        "stops inside": summary.stops,
+        "slowest corners": [
+            {
+                "line": joint.line,
+                "angle [degree]": math.degrees(joint.angle),
+                "P [mm]": joint.tolerance * 1e3 if math.isfinite(joint.tolerance) else None,
+                "apex [mm]": joint.apex * 1e3,
+                "speed [mm/s]": joint.speed * 1e3,
+            }
+            for joint in joints
+        ],
+    }
+    return document
+
+
+def _show(document: dict[str, Any], console: Console) -> None:
+    console.print(
+        f"{document['file']}: {document['time [s]']:.4f} s, {document['moves']} moves, "
+        f"{document['blended corners']} blended corners, {document['smooth joints']} smooth joints, "
+        f"{document['stops inside']} stops"
+    )
+    corners = document["slowest corners"]
+    if corners:
+        count = document["blended corners"]
+        table = Table(title=f"slowest corners, {len(corners)} of {count}")
+        for name in corners[0]:
+            table.add_column(name, justify="right")
+        for corner in corners:
+            table.add_row(
+                *("none" if value is None else f"{value:.6g}" for value in corner.values())
+            )
+        console.print(table)
+    if "limits" in document:
+        table = Table(title=f"limits reached, {document['ticks']} set-points")
+        for name in ("what", "quantity", "reached", "limit", "ratio", "line"):
+            table.add_column(name, justify="left" if name in ("what", "quantity") else "right")
+        for row in document["limits"]:
+            table.add_row(
+                NAMES[row["what"]],
+                f"{row['quantity']} [{row['unit']}]",
+                f"{row['reached']:.6g}",
+                f"{row['limit']:.6g}",
+                f"{row['ratio']:.4f}",
+                str(row["line"] or ""),
+            )
+        console.print(table)
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run the command; returns its exit status."""
+    parser = _arguments()
+    arguments = parser.parse_args(argv)
+    if arguments.file is None and arguments.figures is None:
+        parser.error("nothing to do: give a program or --figures")
+    console = Console()
+    status = 0
+    try:
+        if arguments.figures is not None:
+            from sim.motion.lookahead_figures import figures
+
+            console.print_json(json.dumps(figures(arguments.figures)))
+        if arguments.file is not None:
+            document = results(arguments.file, settings_of(arguments), not arguments.time_only)
+            _show(document, console)
+            if arguments.json is not None:
+                arguments.json.parent.mkdir(parents=True, exist_ok=True)
+                text = json.dumps(document, indent=2) + "\n"
+                arguments.json.write_text(text, encoding="utf-8")
+            status = int(any(row["ratio"] > 1.001 for row in document.get("limits", ())))
+    except GcodeErrors as errors:
+        sys.stderr.write(f"{errors}\n")
+        return 1
+    except OSError as error:
+        sys.stderr.write(f"{error.filename}: error: {error.strerror}\n")
+        return 1
+    except ValueError as error:
+        text = str(error)
+        sys.stderr.write(f"{text if ': error: ' in text else f'{parser.prog}: error: {text}'}\n")
+        return 1
+    return status

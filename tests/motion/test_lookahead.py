@@ -1,0 +1,307 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Look-ahead planner: path times, corners, limits by differences, streaming, odd programs."""
+
+import itertools
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from ruckig import InputParameter, Ruckig, Trajectory
+
+from sim.model.parameters import Robot
+from sim.motion.gcode import Motion, Move, stream
+from sim.motion.gcode_table import from_machine
+from sim.motion.lookahead import (
+    DEPTH,
+    INNER_TOLERANCE,
+    Lookahead,
+    LookaheadSettings,
+    OutsideError,
+)
+from sim.motion.lookahead_check import demand
+from sim.motion.lookahead_figures import chord_program, corner_program, without_approach
+from sim.motion.lookahead_limits import MARGIN, MachineLimits
+from sim.motion.path import to_si
+from sim.motion.planner_optimal import Limits
+from tests.motion.lookahead_programs import distance_to_polyline, random_moves, sampled
+
+ROBOT = Robot.load()
+SMOOTH = LookaheadSettings(robot=ROBOT)
+STEPS = LookaheadSettings(robot=ROBOT, limits=MachineLimits(jerk_limited=False))
+VIOLATION = 1.001
+
+
+def moves_of(text: str):
+    return list(stream(text.splitlines()))
+
+
+def violations(moves, settings) -> dict:
+    found = demand(Lookahead(iter(moves), settings).setpoints(), ROBOT, settings.period)
+    ratios = found.ratios(settings.limits)
+    return {
+        key: (ratio, found.lines.get(key))
+        for key, ratio in ratios.items()
+        if not ratio <= VIOLATION and (settings.limits.jerk_limited or key[1] != "jerk")
+    }
+
+
+# Path times
+
+
+@pytest.mark.parametrize(("settings", "longest"), [(SMOOTH, 1.60), (STEPS, 1.52)])
+def test_chords__blended__keep_the_feed(settings, longest):
+    moves = without_approach(chord_program("G64 P0.025"))
+    ideal = 0.362 / 0.25 + 0.25 / 4.8
+    assert 0.999 * ideal < Lookahead(moves, settings).duration() <= longest
+
+
+def test_chords__exact_stop__takes_the_time_of_84_moves_from_rest_to_rest():
+    moves = without_approach(chord_program("G61"))
+    way = math.dist(moves[0].start, moves[0].end) / 1e3
+    each = 2 * math.sqrt(way / (4.8 * MARGIN))
+    assert Lookahead(moves, STEPS).duration() == pytest.approx(84 * each, rel=1e-3)
+
+
+@pytest.mark.parametrize("way", [0.001, 0.01, 0.3, 4.3, 40.0, 250.0])
+def test_one_line__jerk_limited__is_as_fast_as_ruckig(way):
+    limits = Limits(0.25 / MARGIN, 4.8 / MARGIN, 1000.0 / MARGIN)
+    free = Limits(100.0, 1e4, 1e8)
+    settings = replace(SMOOTH, limits=MachineLimits(limits, free, free))
+    end = (way / 2, 0.0, 600.0, 0.0, 0.0)
+    move = Move(1, "", Motion.RAPID, (-way / 2, 0.0, 600.0, 0.0, 0.0), end)
+    ruckig, inputs, best = Ruckig(1), InputParameter(1), Trajectory(1)
+    inputs.target_position = [way / 1e3]
+    inputs.max_velocity, inputs.max_acceleration = [0.25], [4.8 * (1 + 1e-9)]
+    inputs.max_jerk = [1000.0]
+    ruckig.calculate(inputs, best)
+    found = Lookahead([move], settings).duration()
+    if way >= 1.0:  # the acceleration limit is reached
+        assert found == pytest.approx(best.duration, rel=1e-6)
+    else:  # the window is that of the full acceleration
+        assert best.duration <= found * (1 + 1e-6) <= 2.5 * best.duration + 3 * 4.8e-3
+
+
+# Corners
+
+
+@pytest.mark.parametrize("settings", [SMOOTH, STEPS], ids=["smooth", "steps"])
+@pytest.mark.parametrize("angle", [30.0, 90.0, 150.0])
+@pytest.mark.parametrize("tolerance", [0.001, 0.005, 0.010, 0.025, 0.1])
+def test_corner__each_tolerance__is_kept_by_the_set_points_and_used(settings, angle, tolerance):
+    moves = without_approach(corner_program(f"G64 P{tolerance}", angle))
+    joints = []
+    points, run = sampled(moves, settings, joints)
+    tool = points.position[:, :3] * 1e3
+    corners = np.array([moves[0].start[:3], moves[0].end[:3], moves[1].end[:3]])
+    assert distance_to_polyline(tool, corners).max() <= tolerance
+    assert 0.8 * tolerance <= joints[0].apex * 1e3 <= tolerance
+    assert run.summary.blends == 1
+    # The set-point next to the corner lies at most half a period's way beside the apex.
+    if joints[0].speed * settings.period < tolerance / 1e3:
+        assert np.linalg.norm(tool - corners[1], axis=1).min() <= tolerance
+
+
+@pytest.mark.parametrize("settings", [SMOOTH, STEPS], ids=["smooth", "steps"])
+def test_corner__ninety_degrees__is_passed_at_31_6_mm_per_s(settings):
+    moves = without_approach(corner_program("G64 P0.1"))
+    points, _ = sampled(moves, settings)
+    near = np.linalg.norm(points.position[:, :3] * 1e3 - (31.0, 0.0, 600.0), axis=1).argmin()
+    assert np.linalg.norm(points.velocity[near, :3]) >= 31.6e-3
+
+
+def test_corner__of_tool_and_table__is_rounded_in_both():
+    text = "G64 P0.02\nG1 X10 A5 F6000\nX20 A0 C10\nM2"
+    joints = []
+    points, _ = sampled(moves_of(text), SMOOTH, joints)
+    assert joints[0].angle > 0.3
+    tilt = np.degrees(points.position[:, 3])
+    assert 4.95 < tilt.max() < 5.0
+    assert np.isclose(points.velocity[:, 3], 0.0).sum() < len(points) / 2
+
+
+# Limits
+
+
+@pytest.mark.parametrize("settings", [SMOOTH, STEPS], ids=["smooth", "steps"])
+@pytest.mark.parametrize("depth", [3, DEPTH])
+@pytest.mark.parametrize("first", range(0, 100, 25))
+def test_random_programs__quick__keep_every_limit(settings, first, depth):
+    settings = replace(settings, depth=depth)
+    for seed in range(first, first + 25):
+        found = violations(random_moves(seed, 12), settings)
+        assert not found, f"random_moves({seed}, 12), depth {depth}: {found}"
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("first", range(1000, 11000, 500))
+def test_random_programs__ten_thousand__keep_every_limit(first):
+    for seed in range(first, first + 500):
+        depth = (2, 5, DEPTH)[seed % 3]
+        found = violations(random_moves(seed, 40), replace(SMOOTH, depth=depth))
+        assert not found, f"random_moves({seed}, 40), depth {depth}: {found}"
+
+
+@pytest.mark.parametrize("quantity", ["speed", "acceleration", "jerk"])
+@pytest.mark.parametrize("group", ["tool", "leg", "table"])
+def test_limits__of_one_kind_lowered__are_kept_and_would_be_broken_without(group, quantity):
+    moves = moves_of("G64 P0.05\nG1 X20 A10 F15000\nY20 C30\nX0 A0\nY0 Z610\nM2")
+    found = demand(Lookahead(moves, SMOOTH).setpoints(), ROBOT, SMOOTH.period)
+    lower = getattr(SMOOTH.limits, group)
+    lower = replace(lower, **{quantity: found.greatest[group, quantity] / 2})
+    settings = replace(SMOOTH, limits=replace(SMOOTH.limits, **{group: lower}))
+    assert found.ratios(settings.limits)[group, quantity] == pytest.approx(2.0)
+    assert not violations(moves, settings)
+
+
+def test_set_points__velocity_and_acceleration__are_derivatives_of_the_position():
+    points, _ = sampled(random_moves(7, 40), SMOOTH)
+    period = SMOOTH.period
+    central = (points.position[2:] - points.position[:-2]) / (2 * period)
+    second = np.diff(points.position, 2, axis=0) / period**2
+    # Taylor: a central difference misses by at most jerk T^2 / 6, a second one by jerk T.
+    jerk = np.array([1000.0] * 3 + [5000.0] * 2)
+    assert (np.abs(central - points.velocity[1:-1]) <= jerk * period**2).all()
+    assert (np.abs(second - points.acceleration[1:-1]) <= 2 * jerk * period).all()
+
+
+# Streams
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_stream__any_depth__gives_the_same_motion(seed):
+    moves = random_moves(seed, 150)
+    whole = Lookahead(iter(moves), replace(SMOOTH, depth=1000)).duration()
+    for depth in (2, 7, 50):
+        assert Lookahead(iter(moves), replace(SMOOTH, depth=depth)).duration() == pytest.approx(
+            whole, rel=1e-9
+        )
+
+
+def spiral(count: int | None):
+    """Segments of some 0.3 mm without end, read lazily."""
+    place = (30.0, 0.0, 600.0, 0.0, 0.0)
+    for k in itertools.count(1) if count is None else range(1, count + 1):
+        radius = 30 + 10 * math.sin(k * 0.003)
+        end = (radius * math.cos(k * 0.01), radius * math.sin(k * 0.01), 600.0, 0.0, k * 0.01)
+        yield Move(k, "", Motion.LINEAR, place, end, 15000.0, tolerance=0.01)
+        place = end
+
+
+def test_stream__endless_program__gives_set_points_with_bounded_memory():
+    run = Lookahead(spiral(None), SMOOTH)
+    held = 0
+    for points in run.setpoints():
+        held = max(held, len(run._elements))
+        if points.first > 30_000:
+            break
+    assert run.summary.moves < 6000
+    assert held < 16 * DEPTH
+
+
+@pytest.mark.parametrize("count", [1000, 4000])
+def test_stream__twice_the_moves__are_twice_the_work(count):
+    run = Lookahead(spiral(count), SMOOTH)
+    planner = run._planner()
+    run._planner = lambda: planner
+    run.duration()
+    assert planner.planned <= 4 * run.summary.cells
+
+
+# Odd programs
+
+ODD = {
+    "zero-length and repeated": "G64 P0.01\nG1 X1 F15000\nX1\nX1 Y0\nX2\nX2\nM2",
+    "reversals": "G64 P0.01\nG1 X1 F15000\nX0\nX1\nX0.5\nX2\nM2",
+    "tiny tolerance": "G64 P0.0000001\nG1 X1 F15000\nY1\nX0\nY0\nM2",
+    "no tolerance": "G64 P0\nG1 X1 F15000\nY1\nM2",
+    "tiny moves": "G64 P0.01\nG1 X.00001 F15000\nY.00001\nX.00002 Y0\nX1\nX1.00001\nM2",
+    "no move": "M2",
+    "one tiny move": "G64 G1 X.0000001 F15000\nM2",
+    "arcs tangent to lines": "G64 P.02\nG1 X10 F15000\nG3 X10 Y10 J5\nG1 X0\nG2 X-5 Y15 J5\nM2",
+    "arcs off their circle": "G64 P.02\nG1 X10 F15000\nG3 X10.001 Y10 J5\nG1 X0\nM2",
+    "helix and table": "G64 P.01\nG0 X30\nG3 I-30 Z610 C90 F15000\nG3 I-30 Z620 C180\nG1 Y20\nM2",
+    "table alone": "G64 P.01\nG1 A10 F3000\nC20\nA0 C0\nG0 A5\nM2",
+    "slow": "G64 P.01\nG1 X.01 F.5\nY.01\nM2",
+    "dwells": "G4 P.01\nG4 P0\nG64 G1 X1 F15000\nG4 P.02\nG4 P.03\nX2\nY1\nG4 P.05\nM2",
+    "merged": "G64 P.02 Q.01\nG1 X1 Y.005 F15000\nX2 Y0\nX3 Y.005\nX4 Y-.004\nX5\nY5\nM2",
+    "table frame": "G64 P.01\nG43.4\nG0 X30\nG1 Y10 F6000\nA20 C30\nG3 X20 Y0 R10\nG49 G1 X0\nM2",
+}
+
+
+@pytest.mark.parametrize("settings", [SMOOTH, STEPS], ids=["smooth", "steps"])
+@pytest.mark.parametrize("name", ODD)
+def test_odd_program__any__ends_exactly_within_the_limits(name, settings):
+    items = moves_of(ODD[name])
+    moves = [item for item in items if isinstance(item, Move)]
+    if not moves:
+        assert list(Lookahead(items, settings).setpoints()) == []
+        return
+    points, run = sampled(items, settings)
+    assert np.isfinite(points.position).all()
+    assert points.position[0] == pytest.approx(to_si(moves[0].start), abs=1e-12)
+    assert points.position[-1] == pytest.approx(to_si(moves[-1].end), abs=1e-12)
+    stops = 0.02 * (len(moves) + 1)
+    ways = [np.abs(to_si(m.end) - to_si(m.start)).max() for m in moves]
+    slowest = min(1.0, *((m.feed or 1e5) / 60e3 for m in moves))
+    assert run.summary.duration <= 0.2 + stops + sum(5 * way / slowest for way in ways)
+    assert not violations(items, settings)
+
+
+@pytest.mark.full
+def test_odd_programs__fuzz__never_stall_nor_lose_their_end():
+    for seed in range(20_000, 30_000):
+        rng = np.random.default_rng(seed)
+        place, moves = np.array([0.0, 0.0, 600.0, 0.0, 0.0]), []
+        tolerance = float(10 ** rng.uniform(-9, 1))
+        for line in range(1, 12):
+            end = place.copy()
+            axis = rng.integers(5)
+            end[axis] += rng.choice([0, 1, -1]) * 10 ** rng.uniform(-7, 1)
+            start = tuple(place.tolist())
+            finish = tuple(end.tolist())
+            moves.append(Move(line, "", Motion.LINEAR, start, finish, 9e3, tolerance=tolerance))
+            place = end
+        run = Lookahead(iter(moves), SMOOTH)
+        duration = run.duration()
+        assert 0.0 <= duration < 5.0, f"seed {seed}: {duration}"
+
+
+def test_dwell__between_moves__rests_for_its_time():
+    points, _ = sampled(moves_of("G64 G1 X5 F6000\nG4 P0.25\nX10\nM2"), SMOOTH)
+    resting = (points.velocity == 0.0).all(axis=1) & np.isclose(points.position[:, 0], 0.005)
+    assert resting.sum() * SMOOTH.period == pytest.approx(0.25, abs=2 * SMOOTH.period)
+
+
+def test_merged__lines_within_q__are_one_line_within_q():
+    items = moves_of(ODD["merged"])
+    points, run = sampled(items, SMOOTH)
+    assert run.summary.blends == 1
+    corners = np.array([items[0].start[:3], *(move.end[:3] for move in items)])
+    off = distance_to_polyline(points.position[:, :3] * 1e3, corners)
+    assert 0.001 < off.max() <= 0.01 + 0.02
+
+
+def test_table_frame__lines_while_the_table_turns__are_straight_on_the_work_piece():
+    text = "G64 P0.005\nG43.4\nG1 X20 Y5 F3000\nX-20 Y10 Z605 A25 C60\nX0 Y-10 A-10 C0\nM2"
+    points, _ = sampled(moves_of(text), SMOOTH)
+    mm = points.position * ([1e3] * 3 + [math.degrees(1)] * 2)
+    part = np.array([from_machine(tuple(pose.tolist()))[:3] for pose in mm[::10]])
+    corners = np.array([(0, 0, 600), (20, 5, 600), (-20, 10, 605), (0, -10, 605)])
+    off = distance_to_polyline(part, corners)
+    assert off.max() <= 0.005 + 0.0005 + INNER_TOLERANCE * 1e3
+    speed = np.linalg.norm(np.diff(part, axis=0), axis=1) / (10 * SMOOTH.period)
+    assert speed.max() == pytest.approx(50.0, rel=5e-3)
+    assert np.ptp(points.position[:, 3]) > 0.5
+
+
+def test_workspace__left_by_a_line_or_an_arc__names_the_line():
+    for text in ("G1 X10 F100\nX200\nM2", "G1 X145 F100\nG3 Y20 R10\nM2"):
+        with pytest.raises(OutsideError, match="part.ngc:2: error: the move leaves the workspace"):
+            Lookahead(moves_of(text), SMOOTH, file="part.ngc").duration()
+
+
+@pytest.mark.parametrize("change", [{"period": 0.0}, {"rapid": -1.0}, {"depth": 1}])
+def test_settings__outside_their_limits__are_refused_by_name(change):
+    with pytest.raises(ValueError, match=f"{next(iter(change))} = "):
+        LookaheadSettings(robot=ROBOT, **change)
