@@ -171,7 +171,9 @@ class LineReader:
                 else:
                     self._stray(begin)
             except _MistakeError:
-                self.at = max(self.at, begin + 1)
+                # What follows a broken expression cannot be told from its rest.
+                broken = self.depth > 0 or char == "#"
+                self.at = len(source) if broken else max(self.at, begin + 1)
         return words, settings
 
     def _fail(self, column: int, text: str, what: str, expected: str, help: str) -> None:

@@ -36,9 +36,7 @@ def random_moves(seed: int, count: int) -> list[Move]:
             height = rng.uniform(0.05, 1) * np.array([-chord[1], chord[0]])
             centre = tuple((place[:2] + chord / 2 + height).tolist())
             motion = Motion.ARC_CCW if rng.random() < 0.9 else Motion.ARC_CW
-            moves.append(
-                Move(line, "", motion, start, finish, feed, Plane.XY, centre, tolerance)
-            )
+            moves.append(Move(line, "", motion, start, finish, feed, Plane.XY, centre, tolerance))
         elif rng.random() < 0.05:
             moves.append(Move(line, "", Motion.RAPID, start, finish, tolerance=tolerance))
         else:

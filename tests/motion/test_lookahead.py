@@ -22,6 +22,7 @@ from sim.motion.lookahead import (
 from sim.motion.lookahead_check import demand
 from sim.motion.lookahead_figures import chord_program, corner_program, without_approach
 from sim.motion.lookahead_limits import MARGIN, MachineLimits
+from sim.motion.lookahead_speed import Cell, SpeedPlanner, Stop
 from sim.motion.path import to_si
 from sim.motion.planner_optimal import Limits
 from tests.motion.lookahead_programs import distance_to_polyline, random_moves, sampled
@@ -168,14 +169,31 @@ def test_set_points__velocity_and_acceleration__are_derivatives_of_the_position(
 # Streams
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", range(4))
 def test_stream__any_depth__gives_the_same_motion(seed):
-    moves = random_moves(seed, 150)
-    whole = Lookahead(iter(moves), replace(SMOOTH, depth=1000)).duration()
-    for depth in (2, 7, 50):
-        assert Lookahead(iter(moves), replace(SMOOTH, depth=depth)).duration() == pytest.approx(
-            whole, rel=1e-9
-        )
+    moves = random_moves(seed, 80)
+    cells = list(Lookahead(iter(moves), SMOOTH)._cells())
+    window = SMOOTH.limits.window
+
+    def duration(depth: int) -> float:
+        planner = SpeedPlanner(window, 1.0, depth)
+        return sum(stretch.duration for stretch in planner.run(iter(cells)))
+
+    assert [duration(depth) for depth in (5, 30, 100)] == pytest.approx(
+        [duration(10**6)] * 3, rel=1e-12
+    )
+    # Other batches may round the speed limits differently, by the resolution of their search.
+    short = Lookahead(iter(moves), replace(SMOOTH, depth=7)).duration()
+    assert short == pytest.approx(duration(10**6), rel=2.0**-16)
+
+
+def test_stream__depth_of_one_stretch__would_stop_without_look_ahead():
+    cells = [Cell(1e-4, 0.25, 4.0)] * 1000
+    stops = [item for cell in cells for item in (cell, Stop(0.0))]
+    planner = SpeedPlanner(SMOOTH.limits.window, 1.0, 10)
+    with_stops = sum(s.duration for s in planner.run(iter(stops)))
+    planner = SpeedPlanner(SMOOTH.limits.window, 1.0, 10)
+    assert with_stops > 20 * sum(s.duration for s in planner.run(iter(cells)))
 
 
 def spiral(count: int | None):
@@ -199,7 +217,7 @@ def test_stream__endless_program__gives_set_points_with_bounded_memory():
     assert held < 16 * DEPTH
 
 
-@pytest.mark.parametrize("count", [1000, 4000])
+@pytest.mark.parametrize("count", [1000, 2000])
 def test_stream__twice_the_moves__are_twice_the_work(count):
     run = Lookahead(spiral(count), SMOOTH)
     planner = run._planner()
