@@ -248,8 +248,8 @@ module dual_asip #(
     logic             trace_issue;
     logic [15:0]      trace_pc;
     logic [3:0]       trace_write;
-    logic [2:0][5:0]  trace_index;
-    logic [2:0][31:0] trace_data;
+    logic [17:0]      trace_index;
+    logic [95:0]      trace_data;
     logic             unused_trace;
 
     asip #(

@@ -16,7 +16,7 @@ from sim.model.parameters import Robot
 from sim.model.records import SetPoints
 from sim.model.tracking import joint_path
 from sim.run.closed_loop import Recording, tracking_error
-from sim.run.controller import SET_POINTS
+from sim.run.controller import SET_POINTS, ControllerFault
 from sim.run.results import CLOCK_MHZ
 
 NOMINAL_CLOCKS = int(REGMAP.registers["PERIOD"].reset or 0)  # 100 us
@@ -35,10 +35,15 @@ def set_point_errors(path: SetPoints, made: NDArray[np.float32]) -> dict[str, fl
 def results(
     robot: Robot, path: SetPoints, recording: Recording, controller: TwoProcessors
 ) -> dict[str, Any]:
-    """The content of build/dual/results.json; clocks come from the system's registers."""
+    """The content of build/dual/results.json; clocks come from the system's registers.
+
+    Raises ControllerFault if the system has counted other periods than the closed loop.
+    """
     system = controller.system
     clocks = {name.lower(): system.read(name) for name in REGISTERS}
     period = system.read("PERIOD")
+    if clocks["periods"] != len(path) + 1:  # one before the first tick
+        raise ControllerFault(f"{clocks['periods']} periods for {len(path)} ticks")
     # The work of a period does not depend on its length: the rest of it is idle.
     left = NOMINAL_CLOCKS - (period - clocks["left_min"])
     desired = joint_path(robot, path)[0]

@@ -66,20 +66,28 @@ class TwoProcessors:
 
     # ------------------------------------------------------------------ moves
     def feed(self) -> None:
-        """Write as many records as the ring has room for, then their number."""
+        """Write as many records as the ring has room for, then their number; periods go on."""
+        if self.system.queued:
+            return
         core = self.system.trajectory
         begun = 1
         if self._written:
             begun = max(1, core.read(core.output_addresses(["begun"])[0]))
         # The record under way and those after it stay; all others may be overwritten.
         room = min(len(self._moves), begun - 1 + RING_RECORDS)
+        if room == self._written:
+            return
+        writes = []
         for number in range(self._written, room):
             place = BLOCK["data"] + number % RING_RECORDS * RECORD_WORDS
-            for i, word in enumerate(self._moves[number].words().tolist()):
-                core.write(place + i, word)
-        if room > self._written:
-            self._written = room
-            core.write(core.input_addresses(["moves"])[0], room)
+            writes += list(enumerate(self._moves[number].words().tolist(), place))
+        core.queue([*writes, (core.input_addresses(["moves"])[0], room)])
+        self._written = room
+
+    def append(self, moves: Sequence[Move]) -> None:
+        """Further moves behind the present ones."""
+        self._moves = [*self._moves, *moves]
+        self.feed()
 
     # ------------------------------------------------------------------ closed loop
     def prime(self, words: ArrayLike, counts: ArrayLike) -> None:

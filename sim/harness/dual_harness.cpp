@@ -2,6 +2,7 @@
 // C interface of the Verilated two-processor system: bus accesses and whole periods, called from Python
 // (dual_rtl.py). One call does all of one or many periods.
 #include <cstdint>
+#include <deque>
 #include <memory>
 
 #include "Vdual_asip.h"
@@ -23,6 +24,10 @@ struct Period {
   uint32_t late;                 // 1: the next period began before
 };
 
+struct Write {
+  uint32_t address, data;
+};
+
 struct Dual {
   VerilatedContext context;
   std::unique_ptr<Vdual_asip> top;
@@ -30,6 +35,7 @@ struct Dual {
   uint32_t words[kWords] = {};
   uint32_t stored = 0, updates = 0;
   uint64_t updated = 0;
+  std::deque<Write> queue;  // the host's writes, done while time passes
 
   Dual() : top(new Vdual_asip(&context)) {
     top->read_i = top->write_i = 0;
@@ -44,11 +50,17 @@ struct Dual {
 
   // A clock in two halves: inputs settle, then the rising edge.
   void settle() {
+    if (!queue.empty()) {
+      top->address_i = queue.front().address;
+      top->writedata_i = queue.front().data;
+      top->write_i = 1;
+    }
     top->clk_i = 0;
     top->eval();
   }
 
   void edge() {
+    const bool written = !queue.empty() && !top->waitrequest_o;
     if (top->trace_store_o) {
       if (top->trace_index_o < kWords) words[top->trace_index_o] = top->trace_data_o;
       ++stored;
@@ -60,6 +72,10 @@ struct Dual {
     top->clk_i = 1;
     top->eval();
     ++clocks;
+    if (written) {
+      queue.pop_front();
+      top->write_i = 0;
+    }
   }
 
   void clock() {
@@ -67,7 +83,12 @@ struct Dual {
     edge();
   }
 
+  // One bus access behind all that wait; false if it is not answered.
   bool access(uint32_t address, uint32_t* data, bool is_write) {
+    for (uint64_t n = 0; !queue.empty(); ++n) {
+      if (n > kBusTimeout) return false;
+      clock();
+    }
     top->address_i = address;
     top->writedata_i = is_write ? *data : 0;
     top->write_i = is_write;
@@ -127,6 +148,14 @@ int dual_write(void* handle, uint32_t address, uint32_t data) {
 int dual_read(void* handle, uint32_t address, uint32_t* data) {
   return static_cast<Dual*>(handle)->access(address, data, false);
 }
+
+// Lets the host write as soon as the bus allows, while time passes in other calls.
+void dual_queue(void* handle, const Write* writes, uint64_t n) {
+  auto& queue = static_cast<Dual*>(handle)->queue;
+  queue.insert(queue.end(), writes, writes + n);
+}
+
+uint64_t dual_queued(void* handle) { return static_cast<Dual*>(handle)->queue.size(); }
 
 void dual_clock(void* handle, uint64_t clocks) {
   for (uint64_t i = 0; i < clocks; ++i) static_cast<Dual*>(handle)->clock();

@@ -51,6 +51,10 @@ class Core(AsipRtl):
         """One bus read."""
         return self._system.read_word(self._base + address)
 
+    def queue(self, writes: Sequence[tuple[int, int]]) -> None:
+        """See `DualRtl.queue`; addresses are the core's."""
+        self._system.queue([(self._base + address, data) for address, data in writes])
+
 
 class DualRtl:
     """The system just out of reset, each core in configuration 'fast' or 'small'.
@@ -70,11 +74,12 @@ class DualRtl:
         lib = ctypes.CDLL(str(path))
         pointer, u32, u64 = ctypes.c_void_p, ctypes.c_uint32, ctypes.c_uint64
         lib.dual_new.restype = pointer
-        lib.dual_clocks.restype = lib.dual_run.restype = u64
-        for name in ("free", "clocks", "lines"):
+        lib.dual_clocks.restype = lib.dual_run.restype = lib.dual_queued.restype = u64
+        for name in ("free", "clocks", "lines", "queued"):
             getattr(lib, f"dual_{name}").argtypes = [pointer]
         lib.dual_write.argtypes = [pointer, u32, u32]
         lib.dual_read.argtypes = [pointer, u32, pointer]
+        lib.dual_queue.argtypes = [pointer, pointer, u64]
         lib.dual_clock.argtypes = [pointer, u64]
         lib.dual_run.argtypes = [pointer, pointer, u64]
         self._lib = lib
@@ -103,6 +108,16 @@ class DualRtl:
         if not self._lib.dual_read(self._handle, address, ctypes.byref(word)):
             raise AsipError(f"bus read of {address:#06x} was never answered")
         return word.value
+
+    def queue(self, writes: Sequence[tuple[int, int]]) -> None:
+        """Let the host write (address, data) in this order while periods run, as the bus allows."""
+        pairs = np.array(writes, dtype=np.uint32).reshape(-1, 2)
+        self._lib.dual_queue(self._handle, pairs.ctypes.data, len(pairs))
+
+    @property
+    def queued(self) -> int:
+        """Writes that wait."""
+        return self._lib.dual_queued(self._handle)
 
     def write(self, register: str, value: int) -> None:
         """Write a system register by name."""
@@ -156,7 +171,8 @@ class DualRtl:
     def run(self, measured: ArrayLike) -> NDArray[np.void]:
         """Run one period per row of measured words (n, 5), int32; returns records (n,) of `PERIOD`.
 
-        Time stands at the end of the last period's work. Raises AsipError if no period begins.
+        Time stands behind the last period's work, or at the start of the next period if that came
+        first. Raises AsipError if no period begins.
         """
         rows = np.asarray(measured, dtype=np.int32).view(np.uint32)
         periods = np.zeros(len(rows), dtype=PERIOD)
@@ -164,4 +180,6 @@ class DualRtl:
         done = self._lib.dual_run(self._handle, periods.ctypes.data, len(periods))
         if done != len(periods):
             raise AsipError(f"period {done} of {len(periods)} never began or never ended")
+        if not periods["late"][-1]:
+            self.clock(1)  # the registers follow a clock later
         return periods
