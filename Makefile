@@ -124,7 +124,7 @@ nios-sw: $(READY) ## programs of the Nios II systems and their committed images 
 nios-toolchain: ## cross compiler for Nios II from Debian's source packages (about 20 minutes, once)
 	@scripts/nios_toolchain.sh
 
-readme: $(READY) ## write the results section of README.md from build/results.json
+readme: $(READY) ## write the measured sections of README.md from build/*.json
 	@$(PY) scripts/readme.py
 
 docs: $(READY) ## write the pages of docs/ that are measured: latencies, scaling, units

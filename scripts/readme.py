@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Write the results section of README.md from build/results.json, so no figure is typed by hand.
+"""Write the measured sections of README.md from JSON files, so no figure is typed by hand.
 
-`python scripts/readme.py [results.json]` replaces the text between the two results marks.
+`python scripts/readme.py` replaces the text between the results marks by what build/results.json
+says (of `make run`) and that between the synthesis marks by build/synth.json (of `make synth`),
+each where the file is there.
 """
 
 from __future__ import annotations
@@ -18,7 +20,7 @@ from sim.run.tables import OPERATIONS, unit
 
 ROOT = Path(__file__).resolve().parents[1]
 README = ROOT / "README.md"
-MARKS = re.compile(r"(<!-- results: [^\n]*-->\n).*?(<!-- end of results -->)", re.DOTALL)
+CORES = {"asip_fast": "ASIP `fast`", "asip_small": "ASIP `small`", "n2_core": "Nios II core"}
 
 
 def section(results: dict[str, Any]) -> str:
@@ -82,15 +84,48 @@ def section(results: dict[str, Any]) -> str:
     return "\n".join(lines) + "\n"
 
 
+def synthesis(data: dict[str, Any]) -> str:
+    """Markdown of area and clock of the cores."""
+    lines = [
+        "",
+        "| core | ALUTs | registers | 18x18 | memory [kbit] | ECP5 clock [MHz], median (range) |",
+        "| --- | --- | --- | --- | --- | --- |",
+    ]
+    for name, title in CORES.items():
+        if name not in data["tops"]:
+            continue
+        top = data["tops"][name]
+        clock = top["fmax_mhz"]
+        lines.append(
+            f"| {title} | {top['aluts']} | {top['registers']} | {top['dsp_18x18']} "
+            f"| {top['memory_bits'] / 1000:.0f} | {clock['median']:.0f} "
+            f"({clock['min']:.0f}..{clock['max']:.0f}, {len(clock['seeds'])} seeds) |"
+        )
+    return "\n".join([*lines, ""]) + "\n"
+
+
+def replaced(text: str, mark: str, body: str) -> str:
+    """`text` with `body` between the marks of that name."""
+    marks = re.compile(rf"(<!-- {mark}: [^\n]*-->\n).*?(<!-- end of {mark} -->)", re.DOTALL)
+    return marks.sub(lambda found: found[1] + body + found[2], text)
+
+
 def main(arguments: list[str]) -> int:
     """Rewrite README.md; returns the exit status."""
-    file = Path(arguments[0]) if arguments else ROOT / "build/results.json"
-    if not file.is_file():
-        sys.stderr.write(f"error: no {file}; run `make run` first\n")
-        return 1
+    folder = Path(arguments[0]) if arguments else ROOT / "build"
     text = README.read_text(encoding="utf-8")
-    body = section(json.loads(file.read_text(encoding="utf-8")))
-    README.write_text(MARKS.sub(lambda m: m[1] + body + m[2], text), encoding="utf-8")
+    files = (("results", "results.json", section), ("synthesis", "synth.json", synthesis))
+    found = [
+        (mark, folder / name, write) for mark, name, write in files if (folder / name).is_file()
+    ]
+    if not found:
+        sys.stderr.write(
+            f"error: no results.json or synth.json in {folder}; run `make run` first\n"
+        )
+        return 1
+    for mark, file, write in found:
+        text = replaced(text, mark, write(json.loads(file.read_text(encoding="utf-8"))))
+    README.write_text(text, encoding="utf-8")
     return 0
 
 
