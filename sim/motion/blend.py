@@ -141,7 +141,7 @@ class Blends:
         return _by_length(derivatives)
 
     def parameter(self, which: NDArray[np.int64], s: FloatArray) -> FloatArray:
-        """Parameter at which the length s (m,) is run: Newton from the nodes, 1e-15 of the length."""
+        """Parameter at which the length s (m,) is run: Newton from the nodes, to rounding."""
         nodes = self.nodes[which]
         cell = np.clip((nodes <= s[:, None]).sum(axis=1) - 1, 0, NODES - 2)
         row = np.arange(len(s))

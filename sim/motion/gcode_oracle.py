@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Canonical moves of a program, ours and those of LinuxCNC's interpreter `rs274`, as equal lists.
 
-    python -m sim.motion.gcode_oracle            fetch rs274 from Debian's linuxcnc-uspace into build/
+    python -m sim.motion.gcode_oracle            fetch rs274 (linuxcnc-uspace) into build/
     python -m sim.motion.gcode_oracle part.ngc   compare both interpreters on a program
 
 rs274 prints coordinates of the program; its records of offsets turn them into those of the machine.

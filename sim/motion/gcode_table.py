@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Coordinates of the table (G43.4): the tool point follows the work piece as the table turns.
 
-The table tilts by A about the x axis through PIVOT and turns by C about its own z axis, which goes
-through PIVOT too (robot specification, eq. 17: the table centre is at Rx(A) (0, 0, h) from there). A
-point p of the frame, which coincides with the machine's at A0 C0, is at
+The table tilts by A about the x axis through PIVOT and turns by C about its own z axis, which
+goes through PIVOT too (robot specification, eq. 17: the table centre is at Rx(A) (0, 0, h) from there).
+A point p of the frame, which coincides with the machine's at A0 C0, is at
 
   m = PIVOT + Rx(A) Rz(C) (p - PIVOT)
 
@@ -59,9 +59,9 @@ def pieces(move: Move) -> list[Pose]:
     A chord of share h of a curve m misses it by at most h^2/8 max|m''|; here m'' is at most
     |bend| + 2 |w| |way| + |w|^2 r, w the table's turn and r the distance from the pivot.
     """
-    from sim.motion.path import curve_of, to_si
-
     import numpy as np
+
+    from sim.motion.path import curve_of, to_si
 
     curve = curve_of(move)
     if curve is None:

@@ -4,7 +4,7 @@
 value      = number | #value | #<name> | [expression] | function[expression] | - value
 expression = values joined by ** | * / MOD | + - | EQ NE GT GE LT LE | AND OR XOR, in falling
              precedence, equal ones from the left, as LinuxCNC reads them
-functions  = ABS ACOS ASIN ATAN[]/[] COS EXISTS[#n] EXP FIX FUP LN ROUND SIN SQRT TAN, angles in degrees
+functions  = ABS ACOS ASIN ATAN[]/[] COS EXISTS[#n] EXP FIX FUP LN ROUND SIN SQRT TAN (degrees)
 
 Settings `#n = value` of a line take effect behind it; all reads of the line see the old values.
 """

@@ -139,7 +139,7 @@ class _Element:
 class Setpoints:
     """n consecutive ticks: SI units, axes x, y, z, alpha, gamma.
 
-    first: number of the first tick; position, velocity, acceleration (n, 5); line (n,): of the text.
+    first: number of the first tick; position, velocity, acceleration (n, 5); line (n,) of text.
     """
 
     first: int
@@ -203,7 +203,7 @@ class Lookahead:
         return self.summary.duration
 
     def setpoints(self) -> Iterator[Setpoints]:
-        """Set-points of all ticks, in blocks of one stretch; the last tick is at rest at the end."""
+        """Set-points of all ticks, in blocks; the last tick is at rest at the end."""
         period = self.settings.period
         tick, ahead = 0, 0.0  # next tick, and its time from the start of the stretch
         self._begin = 0.0

@@ -28,8 +28,8 @@ EPILOG = """examples:
   python -m sim.motion.lookahead --figures build/motion
 
 G61 (the start) stops at every corner; G64 P0.01 in the program rounds corners within 0.01 mm.
-exit status: 0 done, 1 the program has mistakes, leaves the workspace or cannot be read, or a limit is
-exceeded, 2 wrong command line
+exit status: 0 done, 1 the program has mistakes, leaves the workspace or cannot be read, or a limit
+is exceeded, 2 wrong command line
 """
 UNITS = {"tool": ("mm", 1e3), "leg": ("mm", 1e3), "table": ("degree", math.degrees(1.0))}
 NAMES = {"tool": "tool", "leg": "legs", "table": "table axes"}
@@ -135,7 +135,8 @@ def results(file: Path, settings: LookaheadSettings, sampled: bool) -> dict[str,
 def _show(document: dict[str, Any], console: Console) -> None:
     console.print(
         f"{document['file']}: {document['time [s]']:.4f} s, {document['moves']} moves, "
-        f"{document['blended corners']} blended corners, {document['smooth joints']} smooth joints, "
+        f"{document['blended corners']} blended corners, "
+        f"{document['smooth joints']} smooth joints, "
         f"{document['stops inside']} stops"
     )
     corners = document["slowest corners"]

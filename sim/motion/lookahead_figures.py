@@ -66,7 +66,7 @@ def run(
 
 
 def figures(output: Path) -> dict[str, Any]:
-    """Draws the figures into the folder `output` (SVG), with `lookahead.json`; returns its content."""
+    """Draws the figures into the folder `output` (SVG) with `lookahead.json`; returns that."""
     output.mkdir(parents=True, exist_ok=True)
     base = LookaheadSettings()
     stepped = replace(base, limits=MachineLimits(jerk_limited=False))

@@ -36,7 +36,7 @@ _BISECTIONS = 16
 
 @dataclass(frozen=True)
 class MachineLimits:
-    """Limits of the tool [m], of each leg [m] and of each table axis [rad]: speed, acceleration, jerk.
+    """Limits of tool [m], each leg [m] and each table axis [rad]: speed, acceleration, jerk.
 
     Those of the tool are limits of its vectors. They are never exceeded; what a program asks beyond
     is run slower. With jerk_limited False the acceleration steps and the jerk limits do not count.

@@ -8,13 +8,14 @@ then the average over a window of length T, which turns each step into a ramp: j
 The averaged motion keeps the limits of every cell if the first one keeps them on the cell extended
 by c T / 2 at both ends: while the averaged position is in the cell, the whole window is in the
 extended one. (If a share f of the window is before it, the average of the position is before
-the cell by at least c T / 2 - c T (1 - f)^2 / 2 >= 0; the same behind it.) Two rules remain: between
-acceleration and deceleration the speed stays constant for T, so no ramp goes from +A to -A, and a
-stop rests for T. A single move comes out as the time-optimal S-curve.
+the cell by at least c T / 2 - c T (1 - f)^2 / 2 >= 0; the same behind it.) Two rules remain:
+between acceleration and deceleration the speed stays constant for T, so no ramp goes from +A to -A,
+and a stop rests for T. A single move that reaches A comes out as the time-optimal S-curve; a
+shorter one takes up to 2 T longer than it could.
 
 Stream. The profile up to its last rise is final whatever follows, because every later plan is at
-least as fast; only the rest is planned anew when more cells have come. So the result does not depend
-on the number of cells looked at, and it is that of the whole path known at once.
+least as fast; only the rest is planned anew when more cells have come. So the result does not
+depend on the number of cells looked at, and it is that of the whole path known at once.
 
 Units: m, s.
 """
@@ -299,7 +300,7 @@ def _flattened(ramps: list[_Ramp], window: float) -> list[_Ramp]:
 def _lower(
     out: list[_Ramp], ramps: list[_Ramp], i: int, begin: float, end: float, v: float, window: float
 ) -> int:
-    """Lowers the peak of speed v from begin to end, between out[-1] and ramps[i]; returns next i."""
+    """Lowers the peak of speed v from begin to end between out[-1] and ramps[i]; next i."""
     while True:
         rise = out[-1] if out and out[-1].sign > 0 else None
         fall = ramps[i] if i < len(ramps) and ramps[i].sign < 0 else None
@@ -349,7 +350,7 @@ class _Average:
         self.reached = 0.0
 
     def add(self, ramps: list[_Ramp], shift: float, rest: float | None) -> Stretch:
-        """Phases up to the end of the ramps; rest: their last one is a rest of that duration [s]."""
+        """Phases up to the end of the ramps; rest: duration of their last one [s]."""
         for ramp in ramps:
             if ramp.s1 > ramp.s0:
                 self._ramp(ramp)

@@ -126,7 +126,7 @@ def test_corner__of_tool_and_table__is_rounded_in_both():
 
 @pytest.mark.parametrize("settings", [SMOOTH, STEPS], ids=["smooth", "steps"])
 @pytest.mark.parametrize("depth", [3, DEPTH])
-@pytest.mark.parametrize("first", range(0, 100, 25))
+@pytest.mark.parametrize("first", range(0, 50, 25))
 def test_random_programs__quick__keep_every_limit(settings, first, depth):
     settings = replace(settings, depth=depth)
     for seed in range(first, first + 25):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every feature of the interpreter against LinuxCNC's own interpreter, rs274: equal canonical moves."""
+"""Every feature of the interpreter against LinuxCNC's interpreter rs274: equal moves."""
 
 import pytest
 
@@ -38,12 +38,19 @@ PROGRAMS = {
     "drilling with dwell": "G0 Z5\nG82 X1 Y1 Z-1 R1 P.5 F80\nX2\nX3 P.25\nG80\nG82 X4 Z-2 R1 P1",
     "pecking": "G0 Z5\nG83 X1 Y1 Z-5 R1 Q2 F80\nG99 X3\nG83 X4 Z-3 R.5 Q2.5\nG80",
     "pecking in inches": "G20 G0 Z1\nG83 X1 Y1 Z-.5 R.1 Q.2 F8\nG80",
-    "incremental cycles": "G0 X1 Y1 Z5\nG91 G81 X2 Y1 Z-3 R-1 L3 F50\nG83 Z-2 R-1 Q.5 X1 L2\nG80 G90",
-    "cycles in other planes": "G18 G0 X1 Y9 Z1\nG81 X2 Z3 Y-1 R2 F50\nG19 G99 G81 Y4 X-3 Z2 R1\nG80",
+    "incremental cycles": (
+        "G0 X1 Y1 Z5\nG91 G81 X2 Y1 Z-3 R-1 L3 F50\nG83 Z-2 R-1 Q.5 X1 L2\nG80 G90"
+    ),
+    "cycles in other planes": (
+        "G18 G0 X1 Y9 Z1\nG81 X2 Z3 Y-1 R2 F50\nG19 G99 G81 Y4 X-3 Z2 R1\nG80"
+    ),
     "cycle after another": "G0 Z8\nG81 X1 Z0 R2 F50\nG0 Z20\nG81 X2 Z0 R2\nG82 X3 Z-1 R1 P1\nG80",
     "inverse time": "G93 G1 X10 F2\nY5 F4\nG2 X0 Y5 I-5 F1\nG94 G1 X1 F100\nG93 G1 A90 F3",
     "parameters": "#1=5 #2=[#1*2]\n#2=[#1*2]\nG0 X#1 Y#2\n#1=7 G1 X#1 F100\n#3=1\nX##3 Y-#1",
-    "names": "#<depth>=3 #<_global one>=4\nG0 X#<depth> Y#<_globalone> Z[EXISTS[#<depth>]+EXISTS[#<no>]]",
+    "names": (
+        "#<depth>=3 #<_global one>=4\n"
+        "G0 X#<depth> Y#<_globalone> Z[EXISTS[#<depth>]+EXISTS[#<no>]]"
+    ),
     "arithmetic": (
         "G0 X[1+2*3-4/2] Y[2**3**2/100] Z[7 MOD 3 - -7 MOD 3]\n"
         "X[[1+2]*[3-5]] Y[1 EQ 1 AND 2 GT 3] Z[1 OR 0 XOR 1]\n"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Interpreter beyond lines and arcs: what rs274 cannot be asked, streams, the table frame, mistakes."""
+"""Interpreter: what rs274 cannot be asked, streams, the table frame, mistakes."""
 
 import itertools
 import math
