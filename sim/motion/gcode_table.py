@@ -2,8 +2,8 @@
 """Coordinates of the table (G43.4): the tool point follows the work piece as the table turns.
 
 The table tilts by A about the x axis through PIVOT and turns by C about its own z axis, which
-goes through PIVOT too (robot specification, eq. 17: the table centre is at Rx(A) (0, 0, h) from there).
-A point p of the frame, which coincides with the machine's at A0 C0, is at
+goes through PIVOT too (robot specification, eq. 17: the table centre is at Rx(A) (0, 0, h) from
+there). A point p of the frame, which coincides with the machine's at A0 C0, is at
 
   m = PIVOT + Rx(A) Rz(C) (p - PIVOT)
 

@@ -2,8 +2,8 @@
 """Look-ahead planner: moves in, set-points out, both as streams of any length.
 
 Joints of moves are rounded by blends (sim/motion/blend.py) whose apex is at most G64's P from the
-programmed corner, in path space (x, y, z, and the table axes times TABLE_RADIUS), so for the tool and
-the table together. A joint is a stop under G61, at a reversal, and where no blend fits; lines or
+programmed corner, in path space (x, y, z, table axes times TABLE_RADIUS): for tool and table
+together. A joint is a stop under G61, at a reversal, and where no blend fits; lines or
 arcs that continue each other need neither. Limits of tool and joints are turned into limits of the
 speed along each piece (lookahead_limits.py), and these into a motion (lookahead_speed.py).
 

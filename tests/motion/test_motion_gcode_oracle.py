@@ -27,7 +27,9 @@ PROGRAMS = {
         "G10 L2 P2 X10 Y20 Z5 A3 C4\nG10 L2 P6 X-1\nG0 X1 Y1\nG55 X1 Y1 A1\nG1 X2 F100\n"
         "G59 G1 X3\nG53 G0 X0 Y0\nG54 X0\nG59.3 G0 X7\nG10 L20 P3 X5\nG56 G0 X6 Y1"
     ),
-    "systems by parameter": "G10 L2 P2 X3 Y4\nG0 X1\nG55 X1 Y1\nG1 X[#5420+1] Y[#5421+1] F100\nG54 X#5220",
+    "systems by parameter": (
+        "G10 L2 P2 X3 Y4\nG0 X1\nG55 X1 Y1\nG1 X[#5420+1] Y[#5421+1] F100\nG54 X#5220"
+    ),
     "shift": (
         "G0 X10 Y5\nG92 X1 Y1 A2\nG1 X2 F100\nG92.2\nX3\nG92.3\nX4 Y4\nG92.1\nX5\n"
         "G55 G92 X0\nG1 X1\nG10 L2 P1 X3\nG54 X1"
