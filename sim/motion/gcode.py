@@ -5,8 +5,8 @@ Text in, moves out, as a stream or one Program. Accepted: G0 G1 G2 G3 (I J K or 
 G10 L2 L20, G17-G19, G20 G21, G28 G28.1, G40 G49 (nothing to end), G43.4 (coordinates of the table,
 gcode_table.py), G53, G54-G59.3, G61 G61.1 G64 P Q, G80-G83 with G98 G99, G90 G91, G90.1 G91.1,
 G92 G92.1-G92.3, G93 G94, M2 M30, parameters and expressions (gcode_words.py), comments `( )` and
-`;`, one pair of `%` lines. A (tilt) and C (rotation) are table axes in degrees in either length unit.
-At the start G17, G21, G54, G61, G90, G91.1, G94 and G98 hold and no motion is selected.
+`;`, one pair of `%` lines. A (tilt) and C (rotation) are table axes in degrees in either length
+unit. At the start G17, G21, G54, G61, G90, G91.1, G94 and G98 hold and no motion is selected.
 
 Two points follow one reading of the standard where machines differ: the words of a block are in
 the length unit the block itself selects, and a centre-format arc without end words is a full turn.
