@@ -27,13 +27,20 @@ from sim.run.nios import set_points
 MOVES = Path(__file__).with_name("moves.ngc")
 SHORT = 512  # clocks of a period, above all work
 QUICK = MotionSettings(acceleration_time=0.012, jerk_time=0.005, lead_in=0.001)
+NAMES = (
+    ("x", "y", "z", "alpha", "gamma"),
+    ("vx", "vy", "vz", "w_alpha", "w_gamma"),
+    ("ax", "ay", "az", "eps_alpha", "eps_gamma"),
+)
 HOME = np.array([0.0, 0.0, 0.6, 0.0, 0.0])
 COUNTS = [[2_400_000, 2_400_000, 2_400_000, 0, 0]]
-# A word is the result of about twenty roundings to binary32 of parts not above its largest value,
-# times and angles among them.
+# A word is the result of about twenty roundings to binary32 of parts not above its largest value.
 ROUNDINGS = 20 * 2.0**-24
 # A position is rounded once more at its own size.
 POSITION_ROUNDING = 2.0**-24
+# The time to the end of a move is rounded four times at the size of the move's duration; a word is
+# off by its rate of change times that. The acceleration changes by its largest value in jerk_time.
+TIME_ROUNDING = 4 * 2.0**-24
 
 
 @pytest.fixture(scope="module")
@@ -57,18 +64,20 @@ def made(controller: TwoProcessors, ticks: int) -> np.ndarray:
 # ---------------------------------------------------------------------- set-points
 
 
-def test_set_points__lines_arcs_and_table_moves_are_those_of_the_plan_in_double(closed):
+def test_set_points__lines_arcs_and_table_moves_are_those_of_the_plan_in_double(closed, trajectory):
     controller, _, path = closed
     errors = set_point_errors(path, made(controller, len(path)))
-    planned = np.abs(path.words())
-    for i, name in enumerate(SET_POINTS):
-        size = planned[:, i].max()
-        if name in ("x", "y", "z", "alpha", "gamma"):
-            way = np.ptp(path.words()[:, i])
-            limit = ROUNDINGS * way + POSITION_ROUNDING * size
-        else:
-            limit = ROUNDINGS * size
-        assert errors[name] <= limit, f"{name}: {errors[name]:.3g} above {limit:.3g}"
+    late = TIME_ROUNDING * np.diff(trajectory.first_ticks).max() * QUICK.period
+    jerk = np.abs(trajectory.acceleration).max(axis=0) / QUICK.jerk_time
+    motion = (trajectory.position, trajectory.velocity, trajectory.acceleration)
+    for order, change in enumerate((*motion[1:], jerk[np.newaxis])):
+        values = motion[order]
+        limit = ROUNDINGS * np.ptp(values, axis=0) + late * np.abs(change).max(axis=0)
+        if order == 0:
+            limit += POSITION_ROUNDING * np.abs(values).max(axis=0)
+        for axis in range(5):
+            name = NAMES[order][axis]
+            assert errors[name] <= limit[axis], f"{name}: {errors[name]:.3g} > {limit[axis]:.3g}"
     assert max(errors[name] for name in ("x", "y", "z")) < 1e-6
 
 
