@@ -35,7 +35,7 @@ HEAD = """\
 
 A tick costs cycles divided by clock. A register more in a path makes the clock faster, costs
 area, and may cost cycles, so neither column says by itself which version is best. Each row is a
-commit, measured by `{command} --add COMMIT`: area by Yosys for
+commit, measured by `{command} --add COMMIT` or `make synth`: area by Yosys for
 Cyclone V (ALUTs, registers, 18x18 elements), clock by nextpnr on ECP5-85 speed grade 8, cycles by
 the commit's own assembler, which agrees with the core to the cycle. A clock is the median over the
 seeds named behind it; a single seed may be some per cent off. The last column is the optimised
