@@ -19,6 +19,7 @@ EXCEPTION = ITCM + 0x20
 # Combinational custom instructions of the test bench: numbers 224 to 239.
 COMBINATIONAL = range(224, 240)
 NEVER = 0xFFFF_FFFF
+DEPTH = 8  # more instructions than the pipeline holds
 
 RECORD = np.dtype(
     [(n, "u4") for n in ("cycle", "pc", "word", "write", "dst", "value", "exception", "cause")]
@@ -89,10 +90,11 @@ class N2Rtl:
         """
         add = default_isa().instructions["add"]
         words = [add.encode(register, 0, 0) for register in range(1, 32)]
+        words += [add.encode(0, 0, 0)] * DEPTH  # behind it memory may hold a `call`, which is 0
         self.waits(0)
         self.load(ITCM, np.array(words, "<u4").tobytes())
         self.reset()
-        self.run(len(words) + 1)
+        self.run(31 + 1)
         for memory in (self.itcm, self.dtcm, self.avalon):
             memory[:] = 0
         for address, data in image:

@@ -58,6 +58,18 @@ def test_random_program__campaign__as_qemu():
         run_random(100_000 * SEED + number)
 
 
+def test_start__model_that_ran_nothing__every_register_is_zero():
+    """A register that the program never writes: 0 as in QEMU, on a fresh and a used model."""
+    program = prologue()
+    for register in range(1, 32):
+        program.emit("add", 1, register, 0)
+    program.end()
+    require_qemu()
+    model = N2Rtl({})
+    for _ in range(2):
+        lockstep(model, program.image(), timeout=60)
+
+
 def test_control_registers__all_numbers__as_qemu():
     program = prologue()
     for number in range(32):
