@@ -133,19 +133,23 @@ def test_nops__stand_only_where_an_early_issue_would_cost_cycles_at_the_write_po
     step = machine.units["fma"].latency + 1
     ahead = machine.units["divsqrt"].latency - machine.units["cmp"].latency
     links = ahead // step + 1
-    collision = links * step - ahead
+    # One operation of another length where the collision would meet a link of the chain.
+    turns = [] if ahead % step else [links * step]
+    move = links * step + len(turns) * (machine.units["cmp"].latency + 1)
+    collision = move - ahead
     build = Builder()
     value = K0
     for _ in range(links):
         value = build.op("fmul", value, K1)
+    for _ in turns:
+        value = build.op("fabs", value)
     for _ in range(collision - 1):
         build.op("fadd", K0, K1)
     build.op("fdiv", K0, K1)
     build.op("fmul", build.op("mov", value), K1)
-    move = links * step
     last = move + machine.units["cmp"].latency + 1
     chain = [link * step for link in range(links)]
-    times = [*chain, *range(1, collision), collision + 1, move, last]
+    times = [*chain, *turns, *range(1, collision), collision + 1, move, last]
     monkeypatch.setattr(schedule, "search", lambda *given: times)
     schedule_program(build.program, machine)
     bundles = build.program.regions[0].bundles

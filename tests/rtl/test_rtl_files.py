@@ -22,7 +22,11 @@ BOARD = ["rtl/board/board_pll.sv", "rtl/board/asip_de3.sv"]
 NOT_IN_ASIP = {"rtl/fpu/fp_add.sv", "rtl/fpu/fp_mul.sv", "rtl/asip/asip_axil.sv"}
 # Blocks of their own, which no file list of the ASIP names.
 OTHER_BLOCKS = tuple(
-    f"rtl/{name}" for name in ("custom/", "gen/ci_", "motion/", "gen/motion_", "nios/", "gen/n2_")
+    f"rtl/{folder}/{prefix}"
+    for folder, prefix in (
+        *((folder, "") for folder in ("custom", "dual", "motion", "nios")),
+        *(("gen", prefix) for prefix in ("ci_", "dual_", "motion_", "n2_")),
+    )
 )
 
 
