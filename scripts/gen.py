@@ -418,6 +418,21 @@ def difference(root: Path, files: dict[str, str]) -> str:
     return text
 
 
+def deliver(files: dict[str, str], root: Path, check: bool, script: str) -> int:
+    """Write the files below root, or with `check` compare; returns the exit status, 1 if stale."""
+    if check:
+        text = difference(root, files)
+        if text:
+            sys.stdout.write(text)
+            print(f"generated files are stale: run python {script}", file=sys.stderr)
+        return 1 if text else 0
+    for name, text in files.items():
+        path = root / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    return 0
+
+
 def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(
         description="Generate packages and tables from isa.toml and regmap.toml.",
@@ -431,17 +446,7 @@ def main(arguments: list[str] | None = None) -> int:
     except (IsaError, RegisterMapError) as error:
         print(error, file=sys.stderr)
         return 1
-    if options.check:
-        text = difference(options.root, files)
-        if text:
-            sys.stdout.write(text)
-            print("generated files are stale: run python scripts/gen.py", file=sys.stderr)
-        return 1 if text else 0
-    for name, text in files.items():
-        path = options.root / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8")
-    return 0
+    return deliver(files, options.root, options.check, "scripts/gen.py")
 
 
 if __name__ == "__main__":

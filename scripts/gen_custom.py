@@ -22,7 +22,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from scripts.gen import difference, sv_int, sv_logic, table  # noqa: E402
+from scripts.gen import deliver, sv_int, sv_logic, table  # noqa: E402
 from scripts.synth_unit import sources_of  # noqa: E402
 
 SOURCE = ROOT / "nios_sw/custom.toml"
@@ -648,7 +648,7 @@ def main(arguments: list[str] | None = None) -> int:
         description="Generate package, C header, flags and page of the custom instructions.",
         epilog="example: python scripts/gen_custom.py --check",
     )
-    parser.add_argument("--check", action="store_true", help="write nothing, fail on a difference")
+    parser.add_argument("--check", action="store_true", help="write nothing, fail on a deliver")
     parser.add_argument("--root", type=Path, default=ROOT, help="where the generated files stand")
     parser.add_argument("--source", type=Path, default=SOURCE, help="table to read")
     options = parser.parse_args(arguments)
@@ -663,17 +663,7 @@ def main(arguments: list[str] | None = None) -> int:
             file=sys.stderr,
         )
         return 1
-    if options.check:
-        text = difference(options.root, files)
-        if text:
-            sys.stdout.write(text)
-            print("generated files are stale: run python scripts/gen_custom.py", file=sys.stderr)
-        return 1 if text else 0
-    for name, text in files.items():
-        path = options.root / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8")
-    return 0
+    return deliver(files, options.root, options.check, "scripts/gen_custom.py")
 
 
 if __name__ == "__main__":

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Generate rtl/gen/n2_isa_pkg.sv from nios_sw/isa.toml; --check refuses a difference."""
+"""Generate rtl/gen/n2_isa_pkg.sv from nios_sw/isa.toml; --check refuses a deliver."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "scripts")]
 
-from gen import commented, difference  # noqa: E402
+from gen import commented, deliver  # noqa: E402
 
 from sim.harness.n2_lockstep_isa import ISA_FILE, OP_R, Isa, N2IsaError, load_isa  # noqa: E402
 
@@ -51,7 +51,7 @@ def main(arguments: list[str] | None = None) -> int:
         description="Generate the Nios II instruction package from nios_sw/isa.toml.",
         epilog="example: python scripts/gen_n2_isa.py --check",
     )
-    parser.add_argument("--check", action="store_true", help="write nothing, fail on a difference")
+    parser.add_argument("--check", action="store_true", help="write nothing, fail on a deliver")
     parser.add_argument("--root", type=Path, default=ROOT, help="where the generated files stand")
     parser.add_argument("--isa", type=Path, default=ISA_FILE, help="the instruction set")
     options = parser.parse_args(arguments)
@@ -60,17 +60,7 @@ def main(arguments: list[str] | None = None) -> int:
     except (N2IsaError, OSError) as error:
         print(error, file=sys.stderr)
         return 1
-    if options.check:
-        text = difference(options.root, files)
-        if text:
-            sys.stdout.write(text)
-            print("generated files are stale: run python scripts/gen_n2_isa.py", file=sys.stderr)
-        return 1 if text else 0
-    for name, text in files.items():
-        path = options.root / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8")
-    return 0
+    return deliver(files, options.root, options.check, "scripts/gen_n2_isa.py")
 
 
 if __name__ == "__main__":

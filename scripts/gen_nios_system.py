@@ -17,7 +17,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "scripts")]
 
-from gen import difference, sv_int, sv_logic, table  # noqa: E402
+from gen import deliver, sv_int, sv_logic, table  # noqa: E402
 
 from sim.harness.nios_map import SystemMap, SystemMapError, load_system_map  # noqa: E402
 from sim.model.parameters import ROBOT_TOML, ParameterError  # noqa: E402
@@ -204,7 +204,7 @@ def main(arguments: list[str] | None = None) -> int:
         description="Generate memory map and robot parameters of the Nios II systems.",
         epilog="example: python scripts/gen_nios_system.py --check",
     )
-    parser.add_argument("--check", action="store_true", help="write nothing, fail on a difference")
+    parser.add_argument("--check", action="store_true", help="write nothing, fail on a deliver")
     parser.add_argument("--root", type=Path, default=ROOT, help="where the generated files stand")
     options = parser.parse_args(arguments)
     try:
@@ -212,17 +212,7 @@ def main(arguments: list[str] | None = None) -> int:
     except (SystemMapError, ParameterError, OSError) as error:
         print(error, file=sys.stderr)
         return 1
-    if options.check:
-        text = difference(options.root, files)
-        if text:
-            sys.stdout.write(text)
-            print("stale: run python scripts/gen_nios_system.py", file=sys.stderr)
-        return 1 if text else 0
-    for name, text in files.items():
-        path = options.root / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8")
-    return 0
+    return deliver(files, options.root, options.check, "scripts/gen_nios_system.py")
 
 
 if __name__ == "__main__":
