@@ -81,6 +81,12 @@ RULES = (
         "$bits of a package type",
         "a width constant beside the type",
     ),
+    Rule(
+        "cast-of-product",
+        r"\w'\s*\((?!\s*\()[^()]*\*",
+        "product inside a size cast, where the standard keeps its factors' width",
+        "assign the product to a vector of its full width",
+    ),
     Rule("cast-of-bits", r"'\s*\(\s*\$bits", "size cast of $bits", "a localparam of that width"),
     Rule(
         "enum-method",

@@ -34,6 +34,12 @@ module fp_lzc #(
     end
   end
 
+`ifndef SYNTHESIS
+  if (CountWidth < 1) begin : gen_check
+    $error("fp_lzc: CountWidth=%0d, must be at least 1", CountWidth);
+  end
+`endif
+
   assign zero_o  = empty[CountWidth][0];
   assign count_o = count[CountWidth][CountWidth-1:0];
 

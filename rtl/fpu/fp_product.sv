@@ -11,8 +11,14 @@ module fp_product (
     output logic [23:0] cross_high_o
 );
 
-  assign outer_o      = {14'(a_i[23:17] * b_i[23:17]), 34'(a_i[16:0] * b_i[16:0])};
-  assign cross_low_o  = 24'(a_i[16:0] * b_i[23:17]);
-  assign cross_high_o = 24'(a_i[23:17] * b_i[16:0]);
+  // Assigned to full width each: inside a cast or a concatenation a product would keep its factors' width.
+  logic [13:0] high;
+  logic [33:0] low;
+
+  assign high         = a_i[23:17] * b_i[23:17];
+  assign low          = a_i[16:0] * b_i[16:0];
+  assign outer_o      = {high, low};
+  assign cross_low_o  = a_i[16:0] * b_i[23:17];
+  assign cross_high_o = a_i[23:17] * b_i[16:0];
 
 endmodule

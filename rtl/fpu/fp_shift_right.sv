@@ -27,6 +27,13 @@ module fp_shift_right #(
     assign level[k+1] = amount_i[Bit] ? (level[k] >> (1 << Bit)) : level[k];
   end
 
+`ifndef SYNTHESIS
+  if (Width < 1 || AmountWidth < 1 || AmountWidth > 31) begin : gen_check
+    $error("fp_shift_right: Width=%0d, AmountWidth=%0d, must be at least 1, the latter at most 31",
+           Width, AmountWidth);
+  end
+`endif
+
   assign value_o  = level[AmountWidth];
   assign sticky_o = |lost;
 

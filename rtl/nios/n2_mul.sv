@@ -30,10 +30,10 @@ module n2_mul (
 
   always_ff @(posedge clk_i) begin
     if (en_i) begin
-      low_q       <= 32'(a_low * b_low);
+      low_q       <= a_low * b_low;    // all four 17 x 17 bit products take the width of their target
       cross_ab_q  <= a_high * b_low;
       cross_ba_q  <= a_low * b_high;
-      high_q      <= 32'(a_high * b_high);
+      high_q      <= a_high * b_high;
       product_a_q <= {upper, low_q[15:0]};
     end
   end
