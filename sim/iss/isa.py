@@ -65,14 +65,24 @@ def _check_source(code: int, configuration: str) -> int:
     return code
 
 
+def _check_unused(word: int, operands: list[str], configuration: str) -> None:
+    """Source fields that the operation ignores, immediates aside, must name a register too."""
+    immediate = "address" in operands or "target" in operands
+    for name in _SOURCES:
+        holds_immediate = immediate and (name == "c" or (name == "a" and "dst" in operands))
+        if name not in operands and not holds_immediate:
+            _check_source(_field(word, name), configuration)
+
+
 def decode_operation(word: int, slot: int, configuration: str) -> Decoded | None:
     """Operation of one slot, None for nop. Raises IllegalOperation."""
     mnemonic = _MNEMONIC.get(_field(word, "op"))
     if mnemonic is None:
         raise IllegalOperation(f"slot {slot}: opcode {_field(word, 'op'):06b}")
+    record = ISA["op"][mnemonic]
+    _check_unused(word, record["operands"], configuration)
     if mnemonic == "nop":
         return None
-    record = ISA["op"][mnemonic]
     unit = ISA["unit"][record["unit"]]
     multiply_add = unit["bank"] == "pipe"
     kind = slots(configuration)[slot]
@@ -113,7 +123,10 @@ def decode_bundle(bundle: int, configuration: str) -> tuple[list[Decoded | None]
         decode_operation(bundle >> width * slot & mask, slot, configuration)
         for slot in range(count)
     ]
-    return operations, bool(control >> ISA["bundle"]["halt_bit"] & 1)
+    halt = bool(control >> ISA["bundle"]["halt_bit"] & 1)
+    if halt and any(op is not None and op.mnemonic in BRANCHES for op in operations):
+        raise IllegalOperation("halt and a branch in one bundle")
+    return operations, halt
 
 
 def register_code(name: str) -> int:

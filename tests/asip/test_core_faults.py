@@ -140,9 +140,10 @@ def test_illegal__register_that_does_not_exist__stops_before_the_bundle(configur
     sources = [0x001, 0x03F, 0x180, 0x1BF, 0x1C0, 0x1FF]  # zero has one register; banks 6 and 7
     if configuration == "small":
         sources += [0x080, 0x0BF]  # bank B
-    mnemonics = [("fmadd", "abc")] if slot < 2 else []
+    mnemonics = [("nop", "abc")] + ([("fmadd", "abc"), ("fmul", "c")] if slot < 2 else [])
     if slot == SLOT_OF[configuration][-1]:
-        mnemonics += [("fsat", "abc"), ("fdiv", "ab"), ("bz", "a"), ("st", "ab"), ("ld", "b")]
+        mnemonics += [("fsat", "abc"), ("fdiv", "abc"), ("f2i", "bc")]
+        mnemonics += [("jmp", "ab"), ("bz", "ab"), ("st", "ab"), ("ld", "b")]
     for mnemonic, operands in mnemonics:
         for operand in operands:
             for source in sources:
@@ -185,8 +186,7 @@ def test_illegal__halt_with_a_branch__stops_before_the_bundle(mnemonic, configur
         ],
         {"k0": OTHER_WORD},
     )
-    # the assembler refuses such a bundle, the instruction-set model is not asked
-    got = check_fault(program, "ILLEGAL", 1, model=False)
+    got = check_fault(program, "ILLEGAL", 1)
     assert got.writes == {"o0": [OTHER_WORD]}
 
 

@@ -145,12 +145,17 @@ BANK_6 = bundle(NOP, NOP, word("mov", 0) | 6 << 24)
 ZERO_1 = bundle(NOP, NOP, word("mov", 0) | 1 << 18)
 RESERVED = bundle(control=2)
 EMPTY = "0" * 32
+HALT_AND_BRANCH = bundle(NOP, NOP, word("jmp"), halt=True)
+UNUSED_BANK_7 = bundle(NOP, NOP, word("mov", 0) | 7 << 15)
+NOP_BANK_6 = bundle(NOP | 6 << 6)
 
 
 @pytest.mark.parametrize(
     "text",
-    [FMA_IN_AUX, AUX_IN_FMA, OUTPUT_OF_FMA, OUTPUT_32, BANK_6, ZERO_1, RESERVED, EMPTY],
-    ids="fma-in-aux aux-in-fma output-of-fma output-32 bank-6 zero-1 reserved empty".split(),
+    [FMA_IN_AUX, AUX_IN_FMA, OUTPUT_OF_FMA, OUTPUT_32, BANK_6, ZERO_1, RESERVED, EMPTY]
+    + [HALT_AND_BRANCH, UNUSED_BANK_7, NOP_BANK_6],
+    ids="fma-in-aux aux-in-fma output-of-fma output-32 bank-6 zero-1 reserved empty".split()
+    + "halt-and-branch unused-bank-7 nop-bank-6".split(),
 )
 def test_illegal_bundle_stops_the_run_before_it_writes(text):
     writes = int(text, 16) | (word("mov", 5, "k0") << 80 if text == AUX_IN_FMA else 0)
