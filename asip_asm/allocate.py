@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Physical registers for the symbols of a scheduled program, and spilling to data memory.
 
 Linear scan over all bundles in program order. A register is in use from the bundle that writes it

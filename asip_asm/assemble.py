@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """From a source file to a program image: parse, schedule, allocate registers, encode."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Program images as C: tables for the driver of `sim/driver/asip.h` and names of inputs, outputs
 and exports as enumeration constants."""
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Command asip-as: assemble a program."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Command asip-objdump: show what is in a program image."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Command asip-run: run a program on the Verilated core or on the instruction-set model."""
 
 from __future__ import annotations

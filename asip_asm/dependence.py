@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Dependence graph of the operations of one straight-line region, for the timing of `machine`."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Errors of a source text: where, what, what would be right; collected and reported together."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """From an image back to source text that assembles to the same image."""
 
 from __future__ import annotations

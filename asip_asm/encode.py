@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Bits of operations and bundles, and the image of an allocated program."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Constant expressions, evaluated in double precision, and their binary32 and int32 bits."""
 
 from __future__ import annotations

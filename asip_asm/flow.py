@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Data flow between the parts of a program: fixed points over the graph of blocks.
 
 Blocks are numbered; `follow[i]` lists the blocks that may run after block i, a run starts in block

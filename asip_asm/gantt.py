@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Chart of a profile as one HTML page without external parts: units over clock cycles."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Program images: the JSON file that every tool reads, and memory formats of the program alone."""
 
 from __future__ import annotations

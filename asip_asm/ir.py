@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Intermediate representation between the assembler's front end, scheduler, allocator and encoder.
 
 The front end produces a `Program` whose operations name virtual registers in single-assignment form

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The instruction set of `isa.toml`, validated, as dataclasses.
 
 One record per operation feeds the assembler, the disassembler, the encoder and the generated

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Pipeline log of a profile in the text format that the Konata viewer opens ('Kanata', version 4).
 
 Records, separated by tabs: `C=` first cycle, `C` cycles passed, `I` operation (number, number in

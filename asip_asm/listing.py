@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Listing and symbol table of a program image."""
 
 from __future__ import annotations

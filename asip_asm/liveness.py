@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Which registers, symbolic or physical, are live where the regions of a program begin and end."""
 
 from __future__ import annotations

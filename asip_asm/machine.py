@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Timing model of the core, read from `isa.toml` and `rtl/fpu/fp_pkg.sv`.
 
 Times are clock cycles counted from the issue of a program's first bundle (cycle 0). The core issues

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Statements of a source file: declarations and raw operations, names not yet resolved."""
 
 from __future__ import annotations

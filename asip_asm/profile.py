@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What happened in every clock cycle of a run on the core.
 
 Built from the core's own trace (issues and writes by cycle) and counters. Cycle 0 is the first

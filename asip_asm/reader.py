@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Source lines after `.include`, `.macro` and `.if`, in the order in which they are assembled."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Host register maps, validated; the ASIP's is `regmap.toml`. Addresses are word addresses."""
 
 from __future__ import annotations

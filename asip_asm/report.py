@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How close a scheduled program is to what its data flow and the core's units allow."""
 
 from __future__ import annotations

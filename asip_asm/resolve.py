@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """From parsed statements to the IR: names, regions, data flow between regions, renaming.
 
 Errors that concern more than one statement are found here: registers read before they are written,

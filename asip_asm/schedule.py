@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Bundles for the linear regions of a program: order and slot of every operation, never the
 operation itself.
 """

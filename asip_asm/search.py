@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Search for a short schedule of one dependence graph on the core's slots, write port and blocking
 units.
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Generate the SystemVerilog packages and tables of the instruction set and the register maps.
 
 Sources: asip_asm/isa.toml, asip_asm/regmap.toml (ASIP), rtl/motion/regmap.toml (motion front-end),

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Derive the coefficient table of fp_sincos with its error bound, write rtl/fpu/fp_sincos_rom.sv.
 
 With f the argument in quarter turns (one is pi/2), 0 <= f < 1/2, the unit evaluates

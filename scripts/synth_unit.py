@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Area and speed of one module: Yosys for Intel ALMs, Yosys and nextpnr for ECP5-85.
 
 Area is counted after `synth_intel_alm` (ALUTs, flip-flops, multipliers, memory blocks). Speed is

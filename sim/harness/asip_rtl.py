@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The ASIP's RTL as a Python object: Verilated model, bus, program loading, control ticks."""
 
 from __future__ import annotations

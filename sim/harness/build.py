@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Builds Verilated models as shared libraries with a C interface, once per content of sources."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Annotated assembly sources: how to assemble them and what they must give.
 
 A source may say `; assemble: <options of asip-as>` in its first line. Every

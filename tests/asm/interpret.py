@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Interpreter of programs before and after scheduling, with uninterpreted operations.
 
 An operation's result is a digest of its mnemonic and operand values, so two runs agree exactly if

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Register allocation: reuse without stalls, states, exports, spilling to data memory."""
 
 import random

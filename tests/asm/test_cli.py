@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Commands asip-as and asip-objdump: files, summary, exit codes."""
 
 import os

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Shape of error reports, the limit of 20, and errors of whole programs that exceed the core."""
 
 from pathlib import Path

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Operation words against bit strings written by hand, and decoding of every word."""
 
 import pytest

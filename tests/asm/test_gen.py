@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Generated packages and tables: the committed ones are current, and a stale one is refused."""
 
 import re

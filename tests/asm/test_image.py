@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Image files: what is written is read back, damaged files are refused, memory formats agree."""
 
 import json

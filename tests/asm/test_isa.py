@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Validation of instruction-set and register-map files: each contradiction is refused by name."""
 
 from pathlib import Path

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Timing model of the core: its sources, and every interlock rule on small programs."""
 
 import pytest

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Random programs: the image computes what the source says, and survives disassembly.
 
 The reference runs the source statement by statement on names, one operation after the other. The

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Schedules: same results as the written order, legal slots and timing, determinism, quality."""
 
 import copy

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Report of a scheduled program: figures worked out by hand on small programs."""
 
 import pytest

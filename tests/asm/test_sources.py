@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Annotated sources: golden words of ok_*.s, verbatim errors of err_*.s."""
 
 import json

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Programs for the scheduler's tests: random graphs, and the tracking law in the shape of robot.md
 sections 2-4.
 """

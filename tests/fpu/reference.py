@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Berkeley SoftFloat 3e (softfloatpy) as reference of the arithmetic units.
 
 Every function takes arrays of operand bits and returns `(bits, flags)`: uint32 result bits and

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Operands for the arithmetic units: corner values and exponent-correlated random numbers.
 
 All functions return uint32 arrays of binary32 bits, one row per case where there are several

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """cocotb side of the unit bench: clock, reset and the end of a vector stream.
 
 Runs inside the simulator on the generated `bench` top (see `tests.fpu.tb.bench_source`). The rows

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Bench of a pipelined arithmetic unit: streams operands in, compares results and flags out.
 
 A test describes its unit and operations once and calls `check`:

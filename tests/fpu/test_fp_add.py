@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """fp_add against Berkeley SoftFloat: addition and subtraction."""
 
 import numpy as np

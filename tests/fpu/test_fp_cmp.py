@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """fp_cmp against SoftFloat comparisons and the selection rules of IEEE 754-2019 on top of them."""
 
 from __future__ import annotations

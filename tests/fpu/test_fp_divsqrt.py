@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """fp_divsqrt against Berkeley SoftFloat."""
 
 import math

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """fp_f2i against Berkeley SoftFloat, except for the saturation results that we fix ourselves."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """fp_fma against Berkeley SoftFloat: every kind and sign of the operation."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """fp_i2f against Berkeley SoftFloat."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """fp_sincos against MPFR: the error in ulp, flags, exact cases and the ends of the range.
 
 The error is |result - exact| in units of the last place of the binade that holds the exact value.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Facts the unit tests rely on: SoftFloat's modes, NaN results and the flag order."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """File lists of the arithmetic units: complete, in order, enough to elaborate each unit alone."""
 
 import subprocess
