@@ -222,6 +222,16 @@ def test_yosys_elaborates_the_file_list(tmp_path):
 
 
 @needs_yosys
+@pytest.mark.parametrize("path", sorted((ROOT / "rtl/fpu").glob("*.f")), ids=lambda path: path.stem)
+def test_yosys_elaborates_the_file_list_of_an_arithmetic_unit(path, tmp_path):
+    names = path.read_text().split()
+    for name in names:
+        shutil.copy(ROOT / name, tmp_path)
+    done = yosys(tmp_path, path.stem, *(Path(name).name for name in names))
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+@needs_yosys
 def test_yosys_elaborates_what_the_subset_allows(tmp_path):
     (tmp_path / "good.sv").write_text(PACKAGE + GOOD)
     done = yosys(tmp_path, "m", "good.sv")
