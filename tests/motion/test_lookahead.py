@@ -10,6 +10,7 @@ import pytest
 from ruckig import InputParameter, Ruckig, Trajectory
 
 from sim.model.parameters import Robot
+from sim.motion import lookahead_limits, stress
 from sim.motion.gcode import Motion, Move, stream
 from sim.motion.gcode_table import from_machine
 from sim.motion.lookahead import (
@@ -19,18 +20,18 @@ from sim.motion.lookahead import (
     LookaheadSettings,
     OutsideError,
 )
-from sim.motion.lookahead_check import demand
+from sim.motion.lookahead_check import Deviation, demand
 from sim.motion.lookahead_figures import chord_program, corner_program, without_approach
 from sim.motion.lookahead_limits import MARGIN, MachineLimits
 from sim.motion.lookahead_speed import Cell, SpeedPlanner, Stop
 from sim.motion.path import to_si
 from sim.motion.planner_optimal import Limits
-from tests.motion.lookahead_programs import distance_to_polyline, random_moves, sampled
+from sim.motion.stress import VIOLATION, program, programs, random_moves
+from tests.motion.lookahead_programs import distance_to_polyline, sampled
 
 ROBOT = Robot.load()
 SMOOTH = LookaheadSettings(robot=ROBOT)
 STEPS = LookaheadSettings(robot=ROBOT, limits=MachineLimits(jerk_limited=False))
-VIOLATION = 1.001
 
 
 def moves_of(text: str):
@@ -127,20 +128,54 @@ def test_corner__of_tool_and_table__is_rounded_in_both():
 @pytest.mark.parametrize("settings", [SMOOTH, STEPS], ids=["smooth", "steps"])
 @pytest.mark.parametrize("depth", [3, DEPTH])
 @pytest.mark.parametrize("first", range(0, 50, 25))
-def test_random_programs__quick__keep_every_limit(settings, first, depth):
+def test_random_programs__quick__keep_every_limit_and_p(settings, first, depth):
     settings = replace(settings, depth=depth)
     for seed in range(first, first + 25):
-        found = violations(random_moves(seed, 12), settings)
-        assert not found, f"random_moves({seed}, 12), depth {depth}: {found}"
+        outcome = program(seed, settings, 12)
+        assert outcome.kept, f"random_moves({seed}, 12), depth {depth}: {outcome}"
 
 
 @pytest.mark.full
 @pytest.mark.parametrize("first", range(1000, 11000, 500))
-def test_random_programs__ten_thousand__keep_every_limit(first):
-    for seed in range(first, first + 500):
-        depth = (2, 5, DEPTH)[seed % 3]
-        found = violations(random_moves(seed, 40), replace(SMOOTH, depth=depth))
-        assert not found, f"random_moves({seed}, 40), depth {depth}: {found}"
+def test_random_programs__ten_thousand__keep_every_limit_and_p(first):
+    for outcome in programs(first, 500, ROBOT):
+        assert outcome.kept, f"python -m sim.motion.stress --first {outcome.seed} --count 1"
+
+
+@pytest.mark.parametrize("seed", [1000, 1048, 1051])
+def test_deviation__p_of_the_run_doubled__is_seen_at_corners_and_on_the_path(seed):
+    """Negative control: the check sees a run that uses twice the P of the program."""
+    moves = [replace(move, tolerance=0.005) for move in random_moves(seed, 40)]
+    assert any(move.motion.is_arc for move in moves)
+    for factor, kept in ((1.0, True), (2.0, False)):
+        away = Deviation(moves)
+        run = [replace(move, tolerance=0.005 * factor) for move in moves]
+        for _ in away.watched(Lookahead(iter(run), SMOOTH).setpoints()):
+            pass
+        assert (away.corner <= 0.0) == (away.path <= 0.0) == kept
+
+
+def test_deviation__corner_never_reached__is_seen():
+    moves = random_moves(1000, 40)
+    away = Deviation(moves)
+    for _ in away.watched(Lookahead(iter(moves[:20]), SMOOTH).setpoints()):
+        pass
+    assert away.corner > 1e-6 and away.corner_line > 20
+
+
+def test_deviation__two_moves_of_one_line__are_refused():
+    with pytest.raises(ValueError, match="the lines of the moves do not ascend"):
+        Deviation(moves_of("G81 X1 Z590 R599 F100\nM2"))
+
+
+def test_stress_command__limit_broken__names_the_program_and_fails(monkeypatch, capsys):
+    assert stress.main(["--first", "1000", "--count", "1"]) == 0
+    assert "0 violations" in capsys.readouterr().out
+    monkeypatch.setattr(lookahead_limits, "MARGIN", 1.01)
+    assert stress.main(["--first", "1000", "--count", "1"]) == 1
+    assert "program 1000: " in capsys.readouterr().out
+    with pytest.raises(SystemExit):
+        stress.main(["--count", "0"])
 
 
 @pytest.mark.parametrize("quantity", ["speed", "acceleration", "jerk"])
