@@ -5,8 +5,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from bitwuzla import Term
+
 from tests.formal.catalogue import Case, Context, Fault, proof
+from tests.formal.ieee import CANON_NAN, PLUS_INF, Outcome
 from tests.formal.logic import RNE, RTZ
+from tests.formal.netlist import Run
 from tests.fpu.tb import package_constant
 
 # ---- conversions ----
@@ -190,7 +194,17 @@ def shift_right(ctx: Context) -> Iterator[Case]:
     quick=True,
 )
 def rounding(ctx: Context) -> Iterator[Case]:
-    logic, run = ctx.logic, ctx.run("fp_round")
+    run = ctx.run("fp_round")
+    tail, assume, outcome = magnitude_rounded(ctx, run)
+    result, flags = run.output("result_o", 0), run.output("flags_o", 0)
+    show = {port: run.input(port) for port in run.netlist.inputs}
+    show |= {"tail": tail, "result_o": result, "flags_o": flags}
+    yield Case("all", ctx.ieee.matches(result, flags, outcome), assume, show)
+
+
+def magnitude_rounded(ctx: Context, run: Run) -> tuple[Term, tuple[Term, ...], Outcome]:
+    """Bits below the round bit, the contract of fp_round, its magnitude rounded."""
+    logic = ctx.logic
     sign, exponent, sig = (run.input(f"{name}_i") for name in ("sign", "exp", "sig"))
     tail = logic.free(4, "tail")  # bits that the sticky bit stands for
     magnitude = logic.cat(sig, run.input("guard_i"), run.input("round_i"), tail)
@@ -203,8 +217,42 @@ def rounding(ctx: Context) -> Iterator[Case]:
     )
     # sig has its unit bit at place 29 of 30
     exact = ctx.ieee.scaled(sign, magnitude, logic.extend(exponent, 12), -127 - 29)
-    outcome = ctx.ieee.rounded(exact)
+    return tail, assume, ctx.ieee.rounded(exact)
+
+
+@proof(
+    "fp_pack",
+    "NaN before infinity before zero, with the flags invalid and division by zero as told, and "
+    "else the magnitude rounded as in fp_round, without flags if it is told to be exact",
+    "all; the magnitude within the contract of fp_round where no special result is wanted",
+    (
+        Fault("fpu/fp_pack.sv", "{sign_i, fp_pkg::PLUS_INF[30:0]}", "fp_pkg::PLUS_INF"),
+        Fault("fpu/fp_pack.sv", "rounded_flags & {5{!exact_i}}", "rounded_flags"),
+        Fault("fpu/fp_pack.sv", "end else if (inf_i)", "end else if (inf_i && !zero_i)"),
+    ),
+    quick=True,
+)
+def pack(ctx: Context) -> Iterator[Case]:
+    logic, ieee, run = ctx.logic, ctx.ieee, ctx.run("fp_pack")
+    tail, contract, rounded = magnitude_rounded(ctx, run)
+    sign = run.input("sign_i")
+    nan, inf, zero, invalid, by_zero, exact = (
+        logic.eq(run.input(f"{name}_i"), 1)
+        for name in ("nan", "inf", "zero", "invalid", "by_zero", "exact")
+    )
     result, flags = run.output("result_o", 0), run.output("flags_o", 0)
     show = {port: run.input(port) for port in run.netlist.inputs}
     show |= {"tail": tail, "result_o": result, "flags_o": flags}
-    yield Case("all", ctx.ieee.matches(result, flags, outcome), assume, show)
+    special = ieee.choose(
+        (nan, CANON_NAN),
+        (inf, PLUS_INF),
+        otherwise=logic.number(logic.cat(sign, logic.bv(31, 0))),
+        sign=sign,
+    )
+    raised = ieee.flags(nv=logic.all(nan, invalid), dz=logic.all(logic.no(nan), inf, by_zero))
+    claim = ieee.matches(result, flags, Outcome(special, raised))
+    yield Case("special results", claim, (logic.any(nan, inf, zero),), show)
+    raised = logic.ite(exact, ieee.flags(), rounded.flags)
+    claim = ieee.matches(result, flags, Outcome(rounded.number, raised))
+    plain = (*contract, logic.no(logic.any(nan, inf, zero)))
+    yield Case("rounded", claim, plain, show)
