@@ -24,21 +24,26 @@ module motion_front_end #(
 
   localparam int unsigned TimeBits = motion_regmap_pkg::STEP_TIMING_LENGTH_WIDTH;
   localparam int unsigned TickBits = $clog2(ClocksPerTick);
+  // Pulses between two ticks, one every other clock at most, and a margin.
+  localparam int unsigned EventBits = $clog2(ClocksPerTick / 2 + 8);
   localparam logic [TickBits-1:0] LAST_CLOCK = TickBits'(ClocksPerTick - 1);
 
   logic [TickBits-1:0] clock_q;
   logic        tick, csr_write, head_write, read_q;
   logic [4:0]  register_index;
-  logic [31:0] ticks_q, read_data, readdata_q;
+  logic [31:0] ticks_q, reads, read_data, readdata_q;  // reads: one bit a register
   logic [TimeBits-1:0] length_q, space_q, setup_q, hold_q;
   logic [1:0]  irq_enable_q;
-  logic [Axes-1:0] abort, running, underrun, overrun, waiting, request, load;
-  logic [2:0]  load_word;
-  logic [31:0] load_data;
+  logic [Axes-1:0] abort, running, moving, idle, underrun, overrun, waiting, take;
+  logic [Axes-1:0] pulse, negative, first;
+  logic [2:0]  record_axis, record_word;
+  logic [31:0] record;
+  logic [32*Axes-1:0] rate;
   logic [4*Axes-1:0] head, tail;
   logic [32*Axes-1:0] position;
 
   assign register_index = address_i[4:0];
+  assign reads      = (address_i[9:5] == 5'd0) ? 32'd1 << register_index : 32'd0;
   assign csr_write  = write_i && address_i[9:5] == 5'd0;
   assign head_write = csr_write && register_index == motion_regmap_pkg::REG_HEAD;
   assign abort      = (csr_write && register_index == motion_regmap_pkg::REG_CONTROL)
@@ -72,25 +77,24 @@ module motion_front_end #(
     end
   end
 
+  function automatic logic [31:0] shown(input logic chosen, input logic [31:0] value);
+    shown = chosen ? value : 32'd0;
+  endfunction
+
+  // An OR of values of which one at most is not 0 is smaller than a case.
   always_comb begin
-    read_data = 32'd0;
-    case (register_index)
-      motion_regmap_pkg::REG_ID: read_data = motion_regmap_pkg::RESET_ID;
-      motion_regmap_pkg::REG_CONFIG: read_data = {16'd0, 8'(ClocksPerTick), 4'd8, 4'(Axes)};
-      motion_regmap_pkg::REG_STATUS:
-      read_data = {8'd0, 8'(overrun), 8'(underrun), 8'(running)};
-      motion_regmap_pkg::REG_HEAD: read_data = 32'(head);
-      motion_regmap_pkg::REG_TAIL: read_data = 32'(tail);
-      motion_regmap_pkg::REG_STEP_TIMING: read_data = {6'd0, space_q, 6'd0, length_q};
-      motion_regmap_pkg::REG_DIRECTION_TIMING: read_data = {6'd0, hold_q, 6'd0, setup_q};
-      motion_regmap_pkg::REG_IRQ_ENABLE: read_data = {30'd0, irq_enable_q};
-      motion_regmap_pkg::REG_TICKS: read_data = ticks_q;
-      default:
-      for (int unsigned i = 0; i < Axes; i++)
-        if (register_index == motion_regmap_pkg::REG_POSITION0 + 5'(i))
-          read_data = position[32*i+:32];
-    endcase
-    if (address_i[9:5] != 5'd0) read_data = 32'd0;
+    read_data = shown(reads[motion_regmap_pkg::REG_ID], motion_regmap_pkg::RESET_ID)
+        | shown(reads[motion_regmap_pkg::REG_CONFIG], {16'd0, 8'(ClocksPerTick), 4'd8, 4'(Axes)})
+        | shown(reads[motion_regmap_pkg::REG_STATUS], {8'd0, 8'(overrun), 8'(underrun), 8'(running)})
+        | shown(reads[motion_regmap_pkg::REG_HEAD], 32'(head))
+        | shown(reads[motion_regmap_pkg::REG_TAIL], 32'(tail))
+        | shown(reads[motion_regmap_pkg::REG_STEP_TIMING], {6'd0, space_q, 6'd0, length_q})
+        | shown(reads[motion_regmap_pkg::REG_DIRECTION_TIMING], {6'd0, hold_q, 6'd0, setup_q})
+        | shown(reads[motion_regmap_pkg::REG_IRQ_ENABLE], {30'd0, irq_enable_q})
+        | shown(reads[motion_regmap_pkg::REG_TICKS], ticks_q);
+    for (int unsigned i = 0; i < Axes; i++)
+      read_data = read_data | shown(reads[motion_regmap_pkg::REG_POSITION0 + 5'(i)],
+                                    position[32*i+:32]);
   end
 
   always_ff @(posedge clk_i) readdata_q <= read_data;
@@ -100,7 +104,6 @@ module motion_front_end #(
   ) u_profiles (
       .clk_i,
       .rst_ni,
-      .tick_i      (tick),
       .abort_i     (abort),
       .write_i     (write_i && address_i[9]),
       .address_i   (address_i[8:0]),
@@ -110,10 +113,31 @@ module motion_front_end #(
       .head_o      (head),
       .tail_o      (tail),
       .waiting_o   (waiting),
-      .request_i   (request),
-      .load_o      (load),
-      .load_word_o (load_word),
-      .load_data_o (load_data)
+      .axis_i      (record_axis),
+      .word_i      (record_word),
+      .record_o    (record),
+      .take_i      (take)
+  );
+
+  velocity_control #(
+      .Axes     (Axes),
+      .EventBits(EventBits)
+  ) u_velocity (
+      .clk_i,
+      .rst_ni,
+      .abort_i    (abort),
+      .tick_i     (tick),
+      .waiting_i  (waiting),
+      .axis_o     (record_axis),
+      .word_o     (record_word),
+      .record_i   (record),
+      .take_o     (take),
+      .running_o  (moving),
+      .underrun_o (underrun),
+      .pulse_i    (pulse),
+      .rate_o     (rate),
+      .direction_o(negative),
+      .first_o    (first)
   );
 
   for (genvar i = 0; i < Axes; i++) begin : gen_axis
@@ -124,17 +148,15 @@ module motion_front_end #(
         .clk_i,
         .rst_ni,
         .abort_i    (abort[i]),
-        .tick_i     (tick),
-        .load_i     (load[i]),
-        .load_word_i(load_word),
-        .load_data_i(load_data),
-        .request_o  (request[i]),
+        .rate_i     (rate[32*i+:32]),
+        .negative_i (negative[i]),
+        .first_i    (first[i]),
+        .pulse_o    (pulse[i]),
         .length_i   (length_q),
         .space_i    (space_q),
         .setup_i    (setup_q),
         .hold_i     (hold_q),
-        .running_o  (running[i]),
-        .underrun_o (underrun[i]),
+        .idle_o     (idle[i]),
         .overrun_o  (overrun[i]),
         .position_o (position[32*i+:32]),
         .step_o     (step_o[i]),
@@ -142,6 +164,7 @@ module motion_front_end #(
     );
   end
 
+  assign running       = moving | ~idle;
   assign readdata_o    = readdata_q;
   assign waitrequest_o = read_i && !read_q;
   assign irq_o = (irq_enable_q[0] && (running | waiting) == '0)
