@@ -40,9 +40,12 @@ module velocity_control #(
 
   // A round, in the clocks behind each tick, gives every axis a turn of eight steps. In each step one
   // word of the axis' state, or of its next record, goes through the accumulator into the state: the
-  // flags, count - 1, the jerk as they are; the others with the word before them added.
+  // flags, count - 1, the jerk as they are; the others with the result before them added.
   localparam logic [2:0] FLAGS = 3'd0, COUNT = 3'd1, JERK_LOW = 3'd2, SLOPE_LOW = 3'd3,
                          VELOCITY_LOW = 3'd4, JERK_HIGH = 3'd5, SLOPE_HIGH = 3'd6, VELOCITY_HIGH = 3'd7;
+
+  localparam int unsigned StateWords = 8 * Axes;
+  localparam int unsigned StateBits  = $clog2(StateWords);
 
   // Stages of a step: address, word read (q1), word chosen and added (q2), sum (q3).
   logic            sample_q, round_q, served, served_q1, served_q2;
@@ -50,7 +53,7 @@ module velocity_control #(
   logic [Axes-1:0] turn, turn_q1, turn_q2, turn_q3;  // one of them, or none
   logic [Axes-1:0] serve_q;                          // axes that get a record in this round
   logic            add_q2, high_q2, flags_q2, flags_q3, count_q2, count_q3, last_q2, last_q3;
-  logic [5:0]      address, address_q1, address_q2, address_q3;
+  logic [StateBits-1:0] address, address_q1, address_q2, address_q3;
 
   always_comb begin
     case (step_q)
@@ -67,7 +70,7 @@ module velocity_control #(
   end
 
   assign served  = (turn & serve_q) != '0;
-  assign address = {axis_q, word};
+  assign address = StateBits'({axis_q, word});
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
@@ -108,9 +111,6 @@ module velocity_control #(
   assign word_o = word;
   assign take_o = (step_q == VELOCITY_HIGH) ? turn & serve_q : '0;
 
-  localparam int unsigned StateWords = 8 * Axes;
-  localparam int unsigned StateBits  = $clog2(StateWords);
-
   logic [31:0] state [0:StateWords-1];
   logic [31:0] state_q, word_q, sum_q, operand;
   logic [2:0]  carry_q;  // of the last three steps
@@ -121,8 +121,8 @@ module velocity_control #(
   logic [EventBits-1:0]      spent;
 
   always_ff @(posedge clk_i) begin
-    if (turn_q3 != '0) state[address_q3[StateBits-1:0]] <= sum_q;
-    state_q <= state[address[StateBits-1:0]];
+    if (turn_q3 != '0) state[address_q3] <= sum_q;
+    state_q <= state[address];
     word_q  <= served_q1 ? record_i : state_q;
   end
 
