@@ -29,8 +29,9 @@ module dual_asip #(
     output logic                   period_o,         // first clock of a period
     output logic                   finished_o,       // pulse: all work of a period is done
     output logic                   stop_o,           // a core has faulted
-    // trace: words of set-points on their way into the buffer; leave open in hardware
+    // trace: words of set-points on their way into the buffer, cycles of core n's run; open in hardware
     output logic                   trace_store_o,
+    output logic [1:0]             trace_cycles_o,
     output logic [4:0]             trace_index_o,
     output logic [31:0]            trace_data_o
 );
@@ -38,7 +39,7 @@ module dual_asip #(
   // ---- host
   logic [1:0]  host_read, host_write, host_wait;
   logic        run, clear, cleared, list_write;
-  logic [15:0] period, elapsed;
+  logic [15:0] period, elapsed, clocks;
   logic [5:0]  set_points, inputs, commands;
   logic [31:0] zero_on_hold;
   // ---- sequencer and buffer
@@ -49,7 +50,7 @@ module dual_asip #(
   logic [4:0]  source, index;
   logic [31:0] seq_data, seq_readdata, data, buffer_data, measured_q;
   logic [1:0]  core_cycles, core_fault, overrun;
-  logic [32*Measured-1:0] latched_q;
+  logic [32*Measured-1:0] latched_q, taken_q;
   logic [32*Commands-1:0] gathered_q;
   // ---- statistics
   logic [31:0] periods, overruns, left_min;
@@ -113,7 +114,8 @@ module dual_asip #(
       .run_i    (run),
       .clocks_i (period),
       .start_o  (start),
-      .elapsed_o(elapsed)
+      .elapsed_o(elapsed),
+      .clocks_o (clocks)
   );
 
   period_sequencer u_sequencer (
@@ -187,7 +189,7 @@ module dual_asip #(
       .finished_i    (finished_o),
       .copying_i     (copying),
       .elapsed_i     (elapsed),
-      .clocks_i      (period),
+      .clocks_i      (clocks),
       .periods_o     (periods),
       .overruns_o    (overruns),
       .core_last_o   (core_last),
@@ -202,13 +204,14 @@ module dual_asip #(
       .left_min_o    (left_min)
   );
 
-  // Measured words are taken at one instant; commands are put out at one.
+  // Measured words are taken at one instant, never while they are copied; commands are put out at one.
   always_ff @(posedge clk_i) begin
     if (start) latched_q <= measured_i;
+    if (swap) taken_q <= latched_q;
     measured_q        <= 32'd0;
     source_measured_q <= source_measured;
     for (int unsigned i = 0; i < Measured; i++)
-      if (source == 5'(i)) measured_q <= latched_q[32*i+:32];
+      if (source == 5'(i)) measured_q <= taken_q[32*i+:32];
     for (int unsigned i = 0; i < Commands; i++)
       if (command && index == 5'(i)) gathered_q[32*i+:32] <= data;
   end
@@ -277,8 +280,9 @@ module dual_asip #(
   assign period_o = start;
   assign stop_o   = core_fault != 2'd0;
 
-  assign trace_store_o = store;
-  assign trace_index_o = index;
-  assign trace_data_o  = data;
+  assign trace_store_o  = store;
+  assign trace_cycles_o = core_cycles;
+  assign trace_index_o  = index;
+  assign trace_data_o   = data;
 
 endmodule

@@ -7,15 +7,19 @@ import argparse
 import json
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 from rich.console import Console
 
 from asip_asm.assemble import assemble
 from asip_asm.diagnostics import AssemblyError
 from asip_asm.isa import default_isa
+from sim.dual.loop import Loop, Stretch, follow, stretches_of
 from sim.dual.moves import PathNotSuitedError, moves_of
-from sim.dual.report import NOMINAL_CLOCKS, results, tables
+from sim.dual.report import NOMINAL_CLOCKS, PageError, publish, results, tables, write
 from sim.dual.system import PROGRAMS, TwoProcessors
 from sim.harness.asip_rtl import AsipError
 from sim.harness.build import ROOT, BuildError
@@ -25,11 +29,13 @@ from sim.model.tracking import joint_path
 from sim.motion.gcode import GcodeErrors, parse_file
 from sim.motion.trajectory import WorkspaceError, generate
 from sim.run import closed_loop
+from sim.run.closed_loop import PROGRESS_TICKS
 from sim.run.controller import AsipController, ControllerFault
 from sim.run.nios import set_points
 from sim.run.progress import TickProgress
 
 SHORT_PERIOD = 512  # clocks: above the work of a period in every configuration
+SAVE_TICKS = 10_000  # between two partial results
 SINGLE = ROOT / "build/results.json"
 
 
@@ -49,34 +55,103 @@ def _single_core(robot: Robot, path: SetPoints, console: Console) -> dict[str, f
     return vars(closed_loop.tracking_error(robot, path, desired, recording))
 
 
+def _one_core(loop: Loop, configuration: str, console: Console) -> dict[str, int]:
+    """One core alone, given the words handed over and the counts seen: how many answers are equal.
+
+    Its program keeps states, so that a set-point that came a period early or late would show.
+    """
+    image = assemble(PROGRAMS / "tracking_optimised.s", configuration=configuration)
+    alone = AsipController(image, intermediates=False)
+    rows = loop.ticks[: loop.done]
+    path = SetPoints.from_words(rows["set_point"])
+    with TickProgress(console) as bars:
+        bars.add("same words, one processor", len(rows))
+        answers = closed_loop.replay(
+            path, rows["counts"], alone, lambda n: bars.advance("same words, one processor", n)
+        )
+    same = answers.outputs.view(np.uint32) == rows["period"]["commands"]
+    return {"ticks": len(rows), "ticks_equal": int(same.all(axis=1).sum())}
+
+
 def run(arguments: argparse.Namespace, console: Console) -> None:
-    """The whole job; writes results.json below arguments.output."""
+    """The whole job; writes results.json below arguments.output as it goes.
+
+    Raises ControllerFault, KeyboardInterrupt: the results are those up to there.
+    """
     robot = Robot.load()
     trajectory = generate(parse_file(arguments.gcode))
     moves = moves_of(trajectory)
     path = set_points(trajectory, arguments.ticks)
-    console.print(f"{arguments.gcode}: {len(path)} ticks of 100 us, {len(moves)} moves")
+    desired = joint_path(robot, path)[0]
+    stretches = []
+    if not arguments.short_only and arguments.period != NOMINAL_CLOCKS:
+        stretches = stretches_of(trajectory.first_ticks, len(path))
+    console.print(
+        f"{arguments.gcode}: {len(path)} ticks of 100 us, {len(moves)} moves; "
+        f"{arguments.period} clocks a period"
+    )
     controller = TwoProcessors(
         moves, arguments.period, trajectory=arguments.trajectory, tracking=arguments.tracking
     )
     begin = time.perf_counter()
-    with TickProgress(console) as bars:
-        bars.add("two processors", len(path))
-        recording = closed_loop.run(
-            robot, path, controller, lambda n: bars.advance("two processors", n)
-        )
-    data = results(robot, path, recording, controller)
-    data["simulation"] = {
-        "clocks": controller.system.clocks,
-        "wall_s": time.perf_counter() - begin,
-    }
-    data["tracking_single_core"] = _single_core(robot, path, console)
-    out: Path = arguments.output
-    out.mkdir(parents=True, exist_ok=True)
-    (out / "results.json").write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")
+    file: Path = arguments.output / "results.json"
+    repeated: list[Stretch] = []
+    loop = Loop(robot, path, controller)
+
+    def figures() -> dict[str, Any]:
+        data = {
+            "path": arguments.gcode.name,
+            "whole_path": len(path) == int(trajectory.first_ticks[-1]),
+        }
+        data |= results(robot, path, desired, loop, repeated)
+        data["simulation"] = {
+            "clocks": controller.system.clocks,
+            "wall_s": time.perf_counter() - begin,
+        }
+        return data
+
+    def save(done: list[Stretch]) -> None:
+        repeated[:] = done
+        if loop.done // SAVE_TICKS > (loop.done - PROGRESS_TICKS) // SAVE_TICKS:
+            write(file, figures())
+
+    names = {"path": "two processors", "repeat": f"{NOMINAL_CLOCKS} clocks a period"}
+    try:
+        with TickProgress(console) as bars:
+            bars.add(names["path"], len(path))
+            if stretches:
+                bars.add(names["repeat"], sum(s.end - s.first for s in stretches))
+            follow(
+                loop, stretches, NOMINAL_CLOCKS, lambda name, n: bars.advance(names[name], n), save
+            )
+    except (ControllerFault, AsipError, KeyboardInterrupt) as stop:
+        if loop.done:
+            cause = str(stop) or "interrupted"
+            write(file, {"path": arguments.gcode.name, **_so_far(figures, loop), "stopped": cause})
+            console.print(f"stopped after {loop.done} of {len(path)} ticks; so far: {file}")
+        raise
+    data = figures()
+    write(file, data)
+    data["one_core"] = _one_core(loop, arguments.tracking, console)
+    if data["tracking"]:
+        data["tracking_single_core"] = _single_core(robot, path, console)
+    write(file, data)
     for table in tables(data):
         console.print(table)
-    console.print(f"figures: {out / 'results.json'}")
+    console.print(f"figures: {file}")
+
+
+def _so_far(figures: Callable[[], dict[str, Any]], loop: Loop) -> dict[str, Any]:
+    """The figures up to a stop; after a fault the registers may say more than the ticks done."""
+    try:
+        return figures()
+    except (ControllerFault, AsipError):
+        return {
+            "complete": False,
+            "ticks": len(loop.ticks),
+            "ticks_done": loop.done,
+            "flags": loop.controller.system.flags(),
+        }
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -84,7 +159,11 @@ def main(argv: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(
         prog="python -m sim.dual",
         description=__doc__,
-        epilog="example: python -m sim.dual sim/paths/agh.ngc --ticks 2000 --period 12500",
+        epilog="examples: python -m sim.dual sim/paths/agh.ngc --ticks 2000 --period 12500; "
+        "python -m sim.dual --short-only; python -m sim.dual --docs. "
+        f"Both ends of the path and its corners are repeated with {NOMINAL_CLOCKS} clocks a period "
+        "from the same state, and the run stops if any bit of words, commands, counts or positions "
+        "differs. results.json is written as it goes; a stopped run says there how far it got.",
     )
     parser.add_argument(
         "gcode", type=Path, nargs="?", default=ROOT / "sim/paths/agh.ngc", help="path (RS-274)"
@@ -95,7 +174,11 @@ def main(argv: list[str] | None = None) -> int:
         type=int,
         default=SHORT_PERIOD,
         metavar="CLOCKS",
-        help=f"clocks of a simulated period, %(default)s leave out idle clocks of {NOMINAL_CLOCKS}",
+        help="clocks of a period, written to the register of the period timer (%(default)s); those "
+        f"of 100 us are {NOMINAL_CLOCKS}, and nearly all of them are idle",
+    )
+    parser.add_argument(
+        "--short-only", action="store_true", help=f"repeat nothing with {NOMINAL_CLOCKS} clocks"
     )
     for core in ("trajectory", "tracking"):
         parser.add_argument(
@@ -107,6 +190,11 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument(
         "--output", type=Path, default=ROOT / "build/dual", help="folder of results.json"
     )
+    parser.add_argument(
+        "--docs",
+        action="store_true",
+        help="put the results of the last run, if of the whole path, into docs/two_processors.md",
+    )
     arguments = parser.parse_args(argv)
     if arguments.ticks is not None and arguments.ticks < 1:
         parser.error(f"--ticks {arguments.ticks} is not positive")
@@ -114,8 +202,16 @@ def main(argv: list[str] | None = None) -> int:
         parser.error(f"--period {arguments.period} is not in 1..65535")
     console = Console()
     try:
-        run(arguments, console)
+        if arguments.docs:
+            publish(arguments.output / "results.json")
+        else:
+            run(arguments, console)
+    except KeyboardInterrupt:
+        return 130
     except (GcodeErrors, WorkspaceError, ParameterError, AssemblyError) as error:
+        console.print(str(error), markup=False, highlight=False)
+        return 1
+    except PageError as error:
         console.print(str(error), markup=False, highlight=False)
         return 1
     except PathNotSuitedError as error:

@@ -1,21 +1,24 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What `make dual` measures: cycles, time left, set-points against the planned path, tracking."""
+"""What `make dual` measures: cycles, time left, hand-over, set-points against the plan."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import json
+import re
+from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from rich.table import Table
 
-from sim.dual.system import TwoProcessors
+from sim.dual.loop import Loop, Stretch
+from sim.harness.build import ROOT
 from sim.harness.dual_rtl import REGMAP
 from sim.model.parameters import Robot
 from sim.model.records import SetPoints
-from sim.model.tracking import joint_path
-from sim.run.closed_loop import Recording, tracking_error
+from sim.run.closed_loop import SETTLED_S, tracking_error
 from sim.run.controller import SET_POINTS, ControllerFault
 from sim.run.results import CLOCK_MHZ
 
@@ -24,6 +27,14 @@ REGISTERS = (
     *("TRAJECTORY_MIN", "TRAJECTORY_MAX", "TRACKING_MIN", "TRACKING_MAX", "COMMAND_MAX"),
     *("COPY_MAX", "USED_MAX", "LEFT_MIN", "PERIODS", "UNDERRUNS", "OVERRUNS"),
 )
+PAGE = ROOT / "docs/two_processors.md"
+DATA = ROOT / "docs/data/two_processors.json"
+MARK = re.compile(r"(<!-- whole path: [^\n]*-->\n).*?(<!-- end of whole path -->)", flags=re.DOTALL)
+TRACKING = (("leg", 1e6, "um"), ("tool", 1e6, "um"), ("table", 1e6, "urad"))
+
+
+class PageError(ValueError):
+    """The results cannot be put on the page; says why and what to do."""
 
 
 def set_point_errors(path: SetPoints, made: NDArray[np.float32]) -> dict[str, float]:
@@ -32,60 +43,179 @@ def set_point_errors(path: SetPoints, made: NDArray[np.float32]) -> dict[str, fl
     return dict(zip(SET_POINTS, difference.tolist(), strict=True))
 
 
-def results(
-    robot: Robot, path: SetPoints, recording: Recording, controller: TwoProcessors
-) -> dict[str, Any]:
-    """The content of build/dual/results.json; clocks come from the system's registers.
-
-    Raises ControllerFault if the system has counted other periods than the closed loop.
-    """
-    system = controller.system
-    clocks = {name.lower(): system.read(name) for name in REGISTERS}
-    period = system.read("PERIOD")
-    if clocks["periods"] != len(path) + 1:  # one before the first tick
-        raise ControllerFault(f"{clocks['periods']} periods for {len(path)} ticks")
-    # The work of a period does not depend on its length: the rest of it is idle.
-    left = NOMINAL_CLOCKS - (period - clocks["left_min"])
-    desired = joint_path(robot, path)[0]
+def spread(values: NDArray[np.integer]) -> dict[str, float]:
+    """Least, median and most of at least one value."""
     return {
+        "min": int(values.min()),
+        "median": float(np.median(values)),
+        "max": int(values.max()),
+    }
+
+
+def periods(loop: Loop) -> dict[str, dict[str, float]]:
+    """Spread of the parts of a period over the ticks done, in clocks and cycles.
+
+    Clocks count from the first one of a period. The work of a period does not depend on its length,
+    what is longer is idle; so what is left is counted of 100 us, for each core from the clock in
+    which its words have been handed over. A set-point waits from then to the commands made of it.
+    """
+    rows = loop.ticks["period"][: loop.done]
+    made = np.append(loop.start["set_point_clock"], rows["set_point_clock"][:-1]).astype(np.int64)
+    parts = {
+        "trajectory_cycles": rows["cycles"][:, 0],
+        "tracking_cycles": rows["cycles"][:, 1],
+        "set_point_clock": rows["set_point_clock"],
+        "command_clock": rows["command_clock"],
+        "used": rows["used"],
+        "left_trajectory": NOMINAL_CLOCKS - rows["set_point_clock"].astype(np.int64),
+        "left_tracking": NOMINAL_CLOCKS - rows["command_clock"].astype(np.int64),
+        "left": NOMINAL_CLOCKS - rows["used"].astype(np.int64),
+        "set_point_to_command": NOMINAL_CLOCKS - made + rows["command_clock"],
+    }
+    return {name: spread(values) for name, values in parts.items()}
+
+
+def checked_registers(loop: Loop) -> dict[str, int]:
+    """The system's statistics. Raises ControllerFault if they are not what the run has seen."""
+    clocks = {name.lower(): loop.controller.system.read(name) for name in REGISTERS}
+    rows = np.append(loop.ticks["period"][: loop.done], loop.start)
+    tracked = rows[rows["updates"] > 0]
+    seen = {
+        "periods": len(rows),
+        "trajectory_min": rows["cycles"][:, 0].min(),
+        "trajectory_max": rows["cycles"][:, 0].max(),
+        "tracking_min": tracked["cycles"][:, 1].min(),
+        "tracking_max": tracked["cycles"][:, 1].max(),
+        "command_max": tracked["command_clock"].max(),
+        "used_max": rows["used"].max(),
+    }
+    for name, value in seen.items():
+        if clocks[name] != value:
+            raise ControllerFault(
+                f"register {name.upper()} says {clocks[name]}, the run has seen {value}"
+            )
+    return clocks
+
+
+def results(
+    robot: Robot,
+    path: SetPoints,
+    desired: NDArray[np.float64],
+    loop: Loop,
+    repeated: Sequence[Stretch],
+) -> dict[str, Any]:
+    """The content of build/dual/results.json after the ticks done, at least one.
+
+    desired: planned joints, (N, 5). Tracking is judged after 50 ms, before that it is None. Raises
+    ControllerFault if the system's registers contradict the run.
+    """
+    controller, n = loop.controller, loop.done
+    flags = controller.system.flags()
+    recording = loop.recording()
+    tracked = SetPoints.from_words(path.words()[:n])
+    settled = n > round(SETTLED_S / robot.T_s)
+    return {
+        "complete": n == len(path),
         "ticks": len(path),
+        "ticks_done": n,
         "clock_mhz": CLOCK_MHZ,
-        "period_clocks_simulated": period,
+        "period_clocks_simulated": controller.system.read("PERIOD"),
         "period_clocks_nominal": NOMINAL_CLOCKS,
         "configuration": {n: image.configuration for n, image in controller.images.items()},
-        "clocks": clocks,
-        "left_of_nominal_period": {
-            "clocks_min": left,
-            "us_min": left / CLOCK_MHZ,
-            "share_min": left / NOMINAL_CLOCKS,
+        "clocks": checked_registers(loop),
+        "periods": periods(loop),
+        "flags": flags,
+        "repeated": {
+            "period_clocks": NOMINAL_CLOCKS,
+            "stretches": [[stretch.first, stretch.end] for stretch in repeated],
+            "ticks": sum(stretch.end - stretch.first for stretch in repeated),
+            "same_bits": True,  # else the run has stopped
         },
-        "latency": {
-            "set_point_periods": 1,
-            "period_start_to_command_clocks_max": clocks["command_max"],
-        },
-        "flags": system.flags(),
-        "set_point_error": set_point_errors(path, np.array(controller.set_points[: len(path)])),
-        "tracking": vars(tracking_error(robot, path, desired, recording)),
+        "set_point_error": set_point_errors(tracked, loop.ticks["set_point"][:n]),
+        "tracking": vars(tracking_error(robot, tracked, desired[:n], recording))
+        if settled
+        else None,
     }
+
+
+def write(file: Path, data: dict[str, Any]) -> None:
+    """Write the results; a reader sees the old ones or the new ones, whole."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    draft = file.with_suffix(".tmp")
+    draft.write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")
+    draft.replace(file)
+
+
+# ---------------------------------------------------------------------- tables
+
+PARTS = {
+    "trajectory_cycles": "trajectory core, cycles of a run",
+    "tracking_cycles": "tracking core, cycles of a run",
+    "set_point_clock": "period start to set-point in the buffer",
+    "command_clock": "period start to commands",
+    "used": "all work",
+    "left_trajectory": "left of 100 us, trajectory core",
+    "left_tracking": "left of 100 us, tracking core",
+    "left": "left of 100 us, both",
+    "set_point_to_command": "set-point in the buffer to its commands, 100 us periods",
+}
+
+
+def _timing(data: dict[str, Any]) -> Iterator[tuple[str, ...]]:
+    """Part, least, median, most [clocks], median [us]."""
+    for name, text in PARTS.items():
+        part = data["periods"][name]
+        median = part["median"]
+        yield (
+            text,
+            str(part["min"]),
+            f"{median:g}",
+            str(part["max"]),
+            f"{median / data['clock_mhz']:.2f}",
+        )
+
+
+def _tracking(data: dict[str, Any]) -> Iterator[tuple[str, ...]]:
+    """Deviation, two processors, one processor."""
+    for name, scale, unit in TRACKING:
+        both = (data[key][name] * scale for key in ("tracking", "tracking_single_core"))
+        yield (f"{name} [{unit}]", *(f"{value:.4f}" for value in both))
+
+
+def _events(data: dict[str, Any]) -> Iterator[tuple[str, str]]:
+    """What happened, how often."""
+    clocks, repeated = data["clocks"], data["repeated"]
+    yield "ticks tracked", f"{data['ticks_done']} of {data['ticks']}"
+    yield "periods with work left from the one before (OVERRUNS)", str(clocks["overruns"])
+    yield "periods without a new set-point (UNDERRUNS)", str(clocks["underruns"])
+    yield "clocks of a period simulated", str(data["period_clocks_simulated"])
+    if repeated["ticks"]:
+        yield (
+            f"ticks repeated with {repeated['period_clocks']} clocks, same bits",
+            f"{repeated['ticks']} in {len(repeated['stretches'])} stretches",
+        )
+    if data.get("one_core"):
+        yield (
+            "commands that one core answers to the set-point of the period before, same bits",
+            f"{data['one_core']['ticks_equal']} of {data['one_core']['ticks']}",
+        )
 
 
 def tables(data: dict[str, Any]) -> Iterator[Table]:
     """The figures of results.json as tables."""
-    clocks, us = data["clocks"], 1.0 / data["clock_mhz"]
-    timing = Table(title=f"two processors, {data['ticks']} ticks at {data['clock_mhz']} MHz")
+    events = Table(title="two processors")
+    events.add_column("")
+    events.add_column("", justify="right")
+    for row in _events(data):
+        events.add_row(*row)
+    yield events
+
+    timing = Table(title=f"clocks at {data['clock_mhz']} MHz")
     timing.add_column("part of a period")
-    for head in ("least", "most", "most [us]"):
+    for head in ("least", "median", "most", "median [us]"):
         timing.add_column(head, justify="right")
-    for name, low, high in (
-        ("trajectory core, cycles", clocks["trajectory_min"], clocks["trajectory_max"]),
-        ("tracking core, cycles", clocks["tracking_min"], clocks["tracking_max"]),
-        ("copying, clocks", None, clocks["copy_max"]),
-        ("period start to commands, clocks", None, clocks["command_max"]),
-        ("all work, clocks", None, clocks["used_max"]),
-    ):
-        timing.add_row(name, "" if low is None else str(low), str(high), f"{high * us:.2f}")
-    left = data["left_of_nominal_period"]
-    timing.add_row("left of 100 us, clocks", str(left["clocks_min"]), "", f"{left['us_min']:.2f}")
+    for row in _timing(data):
+        timing.add_row(*row)
     yield timing
 
     handed = Table(title="set-points of the core against the plan in double precision")
@@ -98,10 +228,61 @@ def tables(data: dict[str, Any]) -> Iterator[Table]:
         handed.add_row(name, f"{value:.3g}", unit)
     yield handed
 
-    tracking = Table(title="largest tracking error after 50 ms")
-    for head in ("", "two processors", "one processor"):
-        tracking.add_column(head, justify="right")
-    for name, scale, unit in (("leg", 1e6, "um"), ("tool", 1e6, "um"), ("table", 1e6, "urad")):
-        both = (data[key][name] * scale for key in ("tracking", "tracking_single_core"))
-        tracking.add_row(f"{name} [{unit}]", *(f"{value:.4f}" for value in both))
-    yield tracking
+    if data["tracking"] and data.get("tracking_single_core"):
+        tracking = Table(title="largest tracking error after 50 ms")
+        for head in ("", "two processors", "one processor"):
+            tracking.add_column(head, justify="right")
+        for row in _tracking(data):
+            tracking.add_row(*row)
+        yield tracking
+
+
+# ---------------------------------------------------------------------- page
+
+
+def block(data: dict[str, Any]) -> str:
+    """Markdown of the figures for docs/two_processors.md."""
+
+    def rows(head: Sequence[str], body: Iterator[tuple[str, ...]]) -> list[str]:
+        lines = [head, ["---"] + ["--:"] * (len(head) - 1), *body]
+        return ["| " + " | ".join(line) + " |" for line in lines] + [""]
+
+    cores = ", ".join(f"{name} core `{kind}`" for name, kind in data["configuration"].items())
+    lines = [
+        "",
+        f"Path A-G-H, {cores}, {data['clock_mhz']} MHz.",
+        "",
+        *rows(("over the whole path", "ticks"), _events(data)),
+        *rows(("clocks", "least", "median", "most", "median [us]"), _timing(data)),
+        *rows(
+            ("largest tracking error after 50 ms", "two processors", "one processor"),
+            _tracking(data),
+        ),
+    ]
+    return "\n".join(lines)
+
+
+def replaced(text: str, data: dict[str, Any]) -> str:
+    """The page with the figures of `data` between its marks. Raises PageError without marks."""
+    if not MARK.search(text):
+        raise PageError("no `<!-- whole path: ... -->` marks in the page; put them back")
+    return MARK.sub(lambda found: found[1] + block(data) + found[2], text)
+
+
+def publish(results_file: Path, page: Path = PAGE, kept: Path = DATA) -> None:
+    """Put the figures of a complete run of A-G-H on the page and keep them beside it.
+
+    Raises PageError for results of another path or of a part.
+    """
+    try:
+        data = json.loads(results_file.read_text(encoding="utf-8"))
+    except (FileNotFoundError, json.JSONDecodeError) as error:
+        raise PageError(f"{results_file}: error: {error}; run `make dual` first") from error
+    if not data["complete"] or not data["whole_path"] or data["path"] != "agh.ngc":
+        raise PageError(
+            f"{results_file}: error: {data['ticks_done']} of {data['ticks']} ticks of "
+            f"{data['path']}; the page shows the whole path A-G-H: run `make dual`"
+        )
+    text = replaced(page.read_text(encoding="utf-8"), data)
+    write(kept, data)
+    page.write_text(text, encoding="utf-8")

@@ -90,11 +90,12 @@ class TwoProcessors:
         self.feed()
 
     # ------------------------------------------------------------------ closed loop
-    def prime(self, words: ArrayLike, counts: ArrayLike) -> None:
+    def prime(self, words: ArrayLike, counts: ArrayLike) -> np.void:
         """Make the first measurement the last one; let the first set-point be made.
 
         words: the first set-point, for the tracking core alone. It runs once for its memory of the
-        measurement; then one period makes the set-point with which tracking begins.
+        measurement; then one period, whose record is returned, makes the set-point with which
+        tracking begins.
         """
         core, image = self.system.tracking, self.images["tracking"]
         data = [
@@ -115,7 +116,7 @@ class TwoProcessors:
             }
         )
         self.start()
-        self.periods([counts])
+        return self.periods([counts])[0]
 
     def start(self) -> None:
         """Let periods begin."""
@@ -129,12 +130,24 @@ class TwoProcessors:
 
     def step(self, words: ArrayLike, counts: ArrayLike) -> Ticks:
         """One period with five counts; `words` are not used. Raises ControllerFault."""
-        record = self.periods([counts])
-        if self.system.stop or record["late"][0] or record["updates"][0] != 1:
+        record = self.advance(counts)
+        commands = record["commands"].view(np.float32)[np.newaxis]
+        return Ticks(commands, np.empty((1, 0), np.float32), record["used"][np.newaxis])
+
+    def advance(self, counts: ArrayLike) -> np.void:
+        """One period with five counts, its record. Raises ControllerFault if anything was late."""
+        record = self.periods([counts])[0]
+        words = record["stored"] == len(SET_POINTS)
+        if (
+            self.system.stop
+            or record["late"]
+            or record["updates"] != 1
+            or record["torn"]
+            or not words
+        ):
             flags = ", ".join(name for name, on in self.system.flags().items() if on)
-            raise ControllerFault(f"tick {self.tick}: no new command; flags: {flags}")
+            raise ControllerFault(f"tick {self.tick}: no new command or set-point; flags: {flags}")
         self.tick += 1
         if self.tick % FEED_PERIODS == 0 and self._written < len(self._moves):
             self.feed()
-        commands = record["commands"].view(np.float32)
-        return Ticks(commands, np.empty((1, 0), np.float32), record["used"])
+        return record

@@ -20,6 +20,9 @@ struct Period {
   uint32_t stored;               // words of it in this period
   uint32_t updates;              // command updates in this period
   uint32_t command_clock;        // clocks from the period's start to the last update
+  uint32_t set_point_clock;      // clocks from the period's start to the last word of the set-point
+  uint32_t cycles[2];            // of the runs of the trajectory and the tracking core that ended
+  uint32_t torn;                 // clocks in which commands changed without an update the clock before
   uint32_t used;                 // clocks from the period's start to the end of its work
   uint32_t late;                 // 1: the next period began before
 };
@@ -33,8 +36,9 @@ struct Dual {
   std::unique_ptr<Vdual_asip> top;
   uint64_t clocks = 0;
   uint32_t words[kWords] = {};
-  uint32_t stored = 0, updates = 0;
-  uint64_t updated = 0;
+  uint32_t stored = 0, updates = 0, torn = 0, cycles[2] = {}, command[kCommands] = {};
+  bool update = false;  // in the clock before
+  uint64_t updated = 0, last_stored = 0;
   std::deque<Write> queue;  // the host's writes, done while time passes
 
   Dual() : top(new Vdual_asip(&context)) {
@@ -64,11 +68,19 @@ struct Dual {
     if (top->trace_store_o) {
       if (top->trace_index_o < kWords) words[top->trace_index_o] = top->trace_data_o;
       ++stored;
+      last_stored = clocks;
     }
-    if (top->command_valid_o) {
+    for (uint32_t i = 0; i < kCommands; ++i) {
+      torn += top->command_o[i] != command[i] && !update;
+      command[i] = top->command_o[i];
+    }
+    update = top->command_valid_o;
+    if (update) {
       ++updates;
       updated = clocks;
     }
+    for (uint32_t n = 0; n < 2; ++n)
+      if (top->trace_cycles_o >> n & 1) cycles[n] = top->trace_data_o;
     top->clk_i = 1;
     top->eval();
     ++clocks;
@@ -107,27 +119,35 @@ struct Dual {
     return false;
   }
 
-  // One period: from its first clock to the end of its work, or to the first clock of the next one.
+  // One period: from its first clock to the end of its work, or to the first clock of the next one. While
+  // the work is under way, the lines hold the complements of the measured words, but for the first clock.
   bool period(Period* p) {
-    for (uint32_t i = 0; i < kMeasured; ++i) top->measured_i[i] = p->measured[i];
     uint64_t n = 0;
     for (settle(); !top->period_o; settle()) {
       edge();
       if (++n > kBusTimeout) return false;
     }
+    for (uint32_t i = 0; i < kMeasured; ++i) top->measured_i[i] = p->measured[i];
+    settle();
     const uint64_t begin = clocks;
-    stored = updates = 0;
+    stored = updates = torn = cycles[0] = cycles[1] = 0;
     for (n = 0;;) {
       edge();
+      if (n == 0)
+        for (uint32_t i = 0; i < kMeasured; ++i) top->measured_i[i] = ~p->measured[i];
       settle();
       p->late = top->period_o;
       if (top->finished_o || top->period_o) break;
       if (++n > kBusTimeout) return false;
     }
+    for (uint32_t i = 0; i < kMeasured; ++i) top->measured_i[i] = p->measured[i];
     p->used = clocks - begin;
     p->stored = stored;
     p->updates = updates;
     p->command_clock = updates ? updated - begin : 0;
+    p->torn = torn;
+    p->set_point_clock = stored ? last_stored - begin : 0;
+    for (uint32_t i = 0; i < 2; ++i) p->cycles[i] = cycles[i];
     for (uint32_t i = 0; i < kCommands; ++i) p->commands[i] = top->command_o[i];
     for (uint32_t i = 0; i < kWords; ++i) p->words[i] = words[i];
     return true;

@@ -28,7 +28,9 @@ PERIOD = np.dtype(
         ("measured", np.uint32, 5),
         ("commands", np.uint32, 5),
         ("words", np.uint32, 15),
-        *((name, np.uint32) for name in ("stored", "updates", "command_clock", "used", "late")),
+        *((name, np.uint32) for name in ("stored", "updates", "command_clock", "set_point_clock")),
+        ("cycles", np.uint32, 2),
+        *((name, np.uint32) for name in ("torn", "used", "late")),
     ]
 )
 """One period as the harness exchanges it: see struct Period of dual_harness.cpp."""

@@ -190,7 +190,9 @@ def test_refused_move__holds_the_last_set_point_and_stops(trajectory):
     plant = Plant(robot, HOME[:3], HOME[3:])
     seen = plant.counts()
     controller.prime(set_points(trajectory, 1).words()[0], seen)
-    with pytest.raises(ControllerFault, match=r"tick \d+: no new command; flags: .*stop.*"):
+    with pytest.raises(
+        ControllerFault, match=r"tick \d+: no new command or set-point; flags: .*stop.*"
+    ):
         for _ in range(good.duration + 2):
             seen = plant.step(controller.step(None, seen).outputs[0].tolist())
     for _ in range(50):
@@ -222,13 +224,15 @@ def test_moves__a_path_without_stops_is_refused_by_line():
 
 def test_cli__writes_figures_and_tables(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr("sim.dual.__main__.SINGLE", tmp_path / "none.json")
-    assert main([str(MOVES), "--ticks", "600", "--output", str(tmp_path)]) == 0
+    assert main([str(MOVES), "--ticks", "600", "--short-only", "--output", str(tmp_path)]) == 0
     data = json.loads((tmp_path / "results.json").read_text())
     assert data["ticks"] == 600
     assert data["clocks"]["periods"] == 601  # the first makes the set-point to begin with
-    assert (
-        data["left_of_nominal_period"]["clocks_min"] == NOMINAL_CLOCKS - data["clocks"]["used_max"]
-    )
+    assert data["complete"] and not data["whole_path"]
+    assert data["ticks_done"] == 600 and data["clocks"]["overruns"] == 0
+    assert data["periods"]["left"]["min"] == NOMINAL_CLOCKS - data["clocks"]["used_max"]
+    assert data["one_core"] == {"ticks": 600, "ticks_equal": 600}
+    assert data["repeated"]["ticks"] == 0
     assert data["tracking_single_core"]["tool"] > 0
     assert "left of 100 us" in capsys.readouterr().out
 
@@ -239,7 +243,11 @@ def test_cli__writes_figures_and_tables(tmp_path, capsys, monkeypatch):
         (["none.ngc"], 1, "none.ngc"),
         (["--ticks", "0"], 2, "--ticks 0 is not positive"),
         (["--period", "70000"], 2, "--period 70000 is not in 1..65535"),
-        ([str(MOVES), "--ticks", "50", "--period", "100"], 1, "no new command; flags: "),
+        (
+            [str(MOVES), "--ticks", "50", "--period", "100"],
+            1,
+            "no new command or set-point; flags: ",
+        ),
     ],
 )
 def test_cli__refuses_without_a_traceback(arguments, code, text, capsys, tmp_path):
