@@ -21,6 +21,7 @@ from sim.harness.dual_rtl import LISTS, MEASURED_SOURCE, REGMAP, DualRtl
 SEED = int(os.environ.get("SEED", "1"))
 FOLDER = Path(__file__).parent
 PERIOD = 500
+LONGEST_WORK = 1000  # clocks, above all work of a period with short runs
 LONG = 45  # rounds of a run that is longer than a period, and shorter than two
 WORDS = 15
 NAN = 0x7FC00000
@@ -111,6 +112,41 @@ def test_hand_over__measured_words_are_those_of_the_first_clock_and_change_nothi
     seen = records["commands"][1:]
     assert seen[:, :4].tolist() == measured[1:, 1:].tolist(), f"SEED={SEED}"
     assert seen[:, 4].view(np.float32).tolist() == [32.0 * n + 14 for n in range(7)]
+
+
+def test_hand_over__no_set_point_and_no_counts_are_torn_wherever_a_period_begins():
+    """A period begins at every clock of the work of the one before; words of two never mix."""
+    bench = Bench([0, 14, *(MEASURED_SOURCE + i for i in (1, 2, 4))])
+    kept = 0
+    for period in range(20, 320):
+        bench.system.write("CONTROL", 0)
+        bench.system.clock(2 * LONGEST_WORK)
+        bench.system.write("CONTROL", 2)
+        bench.system.write("PERIOD", period)
+        bench.start()
+        measured = [[1, *([1000 * period + n] * 4)] for n in range(8)]
+        records = bench.system.run(measured)
+        assert not records["torn"].any(), period
+        made = records["words"].view(np.float32)[:, 14]
+        assert set(np.diff(made[made > 0])) <= {0.0, 32.0}, period
+        for record in records[records["updates"] > 0]:
+            words, counts = record["commands"][:2].view(np.float32), record["commands"][2:]
+            assert words[1] == words[0] + 14, period
+            assert len(set(counts.tolist())) == 1 and counts[0] // 1000 == period, period
+            kept += 1
+    assert kept > 300
+
+
+def test_period__written_in_the_middle_of_one_takes_effect_with_the_next():
+    bench = Bench()
+    bench.start()
+    bench.run(2)
+    begins = []
+    for period in (400, 700, 300, 300):  # from 500, 400, 700, 300 on
+        records = bench.run(1)
+        begins.append(bench.system.clocks - int(records["used"][0]))
+        bench.system.write("PERIOD", period)
+    assert np.diff(begins).tolist() == [PERIOD, 400, 700]
 
 
 def test_hand_over__source_beyond_the_words_reads_zero():
@@ -257,7 +293,7 @@ def test_statistics__registers_are_what_the_harness_and_the_cores_count():
     bench = Bench()
     bench.start()
     cycles, used, command = [], [], []
-    for spin in (1, 5, 3, 8, 1):
+    for spin in (1, 5, 2, 8, 3):
         records = bench.run(1, spin)
         used.append(int(records["used"][0]))
         if records["updates"][0]:
@@ -315,6 +351,9 @@ def test_host__accesses_at_any_time_change_no_word_and_are_answered_right():
             assert records["words"].view(np.float32)[0].tolist() == [
                 32.0 * made + i for i in range(WORDS)
             ], f"SEED={SEED}"
+            assert commands(records)[0].tolist() == [32.0 * (made - 1) + i for i in range(5)], (
+                f"SEED={SEED}"
+            )
         expected += 1
         bench.system.clock(int(rng.integers(0, PERIOD)))
         for core in (bench.system.trajectory, bench.system.tracking):
@@ -326,6 +365,24 @@ def test_host__accesses_at_any_time_change_no_word_and_are_answered_right():
                 assert core.read(CSR["ID"]) == 0x4D544B31
     assert bench.counts()["UNDERRUNS"] == 0
     assert not bench.system.flags()["stop"]
+
+
+def test_host__read_of_a_register_at_every_clock_of_a_period_leaves_the_sequencer_its_words():
+    bench = Bench()
+    system = bench.system
+    for core in (system.trajectory, system.tracking):
+        core.write(CSR["WATCHDOG"], 0xFFFF)  # as status it would be a fault
+    bench.start()
+    used = int(bench.run(2)["used"][1])
+    for core in (system.trajectory, system.tracking):
+        for clock in range(used):
+            made = int(bench.run(1)["words"].view(np.float32)[0, 0]) // 32
+            system.clock(PERIOD - used - 1 + clock)
+            assert core.read(CSR["WATCHDOG"]) == 0xFFFF, clock
+            assert runs(bench.run(1)) == [made + 1], clock
+    assert not system.stop
+    for name in ("TRAJECTORY", "TRACKING"):
+        assert system.read(f"{name}_MIN") == system.read(f"{name}_MAX")
 
 
 def test_host__registers_read_back_and_unknown_words_read_zero():
