@@ -161,7 +161,9 @@ class SpeedPlanner:
         while keep < len(ramps) and ramps[keep].final:
             keep += 1
         ramps = ramps[:keep]
-        if not ramps:
+        # Less than a phase would be no motion; it comes with the next part.
+        lasting = (_duration(ramp) for ramp in ramps if ramp.s1 > ramp.s0)
+        if not sum(d for d in lasting if d >= SHORTEST_PHASE) > 2 * SHORTEST_PHASE:
             return None
         cut = ramps[-1].s1
         self._speed = ramps[-1].v1
@@ -264,6 +266,11 @@ def _ramps_of(
         _join(ramps, _Ramp(s1 - down, s1, vt, v1, a, -1))
 
 
+def _duration(ramp: _Ramp) -> float:
+    """Time of a ramp of some length [s]."""
+    return 2 * (ramp.s1 - ramp.s0) / (ramp.v0 + ramp.v1)
+
+
 def _join(ramps: list[_Ramp], ramp: _Ramp) -> None:
     """Adds a ramp, as a part of the last one where that goes on alike."""
     last = ramps[-1] if ramps else None
@@ -364,7 +371,7 @@ class _Average:
         return stretch
 
     def _ramp(self, ramp: _Ramp) -> None:
-        duration = 2 * (ramp.s1 - ramp.s0) / (ramp.v0 + ramp.v1)
+        duration = _duration(ramp)
         if duration >= SHORTEST_PHASE:
             self._append(self.time[-1] + duration, ramp.s1, ramp.v1)
 

@@ -135,6 +135,13 @@ def test_random_programs__quick__keep_every_limit_and_p(settings, first, depth):
         assert outcome.kept, f"random_moves({seed}, 12), depth {depth}: {outcome}"
 
 
+@pytest.mark.parametrize("seed", [4170])
+def test_random_programs__once_broken__keep_every_limit_and_p(seed):
+    """4170: the final part of a plan lasted less than the shortest phase."""
+    for outcome in programs(seed, 1, ROBOT):
+        assert outcome.kept, outcome
+
+
 @pytest.mark.full
 @pytest.mark.parametrize("first", range(1000, 11000, 500))
 def test_random_programs__ten_thousand__keep_every_limit_and_p(first):
