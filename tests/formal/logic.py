@@ -85,12 +85,32 @@ class Logic:
         """x <= y, unsigned."""
         return self.op(Kind.BV_ULE, x, self.bv(self.width(x), y) if isinstance(y, int) else y)
 
+    def slt(self, x: Term, y: Term | int) -> Term:
+        """x < y, signed."""
+        return self.op(Kind.BV_SLT, x, self.bv(self.width(x), y) if isinstance(y, int) else y)
+
+    def sle(self, x: Term, y: Term | int) -> Term:
+        """x <= y, signed."""
+        return self.op(Kind.BV_SLE, x, self.bv(self.width(x), y) if isinstance(y, int) else y)
+
+    def neg(self, term: Term) -> Term:
+        """-term modulo 2^width."""
+        return self.op(Kind.BV_NEG, term)
+
     def vector(self, *truths: Term) -> Term:
         """Truth values as bits, most significant first."""
         one, zero = self.bv(1, 1), self.bv(1, 0)
         return self.cat(*(self.ite(truth, one, zero) for truth in truths))
 
     # ---- truth values ----
+    def true(self) -> Term:
+        """The truth value."""
+        return self.tm.mk_true()
+
+    def implies(self, x: Term, y: Term) -> Term:
+        """Not x, or y."""
+        return self.op(Kind.IMPLIES, x, y)
+
     def eq(self, x: Term, y: Term | int) -> Term:
         """Identity (of numbers too: NaN equals NaN, +0 differs from -0)."""
         return self.op(Kind.EQUAL, x, self.bv(self.width(x), y) if isinstance(y, int) else y)

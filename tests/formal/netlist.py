@@ -2,15 +2,16 @@
 """RTL to terms: Yosys elaborates a module to BTOR2, which is then run symbolically cycle by cycle.
 
 Every register starts with an arbitrary value and every input is arbitrary in every cycle, except
-that reset is inactive. What a proof shows of the output in cycle L as a function of the inputs in
-cycle 0 thus holds for any operations before, between and after, that is for a full pipeline.
+that reset is inactive but in the cycles asked for. What a proof shows of the output in cycle L as a
+function of the inputs in cycle 0 thus holds for any operations before, between and after, that is
+for a full pipeline.
 """
 
 from __future__ import annotations
 
 import subprocess
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
 from bitwuzla import Kind, Term
@@ -149,12 +150,20 @@ class Run:
     """Symbolic run of a netlist. Cycle t is the time between clock edges t and t + 1.
 
     `cut` gives the ends of the names of internal signals that are replaced by free bit vectors,
-    for proofs that abstract from a block: `signal(name, t)` then gives that vector.
+    for proofs that abstract from a block: `signal(name, t)` then gives that vector. Reset is active
+    in the cycles `reset`.
     """
 
-    def __init__(self, logic: Logic, netlist: Netlist, cut: Sequence[str] = ()) -> None:
+    def __init__(
+        self,
+        logic: Logic,
+        netlist: Netlist,
+        cut: Sequence[str] = (),
+        reset: Collection[int] = (),
+    ) -> None:
         self.logic = logic
         self.netlist = netlist
+        self._reset = frozenset(reset)
         self._values: dict[tuple[int, int], Term] = {}
         self._cut: dict[int, str] = {}
         self._replaced: set[tuple[int, int]] = set()
@@ -249,7 +258,9 @@ class Run:
             return logic.free(width, f"{self._cut[node]}@{cycle}")
         if kind == "input":
             name = words[2] if len(words) > 2 else f"any{node}"
-            return logic.bv(1, 1) if name == RESET else logic.free(width, f"{name}@{cycle}")
+            if name == RESET:
+                return logic.bv(1, int(cycle not in self._reset))
+            return logic.free(width, f"{name}@{cycle}")
         if kind == "state":
             if cycle and node in self.netlist.next:
                 return self._values[self.netlist.next[node], cycle - 1]

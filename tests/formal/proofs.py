@@ -3,5 +3,6 @@
 
 from tests.formal import blocks, products, recurrence, sums, trigonometry
 from tests.formal.catalogue import PROOFS
+from tests.formal_motion import drive
 
-__all__ = ["PROOFS", "blocks", "products", "recurrence", "sums", "trigonometry"]
+__all__ = ["PROOFS", "blocks", "drive", "products", "recurrence", "sums", "trigonometry"]

@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Invariants of a unit, proved for every clock after reset by induction.
+
+An observer is a machine beside the unit: registers of its own, which it computes from the unit's
+ports and which the claims are about (clocks since an edge, the position reached, a running sum). A
+proof has a case that reset makes the invariant true, and for each of its parts a case that one
+clock from any state in which all of it holds, with any inputs that the contract allows, keeps the
+part. Claims may also compare the two cycles of that clock.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Protocol
+
+from bitwuzla import Term
+
+from tests.formal.catalogue import Case, Context
+from tests.formal.logic import Logic
+from tests.formal.netlist import Run
+
+Values = Mapping[str, Term]
+
+
+class Observer(Protocol):
+    """What `inductive` needs of an observer. Bit vectors in `Values` are its registers."""
+
+    widths: Mapping[str, int]  # its registers
+
+    def after_reset(self, logic: Logic) -> Values:
+        """Its registers after reset."""
+
+    def next(self, run: Run, own: Values) -> Values:
+        """Its registers after the clock edge between cycles 0 and 1."""
+
+    def assumed(self, run: Run, own: Values) -> tuple[Term, ...]:
+        """Contract of the inputs in cycles 0 and 1, and facts about numbers proved elsewhere."""
+
+    def invariant(self, run: Run, own: Values, cycle: int) -> Mapping[str, Term]:
+        """What holds in every cycle, part by part."""
+
+    def claims(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
+        """What else holds of cycle 0 and of the edge to cycle 1."""
+
+
+def inductive(
+    ctx: Context,
+    top: str,
+    observer: Observer,
+    parameters: Mapping[str, int] | None = None,
+    prefix: str = "",
+) -> Iterator[Case]:
+    """The cases of an observer's invariant and claims."""
+    logic = ctx.logic
+    run = ctx.run(top, parameters)
+    started = Run(logic, run.netlist, reset=(0,))
+    show = {f"{port}": run.input(port) for port in run.netlist.inputs if port != "clk_i"}
+    first = observer.invariant(started, observer.after_reset(logic), 1)
+    yield Case(f"{prefix}after reset", logic.all(*first.values()))
+
+    own = {name: logic.free(width, name) for name, width in observer.widths.items()}
+    assume = (*observer.assumed(run, own), *observer.invariant(run, own, 0).values())
+    then = observer.next(run, own)
+    show |= own
+    for name, claim in observer.invariant(run, then, 1).items():
+        yield Case(f"{prefix}kept: {name}", claim, assume, show)
+    for name, claim in observer.claims(run, own, then).items():
+        yield Case(f"{prefix}{name}", claim, assume, show)

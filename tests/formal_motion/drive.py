@@ -1,0 +1,309 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Proofs of step_output and pulse_generator: what a drive sees, for any inputs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from bitwuzla import Term
+
+from tests.formal.catalogue import Case, Context, Fault, proof
+from tests.formal.induction import Values, inductive
+from tests.formal.logic import Logic
+from tests.formal.netlist import Run
+
+TIME, BACKLOG = 10, 8  # parameters of step_output in motion_axis
+AGE = TIME + 1  # bits of a saturating count of clocks: its greatest value is above every time
+TIMES = ("length_i", "space_i", "setup_i", "hold_i")
+
+
+class DriveTiming:
+    """Clocks that step_o and direction_o have been as they are, the present one included, and the
+    sum of the requests that were taken.
+
+    A time counts from when it is 1; the counts begin, and after a change of the times in idleness
+    go on, at their greatest value.
+    """
+
+    widths = {"level": AGE, "steady": AGE, "taken": 32}
+
+    def after_reset(self, logic: Logic) -> Values:
+        return {"level": logic.bv(AGE, -1), "steady": logic.bv(AGE, -1), "taken": logic.bv(32, 0)}
+
+    def assumed(self, run: Run, own: Values) -> tuple[Term, ...]:
+        logic = run.logic
+        idle = logic.eq(run.output("idle_o", 0), 1)
+        return (logic.any(idle, self.same_times(run)),)
+
+    def same_times(self, run: Run) -> Term:
+        logic = run.logic
+        return logic.all(*(logic.eq(run.input(name, 0), run.input(name, 1)) for name in TIMES))
+
+    def next(self, run: Run, own: Values) -> Values:
+        logic = run.logic
+        most, one = logic.bv(AGE, -1), logic.bv(AGE, 1)
+
+        def aged(name: str, port: str) -> Term:
+            same = logic.eq(run.output(port, 0), run.output(port, 1))
+            older = logic.ite(logic.eq(own[name], most), most, logic.add(own[name], one))
+            forgotten = logic.ite(self.same_times(run), older, most)
+            return logic.ite(same, forgotten, one)
+
+        clear = logic.eq(run.input("clear_i"), 1)
+        after_clear = run.output("position_o", 1)
+        request = logic.ite(
+            self.accepted(run),
+            logic.ite(logic.eq(run.input("negative_i"), 1), logic.bv(32, -1), logic.bv(32, 1)),
+            logic.bv(32, 0),
+        )
+        return {
+            "level": aged("level", "step_o"),
+            "steady": aged("steady", "direction_o"),
+            "taken": logic.ite(clear, after_clear, logic.add(own["taken"], request)),
+        }
+
+    def accepted(self, run: Run) -> Term:
+        """A request that finds room: fewer than the most that may wait in its direction."""
+        logic = run.logic
+        waiting, most = run.signal("backlog_q", 0), (1 << (BACKLOG - 1)) - 1
+        negative = logic.eq(run.input("negative_i"), 1)
+        full = logic.eq(
+            waiting, logic.ite(negative, logic.bv(BACKLOG, -most), logic.bv(BACKLOG, most))
+        )
+        return logic.all(logic.eq(run.input("request_i"), 1), logic.no(full))
+
+    def invariant(self, run: Run, own: Values, cycle: int) -> Mapping[str, Term]:
+        logic = run.logic
+        length, space, setup, hold = (self.time(run, name, cycle) for name in TIMES)
+        high, turned = (logic.eq(run.signal(name, cycle), 1) for name in ("step_q", "turned_q"))
+        level, keep = (self.running(run, name, cycle) for name in ("level_q", "keep_q"))
+        low = logic.no(high)
+        backlog, most = run.signal("backlog_q", cycle), (1 << (BACKLOG - 1)) - 1
+
+        def reached(count: Term, left: Term, wanted: Term) -> Term:
+            """A count reaches a time when what is left of it is over."""
+            wide = logic.add(logic.extend(count, AGE + 1), logic.extend(left, AGE + 1))
+            return logic.ule(logic.extend(wanted, AGE + 1), wide)
+
+        none = logic.bv(AGE, 0)
+        exact = logic.eq(logic.add(own["level"], level), length)
+        return {
+            "the pulse ends after its length": logic.implies(
+                high, logic.all(exact, logic.ule(own["level"], length))
+            ),
+            "the space ends in time": logic.implies(low, reached(own["level"], level, space)),
+            "the hold ends in time": logic.implies(
+                low, reached(own["level"], logic.ite(turned, none, keep), hold)
+            ),
+            "the setup ends in time": reached(
+                own["steady"], logic.ite(logic.all(turned, low), keep, none), setup
+            ),
+            "requests taken are sent or waiting": logic.eq(
+                own["taken"],
+                logic.add(run.output("position_o", cycle), logic.sign_extend(backlog, 32)),
+            ),
+            "no more wait than may": logic.sle(logic.bv(BACKLOG, -most), backlog),
+        }
+
+    def time(self, run: Run, name: str, cycle: int) -> Term:
+        """A time; 0 acts as 1."""
+        logic = run.logic
+        value = run.input(name, cycle)
+        return logic.extend(logic.ite(logic.eq(value, 0), logic.bv(TIME, 1), value), AGE)
+
+    def running(self, run: Run, name: str, cycle: int) -> Term:
+        """Clocks after the present one that a time of the unit still runs."""
+        logic = run.logic
+        value = run.signal(name, cycle)
+        left = logic.ite(logic.eq(value, 0), value, logic.sub(value, logic.bv(TIME, 1)))
+        return logic.extend(left, AGE)
+
+    def claims(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
+        logic = run.logic
+        length, space, setup, hold = (self.time(run, name, 0) for name in TIMES)
+        step, after = (logic.eq(run.output("step_o", cycle), 1) for cycle in (0, 1))
+        rises, falls = logic.all(logic.no(step), after), logic.all(step, logic.no(after))
+        old, new = (run.output("direction_o", cycle) for cycle in (0, 1))
+        turns = logic.ne(old, new)
+        moved = logic.sub(run.output("position_o", 1), run.output("position_o", 0))
+        one = logic.ite(logic.eq(new, 1), logic.bv(32, -1), logic.bv(32, 1))
+        refused = logic.all(logic.eq(run.input("request_i"), 1), logic.no(self.accepted(run)))
+        overrun = [logic.eq(run.output("overrun_o", cycle), 1) for cycle in (0, 1)]
+        waits = logic.ne(run.signal("backlog_q", 0), 0)
+        left = [
+            logic.add(*(self.running(run, name, cycle) for name in ("level_q", "keep_q")))
+            for cycle in (0, 1)
+        ]
+        idle = logic.eq(run.output("idle_o", 0), 1)
+        return {
+            "step_o is high for its length": logic.implies(
+                step, logic.eq(logic.eq(own["level"], length), falls)
+            ),
+            "and low for its space": logic.implies(rises, logic.ule(space, own["level"])),
+            "direction_o is stable before a step": logic.implies(
+                rises, logic.all(logic.ule(setup, own["steady"]), logic.no(turns))
+            ),
+            "and until the hold is over": logic.implies(
+                turns, logic.all(logic.no(step), logic.no(after), logic.ule(hold, own["level"]))
+            ),
+            "a step counts as one in its direction": logic.eq(
+                moved, logic.ite(rises, one, logic.bv(32, 0))
+            ),
+            "a request refused sets overrun_o until it is cleared": logic.eq(
+                overrun[1],
+                logic.all(logic.eq(run.input("clear_i"), 0), logic.any(overrun[0], refused)),
+            ),
+            "while requests wait something goes on": logic.implies(
+                waits, logic.any(step, rises, turns, logic.ult(left[1], left[0]))
+            ),
+            "idle_o means all is over": logic.implies(
+                idle,
+                logic.all(
+                    logic.no(step),
+                    logic.eq(own["taken"], run.output("position_o", 0)),
+                    *(logic.ule(wanted, own["level"]) for wanted in (space, hold)),
+                    logic.ule(setup, own["steady"]),
+                ),
+            ),
+        }
+
+
+@proof(
+    "step_output",
+    "step_o is high for exactly its length and low for its space at least, direction_o is stable "
+    "from its setup before a step until its hold after it; requests taken are the steps sent and "
+    "those waiting, refused ones set overrun_o; while requests wait something goes on",
+    "any requests, times and clears; times change only in idleness, from then on counting anew",
+    (
+        Fault("motion/step_output.sv", "(keep_over || !turned_q)", "(keep_over || turned_q)"),
+        Fault(
+            "motion/step_output.sv",
+            "&& negative != direction_q && keep_over",
+            "&& negative != direction_q",
+        ),
+        Fault("motion/step_output.sv", "&& level_over\n", "\n"),
+        Fault(
+            "motion/step_output.sv", "level_q[TimeBits-1:1] == '0", "level_q[TimeBits-1:2] == '0"
+        ),
+        Fault("motion/step_output.sv", "4'b1110: change = -3'sd2;", "4'b1110: change = -3'sd1;"),
+        Fault("motion/step_output.sv", "{request_i && !full,", "{request_i,"),
+    ),
+    quick=True,
+)
+def step_timing(ctx: Context) -> Iterator[Case]:
+    yield from inductive(ctx, "step_output", DriveTiming())
+
+
+MODULUS = 1_600_000_000  # 16 x 100 MHz, the default
+SUM = 96  # bits of sums of rates that no run exceeds
+
+
+class PulseSum:
+    """Sum of the rates, from half a pulse on, and of a modulus for every pulse started, both since
+    the phase was last centred; whether every rate since then was at most half a pulse per clock."""
+
+    widths = {"sum": SUM, "pulses": SUM, "moderate": 1}
+
+    def __init__(self, modulus: int) -> None:
+        self.modulus = modulus
+
+    def after_reset(self, logic: Logic) -> Values:
+        return self.centred(logic)
+
+    def centred(self, logic: Logic) -> Values:
+        half = logic.bv(SUM, self.modulus // 2)
+        return {"sum": half, "pulses": logic.bv(SUM, 0), "moderate": logic.bv(1, 1)}
+
+    def assumed(self, run: Run, own: Values) -> tuple[Term, ...]:
+        return ()
+
+    def centres(self, run: Run) -> Term:
+        """Asked for, or in the first clock after reset."""
+        logic = run.logic
+        return logic.any(logic.eq(run.input("clear_i"), 1), logic.eq(run.signal("start_q", 0), 1))
+
+    def moderate(self, run: Run, cycle: int = 0) -> Term:
+        return run.logic.ule(run.input("rate_i", cycle), self.modulus // 2)
+
+    def next(self, run: Run, own: Values) -> Values:
+        logic = run.logic
+        pulse, modulus = logic.eq(run.output("pulse_o", 1), 1), logic.bv(SUM, self.modulus)
+        going_on = {
+            "sum": logic.add(own["sum"], logic.extend(run.input("rate_i"), SUM)),
+            "pulses": logic.add(own["pulses"], logic.ite(pulse, modulus, logic.bv(SUM, 0))),
+            "moderate": logic.ite(self.moderate(run), own["moderate"], logic.bv(1, 0)),
+        }
+        centred, new = self.centred(logic), self.centres(run)
+        return {name: logic.ite(new, centred[name], going_on[name]) for name in going_on}
+
+    def remainder(self, run: Run, cycle: int) -> Term:
+        """What is left of the sum when a modulus was taken off for every pulse; signed."""
+        logic = run.logic
+        phase, pulse = run.signal("phase_q", cycle), logic.eq(run.output("pulse_o", cycle), 1)
+        return logic.ite(pulse, phase, logic.add(phase, logic.bv(34, self.modulus)))
+
+    def invariant(self, run: Run, own: Values, cycle: int) -> Mapping[str, Term]:
+        logic = run.logic
+        rest, half = self.remainder(run, cycle), logic.bv(34, self.modulus // 2)
+        pulse = logic.eq(run.output("pulse_o", cycle), 1)
+        phase = run.signal("phase_q", cycle)
+        exact = logic.all(
+            logic.sle(logic.bv(34, 0), rest),
+            logic.slt(rest, logic.ite(pulse, half, logic.bv(34, self.modulus))),
+            logic.eq(own["sum"], logic.add(own["pulses"], logic.sign_extend(rest, SUM))),
+        )
+        begins = logic.eq(run.signal("start_q", cycle), 1)
+        bounded = logic.ite(
+            pulse,
+            logic.all(logic.sle(logic.bv(34, 0), phase), logic.slt(phase, 1 << 32)),
+            logic.all(logic.sle(logic.bv(34, -self.modulus), phase), logic.slt(phase, 0)),
+        )
+        return {
+            "pulses are the whole moduli in the sum": logic.any(
+                begins, logic.eq(own["moderate"], 0), exact
+            ),
+            "phase in range": logic.any(begins, bounded),
+            "no pulse at the start": logic.implies(begins, logic.no(pulse)),
+        }
+
+    def claims(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
+        logic = run.logic
+        now, after, later = (logic.eq(run.output("pulse_o", cycle), 1) for cycle in range(3))
+        counts = [run.output("count_o", cycle) for cycle in (0, 1)]
+        high = [logic.no(self.moderate(run, cycle)) for cycle in (0, 1)]
+        undisturbed = [logic.eq(run.input("clear_i", cycle), 0) for cycle in (0, 1)] + [
+            logic.eq(run.signal("start_q", 0), 0)
+        ]
+        counted = logic.add(counts[0], logic.extend(run.output("pulse_o", 0), 32))
+        return {
+            "never two pulses in a row": logic.no(logic.all(now, after)),
+            "above half a pulse per clock one in every two clocks": logic.implies(
+                logic.all(*high, *undisturbed), logic.ne(after, later)
+            ),
+            "count_o counts them": logic.eq(counts[1], counted),
+            "no pulse in the clock after clear_i": logic.implies(
+                self.centres(run), logic.no(after)
+            ),
+        }
+
+
+@proof(
+    "pulse_generator",
+    "while rates are at most half a pulse per clock, as many pulses have started since the phase "
+    "was centred as there are whole moduli in the sum of the rates and half a modulus; above, a "
+    "pulse every other clock; never two in a row; count_o counts them",
+    "any rates and clears; two moduli",
+    (
+        Fault("motion/pulse_generator.sv", "WRAP >>> 1", "WRAP >>> 2"),
+        Fault("motion/pulse_generator.sv", "|| (pulse_q && pulse_d)", ""),
+        Fault("motion/pulse_generator.sv", "pulse_d && !centre", "pulse_d"),
+        Fault("motion/pulse_generator.sv", "rate_i[31:LOW]}", "rate_i[31:LOW]} + 1'b1"),
+    ),
+    quick=True,
+)
+def pulse_sum(ctx: Context) -> Iterator[Case]:
+    yield from inductive(ctx, "pulse_generator", PulseSum(MODULUS))
+    other = 16 * 83_333_334  # with one trailing zero less
+    yield from inductive(
+        ctx, "pulse_generator", PulseSum(other), {"Modulus": other}, f"modulus {other}, "
+    )
