@@ -58,7 +58,9 @@ lint: $(READY) ## ruff on Python, Verilator -Wall on the RTL in every configurat
 	@$(VERILATOR) --lint-only -Wall --quiet --top-module asip_de3 scripts/ci/waivers.vlt \
 	  $(ASIP_FILES) rtl/board/board_pll.sv rtl/board/asip_de3.sv
 	@$(VERILATOR) --lint-only -Wall --quiet --top-module asip_axil scripts/ci/waivers.vlt \
-	  $(ASIP_FILES) rtl/asip/asip_axil.sv
+	  $(ASIP_FILES) rtl/bus/axil_bridge.sv rtl/asip/asip_axil.sv
+	@$(VERILATOR) --lint-only -Wall --quiet --top-module motion_axil scripts/ci/waivers.vlt \
+	  $$(cat rtl/motion/motion.f) rtl/bus/axil_bridge.sv rtl/motion/motion_axil.sv
 	@$(VERILATOR) --lint-only -Wall --quiet --top-module n2_core scripts/ci/waivers.vlt \
 	  $$(cat rtl/nios/n2_core.f)
 	@$(VERILATOR) --lint-only -Wall --quiet --top-module n2_core -GTrace=1 \

@@ -1,11 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// asip_axil: the ASIP behind an AXI4-Lite subordinate port (AMBA AXI IHI 0022, issue E, part B).
-// Contract: byte address = 4 * word address of docs/regmap.md; bits 1:0 and *prot are ignored. Each
-// channel holds one transfer until its response is taken: AW and W in any order, no READY depends
-// on a VALID. Accesses reach the core one at a time; one that it holds while a program runs waits,
-// and others behind it. A write without all four strobes is answered SLVERR and changes nothing;
-// every other access is answered OKAY. Cycles from the last handshake to the response valid,
-// uncontended: 2 and those of the core's access (asip_host: write 1).
+// asip_axil: the ASIP behind an AXI4-Lite subordinate port.
+// Contract: that of axil_bridge, with the word addresses of docs/regmap.md. The core holds an access while
+// a program runs; its own accesses take the cycles that asip_host states (write 1).
 module asip_axil #(
     parameter int unsigned FmaPipes  = 2,
     parameter int unsigned Slots     = 3,
@@ -39,80 +35,42 @@ module asip_axil #(
 );
 
   localparam int unsigned Width = asip_regmap_pkg::ADDRESS_WIDTH;
-  localparam logic [1:0] Okay = 2'b00;
-  localparam logic [1:0] SlvErr = 2'b10;
 
-  // A channel register is full (*_q) from its handshake to the handshake of the response.
-  logic             aw_q, w_q, ar_q, full_word_q, bvalid_q, rvalid_q, berror_q;
-  logic [Width-1:0] awaddr_q, araddr_q;
-  logic [31:0]      wdata_q, rdata_q;
-  // Access to the core in progress.
-  logic             write_q, read_q;
-  logic             write_pending, read_pending, idle, waitrequest;
-  logic [31:0]      readdata;
+  logic [Width-1:0] address;
+  logic             read, write, waitrequest;
+  logic [31:0]      writedata, readdata;
 
-  assign write_pending = aw_q && w_q && !bvalid_q;
-  assign read_pending  = ar_q && !rvalid_q;
-  assign idle          = !write_q && !read_q;
-
-  // Writes go first; the turn behind a write is a read's, as the next write is not there yet.
-  always_ff @(posedge clk_i or negedge rst_ni) begin
-    if (!rst_ni) begin
-      aw_q     <= 1'b0;
-      w_q      <= 1'b0;
-      ar_q     <= 1'b0;
-      write_q  <= 1'b0;
-      read_q   <= 1'b0;
-      bvalid_q <= 1'b0;
-      rvalid_q <= 1'b0;
-    end else begin
-      if (awvalid_i && !aw_q) aw_q <= 1'b1;
-      if (wvalid_i && !w_q) w_q <= 1'b1;
-      if (arvalid_i && !ar_q) ar_q <= 1'b1;
-
-      if (idle && write_pending && full_word_q) write_q <= 1'b1;
-      else if (idle && read_pending) read_q <= 1'b1;
-      if (idle && write_pending && !full_word_q) bvalid_q <= 1'b1;
-
-      if (write_q && !waitrequest) begin
-        write_q  <= 1'b0;
-        bvalid_q <= 1'b1;
-      end
-      if (read_q && !waitrequest) begin
-        read_q   <= 1'b0;
-        rvalid_q <= 1'b1;
-      end
-      if (bvalid_q && bready_i) begin
-        bvalid_q <= 1'b0;
-        aw_q     <= 1'b0;
-        w_q      <= 1'b0;
-      end
-      if (rvalid_q && rready_i) begin
-        rvalid_q <= 1'b0;
-        ar_q     <= 1'b0;
-      end
-    end
-  end
-
-  always_ff @(posedge clk_i) begin
-    if (!aw_q) awaddr_q <= awaddr_i[Width+1:2];
-    if (!ar_q) araddr_q <= araddr_i[Width+1:2];
-    if (!w_q) begin
-      wdata_q     <= wdata_i;
-      full_word_q <= &wstrb_i;
-    end
-    if (write_pending) berror_q <= !full_word_q;
-    if (read_q && !waitrequest) rdata_q <= readdata;
-  end
-
-  assign awready_o = !aw_q;
-  assign wready_o  = !w_q;
-  assign arready_o = !ar_q;
-  assign bvalid_o  = bvalid_q;
-  assign bresp_o   = berror_q ? SlvErr : Okay;
-  assign rvalid_o  = rvalid_q;
-  assign rresp_o   = Okay;
-  assign rdata_o   = rdata_q;
+  axil_bridge #(
+      .AddressWidth(Width)
+  ) u_bridge (
+      .clk_i,
+      .rst_ni,
+      .awaddr_i,
+      .awprot_i,
+      .awvalid_i,
+      .awready_o,
+      .wdata_i,
+      .wstrb_i,
+      .wvalid_i,
+      .wready_o,
+      .bresp_o,
+      .bvalid_o,
+      .bready_i,
+      .araddr_i,
+      .arprot_i,
+      .arvalid_i,
+      .arready_o,
+      .rdata_o,
+      .rresp_o,
+      .rvalid_o,
+      .rready_i,
+      .address_o    (address),
+      .read_o       (read),
+      .write_o      (write),
+      .writedata_o  (writedata),
+      .readdata_i   (readdata),
+      .waitrequest_i(waitrequest)
+  );
 
   logic             trace_issue;
   logic [15:0]      trace_pc;
@@ -128,10 +86,10 @@ module asip_axil #(
   ) u_asip (
       .clk_i,
       .rst_ni,
-      .address_i    (write_q ? awaddr_q : araddr_q),
-      .read_i       (read_q),
-      .write_i      (write_q),
-      .writedata_i  (wdata_q),
+      .address_i    (address),
+      .read_i       (read),
+      .write_i      (write),
+      .writedata_i  (writedata),
       .readdata_o   (readdata),
       .waitrequest_o(waitrequest),
       .irq_o,
@@ -143,7 +101,6 @@ module asip_axil #(
   );
 
   logic unused;
-  assign unused = ^{awaddr_i[1:0], araddr_i[1:0], awprot_i, arprot_i, trace_issue, trace_pc,
-                    trace_write, trace_index, trace_data};
+  assign unused = ^{trace_issue, trace_pc, trace_write, trace_index, trace_data};
 
 endmodule

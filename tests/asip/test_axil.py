@@ -8,25 +8,26 @@ from the instruction-set model.
 from __future__ import annotations
 
 import json
-import os
-import re
 import subprocess
 from pathlib import Path
 
 import numpy as np
 import pytest
-from cocotb_tools.runner import get_results, get_runner
 
 from asip_asm.assemble import assemble
 from asip_asm.isa import default_isa
 from sim.harness.asip_rtl import BLOCK, CSR, register_address
 from sim.harness.build import ROOT, WAIVERS, file_list, verilator_driver
 from sim.iss.core import Iss
+from tests.bus.axil import run_scenarios
 
-SOURCES = [*file_list("asip/asip.f"), ROOT / "rtl/asip/asip_axil.sv"]
+SOURCES = [
+    *file_list("asip/asip.f"),
+    ROOT / "rtl/bus/axil_bridge.sv",
+    ROOT / "rtl/asip/asip_axil.sv",
+]
 BENCH = Path(__file__).with_name("axil_tb.py")
 PROGRAM = ROOT / "sim/driver/leg_length.s"
-SCENARIOS = re.findall(r"@cocotb\.test\(\)\nasync def (\w+)", BENCH.read_text())
 TICKS = ((3.0, 0.5, 4.0, 7), (-1.5, 2.25, 0.125, -12), (1e-3, 0.0, 1e3, 40000))
 
 
@@ -57,39 +58,18 @@ def plan(image) -> dict:
 
 @pytest.mark.parametrize("configuration", ["fast", "small"])
 def test_axil__every_scenario(configuration):
-    os.environ["PATH"] = os.pathsep.join((str(verilator_driver().parent), os.environ["PATH"]))
     parameters = default_isa().configurations[configuration]
     folder = ROOT / "build/axil" / configuration
     folder.mkdir(parents=True, exist_ok=True)
-    log, todo, results = folder / "log.txt", folder / "plan.json", folder / "results.xml"
+    todo = folder / "plan.json"
     todo.write_text(json.dumps(plan(assemble(PROGRAM, configuration=configuration))))
-    seed, scenario = os.environ.get("SEED", "1"), os.environ.get("SCENARIO")
-    flags = ["--x-initial", "unique", "--x-assign", "unique", "--output-split", "0", "-Wno-fatal"]
-    runner = get_runner("verilator")
-    try:
-        runner.build(
-            sources=[WAIVERS, *SOURCES],
-            hdl_toplevel="asip_axil",
-            parameters={"FmaPipes": parameters.fma_pipes, "Slots": len(parameters.slots)},
-            build_dir=folder,
-            build_args=flags,
-            log_file=log,
-        )
-        runner.test(
-            test_module="tests.asip.axil_tb",
-            hdl_toplevel="asip_axil",
-            test_filter=f"{scenario}$" if scenario else None,
-            build_dir=folder,
-            test_dir=folder,
-            results_xml=str(results),
-            extra_env={"AXIL_PLAN": str(todo), "SEED": seed},
-            log_file=log,
-        )
-    except (RuntimeError, SystemExit) as error:
-        raise AssertionError(f"{error}\n{log.read_text()[-3000:]}") from error
-    total, failed = get_results(results)
-    assert failed == 0 and total == (1 if scenario else len(SCENARIOS)), (
-        f"{failed} of {total} failed; replay: SEED={seed}\n{log.read_text()[-4000:]}"
+    run_scenarios(
+        "asip_axil",
+        SOURCES,
+        BENCH,
+        folder,
+        {"FmaPipes": parameters.fma_pipes, "Slots": len(parameters.slots)},
+        {"AXIL_PLAN": str(todo)},
     )
 
 

@@ -24,7 +24,7 @@ NOT_IN_ASIP = {"rtl/fpu/fp_add.sv", "rtl/fpu/fp_mul.sv", "rtl/asip/asip_axil.sv"
 OTHER_BLOCKS = tuple(
     f"rtl/{folder}/{prefix}"
     for folder, prefix in (
-        *((folder, "") for folder in ("custom", "dual", "motion", "nios")),
+        *((folder, "") for folder in ("bus", "custom", "dual", "motion", "nios")),
         *(("gen", prefix) for prefix in ("ci_", "dual_", "motion_", "n2_")),
     )
 )
@@ -76,6 +76,17 @@ def test_list_is_exactly_what_the_top_needs():
     needed = {str(path.relative_to(ROOT)) for path in sources_of("asip")}
     assert sorted(set(LISTED) - needed) == [], "listed, but the top does not use it"
     assert sorted(needed - set(LISTED)) == [], "used by the top, but not listed"
+
+
+@pytest.mark.parametrize(
+    ("name", "top", "own"),
+    [("motion/motion.f", "motion_front_end", "motion"), ("dual/dual.f", "dual_asip", "dual")],
+)
+def test_list_of_another_block_is_exactly_what_its_top_needs_besides_the_asip(name, top, own):
+    listed = [line for line in (RTL / name).read_text().split("\n") if line]
+    needed = {str(path.relative_to(ROOT)) for path in sources_of(top)}
+    assert sorted(listed) == sorted(needed - set(LISTED)), own
+    assert listed[0] == f"rtl/gen/{own}_regmap_pkg.sv", "packages come first"
 
 
 def test_every_rtl_file_is_in_the_asip_a_board_file_or_a_named_exception():

@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: Apache-2.0
+"""cocotb side of the motion front-end's AXI4-Lite port: the scenarios on `motion_axil`.
+
+Started by test_axil.py. Environment: SEED.
+"""
+
+from __future__ import annotations
+
+import os
+from collections import deque
+
+import cocotb
+from cocotb.triggers import FallingEdge, RisingEdge
+
+from sim.harness.motion_rtl import REGMAP
+from sim.motion.pulse_records import FIRST, LAST, Record
+from tests.bus.axil import OKAY, SLVERR, Bus
+
+CSR = {name: REGMAP.address(name) for name in REGMAP.registers}
+RECORDS = REGMAP.blocks["records"].base
+TIMING = 0x03FF03FF  # the bits of STEP_TIMING and DIRECTION_TIMING
+WRITABLE = {"STEP_TIMING": TIMING, "DIRECTION_TIMING": TIMING, "IRQ_ENABLE": 3}
+
+
+async def started(dut, pause: float = 0.0) -> Bus:
+    """A bus out of reset."""
+    bus = Bus(dut, int(os.environ["SEED"]), pause)
+    await bus.start()
+    return bus
+
+
+async def put(bus: Bus, axis: int, record: Record, number: int = 0) -> None:
+    """Write the axis' record of this number, from 0, and release it."""
+    for word, value in enumerate(record.words()):
+        assert await bus.write(RECORDS + 64 * axis + 8 * number + word, value) == OKAY
+    assert await bus.write(CSR["HEAD"], number + 1 << 4 * axis) == OKAY
+
+
+async def rises(dut, axis: int, count: list[int]) -> None:
+    """Counts rising edges of an axis' step line into count[0]."""
+    level = 0
+    while True:
+        await FallingEdge(dut.clk_i)
+        before, level = level, int(dut.step_o.value) >> axis & 1
+        count[0] += level and not before
+
+
+@cocotb.test()
+async def registers__writes_and_reads_at_random__as_a_memory(dut) -> None:
+    bus = await started(dut, 0.4)
+    memory = {name: await bus.read(CSR[name]) for name in WRITABLE}
+    for _ in range(300):
+        name, word = bus.random.choice(sorted(WRITABLE)), bus.random.getrandbits(32)
+        strobes = 15 if bus.random.random() < 0.6 else bus.random.randrange(15)
+        response = await bus.write(CSR[name], word, strobes)
+        assert response == (OKAY if strobes == 15 else SLVERR), f"strobes {strobes:04b}"
+        if strobes == 15:
+            memory[name] = word & WRITABLE[name]
+        name = bus.random.choice(sorted(WRITABLE))
+        assert await bus.read(CSR[name]) == memory[name]
+    assert bus.stalls["b"] and bus.stalls["r"], bus.stalls
+
+
+@cocotb.test()
+async def move__random_pauses__pulses_as_ordered(dut) -> None:
+    bus, count = await started(dut), [0]
+    cocotb.start_soon(rises(dut, 2, count))
+    for name in ("STEP_TIMING", "DIRECTION_TIMING"):
+        assert await bus.write(CSR[name], 1 | 1 << 16) == OKAY
+    assert await bus.write(CSR["IRQ_ENABLE"], 3) == OKAY
+    for number, bus.pause in enumerate((0.0, 0.6)):
+        await put(bus, 2, Record(FIRST | LAST, 20, 16 * 2_000_000 << 32, 0, 0), number)
+        assert bus.bit("irq_o") == 0
+        await RisingEdge(dut.irq_o)
+        await FallingEdge(dut.clk_i)  # where the bus model acts
+        assert count == [40 * (number + 1)]
+        assert await bus.read(CSR["POSITION0"] + 2) == count[0]
+        assert await bus.read(CSR["POSITION0"] + 1) == 0
+
+
+@cocotb.test()
+async def partial_strobes__no_register_changes_and_nothing_moves(dut) -> None:
+    bus = await started(dut, 0.2)
+    assert await bus.write(CSR["IRQ_ENABLE"], 2) == OKAY
+    await put(bus, 0, Record(FIRST, 1 << 20, 16 * 100_000 << 32, 0, 0))
+    for strobes in range(15):
+        assert await bus.write(CSR["IRQ_ENABLE"], 1, strobes) == SLVERR
+        assert await bus.write(CSR["CONTROL"], 0xFF, strobes) == SLVERR
+        assert await bus.write(CSR["HEAD"], 0x11111, strobes) == SLVERR
+        assert await bus.write(RECORDS + 1, 1, strobes) == SLVERR
+    assert await bus.read(CSR["IRQ_ENABLE"]) == 2
+    assert await bus.read(CSR["HEAD"]) == 1
+    for _ in range(120):
+        await FallingEdge(dut.clk_i)
+    assert await bus.read(CSR["STATUS"]) == 1, "axis 0 runs on, nothing else happened"
+
+
+@cocotb.test()
+async def latency__handshake_to_response_valid(dut) -> None:
+    bus = await started(dut)
+    for _ in range(4):
+        await bus.write(CSR["STEP_TIMING"], 500)
+        assert bus.valid_at["b"] - max(bus.at["aw"], bus.at["w"]) == 3
+        assert await bus.read(CSR["STEP_TIMING"]) == 500
+        assert bus.valid_at["r"] - bus.at["ar"] == 4
+        assert bus.agent_read_cycles == 2
+        bus.agent_read_cycles = 0
+
+
+@cocotb.test()
+async def write_response_not_taken__reads_go_on(dut) -> None:
+    bus = await started(dut)
+    first = cocotb.start_soon(bus._send("w", wdata=77, wstrb=15))
+    await bus._send("aw", awaddr=4 * CSR["STEP_TIMING"])
+    await first
+    for _ in range(3):
+        assert await bus.read(CSR["ID"]) == 0x4D4F5431
+    assert bus.bit("bvalid_o") and bus.accepted["b"] == 0
+    assert await bus._receive("b", "bresp_o") == (OKAY,)
+    assert await bus.read(CSR["STEP_TIMING"]) == 77
+
+
+@cocotb.test()
+async def transfers_queued_on_every_channel__answered_in_order(dut) -> None:
+    """Writes and reads from three independent streams; a read sees the writes answered before."""
+    bus = await started(dut, 0.5)
+    names, count = ("STEP_TIMING", "DIRECTION_TIMING"), 60
+    answered: deque[int] = deque()
+
+    async def addresses() -> None:
+        for i in range(count):
+            await bus._send("aw", awaddr=4 * CSR[names[i % 2]])
+
+    async def words() -> None:
+        for i in range(count):
+            await bus._send("w", wdata=100 + i, wstrb=15)
+
+    async def responses() -> None:
+        for i in range(count):
+            assert await bus._receive("b", "bresp_o") == (OKAY,)
+            answered.append(i)
+
+    streams = [cocotb.start_soon(stream()) for stream in (addresses, words, responses)]
+    while len(answered) < count:
+        await FallingEdge(dut.clk_i)
+        for which in (0, 1):
+            done = [i for i in answered if i % 2 == which]
+            if done:
+                word = await bus.read(CSR[names[which]])
+                assert done[-1] <= word - 100 < count and word % 2 == which, (names[which], word)
+    for stream in streams:
+        await stream
+    assert bus.accepted["b"] == count and bus.accepted["r"] > 0
+    assert bus.stalls["aw"] and bus.stalls["w"], bus.stalls
