@@ -9,12 +9,8 @@ import random
 import numpy as np
 import pytest
 
-from sim.motion.planner_optimal import Limits, TooShortError, stopping_length, time_optimal
-from sim.motion.planner_phases import Profile, State
-from sim.motion.scurve import SCurve, SCurveError
-from tests.motion.planner_moves import (
+from sim.motion.planner_check import (
     DURATION,
-    SEED,
     Move,
     integrate,
     log_uniform,
@@ -22,6 +18,10 @@ from tests.motion.planner_moves import (
     ruckig_trajectory,
     scale,
 )
+from sim.motion.planner_optimal import Limits, TooShortError, stopping_length, time_optimal
+from sim.motion.planner_phases import Profile, State
+from sim.motion.scurve import SCurve, SCurveError
+from tests.motion.planner_moves import SEED
 
 KINDS = ("forward", "signed", "moving")
 # Rounding of sums of some ten phases, relative to the greatest of what is added.

@@ -8,55 +8,15 @@ import random
 import numpy as np
 import pytest
 
+from sim.motion.planner_check import executed, integrate, random_overridden, run_with_changes
 from sim.motion.planner_optimal import Limits, stopping_length, transition
 from sim.motion.planner_override import OverriddenMove
-from sim.motion.planner_phases import State, Step
+from sim.motion.planner_phases import State
 from sim.motion.scurve import SCurveError
-from tests.motion.planner_moves import SEED, integrate, log_uniform, random_limits, scale
+from tests.motion.planner_moves import SEED
 
 ROUNDING = 1e-12
 LIMITS = Limits(2.0, 5.0, 40.0)
-
-
-def random_move(rng: random.Random) -> OverriddenMove:
-    limits = random_limits(rng)
-    feed = limits.speed * rng.uniform(0.1, 1.2)
-    top = min(feed, limits.speed)
-    v0, ve = (top * rng.choice([0.0, rng.random()]) for _ in range(2))
-    length = stopping_length(v0, 0.0, ve, limits) + log_uniform(rng, 1e-3, 30) * scale(limits)
-    return OverriddenMove(length, feed, limits, v0, ve)
-
-
-def run_with_changes(seed: str) -> OverriddenMove:
-    """A random move with up to seven changes at random instants, run to its end."""
-    rng = random.Random(seed)
-    move = random_move(rng)
-    for _ in range(rng.randrange(1, 8)):
-        left = move.end_time - move.changes[-1]
-        time = move.changes[-1] + left * rng.random() * rng.choice([0.1, 1.0, 1.1])
-        before = move.at(time)
-        move.set_override(time, rng.choice([0.0, rng.uniform(0, 2), rng.uniform(0, 2)]))
-        if time < move.end_time:
-            assert move.at(time) == before, f"the change at {time!r} jumps (seed {seed!r})"
-    if not move.finished_at_length:
-        move.set_override(move.end_time + 0.1, 1.0)
-    assert move.finished_at_length, f"seed {seed!r}"
-    return move
-
-
-def executed(move: OverriddenMove) -> list[Step]:
-    """Jerk over time as run, changes included, without a state in it."""
-    steps: list[Step] = []
-    for index, profile in enumerate(move.profiles):
-        last = index + 1 == len(move.profiles)
-        left = profile.total_time if last else move.changes[index + 1] - move.changes[index]
-        for duration, jerk in profile.steps:
-            part = min(duration, left)
-            steps.append(Step(part, jerk))
-            left -= part
-        if not last and left > 0.0:  # at rest after a stop
-            steps.append(Step(left, 0.0))
-    return steps
 
 
 @pytest.mark.parametrize("block", range(4))
@@ -90,7 +50,7 @@ def test_override__every_change__is_followed_as_fast_as_the_limits_allow():
     """Speed stays below the new limit, or below the fastest way down to it."""
     for number in range(200):
         rng = random.Random(f"limit {SEED} {number}")
-        move = random_move(rng)
+        move = random_overridden(rng)
         time = move.end_time * rng.uniform(0, 0.7)
         override = rng.uniform(0.05, 2)
         state = move.at(time)
@@ -112,7 +72,7 @@ def test_override__every_change__is_followed_as_fast_as_the_limits_allow():
 def test_override__unchanged__does_not_change_the_time():
     for number in range(200):
         rng = random.Random(f"same {SEED} {number}")
-        move = random_move(rng)
+        move = random_overridden(rng)
         total = move.end_time
         for share in sorted(rng.random() for _ in range(5)):
             move.set_override(share * total, 1.0)

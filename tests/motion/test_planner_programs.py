@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from sim.iss import Iss
+from sim.motion.planner_check import random_core_moves
 from sim.motion.planner_core import ERRORS, PARAMETERS, CoreProgram
 from sim.motion.planner_seed import seed_plan
 from sim.motion.scurve import SCurve, SCurveError
@@ -22,24 +23,6 @@ MOVES = 3000
 DATA = ("vp", "am", "J", "t1", "t2", "t4", "s1", "s2", "s3")
 # One division and its operands, a handful of roundings of 2^-24 each.
 FEW_ROUNDINGS = 8 * 2.0**-24
-
-
-def random_moves(count: int, seed: int) -> dict[str, np.ndarray]:
-    """Moves of up to 1 m in all seven classes as binary32, one array per parameter."""
-    rng = np.random.default_rng(seed)
-
-    def log_uniform(low: float, high: float) -> np.ndarray:
-        return np.exp(rng.uniform(math.log(low), math.log(high), count)).astype(np.float32)
-
-    vm, tr = log_uniform(0.005, 5), log_uniform(0.005, 1)
-    share = np.select([rng.random(count) < 0.3], [0.0], rng.random(count)).astype(np.float32)
-    v0 = vm * share
-    kind = rng.integers(3, size=count)
-    jerk_share = np.select([kind == 0, kind == 1], [0.0, 1.0], rng.random(count))
-    tm = np.float32(0.5) * tr * jerk_share.astype(np.float32)
-    span = rng.choice([0.2, 0.9, 1.0, 1.6], count) * log_uniform(0.3, 3)
-    length = np.minimum(1.0, (v0 + vm) * tr * span).astype(np.float32)
-    return dict(zip(PARAMETERS, (v0, vm, tr, tm, length), strict=True))
 
 
 def plan_of(moves: dict[str, np.ndarray], index: int) -> SCurve:
@@ -61,7 +44,7 @@ def planner(request):
 
 @pytest.fixture(scope="module")
 def moves():
-    return random_moves(MOVES, SEED)
+    return random_core_moves(MOVES, SEED)
 
 
 @pytest.fixture(scope="module")
@@ -110,7 +93,7 @@ def test_program__random_moves_of_all_classes__agree_with_the_model(moves, plann
 
 
 def test_program__any_move__takes_the_same_cycles(planner):
-    cycles = planner.run(random_moves(200, SEED + 1)).cycles
+    cycles = planner.run(random_core_moves(200, SEED + 1)).cycles
     assert len(set(cycles.tolist())) == 1
     # Far below one tick of 10 kHz at 125 MHz.
     assert cycles[0] < 12_500
@@ -118,7 +101,7 @@ def test_program__any_move__takes_the_same_cycles(planner):
 
 @pytest.mark.full
 def test_program__hundred_thousand_moves__agree_with_the_model():
-    many = random_moves(100_000, SEED + 2)
+    many = random_core_moves(100_000, SEED + 2)
     kinds = assert_plans_agree(many, CoreProgram("planner_scurve").run(many).outputs)
     assert kinds == {1, 2, 3, 4, 5, 6, 7}
 
