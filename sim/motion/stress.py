@@ -3,9 +3,11 @@
 
     python -m sim.motion.stress --count 100
     python -m sim.motion.stress --first 1042 --count 1      one program again
+    python -m sim.motion.stress --odd --count 10000         paths of odd moves: time only
 
 Speeds, accelerations and jerks of tool, legs and table, and the distances from the programmed path
-and its corners are measured from the set-points (lookahead_check.py).
+and its corners are measured from the set-points (lookahead_check.py). Odd paths have moves from
+nothing to 10 mm along single axes, repeats, reversals, P from 1e-9 to 10 mm: they must end in time.
 """
 
 from __future__ import annotations
@@ -128,6 +130,61 @@ def programs(first: int, count: int, robot: Robot | None = None) -> Iterator[Out
         yield program(seed, replace(settings, depth=DEPTHS[seed % len(DEPTHS)]))
 
 
+ODD_MOVES = 11  # of a path
+BLOCK = 1000  # odd paths run as one stream
+SLOWEST = 0.15  # m/s, the feed of odd paths: no limit of the machine is lower
+
+
+class StalledError(RuntimeError):
+    """Odd paths that took too long, lost a part of their way, or gave what is no number."""
+
+
+def odd_moves(block: int) -> Iterator[Move]:
+    """BLOCK paths, one behind the other, each of ODD_MOVES moves of one axis and with its own P."""
+    rng = np.random.default_rng([block, 0])
+    place, line = np.array([0.0, 0.0, 600.0, 0.0, 0.0]), 0
+    middle, reach = (LOW + HIGH) / 2, (HIGH - LOW) / 2
+    for _ in range(BLOCK):
+        tolerance = float(10 ** rng.uniform(-9, 1))
+        for _ in range(ODD_MOVES):
+            end, axis = place.copy(), rng.integers(5)
+            way = rng.choice([0, 1, -1]) * 10 ** rng.uniform(-7, 1)
+            if abs(end[axis] + way - middle[axis]) > reach[axis]:
+                way = -way
+            end[axis] += way
+            line += 1
+            start, finish = tuple(place.tolist()), tuple(end.tolist())
+            feed = SLOWEST * 60e3
+            yield Move(line, "", Motion.LINEAR, start, finish, feed, tolerance=tolerance)
+            place = end
+
+
+def odd_block(block: int, settings: LookaheadSettings) -> float:
+    """Plans a block of odd paths; returns its time [s]. Raises StalledError."""
+    way = 0.0
+    longest = 0.2
+
+    def counted() -> Iterator[Move]:
+        nonlocal longest
+        for move in odd_moves(block):
+            # At most a stop behind each move, and five times its time at the feed.
+            longest += 0.04 + 5 * math.dist(move.start, move.end) / (SLOWEST * 1e3)
+            yield move
+
+    run = Lookahead(counted(), settings)
+    for stretch in run.stretches():
+        way += stretch.shift
+        numbers = (stretch.position, stretch.speed, stretch.acceleration, stretch.jerk)
+        if not all(np.isfinite(values).all() for values in numbers):
+            raise StalledError(f"odd block {block}: a stretch has a value that is no number")
+    time, length = run.summary.duration, run.summary.length
+    if not 0.0 <= time <= longest:
+        raise StalledError(f"odd block {block}: {time} s, at most {longest} s expected")
+    if abs(way - length) > 1e-9 * length:
+        raise StalledError(f"odd block {block}: {way} m run, {length} m planned")
+    return time
+
+
 def main(argv: list[str] | None = None) -> int:
     """Command line; exit code 1 if a program broke a limit or left P."""
     parser = argparse.ArgumentParser(
@@ -137,11 +194,14 @@ def main(argv: list[str] | None = None) -> int:
         epilog="example: python -m sim.motion.stress --count 10000",
     )
     parser.add_argument("--first", type=int, default=FIRST, help="number of the first program")
-    parser.add_argument("--count", type=int, default=100, help="programs")
+    parser.add_argument("--count", type=int, default=100, help="programs, or odd paths")
+    parser.add_argument("--odd", action="store_true", help=f"odd paths, in blocks of {BLOCK}")
     arguments = parser.parse_args(argv)
     if arguments.first < 0 or arguments.count < 1:
         parser.error("--first must be at least 0 and --count at least 1")
     console, stress = Console(highlight=False), Stress()
+    if arguments.odd:
+        return _odd(arguments.first, -(-arguments.count // BLOCK), console)
     for outcome in programs(arguments.first, arguments.count):
         stress.add(outcome)
         if not outcome.kept:
@@ -157,6 +217,20 @@ def main(argv: list[str] | None = None) -> int:
         f"beyond P {stress.path:.3g} m (path), {stress.corner:.3g} m (corner)"
     )
     return int(bool(stress.broken))
+
+
+def _odd(first: int, blocks: int, console: Console) -> int:
+    settings, time = LookaheadSettings(), 0.0
+    try:
+        for block in range(first, first + blocks):
+            time += odd_block(block, settings)
+            if (block - first + 1) % 100 == 0:
+                console.print(f"{(block - first + 1) * BLOCK} of {blocks * BLOCK} odd paths")
+    except StalledError as error:
+        console.print(f"error: {error}", markup=False)
+        return 1
+    console.print(f"{blocks * BLOCK} odd paths, {time:.1f} s of motion: no stall")
+    return 0
 
 
 if __name__ == "__main__":

@@ -308,23 +308,25 @@ def test_odd_program__any__ends_exactly_within_the_limits(name, settings):
     assert not violations(items, settings)
 
 
+def test_odd_paths__a_thousand__never_stall_nor_lose_a_part_of_their_way():
+    assert stress.odd_block(0, SMOOTH) > 0.0
+
+
 @pytest.mark.full
-def test_odd_programs__fuzz__never_stall_nor_lose_their_end():
-    for seed in range(20_000, 30_000):
-        rng = np.random.default_rng(seed)
-        place, moves = np.array([0.0, 0.0, 600.0, 0.0, 0.0]), []
-        tolerance = float(10 ** rng.uniform(-9, 1))
-        for line in range(1, 12):
-            end = place.copy()
-            axis = rng.integers(5)
-            end[axis] += rng.choice([0, 1, -1]) * 10 ** rng.uniform(-7, 1)
-            start = tuple(place.tolist())
-            finish = tuple(end.tolist())
-            moves.append(Move(line, "", Motion.LINEAR, start, finish, 9e3, tolerance=tolerance))
-            place = end
-        run = Lookahead(iter(moves), SMOOTH)
-        duration = run.duration()
-        assert 0.0 <= duration < 5.0, f"seed {seed}: {duration}"
+@pytest.mark.parametrize("first", range(1000, 2000, 20))
+def test_odd_paths__a_million__never_stall_nor_lose_a_part_of_their_way(first):
+    for block in range(first, first + 20):
+        stress.odd_block(block, SMOOTH)
+
+
+def test_odd_paths__machine_slower_than_the_bound_allows__is_a_stall(monkeypatch, capsys):
+    tool = replace(SMOOTH.limits.tool, speed=1e-3)
+    slow = replace(SMOOTH, limits=replace(SMOOTH.limits, tool=tool))
+    with pytest.raises(stress.StalledError, match="odd block 0: .* s expected"):
+        stress.odd_block(0, slow)
+    monkeypatch.setattr(stress, "LookaheadSettings", lambda: slow)
+    assert stress.main(["--odd", "--first", "0", "--count", "1"]) == 1
+    assert "error: odd block 0" in capsys.readouterr().out
 
 
 def test_dwell__between_moves__rests_for_its_time():
