@@ -7,6 +7,7 @@ import math
 import random
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,8 @@ from sim.motion.planner_core import PARAMETERS
 from sim.motion.planner_optimal import Limits, stopping_length
 from sim.motion.planner_override import OverriddenMove
 from sim.motion.planner_phases import State, Step
+from sim.motion.planner_seed import SeedPlan
+from sim.motion.scurve import SCurve
 
 RELAXED = 1e-9  # of Ruckig's limits of speed and acceleration: it fails at states on the limit
 DURATION = 1e-6  # relative agreement of durations
@@ -185,3 +188,32 @@ def random_core_moves(count: int, seed: int) -> dict[str, np.ndarray]:
     span = rng.choice([0.2, 0.9, 1.0, 1.6], count) * log_uniform(0.3, 3)
     length = np.minimum(1.0, (v0 + vm) * tr * span).astype(np.float32)
     return dict(zip(PARAMETERS, (v0, vm, tr, tm, length), strict=True))
+
+
+def exact_profile(curve: SCurve | SeedPlan, time: float) -> tuple[Fraction, Fraction, Fraction]:
+    """Position, speed, acceleration by rational integration of the jerk phase by phase.
+
+    Only the set parameters are used; speeds and positions are never closed forms.
+    """
+    v0, vm, tr, tm, length = (
+        Fraction(x) for x in (curve.v0, curve.vm, curve.tr, curve.tm, curve.length)
+    )
+    if length <= 2 * v0 * tr:
+        return v0 * Fraction(time), v0, Fraction(0)
+    peak = min(vm, length / tr - v0)
+    cruise = (length - (v0 + peak) * tr) / peak
+    am = (peak - v0) / (tr - tm)
+    signs = (1, 0, -1, 0, -1, 0, 1)
+    times = (tm, tr - 2 * tm, tm, cruise, tm, tr - 2 * tm, tm)
+    starts = (0, am, am, 0, 0, -am, -am)
+    position, speed, acceleration, left = Fraction(0), v0, Fraction(0), Fraction(time)
+    for sign, duration, start in zip(signs, times, starts, strict=True):
+        step = min(left, duration)
+        jerk = sign * am / tm if tm else Fraction(0)
+        position += speed * step + start * step**2 / 2 + jerk * step**3 / 6
+        speed += start * step + jerk * step**2 / 2
+        acceleration = start + jerk * step
+        left -= step
+        if left <= 0:
+            break
+    return position, speed, acceleration

@@ -2,13 +2,13 @@
 """SCurve against the figures of seed 002 and against an exact rational integration by phases."""
 
 import math
-from fractions import Fraction
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from sim.motion.planner_check import exact_profile
 from sim.motion.scurve import SCurve, SCurveClass, SCurveError
 
 # Relative rounding of the closed forms: some twenty operations of half an ulp each, of terms not
@@ -143,35 +143,6 @@ def curves(draw, span: str, jerk: str) -> SCurve:
         "cruise": high * (1 + 3 * inside),
     }[span]
     return SCurve(v0, vm, tr, tm, length)
-
-
-def exact_profile(curve: SCurve, time: float) -> tuple[Fraction, Fraction, Fraction]:
-    """Position, speed, acceleration by rational integration of the jerk phase by phase.
-
-    Only the set parameters are used; speeds and positions are never closed forms.
-    """
-    v0, vm, tr, tm, length = (
-        Fraction(x) for x in (curve.v0, curve.vm, curve.tr, curve.tm, curve.length)
-    )
-    if length <= 2 * v0 * tr:
-        return v0 * Fraction(time), v0, Fraction(0)
-    peak = min(vm, length / tr - v0)
-    cruise = (length - (v0 + peak) * tr) / peak
-    am = (peak - v0) / (tr - tm)
-    signs = (1, 0, -1, 0, -1, 0, 1)
-    times = (tm, tr - 2 * tm, tm, cruise, tm, tr - 2 * tm, tm)
-    starts = (0, am, am, 0, 0, -am, -am)
-    position, speed, acceleration, left = Fraction(0), v0, Fraction(0), Fraction(time)
-    for sign, duration, start in zip(signs, times, starts, strict=True):
-        step = min(left, duration)
-        jerk = sign * am / tm if tm else Fraction(0)
-        position += speed * step + start * step**2 / 2 + jerk * step**3 / 6
-        speed += start * step + jerk * step**2 / 2
-        acceleration = start + jerk * step
-        left -= step
-        if left <= 0:
-            break
-    return position, speed, acceleration
 
 
 @pytest.mark.parametrize("key", CLASS_OF)

@@ -14,6 +14,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from sim.motion.planner_check import exact_profile
 from sim.motion.planner_figures import (
     RESULTS_FILE,
     figures,
@@ -24,7 +25,7 @@ from sim.motion.planner_figures import (
 )
 from sim.motion.planner_seed import seed_plan
 from sim.motion.scurve import SCurve, SCurveError, closed_forms
-from tests.motion.test_motion_scurve import CLASS_OF, curves, exact_profile
+from tests.motion.test_motion_scurve import CLASS_OF, curves
 
 ALL_NUMBERS = [*numbers_of_figure_3(""), *numbers_of_figure_12(""), *numbers_of_figure_15("")]
 
