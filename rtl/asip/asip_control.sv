@@ -56,14 +56,22 @@ module asip_control (
   localparam logic [1:0] StRun = 2'd1;    // bundles issue
   localparam logic [1:0] StDrain = 2'd2;  // halt or fault: results in flight are written
 
-  logic [1:0]  state_d, state_q;
-  logic        start_q, done_d, done_q, fault_d, fault_q;
+  // Where FAULT_INFO comes from.
+  localparam logic [1:0] InfoOutput = 2'd0;
+  localparam logic [1:0] InfoE2 = 2'd1;
+  localparam logic [1:0] InfoD = 2'd2;
+  localparam logic [1:0] InfoLast = 2'd3;
+
+  logic [1:0]  state_d, state_q, info_from;
+  logic        start_q, done_d, done_q, fault_d, fault_q, info_load;
   logic [3:0]  cause_d, cause_q;
   logic [15:0] info_d, info_q, last_pc_q;
-  logic [31:0] written_q, left_q;
+  logic [31:0] unwritten_q, ahead_q;
+  logic [3:0]  written_high;
+  logic [7:0]  written_low;
   logic [31:0] cycles_q, operand_q, port_q, unit_q, fetch_q, drain_q;
-  logic        count_operand_q, count_port_q, count_unit_q, count_fetch_q, count_drain_q;
-  logic        running, active, bad_d, drained, run_start, refetch;
+  logic        count_operand_q, count_port_q, count_unit_q, count_fetch_q, count_drain_q, zero_q;
+  logic        running, active, bad_d, drained, run_start, refetch, started;
   logic        quiet_q, missing_q, watchdog_q, refetch_q;
 
   assign running   = state_q == StRun;
@@ -72,13 +80,15 @@ module asip_control (
   assign drained   = state_q == StDrain && quiet_q;
   assign refetch   = refetch_i || refetch_q;
   assign run_start = state_q == StIdle && start_q && valid_d_i && !refetch;
+  assign started   = run_start || active;
 
   always_comb begin
     state_d = state_q;
     done_d  = done_q;
     fault_d = fault_q;
     cause_d = cause_q;
-    info_d  = info_q;
+    info_from = InfoLast;
+    info_load = 1'b0;
     case (state_q)
       StIdle: begin
         if (clear_i) begin
@@ -100,7 +110,7 @@ module asip_control (
             if (missing_q) begin
               fault_d = 1'b1;
               cause_d = asip_regmap_pkg::FAULT_OUTPUT_MISSING;
-              info_d  = last_pc_q;
+              info_load = 1'b1;
             end
           end
         end
@@ -111,26 +121,35 @@ module asip_control (
       if (not_finite_i) begin
         fault_d = 1'b1;
         cause_d = asip_regmap_pkg::FAULT_NOT_FINITE;
-        info_d  = {11'd0, not_finite_index_i};
+        info_from = InfoOutput;
+        info_load = 1'b1;
       end else if (address_fault_e2_i) begin
         fault_d = 1'b1;
         cause_d = asip_regmap_pkg::FAULT_ADDRESS;
-        info_d  = pc_e2_i;
+        info_from = InfoE2;
+        info_load = 1'b1;
       end else if (running && bad_d) begin
         fault_d = 1'b1;
         cause_d = pc_bad_d_i ? asip_regmap_pkg::FAULT_ADDRESS :
                   asip_regmap_pkg::FAULT_ILLEGAL;
-        info_d  = pc_d_i;
+        info_from = InfoD;
+        info_load = 1'b1;
       end else if (watchdog_q) begin
         fault_d = 1'b1;
         cause_d = asip_regmap_pkg::FAULT_WATCHDOG;
-        info_d  = last_pc_q;
+        info_load = 1'b1;
       end
     end
     if (fault_d) begin
       done_d = 1'b0;
       if (running) state_d = StDrain;
     end
+    case (info_from)
+      InfoOutput: info_d = {11'd0, not_finite_index_i};
+      InfoE2:     info_d = pc_e2_i;
+      InfoD:      info_d = pc_d_i;
+      default:    info_d = last_pc_q;
+    endcase
   end
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
@@ -152,19 +171,29 @@ module asip_control (
       quiet_q    <= !issue_i && !inflight_i && !busy_i;
       refetch_q  <= active && state_d == StIdle;
       // set from the cycle on in which CYCLES is WATCHDOG
-      if (run_start) watchdog_q <= !(|watchdog_i);
-      else if (active) watchdog_q <= watchdog_q || !(|left_q[31:1]);
-      else watchdog_q <= 1'b0;
+      watchdog_q <= (watchdog_q && active) || (started && ahead_q == watchdog_i);
     end
   end
 
   always_ff @(posedge clk_i) begin
-    info_q    <= info_d;
-    missing_q <= |(output_mask_i & ~written_q);
-    left_q    <= active ? left_q - 32'd1 : watchdog_i;
+    if (info_load) info_q <= info_d;
+    missing_q <= |unwritten_q;
     if (issue_i) last_pc_q <= pc_d_i;
-    if (run_start) written_q <= 32'd0;
-    else if (issue_i && output_d_i) written_q[output_index_d_i] <= 1'b1;
+  end
+
+  // Outputs of the mask that no bundle has written. The index is decoded in two parts, so that one takes
+  // five inputs.
+  for (genvar i = 0; i < 4; i++) begin : gen_written_high
+    assign written_high[i] = issue_i && output_d_i && output_index_d_i[4:3] == 2'(i);
+  end
+  for (genvar i = 0; i < 8; i++) begin : gen_written_low
+    assign written_low[i] = output_index_d_i[2:0] == 3'(i);
+  end
+  for (genvar i = 0; i < 32; i++) begin : gen_unwritten
+    always_ff @(posedge clk_i) begin
+      unwritten_q[i] <= run_start ? output_mask_i[i] :
+                        unwritten_q[i] && !(written_high[i/8] && written_low[i%8]);
+    end
   end
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
@@ -189,23 +218,31 @@ module asip_control (
     end
   end
 
+  // CYCLES follows a counter that is one ahead, 0 when a run is accepted.
   always_ff @(posedge clk_i or negedge rst_ni) begin
-    if (!rst_ni) begin
-      cycles_q  <= 32'd0;
-      operand_q <= 32'd0;
-      port_q    <= 32'd0;
-      unit_q    <= 32'd0;
-      fetch_q   <= 32'd0;
-      drain_q   <= 32'd0;
-    end else if (run_start) begin
-      cycles_q  <= 32'd0;
+    if (!rst_ni) cycles_q <= 32'd0;
+    else if (started) cycles_q <= ahead_q;
+  end
+
+  always_ff @(posedge clk_i) begin
+    if (!started) ahead_q <= 32'd0;
+    else ahead_q <= ahead_q + 32'd1;
+  end
+
+  // The other counters are zero from reset and from the start of a run on; a synchronous clear is free.
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) zero_q <= 1'b1;
+    else zero_q <= run_start;
+  end
+
+  always_ff @(posedge clk_i) begin
+    if (zero_q) begin
       operand_q <= 32'd0;
       port_q    <= 32'd0;
       unit_q    <= 32'd0;
       fetch_q   <= 32'd0;
       drain_q   <= 32'd0;
     end else begin
-      if (active) cycles_q <= cycles_q + 32'd1;
       if (count_operand_q) operand_q <= operand_q + 32'd1;
       if (count_port_q) port_q <= port_q + 32'd1;
       if (count_unit_q) unit_q <= unit_q + 32'd1;

@@ -64,7 +64,9 @@ module asip_host #(
   logic [$clog2(asip_regmap_pkg::WORDS_PROGRAM)-3:0] bundle;
   logic [2:0]  wait_q;
   logic        read_done, refetch_q;
-  logic [31:0] csr_read, csr_q, readdata_q, watchdog_q, output_mask_q;
+  logic [15:0][31:0] word;
+  logic [3:0][31:0] group_q;
+  logic [31:0] readdata_q, watchdog_q, output_mask_q;
   logic [15:0] entry_q;
   logic [1:0]  irq_enable_q;
 
@@ -106,25 +108,23 @@ module asip_host #(
   assign select_o         = (read_i || write_i) && !busy_i;
 
   always_comb begin
-    case (csr)
-      asip_regmap_pkg::REG_ID: csr_read = asip_regmap_pkg::RESET_ID;
-      asip_regmap_pkg::REG_CONFIG:
-      csr_read = {8'($clog2(DataWords)), 8'($clog2(Bundles)), 8'd64, 4'(FmaPipes), 4'(Slots)};
-      asip_regmap_pkg::REG_STATUS:
-      csr_read = {19'd0, flags_i, cause_i, 1'b0, fault_i, done_i, busy_i};
-      asip_regmap_pkg::REG_CYCLES: csr_read = cycles_i;
-      asip_regmap_pkg::REG_FAULT_INFO: csr_read = {16'd0, fault_info_i};
-      asip_regmap_pkg::REG_IRQ_ENABLE: csr_read = {30'd0, irq_enable_q};
-      asip_regmap_pkg::REG_WATCHDOG: csr_read = watchdog_q;
-      asip_regmap_pkg::REG_ENTRY: csr_read = {16'd0, entry_q};
-      asip_regmap_pkg::REG_OUTPUT_MASK: csr_read = output_mask_q;
-      asip_regmap_pkg::REG_STALL_OPERAND: csr_read = stall_operand_i;
-      asip_regmap_pkg::REG_STALL_PORT: csr_read = stall_port_i;
-      asip_regmap_pkg::REG_STALL_UNIT: csr_read = stall_unit_i;
-      asip_regmap_pkg::REG_STALL_FETCH: csr_read = stall_fetch_i;
-      asip_regmap_pkg::REG_DRAIN: csr_read = drain_i;
-      default: csr_read = 32'd0;
-    endcase
+    word                                     = '0;
+    word[asip_regmap_pkg::REG_ID]            = asip_regmap_pkg::RESET_ID;
+    word[asip_regmap_pkg::REG_CONFIG]        = {8'($clog2(DataWords)), 8'($clog2(Bundles)), 8'd64,
+                                                4'(FmaPipes), 4'(Slots)};
+    word[asip_regmap_pkg::REG_STATUS]        = {19'd0, flags_i, cause_i, 1'b0, fault_i, done_i,
+                                                busy_i};
+    word[asip_regmap_pkg::REG_CYCLES]        = cycles_i;
+    word[asip_regmap_pkg::REG_FAULT_INFO]    = {16'd0, fault_info_i};
+    word[asip_regmap_pkg::REG_IRQ_ENABLE]    = {30'd0, irq_enable_q};
+    word[asip_regmap_pkg::REG_WATCHDOG]      = watchdog_q;
+    word[asip_regmap_pkg::REG_ENTRY]         = {16'd0, entry_q};
+    word[asip_regmap_pkg::REG_OUTPUT_MASK]   = output_mask_q;
+    word[asip_regmap_pkg::REG_STALL_OPERAND] = stall_operand_i;
+    word[asip_regmap_pkg::REG_STALL_PORT]    = stall_port_i;
+    word[asip_regmap_pkg::REG_STALL_UNIT]    = stall_unit_i;
+    word[asip_regmap_pkg::REG_STALL_FETCH]   = stall_fetch_i;
+    word[asip_regmap_pkg::REG_DRAIN]         = drain_i;
   end
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
@@ -145,14 +145,18 @@ module asip_host #(
     end
   end
 
+  // Registers are selected in groups of four, and a group that is not read is zero.
+  for (genvar g = 0; g < 4; g++) begin : gen_group
+    always_ff @(posedge clk_i) begin
+      group_q[g] <= in_csr && csr[3:2] == 2'(g) ? word[{2'(g), csr[1:0]}] : 32'd0;
+    end
+  end
+
   // The memories answer within three cycles of the address being stable.
   always_ff @(posedge clk_i) begin
-    csr_q <= csr_read;
-    if (in_csr) readdata_q <= csr_q;
-    else if (in_outputs) readdata_q <= read_output_i;
-    else if (in_registers) readdata_q <= read_register_i;
-    else if (in_data) readdata_q <= read_data_i;
-    else readdata_q <= 32'd0;
+    readdata_q <= group_q[0] | group_q[1] | group_q[2] | group_q[3] |
+                  ({32{in_outputs}} & read_output_i) | ({32{in_registers}} & read_register_i) |
+                  ({32{in_data}} & read_data_i);
   end
 
   assign readdata_o    = readdata_q;
