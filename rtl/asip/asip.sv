@@ -59,6 +59,7 @@ module asip #(
   logic [2:0]               soon, next, write;
   logic [2:0][5:0]          soon_index, next_index, write_index;
   logic [2:0][31:0]         result;
+  logic [31:0]              result_aux, host_word;
   logic                     write_output, not_finite;
   logic [4:0]               not_finite_index;
   logic [1:0][4:0]          flags_fma;
@@ -323,7 +324,7 @@ module asip #(
       .b_i            (operand_e1[Ports-2]),
       .c_i            (operand_e1[Ports-1]),
       .address_fault_o(address_fault),
-      .result_o       (result[2]),
+      .result_o       (result_aux),
       .flags_o        (flags_aux),
       .host_select_i  (host_select),
       .host_write_i   (host_data),
@@ -331,6 +332,15 @@ module asip #(
       .host_data_i    (writedata_i),
       .host_read_o    (host_memory)
   );
+
+  // The auxiliary result is zero while the host may write. With one slot the host's word goes that way.
+  if (Slots == 1) begin : gen_host_word
+    assign result[2] = result_aux | ({32{host_select && write_i}} & writedata_i);
+    assign host_word = '0;
+  end else begin : gen_no_host_word
+    assign result[2] = result_aux;
+    assign host_word = writedata_i;
+  end
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) flags_q <= '0;
@@ -394,7 +404,7 @@ module asip #(
       .not_finite_index_o(not_finite_index),
       .host_write_safe_i(host_safe),
       .host_index_i     (address_i[4:0]),
-      .host_data_i      (writedata_i),
+      .host_data_i      (host_word),
       .host_read_o      (host_output)
   );
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // asip_operands_single: asip_operands for one slot and one multiply-add pipe.
 // Contract: that of asip_operands, cycle by cycle. Banks C and K share a memory, because the host writes K
-// only while no result of C can come. Whatever is not the operand is zero when it leaves stage R1, so
+// only while no result of C can come; the word that the host writes must come as C's result, too. Whatever is not the operand is zero when it leaves stage R1, so
 // stage R2 is an OR: of the two memories, of what was written back before, and of what is just then.
 module asip_operands_single (
     input  logic             clk_i,
@@ -110,7 +110,7 @@ module asip_operands_single (
       .write_i      (write_i[2] || host_write[1]),
       .write_index_i(write_i[2] ? {2'b01, write_index_i[2]} :
                      {host_write_constant_i, host_register_i[6:0]}),
-      .write_data_i (write_i[2] ? write_data_i[2] : host_data_i),
+      .write_data_i (write_data_i[2]),
       .read_index_i (index_ck),
       .read_data_o  (read_ck)
   );

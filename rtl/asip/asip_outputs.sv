@@ -12,7 +12,7 @@ module asip_outputs (
     // from write-back
     input  logic        write_i,
     input  logic [4:0]  index_i,
-    input  logic [31:0] data_i,
+    input  logic [31:0] data_i,           // zero while idle
     output logic        not_finite_o,
     output logic [4:0]  not_finite_index_o,
     // from and to the host; safe values are written while idle only
@@ -25,16 +25,15 @@ module asip_outputs (
   localparam logic [1:0] PageSafe = 2'd2;
 
   logic        page_q, safe_q;
-  logic [1:0]  read_page;
-  logic [6:0]  write_address;
-  logic        write_q, not_finite_q;
+  logic [1:0]  read_page, write_page;
+  logic        write_q, write_safe_q, not_finite_q;
   logic [4:0]  index_q;
   logic [31:0] data_q, read_q, host_read_q;
   logic [31:0] memory[0:127];
 
   assign not_finite_o       = not_finite_q;
   assign not_finite_index_o = index_q;
-  assign write_address = write_q ? {1'b0, !page_q, index_q} : {PageSafe, host_index_i};
+  assign write_page    = write_safe_q ? PageSafe : {1'b0, !page_q};
   assign read_page     = (safe_q || fault_i) ? PageSafe : {1'b0, page_q};
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
@@ -44,7 +43,7 @@ module asip_outputs (
       write_q      <= 1'b0;
       not_finite_q <= 1'b0;
     end else begin
-      write_q      <= write_i;
+      write_q      <= write_i || host_write_safe_i;
       not_finite_q <= write_i && (&data_i[30:23]);
       if (fault_i) begin
         safe_q <= 1'b1;
@@ -56,11 +55,10 @@ module asip_outputs (
   end
 
   always_ff @(posedge clk_i) begin
-    index_q <= index_i;
-    data_q  <= data_i;
-    if (write_q || host_write_safe_i) begin
-      memory[write_address] <= write_q ? data_q : host_data_i;
-    end
+    write_safe_q <= host_write_safe_i;
+    index_q      <= host_write_safe_i ? host_index_i : index_i;
+    data_q       <= data_i | ({32{host_write_safe_i}} & host_data_i);
+    if (write_q) memory[{write_page, index_q}] <= data_q;
     read_q      <= memory[{read_page, host_index_i}];
     host_read_q <= read_q;
   end
