@@ -29,7 +29,6 @@ from sim.model.tracking import joint_path
 from sim.motion.gcode import GcodeErrors, parse_file
 from sim.motion.trajectory import WorkspaceError, generate
 from sim.run import closed_loop
-from sim.run.closed_loop import PROGRESS_TICKS
 from sim.run.controller import AsipController, ControllerFault
 from sim.run.nios import set_points
 from sim.run.progress import TickProgress
@@ -110,10 +109,14 @@ def run(arguments: argparse.Namespace, console: Console) -> None:
         }
         return data
 
+    saved = 0
+
     def save(done: list[Stretch]) -> None:
+        nonlocal saved
         repeated[:] = done
-        if loop.done // SAVE_TICKS > (loop.done - PROGRESS_TICKS) // SAVE_TICKS:
+        if loop.done - saved >= SAVE_TICKS:
             write(file, figures())
+            saved = loop.done
 
     names = {"path": "two processors", "repeat": f"{NOMINAL_CLOCKS} clocks a period"}
     try:

@@ -198,6 +198,21 @@ def test_underrun__last_set_point_is_held_with_zero_rates_then_the_next_one_foll
     assert not bench.system.flags()["hold"]
 
 
+def test_late_copying__the_next_period_begins_behind_it_with_the_new_set_point():
+    bench = Bench()
+    bench.start()
+    end = int(bench.run(3)["set_point_clock"][2])
+    bench.system.write("PERIOD", end - 5)
+    late = bench.run(1)
+    bench.system.queue([(REGMAP.address("PERIOD"), PERIOD)])  # the next one has begun
+    records = np.concatenate([late, bench.run(4)])
+    assert late["late"].tolist() == [1] and late["updates"].tolist() == [1]
+    assert runs(records) == [2, 3, 4, 5, 6]
+    assert bench.counts()["UNDERRUNS"] == 0 < bench.counts()["OVERRUNS"]
+    flags = bench.system.flags()
+    assert flags["trajectory_overrun"] and not flags["tracking_overrun"] and not flags["hold"]
+
+
 def test_tracking_overrun__commands_stay_and_the_late_run_counts():
     bench = Bench()
     bench.start()
