@@ -63,11 +63,15 @@ class Bank:
 
 @dataclass(frozen=True)
 class Configuration:
-    """Build of the core: kind of each slot ('fma', 'aux', 'any'), number of multiply-add pipes."""
+    """Build of the core: kind of each slot ('fma', 'aux', 'any'), number of multiply-add pipes.
+
+    `intervals` holds the cycles between operations of the units that differ from their record.
+    """
 
     name: str
     slots: tuple[str, ...]
     fma_pipes: int
+    intervals: Mapping[str, int]
     doc: str
 
     def allows(self, slot: int, unit: UnitRecord) -> bool:
@@ -78,6 +82,10 @@ class Configuration:
     def result_bank(self, slot: int, unit: UnitRecord) -> str:
         """Bank that a register result goes to when the operation stands in the slot."""
         return "AB"[slot] if unit.bank == "pipe" else unit.bank
+
+    def interval(self, unit: UnitRecord) -> int:
+        """Cycles between operations of the unit; 0: the next one waits for the result."""
+        return self.intervals.get(unit.name, unit.interval)
 
 
 @dataclass(frozen=True)
@@ -166,6 +174,12 @@ class Isa:
         return self.units[self.operations[mnemonic].unit]
 
     @functools.cached_property
+    def differing(self) -> tuple[str, ...]:
+        """Units whose interval depends on the configuration, in their order."""
+        named = {name for each in self.configurations.values() for name in each.intervals}
+        return tuple(name for name in self.units if name in named)
+
+    @functools.cached_property
     def by_opcode(self) -> Mapping[int, OperationRecord]:
         """Operations by opcode."""
         return {record.opcode: record for record in self.operations.values()}
@@ -220,8 +234,8 @@ def load_isa(path: Path = ISA_FILE) -> Isa:
     findings.keys("bundle", raw["bundle"], {"control_width", "halt_bit"}, set())
     findings.keys("limits", raw["limits"], set(LIMIT_NAMES), set())
     banks = _read_banks(raw["bank"], findings)
-    configurations = _read_configurations(raw["configuration"], findings)
     units = _read_units(raw["unit"], findings)
+    configurations = _read_configurations(raw["configuration"], units, findings)
     operations = _read_operations(raw["op"], fields, units, findings)
     findings.stop()
     isa = Isa(
@@ -295,20 +309,25 @@ def _read_banks(records: list[Mapping[str, Any]], findings: _Findings) -> dict[s
 
 
 def _read_configurations(
-    records: Mapping[str, Any], findings: _Findings
+    records: Mapping[str, Any], units: Mapping[str, UnitRecord], findings: _Findings
 ) -> dict[str, Configuration]:
     configurations: dict[str, Configuration] = {}
     for name, record in records.items():
         where = f"configuration.{name}"
-        if not findings.keys(where, record, {"slots", "fma_pipes", "doc"}, set()):
+        if not findings.keys(where, record, {"slots", "fma_pipes", "doc"}, {"intervals"}):
             continue
         for kind in record["slots"]:
             findings.known(where, "slot kind", kind, SLOT_KINDS)
         pipes = sum(kind in ("fma", "any") for kind in record["slots"])
         if pipes != record["fma_pipes"]:
             findings.add(where, f"fma_pipes is {record['fma_pipes']}, its slots use {pipes}")
+        intervals = record.get("intervals", {})
+        for unit, interval in intervals.items():
+            findings.known(where, "unit of an interval", unit, units)
+            if not isinstance(interval, int) or interval < 1:
+                findings.add(where, f"interval {interval!r} of unit {unit} is not 1 or more cycles")
         configurations[name] = Configuration(
-            name, tuple(record["slots"]), record["fma_pipes"], record["doc"]
+            name, tuple(record["slots"]), record["fma_pipes"], intervals, record["doc"]
         )
     return configurations
 

@@ -234,7 +234,8 @@ def load_machine(
                 f"{fp_pkg_file}: no 'localparam int unsigned {constant} = n;', "
                 f"needed by unit {name}"
             )
-        units[name] = Unit(name, latency, record.interval or latency + 1, record.bank)
+        interval = isa.configurations[configuration].interval(record) or latency + 1
+        units[name] = Unit(name, latency, interval, record.bank)
     sizes = {name: bank.size for name, bank in isa.banks.items()}
     if isa.configurations[configuration].fma_pipes < 2:
         sizes["B"] = 0

@@ -25,6 +25,7 @@ from asip_asm.isa import (  # noqa: E402
     Isa,
     IsaError,
     OperationRecord,
+    UnitRecord,
     load_isa,
 )
 from asip_asm.regmap import (  # noqa: E402
@@ -86,6 +87,14 @@ def isa_package(isa: Isa) -> str:
             sv_int(f"{prefix}_FMA_PIPES", configuration.fma_pipes),
             sv_int(f"{prefix}_BUNDLE_WIDTH", isa.bundle_width(name)),
             sv_int(f"{prefix}_BUNDLE_LANES", isa.lanes(name), "32-bit lanes of program memory"),
+        ]
+        lines += [
+            sv_int(
+                f"{prefix}_{unit.upper()}_INTERVAL",
+                configuration.interval(isa.units[unit]),
+                "cycles from one operation of the unit to the next",
+            )
+            for unit in isa.differing
         ]
     lines += ["", "  // Bank codes of source operands {bank[2:0], index[5:0]}; K spans two codes."]
     for bank in isa.banks.values():
@@ -226,6 +235,20 @@ def assembly_form(record: OperationRecord) -> str:
     return f"`{record.name} {operands}`" if operands else f"`{record.name}`"
 
 
+def intervals(isa: Isa, unit: UnitRecord) -> str:
+    """How often a unit takes an operation, with the configurations where that differs."""
+
+    def text(cycles: int) -> str:
+        return f"{cycles} cycle{'s' * (cycles > 1)}" if cycles else "result"
+
+    others = [
+        f"{text(configuration.intervals[unit.name])} in `{configuration.name}`"
+        for configuration in isa.configurations.values()
+        if unit.name in configuration.intervals
+    ]
+    return ", ".join([text(unit.interval), *others])
+
+
 def isa_document(isa: Isa) -> str:
     dst, c = isa.fields["dst"], isa.fields["c"]
     lines = [
@@ -296,7 +319,7 @@ def isa_document(isa: Isa) -> str:
             [
                 f"`{unit.name}`",
                 f"`{unit.latency_constant}`" if unit.latency is None else str(unit.latency),
-                f"{unit.interval} cycle" if unit.interval else "result",
+                intervals(isa, unit),
                 {"pipe": "A or B", "none": "-"}.get(unit.bank, unit.bank),
                 unit.doc,
             ]

@@ -10,6 +10,7 @@ rtl/fpu/fp_product.sv
 rtl/fpu/fp_fma.sv
 rtl/fpu/fp_normalise.sv
 rtl/fpu/fp_divsqrt.sv
+rtl/fpu/fp_divsqrt_folded.sv
 rtl/fpu/fp_cmp.sv
 rtl/fpu/fp_i2f.sv
 rtl/fpu/fp_f2i.sv

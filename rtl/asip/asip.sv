@@ -314,7 +314,8 @@ module asip #(
   end
 
   asip_aux #(
-      .DataWords(DataWords)
+      .DataWords    (DataWords),
+      .FoldedDivider(Slots == 1)
   ) u_aux (
       .clk_i,
       .rst_ni,

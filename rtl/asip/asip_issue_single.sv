@@ -48,7 +48,7 @@ module asip_issue_single (
   localparam int unsigned DivPlace = fp_pkg::FP_DIVSQRT_LATENCY + 2;
   localparam int unsigned Top = DivPlace + 1;                     // where a sine joins
   localparam int unsigned Announced = 4;
-  localparam int unsigned DivInterval = 1;  // clocks from a division to the next
+  localparam int unsigned DivInterval = asip_isa_pkg::SMALL_DIVSQRT_INTERVAL;
   // Divisions in flight above the announced places.
   localparam int unsigned Divs = (DivPlace - Announced + DivInterval - 1) / DivInterval;
   localparam int unsigned DivWidth = $clog2(DivInterval + 1);

@@ -213,27 +213,56 @@ def op_to(operation: Operation, to: str) -> Operation:
 
 @pytest.mark.parametrize("configuration", CONFIGURATIONS)
 def test_write_port__queue_of_collisions__every_result_arrives(configuration):
-    # divisions back to back fill every write cycle of a stretch; shorter operations want those
-    body = [op("fdiv", f"c{10 + i}", "k0", "k1") for i in range(6)]
-    nops = latency(configuration, body[0]) - len(body) - 4
-    bundles = [bench.bundle(configuration, item) for item in body]
-    bundles += [bench.bundle(configuration)] * nops
-    bundles += [
-        bench.bundle(configuration, op(*item))
-        for item in (
-            ("ld", "c20", "k3"),
-            ("i2f", "c21", "k3"),
-            ("mov", "c22", "k0"),
-            ("mov", "c23", "k1"),
-        )
+    # divisions as close as the unit takes them: the write port is taken at once or again and again;
+    # shorter operations want the same cycles
+    interval = divsqrt_interval(configuration)
+    body = [op("fdiv", f"c{10 + i}", "k0", "k1") for i in range(6 if interval == 1 else 2)]
+    bundles: list[Bundle] = []
+    for i, division in enumerate(body):
+        bundles += [bench.bundle(configuration)] * (i * interval - len(bundles))
+        bundles.append(bench.bundle(configuration, division))
+    short = [
+        op("ld", "c20", "k3", imm=0),
+        op("i2f", "c21", "k3"),
+        op("mov", "c22", "k0"),
+        op("mov", "c23", "k1"),
     ]
-    for item in bundles:
-        for operation in item.slots:
-            if operation is not None and operation.mnemonic == "ld":
-                operation.imm = 0
+    for i, operation in enumerate(short[: 4 if interval == 1 else len(body)]):
+        # the one before waited, so that this one would issue a cycle later than it stands
+        ahead = latency(configuration, body[0]) - latency(configuration, operation)
+        bundles += [bench.bundle(configuration)] * (ahead + i * (interval - 1) - len(bundles))
+        bundles.append(bench.bundle(configuration, operation))
     bundles.append(bench.bundle(configuration, halt=True))
     got = bench.verify(bench.image(configuration, bundles, REGISTERS, data=DATA))
     assert got.stalls["STALL_PORT"] >= len(body)
+
+
+def divsqrt_interval(configuration: str) -> int:
+    """Cycles from one division or root to the next."""
+    return machine(configuration).units["divsqrt"].interval
+
+
+@pytest.mark.parametrize("configuration", CONFIGURATIONS)
+@pytest.mark.parametrize("target", ["c6", "o0"])
+def test_divsqrt__next_at_any_distance__waits_for_its_turn(configuration, target):
+    first, second = op("fdiv", "c5", "k0", "k1"), op("fsqrt", target, "k4")
+    interval = divsqrt_interval(configuration)
+    for distance in range(1, interval + 4):
+        bundles = [
+            bench.bundle(configuration, first),
+            *fillers(configuration, distance - 1),
+            bench.bundle(configuration, second),
+            bench.bundle(configuration, op("fdiv", "c7", "k1", "k0")),
+            bench.bundle(configuration, op("fsqrt", "c8", "k0")),
+            bench.bundle(configuration, halt=True),
+        ]
+        got = bench.verify(
+            bench.image(configuration, bundles, REGISTERS), f"division and root, {distance} on"
+        )
+        begin = max(distance, interval)
+        turns = [begin + i * interval for i in range(3)]
+        assert got.issue_cycles[distance : distance + 3] == turns
+        assert got.stalls["STALL_UNIT"] == begin - distance + 2 * (interval - 1)
 
 
 @pytest.mark.parametrize("configuration", CONFIGURATIONS)
