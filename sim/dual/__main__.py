@@ -14,13 +14,12 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 
-from asip_asm.assemble import assemble
 from asip_asm.diagnostics import AssemblyError
 from asip_asm.isa import default_isa
 from sim.dual.loop import Loop, Stretch, follow, stretches_of
 from sim.dual.moves import PathNotSuitedError, moves_of
 from sim.dual.report import NOMINAL_CLOCKS, PageError, publish, results, tables, write
-from sim.dual.system import PROGRAMS, TwoProcessors
+from sim.dual.system import TwoProcessors, program
 from sim.harness.asip_rtl import AsipError
 from sim.harness.build import ROOT, BuildError
 from sim.model.parameters import ParameterError, Robot
@@ -44,7 +43,7 @@ def _single_core(robot: Robot, path: SetPoints, console: Console) -> dict[str, f
         data = json.loads(SINGLE.read_text(encoding="utf-8"))
         if data["ticks"] == len(path):
             return data["tracking"]["optimised"]
-    controller = AsipController(assemble(PROGRAMS / "tracking_optimised.s", configuration="fast"))
+    controller = AsipController(program("tracking_optimised", "fast"))
     with TickProgress(console) as bars:
         bars.add("one processor", len(path))
         recording = closed_loop.run(
@@ -59,8 +58,7 @@ def _one_core(loop: Loop, configuration: str, console: Console) -> dict[str, int
 
     Its program keeps states, so that a set-point that came a period early or late would show.
     """
-    image = assemble(PROGRAMS / "tracking_optimised.s", configuration=configuration)
-    alone = AsipController(image, intermediates=False)
+    alone = AsipController(program("tracking_optimised", configuration), intermediates=False)
     rows = loop.ticks[: loop.done]
     path = SetPoints.from_words(rows["set_point"])
     with TickProgress(console) as bars:
@@ -196,7 +194,8 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument(
         "--docs",
         action="store_true",
-        help="put the results of the last run, if of the whole path, into docs/two_processors.md",
+        help="simulate nothing: put the results of the last run, if of the whole path, into "
+        "docs/two_processors.md",
     )
     arguments = parser.parse_args(argv)
     if arguments.ticks is not None and arguments.ticks < 1:

@@ -8,6 +8,7 @@ once at each length of a period. So nothing has to be saved and restored.
 from __future__ import annotations
 
 import os
+import signal
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -119,6 +120,9 @@ class Loop:
         try:
             with os.fdopen(read_end, "rb") as pipe:
                 answer = pipe.read()
+        except BaseException:  # the repeat is of no use any more
+            os.kill(child, signal.SIGKILL)
+            raise
         finally:
             status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
         if status:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from asip_asm.assemble import assemble
+from asip_asm.image import Image
 from sim.dual.moves import RECORD_WORDS, RING_RECORDS, Move
 from sim.harness.asip_rtl import BLOCK, CSR, STATUS
 from sim.harness.dual_rtl import MEASURED_SOURCE, DualRtl
@@ -20,6 +22,12 @@ PROGRAMS = Path(__file__).resolve().parents[2] / "asip_asm/programs"
 TRAJECTORY_PROGRAM = "path_set_points"
 FEED_PERIODS = 100  # between two looks at the ring
 RATES = tuple(i for i, name in enumerate(SET_POINTS) if name[0] in "vawe" and name != "alpha")
+
+
+@functools.cache
+def program(name: str, configuration: str) -> Image:
+    """Image of a program of asip_asm/programs, assembled once; for reading alone."""
+    return assemble(PROGRAMS / f"{name}.s", configuration=configuration)
 
 
 class TwoProcessors:
@@ -39,8 +47,8 @@ class TwoProcessors:
     ) -> None:
         self.system = DualRtl(trajectory, tracking)
         self.images = {
-            "trajectory": assemble(PROGRAMS / f"{TRAJECTORY_PROGRAM}.s", configuration=trajectory),
-            "tracking": assemble(PROGRAMS / f"{tracking_program}.s", configuration=tracking),
+            "trajectory": program(TRAJECTORY_PROGRAM, trajectory),
+            "tracking": program(tracking_program, tracking),
         }
         first, second = self.system.trajectory, self.system.tracking
         first.load(self.images["trajectory"])

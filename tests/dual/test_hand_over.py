@@ -7,6 +7,7 @@ was given (echo.s). So every command tells from which run its words are.
 
 from __future__ import annotations
 
+import functools
 import os
 from collections.abc import Sequence
 from pathlib import Path
@@ -28,6 +29,11 @@ NAN = 0x7FC00000
 SAFE = [1000.0, 1001.0, 1002.0, 1003.0, 1004.0]
 
 
+@functools.cache
+def known_program(name: str):
+    return assemble(FOLDER / f"{name}.s", configuration="fast")
+
+
 def numbered(sources: Sequence[int]) -> list[tuple[int, int]]:
     return [(source, place) for place, source in enumerate(sources)]
 
@@ -37,8 +43,8 @@ class Bench:
 
     def __init__(self, shown: Sequence[int] = (0, 1, 2, 3, 4), zero_on_hold: int = 0) -> None:
         self.system = DualRtl()
-        self.system.trajectory.load(assemble(FOLDER / "count_runs.s", configuration="fast"))
-        self.system.tracking.load(assemble(FOLDER / "echo.s", configuration="fast"))
+        self.system.trajectory.load(known_program("count_runs"))
+        self.system.tracking.load(known_program("echo"))
         self.show(shown)
         self.system.write("ZERO_ON_HOLD", zero_on_hold)
         self.system.write("PERIOD", PERIOD)

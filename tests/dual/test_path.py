@@ -10,11 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from asip_asm.assemble import assemble
 from sim.dual.__main__ import main
 from sim.dual.moves import RING_RECORDS, PathNotSuitedError, moves_of, rest
 from sim.dual.report import NOMINAL_CLOCKS, set_point_errors
-from sim.dual.system import PROGRAMS, TwoProcessors
+from sim.dual.system import TwoProcessors, program
 from sim.harness.dual_rtl import DualRtl
 from sim.model.parameters import Robot
 from sim.model.plant import Plant
@@ -131,7 +130,7 @@ def test_ring__more_moves_than_it_holds_run_in_order():
 def test_closed_loop__commands_are_those_of_one_core_on_the_same_words(closed):
     """The tracking program alone, given what was handed over, answers with the same bits."""
     controller, recording, path = closed
-    alone = AsipController(assemble(PROGRAMS / "tracking_optimised.s", configuration="fast"))
+    alone = AsipController(program("tracking_optimised", "fast"))
     words = made(controller, len(path))
     alone.prime(words[0], recording.counts[0])
     again = alone.batch(words, recording.counts)
@@ -141,7 +140,7 @@ def test_closed_loop__commands_are_those_of_one_core_on_the_same_words(closed):
 def test_closed_loop__tool_follows_as_with_one_core(closed):
     controller, recording, path = closed
     robot = Robot.load()
-    alone = AsipController(assemble(PROGRAMS / "tracking_optimised.s", configuration="fast"))
+    alone = AsipController(program("tracking_optimised", "fast"))
     other = closed_loop.run(robot, path, alone, lambda n: None)
     ours = np.linalg.norm(recording.tool - path.position, axis=1)
     theirs = np.linalg.norm(other.tool - path.position, axis=1)

@@ -12,9 +12,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from asip_asm.assemble import assemble
 from sim.dual.moves import Move, moves_of
-from sim.dual.system import PROGRAMS, RATES, TwoProcessors
+from sim.dual.system import RATES, TwoProcessors, program
 from sim.harness.asip_rtl import CSR, FAULT_NAMES, STATUS
 from sim.harness.dual_rtl import MEASURED_SOURCE, REGMAP
 from sim.model.parameters import Robot
@@ -145,7 +144,7 @@ def test_planner_overrun__one_tick_is_held_at_rest_and_no_set_point_is_lost(path
     held = words[60].copy()
     held[list(RATES)] = 0.0
     tracked = np.concatenate([words[:61], held[np.newaxis], words[61:120]])
-    alone = AsipController(assemble(PROGRAMS / "tracking_optimised.s", configuration="fast"))
+    alone = AsipController(program("tracking_optimised", "fast"))
     alone.prime(path.words()[0], run.counts[0])
     answers = alone.batch(tracked, np.array(run.counts))
     assert np.array_equal(answers.outputs, commands(np.array(run.records)))
