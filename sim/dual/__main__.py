@@ -82,7 +82,8 @@ def run(arguments: argparse.Namespace, console: Console) -> None:
     desired = joint_path(robot, path)[0]
     stretches = []
     if not arguments.short_only and arguments.period != NOMINAL_CLOCKS:
-        stretches = stretches_of(trajectory.first_ticks, len(path))
+        every = range(0, len(path), arguments.every or len(path))
+        stretches = stretches_of([*trajectory.first_ticks, *every], len(path))
     console.print(
         f"{arguments.gcode}: {len(path)} ticks of 100 us, {len(moves)} moves; "
         f"{arguments.period} clocks a period"
@@ -192,6 +193,12 @@ def main(argv: list[str] | None = None) -> int:
         "--output", type=Path, default=ROOT / "build/dual", help="folder of results.json"
     )
     parser.add_argument(
+        "--every",
+        type=int,
+        metavar="N",
+        help="repeat also the neighbourhood of every N-th tick",
+    )
+    parser.add_argument(
         "--docs",
         action="store_true",
         help="simulate nothing: put the results of the last run, if of the whole path, into "
@@ -200,6 +207,8 @@ def main(argv: list[str] | None = None) -> int:
     arguments = parser.parse_args(argv)
     if arguments.ticks is not None and arguments.ticks < 1:
         parser.error(f"--ticks {arguments.ticks} is not positive")
+    if arguments.every is not None and arguments.every < 1:
+        parser.error(f"--every {arguments.every} is not positive")
     if not 0 < arguments.period < 1 << 16:
         parser.error(f"--period {arguments.period} is not in 1..65535")
     console = Console()

@@ -223,15 +223,16 @@ def test_moves__a_path_without_stops_is_refused_by_line():
 
 def test_cli__writes_figures_and_tables(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr("sim.dual.__main__.SINGLE", tmp_path / "none.json")
-    assert main([str(MOVES), "--ticks", "600", "--short-only", "--output", str(tmp_path)]) == 0
+    assert main([str(MOVES), "--ticks", "1400", "--short-only", "--output", str(tmp_path)]) == 0
     data = json.loads((tmp_path / "results.json").read_text())
-    assert data["ticks"] == 600
-    assert data["clocks"]["periods"] == 601  # the first makes the set-point to begin with
+    assert data["ticks"] == 1400
+    assert data["clocks"]["periods"] == 1401  # the first makes the set-point to begin with
     assert data["complete"] and not data["whole_path"]
-    assert data["ticks_done"] == 600 and data["clocks"]["overruns"] == 0
+    assert data["ticks_done"] == 1400 and data["clocks"]["overruns"] == 0
     assert data["periods"]["left"]["min"] == NOMINAL_CLOCKS - data["clocks"]["used_max"]
-    assert data["one_core"] == {"ticks": 600, "ticks_equal": 600}
+    assert data["one_core"] == {"ticks": 1400, "ticks_equal": 1400}
     assert data["repeated"]["ticks"] == 0
+    assert data["set_point_error"]["x"] > 0  # it has begun to move
     assert data["tracking_single_core"]["tool"] > 0
     assert "left of 100 us" in capsys.readouterr().out
 
@@ -241,6 +242,7 @@ def test_cli__writes_figures_and_tables(tmp_path, capsys, monkeypatch):
     [
         (["none.ngc"], 1, "none.ngc"),
         (["--ticks", "0"], 2, "--ticks 0 is not positive"),
+        (["--every", "0"], 2, "--every 0 is not positive"),
         (["--period", "70000"], 2, "--period 70000 is not in 1..65535"),
         (
             [str(MOVES), "--ticks", "50", "--period", "100"],
