@@ -9,7 +9,8 @@ A test describes its unit and operations once and calls `check`:
     check(MUL, operands)                       # operands: uint32 array, one row per case
 
 The unit has ports clk_i, rst_ni, valid_i, valid_o and those named in `Unit`; it accepts a row per
-clock and answers after exactly `latency` register ranks, which `run` verifies on every clock.
+`interval` clocks and answers after exactly `latency` register ranks, which `run` verifies on every
+clock.
 Environment: SEED (default 1), WAVES=1 (VCD in the build folder), CASE="<op> <hex> ..." (replay).
 """
 
@@ -43,6 +44,11 @@ class Unit:
     latency: int  # register ranks from operands to result
     inputs: tuple[tuple[str, int], ...]  # (port, width <= 32) besides clk_i, rst_ni, valid_i
     outputs: tuple[tuple[str, int], ...] = (("result_o", 32), ("flags_o", 5))  # besides valid_o
+    interval: int = 1  # clocks from a row to the next
+
+    def back_to_back(self, cases: int) -> np.ndarray:
+        """Issue pattern as in `run`: as many cases as close as the unit takes them."""
+        return np.arange(self.interval * (cases - 1) + 1) % self.interval == 0
 
     @property
     def sources(self) -> list[Path]:
@@ -162,7 +168,7 @@ def _simulate(unit: Unit, testcase: str, rows: np.ndarray) -> np.ndarray:
                 "+verilator+rand+reset+2",
                 f"+verilator+seed+{seed()}",
             ],
-            extra_env={"UNIT_LATENCY": str(unit.latency)},
+            extra_env={"UNIT_LATENCY": str(unit.latency), "UNIT_INTERVAL": str(unit.interval)},
             results_xml=str(folder / "results.xml"),
             log_file=log,
         )
@@ -196,11 +202,12 @@ def run(
     """Stream input columns through a unit and return its output columns, one row per case.
 
     `inputs` maps port names to equally long uint32 arrays; ports left out carry random bits.
-    `issue` is a boolean per clock with as many True as there are cases (default: one case per
-    clock). Raises AssertionError unless valid_o is valid_i delayed by exactly the latency.
+    `issue` is a boolean per clock with as many True as there are cases (default: as close as the
+    unit takes them). Raises AssertionError unless valid_o is valid_i delayed by exactly the
+    latency.
     """
     cases = len(next(iter(inputs.values())))
-    issue = np.ones(cases, dtype=bool) if issue is None else np.asarray(issue, dtype=bool)
+    issue = unit.back_to_back(cases) if issue is None else np.asarray(issue, dtype=bool)
     if int(issue.sum()) != cases:
         raise ValueError(f"issue has {int(issue.sum())} valid clocks for {cases} cases")
     rows = _rows(unit, inputs, issue, generator(f"{unit.name} idle bits"))
@@ -267,5 +274,5 @@ def check(operation: Operation, operands: np.ndarray, issue: np.ndarray | None =
 
 def check_reset(unit: Unit) -> None:
     """Reset amid a full stream must clear valid_o at once and leave nothing in flight."""
-    full = np.ones(4 * unit.latency + 16, dtype=bool)
+    full = unit.back_to_back(4 * unit.latency + 16)
     _simulate(unit, "reset_clears_pipeline", _rows(unit, {}, full, generator("reset")))

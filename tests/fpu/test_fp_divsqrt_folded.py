@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: Apache-2.0
+"""fp_divsqrt_folded against Berkeley SoftFloat, and in the fast bench against the host.
+
+Operands and directed cases are those of fp_divsqrt: the units must not differ.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from asip_asm.machine import load_machine
+from sim.fpbench.directed import rows_of
+from sim.fpbench.folded import folded_unit
+from sim.fpbench.quick import parts
+from tests.fpu import reference, stimulus, test_fp_divsqrt
+from tests.fpu.tb import check, check_reset, generator, run
+from tests.fpu.test_fp_divsqrt import DIRECTED, quotients, radicands
+
+INTERVAL = load_machine("small").units["divsqrt"].interval
+UNIT = replace(test_fp_divsqrt.UNIT, name="fp_divsqrt_folded", interval=INTERVAL)
+DIV, SQRT = (replace(op, unit=UNIT) for op in (test_fp_divsqrt.DIV, test_fp_divsqrt.SQRT))
+BENCH_SHARE = 2_000_000  # random cases per operation; a quarter as many again with gaps
+
+
+def with_gaps(rng: np.random.Generator, cases: int) -> np.ndarray:
+    """Issue pattern with distances from the interval to three times the latency, often short."""
+    extra = np.where(rng.integers(0, 2, cases) == 0, 0, rng.integers(0, 3 * UNIT.latency, cases))
+    issue = np.zeros(int((INTERVAL + extra).sum()) + 1, dtype=bool)
+    issue[np.concatenate(([0], np.cumsum(INTERVAL + extra)[:-1]))] = True
+    return issue
+
+
+@pytest.mark.parametrize("name", DIRECTED)
+def test_folded__directed__gives_the_named_result(name: str) -> None:
+    pipelined, operands, bits, flags = DIRECTED[name]
+    operation = {"div": DIV, "sqrt": SQRT}[pipelined.name]
+    columns = dict(zip(operation.operands, np.array([operands], np.uint32).T, strict=True))
+    controls = {port: np.array([value], np.uint32) for port, value in operation.controls.items()}
+    got = run(UNIT, {**columns, **controls})
+    assert (int(got["result_o"][0]), int(got["flags_o"][0])) == (bits, flags)
+
+
+def test_folded__corner_and_random_pairs__match_reference() -> None:
+    rng = generator("folded div")
+    corners = stimulus.cross(stimulus.corners(), stimulus.corners())
+    chosen = rng.choice(len(corners), min(4000, len(corners)), replace=False)
+    check(DIV, np.concatenate((corners[chosen], quotients(rng, 12_000))))
+
+
+def test_folded__corner_and_random_radicands__match_reference() -> None:
+    rng = generator("folded sqrt")
+    check(SQRT, np.concatenate((stimulus.corners(), radicands(rng, 12_000)))[:, None])
+
+
+def test_folded__operations_interleaved_with_gaps__match_reference() -> None:
+    rng = generator("folded mix")
+    rows, roots = stimulus.mixed(rng, 4000, 2), rng.integers(0, 2, 4000, dtype=np.uint32)
+    inputs = {"sqrt_i": roots, "a_i": rows[:, 0], "b_i": rows[:, 1]}
+    got = run(UNIT, inputs, issue=with_gaps(rng, 4000))
+    of_div, of_sqrt = reference.div(*rows.T), reference.sqrt(rows[:, 0])
+    for port, want_div, want_sqrt in zip(("result_o", "flags_o"), of_div, of_sqrt, strict=True):
+        assert np.array_equal(got[port], np.where(roots == 1, want_sqrt, want_div)), port
+
+
+def test_folded__start_before_its_turn__stops_the_simulation() -> None:
+    early = np.zeros(3 * INTERVAL, dtype=bool)
+    early[[0, INTERVAL - 1]] = True
+    columns = {"sqrt_i": 0, "a_i": 0x40400000, "b_i": 0x40000000}
+    inputs = {port: np.full(2, value, np.uint32) for port, value in columns.items()}
+    with pytest.raises(AssertionError, match=f"starts less than {INTERVAL} clocks after another"):
+        run(UNIT, inputs, issue=early)
+
+
+def test_folded__reset_in_flight__clears_valid() -> None:
+    check_reset(UNIT)
+
+
+@pytest.mark.parametrize("op", ["div", "sqrt"])
+def test_folded__short_set_of_the_fast_bench__agrees_with_the_host(op: str) -> None:
+    unit = folded_unit()
+    reports = [unit.run_list(op, rows_of(op))]
+    for part in parts(unit, op, cases=BENCH_SHARE):
+        reports.append(unit.run(op, part.kind, part.start, part.count, part.seed, part.gaps))
+    for report in reports:
+        assert report.good, [report.protocol, *map(str, report.failures)]
+    assert sum(report.cases for report in reports) >= BENCH_SHARE * 5 // 4
