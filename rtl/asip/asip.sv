@@ -69,7 +69,8 @@ module asip #(
   logic [3:0]               cause;
   logic [15:0]              fault_info, entry;
   logic [31:0]              watchdog, output_mask, cycles;
-  logic [31:0]              n_operand, n_port, n_unit, n_fetch, n_drain;
+  logic [2:0]               count_select;
+  logic [31:0]              count;
   logic                     host_constant, host_safe, host_register, host_data, host_program;
   logic                     host_select;
   logic [31:0]              host_output, host_memory;
@@ -386,11 +387,8 @@ module asip #(
       .cause_o           (cause),
       .fault_info_o      (fault_info),
       .cycles_o          (cycles),
-      .stall_operand_o   (n_operand),
-      .stall_port_o      (n_port),
-      .stall_unit_o      (n_unit),
-      .stall_fetch_o     (n_fetch),
-      .drain_o           (n_drain)
+      .count_select_i    (count_select),
+      .count_o           (count)
   );
 
   asip_outputs u_outputs (
@@ -437,11 +435,8 @@ module asip #(
       .fault_info_i    (fault_info),
       .flags_i         (flags_q),
       .cycles_i        (cycles),
-      .stall_operand_i (n_operand),
-      .stall_port_i    (n_port),
-      .stall_unit_i    (n_unit),
-      .stall_fetch_i   (n_fetch),
-      .drain_i         (n_drain),
+      .count_select_o  (count_select),
+      .count_i         (count),
       .write_constant_o(host_constant),
       .write_safe_o    (host_safe),
       .write_register_o(host_register),

@@ -45,11 +45,8 @@ module asip_control (
     output logic [3:0]  cause_o,
     output logic [15:0] fault_info_o,
     output logic [31:0] cycles_o,
-    output logic [31:0] stall_operand_o,
-    output logic [31:0] stall_port_o,
-    output logic [31:0] stall_unit_o,
-    output logic [31:0] stall_fetch_o,
-    output logic [31:0] drain_o
+    input  logic [2:0]  count_select_i,  // low bits of the register STALL_* or DRAIN
+    output logic [31:0] count_o          // .. in the next cycle
 );
 
   localparam logic [1:0] StIdle = 2'd0;   // waits for start
@@ -69,8 +66,11 @@ module asip_control (
   logic [31:0] unwritten_q, ahead_q;
   logic [3:0]  written_high;
   logic [7:0]  written_low;
-  logic [31:0] cycles_q, operand_q, port_q, unit_q, fetch_q, drain_q;
-  logic        count_operand_q, count_port_q, count_unit_q, count_fetch_q, count_drain_q, zero_q;
+  logic [31:0] cycles_q;
+  logic        event_d, event_q, same_q, fresh_q, counted_q;
+  logic [2:0]  event_of, event_of_q;
+  logic [7:0]  seen_q;
+  logic [31:0] count, count_q, read_event, read_host;
   logic        running, active, bad_d, drained, run_start, refetch, started;
   logic        quiet_q, missing_q, watchdog_q, refetch_q;
 
@@ -196,28 +196,6 @@ module asip_control (
     end
   end
 
-  always_ff @(posedge clk_i or negedge rst_ni) begin
-    if (!rst_ni) begin
-      count_operand_q <= 1'b0;
-      count_port_q    <= 1'b0;
-      count_unit_q    <= 1'b0;
-      count_fetch_q   <= 1'b0;
-      count_drain_q   <= 1'b0;
-    end else begin
-      count_operand_q <= 1'b0;
-      count_port_q    <= 1'b0;
-      count_unit_q    <= 1'b0;
-      count_fetch_q   <= 1'b0;
-      count_drain_q   <= active && (!running || bad_d);
-      if (running && !bad_d && !issue_i) begin
-        if (!valid_d_i || branch_wait_i) count_fetch_q <= 1'b1;
-        else if (stall_operand_i) count_operand_q <= 1'b1;
-        else if (stall_unit_i) count_unit_q <= 1'b1;
-        else count_port_q <= 1'b1;
-      end
-    end
-  end
-
   // CYCLES follows a counter that is one ahead, 0 when a run is accepted.
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) cycles_q <= 32'd0;
@@ -229,27 +207,55 @@ module asip_control (
     else ahead_q <= ahead_q + 32'd1;
   end
 
-  // The other counters are zero from reset and from the start of a run on; a synchronous clear is free.
+  // The other counters are words of a memory under the low bits of their addresses. A cycle counts for one
+  // of them at most: its word is read in that cycle, and written, one more, in the next. A word that has
+  // not been written since the start of the run is zero.
+  always_comb begin
+    event_d  = 1'b0;
+    event_of = asip_regmap_pkg::REG_DRAIN[2:0];
+    if (active && (!running || bad_d)) begin
+      event_d = 1'b1;
+    end else if (running && !issue_i) begin
+      event_d = 1'b1;
+      if (!valid_d_i || branch_wait_i) event_of = asip_regmap_pkg::REG_STALL_FETCH[2:0];
+      else if (stall_operand_i) event_of = asip_regmap_pkg::REG_STALL_OPERAND[2:0];
+      else if (stall_unit_i) event_of = asip_regmap_pkg::REG_STALL_UNIT[2:0];
+      else event_of = asip_regmap_pkg::REG_STALL_PORT[2:0];
+    end
+  end
+
+  assign count = (same_q ? count_q : fresh_q ? 32'd0 : read_event) + 32'd1;
+
   always_ff @(posedge clk_i or negedge rst_ni) begin
-    if (!rst_ni) zero_q <= 1'b1;
-    else zero_q <= run_start;
+    if (!rst_ni) begin
+      event_q <= 1'b0;
+      seen_q  <= '0;
+    end else begin
+      event_q <= event_d;
+      if (run_start) seen_q <= '0;
+      else if (event_q) seen_q[event_of_q] <= 1'b1;
+    end
   end
 
   always_ff @(posedge clk_i) begin
-    if (zero_q) begin
-      operand_q <= 32'd0;
-      port_q    <= 32'd0;
-      unit_q    <= 32'd0;
-      fetch_q   <= 32'd0;
-      drain_q   <= 32'd0;
-    end else begin
-      if (count_operand_q) operand_q <= operand_q + 32'd1;
-      if (count_port_q) port_q <= port_q + 32'd1;
-      if (count_unit_q) unit_q <= unit_q + 32'd1;
-      if (count_fetch_q) fetch_q <= fetch_q + 32'd1;
-      if (count_drain_q) drain_q <= drain_q + 32'd1;
-    end
+    event_of_q <= event_of;
+    same_q     <= event_q && event_of == event_of_q;
+    fresh_q    <= !seen_q[event_of];
+    counted_q  <= seen_q[count_select_i];
+    count_q    <= count;
   end
+
+  asip_regbank #(
+      .IndexWidth(3),
+      .ReadPorts (2)
+  ) u_counts (
+      .clk_i,
+      .write_i      (event_q),
+      .write_index_i(event_of_q),
+      .write_data_i (count),
+      .read_index_i ({count_select_i, event_of}),
+      .read_data_o  ({read_host, read_event})
+  );
 
   assign run_o           = running;
   assign run_next_o      = run_start || (running && !(issue_i && halt_d_i));
@@ -262,10 +268,6 @@ module asip_control (
   assign cause_o         = fault_o ? cause_q : asip_regmap_pkg::FAULT_NONE;
   assign fault_info_o    = info_q;
   assign cycles_o        = cycles_q;
-  assign stall_operand_o = operand_q;
-  assign stall_port_o    = port_q;
-  assign stall_unit_o    = unit_q;
-  assign stall_fetch_o   = fetch_q;
-  assign drain_o         = drain_q;
+  assign count_o         = {32{counted_q}} & read_host;
 
 endmodule

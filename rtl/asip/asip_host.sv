@@ -33,11 +33,8 @@ module asip_host #(
     input  logic [15:0]                               fault_info_i,
     input  fp_pkg::flags_t                            flags_i,
     input  logic [31:0]                               cycles_i,
-    input  logic [31:0]                               stall_operand_i,
-    input  logic [31:0]                               stall_port_i,
-    input  logic [31:0]                               stall_unit_i,
-    input  logic [31:0]                               stall_fetch_i,
-    input  logic [31:0]                               drain_i,
+    output logic [2:0]                                count_select_o,  // of STALL_* and DRAIN
+    input  logic [31:0]                               count_i,         // .. in the next cycle
     // to the memories of the core, idle only; the address and data are those of the bus
     output logic                                      write_constant_o,
     output logic                                      write_safe_o,
@@ -64,9 +61,10 @@ module asip_host #(
   logic [$clog2(asip_regmap_pkg::WORDS_PROGRAM)-3:0] bundle;
   logic [2:0]  wait_q;
   logic        read_done, refetch_q;
-  logic [15:0][31:0] word;
-  logic [3:0][31:0] group_q;
-  logic [31:0] readdata_q, watchdog_q, output_mask_q;
+  logic        in_counts;
+  logic [11:0][31:0] word;  // registers but the counters
+  logic [2:0][31:0] group_q;
+  logic [31:0] count_q, readdata_q, watchdog_q, output_mask_q;
   logic [15:0] entry_q;
   logic [1:0]  irq_enable_q;
 
@@ -120,11 +118,6 @@ module asip_host #(
     word[asip_regmap_pkg::REG_WATCHDOG]      = watchdog_q;
     word[asip_regmap_pkg::REG_ENTRY]         = {16'd0, entry_q};
     word[asip_regmap_pkg::REG_OUTPUT_MASK]   = output_mask_q;
-    word[asip_regmap_pkg::REG_STALL_OPERAND] = stall_operand_i;
-    word[asip_regmap_pkg::REG_STALL_PORT]    = stall_port_i;
-    word[asip_regmap_pkg::REG_STALL_UNIT]    = stall_unit_i;
-    word[asip_regmap_pkg::REG_STALL_FETCH]   = stall_fetch_i;
-    word[asip_regmap_pkg::REG_DRAIN]         = drain_i;
   end
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
@@ -146,19 +139,26 @@ module asip_host #(
   end
 
   // Registers are selected in groups of four, and a group that is not read is zero.
-  for (genvar g = 0; g < 4; g++) begin : gen_group
+  for (genvar g = 0; g < 3; g++) begin : gen_group
     always_ff @(posedge clk_i) begin
       group_q[g] <= in_csr && csr[3:2] == 2'(g) ? word[{2'(g), csr[1:0]}] : 32'd0;
     end
   end
 
+  assign in_counts = csr == asip_regmap_pkg::REG_STALL_OPERAND ||
+                     csr == asip_regmap_pkg::REG_STALL_PORT ||
+                     csr == asip_regmap_pkg::REG_STALL_UNIT ||
+                     csr == asip_regmap_pkg::REG_STALL_FETCH || csr == asip_regmap_pkg::REG_DRAIN;
+
   // The memories answer within three cycles of the address being stable.
   always_ff @(posedge clk_i) begin
-    readdata_q <= group_q[0] | group_q[1] | group_q[2] | group_q[3] |
+    count_q    <= in_csr && in_counts ? count_i : 32'd0;
+    readdata_q <= group_q[0] | group_q[1] | group_q[2] | count_q |
                   ({32{in_outputs}} & read_output_i) | ({32{in_registers}} & read_register_i) |
                   ({32{in_data}} & read_data_i);
   end
 
+  assign count_select_o = csr[2:0];
   assign readdata_o    = readdata_q;
   assign irq_o         = (done_i && irq_enable_q[0]) || (fault_i && irq_enable_q[1]);
   assign watchdog_o    = watchdog_q;

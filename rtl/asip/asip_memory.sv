@@ -28,15 +28,17 @@ module asip_memory #(
 
   localparam int unsigned AddressWidth = $clog2(Words);
 
-  logic [31:0]             address_e1;
+  logic [16:0]             address_e1;  // without the upper half of the index
   logic [AddressWidth-1:0] address_e2_q;
   logic [31:0]             data_e2_q, read_e3_q, result_q;
   logic                    write_e2_q, load_e2_q, load_e3_q, valid_q;
   logic                    inside_e1, host_inside, fault_e2_q;
   logic [31:0]             memory[0:Words-1];
 
-  assign address_e1 = index_i + {16'd0, imm_i};
-  assign inside_e1  = !(|address_e1[31:AddressWidth]);
+  // The upper half of the sum is zero if that of the index is, or becomes so with the carry.
+  assign address_e1 = {1'b0, index_i[15:0]} + {1'b0, imm_i};
+  assign inside_e1  = (address_e1[16] ? &index_i[31:16] : !(|index_i[31:16])) &&
+                      !(|address_e1[15:AddressWidth]);
   assign host_inside = !(|host_address_i[15:AddressWidth]);
   assign fault_e2_o  = fault_e2_q;
 
