@@ -3,6 +3,7 @@
 
     python -m sim.motion.gcode_oracle            fetch rs274 (linuxcnc-uspace) into build/
     python -m sim.motion.gcode_oracle part.ngc   compare both interpreters on a program
+    python -m sim.motion.gcode_oracle --samples  the same on LinuxCNC's own sample programs
 
 rs274 prints coordinates of the program; its records of offsets turn them into those of the machine.
 Moves that stay where they are count in neither list. Lengths in mm, angles in degrees.
@@ -18,6 +19,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from sim.motion.gcode import Dwell, GcodeErrors, Motion, parse
@@ -25,6 +27,7 @@ from sim.motion.gcode import Dwell, GcodeErrors, Motion, parse
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("linuxcnc-uspace", "libboost-python1.74.0")
 UNPACKED = ROOT / "build/linuxcnc/root"
+SAMPLES = "share/linuxcnc/ncfiles"  # below the folder of bin/rs274
 DIGITS = 1.01e-4  # rs274 prints four decimals; sums of two of them
 _RECORD = re.compile(r"^ *\d+ \S+ +(\w+)\((.*)\)\s*$")
 Record = tuple[str, tuple[float, ...]]
@@ -161,6 +164,64 @@ def differences(text: str) -> list[str]:
     return found
 
 
+@dataclass
+class Samples:
+    """LinuxCNC's sample programs by what became of them, as file names.
+
+    refused: we refuse what rs274 runs, with our first reason; unfit: rs274 itself refuses (tools,
+    probes, subroutines called from elsewhere); moving: of those that it runs, with moves.
+    """
+
+    equal: list[str] = field(default_factory=list)
+    different: dict[str, str] = field(default_factory=dict)
+    refused: dict[str, str] = field(default_factory=dict)
+    unfit: dict[str, str] = field(default_factory=dict)
+    moving: set[str] = field(default_factory=set)
+
+    @property
+    def all_equal(self) -> bool:
+        """Whether every program that moves in rs274 moves alike here."""
+        return self.moving <= set(self.equal)
+
+    @property
+    def text(self) -> str:
+        """Counts in words."""
+        alike = len(self.moving & set(self.equal))
+        return (
+            f"{alike} of {len(self.moving)} equal, {len(self.moving & self.different.keys())} "
+            f"different, {len(self.moving & self.refused.keys())} refused"
+        )
+
+
+def compare_samples() -> Samples:
+    """Both interpreters on every sample program. Raises OracleError where LinuxCNC is missing."""
+    program = find()
+    folder = program.parent.parent / SAMPLES if program else None
+    files = sorted(folder.glob("*.ngc")) if folder else []
+    if not files:
+        raise OracleError("LinuxCNC's samples are missing: run python -m sim.motion.gcode_oracle")
+    found = Samples()
+    for file in files:
+        text = file.read_text(encoding="utf-8", errors="replace")
+        try:
+            theirs = rs274(text)
+        except (OracleError, subprocess.TimeoutExpired) as error:
+            found.unfit[file.name] = str(error)
+            continue
+        if any(record[0] != "G4" for record in theirs):
+            found.moving.add(file.name)
+        try:
+            differing = differences(text)
+        except GcodeErrors as errors:
+            found.refused[file.name] = str(errors.errors[0]).splitlines()[0].partition("error: ")[2]
+            continue
+        if differing:
+            found.different[file.name] = differing[0]
+        else:
+            found.equal.append(file.name)
+    return found
+
+
 def main(argv: list[str] | None = None) -> int:
     """Run the command; returns its exit status."""
     parser = argparse.ArgumentParser(
@@ -169,9 +230,18 @@ def main(argv: list[str] | None = None) -> int:
         epilog="example: python -m sim.motion.gcode_oracle sim/paths/circle.ngc",
     )
     parser.add_argument("files", nargs="*", type=Path, metavar="FILE")
+    parser.add_argument("--samples", action="store_true", help="compare LinuxCNC's own samples")
     arguments = parser.parse_args(argv)
     status = 0
     try:
+        if arguments.samples:
+            found = compare_samples()
+            for kind in ("unfit", "refused", "different"):
+                for name, reason in getattr(found, kind).items():
+                    sys.stdout.write(f"{name}: {kind}: {reason}\n")
+            sys.stdout.write("".join(f"{name}: equal\n" for name in found.equal))
+            sys.stdout.write(f"programs that move: {found.text}\n")
+            return int(bool(found.different))
         if not arguments.files:
             sys.stdout.write(f"{find() or fetch()}\n")
         for file in arguments.files:

@@ -190,11 +190,16 @@ class Lookahead:
 
     def stretches(self) -> Iterator[Stretch]:
         """The motion along the path, without its points: for the time alone, nothing is sampled."""
-        planner = self._planner()
-        for stretch in planner.run(self._cells()):
+        self._speeds_planner = self._planner()
+        for stretch in self._speeds_planner.run(self._cells()):
             self.summary.duration += stretch.duration
             yield stretch
             self._drop(stretch)
+
+    @property
+    def planned(self) -> int:
+        """Cells planned so far, repeats counted: the work done."""
+        return self._speeds_planner.planned if self._speeds_planner else 0
 
     def duration(self) -> float:
         """Time of the whole path [s]."""
@@ -509,6 +514,7 @@ class Lookahead:
         line = np.array([e.line for e in elements])[owner]
         return Setpoints(tick, q / SCALE, velocity / SCALE, acceleration / SCALE, line)
 
+    _speeds_planner: SpeedPlanner | None = None
     _begin = 0.0
     _rest: FloatArray | None = None
     _last: FloatArray | None = None

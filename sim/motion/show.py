@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Everything of the motion front-end that can be shown, from one command: `make motion`.
 
-Figures of seeds 001 and 002 drawn anew, the drive and feed-forward study, and the front-end as RTL
-on a move of the seed: one table, results.json and one page with all plots.
+Figures of seeds 001 and 002 drawn anew, the drive and feed-forward study, the front-end as RTL on a
+move of the seed and on a G64 program, and the goals: two tables, results.json, one page with plots.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from rich.table import Table
 
 from sim.harness.build import BuildError
 from sim.harness.motion_rtl import MotionError
-from sim.motion import drive_figures, show_rtl
+from sim.motion import drive_figures, goals, show_path, show_rtl
 from sim.motion.drive_robot import PAYLOAD
 from sim.motion.planner_figures import Result, printed
 from sim.run import page
@@ -35,6 +35,7 @@ ROOT = Path(__file__).resolve().parents[2]
 # are a document that has an entry in READERS.
 FIGURES = ("planner_figures", "lookahead_figures", "drive_figures")
 LOOKAHEAD_PATH, LOOKAHEAD_CORNER = "lookahead_path.svg", "lookahead_corner.svg"
+WIDTH = 160  # of a log
 ABSENT = "{name} is not part of this version: its figures are left out"
 
 
@@ -146,31 +147,55 @@ def _rtl(output: Path, console: Console) -> list[dict[str, Any]]:
     return rows_of("show_rtl", show_rtl.results(moves))
 
 
+def _path(output: Path, console: Console) -> list[dict[str, Any]]:
+    console.print(f"      {show_path.FILE}: a G64 program on five axes, clock by clock")
+    run = show_path.run()
+    show_path.draw(run, output)
+    return rows_of("show_path", show_path.results(run))
+
+
 def run(arguments: argparse.Namespace, console: Console) -> None:
     """The whole job; writes below arguments.output."""
     out: Path = arguments.output
     out.mkdir(parents=True, exist_ok=True)
-    console.print("[bold]1/3[/] figures of the seeds: planner, look-ahead, drive")
+    console.print("[bold]1/4[/] figures of the seeds: planner, look-ahead, drive")
     rows, absent = _figure_modules(out, console)
     strokes = f"{len(drive_figures.STROKES)} strokes (--full: the whole path)"
     console.print(
-        f"[bold]2/3[/] robot in closed loop on AGH at 2 m/min, payload +{PAYLOAD:g} kg, "
+        f"[bold]2/4[/] robot in closed loop on AGH at 2 m/min, payload +{PAYLOAD:g} kg, "
         f"{'the whole path' if arguments.full else strokes}"
     )
     if not arguments.no_robot:
         rows += _robot(out, arguments.full, console)
     console.print(
-        f"[bold]3/3[/] front-end as RTL, figure 12 of seed 002 at {show_rtl.PULSES_PER_MM} "
+        f"[bold]3/4[/] front-end as RTL, figure 12 of seed 002 at {show_rtl.PULSES_PER_MM} "
         "pulses/mm (us of 100 clocks)"
     )
     if not arguments.no_rtl:
         rows += _rtl(out, console)
+        rows += _path(out, console)
+    console.print("[bold]4/4[/] goals")
+    features: list[goals.Goal] = []
+    if not arguments.no_goals:
+        counts = goals.FULL if arguments.full else goals.Counts()
+        features = goals.table(rows, counts, lambda name: console.print(f"      {name}"))
     table = table_of(rows)
     console.print()
     console.print(table)
+    if features:
+        console.print(goals.printed(features))
     differ = [row for row in rows if not row["agrees"]]
     console.print(f"{len(rows)} figures, {len(differ)} differ; docs/motion.md says why")
-    document = {"whole_path": arguments.full, "absent": absent, "figures": rows}
+    if features:
+        missed = sum(goal.met is False for goal in features)
+        unmeasured = sum(goal.met is None for goal in features)
+        console.print(f"{len(features)} goals, {missed} not met, {unmeasured} not in this run")
+    document = {
+        "full": arguments.full,
+        "absent": absent,
+        "figures": rows,
+        "goals": goals.document(features),
+    }
     (out / "results.json").write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
     files = dict.fromkeys(row["file"] for row in rows)
     drawn = [out / file for file in (*files, drive_figures.FIG_10)]
@@ -178,7 +203,7 @@ def run(arguments: argparse.Namespace, console: Console) -> None:
     page.write(
         out / "index.html",
         "Microtick: motion front-end",
-        [table],
+        [*([goals.printed(features)] if features else []), table],
         [plot for plot in plots if plot.is_file()],
     )
     console.print(f"plots and page: {out / 'index.html'}")
@@ -195,11 +220,16 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument(
         "--output", type=Path, default=ROOT / "build/motion", help="folder of everything written"
     )
-    parser.add_argument("--full", action="store_true", help="the robot runs the whole AGH path")
+    parser.add_argument(
+        "--full", action="store_true", help="the whole AGH path, and every goal to its full depth"
+    )
     parser.add_argument("--no-rtl", action="store_true", help="without the simulated front-end")
     parser.add_argument("--no-robot", action="store_true", help="without the robot")
+    parser.add_argument("--no-goals", action="store_true", help="without the table of goals")
     arguments = parser.parse_args(argv)
     console = Console()
+    if not console.is_terminal:
+        console = Console(width=WIDTH)
     try:
         run(arguments, console)
     except (ShowError, BuildError, MotionError, OSError) as error:
