@@ -135,7 +135,7 @@ class Deviation:
         second = np.diff(q, 2, axis=0)
         change = np.linalg.norm(np.diff(second, axis=0, prepend=second[:1]), axis=1)
         bend = (np.linalg.norm(second, axis=1) + change) / 8
-        for shift in self.ABOUT:
+        for shift in (-1, 0):  # corners of the move's start and end
             corner = own[:-1] + shift
             rows = np.flatnonzero((corner >= 0) & (corner < len(self._nearest)))
             corner = corner[rows]
@@ -165,10 +165,10 @@ def _from_line(q: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
 
 def _from_arc(q: FloatArray, curve: Curve) -> FloatArray:
     """Distances (n,) of points (n, 5) from an arc: the nearest of many places, then Newton."""
-    places = np.linspace(0.0, curve.length, 129)
+    places = np.linspace(0.0, curve.length, 33)
     points = curve.evaluate(places)[0] * SCALE
     s = places[np.linalg.norm(q[:, None] - points, axis=2).argmin(axis=1)]
-    for _ in range(4):
+    for _ in range(5):
         point, first, second = (value * SCALE for value in curve.evaluate(s))
         off = point - q
         slope = np.sum(first * first, axis=1) + np.sum(off * second, axis=1)
