@@ -5,7 +5,8 @@ Text in, moves out, as a stream or one Program. Accepted: G0 G1 G2 G3 (I J K or 
 G10 L2 L20, G17-G19, G20 G21, G28 G28.1, G40 G49 (nothing to end), G43.4 (coordinates of the table,
 gcode_table.py), G53, G54-G59.3, G61 G61.1 G64 P Q, G80-G83 with G98 G99, G90 G91, G90.1 G91.1,
 G92 G92.1-G92.3, G93 G94, M2 M30, parameters and expressions (gcode_words.py), comments `( )` and
-`;`, one pair of `%` lines. A (tilt) and C (rotation) are table axes in degrees in either length
+`;`, one pair of `%` lines; S, M3-M5 and M7-M9 are read and do nothing, because spindle and coolant
+have no output here. A (tilt) and C (rotation) are table axes in degrees in either length
 unit. At the start G17, G21, G54, G61, G90, G91.1, G94 and G98 hold and no motion is selected.
 
 Two points follow one reading of the standard where machines differ: the words of a block are in
@@ -141,9 +142,11 @@ _GROUPS = {
     "retract": ("G98", "G99"),
     "single": ("G4", "G10", "G28", "G28.1", "G53", "G92", "G92.1", "G92.2", "G92.3"),
     "end": ("M2", "M30"),
+    "spindle": ("M3", "M4", "M5"),
+    "coolant": ("M7", "M8", "M9"),
 }
 _GROUP_OF = {code: group for group, codes in _GROUPS.items() for code in codes}
-_VALUE_LETTERS = AXES + "IJKRFNPQL"
+_VALUE_LETTERS = AXES + "IJKRFNPQLS"
 _OFFSETS = "IJK"
 _OWN_AXES = {"G10", "G28", "G28.1", "G92"}  # take the axis words of their block
 
@@ -368,9 +371,8 @@ class _Parser:
                 self._error_at(
                     word,
                     f"unknown word {word.letter}",
-                    "one of G M N F X Y Z A C I J K R P Q L",
-                    "tools, spindle, coolant, other axes and subroutines are outside the accepted "
-                    "subset",
+                    "one of G M N F S X Y Z A C I J K R P Q L",
+                    "tools, other axes and subroutines are outside the accepted subset",
                 )
             elif word.letter in values:
                 self._error_at(
@@ -385,6 +387,14 @@ class _Parser:
             else:
                 values[word.letter] = word
         values.pop("N", None)
+        spindle = values.pop("S", None)
+        if spindle is not None and spindle.value < 0.0:
+            self._error_at(
+                spindle,
+                "the speed of the spindle is negative",
+                "S of 0 or more",
+                "M4 turns it back",
+            )
         return values, codes
 
     def _unknown_code(self, word: Word) -> None:

@@ -28,7 +28,7 @@ ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("linuxcnc-uspace", "libboost-python1.74.0")
 UNPACKED = ROOT / "build/linuxcnc/root"
 SAMPLES = "share/linuxcnc/ncfiles"  # below the folder of bin/rs274
-DIGITS = 1.01e-4  # rs274 prints four decimals; sums of two of them
+DIGITS = 1.01e-4  # rs274 prints four decimals of mm or inch; sums of two of them
 _RECORD = re.compile(r"^ *\d+ \S+ +(\w+)\((.*)\)\s*$")
 Record = tuple[str, tuple[float, ...]]
 
@@ -61,6 +61,11 @@ def fetch() -> Path:
 
 def rs274(text: str) -> list[Record]:
     """Records of rs274 for a program. Raises OracleError with its message if it refuses."""
+    return list(_machine_records(_canonical(text)))
+
+
+def _canonical(text: str) -> str:
+    """What rs274 prints for a program. Raises OracleError as `rs274` does."""
     program = find()
     if program is None:
         raise OracleError("rs274 is missing: run python -m sim.motion.gcode_oracle")
@@ -80,7 +85,7 @@ def rs274(text: str) -> list[Record]:
         )
     if run.returncode != 0:
         raise OracleError((run.stderr.strip() or run.stdout.strip()).splitlines()[-1])
-    return list(_machine_records(run.stdout))
+    return run.stdout
 
 
 def _machine_records(text: str) -> Iterator[Record]:
@@ -153,13 +158,15 @@ def _dwell(dwell: Dwell) -> Record:
 
 def differences(text: str) -> list[str]:
     """Differences of both lists, in words; empty if they agree."""
-    mine, theirs = ours(text), rs274(text)
+    mine, printed = ours(text), _canonical(text)
+    theirs = list(_machine_records(printed))
+    digits = DIGITS * (25.4 if "CANON_UNITS_INCHES" in printed else 1.0)
     found = []
     if len(mine) != len(theirs):
         found.append(f"{len(mine)} records here, {len(theirs)} of rs274")
     for number, (a, b) in enumerate(zip(mine, theirs, strict=False), start=1):
         alike = a[0] == b[0] and len(a[1]) == len(b[1])
-        if not alike or any(abs(x - y) > DIGITS for x, y in zip(a[1], b[1], strict=True)):
+        if not alike or any(abs(x - y) > digits for x, y in zip(a[1], b[1], strict=True)):
             found.append(f"record {number}: {a[0]} {a[1]} here, {b[0]} {b[1]} of rs274")
     return found
 

@@ -4,7 +4,14 @@
 import pytest
 
 from sim.motion.gcode import GcodeErrors, parse
-from sim.motion.gcode_oracle import OracleError, differences, find, ours, rs274
+from sim.motion.gcode_oracle import (
+    OracleError,
+    compare_samples,
+    differences,
+    find,
+    ours,
+    rs274,
+)
 
 pytestmark = pytest.mark.skipif(
     find() is None, reason="rs274 of linuxcnc-uspace is missing: python -m sim.motion.gcode_oracle"
@@ -63,6 +70,7 @@ PROGRAMS = {
         "X[ATAN[1]/[-1]] Y[EXP[1]+LN[2]] Z[FIX[-2.3]+FUP[-2.3]*10]\n"
         "X[ROUND[2.5]] Y[ROUND[-2.5]] Z[FIX[2.8]*FUP[2.2]]\nXSIN[30]YABS[-3]Z-COS[0]"
     ),
+    "spindle and coolant": "S1200 M3\nM8 G1 X1 F100\nM5 M9 X2 S0\nM4 M7 S30 G0 X3\nS500",
     "letters in any order and case": "n10 y1 g1 f100 (comment) x 2 ; end\nx3g0z1",
 }  # fmt: skip
 
@@ -82,6 +90,8 @@ REFUSED = {
     "dwell without time": "G4",
     "shift without axes": "G92",
     "two motions": "G0 G1 X1",
+    "spindle backwards by its sign": "S-5",
+    "spindle both ways": "M3 M4",
     "offset out of plane": "G2 X1 K1 F100",
     "division by zero": "G0 X[1/0]",
     "root of a negative number": "G0 X[SQRT[-1]]",
@@ -110,3 +120,13 @@ def test_rs274__one_number_changed__is_seen():
         for a, b in zip(ours(text), changed, strict=True)
         for x, y in zip(a[1], b[1], strict=True)
     )
+
+
+def test_samples_of_linuxcnc__read_alike_or_refused_by_name():
+    """Its own sample programs: none may move differently; those refused say which word it is."""
+    found = compare_samples()
+    assert found.different == {}
+    assert {"3dtest.ngc", "arcspiral.ngc"} <= set(found.equal)
+    assert all(reason for reason in found.refused.values())
+    total = (found.equal, found.different, found.refused, found.unfit)
+    assert sum(map(len, total)) == 56
