@@ -34,6 +34,7 @@ COMMAND = "python scripts/units_page.py"
 DEVICE = {"area": "Cyclone V (Yosys synth_intel_alm)", "speed": "ECP5-85, speed grade 8 (nextpnr)"}
 PACKAGE = "fp_pkg"
 ROM = "fp_sincos_rom"
+FOLDED = "_folded"  # ends the name of a unit that gives the results of another, less often
 
 
 class PageError(ValueError):
@@ -54,12 +55,13 @@ def units(rtl: Path = RTL) -> list[str]:
     """Units with a file list of their own, in the order of the package's latencies."""
     listed = {path.stem for path in rtl.glob("*.f")}
     named = [name.lower() for name in latencies(rtl)]
-    if listed != set(named):
+    folded = [f"{name}{FOLDED}" for name in named if f"{name}{FOLDED}" in listed]
+    if listed != {*named, *folded}:
         raise PageError(
             f"{rtl}/{PACKAGE}.sv: error: latencies of {sorted(named)}, but file lists of "
             f"{sorted(listed)}; each unit needs both"
         )
-    return named
+    return sorted([*named, *folded], key=lambda name: named.index(name.removesuffix(FOLDED)))
 
 
 def blocks_of(rtl: Path = RTL) -> list[str]:
@@ -73,6 +75,11 @@ def latencies(rtl: Path = RTL) -> dict[str, int]:
     text = (rtl / f"{PACKAGE}.sv").read_text(encoding="utf-8")
     found = re.findall(r"\b(FP_\w+)_LATENCY\s*=\s*(\d+);", text)
     return {name: int(value) for name, value in found}
+
+
+def latency(unit: str, rtl: Path = RTL) -> int:
+    """Register ranks of a unit; a folded one has those of the unit whose results it gives."""
+    return latencies(rtl)[unit.removesuffix(FOLDED).upper()]
 
 
 def header(module: str, rtl: Path = RTL) -> str:
@@ -117,9 +124,17 @@ def ports(module: str, rtl: Path = RTL) -> list[Port]:
 
 
 def interval(unit: str, rtl: Path = RTL) -> int:
-    """Clocks between two operations: one, or the latency of a unit that has to become ready."""
+    """Clocks between two operations: one, the latency of a unit that has to become ready, or what a
+    folded unit states.
+    """
+    if unit.endswith(FOLDED):
+        path = rtl / f"{unit}.sv"
+        stated = re.search(r"\bInterval = (\d+);", path.read_text(encoding="utf-8"))
+        if stated is None:
+            raise PageError(f"{path}: error: no `Interval = <clocks>;`")
+        return int(stated[1])
     waits = any(port.name == "ready_o" for port in ports(unit, rtl))
-    return latencies(rtl)[unit.upper()] if waits else 1
+    return latency(unit, rtl) if waits else 1
 
 
 def error_bound(unit: str, rtl: Path = RTL) -> str:
@@ -149,7 +164,7 @@ def overview() -> list[str]:
         [
             f"[`{unit}`](#{unit})",
             prose(re.split(r"\. |, pipelined|, iterative|, one per clock", header(unit))[0]),
-            str(latencies()[unit.upper()]),
+            str(latency(unit)),
             str(interval(unit)),
             error_bound(unit),
         ]
@@ -183,14 +198,17 @@ def measured(data: dict) -> list[str]:
 
 def evidence(unit: str) -> list[str]:
     """Lines of commands that repeat what is known of a unit."""
-    ops = [op for op, (owner, _) in operations().items() if owner == unit]
+    folded = unit.endswith(FOLDED)
+    owner = unit.removesuffix(FOLDED)
+    ops = [op for op, (name, _) in operations().items() if name == owner]
     proofs = re.findall(
         rf"^\| {unit} \|.*\| `(python -m tests\.formal --only \w+)` \|$",
         PROOFS.read_text(encoding="utf-8"),
         re.MULTILINE,
     )
     named = " ".join(f"`{op}`" for op in ops)
-    lines = [f"- short set, host arithmetic: `make fp-bench OP={ops[0]}`, operations {named}"]
+    bench = f"pytest tests/fpu/test_{unit}.py -k bench" if folded else f"make fp-bench OP={ops[0]}"
+    lines = [f"- short set, host arithmetic: `{bench}`, operations {named}"]
     if proofs:
         lines.append(
             "- proofs (`docs/formal.md` has their state): "
@@ -236,7 +254,7 @@ def facts(module: str) -> list[str]:
     return [
         *lines,
         "",
-        f"Latency {latencies()[module.upper()]}, interval {interval(module)}. Error: "
+        f"Latency {latency(module)}, interval {interval(module)}. Error: "
         f"{error_bound(module)}. File list `rtl/fpu/{module}.f`: "
         + ", ".join(f"`{Path(file).name}`" for file in files)
         + ".",

@@ -10,15 +10,13 @@ import numpy as np
 import pytest
 
 from asip_asm.machine import load_machine
-from sim.fpbench.directed import rows_of
-from sim.fpbench.folded import folded_unit
-from sim.fpbench.quick import parts
-from tests.fpu import reference, stimulus, test_fp_divsqrt
+from sim.fpbench.folded import NAME, short_set
+from tests.fpu import reference, stimulus, tb, test_fp_divsqrt
 from tests.fpu.tb import check, check_reset, generator, run
 from tests.fpu.test_fp_divsqrt import DIRECTED, quotients, radicands
 
 INTERVAL = load_machine("small").units["divsqrt"].interval
-UNIT = replace(test_fp_divsqrt.UNIT, name="fp_divsqrt_folded", interval=INTERVAL)
+UNIT = replace(test_fp_divsqrt.UNIT, name=NAME, interval=INTERVAL)
 DIV, SQRT = (replace(op, unit=UNIT) for op in (test_fp_divsqrt.DIV, test_fp_divsqrt.SQRT))
 BENCH_SHARE = 2_000_000  # random cases per operation; a quarter as many again with gaps
 
@@ -72,16 +70,23 @@ def test_folded__start_before_its_turn__stops_the_simulation() -> None:
         run(UNIT, inputs, issue=early)
 
 
+def test_folded__clocks_without_a_result__outputs_are_zero() -> None:
+    issue = np.zeros(4 * UNIT.latency, dtype=bool)
+    issue[[0, INTERVAL, 2 * UNIT.latency]] = True
+    rows = tb._rows(UNIT, {}, issue, generator("folded idle outputs"))
+    rows[issue.nonzero()[0], 1:] = [0, 0x3F800000, 0x40400000]  # 1 / 3, inexact
+    response = tb._simulate(UNIT, "stream_vectors", rows)[1:]  # the first row is not reset yet
+    valid = response[:, 0] == 1
+    assert valid.sum() == 3
+    assert response[valid, 1:].all() and not response[~valid, 1:].any()
+
+
 def test_folded__reset_in_flight__clears_valid() -> None:
     check_reset(UNIT)
 
 
 @pytest.mark.parametrize("op", ["div", "sqrt"])
 def test_folded__short_set_of_the_fast_bench__agrees_with_the_host(op: str) -> None:
-    unit = folded_unit()
-    reports = [unit.run_list(op, rows_of(op))]
-    for part in parts(unit, op, cases=BENCH_SHARE):
-        reports.append(unit.run(op, part.kind, part.start, part.count, part.seed, part.gaps))
-    for report in reports:
-        assert report.good, [report.protocol, *map(str, report.failures)]
-    assert sum(report.cases for report in reports) >= BENCH_SHARE * 5 // 4
+    report = short_set(NAME, op, cases=BENCH_SHARE)
+    assert report.good, [report.protocol, *map(str, report.failures)]
+    assert report.cases >= BENCH_SHARE * 5 // 4

@@ -20,7 +20,8 @@ def _stem(path: Path) -> str:
 def test_lists__every_unit_with_a_latency_constant__has_one() -> None:
     package = (ROOT / "rtl/fpu/fp_pkg.sv").read_text(encoding="utf-8").split("localparam")
     named = {text.split()[2] for text in package if "_LATENCY" in text.split("=")[0]}
-    assert {f"{path.stem.upper()}_LATENCY" for path in LISTS} == named
+    # A folded unit has the latency of the one whose results it gives.
+    assert {f"{path.stem.removesuffix('_folded').upper()}_LATENCY" for path in LISTS} == named
 
 
 @pytest.mark.parametrize("path", LISTS, ids=_stem)

@@ -10,9 +10,10 @@ from pathlib import Path
 
 import pytest
 
+from asip_asm.machine import load_machine
 from scripts import units_page
 from scripts.units_page import PAGE, RTL, PageError, main
-from sim.fpbench import Unit
+from sim.fpbench.folded import bench_unit
 from sim.fpbench.native import LANES
 from sim.harness.build import ROOT, verilator_driver
 
@@ -109,11 +110,26 @@ def test_example__of_the_page__elaborates_with_the_file_list(tmp_path: Path) -> 
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.parametrize(("unit", "op"), [("fp_mul", "mul"), ("fp_sincos", "sin")])
+@pytest.mark.parametrize(
+    ("unit", "op"), [("fp_mul", "mul"), ("fp_sincos", "sin"), ("fp_divsqrt_folded", "div")]
+)
 def test_interval__of_the_page__is_the_measured_one(unit: str, op: str) -> None:
-    bench = Unit(unit)
-    few, more = (bench.run_list(op, [[0x3F800000] * 3] * n * LANES[unit]) for n in (100, 200))
+    bench = bench_unit(unit)
+    lanes = LANES[bench.name]
+    few, more = (bench.run_list(op, [[0x3F800000] * 3] * n * lanes) for n in (100, 200))
     iterative = any(port.name == "ready_o" for port in units_page.ports(unit))
     step = units_page.interval(unit) + (RANK_OF_THE_BENCH if iterative else 0)
     assert more.cycles - few.cycles == 100 * step
-    assert few.cycles == 99 * step + units_page.latencies()[unit.upper()] + RANK_OF_THE_BENCH
+    assert few.cycles == 99 * step + units_page.latency(unit) + RANK_OF_THE_BENCH
+
+
+def test_interval__folded_divider__is_that_of_the_machine_description() -> None:
+    assert (
+        units_page.interval("fp_divsqrt_folded") == load_machine("small").units["divsqrt"].interval
+    )
+
+
+def test_interval__folded_unit_that_does_not_state_it__is_an_error(tmp_path: Path) -> None:
+    copy = changed(tmp_path, "fp_divsqrt_folded.sv", "Interval = 7;", "Interval = 3 + 4;")
+    with pytest.raises(PageError, match="no `Interval = <clocks>;`"):
+        units_page.interval("fp_divsqrt_folded", copy)

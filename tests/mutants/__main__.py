@@ -11,7 +11,8 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from sim.fpbench import Unit, operations
+from sim.fpbench import operations
+from sim.fpbench.folded import bench_unit
 from sim.fpbench.native import BenchError, flag_text
 from sim.harness.build import BuildError
 from tests.mutants.campaign import REPORT, Verdict, load_report, run
@@ -58,7 +59,7 @@ def show(fault: Fault, report: Path) -> int:
         raise TableError(f"{fault.macro}: no failing case in {report}; run `make test-mutants`")
     op = words["OP"]
     operands = [int(words[name], 16) for name in "ABC"[: operations()[op][1]]]
-    result = Unit(fault.unit, COPY, {fault.macro: ""}).run_list(op, [operands])
+    result = bench_unit(fault.unit, COPY, {fault.macro: ""}).run_list(op, [operands])
     console.print(f"{fault.macro}: {fault.file}: {fault.breaks}", soft_wrap=True)
     for bad in result.failures:
         got, want = flag_text(bad.got_flags), flag_text(bad.want_flags)

@@ -21,7 +21,8 @@ import numpy as np
 
 from sim.fpbench import Mismatch, Unit, operations, quick
 from sim.fpbench.directed import rows_of
-from sim.fpbench.native import RTL, TOP_SOURCES, fingerprint
+from sim.fpbench.folded import bench_unit, fingerprint, lane_sources, short_set
+from sim.fpbench.native import RTL
 from sim.fpbench.quick import parts
 from sim.harness.build import BuildError
 from tests.mutants.faults import BUILD, COPY, Fault, write_lanes
@@ -113,8 +114,8 @@ def shared(unit_name: str, faults: Sequence[Fault], marks: Mapping[int, str]) ->
     Raises BuildError if the lane without fault fails or the handshake breaks.
     """
     lanes = len(faults) + 1
-    top = write_lanes(unit_name, faults, TOP_SOURCES)
-    unit = Unit(unit_name, COPY, lanes=lanes, top=top)
+    top = write_lanes(unit_name, faults, lane_sources(unit_name))
+    unit = bench_unit(unit_name, COPY, lanes=lanes, top=top)
     found: dict[int, Verdict] = {}
     for op in dict.fromkeys(op for fault in faults for op in fault.ops):
         done = 0
@@ -149,7 +150,7 @@ def alone(fault: Fault, mark: str) -> Verdict:
     """Verdict of one fault, built with its macro, by the whole short set of its operations."""
     done = 0
     for op in fault.ops:
-        report = quick(op, COPY, {fault.macro: ""}, seed=SEED)
+        report = short_set(fault.unit, op, COPY, {fault.macro: ""}, SEED)
         done += report.cases
         if not report.good:
             case = report.protocol or f"make fp-case {report.failures[0].arguments}"

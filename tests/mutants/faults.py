@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
 
+from sim.fpbench import folded
 from sim.fpbench.native import RTL, operations, sources, unit_of
 from sim.harness.build import ROOT
 
@@ -44,7 +45,7 @@ class Fault:
     @property
     def unit(self) -> str:
         """Unit of the bench through which the fault is looked for."""
-        return unit_of(self.ops[0])
+        return folded.NAME if self.file == f"{folded.NAME}.sv" else unit_of(self.ops[0])
 
 
 def load(path: Path = TABLE) -> list[Fault]:

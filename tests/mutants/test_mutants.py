@@ -201,7 +201,7 @@ class WrongUnit:
 
 
 def test_shared__lane_without_a_fault_fails__is_an_error(monkeypatch) -> None:
-    monkeypatch.setattr(campaign, "Unit", WrongUnit)
+    monkeypatch.setattr(campaign, "bench_unit", WrongUnit)
     monkeypatch.setattr(campaign, "write_lanes", lambda *_: [])
     chosen = [entry for entry in TABLE if entry.file == "fp_f2i.sv"]
     with pytest.raises(BuildError, match="without a fault fails: make fp-case OP=f2i A=4f000000"):
