@@ -202,6 +202,19 @@ def simulate(drive: Drive, move: ThereAndBack, k1: float, k2: float) -> Response
     )
 
 
+def greatest_acceleration(drive: Drive, error: float, k1: float = 1.0, k2: float = 0.0) -> float:
+    """Greatest acceleration [m/s2], to a hundredth, at which a trapezoid keeps an error [m].
+
+    Found by running moves; theory has (error kp / (lag - K2)) for K1 = 1.
+    """
+    low, high = 0.0, 100.0
+    while high - low > 0.01:
+        middle = (low + high) / 2
+        kept = simulate(drive, ThereAndBack(acceleration=middle), k1, k2).peak_error < error
+        low, high = (middle, high) if kept else (low, middle)
+    return low
+
+
 def tuned_k2(drive: Drive, move: ThereAndBack) -> float:
     """K2 [s] as it is tuned on a machine: from the error that K1 = 1 leaves while accelerating."""
     left = simulate(drive, move, 1.0, 0.0)

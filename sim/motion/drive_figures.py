@@ -17,7 +17,15 @@ import numpy as np
 
 from sim.model.parameters import Robot
 from sim.motion import drive_robot, drive_servo
-from sim.motion.drive import CASES, Case, Drive, Response, ThereAndBack, simulate
+from sim.motion.drive import (
+    CASES,
+    Case,
+    Drive,
+    Response,
+    ThereAndBack,
+    greatest_acceleration,
+    simulate,
+)
 from sim.motion.gcode import Motion, parse_file
 from sim.motion.planner_figures import Result
 from sim.motion.trajectory import generate
@@ -116,6 +124,18 @@ def following_results(runs: dict[tuple[str, str, str], Response]) -> list[Result
                 "theory",
                 peak[trapezoid, velocity] / theory,
                 abs(peak[trapezoid, velocity] / theory - 1.0) < 0.005,
+                FIG_11,
+            )
+        )
+        found.append(
+            Result(
+                "11b",
+                f"{loop}: acceleration up to which velocity keeps 0.1 mm",
+                "m/s2",
+                "",
+                "",
+                greatest_acceleration(drive, 1e-4),
+                True,
                 FIG_11,
             )
         )
@@ -227,6 +247,18 @@ def robot_figures(
         label = f"{name}: tool error, {where}"
         results.append(
             _result("robot", label, "um", worst * 1e6, ROBOT_FILE, below=limit, source="goal")
+        )
+        used = max(float(np.abs(run.force).max()) for run in runs.values()) / robot.F_max
+        results.append(
+            _result(
+                "robot",
+                f"{name}: greatest force of a leg, by its limit",
+                "",
+                used,
+                ROBOT_FILE,
+                below=1.0,
+                source="goal",
+            )
         )
         jumps = max(float(_jumps(run).max()) for run in runs.values())
         results.append(
