@@ -59,8 +59,11 @@ lint: $(READY) ## ruff on Python, Verilator -Wall on the RTL in every configurat
 	  $(ASIP_FILES) rtl/board/board_pll.sv rtl/board/asip_de3.sv
 	@$(VERILATOR) --lint-only -Wall --quiet --top-module asip_axil scripts/ci/waivers.vlt \
 	  $(ASIP_FILES) rtl/bus/axil_bridge.sv rtl/asip/asip_axil.sv
-	@$(VERILATOR) --lint-only -Wall --quiet --top-module motion_axil scripts/ci/waivers.vlt \
-	  $$(cat rtl/motion/motion.f) rtl/bus/axil_bridge.sv rtl/motion/motion_axil.sv
+	@for parameters in -GInterpolators=0 -GAxes=1 -GAxes=8 ""; do \
+	  $(VERILATOR) --lint-only -Wall --quiet --top-module motion_axil $$parameters \
+	    scripts/ci/waivers.vlt $$(cat rtl/motion/motion.f) rtl/bus/axil_bridge.sv \
+	    rtl/motion/motion_axil.sv || exit 1; \
+	done
 	@$(VERILATOR) --lint-only -Wall --quiet --top-module n2_core scripts/ci/waivers.vlt \
 	  $$(cat rtl/nios/n2_core.f)
 	@$(VERILATOR) --lint-only -Wall --quiet --top-module n2_core -GTrace=1 \

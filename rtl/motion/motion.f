@@ -4,4 +4,9 @@ rtl/motion/step_output.sv
 rtl/motion/motion_axis.sv
 rtl/motion/velocity_control.sv
 rtl/motion/profile_memory.sv
+rtl/motion/line_interpolator.sv
+rtl/motion/arc_interpolator.sv
+rtl/motion/step_interpolator.sv
+rtl/motion/synchronised_line.sv
+rtl/motion/path_control.sv
 rtl/motion/motion_front_end.sv

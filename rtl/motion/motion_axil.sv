@@ -5,6 +5,7 @@
 module motion_axil #(
     parameter int unsigned Axes          = 5,
     parameter int unsigned ClocksPerTick = 100,
+    parameter int unsigned Interpolators = 1,
     parameter logic [31:0] Modulus       = 32'd1_600_000_000
 ) (
     input  logic                                        clk_i,
@@ -77,6 +78,7 @@ module motion_axil #(
   motion_front_end #(
       .Axes         (Axes),
       .ClocksPerTick(ClocksPerTick),
+      .Interpolators(Interpolators),
       .Modulus      (Modulus)
   ) u_motion (
       .clk_i,

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // motion_axis: one axis from a rate to step and direction lines.
 // Contract: velocity_control's rate, direction and first on one side, step_output's drive timing on the
-// other; a pulse of the generator becomes a request one clock later, in the direction of its move.
+// other; a pulse of the generator becomes a request one clock later, in the direction of its move. With
+// source_i the pulses go nowhere and requests come from path_control.
 module motion_axis #(
     parameter logic [31:0] Modulus = 32'd1_600_000_000,  // 16 x clock frequency in Hz
     parameter int unsigned TimeBits = 10
@@ -14,6 +15,10 @@ module motion_axis #(
     input  logic                negative_i,
     input  logic                first_i,
     output logic                pulse_o,
+    // path_control
+    input  logic                source_i,
+    input  logic                path_step_i,
+    input  logic                path_negative_i,
     // registers
     input  logic [TimeBits-1:0] length_i,
     input  logic [TimeBits-1:0] space_i,
@@ -51,8 +56,8 @@ module motion_axis #(
       .space_i,
       .setup_i,
       .hold_i,
-      .request_i (pulse && !abort_i),
-      .negative_i,
+      .request_i ((source_i ? path_step_i : pulse) && !abort_i),
+      .negative_i(source_i ? path_negative_i : negative_i),
       .step_o,
       .direction_o,
       .position_o,

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// motion_front_end: five axes of velocity control, pulse generation and step output as an Avalon-MM agent.
+// motion_front_end: five axes of velocity control, pulse generation and step output, and the lines and
+// arcs that can drive them instead, as an Avalon-MM agent.
 // Contract: register map docs/motion_regmap.md, 32-bit word accesses, writes one cycle, reads two; one tick
 // every ClocksPerTick clocks, a microsecond.
 module motion_front_end #(
     parameter int unsigned Axes          = 5,    // 1..8
     parameter int unsigned ClocksPerTick = 100,  // clock frequency in MHz
+    parameter int unsigned Interpolators = 1,    // 0: without path_control, its registers read 0
     parameter logic [31:0] Modulus       = 32'd1_600_000_000
 ) (
     input  logic            clk_i,
@@ -39,6 +41,10 @@ module motion_front_end #(
   logic [2:0]  record_axis, record_word;
   logic [31:0] record;
   logic [32*Axes-1:0] rate;
+  logic [Axes-1:0] source, path_step, path_negative;
+  logic path_pending, path_busy;
+  logic [6:0]  path_fault;
+  logic [31:0] path_feed;
   logic [4*Axes-1:0] head, tail;
   logic [32*Axes-1:0] position;
 
@@ -84,14 +90,19 @@ module motion_front_end #(
   // An OR of values of which one at most is not 0 is smaller than a case.
   always_comb begin
     read_data = shown(reads[motion_regmap_pkg::REG_ID], motion_regmap_pkg::RESET_ID)
-        | shown(reads[motion_regmap_pkg::REG_CONFIG], {16'd0, 8'(ClocksPerTick), 4'd8, 4'(Axes)})
+        | shown(reads[motion_regmap_pkg::REG_CONFIG],
+                {15'd0, Interpolators != 0, 8'(ClocksPerTick), 4'd8, 4'(Axes)})
         | shown(reads[motion_regmap_pkg::REG_STATUS], {8'd0, 8'(overrun), 8'(underrun), 8'(running)})
         | shown(reads[motion_regmap_pkg::REG_HEAD], 32'(head))
         | shown(reads[motion_regmap_pkg::REG_TAIL], 32'(tail))
         | shown(reads[motion_regmap_pkg::REG_STEP_TIMING], {6'd0, space_q, 6'd0, length_q})
         | shown(reads[motion_regmap_pkg::REG_DIRECTION_TIMING], {6'd0, hold_q, 6'd0, setup_q})
         | shown(reads[motion_regmap_pkg::REG_IRQ_ENABLE], {30'd0, irq_enable_q})
-        | shown(reads[motion_regmap_pkg::REG_TICKS], ticks_q);
+        | shown(reads[motion_regmap_pkg::REG_TICKS], ticks_q)
+        | shown(reads[motion_regmap_pkg::REG_SOURCE], 32'(source))
+        | shown(reads[motion_regmap_pkg::REG_PATH_FEED], path_feed)
+        | shown(reads[motion_regmap_pkg::REG_PATH_STATUS],
+                {17'd0, path_fault, 6'd0, path_busy, path_pending});
     for (int unsigned i = 0; i < Axes; i++)
       read_data = read_data | shown(reads[motion_regmap_pkg::REG_POSITION0 + 5'(i)],
                                     position[32*i+:32]);
@@ -152,6 +163,9 @@ module motion_front_end #(
         .negative_i (negative[i]),
         .first_i    (first[i]),
         .pulse_o    (pulse[i]),
+        .source_i       (source[i]),
+        .path_step_i    (path_step[i]),
+        .path_negative_i(path_negative[i]),
         .length_i   (length_q),
         .space_i    (space_q),
         .setup_i    (setup_q),
@@ -164,10 +178,46 @@ module motion_front_end #(
     );
   end
 
+  if (Interpolators != 0) begin : gen_path
+    path_control #(
+        .Axes(Axes)
+    ) u_path (
+        .clk_i,
+        .rst_ni,
+        .word_write_i   (csr_write && register_index[4:3] == motion_regmap_pkg::REG_PATH_WORD0[4:3]),
+        .word_i         (register_index[2:0]),
+        .command_write_i(csr_write && register_index == motion_regmap_pkg::REG_PATH_COMMAND),
+        .feed_write_i   (csr_write && register_index == motion_regmap_pkg::REG_PATH_FEED),
+        .source_write_i (csr_write && register_index == motion_regmap_pkg::REG_SOURCE),
+        .data_i         (writedata_i),
+        .clear_i        (csr_write && register_index == motion_regmap_pkg::REG_CONTROL
+                         && writedata_i[motion_regmap_pkg::CONTROL_PATH_LSB]),
+        .pending_o      (path_pending),
+        .busy_o         (path_busy),
+        .fault_o        (path_fault),
+        .feed_o         (path_feed),
+        .source_o       (source),
+        .abort_i        (abort),
+        .resting_i      (~running),
+        .overrun_i      (overrun),
+        .pulse_i        (pulse),
+        .step_o         (path_step),
+        .negative_o     (path_negative)
+    );
+  end else begin : gen_no_path
+    assign source        = '0;
+    assign path_step     = '0;
+    assign path_negative = '0;
+    assign path_pending  = 1'b0;
+    assign path_busy     = 1'b0;
+    assign path_fault    = '0;
+    assign path_feed     = '0;
+  end
+
   assign running       = moving | ~idle;
   assign readdata_o    = readdata_q;
   assign waitrequest_o = read_i && !read_q;
-  assign irq_o = (irq_enable_q[0] && (running | waiting) == '0)
-                 || (irq_enable_q[1] && (underrun | overrun) != '0);
+  assign irq_o = (irq_enable_q[0] && (running | waiting) == '0 && !path_busy && !path_pending)
+                 || (irq_enable_q[1] && ((underrun | overrun) != '0 || path_fault != '0));
 
 endmodule

@@ -13,6 +13,7 @@ import numpy as np
 from asip_asm.regmap import load_register_map
 from scripts.synth_unit import sources_of
 from sim.harness.build import ROOT, build_library
+from sim.harness.interpolator_rtl import PLANES
 from sim.motion.pulse_records import Record
 
 TOP = "motion_front_end"
@@ -41,12 +42,17 @@ class Edges:
 
 
 class MotionRtl:
-    """One front-end of five axes at 100 MHz, just out of reset."""
+    """One front-end of five axes at 100 MHz, just out of reset, with or without interpolators."""
 
     AXES = 5
 
-    def __init__(self) -> None:
-        path = build_library(TOP, sources_of(TOP), Path(__file__).with_name("motion_harness.cpp"))
+    def __init__(self, interpolators: bool = True) -> None:
+        path = build_library(
+            TOP,
+            sources_of(TOP),
+            Path(__file__).with_name("motion_harness.cpp"),
+            {"Interpolators": int(interpolators)},
+        )
         lib = ctypes.CDLL(str(path))
         lib.motion_new.restype = ctypes.c_void_p
         lib.motion_clock.restype = ctypes.c_uint64
@@ -130,6 +136,52 @@ class MotionRtl:
         self.write("IRQ_ENABLE", 3)
         self.put(moves)
         self.wait_for_irq(limit)
+
+    def line(
+        self, end_u: int, end_v: int, plane: str = "xy", combined: bool = False, start: bool = True
+    ) -> None:
+        """Write a line command, its end from its start; `start`: also begin it."""
+        self._path(0, {2: end_u, 3: end_v}, start, plane=PLANES[plane], combined=combined)
+
+    def arc(
+        self,
+        begin: tuple[int, int],
+        end: tuple[int, int],
+        radius_squared: int,
+        clockwise: bool = False,
+        combined: bool = False,
+        turns: int = 0,
+        plane: str = "xy",
+    ) -> None:
+        """Write an arc command, nodes from the centre, and begin it."""
+        words = [*begin, *end, begin[0] ** 2 + begin[1] ** 2 - radius_squared]
+        more = {"clockwise": clockwise, "combined": combined, "turns": turns}
+        self._path(1, dict(enumerate(words)), True, plane=PLANES[plane], **more)
+
+    def line_in_all_axes(self, lengths: Sequence[int]) -> None:
+        """Write a command for a line in all axes and begin it."""
+        self._path(2, dict(enumerate(lengths)), True)
+
+    def _path(self, kind: int, words: Mapping[int, int], start: bool, **fields: int) -> None:
+        base = REGMAP.address("PATH_WORD0")
+        for word, value in words.items():
+            self._lib.motion_write(self._handle, base + word, value & 0xFFFFFFFF)
+        places = REGMAP.registers["PATH_COMMAND"].fields
+        if start:
+            fields = {"kind": kind, **fields}
+            self.write(
+                "PATH_COMMAND", sum(int(v) << places[name].low for name, v in fields.items())
+            )
+
+    def path(self, field: str) -> int:
+        """One field of PATH_STATUS."""
+        return REGMAP.registers["PATH_STATUS"].fields[field].of(self.read("PATH_STATUS"))
+
+    def path_faults(self) -> set[str]:
+        """Names of the faults in PATH_STATUS."""
+        status = self.read("PATH_STATUS")
+        fields = REGMAP.registers["PATH_STATUS"].fields
+        return {name for name, field in fields.items() if field.low >= 8 and field.of(status)}
 
     def edges(self) -> Edges:
         """Level changes since the last call."""

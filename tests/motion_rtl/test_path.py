@@ -1,0 +1,406 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Lines and arcs through the front-end's registers: steps on the drive lines, queue, speed, faults.
+
+The nodes that the axes pass are rebuilt from the step and direction lines and compared with exact
+integers: golden step strings, distance from the ideal, ends.
+"""
+
+from __future__ import annotations
+
+import os
+
+import numpy as np
+import pytest
+
+from sim.harness.motion_rtl import CLOCK_HZ, MotionError, MotionRtl
+from sim.motion.planner_seed import seed_plan
+from sim.motion.pulse_records import FIRST, LAST, Record, time_exact
+from tests.motion_rtl.test_interpolators import check_on_circle, text
+
+SEED = int(os.environ.get("SEED", "1"))
+PERIOD = 40  # clocks from step to step
+LIMIT = 6_000_000
+ALL = 0b11111
+
+
+def front_end(source: int = ALL, period: int = PERIOD, interpolators: bool = True) -> MotionRtl:
+    """A front-end with the fastest drive timing, the interrupt at rest or fault enabled."""
+    rtl = MotionRtl(interpolators)
+    rtl.write("STEP_TIMING", 1 | 1 << 16)
+    rtl.write("DIRECTION_TIMING", 1 | 1 << 16)
+    rtl.write("IRQ_ENABLE", 3)
+    rtl.write("SOURCE", source)
+    rtl.write("PATH_FEED", period)
+    return rtl
+
+
+def positions(rtl: MotionRtl) -> list[int]:
+    return [rtl.position(axis) for axis in range(rtl.AXES)]
+
+
+def steps(rtl: MotionRtl) -> tuple[np.ndarray, np.ndarray]:
+    """Clocks of the steps since the last call and (n, 5) arrays of -1, 0, 1.
+
+    Edges within less than half a period are one step: a change of direction delays one axis.
+    """
+    edges = rtl.edges()
+    found: list[tuple[int, int, int]] = []
+    for axis in range(rtl.AXES):
+        at = edges.pulses(axis)
+        negative = edges.direction[np.searchsorted(edges.clock, at)] >> axis & 1
+        found += [(int(t), axis, -1 if n else 1) for t, n in zip(at, negative, strict=True)]
+    clocks: list[int] = []
+    rows: list[list[int]] = []
+    for clock, axis, sign in sorted(found):
+        if not clocks or clock - clocks[-1] >= PERIOD // 2:
+            clocks.append(clock)
+            rows.append([0] * rtl.AXES)
+        assert rows[-1][axis] == 0
+        rows[-1][axis] = sign
+    return np.array(clocks, dtype=np.int64), np.array(rows, dtype=np.int64).reshape(-1, rtl.AXES)
+
+
+# ---------------------------------------------------------------------- what is drawn
+
+
+@pytest.mark.parametrize(
+    ("end", "combined", "wanted"),
+    [
+        ((5, 3), False, "XYXYXXYX"),
+        ((5, 3), True, "DXDXD"),
+        ((-3, 7), False, "YxYYYxYYxY"),
+        ((0, 0), False, ""),
+    ],
+)
+def test_line__golden_string_on_the_step_lines(end, combined, wanted):
+    rtl = front_end()
+    rtl.line(*end, combined=combined)
+    rtl.wait_for_irq(LIMIT)
+    clocks, moved = steps(rtl)
+    assert text(moved[:, :3]) == wanted
+    assert positions(rtl) == [*end, 0, 0, 0]
+    assert np.all(np.abs(np.diff(clocks) - PERIOD) <= 2)
+
+
+def test_circle__golden_string_on_the_step_lines():
+    rtl = front_end()
+    rtl.arc((5, 0), (5, 0), 25)
+    rtl.wait_for_irq(LIMIT)
+    assert text(steps(rtl)[1][:, :3]) == "YYxYYxxYxxxxyxxyyxyyyyXyyXXyXXXXYXXYYXYY"
+    assert positions(rtl) == [0] * 5
+
+
+@pytest.mark.parametrize("combined", [False, True])
+@pytest.mark.parametrize("plane", ["xy", "zx", "yz"])
+def test_arc__random_nodes_in_every_plane__on_the_circle_and_at_its_end(plane, combined):
+    random = np.random.default_rng([SEED, ord(plane[0]), combined])
+    axes = ["xyz".index(letter) for letter in plane]
+    rtl = front_end(sum(1 << axis for axis in axes))
+    at = [0] * 5
+    for _ in range(6):
+        radius = float(random.uniform(3, 90))
+        angles = random.uniform(0, 2 * np.pi, 2)
+        begin, end = ((round(radius * np.cos(a)), round(radius * np.sin(a))) for a in angles)
+        clockwise, turns = bool(random.integers(2)), int(random.integers(2))
+        squared = round(radius**2)
+        rtl.arc(begin, end, squared, clockwise, combined, turns, plane)
+        rtl.wait_for_irq(LIMIT)
+        what = f"replay: SEED={SEED}: {begin} {end} {squared} {clockwise} {turns}"
+        assert rtl.path_faults() == set(), what
+        _, moved = steps(rtl)
+        nodes = np.cumsum(moved[:, axes], axis=0) + np.array(begin)
+        assert tuple(nodes[-1]) == end, what
+        # Ends are rounded nodes: combined ones' neighbours may be as far as elementary ones.
+        check_on_circle(nodes[:-1], squared, False)
+        for axis, first, last in zip(axes, begin, end, strict=True):
+            at[axis] += last - first
+        assert positions(rtl) == at, what
+
+
+def test_line_in_all_axes__each_within_half_a_step_at_every_step():
+    random = np.random.default_rng(SEED)
+    rtl = front_end()
+    at = np.zeros(5, dtype=np.int64)
+    for _ in range(5):
+        lengths = random.integers(-150, 151, 5)
+        lengths[int(random.integers(5))] = 0
+        rtl.line_in_all_axes([int(x) for x in lengths])
+        rtl.wait_for_irq(LIMIT)
+        _, moved = steps(rtl)
+        longest = int(np.abs(lengths).max())
+        assert len(moved) == longest, f"replay: SEED={SEED}, {lengths}"
+        nodes = np.cumsum(moved, axis=0)
+        number = np.arange(1, longest + 1)[:, None]
+        assert np.all(2 * np.abs(nodes * longest - number * lengths) <= longest), lengths
+        at += lengths
+        assert positions(rtl) == at.tolist()
+
+
+def test_corners__greatest_coordinates__taken():
+    rtl = front_end(period=4)
+    rtl.line(2**23 - 1, 0, start=False)
+    rtl.line(-100, 2**23 - 1, combined=True)
+    rtl.clock(4_000)
+    assert rtl.path("busy") and rtl.path_faults() == set()
+    assert 900 < rtl.position(1) <= 1000
+    rtl.write("CONTROL", 1 << 8)
+    assert rtl.read("PATH_STATUS") == 0
+
+
+# ---------------------------------------------------------------------- queue and speed
+
+
+def test_commands_queued__follow_without_a_gap():
+    rtl = front_end()
+    rtl.line(30, 11)
+    jobs = [
+        lambda: rtl.arc((20, 0), (0, 20), 400),
+        lambda: rtl.line_in_all_axes([-9, 3, 25, 0, -25]),
+        lambda: rtl.arc((0, 15), (0, 15), 225, clockwise=True, combined=True),
+        lambda: rtl.line(-4, 8, plane="yz"),
+    ]
+    for job in jobs:
+        for _ in range(LIMIT):
+            if not rtl.path("pending"):
+                break
+        job()
+    rtl.wait_for_irq(LIMIT)
+    assert rtl.path_faults() == set()
+    clocks, _ = steps(rtl)
+    # A drive's change of direction takes 2 clocks, a step of an arc one more than one of a line.
+    assert np.all(np.abs(np.diff(clocks) - PERIOD) <= 4), np.diff(clocks)
+    assert positions(rtl) == [30 - 20 - 9, 11 + 20 + 3 - 4, 25 + 8, 0, -25]
+
+
+def test_period__every_step_in_its_clock__and_changed_under_way():
+    for period in (4, 7, 1000):
+        rtl = front_end(period=period)
+        rtl.line(20, 0)
+        rtl.wait_for_irq(LIMIT)
+        assert np.all(np.diff(rtl.edges().pulses(0)) == period)
+    rtl = front_end(period=1000)
+    rtl.line(100, 0)
+    rtl.clock(10_500)
+    rtl.write("PATH_FEED", 50)
+    rtl.wait_for_irq(LIMIT)
+    gaps = np.diff(rtl.edges().pulses(0))
+    assert set(gaps.tolist()) == {1000, 50} and (gaps == 50).sum() > 80
+
+
+def test_feed_from_a_profile__steps_in_the_pulses_clocks():
+    """An S-curve along a line: the steps of the line are the profile's, a few clocks later."""
+    plan = seed_plan("20", "200", "0.02", "0.005", "3")
+    records = time_exact(plan.phases, 100)
+    plain = MotionRtl()
+    plain.write("STEP_TIMING", 1 | 1 << 16)
+    plain.write("DIRECTION_TIMING", 1 | 1 << 16)
+    plain.run({4: records}, LIMIT)
+    wanted = plain.edges().pulses(4)
+    rtl = front_end(source=0b10111)
+    rtl.write("PATH_FEED", 4 << 24)
+    rtl.line_in_all_axes([300, -150, 0, 0, 7])
+    rtl.clock(100)
+    assert rtl.path("busy") and positions(rtl) == [0] * 5, "it waits for the profile"
+    rtl.put({4: records})
+    rtl.wait_for_irq(LIMIT)
+    assert positions(rtl) == [300, -150, 0, 0, 7]
+    got = rtl.edges().pulses(0)
+    assert len(got) == len(wanted) == 300
+    assert np.all(np.diff(got) == np.diff(wanted))
+    assert (got[-1] - got[0]) / CLOCK_HZ == pytest.approx(float(plan.total_time), rel=0.1)
+
+
+def test_axes_of_both_kinds__profile_and_arc_at_once__both_exact():
+    rtl = front_end(source=0b00011)
+    record = Record(FIRST | LAST, 400, 16 * 500_000 << 32, 0, 0)
+    rtl.arc((30, 0), (0, -30), 900, clockwise=True)
+    rtl.run({3: [record], 0: [record]}, LIMIT)
+    assert positions(rtl) == [-30, -30, 0, 200, 0], "axis 0 has its steps from the arc alone"
+    assert rtl.status("overrun") == rtl.status("underrun") == 0
+    rtl.write("SOURCE", 0)
+    rtl.run({0: [record]}, LIMIT)
+    assert positions(rtl) == [170, -30, 0, 200, 0]
+
+
+# ---------------------------------------------------------------------- faults
+
+
+def words_unwritten(rtl: MotionRtl) -> None:
+    rtl.write("PATH_COMMAND", 0)
+
+
+def range_above(rtl: MotionRtl) -> None:
+    rtl.line(1 << 23, 1)
+
+
+def range_least(rtl: MotionRtl) -> None:
+    rtl.line(1, -(1 << 23))
+
+
+FAULTS = {
+    "kind": (lambda rtl: (rtl.line(3, 3, start=False), rtl.write("PATH_COMMAND", 3)), "kind"),
+    "plane": (lambda rtl: (rtl.line(3, 3, start=False), rtl.write("PATH_COMMAND", 12)), "kind"),
+    "unwritten": (words_unwritten, "range"),
+    "range above": (range_above, "range"),
+    "range least": (range_least, "range"),
+    "radius 0": (lambda rtl: rtl.arc((0, 0), (0, 0), 0), "circle"),
+    "end at the centre": (lambda rtl: rtl.arc((2, 0), (0, 0), 4), "circle"),
+    "start off": (lambda rtl: rtl.arc((7, 0), (0, 5), 25), "circle"),
+    "end off": (lambda rtl: rtl.arc((5, 0), (0, 7), 25), "circle"),
+    "axis": (lambda rtl: rtl.line(3, 3, plane="yz"), "axis"),
+    "axis of all": (lambda rtl: rtl.line_in_all_axes([1, 1, 0, 0, 1]), "axis"),
+    "feed": (lambda rtl: rtl.write("PATH_FEED", 3), "feed"),
+    "feed axis": (lambda rtl: rtl.write("PATH_FEED", 5 << 24), "feed"),
+}
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_bad_parameters__a_fault_bit_and_no_motion__until_it_is_cleared(name):
+    bad, fault = FAULTS[name]
+    rtl = front_end(source=0b00011)
+    bad(rtl)
+    rtl.clock(20_000)
+    assert rtl.path_faults() == {fault}
+    assert rtl.path("busy") == rtl.path("pending") == 0
+    rtl.line(3, 4)
+    rtl.clock(5_000)
+    assert positions(rtl) == [0] * 5 and len(rtl.edges().clock) == 0, "nothing before the clear"
+    assert rtl.path_faults() == {fault}
+    rtl.write("IRQ_ENABLE", 2)
+    assert rtl.wait_for_irq(10) == 0, "a fault interrupts"
+    rtl.write("IRQ_ENABLE", 3)
+    rtl.write("CONTROL", 1 << 8)
+    assert rtl.path_faults() == set()
+    rtl.line(3, 4)
+    rtl.wait_for_irq(LIMIT)
+    assert positions(rtl) == [3, 4, 0, 0, 0]
+    assert rtl.read("PATH_FEED") == PERIOD
+
+
+def test_nodes_near_a_circle__taken_if_the_ideal_arc_passes_between_their_neighbours():
+    random = np.random.default_rng(SEED)
+    rtl = front_end(period=1000)
+    seen = set()
+    for case in range(300):
+        radius = int(random.integers(1, 30)) if case % 2 else float(random.uniform(1, 4000))
+        squared = round(radius**2)
+        nodes = []
+        for _ in range(2):
+            angle = random.uniform(0, 2 * np.pi)
+            off = random.integers(-1, 2, 2) if random.random() < 0.5 else (0, 0)
+            nodes.append(
+                (
+                    round(radius * np.cos(angle)) + int(off[0]),
+                    round(radius * np.sin(angle)) + int(off[1]),
+                )
+            )
+        good = []
+        for u, v in nodes:
+            norm, size = u * u + v * v - squared, abs(u) + abs(v)
+            good.append(-size <= norm < size)
+        rtl.arc(*nodes, squared)
+        rtl.clock(100)
+        what = f"replay: SEED={SEED}, {nodes} {squared}"
+        assert rtl.path_faults() == (set() if all(good) else {"circle"}), what
+        assert rtl.path("busy") == all(good), what
+        rtl.write("CONTROL", 1 << 8 | ALL)
+        seen.add(tuple(good))
+    assert len(seen) == 4, seen
+
+
+def test_write_while_a_command_waits__refused__the_running_one_ends():
+    for word in ("PATH_WORD0", "PATH_COMMAND"):
+        rtl = front_end()
+        rtl.line(20, 10)
+        rtl.clock(10)
+        rtl.line(5, 5)
+        rtl.clock(10)
+        assert rtl.path("pending") == 1
+        rtl.write(word, 1)
+        rtl.clock(2)
+        assert rtl.path_faults() == {"order"}
+        assert rtl.path("pending") == 0 and rtl.path("busy") == 1
+        rtl.clock(PERIOD * 40)
+        assert positions(rtl) == [20, 10, 0, 0, 0]
+
+
+def test_source_changed_in_motion__refused():
+    rtl = front_end(source=0b00011)
+    rtl.line(20, 0)
+    rtl.clock(100)
+    rtl.write("SOURCE", 0)
+    assert (rtl.path_faults(), rtl.read("SOURCE")) == ({"order"}, 0b00011)
+    rtl.clock(PERIOD * 30)
+    assert rtl.position(0) == 20
+    rtl.write("CONTROL", 1 << 8)
+    rtl.put({2: [Record(FIRST | LAST, 100, 16 * 100_000 << 32, 0, 0)]})
+    rtl.clock(300)
+    rtl.write("SOURCE", 0b00100)
+    assert (rtl.path_faults(), rtl.read("SOURCE")) == ({"order"}, 0b00011)
+    rtl.write("CONTROL", 1 << 8)
+    rtl.write("SOURCE", 0b00001)  # axis 2 keeps its bit: it may move
+    assert (rtl.path_faults(), rtl.read("SOURCE")) == (set(), 0b00001)
+
+
+@pytest.mark.parametrize("job", ["line", "arc", "all"])
+def test_abort__no_further_step__the_next_command_is_exact(job):
+    rtl = front_end()
+
+    def begin() -> None:
+        if job == "line":
+            rtl.line(400, 300)
+        elif job == "arc":
+            rtl.arc((100, 0), (0, 100), 10000)
+        else:
+            rtl.line_in_all_axes([400, 300, 200, -100, 50])
+
+    begin()
+    rtl.clock(30 * PERIOD)
+    begin()  # waits
+    rtl.write("CONTROL", 0b00010)
+    rtl.clock(2)
+    stopped = positions(rtl)
+    assert stopped != [0] * 5 and rtl.read("PATH_STATUS") == 0
+    rtl.clock(30 * PERIOD)
+    assert positions(rtl) == stopped
+    rtl.line(7, -3)
+    rtl.wait_for_irq(LIMIT)
+    rtl.arc((5, 0), (0, 5), 25)
+    rtl.wait_for_irq(LIMIT)
+    assert [a - b for a, b in zip(positions(rtl), stopped, strict=True)] == [2, 2, 0, 0, 0]
+
+
+def test_steps_faster_than_the_drive_allows__path_stops():
+    rtl = front_end()
+    rtl.write("STEP_TIMING", 100 | 100 << 16)
+    rtl.write("IRQ_ENABLE", 2)
+    rtl.line(1000, 0)
+    rtl.wait_for_irq(LIMIT)
+    rtl.clock(2)
+    assert rtl.path_faults() == {"overrun"} and rtl.status("overrun") == 1
+    assert rtl.path("busy") == 0
+    rtl.write("CONTROL", 1 << 8)
+    rtl.clock(1)
+    assert rtl.path_faults() == {"overrun"}, "the axis still has its own"
+    rtl.write("CONTROL", 1 << 8 | ALL)
+    assert rtl.read("PATH_STATUS") == rtl.status("overrun") == 0
+
+
+def test_without_interpolators__registers_read_0_and_profiles_run():
+    rtl = front_end(interpolators=False)
+    assert rtl.read("CONFIG") == 5 | 8 << 4 | 100 << 8
+    rtl.line(5, 5)
+    rtl.clock(1000)
+    for name in ("SOURCE", "PATH_FEED", "PATH_STATUS"):
+        assert rtl.read(name) == 0
+    assert len(rtl.edges().clock) == 0
+    rtl.run({0: [Record(FIRST | LAST, 100, 16 * 500_000 << 32, 0, 0)]}, LIMIT)
+    assert positions(rtl) == [50, 0, 0, 0, 0]
+
+
+def test_no_command__no_interrupt_missing():
+    rtl = front_end()
+    assert rtl.wait_for_irq(10) == 0
+    rtl.line(1, 0)
+    with pytest.raises(MotionError, match="no interrupt"):
+        rtl.wait_for_irq(PERIOD // 2)
