@@ -88,6 +88,21 @@ ISA_CASES = {
         "fma_pipes = 3",
         "configuration.fast: fma_pipes is 3",
     ),
+    "interval of no unit": (
+        "intervals = { divsqrt = 7 }",
+        "intervals = { divide = 7 }",
+        "configuration.small: unknown unit of an interval 'divide'",
+    ),
+    "interval of no cycle": (
+        "intervals = { divsqrt = 7 }",
+        "intervals = { divsqrt = 0 }",
+        "configuration.small: interval 0 of unit divsqrt is not 1 or more cycles",
+    ),
+    "interval no number": (
+        "intervals = { divsqrt = 7 }",
+        'intervals = { divsqrt = "7" }',
+        "configuration.small: interval '7' of unit divsqrt is not 1 or more cycles",
+    ),
     "unit bank": ('bank = "pipe"', 'bank = "D"', "unit.fma: unknown bank 'D'"),
     "two latencies": (
         "latency = 3",

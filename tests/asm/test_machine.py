@@ -34,6 +34,17 @@ def cycles(bundles, machine=FAST):
     return [issue.cycle for issue in machine.issue_cycles(bundles)]
 
 
+def test_divider__differs_between_configurations__spaces_divisions_in_small_only():
+    divisions = [
+        Bundle([Operation("fdiv", c(i), Register("K", 0), Register("K", 1))]) for i in (0, 1)
+    ]
+    interval = SMALL.units["divsqrt"].interval
+    assert interval > 1 and FAST.units["divsqrt"].interval == 1
+    assert cycles(divisions, SMALL) == [0, interval]
+    assert SMALL.issue_cycles(divisions)[1].unit == interval - 1
+    assert cycles([fast(aux=bundle.slots[0]) for bundle in divisions]) == [0, 1]
+
+
 def test_latencies__are_those_of_the_rtl_package():
     assert FAST.units["fma"].latency == fp_latencies()["FP_FMA_LATENCY"]
     assert FAST.units["sincos"].latency == fp_latencies()["FP_SINCOS_LATENCY"]
