@@ -326,7 +326,7 @@ def _draw_11(runs: dict[tuple[str, str, str], Response], output: Path) -> None:
         rows[row].set(ylabel="error [mm]", title=f"{'abc'[row]}) {case} feed-forward")
         if row == 2:
             rows[3].plot(run.t, run.jerk, lw=0.8, label=profile)
-    rows[0].set_title("a) no feed-forward")
+    rows[0].set_title("Figure 11 of seed 001, first-order loop: a) no feed-forward")
     rows[3].set(
         ylabel="jerk [m/s³]",
         title="slope of the current in case c), as the jerk of the drive",
@@ -334,7 +334,7 @@ def _draw_11(runs: dict[tuple[str, str, str], Response], output: Path) -> None:
     )
     for axis in rows:
         axis.grid(alpha=0.3)
-        axis.legend(loc="upper right")
+    rows[0].legend(loc="upper right")
     _save(plt, figure, output, FIG_11)
 
 

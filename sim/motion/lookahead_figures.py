@@ -66,7 +66,7 @@ def run(
 
 
 def figures(output: Path) -> dict[str, Any]:
-    """Draws the figures into the folder `output` (SVG) with `lookahead.json`; returns that."""
+    """Draws the figures into the folder `output` (SVG, PNG), writes `lookahead.json`, returns it."""
     output.mkdir(parents=True, exist_ok=True)
     base = LookaheadSettings()
     stepped = replace(base, limits=MachineLimits(jerk_limited=False))
@@ -113,6 +113,7 @@ def _pyplot() -> Any:
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
 
+    matplotlib.rcParams["svg.hashsalt"] = "lookahead"  # the same input gives the same file
     return plt
 
 
@@ -124,10 +125,15 @@ def _draw_path(file: Path, paths: dict[str, FloatArray], period: float) -> None:
         speed = np.linalg.norm(np.diff(points, axis=0), axis=1) / period
         right.plot(np.arange(len(speed)) * period, speed, linewidth=0.8, label=name)
     left.set(aspect="equal", xlabel="X [mm]", ylabel="Y [mm]")
+    left.set_title(f"{CHORDS} chords of a circle, F15000 (path of our choice)", fontsize=10)
     right.set(xlabel="time [s]", ylabel="tool speed [mm/s]")
-    right.legend()
+    right.set_title("figures 4 and 5 of seed 001: short lines, limited jerk", fontsize=10)
+    right.legend(loc="center right")
+    for axis in (left, right):
+        axis.grid(alpha=0.3)
     figure.tight_layout()
-    figure.savefig(file)
+    figure.savefig(file, metadata={"Date": None})
+    figure.savefig(file.with_suffix(".png"), dpi=110)
     plt.close(figure)
 
 
@@ -142,8 +148,12 @@ def _draw_corner(file: Path, views: dict[str, FloatArray]) -> None:
         ylim=(-0.005, 0.03),
         xlabel="X [mm]",
         ylabel="Y [mm]",
+        title="figure 6 of seed 001: a corner, set-points at 10 kHz",
     )
+    axis.set_xticks(SEED_CORNER_MM + np.arange(-0.03, 0.006, 0.01))
+    axis.grid(alpha=0.3)
     axis.legend()
     figure.tight_layout()
-    figure.savefig(file)
+    figure.savefig(file, metadata={"Date": None})
+    figure.savefig(file.with_suffix(".png"), dpi=110)
     plt.close(figure)
