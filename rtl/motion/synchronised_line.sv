@@ -65,6 +65,8 @@ module synchronised_line #(
     logic signed [Width-1:0] length;
     logic signed [Width+1:0] behind_q;
     logic [Width-1:0] ahead_q;
+    logic [Width:0] sum, operand;
+    logic turn, unused;
 
     assign length = lengths_i[Width*i+:Width];
 
@@ -76,13 +78,14 @@ module synchronised_line #(
       if (place_q && axis_q == 3'(i)) begin
         ahead_q  <= ahead;
         behind_q <= first_behind;
-      end else if (advance_i && ready_o) begin
-        if (step_o[i]) behind_q <= behind_q - $signed({1'b0, ahead_q, 1'b0});
-        else behind_q <= behind_q + $signed({1'b0, size_q[Width*i+:Width], 1'b0});
-      end
+      end else if (advance_i && ready_o) behind_q <= {sum, behind_q[0]};
     end
 
-    assign step_o[i] = ready_o && !behind_q[Width+1];
+    // D changes by an even number: one adder for both, with the carry of a subtraction.
+    assign turn    = !behind_q[Width+1];
+    assign operand = turn ? {1'b1, ~ahead_q} : {1'b0, size_q[Width*i+:Width]};
+    assign {sum, unused} = {behind_q[Width+1:1], 1'b1} + {operand, turn};
+    assign step_o[i]     = ready_o && turn;
   end
 
   assign ready_o    = left_q != '0;
