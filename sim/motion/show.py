@@ -24,7 +24,7 @@ from rich.table import Table
 
 from sim.harness.build import BuildError
 from sim.harness.motion_rtl import MotionError
-from sim.motion import drive_figures, goals, show_path, show_rtl
+from sim.motion import drive_figures, goals, lookahead_figures, show_path, show_rtl
 from sim.motion.drive_robot import PAYLOAD
 from sim.motion.planner_figures import Result, printed
 from sim.run import page
@@ -76,12 +76,22 @@ def read_lookahead(document: dict[str, Any]) -> list[Result]:
         steps, smooth = times["steps of acceleration"], times["jerk limited"]
         label, agrees = f"{name}, trapezoid", printed(text, steps)
         found.append(Result("5", label, "s", text, "stated", steps, agrees, LOOKAHEAD_PATH))
+        label, theirs = f"{name}, trapezoid, beside LinuxCNC", lookahead_figures.LINUXCNC[key]
+        faster = bool(steps <= theirs)
+        found.append(
+            Result("5", label, "s", f"<= {theirs}", "LinuxCNC", steps, faster, LOOKAHEAD_PATH)
+        )
         label = f"{name}, jerk-limited"
         found.append(Result("5", label, "s", "", "", smooth, True, LOOKAHEAD_PATH))
     for corner in document["figure 6"]:
         limit, ours = corner["P [mm]"], corner["apex of the set-points [mm]"]
         name, text = f"G64 P{limit:g}: apex of the set-points", f"<= {limit:g}"
         found.append(Result("6", name, "mm", text, "stated", ours, ours <= limit, LOOKAHEAD_CORNER))
+        theirs = lookahead_figures.LINUXCNC_APEX_MM[limit]
+        name, text = f"{name}, beside LinuxCNC", f"<= {theirs}"
+        found.append(
+            Result("6", name, "mm", text, "LinuxCNC", ours, ours <= theirs, LOOKAHEAD_CORNER)
+        )
     return found
 
 

@@ -72,7 +72,14 @@ def test_lookahead_document__becomes_rows__apex_beyond_p_differs():
         "figure 6": corners,
     }
     rows = show.rows_of("lookahead_figures", document)
-    assert [row["agrees"] for row in rows] == [False, True, True, True, True, False]
+    # Each time and apex beside the seed's and LinuxCNC's: 5.51 s and 5.1 um are beyond the seed's
+    # (and LinuxCNC's time), 5.1 um is within LinuxCNC's apex.
+    assert [row["agrees"] for row in rows] == [
+        *(False, False, True),
+        *(True, True, True),
+        *(True, True),
+        *(False, True),
+    ]
     assert {row["paper"] for row in rows} == {"001"}
     with pytest.raises(show.ShowError, match="lookahead_figures.figures: .* no 'figure 6'"):
         show.rows_of("lookahead_figures", {"figures 4 and 5": document["figures 4 and 5"]})

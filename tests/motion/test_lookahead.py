@@ -229,6 +229,24 @@ def test_stream__any_depth__gives_the_same_motion(seed):
     assert short == pytest.approx(duration(10**6), rel=2.0**-16)
 
 
+def test_stream__usual_depth__brakes_for_an_end_more_than_256_segments_ahead():
+    """Segments of 0.02 mm: from the feed of 0.25 m/s a stop takes more than 300 of them."""
+    way = 0.02
+    moves = [
+        Move(k, "", Motion.LINEAR, (x, 0.0, 600.0, 0.0, 0.0), (x + way, 0.0, 600.0, 0.0, 0.0), 15e3)
+        for k, x in enumerate((np.arange(2000) * way - 20).tolist(), start=1)
+    ]
+    limits = replace(MachineLimits(jerk_limited=False), leg=Limits(10.0, 100.0, 1e5))
+    points, _ = sampled(moves, replace(STEPS, limits=limits))
+    speed = np.linalg.norm(points.velocity[:, :3], axis=1)
+    assert speed.max() == pytest.approx(0.25, rel=2e-3)
+    left = moves[-1].end[0] / 1e3 - points.position[:, 0]
+    ahead = np.searchsorted(-left, -256 * way / 1e3)
+    # As fast there as a stop in the way left allows: nothing was held back, nothing came too late.
+    assert speed[ahead] == pytest.approx(math.sqrt(2 * 4.8 * MARGIN * left[ahead]), rel=1e-3)
+    assert 0.25**2 / (2 * 4.8) > 256 * way / 1e3
+
+
 def test_stream__depth_of_one_stretch__would_stop_without_look_ahead():
     cells = [Cell(1e-4, 0.25, 4.0)] * 1000
     stops = [item for cell in cells for item in (cell, Stop(0.0))]
