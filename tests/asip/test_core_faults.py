@@ -289,6 +289,9 @@ def test_watchdog__endless_loop__stops_after_the_stated_cycles(configuration):
         got = check_fault(program, "WATCHDOG", 0 if watchdog == 1 else 1)
         # stopped with the cycle after; two stages and the last write leave the pipeline
         assert watchdog < got.cycles <= watchdog + bench.PIPELINE
+    program.watchdog = 0
+    got = bench.run(program)
+    assert got.fault == "WATCHDOG" and 0 < got.cycles <= 1 + bench.PIPELINE
 
 
 @pytest.mark.parametrize("configuration", CONFIGURATIONS)
@@ -415,6 +418,27 @@ def test_outputs__before_the_first_run_and_after_reset__are_the_safe_values(conf
     assert set(bench.run(program).outputs.values()) == {GOOD_WORD}
     dut.reset()
     assert [dut.read(BLOCK["outputs"] + i) for i in range(2)] == safe
+
+
+@pytest.mark.parametrize("configuration", CONFIGURATIONS)
+def test_outputs__safe_values_written_after_any_number_of_runs__are_read_after_a_reset(
+    configuration,
+):
+    # runs fill two pages in turn: safe values must go to neither of them
+    program = good(configuration)
+    bench.load(program).reset()
+    for runs in (0, 1, 2):
+        dut = bench.load(program)
+        for _ in range(runs):
+            bench.run(program, loaded=True)
+        safe = [0x3E000000 + 16 * runs, 0x3E800000 + 16 * runs]
+        for index, word in enumerate(safe):
+            dut.write(BLOCK["safe"] + index, word)
+        dut.clock(2)
+        if runs:
+            assert [dut.read(BLOCK["outputs"] + i) for i in range(2)] == [GOOD_WORD] * 2
+        dut.reset()
+        assert [dut.read(BLOCK["outputs"] + i) for i in range(2)] == safe
 
 
 @pytest.mark.parametrize("configuration", CONFIGURATIONS)
