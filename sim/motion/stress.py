@@ -29,7 +29,7 @@ from sim.motion.lookahead_check import ROUNDING, Deviation, demand
 TOLERANCES = (0.0, math.inf, 1e-6, 0.001, 0.005, 0.01, 0.025, 0.1, 1.0)  # P [mm]
 LOW = np.array([-140.0, -140.0, 460.0, -80.0, -1e4])
 HIGH = np.array([140.0, 140.0, 740.0, 80.0, 1e4])
-DEPTHS = (2, 5, DEPTH)
+DEPTHS = (2, DEPTH, DEPTH, DEPTH, 5, DEPTH, DEPTH, DEPTH)  # of one program after the other
 FIRST, MOVES = 1000, 40  # number of the first program, moves of each
 VIOLATION = 1.001  # of a limit
 
@@ -124,7 +124,7 @@ def program(seed: int, settings: LookaheadSettings, count: int = MOVES) -> Outco
 
 
 def programs(first: int, count: int, robot: Robot | None = None) -> Iterator[Outcome]:
-    """Programs first .. first + count - 1, in turn at depths of 2 and 5 moves and the usual one."""
+    """Programs first .. first + count - 1, some at depths of 2 and 5 moves (DEPTHS)."""
     settings = LookaheadSettings(robot=robot or Robot.load())
     for seed in range(first, first + count):
         yield program(seed, replace(settings, depth=DEPTHS[seed % len(DEPTHS)]))
