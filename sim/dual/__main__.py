@@ -15,7 +15,7 @@ import numpy as np
 from rich.console import Console
 
 from asip_asm.diagnostics import AssemblyError
-from asip_asm.isa import default_isa
+from asip_asm.isa import IsaError, default_isa
 from sim.dual.loop import Loop, Stretch, follow, stretches_of
 from sim.dual.moves import PathNotSuitedError, moves_of
 from sim.dual.report import NOMINAL_CLOCKS, PageError, publish, results, tables, write
@@ -43,7 +43,7 @@ def _single_core(robot: Robot, path: SetPoints, console: Console) -> dict[str, f
         data = json.loads(SINGLE.read_text(encoding="utf-8"))
         if data["ticks"] == len(path):
             return data["tracking"]["optimised"]
-    controller = AsipController(program("tracking_optimised", "fast"))
+    controller = AsipController(program("tracking_optimised", "fast"), intermediates=False)
     with TickProgress(console) as bars:
         bars.add("one processor", len(path))
         recording = closed_loop.run(
@@ -53,12 +53,11 @@ def _single_core(robot: Robot, path: SetPoints, console: Console) -> dict[str, f
     return vars(closed_loop.tracking_error(robot, path, desired, recording))
 
 
-def _one_core(loop: Loop, configuration: str, console: Console) -> dict[str, int]:
+def _one_core(loop: Loop, alone: AsipController, console: Console) -> dict[str, int]:
     """One core alone, given the words handed over and the counts seen: how many answers are equal.
 
     Its program keeps states, so that a set-point that came a period early or late would show.
     """
-    alone = AsipController(program("tracking_optimised", configuration), intermediates=False)
     rows = loop.ticks[: loop.done]
     path = SetPoints.from_words(rows["set_point"])
     with TickProgress(console) as bars:
@@ -91,6 +90,8 @@ def run(arguments: argparse.Namespace, console: Console) -> None:
     controller = TwoProcessors(
         moves, arguments.period, trajectory=arguments.trajectory, tracking=arguments.tracking
     )
+    # Made here: a source that changes during a long run shall not end it.
+    alone = AsipController(program("tracking_optimised", arguments.tracking), intermediates=False)
     begin = time.perf_counter()
     file: Path = arguments.output / "results.json"
     repeated: list[Stretch] = []
@@ -99,7 +100,7 @@ def run(arguments: argparse.Namespace, console: Console) -> None:
     def figures() -> dict[str, Any]:
         data = {
             "path": arguments.gcode.name,
-            "whole_path": len(path) == int(trajectory.first_ticks[-1]),
+            "whole_path": len(path) == len(set_points(trajectory, None)),
         }
         data |= results(robot, path, desired, loop, repeated)
         data["simulation"] = {
@@ -134,7 +135,7 @@ def run(arguments: argparse.Namespace, console: Console) -> None:
         raise
     data = figures()
     write(file, data)
-    data["one_core"] = _one_core(loop, arguments.tracking, console)
+    data["one_core"] = _one_core(loop, alone, console)
     if data["tracking"]:
         data["tracking_single_core"] = _single_core(robot, path, console)
     write(file, data)
@@ -228,7 +229,7 @@ def main(argv: list[str] | None = None) -> int:
     except PathNotSuitedError as error:
         console.print(f"{arguments.gcode}: {error}", markup=False, highlight=False)
         return 1
-    except (BuildError, ControllerFault, AsipError, OSError) as error:
+    except (BuildError, ControllerFault, AsipError, IsaError, OSError) as error:
         console.print(f"error: {error}", markup=False, highlight=False)
         return 1
     return 0

@@ -176,10 +176,13 @@ def _timing(data: dict[str, Any]) -> Iterator[tuple[str, ...]]:
 
 
 def _tracking(data: dict[str, Any]) -> Iterator[tuple[str, ...]]:
-    """Deviation, two processors, one processor."""
+    """Deviation, two processors, one processor; 'not run' where a run has ended before."""
     for name, scale, unit in TRACKING:
-        both = (data[key][name] * scale for key in ("tracking", "tracking_single_core"))
-        yield (f"{name} [{unit}]", *(f"{value:.4f}" for value in both))
+        both = (data.get(key) for key in ("tracking", "tracking_single_core"))
+        yield (
+            f"{name} [{unit}]",
+            *(f"{errors[name] * scale:.4f}" if errors else "not run" for errors in both),
+        )
 
 
 def _events(data: dict[str, Any]) -> Iterator[tuple[str, str]]:
@@ -228,7 +231,7 @@ def tables(data: dict[str, Any]) -> Iterator[Table]:
         handed.add_row(name, f"{value:.3g}", unit)
     yield handed
 
-    if data["tracking"] and data.get("tracking_single_core"):
+    if data["tracking"]:
         tracking = Table(title="largest tracking error after 50 ms")
         for head in ("", "two processors", "one processor"):
             tracking.add_column(head, justify="right")
