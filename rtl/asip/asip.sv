@@ -448,6 +448,12 @@ module asip #(
       .read_data_i     (host_memory)
   );
 
+`ifndef SYNTHESIS
+  if (Slots == 1 && FmaPipes != 1) begin : gen_check_pipes
+    $error("asip: one slot serves one multiply-add pipe");
+  end
+`endif
+
   // ================================================================ trace
   assign trace_issue_o = issue;
   assign trace_pc_o    = pc_d;
