@@ -12,6 +12,7 @@ import numpy as np
 from scripts.synth_unit import sources_of
 from sim.harness.build import ROOT, build_library
 
+FOLDERS = (ROOT / "rtl",)  # where its sources stand; tests put changed copies first
 PLANES = {"xy": 0, "zx": 1, "yz": 2}
 LONGEST = 1 << 24  # steps of a job
 
@@ -19,10 +20,10 @@ LONGEST = 1 << 24  # steps of a job
 class InterpolatorRtl:
     """One interpolator. Steps come as (n, 3) arrays of -1, 0, 1 in x, y, z."""
 
-    def __init__(self, folder: Path = ROOT / "rtl") -> None:
+    def __init__(self) -> None:
         top = "step_interpolator"
         harness = Path(__file__).with_name("interpolator_harness.cpp")
-        lib = ctypes.CDLL(str(build_library(top, sources_of(top, [folder]), harness)))
+        lib = ctypes.CDLL(str(build_library(top, sources_of(top, FOLDERS), harness)))
         lib.interpolator_new.restype = ctypes.c_void_p
         lib.interpolator_delete.argtypes = [ctypes.c_void_p]
         lib.interpolator_run.restype = ctypes.c_uint64

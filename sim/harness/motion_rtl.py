@@ -18,6 +18,7 @@ from sim.motion.pulse_records import Record
 
 TOP = "motion_front_end"
 REGMAP = load_register_map(ROOT / "rtl/motion/regmap.toml")
+FOLDERS = (ROOT / "rtl",)  # where its sources stand; tests put changed copies first
 CLOCK_HZ = 100_000_000
 RECORDS = 8  # in the ring of an axis
 
@@ -49,7 +50,7 @@ class MotionRtl:
     def __init__(self, interpolators: bool = True) -> None:
         path = build_library(
             TOP,
-            sources_of(TOP),
+            sources_of(TOP, FOLDERS),
             Path(__file__).with_name("motion_harness.cpp"),
             {"Interpolators": int(interpolators)},
         )

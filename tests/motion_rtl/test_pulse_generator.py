@@ -6,7 +6,6 @@ from __future__ import annotations
 import ctypes
 import os
 from fractions import Fraction
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,14 +15,15 @@ from sim.harness.build import ROOT, build_library
 
 MODULUS = 16 * 100_000_000
 HALF = MODULUS // 2
+FOLDERS = (ROOT / "rtl",)  # where its source stands; test_mutants.py puts changed copies first
 SEED = int(os.environ.get("SEED", "1"))
 
 
 class Generator:
     """One pulse generator at 100 MHz, out of reset."""
 
-    def __init__(self, folder: Path | None = None) -> None:
-        sources = sources_of("pulse_generator", [folder] if folder else [ROOT / "rtl"])
+    def __init__(self) -> None:
+        sources = sources_of("pulse_generator", FOLDERS)
         harness = ROOT / "sim/harness/pulse_harness.cpp"
         self.lib = ctypes.CDLL(str(build_library("pulse_generator", sources, harness)))
         self.lib.pulses_new.restype = ctypes.c_void_p
