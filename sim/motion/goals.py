@@ -305,6 +305,27 @@ def corners(counts: Counts) -> Measured:
     return f"{worst:.4f} P at most", worst <= 1.0
 
 
+def derivatives(counts: Counts) -> Measured:
+    """Velocities and accelerations of set-points against differences of their positions.
+
+    By Taylor a central difference misses a velocity by J T^2 / 6 at most, a second difference an
+    acceleration by J T / 3; here as parts of these, J the limit of the jerk.
+    """
+    settings, worst = LookaheadSettings(), 0.0
+    period, limits = settings.period, settings.limits
+    jerk = np.array([limits.tool.jerk] * 3 + [limits.table.jerk] * 2)
+    for seed in range(10):
+        blocks = list(Lookahead(iter(stress.random_moves(seed, 20)), settings).setpoints())
+        q, v, a = (
+            np.concatenate([getattr(block, name) for block in blocks])
+            for name in ("position", "velocity", "acceleration")
+        )
+        first = np.abs((q[2:] - q[:-2]) / (2 * period) - v[1:-1]) / (jerk * period**2 / 6)
+        second = np.abs(np.diff(q, 2, axis=0) / period**2 - a[1:-1]) / (jerk * period / 3)
+        worst = max(worst, float(first.max()), float(second.max()))
+    return f"every {period * 1e6:.0f} us; {worst:.3f} of Taylor's bound", worst <= 1.0
+
+
 class _Campaign:
     """The random programs, run once for the rows that need them."""
 
@@ -446,7 +467,9 @@ def _features(
         ("pulse count, position at <= 40 kHz", "not stated", "0 lost, <= 0.04 pulses", slow_pulses,
          full + "a_billion_pulses"),
         ("sizes of pulse, velocity block, front-end", "152; 2330; 3037 LUT (one axis)",
-         "<= 100; <= 400; <= 3000 LUT (five axes)", None, "make synth"),
+         "<= 100; <= 400; <= 3000 LUT (five axes)", None,
+         ".venv/bin/python scripts/synth_unit.py pulse_generator velocity_control "
+         "motion_front_end"),
         ("line in steps", "half-step extrapolation", "per axis <= 0.5; across <= 0.7071 / 0.5",
          lines, "make test T=test_line__"),
         ("circle in steps", "figures only", "radial <= 0.7071 / 0.5, closes", circles,
@@ -462,12 +485,14 @@ def _features(
          "make test T=test_corner"),
         ("corner of 90 degrees, P 0.1 mm, 4.8 m/s2", "-", ">= 31.6 mm/s", corner_speed,
          "make test T=test_corner"),
-        ("limits of tool, legs, table", "-", "0 programs above 1.001", violations,
-         ".venv/bin/python -m sim.motion.stress --count 10000"),
+        ("limits of tool, legs, table; half in five axes", "XYZ only", "0 programs above 1.001",
+         violations, ".venv/bin/python -m sim.motion.stress --count 10000"),
         ("path and corners of random programs", "-", "within P", random_p,
          ".venv/bin/python -m sim.motion.stress --count 10000"),
         ("tiny, empty, repeated moves, tiny P", "-", "no stall in 1e6 paths", odd,
          ".venv/bin/python -m sim.motion.stress --odd --count 1000000"),
+        ("set-points: position, velocity, acceleration", "1 ms",
+         "10 kHz, derivatives of each other", derivatives, "make test T=test_set_points"),
         ("look-ahead", "n segments", ">= 256 segments, >= 2000/s, constant work", throughput,
          "make test T=test_stream"),
         ("G64 program on five step axes (RTL)", "-", "0 steps off at the end; <= 1 on the way",

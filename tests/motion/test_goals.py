@@ -80,7 +80,7 @@ def test_goals__worse_than_asked__are_not_met(alone, monkeypatch):
     found = {goal.feature: goal for goal in goals.table(rows(False), TINY, lambda name: None)}
     assert {name for name, goal in found.items() if goal.met is False} >= {
         "G64 P: 1, 5, 10, 25, 100 um",
-        "limits of tool, legs, table",
+        "limits of tool, legs, table; half in five axes",
         "G64 program on five step axes (RTL)",
         "robot on AGH, 2 m/min: law; drives",
     }
