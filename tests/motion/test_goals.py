@@ -129,3 +129,21 @@ def test_command__results__are_written_between_the_marks(tmp_path):
     target.write_text(f"before\n{goals.BEGIN}\n{goals.END}\nbehind\n")
     assert goals.main(["--results", str(file), "--page", str(target)]) == 0
     assert "| a feature | - | 1 | 1.5 | **not met** | `make motion` |" in target.read_text()
+
+
+def test_command__measure__takes_the_figures_there_are_and_stores_the_goals(tmp_path, monkeypatch):
+    file, target = tmp_path / "results.json", tmp_path / "page.md"
+    file.write_text(json.dumps({"full": False, "figures": rows(), "goals": []}))
+    target.write_text(f"{goals.BEGIN}\n{goals.END}\n")
+    goal = goals.Goal("a feature", "-", "1", "1.5", True, "make motion")
+    seen = []
+
+    def table(figures, counts, report):
+        seen.append((figures, counts))
+        return [goal]
+
+    monkeypatch.setattr(goals, "table", table)
+    assert goals.main(["--measure", "--results", str(file), "--page", str(target)]) == 0
+    assert seen == [(rows(), goals.Counts())]
+    assert json.loads(file.read_text())["goals"] == goals.document([goal])
+    assert "| a feature |" in target.read_text()
