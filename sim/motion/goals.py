@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the front-end is to do, feature by feature, beside what it does: measured by `make motion`.
 
-    python -m sim.motion.goals             writes the last table of `make motion` into docs/motion.md
-    python -m sim.motion.goals --measure   measures the goals again first, with the figures there are
+    python -m sim.motion.goals              writes the table of the last run into docs/motion.md
+    python -m sim.motion.goals --measure    measures the goals again first, with its figures
 
 Every value comes from a run: of the module named, of the RTL, or of the figures of `make motion`.
 A feature that takes too long for that has no value here; its command measures it.
