@@ -175,7 +175,7 @@ module asip_issue_single (
 
   // Whether `later`, issued in the cycle after `first`, wants bank C's port in the same cycle.
   function automatic logic port_clash(input asip_pkg::decoded_t later,
-                                             input asip_pkg::decoded_t first);
+                                      input asip_pkg::decoded_t first);
     port_clash = 1'b0;
     for (int unsigned r = Announced; r < DivPlace; r++) begin
       port_clash = port_clash || (places(later, r) && places(first, r + 1));
@@ -265,8 +265,8 @@ module asip_issue_single (
   end
 
   // ---- divisions in flight: a ring
-  assign div_next   = {div_next_q[Divs-2:0], div_next_q[Divs-1]};
-  assign div_oldest = {div_oldest_q[Divs-2:0], div_oldest_q[Divs-1]};
+  assign div_next   = (div_next_q << 1) | (div_next_q >> (Divs - 1));
+  assign div_oldest = (div_oldest_q << 1) | (div_oldest_q >> (Divs - 1));
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
