@@ -2,7 +2,7 @@
 // path_control: lines and arcs in whole steps, from commands to the axes that take their steps from here.
 // Contract: words (layout below) and then a command; with pending_o low the next ones may be written, and
 // follow the running one without a gap. A command is looked at before it moves anything: what is wrong
-// sets a fault (path_fault bits below), and nothing starts until clear_i. A step is made every `period`
+// sets a fault (bits below), and nothing starts until clear_i. A step is made every `period`
 // clocks, or with period 0 at every pulse of an axis, so a planned profile is the speed along the path.
 // A wrong access is refused with FaultOrder or FaultFeed; an overrun of an axis stops the path at once.
 module path_control #(
@@ -39,8 +39,8 @@ module path_control #(
   // length of axis n in n. A word never written counts as out of range.
   localparam int unsigned Words = (Axes > 5) ? Axes : 5;
   localparam logic [1:0] LINE = 2'd0, ARC = 2'd1, ALL_AXES = 2'd2;
-  // Smallest period: an arc's step takes two clocks and a change of commands some more.
   localparam logic [7:0] THERE = 8'({Axes{1'b1}});
+  // Smallest period: an arc's step takes two clocks and a change of commands some more.
   localparam logic [23:0] SHORTEST = 24'd4;
   localparam int unsigned FaultKind = 0, FaultRange = 1, FaultCircle = 2, FaultAxis = 3, FaultFeed = 4,
                           FaultOrder = 5, FaultOverrun = 6;
@@ -245,8 +245,10 @@ module path_control #(
     else if (!due && advance) due_q <= due_q - 1'b1;
   end
 
+  // A shorter period than what is left counts from now.
   always_ff @(posedge clk_i)
-    period_q <= (!running_q || period_q == '0) ? feed_q[23:0] - 1'b1 : period_q - 1'b1;
+    period_q <= ((!running_q || period_q == '0 || period_q >= feed_q[23:0]) ? feed_q[23:0] : period_q)
+                - 1'b1;
 
   // ---- the interpolators; a stop resets them, from a register as every reset
   logic alive_nq;

@@ -182,9 +182,25 @@ def test_period__every_step_in_its_clock__and_changed_under_way():
     rtl.line(100, 0)
     rtl.clock(10_500)
     rtl.write("PATH_FEED", 50)
+    rtl.clock(500)
+    rtl.write("PATH_FEED", 200)
     rtl.wait_for_irq(LIMIT)
-    gaps = np.diff(rtl.edges().pulses(0))
-    assert set(gaps.tolist()) == {1000, 50} and (gaps == 50).sum() > 80
+    gaps = np.diff(rtl.edges().pulses(0)).tolist()
+    slow, fast = gaps.index(50), gaps.index(200)
+    assert gaps[: slow - 1] == [1000] * (slow - 1) and slow > 5
+    assert 50 < gaps[slow - 1] < 1000, "the shorter period counts from the write"
+    assert gaps[slow:fast] == [50] * (fast - slow) and fast - slow > 5
+    assert gaps[fast:] == [200] * (99 - fast)
+
+
+def test_feed_back_from_a_profile_to_a_period__goes_on_at_once():
+    rtl = front_end(source=0b00011)
+    rtl.write("PATH_FEED", 4 << 24)
+    rtl.line(30, 0)
+    rtl.clock(1000)
+    rtl.write("PATH_FEED", PERIOD)
+    rtl.clock(35 * PERIOD)
+    assert rtl.position(0) == 30
 
 
 def test_feed_from_a_profile__steps_in_the_pulses_clocks():
