@@ -26,14 +26,14 @@ module asip_aux #(
     output logic [31:0]        host_read_o
 );
 
-  logic           cmp_valid, i2f_valid, f2i_valid, sin_valid, load_valid;
+  logic           div_valid, cmp_valid, i2f_valid, f2i_valid, sin_valid, load_valid;
   logic [31:0]    div_result, cmp_result, i2f_result, f2i_result, sin_result, load_result;
   fp_pkg::flags_t div_flags, cmp_flags, i2f_flags, f2i_flags, sin_flags;
   logic           unused_sin_ready, unused_op;
 
-  // Zero while there is no result: the folded one is so by itself.
   if (FoldedDivider) begin : gen_folded
     logic unused_valid;
+    assign div_valid = 1'b1;  // its outputs are zero while there is no result
 
     fp_divsqrt_folded u_divsqrt (
         .clk_i,
@@ -47,10 +47,6 @@ module asip_aux #(
         .flags_o (div_flags)
     );
   end else begin : gen_pipelined
-    logic           valid;
-    logic [31:0]    result;
-    fp_pkg::flags_t flags;
-
     fp_divsqrt u_divsqrt (
         .clk_i,
         .rst_ni,
@@ -58,12 +54,10 @@ module asip_aux #(
         .sqrt_i  (op_i.sqrt),
         .a_i,
         .b_i,
-        .valid_o (valid),
-        .result_o(result),
-        .flags_o (flags)
+        .valid_o (div_valid),
+        .result_o(div_result),
+        .flags_o (div_flags)
     );
-    assign div_result = {32{valid}} & result;
-    assign div_flags  = {5{valid}} & flags;
   end
 
   fp_cmp u_cmp (
@@ -133,10 +127,10 @@ module asip_aux #(
       .host_read_o
   );
 
-  assign result_o = div_result | ({32{cmp_valid}} & cmp_result) |
+  assign result_o = ({32{div_valid}} & div_result) | ({32{cmp_valid}} & cmp_result) |
                     ({32{i2f_valid}} & i2f_result) | ({32{f2i_valid}} & f2i_result) |
                     ({32{sin_valid}} & sin_result) | ({32{load_valid}} & load_result);
-  assign flags_o = div_flags | ({5{cmp_valid}} & cmp_flags) |
+  assign flags_o = ({5{div_valid}} & div_flags) | ({5{cmp_valid}} & cmp_flags) |
                    ({5{i2f_valid}} & i2f_flags) | ({5{f2i_valid}} & f2i_flags) |
                    ({5{sin_valid}} & sin_flags);
 

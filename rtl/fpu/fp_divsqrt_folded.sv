@@ -135,7 +135,7 @@ module fp_divsqrt_folded (
   assign load = {valid_q[LoadSecond], valid_q[LoadFirst]};
 
   // Whether the digits of a clock count, of an operation with that exp, after so many clocks that
-  // could be left out: 2 skipped + 1 + exp >= 0.
+  // could be left out: 2 skipped + 2 + exp >= 0.
   function automatic logic enough(input logic [9:0] exp_of, input logic [3:0] skipped);
     logic [4:0] more;                   // places from high to low: what is skipped suffices
     more[0] = 1'b1;

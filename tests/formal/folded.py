@@ -1,0 +1,327 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Proofs of fp_divsqrt_folded: its start, every clock of the recurrence, rounding of its outcome.
+
+The invariant is that of `recurrence`, with the same integers: digits Q, remainder R, divisor D. The
+registers hold u and neg instead of R, in units twice as large:
+
+    R / 2 = u, or for neg: T - 1 - u            0 <= u < T
+    quotient: T = divisor = D / 2
+    root:     T = (2 Q + 1) 2^(25-k)            divisor = (4 Q + 2 neg + 1) 2^(24-k)
+
+(k digits known: the divisor of a root is |Q|neg|1|0..0|.) `folded_start` proves the values of clock
+2, `folded_clocks` that clocks 2 to 13 make two digits of it, or leave it as it is where digits are
+left out, `folded_rounded` that clocks 14 and 15 make the IEEE result of it. Assumed is what the
+contract states: no operation starts in the Interval - 1 clocks before and after.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from bitwuzla import Kind, Term
+
+from scripts.units_page import interval
+from tests.formal.catalogue import Case, Context, Fault, proof
+from tests.formal.ieee import Outcome
+from tests.formal.logic import Logic
+from tests.formal.netlist import Run
+from tests.formal.recurrence import ROOM, Operand, one_of, rounded_digits, square_step, times
+from tests.fpu.tb import package_constant
+
+UNIT, FILE = "fp_divsqrt_folded", "fpu/fp_divsqrt_folded.sv"
+INTERVAL = interval(UNIT)
+LATENCY = package_constant("FP_DIVSQRT_LATENCY")
+BEGIN, MOVE, FINAL = 2, 8, 14  # clocks: first digits, last ones of the first half, last ones
+
+
+def half_of(clock: int) -> int:
+    """Half that holds the operation in a clock."""
+    return int(clock > MOVE)
+
+
+def part(logic: Logic, run: Run, name: str, width: int, index: int, cycle: int) -> Term:
+    """Element of a packed array."""
+    return logic.bits(run.signal(name, cycle), width * (index + 1) - 1, width * index)
+
+
+def wide(logic: Logic, term: Term) -> Term:
+    """As a number of ROOM bits."""
+    return logic.extend(term, ROOM)
+
+
+def below(logic: Logic, root: bool, k: int, digits: Term, divisor: Term) -> Term:
+    """T: what u is below."""
+    if not root:
+        return divisor
+    return logic.shl(logic.add(times(logic, digits, 2), logic.bv(ROOM, 1)), 25 - k)
+
+
+class State:
+    """Registers of a half as numbers of ROOM bits, the remainder R in the units of `recurrence`."""
+
+    def __init__(self, logic: Logic, run: Run, half: int, cycle: int, root: bool, k: int) -> None:
+        name = ("digits_first_q", "digits_q")[half]
+        self.digits = wide(logic, run.signal(name, cycle))
+        self.u = wide(logic, part(logic, run, "u_q", 26, half, cycle))
+        self.neg = wide(logic, part(logic, run, "neg_q", 1, half, cycle))
+        self.divisor = wide(logic, part(logic, run, "divisor_q", 26, half, cycle))
+        self.invariant = invariant(logic, root, k, self.digits, self.u, self.neg, self.divisor)
+        self.remainder = remainder(logic, root, k, self.digits, self.u, self.neg, self.divisor)
+
+    def same(self, logic: Logic, other: State) -> Term:
+        """All registers equal."""
+        pairs = zip(vars(self).items(), vars(other).values(), strict=True)
+        return logic.all(*(logic.eq(x, y) for (name, x), y in pairs if name != "invariant"))
+
+
+def invariant(
+    logic: Logic, root: bool, k: int, digits: Term, u: Term, neg: Term, divisor: Term
+) -> tuple[Term, ...]:
+    """What holds of the registers with k digits, or fewer of a quotient."""
+    top = below(logic, root, k, digits, divisor)
+    bounds = (logic.ult(digits, 1 << k), logic.ult(u, top), logic.ule(neg, logic.bv(ROOM, 1)))
+    if root:
+        tail = logic.add(times(logic, digits, 4), times(logic, neg, 2), logic.bv(ROOM, 1))
+        return (*bounds, logic.eq(divisor, logic.shl(tail, 24 - k)))
+    return (*bounds, logic.ule(logic.bv(ROOM, 1 << 25), divisor), logic.ult(divisor, 1 << 26))
+
+
+def remainder(
+    logic: Logic, root: bool, k: int, digits: Term, u: Term, neg: Term, divisor: Term
+) -> Term:
+    """R, in units of 2^-26."""
+    top = below(logic, root, k, digits, divisor)
+    restored = logic.sub(logic.sub(top, logic.bv(ROOM, 1)), u)
+    return logic.shl(logic.ite(logic.eq(neg, 1), restored, u), 1)
+
+
+def alone(logic: Logic, run: Run, clocks: range) -> tuple[Term, ...]:
+    """No operation starts in these clocks, relative to clock 0 of the run."""
+    before = [k for k in range(1, INTERVAL) if -k in clocks]
+    none = [
+        logic.no(logic.bit(run.signal(name, 0), k - 1))
+        for name in ("valid_q", "root_q")
+        for k in before
+    ]
+    return (*none, *(logic.eq(run.input("valid_i", t), 0) for t in clocks if t > 0))
+
+
+def others(logic: Logic, run: Run, clock: int) -> tuple[Term, ...]:
+    """In this clock of an operation no other one uses its half or enters it."""
+    first, last = (BEGIN, MOVE) if clock <= MOVE else (MOVE + 1, FINAL)
+    loads = () if clock == MOVE else (BEGIN - 1,) if clock < MOVE else (MOVE,)
+    empty = [k for k in range(first, last + 1) if k != clock]
+    empty += range(MOVE + 1, FINAL + 1) if clock == MOVE else ()
+    valid, roots = (run.signal(name, 0) for name in ("valid_q", "root_q"))
+    free = [logic.no(logic.bit(roots, k - 1)) for k in empty]
+    free += [logic.no(logic.bit(valid, k - 1)) for k in (*empty, *loads)]
+    return (logic.bit(valid, clock - 1), *free)
+
+
+@proof(
+    UNIT,
+    "operands enter the recurrence normalised, root and quotient: first remainder, divisor, no "
+    "digits; the exponent of digit 0",
+    "all finite operands that are not zero, no operation closer than the interval",
+    (Fault(FILE, "|| exponent_q[0];", "|| !exponent_q[0];"),),
+    quick=True,
+)
+def folded_start(ctx: Context) -> Iterator[Case]:
+    logic, run = ctx.logic, ctx.run(UNIT)
+    a, b, sqrt = (run.input(name) for name in ("a_i", "b_i", "sqrt_i"))
+    first, second = Operand(logic, a), Operand(logic, b)
+    for root in (False, True):
+        used = (a,) if root else (a, b)
+        assume = [
+            logic.eq(sqrt, int(root)),
+            ctx.ieee.finite(*used),
+            logic.eq(run.input("valid_i"), 1),
+        ]
+        assume += [logic.no(ctx.ieee.zero(x)) for x in used]
+        assume += alone(logic, run, range(1 - INTERVAL, INTERVAL))
+        state = State(logic, run, 0, BEGIN, root, 0)
+        start = first.radicand(logic) if root else logic.shl(wide(logic, first.significand), 2)
+        divisor = logic.shl(wide(logic, second.significand), 2)
+        exponent = part(logic, run, "exp_q", 10, 0, BEGIN + 1)
+        expected = logic.sub(logic.add(first.exponent, logic.bv(12, 126)), second.exponent)
+        if root:  # exponents are 512 too large
+            doubled = logic.add(logic.sub(first.exponent, logic.bv(12, 512)), logic.bv(12, 125))
+            expected = logic.op(Kind.BV_ASHR, doubled, logic.bv(12, 1))
+        claim = [*state.invariant, logic.eq(state.remainder, start), logic.eq(state.digits, 0)]
+        claim += [
+            logic.eq(state.divisor, logic.bv(ROOM, 1 << 24) if root else divisor),
+            logic.eq(logic.sign_extend(exponent, 12), expected),
+            logic.eq(logic.bits(run.signal("root_q", BEGIN), BEGIN - 1, BEGIN - 1), sqrt),
+            logic.bit(run.signal("valid_q", BEGIN), BEGIN - 1),
+        ]
+        name = "root" if root else "quotient"
+        yield Case(name, logic.all(*claim), tuple(assume), {"a": a, "b": b})
+
+
+@proof(
+    UNIT,
+    "clocks 2 to 13 keep the invariant of the recurrence: two new digits and 4 R = step(Q, digits) "
+    "+ R', or nothing changes where digits are left out: in the clocks before 2 p + exp >= 0 of "
+    "clock p + 2, clock 8 apart, in the second half one later",
+    "all states that meet the invariant",
+    (
+        Fault(FILE, "| (place & {26{!neg_first[h]}})", ""),
+        Fault(FILE, "valid_q[9] || valid_q[11] || valid_q[13]};", "valid_q[9] || valid_q[11]};"),
+    ),
+    timeout=600,
+)
+def folded_clocks(ctx: Context) -> Iterator[Case]:
+    logic, run = ctx.logic, ctx.run(UNIT)
+    for clock in range(BEGIN, FINAL):
+        now_half, then_half, k = half_of(clock), half_of(clock + 1), 2 * (clock - BEGIN)
+        exponent = logic.sign_extend(part(logic, run, "exp_q", 10, then_half, 1), 12)
+        places = k if clock <= MOVE else k - 2
+        runs = logic.sle(logic.bv(12, 0), logic.add(exponent, logic.bv(12, places)))
+        if clock == MOVE:
+            runs = logic.true()
+        for root in (False, True):
+            now = State(logic, run, now_half, 0, root, k)
+            then = State(logic, run, then_half, 1, root, k + 2)
+            new = logic.bits(then.digits, 1, 0)
+            if root:
+                steps = [square_step(logic, now.digits, digit, k) for digit in range(4)]
+            else:
+                double = logic.shl(now.divisor, 1)
+                steps = [times(logic, double, digit) for digit in range(4)]
+            step = one_of(logic, new, steps)
+            made = logic.all(
+                *then.invariant,
+                logic.eq(then.digits, logic.add(logic.shl(now.digits, 2), wide(logic, new))),
+                logic.eq(logic.shl(now.remainder, 2), logic.add(step, then.remainder)),
+                logic.true() if root else logic.eq(then.divisor, now.divisor),
+            )
+            claim = made if root else logic.ite(runs, made, now.same(logic, then))
+            at, after = (run.signal("root_q", cycle) for cycle in (0, 1))
+            claim = logic.all(claim, logic.eq(logic.bits(after, clock, clock), int(root)))
+            assume = [*now.invariant, *others(logic, run, clock)]
+            assume += [logic.eq(logic.bits(at, clock - 1, clock - 1), int(root))]
+            if root:
+                assume.append(logic.sle(logic.bv(12, 0), exponent))
+            show = {
+                "Q": now.digits,
+                "u": now.u,
+                "D": now.divisor,
+                "exp": exponent,
+                "Q'": then.digits,
+            }
+            yield Case(
+                f"{'root' if root else 'quotient'}, clock {clock}", claim, tuple(assume), show
+            )
+
+
+@proof(
+    UNIT,
+    "result and flags are the quotient or root, rounded as IEEE 754 states, of which the "
+    "recurrence gives the digits; its state in clock 14 is abstracted to the invariant; no "
+    "quotient has 24 leading ones and a remainder",
+    "all operands, no operation closer than the interval",
+    (
+        Fault(FILE, "10'h3e8;", "10'h3e7;"),
+        Fault(FILE, "|| (zero_q && zero)\n", "\n"),
+        Fault(FILE, "neg_q[1] ? (u_q[1] ^ carry) == divisor_q[1] :", "neg_q[1] ? 1'b0 :"),
+    ),
+    timeout=900,
+)
+def folded_rounded(ctx: Context) -> Iterator[Case]:
+    logic = ctx.logic
+    yield from ones(logic)
+    for root in (False, True):
+        name = "root" if root else "quotient"
+        for special in (True, False):
+            run = ctx.run(UNIT)
+            digits, u, divisor = (logic.free(n, x) for n, x in ((25, "Q"), (26, "u"), (26, "D")))
+            neg = logic.free(1, "neg")
+            if not special:
+                for register, width, term in (
+                    ("u_q", 26, u),
+                    ("neg_q", 1, neg),
+                    ("divisor_q", 26, divisor),
+                ):
+                    run.replace(register, 2 * width - 1, width, FINAL, term)
+                run.replace("digits_q", 24, 0, FINAL, digits)
+            q, w, n, d = (wide(logic, term) for term in (digits, u, neg, divisor))
+            r = remainder(logic, root, 24, q, w, n, d)
+            operation = [
+                logic.eq(run.input("sqrt_i"), int(root)),
+                logic.eq(run.input("valid_i"), 1),
+                *alone(logic, run, range(1 - INTERVAL, INTERVAL)),
+            ]
+            kept = logic.bits(digits, 23, 0)
+            if root:
+                outcome, ordinary, given = rounded_digits(
+                    ctx, True, run, kept, r, q, logic.add(times(logic, q, 8), logic.bv(ROOM, 2))
+                )
+                given = [given[-1]]
+            else:
+                outcome, ordinary, given = quotient(ctx, run, kept, r, q, logic.shl(d, 1))
+            given += invariant(logic, root, 24, q, w, n, d)
+            if special:
+                assume = (*operation, logic.no(ordinary))
+                yield ctx.check(f"{name}, special operands", run, LATENCY, outcome, assume)
+            else:
+                assume = (*operation, ordinary, *given)
+                yield ctx.check(name, run, LATENCY, outcome, assume)
+
+
+def quotient(
+    ctx: Context, run: Run, digits: Term, r: Term, q: Term, d: Term
+) -> tuple[Outcome, Term, list[Term]]:
+    """As `rounded_digits`, for a quotient of which clocks were left out: fewer than 24 digits."""
+    logic = ctx.logic
+    a, b = run.input("a_i"), run.input("b_i")
+    first, second = Operand(logic, a), Operand(logic, b)
+    steps = [times(logic, d, digit) for digit in range(4)]
+    new, taken = logic.bv(2, 0), steps[0]
+    for digit in range(1, 4):
+        fits = logic.ule(steps[digit], logic.shl(r, 2))
+        new = logic.ite(fits, logic.bv(2, digit), new)
+        taken = logic.ite(fits, steps[digit], taken)
+    exact = logic.eq(logic.shl(r, 2), taken)
+    magnitude = logic.cat(digits, new, logic.vector(logic.no(exact)))
+    ordinary = logic.all(ctx.ieee.finite(a, b), *(logic.no(ctx.ieee.zero(x)) for x in (a, b)))
+    difference = logic.sub(logic.add(first.exponent, logic.bv(12, 512)), second.exponent)
+    # Digits missing: two for every two places that digit 0 is below the exponent 0, up to 22.
+    place = logic.sub(difference, logic.bv(12, 512 - 126))  # exp, signed
+    under = logic.add(logic.neg(place), logic.bv(12, 1))
+    pairs = logic.cat(logic.bits(under, 11, 1), logic.bv(1, 0))
+    missing = logic.ite(logic.sle(logic.bv(12, 0), place), logic.bv(12, 0), pairs)
+    missing = logic.ite(logic.sle(missing, logic.bv(12, 22)), missing, logic.bv(12, 22))
+    sign = logic.op(Kind.BV_XOR, logic.bits(a, 31, 31), logic.bits(b, 31, 31))
+    value = ctx.ieee.scaled(sign, magnitude, logic.add(difference, missing), -512 - 26)
+    known = logic.sub(logic.bv(12, 24), missing)
+    one = logic.bv(24, 1)
+    leading = logic.shl(one, logic.extend(logic.sub(known, logic.bv(12, 2)), 24))
+    all_ones = [
+        logic.all(logic.eq(place, 0), logic.eq(digits, (1 << 23) - 1), logic.bit(new, 1)),
+        logic.all(logic.eq(place, -1), logic.eq(digits, (1 << 22) - 1), logic.eq(new, 3)),
+    ]
+    given = [
+        logic.ule(leading, digits),
+        logic.eq(logic.shr(digits, logic.extend(known, 24)), 0),
+        logic.eq(d, logic.shl(wide(logic, second.significand), 3)),
+        logic.any(
+            logic.no(logic.any(*all_ones)),
+            logic.all(exact, logic.no(logic.all(logic.eq(place, 0), logic.bit(new, 0)))),
+        ),
+    ]
+    return ctx.ieee.quotient(a, b, value, sign), ordinary, given
+
+
+def ones(logic: Logic) -> Iterator[Case]:
+    """24 leading ones of a quotient leave no remainder."""
+    sa, sb = (logic.free(24, name) for name in ("sa", "sb"))
+    wa, wb, rest = wide(logic, sa), wide(logic, sb), logic.free(ROOM, "rest")
+    normal = (logic.bit(sa, 23), logic.bit(sb, 23))
+    filled = times(logic, wb, (1 << 24) - 1)
+    for zeros in (0, 1):
+        other = logic.ne(logic.add(filled, rest), logic.shl(wa, 23 + zeros))
+        yield Case(
+            f"24 ones of a quotient after {zeros} zeros: nothing is left",
+            logic.any(logic.eq(rest, 0), other),
+            (*normal, logic.ult(rest, wb)),
+        )
