@@ -1,8 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Every proof, in the order of the table in docs/formal.md."""
 
-from tests.formal import blocks, products, recurrence, sums, trigonometry
+from tests.formal import blocks, folded, products, recurrence, sums, trigonometry
 from tests.formal.catalogue import PROOFS
 from tests.formal_motion import drive
 
-__all__ = ["PROOFS", "blocks", "drive", "products", "recurrence", "sums", "trigonometry"]
+__all__ = [
+    "PROOFS",
+    "blocks",
+    "drive",
+    "folded",
+    "products",
+    "recurrence",
+    "sums",
+    "trigonometry",
+]
