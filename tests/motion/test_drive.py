@@ -130,6 +130,15 @@ def test_greatest_acceleration__is_that_of_theory(drive):
     assert greatest_acceleration(drive, 1e-4, 1.0, drive.lag / 2) > 1.5 * found
 
 
+def test_regulator_that_meets_the_load_step__lags_as_the_second_order_loop():
+    """I-P: dv/dw at s = 0 of (g / Ti) / (s^2 e^(D s) + g (s + 1 / Ti)) is -Ti."""
+    _, ti, _ = drive_servo.Servo(reading="i-p").regulator
+    drive = Drive(damping=SECOND)
+    assert ti == pytest.approx(drive.lag - drive.cycle, rel=0.1)
+    first = Drive()
+    assert ti != pytest.approx(first.lag - first.cycle, rel=0.3)
+
+
 def test_no_feed_forward__error_is_proportional_to_speed():
     for speed in (0.05, 0.125, 0.25):
         found = simulate(Drive(), ThereAndBack(speed=speed), 0.0, 0.0).peak_error
