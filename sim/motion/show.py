@@ -188,7 +188,9 @@ def run(arguments: argparse.Namespace, console: Console) -> None:
     features: list[goals.Goal] = []
     if not arguments.no_goals:
         counts = goals.FULL if arguments.full else goals.Counts()
-        features = goals.table(rows, counts, lambda name: console.print(f"      {name}"))
+        features = goals.table(
+            rows, counts, lambda name: console.print(f"      {name}"), not arguments.no_rtl
+        )
     table = table_of(rows)
     console.print()
     console.print(table)
@@ -233,7 +235,7 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument(
         "--full", action="store_true", help="the whole AGH path, and every goal to its full depth"
     )
-    parser.add_argument("--no-rtl", action="store_true", help="without the simulated front-end")
+    parser.add_argument("--no-rtl", action="store_true", help="without simulated RTL")
     parser.add_argument("--no-robot", action="store_true", help="without the robot")
     parser.add_argument("--no-goals", action="store_true", help="without the table of goals")
     arguments = parser.parse_args(argv)

@@ -86,6 +86,17 @@ def test_goals__worse_than_asked__are_not_met(alone, monkeypatch):
     }
 
 
+def test_goals__without_rtl__builds_nothing_and_leaves_those_open(alone, monkeypatch):
+    def build(*arguments):
+        raise AssertionError("a model was asked for")
+
+    monkeypatch.setattr(goals, "MotionRtl", build)
+    monkeypatch.setattr(goals, "InterpolatorRtl", build)
+    found = {g.feature: g for g in goals.table(rows(), TINY, lambda name: None, hardware=False)}
+    assert found["pulse jitter"].met is found["line in steps"].met is None
+    assert found["S-curve classes"].met
+
+
 def test_samples__refused_and_different__are_counted_apart():
     found = Samples(["a", "e"], {"b": "x"}, {"c": "y"}, {"d": "z"}, {"a", "b", "c"})
     assert found.text == "1 of 3 equal, 1 different, 1 refused"
