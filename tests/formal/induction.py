@@ -10,7 +10,7 @@ part. Claims may also compare the two cycles of that clock.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import Protocol
 
 from bitwuzla import Term
@@ -20,6 +20,7 @@ from tests.formal.logic import Logic
 from tests.formal.netlist import Run
 
 Values = Mapping[str, Term]
+Splits = Callable[[Run, Values], Mapping[str, tuple[Term, ...]]]
 
 
 class Observer(Protocol):
@@ -33,8 +34,8 @@ class Observer(Protocol):
     def next(self, run: Run, own: Values) -> Values:
         """Its registers after the clock edge between cycles 0 and 1."""
 
-    def assumed(self, run: Run, own: Values) -> tuple[Term, ...]:
-        """Contract of the inputs in cycles 0 and 1, and facts about numbers proved elsewhere."""
+    def assumed(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
+        """Contract of the inputs in cycles 0 and 1, and facts about numbers proved apart."""
 
     def invariant(self, run: Run, own: Values, cycle: int) -> Mapping[str, Term]:
         """What holds in every cycle, part by part."""
@@ -49,8 +50,17 @@ def inductive(
     observer: Observer,
     parameters: Mapping[str, int] | None = None,
     prefix: str = "",
+    splits: Splits | None = None,
+    split: Collection[str] = (),
+    needed: Mapping[str, Collection[str]] | None = None,
 ) -> Iterator[Case]:
-    """The cases of an observer's invariant and claims."""
+    """The cases of an observer's invariant and claims.
+
+    `splits` divides the states of cycle 0; the parts and claims named in `split` are proved for
+    each division, and a case of its own shows that there is no state outside. `needed` names the
+    assumptions (contract, facts, parts of the invariant) for divided cases whose names begin so;
+    fewer of them only make a proof harder to find, or easier for the solver.
+    """
     logic = ctx.logic
     run = ctx.run(top, parameters)
     started = Run(logic, run.netlist, reset=(0,))
@@ -59,10 +69,21 @@ def inductive(
     yield Case(f"{prefix}after reset", logic.all(*first.values()))
 
     own = {name: logic.free(width, name) for name, width in observer.widths.items()}
-    assume = (*observer.assumed(run, own), *observer.invariant(run, own, 0).values())
     then = observer.next(run, own)
+    known = {**observer.assumed(run, own, then), **observer.invariant(run, own, 0)}
+    assume = tuple(known.values())
     show |= own
-    for name, claim in observer.invariant(run, then, 1).items():
-        yield Case(f"{prefix}kept: {name}", claim, assume, show)
-    for name, claim in observer.claims(run, own, then).items():
-        yield Case(f"{prefix}{name}", claim, assume, show)
+    divisions, needed = splits(run, own) if splits else {}, needed or {}
+    if divisions:
+        cover = logic.any(*(logic.all(*terms) for terms in divisions.values()))
+        yield Case(f"{prefix}the cases cover all states", cover, assume, show)
+    wanted = {f"kept: {name}": term for name, term in observer.invariant(run, then, 1).items()}
+    for name, claim in (wanted | dict(observer.claims(run, own, then))).items():
+        if name.removeprefix("kept: ") not in split:
+            yield Case(f"{prefix}{name}", claim, assume, show)
+            continue
+        for division, terms in divisions.items():
+            full = f"{name}: {division}"
+            names = next((n for key, n in needed.items() if full.startswith(key)), known)
+            used = [known[each] for each in names]
+            yield Case(f"{prefix}{full}", claim, (*terms, *used), show)

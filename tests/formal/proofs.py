@@ -3,13 +3,16 @@
 
 from tests.formal import blocks, folded, products, recurrence, sums, trigonometry
 from tests.formal.catalogue import PROOFS
-from tests.formal_motion import drive
+from tests.formal_motion import arcs, drive, lines, planes
 
 __all__ = [
     "PROOFS",
+    "arcs",
     "blocks",
     "drive",
     "folded",
+    "lines",
+    "planes",
     "products",
     "recurrence",
     "sums",

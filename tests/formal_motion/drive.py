@@ -30,10 +30,10 @@ class DriveTiming:
     def after_reset(self, logic: Logic) -> Values:
         return {"level": logic.bv(AGE, -1), "steady": logic.bv(AGE, -1), "taken": logic.bv(32, 0)}
 
-    def assumed(self, run: Run, own: Values) -> tuple[Term, ...]:
+    def assumed(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
         logic = run.logic
         idle = logic.eq(run.output("idle_o", 0), 1)
-        return (logic.any(idle, self.same_times(run)),)
+        return {"times": logic.any(idle, self.same_times(run))}
 
     def same_times(self, run: Run) -> Term:
         logic = run.logic
@@ -214,8 +214,8 @@ class PulseSum:
         half = logic.bv(SUM, self.modulus // 2)
         return {"sum": half, "pulses": logic.bv(SUM, 0), "moderate": logic.bv(1, 1)}
 
-    def assumed(self, run: Run, own: Values) -> tuple[Term, ...]:
-        return ()
+    def assumed(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
+        return {}
 
     def centres(self, run: Run) -> Term:
         """Asked for, or in the first clock after reset."""

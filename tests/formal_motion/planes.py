@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Proof of step_interpolator: steps of the interpolator reach the axes of the plane."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from tests.formal.catalogue import Case, Context, Fault, proof
+
+PLANES = (("G17", "xy"), ("G18", "zx"), ("G19", "yz"))  # code: axes of u and v
+OUTPUT = "zyx"  # of step_o and negative_o, most significant bit first
+
+
+@proof(
+    "step_interpolator",
+    "steps and directions of the line or arc interpolator reach the two axes of the plane G17, "
+    "G18, G19, the third axis stays; no step without valid_o",
+    "any steps of the interpolators",
+    (
+        Fault(
+            "motion/step_interpolator.sv", "{step[0], 1'b0, step[1]}", "{step[1], 1'b0, step[0]}"
+        ),
+        Fault("motion/step_interpolator.sv", "if (!valid_o) step_o = 3'd0;", ""),
+        Fault("motion/step_interpolator.sv", "arc_step : line_step_q", "arc_step : line_step"),
+    ),
+    quick=True,
+)
+def plane_axes(ctx: Context) -> Iterator[Case]:
+    logic, run = ctx.logic, ctx.run("step_interpolator")
+    arc = logic.eq(run.signal("arc_q", 1), 1)
+    line_step, arc_step = run.signal("line_step", 0), run.signal("arc_step", 1)
+    step = logic.ite(arc, arc_step, line_step)  # the line's a clock later
+    way = logic.ite(arc, run.signal("arc_negative", 1), run.signal("line_negative", 1))
+    valid = logic.eq(run.output("valid_o", 1), 1)
+    taken = logic.all(
+        logic.eq(run.input("advance_i"), 1),
+        logic.eq(run.signal("arc_q", 0), 0),
+        logic.eq(run.signal("line_active", 0), 1),
+    )
+    by_arc = logic.eq(run.signal("arc_valid", 1), 1)
+    yield Case("valid_o", logic.eq(valid, logic.ite(arc, by_arc, taken)))
+    yield Case("no step else", logic.implies(logic.no(valid), logic.eq(run.output("step_o", 1), 0)))
+    for code, (name, axes) in enumerate(PLANES):
+        here = logic.eq(run.signal("plane_q", 1), code)
+
+        def spread(bits, axes=axes):
+            parts = {axis: logic.bits(bits, i, i) for i, axis in enumerate(axes)}
+            return logic.cat(*(parts.get(axis, logic.bv(1, 0)) for axis in OUTPUT))
+
+        same = [
+            logic.eq(run.output(port, 1), spread(bits))
+            for port, bits in (("step_o", step), ("negative_o", way))
+        ]
+        yield Case(name, logic.all(*same), (here, valid))
+    kept = [logic.eq(run.signal(n, 1), run.signal(n, 0)) for n in ("plane_q", "arc_q")]
+    taken_over = [
+        logic.eq(run.signal(n, 1), run.input(port))
+        for n, port in (("plane_q", "plane_i"), ("arc_q", "arc_i"))
+    ]
+    begins = logic.eq(run.input("start_i"), 1)
+    yield Case("plane of the job", logic.ite(begins, logic.all(*taken_over), logic.all(*kept)))
