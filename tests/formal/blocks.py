@@ -88,7 +88,8 @@ def aux_compare(ctx: Context) -> Iterator[Case]:
     logic, run, latency = ctx.logic, ctx.run("aux_compare"), package_constant("FP_CMP_LATENCY")
     a, b, c = (run.input(f"{port}_i") for port in "abc")
     result, flags = run.output("result_o", latency), run.output("flags_o", latency)
-    quiet = [logic.eq(run.signal(f"aux.u_{unit}.valid_o", latency), 0) for unit in OTHERS]
+    ports = [run.named(f".u_{unit}.valid_o") for unit in OTHERS]
+    quiet = [logic.eq(run.signal(port, latency), 0) for port in ports]
     show = {"a": a, "b": b, "c": c, "result_o": result, "flags_o": flags}
     for name in COMPARE:
         outcome = ctx.ieee.compare(name, a, b, c)
