@@ -9,7 +9,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from sim.harness.motion_rtl import CLOCK_HZ, MotionError, MotionRtl
+from sim.harness.motion_rtl import CLOCK_HZ, Edges, MotionError, MotionRtl
 from sim.motion.planner_phases import Phase, State
 from sim.motion.planner_seed import SeedPlan, seed_plan
 from sim.motion.pulse_records import (
@@ -286,6 +286,23 @@ def test_identity_and_reserved_words__read_as_documented(motion):
 # ---------------------------------------------------------------------- drive timing
 
 
+def check_timing(edges: Edges, times: tuple[int, int, int, int], what: str) -> None:
+    """Every edge of axis 0's lines against (length, space, setup, hold) [clocks]."""
+    length, space, setup, hold = times
+    step, direction = edges.step & 1, edges.direction & 1
+    rises = edges.clock[np.flatnonzero(np.diff(step, prepend=0) == 1)]
+    falls = edges.clock[np.flatnonzero(np.diff(step.astype(int), prepend=0) == -1)]
+    turns = edges.clock[np.flatnonzero(np.diff(direction.astype(int), prepend=0) != 0)]
+    assert len(rises) == len(falls) > 0
+    assert np.all(falls - rises == length), what
+    assert np.all(rises[1:] - falls[:-1] >= space), what
+    for turn in turns:
+        later, earlier = rises[rises >= turn], falls[falls <= turn]
+        assert len(later) == 0 or later[0] - turn >= setup, what
+        assert len(earlier) == 0 or turn - earlier[-1] >= hold, what
+        assert not np.any((rises <= turn) & (turn < falls)), what
+
+
 @pytest.mark.parametrize("case", range(6))
 def test_drive_timing__random_times_and_reversals__kept_on_every_edge(case):
     random = np.random.default_rng([SEED, case])
@@ -302,16 +319,29 @@ def test_drive_timing__random_times_and_reversals__kept_on_every_edge(case):
         motion.run({0: [cruise(rate, ticks, FIRST | LAST | negative)]}, LIMIT)
     what = f"replay: SEED={SEED}, length {length} space {space} setup {setup} hold {hold}"
     assert motion.position(0) == wanted, what
+    check_timing(motion.edges(), (length, space, setup, hold), what)
+
+
+@pytest.mark.parametrize("case", range(4))
+def test_drive_timing__reversals_without_rest__kept_on_every_edge(case):
+    """Moves there and back in one ring: the next one's pulses come while the last ones wait."""
+    random = np.random.default_rng([SEED, 100 + case])
+    length, space, setup, hold = (int(x) for x in random.integers(1, 60, 4))
+    times = (length, space, setup + 60 * (case % 2), hold + 60 * (1 - case % 2))
+    motion = MotionRtl()
+    motion.write("STEP_TIMING", length | space << 16)
+    motion.write("DIRECTION_TIMING", times[2] | times[3] << 16)
+    rate = int(16e8 / (length + space) * 0.9)
+    records = [
+        cruise(rate, int(random.integers(8, 20)), FIRST | LAST | number % 2) for number in range(8)
+    ]
+    motion.run({0: records}, LIMIT)
+    what = f"replay: SEED={SEED}, length, space, setup, hold {times}"
+    wanted = 0
+    for record in records:
+        pulses = (UNITS_PER_PULSE // 2 + rate * record.count) // UNITS_PER_PULSE
+        wanted += -pulses if record.flags & 1 else pulses
+    assert motion.position(0) == wanted, what
     edges = motion.edges()
-    step, direction = edges.step & 1, edges.direction & 1
-    rises = edges.clock[np.flatnonzero(np.diff(step, prepend=0) == 1)]
-    falls = edges.clock[np.flatnonzero(np.diff(step.astype(int), prepend=0) == -1)]
-    turns = edges.clock[np.flatnonzero(np.diff(direction.astype(int), prepend=0) != 0)]
-    assert len(rises) == len(falls) > 0
-    assert np.all(falls - rises == length), what
-    assert np.all(rises[1:] - falls[:-1] >= space), what
-    for turn in turns:
-        later, earlier = rises[rises >= turn], falls[falls <= turn]
-        assert len(later) == 0 or later[0] - turn >= setup, what
-        assert len(earlier) == 0 or turn - earlier[-1] >= hold, what
-        assert not np.any((rises <= turn) & (turn < falls)), what
+    assert np.count_nonzero(np.diff(edges.direction.astype(int), prepend=0)) == 7, what
+    check_timing(edges, times, what)
