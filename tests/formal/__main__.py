@@ -14,7 +14,7 @@ from pathlib import Path
 import bitwuzla
 from rich.console import Console
 
-from tests.formal.catalogue import Proof
+from tests.formal.catalogue import Fault, Proof
 from tests.formal.engine import BUILD, PROVED, REFUTED, Verdict, plant, run
 from tests.formal.netlist import ROOT, ElaborationError
 from tests.formal.proofs import PROOFS
@@ -93,6 +93,11 @@ def prove(proof: Proof, report: dict, console: Console, limit: float | None, aga
     return result["status"] == PROVED
 
 
+def named(fault: Fault) -> str:
+    """How the report calls a fault."""
+    return f"{fault.file}: {fault.old} -> {fault.new}"
+
+
 def can_fail(proof: Proof, console: Console, limit: float | None) -> bool:
     """Plant each fault of a proof in a copy of rtl/; true if each makes a case fail."""
     entries = []
@@ -110,9 +115,7 @@ def can_fail(proof: Proof, console: Console, limit: float | None) -> bool:
                     console.print(f"  {verdict.case}: {verdict.note}", markup=False)
         except ElaborationError as error:
             console.print(f"{where}\n  {error}", markup=False, highlight=False, soft_wrap=True)
-        entries.append(
-            {"fault": f"{fault.file}: {fault.old} -> {fault.new}", "seen": bool(refuted)}
-        )
+        entries.append({"fault": named(fault), "seen": bool(refuted)})
         verdict_text = f"seen by case `{refuted.case}`: {refuted.note}" if refuted else "NOT SEEN"
         console.print(f"{where}\n  {verdict_text}", markup=False, highlight=False, soft_wrap=True)
     store("faults", proof.name, entries)
@@ -130,8 +133,8 @@ def table(report: dict) -> str:
     ]
     for proof in PROOFS:
         result = summary(report["proofs"].get(proof.name))
-        faults = report["faults"].get(proof.name, [])
-        seen = sum(fault["seen"] for fault in faults)
+        found = {f["fault"] for f in report["faults"].get(proof.name, []) if f["seen"]}
+        seen = sum(named(fault) in found for fault in proof.faults)
         lines.append(
             f"| {proof.unit} | {proof.claim} | {proof.inputs} | {result['status']} | "
             f"{result['proved']} of {result['cases']} | {result['seconds']:.0f} s | "

@@ -56,7 +56,7 @@ def inductive(
 ) -> Iterator[Case]:
     """The cases of an observer's invariant and claims.
 
-    `splits` divides the states of cycle 0; the parts and claims named in `split` are proved for
+    `splits` divides the states of cycle 0; the parts of the invariant in `split` are proved for
     each division, and a case of its own shows that there is no state outside. `needed` names the
     assumptions (contract, facts, parts of the invariant) for divided cases whose names begin so;
     fewer of them only make a proof harder to find, or easier for the solver.
@@ -78,12 +78,14 @@ def inductive(
         cover = logic.any(*(logic.all(*terms) for terms in divisions.values()))
         yield Case(f"{prefix}the cases cover all states", cover, assume, show)
     wanted = {f"kept: {name}": term for name, term in observer.invariant(run, then, 1).items()}
-    for name, claim in (wanted | dict(observer.claims(run, own, then))).items():
-        if name.removeprefix("kept: ") not in split:
+    wanted |= observer.claims(run, own, then)
+    divided = [f"kept: {name}" for name in split]
+    for name, claim in wanted.items():
+        if name not in divided:
             yield Case(f"{prefix}{name}", claim, assume, show)
-            continue
+    for name in divided:
         for division, terms in divisions.items():
             full = f"{name}: {division}"
             names = next((n for key, n in needed.items() if full.startswith(key)), known)
             used = [known[each] for each in names]
-            yield Case(f"{prefix}{full}", claim, (*terms, *used), show)
+            yield Case(f"{prefix}{full}", wanted[name], (*terms, *used), show)

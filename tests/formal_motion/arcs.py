@@ -351,9 +351,10 @@ class Arc:
         return {name: claim.term for name, claim in claims.items()}
 
 
-def own_facts(ctx: Context) -> Iterator[Case]:
+def own_facts(ctx: Context, width: int) -> Iterator[Case]:
     """The facts for p and q follow from those for the coordinates, in each quadrant."""
-    logic, run, observer = ctx.logic, ctx.run("arc_interpolator"), Arc(WIDTH)
+    logic, observer = ctx.logic, Arc(width)
+    run = ctx.run("arc_interpolator", {"Width": width})
     own = {name: logic.free(width, name) for name, width in observer.widths.items()}
     known = {
         **observer.assumed(run, own, observer.next(run, own)),
@@ -374,12 +375,12 @@ def own_facts(ctx: Context) -> Iterator[Case]:
     yield Case("the last quadrant is the end's", logic.no(runs.term), borders)
 
 
+NEAR = ("and so the next one", "combined: within half a step along an axis")
 HARD = (
     "the job",
-    "each node within half a step of the circle along the diagonal",
-    "and so the next one",
-    "combined: within half a step along an axis",
     LEFT,
+    "each node within half a step of the circle along the diagonal",
+    *NEAR,
 )
 
 
@@ -394,9 +395,15 @@ def states(run: Run, own: Values) -> Mapping[str, tuple[Term, ...]]:
         same = logic.eq(own["clockwise"], way)
         return same, at("clockwise_q", way), at("quadrant_q", quadrant)
 
-    found = {f"state {state}": (at("state_q", state),) for state in (IDLE, PLACE, COUNT)}
+    found = {f"state {state}": (at("state_q", state),) for state in (IDLE, PLACE)}
     faster = logic.ult(run.signal("q_q", 0), run.signal("p_q", 0))
     inside = logic.bit(run.signal("look", 0), logic.width(run.signal("look", 0)) - 1)
+    for way in (0, 1):
+        for quadrant in range(4):
+            here = (at("state_q", COUNT), *turned(way, quadrant))
+            same = at("end_quadrant_q", quadrant)
+            found[f"begins at its end, way {way}, quadrant {quadrant}"] = (*here, same)
+            found[f"begins, way {way}, quadrant {quadrant}"] = (*here, logic.no(same))
     last, final = at("borders_q", 0), at("left_q", 1)
     for mode in (0, 1):
         modes = (at("combined_q", mode), logic.eq(own["combined"], mode))
@@ -426,33 +433,53 @@ LOCAL = (
     "combined: within half a step along an axis",
 )
 AT_END = (*LOCAL, OWN_FACTS, "state", "given coordinates", "end", "borders left", LEFT)
+AT_START = ("facts", "state", "position", "range", "end", "given coordinates", HARD[2])
 NEEDED = {
-    **{f"kept: {name}: decides, not": LOCAL for name in HARD[2:4]},
-    **{f"kept: {name}: decides, last": LOCAL for name in HARD[2:4]},
-    **{f"kept: {name}: decides": AT_END for name in HARD[2:5]},
+    f"kept: {LEFT}: begins": AT_START,
+    **{f"kept: {name}: decides, not": LOCAL for name in (LEFT, *NEAR)},
+    **{f"kept: {name}: decides, last": LOCAL for name in NEAR},
+    **{f"kept: {name}: decides": AT_END for name in (LEFT, *NEAR)},
 }
+
+
+def nodes(ctx: Context, width: int) -> Iterator[Case]:
+    """All of it for coordinates of so many bits."""
+    parameters = {"Width": width}
+    yield from circle_facts(ctx, width)
+    yield from inductive(ctx, "arc_interpolator", Arc(width), parameters, "", states, HARD, NEEDED)
+    yield from own_facts(ctx, width)
+
+
+CLAIM = (
+    "N is the exact equation of the circle; each node is within half a step of the circle along "
+    "the diagonal, or in combined steps along an axis; the arc ends at its end after the "
+    "quadrant borders and whole turns asked for"
+)
+FAULTS = (
+    Fault("motion/arc_interpolator.sv", "look = error_q - wide(p_q) + wide(q_q)", "look = error_q"),
+    Fault("motion/arc_interpolator.sv", "if (final_step) begin", "if (1'b0) begin"),
+    Fault("motion/arc_interpolator.sv", "along >= along_end", "along > along_end"),
+    Fault("motion/arc_interpolator.sv", "(wide(p_q) <<< 1)", "wide(p_q)"),
+)
 
 
 @proof(
     "arc_interpolator",
-    "N is the exact equation of the circle; each node is within half a step of the circle along "
-    "the diagonal, or in combined steps along an axis; the arc ends at its end after the "
-    "quadrant borders and whole turns asked for",
-    "all coordinates of 24 bits but -2^23, start and end that near the circle too, both directions "
+    CLAIM,
+    "all coordinates of 12 bits but -2^11, start and end that near the circle too, both directions "
     "and modes, any pauses",
-    (
-        Fault(
-            "motion/arc_interpolator.sv",
-            "look = error_q - wide(p_q) + wide(q_q);",
-            "look = error_q;",
-        ),
-        Fault("motion/arc_interpolator.sv", "if (final_step) begin", "if (1'b0) begin"),
-        Fault("motion/arc_interpolator.sv", "along >= along_end", "along > along_end"),
-        Fault("motion/arc_interpolator.sv", "(wide(p_q) <<< 1)", "wide(p_q)"),
-    ),
-    timeout=300,
+    FAULTS,
 )
 def arc_nodes(ctx: Context) -> Iterator[Case]:
-    yield from circle_facts(ctx, WIDTH)
-    yield from own_facts(ctx)
-    yield from inductive(ctx, "arc_interpolator", Arc(WIDTH), None, "", states, HARD, NEEDED)
+    yield from nodes(ctx, NARROW)
+
+
+@proof(
+    "arc_interpolator",
+    CLAIM,
+    "as before, for coordinates of 24 bits but -2^23, the default",
+    FAULTS[2:3],
+    timeout=300,
+)
+def arc_nodes_wide(ctx: Context) -> Iterator[Case]:
+    yield from nodes(ctx, WIDTH)
