@@ -105,7 +105,7 @@ nios-cycles: $(READY) ## measure the Nios II core's cycle table and write it int
 synth: $(READY_SYNTH) ## area and speed of every top with Yosys and nextpnr, to build/synth.json (hours)
 	@$(PY) scripts/synth.py $(if $(TOPS),--only $(TOPS)) $(if $(SEEDS),--seeds $(SEEDS))
 
-formal: $(READY_SYNTH) ## prove the arithmetic units for all inputs, to build/formal/report.json (resumes)
+formal: $(READY_SYNTH) ## prove the arithmetic units and the motion front-end, to build/formal/report.json (resumes)
 	@$(PY) -m tests.formal $(if $(T),--only $(T))
 
 fp-case: $(READY) ## one case of an arithmetic unit: make fp-case OP=mul A=00ffffff B=3f000000
