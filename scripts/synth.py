@@ -40,7 +40,10 @@ class Top:
     parameters: Mapping[str, int] = field(default_factory=dict)
 
 
-UNITS = ("fp_fma", "fp_add", "fp_mul", "fp_divsqrt", "fp_cmp", "fp_i2f", "fp_f2i", "fp_sincos")
+UNITS = (
+    *("fp_fma", "fp_add", "fp_mul", "fp_divsqrt", "fp_divsqrt_folded"),
+    *("fp_cmp", "fp_i2f", "fp_f2i", "fp_sincos"),
+)
 CUSTOM = ("ci_faddsub", "ci_fmul", "ci_fdivsqrt", "ci_fsincos", "ci_fsat", "ci_fcmp", "ci_fph1")
 TOPS = (
     *(Top(unit, unit) for unit in UNITS),
