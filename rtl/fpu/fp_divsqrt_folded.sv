@@ -22,14 +22,15 @@ module fp_divsqrt_folded (
   //   quotient: w starts at a/2, D = b with a, b in [1, 2).
   //   root: w starts at m/4, m in [1, 4); Q is the root truncated to the digits before k;
   //         D = Q + 2^-(k+1) where it is subtracted, Q + 3 2^-(k+1) where it is added.
-  // Invariant -D <= w < D. w is held as u = w or, for w < 0 (neg), u = -w - 1, w inverted: so
-  //   2 u + neg - D = t;  u = t, inverted for t < 0;  neg changes for t < 0
-  // takes one subtraction and one inversion of a digit. The result is exact if w = 0 or w = -D at the
-  // end. Numbers u, D are U(1.25); digit k of a root is bit 25 - k of D.
+  // Invariant -D <= w < D. The result is exact if at the end w = 0 or what is to be restored makes it
+  // zero: w = -D of a quotient, -(Q + 2^-k) of a root of k digits. Numbers w are S(2.25), D U(1.25);
+  // digit k of a root is bit 25 - k of D.
   //
   // A quotient has its leading one in digit 0 or 1 and needs 24 digits from there on. The number of digits
   // below the binary point of a subnormal result is less by its distance to the normal numbers:
-  // then clocks are left out, from the first one of either half on. An odd number of digits ends with half a step.
+  // then clocks are left out, from the first one of either half on. Where the
+  // number of digits is odd, one digit more is made, which only tells whether the result is exact.
+  // Roots have 25: they are exact with 13 digits or never, and keep the w of 24.
 
   localparam int unsigned Interval = 7;   // clocks an operation spends in the first half
   localparam int unsigned Ages = fp_pkg::FP_DIVSQRT_LATENCY;
@@ -39,7 +40,7 @@ module fp_divsqrt_folded (
 
   // Clock k after that of the operands: valid_q[k]; root_q[k] if it is a root.
   logic [Ages:1]      valid_q;
-  logic [Final:1]     root_q;
+  logic [Final+1:1]   root_q;
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
@@ -47,24 +48,29 @@ module fp_divsqrt_folded (
       root_q  <= '0;
     end else begin
       valid_q <= {valid_q[Ages-1:1], valid_i};
-      root_q  <= {root_q[Final-1:1], valid_i && sqrt_i};
+      root_q  <= {root_q[Final:1], valid_i && sqrt_i};
     end
   end
 
   // ---- clocks 0 and 1: unpack and normalise a, then b ----
   // A root has the operand b = 2^-126, which gives its exponent and needs no special result.
   logic [31:0] b_q, operand;
+  logic        some_exp_q, all_exp_q;   // of b
   logic        some_exp, all_exp, no_fraction;
   logic [23:0] sig;                     // U(1.23), normalised
   logic [4:0]  zeros;
   logic [9:0]  exponent;                // S(10.0), biased: of a, less 1; of b, negated, plus 127
   logic        nan, snan, infinite, zero;
 
-  always_ff @(posedge clk_i) b_q <= sqrt_i ? 32'h0080_0000 : b_i;
+  always_ff @(posedge clk_i) begin
+    b_q        <= sqrt_i ? 32'h0080_0000 : b_i;
+    some_exp_q <= sqrt_i || (|b_i[30:23]);
+    all_exp_q  <= !sqrt_i && (&b_i[30:23]);
+  end
 
   assign operand  = valid_i ? a_i : b_q;
-  assign some_exp = |operand[30:23];
-  assign all_exp  = &operand[30:23];
+  assign some_exp = valid_i ? |a_i[30:23] : some_exp_q;
+  assign all_exp  = valid_i ? &a_i[30:23] : all_exp_q;
 
   // Infinity loses its hidden bit, so that no_fraction tells zero and infinity from other numbers.
   fp_normalise normalise (
@@ -86,7 +92,8 @@ module fp_divsqrt_folded (
   logic [9:0]  exponent_q, exponent_a_q;
   logic        sign_a_q, nan_q, snan_q, infinite_q, zero_q;
   logic        sign, is_nan, is_invalid, is_inf, by_zero, is_zero;
-  logic [25:0] start, divisor;
+  logic [25:0] start;
+  logic [23:0] divisor;
   logic        double;                  // m is twice the significand: the unbiased exponent is odd
 
   always_ff @(posedge clk_i) begin
@@ -110,7 +117,7 @@ module fp_divsqrt_folded (
 
   assign double  = !root_q[LoadFirst] || exponent_q[0];
   assign start   = double ? {1'b0, sig_q, 1'b0} : {2'b00, sig_q};
-  assign divisor = {!root_q[LoadFirst], sig[22] || root_q[LoadFirst], sig[21:0], 2'b00};
+  assign divisor = {!root_q[LoadFirst], sig[22:0]};
 
   // ---- clock 2: exponent ----
   // exp: biased exponent of a result with digit 0 = 0. If it is negative, 25 + exp digits count.
@@ -121,16 +128,17 @@ module fp_divsqrt_folded (
 
   // ---- the two halves of the recurrence; half h holds an operation for Interval clocks ----
   logic [1:0]       load, run;
-  logic [1:0][25:0] u_q, divisor_q, divisor_d;
-  logic [1:0]       neg_q, sign_q, nan_s_q, invalid_s_q, inf_s_q, by_zero_s_q, zero_s_q;
+  logic [1:0][26:0] w_q;
+  logic [1:0][25:2] divisor_q;          // quotient: D; root: its digits so far
+  logic [1:0][25:2] divisor_d;
+  logic [1:0]       sign_q, nan_s_q, invalid_s_q, inf_s_q, by_zero_s_q, zero_s_q;
   logic [1:0][9:0]  exp_q;              // S(10.0)
-  logic [1:0][25:0] u_first;
-  logic [1:0][26:0] t_second;           // S(2.25)
-  logic [1:0]       neg_first, neg_second;
+  logic [1:0][26:0] w_second;
+  logic [1:0]       previous, first, second;  // the last digit so far, those of this clock
   logic [11:0]      digits_first_q;     // of the first half but for the last clock
   logic [24:0]      digits_q;           // of the second half
-  logic             t_sign;
-  logic             half;               // only the first digit of this clock
+  logic             half;               // only the first digit of this clock counts
+  logic             beyond_q;           // the digit that does not
 
   assign load = {valid_q[LoadSecond], valid_q[LoadFirst]};
 
@@ -149,30 +157,32 @@ module fp_divsqrt_folded (
     localparam int unsigned Begin = h == 0 ? LoadFirst + 1 : LoadSecond + 1;
     localparam int unsigned End = h == 0 ? LoadSecond : Final;
 
-    logic [25:0] place, place_second;   // of the digits of this clock in the divisor of a root
-    logic [25:0] divisor_second;
-    logic [26:0] t_first;               // S(2.25)
+    logic [25:0] place;                 // of the first digit of this clock in the divisor of a root
+    logic [25:0] known, known_second;   // digits, or D, to which the marks of D are added
+    logic [25:0] late;                  // the digit before those of this clock
+    logic [25:0] addend_first, addend_second;
+    logic [26:0] w_first;
 
     always_comb begin
       place = '0;
       for (int unsigned k = Begin; k <= End; k++) place[25-2*(k-2)] = root_q[k];
-      // The last divisor decides whether the result is exact; it gets no second digit.
-      place_second    = {1'b0, place[25:1]};
-      place_second[0] = 1'b0;
     end
 
-    // Root: D is |digits 0..k-1|neg|1|0..0|, the one at 2^-(k+1). The next one gets digit k in the
-    // place of neg, then again neg, then a one. A new digit is the new neg, inverted.
-    assign t_first        = {u_q[h], neg_q[h]} - {1'b0, divisor_q[h]};
-    assign u_first[h]     = t_first[25:0] ^ {26{t_first[26]}};
-    assign neg_first[h]   = neg_q[h] ^ t_first[26];
-    assign divisor_second = (divisor_q[h] & ~(place | (place >> 1))) | (place >> 2)
-                          | (place & {26{!neg_first[h]}}) | ((place >> 1) & {26{neg_first[h]}});
-    assign t_second[h]    = {u_first[h], neg_first[h]} - {1'b0, divisor_second};
-    assign neg_second[h]  = neg_first[h] ^ t_second[h][26];
-    assign divisor_d[h]   = (divisor_second & ~(place_second | (place >> 2))) | (place >> 3)
-                          | (place_second & {26{!neg_second[h]}})
-                          | ((place >> 2) & {26{neg_second[h]}});
+    // What is added is D, inverted with a carry to subtract. That of a root is |digits 0..k-1|0|1|0..0|
+    // where it is subtracted, |digits 0..k-1|1|1|0..0| where added: at 2^-k it has a one after the
+    // inversion. Digit k is whether the next D is subtracted: where it enters, that has a zero.
+    // The second digit of a clock enters the register a clock later, as the sign of w.
+    assign previous[h]     = !w_q[h][26];
+    assign late          = (place << 1) & {26{previous[h]}};
+    assign known         = {divisor_q[h], 2'b00};
+    assign addend_first  = (((known | (place >> 1)) ^ {26{previous[h]}}) & ~(place << 1)) | place;
+    assign w_first       = {w_q[h][25:0], previous[h]} + {previous[h], addend_first};
+    assign first[h]      = !w_first[26];
+    assign known_second  = known | late | (place >> 2);
+    assign addend_second = ((known_second ^ {26{first[h]}}) & ~place) | (place >> 1);
+    assign w_second[h]   = {w_first[25:0], first[h]} + {first[h], addend_second};
+    assign second[h]     = !w_second[h][26];
+    assign divisor_d[h]  = divisor_q[h] | late[25:2] | (place[25:2] & {24{first[h]}});
   end
 
   // First half: an operation leaves it with the digits of clock LoadSecond, so these are never left out.
@@ -183,13 +193,11 @@ module fp_divsqrt_folded (
 
   always_ff @(posedge clk_i) begin
     if (load[0]) begin
-      u_q[0]         <= start;
-      neg_q[0]       <= 1'b0;
+      w_q[0]         <= {1'b0, start};
       digits_first_q <= 12'd0;
     end else if (run[0]) begin
-      u_q[0]         <= t_second[0][25:0] ^ {26{t_second[0][26]}};
-      neg_q[0]       <= neg_second[0];
-      digits_first_q <= {digits_first_q[9:0], !neg_first[0], !neg_second[0]};
+      w_q[0]         <= w_second[0];
+      digits_first_q <= {digits_first_q[9:0], first[0], second[0]};
     end
     divisor_q[0] <= load[0] ? divisor : divisor_d[0];
     if (valid_q[2]) exp_q[0] <= exp;
@@ -216,17 +224,21 @@ module fp_divsqrt_folded (
   assign half = valid_q[Final]
              && (!exp_q[1][9] && (|exp_q[1][8:0]) ? digits_q[23] : !exp_q[1][0]);
 
-  assign t_sign = load[1] ? t_second[0][26] : t_second[1][26];
-
   always_ff @(posedge clk_i) begin
+    if (load[1] || (run[1] && !root_q[Final])) w_q[1] <= load[1] ? w_second[0] : w_second[1];
     if (load[1] || run[1]) begin
-      u_q[1]   <= half ? u_first[1] : (load[1] ? t_second[0][25:0] : t_second[1][25:0]) ^ {26{t_sign}};
-      neg_q[1] <= half ? neg_first[1] : load[1] ? neg_second[0] : neg_second[1];
-      if (load[1]) digits_q <= {11'd0, digits_first_q, !neg_first[0], !neg_second[0]};
-      else if (half) digits_q <= {digits_q[23:0], !neg_first[1]};
-      else digits_q <= {digits_q[22:0], !neg_first[1], !neg_second[1]};
+      if (load[1]) digits_q <= {11'd0, digits_first_q, first[0], second[0]};
+      else if (half) digits_q <= {digits_q[23:0], first[1]};
+      else digits_q <= {digits_q[22:0], first[1], second[1]};
     end
-    divisor_q[1] <= load[1] ? divisor_d[0] : divisor_d[1];
+    beyond_q <= half && !root_q[Final] && second[1];
+    // The digits that enter in clock LoadSecond are those of bits 14 and 13.
+    if (load[1]) begin
+      divisor_q[1] <= divisor_q[0]
+                    | ({11'd0, previous[0], first[0], 11'd0} & {24{root_q[LoadSecond]}});
+    end else begin
+      divisor_q[1] <= divisor_d[1];
+    end
     if (load[1]) begin
       exp_q[1]       <= exp_q[0];
       sign_q[1]      <= sign_q[0];
@@ -240,7 +252,7 @@ module fp_divsqrt_folded (
 
   // ---- clock 15: round, pack, special results ----
   logic [8:0]     exp_round_q;          // U(9.0), biased, 0 for a subnormal result
-  logic [25:0]    carry;
+  logic [26:0]    restore;
   logic           exact, one_digit, no_digit;
   logic [31:0]    result;
   fp_pkg::flags_t flags;
@@ -249,9 +261,9 @@ module fp_divsqrt_folded (
     exp_round_q <= exp_q[1][9] ? 9'd0 : exp_q[1][8:0] + {8'd0, half};
   end
 
-  // w = -D if u + 1 = D: there a carry leaves bit i where u has a one and D a zero.
-  assign carry = {u_q[1][24:0] & ~divisor_q[1][24:0], 1'b1};
-  assign exact = neg_q[1] ? (u_q[1] ^ carry) == divisor_q[1] : u_q[1] == 26'd0;
+  // A sum is zero if each of its bits, without the carry, is whether there are ones in the bits below.
+  assign restore = {1'b0, divisor_q[1], root_q[Final+1], 1'b0};
+  assign exact   = w_q[1] == 27'd0 || (w_q[1] ^ restore) == {w_q[1][25:0] | restore[25:0], 1'b0};
 
   // Two digits are there at least, also where one or none counts.
   assign one_digit = exp_q[1] == 10'h3e8;                                  // -24
@@ -263,7 +275,7 @@ module fp_divsqrt_folded (
       .sig_i    ({digits_q[24:2], digits_q[1] && !one_digit && !no_digit}),
       .guard_i  (!no_digit && (one_digit ? digits_q[1] : digits_q[0])),
       .round_i  (1'b0),
-      .sticky_i (!exact || no_digit || (one_digit && digits_q[0])),
+      .sticky_i (!exact || beyond_q || no_digit || (one_digit && digits_q[0])),
       .exact_i  (1'b0),
       .nan_i    (nan_s_q[1]),
       .invalid_i(invalid_s_q[1]),

@@ -2,16 +2,17 @@
 """Proofs of fp_divsqrt_folded: its start, every clock of the recurrence, rounding of its outcome.
 
 The invariant is that of `recurrence`, with the same integers: digits Q, remainder R, divisor D. The
-registers hold u and neg instead of R, in units twice as large:
+registers hold w, which need not be restored, instead of R, and fewer bits of D:
 
-    R / 2 = u, or for neg: T - 1 - u            0 <= u < T
-    quotient: T = divisor = D / 2
-    root:     T = (2 Q + 1) 2^(25-k)            divisor = (4 Q + 2 neg + 1) 2^(24-k)
+    R / 2 = w, or for w < 0: w + T              -T <= w < T
+    quotient: T = 4 divisor = D / 2
+    root:     T = (2 Q + 1) 2^(25-k)            4 divisor = (Q without its last digit) 2^(26-k)
 
-(k digits known: the divisor of a root is |Q|neg|1|0..0|.) `folded_start` proves the values of clock
-2, `folded_clocks` that clocks 2 to 13 make two digits of it, or leave it as it is where digits are
-left out, `folded_rounded` that clocks 14 and 15 make the IEEE result of it. Assumed is what the
-contract states: no operation starts in the Interval - 1 clocks before and after.
+(k digits known: the last digit of a root is one if w >= 0, and joins the divisor later.)
+`folded_start` proves the values of clock 2, `folded_clocks` that clocks 2 to 13 make two digits of
+it, or leave it as it is where digits are left out, `folded_rounded` that clocks 14 and 15 make the
+IEEE result of it. Assumed is what the contract states: no operation starts in the Interval - 1
+clocks before and after.
 """
 
 from __future__ import annotations
@@ -31,6 +32,7 @@ from tests.fpu.tb import package_constant
 UNIT, FILE = "fp_divsqrt_folded", "fpu/fp_divsqrt_folded.sv"
 INTERVAL = interval(UNIT)
 LATENCY = package_constant("FP_DIVSQRT_LATENCY")
+WIDTH, DIVISOR = 27, 24  # bits of the registers
 BEGIN, MOVE, FINAL = 2, 8, 14  # clocks: first digits, last ones of the first half, last ones
 
 
@@ -50,7 +52,7 @@ def wide(logic: Logic, term: Term) -> Term:
 
 
 def below(logic: Logic, root: bool, k: int, digits: Term, divisor: Term) -> Term:
-    """T: what u is below."""
+    """T: what w is below."""
     if not root:
         return divisor
     return logic.shl(logic.add(times(logic, digits, 2), logic.bv(ROOM, 1)), 25 - k)
@@ -62,11 +64,10 @@ class State:
     def __init__(self, logic: Logic, run: Run, half: int, cycle: int, root: bool, k: int) -> None:
         name = ("digits_first_q", "digits_q")[half]
         self.digits = wide(logic, run.signal(name, cycle))
-        self.u = wide(logic, part(logic, run, "u_q", 26, half, cycle))
-        self.neg = wide(logic, part(logic, run, "neg_q", 1, half, cycle))
-        self.divisor = wide(logic, part(logic, run, "divisor_q", 26, half, cycle))
-        self.invariant = invariant(logic, root, k, self.digits, self.u, self.neg, self.divisor)
-        self.remainder = remainder(logic, root, k, self.digits, self.u, self.neg, self.divisor)
+        self.w = logic.sign_extend(part(logic, run, "w_q", WIDTH, half, cycle), ROOM)
+        self.divisor = divisor_of(logic, part(logic, run, "divisor_q", DIVISOR, half, cycle))
+        self.invariant = invariant(logic, root, k, self.digits, self.w, self.divisor)
+        self.remainder = remainder(logic, root, k, self.digits, self.w, self.divisor)
 
     def same(self, logic: Logic, other: State) -> Term:
         """All registers equal."""
@@ -74,25 +75,31 @@ class State:
         return logic.all(*(logic.eq(x, y) for (name, x), y in pairs if name != "invariant"))
 
 
+def divisor_of(logic: Logic, register: Term) -> Term:
+    """The register in the units of w."""
+    return logic.shl(wide(logic, register), 2)
+
+
 def invariant(
-    logic: Logic, root: bool, k: int, digits: Term, u: Term, neg: Term, divisor: Term
+    logic: Logic, root: bool, k: int, digits: Term, w: Term, divisor: Term
 ) -> tuple[Term, ...]:
     """What holds of the registers with k digits, or fewer of a quotient."""
     top = below(logic, root, k, digits, divisor)
-    bounds = (logic.ult(digits, 1 << k), logic.ult(u, top), logic.ule(neg, logic.bv(ROOM, 1)))
+    bounds = (logic.ult(digits, 1 << k), logic.sle(logic.neg(top), w), logic.slt(w, top))
     if root:
-        tail = logic.add(times(logic, digits, 4), times(logic, neg, 2), logic.bv(ROOM, 1))
-        return (*bounds, logic.eq(divisor, logic.shl(tail, 24 - k)))
+        negative = logic.slt(w, logic.bv(ROOM, 0))
+        last = logic.bits(digits, 0, 0)
+        signed = logic.ne(last, logic.vector(negative)) if k else logic.no(negative)
+        others = logic.shl(logic.sub(digits, wide(logic, last)), 26 - k)
+        return (*bounds, signed, logic.eq(divisor, others))
     return (*bounds, logic.ule(logic.bv(ROOM, 1 << 25), divisor), logic.ult(divisor, 1 << 26))
 
 
-def remainder(
-    logic: Logic, root: bool, k: int, digits: Term, u: Term, neg: Term, divisor: Term
-) -> Term:
+def remainder(logic: Logic, root: bool, k: int, digits: Term, w: Term, divisor: Term) -> Term:
     """R, in units of 2^-26."""
     top = below(logic, root, k, digits, divisor)
-    restored = logic.sub(logic.sub(top, logic.bv(ROOM, 1)), u)
-    return logic.shl(logic.ite(logic.eq(neg, 1), restored, u), 1)
+    negative = logic.slt(w, logic.bv(ROOM, 0))
+    return logic.shl(logic.ite(negative, logic.add(w, top), w), 1)
 
 
 def alone(logic: Logic, run: Run, clocks: range) -> tuple[Term, ...]:
@@ -149,7 +156,7 @@ def folded_start(ctx: Context) -> Iterator[Case]:
             expected = logic.op(Kind.BV_ASHR, doubled, logic.bv(12, 1))
         claim = [*state.invariant, logic.eq(state.remainder, start), logic.eq(state.digits, 0)]
         claim += [
-            logic.eq(state.divisor, logic.bv(ROOM, 1 << 24) if root else divisor),
+            logic.eq(state.divisor, logic.bv(ROOM, 0) if root else divisor),
             logic.eq(logic.sign_extend(exponent, 12), expected),
             logic.eq(logic.bits(run.signal("root_q", BEGIN), BEGIN - 1, BEGIN - 1), sqrt),
             logic.bit(run.signal("valid_q", BEGIN), BEGIN - 1),
@@ -165,7 +172,7 @@ def folded_start(ctx: Context) -> Iterator[Case]:
     "clock p + 2, clock 8 apart, in the second half one later",
     "all states that meet the invariant",
     (
-        Fault(FILE, "| (place & {26{!neg_first[h]}})", ""),
+        Fault(FILE, " | (place[25:2] & {24{first[h]}})", ""),
         Fault(FILE, "valid_q[9] || valid_q[11] || valid_q[13]};", "valid_q[9] || valid_q[11]};"),
     ),
     timeout=600,
@@ -204,7 +211,7 @@ def folded_clocks(ctx: Context) -> Iterator[Case]:
                 assume.append(logic.sle(logic.bv(12, 0), exponent))
             show = {
                 "Q": now.digits,
-                "u": now.u,
+                "w": now.w,
                 "D": now.divisor,
                 "exp": exponent,
                 "Q'": then.digits,
@@ -223,7 +230,7 @@ def folded_clocks(ctx: Context) -> Iterator[Case]:
     (
         Fault(FILE, "10'h3e8;", "10'h3e7;"),
         Fault(FILE, "|| (zero_q && zero)\n", "\n"),
-        Fault(FILE, "neg_q[1] ? (u_q[1] ^ carry) == divisor_q[1] :", "neg_q[1] ? 1'b0 :"),
+        Fault(FILE, "w_q[1] == 27'd0 || (w_q[1]", "(w_q[1]"),
     ),
     timeout=900,
 )
@@ -234,18 +241,15 @@ def folded_rounded(ctx: Context) -> Iterator[Case]:
         name = "root" if root else "quotient"
         for special in (True, False):
             run = ctx.run(UNIT)
-            digits, u, divisor = (logic.free(n, x) for n, x in ((25, "Q"), (26, "u"), (26, "D")))
-            neg = logic.free(1, "neg")
+            free = ((25, "Q"), (WIDTH, "w"), (DIVISOR, "D"))
+            digits, register, divisor = (logic.free(width, name) for width, name in free)
             if not special:
-                for register, width, term in (
-                    ("u_q", 26, u),
-                    ("neg_q", 1, neg),
-                    ("divisor_q", 26, divisor),
-                ):
-                    run.replace(register, 2 * width - 1, width, FINAL, term)
+                run.replace("w_q", 2 * WIDTH - 1, WIDTH, FINAL, register)
+                run.replace("divisor_q", 2 * DIVISOR - 1, DIVISOR, FINAL, divisor)
                 run.replace("digits_q", 24, 0, FINAL, digits)
-            q, w, n, d = (wide(logic, term) for term in (digits, u, neg, divisor))
-            r = remainder(logic, root, 24, q, w, n, d)
+            q, d = wide(logic, digits), divisor_of(logic, divisor)
+            w = logic.sign_extend(register, ROOM)
+            r = remainder(logic, root, 24, q, w, d)
             operation = [
                 logic.eq(run.input("sqrt_i"), int(root)),
                 logic.eq(run.input("valid_i"), 1),
@@ -259,7 +263,7 @@ def folded_rounded(ctx: Context) -> Iterator[Case]:
                 given = [given[-1]]
             else:
                 outcome, ordinary, given = quotient(ctx, run, kept, r, q, logic.shl(d, 1))
-            given += invariant(logic, root, 24, q, w, n, d)
+            given += invariant(logic, root, 24, q, w, d)
             if special:
                 assume = (*operation, logic.no(ordinary))
                 yield ctx.check(f"{name}, special operands", run, LATENCY, outcome, assume)
