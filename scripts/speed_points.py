@@ -50,11 +50,13 @@ COLUMNS = (
 TAIL = """
 The last row of a configuration is the version shipped. The shortest optimised tick of `fast` is
 that of {best}; differences of a few per cent are within the scatter of the seeds, and what came
-later kept the stages and saves area. `small` gives clock for area: a pipelined divider would run at
-the clock of the rest, and takes a third more ALUTs. Registers were added where they cost no cycle between dependent operations: before
-the issue decision, behind the register banks (the bypass covers the stage), and around what ends a
-run, one cycle in all. A register inside the multiply-add pipe costs one cycle per link of the
-longest chain of operations instead, so it pays only while the pipe sets the clock.
+later kept the stages and saves area. `small` gives clock for area: its folded divider, two digits a
+clock, sets the clock; with the pipelined one it would run faster and be larger.
+
+Registers were added where they cost no cycle between dependent operations: before the issue
+decision, behind the register banks (the bypass covers the stage), and around what ends a run, one
+cycle in all. A register inside the multiply-add pipe costs one cycle per link of the longest chain
+of operations instead, so it pays only while the pipe sets the clock.
 
 All clocks are ECP5's. **Inferred, not measured:** Stratix III has faster logic, and its block RAM
 has an output register, so these register-to-register paths should be faster there; which path is
