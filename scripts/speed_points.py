@@ -18,7 +18,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from synth import TOPS
+from synth import RESULT, TOPS
 from synth_unit import ROOT, SynthesisError, sources_of, synthesise
 
 DATA = ROOT / "docs/data/speed_points.json"
@@ -104,29 +104,54 @@ def cycles(tree: Path, program: str, configuration: str) -> int:
     return int(found[1])
 
 
-def measure(revision: str, label: str, configuration: str, seeds: Sequence[int]) -> dict:
-    """One row of the data file. Raises PointError, SynthesisError."""
-    commit = git("rev-parse", "--short=7", f"{revision}^{{commit}}")
-    tree = checkout(commit)
-    package = (tree / "rtl/fpu/fp_pkg.sv").read_text(encoding="utf-8")
-    top = CORES[configuration]
+def synthesis(tree: Path, configuration: str, seeds: Sequence[int]) -> dict:
+    """Area and clock of the core in `tree`. Raises SynthesisError."""
     files = sources_of("asip", [tree / "rtl"])
-    name = f"point_{commit}_{configuration}"
-    result = synthesise("asip", files, seeds, top.parameters, name)
+    name = f"point_{tree.name}_{configuration}"
+    result = synthesise("asip", files, seeds, CORES[configuration].parameters, name)
     return {
-        "commit": commit,
-        "label": label or git("log", "-1", "--format=%s", commit),
-        "configuration": configuration,
-        "command": f"{COMMAND} --add {commit} --configuration {configuration} "
-        f"--seeds {' '.join(map(str, seeds))}",
-        "latency": {
-            unit: int(re.search(rf"FP_{unit}_LATENCY = (\d+)", package)[1]) for unit in UNITS
-        },
-        "cycles": {program: cycles(tree, program, configuration) for program in PROGRAMS},
         "aluts": result["alm"]["alut"],
         "registers": result["alm"]["ff"],
         "dsp_18x18": result["alm"]["mul18"],
         "fmax_mhz": result["ecp5"]["fmax_mhz"],
+    }
+
+
+def synthesis_report(configuration: str) -> dict:
+    """The same figures from what `make synth` has written. Raises PointError."""
+    name = CORES[configuration].name
+    try:
+        record = json.loads(RESULT.read_text(encoding="utf-8"))["tops"][name]
+    except (OSError, KeyError) as error:
+        raise PointError(f"{RESULT}: no {name}; help: make synth TOPS={name}") from error
+    figures = {key: record[key] for key in ("aluts", "registers", "dsp_18x18")}
+    return figures | {"fmax_mhz": record["fmax_mhz"]["seeds"]}
+
+
+def measure(
+    revision: str, label: str, configuration: str, seeds: Sequence[int], report: bool = False
+) -> dict:
+    """One row of the data file; `report`: area and clock are those of the last `make synth`.
+
+    Raises PointError, SynthesisError.
+    """
+    commit = git("rev-parse", "--short=7", f"{revision}^{{commit}}")
+    tree = checkout(commit)
+    package = (tree / "rtl/fpu/fp_pkg.sv").read_text(encoding="utf-8")
+    command = f"{COMMAND} --add {commit} --configuration {configuration}"
+    command += f" --seeds {' '.join(map(str, seeds))}"
+    if report:
+        command = f"make synth TOPS={CORES[configuration].name}"
+    return {
+        "commit": commit,
+        "label": label or git("log", "-1", "--format=%s", commit),
+        "configuration": configuration,
+        "command": command,
+        "latency": {
+            unit: int(re.search(rf"FP_{unit}_LATENCY = (\d+)", package)[1]) for unit in UNITS
+        },
+        "cycles": {program: cycles(tree, program, configuration) for program in PROGRAMS},
+        **(synthesis_report(configuration) if report else synthesis(tree, configuration, seeds)),
     }
 
 
@@ -175,11 +200,15 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--label", default="", help="what changed; default: the commit's subject")
     parser.add_argument("--configuration", choices=CORES, default="fast")
     parser.add_argument("--seeds", nargs="+", type=int, default=[1])
+    parser.add_argument(
+        "--from-report", action="store_true", help="area and clock of the last `make synth`"
+    )
     options = parser.parse_args(argv)
     points = json.loads(DATA.read_text(encoding="utf-8")) if DATA.is_file() else []
     if options.add:
         try:
-            add(points, measure(options.add, options.label, options.configuration, options.seeds))
+            given = (options.add, options.label, options.configuration, options.seeds)
+            add(points, measure(*given, options.from_report))
         except (PointError, SynthesisError) as error:
             print(f"error: {error}", file=sys.stderr)
             return 1

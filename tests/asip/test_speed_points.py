@@ -61,3 +61,15 @@ def test_cycles__this_tree__are_those_of_the_assembler(program):
     want = load_machine("small").run_cycles(decoded(image))
     speed_points.FOLDER.mkdir(parents=True, exist_ok=True)
     assert speed_points.cycles(speed_points.ROOT, program, "small") == want
+
+
+def test_row_from_a_report__figures_of_make_synth__or_what_to_run(tmp_path, monkeypatch) -> None:
+    report = tmp_path / "synth.json"
+    monkeypatch.setattr(speed_points, "RESULT", report)
+    with pytest.raises(speed_points.PointError, match="make synth TOPS=asip_small"):
+        speed_points.synthesis_report("small")
+    figures = {"aluts": 1, "registers": 2, "dsp_18x18": 3, "lut4": 9}
+    record = figures | {"fmax_mhz": {"median": 5.0, "seeds": {"1": 5.0}}}
+    report.write_text(json.dumps({"tops": {"asip_small": record}}))
+    got = speed_points.synthesis_report("small")
+    assert got == {"aluts": 1, "registers": 2, "dsp_18x18": 3, "fmax_mhz": {"1": 5.0}}
