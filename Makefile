@@ -25,7 +25,7 @@ SEEDS ?=
 export SEED
 
 .PHONY: help setup run dual test test-full lint gen gen-check synth quartus formal fp-case fp-bench fp-campaign fp-report readme docs lock clean \
-  test-mutants nios-sw nios-toolchain nios-cycles qemu motion
+  test-mutants nios-sw nios-toolchain nios-cycles qemu motion motion-size
 
 help: ## list targets and variables
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-14s %s\n", $$1, $$2}' Makefile
@@ -98,6 +98,9 @@ gen-check: $(READY) ## refuse generated files that differ from their sources
 
 motion: $(READY) ## the motion front-end: figures of the seeds, drive study, RTL, on one page (RUN=full)
 	@$(PY) -m sim.motion.show $(if $(filter full,$(RUN)),--full)
+
+motion-size: $(READY_SYNTH) ## area and clock of the motion front-end with Yosys and nextpnr, for its goals
+	@$(PY) scripts/motion_size.py $(if $(SEEDS),--seeds $(SEEDS))
 
 nios-cycles: $(READY) ## measure the Nios II core's cycle table and write it into docs/nios_core.md
 	@$(PY) -m sim.harness.n2_lockstep_cycles

@@ -28,6 +28,24 @@ class MotionError(RuntimeError):
 
 
 @dataclass(frozen=True)
+class DriveTimes:
+    """Times on the lines of an axis [clocks], one per pulse or turn; lengths once each.
+
+    hold: from the end of the last pulse to the turn, negative for a turn inside a pulse.
+    """
+
+    lengths: np.ndarray
+    space: np.ndarray
+    setup: np.ndarray
+    hold: np.ndarray
+
+    def kept(self, length: int, space: int, setup: int, hold: int) -> bool:
+        """Whether each pulse has its length and every other time is at least as long."""
+        pairs = ((self.space, space), (self.setup, setup), (self.hold, hold))
+        return self.lengths.tolist() == [length] and all(np.all(t >= least) for t, least in pairs)
+
+
+@dataclass(frozen=True)
 class Edges:
     """Level changes of the drive lines: clock since reset, and all lines from then on."""
 
@@ -40,6 +58,46 @@ class Edges:
         level = self.step >> axis & 1
         before = np.concatenate(([0], level[:-1]))
         return self.clock[(level == 1) & (before == 0)]
+
+    def steps(self, axes: int, apart: int) -> tuple[np.ndarray, np.ndarray]:
+        """Clocks of the steps of a path, and (n, axes) arrays of -1, 0, 1.
+
+        Pulses less than `apart` clocks behind the first of a step belong to it: a change of
+        direction delays an axis. Raises MotionError if one axis has two of them.
+        """
+        found: list[tuple[int, int, int]] = []
+        for axis in range(axes):
+            at = self.pulses(axis)
+            negative = self.direction[np.searchsorted(self.clock, at)] >> axis & 1
+            found += [(int(t), axis, -1 if n else 1) for t, n in zip(at, negative, strict=True)]
+        clocks: list[int] = []
+        rows: list[list[int]] = []
+        for clock, axis, sign in sorted(found):
+            if not clocks or clock - clocks[-1] >= apart:
+                clocks.append(clock)
+                rows.append([0] * axes)
+            if rows[-1][axis]:
+                raise MotionError(f"axis {axis} has two pulses within {apart} clocks of {clock}")
+            rows[-1][axis] = sign
+        return np.array(clocks, dtype=np.int64), np.array(rows, dtype=np.int64).reshape(-1, axes)
+
+    def drive_times(self, axis: int) -> DriveTimes:
+        """What the drive of an axis sees. Raises MotionError if its step line never rose."""
+        step, direction = self.step >> axis & 1, self.direction >> axis & 1
+        edge = np.diff(step.astype(np.int64), prepend=0)
+        rises, falls = self.clock[edge == 1], self.clock[edge == -1]
+        turns = self.clock[np.diff(direction.astype(np.int64), prepend=0) != 0]
+        if len(rises) == 0 or len(falls) != len(rises):
+            raise MotionError(f"axis {axis}: {len(rises)} pulses begin, {len(falls)} end")
+        behind = np.searchsorted(rises, turns)  # the pulse behind each turn
+        inside, after = behind < len(rises), np.searchsorted(rises, turns, side="right") > 0
+        ended = falls[np.searchsorted(rises, turns[after], side="right") - 1]
+        return DriveTimes(
+            np.unique(falls - rises),
+            rises[1:] - falls[:-1],
+            rises[behind[inside]] - turns[inside],
+            turns[after] - ended,
+        )
 
 
 class MotionRtl:

@@ -27,8 +27,9 @@ from rich import box
 from rich.markup import escape
 from rich.table import Table
 
+from scripts import motion_size
 from sim.harness.interpolator_rtl import InterpolatorRtl
-from sim.harness.motion_rtl import CLOCK_HZ, MotionRtl
+from sim.harness.motion_rtl import CLOCK_HZ, RECORDS, MotionRtl
 from sim.motion import lookahead_figures, planner_check, stress
 from sim.motion.gcode import Motion, Move
 from sim.motion.gcode_oracle import OracleError, compare_samples
@@ -70,7 +71,8 @@ Rows = Mapping[str, Mapping[str, Any]]
 
 @dataclass(frozen=True)
 class Counts:
-    """How much is run: moves against Ruckig, random programs, odd blocks, lines, circles."""
+    """How much is run: moves against Ruckig, random programs, odd blocks, lines, circles, lines of
+    all axes, drive timings."""
 
     moves: int = 400
     classes: int = 20
@@ -80,9 +82,11 @@ class Counts:
     odd: int = 1
     reach: int = 12
     radius: int = 60
+    axes_lines: int = 20
+    timings: int = 10
 
 
-FULL = Counts(100_000, 1000, 20_000, 2000, 10_000, 1000, 64, 200)
+FULL = Counts(100_000, 1000, 20_000, 2000, 10_000, 1000, 64, 200, 300, 300)
 
 
 # ---------------------------------------------------------------------- planner
@@ -202,7 +206,8 @@ def fastest(counts: Counts) -> Measured:
     motion.run({0: [Record(FIRST | LAST, 200, rate * UNITS_PER_HZ << 32, 0, 0)]}, LIMIT)
     at = motion.edges().pulses(0)
     clocks = sorted(set(np.diff(at).tolist()))
-    return f"{len(at)} pulses of 10000, {clocks} clocks apart", len(at) == 10_000 and clocks == [2]
+    apart = " or ".join(map(str, clocks))
+    return f"{len(at)} pulses of 10000, {apart} clocks apart", len(at) == 10_000 and clocks == [2]
 
 
 def jitter(counts: Counts) -> Measured:
@@ -274,6 +279,52 @@ def circles(counts: Counts) -> Measured:
     met = closed and worst[False] <= math.sqrt(0.5) and worst[True] < 0.5
     ends = "all close" if closed else "NOT CLOSED"
     return f"radial {worst[False]:.4f} / {worst[True]:.4f}, {ends}", met
+
+
+def line_in_axes(counts: Counts) -> Measured:
+    """Random lines of all axes of the front-end: nodes against the ideal, axis by axis [steps]."""
+    random, apart, worst, ended = np.random.default_rng(SEED), 40, 0.0, True
+    motion = _front_end()
+    motion.write("IRQ_ENABLE", 3)
+    motion.write("SOURCE", (1 << motion.AXES) - 1)
+    motion.write("PATH_FEED", apart)
+    for _ in range(counts.axes_lines):
+        lengths = random.integers(-300, 301, motion.AXES)
+        motion.line_in_all_axes(lengths.tolist())
+        motion.wait_for_irq(LIMIT)
+        nodes = np.cumsum(motion.edges().steps(motion.AXES, apart // 2)[1], axis=0)
+        ended &= nodes[-1].tolist() == lengths.tolist()
+        ideal = np.arange(1, len(nodes) + 1)[:, None] * lengths / np.abs(lengths).max()
+        worst = max(worst, float(np.abs(nodes - ideal).max()))
+    ends = "all end there" if ended else "WRONG END"
+    return f"{worst:.4f} on {counts.axes_lines} lines, {ends}", ended and worst <= 0.5
+
+
+def drive_times(counts: Counts) -> Measured:
+    """Moves there and back without rest at random drive timing: settings with a time not kept."""
+    random, wrong = np.random.default_rng(SEED), 0
+    for _ in range(counts.timings):
+        length, space, setup, hold = random.integers(1, 120, 4).tolist()
+        motion = MotionRtl()
+        motion.write("STEP_TIMING", length | space << 16)
+        motion.write("DIRECTION_TIMING", setup | hold << 16)
+        rate = int(16 * CLOCK_HZ / (length + space) * 0.9)
+        ticks = random.integers(8, 40, RECORDS).tolist()
+        flags = FIRST | LAST
+        motion.run(
+            {0: [Record(flags | k % 2, t, rate << 32, 0, 0) for k, t in enumerate(ticks)]}, LIMIT
+        )
+        wrong += not motion.edges().drive_times(0).kept(length, space, setup, hold)
+    return f"{wrong} of {counts.timings} settings not kept", wrong == 0
+
+
+def sizes(counts: Counts) -> Measured:
+    """Sizes that `make motion-size` found for the present RTL. Raises KeyError without them."""
+    found = motion_size.current()
+    parts = [f"{found[name]['ecp5']['luts']}" for name in motion_size.LIMITS]
+    clock = found["motion_front_end"]["mhz_median"]
+    met = all(motion_size.within(name, found[name]) for name in motion_size.LIMITS)
+    return f"{'; '.join(parts)} LUT, {clock:.0f} MHz", met
 
 
 # ---------------------------------------------------------------------- look-ahead
@@ -414,7 +465,10 @@ def table(
 
     hardware: also what runs on simulated RTL.
     """
-    simulated = (core, rest_to_rest, fastest, jitter, slow_pulses, lines, circles)
+    simulated = (
+        *(core, rest_to_rest, fastest, jitter, slow_pulses, drive_times),
+        *(lines, circles, line_in_axes),
+    )
     named = {str(row["name"]): row for row in rows}
     found = []
     for feature, seed, goal, measure, command in _features(named):
@@ -473,20 +527,18 @@ def _features(
          full + "sixteen_seconds"),
         ("pulse jitter", "10 ns", "<= 10 ns peak to peak", jitter,
          "make test T=test_constant_rate"),
-        ("step and direction timing", "none stated", "four times, proved", None,
-         "make formal; make test T=drive_timing"),
+        ("step and direction timing", "none stated", "four times kept", drive_times,
+         "make test T=drive_timing; proved: make formal T=step_timing"),
         ("pulse count, position at <= 40 kHz", "not stated", "0 lost, <= 0.04 pulses", slow_pulses,
          full + "a_billion_pulses"),
         ("sizes of pulse, velocity block, front-end", "152; 2330; 3037 LUT (one axis)",
-         "<= 100; <= 400; <= 3000 LUT (five axes)", None,
-         ".venv/bin/python scripts/synth_unit.py pulse_generator velocity_control "
-         "motion_front_end"),
+         "<= 100; <= 400; <= 3000 LUT (five axes), 100 MHz", sizes, "make motion-size"),
         ("line in steps", "half-step extrapolation", "per axis <= 0.5; across <= 0.7071 / 0.5",
          lines, "make test T=test_line__"),
         ("circle in steps", "figures only", "radial <= 0.7071 / 0.5, closes", circles,
          "make test T=test_circle__"),
-        ("one line in N axes", "no", "each axis <= 0.5 step", None,
-         "make test T=synchronised"),
+        ("one line in N axes", "no", "each axis <= 0.5 step", line_in_axes,
+         "make test T=line_in_all_axes; proved: make formal T=synchronised_nodes"),
         ("G-code: LinuxCNC's samples, equal moves", "LinuxCNC",
          "equal to rs274 where it moves", compare_goal,
          ".venv/bin/python -m sim.motion.gcode_oracle --samples"),

@@ -12,7 +12,7 @@ from rich.console import Console
 from sim.motion import goals, lookahead_figures, stress
 from sim.motion.gcode_oracle import OracleError, Samples
 
-TINY = goals.Counts(10, 1, 20, 3, 3, 1, 4, 6)
+TINY = goals.Counts(10, 1, 20, 3, 3, 1, 4, 6, 2, 2)
 FIGURES = (
     ("with blending, trapezoid", "s", 1.5),
     ("with blending, jerk-limited", "s", 1.51),

