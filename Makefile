@@ -100,7 +100,7 @@ motion: $(READY) ## the motion front-end: figures of the seeds, drive study, RTL
 	@$(PY) -m sim.motion.show $(if $(filter full,$(RUN)),--full)
 
 motion-size: $(READY_SYNTH) ## area and clock of the motion front-end with Yosys and nextpnr, for its goals
-	@$(PY) scripts/motion_size.py $(if $(SEEDS),--seeds $(SEEDS))
+	@$(PY) -m scripts.motion_size $(if $(SEEDS),--seeds $(SEEDS))
 
 nios-cycles: $(READY) ## measure the Nios II core's cycle table and write it into docs/nios_core.md
 	@$(PY) -m sim.harness.n2_lockstep_cycles

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Sizes and clock of the motion front-end: Yosys for ECP5 and 7 series, nextpnr for ECP5-85.
 
-    python scripts/motion_size.py
+    python -m scripts.motion_size
 
 A LUT of ECP5 is a cell LUT4, half a CCU2C (two bits of carry) or a quarter of a TRELLIS_DPR16X4
 (16 x 4 bits of memory), as nextpnr counts them; one of 7 series is a LUT, an inverter, a shift
@@ -148,8 +148,9 @@ def table(designs: Mapping[str, Any]) -> Table:
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; exit 0 ok, 1 for a tool that failed or a limit not kept."""
     parser = argparse.ArgumentParser(
+        prog="python -m scripts.motion_size",
         description=__doc__.splitlines()[0],
-        epilog="example: python scripts/motion_size.py --seeds 1 2 3 4 5",
+        epilog="example: python -m scripts.motion_size --seeds 1 2 3 4 5",
     )
     parser.add_argument("--seeds", nargs="+", type=int, default=list(SEEDS))
     parser.add_argument("--results", type=Path, default=RESULTS, help="JSON file written")
