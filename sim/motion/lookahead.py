@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from sim.model.parameters import Robot
 from sim.motion import blend
 from sim.motion.blend import SCALE, Blends
-from sim.motion.gcode import Dwell, Motion, Move
+from sim.motion.gcode import ARC_TOLERANCE_MM, Dwell, Motion, Move
 from sim.motion.lookahead_limits import (
     SHARE_ANGLES,
     SHARES,
@@ -34,7 +34,7 @@ from sim.motion.lookahead_limits import (
     speeds,
 )
 from sim.motion.lookahead_speed import Cell, SpeedPlanner, Stop, Stretch
-from sim.motion.path import Curve, Line, curve_of, to_si
+from sim.motion.path import FULL_TURN_BELOW, Curve, Line, curve_of, to_si
 from sim.motion.trajectory import WORKSPACE_ROUNDING, Workspace
 
 FloatArray = NDArray[np.float64]
@@ -42,7 +42,7 @@ FloatArray = NDArray[np.float64]
 DEPTH = 256  # moves looked at together, and least depth of the look-ahead
 LONGEST_CELL = 0.02  # of a line [m]; the directions to the legs change by some 3 %
 LARGEST_TURN = 0.2  # of an arc's cell [rad]
-# Shorter moves [m] are run with the next one; their end is not skipped, only its joint.
+# Shorter lines [m] are run as one line with the next one if P allows to miss the joint by that.
 SHORTEST_MOVE = 1e-7
 SHORTEST_BLEND = 1e-7  # distance from the corner [m] below which the joint is a stop
 SMOOTH = 1e-8  # angle [rad] and relative change of curvature that need no blend
@@ -86,6 +86,7 @@ class _Segment:
     end: FloatArray
     length: float
     feed: float  # [m/s] of path space
+    tool_feed: float  # [m/s] of the tool; inf for a move of the table alone
     tolerance: float  # [m]
     merge: float  # [m]
     inner: bool
@@ -241,14 +242,14 @@ class Lookahead:
                 yield item
                 continue
             self.summary.moves += 1
-            if held is not None and not item.motion.is_arc:
-                item = replace(item, start=held.start)
-            elif held is not None:
-                yield from self._segment(held)
+            if held is not None:
+                if _may_be_one(held, item):
+                    item = replace(item, start=held.start)
+                else:
+                    yield from self._segment(held)
             held = None
             if not item.motion.is_arc and item.tolerance > 0.0:
-                way = (to_si(item.end) - to_si(item.start)) * SCALE
-                if 0.0 < math.sqrt(way @ way) < SHORTEST_MOVE:
+                if 0.0 < _way_of(item) < SHORTEST_MOVE:
                     held = item
                     continue
             yield from self._segment(item)
@@ -282,6 +283,7 @@ class Lookahead:
             end,
             length,
             feed * ratio,
+            math.inf if move.turns_only_the_table else feed,
             move.tolerance / 1e3,
             move.merge / 1e3,
             move.inner,
@@ -567,8 +569,12 @@ class _Joints:
         length = np.array([segment.length for segment in segments])
         room = np.minimum(length[:-1], length[1:]) / 2
         room = np.minimum(room, 0.25 / np.maximum(curvature, 1e-9))
-        feed = np.array([segment.feed for segment in segments])
+        feed, tool_feed = (
+            np.array([getattr(segment, name) for segment in segments])
+            for name in ("feed", "tool_feed")
+        )
         self.feed = np.minimum(feed[:-1], feed[1:])
+        self.tool_feed = np.minimum(tool_feed[:-1], tool_feed[1:])
         wanted = np.flatnonzero(~smooth & (within > 0.0) & (self.angle < LARGEST_ANGLE))
         distance = np.zeros(count)
         if len(wanted):
@@ -701,10 +707,13 @@ class _Joints:
         count = len(blend.EXAMINED)
         u = np.tile(blend.EXAMINED, len(numbers))
         values = self.blends.at_parameters(numbers.repeat(count), u)
+        values = [value.reshape(len(numbers), count, 5) for value in values]
         joint = self.which[numbers]
+        # The tool's part of the way may be greater within a blend than at both its ends.
+        tool = np.linalg.norm(values[1][..., :3], axis=2).max(axis=1)
         return Pieces(
-            *(value.reshape(len(numbers), count, 5) for value in values),
-            feed=self.feed[joint],
+            *values,
+            feed=np.minimum(self.feed[joint], self.tool_feed[joint] / np.maximum(tool, 1e-12)),
             share=np.interp(self.angle[joint], SHARE_ANGLES, SHARES),
         )
 
@@ -804,10 +813,28 @@ def _evaluate(
     return q, d1, d2
 
 
+def _way_of(move: Move) -> float:
+    """Distance in path space from start to end of a move [m]."""
+    way = (to_si(move.end) - to_si(move.start)) * SCALE
+    return math.sqrt(way @ way)
+
+
+def _may_be_one(short: Move, move: Move) -> bool:
+    """Whether a short line may be run as one line with the next move: P of both must allow to miss
+
+    the joint, and a move of the table alone keeps its feed, which is in degrees.
+    """
+    if move.motion.is_arc or (move.turns_only_the_table and not short.turns_only_the_table):
+        return False
+    return _way_of(short) <= min(short.tolerance, move.tolerance) / 1e3
+
+
 def _on_its_circle(move: Move) -> Move:
     """The arc with its centre moved to equal distance from both ends, so that it is a true circle.
 
-    The move is at most of the size of the radii's difference that the reader accepts.
+    Along the chord, by the difference of the radii times radius / chord. More than half a turn is
+    moved as a whole by that, so there it may be ARC_TOLERANCE_MM at most; an arc beyond (nearly a
+    full turn) stays as it is, and its curve spreads the difference evenly.
     """
     if not move.motion.is_arc:
         return move
@@ -817,13 +844,16 @@ def _on_its_circle(move: Move) -> Move:
     ux, uy = bx - ax, by - ay
     square = ux * ux + uy * uy
     cx, cy = move.centre
-    if square == 0.0:
+    radius = math.hypot(ax - cx, ay - cy)
+    if math.sqrt(square) <= FULL_TURN_BELOW * radius:
         return move
     off = ((cx - (ax + bx) / 2) * ux + (cy - (ay + by) / 2) * uy) / square
-    centre = (cx - off * ux, cy - off * uy)
-    if math.hypot(centre[0] - cx, centre[1] - cy) > 0.1 * math.hypot(ax - cx, ay - cy):
+    moved = abs(off) * math.sqrt(square)
+    left = ux * (cy - ay) - uy * (cx - ax)  # > 0: the centre is on the left of the chord
+    less_than_half = left > 0.0 if move.motion is Motion.ARC_CCW else left < 0.0
+    if moved > (0.1 * radius if less_than_half else ARC_TOLERANCE_MM):
         return move
-    return replace(move, centre=centre)
+    return replace(move, centre=(cx - off * ux, cy - off * uy))
 
 
 if __name__ == "__main__":

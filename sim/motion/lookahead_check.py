@@ -135,17 +135,22 @@ class Deviation:
         second = np.diff(q, 2, axis=0)
         change = np.linalg.norm(np.diff(second, axis=0, prepend=second[:1]), axis=1)
         bend = (np.linalg.norm(second, axis=1) + change) / 8
-        for shift in (-1, 0):  # corners of the move's start and end
-            corner = own[:-1] + shift
-            rows = np.flatnonzero((corner >= 0) & (corner < len(self._nearest)))
-            corner = corner[rows]
-            off = _from_line(self._end[corner], q[rows], q[rows + 1])
-            if len(bend):
-                off -= np.maximum(
-                    bend[np.clip(rows - 1, 0, len(bend) - 1)],
-                    bend[np.clip(rows, 0, len(bend) - 1)],
-                )
-            np.minimum.at(self._nearest, corner, off)
+        # Corners from the start of the move of the first point to the end of the move behind that
+        # of the second: short moves between or behind them may have no set-point.
+        counts = own[1:] - own[:-1] + 3
+        rows = np.repeat(np.arange(len(counts)), counts)
+        corner = (
+            own[rows] - 1 + np.arange(len(rows)) - np.repeat(np.cumsum(counts) - counts, counts)
+        )
+        there = (corner >= 0) & (corner < len(self._nearest))
+        rows, corner = rows[there], corner[there]
+        off = _from_line(self._end[corner], q[rows], q[rows + 1])
+        if len(bend):
+            off -= np.maximum(
+                bend[np.clip(rows - 1, 0, len(bend) - 1)],
+                bend[np.clip(rows, 0, len(bend) - 1)],
+            )
+        np.minimum.at(self._nearest, corner, off)
 
     def _from_move(self, q: FloatArray, moves: NDArray[np.int64]) -> FloatArray:
         distance = _from_line(q, self._start[moves], self._end[moves])
@@ -164,13 +169,21 @@ def _from_line(q: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
 
 
 def _from_arc(q: FloatArray, curve: Curve) -> FloatArray:
-    """Distances (n,) of points (n, 5) from an arc: the nearest of many places, then Newton."""
+    """Distances (n,) of points (n, 5) from an arc: the nearest of many places, then Newton.
+
+    In both halves, because a full circle has two places for the points about its start.
+    """
     places = np.linspace(0.0, curve.length, 33)
     points = curve.evaluate(places)[0] * SCALE
-    s = places[np.linalg.norm(q[:, None] - points, axis=2).argmin(axis=1)]
-    for _ in range(5):
-        point, first, second = (value * SCALE for value in curve.evaluate(s))
-        off = point - q
-        slope = np.sum(first * first, axis=1) + np.sum(off * second, axis=1)
-        s = np.clip(s - np.sum(off * first, axis=1) / np.maximum(slope, 1e-9), 0.0, curve.length)
-    return np.linalg.norm(curve.evaluate(s)[0] * SCALE - q, axis=1)
+    away = np.linalg.norm(q[:, None] - points, axis=2)
+    found = []
+    for half in (slice(0, 17), slice(16, 33)):
+        s = places[half][away[:, half].argmin(axis=1)]
+        for _ in range(5):
+            point, first, second = (value * SCALE for value in curve.evaluate(s))
+            off = point - q
+            slope = np.sum(first * first, axis=1) + np.sum(off * second, axis=1)
+            s -= np.sum(off * first, axis=1) / np.maximum(slope, 1e-9)
+            s = np.clip(s, 0.0, curve.length)
+        found.append(np.linalg.norm(curve.evaluate(s)[0] * SCALE - q, axis=1))
+    return np.minimum(*found)

@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Look-ahead planner on odd geometry: nearly full circles, moves below a tick, five-axis feeds."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sim.model.parameters import Robot
+from sim.motion.blend import SCALE
+from sim.motion.gcode import Motion, Move, Plane
+from sim.motion.lookahead import LookaheadSettings
+from sim.motion.lookahead_check import ROUNDING, Deviation
+from sim.motion.path import to_si
+from tests.motion.lookahead_programs import sampled
+
+SETTINGS = LookaheadSettings(robot=Robot.load())
+HOME = (0.0, 0.0, 600.0, 0.0, 0.0)
+
+
+def lines(*ends, feed: float, tolerance: float, start=HOME) -> list[Move]:
+    starts = [start, *ends[:-1]]
+    return [
+        Move(number, "", Motion.LINEAR, begin, end, feed, tolerance=tolerance)
+        for number, (begin, end) in enumerate(zip(starts, ends, strict=True), 1)
+    ]
+
+
+# Nearly full circles: the end is a rounding, or a hundredth of a mm, before the start, with the
+# radii different by what the reader accepts.
+@pytest.mark.parametrize(
+    "end", [(math.nextafter(50.0, 0.0), 1e-13), (49.999, -0.01), (50.001, 0.01)]
+)
+@pytest.mark.parametrize("motion", [Motion.ARC_CCW, Motion.ARC_CW])
+def test_arc__nearly_a_full_turn__stays_on_its_circle(end, motion):
+    turn = Move(
+        1, "", motion, (50.0, 0.0, 600.0, 0.0, 0.0), (*end, 600.0, 0.0, 0.0), 3e4, Plane.XY, (0, 0)
+    )
+    points, _ = sampled([turn], SETTINGS)
+    radius = np.hypot(points.position[:, 0], points.position[:, 1]) * 1e3
+    assert np.abs(radius - 50.0).max() <= 0.0011  # mm, the difference of the radii
+    assert points.position[-1] == pytest.approx(to_si(turn.end), abs=1e-15)
+
+
+def test_arc__short_with_ends_off_by_the_tolerance__is_a_true_circle():
+    arc = Move(
+        1,
+        "",
+        Motion.ARC_CCW,
+        (50.0, 0.0, 600.0, 0.0, 0.0),
+        (0.0, 50.0015, 600.0, 0.0, 0.0),
+        3e3,
+        Plane.XY,
+        (0.0, 0.0),
+    )
+    points, _ = sampled([arc], SETTINGS)
+    x, y = points.position[:, 0] * 1e3, points.position[:, 1] * 1e3
+    # Least squares: x^2 + y^2 = 2 a x + 2 b y + c
+    a, b, c = np.linalg.lstsq(np.column_stack([2 * x, 2 * y, np.ones_like(x)]), x * x + y * y)[0]
+    radius = math.sqrt(c + a * a + b * b)
+    assert np.abs(np.hypot(x - a, y - b) - radius).max() < 1e-9
+    assert np.abs(np.hypot(x, y) - 50.0).max() < 0.002
+
+
+def test_feed__of_the_tool__holds_in_a_blend_between_turns_of_the_table():
+    # Path space turns by 120 degrees; in the middle of the blend only the tool moves.
+    moves = lines(
+        (10.0, 0.0, 600.0, 10.0, 0.0), (20.0, 0.0, 600.0, 0.0, 0.0), feed=600, tolerance=5
+    )
+    points, run = sampled(moves, SETTINGS)
+    assert run.summary.blends == 1
+    speed = np.linalg.norm(np.diff(points.position[:, :3], axis=0), axis=1) / SETTINGS.period
+    assert speed.max() <= 0.01 * (1 + 1e-9)
+
+
+def test_feed__of_the_table__holds_behind_a_tiny_move_of_the_tool():
+    moves = lines((5e-5, 0.0, 600.0, 0.0, 0.0), (5e-5, 0.0, 600.0, 0.0, 9.0), feed=60, tolerance=1)
+    points, _ = sampled(moves, SETTINGS)
+    rate = np.abs(np.diff(points.position[:, 4])) / SETTINGS.period
+    assert rate.max() <= math.radians(1.0) * (1 + 1e-6)  # F60: one degree per second
+
+
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-9])
+def test_corner__of_a_move_below_100_nm__is_within_p(tolerance):
+    ends = (1.0, 0.0, 600.0, 0.0, 0.0), (1.0, 9e-5, 600.0, 0.0, 0.0), (2.0, -1.0, 600.0, 0.0, 0.0)
+    moves = lines(*ends, feed=15000, tolerance=tolerance)
+    deviation = Deviation(moves)
+    blocks = list(deviation.watched(iter([sampled(moves, SETTINGS)[0]])))
+    corner = to_si(ends[1])
+    away = np.linalg.norm((blocks[0].position - corner) * SCALE, axis=1).min()
+    assert away <= tolerance / 1e3 + ROUNDING
+    assert max(deviation.path, deviation.corner) <= ROUNDING
+
+
+# The examiner itself
+
+
+def test_deviation__full_circle_and_moves_below_a_tick__are_no_violation():
+    full = Move(1, "", Motion.ARC_CW, HOME, HOME, 15000.0, Plane.XY, (7.0, 1.0), 0.01)
+    short = lines(
+        *((0.002 * k, 0.0, 600.0, 0.0, 0.0) for k in range(1, 200)), feed=15000, tolerance=0.01
+    )
+    moves = [full, *(replace(move, line=move.line + 1) for move in short)]
+    points, _ = sampled(moves, SETTINGS)
+    assert len(np.unique(points.line)) < len(moves)
+    deviation = Deviation(moves)
+    list(deviation.watched(iter([points])))
+    assert max(deviation.path, deviation.corner) <= ROUNDING
+    # and a micrometre beside it is one
+    deviation = Deviation(moves)
+    position = points.position.copy()
+    position[100:120, 2] += 1.1e-5
+    list(deviation.watched(iter([replace(points, position=position)])))
+    assert deviation.path == pytest.approx(1e-6, rel=0.01)
