@@ -19,12 +19,13 @@ from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from pathlib import Path
 
 from sim.motion import gcode_table as table_frame
+from sim.motion.gcode_flow import RETURNED, VALUE, Flow, FlowStop, Frame
 from sim.motion.gcode_words import (
     MAX_ERRORS,
     GcodeError,
@@ -50,6 +51,7 @@ Pose = tuple[float, float, float, float, float]
 """x, y, z [mm], tilt A, rotation C [degree]."""
 
 HOME: Pose = (0.0, 0.0, 600.0, 0.0, 0.0)
+NO_TOOLS: Mapping[int, Pose] = {}
 
 
 class Motion(Enum):
@@ -126,6 +128,8 @@ class Program:
 
 
 _CYCLES = ("G81", "G82", "G83")
+_ENDS = ("M2", "M30")
+_PAUSES = ("M0", "M1", "M60")
 _PATHS = ("G61", "G61.1", "G64")
 _SYSTEMS = tuple(f"G{n}" for n in range(54, 60)) + ("G59.1", "G59.2", "G59.3")
 _GROUPS = {
@@ -138,16 +142,24 @@ _GROUPS = {
     "coordinate system": _SYSTEMS,
     "path control": _PATHS,
     "cutter compensation": ("G40",),
-    "tool frame": ("G43.4", "G49"),
+    "tool": ("G43", "G43.4", "G49"),
+    "lathe": ("G7", "G8"),
     "retract": ("G98", "G99"),
     "single": ("G4", "G10", "G28", "G28.1", "G53", "G92", "G92.1", "G92.2", "G92.3"),
-    "end": ("M2", "M30"),
+    "stop": (*_ENDS, "M0", "M1", "M60", "M70", "M71", "M72", "M73"),
     "spindle": ("M3", "M4", "M5"),
     "coolant": ("M7", "M8", "M9"),
+    "tool change": ("M6",),
 }
 _GROUP_OF = {code: group for group, codes in _GROUPS.items() for code in codes}
-_VALUE_LETTERS = AXES + "IJKRFNPQLS"
+_POLAR = "@^"
+_VALUE_LETTERS = AXES + "IJKRFNPQLSTH" + _POLAR
 _OFFSETS = "IJK"
+_STATE = (  # of M70, LinuxCNC's list where it has an effect here; the motion is not in it
+    *("plane", "mm_per_unit", "incremental", "absolute_centres", "inverse_time", "diameter"),
+    *("feed", "feed_mm_per_unit", "tolerance", "merge", "retract_to_r", "system_index"),
+    *("in_table_frame", "tool_offset"),
+)
 _OWN_AXES = {"G10", "G28", "G28.1", "G92"}  # take the axis words of their block
 
 # Parameters of the coordinate systems (LinuxCNC, "Numbered parameters"), in the order of AXES.
@@ -162,7 +174,9 @@ class _TooManyErrors(Exception):
 class _Parser:
     """One pass over the lines of a program; `items` yields its moves and dwells."""
 
-    def __init__(self, lines: Iterable[str], file: str, start: Pose) -> None:
+    def __init__(
+        self, lines: Iterable[str], file: str, start: Pose, tools: Mapping[int, Pose]
+    ) -> None:
         self.file = file
         self.lines = lines
         self.errors: list[GcodeError] = []
@@ -180,28 +194,45 @@ class _Parser:
         self.feed_reported = False
         self.tolerance, self.merge = 0.0, 0.0
         self.in_table_frame = False
+        self.diameter = False
+        self.tools = tools
+        self.chosen = self.loaded = 0  # tools, 0 for none
+        self.tool_offset: Pose = (0.0,) * 5
         self.retract_to_r = False
         self.sticky: dict[str, float] = {}  # numbers a cycle keeps, in mm and s
         self.initial_level = 0.0
         self.system: Pose = (0.0,) * 5  # offset of the coordinate system
         self.shift: Pose = (0.0,) * 5  # of G92
+        self.system_index = 0
         self.parameters: dict[Key, float] = {_G92_ACTIVE: 0.0, _SYSTEM: 1.0}
         for first in (_HOME, _G92, *(_SYSTEM_1 + 20 * n for n in range(9))):
             for number in range(9):
                 self.parameters[first + number] = 0.0
         self._store(_HOME, start)
         self.ended = False
-        self.line = 0
-        self.source = ""
+        self.percent_open, self.percent_closed = False, False
+        self.line, self.source = 0, ""
+        self.last = 1, ""  # line read
+        self.flow = Flow(
+            self._numbered(),
+            self._place,
+            self._error,
+            self._parameter,
+            self.parameters,
+            lambda: bool(self.errors),
+            self._left,
+        )
 
     def items(self) -> Iterator[Move | Dwell]:
         try:
             for _ in self._read_lines():
                 if not self.errors:  # a text with a mistake yields nothing more
-                    self.any_output = self.any_output or bool(self.out)
+                    if self.out:
+                        self.any_output = True
+                        self.flow.moved()
                     yield from self.out
                 self.out.clear()
-        except _TooManyErrors:
+        except (_TooManyErrors, FlowStop):
             pass
         if self.errors:
             raise GcodeErrors(tuple(self.errors))
@@ -218,36 +249,49 @@ class _Parser:
 
     # Lines and words
 
-    def _read_lines(self) -> Iterator[None]:
-        opened: int | None = None
-        closed = False
+    def _numbered(self) -> Iterator[tuple[int, str]]:
+        """Lines with their numbers, without the percent lines and what follows the second."""
         for number, raw in enumerate(self.lines, start=1):
-            self.line, self.source = number, raw.rstrip("\r\n").expandtabs(1)
-            if self.source.strip() == "%":
-                if opened is not None:
-                    closed = True
-                    break
-                if self.any_output or self.ended or self.errors:
-                    self._error(
-                        self.source.index("%") + 1,
-                        "%",
-                        "percent line inside the program",
-                        "the opening percent line before the first block",
-                        "put % on the first line and on the last, or on neither",
-                    )
-                opened = self.line
+            text = raw.rstrip("\r\n").expandtabs(1)
+            self.last = number, text
+            if text.strip() != "%":
+                yield number, text
                 continue
+            if self.percent_open or self.ended:
+                self.percent_closed = True
+                return
+            if self.any_output or self.errors:
+                self._place(number, text)
+                self._error(
+                    self.source.index("%") + 1,
+                    "%",
+                    "percent line inside the program",
+                    "the opening percent line before the first block",
+                    "put % on the first line and on the last, or on neither",
+                )
+            self.percent_open = True
+
+    def _place(self, line: int, source: str) -> None:
+        """Line under work, of which mistakes are told."""
+        self.line, self.source = line, source
+
+    def _read_lines(self) -> Iterator[None]:
+        for number, text in self.flow.lines():
+            self._place(number, text)
             known = len(self.errors)
             words, settings = LineReader(self.source, self._error, self._parameter).words()
             if words or settings:
                 self._block(words, settings, clean=len(self.errors) == known)
             yield
-        self._check_end(opened is not None and not closed)
+            if self.ended and self.flow.inside:
+                self.flow.finish()
+                break
+        self._check_end()
 
-    def _check_end(self, percent_open: bool) -> None:
-        self.line = max(1, self.line)
+    def _check_end(self) -> None:
+        self._place(*self.last)
         column = len(self.source) + 1
-        if not self.ended:
+        if not self.ended and not (self.percent_open and self.percent_closed):
             self._error(
                 column,
                 "",
@@ -255,7 +299,7 @@ class _Parser:
                 "M2 or M30",
                 "end the program with M2; if it had one, the file is truncated",
             )
-        elif percent_open:
+        elif self.percent_open and not self.percent_closed:
             self._error(
                 column,
                 "",
@@ -273,7 +317,13 @@ class _Parser:
             index = _AXIS_PARAMETER.index(key - _POSITION)
             value = self._programmed()[index]
             return value / (self.mm_per_unit if index < 3 else 1.0)
-        return self.parameters.get(key, None if isinstance(key, str) else 0.0)
+        if isinstance(key, str):
+            return self._names(key).get(key)
+        return self.parameters.get(key, 0.0)
+
+    def _names(self, key: str) -> dict[Key, float]:
+        """Where a name has its value: global ones begin with an underscore."""
+        return self.parameters if key.startswith("_") else self.flow.frame.names
 
     def _store(self, first: int, pose: Pose) -> None:
         for offset, value in zip(_AXIS_PARAMETER, pose, strict=True):
@@ -285,13 +335,21 @@ class _Parser:
     def _set_parameters(self, settings: list[tuple[Key, float, int, str]]) -> None:
         for key, value, column, text in settings:
             if isinstance(key, int) and (_POSITION <= key < _POSITION + 9 or key == _SYSTEM):
+                read_only = f"#{key}"
+            elif key in (VALUE, RETURNED):
+                read_only = f"#<{key}>"
+            else:
+                read_only = ""
+            if read_only:
                 self._error(
                     column,
                     text,
-                    f"the parameter #{key} is read only",
+                    f"the parameter {read_only} is read only",
                     "another parameter",
                     "use #1 to #5000 for values of your own",
                 )
+            elif isinstance(key, str):
+                self._names(key)[key] = value
             else:
                 self.parameters[key] = value
 
@@ -300,13 +358,17 @@ class _Parser:
     def _programmed(self) -> Pose:
         """The position in the coordinates of the program [mm, degree]."""
         frame = table_frame.from_machine(self.position) if self.in_table_frame else self.position
-        return tuple(p - s - g for p, s, g in zip(frame, self.system, self.shift, strict=True))
+        return tuple(p - o for p, o in zip(frame, self._offset, strict=True))
 
     def _machine(self, programmed: Sequence[float]) -> Pose:
-        frame = tuple(
-            p + s + g for p, s, g in zip(programmed, self.system, self.shift, strict=True)
-        )
+        frame = tuple(p + o for p, o in zip(programmed, self._offset, strict=True))
         return table_frame.to_machine(frame) if self.in_table_frame else frame
+
+    @property
+    def _offset(self) -> Pose:
+        """Of programmed coordinates: coordinate system, G92 and tool."""
+        parts = zip(self.system, self.shift, self.tool_offset, strict=True)
+        return tuple(s + g + t for s, g, t in parts)
 
     def _target(self, values: dict[str, Word]) -> Pose:
         """End of the block in programmed coordinates; axes left out keep theirs."""
@@ -316,7 +378,40 @@ class _Parser:
                 scale = self.mm_per_unit if index < 3 else 1.0
                 value = values[letter].value * scale
                 end[index] = end[index] + value if self.incremental else value
+        self._add_polar(values, end)
         return tuple(end)
+
+    def _add_polar(self, values: dict[str, Word], place: list[float]) -> None:
+        """Radius @ and angle ^ about the origin of the program's X and Y; place is changed."""
+        given = [values[letter] for letter in _POLAR if letter in values]
+        if not given:
+            return
+        mixed = [values[letter] for letter in "XY" if letter in values]
+        if mixed:
+            self._error_at(
+                mixed[0],
+                f"{mixed[0].letter} together with {given[0].letter}",
+                "either @ and ^ or X and Y",
+                f"remove {mixed[0].text} or {given[0].text}",
+            )
+            return
+        radius = math.hypot(place[0], place[1])
+        angle = math.atan2(place[1], place[0])
+        if radius == 0.0 and (self.incremental or "^" not in values):
+            self._error_at(
+                given[0],
+                "at the origin there is no angle",
+                "@ and ^ with G90, or another place before",
+                "write for instance G90 G0 @10 ^30",
+            )
+            return
+        if "@" in values:
+            value = values["@"].value * self.mm_per_unit
+            radius = radius + value if self.incremental else value
+        if "^" in values:
+            value = math.radians(values["^"].value)
+            angle = angle + value if self.incremental else value
+        place[0], place[1] = radius * math.cos(angle), radius * math.sin(angle)
 
     # Blocks
 
@@ -337,7 +432,12 @@ class _Parser:
         self._set_parameters(settings)
         if not words:
             return
+        if "stop" in codes and codes["stop"].code in ("M70", "M73"):
+            self._save_state(restores=codes["stop"].code == "M73")
+        self._select_tool(values.pop("T", None), codes)
         self._select_modes(codes, values)
+        if self.diameter and "X" in values:
+            values["X"] = replace(values["X"], value=values["X"].value / 2)
         self._set_feed(values.pop("F", None), codes)
         clean = clean and len(self.errors) == known
         single = codes.get("single")
@@ -347,7 +447,8 @@ class _Parser:
             self._move(words, values, codes.get("motion"), single, clean)
         if clean:
             self._check_unused(values, codes)
-        self.ended = "end" in codes
+        if "stop" in codes:
+            self._stop(codes["stop"], words, clean)
 
     def _sort_words(self, words: list[Word]) -> tuple[dict[str, Word], dict[str, Word]]:
         """Words with values by letter and G, M words by modal group; mistakes are reported."""
@@ -371,8 +472,8 @@ class _Parser:
                 self._error_at(
                     word,
                     f"unknown word {word.letter}",
-                    "one of G M N F S X Y Z A C I J K R P Q L",
-                    "tools, other axes and subroutines are outside the accepted subset",
+                    "one of G M N F S T X Y Z A C @ ^ I J K R P Q L H",
+                    "other axes are outside the accepted subset",
                 )
             elif word.letter in values:
                 self._error_at(
@@ -435,12 +536,14 @@ class _Parser:
             used |= {"Q"} if self.motion == "G83" else set()
         if "path control" in codes and codes["path control"].code == "G64":
             used |= {"P", "Q"}
-        for letter in "PQL":
+        if "tool" in codes and codes["tool"].code == "G43":
+            used |= {"H"}
+        for letter in "PQLH":
             if letter in values and letter not in used:
                 self._error_at(
                     values[letter],
                     f"{letter} does not belong to this block",
-                    "P with G4, G10, G64, G82; Q with G64, G83; L with G10 and cycles",
+                    "P with G4, G10, G64, G82; Q with G64, G83; L with G10, cycles; H with G43",
                     f"remove {values[letter].text}",
                 )
 
@@ -465,13 +568,13 @@ class _Parser:
             elif group == "feed mode":
                 self.inverse_time = code == "G93"
             elif group == "coordinate system":
-                index = _SYSTEMS.index(code)
-                self.parameters[_SYSTEM] = float(index + 1)
-                self.system = self._stored(_SYSTEM_1 + 20 * index)
+                self._select_system(_SYSTEMS.index(code))
             elif group == "retract":
                 self.retract_to_r = code == "G99"
-            elif group == "tool frame":
-                self.in_table_frame = code == "G43.4"
+            elif group == "tool":
+                self._select_tool_frame(word, values)
+            elif group == "lathe":
+                self.diameter = code == "G7"
         if "path control" in codes:
             self._select_path(codes["path control"].code, codes, values)
 
@@ -505,6 +608,92 @@ class _Parser:
         self.feed = abs(word.value)
         self.feed_mm_per_unit = self.mm_per_unit
 
+    # Stops, saved state, tools
+
+    def _stop(self, word: Word, words: list[Word], clean: bool) -> None:
+        code = word.code
+        if code in _ENDS:
+            self.ended = True
+        elif not clean:
+            return
+        elif code in _PAUSES:
+            self.out.append(Dwell(self.line, self.source.strip(), 0.0))
+        elif code == "M71":
+            self.flow.frame.state = None
+            self.flow.frame.restores = False
+        elif code == "M72":
+            others = [other for other in words if other is not word and other.letter != "N"]
+            if others:
+                self._error_at(
+                    others[0],
+                    "M72 shares its block",
+                    "M72 alone",
+                    f"move {others[0].text} to a block of its own",
+                )
+            elif self.flow.frame.state is None:
+                self._error_at(
+                    word,
+                    "there is no saved state",
+                    "M70 or M73 before, in the same subroutine or main program",
+                    "states are not passed to subroutines",
+                )
+            else:
+                self._restore(self.flow.frame)
+
+    def _save_state(self, restores: bool) -> None:
+        frame = self.flow.frame
+        frame.state = {name: getattr(self, name) for name in _STATE}
+        frame.restores = frame.restores or restores
+
+    def _restore(self, frame: Frame) -> None:
+        for name, value in frame.state.items():
+            setattr(self, name, value)
+        self._select_system(self.system_index)
+
+    def _left(self, frame: Frame) -> None:
+        """A subroutine has ended."""
+        if frame.restores:
+            self._restore(frame)
+
+    def _select_system(self, index: int) -> None:
+        self.system_index = index
+        self.parameters[_SYSTEM] = float(index + 1)
+        self.system = self._stored(_SYSTEM_1 + 20 * index)
+
+    def _tool_number(self, word: Word) -> int:
+        """Number of a tool of the table, 0 also after a mistake."""
+        number = word.value
+        if number != 0.0 and number not in self.tools:
+            self._error_at(
+                word,
+                f"there is no tool {number:g}",
+                f"0 or a tool of the table, which has {len(self.tools)}",
+                "give the tool table, or remove the word where the tool is the one mounted",
+            )
+            return 0
+        return int(number)
+
+    def _select_tool(self, word: Word | None, codes: dict[str, Word]) -> None:
+        if word is not None:
+            self.chosen = self._tool_number(word)
+        if "tool change" in codes:
+            self.loaded = self.chosen
+            if "tool" in codes:  # rs274 alone, which tests compare with, loses its position here
+                self._error_at(
+                    codes["tool"],
+                    f"{codes['tool'].code} in the block of M6",
+                    "M6 without G43 G43.4 G49",
+                    f"move {codes['tool'].text} to the next block",
+                )
+            self.out.append(Dwell(self.line, self.source.strip(), 0.0))
+
+    def _select_tool_frame(self, word: Word, values: dict[str, Word]) -> None:
+        self.in_table_frame = word.code == "G43.4"
+        self.tool_offset = (0.0,) * 5
+        if word.code == "G43":
+            number = self._tool_number(values["H"]) if "H" in values else self.loaded
+            self.tool_offset = self.tools.get(number, self.tool_offset)
+
     # Words that act once
 
     def _single(
@@ -519,9 +708,18 @@ class _Parser:
                 f"move {motion.text} to a block of its own",
             )
             return
+        polar = [values[letter] for letter in _POLAR if letter in values]
+        if polar and word.code in _OWN_AXES:
+            self._error_at(
+                polar[0],
+                f"{polar[0].letter} with {word.code}",
+                "X Y Z A C",
+                "@ and ^ are for moves",
+            )
+            return
         if word.code == "G4":
             self._dwell(word, values, clean)
-            if any(letter in values for letter in AXES):
+            if any(letter in values for letter in AXES + _POLAR):
                 rest = {letter: value for letter, value in values.items() if letter != "P"}
                 self._move([word], rest, motion, None, clean)
         elif word.code == "G10":
@@ -627,10 +825,10 @@ class _Parser:
     ) -> None:
         cycle = self.motion in _CYCLES
         arc_words = [values[letter] for letter in _OFFSETS + "R" if letter in values]
-        axis_words = [values[letter] for letter in AXES if letter in values]
+        axis_words = [values[letter] for letter in AXES + _POLAR if letter in values]
         arc = self.motion in ("G2", "G3")
         if not arc_words and not axis_words:
-            if code is not None and clean and code.code != "G80":
+            if code is not None and clean and code.code not in ("G0", "G1", "G80"):
                 self._error_at(
                     code,
                     f"{code.code} without a position",
@@ -680,18 +878,19 @@ class _Parser:
 
     def _absolute_target(self, word: Word, values: dict[str, Word]) -> Pose:
         """G53: the words are coordinates of the machine, here turned into programmed ones."""
-        if self.incremental or self.in_table_frame or self.motion not in ("G0", "G1"):
+        polar = any(letter in values for letter in _POLAR)
+        if self.incremental or self.in_table_frame or polar or self.motion not in ("G0", "G1"):
             self._error_at(
                 word,
                 "G53 counts from the origin of the machine",
-                "G0 or G1, with G90 and outside G43.4",
+                "G0 or G1 with X Y Z A C, with G90 and outside G43.4",
                 "remove G53 or switch the mode before",
             )
         end = list(self.position)
         for index, letter in enumerate(AXES):
             if letter in values:
                 end[index] = values[letter].value * (self.mm_per_unit if index < 3 else 1.0)
-        return tuple(p - s - g for p, s, g in zip(end, self.system, self.shift, strict=True))
+        return tuple(p - o for p, o in zip(end, self._offset, strict=True))
 
     def _run(self, motion: Motion, end: Pose, centre: tuple[float, float] | None = None) -> None:
         """Moves to `end` in programmed coordinates, centre likewise."""
@@ -700,8 +899,8 @@ class _Parser:
             return
         if centre is not None:
             first, second = self.plane.axes
-            shift = [s + g for s, g in zip(self.system, self.shift, strict=True)]
-            centre = centre[0] + shift[first], centre[1] + shift[second]
+            offset = self._offset
+            centre = centre[0] + offset[first], centre[1] + offset[second]
         self._append(motion, self._machine(end), centre)
 
     def _append(self, motion: Motion, end: Pose, centre: tuple[float, float] | None = None) -> None:
@@ -736,7 +935,7 @@ class _Parser:
         self, motion: Motion, end: Pose, centre: tuple[float, float] | None
     ) -> None:
         """The move in pieces that are straight for the machine."""
-        offset = [s + g for s, g in zip(self.system, self.shift, strict=True)]
+        offset = self._offset
         start = table_frame.from_machine(self.position)
         finish = tuple(p + o for p, o in zip(end, offset, strict=True))
         if centre is not None:
@@ -825,7 +1024,7 @@ class _Parser:
             return
         retract, bottom = self.sticky["R"], self.sticky[letters[axis]]
         if self.incremental:
-            retract += here[axis]
+            retract += self.initial_level  # of the whole series, as rs274
             bottom += retract
         if bottom > retract:
             self._error_at(
@@ -851,6 +1050,7 @@ class _Parser:
                 if letters[index] in values:
                     value = values[letters[index]].value * self.mm_per_unit
                     place[index] = place[index] + value if self.incremental else value
+            self._add_polar(values, place)
             self._hole(place, axis, retract, bottom, clear)
         self.tolerance, self.merge = saved
 
@@ -991,29 +1191,40 @@ def _length(move: Move) -> float:
 
 
 def stream(
-    lines: Iterable[str], file: str = "<text>", start: Pose = HOME
+    lines: Iterable[str],
+    file: str = "<text>",
+    start: Pose = HOME,
+    tools: Mapping[int, Pose] = NO_TOOLS,
 ) -> Iterator[Move | Dwell]:
-    """Moves and dwells of a program of any length, as they are read; memory: one line.
+    """Moves and dwells of a program of any length, as they are read.
 
-    Raises GcodeErrors behind the last good block, with every mistake of the rest of the text.
+    Memory: one line, and what gcode_flow.py keeps for O words. tools: offsets [mm, degree] of G43
+    by number of the tool. Raises GcodeErrors behind the last good block, with every mistake of the
+    rest of the text.
     """
-    return _Parser(lines, file, start).items()
+    return _Parser(lines, file, start, tools).items()
 
 
-def stream_file(path: Path, start: Pose = HOME) -> Iterator[Move | Dwell]:
+def stream_file(
+    path: Path, start: Pose = HOME, tools: Mapping[int, Pose] = NO_TOOLS
+) -> Iterator[Move | Dwell]:
     """As `stream`, from a file. Raises GcodeErrors, and OSError if there is no such file."""
     with path.open(encoding="utf-8-sig", errors="replace") as lines:
-        yield from stream(lines, str(path), start)
+        yield from stream(lines, str(path), start, tools)
 
 
-def parse(text: str, file: str = "<text>", start: Pose = HOME) -> Program:
+def parse(
+    text: str, file: str = "<text>", start: Pose = HOME, tools: Mapping[int, Pose] = NO_TOOLS
+) -> Program:
     """Read a program from text; start is the pose [mm, degree] before its first block.
+
+    tools as for `stream`.
 
     Raises GcodeErrors with every mistake of the text.
     """
     moves: list[Move] = []
     dwells: list[tuple[int, Dwell]] = []
-    for item in stream(text.splitlines(), file, start):
+    for item in stream(text.splitlines(), file, start, tools):
         if isinstance(item, Move):
             moves.append(item)
         else:
@@ -1021,6 +1232,7 @@ def parse(text: str, file: str = "<text>", start: Pose = HOME) -> Program:
     return Program(file, start, tuple(moves), tuple(dwells))
 
 
-def parse_file(path: Path, start: Pose = HOME) -> Program:
+def parse_file(path: Path, start: Pose = HOME, tools: Mapping[int, Pose] = NO_TOOLS) -> Program:
     """Read a program from a file. Raises GcodeErrors, and OSError if there is no such file."""
-    return parse(path.read_text(encoding="utf-8-sig", errors="replace"), str(path), start)
+    text = path.read_text(encoding="utf-8-sig", errors="replace")
+    return parse(text, str(path), start, tools)

@@ -6,7 +6,8 @@
     python -m sim.motion.gcode_oracle --samples  the same on LinuxCNC's own sample programs
 
 rs274 prints coordinates of the program; its records of offsets turn them into those of the machine.
-Moves that stay where they are count in neither list. Lengths in mm, angles in degrees.
+Moves that stay where they are and rests of 0 s (our M0, M6) count in neither list. Lengths in mm,
+angles in degrees. Both have the tools of LinuxCNC's sample configurations, if that table is there.
 """
 
 from __future__ import annotations
@@ -18,16 +19,17 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from sim.motion.gcode import Dwell, GcodeErrors, Motion, parse
+from sim.motion.gcode import AXES, MM_PER_INCH, Dwell, GcodeErrors, Motion, Pose, parse
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("linuxcnc-uspace", "libboost-python1.74.0")
 UNPACKED = ROOT / "build/linuxcnc/root"
 SAMPLES = "share/linuxcnc/ncfiles"  # below the folder of bin/rs274
+TOOLS = "share/doc/linuxcnc/examples/sample-configs/common/tool.tbl"  # lengths in inches, as rs274
 DIGITS = 1.01e-4  # rs274 prints four decimals of mm or inch; sums of two of them
 _RECORD = re.compile(r"^ *\d+ \S+ +(\w+)\((.*)\)\s*$")
 Record = tuple[str, tuple[float, ...]]
@@ -59,6 +61,33 @@ def fetch() -> Path:
     return UNPACKED / "usr/bin/rs274"
 
 
+def tool_table(lines: Iterable[str], unit: float = 1.0) -> dict[int, Pose]:
+    """Offsets [mm, degree] by number from a tool table of LinuxCNC: T, X Y Z [unit mm], A C.
+
+    Other words and text behind `;` are left out. Raises OracleError for a line without number.
+    """
+    tools: dict[int, Pose] = {}
+    for number, line in enumerate(lines, start=1):
+        words = line.partition(";")[0].split()
+        if not words:
+            continue
+        try:
+            values = {word[0].upper(): float(word[1:]) for word in words}
+            tool = int(values["T"])
+        except (ValueError, KeyError):
+            raise OracleError(f"line {number} of the tool table: {line.strip()!r}") from None
+        x, y, z, a, c = (values.get(letter, 0.0) for letter in AXES)
+        tools[tool] = (x * unit, y * unit, z * unit, a, c)
+    return tools
+
+
+def sample_tools() -> Path | None:
+    """LinuxCNC's sample tool table, None where it is not installed."""
+    program = find()
+    path = program.parent.parent / TOOLS if program else None
+    return path if path is not None and path.exists() else None
+
+
 def rs274(text: str) -> list[Record]:
     """Records of rs274 for a program. Raises OracleError with its message if it refuses."""
     return list(_machine_records(_canonical(text)))
@@ -75,7 +104,7 @@ def _canonical(text: str) -> str:
         file = Path(folder) / "program.ngc"
         file.write_text(text, encoding="utf-8")
         run = subprocess.run(
-            [str(program), "-t", "/dev/null", "-g", str(file)],
+            [str(program), "-t", str(sample_tools() or "/dev/null"), "-g", str(file)],
             cwd=folder,
             env={**os.environ, "LD_LIBRARY_PATH": path},
             stdin=subprocess.DEVNULL,
@@ -90,13 +119,14 @@ def _canonical(text: str) -> str:
 
 def _machine_records(text: str) -> Iterator[Record]:
     """Records in coordinates of the machine, mm and degrees, x y z A C."""
-    system, shift, here = [0.0] * 5, [0.0] * 5, [0.0] * 5
+    system, shift, tool, here = [0.0] * 5, [0.0] * 5, [0.0] * 5, [0.0] * 5
     unit, plane, feed = 1.0, "XY", 0.0
 
     def pose(values: list[float]) -> list[float]:
         x, y, z, a, _, c = values[:6]
         lengths = [value * unit for value in (x, y, z)]
-        return [v + s + g for v, s, g in zip([*lengths, a, c], system, shift, strict=True)]
+        parts = zip([*lengths, a, c], system, shift, tool, strict=True)
+        return [v + s + g + t for v, s, g, t in parts]
 
     for line in text.splitlines():
         match = _RECORD.match(line)
@@ -116,6 +146,9 @@ def _machine_records(text: str) -> Iterator[Record]:
                 system = offset
             else:
                 shift = offset
+        elif name == "USE_TOOL_LENGTH_OFFSET":
+            x, y, z, a, _, c = (float(value) for value in re.split(r"[ ,]+", rest)[:6])
+            tool = [x * unit, y * unit, z * unit, a, c]
         elif name in ("STRAIGHT_TRAVERSE", "STRAIGHT_FEED"):
             end = pose([float(value) for value in rest.split(",")])
             if max(abs(a - b) for a, b in zip(end, here, strict=True)) > DIGITS:
@@ -132,15 +165,17 @@ def _machine_records(text: str) -> Iterator[Record]:
             end, middle = pose(values), pose(centre)
             yield "G3" if turns > 0 else "G2", (*end, middle[axes[0]], middle[axes[1]], feed)
             here = end
-        elif name == "DWELL":
+        elif name == "DWELL" and float(rest) > 0.0:
             yield "G4", (float(rest),)
 
 
 def ours(text: str) -> list[Record]:
     """The same records by our interpreter, from the origin. Raises GcodeErrors."""
-    program = parse(text, "program.ngc", (0.0,) * 5)
+    table = sample_tools()
+    tools = tool_table(table.read_text().splitlines(), MM_PER_INCH) if table else {}
+    program = parse(text, "program.ngc", (0.0,) * 5, tools)
     records: list[Record] = []
-    dwells = list(program.dwells)
+    dwells = [(before, dwell) for before, dwell in program.dwells if dwell.seconds > 0.0]
     for number, move in enumerate(program.moves):
         while dwells and dwells[0][0] <= number:
             records.append(_dwell(dwells.pop(0)[1]))

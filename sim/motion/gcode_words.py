@@ -17,9 +17,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 MAX_ERRORS = 20
-MAX_NUMBER = 1e6  # larger magnitudes are typing mistakes on any machine
+MAX_NUMBER = 1e7  # larger magnitudes are typing mistakes on any machine
 MAX_PARAMETER = 5999
 MAX_NESTING = 50
+EQUAL = 1e-4  # greatest difference of numbers that are EQ, as in rs274
 
 
 class GcodeError(ValueError):
@@ -86,7 +87,7 @@ Report = Callable[[int, str, str, str, str], None]
 """Takes column, text, what, expected, help of a mistake."""
 
 _NUMBER_RUN = re.compile(r"[ \t]*([+\-.\d]+)")
-_PLAIN_WORD = re.compile(r"([A-Za-z])[ \t]*([+-]?(?:\d+\.?\d*|\.\d+))(?![.\d+\-])")
+_PLAIN_WORD = re.compile(r"([A-NP-Za-np-z@^])[ \t]*([+-]?(?:\d+\.?\d*|\.\d+))(?![.\d+\-])")
 _STRAY_RUN = re.compile(r"[^ \t(;]+")
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)")
 _UNSIGNED = re.compile(r"\d+\.?\d*|\.\d+")
@@ -100,8 +101,8 @@ _OPERATORS: tuple[dict[str, Callable[[float, float], float]], ...] = (
         "XOR": lambda a, b: float((a != 0) != (b != 0)),
     },
     {
-        "EQ": lambda a, b: float(a == b),
-        "NE": lambda a, b: float(a != b),
+        "EQ": lambda a, b: float(abs(a - b) <= EQUAL),
+        "NE": lambda a, b: float(abs(a - b) > EQUAL),
         "GT": lambda a, b: float(a > b),
         "GE": lambda a, b: float(a >= b),
         "LT": lambda a, b: float(a < b),
@@ -128,7 +129,7 @@ _FUNCTIONS: dict[str, Callable[[float], float]] = {
 }
 
 
-class _MistakeError(Exception):
+class MistakeError(Exception):
     """Ends the reading of one word; the mistake has been reported."""
 
 
@@ -163,14 +164,23 @@ class LineReader:
                     break
                 elif char == "(":
                     self.at = self._skip_comment(begin)
-                elif char.isascii() and char.isalpha():
+                elif char in "oO":
+                    self.at = len(source)
+                    self._fail(
+                        begin + 1,
+                        source[begin:],
+                        "O word behind other words",
+                        "an O word first in its line",
+                        "put it on a line of its own",
+                    )
+                elif char in "@^" or (char.isascii() and char.isalpha()):
                     self.at += 1
                     words.append(self._word(begin))
                 elif char == "#":
                     settings.append(self._setting(begin))
                 else:
                     self._stray(begin)
-            except _MistakeError:
+            except MistakeError:
                 # What follows a broken expression cannot be told from its rest.
                 broken = self.depth > 0 or char == "#"
                 self.at = len(source) if broken else max(self.at, begin + 1)
@@ -178,7 +188,7 @@ class LineReader:
 
     def _fail(self, column: int, text: str, what: str, expected: str, help: str) -> None:
         self.report(column, text, what, expected, help)
-        raise _MistakeError
+        raise MistakeError
 
     def _blank(self) -> None:
         while self.at < len(self.source) and self.source[self.at] in " \t":
@@ -423,13 +433,20 @@ class LineReader:
         )
         return 0.0
 
-    def _key(self) -> Key:
-        """Parameter behind a #."""
+    def _name(self) -> str | None:
+        """Name in < >, without blanks and in lower case, None if there is none."""
         self._blank()
         name = _NAME.match(self.source, self.at)
-        if name:
-            self.at = name.end()
-            return re.sub(r"[ \t]", "", name.group(1)).lower()
+        if name is None:
+            return None
+        self.at = name.end()
+        return re.sub(r"[ \t]", "", name.group(1)).lower()
+
+    def _key(self) -> Key:
+        """Parameter behind a #."""
+        name = self._name()
+        if name is not None:
+            return name
         begin = self.at
         number = self._value()
         nearest = round(number)
