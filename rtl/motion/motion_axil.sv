@@ -6,7 +6,7 @@ module motion_axil #(
     parameter int unsigned Axes          = 5,
     parameter int unsigned ClocksPerTick = 100,
     parameter int unsigned Interpolators = 1,
-    parameter logic [31:0] Modulus       = 32'd1_600_000_000
+    parameter logic [31:0] Modulus       = 32'd16_000_000 * ClocksPerTick
 ) (
     input  logic                                        clk_i,
     input  logic                                        rst_ni,

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // motion_axis: one axis from a rate to step and direction lines.
 // Contract: velocity_control's rate, direction and first on one side, step_output's drive timing on the
-// other; a pulse of the generator becomes a request one clock later, in the direction of its move. With
-// source_i the pulses go nowhere and requests come from path_control.
+// other; a pulse of the generator becomes a request in the direction of the rate that made it, also where
+// the next move begins in that clock. After abort_i there is none. With source_i the pulses go nowhere and
+// requests come from path_control.
 module motion_axis #(
     parameter logic [31:0] Modulus = 32'd1_600_000_000,  // 16 x clock frequency in Hz
     parameter int unsigned TimeBits = 10
@@ -33,7 +34,7 @@ module motion_axis #(
 );
 
   logic [31:0] unused_count;
-  logic pulse;
+  logic generated, pulse, aborted_q, negative_q;
 
   pulse_generator #(
       .Modulus(Modulus)
@@ -42,9 +43,18 @@ module motion_axis #(
       .rst_ni,
       .clear_i(first_i),
       .rate_i,
-      .pulse_o(pulse),
+      .pulse_o(generated),
       .count_o(unused_count)
   );
+
+  // A pulse is that of the clock before.
+  always_ff @(posedge clk_i or negedge rst_ni)
+    if (!rst_ni) aborted_q <= 1'b0;
+    else aborted_q <= abort_i;
+
+  always_ff @(posedge clk_i) negative_q <= negative_i;
+
+  assign pulse = generated && !aborted_q;
 
   step_output #(
       .TimeBits(TimeBits)
@@ -57,7 +67,7 @@ module motion_axis #(
       .setup_i,
       .hold_i,
       .request_i ((source_i ? path_step_i : pulse) && !abort_i),
-      .negative_i(source_i ? path_negative_i : negative_i),
+      .negative_i(source_i ? path_negative_i : negative_q),
       .step_o,
       .direction_o,
       .position_o,

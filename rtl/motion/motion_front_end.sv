@@ -5,9 +5,9 @@
 // every ClocksPerTick clocks, a microsecond.
 module motion_front_end #(
     parameter int unsigned Axes          = 5,    // 1..8
-    parameter int unsigned ClocksPerTick = 100,  // clock frequency in MHz
+    parameter int unsigned ClocksPerTick = 100,  // clock frequency in MHz, 8*Axes + 8 .. 255
     parameter int unsigned Interpolators = 1,    // 0: without path_control, its registers read 0
-    parameter logic [31:0] Modulus       = 32'd1_600_000_000
+    parameter logic [31:0] Modulus       = 32'd16_000_000 * ClocksPerTick  // 16 x that in Hz, even
 ) (
     input  logic            clk_i,
     input  logic            rst_ni,
@@ -214,10 +214,18 @@ module motion_front_end #(
     assign path_feed     = '0;
   end
 
-  assign running       = moving | ~idle;
+  assign running       = moving | pulse | ~idle;  // a move's last pulse may come a clock behind it
   assign readdata_o    = readdata_q;
   assign waitrequest_o = read_i && !read_q;
   assign irq_o = (irq_enable_q[0] && (running | waiting) == '0 && !path_busy && !path_pending)
                  || (irq_enable_q[1] && ((underrun | overrun) != '0 || path_fault != '0));
+
+`ifndef SYNTHESIS
+  if (Axes < 1 || Axes > 8 || ClocksPerTick < 8 * Axes + 8 || ClocksPerTick > 255)
+  begin : gen_check_shape
+    $error("motion_front_end: Axes=%0d, ClocksPerTick=%0d, must be 1..8 and 8*Axes + 8 .. 255", Axes,
+           ClocksPerTick);
+  end
+`endif
 
 endmodule

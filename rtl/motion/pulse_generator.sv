@@ -9,7 +9,7 @@ module pulse_generator #(
 ) (
     input  logic        clk_i,
     input  logic        rst_ni,
-    input  logic        clear_i,   // start from half a pulse; a pulse due in the next clock is dropped
+    input  logic        clear_i,   // start from half a pulse; one due in the next clock is still given
     input  logic [31:0] rate_i,    // U(28.4) Hz
     output logic        pulse_o,
     output logic [31:0] count_o    // pulses since reset, modulo 2^32
@@ -30,9 +30,9 @@ module pulse_generator #(
   logic signed [33:0] phase_q, phase_d;
   // Two plain adders are smaller than one of three operands.
   (* keep *) logic [33:LOW] increment_high;
-  logic pulse_q, pulse_d, start_q, centre;
+  logic pulse_q, pulse_d, wrap_q, start_q, centre;
 
-  assign increment_high = {2'd0, rate_i[31:LOW]} + (pulse_q ? WRAP[33:LOW] : '0);
+  assign increment_high = {2'd0, rate_i[31:LOW]} + (wrap_q ? WRAP[33:LOW] : '0);
   assign phase_d   = phase_q + $signed({increment_high, rate_i[LOW-1:0]});
   assign pulse_d   = !phase_d[33];
   // Not below 0 although the modulus was taken off: the rate is above half a pulse per clock. From
@@ -45,10 +45,12 @@ module pulse_generator #(
     if (!rst_ni) begin
       start_q <= 1'b1;
       pulse_q <= 1'b0;
+      wrap_q  <= 1'b0;
       count_o <= '0;
     end else begin
       start_q <= 1'b0;
-      pulse_q <= pulse_d && !centre;
+      pulse_q <= pulse_d && !pulse_q && !start_q;
+      wrap_q  <= pulse_d && !centre;  // its modulus is taken off; a centred phase owes none
       if (pulse_q) count_o <= count_o + 32'd1;
     end
   end

@@ -31,7 +31,7 @@ module velocity_control #(
     output logic [Axes-1:0]    first_o      // in the clock before a move's first phase: centre the pulse
 );
 
-  // Words of a record: 0 flags {last, first, seed, direction}, 1 count, 2-3 velocity,
+  // Words of a record: 0 flags {last, first, seed, direction}, 1 count (1 at least), 2-3 velocity,
   // 4-5 acceleration, 6-7 jerk, each pair low word first, all signed;
   // velocity in 2^-32/16 Hz, acceleration per tick, jerk per tick twice.
   localparam int unsigned RateBits = 30;
@@ -153,7 +153,7 @@ module velocity_control #(
     logic near_q;        // the limit is within reach of the events
     logic direction_q;
     logic loaded_q;      // a phase is there and not yet over
-    logic fresh_q;       // none of its ticks has passed
+    logic fresh_q;       // none of its ticks has passed, and the clock behind it
     logic running_q;     // the rate belongs to a move
     logic final_q;       // the phase that ended was its move's last
     logic pulsed_q;      // a pulse since the rate was published
@@ -211,8 +211,8 @@ module velocity_control #(
           loaded_q <= 1'b0;
           final_q  <= flags_q[FlagLast];
         end
+        if (sample_q && loaded_q) fresh_q <= 1'b0;  // a pulse in that clock is of the rate before
         if (tick_i && loaded_q) begin
-          fresh_q     <= 1'b0;
           running_q   <= 1'b1;
           direction_q <= flags_q[FlagDirection];
         end

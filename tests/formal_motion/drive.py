@@ -200,7 +200,8 @@ SUM = 96  # bits of sums of rates that no run exceeds
 
 class PulseSum:
     """Sum of the rates, from half a pulse on, and of a modulus for every pulse started, both since
-    the phase was last centred; whether every rate since then was at most half a pulse per clock."""
+    the phase was last centred; whether every rate since then was at most half a pulse per clock,
+    less in a clock in which a pulse due at the centring is given."""
 
     widths = {"sum": SUM, "pulses": SUM, "moderate": 1}
 
@@ -223,7 +224,15 @@ class PulseSum:
         return logic.any(logic.eq(run.input("clear_i"), 1), logic.eq(run.signal("start_q", 0), 1))
 
     def moderate(self, run: Run, cycle: int = 0) -> Term:
-        return run.logic.ule(run.input("rate_i", cycle), self.modulus // 2)
+        logic, rate = run.logic, run.input("rate_i", cycle)
+        less = logic.any(logic.no(self.owed(run, cycle)), logic.ne(rate, self.modulus // 2))
+        return logic.all(logic.ule(rate, self.modulus // 2), less)
+
+    def owed(self, run: Run, cycle: int) -> Term:
+        """A pulse of the time before the phase was centred is given."""
+        logic = run.logic
+        pulse = logic.eq(run.output("pulse_o", cycle), 1)
+        return logic.all(pulse, logic.eq(run.signal("wrap_q", cycle), 0))
 
     def next(self, run: Run, own: Values) -> Values:
         logic = run.logic
@@ -239,22 +248,31 @@ class PulseSum:
     def remainder(self, run: Run, cycle: int) -> Term:
         """What is left of the sum when a modulus was taken off for every pulse; signed."""
         logic = run.logic
-        phase, pulse = run.signal("phase_q", cycle), logic.eq(run.output("pulse_o", cycle), 1)
-        return logic.ite(pulse, phase, logic.add(phase, logic.bv(34, self.modulus)))
+        phase, wraps = run.signal("phase_q", cycle), logic.eq(run.signal("wrap_q", cycle), 1)
+        return logic.ite(wraps, phase, logic.add(phase, logic.bv(34, self.modulus)))
+
+    def due(self, run: Run) -> Term:
+        """What is left and the rate are a modulus."""
+        logic = run.logic
+        sum_ = logic.add(
+            logic.sign_extend(self.remainder(run, 0), 40), logic.extend(run.input("rate_i"), 40)
+        )
+        return logic.sle(logic.bv(40, self.modulus), sum_)
 
     def invariant(self, run: Run, own: Values, cycle: int) -> Mapping[str, Term]:
         logic = run.logic
         rest, half = self.remainder(run, cycle), logic.bv(34, self.modulus // 2)
         pulse = logic.eq(run.output("pulse_o", cycle), 1)
+        wraps = logic.eq(run.signal("wrap_q", cycle), 1)
         phase = run.signal("phase_q", cycle)
         exact = logic.all(
             logic.sle(logic.bv(34, 0), rest),
-            logic.slt(rest, logic.ite(pulse, half, logic.bv(34, self.modulus))),
+            logic.slt(rest, logic.ite(wraps, half, logic.bv(34, self.modulus))),
             logic.eq(own["sum"], logic.add(own["pulses"], logic.sign_extend(rest, SUM))),
         )
         begins = logic.eq(run.signal("start_q", cycle), 1)
         bounded = logic.ite(
-            pulse,
+            wraps,
             logic.all(logic.sle(logic.bv(34, 0), phase), logic.slt(phase, 1 << 32)),
             logic.all(logic.sle(logic.bv(34, -self.modulus), phase), logic.slt(phase, 0)),
         )
@@ -264,6 +282,10 @@ class PulseSum:
             ),
             "phase in range": logic.any(begins, bounded),
             "no pulse at the start": logic.implies(begins, logic.no(pulse)),
+            "a modulus is taken off for a pulse": logic.implies(wraps, pulse),
+            "but for one due when the phase was centred": logic.implies(
+                self.owed(run, cycle), logic.eq(rest, half)
+            ),
         }
 
     def claims(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
@@ -281,8 +303,12 @@ class PulseSum:
                 logic.all(*high, *undisturbed), logic.ne(after, later)
             ),
             "count_o counts them": logic.eq(counts[1], counted),
-            "no pulse in the clock after clear_i": logic.implies(
-                self.centres(run), logic.no(after)
+            "no pulse in the clock after the first": logic.implies(
+                logic.eq(run.signal("start_q", 0), 1), logic.no(after)
+            ),
+            "in the clock after clear_i the one that is due": logic.implies(
+                logic.all(logic.eq(run.input("clear_i"), 1), undisturbed[-1]),
+                logic.eq(after, logic.all(logic.no(now), self.due(run))),
             ),
         }
 
@@ -290,13 +316,14 @@ class PulseSum:
 @proof(
     "pulse_generator",
     "while rates are at most half a pulse per clock, as many pulses have started since the phase "
-    "was centred as there are whole moduli in the sum of the rates and half a modulus; above, a "
-    "pulse every other clock; never two in a row; count_o counts them",
+    "was centred as there are whole moduli in the sum of the rates and half a modulus, besides one "
+    "that was due then; above, a pulse every other clock; never two in a row; count_o counts them",
     "any rates and clears; two moduli",
     (
         Fault("motion/pulse_generator.sv", "WRAP >>> 1", "WRAP >>> 2"),
         Fault("motion/pulse_generator.sv", "|| (pulse_q && pulse_d)", ""),
         Fault("motion/pulse_generator.sv", "pulse_d && !centre", "pulse_d"),
+        Fault("motion/pulse_generator.sv", "!pulse_q && !start_q", "!centre"),
         Fault("motion/pulse_generator.sv", "rate_i[31:LOW]}", "rate_i[31:LOW]} + 1'b1"),
     ),
     quick=True,

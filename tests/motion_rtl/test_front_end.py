@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -168,6 +169,33 @@ def test_phases_of_one_tick__follow_each_other_without_a_gap(motion):
     assert motion.status("underrun") == 0
 
 
+# Half a pulse: behind the half at a move's start it makes one pulse in the tick's last clock.
+HALF = cruise(8_000_000, 1)
+
+
+@pytest.mark.parametrize("flags", [FIRST | LAST, LAST, FIRST | LAST | 1, LAST | 1])
+def test_pulse_in_the_last_clock_of_a_tick__sent_and_in_its_own_direction(motion, flags):
+    before = replace(HALF, flags=FIRST | LAST * (flags & FIRST != 0))
+    motion.run({0: [before, cruise(16_000_000, 3, flags)]}, LIMIT)
+    assert motion.position(0) == 1 + 3 * (-1 if flags & 1 else 1)
+    seen = motion.edges()
+    at = seen.pulses(0)
+    # From the centre the next pulse comes half a period later.
+    assert abs(int(at[1] - at[0]) - (50 if flags & FIRST else 100)) <= flags % 2, at
+    assert (seen.direction[np.searchsorted(seen.clock, at)] & 1).tolist() == [0] + 3 * [flags & 1]
+
+
+def test_pulse_in_the_last_clock_of_a_tick__does_not_count_in_a_phase_of_pulses_behind_it(motion):
+    pulses = Record(FIRST | LAST | 2, 3, 16_000_000 << 32, 0, 0)
+    motion.run({0: [HALF, pulses]}, LIMIT)
+    assert motion.position(0) == 1 + 3
+
+
+def test_pulse_in_the_last_clock_of_a_move__no_interrupt_before_it(motion):
+    motion.run({0: [HALF]}, LIMIT)
+    assert motion.position(0) == 1
+
+
 # ---------------------------------------------------------------------- seed-compatible mode
 
 
@@ -262,6 +290,23 @@ def test_abort__no_further_pulse_on_that_axis_only(motion):
     assert motion.position(3) == 100
     assert motion.status("running") == 0
     assert motion.read("HEAD") == motion.read("TAIL")
+
+
+def test_abort__in_every_clock_between_two_pulses__none_comes_after_it(motion):
+    wanted = 0
+    for clock in range(101):
+        motion.put({0: [cruise(16 * 1_000_000, 1000)]})
+        motion.clock(400 + clock)
+        motion.write("CONTROL", 1)
+        aborted = motion.now
+        motion.clock(250)
+        at = motion.edges().pulses(0)
+        assert len(at) and at[-1] <= aborted, clock
+        wanted += len(at)
+        motion.run({0: [cruise(16 * 1_000_000, 2, FIRST | LAST | 1)]}, LIMIT)
+        wanted -= 2
+        assert motion.position(0) == wanted, clock
+        motion.edges()
 
 
 def test_steps_faster_than_the_drive_allows__overrun(motion):

@@ -178,6 +178,28 @@ def test_arc__random_nodes_and_turns__ends_exactly_and_turns_as_asked():
         assert all((2 * (near + squared) - 1) ** 2 <= 16 * near * squared + 64 * squared), what
 
 
+@pytest.mark.parametrize("combined", MODES)
+def test_arc__every_pair_of_nodes_that_a_command_may_have__in_one_turn(combined):
+    """Any nodes between whose neighbours the circle passes, rounded points of it or not."""
+    for squared in (*range(1, 9), 13, 25, 27):
+        reach = range(-8, 9)
+        begins = [
+            (u, v)
+            for u in reach
+            for v in reach
+            if -(abs(u) + abs(v)) <= u * u + v * v - squared < abs(u) + abs(v)
+        ]
+        for start in begins:
+            for end in begins:
+                for clockwise in (False, True):
+                    what = (start, end, squared, clockwise)
+                    at = nodes(rtl().arc(start, end, squared, clockwise, combined), start)
+                    assert tuple(at[-1]) == end, what
+                    swept = np.unwrap(np.arctan2(*np.vstack([start, at]).T[::-1]))
+                    turned = (swept[-1] - swept[0]) * (-1 if clockwise else 1)
+                    assert 0 < turned < 2 * np.pi + 1e-6, what
+
+
 def test_planes__same_steps_on_the_plane_s_axes():
     flat = rtl().arc((9, 0), (0, 9), 81)
     assert np.array_equal(rtl().arc((9, 0), (0, 9), 81, plane="zx"), flat[:, [1, 2, 0]])

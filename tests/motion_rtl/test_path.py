@@ -155,6 +155,74 @@ def test_commands_queued__follow_without_a_gap():
     assert positions(rtl) == [30 - 20 - 9, 11 + 20 + 3 - 4, 25 + 8, 0, -25]
 
 
+LEAST = 4  # clocks, of PATH_FEED
+
+
+def letters(rtl: MotionRtl) -> tuple[np.ndarray, str]:
+    """Clocks of the pulses of x, y, z since the last call, and their letters, small ones back."""
+    seen = rtl.edges()
+    found = []
+    for axis, letter in enumerate("XYZ"):
+        at = seen.pulses(axis)
+        back = seen.direction[np.searchsorted(seen.clock, at)] >> axis & 1
+        found += [(int(t), letter.lower() if b else letter) for t, b in zip(at, back, strict=True)]
+    found.sort()
+    return np.array([clock for clock, _ in found]), "".join(letter for _, letter in found)
+
+
+def test_least_period__commands_of_one_step__each_in_its_clock():
+    rtl = front_end(period=LEAST)
+    rtl.line(1, 0, start=False)
+    planes = np.random.default_rng(SEED).integers(0, 3, 200).tolist()
+    for number, plane in enumerate(planes):
+        rtl.write("PATH_COMMAND", plane << 2)
+        # The first one takes two clocks more to begin; from then on one takes a period.
+        rtl.clock(LEAST - 1 if number else LEAST + 1)
+    rtl.wait_for_irq(LIMIT)
+    assert rtl.path_faults() == set(), f"replay: SEED={SEED}"
+    clocks, text_ = letters(rtl)
+    assert text_ == "".join("XZY"[plane] for plane in planes), f"replay: SEED={SEED}"
+    assert np.all(np.diff(clocks) == LEAST), f"replay: SEED={SEED}, {np.diff(clocks)}"
+
+
+def test_least_period__commands_of_two_steps__none_lost_or_exchanged():
+    ends = {(2, 0): "XX", (0, 2): "YY", (1, 1): "YX", (-1, 1): "Yx", (0, -2): "yy", (-2, 0): "xx"}
+    rtl = front_end(period=LEAST)
+    random = np.random.default_rng(SEED)
+    wanted = ""
+    for end in [list(ends)[i] for i in random.integers(0, len(ends), 100)]:
+        rtl.line(*end)
+        rtl.clock(2 * LEAST - 3)  # three words written
+        wanted += ends[end]
+    rtl.wait_for_irq(LIMIT)
+    assert rtl.path_faults() == set(), f"replay: SEED={SEED}"
+    clocks, text_ = letters(rtl)
+    assert text_ == wanted, f"replay: SEED={SEED}"
+    # A drive's change of direction takes a clock.
+    assert np.all(np.abs(np.diff(clocks) - LEAST) <= 1), f"replay: SEED={SEED}"
+
+
+@pytest.mark.parametrize("short", ["all", "arc"])
+def test_least_period__command_that_takes_longer_to_begin__its_steps_are_made_up_for(short):
+    rtl = front_end(period=LEAST)
+    jobs = [lambda: rtl.line(0, 20)]
+    jobs.insert(
+        0,
+        lambda: (
+            rtl.line_in_all_axes([0, 0, 1, 0, 0]) if short == "all" else rtl.arc((1, 0), (0, 1), 1)
+        ),
+    )
+    rtl.line(120, 0)
+    for job in jobs:
+        while rtl.path("pending"):
+            pass
+        job()
+    rtl.wait_for_irq(LIMIT)
+    clocks, text_ = letters(rtl)
+    assert text_ == "X" * 120 + {"all": "Z", "arc": "Yx"}[short] + "Y" * 20
+    assert clocks[-1] - clocks[0] == LEAST * (len(clocks) - 1)
+
+
 def test_period__every_step_in_its_clock__and_changed_under_way():
     for period in (4, 7, 1000):
         rtl = front_end(period=period)
