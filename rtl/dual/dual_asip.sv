@@ -44,7 +44,7 @@ module dual_asip #(
   logic [31:0] zero_on_hold;
   // ---- sequencer and buffer
   logic        start, seq_core, seq_read, seq_write, seq_wait, active, valid, hold, underrun, late;
-  logic        swap, store, complete, source_measured, command, copying;
+  logic        swap, store, complete, source_measured, command, copying, waiting;
   logic        source_measured_q;
   logic [13:0] seq_address;
   logic [4:0]  source, index;
@@ -154,6 +154,7 @@ module dual_asip #(
       .late_o           (late),
       .finished_o       (finished_o),
       .cleared_o        (cleared),
+      .waiting_o        (waiting),
       .copying_o        (copying),
       .active_o         (active)
   );
@@ -181,6 +182,7 @@ module dual_asip #(
       .clk_i,
       .rst_ni,
       .clear_i       (cleared),
+      .waiting_i     (waiting),
       .cycles_i      (core_cycles),
       .data_i        (data),
       .start_i       (start),

@@ -45,6 +45,7 @@ module period_sequencer (
     output logic        late_o,             // pulse: any work is under way when a period starts
     output logic        finished_o,         // pulse: all work of the period is done
     output logic        cleared_o,          // pulse
+    output logic        waiting_o,          // a period has begun, its work not yet
     output logic        copying_o,          // the bus is in use
     output logic        active_o
 );
@@ -230,6 +231,7 @@ module period_sequencer (
   assign late_o            = start_i && state_q != StIdle;
   assign finished_o        = state_q == StWait && state_d == StIdle;
   assign cleared_o         = state_q == StClear && accepted && core_q;
+  assign waiting_o         = pending_q || start_i;
   assign copying_o         = state_q != StIdle && state_q != StWait && state_q != StBegin;
   assign active_o          = state_q != StIdle || pending_q || clear_q;
 

@@ -6,6 +6,7 @@ module period_statistics (
     input  logic        clk_i,
     input  logic        rst_ni,
     input  logic        clear_i,
+    input  logic        waiting_i,      // the work of a period that has begun comes behind clear_i
     input  logic [1:0]  cycles_i,       // data_i holds the cycles of core n's run
     input  logic [31:0] data_i,
     input  logic        start_i,
@@ -85,7 +86,7 @@ module period_statistics (
         if (32'(left) < left_min_o) left_min_o <= 32'(left);
       end
       if (clear_i) begin
-        periods_o     <= 32'd0;
+        periods_o     <= {31'd0, waiting_i};
         overruns_o    <= 32'd0;
         command_max_o <= 16'd0;
         copy_max_o    <= 16'd0;

@@ -2,7 +2,8 @@
 // period_timer: marks the first clock of every period.
 // Contract: the first period starts in the clock after run_i rises, the next ones clocks_i clocks apart
 // (1..65535; 0 counts as 65536), taken in the first clock of each. elapsed_o counts from 0 in the first clock;
-// clocks_o is the length of the period under way, in its first clock still that of the one before.
+// clocks_o is the length of the period under way, in its first clock still that of the one before. Without
+// run_i that one is counted to its end, where elapsed_o stays at clocks_o.
 module period_timer (
     input  logic        clk_i,
     input  logic        rst_ni,
@@ -26,8 +27,9 @@ module period_timer (
       clocks_q <= 16'd0;
     end else begin
       run_q   <= run_i;
-      count_q <= (!run_q || last) ? 16'd0 : count_q + 16'd1;
-      if (count_q == 16'd0) clocks_q <= clocks_i;
+      if (run_i && (!run_q || last)) count_q <= 16'd0;
+      else if (start_o || count_q != clocks_q) count_q <= count_q + 16'd1;
+      if (start_o) clocks_q <= clocks_i;
     end
   end
 

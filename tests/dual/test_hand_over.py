@@ -342,6 +342,34 @@ def test_statistics__periods_are_exactly_as_long_as_set():
     assert np.diff(begins).tolist() == [PERIOD, PERIOD]
 
 
+def test_stop__in_the_middle_of_a_period__its_clocks_are_counted_to_the_end():
+    bench = Bench()
+    bench.start()
+    names = ("COMMAND_LAST", "USED_LAST", "LEFT_MIN")
+    used = int(bench.run(3)["used"][2])
+    before = [bench.system.read(name) for name in names]
+    for clocks in (1, 50, 120):
+        bench.system.clock(PERIOD - used - 1 + clocks)
+        bench.system.write("CONTROL", 0)
+        bench.system.clock(3 * PERIOD)
+        assert [bench.system.read(name) for name in names] == before, clocks
+        bench.start()
+        used = int(bench.run(2)["used"][1])
+    bench.set_input("spin", LONG)  # begins in the period that is stopped, and ends behind it
+    bench.system.clock(PERIOD)
+    bench.system.write("CONTROL", 0)
+    bench.system.clock(3 * PERIOD)
+    assert bench.system.read("USED_LAST") == PERIOD and bench.system.read("LEFT_MIN") == 0
+    assert bench.counts()["OVERRUNS"] == 0
+
+
+def test_clear__in_the_first_clocks_of_a_period__that_one_counts():
+    bench = Bench()
+    bench.system.write("CONTROL", 3)  # the first period begins while the cores are cleared
+    assert bench.run(4)["updates"].tolist() == [0, 1, 1, 1]
+    assert bench.counts() == {"PERIODS": 4, "UNDERRUNS": 0, "OVERRUNS": 0}
+
+
 def test_clear__starts_the_statistics_anew():
     bench = Bench()
     bench.start()

@@ -25,7 +25,7 @@
 #define DUAL_REG_LENGTHS 0x8005u /* entries of each list */
 #define DUAL_REG_ZERO_ON_HOLD 0x8006u
 #define DUAL_REG_IRQ_ENABLE 0x8007u
-#define DUAL_REG_PERIODS 0x8008u /* periods begun since clear */
+#define DUAL_REG_PERIODS 0x8008u /* periods begun since clear, with one that waits for the clear */
 #define DUAL_REG_UNDERRUNS 0x8009u
 #define DUAL_REG_OVERRUNS 0x800Au
 #define DUAL_REG_TRAJECTORY_LAST 0x8010u /* cycles of the trajectory core's last run */
