@@ -2,29 +2,36 @@
 """Random programs through the G-code reader: moves that join, or mistakes with their place.
 
 Programs are made of words that mean something, most of them in an order that does, and some of them
-are damaged afterwards, so that both ends of the reader are reached.
+are damaged afterwards, so that both ends of the reader are reached. Those with O words have
+branches, loops and subroutines in each other; undamaged they must move as in rs274.
 """
 
 from __future__ import annotations
 
+import itertools
 import math
 import os
 import random
+from collections.abc import Callable
 
 import pytest
 
-from sim.motion.gcode import GcodeErrors, Move, parse, stream
+from sim.motion import gcode_flow
+from sim.motion.gcode import Dwell, GcodeErrors, Move, parse, stream
+from sim.motion.gcode_oracle import differences, find
 
+MOST = 3000  # moves of a text that are looked at
 SEED = int(os.environ.get("SEED", "1"))
 MODAL = (
     *("G17 G18 G19 G20 G21 G40 G49 G54 G55 G59.3 G61 G61.1 G64 G80 G90 G91 G90.1 G91.1".split()),
-    *("G93 G94 G98 G99 G43.4 G92.1 G92.2 G92.3 G28 G28.1 G53".split()),
+    *("G93 G94 G98 G99 G43.4 G92.1 G92.2 G92.3 G28 G28.1 G53 G7 G8 G43".split()),
+    *("M0 M1 M6 M60 M70 M71 M72 M73 T0".split()),
 )
 HEADS = ("G0", "G1", "G1", "G1", "G2", "G3", "G81", "G82", "G83", "G4", "G92", "G10 L2", "")
-LETTERS = "XYZACIJKRFPQLN"
+LETTERS = "XYZACIJKRFPQLNH@^"
 FUNCTIONS = ("SIN", "SQRT", "ATAN", "LN", "EXP", "FIX", "ROUND", "ABS", "ACOS")
 OPERATORS = ("+", "-", "*", "/", "**", " MOD ", " EQ ", " OR ", " LT ")
-SCRAP = "GMXYZACIJKRFNTPQLOSIN0123456789.+-*/[]=<>%();#\t é\0"
+SCRAP = "GMXYZACIJKRFNTPQLOSIN0123456789.+-*/[]=<>%();#@^\t é\0"
 
 
 def number(rng: random.Random, depth: int = 0) -> str:
@@ -84,6 +91,8 @@ def sober_block(rng: random.Random) -> str:
             f"G10 L2 P1 {at('XYZ')}",
             f"#{rng.randrange(1, 31)}=[{number(rng, 3)}+1]\nG1 Z2 F900",
             f"G1 X[#{rng.randrange(5161, 5164)}+COS[{r:.2f}]]",
+            f"G0 @{r:.3f} ^{10 * x:.3f}\nG1 ^{r:.2f}\n@{x:.2f}",
+            f"M70\nG91 G7\nG1 X{x:.3f}\nM72\n{rng.choice(['M0', 'M1', 'X1'])}",
         ]
     )
 
@@ -96,18 +105,121 @@ def program(seed: str) -> str:
     if one is sober_block:
         lines.insert(0, "G1 X1 F600")
     text = "\n".join([*lines, *rng.choice([["M2"], ["M2"], ["M30"], [], ["%"]])])
-    if rng.random() < 0.33:
-        for _ in range(rng.randrange(1, 4)):
-            place = rng.randrange(len(text) + 1)
-            text = text[:place] + rng.choice([rng.choice(SCRAP), ""]) + text[place + 1 :]
+    return damaged(rng, text) if rng.random() < 0.33 else text
+
+
+def damaged(rng: random.Random, text: str) -> str:
+    """The text with up to three characters changed or lost."""
+    for _ in range(rng.randrange(1, 4)):
+        place = rng.randrange(len(text) + 1)
+        text = text[:place] + rng.choice([rng.choice(SCRAP), ""]) + text[place + 1 :]
     return text
+
+
+class FlowProgram:
+    """A text with O words that ends: loops count, calls go to later subroutines or count down.
+
+    None has both do and break: in rs274 a break that was passed over ends the next do.
+    """
+
+    def __init__(self, seed: str) -> None:
+        self.rng = random.Random(seed)
+        self.has_do = self.rng.random() < 0.5
+        self.label = 100
+        self.subs = [f"{n}" if self.rng.random() < 0.7 else f"<part {n}>" for n in range(1, 4)]
+        subs = [self.subroutine(n) for n in range(3)]
+        main = [
+            "#31=1 #32=2 #33=3",
+            "G21 G90 G0 X1 Y2 F100",
+            *self.body(0, 2),
+            *self.body(0, 2),
+            "M2",
+        ]
+        behind = self.rng.randrange(4)  # how many subroutines come after the end
+        parts = [*subs[: 3 - behind], main, *subs[3 - behind :]]
+        self.text = "\n".join(line for part in parts for line in part) + "\n"
+
+    def value(self) -> str:
+        rng = self.rng
+        parameter = f"#{rng.choice([1, 2, 3, 31, 32, 33])}"
+        return rng.choice([parameter, str(rng.randrange(5)), f"[{parameter}+{rng.randrange(3)}]"])
+
+    def condition(self) -> str:
+        return f"[{self.value()} {self.rng.choice(['GT', 'LT', 'EQ', 'ne', 'GE'])} {self.value()}]"
+
+    def subroutine(self, number: int) -> list[str]:
+        name = self.subs[number]
+        lines = [f"o{name} sub", *self.body(number + 1, 1)]
+        if self.rng.random() < 0.5:
+            again = [f"o9{number} if [#30 GT 0]", self.call(number, "[#30-1]"), f"o9{number} endif"]
+            lines += again
+        result = f" [{self.value()}]" if self.rng.random() < 0.3 else ""
+        return [*lines, f"O{name.upper()} endsub{result}"]
+
+    def call(self, number: int, last: str) -> str:
+        values = [f"[{self.value()}]" for _ in range(29)] + [last]
+        return f"o{self.subs[number]} call " + " ".join(values)
+
+    def body(self, first_sub: int, depth: int) -> list[str]:
+        lines: list[str] = []
+        for _ in range(self.rng.randrange(1, 4)):
+            lines += self.item(first_sub, depth)
+        return lines
+
+    def item(self, first_sub: int, depth: int) -> list[str]:
+        rng = self.rng
+        kinds = ["move", "move", "set", "if", "while", "do", "repeat", "call", "return"]
+        kind = rng.choice(kinds if depth > 0 else kinds[:3])
+        self.label += 1
+        o, count = f"o{self.label}", f"#{self.label}"
+        if kind == "call" and first_sub < 3:
+            return [self.call(rng.randrange(first_sub, 3), f"[{rng.randrange(3)}]")]
+        if kind == "return" and first_sub > 0:
+            return [f"{o} if {self.condition()}", f"{o} return [{self.value()}]", f"{o} endif"]
+        if kind in ("call", "return", "move"):
+            return [rng.choice([f"G1 X{self.value()} Y{self.value()}", f"G0 X[{self.value()}/4]"])]
+        if kind == "set":
+            return [f"#{rng.choice([1, 2, 31, 32])}={self.value()}"]
+        inner = self.body(first_sub, depth - 1)
+        if kind == "if":
+            lines = [f"{o} if {self.condition()}", *inner]
+            for _ in range(rng.randrange(3)):
+                lines += [f"{o} elseif {self.condition()}", *self.body(first_sub, depth - 1)]
+            if rng.random() < 0.5:
+                lines += [f"{o} else", *self.body(first_sub, depth - 1)]
+            return [*lines, f"{o} endif"]
+        if kind == "repeat":
+            return [f"{o} repeat [{rng.randrange(3)}]", *inner, f"{o} endrepeat"]
+        kind = "do" if kind == "do" and self.has_do else "while"
+        if rng.random() < 0.4 and not self.has_do:
+            self.label += 1
+            at = rng.randrange(len(inner) + 1)
+            inner[at:at] = [
+                f"o{self.label} if {self.condition()}",
+                f"{o} {rng.choice(['break', 'continue'])}",
+                f"o{self.label} endif",
+                "X3",
+            ]
+        ends = [f"{count}=[{count}+1]", *inner]
+        if kind == "while":
+            return [f"{count}=0", f"{o} while [{count} LT 2]", *ends, f"{o} endwhile"]
+        return [f"{count}=0", f"{o} do", *ends, f"{o} while [{count} LT 2]"]
+
+
+def flow_program(seed: str) -> str:
+    """A text with O words, one in two damaged."""
+    text = FlowProgram(seed).text
+    rng = random.Random(f"damage {seed}")
+    return damaged(rng, text) if rng.random() < 0.5 else text
 
 
 def check(text: str) -> str:
     """Reads a program; returns "moves", "nothing" or "mistakes". Asserts what must hold."""
     lines = text.splitlines() or [""]
+    jumps = "o" in text.lower()  # O words let lines run again, a damaged loop for ever
+    items: list[Move | Dwell] = []
     try:
-        read = parse(text)
+        items += itertools.islice(stream(lines), MOST)
     except GcodeErrors as caught:
         assert caught.errors
         for error in caught.errors:
@@ -116,29 +228,29 @@ def check(text: str) -> str:
             assert source[error.column - 1 :].expandtabs(1).startswith(error.text)
             assert 1 <= error.column <= len(source) + 1
         return "mistakes"
-    assert all(1 <= move.line <= len(lines) for move in read.moves)
-    for before, move in zip(read.moves, read.moves[1:], strict=False):
-        assert before.end == move.start and before.line <= move.line
-    for move in read.moves:
+    moves = [item for item in items if isinstance(item, Move)]
+    assert all(1 <= move.line <= len(lines) for move in moves)
+    for before, move in itertools.pairwise(moves):
+        assert before.end == move.start and (jumps or before.line <= move.line)
+    for move in moves:
         values = [*move.start, *move.end, move.tolerance if move.tolerance < math.inf else 0.0]
         values += move.centre if move.motion.is_arc else ()
         assert all(math.isfinite(value) for value in values)
         assert move.feed is None or move.feed > 0.0 or move.motion.value == "G0"
-    assert [item for item in stream(text.splitlines()) if isinstance(item, Move)] == list(
-        read.moves
-    )
-    return "moves" if read.moves else "nothing"
+    assert jumps or parse(text).moves == tuple(moves)
+    return "moves" if moves else "nothing"
 
 
-def campaign(name: str, count: int) -> dict[str, int]:
+def campaign(name: str, count: int, make: Callable[[str], str] = program) -> dict[str, int]:
     found = {"moves": 0, "nothing": 0, "mistakes": 0}
     for n in range(count):
         seed = f"{name} {SEED} {n}"
-        text = program(seed)
+        text = make(seed)
         try:
             found[check(text)] += 1
         except Exception as error:
-            raise AssertionError(f"replay: SEED={SEED}, program({seed!r}):\n{text!r}") from error
+            call = f"{make.__name__}({seed!r})"
+            raise AssertionError(f"replay: SEED={SEED}, {call}:\n{text!r}") from error
     print(f"{count} programs, SEED={SEED}: {found}")
     return found
 
@@ -147,6 +259,32 @@ def test_reader__ten_thousand_random_programs__moves_or_located_mistakes():
     found = campaign("quick", 10_000)
     # A campaign that only meets refusals, or none, would prove nothing.
     assert min(found["moves"], found["mistakes"]) > 1000
+
+
+def test_reader__random_o_words__moves_or_located_mistakes(monkeypatch):
+    monkeypatch.setattr(gcode_flow, "MAX_IDLE", 500)
+    found = campaign("flow", 600, flow_program)
+    assert min(found["moves"], found["mistakes"]) > 100
+
+
+@pytest.mark.skipif(
+    find() is None, reason="rs274 of linuxcnc-uspace is missing: python -m sim.motion.gcode_oracle"
+)
+def test_reader__random_o_words__move_as_in_rs274():
+    moved = 0
+    for n in range(40):
+        seed = f"equal {SEED} {n}"
+        text = FlowProgram(seed).text
+        assert differences(text) == [], f"replay: SEED={SEED}, FlowProgram({seed!r}).text:\n{text}"
+        moved += len(parse(text).moves)
+    assert moved > 300
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("part", range(20))
+def test_reader__many_random_o_words__moves_or_located_mistakes(part, monkeypatch):
+    monkeypatch.setattr(gcode_flow, "MAX_IDLE", 500)
+    campaign(f"deep flow {part}", 5000, flow_program)
 
 
 @pytest.mark.full

@@ -59,6 +59,28 @@ def test_dwells__in_a_program__stand_before_their_moves():
     assert [(k, dwell.seconds) for k, dwell in program.dwells] == [(0, 1.0), (1, 2.0)]
 
 
+@pytest.mark.parametrize("word", ["M0", "M1", "M60", "M6"])
+def test_pause__of_each_kind__is_a_stop_of_the_path(word):
+    program = parse(f"G0 X1 {word}\nG0 X2\nM2")
+    (dwell,) = program.dwells
+    assert dwell[0] == (0 if word == "M6" else 1)
+    assert (dwell[1].line, dwell[1].seconds) == (1, 0.0)
+
+
+def test_tools__offset__moves_the_point_of_the_program():
+    tools = {4: (1.0, 2.0, 3.0, 0.0, 5.0)}
+    program = parse("T4 M6\nG43 G0 X10 Y0 Z0 C0\nG49 X0 Y0\nM2", start=ZERO, tools=tools)
+    assert [move.end for move in program.moves] == [(11, 2, 3, 0, 5), (0, 0, 3, 0, 5)]
+
+
+def test_percent__at_the_end_alone__ends_the_text():
+    assert ends("G0 X1\nM2\n%\nG0 X2 !") == [(1, 0, 0, 0, 0)]
+
+
+def test_percent__at_both_ends__needs_no_m2():
+    assert ends("%\nG0 X1\n%\nG0 X2 !") == [(1, 0, 0, 0, 0)]
+
+
 def test_stream__endless_text__yields_moves_as_it_reads():
     lines = (f"G1 X{k % 100} F100" for k in itertools.count())
     moves = list(itertools.islice(stream(lines), 10))
@@ -166,6 +188,19 @@ MISTAKES = {
     "machine arc": ("G53 G2 X5 R3 F5\nM2", 1, "G53", "origin of the machine", "G0 or G1"),
     "machine in the table frame": ("G43.4 G53 G0 X5\nM2", 7, "G53", "machine", "outside G43.4"),
     "inverse time without F": ("G93 G1 X1 F2\nX2\nM2", 1, "X2", "no feed is set", "F word in this"),
+    "polar and Cartesian": ("G0 @2 Y1\nM2", 7, "Y1", "Y together with @", "either @ and ^"),
+    "polar at the origin": ("G0 @2\nM2", 4, "@2", "at the origin", "with G90"),
+    "polar, by steps, at the origin": ("G91 G0 ^2\nM2", 8, "^2", "at the origin", "with G90"),
+    "polar home": ("G28 @2 ^1\nM2", 5, "@2", "@ with G28", "X Y Z"),
+    "polar machine": ("G53 G0 @2 ^1\nM2", 1, "G53", "origin of the machine", "G0 or G1 with X"),
+    "no state": ("M72\nM2", 1, "M72", "no saved state", "M70 or M73"),
+    "state and more": ("M70\nM72 G0\nM2", 5, "G0", "M72 shares its block", "M72 alone"),
+    "two stops": ("M0 M70\nM2", 4, "M70", "second word of the stop", "M0 M1"),
+    "no such tool": ("T5 M6\nM2", 1, "T5", "there is no tool 5", "0 or a tool of the table"),
+    "no such offset": ("G43 H5\nM2", 5, "H5", "there is no tool 5", "0 or a tool of the table"),
+    "offset with change": ("T0 M6 G43\nM2", 7, "G43", "in the block of M6", "M6 without"),
+    "H of nothing": ("G0 X1 H1\nM2", 7, "H1", "H does not belong", "H with G43"),
+    "diameter and radius": ("G7 G8\nM2", 4, "G8", "second word of the lathe", "G7 G8"),
     "shift with a motion": ("G92 G1 X1 F5\nM2", 5, "G1", "both take the axis words", "one of"),
 }  # fmt: skip
 
