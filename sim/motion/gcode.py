@@ -2,12 +2,14 @@
 """Interpreter of RS274/NGC programs (T. Kramer et al., NISTIR 6556; LinuxCNC where that is silent).
 
 Text in, moves out, as a stream or one Program. Accepted: G0 G1 G2 G3 (I J K or R, helices), G4,
-G10 L2 L20, G17-G19, G20 G21, G28 G28.1, G40 G49 (nothing to end), G43.4 (coordinates of the table,
-gcode_table.py), G53, G54-G59.3, G61 G61.1 G64 P Q, G80-G83 with G98 G99, G90 G91, G90.1 G91.1,
-G92 G92.1-G92.3, G93 G94, M2 M30, parameters and expressions (gcode_words.py), comments `( )` and
-`;`, one pair of `%` lines; S, M3-M5 and M7-M9 are read and do nothing, because spindle and coolant
-have no output here. A (tilt) and C (rotation) are table axes in degrees in either length
-unit. At the start G17, G21, G54, G61, G90, G91.1, G94 and G98 hold and no motion is selected.
+G7 G8, G10 L2 L20, G17-G19, G20 G21, G28 G28.1, G40 (nothing to end), G43 H G49, G43.4 (coordinates
+of the table, gcode_table.py), G53, G54-G59.3, G61 G61.1 G64 P Q, G80-G83 with G98 G99, G90 G91,
+G90.1 G91.1, G92 G92.1-G92.3, G93 G94, polar words @ ^, T M6, M2 M30, M70-M73, O words
+(gcode_flow.py), parameters and expressions (gcode_words.py), comments `( )` and `;`, one pair of
+`%` lines. M0 M1 M60 and M6 are rests of 0 s: the path stops, no operator is waited for. S, M3-M5
+and M7-M9 are read and do nothing, because spindle and coolant have no output here. A (tilt) and C
+(rotation) are table axes in degrees in either length unit. At the start G8, G17, G21, G54, G61,
+G90, G91.1, G94 and G98 hold and no motion is selected.
 
 Two points follow one reading of the standard where machines differ: the words of a block are in
 the length unit the block itself selects, and a centre-format arc without end words is a full turn.

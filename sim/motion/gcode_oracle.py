@@ -19,11 +19,12 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from sim.motion.gcode import AXES, MM_PER_INCH, Dwell, GcodeErrors, Motion, Pose, parse
+from sim.motion.gcode import MM_PER_INCH, Dwell, GcodeErrors, Motion, parse
+from sim.motion.gcode_tools import tool_table
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("linuxcnc-uspace", "libboost-python1.74.0")
@@ -59,26 +60,6 @@ def fetch() -> Path:
     for file in UNPACKED.parent.glob("*.deb"):
         subprocess.run(["dpkg", "-x", str(file), str(UNPACKED)], check=True)
     return UNPACKED / "usr/bin/rs274"
-
-
-def tool_table(lines: Iterable[str], unit: float = 1.0) -> dict[int, Pose]:
-    """Offsets [mm, degree] by number from a tool table of LinuxCNC: T, X Y Z [unit mm], A C.
-
-    Other words and text behind `;` are left out. Raises OracleError for a line without number.
-    """
-    tools: dict[int, Pose] = {}
-    for number, line in enumerate(lines, start=1):
-        words = line.partition(";")[0].split()
-        if not words:
-            continue
-        try:
-            values = {word[0].upper(): float(word[1:]) for word in words}
-            tool = int(values["T"])
-        except (ValueError, KeyError):
-            raise OracleError(f"line {number} of the tool table: {line.strip()!r}") from None
-        x, y, z, a, c = (values.get(letter, 0.0) for letter in AXES)
-        tools[tool] = (x * unit, y * unit, z * unit, a, c)
-    return tools
 
 
 def sample_tools() -> Path | None:
@@ -172,7 +153,7 @@ def _machine_records(text: str) -> Iterator[Record]:
 def ours(text: str) -> list[Record]:
     """The same records by our interpreter, from the origin. Raises GcodeErrors."""
     table = sample_tools()
-    tools = tool_table(table.read_text().splitlines(), MM_PER_INCH) if table else {}
+    tools = tool_table(table.read_text().splitlines(), str(table), MM_PER_INCH) if table else {}
     program = parse(text, "program.ngc", (0.0,) * 5, tools)
     records: list[Record] = []
     dwells = [(before, dwell) for before, dwell in program.dwells if dwell.seconds > 0.0]

@@ -11,7 +11,6 @@ from sim.motion.gcode_oracle import (
     find,
     ours,
     rs274,
-    tool_table,
 )
 
 pytestmark = pytest.mark.skipif(
@@ -186,17 +185,3 @@ def test_samples_of_linuxcnc__with_its_sample_tools__are_those_of_the_specificat
     found = compare_samples()
     assert len(found.equal) + len(found.different) + len(found.refused) == 41
     assert len(found.moving) == 24
-
-
-def test_tool_table__lines_of_linuxcnc__are_offsets_by_number():
-    lines = ["T1 P1 D0.125 Z+0.5 ;T9", "", "; note", "T23 P4 X1 Y-2 A3 C4"]
-    assert tool_table(lines, 25.4) == {
-        1: (0.0, 0.0, 12.7, 0.0, 0.0),
-        23: (25.4, -50.8, 0.0, 3.0, 4.0),
-    }
-
-
-@pytest.mark.parametrize("line", ["P1 Z1", "T1 Zx", "T1 note"])
-def test_tool_table__line_that_is_none__is_an_error_with_its_number(line):
-    with pytest.raises(OracleError, match="line 2 of the tool table"):
-        tool_table(["T1", line])
