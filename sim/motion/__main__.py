@@ -12,6 +12,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from sim.motion.command import interruptible, require_positive
 from sim.motion.gcode import parse_file
 from sim.motion.path import RateLimits
 from sim.motion.trajectory import AXIS_NAMES, MotionSettings, Trajectory, generate
@@ -93,8 +94,11 @@ def _write_csv(trajectory: Trajectory, path: Path) -> None:
 
 def main(argv: list[str] | None = None) -> int:
     """Run the command; 0, or 1 after a mistake in the program or the options."""
-    arguments = _arguments().parse_args(argv)
+    parser = _arguments()
+    arguments = parser.parse_args(argv)
     try:
+        require_positive("--rapid", arguments.rapid, "m/min")
+        require_positive("--table", arguments.table, "degree/s")
         settings = MotionSettings(
             acceleration_time=arguments.acceleration_time,
             jerk_time=arguments.jerk_time,
@@ -108,7 +112,8 @@ def main(argv: list[str] | None = None) -> int:
         sys.stderr.write(f"{error.filename}: error: {error.strerror}\n")
         return 1
     except ValueError as error:
-        sys.stderr.write(f"{error}\n")
+        text = str(error)
+        sys.stderr.write(f"{text if ': error: ' in text else f'{parser.prog}: error: {text}'}\n")
         return 1
     console = Console()
     console.print(_block_table(trajectory))
@@ -118,4 +123,4 @@ def main(argv: list[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(interruptible(main))

@@ -657,7 +657,7 @@ def main(argv: list[str] | None = None) -> int:
     except OSError as error:
         sys.stderr.write(f"{error.filename}: error: {error.strerror}; run make motion first\n")
         return 1
-    except (KeyError, ValueError) as error:
+    except (KeyError, TypeError, ValueError) as error:
         sys.stderr.write(f"{parser.prog}: error: {error}; run make motion again\n")
         return 1
     return 0

@@ -857,6 +857,7 @@ def _on_its_circle(move: Move) -> Move:
 
 
 if __name__ == "__main__":
+    from sim.motion.command import interruptible
     from sim.motion.lookahead_cli import main
 
-    sys.exit(main())
+    sys.exit(interruptible(main))

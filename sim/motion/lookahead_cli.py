@@ -8,13 +8,14 @@ import heapq
 import json
 import math
 import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from rich.console import Console
 from rich.table import Table
 
+from sim.motion.command import require_positive
 from sim.motion.gcode import GcodeErrors, stream_file
 from sim.motion.lookahead import Joint, Lookahead, LookaheadSettings
 from sim.motion.lookahead_check import GROUPS, QUANTITIES, demand
@@ -34,6 +35,8 @@ is exceeded, 2 wrong command line
 UNITS = {"tool": ("mm", 1e3), "leg": ("mm", 1e3), "table": ("degree", math.degrees(1.0))}
 NAMES = {"tool": "tool", "leg": "legs", "table": "table axes"}
 SHOWN = 12  # corners in the table
+LOGGED = 100.0  # seconds of motion between two lines of progress in a log
+Part = TypeVar("Part")
 
 
 class SlowestJoints(list[Joint]):
@@ -71,35 +74,51 @@ def _arguments() -> argparse.ArgumentParser:
     return parser
 
 
+def _unit(group: str, order: int) -> str:
+    """Unit of a group's speed (order 1), acceleration (2), jerk (3)."""
+    return f"{UNITS[group][0]}/s{order if order > 1 else ''}"
+
+
 def settings_of(arguments: argparse.Namespace) -> LookaheadSettings:
     """Settings of the command line; raises ValueError naming a value outside its limit."""
     limits: dict[str, Any] = {"jerk_limited": not arguments.steps}
     for group, (_, factor) in UNITS.items():
         values = getattr(arguments, group)
         if values is not None:
+            for order, (name, value) in enumerate(zip(QUANTITIES, values, strict=True), start=1):
+                require_positive(f"{name} of --{group}", value, _unit(group, order))
             limits[group] = Limits(*(value / factor for value in values))
     more: dict[str, Any] = {"limits": MachineLimits(**limits)}
     if arguments.rapid is not None:
+        require_positive("--rapid", arguments.rapid, "mm/s")
         more["rapid"] = arguments.rapid / 1e3
     if arguments.depth is not None:
         more["depth"] = arguments.depth
     return LookaheadSettings(**more)
 
 
-def results(file: Path, settings: LookaheadSettings, sampled: bool) -> dict[str, Any]:
-    """What the command prints, as one document; lengths in mm, angles in degrees."""
+def results(
+    file: Path, settings: LookaheadSettings, sampled: bool, console: Console | None = None
+) -> dict[str, Any]:
+    """What the command prints, as one document; lengths in mm, angles in degrees.
+
+    console: for progress, by default none.
+    """
+    console = console or Console(quiet=True)
     joints = SlowestJoints()
     plan = Lookahead(stream_file(file), settings, joints, str(file))
     document: dict[str, Any] = {"file": str(file)}
     if sampled:
-        found = demand(plan.setpoints(), settings.robot, settings.period)
+        period = settings.period
+        points = _watched(plan.setpoints(), plan, lambda part: len(part) * period, console)
+        found = demand(points, settings.robot, period)
         ratios = found.ratios(settings.limits)
         document["ticks"] = found.ticks
         document["limits"] = [
             {
                 "what": group,
                 "quantity": quantity,
-                "unit": f"{UNITS[group][0]}/s{order if order > 1 else ''}",
+                "unit": _unit(group, order),
                 "reached": found.greatest[group, quantity] * UNITS[group][1],
                 "limit": getattr(getattr(settings.limits, group), quantity) * UNITS[group][1],
                 "ratio": ratios[group, quantity],
@@ -110,7 +129,8 @@ def results(file: Path, settings: LookaheadSettings, sampled: bool) -> dict[str,
             if quantity != "jerk" or settings.limits.jerk_limited
         ]
     else:
-        plan.duration()
+        for _ in _watched(plan.stretches(), plan, lambda part: part.duration, console):
+            pass
     summary = plan.summary
     document |= {
         "time [s]": float(summary.duration),
@@ -130,6 +150,24 @@ def results(file: Path, settings: LookaheadSettings, sampled: bool) -> dict[str,
         ],
     }
     return document
+
+
+def _watched(
+    stream: Iterable[Part], plan: Lookahead, seconds: Callable[[Part], float], console: Console
+) -> Iterator[Part]:
+    """The stream, with a line of progress that a terminal keeps up to date and a log repeats.
+
+    seconds: of motion in a part of the stream.
+    """
+    done = 0.0
+    with console.status("planning") as status:
+        for part in stream:
+            before, done = done, done + seconds(part)
+            text = f"{plan.summary.moves} moves read, {done:.1f} s of motion"
+            status.update(text)
+            if not console.is_terminal and done // LOGGED > before // LOGGED:
+                console.print(text)
+            yield part
 
 
 def _show(document: dict[str, Any], console: Console) -> None:
@@ -172,7 +210,7 @@ def main(argv: list[str] | None = None) -> int:
     arguments = parser.parse_args(argv)
     if arguments.file is None and arguments.figures is None:
         parser.error("nothing to do: give a program or --figures")
-    console = Console()
+    console, log = Console(), Console(stderr=True)
     status = 0
     try:
         if arguments.figures is not None:
@@ -180,7 +218,8 @@ def main(argv: list[str] | None = None) -> int:
 
             console.print_json(json.dumps(figures(arguments.figures)))
         if arguments.file is not None:
-            document = results(arguments.file, settings_of(arguments), not arguments.time_only)
+            settings, sampled = settings_of(arguments), not arguments.time_only
+            document = results(arguments.file, settings, sampled, log)
             _show(document, console)
             if arguments.json is not None:
                 arguments.json.parent.mkdir(parents=True, exist_ok=True)

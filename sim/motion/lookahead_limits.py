@@ -12,6 +12,7 @@ l l' = r.q',  l'^2 + l l'' = q'.q' + r.q'',  3 l' l'' + l l''' = 3 q'.q'' + r.q'
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -30,6 +31,10 @@ MARGIN = 0.998
 # Share of the acceleration kept for the speed along the path, by the angle of a blend [rad].
 SHARE_ANGLES = np.radians([0.0, 20.0, 80.0, 180.0])
 SHARES = np.array([0.3, 0.3, 0.01, 0.01])
+# Of the greatest speed: such a change of speed is fastest if its jerk phases just meet.
+SLOW_SHARE = 0.02
+LEAST, GREATEST = 1e-6, 1e12  # of a limit
+SHORTEST_WINDOW, LONGEST_WINDOW = 1e-6, 100.0  # s
 PARTS = 16  # of a blend, whose bounds are kept apart
 _BISECTIONS = 16
 
@@ -47,10 +52,35 @@ class MachineLimits:
     table: Limits = field(default_factory=lambda: Limits(np.pi / 2, 20.0, 5000.0))
     jerk_limited: bool = True
 
+    def __post_init__(self) -> None:
+        for group in ("tool", "leg", "table"):
+            for name, value in vars(getattr(self, group)).items():
+                if not LEAST <= value <= GREATEST:
+                    raise ValueError(
+                        f"limit of {name} of the {group} = {value!r} is outside its limit: "
+                        f"{LEAST:g} to {GREATEST:g} (m or rad, s)"
+                    )
+        if self.jerk_limited and not SHORTEST_WINDOW <= self.window <= LONGEST_WINDOW:
+            raise ValueError(
+                f"acceleration / jerk = {self.window!r} s is outside its limit: "
+                f"{SHORTEST_WINDOW:g} to {LONGEST_WINDOW:g} s; expected jerks by which it rises in "
+                "that time, or no limit of jerk (--steps)"
+            )
+
     @property
     def window(self) -> float:
-        """Duration of a change of the tool's acceleration from 0 to its limit [s]."""
-        return self.tool.acceleration / self.tool.jerk if self.jerk_limited else 0.0
+        """Duration T of a change of the acceleration from 0 to its limit [s].
+
+        The tool's acceleration / jerk. A coordinate of lower jerk J gets the acceleration J T only,
+        so T is not shorter than its acceleration / jerk, or than SLOW_SHARE of its speed needs.
+        """
+        if not self.jerk_limited:
+            return 0.0
+        others = (
+            min(x.acceleration / x.jerk, math.sqrt(SLOW_SHARE * x.speed / x.jerk))
+            for x in (self.leg, self.table)
+        )
+        return max(self.tool.acceleration / self.tool.jerk, *others)
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,6 +215,11 @@ def speeds(pieces: Pieces, limits: MachineLimits, robot: Robot) -> tuple[FloatAr
     channels = [x for x in channels if not _kept(x, fastest, strongest, window).all()]
     weakest = pieces.share * strongest
     c = _greatest_kept(lambda x: kept(x, weakest), fastest)
+    for _ in range(8):  # while a speed is lower than the resolution of the search
+        if c.all():
+            break
+        fastest = np.where(c > 0.0, c, fastest * 0.5**_BISECTIONS)
+        c = _greatest_kept(lambda x: kept(x, weakest), fastest)
     a = weakest + _greatest_kept(lambda x: kept(c, weakest + x), strongest - weakest)
     return c, a
 

@@ -15,6 +15,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from sim.motion.command import interruptible
 from sim.motion.planner_optimal import Limits, time_optimal
 from sim.motion.planner_phases import Phase, Profile
 from sim.motion.planner_seed import PHASE_NAMES, SeedPlan, exact, seed_plan
@@ -32,6 +33,9 @@ Lengths may be in any unit; speeds are in the same unit per second. Numbers are 
 2 wrong command line
 """
 PLOT_POINTS = 2001
+MOVE = ("v0", "vm", "tr", "tm", "length")
+# Magnitudes of numbers other than 0; those of the processor's programs have the same bound.
+LEAST, GREATEST = Fraction(1, 10**30), Fraction(10**30)
 LEAST_WIDTH = 120  # of the tables, also into a pipe
 
 
@@ -133,25 +137,32 @@ def _arguments() -> argparse.ArgumentParser:
     return parser
 
 
-def _number(name: str, text: str) -> float:
-    return float(exact(name, text))
+def bounded(name: str, text: str) -> Fraction:
+    """As `exact`, 0 or of a magnitude for which every figure of a plan is a finite double."""
+    number = exact(name, text)
+    if number and not LEAST <= abs(number) <= GREATEST:
+        raise SCurveError(
+            f"S-curve parameter {name} = {text!r} is outside its limit: 0, or a magnitude of "
+            f"{float(LEAST):g} to {float(GREATEST):g}; use another unit"
+        )
+    return number
 
 
 def _plan(arguments: argparse.Namespace) -> tuple[SeedPlan, Profile | None, Limits | None]:
-    plan = seed_plan(arguments.v0, arguments.vm, arguments.tr, arguments.tm, arguments.length)
+    plan = seed_plan(*(bounded(name, getattr(arguments, name)) for name in MOVE))
     if not arguments.optimal:
         return plan, None, None
     values = dict(zip(("acceleration", "jerk"), default_limits(plan), strict=True))
     for name in values:
         if getattr(arguments, name) is not None:
-            values[name] = _number(name, getattr(arguments, name))
+            values[name] = float(bounded(name, getattr(arguments, name)))
         if values[name] is None:
             raise SCurveError(
                 f"the move has no {name} of its own (v0 = vm or tm = 0): give --{name}"
             )
     limits = Limits(float(plan.vm), values["acceleration"], values["jerk"])
     ve = arguments.v0 if arguments.ve is None else arguments.ve
-    profile = time_optimal(float(plan.length), float(plan.v0), _number("ve", ve), limits)
+    profile = time_optimal(float(plan.length), float(plan.v0), float(bounded("ve", ve)), limits)
     return plan, profile, limits
 
 
@@ -266,11 +277,10 @@ def main(argv: list[str] | None = None) -> int:
     parser = _arguments()
     arguments = parser.parse_args(argv)
     console = Console(width=max(Console().width, LEAST_WIDTH))
-    needed = ("v0", "vm", "tr", "tm", "length")
-    given = [name for name in needed if getattr(arguments, name) is not None]
+    given = [name for name in MOVE if getattr(arguments, name) is not None]
     if not given and arguments.figures is None:
         parser.error("nothing to do: give the move (--v0 --vm --tr --tm --length) or --figures")
-    missing = [f"--{name}" for name in needed if name not in given]
+    missing = [f"--{name}" for name in MOVE if name not in given]
     if given and missing:
         parser.error(f"the move needs {' '.join(missing)} too")
     if not arguments.optimal:
@@ -312,6 +322,8 @@ def _show(arguments: argparse.Namespace, console: Console) -> None:
         document = _json(plan, profile, limits, shown)
         arguments.json.write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
     if arguments.plot is not None:
+        if not arguments.plot.suffix:
+            raise ValueError(f"--plot {arguments.plot} has no suffix; expected .png or .svg")
         times = np.linspace(0.0, total, PLOT_POINTS)
         _plot(arguments.plot, total, (profile or plan).sample(times), title)
     if arguments.core is not None:
@@ -321,4 +333,4 @@ def _show(arguments: argparse.Namespace, console: Console) -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(interruptible(main))

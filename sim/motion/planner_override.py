@@ -23,6 +23,8 @@ from sim.motion.planner_phases import Profile, State, Step, run
 from sim.motion.scurve import require
 
 MAX_OVERRIDE = 2.0
+# Lower ones stop, as 0 does: the move would take longer than a day for each second of it.
+LEAST_OVERRIDE = 1e-5
 
 
 class OverriddenMove:
@@ -66,7 +68,9 @@ class OverriddenMove:
         return min(override * self.feed, self.limits.speed)
 
     def set_override(self, t: float, override: float) -> None:
-        """Change the override (0..2) at time t [s], not before the last change; 0 stops.
+        """Change the override (0..2) at time t [s], not before the last change; 0 stops, as do
+
+        those below LEAST_OVERRIDE.
 
         The end speed falls with the speed limit. Where the way left does not suffice for the end
         speed or the stop wanted, the move ends at the nearest speed that is possible.
@@ -78,6 +82,8 @@ class OverriddenMove:
             f"0 <= override <= {MAX_OVERRIDE}",
         )
         require(t >= self.changes[-1], "t", t, f"t >= last change = {self.changes[-1]!r}")
+        if override < LEAST_OVERRIDE:
+            override = 0.0
         self.override = override
         if self.finished_at_length and t >= self.end_time:
             return

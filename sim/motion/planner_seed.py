@@ -7,6 +7,7 @@ rounded once, when it is read. A move costs some 100 us, once; `SCurve` samples 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
@@ -31,9 +32,14 @@ JERK_SIGNS = (1, 0, -1, 0, -1, 0, 1)
 ACCELERATION_SIGNS = (0, 1, 1, 0, 0, -1, -1)  # at the start of the phase
 
 
+_HUGE_EXPONENT = re.compile(r"[eE][+-]?0*[1-9]\d{3}")
+
+
 def exact(name: str, value: Exact) -> Fraction:
     """The number a parameter stands for: texts as written ("0.15" is 3/20), floats as stored."""
     try:
+        if isinstance(value, str) and _HUGE_EXPONENT.search(value):
+            raise ValueError
         return Fraction(value)
     except (ValueError, OverflowError, ZeroDivisionError, TypeError):
         raise SCurveError(

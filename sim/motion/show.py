@@ -25,6 +25,7 @@ from rich.table import Table
 from sim.harness.build import BuildError
 from sim.harness.motion_rtl import MotionError
 from sim.motion import drive_figures, goals, lookahead_figures, show_path, show_rtl
+from sim.motion.command import interruptible
 from sim.motion.drive_robot import PAYLOAD
 from sim.motion.planner_figures import Result, printed
 from sim.run import page
@@ -251,4 +252,4 @@ def main(argv: list[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(interruptible(main))

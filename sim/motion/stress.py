@@ -20,8 +20,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from rich.console import Console
+from rich.progress import track
 
 from sim.model.parameters import Robot
+from sim.motion.command import interruptible
 from sim.motion.gcode import Motion, Move, Plane
 from sim.motion.lookahead import DEPTH, Lookahead, LookaheadSettings
 from sim.motion.lookahead_check import ROUNDING, Deviation, demand
@@ -30,6 +32,7 @@ TOLERANCES = (0.0, math.inf, 1e-6, 0.001, 0.005, 0.01, 0.025, 0.1, 1.0)  # P [mm
 LOW = np.array([-140.0, -140.0, 460.0, -80.0, -1e4])
 HIGH = np.array([140.0, 140.0, 740.0, 80.0, 1e4])
 DEPTHS = (2, DEPTH, DEPTH, DEPTH, 5, DEPTH, DEPTH, DEPTH)  # of one program after the other
+LOGGED = 100  # programs between two lines of progress in a log
 FIRST, MOVES = 1000, 40  # number of the first program, moves of each
 VIOLATION = 1.001  # of a limit
 
@@ -202,14 +205,21 @@ def main(argv: list[str] | None = None) -> int:
     console, stress = Console(highlight=False), Stress()
     if arguments.odd:
         return _odd(arguments.first, -(-arguments.count // BLOCK), console)
-    for outcome in programs(arguments.first, arguments.count):
+    for outcome in track(
+        programs(arguments.first, arguments.count),
+        "programs",
+        arguments.count,
+        console=console,
+        transient=True,
+        disable=not console.is_terminal,
+    ):
         stress.add(outcome)
         if not outcome.kept:
             console.print(
                 f"program {outcome.seed}: {outcome.what} at {outcome.worst:.6f} of its limit; "
                 f"path {outcome.path:.3g} m, corner {outcome.corner:.3g} m beyond P"
             )
-        if stress.programs % 1000 == 0:
+        if stress.programs % LOGGED == 0 and not console.is_terminal:
             console.print(f"{stress.programs} of {arguments.count} programs")
     console.print(
         f"{stress.programs} programs of {MOVES} moves, {stress.ticks} set-points: "
@@ -224,7 +234,7 @@ def _odd(first: int, blocks: int, console: Console) -> int:
     try:
         for block in range(first, first + blocks):
             time += odd_block(block, settings)
-            if (block - first + 1) % 100 == 0:
+            if (block - first + 1) % 10 == 0:
                 console.print(f"{(block - first + 1) * BLOCK} of {blocks * BLOCK} odd paths")
     except StalledError as error:
         console.print(f"error: {error}", markup=False)
@@ -234,4 +244,4 @@ def _odd(first: int, blocks: int, console: Console) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(interruptible(main))

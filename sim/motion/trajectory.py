@@ -49,6 +49,9 @@ WORKSPACE_ROUNDING = GRID / 2
 # Excess over a whole number of ticks that is rounding of the duration and needs no further tick.
 TICK_ROUNDING = 1e-9
 
+# Greatest number of set-points, which are all held in memory: some 5 GB while they are made.
+MOST_TICKS = 20_000_000
+
 
 @dataclass(frozen=True)
 class Workspace:
@@ -79,6 +82,10 @@ class WorkspaceError(ValueError):
             f"got {axis} = {value * 1e3:.4f} mm; expected {axis} {relation} {limit * 1e3:g} mm\n"
             f"{line:5d} |   {source}"
         )
+
+
+class TooLongError(ValueError):
+    """A trajectory would have more than MOST_TICKS set-points; names the block that takes most."""
 
 
 @dataclass(frozen=True)
@@ -169,11 +176,38 @@ class _Samples:
     first_ticks: NDArray[np.int64]  # of each block of the chain, from the chain's own start
 
 
+def _ends(chain: Sequence[Block]) -> FloatArray:
+    """Lengths run at the ends of the blocks of a chain."""
+    return np.cumsum([block.curve.length for block in chain])
+
+
+def _speed_along(chain: Sequence[Block], settings: MotionSettings) -> SCurve:
+    speed = min(block.speed for block in chain)
+    length = float(_ends(chain)[-1])
+    return SCurve(0.0, speed, settings.acceleration_time, settings.jerk_time, length)
+
+
+def _check_ticks(chains: Sequence[list[Block]], settings: MotionSettings, file: str) -> None:
+    """Raises TooLongError before anything of that size is made."""
+    times = [_speed_along(chain, settings).total_time for chain in chains]
+    total = settings.lead_in + math.fsum(times)
+    if not total / settings.period > MOST_TICKS:
+        return
+    chain = chains[times.index(max(times))]
+    move = min(chain, key=lambda block: block.speed).move
+    raise TooLongError(
+        f"{file}:{move.line}: error: the motion is too long to be held; got {total:.6g} s, of "
+        f"which {max(times):.6g} s here; expected at most {MOST_TICKS * settings.period:g} s\n"
+        f"{move.line:5d} |   {move.source}\n"
+        "      |   help: check F and the acceleration time; python -m sim.motion.lookahead plans "
+        "motions of any length"
+    )
+
+
 def _sample_chain(chain: Sequence[Block], settings: MotionSettings) -> _Samples:
     """The ticks of one chain, its first at rest included, its last at rest left to the next."""
-    ends = np.cumsum([block.curve.length for block in chain])
-    speed = min(block.speed for block in chain)
-    scurve = SCurve(0.0, speed, settings.acceleration_time, settings.jerk_time, float(ends[-1]))
+    ends = _ends(chain)
+    scurve = _speed_along(chain, settings)
     ticks = math.ceil(scurve.total_time / settings.period - TICK_ROUNDING)
     stretch = ticks * settings.period / scurve.total_time
     along = scurve.profile(np.arange(ticks) * (scurve.total_time / ticks))
@@ -223,20 +257,24 @@ def generate(
     """Set-points of a program from rest at its start to rest at its end.
 
     The workspace is by default that of the robot in `sim/robot.toml`.
-    Raises WorkspaceError at the first set-point outside the workspace, ValueError for a program
-    without any motion.
+    Raises WorkspaceError at the first set-point outside the workspace, TooLongError, and ValueError
+    for a program without any motion.
     """
     settings = settings or MotionSettings()
     blocks = build_path(program, settings.rates)
     if not blocks:
-        raise ValueError(f"{program.file}: the program has no motion")
+        raise ValueError(
+            f"{program.file}: error: the program has no motion; expected a move such as G0 X10"
+        )
+    chains = list(_chains(blocks))
+    _check_ticks(chains, settings, program.file)
     rest = math.ceil(settings.lead_in / settings.period - TICK_ROUNDING)
     start, _, _ = blocks[0].curve.evaluate(np.array([0.0]))
     positions = [np.repeat(on_number_grid(start), rest, axis=0)]
     velocities, accelerations = [np.zeros((rest, 5))], [np.zeros((rest, 5))]
     first_ticks: list[int] = []
     tick = rest
-    for chain in _chains(blocks):
+    for chain in chains:
         samples = _sample_chain(chain, settings)
         positions.append(samples.position)
         velocities.append(samples.velocity)

@@ -5,6 +5,8 @@ import json
 
 import pytest
 
+from sim.motion import lookahead_cli
+from sim.motion.command import INTERRUPTED, interruptible
 from sim.motion.lookahead_cli import SHOWN, main
 from sim.motion.lookahead_figures import CORNER_TOLERANCES_MM, figures
 
@@ -58,9 +60,13 @@ def test_command__many_corners__keeps_the_slowest(tmp_path):
     ("text", "arguments", "message"),
     [
         ("G1 X1\nM2\n", [], "part.ngc:1:1: error: no feed is set"),
-        ("G0 X1 T3\nM2\n", [], "part.ngc:1:7: error: unknown word T"),
+        ("G0 X1 B3\nM2\n", [], "part.ngc:1:7: error: unknown word B"),
         ("G0 X900\nM2\n", [], "part.ngc:1: error: the move leaves the workspace"),
-        ("G0 X1\nM2\n", ["--tool", "1", "0", "1"], "error: "),
+        ("G0 X1\nM2\n", ["--tool", "1", "0", "1"], "acceleration of --tool = 0 is outside"),
+        ("G0 X1\nM2\n", ["--table", "1", "1", "nan"], "jerk of --table = nan is outside"),
+        ("G0 X1\nM2\n", ["--leg", "1e300", "1", "1"], "limit of speed of the leg = 1e+297 is"),
+        ("G0 X1\nM2\n", ["--tool", "1", "1e9", "1"], "acceleration / jerk = 1000000000.0 s is"),
+        ("G0 X1\nM2\n", ["--rapid", "-3"], "--rapid = -3 is outside its limit: > 0 mm/s"),
         ("G0 X1\nM2\n", ["--depth", "0"], "depth = 0 is outside its limit: depth >= 2"),
     ],
 )
@@ -73,6 +79,23 @@ def test_command__mistakes__are_told_without_a_traceback(program, capsys, text, 
 def test_command__missing_file__is_told(tmp_path, capsys):
     assert main([str(tmp_path / "none.ngc")]) == 1
     assert "none.ngc: error: No such file" in capsys.readouterr().err
+
+
+def test_command__long_motion__tells_progress_in_a_log(program, capsys, monkeypatch):
+    monkeypatch.setattr(lookahead_cli, "LOGGED", 1.0)
+    program.write_text("G1 X10 F60\nM2\n")
+    for more, expected in (([], range(4, 12)), (["--time-only"], [1])):
+        main([str(program), *more])
+        told = capsys.readouterr().err.splitlines()
+        assert len(told) in expected and told[-1].startswith("1 moves read, 10.0")
+
+
+def test_command__stopped_by_the_user__is_no_traceback(capsys):
+    def stopped() -> int:
+        raise KeyboardInterrupt
+
+    assert interruptible(stopped) == INTERRUPTED
+    assert capsys.readouterr().err == "interrupted\n"
 
 
 def test_command__nothing_to_do__is_a_wrong_command_line():

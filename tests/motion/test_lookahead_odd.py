@@ -3,6 +3,7 @@
 
 import math
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -10,9 +11,13 @@ import pytest
 from sim.model.parameters import Robot
 from sim.motion.blend import SCALE
 from sim.motion.gcode import Motion, Move, Plane
-from sim.motion.lookahead import LookaheadSettings
-from sim.motion.lookahead_check import ROUNDING, Deviation
+from sim.motion.lookahead import Lookahead, LookaheadSettings
+from sim.motion.lookahead_check import ROUNDING, Deviation, demand
+from sim.motion.lookahead_figures import chord_program, without_approach
+from sim.motion.lookahead_limits import MachineLimits
 from sim.motion.path import to_si
+from sim.motion.planner_optimal import Limits
+from sim.motion.stress import VIOLATION
 from tests.motion.lookahead_programs import sampled
 
 SETTINGS = LookaheadSettings(robot=Robot.load())
@@ -91,6 +96,30 @@ def test_corner__of_a_move_below_100_nm__is_within_p(tolerance):
     away = np.linalg.norm((blocks[0].position - corner) * SCALE, axis=1).min()
     assert away <= tolerance / 1e3 + ROUNDING
     assert max(deviation.path, deviation.corner) <= ROUNDING
+
+
+# Odd limits
+
+
+def test_limits__jerk_of_the_tool_raised__is_never_slower():
+    moves = without_approach(chord_program("G64 P0.025", 12))
+    times = []
+    for jerk in (1e2, 1e3, 1e4, 1e6, 1e9, 1e12):
+        limits = MachineLimits(tool=Limits(0.25, 4.8, jerk))
+        settings = replace(SETTINGS, limits=limits)
+        times.append(Lookahead(moves, settings).duration())
+        found = demand(Lookahead(moves, settings).setpoints(), settings.robot, settings.period)
+        assert max(found.ratios(limits).values()) <= VIOLATION
+    assert all(after <= 1.01 * before for before, after in pairwise(times)), times
+
+
+def test_limits__speed_allowed_below_the_resolution_of_its_search__is_found():
+    # Acceleration within 99 s on a circle of 0.1 um: the jerk allows R / (0.9 * 99 s), less than
+    # 2^-16 of what the other limits do.
+    limits = MachineLimits(Limits(1e3, 1e4, 101.0), Limits(1e3, 1e4, 1e4))
+    circle = Move(1, "", Motion.ARC_CCW, HOME, HOME, 1e6, Plane.XY, (0.0, 1e-4))
+    time = Lookahead([circle], replace(SETTINGS, limits=limits)).duration()
+    assert math.isfinite(time) and time > 2 * math.pi * 0.9 * 99
 
 
 # The examiner itself

@@ -16,6 +16,7 @@ from sim.motion.path import Arc, RateLimits, to_si
 from sim.motion.trajectory import (
     GRID,
     MotionSettings,
+    TooLongError,
     Trajectory,
     Workspace,
     WorkspaceError,
@@ -228,7 +229,7 @@ def test_defaults__workspace_and_period__are_those_of_the_specification():
 
 
 def test_generate__program_without_motion__is_refused():
-    with pytest.raises(ValueError, match="empty.ngc: the program has no motion"):
+    with pytest.raises(ValueError, match="empty.ngc: error: the program has no motion"):
         generate(parse("M2", file="empty.ngc"))
 
 
@@ -376,6 +377,22 @@ def test_command__missing_file__says_so_and_fails(tmp_path, capsys):
     assert capsys.readouterr().err == f"{tmp_path / 'none.ngc'}: error: No such file or directory\n"
 
 
-def test_command__bad_option__says_so_and_fails(capsys):
-    assert main([str(PATHS / "circle.ngc"), "--jerk-time", "1"]) == 1
-    assert "jerk_time = 1.0 is outside its limit" in capsys.readouterr().err
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--jerk-time", "1"], "error: jerk_time = 1.0 is outside its limit"),
+        (["--rapid", "-1"], "error: --rapid = -1 is outside its limit: > 0 m/min"),
+        (["--table", "nan"], "error: --table = nan is outside its limit: > 0 degree/s"),
+        (["--acceleration-time", "1e300"], "circle.ngc:5: error: the motion is too long"),
+        (["--lead-in", "1e12"], "error: the motion is too long to be held; got 1e+12 s"),
+    ],
+)
+def test_command__bad_option__says_so_and_fails(options, message, capsys):
+    assert main([str(PATHS / "circle.ngc"), *options]) == 1
+    assert message in capsys.readouterr().err
+
+
+def test_generate__feed_next_to_nothing__is_refused_at_its_line_before_it_fills_the_memory():
+    with pytest.raises(TooLongError, match=r"a.ngc:2: error: .* got 6e\+06 s") as caught:
+        generate(parse("G1 X1 F100\nX11 F0.0001\nM2", file="a.ngc"))
+    assert "    2 |   X11 F0.0001" in str(caught.value)

@@ -70,6 +70,11 @@ def test_command__figures__lists_every_number(tmp_path, capsys):
         ([*MOVE, "--optimal", "--ve", "700"], "ve = 700.0 is outside its limit"),
         ([*MOVE, "--optimal", "--ve", "600", "--length", "9"], "length = 9.0 is too short"),
         ([*MOVE, "--json", "/dev/null/x.json"], "/dev/null"),
+        ([*MOVE, "--plot", "/dev/null/x"], "--plot /dev/null/x has no suffix"),
+        ([*MOVE, "--length", "1e400"], "length = '1e400' is outside its limit"),
+        ([*MOVE, "--tr", "1e308", "--length", "1e-9"], "tr = '1e308' is outside its limit"),
+        ([*MOVE, "--v0", "1e1000000000"], "v0 = '1e1000000000' is not"),
+        ([*MOVE, "--optimal", "--jerk", "1e99"], "jerk = '1e99' is outside its limit"),
     ],
 )
 def test_command__user_error__is_one_line_and_status_1(arguments, message, capsys):

@@ -127,6 +127,16 @@ def test_override__end_of_the_move__changes_nothing():
     assert len(move.profiles) == 1 and move.at(99.0) == State(1.0, 0.0, 0.0)
 
 
+@pytest.mark.parametrize("override", [5e-324, 1e-200, 9e-6])
+def test_override__next_to_nothing__stops_within_the_limits(override):
+    move = OverriddenMove(1.0, 1.0, LIMITS, v0=0.5)
+    move.set_override(0.1, override)
+    assert move.end_time < 1.0 and move.at(1.0).speed == 0.0
+    assert move.at(1.0).position < move.length
+    move.set_override(1.0, 1.0)
+    assert move.at(move.end_time) == State(1.0, 0.0, 0.0)
+
+
 @pytest.mark.parametrize(
     ("time", "override", "message"),
     [

@@ -1,0 +1,25 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the command lines of this folder share."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Callable
+
+INTERRUPTED = 130  # exit status, as of a shell
+
+
+def require_positive(option: str, value: float, unit: str) -> None:
+    """Raise ValueError naming the option, in its own unit, unless the value is in 0..inf."""
+    if not (value > 0.0 and math.isfinite(value)):
+        raise ValueError(f"{option} = {value:g} is outside its limit: > 0 {unit}".rstrip())
+
+
+def interruptible(main: Callable[[], int]) -> int:
+    """Exit status of a command; one line in place of a traceback where the user stops it."""
+    try:
+        return main()
+    except KeyboardInterrupt:
+        sys.stderr.write("interrupted\n")
+        return INTERRUPTED
