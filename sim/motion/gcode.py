@@ -200,6 +200,7 @@ class _Parser:
         self.tools = tools
         self.chosen = self.loaded = 0  # tools, 0 for none
         self.tool_offset: Pose = (0.0,) * 5
+        self.summed: tuple[tuple[Pose, ...], Pose] = ((), (0.0,) * 5)  # parts and sum of _offset
         self.retract_to_r = False
         self.sticky: dict[str, float] = {}  # numbers a cycle keeps, in mm and s
         self.initial_level = 0.0
@@ -369,8 +370,11 @@ class _Parser:
     @property
     def _offset(self) -> Pose:
         """Of programmed coordinates: coordinate system, G92 and tool."""
-        parts = zip(self.system, self.shift, self.tool_offset, strict=True)
-        return tuple(s + g + t for s, g, t in parts)
+        parts = self.system, self.shift, self.tool_offset
+        if self.summed[0] != parts:
+            total = tuple(s + g + t for s, g, t in zip(*parts, strict=True))
+            self.summed = parts, total
+        return self.summed[1]
 
     def _target(self, values: dict[str, Word]) -> Pose:
         """End of the block in programmed coordinates; axes left out keep theirs."""
@@ -380,14 +384,13 @@ class _Parser:
                 scale = self.mm_per_unit if index < 3 else 1.0
                 value = values[letter].value * scale
                 end[index] = end[index] + value if self.incremental else value
-        self._add_polar(values, end)
+        if "@" in values or "^" in values:
+            self._add_polar(values, end)
         return tuple(end)
 
     def _add_polar(self, values: dict[str, Word], place: list[float]) -> None:
         """Radius @ and angle ^ about the origin of the program's X and Y; place is changed."""
         given = [values[letter] for letter in _POLAR if letter in values]
-        if not given:
-            return
         mixed = [values[letter] for letter in "XY" if letter in values]
         if mixed:
             self._error_at(
@@ -436,7 +439,8 @@ class _Parser:
             return
         if "stop" in codes and codes["stop"].code in ("M70", "M73"):
             self._save_state(restores=codes["stop"].code == "M73")
-        self._select_tool(values.pop("T", None), codes)
+        if "T" in values or "tool change" in codes:
+            self._select_tool(values.pop("T", None), codes)
         self._select_modes(codes, values)
         if self.diameter and "X" in values:
             values["X"] = replace(values["X"], value=values["X"].value / 2)
@@ -911,19 +915,22 @@ class _Parser:
         if self.errors:  # a text with a mistake yields no program
             return
         arc = motion.is_arc
+        feed = None
+        if motion is not Motion.RAPID and not self.inverse_time:
+            feed = self._feed_per_minute(motion, start, end)
         move = Move(
             self.line,
             self.source.strip(),
             motion,
             start,
             end,
-            None,
+            feed,
             self.plane if arc else None,
             centre,
             self.tolerance,
             self.merge,
         )
-        if motion is not Motion.RAPID:
+        if motion is not Motion.RAPID and self.inverse_time:
             move = replace(move, feed=self._feed(move))
         self.out.append(move)
 
@@ -931,7 +938,11 @@ class _Parser:
         """Feed of a move as mm/min, of one that turns only the table degree/min."""
         if self.inverse_time:
             return self.feed * _length(move)
-        return self.feed if move.turns_only_the_table else self.feed * self.feed_mm_per_unit
+        return self._feed_per_minute(move.motion, move.start, move.end)
+
+    def _feed_per_minute(self, motion: Motion, start: Pose, end: Pose) -> float:
+        turn = _turns_only_the_table(motion, start, end)
+        return self.feed if turn else self.feed * self.feed_mm_per_unit
 
     def _run_in_table_frame(
         self, motion: Motion, end: Pose, centre: tuple[float, float] | None
@@ -1052,7 +1063,8 @@ class _Parser:
                 if letters[index] in values:
                     value = values[letters[index]].value * self.mm_per_unit
                     place[index] = place[index] + value if self.incremental else value
-            self._add_polar(values, place)
+            if "@" in values or "^" in values:
+                self._add_polar(values, place)
             self._hole(place, axis, retract, bottom, clear)
         self.tolerance, self.merge = saved
 

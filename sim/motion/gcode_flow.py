@@ -216,7 +216,11 @@ class Flow:
     def lines(self) -> Iterator[Line]:
         """Lines without O words, in the order in which they run. Raises FlowStop."""
         while True:
-            line = self._next()
+            if self.kept or self.searching or self.inside or self.at != self.unread:
+                line = self._next()
+            else:
+                line = next(self.source, None)
+                self.at = self.unread = self.at + (line is not None)
             if line is None:
                 self._check_closed()
                 return
