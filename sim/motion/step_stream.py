@@ -60,6 +60,8 @@ class Steps:
             value = getattr(self, name)
             if not (value > 0 and math.isfinite(value)):
                 raise PulseRecordError(f"{name} = {value!r} is outside its limit: {name} > 0")
+        if self.every != int(self.every):
+            raise PulseRecordError(f"every = {self.every!r} is not a whole number of set-points")
 
     @property
     def scale(self) -> FloatArray:
@@ -191,8 +193,8 @@ class PathEncoder:
 
     def __init__(self, robot: Robot, period: float, steps: Steps | None = None) -> None:
         self.robot, self.steps = robot, steps or Steps()
-        self.ticks = round(period * TICKS_PER_SECOND)  # of a set-point
-        if not self.ticks or abs(self.ticks / TICKS_PER_SECOND - period) > 1e-9 * period:
+        self.ticks = round(period * TICKS_PER_SECOND) if math.isfinite(period) else 0
+        if self.ticks < 1 or abs(self.ticks / TICKS_PER_SECOND - period) > 1e-9 * period:
             raise PulseRecordError(f"period = {period!r} s is not a whole number of microseconds")
         self.axes: list[AxisEncoder] = []
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -110,6 +111,7 @@ def test_axis__turning_back_inside_a_step__waits_and_goes_back_from_the_middle()
     [
         ({"leg": 0.0}, "leg = 0.0 is outside its limit: leg > 0"),
         ({"every": 0}, "every = 0 is outside its limit: every > 0"),
+        ({"every": 2.5}, "every = 2.5 is not a whole number"),
     ],
 )
 def test_steps__outside_their_limits__are_refused_by_name(change, message):
@@ -125,6 +127,8 @@ def test_encoder__what_the_hardware_cannot_do__is_refused_by_axis():
         axis.records(5, 0.0, 0.0, 40.0, 20.0)
     with pytest.raises(PulseRecordError, match="period = 2.5e-06 s is not a whole number"):
         PathEncoder(ROBOT, 2.5e-6)
+    with pytest.raises(PulseRecordError, match="period = nan s is not a whole number"):
+        PathEncoder(ROBOT, math.nan)
 
 
 # ---------------------------------------------------------------------- end to end
