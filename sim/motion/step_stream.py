@@ -139,7 +139,7 @@ class AxisEncoder:
         sign = self.sign if middle == 0.0 else int(math.copysign(1, middle))
         flags = 0
         if sign != self.sign and (place - self.count) * sign > 0.0:
-            # No step may be due in the clock of the change: a tick at rest comes first.
+            # A tick at rest comes first, so that no step is due in the clock of the change.
             found.append(self._record(0, 1, 0, 0, 0))
             ticks, speed, slope = ticks - 1, speed + slope + jerk / 2, slope + jerk
             self.sign, self.phase, flags = sign, HALF, FIRST
