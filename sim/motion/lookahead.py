@@ -34,7 +34,7 @@ from sim.motion.lookahead_limits import (
     speeds,
 )
 from sim.motion.lookahead_speed import Cell, SpeedPlanner, Stop, Stretch
-from sim.motion.path import FULL_TURN_BELOW, Curve, Line, curve_of, to_si
+from sim.motion.path import FULL_TURN_BELOW, Arc, Curve, Line, curve_of, to_si
 from sim.motion.trajectory import WORKSPACE_ROUNDING, Workspace
 
 FloatArray = NDArray[np.float64]
@@ -293,9 +293,13 @@ class Lookahead:
         )
 
     def _check(self, move: Move, curve: Curve) -> None:
-        """A line is inside the workspace if its ends are; an arc is looked at every few degrees."""
-        count = 2 if isinstance(curve, Line) else 65
-        tool = curve.evaluate(np.linspace(0.0, curve.length, count))[0][:, :3]
+        """Inside the workspace is a curve whose ends are, and an arc's outermost points too."""
+        places = [0.0, curve.length]
+        if isinstance(curve, Arc):
+            quarters = np.sort([curve.first_angle, curve.first_angle + curve.sweep]) / (np.pi / 2)
+            outer = np.arange(math.ceil(quarters[0]), math.floor(quarters[1]) + 1) * (np.pi / 2)
+            places[1:1] = ((outer - curve.first_angle) / curve.sweep * curve.length).tolist()
+        tool = curve.evaluate(np.array(places))[0][:, :3]
         lower, upper = np.array(self._workspace.lower), np.array(self._workspace.upper)
         outside = (tool < lower - WORKSPACE_ROUNDING) | (tool > upper + WORKSPACE_ROUNDING)
         if outside.any():

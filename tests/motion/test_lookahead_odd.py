@@ -11,7 +11,7 @@ import pytest
 from sim.model.parameters import Robot
 from sim.motion.blend import SCALE
 from sim.motion.gcode import Motion, Move, Plane
-from sim.motion.lookahead import Lookahead, LookaheadSettings
+from sim.motion.lookahead import Lookahead, LookaheadSettings, OutsideError
 from sim.motion.lookahead_check import ROUNDING, Deviation, demand
 from sim.motion.lookahead_figures import chord_program, without_approach
 from sim.motion.lookahead_limits import MachineLimits
@@ -96,6 +96,21 @@ def test_corner__of_a_move_below_100_nm__is_within_p(tolerance):
     away = np.linalg.norm((blocks[0].position - corner) * SCALE, axis=1).min()
     assert away <= tolerance / 1e3 + ROUNDING
     assert max(deviation.path, deviation.corner) <= ROUNDING
+
+
+@pytest.mark.parametrize("motion", [Motion.ARC_CCW, Motion.ARC_CW])
+def test_workspace__circle_a_tenth_of_a_mm_too_large__is_refused(motion):
+    # Starts beside the axes, so that no point of an equal division is outermost.
+    angle = math.pi / 64
+    for radius, inside in ((149.99, True), (150.1, False)):
+        x, y = radius * math.cos(angle), radius * math.sin(angle)
+        place = (x, y, 600.0, 0.0, 0.0)
+        circle = Move(1, "", motion, place, place, 3e4, Plane.XY, (0.0, 0.0))
+        if inside:
+            Lookahead([circle], SETTINGS).duration()
+        else:
+            with pytest.raises(OutsideError, match=r"got [xy] = -?150.1000 mm"):
+                Lookahead([circle], SETTINGS).duration()
 
 
 # Odd limits
