@@ -287,6 +287,10 @@ MISTAKES = {
         "o1 if [1]\no2 while [1]\no1 endif\no2 endwhile\nM2",
         3, 1, "o1 endif", "does not belong to o2 while of line 2", "the end of o2 while",
     ),
+    "endif of a while": (
+        "o1 while [1]\nG0X1\no1 endif\no1 endwhile\nM2",
+        3, 1, "o1 endif", "does not belong to o1 while of line 1", "the end of o1 while",
+    ),
     "else twice": (
         "o1 if [0]\no1 else\nG0X1\no1 else\nG0X2\no1 endif\nM2",
         4, 1, "o1 else", "behind the else", "endif",
@@ -332,6 +336,12 @@ MISTAKES = {
     ),
     "bracket open": ("o1 if [1\no1 endif\nM2", 1, 7, "[1", "not closed", "operator or ]"),
     "comment open": ("o1 if [1] (a\no1 endif\nM2", 1, 11, "(a", "comment is not closed", ")"),
+    "comment open, and more": (
+        "o1 if [1] (a\nG0 E1\no1 endif\nM2", 1, 11, "(a", "comment is not closed", ")",
+    ),
+    "mistake before a mistake": (
+        "G0 E1\no1 if [1/0]\no1 endif\nM2", 1, 4, "E1", "unknown word E", "one of",
+    ),
     "value read only": ("#<_value>=1\nM2", 1, 1, "#<_value>=1", "read only", "another"),
     "after a word": ("G0 X1\n#1=3 o1 if [1]\nM2", 2, 6, "o1 if [1]", "behind other words", "first"),
     "mistake inside": (
