@@ -11,7 +11,7 @@ import tracemalloc
 import pytest
 
 from sim.motion import gcode_flow
-from sim.motion.gcode import GcodeErrors, parse, parse_file, stream
+from sim.motion.gcode import GcodeErrors, _Parser, parse, parse_file, stream
 from sim.motion.gcode_flow import ARGUMENTS, MAX_DEPTH, MAX_IDLE
 from sim.motion.gcode_oracle import OracleError, differences, find, rs274
 
@@ -227,24 +227,8 @@ def test_long_text__without_o_words__is_not_held():
 
 
 def test_loop__when_it_has_ended__is_not_held():
-    flow_of = []
-
-    def lines():
-        yield "o1 sub\n"
-        yield "G0 X#1\n"
-        yield "o1 endsub\n"
-        for _ in range(50):
-            yield "o9 repeat [2]\n" if not flow_of else ""
-            flow_of.append(1)
-            yield "G0 X1\n"
-        yield "o9 endrepeat\n"
-        yield "G0 X3\n"
-        yield "G0 X4\n"
-        yield "M2\n"
-
-    from sim.motion.gcode import _Parser
-
-    parser = _Parser(lines(), "text", ZERO, {})
+    lines = ["o1 sub", "G0 X#1", "o1 endsub", "o9 repeat [2]", *["G0 X1"] * 50, "o9 endrepeat"]
+    parser = _Parser([*lines, "G0 X3", "G0 X4", "M2"], "text", ZERO, {})
     sizes = [(move.end[0], len(parser.flow.kept)) for move in parser.items()]
     assert max(size for _, size in sizes) > 50
     assert sizes[-1] == (4.0, 0)
@@ -257,6 +241,7 @@ MISTAKES = {
     "while not closed, run": ("o1 while [1]\nG0X1\nM2", 1, 1, "o1 while", "not closed", "endwhile"),
     "if not closed": ("G0X1\nN5 o1 if [0]\nM2", 2, 4, "o1 if", "o1 if is not closed", "o1 endif"),
     "if not closed, run": ("o1 if [1]\nG0 X1\nM2", 1, 1, "o1 if", "not closed", "o1 endif"),
+    "if not closed, no end": ("o1 if [1]\nG0 X1", 1, 1, "o1 if", "not closed", "o1 endif"),
     "do not closed": ("o1 do\nG0 X1\nM2", 1, 1, "o1 do", "o1 do is not closed", "o1 while"),
     "repeat not closed": ("o<a> repeat [0]\nM2", 1, 1, "o<a> repeat", "closed", "o<a> endrepeat"),
     "sub not closed": ("G0 X1\no1 sub\nX2\nM2", 2, 1, "o1 sub", "o1 sub is not closed", "endsub"),
