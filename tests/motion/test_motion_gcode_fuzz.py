@@ -12,6 +12,7 @@ import itertools
 import math
 import os
 import random
+import re
 from collections.abc import Callable
 
 import pytest
@@ -216,7 +217,8 @@ def flow_program(seed: str) -> str:
 def check(text: str) -> str:
     """Reads a program; returns "moves", "nothing" or "mistakes". Asserts what must hold."""
     lines = text.splitlines() or [""]
-    jumps = "o" in text.lower()  # O words let lines run again, a damaged loop for ever
+    # O words let lines run again, a damaged loop for ever.
+    jumps = re.search(r"^\s*(N\s*[\d.]+\s*)?O", text, re.MULTILINE | re.IGNORECASE) is not None
     items: list[Move | Dwell] = []
     try:
         items += itertools.islice(stream(lines), MOST)

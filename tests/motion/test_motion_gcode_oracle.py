@@ -6,6 +6,7 @@ import pytest
 from sim.motion.gcode import GcodeErrors, parse
 from sim.motion.gcode_oracle import (
     OracleError,
+    Samples,
     compare_samples,
     differences,
     find,
@@ -166,9 +167,14 @@ def test_rs274__one_number_changed__is_seen():
     )
 
 
-def test_samples_of_linuxcnc__read_alike_or_refused_by_name():
+@pytest.fixture(scope="module")
+def samples() -> Samples:
+    return compare_samples()
+
+
+def test_samples_of_linuxcnc__read_alike_or_refused_by_name(samples):
     """Its own sample programs: none may move differently; those refused say which word it is."""
-    found = compare_samples()
+    found = samples
     assert found.different == {}
     assert set(found.equal) >= {
         *("3D_Chips.ngc", "3dtest.ngc", "arcspiral.ngc", "cds.ngc", "daisy.ngc", "flowsnake.ngc"),
@@ -180,8 +186,7 @@ def test_samples_of_linuxcnc__read_alike_or_refused_by_name():
     assert sum(map(len, total)) == 56
 
 
-def test_samples_of_linuxcnc__with_its_sample_tools__are_those_of_the_specification():
+def test_samples_of_linuxcnc__with_its_sample_tools__are_those_of_the_specification(samples):
     """41 of 56 run, 24 of them with motion; without a tool table fewer would."""
-    found = compare_samples()
-    assert len(found.equal) + len(found.different) + len(found.refused) == 41
-    assert len(found.moving) == 24
+    assert len(samples.equal) + len(samples.different) + len(samples.refused) == 41
+    assert len(samples.moving) == 24
