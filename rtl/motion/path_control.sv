@@ -4,7 +4,8 @@
 // follow the running one without a gap. A command is looked at before it moves anything: what is wrong
 // sets a fault (bits below), and nothing starts until clear_i. A step is made every `period`
 // clocks, or with period 0 at every pulse of an axis, so a planned profile is the speed along the path.
-// A wrong access is refused with FaultOrder or FaultFeed; an overrun of an axis stops the path at once.
+// A wrong access is refused with FaultOrder or FaultFeed; an overrun of an axis, or a pulse while
+// seven steps wait for theirs, stops the path at once with FaultOverrun.
 module path_control #(
     parameter int unsigned Axes     = 5,   // 1..8
     parameter int unsigned Width    = 24,  // bits of a coordinate
@@ -61,7 +62,7 @@ module path_control #(
 
   assign accept = !pending_o && !faulty;
   assign faulty = fault_q != '0;
-  assign stop   = clear_i || ((abort_i | overrun_i) & source_q) != '0;
+  assign stop   = clear_i || lost_q || ((abort_i | overrun_i) & source_q) != '0;
 
   // ---- registers
   logic in_range, feed_good, source_good;
@@ -119,7 +120,7 @@ module path_control #(
     fault_d[FaultFeed]    = feed_write_i && !feed_good;
     fault_d[FaultOrder]   = ((word_write_i || command_write_i) && pending_o)
                             || (source_write_i && !source_good);
-    fault_d[FaultOverrun] = (overrun_i & source_q) != '0;
+    fault_d[FaultOverrun] = lost_q || (overrun_i & source_q) != '0;
   end
 
   // ---- an arc's nodes have to be on the circle: with N = u^2 + v^2 - R^2, -(|u| + |v|) <= N < |u| + |v|.
@@ -230,20 +231,26 @@ module path_control #(
   logic [23:0] period_q;
   logic [2:0] due_q;
   logic [7:0] pulses;
-  logic by_pulses, due;
+  logic by_pulses, due, full, lost_q;
 
   assign by_pulses = feed_q[23:0] == '0;
   assign pulses    = 8'(pulse_i);
   assign due       = by_pulses ? pulses[feed_q[26:24]] : period_q == '0;
   assign ready     = all_axes_q ? all_ready : plane_ready;
   assign advance   = ready && due_q != '0;
+  assign full      = due && !advance && due_q == '1;
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) due_q <= '0;
     else if (!running_q) due_q <= '0;
-    else if (due && !advance && due_q != '1) due_q <= due_q + 1'b1;
+    else if (due && !advance && !full) due_q <= due_q + 1'b1;
     else if (!due && advance) due_q <= due_q - 1'b1;
   end
+
+  // A period is made up for as far as it goes, but a pulse stands for a part of a planned profile.
+  always_ff @(posedge clk_i or negedge rst_ni)
+    if (!rst_ni) lost_q <= 1'b0;
+    else lost_q <= running_q && by_pulses && full;
 
   // A shorter period than what is left counts from now.
   always_ff @(posedge clk_i)

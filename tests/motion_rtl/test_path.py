@@ -453,6 +453,32 @@ def test_steps_faster_than_the_drive_allows__path_stops():
     assert rtl.read("PATH_STATUS") == rtl.status("overrun") == 0
 
 
+def test_profile_faster_than_steps_can_be__path_stops_and_says_so():
+    """An arc steps every other clock and begins some clocks late: at 50 MHz pulses pile up."""
+    rtl = front_end(source=0b01111)
+    rtl.write("PATH_FEED", 4 << 24)
+    nodes = [(50, 0), (0, 50), (-50, 0), (0, -50)]
+    rtl.arc(nodes[0], nodes[1], 2500)
+    rtl.clock(100)
+    rtl.put({4: [Record(FIRST | LAST, 60, 16 * 50_000_000 << 32, 0, 0)]})
+    quarters = 1
+    while quarters < 20 and not rtl.path_faults():
+        if not rtl.path("pending"):
+            rtl.arc(nodes[quarters % 4], nodes[(quarters + 1) % 4], 2500)
+            quarters += 1
+    assert rtl.path_faults() == {"overrun"} and rtl.status("overrun") == 0
+    assert rtl.path("busy") == 0
+    rtl.wait_for_irq(LIMIT)
+    rtl.write("CONTROL", 1 << 8)
+    assert rtl.read("PATH_STATUS") == 0
+    rtl.wait_for_irq(LIMIT)
+    rtl.write("PATH_FEED", PERIOD)
+    before = positions(rtl)
+    rtl.line(7, 0)
+    rtl.wait_for_irq(LIMIT)
+    assert positions(rtl) == [before[0] + 7, *before[1:]] and rtl.path_faults() == set()
+
+
 def test_without_interpolators__registers_read_0_and_profiles_run():
     rtl = front_end(interpolators=False)
     assert rtl.read("CONFIG") == 5 | 8 << 4 | 100 << 8
