@@ -14,6 +14,7 @@ from rich.table import Table
 
 from sim.motion.command import interruptible, require_positive
 from sim.motion.gcode import parse_file
+from sim.motion.gcode_tools import add_tools_option, tools_of
 from sim.motion.path import RateLimits
 from sim.motion.trajectory import AXIS_NAMES, MotionSettings, Trajectory, generate
 
@@ -27,6 +28,7 @@ def _arguments() -> argparse.ArgumentParser:
         epilog="example: python -m sim.motion sim/paths/agh.ngc --csv build/agh.csv",
     )
     parser.add_argument("program", type=Path, help="G-code file")
+    add_tools_option(parser)
     parser.add_argument("--csv", type=Path, metavar="FILE", help="write every set-point, SI units")
     options = (
         ("--rapid", DEFAULTS.rates.rapid * 60, "rapid rate of the tool [m/min]"),
@@ -105,7 +107,8 @@ def main(argv: list[str] | None = None) -> int:
             rates=RateLimits(arguments.rapid / 60, math.radians(arguments.table)),
             lead_in=arguments.lead_in,
         )
-        trajectory = generate(parse_file(arguments.program), settings)
+        program = parse_file(arguments.program, tools=tools_of(arguments))
+        trajectory = generate(program, settings)
         if arguments.csv is not None:
             _write_csv(trajectory, arguments.csv)
     except OSError as error:

@@ -7,11 +7,13 @@ pocket P, diameter D and the other words are read and do nothing here. An empty 
 
 from __future__ import annotations
 
+import argparse
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from pathlib import Path
 
-from sim.motion.gcode import AXES, Pose
-from sim.motion.gcode_words import MAX_ERRORS, GcodeError, GcodeErrors
+from sim.motion.gcode import AXES, NO_TOOLS, Pose
+from sim.motion.gcode_words import MAX_ERRORS, MAX_NUMBER, GcodeError, GcodeErrors
 
 _WORD = re.compile(r"([A-Za-z])([+-]?(?:\d+\.?\d*|\.\d+))(?=\s|$)")
 _TEXT = re.compile(r"\S+")
@@ -20,8 +22,8 @@ _TEXT = re.compile(r"\S+")
 def tool_table(lines: Iterable[str], file: str = "<tools>", unit: float = 1.0) -> dict[int, Pose]:
     """Offsets [mm, degree] by number of the tool; unit: mm of one X, Y or Z of the table.
 
-    Raises GcodeErrors with every mistake: no word, no T, T that is no integer from 1 on, or a
-    second line for a tool.
+    Raises GcodeErrors with every mistake: no word, a number beyond MAX_NUMBER, no T, T that is no
+    integer from 1 on, or a second line for a tool.
     """
     tools: dict[int, Pose] = {}
     errors: list[GcodeError] = []
@@ -45,7 +47,17 @@ def tool_table(lines: Iterable[str], file: str = "<tools>", unit: float = 1.0) -
                     "put remarks behind a ;",
                 )
                 break
-            values[word.group(1).upper()] = float(word.group(2))
+            value = float(word.group(2))
+            if abs(value) > MAX_NUMBER:
+                error(
+                    run.start() + 1,
+                    word.group(),
+                    "the number is out of range",
+                    f"a magnitude of at most {MAX_NUMBER:g}",
+                    "check the decimal point",
+                )
+                break
+            values[word.group(1).upper()] = value
         else:
             tool = values.get("T", 0.0)
             if values and (tool < 1 or not tool.is_integer() or tool in tools):
@@ -64,3 +76,21 @@ def tool_table(lines: Iterable[str], file: str = "<tools>", unit: float = 1.0) -
     if errors:
         raise GcodeErrors(tuple(errors))
     return tools
+
+
+def tool_file(path: Path) -> dict[int, Pose]:
+    """As `tool_table`, from a file in mm. Raises GcodeErrors, and OSError without such a file."""
+    with path.open(encoding="utf-8-sig", errors="replace") as lines:
+        return tool_table(lines, str(path))
+
+
+def add_tools_option(parser: argparse.ArgumentParser) -> None:
+    """The option --tools of the command lines that read G-code."""
+    parser.add_argument(
+        "--tools", type=Path, metavar="FILE", help="LinuxCNC tool table for T and G43 [mm, degree]"
+    )
+
+
+def tools_of(arguments: argparse.Namespace) -> Mapping[int, Pose]:
+    """The table of --tools, without the option none; raises as `tool_file`."""
+    return NO_TOOLS if arguments.tools is None else tool_file(arguments.tools)

@@ -8,7 +8,7 @@ import heapq
 import json
 import math
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -16,7 +16,8 @@ from rich.console import Console
 from rich.table import Table
 
 from sim.motion.command import require_positive
-from sim.motion.gcode import GcodeErrors, stream_file
+from sim.motion.gcode import NO_TOOLS, GcodeErrors, Pose, stream_file
+from sim.motion.gcode_tools import add_tools_option, tools_of
 from sim.motion.lookahead import Joint, Lookahead, LookaheadSettings
 from sim.motion.lookahead_check import GROUPS, QUANTITIES, demand
 from sim.motion.lookahead_limits import MachineLimits
@@ -56,6 +57,7 @@ def _arguments() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("file", nargs="?", type=Path, help="program")
+    add_tools_option(parser)
     metavar = ("SPEED", "ACCELERATION", "JERK")
     for group, text in (
         ("tool", "limits of the tool [mm/s, mm/s2, mm/s3]"),
@@ -98,15 +100,19 @@ def settings_of(arguments: argparse.Namespace) -> LookaheadSettings:
 
 
 def results(
-    file: Path, settings: LookaheadSettings, sampled: bool, console: Console | None = None
+    file: Path,
+    settings: LookaheadSettings,
+    sampled: bool,
+    console: Console | None = None,
+    tools: Mapping[int, Pose] = NO_TOOLS,
 ) -> dict[str, Any]:
     """What the command prints, as one document; lengths in mm, angles in degrees.
 
-    console: for progress, by default none.
+    console: for progress, by default none; tools: as for `stream_file`.
     """
     console = console or Console(quiet=True)
     joints = SlowestJoints()
-    plan = Lookahead(stream_file(file), settings, joints, str(file))
+    plan = Lookahead(stream_file(file, tools=tools), settings, joints, str(file))
     document: dict[str, Any] = {"file": str(file)}
     if sampled:
         period = settings.period
@@ -219,7 +225,8 @@ def main(argv: list[str] | None = None) -> int:
             console.print_json(json.dumps(figures(arguments.figures)))
         if arguments.file is not None:
             settings, sampled = settings_of(arguments), not arguments.time_only
-            document = results(arguments.file, settings, sampled, log)
+            tools = tools_of(arguments)
+            document = results(arguments.file, settings, sampled, log, tools)
             _show(document, console)
             if arguments.json is not None:
                 arguments.json.parent.mkdir(parents=True, exist_ok=True)

@@ -19,7 +19,6 @@ from sim.motion.gcode import (
     stream_file,
 )
 from sim.motion.gcode_table import PIVOT, from_machine, to_machine
-from sim.motion.gcode_tools import tool_table
 
 ZERO = (0.0,) * 5
 
@@ -72,34 +71,6 @@ def test_tools__offset__moves_the_point_of_the_program():
     tools = {4: (1.0, 2.0, 3.0, 0.0, 5.0)}
     program = parse("T4 M6\nG43 G0 X10 Y0 Z0 C0\nG49 X0 Y0\nM2", start=ZERO, tools=tools)
     assert [move.end for move in program.moves] == [(11, 2, 3, 0, 5), (0, 0, 3, 0, 5)]
-
-
-def test_tool_table__lines_of_linuxcnc__are_offsets_by_number():
-    lines = ["T1 P1 D0.125 Z+0.5 ;T9", "", "; note", "t23 P4 X1 Y-2 A3 C4\n"]
-    assert tool_table(lines, unit=25.4) == {
-        1: (0.0, 0.0, 12.7, 0.0, 0.0),
-        23: (25.4, -50.8, 0.0, 3.0, 4.0),
-    }
-
-
-@pytest.mark.parametrize(
-    ("line", "column", "offending", "what"),
-    [
-        ("P1 Z1", 1, "P1 Z1", "has no tool"),
-        ("T1.5 Z1", 1, "T1.5 Z1", "has no tool"),
-        ("T0", 1, "T0", "has no tool"),
-        ("T1 Z2", 1, "T1 Z2", "there already"),
-        ("T2 Zx", 4, "Zx", "not a word"),
-        ("T2 Z1 drill", 7, "drill", "not a word"),
-    ],
-)
-def test_tool_table__line_that_is_none__is_told_with_its_place(line, column, offending, what):
-    with pytest.raises(GcodeErrors) as caught:
-        tool_table(["T1", line], "tool.tbl")
-    (error,) = caught.value.errors
-    assert (error.file, error.line, error.column) == ("tool.tbl", 2, column)
-    assert error.text == offending
-    assert what in error.what
 
 
 def test_percent__at_the_end_alone__ends_the_text():
