@@ -26,7 +26,8 @@ from sim.motion.drive import (
     greatest_acceleration,
     simulate,
 )
-from sim.motion.gcode import Motion, parse_file
+from sim.motion.gcode import parse_file
+from sim.motion.moves import Motion
 from sim.motion.planner_figures import Result
 from sim.motion.trajectory import generate
 from sim.run import nios

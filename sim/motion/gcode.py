@@ -22,12 +22,12 @@ from __future__ import annotations
 import difflib
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from enum import Enum
+from dataclasses import replace
 from pathlib import Path
 
 from sim.motion import gcode_table as table_frame
 from sim.motion.gcode_flow import RETURNED, VALUE, Flow, FlowStop, Frame
+from sim.motion.gcode_tools import NO_TOOLS
 from sim.motion.gcode_words import (
     MAX_ERRORS,
     GcodeError,
@@ -36,9 +36,20 @@ from sim.motion.gcode_words import (
     LineReader,
     Word,
 )
+from sim.motion.moves import (
+    AXES,
+    HOME,
+    MM_PER_INCH,
+    Dwell,
+    Motion,
+    Move,
+    Plane,
+    Pose,
+    Program,
+    turns_only_the_table,
+)
+from sim.motion.path import curve_of
 
-AXES = "XYZAC"
-MM_PER_INCH = 25.4
 MAX_LINE_NUMBER = 99999  # NISTIR 6556, 3.3.1
 
 # NISTIR 6556, 3.5.3.2: largest difference between the radii at both ends of an arc. The same
@@ -48,85 +59,6 @@ ARC_TOLERANCE_INCH = 0.0002
 
 # LinuxCNC's G83_RAPID_DELTA: the rapid back into the hole ends so far above its bottom.
 PECK_CLEARANCE_MM = 0.254
-
-Pose = tuple[float, float, float, float, float]
-"""x, y, z [mm], tilt A, rotation C [degree]."""
-
-HOME: Pose = (0.0, 0.0, 600.0, 0.0, 0.0)
-NO_TOOLS: Mapping[int, Pose] = {}
-
-
-class Motion(Enum):
-    RAPID = "G0"
-    LINEAR = "G1"
-    ARC_CW = "G2"
-    ARC_CCW = "G3"
-
-    @property
-    def is_arc(self) -> bool:
-        return self in (Motion.ARC_CW, Motion.ARC_CCW)
-
-
-class Plane(Enum):
-    XY = "G17"
-    ZX = "G18"
-    YZ = "G19"
-
-    @property
-    def axes(self) -> tuple[int, int]:
-        """Indices (first, second) of the plane's axes; counter-clockwise turns first to second."""
-        return {Plane.XY: (0, 1), Plane.ZX: (2, 0), Plane.YZ: (1, 2)}[self]
-
-
-@dataclass(frozen=True)
-class Move:
-    """One motion block. Poses and centre in mm and degrees, in absolute coordinates.
-
-    feed is the F number in force as mm/min, for blocks that turn only the table as degree/min;
-    it is None for rapids. centre holds the two coordinates in the order of plane.axes.
-    tolerance [mm]: greatest distance from the joints at the move's ends to the path run, 0 for
-    G61, infinite for G64 without P; merge [mm]: Q of G64, within which lines are joined into one.
-    inner: the move is a further part of its block, not a new one.
-    """
-
-    line: int
-    source: str
-    motion: Motion
-    start: Pose
-    end: Pose
-    feed: float | None = None
-    plane: Plane | None = None
-    centre: tuple[float, float] | None = None
-    tolerance: float = 0.0
-    merge: float = 0.0
-    inner: bool = False
-
-    @property
-    def turns_only_the_table(self) -> bool:
-        return _turns_only_the_table(self.motion, self.start, self.end)
-
-
-def _turns_only_the_table(motion: Motion, start: Pose, end: Pose) -> bool:
-    return not motion.is_arc and start[:3] == end[:3]
-
-
-@dataclass(frozen=True)
-class Dwell:
-    """A rest of `seconds` at the end of the moves before it (G4, G82)."""
-
-    line: int
-    source: str
-    seconds: float
-
-
-@dataclass(frozen=True)
-class Program:
-    """All moves of a text. dwells: (number of moves before it, rest)."""
-
-    file: str
-    start: Pose
-    moves: tuple[Move, ...]
-    dwells: tuple[tuple[int, Dwell], ...] = ()
 
 
 _CYCLES = ("G81", "G82", "G83")
@@ -941,7 +873,7 @@ class _Parser:
         return self._feed_per_minute(move.motion, move.start, move.end)
 
     def _feed_per_minute(self, motion: Motion, start: Pose, end: Pose) -> float:
-        turn = _turns_only_the_table(motion, start, end)
+        turn = turns_only_the_table(motion, start, end)
         return self.feed if turn else self.feed * self.feed_mm_per_unit
 
     def _run_in_table_frame(
@@ -1196,8 +1128,6 @@ class _Parser:
 
 def _length(move: Move) -> float:
     """Length of a move as its feed counts it: mm of tool path, or degree of the table alone."""
-    from sim.motion.path import curve_of  # it needs the moves of this module
-
     curve = curve_of(move)
     if curve is None:
         return 0.0

@@ -23,8 +23,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from sim.motion.gcode import MM_PER_INCH, Dwell, GcodeErrors, Motion, parse
+from sim.motion.gcode import GcodeErrors, parse
 from sim.motion.gcode_tools import tool_table
+from sim.motion.moves import MM_PER_INCH, Dwell, Motion
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("linuxcnc-uspace", "libboost-python1.74.0")

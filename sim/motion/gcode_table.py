@@ -13,10 +13,11 @@ The place of the pivot in the machine is chosen: the table's centre at A0 C0 is 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from sim.motion.gcode import Move, Pose
+import numpy as np
+
+from sim.motion.moves import Move, Pose
+from sim.motion.path import curve_of, to_si
 
 PIVOT = (0.0, 0.0, 520.0)  # mm: home height 600 less h = 80 of sim/robot.toml
 TOLERANCE_MM = 0.0005  # of the chords that replace the curve of the tool in the machine
@@ -59,10 +60,6 @@ def pieces(move: Move) -> list[Pose]:
     A chord of share h of a curve m misses it by at most h^2/8 max|m''|; here m'' is at most
     |bend| + 2 |w| |way| + |w|^2 r, w the table's turn and r the distance from the pivot.
     """
-    import numpy as np
-
-    from sim.motion.path import curve_of, to_si
-
     curve = curve_of(move)
     if curve is None:
         return [to_machine(move.end)]

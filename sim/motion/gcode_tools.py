@@ -12,8 +12,10 @@ import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from sim.motion.gcode import AXES, NO_TOOLS, Pose
 from sim.motion.gcode_words import MAX_ERRORS, MAX_NUMBER, GcodeError, GcodeErrors
+from sim.motion.moves import AXES, Pose
+
+NO_TOOLS: Mapping[int, Pose] = {}
 
 _WORD = re.compile(r"([A-Za-z])([+-]?(?:\d+\.?\d*|\.\d+))(?=\s|$)")
 _TEXT = re.compile(r"\S+")

@@ -31,10 +31,10 @@ from scripts import motion_size
 from sim.harness.interpolator_rtl import InterpolatorRtl
 from sim.harness.motion_rtl import CLOCK_HZ, RECORDS, MotionRtl
 from sim.motion import lookahead_figures, planner_check, stress
-from sim.motion.gcode import Motion, Move
 from sim.motion.gcode_oracle import OracleError, compare_samples
 from sim.motion.lookahead import DEPTH, Lookahead, LookaheadSettings
 from sim.motion.lookahead_limits import MachineLimits
+from sim.motion.moves import Motion, Move
 from sim.motion.planner_core import PARAMETERS, CoreProgram
 from sim.motion.planner_optimal import Limits, time_optimal
 from sim.motion.planner_seed import seed_plan

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from sim.model.parameters import Robot
 from sim.motion import blend
 from sim.motion.blend import SCALE, Blends
-from sim.motion.gcode import ARC_TOLERANCE_MM, Dwell, Motion, Move
+from sim.motion.gcode import ARC_TOLERANCE_MM
 from sim.motion.lookahead_limits import (
     SHARE_ANGLES,
     SHARES,
@@ -34,6 +34,7 @@ from sim.motion.lookahead_limits import (
     speeds,
 )
 from sim.motion.lookahead_speed import Cell, SpeedPlanner, Stop, Stretch
+from sim.motion.moves import Dwell, Motion, Move
 from sim.motion.path import FULL_TURN_BELOW, Arc, Curve, Line, curve_of, to_si
 from sim.motion.trajectory import WORKSPACE_ROUNDING, Workspace
 

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from sim.model.kinematics import inverse
 from sim.model.parameters import Robot
 from sim.motion.blend import SCALE
-from sim.motion.gcode import Move
 from sim.motion.lookahead import Setpoints
 from sim.motion.lookahead_limits import MachineLimits
+from sim.motion.moves import Move
 from sim.motion.path import Curve, curve_of, to_si
 
 FloatArray = NDArray[np.float64]

@@ -16,11 +16,12 @@ from rich.console import Console
 from rich.table import Table
 
 from sim.motion.command import require_positive
-from sim.motion.gcode import NO_TOOLS, GcodeErrors, Pose, stream_file
-from sim.motion.gcode_tools import add_tools_option, tools_of
+from sim.motion.gcode import GcodeErrors, stream_file
+from sim.motion.gcode_tools import NO_TOOLS, add_tools_option, tools_of
 from sim.motion.lookahead import Joint, Lookahead, LookaheadSettings
 from sim.motion.lookahead_check import GROUPS, QUANTITIES, demand
 from sim.motion.lookahead_limits import MachineLimits
+from sim.motion.moves import Pose
 from sim.motion.planner_optimal import Limits
 
 EPILOG = """examples:

@@ -16,9 +16,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.motion.gcode import Motion, Move, stream
+from sim.motion.gcode import stream
 from sim.motion.lookahead import Joint, Lookahead, LookaheadSettings, Setpoints
 from sim.motion.lookahead_limits import MachineLimits
+from sim.motion.moves import Motion, Move
 
 FloatArray = NDArray[np.float64]
 

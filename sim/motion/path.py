@@ -18,7 +18,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.motion.gcode import Motion, Move, Pose, Program
+from sim.motion.moves import Motion, Move, Pose, Program
 
 FloatArray = NDArray[np.float64]
 

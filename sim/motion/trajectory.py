@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.model.parameters import Robot
-from sim.motion.gcode import Program
+from sim.motion.moves import Program
 from sim.motion.path import Block, FloatArray, RateLimits, build_path
 from sim.motion.scurve import SCurve
 

@@ -27,7 +27,8 @@ from sim.harness.nios_rtl import NiosRtl
 from sim.model.parameters import ParameterError, Robot
 from sim.model.records import SetPoints, TrackingResult
 from sim.model.tracking import joint_path
-from sim.motion.gcode import GcodeErrors, Motion, parse_file
+from sim.motion.gcode import GcodeErrors, parse_file
+from sim.motion.moves import Motion
 from sim.motion.trajectory import Trajectory, WorkspaceError, generate
 from sim.run import closed_loop, nios, page, plots, tables
 from sim.run.controller import AsipController, ControllerFault, Ticks

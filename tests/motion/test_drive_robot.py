@@ -12,7 +12,8 @@ from sim.model.tracking import joint_path
 from sim.motion.drive import CASES, Case, Drive, DriveError
 from sim.motion.drive_figures import AGH, STROKES
 from sim.motion.drive_robot import LEAD_IN, LEG_DRIVE, DriveController, RobotRun, simulate, stroke
-from sim.motion.gcode import Motion, parse_file
+from sim.motion.gcode import parse_file
+from sim.motion.moves import Motion
 from sim.motion.trajectory import Trajectory, generate
 from sim.run import nios
 

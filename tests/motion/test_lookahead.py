@@ -10,7 +10,7 @@ from ruckig import InputParameter, Ruckig, Trajectory
 
 from sim.model.parameters import Robot
 from sim.motion import lookahead_limits, stress
-from sim.motion.gcode import Motion, Move, stream
+from sim.motion.gcode import stream
 from sim.motion.gcode_table import from_machine
 from sim.motion.goals import spiral
 from sim.motion.lookahead import (
@@ -24,6 +24,7 @@ from sim.motion.lookahead_check import Deviation, demand
 from sim.motion.lookahead_figures import chord_program, corner_program, without_approach
 from sim.motion.lookahead_limits import MARGIN, MachineLimits
 from sim.motion.lookahead_speed import Cell, SpeedPlanner, Stop
+from sim.motion.moves import Motion, Move
 from sim.motion.path import to_si
 from sim.motion.planner_optimal import Limits
 from sim.motion.stress import VIOLATION, program, programs, random_moves

@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sim.motion.gcode import MAX_ERRORS, GcodeErrors, Motion, Plane, Program, parse, parse_file
+from sim.motion.gcode import MAX_ERRORS, GcodeErrors, parse, parse_file
+from sim.motion.moves import Motion, Plane, Program
 
 
 def ends(program: Program) -> list[tuple[float, ...]]:

@@ -18,8 +18,9 @@ from collections.abc import Callable
 import pytest
 
 from sim.motion import gcode_flow
-from sim.motion.gcode import Dwell, GcodeErrors, Move, parse, stream
+from sim.motion.gcode import GcodeErrors, parse, stream
 from sim.motion.gcode_oracle import differences, find
+from sim.motion.moves import Dwell, Move
 
 MOST = 3000  # moves of a text that are looked at
 SEED = int(os.environ.get("SEED", "1"))

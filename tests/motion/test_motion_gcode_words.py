@@ -8,17 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sim.motion.gcode import (
-    Dwell,
-    GcodeErrors,
-    Motion,
-    Move,
-    parse,
-    parse_file,
-    stream,
-    stream_file,
-)
+from sim.motion.gcode import GcodeErrors, parse, parse_file, stream, stream_file
 from sim.motion.gcode_table import PIVOT, from_machine, to_machine
+from sim.motion.moves import Dwell, Motion, Move
 
 ZERO = (0.0,) * 5
 

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from sim.model.parameters import Robot
 from sim.motion.__main__ import main
-from sim.motion.gcode import Motion, parse, parse_file
+from sim.motion.gcode import parse, parse_file
+from sim.motion.moves import Motion
 from sim.motion.path import Arc, RateLimits, to_si
 from sim.motion.trajectory import (
     GRID,

@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Moves of a program: what the G-code reader makes and the planners take; mm, degree, mm/min."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+AXES = "XYZAC"
+MM_PER_INCH = 25.4
+
+Pose = tuple[float, float, float, float, float]
+"""x, y, z [mm], tilt A, rotation C [degree]."""
+
+HOME: Pose = (0.0, 0.0, 600.0, 0.0, 0.0)
+
+
+class Motion(Enum):
+    RAPID = "G0"
+    LINEAR = "G1"
+    ARC_CW = "G2"
+    ARC_CCW = "G3"
+
+    @property
+    def is_arc(self) -> bool:
+        return self in (Motion.ARC_CW, Motion.ARC_CCW)
+
+
+class Plane(Enum):
+    XY = "G17"
+    ZX = "G18"
+    YZ = "G19"
+
+    @property
+    def axes(self) -> tuple[int, int]:
+        """Indices (first, second) of the plane's axes; counter-clockwise turns first to second."""
+        return {Plane.XY: (0, 1), Plane.ZX: (2, 0), Plane.YZ: (1, 2)}[self]
+
+
+@dataclass(frozen=True)
+class Move:
+    """One motion block. Poses and centre in mm and degrees, in absolute coordinates.
+
+    feed is the F number in force as mm/min, for blocks that turn only the table as degree/min;
+    it is None for rapids. centre holds the two coordinates in the order of plane.axes.
+    tolerance [mm]: greatest distance from the joints at the move's ends to the path run, 0 for
+    G61, infinite for G64 without P; merge [mm]: Q of G64, within which lines are joined into one.
+    inner: the move is a further part of its block, not a new one.
+    """
+
+    line: int
+    source: str
+    motion: Motion
+    start: Pose
+    end: Pose
+    feed: float | None = None
+    plane: Plane | None = None
+    centre: tuple[float, float] | None = None
+    tolerance: float = 0.0
+    merge: float = 0.0
+    inner: bool = False
+
+    @property
+    def turns_only_the_table(self) -> bool:
+        return turns_only_the_table(self.motion, self.start, self.end)
+
+
+def turns_only_the_table(motion: Motion, start: Pose, end: Pose) -> bool:
+    """Whether a move has no tool path, so that its feed counts the angles of the table."""
+    return not motion.is_arc and start[:3] == end[:3]
+
+
+@dataclass(frozen=True)
+class Dwell:
+    """A rest of `seconds` at the end of the moves before it (G4, G82)."""
+
+    line: int
+    source: str
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Program:
+    """All moves of a text. dwells: (number of moves before it, rest)."""
+
+    file: str
+    start: Pose
+    moves: tuple[Move, ...]
+    dwells: tuple[tuple[int, Dwell], ...] = ()
