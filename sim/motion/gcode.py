@@ -19,13 +19,14 @@ All mistakes of a file are collected (at most MAX_ERRORS) and raised together as
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from sim.motion import gcode_table as table_frame
+from sim.motion.gcode_arcs import OFFSETS, Centre, arc_centre
+from sim.motion.gcode_block import CYCLES, ENDS, PAUSES, POLAR, SYSTEMS, check_unused, sort_words
 from sim.motion.gcode_flow import RETURNED, VALUE, Flow, FlowStop, Frame
 from sim.motion.gcode_tools import NO_TOOLS
 from sim.motion.gcode_words import (
@@ -50,45 +51,10 @@ from sim.motion.moves import (
 )
 from sim.motion.path import curve_of
 
-MAX_LINE_NUMBER = 99999  # NISTIR 6556, 3.3.1
-
-# NISTIR 6556, 3.5.3.2: largest difference between the radii at both ends of an arc. The same
-# distance is allowed between an R-format chord and the diameter.
-ARC_TOLERANCE_MM = 0.002
-ARC_TOLERANCE_INCH = 0.0002
-
 # LinuxCNC's G83_RAPID_DELTA: the rapid back into the hole ends so far above its bottom.
 PECK_CLEARANCE_MM = 0.254
 
 
-_CYCLES = ("G81", "G82", "G83")
-_ENDS = ("M2", "M30")
-_PAUSES = ("M0", "M1", "M60")
-_PATHS = ("G61", "G61.1", "G64")
-_SYSTEMS = tuple(f"G{n}" for n in range(54, 60)) + ("G59.1", "G59.2", "G59.3")
-_GROUPS = {
-    "motion": (*(motion.value for motion in Motion), "G80", *_CYCLES),
-    "plane": tuple(plane.value for plane in Plane),
-    "unit": ("G20", "G21"),
-    "distance": ("G90", "G91"),
-    "arc distance": ("G90.1", "G91.1"),
-    "feed mode": ("G93", "G94"),
-    "coordinate system": _SYSTEMS,
-    "path control": _PATHS,
-    "cutter compensation": ("G40",),
-    "tool": ("G43", "G43.4", "G49"),
-    "lathe": ("G7", "G8"),
-    "retract": ("G98", "G99"),
-    "single": ("G4", "G10", "G28", "G28.1", "G53", "G92", "G92.1", "G92.2", "G92.3"),
-    "stop": (*_ENDS, "M0", "M1", "M60", "M70", "M71", "M72", "M73"),
-    "spindle": ("M3", "M4", "M5"),
-    "coolant": ("M7", "M8", "M9"),
-    "tool change": ("M6",),
-}
-_GROUP_OF = {code: group for group, codes in _GROUPS.items() for code in codes}
-_POLAR = "@^"
-_VALUE_LETTERS = AXES + "IJKRFNPQLSTH" + _POLAR
-_OFFSETS = "IJK"
 _STATE = (  # of M70, LinuxCNC's list where it has an effect here; the motion is not in it
     *("plane", "mm_per_unit", "incremental", "absolute_centres", "inverse_time", "diameter"),
     *("feed", "feed_mm_per_unit", "tolerance", "merge", "retract_to_r", "system_index"),
@@ -322,7 +288,7 @@ class _Parser:
 
     def _add_polar(self, values: dict[str, Word], place: list[float]) -> None:
         """Radius @ and angle ^ about the origin of the program's X and Y; place is changed."""
-        given = [values[letter] for letter in _POLAR if letter in values]
+        given = [values[letter] for letter in POLAR if letter in values]
         mixed = [values[letter] for letter in "XY" if letter in values]
         if mixed:
             self._error_at(
@@ -365,7 +331,7 @@ class _Parser:
                     "move the block before the end of the program",
                 )
             return
-        values, codes = self._sort_words(words)
+        values, codes = sort_words(words, self._error_at)
         self._set_parameters(settings)
         if not words:
             return
@@ -384,106 +350,9 @@ class _Parser:
         else:
             self._move(words, values, codes.get("motion"), single, clean)
         if clean:
-            self._check_unused(values, codes)
+            check_unused(values, codes, self.motion, self._error_at)
         if "stop" in codes:
             self._stop(codes["stop"], words, clean)
-
-    def _sort_words(self, words: list[Word]) -> tuple[dict[str, Word], dict[str, Word]]:
-        """Words with values by letter and G, M words by modal group; mistakes are reported."""
-        values: dict[str, Word] = {}
-        codes: dict[str, Word] = {}
-        for position, word in enumerate(words):
-            if word.letter in "GM":
-                group = _GROUP_OF.get(word.code)
-                if group is None:
-                    self._unknown_code(word)
-                elif group in codes:
-                    self._error_at(
-                        word,
-                        f"second word of the {group} group in one block",
-                        f"one of {' '.join(_GROUPS[group])}",
-                        f"keep {codes[group].text} or move {word.text} to a block of its own",
-                    )
-                else:
-                    codes[group] = word
-            elif word.letter not in _VALUE_LETTERS:
-                self._error_at(
-                    word,
-                    f"unknown word {word.letter}",
-                    "one of G M N F S T X Y Z A C @ ^ I J K R P Q L H",
-                    "other axes are outside the accepted subset",
-                )
-            elif word.letter in values:
-                self._error_at(
-                    word,
-                    f"second {word.letter} word in one block",
-                    f"at most one {word.letter} word",
-                    f"keep one of {values[word.letter].text} and {word.text}",
-                )
-            elif word.letter == "N":
-                self._check_line_number(word, first=position == 0)
-                values["N"] = word
-            else:
-                values[word.letter] = word
-        values.pop("N", None)
-        spindle = values.pop("S", None)
-        if spindle is not None and spindle.value < 0.0:
-            self._error_at(
-                spindle,
-                "the speed of the spindle is negative",
-                "S of 0 or more",
-                "M4 turns it back",
-            )
-        return values, codes
-
-    def _unknown_code(self, word: Word) -> None:
-        letter = word.letter
-        allowed = [code for codes in _GROUPS.values() for code in codes if code[0] == letter]
-        near = difflib.get_close_matches(word.code, allowed, n=1)
-        self._error_at(
-            word,
-            f"{word.code} is outside the accepted subset",
-            f"one of {' '.join(allowed)}",
-            f"did you mean {near[0]}?" if near else "remove the word",
-        )
-
-    def _check_line_number(self, word: Word, first: bool) -> None:
-        if not word.value.is_integer() or not 0 <= word.value <= MAX_LINE_NUMBER:
-            self._error_at(
-                word,
-                "the line number is not valid",
-                f"an integer from 0 to {MAX_LINE_NUMBER}",
-                "line numbers are optional; remove it",
-            )
-        elif not first:
-            self._error_at(
-                word,
-                "the line number is not at the start of the block",
-                "N as the first word",
-                f"move {word.text} to the front",
-            )
-
-    def _check_unused(self, values: dict[str, Word], codes: dict[str, Word]) -> None:
-        """P, Q, L belong to certain words only."""
-        used: set[str] = set()
-        single = codes["single"].code if "single" in codes else None
-        if single in ("G4", "G10"):
-            used |= {"P"} if single == "G4" else {"P", "L"}
-        elif self.motion in _CYCLES:
-            used |= {"L"} | ({"P"} if self.motion == "G82" else set())
-            used |= {"Q"} if self.motion == "G83" else set()
-        if "path control" in codes and codes["path control"].code == "G64":
-            used |= {"P", "Q"}
-        if "tool" in codes and codes["tool"].code == "G43":
-            used |= {"H"}
-        for letter in "PQLH":
-            if letter in values and letter not in used:
-                self._error_at(
-                    values[letter],
-                    f"{letter} does not belong to this block",
-                    "P with G4, G10, G64, G82; Q with G64, G83; L with G10, cycles; H with G43",
-                    f"remove {values[letter].text}",
-                )
 
     def _select_modes(self, codes: dict[str, Word], values: dict[str, Word]) -> None:
         for group, word in codes.items():
@@ -491,7 +360,7 @@ class _Parser:
             if group == "motion":
                 if code != self.motion:
                     self.sticky = {}
-                    if code in _CYCLES and self.motion not in _CYCLES:
+                    if code in CYCLES and self.motion not in CYCLES:
                         axis = 3 - sum(self.plane.axes)
                         self.initial_level = self._programmed()[axis]
                 self.motion = code
@@ -506,7 +375,7 @@ class _Parser:
             elif group == "feed mode":
                 self.inverse_time = code == "G93"
             elif group == "coordinate system":
-                self._select_system(_SYSTEMS.index(code))
+                self._select_system(SYSTEMS.index(code))
             elif group == "retract":
                 self.retract_to_r = code == "G99"
             elif group == "tool":
@@ -550,11 +419,11 @@ class _Parser:
 
     def _stop(self, word: Word, words: list[Word], clean: bool) -> None:
         code = word.code
-        if code in _ENDS:
+        if code in ENDS:
             self.ended = True
         elif not clean:
             return
-        elif code in _PAUSES:
+        elif code in PAUSES:
             self.out.append(Dwell(self.line, self.source.strip(), 0.0))
         elif code == "M71":
             self.flow.frame.state = None
@@ -646,7 +515,7 @@ class _Parser:
                 f"move {motion.text} to a block of its own",
             )
             return
-        polar = [values[letter] for letter in _POLAR if letter in values]
+        polar = [values[letter] for letter in POLAR if letter in values]
         if polar and word.code in _OWN_AXES:
             self._error_at(
                 polar[0],
@@ -657,7 +526,7 @@ class _Parser:
             return
         if word.code == "G4":
             self._dwell(word, values, clean)
-            if any(letter in values for letter in AXES + _POLAR):
+            if any(letter in values for letter in AXES + POLAR):
                 rest = {letter: value for letter, value in values.items() if letter != "P"}
                 self._move([word], rest, motion, None, clean)
         elif word.code == "G10":
@@ -761,9 +630,9 @@ class _Parser:
         absolute: Word | None,
         clean: bool,
     ) -> None:
-        cycle = self.motion in _CYCLES
-        arc_words = [values[letter] for letter in _OFFSETS + "R" if letter in values]
-        axis_words = [values[letter] for letter in AXES + _POLAR if letter in values]
+        cycle = self.motion in CYCLES
+        arc_words = [values[letter] for letter in OFFSETS + "R" if letter in values]
+        axis_words = [values[letter] for letter in AXES + POLAR if letter in values]
         arc = self.motion in ("G2", "G3")
         if not arc_words and not axis_words:
             if code is not None and clean and code.code not in ("G0", "G1", "G80"):
@@ -811,12 +680,22 @@ class _Parser:
                 )
         centre = None
         if arc and clean:
-            centre = self._centre(self._programmed(), end, values, code or words[0])
+            centre = arc_centre(
+                motion,
+                self.plane,
+                self._programmed(),
+                end,
+                values,
+                code or words[0],
+                self.mm_per_unit,
+                self.absolute_centres,
+                self._error_at,
+            )
         self._run(motion, end, centre)
 
     def _absolute_target(self, word: Word, values: dict[str, Word]) -> Pose:
         """G53: the words are coordinates of the machine, here turned into programmed ones."""
-        polar = any(letter in values for letter in _POLAR)
+        polar = any(letter in values for letter in POLAR)
         if self.incremental or self.in_table_frame or polar or self.motion not in ("G0", "G1"):
             self._error_at(
                 word,
@@ -830,7 +709,7 @@ class _Parser:
                 end[index] = values[letter].value * (self.mm_per_unit if index < 3 else 1.0)
         return tuple(p - o for p, o in zip(end, self._offset, strict=True))
 
-    def _run(self, motion: Motion, end: Pose, centre: tuple[float, float] | None = None) -> None:
+    def _run(self, motion: Motion, end: Pose, centre: Centre | None = None) -> None:
         """Moves to `end` in programmed coordinates, centre likewise."""
         if self.in_table_frame:
             self._run_in_table_frame(motion, end, centre)
@@ -841,7 +720,7 @@ class _Parser:
             centre = centre[0] + offset[first], centre[1] + offset[second]
         self._append(motion, self._machine(end), centre)
 
-    def _append(self, motion: Motion, end: Pose, centre: tuple[float, float] | None = None) -> None:
+    def _append(self, motion: Motion, end: Pose, centre: Centre | None = None) -> None:
         """Adds a move to `end` in machine coordinates."""
         start, self.position = self.position, end
         if self.errors:  # a text with a mistake yields no program
@@ -876,9 +755,7 @@ class _Parser:
         turn = turns_only_the_table(motion, start, end)
         return self.feed if turn else self.feed * self.feed_mm_per_unit
 
-    def _run_in_table_frame(
-        self, motion: Motion, end: Pose, centre: tuple[float, float] | None
-    ) -> None:
+    def _run_in_table_frame(self, motion: Motion, end: Pose, centre: Centre | None) -> None:
         """The move in pieces that are straight for the machine."""
         offset = self._offset
         start = table_frame.from_machine(self.position)
@@ -926,7 +803,7 @@ class _Parser:
         first, second = self.plane.axes
         axis = 3 - first - second
         letters = AXES[:3]
-        for letter in (*_OFFSETS, "A", "C"):
+        for letter in (*OFFSETS, "A", "C"):
             if letter in values:
                 self._error_at(
                     values[letter],
@@ -1020,110 +897,6 @@ class _Parser:
         if self.motion == "G82" and not self.errors:
             self.out.append(Dwell(self.line, self.source.strip(), self.sticky["P"]))
         to(Motion.RAPID, clear)
-
-    # Arcs
-
-    def _centre(
-        self, start: Pose, end: Pose, values: dict[str, Word], at: Word
-    ) -> tuple[float, float] | None:
-        """Centre of an arc in its plane [mm], None after a mistake."""
-        first, second = self.plane.axes
-        offsets = {letter: values[letter] for letter in _OFFSETS if letter in values}
-        chord = (end[first] - start[first], end[second] - start[second])
-        if "R" in values:
-            for word in offsets.values():
-                self._error_at(
-                    word,
-                    f"{word.letter} together with R",
-                    "either the radius R or centre offsets",
-                    f"remove {word.text} or {values['R'].text}",
-                )
-            if offsets:
-                return None
-            return self._centre_from_radius((start[first], start[second]), chord, values["R"])
-        names = _OFFSETS[first], _OFFSETS[second]
-        wrong = [word for letter, word in offsets.items() if letter not in names]
-        for word in wrong:
-            self._error_at(
-                word,
-                f"{word.letter} is not in the plane {self.plane.value}",
-                f"offsets {names[0]} and {names[1]}",
-                f"remove {word.text} or select another plane",
-            )
-        if wrong:
-            return None
-        dx, dy = (
-            offsets[name].value * self.mm_per_unit if name in offsets else 0.0 for name in names
-        )
-        if self.absolute_centres:
-            dx, dy = self._from_absolute_centre(dx, dy, start, names, offsets)
-        if dx == 0.0 and dy == 0.0:
-            self._error_at(
-                at,
-                "the arc has no centre",
-                f"{names[0]} or {names[1]} different from 0, or R",
-                "give the distance from the start of the arc to its centre",
-            )
-            return None
-        radius, end_radius = math.hypot(dx, dy), math.hypot(chord[0] - dx, chord[1] - dy)
-        if abs(radius - end_radius) > self._arc_tolerance():
-            self._error_at(
-                at,
-                f"the end of the arc is not on its circle: radius {radius:.4f} mm at the start, "
-                f"{end_radius:.4f} mm at the end",
-                f"a difference of at most {self._arc_tolerance():g} mm",
-                "check the end point and the offsets from the start to the centre",
-            )
-            return None
-        return start[first] + dx, start[second] + dy
-
-    def _from_absolute_centre(
-        self,
-        x: float,
-        y: float,
-        start: Pose,
-        names: tuple[str, str],
-        offsets: dict[str, Word],
-    ) -> tuple[float, float]:
-        first, second = self.plane.axes
-        return (
-            x - start[first] if names[0] in offsets else 0.0,
-            y - start[second] if names[1] in offsets else 0.0,
-        )
-
-    def _arc_tolerance(self) -> float:
-        if self.mm_per_unit == MM_PER_INCH:
-            return ARC_TOLERANCE_INCH * MM_PER_INCH
-        return ARC_TOLERANCE_MM
-
-    def _centre_from_radius(
-        self, start: tuple[float, float], chord: tuple[float, float], word: Word
-    ) -> tuple[float, float] | None:
-        """R format: a positive R is the arc of at most half a turn, a negative R the longer one."""
-        radius, distance = abs(word.value) * self.mm_per_unit, math.hypot(*chord)
-        if distance == 0.0:
-            self._error_at(
-                word,
-                "an arc with R ends where it starts",
-                "an end point different from the start",
-                "write a full turn with I, J, K",
-            )
-            return None
-        if distance / 2 > radius + self._arc_tolerance():
-            self._error_at(
-                word,
-                f"the radius is too small for the distance {distance:.4f} mm from start to end",
-                f"a radius of at least {distance / 2:.4f} mm",
-                "check the end point and R",
-            )
-            return None
-        height = math.sqrt(max(0.0, radius**2 - (distance / 2) ** 2)) / distance
-        if (self.motion == "G3") != (word.value > 0.0):
-            height = -height  # centre to the right of the way from start to end
-        return (
-            start[0] + chord[0] / 2 - height * chord[1],
-            start[1] + chord[1] / 2 + height * chord[0],
-        )
 
 
 def _length(move: Move) -> float:

@@ -85,6 +85,8 @@ class Word:
 Key = int | str
 Report = Callable[[int, str, str, str, str], None]
 """Takes column, text, what, expected, help of a mistake."""
+WordReport = Callable[[Word, str, str, str], None]
+"""Takes the word that is wrong, what, expected, help."""
 
 _NUMBER_RUN = re.compile(r"[ \t]*([+\-.\d]+)")
 _PLAIN_WORD = re.compile(r"([A-NP-Za-np-z@^])[ \t]*([+-]?(?:\d+\.?\d*|\.\d+))(?![.\d+\-])")

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from sim.model.parameters import Robot
 from sim.motion import blend
 from sim.motion.blend import SCALE, Blends
-from sim.motion.gcode import ARC_TOLERANCE_MM
+from sim.motion.gcode_arcs import ARC_TOLERANCE_MM
 from sim.motion.lookahead_limits import (
     SHARE_ANGLES,
     SHARES,
