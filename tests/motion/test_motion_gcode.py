@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sim.motion.gcode import MAX_ERRORS, GcodeErrors, parse, parse_file
+from sim.motion.gcode import GcodeErrors, parse, parse_file
+from sim.motion.gcode_words import MAX_ERRORS
 from sim.motion.moves import Motion, Plane, Program
 
 

@@ -205,3 +205,11 @@ def test_mistake__alone__is_told_with_column_and_reason(name):
     assert what in error.what
     assert expected in error.expected
     assert error.help
+
+
+def test_cycle__under_g64__stops_at_its_corners_and_leaves_the_mode():
+    text = "G64 P1 Q0.5\nG1 X1 F100\nG99 G81 X5 Z-3 R2\nG80\nG1 X9\nM2"
+    moves = parse(text, start=ZERO).moves
+    kept = {(move.line == 3, move.tolerance, move.merge) for move in moves}
+    assert kept == {(False, 1.0, 0.5), (True, 0.0, 0.0)}
+    assert len(moves) == 7
