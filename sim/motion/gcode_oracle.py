@@ -88,7 +88,8 @@ def _canonical(text: str) -> str:
         run = subprocess.run(
             [str(program), "-t", str(sample_tools() or "/dev/null"), "-g", str(file)],
             cwd=folder,
-            env={**os.environ, "LD_LIBRARY_PATH": path},
+            # Its tool table in memory is a file of the home folder, which runs at once would share.
+            env={**os.environ, "LD_LIBRARY_PATH": path, "HOME": folder},
             stdin=subprocess.DEVNULL,
             capture_output=True,
             text=True,

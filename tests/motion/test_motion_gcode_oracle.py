@@ -190,3 +190,11 @@ def test_samples_of_linuxcnc__with_its_sample_tools__are_those_of_the_specificat
     """41 of 56 run, 24 of them with motion; without a tool table fewer would."""
     assert len(samples.equal) + len(samples.different) + len(samples.refused) == 41
     assert len(samples.moving) == 24
+
+
+def test_rs274__leaves_nothing_in_the_home_folder__which_runs_at_once_would_share(
+    tmp_path, monkeypatch
+):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    assert rs274(HEAD + "T1 M6 G43\nG1 X1 F100")
+    assert list(tmp_path.iterdir()) == []
