@@ -196,5 +196,5 @@ def test_rs274__leaves_nothing_in_the_home_folder__which_runs_at_once_would_shar
     tmp_path, monkeypatch
 ):
     monkeypatch.setenv("HOME", str(tmp_path))
-    assert rs274(HEAD + "T1 M6 G43\nG1 X1 F100")
+    assert rs274(HEAD + "G1 X1 F100\nM2")
     assert list(tmp_path.iterdir()) == []
