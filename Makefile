@@ -25,7 +25,7 @@ SEEDS ?=
 export SEED
 
 .PHONY: help setup run dual test test-full lint gen gen-check synth quartus formal fp-case fp-bench fp-campaign fp-report readme docs lock clean \
-  test-mutants nios-sw nios-toolchain nios-cycles qemu motion motion-size
+  test-mutants fuzz nios-sw nios-toolchain nios-cycles qemu motion motion-size
 
 help: ## list targets and variables
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-14s %s\n", $$1, $$2}' Makefile
@@ -45,6 +45,9 @@ test-full: $(READY) qemu lint gen-check ## the deep campaigns too
 
 test-mutants: $(READY) ## planted faults in the arithmetic units, each must be found by the short set (resumes)
 	@$(PY) -m tests.mutants --jobs $(JOBS) $(if $(T),--only $(T))
+
+fuzz: $(READY) ## mutated inputs for the commands, goals to build/fuzz.json (T="assembly image" for some)
+	@$(PY) -m tests.fuzz $(T) --seed $(SEED)
 
 qemu: ## get the reference of the Nios II tests under CI=true (elsewhere: scripts/qemu.sh)
 	@if [ "$$CI" = true ] && [ "$$(id -u)" = 0 ]; then scripts/qemu.sh; fi

@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Command of the fuzz campaigns: a table, and the same figures as goals in build/fuzz.json."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from tests.fuzz.campaigns import CAMPAIGNS
+from tests.fuzz.engine import CPU_SECONDS, MEMORY_BYTES, Result, replay, run_campaign
+
+REPORT = Path("build/fuzz.json")
+SHOWN = 5
+EPILOG = """examples:
+  python -m tests.fuzz                                   every campaign, all cases
+  python -m tests.fuzz assembly image --cases 300        two campaigns, 300 cases each
+  python -m tests.fuzz assembly --replay 4711 --seed 1   one case with its traceback
+
+exit status: 0 every goal met, 1 a case failed, 2 wrong command line
+"""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; returns its exit status."""
+    parser = argparse.ArgumentParser(
+        prog="python -m tests.fuzz",
+        description="Give mutated inputs to the commands: no traceback, no hang, bounded memory.",
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument(
+        "campaign", nargs="*", help=f"campaigns (default: all): {', '.join(CAMPAIGNS)}"
+    )
+    parser.add_argument("--cases", type=int, metavar="N", help="cases of each (default: full set)")
+    parser.add_argument("--seed", type=int, default=1, help="of the mutations (default: 1)")
+    parser.add_argument("--replay", type=int, metavar="N", help="run case N only, files stay")
+    parser.add_argument("--output", type=Path, default=REPORT, help=f"(default: {REPORT})")
+    options = parser.parse_args(arguments)
+    for name in options.campaign:
+        if name not in CAMPAIGNS:
+            parser.error(f"no campaign '{name}'; there are {', '.join(CAMPAIGNS)}")
+    chosen = [CAMPAIGNS[name] for name in options.campaign or CAMPAIGNS]
+    if options.replay is not None:
+        if len(chosen) != 1:
+            parser.error("--replay needs the name of one campaign")
+        folder = Path("build/fuzz") / f"{chosen[0].name}_{options.seed}_{options.replay}"
+        print(f"files in {folder}")
+        status = replay(chosen[0], options.seed, options.replay, folder)
+        print(f"exit status {status}")
+        return 0
+    results = []
+    for campaign in chosen:
+        cases = options.cases or campaign.cases
+        results.append(run_campaign(campaign, cases, options.seed, _progress(cases)))
+    entries = [goal for result in results for goal in goals(result)]
+    report = {"goals": entries, "campaigns": [asdict(result) for result in results]}
+    options.output.parent.mkdir(parents=True, exist_ok=True)
+    options.output.write_text(json.dumps(report, indent=1) + "\n", encoding="utf-8")
+    Console(width=None if sys.stdout.isatty() else 120).print(table(results))
+    for result in results:
+        for failure in result.failures[:SHOWN]:
+            print(f"\n{result.campaign} case {failure.case}: {failure.kind}\n{failure.text}")
+            print(
+                f"again: python -m tests.fuzz {result.campaign} --replay {failure.case} "
+                f"--seed {result.seed}"
+            )
+    return 0 if all(goal["met"] for goal in entries) else 1
+
+
+def goals(result: Result) -> list[dict[str, Any]]:
+    """Figures of a campaign beside their targets."""
+    cases = f"{result.campaign}: {result.cases} mutated inputs"
+    figures = (
+        ("tracebacks", result.count("traceback", "status", "crash"), "inputs", 0),
+        (f"beyond {CPU_SECONDS} s", result.count("time", "hang"), "inputs", 0),
+        ("beyond the memory limit", result.count("memory"), "inputs", 0),
+        ("peak memory", round(result.peak_bytes / 2**20), "MiB", MEMORY_BYTES >> 20),
+    )
+    return [
+        {
+            "name": f"{cases}, {name}",
+            "value": value,
+            "unit": unit,
+            "target": target,
+            "met": value <= target,
+        }
+        for name, value, unit, target in figures
+    ]
+
+
+def table(results: Sequence[Result]) -> Table:
+    """One row per campaign."""
+    view = Table(
+        *("campaign", "seed", "cases", "exit status", "tracebacks", "time", "memory"),
+        *("slowest", "peak"),
+    )
+    for result in results:
+        statuses = ", ".join(f"{k}: {n}" for k, n in sorted(result.statuses.items()))
+        view.add_row(
+            *(result.campaign, str(result.seed), str(result.cases), statuses),
+            str(result.count("traceback", "status", "crash")),
+            str(result.count("time", "hang")),
+            str(result.count("memory")),
+            f"{result.slowest_s:.1f} s (case {result.slowest_case})",
+            f"{result.peak_bytes / 2**20:.0f} MiB",
+        )
+    return view
+
+
+def _progress(cases: int):
+    """Shows how far a campaign is, on a terminal only."""
+
+    def show(result: Result) -> None:
+        if sys.stderr.isatty():
+            end = "\n" if result.cases >= cases else ""
+            failed = f", {len(result.failures)} failed" if result.failures else ""
+            print(
+                f"\r{result.campaign}: {result.cases} of {cases}{failed}",
+                end=end,
+                file=sys.stderr,
+                flush=True,
+            )
+
+    return show
+
+
+if __name__ == "__main__":
+    sys.exit(main())
