@@ -112,8 +112,9 @@ if begin unpack; then
     archive=$(ls "$cache/host/usr/src/$source"*.tar.xz 2>/dev/null | head -n 1)
     [ -n "$archive" ] || die "the archive has no $source (found: $(cd "$cache/host/usr/src" && ls -d */*.tar.* | tr '\n' ' '))" \
       "use Debian 12's package lists: binutils $binutils, GCC $gcc, newlib $newlib"
+    # of the tests only gcc/testsuite/selftests is needed: the build of GCC runs them
     say "  $(basename "$archive")"
-    tar -C "$cache/src" --exclude='*/gcc/testsuite/*' --exclude='*/libstdc++-v3/testsuite/*' -xf "$archive"
+    tar -C "$cache/src" --exclude='*/gcc/testsuite/[!s]*' --exclude='*/libstdc++-v3/testsuite/*' -xf "$archive"
   done
   finish unpack
 fi
