@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 
 from asip_asm.assemble import assemble
-from asip_asm.cli_run import main, value_text
+from sim.asip_run.__main__ import main
+from sim.asip_run.show import value_text
 
 SOURCE = """\
 .program "filter"
@@ -253,7 +254,7 @@ def test_help__shows_an_example(capsys):
 
 def test_command__without_arguments__says_how_to_use_it():
     done = subprocess.run(
-        [sys.executable, "-m", "asip_asm.cli_run"], capture_output=True, text=True, check=False
+        [sys.executable, "-m", "sim.asip_run"], capture_output=True, text=True, check=False
     )
     assert done.returncode == 2 and done.stderr.startswith("usage: asip-run ")
 

@@ -15,12 +15,12 @@ import pytest
 
 from asip_asm.assemble import assemble
 from asip_asm.cli_as import main as asip_as
-from asip_asm.cli_run import main as asip_run
 from asip_asm.gantt import gantt_page, lanes
 from asip_asm.image import Image
 from asip_asm.isa import default_isa
 from asip_asm.konata import konata_log
 from asip_asm.profile import CAUSE_COUNTERS, Profile, ProfileError, Trace, profile_run
+from sim.asip_run.__main__ import main as asip_run
 from sim.harness.asip_rtl import CSR, AsipRtl
 
 ROOT = Path(__file__).parents[2]

@@ -10,9 +10,10 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
-from asip_asm import cli_as, cli_objdump, cli_run
+from asip_asm import cli_as, cli_objdump
 from asip_asm.assemble import assemble
 from asip_asm.isa import default_isa
+from sim.asip_run import __main__ as asip_run
 from sim.harness.asip_rtl import AsipRtl
 from tests.fuzz.engine import Campaign
 from tests.fuzz.mutate import mutated_arguments, mutated_json, mutated_text
@@ -83,7 +84,7 @@ def assembly(rng: Random, folder: Path) -> int | None:
     status = cli_as.main(["x.s", level, "-o", "x.asip.json", "--listing", "x.lst"])
     if status == 0:
         cli_objdump.main(["-d", "-h", "-t", "x.asip.json"])
-        cli_run.main(["x.asip.json", "--iss", "--ticks", "2"])
+        asip_run.main(["x.asip.json", "--iss", "--ticks", "2"])
     return status
 
 
@@ -95,7 +96,7 @@ def image(rng: Random, folder: Path) -> int | None:
         text = mutated_text(rng, text, ["null", "true", "[]", "{}"])
     Path("x.json").write_text(text, encoding="utf-8", errors="surrogatepass")
     cli_objdump.main(["-d", "-h", "-t", "x.json"])
-    return cli_run.main(["x.json", "--iss", "--ticks", "2"])
+    return asip_run.main(["x.json", "--iss", "--ticks", "2"])
 
 
 def command_line(
@@ -165,7 +166,7 @@ CAMPAIGNS = (
     Campaign(
         "asip-run",
         5_000,
-        functools.partial(command_line, cli_run.main, RUN_LINES, RUN_OPTIONS),
+        functools.partial(command_line, asip_run.main, RUN_LINES, RUN_OPTIONS),
         prepare_run,
     ),
 )

@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Command asip-run: a program on the Verilated core or on the instruction-set model."""

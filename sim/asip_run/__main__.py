@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Command asip-run: run a program on the Verilated core or on the instruction-set model."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from asip_asm.diagnostics import AssemblyError
+from asip_asm.image import ImageError
+from asip_asm.isa import default_isa
+from sim.asip_run.inputs import UserError, assignments, load_image, printed_names, read_inputs
+from sim.asip_run.runners import NO_FAULT, iss_runner, rtl_runner
+from sim.asip_run.show import Trace, fault_text, write_profile, write_row, write_text
+
+EPILOG = """examples:
+  asip-run leg.s --set x=0.3 --set y=0.1
+  asip-run build/leg.asip.json --iss --inputs path.csv --print F1,l1 > forces.csv
+  asip-run leg.s --set x=0.3 --profile --konata build/leg.konata --gantt build/leg.html
+  asip-run leg.s --config small --ticks 3 --state sum=1.5 --trace build/writes.txt
+
+Floats may be written as bits (0f3f800000). Inputs that are not given are 0. With --inputs the
+result is a CSV table, one row per run; a run after the last row repeats it.
+
+exit status: 0 all runs done, 1 a fault, or an error in a file, 2 wrong command line
+"""
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command; returns its exit status."""
+    options = parse_arguments(arguments)
+    try:
+        image = load_image(options.program, options.config)
+        types = {word.name: word.type for word in image.inputs}
+        fixed = dict.fromkeys(types, 0) | assignments(options.set, types, "input")
+        state_types = {state.name: state.type for state in image.states}
+        states = assignments(options.state, state_types, "state")
+        names = printed_names(image, options.print)
+        rows = read_inputs(options.inputs, types) if options.inputs else [{}]
+        ticks = len(rows) if options.ticks is None else options.ticks
+        profile = options.profile or options.konata or options.gantt
+        if profile and options.iss:
+            raise UserError("the model has no clock cycles to profile; use --rtl", 2)
+        trace_on = bool(options.trace or profile)
+        runner = (iss_runner if options.iss else rtl_runner)(image, states, trace_on)
+        table = bool(options.inputs)
+        with Trace(options.trace) as trace:
+            for tick in range(ticks):
+                result = runner.run(fixed | rows[min(tick, len(rows) - 1)], names)
+                write = write_row if table else write_text
+                write(sys.stdout, image, tick, names, result)
+                trace.write(tick, result)
+                if result.fault.cause != NO_FAULT:
+                    raise UserError(f"run {tick + 1}: {fault_text(image, result.fault)}")
+        if profile and result.trace:
+            file = sys.stderr if table else sys.stdout
+            write_profile(file, image, result.trace, options.konata, options.gantt)
+    except AssemblyError as error:
+        print(error.report(), file=sys.stderr)
+        return 1
+    except OSError as error:
+        print(f"asip-run: error: {error.filename}: {error.strerror}", file=sys.stderr)
+        return 1
+    except (UserError, ImageError) as error:
+        sys.stdout.flush()
+        print(f"asip-run: error: {error}", file=sys.stderr)
+        return getattr(error, "status", 1)
+    return 0
+
+
+def parse_arguments(arguments: list[str] | None) -> argparse.Namespace:
+    """Options of the command line; exits with status 2 if they are wrong."""
+    parser = argparse.ArgumentParser(
+        prog="asip-run",
+        description="Run a program on the Verilated core or on the instruction-set model.",
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument(
+        "program", type=Path, help="source text, or image written by asip-as (*.json)"
+    )
+    place = parser.add_mutually_exclusive_group()
+    place.add_argument("--rtl", action="store_true", help="run on the Verilated core (default)")
+    place.add_argument("--iss", action="store_true", help="run on the instruction-set model")
+    parser.add_argument(
+        "--config", choices=tuple(default_isa().configurations), help="configuration of the core"
+    )
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="NAME=VALUE", help="input of every run"
+    )
+    parser.add_argument(
+        "--inputs", type=Path, metavar="FILE", help="CSV file with a row of inputs for each run"
+    )
+    parser.add_argument("--ticks", type=_positive, metavar="N", help="number of runs")
+    parser.add_argument(
+        "--state",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="state before the first run",
+    )
+    parser.add_argument(
+        "--print",
+        metavar="NAME,...",
+        help="outputs, exports, states, registers to show (default: all outputs and exports)",
+    )
+    parser.add_argument(
+        "--trace", type=Path, metavar="FILE", help="write every register and output written"
+    )
+    parser.add_argument(
+        "--profile",
+        action="store_true",
+        help="where the cycles of the last run went (with --inputs on standard error)",
+    )
+    parser.add_argument(
+        "--konata",
+        type=Path,
+        metavar="FILE",
+        help="profile, and a pipeline log for the Konata viewer",
+    )
+    parser.add_argument(
+        "--gantt",
+        type=Path,
+        metavar="FILE",
+        help="profile, and an HTML chart of units over clock cycles",
+    )
+    return parser.parse_args(arguments)
+
+
+def _positive(text: str) -> int:
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a number of runs")
+    return int(text)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What is shown of a run: text for people, CSV rows, faults with their source lines, files."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TextIO
+
+import numpy as np
+
+from asip_asm.gantt import gantt_page
+from asip_asm.image import Image
+from asip_asm.konata import konata_log
+from asip_asm.profile import ProfileError, profile_run
+from asip_asm.profile import Trace as CoreTrace
+from asip_asm.regmap import default_register_map
+from sim.asip_run.inputs import UserError
+from sim.asip_run.runners import NO_FAULT, Fault, Run, number
+
+FLAGS = ("NV", "DZ", "OF", "UF", "NX")  # bit 4 .. 0
+
+
+def value_text(word: int, type_name: str) -> str:
+    """Shortest decimal text that gives the word again; integers as such."""
+    value = number(word, type_name)
+    if type_name == "int" or value != value:
+        return str(value)
+    return str(np.float32(value)).removesuffix(".0")
+
+
+def flag_text(flags: int) -> str:
+    """Names of the raised exceptions, '-' for none."""
+    return " ".join(n for i, n in enumerate(FLAGS) if flags >> (len(FLAGS) - 1 - i) & 1) or "-"
+
+
+def types_of(image: Image) -> Callable[[str], str]:
+    """Type by name; outputs, exports without a declaration and registers are floats."""
+    types = {entry.name: entry.type for entry in (*image.inputs, *image.states)}
+    return lambda name: types.get(name, "float")
+
+
+def write_text(file: TextIO, image: Image, tick: int, names: Sequence[str], result: Run) -> None:
+    """One run for people."""
+    type_of = types_of(image)
+    width = max(map(len, names), default=0)
+    counters = ", ".join(f"{name.lower()} {count}" for name, count in result.counters.items())
+    state = "done" if result.fault.cause == NO_FAULT else f"fault {result.fault.cause}"
+    file.write(f"run {tick + 1}: {state}, {counters}, flags {flag_text(result.flags)}\n")
+    for name in names:
+        word = result.words[name]
+        file.write(f"  {name:{width}s} = {value_text(word, type_of(name)):14s} {word:08x}\n")
+
+
+def write_row(file: TextIO, image: Image, tick: int, names: Sequence[str], result: Run) -> None:
+    """One run as a row of the CSV table, the header before the first."""
+    type_of = types_of(image)
+    counters = [name.lower() for name in result.counters]
+    out = csv.writer(file, lineterminator="\n")
+    if tick == 0:
+        out.writerow(["run", *names, "fault", "flags", *counters])
+    values = [value_text(result.words[name], type_of(name)) for name in names]
+    row = [tick + 1, *values, result.fault.cause, flag_text(result.flags)]
+    out.writerow([*row, *result.counters.values()])
+
+
+def write_profile(
+    file: TextIO, image: Image, trace: CoreTrace, konata: Path | None, gantt: Path | None
+) -> None:
+    """Profile of a run for people, and the files that show it clock by clock."""
+    try:
+        profile = profile_run(image, trace)
+    except ProfileError as error:
+        raise UserError(f"profile: {error}") from None
+    file.write(profile.render())
+    for path, text in ((konata, konata_log), (gantt, gantt_page)):
+        if path:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text(profile), encoding="utf-8")
+
+
+def fault_text(image: Image, fault: Fault) -> str:
+    """Cause, place and source lines of a fault."""
+    meaning = default_register_map().faults[fault.cause].doc
+    rows = [f"{fault.cause}: {meaning}"]
+    bundles: list[int] = []
+    if fault.output is not None:
+        name = {o.index: o.name for o in image.outputs}.get(fault.output, f"o{fault.output}")
+        rows[0] += f", output {name}"
+        names = (name, f"o{fault.output}")
+        bundles = [
+            address
+            for address, entries in enumerate(image.sources)
+            if any(destination(entry.text) in names for entry in entries)
+        ]
+    elif fault.bundle is not None:
+        rows[0] += f", bundle {fault.bundle}"
+        bundles = [fault.bundle] if fault.bundle < len(image.sources) else []
+        if not bundles:
+            rows[0] += " (outside the program)"
+    for address in bundles:
+        for entry in image.sources[address]:
+            if fault.output is None or destination(entry.text) in names:
+                rows.append(f"  {entry.file}:{entry.line}: {entry.text}")
+    return "\n".join(rows)
+
+
+def destination(text: str) -> str:
+    """First operand of an operation's text."""
+    words = text.split(None, 1)
+    return words[1].split(",")[0].strip() if len(words) > 1 else ""
+
+
+class Trace:
+    """File of register and output writes, one per line: run, register, word, value as a float."""
+
+    def __init__(self, path: Path | None) -> None:
+        self._path = path
+
+    def __enter__(self) -> Trace:
+        self._file = self._path.open("w", encoding="utf-8") if self._path else None
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._file:
+            self._file.close()
+
+    def write(self, tick: int, result: Run) -> None:
+        """Append the writes of a run."""
+        if self._file:
+            for register, word in result.writes:
+                value = value_text(word, "float")
+                self._file.write(f"{tick + 1} {register} {word:08x} {value}\n")
