@@ -28,7 +28,11 @@ from sim.motion.gcode_tools import tool_table
 from sim.motion.moves import MM_PER_INCH, Dwell, Motion
 
 ROOT = Path(__file__).resolve().parents[2]
-PACKAGES = ("linuxcnc-uspace", "libboost-python1.74.0")
+# With the libraries that a small machine may lack; the first is the interpreter.
+PACKAGES = (
+    "linuxcnc-uspace",
+    *("libboost-python1.74.0", "libpython3.11", "libedit2", "libbsd0", "libmd0", "libtirpc3"),
+)
 UNPACKED = ROOT / "build/linuxcnc/root"
 SAMPLES = "share/linuxcnc/ncfiles"  # below the folder of bin/rs274
 TOOLS = "share/doc/linuxcnc/examples/sample-configs/common/tool.tbl"  # lengths in inches, as rs274
@@ -53,11 +57,14 @@ def find() -> Path | None:
 def fetch() -> Path:
     """Downloads and unpacks the packages below build/, without installing them."""
     UNPACKED.mkdir(parents=True, exist_ok=True)
-    for package in PACKAGES:
-        try:
-            subprocess.run(["apt-get", "download", package], cwd=UNPACKED.parent, check=True)
-        except (OSError, subprocess.CalledProcessError) as error:
-            raise OracleError(f"apt-get cannot download {package}: {error}") from None
+    download = ["apt-get", "download", *PACKAGES]
+    try:
+        if subprocess.run(download, cwd=UNPACKED.parent, check=False).returncode != 0:
+            # A fresh machine has no lists of packages yet.
+            subprocess.run(["apt-get", "update", "-q"], check=False)
+            subprocess.run(download, cwd=UNPACKED.parent, check=True)
+    except (OSError, subprocess.CalledProcessError) as error:
+        raise OracleError(f"apt-get cannot download {' '.join(PACKAGES)}: {error}") from None
     for file in UNPACKED.parent.glob("*.deb"):
         subprocess.run(["dpkg", "-x", str(file), str(UNPACKED)], check=True)
     return UNPACKED / "usr/bin/rs274"
