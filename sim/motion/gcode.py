@@ -18,8 +18,9 @@ All mistakes of a file are collected (at most MAX_ERRORS) and raised together as
 
 Here is the order in which the parts of a block act; the parts are: gcode_words.py (words of a
 line), gcode_block.py (modal groups), gcode_state.py (modes, coordinates, parameters),
-gcode_modes.py (words that change them), gcode_targets.py (ends), gcode_arcs.py (centres),
-gcode_cycles.py (drilling), gcode_runs.py (moves of the machine, as in moves.py).
+gcode_modes.py (words that change them), gcode_actions.py (rests and moves), gcode_targets.py
+(ends), gcode_arcs.py (centres), gcode_cycles.py (drilling), gcode_runs.py (moves of the machine, as
+in moves.py).
 """
 
 from __future__ import annotations
@@ -28,26 +29,16 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from sim.motion.gcode_arcs import OFFSETS, Centre, arc_centre
-from sim.motion.gcode_block import CYCLES, ENDS, PAUSES, POLAR, check_unused, sort_words
-from sim.motion.gcode_cycles import drill
+from sim.motion.gcode_actions import Actions
+from sim.motion.gcode_block import ENDS, PAUSES, check_unused, sort_words
+from sim.motion.gcode_errors import MAX_ERRORS, GcodeError, GcodeErrors
+from sim.motion.gcode_expressions import Key
 from sim.motion.gcode_flow import RETURNED, VALUE, Flow, FlowStop, Frame
 from sim.motion.gcode_modes import choose_tool, mount_tool, select_modes, set_feed
-from sim.motion.gcode_runs import machine_moves, program_moves
 from sim.motion.gcode_state import State
-from sim.motion.gcode_targets import absolute_target, target
 from sim.motion.gcode_tools import NO_TOOLS
-from sim.motion.gcode_words import (
-    MAX_ERRORS,
-    GcodeError,
-    GcodeErrors,
-    Key,
-    LineReader,
-    Word,
-)
-from sim.motion.moves import AXES, HOME, Dwell, Motion, Move, Pose, Program
-
-_OWN_AXES = {"G10", "G28", "G28.1", "G92"}  # take the axis words of their block
+from sim.motion.gcode_words import LineReader, Word
+from sim.motion.moves import HOME, Dwell, Move, Pose, Program
 
 
 class _TooManyErrors(Exception):
@@ -63,10 +54,9 @@ class _Parser:
         self.file = file
         self.lines = lines
         self.errors: list[GcodeError] = []
-        self.out: list[Move | Dwell] = []
         self.any_output = False
         self.state = State(start, tools)
-        self.feed_reported = False
+        self.actions = Actions(self.state, self._error_at, lambda: bool(self.errors))
         self.ended = False
         self.percent_open, self.percent_closed = False, False
         self.line, self.source = 0, ""
@@ -85,11 +75,11 @@ class _Parser:
         try:
             for _ in self._read_lines():
                 if not self.errors:  # a text with a mistake yields nothing more
-                    if self.out:
+                    if self.actions.out:
                         self.any_output = True
                         self.flow.moved()
-                    yield from self.out
-                self.out.clear()
+                    yield from self.actions.out
+                self.actions.out.clear()
         except (_TooManyErrors, FlowStop):
             pass
         if self.errors:
@@ -132,6 +122,7 @@ class _Parser:
     def _place(self, line: int, source: str) -> None:
         """Line under work, of which mistakes are told."""
         self.line, self.source = line, source
+        self.actions.line, self.actions.source = line, source.strip()
 
     def _read_lines(self) -> Iterator[None]:
         for number, text in self.flow.lines():
@@ -223,7 +214,7 @@ class _Parser:
             choose_tool(self.state, values.pop("T"), self._error_at)
         if "tool change" in codes:
             mount_tool(self.state, codes, self._error_at)
-            self._rest(0.0)
+            self.actions.rest(0.0)
         select_modes(self.state, codes, values, self._error_at)
         if self.state.modes.diameter and "X" in values:
             values["X"] = replace(values["X"], value=values["X"].value / 2)
@@ -231,9 +222,9 @@ class _Parser:
         clean = clean and len(self.errors) == known
         single = codes.get("single")
         if single is not None and single.code != "G53":
-            self._single(single, codes, values, clean)
+            self.actions.single(single, codes, values, clean)
         else:
-            self._move(words, values, codes.get("motion"), single, clean)
+            self.actions.move(words, values, codes.get("motion"), single, clean)
         if clean:
             check_unused(values, codes, self.state.motion, self._error_at)
         if "stop" in codes:
@@ -248,7 +239,7 @@ class _Parser:
         elif not clean:
             return
         elif code in PAUSES:
-            self._rest(0.0)
+            self.actions.rest(0.0)
         elif code == "M71":
             self.flow.frame.state = None
             self.flow.frame.restores = False
@@ -280,167 +271,6 @@ class _Parser:
         """A subroutine has ended."""
         if frame.restores:
             self.state.restore(frame.state)
-
-    # Words that act once
-
-    def _single(
-        self, word: Word, codes: dict[str, Word], values: dict[str, Word], clean: bool
-    ) -> None:
-        motion = codes.get("motion")
-        if motion is not None and motion.code != "G80" and word.code in _OWN_AXES:
-            self._error_at(
-                motion,
-                f"{motion.code} and {word.code} both take the axis words",
-                "one of them",
-                f"move {motion.text} to a block of its own",
-            )
-            return
-        polar = [values[letter] for letter in POLAR if letter in values]
-        if polar and word.code in _OWN_AXES:
-            self._error_at(
-                polar[0],
-                f"{polar[0].letter} with {word.code}",
-                "X Y Z A C",
-                "@ and ^ are for moves",
-            )
-            return
-        if word.code == "G4":
-            self._dwell(word, values, clean)
-            if any(letter in values for letter in AXES + POLAR):
-                rest = {letter: value for letter, value in values.items() if letter != "P"}
-                self._move([word], rest, motion, None, clean)
-        elif word.code == "G10":
-            self.state.set_system(word, values, self._error_at)
-        elif word.code == "G28":
-            self._home(values)
-        elif word.code == "G28.1":
-            self.state.store_home()
-        else:
-            self.state.set_shift(word, values, self._error_at)
-
-    def _dwell(self, word: Word, values: dict[str, Word], clean: bool) -> None:
-        seconds = values.get("P")
-        if seconds is None or seconds.value < 0.0:
-            self._error_at(
-                seconds or word,
-                "G4 needs a time",
-                "P in seconds, of at least 0",
-                "write for instance G4 P0.5",
-            )
-        elif clean:
-            self._rest(seconds.value)
-
-    def _home(self, values: dict[str, Word]) -> None:
-        """By way of the words' point to the stored pose, in the axes of the words or in all."""
-        home, named = self.state.home, [letter in values for letter in AXES]
-        if any(named):
-            self._run(Motion.RAPID, target(self.state, values, self._error_at))
-        position = self.state.position
-        end = tuple(
-            h if wanted or not any(named) else p
-            for h, p, wanted in zip(home, position, named, strict=True)
-        )
-        if self.errors:
-            self.state.position = end
-        else:
-            self.out += machine_moves(self.state, self.line, self.source.strip(), Motion.RAPID, end)
-
-    # Motion
-
-    def _move(
-        self,
-        words: list[Word],
-        values: dict[str, Word],
-        code: Word | None,
-        absolute: Word | None,
-        clean: bool,
-    ) -> None:
-        state, modes = self.state, self.state.modes
-        arc_words = [values[letter] for letter in OFFSETS + "R" if letter in values]
-        axis_words = [values[letter] for letter in AXES + POLAR if letter in values]
-        arc = state.motion in ("G2", "G3")
-        if not arc_words and not axis_words:
-            if code is not None and clean and code.code not in ("G0", "G1", "G80"):
-                self._error_at(
-                    code,
-                    f"{code.code} without a position",
-                    "X Y Z A C" + (" I J K or R words" if arc else " words"),
-                    f"give the end of the move or remove {code.text}",
-                )
-            return
-        if state.motion is None or state.motion == "G80":
-            if clean:
-                self._error_at(
-                    (axis_words + arc_words)[0],
-                    "no motion is selected",
-                    "G0, G1, G2 or G3 in this block or before",
-                    f"write G0 or G1 before {(axis_words + arc_words)[0].text}",
-                )
-            state.position = state.machine(target(state, values, self._error_at))
-            return
-        if state.motion != "G0" and modes.feed is None and not self.feed_reported:
-            self.feed_reported = not modes.inverse_time
-            word = code or words[0]
-            self._error_at(
-                word,
-                f"no feed is set for {state.motion}",
-                "an F word in this block" + ("" if modes.inverse_time else " or before"),
-                "add for instance F2000 to the block",
-            )
-        if state.motion in CYCLES:
-            if clean and modes.feed is not None:
-                self._cycle(values, code or words[0])
-            return
-        motion = Motion(state.motion)
-        end = target(state, values, self._error_at)
-        if absolute is not None:
-            end = absolute_target(state, absolute, values, self._error_at)
-        if not arc:
-            for word in arc_words:
-                self._error_at(
-                    word,
-                    f"{word.letter} does not belong to {motion.value}",
-                    "I, J, K and R only with G2 or G3",
-                    f"remove {word.text}",
-                )
-        centre = None
-        if arc and clean:
-            centre = arc_centre(
-                motion,
-                modes.plane,
-                state.programmed(),
-                end,
-                values,
-                code or words[0],
-                modes.mm_per_unit,
-                modes.absolute_centres,
-                self._error_at,
-            )
-        self._run(motion, end, centre)
-
-    def _run(self, motion: Motion, end: Pose, centre: Centre | None = None) -> None:
-        """Moves to `end` in programmed coordinates, centre likewise."""
-        if self.errors:  # a text with a mistake yields no program
-            self.state.position = self.state.machine(end)
-        else:
-            self.out += program_moves(
-                self.state, self.line, self.source.strip(), motion, end, centre
-            )
-
-    def _rest(self, seconds: float) -> None:
-        self.out.append(Dwell(self.line, self.source.strip(), seconds))
-
-    def _cycle(self, values: dict[str, Word], at: Word) -> None:
-        """Path control is that of G61 meanwhile."""
-        modes = self.state.modes
-        saved = modes.tolerance, modes.merge
-        modes.tolerance, modes.merge = 0.0, 0.0
-        for step in drill(self.state, values, at, self._error_at):
-            if isinstance(step, float):
-                self._rest(step)
-            else:
-                self._run(*step)
-        modes.tolerance, modes.merge = saved
 
 
 def stream(

@@ -27,7 +27,9 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
-from sim.motion.gcode_words import Key, LineReader, MistakeError, Report
+from sim.motion.gcode_errors import MistakeError, Report
+from sim.motion.gcode_expressions import Key
+from sim.motion.gcode_words import LineReader
 
 MAX_DEPTH = 9  # calls inside calls, as rs274
 MAX_IDLE = 100_000  # repeats and calls without a move or rest between them

@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from sim.motion import gcode_table as table_frame
-from sim.motion.gcode_words import Key, Word, WordReport
+from sim.motion.gcode_expressions import Key
+from sim.motion.gcode_words import Word, WordReport
 from sim.motion.moves import AXES, Plane, Pose
 
 # Parameters of the coordinate systems (LinuxCNC, "Numbered parameters"), in the order of AXES.

@@ -12,7 +12,8 @@ import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from sim.motion.gcode_words import MAX_ERRORS, MAX_NUMBER, GcodeError, GcodeErrors
+from sim.motion.gcode_errors import MAX_ERRORS, GcodeError, GcodeErrors
+from sim.motion.gcode_words import MAX_NUMBER
 from sim.motion.moves import AXES, Pose
 
 NO_TOOLS: Mapping[int, Pose] = {}

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sim.motion.gcode import GcodeErrors, parse, parse_file
-from sim.motion.gcode_words import MAX_ERRORS
+from sim.motion.gcode_errors import MAX_ERRORS
 from sim.motion.moves import Motion, Plane, Program
 
 

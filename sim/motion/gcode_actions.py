@@ -1,0 +1,188 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the words of a block do at once: rests, moves, cycles, the way home."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from sim.motion.gcode_arcs import OFFSETS, Centre, arc_centre
+from sim.motion.gcode_block import CYCLES, POLAR
+from sim.motion.gcode_cycles import drill
+from sim.motion.gcode_runs import machine_moves, program_moves
+from sim.motion.gcode_state import State
+from sim.motion.gcode_targets import absolute_target, target
+from sim.motion.gcode_words import Word, WordReport
+from sim.motion.moves import AXES, Dwell, Motion, Move, Pose
+
+_OWN_AXES = {"G10", "G28", "G28.1", "G92"}  # take the axis words of their block
+
+
+class Actions:
+    """Turns blocks into moves and rests, which are put into `out`; the state goes along.
+
+    line, source: the block under work. failed tells whether there was a mistake: a text with one
+    yields nothing more.
+    """
+
+    def __init__(self, state: State, report: WordReport, failed: Callable[[], bool]) -> None:
+        self.state, self.report, self.failed = state, report, failed
+        self.out: list[Move | Dwell] = []
+        self.line, self.source = 0, ""
+        self.feed_reported = False
+
+    def single(
+        self, word: Word, codes: dict[str, Word], values: dict[str, Word], clean: bool
+    ) -> None:
+        motion = codes.get("motion")
+        if motion is not None and motion.code != "G80" and word.code in _OWN_AXES:
+            self.report(
+                motion,
+                f"{motion.code} and {word.code} both take the axis words",
+                "one of them",
+                f"move {motion.text} to a block of its own",
+            )
+            return
+        polar = [values[letter] for letter in POLAR if letter in values]
+        if polar and word.code in _OWN_AXES:
+            self.report(
+                polar[0],
+                f"{polar[0].letter} with {word.code}",
+                "X Y Z A C",
+                "@ and ^ are for moves",
+            )
+            return
+        if word.code == "G4":
+            self._dwell(word, values, clean)
+            if any(letter in values for letter in AXES + POLAR):
+                rest = {letter: value for letter, value in values.items() if letter != "P"}
+                self.move([word], rest, motion, None, clean)
+        elif word.code == "G10":
+            self.state.set_system(word, values, self.report)
+        elif word.code == "G28":
+            self._home(values)
+        elif word.code == "G28.1":
+            self.state.store_home()
+        else:
+            self.state.set_shift(word, values, self.report)
+
+    def _dwell(self, word: Word, values: dict[str, Word], clean: bool) -> None:
+        seconds = values.get("P")
+        if seconds is None or seconds.value < 0.0:
+            self.report(
+                seconds or word,
+                "G4 needs a time",
+                "P in seconds, of at least 0",
+                "write for instance G4 P0.5",
+            )
+        elif clean:
+            self.rest(seconds.value)
+
+    def _home(self, values: dict[str, Word]) -> None:
+        """By way of the words' point to the stored pose, in the axes of the words or in all."""
+        home, named = self.state.home, [letter in values for letter in AXES]
+        if any(named):
+            self._run(Motion.RAPID, target(self.state, values, self.report))
+        position = self.state.position
+        end = tuple(
+            h if wanted or not any(named) else p
+            for h, p, wanted in zip(home, position, named, strict=True)
+        )
+        if self.failed():
+            self.state.position = end
+        else:
+            self.out += machine_moves(self.state, self.line, self.source, Motion.RAPID, end)
+
+    # Motion
+
+    def move(
+        self,
+        words: list[Word],
+        values: dict[str, Word],
+        code: Word | None,
+        absolute: Word | None,
+        clean: bool,
+    ) -> None:
+        state, modes = self.state, self.state.modes
+        arc_words = [values[letter] for letter in OFFSETS + "R" if letter in values]
+        axis_words = [values[letter] for letter in AXES + POLAR if letter in values]
+        arc = state.motion in ("G2", "G3")
+        if not arc_words and not axis_words:
+            if code is not None and clean and code.code not in ("G0", "G1", "G80"):
+                self.report(
+                    code,
+                    f"{code.code} without a position",
+                    "X Y Z A C" + (" I J K or R words" if arc else " words"),
+                    f"give the end of the move or remove {code.text}",
+                )
+            return
+        if state.motion is None or state.motion == "G80":
+            if clean:
+                self.report(
+                    (axis_words + arc_words)[0],
+                    "no motion is selected",
+                    "G0, G1, G2 or G3 in this block or before",
+                    f"write G0 or G1 before {(axis_words + arc_words)[0].text}",
+                )
+            state.position = state.machine(target(state, values, self.report))
+            return
+        if state.motion != "G0" and modes.feed is None and not self.feed_reported:
+            self.feed_reported = not modes.inverse_time
+            word = code or words[0]
+            self.report(
+                word,
+                f"no feed is set for {state.motion}",
+                "an F word in this block" + ("" if modes.inverse_time else " or before"),
+                "add for instance F2000 to the block",
+            )
+        if state.motion in CYCLES:
+            if clean and modes.feed is not None:
+                self._cycle(values, code or words[0])
+            return
+        motion = Motion(state.motion)
+        end = target(state, values, self.report)
+        if absolute is not None:
+            end = absolute_target(state, absolute, values, self.report)
+        if not arc:
+            for word in arc_words:
+                self.report(
+                    word,
+                    f"{word.letter} does not belong to {motion.value}",
+                    "I, J, K and R only with G2 or G3",
+                    f"remove {word.text}",
+                )
+        centre = None
+        if arc and clean:
+            centre = arc_centre(
+                motion,
+                modes.plane,
+                state.programmed(),
+                end,
+                values,
+                code or words[0],
+                modes.mm_per_unit,
+                modes.absolute_centres,
+                self.report,
+            )
+        self._run(motion, end, centre)
+
+    def _run(self, motion: Motion, end: Pose, centre: Centre | None = None) -> None:
+        """Moves to `end` in programmed coordinates, centre likewise."""
+        if self.failed():  # a text with a mistake yields no program
+            self.state.position = self.state.machine(end)
+        else:
+            self.out += program_moves(self.state, self.line, self.source, motion, end, centre)
+
+    def rest(self, seconds: float) -> None:
+        self.out.append(Dwell(self.line, self.source, seconds))
+
+    def _cycle(self, values: dict[str, Word], at: Word) -> None:
+        """Path control is that of G61 meanwhile."""
+        modes = self.state.modes
+        saved = modes.tolerance, modes.merge
+        modes.tolerance, modes.merge = 0.0, 0.0
+        for step in drill(self.state, values, at, self.report):
+            if isinstance(step, float):
+                self.rest(step)
+            else:
+                self._run(*step)
+        modes.tolerance, modes.merge = saved

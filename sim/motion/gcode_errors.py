@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Mistakes of a text: where they are, what was found, what was expected, what helps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+MAX_ERRORS = 20
+
+Report = Callable[[int, str, str, str, str], None]
+"""Takes column, text, what, expected, help of a mistake."""
+
+
+class GcodeError(ValueError):
+    """One mistake: file, line and column (from 1), offending text, what, expected, help."""
+
+    def __init__(
+        self,
+        file: str,
+        line: int,
+        column: int,
+        source: str,
+        text: str,
+        what: str,
+        expected: str,
+        help: str,
+    ) -> None:
+        self.file, self.line, self.column = file, line, column
+        self.source, self.text = source, text
+        self.what, self.expected, self.help = what, expected, help
+        super().__init__(str(self))
+
+    def __str__(self) -> str:
+        got = repr(self.text) if self.text else "end of file"
+        caret = " " * (self.column - 1) + "^" * max(1, len(self.text))
+        return (
+            f"{self.file}:{self.line}:{self.column}: error: {self.what}; got {got}; "
+            f"expected {self.expected}\n"
+            f"{self.line:5d} |   {self.source}\n"
+            f"      |   {caret}  help: {self.help}"
+        )
+
+
+class GcodeErrors(ValueError):
+    """Every mistake found in one file, in the order of the text, at most MAX_ERRORS."""
+
+    def __init__(self, errors: tuple[GcodeError, ...]) -> None:
+        self.errors = errors
+        super().__init__(str(self))
+
+    def __str__(self) -> str:
+        text = "\n".join(str(error) for error in self.errors)
+        if len(self.errors) == MAX_ERRORS:
+            text += f"\nstopped after {MAX_ERRORS} errors, the rest of the file was not read"
+        return text
+
+
+class MistakeError(Exception):
+    """Ends the reading of one word; the mistake has been reported."""
