@@ -87,6 +87,13 @@ class AsipRtl:
             self._lib.asip_free(self._handle)
             self._handle = None
 
+    @property
+    def _model(self) -> int:
+        """Handle of the model. Raises AsipError after `close`."""
+        if self._handle is None:
+            raise AsipError("the core is closed; make another one")
+        return self._handle
+
     def __del__(self) -> None:
         if getattr(self, "_handle", None) is not None:
             self.close()
@@ -94,44 +101,44 @@ class AsipRtl:
     # ------------------------------------------------------------------ bus
     def write(self, address: int, data: int) -> None:
         """One bus write; waits while the core holds it."""
-        if not self._lib.asip_write(self._handle, address, data & 0xFFFFFFFF):
+        if not self._lib.asip_write(self._model, address, data & 0xFFFFFFFF):
             raise AsipError(f"bus write to {address:#06x} was never accepted")
 
     def read(self, address: int) -> int:
         """One bus read."""
         word = ctypes.c_uint32()
-        if not self._lib.asip_read(self._handle, address, ctypes.byref(word)):
+        if not self._lib.asip_read(self._model, address, ctypes.byref(word)):
             raise AsipError(f"bus read of {address:#06x} was never answered")
         return word.value
 
     def clock(self, cycles: int = 1) -> None:
         """Let time pass without bus traffic."""
-        self._lib.asip_clock(self._handle, cycles)
+        self._lib.asip_clock(self._model, cycles)
 
     def reset(self) -> None:
         """Assert reset for four cycles; memories keep their contents."""
-        self._lib.asip_reset(self._handle)
+        self._lib.asip_reset(self._model)
 
     @property
     def irq(self) -> bool:
         """Level of the interrupt line."""
-        return bool(self._lib.asip_irq(self._handle))
+        return bool(self._lib.asip_irq(self._model))
 
     @property
     def cycles(self) -> int:
         """Clock cycles simulated since the model was made."""
-        return self._lib.asip_cycles(self._handle)
+        return self._lib.asip_cycles(self._model)
 
     # ------------------------------------------------------------------ traces
     def issued(self, bundles: int) -> np.ndarray:
         """Bundles issued so far per program address."""
         counts = np.zeros(bundles, dtype=np.uint64)
-        self._lib.asip_issued(self._handle, counts.ctypes.data, bundles)
+        self._lib.asip_issued(self._model, counts.ctypes.data, bundles)
         return counts
 
     def trace(self, on: bool = True) -> None:
         """Start (and empty) or stop the trace of issues and of register and output writes."""
-        self._lib.asip_trace(self._handle, int(on))
+        self._lib.asip_trace(self._model, int(on))
 
     def traced_issues(self) -> list[tuple[int, int]]:
         """Bundles issued since `trace` in order: (cycle since `trace`, program address)."""
@@ -147,9 +154,9 @@ class AsipRtl:
         return [(cycle, "ABCO"[bank], index, word) for cycle, bank, index, word in events]
 
     def _events(self, function: Callable[..., int], words: int) -> list[list[int]]:
-        count = function(self._handle, None, 0)
+        count = function(self._model, None, 0)
         events = np.zeros((count, words), dtype=np.uint32)
-        function(self._handle, events.ctypes.data, count)
+        function(self._model, events.ctypes.data, count)
         return events.tolist()
 
     # ------------------------------------------------------------------ programs
@@ -197,7 +204,7 @@ class AsipRtl:
         words = np.zeros((ticks, len(reads)), dtype=np.uint32)
         status_cycles = np.zeros((ticks, 2), dtype=np.uint32)
         done = self._lib.asip_run(
-            self._handle,
+            self._model,
             ticks,
             writes.ctypes.data,
             len(writes),

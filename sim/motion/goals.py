@@ -35,7 +35,7 @@ from sim.motion.gcode_oracle import OracleError, compare_samples
 from sim.motion.lookahead import DEPTH, Lookahead, LookaheadSettings
 from sim.motion.lookahead_limits import MachineLimits
 from sim.motion.moves import Motion, Move
-from sim.motion.planner_core import PARAMETERS, CoreProgram
+from sim.motion.planner_core import PARAMETERS, planner_program
 from sim.motion.planner_optimal import Limits, time_optimal
 from sim.motion.planner_seed import seed_plan
 from sim.motion.pulse_records import DIRECTION, FIRST, LAST, UNITS_PER_HZ, Record, time_exact
@@ -160,7 +160,7 @@ def override(counts: Counts) -> Measured:
 def core(counts: Counts) -> Measured:
     """Planner and sampler in binary32 on the core: positions at random ticks, moves up to 1 m."""
     moves = planner_check.random_core_moves(counts.core, SEED)
-    planned = CoreProgram("planner_scurve").run(moves).outputs
+    planned = planner_program("planner_scurve").batch(moves).values
     rng = np.random.default_rng(SEED)
     names = ("vp", "am", "J", "t1", "t2", "t4", "s1", "s2", "s3")
     curves = [SCurve(*(float(moves[n][k]) for n in PARAMETERS)) for k in range(counts.core)]
@@ -168,7 +168,7 @@ def core(counts: Counts) -> Measured:
     ticks = np.rint(totals * 1e4 * rng.random(counts.core)).astype(np.int32)
     inputs = {"ticks": ticks, "L": moves["L"], "v0": moves["v0"]}
     inputs |= {name: planned[name] for name in names}
-    got = CoreProgram("planner_sample").run(inputs).outputs["p"]
+    got = planner_program("planner_sample").batch(inputs).values["p"]
     wanted = [
         curve.profile(int(tick) * 1e-4).position for curve, tick in zip(curves, ticks, strict=True)
     ]

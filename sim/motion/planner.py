@@ -242,14 +242,14 @@ def _plot(file: Path, total: float, samples: Samples, title: str) -> None:
 
 def _core_table(plan: SeedPlan, configuration: str) -> tuple[Table, int]:
     # Verilator is needed here only.
-    from sim.motion.planner_core import ERRORS, PARAMETERS, CoreProgram
+    from sim.motion.planner_core import ERRORS, PARAMETERS, planner_program
 
     values = (plan.v0, plan.vm, plan.tr, plan.tm, plan.length)
     inputs = {
         name: np.array([float(value)], dtype=np.float32)
         for name, value in zip(PARAMETERS, values, strict=True)
     }
-    run = CoreProgram("planner_scurve", configuration).run(inputs)
+    run = planner_program("planner_scurve", configuration).batch(inputs)
     forms = seed_plan(*(float(value[0]) for value in inputs.values())).forms
     want = {
         "class": forms.kind.value,
@@ -264,10 +264,10 @@ def _core_table(plan: SeedPlan, configuration: str) -> tuple[Table, int]:
     table = Table(title=f"on the core ({configuration})")
     for name in ("output", "core", "exact for the same binary32 inputs", "error"):
         table.add_column(name, justify="left" if name == "output" else "right", no_wrap=True)
-    error = int(run.outputs["error"][0])
+    error = int(run.values["error"][0])
     table.add_row("error", str(error), ERRORS[error], "")
     for name, value in want.items():
-        got = float(run.outputs[name][0])
+        got = float(run.values[name][0])
         table.add_row(name, f"{got:.9g}", f"{float(value):.9g}", f"{got - float(value):.2g}")
     return table, int(run.cycles[0])
 

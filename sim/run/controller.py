@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from asip_asm.image import Image
-from sim.harness.asip_rtl import AsipError, AsipRtl
+from sim.core import Core, CoreError, CoreFault
+from sim.harness.asip_rtl import AsipError
 from sim.model.records import OUTPUTS
 
 SET_POINTS = (
@@ -54,21 +55,22 @@ class AsipController:
     """One core with one tracking program. Ticks are counted from 0 for messages."""
 
     def __init__(self, image: Image, intermediates: bool = True) -> None:
-        self.core = AsipRtl(image.configuration)
-        self.core.load(image)
         self.image = image
-        self._writes = self.core.input_addresses([*SET_POINTS, *COUNTS])
-        self._reads = self.core.output_addresses(OUTPUTS)
-        if intermediates:
-            self._reads += self.core.export_addresses(list(EXPORTED.values()))
-        self.tick = 0
+        self._program = Core(image)
+        self._exports = tuple(EXPORTED.values()) if intermediates else ()
+        self.core = self._program.backend.rtl
+
+    @property
+    def tick(self) -> int:
+        """Ticks so far, the priming one not among them."""
+        return self._program.ticks
 
     def prime(self, words: Sequence[float], counts: Sequence[int]) -> None:
         """Make the first measurement the last one, so that the first tick sees no speed.
 
         Runs one tick, keeps what the program stored as its measurement, presets every other state.
         """
-        self._run(np.atleast_2d(np.asarray(words)), np.atleast_2d(np.asarray(counts)))
+        self.step(words, counts)
         self.core.preset(
             {
                 state.name: int(state.bits, 16)
@@ -76,28 +78,19 @@ class AsipController:
                 if not state.name.endswith(LAST_MEASUREMENT)
             }
         )
+        self._program.ticks = 0
 
     def step(self, words: Sequence[float], counts: Sequence[int]) -> Ticks:
         """One tick: 15 set-points (rounded to binary32 here) and five counts."""
-        return self.batch(np.asarray(words)[np.newaxis], np.asarray(counts)[np.newaxis])
+        return self.batch(np.atleast_2d(np.asarray(words)), np.atleast_2d(np.asarray(counts)))
 
     def batch(self, words: NDArray[np.floating], counts: NDArray[np.integer]) -> Ticks:
         """Consecutive ticks, words (N, 15) and counts (N, 5). Raises ControllerFault."""
-        result = self._run(words, counts)
-        self.tick += len(words)
-        return result
-
-    def _run(self, words: NDArray[np.floating], counts: NDArray[np.integer]) -> Ticks:
-        data = np.concatenate(
-            [words.astype(np.float32).view(np.uint32), counts.astype(np.int32).view(np.uint32)],
-            axis=1,
-        )
+        inputs = dict(zip((*SET_POINTS, *COUNTS), (*words.T, *counts.T), strict=True))
         try:
-            result = self.core.run(self._writes, data, self._reads)
-        except AsipError as error:
-            raise ControllerFault(f"tick {self.tick}: {error}") from error
-        if result.fault != "NONE":
-            at = self.tick + len(result.status) - 1
-            raise ControllerFault(f"tick {at}: the core stopped with fault {result.fault}")
-        values = result.words.view(np.float32)
-        return Ticks(values[:, :5], values[:, 5:], result.cycles)
+            ticks = self._program.batch(inputs, self._exports)
+        except (AsipError, CoreError, CoreFault) as error:
+            raise ControllerFault(str(error)) from error
+        outputs = np.stack([ticks[name] for name in OUTPUTS], axis=1)
+        exported = [ticks[name] for name in self._exports]
+        return Ticks(outputs, np.array(exported, dtype=np.float32).T, ticks.cycles)

@@ -12,7 +12,7 @@ import pytest
 
 from sim.iss import Iss
 from sim.motion.planner_check import random_core_moves
-from sim.motion.planner_core import ERRORS, PARAMETERS, CoreProgram
+from sim.motion.planner_core import ERRORS, PARAMETERS, planner_program
 from sim.motion.planner_seed import seed_plan
 from sim.motion.scurve import SCurve, SCurveError
 from tests.motion.planner_moves import SEED
@@ -39,7 +39,7 @@ def is_on_a_boundary(curve: SCurve) -> bool:
 
 @pytest.fixture(scope="module", params=["fast", "small"])
 def planner(request):
-    return CoreProgram("planner_scurve", request.param)
+    return planner_program("planner_scurve", request.param)
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +49,7 @@ def moves():
 
 @pytest.fixture(scope="module")
 def planned(moves):
-    return CoreProgram("planner_scurve").run(moves)
+    return planner_program("planner_scurve").batch(moves)
 
 
 def assert_plans_agree(moves: dict[str, np.ndarray], outputs: dict[str, np.ndarray]) -> set[int]:
@@ -89,11 +89,11 @@ def assert_plans_agree(moves: dict[str, np.ndarray], outputs: dict[str, np.ndarr
 
 
 def test_program__random_moves_of_all_classes__agree_with_the_model(moves, planned):
-    assert assert_plans_agree(moves, planned.outputs) == {1, 2, 3, 4, 5, 6, 7}
+    assert assert_plans_agree(moves, planned.values) == {1, 2, 3, 4, 5, 6, 7}
 
 
 def test_program__any_move__takes_the_same_cycles(planner):
-    cycles = planner.run(random_core_moves(200, SEED + 1)).cycles
+    cycles = planner.batch(random_core_moves(200, SEED + 1)).cycles
     assert len(set(cycles.tolist())) == 1
     # Far below one tick of 10 kHz at 125 MHz.
     assert cycles[0] < 12_500
@@ -102,20 +102,20 @@ def test_program__any_move__takes_the_same_cycles(planner):
 @pytest.mark.full
 def test_program__hundred_thousand_moves__agree_with_the_model():
     many = random_core_moves(100_000, SEED + 2)
-    kinds = assert_plans_agree(many, CoreProgram("planner_scurve").run(many).outputs)
+    kinds = assert_plans_agree(many, planner_program("planner_scurve").batch(many).values)
     assert kinds == {1, 2, 3, 4, 5, 6, 7}
 
 
 def test_program__configurations_and_model__give_the_same_bits(planner, moves, planned):
     some = {name: values[:100] for name, values in moves.items()}
-    outputs = planner.run(some).outputs
+    outputs = planner.batch(some).values
     model = Iss(planner.image.to_json())
     for index in range(100):
         model.set_inputs({name: float(values[index]) for name, values in some.items()})
         bits = model.run().output_bits
         for name, values in outputs.items():
             assert int(values[index].view(np.uint32)) == bits[name]
-            assert int(planned.outputs[name][index].view(np.uint32)) == bits[name]
+            assert int(planned.values[name][index].view(np.uint32)) == bits[name]
 
 
 def test_program__lengths_by_the_critical_ones__agree_with_the_model():
@@ -129,7 +129,7 @@ def test_program__lengths_by_the_critical_ones__agree_with_the_model():
     columns = (v0, vm, tr, np.float32(0.1))
     inputs = dict(zip(PARAMETERS, [np.full(count, x) for x in columns], strict=False))
     inputs["L"] = np.array(lengths)
-    outputs = CoreProgram("planner_scurve").run(inputs).outputs
+    outputs = planner_program("planner_scurve").batch(inputs).values
     assert set(outputs["class"].tolist()) == {1.0, 6.0, 7.0}
     assert_plans_agree(inputs, outputs)
 
@@ -162,7 +162,7 @@ def test_program__lengths_by_the_critical_ones__agree_with_the_model():
 )
 def test_program__bad_parameters__give_their_error_and_zeros(planner, move, code):
     inputs = {name: np.array([x], np.float32) for name, x in zip(PARAMETERS, move, strict=True)}
-    outputs = planner.run(inputs).outputs
+    outputs = planner.batch(inputs).values
     assert outputs.pop("error")[0] == code, ERRORS[code]
     if code:
         assert all(values[0] == 0.0 for values in outputs.values())
@@ -188,8 +188,8 @@ def sampled(moves: dict[str, np.ndarray], planned, rng) -> tuple[dict, np.ndarra
     totals = np.array([plan_of(moves, k).total_time for k in range(len(moves["L"]))])
     ticks = np.rint(totals / TICK * rng.uniform(-0.02, 1.05, len(totals))).astype(np.int32)
     inputs = {"ticks": ticks, "L": moves["L"], "v0": moves["v0"]}
-    inputs |= {name: planned.outputs[name] for name in DATA}
-    return CoreProgram("planner_sample").run(inputs).outputs, ticks
+    inputs |= {name: planned.values[name] for name in DATA}
+    return planner_program("planner_sample").batch(inputs).values, ticks
 
 
 def test_sampler__random_ticks_of_all_classes__are_within_a_micrometre(moves, planned):
@@ -219,12 +219,12 @@ def test_sampler__random_ticks_of_all_classes__are_within_a_micrometre(moves, pl
 def test_sampler__end_and_start__are_exact(moves, planned):
     count = 300
     inputs = {"L": moves["L"][:count], "v0": moves["v0"][:count]}
-    inputs |= {name: planned.outputs[name][:count] for name in DATA}
-    program = CoreProgram("planner_sample")
+    inputs |= {name: planned.values[name][:count] for name in DATA}
+    program = planner_program("planner_sample")
     for tick, position, over in ((2**31 - 1, inputs["L"], 1), (0, 0.0, 0), (-(2**31), 0.0, 0)):
-        outputs = program.run({"ticks": np.full(count, tick)} | inputs).outputs
+        outputs = program.batch({"ticks": np.full(count, tick)} | inputs).values
         assert np.array_equal(outputs["p"], np.broadcast_to(position, count).astype(np.float32))
-        moving = planned.outputs["class"][:count] > 1
+        moving = planned.values["class"][:count] > 1
         assert np.array_equal(outputs["v"][moving], inputs["v0"][moving])
         assert np.all(outputs["a"] == 0.0) and np.all(outputs["over"] == over)
 
@@ -233,7 +233,7 @@ def test_sampler__end_and_start__are_exact(moves, planned):
 
 
 def test_trajectory__moves_one_after_the_other__follow_the_model_tick_by_tick():
-    program = CoreProgram("planner_trajectory")
+    program = planner_program("planner_trajectory")
     cycles = set()
     for number, move in enumerate(
         (
@@ -250,26 +250,26 @@ def test_trajectory__moves_one_after_the_other__follow_the_model_tick_by_tick():
         inputs["start"][0] = 1.0
         for name, value in zip(PARAMETERS, move, strict=True):
             inputs[name][0] = value  # not a number afterwards: the move is held
-        run = program.run(inputs)
+        run = program.batch(inputs)
         want = curve.profile(np.arange(ticks) * TICK)
-        assert np.all(run.outputs["error"] == 0.0)
-        assert np.abs(run.outputs["p"] - want.position).max() <= MICROMETRE, f"move {number}"
-        assert np.abs(run.outputs["v"] - want.velocity).max() <= 1e-5 * curve.peak_speed
-        assert np.count_nonzero(run.outputs["over"]) in (20, 21)
-        assert run.outputs["p"][-1] == np.float32(move[-1])
+        assert np.all(run.values["error"] == 0.0)
+        assert np.abs(run.values["p"] - want.position).max() <= MICROMETRE, f"move {number}"
+        assert np.abs(run.values["v"] - want.velocity).max() <= 1e-5 * curve.peak_speed
+        assert np.count_nonzero(run.values["over"]) in (20, 21)
+        assert run.values["p"][-1] == np.float32(move[-1])
         cycles |= set(run.cycles.tolist())
     assert len(cycles) == 1
 
 
 def test_trajectory__no_move_or_a_refused_one__rests_with_its_error():
-    program = CoreProgram("planner_trajectory")
+    program = planner_program("planner_trajectory")
     inputs = {name: np.zeros(5, np.float32) for name in ("start", *PARAMETERS)}
-    assert program.run(inputs).outputs["error"].tolist() == [1.0] * 5
+    assert program.batch(inputs).values["error"].tolist() == [1.0] * 5
     for name, value in zip(PARAMETERS, (0.1, 0.6, 0.05, 0.03, 0.04), strict=True):
         inputs[name][:] = value
     inputs["start"][1] = 1.0
-    outputs = program.run(inputs).outputs
+    outputs = program.batch(inputs).values
     assert outputs["error"].tolist() == [1.0, 4.0, 4.0, 4.0, 4.0]
     assert np.all(outputs["over"] == 1.0) and np.all(outputs["p"] == 0.0)
     inputs["tm"][:] = 0.02
-    assert program.run(inputs).outputs["error"].tolist() == [4.0, 0.0, 0.0, 0.0, 0.0]
+    assert program.batch(inputs).values["error"].tolist() == [4.0, 0.0, 0.0, 0.0, 0.0]
