@@ -32,8 +32,9 @@ from sim.harness.interpolator_rtl import InterpolatorRtl
 from sim.harness.motion_rtl import CLOCK_HZ, RECORDS, MotionRtl
 from sim.motion import lookahead_figures, planner_check, stress
 from sim.motion.gcode_oracle import OracleError, compare_samples
-from sim.motion.lookahead import DEPTH, Lookahead, LookaheadSettings
+from sim.motion.lookahead import Lookahead
 from sim.motion.lookahead_limits import MachineLimits
+from sim.motion.lookahead_settings import DEPTH, LookaheadSettings
 from sim.motion.moves import Motion, Move
 from sim.motion.planner_core import PARAMETERS, planner_program
 from sim.motion.planner_optimal import Limits, time_optimal

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import argparse
-import heapq
 import json
 import math
 import sys
@@ -18,9 +17,11 @@ from rich.table import Table
 from sim.motion.command import require_positive
 from sim.motion.gcode import GcodeErrors, stream_file
 from sim.motion.gcode_tools import NO_TOOLS, add_tools_option, tools_of
-from sim.motion.lookahead import Joint, Lookahead, LookaheadSettings
+from sim.motion.lookahead import Lookahead
 from sim.motion.lookahead_check import GROUPS, QUANTITIES, demand
+from sim.motion.lookahead_joints import SlowestJoints
 from sim.motion.lookahead_limits import MachineLimits
+from sim.motion.lookahead_settings import LookaheadSettings
 from sim.motion.moves import Pose
 from sim.motion.planner_optimal import Limits
 
@@ -36,17 +37,8 @@ is exceeded, 2 wrong command line
 """
 UNITS = {"tool": ("mm", 1e3), "leg": ("mm", 1e3), "table": ("degree", math.degrees(1.0))}
 NAMES = {"tool": "tool", "leg": "legs", "table": "table axes"}
-SHOWN = 12  # corners in the table
 LOGGED = 100.0  # seconds of motion between two lines of progress in a log
 Part = TypeVar("Part")
-
-
-class SlowestJoints(list[Joint]):
-    """The SHOWN slowest of all joints added, so that a long program does not fill the memory."""
-
-    def __iadd__(self, others: Iterable[Joint]) -> SlowestJoints:
-        self[:] = heapq.nsmallest(SHOWN, [*self, *others], key=lambda joint: joint.speed)
-        return self
 
 
 def _arguments() -> argparse.ArgumentParser:

@@ -17,8 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.motion.gcode import stream
-from sim.motion.lookahead import Joint, Lookahead, LookaheadSettings, Setpoints
+from sim.motion.lookahead import Lookahead, Setpoints
+from sim.motion.lookahead_joints import Joint
 from sim.motion.lookahead_limits import MachineLimits
+from sim.motion.lookahead_settings import LookaheadSettings
 from sim.motion.moves import Motion, Move
 
 FloatArray = NDArray[np.float64]

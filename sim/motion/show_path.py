@@ -23,8 +23,9 @@ from sim.harness.motion_rtl import CLOCK_HZ, RECORDS, MotionError, MotionRtl
 from sim.model.kinematics import forward
 from sim.model.parameters import Robot
 from sim.motion.gcode import stream
-from sim.motion.lookahead import Lookahead, LookaheadSettings, Setpoints
+from sim.motion.lookahead import Lookahead, Setpoints
 from sim.motion.lookahead_check import Deviation
+from sim.motion.lookahead_settings import LookaheadSettings
 from sim.motion.moves import Move
 from sim.motion.planner_figures import Result
 from sim.motion.pulse_records import Record

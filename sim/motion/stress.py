@@ -24,8 +24,9 @@ from rich.progress import track
 
 from sim.model.parameters import Robot
 from sim.motion.command import interruptible
-from sim.motion.lookahead import DEPTH, Lookahead, LookaheadSettings
+from sim.motion.lookahead import Lookahead
 from sim.motion.lookahead_check import ROUNDING, Deviation, demand
+from sim.motion.lookahead_settings import DEPTH, LookaheadSettings
 from sim.motion.moves import Motion, Move, Plane
 
 TOLERANCES = (0.0, math.inf, 1e-6, 0.001, 0.005, 0.01, 0.025, 0.1, 1.0)  # P [mm]

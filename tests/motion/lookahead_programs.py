@@ -3,7 +3,8 @@
 
 import numpy as np
 
-from sim.motion.lookahead import Lookahead, LookaheadSettings, Setpoints
+from sim.motion.lookahead import Lookahead, Setpoints
+from sim.motion.lookahead_settings import LookaheadSettings
 
 
 def sampled(moves, settings: LookaheadSettings, joints=None) -> tuple[Setpoints, Lookahead]:
@@ -12,7 +13,7 @@ def sampled(moves, settings: LookaheadSettings, joints=None) -> tuple[Setpoints,
     blocks = list(run.setpoints())
     ticks = np.cumsum([0, *(len(block) for block in blocks)])
     assert [block.first for block in blocks] == ticks[:-1].tolist()
-    columns = ("position", "velocity", "acceleration", "line")
+    columns = ("position", "velocity", "acceleration", "line", "move")
     return Setpoints(
         0, *(np.concatenate([getattr(block, name) for block in blocks]) for name in columns)
     ), run

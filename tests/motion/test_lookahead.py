@@ -13,16 +13,13 @@ from sim.motion import lookahead_limits, stress
 from sim.motion.gcode import stream
 from sim.motion.gcode_table import from_machine
 from sim.motion.goals import spiral
-from sim.motion.lookahead import (
-    DEPTH,
-    INNER_TOLERANCE,
-    Lookahead,
-    LookaheadSettings,
-    OutsideError,
-)
+from sim.motion.lookahead import Lookahead
 from sim.motion.lookahead_check import Deviation, demand
 from sim.motion.lookahead_figures import chord_program, corner_program, without_approach
+from sim.motion.lookahead_joints import INNER_TOLERANCE
 from sim.motion.lookahead_limits import MARGIN, MachineLimits
+from sim.motion.lookahead_segments import OutsideError
+from sim.motion.lookahead_settings import DEPTH, LookaheadSettings
 from sim.motion.lookahead_speed import Cell, SpeedPlanner, Stop
 from sim.motion.moves import Motion, Move
 from sim.motion.path import to_si

@@ -10,10 +10,12 @@ import pytest
 
 from sim.model.parameters import Robot
 from sim.motion.blend import SCALE
-from sim.motion.lookahead import Lookahead, LookaheadSettings, OutsideError
+from sim.motion.lookahead import Lookahead
 from sim.motion.lookahead_check import ROUNDING, Deviation, demand
 from sim.motion.lookahead_figures import chord_program, without_approach
 from sim.motion.lookahead_limits import MachineLimits
+from sim.motion.lookahead_segments import OutsideError
+from sim.motion.lookahead_settings import LookaheadSettings
 from sim.motion.moves import Motion, Move, Plane
 from sim.motion.path import to_si
 from sim.motion.planner_optimal import Limits

@@ -14,7 +14,8 @@ from sim.harness.motion_rtl import MotionError
 from sim.model.parameters import Robot
 from sim.motion import show_path, step_stream
 from sim.motion.gcode import stream
-from sim.motion.lookahead import Lookahead, LookaheadSettings, Setpoints
+from sim.motion.lookahead import Lookahead, Setpoints
+from sim.motion.lookahead_settings import LookaheadSettings
 from sim.motion.pulse_records import LAST, PulseRecordError, Record
 from sim.motion.step_stream import AXES, AxisEncoder, PathEncoder, Steps, joints, published
 from sim.motion.stress import random_moves
@@ -85,12 +86,12 @@ def test_records__blocks_of_any_size__are_the_same():
 
 def _joined(blocks) -> Setpoints:
     blocks = list(blocks)
-    names = ("position", "velocity", "acceleration", "line")
+    names = ("position", "velocity", "acceleration", "line", "move")
     return Setpoints(0, *(np.concatenate([getattr(b, name) for b in blocks]) for name in names))
 
 
 def _slice(points: Setpoints, first: int, end: int) -> Setpoints:
-    names = ("position", "velocity", "acceleration", "line")
+    names = ("position", "velocity", "acceleration", "line", "move")
     return Setpoints(first, *(getattr(points, name)[first:end] for name in names))
 
 
