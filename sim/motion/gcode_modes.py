@@ -56,6 +56,7 @@ def _select_path(
 ) -> None:
     modes = state.modes
     modes.tolerance, modes.merge = (math.inf if code == "G64" else 0.0), 0.0
+    modes.exact_stop = code == "G61.1"
     if code != "G64" or "single" in codes:
         return
     tolerance, merge = values.get("P"), values.get("Q")

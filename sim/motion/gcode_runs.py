@@ -46,6 +46,7 @@ def machine_moves(
         centre,
         modes.tolerance,
         modes.merge,
+        exact_stop=modes.exact_stop,
     )
     if motion is not Motion.RAPID and modes.inverse_time:
         move = replace(move, feed=_feed(state, move))
@@ -92,6 +93,7 @@ def _table_moves(
             modes.tolerance,
             modes.merge if len(poses) == 1 else 0.0,
             number > 0,
+            modes.exact_stop,
         )
         if feed > 0.0 and length > 0.0:
             move = replace(move, feed=_length(move) * len(poses) * feed / length)

@@ -21,7 +21,7 @@ _ZERO: Pose = (0.0,) * 5
 class Modes:
     """What M70 saves: LinuxCNC's list where it has an effect here; the motion is not in it.
 
-    tolerance and merge [mm]: as of a Move.
+    tolerance and merge [mm], exact_stop: as of a Move.
     """
 
     plane: Plane = Plane.XY
@@ -34,6 +34,7 @@ class Modes:
     feed_mm_per_unit: float = 1.0
     tolerance: float = 0.0
     merge: float = 0.0
+    exact_stop: bool = False
     retract_to_r: bool = False
     system_index: int = 0
     in_table_frame: bool = False

@@ -45,7 +45,8 @@ class Move:
     it is None for rapids. centre holds the two coordinates in the order of plane.axes.
     tolerance [mm]: greatest distance from the joints at the move's ends to the path run, 0 for
     G61, infinite for G64 without P; merge [mm]: Q of G64, within which lines are joined into one.
-    inner: the move is a further part of its block, not a new one.
+    inner: the move is a further part of its block, not a new one; exact_stop: G61.1, a move of its
+    own from rest to rest.
     """
 
     line: int
@@ -59,6 +60,7 @@ class Move:
     tolerance: float = 0.0
     merge: float = 0.0
     inner: bool = False
+    exact_stop: bool = False
 
     @property
     def turns_only_the_table(self) -> bool:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Set-points of a whole program, one per control tick.
+"""Set-points of a program with exact stops (G61.1), one per control tick.
 
 Stops: the tool stops exactly at the end of every block. The only exception is a joint at which the
 path continues with the same direction, the same curvature and the same speed limit (a line cut into
@@ -187,17 +187,19 @@ def _speed_along(chain: Sequence[Block], settings: MotionSettings) -> SCurve:
     return SCurve(0.0, speed, settings.acceleration_time, settings.jerk_time, length)
 
 
-def _check_ticks(chains: Sequence[list[Block]], settings: MotionSettings, file: str) -> None:
+def _check_ticks(
+    chains: Sequence[list[Block]], settings: MotionSettings, file: str, most_ticks: int
+) -> None:
     """Raises TooLongError before anything of that size is made."""
     times = [_speed_along(chain, settings).total_time for chain in chains]
     total = settings.lead_in + math.fsum(times)
-    if not total / settings.period > MOST_TICKS:
+    if not total / settings.period > most_ticks:
         return
     chain = chains[times.index(max(times))]
     move = min(chain, key=lambda block: block.speed).move
     raise TooLongError(
         f"{file}:{move.line}: error: the motion is too long to be held; got {total:.6g} s, of "
-        f"which {max(times):.6g} s here; expected at most {MOST_TICKS * settings.period:g} s\n"
+        f"which {max(times):.6g} s here; expected at most {most_ticks * settings.period:g} s\n"
         f"{move.line:5d} |   {move.source}\n"
         "      |   help: check F and the acceleration time; python -m sim.motion.lookahead plans "
         "motions of any length"
@@ -253,6 +255,7 @@ def generate(
     program: Program,
     settings: MotionSettings | None = None,
     workspace: Workspace | None = None,
+    most_ticks: int = MOST_TICKS,
 ) -> Trajectory:
     """Set-points of a program from rest at its start to rest at its end.
 
@@ -267,7 +270,7 @@ def generate(
             f"{program.file}: error: the program has no motion; expected a move such as G0 X10"
         )
     chains = list(_chains(blocks))
-    _check_ticks(chains, settings, program.file)
+    _check_ticks(chains, settings, program.file, most_ticks)
     rest = math.ceil(settings.lead_in / settings.period - TICK_ROUNDING)
     start, _, _ = blocks[0].curve.evaluate(np.array([0.0]))
     positions = [np.repeat(on_number_grid(start), rest, axis=0)]
