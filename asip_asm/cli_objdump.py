@@ -14,6 +14,7 @@ from asip_asm.listing import symbols
 EPILOG = """examples:
   asip-objdump -d build/leg.asip.json > again.s
   asip-objdump -h -t build/leg.asip.json
+  asip-objdump --reseal build/leg.asip.json     (after an edit by hand)
 
 exit status: 0 shown, 1 the file is no image or cannot be decoded, 2 wrong command line
 """
@@ -23,11 +24,14 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the command; returns its exit status."""
     parser = _parser()
     options = parser.parse_args(arguments)
-    if not (options.disassemble or options.header or options.symbols):
-        parser.error("one of -d, -h, -t is needed")
+    if not (options.disassemble or options.header or options.symbols or options.reseal):
+        parser.error("one of -d, -h, -t, --reseal is needed")
     try:
-        image = Image.load(options.image)
+        image = Image.load(options.image, sealed=not options.reseal)
         parts = []
+        if options.reseal:
+            image.save(options.image)
+            parts.append(f"{options.image}: sealed with {image.to_json()['checksum']}\n")
         if options.header:
             parts.append(header(image))
         if options.symbols:
@@ -81,6 +85,11 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("-h", "--header", action="store_true", help="title, configuration, sizes")
     parser.add_argument("-t", "--symbols", action="store_true", help="symbol table")
+    parser.add_argument(
+        "--reseal",
+        action="store_true",
+        help="take an image that was edited by hand as it is: write the right checksum into it",
+    )
     parser.add_argument("--help", action="help", help="show this text")
     return parser
 

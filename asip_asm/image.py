@@ -1,152 +1,172 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Program images: the JSON file that every tool reads, and memory formats of the program alone."""
+"""Program images: the JSON file that every tool reads, and memory formats of the program alone.
+
+An image file is read by one loader, `Image.load`: limit of size, schema (the types below), checksum
+(SHA-256 of the JSON data without the checksum, keys sorted, no spaces), then the rules between
+entries (`image_check.py`).
+"""
 
 from __future__ import annotations
 
+import hashlib
 import json
-from collections.abc import Iterator
-from dataclasses import asdict, dataclass, field
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
+import msgspec
+from msgspec import Meta
+
+from asip_asm.files import read_bytes
+from asip_asm.image_check import problem
 from asip_asm.isa import Isa, default_isa
 
 FORMAT = "microtick-asip-image"
-VERSION = 1
+VERSION = 2
 HEX_RECORD_BYTES = 16
+FILE_BYTES = 8 << 20
+"""Largest image file; a full program of 1024 bundles with its source lines takes about 1 MiB."""
+CURE = "assemble the program again"
+
+_ISA = default_isa()
+Name = Annotated[str, Meta(pattern=r"\A[A-Za-z_][A-Za-z0-9_.]*\Z", max_length=16384)]
+Text = Annotated[str, Meta(pattern=r"\A[^\x00-\x1f\x7f]*\Z", max_length=16384)]
+Title = Annotated[str, Meta(pattern=r'\A[^"\x00-\x1f\x7f]*\Z', max_length=16384)]
+Word = Annotated[str, Meta(pattern=r"\A[0-9a-f]{8}\Z")]
+Type = Annotated[str, Meta(pattern=r"\A(float|int)\Z")]
+RegisterName = Annotated[str, Meta(pattern=r"\A[abck](0|[1-9][0-9]{0,2})\Z")]
+Count = Annotated[int, Meta(ge=0, le=(1 << 32) - 1)]
+ConstantIndex = Annotated[int, Meta(ge=0, lt=_ISA.banks["K"].size)]
+Address = Annotated[int, Meta(ge=0, lt=_ISA.program_bundles)]
 
 
 class ImageError(ValueError):
-    """The file is no program image; the message names the file and what is wrong."""
+    """The file is no program image; the message names the file, what is wrong and the cure."""
 
 
-@dataclass(frozen=True)
-class SourceEntry:
+class Entry(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Entry of an image: a name and where it is."""
+
+
+class SourceEntry(Entry, frozen=True):
     """Operation of a bundle as the source wrote it."""
 
-    slot: int
-    op: str
-    text: str
-    file: str
-    line: int
-    equation: str
+    slot: Annotated[int, Meta(ge=0, le=2)]
+    op: Name
+    text: Text
+    file: Text
+    line: Count
+    equation: Text
 
 
-@dataclass(frozen=True)
-class ConstantEntry:
+class ConstantEntry(Entry, frozen=True):
     """Constant of bank K: type 'float' or 'int', bits in hexadecimal."""
 
-    name: str
-    index: int
-    type: str
-    bits: str
+    name: Text
+    index: ConstantIndex
+    type: Type
+    bits: Word
 
 
-@dataclass(frozen=True)
-class InputEntry:
+class InputEntry(Entry, frozen=True):
     """Input of bank K."""
 
-    name: str
-    index: int
-    type: str
+    name: Name
+    index: ConstantIndex
+    type: Type
 
 
-@dataclass(frozen=True)
-class OutputEntry:
+class OutputEntry(Entry, frozen=True):
     """Output word; `safe` are the bits in hexadecimal that it takes after a fault."""
 
-    name: str
-    index: int
-    safe: str
+    name: Name
+    index: Annotated[int, Meta(ge=0, lt=_ISA.outputs)]
+    safe: Word
 
 
-@dataclass(frozen=True)
-class StateEntry:
+class StateEntry(Entry, frozen=True):
     """State register and the bits that the host presets."""
 
-    name: str
-    register: str
-    type: str
-    bits: str
+    name: Name
+    register: RegisterName
+    type: Type
+    bits: Word
 
 
-@dataclass(frozen=True)
-class ExportEntry:
+class ExportEntry(Entry, frozen=True):
     """Register that the host can read after a run; of bank K: an input."""
 
-    name: str
-    register: str
+    name: Name
+    register: RegisterName
 
 
-ENTRY_TYPES: dict[str, Any] = {
-    "constants": ConstantEntry,
-    "inputs": InputEntry,
-    "outputs": OutputEntry,
-    "states": StateEntry,
-    "exports": ExportEntry,
-}
-
-
-@dataclass
-class Image:
+class Image(msgspec.Struct, forbid_unknown_fields=True):
     """Program image. `bundles` are hexadecimal words, `sources` the operations of each bundle,
     `cycles` the estimated cycles of a run without branches (None with branches).
     """
 
-    title: str
+    title: Title
     configuration: str
-    bundles: list[str]
+    bundles: Annotated[
+        list[Annotated[str, Meta(pattern=r"\A[0-9a-f]+\Z")]],
+        Meta(min_length=1, max_length=_ISA.program_bundles),
+    ]
     sources: list[list[SourceEntry]]
-    entry: int = 0
-    constants: list[ConstantEntry] = field(default_factory=list)
-    inputs: list[InputEntry] = field(default_factory=list)
-    outputs: list[OutputEntry] = field(default_factory=list)
-    states: list[StateEntry] = field(default_factory=list)
-    exports: list[ExportEntry] = field(default_factory=list)
-    data: list[str] = field(default_factory=list)
-    data_names: dict[str, int] = field(default_factory=dict)
-    labels: dict[str, int] = field(default_factory=dict)
-    watchdog: int = 10000
-    output_mask: int = 0
-    cycles: int | None = None
+    entry: Address = 0
+    constants: list[ConstantEntry] = []
+    inputs: list[InputEntry] = []
+    outputs: list[OutputEntry] = []
+    states: list[StateEntry] = []
+    exports: list[ExportEntry] = []
+    data: Annotated[list[Word], Meta(max_length=_ISA.data_words)] = []
+    data_names: dict[Name, Annotated[int, Meta(ge=0, lt=_ISA.data_words)]] = {}
+    labels: dict[Name, Address] = {}
+    watchdog: Annotated[int, Meta(ge=1, le=(1 << 32) - 1)] = 10000
+    output_mask: Annotated[int, Meta(ge=0, lt=1 << _ISA.outputs)] = 0
+    cycles: Count | None = None
 
     def to_json(self) -> dict[str, Any]:
-        """The image as JSON data."""
-        head = {"format": FORMAT, "version": VERSION, "title": self.title}
+        """The image as JSON data, with its checksum."""
+        head = {"format": FORMAT, "version": VERSION, "checksum": "", "title": self.title}
         head |= {"configuration": self.configuration, "entry": self.entry}
-        return head | {k: v for k, v in asdict(self).items() if k not in head}
+        data = head | msgspec.to_builtins(self)
+        data["checksum"] = checksum(data)
+        return data
 
     @classmethod
-    def from_json(cls, data: Any, name: str = "image") -> Image:
-        """Image of JSON data. Raises ImageError."""
-        if not isinstance(data, dict) or data.get("format") != FORMAT:
+    def from_json(cls, data: Any, name: str = "image", *, sealed: bool = True) -> Image:
+        """Image of JSON data; `sealed`: the checksum must be right. Raises ImageError."""
+        if not isinstance(data, Mapping) or data.get("format") != FORMAT:
             raise ImageError(f"{name}: not a program image (no format '{FORMAT}')")
         if data.get("version") != VERSION:
             raise ImageError(
-                f"{name}: image version {data.get('version')}, this tool reads {VERSION}"
+                f"{name}: image version {str(data.get('version')):.20}, this tool reads {VERSION}; "
+                + CURE
             )
-        fields = {k: v for k, v in data.items() if k not in ("format", "version")}
+        content = {k: v for k, v in data.items() if k not in ("format", "version", "checksum")}
         try:
-            for key, entry in ENTRY_TYPES.items():
-                fields[key] = [entry(**item) for item in fields[key]]
-            fields["sources"] = [[SourceEntry(**op) for op in ops] for ops in fields["sources"]]
-            image = cls(**fields)
-        except (TypeError, KeyError) as error:
-            raise ImageError(f"{name}: damaged image: {error}") from None
-        image.check(name)
+            image = msgspec.convert(content, cls)
+        except msgspec.ValidationError as error:
+            raise ImageError(f"{name}: damaged image: {error}; {CURE}") from None
+        if sealed and data.get("checksum") != checksum(data):
+            raise ImageError(
+                f"{name}: checksum differs: the image was edited or damaged; {CURE}, or take it as "
+                "it is: asip-objdump --reseal"
+            )
+        image._check_rules(name)
         return image
 
-    def check(self, name: str = "image", isa: Isa | None = None) -> None:
-        """Raises ImageError unless the configuration exists and every bundle has its width."""
-        isa = isa or default_isa()
-        if self.configuration not in isa.configurations:
-            raise ImageError(f"{name}: unknown configuration '{self.configuration}'")
-        digits = isa.bundle_width(self.configuration) // 4
-        for i, bundle in enumerate(self.bundles):
-            if len(bundle) != digits or set(bundle) - set("0123456789abcdef"):
-                raise ImageError(f"{name}: bundle {i} is not {digits} hexadecimal digits")
-        if len(self.sources) != len(self.bundles):
-            raise ImageError(f"{name}: {len(self.sources)} sources for {len(self.bundles)} bundles")
+    def check(self, name: str = "image") -> None:
+        """Raises ImageError for an image that no assembler writes; for images made in Python."""
+        try:
+            msgspec.convert(msgspec.to_builtins(self), Image)
+        except msgspec.ValidationError as error:
+            raise ImageError(f"{name}: damaged image: {error}; {CURE}") from None
+        self._check_rules(name)
+
+    def _check_rules(self, name: str) -> None:
+        if found := problem(self, _ISA):
+            raise ImageError(f"{name}: damaged image: {found}; {CURE}")
 
     def save(self, path: Path) -> None:
         """Write the JSON file."""
@@ -164,13 +184,13 @@ class Image:
         return "{\n" + ",\n".join(rows) + "\n}\n"
 
     @classmethod
-    def load(cls, path: Path) -> Image:
-        """Read a JSON file. Raises ImageError, OSError."""
+    def load(cls, path: Path, *, sealed: bool = True) -> Image:
+        """Read a JSON file; `sealed`: its checksum must be right. Raises ImageError, OSError."""
         try:
-            data = json.loads(path.read_text(encoding="utf-8"))
-        except (json.JSONDecodeError, UnicodeDecodeError) as error:
+            data = msgspec.json.decode(read_bytes(path, FILE_BYTES, "an image"))
+        except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:
             raise ImageError(f"{path}: not a JSON file: {error}") from None
-        return cls.from_json(data, str(path))
+        return cls.from_json(data, str(path), sealed=sealed)
 
     def words(self, isa: Isa | None = None) -> Iterator[tuple[int, int]]:
         """32-bit words of program memory: (4*bundle + lane, word), lane 0 lowest."""
@@ -179,6 +199,13 @@ class Image:
             value = int(bundle, 16)
             for lane in range(lanes):
                 yield 4 * address + lane, (value >> (32 * lane)) & 0xFFFFFFFF
+
+
+def checksum(data: Mapping[str, Any]) -> str:
+    """Checksum of the JSON data of an image, the checksum itself left out."""
+    content = {key: value for key, value in data.items() if key != "checksum"}
+    text = msgspec.json.encode(content, order="sorted")
+    return f"sha256:{hashlib.sha256(text).hexdigest()}"
 
 
 def to_readmemh(image: Image) -> str:

@@ -111,7 +111,7 @@ def rtl_runner(image: Image, states: Mapping[str, int], trace: bool) -> Runner:
 
 def iss_runner(image: Image, states: Mapping[str, int], trace: bool) -> Runner:
     """The program on the instruction-set model."""
-    model = Iss(image.to_json(), trace=trace)
+    model = Iss(image, trace=trace)
     types = {entry.name: entry.type for entry in (*image.inputs, *image.states)}
 
     def values(words: Mapping[str, int]) -> dict[str, float]:

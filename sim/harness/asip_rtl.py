@@ -161,7 +161,11 @@ class AsipRtl:
 
     # ------------------------------------------------------------------ programs
     def load(self, image: Image) -> None:
-        """Load a program image as a driver would; states get their initial values."""
+        """Load a program image as a driver would; states get their initial values.
+
+        Raises ImageError for an image that no assembler writes.
+        """
+        image.check()
         if image.configuration != self.configuration:
             raise AsipError(
                 f"image is for configuration '{image.configuration}', "

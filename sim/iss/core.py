@@ -15,6 +15,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from asip_asm.image import Image
 from sim.iss import arithmetic, isa
 from sim.iss.arithmetic import SinCos, Word, bits_of, from_float, to_float, to_int, word
 from sim.iss.isa import Decoded, Fault, IllegalOperation
@@ -74,43 +75,45 @@ class _Step:
 
 
 class Iss:
-    """A loaded program image.
+    """A loaded program image, given as such or as its JSON data.
 
     sincos replaces the correctly rounded sine and cosine; trace records every write of a run.
-    Raises ValueError for another image format and KeyError for unknown names.
+    Raises ImageError for what is no image, KeyError for unknown names.
     """
 
     def __init__(
         self,
-        image: Mapping[str, Any],
+        image: Image | Mapping[str, Any],
         sincos: SinCos = arithmetic.sincos_rounded,
         trace: bool = False,
     ) -> None:
-        if image.get("format") != "microtick-asip-image" or image.get("version") != 1:
-            raise ValueError("not a program image of version 1")
+        if isinstance(image, Image):
+            image.check()
+        else:
+            image = Image.from_json(image)
         self._image = image
         self._trace = trace
         self._operations = arithmetic.OPERATIONS | arithmetic.sine_operations(sincos)
         self._registers: list[Word] = [arithmetic.ZERO] * (6 * isa.BANK_WORDS)
         self._data: list[Word] = [arithmetic.ZERO] * isa.DATA_WORDS
         self._outputs = [arithmetic.ZERO] * isa.OUTPUTS
-        self._words = [int(text, 16) for text in image["bundles"]]
+        self._words = [int(text, 16) for text in image.bundles]
         self._steps: list[_Step | None] = [None] * len(self._words)
         self._counted: tuple[tuple[int, ...], Counter[str]] = ((), Counter())
         self._places: dict[str, tuple[int, str]] = {}
-        for constant in image["constants"]:
-            self._place(constant["name"], isa.K_BASE + constant["index"], constant["type"])
-            self._registers[isa.K_BASE + constant["index"]] = word(int(constant["bits"], 16))
-        for entry in image["inputs"]:
-            self._place(entry["name"], isa.K_BASE + entry["index"], entry["type"])
-        for state in image["states"]:
-            self._place(state["name"], isa.register_code(state["register"]), state["type"])
-        for export in image["exports"]:
-            if export["name"] not in self._places:
-                self._place(export["name"], isa.register_code(export["register"]), "float")
-        self._inputs = {entry["name"] for entry in image["inputs"]}
-        self._safe = {entry["index"]: word(int(entry["safe"], 16)) for entry in image["outputs"]}
-        self._outputs_named = {entry["name"]: entry["index"] for entry in image["outputs"]}
+        for constant in image.constants:
+            self._place(constant.name, isa.K_BASE + constant.index, constant.type)
+            self._registers[isa.K_BASE + constant.index] = word(int(constant.bits, 16))
+        for entry in image.inputs:
+            self._place(entry.name, isa.K_BASE + entry.index, entry.type)
+        for state in image.states:
+            self._place(state.name, isa.register_code(state.register), state.type)
+        for export in image.exports:
+            if export.name not in self._places:
+                self._place(export.name, isa.register_code(export.register), "float")
+        self._inputs = {entry.name for entry in image.inputs}
+        self._safe = {entry.index: word(int(entry.safe, 16)) for entry in image.outputs}
+        self._outputs_named = {entry.name: entry.index for entry in image.outputs}
         for index, safe in self._safe.items():
             self._outputs[index] = safe
         self.reset()
@@ -120,9 +123,9 @@ class Iss:
 
     def reset(self) -> None:
         """States and data memory to their initial values."""
-        for state in self._image["states"]:
-            self._registers[self._places[state["name"]][0]] = word(int(state["bits"], 16))
-        for address, bits in enumerate(self._image["data"]):
+        for state in self._image.states:
+            self._registers[self._places[state.name][0]] = word(int(state.bits, 16))
+        for address, bits in enumerate(self._image.data):
             self._data[address] = word(int(bits, 16))
 
     def _write(self, name: str, value: float) -> None:
@@ -138,7 +141,7 @@ class Iss:
 
     def set_state(self, values: Mapping[str, float]) -> None:
         """Preset state registers. KeyError for another name."""
-        known = {state["name"] for state in self._image["states"]}
+        known = {state.name for state in self._image.states}
         for name, value in values.items():
             if name not in known:
                 raise KeyError(f"{name}: the program has no such state")
@@ -147,7 +150,7 @@ class Iss:
     @property
     def state(self) -> dict[str, float | int]:
         """States by name, as floats or integers by their type."""
-        return {state["name"]: self.read(state["name"]) for state in self._image["states"]}
+        return {state.name: self.read(state.name) for state in self._image.states}
 
     def read(self, name: str) -> float | int:
         """Value of an export, state, input or constant by its type, or of a register as a float."""
@@ -206,7 +209,7 @@ class Iss:
         return branch
 
     def _decode(self, bundle: int) -> _Step:
-        configuration = self._image["configuration"]
+        configuration = self._image.configuration
         operations, halt = isa.decode_bundle(self._words[bundle], configuration)
         step = _Step([], [], [], [], None, halt, Counter())
         for op in operations:
@@ -248,7 +251,7 @@ class Iss:
         writes: dict[str, list[Word]] = {}
         written: set[int] = set()
         fault, place = Fault.NONE, None
-        position: int | None = self._image["entry"]
+        position: int | None = self._image.entry
         bundles = 0
         with arithmetic.environment():
             try:
@@ -258,7 +261,7 @@ class Iss:
                         raise _Fault(Fault.ADDRESS)
                     if position >= len(self._words):
                         raise _Fault(Fault.ILLEGAL)  # empty program memory reads as zero
-                    if bundles >= self._image["watchdog"]:
+                    if bundles >= self._image.watchdog:
                         raise _Fault(Fault.WATCHDOG)
                     step = self._steps[position]
                     if step is None:
@@ -270,7 +273,7 @@ class Iss:
                         position += 1
                         continue
                     position = self._execute(step, position, written, writes)
-                missing = self._image["output_mask"] & ~sum(1 << index for index in written)
+                missing = self._image.output_mask & ~sum(1 << index for index in written)
                 if missing:
                     raise _Fault(Fault.OUTPUT_MISSING)
                 place = None

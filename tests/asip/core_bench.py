@@ -206,7 +206,7 @@ def image(
         ],
         outputs=[OutputEntry(f"out{i}", i, f"{safe_word(i):08x}") for i in range(outputs)],
         data=[f"{word & 0xFFFFFFFF:08x}" for word in data],
-        labels=dict(labels),
+        labels={k: v for k, v in labels.items() if v < len(encoded)},
         output_mask=mask,
     )
     for name, value in changes.items():
@@ -258,19 +258,24 @@ class CoreRun:
         return [address for _, address in self.issued]
 
 
-def load(program: Image) -> AsipRtl:
-    """Load an image into its core; the bundle behind the program is empty memory."""
+def load(program: Image, csr: Mapping[str, int] = {}) -> AsipRtl:
+    """Load an image into its core; the bundle behind the program is empty memory.
+
+    `csr`: registers with values that no image has.
+    """
     dut = core(program.configuration)
     dut.load(program)
+    for name, value in csr.items():
+        dut.write(CSR[name], value)
     if len(program.bundles) < ISA.program_bundles:
         for lane in range(ISA.lanes(program.configuration)):
             dut.write(BLOCK["program"] + 4 * len(program.bundles) + lane, 0)
     return dut
 
 
-def run(program: Image, *, loaded: bool = False) -> CoreRun:
-    """Load an image and run it once, clock by clock."""
-    dut = core(program.configuration) if loaded else load(program)
+def run(program: Image, csr: Mapping[str, int] = {}, *, loaded: bool = False) -> CoreRun:
+    """Load an image and run it once, clock by clock; `csr` as for `load`."""
+    dut = core(program.configuration) if loaded else load(program, csr)
     dut.write(CSR["CONTROL"], CLEAR)
     dut.trace()
     span = min(len(program.bundles) + 4, ISA.program_bundles)

@@ -7,6 +7,8 @@ Operation words are composed here from their printed layout (docs/isa.md), not b
 
 from __future__ import annotations
 
+from asip_asm.image import checksum
+
 OPCODES = {
     "nop": 0b000001,
     "jmp": 0b000010,
@@ -85,7 +87,7 @@ def image(bundles: list[str], **changes: object) -> dict:
     """Image with inputs k0..k2 named p, q, r (float), n (int, k3) and an output F, safe 7.0."""
     result = {
         "format": "microtick-asip-image",
-        "version": 1,
+        "version": 2,
         "title": "test",
         "configuration": "fast",
         "entry": 0,
@@ -108,4 +110,5 @@ def image(bundles: list[str], **changes: object) -> dict:
         "output_mask": 0,
         "cycles": None,
     }
-    return result | changes
+    result |= changes
+    return result | {"checksum": checksum(result)}

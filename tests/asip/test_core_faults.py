@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import pytest
 
 from asip_asm.encode import encode_operation
@@ -34,13 +36,15 @@ def good(configuration: str) -> Image:
     )
 
 
-def check_fault(program: Image, cause: str, info: int, *, model: bool = True) -> CoreRun:
-    """A fault as the register map describes it, between two good runs."""
+def check_fault(
+    program: Image, cause: str, info: int, csr: Mapping[str, int] = {}, *, model: bool = True
+) -> CoreRun:
+    """A fault as the register map describes it, between two good runs; `csr` as for bench.load."""
     configuration = program.configuration
     before = bench.run(good(configuration))
     assert before.fault == "NONE" and set(before.outputs.values()) == {GOOD_WORD}
 
-    got = bench.run(program)
+    got = bench.run(program, csr)
     dut = bench.core(configuration)
     assert (got.fault, got.info) == (cause, info)
     fields = {name: STATUS[name].of(got.status) for name in ("busy", "done", "fault")}
@@ -267,9 +271,8 @@ def test_address__branch_beyond_program_memory__names_the_target(target, configu
 
 @pytest.mark.parametrize("configuration", CONFIGURATIONS)
 def test_address__entry_beyond_program_memory__is_a_fault(configuration):
-    program = good(configuration)
-    program.entry = ISA.program_bundles + 5
-    got = check_fault(program, "ADDRESS", program.entry)
+    entry = ISA.program_bundles + 5
+    got = check_fault(good(configuration), "ADDRESS", entry, {"ENTRY": entry}, model=False)
     assert got.issued == []
 
 
@@ -289,8 +292,7 @@ def test_watchdog__endless_loop__stops_after_the_stated_cycles(configuration):
         got = check_fault(program, "WATCHDOG", 0 if watchdog == 1 else 1)
         # stopped with the cycle after; two stages and the last write leave the pipeline
         assert watchdog < got.cycles <= watchdog + bench.PIPELINE
-    program.watchdog = 0
-    got = bench.run(program)
+    got = bench.run(program, {"WATCHDOG": 0})
     assert got.fault == "WATCHDOG" and 0 < got.cycles <= 1 + bench.PIPELINE
 
 

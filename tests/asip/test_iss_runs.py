@@ -6,6 +6,7 @@ from __future__ import annotations
 import pytest
 import softfloatpy as sf
 
+from asip_asm.image import ImageError
 from sim.iss import Fault, Iss
 from tests.asip.iss_image import NOP, TO_OUTPUT, bundle, image, immediate, source, word
 
@@ -223,8 +224,8 @@ def test_unknown_names_and_formats_are_refused():
         iss.set_state({"total": 1.0})
     with pytest.raises(KeyError, match="a64"):
         iss.read("a64")
-    with pytest.raises(ValueError, match="not a program image"):
-        Iss(image([HALT], version=2))
+    with pytest.raises(ImageError, match="image version 1, this tool reads 2"):
+        Iss(image([HALT], version=1))
 
 
 def test_modes_and_flags_of_softfloat_are_restored_after_a_run():

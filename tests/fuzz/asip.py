@@ -12,6 +12,7 @@ from typing import Any
 
 from asip_asm import cli_as, cli_objdump
 from asip_asm.assemble import assemble
+from asip_asm.image import checksum
 from asip_asm.isa import default_isa
 from sim.asip_run import __main__ as asip_run
 from sim.harness.asip_rtl import AsipRtl
@@ -89,8 +90,10 @@ def assembly(rng: Random, folder: Path) -> int | None:
 
 
 def image(rng: Random, folder: Path) -> int | None:
-    """One mutated image through asip-objdump and asip-run on the model."""
+    """One mutated image, mostly with a right checksum, disassembled and run on the model."""
     data = mutated_json(rng, rng.choice(images()))
+    if isinstance(data, dict) and rng.random() < 0.9:
+        data["checksum"] = checksum(data)
     text = json.dumps(data)
     if rng.random() < 0.3:
         text = mutated_text(rng, text, ["null", "true", "[]", "{}"])

@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Files that a user names: read with a limit, written never over an input."""
+
+from __future__ import annotations
+
+import errno
+import os
+import stat
+from collections.abc import Iterable
+from pathlib import Path
+
+KINDS = (
+    (stat.S_ISDIR, "is a folder"),
+    (stat.S_ISFIFO, "is a pipe"),
+    (stat.S_ISCHR, "is a device"),
+    (stat.S_ISBLK, "is a device"),
+    (stat.S_ISSOCK, "is a socket"),
+)
+
+
+def read_bytes(path: Path, limit: int, what: str) -> bytes:
+    """Contents of a regular file of at most `limit` bytes; `what` it should be, for messages.
+
+    Raises OSError with a text for people, also for folders, pipes and devices.
+    """
+    # Without O_NONBLOCK a pipe without a writer would never open.
+    file = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+    with open(file, "rb") as stream:
+        mode = os.fstat(file).st_mode
+        for is_kind, text in KINDS:
+            if is_kind(mode):
+                raise OSError(errno.EINVAL, f"{text}, {what} is a regular file", str(path))
+        data = stream.read(limit + 1)
+    if len(data) > limit:
+        raise OSError(
+            errno.EFBIG, f"larger than {limit} bytes, the most that {what} may have", str(path)
+        )
+    return data
+
+
+def read_text(path: Path, limit: int, what: str) -> str:
+    """Text of a file in UTF-8, with or without a byte order mark. Raises OSError as `read_bytes`,
+    also if it is no such text.
+    """
+    data = read_bytes(path, limit, what)
+    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
+        raise OSError(errno.EILSEQ, "is UTF-16 text; save it as UTF-8", str(path))
+    if b"\0" in data:
+        raise OSError(errno.EILSEQ, f"is a binary file, {what} is UTF-8 text", str(path))
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        byte = data[error.start]
+        raise OSError(
+            errno.EILSEQ, f"line {line} is not UTF-8 text: byte 0x{byte:02x}", str(path)
+        ) from None
+
+
+def refuse_overwriting(outputs: Iterable[Path], inputs: Iterable[Path]) -> None:
+    """Raises OSError if a file to write is one of the inputs, by whatever name, or named twice."""
+    inputs, written = list(inputs), []
+    for output in outputs:
+        for other in inputs:
+            if _same(output, other):
+                raise OSError(
+                    errno.EEXIST, f"would overwrite the input {other}; name another", str(output)
+                )
+        for other in written:
+            if _same(output, other):
+                raise OSError(errno.EEXIST, "is named for two different outputs", str(output))
+        written.append(output)
+
+
+def _same(first: Path, second: Path) -> bool:
+    try:
+        return os.path.samefile(first, second)
+    except OSError:
+        return os.path.realpath(first) == os.path.realpath(second)
