@@ -30,7 +30,7 @@ export SEED
 .PHONY: gen gen-check docs readme site
 .PHONY: formal fp-case fp-bench fp-campaign fp-report
 .PHONY: motion motion-size synth quartus
-.PHONY: nios-sw nios-toolchain nios-cycles qemu qemu-for-tests rs274
+.PHONY: nios-sw nios-toolchain nios-cycles qemu qemu-for-tests chromium-for-tests rs274
 
 help: ## list targets and variables
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-14s %s\n", $$1, $$2}' Makefile
@@ -42,10 +42,10 @@ run: $(READY) ## the main job: track a path through RTL in closed loop (GCODE=fi
 dual: $(READY) ## two processors: set-points on one core, tracking on the other, in closed loop (GCODE=file)
 	@$(PY) -m sim.dual $(GCODE) --output $(OUTPUT)/dual
 
-test: $(READY) qemu-for-tests rs274 lint gen-check ## every test but the deep campaigns (T=expression, SEED=n)
+test: $(READY) qemu-for-tests chromium-for-tests rs274 lint gen-check ## every test but the deep campaigns (T=expression, SEED=n)
 	$(PY) -m pytest -n $(JOBS) --dist loadfile -m "not full" --hypothesis-seed=$(SEED) $(if $(T),-k "$(T)")
 
-test-full: $(READY) qemu-for-tests rs274 lint gen-check ## the deep campaigns too
+test-full: $(READY) qemu-for-tests chromium-for-tests rs274 lint gen-check ## the deep campaigns too
 	$(PY) -m pytest -n $(JOBS) --dist loadfile --hypothesis-seed=$(SEED) $(if $(T),-k "$(T)")
 
 test-mutants: $(READY) ## planted faults in the arithmetic units, each must be found by the short set (resumes)
@@ -62,6 +62,9 @@ qemu-for-tests:
 
 rs274: $(READY) ## get LinuxCNC's interpreter, the reference of the G-code tests, under CI=true
 	@if [ "$$CI" = true ]; then $(PY) -m sim.motion.gcode_oracle; fi
+
+chromium-for-tests:
+	@scripts/chromium.sh --for-tests
 
 lint: $(READY) ## ruff on Python, Verilator -Wall on the RTL in every configuration, links of the documents
 	$(VENV)/bin/ruff check -q .

@@ -28,7 +28,7 @@ from sim.motion import drive_figures, goals, lookahead_figures, show_path, show_
 from sim.motion.command import interruptible
 from sim.motion.drive_robot import PAYLOAD
 from sim.motion.planner_figures import Result, printed
-from sim.run import page
+from sim.page.document import Page
 from sim.run.progress import TickProgress
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -36,6 +36,10 @@ ROOT = Path(__file__).resolve().parents[2]
 # are a document that has an entry in READERS.
 FIGURES = ("planner_figures", "lookahead_figures", "drive_figures")
 LOOKAHEAD_PATH, LOOKAHEAD_CORNER = "lookahead_path.svg", "lookahead_corner.svg"
+TITLE = "Microtick: motion front-end"
+LEAD = (
+    "From a G-code text to set-points for a controller, or to step and direction lines of drives."
+)
 WIDTH = 160  # of a log
 ABSENT = "{name} is not part of this version: its figures are left out"
 
@@ -213,12 +217,15 @@ def run(arguments: argparse.Namespace, console: Console) -> None:
     files = dict.fromkeys(row["file"] for row in rows)
     drawn = [out / file for file in (*files, drive_figures.FIG_10)]
     plots = [png if (png := file.with_suffix(".png")).is_file() else file for file in drawn]
-    page.write(
-        out / "index.html",
-        "Microtick: motion front-end",
-        [*([goals.printed(features)] if features else []), table],
-        [plot for plot in plots if plot.is_file()],
-    )
+    page = Page(TITLE, LEAD)
+    page.section("Pictures")
+    for plot in plots:
+        if plot.is_file():
+            page.picture(plot, plot.stem)
+    page.section("Tables")
+    for shown in (*([goals.printed(features)] if features else []), table):
+        page.table(shown)
+    page.write(out / "index.html")
     console.print(f"plots and page: {out / 'index.html'}")
     console.print(f"figures:        {out / 'results.json'}")
 

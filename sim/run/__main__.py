@@ -30,7 +30,7 @@ from sim.model.tracking import joint_path
 from sim.motion.gcode import GcodeErrors, parse_file
 from sim.motion.moves import Motion
 from sim.motion.trajectory import Trajectory, WorkspaceError, generate
-from sim.run import closed_loop, nios, page, plots, tables
+from sim.run import closed_loop, nios, page, tables
 from sim.run.controller import AsipController, ControllerFault, Ticks
 from sim.run.progress import TickProgress
 from sim.run.results import Comparison, ProgramRun, compare, results, row_errors
@@ -198,13 +198,18 @@ def run(arguments: argparse.Namespace, console: Console) -> None:
         f"{speed / 1e6:.2f} M cycles/s"
     )
     if not arguments.no_plots:
-        files = [out / f"{name}.png" for name in ("path", "tracking_errors", "forces")]
-        plots.tool_path(path, better.recording, _drawing(trajectory, len(path)), files[0])
-        plots.errors(robot, joint_path(robot, path)[0], better.recording, files[1])
-        plots.forces(robot, better.recording, files[2])
-        title = "Microtick: a five-axis computed-torque tick on a floating-point ASIP"
-        page.write(out / "index.html", title, written, files)
-        console.print(f"plots and page: {out / 'index.html'}")
+        shown = page.Shown(
+            gcode=arguments.gcode,
+            robot=robot,
+            path=path,
+            desired=joint_path(robot, path)[0],
+            drawing=_drawing(trajectory, len(path)),
+            recordings={OPTIMISED: better.recording, AS_PRINTED: printed.recording},
+            results=data,
+            tables=written,
+        )
+        page.write(out, shown)
+        console.print(f"page and plots: {out / 'index.html'}")
     console.print(f"figures:        {out / 'results.json'}")
 
 

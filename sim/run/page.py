@@ -1,51 +1,183 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One self-contained HTML page with the tables and plots of a run."""
+"""The page of the main job: what ran, the path, errors and forces to zoom into, every table."""
 
 from __future__ import annotations
 
-import base64
-import html
-from collections.abc import Sequence
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-from rich.console import Console
+import numpy as np
+from numpy.typing import NDArray
 from rich.table import Table
 
-STYLE = """
-body { font: 16px/1.5 system-ui, sans-serif; max-width: 60rem; margin: 2rem auto; padding: 0 1rem; }
-table { border-collapse: collapse; margin: 1.5rem 0; }
-caption { text-align: left; font-weight: 600; padding-bottom: .4rem; }
-th, td { border-bottom: 1px solid #ccc; padding: .2rem .8rem; text-align: right; }
-th:first-child, td:first-child { text-align: left; }
-img { max-width: 100%; }
-"""
-MEDIA = {".png": "image/png", ".svg": "image/svg+xml"}
+from sim.model.parameters import ROBOT_TOML, Robot
+from sim.model.records import SetPoints
+from sim.page import provenance
+from sim.page.document import Page
+from sim.run import figures, plots
+from sim.run.closed_loop import SETTLED_S, Recording
+
+TITLE = "Microtick: a five-axis robot under floating-point control, tick by tick"
+LEAD = (
+    "A robot with three legs and a tilting, turning table follows the program below. At every tick "
+    "of the control period a processor, simulated clock by clock from its hardware description, "
+    "reads the encoders and computes the five forces and torques; a model of the robot's mechanics "
+    "answers. This page shows how exactly the robot followed, and how long the processor needed."
+)
 
 
-def _table(table: Table) -> str:
-    console = Console()
+@dataclass(frozen=True)
+class Shown:
+    """What a page shows: N ticks of a program.
 
-    def plain(text: object) -> str:
-        return html.escape(console.render_str(str(text)).plain.replace("\n", " "))
+    gcode, robot_file: files that were read; desired (N, 5): joints that the path wants; drawing
+    (N,): ticks of feed moves; recordings: closed loops by name of their program, the one to show
+    first, none if no program ran over the whole path; results: as in results.json.
+    """
 
-    head = "".join(f"<th>{plain(column.header)}</th>" for column in table.columns)
-    rows = "".join(
-        "<tr>" + "".join(f"<td>{plain(cell)}</td>" for cell in row) + "</tr>"
-        for row in zip(*(column.cells for column in table.columns), strict=True)
+    gcode: Path
+    robot: Robot
+    path: SetPoints
+    desired: NDArray[np.float64]
+    drawing: NDArray[np.bool_]
+    recordings: Mapping[str, Recording]
+    results: Mapping[str, Any]
+    tables: Sequence[Table]
+    robot_file: Path = ROBOT_TOML
+
+
+def write(out: Path, shown: Shown) -> None:
+    """Write out/index.html, and the pictures path.png, tracking_errors.png and forces.png."""
+    first = next(iter(shown.recordings.values()), None)
+    if first is not None:
+        plots.tool_path(shown.robot, shown.path, first, shown.drawing, out / "path.png")
+        plots.errors(shown.robot, shown.desired, first, out / "tracking_errors.png")
+        plots.forces(shown.robot, first, out / "forces.png")
+    page = Page(TITLE, LEAD)
+    page.key_figures(_key_figures(shown))
+    _what_ran(page, shown)
+    _figures(page, shown)
+    page.section("Tables", "The figures of this run beside those that the paper's authors publish.")
+    for table in shown.tables:
+        page.table(table)
+    page.write(out / "index.html")
+
+
+def _key_figures(shown: Shown) -> dict[str, str]:
+    found = {}
+    for name, recording in list(shown.recordings.items())[:1]:
+        error = figures.tool_error(shown.robot, shown.path, recording).max()
+        found[f"largest distance of the tool from its path ({name})"] = f"{error:.2f} µm"
+    period = shown.robot.T_s * 1e6
+    for name, timing in _programs(shown.results).items():
+        found[f"longest tick of {name}; the control period is {period:g} µs"] = (
+            f"{timing['time_us']:.3f} µs"
+        )
+    if "bounds_ok" in shown.results:
+        found["errors of arithmetic within their derived bounds"] = (
+            "all" if shown.results["bounds_ok"] else "NOT ALL"
+        )
+    return found
+
+
+def _programs(results: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
+    """Timing by name of platform, and of program where a platform has several."""
+    found = {}
+    for platform, timing in results["platforms"].items():
+        parts = {"": timing} if "time_us" in timing else timing
+        for program, times in parts.items():
+            found[f"{platform.upper()} {program.replace('_', ' ')}".strip()] = times
+    return found
+
+
+def _what_ran(page: Page, shown: Shown) -> None:
+    ticks = len(shown.path)
+    period = shown.robot.T_s
+    page.section("What ran")
+    facts = {
+        "program": _named(shown.gcode),
+        "path time": f"{(ticks - 1) * period:.2f} s: {ticks} ticks of {period * 1e6:g} µs",
+        "robot": _named(shown.robot_file),
+        "processors": ", ".join(_programs(shown.results)),
+        "date": provenance.now(),
+        "commit": provenance.commit(),
+    }
+    simulation = shown.results.get("simulation")
+    if simulation:
+        facts["simulated"] = (
+            f"{simulation['cycles']:,} clock cycles in {simulation['wall_s']:.0f} s"
+        )
+    page.facts(facts)
+    page.text(
+        f"The program, {shown.gcode.name} (G-code)",
+        shown.gcode.read_text(encoding="utf-8", errors="replace"),
     )
-    return f"<table><caption>{plain(table.title)}</caption><tr>{head}</tr>{rows}</table>"
+    page.folded(f"The robot, {shown.robot_file.name}", _robot_table(shown.robot_file))
 
 
-def write(file: Path, title: str, tables: Sequence[Table], plots: Sequence[Path]) -> None:
-    """Write the page; plots (PNG or SVG) are embedded."""
-    pictures = "".join(
-        f'<p><img alt="{plot.stem}" src="data:{MEDIA[plot.suffix]};base64,'
-        f'{base64.b64encode(plot.read_bytes()).decode()}"></p>'
-        for plot in plots
+def _named(file: Path) -> str:
+    """The file's path, relative to the repository if it is in it."""
+    file = file.resolve()
+    return str(file.relative_to(provenance.ROOT) if file.is_relative_to(provenance.ROOT) else file)
+
+
+def _robot_table(file: Path) -> Table:
+    table = Table(title="Parameters of robot, controller and plant")
+    table.add_column("name")
+    table.add_column("value", justify="right")
+    table.add_column("unit", justify="left")
+    table.add_column("meaning", justify="left")
+    for name, entry in tomllib.loads(file.read_text(encoding="utf-8")).items():
+        table.add_row(name, f"{entry['value']:g}", entry["unit"], entry["meaning"])
+    return table
+
+
+def _figures(page: Page, shown: Shown) -> None:
+    robot, path = shown.robot, shown.path
+    first = next(iter(shown.recordings.values()), None)
+    page.section(
+        "The path",
+        "Drag to turn, scroll or pinch to zoom, point at the line to read place, time and value.",
     )
-    file.write_text(
-        f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{html.escape(title)}'
-        f"</title><style>{STYLE}</style></head><body><h1>{html.escape(title)}</h1>"
-        f"{''.join(map(_table, tables))}{pictures}</body></html>\n",
-        encoding="utf-8",
+    page.figure(
+        figures.tool_path(robot, path, shown.drawing, first),
+        "The way of the tool in space, in millimetres that are equally long along x, y and z. "
+        "Thick: moves at the programmed feed; thin: rapid moves. The buttons choose what the "
+        "colour means; a diamond marks its largest value.",
+        square=True,
+    )
+    page.figure(
+        figures.axes(robot, path),
+        "Where the program wants the tool (x, y, z) and the two table axes, over time.",
+    )
+    if first is None:
+        return
+    name = next(iter(shown.recordings))
+    others = ", ".join(list(shown.recordings)[1:])
+    more = f" Click “{others}” in the legend to see it too." if others else ""
+    page.section(
+        "How exactly the robot followed",
+        "Drag a rectangle to zoom, double-click to see everything again. The curves are thinned "
+        "out, but the smallest and largest value of every interval stay.",
+    )
+    page.figure(
+        figures.errors(robot, path, shown.desired, shown.recordings),
+        f"Tracking errors with the program “{name}”: distance of the tool from where it should be "
+        "at that moment, and of every axis its desired minus its true position, from "
+        f"{SETTLED_S * 1e3:g} ms on, when the loop has settled. Where an axis reverses, friction "
+        f"changes its sign and the error has a peak.{more}",
+    )
+    page.figure(
+        figures.histogram(robot, path, shown.desired, first),
+        f"How many ticks had an error of which size (program “{name}”). The scale is logarithmic, "
+        "so that a single tick shows.",
+    )
+    page.figure(
+        figures.forces(robot, path, shown.recordings),
+        "Forces of the legs and torques of the table axes as the processor commands them. Their "
+        f"limits: {robot.F_max:g} N, {robot.tau_max_4:g} N·m (tilt), {robot.tau_max_5:g} N·m "
+        f"(rotation).{more}",
     )

@@ -1,0 +1,30 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What made a result: the commit of the sources and the time of day."""
+
+from __future__ import annotations
+
+import datetime
+import subprocess
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def commit() -> str:
+    """Short hash of the sources' commit, whether they differ from it; or that there is none."""
+    try:
+        found = subprocess.run(
+            ["git", "describe", "--always", "--abbrev=12", "--exclude=*", "--dirty=+"],
+            cwd=ROOT,
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout.strip()
+    except (OSError, subprocess.CalledProcessError):
+        return "unknown: the sources are not in a git repository"
+    return found.replace("+", ", with changes that are not committed")
+
+
+def now() -> str:
+    """Date and time with its zone."""
+    return datetime.datetime.now().astimezone().strftime("%Y-%m-%d %H:%M %Z")

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A run of the main job made up without simulation: a path, and recordings with known errors."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from sim.model.parameters import Robot
+from sim.model.records import OUTPUTS, SetPoints
+from sim.model.tracking import joint_path
+from sim.motion.gcode import parse_file
+from sim.motion.moves import Motion
+from sim.motion.trajectory import generate
+from sim.run import page
+from sim.run.closed_loop import Recording
+from sim.run.controller import EXPORTED, Ticks
+
+PEAK_TICK, PEAK_M = 7_000, 9e-6  # a single tick with a large error
+RESULTS = {
+    "platforms": {
+        "fpga1": {"clock_mhz": 100, "cycles_min": 1, "cycles_max": 2, "time_us": 152.14},
+        "fpga3": {
+            "as_printed": {"clock_mhz": 125, "cycles_min": 204, "cycles_max": 204, "time_us": 1.6},
+            "optimised": {"clock_mhz": 125, "cycles_min": 118, "cycles_max": 118, "time_us": 0.9},
+        },
+    },
+    "simulation": {"cycles": 123456, "wall_s": 7.0},
+}
+
+
+def shown(gcode: Path, recorded: bool = True, **changes) -> page.Shown:
+    """What the page of a run over `gcode` would show, with the peak above in leg 2 and the tool."""
+    robot = Robot.load()
+    trajectory = generate(parse_file(gcode))
+    path = SetPoints.from_words(
+        np.hstack(
+            [
+                getattr(trajectory, name)[:, columns]
+                for columns in (slice(3), slice(3, 5))
+                for name in ("position", "velocity", "acceleration")
+            ]
+        )
+    )
+    desired = joint_path(robot, path)[0]
+    rng = np.random.default_rng(1)
+    n = len(path)
+    joints = desired + rng.normal(0.0, 1e-7, (n, 5))
+    tool = path.position + rng.normal(0.0, 1e-7, (n, 3))
+    joints[PEAK_TICK, 1] -= PEAK_M
+    tool[PEAK_TICK, 2] += PEAK_M
+    outputs = rng.normal(100.0, 5.0, (n, len(OUTPUTS))).astype(np.float32)
+    ticks = Ticks(outputs, np.zeros((n, len(EXPORTED)), np.float32), np.full(n, 118, np.uint32))
+    recording = Recording(np.zeros((n, 5), np.int32), joints, tool, ticks)
+    feed = np.array([block.move.motion is not Motion.RAPID for block in trajectory.blocks])
+    values = {
+        "gcode": gcode,
+        "robot": robot,
+        "path": path,
+        "desired": desired,
+        "drawing": (trajectory.block >= 0) & feed[trajectory.block],
+        "recordings": {"optimised": recording, "as printed": recording} if recorded else {},
+        "results": RESULTS,
+        "tables": [],
+    }
+    return page.Shown(**(values | changes))
