@@ -18,6 +18,7 @@ export PATH := $(CURDIR)/$(VENV)/bin:$(PATH)
 
 GCODE ?= sim/paths/agh.ngc
 OUTPUT ?= build
+ROBOT ?= sim/robot.toml
 RUN ?=
 T ?=
 SEED ?= 1
@@ -34,13 +35,13 @@ export SEED
 
 help: ## list targets and variables
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-14s %s\n", $$1, $$2}' Makefile
-	@echo "Variables: GCODE=$(GCODE)  OUTPUT=$(OUTPUT)  RUN=$(RUN) (full: every tick on FPGA1, FPGA2)  T=$(T) (test filter)  SEED=$(SEED)  JOBS=$(JOBS)"
+	@echo "Variables: GCODE=$(GCODE)  ROBOT=$(ROBOT)  OUTPUT=$(OUTPUT)  RUN=$(RUN) (full: every tick on FPGA1, FPGA2)  T=$(T) (test filter)  SEED=$(SEED)  JOBS=$(JOBS)"
 
-run: $(READY) ## the main job: track a path through RTL in closed loop (GCODE=file, OUTPUT=folder)
-	@$(PY) -m sim.run $(GCODE) --output $(OUTPUT) $(if $(filter full,$(RUN)),--all-ticks)
+run: $(READY) ## the main job: track a path through RTL in closed loop (GCODE=file, ROBOT=file, OUTPUT=folder)
+	@$(PY) -m sim.run $(GCODE) --robot $(ROBOT) --output $(OUTPUT) $(if $(filter full,$(RUN)),--all-ticks)
 
-dual: $(READY) ## two processors: set-points on one core, tracking on the other, in closed loop (GCODE=file)
-	@$(PY) -m sim.dual $(GCODE) --output $(OUTPUT)/dual
+dual: $(READY) ## two processors: set-points on one core, tracking on the other, in closed loop (GCODE=file, ROBOT=file)
+	@$(PY) -m sim.dual $(GCODE) --robot $(ROBOT) --output $(OUTPUT)/dual
 
 test: $(READY) qemu-for-tests chromium-for-tests rs274 lint gen-check ## every test but the deep campaigns (T=expression, SEED=n)
 	$(PY) -m pytest -n $(JOBS) --dist loadfile -m "not full" --hypothesis-seed=$(SEED) $(if $(T),-k "$(T)")
@@ -102,20 +103,18 @@ lint: $(READY) ## ruff on Python, Verilator -Wall on the RTL in every configurat
 
 gen: $(READY) ## regenerate packages, headers and reference pages from their sources
 	$(PY) scripts/gen.py
-	$(PY) scripts/gen_robot_inc.py
 	$(PY) scripts/gen_custom.py
 	$(PY) scripts/gen_n2_isa.py
 	$(PY) scripts/gen_nios_system.py
 
 gen-check: $(READY) ## refuse generated files that differ from their sources
 	@$(PY) scripts/gen.py --check
-	@$(PY) scripts/gen_robot_inc.py --check
 	@$(PY) scripts/gen_custom.py --check
 	@$(PY) scripts/gen_n2_isa.py --check
 	@$(PY) scripts/gen_nios_system.py --check
 
 motion: $(READY) ## the motion front-end: figures of the seeds, drive study, RTL, on one page (RUN=full)
-	@$(PY) -m sim.motion.show $(if $(filter full,$(RUN)),--full)
+	@$(PY) -m sim.motion.show --robot $(ROBOT) $(if $(filter full,$(RUN)),--full)
 
 motion-size: $(READY_SYNTH) ## area and clock of the motion front-end with Yosys and nextpnr, for its goals
 	@$(PY) -m scripts.motion_size $(if $(SEEDS),--seeds $(SEEDS))

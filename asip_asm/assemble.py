@@ -25,6 +25,7 @@ def assemble(
     optimise: bool = True,
     defines: Mapping[str, str | float] | None = None,
     include_path: Sequence[Path] = (),
+    params: Path | None = None,
 ) -> Image:
     """Image of the program in a source file; arguments and errors of `build_program`."""
     program, machine = build_program(
@@ -33,6 +34,7 @@ def assemble(
         optimise=optimise,
         defines=defines,
         include_path=include_path,
+        params=params,
     )
     return encode(program, machine, path)
 
@@ -44,16 +46,21 @@ def build_program(
     optimise: bool = True,
     defines: Mapping[str, str | float] | None = None,
     include_path: Sequence[Path] = (),
+    params: Path | None = None,
 ) -> tuple[Program, Machine]:
     """The program of a source file in bundles, with its registers, and its machine.
 
     `configuration`: 'fast' or 'small'; None leaves the choice to the file. `optimise`: False keeps
     one operation per bundle in the order written. `defines` replaces values of parameters
-    (`.param`). Raises AssemblyError for errors of the source text, OSError if the file cannot be
-    read.
+    (`.param`); `params` is read in place of the files that `.params` names. Raises AssemblyError
+    for errors of the source text, OSError if the file cannot be read.
     """
     program = parse_program(
-        path, configuration=configuration, defines=defines, include_path=include_path
+        path,
+        configuration=configuration,
+        defines=defines,
+        include_path=include_path,
+        params=params,
     )
     machine = load_machine(program.configuration)
     try:
@@ -83,13 +90,14 @@ def parse_program(
     configuration: str | None = None,
     defines: Mapping[str, str | float] | None = None,
     include_path: Sequence[Path] = (),
+    params: Path | None = None,
 ) -> Program:
     """The program before scheduling. Raises AssemblyError, OSError."""
     reporter = Reporter()
     isa = default_isa()
     values = {name: str(value) for name, value in (defines or {}).items()}
     try:
-        source = parse_file(Path(path), isa, reporter, values, include_path)
+        source = parse_file(Path(path), isa, reporter, values, include_path, params)
     except UnicodeDecodeError as error:
         raise AssemblyError([Diagnostic(None, f"{path} is not a UTF-8 text: {error}")]) from None
     program = resolve(source, isa, reporter, configuration)

@@ -20,6 +20,7 @@ EPILOG = """examples:
   asip-as leg.s -o build/leg.asip.json --listing build/leg.lst
   asip-as leg.s -O --report
   asip-as leg.s -O0 --config small -D R=0.6 --format readmemh -o build/leg.hex
+  asip-as asip_asm/programs/tracking_optimised.s --params my_robot.toml -o build/mine.asip.json
 
 exit status: 0 assembled, 1 errors in the source text or a file, 2 wrong command line
 """
@@ -35,6 +36,7 @@ def main(arguments: list[str] | None = None) -> int:
             optimise=options.optimise,
             defines=dict(options.define),
             include_path=options.include,
+            params=options.params,
         )
         image = encode(program, machine, options.source)
         text = FORMATS[options.format](image)
@@ -107,6 +109,12 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
         type=_definition,
         metavar="NAME=VALUE",
         help="replace the value of a parameter",
+    )
+    parser.add_argument(
+        "--params",
+        type=Path,
+        metavar="FILE",
+        help="parameter file (TOML) to read in place of the one that .params names",
     )
     parser.add_argument(
         "-I",

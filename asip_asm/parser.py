@@ -127,13 +127,14 @@ def parse_file(
     reporter: Reporter,
     defines: Mapping[str, str] | None = None,
     include_path: Sequence[Path] = (),
+    params: Path | None = None,
 ) -> Source:
     """Parse a file with all it includes; errors go to the reporter.
 
-    `defines` replaces values of parameters. Raises OSError and UnicodeDecodeError for the file
-    itself.
+    `defines` replaces values of parameters, `params` the parameter files. Raises OSError and
+    UnicodeDecodeError for the file itself.
     """
-    return _Parser(isa, reporter, defines or {}, include_path).parse(path)
+    return _Parser(isa, reporter, defines or {}, include_path, params).parse(path)
 
 
 class _Parser:
@@ -143,6 +144,7 @@ class _Parser:
         reporter: Reporter,
         defines: Mapping[str, str],
         include_path: Sequence[Path],
+        params: Path | None,
     ) -> None:
         self.isa = isa
         self.reporter = reporter
@@ -158,6 +160,7 @@ class _Parser:
             lambda name: is_reserved(name) or name == "halt" or name in isa.operations,
             self._failed,
             include_path,
+            params,
         )
         self.directives: dict[str, Callable[[Cursor], None]] = {
             ".program": self._program,

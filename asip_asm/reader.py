@@ -9,11 +9,12 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from asip_asm.diagnostics import Line, Place, Reporter, SourceError
+from asip_asm.diagnostics import Line, Place, Reporter, SourceError, closest
 from asip_asm.lexer import Cursor, Token, split_comment, tokenize
+from asip_asm.parameters import ParameterFileError, read_parameters
 
 MACRO_DEPTH = 64
-READER_DIRECTIVES = (".include", ".macro", ".endm", ".if", ".else", ".endif")
+READER_DIRECTIVES = (".include", ".params", ".macro", ".endm", ".if", ".else", ".endif")
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_.]*")
 _PARAMETER = re.compile(r"\\(@|[A-Za-z_][A-Za-z0-9_]*)")
@@ -45,6 +46,7 @@ class Reader:
 
     `evaluate` gives the value of the expression at a cursor (constants known so far), `reserved`
     tells the names that a macro cannot have, `failed` takes the names of each line with an error.
+    `params` is read in place of the parameter files that the source names.
     """
 
     reporter: Reporter
@@ -52,6 +54,7 @@ class Reader:
     reserved: Callable[[str], bool]
     failed: Callable[[list[str]], None]
     include_path: Sequence[Path] = ()
+    params: Path | None = None
     macros: dict[str, Macro] = field(default_factory=dict)
     _open_files: list[Path] = field(default_factory=list)
     _expansions: int = 0
@@ -93,6 +96,9 @@ class Reader:
         first = tokens[0]
         if first.kind == "directive" and first.text == ".include":
             yield from self._include(Cursor(tokens), folder)
+            return
+        if first.kind == "directive" and first.text == ".params":
+            yield from self._parameters(Cursor(tokens), folder)
             return
         label = 0
         while (
@@ -211,20 +217,48 @@ class Reader:
         return _PARAMETER.sub(value, code) + comment
 
     def _include(self, cursor: Cursor, folder: Path) -> Iterator[list[Token]]:
-        cursor.take()
-        name = cursor.expect_kind("string", 'a file name in quotes: .include "file"')
+        name, path = self._file(cursor, folder)
+        if path.resolve() in self._open_files:
+            chain = " -> ".join(p.name for p in [*self._open_files, path])
+            raise SourceError(name.place, f"file '{name.text}' includes itself", chain)
+        try:
+            yield from self.read(path, display_path(path))
+        except (OSError, UnicodeDecodeError) as error:
+            raise SourceError(name.place, f"cannot read '{name.text}': {error}") from None
+
+    def _parameters(self, cursor: Cursor, folder: Path) -> Iterator[list[Token]]:
+        """The lines `.param name = value` that a parameter file, or part of it, stands for."""
+        wanted: list[Token] = []
+        name, path = self._file(cursor, folder, wanted)
+        path = self.params or path
+        try:
+            found = read_parameters(path)
+        except (OSError, ParameterFileError) as error:
+            raise SourceError(name.place, f"cannot read '{path}': {error}") from None
+        for token in wanted:
+            if token.text not in found:
+                near = closest(token.text, found)
+                raise SourceError(token.place, f"'{path}' has no parameter '{token.text}'", near)
+        for parameter in [token.text for token in wanted] or found:
+            value, line = found[parameter]
+            yield tokenize(Line(display_path(path), line, f".param {parameter} = {value!r}"))
+
+    def _file(
+        self, cursor: Cursor, folder: Path, names: list[Token] | None = None
+    ) -> tuple[Token, Path]:
+        """The file that a directive names: beside the source or in a folder of -I.
+
+        names: takes what may follow the file's name, `, name` any number of times.
+        """
+        directive = cursor.take()
+        name = cursor.expect_kind("string", f'a file name in quotes: {directive.text} "file"')
+        while names is not None and cursor.token.kind != "end":
+            cursor.expect(",", "between names")
+            names.append(cursor.expect_kind("name", "the name of a parameter"))
         cursor.expect_end()
         for candidate in [folder / name.text, *(p / name.text for p in self.include_path)]:
-            if not candidate.is_file():
-                continue
-            if candidate.resolve() in self._open_files:
-                chain = " -> ".join(p.name for p in [*self._open_files, candidate])
-                raise SourceError(name.place, f"file '{name.text}' includes itself", chain)
-            try:
-                yield from self.read(candidate, display_path(candidate))
-            except (OSError, UnicodeDecodeError) as error:
-                raise SourceError(name.place, f"cannot read '{name.text}': {error}") from None
-            return
+            if candidate.is_file():
+                return name, candidate
         raise SourceError(
             name.place,
             f"file '{name.text}' not found",

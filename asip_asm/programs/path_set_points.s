@@ -18,7 +18,7 @@
 .include  "planner_law.inc"
 
 .input    moves : int                              ; records written so far, modulo 2^32
-.param    T_s = 1e-4                               ; [s]
+.params   "../../sim/robot.toml", T_s              ; [s]
 .space    ring, 1024
 .const    record_words = 32 : int
 .const    ring_end = 1024.0

@@ -7,7 +7,7 @@
 
 .input    ticks : int                              ; since the start of the move
 .input    L, v0, vp, am, J, t1, t2, t4, s1, s2, s3
-.param    T_s = 1e-4                               ; [s]
+.params   "../../sim/robot.toml", T_s              ; [s]
 .output   p, safe = 0.0
 .output   v, safe = 0.0
 .output   a, safe = 0.0

@@ -10,7 +10,7 @@
 
 .input    start                                    ; 1.0: take over a new move in this tick
 .input    v0, vm, tr, tm, L                        ; the new move, see planner_scurve.s
-.param    T_s = 1e-4                               ; [s]
+.params   "../../sim/robot.toml", T_s              ; [s]
 .state    ticks : int = 0
 .state    held_v0 = 0.0
 .state    held_vm = 0.0

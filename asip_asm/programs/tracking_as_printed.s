@@ -12,7 +12,7 @@
 ; no torque. They bridge the time until the brakes close; they do not control.
 
 .program  "tracking, as printed"
-.include  "robot.inc"
+.params   "../../sim/robot.toml"
 
 .input    x, y, z, vx, vy, vz, ax, ay, az          ; tool set-point [m, m/s, m/s^2]
 .input    alpha, gamma, w_alpha, w_gamma          ; table set-point [rad, rad/s]

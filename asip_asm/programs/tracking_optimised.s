@@ -15,7 +15,7 @@
 ; tracking_as_printed.s.
 
 .program  "tracking, optimised"
-.include  "robot.inc"
+.params   "../../sim/robot.toml"
 
 .input    x, y, z, vx, vy, vz, ax, ay, az          ; tool set-point [m, m/s, m/s^2]
 .input    alpha, gamma, w_alpha, w_gamma          ; table set-point [rad, rad/s]

@@ -18,15 +18,24 @@ from asip_asm.diagnostics import AssemblyError
 from asip_asm.isa import IsaError, default_isa
 from sim.dual.loop import Loop, Stretch, follow, stretches_of
 from sim.dual.moves import PathNotSuitedError, moves_of
-from sim.dual.report import NOMINAL_CLOCKS, PageError, publish, results, tables, write
+from sim.dual.report import (
+    LONGEST_PERIOD,
+    PageError,
+    nominal_clocks,
+    publish,
+    results,
+    tables,
+    write,
+)
 from sim.dual.system import TwoProcessors, program
 from sim.harness.asip_rtl import AsipError
 from sim.harness.build import ROOT, BuildError
 from sim.model.parameters import ParameterError, Robot
 from sim.model.records import SetPoints
 from sim.model.tracking import joint_path
+from sim.motion.command import add_robot_option
 from sim.motion.gcode import GcodeErrors, parse_file
-from sim.motion.trajectory import WorkspaceError, generate
+from sim.motion.trajectory import MotionSettings, WorkspaceError, generate
 from sim.run import closed_loop
 from sim.run.controller import AsipController, ControllerFault
 from sim.run.nios import set_points
@@ -41,9 +50,9 @@ def _single_core(robot: Robot, path: SetPoints, console: Console) -> dict[str, f
     """Tracking errors of one core that gets the planned set-points: of `make run`, or run here."""
     if SINGLE.is_file():
         data = json.loads(SINGLE.read_text(encoding="utf-8"))
-        if data["ticks"] == len(path):
+        if data["ticks"] == len(path) and data.get("robot", {}).get("values") == robot.values():
             return data["tracking"]["optimised"]
-    controller = AsipController(program("tracking_optimised", "fast"), intermediates=False)
+    controller = AsipController(program("tracking_optimised", "fast", robot), intermediates=False)
     with TickProgress(console) as bars:
         bars.add("one processor", len(path))
         recording = closed_loop.run(
@@ -74,24 +83,27 @@ def run(arguments: argparse.Namespace, console: Console) -> None:
 
     Raises ControllerFault, KeyboardInterrupt: the results are those up to there.
     """
-    robot = Robot.load()
-    trajectory = generate(parse_file(arguments.gcode))
-    moves = moves_of(trajectory)
+    robot = Robot.load(arguments.robot)
+    nominal = nominal_clocks(robot)
+    settings = MotionSettings(robot)
+    trajectory = generate(parse_file(arguments.gcode), settings)
+    moves = moves_of(trajectory, settings)
     path = set_points(trajectory, arguments.ticks)
     desired = joint_path(robot, path)[0]
     stretches = []
-    if not arguments.short_only and arguments.period != NOMINAL_CLOCKS:
+    if not arguments.short_only and arguments.period != nominal:
         every = range(0, len(path), arguments.every or len(path))
         stretches = stretches_of([*trajectory.first_ticks, *every], len(path))
     console.print(
-        f"{arguments.gcode}: {len(path)} ticks of 100 us, {len(moves)} moves; "
+        f"{arguments.gcode}: {len(path)} ticks of {robot.T_s * 1e6:g} us, {len(moves)} moves; "
         f"{arguments.period} clocks a period"
     )
     controller = TwoProcessors(
-        moves, arguments.period, trajectory=arguments.trajectory, tracking=arguments.tracking
+        robot, moves, arguments.period, trajectory=arguments.trajectory, tracking=arguments.tracking
     )
     # Made here: a source that changes during a long run shall not end it.
-    alone = AsipController(program("tracking_optimised", arguments.tracking), intermediates=False)
+    image = program("tracking_optimised", arguments.tracking, robot)
+    alone = AsipController(image, intermediates=False)
     begin = time.perf_counter()
     file: Path = arguments.output / "results.json"
     repeated: list[Stretch] = []
@@ -118,15 +130,13 @@ def run(arguments: argparse.Namespace, console: Console) -> None:
             write(file, figures())
             saved = loop.done
 
-    names = {"path": "two processors", "repeat": f"{NOMINAL_CLOCKS} clocks a period"}
+    names = {"path": "two processors", "repeat": f"{nominal} clocks a period"}
     try:
         with TickProgress(console) as bars:
             bars.add(names["path"], len(path))
             if stretches:
                 bars.add(names["repeat"], sum(s.end - s.first for s in stretches))
-            follow(
-                loop, stretches, NOMINAL_CLOCKS, lambda name, n: bars.advance(names[name], n), save
-            )
+            follow(loop, stretches, nominal, lambda name, n: bars.advance(names[name], n), save)
     except (ControllerFault, AsipError, KeyboardInterrupt) as stop:
         if loop.done:
             cause = str(stop) or "interrupted"
@@ -164,13 +174,14 @@ def main(argv: list[str] | None = None) -> int:
         description=__doc__,
         epilog="examples: python -m sim.dual sim/paths/agh.ngc --ticks 2000 --period 12500; "
         "python -m sim.dual --short-only; python -m sim.dual --docs. "
-        f"Both ends of the path and its corners are repeated with {NOMINAL_CLOCKS} clocks a period "
+        "Both ends of the path and its corners are repeated with the clocks of a control period "
         "from the same state, and the run stops if any bit of words, commands, counts or positions "
         "differs. results.json is written as it goes; a stopped run says there how far it got.",
     )
     parser.add_argument(
         "gcode", type=Path, nargs="?", default=ROOT / "sim/paths/agh.ngc", help="path (RS-274)"
     )
+    add_robot_option(parser)
     parser.add_argument("--ticks", type=int, help="only the first TICKS ticks of the path")
     parser.add_argument(
         "--period",
@@ -178,10 +189,10 @@ def main(argv: list[str] | None = None) -> int:
         default=SHORT_PERIOD,
         metavar="CLOCKS",
         help="clocks of a period, written to the register of the period timer (%(default)s); those "
-        f"of 100 us are {NOMINAL_CLOCKS}, and nearly all of them are idle",
+        "of 100 us are 12500, and nearly all of them are idle",
     )
     parser.add_argument(
-        "--short-only", action="store_true", help=f"repeat nothing with {NOMINAL_CLOCKS} clocks"
+        "--short-only", action="store_true", help="repeat nothing with whole control periods"
     )
     for core in ("trajectory", "tracking"):
         parser.add_argument(
@@ -210,8 +221,8 @@ def main(argv: list[str] | None = None) -> int:
         parser.error(f"--ticks {arguments.ticks} is not positive")
     if arguments.every is not None and arguments.every < 1:
         parser.error(f"--every {arguments.every} is not positive")
-    if not 0 < arguments.period < 1 << 16:
-        parser.error(f"--period {arguments.period} is not in 1..65535")
+    if not 0 < arguments.period <= LONGEST_PERIOD:
+        parser.error(f"--period {arguments.period} is not in 1..{LONGEST_PERIOD}")
     console = Console()
     try:
         if arguments.docs:

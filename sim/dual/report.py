@@ -15,14 +15,13 @@ from rich.table import Table
 
 from sim.dual.loop import Loop, Stretch
 from sim.harness.build import ROOT
-from sim.harness.dual_rtl import REGMAP
-from sim.model.parameters import Robot
+from sim.model.parameters import ParameterError, Robot
 from sim.model.records import SetPoints
 from sim.run.closed_loop import SETTLED_S, tracking_error
 from sim.run.controller import SET_POINTS, ControllerFault
 from sim.run.results import CLOCK_MHZ
 
-NOMINAL_CLOCKS = int(REGMAP.registers["PERIOD"].reset or 0)  # 100 us
+LONGEST_PERIOD = (1 << 16) - 1  # clocks, of the register PERIOD
 REGISTERS = (
     *("TRAJECTORY_MIN", "TRAJECTORY_MAX", "TRACKING_MIN", "TRACKING_MAX", "COMMAND_MAX"),
     *("COPY_MAX", "USED_MAX", "LEFT_MIN", "PERIODS", "UNDERRUNS", "OVERRUNS"),
@@ -35,6 +34,16 @@ TRACKING = (("leg", 1e6, "um"), ("tool", 1e6, "um"), ("table", 1e6, "urad"))
 
 class PageError(ValueError):
     """The results cannot be put on the page; says why and what to do."""
+
+
+def nominal_clocks(robot: Robot) -> int:
+    """Clocks of a control period. Raises ParameterError if the period timer cannot count them."""
+    clocks = round(robot.T_s * CLOCK_MHZ * 1e6)
+    if clocks > LONGEST_PERIOD:
+        raise ParameterError(
+            f"T_s = {robot.T_s} s: {clocks} clocks, the period timer counts {LONGEST_PERIOD}"
+        )
+    return clocks
 
 
 def set_point_errors(path: SetPoints, made: NDArray[np.float32]) -> dict[str, float]:
@@ -52,12 +61,13 @@ def spread(values: NDArray[np.integer]) -> dict[str, float]:
     }
 
 
-def periods(loop: Loop) -> dict[str, dict[str, float]]:
+def periods(loop: Loop, nominal: int) -> dict[str, dict[str, float]]:
     """Spread of the parts of a period over the ticks done, in clocks and cycles.
 
     Clocks count from the first one of a period. The work of a period does not depend on its length,
-    what is longer is idle; so what is left is counted of 100 us, for each core from the clock in
-    which its words have been handed over. A set-point waits from then to the commands made of it.
+    what is longer is idle; so what is left is counted of `nominal` clocks, for each core from the
+    clock in which its words have been handed over. A set-point waits from then to the commands made
+    of it.
     """
     rows = loop.ticks["period"][: loop.done]
     made = np.append(loop.start["set_point_clock"], rows["set_point_clock"][:-1]).astype(np.int64)
@@ -67,10 +77,10 @@ def periods(loop: Loop) -> dict[str, dict[str, float]]:
         "set_point_clock": rows["set_point_clock"],
         "command_clock": rows["command_clock"],
         "used": rows["used"],
-        "left_trajectory": NOMINAL_CLOCKS - rows["set_point_clock"].astype(np.int64),
-        "left_tracking": NOMINAL_CLOCKS - rows["command_clock"].astype(np.int64),
-        "left": NOMINAL_CLOCKS - rows["used"].astype(np.int64),
-        "set_point_to_command": NOMINAL_CLOCKS - made + rows["command_clock"],
+        "left_trajectory": nominal - rows["set_point_clock"].astype(np.int64),
+        "left_tracking": nominal - rows["command_clock"].astype(np.int64),
+        "left": nominal - rows["used"].astype(np.int64),
+        "set_point_to_command": nominal - made + rows["command_clock"],
     }
     return {name: spread(values) for name, values in parts.items()}
 
@@ -109,7 +119,7 @@ def results(
     desired: planned joints, (N, 5). Tracking is judged after 50 ms, before that it is None. Raises
     ControllerFault if the system's registers contradict the run.
     """
-    controller, n = loop.controller, loop.done
+    controller, n, nominal = loop.controller, loop.done, nominal_clocks(robot)
     flags = controller.system.flags()
     recording = loop.recording()
     tracked = SetPoints.from_words(path.words()[:n])
@@ -120,13 +130,13 @@ def results(
         "ticks_done": n,
         "clock_mhz": CLOCK_MHZ,
         "period_clocks_simulated": controller.system.read("PERIOD"),
-        "period_clocks_nominal": NOMINAL_CLOCKS,
+        "period_clocks_nominal": nominal,
         "configuration": {n: image.configuration for n, image in controller.images.items()},
         "clocks": checked_registers(loop),
-        "periods": periods(loop),
+        "periods": periods(loop, nominal),
         "flags": flags,
         "repeated": {
-            "period_clocks": NOMINAL_CLOCKS,
+            "period_clocks": nominal,
             "stretches": [[stretch.first, stretch.end] for stretch in repeated],
             "ticks": sum(stretch.end - stretch.first for stretch in repeated),
             "same_bits": True,  # else the run has stopped
@@ -154,20 +164,21 @@ PARTS = {
     "set_point_clock": "period start to set-point in the buffer",
     "command_clock": "period start to commands",
     "used": "all work",
-    "left_trajectory": "left of 100 us, trajectory core",
-    "left_tracking": "left of 100 us, tracking core",
-    "left": "left of 100 us, both",
-    "set_point_to_command": "set-point in the buffer to its commands, 100 us periods",
+    "left_trajectory": "left of {period} us, trajectory core",
+    "left_tracking": "left of {period} us, tracking core",
+    "left": "left of {period} us, both",
+    "set_point_to_command": "set-point in the buffer to its commands, {period} us periods",
 }
 
 
 def _timing(data: dict[str, Any]) -> Iterator[tuple[str, ...]]:
     """Part, least, median, most [clocks], median [us]."""
+    period = f"{data['period_clocks_nominal'] / data['clock_mhz']:g}"
     for name, text in PARTS.items():
         part = data["periods"][name]
         median = part["median"]
         yield (
-            text,
+            text.format(period=period),
             str(part["min"]),
             f"{median:g}",
             str(part["max"]),

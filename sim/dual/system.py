@@ -15,6 +15,7 @@ from asip_asm.image import Image
 from sim.dual.moves import RECORD_WORDS, RING_RECORDS, Move
 from sim.harness.asip_rtl import BLOCK, CSR, STATUS
 from sim.harness.dual_rtl import MEASURED_SOURCE, DualRtl
+from sim.model.parameters import Robot
 from sim.model.records import OUTPUTS
 from sim.run.controller import COUNTS, LAST_MEASUREMENT, SET_POINTS, ControllerFault, Ticks
 
@@ -25,9 +26,12 @@ RATES = tuple(i for i, name in enumerate(SET_POINTS) if name[0] in "vawe" and na
 
 
 @functools.cache
-def program(name: str, configuration: str) -> Image:
-    """Image of a program of asip_asm/programs, assembled once; for reading alone."""
-    return assemble(PROGRAMS / f"{name}.s", configuration=configuration)
+def program(name: str, configuration: str, robot: Robot) -> Image:
+    """Image of a program of asip_asm/programs for a robot, assembled once; for reading alone."""
+    values = robot.values()
+    if name == TRAJECTORY_PROGRAM:
+        values = {"T_s": values["T_s"]}
+    return assemble(PROGRAMS / f"{name}.s", configuration=configuration, defines=values)
 
 
 class TwoProcessors:
@@ -39,6 +43,7 @@ class TwoProcessors:
 
     def __init__(
         self,
+        robot: Robot,
         moves: Sequence[Move],
         period_clocks: int | None = None,
         tracking_program: str = "tracking_optimised",
@@ -47,8 +52,8 @@ class TwoProcessors:
     ) -> None:
         self.system = DualRtl(trajectory, tracking)
         self.images = {
-            "trajectory": program(TRAJECTORY_PROGRAM, trajectory),
-            "tracking": program(tracking_program, tracking),
+            "trajectory": program(TRAJECTORY_PROGRAM, trajectory, robot),
+            "tracking": program(tracking_program, tracking, robot),
         }
         first, second = self.system.trajectory, self.system.tracking
         first.load(self.images["trajectory"])

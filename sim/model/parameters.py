@@ -2,35 +2,43 @@
 """Parameters of the robot and its controller, read from `sim/robot.toml` and checked.
 
 Every field of `Robot` is one table of the file, with the same name. A value that is missing,
-unknown, not finite, in another unit or outside its limit raises `ParameterError` with name, value
-and limit.
+unknown, not finite, in another unit or outside its limits raises `ParameterError` with name, value,
+limits and the reason for them. Within the limits every controller program keeps the error bounds
+of `sim.run.bounds`.
 """
 
 from __future__ import annotations
 
 import difflib
+import itertools
 import math
-import tomllib
-from dataclasses import dataclass, field, fields
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, field, fields
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from asip_asm.parameters import ParameterFileError, read_toml
+
 ROBOT_TOML = Path(__file__).resolve().parent.parent / "robot.toml"
 
-_LIMITS = {
-    "> 0": lambda value: value > 0,
-    ">= 0": lambda value: value >= 0,
-    ">= 1": lambda value: value >= 1,
-}
+# Legs are shorter [m]: squares of multiples of 2^-11 and their sums are exact in binary32 below 4.
+LONGEST_LEG = 2.0 - 2.0**-8
+LARGEST_COUNT = 2**24  # encoder counts are exact as binary32 up to here
+LARGEST_BOOST = 2**20  # ticks; the tick count of the boost is a binary32
+LEAST_HEIGHT = 0.25  # of z_min, in R
+SAMPLES_PER_BANDWIDTH = 50  # control periods per period of a loop's bandwidth, at least
+
+_SIZE = "the error bounds hold for machines of this size"
+_RANGE = "products of parameters stay far inside the range of binary32"
 
 
 class ParameterError(ValueError):
-    """A parameter of the robot is missing, unknown or outside its limit."""
+    """A parameter of the robot is missing, unknown or outside its limits."""
 
 
-def _parameter(unit: str, limit: str = "> 0") -> Any:
-    return field(metadata={"unit": unit, "limit": limit})
+def _parameter(unit: str, low: float, high: float, why: str = _RANGE) -> Any:
+    return field(metadata={"unit": unit, "low": low, "high": high, "why": why})
 
 
 @dataclass(frozen=True)
@@ -41,45 +49,72 @@ class Robot:
     1-3, tilt, rotation). Raises ParameterError also from `dataclasses.replace`.
     """
 
-    R: float = _parameter("m")
-    h: float = _parameter("m", ">= 0")
-    x_max: float = _parameter("m")
-    y_max: float = _parameter("m")
-    z_min: float = _parameter("m")
-    z_max: float = _parameter("m")
-    m_s: float = _parameter("kg", ">= 0")
-    m_p: float = _parameter("kg")
-    J_a: float = _parameter("kg m^2", ">= 0")
-    l_c: float = _parameter("m", ">= 0")
-    mr_c: float = _parameter("kg m", ">= 0")
-    J_44: float = _parameter("kg m^2")
-    J_55: float = _parameter("kg m^2")
-    m_4: float = _parameter("kg", ">= 0")
-    r_4: float = _parameter("m", ">= 0")
-    g: float = _parameter("m/s^2", ">= 0")
-    T_s: float = _parameter("s")
-    f_legs: float = _parameter("Hz")
-    f_table: float = _parameter("Hz")
-    s_max_legs: float = _parameter("m s", ">= 0")
-    s_max_table: float = _parameter("rad s", ">= 0")
-    xi_c: float = _parameter("1", ">= 1")
-    T_c: float = _parameter("s")
-    e_c_legs: float = _parameter("m", ">= 0")
-    e_c_table: float = _parameter("rad", ">= 0")
-    F_max: float = _parameter("N")
-    tau_max_4: float = _parameter("N m")
-    tau_max_5: float = _parameter("N m")
-    friction_legs: float = _parameter("N", ">= 0")
-    friction_table: float = _parameter("N m", ">= 0")
-    friction_speed_legs: float = _parameter("m/s")
-    friction_speed_table: float = _parameter("rad/s")
-    encoder_legs: float = _parameter("m/count")
-    turn_table: float = _parameter("count")
+    R: float = _parameter("m", 0.05, 1.9, _SIZE)
+    h: float = _parameter("m", 0.0, 10.0)
+    x_max: float = _parameter("m", 1e-3, 1.9, _SIZE)
+    y_max: float = _parameter("m", 1e-3, 1.9, _SIZE)
+    z_min: float = _parameter("m", 0.05, 1.9, _SIZE)
+    z_max: float = _parameter("m", 0.05, 1.9, _SIZE)
+    v_max_tool: float = _parameter("m/s", 1e-6, 1e12)
+    a_max_tool: float = _parameter("m/s^2", 1e-6, 1e12)
+    j_max_tool: float = _parameter("m/s^3", 1e-6, 1e12)
+    v_max_leg: float = _parameter("m/s", 1e-6, 1e12)
+    a_max_leg: float = _parameter("m/s^2", 1e-6, 1e12)
+    j_max_leg: float = _parameter("m/s^3", 1e-6, 1e12)
+    v_max_table: float = _parameter("rad/s", 1e-6, 1e12)
+    a_max_table: float = _parameter("rad/s^2", 1e-6, 1e12)
+    j_max_table: float = _parameter("rad/s^3", 1e-6, 1e12)
+    m_s: float = _parameter("kg", 0.0, 1e4)
+    m_p: float = _parameter("kg", 1e-3, 1e4)
+    J_a: float = _parameter("kg m^2", 0.0, 1e4)
+    l_c: float = _parameter("m", 0.0, 2.0, _SIZE)
+    mr_c: float = _parameter("kg m", 0.0, 1e4)
+    J_44: float = _parameter("kg m^2", 1e-6, 1e4)
+    J_55: float = _parameter("kg m^2", 1e-6, 1e4)
+    m_4: float = _parameter("kg", 0.0, 1e4)
+    r_4: float = _parameter("m", 0.0, 10.0)
+    g: float = _parameter("m/s^2", 0.0, 100.0)
+    T_s: float = _parameter("s", 2e-5, 1e-3, "the programs and the period timer are made for it")
+    f_legs: float = _parameter("Hz", 0.1, 1e3)
+    f_table: float = _parameter("Hz", 0.1, 1e3)
+    s_max_legs: float = _parameter("m s", 0.0, 1.0)
+    s_max_table: float = _parameter("rad s", 0.0, 1.0)
+    xi_c: float = _parameter("1", 1.0, 8.0, "a boosted loop s^3 + 3ws^2 + 3w^2s + xi w^3 needs < 9")
+    T_c: float = _parameter("s", 4e-5, 100.0, "the boost is counted in control periods")
+    e_c_legs: float = _parameter("m", 0.0, 0.25, "the optimised program selects by a quarter tick")
+    e_c_table: float = _parameter(
+        "rad", 0.0, 0.25, "the optimised program selects by a quarter tick"
+    )
+    F_max: float = _parameter("N", 1e-3, 1e7)
+    tau_max_4: float = _parameter("N m", 1e-3, 1e7)
+    tau_max_5: float = _parameter("N m", 1e-3, 1e7)
+    friction_legs: float = _parameter("N", 0.0, 1e6)
+    friction_table: float = _parameter("N m", 0.0, 1e6)
+    friction_speed_legs: float = _parameter("m/s", 1e-6, 1e3)
+    friction_speed_table: float = _parameter("rad/s", 1e-6, 1e3)
+    encoder_legs: float = _parameter("m/count", 1e-9, 1e-4)
+    turn_table: float = _parameter("count", 100.0, 2.0**22, "at least four turns are counted")
 
     @classmethod
     def load(cls, path: Path | None = None) -> Robot:
-        """Read the parameters from `path`, by default `sim/robot.toml`."""
-        tables = tomllib.loads((path or ROBOT_TOML).read_text(encoding="utf-8"))
+        """Read the parameters from `path`, by default `sim/robot.toml`.
+
+        The text of a ParameterError begins with the file and, where there is one, the line.
+        """
+        path = path or ROBOT_TOML
+        try:
+            tables, lines = read_toml(path)
+        except ParameterFileError as error:
+            raise ParameterError(str(error)) from None
+        try:
+            return cls(**cls._values(tables))
+        except ParameterError as error:
+            line = lines.get(str(error).split(" ")[0].split(":")[0])
+            place = f"{path}:{line}" if line else f"{path}"
+            raise ParameterError(f"{place}: error: {error}") from None
+
+    @classmethod
+    def _values(cls, tables: dict[str, Any]) -> dict[str, Any]:
         known = {entry.name: entry for entry in fields(cls)}
         for name in tables:
             if name not in known:
@@ -91,34 +126,112 @@ class Robot:
             if name not in tables:
                 raise ParameterError(f"{name}: missing parameter, unit {entry.metadata['unit']}")
             table = tables[name]
-            if set(table) != {"value", "unit", "meaning"}:
-                raise ParameterError(
-                    f"{name}: has keys {sorted(table)}, must be meaning, unit, value"
-                )
+            if not isinstance(table, dict) or set(table) != {"value", "unit", "meaning"}:
+                got = f"keys {sorted(table)}" if isinstance(table, dict) else f"no keys: {table!r}"
+                raise ParameterError(f"{name}: has {got}, must be meaning, unit, value")
             if table["unit"] != entry.metadata["unit"]:
                 raise ParameterError(
                     f"{name}: unit is {table['unit']!r}, must be {entry.metadata['unit']!r}"
                 )
             values[name] = table["value"]
-        return cls(**values)
+        return values
 
     def __post_init__(self) -> None:
         for entry in fields(self):
-            value, unit = getattr(self, entry.name), entry.metadata["unit"]
+            value, meta = getattr(self, entry.name), entry.metadata
+            unit = "" if meta["unit"] == "1" else f" {meta['unit']}"
             if isinstance(value, bool) or not isinstance(value, int | float):
                 raise ParameterError(f"{entry.name} = {value!r}: must be a number")
-            if not math.isfinite(value):
-                raise ParameterError(f"{entry.name} = {value} {unit}: must be finite")
-            limit = entry.metadata["limit"]
-            if not _LIMITS[limit](value):
-                raise ParameterError(f"{entry.name} = {value} {unit}: must be {limit} {unit}")
+            if not abs(value) < math.inf:
+                raise ParameterError(f"{entry.name} = {value}{unit}: must be finite")
+            if not meta["low"] <= value <= meta["high"]:
+                raise ParameterError(
+                    f"{entry.name} = {value}{unit}: must be within "
+                    f"{meta['low']:g} .. {meta['high']:g}{unit}; {meta['why']}"
+                )
             object.__setattr__(self, entry.name, float(value))
-        if self.z_max <= self.z_min:
-            raise ParameterError(f"z_max = {self.z_max} m: must be > z_min = {self.z_min} m")
-        if abs(self.T_c / self.T_s - self.boost_ticks) > 1e-9 or self.boost_ticks < 2:
-            raise ParameterError(
-                f"T_c = {self.T_c} s: must be a whole number >= 2 of periods T_s = {self.T_s} s"
+        for name, kept, limit in self._relations():
+            if not kept:
+                raise ParameterError(f"{name} = {getattr(self, name)}: {limit}")
+
+    def _relations(self) -> Iterator[tuple[str, bool, str]]:
+        """Limits that depend on several parameters: name of one, whether kept, the text."""
+        yield "z_max", self.z_max > self.z_min, f"must be > z_min = {self.z_min} m"
+        least = LEAST_HEIGHT * self.R
+        yield (
+            "z_min",
+            self.z_min >= least,
+            f"must be >= {LEAST_HEIGHT:g} R = {least:g} m; lower, the height is the root of a "
+            "difference of nearly equal squares",
+        )
+        corners = list(
+            itertools.product(
+                (-self.x_max, self.x_max), (-self.y_max, self.y_max), (self.z_min, self.z_max)
             )
+        )
+        longest = max(math.dist((*leg, 0.0), corner) for leg in self.legs for corner in corners)
+        yield (
+            "R",
+            longest < LONGEST_LEG,
+            f"the longest leg of the workspace has {longest:.4g} m, must be < {LONGEST_LEG:.4g} m "
+            "with x_max, y_max, z_max; sums of squares are exact below 4 m^2 only",
+        )
+        counts = longest / self.encoder_legs
+        yield (
+            "encoder_legs",
+            counts < LARGEST_COUNT,
+            f"the longest leg has {counts:.4g} counts, must be < 2^24, the integers that binary32 "
+            "holds",
+        )
+        ticks = self.T_c / self.T_s
+        whole = abs(ticks - self.boost_ticks) <= 1e-9 * ticks
+        yield (
+            "T_c",
+            whole and 2 <= self.boost_ticks <= LARGEST_BOOST,
+            f"must be a whole number of periods T_s = {self.T_s} s, 2 .. {LARGEST_BOOST}",
+        )
+        for name in ("f_legs", "f_table"):
+            most = 1.0 / (SAMPLES_PER_BANDWIDTH * self.T_s)
+            yield (
+                name,
+                getattr(self, name) <= most * (1 + 1e-9),
+                f"must be <= {most:g} Hz, {SAMPLES_PER_BANDWIDTH} periods T_s = {self.T_s} s per "
+                "oscillation; faster loops of this law are not stable",
+            )
+        for name, mass, unit in (
+            ("friction_legs", self.m_p, "m_p"),
+            ("friction_table", min(self.J_44, self.J_55), "min(J_44, J_55)"),
+        ):
+            speed = name.replace("friction", "friction_speed")
+            most = mass * getattr(self, speed) / self.T_s
+            yield (
+                name,
+                getattr(self, name) <= most,
+                f"must be <= {unit} {speed} / T_s = {most:.4g}; the plant's friction would be "
+                "stiffer than a control period resolves",
+            )
+        hold = max(abs(force) for corner in corners for force in self._holding(corner))
+        yield (
+            "F_max",
+            self.F_max > hold,
+            f"must be > {hold:.4g} N, which holds the weight at a corner of the workspace",
+        )
+        tilt = self.r_4 * self.m_4 * self.g
+        yield "tau_max_4", self.tau_max_4 > tilt, f"must be > r_4 m_4 g = {tilt:.4g} N m"
+
+    def _holding(self, place: tuple[float, float, float]) -> tuple[float, ...]:
+        """Static leg forces [N] at a tool position [m], (24), (25) in closed form."""
+        x, y, z = place
+        lengths = [math.dist((*leg, 0.0), place) for leg in self.legs]
+        mass = self.m_p + sum((self.m_s * (l_i - self.l_c) - self.mr_c) / l_i for l_i in lengths)
+        across = math.sqrt(3.0) * x
+        shares = (1 + 2 * y / self.R, 1 + (across - y) / self.R, 1 - (across + y) / self.R)
+        weight = mass * self.g / (3 * z)
+        return tuple(l_i * weight * share for l_i, share in zip(lengths, shares, strict=True))
+
+    def values(self) -> dict[str, float]:
+        """Name -> value of every parameter, as `.param` of the programs (SI units)."""
+        return asdict(self)
 
     @cached_property
     def legs(self) -> tuple[tuple[float, float], ...]:

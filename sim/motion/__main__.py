@@ -6,36 +6,43 @@ from __future__ import annotations
 import argparse
 import math
 import sys
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from sim.motion.command import interruptible, require_positive
+from sim.model.parameters import Robot
+from sim.motion.command import add_robot_option, interruptible, require_positive
 from sim.motion.gcode import parse_file
 from sim.motion.gcode_tools import add_tools_option, tools_of
 from sim.motion.path import RateLimits
 from sim.motion.trajectory import AXIS_NAMES, MotionSettings, Trajectory, generate
 
-DEFAULTS = MotionSettings()
-
 
 def _arguments() -> argparse.ArgumentParser:
+    defaults = {field.name: field.default for field in fields(MotionSettings)}
     parser = argparse.ArgumentParser(
         prog="python -m sim.motion",
         description="Check a G-code program and show the motion made of it.",
         epilog="example: python -m sim.motion sim/paths/agh.ngc --csv build/agh.csv",
     )
     parser.add_argument("program", type=Path, help="G-code file")
+    add_robot_option(parser)
     add_tools_option(parser)
     parser.add_argument("--csv", type=Path, metavar="FILE", help="write every set-point, SI units")
     options = (
-        ("--rapid", DEFAULTS.rates.rapid * 60, "rapid rate of the tool [m/min]"),
-        ("--table", math.degrees(DEFAULTS.rates.table), "largest table rate [degree/s]"),
-        ("--acceleration-time", DEFAULTS.acceleration_time, "S-curve time tr [s]"),
-        ("--jerk-time", DEFAULTS.jerk_time, "S-curve jerk time tm [s]"),
-        ("--lead-in", DEFAULTS.lead_in, "rest before the first block [s]"),
+        ("--rapid", RateLimits.rapid * 60, "rapid rate of the tool [m/min]"),
+        ("--acceleration-time", defaults["acceleration_time"], "S-curve time tr [s]"),
+        ("--jerk-time", defaults["jerk_time"], "S-curve jerk time tm [s]"),
+        ("--lead-in", defaults["lead_in"], "rest before the first block [s]"),
+    )
+    parser.add_argument(
+        "--table",
+        type=float,
+        metavar="NUMBER",
+        help="largest table rate [degree/s] (v_max_table of the robot)",
     )
     for name, default, text in options:
         parser.add_argument(
@@ -100,11 +107,16 @@ def main(argv: list[str] | None = None) -> int:
     arguments = parser.parse_args(argv)
     try:
         require_positive("--rapid", arguments.rapid, "m/min")
-        require_positive("--table", arguments.table, "degree/s")
+        robot = Robot.load(arguments.robot)
+        table = robot.v_max_table
+        if arguments.table is not None:
+            require_positive("--table", arguments.table, "degree/s")
+            table = math.radians(arguments.table)
         settings = MotionSettings(
+            robot,
             acceleration_time=arguments.acceleration_time,
             jerk_time=arguments.jerk_time,
-            rates=RateLimits(arguments.rapid / 60, math.radians(arguments.table)),
+            rates=RateLimits(arguments.rapid / 60, table),
             lead_in=arguments.lead_in,
         )
         program = parse_file(arguments.program, tools=tools_of(arguments))

@@ -3,11 +3,26 @@
 
 from __future__ import annotations
 
+import argparse
 import math
 import sys
 from collections.abc import Callable
+from pathlib import Path
+
+from sim.model.parameters import ROBOT_TOML
 
 INTERRUPTED = 130  # exit status, as of a shell
+
+
+def add_robot_option(parser: argparse.ArgumentParser) -> None:
+    """--robot FILE, for `Robot.load(arguments.robot)`."""
+    parser.add_argument(
+        "--robot",
+        type=Path,
+        default=ROBOT_TOML,
+        metavar="FILE",
+        help="parameters of robot and controller (sim/robot.toml)",
+    )
 
 
 def require_positive(option: str, value: float, unit: str) -> None:

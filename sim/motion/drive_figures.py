@@ -29,7 +29,7 @@ from sim.motion.drive import (
 from sim.motion.gcode import parse_file
 from sim.motion.moves import Motion
 from sim.motion.planner_figures import Result
-from sim.motion.trajectory import generate
+from sim.motion.trajectory import MotionSettings, generate
 from sim.run import nios
 
 AGH = Path(__file__).resolve().parents[1] / "paths/agh.ngc"
@@ -203,15 +203,18 @@ def figures(output: Path) -> list[Result]:
 
 
 def robot_figures(
-    output: Path, full: bool = False, progress: Callable[[str, int, int], None] | None = None
+    output: Path,
+    full: bool = False,
+    progress: Callable[[str, int, int], None] | None = None,
+    robot: Robot | None = None,
 ) -> list[Result]:
     """The three drive cases and the computed-torque law on the robot, AGH at 2 m/min.
 
     full: the whole path, else the STROKES. progress gets the name of a case, ticks done and in all.
     """
     output.mkdir(parents=True, exist_ok=True)
-    robot = Robot.load()
-    trajectory = generate(parse_file(AGH))
+    robot = robot or Robot.load()
+    trajectory = generate(parse_file(AGH), MotionSettings(robot))
     path = nios.set_points(trajectory, None)
     if full:
         parts = {"AGH": path}
@@ -220,7 +223,7 @@ def robot_figures(
         if Motion.RAPID in feeds:
             raise ValueError("a stroke of the quick run is a rapid move; correct STROKES")
         parts = {
-            name: drive_robot.stroke(path, *trajectory.first_ticks[block : block + 2])
+            name: drive_robot.stroke(robot, path, *trajectory.first_ticks[block : block + 2])
             for name, block in STROKES.items()
         }
     total = sum(map(len, parts.values()))
@@ -261,11 +264,11 @@ def robot_figures(
                 source="goal",
             )
         )
-        jumps = max(float(_jumps(run).max()) for run in runs.values())
+        jumps = max(float(_jumps(robot, run).max()) for run in runs.values())
         results.append(
             Result(
                 "robot",
-                f"{name}: force step of a leg in 100 us",
+                f"{name}: force step of a leg in {robot.T_s * 1e6:g} us",
                 "N",
                 "",
                 "",
@@ -278,8 +281,9 @@ def robot_figures(
     return results
 
 
-def _jumps(run: drive_robot.RobotRun) -> np.ndarray:
-    return np.abs(np.diff(run.force[drive_robot.LEAD_IN // 2 :], axis=0))
+def _jumps(robot: Robot, run: drive_robot.RobotRun) -> np.ndarray:
+    settled = round(drive_robot.LEAD_IN / 2 / robot.T_s)
+    return np.abs(np.diff(run.force[settled:], axis=0))
 
 
 def _plot():

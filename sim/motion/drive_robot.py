@@ -27,8 +27,12 @@ from sim.run.controller import Ticks
 
 COMPUTED_TORQUE = "computed torque"
 PAYLOAD = 2.0  # kg, a fifth of the platform
-LEG_DRIVE = Drive(damping=math.sqrt(0.5), cycle=100e-6)
-LEAD_IN = 1000  # ticks of rest before a stroke
+LEAD_IN = 0.1  # s of rest before a stroke
+
+
+def leg_drive(robot: Robot) -> Drive:
+    """The drive of a leg, whose loops run once per control period."""
+    return Drive(damping=math.sqrt(0.5), cycle=robot.T_s)
 
 
 class LawController:
@@ -48,7 +52,8 @@ class LawController:
 class DriveController:
     """Three leg drives with the feed-forward of a case; the law for the table."""
 
-    def __init__(self, robot: Robot, case: Case, drive: Drive = LEG_DRIVE) -> None:
+    def __init__(self, robot: Robot, case: Case, drive: Drive | None = None) -> None:
+        drive = drive or leg_drive(robot)
         if drive.damping is None:
             raise DriveError("damping = None: the drives of the legs are of second order")
         self._robot, self._law, self._drive = robot, Tracking(robot), drive
@@ -89,10 +94,10 @@ class RobotRun:
     tracking: closed_loop.Tracking
 
 
-def stroke(path: SetPoints, first: int, last: int) -> SetPoints:
-    """Ticks first .. last - 1 of a path, which rests there, after LEAD_IN ticks at rest."""
+def stroke(robot: Robot, path: SetPoints, first: int, last: int) -> SetPoints:
+    """Ticks first .. last - 1 of a path, which rests there, after LEAD_IN at rest."""
     words = path.words()[first:last].copy()
-    rest = np.repeat(words[:1], LEAD_IN, axis=0)
+    rest = np.repeat(words[:1], round(LEAD_IN / robot.T_s), axis=0)
     rest[:, 3:9] = rest[:, 11:] = 0.0  # speeds and accelerations of tool and table
     return SetPoints.from_words(np.concatenate((rest, words)))
 

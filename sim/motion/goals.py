@@ -347,7 +347,8 @@ def corner_speed(counts: Counts) -> Measured:
     """90 degrees, P = 0.1 mm, 4.8 m/s2: speed of the set-point next to the corner."""
     base = LookaheadSettings()
     found = []
-    for limits in (MachineLimits(), MachineLimits(jerk_limited=False)):
+    for jerk_limited in (True, False):
+        limits = MachineLimits.of(base.robot, jerk_limited)
         moves = lookahead_figures.without_approach(lookahead_figures.corner_program("G64 P0.1"))
         blocks = list(Lookahead(moves, replace(base, limits=limits)).setpoints())
         tool = np.concatenate([block.position[:, :3] for block in blocks])

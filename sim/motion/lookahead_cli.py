@@ -8,13 +8,15 @@ import json
 import math
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
 
 from rich.console import Console
 from rich.table import Table
 
-from sim.motion.command import require_positive
+from sim.model.parameters import Robot
+from sim.motion.command import add_robot_option, require_positive
 from sim.motion.gcode import GcodeErrors, stream_file
 from sim.motion.gcode_tools import NO_TOOLS, add_tools_option, tools_of
 from sim.motion.lookahead import Lookahead
@@ -50,6 +52,7 @@ def _arguments() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("file", nargs="?", type=Path, help="program")
+    add_robot_option(parser)
     add_tools_option(parser)
     metavar = ("SPEED", "ACCELERATION", "JERK")
     for group, text in (
@@ -76,14 +79,16 @@ def _unit(group: str, order: int) -> str:
 
 def settings_of(arguments: argparse.Namespace) -> LookaheadSettings:
     """Settings of the command line; raises ValueError naming a value outside its limit."""
-    limits: dict[str, Any] = {"jerk_limited": not arguments.steps}
+    robot = Robot.load(arguments.robot)
+    limits: dict[str, Limits] = {}
     for group, (_, factor) in UNITS.items():
         values = getattr(arguments, group)
         if values is not None:
             for order, (name, value) in enumerate(zip(QUANTITIES, values, strict=True), start=1):
                 require_positive(f"{name} of --{group}", value, _unit(group, order))
             limits[group] = Limits(*(value / factor for value in values))
-    more: dict[str, Any] = {"limits": MachineLimits(**limits)}
+    of_robot = MachineLimits.of(robot, jerk_limited=not arguments.steps)
+    more: dict[str, Any] = {"robot": robot, "limits": replace(of_robot, **limits)}
     if arguments.rapid is not None:
         require_positive("--rapid", arguments.rapid, "mm/s")
         more["rapid"] = arguments.rapid / 1e3

@@ -77,7 +77,7 @@ def figures(output: Path) -> dict[str, Any]:
     """Draws the figures into `output` (SVG, PNG) with `lookahead.json`; returns that."""
     output.mkdir(parents=True, exist_ok=True)
     base = LookaheadSettings()
-    stepped = replace(base, limits=MachineLimits(jerk_limited=False))
+    stepped = replace(base, limits=MachineLimits.of(base.robot, jerk_limited=False))
     modes = {"without blending [s]": "G61", "with blending [s]": "G64 P0.025"}
     document: dict[str, Any] = {"figures 4 and 5": {}, "figure 6": []}
     paths: dict[str, FloatArray] = {}

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,10 +47,20 @@ class MachineLimits:
     is run slower. With jerk_limited False the acceleration steps and the jerk limits do not count.
     """
 
-    tool: Limits = field(default_factory=lambda: Limits(0.5, 4.8, 1000.0))
-    leg: Limits = field(default_factory=lambda: Limits(0.6, 8.0, 2000.0))
-    table: Limits = field(default_factory=lambda: Limits(np.pi / 2, 20.0, 5000.0))
+    tool: Limits
+    leg: Limits
+    table: Limits
     jerk_limited: bool = True
+
+    @classmethod
+    def of(cls, robot: Robot, jerk_limited: bool = True) -> MachineLimits:
+        """The limits among a robot's parameters."""
+        return cls(
+            Limits(robot.v_max_tool, robot.a_max_tool, robot.j_max_tool),
+            Limits(robot.v_max_leg, robot.a_max_leg, robot.j_max_leg),
+            Limits(robot.v_max_table, robot.a_max_table, robot.j_max_table),
+            jerk_limited,
+        )
 
     def __post_init__(self) -> None:
         for group in ("tool", "leg", "table"):

@@ -24,8 +24,9 @@ from rich.table import Table
 
 from sim.harness.build import BuildError
 from sim.harness.motion_rtl import MotionError
+from sim.model.parameters import ParameterError, Robot
 from sim.motion import drive_figures, goals, lookahead_figures, show_path, show_rtl
-from sim.motion.command import interruptible
+from sim.motion.command import add_robot_option, interruptible
 from sim.motion.drive_robot import PAYLOAD
 from sim.motion.planner_figures import Result, printed
 from sim.page.document import Page
@@ -139,7 +140,7 @@ def _figure_modules(output: Path, console: Console) -> tuple[list[dict[str, Any]
     return rows, absent
 
 
-def _robot(output: Path, full: bool, console: Console) -> list[dict[str, Any]]:
+def _robot(robot: Robot, output: Path, full: bool, console: Console) -> list[dict[str, Any]]:
     with TickProgress(console) as bars:
         done: dict[str, int] = {}
 
@@ -149,7 +150,8 @@ def _robot(output: Path, full: bool, console: Console) -> list[dict[str, Any]]:
             bars.advance(name, ticks - done.get(name, 0))
             done[name] = ticks
 
-        return rows_of("drive_figures", drive_figures.robot_figures(output, full, advance))
+        found = drive_figures.robot_figures(output, full, advance, robot)
+        return rows_of("drive_figures", found)
 
 
 def _rtl(output: Path, console: Console) -> list[dict[str, Any]]:
@@ -162,15 +164,16 @@ def _rtl(output: Path, console: Console) -> list[dict[str, Any]]:
     return rows_of("show_rtl", show_rtl.results(moves))
 
 
-def _path(output: Path, console: Console) -> list[dict[str, Any]]:
+def _path(robot: Robot, output: Path, console: Console) -> list[dict[str, Any]]:
     console.print(f"      {show_path.FILE}: a G64 program on five axes, clock by clock")
-    run = show_path.run()
+    run = show_path.run(robot=robot)
     show_path.draw(run, output)
     return rows_of("show_path", show_path.results(run))
 
 
 def run(arguments: argparse.Namespace, console: Console) -> None:
     """The whole job; writes below arguments.output."""
+    robot = Robot.load(arguments.robot)
     out: Path = arguments.output
     out.mkdir(parents=True, exist_ok=True)
     console.print("[bold]1/4[/] figures of the seeds: planner, look-ahead, drive")
@@ -181,14 +184,14 @@ def run(arguments: argparse.Namespace, console: Console) -> None:
         f"{'the whole path' if arguments.full else strokes}"
     )
     if not arguments.no_robot:
-        rows += _robot(out, arguments.full, console)
+        rows += _robot(robot, out, arguments.full, console)
     console.print(
         f"[bold]3/4[/] front-end as RTL, figure 12 of seed 002 at {show_rtl.PULSES_PER_MM} "
         "pulses/mm (us of 100 clocks)"
     )
     if not arguments.no_rtl:
         rows += _rtl(out, console)
-        rows += _path(out, console)
+        rows += _path(robot, out, console)
     console.print("[bold]4/4[/] goals")
     features: list[goals.Goal] = []
     if not arguments.no_goals:
@@ -240,6 +243,7 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument(
         "--output", type=Path, default=ROOT / "build/motion", help="folder of everything written"
     )
+    add_robot_option(parser)
     parser.add_argument(
         "--full", action="store_true", help="the whole AGH path, and every goal to its full depth"
     )
@@ -252,6 +256,9 @@ def main(argv: list[str] | None = None) -> int:
         console = Console(width=WIDTH)
     try:
         run(arguments, console)
+    except ParameterError as error:
+        console.print(str(error), markup=False, highlight=False)
+        return 1
     except (ShowError, BuildError, MotionError, OSError) as error:
         console.print(f"error: {error}", markup=False, highlight=False)
         return 1

@@ -90,20 +90,27 @@ class TooLongError(ValueError):
 
 @dataclass(frozen=True)
 class MotionSettings:
-    """How a program is run: control period [s], S-curve times [s], rates, rest at the start [s].
+    """How a program is run: robot, S-curve times [s], rates, rest at the start [s].
 
-    0 < jerk_time <= acceleration_time/2 keeps the acceleration continuous; anything else raises
-    ValueError.
+    rates: None stands for the table's limit of the robot. 0 < jerk_time <= acceleration_time/2
+    keeps the acceleration continuous; anything else raises ValueError.
     """
 
-    period: float = 100e-6
+    robot: Robot = field(default_factory=Robot.load)
     acceleration_time: float = 0.36
     jerk_time: float = 0.18
-    rates: RateLimits = field(default_factory=RateLimits)
+    rates: RateLimits | None = None
     lead_in: float = 0.1
 
+    @property
+    def period(self) -> float:
+        """Control period of the robot [s]."""
+        return self.robot.T_s
+
     def __post_init__(self) -> None:
-        for name in ("period", "acceleration_time", "jerk_time"):
+        if self.rates is None:
+            object.__setattr__(self, "rates", RateLimits(table=self.robot.v_max_table))
+        for name in ("acceleration_time", "jerk_time"):
             value = getattr(self, name)
             if not (value > 0.0 and math.isfinite(value)):
                 raise ValueError(f"{name} = {value!r} is outside its limit: {name} > 0")
@@ -252,14 +259,10 @@ def _check(trajectory: Trajectory, workspace: Workspace, file: str) -> None:
 
 
 def generate(
-    program: Program,
-    settings: MotionSettings | None = None,
-    workspace: Workspace | None = None,
-    most_ticks: int = MOST_TICKS,
+    program: Program, settings: MotionSettings | None = None, most_ticks: int = MOST_TICKS
 ) -> Trajectory:
     """Set-points of a program from rest at its start to rest at its end.
 
-    The workspace is by default that of the robot in `sim/robot.toml`.
     Raises WorkspaceError at the first set-point outside the workspace, TooLongError, and ValueError
     for a program without any motion.
     """
@@ -297,5 +300,5 @@ def generate(
         blocks=blocks,
         first_ticks=np.array(first_ticks),
     )
-    _check(trajectory, workspace or Workspace.of(Robot.load()), program.file)
+    _check(trajectory, Workspace.of(settings.robot), program.file)
     return trajectory

@@ -27,9 +27,10 @@ from sim.harness.nios_rtl import NiosRtl
 from sim.model.parameters import ParameterError, Robot
 from sim.model.records import SetPoints, TrackingResult
 from sim.model.tracking import joint_path
+from sim.motion.command import add_robot_option
 from sim.motion.gcode import GcodeErrors, parse_file
 from sim.motion.moves import Motion
-from sim.motion.trajectory import Trajectory, WorkspaceError, generate
+from sim.motion.trajectory import MotionSettings, Trajectory, WorkspaceError, generate
 from sim.run import closed_loop, nios, page, tables
 from sim.run.controller import AsipController, ControllerFault, Ticks
 from sim.run.progress import TickProgress
@@ -155,16 +156,18 @@ def run(arguments: argparse.Namespace, console: Console) -> None:
     """The whole job; writes below arguments.output."""
     out: Path = arguments.output
     out.mkdir(parents=True, exist_ok=True)
-    robot = Robot.load()
+    robot = Robot.load(arguments.robot)
     console.print(f"[bold]1/6[/] trajectory of {arguments.gcode}")
-    trajectory = generate(parse_file(arguments.gcode))
+    trajectory = generate(parse_file(arguments.gcode), MotionSettings(robot))
     path = nios.set_points(trajectory, arguments.ticks)
-    console.print(f"      {len(path)} ticks of 100 µs, {len(trajectory.blocks)} blocks")
+    console.print(
+        f"      {len(path)} ticks of {robot.T_s * 1e6:g} µs, {len(trajectory.blocks)} blocks"
+    )
 
     console.print("[bold]2/6[/] assembling the tracking programs")
     images = []
     for name in ("tracking_as_printed", "tracking_optimised"):
-        image = assemble(PROGRAMS / f"{name}.s", configuration="fast")
+        image = assemble(PROGRAMS / f"{name}.s", configuration="fast", defines=robot.values())
         image.save(out / f"{name}.asip.json")
         console.print(f"      {name}: {len(image.bundles)} bundles, {image.cycles} cycles expected")
         images.append(image)
@@ -185,6 +188,7 @@ def run(arguments: argparse.Namespace, console: Console) -> None:
 
     console.print("[bold]6/6[/] comparing with double precision and printed float32")
     data = results(robot, path, printed, better, replayed, comparison, simulation)
+    data["robot"] = {"file": str(arguments.robot), "values": robot.values()}
     nios.add_results(data, nios_runs, path, comparison.reference, comparison.single, row_errors)
     (out / "results.json").write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")
     synthesised = json.loads(SYNTHESIS.read_text())["tops"] if SYNTHESIS.is_file() else {}
@@ -223,6 +227,7 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument(
         "gcode", type=Path, nargs="?", default=ROOT / "sim/paths/agh.ngc", help="path (RS-274)"
     )
+    add_robot_option(parser)
     parser.add_argument("--ticks", type=int, help="only the first TICKS ticks of the path")
     parser.add_argument(
         "--all-ticks", action="store_true", help="FPGA1 and FPGA2 take every tick too (hours)"

@@ -27,7 +27,7 @@ from sim.model.parameters import Robot
 from sim.model.records import SetPoints, TrackingResult
 from sim.model.tracking import joint_path
 from sim.motion.gcode import parse_file
-from sim.motion.trajectory import Trajectory, generate
+from sim.motion.trajectory import MotionSettings, Trajectory, generate
 from sim.run import closed_loop
 from sim.run.controller import EXPORTED, ControllerFault, Ticks
 
@@ -122,7 +122,7 @@ def profile_path(platform: str, program: Program, first: int, ticks: int) -> Pro
     Raises ValueError if the path is shorter, NiosError, BuildError.
     """
     robot = Robot.load()
-    trajectory = generate(parse_file(PATH))
+    trajectory = generate(parse_file(PATH), MotionSettings(robot))
     n = first + ticks
     if n > len(trajectory.position):
         raise ValueError(f"the path has {len(trajectory.position)} ticks, {n} asked for")

@@ -15,7 +15,7 @@ from sim.dual import __main__ as command
 from sim.dual import report
 from sim.dual.loop import TICK, Loop, Stretch, differing, follow, stretches_of
 from sim.dual.moves import moves_of
-from sim.dual.report import DATA, NOMINAL_CLOCKS, PAGE, PageError, publish, replaced
+from sim.dual.report import DATA, PAGE, PageError, nominal_clocks, publish, replaced
 from sim.dual.system import TwoProcessors
 from sim.model.parameters import Robot
 from sim.motion.gcode import parse_file
@@ -36,7 +36,7 @@ def trajectory():
 
 
 def new_loop(trajectory, ticks: int = TICKS) -> Loop:
-    controller = TwoProcessors(moves_of(trajectory, QUICK), SHORT)
+    controller = TwoProcessors(Robot.load(), moves_of(trajectory, QUICK), SHORT)
     return Loop(Robot.load(), set_points(trajectory, ticks), controller)
 
 
@@ -65,7 +65,7 @@ def test_loop__is_the_closed_loop_of_make_run(trajectory):
     loop.advance(TICKS)
     ours = loop.recording()
     path = set_points(trajectory, TICKS)
-    controller = TwoProcessors(moves_of(trajectory, QUICK), SHORT)
+    controller = TwoProcessors(Robot.load(), moves_of(trajectory, QUICK), SHORT)
     theirs = closed_loop.run(Robot.load(), path, controller, lambda n: None)
     assert np.array_equal(ours.counts, theirs.counts)
     assert np.array_equal(ours.joints, theirs.joints)
@@ -78,7 +78,7 @@ def test_loop__is_the_closed_loop_of_make_run(trajectory):
 def test_repeat__at_100_us_gives_the_same_bits_and_leaves_the_loop_where_it_was(trajectory):
     loop, alone = new_loop(trajectory), new_loop(trajectory)
     loop.advance(70)
-    other = loop.repeat(90, NOMINAL_CLOCKS)
+    other = loop.repeat(90, nominal_clocks(Robot.load()))
     assert loop.done == 70 and len(other) == 20
     assert loop.controller.system.read("PERIOD") == SHORT
     loop.advance(TICKS)
@@ -131,7 +131,7 @@ def test_repeat__interrupted_ends_the_process_that_repeats(trajectory, monkeypat
     try:
         signal.setitimer(signal.ITIMER_REAL, 0.2)
         with pytest.raises(KeyboardInterrupt):
-            loop.repeat(10, NOMINAL_CLOCKS)
+            loop.repeat(10, nominal_clocks(Robot.load()))
     finally:
         signal.signal(signal.SIGALRM, before)
     with pytest.raises(ChildProcessError):
@@ -199,8 +199,10 @@ def test_command__partial_results_are_written_as_it_goes(tmp_path, monkeypatch):
 def test_command__whole_path_is_told_from_a_part(tmp_path, monkeypatch):
     gcode = tmp_path / "short.ngc"
     gcode.write_text("G17 G21 G90\nG0 X0.1 Z600.1\nM2\n")
-    monkeypatch.setattr(command, "generate", lambda program: generate(program, QUICK))
-    monkeypatch.setattr(command, "moves_of", lambda trajectory: moves_of(trajectory, QUICK))
+    monkeypatch.setattr(command, "generate", lambda program, settings: generate(program, QUICK))
+    monkeypatch.setattr(
+        command, "moves_of", lambda trajectory, settings: moves_of(trajectory, QUICK)
+    )
     whole = len(set_points(generate(parse_file(gcode), QUICK), None))
     for ticks in ([], ["--ticks", str(whole - 1)]):
         assert command.main([str(gcode), "--short-only", "--output", str(tmp_path), *ticks]) == 0
@@ -214,7 +216,7 @@ def test_command__short_run_has_figures_and_no_tracking_error(tmp_path):
     data = json.loads((tmp_path / "results.json").read_text())
     assert data["tracking"] is None and data["complete"]
     assert data["repeated"] == {
-        "period_clocks": NOMINAL_CLOCKS,
+        "period_clocks": nominal_clocks(Robot.load()),
         "stretches": [[0, 20]],
         "ticks": 20,
         "same_bits": True,

@@ -12,7 +12,7 @@ import pytest
 
 from sim.dual.__main__ import main
 from sim.dual.moves import RING_RECORDS, PathNotSuitedError, moves_of, rest
-from sim.dual.report import NOMINAL_CLOCKS, set_point_errors
+from sim.dual.report import nominal_clocks, set_point_errors
 from sim.dual.system import TwoProcessors, program
 from sim.harness.dual_rtl import DualRtl
 from sim.model.parameters import Robot
@@ -51,7 +51,7 @@ def trajectory():
 def closed(trajectory):
     """The whole path of short moves in closed loop: controller, recording, set-points planned."""
     path = set_points(trajectory, None)
-    controller = TwoProcessors(moves_of(trajectory, QUICK), SHORT)
+    controller = TwoProcessors(Robot.load(), moves_of(trajectory, QUICK), SHORT)
     recording = closed_loop.run(Robot.load(), path, controller, lambda n: None)
     return controller, recording, path
 
@@ -93,7 +93,7 @@ def test_set_points__stops_are_exact_and_at_rest(closed, trajectory):
 
 def test_set_points__end_is_held_until_a_further_move_arrives(trajectory):
     moves = moves_of(trajectory, QUICK)[:2]
-    controller = TwoProcessors(moves, SHORT)
+    controller = TwoProcessors(Robot.load(), moves, SHORT)
     controller.start()
     ticks = sum(move.duration for move in moves)
     controller.periods(COUNTS * (ticks + 20))
@@ -113,7 +113,7 @@ def test_ring__more_moves_than_it_holds_run_in_order():
     """Rests at known heights: the ring goes round, the host writes ahead."""
     heights = [0.6 + 0.001 * i for i in range(3 * RING_RECORDS + 5)]
     moves = [rest(np.array([0.0, 0.0, z, 0.0, 0.0]), 7 + i % 5) for i, z in enumerate(heights)]
-    controller = TwoProcessors(moves, SHORT)
+    controller = TwoProcessors(Robot.load(), moves, SHORT)
     controller.start()
     ticks = sum(move.duration for move in moves)
     for _ in range(0, ticks, 50):
@@ -130,7 +130,7 @@ def test_ring__more_moves_than_it_holds_run_in_order():
 def test_closed_loop__commands_are_those_of_one_core_on_the_same_words(closed):
     """The tracking program alone, given what was handed over, answers with the same bits."""
     controller, recording, path = closed
-    alone = AsipController(program("tracking_optimised", "fast"))
+    alone = AsipController(program("tracking_optimised", "fast", Robot.load()))
     words = made(controller, len(path))
     alone.prime(words[0], recording.counts[0])
     again = alone.batch(words, recording.counts)
@@ -140,7 +140,7 @@ def test_closed_loop__commands_are_those_of_one_core_on_the_same_words(closed):
 def test_closed_loop__tool_follows_as_with_one_core(closed):
     controller, recording, path = closed
     robot = Robot.load()
-    alone = AsipController(program("tracking_optimised", "fast"))
+    alone = AsipController(program("tracking_optimised", "fast", Robot.load()))
     other = closed_loop.run(robot, path, alone, lambda n: None)
     ours = np.linalg.norm(recording.tool - path.position, axis=1)
     theirs = np.linalg.norm(other.tool - path.position, axis=1)
@@ -153,8 +153,8 @@ def test_closed_loop__same_bits_twice_and_whatever_the_length_of_a_period(trajec
     """A few ticks over the first change of moves, at two lengths of a period and twice at one."""
     path = set_points(trajectory, 30)
     runs = []
-    for period in (SHORT, SHORT, NOMINAL_CLOCKS):
-        controller = TwoProcessors(moves_of(trajectory, QUICK), period)
+    for period in (SHORT, SHORT, nominal_clocks(Robot.load())):
+        controller = TwoProcessors(Robot.load(), moves_of(trajectory, QUICK), period)
         recording = closed_loop.run(Robot.load(), path, controller, lambda n: None)
         system = controller.system
         runs.append(
@@ -175,7 +175,7 @@ def test_closed_loop__every_period_takes_the_same_cycles(closed):
     assert read("TRAJECTORY_MIN") == read("TRAJECTORY_MAX")
     assert read("TRACKING_MIN") == read("TRACKING_MAX")
     assert len(set(recording.ticks.cycles.tolist())) == 1
-    assert read("USED_MAX") < NOMINAL_CLOCKS
+    assert read("USED_MAX") < nominal_clocks(Robot.load())
 
 
 # ---------------------------------------------------------------------- faults
@@ -185,7 +185,7 @@ def test_refused_move__holds_the_last_set_point_and_stops(trajectory):
     good, *rest_of = moves_of(trajectory, QUICK)
     bad = dataclasses.replace(rest_of[0], vm=0.0)
     robot = Robot.load()
-    controller = TwoProcessors([good, bad], SHORT)
+    controller = TwoProcessors(Robot.load(), [good, bad], SHORT)
     plant = Plant(robot, HOME[:3], HOME[3:])
     seen = plant.counts()
     controller.prime(set_points(trajectory, 1).words()[0], seen)
@@ -204,7 +204,7 @@ def test_refused_move__holds_the_last_set_point_and_stops(trajectory):
 
 
 def test_no_move__the_system_stops_before_it_tracks():
-    controller = TwoProcessors([], SHORT)
+    controller = TwoProcessors(Robot.load(), [], SHORT)
     controller.start()
     controller.periods(COUNTS * 2)
     flags = controller.system.flags()
@@ -229,7 +229,9 @@ def test_cli__writes_figures_and_tables(tmp_path, capsys, monkeypatch):
     assert data["clocks"]["periods"] == 1401  # the first makes the set-point to begin with
     assert data["complete"] and not data["whole_path"]
     assert data["ticks_done"] == 1400 and data["clocks"]["overruns"] == 0
-    assert data["periods"]["left"]["min"] == NOMINAL_CLOCKS - data["clocks"]["used_max"]
+    assert (
+        data["periods"]["left"]["min"] == nominal_clocks(Robot.load()) - data["clocks"]["used_max"]
+    )
     assert data["one_core"] == {"ticks": 1400, "ticks_equal": 1400}
     assert data["repeated"]["ticks"] == 0
     assert data["set_point_error"]["x"] > 0  # it has begun to move
@@ -266,7 +268,7 @@ def test_cli__refuses_without_a_traceback(arguments, code, text, capsys, tmp_pat
 def test_small_cores__same_bits(configuration, trajectory, closed):
     """Both programs on the small cores, or one of them, compute the same words."""
     controller = TwoProcessors(
-        moves_of(trajectory, QUICK), 1000, trajectory=configuration, tracking="small"
+        Robot.load(), moves_of(trajectory, QUICK), 1000, trajectory=configuration, tracking="small"
     )
     path = set_points(trajectory, 400)
     recording = closed_loop.run(Robot.load(), path, controller, lambda n: None)

@@ -43,7 +43,7 @@ class Run:
     """System and plant, period by period, whatever happens: counts seen, records."""
 
     def __init__(self, path, moves: list[Move]) -> None:
-        self.controller = TwoProcessors(moves, SHORT)
+        self.controller = TwoProcessors(Robot.load(), moves, SHORT)
         self.system = self.controller.system
         self.plant = Plant(Robot.load(), HOME[:3], HOME[3:])
         self.seen = self.plant.counts()
@@ -144,7 +144,7 @@ def test_planner_overrun__one_tick_is_held_at_rest_and_no_set_point_is_lost(path
     held = words[60].copy()
     held[list(RATES)] = 0.0
     tracked = np.concatenate([words[:61], held[np.newaxis], words[61:120]])
-    alone = AsipController(program("tracking_optimised", "fast"))
+    alone = AsipController(program("tracking_optimised", "fast", Robot.load()))
     alone.prime(path.words()[0], run.counts[0])
     answers = alone.batch(tracked, np.array(run.counts))
     assert np.array_equal(answers.outputs, commands(np.array(run.records)))

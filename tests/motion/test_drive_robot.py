@@ -11,12 +11,15 @@ from sim.model.records import SetPoints
 from sim.model.tracking import joint_path
 from sim.motion.drive import CASES, Case, Drive, DriveError
 from sim.motion.drive_figures import AGH, STROKES
-from sim.motion.drive_robot import LEAD_IN, LEG_DRIVE, DriveController, RobotRun, simulate, stroke
+from sim.motion.drive_robot import LEAD_IN as LEAD_IN_S
+from sim.motion.drive_robot import DriveController, RobotRun, leg_drive, simulate, stroke
 from sim.motion.gcode import parse_file
 from sim.motion.moves import Motion
 from sim.motion.trajectory import Trajectory, generate
 from sim.run import nios
 
+LEG_DRIVE = leg_drive(Robot.load())
+LEAD_IN = round(LEAD_IN_S / Robot.load().T_s)  # ticks
 BAR = 7  # block of AGH: bar of the A, 15 mm with both table axes
 
 
@@ -31,9 +34,9 @@ def trajectory() -> Trajectory:
 
 
 @pytest.fixture(scope="module")
-def path(trajectory) -> SetPoints:
+def path(robot, trajectory) -> SetPoints:
     points = nios.set_points(trajectory, None)
-    return stroke(points, *trajectory.first_ticks[BAR : BAR + 2])
+    return stroke(robot, points, *trajectory.first_ticks[BAR : BAR + 2])
 
 
 @pytest.fixture(scope="module")

@@ -29,7 +29,7 @@ from tests.motion.lookahead_programs import distance_to_polyline, sampled
 
 ROBOT = Robot.load()
 SMOOTH = LookaheadSettings(robot=ROBOT)
-STEPS = LookaheadSettings(robot=ROBOT, limits=MachineLimits(jerk_limited=False))
+STEPS = LookaheadSettings(robot=ROBOT, limits=MachineLimits.of(ROBOT, jerk_limited=False))
 
 
 def moves_of(text: str):
@@ -234,7 +234,7 @@ def test_stream__usual_depth__brakes_for_an_end_more_than_256_segments_ahead():
         Move(k, "", Motion.LINEAR, (x, 0.0, 600.0, 0.0, 0.0), (x + way, 0.0, 600.0, 0.0, 0.0), 15e3)
         for k, x in enumerate((np.arange(2000) * way - 20).tolist(), start=1)
     ]
-    limits = replace(MachineLimits(jerk_limited=False), leg=Limits(10.0, 100.0, 1e5))
+    limits = replace(MachineLimits.of(ROBOT, jerk_limited=False), leg=Limits(10.0, 100.0, 1e5))
     points, _ = sampled(moves, replace(STEPS, limits=limits))
     speed = np.linalg.norm(points.velocity[:, :3], axis=1)
     assert speed.max() == pytest.approx(0.25, rel=2e-3)
@@ -367,7 +367,7 @@ def test_workspace__left_by_a_line_or_an_arc__names_the_line():
             Lookahead(moves_of(text), SMOOTH, file="part.ngc").duration()
 
 
-@pytest.mark.parametrize("change", [{"period": 0.0}, {"rapid": -1.0}, {"depth": 1}])
+@pytest.mark.parametrize("change", [{"rapid": -1.0}, {"depth": 1}])
 def test_settings__outside_their_limits__are_refused_by_name(change):
     with pytest.raises(ValueError, match=f"{next(iter(change))} = "):
         LookaheadSettings(robot=ROBOT, **change)

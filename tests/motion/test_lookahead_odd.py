@@ -22,7 +22,8 @@ from sim.motion.planner_optimal import Limits
 from sim.motion.stress import VIOLATION
 from tests.motion.lookahead_programs import sampled
 
-SETTINGS = LookaheadSettings(robot=Robot.load())
+ROBOT = Robot.load()
+SETTINGS = LookaheadSettings(robot=ROBOT)
 HOME = (0.0, 0.0, 600.0, 0.0, 0.0)
 
 
@@ -122,7 +123,7 @@ def test_limits__jerk_of_the_tool_raised__is_never_slower():
     moves = without_approach(chord_program("G64 P0.025", 12))
     times = []
     for jerk in (1e2, 1e3, 1e4, 1e6, 1e9, 1e12):
-        limits = MachineLimits(tool=Limits(0.25, 4.8, jerk))
+        limits = replace(MachineLimits.of(ROBOT), tool=Limits(0.25, 4.8, jerk))
         settings = replace(SETTINGS, limits=limits)
         times.append(Lookahead(moves, settings).duration())
         found = demand(Lookahead(moves, settings).setpoints(), settings.robot, settings.period)
@@ -133,7 +134,8 @@ def test_limits__jerk_of_the_tool_raised__is_never_slower():
 def test_limits__speed_allowed_below_the_resolution_of_its_search__is_found():
     # Acceleration within 99 s on a circle of 0.1 um: the jerk allows R / (0.9 * 99 s), less than
     # 2^-16 of what the other limits do.
-    limits = MachineLimits(Limits(1e3, 1e4, 101.0), Limits(1e3, 1e4, 1e4))
+    table = MachineLimits.of(ROBOT).table
+    limits = MachineLimits(Limits(1e3, 1e4, 101.0), Limits(1e3, 1e4, 1e4), table)
     circle = Move(1, "", Motion.ARC_CCW, HOME, HOME, 1e6, Plane.XY, (0.0, 1e-4))
     time = Lookahead([circle], replace(SETTINGS, limits=limits)).duration()
     assert math.isfinite(time) and time > 2 * math.pi * 0.9 * 99

@@ -2,6 +2,7 @@
 """Set-points of whole programs: ticks, stops, continuity, limits and the letters A, G, H."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -217,10 +218,10 @@ def test_generate__arc_that_touches_the_workspace__is_accepted():
     run("G0 X150\nG3 I-150 F6000\nG0 X0\nZ450\nZ750\nM2")
 
 
-def test_generate__workspace_given__replaces_the_default():
-    tight = Workspace((-0.01, -0.01, 0.59), (0.01, 0.01, 0.61))
+def test_generate__workspace__is_that_of_the_robot():
+    tight = replace(Robot.load(), x_max=0.01, y_max=0.01, z_min=0.59, z_max=0.61)
     with pytest.raises(WorkspaceError):
-        generate(parse("G0 X11\nM2"), workspace=tight)
+        generate(parse("G0 X11\nM2"), MotionSettings(tight))
 
 
 def test_defaults__workspace_and_period__are_those_of_the_specification():
@@ -237,7 +238,6 @@ def test_generate__program_without_motion__is_refused():
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"period": 0.0}, "period = 0.0 is outside its limit: period > 0"),
         ({"jerk_time": 0.0}, "jerk_time = 0.0 is outside its limit: jerk_time > 0"),
         ({"jerk_time": 0.19}, "jerk_time <= acceleration_time/2 = 0.18"),
         ({"lead_in": -1.0}, "lead_in = -1.0 is outside its limit: lead_in >= 0"),

@@ -16,6 +16,24 @@
 #define ROBOT_z_min 0.45
 /* workspace: largest z of the tool [m] */
 #define ROBOT_z_max 0.75
+/* greatest speed of the tool [m/s] */
+#define ROBOT_v_max_tool 0.5
+/* greatest acceleration of the tool [m/s^2] */
+#define ROBOT_a_max_tool 4.8
+/* greatest jerk of the tool [m/s^3] */
+#define ROBOT_j_max_tool 1000.0
+/* greatest speed of a leg [m/s] */
+#define ROBOT_v_max_leg 0.6
+/* greatest acceleration of a leg [m/s^2] */
+#define ROBOT_a_max_leg 8.0
+/* greatest jerk of a leg [m/s^3] */
+#define ROBOT_j_max_leg 2000.0
+/* greatest speed of a table axis [rad/s] */
+#define ROBOT_v_max_table 1.5707963267948966
+/* greatest acceleration of a table axis [rad/s^2] */
+#define ROBOT_a_max_table 20.0
+/* greatest jerk of a table axis [rad/s^3] */
+#define ROBOT_j_max_table 5000.0
 /* sliding mass of one leg (23) [kg] */
 #define ROBOT_m_s 12.0
 /* platform with spindle (23), (25) [kg] */
