@@ -23,7 +23,7 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 from scripts.gen import deliver, sv_int, sv_logic, table  # noqa: E402
-from scripts.synth_unit import sources_of  # noqa: E402
+from sim.harness.sources import sources_of  # noqa: E402
 
 SOURCE = ROOT / "nios_sw/custom.toml"
 FP_PACKAGE = ROOT / "rtl/fpu/fp_pkg.sv"

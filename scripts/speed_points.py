@@ -19,7 +19,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from synth import RESULT, TOPS
-from synth_unit import ROOT, SynthesisError, sources_of, synthesise
+from synth_unit import ROOT, SynthesisError, synthesise
+
+from sim.harness.sources import sources_of
 
 DATA = ROOT / "docs/data/speed_points.json"
 PAGE = ROOT / "docs/synthesis.md"

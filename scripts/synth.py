@@ -18,8 +18,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from rich.console import Console
-from synth_unit import OUTPUT, ROOT, SynthesisError, sources_of, synthesise
+from synth_unit import OUTPUT, ROOT, SynthesisError, synthesise
 
+from sim.harness.sources import sources_of
 from sim.model.published import Published
 from sim.run.tables import resource_table
 

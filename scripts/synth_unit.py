@@ -22,6 +22,8 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
+from sim.harness.sources import sources_of
+
 ROOT = Path(__file__).resolve().parents[1]
 OUTPUT = ROOT / "build/synth"
 TARGET_MHZ = 250  # above every unit, so that nextpnr keeps optimising
@@ -43,34 +45,6 @@ ECP5_CLASSES = {"lut4": "TRELLIS_COMB", "ff": "TRELLIS_FF", "mul": "MULT18X18D",
 
 class SynthesisError(RuntimeError):
     """A tool refused the design; the message ends with the tail of its log."""
-
-
-def sources_of(top: str, folders: Sequence[Path] = (ROOT / "rtl",)) -> list[Path]:
-    """Files that `top` needs: packages named `p::` and modules instantiated, packages first.
-
-    Files are found by name (one module per file, same name). Raises FileNotFoundError for a
-    top without a file.
-    """
-    files = {path.stem: path for folder in folders for path in sorted(folder.rglob("*.sv"))}
-    if top not in files:
-        raise FileNotFoundError(f"no file {top}.sv below {', '.join(map(str, folders))}")
-    order: list[str] = []
-
-    def visit(name: str) -> None:
-        if name in order:
-            return
-        text = re.sub(r"//[^\n]*", "", files[name].read_text())
-        used = re.findall(r"\b(\w+)(?=::)", text) + re.findall(
-            r"^\s*(\w+)\s+(?:#\s*\(|\w+\s*\()", text, re.M
-        )
-        for other in dict.fromkeys(used):
-            if other in files and other != name:
-                visit(other)
-        order.append(name)
-
-    visit(top)
-    packages = [name for name in order if name.endswith("_pkg")]
-    return [files[name] for name in packages + [n for n in order if n not in packages]]
 
 
 def _run(tool: str, arguments: Sequence[str], log: Path) -> str:

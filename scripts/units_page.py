@@ -23,8 +23,9 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 from scripts.gen import table  # noqa: E402
-from scripts.synth_unit import SynthesisError, sources_of, synthesise  # noqa: E402
+from scripts.synth_unit import SynthesisError, synthesise  # noqa: E402
 from sim.fpbench.native import angle_bound, operations  # noqa: E402
+from sim.harness.sources import sources_of  # noqa: E402
 
 RTL = ROOT / "rtl/fpu"
 PAGE = ROOT / "docs/units.md"

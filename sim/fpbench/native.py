@@ -18,8 +18,8 @@ from pathlib import Path
 
 import numpy as np
 
-from scripts.synth_unit import sources_of
 from sim.harness.build import ROOT, build_library
+from sim.harness.sources import sources_of
 
 HERE = Path(__file__).parent
 RTL = ROOT / "rtl/fpu"

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Is the host's arithmetic a reference? Compares it with Berkeley SoftFloat before any campaign.
 
-The SoftFloat side is that of the unit tests (`tests/fpu`); nothing is shared with the host side in
-reference.h. Result bits and all five flags must agree on level-1 products and on random cases of
+The SoftFloat side is also that of the unit tests; nothing is shared with the host side in
+softfloat.h. Result bits and all five flags must agree on level-1 products and on random cases of
 every operation; sine and cosine are checked against MPFR in `worst_angles` instead.
 """
 
@@ -13,36 +13,35 @@ from collections.abc import Callable
 import gmpy2
 import numpy as np
 
+from sim.fpbench import softfloat
 from sim.fpbench.native import Mismatch, Unit, operations
 
 CASES = 12_000
 PRECISION = 200  # bits of MPFR
 
 
-def softfloat() -> dict[str, Callable]:
+def oracle() -> dict[str, Callable]:
     """Operation -> SoftFloat function from operand columns to (bits, flags)."""
-    from tests.fpu import reference, test_fp_cmp, test_fp_f2i, test_fp_i2f
-
     table: dict[str, Callable] = {
-        "add": reference.add,
-        "sub": reference.sub,
-        "mul": reference.mul,
-        "div": reference.div,
-        "sqrt": reference.sqrt,
-        "mul_add": reference.mul_add,
-        "mul_sub": reference.mul_sub,
-        "neg_mul_add": reference.neg_mul_add,
-        "neg_mul_sub": reference.neg_mul_sub,
-        "fma_mul": reference.mul,
-        "fma_neg_mul": reference.neg_mul,
-        "fma_add": reference.add,
-        "fma_sub": reference.sub,
-        "i2f": test_fp_i2f.SIGNED.reference,
-        "u2f": test_fp_i2f.UNSIGNED.reference,
-        "f2i": test_fp_f2i.OPERATIONS["truncate"].reference,
-        "f2i_nearest": test_fp_f2i.OPERATIONS["nearest"].reference,
+        "add": softfloat.add,
+        "sub": softfloat.sub,
+        "mul": softfloat.mul,
+        "div": softfloat.div,
+        "sqrt": softfloat.sqrt,
+        "mul_add": softfloat.mul_add,
+        "mul_sub": softfloat.mul_sub,
+        "neg_mul_add": softfloat.neg_mul_add,
+        "neg_mul_sub": softfloat.neg_mul_sub,
+        "fma_mul": softfloat.mul,
+        "fma_neg_mul": softfloat.neg_mul,
+        "fma_add": softfloat.add,
+        "fma_sub": softfloat.sub,
+        "i2f": softfloat.i32_to_f32,
+        "u2f": softfloat.u32_to_f32,
+        "f2i": softfloat.f32_to_i32_saturated(softfloat.MODES["truncate"]),
+        "f2i_nearest": softfloat.f32_to_i32_saturated(softfloat.MODES["nearest"]),
     }
-    compares = {name.lower(): function for name, (_, function) in test_fp_cmp.REFERENCES.items()}
+    compares = {name.lower(): function for name, (_, function) in softfloat.COMPARISONS.items()}
     return table | compares | {"mov_spare": compares["mov"]}
 
 
@@ -51,10 +50,10 @@ def selfcheck(unit: Unit, seed: int = 1, cases: int = CASES) -> dict[str, int | 
 
     `got` of a mismatch is the host, `want` SoftFloat.
     """
-    oracle = softfloat()
+    references = oracle()
     total, wrong = 0, []
     for op, (owner, count) in operations().items():
-        if owner != unit.name or op not in oracle:
+        if owner != unit.name or op not in references:
             continue
         size = unit.size(op, "level1")
         rows = [unit.operands(op, "random", 0, cases, seed)]
@@ -63,7 +62,7 @@ def selfcheck(unit: Unit, seed: int = 1, cases: int = CASES) -> dict[str, int | 
         rows += [unit.operands(op, "level1", k * step, 1) for k in range(min(part, 4000))]
         table = np.concatenate(rows)
         bits, flags = unit.reference(op, table)
-        want_bits, want_flags = oracle[op](*table[:, :count].T)
+        want_bits, want_flags = references[op](*table[:, :count].T)
         for i in np.flatnonzero((bits != want_bits) | (flags != want_flags)):
             operands = tuple(int(x) for x in table[i, :count])
             values = (int(x[i]) for x in (bits, want_bits, flags, want_flags))

@@ -12,9 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from asip_asm.isa import default_isa
 from asip_asm.regmap import load_register_map
-from scripts.synth_unit import sources_of
 from sim.harness.asip_rtl import AsipError, AsipRtl
 from sim.harness.build import ROOT, build_library
+from sim.harness.sources import sources_of
 
 TOP = "dual_asip"
 REGMAP = load_register_map(ROOT / "rtl/dual/regmap.toml")

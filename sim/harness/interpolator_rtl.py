@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from scripts.synth_unit import sources_of
 from sim.harness.build import ROOT, build_library
+from sim.harness.sources import sources_of
 
 FOLDERS = (ROOT / "rtl",)  # where its sources stand; tests put changed copies first
 PLANES = {"xy": 0, "zx": 1, "yz": 2}

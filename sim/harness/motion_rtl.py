@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from asip_asm.regmap import load_register_map
-from scripts.synth_unit import sources_of
 from sim.harness.build import ROOT, build_library
 from sim.harness.interpolator_rtl import PLANES
+from sim.harness.sources import sources_of
 from sim.motion.pulse_records import Record
 
 TOP = "motion_front_end"

@@ -27,7 +27,6 @@ from rich import box
 from rich.markup import escape
 from rich.table import Table
 
-from scripts import motion_size
 from sim.harness.interpolator_rtl import InterpolatorRtl
 from sim.harness.motion_rtl import CLOCK_HZ, RECORDS, MotionRtl
 from sim.motion import lookahead_figures, planner_check, stress
@@ -41,6 +40,9 @@ from sim.motion.planner_optimal import Limits, time_optimal
 from sim.motion.planner_seed import seed_plan
 from sim.motion.pulse_records import DIRECTION, FIRST, LAST, UNITS_PER_HZ, Record, time_exact
 from sim.motion.scurve import SCurve
+from sim.motion.sizes import LIMITS as SIZE_LIMITS
+from sim.motion.sizes import current as measured_sizes
+from sim.motion.sizes import within
 
 ROOT = Path(__file__).resolve().parents[2]
 RESULTS, PAGE = ROOT / "build/motion/results.json", ROOT / "docs/motion.md"
@@ -329,10 +331,10 @@ def drive_times(counts: Counts) -> Measured:
 
 def sizes(counts: Counts) -> Measured:
     """Sizes that `make motion-size` found for the present RTL. Raises KeyError without them."""
-    found = motion_size.current()
-    parts = [f"{found[name]['ecp5']['luts']}" for name in motion_size.LIMITS]
+    found = measured_sizes()
+    parts = [f"{found[name]['ecp5']['luts']}" for name in SIZE_LIMITS]
     plain, paths = found["motion_front_end"], found["motion_front_end, interpolators"]
-    met = all(motion_size.within(name, design) for name, design in found.items())
+    met = all(within(name, design) for name, design in found.items())
     return (
         f"{'; '.join(parts)} LUT, {plain['mhz_median']:.0f} MHz; "
         f"with lines and arcs {paths['ecp5']['luts']}, {paths['mhz_median']:.0f} MHz",

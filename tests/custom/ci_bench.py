@@ -10,8 +10,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from scripts.gen_custom import Instruction, Platform, load
-from scripts.synth_unit import sources_of
 from sim.harness.build import ROOT, build_library
+from sim.harness.sources import sources_of
 from tests.fpu.tb import generator, seed
 
 BENCH = ROOT / "sim/harness/ci_bench.sv"

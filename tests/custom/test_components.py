@@ -12,10 +12,11 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from sim.fpbench import softfloat as reference
+from sim.fpbench.softfloat import COMPARISONS as COMPARED
 from tests.custom.ci_bench import ALONE, HALF, SLAVES, CiBench, fields, platforms
-from tests.fpu import reference, stimulus
+from tests.fpu import stimulus
 from tests.fpu.tb import generator, seed
-from tests.fpu.test_fp_cmp import REFERENCES as COMPARED
 from tests.fpu.test_fp_sincos import (
     BOUND_ULP,
     LIMIT,

@@ -82,7 +82,7 @@ def test_guide__hardware__lint_and_a_run_through_the_interconnect(copy):
         )
     )
     listing = (
-        "import json; from scripts.synth_unit import sources_of; "
+        "import json; from sim.harness.sources import sources_of; "
         "print(json.dumps([str(path) for path in sources_of('ci_slaves')]))"
     )
     done = subprocess.run(

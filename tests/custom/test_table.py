@@ -19,8 +19,8 @@ import pytest
 
 from scripts import gen_custom
 from scripts.gen_custom import FPGA_OF, SOURCE, CustomError, load
-from scripts.synth_unit import sources_of
 from sim.harness.build import ROOT, WAIVERS, verilator_driver
+from sim.harness.sources import sources_of
 from tests.asip.test_platform_designer import Component as HardwareScript
 from tests.asip.test_platform_designer import ports_and_parameters
 

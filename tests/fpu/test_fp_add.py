@@ -4,7 +4,8 @@
 import numpy as np
 import pytest
 
-from tests.fpu import reference, stimulus
+from sim.fpbench import softfloat as reference
+from tests.fpu import stimulus
 from tests.fpu.tb import Operation, Unit, check, check_reset, generator, package_constant
 
 UNIT = Unit(

@@ -3,12 +3,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 
-from tests.fpu import reference, stimulus
+from sim.fpbench import softfloat as reference
+from tests.fpu import stimulus
 from tests.fpu.tb import Operation, Unit, check, check_reset, generator, package_constant
 
 UNIT = Unit(
@@ -17,107 +16,11 @@ UNIT = Unit(
     inputs=(("op_i", 4), ("a_i", 32), ("b_i", 32), ("c_i", 32)),
 )
 
-ONE, CANON_NAN = np.uint32(0x3F800000), np.uint32(0x7FC00000)
-INVALID = np.uint8(0b10000)
-SIGN = stimulus.SIGN
 CASES = 100_000
 
 
-def _is_nan(x: np.ndarray) -> np.ndarray:
-    return (x & ~SIGN) > 0x7F800000
-
-
-def _is_snan(x: np.ndarray) -> np.ndarray:
-    return _is_nan(x) & (x & 0x00400000 == 0)
-
-
-def _as_float(compare: Callable) -> Callable:
-    """A SoftFloat predicate with its 0 or 1 as 0.0 or 1.0."""
-
-    def function(a: np.ndarray, b: np.ndarray) -> reference.Result:
-        bits, flags = compare(a, b)
-        return bits * ONE, flags
-
-    return function
-
-
-def _quiet(compare: Callable, a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Truth of a SoftFloat predicate, flags dropped."""
-    return compare(a, np.broadcast_to(np.uint32(b), a.shape))[0] == 1
-
-
-def _invalid(condition: np.ndarray) -> np.ndarray:
-    return np.where(condition, INVALID, 0).astype(np.uint8)
-
-
-def _extremum(want_less: bool) -> Callable:
-    """minimumNumber / maximumNumber: a number beats a NaN, -0 is below +0."""
-
-    def function(a: np.ndarray, b: np.ndarray) -> reference.Result:
-        zeros = ((a | b) & ~SIGN) == 0
-        a_below = np.where(zeros, a > b, reference.le(a, b)[0] == 1)
-        number = np.where(a_below == want_less, a, b)
-        bits = np.select(
-            [_is_nan(a) & _is_nan(b), _is_nan(a), _is_nan(b)], [CANON_NAN, b, a], number
-        )
-        return bits, _invalid(_is_snan(a) | _is_snan(b))
-
-    return function
-
-
-def _sgn(a: np.ndarray) -> reference.Result:
-    bits = np.select(
-        [_is_nan(a), _quiet(reference.lt, a, 0), _quiet(reference.eq, a, 0)],
-        [CANON_NAN, ONE | SIGN, np.uint32(0)],
-        ONE,
-    )
-    return bits, _invalid(_is_snan(a))
-
-
-def _sat(a: np.ndarray, low: np.ndarray, high: np.ndarray) -> reference.Result:
-    nan = _is_nan(a) | _is_nan(low) | _is_nan(high)
-    exchanged = ~nan & _quiet(reference.lt, high, low)
-    bits = np.select(
-        [nan | exchanged, _quiet(reference.lt, a, low), _quiet(reference.lt, high, a)],
-        [CANON_NAN, low, high],
-        a,
-    )
-    return bits, _invalid(_is_snan(a) | _is_snan(low) | _is_snan(high) | exchanged)
-
-
-def _silent(function: Callable) -> Callable:
-    return lambda *operands: (
-        function(*operands).astype(np.uint32),
-        np.zeros(len(operands[0]), np.uint8),
-    )
-
-
-def _select(condition: Callable) -> Callable:
-    return _silent(lambda a, b, c: np.where(condition(a), b, c))
-
-
-# operation -> operand count, reference. A NaN condition of a selection takes c.
-REFERENCES = {
-    "EQ": (2, _as_float(reference.eq)),
-    "LT": (2, _as_float(reference.lt)),
-    "LE": (2, _as_float(reference.le)),
-    "MIN": (2, _extremum(True)),
-    "MAX": (2, _extremum(False)),
-    "ABS": (1, _silent(lambda a: a & ~SIGN)),
-    "NEG": (1, _silent(lambda a: a ^ SIGN)),
-    "MOV": (1, _silent(lambda a: a)),
-    "SGN": (1, _sgn),
-    "SAT": (3, _sat),
-    "SEL": (3, _select(lambda a: ~_is_nan(a) & ~_quiet(reference.eq, a, 0))),
-    "SELGE": (3, _select(lambda a: reference.le(np.zeros_like(a), a)[0] == 1)),
-    "SELGT": (3, _select(lambda a: reference.lt(np.zeros_like(a), a)[0] == 1)),
-    "IADD": (2, _silent(lambda a, b: a + b)),
-    "ISUB": (2, _silent(lambda a, b: a - b)),
-}
-
-
 def operation(name: str) -> Operation:
-    count, function = REFERENCES[name]
+    count, function = reference.COMPARISONS[name]
     opcode = package_constant(f"FP_CMP_{name}")
     return Operation(name, UNIT, ("a_i", "b_i", "c_i")[:count], function, {"op_i": opcode})
 
@@ -132,16 +35,16 @@ def neighbours(rng: np.random.Generator, count: int, columns: int) -> np.ndarray
         rows.append(
             np.select(
                 [kind < 4, kind == 4, kind == 5],
-                [near, first, near ^ SIGN],
+                [near, first, near ^ stimulus.SIGN],
                 stimulus.finite(rng, count),
             ).astype(np.uint32)
         )
     return np.stack(rows, axis=1)
 
 
-@pytest.mark.parametrize("name", REFERENCES)
+@pytest.mark.parametrize("name", reference.COMPARISONS)
 def test_cmp__corners_and_random_operands__match_reference(name: str) -> None:
-    columns = REFERENCES[name][0]
+    columns = reference.COMPARISONS[name][0]
     rng = generator(f"cmp {name}")
     crossed = stimulus.cross(*[stimulus.corners()] * min(columns, 2))
     if columns == 3:
@@ -152,7 +55,7 @@ def test_cmp__corners_and_random_operands__match_reference(name: str) -> None:
 
 
 def test_cmp__every_opcode__is_distinct() -> None:
-    codes = [package_constant(f"FP_CMP_{name}") for name in REFERENCES]
+    codes = [package_constant(f"FP_CMP_{name}") for name in reference.COMPARISONS]
     assert sorted(codes) == list(range(len(codes)))
 
 
@@ -180,7 +83,7 @@ DIRECTED = {
 def test_cmp__directed__unit_and_reference_agree_with_named_case(name: str) -> None:
     op, operands, bits, flags = DIRECTED[name]
     row = np.array([operands], dtype=np.uint32)
-    got_bits, got_flags = REFERENCES[op][1](*row.T)
+    got_bits, got_flags = reference.COMPARISONS[op][1](*row.T)
     assert (int(got_bits[0]), int(got_flags[0])) == (bits, flags)
     check(operation(op), row)
 

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from asip_asm.machine import load_machine
+from sim.fpbench import softfloat as reference
 from sim.fpbench.folded import NAME, short_set
-from tests.fpu import reference, stimulus, tb, test_fp_divsqrt
+from tests.fpu import stimulus, tb, test_fp_divsqrt
 from tests.fpu.tb import check, check_reset, generator, run
 from tests.fpu.test_fp_divsqrt import DIRECTED, quotients, radicands
 

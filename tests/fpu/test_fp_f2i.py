@@ -3,9 +3,9 @@
 
 import numpy as np
 import pytest
-import softfloatpy as sf
 
-from tests.fpu import reference, stimulus
+from sim.fpbench import softfloat as reference
+from tests.fpu import stimulus
 from tests.fpu.tb import Operation, Unit, check, check_reset, generator, package_constant
 
 UNIT = Unit(
@@ -14,24 +14,15 @@ UNIT = Unit(
     inputs=(("truncate_i", 1), ("a_i", 32)),
 )
 
-MODES = {"truncate": sf.RoundingMode.MIN_MAG, "nearest": sf.RoundingMode.NEAR_EVEN}
-
-
-def _reference(mode: sf.RoundingMode):
-    """SoftFloat, with the invalid results (specific to its build) set by our rule."""
-
-    def function(a: np.ndarray) -> reference.Result:
-        bits, flags = reference.f32_to_i32(a, mode)
-        nan = (a & ~stimulus.SIGN) > 0x7F800000
-        ours = np.where(nan | (a < stimulus.SIGN), np.uint32(0x7FFFFFFF), stimulus.SIGN)
-        return np.where(flags == 0b10000, ours, bits), flags
-
-    return function
-
-
 OPERATIONS = {
-    name: Operation(name, UNIT, ("a_i",), _reference(mode), {"truncate_i": int(name == "truncate")})
-    for name, mode in MODES.items()
+    name: Operation(
+        name,
+        UNIT,
+        ("a_i",),
+        reference.f32_to_i32_saturated(mode),
+        {"truncate_i": int(name == "truncate")},
+    )
+    for name, mode in reference.MODES.items()
 }
 
 

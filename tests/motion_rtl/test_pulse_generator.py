@@ -10,8 +10,8 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from scripts.synth_unit import sources_of
 from sim.harness.build import ROOT, build_library
+from sim.harness.sources import sources_of
 
 MODULUS = 16 * 100_000_000
 HALF = MODULUS // 2

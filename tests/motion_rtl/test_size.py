@@ -8,8 +8,9 @@ import json
 import pytest
 
 from scripts import motion_size
-from scripts.motion_size import DESIGNS, area, current, speed, within
+from scripts.motion_size import area, speed
 from scripts.synth_unit import SynthesisError
+from sim.motion.sizes import DESIGNS, current, within
 from tests.rtl.test_rtl_subset import needs_yosys
 
 

