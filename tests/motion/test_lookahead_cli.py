@@ -7,8 +7,9 @@ import pytest
 
 from sim.motion import lookahead_cli
 from sim.motion.command import INTERRUPTED, interruptible
-from sim.motion.lookahead_cli import SHOWN, main
+from sim.motion.lookahead_cli import main
 from sim.motion.lookahead_figures import CORNER_TOLERANCES_MM, figures
+from sim.motion.lookahead_joints import SLOWEST
 
 
 @pytest.fixture
@@ -52,8 +53,8 @@ def test_command__many_corners__keeps_the_slowest(tmp_path):
     path.write_text(f"G64 P0.01\nG1 F6000 X1\n{steps}M2\n")
     main([str(path), "--time-only", "--json", str(tmp_path / "a.json")])
     document = json.loads((tmp_path / "a.json").read_text())
-    assert document["blended corners"] > 4 * SHOWN
-    assert len(document["slowest corners"]) == SHOWN
+    assert document["blended corners"] > 4 * SLOWEST
+    assert len(document["slowest corners"]) == SLOWEST
 
 
 @pytest.mark.parametrize(
