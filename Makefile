@@ -70,6 +70,7 @@ chromium-for-tests:
 lint: $(READY) ## ruff on Python, Verilator -Wall on the RTL in every configuration, links of the documents
 	$(VENV)/bin/ruff check -q .
 	$(VENV)/bin/ruff format -q --check .
+	@found=$$($(VENV)/bin/lint-imports --no-logo --no-cache) || { echo "$$found"; exit 1; }
 	@$(VERILATOR) --lint-only -Wall --quiet --top-module asip scripts/ci/waivers.vlt $(ASIP_FILES)
 	@$(VERILATOR) --lint-only -Wall --quiet --top-module asip -GFmaPipes=1 -GSlots=1 \
 	  scripts/ci/waivers.vlt $(ASIP_FILES)
