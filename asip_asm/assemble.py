@@ -96,10 +96,7 @@ def parse_program(
     reporter = Reporter()
     isa = default_isa()
     values = {name: str(value) for name, value in (defines or {}).items()}
-    try:
-        source = parse_file(Path(path), isa, reporter, values, include_path, params)
-    except UnicodeDecodeError as error:
-        raise AssemblyError([Diagnostic(None, f"{path} is not a UTF-8 text: {error}")]) from None
+    source = parse_file(Path(path), isa, reporter, values, include_path, params)
     program = resolve(source, isa, reporter, configuration)
     reporter.stop()
     return program

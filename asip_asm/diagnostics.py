@@ -6,8 +6,14 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from typing import NoReturn
 
-ERROR_LIMIT = 20
+from asip_asm.limits import ERRORS, ERRORS_SHOWN
+
+SHOWN_CHARACTERS = 160
+"""Characters of a source line, and of a name, that a message shows."""
+LINES_NAMED = 8
+"""Further lines of one cause that a message names."""
 
 
 @dataclass(frozen=True)
@@ -45,13 +51,13 @@ class Diagnostic:
             tail = f"\n  help: {self.help}" if self.help else ""
             return f"error: {self.message}{tail}"
         line = self.place.line
-        text = line.text.replace("\t", " ")
+        text, column = _window(line.text.replace("\t", " "), self.place.column)
         number = f"{line.number:5d}"
-        caret = "^" * max(1, min(self.place.length, len(text) - self.place.column))
+        caret = "^" * max(1, min(self.place.length, len(text) - column))
         rows = [
             f"{line.file}:{line.number}:{self.place.column + 1}: error: {self.message}",
             f"{number} | {text}".rstrip(),
-            f"{' ' * len(number)} | {' ' * self.place.column}{caret}",
+            f"{' ' * len(number)} | {' ' * column}{caret}",
         ]
         if self.help:
             rows[-1] += f"  help: {self.help}"
@@ -67,12 +73,42 @@ class AssemblyError(Exception):
         super().__init__(self.report())
 
     def report(self) -> str:
-        """All errors, the first `ERROR_LIMIT` of them in full."""
-        shown = [str(diagnostic) for diagnostic in self.diagnostics[:ERROR_LIMIT]]
-        rest = len(self.diagnostics) - ERROR_LIMIT
-        if rest > 0:
-            shown.append(f"and {rest} more error{'s' if rest > 1 else ''}")
+        """The errors, each cause once with its further places, `ERRORS_SHOWN` causes in full."""
+        causes: dict[tuple[str, str], list[Diagnostic]] = {}
+        for diagnostic in self.diagnostics:
+            causes.setdefault((diagnostic.message, diagnostic.help), []).append(diagnostic)
+        shown = [str(first) + _again(rest) for first, *rest in list(causes.values())[:ERRORS_SHOWN]]
+        left = sum(len(each) for each in list(causes.values())[ERRORS_SHOWN:])
+        if left:
+            shown.append(f"and {left} more error{'s' if left > 1 else ''}")
+        if len(self.diagnostics) >= ERRORS:
+            shown.append(f"gave up after {ERRORS} errors")
         return "\n".join(shown)
+
+
+def _again(rest: list[Diagnostic]) -> str:
+    """Line that tells where the same cause stands again."""
+    if not rest:
+        return ""
+    lines = [f"{d.place.line.file}:{d.place.line.number}" for d in rest if d.place]
+    lines = list(dict.fromkeys(lines))
+    named = ", ".join(lines[:LINES_NAMED]) + (", ..." if len(lines) > LINES_NAMED else "")
+    return f"\n      = the same {len(rest)} more time{'s' if len(rest) > 1 else ''}: {named}"
+
+
+def _window(text: str, column: int) -> tuple[str, int]:
+    """Part of a line to show, and the column in it."""
+    if len(text) <= SHOWN_CHARACTERS:
+        return text, column
+    start = max(0, column - SHOWN_CHARACTERS // 2)
+    head = "..." if start else ""
+    tail = "..." if start + SHOWN_CHARACTERS < len(text) else ""
+    return head + text[start : start + SHOWN_CHARACTERS] + tail, column - start + len(head)
+
+
+def shortened(text: str) -> str:
+    """A name or number as messages show it."""
+    return text if len(text) <= 40 else f"{text[:37]}..."
 
 
 class SourceError(Exception):
@@ -85,24 +121,36 @@ class SourceError(Exception):
 
 @dataclass
 class Reporter:
-    """Collects errors of one assembly; one message per place."""
+    """Collects errors of one assembly; one message per place. Gives up after `ERRORS` of them."""
 
-    diagnostics: list[Diagnostic] = field(default_factory=list)
+    _taken: dict[Diagnostic, None] = field(default_factory=dict)
+
+    @property
+    def diagnostics(self) -> list[Diagnostic]:
+        return list(self._taken)
 
     def add(self, place: Place | None, message: str, help: str = "") -> None:
         self.take(Diagnostic(place, message, help))
 
     def take(self, diagnostic: Diagnostic) -> None:
-        if diagnostic not in self.diagnostics:
-            self.diagnostics.append(diagnostic)
+        self._taken[diagnostic] = None
+        if len(self._taken) >= ERRORS:
+            self.stop()
+
+    def fatal(self, place: Place | None, message: str, help: str) -> NoReturn:
+        """An error behind which it makes no sense to go on. Raises AssemblyError."""
+        raise AssemblyError([*self._taken, Diagnostic(place, message, help)])
 
     def stop(self) -> None:
         """Raise AssemblyError if there is any error."""
-        if self.diagnostics:
-            raise AssemblyError(self.diagnostics)
+        if self._taken:
+            raise AssemblyError(self._taken)
 
 
 def closest(word: str, known: Iterable[str]) -> str:
     """Help text with the closest spelling, or empty."""
-    matches = difflib.get_close_matches(word, sorted(set(known)), n=1, cutoff=0.6)
+    if len(word) > SHOWN_CHARACTERS:
+        return ""
+    names = sorted({name for name in known if len(name) <= SHOWN_CHARACTERS})
+    matches = difflib.get_close_matches(word, names, n=1, cutoff=0.6)
     return f"did you mean '{matches[0]}'?" if matches else ""

@@ -7,8 +7,9 @@ import math
 import struct
 from collections.abc import Callable, Mapping
 
-from asip_asm.diagnostics import Place, SourceError, closest
+from asip_asm.diagnostics import Place, SourceError, closest, shortened
 from asip_asm.lexer import Cursor, Token
+from asip_asm.limits import NESTING
 
 FUNCTIONS: Mapping[str, Callable[[float], float]] = {
     "sqrt": math.sqrt,
@@ -78,9 +79,12 @@ def number_value(token: Token) -> float:
                 "NaN and infinity cannot be constants",
             )
         return float_value(bits)
-    value = float(int(text, 16)) if text.startswith("0x") else float(text)
+    try:
+        value = float(int(text, 16)) if text.startswith("0x") else float(text)
+    except OverflowError:
+        value = math.inf
     if math.isinf(value):
-        raise SourceError(token.place, f"{text} is not a finite number")
+        raise SourceError(token.place, f"{shortened(text)} is not a finite number")
     return value
 
 
@@ -93,14 +97,15 @@ class Evaluator:
         """`lookup` gives the value of a name or None, `known` all names for suggestions."""
         self.lookup = lookup
         self.known = known
+        self._depth = 0
 
     def expression(self, cursor: Cursor) -> float:
-        """Value of the expression at the cursor. Raises SourceError."""
+        """Value of the expression at the cursor, finite. Raises SourceError."""
         value = self._product(cursor)
         while cursor.at("+") or cursor.at("-"):
             operator = cursor.take()
             right = self._product(cursor)
-            value = value + right if operator.text == "+" else value - right
+            value = _finite(value + right if operator.text == "+" else value - right, operator)
         return value
 
     def _product(self, cursor: Cursor) -> float:
@@ -114,20 +119,36 @@ class Evaluator:
                 raise SourceError(operator.place, "division by zero in an expression")
             else:
                 value /= right
+            _finite(value, operator)
         return value
 
     def operand(self, cursor: Cursor) -> float:
         """Value of a number, name, call or parenthesis with its signs. Raises SourceError."""
-        if cursor.accept("-"):
-            return -self.operand(cursor)
-        return self._primary(cursor)
+        sign = 1.0
+        while cursor.accept("-"):
+            sign = -sign
+        return sign * self._primary(cursor)
+
+    def _inner(self, cursor: Cursor, opened: Token) -> float:
+        """Value of the expression behind an opened parenthesis."""
+        if self._depth >= NESTING:
+            raise SourceError(
+                opened.place,
+                f"more than {NESTING} parentheses are open in this expression",
+                "give a part of it a name with .const",
+            )
+        self._depth += 1
+        try:
+            return self.expression(cursor)
+        finally:
+            self._depth -= 1
 
     def _primary(self, cursor: Cursor) -> float:
         token = cursor.token
         if token.kind == "number":
             return number_value(cursor.take())
         if cursor.accept("("):
-            value = self.expression(cursor)
+            value = self._inner(cursor, token)
             cursor.expect(")", "to close the parenthesis")
             return value
         if token.kind != "name":
@@ -155,8 +176,18 @@ class Evaluator:
                 closest(token.text, FUNCTIONS) or "functions are " + ", ".join(FUNCTIONS),
             )
         cursor.take()
-        argument = self.expression(cursor)
+        argument = self._inner(cursor, token)
         cursor.expect(")", f"to close {token.text}(")
         if token.text == "sqrt" and argument < 0:
             raise SourceError(token.place, f"square root of the negative number {argument:g}")
         return FUNCTIONS[token.text](argument)
+
+
+def _finite(value: float, operator: Token) -> float:
+    if not math.isfinite(value):
+        raise SourceError(
+            operator.place,
+            f"the result of '{operator.text}' is not finite",
+            "expressions are evaluated in double precision, up to 1.8e308",
+        )
+    return value

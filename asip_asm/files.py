@@ -18,10 +18,14 @@ KINDS = (
 )
 
 
+class FileRefused(OSError):
+    """A file that exists but is not what is wanted: no regular file, too large, no text."""
+
+
 def read_bytes(path: Path, limit: int, what: str) -> bytes:
     """Contents of a regular file of at most `limit` bytes; `what` it should be, for messages.
 
-    Raises OSError with a text for people, also for folders, pipes and devices.
+    Raises FileRefused for folders, pipes, devices and more than that, OSError.
     """
     # Without O_NONBLOCK a pipe without a writer would never open.
     file = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
@@ -29,30 +33,30 @@ def read_bytes(path: Path, limit: int, what: str) -> bytes:
         mode = os.fstat(file).st_mode
         for is_kind, text in KINDS:
             if is_kind(mode):
-                raise OSError(errno.EINVAL, f"{text}, {what} is a regular file", str(path))
+                raise FileRefused(errno.EINVAL, f"{text}, {what} is a regular file", str(path))
         data = stream.read(limit + 1)
     if len(data) > limit:
-        raise OSError(
+        raise FileRefused(
             errno.EFBIG, f"larger than {limit} bytes, the most that {what} may have", str(path)
         )
     return data
 
 
 def read_text(path: Path, limit: int, what: str) -> str:
-    """Text of a file in UTF-8, with or without a byte order mark. Raises OSError as `read_bytes`,
+    """Text of a file in UTF-8, with or without a byte order mark. Raises as `read_bytes`,
     also if it is no such text.
     """
     data = read_bytes(path, limit, what)
     if data.startswith((b"\xff\xfe", b"\xfe\xff")):
-        raise OSError(errno.EILSEQ, "is UTF-16 text; save it as UTF-8", str(path))
+        raise FileRefused(errno.EILSEQ, "is UTF-16 text; save it as UTF-8", str(path))
     if b"\0" in data:
-        raise OSError(errno.EILSEQ, f"is a binary file, {what} is UTF-8 text", str(path))
+        raise FileRefused(errno.EILSEQ, f"is a binary file, {what} is UTF-8 text", str(path))
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
         byte = data[error.start]
-        raise OSError(
+        raise FileRefused(
             errno.EILSEQ, f"line {line} is not UTF-8 text: byte 0x{byte:02x}", str(path)
         ) from None
 

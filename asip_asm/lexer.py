@@ -6,7 +6,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
-from asip_asm.diagnostics import Line, Place, SourceError
+from asip_asm.diagnostics import Line, Place, SourceError, shortened
 
 SYMBOLS = frozenset("+-*/()[]{}|,:=")
 
@@ -67,7 +67,7 @@ def tokenize(line: Line) -> list[Token]:
             if not _NUMBER.fullmatch(match.group()):
                 raise SourceError(
                     Place(line, column, len(match.group())),
-                    f"malformed number '{match.group()}'",
+                    f"malformed number '{shortened(match.group())}'",
                     "numbers are written 12, 0x1f, 1.5, 2e-3 or 0f3fc00000",
                 )
             add("number", match.group(), column, len(match.group()))
@@ -87,11 +87,15 @@ def tokenize(line: Line) -> list[Token]:
             )
         else:
             raise SourceError(
-                Place(line, column), f"character '{code[column]}' means nothing here", ""
+                Place(line, column), f"character {_shown(code[column])} means nothing here", ""
             )
         column = match.end()
     add("end", "", len(code.rstrip()), 1)
     return tokens
+
+
+def _shown(character: str) -> str:
+    return f"'{character}'" if character.isprintable() else f"U+{ord(character):04X}"
 
 
 class Cursor:
@@ -142,7 +146,9 @@ class Cursor:
 
     def unexpected(self, wanted: str) -> SourceError:
         """Error: the next token is not what is wanted."""
-        found = f"'{self.token.text}'" if self.token.kind != "end" else "the end of the line"
+        found = (
+            f"'{shortened(self.token.text)}'" if self.token.kind != "end" else "the end of the line"
+        )
         return SourceError(self.token.place, f"expected {wanted}, found {found}")
 
     def expect_end(self) -> None:

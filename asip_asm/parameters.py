@@ -10,6 +10,8 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
+from asip_asm.files import FileRefused, read_text
+
 LARGEST_FILE = 1 << 20  # bytes
 
 _POSITION = re.compile(r"(.*) \(at line (\d+), column (\d+)\)", re.DOTALL)
@@ -25,16 +27,12 @@ def read_toml(path: Path) -> tuple[dict[str, Any], dict[str, int]]:
 
     Raises ParameterFileError, OSError.
     """
-    with path.open("rb") as stream:
-        data = stream.read(LARGEST_FILE + 1)
-    if len(data) > LARGEST_FILE:
-        raise ParameterFileError(f"{path}: error: larger than {LARGEST_FILE >> 20} MiB")
     try:
-        text = data.decode()
+        text = read_text(path, LARGEST_FILE, "a parameter file")
+    except FileRefused as error:
+        raise ParameterFileError(f"{path}: error: {error.strerror}") from None
+    try:
         content = tomllib.loads(text)
-    except UnicodeDecodeError as error:
-        line = data[: error.start].count(b"\n") + 1
-        raise ParameterFileError(f"{path}:{line}: error: not a UTF-8 text: {error}") from None
     except RecursionError:
         raise ParameterFileError(f"{path}: error: tables or lists nested too deep") from None
     except ValueError as error:  # TOMLDecodeError, and int() of too many digits
@@ -51,7 +49,11 @@ def read_toml(path: Path) -> tuple[dict[str, Any], dict[str, int]]:
     return content, lines
 
 
-def read_parameters(path: Path) -> dict[str, tuple[int | float, int]]:
+Parameters = dict[str, tuple[int | float, int]]
+"""Name -> (number, line)."""
+
+
+def read_parameters(path: Path) -> Parameters:
     """Name -> (number, line) of a parameter file. Raises ParameterFileError, OSError."""
     content, lines = read_toml(path)
     found = {}

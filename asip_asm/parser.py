@@ -13,6 +13,7 @@ from asip_asm.expression import INT_RANGE, Evaluator, word_bits
 from asip_asm.ir import Register, SourceLine
 from asip_asm.isa import IMMEDIATE_WIDTH, Isa, OperationRecord
 from asip_asm.lexer import Cursor, Token, equation, tokenize
+from asip_asm.limits import BUNDLE_LINES
 from asip_asm.reader import READER_DIRECTIVES, Reader, display_path
 
 TYPES = ("float", "int")
@@ -107,13 +108,14 @@ def physical_register(name: str) -> Register | None:
     if name == "zero":
         return Register("zero", 0)
     match = _PHYSICAL.fullmatch(name)
-    return Register(match.group(1).upper(), int(match.group(2))) if match else None
+    # Longer numbers are of no register, whatever their digits.
+    return Register(match.group(1).upper(), int(match.group(2)[:6])) if match else None
 
 
 def output_index(name: str) -> int | None:
     """Index of an output name `o<n>`; None for any other name."""
     match = _OUTPUT.fullmatch(name)
-    return int(match.group(1)) if match else None
+    return int(match.group(1)[:6]) if match else None
 
 
 def is_reserved(name: str) -> bool:
@@ -131,8 +133,8 @@ def parse_file(
 ) -> Source:
     """Parse a file with all it includes; errors go to the reporter.
 
-    `defines` replaces values of parameters, `params` the parameter files. Raises OSError and
-    UnicodeDecodeError for the file itself.
+    `defines` replaces values of parameters, `params` the parameter files. Raises OSError for the
+    file itself.
     """
     return _Parser(isa, reporter, defines or {}, include_path, params).parse(path)
 
@@ -152,6 +154,11 @@ class _Parser:
         self.used_defines: set[str] = set()
         self.source = Source()
         self.titled = False
+        self.labels: dict[str, Place] = {}
+        self.most_operations = isa.program_bundles * max(
+            len(each.slots) for each in isa.configurations.values()
+        )
+        self.operations = 0
         self.evaluator = Evaluator(self._constant, self._constant_names)
         self.addresses = Evaluator(self._address, self._address_names)
         self.reader = Reader(
@@ -179,18 +186,25 @@ class _Parser:
 
     def parse(self, path: Path) -> Source:
         pending: list[Token] = []
-        for tokens in self.reader.read(path, display_path(path)):
+        pending_lines = 0
+        self.source.last_place = Place(Line(display_path(path), 1, ""))
+        for tokens in self.reader.read(path):
             self.source.last_place = tokens[-1].place
             if pending:
                 tokens = [*pending[:-1], *tokens]
+            pending_lines += 1
             if _open_brace(tokens):
+                if pending_lines > BUNDLE_LINES:
+                    break
                 pending = tokens
                 continue
-            pending = []
+            pending, pending_lines = [], 0
             self._statement(tokens)
         if pending:
             brace = next(t for t in pending if t.kind == "symbol" and t.text == "{")
-            self.reporter.add(brace.place, "bundle without closing brace", "add }")
+            limit = f" within {BUNDLE_LINES} lines" if pending_lines > BUNDLE_LINES else ""
+            self.reporter.add(brace.place, f"bundle without closing brace{limit}", "add }")
+            self.source.incomplete |= bool(limit)
         for name in self.defines:
             if name not in self.used_defines:
                 known = [d.name for d in self.source.of_kind("constant") if d.replaceable]
@@ -243,13 +257,13 @@ class _Parser:
     def _label(self, cursor: Cursor) -> None:
         token = cursor.take()
         cursor.take()
-        for statement in self.source.statements:
-            if statement.kind == "label" and statement.label == token.text:
-                raise SourceError(
-                    token.place,
-                    f"label '{token.text}' is defined twice",
-                    f"first at {_where(statement.place)}",
-                )
+        before = self.labels.setdefault(token.text, token.place)
+        if before is not token.place:
+            raise SourceError(
+                token.place,
+                f"label '{token.text}' is defined twice",
+                f"first at {_where(before)}",
+            )
         self.source.statements.append(Statement("label", token.place, token.text))
 
     # ------------------------------------------------------------------ operations
@@ -269,6 +283,14 @@ class _Parser:
 
     def _operation(self, cursor: Cursor) -> RawOperation:
         token = cursor.expect_kind("name", "an operation")
+        self.operations += 1
+        if self.operations > self.most_operations:
+            self.reporter.fatal(
+                token.place,
+                f"more than {self.most_operations} operations: program memory holds "
+                f"{self.isa.program_bundles} bundles",
+                "shorten the program, or repeat parts of it with a branch",
+            )
         record = self.isa.operations.get(token.text)
         if record is None:
             if token.text == "halt":

@@ -10,10 +10,17 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from asip_asm.diagnostics import Line, Place, Reporter, SourceError, closest
+from asip_asm.files import read_text
 from asip_asm.lexer import Cursor, Token, split_comment, tokenize
-from asip_asm.parameters import ParameterFileError, read_parameters
+from asip_asm.limits import (
+    EXPANSIONS,
+    INCLUDE_DEPTH,
+    LINE_CHARACTERS,
+    MACRO_DEPTH,
+    TEXT_CHARACTERS,
+)
+from asip_asm.parameters import ParameterFileError, Parameters, read_parameters
 
-MACRO_DEPTH = 64
 READER_DIRECTIVES = (".include", ".params", ".macro", ".endm", ".if", ".else", ".endif")
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_.]*")
@@ -32,11 +39,14 @@ class Macro:
 
 @dataclass
 class Condition:
-    """An open .if: whether its current branch is assembled, and whether .else has come."""
+    """An open .if: whether its current branch is assembled, one of its branches was, everything
+    around it is, and whether .else has come.
+    """
 
     place: Place
     active: bool
     chosen: bool
+    around: bool = True
     in_else: bool = False
 
 
@@ -56,25 +66,51 @@ class Reader:
     include_path: Sequence[Path] = ()
     params: Path | None = None
     macros: dict[str, Macro] = field(default_factory=dict)
+    files: list[Path] = field(default_factory=list)
+    _parameter_files: dict[Path, Parameters] = field(default_factory=dict)
     _open_files: list[Path] = field(default_factory=list)
+    _open_macros: int = 0
     _expansions: int = 0
+    _characters: int = 0
 
     def read(self, path: Path, display: str | None = None) -> Iterator[list[Token]]:
-        """Tokens of each line of the file. Raises OSError and UnicodeDecodeError for this file."""
-        display = display or path.as_posix()
-        text = path.read_text(encoding="utf-8")
-        lines = [Line(display, i, row) for i, row in enumerate(text.splitlines(), 1)]
+        """Tokens of each line of the file, which is added to `files`. Raises OSError for this file,
+        AssemblyError where a limit of `limits` ends the assembly.
+        """
+        display = display or display_path(path)
+        text = read_text(path, TEXT_CHARACTERS, "a source text")
+        rows = text.replace("\r\n", "\n").replace("\r", "\n").removesuffix("\n").split("\n")
+        lines = [Line(display, i, row) for i, row in enumerate(rows, 1)]
+        self.files.append(path)
         self._open_files.append(path.resolve())
         yield from self._lines(lines, path.parent)
         self._open_files.pop()
+
+    def _check_size(self, line: Line) -> None:
+        """Raises SourceError for a line that is too long, AssemblyError for too much text."""
+        self._characters += len(line.text) + 1
+        if self._characters > TEXT_CHARACTERS:
+            self.reporter.fatal(
+                Place(line),
+                f"the program has more than {TEXT_CHARACTERS} characters with all that it includes "
+                "and expands",
+                "a full program memory needs a third of that; look for macros that multiply",
+            )
+        if len(line.text) > LINE_CHARACTERS:
+            raise SourceError(
+                Place(line),
+                f"the line has {len(line.text)} characters, {LINE_CHARACTERS} are allowed",
+                "go on in another line",
+            )
 
     def _lines(self, lines: Sequence[Line], folder: Path) -> Iterator[list[Token]]:
         conditions: list[Condition] = []
         queue = iter(lines)
         for line in queue:
             try:
+                self._check_size(line)
                 head = _head(line)
-                active = all(c.active for c in conditions)
+                active = not conditions or (conditions[-1].around and conditions[-1].active)
                 if head in (".if", ".else", ".endif"):
                     self._condition(head, line, conditions)
                 elif not active:
@@ -119,10 +155,10 @@ class Reader:
         place = cursor.take().place
         if head == ".if":
             # Placed first, so that a wrong expression does not leave .endif alone.
-            condition = Condition(place, False, True)
-            parent = all(c.active for c in conditions)
+            around = not conditions or (conditions[-1].around and conditions[-1].active)
+            condition = Condition(place, False, True, around)
             conditions.append(condition)
-            if parent:
+            if around:
                 value = self.evaluate(cursor)
                 cursor.expect_end()
                 condition.active = value != 0
@@ -178,7 +214,7 @@ class Reader:
     def _expand(self, name: Token, tokens: list[Token], folder: Path) -> Iterator[list[Token]]:
         macro = self.macros[name.text]
         line = name.line
-        if len(line.expansions) >= MACRO_DEPTH:
+        if self._open_macros >= MACRO_DEPTH:
             raise SourceError(
                 name.place,
                 f"macro '{macro.name}' expands itself more than {MACRO_DEPTH} levels deep",
@@ -193,6 +229,12 @@ class Reader:
                 f"{macro.name} {', '.join(macro.parameters)}".strip(),
             )
         self._expansions += 1
+        if self._expansions > EXPANSIONS:
+            self.reporter.fatal(
+                name.place,
+                f"more than {EXPANSIONS} macro calls",
+                "look for macros that call themselves twice",
+            )
         values = dict(zip(macro.parameters, arguments, strict=True))
         values["@"] = str(self._expansions)
         expansions = (f"{macro.name} at {line.file}:{line.number}", *line.expansions)
@@ -200,7 +242,9 @@ class Reader:
         for row in macro.body:
             text = self._substitute(row, macro, values)
             lines.append(Line(row.file, row.number, text, expansions))
+        self._open_macros += 1
         yield from self._lines(lines, folder)
+        self._open_macros -= 1
 
     def _substitute(self, row: Line, macro: Macro, values: dict[str, str]) -> str:
         def value(match: re.Match[str]) -> str:
@@ -221,10 +265,17 @@ class Reader:
         if path.resolve() in self._open_files:
             chain = " -> ".join(p.name for p in [*self._open_files, path])
             raise SourceError(name.place, f"file '{name.text}' includes itself", chain)
+        if len(self._open_files) >= INCLUDE_DEPTH:
+            self.reporter.fatal(
+                name.place,
+                f"more than {INCLUDE_DEPTH} files include one another",
+                "include them one after the other",
+            )
         try:
-            yield from self.read(path, display_path(path))
-        except (OSError, UnicodeDecodeError) as error:
-            raise SourceError(name.place, f"cannot read '{name.text}': {error}") from None
+            yield from self.read(path)
+        except OSError as error:
+            problem = f"cannot read '{name.text}': {error.strerror}"
+            raise SourceError(name.place, problem) from None
 
     def _parameters(self, cursor: Cursor, folder: Path) -> Iterator[list[Token]]:
         """The lines `.param name = value` that a parameter file, or part of it, stands for."""
@@ -232,7 +283,10 @@ class Reader:
         name, path = self._file(cursor, folder, wanted)
         path = self.params or path
         try:
-            found = read_parameters(path)
+            if path not in self._parameter_files:
+                self._parameter_files[path] = read_parameters(path)
+                self.files.append(path)
+            found = self._parameter_files[path]
         except (OSError, ParameterFileError) as error:
             raise SourceError(name.place, f"cannot read '{path}': {error}") from None
         for token in wanted:
@@ -241,7 +295,9 @@ class Reader:
                 raise SourceError(token.place, f"'{path}' has no parameter '{token.text}'", near)
         for parameter in [token.text for token in wanted] or found:
             value, line = found[parameter]
-            yield tokenize(Line(display_path(path), line, f".param {parameter} = {value!r}"))
+            row = Line(display_path(path), line, f".param {parameter} = {value!r}")
+            self._check_size(row)
+            yield tokenize(row)
 
     def _file(
         self, cursor: Cursor, folder: Path, names: list[Token] | None = None
@@ -257,7 +313,7 @@ class Reader:
             names.append(cursor.expect_kind("name", "the name of a parameter"))
         cursor.expect_end()
         for candidate in [folder / name.text, *(p / name.text for p in self.include_path)]:
-            if candidate.is_file():
+            if os.path.exists(candidate):
                 return name, candidate
         raise SourceError(
             name.place,
@@ -269,7 +325,8 @@ class Reader:
 def display_path(path: Path) -> str:
     """The path as messages and images show it: relative to the working directory."""
     shown = os.path.relpath(path) if path.is_absolute() else os.path.normpath(path)
-    return Path(shown).as_posix()
+    text = Path(shown).as_posix().encode(errors="backslashreplace").decode()
+    return "".join(c if c.isprintable() else "?" for c in text)
 
 
 def _head(line: Line) -> str:
@@ -295,15 +352,13 @@ def _arguments(line: Line, column: int) -> list[str]:
     text = split_comment(line.text)[0][column:]
     if not text.strip():
         return []
-    arguments, depth, current = [], 0, ""
-    for character in text:
+    arguments, depth, start = [], 0, 0
+    for i, character in enumerate(text):
         depth += (character in "([") - (character in ")]")
         if character == "," and depth == 0:
-            arguments.append(current.strip())
-            current = ""
-        else:
-            current += character
-    return [*arguments, current.strip()]
+            arguments.append(text[start:i].strip())
+            start = i + 1
+    return [*arguments, text[start:].strip()]
 
 
 def _count(number: int, noun: str) -> str:

@@ -10,6 +10,7 @@ from asip_asm.diagnostics import AssemblyError
 
 
 def report(tmp_path: Path, text: str, monkeypatch: pytest.MonkeyPatch, **options: object) -> str:
+    tmp_path.mkdir(exist_ok=True)
     monkeypatch.chdir(tmp_path)
     Path("x.s").write_text(text, encoding="utf-8")
     with pytest.raises(AssemblyError) as caught:
@@ -75,11 +76,84 @@ def test_limit__one_too_many__is_an_error(name: str, tmp_path, monkeypatch) -> N
     assert message in report(tmp_path, text, monkeypatch, optimise=False)
 
 
-def test_source__not_utf8__is_an_error(tmp_path, monkeypatch) -> None:
+@pytest.mark.parametrize(
+    ("data", "message"),
+    [
+        (b"halt\n\xff\n", "line 2 is not UTF-8 text: byte 0xff"),
+        ("halt\n".encode("utf-16"), "is UTF-16 text; save it as UTF-8"),
+        (b"\x7fELF\0\0", "is a binary file, a source text is UTF-8 text"),
+        (b";" * ((1 << 20) + 1), "larger than 1048576 bytes, the most that a source text may have"),
+    ],
+)
+def test_source__no_text__is_an_error(data, message, tmp_path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
-    Path("x.s").write_bytes(b"\xff\n")
-    with pytest.raises(AssemblyError, match="x.s is not a UTF-8 text"):
+    Path("x.s").write_bytes(data)
+    with pytest.raises(OSError) as caught:
         assemble("x.s")
+    assert (caught.value.strerror, caught.value.filename) == (message, "x.s")
+    shown = report(tmp_path / "y", '.include "../x.s"\n halt\n', monkeypatch)
+    assert f"x.s:1:10: error: cannot read '../x.s': {message}\n" in shown
+
+
+def test_source__with_byte_order_mark_and_any_line_ends__is_read(tmp_path) -> None:
+    (tmp_path / "x.s").write_bytes(b"\xef\xbb\xbf.input x\r\n mov c0, x\r halt\n")
+    assert len(assemble(tmp_path / "x.s", optimise=False).bundles) == 1
+
+
+HOSTILE = {
+    "parentheses": (" mov c0, " + "(" * 300 + "1" + ")" * 300, "more than 64 parentheses are open"),
+    "calls": (".const a = " + "sin(" * 300 + "1" + ")" * 300, "more than 64 parentheses are open"),
+    "infinity": (".const a = sin(1e308*10)", "the result of '*' is not finite"),
+    "digits": (".const a = 1" + "0" * 4301, "is not a finite number"),
+    "hexadecimal": (".const a = 0x" + "f" * 4301, "is not a finite number"),
+    "register": (" mov a" + "1" * 5000 + ", 1.0", "there is no register 'a111111'"),
+    "macro": (".macro m a\n m \\a\\a\n.endm\n m 1", "characters, 16384 are allowed"),
+    "doubling": (
+        "".join(f".macro m{i}\n m{i - 1}\n m{i - 1}\n.endm\n" for i in range(1, 32))
+        + ".macro m0\n.endm\n m31",
+        "more than 10000 macro calls",
+    ),
+    "words": (".macro m a\n m \\a, 1\n.endm\n m 1", "macro 'm' takes 1 argument, found 2"),
+    "errors": ("".join(f" op{i} x\n" for i in range(9000)), "gave up after 200 errors"),
+    "conditions": (".if 1\n" * 20_000, "gave up after 200 errors"),
+    "operations": (" mov c0, 1.0\n" * 60_000, "more than 3072 operations: program memory holds"),
+    "text": (
+        ".macro m\n" + " ;" + "x" * 9000 + "\n.endm\n" + " m\n" * 200,
+        "the program has more than 1048576 characters with all that it includes",
+    ),
+    "line": (".input " + ", ".join(f"i{i}" for i in range(4000)), "characters, 16384 are allowed"),
+    "bundle": ("{ mov c0, 1.0\n" + " | nop\n" * 5000, "bundle without closing brace within 64"),
+    "name": (" mov c0, " + "x" * 9000 + "y\n mov c1, " + "x" * 9000 + "z", "unknown name 'xxxx"),
+}
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_hostile_source__ends_at_a_stated_limit(name: str, tmp_path, monkeypatch) -> None:
+    text, message = HOSTILE[name]
+    shown = report(tmp_path, text + "\n halt\n", monkeypatch)
+    assert message in shown
+    assert len(shown) < 20_000
+
+
+def test_unary_minus__two_thousand__is_a_number(tmp_path) -> None:
+    (tmp_path / "x.s").write_text(f".const a = {'-' * 2001}1\n mov c0, a\n halt\n")
+    assert [c.bits for c in assemble(tmp_path / "x.s", optimise=False).constants] == ["bf800000"]
+
+
+def test_include__chain_of_250_files__stops_at_the_limit(tmp_path, monkeypatch) -> None:
+    for i in range(250):
+        (tmp_path / f"i{i}").write_text(f'.include "i{i + 1}"\n')
+    shown = report(tmp_path, '.include "i0"\n halt\n', monkeypatch)
+    assert "i30:1:10: error: more than 32 files include one another" in shown
+
+
+def test_report__one_cause_in_many_places__stands_once_with_their_number(
+    tmp_path, monkeypatch
+) -> None:
+    text = ".config small\n" + " mov b1, 1.0\n" * 55 + " fad c1, zero\n halt\n"
+    shown = report(tmp_path, text, monkeypatch)
+    assert shown.count("error: ") == 2
+    assert "      = the same 54 more times: x.s:3, x.s:4, x.s:5, " in shown
 
 
 def test_include__file_that_cannot_be_read__is_an_error(tmp_path, monkeypatch) -> None:
