@@ -2,8 +2,9 @@
 """Write the measured sections of README.md from JSON files, so no figure is typed by hand.
 
 `python scripts/readme.py` replaces the text between the results marks by what build/results.json
-says (of `make run`) and that between the synthesis marks by build/synth.json (of `make synth`),
-each where the file is there.
+says (of `make run`), where that is there. What build/synth.json (of `make synth`) says of the cores
+is kept in docs/data/synthesis.json with its commit; the text between the synthesis marks is
+written from there, and so is table 4 of `make run` on a machine that has synthesised nothing.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from sim.run.tables import OPERATIONS, unit
 
 ROOT = Path(__file__).resolve().parents[1]
 README = ROOT / "README.md"
+KEPT = ROOT / "docs/data/synthesis.json"
 CORES = {"asip_fast": "ASIP `fast`", "asip_small": "ASIP `small`", "n2_core": "Nios II core"}
 
 
@@ -84,24 +86,35 @@ def section(results: dict[str, Any]) -> str:
     return "\n".join(lines) + "\n"
 
 
+def kept(data: dict[str, Any]) -> dict[str, Any]:
+    """What is kept of build/synth.json: the cores, without each seed's figure and paths."""
+    names = ("aluts", "registers", "dsp_18x18", "memory_bits", "lut4")
+    tops = {}
+    for core in CORES:
+        if core not in data["tops"]:
+            continue
+        top = data["tops"][core]
+        clock = {name: top["fmax_mhz"][name] for name in ("median", "min", "max")}
+        clock["runs"] = len(top["fmax_mhz"]["seeds"])
+        tops[core] = {name: top[name] for name in names} | {"fmax_mhz": clock}
+    return {"measured": data["measured"], "commit": data["commit"], "tops": tops}
+
+
 def synthesis(data: dict[str, Any]) -> str:
-    """Markdown of area and clock of the cores."""
+    """Markdown of area and clock of the cores, from docs/data/synthesis.json."""
     lines = [
         "",
         "| core | ALUTs | registers | 18x18 | memory [kbit] | ECP5 clock [MHz], median (range) |",
         "| --- | --- | --- | --- | --- | --- |",
     ]
-    for name, title in CORES.items():
-        if name not in data["tops"]:
-            continue
-        top = data["tops"][name]
+    for name, top in data["tops"].items():
         clock = top["fmax_mhz"]
         lines.append(
-            f"| {title} | {top['aluts']} | {top['registers']} | {top['dsp_18x18']} "
+            f"| {CORES[name]} | {top['aluts']} | {top['registers']} | {top['dsp_18x18']} "
             f"| {top['memory_bits'] / 1000:.0f} | {clock['median']:.0f} "
-            f"({clock['min']:.0f}..{clock['max']:.0f}, {len(clock['seeds'])} seeds) |"
+            f"({clock['min']:.0f}..{clock['max']:.0f}, {clock['runs']} seeds) |"
         )
-    return "\n".join([*lines, ""]) + "\n"
+    return "\n".join([*lines, "", f"Measured at commit {data['commit']}.", ""]) + "\n"
 
 
 def replaced(text: str, mark: str, body: str) -> str:
@@ -114,17 +127,19 @@ def main(arguments: list[str]) -> int:
     """Rewrite README.md; returns the exit status."""
     folder = Path(arguments[0]) if arguments else ROOT / "build"
     text = README.read_text(encoding="utf-8")
-    files = (("results", "results.json", section), ("synthesis", "synth.json", synthesis))
-    found = [
-        (mark, folder / name, write) for mark, name, write in files if (folder / name).is_file()
-    ]
-    if not found:
+    results, measured = folder / "results.json", folder / "synth.json"
+    if not (results.is_file() or measured.is_file()):
         sys.stderr.write(
             f"error: no results.json or synth.json in {folder}; run `make run` first\n"
         )
         return 1
-    for mark, file, write in found:
-        text = replaced(text, mark, write(json.loads(file.read_text(encoding="utf-8"))))
+    if results.is_file():
+        body = section(json.loads(results.read_text(encoding="utf-8")))
+        text = replaced(text, "results", body)
+    if measured.is_file():
+        document = kept(json.loads(measured.read_text(encoding="utf-8")))
+        KEPT.write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
+    text = replaced(text, "synthesis", synthesis(json.loads(KEPT.read_text(encoding="utf-8"))))
     README.write_text(text, encoding="utf-8")
     return 0
 

@@ -22,6 +22,7 @@ from synth_unit import OUTPUT, ROOT, SynthesisError, synthesise
 
 from sim.harness.sources import sources_of
 from sim.model.published import Published
+from sim.page.provenance import commit
 from sim.run.tables import resource_table
 
 RESULT = ROOT / "build/synth.json"
@@ -131,6 +132,7 @@ def main(argv: list[str] | None = None) -> int:
             console.print(f"error: {error}", markup=False)
             return 1
         data |= {
+            "commit": commit(),
             "measured": "area: Yosys synth_intel_alm, Cyclone V; speed: nextpnr, ECP5-85 grade 8",
             "inferred": "Stratix III has the same ALM with two registers and is a faster fabric "
             "than ECP5; nothing here was placed on a Stratix III",
@@ -138,7 +140,7 @@ def main(argv: list[str] | None = None) -> int:
             "tops": {name: tops[name] for name in names if name in tops},
         }
         RESULT.write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")
-    console.print(resource_table(data["tops"], Published.load()))
+    console.print(resource_table(data, Published.load()))
     console.print(f"figures: {RESULT.relative_to(ROOT)}")
     return 0
 

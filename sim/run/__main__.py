@@ -38,7 +38,6 @@ from sim.run.results import Comparison, ProgramRun, compare, results, row_errors
 
 ROOT = Path(__file__).resolve().parents[2]
 PROGRAMS = ROOT / "asip_asm/programs"
-SYNTHESIS = ROOT / "build/synth.json"
 AS_PRINTED, OPTIMISED, REPLAY = "as printed", "optimised", "optimised, same counts"
 
 
@@ -191,8 +190,7 @@ def run(arguments: argparse.Namespace, console: Console) -> None:
     data["robot"] = {"file": str(arguments.robot), "values": robot.values()}
     nios.add_results(data, nios_runs, path, comparison.reference, comparison.single, row_errors)
     (out / "results.json").write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")
-    synthesised = json.loads(SYNTHESIS.read_text())["tops"] if SYNTHESIS.is_file() else {}
-    written = list(tables.all_tables(data, synthesised))
+    written = list(tables.all_tables(data))
     for table in written:
         console.print()
         console.print(table)
@@ -211,6 +209,7 @@ def run(arguments: argparse.Namespace, console: Console) -> None:
             recordings={OPTIMISED: better.recording, AS_PRINTED: printed.recording},
             results=data,
             tables=written,
+            robot_file=arguments.robot,
         )
         page.write(out, shown)
         console.print(f"page and plots: {out / 'index.html'}")

@@ -16,9 +16,10 @@ from sim.run.closed_loop import SETTLED_S, Recording
 
 AXES = ("leg 1", "leg 2", "leg 3", "tilt", "rotation")
 PATH_POINTS = 2_500  # of the path in space, for each of the quantities that colour it
-TICKS = 5  # numbers along the longest axis in space
+TICKS = 8  # numbers along the longest axis in space
 ZOOM = 2.2  # of the box around the path: its diagonal then fills the figure
 BINS = 160
+HIGH = 0.253  # of a panel of the histogram, by the figure
 MICRO = 1e6
 
 
@@ -215,12 +216,12 @@ def histogram(robot: Robot, path: SetPoints, desired: NDArray, recording: Record
                 xaxis=f"x{number}",
                 yaxis=f"y{number}",
             )
-        top = 1 - (number - 1) / 3
+        top = 1 - (number - 1) * (HIGH + 0.12)
         layout[f"xaxis{number}"] = {"title": {"text": title}, "anchor": f"y{number}"}
         layout[f"yaxis{number}"] = {
             "title": {"text": "ticks"},
             "anchor": f"x{number}",
-            "domain": [top - 0.22, top],
+            "domain": [max(0.0, top - HIGH), top],
             "type": "log",
             "dtick": 1,
         }

@@ -179,5 +179,6 @@ def _figures(page: Page, shown: Shown) -> None:
         figures.forces(robot, path, shown.recordings),
         "Forces of the legs and torques of the table axes as the processor commands them. Their "
         f"limits: {robot.F_max:g} N, {robot.tau_max_4:g} N·m (tilt), {robot.tau_max_5:g} N·m "
-        f"(rotation).{more}",
+        "(rotation). The width of the bands comes from the encoders: one step of theirs is a step "
+        f"of the measured speed, and so of the force.{more}",
     )

@@ -1,9 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The tables that `make run` prints, measured figures beside the published ones."""
+"""The tables that `make run` prints, measured figures beside the published ones.
+
+A platform that did not run has no entries in the results, and then no rows or columns here.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import json
+from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import Any
 
 from rich import box
@@ -12,10 +17,19 @@ from rich.table import Table
 from sim.model.published import Published
 from sim.model.records import OUTPUTS, TABLE_3
 
+ROOT = Path(__file__).resolve().parents[2]
+# Area and clock as synthesised here, else as last measured and kept with its commit.
+SYNTHESIS = (ROOT / "build/synth.json", ROOT / "docs/data/synthesis.json")
 UNITS = {"l": "m", "v": "m/s", "a": "m/s²", "theta": "rad", "omega": "rad/s", "eps": "rad/s²"}
 UNITS |= {"F": "N", "tau": "N·m"}
-# Measured columns of table 3; the last is what rounding the set-points to binary32 does by itself.
-ERRORS = ("pc_float32", "fpga3", "fpga3_optimised", "set_point_rounding")
+# Measured columns of table 3 and their titles; the last is what rounding the set-points to
+# binary32 does by itself.
+ERRORS = {
+    "pc_float32": "PC\nfloat32",
+    "fpga3": "as\nprinted",
+    "fpga3_optimised": "optimised",
+    "set_point_rounding": "inputs\nalone",
+}
 # Other builds of the program of FPGA1 and FPGA2.
 VARIANTS = {
     "shared_subexpressions": "shared terms",
@@ -40,36 +54,53 @@ def unit(row: str) -> str:
     return UNITS[row.rstrip("0123456789")]
 
 
+def _table(title: str, caption: str, **look: Any) -> Table:
+    """A table with the sentence that explains it."""
+    return Table(title=title, caption=caption, caption_justify="left", **look)
+
+
 def operation_table(results: dict[str, Any], published: Published) -> Table:
     """Table 1."""
-    table = Table(title="Table 1  operations of one tick (a fused multiply-add counts as × and +)")
+    table = _table(
+        "Table 1  operations of one tick",
+        "How much arithmetic the control law takes at every tick: as the paper states, in our "
+        "program that evaluates its equations one by one as printed, and in our optimised one. A "
+        "fused multiply-add counts as × and as +.",
+    )
+    programs = results.get("operations", {})
     table.add_column("operation")
-    for title in ("published", "as printed", "optimised"):
-        table.add_column(title, justify="right")
+    for title in ("published", *programs):
+        table.add_column(title.replace("_", " "), justify="right")
     for key, (symbol, printed) in OPERATIONS.items():
         table.add_row(
             symbol,
             str(published.operations[printed]),
-            *(f"{results['operations'][program][key]}" for program in ("as_printed", "optimised")),
+            *(f"{counts[key]}" for counts in programs.values()),
         )
     return table
 
 
 def time_table(results: dict[str, Any], published: Published) -> Table:
     """Table 2."""
-    table = Table(title="Table 2  longest time of one tick")
+    table = _table(
+        "Table 2  longest time of one tick",
+        "How long each processor needs for a tick; it must be done within the control period. "
+        "FPGA1: a Nios II processor with the vendor's floating-point instructions; FPGA2: the "
+        "same with instructions of its own; FPGA3: the ASIP, a processor made for this law. "
+        "Cycles are counted in simulation, microseconds assume the published clock.",
+    )
     for title in ("platform", "clock [MHz]", "cycles min", "cycles max", "time [µs]"):
         table.add_column(title, justify="left" if title == "platform" else "right")
     for name, row in published.time.items():
         clock, cycles, time = row["clock_mhz"], row["cycles"], row["time_us"]
         table.add_row(f"{name} (published)", f"{clock}", "", f"{cycles}", f"{time}")
     ours = {}
-    for platform, measured in results["nios"].items():
+    for platform, measured in results.get("nios", {}).items():
         timing = results["platforms"][platform]
         ours[f"{platform.upper()} ours, {timing['ticks']} ticks"] = timing
         for variant, timing in measured["variants"].items():
             ours[f"{platform.upper()} ours, {VARIANTS[variant]}"] = timing
-    for program, timing in results["platforms"]["fpga3"].items():
+    for program, timing in results["platforms"].get("fpga3", {}).items():
         ours[f"FPGA3 ours, {program.replace('_', ' ')}"] = timing
     for name, timing in ours.items():
         table.add_row(
@@ -85,15 +116,18 @@ def time_table(results: dict[str, Any], published: Published) -> Table:
 
 def error_table(results: dict[str, Any], published: Published) -> Table:
     """Table 3 with the five outputs."""
-    table = Table(
-        title=f"Table 3  largest error against double precision over {results['ticks']} ticks",
+    table = _table(
+        f"Table 3  largest error against double precision over {results['ticks']} ticks",
+        "How far 32-bit arithmetic is from 64-bit arithmetic on the same inputs, at worst: length, "
+        "speed and acceleration of the legs (l, v, a), the same of the table axes (theta, omega, "
+        "eps), and the forces and torques. “Inputs alone” is what rounding the set-points to 32 "
+        "bits does by itself: no program can be better.",
         box=box.SIMPLE_HEAD,
         padding=0,
     )
     table.add_column("row", no_wrap=True)
-    for title in ("PC\npublished", "FPGA\npublished", "PC\nfloat32", "as\nprinted", "optimised"):
+    for title in ("PC\npublished", "FPGA\npublished", *ERRORS.values()):
         table.add_column(title, justify="right", no_wrap=True)
-    table.add_column("inputs\nalone", justify="right", no_wrap=True)
     for row in (*TABLE_3, *OUTPUTS):
         error = results["errors"][row]
         table.add_row(
@@ -107,10 +141,12 @@ def error_table(results: dict[str, Any], published: Published) -> Table:
 
 def nios_error_table(results: dict[str, Any], published: Published) -> Table:
     """Table 3 of FPGA1 and FPGA2, beside the PC on the same ticks."""
-    measured = results["nios"]
+    measured = results.get("nios", {})
     ticks = ", ".join(f"{p.upper()} {m['replayed_ticks']}" for p, m in measured.items())
-    table = Table(
-        title=f"Table 3, Nios II systems; ticks: {ticks}",
+    table = _table(
+        f"Table 3, Nios II systems; ticks: {ticks}",
+        "The same of the two Nios II systems, which take a part of the ticks; beside each a PC "
+        "that computes the printed formulas in 32 bits on exactly those ticks.",
         box=box.SIMPLE_HEAD,
         padding=0,
     )
@@ -134,28 +170,35 @@ def nios_error_table(results: dict[str, Any], published: Published) -> Table:
 
 def bound_table(results: dict[str, Any]) -> Table:
     """Errors of the outputs as fractions of their derived bounds."""
-    table = Table(
-        title="Outputs: largest error as a fraction of its derived bound (sim/run/bounds.py)"
+    table = _table(
+        "Outputs: largest error as a fraction of its derived bound",
+        "An analysis of every rounding (sim/run/bounds.py) says how large the error of a force or "
+        "torque can be: 1 is that bound, more than 1 is a fault of the program or the processor.",
     )
     table.add_column("program")
     for title in OUTPUTS:
         table.add_column(title, justify="right")
-    for program, fractions in results["worst_fraction_of_bound"].items():
+    for program, fractions in results.get("worst_fraction_of_bound", {}).items():
         table.add_row(program.replace("_", " "), *(f"{fractions[name]:.3f}" for name in OUTPUTS))
     return table
 
 
 def tracking_table(results: dict[str, Any]) -> Table:
     """Closed-loop tracking errors."""
-    table = Table(title="Tracking in closed loop after the first 50 ms, largest error")
+    table = _table(
+        "Tracking in closed loop after the first 50 ms, largest error",
+        "How far the simulated robot is from where the path wants it, at worst: length of a leg, "
+        "distance of the tool, angle of a table axis.",
+    )
     table.add_column("program")
     for title in ("leg [µm]", "tool [µm]", "table axis [µrad]"):
         table.add_column(title, justify="right")
     runs = {
         f"FPGA3 {program.replace('_', ' ')}": results["tracking"][program]
         for program in ("as_printed", "optimised")
+        if program in results["tracking"]
     }
-    for platform, measured in results["nios"].items():
+    for platform, measured in results.get("nios", {}).items():
         ticks = measured["closed_loop_ticks"]
         runs[f"{platform.upper()}, first {ticks} ticks"] = measured["tracking"]
     for name, error in runs.items():
@@ -166,12 +209,22 @@ def tracking_table(results: dict[str, Any]) -> Table:
     return table
 
 
-def resource_table(tops: dict[str, Any], published: Published) -> Table:
-    """Table 4. tops: the synthesised tops of build/synth.json, or nothing."""
-    table = Table(
-        title="Table 4  resources; ours: Cyclone V ALUTs by Yosys, Fmax on ECP5-85-8 by nextpnr"
-        if tops
-        else "Table 4  resources (`make synth` measures ours)",
+def synthesised() -> dict[str, Any]:
+    """The document of the first of SYNTHESIS that is there, {} if none is."""
+    for file in SYNTHESIS:
+        if file.is_file():
+            return json.loads(file.read_text(encoding="utf-8"))
+    return {}
+
+
+def resource_table(document: Mapping[str, Any], published: Published) -> Table:
+    """Table 4. document: build/synth.json or what is kept of it, or nothing."""
+    where = f"measured at commit {document.get('commit', 'unknown')}; " if document else ""
+    table = _table(
+        "Table 4  resources",
+        "How much of an FPGA each processor takes, and its clock frequency. Published: Stratix "
+        f"III. Ours: {where}area is Yosys for Cyclone V, clock is nextpnr for ECP5-85 grade 8, "
+        "median and range over several runs; `make synth` measures anew.",
         box=box.SIMPLE_HEAD,
         padding=0,
     )
@@ -183,7 +236,7 @@ def resource_table(tops: dict[str, Any], published: Published) -> Table:
         table.add_row(
             f"{name} published", f"{row['lut']}", f"{row['register']}", f"{row['dsp18']}", kilobits
         )
-    for name, row in tops.items():
+    for name, row in document.get("tops", {}).items():
         speed = row["fmax_mhz"]
         table.add_row(
             name,
@@ -191,22 +244,27 @@ def resource_table(tops: dict[str, Any], published: Published) -> Table:
             f"{row['registers']}",
             f"{row['dsp_18x18']}",
             f"{row['memory_bits'] / 1000:.0f}",
-            f"{row['lut4']}",
+            f"{row.get('lut4', '')}",
             f"{speed['median']:.0f} ({speed['min']:.0f}..{speed['max']:.0f})",
         )
     return table
 
 
-def all_tables(results: dict[str, Any], tops: dict[str, Any]) -> Iterator[Table]:
-    """Everything that the main job prints, in order. tops: as for `resource_table`."""
+def all_tables(results: dict[str, Any]) -> Iterator[Table]:
+    """Everything that the main job prints, in order."""
     published = Published.load()
-    yield operation_table(results, published)
+    ran = results["platforms"]
+    if "fpga3" in ran:
+        yield operation_table(results, published)
     yield time_table(results, published)
-    yield error_table(results, published)
-    yield nios_error_table(results, published)
-    yield bound_table(results)
+    if "fpga3" in ran:
+        yield error_table(results, published)
+    if results.get("nios"):
+        yield nios_error_table(results, published)
+    if results.get("worst_fraction_of_bound"):
+        yield bound_table(results)
     yield tracking_table(results)
-    yield resource_table(tops, published)
+    yield resource_table(synthesised(), published)
 
 
 def _figure(value: float | None) -> str:
