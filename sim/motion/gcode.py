@@ -2,14 +2,14 @@
 """Interpreter of RS274/NGC programs (T. Kramer et al., NISTIR 6556; LinuxCNC where that is silent).
 
 Text in, moves out, as a stream or one Program. Accepted: G0 G1 G2 G3 (I J K or R, helices), G4,
-G7 G8, G10 L2 L20, G17-G19, G20 G21, G28 G28.1, G40 (nothing to end), G43 H G49, G43.4 (coordinates
-of the table, gcode_table.py), G53, G54-G59.3, G61 G61.1 G64 P Q, G80-G83 with G98 G99, G90 G91,
-G90.1 G91.1, G92 G92.1-G92.3, G93 G94, polar words @ ^, T M6, M2 M30, M70-M73, O words
-(gcode_flow.py), parameters and expressions (gcode_words.py), comments `( )` and `;`, one pair of
-`%` lines. M0 M1 M60 and M6 are rests of 0 s: the path stops, no operator is waited for. S, M3-M5
-and M7-M9 are read and do nothing, because spindle and coolant have no output here. A (tilt) and C
-(rotation) are table axes in degrees in either length unit. At the start G8, G17, G21, G54, G61,
-G90, G91.1, G94 and G98 hold and no motion is selected.
+G7 G8, G10 L2 L20, G17-G19, G20 G21, G28 G28.1, G40-G42 with D and G41.1 G42.1 (cutter radius),
+G43 H G49, G43.4 (coordinates of the table, gcode_table.py), G53, G54-G59.3, G61 G61.1 G64 P Q,
+G80-G83 with G98 G99, G90 G91, G90.1 G91.1, G92 G92.1-G92.3, G93 G94, polar words @ ^, T M6, M2 M30,
+M70-M73, O words (gcode_flow.py), parameters and expressions (gcode_expressions.py), comments `( )`
+and `;`, one pair of `%` lines. M0 M1 M60 and M6 are rests of 0 s: the path stops, no operator is
+waited for. S, M3-M5 and M7-M9 are read and do nothing, because spindle and coolant have no output
+here. A (tilt) and C (rotation) are table axes in degrees in either length unit. At the start G8,
+G17, G21, G40, G54, G61, G90, G91.1, G94 and G98 hold and no motion is selected.
 
 Two points follow one reading of the standard where machines differ: the words of a block are in
 the length unit the block itself selects, and a centre-format arc without end words is a full turn.
@@ -20,7 +20,7 @@ Here is the order in which the parts of a block act; the parts are: gcode_words.
 line), gcode_block.py (modal groups), gcode_state.py (modes, coordinates, parameters),
 gcode_modes.py (words that change them), gcode_actions.py (rests and moves), gcode_targets.py
 (ends), gcode_arcs.py (centres), gcode_cycles.py (drilling), gcode_runs.py (moves of the machine, as
-in moves.py).
+in moves.py), gcode_output.py and gcode_compensation.py (radius of the tool).
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ from sim.motion.gcode_block import ENDS, PAUSES, check_unused, sort_words
 from sim.motion.gcode_errors import MAX_ERRORS, GcodeError, GcodeErrors
 from sim.motion.gcode_expressions import Key
 from sim.motion.gcode_flow import RETURNED, VALUE, Flow, FlowStop, Frame
-from sim.motion.gcode_modes import choose_tool, mount_tool, select_modes, set_feed
+from sim.motion.gcode_modes import choose_tool, select_modes, set_feed
 from sim.motion.gcode_state import State
-from sim.motion.gcode_tools import NO_TOOLS
+from sim.motion.gcode_tools import NO_TOOLS, Tool
 from sim.motion.gcode_words import LineReader, Word
 from sim.motion.moves import HOME, Dwell, Move, Pose, Program
 
@@ -49,7 +49,7 @@ class _Parser:
     """One pass over the lines of a program; `items` yields its moves and dwells."""
 
     def __init__(
-        self, lines: Iterable[str], file: str, start: Pose, tools: Mapping[int, Pose]
+        self, lines: Iterable[str], file: str, start: Pose, tools: Mapping[int, Tool]
     ) -> None:
         self.file = file
         self.lines = lines
@@ -57,6 +57,7 @@ class _Parser:
         self.any_output = False
         self.state = State(start, tools)
         self.actions = Actions(self.state, self._error_at, lambda: bool(self.errors))
+        self.output = self.actions.output
         self.ended = False
         self.percent_open, self.percent_closed = False, False
         self.line, self.source = 0, ""
@@ -75,11 +76,11 @@ class _Parser:
         try:
             for _ in self._read_lines():
                 if not self.errors:  # a text with a mistake yields nothing more
-                    if self.actions.out:
+                    if self.output.items:
                         self.any_output = True
                         self.flow.moved()
-                    yield from self.actions.out
-                self.actions.out.clear()
+                    yield from self.output.items
+                self.output.items.clear()
         except (_TooManyErrors, FlowStop):
             pass
         if self.errors:
@@ -135,6 +136,9 @@ class _Parser:
             if self.ended and self.flow.inside:
                 self.flow.finish()
                 break
+        if not self.errors:
+            self.output.finish()
+            yield
         self._check_end()
 
     def _check_end(self) -> None:
@@ -213,11 +217,14 @@ class _Parser:
         if "T" in values:
             choose_tool(self.state, values.pop("T"), self._error_at)
         if "tool change" in codes:
-            mount_tool(self.state, codes, self._error_at)
+            self.state.loaded = self.state.chosen
+            self.output.tool_changed()
             self.actions.rest(0.0)
         select_modes(self.state, codes, values, self._error_at)
         if self.state.modes.diameter and "X" in values:
             values["X"] = replace(values["X"], value=values["X"].value / 2)
+        self.output.at = codes.get("motion") or words[0]
+        self.output.select(codes, values)
         set_feed(self.state, values.pop("F", None), self._error_at)
         clean = clean and len(self.errors) == known
         single = codes.get("single")
@@ -236,6 +243,7 @@ class _Parser:
         code = word.code
         if code in ENDS:
             self.ended = True
+            self.output.finish()
         elif not clean:
             return
         elif code in PAUSES:
@@ -277,19 +285,19 @@ def stream(
     lines: Iterable[str],
     file: str = "<text>",
     start: Pose = HOME,
-    tools: Mapping[int, Pose] = NO_TOOLS,
+    tools: Mapping[int, Tool] = NO_TOOLS,
 ) -> Iterator[Move | Dwell]:
     """Moves and dwells of a program of any length, as they are read.
 
-    Memory: one line, and what gcode_flow.py keeps for O words. tools: offsets [mm, degree] of G43
-    by number of the tool. Raises GcodeErrors behind the last good block, with every mistake of the
+    Memory: one line, and what gcode_flow.py keeps for O words. start [mm, degree]; tools: by
+    number. Raises GcodeErrors behind the last good block, with every mistake of the
     rest of the text.
     """
     return _Parser(lines, file, start, tools).items()
 
 
 def stream_file(
-    path: Path, start: Pose = HOME, tools: Mapping[int, Pose] = NO_TOOLS
+    path: Path, start: Pose = HOME, tools: Mapping[int, Tool] = NO_TOOLS
 ) -> Iterator[Move | Dwell]:
     """As `stream`, from a file. Raises GcodeErrors, and OSError if there is no such file."""
     with path.open(encoding="utf-8-sig", errors="replace") as lines:
@@ -297,7 +305,7 @@ def stream_file(
 
 
 def parse(
-    text: str, file: str = "<text>", start: Pose = HOME, tools: Mapping[int, Pose] = NO_TOOLS
+    text: str, file: str = "<text>", start: Pose = HOME, tools: Mapping[int, Tool] = NO_TOOLS
 ) -> Program:
     """Read a program from text; start is the pose [mm, degree] before its first block.
 
@@ -315,7 +323,7 @@ def parse(
     return Program(file, start, tuple(moves), tuple(dwells))
 
 
-def parse_file(path: Path, start: Pose = HOME, tools: Mapping[int, Pose] = NO_TOOLS) -> Program:
+def parse_file(path: Path, start: Pose = HOME, tools: Mapping[int, Tool] = NO_TOOLS) -> Program:
     """Read a program from a file. Raises GcodeErrors, and OSError if there is no such file."""
     text = path.read_text(encoding="utf-8-sig", errors="replace")
     return parse(text, str(path), start, tools)

@@ -8,17 +8,18 @@ from collections.abc import Callable
 from sim.motion.gcode_arcs import OFFSETS, Centre, arc_centre
 from sim.motion.gcode_block import CYCLES, POLAR
 from sim.motion.gcode_cycles import drill
+from sim.motion.gcode_output import Output
 from sim.motion.gcode_runs import machine_moves, program_moves
 from sim.motion.gcode_state import State
 from sim.motion.gcode_targets import absolute_target, target
 from sim.motion.gcode_words import Word, WordReport
-from sim.motion.moves import AXES, Dwell, Motion, Move, Pose
+from sim.motion.moves import AXES, Dwell, Motion, Pose
 
 _OWN_AXES = {"G10", "G28", "G28.1", "G92"}  # take the axis words of their block
 
 
 class Actions:
-    """Turns blocks into moves and rests, which are put into `out`; the state goes along.
+    """Turns blocks into moves and rests, which are put into `output`; the state goes along.
 
     line, source: the block under work. failed tells whether there was a mistake: a text with one
     yields nothing more.
@@ -26,13 +27,14 @@ class Actions:
 
     def __init__(self, state: State, report: WordReport, failed: Callable[[], bool]) -> None:
         self.state, self.report, self.failed = state, report, failed
-        self.out: list[Move | Dwell] = []
+        self.output = Output(state, report)
         self.line, self.source = 0, ""
         self.feed_reported = False
 
     def single(
         self, word: Word, codes: dict[str, Word], values: dict[str, Word], clean: bool
     ) -> None:
+        """A word that acts once, without G53."""
         motion = codes.get("motion")
         if motion is not None and motion.code != "G80" and word.code in _OWN_AXES:
             self.report(
@@ -90,7 +92,8 @@ class Actions:
         if self.failed():
             self.state.position = end
         else:
-            self.out += machine_moves(self.state, self.line, self.source, Motion.RAPID, end)
+            moves = machine_moves(self.state, self.line, self.source, Motion.RAPID, end)
+            self.output.put(moves)
 
     # Motion
 
@@ -102,63 +105,87 @@ class Actions:
         absolute: Word | None,
         clean: bool,
     ) -> None:
-        state, modes = self.state, self.state.modes
+        """The motion in force to the place of the words; absolute: the word G53."""
+        state = self.state
         arc_words = [values[letter] for letter in OFFSETS + "R" if letter in values]
-        axis_words = [values[letter] for letter in AXES + POLAR if letter in values]
-        arc = state.motion in ("G2", "G3")
-        if not arc_words and not axis_words:
-            if code is not None and clean and code.code not in ("G0", "G1", "G80"):
-                self.report(
-                    code,
-                    f"{code.code} without a position",
-                    "X Y Z A C" + (" I J K or R words" if arc else " words"),
-                    f"give the end of the move or remove {code.text}",
-                )
+        places = [values[letter] for letter in AXES + POLAR if letter in values] + arc_words
+        if not places:
+            self._check_alone(code, clean)
             return
         if state.motion is None or state.motion == "G80":
             if clean:
                 self.report(
-                    (axis_words + arc_words)[0],
+                    places[0],
                     "no motion is selected",
                     "G0, G1, G2 or G3 in this block or before",
-                    f"write G0 or G1 before {(axis_words + arc_words)[0].text}",
+                    f"write G0 or G1 before {places[0].text}",
                 )
             state.position = state.machine(target(state, values, self.report))
             return
-        if state.motion != "G0" and modes.feed is None and not self.feed_reported:
-            self.feed_reported = not modes.inverse_time
-            word = code or words[0]
-            self.report(
-                word,
-                f"no feed is set for {state.motion}",
-                "an F word in this block" + ("" if modes.inverse_time else " or before"),
-                "add for instance F2000 to the block",
-            )
+        at = code or words[0]
+        self._check_feed(at)
         if state.motion in CYCLES:
-            if clean and modes.feed is not None:
-                self._cycle(values, code or words[0])
+            if clean and state.modes.feed is not None:
+                self._cycle(values, at)
             return
-        motion = Motion(state.motion)
         end = target(state, values, self.report)
         if absolute is not None:
             end = absolute_target(state, absolute, values, self.report)
-        if not arc:
-            for word in arc_words:
-                self.report(
-                    word,
-                    f"{word.letter} does not belong to {motion.value}",
-                    "I, J, K and R only with G2 or G3",
-                    f"remove {word.text}",
-                )
+        motion = Motion(state.motion)
+        if motion.is_arc:
+            self._arc(motion, end, values, at, clean)
+            return
+        for word in arc_words:
+            self.report(
+                word,
+                f"{word.letter} does not belong to {motion.value}",
+                "I, J, K and R only with G2 or G3",
+                f"remove {word.text}",
+            )
+        self._run(motion, end)
+
+    def _check_alone(self, code: Word | None, clean: bool) -> None:
+        """A block without a place: only some motion words may stand alone."""
+        if code is not None and clean and code.code not in ("G0", "G1", "G80"):
+            arc = self.state.motion in ("G2", "G3")
+            self.report(
+                code,
+                f"{code.code} without a position",
+                "X Y Z A C" + (" I J K or R words" if arc else " words"),
+                f"give the end of the move or remove {code.text}",
+            )
+
+    def _check_feed(self, at: Word) -> None:
+        modes, motion = self.state.modes, self.state.motion
+        if motion != "G0" and modes.feed is None and not self.feed_reported:
+            self.feed_reported = not modes.inverse_time
+            self.report(
+                at,
+                f"no feed is set for {motion}",
+                "an F word in this block" + ("" if modes.inverse_time else " or before"),
+                "add for instance F2000 to the block",
+            )
+
+    def _arc(
+        self, motion: Motion, end: Pose, values: dict[str, Word], at: Word, clean: bool
+    ) -> None:
+        state, modes = self.state, self.state.modes
         centre = None
-        if arc and clean:
+        if clean and self.output.must_be_straight:
+            self.report(
+                at,
+                "the move after G40 is an arc",
+                "G0 or G1",
+                "leave the contour on a straight line",
+            )
+        elif clean:
             centre = arc_centre(
                 motion,
                 modes.plane,
                 state.programmed(),
                 end,
                 values,
-                code or words[0],
+                at,
                 modes.mm_per_unit,
                 modes.absolute_centres,
                 self.report,
@@ -170,10 +197,12 @@ class Actions:
         if self.failed():  # a text with a mistake yields no program
             self.state.position = self.state.machine(end)
         else:
-            self.out += program_moves(self.state, self.line, self.source, motion, end, centre)
+            moves = program_moves(self.state, self.line, self.source, motion, end, centre)
+            self.output.put(moves)
 
     def rest(self, seconds: float) -> None:
-        self.out.append(Dwell(self.line, self.source, seconds))
+        """The path stops."""
+        self.output.put([Dwell(self.line, self.source, seconds)])
 
     def _cycle(self, values: dict[str, Word], at: Word) -> None:
         """Path control is that of G61 meanwhile."""

@@ -15,6 +15,7 @@ from sim.motion.moves import AXES, Motion, Plane
 MAX_LINE_NUMBER = 99999  # NISTIR 6556, 3.3.1
 
 CYCLES = ("G81", "G82", "G83")
+SPLINES = ("G5", "G5.1", "G5.2", "G5.3")
 ENDS = ("M2", "M30")
 PAUSES = ("M0", "M1", "M60")
 SYSTEMS = tuple(f"G{n}" for n in range(54, 60)) + ("G59.1", "G59.2", "G59.3")
@@ -27,7 +28,7 @@ GROUPS = {
     "feed mode": ("G93", "G94"),
     "coordinate system": SYSTEMS,
     "path control": ("G61", "G61.1", "G64"),
-    "cutter compensation": ("G40",),
+    "cutter compensation": ("G40", "G41", "G42", "G41.1", "G42.1"),
     "tool": ("G43", "G43.4", "G49"),
     "lathe": ("G7", "G8"),
     "retract": ("G98", "G99"),
@@ -39,7 +40,7 @@ GROUPS = {
 }
 _GROUP_OF = {code: group for group, codes in GROUPS.items() for code in codes}
 POLAR = "@^"
-_VALUE_LETTERS = AXES + OFFSETS + "RFNPQLSTH" + POLAR
+_VALUE_LETTERS = AXES + OFFSETS + "RFNPQLSTHD" + POLAR
 
 
 def sort_words(words: list[Word], report: WordReport) -> tuple[dict[str, Word], dict[str, Word]]:
@@ -64,7 +65,7 @@ def sort_words(words: list[Word], report: WordReport) -> tuple[dict[str, Word], 
             report(
                 word,
                 f"unknown word {word.letter}",
-                "one of G M N F S T X Y Z A C @ ^ I J K R P Q L H",
+                "one of G M N F S T X Y Z A C @ ^ I J K R P Q L H D",
                 "other axes are outside the accepted subset",
             )
         elif word.letter in values:
@@ -123,7 +124,7 @@ def _check_line_number(word: Word, first: bool, report: WordReport) -> None:
 def check_unused(
     values: dict[str, Word], codes: dict[str, Word], motion: str | None, report: WordReport
 ) -> None:
-    """P, Q, L and H belong to certain words only; motion: the one in force."""
+    """P, Q, L, H and D belong to certain words only; motion: the one in force."""
     used: set[str] = set()
     single = codes["single"].code if "single" in codes else None
     if single in ("G4", "G10"):
@@ -135,11 +136,14 @@ def check_unused(
         used |= {"P", "Q"}
     if "tool" in codes and codes["tool"].code == "G43":
         used |= {"H"}
-    for letter in "PQLH":
+    if "cutter compensation" in codes and codes["cutter compensation"].code != "G40":
+        used |= {"D"}
+    for letter in "PQLHD":
         if letter in values and letter not in used:
             report(
                 values[letter],
                 f"{letter} does not belong to this block",
-                "P with G4, G10, G64, G82; Q with G64, G83; L with G10, cycles; H with G43",
+                "P with G4, G10, G64, G82; Q with G64, G83; L with G10, cycles; H with G43; "
+                "D with G41, G42",
                 f"remove {values[letter].text}",
             )

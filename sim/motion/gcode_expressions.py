@@ -60,6 +60,10 @@ FUNCTIONS: dict[str, Callable[[float], float]] = {
 }
 
 
+class NoValueError(Exception):
+    """A parameter cannot be read: what, expected, help."""
+
+
 class ValueReader:
     """Reads values at `at` of one line. `read` gives the values of numbers and names."""
 
@@ -212,7 +216,10 @@ class ValueReader:
                 key = self._key()
                 if self._peek() == "]":
                     self.at += 1
-                    return float(self.read(key) is not None)
+                    try:
+                        return float(self.read(key) is not None)
+                    except NoValueError:
+                        return 1.0
         self._fail(
             *self._here(),
             "EXISTS asks for a parameter",
@@ -252,7 +259,10 @@ class ValueReader:
         begin = self.at
         self.at += 1
         key = self._key()
-        value = self.read(key)
+        try:
+            value = self.read(key)
+        except NoValueError as error:
+            self._fail(begin + 1, self.source[begin : self.at], *error.args)
         if value is None:
             self._fail(
                 begin + 1,

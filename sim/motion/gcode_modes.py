@@ -7,6 +7,7 @@ import math
 
 from sim.motion.gcode_block import CYCLES, SYSTEMS
 from sim.motion.gcode_state import State
+from sim.motion.gcode_tools import Tool
 from sim.motion.gcode_words import Word, WordReport
 from sim.motion.moves import MM_PER_INCH, Plane
 
@@ -92,18 +93,6 @@ def choose_tool(state: State, word: Word, report: WordReport) -> None:
     state.chosen = _tool_number(state, word, report)
 
 
-def mount_tool(state: State, codes: dict[str, Word], report: WordReport) -> None:
-    """M6 in a block with these codes."""
-    state.loaded = state.chosen
-    if "tool" in codes:  # rs274 alone, which tests compare with, loses its position here
-        report(
-            codes["tool"],
-            f"{codes['tool'].code} in the block of M6",
-            "M6 without G43 G43.4 G49",
-            f"move {codes['tool'].text} to the next block",
-        )
-
-
 def _tool_number(state: State, word: Word, report: WordReport) -> int:
     """Number of a tool of the table, 0 also after a mistake."""
     number = word.value
@@ -126,4 +115,4 @@ def _select_tool_frame(
     modes.tool_offset = (0.0,) * 5
     if word.code == "G43":
         number = _tool_number(state, values["H"], report) if "H" in values else state.loaded
-        modes.tool_offset = state.tools.get(number, modes.tool_offset)
+        modes.tool_offset = state.tools.get(number, Tool()).offset

@@ -38,6 +38,10 @@ SAMPLES = "share/linuxcnc/ncfiles"  # below the folder of bin/rs274
 TOOLS = "share/doc/linuxcnc/examples/sample-configs/common/tool.tbl"  # lengths in inches, as rs274
 DIGITS = 1.01e-4  # rs274 prints four decimals of mm or inch; sums of two of them
 _RECORD = re.compile(r"^ *\d+ \S+ +(\w+)\((.*)\)\s*$")
+_COMMENT = re.compile(r"\([^)]*\)|;.*")
+_TOOL_CHANGE = re.compile(r"[mM] *0*6(?![\d.])")
+_TOOL_OFFSET = re.compile(r"[gG] *(43|49)(?![\d.])")
+_TOOL_WORDS = re.compile(r"[mM] *0*6(?![\d.])|[tT] *\d+")
 Record = tuple[str, tuple[float, ...]]
 
 
@@ -82,6 +86,23 @@ def rs274(text: str) -> list[Record]:
     return list(_machine_records(_canonical(text)))
 
 
+def _as_on_a_machine(text: str) -> str:
+    """The text with T and M6 in a block of their own.
+
+    rs274 alone takes over its old position behind a block with M6, whatever G43 or G49 of the same
+    block has made of it; with a machine it reads the position back. In two blocks both are alike.
+    """
+    lines = []
+    for line in text.splitlines():
+        code = _COMMENT.sub("", line)
+        if _TOOL_CHANGE.search(code) and _TOOL_OFFSET.search(code):
+            changes = [match.group() for match in _TOOL_WORDS.finditer(code)]
+            lines += [" ".join(changes), _TOOL_WORDS.sub("", code)]
+        else:
+            lines.append(line)
+    return "\n".join(lines) + "\n"
+
+
 def _canonical(text: str) -> str:
     """What rs274 prints for a program. Raises OracleError as `rs274` does."""
     program = find()
@@ -91,7 +112,7 @@ def _canonical(text: str) -> str:
     path = ":".join([*(str(folder) for folder in libraries), os.environ.get("LD_LIBRARY_PATH", "")])
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "program.ngc"
-        file.write_text(text, encoding="utf-8")
+        file.write_text(_as_on_a_machine(text), encoding="utf-8")
         run = subprocess.run(
             [str(program), "-t", str(sample_tools() or "/dev/null"), "-g", str(file)],
             cwd=folder,

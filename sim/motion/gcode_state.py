@@ -7,7 +7,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from sim.motion import gcode_table as table_frame
-from sim.motion.gcode_expressions import Key
+from sim.motion.gcode_compensation import Compensation
+from sim.motion.gcode_expressions import Key, NoValueError
+from sim.motion.gcode_tools import Tool
 from sim.motion.gcode_words import Word, WordReport
 from sim.motion.moves import AXES, Plane, Pose
 
@@ -51,13 +53,14 @@ def _parameters() -> dict[Key, float]:
 
 @dataclass
 class State:
-    """position [mm, degree]: of the machine; tools: offsets by number.
+    """position [mm, degree]: of the machine; tools: by number.
 
+    compensation: from G41 or G42 to G40; position is then on the contour, not that of the tool.
     parameters: numbered ones and names that are known everywhere.
     """
 
     position: Pose
-    tools: Mapping[int, Pose]
+    tools: Mapping[int, Tool]
     modes: Modes = field(default_factory=Modes)
     motion: str | None = None
     sticky: dict[str, float] = field(default_factory=dict)  # numbers a cycle keeps, in mm and s
@@ -66,6 +69,7 @@ class State:
     loaded: int = 0
     system: Pose = _ZERO  # offset of the coordinate system
     shift: Pose = _ZERO  # of G92
+    compensation: Compensation | None = None
     parameters: dict[Key, float] = field(default_factory=_parameters)
 
     def __post_init__(self) -> None:
@@ -86,11 +90,20 @@ class State:
     # Parameters
 
     def parameter(self, key: int) -> float:
-        """Value of a numbered parameter, of the position in the unit in force."""
+        """Value of a numbered parameter, of the position in the unit in force.
+
+        Raises NoValueError where the position is not known.
+        """
         if not _POSITION <= key < _POSITION + 9:
             return self.parameters.get(key, 0.0)
         if key - _POSITION not in _AXIS_PARAMETER:
             return 0.0
+        if self.compensation is not None:
+            raise NoValueError(
+                f"the position #{key} is not known during cutter compensation",
+                "a read before G41 or G42, or after G40",
+                "keep the number in a parameter of your own",
+            )
         index = _AXIS_PARAMETER.index(key - _POSITION)
         value = self.programmed()[index]
         return value / (self.modes.mm_per_unit if index < 3 else 1.0)

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tool tables of LinuxCNC ("Tool Table Format") as offsets for G43: a line for each tool.
+"""Tool tables of LinuxCNC ("Tool Table Format"): a line for each tool.
 
-line = T number, then words such as Z-12.5 in any order, `;` and a remark. X Y Z A C are offsets;
-pocket P, diameter D and the other words are read and do nothing here. An empty line has no tool.
+line = T number, then words such as Z-12.5 in any order, `;` and a remark. X Y Z A C are offsets for
+G43, D is the diameter for G41 and G42, Q the orientation of a lathe tool; pocket P and the other
+words are read and do nothing here. An empty line has no tool.
 """
 
 from __future__ import annotations
@@ -10,25 +11,36 @@ from __future__ import annotations
 import argparse
 import re
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 from sim.motion.gcode_errors import MAX_ERRORS, GcodeError, GcodeErrors
 from sim.motion.gcode_words import MAX_NUMBER
 from sim.motion.moves import AXES, Pose
 
-NO_TOOLS: Mapping[int, Pose] = {}
+
+@dataclass(frozen=True)
+class Tool:
+    """offset [mm, degree] of G43; diameter [mm]; orientation: 1 to 8 of a lathe tool."""
+
+    offset: Pose = (0.0,) * 5
+    diameter: float = 0.0
+    orientation: int = 0
+
+
+NO_TOOLS: Mapping[int, Tool] = {}
 
 _WORD = re.compile(r"([A-Za-z])([+-]?(?:\d+\.?\d*|\.\d+))(?=\s|$)")
 _TEXT = re.compile(r"\S+")
 
 
-def tool_table(lines: Iterable[str], file: str = "<tools>", unit: float = 1.0) -> dict[int, Pose]:
-    """Offsets [mm, degree] by number of the tool; unit: mm of one X, Y or Z of the table.
+def tool_table(lines: Iterable[str], file: str = "<tools>", unit: float = 1.0) -> dict[int, Tool]:
+    """Tools by number; unit: mm of one X, Y, Z or D of the table.
 
     Raises GcodeErrors with every mistake: no word, a number beyond MAX_NUMBER, no T, T that is no
     integer from 1 on, or a second line for a tool.
     """
-    tools: dict[int, Pose] = {}
+    tools: dict[int, Tool] = {}
     errors: list[GcodeError] = []
     for number, raw in enumerate(lines, start=1):
         source = raw.rstrip("\r\n").expandtabs(1)
@@ -73,7 +85,9 @@ def tool_table(lines: Iterable[str], file: str = "<tools>", unit: float = 1.0) -
                 )
             elif values:
                 x, y, z, a, c = (values.get(letter, 0.0) for letter in AXES)
-                tools[int(tool)] = (x * unit, y * unit, z * unit, a, c)
+                offset = (x * unit, y * unit, z * unit, a, c)
+                diameter = values.get("D", 0.0) * unit
+                tools[int(tool)] = Tool(offset, diameter, int(values.get("Q", 0.0)))
         if len(errors) == MAX_ERRORS:
             break
     if errors:
@@ -81,7 +95,7 @@ def tool_table(lines: Iterable[str], file: str = "<tools>", unit: float = 1.0) -
     return tools
 
 
-def tool_file(path: Path) -> dict[int, Pose]:
+def tool_file(path: Path) -> dict[int, Tool]:
     """As `tool_table`, from a file in mm. Raises GcodeErrors, and OSError without such a file."""
     with path.open(encoding="utf-8-sig", errors="replace") as lines:
         return tool_table(lines, str(path))
@@ -90,10 +104,13 @@ def tool_file(path: Path) -> dict[int, Pose]:
 def add_tools_option(parser: argparse.ArgumentParser) -> None:
     """The option --tools of the command lines that read G-code."""
     parser.add_argument(
-        "--tools", type=Path, metavar="FILE", help="LinuxCNC tool table for T and G43 [mm, degree]"
+        "--tools",
+        type=Path,
+        metavar="FILE",
+        help="LinuxCNC tool table for T, G43, G41 [mm, degree]",
     )
 
 
-def tools_of(arguments: argparse.Namespace) -> Mapping[int, Pose]:
+def tools_of(arguments: argparse.Namespace) -> Mapping[int, Tool]:
     """The table of --tools, without the option none; raises as `tool_file`."""
     return NO_TOOLS if arguments.tools is None else tool_file(arguments.tools)

@@ -18,13 +18,12 @@ from rich.table import Table
 from sim.model.parameters import Robot
 from sim.motion.command import add_robot_option, require_positive
 from sim.motion.gcode import GcodeErrors, stream_file
-from sim.motion.gcode_tools import NO_TOOLS, add_tools_option, tools_of
+from sim.motion.gcode_tools import NO_TOOLS, Tool, add_tools_option, tools_of
 from sim.motion.lookahead import Lookahead
 from sim.motion.lookahead_check import GROUPS, QUANTITIES, demand
 from sim.motion.lookahead_joints import SlowestJoints
 from sim.motion.lookahead_limits import MachineLimits
 from sim.motion.lookahead_settings import LookaheadSettings
-from sim.motion.moves import Pose
 from sim.motion.planner_optimal import Limits
 
 EPILOG = """examples:
@@ -102,7 +101,7 @@ def results(
     settings: LookaheadSettings,
     sampled: bool,
     console: Console | None = None,
-    tools: Mapping[int, Pose] = NO_TOOLS,
+    tools: Mapping[int, Tool] = NO_TOOLS,
 ) -> dict[str, Any]:
     """What the command prints, as one document; lengths in mm, angles in degrees.
 

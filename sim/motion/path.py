@@ -24,6 +24,9 @@ FloatArray = NDArray[np.float64]
 
 # LinuxCNC's CIRCLE_FUZZ: an arc that turns less is a full turn.
 FULL_TURN_BELOW = 1e-6
+POINT = (
+    1e-12  # m; a shorter arc, as cutter compensation leaves of a hole of the tool's size, is none
+)
 
 
 class Curve(Protocol):
@@ -153,7 +156,8 @@ def _arc(move: Move) -> Arc:
 def curve_of(move: Move) -> Curve | None:
     """Curve of a move, None if the move stays where it is."""
     if move.motion.is_arc:
-        return _arc(move)
+        arc = _arc(move)
+        return arc if arc.length > POINT else None
     start, end = to_si(move.start), to_si(move.end)
     way = end - start
     length = math.hypot(*way[3:] if move.turns_only_the_table else way[:3])

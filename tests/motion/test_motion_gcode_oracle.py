@@ -100,6 +100,7 @@ PROGRAMS = {
         "G0 Z3\nT1 M6\nG43\nG0 X1 Z1\nG43 H2 X2\nZ1\nG49 X3\nG20\nG43 H3 G1 X1 F10\nG92 Z0\nZ1\n"
         "G92.1\nG10 L20 P1 Z1\nZ3\nG53 G0 Z1\nG28\nG43 H0 X2\nT0 M6\nX1\nG43 X2"
     ),
+    "tools and offsets in one block": "G0 Z5\nT1 M6 G43 H2\nG0 X1\nZ1\nT2 M6 G49 G0 X5\nZ2",
     "motion words alone": "G0\nG1 F100\nX1\nG0\nX2",
     "letters in any order and case": "n10 y1 g1 f100 (comment) x 2 ; end\nx3g0z1",
 }  # fmt: skip

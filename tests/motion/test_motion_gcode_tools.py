@@ -6,7 +6,7 @@ import pytest
 from sim.motion import __main__ as trajectory_cli
 from sim.motion import lookahead_cli
 from sim.motion.gcode import GcodeErrors
-from sim.motion.gcode_tools import tool_table
+from sim.motion.gcode_tools import Tool, tool_table
 
 COMMANDS = [trajectory_cli.main, lookahead_cli.main]
 
@@ -25,11 +25,11 @@ def tools(tmp_path):
     return path
 
 
-def test_tool_table__lines_of_linuxcnc__are_offsets_by_number():
+def test_tool_table__lines_of_linuxcnc__are_tools_by_number():
     lines = ["T1 P1 D0.125 Z+0.5 ;T9", "", "; note", "t23 P4 X1 Y-2 A3 C4\n"]
     assert tool_table(lines, unit=25.4) == {
-        1: (0.0, 0.0, 12.7, 0.0, 0.0),
-        23: (25.4, -50.8, 0.0, 3.0, 4.0),
+        1: Tool((0.0, 0.0, 12.7, 0.0, 0.0), 3.175),
+        23: Tool((25.4, -50.8, 0.0, 3.0, 4.0)),
     }
 
 
