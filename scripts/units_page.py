@@ -238,6 +238,12 @@ def comparison_codes(rtl: Path = RTL) -> list[str]:
     )
 
 
+def checked_files(unit: str, rtl: Path = RTL) -> list[str]:
+    """Names of the unit's files that hold checks for simulation behind `ifndef SYNTHESIS."""
+    files = sources_of(unit, (rtl,))
+    return [file.name for file in files if "`ifndef SYNTHESIS" in file.read_text(encoding="utf-8")]
+
+
 def port_table(module: str) -> list[str]:
     """Parameters and ports as a table."""
     rows = [[f"`{p.name}`", p.direction, f"`{p.type}`", p.note] for p in ports(module)]
@@ -252,13 +258,15 @@ def facts(module: str) -> list[str]:
     if module == "fp_cmp":
         lines += ["", *comparison_codes()]
     files = [str(path.relative_to(ROOT)) for path in sources_of(module, (RTL,))]
+    checked = " and ".join(f"`{name}`" for name in checked_files(module))
+    macro = f"define it for synthesis, for the checks in {checked}" if checked else "not used"
     return [
         *lines,
         "",
         f"Latency {latency(module)}, interval {interval(module)}. Error: "
         f"{error_bound(module)}. File list `rtl/fpu/{module}.f`: "
         + ", ".join(f"`{Path(file).name}`" for file in files)
-        + ".",
+        + f". `SYNTHESIS`: {macro}.",
         "",
         "Evidence:",
         "",

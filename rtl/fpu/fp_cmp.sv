@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // fp_cmp: comparisons, selections, sign operations and 32-bit integer add/subtract, one per clock.
 // Contract: latency fp_pkg::FP_CMP_LATENCY register ranks, no stall; op_i is one of
-// fp_pkg::FP_CMP_*, where each operation, its NaN rule and its flag are stated; 15 acts as MOV.
+// fp_pkg::FP_CMP_*, where each operation, its NaN rule and its flag are stated; 15 acts as MOV. An
+// operation ignores the operands that its line there does not name.
 // Values are compared as IEEE 754-2019 numbers (subnormals count, -0 equals +0); no flag but nv.
 // Stages: e1 compare, add | e2 select.
 module fp_cmp (

@@ -5,6 +5,7 @@
 // error: both may give wrong results (simulation stops with a message), later ones are not affected.
 // Clock 0 normalises a, clock 1 normalises b; 26 digits, two per clock: 2..8 in the first half of the
 // recurrence, 9..14 in the second; clock 15 rounds and packs.
+// With SYNTHESIS defined it has no check of the distance, which some synthesis tools refuse.
 module fp_divsqrt_folded (
     input  logic           clk_i,
     input  logic           rst_ni,

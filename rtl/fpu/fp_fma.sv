@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // fp_fma: binary32 fused multiply-add +-(a*b) +- c, one rounding; also a*b and a +- c. Pipelined.
 // Contract: latency fp_pkg::FP_FMA_LATENCY register ranks, one operation per clock, no stall.
-// kind_i MUL ignores c (c := -0) and ADD ignores b (b := 1), so both are the IEEE operations.
+// kind_i: 0 +-(a*b) +- c; 1 +-(a*b), ignores c_i and neg_addend_i (c := -0); 2 +-a +- c, ignores b_i
+// (b := 1), so both are the IEEE operations; 3 is reserved. neg_product_i negates a*b (of kind 2: a),
+// neg_addend_i negates c. 0 * infinity raises nv and gives NaN whatever c is, a quiet NaN too, which
+// IEEE 754-2019 7.2 leaves open. Quiet NaNs otherwise give NaN without nv.
 // Stages: e1 unpack | e2 multiply, align | e3 add all products and the addend | e4 coarse normalise |
 //         e5 fine normalise | e6 magnitude, round and pack.
 module fp_fma (

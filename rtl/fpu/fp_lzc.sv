@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // fp_lzc: number of leading zeros. Combinational.
 // Contract: Width = 2^CountWidth bits; count_o is meaningful only while zero_o is low.
+// With SYNTHESIS defined it has no check of its parameter, which some synthesis tools refuse.
 module fp_lzc #(
     parameter int unsigned CountWidth = 5
 ) (

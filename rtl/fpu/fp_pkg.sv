@@ -6,6 +6,9 @@
 // The latencies are the only copy: asip_asm reads them from this file for its machine description.
 package fp_pkg;
 
+  // These are the constants of all units, and each unit uses a few of them.
+  // verilator lint_off UNUSEDPARAM
+
   // Exception flags, same order everywhere.
   typedef struct packed {
     logic nv;  // invalid operation
@@ -28,10 +31,10 @@ package fp_pkg;
   localparam int unsigned FP_CMP_LATENCY = 2;
   localparam int unsigned FP_SINCOS_LATENCY = 36;
 
-  // Operation of fp_fma. Field order: {negate product, negate addend, kind}.
+  // kind_i of fp_fma. Field order of an operation: {negate product, negate addend, kind}.
   localparam logic [1:0] FMA_KIND_FMA = 2'b00;  // +-(a*b) +- c
-  localparam logic [1:0] FMA_KIND_MUL = 2'b01;  // a*b, c ignored
-  localparam logic [1:0] FMA_KIND_ADD = 2'b10;  // a +- c, b ignored
+  localparam logic [1:0] FMA_KIND_MUL = 2'b01;  // +-(a*b); ignores c_i and neg_addend_i
+  localparam logic [1:0] FMA_KIND_ADD = 2'b10;  // +-a +- c; ignores b_i
 
   // Operation of fp_cmp: result from operands a, b, c. "sNaN": a signalling NaN among the compared.
   localparam logic [3:0] FP_CMP_EQ = 4'd0;      // a = b ? 1.0 : 0.0; nv on sNaN
@@ -53,6 +56,10 @@ package fp_pkg;
   localparam logic [3:0] FP_CMP_IADD = 4'd13;   // a + b
   localparam logic [3:0] FP_CMP_ISUB = 4'd14;   // a - b
 
+  // verilator lint_on UNUSEDPARAM
+  // The class of a number does not depend on its sign.
+  // verilator lint_off UNUSEDSIGNAL
+
   function automatic logic is_nan(input logic [31:0] x);
     is_nan = (&x[30:23]) && (|x[22:0]);
   endfunction
@@ -68,5 +75,7 @@ package fp_pkg;
   function automatic logic is_zero(input logic [31:0] x);
     is_zero = !(|x[30:0]);
   endfunction
+
+  // verilator lint_on UNUSEDSIGNAL
 
 endpackage

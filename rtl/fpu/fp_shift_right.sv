@@ -4,6 +4,7 @@
 // of every bit that left at the bottom. An amount of Width or more leaves zero and the OR of all.
 // WidestFirst sets the order of the binary levels, for area only: 1 where few output bits are used,
 // 0 where value_i has few bits at the top and zeros below.
+// With SYNTHESIS defined it has no check of its parameters, which some synthesis tools refuse.
 module fp_shift_right #(
     parameter int unsigned Width = 48,
     parameter int unsigned AmountWidth = 6,

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
 import subprocess
@@ -16,6 +17,7 @@ from scripts.units_page import PAGE, RTL, PageError, main
 from sim.fpbench.folded import bench_unit
 from sim.fpbench.native import LANES
 from sim.harness.build import ROOT, verilator_driver
+from sim.harness.sources import sources_of
 
 RANK_OF_THE_BENCH = 1  # in front of the lanes; an iterative unit waits for it too
 
@@ -103,11 +105,66 @@ def test_example__of_the_page__elaborates_with_the_file_list(tmp_path: Path) -> 
     source = tmp_path / "distance.sv"
     source.write_text(example[1])
     options = ["--lint-only", "-Wall", "-Wno-UNUSEDSIGNAL", "--quiet", "--top-module", "distance"]
-    lists = ["scripts/ci/waivers.vlt", "-f", "rtl/fpu/fp_add.f", str(source)]
+    lists = ["-f", "rtl/fpu/fp_add.f", str(source)]
     done = subprocess.run(
         [str(verilator_driver()), *options, *lists], cwd=ROOT, capture_output=True, text=True
     )
     assert done.returncode == 0, done.stderr
+
+
+def printed_commands(tool: str) -> list[str]:
+    """Commands of that tool on the page, in its order: in the top folder, elsewhere."""
+    blocks = re.findall(r"```sh\n(.*?)```", PAGE.read_text(), re.DOTALL)
+    return [line for block in blocks for line in block.splitlines() if line.startswith(tool)]
+
+
+@pytest.mark.parametrize("unit", units_page.units())
+def test_commands__of_the_page__lint_each_unit_in_the_top_folder_and_elsewhere(
+    unit: str, tmp_path: Path
+) -> None:
+    commands = printed_commands("verilator")
+    assert len(commands) == 2 and all("-Wall" in command for command in commands)
+    path = f"{verilator_driver().parent}:{os.environ['PATH']}"
+    environment = os.environ | {"PATH": path, "MICROTICK": str(ROOT)}
+    for command, folder in zip(commands, (ROOT, tmp_path), strict=True):
+        done = subprocess.run(
+            command.replace("fp_add", unit),
+            shell=True,
+            cwd=folder,
+            env=environment,
+            capture_output=True,
+            text=True,
+        )
+        assert (done.returncode, done.stderr) == (0, ""), command
+
+
+def test_commands__of_the_page__both_give_yosys_the_same_files(tmp_path: Path) -> None:
+    here, elsewhere = (command.partition("-sv ")[2] for command in printed_commands("yosys"))
+    listed = []
+    for words, folder in ((here, ROOT), (elsewhere, tmp_path)):
+        done = subprocess.run(
+            f'printf %s "{words.partition(";")[0]}"',
+            shell=True,
+            cwd=folder,
+            env=os.environ | {"MICROTICK": str(ROOT)},
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        listed.append([(folder / file).resolve() for file in done.stdout.split()])
+    assert listed[0] == listed[1] == sources_of("fp_add")
+
+
+def test_synthesis_macro__units_with_checks_are_named(tmp_path: Path) -> None:
+    assert units_page.checked_files("fp_divsqrt_folded") == ["fp_divsqrt_folded.sv"]
+    assert units_page.checked_files("fp_cmp") == []
+    copy = changed(
+        tmp_path, "fp_cmp.sv", "module fp_cmp", "`ifndef SYNTHESIS\n`endif\nmodule fp_cmp"
+    )
+    assert units_page.checked_files("fp_cmp", copy) == ["fp_cmp.sv"]
+    for unit in units_page.units():
+        told = re.search(rf"<!-- begin {unit} -->.*?`SYNTHESIS`: ([^.]*)", PAGE.read_text(), re.S)
+        assert told and (told[1] == "not used") == (not units_page.checked_files(unit))
 
 
 @pytest.mark.parametrize(
