@@ -325,8 +325,8 @@ class Core:
         text = f"tick {tick} stopped with {runs.text}\n"
         text += f"  inputs: {', '.join(odd)}\n" if odd else ""
         text += (
-            f"  cure: {CURES[cause]}; until then the outputs are the safe values.\n"
-            "  To go on, clear() ends the fault and gives the states their initial values."
+            f"  cure: {CURES[cause]}\n"
+            "  The outputs have their safe values. clear() ends the fault and presets the states."
         )
         outputs = {name: float(ticks[name][-1]) for name in self._outputs}
         before = Ticks(

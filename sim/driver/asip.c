@@ -100,6 +100,15 @@ void asip_read_outputs(const asip *core, uint32_t *words) {
   for (i = 0; i < core->image->output_count; i++) words[i] = read32(core, ASIP_BASE_OUTPUTS + i);
 }
 
+asip_result asip_tick(const asip *core, const uint32_t *inputs, uint32_t *outputs, uint32_t polls) {
+  asip_result result;
+  asip_set_inputs(core, inputs);
+  asip_start(core);
+  result = asip_wait(core, polls);
+  if (result == ASIP_OK || result == ASIP_FAULTED) asip_read_outputs(core, outputs);
+  return result;
+}
+
 uint32_t asip_read_export(const asip *core, unsigned number) {
   return read32(core, ASIP_BASE_REGISTERS + core->image->exports[number]);
 }

@@ -112,6 +112,11 @@ asip_result asip_wait(const asip *core, uint32_t polls);
  * a fault, and before the first. */
 void asip_read_outputs(const asip *core, uint32_t *words);
 
+/* One tick: write all inputs, start, wait at most `polls` reads of STATUS, read all outputs.
+ * Results of asip_wait. After ASIP_FAULTED the outputs are the safe values, asip_status has the
+ * cause, and asip_clear with asip_preset_states goes on. After the others they are not read. */
+asip_result asip_tick(const asip *core, const uint32_t *inputs, uint32_t *outputs, uint32_t polls);
+
 /* Read one exported register by its number in the image, after a run. */
 uint32_t asip_read_export(const asip *core, unsigned number);
 

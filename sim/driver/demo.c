@@ -13,17 +13,15 @@
 
 #define POLLS 1000
 
-static void print_outputs(const asip *core) {
-  uint32_t out[LEG_LENGTH_OUTPUTS];
+static void print_outputs(const uint32_t *out) {
   int i;
-  asip_read_outputs(core, out);
   for (i = 0; i < LEG_LENGTH_OUTPUTS; i++) {
     printf(" 0x%08" PRIx32 " %.9g", out[i], (double)asip_float(out[i]));
   }
 }
 
 static int tick(const asip *core, const char *text) {
-  uint32_t in[LEG_LENGTH_INPUTS] = {0};
+  uint32_t in[LEG_LENGTH_INPUTS] = {0}, out[LEG_LENGTH_OUTPUTS];
   asip_result result;
   asip_state state;
   char *end;
@@ -35,9 +33,7 @@ static int tick(const asip *core, const char *text) {
   }
   in[LEG_LENGTH_INPUT_COUNTER] = (uint32_t)strtol(text, NULL, 10);
 
-  asip_set_inputs(core, in);
-  asip_start(core);
-  result = asip_wait(core, POLLS);
+  result = asip_tick(core, in, out, POLLS);
   if (result != ASIP_OK && result != ASIP_FAULTED) {
     printf("%s\n", asip_result_text(result));
     return 1;
@@ -46,12 +42,12 @@ static int tick(const asip *core, const char *text) {
   if (result == ASIP_FAULTED) {
     printf("fault %d, %s, info %" PRIu32 ":", (int)state.cause, asip_fault_text(state.cause),
            state.info);
-    print_outputs(core);
+    print_outputs(out);
     asip_clear(core);
     asip_preset_states(core);
   } else {
     printf("done:");
-    print_outputs(core);
+    print_outputs(out);
     printf(" 0x%08" PRIx32, asip_read_export(core, LEG_LENGTH_EXPORT_SQUARE));
   }
   printf(" cycles %" PRIu32 "\n", state.cycles);

@@ -14,12 +14,10 @@ import pytest
 
 from asip_asm.assemble import assemble
 from asip_asm.c_image import enumeration, identifier, to_c
-from asip_asm.isa import default_isa
 from asip_asm.regmap import default_register_map
-from sim.harness.build import ROOT, build_library, file_list
+from sim.driver import DRIVER, simulated_core
 from sim.iss.core import Iss
 
-DRIVER = ROOT / "sim/driver"
 CHECKS = Path(__file__).with_name("driver_checks.c")
 C_FLAGS = ("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-O1")
 CONFIGURATIONS = ("fast", "small")
@@ -36,13 +34,7 @@ again:  bnz n, again
 
 def build(folder: Path, configuration: str, main: Path, images: dict[str, str]) -> Path:
     """Executable of a C program with the driver and the core; images: text by header name."""
-    parameters = default_isa().configurations[configuration]
-    core = build_library(
-        "asip",
-        file_list("asip/asip.f"),
-        DRIVER / "sim_bus.cpp",
-        {"FmaPipes": parameters.fma_pipes, "Slots": len(parameters.slots)},
-    )
+    core = simulated_core(configuration)
     for name, text in images.items():
         (folder / name).write_text(text)
     program = folder / main.stem

@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Ticks per second of `sim.Core`, tick by tick and in a batch, into docs/own_machine.md.
+
+`python scripts/loop_speed.py` measures the page's programs, all inputs 0, and writes the
+table between its marks.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT))
+
+from scripts.doc_blocks import code_blocks  # noqa: E402
+from sim import Core  # noqa: E402
+
+PAGE = ROOT / "docs/own_machine.md"
+MARKS = re.compile(r"(<!-- speed: [^\n]*-->\n).*?(<!-- end of speed -->)", re.S)
+SECONDS = 1.0  # of processor time for each figure
+CHUNK = 200  # ticks between two looks at the clock
+
+
+def rate(run: Callable[[], object]) -> float:
+    """Ticks per second of processor time; `run` does CHUNK ticks."""
+    run()
+    chunks, begin = 0, time.process_time()
+    while (spent := time.process_time() - begin) < SECONDS:
+        run()
+        chunks += 1
+    return chunks * CHUNK / spent
+
+
+def row(program: Path, backend: str) -> str:
+    """Line of the table."""
+    with Core(program, backend=backend) as core:
+        first = core.inputs[0]
+        held = np.full(CHUNK, core.read(first))
+        single = rate(lambda: [core.tick() for _ in range(CHUNK)])
+        batch = rate(lambda: core.batch({first: held}))
+        cycles = "-" if core.cycles is None else core.cycles
+        sizes = f"{len(core.inputs)} | {len(core.outputs)} | {cycles}"
+    return f"| `{program.name}` | {backend} | {sizes} | {single:.0f} | {batch:.0f} |"
+
+
+def main() -> int:
+    """Measure and write."""
+    rows = [
+        "| program | backend | inputs | outputs | cycles | ticks/s, `tick` | ticks/s, `batch` |",
+        "| --- | --- | --- | --- | --- | --- | --- |",
+    ]
+    with tempfile.TemporaryDirectory() as folder:
+        for block in code_blocks(PAGE):
+            if block.title and block.title.endswith(".s"):
+                program = Path(folder) / block.title
+                program.write_text(block.text, encoding="utf-8")
+                rows += [row(program, backend) for backend in ("rtl", "iss")]
+    text, count = MARKS.subn(
+        lambda found: found[1] + "\n".join(rows) + "\n" + found[2],
+        PAGE.read_text(encoding="utf-8"),
+    )
+    if count != 1:
+        print(f"{PAGE}: the marks of the table are not there", file=sys.stderr)
+        return 1
+    PAGE.write_text(text, encoding="utf-8")
+    print("\n".join(rows))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

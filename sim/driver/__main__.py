@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`python -m sim.driver`: the Verilated core as a shared library for C programs."""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+import sys
+from pathlib import Path
+
+from asip_asm.isa import default_isa
+from sim.driver import DRIVER, simulated_core
+from sim.harness.build import BuildError
+
+EPILOG = f"""example, for a program main.c that uses asip.h and sim_bus.h:
+  python -m sim.driver -o libcore.so
+  cc -I {DRIVER} main.c {DRIVER}/asip.c ./libcore.so -o main
+
+exit status: 0 written, 1 the model cannot be built or written, 2 wrong command line
+"""
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command; returns its exit status."""
+    parser = argparse.ArgumentParser(
+        prog="python -m sim.driver",
+        description="Write the Verilated core as a shared library that C programs link with: the "
+        "bus of sim/driver/sim_bus.h. The first call builds the model: a minute or two.",
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument(
+        "-o", dest="output", type=Path, required=True, metavar="FILE", help="library to write"
+    )
+    parser.add_argument(
+        "--config",
+        choices=tuple(default_isa().configurations),
+        default="fast",
+        help="configuration of the core (default: fast)",
+    )
+    options = parser.parse_args(arguments)
+    try:
+        shutil.copyfile(simulated_core(options.config), options.output)
+    except (BuildError, OSError) as error:
+        print(f"python -m sim.driver: error: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
