@@ -12,6 +12,7 @@ module arc_interpolator #(
 ) (
     input  logic                    clk_i,
     input  logic                    rst_ni,
+    input  logic                    flush_i,       // drop the job
     input  logic                    start_i,
     input  logic                    combined_i,
     input  logic                    clockwise_i,
@@ -154,6 +155,7 @@ module arc_interpolator #(
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) state_q <= StIdle;
+    else if (flush_i) state_q <= StIdle;
     else
       case (state_q)
         StIdle: if (start_i) state_q <= StPlace;

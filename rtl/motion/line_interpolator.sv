@@ -10,6 +10,7 @@ module line_interpolator #(
 ) (
     input  logic                    clk_i,
     input  logic                    rst_ni,
+    input  logic                    flush_i,    // drop the job
     input  logic                    start_i,
     input  logic                    combined_i,
     input  logic signed [Width-1:0] end_u_i,    // above -2^(Width-1)
@@ -64,6 +65,7 @@ module line_interpolator #(
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) left_q <= '0;
+    else if (flush_i) left_q <= '0;
     else if (start_i) begin
       if (!combined_i) left_q <= {1'b0, size_u} + {1'b0, size_v};
       else left_q <= {1'b0, swap ? size_v : size_u};

@@ -57,7 +57,7 @@ module path_control #(
   logic [Axes-1:0] source_q, step_q, negative_q;
   logic [6:0] fault_q, fault_d;
   logic [31:0] feed_q;
-  logic accept, stop, begins, faulty, measured, off_circle;
+  logic lost_q, accept, stop, begins, faulty, measured, off_circle;
   logic plane_active, plane_ready, plane_valid, all_active, all_ready, active, ready, advance;
 
   assign accept = !pending_o && !faulty;
@@ -231,7 +231,7 @@ module path_control #(
   logic [23:0] period_q;
   logic [2:0] due_q;
   logic [7:0] pulses;
-  logic by_pulses, due, full, lost_q;
+  logic by_pulses, due, full;
 
   assign by_pulses = feed_q[23:0] == '0;
   assign pulses    = 8'(pulse_i);
@@ -257,21 +257,17 @@ module path_control #(
     period_q <= ((!running_q || period_q == '0 || period_q >= feed_q[23:0]) ? feed_q[23:0] : period_q)
                 - 1'b1;
 
-  // ---- the interpolators; a stop resets them, from a register as every reset
-  logic alive_nq;
+  // ---- the interpolators; a stop drops their jobs
   logic [2:0] plane_step, plane_negative;
   logic [Axes-1:0] all_step, all_negative;
-
-  always_ff @(posedge clk_i or negedge rst_ni)
-    if (!rst_ni) alive_nq <= 1'b0;
-    else alive_nq <= !stop;
 
   step_interpolator #(
       .Width   (Width),
       .TurnBits(TurnBits)
   ) u_plane (
       .clk_i,
-      .rst_ni       (alive_nq),
+      .rst_ni,
+      .flush_i      (stop),
       .start_i      (begins && kind_q != ALL_AXES),
       .arc_i        (kind_q == ARC),
       .plane_i      (plane_q),
@@ -296,7 +292,8 @@ module path_control #(
       .Width(Width)
   ) u_all (
       .clk_i,
-      .rst_ni    (alive_nq),
+      .rst_ni,
+      .flush_i   (stop),
       .start_i   (begins && kind_q == ALL_AXES),
       .lengths_i (words_q[Axes*Width-1:0]),
       .advance_i (advance && all_axes_q),

@@ -9,6 +9,7 @@ module step_interpolator #(
 ) (
     input  logic                    clk_i,
     input  logic                    rst_ni,
+    input  logic                    flush_i,        // drop the job
     input  logic                    start_i,
     input  logic                    arc_i,
     input  logic [1:0]              plane_i,        // 0: X Y, 1: Z X, 2: Y Z
@@ -36,6 +37,7 @@ module step_interpolator #(
   ) u_line (
       .clk_i,
       .rst_ni,
+      .flush_i,
       .start_i   (start_i && !arc_i),
       .combined_i,
       .end_u_i,
@@ -52,6 +54,7 @@ module step_interpolator #(
   ) u_arc (
       .clk_i,
       .rst_ni,
+      .flush_i,
       .start_i      (start_i && arc_i),
       .combined_i,
       .clockwise_i,
@@ -71,6 +74,10 @@ module step_interpolator #(
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
+      arc_q        <= 1'b0;
+      plane_q      <= 2'd0;
+      line_valid_q <= 1'b0;
+    end else if (flush_i) begin
       arc_q        <= 1'b0;
       plane_q      <= 2'd0;
       line_valid_q <= 1'b0;

@@ -10,6 +10,7 @@ module synchronised_line #(
 ) (
     input  logic                  clk_i,
     input  logic                  rst_ni,
+    input  logic                  flush_i,     // drop the job
     input  logic                  start_i,
     input  logic [Axes*Width-1:0] lengths_i,   // signed, axis 0 lowest, above -2^(Width-1)
     input  logic                  advance_i,
@@ -43,6 +44,10 @@ module synchronised_line #(
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
+      left_q    <= '0;
+      measure_q <= 1'b0;
+      place_q   <= 1'b0;
+    end else if (flush_i) begin
       left_q    <= '0;
       measure_q <= 1'b0;
       place_q   <= 1'b0;

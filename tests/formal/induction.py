@@ -67,11 +67,17 @@ def inductive(
     show = {f"{port}": run.input(port) for port in run.netlist.inputs if port != "clk_i"}
     first = observer.invariant(started, observer.after_reset(logic), 1)
     yield Case(f"{prefix}after reset", logic.all(*first.values()))
+    no_flush: tuple[Term, ...] = ()
+    if "flush_i" in run.netlist.inputs:
+        flush = logic.eq(run.input("flush_i"), 1)
+        no_flush = (logic.no(flush),)
+        dropped = observer.invariant(run, observer.after_reset(logic), 1)
+        yield Case(f"{prefix}after a flush", logic.all(*dropped.values()), (flush,), show)
 
     own = {name: logic.free(width, name) for name, width in observer.widths.items()}
     then = observer.next(run, own)
     known = {**observer.assumed(run, own, then), **observer.invariant(run, own, 0)}
-    assume = tuple(known.values())
+    assume = (*known.values(), *no_flush)
     show |= own
     divisions, needed = splits(run, own) if splits else {}, needed or {}
     if divisions:
@@ -88,4 +94,4 @@ def inductive(
             full = f"{name}: {division}"
             names = next((n for key, n in needed.items() if full.startswith(key)), known)
             used = [known[each] for each in names]
-            yield Case(f"{prefix}{full}", wanted[name], (*terms, *used), show)
+            yield Case(f"{prefix}{full}", wanted[name], (*terms, *used, *no_flush), show)

@@ -38,7 +38,8 @@ def plane_axes(ctx: Context) -> Iterator[Case]:
         logic.eq(run.signal("line_active", 0), 1),
     )
     by_arc = logic.eq(run.signal("arc_valid", 1), 1)
-    yield Case("valid_o", logic.eq(valid, logic.ite(arc, by_arc, taken)))
+    running = logic.eq(run.input("flush_i"), 0)
+    yield Case("valid_o", logic.eq(valid, logic.ite(arc, by_arc, taken)), (running,))
     yield Case("no step else", logic.implies(logic.no(valid), logic.eq(run.output("step_o", 1), 0)))
     for code, (name, axes) in enumerate(PLANES):
         here = logic.eq(run.signal("plane_q", 1), code)
@@ -58,4 +59,6 @@ def plane_axes(ctx: Context) -> Iterator[Case]:
         for n, port in (("plane_q", "plane_i"), ("arc_q", "arc_i"))
     ]
     begins = logic.eq(run.input("start_i"), 1)
-    yield Case("plane of the job", logic.ite(begins, logic.all(*taken_over), logic.all(*kept)))
+    job = logic.ite(begins, logic.all(*taken_over), logic.all(*kept))
+    yield Case("plane of the job", job, (running,))
+    yield Case("nothing after a flush", logic.no(valid), (logic.no(running),))
