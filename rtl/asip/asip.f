@@ -21,11 +21,13 @@ rtl/asip/asip_check.sv
 rtl/asip/asip_fetch.sv
 rtl/asip/asip_scoreboard.sv
 rtl/asip/asip_write_schedule.sv
-rtl/asip/asip_issue.sv
+rtl/asip/asip_issue_multiple.sv
 rtl/asip/asip_issue_single.sv
+rtl/asip/asip_issue.sv
 rtl/asip/asip_regbank.sv
-rtl/asip/asip_operands.sv
+rtl/asip/asip_operands_multiple.sv
 rtl/asip/asip_operands_single.sv
+rtl/asip/asip_operands.sv
 rtl/asip/asip_memory.sv
 rtl/asip/asip_aux.sv
 rtl/asip/asip_outputs.sv

@@ -139,71 +139,38 @@ module asip #(
   assign illegal_p = (|illegal_op_p) || reserved_p ||
                      (halt_p && (aux_p.jump || aux_p.branch_zero || aux_p.branch_nonzero));
 
-  // One slot has few writes in flight and needs no scoreboards.
-  if (Slots == 1) begin : gen_single_issue
-    asip_issue_single u_issue (
-        .clk_i,
-        .rst_ni,
-        .flush_i        (flush),
-        .ops_p_i        (ops_p),
-        .valid_q_i      (valid_q),
-        .bad_q_i        (bad_q),
-        .ops_q_i        (ops_q),
-        .valid_d_i      (valid_d),
-        .bad_d_i        (bad_d),
-        .ops_d_i        (ops_d),
-        .run_i          (run),
-        .run_next_i     (run_next),
-        .advance_o      (advance),
-        .issue_o        (issue),
-        .branch_wait_o  (branch_wait),
-        .branch_e1_o    (branch_e1),
-        .stall_operand_o(stall_operand),
-        .stall_unit_o   (stall_unit),
-        .source_d_o     (source_d),
-        .soon_o         (soon),
-        .soon_index_o   (soon_index),
-        .next_o         (next),
-        .next_index_o   (next_index),
-        .write_o        (write),
-        .write_index_o  (write_index),
-        .write_output_o (write_output),
-        .busy_o         (issue_busy)
-    );
-  end else begin : gen_issue
-    asip_issue #(
-        .FmaPipes(FmaPipes),
-        .Slots   (Slots)
-    ) u_issue (
-        .clk_i,
-        .rst_ni,
-        .flush_i        (flush),
-        .ops_p_i        (ops_p),
-        .valid_q_i      (valid_q),
-        .bad_q_i        (bad_q),
-        .ops_q_i        (ops_q),
-        .valid_d_i      (valid_d),
-        .bad_d_i        (bad_d),
-        .ops_d_i        (ops_d),
-        .run_i          (run),
-        .run_next_i     (run_next),
-        .advance_o      (advance),
-        .issue_o        (issue),
-        .branch_wait_o  (branch_wait),
-        .branch_e1_o    (branch_e1),
-        .stall_operand_o(stall_operand),
-        .stall_unit_o   (stall_unit),
-        .source_d_o     (source_d),
-        .soon_o         (soon),
-        .soon_index_o   (soon_index),
-        .next_o         (next),
-        .next_index_o   (next_index),
-        .write_o        (write),
-        .write_index_o  (write_index),
-        .write_output_o (write_output),
-        .busy_o         (issue_busy)
-    );
-  end
+  asip_issue #(
+      .FmaPipes(FmaPipes),
+      .Slots   (Slots)
+  ) u_issue (
+      .clk_i,
+      .rst_ni,
+      .flush_i        (flush),
+      .ops_p_i        (ops_p),
+      .valid_q_i      (valid_q),
+      .bad_q_i        (bad_q),
+      .ops_q_i        (ops_q),
+      .valid_d_i      (valid_d),
+      .bad_d_i        (bad_d),
+      .ops_d_i        (ops_d),
+      .run_i          (run),
+      .run_next_i     (run_next),
+      .advance_o      (advance),
+      .issue_o        (issue),
+      .branch_wait_o  (branch_wait),
+      .branch_e1_o    (branch_e1),
+      .stall_operand_o(stall_operand),
+      .stall_unit_o   (stall_unit),
+      .source_d_o     (source_d),
+      .soon_o         (soon),
+      .soon_index_o   (soon_index),
+      .next_o         (next),
+      .next_index_o   (next_index),
+      .write_o        (write),
+      .write_index_o  (write_index),
+      .write_output_o (write_output),
+      .busy_o         (issue_busy)
+  );
 
   // ================================================================ R1, R2 and E1
   always_ff @(posedge clk_i or negedge rst_ni) begin
@@ -228,46 +195,26 @@ module asip #(
     pc_e2_q  <= pc_e1_q;
   end
 
-  if (Slots == 1) begin : gen_single_operands
-    asip_operands_single u_operands (
-        .clk_i,
-        .source_d_i           (source_d),
-        .soon_i               (soon),
-        .soon_index_i         (soon_index),
-        .next_i               (next),
-        .next_index_i         (next_index),
-        .write_i              (write),
-        .write_index_i        (write_index),
-        .write_data_i         (result),
-        .host_read_i          (host_select),
-        .host_write_i         (host_register),
-        .host_write_constant_i(host_constant),
-        .host_register_i      ({1'b0, address_i[7:0]}),
-        .host_data_i          (writedata_i),
-        .operand_e1_o         (operand_e1)
-    );
-  end else begin : gen_operands
-    asip_operands #(
-        .FmaPipes(FmaPipes),
-        .Ports   (Ports)
-    ) u_operands (
-        .clk_i,
-        .source_d_i           (source_d),
-        .soon_i               (soon),
-        .soon_index_i         (soon_index),
-        .next_i               (next),
-        .next_index_i         (next_index),
-        .write_i              (write),
-        .write_index_i        (write_index),
-        .write_data_i         (result),
-        .host_read_i          (host_select),
-        .host_write_i         (host_register),
-        .host_write_constant_i(host_constant),
-        .host_register_i      ({1'b0, address_i[7:0]}),
-        .host_data_i          (writedata_i),
-        .operand_e1_o         (operand_e1)
-    );
-  end
+  asip_operands #(
+      .FmaPipes(FmaPipes),
+      .Ports   (Ports)
+  ) u_operands (
+      .clk_i,
+      .source_d_i           (source_d),
+      .soon_i               (soon),
+      .soon_index_i         (soon_index),
+      .next_i               (next),
+      .next_index_i         (next_index),
+      .write_i              (write),
+      .write_index_i        (write_index),
+      .write_data_i         (result),
+      .host_read_i          (host_select),
+      .host_write_i         (host_register),
+      .host_write_constant_i(host_constant),
+      .host_register_i      ({1'b0, address_i[7:0]}),
+      .host_data_i          (writedata_i),
+      .operand_e1_o         (operand_e1)
+  );
 
   assign aux_e1 = ops_e1_q[OpWidth*(Slots-1)+:OpWidth];
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// asip_operands: register banks, constant bank, bypass and operand registers (stages R1 and R2).
+// asip_operands: register banks, constant bank, bypass and operand registers (stages R1, R2).
 // Contract: the source fields of stage D, three cycles later, are values in the operand registers (E1).
 // The banks are read at the end of D, R1 takes what they answer, R2 selects. A result in write-back
 // during D, R1 or R2 comes from the bypass instead, decided in D from places 0, 1 and 2 of the write
 // schedules. While idle the host reads a register through the first source of the last slot, and
-// writes through the write ports.
+// writes through the write ports. Ports = 3 is one slot, with one multiply-add pipe.
 module asip_operands #(
     parameter int unsigned FmaPipes = 2,
     parameter int unsigned Ports    = 9
@@ -31,145 +31,14 @@ module asip_operands #(
     output logic [Ports-1:0][31:0]     operand_e1_o
 );
 
-  localparam int unsigned HostPort = Ports - 3;
-
-  logic [Ports-1:0][6:0]  index_k;
-  logic [Ports-1:0][5:0]  index_bank;
-  logic [Ports-1:0][2:0]  bank_r1_q, from_r2_q;
-  logic [Ports-1:0][2:0]  soon_r1_q, next_r1_q, now_r1_q;  // one of banks A, B, C, or none
-  logic [Ports-1:0][31:0] read_a, read_b, read_c, read_k;
-  logic [Ports-1:0][31:0] read_a_r2_q, read_b_r2_q, read_c_r2_q, read_k_r2_q, bypass_r2_q;
-  logic [Ports-1:0][31:0] operand_e1_q;
-  logic [2:0][31:0]       last_data_q;
-  logic [2:0]             host_write;
-
-  assign host_write[0] = host_write_i && host_register_i[8:6] == asip_isa_pkg::BANK_A;
-  assign host_write[1] = host_write_i && host_register_i[8:6] == asip_isa_pkg::BANK_B;
-  assign host_write[2] = host_write_i && host_register_i[8:6] == asip_isa_pkg::BANK_C;
-
-  for (genvar p = 0; p < Ports; p++) begin : gen_port
-    logic [8:0]  source;
-    logic [2:0]  in_bank, soon, next, now, from_r1;
-    logic [31:0] bypass_r1;
-
-    if (p == HostPort) begin : gen_host
-      assign source = host_read_i ? host_register_i : source_d_i[p];
-    end else begin : gen_core
-      assign source = source_d_i[p];
-    end
-
-    assign in_bank[0] = source[8:6] == asip_isa_pkg::BANK_A;
-    assign in_bank[1] = source[8:6] == asip_isa_pkg::BANK_B;
-    assign in_bank[2] = source[8:6] == asip_isa_pkg::BANK_C;
-    for (genvar b = 0; b < 3; b++) begin : gen_bypass
-      assign soon[b] = in_bank[b] && soon_i[b] && soon_index_i[b] == source[5:0];
-      assign next[b] = in_bank[b] && next_i[b] && next_index_i[b] == source[5:0];
-      assign now[b]  = in_bank[b] && write_i[b] && write_index_i[b] == source[5:0];
-    end
-
-    // R1: what was or is written back goes to the bypass register, as does zero.
-    always_comb begin
-      case (bank_r1_q[p])
-        asip_isa_pkg::BANK_A: from_r1 = asip_pkg::SELECT_A;
-        asip_isa_pkg::BANK_B: from_r1 = asip_pkg::SELECT_B;
-        asip_isa_pkg::BANK_C: from_r1 = asip_pkg::SELECT_C;
-        asip_isa_pkg::BANK_ZERO: from_r1 = asip_pkg::SELECT_BYPASS;
-        default: from_r1 = asip_pkg::SELECT_K;
-      endcase
-      if (|next_r1_q[p] || |now_r1_q[p]) from_r1 = asip_pkg::SELECT_BYPASS;
-      if (soon_r1_q[p][0]) from_r1 = asip_pkg::SELECT_RESULT_A;
-      if (soon_r1_q[p][1]) from_r1 = asip_pkg::SELECT_RESULT_B;
-      if (soon_r1_q[p][2]) from_r1 = asip_pkg::SELECT_RESULT_C;
-      bypass_r1 = 32'd0;
-      for (int unsigned b = 0; b < 3; b++) begin
-        bypass_r1 = bypass_r1 | ({32{next_r1_q[p][b]}} & write_data_i[b]) |
-                    ({32{now_r1_q[p][b]}} & last_data_q[b]);
-      end
-    end
-
-    always_ff @(posedge clk_i) begin
-      bank_r1_q[p]   <= source[8:6];
-      soon_r1_q[p]   <= soon;
-      next_r1_q[p]   <= next;
-      now_r1_q[p]    <= now;
-      from_r2_q[p]   <= from_r1;
-      read_a_r2_q[p] <= read_a[p];
-      read_b_r2_q[p] <= read_b[p];
-      read_c_r2_q[p] <= read_c[p];
-      read_k_r2_q[p] <= read_k[p];
-      bypass_r2_q[p] <= bypass_r1;
-      case (from_r2_q[p])
-        asip_pkg::SELECT_A: operand_e1_q[p] <= read_a_r2_q[p];
-        asip_pkg::SELECT_B: operand_e1_q[p] <= read_b_r2_q[p];
-        asip_pkg::SELECT_C: operand_e1_q[p] <= read_c_r2_q[p];
-        asip_pkg::SELECT_K: operand_e1_q[p] <= read_k_r2_q[p];
-        asip_pkg::SELECT_RESULT_A: operand_e1_q[p] <= write_data_i[0];
-        asip_pkg::SELECT_RESULT_B: operand_e1_q[p] <= write_data_i[1];
-        asip_pkg::SELECT_RESULT_C: operand_e1_q[p] <= write_data_i[2];
-        default: operand_e1_q[p] <= bypass_r2_q[p];
-      endcase
-    end
-
-    assign index_bank[p] = source[5:0];
-    assign index_k[p]    = source[6:0];
+  // The ports are the same, name by name.
+  if (Ports == 3) begin : gen_single
+    asip_operands_single u_operands (.*);
+  end else begin : gen_multiple
+    asip_operands_multiple #(
+        .FmaPipes(FmaPipes),
+        .Ports   (Ports)
+    ) u_operands (.*);
   end
-
-  always_ff @(posedge clk_i) last_data_q <= write_data_i;
-
-  asip_regbank #(
-      .IndexWidth(6),
-      .ReadPorts (Ports)
-  ) u_bank_a (
-      .clk_i,
-      .write_i      (write_i[0] || host_write[0]),
-      .write_index_i(write_i[0] ? write_index_i[0] : host_register_i[5:0]),
-      .write_data_i (write_i[0] ? write_data_i[0] : host_data_i),
-      .read_index_i (index_bank),
-      .read_data_o  (read_a)
-  );
-
-  if (FmaPipes > 1) begin : gen_bank_b
-    asip_regbank #(
-        .IndexWidth(6),
-        .ReadPorts (Ports)
-    ) u_bank_b (
-        .clk_i,
-        .write_i      (write_i[1] || host_write[1]),
-        .write_index_i(write_i[1] ? write_index_i[1] : host_register_i[5:0]),
-        .write_data_i (write_i[1] ? write_data_i[1] : host_data_i),
-        .read_index_i (index_bank),
-        .read_data_o  (read_b)
-    );
-  end else begin : gen_no_bank_b
-    logic unused_b;
-    assign read_b   = '0;
-    assign unused_b = ^{write_i[1], write_index_i[1], host_write[1]};
-  end
-
-  asip_regbank #(
-      .IndexWidth(6),
-      .ReadPorts (Ports)
-  ) u_bank_c (
-      .clk_i,
-      .write_i      (write_i[2] || host_write[2]),
-      .write_index_i(write_i[2] ? write_index_i[2] : host_register_i[5:0]),
-      .write_data_i (write_i[2] ? write_data_i[2] : host_data_i),
-      .read_index_i (index_bank),
-      .read_data_o  (read_c)
-  );
-
-  asip_regbank #(
-      .IndexWidth(7),
-      .ReadPorts (Ports)
-  ) u_bank_k (
-      .clk_i,
-      .write_i      (host_write_constant_i),
-      .write_index_i(host_register_i[6:0]),
-      .write_data_i (host_data_i),
-      .read_index_i (index_k),
-      .read_data_o  (read_k)
-  );
-
-  assign operand_e1_o = operand_e1_q;
 
 endmodule

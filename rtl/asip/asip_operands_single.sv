@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // asip_operands_single: asip_operands for one slot and one multiply-add pipe.
-// Contract: that of asip_operands, cycle by cycle. Banks C and K share a memory, because the host writes K
-// only while no result of C can come; the word that the host writes must come as C's result, too. Whatever is not the operand is zero when it leaves stage R1, so
-// stage R2 is an OR: of the two memories, of what was written back before, and of what is just then.
+// Contract: that of asip_operands, cycle by cycle. Banks C and K share a memory, because the host writes
+// K only while no result of C can come; the word that the host writes must come as C's result, too.
+// Whatever is not the operand is zero when it leaves stage R1, so stage R2 is an OR: of the two
+// memories, of what was written back before, and of what is just then.
 module asip_operands_single (
     input  logic             clk_i,
     // from issue, stage D
