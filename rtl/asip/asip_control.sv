@@ -49,17 +49,17 @@ module asip_control (
     output logic [31:0] count_o          // .. in the next cycle
 );
 
-  localparam logic [1:0] StIdle = 2'd0;   // waits for start
-  localparam logic [1:0] StRun = 2'd1;    // bundles issue
-  localparam logic [1:0] StDrain = 2'd2;  // halt or fault: results in flight are written
+  typedef enum logic [1:0] {
+    StIdle,  // waits for start
+    StRun,   // bundles issue
+    StDrain  // halt or fault: results in flight are written
+  } state_e;
 
   // Where FAULT_INFO comes from.
-  localparam logic [1:0] InfoOutput = 2'd0;
-  localparam logic [1:0] InfoE2 = 2'd1;
-  localparam logic [1:0] InfoD = 2'd2;
-  localparam logic [1:0] InfoLast = 2'd3;
+  typedef enum logic [1:0] {InfoOutput, InfoE2, InfoD, InfoLast} info_e;
 
-  logic [1:0]  state_d, state_q, info_from;
+  state_e      state_d, state_q;
+  info_e       info_from;
   logic        start_q, done_d, done_q, fault_d, fault_q, info_load;
   logic [3:0]  cause_d, cause_q;
   logic [15:0] info_d, info_q, last_pc_q;
