@@ -11,7 +11,7 @@ module ci_fadd (
     output logic [31:0] result_o
 );
 
-  ci_faddsub core (
+  ci_faddsub u_core (
       .clk_i   (clk_i),
       .reset_i (reset_i),
       .clk_en_i(clk_en_i),

@@ -43,7 +43,7 @@ module ci_faddsub (
   logic        lost, far;
   logic [26:0] minor;                    // |24 bits|guard|round|sticky|, U(1.26)
   assign far = |distance[7:5];
-  fp_shift_right #(.Width(32), .AmountWidth(5), .WidestFirst(1'b0)) align (
+  fp_shift_right #(.Width(32), .AmountWidth(5), .WidestFirst(1'b0)) u_align (
       .value_i ({moved, 8'd0}),
       .amount_i(distance[4:0]),
       .value_o (aligned),
@@ -86,7 +86,7 @@ module ci_faddsub (
   always_comb begin
     for (int i = 0; i < 28; i++) room[27-i] = exp_s1_q == 8'(i);
   end
-  fp_lzc #(.CountWidth(5)) lzc (
+  fp_lzc #(.CountWidth(5)) u_lzc (
       .value_i({sum | room, 4'd0}),
       .count_o(zeros),
       .zero_o (unused_empty)
@@ -117,7 +117,7 @@ module ci_faddsub (
   logic [31:0]    rounded;
   fp_pkg::flags_t unused_flags;
   assign sig = coarse_s2_q << zeros_s2_q;
-  fp_round round (
+  fp_round u_round (
       .sign_i  (sign_s2_q),
       .exp_i   (exp_s2_q),
       .sig_i   (sig[27:4]),

@@ -22,7 +22,7 @@ module ci_fcmp (
   localparam logic [3:0] Min = ci_pkg::FPGA2_N_FMIN[3:0];
 
   logic below, less, equal, a_nan, b_nan, ordered, truth, take_b;
-  ci_order order (
+  ci_order u_order (
       .a_i    (dataa_i),
       .b_i    (datab_i),
       .below_o(below),

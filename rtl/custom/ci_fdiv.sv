@@ -11,7 +11,7 @@ module ci_fdiv (
     output logic [31:0] result_o
 );
 
-  ci_fdivsqrt core (
+  ci_fdivsqrt u_core (
       .clk_i   (clk_i),
       .reset_i (reset_i),
       .clk_en_i(clk_en_i),

@@ -18,7 +18,7 @@ module ci_fdivsqrt (
   fp_pkg::flags_t unused_flags;
   assign unused_control = clk_en_i || start_i;
 
-  fp_divsqrt unit (
+  fp_divsqrt u_unit (
       .clk_i   (clk_i),
       .rst_ni  (!reset_i),
       .valid_i (1'b0),

@@ -16,7 +16,7 @@ module ci_fixsi (
   fp_pkg::flags_t unused_flags;
   assign unused_control = clk_en_i || start_i;
 
-  fp_f2i unit (
+  fp_f2i u_unit (
       .clk_i   (clk_i),
       .rst_ni  (!reset_i),
       .valid_i (1'b0),

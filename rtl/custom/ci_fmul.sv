@@ -35,7 +35,7 @@ module ci_fmul (
   always_comb begin
     for (int i = 0; i < 24; i++) stop[23-i] = sig_small[23-i] || (exp[8:0] == 9'(i));
   end
-  fp_lzc #(.CountWidth(5)) lzc (
+  fp_lzc #(.CountWidth(5)) u_lzc (
       .value_i({stop, 8'd0}),
       .count_o(zeros),
       .zero_o (unused_empty)
@@ -45,7 +45,7 @@ module ci_fmul (
 
   logic [47:0] outer, outer_s1_q;        // product = outer + (cross_low + cross_high) * 2^17
   logic [23:0] cross_low, cross_high, cross_low_s1_q, cross_high_s1_q;
-  fp_product multiply (
+  fp_product u_multiply (
       .a_i         (sig_a),
       .b_i         (sig_b),
       .outer_o     (outer),
@@ -83,7 +83,7 @@ module ci_fmul (
   assign carries = (outer_s1_q[40:17] & (cross_low_s1_q | cross_high_s1_q))
                  | (cross_low_s1_q & cross_high_s1_q);
   assign product = {partial + {6'd0, carries, 1'b0}, outer_s1_q[16:0]};
-  fp_shift_right #(.Width(58), .AmountWidth(6)) normalise (
+  fp_shift_right #(.Width(58), .AmountWidth(6)) u_normalise (
       .value_i ({product, 10'd0}),
       .amount_i(shift_s1_q),
       .value_o ({unused_shifted, shifted}),
@@ -109,7 +109,7 @@ module ci_fmul (
   // ---- s3: round, pack, special results ----
   logic [31:0]    rounded;
   fp_pkg::flags_t unused_flags;
-  fp_round round (
+  fp_round u_round (
       .sign_i  (sign_s2_q),
       .exp_i   (exp_s2_q),
       .sig_i   (sig_s2_q[25:2]),

@@ -60,7 +60,7 @@ module ci_fph1 (
   logic [31:0]    product, sum, quotient;
   logic [2:0]     unused_valid;
   fp_pkg::flags_t unused_mul_flags, unused_add_flags, unused_div_flags;
-  fp_mul multiply (
+  fp_mul u_multiply (
       .clk_i   (clk_i),
       .rst_ni  (rst_n),
       .valid_i (1'b0),
@@ -70,7 +70,7 @@ module ci_fph1 (
       .result_o(product),
       .flags_o (unused_mul_flags)
   );
-  fp_add add (
+  fp_add u_add (
       .clk_i   (clk_i),
       .rst_ni  (rst_n),
       .valid_i (1'b0),
@@ -81,7 +81,7 @@ module ci_fph1 (
       .result_o(sum),
       .flags_o (unused_add_flags)
   );
-  fp_divsqrt divide (
+  fp_divsqrt u_divide (
       .clk_i   (clk_i),
       .rst_ni  (rst_n),
       .valid_i (1'b0),

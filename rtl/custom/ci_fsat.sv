@@ -46,21 +46,21 @@ module ci_fsat (
 
   logic under, over, exchanged;
   logic [2:0] unused_below, unused_equal;
-  ci_order under_low (
+  ci_order u_under_low (
       .a_i    (dataa_i),
       .b_i    (low),
       .below_o(unused_below[0]),
       .less_o (under),
       .equal_o(unused_equal[0])
   );
-  ci_order over_high (
+  ci_order u_over_high (
       .a_i    (high),
       .b_i    (dataa_i),
       .below_o(unused_below[1]),
       .less_o (over),
       .equal_o(unused_equal[1])
   );
-  ci_order high_low (
+  ci_order u_high_low (
       .a_i    (high),
       .b_i    (low),
       .below_o(unused_below[2]),

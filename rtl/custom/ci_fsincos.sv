@@ -17,7 +17,7 @@ module ci_fsincos (
   logic [31:0]    result, result_q;
   fp_pkg::flags_t unused_flags;
 
-  fp_sincos unit (
+  fp_sincos u_unit (
       .clk_i   (clk_i),
       .rst_ni  (!reset_i),
       .valid_i (start_i && clk_en_i),

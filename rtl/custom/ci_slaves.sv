@@ -43,7 +43,7 @@ module ci_slaves #(
     logic        mine, done;
     logic [31:0] result;
     assign mine = multi_n_i[7:2] == ci_pkg::FPGA1_FPH1_BASE[7:2];
-    ci_fph1 fph1 (
+    ci_fph1 u_fph1 (
         .clk_i   (multi_clk_i),
         .reset_i (multi_reset_i),
         .clk_en_i(multi_clk_en_i),
@@ -67,13 +67,13 @@ module ci_slaves #(
 
     // ---- combinational group ----
     logic [31:0] compared, sign;
-    ci_fcmp fcmp (
+    ci_fcmp u_fcmp (
         .dataa_i (combo_dataa_i),
         .datab_i (combo_datab_i),
         .n_i     (combo_n_i[3:0]),
         .result_o(compared)
     );
-    ci_fsign fsign (
+    ci_fsign u_fsign (
         .dataa_i (combo_dataa_i),
         .result_o(sign)
     );
@@ -88,7 +88,7 @@ module ci_slaves #(
     logic        wave_mine, limit_mine;
     assign wave_mine  = multi_n_i == ci_pkg::FPGA2_N_FSIN || multi_n_i == ci_pkg::FPGA2_N_FCOS;
     assign limit_mine = multi_n_i == ci_pkg::FPGA2_N_FSAT;
-    ci_faddsub faddsub (
+    ci_faddsub u_faddsub (
         .clk_i   (multi_clk_i),
         .reset_i (multi_reset_i),
         .clk_en_i(multi_clk_en_i),
@@ -98,7 +98,7 @@ module ci_slaves #(
         .datab_i (multi_datab_i),
         .result_o(sum)
     );
-    ci_fmul fmul (
+    ci_fmul u_fmul (
         .clk_i   (multi_clk_i),
         .reset_i (multi_reset_i),
         .clk_en_i(multi_clk_en_i),
@@ -107,7 +107,7 @@ module ci_slaves #(
         .datab_i (multi_datab_i),
         .result_o(product)
     );
-    ci_fdivsqrt fdivsqrt (
+    ci_fdivsqrt u_fdivsqrt (
         .clk_i   (multi_clk_i),
         .reset_i (multi_reset_i),
         .clk_en_i(multi_clk_en_i),
@@ -117,7 +117,7 @@ module ci_slaves #(
         .datab_i (multi_datab_i),
         .result_o(quotient)
     );
-    ci_fsincos fsincos (
+    ci_fsincos u_fsincos (
         .clk_i   (multi_clk_i),
         .reset_i (multi_reset_i),
         .clk_en_i(multi_clk_en_i),
@@ -126,7 +126,7 @@ module ci_slaves #(
         .dataa_i (multi_dataa_i),
         .result_o(wave)
     );
-    ci_fsat fsat (
+    ci_fsat u_fsat (
         .clk_i    (multi_clk_i),
         .reset_i  (multi_reset_i),
         .clk_en_i (multi_clk_en_i),
@@ -141,7 +141,7 @@ module ci_slaves #(
         .c_i      (multi_c_i),
         .result_o (limited)
     );
-    ci_floatis floatis (
+    ci_floatis u_floatis (
         .clk_i   (multi_clk_i),
         .reset_i (multi_reset_i),
         .clk_en_i(multi_clk_en_i),
@@ -149,7 +149,7 @@ module ci_slaves #(
         .dataa_i (multi_dataa_i),
         .result_o(floated)
     );
-    ci_fixsi fixsi (
+    ci_fixsi u_fixsi (
         .clk_i   (multi_clk_i),
         .reset_i (multi_reset_i),
         .clk_en_i(multi_clk_en_i),

@@ -60,7 +60,7 @@ module fp_add (
 
   assign far_e2 = |distance_e1_q[7:5];
 
-  fp_shift_right #(.Width(32), .AmountWidth(5), .WidestFirst(1'b0)) align (
+  fp_shift_right #(.Width(32), .AmountWidth(5), .WidestFirst(1'b0)) u_align (
       .value_i ({small_e1_q, 8'd0}),
       .amount_i(distance_e1_q[4:0]),
       .value_o (aligned_e2),
@@ -97,7 +97,7 @@ module fp_add (
   logic        unused_empty_e3, zero_e3;
   logic [27:0] shifted_e3;
 
-  fp_lzc #(.CountWidth(5)) lzc (
+  fp_lzc #(.CountWidth(5)) u_lzc (
       .value_i({sum_e2_q | room_e2_q, 4'd0}),
       .count_o(zeros_e3),
       .zero_o (unused_empty_e3)
@@ -130,7 +130,7 @@ module fp_add (
   logic [31:0]    result_e4;
   fp_pkg::flags_t flags_e4;
 
-  fp_pack pack (
+  fp_pack u_pack (
       .sign_i   (sign_e3_q),
       .exp_i    (exp_e3_q),
       .sig_i    (sig_e3_q[27:4]),

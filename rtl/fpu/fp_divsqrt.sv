@@ -48,13 +48,13 @@ module fp_divsqrt (
   assign b_normal_e1 = |b_e1_q[30:23];
 
   // The hidden bit of a normal number makes its count zero.
-  fp_normalise normalise_a (
+  fp_normalise u_normalise_a (
       .value_i({a_normal_e1, a_e1_q[22:0]}),
       .value_o(sig_a_e1),
       .count_o(zeros_a_e1),
       .zero_o (a_zero_sig_e1)
   );
-  fp_normalise normalise_b (
+  fp_normalise u_normalise_b (
       .value_i({b_normal_e1, b_e1_q[22:0]}),
       .value_o(sig_b_e1),
       .count_o(zeros_b_e1),
@@ -219,7 +219,7 @@ module fp_divsqrt (
       logic        shifted_out, subnormal;
       logic [2:0]  late;                         // digits 24 and 25 in the lowest places
 
-      fp_shift_right #(.Width(27), .AmountWidth(5)) denormalise (
+      fp_shift_right #(.Width(27), .AmountWidth(5)) u_denormalise (
           .value_i ({digits_q[s], 3'd0}),
           .amount_i(amount_q),
           .value_o ({unused_top, shifted}),
@@ -258,7 +258,7 @@ module fp_divsqrt (
   logic [31:0]    result;
   fp_pkg::flags_t flags;
 
-  fp_pack pack (
+  fp_pack u_pack (
       .sign_i   (sign_q[Stages]),
       .exp_i    (exp_round_q),
       .sig_i    (sig_q[25:2]),

@@ -74,7 +74,7 @@ module fp_divsqrt_folded (
   assign all_exp  = valid_i ? &a_i[30:23] : all_exp_q;
 
   // Infinity loses its hidden bit, so that no_fraction tells zero and infinity from other numbers.
-  fp_normalise normalise (
+  fp_normalise u_normalise (
       .value_i({some_exp && !all_exp, operand[22:0]}),
       .value_o(sig),
       .count_o(zeros),
@@ -270,7 +270,7 @@ module fp_divsqrt_folded (
   assign one_digit = exp_q[1] == 10'h3e8;                                  // -24
   assign no_digit  = exp_q[1][9] && !((&exp_q[1][8:5]) && (|exp_q[1][4:3]));  // less
 
-  fp_pack pack (
+  fp_pack u_pack (
       .sign_i   (sign_q[1]),
       .exp_i    (exp_round_q),
       .sig_i    ({digits_q[24:2], digits_q[1] && !one_digit && !no_digit}),

@@ -29,7 +29,7 @@ module fp_f2i (
   assign large_e1    = exponent_e1 >= 8'd158;
   assign amount_e1   = (exponent_e1 < 8'd125) ? 6'd33 : 6'd30 - exponent_e1[5:0];
 
-  fp_shift_right #(.Width(33), .AmountWidth(6)) align (
+  fp_shift_right #(.Width(33), .AmountWidth(6)) u_align (
       .value_i ({|exponent_e1, a_i[22:0], 9'd0}),
       .amount_i(amount_e1),
       .value_o ({unused_e1, aligned_e1}),

@@ -116,7 +116,7 @@ module fp_fma (
       addend_e2 = addend_e2 | (({fine_addend_e2, 38'd0} >> (16 * g)) & {77{coarse_e2[g]}});
   end
 
-  fp_product multiply (
+  fp_product u_multiply (
       .a_i         (sig_a_e1_q),
       .b_i         (sig_b_e1_q),
       .outer_o     (outer_e2),
@@ -260,7 +260,7 @@ module fp_fma (
     for (int i = 0; i < 16; i++) sticky_e5[i] = |(window_e4_q[21:0] & (22'h3f_ffff >> i));
   end
 
-  fp_lzc #(.CountWidth(4)) lzc (
+  fp_lzc #(.CountWidth(4)) u_lzc (
       .value_i(stop_e5),
       .count_o(zeros_e5),
       .zero_o (unused_empty_e5)
@@ -306,7 +306,7 @@ module fp_fma (
   assign guard_e6      = exact_up_e6 || (magnitude_e6[1] ^ (end_around_e6 && magnitude_e6[0]));
   assign round_e6      = exact_up_e6 || (magnitude_e6[0] ^ end_around_e6);
 
-  fp_pack pack (
+  fp_pack u_pack (
       .sign_i   (sign_e5_q),
       .exp_i    (exp_e5_q),
       .sig_i    (magnitude_e6[25:2]),

@@ -32,7 +32,7 @@ module fp_i2f (
   logic        zero_e2;
   logic [31:0] normal_e2;
 
-  fp_lzc #(.CountWidth(5)) lzc (
+  fp_lzc #(.CountWidth(5)) u_lzc (
       .value_i(magnitude_e1_q),
       .count_o(zeros_e2),
       .zero_o (zero_e2)
@@ -59,7 +59,7 @@ module fp_i2f (
   logic [31:0]    result_e3;
   fp_pkg::flags_t flags_e3;
 
-  fp_pack pack (
+  fp_pack u_pack (
       .sign_i   (sign_e2_q),
       .exp_i    (9'd158 - {4'd0, zeros_e2_q}),  // 127 + 31 - leading zeros
       .sig_i    (normal_e2_q[31:8]),

@@ -68,7 +68,7 @@ module fp_mul (
       stop_e2[23-i] = sig_small_e1_q[23-i] || (exp_e1_q[8:0] == 9'(i));
   end
 
-  fp_lzc #(.CountWidth(5)) lzc (
+  fp_lzc #(.CountWidth(5)) u_lzc (
       .value_i({stop_e2, 8'd0}),
       .count_o(zeros_e2),
       .zero_o (unused_empty_e2)
@@ -83,7 +83,7 @@ module fp_mul (
   logic [23:0] cross_low_e2, cross_high_e2;
   logic [24:0] cross_e2;
 
-  fp_product multiply (
+  fp_product u_multiply (
       .a_i         (sig_a_e1_q),
       .b_i         (sig_b_e1_q),
       .outer_o     (outer_e2),
@@ -120,7 +120,7 @@ module fp_mul (
 
   assign product_e3 = outer_e2_q + {6'd0, cross_e2_q, 17'd0};
 
-  fp_shift_right #(.Width(58), .AmountWidth(6)) normalise (
+  fp_shift_right #(.Width(58), .AmountWidth(6)) u_normalise (
       .value_i ({product_e3, 10'd0}),
       .amount_i(shift_e2_q),
       .value_o ({unused_shifted_e3, shifted_e3}),
@@ -151,7 +151,7 @@ module fp_mul (
   logic [31:0]    result_e4;
   fp_pkg::flags_t flags_e4;
 
-  fp_pack pack (
+  fp_pack u_pack (
       .sign_i   (sign_e3_q),
       .exp_i    (exp_e3_q),
       .sig_i    (sig_e3_q[25:2]),

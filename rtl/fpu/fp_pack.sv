@@ -24,7 +24,7 @@ module fp_pack (
   logic [31:0]    rounded;
   fp_pkg::flags_t rounded_flags;
 
-  fp_round round (
+  fp_round u_round (
       .sign_i,
       .exp_i,
       .sig_i,

@@ -31,7 +31,7 @@ package fp_pkg;
   localparam int unsigned FP_CMP_LATENCY = 2;
   localparam int unsigned FP_SINCOS_LATENCY = 36;
 
-  // kind_i of fp_fma. Field order of an operation: {negate product, negate addend, kind}.
+  // kind_i of fp_fma.
   localparam logic [1:0] FMA_KIND_FMA = 2'b00;  // +-(a*b) +- c
   localparam logic [1:0] FMA_KIND_MUL = 2'b01;  // +-(a*b); ignores c_i and neg_addend_i
   localparam logic [1:0] FMA_KIND_ADD = 2'b10;  // +-a +- c; ignores b_i

@@ -35,6 +35,12 @@ module fp_round (
   assign overflow = huge || ((&exp_i[7:1]) && (&sig_i[22:0]) && increment);
 
   assign result_o = huge ? {sign_i, fp_pkg::PLUS_INF[30:0]} : {sign_i, packed_up};
-  assign flags_o  = {1'b0, 1'b0, overflow, tiny && inexact, inexact || overflow};
+
+  always_comb begin
+    flags_o    = '0;
+    flags_o.of = overflow;
+    flags_o.uf = tiny && inexact;
+    flags_o.nx = inexact || overflow;
+  end
 
 endmodule

@@ -245,7 +245,7 @@ module fp_sincos (
   // ---- cubic: byte 1 has seven bits of t, so a product with t is acc_q / 2^7 ----
   logic [33:0] coefficient;                      // S(2.32)
 
-  fp_sincos_rom rom (
+  fp_sincos_rom u_rom (
       .cos_i        (!sine_q),
       .segment_i    (segment_q),
       .order_i      (order_q),
@@ -285,7 +285,7 @@ module fp_sincos (
   logic [31:0]    rounded;
   fp_pkg::flags_t rounded_flags;
 
-  fp_round round (
+  fp_round u_round (
       .sign_i  (sign_q),
       .exp_i   ({1'b0, exp_q}),
       .sig_i   (sig_q[25:2]),
