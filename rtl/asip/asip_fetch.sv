@@ -3,7 +3,7 @@
 // decoded bundle whose hazards are looked up, D bundle ready to issue).
 // Contract: after redirect_i the bundle at redirect_pc_i is in stage D six cycles later; then one bundle
 // per cycle. All stages move together, in the cycles in which advance_i is high: the stream of bundles
-// has no gaps, so none could be closed. pc_bad_o marks an address outside program memory.
+// has no gaps, so none could be closed. pc_bad_d_o marks an address outside program memory.
 // Each 32-bit lane of a bundle is a memory of its own, written by the host. The word register keeps
 // the memory's clock-to-output time out of the decoder's path.
 module asip_fetch #(

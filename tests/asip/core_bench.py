@@ -40,7 +40,7 @@ STALLS = ("STALL_OPERAND", "STALL_PORT", "STALL_UNIT", "STALL_FETCH", "DRAIN")
 START, CLEAR = 1, 2
 RUN_LIMIT = 20_000  # cycles after which a run of the bench is taken for hanging
 REDIRECT = 6  # cycles from a redirect to the bundle in stage D (contract of asip_fetch)
-PIPELINE = 6  # cycles in which a move leaves the pipeline, at most: D, R, E1, E2, W, done
+PIPELINE = 6  # cycles in which a move leaves the pipeline: D, R1, R2, E1, E2, W
 
 # Words that have tripped floating-point hardware before: zeros, subnormals, neighbours of powers of
 # two, largest, infinities, quiet and signalling NaNs, integers.
