@@ -2,14 +2,15 @@
 """Interpreter of RS274/NGC programs (T. Kramer et al., NISTIR 6556; LinuxCNC where that is silent).
 
 Text in, moves out, as a stream or one Program. Accepted: G0 G1 G2 G3 (I J K or R, helices), G4,
-G7 G8, G10 L2 L20, G17-G19, G20 G21, G28 G28.1, G40-G42 with D and G41.1 G42.1 (cutter radius),
-G43 H G49, G43.4 (coordinates of the table, gcode_table.py), G53, G54-G59.3, G61 G61.1 G64 P Q,
-G80-G83 with G98 G99, G90 G91, G90.1 G91.1, G92 G92.1-G92.3, G93 G94, polar words @ ^, T M6, M2 M30,
-M70-M73, O words (gcode_flow.py), parameters and expressions (gcode_expressions.py), comments `( )`
-and `;`, one pair of `%` lines. M0 M1 M60 and M6 are rests of 0 s: the path stops, no operator is
-waited for. S, M3-M5 and M7-M9 are read and do nothing, because spindle and coolant have no output
-here. A (tilt) and C (rotation) are table axes in degrees in either length unit. At the start G8,
-G17, G21, G40, G54, G61, G90, G91.1, G94 and G98 hold and no motion is selected.
+G5 G5.1 G5.2 G5.3 (gcode_splines.py), G7 G8, G10 L2 L20, G17-G19, G20 G21, G28 G28.1, G40-G42 with D
+and G41.1 G42.1 (cutter compensation), G43 H G49, G43.4 (coordinates of the table, gcode_table.py),
+G53, G54-G59.3, G61 G61.1 G64 P Q, G80-G83 with G98 G99, G90 G91, G90.1 G91.1, G92 G92.1-G92.3,
+G93 G94, polar words @ ^, T M6, M2 M30, M70-M73, O words (gcode_flow.py), parameters and expressions
+(gcode_expressions.py), comments `( )` and `;`, one pair of `%` lines. M0 M1 M60 and M6 are rests of
+0 s: the path stops, no operator is waited for. S, M3-M5 and M7-M9 are read and do nothing, because
+spindle and coolant have no output here. A (tilt) and C (rotation) are table axes in degrees in
+either length unit. At the start G8, G17, G21, G40, G54, G61, G90, G91.1, G94 and G98 hold and no
+motion is selected.
 
 Two points follow one reading of the standard where machines differ: the words of a block are in
 the length unit the block itself selects, and a centre-format arc without end words is a full turn.
@@ -30,7 +31,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from sim.motion.gcode_actions import Actions
-from sim.motion.gcode_block import ENDS, PAUSES, check_unused, sort_words
+from sim.motion.gcode_block import ENDS, PAUSES, SPLINES, check_unused, sort_words
 from sim.motion.gcode_errors import MAX_ERRORS, GcodeError, GcodeErrors
 from sim.motion.gcode_expressions import Key
 from sim.motion.gcode_flow import RETURNED, VALUE, Flow, FlowStop, Frame
@@ -144,6 +145,8 @@ class _Parser:
     def _check_end(self) -> None:
         self._place(*self.last)
         column = len(self.source) + 1
+        if self.actions.splines.open and not self.errors:
+            self._error(column, "", "G5.2 without G5.3", "G5.3", "end the control points")
         if not self.ended and not (self.percent_open and self.percent_closed):
             self._error(
                 column,
@@ -227,13 +230,17 @@ class _Parser:
         self.output.select(codes, values)
         set_feed(self.state, values.pop("F", None), self._error_at)
         clean = clean and len(self.errors) == known
-        single = codes.get("single")
-        if single is not None and single.code != "G53":
+        single, motion = codes.get("single"), codes.get("motion")
+        if self.actions.splines.open or (motion is not None and motion.code in SPLINES):
+            self.actions.spline(codes, values, motion or words[0], clean)
+        elif single is not None and single.code != "G53":
             self.actions.single(single, codes, values, clean)
         else:
-            self.actions.move(words, values, codes.get("motion"), single, clean)
+            self.actions.move(words, values, motion, single, clean)
         if clean:
-            check_unused(values, codes, self.state.motion, self._error_at)
+            spline = motion is not None and motion.code in SPLINES
+            mode = motion.code if spline else self.state.motion
+            check_unused(values, codes, mode, self._error_at)
         if "stop" in codes:
             self._stop(codes["stop"], words, clean)
 

@@ -3,13 +3,17 @@
 
 from __future__ import annotations
 
+import itertools
+import math
 from collections.abc import Callable
+from dataclasses import replace
 
 from sim.motion.gcode_arcs import OFFSETS, Centre, arc_centre
 from sim.motion.gcode_block import CYCLES, POLAR
 from sim.motion.gcode_cycles import drill
 from sim.motion.gcode_output import Output
 from sim.motion.gcode_runs import machine_moves, program_moves
+from sim.motion.gcode_splines import Splines
 from sim.motion.gcode_state import State
 from sim.motion.gcode_targets import absolute_target, target
 from sim.motion.gcode_words import Word, WordReport
@@ -28,6 +32,7 @@ class Actions:
     def __init__(self, state: State, report: WordReport, failed: Callable[[], bool]) -> None:
         self.state, self.report, self.failed = state, report, failed
         self.output = Output(state, report)
+        self.splines = Splines(state, report)
         self.line, self.source = 0, ""
         self.feed_reported = False
 
@@ -123,7 +128,8 @@ class Actions:
             state.position = state.machine(target(state, values, self.report))
             return
         at = code or words[0]
-        self._check_feed(at)
+        self.splines.onward = None
+        self._check_feed(state.motion, at)
         if state.motion in CYCLES:
             if clean and state.modes.feed is not None:
                 self._cycle(values, at)
@@ -155,8 +161,8 @@ class Actions:
                 f"give the end of the move or remove {code.text}",
             )
 
-    def _check_feed(self, at: Word) -> None:
-        modes, motion = self.state.modes, self.state.motion
+    def _check_feed(self, motion: str, at: Word) -> None:
+        modes = self.state.modes
         if motion != "G0" and modes.feed is None and not self.feed_reported:
             self.feed_reported = not modes.inverse_time
             self.report(
@@ -191,6 +197,25 @@ class Actions:
                 self.report,
             )
         self._run(motion, end, centre)
+
+    def spline(
+        self, codes: dict[str, Word], values: dict[str, Word], at: Word, clean: bool
+    ) -> None:
+        """G5 to G5.3, and control points between them."""
+        state = self.state
+        self._check_feed(codes["motion"].code if "motion" in codes else "G5.2", at)
+        ends = self.splines.block(codes, values, at) if clean else []
+        if self.failed() or not ends:
+            return
+        start = state.programmed()
+        points = [start[:2], *ends]
+        length = sum(math.dist(a, b) for a, b in itertools.pairwise(points))
+        for number, point in enumerate(ends):
+            end = (*point, *start[2:])
+            for move in program_moves(state, self.line, self.source, Motion.LINEAR, end):
+                feed = state.modes.feed * length if state.modes.inverse_time else move.feed
+                inner, merge = number > 0, move.merge if len(ends) == 1 else 0.0
+                self.output.put([replace(move, feed=feed, inner=inner, merge=merge)])
 
     def _run(self, motion: Motion, end: Pose, centre: Centre | None = None) -> None:
         """Moves to `end` in programmed coordinates, centre likewise."""

@@ -20,7 +20,7 @@ ENDS = ("M2", "M30")
 PAUSES = ("M0", "M1", "M60")
 SYSTEMS = tuple(f"G{n}" for n in range(54, 60)) + ("G59.1", "G59.2", "G59.3")
 GROUPS = {
-    "motion": (*(motion.value for motion in Motion), "G80", *CYCLES),
+    "motion": (*(motion.value for motion in Motion), *SPLINES, "G80", *CYCLES),
     "plane": tuple(plane.value for plane in Plane),
     "unit": ("G20", "G21"),
     "distance": ("G90", "G91"),
@@ -132,6 +132,8 @@ def check_unused(
     elif motion in CYCLES:
         used |= {"L"} | ({"P"} if motion == "G82" else set())
         used |= {"Q"} if motion == "G83" else set()
+    if motion in SPLINES:
+        used |= set("PQL")  # gcode_splines.py says more
     if "path control" in codes and codes["path control"].code == "G64":
         used |= {"P", "Q"}
     if "tool" in codes and codes["tool"].code == "G43":

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 
-from sim.motion.gcode_block import CYCLES, SYSTEMS
+from sim.motion.gcode_block import CYCLES, SPLINES, SYSTEMS
 from sim.motion.gcode_state import State
 from sim.motion.gcode_tools import Tool
 from sim.motion.gcode_words import Word, WordReport
@@ -19,7 +19,7 @@ def select_modes(
     modes = state.modes
     for group, word in codes.items():
         code = word.code
-        if group == "motion":
+        if group == "motion" and code not in SPLINES:
             if code != state.motion:
                 state.sticky = {}
                 if code in CYCLES and state.motion not in CYCLES:

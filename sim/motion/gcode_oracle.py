@@ -13,6 +13,8 @@ angles in degrees. Both have the tools of LinuxCNC's sample configurations, if t
 from __future__ import annotations
 
 import argparse
+import itertools
+import math
 import os
 import re
 import shutil
@@ -23,9 +25,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
+
 from sim.motion.gcode import GcodeErrors, parse
+from sim.motion.gcode_oracle_splines import Point
+from sim.motion.gcode_oracle_splines import blocks as preview_blocks
 from sim.motion.gcode_tools import tool_table
 from sim.motion.moves import MM_PER_INCH, Dwell, Motion
+from sim.motion.path import FloatArray
 
 ROOT = Path(__file__).resolve().parents[2]
 # With the libraries that a small machine may lack; the first is the interpreter.
@@ -38,6 +45,8 @@ SAMPLES = "share/linuxcnc/ncfiles"  # below the folder of bin/rs274
 TOOLS = "share/doc/linuxcnc/examples/sample-configs/common/tool.tbl"  # lengths in inches, as rs274
 DIGITS = 1.01e-4  # rs274 prints four decimals of mm or inch; sums of two of them
 _RECORD = re.compile(r"^ *\d+ \S+ +(\w+)\((.*)\)\s*$")
+CHORD_MM = 0.001  # greatest distance between our chords of a spline and its points
+_SPLINE = re.compile(r"[gG] *0*5(\.[123])?(?!\d)")
 _COMMENT = re.compile(r"\([^)]*\)|;.*")
 _TOOL_CHANGE = re.compile(r"[mM] *0*6(?![\d.])")
 _TOOL_OFFSET = re.compile(r"[gG] *(43|49)(?![\d.])")
@@ -82,8 +91,28 @@ def sample_tools() -> Path | None:
 
 
 def rs274(text: str) -> list[Record]:
-    """Records of rs274 for a program. Raises OracleError with its message if it refuses."""
-    return list(_machine_records(_canonical(text)))
+    """Records of rs274 for a program. Raises OracleError with its message if it refuses.
+
+    A spline, G5, has the feed and the points of LinuxCNC's preview, x and y in turn.
+    """
+    return _records(text, _canonical(text))
+
+
+def _records(text: str, printed: str) -> list[Record]:
+    blocks: list[list[Point]] = []
+    if "NURBS_FEED" in printed:
+        modules = UNPACKED / "usr/lib/python3/dist-packages"
+        try:
+            blocks = preview_blocks(_as_on_a_machine(text), _libraries(), modules)
+        except RuntimeError as error:
+            raise OracleError(f"LinuxCNC's preview: {error}") from None
+    return list(_machine_records(printed, blocks))
+
+
+def _libraries() -> str:
+    """LD_LIBRARY_PATH for the unpacked programs."""
+    folders = [UNPACKED / "usr/lib", *(UNPACKED / "usr/lib").glob("*-linux-gnu")]
+    return ":".join([*(str(folder) for folder in folders), os.environ.get("LD_LIBRARY_PATH", "")])
 
 
 def _as_on_a_machine(text: str) -> str:
@@ -108,8 +137,6 @@ def _canonical(text: str) -> str:
     program = find()
     if program is None:
         raise OracleError("rs274 is missing: run python -m sim.motion.gcode_oracle")
-    libraries = [UNPACKED / "usr/lib", *(UNPACKED / "usr/lib").glob("*-linux-gnu")]
-    path = ":".join([*(str(folder) for folder in libraries), os.environ.get("LD_LIBRARY_PATH", "")])
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "program.ngc"
         file.write_text(_as_on_a_machine(text), encoding="utf-8")
@@ -117,7 +144,7 @@ def _canonical(text: str) -> str:
             [str(program), "-t", str(sample_tools() or "/dev/null"), "-g", str(file)],
             cwd=folder,
             # Its tool table in memory is a file of the home folder, which runs at once would share.
-            env={**os.environ, "LD_LIBRARY_PATH": path, "HOME": folder},
+            env={**os.environ, "LD_LIBRARY_PATH": _libraries(), "HOME": folder},
             stdin=subprocess.DEVNULL,
             capture_output=True,
             text=True,
@@ -128,8 +155,13 @@ def _canonical(text: str) -> str:
     return run.stdout
 
 
-def _machine_records(text: str) -> Iterator[Record]:
-    """Records in coordinates of the machine, mm and degrees, x y z A C."""
+def _machine_records(text: str, blocks: list[list[Point]]) -> Iterator[Record]:
+    """Records in coordinates of the machine, mm and degrees, x y z A C.
+
+    blocks: ends of the moves in the preview, which stands for what rs274 does not print of splines.
+    """
+    preview = iter(blocks)
+    left: list[Point] = []
     system, shift, tool, here = [0.0] * 5, [0.0] * 5, [0.0] * 5, [0.0] * 5
     unit, plane, feed = 1.0, "XY", 0.0
 
@@ -144,6 +176,9 @@ def _machine_records(text: str) -> Iterator[Record]:
         if not match:
             continue
         name, rest = match.groups()
+        if blocks and name in ("STRAIGHT_TRAVERSE", "STRAIGHT_FEED", "ARC_FEED", "NURBS_FEED"):
+            left = left or next(preview)
+            curve, left = (left, []) if name == "NURBS_FEED" else (left[:1], left[1:])
         if name == "USE_LENGTH_UNITS":
             unit = 25.4 if "INCHES" in rest else 1.0
         elif name == "SELECT_PLANE":
@@ -176,6 +211,10 @@ def _machine_records(text: str) -> Iterator[Record]:
             end, middle = pose(values), pose(centre)
             yield "G3" if turns > 0 else "G2", (*end, middle[axes[0]], middle[axes[1]], feed)
             here = end
+        elif name == "NURBS_FEED":
+            points = [pose([x / unit, y / unit, z / unit, 0, 0, 0])[:2] for x, y, z in curve]
+            here = [*points[-1], *here[2:]]
+            yield "G5", (feed, *itertools.chain(*points))
         elif name == "DWELL" and float(rest) > 0.0:
             yield "G4", (float(rest),)
 
@@ -188,10 +227,15 @@ def ours(text: str) -> list[Record]:
     records: list[Record] = []
     dwells = [(before, dwell) for before, dwell in program.dwells if dwell.seconds > 0.0]
     for number, move in enumerate(program.moves):
+        spline = _SPLINE.search(_COMMENT.sub("", move.source)) and move.motion is Motion.LINEAR
         while dwells and dwells[0][0] <= number:
             records.append(_dwell(dwells.pop(0)[1]))
         feed = [] if move.motion is Motion.RAPID else [move.feed]
-        if move.motion.is_arc:
+        if spline:
+            if not move.inner:
+                records.append(("G5", (move.feed, *move.start[:2])))
+            records[-1] = "G5", (*records[-1][1], *move.end[:2])
+        elif move.motion.is_arc:
             records.append((move.motion.value, (*move.end, *move.centre, *feed)))
         elif max(abs(a - b) for a, b in zip(move.start, move.end, strict=True)) > DIGITS:
             records.append((move.motion.value, (*move.end, *feed)))
@@ -202,15 +246,54 @@ def _dwell(dwell: Dwell) -> Record:
     return "G4", (dwell.seconds,)
 
 
+def curve_difference(chords: FloatArray, points: FloatArray) -> str | None:
+    """How our chords (n, 2) of a spline differ from LinuxCNC's points (m, 2) of it, None if equal.
+
+    Every point, also the last one, must be within CHORD_MM of the chords, in their order. LinuxCNC
+    has fewer points: every end of a chord must be as near to the lines between them as those are to
+    the curve, which is 1/8 of the second differences for even steps.
+    """
+    points = np.vstack([chords[0], points])
+    at = 0.0
+    for point in points:
+        places, gaps = _nearest(chords, point)
+        good = np.flatnonzero((gaps <= CHORD_MM) & (places >= at - CHORD_MM))
+        if not len(good):
+            return f"is {float(gaps.min()):.6f} mm or more from {point} of LinuxCNC"
+        at = places[good[0]]
+    if math.dist(chords[-1], points[-1]) > CHORD_MM:
+        return f"ends at {chords[-1]}, in LinuxCNC at {points[-1]}"
+    bend = np.linalg.norm(np.diff(points, n=2, axis=0), axis=1).max(initial=0.0)
+    far = max(float(_nearest(points, end)[1].min()) for end in chords)
+    if far > bend / 8 * 1.5 + CHORD_MM:
+        return f"is {far:.6f} mm from the lines of LinuxCNC"
+    return None
+
+
+def _nearest(line: FloatArray, point: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """For each piece of a line (n, 2): way along the line to the nearest place, distance there."""
+    ways = np.diff(line, axis=0)
+    lengths = np.linalg.norm(ways, axis=1)
+    square = np.maximum(lengths**2, np.finfo(float).tiny)
+    share = np.clip(np.sum((point - line[:-1]) * ways, axis=1) / square, 0.0, 1.0)
+    gaps = np.linalg.norm(point - line[:-1] - share[:, None] * ways, axis=1)
+    return np.cumsum(lengths) - lengths * (1.0 - share), gaps
+
+
 def differences(text: str) -> list[str]:
     """Differences of both lists, in words; empty if they agree."""
     mine, printed = ours(text), _canonical(text)
-    theirs = list(_machine_records(printed))
+    theirs = _records(text, printed)
     digits = DIGITS * (25.4 if "CANON_UNITS_INCHES" in printed else 1.0)
     found = []
     if len(mine) != len(theirs):
         found.append(f"{len(mine)} records here, {len(theirs)} of rs274")
     for number, (a, b) in enumerate(zip(mine, theirs, strict=False), start=1):
+        if a[0] == b[0] == "G5":
+            far = curve_difference(np.reshape(a[1][1:], (-1, 2)), np.reshape(b[1][1:], (-1, 2)))
+            if far is not None or abs(a[1][0] - b[1][0]) > digits:
+                found.append(f"record {number}: spline {far}, feed {a[1][0]} here, {b[1][0]}")
+            continue
         alike = a[0] == b[0] and len(a[1]) == len(b[1])
         if not alike or any(abs(x - y) > digits for x, y in zip(a[1], b[1], strict=True)):
             found.append(f"record {number}: {a[0]} {a[1]} here, {b[0]} {b[1]} of rs274")

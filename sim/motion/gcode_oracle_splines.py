@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: Apache-2.0
+"""LinuxCNC's own points of the splines of a program: `gcode`, the module behind its previews.
+
+rs274 prints of a spline no more than NURBS_FEED(n, ...) with its number of control points. The same
+interpreter in this module evaluates it at 15 n steps of the parameter. It runs in a Python of its
+own, because it needs LinuxCNC's libraries: this file is also that program.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+Point = tuple[float, float, float]
+_MM = 25.4  # the module counts in inches
+_MOVES = ("straight_traverse", "straight_feed", "arc_feed")
+
+
+def blocks(text: str, library: str, modules: Path) -> list[list[Point]]:
+    """Ends of the moves [mm] of each block that has any, in coordinates of the program.
+
+    library: LD_LIBRARY_PATH; modules: folder of gcode. Raises RuntimeError if it cannot read.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "program.ngc"
+        file.write_text(text, encoding="utf-8")
+        (Path(folder) / "parameters").write_text("5161 0\n5220 1\n")
+        run = subprocess.run(
+            [sys.executable, "-P", __file__, str(file)],
+            cwd=folder,
+            env={**os.environ, "LD_LIBRARY_PATH": library, "PYTHONPATH": str(modules)},
+            capture_output=True,
+            text=True,
+            timeout=60,
+        )
+        lines = run.stdout.splitlines()
+    if run.returncode != 0 or not lines:
+        raise RuntimeError((run.stderr.strip() or "no output").splitlines()[-1])
+    found = json.loads(lines[-1])
+    return [[(x * _MM, y * _MM, z * _MM) for x, y, z in block] for block in found if block]
+
+
+class _Canon:
+    """What the interpreter calls; keeps the ends of the moves by block."""
+
+    def __init__(self) -> None:
+        self.blocks: list[list[tuple[float, ...]]] = [[]]
+        self.parameter_file = "parameters"
+
+    def __getattr__(self, name: str):
+        if name.startswith("_"):
+            raise AttributeError(name)
+
+        def record(*values: float) -> None:
+            if name == "arc_feed":
+                first, second, _, _, _, third, *_ = values
+                self.blocks[-1].append((first, second, third))
+            elif name in _MOVES:
+                self.blocks[-1].append(values[:3])
+
+        return record
+
+    def next_line(self, state: object) -> None:
+        """Told of each line."""
+        self.blocks.append([])
+
+    def get_external_length_units(self) -> float:
+        """Of the machine, per mm."""
+        return 1 / _MM
+
+    def get_external_angular_units(self) -> float:
+        """Of the machine, per degree."""
+        return 1.0
+
+    def get_axis_mask(self) -> int:
+        """X Y Z A C."""
+        return 0b101111
+
+    def get_tool(self, pocket: int) -> tuple[float, ...]:
+        """No tools."""
+        return (-1, *(0.0,) * 12, 0)
+
+    def check_abort(self) -> bool:
+        """Nobody aborts."""
+        return False
+
+    def get_block_delete(self) -> bool:
+        """Off."""
+        return False
+
+
+if __name__ == "__main__":
+    import gcode
+
+    canon = _Canon()
+    result, _ = gcode.parse(sys.argv[1], canon, "G21", "", "")
+    if result > gcode.MIN_ERROR:
+        sys.exit(gcode.strerror(result))
+    sys.stdout.write("\n" + json.dumps(canon.blocks) + "\n")
