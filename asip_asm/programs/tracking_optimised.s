@@ -304,7 +304,7 @@
 ; phi_c K_I T_s is the line 1 + 2(xi_c - 1)(1 - n/N_c) between 1 and xi_c, times K_I T_s: the
 ; saturation makes its first half and its end. n = 0, the tick of the reversal, has no boost and is
 ; replaced by N_c. The condition abs(e) >= e_c holds from n > N_c/2 on: before, the threshold
-; min(e_c, n - N_c/2 - 1/2) is negative.
+; min(e_c, n - N_c/2 - 1/4) is negative (N_c odd or even, e_c up to 1/4).
 .macro integrate integral, sign, ticks, e, v_d, KI, e_c, s_max
         fsgn    s_g\@, \v_d                        ; (35)
         feq     same\@, s_g\@, \sign               ; (37)
@@ -313,7 +313,7 @@
         sel     n\@, \ticks, \ticks, (T_c/T_s)     ; (33)
         fnmsub  line\@, n\@, (\KI*T_s*2*(xi_c - 1)*T_s/T_c), (\KI*T_s*(1 + 2*(xi_c - 1))) ; (31)
         fsat    phi\@, line\@, (\KI*T_s), (\KI*T_s*xi_c) ; (30)
-        fsub    h\@, n\@, (T_c/T_s/2 + 0.5)        ; (32)
+        fsub    h\@, n\@, (T_c/T_s/2 + 0.25)       ; (32)
         fmin    h\@, h\@, \e_c                     ; (32)
         fabs    size\@, \e                         ; (32)
         fle     large\@, h\@, size\@               ; (32)
