@@ -2,33 +2,41 @@
 """Random robots within the limits of the parameters, each in a short closed loop on every platform.
 
 Robot number k of a seed is always the same. Every output of every tick is held against its derived
-bound (sim/run/bounds.py); a replay: `python -m sim.run.random_robots --seed SEED --first K --count 1`.
+bound (sim/run/bounds.py).
 """
 
 from __future__ import annotations
 
 import argparse
+import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from rich.console import Console
-from rich.table import Table
 
 from asip_asm.assemble import assemble
+from asip_asm.diagnostics import AssemblyError
+from sim.harness.build import BuildError
+from sim.harness.nios_image import ImageError
 from sim.model.parameters import ParameterError, Robot
-from sim.model.records import OUTPUTS, SetPoints
+from sim.model.records import SetPoints
 from sim.run import closed_loop
-from sim.run.controller import AsipController
+from sim.run.controller import AsipController, ControllerFault
 from sim.run.results import compare, worst_of_bound
 
-PROGRAMS = Path(__file__).resolve().parents[2] / "asip_asm/programs"
-ASIP = {"as printed": "tracking_as_printed", "optimised": "tracking_optimised"}
+ROOT = Path(__file__).resolve().parents[2]
+PROGRAMS = ROOT / "asip_asm/programs"
+PAGE = ROOT / "docs/numerics.md"
+MARK = re.compile(r"(<!-- random robots: [^\n]*-->\n).*?(<!-- end of random robots -->)", re.DOTALL)
+OPTIMISED = "FPGA3 optimised"
+ASIP = {"FPGA3 as printed": "tracking_as_printed", OPTIMISED: "tracking_optimised"}
 PERIODS = (1e-4, 5e-5, 2e-4)  # s, of robots 0, 1, 2, 3, ...
 TICKS = 200
-SEED = 1
+SEED, COUNT = 1, 20
+EXCEEDED = 3  # exit status
 
 
 def draw(seed: int, number: int) -> Robot:
@@ -116,16 +124,16 @@ def motion(robot: Robot, seed: int, number: int, ticks: int = TICKS) -> SetPoint
 
 @dataclass(frozen=True)
 class Outcome:
-    """One robot: platform -> output -> largest error as a fraction of its bound."""
+    """One robot: platform -> largest error of an output as a fraction of its bound."""
 
     number: int
     robot: Robot
-    fractions: dict[str, dict[str, float]]
+    fractions: dict[str, float]
 
     @property
     def kept(self) -> bool:
         """Whether every bound holds; an error that is no number does not."""
-        return all(value <= 1.0 for row in self.fractions.values() for value in row.values())
+        return all(value <= 1.0 for value in self.fractions.values())
 
 
 def examine(seed: int, number: int, ticks: int = TICKS) -> Outcome:
@@ -135,11 +143,80 @@ def examine(seed: int, number: int, ticks: int = TICKS) -> Outcome:
     fractions = {}
     for name, program in ASIP.items():
         image = assemble(PROGRAMS / f"{program}.s", configuration="fast", defines=robot.values())
-        controller = AsipController(image)
-        recording = closed_loop.run(robot, path, controller, lambda ticks: None)
-        controller.core.close()
-        comparison = compare(robot, path, recording.counts)
-        fractions[f"FPGA3 {name}"] = worst_of_bound(
-            robot, comparison, recording.ticks, name == "optimised"
-        )
+        fractions[name] = _worst(robot, path, AsipController(image), name == OPTIMISED)
     return Outcome(number, robot, fractions)
+
+
+def _worst(
+    robot: Robot,
+    path: SetPoints,
+    controller: AsipController,
+    optimised: bool,
+) -> float:
+    recording = closed_loop.run(robot, path, controller, lambda ticks: None)
+    controller.core.close()
+    comparison = compare(robot, path, recording.counts)
+    found = worst_of_bound(robot, comparison, recording.ticks, optimised)
+    return float(np.max(list(found.values())))  # NaN stays NaN
+
+
+def replay(seed: int, number: int) -> str:
+    """Command that repeats one robot."""
+    return f"python -m sim.run.random_robots --seed {seed} --first {number} --count 1"
+
+
+def rows(outcomes: Iterable[Outcome]) -> list[str]:
+    """Lines of Markdown: platforms, robots whose bounds hold, worst fraction per control period."""
+    outcomes = list(outcomes)
+    periods = sorted({outcome.robot.T_s for outcome in outcomes})
+    head = ["platform", "bounds hold", *(f"worst at {period * 1e6:g} us" for period in periods)]
+    lines = [head, ["---"] + ["--:"] * (len(head) - 1)]
+    for platform in outcomes[0].fractions:
+        held = sum(outcome.fractions[platform] <= 1.0 for outcome in outcomes)
+        worst = [
+            max(o.fractions[platform] for o in outcomes if o.robot.T_s == period)
+            for period in periods
+        ]
+        lines.append(
+            [platform, f"{held} of {len(outcomes)} robots", *(f"{value:.3f}" for value in worst)]
+        )
+    return ["| " + " | ".join(line) + " |" for line in lines]
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Command line; returns the exit status."""
+    parser = argparse.ArgumentParser(
+        prog="python -m sim.run.random_robots",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        epilog="exit status: 0 every bound holds, 1 a run has failed, 3 a bound is exceeded",
+    )
+    parser.add_argument("--seed", type=int, default=SEED, help="(%(default)s)")
+    parser.add_argument("--first", type=int, default=0, metavar="K", help="first robot (0)")
+    parser.add_argument("--count", type=int, default=COUNT, help="robots (%(default)s)")
+    parser.add_argument("--docs", action="store_true", help=f"write the table to {PAGE.name}")
+    arguments = parser.parse_args(argv)
+    if min(arguments.seed, arguments.first) < 0 or arguments.count < 1:
+        parser.error("--seed and --first must be at least 0, --count at least 1")
+    console = Console(highlight=False, soft_wrap=True)
+    outcomes = []
+    for number in range(arguments.first, arguments.first + arguments.count):
+        try:
+            outcome = examine(arguments.seed, number)
+        except (BuildError, ControllerFault, AssemblyError, ImageError) as error:
+            console.print(f"error: robot {number}: {error}", markup=False)
+            return 1
+        shown = ", ".join(f"{name} {value:.3f}" for name, value in outcome.fractions.items())
+        text = "bounds hold" if outcome.kept else f"BEYOND; {replay(arguments.seed, number)}"
+        console.print(f"robot {number}, T_s {outcome.robot.T_s * 1e6:g} us: {shown}: {text}")
+        outcomes.append(outcome)
+    table = "\n".join(rows(outcomes))
+    console.print(table)
+    if arguments.docs:
+        text = MARK.sub(lambda found: f"{found[1]}{table}\n{found[2]}", PAGE.read_text("utf-8"))
+        PAGE.write_text(text, encoding="utf-8")
+    return 0 if all(outcome.kept for outcome in outcomes) else EXCEEDED
+
+
+if __name__ == "__main__":
+    sys.exit(main())
