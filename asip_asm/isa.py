@@ -157,6 +157,7 @@ class Isa:
     outputs: int
     program_bundles: int
     data_words: int
+    clock_mhz: int
     configurations: Mapping[str, Configuration]
     units: Mapping[str, UnitRecord]
     operations: Mapping[str, OperationRecord]
@@ -227,12 +228,16 @@ def load_isa(path: Path = ISA_FILE) -> Isa:
     """Instruction set of the file. Raises IsaError with every contradiction by name."""
     raw = tomllib.loads(path.read_text(encoding="utf-8"))
     findings = _Findings(path)
-    sections = {"operation_word", "bundle", "bank", "limits", "configuration", "unit", "op"}
+    sections = {
+        *("operation_word", "bundle", "bank", "limits", "clock"),
+        *("configuration", "unit", "op"),
+    }
     findings.keys("file", raw, sections, set())
     findings.stop()
     width, fields = _read_word(raw["operation_word"], findings)
     findings.keys("bundle", raw["bundle"], {"control_width", "halt_bit"}, set())
     findings.keys("limits", raw["limits"], set(LIMIT_NAMES), set())
+    findings.keys("clock", raw["clock"], {"clock_mhz"}, set())
     banks = _read_banks(raw["bank"], findings)
     units = _read_units(raw["unit"], findings)
     configurations = _read_configurations(raw["configuration"], units, findings)
@@ -248,6 +253,7 @@ def load_isa(path: Path = ISA_FILE) -> Isa:
         units=units,
         operations=operations,
         **raw["limits"],
+        **raw["clock"],
     )
     _check_sizes(isa, findings)
     findings.stop()

@@ -34,13 +34,14 @@ from asip_asm.machine import load_machine, sources  # noqa: E402
 from asip_asm.report import report_program  # noqa: E402
 from asip_asm.schedule import schedule_program  # noqa: E402
 from sim.harness.asip_rtl import AsipRtl  # noqa: E402
+from sim.model.parameters import Robot  # noqa: E402
 
 SOURCE = ROOT / "asip_asm/programs/tracking_optimised.s"
 PAGE = ROOT / "docs/scaling.md"
 PLOT = ROOT / "docs/scaling.svg"
 COMMAND = "python scripts/scaling.py"
-CLOCK_MHZ = 125
-PERIOD_US = 100
+CLOCK_MHZ = default_isa().clock_mhz
+PERIOD_US = round(Robot.load().T_s * 1e6)
 ROBOTS = {"fast": (1, 2), "small": (1,)}  # robots in one program that the register banks hold
 ORDERS = {"legs first": (1, 2, 3, 4, 5), "table first": (5, 4, 3, 2, 1)}
 

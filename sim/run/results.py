@@ -19,7 +19,7 @@ from sim.run.bounds import bounds
 from sim.run.closed_loop import Recording, tracking_error
 from sim.run.controller import EXPORTED, PASSED_ON, SET_POINTS, Ticks
 
-CLOCK_MHZ = 125
+CLOCK_MHZ = default_isa().clock_mhz
 OPERATION_CLASSES = ("add_sub", "mul", "div", "sqrt", "sin", "float_int", "sat")
 
 
