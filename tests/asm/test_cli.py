@@ -60,6 +60,22 @@ def test_as__options__choose_configuration_parameters_and_folders(source) -> Non
     assert [(c.name, c.bits) for c in image.constants] == [("gain", "40600000")]
 
 
+def test_as__parameter_file__acts_at_once_and_another_replaces_it(source) -> None:
+    source.write_text(SOURCE.replace(".param gain = 2.0", '.params "own.toml"'), encoding="utf-8")
+
+    def gain(*arguments: str) -> str:
+        assert asip_as(["sum.s", *arguments]) == 0
+        return Image.load(Path("sum.asip.json")).constants[0].bits
+
+    Path("own.toml").write_text("gain = 2.0\n", encoding="utf-8")
+    assert gain() == "40000000"
+    Path("own.toml").write_text('[gain]\nvalue = 4\nunit = "1"\n', encoding="utf-8")
+    assert gain() == "40800000"
+    Path("other.toml").write_text("gain = 8.0\n", encoding="utf-8")
+    assert gain("--params", "other.toml") == "41000000"
+    assert gain("--params", "other.toml", "-D", "gain=1.0") == "3f800000"
+
+
 def test_as__optimised__puts_independent_operations_into_one_bundle(source) -> None:
     text = SOURCE.replace("fmul    u, t, gain", "fmul    u, x, gain")
     source.write_text(text, encoding="utf-8")
