@@ -279,6 +279,17 @@ def different_words(run: NiosRun, single: TrackingResult) -> dict[str, int]:
     return found
 
 
+def torque_to_pc(run: NiosRun, single: TrackingResult) -> float:
+    """Largest difference of tau4 to the float32 model over what the last bit of the sine explains.
+
+    Two sines within an ulp give products within two spacings of the gravity torque, and one more
+    rounding of the sum.
+    """
+    gravity, wanted = single.gravity[run.ticks, 3], single.row("tau4")[run.ticks]
+    limit = 2.0 * np.spacing(np.abs(gravity)) + np.spacing(np.abs(wanted))
+    return float(np.max(np.abs(run.results.outputs[:, 3] - wanted) / limit))
+
+
 def add_results(
     data: dict[str, Any],
     runs: Sequence[NiosRun],
@@ -304,5 +315,6 @@ def add_results(
             "tracking": vars(run.tracking),
             "pc_float32_same_ticks": same,
             "words_other_than_pc_float32": different_words(run, single),
+            "tau4_to_pc_of_limit": torque_to_pc(run, single),
             "variants": {name: timing(found) for name, found in run.variant_cycles.items()},
         }

@@ -20,6 +20,7 @@ from sim.run.closed_loop import Recording, tracking_error
 from sim.run.controller import EXPORTED, PASSED_ON, SET_POINTS, Ticks
 
 CLOCK_MHZ = default_isa().clock_mhz
+SMALLEST = 1e-300  # bound of an output that must be exact
 OPERATION_CLASSES = ("add_sub", "mul", "div", "sqrt", "sin", "float_int", "sat")
 
 
@@ -101,15 +102,22 @@ def compare(robot: Robot, path: SetPoints, counts: NDArray[np.int32]) -> Compari
 
 
 def worst_of_bound(
-    robot: Robot, comparison: Comparison, ticks: Ticks, is_optimised: bool
+    robot: Robot,
+    comparison: Comparison,
+    ticks: Ticks,
+    is_optimised: bool,
+    at: NDArray[np.int64] | None = None,
 ) -> dict[str, float]:
     """Per output the largest error as a fraction of its derived bound at the same tick.
 
     The error is that of the arithmetic: against double precision on the same binary32 set-points.
+    at: numbers of the ticks, by default all.
     """
-    limit = bounds(robot, comparison.rounded_path, comparison.rounded, is_optimised).output
-    error = np.abs(ticks.outputs.astype(np.float64) - comparison.rounded.output)
-    return dict(zip(OUTPUTS, (error / limit).max(axis=0).tolist(), strict=True))
+    at = np.arange(len(comparison.rounded_path)) if at is None else at
+    limit = bounds(robot, comparison.rounded_path, comparison.rounded, is_optimised).output[at]
+    error = np.abs(ticks.outputs.astype(np.float64) - comparison.rounded.output[at])
+    worst = (error / np.maximum(limit, SMALLEST)).max(axis=0)
+    return dict(zip(OUTPUTS, worst.tolist(), strict=True))
 
 
 def results(

@@ -16,6 +16,7 @@ from rich.table import Table
 
 from sim.model.published import Published
 from sim.model.records import OUTPUTS, TABLE_3
+from sim.run.checks import is_marked
 
 ROOT = Path(__file__).resolve().parents[2]
 # Area and clock as synthesised here, else as last measured and kept with its commit.
@@ -155,6 +156,7 @@ def nios_error_table(results: dict[str, Any], published: Published) -> Table:
     for platform in measured:
         for title in (platform.upper(), "PC, same\nticks"):
             table.add_column(title, justify="right", no_wrap=True)
+    table.add_column("")
     for row in (*TABLE_3, *OUTPUTS):
         cells = []
         for platform, figures in measured.items():
@@ -163,6 +165,7 @@ def nios_error_table(results: dict[str, Any], published: Published) -> Table:
             f"{row} [{unit(row)}]".replace("[", "\\["),
             _figure(published.error["FPGA"].get(row)),
             *map(_figure, cells),
+            *_mark(results, "nios", row),
             end_section=row == TABLE_3[-1],
         )
     return table
@@ -178,8 +181,13 @@ def bound_table(results: dict[str, Any]) -> Table:
     table.add_column("program")
     for title in OUTPUTS:
         table.add_column(title, justify="right")
+    table.add_column("")
     for program, fractions in results.get("worst_fraction_of_bound", {}).items():
-        table.add_row(program.replace("_", " "), *(f"{fractions[name]:.3f}" for name in OUTPUTS))
+        table.add_row(
+            program.replace("_", " "),
+            *(f"{fractions[name]:.3f}" for name in OUTPUTS),
+            *_mark(results, "worst_fraction_of_bound", program),
+        )
     return table
 
 
@@ -193,6 +201,7 @@ def tracking_table(results: dict[str, Any]) -> Table:
     table.add_column("program")
     for title in ("leg [µm]", "tool [µm]", "table axis [µrad]"):
         table.add_column(title, justify="right")
+    table.add_column("")
     runs = {
         f"FPGA3 {program.replace('_', ' ')}": results["tracking"][program]
         for program in ("as_printed", "optimised")
@@ -205,8 +214,14 @@ def tracking_table(results: dict[str, Any]) -> Table:
         table.add_row(
             name,
             *(f"{error[key] * 1e6:.3f}" for key in ("leg", "tool", "table")),
+            *_mark(results, "tracking", name.removeprefix("FPGA3 ").replace(" ", "_")),
         )
     return table
+
+
+def _mark(results: dict[str, Any], key: str, row: str) -> tuple[str, ...]:
+    """Last cell of a row whose comparison failed."""
+    return ("[bold red]EXCEEDED[/]",) if is_marked(results, key, row) else ("",)
 
 
 def synthesised() -> dict[str, Any]:
