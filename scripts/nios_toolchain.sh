@@ -125,7 +125,8 @@ gmp_include=$(dirname "$(find "$cache/host/usr/include" -name gmp.h | head -n 1)
 [ "$gmp_include" = "$cache/host/usr/include" ] || cp "$gmp_include/gmp.h" "$cache/host/usr/include/"
 host_flags="CFLAGS=-O1 -g0 -I$cache/host/usr/include"
 hostxx_flags="CXXFLAGS=-O1 -g0 -I$cache/host/usr/include"
-target_flags="CFLAGS_FOR_TARGET=-O2 -g0 -ffunction-sections -fdata-sections"
+# the libraries keep names of their sources (assertions): without the folder, for the same bytes everywhere
+target_flags="CFLAGS_FOR_TARGET=-O2 -g0 -ffunction-sections -fdata-sections -ffile-prefix-map=$cache/src/="
 
 # configured FOLDER SOURCE FLAGS...: configure once, out of the source tree
 configured() {

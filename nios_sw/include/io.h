@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* I/O layer: registers of system.h, console, interrupts. Needs no C library. */
+/* I/O layer: registers of system.h, console, interrupts, exceptions. Needs no C library. */
 #ifndef NIOS_IO_H
 #define NIOS_IO_H
 
@@ -35,7 +35,10 @@ void program_exit(uint32_t status) __attribute__((noreturn));
 void timer_start(uint32_t cycles, void (*handler)(void));
 void timer_stop(void);
 
-/* Number of exceptions that no handler took, and the address behind the last one. */
-extern volatile uint32_t unexpected_exceptions, unexpected_address;
+/* Calls `handler` at every exception that is no interrupt, with its cause (docs/nios_core.md) and the
+ * address of the instruction; the program goes on behind it. Without a handler (0) an exception is
+ * told on the console and ends the program with the status EXIT_EXCEPTION + cause. */
+#define EXIT_EXCEPTION 128u
+void exceptions_call(void (*handler)(uint32_t cause, uint32_t address));
 
 #endif

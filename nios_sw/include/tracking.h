@@ -6,6 +6,7 @@
 
 #include <stdint.h>
 
+#include "gen/parameters.h"
 #include "gen/system.h"
 
 #define AXES 5
@@ -35,6 +36,8 @@ struct joint_motion {
   float position[LEGS], velocity[LEGS], acceleration[LEGS];
 };
 
+/* The robot: zero in the image, written by the host before the program starts. */
+extern struct tracking_parameters tracking_parameters;
 extern struct axis_state tracking_state[AXES];
 extern struct joint_motion tracking_desired;
 

@@ -32,7 +32,10 @@ exception_entry:
         stw     r15, 60(sp)
         rdctl   et, estatus
         stw     et, 64(sp)
+        andi    et, et, 1               /* PIE: where it was off nothing interrupts, */
+        sub     et, zero, et            /* whatever is pending: this is an exception */
         rdctl   r4, ipending
+        and     r4, r4, et
         mov     r5, ea
         beq     r4, zero, 1f
         addi    r5, r5, -4              /* an interrupted instruction is run again */
@@ -74,5 +77,4 @@ _system_start:
         mov     r5, zero
         call    main
         mov     r4, r2
-        call    program_exit
-        br      .
+        call    exit                    /* flushes what printf still holds */

@@ -4,8 +4,8 @@
 
 #define TIMER_IRQ 1u /* bit of interrupt 0 */
 
-volatile uint32_t unexpected_exceptions, unexpected_address;
 static void (*timer_handler)(void);
+static void (*exception_call)(uint32_t cause, uint32_t address);
 
 void console_text(const char *text) {
   while (*text) io_write(REG_CONSOLE, (uint8_t)*text++);
@@ -48,14 +48,44 @@ void timer_stop(void) {
   io_write(REG_TIMER_STATUS, 0);
 }
 
+void exceptions_call(void (*handler)(uint32_t cause, uint32_t address)) {
+  exception_call = handler;
+}
+
+static void unhandled(uint32_t cause, uint32_t address) __attribute__((noreturn));
+static void unhandled(uint32_t cause, uint32_t address) {
+  static const char *const names[] = {[2] = "interrupt without a handler",
+                                      [3] = "trap",
+                                      [4] = "unimplemented instruction",
+                                      [5] = "illegal instruction",
+                                      [6] = "misaligned data address",
+                                      [7] = "jump to a misaligned address or out of the code",
+                                      [8] = "division"};
+  const char *name = cause < sizeof names / sizeof *names ? names[cause] : 0;
+  console_text("\nunhandled exception ");
+  console_decimal(cause);
+  console_text(name ? ", " : "");
+  console_text(name ? name : "");
+  console_text(", at 0x");
+  console_hex(address);
+  if (cause == 6 || cause == 7) {
+    console_text(", address 0x");
+    console_hex((uint32_t)__builtin_rdctl(12)); /* badaddr */
+  }
+  console_text("\n");
+  program_exit(EXIT_EXCEPTION + cause);
+}
+
 /* From crt0.S: pending interrupts (0: another exception) and the address to return to. */
 void exception_handler(uint32_t pending, uint32_t address);
 void exception_handler(uint32_t pending, uint32_t address) {
-  if (pending & TIMER_IRQ) {
+  uint32_t cause = ((uint32_t)__builtin_rdctl(7) >> 2) & 31u; /* exception */
+  if (pending & TIMER_IRQ && timer_handler) {
     io_write(REG_TIMER_STATUS, 0);
     timer_handler();
+  } else if (!pending && exception_call) {
+    exception_call(cause, address - 4u);
   } else {
-    ++unexpected_exceptions;
-    unexpected_address = address;
+    unhandled(cause, pending ? address : address - 4u);
   }
 }

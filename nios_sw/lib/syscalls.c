@@ -1,11 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What newlib asks of a system without files: memory for malloc between the data and the stack, and
- * calls that fail. */
+/* What newlib asks of a system without files: memory for malloc between the data and the stack, the
+ * console for what is written, and calls that fail. */
 #include <errno.h>
 #include <stdint.h>
 #include <sys/stat.h>
 #include <sys/types.h>
 #include <unistd.h>
+
+#include "io.h"
 
 #define STACK_RESERVE 8192
 
@@ -50,7 +52,8 @@ int read(int file, void *data, size_t bytes) {
 }
 
 int write(int file, const void *data, size_t bytes) {
-  (void)file, (void)data;
+  (void)file;
+  for (size_t i = 0; i < bytes; ++i) io_write(REG_CONSOLE, ((const uint8_t *)data)[i]);
   return (int)bytes;
 }
 
@@ -63,6 +66,5 @@ int kill(int process, int signal) {
 int getpid(void) { return 1; }
 
 void _exit(int status) {
-  extern void program_exit(uint32_t) __attribute__((noreturn));
   program_exit((uint32_t)status);
 }

@@ -2,47 +2,17 @@
 /* The tracking law, every equation evaluated as it is printed: nothing is shared between equations,
  * and a subexpression that an equation repeats is computed again (AGAIN, arithmetic.h). Numbers in
  * parentheses are those of the paper. Every operation is one binary32 operation, from left to right;
- * constants are rounded to float once. */
+ * parameters, and what is computed of parameters alone, are data (struct tracking_parameters). */
 #include "tracking.h"
 
 #include "arithmetic.h"
-#include "gen/robot.h"
 
-/* ------------------------------------------------------------------ constants */
-
-#define PI 3.14159265358979323846
-#define ROOT3 1.7320508075688772935
-#define R ROBOT_R
-
-static const float xp[LEGS] = {0.0f, (float)(0.5 * ROOT3 * R), (float)-(0.5 * ROOT3 * R)};
-static const float yp[LEGS] = {(float)R, (float)-(0.5 * R), (float)-(0.5 * R)};
-
-#define OMEGA_LEGS (2.0 * PI * ROBOT_f_legs)
-#define OMEGA_TABLE (2.0 * PI * ROBOT_f_table)
-#define OF_AXIS(axis, legs, table) ((float)((axis) < LEGS ? (legs) : (table)))
-#define K_P(axis) \
-  OF_AXIS(axis, 3.0 * OMEGA_LEGS * OMEGA_LEGS, 3.0 * OMEGA_TABLE * OMEGA_TABLE)
-#define K_V(axis) OF_AXIS(axis, 3.0 * OMEGA_LEGS, 3.0 * OMEGA_TABLE)
-#define K_I(axis)                                      \
-  OF_AXIS(axis, OMEGA_LEGS *OMEGA_LEGS *OMEGA_LEGS,    \
-          OMEGA_TABLE *OMEGA_TABLE *OMEGA_TABLE)
-#define S_MAX(axis) OF_AXIS(axis, ROBOT_s_max_legs, ROBOT_s_max_table)
-#define E_C(axis) OF_AXIS(axis, ROBOT_e_c_legs, ROBOT_e_c_table)
-#define RESOLUTION(axis) OF_AXIS(axis, ROBOT_encoder_legs, 2.0 * PI / ROBOT_turn_table)
-
-static const float output_max[AXES] = {(float)ROBOT_F_max, (float)ROBOT_F_max, (float)ROBOT_F_max,
-                                       (float)ROBOT_tau_max_4, (float)ROBOT_tau_max_5};
-
-#define T_S ((float)ROBOT_T_s)
-#define T_C ((float)ROBOT_T_c)
-#define M_S ((float)ROBOT_m_s)
-#define M_P ((float)ROBOT_m_p)
-#define J_A ((float)ROBOT_J_a)
-#define L_C ((float)ROBOT_l_c)
-#define MR_C ((float)ROBOT_mr_c)
-
+/* In .sdata because start-up clears .sbss, and the host writes before it. */
+struct tracking_parameters tracking_parameters __attribute__((section(".sdata")));
 struct axis_state tracking_state[AXES];
 struct joint_motion tracking_desired;
+
+#define ROBOT tracking_parameters
 
 /* Tool position, velocity or acceleration. */
 struct vector {
@@ -56,8 +26,8 @@ struct vector {
 /* ------------------------------------------------------------------ inverse kinematics */
 
 /* x - x_pi; x_p1 = 0 is not subtracted. */
-ALWAYS_INLINE float from_x(int leg, float x) { return leg == 0 ? x : x - xp[leg]; }
-ALWAYS_INLINE float from_y(int leg, float y) { return y - yp[leg]; }
+ALWAYS_INLINE float from_x(int leg, float x) { return leg == 0 ? x : x - ROBOT.xp[leg]; }
+ALWAYS_INLINE float from_y(int leg, float y) { return y - ROBOT.yp[leg]; }
 
 /* Q = (x-xp)^2 + (y-yp)^2 + z^2 */
 ALWAYS_INLINE float squared_length(int leg, struct vector p) {
@@ -105,33 +75,33 @@ struct legs {
 
 /* (14) */
 ALWAYS_INLINE float forward_x(struct legs l) {
-  return -((float)ROOT3 * (l.l2 * l.l2 - l.l3 * l.l3)) / (float)(6.0 * R);
+  return -(ROBOT.root3 * (l.l2 * l.l2 - l.l3 * l.l3)) / ROBOT.r6;
 }
 
 ALWAYS_INLINE float forward_y(struct legs l) {
-  return -(2.0f * (l.l1 * l.l1) - l.l2 * l.l2 - l.l3 * l.l3) / (float)(6.0 * R);
+  return -(2.0f * (l.l1 * l.l1) - l.l2 * l.l2 - l.l3 * l.l3) / ROBOT.r6;
 }
 
 /* (15) */
 ALWAYS_INLINE float forward_z(struct legs l) {
   float d = l.l2 * l.l2 - l.l3 * l.l3;
   struct legs k = LEGS_AGAIN(l, 12);
-  float s = (2.0f * (k.l1 * k.l1) - k.l2 * k.l2 - k.l3 * k.l3) / (float)(6.0 * R) + (float)R;
-  return square_root(l.l1 * l.l1 - d * d / (float)(12.0 * R * R) - s * s);
+  float s = (2.0f * (k.l1 * k.l1) - k.l2 * k.l2 - k.l3 * k.l3) / ROBOT.r6 + ROBOT.r;
+  return square_root(l.l1 * l.l1 - d * d / ROBOT.rr12 - s * s);
 }
 
 /* ------------------------------------------------------------------ dynamics */
 
 /* c = (li^2 + lj^2 - 3R^2)/(2 li lj), squared */
 ALWAYS_INLINE float cosine_squared(float li, float lj) {
-  float c = (li * li + lj * lj - (float)(3.0 * R * R)) / (2.0f * li * lj);
+  float c = (li * li + lj * lj - ROBOT.rr3) / (2.0f * li * lj);
   return c * c;
 }
 
 /* m_j,ij = (J_a + m_s (lj - l_c)^2)(1 - c^2)/lj^2 */
 ALWAYS_INLINE float swung_mass(float lj, float c2) {
-  float reach = lj - L_C;
-  return (J_A + M_S * (reach * reach)) * (1.0f - c2) / (lj * lj);
+  float reach = lj - ROBOT.l_c;
+  return (ROBOT.j_a + ROBOT.m_s * (reach * reach)) * (1.0f - c2) / (lj * lj);
 }
 
 /* (23): M = m_s + m_p + m_r,ij + m_r,ik + m_j,ij + m_j,ik with m_r = m_s c^2; place: constant, one
@@ -139,14 +109,15 @@ ALWAYS_INLINE float swung_mass(float lj, float c2) {
 ALWAYS_INLINE float reduced_mass(float li, float lj, float lk, int place) {
   float cij = cosine_squared(AGAIN(li, place, 0), AGAIN(lj, place, 0));
   float cik = cosine_squared(AGAIN(li, place, 1), AGAIN(lk, place, 1));
-  return M_S + M_P + M_S * cij + M_S * cik + swung_mass(AGAIN(lj, place, 2), cij) +
-         swung_mass(AGAIN(lk, place, 3), cik);
+  return ROBOT.m_s + ROBOT.m_p + ROBOT.m_s * cij + ROBOT.m_s * cik +
+         swung_mass(AGAIN(lj, place, 2), cij) + swung_mass(AGAIN(lk, place, 3), cik);
 }
 
 /* (25): m_z = m_p + sum (m_s (l - l_c) - m_c r_c)/l */
 ALWAYS_INLINE float carried_mass(struct legs l) {
-  return M_P + (M_S * (l.l1 - L_C) - MR_C) / l.l1 + (M_S * (l.l2 - L_C) - MR_C) / l.l2 +
-         (M_S * (l.l3 - L_C) - MR_C) / l.l3;
+  return ROBOT.m_p + (ROBOT.m_s * (l.l1 - ROBOT.l_c) - ROBOT.mr_c) / l.l1 +
+         (ROBOT.m_s * (l.l2 - ROBOT.l_c) - ROBOT.mr_c) / l.l2 +
+         (ROBOT.m_s * (l.l3 - ROBOT.l_c) - ROBOT.mr_c) / l.l3;
 }
 
 /* Direction of a leg: w = ((x-xp)/l, (y-yp)/l, z/l) */
@@ -173,40 +144,41 @@ ALWAYS_INLINE void gravity(struct vector p, struct legs l, float weight, float f
 
 /* phi_c = phi_t + 1, (30)-(32); t_c by (33) */
 ALWAYS_INLINE float boost(int axis, float t_c, float e) {
-  if (t_c >= T_C || t_c <= 0.0f) return 1.0f;
-  if (t_c <= (float)(ROBOT_T_c / 2.0)) return (float)(ROBOT_xi_c - 1.0) + 1.0f;
-  if (fabsf(e) < E_C(axis)) return 1.0f;
-  return (float)(2.0 * (ROBOT_xi_c - 1.0)) * (1.0f - t_c / T_C) + 1.0f;
+  if (t_c >= ROBOT.t_c || t_c <= 0.0f) return 1.0f;
+  if (t_c <= ROBOT.half_t_c) return ROBOT.boost + 1.0f;
+  if (fabsf(e) < ROBOT.e_c[axis]) return 1.0f;
+  return ROBOT.ramp * (1.0f - t_c / ROBOT.t_c) + 1.0f;
 }
 
 /* (28)-(37): demand before masses and gravity. T_c / T_s and more ticks all end the boost, so the
  * count may stick at 2^24, where floats end to count. */
 ALWAYS_INLINE float demand(int axis, float p_d, float v_d, float a_d, float p) {
   struct axis_state *state = &tracking_state[axis];
-  float v = (p - state->position) / T_S;
+  float v = (p - state->position) / ROBOT.t_s;
   float e = p_d - p;
   float e_v = v_d - v;
   float sign = signum(v_d);
   float ticks = sign == state->sign ? state->ticks + 1.0f : 0.0f;
-  float s_c = saturate(state->s_c + boost(axis, ticks * T_S, e) * e * T_S, S_MAX(axis));
+  float phi_c = boost(axis, ticks * ROBOT.t_s, e);
+  float s_c = saturate(state->s_c + phi_c * e * ROBOT.t_s, ROBOT.s_max[axis]);
   state->position = p;
   state->sign = sign;
   state->ticks = ticks;
   state->s_c = s_c;
-  return a_d + K_P(axis) * e + K_V(axis) * e_v + K_I(axis) * s_c;
+  return a_d + ROBOT.k_p[axis] * e + ROBOT.k_v[axis] * e_v + ROBOT.k_i[axis] * s_c;
 }
 
 /* ------------------------------------------------------------------ one tick */
 
 ALWAYS_INLINE float measured(int axis, int32_t count) {
-  return float_of_int(count) * RESOLUTION(axis);
+  return float_of_int(count) * ROBOT.resolution[axis];
 }
 
 void tracking_start(const volatile struct tick_input *in) {
   for (int axis = 0; axis < AXES; ++axis) {
     tracking_state[axis] = (struct axis_state){
         .position = measured(axis, in->count[axis]),
-        .ticks = (float)(ROBOT_T_c / ROBOT_T_s),
+        .ticks = INFINITY, /* no reversal yet */
     };
   }
 }
@@ -233,16 +205,17 @@ void tracking_tick(const volatile struct tick_input *in, volatile struct tick_ou
   const struct vector tool = {forward_x(LEGS_AGAIN(l, 9)), forward_y(LEGS_AGAIN(l, 10)),
                               forward_z(LEGS_AGAIN(l, 11))};
   float g[LEGS];
-  gravity(tool, l, carried_mass(l) * (float)ROBOT_g, g);
+  gravity(tool, l, carried_mass(l) * ROBOT.g, g);
 
-#define FORCE(axis, mass, p_d, v_d, a_d, p, gravity)                                 \
-  out->force[axis] = saturate((mass)*demand(axis, p_d, v_d, a_d, p) gravity, output_max[axis]);
+#define FORCE(axis, mass, p_d, v_d, a_d, p, gravity)                           \
+  out->force[axis] = saturate((mass)*demand(axis, p_d, v_d, a_d, p) gravity,   \
+                              ROBOT.output_max[axis]);
 #define LEG(leg, mass, p) \
   FORCE(leg, mass, d->position[leg], d->velocity[leg], d->acceleration[leg], p, +g[leg])
   LEG(0, reduced_mass(l.l1, l.l2, l.l3, 13), l.l1)                                    /* (28) */
   LEG(1, reduced_mass(l.l2, l.l1, l.l3, 14), l.l2)
   LEG(2, reduced_mass(l.l3, l.l1, l.l2, 15), l.l3)
-  FORCE(3, (float)ROBOT_J_44, in->alpha, in->w_alpha, in->eps_alpha, theta4,          /* (36) */
-        +(float)(ROBOT_r_4 * ROBOT_m_4 * ROBOT_g) * sine(theta4))
-  FORCE(4, (float)ROBOT_J_55, in->gamma, in->w_gamma, in->eps_gamma, theta5, )
+  FORCE(3, ROBOT.table_inertia[0], in->alpha, in->w_alpha, in->eps_alpha, theta4, /* (36) */
+        +ROBOT.tilt_weight * sine(theta4))
+  FORCE(4, ROBOT.table_inertia[1], in->gamma, in->w_gamma, in->eps_gamma, theta5, )
 }

@@ -16,7 +16,7 @@ The functions work on float32 arrays of any shape.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -33,7 +33,11 @@ ZERO, QUARTER, HALF, ONE, TWO = (f32(value) for value in (0.0, 0.25, 0.5, 1.0, 2
 
 @dataclass(frozen=True)
 class Constants:
-    """Parameters of one robot rounded to single precision; the names follow the formulas."""
+    """Parameters of one robot rounded to single precision; the names follow the formulas.
+
+    Times of the boost are on the grid of ticks as the law computes it, n T_s in single precision:
+    the boost has its phases at the same tick for every T_s and T_c.
+    """
 
     xp: tuple[np.float32, ...]
     yp: tuple[np.float32, ...]
@@ -83,8 +87,8 @@ class Constants:
             table_inertia=(f32(robot.J_44), f32(robot.J_55)),
             tilt_weight=f32(robot.r_4 * robot.m_4 * robot.g),
             t_s=f32(robot.T_s),
-            t_c=f32(robot.T_c),
-            half_t_c=f32(robot.T_c / 2.0),
+            t_c=f32(robot.boost_ticks) * f32(robot.T_s),
+            half_t_c=f32(robot.boost_ticks // 2) * f32(robot.T_s),
             boost=f32(robot.xi_c - 1.0),
             ramp=f32(2.0 * (robot.xi_c - 1.0)),
             resolution=np.array(robot.resolution, f32),
@@ -95,6 +99,10 @@ class Constants:
             e_c=np.array(robot.e_c, f32),
             output_max=np.array(robot.output_max, f32),
         )
+
+    def block(self) -> dict[str, Single]:
+        """All of them by name as arrays (1,) or (n,): the parameter block of the programs in C."""
+        return {field.name: np.atleast_1d(getattr(self, field.name)) for field in fields(self)}
 
 
 def offsets(c: Constants, leg: int, x: Single, y: Single) -> tuple[Single, Single]:

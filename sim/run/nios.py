@@ -64,15 +64,18 @@ VARIANT_TICKS = 100  # their ticks, where most axes are boosted
 
 
 class NiosController:
-    """One system with a tracking program, the interface of `AsipController`.
+    """One system with a tracking program for one robot, the interface of `AsipController`.
 
-    Ticks are counted from 0 for messages. Raises ControllerFault.
+    program: by default the committed image; it holds no parameters, they are written here. Ticks
+    are counted from 0 for messages. Raises ControllerFault.
     """
 
-    def __init__(self, platform: str, program: Program | None = None) -> None:
+    def __init__(self, platform: str, robot: Robot, program: Program | None = None) -> None:
         self.core = NiosRtl(platform)
         self.program = program or load(f"tracking_{platform}")
         self.core.load(self.program)
+        parameters = np.concatenate(list(float32.Constants.of(robot).block().values()))
+        self.core.write(self.program.address("tracking_parameters"), parameters.view(np.uint32))
         self._input = self.core.map.io.base + self.core.map.blocks["input"].offset
         self._state = self.program.address("tracking_state")
         desired = self.program.address("tracking_desired")
@@ -129,7 +132,7 @@ def profile_path(platform: str, program: Program, first: int, ticks: int) -> Pro
     path = set_points(trajectory, n)
     joints = joint_path(robot, path)[0]
     counts = np.floor(joints / np.array(robot.resolution) + 0.5).astype(np.int32)
-    controller = NiosController(platform, program)
+    controller = NiosController(platform, robot, program)
     words = path.words()
     controller.prime(words[0], counts[0])
     controller.preset(float32.run(robot, path, counts), first - 1)
@@ -203,7 +206,7 @@ def run(
     """
     sample = SAMPLES[platform]
     beginning = SetPoints.from_words(path.words()[: sample.closed_loop])
-    controller = NiosController(platform)
+    controller = NiosController(platform, robot)
     recording = closed_loop.run(robot, beginning, controller, progress)
     tracking = closed_loop.tracking_error(
         robot, beginning, joint_path(robot, beginning)[0], recording
@@ -213,7 +216,7 @@ def run(
     n = len(path)
     windows = [range(n)] if full else sampled(n, _boosted(robot, single), sample)
     words = path.words()
-    controller = NiosController(platform)
+    controller = NiosController(platform, robot)
     controller.prime(words[0], counts[0])
     parts = []
     for window in windows:
@@ -229,7 +232,7 @@ def run(
     chunk = slice(first, first + VARIANT_TICKS)
     variants = {}
     for name, image in VARIANTS[platform].items():
-        other = NiosController(platform, load(image))
+        other = NiosController(platform, robot, load(image))
         other.prime(words[0], counts[0])
         other.preset(single, first - 1)
         variants[name] = other.batch(words[chunk], counts[chunk]).cycles

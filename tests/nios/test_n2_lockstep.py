@@ -17,7 +17,7 @@ from tests.nios.n2_programs import access_program, corner_program, random_progra
 RANDOM = 16
 RANDOM_FULL = 1000
 WAITS = 5
-ELFS = sorted(IMAGES.rglob("*.elf"))
+ELFS = sorted((IMAGES / "tests").glob("*.elf"))
 # Compiled tests of more than a quarter of a million instructions.
 LONG = ("parse_integer", "print_integer", "polynomial", "print_double", "double_arithmetic")
 

@@ -67,7 +67,7 @@ def test_tracking_program_gives_the_words_of_the_float32_model(track, platform, 
     robot, path, counts, single = track
     boosted = (single.ticks > 0) & (single.ticks < robot.boost_ticks)
     middle = max(int(np.argmax(boosted.sum(axis=1))), ticks)
-    controller = NiosController(platform)
+    controller = NiosController(platform, robot)
     words = path.words()
     controller.prime(words[0], counts[0])
     for start in (0, middle - ticks // 2, 600 - ticks):
@@ -87,10 +87,10 @@ def test_tracking_program_gives_the_words_of_the_float32_model(track, platform, 
 
 
 def test_shared_subexpressions_change_no_word_and_save_time(track):
-    _, path, counts, single = track
+    robot, path, counts, single = track
     words, chunk, results = path.words(), slice(500, 540), []
     for image in ("tracking_fpga2", "tracking_shared_fpga2"):
-        controller = NiosController("fpga2", load(image))
+        controller = NiosController("fpga2", robot, load(image))
         controller.prime(words[0], counts[0])
         controller.preset(single, chunk.start - 1)
         results.append(controller.batch(words[chunk], counts[chunk]))
@@ -102,9 +102,9 @@ def test_shared_subexpressions_change_no_word_and_save_time(track):
 
 def longest_tick(track, platform: str, image: str) -> int:
     """Cycles of the longest of some ticks; the forces must be those of the float32 model."""
-    _, path, counts, single = track
+    robot, path, counts, single = track
     words, chunk = path.words(), slice(500, 505)
-    controller = NiosController(platform, load(image))
+    controller = NiosController(platform, robot, load(image))
     controller.prime(words[0], counts[0])
     controller.preset(single, chunk.start - 1)
     result = controller.batch(words[chunk], counts[chunk])
@@ -128,8 +128,8 @@ def test_square_roots_in_the_c_library_cost_fpga2_hundreds_of_cycles_each(track)
 
 
 def test_profile_accounts_for_every_cycle_of_the_ticks(track):
-    _, path, counts, _ = track
-    controller = NiosController("fpga2")
+    robot, path, counts, _ = track
+    controller = NiosController("fpga2", robot)
     words = path.words()
     controller.prime(words[0], counts[0])
     controller.core.profile()
@@ -193,7 +193,8 @@ def test_dhrystone_says_how_it_was_compiled():
     """What the committed image prints is what the makefile says and the rules ask for."""
     result = measure("fpga1")
     makefile = (ROOT / "nios_sw/Makefile").read_text().replace("\\\n", " ")
-    said = dict(re.findall(r"^(CODE|PLAIN) := (.*)$", makefile, re.MULTILINE))
+    said = dict(re.findall(r"^(MACHINE|CODE|PLAIN) := (.*)$", makefile, re.MULTILINE))
+    said["CODE"] = said["CODE"].replace("$(MACHINE)", said["MACHINE"])
     assert result.options.split() == f"{said['CODE']} {said['PLAIN']}".split()
     assert "-fno-inline" in result.options.split()
     assert "-flto" not in result.options.split()
@@ -226,8 +227,7 @@ def test_timer_interrupts_and_ticks():
 
 
 def test_tick_while_one_is_pending_is_an_overrun():
-    core = NiosRtl("fpga2")
-    core.load(load("tracking_fpga2"))
+    core = NiosController("fpga2", Robot.load()).core
     core.start(enable=True)
     core.clock(5_000)
     core.tick()
@@ -239,8 +239,7 @@ def test_tick_while_one_is_pending_is_an_overrun():
 
 
 def test_program_that_never_ends_is_reported():
-    core = NiosRtl("fpga2")
-    core.load(load("tracking_fpga2"))
+    core = NiosController("fpga2", Robot.load()).core
     core.start()
     with pytest.raises(NiosError, match="tracking_fpga2 did not end within 1000 cycles"):
         core.execute(1_000)
@@ -252,12 +251,19 @@ def test_program_that_never_ends_is_reported():
 
 
 def test_program_ends_when_the_host_takes_control_away():
-    core = NiosRtl("fpga2")
-    core.load(load("tracking_fpga2"))
+    core = NiosController("fpga2", Robot.load()).core
     core.start(enable=True)
     core.clock(5_000)
     core.start(enable=False)
     assert core.execute(1_000) == 0
+
+
+def test_tracking_program_without_a_robot_refuses_to_run():
+    core = NiosRtl("fpga2")
+    core.load(load("tracking_fpga2"))
+    core.start(enable=True)
+    assert core.execute(20_000) == 1
+    assert core.console == "no robot in tracking_parameters: write it before the start\n"
 
 
 def test_host_reads_what_it_wrote_to_both_memories():
