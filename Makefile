@@ -113,8 +113,9 @@ fp-report: $(READY) ## put what the campaign has covered into docs/arithmetic_ev
 quartus: $(READY) ## area and speed on Stratix III with Quartus II 13.1, to build/synth.json
 	@$(PY) scripts/quartus.py
 
-nios-sw: $(READY) ## programs of the Nios II systems and their committed images (needs nios-toolchain)
+nios-sw: $(READY) ## programs of the Nios II systems and their committed images, docs/own_c_program.md (needs nios-toolchain)
 	@$(MAKE) --no-print-directory -C nios_sw all images PY=$(abspath $(PY))
+	@$(PY) scripts/own_c_page.py
 
 nios-toolchain: ## cross compiler for Nios II from Debian's source packages (about 20 minutes, once)
 	@scripts/nios_toolchain.sh

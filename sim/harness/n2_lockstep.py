@@ -235,10 +235,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for path in options.elf:
         try:
             program = read_elf(path)
-            if program.entry != ITCM:
-                raise LockstepError(
-                    f"error: entry {program.entry:#x}; expected: the reset vector {ITCM:#x}"
-                )
             bases = {"itcm": ITCM, "dtcm": DTCM}
             image = [
                 (bases[name], np.array(words, "<u4").tobytes())

@@ -22,6 +22,7 @@ struct Nios {
   bool exited = false;
   uint32_t exit_status = 0;
   uint32_t r5 = 0;  // last value written to r5
+  uint32_t pc = 0;  // of the last instruction completed
   // Profile: cycles and completions per word of the instruction memory, between start and end of a tick.
   bool profiling = false;
   bool always = false;  // profile outside of ticks too
@@ -59,6 +60,7 @@ struct Nios {
 
   // `break 1` with r4 = 0 asks a debugger to end the program, status r5 (nios_sw/lib/exit_semihost.S).
   void retire() {
+    pc = top->trace_pc_o;
     if (top->trace_write_o && top->trace_dst_o == 5) r5 = top->trace_value_o;
     if (top->trace_instruction_o == kBreak1 && !exited) {
       exited = true;
@@ -102,6 +104,7 @@ extern "C" {
 void* nios_new() { return new Nios; }
 void nios_free(void* handle) { delete static_cast<Nios*>(handle); }
 uint64_t nios_cycles(void* handle) { return static_cast<Nios*>(handle)->cycles; }
+uint32_t nios_pc(void* handle) { return static_cast<Nios*>(handle)->pc; }
 uint32_t nios_overrun(void* handle) { return static_cast<Nios*>(handle)->top->overrun_o; }
 uint32_t nios_retired(void* handle) { return static_cast<Nios*>(handle)->top->retired_o; }
 
@@ -150,6 +153,8 @@ uint32_t nios_console(void* handle, char* text, uint32_t n) {
   std::memcpy(text, console.data(), n);
   return console.size();
 }
+
+void nios_console_clear(void* handle) { static_cast<Nios*>(handle)->console.clear(); }
 
 // Starts the profile of the words code_base .. code_base + 4 n; whole: also outside of control ticks.
 void nios_profile(void* handle, uint32_t code_base, uint32_t n, uint32_t whole) {

@@ -8,6 +8,8 @@ words left out) and NAME.lst, symbols and disassembly by objdump. Addresses are 
 from __future__ import annotations
 
 import argparse
+import bisect
+import io
 import re
 import struct
 import subprocess
@@ -16,13 +18,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from elftools.elf.elffile import ELFFile
+from elftools.elf.sections import SymbolTableSection
+
 from sim.harness.nios_map import SystemMap, default_system_map
 
 IMAGES = Path(__file__).resolve().parents[2] / "nios_sw/images"
-EM_ALTERA_NIOS2 = 113
-PT_LOAD = 1
-SHT_SYMTAB = 2
-STT_FUNC = 2
+MACHINE = "EM_ALTERA_NIOS2"
+LARGEST_FILE = 8 << 20  # bytes, with symbols and debug information
+LONGEST_NAME = 4096  # characters of a symbol
+SYMBOL_BYTES = 16  # of an entry of the symbol table
 
 
 class ImageError(ValueError):
@@ -59,51 +64,81 @@ class Program:
         found = [symbol for symbol in self.symbols.values() if symbol.is_function]
         return sorted(found, key=lambda symbol: symbol.address)
 
+    def function_at(self, address: int) -> str:
+        """Name of the function that holds the instruction at a byte address."""
+        functions = self.functions()
+        place = bisect.bisect([function.address for function in functions], address) - 1
+        return functions[place].name if place >= 0 else "(start-up)"
+
 
 def read_elf(path: Path, system: SystemMap | None = None) -> Program:
-    """Program in an ELF file for Nios II. Raises ImageError."""
+    """Program in an ELF file for Nios II, linked for the system's memories.
+
+    Raises ImageError, OSError.
+    """
     system = system or default_system_map()
-    data = path.read_bytes()
+    if not path.is_file():
+        cause = "no file with a program" if path.exists() else "no such file"
+        raise ImageError(f"{path}: error: {cause}")
+    data = path.read_bytes() if path.stat().st_size <= LARGEST_FILE else None
+    if data is None:
+        raise ImageError(f"{path}: error: larger than {LARGEST_FILE >> 20} MiB, no program here")
     if data[:6] != b"\x7fELF\x01\x01":
         raise ImageError(f"{path}: error: no little-endian 32-bit ELF file")
-    (machine,) = struct.unpack_from("<H", data, 18)
-    if machine != EM_ALTERA_NIOS2:
-        raise ImageError(
-            f"{path}: error: for machine {machine}, must be Nios II ({EM_ALTERA_NIOS2})"
-        )
-    entry, program_headers, section_headers = struct.unpack_from("<III", data, 24)
-    ph_size, ph_count, sh_size, sh_count = struct.unpack_from("<HHHH", data, 42)
+    try:
+        return _program(path, ELFFile(io.BytesIO(data)), system)
+    except ImageError:
+        raise
+    except Exception as error:  # a damaged file fails anywhere in the library, in any way
+        cause = str(error) or type(error).__name__
+        raise ImageError(f"{path}: error: damaged ELF file: {cause}") from error
+
+
+def _program(path: Path, elf: ELFFile, system: SystemMap) -> Program:
+    machine, kind = elf["e_machine"], elf["e_type"]
+    if machine != MACHINE:
+        raise ImageError(f"{path}: error: for machine {machine}, must be Nios II ({MACHINE})")
+    if kind != "ET_EXEC":
+        raise ImageError(f"{path}: error: {kind} is no linked program (ET_EXEC)")
     contents = {memory.name: bytearray(4 * memory.words) for memory in system.memories.values()}
-    for i in range(ph_count):
-        kind, offset, _, address, size = struct.unpack_from(
-            "<5I", data, program_headers + i * ph_size
-        )
-        if kind != PT_LOAD or size == 0:
+    for segment in elf.iter_segments("PT_LOAD"):
+        address, size = segment["p_paddr"], segment["p_memsz"]
+        if size == 0:
             continue
         for memory in system.memories.values():
             start = address - memory.base
             if 0 <= start and start + size <= 4 * memory.words:
-                contents[memory.name][start : start + size] = data[offset : offset + size]
+                held = segment.data() if segment["p_filesz"] <= size else b""
+                if len(held) != segment["p_filesz"]:
+                    raise ImageError(f"{path}: error: the segment at 0x{address:08x} is cut off")
+                contents[memory.name][start : start + len(held)] = held
                 break
         else:
             raise ImageError(
                 f"{path}: error: {size} bytes at 0x{address:08x} are in no memory; "
                 "link with nios_sw/link/tcm.ld"
             )
-    symbols = {}
-    for i in range(sh_count):
-        _, kind, _, _, offset, size, link, _, _, entry_size = struct.unpack_from(
-            "<10I", data, section_headers + i * sh_size
+    entry = elf["e_entry"]
+    if entry != system.reset_vector:
+        raise ImageError(
+            f"{path}: error: starts at 0x{entry:08x}, must be the reset vector "
+            f"0x{system.reset_vector:08x}; link with nios_sw/lib/crt0.S"
         )
-        if kind != SHT_SYMTAB:
-            continue
-        (names,) = struct.unpack_from("<I", data, section_headers + link * sh_size + 16)
-        for at in range(offset, offset + size, entry_size):
-            name_at, value, length, info = struct.unpack_from("<IIIB", data, at)
-            end = data.index(b"\0", names + name_at)
-            name = data[names + name_at : end].decode("ascii")
-            if name:
-                symbols[name] = Symbol(name, value, length, info & 15 == STT_FUNC)
+    symbols = {}
+    table = elf.get_section_by_name(".symtab")
+    if isinstance(table, SymbolTableSection):
+        if table["sh_entsize"] != SYMBOL_BYTES:
+            raise ImageError(f"{path}: error: damaged symbol table")
+        for symbol in table.iter_symbols():
+            if len(symbol.name) > LONGEST_NAME:
+                raise ImageError(f"{path}: error: damaged symbol table")
+            if symbol.name:
+                symbols[symbol.name] = Symbol(
+                    symbol.name,
+                    symbol["st_value"],
+                    symbol["st_size"],
+                    symbol["st_info"]["type"] == "STT_FUNC",
+                )
     memories = {name: _words(content) for name, content in contents.items()}
     return Program(path.stem, memories, entry, symbols)
 

@@ -8,7 +8,6 @@ before it left. So cycles in which it waits for operands are its own.
 from __future__ import annotations
 
 import argparse
-import bisect
 import json
 import sys
 import tomllib
@@ -84,13 +83,10 @@ def profile(core: NiosRtl, program: Program, ticks: int, tick_cycles: float) -> 
     spent, completed = core.profiled()
     code = core.map.memories["itcm"]
     names = custom_names(core.platform)
-    functions = program.functions()
-    starts = [function.address for function in functions]
     by_function: dict[str, tuple[int, int]] = {}
     by_kind: dict[str, tuple[int, int]] = {}
     for index in np.flatnonzero(completed).tolist():
-        place = bisect.bisect(starts, code.base + 4 * index) - 1
-        function = functions[place].name if place >= 0 else "(start-up)"
+        function = program.function_at(code.base + 4 * index)
         kind = kind_of(program.memories["itcm"][index], names)
         for totals, key in ((by_function, function), (by_kind, kind)):
             cycles, count = totals.get(key, (0, 0))

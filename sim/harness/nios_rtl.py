@@ -56,6 +56,7 @@ class NiosRtl:
             "free": (None, [pointer]),
             "cycles": (u64, [pointer]),
             "retired": (u32, [pointer]),
+            "pc": (u32, [pointer]),
             "overrun": (u32, [pointer]),
             "write": (None, [pointer, u32, pointer, u32]),
             "read": (None, [pointer, u32, pointer, u32]),
@@ -64,6 +65,7 @@ class NiosRtl:
             "tick": (None, [pointer]),
             "execute": (ctypes.c_int, [pointer, u64, pointer]),
             "console": (u32, [pointer, pointer, u32]),
+            "console_clear": (None, [pointer]),
             "profile": (None, [pointer, u32, u32, u32]),
             "profile_read": (None, [pointer, pointer, pointer]),
             "ticks": (u32, [pointer, *[u32] * 3, pointer, u32, u32, *[pointer] * 2, u32]),
@@ -129,6 +131,11 @@ class NiosRtl:
         return self._lib.nios_retired(self._handle)
 
     @property
+    def pc(self) -> int:
+        """Byte address of the last instruction completed."""
+        return self._lib.nios_pc(self._handle)
+
+    @property
     def overrun(self) -> bool:
         """A tick came while one was pending."""
         return bool(self._lib.nios_overrun(self._handle))
@@ -139,18 +146,33 @@ class NiosRtl:
 
         Raises NiosError after `limit` cycles.
         """
-        status = ctypes.c_uint32()
-        if not self._lib.nios_execute(self._handle, limit, ctypes.byref(status)):
+        status = self.advance(limit)
+        if status is None:
             raise NiosError(f"{self.program.name} did not end within {limit} cycles")
-        return status.value
+        return status
+
+    def advance(self, cycles: int) -> int | None:
+        """Let the program run on for at most so many cycles; its status once it has ended."""
+        status = ctypes.c_uint32()
+        ended = self._lib.nios_execute(self._handle, cycles, ctypes.byref(status))
+        return status.value if ended else None
 
     @property
     def console(self) -> str:
-        """What the program wrote to the console since the model was made."""
+        """What the program wrote to the console, without what `take_console` took."""
+        return self._console().decode("latin-1")
+
+    def take_console(self) -> bytes:
+        """What the program wrote to the console since the last call."""
+        text = self._console()
+        self._lib.nios_console_clear(self._handle)
+        return text
+
+    def _console(self) -> bytes:
         length = self._lib.nios_console(self._handle, None, 0)
         text = ctypes.create_string_buffer(length + 1)
         self._lib.nios_console(self._handle, text, length)
-        return text.raw[:length].decode("latin-1")
+        return text.raw[:length]
 
     def ticks(self, words: NDArray[np.uint32], extra: Sequence[int] = ()) -> NiosTicks:
         """Run a control tick per row of `words` (N, inputs); read outputs and `extra` addresses."""

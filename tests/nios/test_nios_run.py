@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Command nios-run: console, exit status, limits, profile, and files that are no program."""
+
+from __future__ import annotations
+
+import re
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from sim.harness.nios_image import IMAGES
+from sim.harness.nios_rtl import NiosRtl
+from sim.nios_run import FILE_STATUS, INTERRUPT_STATUS, LIMIT_STATUS, PIPE_STATUS, main
+from tests.fuzz import nios as fuzz
+from tests.fuzz.engine import run_campaign
+from tests.nios.elf_file import printing, write
+from tests.nios.n2_bench import SEED
+
+SORT = IMAGES / "tests/sort_quick.elf"
+
+
+def test_console_is_standard_output_and_the_rest_is_not(tmp_path, capfdbinary):
+    elf = write(tmp_path / "hello.elf", printing("grüße\n", 42))
+    assert main([str(elf)]) == 42
+    out, err = capfdbinary.readouterr()
+    assert out == "grüße\n".encode()
+    assert b"nios-run: fpga2, " in err and b"exit status 42" in err
+
+
+@pytest.mark.parametrize(("status", "shown"), [(0, 0), (255, 255), (256, 255), (0x1234, 0x34)])
+def test_status_of_the_program_is_never_lost(tmp_path, status, shown):
+    """A shell sees 8 bits: a status with only higher ones set must not look like success."""
+    assert main([str(write(tmp_path / "end.elf", printing("", status)))]) == shown
+
+
+@pytest.mark.parametrize("system", ["fpga1", "fpga2"])
+def test_hello_prints_and_calls_the_hardware_of_its_platform(system, capfdbinary):
+    assert main(["--system", system, str(IMAGES / f"run/demo_hello_{system}.elf")]) == 0
+    out, _ = capfdbinary.readouterr()
+    assert out.startswith(f"square root of 2 on FPGA{system[-1]}: 1.4142135, ".encode())
+
+
+def test_exception_that_nothing_handles_is_told_and_ends_the_program(capfdbinary):
+    assert main([str(IMAGES / "run/demo_exception_fpga2.elf")]) == 128 + 6
+    out, _ = capfdbinary.readouterr()
+    text = rb"\nunhandled exception 6, misaligned data address, at 0x1000\w+, address 0x1004\w+\n"
+    assert re.fullmatch(text, out)
+
+
+def test_program_without_end_is_stopped_where_it_is(tmp_path, capfd):
+    assert main(["--max-cycles", "3000", str(IMAGES / "tests/allocate.elf")]) == LIMIT_STATUS
+    _, err = capfd.readouterr()
+    assert re.search(r"allocate.elf did not end within 3000 cycles, it is in \w+ at 0x1000", err)
+    assert "--max-cycles raises the limit" in err
+
+
+def test_profile_names_functions_and_kinds_of_instructions(capfd):
+    main(["--profile", str(SORT)])
+    out, err = capfd.readouterr()
+    assert out == ""
+    assert "by function" in err and "quick" in err and "branches" in err
+
+
+def test_ctrl_c_ends_the_command_without_a_traceback(tmp_path):
+    NiosRtl("fpga2")  # built before the time counts
+    elf = write(tmp_path / "spin.elf", printing("begin\n", None))
+    command = [sys.executable, "-m", "sim.nios_run", str(elf)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stdout.readline() == b"begin\n"
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=60)
+    assert process.returncode == INTERRUPT_STATUS
+    assert err.decode() == "nios-run: stopped by Ctrl-C\n"
+
+
+def test_reader_that_goes_away_is_no_error(tmp_path):
+    NiosRtl("fpga2")
+    elf = write(tmp_path / "spin.elf", printing("0123456789\n", None))
+    command = [sys.executable, "-m", "sim.nios_run", "--max-cycles", "9000000", str(elf)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        process.stdout.read(100)
+        process.stdout.close()
+        assert process.stderr.read() == b""
+        assert process.wait(timeout=60) == PIPE_STATUS
+
+
+# ---------------------------------------------------------------------- files that are no program
+def refused(path: Path, capfd) -> str:
+    """What the command says about a file that it must refuse."""
+    assert main([str(path)]) == FILE_STATUS
+    out, err = capfd.readouterr()
+    assert out == "" and err.startswith(f"nios-run: {path}: error: ")
+    return err.removeprefix(f"nios-run: {path}: error: ").strip()
+
+
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        ({"machine": 62}, "for machine EM_X86_64, must be Nios II (EM_ALTERA_NIOS2)"),
+        ({"type": 1}, "ET_REL is no linked program (ET_EXEC)"),
+        ({"entry": 0x10000020}, "starts at 0x10000020, must be the reset vector 0x10000000"),
+        ({"memory_size": 0x10004}, "65540 bytes at 0x10000000 are in no memory; link with"),
+        ({"memory_size": 8}, "the segment at 0x10000000 is cut off"),
+    ],
+)
+def test_program_for_something_else_is_refused_by_name(tmp_path, capfd, fields, message):
+    elf = write(tmp_path / "wrong.elf", printing("x", 0), **fields)
+    assert refused(elf, capfd).startswith(message)
+
+
+def test_file_that_is_no_elf_file_is_refused(tmp_path, capfd):
+    text = tmp_path / "text"
+    text.write_text("int main(void) {}\n")
+    assert refused(text, capfd) == "no little-endian 32-bit ELF file"
+    assert refused(tmp_path / "nowhere.elf", capfd) == "no such file"
+    assert refused(tmp_path, capfd) == "no file with a program"
+    assert refused(Path("/dev/zero"), capfd) == "no file with a program"
+    (tmp_path / "large").write_bytes(bytes((8 << 20) + 1))
+    assert refused(tmp_path / "large", capfd) == "larger than 8 MiB, no program here"
+
+
+def test_damaged_elf_files_give_a_message():
+    """A short run of the campaign `python -m tests.fuzz elf`."""
+    result = run_campaign(fuzz.CAMPAIGNS[0], 300, SEED)
+    assert result.failures == []
+    assert len(result.statuses) > 1  # refused ones, and ones that run
