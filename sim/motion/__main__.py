@@ -10,11 +10,10 @@ from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
-from rich.console import Console
 from rich.table import Table
 
 from sim.model.parameters import Robot
-from sim.motion.command import add_robot_option, interruptible, require_positive
+from sim.motion.command import add_robot_option, interruptible, output, require_positive
 from sim.motion.gcode import parse_file
 from sim.motion.gcode_tools import add_tools_option, tools_of
 from sim.motion.path import RateLimits
@@ -130,7 +129,7 @@ def main(argv: list[str] | None = None) -> int:
         text = str(error)
         sys.stderr.write(f"{text if ': error: ' in text else f'{parser.prog}: error: {text}'}\n")
         return 1
-    console = Console()
+    console = output()
     console.print(_block_table(trajectory))
     console.print(_axis_table(trajectory))
     console.print(f"{len(trajectory)} set-points, {trajectory.t[-1]:.4f} s")

@@ -9,9 +9,20 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+from rich.console import Console
+
 from sim.model.parameters import ROBOT_TOML
 
 INTERRUPTED = 130  # exit status, as of a shell
+WIDE = 1000  # columns where nobody looks at a terminal: nothing is wrapped or cut
+LEAST_WIDTH = 100  # of the tables on a terminal
+
+
+def output(stderr: bool = False) -> Console:
+    """Where a command prints: text as it is, [#1] too; not wrapped where it goes into a file."""
+    console = Console(stderr=stderr, markup=False, highlight=False)
+    console.width = max(console.width, LEAST_WIDTH) if console.is_terminal else WIDE
+    return console
 
 
 def add_robot_option(parser: argparse.ArgumentParser) -> None:

@@ -6,9 +6,8 @@ GROUPS is the list of accepted G and M words.
 
 from __future__ import annotations
 
-import difflib
-
 from sim.motion.gcode_arcs import OFFSETS
+from sim.motion.gcode_unsupported import known_letter, known_word
 from sim.motion.gcode_words import Word, WordReport
 from sim.motion.moves import AXES, Motion, Plane
 
@@ -62,11 +61,12 @@ def sort_words(words: list[Word], report: WordReport) -> tuple[dict[str, Word], 
             else:
                 codes[group] = word
         elif word.letter not in _VALUE_LETTERS:
+            known = known_letter(word.letter)
             report(
                 word,
-                f"unknown word {word.letter}",
+                f"{word.letter}, {known[0]}" if known else f"unknown word {word.letter}",
                 "one of G M N F S T X Y Z A C @ ^ I J K R P Q L H D",
-                "other axes are outside the accepted subset",
+                known[1] if known else "text that is not code belongs into a comment ( )",
             )
         elif word.letter in values:
             report(
@@ -93,15 +93,14 @@ def sort_words(words: list[Word], report: WordReport) -> tuple[dict[str, Word], 
 
 
 def _report_unknown(word: Word, report: WordReport) -> None:
-    letter = word.letter
-    allowed = [code for codes in GROUPS.values() for code in codes if code[0] == letter]
-    near = difflib.get_close_matches(word.code, allowed, n=1)
-    report(
-        word,
-        f"{word.code} is outside the accepted subset",
-        f"one of {' '.join(allowed)}",
-        f"did you mean {near[0]}?" if near else "remove the word",
-    )
+    known = known_word(word.code)
+    expected = f"{'a G' if word.letter == 'G' else 'an M'} word of docs/gcode.md"
+    if known is not None:
+        report(word, f"{word.code}, {known[0]}, is not supported", expected, known[1])
+        return
+    near = [code for code in _GROUP_OF if code.split(".")[0] == word.code.split(".")[0]]
+    help = f"did you mean {' or '.join(near)}?" if near else "remove the word"
+    report(word, f"{word.code} is not a known word", expected, help)
 
 
 def _check_line_number(word: Word, first: bool, report: WordReport) -> None:

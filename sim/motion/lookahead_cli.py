@@ -16,7 +16,7 @@ from rich.console import Console
 from rich.table import Table
 
 from sim.model.parameters import Robot
-from sim.motion.command import add_robot_option, require_positive
+from sim.motion.command import add_robot_option, output, require_positive
 from sim.motion.gcode import GcodeErrors, stream_file
 from sim.motion.gcode_tools import NO_TOOLS, Tool, add_tools_option, tools_of
 from sim.motion.lookahead import Lookahead
@@ -213,7 +213,7 @@ def main(argv: list[str] | None = None) -> int:
     arguments = parser.parse_args(argv)
     if arguments.file is None and arguments.figures is None:
         parser.error("nothing to do: give a program or --figures")
-    console, log = Console(), Console(stderr=True)
+    console, log = output(), output(stderr=True)
     status = 0
     try:
         if arguments.figures is not None:

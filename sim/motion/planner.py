@@ -15,7 +15,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from sim.motion.command import interruptible
+from sim.motion.command import interruptible, output
 from sim.motion.planner_optimal import Limits, time_optimal
 from sim.motion.planner_phases import Phase, Profile
 from sim.motion.planner_seed import PHASE_NAMES, SeedPlan, exact, seed_plan
@@ -36,7 +36,6 @@ PLOT_POINTS = 2001
 MOVE = ("v0", "vm", "tr", "tm", "length")
 # Magnitudes of numbers other than 0; those of the processor's programs have the same bound.
 LEAST, GREATEST = Fraction(1, 10**30), Fraction(10**30)
-LEAST_WIDTH = 120  # of the tables, also into a pipe
 
 
 class Row(NamedTuple):
@@ -166,9 +165,12 @@ def _plan(arguments: argparse.Namespace) -> tuple[SeedPlan, Profile | None, Limi
     return plan, profile, limits
 
 
+UNITS = ("speed [u/s]", "acceleration [u/s2]", "jerk [u/s3]")  # u: unit of the options
+
+
 def _table(title: str, shown: Sequence[Row]) -> Table:
     table = Table(title=title)
-    for name in ("", "phase", "time [s]", "length", "speed", "acceleration", "jerk"):
+    for name in (*("", "phase", "time [s]", "length [u]"), *UNITS):
         table.add_column(name, justify="left" if name == "phase" else "right", no_wrap=True)
     for row in shown:
         table.add_row(
@@ -276,7 +278,7 @@ def main(argv: list[str] | None = None) -> int:
     """Run the command; returns its exit status."""
     parser = _arguments()
     arguments = parser.parse_args(argv)
-    console = Console(width=max(Console().width, LEAST_WIDTH))
+    console = output()
     given = [name for name in MOVE if getattr(arguments, name) is not None]
     if not given and arguments.figures is None:
         parser.error("nothing to do: give the move (--v0 --vm --tr --tm --length) or --figures")
@@ -314,7 +316,10 @@ def _show(arguments: argparse.Namespace, console: Console) -> None:
         total = profile.total_time
         title = "time-optimal profile"
     console.print(_table(title, shown))
-    console.print(f"total time {total:.9g} s, length {float(plan.length):.9g}")
+    console.print(
+        f"total time {total:.9g} s, length {float(plan.length):.9g} u "
+        "(u: unit of length of the options)"
+    )
     if profile is not None:
         console.print(f"with set times as in seed 002: {float(plan.total_time):.9g} s")
     if arguments.json is not None:

@@ -61,7 +61,7 @@ def test_command__many_corners__keeps_the_slowest(tmp_path):
     ("text", "arguments", "message"),
     [
         ("G1 X1\nM2\n", [], "part.ngc:1:1: error: no feed is set"),
-        ("G0 X1 B3\nM2\n", [], "part.ngc:1:7: error: unknown word B"),
+        ("G0 X1 B3\nM2\n", [], "part.ngc:1:7: error: B, an axis about Y"),
         ("G0 X900\nM2\n", [], "part.ngc:1: error: the move leaves the workspace"),
         ("G0 X1\nM2\n", ["--tool", "1", "0", "1"], "acceleration of --tool = 0 is outside"),
         ("G0 X1\nM2\n", ["--table", "1", "1", "nan"], "jerk of --table = nan is outside"),

@@ -84,11 +84,16 @@ def test_arc__programmed_in_inches__has_the_tolerance_of_inches():
 
 # Text, line, column, offending text, and parts of what, expected and help.
 MISTAKES = {
-    "unknown G": ("G70 X1\nM2", 1, 1, "G70", "G70 is outside", "G0 G1 G2 G3 G80", "did you mean"),
-    "G near a known one": ("G22\nM2", 1, 1, "G22", "G22 is outside", "G0", "did you mean G2"),
-    "fractional G": ("G1.5 X1\nM2", 1, 1, "G1.5", "G1.5 is outside", "one of G0", "did you mean"),
-    "unknown M": ("M31\nM2", 1, 1, "M31", "M31 is outside", "one of M2 M30", "did you mean"),
-    "unknown letter": ("U1\nM2", 1, 1, "U1", "unknown word U", "G M N F S T X", "outside"),
+    "unknown G": ("G77 X1\nM2", 1, 1, "G77", "G77 is not a known", "a G word", "remove"),
+    "G of others": ("G70 X1\nM2", 1, 1, "G70", "G70, a lathe cycle", "a G word", "no lathe"),
+    "G near a known one": ("G59.4\nM2", 1, 1, "G59.4", "G59.4 is not", "a G word", "mean G59"),
+    "fractional G": ("G1.5 X1\nM2", 1, 1, "G1.5", "G1.5 is not", "a G word", "did you mean G1?"),
+    "unknown M": ("M31\nM2", 1, 1, "M31", "M31 is not a known word", "an M word", "remove"),
+    "unknown letter": ("U1\nM2", 1, 1, "U1", "U, an axis along X", "G M N F S T X", "this machine"),
+    "call of Fanuc": ("M98 P1\nM2", 1, 1, "M98", "M98, a subprogram", "an M word", "O100 call"),
+    "thread": ("G33 Z1 K1\nM2", 1, 1, "G33", "G33, a move synchronised", "a G word", "spindle"),
+    "probe": ("G38.2 Z1\nM2", 1, 1, "G38.2", "G38.2, probing, is", "a G word", "no probe"),
+    "unknown letter of none": ("\\1\nM2", 1, 1, "\\1", "unexpected", "a word", "comment"),
     "negative spindle": ("S-5\nM2", 1, 1, "S-5", "spindle is negative", "S of 0", "M4"),
     "letter without number": ("G0 X Y1\nM2", 1, 4, "X", "no number", "after X", "comment"),
     "malformed number": ("G0 X1.2.3\nM2", 1, 4, "X1.2.3", "malformed", "one decimal", "-12.5"),

@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Words of RS-274/NGC and Fanuc that are not accepted here: what they are, and why or what instead.
+
+Those of LinuxCNC ("G Codes", "M Codes"), and the usual ones of Fanuc controls that shops meet.
+"""
+
+from __future__ import annotations
+
+_SPINDLE = "the spindle has no output here, so nothing can follow its turns"
+_LATHE = "this machine is no lathe; write the passes as G0 and G1"
+_PROBE = "there is no probe; measure first and set the system with G10 L2"
+_IO = "there are no inputs and outputs for programs here"
+_OVERRIDE = "feed override is an input of the planner, programs cannot lock it"
+_AXIS = "the axes are X Y Z A C"
+
+# (codes, what they are, why or what instead)
+_TABLE = (
+    ("G5.4 G6.2", "a NURBS of another control", "write it with G5.2 and G5.3"),
+    ("G9", "an exact stop in one block", "write G61 before and G64 behind it"),
+    ("G11", "the end of data input", "remove it; G10 acts in its block only"),
+    ("G12 G13", "a circular pocket", "write the circles with G2 or G3"),
+    ("G12.1 G13.1 G7.1 G107", "interpolation on a cylinder or face", "write the moves with A or C"),
+    ("G15 G16", "polar coordinates of Fanuc controls", "use @ radius and ^ angle"),
+    ("G17.1 G18.1 G19.1", "a plane of U V W", _AXIS),
+    ("G22 G23", "limits of the stroke", "the workspace is always checked; remove it"),
+    ("G27 G29 G30 G30.1", "another reference point", "use G28 with G28.1, or G53 G0"),
+    ("G31", "a move up to a signal", _PROBE),
+    ("G32 G33 G33.1 G34", "a move synchronised with the spindle (threads, tapping)", _SPINDLE),
+    ("G35 G36", "a circular thread", _SPINDLE),
+    ("G37 G37.1", "measuring of a tool", "give the length in the tool table (--tools)"),
+    ("G38.2 G38.3 G38.4 G38.5", "probing", _PROBE),
+    ("G43.1 G43.2", "an offset added to that of the tool", "put it into the tool table, use G43 H"),
+    ("G43.5", "tool-centre control by vectors", "use G43.4 with A and C"),
+    ("G44", "a negative tool length", "turn the sign in the tool table, use G43"),
+    ("G45 G46 G47 G48", "tool offset of single moves", "use G41 or G42"),
+    ("G50 G51 G50.1 G51.1", "scaling or a mirror", "multiply the coordinates, X[#1 * 2]"),
+    ("G52", "a local coordinate system", "use G92, or G10 L2 and G55"),
+    ("G54.1 G54.2", "a further coordinate system", "use G54 to G59.3"),
+    ("G60", "positioning from one side", "write the way as two moves"),
+    ("G62 G63", "an override mode", _OVERRIDE),
+    ("G65 G66 G67", "a macro call of Fanuc controls", "use O<name> call [a] [b]"),
+    ("G68 G69", "a turned coordinate system", "turn the points with SIN and COS, or use @ and ^"),
+    ("G68.2 G69.1 G53.1", "a tilted work plane", "use G43.4 with A and C"),
+    ("G70 G71 G71.1 G71.2 G72 G72.1 G72.2 G75 G76 G90.2 G92.4", "a lathe cycle", _LATHE),
+    ("G73", "drilling with chip breaking", "use G83, or write the moves"),
+    ("G74 G84 G84.1 G88 G84.2 G84.3", "tapping, or a cycle with spindle stop", _SPINDLE),
+    ("G85 G86 G87 G89", "a boring cycle", "use G82, or write G1 down and G1 up"),
+    ("G95", "feed per turn of the spindle", f"{_SPINDLE}; use G94"),
+    ("G96 G97", "a mode of the spindle's speed", f"{_SPINDLE}; S alone is accepted"),
+    ("M10 M11", "a clamp of an axis", _IO),
+    ("M19", "an oriented spindle stop", _SPINDLE),
+    ("M29", "rigid tapping", _SPINDLE),
+    ("M47", "a repeat of the program", "put it into O100 repeat [n], O100 endrepeat"),
+    ("M48 M49 M50 M51 M52 M53", "a switch of the overrides", _OVERRIDE),
+    ("M61", "a change of the tool's number", "use T and M6"),
+    ("M62 M63 M64 M65 M66 M67 M68", "a digital or analog signal", _IO),
+    ("M97 M98", "a subprogram call of Fanuc controls", "write O100 sub ... O100 endsub, O100 call"),
+    ("M99", "the end of a Fanuc subprogram", "write O100 endsub, or O100 return"),
+)
+_WORDS = {code: (name, cure) for codes, name, cure in _TABLE for code in codes.split()}
+
+_LETTERS = {
+    "B": ("an axis about Y", f"this machine has none; {_AXIS}"),
+    "E": ("an extruder or a precise pitch", "this machine has none"),
+    "U": ("an axis along X", f"this machine has none; {_AXIS}"),
+    "V": ("an axis along Y", f"this machine has none; {_AXIS}"),
+    "W": ("an axis along Z", f"this machine has none; {_AXIS}"),
+}
+
+
+def known_word(code: str) -> tuple[str, str] | None:
+    """What a G or M word is that other controls have, and why or what instead."""
+    if code.startswith("M") and code[1:].isdigit() and 100 <= int(code[1:]) <= 199:
+        return "a program of the user's own", _IO
+    return _WORDS.get(code)
+
+
+def known_letter(letter: str) -> tuple[str, str] | None:
+    """The same for letters."""
+    return _LETTERS.get(letter)

@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What `python -m sim.motion` prints: text as it is, tables whole, units with every number."""
+
+import pytest
+
+from sim.motion.__main__ import main
+from sim.motion.command import output
+
+LINE = "G1 X[#1] Y[#2 + 10] Z[600 + #1] A[ABS[#1] * 3] C12.345678 F1234.5678"
+
+
+@pytest.fixture
+def program(tmp_path):
+    file = tmp_path / "part.ngc"
+    lines = [
+        "#1=3 #2=1",
+        "G1 X[#1] Y[#2 + 10] Z[600 + #1] A[ABS[#1] * 3] C12.345678 F1234.5678",
+        "M2",
+    ]
+    file.write_text("\n".join(lines) + "\n")
+    return file
+
+
+def test_tables__into_a_file__are_neither_wrapped_nor_cut_nor_read_as_markup(program, capsys):
+    assert main([str(program)]) == 0
+    shown = capsys.readouterr().out
+    assert LINE in shown
+    assert "…" not in shown
+    (row,) = [line for line in shown.splitlines() if "F1234" in line]
+    for unit in (" mm ", " m/min "):
+        assert unit in row
+    assert "motion" in shown and "time [s]" in shown
+
+
+def test_tables__of_the_axes__have_units(program, capsys):
+    main([str(program)])
+    rows = capsys.readouterr().out.split("axes")[1].splitlines()
+    for name, unit in (("x", "mm"), ("alpha", "deg")):
+        (row,) = [line for line in rows if f" {name} " in line]
+        assert row.count(f" {unit} ") == 2 and f" {unit}/s " in row and f" {unit}/s2 " in row
+
+
+def test_output__on_a_terminal__keeps_its_width(monkeypatch):
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("COLUMNS", "120")
+    assert output().width == 120
