@@ -83,7 +83,7 @@ gen-check: $(READY) ## refuse generated files that differ from their sources
 	@$(PY) scripts/gen_n2_isa.py --check
 	@$(PY) scripts/gen_nios_system.py --check
 
-motion: $(READY) ## the motion front-end: figures of the seeds, drive study, RTL, on one page (RUN=full)
+motion: $(READY) ## the motion front-end: figures of the papers, drive study, RTL, on one page (RUN=full)
 	@$(PY) -m sim.motion.show --robot $(ROBOT) $(if $(filter full,$(RUN)),--full)
 
 motion-size: $(READY_SYNTH) ## area and clock of the motion front-end with Yosys and nextpnr, for its goals

@@ -1,7 +1,7 @@
 ; SPDX-License-Identifier: Apache-2.0
 ; The tracking law of the five-axis robot, every equation evaluated as it is printed: nothing is
 ; shared between equations, repeated subexpressions inside an equation are computed again. Comments
-; name the equations of robot.md. Where rounding need not be the PC's, a multiplication and the
+; name the equations of docs/law.md. Where rounding need not be the PC's, a multiplication and the
 ; addition after it are one fused operation.
 ;
 ; The host presets position1_before .. position5_before to the lengths and angles of the first

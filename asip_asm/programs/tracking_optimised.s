@@ -1,6 +1,6 @@
 ; SPDX-License-Identifier: Apache-2.0
 ; The tracking law of the five-axis robot, rearranged for the ASIP: inputs, outputs, exports and law
-; are those of tracking_as_printed.s, the algebra is not. Comments name the equations of robot.md.
+; are those of tracking_as_printed.s, the algebra is not. Comments name the equations of docs/law.md.
 ;
 ; - The error e = l_d - l is formed to about 1e-10 m although l_d alone has a rounding error of 3e-8
 ;   m (section 1).

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Servo drive of seed 001: P position loop around a velocity loop, with feed-forward (1), (2).
+"""Servo drive of the CNC paper: P position loop around a velocity loop, with feed-forward (1), (2).
 
 Every cycle of 1 ms (one process data frame) the controller sends the velocity word
     w = kp e + K1 dx_d/dt + K2 d2x_d/dt2,    e = x_d - x,
@@ -8,7 +8,7 @@ word acts one cycle late on the mean. The velocity loop is of first order, or of
 damping; both have the bandwidth as their -3 dB frequency. Between cycles the states are exact
 (matrix exponential), so the step of the samples has no influence on them.
 
-Stated in the seed: bandwidth 160 Hz, cycle 1 ms, 15 m/min, about 2.5 mm without feed-forward, so
+Stated in the paper: bandwidth 160 Hz, cycle 1 ms, 15 m/min, about 2.5 mm without feed-forward, so
 kp = 0.25 / 0.0025. Not stated, chosen here: acceleration, jerk time and length of the test move,
 the interpolation, the order of the loop, K1 and K2.
 """
@@ -105,7 +105,7 @@ CASES = (
 
 
 class ThereAndBack:
-    """Out, a pause, and back, each with the seed 002 profile; `sample` gives the set-point.
+    """Out, a pause, and back, each an S-curve of the S-curve paper; `sample` gives the set-point.
 
     speed [m/s], acceleration [m/s2], jerk_time [s] (0: trapezoid), length [m], pause [s].
     """

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Drive and feed-forward study: figures 10 and 11 of seed 001, its positioning and load tests, and
+"""Drive and feed-forward study: figures 10 and 11 of the CNC paper, its other tests, and
 
-the same cases on our robot. Numbers come beside the seed's, or beside a goal of our own where the
+the same cases on our robot. Numbers come beside the paper's, or beside a goal of our own where the
 seed has none.
 """
 
@@ -331,7 +331,7 @@ def _draw_11(runs: dict[tuple[str, str, str], Response], output: Path) -> None:
         rows[row].set(ylabel="error [mm]", title=f"{'abc'[row]}) {case} feed-forward")
         if row == 2:
             rows[3].plot(run.t, run.jerk, lw=0.8, label=profile)
-    rows[0].set_title("Figure 11 of seed 001, first-order loop: a) no feed-forward")
+    rows[0].set_title("Figure 11 of the CNC paper, first-order loop: a) no feed-forward")
     rows[3].set(
         ylabel="jerk [m/s³]",
         title="slope of the current in case c), as the jerk of the drive",

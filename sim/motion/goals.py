@@ -502,7 +502,7 @@ def table(
 def _features(
     named: Rows,
 ) -> list[tuple[str, str, str, Callable[[Counts], Measured] | None, str]]:
-    """Feature, the seed's value, our goal, how it is measured, and a command that does, or more."""
+    """Feature, the paper's value, our goal, how it is measured, a command that does, or more."""
 
     def figures(*names: str) -> Callable[[Counts], Measured]:
         return lambda counts: _row(named, *names)

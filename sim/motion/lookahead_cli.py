@@ -66,7 +66,7 @@ def _arguments() -> argparse.ArgumentParser:
     parser.add_argument("--time-only", action="store_true", help="plan only, without set-points")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the results")
     parser.add_argument(
-        "--figures", type=Path, metavar="FOLDER", help="draw seed 001's figures 4-6"
+        "--figures", type=Path, metavar="FOLDER", help="draw the CNC paper's figures 4-6"
     )
     return parser
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Figures 4 to 6 of seed 001: short lines with and without blending, and a corner for values of P.
+"""Figures 4 to 6 of the CNC paper: short lines with and without blending, a corner.
 
 The path of figures 4 and 5 is not printed; the one here has its feed and its times: 84 chords of a
 circle of 362 mm circumference, F15000, 4.8 m/s2.
@@ -135,7 +135,7 @@ def _draw_path(file: Path, paths: dict[str, FloatArray], period: float) -> None:
     left.set(aspect="equal", xlabel="X [mm]", ylabel="Y [mm]")
     left.set_title(f"{CHORDS} chords of a circle, F15000 (path of our choice)", fontsize=10)
     right.set(xlabel="time [s]", ylabel="tool speed [mm/s]")
-    right.set_title("figures 4 and 5 of seed 001: short lines, limited jerk", fontsize=10)
+    right.set_title("figures 4 and 5 of the CNC paper: short lines, limited jerk", fontsize=10)
     right.legend(loc="center right")
     for axis in (left, right):
         axis.grid(alpha=0.3)
@@ -156,7 +156,7 @@ def _draw_corner(file: Path, views: dict[str, FloatArray]) -> None:
         ylim=(-0.005, 0.03),
         xlabel="X [mm]",
         ylabel="Y [mm]",
-        title="figure 6 of seed 001: a corner, set-points at 10 kHz",
+        title="figure 6 of the CNC paper: a corner, set-points at 10 kHz",
     )
     axis.set_xticks(SEED_CORNER_MM + np.arange(-0.03, 0.006, 0.01))
     axis.grid(alpha=0.3)

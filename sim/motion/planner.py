@@ -101,8 +101,8 @@ def default_limits(plan: SeedPlan) -> tuple[float | None, float | None]:
 def _arguments() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m sim.motion.planner",
-        description="Plan one S-curve move: with set acceleration times as in seed 002, or in the "
-        "shortest time that limits of acceleration and jerk allow.",
+        description="Plan one S-curve move: with set acceleration times as in the S-curve paper, "
+        "or in the shortest time that limits of acceleration and jerk allow.",
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -131,7 +131,7 @@ def _arguments() -> argparse.ArgumentParser:
         help="plan the move on the processor too: outputs, errors and clock cycles",
     )
     parser.add_argument(
-        "--figures", type=Path, metavar="FOLDER", help="draw the seed's figures, with its numbers"
+        "--figures", type=Path, metavar="FOLDER", help="draw the paper's figures, with its numbers"
     )
     return parser
 
@@ -321,7 +321,7 @@ def _show(arguments: argparse.Namespace, console: Console) -> None:
         "(u: unit of length of the options)"
     )
     if profile is not None:
-        console.print(f"with set times as in seed 002: {float(plan.total_time):.9g} s")
+        console.print(f"with set times as in the S-curve paper: {float(plan.total_time):.9g} s")
     if arguments.json is not None:
         arguments.json.parent.mkdir(parents=True, exist_ok=True)
         document = _json(plan, profile, limits, shown)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Figures 3, 12 and 15 of seed 002 drawn anew, their numbers side by side with the seed's."""
+"""Figures 3, 12 and 15 of the S-curve paper drawn anew, their numbers beside the paper's."""
 
 from __future__ import annotations
 
@@ -177,7 +177,7 @@ def figures(output: Path) -> list[Result]:
 
 def results_table(results: list[Result]) -> Table:
     """The numbers for people."""
-    table = Table(title="figures of seed 002")
+    table = Table(title="figures of the S-curve paper")
     for name in ("figure", "number", "unit", "seed", "source", "ours", ""):
         table.add_column(name, justify="right" if name in ("seed", "ours") else "left")
     for result in results:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""S-curve moves of seed 002 in exact rational arithmetic: every figure is correctly rounded.
+"""Moves of the S-curve paper in exact rational arithmetic: every figure is correctly rounded.
 
 The formulas are those of scurve.py; here they are evaluated with fractions, and each result is
 rounded once, when it is read. A move costs some 100 us, once; `SCurve` samples whole paths fast.

@@ -95,9 +95,8 @@ def time_exact(
 def seed_compatible(
     phases: Sequence[Phase[Fraction]], pulses_per_unit: Fraction | int, negative: bool = False
 ) -> list[Record]:
-    """Records that switch phases by pulse counts, as seed 002 does: a phase ends when the count
-
-    reaches the displacement's ceiling, and rates change only behind a pulse. Raises
+    """Records that switch phases by pulse counts, as the S-curve paper does: a phase ends when its
+    count reaches the displacement's ceiling, and rates change only behind a pulse. Raises
     PulseRecordError, among others for a start speed of 0, from which this scheme never moves.
     """
     if phases and phases[0].start.speed == 0:

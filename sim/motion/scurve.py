@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""S-curve speed profile with set acceleration and jerk times (seed 002, formulas (1)-(11)).
+"""S-curve speed profile with set acceleration and jerk times (S-curve paper, (1)-(11)).
 
 The profile is fixed by times, not by acceleration and jerk: the speed rises from v0 to its peak in
 exactly tr, the first and last tm of that with constant jerk, and falls in mirror image. A path too
@@ -23,7 +23,7 @@ Number = TypeVar("Number", float, Fraction)
 
 
 class SCurveClass(Enum):
-    """The seven classes of the seed's table 1; the value is the number of segments."""
+    """The seven classes of the paper's table 1; the value is the number of segments."""
 
     SEVEN_SEGMENT = 7
     SIX_SEGMENT = 6

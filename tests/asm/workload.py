@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Programs for the scheduler's tests: random graphs, and the tracking law in the shape of robot.md
-sections 2-4.
+"""Programs for the scheduler's tests: random graphs, and the tracking law in the shape of
+docs/law.md.
 """
 
 from __future__ import annotations

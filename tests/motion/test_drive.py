@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Drive of seed 001: against scipy's integrator and systems, theory, and the seed's figures."""
+"""Drive of the CNC paper: against scipy's integrator and systems, theory, its own figures."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def test_tuned_k2__is_the_lag(drive):
     assert tune(drive, ThereAndBack(acceleration=1.0)) == pytest.approx(drive.lag, rel=1e-6)
 
 
-# ---------------------------------------------------------------------- the seed's chain
+# ---------------------------------------------------------------------- the paper's chain
 
 
 def test_published_chain__every_bound_kept_but_one_by_the_stated_margin():
@@ -148,7 +148,7 @@ def test_no_feed_forward__error_is_proportional_to_speed():
 def test_each_feed_forward_is_better__s_curve_takes_the_spikes_away():
     none, velocity, both = (run(case).peak_error for case in range(3))
     assert both < velocity / 4 < none / 80
-    # the seed's side effect: acceleration steps become current spikes, more so in case c
+    # the paper's side effect: acceleration steps become current spikes, more so in case c
     assert run(2).peak_jerk > 2 * run(1).peak_jerk
     assert run(2).peak_jerk > 5 * run(2, 0.02).peak_jerk
 

@@ -72,7 +72,7 @@ def test_lookahead_document__becomes_rows__apex_beyond_p_differs():
         "figure 6": corners,
     }
     rows = show.rows_of("lookahead_figures", document)
-    # Each time and apex beside the seed's and LinuxCNC's: 5.51 s and 5.1 um are beyond the seed's
+    # Each time and apex beside the paper's and LinuxCNC's: 5.51 s and 5.1 um are beyond the paper's
     # (and LinuxCNC's time), 5.1 um is within LinuxCNC's apex.
     assert [row["agrees"] for row in rows] == [
         *(False, False, True),
@@ -99,7 +99,7 @@ def test_a_figure_that_differs__is_shown_as_such():
 
 @pytest.fixture
 def quick(monkeypatch):
-    """A move of 60 ms in the place of the seed's."""
+    """A move of 60 ms in the place of the paper's."""
     monkeypatch.setattr(show_rtl, "FIGURE_12", QUICK)
     return seed_plan(**QUICK)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""SCurve against the figures of seed 002 and against an exact rational integration by phases."""
+"""SCurve against the figures of the S-curve paper and an exact rational integration by phases."""
 
 import math
 

@@ -29,7 +29,7 @@ def test_command__optimal_mode__prints_both_times(tmp_path, capsys):
     file = tmp_path / "move.json"
     short = [*MOVE[:-1], "120"]
     assert main([*short, "--optimal", "--json", str(file)]) == 0
-    assert "with set times as in seed 002: 1.2 s" in capsys.readouterr().out
+    assert "with set times as in the S-curve paper: 1.2 s" in capsys.readouterr().out
     document = json.loads(file.read_text())
     assert document["total_time"] <= 0.63 and document["seed_mode_time"] == 1.2
     limits = ["--acceleration", "1000", "--jerk", "1e4", "--ve", "50"]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The exact planner against the seed's figures and an independent rational integration."""
+"""The exact planner against the paper's figures and an independent rational integration."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ ALL_NUMBERS = [*numbers_of_figure_3(""), *numbers_of_figure_12(""), *numbers_of_
 
 @pytest.mark.parametrize("result", ALL_NUMBERS, ids=lambda r: f"fig{r.figure}-{r.name}")
 def test_plan__number_of_a_figure__is_the_one_printed(result):
-    assert result.agrees, f"{result.ours!r}, the seed has {result.seed}"
+    assert result.agrees, f"{result.ours!r}, the paper has {result.seed}"
 
 
 def test_printed__next_digit__is_not_the_same():

@@ -200,7 +200,7 @@ def test_pulse_in_the_last_clock_of_a_move__no_interrupt_before_it(motion):
 
 
 def seed_rule(plan: SeedPlan, pulses: int) -> float:
-    """Duration [s] of a move by the seed's rule, simulated in floating point microseconds."""
+    """Duration [s] of a move by the paper's rule, simulated in floating point microseconds."""
     phases = plan.phases
     reach = [-((-phase.end.position * pulses) // 1) if phase.duration else None for phase in phases]
     active = [i for i, value in enumerate(reach) if phases[i].displacement]
