@@ -7,6 +7,7 @@ table between its marks.
 
 from __future__ import annotations
 
+import argparse
 import re
 import sys
 import tempfile
@@ -52,6 +53,7 @@ def row(program: Path, backend: str) -> str:
 
 def main() -> int:
     """Measure and write."""
+    argparse.ArgumentParser(description=__doc__).parse_args()
     rows = [
         "| program | backend | inputs | outputs | cycles | ticks/s, `tick` | ticks/s, `batch` |",
         "| --- | --- | --- | --- | --- | --- | --- |",

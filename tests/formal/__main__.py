@@ -11,7 +11,10 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
-import bitwuzla
+try:
+    import bitwuzla
+except ModuleNotFoundError:
+    sys.exit("python -m tests.formal: no solver is installed here; `make formal` installs it")
 from rich.console import Console
 
 from tests.formal.catalogue import Fault, Proof

@@ -1,0 +1,205 @@
+# SPDX-License-Identifier: Apache-2.0
+"""README and docs as a newcomer reads them: commands exist and take their options, the quick ones
+run, programs assemble, Python runs."""
+
+from __future__ import annotations
+
+import os
+import re
+import runpy
+import subprocess
+import sys
+
+import pytest
+
+from asip_asm.assemble import assemble
+from scripts.doc_blocks import code_blocks
+from sim.harness.build import ROOT, verilator_driver
+from tests.docs.commands import (
+    PAGES,
+    Command,
+    block_commands,
+    inline_commands,
+    names_of_tests,
+    programs,
+    shell_lines,
+)
+
+MAKEFILE = (ROOT / "Makefile").read_text(encoding="utf-8")
+CONSOLE = dict(
+    re.findall(r'^([\w-]+) = "([\w.]+):main"$', (ROOT / "pyproject.toml").read_text(), re.M)
+)
+# Beginnings of the commands in blocks that are not run here, each with its reason.
+NOT_RUN = {
+    "make run": "minutes: the main job, tests/run",
+    "make test": "is what runs this",
+    "make motion": "minutes",
+    "make dual": "minutes",
+    "make nios-toolchain": "builds a cross compiler",
+    "make nios-sw": "needs the cross compiler",
+    "nios": "needs the cross compiler or a model that takes minutes to build",
+    ".venv/bin/python scripts/synth_unit.py": "needs Yosys, minutes",
+    ".venv/bin/python -m sim.motion.show": "minutes",
+    ".venv/bin/python -m sim.motion.stress": "minutes without --count",
+    ".venv/bin/python -m sim.harness.nios_profile": "builds another model, minutes",
+    "python -m sim.dual": "builds another model, minutes",
+    "python -m sim.motion.gcode_oracle": "needs LinuxCNC's interpreter, tests/motion",
+    "python -m sim.motion.lookahead --figures": "a minute, tests/motion",
+    "python -m sim.motion.planner --figures": "a minute, tests/motion",
+    "cc ": "a fragment, its main.c is the reader's; own_machine.md has a whole one",
+    "yosys": "is not part of this set-up, tests/fpu",
+}
+BLOCKS = [command for command in block_commands()]
+EVERY = [*BLOCKS, *inline_commands()]
+RUN = [c for c in BLOCKS if not any(c.text.startswith(start) for start in NOT_RUN)]
+TESTS = names_of_tests()
+
+
+@pytest.fixture(scope="module")
+def checkout(tmp_path_factory):
+    """A folder that looks like the checkout, with a build folder and part programs of its own."""
+    root = tmp_path_factory.mktemp("checkout")
+    for path in ROOT.iterdir():
+        if path.name not in ("build", ".git"):
+            (root / path.name).symlink_to(path)
+    (root / "part.ngc").write_text((ROOT / "sim/paths/circle.ngc").read_text())
+    (root / "tool.tbl").write_text("T1 P1 D6.0 Z10.0\n")
+    for page in PAGES:
+        for block in code_blocks(page):
+            if block.title:
+                (root / block.title).write_text(block.text)
+    return root
+
+
+def environment() -> dict[str, str]:
+    """As after `. .venv/bin/activate`, Verilator on the path."""
+    path = [str(ROOT / ".venv/bin"), str(verilator_driver().parent), os.environ["PATH"]]
+    return {**os.environ, "PATH": os.pathsep.join(path), "MICROTICK": str(ROOT)}
+
+
+def test_lists__hold_something_and_no_reason_is_left_over():
+    assert len(RUN) > 8 and len(EVERY) > 100 and len(TESTS) > 1000
+    texts = [command.text for command in BLOCKS]
+    for start in NOT_RUN:
+        assert any(text.startswith(start) for text in texts), f"'{start}' is in no block any more"
+
+
+@pytest.mark.parametrize("command", RUN, ids=str)
+def test_command_of_a_block__runs(command, checkout):
+    done = subprocess.run(
+        ["sh", "-ec", command.text],
+        cwd=checkout,
+        env=environment(),
+        capture_output=True,
+        text=True,
+        timeout=600,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize("block", list(programs()), ids=str)
+@pytest.mark.parametrize("configuration", ["fast", "small"])
+def test_program__assembles(block, configuration, tmp_path):
+    path = tmp_path / "program.s"
+    path.write_text(block.text)
+    assert assemble(path, configuration=configuration).bundles
+
+
+PYTHON = [block for page in PAGES for block in code_blocks(page) if block.language == "python"]
+
+
+@pytest.mark.parametrize("block", PYTHON, ids=str)
+def test_python_block__runs(block, checkout):
+    command = [sys.executable, "-c", block.text]
+    done = subprocess.run(command, cwd=checkout, capture_output=True, text=True, timeout=600)
+    assert done.returncode == 0, done.stderr
+
+
+def findings_of_make(command: Command) -> list[str]:
+    """What the Makefile and the tests do not have of a command."""
+    targets = re.findall(r"^([a-z-]+):.*## ", MAKEFILE, re.M)
+    findings, values = [], {}
+    for word in command.words[1:]:
+        name, equals, value = word.partition("=")
+        values[name] = value
+        if not equals and name not in targets:
+            findings.append(f"no target {name}")
+        if equals and not re.search(rf"\$\({name}\)", MAKEFILE):
+            findings.append(f"no variable {name}")
+    if {"test", "test-full"} & set(values):
+        for test in values.get("T", "").lower().split(" or "):
+            if not any(test in name for name in TESTS):
+                findings.append(f"no test for T={test}")
+    file = values.get("GCODE") or values.get("ROBOT")
+    if file and not (ROOT / file).exists():
+        findings.append(f"no file {file}")
+    return [f"{command}: {finding}" for finding in findings]
+
+
+def test_make__targets_variables_files_and_tests_exist():
+    commands = [c for c in EVERY if c.words and c.words[0] == "make"]
+    assert [text for command in commands for text in findings_of_make(command)] == []
+
+
+def test_make__findings__of_a_command_that_is_gone():
+    gone = Command("page.md", "make tset T=no_such_test GCODE=gone.ngc COLOUR=red")
+    assert len(findings_of_make(gone)) == 3
+    assert len(findings_of_make(Command("page.md", "make test T=no_such_test"))) == 1
+
+
+def python_of(command: Command) -> tuple[str, list[str]] | None:
+    """What the command runs: a module, or a script with a slash in it; None for neither."""
+    words = command.words
+    name = words[0].rpartition("/")[2]
+    if name in CONSOLE:
+        return CONSOLE[name], words[1:]
+    if name == "pytest" or words[1:3] == ["-m", "pytest"]:
+        return None
+    if name == "python" and words[1:2] == ["-m"]:
+        return words[2], words[3:]
+    return (words[1], words[2:]) if name == "python" and len(words) > 1 else None
+
+
+def with_options(commands: list[Command]) -> list[Command]:
+    """One command for each set of options of a module."""
+    found = {}
+    for command in commands:
+        target = python_of(command) if command.words else None
+        if target:
+            options = tuple(word for word in target[1] if word.startswith("-"))
+            found.setdefault((target[0], options), command)
+    return list(found.values())
+
+
+@pytest.mark.filterwarnings("ignore:.*found in sys.modules")
+@pytest.mark.parametrize("command", with_options(EVERY), ids=str)
+def test_python__module_or_script_exists_and_takes_its_options(command, monkeypatch, capsys):
+    """`--help` behind the options: they are read, and refused if they are unknown, before it."""
+    module, words = python_of(command)
+    monkeypatch.setattr(sys, "argv", [module, *words, "--help"])
+    monkeypatch.chdir(ROOT)
+    run = runpy.run_path if "/" in module else runpy.run_module
+    with pytest.raises(SystemExit) as stop:
+        run(module, run_name="__main__")
+    shown = capsys.readouterr()
+    if "make formal" in str(stop.value.code):  # the cure, where the solver is missing
+        return
+    assert stop.value.code in (0, None) and "usage:" in shown.out, shown.err
+
+
+def test_shell_block__with_an_unknown_command__is_not_overlooked():
+    """Blocks without a language whose lines start with a command are shell blocks throughout."""
+    for command in BLOCKS:
+        assert re.match(r"(make|python|cc|verilator|yosys|nios|asip|\.venv/bin/)", command.text), (
+            command
+        )
+
+
+def test_fragments__are_the_only_blocks_left():
+    left = [
+        block
+        for page in PAGES
+        for block in code_blocks(page)
+        if block.language in ("", "sh") and not shell_lines(block) and ".output" not in block.text
+    ]
+    assert all(re.search(r"[{|]|->", block.text) for block in left), left
