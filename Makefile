@@ -75,12 +75,14 @@ gen: $(READY) ## regenerate packages, headers and reference pages from their sou
 	$(PY) scripts/gen.py
 	$(PY) scripts/gen_custom.py
 	$(PY) scripts/gen_n2_isa.py
+	$(PY) scripts/gen_robot_page.py
 	$(PY) scripts/gen_nios_system.py
 
 gen-check: $(READY) ## refuse generated files that differ from their sources
 	@$(PY) scripts/gen.py --check
 	@$(PY) scripts/gen_custom.py --check
 	@$(PY) scripts/gen_n2_isa.py --check
+	@$(PY) scripts/gen_robot_page.py --check
 	@$(PY) scripts/gen_nios_system.py --check
 
 motion: $(READY) ## the motion front-end: figures of the papers, drive study, RTL, on one page (RUN=full)

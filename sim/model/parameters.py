@@ -30,6 +30,7 @@ LEAST_HEIGHT = 0.25  # of z_min, in R
 SAMPLES_PER_BANDWIDTH = 50  # control periods per period of a loop's bandwidth, at least
 
 _SIZE = "the error bounds hold for machines of this size"
+_PLANNED = "the look-ahead planner computes with such limits"
 _RANGE = "products of parameters stay far inside the range of binary32"
 
 
@@ -55,15 +56,15 @@ class Robot:
     y_max: float = _parameter("m", 1e-3, 1.9, _SIZE)
     z_min: float = _parameter("m", 0.05, 1.9, _SIZE)
     z_max: float = _parameter("m", 0.05, 1.9, _SIZE)
-    v_max_tool: float = _parameter("m/s", 1e-6, 1e12)
-    a_max_tool: float = _parameter("m/s^2", 1e-6, 1e12)
-    j_max_tool: float = _parameter("m/s^3", 1e-6, 1e12)
-    v_max_leg: float = _parameter("m/s", 1e-6, 1e12)
-    a_max_leg: float = _parameter("m/s^2", 1e-6, 1e12)
-    j_max_leg: float = _parameter("m/s^3", 1e-6, 1e12)
-    v_max_table: float = _parameter("rad/s", 1e-6, 1e12)
-    a_max_table: float = _parameter("rad/s^2", 1e-6, 1e12)
-    j_max_table: float = _parameter("rad/s^3", 1e-6, 1e12)
+    v_max_tool: float = _parameter("m/s", 1e-6, 1e12, _PLANNED)
+    a_max_tool: float = _parameter("m/s^2", 1e-6, 1e12, _PLANNED)
+    j_max_tool: float = _parameter("m/s^3", 1e-6, 1e12, _PLANNED)
+    v_max_leg: float = _parameter("m/s", 1e-6, 1e12, _PLANNED)
+    a_max_leg: float = _parameter("m/s^2", 1e-6, 1e12, _PLANNED)
+    j_max_leg: float = _parameter("m/s^3", 1e-6, 1e12, _PLANNED)
+    v_max_table: float = _parameter("rad/s", 1e-6, 1e12, _PLANNED)
+    a_max_table: float = _parameter("rad/s^2", 1e-6, 1e12, _PLANNED)
+    j_max_table: float = _parameter("rad/s^3", 1e-6, 1e12, _PLANNED)
     m_s: float = _parameter("kg", 0.0, 1e4)
     m_p: float = _parameter("kg", 1e-3, 1e4)
     J_a: float = _parameter("kg m^2", 0.0, 1e4)

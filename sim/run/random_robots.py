@@ -23,7 +23,7 @@ from sim.harness.build import BuildError
 from sim.harness.nios_image import ImageError
 from sim.model.parameters import ParameterError, Robot
 from sim.model.records import SetPoints
-from sim.run import closed_loop
+from sim.run import closed_loop, nios
 from sim.run.controller import AsipController, ControllerFault
 from sim.run.results import compare, worst_of_bound
 
@@ -144,13 +144,16 @@ def examine(seed: int, number: int, ticks: int = TICKS) -> Outcome:
     for name, program in ASIP.items():
         image = assemble(PROGRAMS / f"{program}.s", configuration="fast", defines=robot.values())
         fractions[name] = _worst(robot, path, AsipController(image), name == OPTIMISED)
+    for platform in nios.SAMPLES:
+        controller = nios.NiosController(platform, robot)
+        fractions[platform.upper()] = _worst(robot, path, controller, False)
     return Outcome(number, robot, fractions)
 
 
 def _worst(
     robot: Robot,
     path: SetPoints,
-    controller: AsipController,
+    controller: AsipController | nios.NiosController,
     optimised: bool,
 ) -> float:
     recording = closed_loop.run(robot, path, controller, lambda ticks: None)
