@@ -31,7 +31,7 @@ asip-as asip_asm/programs/tracking_optimised.s -D m_s=15 -o build/heavy.asip.jso
 
 Nothing else has to be run: programs are assembled with the file's values, the Nios II images get
 them as data when they are loaded, and every planner takes the control period and the limits of
-speed, acceleration and jerk from the file. A change of `sim/robot.toml` itself acts in the same way.
+speed, acceleration and jerk from the file. A change of `sim/robot.toml` itself acts likewise.
 `build/results.json` tells the file and the values of a run.
 
 Every file has all parameters, each with unit and meaning. A value outside its limits stops the
