@@ -350,7 +350,7 @@ def _draw_servo(output: Path) -> None:
         run = drive_servo.load_step(drive_servo.Servo(reading=reading))
         way = run.angle / drive_servo.TURN * drive_servo.PITCH * 1e6
         rows[0].plot(run.t * 1e3, way, lw=0.9, label=reading)
-    rows[0].axhline(-SEED_TRANSIENT * 1e6, color="0.5", ls="--", lw=0.8, label="seed, peak")
+    rows[0].axhline(-SEED_TRANSIENT * 1e6, color="0.5", ls="--", lw=0.8, label="published, peak")
     rows[0].set(xlabel="time [ms]", ylabel="deviation [µm]", title="Load step of 1.8 N·m")
     run = drive_servo.increments(drive_servo.Servo(), drive_servo.LOAD_TORQUE)
     per_load = drive_servo.MOTOR_COUNTS / drive_servo.LOAD_COUNTS

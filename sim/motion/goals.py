@@ -610,11 +610,18 @@ def compare_goal(counts: Counts) -> Measured:
 
 def printed(goals: Sequence[Goal]) -> Table:
     """The goals for people."""
-    shown = Table(title="Motion front-end: goals", box=box.SIMPLE_HEAD, padding=(0, 1))
-    for title in ("feature", "seed", "goal", "ours", ""):
+    shown = Table(
+        title="Motion front-end: goals",
+        box=box.SIMPLE_HEAD,
+        padding=(0, 1),
+        caption="What each part is to reach: as the papers have it, as this project wants it, and "
+        "what this run has measured, with the command for what takes too long for it.",
+        caption_justify="left",
+    )
+    for title in ("feature", "published", "goal", "ours", ""):
         shown.add_column(title)
     for goal in goals:
-        verdict = {True: "met", False: "NOT MET", None: ""}[goal.met]
+        verdict = {True: "met", False: "[red]NOT MET[/]", None: ""}[goal.met]
         ours = goal.ours or f"see {goal.command}"
         shown.add_row(goal.feature, goal.seed, escape(goal.goal), escape(ours), verdict)
     return shown

@@ -25,6 +25,7 @@ from sim.motion.moves import Motion, Move
 
 FloatArray = NDArray[np.float64]
 
+PATH_FILE, CORNER_FILE = "lookahead_path.svg", "lookahead_corner.svg"
 CHORDS = 84
 CIRCUMFERENCE_MM = 362.0
 # Of LinuxCNC 2.9.0~pre1 (Debian 12), run headless on these programs with the same limits, without
@@ -90,7 +91,7 @@ def figures(output: Path) -> dict[str, Any]:
             "jerk limited": time,
             "steps of acceleration": run(moves, stepped)[1],
         }
-    _draw_path(output / "lookahead_path.svg", paths, base.period)
+    _draw_path(output / PATH_FILE, paths, base.period)
     views: dict[str, FloatArray] = {}
     corner = np.array([SEED_CORNER_MM, 0.0])
     views["G61"] = run(without_approach(corner_program("G61")), base)[0]
@@ -109,7 +110,7 @@ def figures(output: Path) -> dict[str, Any]:
                 "time [s]": time,
             }
         )
-    _draw_corner(output / "lookahead_corner.svg", views)
+    _draw_corner(output / CORNER_FILE, views)
     file = output / "lookahead.json"
     file.write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
     return document

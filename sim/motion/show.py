@@ -25,23 +25,28 @@ from rich.table import Table
 from sim.harness.build import BuildError
 from sim.harness.motion_rtl import MotionError
 from sim.model.parameters import ParameterError, Robot
-from sim.motion import drive_figures, goals, lookahead_figures, show_path, show_rtl
+from sim.motion import drive_figures, goals, lookahead_figures, show_page, show_path, show_rtl
 from sim.motion.command import add_robot_option, interruptible
 from sim.motion.drive_robot import PAYLOAD
 from sim.motion.planner_figures import Result, printed
-from sim.page.document import Page
 from sim.run.progress import TickProgress
 
 ROOT = Path(__file__).resolve().parents[2]
 # Modules with `figures(output) -> results`; results have the fields of planner_figures.Result, or
 # are a document that has an entry in READERS.
 FIGURES = ("planner_figures", "lookahead_figures", "drive_figures")
-LOOKAHEAD_PATH, LOOKAHEAD_CORNER = "lookahead_path.svg", "lookahead_corner.svg"
-TITLE = "Microtick: motion front-end"
-LEAD = (
-    "From a G-code text to set-points for a controller, or to step and direction lines of drives."
-)
+LOOKAHEAD_PATH = lookahead_figures.PATH_FILE
+LOOKAHEAD_CORNER = lookahead_figures.CORNER_FILE
+PAPERS = {"001": "CNC", "002": "S-curve"}  # as they are called on the page and in docs/sources.md
 WIDTH = 160  # of a log
+CAPTION = (
+    "Every number that the papers print, or that follows from them, beside ours. “is”: stated in "
+    "the paper's text; derived by hand from its formulas; theory; an estimate; a goal of our own; "
+    "or what LinuxCNC does with the same program. docs/motion.md says why a number differs. Signs: "
+    "L path length, tr acceleration time, tm time in which the acceleration grows, v'm speed "
+    "reached, L_alpha and L_beta shortest lengths with full speed and with any acceleration, am "
+    "greatest acceleration, J jerk, Sk and Tk way and time of phase k."
+)
 ABSENT = "{name} is not part of this version: its figures are left out"
 
 
@@ -105,22 +110,26 @@ READERS = {"lookahead_figures": read_lookahead}
 
 
 def table_of(rows: list[dict[str, Any]]) -> Table:
-    """Figure, quantity, the seed's value or our goal and which of the two it is, ours."""
+    """Figure, quantity, the published value or our goal and which of the two it is, ours."""
     table = Table(
-        title="Motion front-end: figures of the seeds and ours", box=box.SIMPLE_HEAD, padding=(0, 1)
+        title="Motion front-end: published figures and ours",
+        box=box.SIMPLE_HEAD,
+        padding=(0, 1),
+        caption=CAPTION,
+        caption_justify="left",
     )
-    for title in ("figure", "quantity", "seed", "is", "ours", ""):
-        right = title in ("seed", "ours")
+    for title in ("paper, figure", "quantity", "published", "is", "ours", ""):
+        right = title in ("published", "ours")
         table.add_column(title, justify="right" if right else "left", no_wrap=title != "quantity")
     for row, following in zip(rows, [*rows[1:], None], strict=True):
-        paper = f"{row['paper']} " if row["paper"] else ""
+        paper = PAPERS.get(row["paper"], "")
         table.add_row(
-            f"{paper}{row['figure']}",
+            f"{paper} {row['figure']}".strip(),
             escape(f"{row['name']} [{row['unit']}]" if row["unit"] else row["name"]),
             row["seed"],
             row.get("source", ""),
             f"{row['ours']:.6g}",
-            ("agrees" if row["agrees"] else "DIFFERS") if row["seed"] else "",
+            ("agrees" if row["agrees"] else "[red]DIFFERS[/]") if row["seed"] else "",
             end_section=following is None or following["file"] != row["file"],
         )
     return table
@@ -217,18 +226,7 @@ def run(arguments: argparse.Namespace, console: Console) -> None:
         "goals": goals.document(features),
     }
     (out / "results.json").write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
-    files = dict.fromkeys(row["file"] for row in rows)
-    drawn = [out / file for file in (*files, drive_figures.FIG_10)]
-    plots = [png if (png := file.with_suffix(".png")).is_file() else file for file in drawn]
-    page = Page(TITLE, LEAD)
-    page.section("Pictures")
-    for plot in plots:
-        if plot.is_file():
-            page.picture(plot, plot.stem)
-    page.section("Tables")
-    for shown in (*([goals.printed(features)] if features else []), table):
-        page.table(shown)
-    page.write(out / "index.html")
+    show_page.write(out, [*([goals.printed(features)] if features else []), table])
     console.print(f"plots and page: {out / 'index.html'}")
     console.print(f"figures:        {out / 'results.json'}")
 

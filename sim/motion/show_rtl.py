@@ -129,7 +129,7 @@ def draw(moves: dict[str, Move], output: Path) -> None:
         rows[1].plot(move.pulses, np.arange(len(ideal)) + 0.5 - ideal, lw=0.9, label=mode)
     t = np.linspace(0.0, float(plan.total_time), 400)
     rows[0].plot(t, plan.sample(t).velocity, "k--", lw=0.7, label="plan")
-    rows[0].set(ylabel="speed [mm/s]", title="Figure 12 of seed 002 from the step line of the RTL")
+    rows[0].set(ylabel="speed [mm/s]", title="Move of figure 12 from the step line of the RTL")
     rows[1].set(ylabel="pulses ahead of the plan", xlabel="time [s]")
     for axis in rows:
         axis.grid(alpha=0.3)

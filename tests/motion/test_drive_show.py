@@ -90,7 +90,7 @@ def test_a_figure_that_differs__is_shown_as_such():
     rows = show.rows_of("test", [good, replace(good, ours=2.0, agrees=False)])
     text = StringIO()
     Console(file=text, width=100).print(show.table_of(rows))
-    assert "002 3" in text.getvalue() and "x [mm]" in text.getvalue()
+    assert "S-curve 3" in text.getvalue() and "x [mm]" in text.getvalue()
     assert text.getvalue().count("DIFFERS") == 1 == text.getvalue().count("agrees")
 
 
