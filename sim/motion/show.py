@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Everything of the motion front-end that can be shown, from one command: `make motion`.
 
-Figures of seeds 001 and 002 drawn anew, the drive and feed-forward study, the front-end as RTL on a
-move of the seed and on a G64 program, and the goals: two tables, results.json, one page with plots.
+Figures of two papers (docs/sources.md) drawn anew, the drive and feed-forward study, the front-end
+as RTL on a move of the S-curve paper and on a G64 program, and the goals: two tables, results.json,
+one page with plots.
 """
 
 from __future__ import annotations
@@ -55,7 +56,7 @@ class ShowError(RuntimeError):
 
 
 def rows_of(module: str, results: Iterable[Any] | dict[str, Any]) -> list[dict[str, Any]]:
-    """Results as dictionaries with the seed's number. Raises ShowError naming what is missing."""
+    """Results as dictionaries with their paper. Raises ShowError naming what is missing."""
     rows = []
     if isinstance(results, dict):
         try:
@@ -79,7 +80,7 @@ def rows_of(module: str, results: Iterable[Any] | dict[str, Any]) -> list[dict[s
 
 
 def read_lookahead(document: dict[str, Any]) -> list[Result]:
-    """Figures 4 to 6 of seed 001 from the document of lookahead_figures. Raises KeyError."""
+    """Figures 4 to 6 of the CNC paper from the document of lookahead_figures. Raises KeyError."""
     found = []
     # As printed: "almost 5 s" and "about 1.5 s", with trapezoids; there is none with limited jerk.
     for key, text in (("without blending [s]", "5"), ("with blending [s]", "1.5")):
@@ -185,7 +186,7 @@ def run(arguments: argparse.Namespace, console: Console) -> None:
     robot = Robot.load(arguments.robot)
     out: Path = arguments.output
     out.mkdir(parents=True, exist_ok=True)
-    console.print("[bold]1/4[/] figures of the seeds: planner, look-ahead, drive")
+    console.print("[bold]1/4[/] figures of the papers: planner, look-ahead, drive")
     rows, absent = _figure_modules(out, console)
     strokes = f"{len(drive_figures.STROKES)} strokes (--full: the whole path)"
     console.print(
@@ -195,8 +196,8 @@ def run(arguments: argparse.Namespace, console: Console) -> None:
     if not arguments.no_robot:
         rows += _robot(robot, out, arguments.full, console)
     console.print(
-        f"[bold]3/4[/] front-end as RTL, figure 12 of seed 002 at {show_rtl.PULSES_PER_MM} "
-        "pulses/mm (us of 100 clocks)"
+        f"[bold]3/4[/] front-end as RTL, figure 12 of the S-curve paper at "
+        f"{show_rtl.PULSES_PER_MM} pulses/mm (us of 100 clocks)"
     )
     if not arguments.no_rtl:
         rows += _rtl(out, console)

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Figure 12 of seed 002 on the motion front-end as RTL, in both velocity modes.
+"""Figure 12 of the S-curve paper on the motion front-end as RTL, in both velocity modes.
 
-The move and its 10 pulses per mm are the seed's. Figures: pulses counted on the step line, duration
-from the release of the records to the interrupt, and the speed of the last interval of pulses.
+The move and its 10 pulses per mm are the paper's. Figures: pulses counted on the step line,
+duration from the release of the records to the interrupt, and the speed of the last interval of
+pulses.
 """
 
 from __future__ import annotations
@@ -23,9 +24,9 @@ MODES = {"time-exact": time_exact, "seed-compatible": seed_compatible}
 TICK_CLOCKS = CLOCK_HZ // 1_000_000
 CHUNK = 5_000_000  # clocks between two progress calls
 FILE = "seed002_fig12_rtl.svg"
-# Estimated from the seed's rule without this RTL: phases end at the ceilings of their displacements
-# and rates change behind a pulse only, so the move ends early and too fast. How the speed at the
-# entry of a phase was set for the estimate is not recorded; here it is the planned one.
+# Estimated from the paper's rule without this RTL: phases end at the ceilings of their
+# displacements and rates change behind a pulse only, so the move ends early and too fast. How the
+# speed at the entry of a phase was set for the estimate is not recorded; here: the planned one.
 ESTIMATE = {"duration": "0.8605", "speed": "15.85"}
 
 
@@ -91,7 +92,7 @@ def last_speed_of_plan(plan: SeedPlan) -> float:
 
 
 def results(moves: dict[str, Move]) -> list[Result]:
-    """Figures beside the plan's (derived from the seed) and the estimate for the seed's rule."""
+    """Figures beside the plan's (derived from the paper) and the estimate for its rule."""
     plan = figure_12()
     wanted = {
         "time-exact": (f"{float(plan.total_time):.4f}", f"{last_speed_of_plan(plan):.2f}"),

@@ -5,17 +5,21 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import os
+import shutil
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from io import StringIO
+from pathlib import Path
 
 import numpy as np
 import pytest
 from rich.console import Console
 
 from sim.harness.motion_rtl import MotionError
-from sim.motion import planner_figures, show, show_rtl
+from sim.motion import planner_figures, show, show_page, show_rtl
 from sim.motion.planner_seed import seed_plan
+from tests.page.browser import SIZES, Browser
 
 QUICK = {"v0": "30", "vm": "200", "tr": "0.02", "tm": "0.005", "length": "8"}
 
@@ -37,6 +41,16 @@ def test_quick_show__table_page_and_results_of_every_present_module(tmp_path, ca
     for file in {row["file"] for row in rows}:
         assert (tmp_path / file).is_file()
         assert f'alt="{file.removesuffix(".svg")}"' in html
+    pictures = sum(
+        f'alt="{Path(f).stem}"' in html for part in show_page.PARTS for f in part.pictures
+    )
+    assert html.rindex("<img") < html.index("<table")  # pictures first
+    if shutil.which("chromium") or os.environ.get("CI") == "true":
+        with Browser() as browser:
+            for size in SIZES:
+                seen = browser.look(tmp_path / "index.html", size)
+                assert seen.errors == [] and seen.page["wide"] == 0
+                assert seen.page["pictures"] == seen.page["images"] == pictures
     differ = [row["name"] for row in rows if not row["agrees"]]
     assert f"{len(rows)} figures, {len(differ)} differ" in printed
 
