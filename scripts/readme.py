@@ -31,7 +31,7 @@ def section(results: dict[str, Any]) -> str:
     fpga3 = results["platforms"]["fpga3"]
     lines = [
         "",
-        f"Path A-G-H, {results['ticks']} ticks of 100 µs.",
+        f"Path A-G-H, {results['ticks']} ticks of {results['robot']['values']['T_s'] * 1e6:g} µs.",
         "",
         "| platform | clock [MHz] | cycles per tick | time per tick [µs] |",
         "| --- | --- | --- | --- |",

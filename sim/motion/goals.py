@@ -29,6 +29,7 @@ from rich.table import Table
 
 from sim.harness.interpolator_rtl import InterpolatorRtl
 from sim.harness.motion_rtl import CLOCK_HZ, RECORDS, MotionRtl
+from sim.model.parameters import Robot
 from sim.motion import lookahead_figures, planner_check, stress
 from sim.motion.gcode_oracle import OracleError, compare_samples
 from sim.motion.lookahead import Lookahead
@@ -168,12 +169,14 @@ def core(counts: Counts) -> Measured:
     names = ("vp", "am", "J", "t1", "t2", "t4", "s1", "s2", "s3")
     curves = [SCurve(*(float(moves[n][k]) for n in PARAMETERS)) for k in range(counts.core)]
     totals = np.array([curve.total_time for curve in curves])
-    ticks = np.rint(totals * 1e4 * rng.random(counts.core)).astype(np.int32)
+    period = Robot.load().T_s
+    ticks = np.rint(totals / period * rng.random(counts.core)).astype(np.int32)
     inputs = {"ticks": ticks, "L": moves["L"], "v0": moves["v0"]}
     inputs |= {name: planned[name] for name in names}
     got = planner_program("planner_sample").batch(inputs).values["p"]
     wanted = [
-        curve.profile(int(tick) * 1e-4).position for curve, tick in zip(curves, ticks, strict=True)
+        curve.profile(int(tick) * period).position
+        for curve, tick in zip(curves, ticks, strict=True)
     ]
     worst = float(np.abs(got - np.array(wanted)).max()) * MICRO
     return f"{worst:.2f} um on {counts.core} moves", worst <= 1.0

@@ -234,7 +234,8 @@ def draw(run: PathRun, output: Path) -> None:
     corner.plot(x[:, 0], x[:, 1], lw=0.9, label="planned")
     corner.plot(y[:, 0], y[:, 1], ".", ms=4, label="from the counted steps")
     corner.plot(0, 0, "kx", label="corner")
-    corner.set(xlabel="X [µm]", ylabel="Y [µm]", title="first corner, every 100 µs", aspect="equal")
+    title = f"first corner, every {run.period * 1e6:g} µs"
+    corner.set(xlabel="X [µm]", ylabel="Y [µm]", title=title, aspect="equal")
     corner.legend(fontsize=8)
     times = np.arange(len(run.points)) * run.period
     joint = joints(run.robot, run.points, run.steps)[0]

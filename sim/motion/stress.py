@@ -74,7 +74,7 @@ def random_moves(seed: int, count: int) -> list[Move]:
 class Outcome:
     """What one program did: `worst` ratio to a limit, and of what; excess over P [m] (Deviation).
 
-    ticks: set-points, 100 us each.
+    ticks: set-points.
     """
 
     seed: int

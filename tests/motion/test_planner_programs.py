@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from sim.iss import Iss
+from sim.model.parameters import Robot
 from sim.motion.planner_check import random_core_moves
 from sim.motion.planner_core import ERRORS, PARAMETERS, planner_program
 from sim.motion.planner_seed import seed_plan
@@ -18,7 +19,7 @@ from sim.motion.scurve import SCurve, SCurveError
 from tests.motion.planner_moves import SEED
 
 MICROMETRE = 1e-6
-TICK = 1e-4
+TICK = Robot.load().T_s
 MOVES = 3000
 DATA = ("vp", "am", "J", "t1", "t2", "t4", "s1", "s2", "s3")
 # One division and its operands, a handful of roundings of 2^-24 each.
