@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import base64
 import html
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import plotly.graph_objects as go
@@ -88,6 +88,11 @@ class Page:
             for name, value in figures.items()
         )
         self._parts.append(f'<div class="key">{boxes}</div>')
+
+    def alarm(self, sentence: str, cases: Sequence[str]) -> None:
+        """What is not as it must be: a sentence, and each case."""
+        items = "".join(f"<li>{html.escape(case)}</li>" for case in cases)
+        self._parts.append(f'<div class="beyond">{html.escape(sentence)}<ul>{items}</ul></div>')
 
     def facts(self, facts: Mapping[str, str]) -> None:
         """A list of name and value."""

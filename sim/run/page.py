@@ -57,6 +57,9 @@ def write(out: Path, shown: Shown) -> None:
         plots.errors(shown.robot, shown.desired, first, out / "tracking_errors.png")
         plots.forces(shown.robot, first, out / "forces.png")
     page = Page(TITLE, LEAD)
+    exceeded = shown.results.get("exceeded", [])
+    if exceeded:
+        page.alarm("Beyond their bounds in this run:", [entry["text"] for entry in exceeded])
     page.key_figures(_key_figures(shown))
     _what_ran(page, shown)
     _figures(page, shown)
@@ -77,9 +80,8 @@ def _key_figures(shown: Shown) -> dict[str, str]:
             f"{timing['time_us']:.3f} µs"
         )
     if "bounds_ok" in shown.results:
-        found["errors of arithmetic within their derived bounds"] = (
-            "all" if shown.results["bounds_ok"] else "NOT ALL"
-        )
+        beyond = len(shown.results.get("exceeded", []))
+        found["comparisons beyond their bound"] = str(beyond) if beyond else "none"
     return found
 
 
@@ -105,8 +107,9 @@ def _what_ran(page: Page, shown: Shown) -> None:
         "date": provenance.now(),
         "commit": provenance.commit(),
     }
-    simulation = shown.results.get("simulation")
-    if simulation:
+    facts |= _path_facts(shown.results.get("path", {}))
+    simulation = shown.results.get("simulation", {})
+    if simulation.get("cycles"):
         facts["simulated"] = (
             f"{simulation['cycles']:,} clock cycles in {simulation['wall_s']:.0f} s"
         )
@@ -116,6 +119,18 @@ def _what_ran(page: Page, shown: Shown) -> None:
         shown.gcode.read_text(encoding="utf-8", errors="replace"),
     )
     page.folded(f"The robot, {shown.robot_file.name}", _robot_table(shown.robot_file))
+
+
+def _path_facts(path: Mapping[str, Any]) -> dict[str, str]:
+    """What became of the corners, and what the speed was limited by, from results.json."""
+    if not path:
+        return {}
+    limits = [f"{name} {share:.0%}" for name, share in path["speed_limited_by"].items()]
+    return {
+        "moves": f"{path['moves']}; between them {path['corners_rounded']} corners rounded, "
+        f"{path['joints_smooth']} smooth, {path['stops']} stops; {path['rests_s']:g} s of rests",
+        "speed limited by": ", ".join(limits[:4]) + " of the time" if limits else "nothing",
+    }
 
 
 def _named(file: Path) -> str:

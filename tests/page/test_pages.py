@@ -15,7 +15,7 @@ from sim.page.curves import envelope, framed, panels
 from sim.page.document import Page
 from sim.run import page
 from tests.page.browser import SIZES, Browser
-from tests.page.run_example import PEAK_M, shown
+from tests.page.run_example import PEAK_M, RESULTS, shown
 
 ROOT = Path(__file__).resolve().parents[2]
 CIRCLE = ROOT / "sim/paths/circle.ngc"
@@ -111,6 +111,25 @@ def test_run_page__says_what_ran(run_page):
         "ticks of 100 µs",
     ):
         assert said in text
+
+
+def test_run_page__comparison_beyond_its_bound__said_at_the_top(tmp_path):
+    results = RESULTS | {
+        "bounds_ok": False,
+        "exceeded": [{"in": "nios", "row": "F1", "text": "fpga1: F1 <differs>"}],
+        "path": {
+            **{"moves": 9, "corners_rounded": 1, "joints_smooth": 2, "stops": 3, "rests_s": 0.5},
+            "speed_limited_by": {"feed": 0.75, "jerk": 0.25},
+        },
+    }
+    for name, data in (("bad", results), ("good", results | {"bounds_ok": True, "exceeded": []})):
+        (tmp_path / name).mkdir()
+        page.write(tmp_path / name, shown(CIRCLE, recorded=False, results=data))
+        text = (tmp_path / name / "index.html").read_text()
+        assert ("<li>fpga1: F1 &lt;differs&gt;</li>" in text) == (name == "bad")
+        assert ("<b>none</b>comparisons beyond" in text) == (name == "good")
+    assert "1 corners rounded, 2 smooth, 3 stops; 0.5 s of rests" in text
+    assert "feed 75%, jerk 25% of the time" in text
 
 
 def test_run_page__without_a_whole_run__path_only(tmp_path):
