@@ -3,11 +3,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import logging
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from asip_asm.allocate import AllocationError, allocate_registers
-from asip_asm.diagnostics import AssemblyError, Diagnostic, Reporter
+from asip_asm.diagnostics import AssemblyError, Diagnostic, Reporter, report_text
 from asip_asm.encode import EncodeError, encode_program
 from asip_asm.image import Image
 from asip_asm.ir import Program
@@ -15,7 +16,14 @@ from asip_asm.isa import default_isa
 from asip_asm.machine import BRANCHES, Machine, load_machine
 from asip_asm.parser import parse_file
 from asip_asm.resolve import resolve
-from asip_asm.schedule import ScheduleError, bundle_in_order, schedule_program
+from asip_asm.schedule import (
+    ScheduleError,
+    SizeError,
+    bundle_in_order,
+    check_size,
+    schedule_program,
+)
+from asip_asm.search import Progress
 
 
 def assemble(
@@ -27,7 +35,10 @@ def assemble(
     include_path: Sequence[Path] = (),
     params: Path | None = None,
 ) -> Image:
-    """Image of the program in a source file; arguments and errors of `build_program`."""
+    """Image of the program in a source file; arguments and errors of `build_program`.
+
+    Warnings go to the logger 'asip_asm', which shows them on standard error unless configured.
+    """
     program, machine = build_program(
         path,
         configuration=configuration,
@@ -36,6 +47,8 @@ def assemble(
         include_path=include_path,
         params=params,
     )
+    if program.warnings:
+        logging.getLogger("asip_asm").warning("%s", report_text(program.warnings))
     return encode(program, machine, path)
 
 
@@ -47,13 +60,15 @@ def build_program(
     defines: Mapping[str, str | float] | None = None,
     include_path: Sequence[Path] = (),
     params: Path | None = None,
+    progress: Callable[[Progress], None] | None = None,
 ) -> tuple[Program, Machine]:
     """The program of a source file in bundles, with its registers, and its machine.
 
     `configuration`: 'fast' or 'small'; None leaves the choice to the file. `optimise`: False keeps
     one operation per bundle in the order written. `defines` replaces values of parameters
-    (`.param`); `params` is read in place of the files that `.params` names. Raises AssemblyError
-    for errors of the source text, OSError if the file cannot be read.
+    (`.param`); `params` is read in place of the files that `.params` names; `progress` is called
+    during the search for a schedule. Raises AssemblyError for errors of the source text, OSError if
+    the file cannot be read.
     """
     program = parse_program(
         path,
@@ -64,11 +79,14 @@ def build_program(
     )
     machine = load_machine(program.configuration)
     try:
+        check_size(program, machine, default_isa().program_bundles)
         if optimise:
-            schedule_program(program, machine)
+            schedule_program(program, machine, progress=progress)
         else:
             bundle_in_order(program, machine)
         allocate_registers(program, machine)
+    except SizeError as error:
+        raise AssemblyError([Diagnostic(None, f"{path}: {error}", error.help)]) from None
     except ScheduleError as error:
         raise AssemblyError([Diagnostic(None, str(error))]) from None
     except AllocationError as error:

@@ -14,8 +14,9 @@ WORDS_PER_LINE = 6
 CODE_SPAN = 64  # registers of a bank code
 
 
-def to_c(image: Image) -> str:
-    """C99 text to be included by one source file; every name starts with the program's title.
+def to_c(image: Image, prefix: str = "") -> str:
+    """C99 text to be included by one source file; every name starts with `prefix`, an identifier,
+    or without it with the program's title.
 
     Title "leg length", input x: `leg_length_image` and LEG_LENGTH_INPUT_X. Characters that C does
     not know become '_'; a name taken already gets a number behind it. Exported inputs are left out:
@@ -23,7 +24,7 @@ def to_c(image: Image) -> str:
     """
     isa = default_isa()
     configuration = isa.configurations[image.configuration]
-    prefix = identifier(image.title) or "program"
+    prefix = prefix or identifier(image.title) or "program"
     exports = [export for export in image.exports if export.register[0] in "abc"]
     safe = [0] * (1 + max((output.index for output in image.outputs), default=-1))
     for output in image.outputs:

@@ -4,16 +4,22 @@
 from __future__ import annotations
 
 import argparse
+import re
 import sys
+import time
 from pathlib import Path
 
 from asip_asm.assemble import build_program, encode
 from asip_asm.c_image import to_c
-from asip_asm.diagnostics import AssemblyError
+from asip_asm.command import run_command
+from asip_asm.diagnostics import AssemblyError, closest, report_text
+from asip_asm.files import refuse_overwriting
 from asip_asm.image import MEMORY_FORMATS, Image
 from asip_asm.isa import default_isa
+from asip_asm.lint import WARNINGS
 from asip_asm.listing import listing, symbols
 from asip_asm.report import report_program
+from asip_asm.search import Progress
 
 FORMATS = {"json": Image.dumps, "c": to_c} | MEMORY_FORMATS
 EPILOG = """examples:
@@ -29,6 +35,14 @@ exit status: 0 assembled, 1 errors in the source text or a file, 2 wrong command
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; returns its exit status."""
     options = parse_arguments(arguments)
+    return run_command("asip-as", lambda: _assemble(options))
+
+
+def _assemble(options: argparse.Namespace) -> int:
+    output = options.output or _default_output(options.source, options.format)
+    written = [path for path in (output, options.listing, options.symbols) if path]
+    refuse_overwriting(written, [options.source])
+    progress = _Progress()
     try:
         program, machine = build_program(
             options.source,
@@ -37,29 +51,72 @@ def main(arguments: list[str] | None = None) -> int:
             defines=dict(options.define),
             include_path=options.include,
             params=options.params,
+            progress=progress.show,
         )
+        refuse_overwriting(written, program.files)
         image = encode(program, machine, options.source)
-        text = FORMATS[options.format](image)
-        output = options.output or _default_output(options.source, options.format)
-        _write(output, text)
+        shown = [w for w in program.warnings if f"no-{w.code}" not in options.warnings]
+        if shown:
+            print(report_text(shown), file=sys.stderr)
+        if shown and (options.warn_error or "error" in options.warnings):
+            print(
+                f"asip-as: {_count(len(shown), 'warning')} taken as errors, nothing written",
+                file=sys.stderr,
+            )
+            return 1
+        texts = {output: _text(image, options)}
         if options.listing:
-            _write(options.listing, listing(image))
+            texts[options.listing] = listing(image)
         if options.symbols:
-            _write(options.symbols, symbols(image))
+            texts[options.symbols] = symbols(image)
     except AssemblyError as error:
         count = len(error.diagnostics)
         print(error.report(), file=sys.stderr)
-        print(
-            f"asip-as: {count} error{'' if count == 1 else 's'}, nothing written", file=sys.stderr
-        )
+        print(f"asip-as: {_count(count, 'error')}, nothing written", file=sys.stderr)
         return 1
-    except OSError as error:
-        print(f"asip-as: error: {error.filename}: {error.strerror}", file=sys.stderr)
-        return 1
+    finally:
+        progress.clear()
+    for path, text in texts.items():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
     print(summary(image, output))
     if options.report:
         print(report_program(program, machine).render(), end="")
     return 0
+
+
+def _text(image: Image, options: argparse.Namespace) -> str:
+    if options.format == "c":
+        return to_c(image, options.prefix or "")
+    return FORMATS[options.format](image)
+
+
+class _Progress:
+    """How far the search for a schedule is, on a terminal, from the second `AFTER` on."""
+
+    AFTER = 1.0
+
+    def __init__(self) -> None:
+        self.start = time.monotonic()
+        self.shown = False
+
+    def show(self, state: Progress) -> None:
+        passed = time.monotonic() - self.start
+        if passed < self.AFTER or not sys.stderr.isatty():
+            return
+        self.shown = True
+        left = passed * (state.effort - state.tried) / max(1, state.tried)
+        print(
+            f"\rschedule {state.tried} of {state.effort} tried: {state.cycles} cycles, at least "
+            f"{state.bound}; {left:.0f} s left  ",
+            end="",
+            file=sys.stderr,
+            flush=True,
+        )
+
+    def clear(self) -> None:
+        if self.shown:
+            print("\r\033[K", end="", file=sys.stderr, flush=True)
 
 
 def summary(image: Image, output: Path) -> str:
@@ -139,6 +196,25 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
         help="json: the whole image (default); c: tables for the C driver; others: program memory "
         "alone",
     )
+    parser.add_argument(
+        "--prefix",
+        type=_prefix,
+        metavar="NAME",
+        help="first part of every name with --format c (default: made of the program's title)",
+    )
+    parser.add_argument(
+        "-W",
+        dest="warnings",
+        action="append",
+        default=[],
+        type=_warning_option,
+        metavar="no-CODE",
+        help="switch a warning off (-Wno-unused-input), or take all as errors (-Werror); codes: "
+        + ", ".join(WARNINGS),
+    )
+    parser.add_argument(
+        "--warn-error", action="store_true", help="take warnings as errors, as -Werror does"
+    )
     return parser.parse_args(arguments)
 
 
@@ -157,12 +233,21 @@ def _default_output(source: Path, format_name: str) -> Path:
         "ihex": ".hex",
         "mif": ".mif",
     }
-    return source.with_suffix(suffix[format_name])
+    return source.parent / (source.stem + suffix[format_name])
 
 
-def _write(path: Path, text: str) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(text, encoding="utf-8")
+def _warning_option(text: str) -> str:
+    known = ["error", *(f"no-{code}" for code in WARNINGS)]
+    if text not in known:
+        near = closest(text, known) or f"known are {', '.join(known)}"
+        raise argparse.ArgumentTypeError(f"no warning option '{text}'; {near}")
+    return text
+
+
+def _prefix(text: str) -> str:
+    if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", text):
+        raise argparse.ArgumentTypeError(f"'{text}' is not a C identifier")
+    return text
 
 
 def _count(number: int, noun: str) -> str:

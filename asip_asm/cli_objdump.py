@@ -7,6 +7,7 @@ import argparse
 import sys
 from pathlib import Path
 
+from asip_asm.command import run_command
 from asip_asm.disassemble import DecodeError, disassemble
 from asip_asm.image import Image, ImageError
 from asip_asm.listing import symbols
@@ -26,6 +27,10 @@ def main(arguments: list[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     if not (options.disassemble or options.header or options.symbols or options.reseal):
         parser.error("one of -d, -h, -t, --reseal is needed")
+    return run_command("asip-objdump", lambda: _show(options))
+
+
+def _show(options: argparse.Namespace) -> int:
     try:
         image = Image.load(options.image, sealed=not options.reseal)
         parts = []
@@ -40,9 +45,6 @@ def main(arguments: list[str] | None = None) -> int:
             parts.append(disassemble(image))
     except (ImageError, DecodeError) as error:
         print(f"asip-objdump: error: {error}", file=sys.stderr)
-        return 1
-    except OSError as error:
-        print(f"asip-objdump: error: {error.filename}: {error.strerror}", file=sys.stderr)
         return 1
     sys.stdout.write("\n".join(parts))
     return 0

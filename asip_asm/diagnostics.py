@@ -40,22 +40,26 @@ class Place:
 
 @dataclass(frozen=True)
 class Diagnostic:
-    """One error: `message` says what is wrong, `help` what would be right."""
+    """One error, or the warning of a `code`: `message` says what is wrong, `help` what would be
+    right.
+    """
 
     place: Place | None
     message: str
     help: str = ""
+    code: str = ""
 
     def __str__(self) -> str:
+        headline = f"warning: {self.message} [-W{self.code}]" if self.code else ""
+        headline = headline or f"error: {self.message}"
         if self.place is None:
-            tail = f"\n  help: {self.help}" if self.help else ""
-            return f"error: {self.message}{tail}"
+            return headline + (f"\n  help: {self.help}" if self.help else "")
         line = self.place.line
         text, column = _window(line.text.replace("\t", " "), self.place.column)
         number = f"{line.number:5d}"
         caret = "^" * max(1, min(self.place.length, len(text) - column))
         rows = [
-            f"{line.file}:{line.number}:{self.place.column + 1}: error: {self.message}",
+            f"{line.file}:{line.number}:{self.place.column + 1}: {headline}",
             f"{number} | {text}".rstrip(),
             f"{' ' * len(number)} | {' ' * column}{caret}",
         ]
@@ -73,17 +77,24 @@ class AssemblyError(Exception):
         super().__init__(self.report())
 
     def report(self) -> str:
-        """The errors, each cause once with its further places, `ERRORS_SHOWN` causes in full."""
-        causes: dict[tuple[str, str], list[Diagnostic]] = {}
-        for diagnostic in self.diagnostics:
-            causes.setdefault((diagnostic.message, diagnostic.help), []).append(diagnostic)
-        shown = [str(first) + _again(rest) for first, *rest in list(causes.values())[:ERRORS_SHOWN]]
-        left = sum(len(each) for each in list(causes.values())[ERRORS_SHOWN:])
-        if left:
-            shown.append(f"and {left} more error{'s' if left > 1 else ''}")
-        if len(self.diagnostics) >= ERRORS:
-            shown.append(f"gave up after {ERRORS} errors")
-        return "\n".join(shown)
+        """The errors as `report_text` shows them."""
+        return report_text(self.diagnostics)
+
+
+def report_text(diagnostics: Iterable[Diagnostic]) -> str:
+    """Errors or warnings: each cause once with its further places, the first causes in full."""
+    causes: dict[tuple[str, str], list[Diagnostic]] = {}
+    for diagnostic in diagnostics:
+        causes.setdefault((diagnostic.message, diagnostic.help), []).append(diagnostic)
+    groups = list(causes.values())
+    shown = [str(first) + _again(rest) for first, *rest in groups[:ERRORS_SHOWN]]
+    left = sum(len(group) for group in groups[ERRORS_SHOWN:])
+    if left:
+        kind = "warning" if groups[-1][0].code else "error"
+        shown.append(f"and {left} more {kind}{'s' if left > 1 else ''}")
+    if sum(map(len, groups)) >= ERRORS:
+        shown.append(f"gave up after {ERRORS} errors")
+    return "\n".join(shown)
 
 
 def _again(rest: list[Diagnostic]) -> str:
@@ -121,8 +132,11 @@ class SourceError(Exception):
 
 @dataclass
 class Reporter:
-    """Collects errors of one assembly; one message per place. Gives up after `ERRORS` of them."""
+    """Collects errors and warnings of one assembly; one message per place. Gives up after `ERRORS`
+    errors.
+    """
 
+    warnings: list[Diagnostic] = field(default_factory=list)
     _taken: dict[Diagnostic, None] = field(default_factory=dict)
 
     @property
@@ -136,6 +150,12 @@ class Reporter:
         self._taken[diagnostic] = None
         if len(self._taken) >= ERRORS:
             self.stop()
+
+    def warn(self, code: str, place: Place, message: str, help: str = "") -> None:
+        """A warning, unless the line's comment says `-Wno-<code>: reason`."""
+        allowed = f"-Wno-{code}:" in place.line.text
+        if not allowed and len(self.warnings) < ERRORS:
+            self.warnings.append(Diagnostic(place, message, help, code))
 
     def fatal(self, place: Place | None, message: str, help: str) -> NoReturn:
         """An error behind which it makes no sense to go on. Raises AssemblyError."""

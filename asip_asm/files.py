@@ -29,12 +29,15 @@ def read_bytes(path: Path, limit: int, what: str) -> bytes:
     """
     # Without O_NONBLOCK a pipe without a writer would never open.
     file = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
-    with open(file, "rb") as stream:
+    try:
         mode = os.fstat(file).st_mode
         for is_kind, text in KINDS:
             if is_kind(mode):
                 raise FileRefused(errno.EINVAL, f"{text}, {what} is a regular file", str(path))
-        data = stream.read(limit + 1)
+        with open(file, "rb", closefd=False) as stream:
+            data = stream.read(limit + 1)
+    finally:
+        os.close(file)
     if len(data) > limit:
         raise FileRefused(
             errno.EFBIG, f"larger than {limit} bytes, the most that {what} may have", str(path)

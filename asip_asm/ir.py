@@ -10,6 +10,9 @@ by a `Register`; the encoder turns bundles into words.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from pathlib import Path
+
+from asip_asm.diagnostics import Diagnostic
 
 
 @dataclass(frozen=True)
@@ -157,7 +160,9 @@ class Export:
 
 @dataclass(eq=False)
 class Program:
-    """A whole source file after parsing; `configuration` is 'fast' or 'small'."""
+    """A whole source file after parsing; `configuration` is 'fast' or 'small', `files` are those
+    that were read, `warnings` what the source may not mean.
+    """
 
     title: str = ""
     configuration: str = "fast"
@@ -171,3 +176,5 @@ class Program:
     data: list[int] = field(default_factory=list)
     data_names: dict[str, int] = field(default_factory=dict)
     watchdog: int = 10000
+    files: list[Path] = field(default_factory=list)
+    warnings: list[Diagnostic] = field(default_factory=list)

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from asip_asm.diagnostics import Line, Place, Reporter, SourceError, closest
+from asip_asm.diagnostics import Line, Place, Reporter, SourceError, closest, shortened
 from asip_asm.expression import INT_RANGE, Evaluator, word_bits
 from asip_asm.ir import Register, SourceLine
 from asip_asm.isa import IMMEDIATE_WIDTH, Isa, OperationRecord
@@ -25,6 +25,16 @@ NOUNS = {
     "data": "data memory",
     "register": "a symbolic register",
 }
+
+OTHER_NAMES = {
+    **dict.fromkeys(("load", "ldr", "lw"), "ld"),
+    **dict.fromkeys(("store", "str", "sw"), "st"),
+    **dict.fromkeys(("move", "copy"), "mov"),
+    **dict.fromkeys(("jump", "goto", "b"), "jmp"),
+    **dict.fromkeys(("end", "ret", "stop", "return", "exit"), "halt"),
+    **dict.fromkeys(("mac", "fma", "fmac"), "fmadd"),
+}
+"""What other assemblers call the operations."""
 
 _PHYSICAL = re.compile(r"([abck])([0-9]+)")
 _OUTPUT = re.compile(r"o([0-9]+)")
@@ -48,7 +58,9 @@ class Declaration:
 
 @dataclass(frozen=True)
 class Operand:
-    """Operand as written: kind 'name', 'value' or 'address' (value + index register name)."""
+    """Operand as written: kind 'name', 'value' or 'address' (value + index register name, text is
+    the block of data memory that it names).
+    """
 
     kind: str
     place: Place
@@ -83,7 +95,8 @@ class Source:
     """A parsed file. `exports` holds (name, place, register name or None), `placed` the constants
     that the source puts at a word of bank K, unnamed ones too, `doubtful` the names in statements
     that have an error: what is missing about them is no error of its own; `incomplete` tells that
-    an operation may be missing.
+    an operation may be missing. `used` are the declared names that anything reads, `main_file` is
+    the parsed file as messages show it, `files` are all files that were read.
     """
 
     title: str = ""
@@ -95,6 +108,9 @@ class Source:
     data: list[int] = field(default_factory=list)
     statements: list[Statement] = field(default_factory=list)
     doubtful: set[str] = field(default_factory=set)
+    used: set[str] = field(default_factory=set)
+    main_file: str = ""
+    files: list[Path] = field(default_factory=list)
     incomplete: bool = False
     last_place: Place | None = None
 
@@ -155,6 +171,7 @@ class _Parser:
         self.source = Source()
         self.titled = False
         self.labels: dict[str, Place] = {}
+        self.data_names: list[str] = []
         self.most_operations = isa.program_bundles * max(
             len(each.slots) for each in isa.configurations.values()
         )
@@ -187,7 +204,8 @@ class _Parser:
     def parse(self, path: Path) -> Source:
         pending: list[Token] = []
         pending_lines = 0
-        self.source.last_place = Place(Line(display_path(path), 1, ""))
+        self.source.main_file = display_path(path)
+        self.source.last_place = Place(Line(self.source.main_file, 1, ""))
         for tokens in self.reader.read(path):
             self.source.last_place = tokens[-1].place
             if pending:
@@ -213,6 +231,7 @@ class _Parser:
                     f"-D {name}: the program has no parameter '{name}'",
                     closest(name, known) or "only names declared with .param can be replaced",
                 )
+        self.source.files = self.reader.files
         return self.source
 
     def _statement(self, tokens: list[Token]) -> None:
@@ -298,9 +317,7 @@ class _Parser:
                     token.place, "'halt' is no operation of a bundle", "write it behind the '}'"
                 )
             raise SourceError(
-                token.place,
-                f"unknown operation '{token.text}'",
-                closest(token.text, [*self.isa.operations, "halt", *self.reader.macros]),
+                token.place, f"unknown operation '{shortened(token.text)}'", self._meant(cursor)
             )
         found = _operand_count(cursor)
         if found != len(record.operands):
@@ -330,6 +347,24 @@ class _Parser:
         source = SourceLine(line.file, line.number, " ".join(text.split()), equation(line.text))
         place = Place(line, token.place.column, token.place.length)
         return RawOperation(record, place, operands, source)
+
+    def _meant(self, cursor: Cursor) -> str:
+        """What an unknown operation, behind which the cursor stands, may have been meant to be."""
+        name = cursor.tokens[cursor.position - 1].text
+        known = [*self.isa.operations, "halt", *self.reader.macros]
+        lower = name.lower()
+        if lower in known:
+            return f"operations are written in lower case: {lower}"
+        if f"f{lower}" in known:
+            other = f", for integers '{integer}'" if (integer := f"i{lower}") in known else ""
+            return f"did you mean 'f{lower}'{other}?"
+        if lower in OTHER_NAMES:
+            return f"did you mean '{OTHER_NAMES[lower]}'?"
+        near = closest(name, known)
+        alone = cursor.token.kind == "end" or cursor.token.text in known
+        if alone and not near:
+            return f"a label is written with a colon: {shortened(name)}:"
+        return near
 
     def _operand(self, cursor: Cursor, kind: str, record: OperationRecord) -> Operand:
         token = cursor.token
@@ -363,8 +398,10 @@ class _Parser:
 
     def _address_operand(self, cursor: Cursor) -> Operand:
         token = cursor.token
+        self.data_names = []
         value = self.addresses.expression(cursor)
         place = _span(token, cursor)
+        block = self.data_names[0] if len(self.data_names) == 1 else ""
         index = None
         if cursor.accept("["):
             name = cursor.expect_kind("name", "the index register")
@@ -377,7 +414,7 @@ class _Parser:
                 f"data address {value:g} is out of range",
                 f"{'offsets' if index else 'addresses'} are integers 0..{limit - 1}",
             )
-        return Operand("address", place, value=value, index=index)
+        return Operand("address", place, block, value, index)
 
     # ------------------------------------------------------------------ names
 
@@ -387,11 +424,13 @@ class _Parser:
             return 1.0
         if declaration is None or declaration.kind != "constant":
             return None
+        self.source.used.add(name)
         return declaration.value
 
     def _address(self, name: str) -> float | None:
         declaration = self.source.names.get(name)
         if declaration is not None and declaration.kind == "data":
+            self.data_names.append(name)
             return declaration.value
         return self._constant(name)
 
@@ -440,6 +479,12 @@ class _Parser:
         if not cursor.accept(","):
             return None
         word = cursor.expect_kind("name", "'pin'")
+        if cursor.token.text in ("=", ":"):
+            raise SourceError(
+                word.place,
+                f"'{word.text}' is a second name; this directive declares one",
+                f"write {cursor.tokens[0].text} {word.text} ... in a line of its own",
+            )
         if word.text != "pin":
             raise SourceError(word.place, f"expected 'pin', found '{word.text}'")
         return cursor.expect_kind("name", "a bank or register to pin to")

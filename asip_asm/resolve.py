@@ -31,6 +31,7 @@ from asip_asm.ir import (
     register_name,
 )
 from asip_asm.isa import Configuration, Isa
+from asip_asm.lint import lint
 from asip_asm.parser import (
     NOUNS,
     Declaration,
@@ -117,6 +118,11 @@ class _Resolver:
             self._check_reads()
             self._check_outputs()
             self._rename()
+        if not self.reporter.diagnostics:
+            steps = [step for block in self.blocks for step in block.steps()]
+            lint(self.source, self.program, steps, self.reporter)
+        self.program.files = self.source.files
+        self.program.warnings = self.reporter.warnings
         return self.program
 
     def _choose(self, configuration: str | None) -> Configuration:
@@ -305,6 +311,7 @@ class _Resolver:
         register = physical_register(name)
         declaration = self.source.names.get(name)
         if declaration is not None and declaration.kind in ("input", "constant", "state"):
+            self.source.used.add(name)
             self._check_type(declaration, wanted, operand.place, record.name, True)
             if declaration.kind == "input":
                 register = Register("K", int(declaration.value or 0))

@@ -16,12 +16,22 @@ from asip_asm.search import Problem, Progress, Value, build_problem, search
 
 DEFAULT_EFFORT = 2000
 """Schedules tried per region, unless a lower bound is reached before."""
+PLACEMENTS = 1_000_000
+"""Operations placed in all schedules of a program: larger programs get fewer schedules, so that the
+search takes seconds whatever the program.
+"""
 
 
 class ScheduleError(ValueError):
     """An operation cannot stand where its destination requires; the message names the operation and
     its line.
     """
+
+
+class SizeError(ValueError):
+    """The program cannot fit program memory, however it is scheduled; `help` is the cure."""
+
+    help = "shorten the program, or repeat parts of it with a branch"
 
 
 @dataclass(frozen=True)
@@ -53,10 +63,36 @@ def schedule_program(
     """
     banks = decide_banks(program, machine)
     storage = state_storage(program)
+    linear = sum(len(region.operations) for region in program.regions if region.bundles is None)
+    effort = min(effort, max(1, PLACEMENTS // max(1, linear)))
     for region in program.regions:
         if region.bundles is None:
             times = _schedule_region(program, region, machine, banks, storage, effort, progress)
             region.bundles = _emit(region, times, machine, banks, program)
+
+
+def check_size(program: Program, machine: Machine, program_bundles: int) -> None:
+    """Raises SizeError if slots alone show that the program has more bundles than the memory."""
+    bundles = 0
+    causes: list[str] = []
+    for region in program.regions:
+        if region.bundles is not None:
+            bundles += len(region.bundles)
+            continue
+        counts: dict[tuple[int, ...], int] = defaultdict(int)
+        for op in region.operations:
+            counts[tuple(machine.slots_of(op))] += 1
+        needed = {slots: -(-count // len(slots)) for slots, count in counts.items()}
+        if needed:
+            most = max(needed, key=needed.__getitem__)
+            bundles += needed[most]
+            causes.append(f"{counts[most]} operations for {len(most)} of its slots")
+    if bundles > program_bundles:
+        largest = f" ({causes[0]})" if len(causes) == 1 else ""
+        raise SizeError(
+            f"too many bundles: the program needs {bundles} or more{largest}, the core's program "
+            f"memory holds {program_bundles}"
+        )
 
 
 def bundle_in_order(program: Program, machine: Machine) -> None:

@@ -89,7 +89,6 @@
         fmul    sine, S2, C
         fnmul   versine, S2, S                     ; cos 2kd - 1
         fadd    cosine, versine, 1.0
-        fmul    vv, v, v
         fmul    v_k, v, turn
         fmul    a_k, a, turn
         fmul    vk_k, v_k, v_k

@@ -7,17 +7,30 @@ import argparse
 import sys
 from pathlib import Path
 
+from asip_asm.command import run_command
 from asip_asm.diagnostics import AssemblyError
+from asip_asm.files import refuse_overwriting
 from asip_asm.image import Image, ImageError
 from asip_asm.isa import default_isa
-from sim.asip_run.inputs import UserError, assignments, load_image, printed_names, read_inputs
-from sim.asip_run.runners import NO_FAULT, iss_runner, rtl_runner
+from sim.asip_run.inputs import (
+    UserError,
+    assignments,
+    load_image,
+    printed_names,
+    read_inputs,
+)
+from sim.asip_run.runners import NO_FAULT, RunLimit, iss_runner, rtl_runner
 from sim.asip_run.show import Trace, fault_text, write_profile, write_row, write_text
+
+MAX_CYCLES = 500_000
+FAULTS_SHOWN = 20
+"""Faults of which --keep-going shows the place."""
 
 EPILOG = """examples:
   asip-run leg.s --set x=0.3 --set y=0.1
   asip-run build/leg.asip.json --iss --inputs path.csv --print F1,l1 > forces.csv
   asip-run leg.s --set x=0.3 --profile --konata build/leg.konata --gantt build/leg.html
+  asip-run leg.s --inputs path.csv --keep-going > all.csv
   asip-run leg.s --config small --ticks 3 --state sum=1.5 --trace build/writes.txt
 
 Floats may be written as bits (0f3f800000). Inputs that are not given are 0. With --inputs the
@@ -46,44 +59,63 @@ def operations(image: Image) -> set[str]:
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; returns its exit status."""
     options = parse_arguments(arguments)
+    return run_command("asip-run", lambda: _command(options))
+
+
+def _command(options: argparse.Namespace) -> int:
     try:
-        image = load_image(options.program, options.config)
-        types = {word.name: word.type for word in image.inputs}
-        fixed = dict.fromkeys(types, 0) | assignments(options.set, types, "input")
-        state_types = {state.name: state.type for state in image.states}
-        states = assignments(options.state, state_types, "state")
-        names = printed_names(image, options.print)
-        rows = read_inputs(options.inputs, types) if options.inputs else [{}]
-        ticks = len(rows) if options.ticks is None else options.ticks
-        profile = options.profile or options.konata or options.gantt
-        if profile and options.iss:
-            raise UserError("the model has no clock cycles to profile; use --rtl", 2)
-        trace_on = bool(options.trace or profile)
-        if options.iss and not SINES.isdisjoint(operations(image)):
-            print(SINE_NOTE, file=sys.stderr)
-        runner = (iss_runner if options.iss else rtl_runner)(image, states, trace_on)
-        table = bool(options.inputs)
-        with Trace(options.trace) as trace:
-            for tick in range(ticks):
-                result = runner.run(fixed | rows[min(tick, len(rows) - 1)], names)
-                write = write_row if table else write_text
-                write(sys.stdout, image, tick, names, result)
-                trace.write(tick, result)
-                if result.fault.cause != NO_FAULT:
-                    raise UserError(f"run {tick + 1}: {fault_text(image, result.fault)}")
-        if profile and result.trace:
-            file = sys.stderr if table else sys.stdout
-            write_profile(file, image, result.trace, options.konata, options.gantt)
+        return _run(options)
     except AssemblyError as error:
         print(error.report(), file=sys.stderr)
-        return 1
-    except OSError as error:
-        print(f"asip-run: error: {error.filename}: {error.strerror}", file=sys.stderr)
         return 1
     except (UserError, ImageError) as error:
         sys.stdout.flush()
         print(f"asip-run: error: {error}", file=sys.stderr)
         return getattr(error, "status", 1)
+
+
+def _run(options: argparse.Namespace) -> int:
+    files = [path for path in (options.trace, options.konata, options.gantt) if path]
+    inputs = [options.program, *([options.inputs] if options.inputs else [])]
+    refuse_overwriting(files, inputs)
+    image = load_image(options.program, options.config)
+    limit = RunLimit(image, options.max_cycles)
+    types = {word.name: word.type for word in image.inputs}
+    fixed = dict.fromkeys(types, 0) | assignments(options.set, types, "input")
+    state_types = {state.name: state.type for state in image.states}
+    states = assignments(options.state, state_types, "state")
+    names = printed_names(image, options.print)
+    rows = read_inputs(options.inputs, types) if options.inputs else [{}]
+    ticks = len(rows) if options.ticks is None else options.ticks
+    profile = options.profile or options.konata or options.gantt
+    if profile and options.iss:
+        raise UserError("the model has no clock cycles to profile; use --rtl", 2)
+    trace_on = bool(options.trace or profile)
+    if options.iss and not SINES.isdisjoint(operations(image)):
+        print(SINE_NOTE, file=sys.stderr)
+    runner = (iss_runner if options.iss else rtl_runner)(image, states, trace_on)
+    table = bool(options.inputs)
+    faults = 0
+    with Trace(options.trace) as trace:
+        for tick in range(ticks):
+            result = runner.run(fixed | rows[min(tick, len(rows) - 1)], names)
+            write = write_row if table else write_text
+            write(sys.stdout, image, tick, names, result)
+            trace.write(tick, result)
+            if result.fault.cause == NO_FAULT:
+                continue
+            problem = f"run {tick + 1}: {fault_text(image, result.fault)}{limit.note(result)}"
+            if not options.keep_going:
+                raise UserError(problem)
+            faults += 1
+            if faults <= FAULTS_SHOWN:
+                sys.stdout.flush()
+                print(f"asip-run: error: {problem}", file=sys.stderr)
+    if profile and result.trace:
+        file = sys.stderr if table else sys.stdout
+        write_profile(file, image, result.trace, options.konata, options.gantt)
+    if faults:
+        raise UserError(f"{faults} of {ticks} runs ended with a fault")
     return 0
 
 
@@ -113,6 +145,19 @@ def parse_arguments(arguments: list[str] | None) -> argparse.Namespace:
     )
     parser.add_argument(
         "--inputs", type=Path, metavar="FILE", help="CSV file with a row of inputs for each run"
+    )
+    parser.add_argument(
+        "--keep-going",
+        action="store_true",
+        help="clear a fault and go on with the next run; the exit status is still 1",
+    )
+    parser.add_argument(
+        "--max-cycles",
+        type=_positive,
+        default=MAX_CYCLES,
+        metavar="N",
+        help="cycles (with --iss: bundles) after which a run is stopped as by the program's "
+        f"watchdog, if that is larger (default {MAX_CYCLES})",
     )
     parser.add_argument("--ticks", type=_positive, metavar="N", help="number of runs")
     parser.add_argument(
@@ -151,8 +196,8 @@ def parse_arguments(arguments: list[str] | None) -> argparse.Namespace:
 
 
 def _positive(text: str) -> int:
-    if not text.isdecimal() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"'{text}' is not a number of runs")
+    if not text.isascii() or not text.isdecimal() or len(text) > 9 or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a number 1..999999999")
     return int(text)
 
 

@@ -44,6 +44,23 @@ class Run:
     trace: CoreTrace | None = None
 
 
+class RunLimit:
+    """Bounds the watchdog of an image by --max-cycles, and says so where that stops a run."""
+
+    def __init__(self, image: Image, cycles: int) -> None:
+        self.own = image.watchdog
+        self.cycles = cycles
+        image.watchdog = min(image.watchdog, cycles)
+
+    def note(self, result: Run) -> str:
+        """What to add to the text of a fault."""
+        if result.fault.cause != "WATCHDOG" or self.own <= self.cycles:
+            return ""
+        return (
+            f"\n  stopped by --max-cycles {self.cycles}; the program's own watchdog is {self.own}"
+        )
+
+
 class Runner(Protocol):
     """A loaded program. `run` writes inputs (words by name), runs once and reads `names`."""
 
@@ -83,6 +100,7 @@ def rtl_runner(image: Image, states: Mapping[str, int], trace: bool) -> Runner:
             for name, address in zip(inputs, core.input_addresses(list(inputs)), strict=True):
                 core.write(address, inputs[name])
             core.trace(trace)
+            core.clear()
             try:
                 result = core.run([], np.zeros((1, 0), dtype=np.uint32), [])
             except AsipError as error:

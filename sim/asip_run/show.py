@@ -19,6 +19,11 @@ from asip_asm.regmap import default_register_map
 from sim.asip_run.inputs import UserError
 from sim.asip_run.runners import NO_FAULT, Fault, Run, number
 
+NOT_FINITE_CAUSES = (
+    ({"fsin", "fcos"}, "sine or cosine of more than 256 rad (NaN)"),
+    ({"fsqrt"}, "square root of a negative number (NaN)"),
+    ({"fdiv"}, "division by 0"),
+)
 FLAGS = ("NV", "DZ", "OF", "UF", "NX")  # bit 4 .. 0
 
 
@@ -103,7 +108,16 @@ def fault_text(image: Image, fault: Fault) -> str:
         for entry in image.sources[address]:
             if fault.output is None or destination(entry.text) in names:
                 rows.append(f"  {entry.file}:{entry.line}: {entry.text}")
-    return "\n".join(rows)
+    return "\n".join(rows + not_finite_causes(image, fault))
+
+
+def not_finite_causes(image: Image, fault: Fault) -> list[str]:
+    """What the program's operations may have got to give NaN or infinity."""
+    if fault.cause != "NOT_FINITE":
+        return []
+    used = {entry.op for entries in image.sources for entry in entries}
+    causes = [text for operations, text in NOT_FINITE_CAUSES if used & operations]
+    return [f"  possible causes: {'; '.join([*causes, 'a result above 3.4e38'])}"]
 
 
 def destination(text: str) -> str:

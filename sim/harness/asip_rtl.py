@@ -171,7 +171,7 @@ class AsipRtl:
                 f"image is for configuration '{image.configuration}', "
                 f"the core is '{self.configuration}'"
             )
-        self.write(CSR["CONTROL"], 2)
+        self.clear()
         for offset, word in image.words():
             self.write(BLOCK["program"] + offset, word)
         for constant in image.constants:
@@ -187,6 +187,10 @@ class AsipRtl:
         self.write(CSR["OUTPUT_MASK"], image.output_mask)
         self.write(CSR["IRQ_ENABLE"], 3)
         self.image = image
+
+    def clear(self) -> None:
+        """Clear done and fault: after a fault the core starts no run before that."""
+        self.write(CSR["CONTROL"], 1 << REGMAP.registers["CONTROL"].fields["clear"].low)
 
     def preset(self, words: Mapping[str, int]) -> None:
         """Write states by name (raw words) before the first tick."""

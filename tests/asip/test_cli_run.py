@@ -173,7 +173,58 @@ def test_fault__not_finite__names_output_and_source_line(place, source, capsys):
     assert err.startswith(
         "asip-run: error: run 1: NOT_FINITE: NaN or infinity written to an output, "
     )
-    assert err.endswith("filter.s:14: mov F, r\n")
+    assert err.endswith(
+        "filter.s:14: mov F, r\n  possible causes: division by 0; a result above 3.4e38\n"
+    )
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_sine__beyond_its_range__is_named_as_the_cause(place, capsys, tmp_path):
+    path = tmp_path / "sine.s"
+    path.write_text(".input x\n.output F, safe = 0.0\n fsin F, x\n halt\n")
+    assert run(capsys, path, place, "--set", "x=256")[0] == 0
+    status, _, err = run(capsys, path, place, "--set", "x=257")
+    assert status == 1 and "possible causes: sine or cosine of more than 256 rad (NaN);" in err
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_keep_going__clears_the_fault_and_runs_the_rest(place, source, capsys, tmp_path):
+    table = tmp_path / "in.csv"
+    table.write_text("n,x\n2,2\n0,2\n0,2\n4,2\n")
+    arguments = [source, place, "--inputs", table, "--print", "F"]
+    status, out, err = run(capsys, *arguments)
+    assert status == 1 and [row.split(",")[2] for row in out.splitlines()[1:]] == [
+        *("NONE", "NOT_FINITE")
+    ]
+    status, out, err = run(capsys, *arguments, "--keep-going")
+    rows = [row.split(",")[:3] for row in out.splitlines()[1:]]
+    assert status == 1
+    assert rows == [
+        *(["1", "2", "NONE"], ["2", "0.25", "NOT_FINITE"]),
+        *(["3", "0.25", "NOT_FINITE"], ["4", "1", "NONE"]),
+    ]
+    assert "error: run 2: NOT_FINITE: " in err and "error: run 3: NOT_FINITE: " in err
+    assert err.endswith("asip-run: error: 2 of 4 runs ended with a fault\n")
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_endless_loop__with_a_large_watchdog__is_stopped_by_max_cycles(place, capsys, tmp_path):
+    path = tmp_path / "f.s"
+    path.write_text(".watchdog 4294967295\n again: jmp again\n")
+    status, _, err = run(capsys, path, place, "--max-cycles", 1000)
+    assert status == 1 and err.endswith(
+        "  stopped by --max-cycles 1000; the program's own watchdog is 4294967295\n"
+    )
+    status, _, err = run(capsys, path, place)
+    assert status == 1 and "stopped by --max-cycles 500000" in err
+
+
+def test_output_over_an_input__is_refused(source, capsys, tmp_path):
+    before = source.read_text()
+    for option in ("--trace", "--konata", "--gantt"):
+        status, _, err = run(capsys, source, option, source)
+        assert status == 1 and "would overwrite the input" in err
+    assert source.read_text() == before
 
 
 @pytest.mark.parametrize("place", PLACES)
@@ -210,8 +261,8 @@ def test_fault__in_a_bundle__names_its_source_line(cause, place, capsys, tmp_pat
             "the program has no output, export, state or register 'nothing'; "
             "it has F, q, x, sum, seen",
         ),
-        (["--ticks", "0"], "'0' is not a number of runs"),
-        (["--ticks", "many"], "'many' is not a number of runs"),
+        (["--ticks", "0"], "'0' is not a number 1..999999999"),
+        (["--ticks", "many"], "'many' is not a number 1..999999999"),
         (["--rtl", "--iss"], "not allowed with argument"),
         (["--config", "huge"], "invalid choice: 'huge'"),
     ],
@@ -228,6 +279,7 @@ def test_wrong_command_line__one_message__status_2(arguments, message, source, c
         ("", "in.csv: empty, expected a header with names of inputs"),
         ("x,y\n", "in.csv: no row below the header"),
         ("x,w\n1,2\n", "in.csv:1: the program has no input 'w'"),
+        ("x,y,x\n1,2,3\n", "in.csv:1: input 'x' stands in two columns"),
         ("x,y\n1\n", "in.csv:2: 1 values for 2 names"),
         ("x,y\n1,2\n1,b\n", "in.csv:3: y: 'b' is not a number"),
     ],

@@ -3,7 +3,8 @@
 
 A source may say `; assemble: <options of asip-as>` in its first line. Every
 `; error: message => help` must be the error of its line, verbatim; at the start of a line it is an
-error without a place. Every `; = <hexadecimal>` is a bundle, in order.
+error without a place; `; warning: message => help [code]` likewise. Every `; = <hexadecimal>` is
+a bundle, in order.
 """
 
 from __future__ import annotations
@@ -11,13 +12,14 @@ from __future__ import annotations
 import shlex
 from pathlib import Path
 
-from asip_asm.assemble import assemble
+from asip_asm.assemble import assemble, parse_program
 from asip_asm.cli_as import parse_arguments
 from asip_asm.diagnostics import AssemblyError, Diagnostic
 from asip_asm.image import Image
 
 FOLDER = Path(__file__).parent
 ERROR = "; error: "
+WARNING = "; warning: "
 WORD = "; = "
 
 
@@ -35,11 +37,11 @@ def run(path: Path) -> Image:
     )
 
 
-def expected_errors(path: Path) -> list[tuple[int, str]]:
+def expected_errors(path: Path, mark: str = ERROR) -> list[tuple[int, str]]:
     """(line, 'message => help') of each annotation, line 0 for errors without a place."""
     errors = []
     for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
-        code, *texts = line.split(ERROR)
+        code, *texts = line.split(mark)
         errors += [(number if code else 0, text.strip()) for text in texts]
     return sorted(errors)
 
@@ -51,6 +53,11 @@ def found_errors(path: Path) -> list[tuple[int, str]]:
     except AssemblyError as error:
         return sorted((_line(d, path), _text(d)) for d in error.diagnostics)
     return []
+
+
+def found_warnings(path: Path) -> list[tuple[int, str]]:
+    """(line, 'message => help [code]') of the warnings that assembling the source gives."""
+    return sorted((_line(w, path), f"{_text(w)} [{w.code}]") for w in parse_program(path).warnings)
 
 
 def expected_words(path: Path) -> list[str]:

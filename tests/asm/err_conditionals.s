@@ -5,7 +5,7 @@
         nonsense
 .endif
 .if     1
-        nonsence ; error: unknown operation 'nonsence'
+        nonsence ; error: unknown operation 'nonsence' => a label is written with a colon: nonsence:
 .else
 .else ; error: second .else of one .if
 .endif

@@ -8,9 +8,11 @@ from pathlib import Path
 
 import pytest
 
+from asip_asm.assemble import assemble
 from asip_asm.cli_as import main as asip_as
 from asip_asm.cli_objdump import main as asip_objdump
 from asip_asm.image import Image
+from sim.asip_run.__main__ import main as asip_run
 
 SOURCE = """.program "sum"
 .input x, y
@@ -120,9 +122,89 @@ def test_as__missing_file__is_an_error_without_traceback(source, capsys) -> None
     assert capsys.readouterr().err == "asip-as: error: nothing.s: No such file or directory\n"
 
 
+@pytest.mark.parametrize("name", ["sum.s", "./sum.s", "hard.s", "soft.s", "soft_folder/sum.s"])
+def test_as__output_is_the_source__is_refused_and_the_source_kept(name, source, capsys) -> None:
+    Path("hard.s").hardlink_to(source)
+    Path("soft.s").symlink_to(source)
+    Path("soft_folder").symlink_to(".")
+    for option in ("-o", "--listing", "--symbols"):
+        assert asip_as(["sum.s", option, name]) == 1
+        assert capsys.readouterr().err == (
+            f"asip-as: error: {Path(name)}: would overwrite the input sum.s; name another\n"
+        )
+    assert source.read_text(encoding="utf-8") == SOURCE
+    assert not Path("sum.asip.json").exists()
+
+
+def test_as__output_is_an_included_file_or_named_twice__is_refused(source, capsys) -> None:
+    Path("rest.inc").write_text("        halt\n", encoding="utf-8")
+    source.write_text(SOURCE.replace("        halt", '.include "rest.inc"'), encoding="utf-8")
+    assert asip_as(["sum.s", "-o", "rest.inc"]) == 1
+    assert "rest.inc: would overwrite the input rest.inc" in capsys.readouterr().err
+    assert Path("rest.inc").read_text(encoding="utf-8") == "        halt\n"
+    assert asip_as(["sum.s", "-o", "x.json", "--listing", "x.json"]) == 1
+    assert "x.json: is named for two different outputs" in capsys.readouterr().err
+    assert not Path("x.json").exists()
+
+
+def test_as__warnings__are_shown_switched_off_or_taken_as_errors(source, capsys) -> None:
+    source.write_text(SOURCE.replace(".input x, y", ".input x, y, z"), encoding="utf-8")
+    warning = "sum.s:2:14: warning: input 'z' is never read [-Wunused-input]\n"
+    assert asip_as(["sum.s"]) == 0
+    assert capsys.readouterr().err.startswith(warning)
+    assert asip_as(["sum.s", "-Wno-unused-input", "-Werror"]) == 0
+    assert capsys.readouterr().err == ""
+    Path("sum.asip.json").unlink()
+    for option in ("-Werror", "--warn-error"):
+        assert asip_as(["sum.s", option]) == 1
+        shown = capsys.readouterr().err
+        assert shown.startswith(warning)
+        assert shown.endswith("asip-as: 1 warning taken as errors, nothing written\n")
+        assert not Path("sum.asip.json").exists()
+    with pytest.raises(SystemExit):
+        asip_as(["sum.s", "-Wno-unused-inputs"])
+    assert "did you mean 'no-unused-input'?" in capsys.readouterr().err
+
+
+def test_assemble__warnings__go_to_the_logger(source, caplog) -> None:
+    source.write_text(SOURCE.replace(".input x, y", ".input x, y, z"), encoding="utf-8")
+    assemble(source)
+    assert [(r.name, r.levelname) for r in caplog.records] == [("asip_asm", "WARNING")]
+    assert "input 'z' is never read [-Wunused-input]" in caplog.text
+
+
+def test_as__c_tables__take_the_prefix(source) -> None:
+    assert asip_as(["sum.s", "--format", "c", "-o", "x.h", "--prefix", "left_leg"]) == 0
+    text = Path("x.h").read_text(encoding="utf-8")
+    assert "left_leg_image" in text and "LEFT_LEG_INPUT_X" in text and "sum_image" not in text
+
+
+@pytest.mark.parametrize("name", ["folder", "zero", "pipe", "utf16.s", "binary.s", "empty.s"])
+@pytest.mark.parametrize("command", [asip_as, asip_objdump, asip_run])
+def test_command__input_that_is_no_text__is_an_error_of_one_line(
+    command, name, source, capsys
+) -> None:
+    Path("folder").mkdir()
+    Path("zero").symlink_to("/dev/zero")
+    os.mkfifo("pipe")
+    Path("utf16.s").write_bytes(SOURCE.encode("utf-16"))
+    Path("binary.s").write_bytes(bytes(range(256)))
+    Path("empty.s").write_bytes(b"")
+    arguments = {asip_as: [name], asip_objdump: ["-d", name], asip_run: [name, "--iss"]}
+    assert command(arguments[command]) == 1
+    shown = capsys.readouterr()
+    assert shown.out == "" and "error: " in shown.err and name in shown.err
+
+
 @pytest.mark.parametrize(
     "arguments",
-    [[], ["sum.s", "--config", "huge"], ["sum.s", "-D", "gain"], ["sum.s", "--format", "elf"]],
+    [
+        ["--prefix", "1x"],
+        [],
+        ["sum.s", "--config", "huge"],
+        ["sum.s", "-D", "gain"],
+        ["sum.s", "--format", "elf"],
+    ],
 )
 def test_as__wrong_command_line__exits_with_two(arguments: list[str], source) -> None:
     with pytest.raises(SystemExit) as caught:

@@ -61,7 +61,8 @@ LIMITS = {
     "data": (".space a, 1000\n.space b, 25\nhalt\n", "too many data words: data memory has 1024"),
     "bundles": (
         " mov c0, 1.0\n" * 1025 + "halt\n",
-        "too many bundles: the program has 1025, the core's program memory holds 1024",
+        "too many bundles: the program needs 1025 or more (1025 operations for 1 of its slots), "
+        "the core's program memory holds 1024",
     ),
     "states": (
         "".join(f".state s{i} = 0\n" for i in range(65)) + "halt\n",

@@ -7,10 +7,23 @@ from pathlib import Path
 import pytest
 
 from asip_asm.disassemble import disassemble
-from tests.asm.annotated import FOLDER, expected_errors, expected_words, found_errors, run
+from tests.asm.annotated import (
+    FOLDER,
+    WARNING,
+    expected_errors,
+    expected_words,
+    found_errors,
+    found_warnings,
+    run,
+)
 
 ROOT = FOLDER.parents[1]
 GOOD = sorted(path.name for path in FOLDER.glob("ok_*.s"))
+DOUBTFUL = sorted(path.name for path in FOLDER.glob("warn_*.s"))
+PROJECT = [
+    *sorted((ROOT / "asip_asm" / "programs").glob("*.s")),
+    ROOT / "sim" / "driver" / "leg_length.s",
+]
 BAD = sorted(path.name for path in FOLDER.glob("err_*.s"))
 
 
@@ -34,6 +47,16 @@ def test_bad_source__gives_the_stated_errors_and_no_other(name: str) -> None:
     expected = expected_errors(source(name))
     assert expected, f"{name} states no error"
     assert found_errors(source(name)) == expected
+
+
+@pytest.mark.parametrize("name", DOUBTFUL)
+def test_doubtful_source__gives_the_stated_warnings_and_no_other(name: str) -> None:
+    assert found_warnings(source(name)) == expected_errors(source(name), WARNING)
+
+
+@pytest.mark.parametrize("path", PROJECT, ids=lambda path: path.name)
+def test_program_of_the_project__has_no_warning(path: Path) -> None:
+    assert found_warnings(path.relative_to(ROOT)) == []
 
 
 @pytest.mark.parametrize("name", ["ok_leg_length", "ok_states", "ok_constants", "ok_branches"])

@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the console commands have in common: one line and an exit status for what goes wrong."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable
+
+INTERRUPTED = 130
+"""Exit status after Ctrl-C, 128 + SIGINT as shells give it."""
+
+
+def run_command(name: str, body: Callable[[], int]) -> int:
+    """Exit status of a command's body; 1 with one line for files that cannot be read or written."""
+    for stream in (sys.stdout, sys.stderr):
+        # Names in files may hold characters that the terminal's encoding has not.
+        getattr(stream, "reconfigure", lambda **_: None)(errors="backslashreplace")
+    try:
+        status = body()
+        sys.stdout.flush()
+        return status
+    except BrokenPipeError:
+        # The reader of a pipe went away: no error of ours. Keeps Python from flushing at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        return 1
+    except OSError as error:
+        where = f"{error.filename}: " if error.filename else ""
+        return _failed(name, f"{where}{error.strerror or error}")
+    except MemoryError:
+        return _failed(name, "not enough memory")
+    except KeyboardInterrupt:
+        print(f"{name}: stopped", file=sys.stderr)
+        return INTERRUPTED
+
+
+def _failed(name: str, message: str) -> int:
+    print(f"{name}: error: {message}", file=sys.stderr)
+    return 1

@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Campaigns: some hundred cases of each always, all of them in the full set."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.fuzz.campaigns import CAMPAIGNS
+
+ROOT = Path(__file__).parents[2]
+SHORT = 200
+SEED = os.environ.get("SEED", "1")
+
+
+def campaign(name: str, output: Path, *options: str) -> None:
+    """Run a campaign in a process of its own; its report stands in the failure."""
+    command = [sys.executable, "-m", "tests.fuzz", name, "--seed", SEED, "--output", str(output)]
+    done = subprocess.run(
+        [*command, *options], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stdout[-6000:] + done.stderr[-2000:]
+    goals = json.loads(output.read_text(encoding="utf-8"))["goals"]
+    assert len(goals) == 4 and all(goal["met"] for goal in goals)
+
+
+@pytest.mark.parametrize("name", CAMPAIGNS)
+def test_campaign__short__no_traceback_no_hang(name: str, tmp_path: Path) -> None:
+    campaign(name, tmp_path / "fuzz.json", "--cases", str(SHORT))
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("name", CAMPAIGNS)
+def test_campaign__full__no_traceback_no_hang(name: str, tmp_path: Path) -> None:
+    campaign(name, tmp_path / "fuzz.json")
