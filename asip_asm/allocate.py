@@ -19,6 +19,8 @@ from asip_asm.machine import Machine, sources
 from asip_asm.schedule import state_storage
 
 BANKS = ("A", "B", "C")
+SPILL_WORK = 150_000
+"""Values moved to data memory and back, times operations: bounds the allocation to seconds."""
 
 
 class AllocationError(ValueError):
@@ -60,11 +62,18 @@ def allocate_registers(program: Program, machine: Machine) -> None:
     bundles. Raises AllocationError.
     """
     spiller = _Spiller(program, machine)
+    most = SPILL_WORK // max(1, sum(1 for _ in _numbered(program)))
     while True:
         try:
             placement = _Allocation(program, machine).run()
             break
         except Overflow as overflow:
+            if spiller.reloads >= most:
+                raise AllocationError(
+                    f"too many values at once: {most} were moved to data memory and bank "
+                    f"{overflow.bank} still overflows in bundle {overflow.position}; compute "
+                    "values shortly before they are read"
+                ) from None
             spiller.spill(overflow)
     for region in program.regions:
         for bundle in region.bundles or []:

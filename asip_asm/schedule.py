@@ -16,7 +16,7 @@ from asip_asm.search import Problem, Progress, Value, build_problem, search
 
 DEFAULT_EFFORT = 2000
 """Schedules tried per region, unless a lower bound is reached before."""
-PLACEMENTS = 1_000_000
+PLACEMENTS = 1 << 20
 """Operations placed in all schedules of a program: larger programs get fewer schedules, so that the
 search takes seconds whatever the program.
 """

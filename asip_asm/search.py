@@ -26,6 +26,8 @@ WIDTHS = (0.5, 1.5, 4.0, 10.0)
 FMA_WAITS = (0.0, 4.0, 8.0, 1.0)
 AUX_WAITS = (16.0, 24.0, 8.0, 4.0, 0.0)
 """Guesses how long an operation waits for its slot or port, added to path lengths."""
+PATIENCE = 300
+"""Schedules without gain after which the search ends, for each cycle that could still be won."""
 RESTART_AFTER = 60
 """Perturbations without improvement after which the search takes a new start."""
 EXCESS_PENALTY = 2
@@ -267,8 +269,9 @@ def search(
 ) -> list[int]:
     """Issue cycle of every operation, from 0 on.
 
-    `effort` bounds the number of schedules tried; the search ends early at the lower bound. Prefers
-    schedules that fit the register capacity, then short ones.
+    `effort` bounds the number of schedules tried; the search ends early at the lower bound, and
+    near it after `PATIENCE` schedules without gain. Prefers schedules that fit the register
+    capacity, then short ones.
     """
     return _Search(problem, effort, progress).run()
 
@@ -296,8 +299,10 @@ class _Search:
         no_wait = [0.0] * len(self.problem.lane)
         best = min(self._start(no_wait, True), self._start(no_wait, False))
         starts = [self._waits(fma, aux) for aux in AUX_WAITS for fma in FMA_WAITS]
-        current, stale = best, 0
-        while self.tried < self.effort and best[0][0] > self.bound:
+        current, stale, gained = best, 0, self.tried
+        while self.tried < self.effort and self.tried - gained < PATIENCE * (
+            best[0][0] - self.bound
+        ):
             if self.progress is not None:
                 cycles = length(self.problem, best[1])
                 self.progress(Progress(self.tried, self.effort, cycles, self.bound))
@@ -320,6 +325,8 @@ class _Search:
             if found[0] <= current[0]:
                 current = found
             if found[0] < best[0]:
+                if found[0][0] < best[0][0]:
+                    gained = self.tried
                 best = found
         return best[1]
 
