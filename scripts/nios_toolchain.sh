@@ -151,7 +151,8 @@ gcc_source=$(ls -d "$cache/src/gcc-$gcc"* | head -n 1)
 if begin gcc; then
   configured gcc "$gcc_source" --enable-languages=c --with-newlib --without-headers --disable-shared \
     --disable-threads --disable-libssp --disable-libquadmath --disable-libgomp --disable-libatomic \
-    --disable-lto --disable-multilib --disable-plugin --disable-gcov --enable-checking=release \
+    --disable-lto --disable-multilib --disable-plugin --disable-gcov --disable-analyzer \
+    --enable-checking=release \
     --without-zstd --without-isl \
     --with-gmp-include="$cache/host/usr/include" --with-gmp-lib="$host_lib" \
     --with-mpfr-include="$cache/host/usr/include" --with-mpfr-lib="$host_lib" \
