@@ -5,8 +5,10 @@ from pathlib import Path
 
 import pytest
 
+from asip_asm import limits
 from asip_asm.assemble import assemble
 from asip_asm.diagnostics import AssemblyError
+from asip_asm.lint import WARNINGS
 
 
 def report(tmp_path: Path, text: str, monkeypatch: pytest.MonkeyPatch, **options: object) -> str:
@@ -176,3 +178,27 @@ def test_string__without_closing_quote__is_an_error(tmp_path, monkeypatch) -> No
         '    1 | .program "open ; x\n'
         '      |          ^^^^^^^^^  help: add "'
     )
+
+
+def test_page__states_every_limit_and_every_warning() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "assembly.md").read_text(encoding="utf-8")
+    rows = dict(
+        [cell.strip() for cell in line.strip("|").split("|")]
+        for line in page.splitlines()
+        if line.startswith("| ") and line.count("|") == 3
+    )
+    for code, meaning in WARNINGS.items():
+        assert rows[f"`{code}`"] == meaning
+    numbers = {
+        "characters of a program with all it includes and expands": limits.TEXT_CHARACTERS,
+        "characters of a line, also after macro parameters are replaced": limits.LINE_CHARACTERS,
+        "files that include one another": limits.INCLUDE_DEPTH,
+        "macro calls inside one another": limits.MACRO_DEPTH,
+        "macro calls of a program": limits.EXPANSIONS,
+        "parentheses and calls open in an expression": limits.NESTING,
+        "lines of a bundle in braces": limits.BUNDLE_LINES,
+    }
+    for what, number in numbers.items():
+        assert rows[what] == f"{number:,}".replace(",", " "), what
+    shown = f"{limits.ERRORS}, {limits.ERRORS_SHOWN}"
+    assert rows["errors before the assembler gives up, causes shown"] == shown

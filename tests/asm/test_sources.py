@@ -2,6 +2,7 @@
 """Annotated sources: golden words of ok_*.s, verbatim errors of err_*.s."""
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -57,6 +58,18 @@ def test_doubtful_source__gives_the_stated_warnings_and_no_other(name: str) -> N
 @pytest.mark.parametrize("path", PROJECT, ids=lambda path: path.name)
 def test_program_of_the_project__has_no_warning(path: Path) -> None:
     assert found_warnings(path.relative_to(ROOT)) == []
+
+
+def test_samples_of_the_documents__have_no_warning(tmp_path: Path) -> None:
+    samples = 0
+    for page in [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]:
+        blocks = re.findall(r"^```[^\n]*\n(.*?)^```", page.read_text(), re.DOTALL | re.MULTILINE)
+        for text in (text for text in blocks if ".output" in text and "        halt" in text):
+            sample = tmp_path / f"{page.stem}.s"
+            sample.write_text(text, encoding="utf-8")
+            assert found_warnings(sample) == [], f"{page.name}\n{text}"
+            samples += 1
+    assert samples > 10
 
 
 @pytest.mark.parametrize("name", ["ok_leg_length", "ok_states", "ok_constants", "ok_branches"])
