@@ -32,8 +32,7 @@ CURES = {
     "ILLEGAL": "the image is damaged or for another core: assemble the program again",
     "ADDRESS": "keep indices inside their tables, with fmin and fmax before f2i",
     "WATCHDOG": "look for a loop without end, or raise .watchdog",
-    "NOT_FINITE": "look for a division by zero, a root of a negative number, a sine beyond 256 rad,"
-    " an overflow, or an input that is not finite",
+    "NOT_FINITE": "keep operands in their range with fsat, fmin, fmax, and inputs finite",
     "OUTPUT_MISSING": "write every output on every path through the program",
 }
 INT32 = (-(1 << 31), (1 << 31) - 1)
@@ -77,8 +76,9 @@ class Core:
     """One core with one program, loaded and with its states at their initial values.
 
     program: source text, image file (*.json) or image. configuration: 'fast' or 'small'; None
-    leaves it to the program. defines: values of its parameters (`.param`). backend: 'rtl', the
-    Verilated core, built at first use (a minute or two), or 'iss', the instruction-set model.
+    leaves it to the program. defines: values of its parameters (`.param`); params: file to read in
+    place of the one that `.params` names. backend: 'rtl', the Verilated core, built at first use (a
+    minute or two), or 'iss', the instruction-set model.
     Raises AssemblyError, ImageError, OSError for the program, CoreError for the rest.
     """
 
@@ -88,11 +88,12 @@ class Core:
         *,
         configuration: str | None = None,
         defines: Mapping[str, float] | None = None,
+        params: Path | None = None,
         backend: str = "rtl",
     ) -> None:
         if backend not in BACKENDS:
             raise CoreError(f"no backend '{backend}'; there are {', '.join(BACKENDS)}")
-        self.image = _image(program, configuration, defines)
+        self.image = _image(program, configuration, defines, params)
         self.ticks = 0
         self.cycles: int | None = None
         self.flags = 0
@@ -338,15 +339,18 @@ class Core:
 
 
 def _image(
-    program: Image | Path | str, configuration: str | None, defines: Mapping[str, float] | None
+    program: Image | Path | str,
+    configuration: str | None,
+    defines: Mapping[str, float] | None,
+    params: Path | None,
 ) -> Image:
     if not isinstance(program, Image):
         path = Path(program)
         if path.suffix != ".json":
-            return assemble(path, configuration=configuration, defines=defines)
+            return assemble(path, configuration=configuration, defines=defines, params=params)
         program = Image.load(path)
-    if defines:
-        raise CoreError("an image has no parameters any more: give the source with defines")
+    if defines or params:
+        raise CoreError("an image has no parameters any more: give the source with them")
     if configuration not in (None, program.configuration):
         raise CoreError(
             f"the image is for configuration '{program.configuration}', not '{configuration}'; "

@@ -101,7 +101,7 @@ class IssBackend:
         from sim.iss import Iss
 
         self._image = image
-        self.iss = Iss(image.to_json())
+        self.iss = Iss(image)
         self._outputs = {o.name: int(o.safe, 16) for o in image.outputs}
         self._readable = {entry.name for entry in (*image.exports, *image.states)}
         self._types = {entry.name: entry.type for entry in (*image.inputs, *image.states)}

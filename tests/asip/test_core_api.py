@@ -269,3 +269,16 @@ def test_package__names_on_demand__without_loading_verilator():
     )
     done = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, check=True)
     assert done.stdout == "module 'sim' has no attribute 'Corr'\n"
+
+
+def test_parameter_file__replaces_the_one_that_the_program_names(tmp_path, backend):
+    (tmp_path / "mine.toml").write_text("gain = 3.0\n")
+    (tmp_path / "other.toml").write_text("gain = 5.0\n")
+    path = tmp_path / "p.s"
+    path.write_text(
+        '.params "mine.toml"\n.input x\n.output F, safe = 0.0\n fmul y, x, gain\n mov F, y\n halt\n'
+    )
+    with Core(path, backend=backend) as core:
+        assert core.tick(x=2.0) == {"F": 6.0}
+    with Core(path, params=tmp_path / "other.toml", backend=backend) as core:
+        assert core.tick(x=2.0) == {"F": 10.0}

@@ -84,6 +84,19 @@ def test_c__prints_what_the_page_shows__the_same_as_python(printed):
     assert shown.removeprefix("ok: ") == output_of(printed, "python axis.py")[0]
 
 
+def test_c__on_hardware__one_line_changes(printed, folder):
+    """Compiled, not run: the address is nobody's here."""
+    (line,) = [block.text for block in BLOCKS if block.language == "c" and not block.title]
+    text = (folder / "main.c").read_text().replace('#include "sim_bus.h"\n', "")
+    text, count = re.subn(r"^  asip core = .*\n", line, text, flags=re.M)
+    assert count == 1
+    (folder / "board.c").write_text(text)
+    command = ["cc", "-std=c99", "-Wall", "-Wextra", "-Werror", f"-I{ROOT / 'sim/driver'}"]
+    command += ["-fsyntax-only", "board.c"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
 def figures(text: str) -> tuple[list[int], list[float], list[float]]:
     """[ticks, cycles], largest errors and differences from the law, (4,) each, of track.py."""
     first, error, off = (line.partition("(")[0] for line in text.splitlines())
