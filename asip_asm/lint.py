@@ -13,7 +13,7 @@ from typing import Protocol
 from asip_asm.diagnostics import Place, Reporter
 from asip_asm.expression import float_value
 from asip_asm.ir import ZERO, Operation, Program, Register, Virtual
-from asip_asm.parser import Declaration, RawOperation, Source
+from asip_asm.source import Declaration, RawOperation, Source
 
 WARNINGS = {
     "unused-input": "an input that nothing reads",

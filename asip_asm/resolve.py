@@ -32,7 +32,7 @@ from asip_asm.ir import (
 )
 from asip_asm.isa import Configuration, Isa
 from asip_asm.lint import lint
-from asip_asm.parser import (
+from asip_asm.source import (
     NOUNS,
     Declaration,
     Operand,

@@ -23,7 +23,8 @@ from asip_asm.disassemble import decode_bundle, disassemble
 from asip_asm.image import Image
 from asip_asm.ir import Output, Register
 from asip_asm.isa import default_isa
-from asip_asm.parser import Operand, RawOperation, Source, parse_file
+from asip_asm.parser import parse_file
+from asip_asm.source import Operand, RawOperation, Source
 
 ISA = default_isa()
 STEPS = 300

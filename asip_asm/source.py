@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a source file holds after parsing: declarations, statements, operations as written."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from asip_asm.diagnostics import Place
+from asip_asm.ir import Register, SourceLine
+from asip_asm.isa import OperationRecord
+from asip_asm.lexer import Cursor, Token
+
+NOUNS = {
+    "input": "an input",
+    "constant": "a constant",
+    "state": "a state",
+    "output": "an output",
+    "data": "data memory",
+    "register": "a symbolic register",
+}
+
+_PHYSICAL = re.compile(r"([abck])([0-9]+)")
+_OUTPUT = re.compile(r"o([0-9]+)")
+
+
+@dataclass(eq=False)
+class Declaration:
+    """A declared name. `value` is a constant's value in double precision or a data address; `bits`
+    a constant's, state's or safe value's bits; `place_in` the bank or register it is pinned to.
+    """
+
+    kind: str
+    name: str
+    place: Place
+    type: str = "float"
+    value: float | None = None
+    bits: int = 0
+    pin: str | Register | None = None
+    replaceable: bool = False
+
+
+@dataclass(frozen=True)
+class Operand:
+    """Operand as written: kind 'name', 'value' or 'address' (value + index register name, text is
+    the block of data memory that it names).
+    """
+
+    kind: str
+    place: Place
+    text: str = ""
+    value: float = 0.0
+    index: Operand | None = None
+
+
+@dataclass(eq=False)
+class RawOperation:
+    """Operation as written."""
+
+    record: OperationRecord
+    place: Place
+    operands: Mapping[str, Operand]
+    source: SourceLine
+
+
+@dataclass(eq=False)
+class Statement:
+    """One step of the program text: label, linear operation, bundle in braces, or halt."""
+
+    kind: str
+    place: Place
+    label: str = ""
+    operations: list[RawOperation] = field(default_factory=list)
+    halt: bool = False
+
+
+@dataclass(eq=False)
+class Source:
+    """A parsed file. `exports` holds (name, place, register name or None), `placed` the constants
+    that the source puts at a word of bank K, unnamed ones too, `doubtful` the names in statements
+    that have an error: what is missing about them is no error of its own; `incomplete` tells that
+    an operation may be missing. `used` are the declared names that anything reads, `main_file` is
+    the parsed file as messages show it, `files` are all files that were read.
+    """
+
+    title: str = ""
+    configuration: tuple[str, Place] | None = None
+    watchdog: int = 10000
+    names: dict[str, Declaration] = field(default_factory=dict)
+    placed: list[Declaration] = field(default_factory=list)
+    exports: list[tuple[str, Place, str | None]] = field(default_factory=list)
+    data: list[int] = field(default_factory=list)
+    statements: list[Statement] = field(default_factory=list)
+    doubtful: set[str] = field(default_factory=set)
+    used: set[str] = field(default_factory=set)
+    main_file: str = ""
+    files: list[Path] = field(default_factory=list)
+    incomplete: bool = False
+    last_place: Place | None = None
+
+    def of_kind(self, kind: str) -> list[Declaration]:
+        """Declarations of a kind in order."""
+        return [d for d in self.names.values() if d.kind == kind]
+
+
+def physical_register(name: str) -> Register | None:
+    """Register that the name denotes, existing or not; None for any other name."""
+    if name == "zero":
+        return Register("zero", 0)
+    match = _PHYSICAL.fullmatch(name)
+    # Longer numbers are of no register, whatever their digits.
+    return Register(match.group(1).upper(), int(match.group(2)[:6])) if match else None
+
+
+def output_index(name: str) -> int | None:
+    """Index of an output name `o<n>`; None for any other name."""
+    match = _OUTPUT.fullmatch(name)
+    return int(match.group(1)[:6]) if match else None
+
+
+def is_reserved(name: str) -> bool:
+    """Whether the language itself gives the name a meaning."""
+    return name == "pi" or physical_register(name) is not None or output_index(name) is not None
+
+
+def span(first: Token, cursor: Cursor) -> Place:
+    """Characters from a token to the last one consumed."""
+    last = cursor.tokens[max(cursor.position - 1, 0)]
+    if last.line is not first.line:
+        return first.place
+    return Place(first.line, first.place.column, max(1, last.end - first.place.column))
+
+
+def where(place: Place) -> str:
+    return f"{place.line.file}:{place.line.number}"
