@@ -15,6 +15,8 @@ GCODE ?= sim/paths/agh.ngc
 OUTPUT ?= build
 ROBOT ?= sim/robot.toml
 RUN ?=
+TICKS ?=
+PLATFORMS ?=
 T ?=
 SEED ?= 1
 JOBS ?= 2
@@ -30,13 +32,15 @@ export SEED
 
 help: ## list targets and variables
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-14s %s\n", $$1, $$2}' Makefile
-	@echo "Variables: GCODE=$(GCODE)  ROBOT=$(ROBOT)  OUTPUT=$(OUTPUT)  RUN=$(RUN) (full: every tick on FPGA1, FPGA2)  T=$(T) (test filter)  SEED=$(SEED)  JOBS=$(JOBS)"
+	@echo "Variables: GCODE=$(GCODE)  ROBOT=$(ROBOT)  OUTPUT=$(OUTPUT) (folder)  TICKS=$(TICKS) (only the first)  PLATFORMS=$(PLATFORMS) (fpga1,fpga2,fpga3)"
+	@echo "  RUN=$(RUN) (full: every tick on FPGA1 and FPGA2; plan: path time and estimate only)  T=$(T) (test filter)  SEED=$(SEED)  JOBS=$(JOBS)"
 
-run: $(READY) ## the main job: track a path through RTL in closed loop (GCODE=file, ROBOT=file, OUTPUT=folder)
-	@$(PY) -m sim.run $(GCODE) --robot $(ROBOT) --output $(OUTPUT) $(if $(filter full,$(RUN)),--all-ticks)
+run: $(READY) ## the main job: track a path through RTL in closed loop (GCODE, ROBOT, OUTPUT, TICKS, PLATFORMS)
+	@$(PY) -m sim.run "$(GCODE)" --robot "$(ROBOT)" --output "$(OUTPUT)" $(if $(TICKS),--ticks "$(TICKS)") \
+	  $(if $(PLATFORMS),--platforms "$(PLATFORMS)") $(if $(filter full,$(RUN)),--all-ticks) $(if $(filter plan,$(RUN)),--plan-only)
 
 dual: $(READY) ## two processors: set-points on one core, tracking on the other, in closed loop (GCODE=file, ROBOT=file)
-	@$(PY) -m sim.dual $(GCODE) --robot $(ROBOT) --output $(OUTPUT)/dual
+	@$(PY) -m sim.dual "$(GCODE)" --robot "$(ROBOT)" --output "$(OUTPUT)/dual"
 
 test: $(READY) qemu-for-tests chromium-for-tests rs274 lint gen-check ## every test but the deep campaigns (T=expression, SEED=n)
 	$(PY) -m pytest -n $(JOBS) --dist loadfile -m "not full" --hypothesis-seed=$(SEED) $(if $(T),-k "$(T)")
@@ -86,7 +90,7 @@ gen-check: $(READY) ## refuse generated files that differ from their sources
 	@$(PY) scripts/gen_nios_system.py --check
 
 motion: $(READY) ## the motion front-end: figures of the papers, drive study, RTL, on one page (RUN=full)
-	@$(PY) -m sim.motion.show --robot $(ROBOT) $(if $(filter full,$(RUN)),--full)
+	@$(PY) -m sim.motion.show --robot "$(ROBOT)" $(if $(filter full,$(RUN)),--full)
 
 motion-size: $(READY_SYNTH) ## area and clock of the motion front-end with Yosys and nextpnr, for its goals
 	@$(PY) -m scripts.motion_size $(if $(SEEDS),--seeds $(SEEDS))
@@ -116,7 +120,7 @@ quartus: $(READY) ## area and speed on Stratix III with Quartus II 13.1, to buil
 	@$(PY) scripts/quartus.py
 
 nios-sw: $(READY) ## programs of the Nios II systems and their committed images, docs/own_c_program.md (needs nios-toolchain)
-	@$(MAKE) --no-print-directory -C nios_sw all images PY=$(abspath $(PY))
+	@$(MAKE) --no-print-directory -C nios_sw all images
 	@$(PY) scripts/own_c_page.py
 
 nios-toolchain: ## cross compiler for Nios II from Debian's source packages (about 20 minutes, once)

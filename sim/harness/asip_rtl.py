@@ -41,6 +41,52 @@ class TickResult:
         return FAULT_NAMES[STATUS["cause"].of(int(self.status[-1]))]
 
 
+class TickPort:
+    """Runs of so many ticks: fill `data`, call `run`, read `words`, `status` and `cycles`.
+
+    data (ticks, writes), words (ticks, reads), status and cycles (ticks,), all uint32. Of no use
+    behind the life of the core that it belongs to.
+    """
+
+    def __init__(
+        self,
+        lib: ctypes.CDLL,
+        model: int,
+        write_address: Sequence[int],
+        read_address: Sequence[int],
+        ticks: int,
+    ) -> None:
+        self._lib = lib
+        self._addresses = [np.asarray(a, dtype=np.uint32) for a in (write_address, read_address)]
+        writes, reads = self._addresses
+        self.data = np.zeros((ticks, len(writes)), dtype=np.uint32)
+        self.words = np.zeros((ticks, len(reads)), dtype=np.uint32)
+        status_cycles = np.zeros((ticks, 2), dtype=np.uint32)
+        self.status, self.cycles = status_cycles.T
+        self._arguments = (
+            model,
+            ticks,
+            writes.ctypes.data,
+            len(writes),
+            self.data.ctypes.data,
+            reads.ctypes.data,
+            len(reads),
+            self.words.ctypes.data,
+            status_cycles.ctypes.data,
+            CSR["CONTROL"],
+            CSR["STATUS"],
+            CSR["CYCLES"],
+            1 << STATUS["fault"].low,
+        )
+
+    def run(self) -> int:
+        """Run the ticks; returns how many, fewer if one faulted. Raises AsipError."""
+        done = self._lib.asip_run(*self._arguments)
+        if done < 0:
+            raise AsipError("the core neither finished nor faulted")
+        return done
+
+
 def register_address(name: str) -> int:
     """Bus address of a physical register such as 'c12' (banks A, B, C)."""
     bank, index = name[0].upper(), int(name[1:])
@@ -206,29 +252,16 @@ class AsipRtl:
         data: (ticks, len(write_address)) of 32-bit items. Stops early after a faulted tick.
         """
         data = np.ascontiguousarray(data).view(np.uint32)
-        ticks = data.shape[0]
-        writes = np.asarray(write_address, dtype=np.uint32)
-        reads = np.asarray(read_address, dtype=np.uint32)
-        words = np.zeros((ticks, len(reads)), dtype=np.uint32)
-        status_cycles = np.zeros((ticks, 2), dtype=np.uint32)
-        done = self._lib.asip_run(
-            self._model,
-            ticks,
-            writes.ctypes.data,
-            len(writes),
-            data.ctypes.data,
-            reads.ctypes.data,
-            len(reads),
-            words.ctypes.data,
-            status_cycles.ctypes.data,
-            CSR["CONTROL"],
-            CSR["STATUS"],
-            CSR["CYCLES"],
-            1 << STATUS["fault"].low,
-        )
-        if done < 0:
-            raise AsipError("the core neither finished nor faulted")
-        return TickResult(words[:done], status_cycles[:done, 0], status_cycles[:done, 1])
+        port = self.port(write_address, read_address, data.shape[0])
+        port.data[:] = data
+        done = port.run()
+        return TickResult(port.words[:done], port.status[:done], port.cycles[:done])
+
+    def port(
+        self, write_address: Sequence[int], read_address: Sequence[int], ticks: int = 1
+    ) -> TickPort:
+        """For many calls with the same addresses, without making arrays each time."""
+        return TickPort(self._lib, self._model, write_address, read_address, ticks)
 
     # ------------------------------------------------------------------ addresses by name
     def input_addresses(self, names: Sequence[str]) -> list[int]:

@@ -197,7 +197,7 @@ def _resting(pose: Pose, seconds: float, period: float, number: int) -> _Part:
 
 def _exact_stops(file: str, items: list[_Item], robot: Robot, corners: Corners) -> Iterator[_Part]:
     """The ticks of moves and rests under G61.1, without the last one."""
-    settings = MotionSettings(period=robot.T_s, lead_in=0.0)
+    settings = MotionSettings(robot, lead_in=0.0)
     for is_dwell, group in groupby(items, key=lambda item: isinstance(item[2], Dwell)):
         entries = list(group)
         if is_dwell:
@@ -222,7 +222,7 @@ def _looking_ahead(
     file: str, items: list[_Item], robot: Robot, corners: Corners
 ) -> Iterator[_Part]:
     """The ticks of moves and rests under G61 and G64, without the last one."""
-    settings = LookaheadSettings(period=robot.T_s, robot=robot)
+    settings = LookaheadSettings(robot=robot)
     numbers = np.array([n for n, _, item in items if isinstance(item, Move)])
     rests = [item.seconds for _, _, item in items if isinstance(item, Dwell)]
     corners.rest += math.fsum(rests)

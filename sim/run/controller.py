@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from asip_asm.image import Image
 from sim.core import Core, CoreError, CoreFault
-from sim.harness.asip_rtl import AsipError
+from sim.harness.asip_rtl import FAULT_NAMES, STATUS, AsipError
 from sim.model.records import OUTPUTS
 
 SET_POINTS = (
@@ -59,6 +59,11 @@ class AsipController:
         self._program = Core(image)
         self._exports = tuple(EXPORTED.values()) if intermediates else ()
         self.core = self._program.backend.rtl
+        reads = self.core.output_addresses(OUTPUTS) + self.core.export_addresses(self._exports)
+        self._port = self.core.port(self.core.input_addresses([*SET_POINTS, *COUNTS]), reads)
+        self._words = self._port.data[0, : len(SET_POINTS)].view(np.float32)
+        self._counts = self._port.data[0, len(SET_POINTS) :].view(np.int32)
+        self._results = self._port.words.view(np.float32)
 
     @property
     def tick(self) -> int:
@@ -82,7 +87,20 @@ class AsipController:
 
     def step(self, words: Sequence[float], counts: Sequence[int]) -> Ticks:
         """One tick: 15 set-points (rounded to binary32 here) and five counts."""
-        return self.batch(np.atleast_2d(np.asarray(words)), np.atleast_2d(np.asarray(counts)))
+        self._words[:] = words
+        self._counts[:] = counts
+        try:
+            self._port.run()
+        except AsipError as error:
+            raise ControllerFault(f"tick {self.tick}: {error}") from error
+        status = int(self._port.status[0])
+        if STATUS["fault"].of(status):
+            name = FAULT_NAMES[STATUS["cause"].of(status)]
+            raise ControllerFault(f"tick {self.tick}: the core stopped with fault {name}")
+        self._program.ticks += 1
+        values = self._results.copy()
+        outputs, exported = values[:, : len(OUTPUTS)], values[:, len(OUTPUTS) :]
+        return Ticks(outputs, exported, self._port.cycles.copy())
 
     def batch(self, words: NDArray[np.floating], counts: NDArray[np.integer]) -> Ticks:
         """Consecutive ticks, words (N, 15) and counts (N, 5). Raises ControllerFault."""

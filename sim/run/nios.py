@@ -142,18 +142,26 @@ def profile_path(platform: str, program: Program, first: int, ticks: int) -> Pro
 
 
 @dataclass(frozen=True)
+class Beginning:
+    """Closed loop over the first ticks of a path: largest tracking errors, cycles of every tick;
+    simulated: clock cycles."""
+
+    ticks: int
+    tracking: closed_loop.Tracking
+    cycles: NDArray[np.uint32]
+    simulated: int
+
+
+@dataclass(frozen=True)
 class NiosRun:
-    """Measurements of one platform. ticks: indices (N,) into the path; results at them; largest
-    tracking errors of the closed loop over its first ticks; cycles of the other builds."""
+    """Measurements of one platform on given counts. ticks: indices (N,) into the path; results at
+    them; cycles of the other builds; simulated: clock cycles."""
 
     platform: str
     ticks: NDArray[np.int64]
     results: Ticks
-    closed_loop_ticks: int
-    tracking: closed_loop.Tracking
-    closed_loop_cycles: NDArray[np.uint32]
     variant_cycles: dict[str, NDArray[np.uint32]]
-    cycles: int
+    simulated: int
 
 
 def set_points(trajectory: Trajectory, ticks: int | None) -> SetPoints:
@@ -184,11 +192,26 @@ def _boosted(robot: Robot, single: TrackingResult) -> NDArray[np.integer]:
     return ((single.ticks > 0) & (single.ticks < robot.boost_ticks)).sum(axis=1)
 
 
-def total_ticks(robot: Robot, platform: str, single: TrackingResult, full: bool) -> int:
-    """Ticks that `run` takes."""
-    n = len(single.output)
-    windows = [range(n)] if full else sampled(n, _boosted(robot, single), SAMPLES[platform])
-    return min(SAMPLES[platform].closed_loop, n) + sum(map(len, windows))
+def beginning_ticks(platform: str, ticks: int) -> int:
+    """Ticks that `follow_beginning` takes of a path of so many."""
+    return min(SAMPLES[platform].closed_loop, ticks)
+
+
+def window_ticks(platform: str, ticks: int, full: bool) -> int:
+    """Most ticks that `run` takes of a path of so many."""
+    sample = SAMPLES[platform]
+    return ticks if full else min((sample.windows + 1) * sample.window, ticks)
+
+
+def follow_beginning(
+    robot: Robot, path: SetPoints, platform: str, progress: Callable[[int], None]
+) -> Beginning:
+    """Closed loop over the first ticks. Raises ControllerFault, ImageError, BuildError."""
+    part = SetPoints.from_words(path.words()[: beginning_ticks(platform, len(path))])
+    controller = NiosController(platform, robot)
+    recording = closed_loop.run(robot, part, controller, progress)
+    tracking = closed_loop.tracking_error(robot, part, joint_path(robot, part)[0], recording)
+    return Beginning(len(part), tracking, recording.ticks.cycles, controller.core.cycles)
 
 
 def run(
@@ -200,19 +223,11 @@ def run(
     full: bool,
     progress: Callable[[int], None],
 ) -> NiosRun:
-    """Closed loop over the first ticks, then the sample (full: every tick) on the given counts.
+    """The sample of the ticks (full: every tick) on the given counts.
 
     single: the float32 run on `counts`. Raises ControllerFault, ImageError, BuildError.
     """
     sample = SAMPLES[platform]
-    beginning = SetPoints.from_words(path.words()[: sample.closed_loop])
-    controller = NiosController(platform, robot)
-    recording = closed_loop.run(robot, beginning, controller, progress)
-    tracking = closed_loop.tracking_error(
-        robot, beginning, joint_path(robot, beginning)[0], recording
-    )
-    cycles = controller.core.cycles
-
     n = len(path)
     windows = [range(n)] if full else sampled(n, _boosted(robot, single), sample)
     words = path.words()
@@ -226,7 +241,7 @@ def run(
             chunk = slice(start, min(start + CHUNK, window.stop))
             parts.append(controller.batch(words[chunk], counts[chunk]))
             progress(chunk.stop - chunk.start)
-    cycles += controller.core.cycles
+    cycles = controller.core.cycles
 
     first = max(int(np.argmax(_boosted(robot, single))) - VARIANT_TICKS // 2, 1)
     chunk = slice(first, first + VARIANT_TICKS)
@@ -241,9 +256,6 @@ def run(
         platform,
         np.concatenate([np.arange(w.start, w.stop) for w in windows]),
         closed_loop.concatenate(parts),
-        len(beginning),
-        tracking,
-        recording.ticks.cycles,
         variants,
         cycles,
     )
@@ -295,7 +307,7 @@ def torque_to_pc(run: NiosRun, single: TrackingResult) -> float:
 
 def add_results(
     data: dict[str, Any],
-    runs: Sequence[NiosRun],
+    runs: Sequence[tuple[Beginning, NiosRun]],
     path: SetPoints,
     reference: TrackingResult,
     single: TrackingResult,
@@ -304,8 +316,8 @@ def add_results(
     """Enter the measurements into the content of build/results.json."""
     data["nios"] = {}
     words = path.words()
-    for run in runs:
-        cycles = np.concatenate([run.closed_loop_cycles, run.results.cycles])
+    for beginning, run in runs:
+        cycles = np.concatenate([beginning.cycles, run.results.cycles])
         data["platforms"][run.platform] = timing(cycles)
         sampled_path = SetPoints.from_words(words[run.ticks])
         errors = row_errors(at(reference, run.ticks), sampled_path, run.results)
@@ -313,9 +325,9 @@ def add_results(
             data["errors"][row][run.platform] = error
         same = max_abs_error(at(reference, run.ticks), at(single, run.ticks))
         data["nios"][run.platform] = {
-            "closed_loop_ticks": run.closed_loop_ticks,
+            "closed_loop_ticks": beginning.ticks,
             "replayed_ticks": len(run.ticks),
-            "tracking": vars(run.tracking),
+            "tracking": vars(beginning.tracking),
             "pc_float32_same_ticks": same,
             "words_other_than_pc_float32": different_words(run, single),
             "tau4_to_pc_of_limit": torque_to_pc(run, single),

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 
 from asip_asm.image import Image
 from asip_asm.isa import default_isa
-from sim.model import float32, tracking
+from sim.model import tracking
 from sim.model.errors import max_abs_error
 from sim.model.parameters import Robot
 from sim.model.records import OUTPUTS, TABLE_3, SetPoints, TrackingResult
@@ -21,17 +22,21 @@ from sim.run.controller import EXPORTED, PASSED_ON, SET_POINTS, Ticks
 
 CLOCK_MHZ = default_isa().clock_mhz
 SMALLEST = 1e-300  # bound of an output that must be exact
+# Key of a program of FPGA3 among the errors.
+FPGA3_COLUMNS = {"as_printed": "fpga3", "optimised": "fpga3_optimised"}
 OPERATION_CLASSES = ("add_sub", "mul", "div", "sqrt", "sin", "float_int", "sat")
 
 
 @dataclass(frozen=True)
 class ProgramRun:
-    """One program's measurements: the image, what it did, bundles issued per address in `runs`."""
+    """One program's measurements: the image, what it did, bundles issued per address in `runs`,
+    clock cycles simulated."""
 
     image: Image
     recording: Recording
     issued: NDArray[np.uint64]
     runs: int
+    cycles: int
 
 
 def timing(cycles: NDArray[np.uint32]) -> dict[str, float]:
@@ -77,16 +82,14 @@ def row_errors(reference: TrackingResult, path: SetPoints, ticks: Ticks) -> dict
 
 @dataclass(frozen=True)
 class Comparison:
-    """References on the counts of the as-printed run.
+    """References on the counts that one run saw.
 
     reference: double precision on the unrounded set-points; rounded: the same on set-points rounded
-    to binary32, so what the rounding of the inputs alone does; single: the printed formulas in
-    float32, the PC column.
+    to binary32, so what the rounding of the inputs alone does.
     """
 
     reference: TrackingResult
     rounded: TrackingResult
-    single: TrackingResult
     rounded_path: SetPoints
 
 
@@ -96,7 +99,6 @@ def compare(robot: Robot, path: SetPoints, counts: NDArray[np.int32]) -> Compari
     return Comparison(
         tracking.run(robot, path, counts),
         tracking.run(robot, rounded, counts),
-        float32.run(robot, path, counts),
         rounded,
     )
 
@@ -123,51 +125,43 @@ def worst_of_bound(
 def results(
     robot: Robot,
     path: SetPoints,
-    as_printed: ProgramRun,
-    optimised: ProgramRun,
-    optimised_replay: Ticks,
-    comparison: Comparison,
-    simulation: dict[str, float],
+    runs: Mapping[str, ProgramRun],
+    comparisons: Mapping[str, Comparison],
+    common: Comparison,
+    single: TrackingResult,
 ) -> dict[str, Any]:
-    """The content of build/results.json."""
+    """The content of build/results.json, but for FPGA1 and FPGA2.
+
+    runs: the programs of FPGA3 with the comparison of each on the counts that it saw; common, and
+    single, the printed formulas in float32 (the PC column): on those of the first run.
+    """
     desired = tracking.joint_path(robot, path)[0]
-    single = max_abs_error(comparison.reference, comparison.single)
-    printed = row_errors(comparison.reference, path, as_printed.recording.ticks)
-    better = row_errors(comparison.reference, path, optimised_replay)
-    inputs = max_abs_error(comparison.reference, comparison.rounded)
-    deviations = {
-        name: tracking_error(robot, path, desired, run.recording)
-        for name, run in (("as_printed", as_printed), ("optimised", optimised))
+    inputs = max_abs_error(common.reference, common.rounded)
+    pc = max_abs_error(common.reference, single)
+    rows = (*TABLE_3, *OUTPUTS)
+    errors = {row: {"pc_float32": pc[row], "set_point_rounding": inputs[row]} for row in rows}
+    deviations = {}
+    for name, run in runs.items():
+        found = row_errors(comparisons[name].reference, path, run.recording.ticks)
+        for row in rows:
+            errors[row][FPGA3_COLUMNS[name]] = found[row]
+        deviations[name] = tracking_error(robot, path, desired, run.recording)
+    data: dict[str, Any] = {"ticks": len(path), "platforms": {}, "errors": errors, "nios": {}}
+    data["tracking"] = {}
+    if not runs:
+        return data
+    data["platforms"]["fpga3"] = {
+        name: timing(run.recording.ticks.cycles) for name, run in runs.items()
     }
-    return {
-        "ticks": len(path),
-        "platforms": {
-            "fpga3": {
-                "as_printed": timing(as_printed.recording.ticks.cycles),
-                "optimised": timing(
-                    np.concatenate([optimised.recording.ticks.cycles, optimised_replay.cycles])
-                ),
-            }
-        },
-        "operations": {"as_printed": operations(as_printed), "optimised": operations(optimised)},
-        "errors": {
-            row: {
-                "pc_float32": single[row],
-                "fpga3": printed[row],
-                "fpga3_optimised": better[row],
-                "set_point_rounding": inputs[row],
-            }
-            for row in (*TABLE_3, *OUTPUTS)
-        },
-        "worst_fraction_of_bound": {
-            "as_printed": worst_of_bound(robot, comparison, as_printed.recording.ticks, False),
-            "optimised": worst_of_bound(robot, comparison, optimised_replay, True),
-        },
-        "tracking": {
-            "max_leg_error_m": max(d.leg for d in deviations.values()),
-            "max_tool_error_m": max(d.tool for d in deviations.values()),
-            "max_table_error_rad": max(d.table for d in deviations.values()),
-            **{name: vars(deviation) for name, deviation in deviations.items()},
-        },
-        "simulation": simulation,
+    data["operations"] = {name: operations(run) for name, run in runs.items()}
+    data["worst_fraction_of_bound"] = {
+        name: worst_of_bound(robot, comparisons[name], run.recording.ticks, name == "optimised")
+        for name, run in runs.items()
     }
+    data["tracking"] = {
+        "max_leg_error_m": max(d.leg for d in deviations.values()),
+        "max_tool_error_m": max(d.tool for d in deviations.values()),
+        "max_table_error_rad": max(d.table for d in deviations.values()),
+        **{name: vars(deviation) for name, deviation in deviations.items()},
+    }
+    return data

@@ -1,0 +1,341 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The stages of the main job: plan the path, build the systems, simulate, compare, write."""
+
+from __future__ import annotations
+
+import json
+import math
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from rich.console import Console
+
+from asip_asm.assemble import assemble
+from asip_asm.image import Image
+from sim.harness.asip_rtl import AsipRtl
+from sim.harness.build import ROOT
+from sim.harness.nios_rtl import NiosRtl
+from sim.model import float32
+from sim.model.parameters import Robot
+from sim.model.records import SetPoints, TrackingResult
+from sim.model.tracking import joint_path
+from sim.motion.drive_robot import LawController
+from sim.motion.gcode import parse_file
+from sim.motion.lookahead_limits import MachineLimits
+from sim.motion.path_limits import limited_by
+from sim.motion.program_path import ProgramPath, plan
+from sim.run import closed_loop, estimate, nios, page, tables
+from sim.run.controller import AsipController
+from sim.run.estimate import AS_PRINTED, LAW, OPTIMISED
+from sim.run.goals import goals
+from sim.run.progress import TickProgress, duration
+from sim.run.results import Comparison, ProgramRun, compare, results, row_errors
+from sim.run.workers import Workers
+
+PROGRAMS = ROOT / "asip_asm/programs"
+MANY_STOPS = 20  # from which on G64 is told of
+# Task that runs a program of FPGA3 -> key in results.json; source in PROGRAMS: tracking_<key>.s.
+KEYS = {AS_PRINTED: "as_printed", OPTIMISED: "optimised"}
+
+
+class PathError(ValueError):
+    """The program or its path cannot be run; the text says where and why."""
+
+
+@dataclass(frozen=True)
+class Order:
+    """What to do. ticks: only the first so many; platforms: of estimate.PLATFORMS; all_ticks: FPGA1
+    and FPGA2 take every tick too; plan_only: stop before anything is built or written."""
+
+    gcode: Path
+    robot_file: Path
+    output: Path
+    ticks: int | None = None
+    platforms: Sequence[str] = estimate.PLATFORMS
+    all_ticks: bool = False
+    plots: bool = True
+    plan_only: bool = False
+
+
+@dataclass
+class _Measured:
+    """Runs of FPGA3 by key, counts that FPGA1 and FPGA2 are given and their float32 answer, their
+    runs, seconds per tick of every task."""
+
+    counts: NDArray[np.int32]
+    single: TrackingResult
+    programs: dict[str, ProgramRun] = field(default_factory=dict)
+    nios: list[tuple[nios.Beginning, nios.NiosRun]] = field(default_factory=list)
+    costs: dict[str, float] = field(default_factory=dict)
+    wall: float = 0.0
+
+
+def _run_program(robot: Robot, path: SetPoints, image: Image, progress: Any) -> ProgramRun:
+    """A program of FPGA3 in closed loop."""
+    controller = AsipController(image)
+    recording = closed_loop.run(robot, path, controller, progress)
+    issued = controller.core.issued(len(image.bundles))
+    runs = len(path) + 1  # priming runs the program once
+    return ProgramRun(image, recording, issued, runs, controller.core.cycles)
+
+
+def _run_law(robot: Robot, path: SetPoints, progress: Any) -> NDArray[np.int32]:
+    """Counts of the tracking law in double precision in closed loop."""
+    return closed_loop.run(robot, path, LawController(robot), progress).counts
+
+
+def _planned(order: Order, robot: Robot, console: Console) -> ProgramPath:
+    try:
+        path = plan(parse_file(order.gcode), robot, order.ticks)
+    except ValueError as error:
+        raise PathError(str(error)) from error
+    corners = path.corners
+    console.print(
+        f"      path time {path.time:.4g} s"
+        + ("" if path.whole else " of a longer program")
+        + f"; {len(path)} ticks of {robot.T_s * 1e6:g} µs; {len(path.moves)} moves"
+    )
+    hint = corners.stops > MANY_STOPS and not any(move.exact_stop for move in path.moves)
+    meetings = corners.rounded + corners.smooth + corners.stops
+    console.print(
+        f"      {meetings} places where moves meet: {corners.rounded} rounded, {corners.smooth} "
+        f"smooth, {corners.stops} stops"
+        + (f"; {corners.rest:g} s of rests" if corners.rest else "")
+        + ("; G64 P0.01 in the program would round corners" if hint else ""),
+        soft_wrap=True,
+    )
+    return path
+
+
+def set_points(path: ProgramPath) -> SetPoints:
+    """What the controllers get."""
+    parts = (path.position, path.velocity, path.acceleration)
+    return SetPoints(*(part[:, :3] for part in parts), *(part[:, 3:] for part in parts))
+
+
+def _images(order: Order, robot: Robot, console: Console) -> dict[str, Image]:
+    images = {}
+    for name, key in KEYS.items() if "fpga3" in order.platforms else ():
+        source = PROGRAMS / f"tracking_{key}.s"
+        images[name] = image = assemble(source, configuration="fast", defines=robot.values())
+        image.save(order.output / f"{source.stem}.asip.json")
+        console.print(
+            f"      {source.stem}: {len(image.bundles)} bundles, {image.cycles} cycles expected"
+        )
+    return images
+
+
+def _build(order: Order) -> None:
+    if "fpga3" in order.platforms:
+        AsipRtl("fast").close()
+    for platform in nios.SAMPLES:
+        if platform in order.platforms:
+            NiosRtl(platform).close()
+
+
+def _simulate(
+    order: Order, robot: Robot, path: SetPoints, images: dict[str, Image], bars: TickProgress
+) -> _Measured:
+    """Everything that the worker processes do. The longest task begins first."""
+    begin = time.perf_counter()
+    n = len(path)
+    systems = [platform for platform in nios.SAMPLES if platform in order.platforms]
+    with Workers(bars) as workers:
+        runs = {
+            name: workers.submit(name, n, _run_program, robot, path, image)
+            for name, image in images.items()
+        }
+        law = None if runs else workers.submit(LAW, n, _run_law, robot, path)
+        beginnings = {
+            platform: workers.submit(
+                estimate.beginning(platform),
+                nios.beginning_ticks(platform, n),
+                *(nios.follow_beginning, robot, path, platform),
+            )
+            for platform in systems
+        }
+        programs = {}
+        if law is None:
+            programs["as_printed"] = workers.result(runs[AS_PRINTED])
+            counts = programs["as_printed"].recording.counts
+        else:
+            counts = workers.result(law)
+        measured = _Measured(counts, float32.run(robot, path, counts), programs)
+        windows = {
+            platform: workers.submit(
+                platform,
+                nios.window_ticks(platform, n, order.all_ticks),
+                *(nios.run, robot, path, counts, measured.single, platform, order.all_ticks),
+            )
+            for platform in systems
+        }
+        if law is None:
+            programs["optimised"] = workers.result(runs[OPTIMISED])
+        measured.nios += [
+            (workers.result(beginnings[platform]), workers.result(windows[platform]))
+            for platform in systems
+        ]
+        work = estimate.work(n, order.platforms, order.all_ticks)
+        measured.costs = {name: s / work[name] for name, s in workers.seconds.items()}
+    measured.wall = time.perf_counter() - begin
+    return measured
+
+
+def _simulation(measured: _Measured) -> dict[str, float]:
+    """Clock cycles and time of the programs of FPGA3."""
+    cycles = sum(run.cycles for run in measured.programs.values())
+    spent = sum(
+        measured.costs[name] * len(measured.counts)
+        for name, key in KEYS.items()
+        if key in measured.programs
+    )
+    nios_cycles = sum(b.simulated + run.simulated for b, run in measured.nios)
+    return {
+        "cycles": cycles,
+        "nios_cycles": nios_cycles,
+        "wall_s": measured.wall,
+        "cycles_per_second": cycles / measured.wall,
+        "cycles_per_second_per_process": cycles / spent if spent else 0.0,
+    }
+
+
+def _path_data(path: ProgramPath, robot: Robot) -> dict[str, Any]:
+    """Moves, corners and what bounded the speed, for results.json."""
+    corners = path.corners
+    return {
+        "whole": path.whole,
+        "moves": len(path.moves),
+        "corners_rounded": corners.rounded,
+        "joints_smooth": corners.smooth,
+        "stops": corners.stops,
+        "rests_s": corners.rest,
+        "speed_limited_by": limited_by(path, robot, MachineLimits.of(robot)),
+        "slowest_corners": [
+            {
+                "line": joint.line,
+                "angle_deg": math.degrees(joint.angle),
+                "tolerance_mm": joint.tolerance * 1e3 if math.isfinite(joint.tolerance) else None,
+                "apex_mm": joint.apex * 1e3,
+                "speed_mm_s": joint.speed * 1e3,
+            }
+            for joint in corners.slowest
+        ],
+    }
+
+
+def run(order: Order, console: Console) -> dict[str, Any]:
+    """The whole job; writes below order.output and returns the content of results.json."""
+    robot = Robot.load(order.robot_file)
+    console.print(f"[bold]1/6[/] path of {order.gcode}", highlight=False)
+    planned = _planned(order, robot, console)
+    path = set_points(planned)
+    work, cost = estimate.work(len(path), order.platforms, order.all_ticks), estimate.costs()
+    console.print(
+        f"      estimated time of the simulation: {duration(estimate.seconds(work, cost))} on "
+        "two idle processors"
+    )
+    if order.plan_only:
+        return {}
+    order.output.mkdir(parents=True, exist_ok=True)
+
+    console.print("[bold]2/6[/] assembling the tracking programs")
+    images = _images(order, robot, console)
+
+    console.print("[bold]3/6[/] building the Verilated systems (once per change of the RTL)")
+    _build(order)
+
+    sampled = "" if order.all_ticks else "; FPGA1 and FPGA2 take a sample (RUN=full: every tick)"
+    console.print(f"[bold]4/6[/] closed loop: counts from the plant, forces from the RTL{sampled}")
+    with TickProgress(console, {name: (n, cost[name]) for name, n in work.items()}) as bars:
+        measured = _simulate(order, robot, path, images, bars)
+
+    console.print("[bold]5/6[/] comparing with double precision and printed float32")
+    begin = time.perf_counter()
+    data = _compared(robot, path, measured)
+    data |= {
+        "gcode": str(order.gcode),
+        "path_time_s": planned.time,
+        "robot": {"file": str(order.robot_file), "values": robot.values()},
+        "path": _path_data(planned, robot),
+        "simulation": _simulation(measured),
+    }
+    data["goals"] = goals(data)
+    measured.costs[estimate.COMPARISON] = (time.perf_counter() - begin) / len(path)
+    if len(path) >= estimate.TELLING:
+        estimate.keep(measured.costs)
+
+    console.print(f"[bold]6/6[/] writing below {order.output}", highlight=False)
+    _write(order, robot, planned, path, measured, data, console)
+    return data
+
+
+def _compared(robot: Robot, path: SetPoints, measured: _Measured) -> dict[str, Any]:
+    """Each program against double precision on the counts that it saw."""
+    common: Comparison = compare(robot, path, measured.counts)
+    comparisons = {
+        key: common if key == "as_printed" else compare(robot, path, run.recording.counts)
+        for key, run in measured.programs.items()
+    }
+    data = results(robot, path, measured.programs, comparisons, common, measured.single)
+    nios.add_results(data, measured.nios, path, common.reference, measured.single, row_errors)
+    return data
+
+
+def _write(
+    order: Order,
+    robot: Robot,
+    planned: ProgramPath,
+    path: SetPoints,
+    measured: _Measured,
+    data: dict[str, Any],
+    console: Console,
+) -> None:
+    """results.json, tables, page and plots."""
+    out = order.output
+    (out / "results.json").write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")
+    written = list(tables.all_tables(data))
+    for table in written:
+        console.print()
+        console.print(table)
+    console.print()
+    described = data["path"]
+    console.print(
+        f"{described['corners_rounded']} corners rounded, {described['stops']} stops; speed "
+        "limited by "
+        + (
+            ", ".join(f"{k} {v:.0%}" for k, v in list(described["speed_limited_by"].items())[:4])
+            or "nothing"
+        )
+        + " of the time"
+    )
+    simulation = data["simulation"]
+    if simulation["cycles"]:
+        console.print(
+            f"{simulation['cycles']:,} clock cycles simulated in {simulation['wall_s']:.0f} s: "
+            f"{simulation['cycles_per_second'] / 1e6:.2f} M cycles/s"
+        )
+    if order.plots:
+        recordings = {name: key for name, key in KEYS.items() if key in measured.programs}
+        shown = page.Shown(
+            gcode=order.gcode,
+            robot=robot,
+            path=path,
+            desired=joint_path(robot, path)[0],
+            drawing=planned.drawing,
+            recordings={
+                name: measured.programs[recordings[name]].recording
+                for name in (OPTIMISED, AS_PRINTED)
+                if name in recordings
+            },
+            results=data,
+            tables=written,
+            robot_file=order.robot_file,
+        )
+        page.write(out, shown)
+        console.print(f"page and plots: {out / 'index.html'}", highlight=False)
+    console.print(f"figures:        {out / 'results.json'}", highlight=False)
