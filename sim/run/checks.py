@@ -20,10 +20,15 @@ def enter(data: dict[str, Any], robot: Robot, gcode: Path) -> None:
     exceeded: per comparison that fails the key of results.json it is about, the row, a sentence.
     """
     found = list(_bounds(data)) + list(_words(data))
-    if robot == Robot.load() and gcode.name == TARGET_PATH:
+    if is_published(robot, gcode):
         found += _targets(data)
     data["exceeded"] = [{"in": key, "row": row, "text": text} for key, row, text in found]
     data["bounds_ok"] = not found
+
+
+def is_published(robot: Robot, gcode: Path) -> bool:
+    """Whether a run is of the case for which there are targets of the tracking errors."""
+    return robot == Robot.load() and gcode.name == TARGET_PATH
 
 
 def is_marked(data: dict[str, Any], key: str, row: str) -> bool:

