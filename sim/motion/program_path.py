@@ -39,7 +39,7 @@ from sim.motion.trajectory import (
 FloatArray = NDArray[np.float64]
 
 REST_AT_START = 0.1  # s, in which the controller settles
-MOST_TICKS = 2_000_000  # of a program to be simulated, which needs some 2.5 kB a tick
+MOST_TICKS = 1_500_000  # of a program to be simulated, which needs some 2.5 kB a tick
 
 
 @dataclass
@@ -125,9 +125,10 @@ def plan(program: Program, robot: Robot, ticks: int | None = None) -> ProgramPat
     rest = math.ceil(REST_AT_START / robot.T_s - TICK_ROUNDING)
     most = MOST_TICKS if ticks is None else min(ticks, MOST_TICKS)
     parts, count, whole = [], 0, True
-    for part in _parts(program, robot, first, rest, corners):
+    most_time = math.inf if ticks is not None and ticks <= MOST_TICKS else MOST_TICKS * robot.T_s
+    for part in _parts(program, robot, first, rest, corners, most_time):
         if count + len(part) > most:
-            if ticks is None or ticks > MOST_TICKS:
+            if most_time < math.inf:
                 raise _too_long(program, robot, int(part.move[0]))
             part, whole = part.cut(most - count), False
         parts.append(part)
@@ -149,17 +150,23 @@ def _too_long(program: Program, robot: Robot, number: int) -> TooLongError:
 
 
 def _parts(
-    program: Program, robot: Robot, first: Move, rest: int, corners: Corners
+    program: Program, robot: Robot, first: Move, rest: int, corners: Corners, most_time: float
 ) -> Iterator[_Part]:
-    """The ticks of the whole program; the last part is the last tick, at rest at the end."""
+    """The ticks of the whole program; the last part is the last tick, at rest at the end.
+
+    Raises TooLongError before the ticks of a stretch of motion are made that exceeds most_time [s].
+    """
     here = on_number_grid(to_si(first.start))
     yield _at_rest(here, rest, -1)
     last = -1
     for exact, group in groupby(_numbered(program), key=lambda entry: entry[0]):
         items = [entry[1:] for entry in group]
-        section = _exact_stops if exact else _looking_ahead
         corners.stops += last >= 0
-        for part in section(program.file, items, robot, corners):
+        if exact:
+            section = _exact_stops(program.file, items, robot, corners)
+        else:
+            section = _looking_ahead(program, items, robot, corners, most_time)
+        for part in section:
             yield part
             last = int(part.move[-1])
         here = on_number_grid(to_si(items[-1][1]))
@@ -219,20 +226,22 @@ def _exact_stops(file: str, items: list[_Item], robot: Robot, corners: Corners) 
 
 
 def _looking_ahead(
-    file: str, items: list[_Item], robot: Robot, corners: Corners
+    program: Program, items: list[_Item], robot: Robot, corners: Corners, most_time: float
 ) -> Iterator[_Part]:
     """The ticks of moves and rests under G61 and G64, without the last one."""
     settings = LookaheadSettings(robot=robot)
     numbers = np.array([n for n, _, item in items if isinstance(item, Move)])
     rests = [item.seconds for _, _, item in items if isinstance(item, Dwell)]
     corners.rest += math.fsum(rests)
-    lookahead = Lookahead((item for _, _, item in items), settings, corners.slowest, file)
+    lookahead = Lookahead((item for _, _, item in items), settings, corners.slowest, program.file)
     held = None  # the last one is the last tick
     for points in lookahead.setpoints():
         if held is not None:
             position = on_number_grid(held.position)
             yield _Part(position, held.velocity, held.acceleration, numbers[held.move])
         held = points
+        if lookahead.summary.duration > most_time:
+            raise _too_long(program, robot, int(numbers[points.move[0]]))
     summary = lookahead.summary
     corners.rounded += summary.blends
     corners.smooth += summary.smooth

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from rich.console import Console
 
 from asip_asm.assemble import assemble
+from asip_asm.files import read_bytes
 from asip_asm.image import Image
 from sim.harness.asip_rtl import AsipRtl
 from sim.harness.build import ROOT
@@ -25,7 +26,7 @@ from sim.model.parameters import Robot
 from sim.model.records import SetPoints, TrackingResult
 from sim.model.tracking import joint_path
 from sim.motion.drive_robot import LawController
-from sim.motion.gcode import parse_file
+from sim.motion.gcode import parse
 from sim.motion.lookahead_limits import MachineLimits
 from sim.motion.path_limits import limited_by
 from sim.motion.program_path import ProgramPath, plan
@@ -38,6 +39,7 @@ from sim.run.results import Comparison, ProgramRun, compare, results, row_errors
 from sim.run.workers import Workers
 
 PROGRAMS = ROOT / "asip_asm/programs"
+MOST_TEXT = 100_000_000  # bytes of a program
 MANY_STOPS = 20  # from which on G64 is told of
 # Task that runs a program of FPGA3 -> key in results.json; source in PROGRAMS: tracking_<key>.s.
 KEYS = {AS_PRINTED: "as_printed", OPTIMISED: "optimised"}
@@ -91,7 +93,9 @@ def _run_law(robot: Robot, path: SetPoints, progress: Any) -> NDArray[np.int32]:
 
 def _planned(order: Order, robot: Robot, console: Console) -> ProgramPath:
     try:
-        path = plan(parse_file(order.gcode), robot, order.ticks)
+        text = read_bytes(order.gcode, MOST_TEXT, "a G-code program").decode(errors="replace")
+        program = parse(text.removeprefix("\ufeff"), str(order.gcode))
+        path = plan(program, robot, order.ticks)
     except ValueError as error:
         raise PathError(str(error)) from error
     corners = path.corners

@@ -3,9 +3,9 @@
 
 from __future__ import annotations
 
-from tests.fuzz import asip, nios
+from tests.fuzz import asip, main_job, nios
 from tests.fuzz.engine import Campaign
 
 CAMPAIGNS: dict[str, Campaign] = {
-    campaign.name: campaign for campaign in (*asip.CAMPAIGNS, *nios.CAMPAIGNS)
+    campaign.name: campaign for campaign in (*asip.CAMPAIGNS, *nios.CAMPAIGNS, *main_job.CAMPAIGNS)
 }
