@@ -103,6 +103,9 @@ class Core:
         self._inputs = {entry.name: 0 for entry in self.image.inputs}
         self._constants = {entry.name: int(entry.bits, 16) for entry in self.image.constants}
         self._kinds |= {entry.name: entry.type for entry in self.image.constants}
+        bank_k = {f"k{e.index}": e.name for e in (*self.image.inputs, *self.image.constants)}
+        exports = ((e.name, e.register) for e in self.image.exports)
+        self._same = {name: bank_k[place] for name, place in exports if place in bank_k}
         self._backend: Backend | None = BACKENDS[backend](self.image)
 
     # ------------------------------------------------------------------ life
@@ -223,10 +226,11 @@ class Core:
 
     # ------------------------------------------------------------------ inside
     def _is_int(self, name: str) -> bool:
-        return self._kinds.get(name) == "int"
+        return self._kinds.get(self._same.get(name, name)) == "int"
 
     def _held(self, name: str) -> int | None:
         """Word of a name of bank K, which the host cannot read back."""
+        name = self._same.get(name, name)
         return self._inputs.get(name, self._constants.get(name))
 
     def _check_readable(self, name: str) -> None:
@@ -304,10 +308,11 @@ class Core:
         columns = dict(zip(names, np.ascontiguousarray(runs.words.T), strict=True))
         inputs = list(self._inputs)
         for name in read:
-            if name in self._inputs:
-                columns[name] = np.ascontiguousarray(data[:n, inputs.index(name)])
-            elif name in self._constants:
-                columns[name] = np.full(n, self._constants[name], dtype=np.uint32)
+            held = self._same.get(name, name)
+            if held in self._inputs:
+                columns[name] = np.ascontiguousarray(data[:n, inputs.index(held)])
+            elif held in self._constants:
+                columns[name] = np.full(n, self._constants[held], dtype=np.uint32)
         values = {
             name: column.view(np.int32 if self._is_int(name) else np.float32)
             for name, column in columns.items()

@@ -271,6 +271,19 @@ def test_package__names_on_demand__without_loading_verilator():
     assert done.stdout == "module 'sim' has no attribute 'Corr'\n"
 
 
+def test_export_of_bank_k__reads_the_input_or_constant_behind_it(tmp_path, backend):
+    path = tmp_path / "k.s"
+    path.write_text(
+        ".input x, n : int\n.const w = 2.0\n.output F, safe = 0.0\n.export a = k0, b = k1, c = k2\n"
+        " i2f m, n\n fmadd y, x, w, m\n mov F, y\n halt\n"
+    )
+    with Core(path, backend=backend) as core:
+        ticks = core.batch({"x": [1.0, 2.0], "n": [3, -4]}, read=["a", "b", "c"])
+        assert (ticks["a"].tolist(), ticks["b"].tolist()) == ([1.0, 2.0], [3, -4])
+        assert ticks["c"].tolist() == [2.0, 2.0] and ticks["F"].tolist() == [5.0, 0.0]
+        assert (core.read("a"), core.read("b"), core.read("c")) == (2.0, -4, 2.0)
+
+
 def test_parameter_file__replaces_the_one_that_the_program_names(tmp_path, backend):
     (tmp_path / "mine.toml").write_text("gain = 3.0\n")
     (tmp_path / "other.toml").write_text("gain = 5.0\n")

@@ -22,7 +22,7 @@ FIRST_WORD = re.compile(
     r"|\.venv/bin/\w+)(?: |$)"
 )
 INLINE = re.compile(r"`((?:make|python -m|python scripts/|\.venv/bin/|asip-|nios-)[^`\n]*)`")
-PLACEHOLDER = re.compile(r"\.\.\.|\b(?:name|n|COMMIT|prog)\b|://host")
+PLACEHOLDER = re.compile(r"\.\.\.|\b(?:name|n|N|NAME|FILE|COMMIT|prog)\b|://host")
 
 
 @dataclass(frozen=True)
