@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Blocks of a program: code that runs from its first operation to its last, and what follows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+
+from asip_asm.diagnostics import Place, Reporter
+from asip_asm.flow import reachable
+from asip_asm.ir import Operation
+from asip_asm.machine import BRANCHES
+from asip_asm.source import RawOperation, Source, Statement
+
+
+@dataclass(eq=False)
+class Step:
+    """Operation with the symbolic names that it still holds: reads by field, and its write."""
+
+    operation: Operation
+    raw: RawOperation
+    reads: dict[str, str] = field(default_factory=dict)
+    write: str | None = None
+
+    @property
+    def place(self) -> Place:
+        return self.raw.place
+
+
+@dataclass(eq=False)
+class Block:
+    """Region in the making. `groups` are the operations that read at the same time: bundles, or one
+    each; `follow` the blocks that may run next, `ends` whether a run may end here.
+    """
+
+    labels: list[str] = field(default_factory=list)
+    groups: list[list[Step]] = field(default_factory=list)
+    braces: bool = False
+    halt: bool = False
+    closed: bool = False
+    place: Place | None = None
+    follow: list[int] = field(default_factory=list)
+
+    def steps(self) -> Iterator[Step]:
+        """Its operations in the order written."""
+        for group in self.groups:
+            yield from group
+
+    def jumps(self) -> bool:
+        """Whether it never goes on to the next block."""
+        return any(step.operation.mnemonic == "jmp" for step in self.steps())
+
+
+def build_blocks(
+    source: Source, resolve_step: Callable[[RawOperation], Step], reporter: Reporter
+) -> list[Block]:
+    """Connected blocks of the source; code that is never reached and a missing halt are errors."""
+    return _Builder(source, resolve_step, reporter).run()
+
+
+def follow_of(blocks: Sequence[Block]) -> list[list[int]]:
+    """For each block the blocks that may run next, as `flow` takes them."""
+    return [block.follow for block in blocks]
+
+
+class _Builder:
+    def __init__(
+        self, source: Source, resolve_step: Callable[[RawOperation], Step], reporter: Reporter
+    ) -> None:
+        self.source = source
+        self.resolve_step = resolve_step
+        self.reporter = reporter
+        self.blocks: list[Block] = []
+        self.open_labels: list[str] = []
+
+    def run(self) -> list[Block]:
+        self._build()
+        self._check_flow()
+        self._connect()
+        return self.blocks
+
+    def _build(self) -> None:
+        labels: list[str] = []
+        current: Block | None = None
+        last: Place | None = None
+
+        def block(statement: Statement, braces: bool) -> Block:
+            nonlocal current, labels
+            if current is None or current.closed or labels or current.braces != braces:
+                current = Block(labels, braces=braces, place=statement.place)
+                labels = []
+                self.blocks.append(current)
+            return current
+
+        for statement in self.source.statements:
+            last = statement.place
+            if statement.kind == "label":
+                labels.append(statement.label)
+            elif statement.kind == "halt":
+                block(statement, False)
+                assert current is not None
+                current.halt = current.closed = True
+            else:
+                steps = [self.resolve_step(raw) for raw in statement.operations]
+                target = block(statement, statement.kind == "bundle")
+                target.groups.append(steps)
+                if statement.kind == "bundle":
+                    self._check_bundle(steps, statement)
+                if any(step.operation.mnemonic in BRANCHES for step in steps):
+                    target.closed = True
+                if statement.halt:
+                    target.halt = target.closed = True
+        self.open_labels = labels
+        if labels:
+            self.reporter.add(
+                last, f"label '{labels[-1]}' stands before no operation", "add halt behind it"
+            )
+        if not self.blocks and not self.source.incomplete:
+            self.reporter.add(self.source.last_place, "the program has no operation", "add halt")
+
+    def _check_bundle(self, steps: list[Step], statement: Statement) -> None:
+        destinations: dict[object, Step] = {}
+        for step in steps:
+            destination = step.operation.dst or step.write
+            if destination is not None and destination in destinations:
+                operand = step.raw.operands["dst"]
+                self.reporter.add(
+                    operand.place, f"two operations of one bundle write '{operand.text}'"
+                )
+            destinations[destination] = step
+            if statement.halt and step.operation.mnemonic in BRANCHES:
+                self.reporter.add(
+                    step.place, f"{step.operation.mnemonic} in a bundle that ends the run"
+                )
+
+    def _check_flow(self) -> None:
+        if not self.blocks or self.open_labels or self.source.incomplete:
+            return
+        if not self.blocks[-1].halt and not self.blocks[-1].jumps():
+            self.reporter.add(
+                self.source.last_place or self.blocks[-1].place,
+                "the program ends without halt",
+                "add halt behind the last operation",
+            )
+
+    def _connect(self) -> None:
+        at = {label: i for i, block in enumerate(self.blocks) for label in block.labels}
+        for i, block in enumerate(self.blocks):
+            if not block.halt and not block.jumps() and i + 1 < len(self.blocks):
+                block.follow.append(i + 1)
+            for step in block.steps():
+                target = step.operation.target
+                if target in at:
+                    block.follow.append(at[target])
+        reached = reachable(follow_of(self.blocks)) if self.blocks else set()
+        for i, block in enumerate(self.blocks):
+            if i not in reached and not self.source.incomplete:
+                self.reporter.add(
+                    block.place,
+                    "this is never reached",
+                    "the run ends or jumps away before it, and no branch leads to it",
+                )

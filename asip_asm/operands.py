@@ -1,0 +1,331 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Operands of operations: registers, words of bank K, types, and the declarations behind them."""
+
+from __future__ import annotations
+
+from asip_asm.blocks import Step
+from asip_asm.diagnostics import Place, Reporter, SourceError, closest
+from asip_asm.expression import literal_name, word_bits
+from asip_asm.ir import (
+    ZERO,
+    FixedState,
+    Operation,
+    Output,
+    OutputWord,
+    Program,
+    Register,
+    State,
+    Virtual,
+    Word,
+    register_name,
+)
+from asip_asm.isa import Configuration, Isa
+from asip_asm.source import (
+    NOUNS,
+    Declaration,
+    Operand,
+    RawOperation,
+    Source,
+    output_index,
+    physical_register,
+)
+
+
+class Operands:
+    """Resolves operands against the declarations of a source; places constants in bank K.
+
+    `declare` fills the program's inputs, outputs, states and placed constants, `step` resolves one
+    operation; `written` holds the first write of every symbolic name.
+    """
+
+    def __init__(
+        self,
+        source: Source,
+        isa: Isa,
+        reporter: Reporter,
+        configuration: Configuration,
+        program: Program,
+    ) -> None:
+        self.source = source
+        self.isa = isa
+        self.reporter = reporter
+        self.configuration = configuration
+        self.program = program
+        self.words: dict[int, tuple[int, str]] = {}
+        self.named_words: dict[str, int] = {}
+        self.literals: dict[tuple[int, str], int] = {}
+        self.first_free = len(source.of_kind("input"))
+        self.labels = {s.label for s in source.statements if s.kind == "label"}
+        self.written: dict[str, Place] = {}
+
+    # ------------------------------------------------------------------ declarations
+
+    def declare(self) -> None:
+        """Declarations of the source into the program."""
+        program, source = self.program, self.source
+        program.watchdog = source.watchdog
+        program.data = list(source.data)
+        program.data_names = {d.name: int(d.value or 0) for d in source.of_kind("data")}
+        for declaration in source.of_kind("input"):
+            index = len(program.inputs)
+            program.inputs.append(Word(declaration.name, index, declaration.type))
+        for declaration in source.of_kind("output"):
+            program.outputs.append(
+                OutputWord(declaration.name, len(program.outputs), declaration.bits)
+            )
+        for declaration in source.placed:
+            assert isinstance(declaration.pin, Register)
+            index = declaration.pin.index
+            if index < len(program.inputs):
+                self.reporter.add(
+                    declaration.place,
+                    f"k{index} holds the input '{program.inputs[index].name}'",
+                    f"pin constants to k{len(program.inputs)} or higher",
+                )
+            if declaration.name:
+                self._name_word(declaration, index)
+            else:
+                self._name_literal(declaration.bits, declaration.type, index)
+        owners: dict[Register, str] = {}
+        for declaration in source.of_kind("state"):
+            try:
+                self._declare_state(declaration, owners)
+            except SourceError as error:
+                self.reporter.take(error.diagnostic)
+
+    def _declare_state(self, declaration: Declaration, owners: dict[Register, str]) -> None:
+        pin = declaration.pin
+        if isinstance(pin, Register):
+            self.check_exists(pin, declaration.place)
+            if pin in owners:
+                self.reporter.add(
+                    declaration.place,
+                    f"{register_name(pin)} is the register of state '{owners[pin]}' already",
+                )
+            owners[pin] = declaration.name
+            self.program.fixed_states.append(
+                FixedState(declaration.name, declaration.type, declaration.bits, pin)
+            )
+            return
+        if pin is not None:
+            self.check_exists(Register(pin, 0), declaration.place)
+        first = Virtual(declaration.name, 0)
+        self.program.states.append(
+            State(declaration.name, declaration.type, declaration.bits, first, pin=pin)
+        )
+
+    def _name_word(self, declaration: Declaration, index: int) -> None:
+        self.named_words[declaration.name] = index
+        self.words[index] = (declaration.bits, declaration.type)
+        self.program.constants.append(
+            Word(declaration.name, index, declaration.type, declaration.bits)
+        )
+
+    def _new_word(self, bits: int, type_name: str, place: Place) -> int:
+        index = self.first_free
+        while index in self.words:
+            index += 1
+        self.first_free = index
+        size = self.isa.banks["K"].size
+        if index >= size:
+            raise SourceError(
+                place,
+                f"too many constants: bank K has {size} words for inputs and constants",
+                "keep values in registers or in data memory",
+            )
+        self.words[index] = (bits, type_name)
+        return index
+
+    # ------------------------------------------------------------------ operands
+
+    def step(self, raw: RawOperation) -> Step:
+        """The operation with its operands; errors go to the reporter."""
+        record = raw.record
+        operation = Operation(record.name, source=raw.source)
+        step = Step(operation, raw)
+        for kind, operand in raw.operands.items():
+            try:
+                if kind == "dst":
+                    self._destination(step, operand)
+                elif kind == "target":
+                    self._target(operation, operand)
+                elif kind == "address":
+                    operation.imm = int(operand.value)
+                    if operand.index is not None:
+                        self._source(step, "b", operand.index)
+                else:
+                    self._source(step, kind, operand)
+            except SourceError as error:
+                self.reporter.take(error.diagnostic)
+        return step
+
+    def _target(self, operation: Operation, operand: Operand) -> None:
+        operation.target = operand.text
+        if operand.text not in self.labels and operand.text not in self.source.doubtful:
+            raise SourceError(
+                operand.place,
+                f"label '{operand.text}' is not defined",
+                closest(operand.text, self.labels),
+            )
+
+    def _destination(self, step: Step, operand: Operand) -> None:
+        name, record = operand.text, step.raw.record
+        unit = self.isa.units[record.unit]
+        register = physical_register(name)
+        declaration = self.source.names.get(name)
+        if register is None and declaration is not None and declaration.kind == "state":
+            self._check_type(declaration, record.type_of("dst"), operand.place, record.name, False)
+            if isinstance(declaration.pin, Register):
+                register = declaration.pin
+        if register is not None:
+            self.check_exists(register, operand.place)
+            allowed = self.result_banks(record.name)
+            if register.bank in ("zero", "K"):
+                raise SourceError(
+                    operand.place, f"'{name}' cannot be written", "banks A, B and C can"
+                )
+            if register.bank not in allowed:
+                raise SourceError(
+                    operand.place,
+                    f"{record.name} cannot write '{name}': its results go to bank "
+                    + " or ".join(allowed),
+                    "copy with mov" if "C" not in allowed else "",
+                )
+            step.operation.dst = register
+            return
+        index = output_index(name)
+        outputs = self.source.of_kind("output")
+        if index is not None and index >= len(outputs):
+            raise SourceError(
+                operand.place,
+                f"there is no output '{name}'",
+                f"{len(outputs)} declared with .output",
+            )
+        if declaration is not None and declaration.kind == "output":
+            index = outputs.index(declaration)
+        if index is not None:
+            if unit.bank != "C":
+                raise SourceError(
+                    operand.place,
+                    f"{record.name} cannot write the output '{name}'",
+                    "only auxiliary operations write outputs: write a register and mov it",
+                )
+            step.operation.dst = Output(index)
+            return
+        if declaration is not None and declaration.kind not in ("state", "register"):
+            raise SourceError(
+                operand.place, f"'{name}' is {NOUNS[declaration.kind]} and cannot be written"
+            )
+        if name == "pi":
+            raise SourceError(operand.place, "'pi' is a constant and cannot be written")
+        step.write = name
+        self.written.setdefault(name, operand.place)
+
+    def _source(self, step: Step, kind: str, operand: Operand) -> None:
+        record = step.raw.record
+        wanted = record.type_of(kind)
+        if operand.kind == "value" or operand.text == "pi":
+            value = operand.value if operand.kind == "value" else 3.141592653589793
+            type_name = "int" if wanted == "int" else "float"
+            bits = word_bits(value, type_name, operand.place)
+            setattr(step.operation, kind, self._literal(bits, type_name, operand.place))
+            return
+        name = operand.text
+        register = physical_register(name)
+        declaration = self.source.names.get(name)
+        if declaration is not None and declaration.kind in ("input", "constant", "state"):
+            self.source.used.add(name)
+            self._check_type(declaration, wanted, operand.place, record.name, True)
+            if declaration.kind == "input":
+                register = Register("K", int(declaration.value or 0))
+            elif declaration.kind == "constant":
+                register = self._constant(declaration, operand.place)
+            elif isinstance(declaration.pin, Register):
+                register = declaration.pin
+        if register is not None:
+            self.check_exists(register, operand.place)
+            setattr(step.operation, kind, ZERO if register.bank == "zero" else register)
+            return
+        if output_index(name) is not None or (declaration and declaration.kind == "output"):
+            raise SourceError(
+                operand.place,
+                f"the output '{name}' cannot be read",
+                "write a register, read that, and mov it to the output",
+            )
+        if declaration is not None and declaration.kind == "data":
+            raise SourceError(
+                operand.place,
+                f"'{name}' is the address of data memory, not a register",
+                f"load it: ld register, {name}",
+            )
+        step.reads[kind] = name
+
+    def _check_type(
+        self, declaration: Declaration, wanted: str, place: Place, mnemonic: str, reads: bool
+    ) -> None:
+        if wanted in ("any", declaration.type):
+            return
+        help_text = {"float": "convert with i2f", "int": "convert with f2i or f2it"}[wanted]
+        if not reads:
+            help_text = "write a symbolic register first and convert it"
+        raise SourceError(
+            place,
+            f"'{declaration.name}' is of type {declaration.type}, {mnemonic} "
+            f"{'reads' if reads else 'writes'} type {wanted}",
+            help_text,
+        )
+
+    def check_exists(self, register: Register, place: Place) -> None:
+        """Raises SourceError unless the configuration has the register."""
+        bank = self.isa.banks[register.bank]
+        if register.bank == "B" and self.configuration.fma_pipes < 2:
+            raise SourceError(
+                place, f"configuration '{self.configuration.name}' has no bank B", "use bank A"
+            )
+        if register.index >= bank.size:
+            letter = bank.name.lower()
+            raise SourceError(
+                place,
+                f"there is no register '{register_name(register)}'",
+                f"bank {bank.name} is {letter}0..{letter}{bank.size - 1}",
+            )
+
+    def result_banks(self, mnemonic: str) -> list[str]:
+        """Banks that the operation's result can go to."""
+        unit = self.isa.unit_of(mnemonic)
+        slots = range(len(self.configuration.slots))
+        return [
+            self.configuration.result_bank(slot, unit)
+            for slot in slots
+            if self.configuration.allows(slot, unit)
+        ]
+
+    def _constant(self, declaration: Declaration, place: Place) -> Register:
+        """Word of bank K of a named constant. Zero needs none, equal constants share one."""
+        if declaration.name in self.named_words:
+            return Register("K", self.named_words[declaration.name])
+        if declaration.bits == 0 and not declaration.replaceable:
+            return ZERO
+        key = (declaration.bits, declaration.type)
+        if declaration.replaceable:
+            index = self._new_word(*key, place)
+        else:
+            index = self.literals.get(key, -1)
+            if index < 0:
+                index = self.literals[key] = self._new_word(*key, place)
+        self._name_word(declaration, index)
+        return Register("K", index)
+
+    def _literal(self, bits: int, type_name: str, place: Place) -> Register:
+        if bits == 0:
+            return ZERO
+        key = (bits, type_name)
+        if key not in self.literals:
+            self._name_literal(bits, type_name, self._new_word(bits, type_name, place))
+        return Register("K", self.literals[key])
+
+    def _name_literal(self, bits: int, type_name: str, index: int) -> None:
+        self.literals[bits, type_name] = index
+        self.words[index] = (bits, type_name)
+        name = literal_name(bits, type_name)
+        self.program.constants.append(Word(name, index, type_name, bits))
