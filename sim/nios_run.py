@@ -24,7 +24,7 @@ from sim.harness.nios_rtl import PLATFORMS, NiosRtl
 
 MAX_CYCLES = 1_000_000_000
 CHUNK = 100_000  # cycles between two looks at console and keyboard, about a tenth of a second
-LIMIT_STATUS, FILE_STATUS, INTERRUPT_STATUS, PIPE_STATUS = 124, 125, 130, 141
+LIMIT_STATUS, FILE_STATUS, INTERRUPT_STATUS, STRAY_STATUS, PIPE_STATUS = 124, 125, 130, 139, 141
 TERMINAL_SECONDS, LOG_SECONDS = 1.0, 30.0  # between two lines of progress
 
 EPILOG = f"""examples:
@@ -36,7 +36,8 @@ How to write and compile such a program: docs/own_c_program.md.
 
 exit status: that of the program (its low 8 bits, 255 if only higher ones are set; 128 + cause
 after an exception that nothing handles), {LIMIT_STATUS} after --max-cycles, {FILE_STATUS} a file
-that cannot be run, {INTERRUPT_STATUS} Ctrl-C, 2 wrong command line
+that cannot be run, {STRAY_STATUS} an access where there is neither memory nor a register,
+{INTERRUPT_STATUS} Ctrl-C, 2 wrong command line
 """
 
 
@@ -64,6 +65,12 @@ def main(arguments: list[str] | None = None) -> int:
         result = profile(core, program, 1, cycles)
         for table in tables(result, program.name):
             say.print(table)
+    if core.stray is not None:
+        say.print(
+            f"nios-run: {options.program}: {program.function_at(core.pc)} at 0x{core.pc:08x} "
+            f"accesses 0x{core.stray:08x}, where there is neither memory nor a register"
+        )
+        return STRAY_STATUS
     if status is None:
         say.print(
             f"nios-run: {options.program} did not end within {options.max_cycles} cycles, it is "
@@ -95,16 +102,18 @@ def run(
 ) -> tuple[int | None, int]:
     """Run a program with its console on standard output.
 
-    Its status (None: it did not end within `limit` cycles) and the cycles from its reset on.
+    Its status (None: it did not end within `limit` cycles, or `core.stray` says why) and the
+    cycles from its reset on.
     """
     core.load(program)
     if profiled:
         core.profile(whole=True)
+    core.guard()
     core.start()
     begin = core.cycles
     cycles, status = 0, None
     with Progress(limit, say) as progress:
-        while status is None and cycles < limit:
+        while status is None and core.stray is None and cycles < limit:
             status = core.advance(min(CHUNK, limit - cycles))
             cycles = core.cycles - begin
             progress.show(cycles, core.take_console())

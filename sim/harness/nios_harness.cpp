@@ -23,6 +23,12 @@ struct Nios {
   uint32_t exit_status = 0;
   uint32_t r5 = 0;  // last value written to r5
   uint32_t pc = 0;  // of the last instruction completed
+  // Guard: loads and stores (a bit for each OP, 0: no guard) outside of the ranges first .. end stray.
+  uint64_t accessing = 0;
+  std::vector<uint32_t> ranges;
+  uint32_t registers[32] = {};
+  bool stray = false;
+  uint32_t stray_address = 0;
   // Profile: cycles and completions per word of the instruction memory, between start and end of a tick.
   bool profiling = false;
   bool always = false;  // profile outside of ticks too
@@ -61,12 +67,26 @@ struct Nios {
   // `break 1` with r4 = 0 asks a debugger to end the program, status r5 (nios_sw/lib/exit_semihost.S).
   void retire() {
     pc = top->trace_pc_o;
+    if (accessing) guard();
     if (top->trace_write_o && top->trace_dst_o == 5) r5 = top->trace_value_o;
     if (top->trace_instruction_o == kBreak1 && !exited) {
       exited = true;
       exit_status = r5;
     }
     if (profiling) record();
+  }
+
+  void guard() {
+    const uint32_t word = top->trace_instruction_o;
+    if (accessing >> (word & 63) & 1 && !top->trace_exception_o) {
+      const uint32_t address = registers[word >> 27] + int16_t(word >> 6);
+      stray = true;
+      for (size_t i = 0; i < ranges.size(); i += 2) {
+        if (address >= ranges[i] && address < ranges[i + 1]) stray = false;
+      }
+      stray_address = address;
+    }
+    if (top->trace_write_o) registers[top->trace_dst_o] = top->trace_value_o;
   }
 
   // The cycles since the previous instruction left the pipeline belong to the one that leaves it now.
@@ -138,10 +158,25 @@ void nios_tick(void* handle) {
   nios->top->tick_i = 0;
 }
 
-// Runs until the program ends: 1 and its status, or 0 after `limit` cycles.
+// Watches the accesses of the program, of registers that are zero at its start; n words in `ranges`.
+void nios_guard(void* handle, uint64_t accessing, const uint32_t* ranges, uint32_t n) {
+  auto* nios = static_cast<Nios*>(handle);
+  nios->accessing = accessing;
+  nios->ranges.assign(ranges, ranges + n);
+  nios->stray = false;
+}
+
+// The stray access, if there was one: 1 and its address.
+int nios_stray(void* handle, uint32_t* address) {
+  auto* nios = static_cast<Nios*>(handle);
+  *address = nios->stray_address;
+  return nios->stray;
+}
+
+// Runs until the program ends: 1 and its status, or 0 after `limit` cycles or at a stray access.
 int nios_execute(void* handle, uint64_t limit, uint32_t* status) {
   auto* nios = static_cast<Nios*>(handle);
-  for (uint64_t i = 0; i < limit && !nios->exited; ++i) nios->clock();
+  for (uint64_t i = 0; i < limit && !nios->exited && !nios->stray; ++i) nios->clock();
   *status = nios->exit_status;
   return nios->exited;
 }

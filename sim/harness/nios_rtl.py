@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.harness.build import build_library, file_list
+from sim.harness.n2_lockstep_isa import default_isa
 from sim.harness.nios_image import Program
 from sim.harness.nios_map import default_system_map
 
@@ -66,6 +67,8 @@ class NiosRtl:
             "execute": (ctypes.c_int, [pointer, u64, pointer]),
             "console": (u32, [pointer, pointer, u32]),
             "console_clear": (None, [pointer]),
+            "guard": (None, [pointer, u64, pointer, u32]),
+            "stray": (ctypes.c_int, [pointer, pointer]),
             "profile": (None, [pointer, u32, u32, u32]),
             "profile_read": (None, [pointer, pointer, pointer]),
             "ticks": (u32, [pointer, *[u32] * 3, pointer, u32, u32, *[pointer] * 2, u32]),
@@ -152,10 +155,35 @@ class NiosRtl:
         return status
 
     def advance(self, cycles: int) -> int | None:
-        """Let the program run on for at most so many cycles; its status once it has ended."""
+        """Let the program run on for at most so many cycles; its status once it has ended.
+
+        Stops early at an access that `guard` finds.
+        """
         status = ctypes.c_uint32()
         ended = self._lib.nios_execute(self._handle, cycles, ctypes.byref(status))
         return status.value if ended else None
+
+    def guard(self) -> None:
+        """Let `advance` stop at a load or store where there is neither memory nor I/O.
+
+        For the first program of a model. The hardware ignores such stores and loads 0.
+        """
+        regions = [(m.base, m.base + 4 * m.words) for m in self.map.memories.values()]
+        regions.append((self.map.io.base, self.map.io.base + self.map.io.bytes))
+        ranges = np.array(regions, dtype=np.uint32).ravel()
+        accessing = sum(
+            1 << record.op
+            for record in default_isa().instructions.values()
+            if record.unit in ("load", "store")
+        )
+        self._lib.nios_guard(self._handle, accessing, ranges.ctypes.data, len(ranges))
+
+    @property
+    def stray(self) -> int | None:
+        """Address of the access that `guard` stopped; None: there was none."""
+        address = ctypes.c_uint32()
+        found = self._lib.nios_stray(self._handle, ctypes.byref(address))
+        return address.value if found else None
 
     @property
     def console(self) -> str:

@@ -29,10 +29,13 @@ def elf_bytes(program: Program, **fields: int) -> bytes:
     return header + segment + code
 
 
-def printing(text: str, status: int | None) -> Program:
-    """Writes a text to the console and ends with a status; None: writes it again and again."""
+def printing(text: str, status: int | None, program: Program | None = None) -> Program:
+    """Writes a text to the console and ends with a status; None: writes it again and again.
+
+    These instructions follow those of `program`.
+    """
     system = default_system_map()
-    program = Program()
+    program = program or Program()
     program.label("again")
     program.li(16, system.address("CONSOLE"))
     for character in text.encode():

@@ -11,9 +11,17 @@ from pathlib import Path
 
 import pytest
 
+from sim.harness.n2_lockstep_program import Program
 from sim.harness.nios_image import IMAGES
 from sim.harness.nios_rtl import NiosRtl
-from sim.nios_run import FILE_STATUS, INTERRUPT_STATUS, LIMIT_STATUS, PIPE_STATUS, main
+from sim.nios_run import (
+    FILE_STATUS,
+    INTERRUPT_STATUS,
+    LIMIT_STATUS,
+    PIPE_STATUS,
+    STRAY_STATUS,
+    main,
+)
 from tests.fuzz import nios as fuzz
 from tests.fuzz.engine import run_campaign
 from tests.nios.elf_file import printing, write
@@ -48,6 +56,19 @@ def test_exception_that_nothing_handles_is_told_and_ends_the_program(capfdbinary
     out, _ = capfdbinary.readouterr()
     text = rb"\nunhandled exception 6, misaligned data address, at 0x1000\w+, address 0x1004\w+\n"
     assert re.fullmatch(text, out)
+
+
+@pytest.mark.parametrize("address", [0, 0x1000FFFC + 4, 0x10050000, 0x20000400, 0xFFFFFFFC])
+@pytest.mark.parametrize("name", ["ldw", "stw"])
+def test_access_where_there_is_nothing_stops_the_program(tmp_path, capfd, name, address):
+    program = Program()
+    program.li(2, (address + 8) & 0xFFFFFFFF)
+    program.emit(name, 3, -8, 2)
+    elf = write(tmp_path / "stray.elf", printing("never", 0, program))
+    assert main([str(elf)]) == STRAY_STATUS
+    out, err = capfd.readouterr()
+    assert out == ""
+    assert f"(start-up) at 0x10000008 accesses 0x{address:08x}, where there is neither" in err
 
 
 def test_program_without_end_is_stopped_where_it_is(tmp_path, capfd):
