@@ -8,6 +8,7 @@ import os
 import stat
 from collections.abc import Iterable
 from pathlib import Path
+from typing import BinaryIO
 
 KINDS = (
     (stat.S_ISDIR, "is a folder"),
@@ -22,22 +23,27 @@ class FileRefused(OSError):
     """A file that exists but is not what is wanted: no regular file, too large, no text."""
 
 
-def read_bytes(path: Path, limit: int, what: str) -> bytes:
-    """Contents of a regular file of at most `limit` bytes; `what` it should be, for messages.
+def open_regular(path: Path, what: str) -> BinaryIO:
+    """A regular file, open for reading; `what` it should be, for messages.
 
-    Raises FileRefused for folders, pipes, devices and more than that, OSError.
+    Raises FileRefused for folders, pipes and devices, OSError.
     """
     # Without O_NONBLOCK a pipe without a writer would never open.
     file = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
-    try:
-        mode = os.fstat(file).st_mode
-        for is_kind, text in KINDS:
-            if is_kind(mode):
-                raise FileRefused(errno.EINVAL, f"{text}, {what} is a regular file", str(path))
-        with open(file, "rb", closefd=False) as stream:
-            data = stream.read(limit + 1)
-    finally:
-        os.close(file)
+    mode = os.fstat(file).st_mode
+    for is_kind, text in KINDS:
+        if is_kind(mode):
+            os.close(file)
+            raise FileRefused(errno.EINVAL, f"{text}, {what} is a regular file", str(path))
+    return open(file, "rb")
+
+
+def read_bytes(path: Path, limit: int, what: str) -> bytes:
+    """Contents of a regular file of at most `limit` bytes. Raises as `open_regular`, and
+    FileRefused for more bytes than that.
+    """
+    with open_regular(path, what) as stream:
+        data = stream.read(limit + 1)
     if len(data) > limit:
         raise FileRefused(
             errno.EFBIG, f"larger than {limit} bytes, the most that {what} may have", str(path)

@@ -26,10 +26,12 @@ in moves.py), gcode_output.py and gcode_compensation.py (radius of the tool).
 
 from __future__ import annotations
 
+import io
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
+from asip_asm.files import open_regular
 from sim.motion.gcode_actions import Actions
 from sim.motion.gcode_block import ENDS, PAUSES, SPLINES, check_unused, sort_words
 from sim.motion.gcode_errors import MAX_ERRORS, GcodeError, GcodeErrors
@@ -41,9 +43,16 @@ from sim.motion.gcode_tools import NO_TOOLS, Tool
 from sim.motion.gcode_words import LineReader, Word
 from sim.motion.moves import HOME, Dwell, Move, Pose, Program
 
+MAX_LINE = 10_000  # characters
+MAX_HELD = 200_000  # moves and rests of a Program, which is held in memory
+
 
 class _TooManyErrors(Exception):
-    """Ends the reading of a file with MAX_ERRORS mistakes."""
+    """Ends the reading of a file, with MAX_ERRORS mistakes or one that leaves no text."""
+
+
+def _goes_anywhere(item: Move | Dwell) -> bool:
+    return isinstance(item, Move) and (item.start != item.end or item.motion.is_arc)
 
 
 class _Parser:
@@ -79,7 +88,8 @@ class _Parser:
                 if not self.errors:  # a text with a mistake yields nothing more
                     if self.output.items:
                         self.any_output = True
-                        self.flow.moved()
+                        if any(map(_goes_anywhere, self.output.items)):
+                            self.flow.moved()
                     yield from self.output.items
                 self.output.items.clear()
         except (_TooManyErrors, FlowStop):
@@ -104,6 +114,7 @@ class _Parser:
         for number, raw in enumerate(self.lines, start=1):
             text = raw.rstrip("\r\n").expandtabs(1)
             self.last = number, text
+            self._check_text(number, text)
             if text.strip() != "%":
                 yield number, text
                 continue
@@ -120,6 +131,30 @@ class _Parser:
                     "put % on the first line and on the last, or on neither",
                 )
             self.percent_open = True
+
+    def _check_text(self, number: int, text: str) -> None:
+        """Ends the reading at a line that is no text of a program."""
+        if len(text) > MAX_LINE:
+            self._place(number, text)
+            self._error(
+                MAX_LINE + 1,
+                text[MAX_LINE:],
+                f"the line has more than {MAX_LINE} characters",
+                "shorter lines",
+                "a program has one block on each line; is this file one?",
+            )
+        elif "\0" in text:
+            self._place(number, text)
+            self._error(
+                text.index("\0") + 1,
+                "\0",
+                "the file is not a text",
+                "characters",
+                "give the G-code program, not a binary file",
+            )
+        else:
+            return
+        raise _TooManyErrors
 
     def _place(self, line: int, source: str) -> None:
         """Line under work, of which mistakes are told."""
@@ -306,9 +341,12 @@ def stream(
 def stream_file(
     path: Path, start: Pose = HOME, tools: Mapping[int, Tool] = NO_TOOLS
 ) -> Iterator[Move | Dwell]:
-    """As `stream`, from a file. Raises GcodeErrors, and OSError if there is no such file."""
-    with path.open(encoding="utf-8-sig", errors="replace") as lines:
-        yield from stream(lines, str(path), start, tools)
+    """As `stream`, from a regular file. Raises GcodeErrors, and OSError if there is none."""
+    with open_regular(path, "a G-code program") as file:
+        with io.TextIOWrapper(file, encoding="utf-8-sig", errors="replace") as text:
+            yield from stream(
+                iter(lambda: text.readline(MAX_LINE + 2), ""), str(path), start, tools
+            )
 
 
 def parse(
@@ -316,21 +354,35 @@ def parse(
 ) -> Program:
     """Read a program from text; start is the pose [mm, degree] before its first block.
 
-    tools as for `stream`.
-
-    Raises GcodeErrors with every mistake of the text.
+    tools as for `stream`. Raises GcodeErrors with every mistake of the text, and for more than
+    MAX_HELD moves and rests.
     """
+    return _held(stream(text.splitlines(), file, start, tools), file, start)
+
+
+def parse_file(path: Path, start: Pose = HOME, tools: Mapping[int, Tool] = NO_TOOLS) -> Program:
+    """As `parse`, from a regular file. Raises GcodeErrors, and OSError if there is none."""
+    return _held(stream_file(path, start, tools), str(path), start)
+
+
+def _held(items: Iterable[Move | Dwell], file: str, start: Pose) -> Program:
     moves: list[Move] = []
     dwells: list[tuple[int, Dwell]] = []
-    for item in stream(text.splitlines(), file, start, tools):
+    for item in items:
+        if len(moves) + len(dwells) == MAX_HELD:
+            mistake = GcodeError(
+                file,
+                item.line,
+                1,
+                item.source,
+                item.source,
+                f"the program makes more than {MAX_HELD} moves",
+                "fewer, because all are held in memory here",
+                "check its loops; python -m sim.motion.lookahead plans programs of any length",
+            )
+            raise GcodeErrors((mistake,))
         if isinstance(item, Move):
             moves.append(item)
         else:
             dwells.append((len(moves), item))
     return Program(file, start, tuple(moves), tuple(dwells))
-
-
-def parse_file(path: Path, start: Pose = HOME, tools: Mapping[int, Tool] = NO_TOOLS) -> Program:
-    """Read a program from a file. Raises GcodeErrors, and OSError if there is no such file."""
-    text = path.read_text(encoding="utf-8-sig", errors="replace")
-    return parse(text, str(path), start, tools)

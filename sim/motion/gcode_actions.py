@@ -15,10 +15,12 @@ from sim.motion.gcode_output import Output
 from sim.motion.gcode_runs import machine_moves, program_moves
 from sim.motion.gcode_splines import Splines
 from sim.motion.gcode_state import State
+from sim.motion.gcode_table import MAX_PIECES, TooManyPiecesError
 from sim.motion.gcode_targets import absolute_target, target
 from sim.motion.gcode_words import Word, WordReport
 from sim.motion.moves import AXES, Dwell, Motion, Pose
 
+MAX_REST = 3600.0  # s, of one G4
 _OWN_AXES = {"G10", "G28", "G28.1", "G92"}  # take the axis words of their block
 
 
@@ -80,6 +82,13 @@ class Actions:
                 "G4 needs a time",
                 "P in seconds, of at least 0",
                 "write for instance G4 P0.5",
+            )
+        elif seconds.value > MAX_REST:
+            self.report(
+                seconds,
+                f"a rest of {seconds.value:g} s",
+                f"at most {MAX_REST:g} s",
+                "P counts seconds; M0 stops for the operator",
             )
         elif clean:
             self.rest(seconds.value)
@@ -222,7 +231,16 @@ class Actions:
         if self.failed():  # a text with a mistake yields no program
             self.state.position = self.state.machine(end)
         else:
-            moves = program_moves(self.state, self.line, self.source, motion, end, centre)
+            try:
+                moves = program_moves(self.state, self.line, self.source, motion, end, centre)
+            except TooManyPiecesError:
+                self.report(
+                    self.output.at,
+                    f"the curve of the tool needs more than {MAX_PIECES} chords",
+                    "a smaller turn of the table",
+                    "check A and C, or divide the move",
+                )
+                return
             self.output.put(moves)
 
     def rest(self, seconds: float) -> None:

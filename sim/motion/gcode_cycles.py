@@ -15,6 +15,8 @@ from sim.motion.moves import AXES, Motion, Pose
 # LinuxCNC's G83_RAPID_DELTA: the rapid back into the hole ends so far above its bottom.
 PECK_CLEARANCE_MM = 0.254
 
+MAX_STEPS = 99_000  # moves and rests of one block
+
 _LETTERS = AXES[:3]
 Step = tuple[Motion, Pose] | float
 """A motion and its end in programmed coordinates, or a rest [s]."""
@@ -53,6 +55,8 @@ def drill(state: State, values: dict[str, Word], at: Word, report: WordReport) -
             "R is the height from which the feed begins",
         )
         return
+    if not _few_steps(state, values, retract - bottom, at, report):
+        return
     place = list(state.programmed())
     level = place[axis]
     if level < retract:
@@ -71,6 +75,24 @@ def drill(state: State, values: dict[str, Word], at: Word, report: WordReport) -
         if "@" in values or "^" in values:
             add_polar(state, values, place, report)
         yield from _hole_steps(state, place, hole)
+
+
+def _few_steps(
+    state: State, values: dict[str, Word], depth: float, at: Word, report: WordReport
+) -> bool:
+    """Whether the holes of a block have at most MAX_STEPS moves; depth [mm] of each."""
+    pecks = depth / state.sticky["Q"] if state.motion == "G83" else 0.0
+    repeats = values["L"].value if "L" in values else 1.0
+    if (3.0 + 3.0 * pecks) * repeats <= MAX_STEPS:
+        return True
+    word = values.get("Q") if pecks > repeats else values.get("L")
+    report(
+        word or at,
+        f"the block makes more than {MAX_STEPS} moves",
+        f"L times depth / Q of at most {MAX_STEPS // 3}",
+        "check L and Q, or divide the block",
+    )
+    return False
 
 
 def _accepted(

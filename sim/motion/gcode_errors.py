@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 MAX_ERRORS = 20
+SHOWN = 120  # characters of a long line on either side of a mistake
 
 Report = Callable[[int, str, str, str, str], None]
 """Takes column, text, what, expected, help of a mistake."""
@@ -31,12 +32,16 @@ class GcodeError(ValueError):
         super().__init__(str(self))
 
     def __str__(self) -> str:
-        got = repr(self.text) if self.text else "end of file"
-        caret = " " * (self.column - 1) + "^" * max(1, len(self.text))
+        got = repr(self.text[:SHOWN]) if self.text else "end of file"
+        first = max(0, self.column - 1 - SHOWN) if len(self.source) > 2 * SHOWN else 0
+        shown = self.source[first : first + 2 * SHOWN]
+        shown = "".join(letter if letter.isprintable() else "?" for letter in shown)
+        marks = max(1, min(len(self.text), len(shown) - (self.column - 1 - first)))
+        caret = " " * (self.column - 1 - first) + "^" * marks
         return (
             f"{self.file}:{self.line}:{self.column}: error: {self.what}; got {got}; "
             f"expected {self.expected}\n"
-            f"{self.line:5d} |   {self.source}\n"
+            f"{self.line:5d} |   {shown}\n"
             f"      |   {caret}  help: {self.help}"
         )
 

@@ -114,8 +114,17 @@ class ValueReader:
             return self._parameter_value()
         number = _UNSIGNED.match(self.source, self.at)
         if number:
+            value = float(number.group())
+            if not math.isfinite(value):
+                self._fail(
+                    self.at + 1,
+                    number.group(),
+                    "the number is out of range",
+                    "a number of at most 308 digits",
+                    "check the decimal point",
+                )
             self.at = number.end()
-            return float(number.group())
+            return value
         name = LETTERS.match(self.source, self.at)
         if name:
             return self._function(name.group())

@@ -22,55 +22,36 @@ and, from a call of a subroutine that comes later, of the lines up to its defini
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
 from sim.motion.gcode_errors import MistakeError, Report
 from sim.motion.gcode_expressions import Key
-from sim.motion.gcode_words import LineReader
+from sim.motion.gcode_oword import ARGUMENTS, CLOSING, O_LINE, Head, HeadReader, shown_label
 
 MAX_DEPTH = 9  # calls inside calls, as rs274
-MAX_IDLE = 100_000  # repeats and calls without a move or rest between them
-ARGUMENTS = 30  # #1 to #30 belong to a subroutine
+MAX_IDLE = 100_000  # repeats and calls without a way between them
+MAX_OPEN = 1000  # branches and loops inside each other
 VALUE, RETURNED = "_value", "_value_returned"
 
 Line = tuple[int, str]
 """Number, from 1, and text."""
-
-_O_LINE = re.compile(r"[ \t]*(?:[nN][ \t]*\d+\.?\d*[ \t]*)?[oO]")
-_KEYWORD = re.compile(r"[ \t]*([A-Za-z]+)")
-
-_CLOSING = {"if": "endif", "while": "endwhile", "do": "while", "repeat": "endrepeat"}
-_KEYWORDS = (
-    *("sub", "endsub", "call", "return", "if", "elseif", "else", "endif"),
-    *("while", "do", "endwhile", "repeat", "endrepeat", "break", "continue"),
-)
 
 
 class FlowStop(Exception):
     """Ends the reading; the mistake has been reported."""
 
 
-@dataclass(frozen=True)
-class _Head:
-    """An O word: label, keyword, and column and text of both."""
-
-    label: Key
-    keyword: str
-    column: int
-    text: str
-
-
 @dataclass
 class _Open:
     """A branch or loop that runs; at: place of its first line."""
 
-    head: _Head
+    head: Head
     kind: str
     at: int
     line: Line
+    in_loop: bool = False  # it is a loop or inside one, that of a caller too
     repeats: int = 0
     last_branch: bool = False
 
@@ -82,92 +63,13 @@ class Frame:
     label: Key | None = None
     back: int = 0
     line: Line = (0, "")  # of the call
-    head: _Head | None = None
+    head: Head | None = None
+    in_loop: bool = False  # the call
     saved: dict[Key, float] = field(default_factory=dict)
     names: dict[Key, float] = field(default_factory=dict)
     open: list[_Open] = field(default_factory=list)
     state: Any = None  # M70, M73
     restores: bool = False  # M73
-
-
-class _HeadReader(LineReader):
-    """Reads an O word and its arguments."""
-
-    def head(self) -> _Head:
-        self.at = _O_LINE.match(self.source).end()
-        begin = self.at - 1
-        label: Key | None = self._name()
-        if label is None:
-            label = self._number_label(begin)
-        keyword = _KEYWORD.match(self.source, self.at)
-        text = self.source[begin : self.at].rstrip()
-        known = keyword.group(1).lower() if keyword else ""
-        if known not in _KEYWORDS:
-            self._fail(
-                begin + 1,
-                self.source[begin : keyword.end() if keyword else self.at].rstrip(),
-                "the O word has no known keyword",
-                "one of " + " ".join(_KEYWORDS),
-                f"write for instance {text} call, or {text} if [#1 GT 0]",
-            )
-        self.at = keyword.end()
-        return _Head(label, known, begin + 1, self.source[begin : self.at])
-
-    def _number_label(self, begin: int) -> int:
-        if self.source[self.at : self.at + 1] not in (*"0123456789#[",):
-            self._fail(
-                begin + 1,
-                self.source[begin : self.at].rstrip(),
-                "the O word has no label",
-                "a number, #n, [ ] or <name> behind O",
-                "write for instance O100 call or O<pocket> call",
-            )
-        number = self._value()
-        if number < 0 or abs(number - round(number)) > 1e-4:
-            self._fail(
-                begin + 1,
-                self.source[begin : self.at].rstrip(),
-                f"the label is {number:g}",
-                "an integer of at least 0",
-                "write for instance O100 call",
-            )
-        return round(number)
-
-    def arguments(self, head: _Head, least: int, most: int) -> list[float]:
-        """Values in brackets up to the end of the line."""
-        values: list[float] = []
-        while True:
-            char = self._peek()
-            if char == "(":
-                self.at = self._skip_comment(self.at)
-            elif char in ("", ";"):
-                break
-            elif char == "[" and len(values) < most:
-                self.depth = 0
-                values.append(self._bracket())
-            elif char == "[" and most == ARGUMENTS:
-                self._fail(
-                    *self._here(),
-                    "too many arguments",
-                    f"at most {ARGUMENTS}",
-                    "set parameters from #31 on before the call",
-                )
-            else:
-                self._fail(
-                    *self._here(),
-                    f"unexpected text behind {head.keyword}",
-                    "[value] or the end of the line" if most else "the end of the line",
-                    "an O word stands alone in its line, values in brackets",
-                )
-        if len(values) < least:
-            self._fail(
-                head.column,
-                head.text,
-                f"{head.keyword} without a value",
-                f"[ ] behind {head.keyword}",
-                f"write for instance {head.text} [#1 LT 10]",
-            )
-        return values
 
 
 class Flow:
@@ -212,7 +114,7 @@ class Flow:
         return len(self.frames) > 1 or bool(self.frame.open)
 
     def moved(self) -> None:
-        """To be told of every move and rest: the program is not idle."""
+        """To be told of every move that goes anywhere: the program is not idle."""
         self.idle = 0
 
     def lines(self) -> Iterator[Line]:
@@ -226,7 +128,7 @@ class Flow:
             if line is None:
                 self._check_closed()
                 return
-            if _O_LINE.match(line[1]):
+            if O_LINE.match(line[1]):
                 self.used = True
                 self._run(line)
             else:
@@ -256,7 +158,9 @@ class Flow:
         return line
 
     def _repeating(self) -> bool:
-        return any(open_.kind != "if" for frame in self.frames for open_ in frame.open)
+        """Whether lines are in a loop and may run again."""
+        frame = self.frame
+        return frame.open[-1].in_loop if frame.open else frame.in_loop
 
     def _line(self, at: int) -> Line | None:
         if at < self.unread:
@@ -269,20 +173,20 @@ class Flow:
             self.kept[at] = line
         return line
 
-    def _head(self, line: Line) -> _Head | None:
+    def _head(self, line: Line) -> Head | None:
         """The O word of a line passed over, None if there is none that can be read."""
-        if not _O_LINE.match(line[1]):
+        if not O_LINE.match(line[1]):
             return None
         try:
-            return _HeadReader(line[1], lambda *_: None, self.read).head()
+            return HeadReader(line[1], lambda *_: None, self.read).head()
         except MistakeError:
             return None
 
-    def _fail(self, head: _Head, what: str, expected: str, help: str) -> None:
+    def _fail(self, head: Head, what: str, expected: str, help: str) -> None:
         self.report(head.column, head.text, what, expected, help)
         raise FlowStop
 
-    def _fail_open(self, line: Line, head: _Head, closing: str) -> None:
+    def _fail_open(self, line: Line, head: Head, closing: str) -> None:
         self.place(*line)
         name = head.text[: len(head.text) - len(head.keyword)].rstrip()
         self._fail(
@@ -292,29 +196,29 @@ class Flow:
             "write the closing line with the same label; the file may be truncated",
         )
 
-    def _seek(self, open_: _Open, *keywords: str) -> tuple[Line, _Head]:
+    def _seek(self, open_: _Open, *keywords: str) -> tuple[Line, Head]:
         """Passes lines over up to an O word with the label of open_ and one of the keywords."""
         while True:
             line = self._next()
             if line is None:
-                self._fail_open(open_.line, open_.head, _CLOSING[open_.kind])
+                self._fail_open(open_.line, open_.head, CLOSING[open_.kind])
             head = self._head(line)
             if head is None:
                 continue
             if head.label == open_.head.label and head.keyword in keywords:
                 return line, head
             if head.label == self.frame.label and head.keyword == "endsub":
-                self._fail_open(open_.line, open_.head, _CLOSING[open_.kind])
+                self._fail_open(open_.line, open_.head, CLOSING[open_.kind])
 
     def _close(self, open_: _Open) -> None:
-        self._seek(open_, _CLOSING[open_.kind])
+        self._seek(open_, CLOSING[open_.kind])
 
     def _check_closed(self) -> None:
         """At the end of the text."""
         for frame in reversed(self.frames):
             if frame.open:
                 open_ = frame.open[-1]
-                self._fail_open(open_.line, open_.head, _CLOSING[open_.kind])
+                self._fail_open(open_.line, open_.head, CLOSING[open_.kind])
 
     # O words
 
@@ -322,7 +226,7 @@ class Flow:
         if self.mistakes():
             raise FlowStop
         self.place(*line)
-        reader = _HeadReader(line[1], self.report, self.read)
+        reader = HeadReader(line[1], self.report, self.read)
         try:
             head = reader.head()
             act = getattr(self, f"_{head.keyword}")
@@ -344,17 +248,17 @@ class Flow:
             raise FlowStop
         act(head, line, values)
 
-    def _condition(self, head: _Head, line: Line) -> float:
+    def _condition(self, head: Head, line: Line) -> float:
         """Value of elseif."""
         self.place(*line)
-        reader = _HeadReader(line[1], self.report, self.read)
+        reader = HeadReader(line[1], self.report, self.read)
         try:
             reader.head()
             return reader.arguments(head, 1, 1)[0]
         except MistakeError:
             raise FlowStop from None
 
-    def _label(self, head: _Head) -> None:
+    def _label(self, head: Head) -> None:
         """Registers the label of a branch or loop, which is to be the only one of that name."""
         at = self.at - 1
         if self.labels.setdefault((self.frame.label, head.label), at) != at:
@@ -365,7 +269,7 @@ class Flow:
                 "choose another number; those of other subroutines may be equal",
             )
 
-    def _top(self, head: _Head, *kinds: str) -> _Open:
+    def _top(self, head: Head, *kinds: str) -> _Open:
         """The innermost open branch or loop, which must have the label and be of a kind."""
         wanted = " or ".join(kinds)
         if not self.frame.open:
@@ -385,27 +289,34 @@ class Flow:
             )
         return open_
 
-    def _count(self, head: _Head) -> None:
+    def _count(self, head: Head) -> None:
         self.idle += 1
         if self.idle > MAX_IDLE:
             self._fail(
                 head,
-                f"the program repeats {MAX_IDLE} times without a move",
+                f"the program repeats {MAX_IDLE} times without a move that goes anywhere",
                 "a loop or recursion that ends or moves",
                 "check the condition and that the loop changes what it asks for",
             )
 
-    def _enter(self, kind: str, head: _Head, line: Line) -> _Open:
+    def _enter(self, kind: str, head: Head, line: Line) -> _Open:
         self._label(head)
         if kind != "if" and self.at - 1 not in self.bodies:
             self.kept[self.at - 1] = line
-        open_ = _Open(head, kind, self.at - 1, line)
+        if len(self.frame.open) == MAX_OPEN:
+            self._fail(
+                head,
+                f"branches and loops are nested deeper than {MAX_OPEN}",
+                "fewer inside each other",
+                "check that each is closed",
+            )
+        open_ = _Open(head, kind, self.at - 1, line, kind != "if" or self._repeating())
         self.frame.open.append(open_)
         return open_
 
     # Branches
 
-    def _if(self, head: _Head, line: Line, values: list[float]) -> None:
+    def _if(self, head: Head, line: Line, values: list[float]) -> None:
         open_ = self._enter("if", head, line)
         taken = values[0] != 0.0
         while not taken:
@@ -416,7 +327,7 @@ class Flow:
             open_.last_branch = head.keyword == "else"
             taken = head.keyword == "else" or self._condition(head, line) != 0.0
 
-    def _elseif(self, head: _Head, line: Line, values: list[float]) -> None:
+    def _elseif(self, head: Head, line: Line, values: list[float]) -> None:
         open_ = self._top(head, "if")
         if open_.last_branch:
             self._fail(
@@ -430,13 +341,13 @@ class Flow:
 
     _else = _elseif
 
-    def _endif(self, head: _Head, line: Line, values: list[float]) -> None:
+    def _endif(self, head: Head, line: Line, values: list[float]) -> None:
         self._top(head, "if")
         self.frame.open.pop()
 
     # Loops
 
-    def _while(self, head: _Head, line: Line, values: list[float]) -> None:
+    def _while(self, head: Head, line: Line, values: list[float]) -> None:
         open_ = self.frame.open[-1] if self.frame.open else None
         if open_ is not None and open_.kind == "do" and open_.head.label == head.label:
             if values[0] != 0.0:
@@ -450,26 +361,26 @@ class Flow:
             self._close(open_)
             self.frame.open.pop()
 
-    def _endwhile(self, head: _Head, line: Line, values: list[float]) -> None:
+    def _endwhile(self, head: Head, line: Line, values: list[float]) -> None:
         self._again(self._top(head, "while"), head)
 
-    def _again(self, open_: _Open, head: _Head) -> None:
+    def _again(self, open_: _Open, head: Head) -> None:
         """To the condition of a while."""
         self._count(head)
         self.frame.open.pop()
         self.at = open_.at
 
-    def _do(self, head: _Head, line: Line, values: list[float]) -> None:
+    def _do(self, head: Head, line: Line, values: list[float]) -> None:
         self._enter("do", head, line)
 
-    def _repeat(self, head: _Head, line: Line, values: list[float]) -> None:
+    def _repeat(self, head: Head, line: Line, values: list[float]) -> None:
         open_ = self._enter("repeat", head, line)
         open_.repeats = round(values[0])
         if open_.repeats < 1:
             self._close(open_)
             self.frame.open.pop()
 
-    def _endrepeat(self, head: _Head, line: Line, values: list[float]) -> None:
+    def _endrepeat(self, head: Head, line: Line, values: list[float]) -> None:
         open_ = self._top(head, "repeat")
         open_.repeats -= 1
         if open_.repeats > 0:
@@ -478,7 +389,7 @@ class Flow:
         else:
             self.frame.open.pop()
 
-    def _loop(self, head: _Head) -> _Open:
+    def _loop(self, head: Head) -> _Open:
         """The while or do of break or continue; what is open inside it is left."""
         for number, open_ in reversed(list(enumerate(self.frame.open))):
             if open_.head.label == head.label and open_.kind in ("while", "do"):
@@ -492,11 +403,11 @@ class Flow:
         )
         raise AssertionError
 
-    def _break(self, head: _Head, line: Line, values: list[float]) -> None:
+    def _break(self, head: Head, line: Line, values: list[float]) -> None:
         self._close(self._loop(head))
         self.frame.open.pop()
 
-    def _continue(self, head: _Head, line: Line, values: list[float]) -> None:
+    def _continue(self, head: Head, line: Line, values: list[float]) -> None:
         open_ = self._loop(head)
         if open_.kind == "while":
             self._again(open_, head)
@@ -506,17 +417,17 @@ class Flow:
 
     # Subroutines
 
-    def _sub(self, head: _Head, line: Line, values: list[float]) -> None:
+    def _sub(self, head: Head, line: Line, values: list[float]) -> None:
         if self.frame.label is not None:
             self._fail(
                 head,
-                f"subroutine inside O{_shown(self.frame.label)} sub",
+                f"subroutine inside O{shown_label(self.frame.label)} sub",
                 "endsub before the next sub",
                 "define subroutines beside each other",
             )
         self._define(head, line)
 
-    def _define(self, head: _Head, line: Line) -> None:
+    def _define(self, head: Head, line: Line) -> None:
         """Passes a subroutine over and keeps its lines; self.at is behind its first one."""
         begin = self.at - 1
         known = self.subs.get(head.label)
@@ -528,7 +439,7 @@ class Flow:
             self._fail(
                 head,
                 "the subroutine is defined twice",
-                f"one sub with the label {_shown(head.label)}",
+                f"one sub with the label {shown_label(head.label)}",
                 "choose another label",
             )
         self.bodies[begin] = line
@@ -544,7 +455,7 @@ class Flow:
                 break
         self.subs[head.label] = begin, self.at - 1
 
-    def _call(self, head: _Head, line: Line, values: list[float]) -> None:
+    def _call(self, head: Head, line: Line, values: list[float]) -> None:
         back = self.at
         if head.label not in self.subs:
             self._search(head, line)
@@ -559,10 +470,10 @@ class Flow:
         saved = {n: self.parameters.get(n, 0.0) for n in range(1, ARGUMENTS + 1)}
         for number in saved:
             self.parameters[number] = values[number - 1] if number <= len(values) else 0.0
-        self.frames.append(Frame(head.label, back, line, head, saved))
+        self.frames.append(Frame(head.label, back, line, head, self._repeating(), saved))
         self.at = self.subs[head.label][0] + 1
 
-    def _search(self, head: _Head, line: Line) -> None:
+    def _search(self, head: Head, line: Line) -> None:
         """Reads on to the definition of a subroutine."""
         self.searching = True
         self.at = self.unread
@@ -572,8 +483,8 @@ class Flow:
                 self.place(*line)
                 self._fail(
                     head,
-                    f"there is no subroutine {_shown(head.label)} in this file",
-                    f"O{_shown(head.label)} sub",
+                    f"there is no subroutine {shown_label(head.label)} in this file",
+                    f"O{shown_label(head.label)} sub",
                     "check the label; subroutines in files of their own are not looked for",
                 )
             found = self._head(later)
@@ -581,30 +492,30 @@ class Flow:
                 self._define(found, later)
         self.searching = False
 
-    def _endsub(self, head: _Head, line: Line, values: list[float]) -> None:
+    def _endsub(self, head: Head, line: Line, values: list[float]) -> None:
         frame = self._inner_frame(head)
         if frame.label != head.label:
             self._fail(
                 head,
-                f"endsub does not belong to O{_shown(frame.label)} sub, which runs",
-                f"O{_shown(frame.label)} endsub",
+                f"endsub does not belong to O{shown_label(frame.label)} sub, which runs",
+                f"O{shown_label(frame.label)} endsub",
                 "check the labels",
             )
         if frame.open:
             open_ = frame.open[-1]
-            self._fail_open(open_.line, open_.head, _CLOSING[open_.kind])
+            self._fail_open(open_.line, open_.head, CLOSING[open_.kind])
         self._leave(frame, values)
 
-    def _return(self, head: _Head, line: Line, values: list[float]) -> None:
+    def _return(self, head: Head, line: Line, values: list[float]) -> None:
         self._leave(self._inner_frame(head), values)
 
-    def _inner_frame(self, head: _Head) -> Frame:
+    def _inner_frame(self, head: Head) -> Frame:
         if len(self.frames) == 1:
             self._fail(
                 head,
                 f"{head.keyword} outside of a subroutine",
                 "a line of a subroutine",
-                f"write O{_shown(head.label)} sub before, or remove the line",
+                f"write O{shown_label(head.label)} sub before, or remove the line",
             )
         return self.frame
 
@@ -615,7 +526,3 @@ class Flow:
         self.parameters[RETURNED] = float(bool(values))
         self.at = frame.back
         self.left(frame)
-
-
-def _shown(label: Key) -> str:
-    return f"<{label}>" if isinstance(label, str) else str(label)

@@ -24,6 +24,10 @@ TOLERANCE_MM = 0.0005  # of the chords that replace the curve of the tool in the
 MAX_PIECES = 100_000
 
 
+class TooManyPiecesError(ValueError):
+    """A move needs more than MAX_PIECES chords."""
+
+
 def to_machine(pose: Pose) -> Pose:
     """Machine pose [mm, degree] of a pose in the frame of the table."""
     x, y, z = (value - pivot for value, pivot in zip(pose[:3], PIVOT, strict=True))
@@ -58,7 +62,8 @@ def pieces(move: Move) -> list[Pose]:
     """Ends, as machine poses, of the pieces of a move given in the frame of the table.
 
     A chord of share h of a curve m misses it by at most h^2/8 max|m''|; here m'' is at most
-    |bend| + 2 |w| |way| + |w|^2 r, w the table's turn and r the distance from the pivot.
+    |bend| + 2 |w| |way| + |w|^2 r, w the table's turn and r the distance from the pivot. Raises
+    TooManyPiecesError.
     """
     curve = curve_of(move)
     if curve is None:
@@ -75,7 +80,9 @@ def pieces(move: Move) -> list[Pose]:
     reach += 2 * curve.radius if arc else 0.0
     second = bend + 2 * turn * way + turn * turn * reach
     count = math.ceil(math.sqrt(second / (8 * TOLERANCE_MM / 1e3)))
-    count = min(max(count, 1), MAX_PIECES)
+    count = max(count, 1)
+    if count > MAX_PIECES:
+        raise TooManyPiecesError(f"{count} chords")
     points = curve.evaluate(curve.length * np.arange(1, count) / count)[0]
     poses = [to_machine((*(p[:3] * 1e3).tolist(), *np.degrees(p[3:]).tolist())) for p in points]
     return [*poses, to_machine(move.end)]

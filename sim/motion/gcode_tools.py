@@ -14,6 +14,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from asip_asm.files import read_text
 from sim.motion.gcode_errors import MAX_ERRORS, GcodeError, GcodeErrors
 from sim.motion.gcode_words import MAX_NUMBER
 from sim.motion.moves import AXES, Pose
@@ -29,6 +30,8 @@ class Tool:
 
 
 NO_TOOLS: Mapping[int, Tool] = {}
+
+MAX_BYTES = 10_000_000  # of a tool table
 
 _WORD = re.compile(r"([A-Za-z])([+-]?(?:\d+\.?\d*|\.\d+))(?=\s|$)")
 _TEXT = re.compile(r"\S+")
@@ -97,8 +100,7 @@ def tool_table(lines: Iterable[str], file: str = "<tools>", unit: float = 1.0) -
 
 def tool_file(path: Path) -> dict[int, Tool]:
     """As `tool_table`, from a file in mm. Raises GcodeErrors, and OSError without such a file."""
-    with path.open(encoding="utf-8-sig", errors="replace") as lines:
-        return tool_table(lines, str(path))
+    return tool_table(read_text(path, MAX_BYTES, "a tool table").splitlines(), str(path))
 
 
 def add_tools_option(parser: argparse.ArgumentParser) -> None:

@@ -178,7 +178,7 @@ def test_calls_inside_calls__one_more_than_the_limit__are_refused_by_rs274_too()
 def test_loop_without_a_move__ends_with_its_place():
     (error,) = errors_of("G0 X1\n#1=0\n o1 while [#1 LT 1]\n#2=1\n o1 endwhile\nM2")
     assert (error.file, error.line, error.column) == ("part.ngc", 5, 2)
-    assert error.what == f"the program repeats {MAX_IDLE} times without a move"
+    assert error.what == f"the program repeats {MAX_IDLE} times without a move that goes anywhere"
     assert "condition" in error.help
 
 
@@ -200,7 +200,9 @@ def test_endless__of_each_kind__ends(text, monkeypatch):
 def test_loop_with_moves__longer_than_the_limit__runs(monkeypatch):
     monkeypatch.setattr(gcode_flow, "MAX_IDLE", 50)
     assert len(xs("G91\no1 repeat [200]\nG0 X1\no1 endrepeat\nM2")) == 200
-    assert len(parse("o1 repeat [200]\nG4 P1\no1 endrepeat\nM2").dwells) == 200
+    assert len(parse("o1 repeat [50]\nG4 P1\no1 endrepeat\nM2").dwells) == 50
+    with pytest.raises(GcodeErrors):  # rests alone go nowhere
+        parse("o1 repeat [200]\nG4 P1\no1 endrepeat\nM2")
 
 
 def test_long_text__without_o_words__is_not_held():
