@@ -32,6 +32,7 @@ from sim.motion.gcode_oword import ARGUMENTS, CLOSING, O_LINE, Head, HeadReader,
 
 MAX_DEPTH = 9  # calls inside calls, as rs274
 MAX_IDLE = 100_000  # repeats and calls without a way between them
+MAX_AGAIN = 300_000  # lines of them
 MAX_OPEN = 1000  # branches and loops inside each other
 VALUE, RETURNED = "_value", "_value_returned"
 
@@ -100,7 +101,8 @@ class Flow:
         self.subs: dict[Key, tuple[int, int]] = {}  # places of sub and endsub
         self.labels: dict[tuple[Key | None, Key], int] = {}
         self.searching = False
-        self.idle = 0
+        self.idle = 0  # repeats and calls, and
+        self.again = 0  # lines of them, since the last move
         self.used = False  # there was an O word
         parameters[VALUE] = parameters[RETURNED] = 0.0
 
@@ -115,7 +117,7 @@ class Flow:
 
     def moved(self) -> None:
         """To be told of every move that goes anywhere: the program is not idle."""
-        self.idle = 0
+        self.idle = self.again = 0
 
     def lines(self) -> Iterator[Line]:
         """Lines without O words, in the order in which they run. Raises FlowStop."""
@@ -152,8 +154,19 @@ class Flow:
         """The line at self.at, which is advanced."""
         if self.kept and self.at == self.unread and not self.searching and not self._repeating():
             self.kept.clear()
+        self.again += self.at < self.unread
         line = self._line(self.at)
         if line is not None:
+            if self.again > MAX_AGAIN:
+                self.place(*line)
+                self.report(
+                    1,
+                    line[1],
+                    f"the program runs {MAX_AGAIN} lines again without a move that goes anywhere",
+                    "a loop or recursion that ends or moves",
+                    "check the condition and that the loop changes what it asks for",
+                )
+                raise FlowStop
             self.at += 1
         return line
 

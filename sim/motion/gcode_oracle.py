@@ -27,6 +27,7 @@ from pathlib import Path
 
 import numpy as np
 
+from asip_asm.files import read_text
 from sim.motion.gcode import GcodeErrors, parse
 from sim.motion.gcode_oracle_splines import Point
 from sim.motion.gcode_oracle_splines import blocks as preview_blocks
@@ -46,6 +47,8 @@ TOOLS = "share/doc/linuxcnc/examples/sample-configs/common/tool.tbl"  # lengths 
 DIGITS = 1.01e-4  # rs274 prints four decimals of mm or inch; sums of two of them
 _RECORD = re.compile(r"^ *\d+ \S+ +(\w+)\((.*)\)\s*$")
 CHORD_MM = 0.001  # greatest distance between our chords of a spline and its points
+MAX_BYTES = 10_000_000  # of a program to compare
+SECONDS = 20  # that rs274 may take: it runs endless loops
 _SPLINE = re.compile(r"[gG] *0*5(\.[123])?(?!\d)")
 _COMMENT = re.compile(r"\([^)]*\)|;.*")
 _TOOL_CHANGE = re.compile(r"[mM] *0*6(?![\d.])")
@@ -104,7 +107,7 @@ def _records(text: str, printed: str) -> list[Record]:
         modules = UNPACKED / "usr/lib/python3/dist-packages"
         try:
             blocks = preview_blocks(_as_on_a_machine(text), _libraries(), modules)
-        except RuntimeError as error:
+        except (RuntimeError, subprocess.TimeoutExpired) as error:
             raise OracleError(f"LinuxCNC's preview: {error}") from None
     return list(_machine_records(printed, blocks))
 
@@ -140,18 +143,24 @@ def _canonical(text: str) -> str:
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "program.ngc"
         file.write_text(_as_on_a_machine(text), encoding="utf-8")
-        run = subprocess.run(
-            [str(program), "-t", str(sample_tools() or "/dev/null"), "-g", str(file)],
-            cwd=folder,
-            # Its tool table in memory is a file of the home folder, which runs at once would share.
-            env={**os.environ, "LD_LIBRARY_PATH": _libraries(), "HOME": folder},
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            text=True,
-            timeout=60,
-        )
+        command = [str(program), "-t", str(sample_tools() or "/dev/null"), "-g", str(file)]
+        try:
+            run = subprocess.run(
+                command,
+                cwd=folder,
+                # Its tool table in memory is a file of the home folder, which all would share.
+                env={**os.environ, "LD_LIBRARY_PATH": _libraries(), "HOME": folder},
+                stdin=subprocess.DEVNULL,
+                capture_output=True,
+                text=True,
+                errors="replace",
+                timeout=SECONDS,
+            )
+        except subprocess.TimeoutExpired:
+            raise OracleError(f"rs274 has not ended after {SECONDS} s") from None
     if run.returncode != 0:
-        raise OracleError((run.stderr.strip() or run.stdout.strip()).splitlines()[-1])
+        said = run.stderr.strip() or run.stdout.strip() or f"exit status {run.returncode}"
+        raise OracleError(said.splitlines()[-1])
     return run.stdout
 
 
@@ -341,7 +350,7 @@ def compare_samples() -> Samples:
         text = file.read_text(encoding="utf-8", errors="replace")
         try:
             theirs = rs274(text)
-        except (OracleError, subprocess.TimeoutExpired) as error:
+        except OracleError as error:
             found.unfit[file.name] = str(error)
             continue
         if any(record[0] != "G4" for record in theirs):
@@ -381,7 +390,7 @@ def main(argv: list[str] | None = None) -> int:
         if not arguments.files:
             sys.stdout.write(f"{find() or fetch()}\n")
         for file in arguments.files:
-            found = differences(file.read_text(encoding="utf-8"))
+            found = differences(read_text(file, MAX_BYTES, "a G-code program"))
             sys.stdout.write("".join(f"{file}: {text}\n" for text in found or ["equal"]))
             status = max(status, int(bool(found)))
     except (OracleError, GcodeErrors) as error:

@@ -35,7 +35,7 @@ def blocks(text: str, library: str, modules: Path) -> list[list[Point]]:
             env={**os.environ, "LD_LIBRARY_PATH": library, "PYTHONPATH": str(modules)},
             capture_output=True,
             text=True,
-            timeout=60,
+            timeout=20,
         )
         lines = run.stdout.splitlines()
     if run.returncode != 0 or not lines:
