@@ -10,7 +10,7 @@ import pytest
 from rich.console import Console
 
 from sim.motion import goals, lookahead_figures, stress
-from sim.motion.gcode_oracle import OracleError, Samples
+from sim.motion.gcode_oracle import LEAST_EQUAL, OracleError, Samples
 
 TINY = goals.Counts(10, 1, 20, 3, 3, 1, 4, 6, 2, 2)
 FIGURES = (
@@ -100,8 +100,11 @@ def test_goals__without_rtl__builds_nothing_and_leaves_those_open(alone, monkeyp
 def test_samples__refused_and_different__are_counted_apart():
     found = Samples(["a", "e"], {"b": "x"}, {"c": "y"}, {"d": "z"}, {"a", "b", "c"})
     assert found.text == "1 of 3 equal, 1 different, 1 refused"
-    assert not found.all_equal
-    assert Samples(["a"], moving={"a"}).all_equal
+    assert not found.goal_met
+    names = [str(number) for number in range(LEAST_EQUAL)]
+    assert Samples(names, moving={*names, "more"}).goal_met
+    assert not Samples(names[1:], moving=set(names)).goal_met
+    assert not Samples(names, {"more": "x"}, moving=set(names)).goal_met
 
 
 def test_page_of_the_repository__has_the_features_of_today():
