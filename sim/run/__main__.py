@@ -16,6 +16,7 @@ from sim.harness.build import ROOT, BuildError
 from sim.harness.nios_image import ImageError
 from sim.model.parameters import ParameterError
 from sim.motion.command import INTERRUPTED, add_robot_option
+from sim.motion.gcode_tools import add_tools_option
 from sim.run.controller import ControllerFault
 from sim.run.estimate import PLATFORMS
 from sim.run.job import Order, PathError, run
@@ -80,6 +81,7 @@ def _arguments() -> argparse.ArgumentParser:
         help="path, G-code (sim/paths/agh.ngc)",
     )
     add_robot_option(parser)
+    add_tools_option(parser)
     parser.add_argument("--ticks", type=_ticks, help="only the first TICKS ticks of the path")
     parser.add_argument(
         "--platforms",
@@ -117,6 +119,7 @@ def main(argv: list[str] | None = None) -> int:
         arguments.ticks,
         arguments.platforms,
         arguments.all_ticks,
+        arguments.tools,
         not arguments.no_plots,
         arguments.plan_only,
     )

@@ -27,6 +27,7 @@ from sim.model.records import SetPoints, TrackingResult
 from sim.model.tracking import joint_path
 from sim.motion.drive_robot import LawController
 from sim.motion.gcode import parse
+from sim.motion.gcode_tools import NO_TOOLS, tool_file
 from sim.motion.lookahead_limits import MachineLimits
 from sim.motion.path_limits import limited_by
 from sim.motion.program_path import ProgramPath, plan
@@ -52,7 +53,8 @@ class PathError(ValueError):
 @dataclass(frozen=True)
 class Order:
     """What to do. ticks: only the first so many; platforms: of estimate.PLATFORMS; all_ticks: FPGA1
-    and FPGA2 take every tick too; plan_only: stop before anything is built or written."""
+    and FPGA2 take every tick too; tools: LinuxCNC's table; plan_only: stop before anything is built
+    or written."""
 
     gcode: Path
     robot_file: Path
@@ -60,6 +62,7 @@ class Order:
     ticks: int | None = None
     platforms: Sequence[str] = estimate.PLATFORMS
     all_ticks: bool = False
+    tools: Path | None = None
     plots: bool = True
     plan_only: bool = False
 
@@ -94,7 +97,8 @@ def _run_law(robot: Robot, path: SetPoints, progress: Any) -> NDArray[np.int32]:
 def _planned(order: Order, robot: Robot, console: Console) -> ProgramPath:
     try:
         text = read_bytes(order.gcode, MOST_TEXT, "a G-code program").decode(errors="replace")
-        program = parse(text.removeprefix("\ufeff"), str(order.gcode))
+        tools = NO_TOOLS if order.tools is None else tool_file(order.tools)
+        program = parse(text.removeprefix("\ufeff"), str(order.gcode), tools=tools)
         path = plan(program, robot, order.ticks)
     except ValueError as error:
         raise PathError(str(error)) from error
