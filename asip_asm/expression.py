@@ -60,6 +60,8 @@ def literal_name(bits: int, type_name: str) -> str:
     if type_name == "int":
         return str(bits - (1 << 32) if bits >> 31 else bits)
     value = float_value(bits)
+    if not math.isfinite(value):
+        return f"0f{bits:08x}"
     for digits in range(1, 10):
         text = f"{value:.{digits}g}"
         if float_bits(float(text)) == bits:

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 
+from asip_asm import allocate
 from asip_asm.allocate import AllocationError, allocate_registers
 from asip_asm.ir import (
     Bundle,
@@ -235,3 +236,11 @@ def test_value_read_but_never_written__is_reported():
     schedule_program(build.program, FAST)
     with pytest.raises(AllocationError, match="'ghost' is read or exported but never written"):
         allocate_registers(build.program, FAST)
+
+
+def test_spilling__beyond_its_bound__is_refused_with_the_reason(monkeypatch):
+    monkeypatch.setattr(allocate, "SPILL_WORK", 0)
+    program = random_program(3, 100)
+    schedule_program(program, FAST, effort=5)
+    with pytest.raises(AllocationError, match="too many values at once: 0 were moved to data mem"):
+        allocate_registers(program, with_banks(FAST, 4))

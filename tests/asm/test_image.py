@@ -7,7 +7,15 @@ from pathlib import Path
 import pytest
 
 from asip_asm.cli_objdump import main as asip_objdump
-from asip_asm.image import Image, ImageError, checksum, to_intel_hex, to_mif, to_readmemh
+from asip_asm.image import (
+    ConstantEntry,
+    Image,
+    ImageError,
+    checksum,
+    to_intel_hex,
+    to_mif,
+    to_readmemh,
+)
 from sim.iss import Iss
 from tests.asm.annotated import FOLDER, run
 
@@ -149,6 +157,14 @@ def test_load__edited_by_hand__is_refused_until_sealed_again(tmp_path: Path, cap
     assert asip_objdump(["--reseal", str(path)]) == 0
     assert f"{path}: sealed with sha256:" in capsys.readouterr().out
     assert Image.load(path).watchdog == 10001
+
+
+def test_load__constant_that_is_not_finite__is_read_and_shown(tmp_path: Path, capsys) -> None:
+    image = run(FOLDER / "ok_leg_length.s")
+    image.constants = [ConstantEntry("nan", 4, "float", "7fc00000"), *image.constants[1:]]
+    image.save(tmp_path / "x.asip.json")
+    assert asip_objdump(["-d", "-t", str(tmp_path / "x.asip.json")]) == 0
+    assert "float 7fc00000 0f7fc00000" in capsys.readouterr().out
 
 
 def test_check__image_made_in_python__is_refused_like_a_file() -> None:

@@ -221,6 +221,30 @@ def test_effort__bounds_the_schedules_tried(monkeypatch):
     assert {(progress.effort, progress.bound) for progress in seen} == {(100, 0)}
 
 
+def tried_by(program, **options):
+    """Schedules tried, as the progress last told."""
+    seen = [0]
+    schedule_program(program, MACHINES["fast"], progress=lambda p: seen.append(p.tried), **options)
+    return seen[-1]
+
+
+def test_search__one_cycle_above_a_bound_that_cannot_be_reached__gives_up_soon(monkeypatch):
+    path = PROGRAMS / "planner_scurve.s"
+    best = search.lower_bound
+    monkeypatch.setattr(search, "lower_bound", lambda problem: best(problem) - 1)
+    tried = tried_by(parse_program(path))
+    assert 0 < tried <= search.PATIENCE + 100
+    monkeypatch.setattr(search, "PATIENCE", 10**9)
+    assert tried_by(parse_program(path)) > schedule.DEFAULT_EFFORT - 10
+
+
+def test_search__large_program__shares_its_placements_among_the_operations(monkeypatch):
+    monkeypatch.setattr(schedule, "PLACEMENTS", 5000)
+    monkeypatch.setattr(search, "PATIENCE", 10**9)
+    program = parse_program(PROGRAMS / "tracking_optimised.s")
+    assert tried_by(program) <= 5000 // len(program.regions[0].operations)
+
+
 def test_more_effort__is_never_worse():
     machine = MACHINES["fast"]
     lengths = []

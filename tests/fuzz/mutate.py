@@ -9,6 +9,8 @@ from collections.abc import Callable, Sequence
 from random import Random
 from typing import Any
 
+CHARACTERS = 4 << 20
+"""Largest text that the mutations make, more than any tool takes."""
 TOKEN = re.compile(r"\w+|\s+|[^\w\s]")
 WORDS = (
     *("0", "-0", "-1", "1", "2147483647", "2147483648", "4294967296", "1e308", "-1e309", "1e-400"),
@@ -29,7 +31,7 @@ VALUES: tuple[Any, ...] = (
 def mutated_text(rng: Random, text: str, words: Sequence[str]) -> str:
     """The text after 1 to 6 edits; `words` are of the language of the text."""
     for _ in range(rng.choice((1, 1, 1, 2, 3, 6))):
-        text = rng.choice(TEXT_EDITS)(rng, text, words)
+        text = rng.choice(TEXT_EDITS)(rng, text, words)[:CHARACTERS]
     return text
 
 
