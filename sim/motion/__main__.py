@@ -19,6 +19,8 @@ from sim.motion.gcode_tools import add_tools_option, tools_of
 from sim.motion.path import RateLimits
 from sim.motion.trajectory import AXIS_NAMES, MotionSettings, Trajectory, generate
 
+MOST_SHOWN = 2_500_000  # set-points: this command keeps below 1 GiB
+
 
 def _arguments() -> argparse.ArgumentParser:
     defaults = {field.name: field.default for field in fields(MotionSettings)}
@@ -119,7 +121,7 @@ def main(argv: list[str] | None = None) -> int:
             lead_in=arguments.lead_in,
         )
         program = parse_file(arguments.program, tools=tools_of(arguments))
-        trajectory = generate(program, settings)
+        trajectory = generate(program, settings, MOST_SHOWN)
         if arguments.csv is not None:
             _write_csv(trajectory, arguments.csv)
     except OSError as error:

@@ -44,3 +44,12 @@ def test_output__on_a_terminal__keeps_its_width(monkeypatch):
     monkeypatch.setenv("FORCE_COLOR", "1")
     monkeypatch.setenv("COLUMNS", "120")
     assert output().width == 120
+
+
+def test_motion__too_long_to_be_held__is_told_with_the_command_that_can(tmp_path, capsys):
+    file = tmp_path / "slow.ngc"
+    file.write_text("G1 X3 F0.5\nM2\n")
+    assert main([str(file)]) == 1
+    shown = capsys.readouterr().err
+    assert "slow.ngc:1: error: the motion is too long to be held" in shown
+    assert "python -m sim.motion.lookahead" in shown
