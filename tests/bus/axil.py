@@ -19,7 +19,7 @@ from cocotb.triggers import FallingEdge, Timer
 from cocotb_tools.runner import get_results
 
 from sim.harness.build import ROOT, WAIVERS
-from sim.harness.plain import plain
+from sim.harness.plain import plain, workshop
 from tests.cocotb_runner import verilator_runner
 
 OKAY, SLVERR = 0, 2
@@ -180,7 +180,7 @@ def run_scenarios(
             sources=[plain(source) for source in (WAIVERS, *sources)],
             hdl_toplevel=top,
             parameters=dict(parameters or {}),
-            build_dir=plain(folder),
+            build_dir=workshop(folder),
             build_args=flags,
             log_file=log,
         )
@@ -188,7 +188,7 @@ def run_scenarios(
             test_module=".".join(bench.relative_to(ROOT).with_suffix("").parts),
             hdl_toplevel=top,
             test_filter=f"{scenario}$" if scenario else None,
-            build_dir=plain(folder),
+            build_dir=workshop(folder),
             test_dir=folder,
             results_xml=str(results),
             extra_env={"SEED": seed, **(environment or {})},

@@ -27,7 +27,7 @@ from pathlib import Path
 import numpy as np
 
 from sim.fpbench import softfloat as reference
-from sim.harness.plain import plain
+from sim.harness.plain import plain, workshop
 from tests.cocotb_runner import verilator_runner
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -136,7 +136,7 @@ def build(unit: Unit):
         runner.build(
             sources=[plain(source) for source in (*unit.sources, STREAM, bench)],
             hdl_toplevel="bench",
-            build_dir=plain(folder),
+            build_dir=workshop(folder),
             build_args=["--x-initial", "unique", "--x-assign", "unique", "--assert", "-Wno-fatal"],
             waves=_waves(),
             log_file=log,

@@ -172,4 +172,6 @@ def test_plain__folder_with_spaces__gets_a_link_without(tmp_path, monkeypatch):
     for _ in range(2):
         found = plain.plain(folder / "a.sv")
         assert not plain.ODD.search(str(found)) and found.samefile(folder / "a.sv")
+        work = plain.workshop(folder / "build")
+        assert not plain.ODD.search(str(work.resolve())) and work.is_dir()
     assert plain.plain(tmp_path / "b.sv") == tmp_path / "b.sv"
