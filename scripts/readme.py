@@ -134,8 +134,13 @@ def main(arguments: list[str]) -> int:
         )
         return 1
     if results.is_file():
-        body = section(json.loads(results.read_text(encoding="utf-8")))
-        text = replaced(text, "results", body)
+        data = json.loads(results.read_text(encoding="utf-8"))
+        if len(data["platforms"]) < 3 or not data["path"]["whole"]:
+            sys.stderr.write(
+                f"error: {results} is of a part; run `make run` without PLATFORMS, TICKS\n"
+            )
+            return 1
+        text = replaced(text, "results", section(data))
     if measured.is_file():
         document = kept(json.loads(measured.read_text(encoding="utf-8")))
         KEPT.write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")

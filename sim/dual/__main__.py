@@ -50,7 +50,8 @@ def _single_core(robot: Robot, path: SetPoints, console: Console) -> dict[str, f
     """Tracking errors of one core that gets the planned set-points: of `make run`, or run here."""
     if SINGLE.is_file():
         data = json.loads(SINGLE.read_text(encoding="utf-8"))
-        if data["ticks"] == len(path) and data.get("robot", {}).get("values") == robot.values():
+        same = data["ticks"] == len(path) and data.get("robot", {}).get("values") == robot.values()
+        if same and "optimised" in data["tracking"]:
             return data["tracking"]["optimised"]
     controller = AsipController(program("tracking_optimised", "fast", robot), intermediates=False)
     with TickProgress(console) as bars:
