@@ -22,6 +22,7 @@ from sim.harness.asip_rtl import AsipRtl
 from sim.harness.build import ROOT
 from sim.harness.nios_rtl import NiosRtl
 from sim.model import float32
+from sim.model.kinematics import WorkspaceError, check_table
 from sim.model.parameters import Robot
 from sim.model.records import SetPoints, TrackingResult
 from sim.model.tracking import joint_path
@@ -242,6 +243,10 @@ def run(order: Order, console: Console) -> dict[str, Any]:
     console.print(f"[bold]1/6[/] path of {order.gcode}", highlight=False)
     planned = _planned(order, robot, console)
     path = set_points(planned)
+    try:
+        check_table(robot, path.table_position)
+    except WorkspaceError as error:
+        raise PathError(f"{order.gcode}: error: {error}") from None
     work, cost = estimate.work(len(path), order.platforms, order.all_ticks), estimate.costs()
     console.print(
         f"      estimated time of the simulation: {duration(estimate.seconds(work, cost))} on "
@@ -351,3 +356,5 @@ def _write(
         page.write(out, shown)
         console.print(f"page and plots: {out / 'index.html'}", highlight=False)
     console.print(f"figures:        {out / 'results.json'}", highlight=False)
+    for entry in data["exceeded"]:
+        console.print(f"error: {entry['text']}", markup=False, highlight=False)

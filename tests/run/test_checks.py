@@ -4,14 +4,18 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 from pathlib import Path
 
 import pytest
 from rich.console import Console
 
+from asip_asm.assemble import assemble
 from sim.model.parameters import Robot
 from sim.model.records import OUTPUTS
+from sim.run import __main__ as command
 from sim.run import checks, tables
+from sim.run import job as main_job
 
 AGH = Path("sim/paths/agh.ngc")
 KEPT = {"leg": 9e-7, "tool": 4e-6, "table": 4e-5}
@@ -103,3 +107,47 @@ def test_table_of_bounds__row_beyond_its_bound__says_so(capsys):
     Console(width=120).print(tables.bound_table(data))
     marked = [line for line in capsys.readouterr().out.splitlines() if "EXCEEDED" in line]
     assert len(marked) == 1 and "optimised" in marked[0]
+
+
+# ---------------------------------------------------------------------- the whole job
+
+
+@pytest.fixture
+def other_robot(tmp_path):
+    """A robot file with another mass and control period."""
+    text = Path("sim/robot.toml").read_text(encoding="utf-8")
+    text = text.replace("[m_s]\nvalue = 12.0", "[m_s]\nvalue = 15.0")
+    text = text.replace("[T_s]\nvalue = 1e-4", "[T_s]\nvalue = 2e-4")
+    path = tmp_path / "my robot.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def job(folder, *arguments):
+    """Exit status and results.json of a short run."""
+    words = [str(AGH), "--ticks", "60", "--no-plots", "--output", str(folder), *arguments]
+    status = command.main(words)
+    return status, json.loads((folder / "results.json").read_text(encoding="utf-8"))
+
+
+def test_job__another_robot_file__acts_on_every_platform(other_robot, tmp_path):
+    status, data = job(tmp_path, "--robot", str(other_robot))
+    assert status == 0 and data["bounds_ok"] is True
+    assert data["robot"]["file"] == str(other_robot)
+    assert data["robot"]["values"]["m_s"] == 15.0 and data["robot"]["values"]["T_s"] == 2e-4
+    programs = {"as_printed", "optimised", "fpga1", "fpga2"}
+    assert set(data["worst_fraction_of_bound"]) == programs
+
+
+def test_job__a_wrong_constant_in_the_programs__is_status_3(tmp_path, monkeypatch, capsys):
+    def wrong(source, **options):
+        mass = options["defines"]["m_s"]
+        return assemble(source, **options | {"defines": options["defines"] | {"m_s": 2.0 * mass}})
+
+    monkeypatch.setattr(main_job, "assemble", wrong)
+    status, data = job(tmp_path, "--platforms", "fpga3")
+    assert status == 3 and data["bounds_ok"] is False
+    rows = {entry["row"] for entry in data["exceeded"]}
+    assert rows == {"as_printed", "optimised"}
+    said = capsys.readouterr().out
+    assert "EXCEEDED" in said and "error: optimised: error of F1 is" in said
