@@ -30,6 +30,7 @@ from sim.motion.gcode import parse_file
 from sim.motion.moves import Motion
 from sim.motion.planner_figures import Result
 from sim.motion.trajectory import MotionSettings, generate
+from sim.page import pictures
 from sim.run import nios
 
 AGH = Path(__file__).resolve().parents[1] / "paths/agh.ngc"
@@ -286,25 +287,8 @@ def _jumps(robot: Robot, run: drive_robot.RobotRun) -> np.ndarray:
     return np.abs(np.diff(run.force[settled:], axis=0))
 
 
-def _plot():
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    matplotlib.rcParams["svg.hashsalt"] = "drive"  # the same input gives the same file
-    return plt
-
-
-def _save(plt, figure, output: Path, file: str) -> None:
-    figure.tight_layout()
-    figure.savefig(output / file, metadata={"Date": None})
-    figure.savefig((output / file).with_suffix(".png"), dpi=110)
-    plt.close(figure)
-
-
 def _draw_10(output: Path) -> None:
-    plt = _plot()
+    plt = pictures.pyplot("drive")
     figure, rows = plt.subplots(2, 1, figsize=(8, 5), sharex=True)
     for profile, jerk_time in PROFILES.items():
         move = ThereAndBack(jerk_time=jerk_time)
@@ -317,11 +301,11 @@ def _draw_10(output: Path) -> None:
     for axis in rows:
         axis.grid(alpha=0.3)
         axis.legend()
-    _save(plt, figure, output, FIG_10)
+    pictures.save(figure, output / FIG_10)
 
 
 def _draw_11(runs: dict[tuple[str, str, str], Response], output: Path) -> None:
-    plt = _plot()
+    plt = pictures.pyplot("drive")
     figure, rows = plt.subplots(4, 1, figsize=(9, 11), sharex=True)
     for (loop, profile, case), run in runs.items():
         if loop != next(iter(LOOPS)):
@@ -340,11 +324,11 @@ def _draw_11(runs: dict[tuple[str, str, str], Response], output: Path) -> None:
     for axis in rows:
         axis.grid(alpha=0.3)
     rows[0].legend(loc="upper right")
-    _save(plt, figure, output, FIG_11)
+    pictures.save(figure, output / FIG_11)
 
 
 def _draw_servo(output: Path) -> None:
-    plt = _plot()
+    plt = pictures.pyplot("drive")
     figure, rows = plt.subplots(2, 1, figsize=(8, 6))
     for reading in drive_servo.READINGS:
         run = drive_servo.load_step(drive_servo.Servo(reading=reading))
@@ -364,13 +348,13 @@ def _draw_servo(output: Path) -> None:
     for axis in rows:
         axis.grid(alpha=0.3)
         axis.legend(loc="lower right")
-    _save(plt, figure, output, SERVO_FILE)
+    pictures.save(figure, output / SERVO_FILE)
 
 
 def _draw_robot(
     robot: Robot, curves: dict[str, drive_robot.RobotRun], part: str, output: Path
 ) -> None:
-    plt = _plot()
+    plt = pictures.pyplot("drive")
     figure, rows = plt.subplots(len(curves), 1, figsize=(9, 9), sharex=True)
     for (name, run), axis in zip(curves.items(), rows, strict=True):
         step = max(1, len(run.leg_error) // 8000)
@@ -381,4 +365,4 @@ def _draw_robot(
     rows[0].legend(("leg 1", "leg 2", "leg 3"), loc="upper right")
     figure.suptitle(f"Leg errors on {part} at 2 m/min, friction and payload error")
     rows[-1].set_xlabel("time [s]")
-    _save(plt, figure, output, ROBOT_FILE)
+    pictures.save(figure, output / ROBOT_FILE)

@@ -22,6 +22,7 @@ from sim.motion.lookahead_joints import Joint
 from sim.motion.lookahead_limits import MachineLimits
 from sim.motion.lookahead_settings import LookaheadSettings
 from sim.motion.moves import Motion, Move
+from sim.page import pictures
 
 FloatArray = NDArray[np.float64]
 
@@ -116,18 +117,8 @@ def figures(output: Path) -> dict[str, Any]:
     return document
 
 
-def _pyplot() -> Any:
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    matplotlib.rcParams["svg.hashsalt"] = "lookahead"  # the same input gives the same file
-    return plt
-
-
 def _draw_path(file: Path, paths: dict[str, FloatArray], period: float) -> None:
-    plt = _pyplot()
+    plt = pictures.pyplot("lookahead")
     figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4.5))
     for name, points in paths.items():
         left.plot(points[:, 0], points[:, 1], linewidth=0.8, label=name)
@@ -140,14 +131,11 @@ def _draw_path(file: Path, paths: dict[str, FloatArray], period: float) -> None:
     right.legend(loc="center right")
     for axis in (left, right):
         axis.grid(alpha=0.3)
-    figure.tight_layout()
-    figure.savefig(file, metadata={"Date": None})
-    figure.savefig(file.with_suffix(".png"), dpi=110)
-    plt.close(figure)
+    pictures.save(figure, file)
 
 
 def _draw_corner(file: Path, views: dict[str, FloatArray]) -> None:
-    plt = _pyplot()
+    plt = pictures.pyplot("lookahead")
     figure, axis = plt.subplots(figsize=(5.5, 5.5))
     for name, points in views.items():
         axis.plot(points[:, 0], points[:, 1], marker=".", markersize=2, linewidth=0.8, label=name)
@@ -162,7 +150,4 @@ def _draw_corner(file: Path, views: dict[str, FloatArray]) -> None:
     axis.set_xticks(SEED_CORNER_MM + np.arange(-0.03, 0.006, 0.01))
     axis.grid(alpha=0.3)
     axis.legend()
-    figure.tight_layout()
-    figure.savefig(file, metadata={"Date": None})
-    figure.savefig(file.with_suffix(".png"), dpi=110)
-    plt.close(figure)
+    pictures.save(figure, file)

@@ -13,6 +13,7 @@ from rich.table import Table
 
 from sim.motion.planner_optimal import Limits, time_optimal
 from sim.motion.planner_seed import SeedPlan, seed_plan
+from sim.page import pictures
 
 POINTS = 1201
 PULSES_PER_MM = 10  # of figure 12
@@ -156,20 +157,9 @@ def figures(output: Path) -> list[Result]:
         *numbers_of_figure_12(files[12]),
         *numbers_of_figure_15(files[15]),
     ]
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    # The same input gives the same file.
-    matplotlib.rcParams["svg.hashsalt"] = "planner"
+    plt = pictures.pyplot("planner")
     for number, draw in ((3, _draw_3), (12, _draw_12), (15, _draw_15)):
-        figure = draw(plt)
-        figure.tight_layout()
-        for suffix in (".png", ".svg"):
-            metadata = {"Date": None} if suffix == ".svg" else None
-            figure.savefig((output / files[number]).with_suffix(suffix), metadata=metadata)
-        plt.close(figure)
+        pictures.save(draw(plt), output / files[number])
     document = [asdict(result) for result in results]
     (output / RESULTS_FILE).write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
     return results

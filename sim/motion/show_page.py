@@ -10,7 +10,7 @@ from pathlib import Path
 from rich.table import Table
 
 from sim.motion import drive_figures, lookahead_figures, show_path, show_rtl
-from sim.page import provenance
+from sim.page import pictures, provenance
 from sim.page.document import Page
 
 TITLE = "Microtick: from a program to motion"
@@ -19,7 +19,7 @@ LEAD = (
     "must decide how fast the tool goes at every moment, so that no drive is asked for more than "
     "it can do, and then make the drives follow. This page shows the project's parts that do "
     "this, on the examples of two published papers and on our own robot: first in pictures, then "
-    "in numbers."
+    "in numbers. Drag a rectangle in a picture to zoom, double-click to see everything again."
 )
 SOURCES = (
     "The CNC paper: M. Paprocki et al., Mechanik 4/2018, doi:10.17814/mechanik.2018.4.46. The "
@@ -102,23 +102,16 @@ PARTS = (
 
 
 def write(out: Path, tables: Sequence[Table]) -> None:
-    """Write out/index.html from the pictures that are in `out` and the tables."""
+    """Write out/index.html from the figures that are in `out` and the tables."""
     page = Page(TITLE, LEAD)
     page.facts({"date": provenance.now(), "commit": provenance.commit(), "papers": SOURCES})
     for part in PARTS:
-        drawn = {out / file: caption for file, caption in part.pictures.items()}
-        drawn = {_picture(file): caption for file, caption in drawn.items() if file.is_file()}
+        drawn = {file: made for file in part.pictures if (made := pictures.load(out / file))}
         if drawn:
             page.section(part.heading, part.sentence)
-        for file, caption in drawn.items():
-            page.picture(file, caption)
+        for file, made in drawn.items():
+            page.figure(made, part.pictures[file], least_width=pictures.least_width(made))
     page.section("Numbers", "What was to be reached, and what this run has measured.")
     for table in tables:
         page.table(table)
     page.write(out / "index.html")
-
-
-def _picture(file: Path) -> Path:
-    """The PNG beside an SVG of many points, which is smaller."""
-    png = file.with_suffix(".png")
-    return png if png.is_file() else file

@@ -30,6 +30,7 @@ from sim.motion.moves import Move
 from sim.motion.planner_figures import Result
 from sim.motion.pulse_records import Record
 from sim.motion.step_stream import AXES, PathEncoder, Steps, joints
+from sim.page import pictures
 
 FloatArray = NDArray[np.float64]
 
@@ -212,12 +213,7 @@ def results(run: PathRun) -> list[Result]:
 
 def draw(run: PathRun, output: Path) -> None:
     """The tool's way, a corner of it in single steps, and the joints' deviations in steps."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    matplotlib.rcParams["svg.hashsalt"] = "g64"
+    plt = pictures.pyplot("g64")
     figure = plt.figure(figsize=(9, 8))
     grid = figure.add_gridspec(2, 2, height_ratios=(1.2, 1))
     way, corner = figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[0, 1])
@@ -246,7 +242,4 @@ def draw(run: PathRun, output: Path) -> None:
     off.legend(ncol=5, fontsize=8, loc="upper center")
     for axes in (way, corner, off):
         axes.grid(alpha=0.3)
-    figure.tight_layout()
-    figure.savefig(output / FILE, metadata={"Date": None})
-    figure.savefig((output / FILE).with_suffix(".png"), dpi=110)
-    plt.close(figure)
+    pictures.save(figure, output / FILE)

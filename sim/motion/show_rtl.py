@@ -19,6 +19,7 @@ from sim.harness.motion_rtl import CLOCK_HZ, MotionError, MotionRtl
 from sim.motion.planner_figures import FIGURE_12, PULSES_PER_MM, Result, printed
 from sim.motion.planner_seed import SeedPlan, seed_plan
 from sim.motion.pulse_records import seed_compatible, time_exact
+from sim.page import pictures
 
 MODES = {"time-exact": time_exact, "seed-compatible": seed_compatible}
 TICK_CLOCKS = CLOCK_HZ // 1_000_000
@@ -114,12 +115,7 @@ def results(moves: dict[str, Move]) -> list[Result]:
 
 def draw(moves: dict[str, Move], output: Path) -> None:
     """Speed of the pulses and their distance from the plan."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    matplotlib.rcParams["svg.hashsalt"] = "rtl"
+    plt = pictures.pyplot("rtl")
     plan = figure_12()
     figure, rows = plt.subplots(2, 1, figsize=(8, 6), sharex=True)
     for mode, move in moves.items():
@@ -135,7 +131,4 @@ def draw(moves: dict[str, Move], output: Path) -> None:
     for axis in rows:
         axis.grid(alpha=0.3)
         axis.legend()
-    figure.tight_layout()
-    figure.savefig(output / FILE, metadata={"Date": None})
-    figure.savefig((output / FILE).with_suffix(".png"), dpi=110)
-    plt.close(figure)
+    pictures.save(figure, output / FILE)

@@ -8,7 +8,6 @@ of anything from elsewhere (Content-Security-Policy), so a part that tried would
 
 from __future__ import annotations
 
-import base64
 import html
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -33,7 +32,7 @@ tr.ours td { font-weight: 600; } tr.end td { border-bottom: 2px solid #666; }
 .beyond { color: #b00020; font-weight: 700; }
 .wide { overflow-x: auto; margin: 1.5rem 0 .3rem; }
 .note, figcaption { color: #333; max-width: 48rem; margin: .2rem 0 1rem; }
-figure { margin: 1rem 0 1.5rem; } figure > img { max-width: 100%; }
+figure { margin: 1rem 0 1.5rem; }
 .key { display: flex; flex-wrap: wrap; gap: .8rem; margin: 1rem 0; }
 .key div { border: 1px solid #ccc; border-radius: .4rem; padding: .5rem 1rem; flex: 1 1 10rem; }
 .key b { display: block; font-size: 1.4rem; }
@@ -50,7 +49,6 @@ POLICY = (
     "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; "
     "img-src data: blob:"
 )
-MEDIA = {".png": "image/png", ".svg": "image/svg+xml"}
 # Without the button that would send a figure to a server.
 CONFIG = {
     "responsive": True,
@@ -102,8 +100,13 @@ class Page:
         )
         self._parts.append(f"<dl>{rows}</dl>")
 
-    def figure(self, figure: go.Figure, caption: str, square: bool = False) -> None:
-        """An interactive figure with a sentence below it; square: never higher than it is wide."""
+    def figure(
+        self, figure: go.Figure, caption: str, square: bool = False, least_width: int = 0
+    ) -> None:
+        """An interactive figure with a sentence below it.
+
+        square: never higher than it is wide; least_width: a narrower window scrolls it [px].
+        """
         self._figures += 1
         drawn = figure.to_html(
             include_plotlyjs=False,
@@ -113,15 +116,7 @@ class Page:
             post_script=SQUARE if square else None,
         )
         self._parts.append(
-            f"<figure>{drawn}<figcaption>{html.escape(caption)}</figcaption></figure>"
-        )
-
-    def picture(self, file: Path, caption: str) -> None:
-        """A PNG or SVG file, embedded, with a sentence below it."""
-        data = base64.b64encode(file.read_bytes()).decode()
-        self._parts.append(
-            f'<figure><img alt="{html.escape(file.stem)}" '
-            f'src="data:{MEDIA[file.suffix]};base64,{data}">'
+            f'<figure><div class="wide"><div style="min-width: {least_width}px">{drawn}</div></div>'
             f"<figcaption>{html.escape(caption)}</figcaption></figure>"
         )
 

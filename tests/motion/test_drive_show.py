@@ -10,7 +10,6 @@ import shutil
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from io import StringIO
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,6 +18,7 @@ from rich.console import Console
 from sim.harness.motion_rtl import MotionError
 from sim.motion import planner_figures, show, show_page, show_rtl
 from sim.motion.planner_seed import seed_plan
+from sim.page.pictures import load
 from tests.page.browser import SIZES, Browser
 
 QUICK = {"v0": "30", "vm": "200", "tr": "0.02", "tm": "0.005", "length": "8"}
@@ -39,18 +39,16 @@ def test_quick_show__table_page_and_results_of_every_present_module(tmp_path, ca
             assert show.ABSENT.format(name=name).split(":")[0] in printed
     html = (tmp_path / "index.html").read_text()
     for file in {row["file"] for row in rows}:
-        assert (tmp_path / file).is_file()
-        assert f'alt="{file.removesuffix(".svg")}"' in html
-    pictures = sum(
-        f'alt="{Path(f).stem}"' in html for part in show_page.PARTS for f in part.pictures
-    )
-    assert html.rindex("<img") < html.index("<table")  # pictures first
+        assert (tmp_path / file).is_file() and (tmp_path / file).with_suffix(".png").is_file()
+        assert any(file in part.pictures for part in show_page.PARTS)
+    pictures = sum(load(tmp_path / f) is not None for p in show_page.PARTS for f in p.pictures)
+    assert html.rindex("<figure>") < html.index("<table")  # pictures first
     if shutil.which("chromium") or os.environ.get("CI") == "true":
         with Browser() as browser:
             for size in SIZES:
                 seen = browser.look(tmp_path / "index.html", size)
                 assert seen.errors == [] and seen.page["wide"] == 0
-                assert seen.page["pictures"] == seen.page["images"] == pictures
+                assert seen.page["figures"] == seen.page["drawn"] == pictures
     differ = [row["name"] for row in rows if not row["agrees"]]
     assert f"{len(rows)} figures, {len(differ)} differ" in printed
 

@@ -41,7 +41,7 @@ LOOK = """
     pictures: [...document.images].filter(i => i.complete && i.naturalWidth > 0).length,
     images: document.images.length,
     wide: [...document.querySelectorAll('h1,h2,p,figure,.key,dl,.js-plotly-plot')]
-            .filter(e => !inside(e)).length,
+            .filter(e => !inside(e) && !e.closest('.wide')).length,
     ready: document.readyState,
   });
 })()
