@@ -174,7 +174,7 @@ def with_options(commands: list[Command]) -> list[Command]:
 @pytest.mark.filterwarnings("ignore:.*found in sys.modules")
 @pytest.mark.parametrize("command", with_options(EVERY), ids=str)
 def test_python__module_or_script_exists_and_takes_its_options(command, monkeypatch, capsys):
-    """`--help` behind the options: they are read, and refused if they are unknown, before it."""
+    """`--help` behind the words: their values are read before it, and it names every option."""
     module, words = python_of(command)
     monkeypatch.setattr(sys, "argv", [module, *words, "--help"])
     monkeypatch.chdir(ROOT)
@@ -185,6 +185,9 @@ def test_python__module_or_script_exists_and_takes_its_options(command, monkeypa
     if "make formal" in str(stop.value.code):  # the cure, where the solver is missing
         return
     assert stop.value.code in (0, None) and "usage:" in shown.out, shown.err
+    options = [word.partition("=")[0] for word in words if re.match("-{1,2}[A-Za-z]", word)]
+    known = re.findall(r"(?<![\w-])-{1,2}[A-Za-z][\w-]*", shown.out)
+    assert set(options) <= set(known), f"unknown: {set(options) - set(known)}"
 
 
 def test_shell_blocks__hold_nothing_but_commands():
