@@ -101,7 +101,8 @@ def _what_ran(page: Page, shown: Shown) -> None:
     page.section("What ran")
     facts = {
         "program": _named(shown.gcode),
-        "path time": f"{(ticks - 1) * period:.2f} s: {ticks} ticks of {period * 1e6:g} µs",
+        "path time": f"{shown.results.get('path_time_s', (ticks - 1) * period):.2f} s",
+        "ticks": f"{ticks} of {period * 1e6:g} µs, the rest before the first move included",
         "robot": _named(shown.robot_file),
         "processors": ", ".join(_programs(shown.results)),
         "date": provenance.now(),

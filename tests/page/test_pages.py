@@ -108,7 +108,7 @@ def test_run_page__says_what_ran(run_page):
         "sliding mass of one leg (23)",
         "<dt>commit</dt>",
         "<dt>date</dt>",
-        "ticks of 100 µs",
+        "of 100 µs, the rest before",
     ):
         assert said in text
 
