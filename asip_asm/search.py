@@ -195,7 +195,7 @@ class Placer:
         skip: dict[str, dict[int, int]] = {name: {} for name in lanes}
         writes: set[int] = set()
         fixed: set[tuple[int, int]] = set()
-        busy: list[tuple[int, str]] = []
+        busy: dict[str, dict[int, int]] = {block[0]: {} for block in blocked if block is not None}
         times = [0] * len(order)
         for i in order:
             u = 0 if forward else latency[i] + 1
@@ -219,11 +219,11 @@ class Placer:
                 if takes_port and u + rank in writes:
                     u += 1
                     continue
-                if (u, pipe[i]) in fixed or (
-                    block is not None
-                    and any(unit == block[0] and abs(u - v) < block[1] for v, unit in busy)
-                ):
+                if (u, pipe[i]) in fixed:
                     u += 1
+                    continue
+                if block is not None and u in busy[block[0]]:
+                    u = _first_free(busy[block[0]], u)
                     continue
                 break
             times[i] = u
@@ -236,11 +236,24 @@ class Placer:
             if pipe[i] is not None:
                 fixed.add((u, pipe[i]))
             if block is not None:
-                busy.append((u, block[0]))
+                unit, interval = block
+                busy[unit].update(
+                    dict.fromkeys(range(u - interval + 1, u + interval), u + interval)
+                )
         if forward:
             return times
         last = max(times, default=0)
         return [last - u for u in times]
+
+
+def _first_free(busy: dict[int, int], cycle: int) -> int:
+    """First cycle from `cycle` on that is not in `busy`, which maps cycles to later ones."""
+    end = cycle
+    while end in busy:
+        end = busy[end]
+    while cycle in busy:
+        busy[cycle], cycle = end, busy[cycle]
+    return end
 
 
 def pressure(problem: Problem, times: Sequence[int]) -> list[int]:

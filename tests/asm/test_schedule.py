@@ -245,6 +245,22 @@ def test_search__large_program__shares_its_placements_among_the_operations(monke
     assert tried_by(program) <= 5000 // len(program.regions[0].operations)
 
 
+def test_blocking_unit__three_hundred_operations__issue_as_early_as_the_unit_allows(tmp_path):
+    source = tmp_path / "x.s"
+    rows = "".join(f" fsqrt r{i}, x\n" for i in range(300))
+    source.write_text(f".input x\n.output F, safe = 0.0\n{rows} mov F, r299\n halt\n")
+    program, machine = parse_program(source), MACHINES["small"]
+    schedule_program(program, machine)
+    bundles = program.regions[0].bundles
+    roots = [
+        issue.cycle
+        for issue, bundle in zip(machine.issue_cycles(bundles), bundles, strict=True)
+        if any(op is not None and op.mnemonic == "fsqrt" for op in bundle.slots)
+    ]
+    interval = machine.units[machine.unit_names["fsqrt"]].interval
+    assert roots == [interval * i for i in range(300)]
+
+
 def test_more_effort__is_never_worse():
     machine = MACHINES["fast"]
     lengths = []
