@@ -30,8 +30,11 @@ RESULTS = {
 }
 
 
-def shown(gcode: Path, recorded: bool = True, **changes) -> page.Shown:
-    """What the page of a run over `gcode` would show, with the peak above in leg 2 and the tool."""
+def shown(gcode: Path, recorded: bool = True, most: int | None = None, **changes) -> page.Shown:
+    """What the page of a run over `gcode` would show, with the peak above in leg 2 and the tool.
+
+    most: only the first so many ticks, then without the peak if it comes later.
+    """
     robot = Robot.load()
     trajectory = generate(parse_file(gcode))
     path = SetPoints.from_words(
@@ -43,13 +46,14 @@ def shown(gcode: Path, recorded: bool = True, **changes) -> page.Shown:
             ]
         )
     )
+    path = SetPoints.from_words(path.words()[:most])
     desired = joint_path(robot, path)[0]
     rng = np.random.default_rng(1)
     n = len(path)
     joints = desired + rng.normal(0.0, 1e-7, (n, 5))
     tool = path.position + rng.normal(0.0, 1e-7, (n, 3))
-    joints[PEAK_TICK, 1] -= PEAK_M
-    tool[PEAK_TICK, 2] += PEAK_M
+    joints[PEAK_TICK : PEAK_TICK + 1, 1] -= PEAK_M
+    tool[PEAK_TICK : PEAK_TICK + 1, 2] += PEAK_M
     outputs = rng.normal(100.0, 5.0, (n, len(OUTPUTS))).astype(np.float32)
     ticks = Ticks(outputs, np.zeros((n, len(EXPORTED)), np.float32), np.full(n, 118, np.uint32))
     recording = Recording(np.zeros((n, 5), np.int32), joints, tool, ticks)
@@ -59,7 +63,7 @@ def shown(gcode: Path, recorded: bool = True, **changes) -> page.Shown:
         "robot": robot,
         "path": path,
         "desired": desired,
-        "drawing": (trajectory.block >= 0) & feed[trajectory.block],
+        "drawing": ((trajectory.block >= 0) & feed[trajectory.block])[:most],
         "recordings": {"optimised": recording, "as printed": recording} if recorded else {},
         "results": RESULTS,
         "tables": [],

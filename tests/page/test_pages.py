@@ -132,6 +132,13 @@ def test_run_page__comparison_beyond_its_bound__said_at_the_top(tmp_path):
     assert "feed 75%, jerk 25% of the time" in text
 
 
+@pytest.mark.parametrize("ticks", [1, 400, 501])
+def test_run_page__few_ticks__before_and_behind_the_settling(ticks, tmp_path):
+    page.write(tmp_path, shown(CIRCLE, most=ticks))
+    assert f"{ticks} of 100 µs" in (tmp_path / "index.html").read_text()
+    assert (tmp_path / "tracking_errors.png").is_file()
+
+
 def test_run_page__without_a_whole_run__path_only(tmp_path):
     page.write(tmp_path, shown(CIRCLE, recorded=False))
     text = (tmp_path / "index.html").read_text()
