@@ -97,7 +97,7 @@ def run_slang(top: str, files: Sequence[str], parameters: Sequence[str]) -> bool
     """Whether slang has nothing to say; its messages go to the terminal."""
     waived = " ".join(f"-Wno-{name}" for name in WAIVED)
     values = " ".join(f"-G{value}" for value in parameters)
-    sources = " ".join(str(ROOT / file) for file in files)
+    sources = " ".join(f'"{ROOT / file}"' for file in files)
     slang = driver.Driver()
     slang.addStandardArgs()
     command = f"slang -Weverything -Werror {waived} --top {top} {values} {sources}"
