@@ -88,7 +88,7 @@ def section(results: dict[str, Any]) -> str:
 
 def kept(data: dict[str, Any]) -> dict[str, Any]:
     """What is kept of build/synth.json: the cores, without each seed's figure and paths."""
-    names = ("aluts", "registers", "dsp_18x18", "memory_bits", "lut4")
+    names = ("aluts", "registers", "dsp_18x18", "memory_bits")
     tops = {}
     for core in CORES:
         if core not in data["tops"]:

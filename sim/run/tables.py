@@ -122,7 +122,7 @@ def error_table(results: dict[str, Any], published: Published) -> Table:
         "How far 32-bit arithmetic is from 64-bit arithmetic on the same inputs, at worst: length, "
         "speed and acceleration of the legs (l, v, a), the same of the table axes (theta, omega, "
         "eps), and the forces and torques. “Inputs alone” is what rounding the set-points to 32 "
-        "bits does by itself: no program can be better.",
+        "bits does by itself, which no program can undo.",
         box=box.SIMPLE_HEAD,
         padding=0,
     )
@@ -244,7 +244,7 @@ def resource_table(document: Mapping[str, Any], published: Published) -> Table:
         padding=0,
     )
     table.add_column("", no_wrap=True)
-    for title in ("ALUTs", "registers", "DSP 18x18", "memory\n[kbit]", "LUT4", "Fmax [MHz]\n"):
+    for title in ("ALUTs", "registers", "DSP 18x18", "memory\n\\[kbit]", "Fmax [MHz]\n"):
         table.add_column(title, justify="right", no_wrap=True)
     for name, row in published.resources.items():
         kilobits = f"{row['memory_kb'] * 8}"
@@ -259,7 +259,6 @@ def resource_table(document: Mapping[str, Any], published: Published) -> Table:
             f"{row['registers']}",
             f"{row['dsp_18x18']}",
             f"{row['memory_bits'] / 1000:.0f}",
-            f"{row.get('lut4', '')}",
             f"{speed['median']:.0f} ({speed['min']:.0f}..{speed['max']:.0f})",
         )
     return table
