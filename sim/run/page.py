@@ -27,6 +27,7 @@ LEAD = (
     "reads the encoders and computes the five forces and torques; a model of the robot's mechanics "
     "answers. This page shows how exactly the robot followed, and how long the processor needed."
 )
+MOST_TEXT = 200_000  # characters of the program that are shown
 
 
 @dataclass(frozen=True)
@@ -115,10 +116,10 @@ def _what_ran(page: Page, shown: Shown) -> None:
             f"{simulation['cycles']:,} clock cycles in {simulation['wall_s']:.0f} s"
         )
     page.facts(facts)
-    page.text(
-        f"The program, {shown.gcode.name} (G-code)",
-        shown.gcode.read_text(encoding="utf-8", errors="replace"),
-    )
+    with shown.gcode.open(encoding="utf-8", errors="replace") as file:
+        text = file.read(MOST_TEXT)
+        text += "\n(cut here)" if file.read(1) else ""
+    page.text(f"The program, {shown.gcode.name} (G-code)", text)
     page.folded(f"The robot, {shown.robot_file.name}", _robot_table(shown.robot_file))
 
 

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -137,6 +138,14 @@ def test_run_page__few_ticks__before_and_behind_the_settling(ticks, tmp_path):
     page.write(tmp_path, shown(CIRCLE, most=ticks))
     assert f"{ticks} of 100 µs" in (tmp_path / "index.html").read_text()
     assert (tmp_path / "tracking_errors.png").is_file()
+
+
+def test_run_page__endless_program__is_cut(tmp_path):
+    long = tmp_path / "long.ngc"
+    long.write_text(CIRCLE.read_text() + "( x )\n" * 100_000)
+    page.write(tmp_path, replace(shown(CIRCLE, recorded=False), gcode=long))
+    text = (tmp_path / "index.html").read_text()
+    assert "(cut here)</pre>" in text and text.count("( x )") < 40_000
 
 
 def test_run_page__without_a_whole_run__path_only(tmp_path):
