@@ -13,7 +13,7 @@ from asip_asm.assemble import build_program, encode
 from asip_asm.c_image import to_c
 from asip_asm.command import run_command
 from asip_asm.diagnostics import AssemblyError, closest, report_text
-from asip_asm.files import refuse_overwriting
+from asip_asm.files import open_output, refuse_overwriting
 from asip_asm.image import MEMORY_FORMATS, Image
 from asip_asm.isa import default_isa
 from asip_asm.lint import WARNINGS
@@ -78,7 +78,8 @@ def _assemble(options: argparse.Namespace) -> int:
         progress.clear()
     for path, text in texts.items():
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8")
+        with open_output(path) as file:
+            file.write(text)
     print(summary(image, output))
     if options.report:
         print(report_program(program, machine).render(), end="")

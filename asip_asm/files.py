@@ -8,7 +8,7 @@ import os
 import stat
 from collections.abc import Iterable
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, TextIO
 
 KINDS = (
     (stat.S_ISDIR, "is a folder"),
@@ -68,6 +68,21 @@ def read_text(path: Path, limit: int, what: str) -> str:
         raise FileRefused(
             errno.EILSEQ, f"line {line} is not UTF-8 text: byte 0x{byte:02x}", str(path)
         ) from None
+
+
+def open_output(path: Path) -> TextIO:
+    """The file to write UTF-8 text to. Raises OSError, also for a pipe that nothing reads: to open
+    it would wait for ever.
+    """
+    flags = os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_NONBLOCK | os.O_CLOEXEC
+    try:
+        file = os.open(path, flags, 0o666)
+    except OSError as error:
+        if error.errno == errno.ENXIO:
+            raise OSError(errno.ENXIO, "is a pipe that nothing reads", str(path)) from None
+        raise
+    os.set_blocking(file, True)
+    return open(file, "w", encoding="utf-8", newline="")
 
 
 def refuse_overwriting(outputs: Iterable[Path], inputs: Iterable[Path]) -> None:

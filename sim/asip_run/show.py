@@ -10,6 +10,7 @@ from typing import TextIO
 
 import numpy as np
 
+from asip_asm.files import open_output
 from asip_asm.gantt import gantt_page
 from asip_asm.image import Image
 from asip_asm.konata import konata_log
@@ -82,7 +83,8 @@ def write_profile(
     for path, text in ((konata, konata_log), (gantt, gantt_page)):
         if path:
             path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(text(profile), encoding="utf-8")
+            with open_output(path) as file:
+                file.write(text(profile))
 
 
 def fault_text(image: Image, fault: Fault) -> str:
@@ -133,7 +135,7 @@ class Trace:
         self._path = path
 
     def __enter__(self) -> Trace:
-        self._file = self._path.open("w", encoding="utf-8") if self._path else None
+        self._file = open_output(self._path) if self._path else None
         return self
 
     def __exit__(self, *_: object) -> None:

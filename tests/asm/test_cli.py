@@ -147,6 +147,15 @@ def test_as__output_is_an_included_file_or_named_twice__is_refused(source, capsy
     assert not Path("x.json").exists()
 
 
+def test_as__output_to_a_pipe_without_a_reader__is_refused(source, capsys) -> None:
+    os.mkfifo("pipe")
+    assert asip_as(["sum.s", "-o", "pipe"]) == 1
+    assert capsys.readouterr().err == "asip-as: error: pipe: is a pipe that nothing reads\n"
+    assert asip_run(["sum.s", "--iss", "--trace", "pipe"]) == 1
+    assert capsys.readouterr().err == "asip-run: error: pipe: is a pipe that nothing reads\n"
+    assert asip_as(["sum.s", "-o", "/dev/null"]) == 0
+
+
 def test_as__warnings__are_shown_switched_off_or_taken_as_errors(source, capsys) -> None:
     source.write_text(SOURCE.replace(".input x, y", ".input x, y, z"), encoding="utf-8")
     warning = "sum.s:2:14: warning: input 'z' is never read [-Wunused-input]\n"
