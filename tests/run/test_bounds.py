@@ -65,7 +65,7 @@ def test_printed_formulas_in_float32_keep_every_bound(first):
 @pytest.mark.parametrize("program", ["as_printed", "optimised"])
 @pytest.mark.parametrize("first", [0, pytest.param(20, marks=pytest.mark.full)])
 def test_programs_keep_every_bound(program, first):
-    for number in range(first, first + (10 if first == 0 else 200)):
+    for number in range(first, first + (6 if first == 0 else 200)):
         robot = draw(SEED, number)
         path = motion(robot, SEED, number, 60)
         counts = near(robot, path)
