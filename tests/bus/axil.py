@@ -18,6 +18,7 @@ from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge, Timer
 from cocotb_tools.runner import get_results
 
+from sim.harness.assertions import assertions_of
 from sim.harness.build import ROOT, WAIVERS
 from sim.harness.plain import plain, workshop
 from tests.cocotb_runner import verilator_runner
@@ -177,7 +178,7 @@ def run_scenarios(
     runner = verilator_runner()
     try:
         runner.build(
-            sources=[plain(source) for source in (WAIVERS, *sources)],
+            sources=[plain(path) for path in (WAIVERS, *sources, *assertions_of(sources))],
             hdl_toplevel=top,
             parameters=dict(parameters or {}),
             build_dir=workshop(folder),

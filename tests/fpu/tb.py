@@ -27,6 +27,7 @@ from pathlib import Path
 import numpy as np
 
 from sim.fpbench import softfloat as reference
+from sim.harness.assertions import assertions_of
 from sim.harness.plain import plain, workshop
 from tests.cocotb_runner import verilator_runner
 
@@ -134,7 +135,9 @@ def build(unit: Unit):
     runner = verilator_runner()
     try:
         runner.build(
-            sources=[plain(source) for source in (*unit.sources, STREAM, bench)],
+            sources=[
+                plain(path) for path in (*unit.sources, *assertions_of(unit.sources), STREAM, bench)
+            ],
             hdl_toplevel="bench",
             build_dir=workshop(folder),
             build_args=["--x-initial", "unique", "--x-assign", "unique", "--assert", "-Wno-fatal"],

@@ -1,0 +1,10 @@
+// SPDX-License-Identifier: Apache-2.0
+// fp_divsqrt_folded_sva: fp_divsqrt_folded gives a result for every operation, FP_DIVSQRT_LATENCY clocks later.
+bind fp_divsqrt_folded latency_rules #(
+    .Latency(fp_pkg::FP_DIVSQRT_LATENCY)
+) u_sva (
+    .clk_i,
+    .rst_ni,
+    .start(valid_i),
+    .done (valid_o)
+);
