@@ -1,9 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Lint the RTL with two front ends, Verilator and slang: every top, in every configuration.
+"""Lint the RTL with two front ends, Verilator and slang, and for style with verible.
 
 Each finds what the other forgives: Verilator follows widths and unused signals, slang the rules
-of IEEE 1800 on declarations, drivers and processes. A warning is an error. Waivers, each with its
-reason: scripts/ci/waivers.vlt for Verilator, WAIVED below for slang.
+of IEEE 1800 on declarations, drivers and processes; each top in every configuration, for slang with
+the assertions bound to it. A warning is an error. Waivers, each with its reason:
+scripts/ci/waivers.vlt for Verilator, WAIVED below for slang, scripts/ci/verible.* for verible. Its
+formatter is not used: it would move a quarter of all lines, and the columns that make tables of
+assignments readable with them.
 """
 
 from __future__ import annotations
@@ -18,6 +21,7 @@ from pathlib import Path
 from pyslang import driver
 from rich.console import Console
 
+from sim.harness.assertions import assertions_of
 from sim.harness.build import verilator_driver
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -93,11 +97,21 @@ def run_verilator(top: str, files: Sequence[str], parameters: Sequence[str]) -> 
     return subprocess.run(command, cwd=ROOT).returncode == 0
 
 
+def run_verible() -> bool:
+    """Whether verible has nothing to say of any file; its messages go to the terminal."""
+    tool = Path(sys.executable).parent / "verible-verilog-lint"
+    rules = ROOT / "scripts/ci/verible.rules"
+    files = [path for folder in ("rtl", "sim", "tests") for path in (ROOT / folder).rglob("*.sv")]
+    command = [tool, f"--rules_config={rules}", f"--waiver_files={rules.with_suffix('.waivers')}"]
+    return subprocess.run([*command, *sorted(files)]).returncode == 0
+
+
 def run_slang(top: str, files: Sequence[str], parameters: Sequence[str]) -> bool:
-    """Whether slang has nothing to say; its messages go to the terminal."""
+    """Whether slang has nothing to say, of the assertions too; its messages go to the terminal."""
+    bound = assertions_of([ROOT / file for file in files])
     waived = " ".join(f"-Wno-{name}" for name in WAIVED)
     values = " ".join(f"-G{value}" for value in parameters)
-    sources = " ".join(f'"{ROOT / file}"' for file in files)
+    sources = " ".join(f'"{ROOT / file}"' for file in (*files, *bound))
     slang = driver.Driver()
     slang.addStandardArgs()
     command = f"slang -Weverything -Werror {waived} --top {top} {values} {sources}"
@@ -131,6 +145,10 @@ def main(argv: Sequence[str] | None = None) -> int:
                 runs += 1
                 if not tool(top.name, files, parameters):
                     bad.append(f"{name}: {top.name} {configuration}".rstrip())
+    if not options.top:
+        runs += 1
+        if not run_verible():
+            bad.append("verible")
     for line in bad:
         console.print(f"lint_rtl: findings of {line}")
     console.print(f"lint_rtl: {runs} runs, {len(bad)} with findings")
