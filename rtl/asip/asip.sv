@@ -400,6 +400,11 @@ module asip #(
     $error("asip: FmaPipes=%0d, Slots=%0d, must be 2 and 3 (fast) or 1 and 1 (small)", FmaPipes,
            Slots);
   end
+  if (2 ** $clog2(Bundles) != Bundles || Bundles > asip_isa_pkg::PROGRAM_BUNDLES ||
+      2 ** $clog2(DataWords) != DataWords || DataWords > asip_isa_pkg::DATA_WORDS) begin : gen_check_size
+    $error("asip: Bundles=%0d, DataWords=%0d, must be powers of two, at most %0d and %0d", Bundles,
+           DataWords, asip_isa_pkg::PROGRAM_BUNDLES, asip_isa_pkg::DATA_WORDS);
+  end
 `endif
 
   // ================================================================ trace

@@ -66,7 +66,8 @@ module asip_host #(
   logic [2:0][31:0] group_q;
   logic [31:0] count_q, readdata_q, watchdog_q, output_mask_q;
   logic [15:0] entry_q;
-  logic [1:0]  irq_enable_q;
+  logic [31:0] config_word, status_word, irq_word;
+  logic        irq_done_q, irq_fault_q;
 
   assign in_csr       = in_block(address_i, asip_regmap_pkg::BASE_CSR,
                                  asip_regmap_pkg::WORDS_CSR);
@@ -94,8 +95,10 @@ module asip_host #(
   assign read_done  = wait_q == 3'd4;
   assign waitrequest_o = (write_i && held) || (read_i && !read_done);
 
-  assign start_o   = csr_write && csr == asip_regmap_pkg::REG_CONTROL && writedata_i[0];
-  assign clear_o   = csr_write && csr == asip_regmap_pkg::REG_CONTROL && writedata_i[1];
+  assign start_o   = csr_write && csr == asip_regmap_pkg::REG_CONTROL &&
+                     writedata_i[asip_regmap_pkg::CONTROL_START_LSB];
+  assign clear_o   = csr_write && csr == asip_regmap_pkg::REG_CONTROL &&
+                     writedata_i[asip_regmap_pkg::CONTROL_CLEAR_LSB];
   assign refetch_o = refetch_q;
 
   assign write_constant_o = write_now && in_constants;
@@ -106,15 +109,31 @@ module asip_host #(
   assign select_o         = (read_i || write_i) && !busy_i;
 
   always_comb begin
+    config_word = 32'd0;
+    config_word[asip_regmap_pkg::CONFIG_SLOTS_LSB+:4]        = 4'(Slots);
+    config_word[asip_regmap_pkg::CONFIG_FMA_PIPES_LSB+:4]    = 4'(FmaPipes);
+    config_word[asip_regmap_pkg::CONFIG_BANK_SIZE_LSB+:8]    = 8'(asip_isa_pkg::BANK_SIZE);
+    config_word[asip_regmap_pkg::CONFIG_PROGRAM_LOG2_LSB+:8] = 8'($clog2(Bundles));
+    config_word[asip_regmap_pkg::CONFIG_DATA_LOG2_LSB+:8]    = 8'($clog2(DataWords));
+
+    status_word = 32'd0;
+    status_word[asip_regmap_pkg::STATUS_BUSY_LSB]     = busy_i;
+    status_word[asip_regmap_pkg::STATUS_DONE_LSB]     = done_i;
+    status_word[asip_regmap_pkg::STATUS_FAULT_LSB]    = fault_i;
+    status_word[asip_regmap_pkg::STATUS_CAUSE_LSB+:4] = cause_i;
+    status_word[asip_regmap_pkg::STATUS_FLAGS_LSB+:5] = flags_i;
+
+    irq_word = 32'd0;
+    irq_word[asip_regmap_pkg::IRQ_ENABLE_DONE_LSB]  = irq_done_q;
+    irq_word[asip_regmap_pkg::IRQ_ENABLE_FAULT_LSB] = irq_fault_q;
+
     word                                     = '0;
     word[asip_regmap_pkg::REG_ID]            = asip_regmap_pkg::RESET_ID;
-    word[asip_regmap_pkg::REG_CONFIG]        = {8'($clog2(DataWords)), 8'($clog2(Bundles)), 8'd64,
-                                                4'(FmaPipes), 4'(Slots)};
-    word[asip_regmap_pkg::REG_STATUS]        = {19'd0, flags_i, cause_i, 1'b0, fault_i, done_i,
-                                                busy_i};
+    word[asip_regmap_pkg::REG_CONFIG]        = config_word;
+    word[asip_regmap_pkg::REG_STATUS]        = status_word;
     word[asip_regmap_pkg::REG_CYCLES]        = cycles_i;
     word[asip_regmap_pkg::REG_FAULT_INFO]    = {16'd0, fault_info_i};
-    word[asip_regmap_pkg::REG_IRQ_ENABLE]    = {30'd0, irq_enable_q};
+    word[asip_regmap_pkg::REG_IRQ_ENABLE]    = irq_word;
     word[asip_regmap_pkg::REG_WATCHDOG]      = watchdog_q;
     word[asip_regmap_pkg::REG_ENTRY]         = {16'd0, entry_q};
     word[asip_regmap_pkg::REG_OUTPUT_MASK]   = output_mask_q;
@@ -124,14 +143,18 @@ module asip_host #(
     if (!rst_ni) begin
       wait_q        <= 3'd0;
       refetch_q     <= 1'b0;
-      irq_enable_q  <= 2'd0;
+      irq_done_q    <= 1'b0;
+      irq_fault_q   <= 1'b0;
       watchdog_q    <= asip_regmap_pkg::RESET_WATCHDOG;
       entry_q       <= 16'd0;
       output_mask_q <= 32'd0;
     end else begin
       refetch_q <= (csr_write && csr == asip_regmap_pkg::REG_ENTRY) || write_program_o;
       wait_q <= (read_i && !held && !read_done) ? wait_q + 3'd1 : 3'd0;
-      if (csr_write && csr == asip_regmap_pkg::REG_IRQ_ENABLE) irq_enable_q <= writedata_i[1:0];
+      if (csr_write && csr == asip_regmap_pkg::REG_IRQ_ENABLE) begin
+        irq_done_q  <= writedata_i[asip_regmap_pkg::IRQ_ENABLE_DONE_LSB];
+        irq_fault_q <= writedata_i[asip_regmap_pkg::IRQ_ENABLE_FAULT_LSB];
+      end
       if (csr_write && csr == asip_regmap_pkg::REG_WATCHDOG) watchdog_q <= writedata_i;
       if (csr_write && csr == asip_regmap_pkg::REG_ENTRY) entry_q <= writedata_i[15:0];
       if (csr_write && csr == asip_regmap_pkg::REG_OUTPUT_MASK) output_mask_q <= writedata_i;
@@ -160,7 +183,7 @@ module asip_host #(
 
   assign count_select_o = csr[2:0];
   assign readdata_o    = readdata_q;
-  assign irq_o         = (done_i && irq_enable_q[0]) || (fault_i && irq_enable_q[1]);
+  assign irq_o         = (done_i && irq_done_q) || (fault_i && irq_fault_q);
   assign watchdog_o    = watchdog_q;
   assign entry_o       = entry_q;
   assign output_mask_o = output_mask_q;

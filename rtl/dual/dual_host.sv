@@ -73,13 +73,14 @@ module dual_host #(
   assign waitrequest_o = in_core ? (core_wait_i[address_i[14]] && (read_i || write_i))
                                  : (read_i && !read_q);
   assign list_write_o  = write_i && in_lists;
-  assign clear_o       = csr_write && index == dual_regmap_pkg::REG_CONTROL && writedata_i[1];
+  assign clear_o       = csr_write && index == dual_regmap_pkg::REG_CONTROL
+                         && writedata_i[dual_regmap_pkg::CONTROL_CLEAR_LSB];
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
       read_q         <= 1'b0;
       run_q          <= 1'b0;
-      period_q       <= dual_regmap_pkg::RESET_PERIOD[15:0];
+      period_q       <= dual_regmap_pkg::RESET_PERIOD[dual_regmap_pkg::PERIOD_CLOCKS_LSB+:16];
       set_points_q   <= 6'd0;
       inputs_q       <= 6'd0;
       commands_q     <= 6'd0;
@@ -92,15 +93,18 @@ module dual_host #(
       read_q <= read_i && !in_core && !read_q;
       if (csr_write) begin
         case (index)
-          dual_regmap_pkg::REG_CONTROL: run_q <= writedata_i[0];
-          dual_regmap_pkg::REG_PERIOD: period_q <= writedata_i[15:0];
+          dual_regmap_pkg::REG_CONTROL: run_q <= writedata_i[dual_regmap_pkg::CONTROL_RUN_LSB];
+          dual_regmap_pkg::REG_PERIOD: period_q <= writedata_i[dual_regmap_pkg::PERIOD_CLOCKS_LSB+:16];
           dual_regmap_pkg::REG_LENGTHS: begin
             set_points_q <= writedata_i[dual_regmap_pkg::LENGTHS_SET_POINTS_LSB+:6];
             inputs_q     <= writedata_i[dual_regmap_pkg::LENGTHS_INPUTS_LSB+:6];
             commands_q   <= writedata_i[dual_regmap_pkg::LENGTHS_COMMANDS_LSB+:6];
           end
           dual_regmap_pkg::REG_ZERO_ON_HOLD: zero_on_hold_q <= writedata_i;
-          dual_regmap_pkg::REG_IRQ_ENABLE: irq_enable_q <= writedata_i[1:0];
+          dual_regmap_pkg::REG_IRQ_ENABLE: begin
+            irq_enable_q[0] <= writedata_i[dual_regmap_pkg::IRQ_ENABLE_STOP_LSB];
+            irq_enable_q[1] <= writedata_i[dual_regmap_pkg::IRQ_ENABLE_LATE_LSB];
+          end
           default: ;
         endcase
       end
@@ -121,16 +125,34 @@ module dual_host #(
     if (in_csr) begin
       case (index)
         dual_regmap_pkg::REG_ID: read_data = dual_regmap_pkg::RESET_ID;
-        dual_regmap_pkg::REG_CONFIG: read_data = {8'd0, 8'(Commands), 8'(Measured), 8'(Words)};
-        dual_regmap_pkg::REG_CONTROL: read_data = {31'd0, run_q};
-        dual_regmap_pkg::REG_STATUS:
-        read_data = {22'd0, fault_i, 1'b0, overrun_q[1], overrun_q[0], underrun_q,
-                     fault_i != 2'd0, hold_i, valid_i, active_i};
-        dual_regmap_pkg::REG_PERIOD: read_data = {16'd0, period_q};
-        dual_regmap_pkg::REG_LENGTHS:
-        read_data = {10'd0, commands_q, 2'd0, inputs_q, 2'd0, set_points_q};
+        dual_regmap_pkg::REG_CONFIG: begin
+          read_data[dual_regmap_pkg::CONFIG_WORDS_LSB+:8]    = 8'(Words);
+          read_data[dual_regmap_pkg::CONFIG_MEASURED_LSB+:8] = 8'(Measured);
+          read_data[dual_regmap_pkg::CONFIG_COMMANDS_LSB+:8] = 8'(Commands);
+        end
+        dual_regmap_pkg::REG_CONTROL: read_data[dual_regmap_pkg::CONTROL_RUN_LSB] = run_q;
+        dual_regmap_pkg::REG_STATUS: begin
+          read_data[dual_regmap_pkg::STATUS_ACTIVE_LSB]             = active_i;
+          read_data[dual_regmap_pkg::STATUS_VALID_LSB]              = valid_i;
+          read_data[dual_regmap_pkg::STATUS_HOLD_LSB]               = hold_i;
+          read_data[dual_regmap_pkg::STATUS_STOP_LSB]               = fault_i != 2'd0;
+          read_data[dual_regmap_pkg::STATUS_UNDERRUN_LSB]           = underrun_q;
+          read_data[dual_regmap_pkg::STATUS_TRAJECTORY_OVERRUN_LSB] = overrun_q[0];
+          read_data[dual_regmap_pkg::STATUS_TRACKING_OVERRUN_LSB]   = overrun_q[1];
+          read_data[dual_regmap_pkg::STATUS_TRAJECTORY_FAULT_LSB]   = fault_i[0];
+          read_data[dual_regmap_pkg::STATUS_TRACKING_FAULT_LSB]     = fault_i[1];
+        end
+        dual_regmap_pkg::REG_PERIOD: read_data[dual_regmap_pkg::PERIOD_CLOCKS_LSB+:16] = period_q;
+        dual_regmap_pkg::REG_LENGTHS: begin
+          read_data[dual_regmap_pkg::LENGTHS_SET_POINTS_LSB+:6] = set_points_q;
+          read_data[dual_regmap_pkg::LENGTHS_INPUTS_LSB+:6]     = inputs_q;
+          read_data[dual_regmap_pkg::LENGTHS_COMMANDS_LSB+:6]   = commands_q;
+        end
         dual_regmap_pkg::REG_ZERO_ON_HOLD: read_data = zero_on_hold_q;
-        dual_regmap_pkg::REG_IRQ_ENABLE: read_data = {30'd0, irq_enable_q};
+        dual_regmap_pkg::REG_IRQ_ENABLE: begin
+          read_data[dual_regmap_pkg::IRQ_ENABLE_STOP_LSB] = irq_enable_q[0];
+          read_data[dual_regmap_pkg::IRQ_ENABLE_LATE_LSB] = irq_enable_q[1];
+        end
         dual_regmap_pkg::REG_PERIODS: read_data = periods_i;
         dual_regmap_pkg::REG_UNDERRUNS: read_data = underruns_q;
         dual_regmap_pkg::REG_OVERRUNS: read_data = overruns_i;

@@ -35,7 +35,7 @@ module motion_front_end #(
   logic [4:0]  register_index;
   logic [31:0] ticks_q, reads, read_data, readdata_q;  // reads: one bit a register
   logic [TimeBits-1:0] length_q, space_q, setup_q, hold_q;
-  logic [1:0]  irq_enable_q;
+  logic        irq_idle_q, irq_fault_q;
   logic [Axes-1:0] abort, running, moving, idle, underrun, overrun, waiting, take;
   logic [Axes-1:0] pulse, negative, first;
   logic [2:0]  record_axis, record_word;
@@ -43,8 +43,8 @@ module motion_front_end #(
   logic [32*Axes-1:0] rate;
   logic [Axes-1:0] source, path_step, path_negative;
   logic path_pending, path_busy;
-  logic [6:0]  path_fault;
-  logic [31:0] path_feed;
+  logic path_fault;
+  logic [31:0] path_status, path_feed, config_word, status_word, step_word, direction_word, irq_word;
   logic [4*Axes-1:0] head, tail;
   logic [32*Axes-1:0] position;
 
@@ -53,32 +53,37 @@ module motion_front_end #(
   assign csr_write  = write_i && address_i[9:5] == 5'd0;
   assign head_write = csr_write && register_index == motion_regmap_pkg::REG_HEAD;
   assign abort      = (csr_write && register_index == motion_regmap_pkg::REG_CONTROL)
-                      ? writedata_i[Axes-1:0] : '0;
+                      ? writedata_i[motion_regmap_pkg::CONTROL_ABORT_LSB+:Axes] : '0;
   assign tick       = clock_q == LAST_CLOCK;
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
       clock_q      <= '0;
       ticks_q      <= '0;
-      length_q     <= motion_regmap_pkg::RESET_STEP_TIMING[TimeBits-1:0];
-      space_q      <= motion_regmap_pkg::RESET_STEP_TIMING[16+:TimeBits];
-      setup_q      <= motion_regmap_pkg::RESET_DIRECTION_TIMING[TimeBits-1:0];
-      hold_q       <= motion_regmap_pkg::RESET_DIRECTION_TIMING[16+:TimeBits];
-      irq_enable_q <= '0;
+      length_q     <= motion_regmap_pkg::RESET_STEP_TIMING[motion_regmap_pkg::STEP_TIMING_LENGTH_LSB+:TimeBits];
+      space_q      <= motion_regmap_pkg::RESET_STEP_TIMING[motion_regmap_pkg::STEP_TIMING_SPACE_LSB+:TimeBits];
+      setup_q      <=
+          motion_regmap_pkg::RESET_DIRECTION_TIMING[motion_regmap_pkg::DIRECTION_TIMING_SETUP_LSB+:TimeBits];
+      hold_q       <=
+          motion_regmap_pkg::RESET_DIRECTION_TIMING[motion_regmap_pkg::DIRECTION_TIMING_HOLD_LSB+:TimeBits];
+      irq_idle_q   <= 1'b0;
+      irq_fault_q  <= 1'b0;
       read_q       <= 1'b0;
     end else begin
       clock_q <= tick ? '0 : clock_q + 1'b1;
       if (tick) ticks_q <= ticks_q + 32'd1;
       if (csr_write && register_index == motion_regmap_pkg::REG_STEP_TIMING) begin
-        length_q <= writedata_i[TimeBits-1:0];
-        space_q  <= writedata_i[16+:TimeBits];
+        length_q <= writedata_i[motion_regmap_pkg::STEP_TIMING_LENGTH_LSB+:TimeBits];
+        space_q  <= writedata_i[motion_regmap_pkg::STEP_TIMING_SPACE_LSB+:TimeBits];
       end
       if (csr_write && register_index == motion_regmap_pkg::REG_DIRECTION_TIMING) begin
-        setup_q <= writedata_i[TimeBits-1:0];
-        hold_q  <= writedata_i[16+:TimeBits];
+        setup_q <= writedata_i[motion_regmap_pkg::DIRECTION_TIMING_SETUP_LSB+:TimeBits];
+        hold_q  <= writedata_i[motion_regmap_pkg::DIRECTION_TIMING_HOLD_LSB+:TimeBits];
       end
-      if (csr_write && register_index == motion_regmap_pkg::REG_IRQ_ENABLE)
-        irq_enable_q <= writedata_i[1:0];
+      if (csr_write && register_index == motion_regmap_pkg::REG_IRQ_ENABLE) begin
+        irq_idle_q  <= writedata_i[motion_regmap_pkg::IRQ_ENABLE_IDLE_LSB];
+        irq_fault_q <= writedata_i[motion_regmap_pkg::IRQ_ENABLE_FAULT_LSB];
+      end
       read_q <= read_i && !read_q;
     end
   end
@@ -87,22 +92,41 @@ module motion_front_end #(
     shown = chosen ? value : 32'd0;
   endfunction
 
+  always_comb begin
+    config_word    = 32'd0;
+    status_word    = 32'd0;
+    step_word      = 32'd0;
+    direction_word = 32'd0;
+    irq_word       = 32'd0;
+    config_word[motion_regmap_pkg::CONFIG_AXES_LSB+:4]       = 4'(Axes);
+    config_word[motion_regmap_pkg::CONFIG_RECORDS_LSB+:4]    = 4'd8;
+    config_word[motion_regmap_pkg::CONFIG_CLOCKS_LSB+:8]     = 8'(ClocksPerTick);
+    config_word[motion_regmap_pkg::CONFIG_INTERPOLATORS_LSB] = Interpolators != 0;
+    status_word[motion_regmap_pkg::STATUS_RUNNING_LSB+:8]    = 8'(running);
+    status_word[motion_regmap_pkg::STATUS_UNDERRUN_LSB+:8]   = 8'(underrun);
+    status_word[motion_regmap_pkg::STATUS_OVERRUN_LSB+:8]    = 8'(overrun);
+    step_word[motion_regmap_pkg::STEP_TIMING_LENGTH_LSB+:TimeBits] = length_q;
+    step_word[motion_regmap_pkg::STEP_TIMING_SPACE_LSB+:TimeBits]  = space_q;
+    direction_word[motion_regmap_pkg::DIRECTION_TIMING_SETUP_LSB+:TimeBits] = setup_q;
+    direction_word[motion_regmap_pkg::DIRECTION_TIMING_HOLD_LSB+:TimeBits]  = hold_q;
+    irq_word[motion_regmap_pkg::IRQ_ENABLE_IDLE_LSB]         = irq_idle_q;
+    irq_word[motion_regmap_pkg::IRQ_ENABLE_FAULT_LSB]        = irq_fault_q;
+  end
+
   // An OR of values of which one at most is not 0 is smaller than a case.
   always_comb begin
     read_data = shown(reads[motion_regmap_pkg::REG_ID], motion_regmap_pkg::RESET_ID)
-        | shown(reads[motion_regmap_pkg::REG_CONFIG],
-                {15'd0, Interpolators != 0, 8'(ClocksPerTick), 4'd8, 4'(Axes)})
-        | shown(reads[motion_regmap_pkg::REG_STATUS], {8'd0, 8'(overrun), 8'(underrun), 8'(running)})
+        | shown(reads[motion_regmap_pkg::REG_CONFIG], config_word)
+        | shown(reads[motion_regmap_pkg::REG_STATUS], status_word)
         | shown(reads[motion_regmap_pkg::REG_HEAD], 32'(head))
         | shown(reads[motion_regmap_pkg::REG_TAIL], 32'(tail))
-        | shown(reads[motion_regmap_pkg::REG_STEP_TIMING], {6'd0, space_q, 6'd0, length_q})
-        | shown(reads[motion_regmap_pkg::REG_DIRECTION_TIMING], {6'd0, hold_q, 6'd0, setup_q})
-        | shown(reads[motion_regmap_pkg::REG_IRQ_ENABLE], {30'd0, irq_enable_q})
+        | shown(reads[motion_regmap_pkg::REG_STEP_TIMING], step_word)
+        | shown(reads[motion_regmap_pkg::REG_DIRECTION_TIMING], direction_word)
+        | shown(reads[motion_regmap_pkg::REG_IRQ_ENABLE], irq_word)
         | shown(reads[motion_regmap_pkg::REG_TICKS], ticks_q)
         | shown(reads[motion_regmap_pkg::REG_SOURCE], 32'(source))
         | shown(reads[motion_regmap_pkg::REG_PATH_FEED], path_feed)
-        | shown(reads[motion_regmap_pkg::REG_PATH_STATUS],
-                {17'd0, path_fault, 6'd0, path_busy, path_pending});
+        | shown(reads[motion_regmap_pkg::REG_PATH_STATUS], path_status);
     for (int unsigned i = 0; i < Axes; i++)
       read_data = read_data | shown(reads[motion_regmap_pkg::REG_POSITION0 + 5'(i)],
                                     position[32*i+:32]);
@@ -195,6 +219,7 @@ module motion_front_end #(
         .pending_o      (path_pending),
         .busy_o         (path_busy),
         .fault_o        (path_fault),
+        .status_o       (path_status),
         .feed_o         (path_feed),
         .source_o       (source),
         .abort_i        (abort),
@@ -210,15 +235,16 @@ module motion_front_end #(
     assign path_negative = '0;
     assign path_pending  = 1'b0;
     assign path_busy     = 1'b0;
-    assign path_fault    = '0;
+    assign path_fault    = 1'b0;
+    assign path_status   = '0;
     assign path_feed     = '0;
   end
 
   assign running       = moving | pulse | ~idle;  // a move's last pulse may come a clock behind it
   assign readdata_o    = readdata_q;
   assign waitrequest_o = read_i && !read_q;
-  assign irq_o = (irq_enable_q[0] && (running | waiting) == '0 && !path_busy && !path_pending)
-                 || (irq_enable_q[1] && ((underrun | overrun) != '0 || path_fault != '0));
+  assign irq_o = (irq_idle_q && (running | waiting) == '0 && !path_busy && !path_pending)
+                 || (irq_fault_q && ((underrun | overrun) != '0 || path_fault));
 
 `ifndef SYNTHESIS
   if (Axes < 1 || Axes > 8 || ClocksPerTick < 8 * Axes + 8 || ClocksPerTick > 255)

@@ -23,7 +23,8 @@ module path_control #(
     input  logic            clear_i,      // drop the commands and the faults
     output logic            pending_o,    // a command waits
     output logic            busy_o,       // one is under way
-    output logic [6:0]      fault_o,
+    output logic            fault_o,      // any
+    output logic [31:0]     status_o,     // registers PATH_STATUS and PATH_FEED
     output logic [31:0]     feed_o,
     output logic [Axes-1:0] source_o,     // 1: the axis takes its steps from here
     // axes
@@ -56,7 +57,8 @@ module path_control #(
   logic [TurnBits-1:0] turns_q;
   logic [Axes-1:0] source_q, step_q, negative_q;
   logic [6:0] fault_q, fault_d;
-  logic [31:0] feed_q;
+  logic [23:0] feed_period, feed_period_q;
+  logic [2:0] feed_axis, feed_axis_q;
   logic lost_q, accept, stop, begins, faulty, measured, off_circle;
   logic plane_active, plane_ready, plane_valid, all_active, all_ready, active, ready, advance;
 
@@ -66,12 +68,15 @@ module path_control #(
 
   // ---- registers
   logic in_range, feed_good, source_good;
-  logic [Axes-1:0] changed;
+  logic [Axes-1:0] changed, sources_new;
 
   assign in_range = (data_i[31:Width-1] == '0)
                     || (data_i[31:Width-1] == '1 && data_i[Width-2:0] != '0);
-  assign feed_good   = (data_i[23:0] == '0) ? THERE[data_i[26:24]] : data_i[23:0] >= SHORTEST;
-  assign changed     = data_i[Axes-1:0] ^ source_q;
+  assign feed_period = data_i[motion_regmap_pkg::PATH_FEED_PERIOD_LSB+:24];
+  assign feed_axis   = data_i[motion_regmap_pkg::PATH_FEED_AXIS_LSB+:3];
+  assign feed_good   = (feed_period == '0) ? THERE[feed_axis] : feed_period >= SHORTEST;
+  assign sources_new = data_i[motion_regmap_pkg::SOURCE_PATH_LSB+:Axes];
+  assign changed     = sources_new ^ source_q;
   assign source_good = !pending_o && !busy_o && (changed & ~resting_i) == '0;
 
   always_ff @(posedge clk_i) begin
@@ -81,11 +86,11 @@ module path_control #(
         nonzero_q[i]            <= data_i[Width-1:0] != '0;
       end
     if (command_write_i && accept) begin
-      kind_q      <= data_i[1:0];
-      plane_q     <= data_i[3:2];
-      combined_q  <= data_i[4];
-      clockwise_q <= data_i[5];
-      turns_q     <= data_i[8+:TurnBits];
+      kind_q      <= data_i[motion_regmap_pkg::PATH_COMMAND_KIND_LSB+:2];
+      plane_q     <= data_i[motion_regmap_pkg::PATH_COMMAND_PLANE_LSB+:2];
+      combined_q  <= data_i[motion_regmap_pkg::PATH_COMMAND_COMBINED_LSB];
+      clockwise_q <= data_i[motion_regmap_pkg::PATH_COMMAND_CLOCKWISE_LSB];
+      turns_q     <= data_i[motion_regmap_pkg::PATH_COMMAND_TURNS_LSB+:TurnBits];
     end
   end
 
@@ -207,12 +212,16 @@ module path_control #(
       running_q <= 1'b0;
       fault_q   <= '0;
       source_q  <= '0;
-      feed_q    <= '0;
+      feed_period_q <= '0;
+      feed_axis_q   <= '0;
     end else begin
       for (int unsigned i = 0; i < Words; i++)
         if (word_write_i && accept && word_i == 3'(i)) bad_q[i] <= !in_range;
-      if (feed_write_i && feed_good) feed_q <= {5'd0, data_i[26:0]};
-      if (source_write_i && source_good) source_q <= data_i[Axes-1:0];
+      if (feed_write_i && feed_good) begin
+        feed_period_q <= feed_period;
+        feed_axis_q   <= feed_axis;
+      end
+      if (source_write_i && source_good) source_q <= sources_new;
       fault_q <= clear_i ? '0 : fault_q | fault_d;
 
       if (stop || faulty || fault_d != '0) state_q <= StEmpty;
@@ -233,9 +242,9 @@ module path_control #(
   logic [7:0] pulses;
   logic by_pulses, due, full;
 
-  assign by_pulses = feed_q[23:0] == '0;
+  assign by_pulses = feed_period_q == '0;
   assign pulses    = 8'(pulse_i);
-  assign due       = by_pulses ? pulses[feed_q[26:24]] : period_q == '0;
+  assign due       = by_pulses ? pulses[feed_axis_q] : period_q == '0;
   assign ready     = all_axes_q ? all_ready : plane_ready;
   assign advance   = ready && due_q != '0;
   assign full      = due && !advance && due_q == '1;
@@ -254,7 +263,7 @@ module path_control #(
 
   // A shorter period than what is left counts from now.
   always_ff @(posedge clk_i)
-    period_q <= ((!running_q || period_q == '0 || period_q >= feed_q[23:0]) ? feed_q[23:0] : period_q)
+    period_q <= ((!running_q || period_q == '0 || period_q >= feed_period_q) ? feed_period_q : period_q)
                 - 1'b1;
 
   // ---- the interpolators; a stop drops their jobs
@@ -320,10 +329,26 @@ module path_control #(
   logic unused;
   assign unused = ^{plane_step, plane_negative};
 
+  always_comb begin
+    status_o = 32'd0;
+    status_o[motion_regmap_pkg::PATH_STATUS_PENDING_LSB] = pending_o;
+    status_o[motion_regmap_pkg::PATH_STATUS_BUSY_LSB]    = busy_o;
+    status_o[motion_regmap_pkg::PATH_STATUS_KIND_LSB]    = fault_q[FaultKind];
+    status_o[motion_regmap_pkg::PATH_STATUS_RANGE_LSB]   = fault_q[FaultRange];
+    status_o[motion_regmap_pkg::PATH_STATUS_CIRCLE_LSB]  = fault_q[FaultCircle];
+    status_o[motion_regmap_pkg::PATH_STATUS_AXIS_LSB]    = fault_q[FaultAxis];
+    status_o[motion_regmap_pkg::PATH_STATUS_FEED_LSB]    = fault_q[FaultFeed];
+    status_o[motion_regmap_pkg::PATH_STATUS_ORDER_LSB]   = fault_q[FaultOrder];
+    status_o[motion_regmap_pkg::PATH_STATUS_OVERRUN_LSB] = fault_q[FaultOverrun];
+
+    feed_o = 32'd0;
+    feed_o[motion_regmap_pkg::PATH_FEED_PERIOD_LSB+:24] = feed_period_q;
+    feed_o[motion_regmap_pkg::PATH_FEED_AXIS_LSB+:3]    = feed_axis_q;
+  end
+
   assign pending_o  = state_q != StEmpty;
   assign busy_o     = running_q;
-  assign fault_o    = fault_q;
-  assign feed_o     = feed_q;
+  assign fault_o    = faulty;
   assign source_o   = source_q;
   assign step_o     = step_q;
   assign negative_o = negative_q;

