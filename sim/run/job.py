@@ -321,14 +321,12 @@ def _write(
         console.print(table)
     console.print()
     described = data["path"]
+    bounds = list(described["speed_limited_by"].items())[:4]
     console.print(
-        f"{described['corners_rounded']} corners rounded, {described['stops']} stops; speed "
-        "limited by "
-        + (
-            ", ".join(f"{k} {v:.0%}" for k, v in list(described["speed_limited_by"].items())[:4])
-            or "nothing"
-        )
-        + " of the time"
+        f"{described['corners_rounded']} corners rounded, {described['stops']} stops"
+        + ("; speed limited by " if bounds else "")
+        + ", ".join(f"{name} {share:.0%} of the time" for name, share in bounds),
+        soft_wrap=True,
     )
     simulation = data["simulation"]
     if simulation["cycles"]:
