@@ -8,6 +8,7 @@ import itertools
 import numpy as np
 import pytest
 
+from asip_asm.image import InputEntry
 from sim.harness.asip_rtl import BLOCK, STATUS, register_address
 from sim.iss import Fault, Iss, arithmetic
 from tests.asip import core_bench as bench
@@ -49,10 +50,8 @@ def test_operation__corner_operands__result_and_flags_of_the_model(mnemonic, con
         [register_address(name) for name in destinations],
     )
     assert got.fault == "NONE" and len(got.status) == len(rows)
-    model = Iss(
-        bench.image(configuration, program.bundles, dict.fromkeys(names, 0), outputs=0).to_json()
-        | {"inputs": [{"name": n, "index": i, "type": "int"} for i, n in enumerate(names)]}
-    )
+    inputs = [InputEntry(name, index, "int") for index, name in enumerate(names)]
+    model = Iss(bench.image(configuration, program.bundles, outputs=0, inputs=inputs).to_json())
     tolerance = 1 if mnemonic in SINES else 0  # sine and cosine: faithful, the model is rounded
     for row, words, status in zip(rows, got.words.tolist(), got.status.tolist(), strict=True):
         model.set_inputs(dict(zip(names, row, strict=True)))

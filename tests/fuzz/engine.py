@@ -4,7 +4,7 @@
 Case n of a seed is always the same. Cases run in batches; a process that dies or hangs costs one
 case, the next batch goes on behind it. A case fails if the tool raises anything but SystemExit,
 shows a traceback, returns no exit status of 0 to 9, uses more than `CPU_SECONDS` of processor time,
-stands still for `WALL_SECONDS`, or needs more than `MEMORY_BYTES` of address space.
+stands still for `WALL_SECONDS`, or maps `MEMORY_BYTES` of address space more than it began with.
 """
 
 from __future__ import annotations
@@ -166,7 +166,8 @@ def _take(result: Result, outcome: dict[str, Any]) -> None:
 def _child(campaign: Campaign, seed: int, cases: range, folder: Path, writer: int) -> None:
     """Run the cases and report each; never returns."""
     os.setsid()
-    resource.setrlimit(resource.RLIMIT_AS, (MEMORY_BYTES, MEMORY_BYTES))
+    most = _address_space() + MEMORY_BYTES
+    resource.setrlimit(resource.RLIMIT_AS, (most, most))
     resource.setrlimit(resource.RLIMIT_FSIZE, (FILE_BYTES, FILE_BYTES))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     signal.signal(signal.SIGPROF, signal.SIG_DFL)
@@ -191,6 +192,12 @@ def _child(campaign: Campaign, seed: int, cases: range, folder: Path, writer: in
             os.write(writer, json.dumps(outcome).encode() + b"\n")
     finally:
         os._exit(0)
+
+
+def _address_space() -> int:
+    """Bytes that this process has mapped: a fork of a large one has them before its first case."""
+    pages = Path("/proc/self/statm").read_text(encoding="ascii").split()[0]
+    return int(pages) * resource.getpagesize()
 
 
 def _run_case(campaign: Campaign, seed: int, case: int, folder: Path) -> dict[str, Any]:

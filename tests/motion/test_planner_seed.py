@@ -43,9 +43,9 @@ def test_printed__next_digit__is_not_the_same():
 def test_figures__folder__holds_drawings_and_numbers(tmp_path):
     results = figures(tmp_path / "new")
     files = {path.name for path in (tmp_path / "new").iterdir()}
-    assert files == {f"seed002_fig{n}.{kind}" for n in (3, 12, 15) for kind in ("png", "svg")} | {
-        RESULTS_FILE
-    }
+    kinds = ("png", "svg", "plotly.json")
+    drawings = {f"seed002_fig{n}.{kind}" for n in (3, 12, 15) for kind in kinds}
+    assert files == drawings | {RESULTS_FILE}
     document = json.loads((tmp_path / "new" / RESULTS_FILE).read_text())
     assert [entry["name"] for entry in document] == [result.name for result in results]
     assert all(entry["agrees"] for entry in document)

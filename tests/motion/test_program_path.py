@@ -108,7 +108,7 @@ def test_plan__hours_of_motion__are_refused_at_their_line(mode, ticks):
 
 def test_plan__long_rest__is_refused():
     with pytest.raises(TooLongError, match="too long"):
-        plan(parse("G1 X1 F100\nG4 P100000\nG1 X2\nM2"), ROBOT)
+        plan(parse("G1 X1 F100\nG4 P3600\nG1 X2\nM2"), ROBOT)
 
 
 def test_plan__no_motion__is_told():

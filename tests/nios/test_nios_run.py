@@ -85,6 +85,11 @@ def test_profile_names_functions_and_kinds_of_instructions(capfd):
     assert "by function" in err and "quick" in err and "branches" in err
 
 
+def not_about_the_build(text: bytes) -> list[str]:
+    """Lines but the first: a command builds its own model, without the assertions of tests."""
+    return [line for line in text.decode().splitlines() if not line.startswith("nios-run: build")]
+
+
 def test_ctrl_c_ends_the_command_without_a_traceback(tmp_path):
     NiosRtl("fpga2")  # built before the time counts
     elf = write(tmp_path / "spin.elf", printing("begin\n", None))
@@ -94,7 +99,7 @@ def test_ctrl_c_ends_the_command_without_a_traceback(tmp_path):
         process.send_signal(signal.SIGINT)
         _, err = process.communicate(timeout=60)
     assert process.returncode == INTERRUPT_STATUS
-    assert err.decode() == "nios-run: stopped by Ctrl-C\n"
+    assert not_about_the_build(err) == ["nios-run: stopped by Ctrl-C"]
 
 
 def test_reader_that_goes_away_is_no_error(tmp_path):
@@ -104,7 +109,7 @@ def test_reader_that_goes_away_is_no_error(tmp_path):
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         process.stdout.read(100)
         process.stdout.close()
-        assert process.stderr.read() == b""
+        assert not_about_the_build(process.stderr.read()) == []
         assert process.wait(timeout=60) == PIPE_STATUS
 
 
