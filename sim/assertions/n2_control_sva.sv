@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// n2_control_sva: one event per cycle; an interrupt is asked for only while enabled.
+// n2_control_sva: one event per cycle, but a return to a bad target is a fault too, and the fault counts;
+// an interrupt is asked for only while enabled.
 module n2_control_sva (
     input logic clk_i,
     input logic rst_ni,
@@ -12,7 +13,7 @@ module n2_control_sva (
 );
 
   OneEvent : assert property (@(posedge clk_i) disable iff (!rst_ni)
-      strobe_i |-> $onehot0({fault_i, leave_i, wrctl_i}))
+      strobe_i |-> $onehot0({fault_i || leave_i, wrctl_i}))
   else $error("two events in one cycle, one of them lost");
 
   InterruptEnabled : assert property (@(posedge clk_i) disable iff (!rst_ni)
