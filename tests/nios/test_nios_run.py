@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import functools
 import re
 import signal
 import subprocess
@@ -94,7 +95,10 @@ def test_ctrl_c_ends_the_command_without_a_traceback(tmp_path):
     NiosRtl("fpga2")  # built before the time counts
     elf = write(tmp_path / "spin.elf", printing("begin\n", None))
     command = [sys.executable, "-m", "sim.nios_run", str(elf)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    # Ctrl-C reaches the command, even where the tests run in the background of a shell.
+    heard = functools.partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
+    with subprocess.Popen(command, **pipes, preexec_fn=heard) as process:
         assert process.stdout.readline() == b"begin\n"
         process.send_signal(signal.SIGINT)
         _, err = process.communicate(timeout=60)

@@ -92,6 +92,11 @@ sys.exit(main_job.main([]))
 """
 
 
+def heard() -> None:
+    """Ctrl-C reaches the command, even where the tests run in the background of a shell."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 @pytest.mark.parametrize(
     ("number", "status", "text"),
     [(signal.SIGINT, 130, "interrupted"), (signal.SIGTERM, 143, "terminated")],
@@ -103,6 +108,7 @@ def test_signal__ends_the_workers_too(number, status, text):
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
+        preexec_fn=heard,
     )
     workers = [int(pid) for pid in job.stdout.readline().split()]
     assert len(workers) == 2
