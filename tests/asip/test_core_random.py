@@ -87,7 +87,10 @@ class Writer:
         return f"{bank}{self.rng.randrange(self.registers)}"
 
     def sources(self, mnemonic: str) -> list[str]:
-        return [self.source() for _ in ISA.operations[mnemonic].sources]
+        names = [self.source() for _ in ISA.operations[mnemonic].sources]
+        while mnemonic == "fsat" and all(name[0] in "kz" for name in names[1:]):
+            names[2] = self.source()  # two constants may be crossed, which is an error
+        return names
 
     def fma(self, bank: str) -> str:
         mnemonic = self.rng.choice(FMA)
