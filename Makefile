@@ -148,9 +148,9 @@ $(READY): requirements.lock pyproject.toml scripts/bootstrap.sh
 $(READY_SYNTH): requirements-synth.lock $(READY)
 	@scripts/bootstrap.sh requirements-synth.lock $@
 
-lock: ## refresh the locked requirement files from requirements*.in (needs uv on PATH)
+lock: ## refresh the locked requirement files from pyproject.toml and requirements*.in (needs uv on PATH)
 	uv pip compile -q --generate-hashes --no-emit-index-url --no-header --python-version 3.11 \
-	  requirements.in -o requirements.lock
+	  pyproject.toml requirements.in -o requirements.lock
 	uv pip compile -q --generate-hashes --no-emit-index-url --no-header --python-version 3.11 \
 	  -c requirements.lock requirements-synth.in -o requirements-synth.lock
 
