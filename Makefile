@@ -77,14 +77,16 @@ lint: $(READY) ## ruff, import rules; Verilator, slang and our subset on the RTL
 	@echo "lint: clean"
 
 gen: $(READY) ## regenerate packages, headers and reference pages from their sources
-	$(PY) scripts/gen.py
+	$(PY) scripts/gen_isa.py
+	$(PY) scripts/gen_regmap.py
 	$(PY) scripts/gen_custom.py
 	$(PY) scripts/gen_n2_isa.py
 	$(PY) scripts/gen_robot_page.py
 	$(PY) scripts/gen_nios_system.py
 
 gen-check: $(READY) ## refuse generated files that differ from their sources
-	@$(PY) scripts/gen.py --check
+	@$(PY) scripts/gen_isa.py --check
+	@$(PY) scripts/gen_regmap.py --check
 	@$(PY) scripts/gen_custom.py --check
 	@$(PY) scripts/gen_n2_isa.py --check
 	@$(PY) scripts/gen_robot_page.py --check

@@ -2,7 +2,7 @@
 """The instruction set of `isa.toml`, validated, as dataclasses.
 
 One record per operation feeds the assembler, the disassembler, the encoder and the generated
-packages and documents (`scripts/gen.py`).
+packages and documents (`scripts/gen_isa.py`).
 """
 
 from __future__ import annotations

@@ -22,7 +22,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from scripts.gen import deliver, sv_int, sv_logic, table  # noqa: E402
+from scripts.generated import deliver, sv_int, sv_logic, table  # noqa: E402
 from sim.harness.sources import sources_of  # noqa: E402
 
 SOURCE = ROOT / "nios_sw/custom.toml"

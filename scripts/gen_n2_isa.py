@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Generate rtl/gen/n2_isa_pkg.sv from nios_sw/isa.toml; --check refuses a deliver."""
+"""Generate rtl/gen/n2_isa_pkg.sv from nios_sw/isa.toml; --check refuses a stale one."""
 
 from __future__ import annotations
 
@@ -8,10 +8,9 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-sys.path[:0] = [str(ROOT), str(ROOT / "scripts")]
+sys.path.insert(0, str(ROOT))
 
-from gen import commented, deliver  # noqa: E402
-
+from scripts.generated import commented, deliver  # noqa: E402
 from sim.harness.n2_lockstep_isa import ISA_FILE, OP_R, Isa, N2IsaError, load_isa  # noqa: E402
 
 PACKAGE = "rtl/gen/n2_isa_pkg.sv"
@@ -51,7 +50,7 @@ def main(arguments: list[str] | None = None) -> int:
         description="Generate the Nios II instruction package from nios_sw/isa.toml.",
         epilog="example: python scripts/gen_n2_isa.py --check",
     )
-    parser.add_argument("--check", action="store_true", help="write nothing, fail on a deliver")
+    parser.add_argument("--check", action="store_true", help="write nothing, fail on a difference")
     parser.add_argument("--root", type=Path, default=ROOT, help="where the generated files stand")
     parser.add_argument("--isa", type=Path, default=ISA_FILE, help="the instruction set")
     options = parser.parse_args(arguments)

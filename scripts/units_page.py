@@ -22,7 +22,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from scripts.gen import table  # noqa: E402
+from scripts.generated import table  # noqa: E402
 from scripts.synth_unit import SynthesisError, synthesise  # noqa: E402
 from sim.fpbench.native import angle_bound, operations  # noqa: E402
 from sim.harness.sources import sources_of  # noqa: E402

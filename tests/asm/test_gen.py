@@ -6,17 +6,18 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from asip_asm.isa import default_isa
 from asip_asm.regmap import default_register_map
 
 ROOT = Path(__file__).parents[2]
-GEN = ROOT / "scripts" / "gen.py"
+GENERATORS = ("gen_isa.py", "gen_regmap.py")
 
 
-def gen(*arguments: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, str(GEN), *arguments], capture_output=True, text=True, check=False
-    )
+def gen(*arguments: str, script: str = "gen_isa.py") -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, str(ROOT / "scripts" / script), *arguments]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
 def localparams(name: str) -> dict[str, int]:
@@ -30,8 +31,9 @@ def localparams(name: str) -> dict[str, int]:
     }
 
 
-def test_check__committed_files__are_current() -> None:
-    result = gen("--check")
+@pytest.mark.parametrize("script", GENERATORS)
+def test_check__committed_files__are_current(script: str) -> None:
+    result = gen("--check", script=script)
     assert result.returncode == 0, result.stdout + result.stderr
 
 
