@@ -5,12 +5,14 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from asip_asm.diagnostics import Line, Place, Reporter, SourceError, closest
 from asip_asm.files import read_text
+from asip_asm.interface import load_interface
+from asip_asm.interface_text import assembly
 from asip_asm.lexer import Cursor, Token, split_comment, tokenize
 from asip_asm.limits import (
     EXPANSIONS,
@@ -20,8 +22,18 @@ from asip_asm.limits import (
     TEXT_CHARACTERS,
 )
 from asip_asm.parameters import ParameterFileError, Parameters, read_parameters
+from asip_asm.signals import InterfaceError
 
-READER_DIRECTIVES = (".include", ".params", ".macro", ".endm", ".if", ".else", ".endif")
+READER_DIRECTIVES = (
+    ".include",
+    ".interface",
+    ".params",
+    ".macro",
+    ".endm",
+    ".if",
+    ".else",
+    ".endif",
+)
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_.]*")
 _PARAMETER = re.compile(r"\\(@|[A-Za-z_][A-Za-z0-9_]*)")
@@ -135,6 +147,9 @@ class Reader:
             return
         if first.kind == "directive" and first.text == ".params":
             yield from self._parameters(Cursor(tokens), folder)
+            return
+        if first.kind == "directive" and first.text == ".interface":
+            yield from self._interface(Cursor(tokens), folder)
             return
         label = 0
         while (
@@ -281,6 +296,12 @@ class Reader:
         """The lines `.param name = value` that a parameter file, or part of it, stands for."""
         wanted: list[Token] = []
         name, path = self._file(cursor, folder, wanted)
+        yield from self._parameter_lines(path, name, {t.text: t.place for t in wanted})
+
+    def _parameter_lines(
+        self, path: Path, name: Token, wanted: Mapping[str, Place]
+    ) -> Iterator[list[Token]]:
+        """Lines of the parameters wanted, each at its place, or of all. Raises SourceError."""
         path = self.params or path
         try:
             if path not in self._parameter_files:
@@ -289,15 +310,33 @@ class Reader:
             found = self._parameter_files[path]
         except (OSError, ParameterFileError) as error:
             raise SourceError(name.place, f"cannot read '{path}': {error}") from None
-        for token in wanted:
-            if token.text not in found:
-                near = closest(token.text, found)
-                raise SourceError(token.place, f"'{path}' has no parameter '{token.text}'", near)
-        for parameter in [token.text for token in wanted] or found:
+        for parameter, place in wanted.items():
+            if parameter not in found:
+                near = closest(parameter, found)
+                raise SourceError(place, f"'{path}' has no parameter '{parameter}'", near)
+        for parameter in wanted or found:
             value, line = found[parameter]
-            row = Line(display_path(path), line, f".param {parameter} = {value!r}")
-            self._check_size(row)
-            yield tokenize(row)
+            yield self._made(display_path(path), line, f".param {parameter} = {value!r}")
+
+    def _interface(self, cursor: Cursor, folder: Path) -> Iterator[list[Token]]:
+        """The declarations that an interface record stands for, its parameters first."""
+        name, path = self._file(cursor, folder)
+        try:
+            interface = load_interface(path)
+        except (OSError, InterfaceError) as error:
+            raise SourceError(name.place, f"cannot read '{name.text}': {error}") from None
+        self.files += interface.files
+        if interface.parameter_file is not None:
+            wanted = dict.fromkeys(interface.parameter_names, name.place)
+            yield from self._parameter_lines(interface.parameter_file, name, wanted)
+        for file, line, text in assembly(interface):
+            yield self._made(display_path(file), line, text)
+
+    def _made(self, file: str, line: int, text: str) -> list[Token]:
+        """Tokens of a line that a directive stands for."""
+        row = Line(file, line, text)
+        self._check_size(row)
+        return tokenize(row)
 
     def _file(
         self, cursor: Cursor, folder: Path, names: list[Token] | None = None

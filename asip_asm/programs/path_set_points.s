@@ -17,31 +17,11 @@
 .program  "set-points of a path"
 .include  "planner_law.inc"
 
-.input    moves : int                              ; records written so far, modulo 2^32
-.params   "../../sim/robot.toml", T_s              ; [s]
+.interface "path_set_points.interface.toml"
 .space    ring, 1024
 .const    record_words = 32 : int
 .const    ring_end = 1024.0
 .const    one = 1 : int
-.state    place : int = 0                          ; of the record under way
-.state    taken : int = 1                          ; records begun
-.state    tick : int = -1                          ; of the move under way
-.output   x, safe = 0.0                            ; [m]
-.output   y, safe = 0.0
-.output   z, safe = 0.0
-.output   vx, safe = 0.0
-.output   vy, safe = 0.0
-.output   vz, safe = 0.0
-.output   ax, safe = 0.0
-.output   ay, safe = 0.0
-.output   az, safe = 0.0
-.output   alpha, safe = 0.0                        ; [rad]
-.output   gamma, safe = 0.0
-.output   w_alpha, safe = 0.0
-.output   w_gamma, safe = 0.0
-.output   eps_alpha, safe = 0.0
-.output   eps_gamma, safe = 0.0
-.output   begun, safe = 0.0                  ; records begun, an integer
 
         ; ---- which record, which tick of it
         ld      duration, ring[place]

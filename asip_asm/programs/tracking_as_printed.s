@@ -4,20 +4,10 @@
 ; name the equations of docs/law.md. Where rounding need not be the PC's, a multiplication and the
 ; addition after it are one fused operation.
 ;
-; The host presets position1_before .. position5_before to the lengths and angles of the first
-; counts, rounded to binary32. All other states start as the law does: no sign, no boost running, empty integrators.
-;
-; Safe values: the legs carry the platform, so a fault leaves them with their gravity force in the
-; middle of the workspace (zero force would drop the tool); the table is balanced at tilt 0 and gets
-; no torque. They bridge the time until the brakes close; they do not control.
+; The states start as the law does: no sign, no boost running, empty integrators.
 
 .program  "tracking, as printed"
-.params   "../../sim/robot.toml"
-
-.input    x, y, z, vx, vy, vz, ax, ay, az          ; tool set-point [m, m/s, m/s^2]
-.input    alpha, gamma, w_alpha, w_gamma          ; table set-point [rad, rad/s]
-.input    eps_alpha, eps_gamma                    ; [rad/s^2]
-.input    count1 : int, count2 : int, count3 : int, count4 : int, count5 : int
+.interface "tracking_as_printed.interface.toml"
 
 .const    xp1 = 0
 .const    xp2 = sqrt(3)/2*R
@@ -40,40 +30,6 @@
 .const    KP_table = 3*(2*pi*f_table)*(2*pi*f_table)
 .const    KV_table = 3*(2*pi*f_table)
 .const    KI_table = (2*pi*f_table)*(2*pi*f_table)*(2*pi*f_table)
-
-.const    z_hold = (z_min + z_max)/2
-.const    l_hold = sqrt(R*R + z_hold*z_hold)
-.const    hold = (l_hold*m_p + 3*(m_s*(l_hold - l_c) - mr_c))*g/(3*z_hold)
-.output   F1, safe = hold
-.output   F2, safe = hold
-.output   F3, safe = hold
-.output   tau4, safe = 0.0
-.output   tau5, safe = 0.0
-
-.state    position1_before = 0.0                   ; l(t-1), theta(t-1) [m, rad]
-.state    position2_before = 0.0
-.state    position3_before = 0.0
-.state    position4_before = 0.0
-.state    position5_before = 0.0
-.state    sign1 = 0.0                              ; s_g(t-1)
-.state    sign2 = 0.0
-.state    sign3 = 0.0
-.state    sign4 = 0.0
-.state    sign5 = 0.0
-.state    ticks1 = T_c/T_s                         ; t_c / T_s, counted exactly up to 2^24
-.state    ticks2 = T_c/T_s
-.state    ticks3 = T_c/T_s
-.state    ticks4 = T_c/T_s
-.state    ticks5 = T_c/T_s
-.state    s_c1 = 0.0                               ; integrator [m s, rad s]
-.state    s_c2 = 0.0
-.state    s_c3 = 0.0
-.state    s_c4 = 0.0
-.state    s_c5 = 0.0
-
-.export   l1, l2, l3, v1, v2, v3, acc1, acc2, acc3 ; desired joint motion of the legs, table 3
-.export   alpha, gamma, w_alpha, w_gamma, eps_alpha, eps_gamma
-.export   e1, e2, e3, e4, e5, M1, M2, M3, G1, G2, G3, G4
 
 ; -------------------------------- inverse kinematics, desired position
 

@@ -10,51 +10,10 @@
 ;   D_j = m_s - J_j/l_j^2.
 ; - The integrators are branch-free and hold K_I s_c [m/s^2, rad/s^2].
 ;
-; Counts must stay below 2^24 in magnitude (4.19 m, 64 turns), where they are exact as floats. The
-; host presets count1_before .. count5_before to the first counts. Safe values: see
-; tracking_as_printed.s.
+; Counts must stay below 2^24 in magnitude (4.19 m, 64 turns), where they are exact as floats.
 
 .program  "tracking, optimised"
-.params   "../../sim/robot.toml"
-
-.input    x, y, z, vx, vy, vz, ax, ay, az          ; tool set-point [m, m/s, m/s^2]
-.input    alpha, gamma, w_alpha, w_gamma          ; table set-point [rad, rad/s]
-.input    eps_alpha, eps_gamma                    ; [rad/s^2]
-.input    count1 : int, count2 : int, count3 : int, count4 : int, count5 : int
-
-.const    z_hold = (z_min + z_max)/2
-.const    l_hold = sqrt(R*R + z_hold*z_hold)
-.const    hold = (l_hold*m_p + 3*(m_s*(l_hold - l_c) - mr_c))*g/(3*z_hold)
-.output   F1, safe = hold
-.output   F2, safe = hold
-.output   F3, safe = hold
-.output   tau4, safe = 0.0
-.output   tau5, safe = 0.0
-
-.state    count1_before = 0.0                      ; counts of the last tick, exact
-.state    count2_before = 0.0
-.state    count3_before = 0.0
-.state    count4_before = 0.0
-.state    count5_before = 0.0
-.state    sign1 = 0.0                              ; s_g(t-1)
-.state    sign2 = 0.0
-.state    sign3 = 0.0
-.state    sign4 = 0.0
-.state    sign5 = 0.0
-.state    ticks1 = T_c/T_s                         ; t_c / T_s, counted exactly up to 2^24
-.state    ticks2 = T_c/T_s
-.state    ticks3 = T_c/T_s
-.state    ticks4 = T_c/T_s
-.state    ticks5 = T_c/T_s
-.state    integral1 = 0.0                          ; K_I s_c
-.state    integral2 = 0.0
-.state    integral3 = 0.0
-.state    integral4 = 0.0
-.state    integral5 = 0.0
-
-.export   l1, l2, l3, v1, v2, v3, acc1, acc2, acc3 ; desired joint motion of the legs, table 3
-.export   alpha, gamma, w_alpha, w_gamma, eps_alpha, eps_gamma
-.export   e1, e2, e3, e4, e5, M1, M2, M3, G1, G2, G3, G4
+.interface "tracking_optimised.interface.toml"
 
 ; -------------------------------- 1. inverse kinematics, desired position
 ; Start points: leg 1 (0, R), legs 2 and 3 (+-xp, -yp). Each is split like the set-point (below)
