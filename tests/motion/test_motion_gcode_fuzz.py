@@ -21,7 +21,7 @@ from sim.motion import gcode_flow
 from sim.motion.gcode import GcodeErrors, parse, stream
 from sim.motion.gcode_oracle import differences
 from sim.motion.moves import Dwell, Move
-from tests.motion.needs import needs_rs274
+from tests.bench.needs import needs
 
 MOST = 3000  # moves of a text that are looked at
 SEED = int(os.environ.get("SEED", "1"))
@@ -271,7 +271,7 @@ def test_reader__random_o_words__moves_or_located_mistakes(monkeypatch):
     assert min(found["moves"], found["mistakes"]) > 100
 
 
-@needs_rs274
+@needs("rs274")
 def test_reader__random_o_words__move_as_in_rs274():
     moved = 0
     for n in range(40):

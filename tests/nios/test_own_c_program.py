@@ -7,17 +7,17 @@ import subprocess
 
 from scripts import own_c_page
 from sim.harness.build import ROOT
-from tests.custom.test_table import needs_nios
+from tests.bench.needs import needs
 
 
-@needs_nios
+@needs("nios-gcc")
 def test_commands_of_the_page_print_what_it_says():
     page = own_c_page.PAGE.read_text(encoding="utf-8")
     assert page.count("\n$ ") > 15
     assert own_c_page.render(page) == page
 
 
-@needs_nios
+@needs("nios-gcc")
 def test_nested_function_that_needs_code_on_the_stack_is_refused(tmp_path):
     source = tmp_path / "nested.c"
     source.write_text(
@@ -29,7 +29,7 @@ def test_nested_function_that_needs_code_on_the_stack_is_refused(tmp_path):
     assert "trampoline generated for nested function 'inner'" in done.stderr
 
 
-@needs_nios
+@needs("nios-gcc")
 def test_file_input_does_not_link(tmp_path):
     source = tmp_path / "file.c"
     source.write_text('#include <stdio.h>\nint main(void) { return fopen("x", "r") != 0; }\n')
@@ -38,7 +38,7 @@ def test_file_input_does_not_link(tmp_path):
     assert "undefined reference to `open'" in done.stderr
 
 
-@needs_nios
+@needs("nios-gcc")
 def test_several_files_in_a_folder_with_spaces(tmp_path):
     folder = tmp_path / "my program"
     folder.mkdir()

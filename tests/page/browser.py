@@ -7,7 +7,6 @@ import base64
 import json
 import os
 import select
-import shutil
 import subprocess
 import tempfile
 import time
@@ -15,7 +14,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import pytest
+from tests.bench.needs import require
 
 ROOT = Path(__file__).resolve().parents[2]
 FLAGS = (
@@ -48,15 +47,6 @@ LOOK = """
 """
 
 
-def require_chromium() -> str:
-    """Path of the browser. Skips where it is missing; under CI that is a failure."""
-    found = shutil.which("chromium")
-    if found is None:
-        reason = "chromium is missing: scripts/chromium.sh"
-        (pytest.fail if os.environ.get("CI") == "true" else pytest.skip)(reason)
-    return found
-
-
 @dataclass
 class Look:
     """What a browser saw: see LOOK for `page`; script errors and console messages of that level."""
@@ -69,7 +59,7 @@ class Browser:
     """A browser with one empty page; a context manager."""
 
     def __init__(self) -> None:
-        program = require_chromium()
+        program = require("chromium")
         self._profile = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
         to_browser, self._out = os.pipe()
         self._in, from_browser = os.pipe()

