@@ -23,6 +23,7 @@ from pathlib import Path
 
 from asip_asm.ir import Bundle, Operation, Output, Register, Virtual
 from asip_asm.isa import ISA_FILE, load_isa
+from asip_asm.project import ROOT
 
 OPERAND_READ = 3
 """Cycles from issue to E1, the first stage of a unit."""
@@ -36,7 +37,7 @@ BRANCH_WAIT = OPERAND_READ + 1
 REFETCH = 6
 """Further cycles until the target of a taken branch is in stage D."""
 
-FP_PKG_FILE = Path(__file__).parents[1] / "rtl" / "fpu" / "fp_pkg.sv"
+FP_PKG_FILE = ROOT / "rtl/fpu/fp_pkg.sv"
 
 BRANCHES = frozenset({"jmp", "bz", "bnz"})
 

@@ -4,7 +4,7 @@
 Each finds what the other forgives: Verilator follows widths and unused signals, slang the rules
 of IEEE 1800 on declarations, drivers and processes; each top in every configuration, for slang with
 the assertions bound to it. A warning is an error. Waivers, each with its reason:
-scripts/ci/waivers.vlt for Verilator, WAIVED below for slang, scripts/ci/verible.* for verible. Its
+rtl/waivers.vlt for Verilator, WAIVED below for slang, scripts/ci/verible.* for verible. Its
 formatter is not used: it would move a quarter of all lines, and the columns that make tables of
 assignments readable with them.
 """
@@ -93,7 +93,7 @@ def custom_alone() -> list[Top]:
 def run_verilator(top: str, files: Sequence[str], parameters: Sequence[str]) -> bool:
     """Whether Verilator has nothing to say; its messages go to the terminal."""
     command = [VERILATOR, "--lint-only", "-Wall", "--quiet", "--top-module", top]
-    command += [*(f"-G{value}" for value in parameters), "scripts/ci/waivers.vlt", *files]
+    command += [*(f"-G{value}" for value in parameters), "rtl/waivers.vlt", *files]
     return subprocess.run(command, cwd=ROOT).returncode == 0
 
 

@@ -16,6 +16,7 @@ from rich.console import Console
 
 from asip_asm.diagnostics import AssemblyError
 from asip_asm.isa import IsaError, default_isa
+from asip_asm.project import BUILD, PACKAGES
 from sim.dual.loop import Loop, Stretch, follow, stretches_of
 from sim.dual.moves import PathNotSuitedError, moves_of
 from sim.dual.report import (
@@ -29,7 +30,7 @@ from sim.dual.report import (
 )
 from sim.dual.system import TwoProcessors, program
 from sim.harness.asip_rtl import AsipError
-from sim.harness.build import ROOT, BuildError
+from sim.harness.build import BuildError
 from sim.model.parameters import ParameterError, Robot
 from sim.model.records import SetPoints
 from sim.model.tracking import joint_path
@@ -43,7 +44,7 @@ from sim.run.progress import TickProgress
 
 SHORT_PERIOD = 512  # clocks: above the work of a period in every configuration
 SAVE_TICKS = 10_000  # between two partial results
-SINGLE = ROOT / "build/results.json"
+SINGLE = BUILD / "results.json"
 
 
 def _single_core(robot: Robot, path: SetPoints, console: Console) -> dict[str, float]:
@@ -180,7 +181,7 @@ def main(argv: list[str] | None = None) -> int:
         "differs. results.json is written as it goes; a stopped run says there how far it got.",
     )
     parser.add_argument(
-        "gcode", type=Path, nargs="?", default=ROOT / "sim/paths/agh.ngc", help="path (RS-274)"
+        "gcode", type=Path, nargs="?", default=PACKAGES / "sim/paths/agh.ngc", help="path (RS-274)"
     )
     add_robot_option(parser)
     parser.add_argument("--ticks", type=int, help="only the first TICKS ticks of the path")
@@ -203,7 +204,7 @@ def main(argv: list[str] | None = None) -> int:
             help=f"configuration of the {core} core (%(default)s)",
         )
     parser.add_argument(
-        "--output", type=Path, default=ROOT / "build/dual", help="folder of results.json"
+        "--output", type=Path, default=BUILD / "dual", help="folder of results.json"
     )
     parser.add_argument(
         "--every",

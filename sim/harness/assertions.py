@@ -6,8 +6,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
-FOLDER = ROOT / "sim/assertions"
+from asip_asm.project import BUILD, ROOT
+
+FOLDER = Path(__file__).resolve().parents[1] / "assertions"
 RULES = sorted(FOLDER.glob("*_rules.sv"))  # checkers that several of the files instantiate
 
 
@@ -19,7 +20,7 @@ def assertions_of(sources: Sequence[Path]) -> list[Path]:
     """
     for source in sources:
         place = Path(source).resolve()
-        if not place.is_relative_to(ROOT) or place.is_relative_to(ROOT / "build"):
+        if not place.is_relative_to(ROOT) or place.is_relative_to(BUILD):
             return []
     found = (FOLDER / f"{Path(source).stem}_sva.sv" for source in sources)
     bound = list(dict.fromkeys(path for path in found if path.is_file()))

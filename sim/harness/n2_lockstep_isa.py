@@ -10,7 +10,9 @@ from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 
-ISA_FILE = Path(__file__).resolve().parents[2] / "nios_sw/isa.toml"
+from asip_asm.project import ROOT
+
+ISA_FILE = ROOT / "nios_sw/isa.toml"
 OP_R, OP_CUSTOM = 58, 50
 UNITS = ("alu", "shift", "mul", "div", "load", "store", "branch", "jump", "control", "cache")
 UNITS += ("custom", "illegal")

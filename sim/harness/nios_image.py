@@ -21,9 +21,10 @@ from pathlib import Path
 from elftools.elf.elffile import ELFFile
 from elftools.elf.sections import SymbolTableSection
 
+from asip_asm.project import ROOT
 from sim.harness.nios_map import SystemMap, default_system_map
 
-IMAGES = Path(__file__).resolve().parents[2] / "nios_sw/images"
+IMAGES = ROOT / "nios_sw/images"
 MACHINE = "EM_ALTERA_NIOS2"
 LARGEST_FILE = 8 << 20  # bytes, with symbols and debug information
 LONGEST_NAME = 4096  # characters of a symbol

@@ -13,9 +13,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from asip_asm.project import ROOT
 from asip_asm.regmap import ACCESS_KINDS, BitField
 
-SYSTEM_TOML = Path(__file__).resolve().parents[2] / "nios_sw/system.toml"
+SYSTEM_TOML = ROOT / "nios_sw/system.toml"
 VECTOR_BYTES = 32  # room of the reset code before the exception vector
 
 

@@ -18,12 +18,13 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from asip_asm.project import ROOT
 from sim.harness.build import BuildError
 from sim.harness.n2_lockstep_isa import OP_CUSTOM, default_isa
 from sim.harness.nios_image import IMAGES, ImageError, Program, load, read_elf
 from sim.harness.nios_rtl import PLATFORMS, NiosError, NiosRtl
 
-CUSTOM_TOML = Path(__file__).resolve().parents[2] / "nios_sw/custom.toml"
+CUSTOM_TOML = ROOT / "nios_sw/custom.toml"
 # Kinds of n2_lockstep_isa's units as they appear in the table.
 KINDS = {
     "alu": "integer and moves",

@@ -14,8 +14,9 @@ import re
 import tempfile
 from pathlib import Path
 
+from asip_asm.project import BUILD, ROOT
+
 ODD = re.compile(r"[^A-Za-z0-9_./+,=@-]")
-ROOT = Path(__file__).resolve().parents[2]
 
 
 def plain(path: Path) -> Path:
@@ -31,10 +32,10 @@ def plain(path: Path) -> Path:
 
 
 def workshop(folder: Path) -> Path:
-    """The folder itself, or one beside the link that stands for it, in which make can work."""
+    """The folder below BUILD itself, or one beside a link, in which make can work."""
     if not ODD.search(str(folder.absolute())):
         return folder
-    other = _link(ROOT).with_suffix(".build") / folder.absolute().relative_to(ROOT)
+    other = _link(ROOT).with_suffix(".build") / folder.absolute().relative_to(BUILD)
     other.mkdir(parents=True, exist_ok=True, mode=0o700)
     return other
 

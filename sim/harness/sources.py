@@ -7,7 +7,9 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
-RTL = Path(__file__).resolve().parents[2] / "rtl"
+from asip_asm.project import ROOT
+
+RTL = ROOT / "rtl"
 
 
 def sources_of(top: str, folders: Sequence[Path] = (RTL,)) -> list[Path]:

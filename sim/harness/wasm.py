@@ -8,7 +8,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from sim.harness.plain import ROOT
+from asip_asm.project import ROOT
 
 
 def run_tool(tool: str, arguments: Sequence[str]) -> subprocess.CompletedProcess[str]:

@@ -12,7 +12,8 @@ from types import FrameType
 from rich.console import Console
 
 from asip_asm.diagnostics import AssemblyError
-from sim.harness.build import ROOT, BuildError
+from asip_asm.project import BUILD, PACKAGES
+from sim.harness.build import BuildError
 from sim.harness.nios_image import ImageError
 from sim.model.parameters import ParameterError
 from sim.motion.command import INTERRUPTED, add_robot_option
@@ -77,7 +78,7 @@ def _arguments() -> argparse.ArgumentParser:
         "gcode",
         type=Path,
         nargs="?",
-        default=ROOT / "sim/paths/agh.ngc",
+        default=PACKAGES / "sim/paths/agh.ngc",
         help="path, G-code (sim/paths/agh.ngc)",
     )
     add_robot_option(parser)
@@ -96,7 +97,7 @@ def _arguments() -> argparse.ArgumentParser:
     parser.add_argument(
         "--output",
         type=Path,
-        default=ROOT / "build",
+        default=BUILD,
         metavar="FOLDER",
         help="for results.json and index.html (build)",
     )

@@ -7,7 +7,7 @@ import json
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from sim.harness.build import ROOT
+from asip_asm.project import BUILD
 from sim.run import nios
 from sim.run.workers import PROCESSES
 
@@ -26,7 +26,7 @@ TYPICAL = {
     COMPARISON: 5e-5,
 }
 TELLING = 10_000  # ticks from which on a run tells what a tick costs
-FILE = ROOT / "build/run_costs.json"
+FILE = BUILD / "run_costs.json"
 
 
 def beginning(platform: str) -> str:

@@ -18,8 +18,8 @@ from rich.console import Console
 from asip_asm.assemble import assemble
 from asip_asm.files import read_bytes
 from asip_asm.image import Image
+from asip_asm.project import PACKAGES
 from sim.harness.asip_rtl import AsipRtl
-from sim.harness.build import ROOT
 from sim.harness.nios_rtl import NiosRtl
 from sim.model import float32
 from sim.model.kinematics import WorkspaceError, check_table
@@ -40,7 +40,7 @@ from sim.run.progress import TickProgress, duration
 from sim.run.results import Comparison, ProgramRun, compare, results, row_errors, worst_of_bound
 from sim.run.workers import Workers
 
-PROGRAMS = ROOT / "asip_asm/programs"
+PROGRAMS = PACKAGES / "asip_asm/programs"
 MOST_TEXT = 100_000_000  # bytes of a program
 MANY_STOPS = 20  # from which on G64 is told of
 # Task that runs a program of FPGA3 -> key in results.json; source in PROGRAMS: tracking_<key>.s.

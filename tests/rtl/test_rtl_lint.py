@@ -16,7 +16,7 @@ from sim.harness.sources import sources_of
 
 ROOT = Path(__file__).resolve().parents[2]
 VERILATOR = verilator_driver()
-WAIVERS = [ROOT / "scripts/ci/waivers.vlt", ROOT / "tests/rtl/alone.vlt"]
+WAIVERS = [ROOT / "rtl/waivers.vlt", ROOT / "tests/rtl/alone.vlt"]
 MODULES = sorted(path.stem for path in (ROOT / "rtl").rglob("*.sv") if path.stem[-4:] != "_pkg")
 CONFIGURATIONS = {
     "asip": ({"FmaPipes": 2, "Slots": 3}, {"FmaPipes": 1, "Slots": 1}),
