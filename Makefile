@@ -67,7 +67,7 @@ tools-for-tests: $(READY) $(if $(filter true,$(CI)),$(READY_SYNTH) rs274)
 	@scripts/debian_tool.sh tclsh --for-tests
 
 rs274: $(READY) ## get LinuxCNC's interpreter, the reference of the G-code tests (make test does under CI=true)
-	@$(PY) -m sim.motion.gcode_oracle
+	@$(PY) -m sim.gcode.oracle
 
 lint: $(READY) ## ruff, import rules; Verilator, slang and our subset on the RTL; links of the documents
 	$(VENV)/bin/ruff check -q .

@@ -17,6 +17,7 @@ from rich.console import Console
 from asip_asm.diagnostics import AssemblyError
 from asip_asm.isa import IsaError, default_isa
 from asip_asm.project import BUILD, PACKAGES
+from sim.command import add_robot_option
 from sim.dual.loop import Loop, Stretch, follow, stretches_of
 from sim.dual.moves import PathNotSuitedError, moves_of
 from sim.dual.report import (
@@ -29,18 +30,17 @@ from sim.dual.report import (
     write,
 )
 from sim.dual.system import TwoProcessors, program
+from sim.gcode.interpreter import GcodeErrors, parse_file
 from sim.harness.asip_rtl import AsipError
 from sim.harness.build import BuildError
 from sim.model.parameters import ParameterError, Robot
 from sim.model.records import SetPoints
 from sim.model.tracking import joint_path
-from sim.motion.command import add_robot_option
-from sim.motion.gcode import GcodeErrors, parse_file
-from sim.motion.trajectory import MotionSettings, WorkspaceError, generate
 from sim.run import closed_loop
 from sim.run.controller import AsipController, ControllerFault
 from sim.run.nios import set_points
 from sim.run.progress import TickProgress
+from sim.trajectory.exact_stop import MotionSettings, WorkspaceError, generate
 
 SHORT_PERIOD = 512  # clocks: above the work of a period in every configuration
 SAVE_TICKS = 10_000  # between two partial results

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.motion.path import Arc, Block
-from sim.motion.scurve import SCurve
-from sim.motion.trajectory import MotionSettings, Trajectory, on_number_grid
+from sim.path.curves import Arc, Block
+from sim.planner.scurve import SCurve
+from sim.trajectory.exact_stop import MotionSettings, Trajectory, on_number_grid
 
 FloatArray = NDArray[np.float64]
 RECORD_WORDS = 32

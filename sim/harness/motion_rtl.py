@@ -14,7 +14,7 @@ from asip_asm.regmap import load_register_map
 from sim.harness.build import ROOT, build_library
 from sim.harness.interpolator_rtl import PLANES
 from sim.harness.sources import sources_of
-from sim.motion.pulse_records import Record
+from sim.planner.pulse_records import Record
 
 TOP = "motion_front_end"
 REGMAP = load_register_map(ROOT / "rtl/motion/regmap.toml")

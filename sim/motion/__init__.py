@@ -1,2 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From G-code to set-points: gcode (text) -> path (curves) -> scurve (speed) -> trajectory."""
+"""The motion front-end as a whole: `show` is `make motion`, `goals` what it is to reach.
+
+`step_stream` makes records for five axes of any path, `sizes` keeps area and clock.
+"""

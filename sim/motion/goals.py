@@ -27,23 +27,25 @@ from rich import box
 from rich.markup import escape
 from rich.table import Table
 
+from sim.gcode.oracle import OracleError, compare_samples
 from sim.harness.interpolator_rtl import InterpolatorRtl
 from sim.harness.motion_rtl import CLOCK_HZ, RECORDS, MotionRtl
+from sim.lookahead import figures as lookahead_figures
+from sim.lookahead import stress
+from sim.lookahead.limits import MachineLimits
+from sim.lookahead.planner import Lookahead
+from sim.lookahead.settings import DEPTH, LookaheadSettings
 from sim.model.parameters import Robot
-from sim.motion import lookahead_figures, planner_check, stress
-from sim.motion.gcode_oracle import OracleError, compare_samples
-from sim.motion.lookahead import Lookahead
-from sim.motion.lookahead_limits import MachineLimits
-from sim.motion.lookahead_settings import DEPTH, LookaheadSettings
-from sim.motion.moves import Motion, Move
-from sim.motion.planner_core import PARAMETERS, planner_program
-from sim.motion.planner_optimal import Limits, time_optimal
-from sim.motion.planner_seed import seed_plan
-from sim.motion.pulse_records import DIRECTION, FIRST, LAST, UNITS_PER_HZ, Record, time_exact
-from sim.motion.scurve import SCurve
 from sim.motion.sizes import LIMITS as SIZE_LIMITS
 from sim.motion.sizes import current as measured_sizes
 from sim.motion.sizes import within
+from sim.path.moves import Motion, Move
+from sim.planner import check
+from sim.planner.core import PARAMETERS, planner_program
+from sim.planner.optimal import Limits, time_optimal
+from sim.planner.pulse_records import DIRECTION, FIRST, LAST, UNITS_PER_HZ, Record, time_exact
+from sim.planner.ramp_time import seed_plan
+from sim.planner.scurve import SCurve
 
 ROOT = Path(__file__).resolve().parents[2]
 RESULTS, PAGE = ROOT / "build/motion/results.json", ROOT / "docs/motion.md"
@@ -114,7 +116,7 @@ def classes(counts: Counts) -> Measured:
                 plan = seed_plan(v0, vm, tr, tm, length)
                 kinds.add(plan.forms.kind.value)
                 at = float(plan.total_time) * rng.random()
-                wanted = [float(x) for x in planner_check.exact_profile(plan, at)[:2]]
+                wanted = [float(x) for x in check.exact_profile(plan, at)[:2]]
                 wrong += [float(x) for x in plan.at(at)[:2]] != wanted
                 done += 1
     return f"{wrong} of {done} states differ, {len(kinds)} classes", wrong == 0 and len(kinds) == 7
@@ -124,8 +126,8 @@ def ruckig(counts: Counts) -> Measured:
     """Durations of the time-optimal mode against Ruckig's."""
     worst, failed, done = 0.0, 0, 0
     for kind in ("forward", "signed", "moving"):
-        for move in planner_check.random_moves(kind, counts.moves, SEED):
-            reference = planner_check.ruckig_trajectory(move)
+        for move in check.random_moves(kind, counts.moves, SEED):
+            reference = check.ruckig_trajectory(move)
             if reference is None:
                 failed += 1
                 continue
@@ -148,9 +150,9 @@ def override(counts: Counts) -> Measured:
     """Moves with random overrides and stops: greatest use of a limit, by Runge-Kutta."""
     worst = 0.0
     for number in range(counts.overrides):
-        move = planner_check.run_with_changes(f"goal {SEED} {number}")
-        steps = planner_check.executed(move)
-        _, states = planner_check.integrate(move.at(0.0), steps, points=8)
+        move = check.run_with_changes(f"goal {SEED} {number}")
+        steps = check.executed(move)
+        _, states = check.integrate(move.at(0.0), steps, points=8)
         limits = move.limits
         worst = max(
             worst,
@@ -163,7 +165,7 @@ def override(counts: Counts) -> Measured:
 
 def core(counts: Counts) -> Measured:
     """Planner and sampler in binary32 on the core: positions at random ticks, moves up to 1 m."""
-    moves = planner_check.random_core_moves(counts.core, SEED)
+    moves = check.random_core_moves(counts.core, SEED)
     planned = planner_program("planner_scurve").batch(moves).values
     rng = np.random.default_rng(SEED)
     names = ("vp", "am", "J", "t1", "t2", "t4", "s1", "s2", "s3")
@@ -529,7 +531,7 @@ def _features(
     full = "make test-full T="
     return [
         ("S-curve classes", "7, fixed tr", "7, equal bits to rational numbers", classes,
-         "make test T=test_planner_seed"),
+         "make test T=test_planner_ramp_time"),
         ("time-optimal mode", "no", "duration within 1e-6 of Ruckig", ruckig,
          full + "hundred_thousand_moves__take"),
         ("short move, L = 120 mm, tm = 0.15 s", "1.2 s", "1.2 s; <= 0.63 s optimal", short_move,
@@ -560,7 +562,7 @@ def _features(
          "make test T=line_in_all_axes; proved: make formal T=synchronised_nodes"),
         ("G-code: LinuxCNC's samples, equal moves", "LinuxCNC",
          "at least 18 of 24 equal, none different", compare_goal,
-         ".venv/bin/python -m sim.motion.gcode_oracle --samples"),
+         ".venv/bin/python -m sim.gcode.oracle --samples"),
         ("84 chords, G64 steps; G64 smooth; G61", "1.5 s; -; 5 s",
          "<= 1.52 s; <= 1.60 s; 5.1 s", times, "make test T=test_chords"),
         ("G64 P: 1, 5, 10, 25, 100 um", "not exceeded", "apex <= P at 10 kHz", corners,
@@ -568,11 +570,11 @@ def _features(
         ("corner of 90 degrees, P 0.1 mm, 4.8 m/s2", "-", ">= 31.6 mm/s", corner_speed,
          "make test T=test_corner"),
         ("limits of tool, legs, table; half in five axes", "XYZ only", "0 programs above 1.001",
-         violations, ".venv/bin/python -m sim.motion.stress --count 10000"),
+         violations, ".venv/bin/python -m sim.lookahead.stress --count 10000"),
         ("path and corners of random programs", "-", "within P", random_p,
-         ".venv/bin/python -m sim.motion.stress --count 10000"),
+         ".venv/bin/python -m sim.lookahead.stress --count 10000"),
         ("tiny, empty, repeated moves, tiny P", "-", "no stall", odd,
-         ".venv/bin/python -m sim.motion.stress --odd --count 1000000"),
+         ".venv/bin/python -m sim.lookahead.stress --odd --count 1000000"),
         ("set-points: position, velocity, acceleration", "1 ms",
          "10 kHz, derivatives of each other", derivatives, "make test T=test_set_points"),
         ("look-ahead", "n segments", ">= 256 segments, >= 2000/s, constant work", throughput,

@@ -23,19 +23,21 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from sim.command import add_robot_option, interruptible
+from sim.drive import figures as drive_figures
+from sim.drive.robot import PAYLOAD
 from sim.harness.build import BuildError
 from sim.harness.motion_rtl import MotionError
+from sim.lookahead import figures as lookahead_figures
 from sim.model.parameters import ParameterError, Robot
-from sim.motion import drive_figures, goals, lookahead_figures, show_page, show_path, show_rtl
-from sim.motion.command import add_robot_option, interruptible
-from sim.motion.drive_robot import PAYLOAD
-from sim.motion.planner_figures import Result, printed
+from sim.motion import goals, show_page, show_path, show_rtl
+from sim.planner.figures import Result, printed
 from sim.run.progress import TickProgress
 
 ROOT = Path(__file__).resolve().parents[2]
-# Modules with `figures(output) -> results`; results have the fields of planner_figures.Result, or
-# are a document that has an entry in READERS.
-FIGURES = ("planner_figures", "lookahead_figures", "drive_figures")
+# Packages whose `figures.figures(output)` gives results with the fields of planner.figures.Result,
+# or a document that has an entry in READERS.
+FIGURES = ("planner", "lookahead", "drive")
 LOOKAHEAD_PATH = lookahead_figures.PATH_FILE
 LOOKAHEAD_CORNER = lookahead_figures.CORNER_FILE
 PAPERS = {"001": "CNC", "002": "S-curve"}  # as they are called on the page and in docs/sources.md
@@ -69,18 +71,18 @@ def rows_of(module: str, results: Iterable[Any] | dict[str, Any]) -> list[dict[s
         if missing:
             raise ShowError(
                 f"{module}.figures: a result has no {', '.join(sorted(missing))}; expected the "
-                "fields of sim.motion.planner_figures.Result"
+                "fields of sim.planner.figures.Result"
             )
         head = row["file"].split("_")[0]
         row["paper"] = head.removeprefix("seed") if head.startswith("seed") else ""
-        if module == "lookahead_figures":
+        if module == "lookahead":
             row["paper"] = "001"
         rows.append(row)
     return rows
 
 
 def read_lookahead(document: dict[str, Any]) -> list[Result]:
-    """Figures 4 to 6 of the CNC paper from the document of lookahead_figures. Raises KeyError."""
+    """Figures 4 to 6 of the CNC paper from the document of its figures. Raises KeyError."""
     found = []
     # As printed: "almost 5 s" and "about 1.5 s", with trapezoids; there is none with limited jerk.
     for key, text in (("without blending [s]", "5"), ("with blending [s]", "1.5")):
@@ -107,7 +109,7 @@ def read_lookahead(document: dict[str, Any]) -> list[Result]:
     return found
 
 
-READERS = {"lookahead_figures": read_lookahead}
+READERS = {"lookahead": read_lookahead}
 
 
 def table_of(rows: list[dict[str, Any]]) -> Table:
@@ -139,7 +141,7 @@ def table_of(rows: list[dict[str, Any]]) -> Table:
 def _figure_modules(output: Path, console: Console) -> tuple[list[dict[str, Any]], list[str]]:
     rows, absent = [], []
     for name in FIGURES:
-        module = f"sim.motion.{name}"
+        module = f"sim.{name}.figures"
         if importlib.util.find_spec(module) is None:
             absent.append(name)
             console.print(f"      {ABSENT.format(name=name)}")
@@ -161,7 +163,7 @@ def _robot(robot: Robot, output: Path, full: bool, console: Console) -> list[dic
             done[name] = ticks
 
         found = drive_figures.robot_figures(output, full, advance, robot)
-        return rows_of("drive_figures", found)
+        return rows_of("drive", found)
 
 
 def _rtl(output: Path, console: Console) -> list[dict[str, Any]]:

@@ -9,7 +9,9 @@ from pathlib import Path
 
 from rich.table import Table
 
-from sim.motion import drive_figures, lookahead_figures, show_path, show_rtl
+from sim.drive import figures as drive_figures
+from sim.lookahead import figures as lookahead_figures
+from sim.motion import show_path, show_rtl
 from sim.page import pictures, provenance
 from sim.page.document import Page
 

@@ -19,18 +19,18 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 
+from sim.gcode.interpreter import stream
 from sim.harness.motion_rtl import CLOCK_HZ, RECORDS, MotionError, MotionRtl
+from sim.lookahead.check import Deviation
+from sim.lookahead.planner import Lookahead, Setpoints
+from sim.lookahead.settings import LookaheadSettings
 from sim.model.kinematics import forward
 from sim.model.parameters import Robot
-from sim.motion.gcode import stream
-from sim.motion.lookahead import Lookahead, Setpoints
-from sim.motion.lookahead_check import Deviation
-from sim.motion.lookahead_settings import LookaheadSettings
-from sim.motion.moves import Move
-from sim.motion.planner_figures import Result
-from sim.motion.pulse_records import Record
 from sim.motion.step_stream import AXES, PathEncoder, Steps, joints
 from sim.page import pictures
+from sim.path.moves import Move
+from sim.planner.figures import Result
+from sim.planner.pulse_records import Record
 
 FloatArray = NDArray[np.float64]
 

@@ -16,10 +16,10 @@ from pathlib import Path
 import numpy as np
 
 from sim.harness.motion_rtl import CLOCK_HZ, MotionError, MotionRtl
-from sim.motion.planner_figures import FIGURE_12, PULSES_PER_MM, Result, printed
-from sim.motion.planner_seed import SeedPlan, seed_plan
-from sim.motion.pulse_records import seed_compatible, time_exact
 from sim.page import pictures
+from sim.planner.figures import FIGURE_12, PULSES_PER_MM, Result, printed
+from sim.planner.pulse_records import seed_compatible, time_exact
+from sim.planner.ramp_time import SeedPlan, seed_plan
 
 MODES = {"time-exact": time_exact, "seed-compatible": seed_compatible}
 TICK_CLOCKS = CLOCK_HZ // 1_000_000

@@ -24,10 +24,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from sim.lookahead.planner import Setpoints
 from sim.model.kinematics import inverse, inverse_velocity
 from sim.model.parameters import Robot
-from sim.motion.lookahead import Setpoints
-from sim.motion.pulse_records import (
+from sim.planner.pulse_records import (
     DIRECTION,
     FIRST,
     FRACTION,

@@ -13,11 +13,11 @@ from rich.console import Console
 
 from asip_asm.diagnostics import AssemblyError
 from asip_asm.project import BUILD, PACKAGES
+from sim.command import INTERRUPTED, add_robot_option
+from sim.gcode.tools import add_tools_option
 from sim.harness.build import BuildError
 from sim.harness.nios_image import ImageError
 from sim.model.parameters import ParameterError
-from sim.motion.command import INTERRUPTED, add_robot_option
-from sim.motion.gcode_tools import add_tools_option
 from sim.run.controller import ControllerFault
 from sim.run.estimate import PLATFORMS
 from sim.run.job import Order, PathError, run

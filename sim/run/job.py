@@ -19,19 +19,17 @@ from asip_asm.assemble import assemble
 from asip_asm.files import read_bytes
 from asip_asm.image import Image
 from asip_asm.project import PACKAGES
+from sim.drive.robot import LawController
+from sim.gcode.interpreter import parse
+from sim.gcode.tools import NO_TOOLS, tool_file
 from sim.harness.asip_rtl import AsipRtl
 from sim.harness.nios_rtl import NiosRtl
+from sim.lookahead.limits import MachineLimits
 from sim.model import float32
 from sim.model.kinematics import WorkspaceError, check_table
 from sim.model.parameters import Robot
 from sim.model.records import SetPoints, TrackingResult
 from sim.model.tracking import joint_path
-from sim.motion.drive_robot import LawController
-from sim.motion.gcode import parse
-from sim.motion.gcode_tools import NO_TOOLS, tool_file
-from sim.motion.lookahead_limits import MachineLimits
-from sim.motion.path_limits import limited_by
-from sim.motion.program_path import ProgramPath, plan
 from sim.run import checks, closed_loop, estimate, nios, page, tables
 from sim.run.controller import AsipController
 from sim.run.estimate import AS_PRINTED, LAW, OPTIMISED
@@ -39,6 +37,8 @@ from sim.run.goals import goals
 from sim.run.progress import TickProgress, duration
 from sim.run.results import Comparison, ProgramRun, compare, results, row_errors, worst_of_bound
 from sim.run.workers import Workers
+from sim.trajectory.path_limits import limited_by
+from sim.trajectory.program import ProgramPath, plan
 
 PROGRAMS = PACKAGES / "asip_asm/programs"
 MOST_TEXT = 100_000_000  # bytes of a program

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sim.gcode.interpreter import parse_file
 from sim.harness.nios_image import Program, load
 from sim.harness.nios_map import default_system_map
 from sim.harness.nios_profile import Profile, profile
@@ -26,10 +27,9 @@ from sim.model.errors import max_abs_error
 from sim.model.parameters import Robot
 from sim.model.records import SetPoints, TrackingResult
 from sim.model.tracking import joint_path
-from sim.motion.gcode import parse_file
-from sim.motion.trajectory import MotionSettings, Trajectory, generate
 from sim.run import closed_loop
 from sim.run.controller import EXPORTED, ControllerFault, Ticks
+from sim.trajectory.exact_stop import MotionSettings, Trajectory, generate
 
 PATH = Path(__file__).resolve().parents[1] / "paths/agh.ngc"
 AXES = 5

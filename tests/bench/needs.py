@@ -22,9 +22,9 @@ from typing import Any
 
 import pytest
 
+from sim.gcode import oracle
 from sim.harness.n2_lockstep import find_qemu
 from sim.harness.plain import ROOT
-from sim.motion import gcode_oracle
 
 
 def compiler() -> Path | None:
@@ -64,8 +64,8 @@ TOOLS: dict[str, tuple[str, Callable[[], Any], str]] = {
     ),
     "rs274": (
         "reference of the G-code reader",
-        gcode_oracle.find,
-        "python -m sim.motion.gcode_oracle",
+        oracle.find,
+        "python -m sim.gcode.oracle",
     ),
     "tclsh": (
         "running the scripts of Quartus and Platform Designer",

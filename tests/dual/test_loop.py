@@ -17,12 +17,12 @@ from sim.dual.loop import TICK, Loop, Stretch, differing, follow, stretches_of
 from sim.dual.moves import moves_of
 from sim.dual.report import DATA, PAGE, PageError, nominal_clocks, publish, replaced
 from sim.dual.system import TwoProcessors
+from sim.gcode.interpreter import parse_file
 from sim.model.parameters import Robot
-from sim.motion.gcode import parse_file
-from sim.motion.trajectory import MotionSettings, generate
 from sim.run import closed_loop
 from sim.run.controller import ControllerFault
 from sim.run.nios import set_points
+from sim.trajectory.exact_stop import MotionSettings, generate
 
 MOVES = Path(__file__).with_name("moves.ngc")
 SHORT = 512

@@ -14,14 +14,14 @@ from sim.dual.__main__ import main
 from sim.dual.moves import RING_RECORDS, PathNotSuitedError, moves_of, rest
 from sim.dual.report import nominal_clocks, set_point_errors
 from sim.dual.system import TwoProcessors, program
+from sim.gcode.interpreter import parse, parse_file
 from sim.harness.dual_rtl import DualRtl
 from sim.model.parameters import Robot
 from sim.model.plant import Plant
-from sim.motion.gcode import parse, parse_file
-from sim.motion.trajectory import MotionSettings, generate
 from sim.run import closed_loop
 from sim.run.controller import SET_POINTS, AsipController, ControllerFault
 from sim.run.nios import set_points
+from sim.trajectory.exact_stop import MotionSettings, generate
 
 MOVES = Path(__file__).with_name("moves.ngc")
 SHORT = 512  # clocks of a period, above all work

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Campaigns of the G-code reader and of the command lines of sim.motion."""
+"""Campaigns of the G-code reader and of the command lines around it."""
 
 from __future__ import annotations
 
@@ -9,10 +9,12 @@ from collections.abc import Callable
 from pathlib import Path
 from random import Random
 
-from sim.motion import __main__ as motion
-from sim.motion import gcode_oracle, lookahead_cli, planner
-from sim.motion.gcode import GcodeErrors, stream_file
-from sim.motion.gcode_tools import Tool
+from sim.gcode import oracle
+from sim.gcode.interpreter import GcodeErrors, stream_file
+from sim.gcode.tools import Tool
+from sim.lookahead import __main__ as lookahead
+from sim.planner import __main__ as planner
+from sim.trajectory import __main__ as trajectory
 from tests.fuzz.engine import Campaign
 from tests.fuzz.mutate import mutated_arguments, mutated_text
 
@@ -156,10 +158,10 @@ CAMPAIGNS = (
     *(
         Campaign(name, 5_000, functools.partial(command_line, main, lines, options), prepare)
         for name, main, lines, options in (
-            ("motion", motion.main, MOTION_LINES, MOTION_OPTIONS),
-            ("lookahead", lookahead_cli.main, LOOKAHEAD_LINES, LOOKAHEAD_OPTIONS),
+            ("motion", trajectory.main, MOTION_LINES, MOTION_OPTIONS),
+            ("lookahead", lookahead.main, LOOKAHEAD_LINES, LOOKAHEAD_OPTIONS),
             ("planner", planner.main, PLANNER_LINES, PLANNER_OPTIONS),
-            ("oracle", gcode_oracle.main, ("part.ngc", "short.ngc"), "--help part.ngc"),
+            ("oracle", oracle.main, ("part.ngc", "short.ngc"), "--help part.ngc"),
         )
     ),
 )

@@ -9,8 +9,10 @@ from io import StringIO
 import pytest
 from rich.console import Console
 
-from sim.motion import goals, lookahead_figures, stress
-from sim.motion.gcode_oracle import LEAST_EQUAL, OracleError, Samples
+from sim.gcode.oracle import LEAST_EQUAL, OracleError, Samples
+from sim.lookahead import figures as lookahead_figures
+from sim.lookahead import stress
+from sim.motion import goals
 
 TINY = goals.Counts(10, 1, 20, 3, 3, 1, 4, 6, 2, 2)
 FIGURES = (

@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicHermiteSpline
 
+from sim.gcode.interpreter import stream
 from sim.harness.motion_rtl import MotionError
+from sim.lookahead.planner import Lookahead, Setpoints
+from sim.lookahead.settings import LookaheadSettings
+from sim.lookahead.stress import random_moves
 from sim.model.parameters import Robot
 from sim.motion import show_path, step_stream
-from sim.motion.gcode import stream
-from sim.motion.lookahead import Lookahead, Setpoints
-from sim.motion.lookahead_settings import LookaheadSettings
-from sim.motion.pulse_records import LAST, PulseRecordError, Record
 from sim.motion.step_stream import AXES, AxisEncoder, PathEncoder, Steps, joints, published
-from sim.motion.stress import random_moves
+from sim.planner.pulse_records import LAST, PulseRecordError, Record
 
 ROBOT = Robot.load()
 SETTINGS = LookaheadSettings(robot=ROBOT)

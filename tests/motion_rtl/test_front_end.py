@@ -11,9 +11,8 @@ import numpy as np
 import pytest
 
 from sim.harness.motion_rtl import CLOCK_HZ, Edges, MotionError, MotionRtl
-from sim.motion.planner_phases import Phase, State
-from sim.motion.planner_seed import SeedPlan, seed_plan
-from sim.motion.pulse_records import (
+from sim.planner.phases import Phase, State
+from sim.planner.pulse_records import (
     FIRST,
     LAST,
     UNITS_PER_PULSE,
@@ -22,6 +21,7 @@ from sim.motion.pulse_records import (
     seed_compatible,
     time_exact,
 )
+from sim.planner.ramp_time import SeedPlan, seed_plan
 
 SEED = int(os.environ.get("SEED", "1"))
 US = CLOCK_HZ // 1_000_000

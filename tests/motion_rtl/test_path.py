@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 from sim.harness.motion_rtl import CLOCK_HZ, MotionError, MotionRtl
-from sim.motion.planner_seed import seed_plan
-from sim.motion.pulse_records import FIRST, LAST, Record, time_exact
+from sim.planner.pulse_records import FIRST, LAST, Record, time_exact
+from sim.planner.ramp_time import seed_plan
 from tests.motion_rtl.test_interpolators import check_on_circle, text
 
 SEED = int(os.environ.get("SEED", "1"))

@@ -7,15 +7,15 @@ from pathlib import Path
 
 import numpy as np
 
+from sim.gcode.interpreter import parse_file
 from sim.model.parameters import Robot
 from sim.model.records import OUTPUTS, SetPoints
 from sim.model.tracking import joint_path
-from sim.motion.gcode import parse_file
-from sim.motion.moves import Motion
-from sim.motion.trajectory import generate
+from sim.path.moves import Motion
 from sim.run import page
 from sim.run.closed_loop import Recording
 from sim.run.controller import EXPORTED, Ticks
+from sim.trajectory.exact_stop import generate
 
 PEAK_TICK, PEAK_M = 7_000, 9e-6  # a single tick with a large error
 RESULTS = {

@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Drive and feed-forward study of the CNC paper: `position_loop`, `servo`, `robot`, `figures`."""

@@ -1,0 +1,260 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the words of a block do at once: rests, moves, cycles, the way home."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+from sim.gcode.arcs import OFFSETS, Centre, arc_centre
+from sim.gcode.block import CYCLES, POLAR
+from sim.gcode.cycles import drill
+from sim.gcode.output import Output
+from sim.gcode.runs import machine_moves, program_moves
+from sim.gcode.splines import Splines
+from sim.gcode.state import State
+from sim.gcode.table_frame import MAX_PIECES, TooManyPiecesError
+from sim.gcode.targets import absolute_target, target
+from sim.gcode.words import Word, WordReport
+from sim.path.moves import AXES, Dwell, Motion, Pose
+
+MAX_REST = 3600.0  # s, of one G4
+_OWN_AXES = {"G10", "G28", "G28.1", "G92"}  # take the axis words of their block
+
+
+class Actions:
+    """Turns blocks into moves and rests, which are put into `output`; the state goes along.
+
+    line, source: the block under work. failed tells whether there was a mistake: a text with one
+    yields nothing more.
+    """
+
+    def __init__(self, state: State, report: WordReport, failed: Callable[[], bool]) -> None:
+        self.state, self.report, self.failed = state, report, failed
+        self.output = Output(state, report)
+        self.splines = Splines(state, report)
+        self.line, self.source = 0, ""
+        self.feed_reported = False
+
+    def single(
+        self, word: Word, codes: dict[str, Word], values: dict[str, Word], clean: bool
+    ) -> None:
+        """A word that acts once, without G53."""
+        motion = codes.get("motion")
+        if motion is not None and motion.code != "G80" and word.code in _OWN_AXES:
+            self.report(
+                motion,
+                f"{motion.code} and {word.code} both take the axis words",
+                "one of them",
+                f"move {motion.text} to a block of its own",
+            )
+            return
+        polar = [values[letter] for letter in POLAR if letter in values]
+        if polar and word.code in _OWN_AXES:
+            self.report(
+                polar[0],
+                f"{polar[0].letter} with {word.code}",
+                "X Y Z A C",
+                "@ and ^ are for moves",
+            )
+            return
+        if word.code == "G4":
+            self._dwell(word, values, clean)
+            if any(letter in values for letter in AXES + POLAR):
+                rest = {letter: value for letter, value in values.items() if letter != "P"}
+                self.move([word], rest, motion, None, clean)
+        elif word.code == "G10":
+            self.state.set_system(word, values, self.report)
+        elif word.code == "G28":
+            self._home(values)
+        elif word.code == "G28.1":
+            self.state.store_home()
+        else:
+            self.state.set_shift(word, values, self.report)
+
+    def _dwell(self, word: Word, values: dict[str, Word], clean: bool) -> None:
+        seconds = values.get("P")
+        if seconds is None or seconds.value < 0.0:
+            self.report(
+                seconds or word,
+                "G4 needs a time",
+                "P in seconds, of at least 0",
+                "write for instance G4 P0.5",
+            )
+        elif seconds.value > MAX_REST:
+            self.report(
+                seconds,
+                f"a rest of {seconds.value:g} s",
+                f"at most {MAX_REST:g} s",
+                "P counts seconds; M0 stops for the operator",
+            )
+        elif clean:
+            self.rest(seconds.value)
+
+    def _home(self, values: dict[str, Word]) -> None:
+        """By way of the words' point to the stored pose, in the axes of the words or in all."""
+        home, named = self.state.home, [letter in values for letter in AXES]
+        if any(named):
+            self._run(Motion.RAPID, target(self.state, values, self.report))
+        position = self.state.position
+        end = tuple(
+            h if wanted or not any(named) else p
+            for h, p, wanted in zip(home, position, named, strict=True)
+        )
+        if self.failed():
+            self.state.position = end
+        else:
+            moves = machine_moves(self.state, self.line, self.source, Motion.RAPID, end)
+            self.output.put(moves)
+
+    # Motion
+
+    def move(
+        self,
+        words: list[Word],
+        values: dict[str, Word],
+        code: Word | None,
+        absolute: Word | None,
+        clean: bool,
+    ) -> None:
+        """The motion in force to the place of the words; absolute: the word G53."""
+        state = self.state
+        arc_words = [values[letter] for letter in OFFSETS + "R" if letter in values]
+        places = [values[letter] for letter in AXES + POLAR if letter in values] + arc_words
+        if not places:
+            self._check_alone(code, clean)
+            return
+        if state.motion is None or state.motion == "G80":
+            if clean:
+                self.report(
+                    places[0],
+                    "no motion is selected",
+                    "G0, G1, G2 or G3 in this block or before",
+                    f"write G0 or G1 before {places[0].text}",
+                )
+            state.position = state.machine(target(state, values, self.report))
+            return
+        at = code or words[0]
+        self.splines.onward = None
+        self._check_feed(state.motion, at)
+        if state.motion in CYCLES:
+            if clean and state.modes.feed is not None:
+                self._cycle(values, at)
+            return
+        end = target(state, values, self.report)
+        if absolute is not None:
+            end = absolute_target(state, absolute, values, self.report)
+        motion = Motion(state.motion)
+        if motion.is_arc:
+            self._arc(motion, end, values, at, clean)
+            return
+        for word in arc_words:
+            self.report(
+                word,
+                f"{word.letter} does not belong to {motion.value}",
+                "I, J, K and R only with G2 or G3",
+                f"remove {word.text}",
+            )
+        self._run(motion, end)
+
+    def _check_alone(self, code: Word | None, clean: bool) -> None:
+        """A block without a place: only some motion words may stand alone."""
+        if code is not None and clean and code.code not in ("G0", "G1", "G80"):
+            arc = self.state.motion in ("G2", "G3")
+            self.report(
+                code,
+                f"{code.code} without a position",
+                "X Y Z A C" + (" I J K or R words" if arc else " words"),
+                f"give the end of the move or remove {code.text}",
+            )
+
+    def _check_feed(self, motion: str, at: Word) -> None:
+        modes = self.state.modes
+        if motion != "G0" and modes.feed is None and not self.feed_reported:
+            self.feed_reported = not modes.inverse_time
+            self.report(
+                at,
+                f"no feed is set for {motion}",
+                "an F word in this block" + ("" if modes.inverse_time else " or before"),
+                "add for instance F2000 to the block",
+            )
+
+    def _arc(
+        self, motion: Motion, end: Pose, values: dict[str, Word], at: Word, clean: bool
+    ) -> None:
+        state, modes = self.state, self.state.modes
+        centre = None
+        if clean and self.output.must_be_straight:
+            self.report(
+                at,
+                "the move after G40 is an arc",
+                "G0 or G1",
+                "leave the contour on a straight line",
+            )
+        elif clean:
+            centre = arc_centre(
+                motion,
+                modes.plane,
+                state.programmed(),
+                end,
+                values,
+                at,
+                modes.mm_per_unit,
+                modes.absolute_centres,
+                self.report,
+            )
+        self._run(motion, end, centre)
+
+    def spline(
+        self, codes: dict[str, Word], values: dict[str, Word], at: Word, clean: bool
+    ) -> None:
+        """G5 to G5.3, and control points between them."""
+        state = self.state
+        self._check_feed(codes["motion"].code if "motion" in codes else "G5.2", at)
+        ends = self.splines.block(codes, values, at) if clean else []
+        if self.failed() or not ends:
+            return
+        start = state.programmed()
+        points = [start[:2], *ends]
+        length = sum(math.dist(a, b) for a, b in itertools.pairwise(points))
+        for number, point in enumerate(ends):
+            end = (*point, *start[2:])
+            for move in program_moves(state, self.line, self.source, Motion.LINEAR, end):
+                feed = state.modes.feed * length if state.modes.inverse_time else move.feed
+                inner, merge = number > 0, move.merge if len(ends) == 1 else 0.0
+                self.output.put([replace(move, feed=feed, inner=inner, merge=merge)])
+
+    def _run(self, motion: Motion, end: Pose, centre: Centre | None = None) -> None:
+        """Moves to `end` in programmed coordinates, centre likewise."""
+        if self.failed():  # a text with a mistake yields no program
+            self.state.position = self.state.machine(end)
+        else:
+            try:
+                moves = program_moves(self.state, self.line, self.source, motion, end, centre)
+            except TooManyPiecesError:
+                self.report(
+                    self.output.at,
+                    f"the curve of the tool needs more than {MAX_PIECES} chords",
+                    "a smaller turn of the table",
+                    "check A and C, or divide the move",
+                )
+                return
+            self.output.put(moves)
+
+    def rest(self, seconds: float) -> None:
+        """The path stops."""
+        self.output.put([Dwell(self.line, self.source, seconds)])
+
+    def _cycle(self, values: dict[str, Word], at: Word) -> None:
+        """Path control is that of G61 meanwhile."""
+        modes = self.state.modes
+        saved = modes.tolerance, modes.merge
+        modes.tolerance, modes.merge = 0.0, 0.0
+        for step in drill(self.state, values, at, self.report):
+            if isinstance(step, float):
+                self.rest(step)
+            else:
+                self._run(*step)
+        modes.tolerance, modes.merge = saved

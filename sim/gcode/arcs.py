@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Centres of arcs (NISTIR 6556, 3.5.3): from I J K, as distances or coordinates, or from R."""
+
+from __future__ import annotations
+
+import math
+
+from sim.gcode.words import Word, WordReport
+from sim.path.moves import MM_PER_INCH, Motion, Plane, Pose
+
+OFFSETS = "IJK"
+Centre = tuple[float, float]
+"""In the order of plane.axes [mm]."""
+
+# NISTIR 6556, 3.5.3.2: largest difference between the radii at both ends of an arc. The same
+# distance is allowed between an R-format chord and the diameter.
+ARC_TOLERANCE_MM = 0.002
+ARC_TOLERANCE_INCH = 0.0002
+
+
+def arc_centre(
+    motion: Motion,
+    plane: Plane,
+    start: Pose,
+    end: Pose,
+    values: dict[str, Word],
+    at: Word,
+    mm_per_unit: float,
+    absolute: bool,
+    report: WordReport,
+) -> Centre | None:
+    """Centre of an arc from start to end, which are in the same coordinates, None after a mistake.
+
+    values: words of the block by letter; at: word that mistakes of the whole arc are told of;
+    mm_per_unit: of the words; absolute: I J K are coordinates (G90.1).
+    """
+    first, second = plane.axes
+    offsets = {letter: values[letter] for letter in OFFSETS if letter in values}
+    chord = (end[first] - start[first], end[second] - start[second])
+    tolerance = ARC_TOLERANCE_MM
+    if mm_per_unit == MM_PER_INCH:
+        tolerance = ARC_TOLERANCE_INCH * MM_PER_INCH
+    if "R" in values:
+        for word in offsets.values():
+            report(
+                word,
+                f"{word.letter} together with R",
+                "either the radius R or centre offsets",
+                f"remove {word.text} or {values['R'].text}",
+            )
+        if offsets:
+            return None
+        radius, here = values["R"].value * mm_per_unit, (start[first], start[second])
+        return _centre_from_radius(motion, here, chord, radius, values["R"], tolerance, report)
+    names = OFFSETS[first], OFFSETS[second]
+    wrong = [word for letter, word in offsets.items() if letter not in names]
+    for word in wrong:
+        report(
+            word,
+            f"{word.letter} is not in the plane {plane.value}",
+            f"offsets {names[0]} and {names[1]}",
+            f"remove {word.text} or select another plane",
+        )
+    if wrong:
+        return None
+    dx, dy = (offsets[name].value * mm_per_unit if name in offsets else 0.0 for name in names)
+    if absolute:
+        dx = dx - start[first] if names[0] in offsets else 0.0
+        dy = dy - start[second] if names[1] in offsets else 0.0
+    if dx == 0.0 and dy == 0.0:
+        report(
+            at,
+            "the arc has no centre",
+            f"{names[0]} or {names[1]} different from 0, or R",
+            "give the distance from the start of the arc to its centre",
+        )
+        return None
+    radius, end_radius = math.hypot(dx, dy), math.hypot(chord[0] - dx, chord[1] - dy)
+    if abs(radius - end_radius) > tolerance:
+        report(
+            at,
+            f"the end of the arc is not on its circle: radius {radius:.4f} mm at the start, "
+            f"{end_radius:.4f} mm at the end",
+            f"a difference of at most {tolerance:g} mm",
+            "check the end point and the offsets from the start to the centre",
+        )
+        return None
+    return start[first] + dx, start[second] + dy
+
+
+def _centre_from_radius(
+    motion: Motion,
+    start: Centre,
+    chord: Centre,
+    signed_radius: float,
+    word: Word,
+    tolerance: float,
+    report: WordReport,
+) -> Centre | None:
+    """R format: a positive R is the arc of at most half a turn, a negative R the longer one."""
+    radius, distance = abs(signed_radius), math.hypot(*chord)
+    if distance == 0.0:
+        report(
+            word,
+            "an arc with R ends where it starts",
+            "an end point different from the start",
+            "write a full turn with I, J, K",
+        )
+        return None
+    if distance / 2 > radius + tolerance:
+        report(
+            word,
+            f"the radius is too small for the distance {distance:.4f} mm from start to end",
+            f"a radius of at least {distance / 2:.4f} mm",
+            "check the end point and R",
+        )
+        return None
+    height = math.sqrt(max(0.0, radius**2 - (distance / 2) ** 2)) / distance
+    if (motion is Motion.ARC_CCW) != (signed_radius > 0.0):
+        height = -height  # centre to the right of the way from start to end
+    return (
+        start[0] + chord[0] / 2 - height * chord[1],
+        start[1] + chord[1] / 2 + height * chord[0],
+    )

@@ -1,0 +1,150 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Words of a block by letter, G and M words by modal group (NISTIR 6556, 3.4), and their mistakes.
+
+GROUPS is the list of accepted G and M words.
+"""
+
+from __future__ import annotations
+
+from sim.gcode.arcs import OFFSETS
+from sim.gcode.unsupported import known_letter, known_word
+from sim.gcode.words import Word, WordReport
+from sim.path.moves import AXES, Motion, Plane
+
+MAX_LINE_NUMBER = 99999  # NISTIR 6556, 3.3.1
+
+CYCLES = ("G81", "G82", "G83")
+SPLINES = ("G5", "G5.1", "G5.2", "G5.3")
+ENDS = ("M2", "M30")
+PAUSES = ("M0", "M1", "M60")
+SYSTEMS = tuple(f"G{n}" for n in range(54, 60)) + ("G59.1", "G59.2", "G59.3")
+GROUPS = {
+    "motion": (*(motion.value for motion in Motion), *SPLINES, "G80", *CYCLES),
+    "plane": tuple(plane.value for plane in Plane),
+    "unit": ("G20", "G21"),
+    "distance": ("G90", "G91"),
+    "arc distance": ("G90.1", "G91.1"),
+    "feed mode": ("G93", "G94"),
+    "coordinate system": SYSTEMS,
+    "path control": ("G61", "G61.1", "G64"),
+    "cutter compensation": ("G40", "G41", "G42", "G41.1", "G42.1"),
+    "tool": ("G43", "G43.4", "G49"),
+    "lathe": ("G7", "G8"),
+    "retract": ("G98", "G99"),
+    "single": ("G4", "G10", "G28", "G28.1", "G53", "G92", "G92.1", "G92.2", "G92.3"),
+    "stop": (*ENDS, *PAUSES, "M70", "M71", "M72", "M73"),
+    "spindle": ("M3", "M4", "M5"),
+    "coolant": ("M7", "M8", "M9"),
+    "tool change": ("M6",),
+}
+_GROUP_OF = {code: group for group, codes in GROUPS.items() for code in codes}
+POLAR = "@^"
+_VALUE_LETTERS = AXES + OFFSETS + "RFNPQLSTHD" + POLAR
+
+
+def sort_words(words: list[Word], report: WordReport) -> tuple[dict[str, Word], dict[str, Word]]:
+    """Words with values by letter, without N and S, and G, M words by modal group."""
+    values: dict[str, Word] = {}
+    codes: dict[str, Word] = {}
+    for position, word in enumerate(words):
+        if word.letter in "GM":
+            group = _GROUP_OF.get(word.code)
+            if group is None:
+                _report_unknown(word, report)
+            elif group in codes:
+                report(
+                    word,
+                    f"second word of the {group} group in one block",
+                    f"one of {' '.join(GROUPS[group])}",
+                    f"keep {codes[group].text} or move {word.text} to a block of its own",
+                )
+            else:
+                codes[group] = word
+        elif word.letter not in _VALUE_LETTERS:
+            known = known_letter(word.letter)
+            report(
+                word,
+                f"{word.letter}, {known[0]}" if known else f"unknown word {word.letter}",
+                "one of G M N F S T X Y Z A C @ ^ I J K R P Q L H D",
+                known[1] if known else "text that is not code belongs into a comment ( )",
+            )
+        elif word.letter in values:
+            report(
+                word,
+                f"second {word.letter} word in one block",
+                f"at most one {word.letter} word",
+                f"keep one of {values[word.letter].text} and {word.text}",
+            )
+        elif word.letter == "N":
+            _check_line_number(word, position == 0, report)
+            values["N"] = word
+        else:
+            values[word.letter] = word
+    values.pop("N", None)
+    spindle = values.pop("S", None)
+    if spindle is not None and spindle.value < 0.0:
+        report(
+            spindle,
+            "the speed of the spindle is negative",
+            "S of 0 or more",
+            "M4 turns it back",
+        )
+    return values, codes
+
+
+def _report_unknown(word: Word, report: WordReport) -> None:
+    known = known_word(word.code)
+    expected = f"{'a G' if word.letter == 'G' else 'an M'} word of docs/gcode.md"
+    if known is not None:
+        report(word, f"{word.code}, {known[0]}, is not supported", expected, known[1])
+        return
+    near = [code for code in _GROUP_OF if code.split(".")[0] == word.code.split(".")[0]]
+    help = f"did you mean {' or '.join(near)}?" if near else "remove the word"
+    report(word, f"{word.code} is not a known word", expected, help)
+
+
+def _check_line_number(word: Word, first: bool, report: WordReport) -> None:
+    if not word.value.is_integer() or not 0 <= word.value <= MAX_LINE_NUMBER:
+        report(
+            word,
+            "the line number is not valid",
+            f"an integer from 0 to {MAX_LINE_NUMBER}",
+            "line numbers are optional; remove it",
+        )
+    elif not first:
+        report(
+            word,
+            "the line number is not at the start of the block",
+            "N as the first word",
+            f"move {word.text} to the front",
+        )
+
+
+def check_unused(
+    values: dict[str, Word], codes: dict[str, Word], motion: str | None, report: WordReport
+) -> None:
+    """P, Q, L, H and D belong to certain words only; motion: the one in force."""
+    used: set[str] = set()
+    single = codes["single"].code if "single" in codes else None
+    if single in ("G4", "G10"):
+        used |= {"P"} if single == "G4" else {"P", "L"}
+    elif motion in CYCLES:
+        used |= {"L"} | ({"P"} if motion == "G82" else set())
+        used |= {"Q"} if motion == "G83" else set()
+    if motion in SPLINES:
+        used |= set("PQL")  # splines.py says more
+    if "path control" in codes and codes["path control"].code == "G64":
+        used |= {"P", "Q"}
+    if "tool" in codes and codes["tool"].code == "G43":
+        used |= {"H"}
+    if "cutter compensation" in codes and codes["cutter compensation"].code != "G40":
+        used |= {"D"}
+    for letter in "PQLHD":
+        if letter in values and letter not in used:
+            report(
+                values[letter],
+                f"{letter} does not belong to this block",
+                "P with G4, G10, G64, G82; Q with G64, G83; L with G10, cycles; H with G43; "
+                "D with G41, G42",
+                f"remove {values[letter].text}",
+            )

@@ -1,0 +1,388 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Interpreter of RS274/NGC programs (T. Kramer et al., NISTIR 6556; LinuxCNC where that is silent).
+
+Text in, moves out, as a stream or one Program. Accepted: G0 G1 G2 G3 (I J K or R, helices), G4,
+G5 G5.1 G5.2 G5.3 (splines.py), G7 G8, G10 L2 L20, G17-G19, G20 G21, G28 G28.1, G40-G42 with D
+and G41.1 G42.1 (cutter compensation), G43 H G49, G43.4 (coordinates of the table, table_frame.py),
+G53, G54-G59.3, G61 G61.1 G64 P Q, G80-G83 with G98 G99, G90 G91, G90.1 G91.1, G92 G92.1-G92.3,
+G93 G94, polar words @ ^, T M6, M2 M30, M70-M73, O words (flow.py), parameters and expressions
+(expressions.py), comments `( )` and `;`, one pair of `%` lines. M0 M1 M60 and M6 are rests of
+0 s: the path stops, no operator is waited for. S, M3-M5 and M7-M9 are read and do nothing, because
+spindle and coolant have no output here. A (tilt) and C (rotation) are table axes in degrees in
+either length unit. At the start G8, G17, G21, G40, G54, G61, G90, G91.1, G94 and G98 hold and no
+motion is selected.
+
+Two points follow one reading of the standard where machines differ: the words of a block are in
+the length unit the block itself selects, and a centre-format arc without end words is a full turn.
+
+All mistakes of a file are collected (at most MAX_ERRORS) and raised together as GcodeErrors.
+
+Here is the order in which the parts of a block act; the parts are: words.py (words of a
+line), block.py (modal groups), state.py (modes, coordinates, parameters),
+modes.py (words that change them), actions.py (rests and moves), targets.py
+(ends), arcs.py (centres), cycles.py (drilling), runs.py (moves of the machine, as
+in moves.py), output.py and compensation.py (radius of the tool).
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from asip_asm.files import open_regular
+from sim.gcode.actions import Actions
+from sim.gcode.block import ENDS, PAUSES, SPLINES, check_unused, sort_words
+from sim.gcode.errors import MAX_ERRORS, GcodeError, GcodeErrors
+from sim.gcode.expressions import Key
+from sim.gcode.flow import RETURNED, VALUE, Flow, FlowStop, Frame
+from sim.gcode.modes import choose_tool, select_modes, set_feed
+from sim.gcode.state import State
+from sim.gcode.tools import NO_TOOLS, Tool
+from sim.gcode.words import LineReader, Word
+from sim.path.moves import HOME, Dwell, Move, Pose, Program
+
+MAX_LINE = 10_000  # characters
+MAX_HELD = 200_000  # moves and rests of a Program, which is held in memory
+
+
+class _TooManyErrors(Exception):
+    """Ends the reading of a file, with MAX_ERRORS mistakes or one that leaves no text."""
+
+
+def _goes_anywhere(item: Move | Dwell) -> bool:
+    return isinstance(item, Move) and (item.start != item.end or item.motion.is_arc)
+
+
+class _Parser:
+    """One pass over the lines of a program; `items` yields its moves and dwells."""
+
+    def __init__(
+        self, lines: Iterable[str], file: str, start: Pose, tools: Mapping[int, Tool]
+    ) -> None:
+        self.file = file
+        self.lines = lines
+        self.errors: list[GcodeError] = []
+        self.any_output = False
+        self.state = State(start, tools)
+        self.actions = Actions(self.state, self._error_at, lambda: bool(self.errors))
+        self.output = self.actions.output
+        self.ended = False
+        self.percent_open, self.percent_closed = False, False
+        self.line, self.source = 0, ""
+        self.last = 1, ""  # line read
+        self.flow = Flow(
+            self._numbered(),
+            self._place,
+            self._error,
+            self._parameter,
+            self.state.parameters,
+            lambda: bool(self.errors),
+            self._left,
+        )
+
+    def items(self) -> Iterator[Move | Dwell]:
+        try:
+            for _ in self._read_lines():
+                if not self.errors:  # a text with a mistake yields nothing more
+                    if self.output.items:
+                        self.any_output = True
+                        if any(map(_goes_anywhere, self.output.items)):
+                            self.flow.moved()
+                    yield from self.output.items
+                self.output.items.clear()
+        except (_TooManyErrors, FlowStop):
+            pass
+        if self.errors:
+            raise GcodeErrors(tuple(self.errors))
+
+    def _error(self, column: int, text: str, what: str, expected: str, help: str) -> None:
+        self.errors.append(
+            GcodeError(self.file, self.line, column, self.source, text, what, expected, help)
+        )
+        if len(self.errors) == MAX_ERRORS:
+            raise _TooManyErrors
+
+    def _error_at(self, word: Word, what: str, expected: str, help: str) -> None:
+        self._error(word.column, word.text, what, expected, help)
+
+    # Lines and words
+
+    def _numbered(self) -> Iterator[tuple[int, str]]:
+        """Lines with their numbers, without the percent lines and what follows the second."""
+        for number, raw in enumerate(self.lines, start=1):
+            text = raw.rstrip("\r\n").expandtabs(1)
+            self.last = number, text
+            self._check_text(number, text)
+            if text.strip() != "%":
+                yield number, text
+                continue
+            if self.percent_open or self.ended:
+                self.percent_closed = True
+                return
+            if self.any_output or self.errors:
+                self._place(number, text)
+                self._error(
+                    self.source.index("%") + 1,
+                    "%",
+                    "percent line inside the program",
+                    "the opening percent line before the first block",
+                    "put % on the first line and on the last, or on neither",
+                )
+            self.percent_open = True
+
+    def _check_text(self, number: int, text: str) -> None:
+        """Ends the reading at a line that is no text of a program."""
+        if len(text) > MAX_LINE:
+            self._place(number, text)
+            self._error(
+                MAX_LINE + 1,
+                text[MAX_LINE:],
+                f"the line has more than {MAX_LINE} characters",
+                "shorter lines",
+                "a program has one block on each line; is this file one?",
+            )
+        elif "\0" in text:
+            self._place(number, text)
+            self._error(
+                text.index("\0") + 1,
+                "\0",
+                "the file is not a text",
+                "characters",
+                "give the G-code program, not a binary file",
+            )
+        else:
+            return
+        raise _TooManyErrors
+
+    def _place(self, line: int, source: str) -> None:
+        """Line under work, of which mistakes are told."""
+        self.line, self.source = line, source
+        self.actions.line, self.actions.source = line, source.strip()
+
+    def _read_lines(self) -> Iterator[None]:
+        for number, text in self.flow.lines():
+            self._place(number, text)
+            known = len(self.errors)
+            words, settings = LineReader(self.source, self._error, self._parameter).words()
+            if words or settings:
+                self._block(words, settings, clean=len(self.errors) == known)
+            yield
+            if self.ended and self.flow.inside:
+                self.flow.finish()
+                break
+        if not self.errors:
+            self.output.finish()
+            yield
+        self._check_end()
+
+    def _check_end(self) -> None:
+        self._place(*self.last)
+        column = len(self.source) + 1
+        if self.actions.splines.open and not self.errors:
+            self._error(column, "", "G5.2 without G5.3", "G5.3", "end the control points")
+        if not self.ended and not (self.percent_open and self.percent_closed):
+            self._error(
+                column,
+                "",
+                "the program has no end",
+                "M2 or M30",
+                "end the program with M2; if it had one, the file is truncated",
+            )
+        elif self.percent_open and not self.percent_closed:
+            self._error(
+                column,
+                "",
+                "the file is truncated: the opening percent line has no partner",
+                "a closing % line",
+                "end the file with a line that holds only %",
+            )
+
+    # Parameters
+
+    def _parameter(self, key: Key) -> float | None:
+        if isinstance(key, str):
+            return self._names(key).get(key)
+        return self.state.parameter(key)
+
+    def _names(self, key: str) -> dict[Key, float]:
+        """Where a name has its value: global ones begin with an underscore."""
+        return self.state.parameters if key.startswith("_") else self.flow.frame.names
+
+    def _set_parameters(self, settings: list[tuple[Key, float, int, str]]) -> None:
+        for key, value, column, text in settings:
+            if self.state.is_read_only(key):
+                read_only = f"#{key}"
+            elif key in (VALUE, RETURNED):
+                read_only = f"#<{key}>"
+            else:
+                read_only = ""
+            if read_only:
+                self._error(
+                    column,
+                    text,
+                    f"the parameter {read_only} is read only",
+                    "another parameter",
+                    "use #1 to #5000 for values of your own",
+                )
+            elif isinstance(key, str):
+                self._names(key)[key] = value
+            else:
+                self.state.parameters[key] = value
+
+    # Blocks
+
+    def _block(
+        self, words: list[Word], settings: list[tuple[Key, float, int, str]], clean: bool
+    ) -> None:
+        known = len(self.errors)
+        if self.ended:
+            if words:
+                self._error_at(
+                    words[0],
+                    "block after the end of the program",
+                    "only comments after M2 or M30",
+                    "move the block before the end of the program",
+                )
+            return
+        values, codes = sort_words(words, self._error_at)
+        self._set_parameters(settings)
+        if not words:
+            return
+        if "stop" in codes and codes["stop"].code in ("M70", "M73"):
+            self._save_state(restores=codes["stop"].code == "M73")
+        if "T" in values:
+            choose_tool(self.state, values.pop("T"), self._error_at)
+        if "tool change" in codes:
+            self.state.loaded = self.state.chosen
+            self.output.tool_changed()
+            self.actions.rest(0.0)
+        select_modes(self.state, codes, values, self._error_at)
+        if self.state.modes.diameter and "X" in values:
+            values["X"] = replace(values["X"], value=values["X"].value / 2)
+        self.output.at = codes.get("motion") or words[0]
+        self.output.select(codes, values)
+        set_feed(self.state, values.pop("F", None), self._error_at)
+        clean = clean and len(self.errors) == known
+        single, motion = codes.get("single"), codes.get("motion")
+        if self.actions.splines.open or (motion is not None and motion.code in SPLINES):
+            self.actions.spline(codes, values, motion or words[0], clean)
+        elif single is not None and single.code != "G53":
+            self.actions.single(single, codes, values, clean)
+        else:
+            self.actions.move(words, values, motion, single, clean)
+        if clean:
+            spline = motion is not None and motion.code in SPLINES
+            mode = motion.code if spline else self.state.motion
+            check_unused(values, codes, mode, self._error_at)
+        if "stop" in codes:
+            self._stop(codes["stop"], words, clean)
+
+    # Stops, saved state
+
+    def _stop(self, word: Word, words: list[Word], clean: bool) -> None:
+        code = word.code
+        if code in ENDS:
+            self.ended = True
+            self.output.finish()
+        elif not clean:
+            return
+        elif code in PAUSES:
+            self.actions.rest(0.0)
+        elif code == "M71":
+            self.flow.frame.state = None
+            self.flow.frame.restores = False
+        elif code == "M72":
+            others = [other for other in words if other is not word and other.letter != "N"]
+            if others:
+                self._error_at(
+                    others[0],
+                    "M72 shares its block",
+                    "M72 alone",
+                    f"move {others[0].text} to a block of its own",
+                )
+            elif self.flow.frame.state is None:
+                self._error_at(
+                    word,
+                    "there is no saved state",
+                    "M70 or M73 before, in the same subroutine or main program",
+                    "states are not passed to subroutines",
+                )
+            else:
+                self.state.restore(self.flow.frame.state)
+
+    def _save_state(self, restores: bool) -> None:
+        frame = self.flow.frame
+        frame.state = self.state.saved()
+        frame.restores = frame.restores or restores
+
+    def _left(self, frame: Frame) -> None:
+        """A subroutine has ended."""
+        if frame.restores:
+            self.state.restore(frame.state)
+
+
+def stream(
+    lines: Iterable[str],
+    file: str = "<text>",
+    start: Pose = HOME,
+    tools: Mapping[int, Tool] = NO_TOOLS,
+) -> Iterator[Move | Dwell]:
+    """Moves and dwells of a program of any length, as they are read.
+
+    Memory: one line, and what flow.py keeps for O words. start [mm, degree]; tools: by
+    number. Raises GcodeErrors behind the last good block, with every mistake of the
+    rest of the text.
+    """
+    return _Parser(lines, file, start, tools).items()
+
+
+def stream_file(
+    path: Path, start: Pose = HOME, tools: Mapping[int, Tool] = NO_TOOLS
+) -> Iterator[Move | Dwell]:
+    """As `stream`, from a regular file. Raises GcodeErrors, and OSError if there is none."""
+    with open_regular(path, "a G-code program") as file:
+        with io.TextIOWrapper(file, encoding="utf-8-sig", errors="replace") as text:
+            yield from stream(
+                iter(lambda: text.readline(MAX_LINE + 2), ""), str(path), start, tools
+            )
+
+
+def parse(
+    text: str, file: str = "<text>", start: Pose = HOME, tools: Mapping[int, Tool] = NO_TOOLS
+) -> Program:
+    """Read a program from text; start is the pose [mm, degree] before its first block.
+
+    tools as for `stream`. Raises GcodeErrors with every mistake of the text, and for more than
+    MAX_HELD moves and rests.
+    """
+    return _held(stream(text.splitlines(), file, start, tools), file, start)
+
+
+def parse_file(path: Path, start: Pose = HOME, tools: Mapping[int, Tool] = NO_TOOLS) -> Program:
+    """As `parse`, from a regular file. Raises GcodeErrors, and OSError if there is none."""
+    return _held(stream_file(path, start, tools), str(path), start)
+
+
+def _held(items: Iterable[Move | Dwell], file: str, start: Pose) -> Program:
+    moves: list[Move] = []
+    dwells: list[tuple[int, Dwell]] = []
+    for item in items:
+        if len(moves) + len(dwells) == MAX_HELD:
+            mistake = GcodeError(
+                file,
+                item.line,
+                1,
+                item.source,
+                item.source,
+                f"the program makes more than {MAX_HELD} moves",
+                "fewer, because all are held in memory here",
+                "check its loops; python -m sim.lookahead plans programs of any length",
+            )
+            raise GcodeErrors((mistake,))
+        if isinstance(item, Move):
+            moves.append(item)
+        else:
+            dwells.append((len(moves), item))
+    return Program(file, start, tuple(moves), tuple(dwells))

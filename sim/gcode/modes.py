@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Words of a block that change the state for the blocks behind it: modes, feed, path, tools."""
+
+from __future__ import annotations
+
+import math
+
+from sim.gcode.block import CYCLES, SPLINES, SYSTEMS
+from sim.gcode.state import State
+from sim.gcode.tools import Tool
+from sim.gcode.words import Word, WordReport
+from sim.path.moves import MM_PER_INCH, Plane
+
+
+def select_modes(
+    state: State, codes: dict[str, Word], values: dict[str, Word], report: WordReport
+) -> None:
+    """Takes over the modal words of a block; codes by modal group, values by letter."""
+    modes = state.modes
+    for group, word in codes.items():
+        code = word.code
+        if group == "motion" and code not in SPLINES:
+            if code != state.motion:
+                state.sticky = {}
+                if code in CYCLES and state.motion not in CYCLES:
+                    axis = 3 - sum(modes.plane.axes)
+                    state.initial_level = state.programmed()[axis]
+            state.motion = code
+        elif group == "plane":
+            modes.plane = Plane(code)
+        elif group == "unit":
+            modes.mm_per_unit = MM_PER_INCH if code == "G20" else 1.0
+        elif group == "distance":
+            modes.incremental = code == "G91"
+        elif group == "arc distance":
+            modes.absolute_centres = code == "G90.1"
+        elif group == "feed mode":
+            modes.inverse_time = code == "G93"
+        elif group == "coordinate system":
+            state.select_system(SYSTEMS.index(code))
+        elif group == "retract":
+            modes.retract_to_r = code == "G99"
+        elif group == "tool":
+            _select_tool_frame(state, word, values, report)
+        elif group == "lathe":
+            modes.diameter = code == "G7"
+    if "path control" in codes:
+        _select_path(state, codes["path control"].code, codes, values, report)
+
+
+def _select_path(
+    state: State,
+    code: str,
+    codes: dict[str, Word],
+    values: dict[str, Word],
+    report: WordReport,
+) -> None:
+    modes = state.modes
+    modes.tolerance, modes.merge = (math.inf if code == "G64" else 0.0), 0.0
+    modes.exact_stop = code == "G61.1"
+    if code != "G64" or "single" in codes:
+        return
+    tolerance, merge = values.get("P"), values.get("Q")
+    for word in (tolerance, merge):
+        if word is not None and word.value < 0.0:
+            report(
+                word,
+                "the tolerance is negative",
+                f"{word.letter} of at least 0",
+                "write for instance G64 P0.01",
+            )
+    if tolerance is not None:
+        modes.tolerance = tolerance.value * modes.mm_per_unit
+    if merge is not None:
+        modes.merge = merge.value * modes.mm_per_unit
+
+
+def set_feed(state: State, word: Word | None, report: WordReport) -> None:
+    """F, as `word`; with G93 each block needs its own."""
+    modes = state.modes
+    if modes.inverse_time:
+        modes.feed = None
+    if word is None:
+        return
+    if word.value <= 0.0:
+        report(word, "the feed is not positive", "F greater than 0", "write for instance F2000")
+    modes.feed = abs(word.value)
+    modes.feed_mm_per_unit = modes.mm_per_unit
+
+
+def choose_tool(state: State, word: Word, report: WordReport) -> None:
+    """T, as `word`."""
+    state.chosen = _tool_number(state, word, report)
+
+
+def _tool_number(state: State, word: Word, report: WordReport) -> int:
+    """Number of a tool of the table, 0 also after a mistake."""
+    number = word.value
+    if number != 0.0 and number not in state.tools:
+        report(
+            word,
+            f"there is no tool {number:g}",
+            f"0 or a tool of the table, which has {len(state.tools)}",
+            "give the tool table, or remove the word where the tool is the one mounted",
+        )
+        return 0
+    return int(number)
+
+
+def _select_tool_frame(
+    state: State, word: Word, values: dict[str, Word], report: WordReport
+) -> None:
+    modes = state.modes
+    modes.in_table_frame = word.code == "G43.4"
+    modes.tool_offset = (0.0,) * 5
+    if word.code == "G43":
+        number = _tool_number(state, values["H"], report) if "H" in values else state.loaded
+        modes.tool_offset = state.tools.get(number, Tool()).offset

@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Pieces of the path that the look-ahead planner runs: parts of segments, blends, stops."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim.lookahead.limits import SHARES, Pieces
+from sim.lookahead.segments import Segment
+from sim.path.blend import Blends
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(eq=False)
+class Element:
+    """A piece of the path run, of one segment or one blend; a stop has neither."""
+
+    length: float
+    line: int
+    move: int
+    segment: Segment | None = None
+    offset: float = 0.0  # of the piece's start on its segment
+    blends: Blends | None = None
+    index: int = 0
+
+    def end(self) -> FloatArray:
+        """Last point in path space; not of a stop."""
+        if self.segment is not None:
+            return self.segment.at(np.array([self.offset + self.length]))[0][0]
+        return self.blends.at_parameters(np.array([self.index]), np.ones(1), 1)[0][0]
+
+
+def pieces_of(parts: list[tuple[Element, float, float]]) -> Pieces:
+    """Lines or arcs (all of one kind), examined at three points each."""
+    share = np.full(len(parts), SHARES[0])
+    feed = np.array([element.segment.feed for element, _, _ in parts])
+    if parts[0][0].segment.curve is None:
+        begin = np.array([b for _, b, _ in parts])
+        end = np.array([e for _, _, e in parts])
+        s = np.stack([begin, (begin + end) / 2, end], axis=1)
+        start = np.array([element.segment.start for element, _, _ in parts])
+        direction = np.array([element.segment.direction for element, _, _ in parts])
+        q = start[:, None] + s[..., None] * direction[:, None]
+        d1 = np.broadcast_to(direction[:, None], q.shape)
+        zero = np.zeros_like(q)
+        return Pieces(q, d1, zero, zero, feed, share)
+    values = []
+    for element, begin, end in parts:
+        s = np.array([begin, (begin + end) / 2, end])
+        q, d1, d2 = element.segment.at(s)
+        # A circle's third derivative: the circular part of the first, turned twice.
+        rate = element.segment.curve.sweep / element.segment.length
+        circular = d1.copy()
+        others = [n for n in range(5) if n not in element.segment.curve.axes]
+        circular[:, others] = 0.0
+        values.append((q, d1, d2, -(rate**2) * circular))
+    return Pieces(*(np.array(v) for v in zip(*values, strict=True)), feed=feed, share=share)
+
+
+def evaluate(
+    elements: list[Element], owner: NDArray[np.int64], s: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Point and two derivatives by the length at s (n,) of the elements `owner` (n,)."""
+    q, d1, d2 = (np.zeros((len(s), 5)) for _ in range(3))
+    kinds = np.array(
+        [2 if e.blends is not None else int(e.segment.curve is not None) for e in elements]
+    )
+    kind = kinds[owner]
+    rows = np.flatnonzero(kind == 0)
+    if len(rows):
+        lines = np.flatnonzero(kinds == 0)
+        place = np.zeros(len(elements), dtype=np.int64)
+        place[lines] = np.arange(len(lines))
+        start = np.array([elements[n].segment.start for n in lines])
+        direction = np.array([elements[n].segment.direction for n in lines])
+        offset = np.array([elements[n].offset for n in lines])
+        own = place[owner[rows]]
+        q[rows] = start[own] + (s[rows] + offset[own])[:, None] * direction[own]
+        d1[rows] = direction[own]
+    for n in np.unique(owner[kind == 1]):
+        rows = np.flatnonzero(owner == n)
+        element = elements[n]
+        q[rows], d1[rows], d2[rows] = element.segment.at(s[rows] + element.offset)
+    rows = np.flatnonzero(kind == 2)
+    if len(rows):
+        sources = {id(e.blends): e.blends for e in elements if e.blends is not None}
+        source = np.array([id(e.blends) for e in elements])[owner[rows]]
+        index = np.array([e.index for e in elements])[owner[rows]]
+        for key, blends in sources.items():
+            own = source == key
+            if own.any():
+                q[rows[own]], d1[rows[own]], d2[rows[own]] = blends.at(index[own], s[rows[own]])
+    return q, d1, d2

@@ -1,0 +1,248 @@
+# SPDX-License-Identifier: Apache-2.0
+"""First stage of the look-ahead planner: moves become segments of path space.
+
+Moves that go nowhere are left out, very short ones are joined to the next, and lines are merged
+within Q of G64. Every move is checked against the workspace.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim.gcode.arcs import ARC_TOLERANCE_MM
+from sim.path.blend import SCALE
+from sim.path.curves import FULL_TURN_BELOW, Arc, Curve, Line, curve_of, to_si
+from sim.path.moves import Dwell, Motion, Move
+from sim.trajectory.exact_stop import WORKSPACE_ROUNDING, Workspace
+
+FloatArray = NDArray[np.float64]
+
+# Shorter lines [m] are run as one line with the next one if P allows to miss the joint by that.
+SHORTEST_MOVE = 1e-7
+MERGED_AT_MOST = 64  # points of lines joined by Q
+
+
+class OutsideError(ValueError):
+    """A move leaves the workspace; the text has file, line, coordinate and limit."""
+
+
+@dataclass(eq=False)
+class Segment:
+    """A move in path space [m]."""
+
+    line: int
+    move: int  # its number in the stream
+    start: FloatArray
+    end: FloatArray
+    length: float
+    feed: float  # [m/s] of path space
+    tool_feed: float  # [m/s] of the tool; inf for a move of the table alone
+    tolerance: float  # [m]
+    merge: float  # [m]
+    inner: bool
+    direction: FloatArray | None = None  # of a line
+    curve: Curve | None = None  # of an arc
+    ratio: float = 1.0  # length in path space per length of the curve
+
+    def at(self, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Point, first and second derivative by the length, (n, 5), in path space."""
+        if self.curve is None:
+            zero = np.zeros((len(s), 5))
+            return self.start + s[:, None] * self.direction, zero + self.direction, zero
+        point, first, second = self.curve.evaluate(s / self.ratio)
+        return point * SCALE, first * SCALE / self.ratio, second * SCALE / self.ratio**2
+
+
+class Segments:
+    """The segments and rests of a stream of moves, one pass; `moves` counts those read.
+
+    rapid: rate of G0 [m/s], None: as fast as the limits allow; file: name for messages. Raises what
+    the stream raises, and OutsideError.
+    """
+
+    def __init__(
+        self, items: Iterable[Move | Dwell], workspace: Workspace, rapid: float | None, file: str
+    ) -> None:
+        self._items, self._workspace, self._rapid, self._file = items, workspace, rapid, file
+        self.moves = 0
+
+    def _segments(self) -> Iterator[Segment | Dwell]:
+        held: tuple[Move, int] | None = None  # too short to be run alone, and its number
+        for item in self._items:
+            if isinstance(item, Dwell):
+                if held is not None:
+                    yield from self._segment(*held)
+                    held = None
+                yield item
+                continue
+            number = self.moves
+            self.moves += 1
+            if held is not None:
+                if _may_be_one(held[0], item):
+                    item = replace(item, start=held[0].start)
+                else:
+                    yield from self._segment(*held)
+            held = None
+            if not item.motion.is_arc and item.tolerance > 0.0:
+                if 0.0 < _way_of(item) < SHORTEST_MOVE:
+                    held = item, number
+                    continue
+            yield from self._segment(item, number)
+        if held is not None:
+            yield from self._segment(*held)
+
+    def _segment(self, move: Move, number: int) -> Iterator[Segment]:
+        move = _on_its_circle(move)
+        curve = curve_of(move)
+        if curve is None or not curve.length > 0.0:
+            return
+        start, end = to_si(move.start) * SCALE, to_si(move.end) * SCALE
+        self._check(move, curve)
+        if isinstance(curve, Line):
+            way = end - start
+            length = math.sqrt(way @ way)
+            ratio, direction, curve_kept = length / curve.length, way / length, None
+        else:
+            tangent = curve.evaluate(np.zeros(1))[1][0] * SCALE
+            ratio = math.sqrt(tangent @ tangent)
+            length, direction, curve_kept = curve.length * ratio, None, curve
+        if move.motion is Motion.RAPID:
+            feed = math.inf if move.turns_only_the_table else self._rapid or math.inf
+        elif move.turns_only_the_table:
+            feed = math.radians(move.feed) / 60
+        else:
+            feed = move.feed / 60e3
+        yield Segment(
+            move.line,
+            number,
+            start,
+            end,
+            length,
+            feed * ratio,
+            math.inf if move.turns_only_the_table else feed,
+            move.tolerance / 1e3,
+            move.merge / 1e3,
+            move.inner,
+            direction,
+            curve_kept,
+            ratio,
+        )
+
+    def _check(self, move: Move, curve: Curve) -> None:
+        """Inside the workspace is a curve whose ends are, and an arc's outermost points too."""
+        places = [0.0, curve.length]
+        if isinstance(curve, Arc):
+            quarters = np.sort([curve.first_angle, curve.first_angle + curve.sweep]) / (np.pi / 2)
+            outer = np.arange(math.ceil(quarters[0]), math.floor(quarters[1]) + 1) * (np.pi / 2)
+            places[1:1] = ((outer - curve.first_angle) / curve.sweep * curve.length).tolist()
+        tool = curve.evaluate(np.array(places))[0][:, :3]
+        lower, upper = np.array(self._workspace.lower), np.array(self._workspace.upper)
+        outside = (tool < lower - WORKSPACE_ROUNDING) | (tool > upper + WORKSPACE_ROUNDING)
+        if outside.any():
+            place, axis = (int(n) for n in np.argwhere(outside)[0])
+            raise OutsideError(
+                f"{self._file}:{move.line}: error: the move leaves the workspace; "
+                f"got {'xyz'[axis]} = {tool[place, axis] * 1e3:.4f} mm; expected "
+                f"{lower[axis] * 1e3:g} to {upper[axis] * 1e3:g} mm\n"
+                f"{move.line:5d} |   {move.source}"
+            )
+
+    def __iter__(self) -> Iterator[Segment | Dwell]:
+        """The stage; lines are joined while the corners are within Q of the straight line."""
+        first: Segment | None = None
+        corners: list[FloatArray] = []
+        for item in self._segments():
+            if first is not None:
+                joined = self._joined(first, corners, item)
+                if joined is not None:
+                    corners.append(first.end)
+                    first = joined
+                    continue
+                yield first
+                first = None
+            if isinstance(item, Segment) and item.merge > 0.0 and item.curve is None:
+                first, corners = item, []
+            else:
+                yield item
+        if first is not None:
+            yield first
+
+    def _joined(
+        self, first: Segment, corners: list[FloatArray], item: Segment | Dwell
+    ) -> Segment | None:
+        if (
+            not isinstance(item, Segment)
+            or item.curve is not None
+            or item.feed != first.feed
+            or item.merge != first.merge
+            or item.tolerance != first.tolerance
+            or len(corners) >= MERGED_AT_MOST
+        ):
+            return None
+        way = item.end - first.start
+        length = math.sqrt(way @ way)
+        if length < SHORTEST_MOVE:
+            return None
+        direction = way / length
+        points = np.array([*corners, first.end]) - first.start
+        along = points @ direction
+        off = points - along[:, None] * direction
+        order = np.diff(np.concatenate([[0.0], along, [length]]))
+        if (np.sum(off * off, axis=1) > first.merge**2).any() or (order < 0.0).any():
+            return None
+        return replace(
+            first,
+            end=item.end,
+            length=length,
+            direction=direction,
+            line=item.line,
+            move=item.move,
+        )
+
+
+def _way_of(move: Move) -> float:
+    """Distance in path space from start to end of a move [m]."""
+    way = (to_si(move.end) - to_si(move.start)) * SCALE
+    return math.sqrt(way @ way)
+
+
+def _may_be_one(short: Move, move: Move) -> bool:
+    """Whether a short line may be run as one line with the next move: P of both must allow to miss
+
+    the joint, and a move of the table alone keeps its feed, which is in degrees.
+    """
+    if move.motion.is_arc or (move.turns_only_the_table and not short.turns_only_the_table):
+        return False
+    return _way_of(short) <= min(short.tolerance, move.tolerance) / 1e3
+
+
+def _on_its_circle(move: Move) -> Move:
+    """The arc with its centre moved to equal distance from both ends, so that it is a true circle.
+
+    Along the chord, by the difference of the radii times radius / chord. More than half a turn is
+    moved as a whole by that, so there it may be ARC_TOLERANCE_MM at most; an arc beyond (nearly a
+    full turn) stays as it is, and its curve spreads the difference evenly.
+    """
+    if not move.motion.is_arc:
+        return move
+    first, second = move.plane.axes
+    ax, ay = move.start[first], move.start[second]
+    bx, by = move.end[first], move.end[second]
+    ux, uy = bx - ax, by - ay
+    square = ux * ux + uy * uy
+    cx, cy = move.centre
+    radius = math.hypot(ax - cx, ay - cy)
+    if math.sqrt(square) <= FULL_TURN_BELOW * radius:
+        return move
+    off = ((cx - (ax + bx) / 2) * ux + (cy - (ay + by) / 2) * uy) / square
+    moved = abs(off) * math.sqrt(square)
+    left = ux * (cy - ay) - uy * (cx - ax)  # > 0: the centre is on the left of the chord
+    less_than_half = left > 0.0 if move.motion is Motion.ARC_CCW else left < 0.0
+    if moved > (0.1 * radius if less_than_half else ARC_TOLERANCE_MM):
+        return move
+    return replace(move, centre=(cx - off * ux, cy - off * uy))

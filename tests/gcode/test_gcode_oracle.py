@@ -1,0 +1,203 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Every feature of the interpreter against LinuxCNC's interpreter rs274: equal moves."""
+
+import pytest
+
+from sim.gcode.interpreter import GcodeErrors, parse
+from sim.gcode.oracle import (
+    OracleError,
+    Samples,
+    compare_samples,
+    differences,
+    ours,
+    rs274,
+)
+from tests.bench.needs import needs
+
+pytestmark = needs("rs274")
+
+HEAD = "G21 G90 G17 G94 G54 G98\n"  # without a word rs274 begins with G99, ours with G98
+PROGRAMS = {
+    "lines and rapids": "G0 X1 Y2 Z3\nG1 X-4.5 F200\nY7 A10 C-30\nG0 A0\nG1 C90 F500",
+    "arcs by centre": "G1 X10 F300\nG2 X0 Y-10 I-10 J0\nG3 X10 Y0 I0 J10 Z5\nG3 I-10",
+    "arcs by radius": "G1 X10 F300\nG2 X0 Y-10 R-10\nG3 X3 Y-4 R8\nG2 X10 Y0 Z-2 R20",
+    "planes": "G18 G1 X5 F100\nG2 X0 Z5 I-5\nG3 X5 Z0 I0 K-5 Y2\nG19 G2 Y4 Z2 J1 K1\nG17",
+    "inches": "G20 G0 X1 Y.5\nG1 X2 F10\nG2 X3 I.5\nG21\nG1 X5 F100",
+    "incremental": "G91 G1 X1 Y2 F100\nX1\nG2 X2 I1\nG90 X0 Y0 R5\nG91 G0 Z-1 A5\nC7",
+    "absolute centres": "G90.1 G0 X5 Y5\nG2 X7 Y5 I6 J5 F100\nG91.1 G2 X9 I1",
+    "dwell": "G4 P.25\nG1 X1 F100\nG4 P1\nX2",
+    "home": "G0 X5 Y6 Z7 A8\nG28 Z9\nG1 X4 F100\nG28\nG91 G28 X1 Y1\nG90 G28 A3 C4",
+    "home stored": "G0 X2 Y3 Z4 A5\nG28.1\nG0 X9\nG28 X8\nG0 Y1\nG28",
+    "no-ops": "G40 G49 G80\nG1 X3 F100",
+    "coordinate systems": (
+        "G10 L2 P2 X10 Y20 Z5 A3 C4\nG10 L2 P6 X-1\nG0 X1 Y1\nG55 X1 Y1 A1\nG1 X2 F100\n"
+        "G59 G1 X3\nG53 G0 X0 Y0\nG54 X0\nG59.3 G0 X7\nG10 L20 P3 X5\nG56 G0 X6 Y1"
+    ),
+    "systems by parameter": (
+        "G10 L2 P2 X3 Y4\nG0 X1\nG55 X1 Y1\nG1 X[#5420+1] Y[#5421+1] F100\nG54 X#5220"
+    ),
+    "shift": (
+        "G0 X10 Y5\nG92 X1 Y1 A2\nG1 X2 F100\nG92.2\nX3\nG92.3\nX4 Y4\nG92.1\nX5\n"
+        "G55 G92 X0\nG1 X1\nG10 L2 P1 X3\nG54 X1"
+    ),
+    "path control": "G61 G1 X1 F100\nG64 P.1 Q.02 X2\nG64\nX3\nG61.1 X4",
+    "drilling": "G0 Z10\nG81 X1 Y2 Z-3 R2 F100\nX5\nY7 R1\nG99 X9\nX11 Z-4\nG98 X12\nG80\nG0 X0",
+    "drilling below": "G0 Z0\nG81 X1 Z-3 R2 F100\nX2\nG80",
+    "drilling with dwell": "G0 Z5\nG82 X1 Y1 Z-1 R1 P.5 F80\nX2\nX3 P.25\nG80\nG82 X4 Z-2 R1 P1",
+    "pecking": "G0 Z5\nG83 X1 Y1 Z-5 R1 Q2 F80\nG99 X3\nG83 X4 Z-3 R.5 Q2.5\nG80",
+    "pecking in inches": "G20 G0 Z1\nG83 X1 Y1 Z-.5 R.1 Q.2 F8\nG80",
+    "incremental cycles": (
+        "G0 X1 Y1 Z5\nG91 G81 X2 Y1 Z-3 R-1 L3 F50\nG83 Z-2 R-1 Q.5 X1 L2\nG80 G90"
+    ),
+    "cycles in other planes": (
+        "G18 G0 X1 Y9 Z1\nG81 X2 Z3 Y-1 R2 F50\nG19 G99 G81 Y4 X-3 Z2 R1\nG80"
+    ),
+    "cycle after another": "G0 Z8\nG81 X1 Z0 R2 F50\nG0 Z20\nG81 X2 Z0 R2\nG82 X3 Z-1 R1 P1\nG80",
+    "inverse time": "G93 G1 X10 F2\nY5 F4\nG2 X0 Y5 I-5 F1\nG94 G1 X1 F100\nG93 G1 A90 F3",
+    "parameters": "#1=5 #2=[#1*2]\n#2=[#1*2]\nG0 X#1 Y#2\n#1=7 G1 X#1 F100\n#3=1\nX##3 Y-#1",
+    "names": (
+        "#<depth>=3 #<_global one>=4\n"
+        "G0 X#<depth> Y#<_globalone> Z[EXISTS[#<depth>]+EXISTS[#<no>]]"
+    ),
+    "arithmetic": (
+        "G0 X[1+2*3-4/2] Y[2**3**2/100] Z[7 MOD 3 - -7 MOD 3]\n"
+        "X[[1+2]*[3-5]] Y[1 EQ 1 AND 2 GT 3] Z[1 OR 0 XOR 1]\n"
+        "X[5 GE 5 + 1] Y[2 NE 3] Z[1 LT 2 LE 3]\nX-[3] Y[-2 ** 2] Z+[.5]"
+    ),
+    "functions": (
+        "G0 X[ABS[-2]+SQRT[9]] Y[SIN[30]+COS[60]+TAN[45]] Z[ASIN[.5]+ACOS[.5]]\n"
+        "X[ATAN[1]/[-1]] Y[EXP[1]+LN[2]] Z[FIX[-2.3]+FUP[-2.3]*10]\n"
+        "X[ROUND[2.5]] Y[ROUND[-2.5]] Z[FIX[2.8]*FUP[2.2]]\nXSIN[30]YABS[-3]Z-COS[0]"
+    ),
+    "spindle and coolant": "S1200 M3\nM8 G1 X1 F100\nM5 M9 X2 S0\nM4 M7 S30 G0 X3\nS500",
+    "polar": "G0@2^30\n@3\n^60\n@-1 Z2\nG1 F100 A5 @2^400\nG2 @2 ^0 R5\nG20 G0 @.1 ^45\nG21 @1",
+    "polar, incremental": "G0X1Y1\nG91 @1\n^15\n@1^10\n@-.5 ^-40 Z1",
+    "polar in shifted systems": "G10 L2 P1 X5\nG0 @1 ^90\nG92 X4\n@2 ^45\nG18 @1 ^30\nG17",
+    "polar cycles": (
+        "G0 X3 Y1 Z2\nG81 @2 ^10 Z-1 R1 F10\n^50\nG91 ^20 Z-2 R-1 L4\n@.5 ^5 L2\nG90 G0 X1"
+    ),
+    "incremental cycles behind others": (
+        "G0 Z0\nG81 X1 Z-1 R1 F10\nX2\nG91 G81 X1 R1 Z-1\nX1\nG80\nG0 X1\nG99 G81 X1 R1 Z-1 L2\n"
+        "X1\nG80 G90 G98"
+    ),
+    "pauses": "G0 X1 M0\nM1\nM60\nG1 X2 F100 M0\nX3",
+    "state saved": (
+        "G90 G1 X1 F100\nM70\nG0 G91 G18 G90.1 F50 X1 Y1\nG20 G99\nM72\nX3\nG1 X4\nG2 X6 I1\n"
+        "G91 M70\nG90\nM72\nG0 X1\nM71\nX2"
+    ),
+    "system saved": "G10 L2 P2 X5 Y1\nG55\nM70\nG54 G0X1\nM72\nX1\nG64 P1 X2\nM70 G61\nM72\nX3",
+    "state given back": (
+        "o1 sub\nM73\nG91 G7 F7\nG1 X1\no1 endsub\no2 sub\nM73\nM71\nG91\no2 return\no2 endsub\n"
+        "G90 F100\no1 call\nG1 X7\no1 call\nX9\no2 call\nX9"
+    ),
+    "diameters": (
+        "G7 G0 X2 Z1\nX4\nG91 X2\nG90 G1 X3 F10\nG8 X3\nG18 G7 X2 Z0\nG3 X4 Z1 I0 K1\n"
+        "G2 X6 Z0 R1\nG90.1 G1 X2 Z0\nG2 X4 Z1 I1 K1\nG91.1 G92 X4\nG0 X6\nG92.1\nG10 L2 P1 X4\n"
+        "X6\nG10 L20 P1 X3\nX5\nG53 X4\nG28 X6\nG17 G81 X4 Z-1 R1 F10\nG91 X4 R1 Z-1 L2\n"
+        "G80 G90 G8\nG0 X#5420 Y1"
+    ),
+    "tools": (
+        "G0 Z3\nT1 M6\nG43\nG0 X1 Z1\nG43 H2 X2\nZ1\nG49 X3\nG20\nG43 H3 G1 X1 F10\nG92 Z0\nZ1\n"
+        "G92.1\nG10 L20 P1 Z1\nZ3\nG53 G0 Z1\nG28\nG43 H0 X2\nT0 M6\nX1\nG43 X2"
+    ),
+    "tools and offsets in one block": "G0 Z5\nT1 M6 G43 H2\nG0 X1\nZ1\nT2 M6 G49 G0 X5\nZ2",
+    "motion words alone": "G0\nG1 F100\nX1\nG0\nX2",
+    "letters in any order and case": "n10 y1 g1 f100 (comment) x 2 ; end\nx3g0z1",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", PROGRAMS)
+def test_rs274__each_feature__gives_the_same_moves(name):
+    assert differences(f"{HEAD}{PROGRAMS[name]}\nM2\n") == []
+
+
+REFUSED = {
+    "arc off its circle": "G2 X5 Y0 I1 J3 F100",
+    "radius too small": "G2 X5 R1 F100",
+    "no feed": "G1 X1",
+    "cycle without R": "G81 X1 Z-1 F100",
+    "cycle below R": "G81 X1 Z3 R1 F100",
+    "peck without Q": "G83 X1 Z-1 R1 F100",
+    "dwell without time": "G4",
+    "shift without axes": "G92",
+    "two motions": "G0 G1 X1",
+    "spindle backwards by its sign": "S-5",
+    "spindle both ways": "M3 M4",
+    "offset out of plane": "G2 X1 K1 F100",
+    "division by zero": "G0 X[1/0]",
+    "root of a negative number": "G0 X[SQRT[-1]]",
+    "open bracket": "G0 X[1+2",
+    "name without value": "G0 X#<none>",
+    "inverse time without F": "G93 G1 X1 F1\nX2",
+    "cycle with inverse time": "G93 G81 X1 Z-1 R1 F1",
+    "machine coordinates incremental": "G91 G53 G0 X1",
+    "polar at the origin": "G0 @2",
+    "polar and incremental at the origin": "G91 G0 @2 ^10",
+    "polar and Cartesian": "G0 @2 ^10 Y3",
+    "polar shift": "G92 @2 ^10",
+    "polar in the machine": "G53 G0 @2 ^10",
+    "state not saved": "M72",
+    "state invalid": "M70\nM71\nM72",
+    "state of the caller": "o1 sub\nM72\no1 endsub\nM70\no1 call",
+    "pause and end": "M0 M2",
+    "radius and diameter": "G7 G8",
+    "tool of no table": "T77",
+    "offset of no tool": "G43 H77",
+    "arc alone": "G2 F100",
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_rs274__mistakes__are_refused_by_both(name):
+    text = f"{HEAD}{REFUSED[name]}\nM2\n"
+    with pytest.raises(OracleError):
+        rs274(text)
+    with pytest.raises(GcodeErrors):
+        parse(text)
+
+
+def test_rs274__one_number_changed__is_seen():
+    text = f"{HEAD}G1 X1 F100\nG2 X3 I1\nM2\n"
+    changed = rs274(text.replace("X3 I1", "X3.001 Y.001 I1"))
+    assert any(
+        abs(x - y) > 5e-4
+        for a, b in zip(ours(text), changed, strict=True)
+        for x, y in zip(a[1], b[1], strict=True)
+    )
+
+
+@pytest.fixture(scope="module")
+def samples() -> Samples:
+    return compare_samples()
+
+
+def test_samples_of_linuxcnc__read_alike_or_refused_by_name(samples):
+    """Its own sample programs: none may move differently; those refused say which word it is."""
+    found = samples
+    assert found.different == {}
+    assert set(found.equal) >= {
+        *("3D_Chips.ngc", "3dtest.ngc", "arcspiral.ngc", "cds.ngc", "daisy.ngc", "flowsnake.ngc"),
+        *("hole-circle.ngc", "lathe_pawn.ngc", "plasmatest.ngc", "polar.ngc", "spiral.ngc"),
+        *("toplevel.ngc", "tort.ngc", "comp.ngc", "skeleton.ngc", "systems.ngc"),
+        *("gmoccapy_2_tools_with_cutter_radius_compensation.ngc", "useful-subroutines.ngc"),
+    }
+    assert found.goal_met
+    assert all(
+        "not supported" in reason or "B, an axis" in reason for reason in found.refused.values()
+    )
+    total = (found.equal, found.different, found.refused, found.unfit)
+    assert sum(map(len, total)) == 56
+
+
+def test_samples_of_linuxcnc__with_its_sample_tools__are_those_of_the_specification(samples):
+    """41 of 56 run, 24 of them with motion; without a tool table fewer would."""
+    assert len(samples.equal) + len(samples.different) + len(samples.refused) == 41
+    assert len(samples.moving) == 24
+
+
+def test_rs274__leaves_nothing_in_the_home_folder__which_runs_at_once_would_share(
+    tmp_path, monkeypatch
+):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    assert rs274(HEAD + "G1 X1 F100\nM2")
+    assert list(tmp_path.iterdir()) == []

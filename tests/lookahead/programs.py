@@ -1,0 +1,30 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Runs and distances for the look-ahead tests."""
+
+import numpy as np
+
+from sim.lookahead.planner import Lookahead, Setpoints
+from sim.lookahead.settings import LookaheadSettings
+
+
+def sampled(moves, settings: LookaheadSettings, joints=None) -> tuple[Setpoints, Lookahead]:
+    """All set-points of moves as one block, and the run."""
+    run = Lookahead(iter(moves), settings, joints)
+    blocks = list(run.setpoints())
+    ticks = np.cumsum([0, *(len(block) for block in blocks)])
+    assert [block.first for block in blocks] == ticks[:-1].tolist()
+    columns = ("position", "velocity", "acceleration", "line", "move")
+    return Setpoints(
+        0, *(np.concatenate([getattr(block, name) for block in blocks]) for name in columns)
+    ), run
+
+
+def distance_to_polyline(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """Distance (n,) of points (n, d) from the line through the corners (m, d)."""
+    best = np.full(len(points), np.inf)
+    for a, b in zip(corners[:-1], corners[1:], strict=True):
+        way = b - a
+        square = way @ way
+        share = np.clip((points - a) @ way / square, 0, 1) if square else np.zeros(len(points))
+        best = np.minimum(best, np.linalg.norm(points - a - share[:, None] * way, axis=1))
+    return best
