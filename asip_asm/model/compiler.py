@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Runs the passes over a law and chooses among the programs they can make the one that the core runs
+in the fewest cycles.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from asip_asm.ir import Operation, Virtual
+from asip_asm.dependence import build_graph as dependence_graph
+from asip_asm.machine import Machine, load_machine
+from asip_asm.model.emit import emit
+from asip_asm.model.graph import LEAVES, Graph
+from asip_asm.model.law import Law, build_graph
+from asip_asm.model.simplify import share_divisors, simplify
+from asip_asm.model.sums import SumBuilder
+from asip_asm.search import build_problem, length, search
+
+TRIAL_EFFORT = 12
+"""Schedules by which two forms of a program are compared."""
+RELAXATIONS = (0.0, 0.25, 0.5, 0.75, 1.0)
+"""Shares of a sum's slack that it may use to save operations."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """What a user may choose. `reassociate`: sums and products in the order of arrival;
+    `reciprocal`: quotients of one divisor through its reciprocal. Both change roundings.
+    """
+
+    configuration: str = "fast"
+    reassociate: bool = False
+    reciprocal: bool = False
+
+
+@dataclass(frozen=True)
+class Compiled:
+    """A compiled law: the graph of core operations, the source text, cycles of a short search."""
+
+    law: Law
+    options: Options
+    graph: Graph
+    text: str
+
+
+def compile_law(law: Law, options: Options | None = None) -> Compiled:
+    """Program of a law. Raises ModelError."""
+    options = options or Options()
+    machine = load_machine(options.configuration)
+    real = simplify(build_graph(law))
+    if options.reciprocal:
+        real = simplify(share_divisors(real))
+    graph = choose_sums(real, machine, options)
+    return Compiled(law, options, graph, emit(graph, law))
+
+
+def latencies(machine: Machine) -> Callable[[str], int]:
+    """Cycles from the issue of a core operation to the issue of its reader."""
+    return lambda op: machine.units[machine.unit_names[op]].latency + 1
+
+
+def choose_sums(real: Graph, machine: Machine, options: Options) -> Graph:
+    """Core operations of the graph: the form with the shortest trial schedule."""
+    latency = latencies(machine)
+    first = SumBuilder(real, latency, options.reassociate)
+    fastest = first.run()
+    if not options.reassociate:
+        return fastest
+    slack = _slack(fastest, latency)
+    best = (trial_cycles(fastest, machine), fastest)
+    for share in RELAXATIONS[1:]:
+        deadlines = {
+            old: first.time(new) + share * slack[new] for old, new in first.map.items() if new >= 0
+        }
+        graph = SumBuilder(real, latency, True, deadlines).run()
+        cycles = trial_cycles(graph, machine)
+        if cycles < best[0]:
+            best = (cycles, graph)
+    return best[1]
+
+
+def _slack(graph: Graph, latency: Callable[[str], int]) -> list[int]:
+    """Cycles by which each node may be late without a longer critical path."""
+    tails = [0] * len(graph.nodes)
+    heads = [0] * len(graph.nodes)
+    for i in graph.used():
+        node = graph.nodes[i]
+        if node.args:
+            heads[i] = max(heads[a] for a in node.args) + latency(node.op)
+    for i in reversed(graph.used()):
+        node = graph.nodes[i]
+        for a in node.args:
+            tails[a] = max(tails[a], tails[i] + latency(node.op))
+    longest = max((heads[i] + tails[i] for i in graph.used()), default=0)
+    return [longest - h - t for h, t in zip(heads, tails, strict=True)]
+
+
+def trial_cycles(graph: Graph, machine: Machine) -> int:
+    """Cycles of a quick schedule of the operations alone, without moves to outputs and states."""
+    operations = core_operations(graph)
+    problem = build_problem(dependence_graph(operations, machine), machine)
+    return length(problem, search(problem, TRIAL_EFFORT))
+
+
+def core_operations(graph: Graph) -> list[Operation]:
+    """The graph for the scheduler: values in registers, leaves in bank K or at hand."""
+    result = []
+    for i, node in graph.operations():
+        sources = {
+            name: Virtual("value", arg)
+            for name, arg in zip("abc", node.args, strict=False)
+            if graph.nodes[arg].op not in LEAVES
+        }
+        result.append(Operation(node.op, Virtual("value", i), **sources))
+    return result

@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Interpreter of a graph of core operations in exact binary32, many runs at once.
+
+Independent of the assembler, of the instruction-set model and of the RTL: IEEE 754 by numpy, and the
+fused multiply-add by rounding a double to odd before it is rounded to binary32 (Boldo and Melquiond,
+"Emulation of FMA and correctly rounded sums", IEEE TC 57, 2008). Sine and cosine are given, since the
+core's are not correctly rounded.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from asip_asm.model.emit import binary32
+from asip_asm.model.graph import Graph, Node
+
+Array = NDArray[np.float32] | NDArray[np.int32]
+Sine = Callable[[NDArray[np.float32], bool], NDArray[np.float32]]
+"""Sine, or with True cosine, of an array."""
+INT32 = (-(1 << 31), (1 << 31) - 1)
+
+
+def fma(a: Array, b: Array, c: Array) -> NDArray[np.float32]:
+    """a*b + c with one rounding."""
+    product = a.astype(np.float64) * b.astype(np.float64)  # exact: 48 bits
+    addend = np.asarray(c, np.float64)
+    total = product + addend
+    virtual = total - product
+    error = (product - (total - virtual)) + (addend - virtual)
+    bits = np.atleast_1d(total).view(np.int64).copy()
+    # Round to odd: an inexact sum whose last bit is even moves one place towards its error.
+    error = np.atleast_1d(error)
+    odd = np.isfinite(np.atleast_1d(total)) & (error != 0) & (bits & 1 == 0)
+    away = (error > 0) == (bits >= 0)
+    bits[odd] += np.where(away, 1, -1)[odd]
+    return bits.view(np.float64).astype(np.float32).reshape(np.shape(total))
+
+
+def _lesser(a: Array, b: Array) -> Array:
+    """minimumNumber: -0 is below +0, a NaN loses."""
+    zeros = (a == b) & np.signbit(a)
+    return np.where(np.isnan(b) | (a < b) | zeros, a, b)
+
+
+def _to_int(a: Array) -> NDArray[np.int32]:
+    return np.clip(a.astype(np.float64), *INT32).astype(np.int64).astype(np.int32)
+
+
+def _truth(a: NDArray[np.bool_]) -> NDArray[np.float32]:
+    return a.astype(np.float32)
+
+
+def _choose(test: NDArray[np.bool_], b: Array, c: Array) -> Array:
+    if b.dtype != c.dtype:
+        b, c = b.view(np.uint32), c.view(np.uint32)
+    return np.where(test, b, c).astype(b.dtype)
+
+
+OPERATIONS: dict[str, Callable[..., Array]] = {
+    "fmadd": fma,
+    "fnmsub": lambda a, b, c: fma(-a, b, c),
+    "fmsub": lambda a, b, c: fma(a, b, -c),
+    "fnmadd": lambda a, b, c: fma(-a, b, -c),
+    "fmul": lambda a, b: a * b,
+    "fnmul": lambda a, b: -a * b,
+    "fadd": lambda a, b: a + b,
+    "fsub": lambda a, b: a - b,
+    "feq": lambda a, b: _truth(a == b),
+    "flt": lambda a, b: _truth(a < b),
+    "fle": lambda a, b: _truth(a <= b),
+    "fmin": _lesser,
+    "fmax": lambda a, b: -_lesser(-a, -b),
+    "fabs": np.abs,
+    "fneg": lambda a: -a,
+    "fsgn": lambda a: (np.sign(a) + np.float32(0)).astype(np.float32),
+    "fsat": lambda a, b, c: np.where(a < b, b, np.where(a > c, c, a)),
+    "sel": lambda a, b, c: _choose((a != 0) & ~np.isnan(a), b, c),
+    "selge": lambda a, b, c: _choose(a >= 0, b, c),
+    "selgt": lambda a, b, c: _choose(a > 0, b, c),
+    "iadd": lambda a, b: a.view(np.int32) + b.view(np.int32),
+    "isub": lambda a, b: a.view(np.int32) - b.view(np.int32),
+    "fdiv": lambda a, b: a / b,
+    "fsqrt": np.sqrt,
+    "i2f": lambda a: a.view(np.int32).astype(np.float32),
+    "f2i": lambda a: _to_int(np.rint(a)),
+    "f2it": lambda a: _to_int(np.trunc(a)),
+}
+
+
+def evaluate(graph: Graph, values: Mapping[str, Array], sine: Sine) -> dict[int, Array]:
+    """Value of every node that is used, arrays (N,).
+
+    values: arrays (N,) of inputs, states and parameters by name, float32 or int32. sine: of the
+    core's unit.
+    """
+    operations = OPERATIONS | {"fsin": lambda a: sine(a, False), "fcos": lambda a: sine(a, True)}
+    size = len(next(iter(values.values())))
+    result: dict[int, Array] = {}
+    with np.errstate(all="ignore"):
+        for i in graph.used():
+            node = graph.nodes[i]
+            if node.args:
+                args = [_typed(node.op, k, result[arg]) for k, arg in enumerate(node.args)]
+                result[i] = np.ascontiguousarray(operations[node.op](*args))
+            else:
+                result[i] = _leaf(node, values, size)
+    return result
+
+
+def _typed(op: str, position: int, value: Array) -> Array:
+    """The bits of an integer as a float, where a float operation reads it."""
+    integers = op in ("iadd", "isub", "i2f") or (op.startswith("sel") and position > 0)
+    return value if integers or value.dtype == np.float32 else value.view(np.float32)
+
+
+def _leaf(node: Node, values: Mapping[str, Array], size: int) -> Array:
+    if node.op == "const":
+        return np.full(size, binary32(node.value), np.float32)
+    if node.op == "int_const":
+        return np.full(size, node.value, np.int64).astype(np.int32)
+    return values[str(node.value)]

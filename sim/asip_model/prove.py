@@ -1,0 +1,235 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Proof of a compiled law: bits against the exact interpreter, values against double precision.
+
+The program runs on the core over drawn inputs. Every tick's outputs and next states must have the
+bits that `asip_asm.model.exact` computes from the same inputs and the states that the core held
+before; and must be as near to the CasADi function in double precision as
+`asip_asm.model.bound` derives.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from asip_asm.image import Image
+from asip_asm.model.bound import bounds
+from asip_asm.model.compiler import Compiled
+from asip_asm.model.exact import Array, evaluate
+from asip_asm.model.law import Law, Port, before
+from asip_asm.model.read import load_function, reference
+from sim.core import Core
+
+SEED = 1
+COUNT = 10_000
+BATCH = 500
+"""Ticks from one random start of the states."""
+CORNERS = 0.1
+"""Share of values that are corners of their range."""
+
+
+@dataclass(frozen=True)
+class Proof:
+    """What a proof found. worst: largest error as a share of its bound, over all inputs and results,
+    and the result where; where the bound is infinite or a comparison is doubtful the bound says so
+    itself. first_difference: text, empty if all bits agree.
+    """
+
+    inputs_tried: int
+    bits_equal: bool
+    first_difference: str
+    worst_fraction_of_bound: float
+    worst_result: str
+    largest_error: dict[str, float]
+    seed: int
+
+    @property
+    def passed(self) -> bool:
+        return self.bits_equal and self.worst_fraction_of_bound < 1
+
+
+@functools.cache
+def _sine_unit():
+    from sim.fpbench.native import Unit
+
+    return Unit("fp_sincos")
+
+
+def unit_sine(angles: NDArray[np.float32], cosine: bool) -> NDArray[np.float32]:
+    """Sine or cosine by the core's unit alone (Verilated by itself, with its own evidence)."""
+    rows = np.ascontiguousarray(angles).view(np.uint32).reshape(-1, 1)
+    return _sine_unit().answers("cos" if cosine else "sin", rows)[1].view(np.float32)
+
+
+def draw(port: Port, count: int, rng: np.random.Generator) -> Array:
+    """Random values of an input or state inside its limits, a tenth of them corners."""
+    low, high = port.limits or (-1.0, 1.0)
+    values = rng.uniform(low, high, count)
+    corner = rng.choice([low, high, 0.0, 1e-3 * high, (low + high) / 2, low / 3], count)
+    values = np.where(rng.random(count) < CORNERS, np.clip(corner, low, high), values)
+    if port.type == "int":
+        return np.rint((values - port.offset) / port.scale).astype(np.int32)
+    single = values.astype(np.float32)
+    over = (single > high) | (single < low)
+    return np.where(over, np.nextafter(single, np.float32(0)), single)
+
+
+def _batches(compiled: Compiled, count: int, rng: np.random.Generator) -> Iterator[int]:
+    while count > 0:
+        yield min(BATCH, count)
+        count -= BATCH
+
+
+def prove(
+    compiled: Compiled, image: Image, *, count: int = COUNT, seed: int = SEED, backend: str = "rtl"
+) -> Proof:
+    """Run `count` drawn ticks of the program and compare. Raises CoreFault if the core stops."""
+    law = compiled.law
+    rng = np.random.default_rng(seed)
+    values: dict[str, list[Array]] = {}
+    results: dict[str, list[Array]] = {}
+    with Core(image, backend=backend) as core:
+        for size in _batches(compiled, count, rng):
+            _run_batch(law, core, size, rng, values, results)
+    inputs = {name: np.concatenate(parts) for name, parts in values.items()}
+    for port in law.of_kind("parameter"):
+        inputs[port.name] = np.full(count, port.initial, np.float32)
+    got = {name: np.concatenate(parts) for name, parts in results.items()}
+    sine = unit_sine if backend == "rtl" else rounded_sine
+    return compare(compiled, inputs, got, seed, sine)
+
+
+def _run_batch(
+    law: Law,
+    core: Core,
+    size: int,
+    rng: np.random.Generator,
+    values: dict[str, list[Array]],
+    results: dict[str, list[Array]],
+) -> None:
+    inputs = {port.name: draw(port, size, rng) for port in law.of_kind("input")}
+    for rate in law.of_kind("rate"):
+        inputs[rate.rate_of] = _walk(law, rate, size, rng)
+    states = {p.name: draw(p, 1, rng) for p in law.of_kind("state")}
+    for rate in law.of_kind("rate"):
+        states[before(rate.rate_of)] = inputs[rate.rate_of][:1]
+    core.preset({name: value[0].item() for name, value in states.items()})
+    outputs = [port.name for port in law.ports if port.kind in ("output", "export")]
+    ticks = core.batch(inputs, read=[*states, *(n for n in outputs if n not in core.outputs)])
+    for name, value in inputs.items():
+        values.setdefault(name, []).append(value)
+    for name, first in states.items():
+        after = ticks[name].view(first.dtype)
+        values.setdefault(name, []).append(np.concatenate((first, after[:-1])))
+        results.setdefault(f"{name}_next", []).append(after)
+    for name in outputs:
+        results.setdefault(name, []).append(ticks[name])
+
+
+def _walk(law: Law, rate: Port, size: int, rng: np.random.Generator) -> NDArray[np.int32]:
+    """Counts of an encoder whose differences stay within the limits of the rate."""
+    port = law.port(rate.rate_of)
+    low, high = sorted(int((b - port.offset) / port.scale) for b in port.limits or (-1.0, 1.0))
+    most = max(1, int(abs((rate.limits or (-1.0, 1.0))[1] / rate.scale)))
+    steps = rng.integers(-most, most + 1, size)
+    walk = rng.integers(low, high + 1) + np.cumsum(steps)
+    period = 2 * max(1, high - low)  # reflected at the limits
+    folded = np.abs((walk - low + period // 2) % period - period // 2) + low
+    return folded.astype(np.int32)
+
+
+def rounded_sine(angles: NDArray[np.float32], cosine: bool) -> NDArray[np.float32]:
+    """Correctly rounded sine or cosine, as the instruction-set model has it."""
+    from sim.iss.arithmetic import sincos_rounded
+
+    words = np.ascontiguousarray(angles).view(np.uint32)
+    bits = [sincos_rounded(int(word), cosine)[0] for word in words]
+    return np.array(bits, np.uint32).view(np.float32)
+
+
+def exact_results(compiled: Compiled, inputs: Mapping[str, Array], sine) -> dict[str, Array]:
+    """Outputs and next states (`<state>_next`) by the exact interpreter."""
+    nodes = evaluate(compiled.graph, inputs, sine)
+    found = {name: nodes[root] for name, root in compiled.graph.outputs.items()}
+    return found | {f"{n}_next": nodes[root] for n, root in compiled.graph.next_states.items()}
+
+
+def true_results(law: Law, inputs: Mapping[str, Array]) -> dict[str, NDArray[np.float64]]:
+    """Results of the CasADi function in double precision, outputs saturated, by name."""
+    function = load_function(law.function)
+    physical = {}
+    for port in law.ports:
+        if port.kind == "rate":
+            last = inputs[before(port.rate_of)].astype(np.int64)
+            physical[port.name] = port.scale * (inputs[port.rate_of].astype(np.int64) - last)
+        elif port.kind in ("input", "state", "parameter"):
+            value = inputs[port.name].astype(np.float64)
+            physical[port.name] = (
+                port.scale * value + port.offset if port.type == "int" else value
+            )
+    points = len(next(iter(physical.values())))
+    names = iter(law.arguments())
+    arguments = [
+        np.array([physical[next(names)[1].name] for _ in range(function.nnz_in(i))]).reshape(
+            -1, points
+        )
+        for i in range(function.n_in())
+    ]
+    mapped = reference(function)(_dense(function, arguments, points), points)
+    rows = [row for i, m in enumerate(mapped) for row in _rows(function, i, m, points)]
+    found: dict[str, NDArray[np.float64]] = {}
+    for (_, port), row in zip(law.results(), rows, strict=True):
+        if port.kind == "output" and port.limits is not None:
+            row = np.clip(row, *port.limits)
+        found[f"{port.name}_next" if port.kind == "state" else port.name] = row
+    return found
+
+
+def _dense(function, arguments: list[NDArray[np.float64]], points: int) -> list:
+    """Arguments side by side, as `Function.map` takes them."""
+    import casadi as ca
+
+    result = []
+    for i, rows in enumerate(arguments):
+        pattern = function.sparsity_in(i)
+        result.append(ca.horzcat(*(ca.DM(pattern, rows[:, k]) for k in range(points))))
+    return result
+
+
+def _rows(function, i: int, mapped: NDArray[np.float64], points: int) -> list[NDArray[np.float64]]:
+    """Nonzeros of a result by point."""
+    width = function.size2_out(i)
+    blocks = mapped.reshape(mapped.shape[0], points, width)
+    rows, columns = function.sparsity_out(i).get_triplet()
+    return [blocks[r, :, c] for r, c in zip(rows, columns, strict=True)]
+
+
+def compare(
+    compiled: Compiled, inputs: Mapping[str, Array], got: Mapping[str, Array], seed: int, sine
+) -> Proof:
+    """Compare results with the interpreter, and with double precision."""
+    difference = ""
+    for name, want in exact_results(compiled, inputs, sine).items():
+        unequal = got[name].view(np.uint32) != want.view(np.uint32)
+        if unequal.any() and not difference:
+            k = int(np.argmax(unequal))
+            difference = (
+                f"{name}, tick {k} of seed {seed}: got {got[name][k]!r}, want {want[k]!r}"
+            )
+    real, limit = bounds(compiled.graph, inputs)
+    truth = true_results(compiled.law, inputs)
+    worst, where, largest = 0.0, "", {}
+    for name, want in truth.items():
+        root = name.removesuffix("_next") if name not in limit else name
+        error = np.abs(got[name].astype(np.float64) - want)
+        share = error / np.maximum(limit[root], 1e-300)
+        share = np.where(error == 0, 0.0, share)
+        largest[name] = float(error.max())
+        if not share.max() <= worst:
+            worst, where = float(share.max()), f"{name}, tick {int(np.argmax(share))}"
+    count = len(next(iter(got.values())))
+    return Proof(count, not difference, difference, worst, where, largest, seed)
