@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Error bound of a compiled program at given inputs, derived from its operations.
 
-With computed values y_i = f_i(y) + r_i and exact values x_i = f_i(x) the error of an output is at most
-sum_i |d out / d x_i| (|r_i| + |remainder_i|): r_i is the rounding of operation i (half an ulp, 2^-24
-of the result; the sine unit's stated error; a constant's distance from binary32; the stated error of
-a function that the compiler approximates), and remainder_i what the first derivative of f_i leaves
-out, bounded with a forward (running) bound of its arguments. Where a comparison is closer than the
-error of its operands, either result counts. Higham, Accuracy and Stability of Numerical Algorithms,
-chapter 3; adjoints as in Langlois' CENA method.
+With computed values y_i = f_i(y) + r_i and exact values x_i = f_i(x) the error of an output is at
+most sum_i |d out / d x_i| (|r_i| + |remainder_i|): r_i is the rounding of operation i (half an ulp,
+2^-24 of the result; the sine unit's stated error; a constant's distance from binary32; the stated
+error of a function that the compiler approximates), and remainder_i what the first derivative of
+f_i leaves out, bounded with a forward (running) bound of its arguments. Where a comparison is
+closer than the error of its operands, either result counts. Higham, Accuracy and Stability of
+Numerical Algorithms, chapter 3; adjoints as in Langlois' CENA method.
 """
 
 from __future__ import annotations
@@ -76,9 +76,7 @@ def _arguments(graph: Graph, i: int) -> tuple[int, ...]:
     return graph.functions[i][1] if i in graph.functions else graph.nodes[i].args
 
 
-def _step(
-    graph: Graph, i: int, values: Mapping[str, Real], steps: Mapping[int, Step]
-) -> Step:
+def _step(graph: Graph, i: int, values: Mapping[str, Real], steps: Mapping[int, Step]) -> Step:
     node = graph.nodes[i]
     size = len(next(iter(values.values())))
     zero = np.zeros(size)
@@ -211,7 +209,7 @@ def _select(test: Callable[[Real], NDArray[np.bool_]]) -> Rule:
     return rule
 
 
-def _extreme(choose: Callable[..., Real], *clip: int) -> Rule:
+def _extreme(choose: Callable[..., Real]) -> Rule:
     """Minimum, maximum, saturation: the value is one of the arguments; where another is nearer than
     their errors, theirs count too.
     """
@@ -220,7 +218,7 @@ def _extreme(choose: Callable[..., Real], *clip: int) -> Rule:
         value = choose(*x)
         left = np.ones(len(value), bool)
         partials, own = [], np.zeros_like(value)
-        for v, d in zip(x, e, strict=True):
+        for v in x:
             taken = left & (v == value)
             left &= ~taken
             partials.append(taken.astype(float))

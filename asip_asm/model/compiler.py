@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs the passes over a law and chooses among the programs they can make the one that the core runs
-in the fewest cycles.
+"""Runs the passes over a law and chooses among the programs they can make the one that the core
+runs in the fewest cycles.
 """
 
 from __future__ import annotations
@@ -8,12 +8,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from asip_asm.ir import Operation, Virtual
 from asip_asm.dependence import build_graph as dependence_graph
+from asip_asm.ir import Operation, Virtual
 from asip_asm.machine import Machine, load_machine
 from asip_asm.model.emit import emit
-from asip_asm.model.graph import LEAVES, Graph
+from asip_asm.model.graph import LEAVES, WITHOUT_UNIT, Graph
 from asip_asm.model.law import Law, build_graph
+from asip_asm.model.read import ModelError
 from asip_asm.model.simplify import share_divisors, simplify
 from asip_asm.model.sums import SumBuilder
 from asip_asm.search import build_problem, length, search
@@ -52,8 +53,15 @@ def compile_law(law: Law, options: Options | None = None) -> Compiled:
     real = simplify(build_graph(law))
     if options.reciprocal:
         real = simplify(share_divisors(real))
+    _refuse_unknown(law, real)
     graph = choose_sums(real, machine, options)
     return Compiled(law, options, graph, emit(graph, law))
+
+
+def _refuse_unknown(law: Law, real: Graph) -> None:
+    for _, node in real.operations():
+        if node.op in WITHOUT_UNIT:
+            raise ModelError(f"{law.title}: {node.op} has no unit and no program yet")
 
 
 def latencies(machine: Machine) -> Callable[[str], int]:

@@ -2,8 +2,8 @@
 """Linear assembly of a graph of core operations, with the source expression of every operation as
 its comment.
 
-Constants that find no room in bank K beside inputs and parameters, those read least, are words of data
-memory, loaded once in a run.
+Constants that find no room in bank K beside inputs and parameters, those read least, are words of
+data memory, loaded once in a run.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Interpreter of a graph of core operations in exact binary32, many runs at once.
 
-Independent of the assembler, of the instruction-set model and of the RTL: IEEE 754 by numpy, and the
-fused multiply-add by rounding a double to odd before it is rounded to binary32 (Boldo and Melquiond,
-"Emulation of FMA and correctly rounded sums", IEEE TC 57, 2008). Sine and cosine are given, since the
-core's are not correctly rounded.
+Independent of the assembler, of the instruction-set model and of the RTL: IEEE 754 by numpy, and
+the fused multiply-add by rounding a double to odd before it is rounded to binary32 (Boldo and
+Melquiond, "Emulation of FMA and correctly rounded sums", IEEE TC 57, 2008). Sine and cosine are
+given, since the core's are not correctly rounded.
 """
 
 from __future__ import annotations

@@ -14,8 +14,8 @@ Real = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Function:
-    """An approximated function: its exact value and partial derivatives in double precision, largest
-    error in ulp of the result, and absolute error beyond that.
+    """An approximated function: its exact value and partial derivatives in double precision,
+    largest error in ulp of the result, and absolute error beyond that.
     """
 
     exact: Callable[..., Real]

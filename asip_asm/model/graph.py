@@ -2,8 +2,8 @@
 """Operations of a law as a graph in which equal operations exist once.
 
 A node is an operation on earlier nodes. Its meaning is a real number, or an int32 for the kinds in
-`INT_KINDS`; what a pass may do to a graph keeps the meaning, and the bits too unless its header says
-otherwise. Two families of operations share the graph:
+`INT_KINDS`; what a pass may do to a graph keeps the meaning, and the bits too unless its header
+says otherwise. Two families of operations share the graph:
 
 - real operations, as a law is written: see `REAL`;
 - core operations, named like the instructions of isa.toml (`fmadd`, `fsat`, ...): see `core_ops`.
@@ -24,13 +24,15 @@ INT_KINDS = frozenset({"int_input", "int_state", "int_const", "iadd", "isub", "f
 ARITHMETIC = frozenset({"add", "sub", "mul", "neg", "div", "sqrt"})
 TESTS = frozenset({"lt", "le", "eq", "not", "and", "or"})
 """Real operations whose value is 0 or 1."""
+WITHOUT_UNIT = frozenset(
+    "exp log tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh erf log1p expm1 pow floor "
+    "ceil fmod remainder hypot".split()
+)
 REAL = (
     ARITHMETIC
     | TESTS
-    | frozenset({"abs", "sign", "min", "max", "sat", "select", "sin", "cos", "i2f", "copysign"})
-    | frozenset({"exp", "log", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh"})
-    | frozenset({"asinh", "acosh", "atanh", "erf", "log1p", "expm1", "pow", "floor", "ceil"})
-    | frozenset({"fmod", "remainder", "hypot"})
+    | WITHOUT_UNIT
+    | frozenset("abs sign min max sat select sin cos i2f copysign".split())
 )
 """`select` is a != 0 ? b : c, `sat` min(max(a, b), c); the others are named as in CasADi."""
 

@@ -2,20 +2,22 @@
 """A control law as the compiler takes it: a function and the signals that it connects.
 
 Arguments and results of the function go by name. A signal belongs to the argument of its name, or,
-one of several, to the argument that its `vector` names, in order. The function sees physical values:
-an encoder is an int32 input with `scale` and `offset`, and an argument named by a `rate_of` signal is
-the difference of two successive counts, taken as integers, times scale: exact where a difference of
-floats is not. A state's next value is the result `<state>_next` (`<vector>_next`).
+one of several, to the argument that its `vector` names, in order. The function sees physical
+values: an encoder is an int32 input with `scale` and `offset`, and an argument named by a `rate_of`
+signal is the difference of two successive counts, taken as integers, times scale: exact where a
+difference of floats is not. A state's next value is the result `<state>_next` (`<vector>_next`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import casadi as ca
 
 from asip_asm.diagnostics import closest
+from asip_asm.interface import load_interface
 from asip_asm.model.graph import Graph
 from asip_asm.model.read import (
     ModelError,
@@ -24,6 +26,7 @@ from asip_asm.model.read import (
     read_function,
     result_names,
 )
+from asip_asm.signals import COUNT, Interface, Signal
 from asip_asm.source import is_reserved
 
 
@@ -35,7 +38,6 @@ class Port:
     no word of the program but scale * (count - count before) of the int input `rate_of`. limits:
     smallest and largest value: test inputs are drawn from them, an output is saturated to them.
     initial: of a state, or a parameter's value; safe: what an output takes after a fault.
-    starts_from: int input whose first count presets the state.
     """
 
     kind: str
@@ -50,7 +52,6 @@ class Port:
     initial: float = 0.0
     safe: float = 0.0
     rate_of: str = ""
-    starts_from: str = ""
 
 
 @dataclass(frozen=True)
@@ -79,6 +80,70 @@ class Law:
         """The same for its results."""
         targets = [p for p in self.ports if p.kind in ("output", "state", "export")]
         return list(_match("result", self, result_names(self.function), targets, "_next"))
+
+
+def load_law(function: ca.Function | Path | str, record: Interface | Path | str) -> Law:
+    """Law of a function, or a file of `Function.save`, and an interface record.
+
+    An argument `<input>_rate` is the speed of an encoder: the record has a state of unit 'count'
+    that starts from the input, and the constant or parameter `T_s`, seconds between ticks. Raises
+    ModelError, InterfaceError, OSError.
+    """
+    function = load_function(function)
+    interface = record if isinstance(record, Interface) else load_interface(record)
+    names = interface.names()
+    period = names.get("T_s", 1e-4)
+    ports: list[Port] = []
+    counts = {s.starts_from: s for s in interface.states if s.unit == COUNT and s.starts_from}
+    for signal in interface.signals:
+        if signal in counts.values():
+            continue
+        ports.append(_port(signal, interface, names))
+        if signal.kind == "input" and signal.name in counts:
+            if "T_s" not in names:
+                raise ModelError(f"{interface.file}: rates need the constant T_s [s] of a tick")
+            ports.append(_rate(ports[-1], period))
+    known = {port.name for port in ports if port.kind != "export"}
+    ports = [port for port in ports if port.kind != "export" or port.name not in known]
+    return Law(interface.title, function, ports, rate=1.0 / period)
+
+
+def _port(signal: Signal, interface: Interface, names: dict[str, float]) -> Port:
+    def number(value: float | str | None, default: float = 0.0) -> float:
+        return default if value is None else interface.value(value, signal, names)
+
+    limits = None
+    if signal.limits is not None:
+        limits = (number(signal.limits[0]), number(signal.limits[1]))
+    return Port(
+        kind=signal.kind,
+        name=signal.name,
+        unit=signal.unit,
+        meaning=signal.meaning,
+        type=signal.type,
+        vector=signal.vector,
+        limits=limits,
+        scale=number(signal.scale, 1.0),
+        offset=number(signal.offset),
+        initial=number(signal.initial),
+        safe=number(signal.safe),
+    )
+
+
+def _rate(count: Port, period: float) -> Port:
+    """Port of the speed of an encoder; test inputs go through its range in 100 ticks."""
+    scale = count.scale / period
+    low, high = count.limits or (-1.0, 1.0)
+    most = (high - low) / (100 * period)
+    return Port(
+        kind="rate",
+        name=f"{count.name}_rate",
+        unit=f"{count.unit}/s" if count.unit != "1" else "1/s",
+        vector=f"{count.vector}_rate" if count.vector else "",
+        limits=(-most, most),
+        scale=scale,
+        rate_of=count.name,
+    )
 
 
 def _match(

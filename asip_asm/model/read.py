@@ -2,8 +2,8 @@
 """Reads a `casadi.Function` into a graph of real operations.
 
 A function of scalar instructions (SX; MX is expanded) is a list: CasADi numbers work registers, an
-instruction reads some and writes one. Every scalar instruction of CasADi 3.8 is in `UNARY`, `BINARY`
-or `read_function`, or refused by name with its place.
+instruction reads some and writes one. Every scalar instruction of CasADi 3.8 is in `UNARY`,
+`BINARY` or `read_function`, or refused by name with its place.
 """
 
 from __future__ import annotations

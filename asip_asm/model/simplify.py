@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Constant folding and algebra that leaves every binary32 result as it is.
 
-Constants are folded in double precision and rounded once where the program uses them, which is never
-less exact than folding in binary32. The identities hold for all finite numbers up to the sign of a
-zero: x + 0, x * 1, x * 0, double negation, signs drawn out of products, quotients and odd
+Constants are folded in double precision and rounded once where the program uses them, which is
+never less exact than folding in binary32. The identities hold for all finite numbers up to the sign
+of a zero: x + 0, x * 1, x * 0, double negation, signs drawn out of products, quotients and odd
 functions, division by a power of two, the two halves of a CasADi `if_else`, saturation from min and
 max. Equal operations meet because a `Graph` holds each once and commutative arguments are ordered.
 """

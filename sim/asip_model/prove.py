@@ -34,9 +34,9 @@ CORNERS = 0.1
 
 @dataclass(frozen=True)
 class Proof:
-    """What a proof found. worst: largest error as a share of its bound, over all inputs and results,
-    and the result where; where the bound is infinite or a comparison is doubtful the bound says so
-    itself. first_difference: text, empty if all bits agree.
+    """What a proof found. worst: largest error as a share of its bound, over all inputs and
+    results, and the result where; where the bound is infinite or a comparison is doubtful the bound
+    says so itself. first_difference: text, empty if all bits agree.
     """
 
     inputs_tried: int
@@ -168,9 +168,7 @@ def true_results(law: Law, inputs: Mapping[str, Array]) -> dict[str, NDArray[np.
             physical[port.name] = port.scale * (inputs[port.rate_of].astype(np.int64) - last)
         elif port.kind in ("input", "state", "parameter"):
             value = inputs[port.name].astype(np.float64)
-            physical[port.name] = (
-                port.scale * value + port.offset if port.type == "int" else value
-            )
+            physical[port.name] = port.scale * value + port.offset if port.type == "int" else value
     points = len(next(iter(physical.values())))
     names = iter(law.arguments())
     arguments = [
@@ -217,9 +215,7 @@ def compare(
         unequal = got[name].view(np.uint32) != want.view(np.uint32)
         if unequal.any() and not difference:
             k = int(np.argmax(unequal))
-            difference = (
-                f"{name}, tick {k} of seed {seed}: got {got[name][k]!r}, want {want[k]!r}"
-            )
+            difference = f"{name}, tick {k} of seed {seed}: got {got[name][k]!r}, want {want[k]!r}"
     real, limit = bounds(compiled.graph, inputs)
     truth = true_results(compiled.law, inputs)
     worst, where, largest = 0.0, "", {}

@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Image and report of a compiled law, by the assembler."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from asip_asm.assemble import build_program, encode
+from asip_asm.files import open_output
+from asip_asm.image import Image
+from asip_asm.model.compiler import Compiled
+from asip_asm.report import Report, report_program
+
+
+@dataclass(frozen=True)
+class Built:
+    """A program ready to run; cycles of a run and the larger lower bound, both from the report."""
+
+    compiled: Compiled
+    image: Image
+    report: Report
+
+    @property
+    def cycles(self) -> int:
+        return self.report.sections[0].cycles
+
+    @property
+    def bound_cycles(self) -> int:
+        return self.report.sections[0].bound
+
+
+def build(compiled: Compiled, path: Path) -> Built:
+    """Write the source text to `path` and assemble it. Raises AssemblyError, OSError."""
+    with open_output(path) as file:
+        file.write(compiled.text)
+    program, machine = build_program(path, configuration=compiled.options.configuration)
+    image = encode(program, machine, path)
+    return Built(compiled, image, report_program(program, machine))

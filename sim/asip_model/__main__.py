@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Command asip-model: a program for the core from a CasADi function and an interface record."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from asip_asm.c_image import to_c
+from asip_asm.command import run_command
+from asip_asm.diagnostics import AssemblyError
+from asip_asm.files import open_output, refuse_overwriting
+from asip_asm.image import Image
+from asip_asm.isa import default_isa
+from asip_asm.model.compiler import Options, compile_law
+from asip_asm.model.law import load_law
+from asip_asm.model.program import Built, build
+from asip_asm.model.read import ModelError
+from asip_asm.signals import InterfaceError
+
+EPILOG = """example:
+  import casadi as ca                                   # law.py
+  q, goal = ca.SX.sym("q"), ca.SX.sym("goal")
+  law = ca.Function("law", [q, goal], [40*(goal - q)], ["q", "goal"], ["torque"])
+  law.save("law.casadi")
+
+  asip-model law.casadi law.interface.toml --reassociate --prove -o build/law
+
+writes build/law.s (linear assembly), .asip.json (image), .h (tables for the C driver) and
+.report.txt (cycles, bounds, occupancy). Arguments and results of the function go by the names of
+the signals, or of their vectors (docs/model_compiler.md).
+
+exit status: 0 written, and proved with --prove; 1 an error, or a proof that failed; 2 wrong
+command line
+"""
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command; returns its exit status."""
+    options = parse_arguments(arguments)
+    return run_command("asip-model", lambda: _model(options))
+
+
+def _model(options: argparse.Namespace) -> int:
+    stem = options.output or options.function.with_suffix("")
+    paths = {end: Path(f"{stem}{end}") for end in (".s", ".asip.json", ".h", ".report.txt")}
+    try:
+        refuse_overwriting(paths.values(), [options.function, options.interface])
+        law = load_law(options.function, options.interface)
+        chosen = Options(options.config, options.reassociate, options.reciprocal)
+        paths[".s"].parent.mkdir(parents=True, exist_ok=True)
+        built = build(compile_law(law, chosen), paths[".s"])
+    except (ModelError, InterfaceError) as error:
+        print(f"asip-model: error: {error}", file=sys.stderr)
+        return 1
+    except AssemblyError as error:
+        print(error.report(), file=sys.stderr)
+        return 1
+    texts = {
+        ".asip.json": Image.dumps(built.image),
+        ".h": to_c(built.image, ""),
+        ".report.txt": built.report.render(),
+    }
+    for end, text in texts.items():
+        with open_output(paths[end]) as file:
+            file.write(text)
+    print(f"{paths['.asip.json']}: {built.cycles} cycles, lower bound {built.bound_cycles}")
+    return _prove(built, options) if options.prove else 0
+
+
+def _prove(built: Built, options: argparse.Namespace) -> int:
+    from sim.asip_model.prove import prove
+    from sim.core import CoreFault
+
+    try:
+        proof = prove(built.compiled, built.image, count=options.inputs, seed=options.seed)
+    except CoreFault as fault:
+        print(f"asip-model: the program stops for an input within its limits: {fault}")
+        return 1
+    equal = "bits equal the interpreter's" if proof.bits_equal else proof.first_difference
+    print(f"{proof.inputs_tried} inputs, seed {proof.seed}: {equal}")
+    print(
+        f"largest error / bound {proof.worst_fraction_of_bound:.3g} ({proof.worst_result}); "
+        + ", ".join(f"{name} {error:.3g}" for name, error in proof.largest_error.items())
+    )
+    print("proved" if proof.passed else "NOT proved")
+    return 0 if proof.passed else 1
+
+
+def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
+    """Options of the command line; SystemExit(2) if they are wrong."""
+    parser = argparse.ArgumentParser(
+        prog="asip-model",
+        description="Compile a CasADi function into a program for the core.",
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("function", type=Path, help="file that casadi.Function.save wrote")
+    parser.add_argument("interface", type=Path, help="interface record (*.interface.toml)")
+    parser.add_argument("-o", dest="output", metavar="STEM", help="files to write, without suffix")
+    parser.add_argument(
+        "--config",
+        choices=tuple(default_isa().configurations),
+        default="fast",
+        help="configuration of the core",
+    )
+    parser.add_argument(
+        "--reassociate",
+        action="store_true",
+        help="join the terms of sums as they arrive: shorter, rounds differently",
+    )
+    parser.add_argument(
+        "--reciprocal",
+        action="store_true",
+        help="divide by a shared or constant divisor through its reciprocal: rounds once more",
+    )
+    parser.add_argument("--prove", action="store_true", help="run on the core and compare")
+    parser.add_argument("--inputs", type=_count, default=10_000, help="inputs of the proof")
+    parser.add_argument("--seed", type=int, default=1, help="seed of the proof's inputs")
+    return parser.parse_args(arguments)
+
+
+def _count(text: str) -> int:
+    if not text.isdigit() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"'{text}' is no count of inputs, 1 or more")
+    return int(text)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
