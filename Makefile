@@ -65,6 +65,7 @@ tools-for-tests: $(READY) $(if $(filter true,$(CI)),$(READY_SYNTH) rs274)
 	@scripts/qemu.sh --for-tests
 	@scripts/debian_tool.sh chromium --for-tests
 	@scripts/debian_tool.sh tclsh --for-tests
+	@scripts/bender.sh --for-tests
 
 rs274: $(READY) ## get LinuxCNC's interpreter, the reference of the G-code tests (make test does under CI=true)
 	@$(PY) -m sim.gcode.oracle
@@ -85,6 +86,7 @@ gen: $(READY) ## regenerate packages, headers and reference pages from their sou
 	$(PY) scripts/gen_n2_isa.py
 	$(PY) scripts/gen_robot_page.py
 	$(PY) scripts/gen_nios_system.py
+	$(PY) scripts/gen_core_files.py
 
 gen-check: $(READY) ## refuse generated files that differ from their sources
 	@$(PY) scripts/gen_isa.py --check
@@ -93,6 +95,7 @@ gen-check: $(READY) ## refuse generated files that differ from their sources
 	@$(PY) scripts/gen_n2_isa.py --check
 	@$(PY) scripts/gen_robot_page.py --check
 	@$(PY) scripts/gen_nios_system.py --check
+	@$(PY) scripts/gen_core_files.py --check
 
 motion: $(READY) ## the motion front-end: figures of the papers, drive study, RTL, on one page (RUN=full)
 	@$(PY) -m sim.motion.show --robot "$(ROBOT)" $(if $(filter full,$(RUN)),--full)

@@ -35,12 +35,24 @@ def compiler() -> Path | None:
     return program if program.is_file() else None
 
 
+def bender() -> Path | None:
+    """Bender where scripts/bender.sh finds or puts it."""
+    command = [ROOT / "scripts/bender.sh", "--path"]
+    found = subprocess.run(command, capture_output=True, text=True).stdout.strip()
+    return Path(found) if found else None
+
+
 # Name: (what it is there for, how to find it, how to get it).
 TOOLS: dict[str, tuple[str, Callable[[], Any], str]] = {
     "apt-get": (
         "building the cross compiler from Debian's sources",
         lambda: shutil.which("apt-get"),
         "run on Debian",
+    ),
+    "bender": (
+        "reading the manifest for projects that use Bender",
+        bender,
+        "scripts/bender.sh",
     ),
     "bitwuzla": (
         "solver of the proofs",
