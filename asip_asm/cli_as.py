@@ -14,10 +14,11 @@ from asip_asm.c_image import to_c
 from asip_asm.command import run_command
 from asip_asm.diagnostics import AssemblyError, closest, report_text
 from asip_asm.files import open_output, refuse_overwriting
-from asip_asm.image import MEMORY_FORMATS, Image
+from asip_asm.image import Image
 from asip_asm.isa import default_isa
 from asip_asm.lint import WARNINGS
 from asip_asm.listing import listing, symbols
+from asip_asm.memory_formats import MEMORY_FORMATS
 from asip_asm.report import report_program
 from asip_asm.search import Progress
 

@@ -1,34 +1,35 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Program images: the JSON file that every tool reads, and memory formats of the program alone.
+"""Program images: the JSON file that every tool reads.
 
 An image file is read by one loader, `Image.load`: limit of size, schema (the types below), checksum
 (SHA-256 of the JSON data without the checksum, keys sorted, no spaces), then the rules between
-entries (`image_check.py`).
+entries.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator, Mapping
+import re
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
 import msgspec
 from msgspec import Meta
 
+from asip_asm.expression import literal_name
 from asip_asm.files import read_bytes
-from asip_asm.image_check import problem
 from asip_asm.isa import Isa, default_isa
 
 FORMAT = "microtick-asip-image"
 VERSION = 2
-HEX_RECORD_BYTES = 16
 FILE_BYTES = 8 << 20
 """Largest image file; a full program of 1024 bundles with its source lines takes about 1 MiB."""
 CURE = "assemble the program again"
 
 _ISA = default_isa()
+_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_.]*")
 Name = Annotated[str, Meta(pattern=r"\A[A-Za-z_][A-Za-z0-9_.]*\Z", max_length=16384)]
 Text = Annotated[str, Meta(pattern=r"\A[^\x00-\x1f\x7f]*\Z", max_length=16384)]
 Title = Annotated[str, Meta(pattern=r'\A[^"\x00-\x1f\x7f]*\Z', max_length=16384)]
@@ -165,7 +166,7 @@ class Image(msgspec.Struct, forbid_unknown_fields=True):
         self._check_rules(name)
 
     def _check_rules(self, name: str) -> None:
-        if found := problem(self, _ISA):
+        if found := next(_problems(self, _ISA), ""):
             raise ImageError(f"{name}: damaged image: {found}; {CURE}")
 
     def save(self, path: Path) -> None:
@@ -208,42 +209,63 @@ def checksum(data: Mapping[str, Any]) -> str:
     return f"sha256:{hashlib.sha256(text).hexdigest()}"
 
 
-def to_readmemh(image: Image) -> str:
-    """Program for $readmemh: one bundle per line."""
-    return "".join(f"{bundle}\n" for bundle in image.bundles)
+def _problems(image: Image, isa: Isa) -> Iterator[str]:
+    """Rules between several entries that the image breaks, in words."""
+    configuration = isa.configurations.get(image.configuration)
+    if configuration is None:
+        yield f"unknown configuration '{image.configuration:.40}'"
+        return
+    digits = isa.bundle_width(image.configuration) // 4
+    for i, bundle in enumerate(image.bundles):
+        if len(bundle) != digits:
+            yield f"bundle {i} is not {digits} hexadecimal digits"
+    if len(image.sources) != len(image.bundles):
+        yield f"{len(image.sources)} sources for {len(image.bundles)} bundles"
+    for i, entries in enumerate(image.sources):
+        if any(entry.slot >= len(configuration.slots) for entry in entries):
+            yield f"a source of bundle {i} stands in a slot that '{image.configuration}' has not"
+    places = {"entry": image.entry} | {f"label '{k}'": v for k, v in image.labels.items()}
+    for what, address in places.items():
+        if address >= len(image.bundles):
+            yield f"{what} is {address}, the program has {len(image.bundles)} bundles"
+    for name, address in image.data_names.items():
+        if address >= len(image.data):
+            yield f"data name '{name}' is {address}, the image has {len(image.data)} data words"
+    yield from _bank_k(image)
+    yield from _twice("index of an output", (o.index for o in image.outputs))
+    yield from _twice("register of a state", (s.register for s in image.states))
+    for what in ("inputs", "outputs", "states", "exports"):
+        yield from _twice(f"name in {what}", (entry.name for entry in getattr(image, what)))
+    for entry in (*image.states, *image.exports):
+        bank = isa.banks[entry.register[0].upper()]
+        if int(entry.register[1:]) >= bank.size or (
+            bank.name == "B" and configuration.fma_pipes < 2
+        ):
+            yield f"'{entry.name}' is in register {entry.register}, which does not exist"
+    for state in image.states:
+        if state.register[0] == "k":
+            yield f"state '{state.name}' is in bank K, which programs cannot write"
+    outputs = sum(1 << output.index for output in image.outputs)
+    if image.output_mask & ~outputs:
+        yield f"output_mask {image.output_mask:08x} asks for outputs that are not declared"
 
 
-def to_intel_hex(image: Image) -> str:
-    """Program in Intel HEX: byte address 4 * word address, little endian words."""
-    blocks: list[tuple[int, bytearray]] = []
-    for address, word in image.words():
-        if not blocks or blocks[-1][0] + len(blocks[-1][1]) != 4 * address:
-            blocks.append((4 * address, bytearray()))
-        elif len(blocks[-1][1]) == HEX_RECORD_BYTES:
-            blocks.append((4 * address, bytearray()))
-        blocks[-1][1].extend(word.to_bytes(4, "little"))
-    rows = [_hex_record(address, 0, bytes(data)) for address, data in blocks]
-    return "\n".join([*rows, _hex_record(0, 1, b"")]) + "\n"
+def _bank_k(image: Image) -> Iterator[str]:
+    """A word of bank K holds one input or one constant, which may have several names."""
+    yield from _twice("index of an input", (entry.index for entry in image.inputs))
+    owner: dict[int, Any] = {entry.index: entry for entry in image.inputs}
+    for constant in image.constants:
+        other = owner.setdefault(constant.index, constant)
+        if (getattr(other, "bits", None), other.type) != (constant.bits, constant.type):
+            yield f"k{constant.index} holds '{other.name}' and '{constant.name}'"
+        value = literal_name(int(constant.bits, 16), constant.type)
+        if constant.name != value and not _NAME.fullmatch(constant.name):
+            yield f"constant k{constant.index} is named '{constant.name:.40}', its value is {value}"
 
 
-def _hex_record(address: int, kind: int, data: bytes) -> str:
-    record = bytes([len(data), address >> 8, address & 0xFF, kind]) + data
-    return f":{record.hex().upper()}{-sum(record) & 0xFF:02X}"
-
-
-def to_mif(image: Image) -> str:
-    """Program as a memory initialization file: one bundle per address."""
-    width = 4 * len(image.bundles[0])
-    rows = [
-        f"WIDTH={width};",
-        f"DEPTH={len(image.bundles)};",
-        "ADDRESS_RADIX=HEX;",
-        "DATA_RADIX=HEX;",
-        "CONTENT BEGIN",
-        *(f"  {i:x} : {bundle};" for i, bundle in enumerate(image.bundles)),
-        "END;",
-    ]
-    return "\n".join(rows) + "\n"
-
-
-MEMORY_FORMATS = {"readmemh": to_readmemh, "ihex": to_intel_hex, "mif": to_mif}
+def _twice(what: str, items: Iterable[int | str]) -> Iterator[str]:
+    seen: set[int | str] = set()
+    for item in items:
+        if item in seen:
+            yield f"{what} {item!r} stands twice"
+        seen.add(item)

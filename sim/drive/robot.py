@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,7 +23,7 @@ from sim.model.parameters import Robot
 from sim.model.records import SetPoints
 from sim.model.tracking import Tracking, joint_path
 from sim.run import closed_loop
-from sim.run.controller import Ticks
+from sim.run.controller import LawController, Ticks, one_tick
 
 COMPUTED_TORQUE = "computed torque"
 PAYLOAD = 2.0  # kg, a fifth of the platform
@@ -33,20 +33,6 @@ LEAD_IN = 0.1  # s of rest before a stroke
 def leg_drive(robot: Robot) -> Drive:
     """The drive of a leg, whose loops run once per control period."""
     return Drive(damping=math.sqrt(0.5), cycle=robot.T_s)
-
-
-class LawController:
-    """The computed-torque law in double precision, in the shape that the closed loop drives."""
-
-    def __init__(self, robot: Robot) -> None:
-        self._law = Tracking(robot)
-
-    def prime(self, words: Sequence[float], counts: Sequence[int]) -> None:
-        """Nothing: the law takes its first measurement as the last one."""
-
-    def step(self, words: Sequence[float], counts: Sequence[int]) -> Ticks:
-        """One tick."""
-        return _ticks(self._law.step(words, counts).output)
 
 
 class DriveController:
@@ -78,11 +64,7 @@ class DriveController:
             self._force[leg] += self._mass[leg] * rigid * (word - speed) * robot.T_s
             force = self._force[leg] - self._mass[leg] * damped * speed
             output[leg] = min(max(force, -robot.F_max), robot.F_max)
-        return _ticks(output)
-
-
-def _ticks(output: Iterable[float]) -> Ticks:
-    return Ticks(np.array([tuple(output)]), np.empty((1, 0)), np.zeros(1, dtype=np.uint32))
+        return one_tick(output)
 
 
 @dataclass(frozen=True)

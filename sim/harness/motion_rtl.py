@@ -13,8 +13,10 @@ import numpy as np
 from asip_asm.regmap import load_register_map
 from sim.harness.build import ROOT, build_library
 from sim.harness.interpolator_rtl import PLANES
+from sim.harness.phase_record import (
+    Record,
+)
 from sim.harness.sources import sources_of
-from sim.planner.pulse_records import Record
 
 TOP = "motion_front_end"
 REGMAP = load_register_map(ROOT / "rtl/motion/regmap.toml")

@@ -7,22 +7,16 @@ before it left. So cycles in which it waits for operands are its own.
 
 from __future__ import annotations
 
-import argparse
-import json
-import sys
 import tomllib
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
-from rich.console import Console
 from rich.table import Table
 
 from asip_asm.project import ROOT
-from sim.harness.build import BuildError
 from sim.harness.n2_lockstep_isa import OP_CUSTOM, default_isa
-from sim.harness.nios_image import IMAGES, ImageError, Program, load, read_elf
-from sim.harness.nios_rtl import PLATFORMS, NiosError, NiosRtl
+from sim.harness.nios_image import Program
+from sim.harness.nios_rtl import NiosRtl
 
 CUSTOM_TOML = ROOT / "nios_sw/custom.toml"
 # Kinds of n2_lockstep_isa's units as they appear in the table.
@@ -114,46 +108,3 @@ def tables(result: Profile, title: str) -> list[Table]:
             )
         written.append(table)
     return written
-
-
-def main(arguments: list[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(
-        prog="python -m sim.harness.nios_profile",
-        description=__doc__,
-        epilog="example: python -m sim.harness.nios_profile fpga1 --ticks 100",
-    )
-    parser.add_argument("platform", choices=PLATFORMS)
-    parser.add_argument(
-        "--program", help="committed image or ELF file (default: tracking_PLATFORM)"
-    )
-    parser.add_argument("--first", type=int, default=5000, help="first tick of the path A-G-H")
-    parser.add_argument("--ticks", type=int, default=50, help="number of ticks")
-    parser.add_argument("--json", type=Path, help="write the rows to this file too")
-    options = parser.parse_args(arguments)
-    if options.ticks < 1 or options.first < 1:
-        parser.error("--ticks and --first must be positive")
-    console = Console()
-    try:
-        # The path and the float32 model take a second to load: not for those who import this.
-        from sim.run.nios import profile_path
-
-        name = options.program or f"tracking_{options.platform}"
-        program = read_elf(Path(name)) if name.endswith(".elf") else load(name, IMAGES)
-        result = profile_path(options.platform, program, options.first, options.ticks)
-    except (ImageError, NiosError, BuildError, OSError, ValueError) as error:
-        console.print(f"error: {error}", markup=False, highlight=False)
-        return 1
-    for table in tables(result, f"{program.name}, mean tick of {options.ticks}"):
-        console.print(table)
-    if options.json:
-        rows = {
-            "tick_cycles": result.tick_cycles,
-            "functions": [vars(line) for line in result.functions],
-            "kinds": [vars(line) for line in result.kinds],
-        }
-        options.json.write_text(json.dumps(rows, indent=2) + "\n", encoding="utf-8")
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

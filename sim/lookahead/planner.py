@@ -30,7 +30,7 @@ from sim.lookahead.speed import Cell, SpeedPlanner, Stop, Stretch
 from sim.path import blend
 from sim.path.blend import SCALE
 from sim.path.moves import Dwell, Move
-from sim.trajectory.exact_stop import Workspace
+from sim.path.workspace import Workspace
 
 FloatArray = NDArray[np.float64]
 

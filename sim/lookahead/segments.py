@@ -18,7 +18,7 @@ from sim.gcode.arcs import ARC_TOLERANCE_MM
 from sim.path.blend import SCALE
 from sim.path.curves import FULL_TURN_BELOW, Arc, Curve, Line, curve_of, to_si
 from sim.path.moves import Dwell, Motion, Move
-from sim.trajectory.exact_stop import WORKSPACE_ROUNDING, Workspace
+from sim.path.workspace import WORKSPACE_ROUNDING, Workspace
 
 FloatArray = NDArray[np.float64]
 

@@ -30,6 +30,13 @@ from rich.table import Table
 from sim.gcode.oracle import OracleError, compare_samples
 from sim.harness.interpolator_rtl import InterpolatorRtl
 from sim.harness.motion_rtl import CLOCK_HZ, RECORDS, MotionRtl
+from sim.harness.phase_record import (
+    DIRECTION,
+    FIRST,
+    LAST,
+    UNITS_PER_HZ,
+    Record,
+)
 from sim.lookahead import figures as lookahead_figures
 from sim.lookahead import stress
 from sim.lookahead.limits import MachineLimits
@@ -43,7 +50,9 @@ from sim.path.moves import Motion, Move
 from sim.planner import check
 from sim.planner.core import PARAMETERS, planner_program
 from sim.planner.optimal import Limits, time_optimal
-from sim.planner.pulse_records import DIRECTION, FIRST, LAST, UNITS_PER_HZ, Record, time_exact
+from sim.planner.pulse_records import (
+    time_exact,
+)
 from sim.planner.ramp_time import seed_plan
 from sim.planner.scurve import SCurve
 

@@ -21,6 +21,9 @@ from scipy.interpolate import CubicHermiteSpline
 
 from sim.gcode.interpreter import stream
 from sim.harness.motion_rtl import CLOCK_HZ, RECORDS, MotionError, MotionRtl
+from sim.harness.phase_record import (
+    Record,
+)
 from sim.lookahead.check import Deviation
 from sim.lookahead.planner import Lookahead, Setpoints
 from sim.lookahead.settings import LookaheadSettings
@@ -30,7 +33,6 @@ from sim.motion.step_stream import AXES, PathEncoder, Steps, joints
 from sim.page import pictures
 from sim.path.moves import Move
 from sim.planner.figures import Result
-from sim.planner.pulse_records import Record
 
 FloatArray = NDArray[np.float64]
 

@@ -18,7 +18,10 @@ import numpy as np
 from sim.harness.motion_rtl import CLOCK_HZ, MotionError, MotionRtl
 from sim.page import pictures
 from sim.planner.figures import FIGURE_12, PULSES_PER_MM, Result, printed
-from sim.planner.pulse_records import seed_compatible, time_exact
+from sim.planner.pulse_records import (
+    seed_compatible,
+    time_exact,
+)
 from sim.planner.ramp_time import SeedPlan, seed_plan
 
 MODES = {"time-exact": time_exact, "seed-compatible": seed_compatible}

@@ -24,10 +24,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.lookahead.planner import Setpoints
-from sim.model.kinematics import inverse, inverse_velocity
-from sim.model.parameters import Robot
-from sim.planner.pulse_records import (
+from sim.harness.phase_record import (
     DIRECTION,
     FIRST,
     FRACTION,
@@ -35,8 +32,13 @@ from sim.planner.pulse_records import (
     LAST,
     SLOPE_LIMIT,
     UNITS_PER_PULSE,
-    PulseRecordError,
     Record,
+)
+from sim.lookahead.planner import Setpoints
+from sim.model.kinematics import inverse, inverse_velocity
+from sim.model.parameters import Robot
+from sim.planner.pulse_records import (
+    PulseRecordError,
 )
 
 FloatArray = NDArray[np.float64]

@@ -1,58 +1,36 @@
 # SPDX-License-Identifier: Apache-2.0
 """Phase records for the velocity control (rtl/motion/velocity_control.sv) from planned phases.
 
-Velocity is in 2^-32/16 Hz (pulses), acceleration in that per tick of 1 us, jerk per tick twice. In
-a record of n ticks the hardware publishes v + i a + j i (i + 1) / 2 in tick i = 0 .. n - 1, whole
-units of 1/16 Hz, so pulses come from exact sums: a start velocity is chosen such that every
-phase ends on its planned displacement, and a cruise is split where its rate is no whole unit.
+Units and what the hardware makes of a record: sim/harness/phase_record.py. Pulses come from exact
+sums: a start velocity is chosen such that every phase ends on its planned displacement, and a
+cruise is split where its rate is no whole unit.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 
+from sim.harness.phase_record import (
+    COUNT_LIMIT,
+    DIRECTION,
+    FIRST,
+    FRACTION,
+    HIGHEST_RATE,
+    LAST,
+    SEED,
+    SLOPE_LIMIT,
+    TICK,
+    UNITS_PER_HZ,
+    UNITS_PER_PULSE,
+    Record,
+)
 from sim.planner.phases import Phase
-
-TICK = Fraction(1, 1_000_000)  # s
-UNITS_PER_HZ = 16
-UNITS_PER_PULSE = UNITS_PER_HZ * 1_000_000  # of a rate held for one tick
-FRACTION = 1 << 32
-HIGHEST_RATE = 50_000_000  # Hz
-SLOPE_LIMIT = 1 << 52  # of acceleration and jerk, in their units
-COUNT_LIMIT = (1 << 32) - 1
-
-DIRECTION, SEED, FIRST, LAST = 1, 2, 4, 8
-"""Flags of a record's word 0."""
 
 
 class PulseRecordError(ValueError):
     """A phase that the velocity control can't run; the message names it and the limit."""
-
-
-@dataclass(frozen=True)
-class Record:
-    """One phase record: flags, count (ticks or pulses), velocity, acceleration, jerk."""
-
-    flags: int
-    count: int
-    velocity: int
-    slope: int
-    jerk: int
-
-    def words(self) -> list[int]:
-        """The eight words of the record, in the order they are loaded."""
-        words = [self.flags, self.count]
-        for value in (self.velocity, self.slope, self.jerk):
-            words += [value & 0xFFFFFFFF, (value >> 32) & 0xFFFFFFFF]
-        return words
-
-    def published(self, tick: int) -> int:
-        """Rate [1/16 Hz] in a tick of a time-exact record."""
-        value = self.velocity + tick * self.slope + self.jerk * (tick * (tick + 1) // 2)
-        return max(value, 0) >> 32
 
 
 def time_exact(

@@ -7,7 +7,7 @@ forces and torques out, the desired joint motion exported. Words are exchanged a
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +16,9 @@ from numpy.typing import NDArray
 from asip_asm.image import Image
 from sim.core import Core, CoreError, CoreFault
 from sim.harness.asip_rtl import FAULT_NAMES, STATUS, AsipError
+from sim.model.parameters import Robot
 from sim.model.records import OUTPUTS
+from sim.model.tracking import Tracking
 
 SET_POINTS = (
     *("x", "y", "z", "vx", "vy", "vz", "ax", "ay", "az"),
@@ -112,3 +114,22 @@ class AsipController:
         outputs = np.stack([ticks[name] for name in OUTPUTS], axis=1)
         exported = [ticks[name] for name in self._exports]
         return Ticks(outputs, np.array(exported, dtype=np.float32).T, ticks.cycles)
+
+
+class LawController:
+    """The computed-torque law in double precision, in the shape that the closed loop drives."""
+
+    def __init__(self, robot: Robot) -> None:
+        self._law = Tracking(robot)
+
+    def prime(self, words: Sequence[float], counts: Sequence[int]) -> None:
+        """Nothing: the law takes its first measurement as the last one."""
+
+    def step(self, words: Sequence[float], counts: Sequence[int]) -> Ticks:
+        """One tick."""
+        return one_tick(self._law.step(words, counts).output)
+
+
+def one_tick(output: Iterable[float]) -> Ticks:
+    """Five forces and torques of a controller without a clock."""
+    return Ticks(np.array([tuple(output)]), np.empty((1, 0)), np.zeros(1, dtype=np.uint32))

@@ -19,7 +19,6 @@ from asip_asm.assemble import assemble
 from asip_asm.files import read_bytes
 from asip_asm.image import Image
 from asip_asm.project import PACKAGES
-from sim.drive.robot import LawController
 from sim.gcode.interpreter import parse
 from sim.gcode.tools import NO_TOOLS, tool_file
 from sim.harness.asip_rtl import AsipRtl
@@ -31,7 +30,7 @@ from sim.model.parameters import Robot
 from sim.model.records import SetPoints, TrackingResult
 from sim.model.tracking import joint_path
 from sim.run import checks, closed_loop, estimate, nios, page, tables
-from sim.run.controller import AsipController
+from sim.run.controller import AsipController, LawController
 from sim.run.estimate import AS_PRINTED, LAW, OPTIMISED
 from sim.run.goals import goals
 from sim.run.progress import TickProgress, duration

@@ -31,6 +31,7 @@ from numpy.typing import NDArray
 from sim.model.parameters import Robot
 from sim.path.curves import Block, FloatArray, RateLimits, build_path
 from sim.path.moves import Program
+from sim.path.workspace import GRID, WORKSPACE_ROUNDING, Workspace
 from sim.planner.scurve import SCurve
 
 AXIS_NAMES = ("x", "y", "z", "alpha", "gamma")
@@ -40,32 +41,11 @@ AXIS_NAMES = ("x", "y", "z", "alpha", "gamma")
 # at 0.1 m/s.
 JOINT_TOLERANCE = 1e-9
 
-# Spacing of binary32 between 0.5 and 1 [m], where the tool's height and the legs' bases are.
-GRID = 2.0**-24
-
-# A position outside the workspace by less is on its border: half a step of the grid [m].
-WORKSPACE_ROUNDING = GRID / 2
-
 # Excess over a whole number of ticks that is rounding of the duration and needs no further tick.
 TICK_ROUNDING = 1e-9
 
 # Greatest number of set-points, which are all held in memory: some 5 GB while they are made.
 MOST_TICKS = 20_000_000
-
-
-@dataclass(frozen=True)
-class Workspace:
-    """Tool positions accepted: bounds of x, y, z [m], both included."""
-
-    lower: tuple[float, float, float]
-    upper: tuple[float, float, float]
-
-    @classmethod
-    def of(cls, robot: Robot) -> Workspace:
-        """The workspace of a robot's parameters."""
-        return cls(
-            (-robot.x_max, -robot.y_max, robot.z_min), (robot.x_max, robot.y_max, robot.z_max)
-        )
 
 
 class WorkspaceError(ValueError):

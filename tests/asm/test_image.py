@@ -12,10 +12,8 @@ from asip_asm.image import (
     Image,
     ImageError,
     checksum,
-    to_intel_hex,
-    to_mif,
-    to_readmemh,
 )
+from asip_asm.memory_formats import to_intel_hex, to_mif, to_readmemh
 from sim.iss import Iss
 from tests.asm.annotated import FOLDER, run
 

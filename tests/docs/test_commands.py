@@ -42,7 +42,7 @@ NOT_RUN = {
     ".venv/bin/python scripts/synth_unit.py": "needs Yosys, minutes",
     ".venv/bin/python -m sim.motion.show": "minutes",
     ".venv/bin/python -m sim.lookahead.stress": "minutes without --count",
-    ".venv/bin/python -m sim.harness.nios_profile": "builds another model, minutes",
+    ".venv/bin/python -m sim.run.nios_profile": "builds another model, minutes",
     "python -m sim.dual": "builds another model, minutes",
     "python -m sim.gcode.oracle": "needs LinuxCNC's interpreter, tests/gcode",
     "python -m sim.lookahead --figures": "a minute, tests/lookahead",

@@ -13,7 +13,11 @@ import cocotb
 from cocotb.triggers import FallingEdge, RisingEdge
 
 from sim.harness.motion_rtl import REGMAP
-from sim.planner.pulse_records import FIRST, LAST, Record
+from sim.harness.phase_record import (
+    FIRST,
+    LAST,
+    Record,
+)
 from tests.bus.axil import OKAY, SLVERR, Bus
 
 CSR = {name: REGMAP.address(name) for name in REGMAP.registers}

@@ -11,13 +11,15 @@ import numpy as np
 import pytest
 
 from sim.harness.motion_rtl import CLOCK_HZ, Edges, MotionError, MotionRtl
-from sim.planner.phases import Phase, State
-from sim.planner.pulse_records import (
+from sim.harness.phase_record import (
     FIRST,
     LAST,
     UNITS_PER_PULSE,
-    PulseRecordError,
     Record,
+)
+from sim.planner.phases import Phase, State
+from sim.planner.pulse_records import (
+    PulseRecordError,
     seed_compatible,
     time_exact,
 )

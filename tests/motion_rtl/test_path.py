@@ -13,7 +13,14 @@ import numpy as np
 import pytest
 
 from sim.harness.motion_rtl import CLOCK_HZ, MotionError, MotionRtl
-from sim.planner.pulse_records import FIRST, LAST, Record, time_exact
+from sim.harness.phase_record import (
+    FIRST,
+    LAST,
+    Record,
+)
+from sim.planner.pulse_records import (
+    time_exact,
+)
 from sim.planner.ramp_time import seed_plan
 from tests.motion_rtl.test_interpolators import check_on_circle, text
 
