@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
@@ -11,9 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from asip_asm.image import Image
-from sim.asip_run.inputs import is_register
-from sim.asip_run.runners import NO_FAULT, Fault, number
-from sim.asip_run.show import fault_text
+from asip_asm.isa import default_isa
+from asip_asm.profile import Trace
+from sim.core_fault import NO_FAULT, Fault, fault_text
+
+COUNTERS = ("CYCLES", "STALL_OPERAND", "STALL_PORT", "STALL_UNIT", "STALL_FETCH", "DRAIN")
 
 
 @dataclass(frozen=True)
@@ -30,6 +33,17 @@ class Runs:
     text: str = ""
 
 
+@dataclass(frozen=True)
+class Observed:
+    """What a run did: counters by name; writes (register or output, word), on the core in the order
+    of time, on the model by register; trace: issues and writes by clock cycle, on the core only.
+    """
+
+    counters: dict[str, int]
+    writes: list[tuple[str, int]]
+    trace: Trace | None = None
+
+
 class Backend(Protocol):
     """A loaded program. Words are raw, 32 bits."""
 
@@ -43,17 +57,24 @@ class Backend(Protocol):
 
     def read(self, name: str) -> int: ...
 
+    def clear(self) -> None:
+        """End a fault and empty the trace."""
+
+    def observed(self) -> Observed:
+        """What the runs since `clear` did, at least one."""
+
     def close(self) -> None: ...
 
 
 class RtlBackend:
-    """The Verilated core `rtl`, built at first use."""
+    """The Verilated core `rtl`, built at first use. trace: its writes and issues are recorded."""
 
-    def __init__(self, image: Image) -> None:
+    def __init__(self, image: Image, trace: bool = False) -> None:
         # Verilator is needed here only, not by the instruction-set model.
         from sim.harness import asip_rtl
 
         self._bus = asip_rtl
+        self._trace = trace
         self._image = image
         self.rtl = asip_rtl.AsipRtl(image.configuration)
         self.rtl.load(image)
@@ -89,19 +110,32 @@ class RtlBackend:
     def read(self, name: str) -> int:
         return self.rtl.read(self._address(name))
 
+    def clear(self) -> None:
+        self.rtl.trace(self._trace)
+        self.rtl.clear()
+
+    def observed(self) -> Observed:
+        counters = {name: self.rtl.read(self._bus.CSR[name]) for name in COUNTERS}
+        timed = self.rtl.timed_writes()
+        return Observed(
+            counters,
+            [(f"{bank.lower()}{index}", word) for _, bank, index, word in timed],
+            Trace(self.rtl.traced_issues(), timed, counters),
+        )
+
     def close(self) -> None:
         self.rtl.close()
 
 
 class IssBackend:
     """The instruction-set model `iss`: same bits but for sine and cosine, which it rounds
-    correctly; no clock cycles."""
+    correctly; no clock cycles. trace: every write is recorded, not only the last of a register."""
 
-    def __init__(self, image: Image) -> None:
+    def __init__(self, image: Image, trace: bool = False) -> None:
         from sim.iss import Iss
 
         self._image = image
-        self.iss = Iss(image)
+        self.iss = Iss(image, trace=trace)
         self._outputs = {o.name: int(o.safe, 16) for o in image.outputs}
         self._readable = {entry.name for entry in (*image.exports, *image.states)}
         self._types = {entry.name: entry.type for entry in (*image.inputs, *image.states)}
@@ -116,7 +150,7 @@ class IssBackend:
         words, flags, fault, text = [], [], None, ""
         for row in data.tolist():
             self.iss.set_inputs(self._values(dict(zip(inputs, row, strict=True))))
-            result = self.iss.run()
+            result = self._last = self.iss.run()
             self._outputs = result.output_bits
             words.append([self.read(name) for name in read])
             flags.append(result.flags)
@@ -139,8 +173,30 @@ class IssBackend:
     def read(self, name: str) -> int:
         return self._outputs[name] if name in self._outputs else self.iss.read_bits(name)
 
+    def clear(self) -> None:
+        """The model needs nothing."""
+
+    def observed(self) -> Observed:
+        result = self._last
+        writes = [(name, word) for name, words in result.writes.items() for word in words]
+        return Observed({"BUNDLES": result.bundles}, writes)
+
     def close(self) -> None:
         del self.iss
 
 
-BACKENDS: Mapping[str, Callable[[Image], Backend]] = {"rtl": RtlBackend, "iss": IssBackend}
+BACKENDS: Mapping[str, Callable[..., Backend]] = {"rtl": RtlBackend, "iss": IssBackend}
+
+
+def number(word: int, type_name: str) -> float | int:
+    """Value of a word."""
+    data = word.to_bytes(4, "big")
+    if type_name == "int":
+        return int.from_bytes(data, "big", signed=True)
+    return struct.unpack(">f", data)[0]
+
+
+def is_register(name: str) -> bool:
+    """Whether the name is a register that a host can read ('a3', 'c12')."""
+    banks = {bank.lower(): default_isa().banks[bank].size for bank in "ABC"}
+    return name[:1] in banks and name[1:].isdecimal() and int(name[1:]) < banks[name[0]]

@@ -19,8 +19,9 @@ from sim.asip_run.inputs import (
     printed_names,
     read_inputs,
 )
-from sim.asip_run.runners import NO_FAULT, RunLimit, iss_runner, rtl_runner
-from sim.asip_run.show import Trace, fault_text, write_profile, write_row, write_text
+from sim.asip_run.runner import RunLimit, Runner
+from sim.asip_run.show import Trace, write_profile, write_row, write_text
+from sim.core_fault import NO_FAULT
 
 MAX_CYCLES = 500_000
 FAULTS_SHOWN = 20
@@ -93,7 +94,7 @@ def _run(options: argparse.Namespace) -> int:
     trace_on = bool(options.trace or profile)
     if options.iss and not SINES.isdisjoint(operations(image)):
         print(SINE_NOTE, file=sys.stderr)
-    runner = (iss_runner if options.iss else rtl_runner)(image, states, trace_on)
+    runner = Runner(image, states, "iss" if options.iss else "rtl", trace_on)
     table = bool(options.inputs)
     faults = 0
     with Trace(options.trace) as trace:
@@ -102,18 +103,18 @@ def _run(options: argparse.Namespace) -> int:
             write = write_row if table else write_text
             write(sys.stdout, image, tick, names, result)
             trace.write(tick, result)
-            if result.fault.cause == NO_FAULT:
+            if result.cause == NO_FAULT:
                 continue
-            problem = f"run {tick + 1}: {fault_text(image, result.fault)}{limit.note(result)}"
+            problem = f"run {tick + 1}: {result.text}{limit.note(result)}"
             if not options.keep_going:
                 raise UserError(problem)
             faults += 1
             if faults <= FAULTS_SHOWN:
                 sys.stdout.flush()
                 print(f"asip-run: error: {problem}", file=sys.stderr)
-    if profile and result.trace:
+    if profile:
         file = sys.stderr if table else sys.stdout
-        write_profile(file, image, result.trace, options.konata, options.gantt)
+        write_profile(file, image, result.observed.trace, options.konata, options.gantt)
     if faults:
         raise UserError(f"{faults} of {ticks} runs ended with a fault")
     return 0

@@ -13,7 +13,7 @@ from asip_asm.assemble import assemble
 from asip_asm.diagnostics import closest
 from asip_asm.files import read_text
 from asip_asm.image import Image
-from asip_asm.isa import default_isa
+from sim.core_backends import is_register
 
 IMAGE_SUFFIX = ".json"
 INPUT_BYTES = 64 << 20
@@ -140,9 +140,3 @@ def printed_names(image: Image, text: str | None) -> list[str]:
         if name not in known and not is_register(name):
             raise UserError(unknown("output, export, state or register", name, known), 2)
     return names
-
-
-def is_register(name: str) -> bool:
-    """Whether the name is a register that a host can read ('a3', 'c12')."""
-    banks = {bank.lower(): default_isa().banks[bank].size for bank in "ABC"}
-    return name[:1] in banks and name[1:].isdecimal() and int(name[1:]) < banks[name[0]]

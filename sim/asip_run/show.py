@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is shown of a run: text for people, CSV rows, faults with their source lines, files."""
+"""What is shown of a run: text for people, CSV rows, files."""
 
 from __future__ import annotations
 
@@ -16,15 +16,11 @@ from asip_asm.image import Image
 from asip_asm.konata import konata_log
 from asip_asm.profile import ProfileError, profile_run
 from asip_asm.profile import Trace as CoreTrace
-from asip_asm.regmap import default_register_map
 from sim.asip_run.inputs import UserError
-from sim.asip_run.runners import NO_FAULT, Fault, Run, number
+from sim.asip_run.runner import Run
+from sim.core_backends import number
+from sim.core_fault import NO_FAULT
 
-NOT_FINITE_CAUSES = (
-    ({"fsin", "fcos"}, "sine or cosine of more than 256 rad (NaN)"),
-    ({"fsqrt"}, "square root of a negative number (NaN)"),
-    ({"fdiv"}, "division by 0"),
-)
 FLAGS = ("NV", "DZ", "OF", "UF", "NX")  # bit 4 .. 0
 
 
@@ -51,8 +47,10 @@ def write_text(file: TextIO, image: Image, tick: int, names: Sequence[str], resu
     """One run for people."""
     type_of = types_of(image)
     width = max(map(len, names), default=0)
-    counters = ", ".join(f"{name.lower()} {count}" for name, count in result.counters.items())
-    state = "done" if result.fault.cause == NO_FAULT else f"fault {result.fault.cause}"
+    counters = ", ".join(
+        f"{name.lower()} {count}" for name, count in result.observed.counters.items()
+    )
+    state = "done" if result.cause == NO_FAULT else f"fault {result.cause}"
     file.write(f"run {tick + 1}: {state}, {counters}, flags {flag_text(result.flags)}\n")
     for name in names:
         word = result.words[name]
@@ -62,13 +60,13 @@ def write_text(file: TextIO, image: Image, tick: int, names: Sequence[str], resu
 def write_row(file: TextIO, image: Image, tick: int, names: Sequence[str], result: Run) -> None:
     """One run as a row of the CSV table, the header before the first."""
     type_of = types_of(image)
-    counters = [name.lower() for name in result.counters]
+    counters = [name.lower() for name in result.observed.counters]
     out = csv.writer(file, lineterminator="\n")
     if tick == 0:
         out.writerow(["run", *names, "fault", "flags", *counters])
     values = [value_text(result.words[name], type_of(name)) for name in names]
-    row = [tick + 1, *values, result.fault.cause, flag_text(result.flags)]
-    out.writerow([*row, *result.counters.values()])
+    row = [tick + 1, *values, result.cause, flag_text(result.flags)]
+    out.writerow([*row, *result.observed.counters.values()])
 
 
 def write_profile(
@@ -85,47 +83,6 @@ def write_profile(
             path.parent.mkdir(parents=True, exist_ok=True)
             with open_output(path) as file:
                 file.write(text(profile))
-
-
-def fault_text(image: Image, fault: Fault) -> str:
-    """Cause, place and source lines of a fault."""
-    meaning = default_register_map().faults[fault.cause].doc
-    rows = [f"{fault.cause}: {meaning}"]
-    bundles: list[int] = []
-    if fault.output is not None:
-        name = {o.index: o.name for o in image.outputs}.get(fault.output, f"o{fault.output}")
-        rows[0] += f", output {name}"
-        names = (name, f"o{fault.output}")
-        bundles = [
-            address
-            for address, entries in enumerate(image.sources)
-            if any(destination(entry.text) in names for entry in entries)
-        ]
-    elif fault.bundle is not None:
-        rows[0] += f", bundle {fault.bundle}"
-        bundles = [fault.bundle] if fault.bundle < len(image.sources) else []
-        if not bundles:
-            rows[0] += " (outside the program)"
-    for address in bundles:
-        for entry in image.sources[address]:
-            if fault.output is None or destination(entry.text) in names:
-                rows.append(f"  {entry.file}:{entry.line}: {entry.text}")
-    return "\n".join(rows + not_finite_causes(image, fault))
-
-
-def not_finite_causes(image: Image, fault: Fault) -> list[str]:
-    """What the program's operations may have got to give NaN or infinity."""
-    if fault.cause != "NOT_FINITE":
-        return []
-    used = {entry.op for entries in image.sources for entry in entries}
-    causes = [text for operations, text in NOT_FINITE_CAUSES if used & operations]
-    return [f"  possible causes: {'; '.join([*causes, 'a result above 3.4e38'])}"]
-
-
-def destination(text: str) -> str:
-    """First operand of an operation's text."""
-    words = text.split(None, 1)
-    return words[1].split(",")[0].strip() if len(words) > 1 else ""
 
 
 class Trace:
@@ -145,6 +102,6 @@ class Trace:
     def write(self, tick: int, result: Run) -> None:
         """Append the writes of a run."""
         if self._file:
-            for register, word in result.writes:
+            for register, word in result.observed.writes:
                 value = value_text(word, "float")
                 self._file.write(f"{tick + 1} {register} {word:08x} {value}\n")

@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Faults of the core in words: cause, place and the source lines that the image keeps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from asip_asm.image import Image
+from asip_asm.regmap import default_register_map
+
+NO_FAULT = "NONE"
+NOT_FINITE_CAUSES = (
+    ({"fsin", "fcos"}, "sine or cosine of more than 256 rad (NaN)"),
+    ({"fsqrt"}, "square root of a negative number (NaN)"),
+    ({"fdiv"}, "division by 0"),
+)
+
+
+@dataclass(frozen=True)
+class Fault:
+    """Cause by name, the bundle it names (None: an output), and the output's index."""
+
+    cause: str
+    bundle: int | None = None
+    output: int | None = None
+
+
+def fault_text(image: Image, fault: Fault) -> str:
+    """Cause, place and source lines of a fault."""
+    meaning = default_register_map().faults[fault.cause].doc
+    rows = [f"{fault.cause}: {meaning}"]
+    bundles: list[int] = []
+    if fault.output is not None:
+        name = {o.index: o.name for o in image.outputs}.get(fault.output, f"o{fault.output}")
+        rows[0] += f", output {name}"
+        names = (name, f"o{fault.output}")
+        bundles = [
+            address
+            for address, entries in enumerate(image.sources)
+            if any(destination(entry.text) in names for entry in entries)
+        ]
+    elif fault.bundle is not None:
+        rows[0] += f", bundle {fault.bundle}"
+        bundles = [fault.bundle] if fault.bundle < len(image.sources) else []
+        if not bundles:
+            rows[0] += " (outside the program)"
+    for address in bundles:
+        for entry in image.sources[address]:
+            if fault.output is None or destination(entry.text) in names:
+                rows.append(f"  {entry.file}:{entry.line}: {entry.text}")
+    return "\n".join(rows + not_finite_causes(image, fault))
+
+
+def not_finite_causes(image: Image, fault: Fault) -> list[str]:
+    """What the program's operations may have got to give NaN or infinity."""
+    if fault.cause != "NOT_FINITE":
+        return []
+    used = {entry.op for entries in image.sources for entry in entries}
+    causes = [text for operations, text in NOT_FINITE_CAUSES if used & operations]
+    return [f"  possible causes: {'; '.join([*causes, 'a result above 3.4e38'])}"]
+
+
+def destination(text: str) -> str:
+    """First operand of an operation's text."""
+    words = text.split(None, 1)
+    return words[1].split(",")[0].strip() if len(words) > 1 else ""
