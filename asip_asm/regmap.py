@@ -1,55 +1,78 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Host register maps, validated; the ASIP's is `regmap.toml`. Addresses are word addresses."""
+"""What a host register map says. Addresses are word addresses.
+
+The maps themselves are written in SystemRDL (`regmap.rdl` beside the hardware); `make gen` makes
+Python of them, the ASIP's being `asip_asm.gen.asip_regmap.REGMAP`.
+"""
 
 from __future__ import annotations
 
-import functools
-import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
+from dataclasses import dataclass, field
 
-REGMAP_FILE = Path(__file__).with_name("regmap.toml")
-ACCESS_KINDS = ("r", "w", "rw")
 REGISTER_BLOCK = "csr"
 
 
-class RegisterMapError(ValueError):
-    """The register map contradicts itself; one line per finding, each naming its record."""
+@dataclass(frozen=True)
+class BitField:
+    """Bits high..low of a word."""
+
+    name: str
+    high: int
+    low: int
+    doc: str = ""
+
+    @property
+    def width(self) -> int:
+        """Bits of the field."""
+        return self.high - self.low + 1
+
+    @property
+    def mask(self) -> int:
+        """Ones where the field stands in its word."""
+        return ((1 << self.width) - 1) << self.low
+
+    def of(self, value: int) -> int:
+        """The field's value in a word."""
+        return (value & self.mask) >> self.low
+
+
+def compose(fields: Mapping[str, BitField], values: Mapping[str, int]) -> int:
+    """Word with these values in its fields, 0 elsewhere.
+
+    Raises KeyError for a field that the word does not have, ValueError for a value too wide for it.
+    """
+    word = 0
+    for name, value in values.items():
+        place = fields[name]
+        if not 0 <= value < 1 << place.width:
+            raise ValueError(f"{name}: {value} does not fit {place.width} bits")
+        word |= int(value) << place.low
+    return word
 
 
 @dataclass(frozen=True)
 class Block:
-    """Range of words that starts at `base`."""
+    """Range of words that starts at `base`; `fields` of each word, where the map states them."""
 
     name: str
     base: int
     words: int
     access: str
     doc: str
+    fields: Mapping[str, BitField] = field(default_factory=dict)
 
-
-@dataclass(frozen=True)
-class BitField:
-    """Bits high..low of a register."""
-
-    name: str
-    high: int
-    low: int
-
-    @property
-    def width(self) -> int:
-        return self.high - self.low + 1
-
-    def of(self, value: int) -> int:
-        """The field's value in a register value."""
-        return (value >> self.low) & ((1 << self.width) - 1)
+    def word(self, **values: int) -> int:
+        """A word of the block by its fields; see `compose`."""
+        return compose(self.fields, values)
 
 
 @dataclass(frozen=True)
 class RegisterRecord:
-    """Control or status register: word offset in block csr, reset value (None: not stated)."""
+    """Control or status register: word offset in block csr, reset value (None: not stated).
+
+    `count` above 1: so many registers, one word after the other.
+    """
 
     name: str
     offset: int
@@ -57,6 +80,11 @@ class RegisterRecord:
     reset: int | None
     fields: Mapping[str, BitField]
     doc: str
+    count: int = 1
+
+    def word(self, **values: int) -> int:
+        """Value of the register by its fields; see `compose`."""
+        return compose(self.fields, values)
 
 
 @dataclass(frozen=True)
@@ -81,110 +109,5 @@ class RegisterMap:
     faults: Mapping[str, Fault]
 
     def address(self, register: str) -> int:
-        """Word address of a register of block csr."""
+        """Word address of a register of block csr, of the first where there are more."""
         return self.blocks[REGISTER_BLOCK].base + self.registers[register].offset
-
-
-def load_register_map(path: Path = REGMAP_FILE) -> RegisterMap:
-    """Register map of the file. Raises RegisterMapError with every contradiction by name."""
-    raw = tomllib.loads(path.read_text(encoding="utf-8"))
-    findings: list[str] = []
-    data_width = raw["data_width"]
-    blocks = {name: _block(name, record, findings) for name, record in raw["block"].items()}
-    registers = {
-        name: _register(name, record, data_width, findings)
-        for name, record in raw["register"].items()
-    }
-    codes, texts = raw.get("fault", {}), raw.get("fault_doc", {})
-    if set(codes) != set(texts):
-        odd = ", ".join(sorted(set(codes) ^ set(texts)))
-        findings.append(f"fault: {odd} stands in only one of [fault] and [fault_doc]")
-    faults = {name: Fault(name, code, texts.get(name, "")) for name, code in codes.items()}
-    result = RegisterMap(
-        raw["title"],
-        raw["note"].strip(),
-        raw["address_width"],
-        data_width,
-        blocks,
-        registers,
-        faults,
-    )
-    _check(result, findings)
-    if findings:
-        raise RegisterMapError("\n".join(f"{path.name}: {finding}" for finding in findings))
-    return result
-
-
-@functools.cache
-def default_register_map() -> RegisterMap:
-    """Register map of the project's `regmap.toml`."""
-    return load_register_map()
-
-
-def _access(where: str, record: Mapping[str, Any], findings: list[str]) -> str:
-    access = record.get("access", "rw")
-    if access not in ACCESS_KINDS:
-        findings.append(f"{where}: unknown access '{access}'; known are {', '.join(ACCESS_KINDS)}")
-    return access
-
-
-def _block(name: str, record: Mapping[str, Any], findings: list[str]) -> Block:
-    access = _access(f"block.{name}", record, findings)
-    return Block(name, record["base"], record["words"], access, record["doc"])
-
-
-def _register(
-    name: str, record: Mapping[str, Any], data_width: int, findings: list[str]
-) -> RegisterRecord:
-    where = f"register.{name}"
-    fields: dict[str, BitField] = {}
-    owner: dict[int, str] = {}
-    for field, (high, low) in record.get("fields", {}).items():
-        if not data_width > high >= low >= 0:
-            findings.append(f"{where}.{field}: bits {high}..{low} do not fit {data_width} bits")
-        fields[field] = BitField(field, high, low)
-        for bit in range(low, high + 1):
-            if bit in owner:
-                findings.append(f"{where}.{field}: bit {bit} belongs to {owner[bit]} as well")
-            owner[bit] = field
-    reset = record.get("reset")
-    if reset is not None and not 0 <= reset < 1 << data_width:
-        findings.append(f"{where}: reset {reset} does not fit {data_width} bits")
-    return RegisterRecord(
-        name, record["offset"], _access(where, record, findings), reset, fields, record["doc"]
-    )
-
-
-def _check(regmap: RegisterMap, findings: list[str]) -> None:
-    for block in regmap.blocks.values():
-        where = f"block.{block.name}"
-        if block.words & (block.words - 1):
-            findings.append(f"{where}: {block.words} words are not a power of two")
-        elif block.base % block.words:
-            findings.append(f"{where}: base {block.base:#06x} is not a multiple of its words")
-        if block.base + block.words > 1 << regmap.address_width:
-            findings.append(f"{where}: ends beyond {regmap.address_width} address bits")
-        for other in regmap.blocks.values():
-            if other.base < block.base < other.base + other.words:
-                findings.append(f"{where}: overlaps block.{other.name}")
-            elif other is not block and other.base == block.base and other.name < block.name:
-                findings.append(f"{where}: overlaps block.{other.name}")
-    offsets: dict[int, str] = {}
-    if REGISTER_BLOCK not in regmap.blocks:
-        findings.append(f"block.{REGISTER_BLOCK}: missing; the registers stand in it")
-    else:
-        for register in regmap.registers.values():
-            if not 0 <= register.offset < regmap.blocks[REGISTER_BLOCK].words:
-                findings.append(f"register.{register.name}: offset outside block {REGISTER_BLOCK}")
-    for register in regmap.registers.values():
-        if register.offset in offsets:
-            findings.append(
-                f"register.{register.name}: offset {register.offset} is "
-                f"{offsets[register.offset]}'s as well"
-            )
-        offsets[register.offset] = register.name
-    codes: dict[int, str] = {}
-    for fault in regmap.faults.values():
-        if fault.code in codes:
-            findings.append(f"fault.{fault.name}: code is {codes[fault.code]}'s as well")
-        codes[fault.code] = fault.name

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from asip_asm.gen.asip_regmap import REGMAP
 from asip_asm.image import Image
-from asip_asm.regmap import default_register_map
 
 NO_FAULT = "NONE"
 NOT_FINITE_CAUSES = (
@@ -27,7 +27,7 @@ class Fault:
 
 def fault_text(image: Image, fault: Fault) -> str:
     """Cause, place and source lines of a fault."""
-    meaning = default_register_map().faults[fault.cause].doc
+    meaning = REGMAP.faults[fault.cause].doc
     rows = [f"{fault.cause}: {meaning}"]
     bundles: list[int] = []
     if fault.output is not None:

@@ -128,7 +128,7 @@ module motion_front_end #(
         | shown(reads[motion_regmap_pkg::REG_PATH_FEED], path_feed)
         | shown(reads[motion_regmap_pkg::REG_PATH_STATUS], path_status);
     for (int unsigned i = 0; i < Axes; i++)
-      read_data = read_data | shown(reads[motion_regmap_pkg::REG_POSITION0 + 5'(i)],
+      read_data = read_data | shown(reads[motion_regmap_pkg::REG_POSITION + 5'(i)],
                                     position[32*i+:32]);
   end
 
@@ -208,7 +208,7 @@ module motion_front_end #(
     ) u_path (
         .clk_i,
         .rst_ni,
-        .word_write_i   (csr_write && register_index[4:3] == motion_regmap_pkg::REG_PATH_WORD0[4:3]),
+        .word_write_i   (csr_write && register_index[4:3] == motion_regmap_pkg::REG_PATH_WORD[4:3]),
         .word_i         (register_index[2:0]),
         .command_write_i(csr_write && register_index == motion_regmap_pkg::REG_PATH_COMMAND),
         .feed_write_i   (csr_write && register_index == motion_regmap_pkg::REG_PATH_FEED),

@@ -3,7 +3,10 @@
 
 #include <string.h>
 
-#define FIELD(value, name) (((value) & ASIP_##name##_MASK) >> ASIP_##name##_LSB)
+#define MASK(register, field) ASIP__CSR__##register##__##field##_bm
+#define FIELD(value, register, field) \
+  (((value) & MASK(register, field)) >> ASIP__CSR__##register##__##field##_bp)
+#define CSR(register) ASIP_WORD(csr.register)
 
 static uint32_t read32(const asip *core, uint32_t address) {
   return core->bus.read32(core->bus.context, address);
@@ -27,15 +30,15 @@ asip_bus asip_memory_bus(volatile uint32_t *base) {
 }
 
 asip_result asip_check_id(const asip *core) {
-  return read32(core, ASIP_REG_ID) == ASIP_RESET_ID ? ASIP_OK : ASIP_NO_CORE;
+  return read32(core, CSR(ID)) == ASIP__CSR__ID__VALUE_reset ? ASIP_OK : ASIP_NO_CORE;
 }
 
 static int fits(const asip *core, const asip_image *image) {
-  const uint32_t config = read32(core, ASIP_REG_CONFIG);
-  return FIELD(config, CONFIG_SLOTS) == image->slots &&
-         FIELD(config, CONFIG_FMA_PIPES) == image->fma_pipes &&
-         image->bundles <= (uint32_t)1 << FIELD(config, CONFIG_PROGRAM_LOG2) &&
-         image->data_words <= (uint32_t)1 << FIELD(config, CONFIG_DATA_LOG2);
+  const uint32_t config = read32(core, CSR(CONFIG));
+  return FIELD(config, CONFIG, SLOTS) == image->slots &&
+         FIELD(config, CONFIG, FMA_PIPES) == image->fma_pipes &&
+         image->bundles <= (uint32_t)1 << FIELD(config, CONFIG, PROGRAM_LOG2) &&
+         image->data_words <= (uint32_t)1 << FIELD(config, CONFIG, DATA_LOG2);
 }
 
 asip_result asip_load(asip *core, const asip_image *image) {
@@ -44,22 +47,22 @@ asip_result asip_load(asip *core, const asip_image *image) {
 
   if (asip_check_id(core) != ASIP_OK) return ASIP_NO_CORE;
   if (!fits(core, image)) return ASIP_WRONG_CORE;
-  if (FIELD(read32(core, ASIP_REG_STATUS), STATUS_BUSY)) return ASIP_BUSY;
+  if (FIELD(read32(core, CSR(STATUS)), STATUS, BUSY)) return ASIP_BUSY;
 
   asip_clear(core);
   for (i = 0; i < image->bundles; i++) {
     for (lane = 0; lane < image->lanes; lane++) {
-      write32(core, ASIP_BASE_PROGRAM + 4 * i + lane, *word++);
+      write32(core, ASIP_WORD(program) + 4 * i + lane, *word++);
     }
   }
   for (i = 0; i < image->constant_count; i++) {
-    write32(core, ASIP_BASE_CONSTANTS + image->constants[i].address, image->constants[i].word);
+    write32(core, ASIP_WORD(constants) + image->constants[i].address, image->constants[i].word);
   }
-  for (i = 0; i < image->data_words; i++) write32(core, ASIP_BASE_DATA + i, image->data[i]);
-  for (i = 0; i < image->output_count; i++) write32(core, ASIP_BASE_SAFE + i, image->safe[i]);
-  write32(core, ASIP_REG_ENTRY, image->entry);
-  write32(core, ASIP_REG_WATCHDOG, image->watchdog);
-  write32(core, ASIP_REG_OUTPUT_MASK, image->output_mask);
+  for (i = 0; i < image->data_words; i++) write32(core, ASIP_WORD(data) + i, image->data[i]);
+  for (i = 0; i < image->output_count; i++) write32(core, ASIP_WORD(safe) + i, image->safe[i]);
+  write32(core, CSR(ENTRY), image->entry);
+  write32(core, CSR(WATCHDOG), image->watchdog);
+  write32(core, CSR(OUTPUT_MASK), image->output_mask);
   core->image = image;
   asip_preset_states(core);
   return ASIP_OK;
@@ -73,31 +76,31 @@ void asip_preset_states(const asip *core) {
 }
 
 void asip_preset_state(const asip *core, unsigned state, uint32_t word) {
-  write32(core, ASIP_BASE_REGISTERS + core->image->states[state].address, word);
+  write32(core, ASIP_WORD(registers) + core->image->states[state].address, word);
 }
 
 void asip_set_inputs(const asip *core, const uint32_t *words) {
   uint32_t i;
   for (i = 0; i < core->image->input_count; i++) {
-    write32(core, ASIP_BASE_CONSTANTS + core->image->inputs[i], words[i]);
+    write32(core, ASIP_WORD(constants) + core->image->inputs[i], words[i]);
   }
 }
 
-void asip_start(const asip *core) { write32(core, ASIP_REG_CONTROL, ASIP_CONTROL_START_MASK); }
+void asip_start(const asip *core) { write32(core, CSR(CONTROL), MASK(CONTROL, START)); }
 
 asip_result asip_wait(const asip *core, uint32_t polls) {
   while (polls-- > 0) {
-    const uint32_t status = read32(core, ASIP_REG_STATUS);
-    if (status & ASIP_STATUS_BUSY_MASK) continue;
-    if (status & ASIP_STATUS_FAULT_MASK) return ASIP_FAULTED;
-    return status & ASIP_STATUS_DONE_MASK ? ASIP_OK : ASIP_NOT_STARTED;
+    const uint32_t status = read32(core, CSR(STATUS));
+    if (status & MASK(STATUS, BUSY)) continue;
+    if (status & MASK(STATUS, FAULT)) return ASIP_FAULTED;
+    return status & MASK(STATUS, DONE) ? ASIP_OK : ASIP_NOT_STARTED;
   }
   return ASIP_TIMEOUT;
 }
 
 void asip_read_outputs(const asip *core, uint32_t *words) {
   uint32_t i;
-  for (i = 0; i < core->image->output_count; i++) words[i] = read32(core, ASIP_BASE_OUTPUTS + i);
+  for (i = 0; i < core->image->output_count; i++) words[i] = read32(core, ASIP_WORD(outputs) + i);
 }
 
 asip_result asip_tick(const asip *core, const uint32_t *inputs, uint32_t *outputs, uint32_t polls) {
@@ -110,26 +113,26 @@ asip_result asip_tick(const asip *core, const uint32_t *inputs, uint32_t *output
 }
 
 uint32_t asip_read_export(const asip *core, unsigned number) {
-  return read32(core, ASIP_BASE_REGISTERS + core->image->exports[number]);
+  return read32(core, ASIP_WORD(registers) + core->image->exports[number]);
 }
 
-void asip_clear(const asip *core) { write32(core, ASIP_REG_CONTROL, ASIP_CONTROL_CLEAR_MASK); }
+void asip_clear(const asip *core) { write32(core, CSR(CONTROL), MASK(CONTROL, CLEAR)); }
 
 void asip_enable_interrupts(const asip *core, int done, int fault) {
-  write32(core, ASIP_REG_IRQ_ENABLE,
-          (done ? ASIP_IRQ_ENABLE_DONE_MASK : 0u) | (fault ? ASIP_IRQ_ENABLE_FAULT_MASK : 0u));
+  write32(core, CSR(IRQ_ENABLE),
+          (done ? MASK(IRQ_ENABLE, DONE) : 0u) | (fault ? MASK(IRQ_ENABLE, FAULT) : 0u));
 }
 
 asip_state asip_status(const asip *core) {
-  const uint32_t status = read32(core, ASIP_REG_STATUS);
+  const uint32_t status = read32(core, CSR(STATUS));
   asip_state state;
-  state.busy = (int)FIELD(status, STATUS_BUSY);
-  state.done = (int)FIELD(status, STATUS_DONE);
-  state.faulted = (int)FIELD(status, STATUS_FAULT);
-  state.cause = (asip_fault)FIELD(status, STATUS_CAUSE);
-  state.flags = (uint8_t)FIELD(status, STATUS_FLAGS);
-  state.cycles = read32(core, ASIP_REG_CYCLES);
-  state.info = read32(core, ASIP_REG_FAULT_INFO);
+  state.busy = (int)FIELD(status, STATUS, BUSY);
+  state.done = (int)FIELD(status, STATUS, DONE);
+  state.faulted = (int)FIELD(status, STATUS, FAULT);
+  state.cause = (asip_fault)FIELD(status, STATUS, CAUSE);
+  state.flags = (uint8_t)FIELD(status, STATUS, FLAGS);
+  state.cycles = read32(core, CSR(CYCLES));
+  state.info = read32(core, CSR(FAULT_INFO));
   return state;
 }
 

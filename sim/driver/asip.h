@@ -6,13 +6,18 @@
 #ifndef ASIP_H
 #define ASIP_H
 
+#include <stddef.h>
 #include <stdint.h>
 
+#include "gen/asip_faults.h"
 #include "gen/asip_regs.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
+
+/* Word address of a register or block, such as csr.STATUS or constants. */
+#define ASIP_WORD(member) ((uint32_t)(offsetof(asip_t, member) / sizeof(uint32_t)))
 
 /* How the host reaches the core: single 32-bit accesses by word address. */
 typedef struct {

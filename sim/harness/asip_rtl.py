@@ -10,13 +10,12 @@ from pathlib import Path
 
 import numpy as np
 
+from asip_asm.gen.asip_regmap import REGMAP
 from asip_asm.image import Image
 from asip_asm.isa import default_isa
-from asip_asm.regmap import default_register_map
 from sim.harness.build import build_library, file_list
 
 HARNESS = Path(__file__).with_name("asip_harness.cpp")
-REGMAP = default_register_map()
 CSR = {name: REGMAP.address(name) for name in REGMAP.registers}
 BLOCK = {name: block.base for name, block in REGMAP.blocks.items()}
 STATUS = REGMAP.registers["STATUS"].fields

@@ -11,13 +11,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from asip_asm.isa import default_isa
-from asip_asm.regmap import load_register_map
 from sim.harness.asip_rtl import AsipError, AsipRtl
-from sim.harness.build import ROOT, build_library
+from sim.harness.build import build_library
+from sim.harness.gen.dual_regmap import REGMAP
 from sim.harness.sources import sources_of
 
 TOP = "dual_asip"
-REGMAP = load_register_map(ROOT / "rtl/dual/regmap.toml")
 FLAGS = REGMAP.registers["STATUS"].fields
 MEASURED_SOURCE = 32  # of an input list: first measured word
 LIST_ENTRIES = 32

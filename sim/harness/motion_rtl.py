@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from asip_asm.regmap import load_register_map
 from sim.harness.build import ROOT, build_library
+from sim.harness.gen.motion_regmap import REGMAP
 from sim.harness.interpolator_rtl import PLANES
 from sim.harness.phase_record import (
     Record,
@@ -19,7 +19,6 @@ from sim.harness.phase_record import (
 from sim.harness.sources import sources_of
 
 TOP = "motion_front_end"
-REGMAP = load_register_map(ROOT / "rtl/motion/regmap.toml")
 FOLDERS = (ROOT / "rtl",)  # where its sources stand; tests put changed copies first
 CLOCK_HZ = 100_000_000
 RECORDS = 8  # in the ring of an axis
@@ -149,7 +148,7 @@ class MotionRtl:
 
     def position(self, axis: int) -> int:
         """Steps sent by an axis."""
-        word = self.read("POSITION0", axis)
+        word = self.read("POSITION", axis)
         return word - (1 << 32) if word >> 31 else word
 
     def status(self, field: str) -> int:
@@ -224,7 +223,7 @@ class MotionRtl:
         self._path(2, dict(enumerate(lengths)), True)
 
     def _path(self, kind: int, words: Mapping[int, int], start: bool, **fields: int) -> None:
-        base = REGMAP.address("PATH_WORD0")
+        base = REGMAP.address("PATH_WORD")
         for word, value in words.items():
             self._lib.motion_write(self._handle, base + word, value & 0xFFFFFFFF)
         places = REGMAP.registers["PATH_COMMAND"].fields

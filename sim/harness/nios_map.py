@@ -14,9 +14,10 @@ from pathlib import Path
 from typing import Any
 
 from asip_asm.project import ROOT
-from asip_asm.regmap import ACCESS_KINDS, BitField
+from asip_asm.regmap import BitField
 
 SYSTEM_TOML = ROOT / "nios_sw/system.toml"
+ACCESS_KINDS = ("r", "w", "rw")
 VECTOR_BYTES = 32  # room of the reset code before the exception vector
 
 

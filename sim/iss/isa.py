@@ -8,9 +8,11 @@ from dataclasses import dataclass
 from enum import IntEnum
 from pathlib import Path
 
+from asip_asm.gen.asip_regmap import REGMAP
+
 _ASM = Path(__file__).resolve().parents[2] / "asip_asm"
 ISA = tomllib.loads((_ASM / "isa.toml").read_text(encoding="utf-8"))
-Fault = IntEnum("Fault", tomllib.loads((_ASM / "regmap.toml").read_text(encoding="utf-8"))["fault"])
+Fault = IntEnum("Fault", {fault.name: fault.code for fault in REGMAP.faults.values()})
 """Causes of a fault; NONE is 0."""
 
 BANK_CODE = {bank["name"]: bank["code"] for bank in ISA["bank"]}

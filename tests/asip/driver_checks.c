@@ -105,12 +105,12 @@ static int check_interrupt(void) {
 }
 
 static int check_memory_bus(void) {
-  uint32_t memory[16] = {ASIP_RESET_ID};
+  uint32_t memory[16] = {ASIP__CSR__ID__VALUE_reset};
   asip core = {asip_memory_bus(memory), NULL};
   EXPECT(asip_check_id(&core) == ASIP_OK);
   asip_start(&core);
-  EXPECT(memory[ASIP_REG_CONTROL] == ASIP_CONTROL_START_MASK);
-  memory[ASIP_REG_ID]++;
+  EXPECT(memory[ASIP_WORD(csr.CONTROL)] == ASIP__CSR__CONTROL__START_bm);
+  memory[ASIP_WORD(csr.ID)]++;
   EXPECT(asip_check_id(&core) == ASIP_NO_CORE);
   return 0;
 }

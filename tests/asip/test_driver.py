@@ -14,7 +14,7 @@ import pytest
 
 from asip_asm.assemble import assemble
 from asip_asm.c_image import enumeration, identifier, to_c
-from asip_asm.regmap import default_register_map
+from asip_asm.gen.asip_regmap import REGMAP
 from sim.driver import DRIVER, simulated_core
 from sim.iss.core import Iss
 
@@ -124,16 +124,16 @@ def test_driver__off_the_good_run(name, checks):
 
 
 def test_header__every_address_fault_and_field_by_value(tmp_path):
-    regmap = default_register_map()
-    values = {f"ASIP_REG_{name}": regmap.address(name) for name in regmap.registers}
-    values |= {f"ASIP_BASE_{name.upper()}": block.base for name, block in regmap.blocks.items()}
-    values |= {f"ASIP_FAULT_{fault.name}": fault.code for fault in regmap.faults.values()}
-    for register in regmap.registers.values():
+    values = {f"ASIP_WORD(csr.{name})": REGMAP.address(name) for name in REGMAP.registers}
+    values |= {f"ASIP_WORD({name})": block.base for name, block in REGMAP.blocks.items()}
+    values |= {f"ASIP_FAULT_{fault.name}": fault.code for fault in REGMAP.faults.values()}
+    for register in REGMAP.registers.values():
         for field in register.fields.values():
-            mask = sum(1 << bit for bit in range(field.low, field.high + 1))
-            values[f"ASIP_{register.name}_{field.name.upper()}_MASK"] = mask
+            place = f"ASIP__CSR__{register.name}__{field.name.upper()}"
+            values |= {f"{place}_bm": field.mask, f"{place}_bp": field.low}
     rows = [
-        f"  typedef char is_{name}[{name} == {value}u ? 1 : -1];" for name, value in values.items()
+        f"  typedef char is_{i}[{name} == {value}u ? 1 : -1];"
+        for i, (name, value) in enumerate(values.items())
     ]
     source = tmp_path / "values.c"
     source.write_text('#include "asip.h"\n' + "\n".join(rows) + "\n")

@@ -9,8 +9,8 @@ import subprocess
 
 import pytest
 
+from asip_asm.gen.asip_regmap import REGMAP
 from asip_asm.isa import default_isa
-from asip_asm.regmap import default_register_map
 from sim.harness.build import ROOT, WAIVERS, file_list, verilator_driver
 from tests.bench.tcl import Component
 
@@ -81,7 +81,7 @@ def test_ports__those_of_the_module_by_name_direction_and_width(module):
         name: (direction, int(width))
         for _, name, _, direction, width in Component(SCRIPT).of("add_interface_port")
     }
-    assert mapped["address_i"][1] == default_register_map().address_width
+    assert mapped["address_i"][1] == REGMAP.address_width
     host = {name: port for name, port in ports.items() if not name.startswith("trace_")}
     assert mapped == host
     assert set(ports) - set(mapped), "the trace ports are still there"

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from asip_asm.gen.asip_regmap import REGMAP
 from asip_asm.isa import default_isa
-from asip_asm.regmap import default_register_map
 
 ROOT = Path(__file__).parents[2]
 GENERATORS = ("gen_isa.py", "gen_regmap.py")
@@ -63,13 +63,12 @@ def test_isa_package__holds_every_opcode_and_limit() -> None:
 
 def test_register_map_package__holds_every_address_and_fault() -> None:
     values = localparams("asip_regmap_pkg.sv")
-    regmap = default_register_map()
-    for register in regmap.registers.values():
+    for register in REGMAP.registers.values():
         assert values[f"REG_{register.name}"] == register.offset
-    for block in regmap.blocks.values():
+    for block in REGMAP.blocks.values():
         assert values[f"BASE_{block.name.upper()}"] == block.base
         assert values[f"WORDS_{block.name.upper()}"] == block.words
-    for fault in regmap.faults.values():
+    for fault in REGMAP.faults.values():
         assert values[f"FAULT_{fault.name}"] == fault.code
 
 
@@ -78,5 +77,5 @@ def test_documents__list_every_operation_and_register() -> None:
     regmap_text = (ROOT / "docs" / "regmap.md").read_text(encoding="utf-8")
     for record in default_isa().operations.values():
         assert f"| {record.opcode:06b} | `{record.name}" in isa_text
-    for name in default_register_map().registers:
+    for name in REGMAP.registers:
         assert f"| `{name}` |" in regmap_text

@@ -6,7 +6,6 @@ from pathlib import Path
 import pytest
 
 from asip_asm.isa import ISA_FILE, IsaError, load_isa
-from asip_asm.regmap import REGMAP_FILE, RegisterMapError, load_register_map
 
 ISA_CASES = {
     "op fields overlap": (
@@ -119,41 +118,6 @@ ISA_CASES = {
     "unknown section": ("[limits]", "[other]\n[limits]", "file: unknown key other"),
 }
 
-REGMAP_CASES = {
-    "offset twice": ("offset = 1\n", "offset = 0\n", "register.CONFIG: offset 0 is ID's as well"),
-    "fields overlap": (
-        "done = [1, 1], fault = [2, 2]",
-        "done = [1, 1], fault = [1, 1]",
-        "register.STATUS.fault: bit 1 belongs to done",
-    ),
-    "field too high": (
-        "flags = [12, 8]",
-        "flags = [32, 8]",
-        "register.STATUS.flags: bits 32..8 do not fit",
-    ),
-    "blocks overlap": ("base = 0x0120", "base = 0x0100", "block.safe: overlaps block.outputs"),
-    "block not aligned": (
-        "base = 0x0200",
-        "base = 0x0180",
-        "block.registers: base 0x0180 is not a multiple",
-    ),
-    "block size": ("words = 256", "words = 255", "block.registers: 255 words are not a power"),
-    "block too high": ("address_width = 14", "address_width = 13", "block.program: ends beyond 13"),
-    "unknown access": ('access = "rw"', 'access = "wo"', "unknown access 'wo'"),
-    "reset too wide": (
-        "reset = 10000",
-        "reset = 0x100000000",
-        "register.WATCHDOG: reset 4294967296 does not fit",
-    ),
-    "fault code twice": ("ADDRESS = 2", "ADDRESS = 1", "fault.ADDRESS: code is ILLEGAL's as well"),
-    "fault without text": (
-        '[fault_doc]\nNONE = "no fault"\n',
-        "[fault_doc]\n",
-        "fault: NONE stands in only one",
-    ),
-    "offset outside": ("offset = 14", "offset = 16", "register.DRAIN: offset outside block csr"),
-}
-
 
 @pytest.mark.parametrize("name", ISA_CASES)
 def test_isa__contradiction__is_refused_by_name(name: str, tmp_path: Path) -> None:
@@ -167,26 +131,7 @@ def test_isa__contradiction__is_refused_by_name(name: str, tmp_path: Path) -> No
     assert f"isa.toml: {message}" in str(caught.value)
 
 
-@pytest.mark.parametrize("name", REGMAP_CASES)
-def test_register_map__contradiction__is_refused_by_name(name: str, tmp_path: Path) -> None:
-    old, new, message = REGMAP_CASES[name]
-    text = REGMAP_FILE.read_text(encoding="utf-8")
-    assert old in text
-    path = tmp_path / "regmap.toml"
-    path.write_text(text.replace(old, new, 1), encoding="utf-8")
-    with pytest.raises(RegisterMapError) as caught:
-        load_register_map(path)
-    assert message in str(caught.value)
-
-
 def test_isa__of_the_project__has_the_published_sizes() -> None:
     isa = load_isa()
     assert (isa.bundle_width("fast"), isa.lanes("fast")) == (128, 4)
     assert (isa.bundle_width("small"), isa.lanes("small")) == (48, 2)
-
-
-def test_register_map__of_the_project__gives_addresses_and_fields() -> None:
-    regmap = load_register_map()
-    assert regmap.address("STATUS") == 3
-    assert regmap.registers["STATUS"].fields["cause"].of(0x5A) == 5
-    assert regmap.blocks["registers"].base == 0x200

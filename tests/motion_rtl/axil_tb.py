@@ -78,8 +78,8 @@ async def move__random_pauses__pulses_as_ordered(dut) -> None:
         await RisingEdge(dut.irq_o)
         await FallingEdge(dut.clk_i)  # where the bus model acts
         assert count == [40 * (number + 1)]
-        assert await bus.read(CSR["POSITION0"] + 2) == count[0]
-        assert await bus.read(CSR["POSITION0"] + 1) == 0
+        assert await bus.read(CSR["POSITION"] + 2) == count[0]
+        assert await bus.read(CSR["POSITION"] + 1) == 0
 
 
 @cocotb.test()

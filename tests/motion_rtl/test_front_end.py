@@ -327,7 +327,7 @@ def test_full_ring__refused_before_anything_is_written(motion):
 def test_identity_and_reserved_words__read_as_documented(motion):
     assert motion.read("ID") == 0x4D4F5431
     assert motion.read("CONFIG") == 5 | 8 << 4 | 100 << 8 | 1 << 16
-    assert motion.read("POSITION0", 5) == 0
+    assert motion.read("POSITION", 5) == 0
 
 
 # ---------------------------------------------------------------------- drive timing

@@ -383,7 +383,7 @@ def test_nodes_near_a_circle__taken_if_the_ideal_arc_passes_between_their_neighb
 
 
 def test_write_while_a_command_waits__refused__the_running_one_ends():
-    for word in ("PATH_WORD0", "PATH_COMMAND"):
+    for word in ("PATH_WORD", "PATH_COMMAND"):
         rtl = front_end()
         rtl.line(20, 10)
         rtl.clock(10)

@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Register maps in SystemRDL 2.0, read by systemrdl-compiler into `asip_asm.regmap.RegisterMap`.
+
+A map is an addrmap of blocks: one regfile, `csr`, of registers of 32 bits; memories; other maps.
+The compiler checks the language, overlaps and widths; here is checked what our hardware asks for
+beside that: blocks are aligned powers of two, because it decodes an address by its upper bits.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from systemrdl import RDLCompileError, RDLCompiler
+from systemrdl.messages import MessagePrinter, Severity
+from systemrdl.node import AddrmapNode, MemNode, Node, RegfileNode, RegNode
+from systemrdl.source_ref import SourceRefBase
+
+from asip_asm.regmap import REGISTER_BLOCK, BitField, Block, Fault, RegisterMap, RegisterRecord
+
+DATA_WIDTH = 32
+WORD_BYTES = DATA_WIDTH // 8
+
+
+class RegisterMapError(ValueError):
+    """The register map is wrong; one line per finding, with file and line."""
+
+
+class _Messages(MessagePrinter):
+    """Keeps the compiler's findings."""
+
+    def __init__(self) -> None:
+        self.findings: list[str] = []
+
+    def print_message(
+        self, severity: Severity, text: str, src_ref: SourceRefBase | None = None
+    ) -> None:
+        place = f"{Path(src_ref.path).name}:{src_ref.line}: " if src_ref and src_ref.path else ""
+        self.findings.append(f"{place}{severity.name.lower()}: {text}")
+
+
+def compile_map(path: Path, name: str) -> AddrmapNode:
+    """Addrmap `name` of the file, elaborated. Raises RegisterMapError."""
+    messages = _Messages()
+    compiler = RDLCompiler(message_printer=messages)
+    try:
+        compiler.compile_file(str(path))
+        return compiler.elaborate(name).top
+    except RDLCompileError as error:
+        raise RegisterMapError("\n".join(messages.findings or [str(error)])) from error
+
+
+def read_map(path: Path, name: str) -> RegisterMap:
+    """Register map of addrmap `name` of the file. Raises RegisterMapError."""
+    top = compile_map(path, name)
+    findings: list[str] = []
+    blocks, registers, faults = {}, {}, {}
+    for node in top.children(unroll=False):
+        blocks[node.inst_name] = _block(node, findings)
+        if isinstance(node, RegfileNode):
+            for register in node.registers():
+                registers[register.inst_name] = _register(register, findings)
+                faults |= {fault.name: fault for fault in _faults(register, findings)}
+    if REGISTER_BLOCK not in blocks or not registers:
+        findings.append(_finding(top, f"no regfile '{REGISTER_BLOCK}'; the registers stand in it"))
+    if findings:
+        raise RegisterMapError("\n".join(findings))
+    words = top.size // WORD_BYTES
+    return RegisterMap(
+        title=top.get_property("name"),
+        note=_text(top),
+        address_width=(words - 1).bit_length(),
+        data_width=DATA_WIDTH,
+        blocks=blocks,
+        registers=registers,
+        faults=faults,
+    )
+
+
+def _finding(node: Node, text: str) -> str:
+    source = node.inst.inst_src_ref or node.inst.def_src_ref
+    return f"{Path(source.path).name}:{source.line}: error: {node.inst_name}: {text}"
+
+
+def _text(node: Node) -> str:
+    return node.get_property("desc", default="")
+
+
+def _block(node: Node, findings: list[str]) -> Block:
+    words = node.size // WORD_BYTES
+    base = node.raw_address_offset // WORD_BYTES
+    fields, access = {}, "rw"
+    if isinstance(node, RegfileNode):
+        words = 1 << (words - 1).bit_length()  # what its registers need
+    elif isinstance(node, MemNode):
+        access = node.get_property("sw").name
+        fields = {k: f for reg in node.registers() for k, f in _fields(reg).items()}
+    if words & (words - 1):
+        findings.append(_finding(node, f"{words} words are not a power of two"))
+    elif base % words:
+        findings.append(_finding(node, f"base {base:#06x} is not a multiple of its {words} words"))
+    return Block(node.inst_name, base, words, access, _text(node), fields)
+
+
+def _fields(node: RegNode) -> dict[str, BitField]:
+    return {f.inst_name: BitField(f.inst_name, f.high, f.low, _text(f)) for f in node.fields()}
+
+
+def _register(node: RegNode, findings: list[str]) -> RegisterRecord:
+    if node.get_property("regwidth") != DATA_WIDTH:
+        findings.append(_finding(node, f"registers have {DATA_WIDTH} bits"))
+    resets = [(field.low, field.get_property("reset")) for field in node.fields()]
+    stated = [value << low for low, value in resets if value is not None]
+    access = "".join(
+        letter
+        for letter, held in (("r", node.has_sw_readable), ("w", node.has_sw_writable))
+        if held
+    )
+    return RegisterRecord(
+        node.inst_name,
+        node.raw_address_offset // WORD_BYTES,
+        access,
+        sum(stated) if stated else None,
+        _fields(node),
+        _text(node),
+        node.n_elements,
+    )
+
+
+def _faults(node: RegNode, findings: list[str]) -> list[Fault]:
+    """Codes of the enumerations that the register's fields show."""
+    faults = []
+    for field in node.fields():
+        for member in field.get_property("encode") or ():
+            faults.append(Fault(member.name, member.value, member.rdl_desc or ""))
+            if not member.rdl_desc:
+                findings.append(_finding(field, f"{member.name} has no desc"))
+    return faults
