@@ -25,8 +25,8 @@ def build_wheel(folder: Path) -> Path:
     return wheel
 
 
-def install(wheel: Path, folder: Path) -> Path:
-    """The bin folder of a new environment with the wheel and its declared dependencies.
+def install(wheel: Path, folder: Path, extra: str = "") -> Path:
+    """The bin folder of a new environment with the wheel, its declared dependencies and an extra's.
 
     The dependencies are links to the locked packages that the tests run in: what no requirement
     names, direct or not, cannot be imported there.
@@ -38,7 +38,7 @@ def install(wheel: Path, folder: Path) -> Path:
     )
     (packages,) = folder.glob("lib/python*/site-packages")
     (own,) = Distribution.discover(path=[str(packages)])
-    for needed in _closure(own.requires or ()):
+    for needed in _closure(own.requires or (), extra):
         for name in {file.parts[0] for file in needed.files or ()} - {".."}:
             link = packages / name
             if not link.is_symlink():
@@ -46,13 +46,13 @@ def install(wheel: Path, folder: Path) -> Path:
     return python.parent
 
 
-def _closure(requirements: Iterable[str]) -> list[Distribution]:
+def _closure(requirements: Iterable[str], extra: str) -> list[Distribution]:
     """The distributions that the requirements name, and those which these name in turn."""
     found: dict[str, Distribution] = {}
     waiting = [Requirement(text) for text in requirements]
     while waiting:
         wanted = waiting.pop()
-        if wanted.marker and not wanted.marker.evaluate({"extra": ""}):
+        if wanted.marker and not wanted.marker.evaluate({"extra": extra}):
             continue
         name = wanted.name.lower()
         if name not in found:
