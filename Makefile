@@ -137,11 +137,8 @@ nios-toolchain: ## cross compiler for Nios II from Debian's source packages (abo
 readme: $(READY) ## write the measured sections of README.md from build/*.json
 	@$(PY) scripts/readme.py
 
-docs: $(READY) ## write the pages of docs/ that are measured: latencies, scaling, units, Python loop
-	@$(PY) scripts/latency_table.py
-	@$(PY) scripts/scaling.py
-	@$(PY) scripts/units_page.py
-	@$(PY) scripts/loop_speed.py
+docs: $(READY) ## write every page with measured figures; those of long campaigns from their results in build
+	@$(PY) scripts/measured_pages.py $(T)
 
 site: $(READY) ## the documents with the API of the Python tools as a site, build/site/index.html
 	@$(SITE)

@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Write every page with measured figures: `make docs`.
+
+Some are measured at once, in a minute or so each. Others come from what a long campaign has left in
+build; where that is missing or only a part of it, the page stays as it is and the command says what
+makes the results. A page's writer can also be called by itself (`--list` shows them).
+docs/own_c_program.md is written by `make nios-sw`, which has the cross compiler.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT))
+
+from asip_asm.project import BUILD  # noqa: E402
+
+
+@dataclass(frozen=True)
+class Page:
+    """A page, the arguments of Python that write it, and what it is written from.
+
+    results: a file of a campaign that `cure` makes; whole: whether it holds all of the campaign.
+    """
+
+    name: str
+    writer: str
+    results: Path | None = None
+    cure: str = ""
+    whole: Callable[[Any], bool] = bool
+
+    def missing(self) -> str:
+        """Why the page cannot be written now, empty if it can."""
+        if self.results is None:
+            return ""
+        place = self.results.relative_to(ROOT)
+        try:
+            document = json.loads(self.results.read_text(encoding="utf-8"))
+        except FileNotFoundError:
+            return f"no {place}; {self.cure} makes it"
+        return "" if self.whole(document) else f"{place} is a part; {self.cure} makes the whole"
+
+
+def all_proofs(report: dict[str, Any]) -> bool:
+    """Whether every proof has a verdict, and every one's faults."""
+    from tests.formal.proofs import PROOFS
+
+    names = {proof.name for proof in PROOFS}
+    return names <= set(report["proofs"]) and names <= set(report["faults"])
+
+
+def all_cases(report: dict[str, Any]) -> bool:
+    """Whether every section of the campaign is covered."""
+    return all(row["covered"] == row["planned"] for row in report["rows"])
+
+
+def all_platforms(results: dict[str, Any]) -> bool:
+    """Whether the main job took the whole path on every platform."""
+    return len(results["platforms"]) == 3 and results["path"]["whole"]
+
+
+def all_goals(results: dict[str, Any]) -> bool:
+    """Whether every goal was measured."""
+    return all(goal["ours"] for goal in results["goals"])
+
+
+PAGES = (
+    Page("docs/latency.md", "scripts/latency_table.py"),
+    Page("docs/scaling.md", "scripts/scaling.py"),
+    Page("docs/units.md", "scripts/units_page.py"),
+    Page("docs/own_machine.md", "scripts/loop_speed.py"),
+    Page("docs/nios_core.md", "-m sim.harness.n2_lockstep_cycles"),
+    Page("docs/numerics.md", "-m sim.run.random_robots --docs"),
+    Page("docs/synthesis.md", "scripts/speed_points.py"),
+    Page("README.md", "scripts/readme.py", BUILD / "results.json", "make run", all_platforms),
+    Page(
+        "docs/two_processors.md",
+        "-m sim.dual --docs",
+        BUILD / "dual/results.json",
+        "make dual",
+        lambda results: results["complete"] and results["whole_path"],
+    ),
+    Page(
+        "docs/motion.md",
+        "-m sim.motion.goals",
+        BUILD / "motion/results.json",
+        "make motion RUN=full",
+        all_goals,
+    ),
+    Page(
+        "docs/formal.md",
+        "-m tests.formal --docs",
+        BUILD / "formal/report.json",
+        "make formal, python -m tests.formal --check-can-fail",
+        all_proofs,
+    ),
+    Page(
+        "docs/arithmetic_evidence.md",
+        "-m sim.fpbench report",
+        BUILD / "fpbench/report.json",
+        "make fp-campaign",
+        all_cases,
+    ),
+)
+
+
+def write(page: Page) -> bool:
+    """Write one page; whether it went well. Says what it does."""
+    reason = page.missing()
+    if reason:
+        print(f"{page.name} stays: {reason}", flush=True)
+        return True
+    print(f"{page.name}: python {page.writer}", flush=True)
+    return subprocess.run([sys.executable, *page.writer.split()], cwd=ROOT).returncode == 0
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Command line; returns the exit status, 1 if a writer failed."""
+    parser = argparse.ArgumentParser(
+        description="Write the pages with measured figures.",
+        epilog="example: python scripts/measured_pages.py latency units",
+    )
+    stems = [Path(page.name).stem for page in PAGES]
+    parser.add_argument(
+        "pages", nargs="*", metavar="PAGE", help=f"only these: {', '.join(stems)} (all)"
+    )
+    parser.add_argument("--list", action="store_true", help="pages and writers, and end")
+    options = parser.parse_args(arguments)
+    for name in options.pages:
+        if name not in stems:
+            parser.error(f"no page `{name}`; there are {', '.join(stems)}")
+    chosen = [p for p in PAGES if not options.pages or Path(p.name).stem in options.pages]
+    if options.list:
+        for page in chosen:
+            print(f"{page.name}: python {page.writer}; {page.missing() or 'can be written'}")
+        return 0
+    failed = [page.name for page in chosen if not write(page)]
+    if failed:
+        print(f"not written: {', '.join(failed)}", file=sys.stderr)
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
