@@ -4,9 +4,8 @@
 Each finds what the other forgives: Verilator follows widths and unused signals, slang the rules
 of IEEE 1800 on declarations, drivers and processes; each top in every configuration, for slang with
 the assertions bound to it. A warning is an error. Waivers, each with its reason:
-rtl/waivers.vlt for Verilator, WAIVED below for slang, scripts/ci/verible.* for verible. Its
-formatter is not used: it would move a quarter of all lines, and the columns that make tables of
-assignments readable with them.
+rtl/waivers.vlt for Verilator, WAIVED below for slang, scripts/ci/verible.* for verible.
+CONTRIBUTING says why its formatter is not used.
 """
 
 from __future__ import annotations
