@@ -27,6 +27,8 @@ UNIT = 2.0**-24
 """Largest relative error of a rounding to nearest."""
 TINY = 2.0**-150
 """Largest error of a rounding to a subnormal number."""
+OWN = 1 + 2.0**-20
+"""Allowance for the roundings of this computation itself, in double precision."""
 SINE_ULP = 0.6
 """Largest error of the sine unit in ulp of the result (docs/units.md)."""
 
@@ -53,7 +55,7 @@ def bounds(graph: Graph, values: Mapping[str, Real]) -> tuple[dict[str, Real], d
         for i in graph.used():
             steps[i] = _step(graph, i, values, steps)
         roots = {**graph.next_states, **graph.outputs}
-        found = {name: _adjoint(graph, root, steps) for name, root in roots.items()}
+        found = {name: OWN * _adjoint(graph, root, steps) for name, root in roots.items()}
     return {name: steps[root].value for name, root in roots.items()}, found
 
 

@@ -1,0 +1,282 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Control laws of a tree, by name: `LAWS`. Each makes a `Law` that asip-model compiles.
+
+Inputs common to all: encoder counts `q0`, `q1`, ... (int32; position = scale * count), speeds by
+the difference of successive counts. Outputs `tau0`, ...: joint forces, saturated to the efforts of
+the URDF, 0 after a fault. A law of one's own is a function of the same form.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import casadi as ca
+
+from asip_asm.model.law import Law, Port
+from sim.robots.dynamics import gravity_forces, inverse_dynamics, jacobian, placements
+from sim.robots.tree import Tree
+
+ACCELERATION = 15.0
+"""Largest set-point acceleration that inputs are drawn from [rad/s^2, m/s^2]."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What a law is made with besides the robot.
+
+    rate: ticks per second. counts: encoder counts per turn (prismatic: per 0.1 m). bandwidth: of
+    the position loop [Hz]; its gains are omega^2, 2 damping omega and integral omega^3 / 10 on the
+    acceleration. integral: PID instead of PD; windup: largest integral [rad s, m s]. friction:
+    viscous and Coulomb terms of the URDF, smoothed over `creep` [rad/s, m/s]. stiffness, damping:
+    of the joint impedance [N m/rad, N m s/rad].
+    """
+
+    rate: float = 10_000.0
+    counts: int = 1 << 20
+    bandwidth: float = 20.0
+    damping_ratio: float = 1.0
+    integral: bool = False
+    windup: float = 1e-3
+    friction: bool = False
+    creep: float = 0.02
+    stiffness: float = 200.0
+    damping: float = 20.0
+
+    @property
+    def omega(self) -> float:
+        return 2 * math.pi * self.bandwidth
+
+
+@dataclass
+class _Parts:
+    """Symbols and ports of a law under construction."""
+
+    tree: Tree
+    settings: Settings
+
+    def __post_init__(self) -> None:
+        n = len(self.tree.joints)
+        self.q, self.dq = ca.SX.sym("q", n), ca.SX.sym("q_rate", n)
+        self.arguments: dict[str, ca.SX] = {"q": self.q}
+        self.results: dict[str, ca.SX] = {}
+        self.ports: list[Port] = []
+
+    def unit(self, i: int, then: str = "") -> str:
+        return ("rad" if self.tree.joints[i].kind == "revolute" else "m") + then
+
+    def target(self, name: str, meaning: str, limit: Callable[[int], tuple[float, float]], then=""):
+        """Set-point inputs of one kind for all joints."""
+        n = len(self.tree.joints)
+        self.arguments[name] = ca.SX.sym(name, n)
+        self.ports += [
+            Port("input", f"{name}{i}", self.unit(i, then), meaning, vector=name, limits=limit(i))
+            for i in range(n)
+        ]
+        return self.arguments[name]
+
+    def encoders(self, speeds: bool = True) -> None:
+        """Counts of all joints, and their speeds."""
+        for i in range(len(self.tree.joints)):
+            self.ports.append(
+                Port(
+                    "input",
+                    f"q{i}",
+                    self.unit(i),
+                    f"encoder of {self.tree.joints[i].name}",
+                    type="int",
+                    vector="q",
+                    scale=count_scale(self.tree, i, self.settings),
+                    limits=position_limits(self.tree, i),
+                )
+            )
+        if speeds:
+            self.arguments["q_rate"] = self.dq
+            self.ports += [
+                Port(
+                    "rate",
+                    f"q_rate{i}",
+                    self.unit(i, "/s"),
+                    vector="q_rate",
+                    scale=count_scale(self.tree, i, self.settings) * self.settings.rate,
+                    rate_of=f"q{i}",
+                    limits=speed_limits(self.tree, i),
+                )
+                for i in range(len(self.tree.joints))
+            ]
+
+    def torques(self, tau: ca.SX) -> None:
+        """Saturated outputs."""
+        self.results["tau"] = tau
+        for i, joint in enumerate(self.tree.joints):
+            limit = effort_limit(self.tree, i)
+            unit = "N m" if joint.kind == "revolute" else "N"
+            self.ports.append(
+                Port("output", f"tau{i}", unit, joint.name, vector="tau", limits=(-limit, limit))
+            )
+
+    def law(self, name: str, doc: str) -> Law:
+        function = ca.Function(
+            name,
+            list(self.arguments.values()),
+            list(self.results.values()),
+            list(self.arguments),
+            list(self.results),
+        )
+        title = f"{self.tree.name} {name.replace('_', ' ')}"
+        return Law(title, function, self.ports, f"{title}: {doc}", self.settings.rate)
+
+
+def count_scale(tree: Tree, i: int, settings: Settings) -> float:
+    """Position of one count [rad, m]."""
+    turn = 2 * math.pi if tree.joints[i].kind == "revolute" else 0.1
+    return turn / settings.counts
+
+
+def position_limits(tree: Tree, i: int) -> tuple[float, float]:
+    """Limits of the URDF, at most a turn either way."""
+    joint = tree.joints[i]
+    return max(joint.lower, -2 * math.pi), min(joint.upper, 2 * math.pi)
+
+
+def speed_limits(tree: Tree, i: int) -> tuple[float, float]:
+    """Largest speeds, 3 where the URDF states none."""
+    speed = tree.joints[i].velocity
+    speed = speed if 0 < speed < 100 else 3.0
+    return -speed, speed
+
+
+def effort_limit(tree: Tree, i: int) -> float:
+    """Largest joint force, 100 where the URDF states none."""
+    effort = tree.joints[i].effort
+    return effort if 0 < effort < 1e5 else 100.0
+
+
+def friction(tree: Tree, dq: ca.SX, creep: float) -> ca.SX:
+    """Viscous and Coulomb friction of the URDF; Coulomb friction rises over `creep`."""
+    return ca.vertcat(
+        *(
+            joint.damping * dq[i]
+            + joint.friction * ca.fmax(ca.fmin(dq[i] * (1 / creep), 1.0), -1.0)
+            for i, joint in enumerate(tree.joints)
+        )
+    )
+
+
+def computed_torque(tree: Tree, settings: Settings) -> Law:
+    """tau = ID(q, dq, ddq_d + Kp e + Kv de [+ Ki s]) [+ friction(dq_d)], e = q_d - q."""
+    parts = _Parts(tree, settings)
+    n = len(tree.joints)
+    goal = parts.target("goal", "desired position", lambda i: position_limits(tree, i))
+    speed = parts.target("speed", "desired speed", lambda i: speed_limits(tree, i), "/s")
+    bound = (-ACCELERATION, ACCELERATION)
+    acceleration = parts.target("accel", "desired acceleration", lambda i: bound, "/s^2")
+    parts.encoders()
+    omega, ratio = settings.omega, settings.damping_ratio
+    e, de = goal - parts.q, speed - parts.dq
+    demand = acceleration + omega**2 * e + 2 * ratio * omega * de
+    if settings.integral:
+        s = ca.SX.sym("s", n)
+        parts.arguments["s"] = s
+        limit = settings.windup
+        following = ca.fmax(ca.fmin(s + e * (1 / settings.rate), limit), -limit)
+        demand += omega**3 / 10 * following
+        parts.results["s_next"] = following
+        parts.ports += [
+            Port(
+                "state",
+                f"s{i}",
+                parts.unit(i, " s"),
+                "integral",
+                vector="s",
+                limits=(-limit, limit),
+            )
+            for i in range(n)
+        ]
+    tau = inverse_dynamics(tree, parts.q, parts.dq, demand)
+    if settings.friction:
+        tau += friction(tree, speed, settings.creep)
+    parts.torques(tau)
+    return parts.law("computed_torque", "inverse dynamics at the measured state")
+
+
+def gravity_compensation(tree: Tree, settings: Settings) -> Law:
+    """tau = g(q) + hand guidance force per joint."""
+    parts = _Parts(tree, settings)
+    extra = parts.target("extra", "added joint force", lambda i: (-1.0, 1.0), " N m")
+    parts.encoders(speeds=False)
+    parts.torques(gravity_forces(tree, parts.q) + extra)
+    return parts.law("gravity_compensation", "holds the arm's weight")
+
+
+def joint_impedance(tree: Tree, settings: Settings) -> Law:
+    """tau = K (q_d - q) - D dq + g(q) [+ friction(dq)]."""
+    parts = _Parts(tree, settings)
+    goal = parts.target("goal", "rest of the spring", lambda i: position_limits(tree, i))
+    parts.encoders()
+    count = range(len(tree.joints))
+    spring = [min(settings.stiffness, effort_limit(tree, i)) for i in count]
+    ratio = settings.damping / settings.stiffness
+    tau = gravity_forces(tree, parts.q) + ca.vertcat(
+        *(spring[i] * (goal[i] - parts.q[i] - ratio * parts.dq[i]) for i in count)
+    )
+    if settings.friction:
+        tau += friction(tree, parts.dq, settings.creep)
+    parts.torques(tau)
+    return parts.law("joint_impedance", "a spring and a damper at every joint")
+
+
+def forward_kinematics(tree: Tree, settings: Settings) -> Law:
+    """Origin [m] and axes z, x of the last joint's frame."""
+    parts = _Parts(tree, settings)
+    parts.encoders(speeds=False)
+    rows, origin = placements(tree, parts.q)[tree.chain[-1]]
+    names = ("x", "y", "z", "zx", "zy", "zz", "xx", "xy", "xz")
+    values = [*origin, *(row[2] for row in rows), *(row[0] for row in rows)]
+    for name, value in zip(names, values, strict=True):
+        parts.results[f"tip_{name}"] = ca.SX(value)
+        unit = "m" if len(name) == 1 else "1"
+        parts.ports.append(Port("output", f"tip_{name}", unit, limits=(-100.0, 100.0)))
+    return parts.law("forward_kinematics", "where the last joint is")
+
+
+def tip_speed(tree: Tree, settings: Settings) -> Law:
+    """Velocity of the last joint's frame, Jacobian times joint speeds [m/s, rad/s]."""
+    parts = _Parts(tree, settings)
+    parts.encoders()
+    velocity = jacobian(tree, parts.q) @ parts.dq
+    for k, name in enumerate(("vx", "vy", "vz", "wx", "wy", "wz")):
+        parts.results[f"tip_{name}"] = velocity[k]
+        unit = "m/s" if k < 3 else "rad/s"
+        parts.ports.append(Port("output", f"tip_{name}", unit, limits=(-1e3, 1e3)))
+    return parts.law("tip_speed", "Jacobian times joint speeds")
+
+
+def inverse_dynamics_law(tree: Tree, settings: Settings) -> Law:
+    """tau = ID(q, dq, ddq), all given as floats."""
+    parts = _Parts(tree, settings)
+    q = parts.target("pos", "position", lambda i: position_limits(tree, i))
+    dq = parts.target("speed", "speed", lambda i: speed_limits(tree, i), "/s")
+    bound = (-ACCELERATION, ACCELERATION)
+    ddq = parts.target("accel", "acceleration", lambda i: bound, "/s^2")
+    del parts.arguments["q"]
+    parts.torques(inverse_dynamics(tree, q, dq, ddq))
+    return parts.law("inverse_dynamics", "joint forces of a motion")
+
+
+LAWS: dict[str, Callable[[Tree, Settings], Law]] = {
+    "computed_torque": computed_torque,
+    "gravity_compensation": gravity_compensation,
+    "joint_impedance": joint_impedance,
+    "forward_kinematics": forward_kinematics,
+    "tip_speed": tip_speed,
+    "inverse_dynamics": inverse_dynamics_law,
+}
+
+
+def operations(law: Law) -> int:
+    """Operations of the law's function as CasADi lists them, less inputs, outputs and constants."""
+    function = law.function
+    skipped = (ca.OP_INPUT, ca.OP_OUTPUT, ca.OP_CONST)
+    return sum(function.instruction_id(i) not in skipped for i in range(function.n_instructions()))

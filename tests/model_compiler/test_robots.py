@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Symbolic dynamics of robots against pinocchio, and laws from a URDF as programs."""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from asip_asm.model.compiler import Options, compile_law
+from asip_asm.model.program import build
+from sim.asip_model.prove import prove
+from sim.robots.catalogue import ROBOTS, robot
+from sim.robots.dynamics import inverse_dynamics, jacobian, placements
+from sim.robots.laws import LAWS, Settings, operations
+from sim.robots.tree import RobotError, load_tree, tree_of
+
+FAST = Options(reassociate=True, reciprocal=True)
+
+
+def configuration(model: pin.Model, q: np.ndarray) -> np.ndarray:
+    """Pinocchio's q: a joint without limits has cosine and sine."""
+    parts = [
+        [q[i - 1]] if model.joints[i].nq == 1 else [np.cos(q[i - 1]), np.sin(q[i - 1])]
+        for i in range(1, model.njoints)
+    ]
+    return np.concatenate(parts)
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_inverse_dynamics_is_that_of_pinocchio(name):
+    tree = robot(name)
+    n = len(tree.joints)
+    q, dq, ddq = (ca.SX.sym(s, n) for s in ("q", "dq", "ddq"))
+    function = ca.Function("id", [q, dq, ddq], [inverse_dynamics(tree, q, dq, ddq)])
+    data = tree.model.createData()
+    for point in np.random.default_rng(1).uniform(-2, 2, (20, 3, n)):
+        want = pin.rnea(tree.model, data, configuration(tree.model, point[0]), *point[1:])
+        got = function(*point).full().ravel()
+        assert np.abs(got - want).max() <= 1e-10 * np.abs(want).max()
+
+
+@pytest.mark.parametrize("name", ("iiwa14", "scara", "so101"))
+def test_kinematics_are_those_of_pinocchio(name):
+    tree = robot(name)
+    model, data = tree.model, tree.model.createData()
+    q = ca.SX.sym("q", len(tree.joints))
+    rows, origin = placements(tree, q)[-1]
+    function = ca.Function(
+        "fk", [q], [ca.vertcat(*(ca.horzcat(*row) for row in rows)), ca.vertcat(*origin),
+                    jacobian(tree, q)]
+    )  # fmt: skip
+    previous = None
+    for point in np.random.default_rng(2).uniform(-1, 1, (10, len(tree.joints))):
+        rotation, place, columns = (r.full() for r in function(point))
+        full = configuration(model, point)
+        pin.forwardKinematics(model, data, full)
+        last = data.oMi[model.njoints - 1]
+        # Our frame differs from pinocchio's by a fixed placement.
+        offset = last.rotation.T @ rotation, last.rotation.T @ (place.ravel() - last.translation)
+        if previous is not None:
+            assert np.allclose(offset[0], previous[0], atol=1e-9)
+            assert np.allclose(offset[1], previous[1], atol=1e-9)
+        previous = offset
+        want = pin.computeJointJacobians(model, data, full)
+        want = want[:3] + np.cross(want[3:].T, place.ravel()).T, want[3:]
+        assert np.allclose(columns, np.vstack(want), atol=1e-9)
+
+
+def test_two_arms_and_a_hundred_joints_are_a_tree():
+    tree = load_tree(ROBOTS["panda"].file().parents[2] / "tiago_description/robots/tiago_dual.urdf")
+    assert len(tree.joints) > 90
+    n = len(tree.joints)
+    q, dq, ddq = (ca.SX.sym(s, n) for s in ("q", "dq", "ddq"))
+    function = ca.Function("id", [q, dq, ddq], [inverse_dynamics(tree, q, dq, ddq)])
+    point = np.random.default_rng(3).uniform(-1, 1, (3, n))
+    data = tree.model.createData()
+    want = pin.rnea(tree.model, data, configuration(tree.model, point[0]), *point[1:])
+    assert np.allclose(function(*point).full().ravel(), want, atol=1e-9 * np.abs(want).max())
+
+
+def test_floating_base_is_refused_by_name():
+    model = pin.buildModelFromUrdf(str(ROBOTS["solo"].file()), pin.JointModelFreeFlyer())
+    with pytest.raises(RobotError, match="root_joint is a JointModelFreeFlyer .a floating base."):
+        tree_of(model)
+
+
+def test_a_joint_that_is_not_there_is_named():
+    with pytest.raises(RobotError, match="no joint wrist; it has shoulder, elbow, lift, roll"):
+        load_tree(ROBOTS["scara"].file(), locked=("wrist",))
+
+
+def test_base_parameters_leave_a_revolute_link_no_mass():
+    for joint in robot("iiwa14").joints:
+        assert joint.pseudo[3, 3] == joint.pseudo[2, 3] == joint.pseudo[2, 2] == 0
+
+
+def test_operations_of_inverse_dynamics_stay_few():
+    counts = {name: operations(LAWS["inverse_dynamics"](robot(name), Settings()))
+              for name in ("iiwa14", "ur5", "scara")}  # fmt: skip
+    assert counts["iiwa14"] <= 480 and counts["ur5"] <= 320 and counts["scara"] <= 80
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_every_law_of_the_scara_compiles_and_keeps_its_bound(tmp_path, name):
+    settings = Settings(integral=True, friction=True)
+    built = build(compile_law(LAWS[name](robot("scara"), settings), FAST), tmp_path / "law.s")
+    proof = prove(built.compiled, built.image, count=100, backend="iss")
+    assert proof.passed, (proof.first_difference, proof.worst_fraction_of_bound, proof.worst_result)
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("name", ("iiwa14", "panda", "ur5", "xarm7", "so101", "solo"))
+def test_every_law_of_every_robot_is_proved_on_the_rtl(tmp_path, name):
+    for law in LAWS.values():
+        built = build(compile_law(law(robot(name), Settings()), FAST), tmp_path / "law.s")
+        assert built.cycles <= 1.05 * built.bound_cycles
+        proof = prove(built.compiled, built.image, count=2000)
+        assert proof.passed, (law, proof.first_difference, proof.worst_result)
