@@ -62,45 +62,52 @@ def version() -> str:
     ]
 
 
+def vlnv(core: str) -> str:
+    """Name of a core as FuseSoC has it."""
+    return f"microtick:rtl:{core}:{version()}"
+
+
+def file_sets(core: str, owner: dict[str, str]) -> dict[str, dict[str, Any]]:
+    """File set `common` of what several tops of the core need, and one with the rest of each top.
+
+    No file is in two sets: FuseSoC would compile it twice. A set of nothing is left out.
+    """
+    tops = CORES[core][1]
+    uses = Counter(file for top in tops for file in needed(top))
+    own = [file for file in owner if owner[file] == core]
+    sets: dict[str, dict[str, Any]] = {"common": {"files": [f for f in own if uses[f] > 1]}}
+    for top in tops:
+        others = dict.fromkeys(owner[file] for file in needed(top) if owner[file] != core)
+        sets[top] = {
+            "files": [file for file in own if uses[file] == 1 and file in needed(top)],
+            "depend": [vlnv(other) for other in others],
+        }
+    filled = {name: {key: part for key, part in s.items() if part} for name, s in sets.items()}
+    return {name: s | {"file_type": "systemVerilogSource"} for name, s in filled.items() if s}
+
+
 def core_file(core: str, owner: dict[str, str]) -> dict[str, Any]:
     """The core's description: a target for each top, to lint it, and `default`.
 
-    A core that depends on this one gets `default`: every unit of `fpu`, else the first top. Each
-    file stands in one file set: `common` of several tops, else that of the first top.
+    A core that depends on this one gets `default`: every unit of `fpu`, else the first top.
     """
     about, tops = CORES[core]
-    uses = Counter(file for top in tops for file in needed(top))
-    filesets: dict[str, Any] = {}
-    sets: dict[str, list[str]] = {}  # top -> the names of its file sets
-    for name in ("common", *tops):
-        wanted = uses if name == "common" else needed(name)
-        files = [file for file in owner if file in wanted and owner[file] == core]
-        files = [file for file in files if (uses[file] > 1) == (name == "common")]
-        others = dict.fromkeys(owner[file] for file in wanted if owner[file] != core)
-        if files:
-            filesets[name] = {"files": files, "file_type": "systemVerilogSource"}
-        if others and name != "common":
-            depend = [f"microtick:rtl:{other}:{version()}" for other in others]
-            filesets.setdefault(name, {})["depend"] = depend
-        sets[name] = [part for part in ("common", name) if part in filesets]
-    targets = {
-        top: {
+    sets = file_sets(core, owner)
+    default = ["common", *(tops if core == "fpu" else tops[:1])]
+    targets: dict[str, Any] = {"default": {"filesets": [name for name in default if name in sets]}}
+    for top in tops:
+        targets[top] = {
             "description": f"lint {top}",
             "flow": "lint",
             "flow_options": {"tool": "verilator", "verilator_options": ["-Wall"]},
-            "filesets": [*sets[top], "waivers"],
+            "filesets": [*(name for name in ("common", top) if name in sets), "waivers"],
             "toplevel": top,
         }
-        for top in tops
-    }
-    default = dict.fromkeys(
-        name for top in (tops if core == "fpu" else tops[:1]) for name in sets[top]
-    )
     return {
-        "name": f"microtick:rtl:{core}:{version()}",
+        "name": vlnv(core),
         "description": about,
-        "filesets": filesets | {"waivers": {"files": ["waivers.vlt"], "file_type": "vlt"}},
-        "targets": {"default": {"filesets": list(default)}} | targets,
+        "filesets": sets | {"waivers": {"files": ["waivers.vlt"], "file_type": "vlt"}},
+        "targets": targets,
     }
 
 
