@@ -104,7 +104,8 @@ def synthesis(data: dict[str, Any]) -> str:
     """Markdown of area and clock of the cores, from docs/data/synthesis.json."""
     lines = [
         "",
-        "| core | ALUTs | registers | 18x18 | memory [kbit] | ECP5 clock [MHz], median (range) |",
+        "| core | logic [ALUTs] | registers | multipliers (18x18) | memory [kbit] "
+        "| clock [MHz], median (range) |",
         "| --- | --- | --- | --- | --- | --- |",
     ]
     for name, top in data["tops"].items():
