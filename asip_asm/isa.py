@@ -11,14 +11,24 @@ import functools
 import re
 import tomllib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+from asip_asm.isa_records import (
+    SOURCE_FIELDS,
+    Bank,
+    Configuration,
+    Field,
+    Isa,
+    OperationRecord,
+    Pipeline,
+    UnitRecord,
+)
+from asip_asm.semantics import SemanticsError, check
 
 ISA_FILE = Path(__file__).with_name("isa.toml")
 
 WORD_FIELDS = ("op", "dst", "a", "b", "c")
-SOURCE_FIELDS = ("a", "b", "c")
 OPERAND_KINDS = ("dst", "a", "b", "c", "address", "target")
 FLAG_NAMES = ("NV", "DZ", "OF", "UF", "NX")
 TYPE_NAMES = ("int", "any")
@@ -26,169 +36,12 @@ UNIT_BANKS = ("pipe", "C", "none")
 SLOT_KINDS = ("fma", "aux", "any")
 BANK_NAMES = ("zero", "A", "B", "C", "K")
 LIMIT_NAMES = ("outputs", "program_bundles", "data_words")
+PIPELINE_NAMES = ("operand_read", "branch_decision", "refetch", "write_back")
 IMMEDIATE_WIDTH = 16
 
 
 class IsaError(ValueError):
     """The instruction-set file contradicts itself; one line per finding, each naming its record."""
-
-
-@dataclass(frozen=True)
-class Field:
-    """Bits high..low of the operation word."""
-
-    name: str
-    high: int
-    low: int
-
-    @property
-    def width(self) -> int:
-        return self.high - self.low + 1
-
-    @property
-    def mask(self) -> int:
-        """Mask of the field in place."""
-        return ((1 << self.width) - 1) << self.low
-
-
-@dataclass(frozen=True)
-class Bank:
-    """Register bank: code of its first 64 registers, number of registers."""
-
-    name: str
-    code: int
-    size: int
-    doc: str
-
-
-@dataclass(frozen=True)
-class Configuration:
-    """Build of the core: kind of each slot ('fma', 'aux', 'any'), number of multiply-add pipes.
-
-    `intervals` holds the cycles between operations of the units that differ from their record.
-    """
-
-    name: str
-    slots: tuple[str, ...]
-    fma_pipes: int
-    intervals: Mapping[str, int]
-    doc: str
-
-    def allows(self, slot: int, unit: UnitRecord) -> bool:
-        """Whether the slot executes operations of the unit (`nop` is of no unit: always)."""
-        kind = "fma" if unit.bank == "pipe" else "aux"
-        return self.slots[slot] in (kind, "any")
-
-    def result_bank(self, slot: int, unit: UnitRecord) -> str:
-        """Bank that a register result goes to when the operation stands in the slot."""
-        return "AB"[slot] if unit.bank == "pipe" else unit.bank
-
-    def interval(self, unit: UnitRecord) -> int:
-        """Cycles between operations of the unit; 0: the next one waits for the result."""
-        return self.intervals.get(unit.name, unit.interval)
-
-
-@dataclass(frozen=True)
-class UnitRecord:
-    """Functional unit: latency in cycles or the constant that states it, cycles between operations
-    (0: not pipelined), bank written ('pipe': the bank of the multiply-add pipe used).
-    """
-
-    name: str
-    latency: int | None
-    latency_constant: str | None
-    interval: int
-    bank: str
-    doc: str
-
-
-@dataclass(frozen=True)
-class OperationRecord:
-    """One operation: opcode, unit, operands in assembly order with the types of those that are not
-    floats, exception flags, counts, text.
-    """
-
-    name: str
-    opcode: int
-    unit: str
-    operands: tuple[str, ...]
-    types: Mapping[str, str]
-    flags: tuple[str, ...]
-    counts: Mapping[str, int]
-    doc: str
-
-    def type_of(self, operand: str) -> str:
-        """Type of dst or a source operand: 'float', 'int' or 'any'."""
-        if operand == "b" and "address" in self.operands:
-            return "int"
-        return self.types.get(operand, "float")
-
-    @property
-    def writes(self) -> bool:
-        """Whether the operation has a destination."""
-        return "dst" in self.operands
-
-    @property
-    def sources(self) -> tuple[str, ...]:
-        """Source fields that hold registers, in assembly order; the index of an address is b."""
-        return tuple(
-            "b" if operand == "address" else operand
-            for operand in self.operands
-            if operand in SOURCE_FIELDS or operand == "address"
-        )
-
-    @property
-    def immediate_high(self) -> str | None:
-        """Field that holds imm[15:9] (imm[8:0] is field c); None without an immediate."""
-        if "address" not in self.operands and "target" not in self.operands:
-            return None
-        return "a" if self.writes else "dst"
-
-
-@dataclass(frozen=True)
-class Isa:
-    """The whole instruction set."""
-
-    word_width: int
-    fields: Mapping[str, Field]
-    control_width: int
-    halt_bit: int
-    banks: Mapping[str, Bank]
-    outputs: int
-    program_bundles: int
-    data_words: int
-    clock_mhz: int
-    configurations: Mapping[str, Configuration]
-    units: Mapping[str, UnitRecord]
-    operations: Mapping[str, OperationRecord]
-
-    def bundle_width(self, configuration: str) -> int:
-        """Bits of a bundle: control and one operation word per slot."""
-        return self.control_width + self.word_width * len(self.configurations[configuration].slots)
-
-    def lanes(self, configuration: str) -> int:
-        """32-bit lanes of program memory per bundle."""
-        return -(-self.bundle_width(configuration) // 32)
-
-    def unit_of(self, mnemonic: str) -> UnitRecord:
-        """Unit that executes the operation."""
-        return self.units[self.operations[mnemonic].unit]
-
-    @functools.cached_property
-    def differing(self) -> tuple[str, ...]:
-        """Units whose interval depends on the configuration, in their order."""
-        named = {name for each in self.configurations.values() for name in each.intervals}
-        return tuple(name for name in self.units if name in named)
-
-    @functools.cached_property
-    def by_opcode(self) -> Mapping[int, OperationRecord]:
-        """Operations by opcode."""
-        return {record.opcode: record for record in self.operations.values()}
-
-    @functools.cached_property
-    def index_bits(self) -> int:
-        """Index bits of a source field beside its bank code."""
-        return self.fields["dst"].width - 1
 
 
 class _Findings:
@@ -229,7 +82,7 @@ def load_isa(path: Path = ISA_FILE) -> Isa:
     raw = tomllib.loads(path.read_text(encoding="utf-8"))
     findings = _Findings(path)
     sections = {
-        *("operation_word", "bundle", "bank", "limits", "clock"),
+        *("operation_word", "bundle", "bank", "limits", "pipeline", "clock"),
         *("configuration", "unit", "op"),
     }
     findings.keys("file", raw, sections, set())
@@ -238,6 +91,8 @@ def load_isa(path: Path = ISA_FILE) -> Isa:
     findings.keys("bundle", raw["bundle"], {"control_width", "halt_bit"}, set())
     findings.keys("limits", raw["limits"], set(LIMIT_NAMES), set())
     findings.keys("clock", raw["clock"], {"clock_mhz"}, set())
+    findings.keys("pipeline", raw["pipeline"], set(PIPELINE_NAMES), set())
+    findings.stop()
     banks = _read_banks(raw["bank"], findings)
     units = _read_units(raw["unit"], findings)
     configurations = _read_configurations(raw["configuration"], units, findings)
@@ -249,6 +104,7 @@ def load_isa(path: Path = ISA_FILE) -> Isa:
         control_width=raw["bundle"]["control_width"],
         halt_bit=raw["bundle"]["halt_bit"],
         banks=banks,
+        pipeline=Pipeline(**raw["pipeline"]),
         configurations=configurations,
         units=units,
         operations=operations,
@@ -340,11 +196,18 @@ def _read_configurations(
 
 def _read_units(records: Mapping[str, Any], findings: _Findings) -> dict[str, UnitRecord]:
     units: dict[str, UnitRecord] = {}
+    fields: dict[str, str] = {}
     for name, record in records.items():
         where = f"unit.{name}"
         optional = {"latency", "latency_constant"}
-        if not findings.keys(where, record, {"interval", "bank", "doc"}, optional):
+        if not findings.keys(where, record, {"interval", "bank", "control", "doc"}, optional):
             continue
+        for field, width in record["control"].items():
+            if field in fields:
+                findings.add(where, f"control field '{field}' is one of unit {fields[field]} too")
+            fields[field] = name
+            if not isinstance(width, int) or width < 1:
+                findings.add(where, f"control field '{field}' has the width {width!r}")
         if ("latency" in record) == ("latency_constant" in record):
             findings.add(where, "needs either latency or latency_constant")
         findings.known(where, "bank", record["bank"], UNIT_BANKS)
@@ -354,6 +217,7 @@ def _read_units(records: Mapping[str, Any], findings: _Findings) -> dict[str, Un
             record.get("latency_constant"),
             record["interval"],
             record["bank"],
+            record["control"],
             record["doc"],
         )
     return units
@@ -371,7 +235,8 @@ def _read_operations(
     for name, record in records.items():
         where = f"op.{name}"
         required = {"encoding", "unit", "operands", "doc"}
-        if not findings.keys(where, record, required, {"types", "flags", "counts"}):
+        optional = {"types", "flags", "control", "result", "invalid", "counts"}
+        if not findings.keys(where, record, required, optional):
             continue
         if not re.fullmatch(f"[01]{{{width}}}", record["encoding"]):
             findings.add(where, f"encoding '{record['encoding']}' is not {width} binary digits")
@@ -392,6 +257,9 @@ def _read_operations(
             tuple(record["operands"]),
             record.get("types", {}),
             flags,
+            record.get("control", {}),
+            record.get("result", ""),
+            record.get("invalid", ""),
             record.get("counts", {}),
             record["doc"],
         )
@@ -403,8 +271,43 @@ def _read_operations(
             bank = units[operation.unit].bank
             if operation.writes and bank == "none":
                 findings.add(where, f"has a destination, but unit {operation.unit} writes no bank")
+            _check_control(where, operation, units[operation.unit], operations, findings)
+        _check_semantics(where, operation, findings)
         operations[name] = operation
     return operations
+
+
+def _check_control(
+    where: str,
+    operation: OperationRecord,
+    unit: UnitRecord,
+    before: Mapping[str, OperationRecord],
+    findings: _Findings,
+) -> None:
+    for field, value in operation.control.items():
+        if not findings.known(where, "control field", field, unit.control):
+            continue
+        if not isinstance(value, str) and not 0 <= value < 1 << unit.control[field]:
+            findings.add(where, f"{field} = {value} does not fit {unit.control[field]} bits")
+    if not operation.control and operation.name != "nop":
+        findings.add(where, "needs control: without a field the decoder takes it for illegal")
+    for other in before.values():
+        if other.unit == operation.unit and other.control == operation.control:
+            findings.add(where, f"control is that of {other.name}")
+
+
+def _check_semantics(where: str, operation: OperationRecord, findings: _Findings) -> None:
+    computes = operation.writes and "address" not in operation.operands
+    if computes and not operation.result:
+        findings.add(where, "needs result: what dst is, see asip_asm/semantics.py")
+    for key, text in (("result", operation.result), ("invalid", operation.invalid)):
+        try:
+            if text:
+                check(text, operation.sources, truth=key == "invalid")
+        except SemanticsError as error:
+            findings.add(where, f"{key}: {error}")
+    if operation.invalid and "NV" not in operation.flags:
+        findings.add(where, "has `invalid`, but its flags have no NV")
 
 
 def _check_operands(where: str, operation: OperationRecord, findings: _Findings) -> None:

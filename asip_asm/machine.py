@@ -22,24 +22,27 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from asip_asm.ir import Bundle, Operation, Output, Register, Virtual
-from asip_asm.isa import ISA_FILE, load_isa
+from asip_asm.isa import ISA_FILE, default_isa, load_isa
+from asip_asm.isa_records import Configuration
 from asip_asm.project import ROOT
 
-OPERAND_READ = 3
+_PIPELINE = default_isa().pipeline
+
+OPERAND_READ = _PIPELINE.operand_read
 """Cycles from issue to E1, the first stage of a unit."""
 
-RUN_OVERHEAD = OPERAND_READ + 1
+RUN_OVERHEAD = OPERAND_READ + _PIPELINE.write_back
 """Cycles of a run beyond max(issue + latency + 1): operand read, check of the last word."""
 
-BRANCH_WAIT = OPERAND_READ + 1
+BRANCH_WAIT = OPERAND_READ + _PIPELINE.branch_decision
 """Cycles after a branch in which nothing issues: it is decided in E1, fetch follows in E2."""
 
-REFETCH = 6
+REFETCH = _PIPELINE.refetch
 """Further cycles until the target of a taken branch is in stage D."""
 
 FP_PKG_FILE = ROOT / "rtl/fpu/fp_pkg.sv"
 
-BRANCHES = frozenset({"jmp", "bz", "bnz"})
+BRANCHES = default_isa().branches
 
 STALL_CAUSES = ("operand", "waw", "unit", "port")
 
@@ -78,14 +81,23 @@ class Issue:
 
 @dataclass(frozen=True)
 class Machine:
-    """One configuration: slots ('fma', 'aux' or 'any'), units, operations, bank sizes."""
+    """One configuration: its record, units, unit of each operation, bank sizes."""
 
-    configuration: str
-    slots: tuple[str, ...]
+    build: Configuration
     units: Mapping[str, Unit]
     unit_names: Mapping[str, str]
     bank_sizes: Mapping[str, int]
     data_words: int
+
+    @property
+    def configuration(self) -> str:
+        """Name of the configuration."""
+        return self.build.name
+
+    @property
+    def slots(self) -> tuple[str, ...]:
+        """Kind of each slot: 'fma', 'aux' or 'any'."""
+        return self.build.slots
 
     def unit(self, operation: Operation) -> Unit:
         """Unit that executes the operation; MachineError if the mnemonic is unknown."""
@@ -104,8 +116,8 @@ class Machine:
 
     def slots_of(self, operation: Operation) -> tuple[int, ...]:
         """Slots that can execute the operation; stores and branches stand in an auxiliary slot."""
-        kind = "fma" if self.unit(operation).bank == "pipe" else "aux"
-        return tuple(i for i, slot in enumerate(self.slots) if slot in (kind, "any"))
+        unit = self.unit(operation)
+        return tuple(slot for slot in range(len(self.slots)) if self.build.allows(slot, unit))
 
     def bank(self, operation: Operation, slot: int) -> str | None:
         """Bank that the operation's result goes to when it stands in `slot`; None without a
@@ -113,9 +125,7 @@ class Machine:
         """
         if operation.dst is None or isinstance(operation.dst, Output):
             return None
-        if self.unit(operation).bank == "pipe":
-            return "AB"[slot]
-        return "C"
+        return self.build.result_bank(slot, self.unit(operation))
 
     def bundle(self, operations: Mapping[int, Operation], halt: bool = False) -> Bundle:
         """Bundle with the given operations by slot."""
@@ -241,8 +251,7 @@ def load_machine(
     if isa.configurations[configuration].fma_pipes < 2:
         sizes["B"] = 0
     return Machine(
-        configuration=configuration,
-        slots=isa.configurations[configuration].slots,
+        build=isa.configurations[configuration],
         units=units,
         unit_names={name: record.unit for name, record in isa.operations.items()},
         bank_sizes=sizes,

@@ -22,6 +22,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
+from asip_asm.isa import default_isa  # noqa: E402
 from scripts.generated import table  # noqa: E402
 from scripts.synth_unit import SynthesisError, synthesise  # noqa: E402
 from sim.fpbench.native import angle_bound, operations  # noqa: E402
@@ -220,22 +221,13 @@ def evidence(unit: str) -> list[str]:
     return lines
 
 
-def comparison_codes(rtl: Path = RTL) -> list[str]:
-    """Table of the operations of fp_cmp from the comments in fp_pkg.sv."""
-    rows, group = [], ""
-    for line in (rtl / f"{PACKAGE}.sv").read_text(encoding="utf-8").splitlines():
-        code = re.match(
-            r"\s*localparam logic \[3:0\] (FP_CMP_\w+) = 4'd(\d+);\s*(?://\s*(.*))?", line
-        )
-        if code:
-            name, number, note = code.groups()
-            rows.append([f"`{name}`", number, prose("; ".join(filter(None, [note, group])))])
-        else:
-            comment = re.match(r"\s*//\s*(.*)", line)
-            group = comment[1] if comment and "Operation of" not in line else ""
-    return table(
-        ["operation", "`op_i`", "result and flag (sNaN: a signalling NaN among the compared)"], rows
-    )
+def comparison_codes() -> list[str]:
+    """Table of the operations of fp_cmp from their records."""
+    rows = [
+        [f"`FP_CMP_{name}`", str(record.control["cmp_op"]), record.doc.removeprefix("dst = ")]
+        for name, record in default_isa().comparisons.items()
+    ]
+    return table(["operation", "`op_i`", "result and flag"], rows)
 
 
 def checked_files(unit: str, rtl: Path = RTL) -> list[str]:

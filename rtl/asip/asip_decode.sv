@@ -15,8 +15,11 @@ module asip_decode #(
   logic [6:0]  dst;
   logic [8:0]  a, b, c;
   logic        is_fma, is_aux, immediate, known;
+  logic [asip_pkg::CONTROL_WIDTH-1:0] control;
   asip_pkg::decoded_t op;
 
+  // The control fields of each opcode are those of its record in asip_asm/isa.toml.
+  assign control = asip_pkg::control_of(opcode);
   assign opcode = word_i[asip_isa_pkg::FIELD_OP_MSB:asip_isa_pkg::FIELD_OP_LSB];
   assign dst    = word_i[asip_isa_pkg::FIELD_DST_MSB:asip_isa_pkg::FIELD_DST_LSB];
   assign a      = word_i[asip_isa_pkg::FIELD_A_MSB:asip_isa_pkg::FIELD_A_LSB];
@@ -24,66 +27,16 @@ module asip_decode #(
   assign c      = word_i[asip_isa_pkg::FIELD_C_MSB:asip_isa_pkg::FIELD_C_LSB];
 
   always_comb begin
-    op        = '0;
-    known     = 1'b1;
-    immediate = 1'b0;
+    op        = {control, {(asip_pkg::DECODED_WIDTH - asip_pkg::CONTROL_WIDTH) {1'b0}}};
+    known     = (|control) || opcode == asip_isa_pkg::OP_NOP;
     op.dst    = dst[5:0];
     op.a      = a;
     op.b      = b;
     op.c      = c;
     op.imm    = {dst, c};
-    case (opcode)
-      asip_isa_pkg::OP_NOP: op.illegal = 1'b0;
-      asip_isa_pkg::OP_JMP: op.jump = 1'b1;
-      asip_isa_pkg::OP_BZ: op.branch_zero = 1'b1;
-      asip_isa_pkg::OP_BNZ: op.branch_nonzero = 1'b1;
-      asip_isa_pkg::OP_ST: op.store = 1'b1;
-      asip_isa_pkg::OP_LD: op.load = 1'b1;
-      asip_isa_pkg::OP_FMADD, asip_isa_pkg::OP_FMSUB,
-      asip_isa_pkg::OP_FNMSUB, asip_isa_pkg::OP_FNMADD: begin
-        op.fma         = 1'b1;
-        op.fma_kind    = fp_pkg::FMA_KIND_FMA;
-        op.neg_addend  = opcode[1];
-        op.neg_product = opcode[0];
-      end
-      asip_isa_pkg::OP_FMUL, asip_isa_pkg::OP_FNMUL: begin
-        op.fma         = 1'b1;
-        op.fma_kind    = fp_pkg::FMA_KIND_MUL;
-        op.neg_product = opcode[0];
-      end
-      asip_isa_pkg::OP_FADD, asip_isa_pkg::OP_FSUB: begin
-        op.fma        = 1'b1;
-        op.fma_kind   = fp_pkg::FMA_KIND_ADD;
-        op.neg_addend = opcode[1];
-      end
-      asip_isa_pkg::OP_FEQ: begin op.cmp = 1'b1; op.cmp_op = fp_pkg::FP_CMP_EQ; end
-      asip_isa_pkg::OP_FLT: begin op.cmp = 1'b1; op.cmp_op = fp_pkg::FP_CMP_LT; end
-      asip_isa_pkg::OP_FLE: begin op.cmp = 1'b1; op.cmp_op = fp_pkg::FP_CMP_LE; end
-      asip_isa_pkg::OP_FMIN: begin op.cmp = 1'b1; op.cmp_op = fp_pkg::FP_CMP_MIN; end
-      asip_isa_pkg::OP_FMAX: begin op.cmp = 1'b1; op.cmp_op = fp_pkg::FP_CMP_MAX; end
-      asip_isa_pkg::OP_FABS: begin op.cmp = 1'b1; op.cmp_op = fp_pkg::FP_CMP_ABS; end
-      asip_isa_pkg::OP_FNEG: begin op.cmp = 1'b1; op.cmp_op = fp_pkg::FP_CMP_NEG; end
-      asip_isa_pkg::OP_MOV: begin op.cmp = 1'b1; op.cmp_op = fp_pkg::FP_CMP_MOV; end
-      asip_isa_pkg::OP_FSGN: begin op.cmp = 1'b1; op.cmp_op = fp_pkg::FP_CMP_SGN; end
-      asip_isa_pkg::OP_FSAT: begin op.cmp = 1'b1; op.cmp_op = fp_pkg::FP_CMP_SAT; end
-      asip_isa_pkg::OP_SEL: begin op.cmp = 1'b1; op.cmp_op = fp_pkg::FP_CMP_SEL; end
-      asip_isa_pkg::OP_SELGE: begin op.cmp = 1'b1; op.cmp_op = fp_pkg::FP_CMP_SELGE; end
-      asip_isa_pkg::OP_SELGT: begin op.cmp = 1'b1; op.cmp_op = fp_pkg::FP_CMP_SELGT; end
-      asip_isa_pkg::OP_IADD: begin op.cmp = 1'b1; op.cmp_op = fp_pkg::FP_CMP_IADD; end
-      asip_isa_pkg::OP_ISUB: begin op.cmp = 1'b1; op.cmp_op = fp_pkg::FP_CMP_ISUB; end
-      asip_isa_pkg::OP_FDIV: op.divsqrt = 1'b1;
-      asip_isa_pkg::OP_FSQRT: begin op.divsqrt = 1'b1; op.sqrt = 1'b1; end
-      asip_isa_pkg::OP_FSIN: op.sincos = 1'b1;
-      asip_isa_pkg::OP_FCOS: begin op.sincos = 1'b1; op.cos = 1'b1; end
-      asip_isa_pkg::OP_I2F: op.i2f = 1'b1;
-      asip_isa_pkg::OP_F2I: op.f2i = 1'b1;
-      asip_isa_pkg::OP_F2IT: begin op.f2i = 1'b1; op.truncate = 1'b1; end
-      default: known = 1'b0;
-    endcase
 
     is_fma    = op.fma;
-    is_aux    = op.cmp || op.divsqrt || op.sincos || op.i2f || op.f2i || op.load || op.store ||
-                op.jump || op.branch_zero || op.branch_nonzero;
+    is_aux    = (|control) && !op.fma;
     immediate = op.load || op.store || op.jump || op.branch_zero || op.branch_nonzero;
     op.writes = is_fma || (is_aux && !(immediate && !op.load));
     op.to_output = op.writes && dst[6];

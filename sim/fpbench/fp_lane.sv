@@ -45,14 +45,9 @@ module fp_lane (
   fp_divsqrt unit (.clk_i, .rst_ni, .valid_i, .sqrt_i(control_i[0]), .a_i, .b_i,
                    .valid_o, .result_o, .flags_o);
 `elsif FPBENCH_FP_CMP
-  localparam logic [63:0] CODES = {
-      4'd15, fp_pkg::FP_CMP_ISUB, fp_pkg::FP_CMP_IADD, fp_pkg::FP_CMP_SELGT, fp_pkg::FP_CMP_SELGE,
-      fp_pkg::FP_CMP_SEL, fp_pkg::FP_CMP_SAT, fp_pkg::FP_CMP_SGN, fp_pkg::FP_CMP_MOV,
-      fp_pkg::FP_CMP_NEG, fp_pkg::FP_CMP_ABS, fp_pkg::FP_CMP_MAX, fp_pkg::FP_CMP_MIN,
-      fp_pkg::FP_CMP_LE, fp_pkg::FP_CMP_LT, fp_pkg::FP_CMP_EQ};
   assign latency_o = fp_pkg::FP_CMP_LATENCY;
   assign ready_o   = 1'b1;
-  fp_cmp unit (.clk_i, .rst_ni, .valid_i, .op_i(CODES[4*control_i+:4]), .a_i, .b_i, .c_i,
+  fp_cmp unit (.clk_i, .rst_ni, .valid_i, .op_i(control_i), .a_i, .b_i, .c_i,
                .valid_o, .result_o, .flags_o);
 `elsif FPBENCH_FP_I2F
   assign latency_o = fp_pkg::FP_I2F_LATENCY;

@@ -18,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
+from asip_asm.isa import default_isa
 from sim.harness.build import ROOT, build_library
 from sim.harness.sources import sources_of
 
@@ -25,7 +26,10 @@ HERE = Path(__file__).parent
 RTL = ROOT / "rtl/fpu"
 TOP_SOURCES = (HERE / "fp_lane.sv", HERE / "fpbench.sv")
 HARNESS = HERE / "fpbench.cpp"
-HEADERS = tuple(HERE / name for name in ("angles.h", "cases.h", "operations.h", "reference.h"))
+HEADERS = tuple(
+    HERE / name
+    for name in ("angles.h", "cases.h", "gen/compare_codes.h", "operations.h", "reference.h")
+)
 TABLE = HERE / "operations.h"
 SHOWN, BINS = 16, 64  # as in fpbench.cpp and angles.h; the library's report size is compared
 
@@ -155,9 +159,20 @@ class Report:
 
 @functools.cache
 def operations() -> dict[str, tuple[str, int]]:
-    """Operation -> (unit, operand count), read from the table in operations.h."""
-    found = re.findall(r'^\s*\{"(\w+)", "(\w+)", (\d),', TABLE.read_text(), re.MULTILINE)
-    return {op: (unit, int(count)) for unit, op, count in found}
+    """Operation -> (unit, operand count) in the order of the table in operations.h."""
+    isa = default_isa()
+    row = re.compile(
+        r'^    (?:\{"(\w+)", "(\w+)", (\d),|COMPARE\((\w+),|(COMPARE_SPARES))', re.MULTILINE
+    )
+    table: dict[str, tuple[str, int]] = {}
+    for unit, op, count, compare, spares in row.findall(TABLE.read_text()):
+        if compare:
+            table[compare.lower()] = ("fp_cmp", len(isa.comparisons[compare].sources))
+        elif spares:
+            table |= {name.lower(): ("fp_cmp", 1) for name in isa.spare_comparisons}
+        else:
+            table[op] = (unit, int(count))
+    return table
 
 
 def unit_of(op: str) -> str:

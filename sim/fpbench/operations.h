@@ -3,6 +3,7 @@
 #pragma once
 #include <string>
 
+#include "gen/compare_codes.h"
 #include "reference.h"
 
 namespace operations {
@@ -26,6 +27,12 @@ struct Operation {
 constexpr u32 S = reference::SIGN;
 #define REF(expression) \
   [](u32 a, u32 b, u32 c) -> Value { (void)a, (void)b, (void)c; return expression; }
+// An operation of fp_cmp: its name there, shape, reference; the rest is its record in asip_asm/isa.toml.
+#define COMPARE(code, family, expression) \
+  {"fp_cmp", compare_codes::code.name, compare_codes::code.operands, compare_codes::code.number, \
+   Family::family, REF(expression)}
+// A code without an operation copies a.
+#define COMPARE_SPARE(name, number) {"fp_cmp", name, 1, number, Family::Compare, REF((Value{a, 0}))},
 
 namespace r = reference;
 inline const Operation TABLE[] = {
@@ -42,22 +49,22 @@ inline const Operation TABLE[] = {
     {"fp_fma", "fma_sub", 2, 10, Family::Add, REF(r::add(a, b ^ S))},
     {"fp_divsqrt", "div", 2, 0, Family::Div, REF(r::div(a, b))},
     {"fp_divsqrt", "sqrt", 1, 1, Family::Sqrt, REF(r::sqrt(a))},
-    {"fp_cmp", "eq", 2, 0, Family::Compare, REF(r::host_compare([](float x, float y) { return x == y; }, a, b))},
-    {"fp_cmp", "lt", 2, 1, Family::Compare, REF(r::host_compare([](float x, float y) { return x < y; }, a, b))},
-    {"fp_cmp", "le", 2, 2, Family::Compare, REF(r::host_compare([](float x, float y) { return x <= y; }, a, b))},
-    {"fp_cmp", "min", 2, 3, Family::Compare, REF(r::extremum(a, b, true))},
-    {"fp_cmp", "max", 2, 4, Family::Compare, REF(r::extremum(a, b, false))},
-    {"fp_cmp", "abs", 1, 5, Family::Compare, REF((Value{a & ~S, 0}))},
-    {"fp_cmp", "neg", 1, 6, Family::Compare, REF((Value{a ^ S, 0}))},
-    {"fp_cmp", "mov", 1, 7, Family::Compare, REF((Value{a, 0}))},
-    {"fp_cmp", "sgn", 1, 8, Family::Compare, REF(r::signum(a))},
-    {"fp_cmp", "sat", 3, 9, Family::Compare, REF(r::saturate(a, b, c))},
-    {"fp_cmp", "sel", 3, 10, Family::Compare, REF((Value{!r::is_nan(a) && r::wide(a) != 0 ? b : c, 0}))},
-    {"fp_cmp", "selge", 3, 11, Family::Compare, REF((Value{!r::is_nan(a) && r::wide(a) >= 0 ? b : c, 0}))},
-    {"fp_cmp", "selgt", 3, 12, Family::Compare, REF((Value{!r::is_nan(a) && r::wide(a) > 0 ? b : c, 0}))},
-    {"fp_cmp", "iadd", 2, 13, Family::Integer, REF((Value{a + b, 0}))},
-    {"fp_cmp", "isub", 2, 14, Family::Integer, REF((Value{a - b, 0}))},
-    {"fp_cmp", "mov_spare", 1, 15, Family::Compare, REF((Value{a, 0}))},  // the unused code
+    COMPARE(EQ, Compare, r::host_compare([](float x, float y) { return x == y; }, a, b)),
+    COMPARE(LT, Compare, r::host_compare([](float x, float y) { return x < y; }, a, b)),
+    COMPARE(LE, Compare, r::host_compare([](float x, float y) { return x <= y; }, a, b)),
+    COMPARE(MIN, Compare, r::extremum(a, b, true)),
+    COMPARE(MAX, Compare, r::extremum(a, b, false)),
+    COMPARE(ABS, Compare, (Value{a & ~S, 0})),
+    COMPARE(NEG, Compare, (Value{a ^ S, 0})),
+    COMPARE(MOV, Compare, (Value{a, 0})),
+    COMPARE(SGN, Compare, r::signum(a)),
+    COMPARE(SAT, Compare, r::saturate(a, b, c)),
+    COMPARE(SEL, Compare, (Value{!r::is_nan(a) && r::wide(a) != 0 ? b : c, 0})),
+    COMPARE(SELGE, Compare, (Value{!r::is_nan(a) && r::wide(a) >= 0 ? b : c, 0})),
+    COMPARE(SELGT, Compare, (Value{!r::is_nan(a) && r::wide(a) > 0 ? b : c, 0})),
+    COMPARE(IADD, Integer, (Value{a + b, 0})),
+    COMPARE(ISUB, Integer, (Value{a - b, 0})),
+    COMPARE_SPARES(COMPARE_SPARE)
     {"fp_i2f", "i2f", 1, 0, Family::Integer, REF(r::signed_to_float(a))},
     {"fp_i2f", "u2f", 1, 1, Family::Integer, REF(r::unsigned_to_float(a))},
     {"fp_f2i", "f2i", 1, 1, Family::ToInteger, REF(r::to_signed(a, true))},
@@ -65,6 +72,8 @@ inline const Operation TABLE[] = {
     {"fp_sincos", "sin", 1, 0, Family::Angle, nullptr},
     {"fp_sincos", "cos", 1, 1, Family::Angle, nullptr},
 };
+#undef COMPARE_SPARE
+#undef COMPARE
 #undef REF
 
 inline const Operation *find(const char *name) {

@@ -67,6 +67,11 @@ def _every(ops: str, start: int = 0, end: int = EVERY_WORD) -> tuple[Part, ...]:
     return tuple(Part(op, "exhaustive", start, end - start) for op in ops.split())
 
 
+def _single() -> str:
+    """Operations of fp_cmp with one operand."""
+    return " ".join(op for op, where in operations().items() if where == ("fp_cmp", 1))
+
+
 # Random cases per operation, at full rate and with idle clocks between.
 RANDOM = {"fp_add": 150, "fp_mul": 200, "fp_fma": 150, "fp_divsqrt": 150, "fp_cmp": 20}
 RANDOM_GAPS = 4_000_000
@@ -98,7 +103,7 @@ def _hard(size) -> tuple[Part, ...]:
 def sections(size) -> list[Section]:
     """Every section in running order; `size(op, kind)` is the number of cases (`Unit.size`)."""
     return [
-        Section("sign", "every operand of abs, neg, mov, sgn", _every("abs neg mov sgn mov_spare")),
+        Section("sign", "every operand of the operations of fp_cmp with one", _every(_single())),
         Section("integer to float", "every integer, signed and unsigned", _every("i2f u2f")),
         Section("float to integer", "every operand, both roundings", _every("f2i f2i_nearest")),
         Section("square root", "every operand", _every("sqrt")),

@@ -13,6 +13,7 @@ from collections.abc import Callable
 import gmpy2
 import numpy as np
 
+from asip_asm.isa import default_isa
 from sim.fpbench import softfloat
 from sim.fpbench.native import Mismatch, Unit, operations
 
@@ -42,7 +43,8 @@ def oracle() -> dict[str, Callable]:
         "f2i_nearest": softfloat.f32_to_i32_saturated(softfloat.MODES["nearest"]),
     }
     compares = {name.lower(): function for name, (_, function) in softfloat.COMPARISONS.items()}
-    return table | compares | {"mov_spare": compares["mov"]}
+    spares = {name.lower(): compares["mov"] for name in default_isa().spare_comparisons}
+    return table | compares | spares
 
 
 def selfcheck(unit: Unit, seed: int = 1, cases: int = CASES) -> dict[str, int | list[Mismatch]]:

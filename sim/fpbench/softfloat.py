@@ -16,6 +16,10 @@ from collections.abc import Callable
 import numpy as np
 import softfloatpy as sf
 
+from asip_asm.isa import default_isa
+from asip_asm.isa_records import OperationRecord
+from sim.iss import arithmetic
+
 Bits = np.ndarray  # uint32
 Result = tuple[np.ndarray, np.ndarray]  # (uint32 bits, uint8 flags)
 
@@ -228,8 +232,8 @@ def _select(condition: Callable) -> Callable:
     return _silent(lambda a, b, c: np.where(condition(a), b, c))
 
 
-# operation -> operand count,  A NaN condition of a selection takes c.
-COMPARISONS = {
+# operation -> operand count, function. A NaN condition of a selection takes c.
+_OWN = {
     "EQ": (2, _as_float(eq)),
     "LT": (2, _as_float(lt)),
     "LE": (2, _as_float(le)),
@@ -245,4 +249,27 @@ COMPARISONS = {
     "SELGT": (3, _select(lambda a: lt(np.zeros_like(a), a)[0] == 1)),
     "IADD": (2, _silent(lambda a, b: a + b)),
     "ISUB": (2, _silent(lambda a, b: a - b)),
+}
+
+
+def _of_record(record: OperationRecord) -> Callable:
+    """The record's own value and flags, a case at a time."""
+    function = arithmetic.operations(arithmetic.sincos_rounded)[record.name]
+
+    def computed(*operands: int) -> tuple[int, int]:
+        with arithmetic.environment():
+            bits = arithmetic.bits_of(function(*map(arithmetic.word, operands)))
+            return bits, arithmetic.flags()
+
+    def rows(*columns: np.ndarray) -> Result:
+        bits, flags = np.vectorize(computed, otypes=[np.uint32, np.uint8])(*columns)
+        return bits, flags
+
+    return rows
+
+
+# Operations of fp_cmp without a function here are computed as their records say.
+COMPARISONS = {
+    name: _OWN.get(name) or (len(record.sources), _of_record(record))
+    for name, record in default_isa().comparisons.items()
 }

@@ -3,17 +3,21 @@
 
 A word is a `softfloatpy.Float32` holding any 32 bits. Round to nearest even, tininess after
 rounding, canonical NaN 7fc00000; exceptions accumulate in SoftFloat's global flags, whose bits are
-{nv, dz, of, uf, nx} with nx as bit 0. Semantics: the `doc` lines of `isa.toml`, IEEE 754-2019.
+{nv, dz, of, uf, nx} with nx as bit 0. Semantics: the records of `isa.toml`, IEEE 754-2019.
 """
 
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
 import gmpy2
 import softfloatpy as sf
+
+from asip_asm.isa import default_isa
+from asip_asm.isa_records import OperationRecord
+from asip_asm.semantics import render
 
 Word = sf.Float32
 NV, DZ, OF, UF, NX = 16, 8, 4, 2, 1
@@ -48,18 +52,7 @@ def to_int(value: Word) -> int:
     return int.from_bytes(value.to_bytes(), "big", signed=True)
 
 
-ZERO, ONE, MINUS_ONE, NAN = word(0), from_float(1.0), from_float(-1.0), word(0x7FC0_0000)
-
-add, sub, mul, fma, div, sqrt = (
-    sf.f32_add,
-    sf.f32_sub,
-    sf.f32_mul,
-    sf.f32_mul_add,
-    sf.f32_div,
-    sf.f32_sqrt,
-)
-_negate, _lt, _le, _eq = sf.f32_neg, sf.f32_lt, sf.f32_le, sf.f32_eq
-_lt_quiet, _is_nan, _is_snan = sf.f32_lt_quiet, sf.f32_is_nan, sf.f32_is_signaling_nan
+ZERO = word(0)
 
 
 @contextmanager
@@ -86,122 +79,6 @@ def _raise(raised: int) -> None:
     sf.set_exception_flags(sf.get_exception_flags() | raised)
 
 
-def _invalid() -> Word:
-    _raise(NV)
-    return NAN
-
-
-def fmsub(a: Word, b: Word, c: Word) -> Word:
-    return fma(a, b, _negate(c))
-
-
-def fnmsub(a: Word, b: Word, c: Word) -> Word:
-    return fma(_negate(a), b, c)
-
-
-def fnmadd(a: Word, b: Word, c: Word) -> Word:
-    return fma(_negate(a), b, _negate(c))
-
-
-def fnmul(a: Word, b: Word) -> Word:
-    return mul(_negate(a), b)
-
-
-def feq(a: Word, b: Word) -> Word:
-    return ONE if _eq(a, b) else ZERO
-
-
-def flt(a: Word, b: Word) -> Word:
-    return ONE if _lt(a, b) else ZERO
-
-
-def fle(a: Word, b: Word) -> Word:
-    return ONE if _le(a, b) else ZERO
-
-
-def _number_order(a: Word, b: Word) -> tuple[Word, Word]:
-    """(smaller, larger) by value, -0 < +0; a number beats a NaN, two NaNs give the canonical."""
-    if _is_snan(a) or _is_snan(b):
-        _raise(NV)
-    if _is_nan(a) or _is_nan(b):
-        number = NAN if _is_nan(a) and _is_nan(b) else b if _is_nan(a) else a
-        return number, number
-    if _lt_quiet(a, b) or (_eq(a, b) and bits_of(a) >> 31):
-        return a, b
-    return b, a
-
-
-def fmin(a: Word, b: Word) -> Word:
-    return _number_order(a, b)[0]
-
-
-def fmax(a: Word, b: Word) -> Word:
-    return _number_order(a, b)[1]
-
-
-def fabs(a: Word) -> Word:
-    return word(bits_of(a) & 0x7FFF_FFFF)
-
-
-def fneg(a: Word) -> Word:
-    return word(bits_of(a) ^ 0x8000_0000)
-
-
-def mov(a: Word) -> Word:
-    return a
-
-
-def fsgn(a: Word) -> Word:
-    if _is_nan(a):
-        if _is_snan(a):
-            _raise(NV)
-        return NAN
-    return ONE if _lt_quiet(ZERO, a) else MINUS_ONE if _lt_quiet(a, ZERO) else ZERO
-
-
-def fsat(a: Word, low: Word, high: Word) -> Word:
-    """a within low..high; a NaN operand gives NaN, low > high is invalid and gives NaN."""
-    if _is_nan(a) or _is_nan(low) or _is_nan(high):
-        if _is_snan(a) or _is_snan(low) or _is_snan(high):
-            _raise(NV)
-        return NAN
-    if _lt_quiet(high, low):
-        return _invalid()
-    return low if _lt_quiet(a, low) else high if _lt_quiet(high, a) else a
-
-
-def sel(a: Word, b: Word, c: Word) -> Word:
-    return c if _is_nan(a) or bits_of(a) & 0x7FFF_FFFF == 0 else b
-
-
-def selge(a: Word, b: Word, c: Word) -> Word:
-    return c if _is_nan(a) or _lt_quiet(a, ZERO) else b
-
-
-def selgt(a: Word, b: Word, c: Word) -> Word:
-    return c if _is_nan(a) or not _lt_quiet(ZERO, a) else b
-
-
-def iadd(a: Word, b: Word) -> Word:
-    return word(to_int(a) + to_int(b))
-
-
-def isub(a: Word, b: Word) -> Word:
-    return word(to_int(a) - to_int(b))
-
-
-def i2f(a: Word) -> Word:
-    return sf.i32_to_f32(sf.Int32.from_bytes(a.to_bytes()))
-
-
-def f2i(a: Word) -> Word:
-    return Word.from_bytes(sf.f32_to_i32(a, sf.RoundingMode.NEAR_EVEN, True).to_bytes())
-
-
-def f2it(a: Word) -> Word:
-    return Word.from_bytes(sf.f32_to_i32(a, sf.RoundingMode.MIN_MAG, True).to_bytes())
-
-
 _BINARY32 = gmpy2.context(precision=24, emax=128, emin=-148, subnormalize=True)
 
 
@@ -221,48 +98,116 @@ def sincos_rounded(bits: int, cosine: bool) -> tuple[int, int]:
     return int.from_bytes(struct.pack(">f", result), "big"), NX | (UF if tiny else 0)
 
 
-def sine_operations(sincos: SinCos) -> dict[str, Callable[[Word], Word]]:
-    """fsin and fcos made of a function on bits."""
-
-    def operation(cosine: bool) -> Callable[[Word], Word]:
-        def apply(a: Word) -> Word:
-            result, raised = sincos(bits_of(a), cosine)
-            _raise(raised)
-            return word(result)
-
-        return apply
-
-    return {"fsin": operation(False), "fcos": operation(True)}
+def _from_int(a: Word) -> Word:
+    return sf.i32_to_f32(sf.Int32.from_bytes(a.to_bytes()))
 
 
-OPERATIONS: dict[str, Callable[..., Word]] = {
-    "fmadd": fma,
-    "fnmsub": fnmsub,
-    "fmsub": fmsub,
-    "fnmadd": fnmadd,
-    "fmul": mul,
-    "fnmul": fnmul,
-    "fadd": add,
-    "fsub": sub,
-    "feq": feq,
-    "flt": flt,
-    "fle": fle,
-    "fmin": fmin,
-    "fmax": fmax,
-    "fabs": fabs,
-    "fneg": fneg,
-    "mov": mov,
-    "fsgn": fsgn,
-    "fsat": fsat,
-    "sel": sel,
-    "selge": selge,
-    "selgt": selgt,
-    "iadd": iadd,
-    "isub": isub,
-    "fdiv": div,
-    "fsqrt": sqrt,
-    "i2f": i2f,
-    "f2i": f2i,
-    "f2it": f2it,
+def _to_int(a: Word) -> Word:
+    return Word.from_bytes(sf.f32_to_i32(a, sf.RoundingMode.NEAR_EVEN, True).to_bytes())
+
+
+def _to_int_truncated(a: Word) -> Word:
+    return Word.from_bytes(sf.f32_to_i32(a, sf.RoundingMode.MIN_MAG, True).to_bytes())
+
+
+def _sine(sincos: SinCos, cosine: bool) -> Callable[[Word], Word]:
+    def apply(a: Word) -> Word:
+        result, raised = sincos(bits_of(a), cosine)
+        _raise(raised)
+        return word(result)
+
+    return apply
+
+
+ROUNDED: dict[str, Callable[..., Word]] = {
+    "fma": sf.f32_mul_add,
+    "mul": sf.f32_mul,
+    "add": sf.f32_add,
+    "div": sf.f32_div,
+    "sqrt": sf.f32_sqrt,
+    "from_int": _from_int,
+    "to_int": _to_int,
+    "to_int_truncated": _to_int_truncated,
 }
-"""Operations that compute a word from words; fsin, fcos come from `sine_operations`."""
+"""Operations of `asip_asm.semantics` that raise their flags; sin and cos come with the model."""
+
+
+class _Text:
+    """Backend of `asip_asm.semantics`: Python text over words a, b, c and the names below."""
+
+    names = {
+        "word": word,
+        "bits": bits_of,
+        "nan": sf.f32_is_nan,
+        "signalling": sf.f32_is_signaling_nan,
+        "less": sf.f32_lt_quiet,
+        "less_equal": sf.f32_le_quiet,
+        "equal": sf.f32_eq,
+    }
+    compares = {"<": "less", "<=": "less_equal", "==": "equal"}
+
+    def __init__(self) -> None:
+        self.constants: dict[str, Word] = {}
+
+    def operand(self, name: str) -> str:
+        return name
+
+    def constant(self, bits: int) -> str:
+        name = f"k{bits:08x}"
+        self.constants[name] = word(bits)
+        return name
+
+    def choose(self, truth: str, first: str, second: str) -> str:
+        return f"({first} if {truth} else {second})"
+
+    def both(self, *truths: str) -> str:
+        return f"({' and '.join(truths)})"
+
+    def either(self, *truths: str) -> str:
+        return f"({' or '.join(truths)})"
+
+    def negation(self, truth: str) -> str:
+        return f"(not {truth})"
+
+    def compare(self, operator: str, left: str, right: str) -> str:
+        # SoftFloat's comparisons raise NV on a signalling NaN, those of the language nothing.
+        numbers = [f"not nan({x})" for x in (left, right) if x not in self.constants]
+        return f"({' and '.join([*numbers, f'{self.compares[operator]}({left}, {right})'])})"
+
+    def test(self, name: str, word: str) -> str:
+        return f"bits({word}) >> 31" if name == "negative" else f"{name}({word})"
+
+    def bits(self, operator: str, left: str, right: str) -> str:
+        return f"word(bits({left}) {operator} bits({right}))"
+
+    def rounded(self, name: str, words: Sequence[str]) -> str:
+        return f"{name}({', '.join(words)})"
+
+
+def operations(sincos: SinCos) -> dict[str, Callable[..., Word]]:
+    """Every operation of isa.toml that computes a word, as its record says; operands in the order
+    of the assembly. `sincos` gives sine and cosine.
+    """
+    rounded = ROUNDED | {"sin": _sine(sincos, False), "cos": _sine(sincos, True)}
+    return {
+        record.name: _compiled(record, rounded)
+        for record in default_isa().operations.values()
+        if record.result
+    }
+
+
+def _compiled(record: OperationRecord, rounded: dict[str, Callable[..., Word]]) -> Callable:
+    operands = ", ".join(record.sources)
+    backend = _Text()
+    result = render(record.result, backend)
+    for name, function in rounded.items():
+        if result == f"{name}({operands})":  # nothing but a call: no need for one around it
+            return function
+    invalid = render(record.invalid, backend, truth=True) if record.invalid else ""
+    text = f"def operation({operands}):\n"
+    text += f"    if {invalid}:\n        raise_flags({NV})\n" if invalid else ""
+    text += f"    return {result}\n"
+    names: dict[str, object] = {"raise_flags": _raise, **_Text.names, **rounded}
+    names |= backend.constants
+    exec(text, names)  # checked by asip_asm.semantics: nothing but its own language
+    return names["operation"]  # type: ignore[return-value]

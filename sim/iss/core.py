@@ -46,7 +46,7 @@ class RunResult:
         """Executed operations per class of table 1."""
         total = dict.fromkeys(TABLE_1, 0)
         for mnemonic, executed in self.counts.items():
-            for name, each in isa.ISA["op"][mnemonic].get("counts", {}).items():
+            for name, each in isa.ISA.operations[mnemonic].counts.items():
                 total[name] += executed * each
         return total
 
@@ -93,7 +93,7 @@ class Iss:
             image = Image.from_json(image)
         self._image = image
         self._trace = trace
-        self._operations = arithmetic.OPERATIONS | arithmetic.sine_operations(sincos)
+        self._operations = arithmetic.operations(sincos)
         self._registers: list[Word] = [arithmetic.ZERO] * (6 * isa.BANK_WORDS)
         self._data: list[Word] = [arithmetic.ZERO] * isa.DATA_WORDS
         self._outputs = [arithmetic.ZERO] * isa.OUTPUTS
@@ -216,7 +216,7 @@ class Iss:
             if op is None:
                 continue
             step.counts[op.mnemonic] += 1
-            if op.mnemonic in isa.BRANCHES:
+            if op.mnemonic in isa.ISA.branches:
                 step.branch = self._branch(op)
             elif op.mnemonic == "st":
                 step.stores.append((self._address(op, op.sources[1]), op.sources[0]))

@@ -3,29 +3,24 @@
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass
 from enum import IntEnum
-from pathlib import Path
 
 from asip_asm.gen.asip_regmap import REGMAP
+from asip_asm.isa import IMMEDIATE_WIDTH, default_isa
+from asip_asm.isa_records import SOURCE_FIELDS
 
-_ASM = Path(__file__).resolve().parents[2] / "asip_asm"
-ISA = tomllib.loads((_ASM / "isa.toml").read_text(encoding="utf-8"))
+ISA = default_isa()
 Fault = IntEnum("Fault", {fault.name: fault.code for fault in REGMAP.faults.values()})
 """Causes of a fault; NONE is 0."""
 
-BANK_CODE = {bank["name"]: bank["code"] for bank in ISA["bank"]}
-BANK_SIZE = {bank["name"]: bank["size"] for bank in ISA["bank"]}
-BANK_WORDS = 64  # operand code = 64 * bank code + index
+BANK_CODE = {name: bank.code for name, bank in ISA.banks.items()}
+BANK_SIZE = {name: bank.size for name, bank in ISA.banks.items()}
+BANK_WORDS = 1 << ISA.index_bits  # operand code = BANK_WORDS * bank code + index
 K_BASE = BANK_WORDS * BANK_CODE["K"]
-OUTPUTS = ISA["limits"]["outputs"]
-PROGRAM_BUNDLES = ISA["limits"]["program_bundles"]
-DATA_WORDS = ISA["limits"]["data_words"]
-BRANCHES = frozenset({"jmp", "bz", "bnz"})
-
-_MNEMONIC = {int(op["encoding"], 2): name for name, op in ISA["op"].items()}
-_SOURCES = ("a", "b", "c")
+OUTPUTS = ISA.outputs
+PROGRAM_BUNDLES = ISA.program_bundles
+DATA_WORDS = ISA.data_words
 
 
 class IllegalOperation(ValueError):
@@ -46,87 +41,69 @@ class Decoded:
     imm: int
 
 
-def slots(configuration: str) -> tuple[str, ...]:
-    """Kinds of the slots, 'fma', 'aux' or 'any', of configuration 'fast' or 'small'."""
-    return tuple(ISA["configuration"][configuration]["slots"])
-
-
 def _field(word: int, name: str) -> int:
-    high, low = ISA["operation_word"][name]
-    return word >> low & (1 << high - low + 1) - 1
+    field = ISA.fields[name]
+    return (word & field.mask) >> field.low
 
 
 def _check_source(code: int, configuration: str) -> int:
     bank, index = divmod(code, BANK_WORDS)
     if (
         bank > BANK_CODE["K"] + 1
-        or (bank == 0 and index)
-        or (bank == 2 and configuration != "fast")
+        or (bank == BANK_CODE["zero"] and index)
+        or (bank == BANK_CODE["B"] and ISA.configurations[configuration].fma_pipes < 2)
     ):
         raise IllegalOperation(f"operand code {code:#x}: no such register")
     return code
 
 
-def _check_unused(word: int, operands: list[str], configuration: str) -> None:
-    """Source fields that the operation ignores, immediates aside, must name a register too."""
-    immediate = "address" in operands or "target" in operands
-    for name in _SOURCES:
-        holds_immediate = immediate and (name == "c" or (name == "a" and "dst" in operands))
-        if name not in operands and not holds_immediate:
-            _check_source(_field(word, name), configuration)
-
-
 def decode_operation(word: int, slot: int, configuration: str) -> Decoded | None:
     """Operation of one slot, None for nop. Raises IllegalOperation."""
-    mnemonic = _MNEMONIC.get(_field(word, "op"))
-    if mnemonic is None:
-        raise IllegalOperation(f"slot {slot}: opcode {_field(word, 'op'):06b}")
-    record = ISA["op"][mnemonic]
-    _check_unused(word, record["operands"], configuration)
+    opcode = _field(word, "op")
+    record = ISA.by_opcode.get(opcode)
+    if record is None:
+        raise IllegalOperation(f"slot {slot}: opcode {opcode:06b}")
+    mnemonic, unit = record.name, ISA.units[record.unit]
+    immediate = (record.immediate_high, "c") if record.immediate_high else ()
+    for name in SOURCE_FIELDS:  # also those that the operation ignores
+        if name not in immediate:
+            _check_source(_field(word, name), configuration)
     if mnemonic == "nop":
         return None
-    unit = ISA["unit"][record["unit"]]
-    multiply_add = unit["bank"] == "pipe"
-    kind = slots(configuration)[slot]
-    if kind not in ("any", "fma" if multiply_add else "aux"):
-        raise IllegalOperation(f"slot {slot}: {mnemonic} in a slot of kind {kind}")
-
-    operands = record["operands"]
-    names = [name for name in _SOURCES if name in operands]
-    if "address" in operands:
-        names.append("b")
-    sources = tuple(_check_source(_field(word, name), configuration) for name in names)
+    build = ISA.configurations[configuration]
+    if not build.allows(slot, unit):
+        raise IllegalOperation(f"slot {slot}: {mnemonic} in a slot of kind {build.slots[slot]}")
     dst = output = None
-    if "dst" in operands:
-        field = _field(word, "dst")
-        to_output, index = field >> 6, field & BANK_WORDS - 1
+    if record.writes:
+        to_output, index = divmod(_field(word, "dst"), BANK_WORDS)
         if not to_output:
-            dst = BANK_WORDS * (BANK_CODE["AB"[slot]] if multiply_add else BANK_CODE["C"]) + index
-        elif multiply_add or index >= OUTPUTS:
+            dst = BANK_WORDS * BANK_CODE[build.result_bank(slot, unit)] + index
+        elif unit.bank == "pipe" or index >= OUTPUTS:
             raise IllegalOperation(f"slot {slot}: {mnemonic} cannot write output {index}")
         else:
             output = index
     imm = 0
-    if "address" in operands or "target" in operands:
-        upper = _field(word, "a") & 0x7F if "dst" in operands else _field(word, "dst")
-        imm = upper << 9 | _field(word, "c")
+    if immediate:
+        low = ISA.fields["c"].width
+        imm = (_field(word, immediate[0]) << low | _field(word, "c")) & (1 << IMMEDIATE_WIDTH) - 1
+    sources = tuple(_field(word, name) for name in record.sources)
     return Decoded(mnemonic, sources, dst, output, imm)
 
 
 def decode_bundle(bundle: int, configuration: str) -> tuple[list[Decoded | None], bool]:
     """Operations of the slots, and whether the run halts. Raises IllegalOperation."""
-    width = ISA["operation_word"]["width"]
-    count = len(slots(configuration))
+    width = ISA.word_width
+    count = len(ISA.configurations[configuration].slots)
     control = bundle >> width * count
-    if control & ~(1 << ISA["bundle"]["halt_bit"]):
+    if control & ~(1 << ISA.halt_bit):
         raise IllegalOperation(f"control bits {control:#04x}: reserved bits are set")
     mask = (1 << width) - 1
     operations = [
         decode_operation(bundle >> width * slot & mask, slot, configuration)
         for slot in range(count)
     ]
-    halt = bool(control >> ISA["bundle"]["halt_bit"] & 1)
-    if halt and any(op is not None and op.mnemonic in BRANCHES for op in operations):
+    halt = bool(control >> ISA.halt_bit & 1)
+    if halt and any(op is not None and op.mnemonic in ISA.branches for op in operations):
         raise IllegalOperation("halt and a branch in one bundle")
     return operations, halt
 

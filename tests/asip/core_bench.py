@@ -22,7 +22,7 @@ from asip_asm.encode import encode_bundle
 from asip_asm.image import ConstantEntry, Image, OutputEntry, StateEntry
 from asip_asm.ir import Bundle, Operation, Output, Register
 from asip_asm.isa import default_isa
-from asip_asm.machine import Machine, load_machine
+from asip_asm.machine import OPERAND_READ, REFETCH, Machine, load_machine
 from sim.harness.asip_rtl import (
     BLOCK,
     CSR,
@@ -39,8 +39,9 @@ CONFIGURATIONS = ("fast", "small")
 STALLS = ("STALL_OPERAND", "STALL_PORT", "STALL_UNIT", "STALL_FETCH", "DRAIN")
 START, CLEAR = 1, 2
 RUN_LIMIT = 20_000  # cycles after which a run of the bench is taken for hanging
-REDIRECT = 6  # cycles from a redirect to the bundle in stage D (contract of asip_fetch)
-PIPELINE = 6  # cycles in which a move leaves the pipeline: D, R1, R2, E1, E2, W
+REDIRECT = REFETCH  # cycles from a redirect to the bundle in stage D (contract of asip_fetch)
+CMP = load_machine("fast").units["cmp"].latency
+PIPELINE = OPERAND_READ + CMP + 1  # cycles in which a move leaves it: D, R1, R2, E1, E2, W
 
 # Words that have tripped floating-point hardware before: zeros, subnormals, neighbours of powers of
 # two, largest, infinities, quiet and signalling NaNs, integers.

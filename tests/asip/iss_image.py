@@ -8,7 +8,9 @@ Operation words are composed here from their printed layout (docs/isa.md), not b
 from __future__ import annotations
 
 from asip_asm.image import checksum
+from asip_asm.isa import default_isa
 
+# Published encodings, written out again; those of later operations are their records'.
 OPCODES = {
     "nop": 0b000001,
     "jmp": 0b000010,
@@ -53,6 +55,11 @@ NOP = OPCODES["nop"] << 34
 TO_OUTPUT = 1 << 6
 
 
+def opcode(name: str) -> int:
+    """Opcode of an operation."""
+    return OPCODES.get(name) or default_isa().operations[name].opcode
+
+
 def source(name: str) -> int:
     """Operand code of 'a3', 'k100' or 'zero'."""
     if name == "zero":
@@ -64,15 +71,15 @@ def source(name: str) -> int:
 def word(op: str, dst: int = 0, a: str = "zero", b: str = "zero", c: str = "zero") -> int:
     """Operation word; dst is the 7-bit field."""
     fields = dst << 27 | source(a) << 18 | source(b) << 9 | source(c)
-    return OPCODES[op] << 34 | fields
+    return opcode(op) << 34 | fields
 
 
 def immediate(op: str, imm: int, dst: int = 0, a: str = "zero", b: str = "zero") -> int:
     """Operation with imm[15:0] = {x, c}: x is the a field for ld, else the dst field."""
     x, c = imm >> 9, imm & 0x1FF
     if op == "ld":
-        return OPCODES[op] << 34 | dst << 27 | x << 18 | source(b) << 9 | c
-    return OPCODES[op] << 34 | x << 27 | source(a) << 18 | source(b) << 9 | c
+        return opcode(op) << 34 | dst << 27 | x << 18 | source(b) << 9 | c
+    return opcode(op) << 34 | x << 27 | source(a) << 18 | source(b) << 9 | c
 
 
 def bundle(*slots: int, halt: bool = False, control: int = 0, width: int = 3) -> str:

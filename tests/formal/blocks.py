@@ -7,11 +7,15 @@ from collections.abc import Iterator
 
 from bitwuzla import Term
 
+from asip_asm.isa import default_isa
+from asip_asm.isa_records import OperationRecord
 from tests.formal.catalogue import Case, Context, Fault, proof
 from tests.formal.ieee import CANON_NAN, PLUS_INF, Outcome
 from tests.formal.logic import RNE, RTZ
 from tests.formal.netlist import Run
 from tests.fpu.tb import package_constant
+
+ISA = default_isa()
 
 # ---- conversions ----
 
@@ -48,8 +52,6 @@ def f2i(ctx: Context) -> Iterator[Case]:
 
 # ---- comparisons, selections, sign operations ----
 
-COMPARE = "EQ LT LE MIN MAX ABS NEG MOV SGN SAT SEL SELGE SELGT IADD ISUB".split()
-
 
 @proof(
     "fp_cmp",
@@ -66,11 +68,19 @@ COMPARE = "EQ LT LE MIN MAX ABS NEG MOV SGN SAT SEL SELGE SELGT IADD ISUB".split
 def compare(ctx: Context) -> Iterator[Case]:
     run, latency = ctx.run("fp_cmp"), package_constant("FP_CMP_LATENCY")
     a, b, c = (run.input(f"{port}_i") for port in "abc")
-    for name in [*COMPARE, "15"]:
-        code = 15 if name == "15" else package_constant(f"FP_CMP_{name}")
-        outcome = ctx.ieee.compare(name, a, b, c)
+    spares = {str(code): (code, ISA.comparisons["MOV"]) for code in ISA.spare_comparisons.values()}
+    for name, (code, record) in (codes() | spares).items():
+        outcome = ctx.ieee.computed(record, a=a, b=b, c=c)
         assume = ctx.logic.eq(run.input("op_i"), code)
         yield ctx.check(name, run, latency, outcome, (assume,))
+
+
+def codes() -> dict[str, tuple[int, OperationRecord]]:
+    """Code and record of the operations of fp_cmp by their name in fp_pkg, FP_CMP_*."""
+    return {
+        name: (package_constant(f"FP_CMP_{name}"), record)
+        for name, record in ISA.comparisons.items()
+    }
 
 
 OTHERS = ("divsqrt", "i2f", "f2i", "sincos", "memory")
@@ -91,9 +101,8 @@ def aux_compare(ctx: Context) -> Iterator[Case]:
     ports = [run.named(f".u_{unit}.valid_o") for unit in OTHERS]
     quiet = [logic.eq(run.signal(port, latency), 0) for port in ports]
     show = {"a": a, "b": b, "c": c, "result_o": result, "flags_o": flags}
-    for name in COMPARE:
-        outcome = ctx.ieee.compare(name, a, b, c)
-        code = package_constant(f"FP_CMP_{name}")
+    for name, (code, record) in codes().items():
+        outcome = ctx.ieee.computed(record, a=a, b=b, c=c)
         issued = (logic.eq(run.input("op_i"), code), logic.eq(run.input("valid_i"), 1))
         yield Case(name, ctx.ieee.matches(result, flags, outcome), (*issued, *quiet), show)
 

@@ -8,14 +8,16 @@ rounding if the result with the exponent range extended by four powers is below 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from bitwuzla import Kind, RoundingMode, Term
 
+from asip_asm.isa_records import OperationRecord
+from asip_asm.semantics import render
 from tests.formal.logic import RNE, RTN, RTP, Logic
 
-CANON_NAN, PLUS_INF, ONE, MINUS_ONE = 0x7FC00000, 0x7F800000, 0x3F800000, 0xBF800000
+CANON_NAN, PLUS_INF = 0x7FC00000, 0x7F800000
 LEAST_NORMAL = 0x00800000
 BINARY32 = (8, 24)
 WIDE = (10, 24)  # same precision, exponents -510..511: products and quotients neither end there
@@ -277,64 +279,44 @@ class Ieee:
         inexact = logic.all(inside, logic.no(logic.op(Kind.FP_EQUAL, integral, number)))
         return Outcome(value, self.flags(nv=logic.no(inside), nx=inexact), exact=True)
 
-    def compare(self, operation: str, a: Term, b: Term, c: Term) -> Outcome:
-        """Operation of fp_cmp by its name in fp_pkg, FP_CMP_*; semantics as stated there."""
-        logic = self.logic
-        x, y, z = (logic.number(bits) for bits in (a, b, c))
-        nan = logic.bv(32, CANON_NAN)
-        one, zero = logic.bv(32, ONE), logic.bv(32, 0)
+    def computed(self, record: OperationRecord, **operands: Term) -> Outcome:
+        """What the record of an operation of fp_cmp says, in the theory of floating point."""
+        backend = _Terms(self, operands)
+        invalid = render(record.invalid, backend, truth=True) if record.invalid else None
+        return Outcome(render(record.result, backend), self.flags(nv=invalid), exact=True)
 
-        def less(left: Term, right: Term) -> Term:
-            return logic.op(Kind.FP_LT, left, right)
 
-        def truth(condition: Term) -> Term:
-            return logic.ite(condition, one, zero)
+class _Terms:
+    """Backend of `asip_asm.semantics`: terms of the solver."""
 
-        a_nan, b_nan = self.nan(a), self.nan(b)
-        any_nan = logic.any(a_nan, b_nan)
-        never = logic.tm.mk_false()
-        if operation in ("EQ", "LT", "LE"):
-            kind = {"EQ": Kind.FP_EQUAL, "LT": Kind.FP_LT, "LE": Kind.FP_LEQ}[operation]
-            value = truth(logic.op(kind, x, y))
-            invalid = self.signal(a, b) if operation == "EQ" else any_nan
-        elif operation in ("MIN", "MAX"):
-            low, high = (x, y) if operation == "MIN" else (y, x)
-            negative = logic.bit(a if operation == "MIN" else b, 31)  # equal: -0 below +0
-            first = logic.any(less(low, high), logic.all(logic.op(Kind.FP_EQUAL, x, y), negative))
-            value = logic.ite(
-                logic.all(a_nan, b_nan),
-                nan,
-                logic.ite(a_nan, b, logic.ite(b_nan, a, logic.ite(first, a, b))),
-            )
-            invalid = self.signal(a, b)
-        elif operation in ("ABS", "NEG"):
-            sign = logic.bv(1, 0)
-            if operation == "NEG":
-                sign = logic.op(Kind.BV_NOT, logic.bits(a, 31, 31))
-            value, invalid = logic.cat(sign, logic.bits(a, 30, 0)), never
-        elif operation == "SGN":
-            sign = logic.ite(
-                logic.op(Kind.FP_IS_NEG, x), logic.bv(32, MINUS_ONE), logic.bv(32, ONE)
-            )
-            value = logic.ite(a_nan, nan, logic.ite(self.zero(a), zero, sign))
-            invalid = self.signal(a)
-        elif operation == "SAT":
-            exchanged = less(z, y)
-            unordered = logic.any(any_nan, self.nan(c))
-            clamped = logic.ite(less(x, y), b, logic.ite(less(z, x), c, a))
-            value = logic.ite(logic.any(unordered, exchanged), nan, clamped)
-            invalid = logic.any(self.signal(a, b, c), logic.all(exchanged, logic.no(unordered)))
-        elif operation in ("SEL", "SELGE", "SELGT"):
-            null = logic.number(zero)
-            condition = {
-                "SEL": logic.no(logic.any(a_nan, logic.op(Kind.FP_EQUAL, x, null))),
-                "SELGE": logic.op(Kind.FP_LEQ, null, x),
-                "SELGT": less(null, x),
-            }[operation]
-            value, invalid = logic.ite(condition, b, c), never
-        elif operation in ("IADD", "ISUB"):
-            value = logic.add(a, b) if operation == "IADD" else logic.sub(a, b)
-            invalid = never
-        else:  # MOV and the unassigned code
-            value, invalid = a, never
-        return Outcome(value, self.flags(nv=invalid), exact=True)
+    compares = {"<": Kind.FP_LT, "<=": Kind.FP_LEQ, "==": Kind.FP_EQUAL}
+    words = {
+        **{"&": Kind.BV_AND, "|": Kind.BV_OR, "^": Kind.BV_XOR},
+        **{"+": Kind.BV_ADD, "-": Kind.BV_SUB},
+    }
+
+    def __init__(self, ieee: Ieee, operands: Mapping[str, Term]) -> None:
+        self.ieee, self.logic, self.operands = ieee, ieee.logic, operands
+        self.choose, self.both = self.logic.ite, self.logic.all
+        self.either, self.negation = self.logic.any, self.logic.no
+
+    def operand(self, name: str) -> Term:
+        return self.operands[name]
+
+    def constant(self, bits: int) -> Term:
+        return self.logic.bv(32, bits)
+
+    def compare(self, operator: str, left: Term, right: Term) -> Term:
+        numbers = self.logic.number(left), self.logic.number(right)
+        return self.logic.op(self.compares[operator], *numbers)
+
+    def test(self, name: str, word: Term) -> Term:
+        if name == "negative":
+            return self.logic.bit(word, 31)
+        return {"nan": self.ieee.nan, "signalling": self.ieee.signalling}[name](word)
+
+    def bits(self, operator: str, left: Term, right: Term) -> Term:
+        return self.logic.op(self.words[operator], left, right)
+
+    def rounded(self, name: str, words: Sequence[Term]) -> Term:
+        raise NotImplementedError(f"{name} is proved in pieces, see products, sums, recurrence")

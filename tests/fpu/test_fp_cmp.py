@@ -6,7 +6,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from asip_asm.isa import default_isa
 from sim.fpbench import softfloat as reference
+from tests.asip import operation_cases
 from tests.fpu import stimulus
 from tests.fpu.tb import Operation, Unit, check, check_reset, generator, package_constant
 
@@ -51,12 +53,23 @@ def test_cmp__corners_and_random_operands__match_reference(name: str) -> None:
         third = rng.choice(stimulus.corners(), (len(crossed), 1))
         crossed = rng.permuted(np.concatenate((crossed, third), axis=1), axis=1)
     random = [neighbours(rng, CASES, columns), stimulus.mixed(rng, CASES // 2, columns)]
-    check(operation(name), np.concatenate([crossed, *random]).astype(np.uint32))
+    check(operation(name), np.concatenate([crossed, *random, by_hand(name)]).astype(np.uint32))
+
+
+def by_hand(name: str) -> np.ndarray:
+    """Operands of the operation's cases in operation_cases, whose results the reference gives."""
+    mnemonic = default_isa().comparisons[name].name
+    cases = [case[1:] for case in operation_cases.CASES if case[0] == mnemonic]
+    rows = np.array([operands for operands, _, _ in cases], dtype=np.uint32)
+    bits, flags = reference.COMPARISONS[name][1](*rows.T)
+    assert [(int(b), int(f)) for b, f in zip(bits, flags, strict=True)] == [c[1:] for c in cases]
+    return rows
 
 
 def test_cmp__every_opcode__is_distinct() -> None:
     codes = [package_constant(f"FP_CMP_{name}") for name in reference.COMPARISONS]
-    assert sorted(codes) == list(range(len(codes)))
+    assert codes == [r.control["cmp_op"] for r in default_isa().comparisons.values()]
+    assert len(set(codes)) == len(codes)
 
 
 # name -> operation, operands, result, flags: the rules stated in fp_pkg, written out

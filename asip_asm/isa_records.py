@@ -1,0 +1,229 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Records of the instruction set: what `asip_asm.isa` reads from isa.toml."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+SOURCE_FIELDS = ("a", "b", "c")
+
+
+@dataclass(frozen=True)
+class Field:
+    """Bits high..low of the operation word."""
+
+    name: str
+    high: int
+    low: int
+
+    @property
+    def width(self) -> int:
+        return self.high - self.low + 1
+
+    @property
+    def mask(self) -> int:
+        """Mask of the field in place."""
+        return ((1 << self.width) - 1) << self.low
+
+
+@dataclass(frozen=True)
+class Bank:
+    """Register bank: code of its first 64 registers, number of registers."""
+
+    name: str
+    code: int
+    size: int
+    doc: str
+
+
+class WritesBank(Protocol):
+    """A unit, for the rules of slots and banks: 'pipe', 'C' or 'none'."""
+
+    @property
+    def bank(self) -> str: ...
+
+
+@dataclass(frozen=True)
+class Configuration:
+    """Build of the core: kind of each slot ('fma', 'aux', 'any'), number of multiply-add pipes.
+
+    `intervals` holds the cycles between operations of the units that differ from their record.
+    """
+
+    name: str
+    slots: tuple[str, ...]
+    fma_pipes: int
+    intervals: Mapping[str, int]
+    doc: str
+
+    def allows(self, slot: int, unit: WritesBank) -> bool:
+        """Whether the slot executes operations of the unit (`nop` is of no unit: always)."""
+        kind = "fma" if unit.bank == "pipe" else "aux"
+        return self.slots[slot] in (kind, "any")
+
+    def result_bank(self, slot: int, unit: WritesBank) -> str:
+        """Bank that a register result goes to when the operation stands in the slot."""
+        return "AB"[slot] if unit.bank == "pipe" else unit.bank
+
+    def interval(self, unit: UnitRecord) -> int:
+        """Cycles between operations of the unit; 0: the next one waits for the result."""
+        return self.intervals.get(unit.name, unit.interval)
+
+
+@dataclass(frozen=True)
+class UnitRecord:
+    """Functional unit: latency in cycles or the constant that states it, cycles between operations
+    (0: not pipelined), bank written ('pipe': the bank of the multiply-add pipe used), fields of the
+    decoded operation with their widths.
+    """
+
+    name: str
+    latency: int | None
+    latency_constant: str | None
+    interval: int
+    bank: str
+    control: Mapping[str, int]
+    doc: str
+
+
+@dataclass(frozen=True)
+class OperationRecord:
+    """One operation: opcode, unit, operands in assembly order with the types of those that are not
+    floats, exception flags, control fields that are not 0 (a text is a constant of fp_pkg), value
+    and condition of NV in the language of `semantics` (empty without), counts, text.
+    """
+
+    name: str
+    opcode: int
+    unit: str
+    operands: tuple[str, ...]
+    types: Mapping[str, str]
+    flags: tuple[str, ...]
+    control: Mapping[str, int | str]
+    result: str
+    invalid: str
+    counts: Mapping[str, int]
+    doc: str
+
+    def type_of(self, operand: str) -> str:
+        """Type of dst or a source operand: 'float', 'int' or 'any'."""
+        if operand == "b" and "address" in self.operands:
+            return "int"
+        return self.types.get(operand, "float")
+
+    @property
+    def unit_name(self) -> str:
+        """Its name in the unit, for which floats are nothing to mention: MIN for fmin."""
+        return self.name.removeprefix("f").upper()
+
+    @property
+    def branches(self) -> bool:
+        """Whether it may continue elsewhere; such an operation is illegal in a halting bundle."""
+        return "target" in self.operands
+
+    @property
+    def writes(self) -> bool:
+        """Whether the operation has a destination."""
+        return "dst" in self.operands
+
+    @property
+    def sources(self) -> tuple[str, ...]:
+        """Source fields that hold registers, in assembly order; the index of an address is b."""
+        return tuple(
+            "b" if operand == "address" else operand
+            for operand in self.operands
+            if operand in SOURCE_FIELDS or operand == "address"
+        )
+
+    @property
+    def immediate_high(self) -> str | None:
+        """Field that holds imm[15:9] (imm[8:0] is field c); None without an immediate."""
+        if "address" not in self.operands and "target" not in self.operands:
+            return None
+        return "a" if self.writes else "dst"
+
+
+@dataclass(frozen=True)
+class Pipeline:
+    """Depths of the pipeline in clock cycles, as isa.toml describes them."""
+
+    operand_read: int
+    branch_decision: int
+    refetch: int
+    write_back: int
+
+
+@dataclass(frozen=True)
+class Isa:
+    """The whole instruction set."""
+
+    word_width: int
+    fields: Mapping[str, Field]
+    control_width: int
+    halt_bit: int
+    banks: Mapping[str, Bank]
+    outputs: int
+    program_bundles: int
+    data_words: int
+    clock_mhz: int
+    pipeline: Pipeline
+    configurations: Mapping[str, Configuration]
+    units: Mapping[str, UnitRecord]
+    operations: Mapping[str, OperationRecord]
+
+    def bundle_width(self, configuration: str) -> int:
+        """Bits of a bundle: control and one operation word per slot."""
+        return self.control_width + self.word_width * len(self.configurations[configuration].slots)
+
+    def lanes(self, configuration: str) -> int:
+        """32-bit lanes of program memory per bundle."""
+        return -(-self.bundle_width(configuration) // 32)
+
+    def unit_of(self, mnemonic: str) -> UnitRecord:
+        """Unit that executes the operation."""
+        return self.units[self.operations[mnemonic].unit]
+
+    @functools.cached_property
+    def differing(self) -> tuple[str, ...]:
+        """Units whose interval depends on the configuration, in their order."""
+        named = {name for each in self.configurations.values() for name in each.intervals}
+        return tuple(name for name in self.units if name in named)
+
+    @functools.cached_property
+    def branches(self) -> frozenset[str]:
+        """Operations that may continue elsewhere."""
+        return frozenset(name for name, record in self.operations.items() if record.branches)
+
+    def of_unit(self, unit: str) -> tuple[OperationRecord, ...]:
+        """Operations of a unit in their order."""
+        return tuple(record for record in self.operations.values() if record.unit == unit)
+
+    @property
+    def comparisons(self) -> Mapping[str, OperationRecord]:
+        """Operations of fp_cmp by their name in the unit, in the order of their code."""
+        records = sorted(self.of_unit("cmp"), key=lambda record: int(record.control["cmp_op"]))
+        return {record.unit_name: record for record in records}
+
+    @property
+    def spare_comparisons(self) -> Mapping[str, int]:
+        """Codes of fp_cmp that no operation has, by a name for each: the unit copies a."""
+        used = {record.control["cmp_op"] for record in self.of_unit("cmp")}
+        last = (1 << self.units["cmp"].control["cmp_op"]) - 1
+        return {
+            "MOV_SPARE" if code == last else f"MOV_SPARE_{code}": code
+            for code in range(last + 1)
+            if code not in used
+        }
+
+    @functools.cached_property
+    def by_opcode(self) -> Mapping[int, OperationRecord]:
+        """Operations by opcode."""
+        return {record.opcode: record for record in self.operations.values()}
+
+    @functools.cached_property
+    def index_bits(self) -> int:
+        """Index bits of a source field beside its bank code."""
+        return self.fields["dst"].width - 1
