@@ -7,6 +7,7 @@ import json
 import os
 import subprocess
 import tomllib
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -111,6 +112,28 @@ def image(installed: Installed) -> str:
     return "sum.asip.json"
 
 
+def test_wheel__holds_what_its_commands_read_and_nothing_of_the_checkout(wheel: Path) -> None:
+    with zipfile.ZipFile(wheel) as archive:
+        names = archive.namelist()
+    for needed in (
+        "asip_asm/isa.toml",
+        "asip_asm/programs/tracking_optimised.s",
+        "sim/robot.toml",
+        "sim/paths/agh.ngc",
+        "sim/harness/asip_harness.cpp",
+        "microtick/rtl/asip/asip.sv",
+        "microtick/rtl/waivers.vlt",
+        "microtick/nios_sw/system.toml",
+    ):
+        assert needed in names
+    tops = {name.split("/")[0] for name in names}
+    assert {top for top in tops if not top.endswith(".dist-info")} == {
+        "asip_asm",
+        "sim",
+        "microtick",
+    }
+
+
 def test_commands__of_the_wheel__are_those_run_here(installed: Installed) -> None:
     assert set(COMMANDS) == {"asip-as", "asip-objdump", "asip-run", "asip-model", "nios-run"}
     for command in set(COMMANDS) - {"asip-model"}:
@@ -132,6 +155,9 @@ def test_asip_as_and_objdump__of_the_wheel__make_and_read_an_image(
 ) -> None:
     assert "fsat" in (installed.folder / "sum.lst").read_text(encoding="utf-8")
     assert '.program "weighted sum"' in installed.must("asip-objdump", "-d", image)
+    place = "import asip_asm; print(asip_asm.__path__[0])"
+    programs = Path(installed.must("python", "-c", place).strip(), "programs")
+    installed.must("asip-as", programs / "tracking_optimised.s", "-o", "tracking.asip.json")
 
 
 def test_asip_run__on_the_model_and_the_core_of_the_wheel__computes(
