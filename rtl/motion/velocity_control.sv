@@ -2,7 +2,7 @@
 // velocity_control: runs 1 to 8 axes through the phases of jerk-limited moves with one adder of 32 bits.
 // A phase is a record of eight words (layout below). Every tick_i (1 us) an axis' acceleration grows by
 // its jerk and its velocity by the acceleration; all rates change in the clock after tick_i.
-// Time-exact phases last `count` ticks; seed-compatible ones `count` pulses, and publish a rate only
+// Time-exact phases last `count` ticks; pulse-counted ones `count` pulses, and publish a rate only
 // after a pulse. Phases follow each other without a gap if the next record waits at the tick inside the
 // last one; if not, the rate falls to 0 and underrun_o stays set until abort_i. Contract: ticks are
 // 8*Axes + 8 clocks apart at least; between two an axis has 2^EventBits - 8 pulses at most.
@@ -31,11 +31,11 @@ module velocity_control #(
     output logic [Axes-1:0]    first_o      // in the clock before a move's first phase: centre the pulse
 );
 
-  // Words of a record: 0 flags {last, first, seed, direction}, 1 count (1 at least), 2-3 velocity,
+  // Words of a record: 0 flags {last, first, by pulses, direction}, 1 count (1 at least), 2-3 velocity,
   // 4-5 acceleration, 6-7 jerk, each pair low word first, all signed;
   // velocity in 2^-32/16 Hz, acceleration per tick, jerk per tick twice.
   localparam int unsigned RateBits = 30;
-  localparam int unsigned FlagLast = 3, FlagFirst = 2, FlagSeed = 1, FlagDirection = 0;
+  localparam int unsigned FlagLast = 3, FlagFirst = 2, FlagByPulses = 1, FlagDirection = 0;
   localparam logic [2:0] LAST_AXIS = 3'(Axes - 1);
 
   // A round, in the clocks behind each tick, gives every axis a turn of eight steps. In each step one
@@ -159,11 +159,11 @@ module velocity_control #(
     logic pulsed_q;      // a pulse since the rate was published
     logic grace_q;       // a phase ended between ticks: its next record comes after the next tick
     logic underrun_q;
-    logic seed, publish, happens, phase_ends, stop, load;
+    logic by_pulses, publish, happens, phase_ends, stop, load;
 
-    assign seed       = flags_q[FlagSeed];
-    assign publish    = tick_i && loaded_q && (!seed || fresh_q || pulsed_q);
-    assign happens    = loaded_q && (seed ? pulse_i[i] && !fresh_q : tick_i);
+    assign by_pulses  = flags_q[FlagByPulses];
+    assign publish    = tick_i && loaded_q && (!by_pulses || fresh_q || pulsed_q);
+    assign happens    = loaded_q && (by_pulses ? pulse_i[i] && !fresh_q : tick_i);
     assign phase_ends = happens && near_q && events_q == limit_q;
     assign stop       = tick_i && running_q && !loaded_q && !grace_q;
     assign load       = turn_q3[i] && last_q3 && serve_q[i];
@@ -216,10 +216,10 @@ module velocity_control #(
           running_q   <= 1'b1;
           direction_q <= flags_q[FlagDirection];
         end
-        grace_q  <= (seed && phase_ends) || (grace_q && !tick_i);
+        grace_q  <= (by_pulses && phase_ends) || (grace_q && !tick_i);
         pulsed_q <= pulse_i[i] || (pulsed_q && !publish);
-        // A seed-compatible phase ends at its last pulse, and nothing may pulse before the next one.
-        if (stop || (seed && phase_ends)) rate_q <= '0;
+        // A pulse-counted phase ends at its last pulse, and nothing may pulse before the next one.
+        if (stop || (by_pulses && phase_ends)) rate_q <= '0;
         else if (publish) rate_q <= next_q;
         if (stop) begin
           running_q  <= 1'b0;

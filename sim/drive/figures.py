@@ -2,7 +2,7 @@
 """Drive and feed-forward study: figures 10 and 11 of the CNC paper, its other tests, and
 
 the same cases on our robot. Numbers come beside the paper's, or beside a goal of our own where the
-seed has none.
+paper has none.
 """
 
 from __future__ import annotations
@@ -38,10 +38,10 @@ AGH = Path(__file__).resolve().parents[1] / "paths/agh.ngc"
 JERK_TIME = 0.02  # s, of the S-curve moves
 LOOPS = {"1st-order loop": Drive(), "2nd-order loop": Drive(damping=math.sqrt(0.5))}
 PROFILES = {"trapezoid": 0.0, "S-curve": JERK_TIME}
-FIG_10, FIG_11 = "seed001_fig10.svg", "seed001_fig11.svg"
-SERVO_FILE, ROBOT_FILE = "seed001_servo.svg", "robot_feed_forward.svg"
+FIG_10, FIG_11 = "cnc_fig10.svg", "cnc_fig11.svg"
+SERVO_FILE, ROBOT_FILE = "cnc_servo.svg", "robot_feed_forward.svg"
 RESULTS_FILE = "drive_figures.json"
-SEED_TRANSIENT = 103 / servo.LOAD_COUNTS * servo.PITCH  # m
+PUBLISHED_TRANSIENT = 103 / servo.LOAD_COUNTS * servo.PITCH  # m
 # First blocks of letters that the quick run takes on the robot, by index into the blocks of AGH.
 STROKES = {"A, left leg": 2, "G, back": 12, "H, left stroke": 19}
 
@@ -160,7 +160,7 @@ def following_results(runs: dict[tuple[str, str, str], Response]) -> list[Result
 def servo_results() -> list[Result]:
     """Load step of 1.8 N m [um] in every reading of the bandwidth; positioning by one increment."""
     found = []
-    stated = SEED_TRANSIENT * 1e6
+    stated = PUBLISHED_TRANSIENT * 1e6
     for reading in servo.READINGS:
         ours = servo.transient(servo.load_step(servo.Servo(reading=reading)))
         name = f"load step {servo.LOAD_TORQUE} N m; 160 Hz read as {reading}"
@@ -335,7 +335,9 @@ def _draw_servo(output: Path) -> None:
         run = servo.load_step(servo.Servo(reading=reading))
         way = run.angle / servo.TURN * servo.PITCH * 1e6
         rows[0].plot(run.t * 1e3, way, lw=0.9, label=reading)
-    rows[0].axhline(-SEED_TRANSIENT * 1e6, color="0.5", ls="--", lw=0.8, label="published, peak")
+    rows[0].axhline(
+        -PUBLISHED_TRANSIENT * 1e6, color="0.5", ls="--", lw=0.8, label="published, peak"
+    )
     rows[0].set(xlabel="time [ms]", ylabel="deviation [µm]", title="Load step of 1.8 N·m")
     run = servo.increments(servo.Servo(), servo.LOAD_TORQUE)
     per_load = servo.MOTOR_COUNTS / servo.LOAD_COUNTS

@@ -165,7 +165,7 @@ def run(
 
 
 def load_step(servo: Servo, load: float = LOAD_TORQUE) -> Run:
-    """The seed's disturbance test: the target stays, the load comes at 20 ms [N m]."""
+    """The paper's disturbance test: the target stays, the load comes at 20 ms [N m]."""
     return run(servo, 0.2, lambda t: 0, lambda t: load if t >= 0.02 else 0.0)
 
 
@@ -181,7 +181,7 @@ SETTLED = 0.2  # before the end of each rest [s]
 
 
 def increments(servo: Servo, load: float = 0.0) -> Run:
-    """The seed's positioning test: +1 and -1 increment of 144 000, under a load [N m]."""
+    """The paper's positioning test: +1 and -1 increment of 144 000, under a load [N m]."""
 
     def target(t: float) -> int:
         wanted = [value for start, value in INCREMENTS if start <= t][-1]

@@ -19,7 +19,7 @@ HIGHEST_RATE = 50_000_000  # Hz
 SLOPE_LIMIT = 1 << 52  # of acceleration and jerk, in their units
 COUNT_LIMIT = (1 << 32) - 1
 
-DIRECTION, SEED, FIRST, LAST = 1, 2, 4, 8
+DIRECTION, BY_PULSES, FIRST, LAST = 1, 2, 4, 8
 """Flags of a record's word 0."""
 
 

@@ -34,8 +34,8 @@ CIRCUMFERENCE_MM = 362.0
 # [mm] by P [mm]. It samples ten times less often than we do.
 LINUXCNC = {"without blending [s]": 5.074, "with blending [s]": 1.536}
 LINUXCNC_APEX_MM = {0.001: 0.00204, 0.005: 0.00614, 0.010: 0.01111, 0.025: 0.02583}
-SEED = {"without blending [s]": 5.0, "with blending [s]": 1.5}
-SEED_CORNER_MM = 31.0
+PUBLISHED = {"without blending [s]": 5.0, "with blending [s]": 1.5}
+CORNER_MM = 31.0
 CORNER_TOLERANCES_MM = (0.001, 0.005, 0.010, 0.025)
 
 
@@ -56,12 +56,9 @@ def without_approach(text: str) -> list[Move]:
 
 def corner_program(mode: str, angle: float = 90.0) -> str:
     """A corner at X31 Y0 between two lines of 20 mm; angle between their directions [degree]."""
-    x = SEED_CORNER_MM + 20 * math.cos(math.radians(angle))
+    x = CORNER_MM + 20 * math.cos(math.radians(angle))
     y = 20 * math.sin(math.radians(angle))
-    return (
-        f"G21 G90 {mode}\nG0 X{SEED_CORNER_MM - 20} Y0\n"
-        f"G1 X{SEED_CORNER_MM} F15000\nX{x:.9f} Y{y:.9f}\nM2"
-    )
+    return f"G21 G90 {mode}\nG0 X{CORNER_MM - 20} Y0\nG1 X{CORNER_MM} F15000\nX{x:.9f} Y{y:.9f}\nM2"
 
 
 def run(
@@ -88,13 +85,13 @@ def figures(output: Path) -> dict[str, Any]:
         points, time, _, _ = run(moves, base)
         paths[f"{mode}: {time:.3f} s"] = points
         document["figures 4 and 5"][name] = {
-            "seed": SEED[name],
+            "published": PUBLISHED[name],
             "jerk limited": time,
             "steps of acceleration": run(moves, stepped)[1],
         }
     _draw_path(output / PATH_FILE, paths, base.period)
     views: dict[str, FloatArray] = {}
-    corner = np.array([SEED_CORNER_MM, 0.0])
+    corner = np.array([CORNER_MM, 0.0])
     views["G61"] = run(without_approach(corner_program("G61")), base)[0]
     for tolerance in CORNER_TOLERANCES_MM:
         mode = f"G64 P{tolerance:g}"
@@ -141,13 +138,13 @@ def _draw_corner(file: Path, views: dict[str, FloatArray]) -> None:
         axis.plot(points[:, 0], points[:, 1], marker=".", markersize=2, linewidth=0.8, label=name)
     axis.set(
         aspect="equal",
-        xlim=(SEED_CORNER_MM - 0.03, SEED_CORNER_MM + 0.005),
+        xlim=(CORNER_MM - 0.03, CORNER_MM + 0.005),
         ylim=(-0.005, 0.03),
         xlabel="X [mm]",
         ylabel="Y [mm]",
         title="figure 6 of the CNC paper: a corner, set-points at 10 kHz",
     )
-    axis.set_xticks(SEED_CORNER_MM + np.arange(-0.03, 0.006, 0.01))
+    axis.set_xticks(CORNER_MM + np.arange(-0.03, 0.006, 0.01))
     axis.grid(alpha=0.3)
     axis.legend()
     pictures.save(figure, file)

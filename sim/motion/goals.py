@@ -53,7 +53,7 @@ from sim.planner.optimal import Limits, time_optimal
 from sim.planner.pulse_records import (
     time_exact,
 )
-from sim.planner.ramp_time import seed_plan
+from sim.planner.ramp_time import ramp_time_plan
 from sim.planner.scurve import SCurve
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -73,7 +73,7 @@ class Goal:
     """
 
     feature: str
-    seed: str
+    published: str
     goal: str
     ours: str
     met: bool | None
@@ -122,7 +122,7 @@ def classes(counts: Counts) -> Measured:
                     "short": low + (high - low) * inside,
                     "cruise": high * (1 + inside),
                 }[span]
-                plan = seed_plan(v0, vm, tr, tm, length)
+                plan = ramp_time_plan(v0, vm, tr, tm, length)
                 kinds.add(plan.forms.kind.value)
                 at = float(plan.total_time) * rng.random()
                 wanted = [float(x) for x in check.exact_profile(plan, at)[:2]]
@@ -148,11 +148,11 @@ def ruckig(counts: Counts) -> Measured:
 
 def short_move(counts: Counts) -> Measured:
     """120 mm between speeds of 100 mm/s, tm = 0.15 s: both modes."""
-    seed = SCurve(100, 600, 0.6, 0.15, 120).total_time
+    paper = SCurve(100, 600, 0.6, 0.15, 120).total_time
     acceleration = 500 / 0.45
     limits = Limits(600, acceleration, acceleration / 0.15)
     ours = time_optimal(120, 100, 100, limits).total_time
-    return f"{seed:.4g} s; {ours:.4g} s", round(seed, 9) == 1.2 and ours <= 0.63
+    return f"{paper:.4g} s; {ours:.4g} s", round(paper, 9) == 1.2 and ours <= 0.63
 
 
 def override(counts: Counts) -> Measured:
@@ -205,7 +205,7 @@ def _front_end() -> MotionRtl:
 
 def rest_to_rest(counts: Counts) -> Measured:
     """A move from rest to rest on the RTL: pulses and ticks off."""
-    plan = seed_plan("0", "200", "0.02", "0.005", "3")
+    plan = ramp_time_plan("0", "200", "0.02", "0.005", "3")
     motion = _front_end()
     motion.write("IRQ_ENABLE", 3)
     begin = motion.now
@@ -243,7 +243,7 @@ def jitter(counts: Counts) -> Measured:
 
 def slow_pulses(counts: Counts) -> Measured:
     """Pulses of a move of up to 40 kHz on the RTL against the plan [pulses], and their number."""
-    plan = seed_plan("0", "200", "0.02", "0.005", "8")
+    plan = ramp_time_plan("0", "200", "0.02", "0.005", "8")
     motion = _front_end()
     motion.run({0: time_exact(plan.phases, 200)}, LIMIT)
     at = motion.edges().pulses(0)
@@ -501,7 +501,7 @@ def table(
     )
     named = {str(row["name"]): row for row in rows}
     found = []
-    for feature, seed, goal, measure, command in _features(named):
+    for feature, published, goal, measure, command in _features(named):
         ours, met = "", None
         if measure is not None and (hardware or measure not in simulated):
             report(feature)
@@ -509,7 +509,7 @@ def table(
                 ours, met = measure(counts)
             except (KeyError, OracleError) as error:  # left out of this run, or not installed
                 ours = f"not run: {error}" if isinstance(error, OracleError) else ""
-        found.append(Goal(feature, seed, goal, ours, met, command))
+        found.append(Goal(feature, published, goal, ours, met, command))
     return found
 
 
@@ -544,7 +544,7 @@ def _features(
         ("time-optimal mode", "no", "duration within 1e-6 of Ruckig", ruckig,
          full + "hundred_thousand_moves__take"),
         ("short move, L = 120 mm, tm = 0.15 s", "1.2 s", "1.2 s; <= 0.63 s optimal", short_move,
-         "make test T=short_move_of_the_seed"),
+         "make test T=short_move_of_the_paper"),
         ("override 0-200 %, stop at any instant", "no", "within limits", override,
          "make test T=test_planner_override"),
         ("start speed 0", "stalls by its rule", "exact count and time", rest_to_rest,
@@ -637,7 +637,7 @@ def printed(goals: Sequence[Goal]) -> Table:
     for goal in goals:
         verdict = {True: "met", False: "[red]NOT MET[/]", None: ""}[goal.met]
         ours = goal.ours or f"see {goal.command}"
-        shown.add_row(goal.feature, goal.seed, escape(goal.goal), escape(ours), verdict)
+        shown.add_row(goal.feature, goal.published, escape(goal.goal), escape(ours), verdict)
     return shown
 
 
@@ -652,11 +652,16 @@ def markdown(entries: Sequence[Mapping[str, Any]]) -> str:
     lines = [
         BEGIN,
         "",
-        "| feature | seed | goal | ours | | more |",
+        "| feature | published | goal | ours | | more |",
         "| --- | --- | --- | --- | --- | --- |",
     ]
     for entry in entries:
-        cells = [entry["feature"], entry["seed"], entry["goal"], entry["ours"] or "not in this run"]
+        cells = [
+            entry["feature"],
+            entry["published"],
+            entry["goal"],
+            entry["ours"] or "not in this run",
+        ]
         lines.append(f"| {' | '.join(cells)} | {verdict[entry['met']]} | `{entry['command']}` |")
     return "\n".join([*lines, "", END])
 

@@ -40,7 +40,8 @@ ROOT = Path(__file__).resolve().parents[2]
 FIGURES = ("planner", "lookahead", "drive")
 LOOKAHEAD_PATH = lookahead_figures.PATH_FILE
 LOOKAHEAD_CORNER = lookahead_figures.CORNER_FILE
-PAPERS = {"001": "CNC", "002": "S-curve"}  # as they are called on the page and in docs/sources.md
+# Names of the papers on the page and in docs/sources.md, by the beginning of a picture's name.
+PAPERS = {"cnc": "CNC", "scurve": "S-curve"}
 WIDTH = 160  # of a log
 CAPTION = (
     "Every number that the papers print, or that follows from them, beside ours. “is”: stated in "
@@ -67,16 +68,13 @@ def rows_of(module: str, results: Iterable[Any] | dict[str, Any]) -> list[dict[s
             raise ShowError(f"{module}.figures: its document has no {error}") from None
     for result in results:
         row = asdict(result)
-        missing = {"figure", "name", "unit", "seed", "ours", "agrees", "file"} - set(row)
+        missing = {"figure", "name", "unit", "published", "ours", "agrees", "file"} - set(row)
         if missing:
             raise ShowError(
                 f"{module}.figures: a result has no {', '.join(sorted(missing))}; expected the "
                 "fields of sim.planner.figures.Result"
             )
-        head = row["file"].split("_")[0]
-        row["paper"] = head.removeprefix("seed") if head.startswith("seed") else ""
-        if module == "lookahead":
-            row["paper"] = "001"
+        row["paper"] = PAPERS.get(row["file"].split("_")[0], "CNC" if module == "lookahead" else "")
         rows.append(row)
     return rows
 
@@ -125,14 +123,13 @@ def table_of(rows: list[dict[str, Any]]) -> Table:
         right = title in ("published", "ours")
         table.add_column(title, justify="right" if right else "left", no_wrap=title != "quantity")
     for row, following in zip(rows, [*rows[1:], None], strict=True):
-        paper = PAPERS.get(row["paper"], "")
         table.add_row(
-            f"{paper} {row['figure']}".strip(),
+            f"{row['paper']} {row['figure']}".strip(),
             escape(f"{row['name']} [{row['unit']}]" if row["unit"] else row["name"]),
-            row["seed"],
+            row["published"],
             row.get("source", ""),
             f"{row['ours']:.6g}",
-            ("agrees" if row["agrees"] else "[red]DIFFERS[/]") if row["seed"] else "",
+            ("agrees" if row["agrees"] else "[red]DIFFERS[/]") if row["published"] else "",
             end_section=following is None or following["file"] != row["file"],
         )
     return table

@@ -60,12 +60,12 @@ PARTS = (
         "a time tm. The acceleration time tr is set beforehand; what a short move does not reach "
         "is left out, which gives seven kinds of moves.",
         {
-            "seed002_fig3.svg": "Speed over time for path lengths L of 800, 300 and 100 mm and "
+            "scurve_fig3.svg": "Speed over time for path lengths L of 800, 300 and 100 mm and "
             "three times tm (S-curve paper, figure 3); dashed: the fastest move within the same "
             "limits.",
-            "seed002_fig12.svg": "One move of 100 mm in all its seven phases: way, speed, phase, "
+            "scurve_fig12.svg": "One move of 100 mm in all its seven phases: way, speed, phase, "
             "and the pulses that a stepping drive gets (figure 12).",
-            "seed002_fig15.svg": "Three more moves, which the paper ran on hardware (figure 15).",
+            "scurve_fig15.svg": "Three more moves, which the paper ran on hardware (figure 15).",
         },
     ),
     Part(
@@ -74,7 +74,7 @@ PARTS = (
         "MHz, makes pulses of the planned moves; each pulse is one step of a drive.",
         {
             show_rtl.FILE: "The move above from the edges of the step line. Time-exact: phases "
-            "end at their time. Seed-compatible: phases end after their number of pulses, as in "
+            "end at their time. Pulse-counted: phases end after their number of pulses, as in "
             "the S-curve paper; it runs ahead of the plan, by the pulses shown below.",
             show_path.FILE: "A whole program on five axes. Left: the tool's way as planned. "
             "Right: a corner of it in single steps. Below: how far the counted steps are from the "

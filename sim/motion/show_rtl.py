@@ -19,15 +19,15 @@ from sim.harness.motion_rtl import CLOCK_HZ, MotionError, MotionRtl
 from sim.page import pictures
 from sim.planner.figures import FIGURE_12, PULSES_PER_MM, Result, printed
 from sim.planner.pulse_records import (
-    seed_compatible,
+    pulse_counted,
     time_exact,
 )
-from sim.planner.ramp_time import SeedPlan, seed_plan
+from sim.planner.ramp_time import RampTimePlan, ramp_time_plan
 
-MODES = {"time-exact": time_exact, "seed-compatible": seed_compatible}
+MODES = {"time-exact": time_exact, "pulse-counted": pulse_counted}
 TICK_CLOCKS = CLOCK_HZ // 1_000_000
 CHUNK = 5_000_000  # clocks between two progress calls
-FILE = "seed002_fig12_rtl.svg"
+FILE = "scurve_fig12_rtl.svg"
 # Estimated from the paper's rule without this RTL: phases end at the ceilings of their
 # displacements and rates change behind a pulse only, so the move ends early and too fast. How the
 # speed at the entry of a phase was set for the estimate is not recorded; here: the planned one.
@@ -47,9 +47,9 @@ class Move:
         return float(1.0 / (self.pulses[-1] - self.pulses[-2]) / PULSES_PER_MM)
 
 
-def figure_12() -> SeedPlan:
+def figure_12() -> RampTimePlan:
     """The plan of the move, mm and s."""
-    return seed_plan(**FIGURE_12)
+    return ramp_time_plan(**FIGURE_12)
 
 
 def ticks() -> int:
@@ -81,7 +81,7 @@ def run(mode: str, progress: Callable[[int], None] = lambda ticks: None) -> Move
     return Move((motion.now - begin) / CLOCK_HZ, pulses)
 
 
-def last_speed_of_plan(plan: SeedPlan) -> float:
+def last_speed_of_plan(plan: RampTimePlan) -> float:
     """Mean speed [mm/s] between the places of the last two pulses, which stand for n - 1/2."""
     count = plan.length * PULSES_PER_MM
     times = []
@@ -100,19 +100,21 @@ def results(moves: dict[str, Move]) -> list[Result]:
     plan = figure_12()
     wanted = {
         "time-exact": (f"{float(plan.total_time):.4f}", f"{last_speed_of_plan(plan):.2f}"),
-        "seed-compatible": (ESTIMATE["duration"], ESTIMATE["speed"]),
+        "pulse-counted": (ESTIMATE["duration"], ESTIMATE["speed"]),
     }
     found = []
     for mode, move in moves.items():
         source = "derived" if mode == "time-exact" else "estimate"
         duration, speed = wanted[mode]
-        for name, unit, seed, kind, ours in (
+        for name, unit, published, kind, ours in (
             ("pulses", "", str(plan.length * PULSES_PER_MM), "derived", float(len(move.pulses))),
             ("duration", "s", duration, source, move.seconds),
             ("final speed", "mm/s", speed, source, move.last_speed),
         ):
-            agrees = printed(seed, ours)
-            found.append(Result("12 RTL", f"{mode}: {name}", unit, seed, kind, ours, agrees, FILE))
+            agrees = printed(published, ours)
+            found.append(
+                Result("12 RTL", f"{mode}: {name}", unit, published, kind, ours, agrees, FILE)
+            )
     return found
 
 

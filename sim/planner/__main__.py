@@ -18,7 +18,7 @@ from rich.table import Table
 from sim.command import interruptible, output
 from sim.planner.optimal import Limits, time_optimal
 from sim.planner.phases import Phase, Profile
-from sim.planner.ramp_time import PHASE_NAMES, SeedPlan, exact, seed_plan
+from sim.planner.ramp_time import PHASE_NAMES, RampTimePlan, exact, ramp_time_plan
 from sim.planner.scurve import Samples, SCurveError
 
 EPILOG = """examples:
@@ -89,7 +89,7 @@ def optimal_names(profile: Profile) -> list[str]:
     return names
 
 
-def default_limits(plan: SeedPlan) -> tuple[float | None, float | None]:
+def default_limits(plan: RampTimePlan) -> tuple[float | None, float | None]:
     """Acceleration and jerk with which tr and tm reach vm; None where there is none."""
     rise = plan.vm - plan.v0
     if rise == 0:
@@ -147,8 +147,8 @@ def bounded(name: str, text: str) -> Fraction:
     return number
 
 
-def _plan(arguments: argparse.Namespace) -> tuple[SeedPlan, Profile | None, Limits | None]:
-    plan = seed_plan(*(bounded(name, getattr(arguments, name)) for name in MOVE))
+def _plan(arguments: argparse.Namespace) -> tuple[RampTimePlan, Profile | None, Limits | None]:
+    plan = ramp_time_plan(*(bounded(name, getattr(arguments, name)) for name in MOVE))
     if not arguments.optimal:
         return plan, None, None
     values = dict(zip(("acceleration", "jerk"), default_limits(plan), strict=True))
@@ -186,7 +186,7 @@ def _table(title: str, shown: Sequence[Row]) -> Table:
 
 
 def _json(
-    plan: SeedPlan, profile: Profile | None, limits: Limits | None, shown: Sequence[Row]
+    plan: RampTimePlan, profile: Profile | None, limits: Limits | None, shown: Sequence[Row]
 ) -> dict[str, Any]:
     parameters = {"v0": plan.v0, "vm": plan.vm, "tr": plan.tr, "tm": plan.tm, "length": plan.length}
     forms = plan.forms
@@ -204,7 +204,7 @@ def _json(
             "cruise_critical_length": forms.cruise_critical_length,
             "acceleration_critical_length": forms.acceleration_critical_length,
         }
-        document |= {"mode": "seed", "segments": forms.kind.value, "class": forms.kind.name}
+        document |= {"mode": "ramp time", "segments": forms.kind.value, "class": forms.kind.name}
         document |= {name: float(value) for name, value in figures.items()}
         document["exact"] = {name: str(value) for name, value in figures.items()}
     else:
@@ -217,7 +217,7 @@ def _json(
             "peak_speed": peak,
             "peak_acceleration": acceleration,
             "jerk": jerk,
-            "seed_mode_time": float(plan.total_time),
+            "ramp_time_mode_time": float(plan.total_time),
         }
     return document
 
@@ -242,7 +242,7 @@ def _plot(file: Path, total: float, samples: Samples, title: str) -> None:
     plt.close(figure)
 
 
-def _core_table(plan: SeedPlan, configuration: str) -> tuple[Table, int]:
+def _core_table(plan: RampTimePlan, configuration: str) -> tuple[Table, int]:
     # Verilator is needed here only.
     from sim.planner.core import ERRORS, PARAMETERS, planner_program
 
@@ -252,7 +252,7 @@ def _core_table(plan: SeedPlan, configuration: str) -> tuple[Table, int]:
         for name, value in zip(PARAMETERS, values, strict=True)
     }
     run = planner_program("planner_scurve", configuration).batch(inputs)
-    forms = seed_plan(*(float(value[0]) for value in inputs.values())).forms
+    forms = ramp_time_plan(*(float(value[0]) for value in inputs.values())).forms
     want = {
         "class": forms.kind.value,
         "t1": forms.durations[0],

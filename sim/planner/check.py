@@ -17,7 +17,7 @@ from sim.planner.core import PARAMETERS
 from sim.planner.optimal import Limits, stopping_length
 from sim.planner.override import OverriddenMove
 from sim.planner.phases import State, Step
-from sim.planner.ramp_time import SeedPlan
+from sim.planner.ramp_time import RampTimePlan
 from sim.planner.scurve import SCurve
 
 RELAXED = 1e-9  # of Ruckig's limits of speed and acceleration: it fails at states on the limit
@@ -190,7 +190,7 @@ def random_core_moves(count: int, seed: int) -> dict[str, np.ndarray]:
     return dict(zip(PARAMETERS, (v0, vm, tr, tm, length), strict=True))
 
 
-def exact_profile(curve: SCurve | SeedPlan, time: float) -> tuple[Fraction, Fraction, Fraction]:
+def exact_profile(curve: SCurve | RampTimePlan, time: float) -> tuple[Fraction, Fraction, Fraction]:
     """Position, speed, acceleration by rational integration of the jerk phase by phase.
 
     Only the set parameters are used; speeds and positions are never closed forms.

@@ -13,7 +13,7 @@ from rich.table import Table
 
 from sim.page import pictures
 from sim.planner.optimal import Limits, time_optimal
-from sim.planner.ramp_time import SeedPlan, seed_plan
+from sim.planner.ramp_time import RampTimePlan, ramp_time_plan
 
 POINTS = 1201
 PULSES_PER_MM = 10  # of figure 12
@@ -28,7 +28,7 @@ RESULTS_FILE = "planner_figures.json"
 
 @dataclass(frozen=True)
 class Result:
-    """One number of a figure. `seed` is as printed; `source` says by whom: "stated" in the paper's
+    """One number of a figure. `published` is as printed; `source`: by whom, "stated" in the paper's
 
     text, "derived" by hand from its formulas where the text gives the figure only. `agrees` if
     ours, rounded to the digits printed, is the same.
@@ -37,7 +37,7 @@ class Result:
     figure: str
     name: str
     unit: str
-    seed: str
+    published: str
     source: str
     ours: float
     agrees: bool
@@ -79,10 +79,10 @@ class _Collector:
         self.figure, self.file = figure, file
         self.results: list[Result] = []
 
-    def add(self, name: str, unit: str, source: str, seed: str, ours: Fraction | int) -> None:
-        agrees = printed(seed, ours)
+    def add(self, name: str, unit: str, source: str, published: str, ours: Fraction | int) -> None:
+        agrees = printed(published, ours)
         self.results.append(
-            Result(self.figure, name, unit, seed, source, float(ours), agrees, self.file)
+            Result(self.figure, name, unit, published, source, float(ours), agrees, self.file)
         )
 
 
@@ -91,7 +91,7 @@ def numbers_of_figure_3(file: str) -> list[Result]:
     collect = _Collector("3", file)
     for length in FIGURE_3_LENGTHS:
         for tm in FIGURE_3_TM:
-            forms = (plan := seed_plan(**FIGURE_3, tm=tm, length=length)).forms
+            forms = (plan := ramp_time_plan(**FIGURE_3, tm=tm, length=length)).forms
             case = f"L={length} tm={tm}"
             if length == "300":
                 collect.add(f"{case} L_alpha", "mm", "stated", "420", forms.cruise_critical_length)
@@ -109,8 +109,8 @@ def numbers_of_figure_3(file: str) -> list[Result]:
             collect.add(f"{case} am", "mm/s2", "derived", am, forms.peak_acceleration)
             if jerk is not None:
                 collect.add(f"{case} J", "mm/s3", "derived", jerk, forms.jerk)
-            for k, seed in enumerate(displacements):
-                collect.add(f"{case} S{k + 1}", "mm", "derived", seed, forms.displacements[k])
+            for k, published in enumerate(displacements):
+                collect.add(f"{case} S{k + 1}", "mm", "derived", published, forms.displacements[k])
             if length == "800":
                 collect.add(f"{case} T4", "s", "derived", "0.6333", forms.durations[3])
                 collect.add(f"{case} S4", "mm", "derived", "380", forms.displacements[3])
@@ -120,7 +120,7 @@ def numbers_of_figure_3(file: str) -> list[Result]:
 def numbers_of_figure_12(file: str) -> list[Result]:
     """Phases of the simulated move of figure 12."""
     collect = _Collector("12", file)
-    plan = seed_plan(**FIGURE_12)
+    plan = ramp_time_plan(**FIGURE_12)
     forms = plan.forms
     collect.add("segments", "", "derived", "7", forms.kind.value)
     collect.add("L_alpha", "mm", "derived", "86", forms.cruise_critical_length)
@@ -138,7 +138,7 @@ def numbers_of_figure_15(file: str) -> list[Result]:
     """Critical lengths and times of the hardware runs; tm and L are not in the text, see runs."""
     collect = _Collector("15", file)
     for tm, length in FIGURE_15_RUNS:
-        plan = seed_plan(**FIGURE_15, tm=tm, length=length)
+        plan = ramp_time_plan(**FIGURE_15, tm=tm, length=length)
         case = f"L={length} tm={tm}"
         collect.add(f"{case} L_alpha", "mm", "derived", "132", plan.forms.cruise_critical_length)
         collect.add(
@@ -151,7 +151,7 @@ def numbers_of_figure_15(file: str) -> list[Result]:
 def figures(output: Path) -> list[Result]:
     """Draw the figures into `output` (PNG and SVG), write their numbers as JSON, return them."""
     output.mkdir(parents=True, exist_ok=True)
-    files = {number: f"seed002_fig{number}.svg" for number in (3, 12, 15)}
+    files = {number: f"scurve_fig{number}.svg" for number in (3, 12, 15)}
     results = [
         *numbers_of_figure_3(files[3]),
         *numbers_of_figure_12(files[12]),
@@ -168,14 +168,14 @@ def figures(output: Path) -> list[Result]:
 def results_table(results: list[Result]) -> Table:
     """The numbers for people."""
     table = Table(title="figures of the S-curve paper")
-    for name in ("figure", "number", "unit", "seed", "source", "ours", ""):
-        table.add_column(name, justify="right" if name in ("seed", "ours") else "left")
+    for name in ("figure", "number", "unit", "published", "source", "ours", ""):
+        table.add_column(name, justify="right" if name in ("published", "ours") else "left")
     for result in results:
         table.add_row(
             result.figure,
             result.name,
             result.unit,
-            result.seed,
+            result.published,
             result.source,
             f"{result.ours:.8g}",
             "agrees" if result.agrees else "DIFFERS",
@@ -183,7 +183,7 @@ def results_table(results: list[Result]) -> Table:
     return table
 
 
-def _curve(plan: SeedPlan) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _curve(plan: RampTimePlan) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Times, positions and speeds."""
     times = np.linspace(0.0, float(plan.total_time), POINTS)
     samples = plan.sample(times)
@@ -194,7 +194,7 @@ def _draw_3(plt):
     figure, rows = plt.subplots(3, 1, figsize=(8, 9))
     for axis, length in zip(rows, FIGURE_3_LENGTHS, strict=True):
         for tm in FIGURE_3_TM:
-            times, _, speed = _curve(seed_plan(**FIGURE_3, tm=tm, length=length))
+            times, _, speed = _curve(ramp_time_plan(**FIGURE_3, tm=tm, length=length))
             axis.plot(times, speed, label=f"tm = {tm} s")
         am = 500 / 0.45
         fastest = time_optimal(float(length), 100.0, 100.0, Limits(600.0, am, am / 0.15))
@@ -214,7 +214,7 @@ def _draw_3(plt):
 
 
 def _draw_12(plt):
-    plan = seed_plan(**FIGURE_12)
+    plan = ramp_time_plan(**FIGURE_12)
     times, position, speed = _curve(plan)
     figure, rows = plt.subplots(4, 1, figsize=(8, 9), sharex=True)
     rows[0].plot(times, position)
@@ -238,7 +238,7 @@ def _draw_12(plt):
 def _draw_15(plt):
     figure, axis = plt.subplots(figsize=(8, 4))
     for tm, length in FIGURE_15_RUNS:
-        times, _, speed = _curve(seed_plan(**FIGURE_15, tm=tm, length=length))
+        times, _, speed = _curve(ramp_time_plan(**FIGURE_15, tm=tm, length=length))
         axis.plot(times, speed, label=f"L = {length} mm, tm = {tm} s")
     axis.set(xlabel="time [s]", ylabel="speed [mm/s]", title="vs = 30, vm = 300 mm/s, tr = 0.4 s")
     axis.grid(alpha=0.3)

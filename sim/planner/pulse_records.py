@@ -13,13 +13,13 @@ from collections.abc import Sequence
 from fractions import Fraction
 
 from sim.harness.phase_record import (
+    BY_PULSES,
     COUNT_LIMIT,
     DIRECTION,
     FIRST,
     FRACTION,
     HIGHEST_RATE,
     LAST,
-    SEED,
     SLOPE_LIMIT,
     TICK,
     UNITS_PER_HZ,
@@ -70,7 +70,7 @@ def time_exact(
     return _flagged(records, DIRECTION if negative else 0)
 
 
-def seed_compatible(
+def pulse_counted(
     phases: Sequence[Phase[Fraction]], pulses_per_unit: Fraction | int, negative: bool = False
 ) -> list[Record]:
     """Records that switch phases by pulse counts, as the S-curve paper does: a phase ends when its
@@ -92,7 +92,7 @@ def seed_compatible(
         slope, jerk = _slopes(phase, Fraction(0), pulses_per_unit)
         velocity = phase.start.speed * pulses_per_unit * UNITS_PER_HZ * FRACTION
         _check(number, reach - sent, velocity, slope, jerk)
-        records.append(Record(SEED, reach - sent, round(velocity), slope, jerk))
+        records.append(Record(BY_PULSES, reach - sent, round(velocity), slope, jerk))
         sent = reach
     return _flagged(records, DIRECTION if negative else 0)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Moves of the S-curve paper in exact rational arithmetic: every figure is correctly rounded.
+"""S-curves with set ramp times (S-curve paper) in exact rational arithmetic, correctly rounded.
 
 The formulas are those of scurve.py; here they are evaluated with fractions, and each result is
 rounded once, when it is read. A move costs some 100 us, once; `SCurve` samples whole paths fast.
@@ -49,7 +49,7 @@ def exact(name: str, value: Exact) -> Fraction:
 
 
 @dataclass(frozen=True)
-class SeedPlan:
+class RampTimePlan:
     """One move with its seven phases, empty ones included. All values are exact fractions."""
 
     v0: Fraction
@@ -87,7 +87,7 @@ class SeedPlan:
         return Samples(values[..., 0], values[..., 1], values[..., 2])
 
 
-def seed_plan(v0: Exact, vm: Exact, tr: Exact, tm: Exact, length: Exact) -> SeedPlan:
+def ramp_time_plan(v0: Exact, vm: Exact, tr: Exact, tm: Exact, length: Exact) -> RampTimePlan:
     """Plan a move: start and end speed v0, greatest speed vm [unit/s], acceleration time tr, jerk
 
     time tm [s], length [unit]. Raises SCurveError naming the parameter and the limit it breaks:
@@ -96,7 +96,7 @@ def seed_plan(v0: Exact, vm: Exact, tr: Exact, tm: Exact, length: Exact) -> Seed
     names = ("v0", "vm", "tr", "tm", "length")
     values = [exact(*pair) for pair in zip(names, (v0, vm, tr, tm, length), strict=True)]
     forms = closed_forms(*values)
-    return SeedPlan(*values, forms, tuple(_phases(values[0], forms)))
+    return RampTimePlan(*values, forms, tuple(_phases(values[0], forms)))
 
 
 def _phases(v0: Fraction, forms: ClosedForms[Fraction]) -> Iterator[Phase[Fraction]]:

@@ -11,7 +11,7 @@ from scipy import signal
 from scipy.integrate import solve_ivp
 
 from sim.drive import servo as drive_servo
-from sim.drive.figures import SEED_TRANSIENT, following_results, responses, servo_results
+from sim.drive.figures import PUBLISHED_TRANSIENT, following_results, responses, servo_results
 from sim.drive.position_loop import (
     CASES,
     SUBSTEPS,
@@ -246,12 +246,12 @@ def test_step_of_the_target__agrees_with_a_linear_system_of_scipy(reading):
     assert np.abs(error).max() < LINEAR_TOLERANCE
 
 
-def test_load_step__near_the_seed_in_the_default_reading_only():
+def test_load_step__near_the_paper_in_the_default_reading_only():
     found = {
         result.name: result.agrees for result in servo_results() if result.name.startswith("load")
     }
     assert list(found.values()) == [True, False, False]
-    assert SEED_TRANSIENT == pytest.approx(3.58e-6, abs=0.005e-6)
+    assert PUBLISHED_TRANSIENT == pytest.approx(3.58e-6, abs=0.005e-6)
 
 
 def test_load_step__is_in_inverse_proportion_to_the_inertia():

@@ -105,7 +105,7 @@ def test_command__nothing_to_do__is_a_wrong_command_line():
     assert caught.value.code == 2
 
 
-def test_figures__drawn__have_the_seed_beside_our_numbers(tmp_path):
+def test_figures__drawn__have_the_paper_beside_our_numbers(tmp_path):
     document = figures(tmp_path)
     assert json.loads((tmp_path / "lookahead.json").read_text()) == document
     for name in ("lookahead_path.svg", "lookahead_corner.svg"):
@@ -113,7 +113,7 @@ def test_figures__drawn__have_the_seed_beside_our_numbers(tmp_path):
     times = document["figures 4 and 5"]
     for name, digits in (("without blending [s]", 0.1), ("with blending [s]", 0.05)):
         assert times[name]["steps of acceleration"] == pytest.approx(
-            times[name]["seed"], abs=digits
+            times[name]["published"], abs=digits
         )
     for row, tolerance in zip(document["figure 6"], CORNER_TOLERANCES_MM, strict=True):
         assert row["P [mm]"] == tolerance

@@ -18,7 +18,7 @@ from sim.harness.motion_rtl import MotionError
 from sim.motion import show, show_page, show_rtl
 from sim.page.pictures import load
 from sim.planner import figures as planner_figures
-from sim.planner.ramp_time import seed_plan
+from sim.planner.ramp_time import ramp_time_plan
 from tests.bench.needs import find
 from tests.page.browser import SIZES, Browser
 
@@ -31,7 +31,7 @@ def test_quick_show__table_page_and_results_of_every_present_module(tmp_path, ca
     printed = capsys.readouterr().out
     document = json.loads((tmp_path / "results.json").read_text())
     rows = document["figures"]
-    assert {"001", "002"} <= {row["paper"] for row in rows}
+    assert {"CNC", "S-curve"} <= {row["paper"] for row in rows}
     assert {"3", "11a", "11b", "11c", "12", "15", "table"} <= {row["figure"] for row in rows}
     for name in show.FIGURES:
         present = importlib.util.find_spec(f"sim.{name}.figures") is not None
@@ -91,13 +91,13 @@ def test_lookahead_document__becomes_rows__apex_beyond_p_differs():
         *(True, True),
         *(False, True),
     ]
-    assert {row["paper"] for row in rows} == {"001"}
+    assert {row["paper"] for row in rows} == {"CNC"}
     with pytest.raises(show.ShowError, match="lookahead.figures: .* no 'figure 6'"):
         show.rows_of("lookahead", {"figures 4 and 5": document["figures 4 and 5"]})
 
 
 def test_a_figure_that_differs__is_shown_as_such():
-    good = planner_figures.Result("3", "x", "mm", "1", "stated", 1.0, True, "seed002_fig3.svg")
+    good = planner_figures.Result("3", "x", "mm", "1", "stated", 1.0, True, "scurve_fig3.svg")
     rows = show.rows_of("test", [good, replace(good, ours=2.0, agrees=False)])
     text = StringIO()
     Console(file=text, width=100).print(show.table_of(rows))
@@ -112,7 +112,7 @@ def test_a_figure_that_differs__is_shown_as_such():
 def quick(monkeypatch):
     """A move of 60 ms in the place of the paper's."""
     monkeypatch.setattr(show_rtl, "FIGURE_12", QUICK)
-    return seed_plan(**QUICK)
+    return ramp_time_plan(**QUICK)
 
 
 @pytest.mark.parametrize("mode", show_rtl.MODES)
@@ -135,7 +135,7 @@ def test_rtl_move_that_never_ends__motion_error(quick, monkeypatch):
 
 
 def test_last_speed_of_the_plan__of_a_constant_speed__is_that_speed():
-    plan = seed_plan("20", "20", "0.1", "0", "3")
+    plan = ramp_time_plan("20", "20", "0.1", "0", "3")
     assert show_rtl.last_speed_of_plan(plan) == pytest.approx(20.0, rel=1e-9)
 
 

@@ -20,10 +20,10 @@ from sim.harness.phase_record import (
 from sim.planner.phases import Phase, State
 from sim.planner.pulse_records import (
     PulseRecordError,
-    seed_compatible,
+    pulse_counted,
     time_exact,
 )
-from sim.planner.ramp_time import SeedPlan, seed_plan
+from sim.planner.ramp_time import RampTimePlan, ramp_time_plan
 
 SEED = int(os.environ.get("SEED", "1"))
 US = CLOCK_HZ // 1_000_000
@@ -39,9 +39,9 @@ def motion() -> MotionRtl:
     return rtl
 
 
-def quick(v0: str, length: str, tm: str = "0.005") -> SeedPlan:
+def quick(v0: str, length: str, tm: str = "0.005") -> RampTimePlan:
     """A move of some 30 ms: 200 units/s, 20 ms of acceleration."""
-    return seed_plan(v0, "200", "0.02", tm, length)
+    return ramp_time_plan(v0, "200", "0.02", tm, length)
 
 
 def cruise(rate: int, ticks: int, flags: int = FIRST | LAST) -> Record:
@@ -72,11 +72,11 @@ def test_time_exact_records__cruise_of_many_seconds__no_drift():
 
 
 def test_records__what_the_hardware_cannot_do__is_refused_by_name():
-    fast = seed_plan("0", "2000", "0.2", "0.05", "800")
+    fast = ramp_time_plan("0", "2000", "0.2", "0.05", "800")
     with pytest.raises(PulseRecordError, match=r"phase \d: rates .* not within 0..50000000 Hz"):
         time_exact(fast.phases, 30_000)
     with pytest.raises(PulseRecordError, match="start speed 0 never makes the first pulse"):
-        seed_compatible(quick("0", "8").phases, 10)
+        pulse_counted(quick("0", "8").phases, 10)
     with pytest.raises(PulseRecordError, match="move of no ticks"):
         time_exact([], 10)
     sudden = Phase(
@@ -111,7 +111,7 @@ def test_time_exact__count_and_duration_exact__pulses_near_the_plan(motion, v0, 
     assert motion.status("underrun") == motion.status("overrun") == 0
 
 
-def _begin(first: int, plan: SeedPlan, pulses: int) -> int:
+def _begin(first: int, plan: RampTimePlan, pulses: int) -> int:
     """Clock in which the move began: the tick for which the first pulse is nearest its place."""
     low, high = 0.0, float(plan.total_time)
     for _ in range(60):  # instant of half a pulse in the plan
@@ -198,10 +198,10 @@ def test_pulse_in_the_last_clock_of_a_move__no_interrupt_before_it(motion):
     assert motion.position(0) == 1
 
 
-# ---------------------------------------------------------------------- seed-compatible mode
+# ---------------------------------------------------------------------- pulse-counted mode
 
 
-def seed_rule(plan: SeedPlan, pulses: int) -> float:
+def pulse_counted_rule(plan: RampTimePlan, pulses: int) -> float:
     """Duration [s] of a move by the paper's rule, simulated in floating point microseconds."""
     phases = plan.phases
     reach = [-((-phase.end.position * pulses) // 1) if phase.duration else None for phase in phases]
@@ -233,29 +233,29 @@ def seed_rule(plan: SeedPlan, pulses: int) -> float:
 
 @pytest.mark.parametrize(("tm", "length"), [("0.005", "8"), ("0.01", "3"), ("0.005", "3")])
 @pytest.mark.parametrize("pulses", [100, 1000])
-def test_seed_compatible__count_exact__duration_as_the_rule_gives(motion, tm, length, pulses):
+def test_pulse_counted__count_exact__duration_as_the_rule_gives(motion, tm, length, pulses):
     plan = quick("30", length, tm)
     motion.write("IRQ_ENABLE", 3)
     begin = motion.now
-    motion.run({0: seed_compatible(plan.phases, pulses)}, LIMIT)
+    motion.run({0: pulse_counted(plan.phases, pulses)}, LIMIT)
     assert motion.position(0) == plan.length * pulses
     at = motion.edges().pulses(0)
     took = (at[-1] - begin) / CLOCK_HZ
     # Up to 2 us a phase change and for the start, of some tens of milliseconds.
-    assert took == pytest.approx(seed_rule(plan, pulses), abs=20e-6)
+    assert took == pytest.approx(pulse_counted_rule(plan, pulses), abs=20e-6)
     assert motion.status("underrun") == 0
 
 
-def test_seed_compatible__few_pulses__ends_early__as_published(motion):
+def test_pulse_counted__few_pulses__ends_early__as_published(motion):
     """At low pulse density the scheme is coarse: it is a tick-exact end that it misses."""
     plan = quick("30", "8")
-    motion.run({0: seed_compatible(plan.phases, 20)}, LIMIT)
+    motion.run({0: pulse_counted(plan.phases, 20)}, LIMIT)
     took = motion.edges().pulses(0)[-1] / CLOCK_HZ
     assert motion.position(0) == 160
     assert took < float(plan.total_time) - 100e-6
 
 
-def test_seed_compatible__zero_start_speed_forced__never_starts(motion):
+def test_pulse_counted__zero_start_speed_forced__never_starts(motion):
     """The trap that the software refuses: rates change behind a pulse, so 0 stays 0."""
     (record,) = [Record(FIRST | LAST | 2, 10, 0, 1 << 32, 0)]
     with pytest.raises(MotionError, match="no interrupt"):

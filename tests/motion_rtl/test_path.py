@@ -21,7 +21,7 @@ from sim.harness.phase_record import (
 from sim.planner.pulse_records import (
     time_exact,
 )
-from sim.planner.ramp_time import seed_plan
+from sim.planner.ramp_time import ramp_time_plan
 from tests.motion_rtl.test_interpolators import check_on_circle, text
 
 SEED = int(os.environ.get("SEED", "1"))
@@ -263,7 +263,7 @@ def test_feed_back_from_a_profile_to_a_period__goes_on_at_once():
 
 def test_feed_from_a_profile__steps_in_the_pulses_clocks():
     """An S-curve along a line: the steps of the line are the profile's, a few clocks later."""
-    plan = seed_plan("20", "200", "0.02", "0.005", "3")
+    plan = ramp_time_plan("20", "200", "0.02", "0.005", "3")
     records = time_exact(plan.phases, 100)
     plain = MotionRtl()
     plain.write("STEP_TIMING", 1 | 1 << 16)

@@ -13,7 +13,7 @@ from sim.planner.__main__ import main
 MOVE = "--v0 100 --vm 600 --tr 0.6 --tm 0.15 --length 800".split()
 
 
-def test_command__seed_mode__prints_phases_and_writes_exact_json(tmp_path, capsys):
+def test_command__ramp_time_mode__prints_phases_and_writes_exact_json(tmp_path, capsys):
     file = tmp_path / "new" / "move.json"
     assert main([*MOVE, "--json", str(file)]) == 0
     text = capsys.readouterr().out
@@ -31,7 +31,7 @@ def test_command__optimal_mode__prints_both_times(tmp_path, capsys):
     assert main([*short, "--optimal", "--json", str(file)]) == 0
     assert "with set times as in the S-curve paper: 1.2 s" in capsys.readouterr().out
     document = json.loads(file.read_text())
-    assert document["total_time"] <= 0.63 and document["seed_mode_time"] == 1.2
+    assert document["total_time"] <= 0.63 and document["ramp_time_mode_time"] == 1.2
     limits = ["--acceleration", "1000", "--jerk", "1e4", "--ve", "50"]
     assert main([*MOVE, "--optimal", *limits, "--json", str(file)]) == 0
     document = json.loads(file.read_text())
@@ -57,7 +57,7 @@ def test_command__figures__lists_every_number(tmp_path, capsys):
     assert main(["--figures", str(tmp_path)]) == 0
     text = capsys.readouterr().out
     assert "agrees" in text and "DIFFERS" not in text
-    assert (tmp_path / "seed002_fig3.svg").exists()
+    assert (tmp_path / "scurve_fig3.svg").exists()
 
 
 @pytest.mark.parametrize(

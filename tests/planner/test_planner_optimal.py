@@ -124,7 +124,7 @@ def test_ruckig__limits_exactly_reached__fails_or_is_slower():
 
 
 @pytest.mark.parametrize("share", [0.3, 1.0])
-def test_seed_mode__every_class_with_jerk__is_optimal_for_its_own_limits(share):
+def test_ramp_time_mode__every_class_with_jerk__is_optimal_for_its_own_limits(share):
     """Formulas (6) and (10): with their own am, J and peak speed Ruckig is no faster."""
     rng = random.Random(SEED)
     kinds = set()
@@ -149,7 +149,7 @@ def test_seed_mode__every_class_with_jerk__is_optimal_for_its_own_limits(share):
     assert kinds == ({6, 7} if share < 1 else {4, 5})
 
 
-def test_optimal__short_move_of_the_seed__is_almost_twice_as_fast():
+def test_optimal__short_move_of_the_paper__is_almost_twice_as_fast():
     curve = SCurve(100, 600, 0.6, 0.15, 120)
     am = 500 / 0.45
     profile = time_optimal(120, 100, 100, Limits(600, am, am / 0.15))

@@ -14,7 +14,7 @@ from sim.iss import Iss
 from sim.model.parameters import Robot
 from sim.planner.check import random_core_moves
 from sim.planner.core import ERRORS, PARAMETERS, planner_program
-from sim.planner.ramp_time import seed_plan
+from sim.planner.ramp_time import ramp_time_plan
 from sim.planner.scurve import SCurve, SCurveError
 from tests.planner.seed import SEED
 
@@ -171,7 +171,7 @@ def test_program__bad_parameters__give_their_error_and_zeros(planner, move, code
         with pytest.raises(
             SCurveError, match="S-curve parameter " + "x vm v0 tr tm length".split()[code]
         ):
-            seed_plan(*move)
+            ramp_time_plan(*move)
 
 
 def test_document__table_of_errors__is_the_one_of_the_command():

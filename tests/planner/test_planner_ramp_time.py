@@ -23,7 +23,7 @@ from sim.planner.figures import (
     numbers_of_figure_15,
     printed,
 )
-from sim.planner.ramp_time import seed_plan
+from sim.planner.ramp_time import ramp_time_plan
 from sim.planner.scurve import SCurve, SCurveError, closed_forms
 from tests.planner.test_scurve import CLASS_OF, curves
 
@@ -32,7 +32,7 @@ ALL_NUMBERS = [*numbers_of_figure_3(""), *numbers_of_figure_12(""), *numbers_of_
 
 @pytest.mark.parametrize("result", ALL_NUMBERS, ids=lambda r: f"fig{r.figure}-{r.name}")
 def test_plan__number_of_a_figure__is_the_one_printed(result):
-    assert result.agrees, f"{result.ours!r}, the paper has {result.seed}"
+    assert result.agrees, f"{result.ours!r}, the paper has {result.published}"
 
 
 def test_printed__next_digit__is_not_the_same():
@@ -44,7 +44,7 @@ def test_figures__folder__holds_drawings_and_numbers(tmp_path):
     results = figures(tmp_path / "new")
     files = {path.name for path in (tmp_path / "new").iterdir()}
     kinds = ("png", "svg", "plotly.json")
-    drawings = {f"seed002_fig{n}.{kind}" for n in (3, 12, 15) for kind in kinds}
+    drawings = {f"scurve_fig{n}.{kind}" for n in (3, 12, 15) for kind in kinds}
     assert files == drawings | {RESULTS_FILE}
     document = json.loads((tmp_path / "new" / RESULTS_FILE).read_text())
     assert [entry["name"] for entry in document] == [result.name for result in results]
@@ -63,7 +63,7 @@ def rounded(state) -> tuple[float, ...]:
 @given(data=st.data())
 def test_plan__any_time_of_every_class__has_the_bits_of_rational_integration(key, data):
     curve = data.draw(curves(*key))
-    plan = seed_plan(curve.v0, curve.vm, curve.tr, curve.tm, curve.length)
+    plan = ramp_time_plan(curve.v0, curve.vm, curve.tr, curve.tm, curve.length)
     assert plan.forms.kind is CLASS_OF[key]
     time = float(plan.total_time) * data.draw(st.floats(0, 0.999))
     position, speed, acceleration = exact_profile(plan, time)
@@ -79,7 +79,7 @@ def test_plan__any_time_of_every_class__has_the_bits_of_rational_integration(key
 @given(data=st.data())
 def test_plan__phases_of_every_class__add_up_exactly(key, data):
     curve = data.draw(curves(*key))
-    plan = seed_plan(curve.v0, curve.vm, curve.tr, curve.tm, curve.length)
+    plan = ramp_time_plan(curve.v0, curve.vm, curve.tr, curve.tm, curve.length)
     assert sum(phase.duration for phase in plan.phases) == plan.total_time
     assert sum(phase.displacement for phase in plan.phases) == plan.length
     assert plan.phases[-1].end.position == plan.length
@@ -113,18 +113,18 @@ def test_plan__every_class_by_its_boundary__is_told_apart_exactly():
             (beta, 1),
             (least, 1),
         ):
-            assert seed_plan(v0, vm, tr, tm, length).forms.kind.value == segments
-    assert seed_plan(0, vm, tr, tr / 2, least).forms.kind.value == 4
+            assert ramp_time_plan(v0, vm, tr, tm, length).forms.kind.value == segments
+    assert ramp_time_plan(0, vm, tr, tr / 2, least).forms.kind.value == 4
 
 
 def test_plan__decimal_texts__are_taken_as_written():
-    plan = seed_plan("0.1", "0.6", "0.6", "0.15", "0.8")
+    plan = ramp_time_plan("0.1", "0.6", "0.6", "0.15", "0.8")
     assert plan.total_time == Fraction(11, 6) and plan.forms.jerk == Fraction(200, 27)
-    assert seed_plan(0.1, 0.6, 0.6, 0.15, 0.8).total_time != plan.total_time
+    assert ramp_time_plan(0.1, 0.6, 0.6, 0.15, 0.8).total_time != plan.total_time
 
 
 def test_plan__time_outside_the_move__holds_start_and_end():
-    plan = seed_plan("0.02", "0.1", "0.06", "0.024", "0.3")
+    plan = ramp_time_plan("0.02", "0.1", "0.06", "0.024", "0.3")
     assert rounded(plan.at(-1)) == (0.0, 0.02, 0.0)
     assert rounded(plan.at(plan.total_time)) == rounded(plan.at(99)) == (0.3, 0.02, 0.0)
     assert plan.sample(np.zeros((2, 3))).position.shape == (2, 3)
@@ -148,7 +148,7 @@ def test_plan__time_outside_the_move__holds_start_and_end():
 )
 def test_plan__bad_parameter__is_named_with_its_limit(arguments, message):
     with pytest.raises(SCurveError) as caught:
-        seed_plan(*arguments)
+        ramp_time_plan(*arguments)
     assert str(caught.value).startswith(f"S-curve parameter {message}")
 
 
@@ -157,11 +157,11 @@ def test_plan__jerk_wrong_by_its_last_bit__is_not_the_rational_model(monkeypatch
     curve = SCurve(0.1, 0.6, 0.6, 0.15, 0.8)
     parameters = (curve.v0, curve.vm, curve.tr, curve.tm, curve.length)
     want = rounded(exact_profile(curve, 0.1))
-    assert rounded(seed_plan(*parameters).at(0.1)) == want
+    assert rounded(ramp_time_plan(*parameters).at(0.1)) == want
 
     def inexact(*values):
         forms = closed_forms(*values)
         return replace(forms, jerk=Fraction(math.nextafter(float(forms.jerk), math.inf)))
 
     monkeypatch.setattr("sim.planner.ramp_time.closed_forms", inexact)
-    assert rounded(seed_plan(*parameters).at(0.1)) != want
+    assert rounded(ramp_time_plan(*parameters).at(0.1)) != want

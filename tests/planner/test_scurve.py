@@ -24,7 +24,7 @@ ROUNDING = 1e-14
         (0.30, 1666.67, 5555.56, 55.0, 0.0, 155.0, SCurveClass.FIVE_SEGMENT),
     ],
 )
-def test_scurve__long_path_of_the_seed__has_the_printed_figures(tm, am, jerk, s1, s2, s3, kind):
+def test_scurve__long_path_of_the_paper__has_the_printed_figures(tm, am, jerk, s1, s2, s3, kind):
     curve = SCurve(100, 600, 0.6, tm, 800)
     assert curve.kind is kind
     assert curve.cruise_critical_length == pytest.approx(420)
@@ -67,11 +67,11 @@ def test_scurve__path_too_short_to_accelerate__runs_one_second_at_v0(tm):
 @pytest.mark.parametrize(
     ("length", "tm", "total"), [(200, 0.0, 1.0267), (80, 0.1, 0.8), (20, 0.2, 0.6667)]
 )
-def test_scurve__hardware_experiment_of_the_seed__has_the_derived_time(length, tm, total):
+def test_scurve__hardware_experiment_of_the_paper__has_the_derived_time(length, tm, total):
     assert SCurve(30, 300, 0.4, tm, length).total_time == pytest.approx(total, abs=5e-5)
 
 
-def test_scurve__simulation_of_the_seed__has_the_derived_phases():
+def test_scurve__simulation_of_the_paper__has_the_derived_phases():
     curve = SCurve(15, 200, 0.4, 0.1, 100)
     assert curve.durations == pytest.approx((0.1, 0.2, 0.1, 0.07, 0.1, 0.2, 0.1))
     assert curve.displacements == pytest.approx(
