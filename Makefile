@@ -18,6 +18,7 @@ OUTPUT ?= build
 ROBOT ?= sim/robot.toml
 RUN ?=
 TICKS ?=
+OVERRIDE ?=
 TOOLS ?=
 PLATFORMS ?=
 T ?=
@@ -35,15 +36,15 @@ export SEED
 
 help: ## list targets and variables
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-14s %s\n", $$1, $$2}' Makefile
-	@echo "Variables: GCODE=$(GCODE)  ROBOT=$(ROBOT)  OUTPUT=$(OUTPUT) (folder)  TICKS=$(TICKS) (only the first)  TOOLS=$(TOOLS) (tool table)  PLATFORMS=$(PLATFORMS) (fpga1,fpga2,fpga3)"
+	@echo "Variables: GCODE=$(GCODE)  ROBOT=$(ROBOT)  OUTPUT=$(OUTPUT) (folder)  TICKS=$(TICKS) (only the first)  OVERRIDE=$(OVERRIDE) (of the feeds, percent)  TOOLS=$(TOOLS) (tool table)  PLATFORMS=$(PLATFORMS) (fpga1,fpga2,fpga3)"
 	@echo "  RUN=$(RUN) (full: every tick on FPGA1 and FPGA2; plan: path time and estimate only)  T=$(T) (test filter)  SEED=$(SEED)  JOBS=$(JOBS)"
 
-run: $(READY) ## the main job: track a path through RTL in closed loop (GCODE, ROBOT, OUTPUT, TICKS, PLATFORMS)
-	@$(PY) -m sim.run "$(GCODE)" --robot "$(ROBOT)" --output "$(OUTPUT)" $(if $(TICKS),--ticks "$(TICKS)") $(if $(TOOLS),--tools "$(TOOLS)") \
+run: $(READY) ## the main job: track a path through RTL in closed loop (GCODE, ROBOT, OUTPUT, TICKS, OVERRIDE, PLATFORMS)
+	@$(PY) -m sim.run "$(GCODE)" --robot "$(ROBOT)" --output "$(OUTPUT)" $(if $(TICKS),--ticks "$(TICKS)") $(if $(OVERRIDE),--override "$(OVERRIDE)") $(if $(TOOLS),--tools "$(TOOLS)") \
 	  $(if $(PLATFORMS),--platforms "$(PLATFORMS)") $(if $(filter full,$(RUN)),--all-ticks) $(if $(filter plan,$(RUN)),--plan-only)
 
-dual: $(READY) ## two processors: set-points on one core, tracking on the other, in closed loop (GCODE=file, ROBOT=file)
-	@$(PY) -m sim.dual "$(GCODE)" --robot "$(ROBOT)" --output "$(OUTPUT)/dual"
+dual: $(READY) ## two processors: set-points on one core, tracking on the other, in closed loop (GCODE=file, ROBOT=file, OVERRIDE=percent)
+	@$(PY) -m sim.dual "$(GCODE)" --robot "$(ROBOT)" --output "$(OUTPUT)/dual" $(if $(OVERRIDE),--override "$(OVERRIDE)")
 
 test: $(READY) tools-for-tests lint gen-check ## every test but the deep campaigns (T=expression, SEED=n)
 	$(PYTEST) -m "not full" $(if $(T),-k "$(T)")

@@ -12,6 +12,7 @@ from pathlib import Path
 from rich.console import Console
 
 from sim.model.parameters import ROBOT_TOML
+from sim.path.override import AS_PROGRAMMED, MOST_PERCENT
 
 INTERRUPTED = 130  # exit status, as of a shell
 WIDE = 1000  # columns where nobody looks at a terminal: nothing is wrapped or cut
@@ -34,6 +35,31 @@ def add_robot_option(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="parameters of robot and controller (sim/robot.toml)",
     )
+
+
+def add_override_option(parser: argparse.ArgumentParser) -> None:
+    """--override PERCENT, of the feeds."""
+    parser.add_argument(
+        "--override",
+        type=_percent,
+        default=AS_PROGRAMMED,
+        metavar="PERCENT",
+        help=f"feed override, at most {MOST_PERCENT:g}: scales feeds, not rapids; M49 switches "
+        f"it off ({AS_PROGRAMMED:g})",
+    )
+
+
+def _percent(text: str) -> float:
+    try:
+        percent = float(text.removesuffix("%"))
+    except ValueError:
+        percent = math.nan
+    if not 0.0 < percent <= MOST_PERCENT:
+        raise argparse.ArgumentTypeError(
+            f"{text!r} is no percentage above 0 and up to {MOST_PERCENT:g}; "
+            f"{AS_PROGRAMMED:g} runs the feeds as programmed"
+        )
+    return percent
 
 
 def require_positive(option: str, value: float, unit: str) -> None:

@@ -17,7 +17,7 @@ from rich.console import Console
 from asip_asm.diagnostics import AssemblyError
 from asip_asm.isa import IsaError, default_isa
 from asip_asm.project import BUILD, PACKAGES
-from sim.command import add_robot_option
+from sim.command import add_override_option, add_robot_option
 from sim.dual.loop import Loop, Stretch, follow, stretches_of
 from sim.dual.moves import PathNotSuitedError, moves_of
 from sim.dual.report import (
@@ -33,9 +33,11 @@ from sim.dual.system import TwoProcessors, program
 from sim.gcode.interpreter import GcodeErrors, parse_file
 from sim.harness.asip_rtl import AsipError
 from sim.harness.build import BuildError
+from sim.lookahead.limits import MachineLimits
 from sim.model.parameters import ParameterError, Robot
 from sim.model.records import SetPoints
 from sim.model.tracking import joint_path
+from sim.path.override import overridden_program
 from sim.run import closed_loop
 from sim.run.controller import AsipController, ControllerFault
 from sim.run.nios import set_points
@@ -88,7 +90,9 @@ def run(arguments: argparse.Namespace, console: Console) -> None:
     robot = Robot.load(arguments.robot)
     nominal = nominal_clocks(robot)
     settings = MotionSettings(robot)
-    trajectory = generate(parse_file(arguments.gcode), settings)
+    highest = MachineLimits.of(robot).tool.speed
+    moves_asked = overridden_program(parse_file(arguments.gcode), arguments.override, highest)
+    trajectory = generate(moves_asked, settings)
     moves = moves_of(trajectory, settings)
     path = set_points(trajectory, arguments.ticks)
     desired = joint_path(robot, path)[0]
@@ -98,7 +102,7 @@ def run(arguments: argparse.Namespace, console: Console) -> None:
         stretches = stretches_of([*trajectory.first_ticks, *every], len(path))
     console.print(
         f"{arguments.gcode}: {len(path)} ticks of {robot.T_s * 1e6:g} us, {len(moves)} moves; "
-        f"{arguments.period} clocks a period"
+        f"{arguments.period} clocks a period; feed override {arguments.override:g} %"
     )
     controller = TwoProcessors(
         robot, moves, arguments.period, trajectory=arguments.trajectory, tracking=arguments.tracking
@@ -114,6 +118,7 @@ def run(arguments: argparse.Namespace, console: Console) -> None:
     def figures() -> dict[str, Any]:
         data = {
             "path": arguments.gcode.name,
+            "feed_override_percent": arguments.override,
             "whole_path": len(path) == len(set_points(trajectory, None)),
         }
         data |= results(robot, path, desired, loop, repeated)
@@ -184,6 +189,7 @@ def main(argv: list[str] | None = None) -> int:
         "gcode", type=Path, nargs="?", default=PACKAGES / "sim/paths/agh.ngc", help="path (RS-274)"
     )
     add_robot_option(parser)
+    add_override_option(parser)
     parser.add_argument("--ticks", type=int, help="only the first TICKS ticks of the path")
     parser.add_argument(
         "--period",

@@ -17,6 +17,7 @@ from sim.dual.loop import Loop, Stretch
 from sim.harness.build import ROOT
 from sim.model.parameters import ParameterError, Robot
 from sim.model.records import SetPoints
+from sim.path.override import AS_PROGRAMMED
 from sim.run.closed_loop import SETTLED_S, tracking_error
 from sim.run.controller import SET_POINTS, ControllerFault
 from sim.run.results import CLOCK_MHZ
@@ -292,7 +293,9 @@ def publish(results_file: Path, page: Path = PAGE, kept: Path = DATA) -> None:
         data = json.loads(results_file.read_text(encoding="utf-8"))
     except (FileNotFoundError, json.JSONDecodeError) as error:
         raise PageError(f"{results_file}: error: {error}; run `make dual` first") from error
-    if not data["complete"] or not data["whole_path"] or data["path"] != "agh.ngc":
+    as_programmed = data.get("feed_override_percent", AS_PROGRAMMED) == AS_PROGRAMMED
+    whole = data["complete"] and data["whole_path"] and as_programmed
+    if not whole or data["path"] != "agh.ngc":
         raise PageError(
             f"{results_file}: error: {data['ticks_done']} of {data['ticks']} ticks of "
             f"{data['path']}; the page shows the whole path A-G-H: run `make dual`"

@@ -36,6 +36,7 @@ GROUPS = {
     "spindle": ("M3", "M4", "M5"),
     "coolant": ("M7", "M8", "M9"),
     "tool change": ("M6",),
+    "override": ("M48", "M49", "M50"),
 }
 _GROUP_OF = {code: group for group, codes in GROUPS.items() for code in codes}
 POLAR = "@^"
@@ -133,6 +134,8 @@ def check_unused(
         used |= {"Q"} if motion == "G83" else set()
     if motion in SPLINES:
         used |= set("PQL")  # splines.py says more
+    if "override" in codes and codes["override"].code == "M50":
+        used |= {"P"}
     if "path control" in codes and codes["path control"].code == "G64":
         used |= {"P", "Q"}
     if "tool" in codes and codes["tool"].code == "G43":
@@ -144,7 +147,7 @@ def check_unused(
             report(
                 values[letter],
                 f"{letter} does not belong to this block",
-                "P with G4, G10, G64, G82; Q with G64, G83; L with G10, cycles; H with G43; "
+                "P with G4, G10, G64, G82, M50; Q with G64, G83; L with G10, cycles; H with G43; "
                 "D with G41, G42",
                 f"remove {values[letter].text}",
             )

@@ -44,8 +44,19 @@ def select_modes(
             _select_tool_frame(state, word, values, report)
         elif group == "lathe":
             modes.diameter = code == "G7"
+        elif group == "override":
+            modes.override = _override(word, values.get("P"), report)
     if "path control" in codes:
         _select_path(state, codes["path control"].code, codes, values, report)
+
+
+def _override(word: Word, switch: Word | None, report: WordReport) -> bool:
+    """Whether the feed override acts behind M48, M49 or M50 P, as `word`."""
+    if word.code == "M50" and switch is not None and switch.value not in (0.0, 1.0):
+        report(
+            switch, "M50 switches the feed override on or off", "P1 or P0", "write M50 P0 for off"
+        )
+    return word.code == "M48" or (word.code == "M50" and (switch is None or switch.value != 0.0))
 
 
 def _select_path(

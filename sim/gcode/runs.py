@@ -47,6 +47,7 @@ def machine_moves(
         modes.tolerance,
         modes.merge,
         exact_stop=modes.exact_stop,
+        override=modes.override,
     )
     if motion is not Motion.RAPID and modes.inverse_time:
         move = replace(move, feed=_feed(state, move))
@@ -94,6 +95,7 @@ def _table_moves(
             modes.merge if len(poses) == 1 else 0.0,
             number > 0,
             modes.exact_stop,
+            modes.override,
         )
         if feed > 0.0 and length > 0.0:
             move = replace(move, feed=_length(move) * len(poses) * feed / length)

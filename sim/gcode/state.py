@@ -23,7 +23,7 @@ _ZERO: Pose = (0.0,) * 5
 class Modes:
     """What M70 saves: LinuxCNC's list where it has an effect here; the motion is not in it.
 
-    tolerance and merge [mm], exact_stop: as of a Move.
+    tolerance and merge [mm], exact_stop, override: as of a Move.
     """
 
     plane: Plane = Plane.XY
@@ -37,6 +37,7 @@ class Modes:
     tolerance: float = 0.0
     merge: float = 0.0
     exact_stop: bool = False
+    override: bool = True
     retract_to_r: bool = False
     system_index: int = 0
     in_table_frame: bool = False

@@ -10,7 +10,7 @@ _SPINDLE = "the spindle has no output here, so nothing can follow its turns"
 _LATHE = "this machine is no lathe; write the passes as G0 and G1"
 _PROBE = "there is no probe; measure first and set the system with G10 L2"
 _IO = "there are no inputs and outputs for programs here"
-_OVERRIDE = "feed override is an input of the planner, programs cannot lock it"
+_OVERRIDE = "the feed override (--override) is switched by M48, M49 and M50 P alone"
 _AXIS = "the axes are X Y Z A C"
 
 # (codes, what they are, why or what instead)
@@ -51,7 +51,9 @@ _TABLE = (
     ("M19", "an oriented spindle stop", _SPINDLE),
     ("M29", "rigid tapping", _SPINDLE),
     ("M47", "a repeat of the program", "put it into O100 repeat [n], O100 endrepeat"),
-    ("M48 M49 M50 M51 M52 M53", "a switch of the overrides", _OVERRIDE),
+    ("M51", "a switch of the spindle's override", _SPINDLE),
+    ("M52", "a switch of adaptive feed", f"nothing measures the cut here; {_OVERRIDE}"),
+    ("M53", "a switch of feed stop", f"no operator stops the feed here; {_OVERRIDE}"),
     ("M61", "a change of the tool's number", "use T and M6"),
     ("M62 M63 M64 M65 M66 M67 M68", "a digital or analog signal", _IO),
     ("M97 M98", "a subprogram call of Fanuc controls", "write O100 sub ... O100 endsub, O100 call"),

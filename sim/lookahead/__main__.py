@@ -15,7 +15,13 @@ from typing import Any, TypeVar
 from rich.console import Console
 from rich.table import Table
 
-from sim.command import add_robot_option, interruptible, output, require_positive
+from sim.command import (
+    add_override_option,
+    add_robot_option,
+    interruptible,
+    output,
+    require_positive,
+)
 from sim.gcode.interpreter import GcodeErrors, stream_file
 from sim.gcode.tools import NO_TOOLS, Tool, add_tools_option, tools_of
 from sim.lookahead.check import GROUPS, QUANTITIES, demand
@@ -24,6 +30,7 @@ from sim.lookahead.limits import MachineLimits
 from sim.lookahead.planner import Lookahead
 from sim.lookahead.settings import LookaheadSettings
 from sim.model.parameters import Robot
+from sim.path.override import AS_PROGRAMMED, overridden
 from sim.planner.optimal import Limits
 
 EPILOG = """examples:
@@ -53,6 +60,7 @@ def _arguments() -> argparse.ArgumentParser:
     parser.add_argument("file", nargs="?", type=Path, help="program")
     add_robot_option(parser)
     add_tools_option(parser)
+    add_override_option(parser)
     metavar = ("SPEED", "ACCELERATION", "JERK")
     for group, text in (
         ("tool", "limits of the tool [mm/s, mm/s2, mm/s3]"),
@@ -102,15 +110,17 @@ def results(
     sampled: bool,
     console: Console | None = None,
     tools: Mapping[int, Tool] = NO_TOOLS,
+    override: float = AS_PROGRAMMED,
 ) -> dict[str, Any]:
     """What the command prints, as one document; lengths in mm, angles in degrees.
 
-    console: for progress, by default none; tools: as for `stream_file`.
+    console: for progress, by default none; tools: as for `stream_file`; override [percent].
     """
     console = console or Console(quiet=True)
     joints = SlowestJoints()
-    plan = Lookahead(stream_file(file, tools=tools), settings, joints, str(file))
-    document: dict[str, Any] = {"file": str(file)}
+    items = overridden(stream_file(file, tools=tools), override)
+    plan = Lookahead(items, settings, joints, str(file))
+    document: dict[str, Any] = {"file": str(file), "feed override [%]": override}
     if sampled:
         period = settings.period
         points = _watched(plan.setpoints(), plan, lambda part: len(part) * period, console)
@@ -174,11 +184,13 @@ def _watched(
 
 
 def _show(document: dict[str, Any], console: Console) -> None:
+    percent = document["feed override [%]"]
     console.print(
         f"{document['file']}: {document['time [s]']:.4f} s, {document['moves']} moves, "
         f"{document['blended corners']} blended corners, "
         f"{document['smooth joints']} smooth joints, "
         f"{document['stops inside']} stops"
+        + (f", feed override {percent:g} %" if percent != AS_PROGRAMMED else "")
     )
     corners = document["slowest corners"]
     if corners:
@@ -223,7 +235,8 @@ def main(argv: list[str] | None = None) -> int:
         if arguments.file is not None:
             settings, sampled = settings_of(arguments), not arguments.time_only
             tools = tools_of(arguments)
-            document = results(arguments.file, settings, sampled, log, tools)
+            percent = arguments.override
+            document = results(arguments.file, settings, sampled, log, tools, percent)
             _show(document, console)
             if arguments.json is not None:
                 arguments.json.parent.mkdir(parents=True, exist_ok=True)

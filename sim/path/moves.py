@@ -46,7 +46,7 @@ class Move:
     tolerance [mm]: greatest distance from the joints at the move's ends to the path run, 0 for
     G61, infinite for G64 without P; merge [mm]: Q of G64, within which lines are joined into one.
     inner: the move is a further part of its block, not a new one; exact_stop: G61.1, a move of its
-    own from rest to rest.
+    own from rest to rest; override: the feed override acts on it (M48), not so after M49.
     """
 
     line: int
@@ -61,6 +61,7 @@ class Move:
     merge: float = 0.0
     inner: bool = False
     exact_stop: bool = False
+    override: bool = True
 
     @property
     def turns_only_the_table(self) -> bool:

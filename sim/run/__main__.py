@@ -13,7 +13,7 @@ from rich.console import Console
 
 from asip_asm.diagnostics import AssemblyError
 from asip_asm.project import BUILD, PACKAGES
-from sim.command import INTERRUPTED, add_robot_option
+from sim.command import INTERRUPTED, add_override_option, add_robot_option
 from sim.gcode.tools import add_tools_option
 from sim.harness.build import BuildError
 from sim.harness.nios_image import ImageError
@@ -83,6 +83,7 @@ def _arguments() -> argparse.ArgumentParser:
     )
     add_robot_option(parser)
     add_tools_option(parser)
+    add_override_option(parser)
     parser.add_argument("--ticks", type=_ticks, help="only the first TICKS ticks of the path")
     parser.add_argument(
         "--platforms",
@@ -123,6 +124,7 @@ def main(argv: list[str] | None = None) -> int:
         arguments.tools,
         not arguments.no_plots,
         arguments.plan_only,
+        arguments.override,
     )
     console, errors = Console(), Console(stderr=True, soft_wrap=True)
 

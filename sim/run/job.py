@@ -29,6 +29,7 @@ from sim.model.kinematics import WorkspaceError, check_table
 from sim.model.parameters import Robot
 from sim.model.records import SetPoints, TrackingResult
 from sim.model.tracking import joint_path
+from sim.path.override import AS_PROGRAMMED, overridden_program
 from sim.run import checks, closed_loop, estimate, nios, page, tables
 from sim.run.controller import AsipController, LawController
 from sim.run.estimate import AS_PRINTED, LAW, OPTIMISED
@@ -65,6 +66,7 @@ class Order:
     tools: Path | None = None
     plots: bool = True
     plan_only: bool = False
+    override: float = AS_PROGRAMMED  # percent of the feeds
 
 
 @dataclass
@@ -99,7 +101,8 @@ def _planned(order: Order, robot: Robot, console: Console) -> ProgramPath:
         text = read_bytes(order.gcode, MOST_TEXT, "a G-code program").decode(errors="replace")
         tools = NO_TOOLS if order.tools is None else tool_file(order.tools)
         program = parse(text.removeprefix("\ufeff"), str(order.gcode), tools=tools)
-        path = plan(program, robot, order.ticks)
+        highest = MachineLimits.of(robot).tool.speed
+        path = plan(overridden_program(program, order.override, highest), robot, order.ticks)
     except ValueError as error:
         raise PathError(str(error)) from error
     corners = path.corners
@@ -107,6 +110,7 @@ def _planned(order: Order, robot: Robot, console: Console) -> ProgramPath:
         f"      path time {path.time:.4g} s"
         + ("" if path.whole else " of a longer program")
         + f"; {len(path)} ticks of {robot.T_s * 1e6:g} µs; {len(path.moves)} moves"
+        + (f"; feed override {order.override:g} %" if order.override != AS_PROGRAMMED else "")
     )
     hint = corners.stops > MANY_STOPS and not any(move.exact_stop for move in path.moves)
     meetings = corners.rounded + corners.smooth + corners.stops
@@ -272,12 +276,14 @@ def run(order: Order, console: Console) -> dict[str, Any]:
     data |= {
         "gcode": str(order.gcode),
         "path_time_s": planned.time,
+        "feed_override_percent": order.override,
         "robot": {"file": str(order.robot_file), "values": robot.values()},
         "path": _path_data(planned, robot),
         "simulation": _simulation(measured),
     }
-    checks.enter(data, robot, order.gcode)
-    data["goals"] = goals(data, checks.is_published(robot, order.gcode))
+    published = checks.is_published(robot, order.gcode) and order.override == AS_PROGRAMMED
+    checks.enter(data, published)
+    data["goals"] = goals(data, published)
     measured.costs[estimate.COMPARISON] = (time.perf_counter() - begin) / len(path)
     if len(path) >= estimate.TELLING:
         estimate.keep(measured.costs)

@@ -103,6 +103,7 @@ def _what_ran(page: Page, shown: Shown) -> None:
     facts = {
         "program": _named(shown.gcode),
         "path time": f"{shown.results.get('path_time_s', (ticks - 1) * period):.2f} s",
+        "feed override": f"{shown.results.get('feed_override_percent', 100):g} %",
         "ticks": f"{ticks} of {period * 1e6:g} µs, the rest before the first move included",
         "robot": _named(shown.robot_file),
         "processors": ", ".join(_programs(shown.results)),

@@ -12,11 +12,19 @@ from pathlib import Path
 import numpy as np
 from rich.table import Table
 
-from sim.command import add_robot_option, interruptible, output, require_positive
+from sim.command import (
+    add_override_option,
+    add_robot_option,
+    interruptible,
+    output,
+    require_positive,
+)
 from sim.gcode.interpreter import parse_file
 from sim.gcode.tools import add_tools_option, tools_of
+from sim.lookahead.limits import MachineLimits
 from sim.model.parameters import Robot
 from sim.path.curves import RateLimits
+from sim.path.override import overridden_program
 from sim.trajectory.exact_stop import AXIS_NAMES, MotionSettings, Trajectory, generate
 
 MOST_SHOWN = 2_500_000  # set-points: this command keeps below 1 GiB
@@ -32,6 +40,7 @@ def _arguments() -> argparse.ArgumentParser:
     parser.add_argument("program", type=Path, help="G-code file")
     add_robot_option(parser)
     add_tools_option(parser)
+    add_override_option(parser)
     parser.add_argument("--csv", type=Path, metavar="FILE", help="write every set-point, SI units")
     options = (
         ("--rapid", RateLimits.rapid * 60, "rapid rate of the tool [m/min]"),
@@ -121,6 +130,8 @@ def main(argv: list[str] | None = None) -> int:
             lead_in=arguments.lead_in,
         )
         program = parse_file(arguments.program, tools=tools_of(arguments))
+        highest = MachineLimits.of(robot).tool.speed
+        program = overridden_program(program, arguments.override, highest)
         trajectory = generate(program, settings, MOST_SHOWN)
         if arguments.csv is not None:
             _write_csv(trajectory, arguments.csv)

@@ -243,7 +243,13 @@ def test_page__shows_the_figures_that_are_kept_beside_it():
 
 
 @pytest.mark.parametrize(
-    "change", [{"complete": False}, {"whole_path": False}, {"path": "circle.ngc"}]
+    "change",
+    [
+        {"complete": False},
+        {"whole_path": False},
+        {"path": "circle.ngc"},
+        {"feed_override_percent": 80.0},
+    ],
 )
 def test_page__takes_no_other_run(change, tmp_path):
     data = json.loads(DATA.read_text(encoding="utf-8")) | change

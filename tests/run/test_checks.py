@@ -32,7 +32,7 @@ def results(**changes):
 
 
 def entered(data, robot=None, gcode=AGH):
-    checks.enter(data, robot or Robot.load(), gcode)
+    checks.enter(data, checks.is_published(robot or Robot.load(), gcode))
     return data
 
 
