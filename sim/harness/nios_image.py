@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Programs of the Nios II systems: ELF files and the committed images made of them.
+"""Programs of the Nios II systems, one ELF file each; memories for $readmemh and listings of them.
 
-An image NAME is NAME.itcm.hex and NAME.dtcm.hex ($readmemh, one 32-bit word per line, trailing zero
-words left out) and NAME.lst, symbols and disassembly by objdump. Addresses are byte addresses.
+Addresses are byte addresses.
 """
 
 from __future__ import annotations
@@ -10,18 +9,17 @@ from __future__ import annotations
 import argparse
 import bisect
 import io
-import re
 import struct
-import subprocess
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from elftools.elf.elffile import ELFFile
 from elftools.elf.sections import SymbolTableSection
 
-from asip_asm.project import ROOT
+from asip_asm.project import BUILD, ROOT
+from sim.harness.n2_lockstep_isa import default_isa
 from sim.harness.nios_map import SystemMap, default_system_map
 
 IMAGES = ROOT / "nios_sw/images"
@@ -151,74 +149,66 @@ def _words(content: bytes | bytearray) -> tuple[int, ...]:
     return tuple(words)
 
 
-def save(program: Program, folder: Path, listing: str) -> list[Path]:
-    """Write the image below `folder`; returns its files."""
-    written = []
-    for name, words in program.memories.items():
-        path = folder / f"{program.name}.{name}.hex"
-        path.write_text("".join(f"{word:08x}\n" for word in words), encoding="ascii")
-        written.append(path)
-    path = folder / f"{program.name}.lst"
-    path.write_text(listing, encoding="utf-8")
-    return [*written, path]
-
-
-SYMBOL_LINE = re.compile(r"([0-9a-f]{8}) .{6}(.) \S+\t([0-9a-f]{8}) (?:(?:0x\w\w|\.hidden) )?(\S+)")
-
-
 def load(name: str, folder: Path = IMAGES, system: SystemMap | None = None) -> Program:
-    """Committed image by its name. Raises ImageError."""
-    system = system or default_system_map()
-    memories = {}
-    for memory in system.memories.values():
-        path = folder / f"{name}.{memory.name}.hex"
-        if not path.is_file():
-            raise ImageError(
-                f"{path}: error: no such image; `make nios-sw` builds them from nios_sw/"
-            )
-        try:
-            words = tuple(int(line, 16) for line in path.read_text(encoding="ascii").split())
-        except ValueError as error:
-            raise ImageError(f"{path}: error: {error}") from error
-        if len(words) > memory.words:
-            raise ImageError(f"{path}: error: {len(words)} words, memory has {memory.words}")
-        memories[memory.name] = words
-    symbols = {}
-    for line in (folder / f"{name}.lst").read_text(encoding="utf-8").splitlines():
-        match = SYMBOL_LINE.fullmatch(line)
-        if match:
-            address, kind, size, symbol = match.groups()
-            symbols[symbol] = Symbol(symbol, int(address, 16), int(size, 16), kind == "F")
-    return Program(name, memories, system.reset_vector, symbols)
+    """Committed program by its name. Raises ImageError."""
+    path = folder / f"{name}.elf"
+    if not path.is_file():
+        known = ", ".join(sorted(file.stem for file in folder.glob("*.elf"))) or "none"
+        raise ImageError(f"{path}: error: no such program; `make nios-sw` builds them; got {known}")
+    return read_elf(path, system)
+
+
+def hex_text(words: Sequence[int]) -> str:
+    """A memory for $readmemh: one 32-bit word per line, trailing zero words left out."""
+    return "".join(f"{word:08x}\n" for word in words)
+
+
+def listing(program: Program, system: SystemMap | None = None) -> str:
+    """Functions with address, word and text of every instruction, then the symbols."""
+    base = (system or default_system_map()).memories["itcm"].base
+    starts = {symbol.address: symbol.name for symbol in program.functions()}
+    isa, lines = default_isa(), []
+    for address, word in enumerate(program.memories["itcm"]):
+        at = base + 4 * address
+        if at in starts:
+            lines += ["", f"{at:08x} <{starts[at]}>:"]
+        lines.append(f"{at:8x}:\t{word:08x}\t{isa.disassemble(word)}")
+    symbols = sorted(program.symbols.values(), key=lambda symbol: (symbol.address, symbol.name))
+    return "\n".join(
+        [*lines, "", "symbols", *(f"{s.address:08x} {s.size:6d} {s.name}" for s in symbols), ""]
+    )
+
+
+def save(program: Program, folder: Path) -> list[Path]:
+    """Write NAME.MEMORY.hex of each memory and NAME.lst below `folder`; returns the files."""
+    folder.mkdir(parents=True, exist_ok=True)
+    texts = {f"{memory}.hex": hex_text(words) for memory, words in program.memories.items()}
+    written = []
+    for ending, text in (texts | {"lst": listing(program)}).items():
+        path = folder / f"{program.name}.{ending}"
+        path.write_text(text, encoding="utf-8")
+        written.append(path)
+    return written
 
 
 def main(arguments: list[str] | None = None) -> int:
+    """Command line; returns the exit status."""
     parser = argparse.ArgumentParser(
         prog="python -m sim.harness.nios_image",
-        description="Images of Nios II programs from ELF files.",
-        epilog="example: python -m sim.harness.nios_image --objdump nios2-elf-objdump "
-        "--output build/images build/nios_sw/tracking_fpga2.elf",
+        description="Memories for $readmemh and a listing, of a program of the Nios II systems.",
+        epilog="example: python -m sim.harness.nios_image tracking_fpga2 --output build/images",
     )
-    parser.add_argument("elf", type=Path, nargs="+")
-    parser.add_argument("--objdump", default="nios2-elf-objdump", help="program for the listing")
-    parser.add_argument("--output", type=Path, default=IMAGES, help="folder of the images")
+    parser.add_argument("program", nargs="+", help="committed program by its name, or ELF file")
+    parser.add_argument("--output", type=Path, default=BUILD / "images", help="folder of the files")
     options = parser.parse_args(arguments)
     try:
-        options.output.mkdir(parents=True, exist_ok=True)
-        for elf in options.elf:
-            program = read_elf(elf)
-            command = [options.objdump, "--syms", "--disassemble", elf.name]
-            done = subprocess.run(
-                command, cwd=elf.parent, capture_output=True, text=True, check=True
-            )
-            save(program, options.output, done.stdout)
+        for name in options.program:
+            program = read_elf(Path(name)) if name.endswith(".elf") else load(name)
+            save(program, options.output)
             sizes = ", ".join(f"{4 * len(w)} bytes in {m}" for m, w in program.memories.items())
-            print(f"{program.name}: {sizes}")
+            print(f"{options.output / program.name}.lst: {sizes}")
     except (ImageError, OSError) as error:
         print(error, file=sys.stderr)
-        return 1
-    except subprocess.CalledProcessError as error:
-        print(f"error: {options.objdump} failed: {error.stderr}", file=sys.stderr)
         return 1
     return 0
 

@@ -75,18 +75,18 @@ def test_changed_generated_file_is_noticed(tmp_path, capsys):
 
 
 # ---------------------------------------------------------------------- images
-def test_image_is_what_its_elf_file_holds(tmp_path):
-    elf = SOFTWARE / "images/tests/sort_quick.elf"
-    program = nios_image.read_elf(elf)
-    listing = "\n".join(
-        f"{s.address:08x} g     {'OF'[s.is_function]} .text\t{s.size:08x} .hidden {s.name}"
-        for s in program.symbols.values()
-    )
-    nios_image.save(program, tmp_path, listing)
-    again = nios_image.load("sort_quick", tmp_path)
-    assert again.memories == program.memories
-    assert again.symbols == program.symbols
-    assert again.entry == program.entry
+def test_image_is_what_its_elf_file_holds(tmp_path, capsys):
+    assert nios_image.main(["tracking_fpga2", "--output", str(tmp_path)]) == 0
+    assert str(tmp_path / "tracking_fpga2.lst") in capsys.readouterr().out
+    program = nios_image.load("tracking_fpga2")
+    for name, words in program.memories.items():
+        text = (tmp_path / f"tracking_fpga2.{name}.hex").read_text()
+        assert tuple(int(line, 16) for line in text.split()) == words
+    listing = (tmp_path / "tracking_fpga2.lst").read_text()
+    code = program.memories["itcm"]
+    assert len(re.findall(r"^[ 0-9a-f]{8}:\t", listing, re.M)) == len(code)
+    assert re.search(rf"^{program.address('main'):08x} <main>:$", listing, re.M)
+    assert not re.search(r"\t\.word 0x[0-9a-f]*[1-9a-f]", listing)
 
 
 def test_file_that_is_no_program_is_refused(tmp_path):
@@ -110,16 +110,14 @@ def test_program_outside_of_the_memories_is_refused(tmp_path):
 
 
 def test_missing_or_damaged_image_is_refused(tmp_path):
-    with pytest.raises(nios_image.ImageError, match="no such image; `make nios-sw` builds them"):
+    with pytest.raises(nios_image.ImageError, match="no such program; `make nios-sw` builds them"):
         nios_image.load("nothing", tmp_path)
-    for name in ("itcm", "dtcm"):
-        (tmp_path / f"bad.{name}.hex").write_text("00000000\nxyz\n")
-    (tmp_path / "bad.lst").write_text("")
-    with pytest.raises(nios_image.ImageError, match="invalid literal"):
+    whole = (SOFTWARE / "images/tracking_fpga2.elf").read_bytes()
+    (tmp_path / "bad.elf").write_bytes(whole[:2000])
+    with pytest.raises(nios_image.ImageError, match="bad.elf: error: "):
         nios_image.load("bad", tmp_path)
-    (tmp_path / "bad.itcm.hex").write_text("00000000\n" * 16385)
-    with pytest.raises(nios_image.ImageError, match="16385 words, memory has 16384"):
-        nios_image.load("bad", tmp_path)
+    assert nios_image.main([str(tmp_path / "bad.elf"), "--output", str(tmp_path)]) == 1
+    assert not (tmp_path / "bad.lst").exists()
 
 
 def test_unknown_symbol_is_named():
