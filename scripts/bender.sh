@@ -7,7 +7,7 @@
 #        scripts/bender.sh --path       print where it is; exit 1 if it is nowhere
 set -eu
 version=0.32.1
-PATH=$PATH:${CARGO_HOME:-$HOME/.cargo}/bin
+PATH=$PATH:${CARGO_HOME:-${HOME:-}/.cargo}/bin
 
 case ${1:-} in
   --path) command -v bender; exit ;;

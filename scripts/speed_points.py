@@ -40,8 +40,8 @@ area, and may cost cycles, so neither column says by itself which version is bes
 commit, measured by `{command} --add COMMIT` or `make synth`: area by Yosys for
 Cyclone V (ALUTs, registers, 18x18 elements), clock by nextpnr on ECP5-85 speed grade 8, cycles by
 the commit's own assembler, which agrees with the core to the cycle. A clock is the median over the
-seeds named behind it; a single seed may be some per cent off. The last column is the optimised
-program's tick in microseconds, cycles divided by clock.
+random seeds of placement named behind it; one alone may be some per cent off. The last column is
+the optimised program's tick in microseconds, cycles divided by clock.
 
 {columns}
 {rule}"""
