@@ -31,6 +31,7 @@ export SEED
 .PHONY: help setup run dual test test-full test-mutants fuzz lint lock clean
 .PHONY: gen gen-check docs readme site
 .PHONY: formal fp-case fp-bench fp-campaign fp-report
+.PHONY: robots
 .PHONY: motion motion-size synth quartus
 .PHONY: nios-sw nios-toolchain nios-cycles qemu tools-for-tests rs274
 
@@ -97,6 +98,9 @@ gen-check: $(READY) ## refuse generated files that differ from their sources
 	@$(PY) scripts/gen_robot_page.py --check
 	@$(PY) scripts/gen_nios_system.py --check
 	@$(PY) scripts/gen_core_files.py --check
+
+robots: $(READY) ## compile, prove and close the loop of every robot shown, to build/robots.json and .html (T=names)
+	@$(PY) -m sim.robots $(if $(T),--only $(T))
 
 motion: $(READY) ## the motion front-end: figures of the papers, drive study, RTL, on one page (RUN=full)
 	@$(PY) -m sim.motion.show --robot "$(ROBOT)" $(if $(filter full,$(RUN)),--full)

@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`make robots`: compile, prove and close the loop of every robot shown; table, JSON, one page."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from pathlib import Path
+
+from rich.console import Console
+
+from asip_asm.command import run_command
+from asip_asm.model.read import ModelError
+from sim.robots.catalogue import RobotError
+from sim.robots.job import SHOWN, Row, goals, run_robot
+from sim.robots.page import table, write_page
+
+TABLE_WIDTH = 132
+EPILOG = """examples:
+  python -m sim.robots                            # all; build/robots.json, build/robots.html
+  python -m sim.robots --only iiwa14,ur5 --seconds 0.5 --inputs 1000
+
+exit status: 0 every goal of the table is met, 1 one is not, 2 wrong command line
+"""
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command; returns its exit status."""
+    options = parse_arguments(arguments)
+    return run_command("robots", lambda: _robots(options))
+
+
+def _robots(options: argparse.Namespace) -> int:
+    names = options.only.split(",") if options.only else list(SHOWN)
+    unknown = [name for name in names if name not in SHOWN]
+    if unknown:
+        print(f"robots: error: no robot {', '.join(unknown)}; there are {', '.join(SHOWN)}")
+        return 2
+    options.output.mkdir(parents=True, exist_ok=True)
+    rows: list[Row] = []
+    start = time.monotonic()
+    for done, name in enumerate(names):
+        left = (time.monotonic() - start) / done * (len(names) - done) if done else 0.0
+        wait = f", about {left:.0f} s left" if done else ""
+        print(f"[{done + 1}/{len(names)}] {name}{wait}", file=sys.stderr, flush=True)
+        try:
+            row = run_robot(name, options.output, options.inputs, options.seconds, options.seed)
+        except (ModelError, RobotError) as error:
+            print(f"robots: error: {name}: {error}", file=sys.stderr)
+            return 1
+        rows.append(row)
+    found = goals(rows)
+    content = {"robots": {row.name: row.as_json() for row in rows}, "goals": found}
+    (options.output / "robots.json").write_text(json.dumps(content, indent=1) + "\n")
+    write_page(rows, found, options.output / "robots.html")
+    console = Console(width=TABLE_WIDTH)
+    console.print(table(rows))
+    for goal in found:
+        mark = "met" if goal["met"] else "NOT MET"
+        print(f"{goal['name']}: {goal['value']:g} {goal['unit']}, goal {goal['target']:g}: {mark}")
+    print(f"{options.output / 'robots.json'}, {options.output / 'robots.html'}")
+    return 0 if all(goal["met"] for goal in found) else 1
+
+
+def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
+    """Options of the command line; SystemExit(2) if they are wrong."""
+    parser = argparse.ArgumentParser(
+        prog="python -m sim.robots",
+        description="Compile, prove and simulate the robots shown.",
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--only", metavar="NAMES", help=f"some of {', '.join(SHOWN)}")
+    parser.add_argument("--output", type=Path, default=Path("build"), help="folder to write")
+    parser.add_argument("--inputs", type=int, default=10_000, help="inputs of each proof")
+    parser.add_argument("--seconds", type=float, help="length of the motions")
+    parser.add_argument("--seed", type=int, default=1, help="seed of the proofs' inputs")
+    return parser.parse_args(arguments)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,218 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Closed loop of a compiled law and a simulated machine: once with the program on the core, once
+with the CasADi function in double precision, from the same start over the same set-points.
+
+Each tick the machine's sensors are read, the law computes, and the machine moves on with the
+outputs held (classical Runge-Kutta of order 4 in double precision).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+import casadi as ca
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+
+from asip_asm.image import Image
+from asip_asm.model.law import Law, before
+from asip_asm.model.read import load_function
+from sim.core import Core
+from sim.robots.laws import ACCELERATION, Settings, count_scale, position_limits, speed_limits
+from sim.robots.tree import Tree
+
+Values = Mapping[str, float]
+
+
+class Machine(Protocol):
+    """What a law controls. `ticks`: length of the run; error names the tracking errors' unit."""
+
+    ticks: int
+    unit: str
+
+    def start(self) -> None:
+        """Back to the start state."""
+
+    def inputs(self, tick: int) -> dict[str, float]:
+        """Set-points and sensor values of the tick; encoder counts are integers."""
+
+    def step(self, outputs: Values) -> None:
+        """One tick with the outputs held."""
+
+    def error(self, tick: int) -> NDArray[np.float64]:
+        """Tracking errors at the tick."""
+
+
+@dataclass(frozen=True)
+class Loop:
+    """Errors (ticks, n) and outputs (ticks, m) of one run."""
+
+    errors: NDArray[np.float64]
+    outputs: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ClosedLoop:
+    """Both runs. ratio: largest error on the core by that in double precision."""
+
+    ticks: int
+    core: Loop
+    double: Loop
+    unit: str
+
+    @property
+    def ratio(self) -> float:
+        return float(np.abs(self.core.errors).max() / np.abs(self.double.errors).max())
+
+
+class DoubleLaw:
+    """The law in double precision, tick by tick, with its states."""
+
+    def __init__(self, law: Law) -> None:
+        self.law = law
+        self.function = load_function(law.function)
+        self.ports = [port for _, port in law.arguments()]
+        self.results = [port for _, port in law.results()]
+        self.state = {port.name: port.initial for port in law.of_kind("state")}
+        self.last: dict[str, int] = {}
+
+    def tick(self, inputs: Values) -> dict[str, float]:
+        """Outputs of a tick."""
+        physical = {}
+        for port in self.ports:
+            if port.kind == "rate":
+                count = inputs[port.rate_of]
+                physical[port.name] = port.scale * (count - self.last.get(port.rate_of, count))
+            elif port.kind == "state":
+                physical[port.name] = self.state[port.name]
+            elif port.kind == "parameter":
+                physical[port.name] = port.initial
+            else:
+                value = inputs[port.name]
+                scaled = port.type == "int"
+                physical[port.name] = port.scale * value + port.offset if scaled else value
+        self.last = {port.rate_of: int(inputs[port.rate_of]) for port in self.law.of_kind("rate")}
+        values = iter(physical[port.name] for port in self.ports)
+        arguments = [
+            ca.DM(
+                self.function.sparsity_in(i), [next(values) for _ in range(self.function.nnz_in(i))]
+            )
+            for i in range(self.function.n_in())
+        ]
+        found = [v for result in self.function.call(arguments) for v in result.nonzeros()]
+        outputs = {}
+        for port, value in zip(self.results, found, strict=True):
+            if port.kind == "state":
+                self.state[port.name] = value
+            else:
+                low, high = port.limits or (-np.inf, np.inf)
+                outputs[port.name] = min(max(value, low), high)
+        return outputs
+
+
+def close_loop(law: Law, image: Image, machine: Machine, backend: str = "rtl") -> ClosedLoop:
+    """Run the machine with the program and with double precision. Raises CoreFault."""
+    with Core(image, backend=backend) as core:
+        first = {p.name for p in law.of_kind("rate")}
+
+        def on_core(inputs: Values, tick: int) -> Values:
+            if tick == 0 and first:
+                core.preset(
+                    {before(p.rate_of): int(inputs[p.rate_of]) for p in law.of_kind("rate")}
+                )
+            return core.tick(inputs)
+
+        got = _run(machine, on_core)
+    double = DoubleLaw(law)
+    want = _run(machine, lambda inputs, _: double.tick(inputs))
+    return ClosedLoop(machine.ticks, got, want, machine.unit)
+
+
+def _run(machine: Machine, law: Callable[[Values, int], Values]) -> Loop:
+    machine.start()
+    errors, outputs = [], []
+    for tick in range(machine.ticks):
+        made = law(machine.inputs(tick), tick)
+        errors.append(machine.error(tick))
+        outputs.append(list(made.values()))
+        machine.step(made)
+    return Loop(np.array(errors), np.array(outputs))
+
+
+class Arm:
+    """A robot of a tree: joints follow sines within their limits; pinocchio's articulated-body
+    algorithm is the plant, without friction. Inputs are those of `laws.computed_torque`.
+    """
+
+    SPEED, REACH = 0.5, 0.25
+    """Shares of the speed limits, and of the range of positions, that the motion uses."""
+
+    def __init__(self, tree: Tree, settings: Settings, seconds: float = 2.0) -> None:
+        self.tree, self.settings = tree, settings
+        self.ticks = round(seconds * settings.rate)
+        self.unit = "rad, m"
+        n = len(tree.joints)
+        self.data = tree.model.createData()
+        self.scales = [count_scale(tree, i, settings) for i in range(n)]
+        t = np.arange(self.ticks + 1) / settings.rate
+        columns = [self._motion(i, t) for i in range(n)]
+        self.goal, self.speed, self.accel = (
+            np.stack([c[k] for c in columns], axis=1).astype(np.float32) for k in range(3)
+        )
+        self.start()
+
+    def _motion(self, i: int, t: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
+        """Position, speed and acceleration of joint i: a raised cosine, at rest at first."""
+        low, high = position_limits(self.tree, i)
+        middle = min(max(0.0, low + 0.3 * (high - low)), high - 0.3 * (high - low))
+        omega = 2 * np.pi * (0.5 + 0.07 * i)
+        size = min(
+            self.REACH * (high - low),
+            self.SPEED * speed_limits(self.tree, i)[1] / omega,
+            ACCELERATION / 3 / omega**2,
+        )
+        phase = omega * t
+        return (
+            middle + size * (1 - np.cos(phase)) / 2,
+            size * omega * np.sin(phase) / 2,
+            size * omega**2 * np.cos(phase) / 2,
+        )
+
+    def start(self) -> None:
+        self.q = self.goal[0].astype(float)
+        self.v = np.zeros_like(self.q)
+
+    def inputs(self, tick: int) -> dict[str, float]:
+        values: dict[str, float] = {}
+        for i, q in enumerate(self.q):
+            values[f"goal{i}"] = self.goal[tick, i]
+            values[f"speed{i}"] = self.speed[tick, i]
+            values[f"accel{i}"] = self.accel[tick, i]
+            values[f"q{i}"] = round(q / self.scales[i])
+        return values
+
+    def error(self, tick: int) -> NDArray[np.float64]:
+        return self.goal[tick] - self.q
+
+    def _acceleration(self, q: NDArray, v: NDArray, tau: NDArray) -> NDArray[np.float64]:
+        parts = [
+            [a] if joint.nq == 1 else [np.cos(a), np.sin(a)]
+            for a, joint in zip(q, list(self.tree.model.joints)[1:], strict=True)
+        ]
+        return pin.aba(self.tree.model, self.data, np.concatenate(parts), v, tau).copy()
+
+    def step(self, outputs: Values) -> None:
+        tau = np.array([outputs[f"tau{i}"] for i in range(len(self.q))])
+        h, q, v = 1 / self.settings.rate, self.q, self.v
+        a1 = self._acceleration(q, v, tau)
+        v2 = v + h / 2 * a1
+        a2 = self._acceleration(q + h / 2 * v, v2, tau)
+        v3 = v + h / 2 * a2
+        a3 = self._acceleration(q + h / 2 * v2, v3, tau)
+        v4 = v + h * a3
+        a4 = self._acceleration(q + h * v3, v4, tau)
+        self.q = q + h / 6 * (v + 2 * v2 + 2 * v3 + v4)
+        self.v = v + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)

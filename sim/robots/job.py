@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The robots that `make robots` shows, and what it does with each."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from asip_asm.isa import default_isa
+from asip_asm.model.compiler import Options, compile_law
+from asip_asm.model.law import Law
+from asip_asm.model.program import Built, build
+from sim.asip_model.prove import Proof, prove
+from sim.robots import pendulum, quadrotor
+from sim.robots.catalogue import robot
+from sim.robots.closed_loop import Arm, ClosedLoop, Machine, close_loop
+from sim.robots.laws import Settings, computed_torque, operations
+
+OPTIONS = Options(reassociate=True, reciprocal=True)
+ABOVE_BOUND = 5.0  # percent
+COMPILE_SECONDS = 60.0
+RATIO = 1.05
+CYCLES = {"iiwa14": 245, "panda": 310, "ur5": 225}
+"""Cycles that are aimed at."""
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A robot's law, and the machine that it controls for some seconds (None: its default)."""
+
+    law: Callable[[], Law]
+    machine: Callable[[float | None], Machine]
+
+
+def _arm(name: str) -> Shown:
+    settings = Settings()
+    return Shown(
+        lambda: computed_torque(robot(name), settings),
+        lambda seconds: Arm(robot(name), settings, seconds or 2.0),
+    )
+
+
+SHOWN: dict[str, Shown] = {
+    name: _arm(name) for name in ("iiwa14", "panda", "ur5", "xarm7", "scara", "so101")
+} | {
+    "quadrotor": Shown(quadrotor.law, lambda seconds: quadrotor.Quadrotor(seconds or 4.0)),
+    "pendulum": Shown(
+        lambda: pendulum.law(pendulum.tree()),
+        lambda seconds: pendulum.Pendulum(pendulum.tree(), seconds=seconds or 4.0),
+    ),
+}
+
+
+@dataclass(frozen=True)
+class Row:
+    """What was found of one robot. seconds: of compiling and assembling."""
+
+    name: str
+    built: Built
+    plain_cycles: int
+    seconds: float
+    proof: Proof
+    loop: ClosedLoop
+    rate: float
+
+    def as_json(self) -> dict[str, Any]:
+        """Fields of build/robots.json."""
+        return {
+            "cycles": self.built.cycles,
+            "bound_cycles": self.built.bound_cycles,
+            "cycles_as_written": self.plain_cycles,
+            "microseconds": self.built.cycles / default_isa().clock_mhz,
+            "law_operations": operations(self.built.compiled.law),
+            "core_operations": self.built.report.sections[0].operations,
+            "compile_seconds": round(self.seconds, 2),
+            "worst_fraction_of_bound": self.proof.worst_fraction_of_bound,
+            "worst_result": self.proof.worst_result,
+            "largest_error": self.proof.largest_error,
+            "bits_equal": self.proof.bits_equal,
+            "inputs_tried": self.proof.inputs_tried,
+            "seed": self.proof.seed,
+            "closed_loop": {
+                "ticks": self.loop.ticks,
+                "rate_hz": self.rate,
+                "ratio_to_double": self.loop.ratio,
+                "largest_error": float(abs(self.loop.core.errors).max()),
+                "unit": self.loop.unit,
+            },
+        }
+
+
+def run_robot(name: str, folder: Path, inputs: int, seconds: float | None, seed: int) -> Row:
+    """Compile, prove and simulate one robot. Raises ModelError, RobotError, CoreFault."""
+    shown = SHOWN[name]
+    law = shown.law()
+    begin = time.monotonic()
+    built = build(compile_law(law, OPTIONS), folder / f"{name}.s")
+    passed = time.monotonic() - begin
+    plain = build(compile_law(law, Options()), folder / f"{name}_as_written.s")
+    proof = prove(built.compiled, built.image, count=inputs, seed=seed)
+    loop = close_loop(law, built.image, shown.machine(seconds))
+    return Row(name, built, plain.cycles, passed, proof, loop, law.rate)
+
+
+def goals(rows: Sequence[Row]) -> list[dict[str, Any]]:
+    """Name, value, unit, target and whether it is met."""
+    found: list[dict[str, Any]] = []
+
+    def add(name: str, value: float, unit: str, target: float, met: bool) -> None:
+        found.append(dict(name=name, value=value, unit=unit, target=target, met=bool(met)))
+
+    for row in rows:
+        if row.name in CYCLES:
+            target = CYCLES[row.name]
+            add(f"{row.name}, tick", row.built.cycles, "cycles", target, row.built.cycles <= target)
+        above = 100 * (row.built.cycles / row.built.bound_cycles - 1)
+        add(f"{row.name}, above bound", above, "%", ABOVE_BOUND, above <= ABOVE_BOUND)
+        add(f"{row.name}, compiled in", row.seconds, "s", COMPILE_SECONDS,
+            row.seconds <= COMPILE_SECONDS)  # fmt: skip
+        share = row.proof.worst_fraction_of_bound
+        add(f"{row.name}, error/bound", share, "", 1.0, share < 1)
+        add(f"{row.name}, bits unequal", float(not row.proof.bits_equal), "", 0.0,
+            row.proof.bits_equal)  # fmt: skip
+        ratio = row.loop.ratio
+        add(f"{row.name}, tracking to double", ratio, "", RATIO, ratio <= RATIO)
+    return found
