@@ -95,7 +95,7 @@ def _step(graph: Graph, i: int, values: Mapping[str, Real], steps: Mapping[int, 
     if i in graph.functions:
         function = FUNCTIONS[graph.functions[i][0]]
         value, partials = function.exact(*x), function.partials(*x)
-        own = function.ulp * 2 * UNIT * np.abs(value) + function.absolute(*x)
+        own = function.ulp * 2 * UNIT * np.abs(value) + function.absolute
         curved = _curvature(function.partials, x, e, partials)
         return _finish(value, partials, own + curved, e)
     value, partials, own = RULES[node.op](x, e)

@@ -12,9 +12,9 @@ from asip_asm.dependence import build_graph as dependence_graph
 from asip_asm.ir import Operation, Virtual
 from asip_asm.machine import Machine, load_machine
 from asip_asm.model.emit import emit
-from asip_asm.model.graph import LEAVES, WITHOUT_UNIT, Graph
+from asip_asm.model.expand import expand_functions
+from asip_asm.model.graph import LEAVES, Graph
 from asip_asm.model.law import Law, build_graph
-from asip_asm.model.read import ModelError
 from asip_asm.model.simplify import share_divisors, simplify
 from asip_asm.model.sums import SumBuilder
 from asip_asm.search import build_problem, length, search
@@ -50,18 +50,11 @@ def compile_law(law: Law, options: Options | None = None) -> Compiled:
     """Program of a law. Raises ModelError."""
     options = options or Options()
     machine = load_machine(options.configuration)
-    real = simplify(build_graph(law))
+    real = expand_functions(simplify(build_graph(law)))
     if options.reciprocal:
         real = simplify(share_divisors(real))
-    _refuse_unknown(law, real)
     graph = choose_sums(real, machine, options)
     return Compiled(law, options, graph, emit(graph, law))
-
-
-def _refuse_unknown(law: Law, real: Graph) -> None:
-    for _, node in real.operations():
-        if node.op in WITHOUT_UNIT:
-            raise ModelError(f"{law.title}: {node.op} has no unit and no program yet")
 
 
 def latencies(machine: Machine) -> Callable[[str], int]:

@@ -163,9 +163,22 @@ class _Emitter:
         if len(expression) > COMMENT:
             names = [self.names[arg] for arg in node.args]
             expression = form.format(*names, *("",) * 3)
-        self._line(node.op, [name, *(self.names[a] for a in node.args)], expression, node)
+        operands = [self._operand(node, a) for a in node.args]
+        self._line(node.op, [name, *operands], expression, node)
         self.names[i] = name
         self.expressions[i] = expression if len(expression) <= COMMENT // 2 else name
+
+    def _operand(self, node: Node, arg: int) -> str:
+        """Name of an operand; the bits of a declared float get another name to be read as int."""
+        source = self.graph.nodes[arg]
+        declared = source.op in ("input", "state", "param")
+        if node.op not in INT_OPERANDS or not declared:
+            return self.names[arg]
+        name = f"bits_{self.names[arg]}"
+        if name not in self.taken:
+            self.taken.add(name)
+            self._line("mov", [name, self.names[arg]], "", None)
+        return name
 
     def _leaf(self, node: Node) -> str:
         if node.op == "int_const":

@@ -24,15 +24,14 @@ INT_KINDS = frozenset({"int_input", "int_state", "int_const", "iadd", "isub", "f
 ARITHMETIC = frozenset({"add", "sub", "mul", "neg", "div", "sqrt"})
 TESTS = frozenset({"lt", "le", "eq", "not", "and", "or"})
 """Real operations whose value is 0 or 1."""
-WITHOUT_UNIT = frozenset(
-    "exp log tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh erf log1p expm1 pow floor "
-    "ceil fmod remainder hypot".split()
-)
 REAL = (
     ARITHMETIC
     | TESTS
-    | WITHOUT_UNIT
     | frozenset("abs sign min max sat select sin cos i2f copysign".split())
+    | frozenset(
+        "exp log tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh erf log1p expm1 pow "
+        "floor ceil fmod remainder hypot".split()
+    )
 )
 """`select` is a != 0 ? b : c, `sat` min(max(a, b), c); the others are named as in CasADi."""
 

@@ -1,0 +1,280 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Programs of the functions that the core has no unit for.
+
+Polynomials and reductions are core operations, which no later pass takes apart; what is an exact
+identity of other functions is made of real operations. Coefficients are minimax fits (reweighted
+least squares on 400 Chebyshev nodes in 40 digits, rounded to binary32). `FUNCTIONS` states the
+errors; outside of the domains given there the result is that of the nearest end for exp, expm1 and
+erf, NaN for asin and acos, and not stated for the rest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from asip_asm.model.graph import Graph, Node, Rewriter
+from asip_asm.model.simplify import simplify
+
+LN2 = 0.6931471805599453
+LN2_HIGH = 0.693359375
+LN2_LOW = -0.00021219444005469057
+PI = 3.141592653589793
+MAGIC = 12582912.0
+"""1.5 * 2^23: adding it rounds to an integer."""
+ONE_BITS = 0x3F800000
+STEP = 8388608.0
+"""Of the exponent field of binary32."""
+EXP = (0.5, 0.1666666716337204, 0.041666269302368164, 0.008333264850080013,
+       0.0013946190010756254, 0.000199179703486152)  # fmt: skip
+EXPM1 = (0.5000000596046448, 0.1666666865348816, 0.04166531562805176, 0.008333072997629642,
+         0.00139974569901824, 0.00019992895249743015)  # fmt: skip
+LOG = (0.3333333730697632, -0.2500016689300537, 0.19999843835830688, -0.16655564308166504,
+       0.1427052915096283, -0.12714794278144836, 0.11735878884792328, -0.09252528101205826,
+       0.038806408643722534)  # fmt: skip
+ATAN = (-0.33333316445350647, 0.19998489320278168, -0.14243848621845245, 0.10595998167991638,
+        -0.060834456235170364)  # fmt: skip
+ASIN = (0.16666659712791443, 0.07500510662794113, 0.04451572149991989, 0.03181760758161545,
+        0.014402614906430244, 0.037565186619758606)  # fmt: skip
+ERF = (1.128379225730896, -0.37612637877464294, 0.11283782869577408, -0.02686544507741928,
+       0.005221074912697077, -0.00084847112884745, 0.00011270544200669974,
+       -9.680135008238722e-06)  # fmt: skip
+ERFC = (7.806815147399902, 5.352680683135986, 0.9438923001289368, 0.010854245163500309,
+        -0.002167085185647011, 0.00042822014074772596, -6.476102862507105e-05,
+        2.0288274754420854e-05, -2.513267816084408e-07)  # fmt: skip
+TAN_EIGHTH, TAN_THREE_EIGHTHS = 0.41421356237, 2.41421356237
+LARGEST_POWER = 64
+
+
+def expand_functions(graph: Graph) -> Graph:
+    """The graph without functions that have no unit."""
+    return simplify(_Expander(graph).run())
+
+
+class _Expander(Rewriter):
+    def visit(self, index: int, node: Node, args: Sequence[int]) -> int:
+        rule = getattr(self, f"_{node.op}", None)
+        return rule(*args) if rule and node.args else super().visit(index, node, args)
+
+    # ------------------------------------------------------------------ short hands
+    def c(self, value: float) -> int:
+        return self.new.const(value)
+
+    def op(self, name: str, *args: int) -> int:
+        return self.new.add(name, *args)
+
+    def fma(self, a: int, b: int, c: int) -> int:
+        return self.op("fmadd", a, b, c)
+
+    def horner(self, coefficients: Sequence[float], x: int) -> int:
+        """Polynomial, lowest coefficient first."""
+        result = self.c(coefficients[-1])
+        for value in reversed(coefficients[:-1]):
+            result = self.fma(result, x, self.c(value))
+        return result
+
+    def mark(self, name: str, node: int, *args: int) -> int:
+        """Note that the node approximates a function."""
+        self.new.functions[node] = (name, args)
+        return node
+
+    def nearest(self, x: int) -> int:
+        """x rounded to an integer, |x| < 2^22."""
+        return self.op("fsub", self.op("fadd", x, self.c(MAGIC)), self.c(MAGIC))
+
+    def power_of_two(self, k: int, bias: int) -> int:
+        """2^(k + bias) for an integer k as a float."""
+        bits = self.fma(k, self.c(STEP), self.c((127 + bias) * STEP))
+        return self.op("f2i", bits)
+
+    # ------------------------------------------------------------------ exponentials, logarithms
+    def _exponential(self, x: int) -> int:
+        x = self.op("fsat", x, self.c(-86.6), self.c(88.6))
+        k = self.op("fsub", self.fma(x, self.c(1 / LN2), self.c(MAGIC)), self.c(MAGIC))
+        r = self.op("fnmsub", k, self.c(LN2_LOW), self.op("fnmsub", k, self.c(LN2_HIGH), x))
+        p = self.fma(self.op("fmul", r, r), self.horner(EXP, r), r)
+        p = self.op("fadd", p, self.c(1.0))
+        half = self.power_of_two(k, -1)
+        return self.op("fmul", self.op("fmul", p, half), self.c(2.0))
+
+    def _exp(self, x: int) -> int:
+        return self.mark("exp", self._exponential(x), x)
+
+    def _expm1(self, x: int) -> int:
+        small = self.fma(self.op("fmul", x, x), self.horner(EXPM1, x), x)
+        large = self.op("fsub", self._exponential(x), self.c(1.0))
+        near = self.op("flt", self.op("fabs", x), self.c(0.5))
+        return self.mark("expm1", self.op("sel", near, small, large), x)
+
+    def _logarithm(self, x: int) -> int:
+        bits = self.op("isub", x, self.new.add("int_const", value=ONE_BITS))
+        k = self.nearest(self.op("fmul", self.op("i2f", bits), self.c(1 / STEP)))
+        scale = self.op("f2i", self.op("fnmsub", k, self.c(STEP), self.c(127 * STEP)))
+        f = self.op("fsub", self.op("fmul", x, scale), self.c(1.0))
+        square = self.op("fmul", f, f)
+        tail = self.op("fmul", self.op("fmul", f, square), self.horner(LOG, f))
+        tail = self.op("fnmsub", square, self.c(0.5), tail)
+        tail = self.fma(k, self.c(LN2_LOW), tail)
+        result = self.fma(k, self.c(LN2_HIGH), self.op("fadd", f, tail))
+        # sqrt makes a NaN of a negative number; the logarithm of 0 is a large negative one.
+        refused = self.op("fsub", self.op("fsqrt", x), self.c(3e38))
+        return self.op("selgt", x, result, refused)
+
+    def _log(self, x: int) -> int:
+        return self.mark("log", self._logarithm(x), x)
+
+    def _log1p(self, x: int) -> int:
+        one = self.c(1.0)
+        u = self.op("fadd", x, one)
+        lost = self.op("fsub", x, self.op("fsub", u, one))
+        result = self.op("fadd", self._logarithm(u), self.op("fdiv", lost, u))
+        return self.mark("log1p", result, x)
+
+    def _pow(self, x: int, y: int) -> int:
+        value = self.new.constant(y)
+        if value is not None and 2 * value == int(2 * value) and abs(value) <= LARGEST_POWER:
+            power = self._integer_power(x, int(abs(value)))
+            if value != int(value):
+                root = self.op("sqrt", x)
+                power = root if abs(value) < 1 else self.op("mul", power, root)
+            return power if value >= 0 else self.op("div", self.c(1.0), power)
+        return self._exp(self.op("mul", y, self._log(x)))
+
+    def _integer_power(self, x: int, n: int) -> int:
+        if n == 0:
+            return self.c(1.0)
+        if n == 1:
+            return x
+        half = self._integer_power(x, n // 2)
+        square = self.op("mul", half, half)
+        return self.op("mul", square, x) if n % 2 else square
+
+    # ------------------------------------------------------------------ hyperbolic functions
+    def _sinh(self, x: int) -> int:
+        u = self._expm1(self.op("abs", x))
+        rest = self.op("div", u, self.op("add", u, self.c(1.0)))
+        size = self.op("mul", self.c(0.5), self.op("add", u, rest))
+        return self.op("copysign", size, x)
+
+    def _cosh(self, x: int) -> int:
+        e = self._exp(self.op("abs", x))
+        rest = self.op("div", self.c(0.5), e)
+        return self.op("add", self.op("mul", self.c(0.5), e), rest)
+
+    def _tanh(self, x: int) -> int:
+        size = self.op("min", self.op("abs", x), self.c(20.0))
+        u = self._expm1(self.op("add", size, size))
+        return self.op("copysign", self.op("div", u, self.op("add", u, self.c(2.0))), x)
+
+    def _asinh(self, x: int) -> int:
+        a = self.op("abs", x)
+        square = self.op("mul", a, a)
+        one = self.c(1.0)
+        root = self.op("sqrt", self.op("add", square, one))
+        part = self.op("div", square, self.op("add", root, one))
+        return self.op("copysign", self._log1p(self.op("add", a, part)), x)
+
+    def _acosh(self, x: int) -> int:
+        t = self.op("sub", x, self.c(1.0))
+        inside = self.op("mul", t, self.op("add", t, self.c(2.0)))
+        return self._log1p(self.op("add", t, self.op("sqrt", inside)))
+
+    def _atanh(self, x: int) -> int:
+        ratio = self.op("div", self.op("add", x, x), self.op("sub", self.c(1.0), x))
+        return self.op("mul", self.c(0.5), self._log1p(ratio))
+
+    # ------------------------------------------------------------------ angles
+    def _tan(self, x: int) -> int:
+        return self.op("div", self.op("sin", x), self.op("cos", x))
+
+    def _arctangent(self, a: int) -> int:
+        """Of a number a >= 0."""
+        one = self.c(1.0)
+        far = self.op("flt", self.c(TAN_THREE_EIGHTHS), a)
+        middle = self.op("flt", self.c(TAN_EIGHTH), a)
+        above = self.op("sel", far, self.c(-1.0), self.op("fsub", a, one))
+        below = self.op("sel", far, a, self.op("fadd", a, one))
+        t = self.op("sel", middle, self.op("fdiv", above, below), a)
+        base = self.op("sel", middle, self.op("sel", far, self.c(PI / 2), self.c(PI / 4)),
+                       self.c(0.0))  # fmt: skip
+        z = self.op("fmul", t, t)
+        p = self.fma(self.op("fmul", t, z), self.horner(ATAN, z), t)
+        return self.op("fadd", base, p)
+
+    def _atan(self, x: int) -> int:
+        p = self._arctangent(self.op("fabs", x))
+        return self.mark("atan", self.op("selge", x, p, self.op("fneg", p)), x)
+
+    def _atan2(self, y: int, x: int) -> int:
+        """Quotient of the smaller by the larger; both zero give 0."""
+        a, b = self.op("abs", y), self.op("abs", x)
+        large = self.op("max", self.op("max", a, b), self.c(1.2e-38))
+        p = self._atan(self.op("div", self.op("min", a, b), large))
+        p = self.op("select", self.op("lt", b, a), self.op("sub", self.c(PI / 2), p), p)
+        left = self.op("lt", x, self.c(0.0))
+        p = self.op("select", left, self.op("sub", self.c(PI), p), p)
+        return self.op("copysign", p, y)
+
+    def _half_arcsine(self, x: int) -> tuple[int, int, int]:
+        """Size of x above 1/2 (a test), and arcsin of |x|, or of sqrt((1 - |x|)/2) there."""
+        a = self.op("fabs", x)
+        outer = self.op("flt", self.c(0.5), a)
+        half = self.c(0.5)
+        rest = self.op("fnmsub", a, half, half)
+        z = self.op("sel", outer, rest, self.op("fmul", a, a))
+        y = self.op("sel", outer, self.op("fsqrt", rest), a)
+        return outer, self.fma(self.op("fmul", y, z), self.horner(ASIN, z), y), a
+
+    def _asin(self, x: int) -> int:
+        outer, p, _ = self._half_arcsine(x)
+        far = self.op("fnmsub", p, self.c(2.0), self.c(PI / 2))
+        size = self.op("sel", outer, far, p)
+        return self.mark("asin", self.op("selge", x, size, self.op("fneg", size)), x)
+
+    def _acos(self, x: int) -> int:
+        outer, p, _ = self._half_arcsine(x)
+        twice = self.op("fadd", p, p)
+        far = self.op("selge", x, twice, self.op("fsub", self.c(PI), twice))
+        signed = self.op("selge", x, p, self.op("fneg", p))
+        # pi/2 in two parts: near x = 1/2 one part alone costs half an ulp.
+        near = self.op("fsub", self.c(PI / 2), self.op("fadd", signed, self.c(4.37113883e-8)))
+        return self.mark("acos", self.op("sel", outer, far, near), x)
+
+    def _erf(self, x: int) -> int:
+        a = self.op("fabs", x)
+        z = self.op("fmul", a, a)
+        near = self.op("fmul", a, self.horner(ERF, z))
+        b = self.op("fsub", self.op("fmin", a, self.c(4.0)), self.c(2.5))
+        far = self.op("fsub", self.c(1.0), self._exponential(self.op("fneg", self.horner(ERFC, b))))
+        size = self.op("sel", self.op("fle", a, self.c(1.0)), near, far)
+        return self.mark("erf", self.op("selge", x, size, self.op("fneg", size)), x)
+
+    # ------------------------------------------------------------------ integers and lengths
+    def _truncated(self, x: int) -> int:
+        return self.op("i2f", self.op("f2it", x))
+
+    def _floor(self, x: int) -> int:
+        """|x| < 2^31."""
+        whole = self._truncated(x)
+        return self.op("fsub", whole, self.op("flt", x, whole))
+
+    def _ceil(self, x: int) -> int:
+        whole = self._truncated(x)
+        return self.op("fadd", whole, self.op("flt", whole, x))
+
+    def _fmod(self, x: int, y: int) -> int:
+        """|x / y| < 2^22; exact: the sign of the rest tells a quotient that is one too large."""
+        size, step = self.op("fabs", x), self.op("fabs", y)
+        quotient = self._truncated(self.op("fdiv", size, step))
+        rest = self.op("fnmsub", quotient, step, size)
+        rest = self.op("selge", rest, rest, self.op("fadd", rest, step))
+        return self.op("copysign", rest, x)
+
+    def _remainder(self, x: int, y: int) -> int:
+        """|x / y| < 2^22."""
+        quotient = self.op("i2f", self.op("f2i", self.op("fdiv", x, y)))
+        return self.op("fnmsub", quotient, y, x)
+
+    def _hypot(self, x: int, y: int) -> int:
+        """sqrt(x^2 + y^2) for results of 1e-18 to 1e18."""
+        squares = self.op("add", self.op("mul", x, x), self.op("mul", y, y))
+        return self.op("sqrt", squares)

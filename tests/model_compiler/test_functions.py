@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Functions without a unit: errors over their domains against MPFR, and as programs on the core."""
+
+from __future__ import annotations
+
+import casadi as ca
+import gmpy2
+import numpy as np
+import pytest
+
+from asip_asm.model.compiler import Options, compile_law
+from asip_asm.model.exact import evaluate
+from asip_asm.model.functions import FUNCTIONS
+from asip_asm.model.law import Law, Port
+from asip_asm.model.program import build
+from sim.asip_model.prove import prove, rounded_sine
+
+MPFR = {"erf": gmpy2.erf, "log1p": gmpy2.log1p, "expm1": gmpy2.expm1}
+NEAR_ONE = (-1.0, 1.0)
+DOMAINS = {
+    "tan": (-1.5, 1.5), "sinh": (-20.0, 20.0), "cosh": (-20.0, 20.0), "tanh": (-30.0, 30.0),
+    "asinh": (-1e4, 1e4), "acosh": (1.001, 1e4), "atanh": (-0.99, 0.99), "floor": (-1e6, 1e6),
+    "ceil": (-1e6, 1e6), "exp": (-20.0, 20.0), "expm1": (-20.0, 20.0), "log": (1e-6, 1e6),
+    "log1p": (-0.9, 1e4), "atan": (-1e3, 1e3), "asin": NEAR_ONE, "acos": NEAR_ONE,
+    "erf": (-5.0, 5.0),
+}  # fmt: skip
+
+
+def law_of(
+    name: str, domain: tuple[float, float], second: tuple[float, float] | None = None
+) -> Law:
+    x, y = ca.SX.sym("x"), ca.SX.sym("y")
+    made = getattr(ca, name)
+    ports = [Port("input", "x", limits=domain), Port("output", "r")]
+    if second is None:
+        return Law(name, ca.Function("f", [x], [made(x)], ["x"], ["r"]), ports)
+    ports.append(Port("input", "y", limits=second))
+    return Law(name, ca.Function("f", [x, y], [made(x, y)], ["x", "y"], ["r"]), ports)
+
+
+def floats(domain: tuple[float, float], step: int) -> np.ndarray:
+    """Every `step`-th binary32 number of the domain, ends included."""
+    bits = np.arange(0, 0x7F800000, step, dtype=np.int64).astype(np.uint32)
+    positive = bits.view(np.float32)
+    both = np.concatenate((positive, -positive, np.array(domain, np.float32)))
+    return both[(both >= domain[0]) & (both <= domain[1])]
+
+
+def errors(name: str, x: np.ndarray) -> np.ndarray:
+    """Distance from MPFR in units of 2^-23 of the result, less the absolute part."""
+    compiled = compile_law(law_of(name, FUNCTIONS[name].domain))
+    got = evaluate(compiled.graph, {"x": x}, rounded_sine)[compiled.graph.outputs["r"]]
+    want = FUNCTIONS[name].exact(x.astype(np.float64))
+    gap = np.abs(got.astype(np.float64) - want) - FUNCTIONS[name].absolute
+    return gap / (2.0**-23 * np.maximum(np.abs(want), 1e-300))
+
+
+def worst(name: str, step: int) -> tuple[float, float]:
+    x = floats(FUNCTIONS[name].domain, step)
+    found = errors(name, x)
+    return float(found.max()), float(x[int(found.argmax())])
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_error_is_as_stated_over_the_domain(name):
+    error, where = worst(name, 9973)
+    assert 0.3 < error < FUNCTIONS[name].ulp, f"{name}({where!r}): {error}"
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_error_is_as_stated_for_every_23rd_number(name):
+    error, where = worst(name, 23)
+    assert error < FUNCTIONS[name].ulp, f"{name}({where!r}): {error}"
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_reference_in_double_precision_is_that_of_mpfr(name):
+    function = MPFR.get(name) or getattr(gmpy2, name)
+    for x in floats(FUNCTIONS[name].domain, 50_000_017)[:60]:
+        want = float(function(gmpy2.mpfr(float(x))))
+        assert FUNCTIONS[name].exact(np.array([float(x)]))[0] == pytest.approx(want, rel=1e-14)
+
+
+@pytest.mark.parametrize("name", DOMAINS)
+def test_function_is_a_program_that_keeps_its_bound(tmp_path, name):
+    built = build(compile_law(law_of(name, DOMAINS[name]), Options(reassociate=True)),
+                  tmp_path / "f.s")  # fmt: skip
+    proof = prove(built.compiled, built.image, count=150, backend="iss")
+    assert proof.passed, (proof.first_difference, proof.worst_fraction_of_bound, proof.worst_result)
+
+
+@pytest.mark.parametrize(
+    ("name", "first", "second"),
+    [
+        ("atan2", (-3.0, 3.0), (-3.0, 3.0)),
+        ("fmod", (-50.0, 50.0), (0.7, 3.0)),
+        ("remainder", (-50.0, 50.0), (0.7, 3.0)),
+        ("hypot", (-4.0, 4.0), (-4.0, 4.0)),
+        ("power", (0.1, 9.0), (-3.0, 3.0)),
+        ("copysign", (0.5, 4.0), (-4.0, 4.0)),
+    ],
+)
+def test_function_of_two_is_a_program_that_keeps_its_bound(tmp_path, name, first, second):
+    built = build(compile_law(law_of(name, first, second)), tmp_path / "f.s")
+    proof = prove(built.compiled, built.image, count=150, backend="iss")
+    assert proof.passed, (proof.first_difference, proof.worst_fraction_of_bound, proof.worst_result)
+
+
+def test_remainder_of_division_is_exact():
+    compiled = compile_law(law_of("fmod", (-1e4, 1e4), (0.1, 9.0)))
+    rng = np.random.default_rng(5)
+    x = rng.uniform(-1e4, 1e4, 20000).astype(np.float32)
+    y = rng.uniform(0.1, 9.0, 20000).astype(np.float32)
+    got = evaluate(compiled.graph, {"x": x, "y": y}, rounded_sine)[compiled.graph.outputs["r"]]
+    want = np.fmod(x.astype(np.float64), y.astype(np.float64)).astype(np.float32)
+    assert np.array_equal(got, want)
