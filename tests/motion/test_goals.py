@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from io import StringIO
 
 import pytest
@@ -12,7 +13,7 @@ from rich.console import Console
 from sim.gcode.oracle import LEAST_EQUAL, OracleError, Samples
 from sim.lookahead import figures as lookahead_figures
 from sim.lookahead import stress
-from sim.motion import goals
+from sim.motion import goals, goals_lookahead, goals_planner, goals_rtl
 
 TINY = goals.Counts(10, 1, 20, 3, 3, 1, 4, 6, 2, 2)
 FIGURES = (
@@ -40,9 +41,11 @@ def alone(monkeypatch):
     def missing():
         raise OracleError("LinuxCNC's samples are missing")
 
-    monkeypatch.setattr(goals, "compare_samples", missing)
-    monkeypatch.setattr(goals, "core", lambda counts: ("0.1 um", True))
-    monkeypatch.setattr(goals, "_campaign", goals._Campaign())
+    monkeypatch.setattr(goals_lookahead, "compare_samples", missing)
+    monkeypatch.setattr(goals_lookahead, "_campaign", goals_lookahead._Campaign())
+    core = {goals_planner.core: lambda counts, rows: ("0.1 um", True)}
+    features = [replace(row, check=core.get(row.check, row.check)) for row in goals.FEATURES]
+    monkeypatch.setattr(goals, "FEATURES", features)
 
 
 def test_goals__measured_small__all_met_but_those_that_cannot_be(alone):
@@ -92,8 +95,8 @@ def test_goals__without_rtl__builds_nothing_and_leaves_those_open(alone, monkeyp
     def build(*arguments):
         raise AssertionError("a model was asked for")
 
-    monkeypatch.setattr(goals, "MotionRtl", build)
-    monkeypatch.setattr(goals, "InterpolatorRtl", build)
+    monkeypatch.setattr(goals_rtl, "MotionRtl", build)
+    monkeypatch.setattr(goals_rtl, "InterpolatorRtl", build)
     found = {g.feature: g for g in goals.table(rows(), TINY, lambda name: None, hardware=False)}
     assert found["pulse jitter"].met is found["line in steps"].met is None
     assert found["S-curve classes"].met
@@ -113,7 +116,7 @@ def test_page_of_the_repository__has_the_features_of_today():
     page = goals.PAGE.read_text(encoding="utf-8")
     table = page.split(goals.BEGIN)[1].split(goals.END)[0]
     listed = [line.split(" | ")[0].removeprefix("| ") for line in table.splitlines()[4:] if line]
-    asked = [feature for feature, *_ in goals._features({})]
+    asked = [feature.name for feature in goals.FEATURES]
     assert listed == asked, "run make motion and .venv/bin/python -m sim.motion.goals"
 
 
