@@ -62,3 +62,27 @@ class GcodeErrors(ValueError):
 
 class MistakeError(Exception):
     """Ends the reading of one word; the mistake has been reported."""
+
+
+class TooManyErrors(Exception):
+    """Ends the reading of a file, with MAX_ERRORS mistakes or one that leaves no text."""
+
+
+class Mistakes:
+    """The mistakes of a file so far (`found`), and the line under work, of which they are told."""
+
+    def __init__(self, file: str) -> None:
+        self.file = file
+        self.found: list[GcodeError] = []
+        self.line, self.source = 0, ""
+
+    def place(self, line: int, source: str) -> None:
+        """The line under work: its number, from 1, and its text."""
+        self.line, self.source = line, source
+
+    def report(self, column: int, text: str, what: str, expected: str, help: str) -> None:
+        """Takes a mistake, as Report. Raises TooManyErrors."""
+        place = self.file, self.line, column, self.source
+        self.found.append(GcodeError(*place, text, what, expected, help))
+        if len(self.found) == MAX_ERRORS:
+            raise TooManyErrors

@@ -34,21 +34,20 @@ from pathlib import Path
 from asip_asm.files import open_regular
 from sim.gcode.actions import Actions
 from sim.gcode.block import ENDS, PAUSES, SPLINES, check_unused, sort_words
-from sim.gcode.errors import MAX_ERRORS, GcodeError, GcodeErrors
+from sim.gcode.errors import GcodeError, GcodeErrors, Mistakes, TooManyErrors
+from sim.gcode.execution import FlowStop
 from sim.gcode.expressions import Key
-from sim.gcode.flow import RETURNED, VALUE, Flow, FlowStop, Frame
+from sim.gcode.flow import Flow
 from sim.gcode.modes import choose_tool, select_modes, set_feed
 from sim.gcode.state import State
+from sim.gcode.subroutines import RETURNED, VALUE
 from sim.gcode.tools import NO_TOOLS, Tool
+from sim.gcode.variables import Variables
 from sim.gcode.words import LineReader, Word
 from sim.path.moves import HOME, Dwell, Move, Pose, Program
 
 MAX_LINE = 10_000  # characters
 MAX_HELD = 200_000  # moves and rests of a Program, which is held in memory
-
-
-class _TooManyErrors(Exception):
-    """Ends the reading of a file, with MAX_ERRORS mistakes or one that leaves no text."""
 
 
 def _goes_anywhere(item: Move | Dwell) -> bool:
@@ -61,51 +60,35 @@ class _Parser:
     def __init__(
         self, lines: Iterable[str], file: str, start: Pose, tools: Mapping[int, Tool]
     ) -> None:
-        self.file = file
         self.lines = lines
-        self.errors: list[GcodeError] = []
+        self.mistakes = Mistakes(file)
         self.any_output = False
         self.state = State(start, tools)
-        self.actions = Actions(self.state, self._error_at, lambda: bool(self.errors))
+        self.actions = Actions(self.state, self._error_at, lambda: bool(self.mistakes.found))
         self.output = self.actions.output
         self.ended = False
         self.percent_open, self.percent_closed = False, False
-        self.line, self.source = 0, ""
         self.last = 1, ""  # line read
-        self.flow = Flow(
-            self._numbered(),
-            self._place,
-            self._error,
-            self._parameter,
-            self.state.parameters,
-            lambda: bool(self.errors),
-            self._left,
-        )
+        self.variables = Variables(self.state)
+        self.flow = Flow(self._numbered(), self.mistakes, self.variables)
 
     def items(self) -> Iterator[Move | Dwell]:
         try:
             for _ in self._read_lines():
-                if not self.errors:  # a text with a mistake yields nothing more
+                if not self.mistakes.found:  # a text with a mistake yields nothing more
                     if self.output.items:
                         self.any_output = True
                         if any(map(_goes_anywhere, self.output.items)):
                             self.flow.moved()
                     yield from self.output.items
                 self.output.items.clear()
-        except (_TooManyErrors, FlowStop):
+        except (TooManyErrors, FlowStop):
             pass
-        if self.errors:
-            raise GcodeErrors(tuple(self.errors))
-
-    def _error(self, column: int, text: str, what: str, expected: str, help: str) -> None:
-        self.errors.append(
-            GcodeError(self.file, self.line, column, self.source, text, what, expected, help)
-        )
-        if len(self.errors) == MAX_ERRORS:
-            raise _TooManyErrors
+        if self.mistakes.found:
+            raise GcodeErrors(tuple(self.mistakes.found))
 
     def _error_at(self, word: Word, what: str, expected: str, help: str) -> None:
-        self._error(word.column, word.text, what, expected, help)
+        self.mistakes.report(word.column, word.text, what, expected, help)
 
     # Lines and words
 
@@ -121,10 +104,10 @@ class _Parser:
             if self.percent_open or self.ended:
                 self.percent_closed = True
                 return
-            if self.any_output or self.errors:
+            if self.any_output or self.mistakes.found:
                 self._place(number, text)
-                self._error(
-                    self.source.index("%") + 1,
+                self.mistakes.report(
+                    text.index("%") + 1,
                     "%",
                     "percent line inside the program",
                     "the opening percent line before the first block",
@@ -136,7 +119,7 @@ class _Parser:
         """Ends the reading at a line that is no text of a program."""
         if len(text) > MAX_LINE:
             self._place(number, text)
-            self._error(
+            self.mistakes.report(
                 MAX_LINE + 1,
                 text[MAX_LINE:],
                 f"the line has more than {MAX_LINE} characters",
@@ -145,7 +128,7 @@ class _Parser:
             )
         elif "\0" in text:
             self._place(number, text)
-            self._error(
+            self.mistakes.report(
                 text.index("\0") + 1,
                 "\0",
                 "the file is not a text",
@@ -154,36 +137,36 @@ class _Parser:
             )
         else:
             return
-        raise _TooManyErrors
+        raise TooManyErrors
 
     def _place(self, line: int, source: str) -> None:
         """Line under work, of which mistakes are told."""
-        self.line, self.source = line, source
+        self.mistakes.place(line, source)
         self.actions.line, self.actions.source = line, source.strip()
 
     def _read_lines(self) -> Iterator[None]:
         for number, text in self.flow.lines():
             self._place(number, text)
-            known = len(self.errors)
-            words, settings = LineReader(self.source, self._error, self._parameter).words()
+            known = len(self.mistakes.found)
+            words, settings = LineReader(text, self.mistakes.report, self.variables.read).words()
             if words or settings:
-                self._block(words, settings, clean=len(self.errors) == known)
+                self._block(words, settings, clean=len(self.mistakes.found) == known)
             yield
             if self.ended and self.flow.inside:
                 self.flow.finish()
                 break
-        if not self.errors:
+        if not self.mistakes.found:
             self.output.finish()
             yield
         self._check_end()
 
     def _check_end(self) -> None:
         self._place(*self.last)
-        column = len(self.source) + 1
-        if self.actions.splines.open and not self.errors:
-            self._error(column, "", "G5.2 without G5.3", "G5.3", "end the control points")
+        column = len(self.mistakes.source) + 1
+        if self.actions.splines.open and not self.mistakes.found:
+            self.mistakes.report(column, "", "G5.2 without G5.3", "G5.3", "end the control points")
         if not self.ended and not (self.percent_open and self.percent_closed):
-            self._error(
+            self.mistakes.report(
                 column,
                 "",
                 "the program has no end",
@@ -191,7 +174,7 @@ class _Parser:
                 "end the program with M2; if it had one, the file is truncated",
             )
         elif self.percent_open and not self.percent_closed:
-            self._error(
+            self.mistakes.report(
                 column,
                 "",
                 "the file is truncated: the opening percent line has no partner",
@@ -200,15 +183,6 @@ class _Parser:
             )
 
     # Parameters
-
-    def _parameter(self, key: Key) -> float | None:
-        if isinstance(key, str):
-            return self._names(key).get(key)
-        return self.state.parameter(key)
-
-    def _names(self, key: str) -> dict[Key, float]:
-        """Where a name has its value: global ones begin with an underscore."""
-        return self.state.parameters if key.startswith("_") else self.flow.frame.names
 
     def _set_parameters(self, settings: list[tuple[Key, float, int, str]]) -> None:
         for key, value, column, text in settings:
@@ -219,24 +193,22 @@ class _Parser:
             else:
                 read_only = ""
             if read_only:
-                self._error(
+                self.mistakes.report(
                     column,
                     text,
                     f"the parameter {read_only} is read only",
                     "another parameter",
                     "use #1 to #5000 for values of your own",
                 )
-            elif isinstance(key, str):
-                self._names(key)[key] = value
             else:
-                self.state.parameters[key] = value
+                self.variables.write(key, value)
 
     # Blocks
 
     def _block(
         self, words: list[Word], settings: list[tuple[Key, float, int, str]], clean: bool
     ) -> None:
-        known = len(self.errors)
+        known = len(self.mistakes.found)
         if self.ended:
             if words:
                 self._error_at(
@@ -264,7 +236,7 @@ class _Parser:
         self.output.at = codes.get("motion") or words[0]
         self.output.select(codes, values)
         set_feed(self.state, values.pop("F", None), self._error_at)
-        clean = clean and len(self.errors) == known
+        clean = clean and len(self.mistakes.found) == known
         single, motion = codes.get("single"), codes.get("motion")
         if self.actions.splines.open or (motion is not None and motion.code in SPLINES):
             self.actions.spline(codes, values, motion or words[0], clean)
@@ -292,7 +264,7 @@ class _Parser:
             self.actions.rest(0.0)
         elif code == "M71":
             self.flow.frame.state = None
-            self.flow.frame.restores = False
+            self.flow.frame.restore = None
         elif code == "M72":
             others = [other for other in words if other is not word and other.letter != "N"]
             if others:
@@ -315,12 +287,8 @@ class _Parser:
     def _save_state(self, restores: bool) -> None:
         frame = self.flow.frame
         frame.state = self.state.saved()
-        frame.restores = frame.restores or restores
-
-    def _left(self, frame: Frame) -> None:
-        """A subroutine has ended."""
-        if frame.restores:
-            self.state.restore(frame.state)
+        if restores:
+            frame.restore = self.state.restore
 
 
 def stream(

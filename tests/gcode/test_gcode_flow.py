@@ -10,10 +10,12 @@ import tracemalloc
 
 import pytest
 
-from sim.gcode import flow
-from sim.gcode.flow import ARGUMENTS, MAX_DEPTH, MAX_IDLE
+from sim.gcode import execution
+from sim.gcode.execution import MAX_IDLE
 from sim.gcode.interpreter import GcodeErrors, _Parser, parse, parse_file, stream
 from sim.gcode.oracle import OracleError, differences, rs274
+from sim.gcode.oword import ARGUMENTS
+from sim.gcode.subroutines import MAX_DEPTH
 from tests.bench.needs import needs
 
 ZERO = (0.0,) * 5
@@ -192,13 +194,13 @@ def test_loop_without_a_move__ends_with_its_place():
     ],
 )
 def test_endless__of_each_kind__ends(text, monkeypatch):
-    monkeypatch.setattr(flow, "MAX_IDLE", 50)
+    monkeypatch.setattr(execution, "MAX_IDLE", 50)
     (error,) = errors_of(text)
     assert "repeats 50 times without a move" in error.what
 
 
 def test_loop_with_moves__longer_than_the_limit__runs(monkeypatch):
-    monkeypatch.setattr(flow, "MAX_IDLE", 50)
+    monkeypatch.setattr(execution, "MAX_IDLE", 50)
     assert len(xs("G91\no1 repeat [200]\nG0 X1\no1 endrepeat\nM2")) == 200
     assert len(parse("o1 repeat [50]\nG4 P1\no1 endrepeat\nM2").dwells) == 50
     with pytest.raises(GcodeErrors):  # rests alone go nowhere
@@ -229,10 +231,10 @@ def test_long_text__without_o_words__is_not_held():
 def test_loop__when_it_has_ended__is_not_held():
     lines = ["o1 sub", "G0 X#1", "o1 endsub", "o9 repeat [2]", *["G0 X1"] * 50, "o9 endrepeat"]
     parser = _Parser([*lines, "G0 X3", "G0 X4", "M2"], "text", ZERO, {})
-    sizes = [(move.end[0], len(parser.flow.kept)) for move in parser.items()]
+    sizes = [(move.end[0], len(parser.flow._run.kept)) for move in parser.items()]
     assert max(size for _, size in sizes) > 50
     assert sizes[-1] == (4.0, 0)
-    assert len(parser.flow.bodies) == 3
+    assert len(parser.flow._run.bodies) == 3
 
 
 # Text, line, column, offending text, parts of what and of expected. rs274 refuses all but OURS.

@@ -9,9 +9,9 @@ import os
 
 import pytest
 
-from sim.gcode import flow, interpreter
+from sim.gcode import execution, interpreter
+from sim.gcode.branches import MAX_OPEN
 from sim.gcode.cycles import MAX_STEPS
-from sim.gcode.flow import MAX_OPEN
 from sim.gcode.interpreter import GcodeErrors, parse, parse_file, stream
 from sim.trajectory.__main__ import main
 
@@ -43,7 +43,7 @@ def test_hard_input__has_a_limit_told_by_name(name, tmp_path, monkeypatch):
     text, line, what, help = HARD[name]
     file = tmp_path / "hard.ngc"
     file.write_text(text, encoding="latin-1")
-    monkeypatch.setattr(flow, "MAX_IDLE", 1000)
+    monkeypatch.setattr(execution, "MAX_IDLE", 1000)
     with pytest.raises(GcodeErrors) as caught:
         parse_file(file, ZERO)
     error = caught.value.errors[0]

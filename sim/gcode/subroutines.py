@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Subroutines of O words: sub, endsub, call, return; grammar in flow.py."""
+
+from __future__ import annotations
+
+from sim.gcode.execution import Execution, Frame, Line
+from sim.gcode.expressions import Key
+from sim.gcode.oword import ARGUMENTS, CLOSING, Head, shown_label
+
+MAX_DEPTH = 9  # calls inside calls, as rs274
+VALUE, RETURNED = "_value", "_value_returned"
+
+
+class Subroutines:
+    """Acts on the O words of subroutines: each gets the word, its line and its values."""
+
+    def __init__(self, run: Execution) -> None:
+        self.run = run
+        self.known: dict[Key, tuple[int, int]] = {}  # places of sub and endsub
+        self._returns([])
+        self.acts = {
+            "sub": self.sub,
+            "endsub": self.endsub,
+            "call": self.call,
+            "return": self.return_,
+        }
+
+    def sub(self, head: Head, line: Line, values: list[float]) -> None:
+        if self.run.frame.label is not None:
+            self.run.fail(
+                head,
+                f"subroutine inside O{shown_label(self.run.frame.label)} sub",
+                "endsub before the next sub",
+                "define subroutines beside each other",
+            )
+        self._define(head, line)
+
+    def _define(self, head: Head, line: Line) -> None:
+        """Passes a subroutine over and keeps its lines; self.run.at is behind its first one."""
+        begin = self.run.at - 1
+        known = self.known.get(head.label)
+        if known is not None and known[0] == begin:
+            self.run.at = known[1] + 1
+            return
+        if known is not None:
+            self.run.mistakes.place(*line)
+            self.run.fail(
+                head,
+                "the subroutine is defined twice",
+                f"one sub with the label {shown_label(head.label)}",
+                "choose another label",
+            )
+        self.run.bodies[begin] = line
+        while True:
+            body = self.run.take(self.run.at)
+            if body is None:
+                self.run.fail_open(line, head, "endsub")
+            self.run.bodies[self.run.at] = body
+            self.run.kept.pop(self.run.at, None)
+            self.run.at += 1
+            inner = self.run.head(body)
+            if inner is not None and inner.label == head.label and inner.keyword == "endsub":
+                break
+        self.known[head.label] = begin, self.run.at - 1
+
+    def call(self, head: Head, line: Line, values: list[float]) -> None:
+        back = self.run.at
+        if head.label not in self.known:
+            self._search(head, line)
+        if len(self.run.frames) > MAX_DEPTH:
+            self.run.fail(
+                head,
+                f"calls inside calls are deeper than {MAX_DEPTH}",
+                f"at most {MAX_DEPTH}",
+                "check that the recursion ends, or replace it by a loop",
+            )
+        self.run.count(head)
+        numbers = self.run.variables.numbers
+        saved = {n: numbers.get(n, 0.0) for n in range(1, ARGUMENTS + 1)}
+        numbers.update(zip(saved, [*values, *[0.0] * (ARGUMENTS - len(values))], strict=True))
+        self.run.enter(Frame(head.label, back, line, head, self.run.repeating(), saved))
+        self.run.at = self.known[head.label][0] + 1
+
+    def _search(self, head: Head, line: Line) -> None:
+        """Reads on to the definition of a subroutine."""
+        self.run.searching = True
+        self.run.at = self.run.unread
+        while head.label not in self.known:
+            later = self.run.next()
+            if later is None:
+                self.run.mistakes.place(*line)
+                self.run.fail(
+                    head,
+                    f"there is no subroutine {shown_label(head.label)} in this file",
+                    f"O{shown_label(head.label)} sub",
+                    "check the label; subroutines in files of their own are not looked for",
+                )
+            found = self.run.head(later)
+            if found is not None and found.keyword == "sub":
+                self._define(found, later)
+        self.run.searching = False
+
+    def endsub(self, head: Head, line: Line, values: list[float]) -> None:
+        frame = self._inner_frame(head)
+        if frame.label != head.label:
+            self.run.fail(
+                head,
+                f"endsub does not belong to O{shown_label(frame.label)} sub, which runs",
+                f"O{shown_label(frame.label)} endsub",
+                "check the labels",
+            )
+        if frame.open:
+            open_ = frame.open[-1]
+            self.run.fail_open(open_.line, open_.head, CLOSING[open_.kind])
+        self._leave(frame, values)
+
+    def return_(self, head: Head, line: Line, values: list[float]) -> None:
+        self._leave(self._inner_frame(head), values)
+
+    def _inner_frame(self, head: Head) -> Frame:
+        if len(self.run.frames) == 1:
+            self.run.fail(
+                head,
+                f"{head.keyword} outside of a subroutine",
+                "a line of a subroutine",
+                f"write O{shown_label(head.label)} sub before, or remove the line",
+            )
+        return self.run.frame
+
+    def _leave(self, frame: Frame, values: list[float]) -> None:
+        self.run.leave()
+        self.run.variables.numbers.update(frame.saved)
+        self._returns(values)
+        self.run.at = frame.back
+        if frame.restore is not None:
+            frame.restore(frame.state)
+
+    def _returns(self, values: list[float]) -> None:
+        numbers = self.run.variables.numbers
+        numbers[VALUE], numbers[RETURNED] = values[0] if values else 0.0, float(bool(values))
