@@ -180,7 +180,7 @@ def frequency_response(servo: drive_servo.Servo, hertz: np.ndarray) -> tuple[np.
 
 
 @pytest.mark.parametrize("reading", drive_servo.READINGS)
-def test_regulator__has_the_margins_and_the_bandwidth_of_the_seed(reading):
+def test_regulator__has_the_margins_and_the_bandwidth_of_the_paper(reading):
     servo = drive_servo.Servo(reading=reading)
     hertz = np.linspace(20.0, 4000.0, 400_000)
     loop, pi, ip = frequency_response(servo, hertz)
