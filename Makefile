@@ -78,6 +78,7 @@ lint: $(READY) ## ruff, import rules; Verilator, slang and our subset on the RTL
 	@found=$$($(VENV)/bin/lint-imports --no-logo --no-cache) || { echo "$$found"; exit 1; }
 	@$(PY) scripts/lint_rtl.py
 	@$(PY) scripts/rtl_subset.py
+	@$(PY) scripts/lint_registers.py
 	@$(SITE)
 	@echo "lint: clean"
 

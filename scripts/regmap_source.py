@@ -19,6 +19,7 @@ from asip_asm.regmap import REGISTER_BLOCK, BitField, Block, Fault, RegisterMap,
 
 DATA_WIDTH = 32
 WORD_BYTES = DATA_WIDTH // 8
+NUMBER = "value"  # the one field of a register that is a number
 
 
 class RegisterMapError(ValueError):
@@ -108,6 +109,9 @@ def _fields(node: RegNode) -> dict[str, BitField]:
 def _register(node: RegNode, findings: list[str]) -> RegisterRecord:
     if node.get_property("regwidth") != DATA_WIDTH:
         findings.append(_finding(node, f"registers have {DATA_WIDTH} bits"))
+    for field in node.fields():
+        if field.inst_name == NUMBER and field.low:
+            findings.append(_finding(node, f"'{NUMBER}' is all of a register, from bit 0"))
     resets = [(field.low, field.get_property("reset")) for field in node.fields()]
     stated = [value << low for low, value in resets if value is not None]
     access = "".join(

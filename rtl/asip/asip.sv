@@ -34,6 +34,7 @@ module asip #(
   localparam int unsigned BundleWidth = Slots * WordWidth + ControlWidth;
   localparam int unsigned DecodedWidth = Slots * OpWidth + 2;  // {reserved, halt, operations}
   localparam int unsigned Ports = 3 * Slots;
+  localparam int unsigned LaneBits = 2;  // addresses of a bundle in program memory: four
 
   // ---- stages F and D
   logic [BundleWidth-1:0]   bundle_f2;
@@ -124,8 +125,8 @@ module asip #(
       .pc_d_o        (pc_d),
       .decoded_d_o   (decoded_d),
       .write_i       (host_program),
-      .write_bundle_i(address_i[2+:$clog2(Bundles)]),
-      .write_lane_i  (address_i[1:0]),
+      .write_bundle_i(address_i[LaneBits+:$clog2(Bundles)]),
+      .write_lane_i  (address_i[LaneBits-1:0]),
       .write_data_i  (writedata_i)
   );
 
@@ -211,7 +212,7 @@ module asip #(
       .host_read_i          (host_select),
       .host_write_i         (host_register),
       .host_write_constant_i(host_constant),
-      .host_register_i      ({1'b0, address_i[7:0]}),
+      .host_register_i      ({1'b0, address_i[$clog2(asip_regmap_pkg::WORDS_REGISTERS)-1:0]}),
       .host_data_i          (writedata_i),
       .operand_e1_o         (operand_e1)
   );
@@ -277,7 +278,7 @@ module asip #(
       .flags_o        (flags_aux),
       .host_select_i  (host_select),
       .host_write_i   (host_data),
-      .host_address_i ({4'd0, address_i[11:0]}),
+      .host_address_i (16'(address_i[$clog2(asip_regmap_pkg::WORDS_DATA)-1:0])),
       .host_data_i    (writedata_i),
       .host_read_o    (host_memory)
   );
@@ -349,7 +350,7 @@ module asip #(
       .not_finite_o     (not_finite),
       .not_finite_index_o(not_finite_index),
       .host_write_safe_i(host_safe),
-      .host_index_i     (address_i[4:0]),
+      .host_index_i     (address_i[$clog2(asip_regmap_pkg::WORDS_OUTPUTS)-1:0]),
       .host_data_i      (host_word),
       .host_read_o      (host_output)
   );

@@ -48,6 +48,8 @@ module asip_host #(
 );
 
   localparam int unsigned Width = asip_regmap_pkg::ADDRESS_WIDTH;
+  localparam int unsigned CsrBits = $clog2(asip_regmap_pkg::WORDS_CSR);
+  localparam int unsigned Groups = asip_regmap_pkg::WORDS_CSR / 4;
 
   // Blocks are aligned powers of two.
   function automatic logic in_block(input logic [Width-1:0] address, input int unsigned base,
@@ -57,16 +59,17 @@ module asip_host #(
 
   logic        in_csr, in_constants, in_outputs, in_safe, in_registers, in_data, in_program;
   logic        held, write_now, csr_write, configures;
-  logic [3:0]  csr;
+  logic [CsrBits-1:0] csr;
   logic [$clog2(asip_regmap_pkg::WORDS_PROGRAM)-3:0] bundle;
   logic [2:0]  wait_q;
   logic        read_done, refetch_q;
   logic        in_counts;
-  logic [11:0][31:0] word;  // registers but the counters
-  logic [2:0][31:0] group_q;
+  logic [asip_regmap_pkg::WORDS_CSR-1:0][31:0] word;  // registers but the counters
+  logic [Groups-1:0][31:0] group_q;
+  logic [31:0] group_word;
   logic [31:0] count_q, readdata_q, watchdog_q, output_mask_q;
   logic [15:0] entry_q;
-  logic [31:0] config_word, status_word, irq_word;
+  logic [31:0] config_word, status_word, info_word, irq_word, entry_word;
   logic        irq_done_q, irq_fault_q;
 
   assign in_csr       = in_block(address_i, asip_regmap_pkg::BASE_CSR,
@@ -83,7 +86,7 @@ module asip_host #(
                                  asip_regmap_pkg::WORDS_DATA);
   assign in_program   = in_block(address_i, asip_regmap_pkg::BASE_PROGRAM,
                                  asip_regmap_pkg::WORDS_PROGRAM);
-  assign csr          = address_i[3:0];
+  assign csr          = address_i[CsrBits-1:0];
   assign bundle       = address_i[$clog2(asip_regmap_pkg::WORDS_PROGRAM)-1:2];
 
   // A run must not be disturbed: everything but control, status and interrupt enable waits.
@@ -127,15 +130,20 @@ module asip_host #(
     irq_word[asip_regmap_pkg::IRQ_ENABLE_DONE_LSB]  = irq_done_q;
     irq_word[asip_regmap_pkg::IRQ_ENABLE_FAULT_LSB] = irq_fault_q;
 
+    info_word = 32'd0;
+    info_word[asip_regmap_pkg::FAULT_INFO_VALUE_LSB+:16] = fault_info_i;
+    entry_word = 32'd0;
+    entry_word[asip_regmap_pkg::ENTRY_VALUE_LSB+:16] = entry_q;
+
     word                                     = '0;
     word[asip_regmap_pkg::REG_ID]            = asip_regmap_pkg::RESET_ID;
     word[asip_regmap_pkg::REG_CONFIG]        = config_word;
     word[asip_regmap_pkg::REG_STATUS]        = status_word;
     word[asip_regmap_pkg::REG_CYCLES]        = cycles_i;
-    word[asip_regmap_pkg::REG_FAULT_INFO]    = {16'd0, fault_info_i};
+    word[asip_regmap_pkg::REG_FAULT_INFO]    = info_word;
     word[asip_regmap_pkg::REG_IRQ_ENABLE]    = irq_word;
     word[asip_regmap_pkg::REG_WATCHDOG]      = watchdog_q;
-    word[asip_regmap_pkg::REG_ENTRY]         = {16'd0, entry_q};
+    word[asip_regmap_pkg::REG_ENTRY]         = entry_word;
     word[asip_regmap_pkg::REG_OUTPUT_MASK]   = output_mask_q;
   end
 
@@ -156,16 +164,23 @@ module asip_host #(
         irq_fault_q <= writedata_i[asip_regmap_pkg::IRQ_ENABLE_FAULT_LSB];
       end
       if (csr_write && csr == asip_regmap_pkg::REG_WATCHDOG) watchdog_q <= writedata_i;
-      if (csr_write && csr == asip_regmap_pkg::REG_ENTRY) entry_q <= writedata_i[15:0];
+      if (csr_write && csr == asip_regmap_pkg::REG_ENTRY)
+        entry_q <= writedata_i[asip_regmap_pkg::ENTRY_VALUE_LSB+:16];
       if (csr_write && csr == asip_regmap_pkg::REG_OUTPUT_MASK) output_mask_q <= writedata_i;
     end
   end
 
   // Registers are selected in groups of four, and a group that is not read is zero.
-  for (genvar g = 0; g < 3; g++) begin : gen_group
+  for (genvar g = 0; g < Groups; g++) begin : gen_group
     always_ff @(posedge clk_i) begin
-      group_q[g] <= in_csr && csr[3:2] == 2'(g) ? word[{2'(g), csr[1:0]}] : 32'd0;
+      group_q[g] <= in_csr && csr[CsrBits-1:2] == (CsrBits - 2)'(g)
+                    ? word[{(CsrBits - 2)'(g), csr[1:0]}] : 32'd0;
     end
+  end
+
+  always_comb begin
+    group_word = 32'd0;
+    for (int unsigned g = 0; g < Groups; g++) group_word = group_word | group_q[g];
   end
 
   assign in_counts = csr == asip_regmap_pkg::REG_STALL_OPERAND ||
@@ -176,7 +191,7 @@ module asip_host #(
   // The memories answer within three cycles of the address being stable.
   always_ff @(posedge clk_i) begin
     count_q    <= in_csr && in_counts ? count_i : 32'd0;
-    readdata_q <= group_q[0] | group_q[1] | group_q[2] | count_q |
+    readdata_q <= group_word | count_q |
                   ({32{in_outputs}} & read_output_i) | ({32{in_registers}} & read_register_i) |
                   ({32{in_data}} & read_data_i);
   end

@@ -54,23 +54,34 @@ module dual_host #(
 );
 
   logic [4:0]  index;
-  logic        in_core, in_csr, in_lists, csr_write, read_q, run_q;
+  logic        in_first, in_second, in_core, in_csr, in_lists, csr_write, read_q, run_q;
   logic [15:0] period_q;
   logic [5:0]  set_points_q, inputs_q, commands_q;
   logic [31:0] zero_on_hold_q, underruns_q, read_data, readdata_q;
   logic [1:0]  irq_enable_q, overrun_q;
   logic        underrun_q;
 
-  assign index     = address_i[4:0];
-  assign in_core   = !address_i[15];
-  assign in_csr    = address_i[15:5] == 11'(dual_regmap_pkg::BASE_CSR >> 5);
-  assign in_lists  = address_i[15:7] == 9'(dual_regmap_pkg::BASE_LISTS >> 7);
+  // Blocks are aligned powers of two.
+  function automatic logic in_block(input logic [dual_regmap_pkg::ADDRESS_WIDTH-1:0] address,
+                                    input int unsigned base, input int unsigned words);
+    in_block = (32'(address) & ~(words - 1)) == base;
+  endfunction
+
+  assign index     = address_i[$clog2(dual_regmap_pkg::WORDS_CSR)-1:0];
+  assign in_first  = in_block(address_i, dual_regmap_pkg::BASE_TRAJECTORY,
+                              dual_regmap_pkg::WORDS_TRAJECTORY);
+  assign in_second = in_block(address_i, dual_regmap_pkg::BASE_TRACKING,
+                              dual_regmap_pkg::WORDS_TRACKING);
+  assign in_core   = in_first || in_second;
+  assign in_csr    = in_block(address_i, dual_regmap_pkg::BASE_CSR, dual_regmap_pkg::WORDS_CSR);
+  assign in_lists  = in_block(address_i, dual_regmap_pkg::BASE_LISTS,
+                              dual_regmap_pkg::WORDS_LISTS);
   assign csr_write = write_i && in_csr;
 
-  assign core_read_o   = (in_core && read_i) ? {address_i[14], !address_i[14]} : 2'd0;
-  assign core_write_o  = (in_core && write_i) ? {address_i[14], !address_i[14]} : 2'd0;
-  assign readdata_o    = in_core ? core_data_i[32*address_i[14]+:32] : readdata_q;
-  assign waitrequest_o = in_core ? (core_wait_i[address_i[14]] && (read_i || write_i))
+  assign core_read_o   = read_i ? {in_second, in_first} : 2'd0;
+  assign core_write_o  = write_i ? {in_second, in_first} : 2'd0;
+  assign readdata_o    = in_core ? core_data_i[32*in_second+:32] : readdata_q;
+  assign waitrequest_o = in_core ? (core_wait_i[in_second] && (read_i || write_i))
                                  : (read_i && !read_q);
   assign list_write_o  = write_i && in_lists;
   assign clear_o       = csr_write && index == dual_regmap_pkg::REG_CONTROL
@@ -80,7 +91,7 @@ module dual_host #(
     if (!rst_ni) begin
       read_q         <= 1'b0;
       run_q          <= 1'b0;
-      period_q       <= dual_regmap_pkg::RESET_PERIOD[dual_regmap_pkg::PERIOD_CLOCKS_LSB+:16];
+      period_q       <= dual_regmap_pkg::RESET_PERIOD[dual_regmap_pkg::PERIOD_VALUE_LSB+:16];
       set_points_q   <= 6'd0;
       inputs_q       <= 6'd0;
       commands_q     <= 6'd0;
@@ -94,7 +105,7 @@ module dual_host #(
       if (csr_write) begin
         case (index)
           dual_regmap_pkg::REG_CONTROL: run_q <= writedata_i[dual_regmap_pkg::CONTROL_RUN_LSB];
-          dual_regmap_pkg::REG_PERIOD: period_q <= writedata_i[dual_regmap_pkg::PERIOD_CLOCKS_LSB+:16];
+          dual_regmap_pkg::REG_PERIOD: period_q <= writedata_i[dual_regmap_pkg::PERIOD_VALUE_LSB+:16];
           dual_regmap_pkg::REG_LENGTHS: begin
             set_points_q <= writedata_i[dual_regmap_pkg::LENGTHS_SET_POINTS_LSB+:6];
             inputs_q     <= writedata_i[dual_regmap_pkg::LENGTHS_INPUTS_LSB+:6];
@@ -142,7 +153,7 @@ module dual_host #(
           read_data[dual_regmap_pkg::STATUS_TRAJECTORY_FAULT_LSB]   = fault_i[0];
           read_data[dual_regmap_pkg::STATUS_TRACKING_FAULT_LSB]     = fault_i[1];
         end
-        dual_regmap_pkg::REG_PERIOD: read_data[dual_regmap_pkg::PERIOD_CLOCKS_LSB+:16] = period_q;
+        dual_regmap_pkg::REG_PERIOD: read_data[dual_regmap_pkg::PERIOD_VALUE_LSB+:16] = period_q;
         dual_regmap_pkg::REG_LENGTHS: begin
           read_data[dual_regmap_pkg::LENGTHS_SET_POINTS_LSB+:6] = set_points_q;
           read_data[dual_regmap_pkg::LENGTHS_INPUTS_LSB+:6]     = inputs_q;
@@ -162,12 +173,18 @@ module dual_host #(
         dual_regmap_pkg::REG_TRACKING_LAST: read_data = core_last_i[63:32];
         dual_regmap_pkg::REG_TRACKING_MIN: read_data = core_min_i[63:32];
         dual_regmap_pkg::REG_TRACKING_MAX: read_data = core_max_i[63:32];
-        dual_regmap_pkg::REG_COMMAND_LAST: read_data = {16'd0, command_last_i};
-        dual_regmap_pkg::REG_COMMAND_MAX: read_data = {16'd0, command_max_i};
-        dual_regmap_pkg::REG_COPY_LAST: read_data = {16'd0, copy_last_i};
-        dual_regmap_pkg::REG_COPY_MAX: read_data = {16'd0, copy_max_i};
-        dual_regmap_pkg::REG_USED_LAST: read_data = {16'd0, used_last_i};
-        dual_regmap_pkg::REG_USED_MAX: read_data = {16'd0, used_max_i};
+        dual_regmap_pkg::REG_COMMAND_LAST:
+        read_data[dual_regmap_pkg::COMMAND_LAST_VALUE_LSB+:16] = command_last_i;
+        dual_regmap_pkg::REG_COMMAND_MAX:
+        read_data[dual_regmap_pkg::COMMAND_MAX_VALUE_LSB+:16] = command_max_i;
+        dual_regmap_pkg::REG_COPY_LAST:
+        read_data[dual_regmap_pkg::COPY_LAST_VALUE_LSB+:16] = copy_last_i;
+        dual_regmap_pkg::REG_COPY_MAX:
+        read_data[dual_regmap_pkg::COPY_MAX_VALUE_LSB+:16] = copy_max_i;
+        dual_regmap_pkg::REG_USED_LAST:
+        read_data[dual_regmap_pkg::USED_LAST_VALUE_LSB+:16] = used_last_i;
+        dual_regmap_pkg::REG_USED_MAX:
+        read_data[dual_regmap_pkg::USED_MAX_VALUE_LSB+:16] = used_max_i;
         dual_regmap_pkg::REG_LEFT_MIN: read_data = left_min_i;
         default: ;
       endcase

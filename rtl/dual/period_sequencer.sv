@@ -72,11 +72,12 @@ module period_sequencer (
                                       14'(asip_regmap_pkg::REG_STATUS);
   localparam logic [13:0] CsrCycles = 14'(asip_regmap_pkg::BASE_CSR) +
                                       14'(asip_regmap_pkg::REG_CYCLES);
-  localparam logic [31:0] START = 32'd3;  // start, and clear done
-  localparam logic [31:0] CLEAR = 32'd2;
+  localparam logic [31:0] CLEAR = 32'd1 << asip_regmap_pkg::CONTROL_CLEAR_LSB;
+  localparam logic [31:0] START = CLEAR | 32'd1 << asip_regmap_pkg::CONTROL_START_LSB;
 
   logic [27:0] lists[0:127];
   logic [27:0] entry_q;
+  logic [13:0] source, destination;
   logic [3:0]  state_q, state_d;
   logic [1:0]  list_q, work_q, fault_q;
   logic [5:0]  index_q, length;
@@ -87,6 +88,8 @@ module period_sequencer (
     if (list_write_i) lists[list_address_i] <= list_data_i;
     entry_q <= lists[{list_q, index_q[4:0]}];
   end
+
+  assign {destination, source} = entry_q;
 
   always_comb begin
     case (list_q)
@@ -189,11 +192,11 @@ module period_sequencer (
       if (list_q == LiInputs) begin
         bus_core_o    = 1'b1;
         bus_write_o   = 1'b1;
-        bus_address_o = entry_q[27:14];
+        bus_address_o = destination;
         bus_data_o    = source_data_i;
       end else begin
         bus_read_o    = 1'b1;
-        bus_address_o = entry_q[13:0];
+        bus_address_o = source;
       end
       StTracking: begin
         bus_core_o  = 1'b1;
@@ -220,9 +223,9 @@ module period_sequencer (
   assign command_o         = transferred && list_q == LiCommands;
   assign complete_o        = ended && list_q == LiSetPoints;
   assign commit_o          = ended && list_q == LiCommands;
-  assign source_o          = entry_q[4:0];
-  assign source_measured_o = entry_q[5];
-  assign index_o           = entry_q[18:14];
+  assign source_o          = source[4:0];
+  assign source_measured_o = source[5];
+  assign index_o           = destination[4:0];
   assign data_o            = bus_data_i;
   assign cycles_o[0]       = state_q == StCycles && accepted && !core_q;
   assign cycles_o[1]       = state_q == StCycles && accepted && core_q;

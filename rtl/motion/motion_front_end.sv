@@ -31,7 +31,7 @@ module motion_front_end #(
   localparam logic [TickBits-1:0] LAST_CLOCK = TickBits'(ClocksPerTick - 1);
 
   logic [TickBits-1:0] clock_q;
-  logic        tick, csr_write, head_write, read_q;
+  logic        tick, in_csr, in_records, csr_write, head_write, read_q;
   logic [4:0]  register_index;
   logic [31:0] ticks_q, reads, read_data, readdata_q;  // reads: one bit a register
   logic [TimeBits-1:0] length_q, space_q, setup_q, hold_q;
@@ -48,9 +48,18 @@ module motion_front_end #(
   logic [4*Axes-1:0] head, tail;
   logic [32*Axes-1:0] position;
 
-  assign register_index = address_i[4:0];
-  assign reads      = (address_i[9:5] == 5'd0) ? 32'd1 << register_index : 32'd0;
-  assign csr_write  = write_i && address_i[9:5] == 5'd0;
+  // Blocks are aligned powers of two.
+  function automatic logic in_block(input logic [motion_regmap_pkg::ADDRESS_WIDTH-1:0] address,
+                                    input int unsigned base, input int unsigned words);
+    in_block = (32'(address) & ~(words - 1)) == base;
+  endfunction
+
+  assign in_csr     = in_block(address_i, motion_regmap_pkg::BASE_CSR, motion_regmap_pkg::WORDS_CSR);
+  assign in_records = in_block(address_i, motion_regmap_pkg::BASE_RECORDS,
+                               motion_regmap_pkg::WORDS_RECORDS);
+  assign register_index = address_i[$clog2(motion_regmap_pkg::WORDS_CSR)-1:0];
+  assign reads      = in_csr ? 32'd1 << register_index : 32'd0;
+  assign csr_write  = write_i && in_csr;
   assign head_write = csr_write && register_index == motion_regmap_pkg::REG_HEAD;
   assign abort      = (csr_write && register_index == motion_regmap_pkg::REG_CONTROL)
                       ? writedata_i[motion_regmap_pkg::CONTROL_ABORT_LSB+:Axes] : '0;
@@ -140,8 +149,8 @@ module motion_front_end #(
       .clk_i,
       .rst_ni,
       .abort_i     (abort),
-      .write_i     (write_i && address_i[9]),
-      .address_i   (address_i[8:0]),
+      .write_i     (write_i && in_records),
+      .address_i   (address_i[$clog2(motion_regmap_pkg::WORDS_RECORDS)-1:0]),
       .data_i      (writedata_i),
       .head_write_i(head_write),
       .head_i      (writedata_i[4*Axes-1:0]),

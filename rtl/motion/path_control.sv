@@ -75,7 +75,7 @@ module path_control #(
   assign feed_period = data_i[motion_regmap_pkg::PATH_FEED_PERIOD_LSB+:24];
   assign feed_axis   = data_i[motion_regmap_pkg::PATH_FEED_AXIS_LSB+:3];
   assign feed_good   = (feed_period == '0) ? THERE[feed_axis] : feed_period >= SHORTEST;
-  assign sources_new = data_i[motion_regmap_pkg::SOURCE_PATH_LSB+:Axes];
+  assign sources_new = data_i[motion_regmap_pkg::SOURCE_VALUE_LSB+:Axes];
   assign changed     = sources_new ^ source_q;
   assign source_good = !pending_o && !busy_o && (changed & ~resting_i) == '0;
 

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from asip_asm.assemble import assemble
 from asip_asm.image import Image
 from sim.dual.moves import RECORD_WORDS, RING_RECORDS, Move
-from sim.harness.asip_rtl import BLOCK, CSR, STATUS
+from sim.harness.asip_rtl import BLOCK, CLEAR, CSR, START, STATUS
 from sim.harness.dual_rtl import MEASURED_SOURCE, DualRtl
 from sim.model.parameters import Robot
 from sim.model.records import OUTPUTS
@@ -68,7 +68,7 @@ class TwoProcessors:
             }
         )
         self.system.write("ZERO_ON_HOLD", sum(1 << i for i in RATES))
-        self.system.write("IRQ_ENABLE", 3)
+        self.system.set("IRQ_ENABLE", stop=1, late=1)
         if period_clocks is not None:
             self.system.write("PERIOD", period_clocks)
         self._moves = moves
@@ -117,7 +117,7 @@ class TwoProcessors:
         ]
         for address, word in zip(core.input_addresses([*SET_POINTS, *COUNTS]), data, strict=True):
             core.write(address, word)
-        core.write(CSR["CONTROL"], 3)
+        core.write(CSR["CONTROL"], START | CLEAR)
         self.system.clock(image.watchdog)
         if not STATUS["done"].of(core.read(CSR["STATUS"])):
             raise ControllerFault("the tracking core did not finish its first run")
@@ -133,7 +133,7 @@ class TwoProcessors:
 
     def start(self) -> None:
         """Let periods begin."""
-        self.system.write("CONTROL", 1)
+        self.system.set("CONTROL", run=1)
 
     def periods(self, counts: ArrayLike) -> NDArray[np.void]:
         """Run one period per row of counts (n, 5) whatever happens; see `dual_rtl.PERIOD`."""

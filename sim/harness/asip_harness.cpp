@@ -161,19 +161,18 @@ uint32_t asip_trace_writes(void* handle, uint32_t* quadruples, uint32_t n) {
 }
 
 // Runs `ticks` control ticks as a host would: write `writes` words, start, wait for the interrupt, read
-// `reads` words. status_cycles gets two words per tick: STATUS and CYCLES. Stops after a tick whose status has
+// `reads` words; `clear` and `start` are words of CONTROL. status_cycles gets two words per tick: STATUS and CYCLES. Stops after a tick whose status has
 // the fault bit. Interrupts must be enabled. Returns the number of ticks done, or -1 if the bus or core hangs.
 int64_t asip_run(void* handle, uint32_t ticks, const uint32_t* write_address, uint32_t writes,
                  const uint32_t* write_data, const uint32_t* read_address, uint32_t reads,
                  uint32_t* read_data, uint32_t* status_cycles, uint32_t control, uint32_t status,
-                 uint32_t cycles, uint32_t fault_mask) {
+                 uint32_t cycles, uint32_t fault_mask, uint32_t clear, uint32_t start) {
   auto* asip = static_cast<Asip*>(handle);
   for (uint32_t tick = 0; tick < ticks; ++tick) {
     for (uint32_t i = 0; i < writes; ++i) {
       uint32_t word = write_data[size_t(tick) * writes + i];
       if (!asip->access(write_address[i], &word, true)) return -1;
     }
-    uint32_t clear = 2, start = 1;
     if (!asip->access(control, &clear, true) || !asip->access(control, &start, true)) return -1;
     uint64_t waited = 0;
     while (!asip->top->irq_o) {

@@ -19,6 +19,11 @@ HARNESS = Path(__file__).with_name("asip_harness.cpp")
 CSR = {name: REGMAP.address(name) for name in REGMAP.registers}
 BLOCK = {name: block.base for name, block in REGMAP.blocks.items()}
 STATUS = REGMAP.registers["STATUS"].fields
+START = REGMAP.registers["CONTROL"].word(start=1)
+CLEAR = REGMAP.registers["CONTROL"].word(clear=1)
+IRQ_DONE = REGMAP.registers["IRQ_ENABLE"].word(done=1)
+IRQ_FAULT = REGMAP.registers["IRQ_ENABLE"].word(fault=1)
+IRQ_ALL = IRQ_DONE | IRQ_FAULT
 FAULT_NAMES = {fault.code: fault.name for fault in REGMAP.faults.values()}
 
 
@@ -75,7 +80,9 @@ class TickPort:
             CSR["CONTROL"],
             CSR["STATUS"],
             CSR["CYCLES"],
-            1 << STATUS["fault"].low,
+            STATUS["fault"].mask,
+            CLEAR,
+            START,
         )
 
     def run(self) -> int:
@@ -113,7 +120,7 @@ class AsipRtl:
         self._lib.asip_cycles.restype = ctypes.c_uint64
         self._lib.asip_run.restype = ctypes.c_int64
         self._lib.asip_run.argtypes = [pointer, u32, pointer, u32, pointer, pointer, u32, pointer]
-        self._lib.asip_run.argtypes += [pointer, u32, u32, u32, u32]
+        self._lib.asip_run.argtypes += [pointer, *[u32] * 6]
         for name in ("free", "reset", "irq", "cycles"):
             getattr(self._lib, f"asip_{name}").argtypes = [pointer]
         self._lib.asip_write.argtypes = [pointer, u32, u32]
@@ -230,12 +237,12 @@ class AsipRtl:
         self.write(CSR["ENTRY"], image.entry)
         self.write(CSR["WATCHDOG"], image.watchdog)
         self.write(CSR["OUTPUT_MASK"], image.output_mask)
-        self.write(CSR["IRQ_ENABLE"], 3)
+        self.write(CSR["IRQ_ENABLE"], IRQ_ALL)
         self.image = image
 
     def clear(self) -> None:
         """Clear done and fault: after a fault the core starts no run before that."""
-        self.write(CSR["CONTROL"], 1 << REGMAP.registers["CONTROL"].fields["clear"].low)
+        self.write(CSR["CONTROL"], CLEAR)
 
     def preset(self, words: Mapping[str, int]) -> None:
         """Write states by name (raw words) before the first tick."""

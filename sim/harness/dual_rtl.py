@@ -124,6 +124,10 @@ class DualRtl:
         """Write a system register by name."""
         self.write_word(REGMAP.address(register), value)
 
+    def set(self, register: str, **fields: int) -> None:
+        """Write a system register by its fields, the others 0."""
+        self.write(register, REGMAP.registers[register].word(**fields))
+
     def read(self, register: str) -> int:
         """Read a system register by name."""
         return self.read_word(REGMAP.address(register))
@@ -138,16 +142,15 @@ class DualRtl:
 
         Raises ValueError for a list that is too long.
         """
-        lengths = 0
         for number, name in enumerate(LISTS):
             entries = lists[name]
             if len(entries) > LIST_ENTRIES:
                 raise ValueError(f"list {name} has {len(entries)} entries, room is {LIST_ENTRIES}")
             for i, (source, destination) in enumerate(entries):
                 place = REGMAP.blocks["lists"].base + LIST_ENTRIES * number + i
-                self.write_word(place, destination << 16 | source)
-            lengths |= len(entries) << REGMAP.registers["LENGTHS"].fields[name].low
-        self.write("LENGTHS", lengths)
+                entry = REGMAP.blocks["lists"].word(source=source, destination=destination)
+                self.write_word(place, entry)
+        self.set("LENGTHS", **{name: len(lists[name]) for name in LISTS})
 
     # ------------------------------------------------------------------ time
     def clock(self, clocks: int) -> None:

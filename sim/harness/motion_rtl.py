@@ -137,6 +137,10 @@ class MotionRtl:
         """Write a register by name."""
         self._lib.motion_write(self._handle, REGMAP.address(register), value)
 
+    def set(self, register: str, **fields: int) -> None:
+        """Write a register by its fields, the others 0."""
+        self.write(register, REGMAP.registers[register].word(**fields))
+
     def read(self, register: str, offset: int = 0) -> int:
         """Read a register by name, or the one `offset` behind it."""
         word = ctypes.c_uint32()
@@ -193,7 +197,7 @@ class MotionRtl:
 
     def run(self, moves: Mapping[int, Sequence[Record]], limit: int) -> None:
         """Put the records and wait until no axis moves. `limit` in clocks."""
-        self.write("IRQ_ENABLE", 3)
+        self.set("IRQ_ENABLE", idle=1, fault=1)
         self.put(moves)
         self.wait_for_irq(limit)
 
@@ -226,12 +230,8 @@ class MotionRtl:
         base = REGMAP.address("PATH_WORD")
         for word, value in words.items():
             self._lib.motion_write(self._handle, base + word, value & 0xFFFFFFFF)
-        places = REGMAP.registers["PATH_COMMAND"].fields
         if start:
-            fields = {"kind": kind, **fields}
-            self.write(
-                "PATH_COMMAND", sum(int(v) << places[name].low for name, v in fields.items())
-            )
+            self.set("PATH_COMMAND", kind=kind, **fields)
 
     def path(self, field: str) -> int:
         """One field of PATH_STATUS."""
@@ -241,7 +241,7 @@ class MotionRtl:
         """Names of the faults in PATH_STATUS."""
         status = self.read("PATH_STATUS")
         fields = REGMAP.registers["PATH_STATUS"].fields
-        return {name for name, field in fields.items() if field.low >= 8 and field.of(status)}
+        return {n for n, f in fields.items() if n not in ("pending", "busy") and f.of(status)}
 
     def edges(self) -> Edges:
         """Level changes since the last call."""

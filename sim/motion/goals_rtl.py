@@ -19,14 +19,13 @@ from sim.planner.ramp_time import ramp_time_plan
 
 FEATURES = Features()
 
-FASTEST_TIMING = 1 | 1 << 16
 LIMIT = 40_000_000  # clocks, above every move here
 
 
 def _front_end() -> MotionRtl:
     motion = MotionRtl()
-    motion.write("STEP_TIMING", FASTEST_TIMING)
-    motion.write("DIRECTION_TIMING", FASTEST_TIMING)
+    motion.set("STEP_TIMING", length=1, space=1)
+    motion.set("DIRECTION_TIMING", setup=1, hold=1)
     return motion
 
 
@@ -41,7 +40,7 @@ def rest_to_rest(counts: Counts, rows: Rows) -> Measured:
     """A move from rest to rest on the RTL: pulses and ticks off."""
     plan = ramp_time_plan("0", "200", "0.02", "0.005", "3")
     motion = _front_end()
-    motion.write("IRQ_ENABLE", 3)
+    motion.set("IRQ_ENABLE", idle=1, fault=1)
     begin = motion.now
     motion.run({0: time_exact(plan.phases, 1000)}, LIMIT)
     ticks = (motion.now - begin) / (CLOCK_HZ / 1e6) - float(plan.total_time) * 1e6
@@ -113,8 +112,8 @@ def drive_times(counts: Counts, rows: Rows) -> Measured:
     for _ in range(counts.timings):
         length, space, setup, hold = random.integers(1, 120, 4).tolist()
         motion = MotionRtl()
-        motion.write("STEP_TIMING", length | space << 16)
-        motion.write("DIRECTION_TIMING", setup | hold << 16)
+        motion.set("STEP_TIMING", length=length, space=space)
+        motion.set("DIRECTION_TIMING", setup=setup, hold=hold)
         rate = int(16 * CLOCK_HZ / (length + space) * 0.9)
         ticks = random.integers(8, 40, RECORDS).tolist()
         flags = FIRST | LAST
@@ -241,9 +240,9 @@ def line_in_axes(counts: Counts, rows: Rows) -> Measured:
     """Random lines of all axes of the front-end: nodes against the ideal, axis by axis [steps]."""
     random, apart, worst, ended = np.random.default_rng(SEED), 40, 0.0, True
     motion = _front_end()
-    motion.write("IRQ_ENABLE", 3)
+    motion.set("IRQ_ENABLE", idle=1, fault=1)
     motion.write("SOURCE", (1 << motion.AXES) - 1)
-    motion.write("PATH_FEED", apart)
+    motion.set("PATH_FEED", period=apart)
     for _ in range(counts.axes_lines):
         lengths = random.integers(-300, 301, motion.AXES)
         motion.line_in_all_axes(lengths.tolist())

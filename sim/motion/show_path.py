@@ -51,7 +51,7 @@ TICK_CLOCKS = CLOCK_HZ // 1_000_000
 # from the tick after that.
 START_TICKS = 1
 BOUND = 1.0  # steps: half a step of rounding, and half a step at a change of direction
-TIMING = 40 | 40 << 16  # clocks of a step line high, low; of the direction before, behind a step
+TIMING = 40  # clocks of a step line high, low; of the direction before, behind a step
 CHUNK = 20_000  # clocks between two looks at the rings
 
 
@@ -110,7 +110,7 @@ def _feed(
     """Streams records through the rings; returns the clocks of the start and of the end."""
     waiting = [deque(axis) for axis in records]
     heads = [0] * len(waiting)
-    motion.write("IRQ_ENABLE", 3)
+    motion.set("IRQ_ENABLE", idle=1, fault=1)
     begin = 0
     while True:
         tails = motion.read("TAIL")
@@ -156,8 +156,8 @@ def run(
         for axis, part in zip(records, parts, strict=True):
             axis += part
     motion = MotionRtl()
-    motion.write("STEP_TIMING", TIMING)
-    motion.write("DIRECTION_TIMING", TIMING)
+    motion.set("STEP_TIMING", length=TIMING, space=TIMING)
+    motion.set("DIRECTION_TIMING", setup=TIMING, hold=TIMING)
     begin, _ = _feed(motion, records, progress)
     if motion.status("underrun") or motion.status("overrun"):
         raise MotionError("the front-end reports an underrun or overrun")

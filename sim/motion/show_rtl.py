@@ -61,7 +61,7 @@ def run(mode: str, progress: Callable[[int], None] = lambda ticks: None) -> Move
     """Run the move in one of MODES. Raises MotionError if it does not end within twice its time."""
     plan = figure_12()
     motion = MotionRtl()
-    motion.write("IRQ_ENABLE", 3)
+    motion.set("IRQ_ENABLE", idle=1, fault=1)
     begin = motion.now
     motion.put({0: MODES[mode](plan.phases, PULSES_PER_MM)})
     limit = begin + 2 * ticks() * TICK_CLOCKS

@@ -14,10 +14,8 @@ from pathlib import Path
 import cocotb
 from cocotb.triggers import FallingEdge, RisingEdge
 
-from sim.harness.asip_rtl import CSR, STATUS
+from sim.harness.asip_rtl import CLEAR, CSR, REGMAP, START, STATUS
 from tests.bus.axil import OKAY, SLVERR, Bus
-
-START, CLEAR = 1, 2
 
 
 async def run(bus: Bus, polls: int = 500) -> int:
@@ -116,7 +114,7 @@ async def write_response_not_taken__reads_go_on(dut) -> None:
     await bus._send("aw", awaddr=4 * CSR["WATCHDOG"])
     await first
     for _ in range(3):
-        assert await bus.read(CSR["ID"]) == 0x4D544B31
+        assert await bus.read(CSR["ID"]) == REGMAP.registers["ID"].reset
     assert bus.bit("bvalid_o") and bus.accepted["b"] == 0
     assert await bus._receive("b", "bresp_o") == (OKAY,)
     assert await bus.read(CSR["WATCHDOG"]) == 77

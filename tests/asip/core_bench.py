@@ -25,8 +25,10 @@ from asip_asm.isa import default_isa
 from asip_asm.machine import OPERAND_READ, REFETCH, Machine, load_machine
 from sim.harness.asip_rtl import (
     BLOCK,
+    CLEAR,
     CSR,
     FAULT_NAMES,
+    START,
     STATUS,
     AsipRtl,
     register_address,
@@ -37,7 +39,6 @@ ROOT = Path(__file__).parents[2]
 ISA = default_isa()
 CONFIGURATIONS = ("fast", "small")
 STALLS = ("STALL_OPERAND", "STALL_PORT", "STALL_UNIT", "STALL_FETCH", "DRAIN")
-START, CLEAR = 1, 2
 RUN_LIMIT = 20_000  # cycles after which a run of the bench is taken for hanging
 REDIRECT = REFETCH  # cycles from a redirect to the bundle in stage D (contract of asip_fetch)
 CMP = load_machine("fast").units["cmp"].latency

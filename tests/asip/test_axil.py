@@ -16,7 +16,7 @@ import pytest
 
 from asip_asm.assemble import assemble
 from asip_asm.isa import default_isa
-from sim.harness.asip_rtl import BLOCK, CSR, register_address
+from sim.harness.asip_rtl import BLOCK, CSR, IRQ_ALL, register_address
 from sim.harness.build import ROOT, WAIVERS, file_list, verilator_driver
 from sim.iss.core import Iss
 from tests.bus.axil import run_scenarios
@@ -38,7 +38,7 @@ def image_writes(image) -> list[tuple[int, int]]:
     writes += [(BLOCK["safe"] + o.index, int(o.safe, 16)) for o in image.outputs]
     writes += [(register_address(s.register), int(s.bits, 16)) for s in image.states]
     writes += [(CSR["ENTRY"], image.entry), (CSR["WATCHDOG"], image.watchdog)]
-    return [*writes, (CSR["OUTPUT_MASK"], image.output_mask), (CSR["IRQ_ENABLE"], 3)]
+    return [*writes, (CSR["OUTPUT_MASK"], image.output_mask), (CSR["IRQ_ENABLE"], IRQ_ALL)]
 
 
 def plan(image) -> dict:

@@ -6,11 +6,21 @@ from __future__ import annotations
 import pytest
 
 from asip_asm.image import Image
-from sim.harness.asip_rtl import BLOCK, CSR, REGMAP, STATUS, register_address
+from sim.harness.asip_rtl import (
+    BLOCK,
+    CLEAR,
+    CSR,
+    IRQ_ALL,
+    IRQ_DONE,
+    IRQ_FAULT,
+    REGMAP,
+    START,
+    STATUS,
+    register_address,
+)
 from tests.asip import core_bench as bench
-from tests.asip.core_bench import CLEAR, CONFIGURATIONS, ISA, START, op
+from tests.asip.core_bench import CONFIGURATIONS, ISA, op
 
-IRQ_DONE, IRQ_FAULT = 1, 2
 REGISTER_READ_CYCLES = 5
 ONE, TWO, THREE = 0x3F800000, 0x40000000, 0x40400000
 
@@ -181,13 +191,13 @@ def test_status_registers__while_busy__answer_at_once(configuration):
     )
     dut = bench.load(program)
     dut.write(CSR["CONTROL"], START)
-    for name, register in REGMAP.registers.items():
-        if "r" in register.access:
+    for name, address in CSR.items():
+        if "r" in REGMAP.registers[name].access:
             before = dut.cycles
-            word = dut.read(CSR[name])
+            word = dut.read(address)
             assert dut.cycles - before == REGISTER_READ_CYCLES, name
             if name == "STATUS":
-                assert word == 1
+                assert word == STATUS["busy"].mask
             if name == "CYCLES":
                 assert 0 < word < 100
     before = dut.cycles
@@ -208,7 +218,7 @@ def test_reset__in_any_cycle_of_a_run__next_run_is_right(configuration):
         dut.reset()
         assert not dut.irq
         # at once, while what was in flight would still be: memories keep the program
-        for name, word in (("IRQ_ENABLE", 3), ("OUTPUT_MASK", program.output_mask)):
+        for name, word in (("IRQ_ENABLE", IRQ_ALL), ("OUTPUT_MASK", program.output_mask)):
             dut.write(CSR[name], word)
         dut.write(register_address("a1"), ONE)
         got = bench.run(program, loaded=True)
@@ -265,7 +275,8 @@ def test_registers__written_by_the_host__read_back(configuration):
     dut.reset()
     dut.write(CSR["ENTRY"], 0xABCD1234)
     assert dut.read(CSR["ENTRY"]) == 0x1234  # 16 bits
-    for name, word in (("WATCHDOG", 0xDEADBEEF), ("OUTPUT_MASK", 0xA5A5A5A5), ("IRQ_ENABLE", 3)):
+    words = {"WATCHDOG": 0xDEADBEEF, "OUTPUT_MASK": 0xA5A5A5A5, "IRQ_ENABLE": IRQ_ALL}
+    for name, word in words.items():
         dut.write(CSR[name], word)
         assert dut.read(CSR[name]) == word
     for name in ("ID", "CONFIG", "STATUS", "CYCLES"):  # read only
@@ -357,7 +368,7 @@ def test_irq__every_enable__follows_done_and_fault(configuration):
         "fault": bench.image(configuration, ["0" * (ISA.bundle_width(configuration) // 4)]),
     }
     for end, program in ends.items():
-        for enable in range(4):
+        for enable in (0, IRQ_DONE, IRQ_FAULT, IRQ_ALL):
             dut = bench.load(program)
             dut.write(CSR["IRQ_ENABLE"], enable)
             assert not dut.irq
@@ -365,10 +376,10 @@ def test_irq__every_enable__follows_done_and_fault(configuration):
             wait(configuration)
             asked = enable & (IRQ_DONE if end == "done" else IRQ_FAULT)
             assert dut.irq == bool(asked)
-            dut.write(CSR["IRQ_ENABLE"], enable ^ 3)
+            dut.write(CSR["IRQ_ENABLE"], enable ^ IRQ_ALL)
             assert dut.irq != bool(asked)
             dut.write(CSR["CONTROL"], CLEAR)
-            dut.write(CSR["IRQ_ENABLE"], 3)
+            dut.write(CSR["IRQ_ENABLE"], IRQ_ALL)
             assert not dut.irq
 
 
@@ -380,7 +391,9 @@ def test_done__next_start_without_clear__goes_down_and_up_again(configuration):
     assert dut.irq
     dut.write(CSR["CONTROL"], START)
     dut.clock(2)
-    assert not dut.irq and dut.read(CSR["STATUS"]) & 7 == 1
+    status = dut.read(CSR["STATUS"])
+    assert not dut.irq and STATUS["busy"].of(status)
+    assert not STATUS["done"].of(status) and not STATUS["fault"].of(status)
     wait(configuration)
     assert dut.irq
 

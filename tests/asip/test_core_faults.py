@@ -10,15 +10,23 @@ import pytest
 from asip_asm.encode import encode_operation
 from asip_asm.image import Image
 from asip_asm.ir import Operation
-from sim.harness.asip_rtl import BLOCK, CSR, STATUS, register_address
+from sim.harness.asip_rtl import (
+    BLOCK,
+    CLEAR,
+    CSR,
+    IRQ_DONE,
+    IRQ_FAULT,
+    START,
+    STATUS,
+    register_address,
+)
 from sim.iss import Fault, Iss
 from tests.asip import core_bench as bench
-from tests.asip.core_bench import CLEAR, CONFIGURATIONS, ISA, START, CoreRun, op
+from tests.asip.core_bench import CONFIGURATIONS, ISA, CoreRun, op
 
 LAST = ISA.program_bundles - 1
 NOP = encode_operation(Operation("nop"), ISA, {})
 GOOD_WORD, OTHER_WORD = 0x40E00000, 0x41100000
-IRQ_FAULT = 2
 NON_FINITE = (0x7F800000, 0xFF800000, 0x7FC00000, 0xFFFFFFFF, 0x7F800001)
 SLOT_OF = {"fast": (0, 1, 2), "small": (0,)}
 
@@ -56,7 +64,7 @@ def check_fault(
         assert Iss(program.to_json()).run().fault.name == cause
 
     # interrupt by the fault alone; no start before clear
-    dut.write(CSR["IRQ_ENABLE"], 1)
+    dut.write(CSR["IRQ_ENABLE"], IRQ_DONE)
     assert not dut.irq
     dut.write(CSR["IRQ_ENABLE"], IRQ_FAULT)
     assert dut.irq

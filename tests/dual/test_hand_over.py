@@ -67,7 +67,7 @@ class Bench:
         core.write(core.input_addresses([name])[0], word)
 
     def start(self) -> None:
-        self.system.write("CONTROL", 1)
+        self.system.set("CONTROL", run=1)
 
     def run(self, periods: int, spin: int = 1) -> np.ndarray:
         return self.system.run([[spin, 0, 0, 0, 0]] * periods)
@@ -127,7 +127,7 @@ def test_hand_over__no_set_point_and_no_counts_are_torn_wherever_a_period_begins
     for period in range(20, 320):
         bench.system.write("CONTROL", 0)
         bench.system.clock(2 * LONGEST_WORK)
-        bench.system.write("CONTROL", 2)
+        bench.system.set("CONTROL", clear=1)
         bench.system.write("PERIOD", period)
         bench.start()
         measured = [[1, *([1000 * period + n] * 4)] for n in range(8)]
@@ -241,9 +241,9 @@ def test_late__interrupt_only_where_enabled():
     bench.start()
     bench.run(3)
     assert not bench.system.irq
-    bench.system.write("IRQ_ENABLE", 2)
+    bench.system.set("IRQ_ENABLE", late=1)
     assert bench.system.irq
-    bench.system.write("IRQ_ENABLE", 1)
+    bench.system.set("IRQ_ENABLE", stop=1)
     assert not bench.system.irq
 
 
@@ -252,7 +252,7 @@ def test_late__interrupt_only_where_enabled():
 
 def test_trajectory_fault__holds_stops_and_tracks_on_until_cleared():
     bench = Bench(zero_on_hold=0b11000)
-    bench.system.write("IRQ_ENABLE", 1)
+    bench.system.set("IRQ_ENABLE", stop=1)
     bench.start()
     bench.run(4)
     bench.set_input("poison", NAN)
@@ -270,7 +270,7 @@ def test_trajectory_fault__holds_stops_and_tracks_on_until_cleared():
     assert flags["stop"] and flags["trajectory_fault"] and flags["hold"] and flags["underrun"]
     assert not flags["tracking_fault"] and not flags["trajectory_overrun"]
     assert bench.counts()["UNDERRUNS"] == 5
-    bench.system.write("CONTROL", 3)
+    bench.system.set("CONTROL", run=1, clear=1)
     again = bench.run(3)
     assert not bench.system.stop
     assert again["updates"].tolist() == [0, 1, 1]
@@ -290,7 +290,7 @@ def test_tracking_fault__safe_commands_and_no_core_starts_until_cleared():
     assert after["stored"].tolist() == [0] * 3
     flags = bench.system.flags()
     assert flags["stop"] and flags["tracking_fault"] and not flags["trajectory_fault"]
-    bench.system.write("CONTROL", 3)
+    bench.system.set("CONTROL", run=1, clear=1)
     again = bench.run(3)
     assert again["updates"].tolist() == [0, 1, 1]
     assert commands(again)[2].tolist()[1:] != SAFE[1:]
@@ -365,7 +365,8 @@ def test_stop__in_the_middle_of_a_period__its_clocks_are_counted_to_the_end():
 
 def test_clear__in_the_first_clocks_of_a_period__that_one_counts():
     bench = Bench()
-    bench.system.write("CONTROL", 3)  # the first period begins while the cores are cleared
+    # The first period begins while the cores are cleared.
+    bench.system.set("CONTROL", run=1, clear=1)
     assert bench.run(4)["updates"].tolist() == [0, 1, 1, 1]
     assert bench.counts() == {"PERIODS": 4, "UNDERRUNS": 0, "OVERRUNS": 0}
 
@@ -374,7 +375,7 @@ def test_clear__starts_the_statistics_anew():
     bench = Bench()
     bench.start()
     bench.run(3, spin=2)
-    bench.system.write("CONTROL", 2)
+    bench.system.set("CONTROL", clear=1)
     bench.system.clock(4 * PERIOD)
     assert bench.counts() == {"PERIODS": 0, "UNDERRUNS": 0, "OVERRUNS": 0}
     assert bench.system.read("TRACKING_MIN") == 0xFFFFFFFF
@@ -438,8 +439,10 @@ def test_host__registers_read_back_and_unknown_words_read_zero():
     system = DualRtl()
     assert system.read("ID") == REGMAP.registers["ID"].reset
     assert system.read("PERIOD") == 12500
-    assert system.read("CONFIG") == 15 | 5 << 8 | 5 << 16
-    for name, word in (("PERIOD", 777), ("ZERO_ON_HOLD", 0xDEADBEEF), ("LENGTHS", 0x050607)):
+    config = REGMAP.registers["CONFIG"].word(words=15, measured=5, commands=5)
+    assert system.read("CONFIG") == config
+    lengths = REGMAP.registers["LENGTHS"].word(set_points=7, inputs=6, commands=5)
+    for name, word in (("PERIOD", 777), ("ZERO_ON_HOLD", 0xDEADBEEF), ("LENGTHS", lengths)):
         system.write(name, word)
         assert system.read(name) == word
     assert system.read_word(0x8000 + 31) == 0

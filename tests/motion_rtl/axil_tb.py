@@ -22,8 +22,12 @@ from tests.bus.axil import OKAY, SLVERR, Bus
 
 CSR = {name: REGMAP.address(name) for name in REGMAP.registers}
 RECORDS = REGMAP.blocks["records"].base
-TIMING = 0x03FF03FF  # the bits of STEP_TIMING and DIRECTION_TIMING
-WRITABLE = {"STEP_TIMING": TIMING, "DIRECTION_TIMING": TIMING, "IRQ_ENABLE": 3}
+WRITABLE = {  # the bits of each that are there
+    name: sum(field.mask for field in REGMAP.registers[name].fields.values())
+    for name in ("STEP_TIMING", "DIRECTION_TIMING", "IRQ_ENABLE")
+}
+ABORT_ALL = REGMAP.registers["CONTROL"].fields["abort"].mask
+STEPS, IRQ = REGMAP.registers["STEP_TIMING"], REGMAP.registers["IRQ_ENABLE"]
 
 
 async def started(dut, pause: float = 0.0) -> Bus:
@@ -69,9 +73,10 @@ async def registers__writes_and_reads_at_random__as_a_memory(dut) -> None:
 async def move__random_pauses__pulses_as_ordered(dut) -> None:
     bus, count = await started(dut), [0]
     cocotb.start_soon(rises(dut, 2, count))
-    for name in ("STEP_TIMING", "DIRECTION_TIMING"):
-        assert await bus.write(CSR[name], 1 | 1 << 16) == OKAY
-    assert await bus.write(CSR["IRQ_ENABLE"], 3) == OKAY
+    turns = REGMAP.registers["DIRECTION_TIMING"].word(setup=1, hold=1)
+    assert await bus.write(CSR["STEP_TIMING"], STEPS.word(length=1, space=1)) == OKAY
+    assert await bus.write(CSR["DIRECTION_TIMING"], turns) == OKAY
+    assert await bus.write(CSR["IRQ_ENABLE"], IRQ.word(idle=1, fault=1)) == OKAY
     for number, bus.pause in enumerate((0.0, 0.6)):
         await put(bus, 2, Record(FIRST | LAST, 20, 16 * 2_000_000 << 32, 0, 0), number)
         assert bus.bit("irq_o") == 0
@@ -85,27 +90,28 @@ async def move__random_pauses__pulses_as_ordered(dut) -> None:
 @cocotb.test()
 async def partial_strobes__no_register_changes_and_nothing_moves(dut) -> None:
     bus = await started(dut, 0.2)
-    assert await bus.write(CSR["IRQ_ENABLE"], 2) == OKAY
+    assert await bus.write(CSR["IRQ_ENABLE"], IRQ.word(fault=1)) == OKAY
     await put(bus, 0, Record(FIRST, 1 << 20, 16 * 100_000 << 32, 0, 0))
     for strobes in range(15):
-        assert await bus.write(CSR["IRQ_ENABLE"], 1, strobes) == SLVERR
-        assert await bus.write(CSR["CONTROL"], 0xFF, strobes) == SLVERR
+        assert await bus.write(CSR["IRQ_ENABLE"], IRQ.word(idle=1), strobes) == SLVERR
+        assert await bus.write(CSR["CONTROL"], ABORT_ALL, strobes) == SLVERR
         assert await bus.write(CSR["HEAD"], 0x11111, strobes) == SLVERR
         assert await bus.write(RECORDS + 1, 1, strobes) == SLVERR
-    assert await bus.read(CSR["IRQ_ENABLE"]) == 2
+    assert await bus.read(CSR["IRQ_ENABLE"]) == IRQ.word(fault=1)
     assert await bus.read(CSR["HEAD"]) == 1
     for _ in range(120):
         await FallingEdge(dut.clk_i)
-    assert await bus.read(CSR["STATUS"]) == 1, "axis 0 runs on, nothing else happened"
+    running = REGMAP.registers["STATUS"].word(running=1)
+    assert await bus.read(CSR["STATUS"]) == running, "axis 0 runs on, nothing else happened"
 
 
 @cocotb.test()
 async def latency__handshake_to_response_valid(dut) -> None:
     bus = await started(dut)
     for _ in range(4):
-        await bus.write(CSR["STEP_TIMING"], 500)
+        await bus.write(CSR["STEP_TIMING"], STEPS.word(length=500))
         assert bus.valid_at["b"] - max(bus.at["aw"], bus.at["w"]) == 3
-        assert await bus.read(CSR["STEP_TIMING"]) == 500
+        assert await bus.read(CSR["STEP_TIMING"]) == STEPS.word(length=500)
         assert bus.valid_at["r"] - bus.at["ar"] == 4
         assert bus.agent_read_cycles == 2
         bus.agent_read_cycles = 0
@@ -114,14 +120,14 @@ async def latency__handshake_to_response_valid(dut) -> None:
 @cocotb.test()
 async def write_response_not_taken__reads_go_on(dut) -> None:
     bus = await started(dut)
-    first = cocotb.start_soon(bus._send("w", wdata=77, wstrb=15))
+    first = cocotb.start_soon(bus._send("w", wdata=STEPS.word(length=77), wstrb=15))
     await bus._send("aw", awaddr=4 * CSR["STEP_TIMING"])
     await first
     for _ in range(3):
-        assert await bus.read(CSR["ID"]) == 0x4D4F5431
+        assert await bus.read(CSR["ID"]) == REGMAP.registers["ID"].reset
     assert bus.bit("bvalid_o") and bus.accepted["b"] == 0
     assert await bus._receive("b", "bresp_o") == (OKAY,)
-    assert await bus.read(CSR["STEP_TIMING"]) == 77
+    assert await bus.read(CSR["STEP_TIMING"]) == STEPS.word(length=77)
 
 
 @cocotb.test()

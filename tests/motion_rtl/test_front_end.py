@@ -10,6 +10,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from sim.harness.gen.motion_regmap import REGMAP
 from sim.harness.motion_rtl import CLOCK_HZ, Edges, MotionError, MotionRtl
 from sim.harness.phase_record import (
     FIRST,
@@ -34,8 +35,8 @@ LIMIT = 40_000_000  # clocks, above every move here
 def motion() -> MotionRtl:
     """A front-end with the fastest drive timing."""
     rtl = MotionRtl()
-    rtl.write("STEP_TIMING", 1 | 1 << 16)
-    rtl.write("DIRECTION_TIMING", 1 | 1 << 16)
+    rtl.set("STEP_TIMING", length=1, space=1)
+    rtl.set("DIRECTION_TIMING", setup=1, hold=1)
     return rtl
 
 
@@ -235,7 +236,7 @@ def pulse_counted_rule(plan: RampTimePlan, pulses: int) -> float:
 @pytest.mark.parametrize("pulses", [100, 1000])
 def test_pulse_counted__count_exact__duration_as_the_rule_gives(motion, tm, length, pulses):
     plan = quick("30", length, tm)
-    motion.write("IRQ_ENABLE", 3)
+    motion.set("IRQ_ENABLE", idle=1, fault=1)
     begin = motion.now
     motion.run({0: pulse_counted(plan.phases, pulses)}, LIMIT)
     assert motion.position(0) == plan.length * pulses
@@ -267,7 +268,7 @@ def test_pulse_counted__zero_start_speed_forced__never_starts(motion):
 
 
 def test_records_run_out_inside_a_move__rate_0_underrun_until_abort(motion):
-    motion.write("IRQ_ENABLE", 2)
+    motion.set("IRQ_ENABLE", fault=1)
     motion.put({1: [cruise(16 * 100_000, 100, FIRST)]})
     motion.wait_for_irq(LIMIT)
     assert motion.status("underrun") == 0b10
@@ -275,7 +276,7 @@ def test_records_run_out_inside_a_move__rate_0_underrun_until_abort(motion):
     motion.put({1: [cruise(16 * 100_000, 100)]})
     motion.clock(50_000)
     assert motion.position(1) == 10, "nothing runs before the fault is cleared"
-    motion.write("CONTROL", 0b10)
+    motion.set("CONTROL", abort=0b10)
     assert motion.status("underrun") == 0
     motion.run({1: [cruise(16 * 100_000, 100)]}, LIMIT)
     assert motion.position(1) == 20
@@ -284,7 +285,7 @@ def test_records_run_out_inside_a_move__rate_0_underrun_until_abort(motion):
 def test_abort__no_further_pulse_on_that_axis_only(motion):
     motion.put({0: [cruise(16 * 1_000_000, 100)] * 2, 3: [cruise(16 * 1_000_000, 100)]})
     motion.clock(50 * US)
-    motion.write("CONTROL", 1)
+    motion.set("CONTROL", abort=1)
     stopped = motion.position(0)
     assert 30 < stopped < 50
     motion.clock(300 * US)
@@ -299,7 +300,7 @@ def test_abort__in_every_clock_between_two_pulses__none_comes_after_it(motion):
     for clock in range(101):
         motion.put({0: [cruise(16 * 1_000_000, 1000)]})
         motion.clock(400 + clock)
-        motion.write("CONTROL", 1)
+        motion.set("CONTROL", abort=1)
         aborted = motion.now
         motion.clock(250)
         at = motion.edges().pulses(0)
@@ -312,8 +313,8 @@ def test_abort__in_every_clock_between_two_pulses__none_comes_after_it(motion):
 
 
 def test_steps_faster_than_the_drive_allows__overrun(motion):
-    motion.write("STEP_TIMING", 100 | 100 << 16)  # 0.5 MHz
-    motion.write("IRQ_ENABLE", 2)
+    motion.set("STEP_TIMING", length=100, space=100)  # 0.5 MHz
+    motion.set("IRQ_ENABLE", fault=1)
     motion.put({0: [cruise(16 * 1_000_000, 2000)]})
     motion.wait_for_irq(LIMIT)
     assert motion.status("overrun") == 1
@@ -325,8 +326,10 @@ def test_full_ring__refused_before_anything_is_written(motion):
 
 
 def test_identity_and_reserved_words__read_as_documented(motion):
-    assert motion.read("ID") == 0x4D4F5431
-    assert motion.read("CONFIG") == 5 | 8 << 4 | 100 << 8 | 1 << 16
+    assert motion.read("ID").to_bytes(4, "big") == b"MOT1"
+    assert motion.read("CONFIG") == REGMAP.registers["CONFIG"].word(
+        axes=5, records=8, clocks=100, interpolators=1
+    )
     assert motion.read("POSITION", 5) == 0
 
 
@@ -374,8 +377,8 @@ def test_drive_timing__random_times_and_reversals__kept_on_every_edge(case):
     random = np.random.default_rng([SEED, case])
     length, space, setup, hold = (int(x) for x in random.integers(1, 60, 4))
     motion = MotionRtl()
-    motion.write("STEP_TIMING", length | space << 16)
-    motion.write("DIRECTION_TIMING", setup | hold << 16)
+    motion.set("STEP_TIMING", length=length, space=space)
+    motion.set("DIRECTION_TIMING", setup=setup, hold=hold)
     rate = int(16e8 / (length + space) * 0.9)
     wanted = 0
     for _ in range(6):
@@ -396,8 +399,8 @@ def test_drive_timing__reversals_without_rest__kept_on_every_edge(case):
     length, space, setup, hold = (int(x) for x in random.integers(1, 60, 4))
     times = (length, space, setup + 60 * (case % 2), hold + 60 * (1 - case % 2))
     motion = MotionRtl()
-    motion.write("STEP_TIMING", length | space << 16)
-    motion.write("DIRECTION_TIMING", times[2] | times[3] << 16)
+    motion.set("STEP_TIMING", length=length, space=space)
+    motion.set("DIRECTION_TIMING", setup=times[2], hold=times[3])
     rate = int(16e8 / (length + space) * 0.9)
     records = [
         cruise(rate, int(random.integers(8, 20)), FIRST | LAST | number % 2) for number in range(8)

@@ -12,6 +12,7 @@ import os
 import numpy as np
 import pytest
 
+from sim.harness.gen.motion_regmap import REGMAP
 from sim.harness.motion_rtl import CLOCK_HZ, MotionError, MotionRtl
 from sim.harness.phase_record import (
     FIRST,
@@ -33,11 +34,11 @@ ALL = 0b11111
 def front_end(source: int = ALL, period: int = PERIOD, interpolators: bool = True) -> MotionRtl:
     """A front-end with the fastest drive timing, the interrupt at rest or fault enabled."""
     rtl = MotionRtl(interpolators)
-    rtl.write("STEP_TIMING", 1 | 1 << 16)
-    rtl.write("DIRECTION_TIMING", 1 | 1 << 16)
-    rtl.write("IRQ_ENABLE", 3)
+    rtl.set("STEP_TIMING", length=1, space=1)
+    rtl.set("DIRECTION_TIMING", setup=1, hold=1)
+    rtl.set("IRQ_ENABLE", idle=1, fault=1)
     rtl.write("SOURCE", source)
-    rtl.write("PATH_FEED", period)
+    rtl.set("PATH_FEED", period=period)
     return rtl
 
 
@@ -133,7 +134,7 @@ def test_corners__greatest_coordinates__taken():
     rtl.clock(4_000)
     assert rtl.path("busy") and rtl.path_faults() == set()
     assert 900 < rtl.position(1) <= 1000
-    rtl.write("CONTROL", 1 << 8)
+    rtl.set("CONTROL", path=1)
     assert rtl.read("PATH_STATUS") == 0
 
 
@@ -182,7 +183,7 @@ def test_least_period__commands_of_one_step__each_in_its_clock():
     rtl.line(1, 0, start=False)
     planes = np.random.default_rng(SEED).integers(0, 3, 200).tolist()
     for number, plane in enumerate(planes):
-        rtl.write("PATH_COMMAND", plane << 2)
+        rtl.set("PATH_COMMAND", kind=0, plane=plane)
         # The first one takes two clocks more to begin; from then on one takes a period.
         rtl.clock(LEAST - 1 if number else LEAST + 1)
     rtl.wait_for_irq(LIMIT)
@@ -239,9 +240,9 @@ def test_period__every_step_in_its_clock__and_changed_under_way():
     rtl = front_end(period=1000)
     rtl.line(100, 0)
     rtl.clock(10_500)
-    rtl.write("PATH_FEED", 50)
+    rtl.set("PATH_FEED", period=50)
     rtl.clock(500)
-    rtl.write("PATH_FEED", 200)
+    rtl.set("PATH_FEED", period=200)
     rtl.wait_for_irq(LIMIT)
     gaps = np.diff(rtl.edges().pulses(0)).tolist()
     slow, fast = gaps.index(50), gaps.index(200)
@@ -253,10 +254,10 @@ def test_period__every_step_in_its_clock__and_changed_under_way():
 
 def test_feed_back_from_a_profile_to_a_period__goes_on_at_once():
     rtl = front_end(source=0b00011)
-    rtl.write("PATH_FEED", 4 << 24)
+    rtl.set("PATH_FEED", axis=4)
     rtl.line(30, 0)
     rtl.clock(1000)
-    rtl.write("PATH_FEED", PERIOD)
+    rtl.set("PATH_FEED", period=PERIOD)
     rtl.clock(35 * PERIOD)
     assert rtl.position(0) == 30
 
@@ -266,12 +267,12 @@ def test_feed_from_a_profile__steps_in_the_pulses_clocks():
     plan = ramp_time_plan("20", "200", "0.02", "0.005", "3")
     records = time_exact(plan.phases, 100)
     plain = MotionRtl()
-    plain.write("STEP_TIMING", 1 | 1 << 16)
-    plain.write("DIRECTION_TIMING", 1 | 1 << 16)
+    plain.set("STEP_TIMING", length=1, space=1)
+    plain.set("DIRECTION_TIMING", setup=1, hold=1)
     plain.run({4: records}, LIMIT)
     wanted = plain.edges().pulses(4)
     rtl = front_end(source=0b10111)
-    rtl.write("PATH_FEED", 4 << 24)
+    rtl.set("PATH_FEED", axis=4)
     rtl.line_in_all_axes([300, -150, 0, 0, 7])
     rtl.clock(100)
     assert rtl.path("busy") and positions(rtl) == [0] * 5, "it waits for the profile"
@@ -312,8 +313,8 @@ def range_least(rtl: MotionRtl) -> None:
 
 
 FAULTS = {
-    "kind": (lambda rtl: (rtl.line(3, 3, start=False), rtl.write("PATH_COMMAND", 3)), "kind"),
-    "plane": (lambda rtl: (rtl.line(3, 3, start=False), rtl.write("PATH_COMMAND", 12)), "kind"),
+    "kind": (lambda rtl: (rtl.line(3, 3, start=False), rtl.set("PATH_COMMAND", kind=3)), "kind"),
+    "plane": (lambda rtl: (rtl.line(3, 3, start=False), rtl.set("PATH_COMMAND", plane=3)), "kind"),
     "unwritten": (words_unwritten, "range"),
     "range above": (range_above, "range"),
     "range least": (range_least, "range"),
@@ -323,8 +324,8 @@ FAULTS = {
     "end off": (lambda rtl: rtl.arc((5, 0), (0, 7), 25), "circle"),
     "axis": (lambda rtl: rtl.line(3, 3, plane="yz"), "axis"),
     "axis of all": (lambda rtl: rtl.line_in_all_axes([1, 1, 0, 0, 1]), "axis"),
-    "feed": (lambda rtl: rtl.write("PATH_FEED", 3), "feed"),
-    "feed axis": (lambda rtl: rtl.write("PATH_FEED", 5 << 24), "feed"),
+    "feed": (lambda rtl: rtl.set("PATH_FEED", period=3), "feed"),
+    "feed axis": (lambda rtl: rtl.set("PATH_FEED", axis=5), "feed"),
 }
 
 
@@ -340,15 +341,15 @@ def test_bad_parameters__a_fault_bit_and_no_motion__until_it_is_cleared(name):
     rtl.clock(5_000)
     assert positions(rtl) == [0] * 5 and len(rtl.edges().clock) == 0, "nothing before the clear"
     assert rtl.path_faults() == {fault}
-    rtl.write("IRQ_ENABLE", 2)
+    rtl.set("IRQ_ENABLE", fault=1)
     assert rtl.wait_for_irq(10) == 0, "a fault interrupts"
-    rtl.write("IRQ_ENABLE", 3)
-    rtl.write("CONTROL", 1 << 8)
+    rtl.set("IRQ_ENABLE", idle=1, fault=1)
+    rtl.set("CONTROL", path=1)
     assert rtl.path_faults() == set()
     rtl.line(3, 4)
     rtl.wait_for_irq(LIMIT)
     assert positions(rtl) == [3, 4, 0, 0, 0]
-    assert rtl.read("PATH_FEED") == PERIOD
+    assert REGMAP.registers["PATH_FEED"].word(period=PERIOD) == rtl.read("PATH_FEED")
 
 
 def test_nodes_near_a_circle__taken_if_the_ideal_arc_passes_between_their_neighbours():
@@ -377,7 +378,7 @@ def test_nodes_near_a_circle__taken_if_the_ideal_arc_passes_between_their_neighb
         what = f"replay: SEED={SEED}, {nodes} {squared}"
         assert rtl.path_faults() == (set() if all(good) else {"circle"}), what
         assert rtl.path("busy") == all(good), what
-        rtl.write("CONTROL", 1 << 8 | ALL)
+        rtl.set("CONTROL", path=1, abort=ALL)
         seen.add(tuple(good))
     assert len(seen) == 4, seen
 
@@ -406,12 +407,12 @@ def test_source_changed_in_motion__refused():
     assert (rtl.path_faults(), rtl.read("SOURCE")) == ({"order"}, 0b00011)
     rtl.clock(PERIOD * 30)
     assert rtl.position(0) == 20
-    rtl.write("CONTROL", 1 << 8)
+    rtl.set("CONTROL", path=1)
     rtl.put({2: [Record(FIRST | LAST, 100, 16 * 100_000 << 32, 0, 0)]})
     rtl.clock(300)
     rtl.write("SOURCE", 0b00100)
     assert (rtl.path_faults(), rtl.read("SOURCE")) == ({"order"}, 0b00011)
-    rtl.write("CONTROL", 1 << 8)
+    rtl.set("CONTROL", path=1)
     rtl.write("SOURCE", 0b00001)  # axis 2 keeps its bit: it may move
     assert (rtl.path_faults(), rtl.read("SOURCE")) == (set(), 0b00001)
 
@@ -431,7 +432,7 @@ def test_abort__no_further_step__the_next_command_is_exact(job):
     begin()
     rtl.clock(30 * PERIOD)
     begin()  # waits
-    rtl.write("CONTROL", 0b00010)
+    rtl.set("CONTROL", abort=0b00010)
     rtl.clock(2)
     stopped = positions(rtl)
     assert stopped != [0] * 5 and rtl.read("PATH_STATUS") == 0
@@ -446,24 +447,24 @@ def test_abort__no_further_step__the_next_command_is_exact(job):
 
 def test_steps_faster_than_the_drive_allows__path_stops():
     rtl = front_end()
-    rtl.write("STEP_TIMING", 100 | 100 << 16)
-    rtl.write("IRQ_ENABLE", 2)
+    rtl.set("STEP_TIMING", length=100, space=100)
+    rtl.set("IRQ_ENABLE", fault=1)
     rtl.line(1000, 0)
     rtl.wait_for_irq(LIMIT)
     rtl.clock(2)
     assert rtl.path_faults() == {"overrun"} and rtl.status("overrun") == 1
     assert rtl.path("busy") == 0
-    rtl.write("CONTROL", 1 << 8)
+    rtl.set("CONTROL", path=1)
     rtl.clock(1)
     assert rtl.path_faults() == {"overrun"}, "the axis still has its own"
-    rtl.write("CONTROL", 1 << 8 | ALL)
+    rtl.set("CONTROL", path=1, abort=ALL)
     assert rtl.read("PATH_STATUS") == rtl.status("overrun") == 0
 
 
 def test_profile_faster_than_steps_can_be__path_stops_and_says_so():
     """An arc steps every other clock and begins some clocks late: at 50 MHz pulses pile up."""
     rtl = front_end(source=0b01111)
-    rtl.write("PATH_FEED", 4 << 24)
+    rtl.set("PATH_FEED", axis=4)
     nodes = [(50, 0), (0, 50), (-50, 0), (0, -50)]
     rtl.arc(nodes[0], nodes[1], 2500)
     rtl.clock(100)
@@ -476,10 +477,10 @@ def test_profile_faster_than_steps_can_be__path_stops_and_says_so():
     assert rtl.path_faults() == {"overrun"} and rtl.status("overrun") == 0
     assert rtl.path("busy") == 0
     rtl.wait_for_irq(LIMIT)
-    rtl.write("CONTROL", 1 << 8)
+    rtl.set("CONTROL", path=1)
     assert rtl.read("PATH_STATUS") == 0
     rtl.wait_for_irq(LIMIT)
-    rtl.write("PATH_FEED", PERIOD)
+    rtl.set("PATH_FEED", period=PERIOD)
     before = positions(rtl)
     rtl.line(7, 0)
     rtl.wait_for_irq(LIMIT)
@@ -488,7 +489,7 @@ def test_profile_faster_than_steps_can_be__path_stops_and_says_so():
 
 def test_without_interpolators__registers_read_0_and_profiles_run():
     rtl = front_end(interpolators=False)
-    assert rtl.read("CONFIG") == 5 | 8 << 4 | 100 << 8
+    assert rtl.read("CONFIG") == REGMAP.registers["CONFIG"].word(axes=5, records=8, clocks=100)
     rtl.line(5, 5)
     rtl.clock(1000)
     for name in ("SOURCE", "PATH_FEED", "PATH_STATUS"):

@@ -416,10 +416,10 @@ typedef struct __attribute__ ((__packed__)) {
 #define DUAL__CSR__STATUS__TRACKING_FAULT_bw 1
 
 // reg - dual::csr::PERIOD
-#define DUAL__CSR__PERIOD__CLOCKS_bm 0xffff
-#define DUAL__CSR__PERIOD__CLOCKS_bp 0
-#define DUAL__CSR__PERIOD__CLOCKS_bw 16
-#define DUAL__CSR__PERIOD__CLOCKS_reset 0x30d4
+#define DUAL__CSR__PERIOD__VALUE_bm 0xffff
+#define DUAL__CSR__PERIOD__VALUE_bp 0
+#define DUAL__CSR__PERIOD__VALUE_bw 16
+#define DUAL__CSR__PERIOD__VALUE_reset 0x30d4
 
 // reg - dual::csr::LENGTHS
 #define DUAL__CSR__LENGTHS__SET_POINTS_bm 0x3f

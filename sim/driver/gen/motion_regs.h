@@ -51,15 +51,15 @@ extern "C" {
 #define MOTION__CSR__STATUS__OVERRUN_bw 8
 
 // reg - motion::csr::HEAD
-#define MOTION__CSR__HEAD__COUNTS_bm 0xffffffff
-#define MOTION__CSR__HEAD__COUNTS_bp 0
-#define MOTION__CSR__HEAD__COUNTS_bw 32
-#define MOTION__CSR__HEAD__COUNTS_reset 0x0
+#define MOTION__CSR__HEAD__VALUE_bm 0xffffffff
+#define MOTION__CSR__HEAD__VALUE_bp 0
+#define MOTION__CSR__HEAD__VALUE_bw 32
+#define MOTION__CSR__HEAD__VALUE_reset 0x0
 
 // reg - motion::csr::TAIL
-#define MOTION__CSR__TAIL__COUNTS_bm 0xffffffff
-#define MOTION__CSR__TAIL__COUNTS_bp 0
-#define MOTION__CSR__TAIL__COUNTS_bw 32
+#define MOTION__CSR__TAIL__VALUE_bm 0xffffffff
+#define MOTION__CSR__TAIL__VALUE_bp 0
+#define MOTION__CSR__TAIL__VALUE_bw 32
 
 // reg - motion::csr::STEP_TIMING
 #define MOTION__CSR__STEP_TIMING__LENGTH_bm 0x3ff
@@ -97,10 +97,10 @@ extern "C" {
 #define MOTION__CSR__TICKS__VALUE_bw 32
 
 // reg - motion::csr::SOURCE
-#define MOTION__CSR__SOURCE__PATH_bm 0xff
-#define MOTION__CSR__SOURCE__PATH_bp 0
-#define MOTION__CSR__SOURCE__PATH_bw 8
-#define MOTION__CSR__SOURCE__PATH_reset 0x0
+#define MOTION__CSR__SOURCE__VALUE_bm 0xff
+#define MOTION__CSR__SOURCE__VALUE_bp 0
+#define MOTION__CSR__SOURCE__VALUE_bw 8
+#define MOTION__CSR__SOURCE__VALUE_reset 0x0
 
 // reg - motion::csr::PATH_FEED
 #define MOTION__CSR__PATH_FEED__PERIOD_bm 0xffffff

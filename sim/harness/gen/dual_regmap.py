@@ -132,7 +132,7 @@ REGMAP = RegisterMap(
             offset=4,
             access="rw",
             reset=12500,
-            fields={"clocks": BitField(name="clocks", high=15, low=0, doc="")},
+            fields={"value": BitField(name="value", high=15, low=0, doc="")},
             doc="clocks of a period; reset value: 100 us at 125 MHz. Takes effect with the next\nperiod",
             count=1,
         ),

@@ -98,8 +98,8 @@ REGMAP = RegisterMap(
             access="rw",
             reset=0,
             fields={
-                "counts": BitField(
-                    name="counts", high=31, low=0, doc="four bits an axis, axis 0 lowest"
+                "value": BitField(
+                    name="value", high=31, low=0, doc="four bits an axis, axis 0 lowest"
                 )
             },
             doc="records written so far, modulo 16; one write releases the records of all axes at the\nsame tick",
@@ -111,8 +111,8 @@ REGMAP = RegisterMap(
             access="r",
             reset=None,
             fields={
-                "counts": BitField(
-                    name="counts", high=31, low=0, doc="four bits an axis, axis 0 lowest"
+                "value": BitField(
+                    name="value", high=31, low=0, doc="four bits an axis, axis 0 lowest"
                 )
             },
             doc="records taken so far, modulo 16",
@@ -168,7 +168,7 @@ REGMAP = RegisterMap(
             offset=10,
             access="rw",
             reset=0,
-            fields={"path": BitField(name="path", high=7, low=0, doc="bit n of it is axis n's")},
+            fields={"value": BitField(name="value", high=7, low=0, doc="bit n of it is axis n's")},
             doc="an axis whose bit is set takes its steps from the path commands, its own pulses move\nnothing; axes whose bit changes must rest, and no path command wait or run; else it\nkeeps its value",
             count=1,
         ),
