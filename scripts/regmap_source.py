@@ -8,12 +8,14 @@ beside that: blocks are aligned powers of two, because it decodes an address by 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from systemrdl import RDLCompileError, RDLCompiler
 from systemrdl.messages import MessagePrinter, Severity
 from systemrdl.node import AddrmapNode, MemNode, Node, RegfileNode, RegNode
 from systemrdl.source_ref import SourceRefBase
+from systemrdl.udp import UDPDefinition
 
 from asip_asm.regmap import REGISTER_BLOCK, BitField, Block, Fault, RegisterMap, RegisterRecord
 
@@ -39,10 +41,17 @@ class _Messages(MessagePrinter):
         self.findings.append(f"{place}{severity.name.lower()}: {text}")
 
 
-def compile_map(path: Path, name: str) -> AddrmapNode:
-    """Addrmap `name` of the file, elaborated. Raises RegisterMapError."""
+def compile_map(
+    path: Path, name: str, properties: Sequence[type[UDPDefinition]] = ()
+) -> AddrmapNode:
+    """Addrmap `name` of the file, elaborated. Raises RegisterMapError.
+
+    `properties` are those that a tool adds to the language.
+    """
     messages = _Messages()
     compiler = RDLCompiler(message_printer=messages)
+    for definition in properties:
+        compiler.register_udp(definition, soft=False)
     try:
         compiler.compile_file(str(path))
         return compiler.elaborate(name).top

@@ -56,7 +56,7 @@ def _run(tool: str, arguments: Sequence[str], log: Path) -> str:
     return done.stdout
 
 
-def _read(top: str, files: Sequence[Path], parameters: Mapping[str, int]) -> str:
+def read_commands(top: str, files: Sequence[Path], parameters: Mapping[str, int]) -> str:
     commands = [f"read_verilog -sv -DSYNTHESIS {file.resolve()}" for file in files]
     commands += [f"chparam -set {name} {value} {top}" for name, value in parameters.items()]
     return "; ".join(commands)
@@ -201,7 +201,7 @@ def synthesise(
     name = name or top
     folder = OUTPUT / name
     folder.mkdir(parents=True, exist_ok=True)
-    read = _read(top, files, parameters or {})
+    read = read_commands(top, files, parameters or {})
     result = {"top": name, "alm": alm_area(top, read, folder)}
     if seeds:
         result["ecp5"] = ecp5_speed(top, read, folder, seeds)

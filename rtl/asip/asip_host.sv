@@ -66,7 +66,7 @@ module asip_host #(
   logic        in_counts;
   logic [asip_regmap_pkg::WORDS_CSR-1:0][31:0] word;  // registers but the counters
   logic [Groups-1:0][31:0] group_q;
-  logic [31:0] group_word;
+  logic [Groups:0][31:0] groups;  // ORed from the first on
   logic [31:0] count_q, readdata_q, watchdog_q, output_mask_q;
   logic [15:0] entry_q;
   logic [31:0] config_word, status_word, info_word, irq_word, entry_word;
@@ -176,12 +176,9 @@ module asip_host #(
       group_q[g] <= in_csr && csr[CsrBits-1:2] == (CsrBits - 2)'(g)
                     ? word[{(CsrBits - 2)'(g), csr[1:0]}] : 32'd0;
     end
+    assign groups[g+1] = groups[g] | group_q[g];
   end
-
-  always_comb begin
-    group_word = 32'd0;
-    for (int unsigned g = 0; g < Groups; g++) group_word = group_word | group_q[g];
-  end
+  assign groups[0] = 32'd0;
 
   assign in_counts = csr == asip_regmap_pkg::REG_STALL_OPERAND ||
                      csr == asip_regmap_pkg::REG_STALL_PORT ||
@@ -191,7 +188,7 @@ module asip_host #(
   // The memories answer within three cycles of the address being stable.
   always_ff @(posedge clk_i) begin
     count_q    <= in_csr && in_counts ? count_i : 32'd0;
-    readdata_q <= group_word | count_q |
+    readdata_q <= groups[Groups] | count_q |
                   ({32{in_outputs}} & read_output_i) | ({32{in_registers}} & read_register_i) |
                   ({32{in_data}} & read_data_i);
   end

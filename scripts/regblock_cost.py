@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What register blocks by PeakRDL-regblock would cost beside our decoders: docs/registers.md.
+
+Makes the block of a map with an Avalon-MM agent and synthesises it and the module with our decoder
+for Cyclone V, as scripts/synth_unit.py does. Writes the table of docs/registers.md.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT))
+
+from peakrdl_regblock import RegblockExporter  # noqa: E402
+from peakrdl_regblock.cpuif.avalon import Avalon_Cpuif_flattened  # noqa: E402
+from peakrdl_regblock.udps import ALL_UDPS  # noqa: E402
+
+from scripts.gen_regmap import MAPS  # noqa: E402
+from scripts.generated import table  # noqa: E402
+from scripts.regmap_source import compile_map  # noqa: E402
+from scripts.synth_unit import OUTPUT, SynthesisError, alm_area, read_commands  # noqa: E402
+from sim.harness.sources import sources_of  # noqa: E402
+
+PAGE = ROOT / "docs/registers.md"
+PLACE = re.compile(r"(?<=<!-- regblock -->\n).*?(?=<!-- end -->)", re.S)
+# Maps whose decoder is a module of its own.
+OURS = {"asip": "asip_host", "dual": "dual_host"}
+
+
+def areas(name: str) -> tuple[dict[str, int], dict[str, int]]:
+    """Cells of our module and of PeakRDL's block. Raises SynthesisError."""
+    folder = OUTPUT / f"regblock_{name}"
+    folder.mkdir(parents=True, exist_ok=True)
+    block = f"{name}_regblock"
+    RegblockExporter().export(
+        compile_map(ROOT / MAPS[name][0], name, ALL_UDPS),
+        str(folder),
+        cpuif_cls=Avalon_Cpuif_flattened,
+        module_name=block,
+    )
+    files = [folder / f"{block}{part}.sv" for part in ("_pkg", "")]
+    for file in files:  # Yosys reads packed structs only
+        text = file.read_text(encoding="utf-8").replace("struct {", "struct packed {")
+        file.write_text(text, encoding="utf-8")
+    ours = alm_area(OURS[name], read_commands(OURS[name], sources_of(OURS[name]), {}), folder)
+    return ours, alm_area(block, read_commands(block, files, {}), folder)
+
+
+def main() -> int:
+    """Measure and write the table; returns the exit status."""
+    argparse.ArgumentParser(
+        description=__doc__.splitlines()[0], epilog="example: python scripts/regblock_cost.py"
+    ).parse_args()
+    rows = []
+    for name in OURS:
+        try:
+            ours, theirs = areas(name)
+        except SynthesisError as error:
+            print(error, file=sys.stderr)
+            return 1
+        share = f"{theirs['alut'] / ours['alut']:.0%}"
+        cells = [f"{a['alut']} / {a['ff']}" for a in (ours, theirs)]
+        rows.append([f"`{name}`", f"`{OURS[name]}`", *cells, share])
+        print(*rows[-1])
+    head = ["map", "our module", "ALUT / FF", "PeakRDL-regblock, ALUT / FF", "ALUT of ours"]
+    text = "\n".join(table(head, rows)) + "\n"
+    page = PAGE.read_text(encoding="utf-8")
+    PAGE.write_text(PLACE.sub(lambda _: text, page), encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
