@@ -22,7 +22,7 @@ from sim.lookahead.settings import DEPTH, LookaheadSettings
 from sim.lookahead.speed import Cell, SpeedPlanner, Stop
 from sim.lookahead.stress import VIOLATION, program, programs, random_moves
 from sim.model.parameters import Robot
-from sim.motion.goals import spiral
+from sim.motion.goals_lookahead import spiral
 from sim.path.curves import to_si
 from sim.path.moves import Motion, Move
 from sim.planner.optimal import Limits
