@@ -3,10 +3,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from itertools import groupby
 from pathlib import Path
 
 from asip_asm.signals import Interface, Number, Signal
+
+C_TYPES = {"float": "float", "int": "int32_t"}
 
 
 def assembly(interface: Interface) -> Iterator[tuple[Path, int, str]]:
@@ -26,6 +29,51 @@ def assembly(interface: Interface) -> Iterator[tuple[Path, int, str]]:
                 yield _at(signal, f".state {signal.name}{kind} = {_number(signal.initial)}")
             case "export":
                 yield _at(signal, f".export {signal.name}")
+
+
+def c_struct(interface: Interface, kind: str, name: str) -> str:
+    """C structure of the inputs or outputs, 32 bits each, in order; vectors are arrays."""
+    lines = [f"struct {name} {{"]
+    for vector, group in groupby(interface.of_kind(kind), lambda signal: signal.vector):
+        signals = list(group)
+        units = ", ".join(dict.fromkeys(signal.unit for signal in signals))
+        types = {signal.type for signal in signals}
+        if vector and len(types) == 1:
+            meanings = dict.fromkeys(signal.meaning for signal in signals)
+            comment = f"/* {'; '.join(meanings)} [{units}] */"
+            lines.append(f"  {C_TYPES[types.pop()]} {vector}[{len(signals)}]; {comment}")
+            continue
+        for signal in signals:
+            comment = f"/* {signal.meaning} [{signal.unit}] */"
+            lines.append(f"  {C_TYPES[signal.type]} {signal.name}; {comment}")
+    return "\n".join([*lines, "};", ""])
+
+
+def markdown(interface: Interface) -> list[str]:
+    """Tables of the inputs, outputs, states and exports; limits and values as they are written."""
+    lines: list[str] = []
+    for kind, value in (
+        ("input", "scale"),
+        ("output", "safe"),
+        ("state", "initial"),
+        ("export", ""),
+    ):
+        signals = interface.of_kind(kind)
+        if not signals:
+            continue
+        head = ["word" if kind in ("input", "output") else "", "name", "type", "unit", "limits"]
+        head += [value, "meaning"]
+        lines += ["", f"## {kind.capitalize()}s", "", _row(head), _row(["---"] * len(head))]
+        for index, s in enumerate(signals):
+            limits = " .. ".join(f"`{limit}`" for limit in s.limits or ())
+            number = getattr(s, value, None) if value else None
+            cells = [str(index) if head[0] else "", f"`{s.name}`", s.type, s.unit, limits]
+            lines.append(_row([*cells, "" if number is None else f"`{number}`", s.meaning]))
+    return lines
+
+
+def _row(cells: Sequence[str]) -> str:
+    return f"| {' | '.join(cells)} |"
 
 
 def _at(signal: Signal, text: str) -> tuple[Path, int, str]:

@@ -121,6 +121,24 @@ class Interface:
             values[name] = evaluate(expression, values, file, line)
         return values
 
+    def physical(self, signal: Signal, number: float, names: Mapping[str, float]) -> float:
+        """Physical value of an input's number, in the input's unit."""
+        scale = 1.0 if signal.scale is None else self.value(signal.scale, signal, names)
+        return number * scale + self.value(signal.offset or 0.0, signal, names)
+
+    def first_states(
+        self, inputs: Mapping[str, float], parameters: Mapping[str, float] | None = None
+    ) -> dict[str, float]:
+        """Values of the states that start from an input, from the inputs of the first tick."""
+        names, signals = self.names(parameters), {signal.name: signal for signal in self.inputs}
+        return {
+            state.name: inputs[state.starts_from]
+            if state.unit == COUNT
+            else self.physical(signals[state.starts_from], inputs[state.starts_from], names)
+            for state in self.states
+            if state.starts_from is not None
+        }
+
     def value(self, number: Number, signal: Signal, names: Mapping[str, float]) -> float:
         """Value of a number of the signal; `names` as `names()` gives them."""
         return evaluate(number, names, signal.file, signal.line)

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Generate what hardware and software of the Nios II systems share.
 
-Sources: nios_sw/system.toml (memory map, registers) and the constants of sim/model/float32.py
-(layout of the parameter block). Outputs: rtl/gen/n2_system_pkg.sv, nios_sw/include/gen/system.h,
-nios_sw/include/gen/parameters.h, nios_sw/link/gen/system.ld, docs/nios_regmap.md. With --check
-nothing is written; exit 1 if a file would differ.
+Sources: nios_sw/system.toml (memory map, registers), the interface record of asip_asm/programs
+that it names (words of a tick) and the constants of sim/model/float32.py (layout of the parameter
+block). Outputs: rtl/gen/n2_system_pkg.sv, nios_sw/include/gen/system.h, tick.h and parameters.h,
+nios_sw/link/gen/system.ld, docs/nios_regmap.md, docs/tracking_interface.md. With --check nothing is
+written; exit 1 if a file would differ.
 """
 
 from __future__ import annotations
@@ -15,6 +16,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
+from asip_asm.interface_text import c_struct, markdown  # noqa: E402
+from asip_asm.signals import Interface  # noqa: E402
 from scripts.generated import run, sv_int, sv_logic, table  # noqa: E402
 from sim.harness.nios_map import SystemMap, load_system_map  # noqa: E402
 from sim.model.float32 import Constants  # noqa: E402
@@ -124,6 +127,47 @@ def parameters_header() -> str:
     return "\n".join([*lines, "};", "", "#endif", ""])
 
 
+def tick_header(interface: Interface) -> str:
+    """nios_sw/include/gen/tick.h: words of a tick as structures."""
+    return "\n".join(
+        [
+            "/* SPDX-License-Identifier: Apache-2.0 */",
+            f"/* {ORIGIN.format(relative(interface))} */",
+            "/* Words of a tick in the order of the blocks input and output. */",
+            "#ifndef NIOS_TICK_H",
+            "#define NIOS_TICK_H",
+            "",
+            "#include <stdint.h>",
+            "",
+            c_struct(interface, "input", "tick_input"),
+            c_struct(interface, "output", "tick_output"),
+            "#endif",
+            "",
+        ]
+    )
+
+
+def interface_document(interface: Interface) -> str:
+    """docs/tracking_interface.md."""
+    lines = [
+        f"<!-- {ORIGIN.format(relative(interface))} -->",
+        "# Interface of the tracking law",
+        "",
+        "What every program of the [law](law.md) takes and gives, on the ASIP and on the Nios II",
+        "systems. An int is a number of counts: its physical value, for which unit and limits",
+        "stand, is scale times the number. Names in limits, scales and safe values are",
+        "[parameters of the robot](robot_parameters.md) or constants of them:",
+        "",
+        *(f"    {name} = {value}" for name, (value, _, _) in interface.constants.items()),
+        *markdown(interface),
+    ]
+    return "\n".join([*lines, ""])
+
+
+def relative(interface: Interface) -> str:
+    return interface.file.relative_to(ROOT).as_posix()
+
+
 def linker(system: SystemMap) -> str:
     """nios_sw/link/gen/system.ld: the memories, included by the linker scripts."""
     lines = [
@@ -190,6 +234,8 @@ def generate() -> dict[str, str]:
         "rtl/gen/n2_system_pkg.sv": package(system),
         "nios_sw/include/gen/system.h": header(system),
         "nios_sw/include/gen/parameters.h": parameters_header(),
+        "nios_sw/include/gen/tick.h": tick_header(system.interface),
+        "docs/tracking_interface.md": interface_document(system.interface),
         "nios_sw/link/gen/system.ld": linker(system),
         "docs/nios_regmap.md": document(system),
     }

@@ -8,20 +8,10 @@
 
 #include "gen/parameters.h"
 #include "gen/system.h"
+#include "gen/tick.h"
 
 #define AXES 5
 #define LEGS 3
-
-/* Words of a tick in the order of system.h: 15 set-points, five encoder counts. */
-struct tick_input {
-  float x, y, z, vx, vy, vz, ax, ay, az;
-  float alpha, gamma, w_alpha, w_gamma, eps_alpha, eps_gamma;
-  int32_t count[AXES];
-};
-
-struct tick_output {
-  float force[AXES];
-};
 
 /* What the law keeps from tick to tick. */
 struct axis_state {

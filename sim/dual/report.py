@@ -16,10 +16,10 @@ from rich.table import Table
 from sim.dual.loop import Loop, Stretch
 from sim.harness.build import ROOT
 from sim.model.parameters import ParameterError, Robot
-from sim.model.records import SetPoints
+from sim.model.records import SET_POINTS, SetPoints
 from sim.path.override import AS_PROGRAMMED
 from sim.run.closed_loop import SETTLED_S, tracking_error
-from sim.run.controller import SET_POINTS, ControllerFault
+from sim.run.controller import ControllerFault
 from sim.run.results import CLOCK_MHZ
 
 LONGEST_PERIOD = (1 << 16) - 1  # clocks, of the register PERIOD

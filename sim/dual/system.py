@@ -16,13 +16,13 @@ from sim.dual.moves import RECORD_WORDS, RING_RECORDS, Move
 from sim.harness.asip_rtl import BLOCK, CLEAR, CSR, START, STATUS
 from sim.harness.dual_rtl import MEASURED_SOURCE, DualRtl
 from sim.model.parameters import Robot
-from sim.model.records import OUTPUTS
-from sim.run.controller import COUNTS, LAST_MEASUREMENT, SET_POINTS, ControllerFault, Ticks
+from sim.model.records import COUNTS, MEASURED_STATES, OUTPUTS, SET_POINTS, TRACKING
+from sim.run.controller import ControllerFault, Ticks
 
 PROGRAMS = Path(__file__).resolve().parents[2] / "asip_asm/programs"
 TRAJECTORY_PROGRAM = "path_set_points"
 FEED_PERIODS = 100  # between two looks at the ring
-RATES = tuple(i for i, name in enumerate(SET_POINTS) if name[0] in "vawe" and name != "alpha")
+RATES = tuple(SET_POINTS.index(signal.name) for signal in TRACKING.inputs if signal.rate)
 
 
 @functools.cache
@@ -125,7 +125,7 @@ class TwoProcessors:
             {
                 state.name: int(state.bits, 16)
                 for state in image.states
-                if not state.name.endswith(LAST_MEASUREMENT)
+                if state.name not in MEASURED_STATES
             }
         )
         self.start()

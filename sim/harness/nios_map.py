@@ -13,8 +13,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from asip_asm.interface import program_interface
 from asip_asm.project import ROOT
 from asip_asm.regmap import BitField
+from asip_asm.signals import Interface, InterfaceError
 
 SYSTEM_TOML = ROOT / "nios_sw/system.toml"
 ACCESS_KINDS = ("r", "w", "rw")
@@ -79,8 +81,17 @@ class SystemMap:
     io: IoRegion
     blocks: Mapping[str, IoBlock]
     registers: Mapping[str, IoRegister]
-    inputs: tuple[str, ...]
-    outputs: tuple[str, ...]
+    interface: Interface
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """Words of the block input."""
+        return tuple(signal.name for signal in self.interface.inputs)
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """Words of the block output."""
+        return tuple(signal.name for signal in self.interface.outputs)
 
     @property
     def io_word_width(self) -> int:
@@ -153,9 +164,7 @@ def _findings(system: SystemMap) -> list[str]:
             found.append(f"{where}: same word as register.{other}")
     for name, words in (("input", system.inputs), ("output", system.outputs)):
         if len(words) > system.blocks[name].words:
-            found.append(f"tick.{name}s: more words than block.{name} has")
-        if len(set(words)) != len(words):
-            found.append(f"tick.{name}s: a name stands twice")
+            found.append(f"tick.interface: more {name}s than block.{name} has words")
     return found
 
 
@@ -171,12 +180,11 @@ def load_system_map(path: Path = SYSTEM_TOML) -> SystemMap:
             io=IoRegion(**tables["io"]),
             blocks={n: IoBlock(name=n, **t) for n, t in tables["block"].items()},
             registers={n: _register(n, t) for n, t in tables["register"].items()},
-            inputs=tuple(tables["tick"]["inputs"]),
-            outputs=tuple(tables["tick"]["outputs"]),
+            interface=program_interface(tables["tick"]["interface"]),
         )
     except KeyError as error:
         raise SystemMapError(f"{path.name}: error: {error.args[0]} is missing") from error
-    except TypeError as error:
+    except (TypeError, InterfaceError, OSError) as error:
         raise SystemMapError(f"{path.name}: error: {error}") from error
     found = _findings(system)
     if found:

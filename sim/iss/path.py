@@ -11,29 +11,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from asip_asm.interface import program_interface
 from sim.iss.core import TABLE_1, Iss
 from sim.iss.isa import Fault
 from sim.model.parameters import Robot
-from sim.model.records import OUTPUTS, TABLE_3, SetPoints, checked_counts
-
-SET_POINT_INPUTS = (
-    *("x", "y", "z", "vx", "vy", "vz", "ax", "ay", "az"),
-    *("alpha", "gamma", "w_alpha", "w_gamma", "eps_alpha", "eps_gamma"),
+from sim.model.records import (
+    COUNTS,
+    EXPORT_OF_ROW,
+    OUTPUTS,
+    SET_POINTS,
+    TRACKING_PROGRAMS,
+    SetPoints,
+    checked_counts,
 )
-"""Inputs of the tracking programs in the order of `SetPoints`; count1..count5 follow."""
-
-EXPORT_OF_ROW = dict(
-    zip(
-        TABLE_3,
-        (
-            *("l1", "l2", "l3", "alpha", "gamma"),
-            *("v1", "v2", "v3", "w_alpha", "w_gamma"),
-            *("acc1", "acc2", "acc3", "eps_alpha", "eps_gamma"),
-        ),
-        strict=True,
-    )
-)
-"""Row of table 3 -> export; 'a1' cannot be an export, it names a register."""
 
 
 class PathFault(RuntimeError):
@@ -58,13 +48,11 @@ class PathRun:
 def preset(image: Mapping[str, Any], robot: Robot, counts: Sequence[int]) -> dict[str, float]:
     """States before the first tick: the first counts are also the counts of the tick before."""
     names = {state["name"] for state in image["states"]}
+    inputs = dict(zip(COUNTS, counts, strict=True))
     values: dict[str, float] = {}
-    for axis, count in enumerate(counts):
-        single = np.float32(count)
-        values[f"count{axis + 1}_before"] = float(single)
-        position = np.float32(count * robot.resolution[axis])
-        values[f"position{axis + 1}_before"] = float(position)
-    return {name: value for name, value in values.items() if name in names}
+    for program in TRACKING_PROGRAMS:
+        values |= program_interface(program).first_states(inputs, robot.values())
+    return {name: float(np.float32(values[name])) for name in values if name in names}
 
 
 def run_path(
@@ -83,7 +71,7 @@ def run_path(
     counts = checked_counts(counts, len(path))
     iss = Iss(image, **options)
     iss.set_state(preset(image, robot, counts[0].tolist()))
-    names = (*SET_POINT_INPUTS, *(f"count{axis}" for axis in range(1, 6)))
+    names = (*SET_POINTS, *COUNTS)
     read = EXPORT_OF_ROW | {name: name for name in exports}
     recorded: dict[str, list[float]] = {name: [] for name in (*read, *OUTPUTS)}
     flags = 0

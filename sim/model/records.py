@@ -9,12 +9,38 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-OUTPUTS = ("F1", "F2", "F3", "tau4", "tau5")
+from asip_asm.interface import program_interface
+
+TRACKING = program_interface("tracking")
+"""Inputs and outputs of the tracking law, of every program that computes it."""
+TRACKING_PROGRAMS = ("tracking_as_printed", "tracking_optimised")
+MEASURED_STATES = frozenset(
+    state.name
+    for program in TRACKING_PROGRAMS
+    for state in program_interface(program).states
+    if state.starts_from is not None
+)
+"""States of the programs that hold the last measurement; they start with the first one."""
+SET_POINTS = TRACKING.set_points
+COUNTS = TRACKING.measurements
+OUTPUTS = tuple(signal.name for signal in TRACKING.outputs)
 POSITIONS = ("l1", "l2", "l3", "theta4", "theta5")
 VELOCITIES = ("v1", "v2", "v3", "omega4", "omega5")
 ACCELERATIONS = ("a1", "a2", "a3", "eps4", "eps5")
 TABLE_3 = POSITIONS + VELOCITIES + ACCELERATIONS
 """Rows of the published table 3: the desired joint motion."""
+EXPORT_OF_ROW = dict(
+    zip(
+        TABLE_3,
+        (
+            *("l1", "l2", "l3", "alpha", "gamma"),
+            *("v1", "v2", "v3", "w_alpha", "w_gamma"),
+            *("acc1", "acc2", "acc3", "eps_alpha", "eps_gamma"),
+        ),
+        strict=True,
+    )
+)
+"""Row of table 3 -> export of the programs; 'a1' cannot be one, it names a register."""
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """A tracking program on the Verilated ASIP as a controller: one call per control tick or per batch.
 
-The program's interface is that of asip_asm/programs: 15 set-points and five encoder counts in, five
-forces and torques out, the desired joint motion exported. Words are exchanged as raw binary32.
+The program's interface is asip_asm/programs/tracking.interface.toml: 15 set-points and five
+encoder counts in, five forces and torques out, the desired joint motion exported. Words are
+exchanged as raw binary32.
 """
 
 from __future__ import annotations
@@ -17,27 +18,13 @@ from asip_asm.image import Image
 from sim.core import Core, CoreError, CoreFault
 from sim.harness.asip_rtl import FAULT_NAMES, STATUS, AsipError
 from sim.model.parameters import Robot
-from sim.model.records import OUTPUTS
+from sim.model.records import COUNTS, EXPORT_OF_ROW, MEASURED_STATES, OUTPUTS, SET_POINTS
 from sim.model.tracking import Tracking
 
-SET_POINTS = (
-    *("x", "y", "z", "vx", "vy", "vz", "ax", "ay", "az"),
-    *("alpha", "gamma", "w_alpha", "w_gamma", "eps_alpha", "eps_gamma"),
-)
-COUNTS = ("count1", "count2", "count3", "count4", "count5")
-# Rows of table 3 that the programs export, with the name of the register.
-EXPORTED = {
-    **{f"l{i}": f"l{i}" for i in (1, 2, 3)},
-    **{f"v{i}": f"v{i}" for i in (1, 2, 3)},
-    **{f"a{i}": f"acc{i}" for i in (1, 2, 3)},
-}
-# Rows of table 3 that are set-points of the table, (18)-(20).
-PASSED_ON = {
-    **{"theta4": "alpha", "theta5": "gamma", "omega4": "w_alpha", "omega5": "w_gamma"},
-    **{"eps4": "eps_alpha", "eps5": "eps_gamma"},
-}
-# States that hold the last measurement; they are primed with the first one.
-LAST_MEASUREMENT = "_before"
+# Rows of table 3 that the programs export, with the name there, and those that are set-points of
+# the table, (18)-(20).
+EXPORTED = {row: name for row, name in EXPORT_OF_ROW.items() if name not in SET_POINTS}
+PASSED_ON = {row: name for row, name in EXPORT_OF_ROW.items() if name in SET_POINTS}
 
 
 @dataclass(frozen=True)
@@ -82,7 +69,7 @@ class AsipController:
             {
                 state.name: int(state.bits, 16)
                 for state in self.image.states
-                if not state.name.endswith(LAST_MEASUREMENT)
+                if state.name not in MEASURED_STATES
             }
         )
         self._program.ticks = 0

@@ -15,10 +15,10 @@ from asip_asm.isa import default_isa
 from sim.model import tracking
 from sim.model.errors import max_abs_error
 from sim.model.parameters import Robot
-from sim.model.records import OUTPUTS, TABLE_3, SetPoints, TrackingResult
+from sim.model.records import OUTPUTS, SET_POINTS, TABLE_3, SetPoints, TrackingResult
 from sim.run.bounds import bounds
 from sim.run.closed_loop import Recording, tracking_error
-from sim.run.controller import EXPORTED, PASSED_ON, SET_POINTS, Ticks
+from sim.run.controller import EXPORTED, PASSED_ON, Ticks
 
 CLOCK_MHZ = default_isa().clock_mhz
 SMALLEST = 1e-300  # bound of an output that must be exact

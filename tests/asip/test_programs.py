@@ -16,10 +16,10 @@ import pytest
 
 from asip_asm.assemble import assemble
 from sim.iss import Fault, Iss, run_path
-from sim.iss.path import SET_POINT_INPUTS, preset
+from sim.iss.path import preset
 from sim.model import float32, tracking
 from sim.model.parameters import Robot
-from sim.model.records import ACCELERATIONS, OUTPUTS, POSITIONS, TABLE_3, VELOCITIES
+from sim.model.records import ACCELERATIONS, OUTPUTS, POSITIONS, SET_POINTS, TABLE_3, VELOCITIES
 from sim.run.bounds import bounds
 from tests.asip.tracking_path import reversing_path
 
@@ -191,7 +191,7 @@ def test_trace_holds_one_write_per_operation_and_changes_no_result(
     iss = Iss(images[program], trace=True)
     iss.set_state(preset(images[program], robot, counts[0].tolist()))
     for tick in range(3):
-        iss.set_inputs(dict(zip(SET_POINT_INPUTS, path.words()[tick], strict=True)))
+        iss.set_inputs(dict(zip(SET_POINTS, path.words()[tick], strict=True)))
         iss.set_inputs({f"count{i + 1}": int(count) for i, count in enumerate(counts[tick])})
         result = iss.run()
         assert result.outputs == {name: runs[program].rows[name][tick] for name in OUTPUTS}
@@ -207,7 +207,7 @@ def test_outputs_saturate_at_the_limits_of_the_drives(robot, motion, images, pro
         iss = Iss(images[program])
         away = counts[0] - sign * np.array((40000, 40000, 40000, 9000, 9000))
         iss.set_state(preset(images[program], robot, away.tolist()))
-        iss.set_inputs(dict(zip(SET_POINT_INPUTS, path.words()[0], strict=True)))
+        iss.set_inputs(dict(zip(SET_POINTS, path.words()[0], strict=True)))
         iss.set_inputs({f"count{i + 1}": int(count) for i, count in enumerate(away)})
         result = iss.run()
         assert result.fault is Fault.NONE
@@ -227,7 +227,7 @@ def test_integrators_saturate_at_their_bounds(robot, motion, images, program):
             scale = 1.0 if program == "as_printed" else robot.K_I[axis]
             bound[f"{name}{axis + 1}"] = sign * float(np.float32(scale * robot.s_max[axis]))
         iss.set_state({key: 0.9999 * value for key, value in bound.items()})
-        iss.set_inputs(dict(zip(SET_POINT_INPUTS, path.words()[0], strict=True)))
+        iss.set_inputs(dict(zip(SET_POINTS, path.words()[0], strict=True)))
         iss.set_inputs({f"count{i + 1}": int(count) for i, count in enumerate(away)})
         assert iss.run().fault is Fault.NONE
         assert {key: iss.state[key] for key in bound} == bound
@@ -237,7 +237,7 @@ def test_integrators_saturate_at_their_bounds(robot, motion, images, program):
 def test_lengths_that_meet_nowhere_leave_the_safe_values(robot, motion, images, program):
     path, counts = motion
     iss = Iss(images[program])
-    iss.set_inputs(dict(zip(SET_POINT_INPUTS, path.words()[0], strict=True)))
+    iss.set_inputs(dict(zip(SET_POINTS, path.words()[0], strict=True)))
     short = np.array((1.6e6, 1.6e6, 1.6e6, 0, 0))  # 0.4 m legs on a circle of 0.5 m
     iss.set_inputs({f"count{i + 1}": int(count) for i, count in enumerate(short)})
     result = iss.run()

@@ -18,8 +18,9 @@ from sim.gcode.interpreter import parse, parse_file
 from sim.harness.dual_rtl import DualRtl
 from sim.model.parameters import Robot
 from sim.model.plant import Plant
+from sim.model.records import SET_POINTS
 from sim.run import closed_loop
-from sim.run.controller import SET_POINTS, AsipController, ControllerFault
+from sim.run.controller import AsipController, ControllerFault
 from sim.run.nios import set_points
 from sim.trajectory.exact_stop import MotionSettings, generate
 

@@ -14,12 +14,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from asip_asm.assemble import assemble
+from asip_asm.interface import PROGRAMS
 from scripts import gen_nios_system
 from sim.harness import nios_image
 from sim.harness.nios_map import SYSTEM_TOML, SystemMapError, load_system_map
 from sim.model import float32
 from sim.model.parameters import Robot
-from sim.run.controller import COUNTS, EXPORTED, SET_POINTS
+from sim.run.controller import EXPORTED
 from sim.run.nios import Sample, sampled
 from tests.asip.tracking_path import reversing_path
 from tests.bench.needs import find, needs, require
@@ -45,7 +47,7 @@ OUTPUTS = ("F1", "F2", "F3", "tau4", "tau5")
         ('access = "w"\ndoc = "one', 'access = "x"\ndoc = "one', "access 'x' is not one of"),
         ("clock_mhz = 100\n", "", "clock_mhz is missing"),
         ("bytes = 1024", "bites = 1024", "bites"),
-        ('"x", "y"', '"x", "x"', "a name stands twice"),
+        ('interface = "tracking"', 'interface = "planning"', "No such file or directory"),
     ],
 )
 def test_contradicting_map_is_refused_by_name(tmp_path, old, new, message):
@@ -59,8 +61,9 @@ def test_contradicting_map_is_refused_by_name(tmp_path, old, new, message):
 
 def test_map_has_the_words_of_the_tracking_programs_in_their_order():
     system = load_system_map()
-    assert system.inputs == (*SET_POINTS, *COUNTS)
-    assert system.outputs == OUTPUTS
+    image = assemble(PROGRAMS / "tracking_optimised.s", configuration="small")
+    assert system.inputs == tuple(entry.name for entry in image.inputs)
+    assert system.outputs == tuple(entry.name for entry in image.outputs) == OUTPUTS
 
 
 def test_changed_generated_file_is_noticed(tmp_path, capsys):
