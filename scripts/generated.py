@@ -9,6 +9,8 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
+
 ROOT = Path(__file__).resolve().parents[1]
 
 
@@ -47,6 +49,16 @@ def escape(text: str) -> str:
 def table(head: list[str], rows: list[list[str]]) -> list[str]:
     lines = ["| " + " | ".join(head) + " |", "| " + " | ".join("---" for _ in head) + " |"]
     return lines + ["| " + " | ".join(escape(cell) for cell in row) + " |" for row in rows]
+
+
+def template(name: str) -> Template:
+    """Template of scripts/templates; a name that it does not get is an error."""
+    found = Environment(
+        loader=FileSystemLoader(ROOT / "scripts/templates"),
+        undefined=StrictUndefined,
+        keep_trailing_newline=True,
+    )
+    return found.get_template(name)
 
 
 def difference(root: Path, files: dict[str, str]) -> str:

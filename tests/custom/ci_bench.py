@@ -9,7 +9,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from scripts.gen_custom import Instruction, Platform, load
+from scripts.custom_table import Instruction, Platform, load
 from sim.harness.build import ROOT, build_library
 from sim.harness.sources import sources_of
 from tests.fpu.tb import generator, seed

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from scripts.gen_custom import load
+from scripts.custom_table import load
 from sim.harness.build import ROOT
 from sim.harness.nios_image import read_elf
 from sim.harness.nios_rtl import NiosRtl

@@ -18,7 +18,8 @@ from pathlib import Path
 import pytest
 
 from scripts import gen_custom
-from scripts.gen_custom import FPGA_OF, SOURCE, CustomError, load
+from scripts.custom_components import ports_of
+from scripts.custom_table import FPGA_OF, SOURCE, CustomError, load
 from sim.harness.build import ROOT, WAIVERS, verilator_driver
 from sim.harness.plain import plain
 from sim.harness.sources import sources_of
@@ -233,7 +234,7 @@ def test_hw_tcl__module_that_does_not_fit__is_refused_with_its_line(tmp_path, ol
     (tmp_path / "custom").mkdir()
     (tmp_path / "custom/ci_fadd.sv").write_text(source.replace(old, new, 1))
     with pytest.raises(CustomError, match=rf"ci_fadd\.sv:\d+:1: error: .*{message}"):
-        gen_custom.ports_of(part, tmp_path)
+        ports_of(part, tmp_path)
 
 
 # ---- C ----
