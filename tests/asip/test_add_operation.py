@@ -25,7 +25,7 @@ LAST_DIRECTED = '    ("fsin", (QUIET,), NAN, 0),\n'
 RUN = """
 import itertools, json, numpy as np
 from sim.core import Core
-corners = [0, 1 << 31, 1, 0x3F800000, 0xC0000000, 0x7F800000, 0xFF800000, 0x7FC00000, 0xFF800001]
+corners = [0, 1 << 31, 1, 0x3F800000, 0xC0000000, 0x7F800000, 0xFF800000, 0x7FC00000, 0xFFC00001]
 rows = np.array(list(itertools.product(corners, repeat=2)), dtype=np.uint32)
 ticks = {}
 for backend in ("iss", "rtl"):
@@ -80,7 +80,7 @@ def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
     isa.write_text(isa.read_text() + re.sub(r"(?m)^   ", "", block("toml")))
     insert(root / "rtl/fpu/fp_cmp.sv", LAST_CASE, block("systemverilog"))
     insert(root / "sim/fpbench/operations.h", LAST_COMPARE, block("cpp"))
-    insert(root / "tests/asip/operation_cases.py", LAST_DIRECTED, block("python"))
+    insert(root / "tests/asip/operation_cases.py", LAST_DIRECTED, block("text"))
     (root / "copysign.s").write_text(re.sub(r"(?m)^   ", "", block("asm")))
     (root / "bits.s").write_text(BITS)
     # Models for a few runs: the compiler need not try hard.
@@ -129,6 +129,7 @@ def test_directed_cases__hold_and_are_asked_for(copy: Path) -> None:
     assert done.returncode == 0 and "3 passed" in done.stdout, done.stdout
 
 
+@pytest.mark.full
 def test_datapath_forgotten__is_found(copy: Path, tmp_path: Path) -> None:
     """Without step 2 the unit copies a; the run of the bench says so."""
     shutil.copytree(copy / "rtl/fpu", tmp_path / "fpu")
