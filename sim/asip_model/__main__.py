@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Command asip-model: a program for the core from a CasADi function and an interface record."""
+"""Command asip-model: a program for the core from a CasADi function and an interface record, or
+from a URDF and the name of a law.
+"""
 
 from __future__ import annotations
 
@@ -14,10 +16,13 @@ from asip_asm.files import open_output, refuse_overwriting
 from asip_asm.image import Image
 from asip_asm.isa import default_isa
 from asip_asm.model.compiler import Options, compile_law
-from asip_asm.model.law import load_law
+from asip_asm.model.law import Law, load_law
 from asip_asm.model.program import Built, build
 from asip_asm.model.read import ModelError
 from asip_asm.signals import InterfaceError
+from sim.robots.closed_loop import Arm, close_loop
+from sim.robots.laws import LAWS, Settings
+from sim.robots.tree import RobotError, Tree, load_tree
 
 EPILOG = """example:
   import casadi as ca                                   # law.py
@@ -26,14 +31,17 @@ EPILOG = """example:
   law.save("law.casadi")
 
   asip-model law.casadi law.interface.toml --reassociate --prove -o build/law
+  asip-model arm.urdf --law computed_torque --reassociate --prove --loop 2
 
 writes build/law.s (linear assembly), .asip.json (image), .h (tables for the C driver) and
 .report.txt (cycles, bounds, occupancy). Arguments and results of the function go by the names of
-the signals, or of their vectors (docs/model_compiler.md).
+the signals, or of their vectors (docs/your_robot.md).
 
-exit status: 0 written, and proved with --prove; 1 an error, or a proof that failed; 2 wrong
-command line
+exit status: 0 written, and proved with --prove; 1 an error, a proof that failed, or a loop beyond
+its bound; 2 wrong command line
 """
+RATIO = 1.05
+"""Largest tracking error on the core by that in double precision."""
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -46,12 +54,13 @@ def _model(options: argparse.Namespace) -> int:
     stem = options.output or options.function.with_suffix("")
     paths = {end: Path(f"{stem}{end}") for end in (".s", ".asip.json", ".h", ".report.txt")}
     try:
-        refuse_overwriting(paths.values(), [options.function, options.interface])
-        law = load_law(options.function, options.interface)
+        given = [path for path in (options.function, options.interface) if path]
+        refuse_overwriting(paths.values(), given)
+        law, tree, settings = _law(options)
         chosen = Options(options.config, options.reassociate, options.reciprocal)
         paths[".s"].parent.mkdir(parents=True, exist_ok=True)
         built = build(compile_law(law, chosen), paths[".s"])
-    except (ModelError, InterfaceError) as error:
+    except (ModelError, InterfaceError, RobotError) as error:
         print(f"asip-model: error: {error}", file=sys.stderr)
         return 1
     except AssemblyError as error:
@@ -66,7 +75,33 @@ def _model(options: argparse.Namespace) -> int:
         with open_output(paths[end]) as file:
             file.write(text)
     print(f"{paths['.asip.json']}: {built.cycles} cycles, lower bound {built.bound_cycles}")
-    return _prove(built, options) if options.prove else 0
+    status = _prove(built, options) if options.prove else 0
+    if options.loop and tree is not None:
+        status = max(status, _loop(built, tree, settings, options.loop))
+    return status
+
+
+def _law(options: argparse.Namespace) -> tuple[Law, Tree | None, Settings]:
+    """The law, and the robot of a URDF with the settings of its law."""
+    settings = Settings(
+        rate=options.rate,
+        counts=options.counts,
+        bandwidth=options.bandwidth,
+        integral=options.integral,
+        friction=options.friction,
+    )
+    if options.function.suffix == ".urdf":
+        tree = load_tree(options.function, options.lock)
+        return LAWS[options.law](tree, settings), tree, settings
+    return load_law(options.function, options.interface), None, settings
+
+
+def _loop(built: Built, tree: Tree, settings: Settings, seconds: float) -> int:
+    loop = close_loop(built.compiled.law, built.image, Arm(tree, settings, seconds))
+    worst = ", ".join(f"{error:.2g}" for error in abs(loop.core.errors).max(axis=0))
+    print(f"closed loop: {loop.ticks} ticks, largest errors {worst} [{loop.unit}]")
+    print(f"largest error by that in double precision: {loop.ratio:.4f}")
+    return 0 if loop.ratio <= RATIO else 1
 
 
 def _prove(built: Built, options: argparse.Namespace) -> int:
@@ -96,8 +131,12 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("function", type=Path, help="file that casadi.Function.save wrote")
-    parser.add_argument("interface", type=Path, help="interface record (*.interface.toml)")
+    parser.add_argument(
+        "function", type=Path, help="file that casadi.Function.save wrote, or a robot's URDF"
+    )
+    parser.add_argument(
+        "interface", type=Path, nargs="?", help="interface record (*.interface.toml) of a function"
+    )
     parser.add_argument("-o", dest="output", metavar="STEM", help="files to write, without suffix")
     parser.add_argument(
         "--config",
@@ -118,7 +157,24 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
     parser.add_argument("--prove", action="store_true", help="run on the core and compare")
     parser.add_argument("--inputs", type=_count, default=10_000, help="inputs of the proof")
     parser.add_argument("--seed", type=int, default=1, help="seed of the proof's inputs")
-    return parser.parse_args(arguments)
+    robot = parser.add_argument_group("laws of a URDF")
+    robot.add_argument("--law", choices=tuple(LAWS), default="computed_torque", help="which law")
+    robot.add_argument("--rate", type=float, default=10_000.0, help="ticks per second")
+    robot.add_argument("--counts", type=int, default=1 << 20, help="encoder counts per turn")
+    robot.add_argument("--bandwidth", type=float, default=20.0, help="of the position loop [Hz]")
+    robot.add_argument("--integral", action="store_true", help="PID in place of PD")
+    robot.add_argument("--friction", action="store_true", help="the URDF's friction in the law")
+    robot.add_argument("--lock", action="append", default=[], help="a joint that does not move")
+    robot.add_argument(
+        "--loop", type=float, metavar="SECONDS", help="closed loop with the robot (computed_torque)"
+    )
+    options = parser.parse_args(arguments)
+    urdf = options.function.suffix == ".urdf"
+    if urdf == (options.interface is not None):
+        parser.error("a function needs its interface record, a URDF has none")
+    if options.loop and not (urdf and options.law == "computed_torque"):
+        parser.error("--loop is for computed_torque of a URDF")
+    return options
 
 
 def _count(text: str) -> int:

@@ -147,3 +147,11 @@ def test_command_names_the_file_that_is_no_function(tmp_path, capsys):
 
 def test_mx_is_expanded():
     assert load_function(one_joint()).is_a("SXFunction")
+
+
+@pytest.mark.parametrize("arguments", (["law.casadi"], ["arm.urdf", "law.interface.toml"]))
+def test_a_function_needs_a_record_and_a_urdf_has_none(arguments, capsys):
+    with pytest.raises(SystemExit) as stopped:
+        main(arguments)
+    assert stopped.value.code == 2
+    assert "a function needs its interface record" in capsys.readouterr().err
