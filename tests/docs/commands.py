@@ -12,10 +12,10 @@ from pathlib import Path
 from scripts.doc_blocks import Block, code_blocks
 from sim.harness.build import ROOT
 
-OWN_TEST = "own_machine.md"  # run word for word by test_own_machine.py
+OWN_TESTS = ("own_machine.md", "your_robot.md")  # word for word: test_own_machine, test_your_robot
 PAGES = [
     ROOT / "README.md",
-    *sorted(page for page in (ROOT / "docs").glob("*.md") if page.name != OWN_TEST),
+    *sorted(page for page in (ROOT / "docs").glob("*.md") if page.name not in OWN_TESTS),
 ]
 FIRST_WORD = re.compile(
     r"(?:make|python|pytest|cc|verilator|yosys|nios2-elf-gcc|(?:\.venv/bin/)?(?:asip|nios)-\w+"
@@ -59,7 +59,7 @@ def block_commands() -> Iterator[Command]:
 
 def inline_commands() -> Iterator[Command]:
     """Commands between backquotes in the text of every Markdown file, placeholders left out."""
-    tracked = [*PAGES, ROOT / "docs" / OWN_TEST, *ROOT.glob("[!.]*/README.md")]
+    tracked = [*PAGES, *(ROOT / "docs" / name for name in OWN_TESTS), *ROOT.glob("[!.]*/README.md")]
     tracked += [page for page in ROOT.glob("[!.]*/*/README.md") if "build" not in page.parts]
     for page in tracked:
         text = re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.M | re.S)

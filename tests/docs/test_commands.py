@@ -48,8 +48,6 @@ NOT_RUN = {
     "python -m sim.lookahead --figures": "a minute, tests/lookahead",
     "python -m sim.planner --figures": "a minute, tests/planner",
     "cc ": "a fragment, its main.c is the reader's; own_machine.md has a whole one",
-    "asip-model": "needs the files before it, tests/docs/test_your_robot.py",
-    "asip-run build/law": "needs what asip-model writes, tests/docs/test_your_robot.py",
     "yosys": "is not part of this set-up, tests/fpu",
 }
 BLOCKS = [command for command in block_commands()]
