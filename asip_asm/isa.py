@@ -331,6 +331,14 @@ def _check_sizes(isa: Isa, findings: _Findings) -> None:
     for bank in isa.banks.values():
         if bank.code + -(-bank.size // (1 << bits)) > 8:
             findings.add(f"bank {bank.name}", "does not fit the 3-bit bank code")
+    codes = {name: bank.code for name, bank in isa.banks.items()}
+    if codes["K"] != 4 or isa.banks["K"].size != 2 << bits:
+        findings.add("bank K", f"needs code 4 and {2 << bits} words: the RTL tells it by bit 2")
+    for name in ("zero", "A", "B", "C"):
+        if codes[name] & 1 != (name in ("A", "C")):
+            findings.add(
+                f"bank {name}", "the RTL tells A and C from zero and B by bit 0 of the code"
+            )
     if isa.fields["dst"].width + isa.fields["c"].width != IMMEDIATE_WIDTH:
         findings.add("operation_word", f"dst and c do not hold {IMMEDIATE_WIDTH} immediate bits")
     if isa.outputs > 1 << bits:

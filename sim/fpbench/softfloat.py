@@ -252,9 +252,9 @@ _OWN = {
 }
 
 
-def _of_record(record: OperationRecord) -> Callable:
-    """The record's own value and flags, a case at a time."""
-    function = arithmetic.operations(arithmetic.sincos_rounded)[record.name]
+def of_record(record: OperationRecord) -> Callable:
+    """Value and flags as the record says them, a case at a time."""
+    function = arithmetic.compiled(record)
 
     def computed(*operands: int) -> tuple[int, int]:
         with arithmetic.environment():
@@ -270,6 +270,6 @@ def _of_record(record: OperationRecord) -> Callable:
 
 # Operations of fp_cmp without a function here are computed as their records say.
 COMPARISONS = {
-    name: _OWN.get(name) or (len(record.sources), _of_record(record))
+    name: _OWN.get(name) or (len(record.sources), of_record(record))
     for name, record in default_isa().comparisons.items()
 }

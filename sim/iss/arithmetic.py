@@ -190,13 +190,16 @@ def operations(sincos: SinCos) -> dict[str, Callable[..., Word]]:
     """
     rounded = ROUNDED | {"sin": _sine(sincos, False), "cos": _sine(sincos, True)}
     return {
-        record.name: _compiled(record, rounded)
+        record.name: compiled(record, rounded)
         for record in default_isa().operations.values()
         if record.result
     }
 
 
-def _compiled(record: OperationRecord, rounded: dict[str, Callable[..., Word]]) -> Callable:
+def compiled(
+    record: OperationRecord, rounded: dict[str, Callable[..., Word]] = ROUNDED
+) -> Callable[..., Word]:
+    """What a record says, as a function of its operands in the order of the assembly."""
     operands = ", ".join(record.sources)
     backend = _Text()
     result = render(record.result, backend)

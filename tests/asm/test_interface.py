@@ -12,6 +12,7 @@ from asip_asm.assemble import assemble
 from asip_asm.diagnostics import AssemblyError
 from asip_asm.image import Image
 from asip_asm.interface import PROGRAMS, SUFFIX, load_interface, program_interface
+from asip_asm.interface_text import c_struct, markdown
 from asip_asm.signals import Interface, InterfaceError
 
 RECORD = """\
@@ -123,6 +124,31 @@ def test_a_program_is_assembled_from_the_record(record: Path) -> None:
     assert [(o.name, o.safe) for o in image.outputs] == [("torque", "bf800000")]
     initial = {state.name: state.bits for state in image.states}
     assert initial == {"before1": "00000000", "before2": "00000000", "sum": "3e800000"}
+
+
+def test_first_states_are_the_first_inputs_in_the_unit_of_the_state(record: Path) -> None:
+    record.write_text(RECORD.replace('unit = "count"', 'unit = "rad"'), encoding="utf-8")
+    interface = load_interface(record)
+    turn = 2 * 3.141592653589793 / 4096
+    first = interface.first_states({"q1": 1024, "q2": 0, "demand": 0.0})
+    assert first == {"before1": 1024 * turn - 0.5, "before2": -0.5}
+    record.write_text(RECORD, encoding="utf-8")
+    first = load_interface(record).first_states({"q1": 1024, "q2": 0, "demand": 0.0})
+    assert first == {"before1": 1024, "before2": 0}
+
+
+def test_texts_have_every_signal_with_its_unit(record: Path) -> None:
+    interface = load_interface(record)
+    assert c_struct(interface, "input", "tick") == (
+        "struct tick {\n"
+        "  int32_t q[2]; /* encoders of the joints [rad] */\n"
+        "  float demand; /* of both joints [rad] */\n"
+        "};\n"
+    )
+    page = "\n".join(markdown(interface))
+    for signal in interface.signals[1:]:
+        assert f"| `{signal.name}` | {signal.type} | {signal.unit} |" in page
+    assert "`-20.0` .. `20.0` | `-hold` | of the first joint" in page
 
 
 MISTAKES = {

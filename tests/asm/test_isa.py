@@ -113,6 +113,16 @@ ISA_CASES = {
         'name = "C"\ncode = 2',
         "bank C: code 2 belongs to bank B",
     ),
+    "bank code that the RTL does not take": (
+        'name = "A"\ncode = 1',
+        'name = "A"\ncode = 6',
+        "bank A: the RTL tells A and C from zero and B by bit 0 of the code",
+    ),
+    "bank K elsewhere": (
+        'name = "K"\ncode = 4',
+        'name = "K"\ncode = 6',
+        "bank K: needs code 4 and 128 words",
+    ),
     "bank missing": ('name = "C"\ncode = 3', 'name = "A"\ncode = 3', "bank A: declared twice"),
     "unknown slot kind": (
         'slots = ["any"]',
