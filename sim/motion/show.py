@@ -9,8 +9,6 @@ one page with plots.
 from __future__ import annotations
 
 import argparse
-import importlib
-import importlib.util
 import json
 import sys
 from collections.abc import Iterable
@@ -31,13 +29,14 @@ from sim.harness.motion_rtl import MotionError
 from sim.lookahead import figures as lookahead_figures
 from sim.model.parameters import ParameterError, Robot
 from sim.motion import goals, show_page, show_path, show_rtl
+from sim.planner import figures as planner_figures
 from sim.planner.figures import Result, printed
 from sim.run.progress import TickProgress
 
 ROOT = Path(__file__).resolve().parents[2]
-# Packages whose `figures.figures(output)` gives results with the fields of planner.figures.Result,
-# or a document that has an entry in READERS.
-FIGURES = ("planner", "lookahead", "drive")
+# Their `figures(output)` gives results with the fields of planner.figures.Result, or a document
+# that has an entry in READERS.
+FIGURES = {"planner": planner_figures, "lookahead": lookahead_figures, "drive": drive_figures}
 LOOKAHEAD_PATH = lookahead_figures.PATH_FILE
 LOOKAHEAD_CORNER = lookahead_figures.CORNER_FILE
 # Names of the papers on the page and in docs/sources.md, by the beginning of a picture's name.
@@ -51,7 +50,6 @@ CAPTION = (
     "reached, L_alpha and L_beta shortest lengths with full speed and with any acceleration, am "
     "greatest acceleration, J jerk, Sk and Tk way and time of phase k."
 )
-ABSENT = "{name} is not part of this version: its figures are left out"
 
 
 class ShowError(RuntimeError):
@@ -135,18 +133,13 @@ def table_of(rows: list[dict[str, Any]]) -> Table:
     return table
 
 
-def _figure_modules(output: Path, console: Console) -> tuple[list[dict[str, Any]], list[str]]:
-    rows, absent = [], []
-    for name in FIGURES:
-        module = f"sim.{name}.figures"
-        if importlib.util.find_spec(module) is None:
-            absent.append(name)
-            console.print(f"      {ABSENT.format(name=name)}")
-            continue
-        found = rows_of(name, importlib.import_module(module).figures(output))
+def _figure_modules(output: Path, console: Console) -> list[dict[str, Any]]:
+    rows = []
+    for name, module in FIGURES.items():
+        found = rows_of(name, module.figures(output))
         console.print(f"      {name}: {len(found)} figures")
         rows += found
-    return rows, absent
+    return rows
 
 
 def _robot(robot: Robot, output: Path, full: bool, console: Console) -> list[dict[str, Any]]:
@@ -186,7 +179,7 @@ def run(arguments: argparse.Namespace, console: Console) -> None:
     out: Path = arguments.output
     out.mkdir(parents=True, exist_ok=True)
     console.print("[bold]1/4[/] figures of the papers: planner, look-ahead, drive")
-    rows, absent = _figure_modules(out, console)
+    rows = _figure_modules(out, console)
     strokes = f"{len(drive_figures.STROKES)} strokes (--full: the whole path)"
     console.print(
         f"[bold]2/4[/] robot in closed loop on AGH at 2 m/min, payload +{PAYLOAD:g} kg, "
@@ -221,7 +214,6 @@ def run(arguments: argparse.Namespace, console: Console) -> None:
         console.print(f"{len(features)} goals, {missed} not met, {unmeasured} not in this run")
     document = {
         "full": arguments.full,
-        "absent": absent,
         "figures": rows,
         "goals": goals.document(features),
     }

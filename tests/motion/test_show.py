@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import os
 from dataclasses import dataclass, replace
@@ -34,10 +33,7 @@ def test_quick_show__table_page_and_results_of_every_present_module(tmp_path, ca
     assert {"CNC", "S-curve"} <= {row["paper"] for row in rows}
     assert {"3", "11a", "11b", "11c", "12", "15", "table"} <= {row["figure"] for row in rows}
     for name in show.FIGURES:
-        present = importlib.util.find_spec(f"sim.{name}.figures") is not None
-        assert present != (name in document["absent"])
-        if not present:
-            assert show.ABSENT.format(name=name).split(":")[0] in printed
+        assert f"{name}: " in printed
     html = (tmp_path / "index.html").read_text()
     for file in {row["file"] for row in rows}:
         assert (tmp_path / file).is_file() and (tmp_path / file).with_suffix(".png").is_file()
