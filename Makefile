@@ -28,7 +28,7 @@ TOPS ?=
 SEEDS ?=
 export SEED
 
-.PHONY: help setup run dual test test-full test-mutants fuzz lint lock clean
+.PHONY: help setup setup-synth run dual test test-full test-mutants fuzz lint lock clean
 .PHONY: gen gen-check docs readme site
 .PHONY: formal fp-case fp-bench fp-campaign fp-report
 .PHONY: robots
@@ -151,6 +151,8 @@ site: $(READY) ## the documents with the API of the Python tools as a site, buil
 	@echo "site: build/site/index.html"
 
 setup: $(READY) ## create the project-local environment (run and test do it by themselves)
+
+setup-synth: $(READY_SYNTH) ## the packages of synthesis and proofs too (synth and formal do it by themselves)
 
 $(READY): requirements.lock pyproject.toml scripts/bootstrap.sh
 	@scripts/bootstrap.sh requirements.lock $@
