@@ -126,7 +126,7 @@ def decoded_operation(isa: Isa) -> list[str]:
     for record in isa.operations.values():
         values = [sv_control(record.control.get(name, 0), width) for name, width in control]
         if record.control:
-            lines.append(f"      // {fields_of(record)}")
+            lines.append(f"      // {fields_of(record, isa)}")
             lines.append(f"      asip_isa_pkg::OP_{record.name.upper()}:")
             lines.append(f"        control_of = {{{', '.join(merged(values))}}};")
     return [
@@ -161,10 +161,11 @@ def merged(values: list[str]) -> list[str]:
     return parts
 
 
-def fields_of(record: OperationRecord) -> str:
+def fields_of(record: OperationRecord, isa: Isa) -> str:
+    """Control fields of an operation as a comment: flags by name, others with their value."""
+    widths = isa.units[record.unit].control
     return ", ".join(
-        f"{name} {value}" if isinstance(value, str) or name.endswith("_op") else name
-        for name, value in record.control.items()
+        f"{name} {value}" if widths[name] > 1 else name for name, value in record.control.items()
     )
 
 
