@@ -138,10 +138,6 @@ class IssBackend:
         self.iss = Iss(image, trace=trace)
         self._outputs = {o.name: int(o.safe, 16) for o in image.outputs}
         self._readable = {entry.name for entry in (*image.exports, *image.states)}
-        self._types = {entry.name: entry.type for entry in (*image.inputs, *image.states)}
-
-    def _values(self, words: Mapping[str, int]) -> dict[str, float]:
-        return {name: number(word, self._types[name]) for name, word in words.items()}
 
     def has(self, name: str) -> bool:
         return name in self._outputs or name in self._readable or is_register(name)
@@ -149,7 +145,7 @@ class IssBackend:
     def run(self, inputs: Sequence[str], data: NDArray[np.uint32], read: Sequence[str]) -> Runs:
         words, flags, fault, text = [], [], None, ""
         for row in data.tolist():
-            self.iss.set_inputs(self._values(dict(zip(inputs, row, strict=True))))
+            self.iss.set_words(dict(zip(inputs, row, strict=True)))
             result = self._last = self.iss.run()
             self._outputs = result.output_bits
             words.append([self.read(name) for name in read])
@@ -168,7 +164,7 @@ class IssBackend:
         )
 
     def preset(self, words: Mapping[str, int]) -> None:
-        self.iss.set_state(self._values(words))
+        self.iss.set_words(words)
 
     def read(self, name: str) -> int:
         return self._outputs[name] if name in self._outputs else self.iss.read_bits(name)

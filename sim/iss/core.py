@@ -147,6 +147,14 @@ class Iss:
                 raise KeyError(f"{name}: the program has no such state")
             self._write(name, value)
 
+    def set_words(self, words: Mapping[str, int]) -> None:
+        """Write inputs or preset states as raw 32-bit words. KeyError for another name."""
+        known = self._inputs | {state.name for state in self._image.states}
+        for name, bits in words.items():
+            if name not in known:
+                raise KeyError(f"{name}: the program has no such input or state")
+            self._registers[self._places[name][0]] = word(bits)
+
     @property
     def state(self) -> dict[str, float | int]:
         """States by name, as floats or integers by their type."""

@@ -25,7 +25,7 @@ LAST_DIRECTED = '    ("fsin", (QUIET,), NAN, 0),\n'
 RUN = """
 import itertools, json, numpy as np
 from sim.core import Core
-corners = [0, 1 << 31, 1, 0x3F800000, 0xC0000000, 0x7F800000, 0xFF800000, 0x7FC00000, 0xFFC00001]
+corners = [0, 1 << 31, 1, 0x3F800000, 0xC0000000, 0x7F800000, 0xFF800000, 0x7FC00000, 0xFF800001]
 rows = np.array(list(itertools.product(corners, repeat=2)), dtype=np.uint32)
 ticks = {}
 for backend in ("iss", "rtl"):

@@ -248,3 +248,13 @@ def test_operand_codes_of_both_halves_of_bank_k():
     )
     iss.run()
     assert iss.read("c0") == 2.0 and iss.read("k127") == 2.0
+
+
+def test_words_keep_their_bits_a_signalling_nan_too():
+    program = image([bundle(NOP, NOP, word("mov", 5, "k0"), halt=True)])
+    iss = Iss(program)
+    iss.set_words({"p": 0xFF800001})
+    iss.run()
+    assert iss.read_bits("c5") == 0xFF800001
+    with pytest.raises(KeyError, match="no such input or state"):
+        iss.set_words({"F": 0})
