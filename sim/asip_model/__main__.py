@@ -105,8 +105,8 @@ def _loop(built: Built, tree: Tree, settings: Settings, seconds: float) -> int:
 
 
 def _prove(built: Built, options: argparse.Namespace) -> int:
-    from sim.asip_model.prove import prove
     from sim.core import CoreFault
+    from sim.prove_program import prove
 
     try:
         proof = prove(built.compiled, built.image, count=options.inputs, seed=options.seed)

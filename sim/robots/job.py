@@ -13,7 +13,7 @@ from asip_asm.isa import default_isa
 from asip_asm.model.compiler import Options, compile_law
 from asip_asm.model.law import Law
 from asip_asm.model.program import Built, build
-from sim.asip_model.prove import Proof, prove
+from sim.prove_program import Proof, prove
 from sim.robots import pendulum, quadrotor
 from sim.robots.catalogue import robot
 from sim.robots.closed_loop import Arm, ClosedLoop, Machine, close_loop

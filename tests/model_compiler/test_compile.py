@@ -15,7 +15,7 @@ from asip_asm.model.law import Law, Port, load_law
 from asip_asm.model.program import build
 from asip_asm.model.read import BINARY, NAMES, REFUSED, UNARY, ModelError, load_function
 from sim.asip_model.__main__ import main
-from sim.asip_model.prove import prove
+from sim.prove_program import prove
 from tests.model_compiler.laws import mixed
 
 FORMS = [

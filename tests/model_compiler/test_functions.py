@@ -13,7 +13,7 @@ from asip_asm.model.exact import evaluate
 from asip_asm.model.functions import FUNCTIONS
 from asip_asm.model.law import Law, Port
 from asip_asm.model.program import build
-from sim.asip_model.prove import prove, rounded_sine
+from sim.prove_program import prove, rounded_sine
 
 MPFR = {"erf": gmpy2.erf, "log1p": gmpy2.log1p, "expm1": gmpy2.expm1}
 NEAR_ONE = (-1.0, 1.0)

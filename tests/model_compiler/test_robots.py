@@ -10,7 +10,7 @@ import pytest
 
 from asip_asm.model.compiler import Options, compile_law
 from asip_asm.model.program import build
-from sim.asip_model.prove import prove
+from sim.prove_program import prove
 from sim.robots.catalogue import ROBOTS, robot
 from sim.robots.dynamics import inverse_dynamics, jacobian, placements
 from sim.robots.laws import LAWS, Settings, operations
