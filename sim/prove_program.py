@@ -10,7 +10,7 @@ before; and must be as near to the CasADi function in double precision as
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -84,8 +84,18 @@ def _batches(compiled: Compiled, count: int, rng: np.random.Generator) -> Iterat
         count -= BATCH
 
 
+Sample = Callable[[int, np.random.Generator], dict[str, Array]]
+"""Inputs of so many consecutive ticks, for laws whose inputs belong together."""
+
+
 def prove(
-    compiled: Compiled, image: Image, *, count: int = COUNT, seed: int = SEED, backend: str = "rtl"
+    compiled: Compiled,
+    image: Image,
+    *,
+    count: int = COUNT,
+    seed: int = SEED,
+    backend: str = "rtl",
+    sample: Sample | None = None,
 ) -> Proof:
     """Run `count` drawn ticks of the program and compare. Raises CoreFault if the core stops."""
     law = compiled.law
@@ -94,7 +104,7 @@ def prove(
     results: dict[str, list[Array]] = {}
     with Core(image, backend=backend) as core:
         for size in _batches(compiled, count, rng):
-            _run_batch(law, core, size, rng, values, results)
+            _run_batch(law, core, size, rng, values, results, sample)
     inputs = {name: np.concatenate(parts) for name, parts in values.items()}
     for port in law.of_kind("parameter"):
         inputs[port.name] = np.full(count, port.initial, np.float32)
@@ -110,10 +120,14 @@ def _run_batch(
     rng: np.random.Generator,
     values: dict[str, list[Array]],
     results: dict[str, list[Array]],
+    sample: Sample | None,
 ) -> None:
-    inputs = {port.name: draw(port, size, rng) for port in law.of_kind("input")}
-    for rate in law.of_kind("rate"):
-        inputs[rate.rate_of] = _walk(law, rate, size, rng)
+    if sample:
+        inputs = sample(size, rng)
+    else:
+        inputs = {port.name: draw(port, size, rng) for port in law.of_kind("input")}
+        for rate in law.of_kind("rate"):
+            inputs[rate.rate_of] = _walk(law, rate, size, rng)
     states = {p.name: draw(p, 1, rng) for p in law.of_kind("state")}
     for rate in law.of_kind("rate"):
         states[before(rate.rate_of)] = inputs[rate.rate_of][:1]

@@ -81,6 +81,17 @@ class _Emitter:
         self.body: list[str] = []
         self.taken = {port.name for port in law.ports}
         self.in_data = self._choose_data()
+        self.last_read = self._last_reads()
+
+    def _last_reads(self) -> dict[str, float]:
+        """Position of the last operation that reads the old value of each state."""
+        found: dict[str, float] = {}
+        for i in [*self.order, None]:
+            args = self.graph.roots() if i is None else self.graph.nodes[i].args
+            for arg in args:
+                if self.graph.nodes[arg].op in ("state", "int_state"):
+                    found[str(self.graph.nodes[arg].value)] = float("inf") if i is None else i
+        return found
 
     # ------------------------------------------------------------------ constants
     def _choose_data(self) -> list[float]:
@@ -205,7 +216,12 @@ class _Emitter:
         return name
 
     def _direct(self, i: int) -> str | None:
-        """Name of the output or export that the operation can write itself."""
+        """Name of the output, export or state that the operation can write itself: a state whose
+        old value nothing reads any more.
+        """
+        states = [name for name, root in self.graph.next_states.items() if root == i]
+        if len(states) == 1 and self.last_read.get(states[0], -1) <= i:
+            return states[0]
         names = [name for name, root in self.graph.outputs.items() if root == i]
         exports = {port.name for port in self.law.of_kind("export")}
         for name in names:

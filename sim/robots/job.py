@@ -13,8 +13,9 @@ from asip_asm.isa import default_isa
 from asip_asm.model.compiler import Options, compile_law
 from asip_asm.model.law import Law
 from asip_asm.model.program import Built, build
-from sim.prove_program import Proof, prove
-from sim.robots import pendulum, quadrotor
+from sim.model.parameters import Robot
+from sim.prove_program import Proof, Sample, prove
+from sim.robots import own, pendulum, quadrotor
 from sim.robots.catalogue import robot
 from sim.robots.closed_loop import Arm, ClosedLoop, Machine, close_loop
 from sim.robots.laws import Settings, computed_torque, operations
@@ -23,16 +24,19 @@ OPTIONS = Options(reassociate=True, reciprocal=True)
 ABOVE_BOUND = 5.0  # percent
 COMPILE_SECONDS = 60.0
 RATIO = 1.05
-CYCLES = {"iiwa14": 245, "panda": 310, "ur5": 225}
+CYCLES = {"own_printed": 214, "own_optimised": 124, "iiwa14": 245, "panda": 310, "ur5": 225}
 """Cycles that are aimed at."""
 
 
 @dataclass(frozen=True)
 class Shown:
-    """A robot's law, and the machine that it controls for some seconds (None: its default)."""
+    """A robot's law, and the machine that it controls for some seconds (None: its default). sample:
+    inputs for the proof where they belong together.
+    """
 
     law: Callable[[], Law]
     machine: Callable[[float | None], Machine]
+    sample: Sample | None = None
 
 
 def _arm(name: str) -> Shown:
@@ -43,15 +47,29 @@ def _arm(name: str) -> Shown:
     )
 
 
-SHOWN: dict[str, Shown] = {
-    name: _arm(name) for name in ("iiwa14", "panda", "ur5", "xarm7", "scara", "so101")
-} | {
-    "quadrotor": Shown(quadrotor.law, lambda seconds: quadrotor.Quadrotor(seconds or 4.0)),
-    "pendulum": Shown(
-        lambda: pendulum.law(pendulum.tree()),
-        lambda seconds: pendulum.Pendulum(pendulum.tree(), seconds=seconds or 4.0),
-    ),
-}
+def _own(law: Callable[[], Law]) -> Shown:
+    robot = Robot.load()
+    return Shown(
+        law,
+        lambda seconds: own.FiveAxes(robot, seconds or 2.0),
+        lambda size, rng: own.sample(robot, size, rng),
+    )
+
+
+SHOWN: dict[str, Shown] = (
+    {
+        "own_printed": _own(own.printed),
+        "own_optimised": _own(own.optimised),
+    }
+    | {name: _arm(name) for name in ("iiwa14", "panda", "ur5", "xarm7", "scara", "so101")}
+    | {
+        "quadrotor": Shown(quadrotor.law, lambda seconds: quadrotor.Quadrotor(seconds or 4.0)),
+        "pendulum": Shown(
+            lambda: pendulum.law(pendulum.tree()),
+            lambda seconds: pendulum.Pendulum(pendulum.tree(), seconds=seconds or 4.0),
+        ),
+    }
+)
 
 
 @dataclass(frozen=True)
@@ -100,7 +118,7 @@ def run_robot(name: str, folder: Path, inputs: int, seconds: float | None, seed:
     built = build(compile_law(law, OPTIONS), folder / f"{name}.s")
     passed = time.monotonic() - begin
     plain = build(compile_law(law, Options()), folder / f"{name}_as_written.s")
-    proof = prove(built.compiled, built.image, count=inputs, seed=seed)
+    proof = prove(built.compiled, built.image, count=inputs, seed=seed, sample=shown.sample)
     loop = close_loop(law, built.image, shown.machine(seconds))
     return Row(name, built, plain.cycles, passed, proof, loop, law.rate)
 

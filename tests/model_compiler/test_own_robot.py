@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The project's own law written in Python: against the golden model, and as programs."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from asip_asm.model.compiler import Options, compile_law
+from asip_asm.model.program import build
+from sim.model import tracking
+from sim.model.parameters import Robot
+from sim.model.records import SetPoints
+from sim.prove_program import prove
+from sim.robots import own
+from sim.robots.closed_loop import DoubleLaw, _run
+
+LAWS = {"printed": own.printed, "optimised": own.optimised}
+CYCLES = {"printed": 214, "optimised": 124}
+
+
+@pytest.fixture(scope="module")
+def robot():
+    return Robot.load()
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_law_is_the_golden_model_at_every_tick(robot, name):
+    values = own.sample(robot, 500, np.random.default_rng(4))
+    words = np.stack([values[n] for n in own.SET_POINTS], axis=1).astype(float)
+    counts = np.stack([values[f"count{i}"] for i in own.AXES], axis=1)
+    want = tracking.run(robot, SetPoints.from_words(words), counts).output
+    double = DoubleLaw(LAWS[name](robot))
+    rows = [{key: column[k].item() for key, column in values.items()} for k in range(500)]
+    got = np.array([list(double.tick(row).values()) for row in rows])
+    assert np.abs(got - want).max() < 1e-7
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_program_is_short_and_keeps_its_bound(robot, tmp_path, name):
+    options = Options(reassociate=True, reciprocal=True)
+    built = build(compile_law(LAWS[name](robot), options), tmp_path / "law.s")
+    assert built.cycles <= CYCLES[name]
+    proof = prove(
+        built.compiled,
+        built.image,
+        count=200,
+        backend="iss",
+        sample=lambda size, rng: own.sample(robot, size, rng),
+    )
+    assert proof.passed, (proof.first_difference, proof.worst_fraction_of_bound, proof.worst_result)
+    assert proof.largest_error["F1"] < 2.0  # N, of 3000
+
+
+def test_plant_follows_its_path(robot):
+    machine = own.FiveAxes(robot, 0.2)
+    double = DoubleLaw(own.optimised(robot))
+    loop = _run(machine, lambda inputs, _: double.tick(inputs))
+    # The motion shakes at 30 Hz, the bandwidth of the loop.
+    assert np.abs(loop.errors[-500:, :3]).max() < 1e-4
