@@ -133,12 +133,13 @@ def test_worker_that_dies__is_told(capsys, monkeypatch):
 def test_short_path__every_comparison_is_made(tmp_path, ticks):
     part = tmp_path / "part.ngc"
     part.write_text(LINE)
-    order = Order(part, ROBOT_TOML, tmp_path / "out", ticks, ("fpga3",), plots=False)
+    order = Order(part, ROBOT_TOML, tmp_path / "out", ticks, ("fpga3",), plots=False, override=80.0)
     data = run(order, Console(quiet=True))
     kept = json.loads((tmp_path / "out/results.json").read_text())
     assert kept == json.loads(json.dumps(data))
     assert kept["ticks"] == ticks and kept["gcode"] == str(part) and kept["bounds_ok"] is True
     assert set(kept["platforms"]) == {"fpga3"} and kept["path"]["whole"] is False
+    assert kept["feed_override_percent"] == 80.0
     assert all(goal["met"] for goal in kept["goals"]) and len(kept["goals"]) == 2
 
 
@@ -156,7 +157,7 @@ def test_costs__broken_file__are_the_typical_ones(tmp_path):
 
 
 def test_make_run__names_with_spaces__stay_one_word(tmp_path):
-    words = ["GCODE=my part.ngc", "ROBOT=a robot.toml", "OUTPUT=to here", "TICKS=7"]
+    words = ["GCODE=my part.ngc", "ROBOT=a robot.toml", "OUTPUT=to here", "TICKS=7", "OVERRIDE=80"]
     text = subprocess.run(
         ["make", "-n", "run", *words, "PLATFORMS=fpga1,fpga3"],
         cwd=ROOT,
@@ -166,7 +167,7 @@ def test_make_run__names_with_spaces__stay_one_word(tmp_path):
     ).stdout
     line = text[text.index("-m sim.run") :].replace("\\\n", " ").splitlines()[0]
     wanted = "-m sim.run 'my part.ngc' --robot 'a robot.toml' --output 'to here' --ticks 7"
-    assert shlex.split(line) == shlex.split(f"{wanted} --platforms fpga1,fpga3")
+    assert shlex.split(line) == shlex.split(f"{wanted} --override 80 --platforms fpga1,fpga3")
 
 
 def test_plain__folder_with_spaces__gets_a_link_without(tmp_path, monkeypatch):
