@@ -148,6 +148,7 @@ docs: $(READY) ## write every page with measured figures; those of long campaign
 
 site: $(READY) ## the documents with the API of the Python tools as a site, build/site/index.html
 	@$(SITE)
+	@$(PY) scripts/register_browser.py
 	@echo "site: build/site/index.html"
 
 setup: $(READY) ## create the project-local environment (run and test do it by themselves)

@@ -41,11 +41,14 @@ ACCESS = re.compile(r"\b(?:io_read|io_write|read32|write32)\s*\(.*\b(?:REG_|csr\
 C_WORD = re.compile(r"\bstatus\s*(?:<<|>>|&)\s*\d")
 C_LITERAL = re.compile(r"<<|>>|[|&,]\s*\(?~?(?:0[xX][0-9a-fA-F]+|[1-9]\d*)[uU]?\b")
 # Words and addresses of the bus, and words that registers show.
-SV_WORD = r"\b(?:writedata_i|readdata_\w+|read_data|address_i|data_i|status_o|feed_o|\w+_word)"
+SV_WORD = (
+    r"\b(?:writedata_i|wdata_i|data_i|address_i|readdata_\w+|rdata_\w+|read_data|status_o|feed_o"
+    r"|\w+_word)"
+)
 SV_LITERAL = re.compile(
     rf"{SV_WORD}\s*(?:\[\s*\d+\s*(?:\]|:\s*\d|\+:)|<?=\s*\{{\d+'d0,|<?=\s*\d+'[bhd]\w*[1-9a-f])"
 )
-HOSTS = re.compile(r"_regmap_pkg::")
+HOSTS = re.compile(r"(?:_regmap|n2_system)_pkg::")
 
 Finding = tuple[int, str]
 

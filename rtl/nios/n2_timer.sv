@@ -51,10 +51,15 @@ module n2_timer (
   end
 
   always_comb begin
+    rdata_o = 32'd0;
     case (word_i)
-      Period:  rdata_o = period_q;
-      Control: rdata_o = {29'd0, tick_q, irq_enable_q, run_q};
-      Status:  rdata_o = {31'd0, event_q};
+      Period: rdata_o = period_q;
+      Control: begin
+        rdata_o[n2_system_pkg::TIMER_CONTROL_RUN]        = run_q;
+        rdata_o[n2_system_pkg::TIMER_CONTROL_IRQ_ENABLE] = irq_enable_q;
+        rdata_o[n2_system_pkg::TIMER_CONTROL_TICK]       = tick_q;
+      end
+      Status: rdata_o[n2_system_pkg::TIMER_STATUS_EVENT] = event_q;
       default: rdata_o = count_q;
     endcase
   end
