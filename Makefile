@@ -26,7 +26,8 @@ SEED ?= 1
 JOBS ?= 2
 TOPS ?=
 SEEDS ?=
-export SEED
+WAVES ?=
+export SEED WAVES
 
 .PHONY: help setup setup-synth run dual test test-full test-mutants fuzz lint lock clean
 .PHONY: gen gen-check docs readme site
@@ -47,7 +48,7 @@ run: $(READY) ## the main job: track a path through RTL in closed loop (GCODE, R
 dual: $(READY) ## two processors: set-points on one core, tracking on the other, in closed loop (GCODE=file, ROBOT=file, OVERRIDE=percent)
 	@$(PY) -m sim.dual "$(GCODE)" --robot "$(ROBOT)" --output "$(OUTPUT)/dual" $(if $(OVERRIDE),--override "$(OVERRIDE)")
 
-test: $(READY) tools-for-tests lint gen-check ## every test but the deep campaigns (T=expression, SEED=n)
+test: $(READY) tools-for-tests lint gen-check ## every test but the deep campaigns (T=expression, SEED=n, WAVES=1)
 	$(PYTEST) -m "not full" $(if $(T),-k "$(T)")
 
 test-full: $(READY) tools-for-tests lint gen-check ## the deep campaigns too
@@ -67,6 +68,7 @@ tools-for-tests: $(READY) $(if $(filter true,$(CI)),$(READY_SYNTH) rs274)
 	@scripts/qemu.sh --for-tests
 	@scripts/debian_tool.sh chromium --for-tests
 	@scripts/debian_tool.sh tclsh --for-tests
+	@$(if $(filter-out 0,$(WAVES)),scripts/debian_tool.sh fst)
 	@scripts/bender.sh --for-tests
 
 rs274: $(READY) ## get LinuxCNC's interpreter, the reference of the G-code tests (make test does under CI=true)

@@ -1,12 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Models of tests carry the assertions of sim/assertions; what a test may be skipped for."""
 
+import os
+import re
+import shutil
 from collections.abc import Generator
 from typing import Any
 
 import pytest
 
-from sim.harness import build
+from asip_asm.project import BUILD
+from sim.harness import build, waves
 from tests.bench import needs
 
 build.assertions = True
@@ -14,6 +18,8 @@ build.assertions = True
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup(item: pytest.Item) -> None:
+    if waves.wanted():
+        begin_waves(item)
     for mark in item.iter_markers("needs"):
         for name in mark.args:
             needs.require(name)
@@ -31,3 +37,29 @@ def pytest_make_collect_report() -> Generator[None, Any, Any]:
     report = yield
     needs.refuse_skip(report)
     return report
+
+
+def begin_waves(item: pytest.Item) -> None:
+    """With WAVES=1: an empty folder for the waves of a test."""
+    folder = BUILD / "waves" / re.sub(r"[^\w.=-]+", "_", item.nodeid)[-150:].strip("_")
+    shutil.rmtree(folder, ignore_errors=True)
+    os.environ["WAVES_FOLDER"] = str(folder)
+    waves.folder()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_teardown(item: pytest.Item) -> Generator[None, Any, Any]:
+    result = yield
+    if waves.wanted():
+        waves.close()
+        files = sorted(map(str, waves.folder().glob("*.fst")))
+        item.user_properties.append(("waves", files))
+    return result
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    reports = [r for each in terminalreporter.stats.values() for r in each]
+    for report in reports:
+        if getattr(report, "when", "") == "teardown":
+            for file in dict(report.user_properties).get("waves", []):
+                terminalreporter.write_line(f"waves: {file}")

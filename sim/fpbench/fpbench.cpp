@@ -4,13 +4,12 @@
 // Contract: an operation issued in one clock must answer exactly latency_o clocks later, in order;
 // anything else is a protocol error and ends the run. A function returns 0, or -1 for a bad request.
 #include <ctime>
-#include <memory>
 
+#include "../harness/bench.h"
 #include "Vfpbench.h"
 #include "angles.h"
 #include "cases.h"
 #include "operations.h"
-#include "verilated.h"
 
 using operations::Operation;
 using reference::u32;
@@ -51,16 +50,16 @@ double processor_time() {
   return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
 }
 
-class Bench {
+class Lanes : public Bench<Lanes, Vfpbench> {
  public:
-  Bench() : context_(new VerilatedContext), top_(new Vfpbench(context_.get(), "fpbench")) {
-    top_->rst_ni = 0;
-    top_->valid_i = 0;
+  Lanes() {
+    top->rst_ni = 0;
+    top->valid_i = 0;
     clock();
-    top_->rst_ni = 1;
+    top->rst_ni = 1;
     clock();
-    lanes_ = int(top_->lanes_o);
-    latency_ = top_->latency_o;
+    lanes_ = int(top->lanes_o);
+    latency_ = top->latency_o;
     all_ = lanes_ == 64 ? ~u64(0) : (u64(1) << lanes_) - 1;
   }
 
@@ -69,26 +68,26 @@ class Bench {
     const u64 rows = (n + lanes_ - 1) / lanes_;
     u64 sent = 0, done = 0, cycle = 0, gap_bits = 0;
     issued_.resize(rows);
-    top_->control_i = control;
+    top->control_i = control;
     while (done < rows) {
       if (gaps && !(cycle & 63)) gap_bits = idle.next() & idle.next();
-      const bool ready = top_->ready_o == all_;
+      const bool ready = top->ready_o == all_;
       const bool issue = sent < rows && ready && !(gap_bits >> (cycle & 63) & 1);
-      top_->valid_i = issue;
+      top->valid_i = issue;
       if (issue) {
         const u64 at = sent * u64(lanes_);
         for (int k = 0; k < lanes_; k++) {
-          top_->a_i[k] = d.a[at + k];
-          top_->b_i[k] = d.b[at + k];
-          top_->c_i[k] = d.c[at + k];
+          top->a_i[k] = d.a[at + k];
+          top->b_i[k] = d.b[at + k];
+          top->c_i[k] = d.c[at + k];
         }
         issued_[sent++] = cycle;
       } else {  // nothing of an idle clock may show in a result
         const u64 noise = idle.next();
         for (int k = 0; k < lanes_; k++) {
-          top_->a_i[k] = u32(noise) * u32(2 * k + 1);
-          top_->b_i[k] = u32(noise >> 32) * u32(2 * k + 1);
-          top_->c_i[k] = u32(noise >> 16);
+          top->a_i[k] = u32(noise) * u32(2 * k + 1);
+          top->b_i[k] = u32(noise >> 32) * u32(2 * k + 1);
+          top->c_i[k] = u32(noise >> 16);
         }
       }
       clock();
@@ -97,7 +96,7 @@ class Bench {
         std::snprintf(report.protocol, sizeof report.protocol, "the unit is never ready again");
         return false;
       }
-      const u64 valid = top_->valid_o;
+      const u64 valid = top->valid_o;
       const bool due = done < sent && issued_[done] + latency_ == cycle;
       if (valid != (due ? all_ : 0)) {
         std::snprintf(report.protocol, sizeof report.protocol,
@@ -108,26 +107,22 @@ class Bench {
       if (due) {
         const u64 at = done++ * u64(lanes_);
         for (int k = 0; k < lanes_; k++) {
-          d.got[at + k] = top_->result_o[k];
-          d.got_flags[at + k] = top_->flags_o[k];
+          d.got[at + k] = top->result_o[k];
+          d.got_flags[at + k] = top->flags_o[k];
         }
       }
     }
-    top_->valid_i = 0;
+    top->valid_i = 0;
     report.cycles += cycle;
     return true;
   }
 
  private:
   void clock() {
-    top_->clk_i = 1;
-    top_->eval();
-    top_->clk_i = 0;
-    top_->eval();
+    rise();
+    settle();
   }
 
-  std::unique_ptr<VerilatedContext> context_;
-  std::unique_ptr<Vfpbench> top_;
   std::vector<u64> issued_;
   int lanes_ = 1;
   u32 latency_ = 0;
@@ -189,7 +184,7 @@ void run(const Operation &o, cases::Source *source, const u32 *list, u64 listed,
          double bound, Report &report, Observed observed = {nullptr, nullptr}) {
   thread_local std::unique_ptr<Columns> columns(new Columns());
   Columns &d = *columns;
-  Bench bench;
+  Lanes bench;
   cases::Random idle(seed ^ 0x5eed);
   const double begin = processor_time();
   for (;;) {

@@ -21,6 +21,7 @@ import numpy as np
 from asip_asm.isa import default_isa
 from sim.harness.build import ROOT, build_library
 from sim.harness.sources import sources_of
+from sim.harness.waves import load_model
 
 HERE = Path(__file__).parent
 RTL = ROOT / "rtl/fpu"
@@ -252,7 +253,7 @@ class Unit:
             harness_flags=("-ffp-contract=off", f'-DFPBENCH_UNIT="{name}"'),
         )
         self._bound = angle_bound(rtl) if name == "fp_sincos" else 0.0
-        lib = self._lib = ctypes.CDLL(str(self.library))
+        lib = self._lib = load_model(self.library)
         text, u64, pointer = ctypes.c_char_p, ctypes.c_uint64, ctypes.c_void_p
         lib.fpbench_size.restype = lib.fpbench_operands.restype = u64
         lib.fpbench_report_size.restype = ctypes.c_size_t

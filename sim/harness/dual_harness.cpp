@@ -3,14 +3,13 @@
 // (dual_rtl.py). One call does all of one or many periods.
 #include <cstdint>
 #include <deque>
-#include <memory>
 
 #include "Vdual_asip.h"
-#include "verilated.h"
+#include "bench.h"
 
 namespace {
 
-constexpr uint64_t kBusTimeout = 1000000;  // clocks; above every run and period
+constexpr uint64_t kTimeout = 1000000;  // clocks; above every run and period
 constexpr uint32_t kMeasured = 5, kCommands = 5, kWords = 15;
 
 struct Period {
@@ -31,36 +30,28 @@ struct Write {
   uint32_t address, data;
 };
 
-struct Dual {
-  VerilatedContext context;
-  std::unique_ptr<Vdual_asip> top;
-  uint64_t clocks = 0;
+struct Dual : Bench<Dual, Vdual_asip> {
   uint32_t words[kWords] = {};
   uint32_t stored = 0, updates = 0, torn = 0, cycles[2] = {}, command[kCommands] = {};
   bool update = false;  // in the clock before
   uint64_t updated = 0, last_stored = 0;
   std::deque<Write> queue;  // the host's writes, done while time passes
 
-  Dual() : top(new Vdual_asip(&context)) {
+  Dual() {
     top->read_i = top->write_i = 0;
     top->address_i = 0;
     top->writedata_i = 0;
     for (uint32_t i = 0; i < kMeasured; ++i) top->measured_i[i] = 0;
-    top->rst_ni = 0;
-    for (int i = 0; i < 4; ++i) clock();
-    top->rst_ni = 1;
-    clock();
+    reset();
   }
 
-  // A clock in two halves: inputs settle, then the rising edge.
   void settle() {
     if (!queue.empty()) {
       top->address_i = queue.front().address;
       top->writedata_i = queue.front().data;
       top->write_i = 1;
     }
-    top->clk_i = 0;
-    top->eval();
+    Bench::settle();
   }
 
   void edge() {
@@ -81,42 +72,20 @@ struct Dual {
     }
     for (uint32_t n = 0; n < 2; ++n)
       if (top->trace_cycles_o >> n & 1) cycles[n] = top->trace_data_o;
-    top->clk_i = 1;
-    top->eval();
-    ++clocks;
+    rise();
     if (written) {
       queue.pop_front();
       top->write_i = 0;
     }
   }
 
-  void clock() {
-    settle();
-    edge();
-  }
-
   // One bus access behind all that wait; false if it is not answered.
-  bool access(uint32_t address, uint32_t* data, bool is_write) {
+  bool access_in_turn(uint32_t address, uint32_t* data, bool is_write) {
     for (uint64_t n = 0; !queue.empty(); ++n) {
-      if (n > kBusTimeout) return false;
+      if (n > kTimeout) return false;
       clock();
     }
-    top->address_i = address;
-    top->writedata_i = is_write ? *data : 0;
-    top->write_i = is_write;
-    top->read_i = !is_write;
-    for (uint64_t n = 0; n < kBusTimeout; ++n) {
-      settle();
-      const bool accepted = !top->waitrequest_o;
-      if (accepted && !is_write) *data = top->readdata_o;
-      edge();
-      if (accepted) {
-        top->write_i = top->read_i = 0;
-        return true;
-      }
-    }
-    top->write_i = top->read_i = 0;
-    return false;
+    return access(address, data, is_write);
   }
 
   // One period: from its first clock to the end of its work, or to the first clock of the next one. While
@@ -125,7 +94,7 @@ struct Dual {
     uint64_t n = 0;
     for (settle(); !top->period_o; settle()) {
       edge();
-      if (++n > kBusTimeout) return false;
+      if (++n > kTimeout) return false;
     }
     for (uint32_t i = 0; i < kMeasured; ++i) top->measured_i[i] = p->measured[i];
     settle();
@@ -138,7 +107,7 @@ struct Dual {
       settle();
       p->late = top->period_o;
       if (top->finished_o || top->period_o) break;
-      if (++n > kBusTimeout) return false;
+      if (++n > kTimeout) return false;
     }
     for (uint32_t i = 0; i < kMeasured; ++i) top->measured_i[i] = p->measured[i];
     p->used = clocks - begin;
@@ -162,11 +131,11 @@ void* dual_new() { return new Dual; }
 void dual_free(void* handle) { delete static_cast<Dual*>(handle); }
 
 int dual_write(void* handle, uint32_t address, uint32_t data) {
-  return static_cast<Dual*>(handle)->access(address, &data, true);
+  return static_cast<Dual*>(handle)->access_in_turn(address, &data, true);
 }
 
 int dual_read(void* handle, uint32_t address, uint32_t* data) {
-  return static_cast<Dual*>(handle)->access(address, data, false);
+  return static_cast<Dual*>(handle)->access_in_turn(address, data, false);
 }
 
 // Lets the host write as soon as the bus allows, while time passes in other calls.

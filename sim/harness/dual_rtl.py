@@ -15,6 +15,7 @@ from sim.harness.asip_rtl import AsipError, AsipRtl
 from sim.harness.build import build_library
 from sim.harness.gen.dual_regmap import REGMAP
 from sim.harness.sources import sources_of
+from sim.harness.waves import load_model
 
 TOP = "dual_asip"
 FLAGS = REGMAP.registers["STATUS"].fields
@@ -72,7 +73,7 @@ class DualRtl:
         path = build_library(
             TOP, sources_of(TOP), Path(__file__).with_name("dual_harness.cpp"), parameters, jobs=1
         )
-        lib = ctypes.CDLL(str(path))
+        lib = load_model(path)
         pointer, u32, u64 = ctypes.c_void_p, ctypes.c_uint32, ctypes.c_uint64
         lib.dual_new.restype = pointer
         lib.dual_clocks.restype = lib.dual_run.restype = lib.dual_queued.restype = u64

@@ -1,30 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // C interface of the Verilated step interpolator: one job, all its steps (interpolator_rtl.py).
 #include <cstdint>
-#include <memory>
 
 #include "Vstep_interpolator.h"
-#include "verilated.h"
+#include "bench.h"
 
 namespace {
 
-struct Interpolator {
-  VerilatedContext context;
-  std::unique_ptr<Vstep_interpolator> top;
-
-  Interpolator() : top(new Vstep_interpolator(&context)) {
-    top->rst_ni = 0;
+struct Interpolator : Bench<Interpolator, Vstep_interpolator> {
+  Interpolator() {
     top->start_i = top->advance_i = 0;
-    clock();
-    top->rst_ni = 1;
-    clock();
-  }
-
-  void clock() {
-    top->clk_i = 0;
-    top->eval();
-    top->clk_i = 1;
-    top->eval();
+    reset(1);
   }
 };
 

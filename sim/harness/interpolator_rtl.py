@@ -11,6 +11,7 @@ import numpy as np
 
 from sim.harness.build import ROOT, build_library
 from sim.harness.sources import sources_of
+from sim.harness.waves import load_model
 
 FOLDERS = (ROOT / "rtl",)  # where its sources stand; tests put changed copies first
 PLANES = {"xy": 0, "zx": 1, "yz": 2}
@@ -23,7 +24,7 @@ class InterpolatorRtl:
     def __init__(self) -> None:
         top = "step_interpolator"
         harness = Path(__file__).with_name("interpolator_harness.cpp")
-        lib = ctypes.CDLL(str(build_library(top, sources_of(top, FOLDERS), harness)))
+        lib = load_model(build_library(top, sources_of(top, FOLDERS), harness))
         lib.interpolator_new.restype = ctypes.c_void_p
         lib.interpolator_delete.argtypes = [ctypes.c_void_p]
         lib.interpolator_run.restype = ctypes.c_uint64

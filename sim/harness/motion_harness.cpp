@@ -2,11 +2,9 @@
 // C interface of the Verilated motion front-end: bus accesses, time, and the edges of the drive lines,
 // called from Python (motion_rtl.py).
 #include <cstdint>
-#include <memory>
-#include <vector>
 
 #include "Vmotion_front_end.h"
-#include "verilated.h"
+#include "bench.h"
 
 namespace {
 
@@ -18,31 +16,26 @@ struct Edge {
   uint32_t direction;  // all direction lines
 };
 
-struct Motion {
-  VerilatedContext context;
-  std::unique_ptr<Vmotion_front_end> top;
-  uint64_t clocks = 0;
+struct Motion : Bench<Motion, Vmotion_front_end> {
   uint32_t step = 0, direction = 0;
   std::vector<Edge> edges;
 
-  Motion() : top(new Vmotion_front_end(&context)) {
+  uint64_t started = 0;  // clock behind the reset
+
+  Motion() {
     top->read_i = top->write_i = 0;
-    top->rst_ni = 0;
-    for (int i = 0; i < 4; ++i) clock();
-    top->rst_ni = 1;
-    clocks = 0;
+    reset(4, 0);
+    started = clocks;
   }
 
-  void clock() {
-    top->clk_i = 0;
-    top->eval();
-    top->clk_i = 1;
-    top->eval();
-    ++clocks;
+  uint64_t now() const { return clocks - started; }
+
+  void edge() {
+    rise();
     if (top->step_o != step || top->direction_o != direction) {
       step = top->step_o;
       direction = top->direction_o;
-      edges.push_back({clocks, step, direction});
+      edges.push_back({now(), step, direction});
     }
   }
 };
@@ -55,31 +48,12 @@ void* motion_new() { return new Motion; }
 void motion_delete(void* handle) { delete static_cast<Motion*>(handle); }
 
 void motion_write(void* handle, uint32_t address, uint32_t data) {
-  Motion* m = static_cast<Motion*>(handle);
-  m->top->address_i = address;
-  m->top->writedata_i = data;
-  m->top->write_i = 1;
-  m->clock();
-  m->top->write_i = 0;
+  static_cast<Motion*>(handle)->access(address, &data, true, kBusTimeout);
 }
 
 // Returns 0 if the bus never answers.
 int motion_read(void* handle, uint32_t address, uint32_t* data) {
-  Motion* m = static_cast<Motion*>(handle);
-  m->top->address_i = address;
-  m->top->read_i = 1;
-  for (uint64_t i = 0; i < kBusTimeout; ++i) {
-    m->top->clk_i = 0;
-    m->top->eval();
-    const bool answered = !m->top->waitrequest_o;
-    *data = m->top->readdata_o;
-    m->clock();
-    if (answered) {
-      m->top->read_i = 0;
-      return 1;
-    }
-  }
-  return 0;
+  return static_cast<Motion*>(handle)->access(address, data, false, kBusTimeout);
 }
 
 // Lets time pass, until irq_o is high where asked for; returns the clocks that passed.
@@ -92,7 +66,7 @@ uint64_t motion_clock(void* handle, uint64_t clocks, int until_irq) {
   return clocks;
 }
 
-uint64_t motion_now(void* handle) { return static_cast<Motion*>(handle)->clocks; }
+uint64_t motion_now(void* handle) { return static_cast<Motion*>(handle)->now(); }
 
 uint64_t motion_edges(void* handle, uint64_t* clock, uint32_t* step, uint32_t* direction, uint64_t n) {
   Motion* m = static_cast<Motion*>(handle);

@@ -17,6 +17,7 @@ from sim.harness.phase_record import (
     Record,
 )
 from sim.harness.sources import sources_of
+from sim.harness.waves import load_model
 
 TOP = "motion_front_end"
 FOLDERS = (ROOT / "rtl",)  # where its sources stand; tests put changed copies first
@@ -113,7 +114,7 @@ class MotionRtl:
             Path(__file__).with_name("motion_harness.cpp"),
             {"Interpolators": int(interpolators)},
         )
-        lib = ctypes.CDLL(str(path))
+        lib = load_model(path)
         lib.motion_new.restype = ctypes.c_void_p
         lib.motion_clock.restype = ctypes.c_uint64
         lib.motion_now.restype = ctypes.c_uint64

@@ -4,12 +4,10 @@
 // instruction. Custom instructions (numbers of this harness): see CustomUnit.
 #include <algorithm>
 #include <cstdint>
-#include <cstring>
-#include <memory>
 #include <vector>
 
 #include "Vn2_core.h"
-#include "verilated.h"
+#include "bench.h"
 
 namespace {
 
@@ -50,9 +48,7 @@ struct CustomUnit {
   }
 };
 
-struct Core {
-  VerilatedContext context;
-  std::unique_ptr<Vn2_core> top;
+struct Core : Bench<Core, Vn2_core> {
   std::vector<uint32_t> itcm, dtcm, avalon;
   std::vector<Record> records;
   std::vector<Transfer> transfers;
@@ -68,11 +64,10 @@ struct Core {
   bool held = false;
   uint32_t held_address = 0, held_data = 0, held_lanes = 0;
 
-  Core() : top(new Vn2_core(&context)) {
+  Core() {
     itcm.resize(kItcmBytes / 4);
     dtcm.resize(kDtcmBytes / 4);
     avalon.resize(kAvalonBytes / 4);
-    top->clk_i = 0;
     top->ci_multi_done_i = 0;
     top->avm_waitrequest_i = 0;
     top->irq_i = 0;
@@ -83,14 +78,11 @@ struct Core {
     top->irq_i = 0;
     top->rst_ni = 0;
     for (int i = 0; i < 3; ++i) {
-      top->clk_i = 0;
-      top->eval();
-      top->clk_i = 1;
-      top->eval();
+      settle();
+      rise();
     }
-    top->clk_i = 0;
     top->rst_ni = 1;
-    top->eval();
+    settle();
     records.clear();
     transfers.clear();
     starts.clear();
@@ -193,24 +185,14 @@ struct Core {
       records.push_back({cycle, top->trace_pc_o, top->trace_instruction_o, top->trace_write_o,
                          top->trace_dst_o, top->trace_value_o, top->trace_exception_o,
                          top->trace_cause_o});
-    top->clk_i = 1;
-    top->eval();
+    rise();
     top->itcm_rdata_i = fetch_word;
     top->itcm_data_rdata_i = code_word;
     top->dtcm_rdata_i = data_word;
-    top->clk_i = 0;
-    top->eval();
+    settle();
     ++cycle;
   }
 };
-
-template <typename Event>
-uint32_t copy_events(const std::vector<Event>& events, uint32_t* words, uint32_t n) {
-  const uint32_t count = events.size();
-  n = std::min(n, count);
-  if (n > 0) std::memcpy(words, events.data(), n * sizeof(Event));
-  return count;
-}
 
 }  // namespace
 

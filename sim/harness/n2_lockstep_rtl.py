@@ -11,6 +11,7 @@ import numpy as np
 
 from sim.harness.build import build_library, file_list
 from sim.harness.n2_lockstep_isa import default_isa
+from sim.harness.waves import load_model
 
 HARNESS = Path(__file__).with_name("n2_lockstep.cpp")
 ITCM, DTCM = 0x1000_0000, 0x1004_0000
@@ -40,7 +41,7 @@ class N2Rtl:
         library = build_library(
             "n2_core", file_list("nios/n2_core.f"), HARNESS, values | dict(parameters or {}), 1
         )
-        self._lib = ctypes.CDLL(str(library))
+        self._lib = load_model(library)
         u32, pointer = ctypes.c_uint32, ctypes.c_void_p
         self._lib.n2_new.restype = pointer
         self._lib.n2_memory.restype = ctypes.POINTER(u32)

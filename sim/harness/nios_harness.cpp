@@ -2,22 +2,16 @@
 // C interface of the Verilated Nios II systems: memories, control ticks, programs and a profile, called
 // from Python (nios_rtl.py). One call runs many control ticks, so that Python is not in the clock loop.
 #include <cstdint>
-#include <cstring>
-#include <memory>
 #include <string>
-#include <vector>
 
 #include "Vn2_system.h"
-#include "verilated.h"
+#include "bench.h"
 
 namespace {
 
 constexpr uint32_t kBreak1 = 0x003DA07A;
 
-struct Nios {
-  VerilatedContext context;
-  std::unique_ptr<Vn2_system> top;
-  uint64_t cycles = 0;
+struct Nios : Bench<Nios, Vn2_system> {
   std::string console;
   bool exited = false;
   uint32_t exit_status = 0;
@@ -36,32 +30,24 @@ struct Nios {
   uint64_t last_record = 0;
   std::vector<uint64_t> spent, completed;
 
-  Nios() : top(new Vn2_system(&context)) {
-    top->clk_i = 0;
+  Nios() {
     top->run_i = 0;
     top->enable_i = 0;
     top->tick_i = 0;
     top->host_write_i = 0;
     top->host_address_i = 0;
     top->host_wdata_i = 0;
-    top->rst_ni = 0;
-    for (int i = 0; i < 4; ++i) clock();
-    top->rst_ni = 1;
-    clock();
+    reset();
   }
 
-  void clock() {
-    top->clk_i = 0;
-    top->eval();
+  void edge() {
     if (top->console_valid_o) console.push_back(static_cast<char>(top->console_data_o));
     if (top->exit_valid_o && !exited) {
       exited = true;
       exit_status = top->exit_status_o;
     }
     if (top->trace_valid_o) retire();
-    top->clk_i = 1;
-    top->eval();
-    ++cycles;
+    rise();
   }
 
   // `break 1` with r4 = 0 asks a debugger to end the program, status r5 (nios_sw/lib/exit_semihost.S).
@@ -91,8 +77,8 @@ struct Nios {
 
   // The cycles since the previous instruction left the pipeline belong to the one that leaves it now.
   void record() {
-    const uint64_t delta = cycles - last_record;
-    last_record = cycles;
+    const uint64_t delta = clocks - last_record;
+    last_record = clocks;
     const uint32_t word = (top->trace_pc_o - code_base) / 4;
     if ((always || top->pending_o) && word < spent.size()) {
       spent[word] += delta;
@@ -111,8 +97,7 @@ struct Nios {
   // Read data follow the address by one cycle.
   uint32_t read(uint32_t address) {
     host(address, false, 0);
-    top->clk_i = 0;
-    top->eval();
+    settle();
     return top->host_rdata_o;
   }
 };
@@ -123,7 +108,7 @@ extern "C" {
 
 void* nios_new() { return new Nios; }
 void nios_free(void* handle) { delete static_cast<Nios*>(handle); }
-uint64_t nios_cycles(void* handle) { return static_cast<Nios*>(handle)->cycles; }
+uint64_t nios_cycles(void* handle) { return static_cast<Nios*>(handle)->clocks; }
 uint32_t nios_pc(void* handle) { return static_cast<Nios*>(handle)->pc; }
 uint32_t nios_overrun(void* handle) { return static_cast<Nios*>(handle)->top->overrun_o; }
 uint32_t nios_retired(void* handle) { return static_cast<Nios*>(handle)->top->retired_o; }
@@ -197,7 +182,7 @@ void nios_profile(void* handle, uint32_t code_base, uint32_t n, uint32_t whole) 
   nios->profiling = n != 0;
   nios->always = whole != 0;
   nios->code_base = code_base;
-  nios->last_record = nios->cycles;
+  nios->last_record = nios->clocks;
   nios->spent.assign(n, 0);
   nios->completed.assign(n, 0);
 }

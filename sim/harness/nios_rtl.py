@@ -15,6 +15,7 @@ from sim.harness.build import build_library, file_list
 from sim.harness.n2_lockstep_isa import default_isa
 from sim.harness.nios_image import Program
 from sim.harness.nios_map import default_system_map
+from sim.harness.waves import load_model
 
 HARNESS = Path(__file__).with_name("nios_harness.cpp")
 FILES = "nios/n2_system.f"
@@ -50,7 +51,7 @@ class NiosRtl:
         )
         self.platform = platform
         self.map = default_system_map()
-        self._lib = ctypes.CDLL(str(library))
+        self._lib = load_model(library)
         u32, u64, pointer = ctypes.c_uint32, ctypes.c_uint64, ctypes.c_void_p
         signatures = {
             "new": (pointer, []),

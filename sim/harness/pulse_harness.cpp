@@ -1,32 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // C interface of the Verilated pulse generator: long runs at a given rate, with the clocks of the pulses.
 #include <cstdint>
-#include <memory>
 
 #include "Vpulse_generator.h"
-#include "verilated.h"
+#include "bench.h"
 
 namespace {
 
-struct Pulses {
-  VerilatedContext context;
-  std::unique_ptr<Vpulse_generator> top;
-
-  Pulses() : top(new Vpulse_generator(&context)) {
-    top->rst_ni = 0;
+struct Pulses : Bench<Pulses, Vpulse_generator> {
+  Pulses() {
     top->clear_i = 0;
     top->rate_i = 0;
-    clock();
-    clock();
-    top->rst_ni = 1;
-    clock();
-  }
-
-  void clock() {
-    top->clk_i = 0;
-    top->eval();
-    top->clk_i = 1;
-    top->eval();
+    reset(2);
   }
 };
 

@@ -73,4 +73,13 @@ module sincos_stream;
     $finish;
   end
 
+`ifdef WAVES
+  string waves;
+  initial
+    if ($value$plusargs("waves=%s", waves)) begin
+      $dumpfile(waves);
+      $dumpvars;
+    end
+`endif
+
 endmodule

@@ -18,10 +18,8 @@ from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge, Timer
 from cocotb_tools.runner import get_results
 
-from sim.harness.assertions import assertions_of
 from sim.harness.build import ROOT, WAIVERS
-from sim.harness.plain import plain, workshop
-from tests.cocotb_runner import verilator_runner
+from tests.bench.cocotb_runner import Simulation
 
 OKAY, SLVERR = 0, 2
 PERIOD = 10  # simulation steps
@@ -170,34 +168,17 @@ def run_scenarios(
 
     Raises AssertionError with the log's end and how to replay if one fails or is missing.
     """
-    folder.mkdir(parents=True, exist_ok=True)
-    log, results = folder / "log.txt", folder / "results.xml"
     seed, scenario = os.environ.get("SEED", "1"), os.environ.get("SCENARIO")
     scenarios = re.findall(r"@cocotb\.test\(\)\nasync def (\w+)", bench.read_text())
-    flags = ["--x-initial", "unique", "--x-assign", "unique", "--output-split", "0", "-Wno-fatal"]
-    runner = verilator_runner()
-    try:
-        runner.build(
-            sources=[plain(path) for path in (WAIVERS, *sources, *assertions_of(sources))],
-            hdl_toplevel=top,
-            parameters=dict(parameters or {}),
-            build_dir=workshop(folder),
-            build_args=flags,
-            log_file=log,
-        )
-        runner.test(
-            test_module=".".join(bench.relative_to(ROOT).with_suffix("").parts),
-            hdl_toplevel=top,
-            test_filter=f"{scenario}$" if scenario else None,
-            build_dir=workshop(folder),
-            test_dir=folder,
-            results_xml=str(results),
-            extra_env={"SEED": seed, **(environment or {})},
-            log_file=log,
-        )
-    except (RuntimeError, SystemExit) as error:
-        raise AssertionError(f"{error}\n{log.read_text()[-3000:]}") from error
+    simulation = Simulation(
+        top, [WAIVERS, *sources], folder, parameters, flags=["--output-split", "0"]
+    )
+    results = simulation.run(
+        ".".join(bench.relative_to(ROOT).with_suffix("").parts),
+        {"SEED": seed, **(environment or {})},
+        test_filter=f"{scenario}$" if scenario else None,
+    )
     total, failed = get_results(results)
     assert failed == 0 and total == (1 if scenario else len(scenarios)), (
-        f"{failed} of {total} failed; replay: SEED={seed}\n{log.read_text()[-4000:]}"
+        f"{failed} of {total} failed; replay: SEED={seed}\n{simulation.log.read_text()[-4000:]}"
     )

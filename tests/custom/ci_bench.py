@@ -12,6 +12,7 @@ import numpy as np
 from scripts.custom_table import Instruction, Platform, load
 from sim.harness.build import ROOT, build_library
 from sim.harness.sources import sources_of
+from sim.harness.waves import load_model
 from tests.fpu.tb import generator, seed
 
 BENCH = ROOT / "sim/harness/ci_bench.sv"
@@ -48,7 +49,7 @@ class CiBench:
     def __init__(self) -> None:
         folders = (ROOT / "rtl", BENCH.parent)
         sources = [HIERARCHY, *sources_of("ci_bench", folders)]
-        library = ctypes.CDLL(str(build_library("ci_bench", sources, HARNESS)))
+        library = load_model(build_library("ci_bench", sources, HARNESS))
         pointer, u32 = ctypes.c_void_p, ctypes.c_uint32
         library.ci_new.restype = pointer
         library.ci_free.argtypes = [pointer]

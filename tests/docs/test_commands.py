@@ -35,6 +35,7 @@ NOT_RUN = {
     "make run": "minutes: the main job, tests/run",
     "make test": "is what runs this",
     "make motion": "minutes",
+    ".venv/bin/pytest": "tests/docs/test_debugging.py runs it",
     "make dual": "minutes",
     "make nios-toolchain": "builds a cross compiler",
     "make nios-sw": "needs the cross compiler",

@@ -11,7 +11,7 @@ A test describes its unit and operations once and calls `check`:
 The unit has ports clk_i, rst_ni, valid_i, valid_o and those named in `Unit`; it accepts a row per
 `interval` clocks and answers after exactly `latency` register ranks, which `run` verifies on every
 clock.
-Environment: SEED (default 1), WAVES=1 (VCD in the build folder), CASE="<op> <hex> ..." (replay).
+Environment: SEED (default 1), WAVES=1 (docs/debugging.md), CASE="<op> <hex> ..." (replay).
 """
 
 from __future__ import annotations
@@ -27,9 +27,8 @@ from pathlib import Path
 import numpy as np
 
 from sim.fpbench import softfloat as reference
-from sim.harness.assertions import assertions_of
-from sim.harness.plain import plain, workshop
-from tests.cocotb_runner import verilator_runner
+from sim.harness.plain import plain
+from tests.bench.cocotb_runner import Simulation
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "rtl/fpu/fp_pkg.sv"
@@ -115,65 +114,34 @@ def bench_source(unit: Unit) -> str:
     )
 
 
-def _waves() -> bool:
-    return os.environ.get("WAVES", "0") not in ("", "0")
-
-
-def _build_dir(unit: Unit) -> Path:
-    return ROOT / "build/sim" / (unit.name + ("_waves" if _waves() else ""))
-
-
 @functools.cache
-def build(unit: Unit):
-    """Verilate the bench of a unit (once per session); returns the cocotb runner."""
-    folder = _build_dir(unit)
+def build(unit: Unit) -> Simulation:
+    """Verilate the bench of a unit (once per session)."""
+    folder = ROOT / "build/sim" / unit.name
     folder.mkdir(parents=True, exist_ok=True)
     bench = folder / "bench.sv"
     if not bench.exists() or bench.read_text() != bench_source(unit):
         bench.write_text(bench_source(unit))
-    log = folder / "build.log"
-    runner = verilator_runner()
-    try:
-        runner.build(
-            sources=[
-                plain(path) for path in (*unit.sources, *assertions_of(unit.sources), STREAM, bench)
-            ],
-            hdl_toplevel="bench",
-            build_dir=workshop(folder),
-            build_args=["--x-initial", "unique", "--x-assign", "unique", "--assert", "-Wno-fatal"],
-            waves=_waves(),
-            log_file=log,
-        )
-    except RuntimeError as error:
-        raise RuntimeError(f"building {unit.name} failed:\n{log.read_text()[-3000:]}") from error
-    return runner
+    return Simulation("bench", [*unit.sources, STREAM, bench], folder)
 
 
 def _simulate(unit: Unit, testcase: str, rows: np.ndarray) -> np.ndarray:
     """Stream rows of 32-bit words through the bench; one response row per clock."""
-    runner = build(unit)
-    folder = _build_dir(unit)
-    stimulus, response, log = folder / "stimulus.hex", folder / "response.hex", folder / "sim.log"
+    simulation = build(unit)
+    stimulus, response = (simulation.folder / f"{name}.hex" for name in ("stimulus", "response"))
     stimulus.write_text(rows.astype(">u4").tobytes().hex("\n", 4 * rows.shape[1]) + "\n")
     response.unlink(missing_ok=True)
-    try:
-        runner.test(
-            test_module="tests.fpu.stream_tb",
-            hdl_toplevel="bench",
-            testcase=testcase,
-            test_dir=folder,
-            plusargs=[
-                f"+stimulus={plain(stimulus)}",
-                f"+response={plain(response)}",
-                "+verilator+rand+reset+2",
-                f"+verilator+seed+{seed()}",
-            ],
-            extra_env={"UNIT_LATENCY": str(unit.latency), "UNIT_INTERVAL": str(unit.interval)},
-            results_xml=str(folder / "results.xml"),
-            log_file=log,
-        )
-    except (SystemExit, RuntimeError) as error:
-        raise AssertionError(f"{unit.name} {testcase}:\n{log.read_text()[-3000:]}") from error
+    simulation.run(
+        "tests.fpu.stream_tb",
+        {"UNIT_LATENCY": str(unit.latency), "UNIT_INTERVAL": str(unit.interval)},
+        testcase=testcase,
+        plusargs=[
+            f"+stimulus={plain(stimulus)}",
+            f"+response={plain(response)}",
+            "+verilator+rand+reset+2",
+            f"+verilator+seed+{seed()}",
+        ],
+    )
     raw = bytes.fromhex(response.read_text())
     return np.frombuffer(raw, dtype=">u4").astype(np.uint32).reshape(-1, 1 + len(unit.outputs))
 

@@ -21,6 +21,7 @@ import gmpy2
 import numpy as np
 import pytest
 
+from sim.harness import waves
 from sim.harness.build import verilator_driver
 from sim.harness.plain import plain, workshop
 from tests.fpu import stimulus
@@ -29,7 +30,7 @@ from tests.fpu.tb import ROOT, generator, package_constant, seed
 LATENCY = package_constant("FP_SINCOS_LATENCY")
 BOUND_ULP = 0.5 + 2.0**-5
 CASES = 100_000
-BUILD = ROOT / "build/sim/fp_sincos"
+BUILD = ROOT / "build/sim" / ("fp_sincos_waves" if waves.wanted() else "fp_sincos")
 SOURCES = (*(ROOT / "rtl/fpu/fp_sincos.f").read_text().split(), "sim/harness/sincos_stream.sv")
 INEXACT, UNDERFLOW_INEXACT, INVALID = 0b00001, 0b00011, 0b10000
 CANON_NAN, ONE, SIGN = 0x7FC00000, 0x3F800000, 0x80000000
@@ -44,7 +45,8 @@ def executable() -> Path:
     work = workshop(BUILD)
     options = "--binary --timing --assert -O3 -Wno-fatal --x-initial unique --x-assign unique"
     options += " -CFLAGS -std=c++20"  # coroutines
-    command = [verilator_driver(), *options.split(), "--top-module", "sincos_stream"]
+    command = [verilator_driver(), *options.split(), *waves.flags()]
+    command += ["--top-module", "sincos_stream"]
     sources = [plain(ROOT / name) for name in SOURCES]
     done = subprocess.run([*command, "--Mdir", work, *sources], capture_output=True, text=True)
     if done.returncode:
@@ -59,6 +61,8 @@ def run(cosine: bool, operands: np.ndarray, gaps: bool = False) -> tuple[np.ndar
     words = operands.astype(np.uint64) | np.uint64(int(cosine) << 32)
     stem.with_suffix(".in").write_text("\n".join(f"{w:09x}" for w in words.tolist()) + "\n")
     arguments = [f"+stimulus={stem}.in", f"+response={stem}.out"] + ["+gaps"] * gaps
+    if waves.wanted():
+        arguments.append(f"+waves={waves.new_file('sincos_stream')}")
     random = ["+verilator+rand+reset+2", f"+verilator+seed+{seed()}"]
     done = subprocess.run([str(program), *arguments, *random], capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr

@@ -12,6 +12,7 @@ import pytest
 
 from sim.harness.build import ROOT, build_library
 from sim.harness.sources import sources_of
+from sim.harness.waves import load_model
 
 MODULUS = 16 * 100_000_000
 HALF = MODULUS // 2
@@ -25,7 +26,7 @@ class Generator:
     def __init__(self) -> None:
         sources = sources_of("pulse_generator", FOLDERS)
         harness = ROOT / "sim/harness/pulse_harness.cpp"
-        self.lib = ctypes.CDLL(str(build_library("pulse_generator", sources, harness)))
+        self.lib = load_model(build_library("pulse_generator", sources, harness))
         self.lib.pulses_new.restype = ctypes.c_void_p
         self.lib.pulses_run.restype = ctypes.c_uint64
         self.lib.pulses_run.argtypes = [

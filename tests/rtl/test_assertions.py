@@ -16,6 +16,7 @@ from pathlib import Path
 import pytest
 from pyslang import ast, syntax
 
+from sim.harness import waves
 from sim.harness.assertions import FOLDER, RULES, assertions_of
 from sim.harness.build import MAKE_FLAGS, ROOT, verilator_driver
 
@@ -98,7 +99,8 @@ def bench(checkers: list[Checker]) -> str:
 
     step = "@(negedge clk_i);"
     by_name = {each.name: each for each in checkers}
-    lines.append("initial begin")
+    lines += ["`ifdef WAVES", "string waves;", 'initial if ($value$plusargs("waves=%s", waves))']
+    lines += ["begin $dumpfile(waves); $dumpvars; end", "`endif", "initial begin"]
     for each in checkers:
         lines += drive(each, "")
     lines += [step, "rst_ni = 1'b1;", *3 * [step], '$display("CASE bound");']
@@ -128,12 +130,12 @@ def fired(tmp_path_factory) -> dict[str, str]:
     files[-1].write_text(bench(checkers))
     command = [verilator_driver(), "--binary", "--timing", "--assert", "-Wno-fatal", "-Wno-lint"]
     command += ["-CFLAGS", "-std=c++20 -fcoroutines", "-MAKEFLAGS", FLAGS, "-j", "2"]
-    command += ["--top-module", "bench", "--Mdir", folder / "obj", *files]
+    command += [*waves.flags(), "--top-module", "bench", "--Mdir", folder / "obj", *files]
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
-    done = subprocess.run(
-        [folder / "obj/Vbench", "+verilator+error+limit+100000"], capture_output=True, text=True
-    )
+    run = [folder / "obj/Vbench", "+verilator+error+limit+100000"]
+    run += [f"+waves={waves.new_file('bench')}"] if waves.wanted() else []
+    done = subprocess.run(run, capture_output=True, text=True)
     output: dict[str, str] = {"": ""}
     case = ""
     for line in (done.stdout + done.stderr).splitlines():

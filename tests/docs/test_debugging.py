@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The steps of docs/debugging.md: WAVES=1 gives an FST from a C++ harness and from cocotb."""
+
+from __future__ import annotations
+
+import os
+import re
+import struct
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from sim.harness.build import ROOT
+from tests.motion_rtl.test_pulse_generator import Generator
+
+PAGE = (ROOT / "docs/debugging.md").read_text()
+ALONE = re.search(r'pytest "(\S+)"', PAGE)[1]
+COCOTB = "tests/fpu/test_fp_i2f.py::test_i2f__reset_in_flight__clears_valid"
+
+
+def end_time(path: Path) -> int:
+    """Last time in the header of an FST (block type 0, 329 bytes, start and end time)."""
+    kind, size, start, end = struct.unpack(">BQQQ", path.read_bytes()[:25])
+    assert (kind, size, start) == (0, 329, 0)
+    return end
+
+
+@pytest.mark.parametrize("test", [ALONE, COCOTB], ids=["harness", "cocotb"])
+def test_waves__of_one_test__are_named_and_hold_its_time(test, tmp_path):
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", test]
+    environment = {**os.environ, "WAVES": "1", "WAVES_CLOCKS": "1000"}
+    done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    files = [Path(name) for name in re.findall(r"^waves: (.*\.fst)$", done.stdout, re.M)]
+    assert len(files) == 1 and test.rpartition("::")[2] in files[0].parent.name
+    assert end_time(files[0]) > 20
+
+
+def test_page__names_a_test_by_its_name_and_by_a_part_of_it():
+    part = re.search(r"make test T=(\w+) WAVES=1", PAGE)[1]
+    assert part in ALONE
+    assert f"{ALONE.replace('/', '_').replace('::', '_')}/pulse_generator-1.fst" in PAGE
+
+
+def test_model_without_waves__holds_nothing_of_them(monkeypatch):
+    monkeypatch.delenv("WAVES", raising=False)
+    with pytest.raises(AttributeError):
+        Generator().lib.bench_close_waves  # noqa: B018
