@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -11,13 +10,12 @@ import pytest
 
 from sim.harness import dual_rtl
 from sim.harness.asip_rtl import AsipError
+from tests.bench.faults import RTL, load
 from tests.dual import test_hand_over
-from tests.dual.planted import RTL, VARIABLE, build_with_faults, load, planted, sources
-from tests.mutants.faults import TableError
+from tests.dual.planted import TABLE, VARIABLE, build_with_faults, planted, sources
 
-FAULTS = load()
-NAMES = sorted({fault.found for fault in FAULTS})
-ENTRY = '[[fault]]\nid = 1\nfile = "period_timer.sv"\nbreaks = "b"\nright = "{}"\nwrong = "w"\n'
+FAULTS = load(TABLE)
+NAMES = sorted({name for fault in FAULTS for name in fault.found})
 
 
 def check(name: str) -> Callable[[], None]:
@@ -38,8 +36,8 @@ def model(monkeypatch) -> Callable[[int], None]:
 
 
 def test_table__every_module_has_a_fault() -> None:
-    modules = {path.name for path in RTL.glob("*.sv")}
-    assert {fault.file for fault in FAULTS} == modules
+    modules = {path.name for path in (RTL / "dual").glob("*.sv")}
+    assert {fault.name for fault in FAULTS} == modules
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -48,11 +46,12 @@ def test_no_fault__the_model_with_all_of_them_passes(name: str, model) -> None:
     check(name)()
 
 
-@pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: f"{fault.number}-{fault.file[:-3]}")
+@pytest.mark.parametrize("fault", FAULTS, ids=str)
 def test_fault__is_found(fault, model) -> None:
     model(fault.number)
     with pytest.raises((AssertionError, AsipError)):
-        check(fault.found)()
+        for name in fault.found:
+            check(name)()
 
 
 def test_planted__choices_of_one_place_are_alternatives() -> None:
@@ -63,37 +62,7 @@ def test_planted__choices_of_one_place_are_alternatives() -> None:
 
 
 def test_sources__files_without_a_fault_are_the_rtl(tmp_path: Path) -> None:
-    original = [RTL / "core_bus.sv", RTL / "period_timer.sv"]
+    original = [RTL / "dual/core_bus.sv", RTL / "dual/period_timer.sv"]
     copies = sources([fault for fault in FAULTS if fault.number == 1], original)
     assert copies[0] == original[0]
     assert copies[1] != original[1]
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        (ENTRY.format("count_q"), r":1: error: fault 1: needs found, str"),
-        (
-            ENTRY.format("no such") + 'found = "f"\n',
-            r":1: error: fault 1: its place stands 0 times",
-        ),
-        (
-            ENTRY.format("count_q") + 'found = "f"\n',
-            r":1: error: fault 1: its place stands \d+ tim",
-        ),
-        (ENTRY.format("x") + 'found = "f"\nops = 1\n', r":1: error: fault 1: unknown ops"),
-    ],
-)
-def test_table__wrong_entry_is_named(text: str, message: str, tmp_path: Path) -> None:
-    path = tmp_path / "faults.toml"
-    path.write_text(text)
-    with pytest.raises(TableError, match=re.escape(str(path)) + message):
-        load(path)
-
-
-def test_table__number_used_twice_is_refused(tmp_path: Path) -> None:
-    entry = ENTRY.format("(count_q == 16'd0 ? clocks_i : clocks_q)") + 'found = "f"\n'
-    path = tmp_path / "faults.toml"
-    path.write_text(entry * 2)
-    with pytest.raises(TableError, match=r"fault 1: the number is used twice"):
-        load(path)

@@ -17,7 +17,8 @@ except ModuleNotFoundError:
     sys.exit("python -m tests.formal: no solver is installed here; `make formal` installs it")
 from rich.console import Console
 
-from tests.formal.catalogue import Fault, Proof
+from tests.bench.faults import Fault, TableError
+from tests.formal.catalogue import Proof
 from tests.formal.engine import BUILD, PROVED, REFUTED, Verdict, plant, run
 from tests.formal.netlist import ROOT, ElaborationError
 from tests.formal.proofs import PROOFS
@@ -98,14 +99,14 @@ def prove(proof: Proof, report: dict, console: Console, limit: float | None, aga
 
 def named(fault: Fault) -> str:
     """How the report calls a fault."""
-    return f"{fault.file}: {fault.old} -> {fault.new}"
+    return f"{fault.file}: {fault.right} -> {fault.wrong}"
 
 
 def can_fail(proof: Proof, console: Console, limit: float | None) -> bool:
     """Plant each fault of a proof in a copy of rtl/; true if each makes a case fail."""
     entries = []
     for index, fault in enumerate(proof.faults):
-        where = f"{proof.name}: {fault.file}: `{fault.old}` -> `{fault.new}`"
+        where = f"{proof.name}: {fault.file}: `{fault.right}` -> `{fault.wrong}`"
         refuted = None
         try:
             copy = plant(fault, BUILD / "faults" / f"{proof.name}{index}")
@@ -198,4 +199,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    try:
+        sys.exit(main())
+    except TableError as error:
+        sys.exit(str(error))

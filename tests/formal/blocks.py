@@ -9,7 +9,7 @@ from bitwuzla import Term
 
 from asip_asm.isa import default_isa
 from asip_asm.isa_records import OperationRecord
-from tests.formal.catalogue import Case, Context, Fault, proof
+from tests.formal.catalogue import Case, Context, proof
 from tests.formal.ieee import CANON_NAN, PLUS_INF, Outcome
 from tests.formal.logic import RNE, RTZ
 from tests.formal.netlist import Run
@@ -24,7 +24,6 @@ ISA = default_isa()
     "fp_i2f",
     "int32 and uint32 to binary32: result and flags",
     "all",
-    (Fault("fpu/fp_i2f.sv", "|normal_e2_q[5:0]", "|normal_e2_q[5:1]"),),
     quick=True,
 )
 def i2f(ctx: Context) -> Iterator[Case]:
@@ -39,7 +38,6 @@ def i2f(ctx: Context) -> Iterator[Case]:
     "fp_f2i",
     "binary32 to int32, to nearest even and toward zero: result and flags",
     "all",
-    (Fault("fpu/fp_f2i.sv", "a_i == 32'hcf00_0000", "a_i == 32'hcf00_0001"),),
     quick=True,
 )
 def f2i(ctx: Context) -> Iterator[Case]:
@@ -58,11 +56,6 @@ def f2i(ctx: Context) -> Iterator[Case]:
     "every operation (comparison, minimum, maximum, absolute value, negation, signum, saturate, "
     "selections, integer sum and difference; code 15 as a copy): result and flags",
     "all",
-    (
-        Fault("fpu/fp_cmp.sv", "(a[30:0] < b[30:0]) != a[31]", "a[30:0] < b[30:0]"),
-        Fault("fpu/fp_cmp.sv", "!(a_zero_e1 && c_zero_e1)", "!a_zero_e1"),
-        Fault("fpu/fp_cmp.sv", "take_zero_e2 = a_zero_e1_q;", "take_zero_e2 = 1'b0;"),
-    ),
     quick=True,
 )
 def compare(ctx: Context) -> Iterator[Case]:
@@ -91,7 +84,6 @@ OTHERS = ("divsqrt", "i2f", "f2i", "sincos", "memory")
     "absolute value, negation, signum, saturate and the other operations of fp_cmp reach the write "
     "port of the slot: result and flags",
     "all, in a cycle in which no other unit delivers",
-    (Fault("asip/asip_aux.sv", "({32{cmp_valid}} & cmp_result)", "cmp_result[30:0]"),),
     quick=True,
 )
 def aux_compare(ctx: Context) -> Iterator[Case]:
@@ -114,7 +106,6 @@ def aux_compare(ctx: Context) -> Iterator[Case]:
     "fp_lzc",
     "the count is the number of leading zeros, 4 and 5 bits of count",
     "all",
-    (Fault("fpu/fp_lzc.sv", "empty[k][2*g+1] && empty[k][2*g]", "empty[k][2*g+1]"),),
     quick=True,
 )
 def leading_zeros(ctx: Context) -> Iterator[Case]:
@@ -139,7 +130,6 @@ def leading_zeros(ctx: Context) -> Iterator[Case]:
     "fp_normalise",
     "the value is shifted left until its top bit is one, by the count given",
     "all but zero; the zero output for all",
-    (Fault("fpu/fp_normalise.sv", "4'b001?: bits = 2'd2", "4'b001?: bits = 2'd3"),),
     quick=True,
 )
 def normalise(ctx: Context) -> Iterator[Case]:
@@ -168,7 +158,6 @@ SHIFTERS = ((32, 5, 0), (33, 6, 1), (27, 5, 1), (58, 6, 1), (48, 6, 1))
     "fp_shift_right",
     "logical right shift with the OR of the bits shifted out, for every width used",
     "all",
-    (Fault("fpu/fp_shift_right.sv", "level[k][Dropped-1:0]", "level[k][Dropped-1:1]"),),
     quick=True,
 )
 def shift_right(ctx: Context) -> Iterator[Case]:
@@ -195,12 +184,6 @@ def shift_right(ctx: Context) -> Iterator[Case]:
     "a magnitude with any bits below the round bit, as an exact number of a wide format, is "
     "rounded to binary32: result, overflow, underflow, inexact",
     "all within the contract (exponent 1..511, subnormals with exponent 1, not zero)",
-    (
-        Fault(
-            "fpu/fp_round.sv", "(&sig_i[22:0]) && guard_i && round_i", "(&sig_i[22:0]) && guard_i"
-        ),
-        Fault("fpu/fp_round.sv", "sticky_i || sig_i[0]", "sticky_i"),
-    ),
     quick=True,
 )
 def rounding(ctx: Context) -> Iterator[Case]:
@@ -235,11 +218,6 @@ def magnitude_rounded(ctx: Context, run: Run) -> tuple[Term, tuple[Term, ...], O
     "NaN before infinity before zero, with the flags invalid and division by zero as told, and "
     "else the magnitude rounded as in fp_round, without flags if it is told to be exact",
     "all; the magnitude within the contract of fp_round where no special result is wanted",
-    (
-        Fault("fpu/fp_pack.sv", "{sign_i, fp_pkg::PLUS_INF[30:0]}", "fp_pkg::PLUS_INF"),
-        Fault("fpu/fp_pack.sv", "rounded_flags & {5{!exact_i}}", "rounded_flags"),
-        Fault("fpu/fp_pack.sv", "end else if (inf_i)", "end else if (inf_i && !zero_i)"),
-    ),
     quick=True,
 )
 def pack(ctx: Context) -> Iterator[Case]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a proof is: cases, planted faults, and the list that the other modules fill.
+"""What a proof is: cases, planted faults (faults.toml), and the list that the other modules fill.
 
 A proof yields cases; a case claims that its assumptions imply a property for all values of the
 free bit vectors. Where the cases split the inputs, a case of its own claims that they cover them.
@@ -9,11 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 
 from bitwuzla import Term
 
 from sim.harness.sources import sources_of
+from tests.bench.faults import Fault, load
 from tests.formal.ieee import Ieee, Outcome
 from tests.formal.logic import Logic
 from tests.formal.netlist import Netlist, Run, elaborate
@@ -31,13 +33,10 @@ class Case:
     show: Mapping[str, Term] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
-class Fault:
-    """Replacement in one file of a copy of rtl/ that must make a case of the proof fail."""
-
-    file: str
-    old: str
-    new: str
+@cache
+def all_faults() -> list[Fault]:
+    """The table of planted faults. Raises TableError."""
+    return load(HERE / "faults.toml")
 
 
 class Context:
@@ -81,21 +80,23 @@ class Proof:
     claim: str
     inputs: str
     cases: Callable[[Context], Iterator[Case]]
-    faults: tuple[Fault, ...]
     timeout: int = 120  # seconds per case
     quick: bool = False  # also run by pytest
+
+    @property
+    def faults(self) -> list[Fault]:
+        """Those of faults.toml that a case must refute."""
+        return [fault for fault in all_faults() if self.name in fault.found]
 
 
 PROOFS: list[Proof] = []
 
 
-def proof(
-    unit: str, claim: str, inputs: str, faults: tuple[Fault, ...], **options: bool | int
-) -> Callable:
+def proof(unit: str, claim: str, inputs: str, **options: bool | int) -> Callable:
     """Register the decorated function, a generator of cases, as a proof of its own name."""
 
     def register(cases: Callable[[Context], Iterator[Case]]) -> Callable:
-        PROOFS.append(Proof(cases.__name__, unit, claim, inputs, cases, faults, **options))
+        PROOFS.append(Proof(cases.__name__, unit, claim, inputs, cases, **options))
         return cases
 
     return register

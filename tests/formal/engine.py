@@ -19,7 +19,8 @@ from pathlib import Path
 
 import bitwuzla
 
-from tests.formal.catalogue import Case, Context, Fault, Proof
+from tests.bench.faults import Fault, copy
+from tests.formal.catalogue import Case, Context, Proof
 from tests.formal.netlist import ROOT, ElaborationError
 from tests.formal.proofs import PROOFS
 
@@ -159,16 +160,6 @@ def _receive(link: Connection, seconds: float) -> tuple | Verdict | str | None:
 
 
 def plant(fault: Fault, folder: Path) -> Path:
-    """Copy of rtl/ below `folder` with the fault in it; returns the copy.
-
-    Raises ElaborationError if the text to replace is not there, so that no fault is void.
-    """
+    """Copy of rtl/ below `folder` with the fault in it; returns the copy. Raises TableError."""
     shutil.rmtree(folder, ignore_errors=True)
-    copy = folder / "rtl"
-    shutil.copytree(ROOT / "rtl", copy)
-    file = copy / fault.file
-    text = file.read_text()
-    if fault.old not in text:
-        raise ElaborationError(f"rtl/{fault.file} no longer contains `{fault.old}`")
-    file.write_text(text.replace(fault.old, fault.new))
-    return copy
+    return copy(folder / "rtl", [fault])

@@ -22,7 +22,7 @@ from collections.abc import Iterator
 from bitwuzla import Kind, Term
 
 from scripts.units_page import interval
-from tests.formal.catalogue import Case, Context, Fault, proof
+from tests.formal.catalogue import Case, Context, proof
 from tests.formal.ieee import Outcome
 from tests.formal.logic import Logic
 from tests.formal.netlist import Run
@@ -130,7 +130,6 @@ def others(logic: Logic, run: Run, clock: int) -> tuple[Term, ...]:
     "operands enter the recurrence normalised, root and quotient: first remainder, divisor, no "
     "digits; the exponent of digit 0",
     "all finite operands that are not zero, no operation closer than the interval",
-    (Fault(FILE, "|| exponent_q[0];", "|| !exponent_q[0];"),),
     quick=True,
 )
 def folded_start(ctx: Context) -> Iterator[Case]:
@@ -171,10 +170,6 @@ def folded_start(ctx: Context) -> Iterator[Case]:
     "+ R', or nothing changes where digits are left out: in the clocks before 2 p + exp >= 0 of "
     "clock p + 2, clock 8 apart, in the second half one later",
     "all states that meet the invariant",
-    (
-        Fault(FILE, " | (place[25:2] & {24{first[h]}})", ""),
-        Fault(FILE, "valid_q[9] || valid_q[11] || valid_q[13]};", "valid_q[9] || valid_q[11]};"),
-    ),
     timeout=600,
 )
 def folded_clocks(ctx: Context) -> Iterator[Case]:
@@ -227,11 +222,6 @@ def folded_clocks(ctx: Context) -> Iterator[Case]:
     "recurrence gives the digits; its state in clock 14 is abstracted to the invariant; no "
     "quotient has 24 leading ones and a remainder",
     "all operands, no operation closer than the interval",
-    (
-        Fault(FILE, "10'h3e8;", "10'h3e7;"),
-        Fault(FILE, "|| (zero_q && zero)\n", "\n"),
-        Fault(FILE, "w_q[1] == 27'd0 || (w_q[1]", "(w_q[1]"),
-    ),
     timeout=900,
 )
 def folded_rounded(ctx: Context) -> Iterator[Case]:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from bitwuzla import Kind, Term
 
-from tests.formal.catalogue import Case, Context, Fault, covered, exponent_of, proof, significand_of
+from tests.formal.catalogue import Case, Context, covered, exponent_of, proof, significand_of
 from tests.formal.logic import Logic
 from tests.formal.netlist import ElaborationError, Run
 from tests.fpu.tb import package_constant
@@ -54,7 +54,6 @@ def product_facts(logic: Logic, a: Term, b: Term, p: Term) -> dict[str, Term]:
     "the addends sum up to the product, by distributivity over the halves of the operands; "
     "its range and when it is zero, as the proofs of fp_mul and fp_fma use them",
     "all",
-    (Fault("fpu/fp_product.sv", "a_i[16:0] * b_i[23:17]", "a_i[16:0] * b_i[22:17]"),),
     quick=True,
 )
 def product(ctx: Context) -> Iterator[Case]:
@@ -108,10 +107,6 @@ def product(ctx: Context) -> Iterator[Case]:
     "the result is the exact product rounded as IEEE 754 states, product of the significands "
     "abstracted to its range (fp_product): result and flags",
     "all; cases both normal and other",
-    (
-        Fault("fpu/fp_mul.sv", "high_e3 && shifted_e3[0]", "1'b0"),
-        Fault("fpu/fp_mul.sv", "fp_pkg::is_zero(a_i) && fp_pkg::is_inf(b_i)", "1'b0"),
-    ),
     timeout=900,
 )
 def mul(ctx: Context) -> Iterator[Case]:
@@ -186,7 +181,6 @@ class FmaRun:
     "as a multiplier: the exact product rounded, product of the significands abstracted "
     "(fp_product): result and flags",
     "all, whatever the addend",
-    (Fault("fpu/fp_fma.sv", "(kind_i == fp_pkg::FMA_KIND_MUL) || ", ""),),
     timeout=900,
 )
 def fma_product(ctx: Context) -> Iterator[Case]:
@@ -205,7 +199,6 @@ def fma_product(ctx: Context) -> Iterator[Case]:
     "fused multiply-add and its negations: the exact sum of product and addend rounded, product "
     "of the significands abstracted (fp_product): result and flags",
     "all; cases by distance, signs and length of a difference",
-    (Fault("fpu/fp_fma.sv", "subtract_e2_q && !lost_e3}", "subtract_e2_q}"),),
     timeout=600,
 )
 def fma(ctx: Context) -> Iterator[Case]:

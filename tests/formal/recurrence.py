@@ -18,7 +18,7 @@ from collections.abc import Iterator
 
 from bitwuzla import Kind, Term
 
-from tests.formal.catalogue import Case, Context, Fault, exponent_of, proof, significand_of
+from tests.formal.catalogue import Case, Context, exponent_of, proof, significand_of
 from tests.formal.ieee import Outcome
 from tests.formal.logic import Logic
 from tests.formal.netlist import Run
@@ -101,7 +101,6 @@ class Operand:
     "operands enter the recurrence normalised, root and quotient: first remainder, divisor, "
     "no digits",
     "all finite operands that are not zero",
-    (Fault("fpu/fp_divsqrt.sv", "exp_a_e1[0] == zeros_a_e1[0]", "exp_a_e1[0]"),),
     quick=True,
 )
 def recurrence_start(ctx: Context) -> Iterator[Case]:
@@ -130,7 +129,6 @@ def recurrence_start(ctx: Context) -> Iterator[Case]:
     "remainder, two new digits, divisor, and 4 R = step(Q, digits) + R'; the steps add up to its "
     "equation; the leading digits are not zero; an exact quotient has no digits 24 and 25",
     "all states that meet the invariant",
-    (Fault("fpu/fp_divsqrt.sv", "{digit_second, 2'b01}", "{digit_second, 2'b10}"),),
     quick=True,
 )
 def recurrence_stages(ctx: Context) -> Iterator[Case]:
@@ -234,10 +232,6 @@ def numbers(ctx: Context) -> Iterator[Case]:
     "result and flags are the quotient or root, rounded as IEEE 754 states, of which the "
     "recurrence gives the digits; its outcome is abstracted to the invariant",
     "all",
-    (
-        Fault("fpu/fp_divsqrt.sv", "lost_q || nonzero_q", "lost_q"),
-        Fault("fpu/fp_divsqrt.sv", "b_zero_sig_e1 && !a_inf_e1 && !nan_e1", "b_zero_sig_e1"),
-    ),
     timeout=900,
 )
 def recurrence_rounded(ctx: Context) -> Iterator[Case]:

@@ -13,8 +13,9 @@ require("yosys", in_module=True)
 from bitwuzla import Bitwuzla  # noqa: E402
 
 from sim.fpbench import softfloat as reference  # noqa: E402
+from tests.bench.faults import Fault, TableError  # noqa: E402
 from tests.formal.__main__ import MARKS, PAGE, main, page_text, summary, table  # noqa: E402
-from tests.formal.catalogue import Case, Context, Fault, Proof  # noqa: E402
+from tests.formal.catalogue import Case, Context, Proof, all_faults  # noqa: E402
 from tests.formal.engine import BUILD, FAILED, PROVED, REFUTED, plant, run, solve  # noqa: E402
 from tests.formal.netlist import ROOT, ElaborationError, Netlist, elaborate  # noqa: E402
 from tests.formal.proofs import PROOFS  # noqa: E402
@@ -68,11 +69,13 @@ def test_formal__false_claim_or_contradictory_assumptions__are_no_proof() -> Non
 def test_formal__every_proof__has_a_fault() -> None:
     assert [proof.name for proof in PROOFS if not proof.faults] == []
     assert len({proof.name for proof in PROOFS}) == len(PROOFS)
+    named = {name for fault in all_faults() for name in fault.found}
+    assert named == {proof.name for proof in PROOFS}
 
 
 def test_formal__fault_that_no_longer_applies__is_refused() -> None:
-    with pytest.raises(ElaborationError, match="rtl/fpu/fp_lzc.sv no longer contains `absent`"):
-        plant(Fault("fpu/fp_lzc.sv", "absent", ""), PYTEST / "absent")
+    with pytest.raises(TableError, match="`right` stands 0 times in fp_lzc.sv"):
+        plant(Fault(1, "fpu/fp_lzc.sv", "", "absent", "", ()), PYTEST / "absent")
 
 
 def test_formal__unknown_proof__is_a_usage_error(capsys: pytest.CaptureFixture[str]) -> None:

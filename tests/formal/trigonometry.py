@@ -17,7 +17,7 @@ from collections.abc import Iterator
 
 from bitwuzla import Kind, Term
 
-from tests.formal.catalogue import Case, Context, Fault, exponent_of, proof, significand_of
+from tests.formal.catalogue import Case, Context, exponent_of, proof, significand_of
 from tests.formal.ieee import CANON_NAN, Outcome
 from tests.formal.logic import Logic
 from tests.formal.netlist import Run
@@ -56,11 +56,6 @@ def below_one(ctx: Context) -> tuple[Term, Term]:
     "quiet NaN; below 2^-12 every number near enough to be the sine or the cosine rounds to the "
     "result, with the same flags; of zeros they are exact",
     "all above 256 rad or below 2^-12, both signs",
-    (
-        Fault("fpu/fp_sincos.sv", "a_q[30:0] > {EXP_MAX, 23'd0}", "a_q[30:23] > EXP_MAX"),
-        Fault("fpu/fp_sincos.sv", "EXP_MIN = 8'd115", "EXP_MIN = 8'd114"),
-        Fault("fpu/fp_sincos.sv", "!cos_q && !(|a_q[30:23])", "!(|a_q[30:23])"),
-    ),
     quick=True,
 )
 def angle_outside(ctx: Context) -> Iterator[Case]:
@@ -165,11 +160,6 @@ def turned(logic: Logic, run: Run, cycle: int) -> Term:
     "operand, whatever was computed before and stands at the inputs meanwhile: two units stay "
     "equal, step by step, in all that the operand determines",
     "all",
-    (
-        Fault("fpu/fp_sincos.sv", "(a_q[31] && !cos_q)", "a_q[31]"),
-        Fault("fpu/fp_sincos.sv", "load_q || ready_o || step_q", "load_q || step_q"),
-        Fault("fpu/fp_sincos.sv", "cos_q ? fp_pkg::ONE : a_q", "cos_q ? fp_pkg::ONE : a_i"),
-    ),
     quick=True,
 )
 def angle_symmetry(ctx: Context) -> Iterator[Case]:

@@ -16,7 +16,7 @@ from collections.abc import Iterator, Mapping
 
 from bitwuzla import Kind, Term
 
-from tests.formal.catalogue import Case, Context, Fault, proof
+from tests.formal.catalogue import Case, Context, proof
 from tests.formal.induction import Values, inductive
 from tests.formal.integers import Int, Truth
 from tests.formal.logic import Logic
@@ -455,12 +455,6 @@ CLAIM = (
     "the diagonal, or in combined steps along an axis; the arc ends at its end after the "
     "quadrant borders and whole turns asked for"
 )
-FAULTS = (
-    Fault("motion/arc_interpolator.sv", "look = error_q - wide(p_q) + wide(q_q)", "look = error_q"),
-    Fault("motion/arc_interpolator.sv", "if (final_step) begin", "if (1'b0) begin"),
-    Fault("motion/arc_interpolator.sv", "along >= along_end", "along > along_end"),
-    Fault("motion/arc_interpolator.sv", "(wide(p_q) <<< 1)", "wide(p_q)"),
-)
 
 
 @proof(
@@ -468,7 +462,6 @@ FAULTS = (
     CLAIM,
     "all coordinates of 12 bits but -2^11, start and end that near the circle too, both directions "
     "and modes, any pauses",
-    FAULTS,
 )
 def arc_nodes(ctx: Context) -> Iterator[Case]:
     yield from nodes(ctx, NARROW)
@@ -478,7 +471,6 @@ def arc_nodes(ctx: Context) -> Iterator[Case]:
     "arc_interpolator",
     CLAIM,
     "as before, for coordinates of 24 bits but -2^23, the default",
-    FAULTS[2:3],
     timeout=300,
 )
 def arc_nodes_wide(ctx: Context) -> Iterator[Case]:

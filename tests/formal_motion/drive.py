@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 
 from bitwuzla import Term
 
-from tests.formal.catalogue import Case, Context, Fault, proof
+from tests.formal.catalogue import Case, Context, proof
 from tests.formal.induction import Values, inductive
 from tests.formal.logic import Logic
 from tests.formal.netlist import Run
@@ -174,20 +174,6 @@ class DriveTiming:
     "from its setup before a step until its hold after it; requests taken are the steps sent and "
     "those waiting, refused ones set overrun_o; while requests wait something goes on",
     "any requests, times and clears; times change only in idleness, from then on counting anew",
-    (
-        Fault("motion/step_output.sv", "(keep_over || !turned_q)", "(keep_over || turned_q)"),
-        Fault(
-            "motion/step_output.sv",
-            "&& negative != direction_q && keep_over",
-            "&& negative != direction_q",
-        ),
-        Fault("motion/step_output.sv", "&& level_over\n", "\n"),
-        Fault(
-            "motion/step_output.sv", "level_q[TimeBits-1:1] == '0", "level_q[TimeBits-1:2] == '0"
-        ),
-        Fault("motion/step_output.sv", "4'b1110: change = -3'sd2;", "4'b1110: change = -3'sd1;"),
-        Fault("motion/step_output.sv", "{request_i && !full,", "{request_i,"),
-    ),
     quick=True,
 )
 def step_timing(ctx: Context) -> Iterator[Case]:
@@ -319,13 +305,6 @@ class PulseSum:
     "was centred as there are whole moduli in the sum of the rates and half a modulus, besides one "
     "that was due then; above, a pulse every other clock; never two in a row; count_o counts them",
     "any rates and clears; two moduli",
-    (
-        Fault("motion/pulse_generator.sv", "WRAP >>> 1", "WRAP >>> 2"),
-        Fault("motion/pulse_generator.sv", "|| (pulse_q && pulse_d)", ""),
-        Fault("motion/pulse_generator.sv", "pulse_d && !centre", "pulse_d"),
-        Fault("motion/pulse_generator.sv", "!pulse_q && !start_q", "!centre"),
-        Fault("motion/pulse_generator.sv", "rate_i[31:LOW]}", "rate_i[31:LOW]} + 1'b1"),
-    ),
     quick=True,
 )
 def pulse_sum(ctx: Context) -> Iterator[Case]:

@@ -15,7 +15,7 @@ from collections.abc import Iterator, Mapping
 
 from bitwuzla import Kind, Term
 
-from tests.formal.catalogue import Case, Context, Fault, proof
+from tests.formal.catalogue import Case, Context, proof
 from tests.formal.induction import Values, inductive
 from tests.formal.integers import Int, Truth
 from tests.formal.logic import Logic
@@ -200,12 +200,6 @@ class Line:
     "axis of the ideal point; no axis goes back or beyond; the steps are as many as stated, of one "
     "axis or with the longer one always; the last ends at the end",
     "all lengths of 24 bits but -2^23, all directions, both modes, any pauses and restarts",
-    (
-        Fault("motion/line_interpolator.sv", "!error_q[Width+1] && error_q != '0", "error_q[3]"),
-        Fault("motion/line_interpolator.sv", "combined_q ? !error_q", "combined_q ? error_q"),
-        Fault("motion/line_interpolator.sv", "end_u_i[Width-1] ? -end_u_i : end_u_i", "end_u_i"),
-        Fault("motion/line_interpolator.sv", "swap ? size_v : size_u};", "size_u};"),
-    ),
 )
 def line_nodes(ctx: Context) -> Iterator[Case]:
     yield from line_facts(ctx)
@@ -356,11 +350,6 @@ class Synchronised:
     "every axis makes exactly its steps while the longest makes all of its own, and each node is "
     "within half a step of the ideal line in every axis",
     "all lengths of 24 bits but -2^23, five axes, any pauses",
-    (
-        Fault("motion/synchronised_line.sv", "{operand, turn}", "{operand, 1'b0}"),
-        Fault("motion/synchronised_line.sv", "measure_q && longer", "measure_q && !longer"),
-        Fault("motion/synchronised_line.sv", "ahead_q  <= ahead;", "ahead_q  <= size;"),
-    ),
 )
 def synchronised_nodes(ctx: Context) -> Iterator[Case]:
     yield from line_facts(ctx)

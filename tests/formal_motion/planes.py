@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from tests.formal.catalogue import Case, Context, Fault, proof
+from tests.formal.catalogue import Case, Context, proof
 
 PLANES = (("G17", "xy"), ("G18", "zx"), ("G19", "yz"))  # code: axes of u and v
 OUTPUT = "zyx"  # of step_o and negative_o, most significant bit first
@@ -16,13 +16,6 @@ OUTPUT = "zyx"  # of step_o and negative_o, most significant bit first
     "steps and directions of the line or arc interpolator reach the two axes of the plane G17, "
     "G18, G19, the third axis stays; no step without valid_o",
     "any steps of the interpolators",
-    (
-        Fault(
-            "motion/step_interpolator.sv", "{step[0], 1'b0, step[1]}", "{step[1], 1'b0, step[0]}"
-        ),
-        Fault("motion/step_interpolator.sv", "if (!valid_o) step_o = 3'd0;", ""),
-        Fault("motion/step_interpolator.sv", "arc_step : line_step_q", "arc_step : line_step"),
-    ),
     quick=True,
 )
 def plane_axes(ctx: Context) -> Iterator[Case]:

@@ -15,8 +15,9 @@ from sim.fpbench import operations
 from sim.fpbench.folded import bench_unit
 from sim.fpbench.native import BenchError, flag_text
 from sim.harness.build import BuildError
+from tests.bench.faults import TableError
 from tests.mutants.campaign import REPORT, Verdict, load_report, run
-from tests.mutants.faults import COPY, TABLE, Fault, TableError, load, write_copy
+from tests.mutants.faults import COPY, TABLE, Fault, load, write_copy
 
 console = Console(highlight=False, width=None if sys.stdout.isatty() else 200)
 
@@ -27,15 +28,15 @@ def choose(faults: Sequence[Fault], names: Sequence[str]) -> list[Fault]:
         return list(faults)
     found = []
     for name in names:
-        number = name.removeprefix("FP_BUG_")
+        number = name.removeprefix("FAULT_")
         match = [
             fault
             for fault in faults
             if (number.isdecimal() and fault.number == int(number))
-            or name in (fault.file, fault.file.removesuffix(".sv"))
+            or name in (fault.name, Path(fault.name).stem)
         ]
         if not match:
-            raise TableError(f"no fault '{name}'; give a number, a macro FP_BUG_<nn> or a file")
+            raise TableError(f"no fault '{name}'; give a number, a macro FAULT_<nn> or a file")
         found += match
     return [fault for fault in faults if fault in found]
 
@@ -47,7 +48,7 @@ def table(faults: Sequence[Fault], verdicts: dict[int, Verdict]) -> Table:
         verdict = verdicts.get(fault.number)
         state = "not run" if verdict is None else "yes" if verdict.caught else "NO"
         case = verdict.case if verdict else ""
-        view.add_row(fault.macro, fault.file, fault.breaks, state, case)
+        view.add_row(fault.macro, fault.name, fault.breaks, state, case)
     return view
 
 
@@ -60,7 +61,7 @@ def show(fault: Fault, report: Path) -> int:
     op = words["OP"]
     operands = [int(words[name], 16) for name in "ABC"[: operations()[op][1]]]
     result = bench_unit(fault.unit, COPY, {fault.macro: ""}).run_list(op, [operands])
-    console.print(f"{fault.macro}: {fault.file}: {fault.breaks}", soft_wrap=True)
+    console.print(f"{fault.macro}: {fault.name}: {fault.breaks}", soft_wrap=True)
     for bad in result.failures:
         got, want = flag_text(bad.got_flags), flag_text(bad.want_flags)
         console.print(f"{bad.arguments}: got {bad.got:08x} {got}, want {bad.want:08x} {want}")

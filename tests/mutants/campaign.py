@@ -59,7 +59,15 @@ class Sound:
 
 def mark_of(fault: Fault) -> str:
     """Hash of what the verdict depends on: RTL and bench of the unit, entry, size of the set."""
-    entry = (fault.number, fault.file, fault.ops, fault.right, fault.wrong, fault.alone)
+    entry = (
+        fault.number,
+        fault.file,
+        fault.place,
+        fault.ops,
+        fault.right,
+        fault.wrong,
+        fault.alone,
+    )
     sizes = (SEED, SHARED_CASES, DEFAULT_SHARED_CASES)
     text = fingerprint(fault.unit) + repr((entry, sizes, [rows_of(op) for op in fault.ops]))
     text += (Path(__file__).parents[2] / "sim/fpbench/quick.py").read_text()
@@ -210,7 +218,7 @@ def store(
     texts = {
         fault.number: {
             "macro": fault.macro,
-            "file": fault.file,
+            "file": fault.name,
             "unit": fault.unit,
             "ops": list(fault.ops),
             "breaks": fault.breaks,

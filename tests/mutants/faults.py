@@ -1,166 +1,60 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The table of planted faults and copies of the RTL that hold them, each behind a macro."""
+"""The planted faults of the arithmetic units, and copies that hold them, each behind a macro."""
 
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Sequence
-from dataclasses import dataclass
-from itertools import groupby
 from pathlib import Path
 
 from sim.fpbench import folded
-from sim.fpbench.native import RTL, operations, sources, unit_of
+from sim.fpbench.native import operations, sources, unit_of
 from sim.harness.build import ROOT
+from tests.bench import faults as table
+from tests.bench.faults import BY_MACRO, TableError, write_if_changed
 
 TABLE = Path(__file__).with_name("mutants.toml")
 BUILD = ROOT / "build/mutants"
 COPY = BUILD / "rtl"
-FIELDS = {"id": int, "file": str, "ops": list, "breaks": str, "right": str, "wrong": str}
 
 
-class TableError(ValueError):
-    """The table is wrong or no longer fits the RTL; the text starts with `file:line:`."""
-
-
-@dataclass(frozen=True)
-class Fault:
-    """One entry: `right` stands once in `file`, the macro puts `wrong` in its place."""
-
-    number: int
-    file: str
-    ops: tuple[str, ...]
-    breaks: str
-    right: str
-    wrong: str
-    alone: bool = False  # must not share a simulation: it breaks the handshake
-    line: int = 0  # of the table
+class Fault(table.Fault):
+    """A fault that the short set of one of the operations in `found` must find."""
 
     @property
-    def macro(self) -> str:
-        """`FP_BUG_07`."""
-        return f"FP_BUG_{self.number:02d}"
+    def ops(self) -> tuple[str, ...]:
+        """Operations of the bench, tried in this order."""
+        return self.found
 
     @property
     def unit(self) -> str:
         """Unit of the bench through which the fault is looked for."""
-        return folded.NAME if self.file == f"{folded.NAME}.sv" else unit_of(self.ops[0])
+        return folded.NAME if self.name == f"{folded.NAME}.sv" else unit_of(self.ops[0])
 
 
 def load(path: Path = TABLE) -> list[Fault]:
     """The faults in the order of the table. Raises TableError for the first wrong entry."""
-    text = path.read_text(encoding="utf-8")
-    try:
-        entries = tomllib.loads(text).get("fault", [])
-    except tomllib.TOMLDecodeError as error:
-        raise TableError(f"{path}: error: not TOML: {error}") from error
-    lines = [n for n, line in enumerate(text.splitlines(), 1) if line.strip() == "[[fault]]"]
-    faults: list[Fault] = []
-    for line, entry in zip(lines, entries, strict=True):
-        faults.append(_fault(path, line, entry))
-    numbers: dict[int, int] = {}
+    faults = table.load(path, Fault)
     for fault in faults:
-        if fault.number in numbers:
-            raise TableError(
-                f"{path}:{fault.line}: error: id {fault.number} is already that of the entry in "
-                f"line {numbers[fault.number]}; give it another one"
+        if unknown := set(fault.ops) - set(operations()):
+            raise fault.error(
+                f"found: {', '.join(sorted(unknown))}; name operations of the bench: "
+                f"{', '.join(operations())}"
             )
-        numbers[fault.number] = fault.line
+        units = {unit_of(op) for op in fault.ops}
+        if len(units) > 1:
+            raise fault.error(f"found: operations of several units: {', '.join(sorted(units))}")
+        if fault.name not in [path.name for path in sources(fault.unit)]:
+            raise fault.error(
+                f"{fault.name} is no part of {fault.unit}, which executes {fault.ops[0]}; name an "
+                "operation that uses it"
+            )
     return faults
 
 
-def _fault(path: Path, line: int, entry: dict) -> Fault:
-    def wrong(text: str) -> TableError:
-        return TableError(f"{path}:{line}: error: fault {entry.get('id', '?')}: {text}")
-
-    for name, kind in FIELDS.items():
-        if not isinstance(entry.get(name), kind):
-            raise wrong(f"needs {name}, {kind.__name__}")
-    if unknown := entry.keys() - FIELDS.keys() - {"alone"}:
-        raise wrong(f"unknown {', '.join(sorted(unknown))}; known are {', '.join(FIELDS)}, alone")
-    if not entry["ops"] or entry["ops"] != [op for op in entry["ops"] if op in operations()]:
-        raise wrong(f"ops must name operations of the bench: {', '.join(operations())}")
-    units = {unit_of(op) for op in entry["ops"]}
-    if len(units) > 1:
-        raise wrong(f"ops belong to several units: {', '.join(sorted(units))}")
-    if entry["right"].strip() == entry["wrong"].strip():
-        raise wrong("`wrong` is the same as `right`")
-    return Fault(
-        entry["id"],
-        entry["file"],
-        tuple(entry["ops"]),
-        entry["breaks"],
-        entry["right"],
-        entry["wrong"],
-        bool(entry.get("alone", False)),
-        line,
-    )
-
-
-def planted(text: str, faults: Sequence[Fault], table: Path = TABLE) -> str:
-    """`text` with the faults of its file, each behind its macro; without a macro nothing changes.
-
-    Raises TableError if a text to replace does not stand there exactly once or overlaps another.
-    """
-    places: list[tuple[int, Fault]] = []
-    for fault in faults:
-        count = text.count(fault.right)
-        if count != 1:
-            raise TableError(
-                f"{table}:{fault.line}: error: fault {fault.number}: `right` stands {count} times "
-                f"in {fault.file}, not once; adapt the entry to the present text of the unit"
-            )
-        places.append((text.index(fault.right), fault))
-    places.sort(key=lambda place: (place[0], place[1].number))
-    pieces, end, last = [], 0, None
-    for (start, right), group in groupby(places, key=lambda place: (place[0], place[1].right)):
-        choices = [fault for _, fault in group]
-        if start < end:
-            raise TableError(
-                f"{table}:{choices[0].line}: error: fault {choices[0].number}: `right` overlaps "
-                f"that of fault {last}; give both the same text"
-            )
-        branches = [
-            f"`{'elsif' if n else 'ifdef'} {fault.macro}\n{fault.wrong}\n"
-            for n, fault in enumerate(choices)
-        ]
-        pieces += [text[end:start], "\n", *branches, f"`else\n{right}\n`endif\n"]
-        end, last = start + len(right), choices[-1].number
-    return "".join([*pieces, text[end:]])
-
-
-def write_copy(faults: Sequence[Fault], folder: Path = COPY, rtl: Path = RTL) -> Path:
-    """Write the files of `rtl` with all faults to `folder`; files that stay equal keep their time.
-
-    Raises TableError if the table does not fit.
-    """
-    files = {path.name: path for path in sorted(rtl.glob("*.sv"))}
-    for fault in faults:
-        if fault.file not in files:
-            raise TableError(
-                f"{TABLE}:{fault.line}: error: fault {fault.number}: no file {fault.file} in {rtl}"
-            )
-        used = [path.name for path in sources(fault.unit, rtl)]
-        if fault.file not in used:
-            raise TableError(
-                f"{TABLE}:{fault.line}: error: fault {fault.number}: {fault.file} is no part of "
-                f"{fault.unit}, which executes {fault.ops[0]}; name an operation that uses it"
-            )
-    texts = {
-        name: planted(path.read_text(), [fault for fault in faults if fault.file == name])
-        for name, path in files.items()
-    }
-    folder.mkdir(parents=True, exist_ok=True)
-    for name, text in texts.items():
-        write_if_changed(folder / name, text)
-    return folder
-
-
-def write_if_changed(path: Path, text: str) -> None:
-    """Write a file unless it has this text already."""
-    if not path.is_file() or path.read_text() != text:
-        path.write_text(text)
+def write_copy(faults: Sequence[Fault], folder: Path = COPY) -> Path:
+    """rtl/fpu with all faults in `folder`; files that stay equal keep their time."""
+    return table.copy(folder, faults, BY_MACRO, "fpu")
 
 
 def write_lanes(unit: str, faults: Sequence[Fault], top: Sequence[Path]) -> list[Path]:

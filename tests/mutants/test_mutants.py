@@ -13,17 +13,19 @@ import pytest
 
 from sim.fpbench.native import RTL, Report, Unit, operations
 from sim.harness.build import BuildError, verilator_driver
+from tests.bench.faults import BY_MACRO, TableError, plant
 from tests.mutants import campaign, faults
 from tests.mutants.__main__ import main
 from tests.mutants.campaign import Sound, Verdict, mark_of, sound_mark, store
-from tests.mutants.faults import Fault, TableError, load, planted, write_copy
+from tests.mutants.faults import Fault, load, write_copy
 
 TABLE = load()
 NOT_MUTATED = {"fp_pkg", "fp_sincos_rom"}  # constants; coefficients, which have one all the same
+RIGHT = "module fp_round"
 ENTRY = """[[fault]]
 id = {id}
 file = "{file}"
-ops = {ops}
+found = {ops}
 breaks = "x"
 right = "{right}"
 wrong = "w"
@@ -32,7 +34,7 @@ wrong = "w"
 
 def fault(number: int, right: str, wrong: str = "w") -> Fault:
     """An entry for fp_round.sv, looked for with mul."""
-    return Fault(number, "fp_round.sv", ("mul",), "x", right, wrong)
+    return Fault(number, "fpu/fp_round.sv", "x", right, wrong, ("mul",))
 
 
 def code(path: Path, macros: tuple[str, ...] = ()) -> str:
@@ -51,22 +53,22 @@ def marks_of(entries: list[Fault]) -> dict[int, str]:
 def test_table__faults__are_at_least_forty_and_in_every_module() -> None:
     assert len(TABLE) >= 40
     modules = {path.stem for path in RTL.glob("*.sv")} - NOT_MUTATED
-    assert {entry.file.removesuffix(".sv") for entry in TABLE} >= modules
+    assert {Path(entry.file).stem for entry in TABLE} >= modules
 
 
-@pytest.mark.parametrize("name", sorted({entry.file for entry in TABLE}))
+@pytest.mark.parametrize("name", sorted({entry.name for entry in TABLE}))
 def test_copy__no_macro_and_each_macro__is_the_rtl_and_differs(name: str, tmp_path: Path) -> None:
     folder = write_copy(TABLE, tmp_path)
     original = code(RTL / name)
     assert code(folder / name) == original
-    seen = [code(folder / name, (entry.macro,)) for entry in TABLE if entry.file == name]
+    seen = [code(folder / name, (entry.macro,)) for entry in TABLE if entry.name == name]
     assert original not in seen
     assert len(set(seen)) == len(seen), "two faults are the same"
 
 
 def test_planted__two_faults_of_one_text__are_alternatives() -> None:
-    text = planted("a = b;", [fault(1, "b", "c"), fault(2, "b", "d")])
-    assert text == "a = \n`ifdef FP_BUG_01\nc\n`elsif FP_BUG_02\nd\n`else\nb\n`endif\n;"
+    text = plant("a = b;", [fault(1, "b", "c"), fault(2, "b", "d")], BY_MACRO)
+    assert text == "a = \n`ifdef FAULT_01\nc\n`elsif FAULT_02\nd\n`else\nb\n`endif\n;"
 
 
 @pytest.mark.parametrize(
@@ -80,29 +82,32 @@ def test_planted__two_faults_of_one_text__are_alternatives() -> None:
 def test_planted__text_that_does_not_fit__names_the_entry(
     entries: list[Fault], message: str
 ) -> None:
-    with pytest.raises(TableError, match=rf"mutants\.toml:\d+: error: {message}"):
-        planted("a b c a", entries)
+    with pytest.raises(TableError, match=rf"error: {message}"):
+        plant("a b c a", entries, BY_MACRO)
 
 
 @pytest.mark.parametrize(
     ("change", "message"),
     [
         ({"right": "no such text"}, "fault 1: `right` stands 0 times in fp_round.sv"),
-        ({"file": "fp_none.sv"}, "fault 1: no file fp_none.sv in "),
-        ({"file": "fp_add.sv"}, "fault 1: fp_add.sv is no part of fp_mul, which executes mul"),
-        ({"ops": '["times"]'}, "fault 1: ops must name operations of the bench: add, sub"),
-        ({"ops": '["mul", "add"]'}, "fault 1: ops belong to several units: fp_add, fp_mul"),
-        ({"ops": "[]"}, "fault 1: ops must name operations of the bench"),
+        ({"file": "fpu/fp_none.sv"}, "fault 1: no file fpu/fp_none.sv in "),
+        (
+            {"file": "fpu/fp_add.sv", "right": "module fp_add"},
+            "fault 1: fp_add.sv is no part of fp_mul, which executes mul",
+        ),
+        ({"ops": '["times"]'}, "fault 1: found: times; name operations of the bench: add, sub"),
+        ({"ops": '["mul", "add"]'}, "fault 1: found: operations of several units: fp_add, fp_mul"),
+        ({"ops": "[]"}, "fault 1: needs an id from 1 and somebody in `found`"),
         ({"id": '"1"'}, "fault 1: needs id, int"),
         ({"right": "w"}, "fault 1: `wrong` is the same as `right`"),
-        ({"right": 'a"\nunit = "b'}, "fault 1: unknown unit; known are id, file, ops"),
+        ({"right": 'a"\nunit = "b'}, "fault 1: unknown unit; known are id, file, breaks"),
         ({"right": '"'}, "not TOML: "),
     ],
 )
 def test_command__wrong_table__says_where_and_why(
     change: dict, message: str, tmp_path: Path, capsys
 ) -> None:
-    values = {"id": 1, "file": "fp_round.sv", "ops": '["mul"]', "right": "subnormal"} | change
+    values = {"id": 1, "file": "fpu/fp_round.sv", "ops": '["mul"]', "right": RIGHT} | change
     path = tmp_path / "table.toml"
     path.write_text(ENTRY.format(**values))
     assert main(["--table", str(path)]) == 1
@@ -112,9 +117,11 @@ def test_command__wrong_table__says_where_and_why(
 
 def test_table__number_used_twice__is_refused(tmp_path: Path) -> None:
     path = tmp_path / "table.toml"
-    entry = ENTRY.format(id=3, file="fp_round.sv", ops='["mul"]', right="subnormal")
+    entry = ENTRY.format(id=3, file="fpu/fp_round.sv", ops='["mul"]', right=RIGHT)
     path.write_text(entry + entry)
-    with pytest.raises(TableError, match=r":8: error: id 3 is already that of .* line 1; give"):
+    with pytest.raises(
+        TableError, match=r":8: error: fault 3: the id is already that of .* line 1; give"
+    ):
         load(path)
 
 
@@ -129,7 +136,7 @@ def test_command__unknown_fault__is_named(capsys) -> None:
 def test_command__kept_verdicts__decide_the_exit_status(
     caught: bool, good: bool, status: int, tmp_path: Path, capsys
 ) -> None:
-    entry = next(entry for entry in TABLE if entry.file == "fp_f2i.sv")
+    entry = next(entry for entry in TABLE if entry.name == "fp_f2i.sv")
     ops = [op for op, (unit, _) in operations().items() if unit == entry.unit]
     verdict = Verdict(entry.number, caught, "make fp-case OP=f2i A=0", 1, False, mark_of(entry))
     sounds = {op: Sound(op, good, 1, "FAIL here", sound_mark(op)) for op in ops}
@@ -145,13 +152,15 @@ def test_report__entry_or_unit_changed__is_judged_again() -> None:
     entry = TABLE[0]
     changed = Fault(**(entry.__dict__ | {"wrong": entry.wrong + " "}))
     assert mark_of(changed) != mark_of(entry)
-    assert mark_of(Fault(**(entry.__dict__ | {"line": 0}))) == mark_of(entry)
+    assert mark_of(Fault(**(entry.__dict__ | {"where": ""}))) == mark_of(entry)
 
 
 def test_faults__underflow_and_sticky_in_one_simulation__are_found_and_a_harmless_one_is_not(
     tmp_path: Path, monkeypatch
 ) -> None:
-    harmless = Fault(99, "fp_mul.sv", ("mul",), "nothing", "a_i[31] ^ b_i[31]", "b_i[31] ^ a_i[31]")
+    harmless = Fault(
+        99, "fpu/fp_mul.sv", "nothing", "a_i[31] ^ b_i[31]", "b_i[31] ^ a_i[31]", ("mul",)
+    )
     chosen = [entry for entry in TABLE if entry.number in (4, 5, 38)] + [harmless]
     monkeypatch.setattr(faults, "COPY", tmp_path / "rtl")
     monkeypatch.setattr(faults, "BUILD", tmp_path)
@@ -203,7 +212,7 @@ class WrongUnit:
 def test_shared__lane_without_a_fault_fails__is_an_error(monkeypatch) -> None:
     monkeypatch.setattr(campaign, "bench_unit", WrongUnit)
     monkeypatch.setattr(campaign, "write_lanes", lambda *_: [])
-    chosen = [entry for entry in TABLE if entry.file == "fp_f2i.sv"]
+    chosen = [entry for entry in TABLE if entry.name == "fp_f2i.sv"]
     with pytest.raises(BuildError, match="without a fault fails: make fp-case OP=f2i A=4f000000"):
         campaign.shared("fp_f2i", chosen, marks_of(chosen))
 
