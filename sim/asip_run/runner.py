@@ -46,16 +46,17 @@ class Runner:
     """A loaded program on a backend of sim/core_backends.py. Raises UserError where none is."""
 
     def __init__(self, image: Image, states: Mapping[str, int], backend: str, trace: bool) -> None:
-        # Verilator is needed by the core only, not by the instruction-set model.
-        from sim.harness.asip_rtl import AsipError
-        from sim.harness.build import BuildError
+        self._errors: tuple[type[Exception], ...] = ()
+        if backend == "rtl":  # Verilator is needed here only, not by the instruction-set model
+            from sim.harness.asip_rtl import AsipError
+            from sim.harness.build import BuildError
 
+            self._errors = AsipError, BuildError
         try:
             self._backend = BACKENDS[backend](image, trace)
-        except BuildError as error:
+        except self._errors as error:
             raise UserError(str(error)) from None
         self._backend.preset(states)
-        self._hangs = AsipError
         self._places = {entry.name: entry.register for entry in (*image.exports, *image.states)}
         self._constants = {f"k{entry.index}": int(entry.bits, 16) for entry in image.constants}
         self._inputs = {f"k{entry.index}": entry.name for entry in image.inputs}
@@ -70,7 +71,7 @@ class Runner:
         data = np.array([list(inputs.values())], dtype=np.uint32)
         try:
             runs = self._backend.run(list(inputs), data, read)
-        except self._hangs as error:
+        except self._errors as error:
             raise UserError(str(error)) from None
         words = held | dict(zip(read, runs.words[-1].tolist(), strict=True))
         return Run(
