@@ -30,7 +30,7 @@ def test_pendulum_on_the_core_tracks_as_in_double_precision(tmp_path, capsys):
 
 def test_unknown_robot_is_a_wrong_command_line(capsys):
     assert main(["--only", "marvin"]) == 2
-    assert "no robot marvin; there are iiwa14" in capsys.readouterr().out
+    assert "no robot marvin; there are own_printed" in capsys.readouterr().out
 
 
 def test_computed_torque_holds_an_arm_on_its_path():

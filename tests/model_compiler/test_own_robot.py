@@ -36,7 +36,7 @@ def test_law_is_the_golden_model_at_every_tick(robot, name):
     assert np.abs(got - want).max() < 1e-7
 
 
-@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize("name", (pytest.param("printed", marks=pytest.mark.full), "optimised"))
 def test_program_is_short_and_keeps_its_bound(robot, tmp_path, name):
     options = Options(reassociate=True, reciprocal=True)
     built = build(compile_law(LAWS[name](robot), options), tmp_path / "law.s")
@@ -53,7 +53,7 @@ def test_program_is_short_and_keeps_its_bound(robot, tmp_path, name):
 
 
 def test_plant_follows_its_path(robot):
-    machine = own.FiveAxes(robot, 0.2)
+    machine = own.FiveAxes(robot, 0.1)
     double = DoubleLaw(own.optimised(robot))
     loop = _run(machine, lambda inputs, _: double.tick(inputs))
     # The motion shakes at 30 Hz, the bandwidth of the loop.
