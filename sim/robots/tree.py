@@ -23,7 +23,6 @@ SNAP = 1e-9
 """Numbers of frames nearer than this to 0, 1 or -1 [1, m] are taken for these."""
 PARALLEL = 1e-9
 """Sine of the angle between axes below which they are parallel."""
-KINDS = {"R": "revolute", "P": "prismatic"}
 
 
 class RobotError(ValueError):
@@ -151,7 +150,7 @@ def _frames(model: pin.Model, kinds: list[str], world: list[Matrix], axes: list[
         if kinds[i] == "prismatic":
             point = world[i][:3, 3]
         if main is not None:
-            foot, other, normal, distance = _normal(point, axes[i], world[main][:3, 3], axes[main])
+            foot, other, normal = _normal(point, axes[i], world[main][:3, 3], axes[main])
             if kinds[i] != "prismatic":
                 point = foot
             x = normal if normal is not None else x
@@ -172,9 +171,9 @@ def _perpendicular(axis: Matrix, wanted: Matrix) -> Matrix:
 
 def _normal(
     point: Matrix, axis: Matrix, other_point: Matrix, other: Matrix
-) -> tuple[Matrix, Matrix, Matrix | None, float]:
-    """Feet of the common normal of two lines on both, its direction (None: the lines are the same)
-    and length. Of parallel lines the normal goes through `point`.
+) -> tuple[Matrix, Matrix, Matrix | None]:
+    """Feet of the common normal of two lines on both, and its direction (None: the lines are the
+    same). Of parallel lines the normal goes through `point`.
     """
     cross = np.cross(axis, other)
     between = other_point - point
@@ -187,9 +186,9 @@ def _normal(
         foot, end = point + along[0] * axis, other_point + along[1] * other
     distance = float(np.linalg.norm(end - foot))
     if distance > SNAP:
-        return foot, end, (end - foot) / distance, distance
+        return foot, end, (end - foot) / distance
     size = np.linalg.norm(cross)
-    return foot, end, (cross / size if size >= PARALLEL else None), 0.0
+    return foot, end, (cross / size if size >= PARALLEL else None)
 
 
 def _moved(transform: Matrix, pseudo: Matrix) -> Matrix:
@@ -248,11 +247,8 @@ def _split(rotation: Matrix, root: bool) -> tuple[Matrix, float]:
     if root:
         return rotation, 0.0
     z = rotation[:, 2]
-    normal = np.cross([0.0, 0.0, 1.0], z)
-    if abs(z[1]) < PARALLEL or np.hypot(z[0], z[1]) >= PARALLEL and abs(z[0]) < PARALLEL:
-        normal = np.array([1.0, 0.0, 0.0])  # x of the parent is a common normal already
-    normal = normal / np.linalg.norm(normal)
-    if abs(normal @ z) > PARALLEL:
+    normal = np.array([1.0, 0.0, 0.0])  # of a main child x of the parent is the common normal
+    if abs(z[0]) >= PARALLEL:
         normal = np.cross([0.0, 0.0, 1.0], z)
         normal = normal / np.linalg.norm(normal)
     first = np.column_stack((normal, np.cross(z, normal), z))
