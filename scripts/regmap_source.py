@@ -3,7 +3,8 @@
 
 A map is an addrmap of blocks: one regfile, `csr`, of registers of 32 bits; memories; other maps.
 The compiler checks the language, overlaps and widths; here is checked what our hardware asks for
-beside that: blocks are aligned powers of two, because it decodes an address by its upper bits.
+beside that: blocks are aligned powers of two and rows of registers stand at multiples of their
+length, because it decodes an address by its upper bits.
 """
 
 from __future__ import annotations
@@ -121,6 +122,9 @@ def _register(node: RegNode, findings: list[str]) -> RegisterRecord:
     for field in node.fields():
         if field.inst_name == NUMBER and field.low:
             findings.append(_finding(node, f"'{NUMBER}' is all of a register, from bit 0"))
+    room = 1 << (node.n_elements - 1).bit_length()
+    if node.raw_address_offset // WORD_BYTES % room:
+        findings.append(_finding(node, f"so many registers begin at a multiple of {room} words"))
     resets = [(field.low, field.get_property("reset")) for field in node.fields()]
     stated = [value << low for low, value in resets if value is not None]
     access = "".join(

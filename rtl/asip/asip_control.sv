@@ -245,6 +245,19 @@ module asip_control (
     count_q    <= count;
   end
 
+`ifndef SYNTHESIS
+  // A counter's place in the bank is the low bits of its register's address.
+  localparam logic [10:0] Operand = 11'd1 << asip_regmap_pkg::REG_STALL_OPERAND[2:0];
+  localparam logic [10:0] Port = 11'd1 << asip_regmap_pkg::REG_STALL_PORT[2:0];
+  localparam logic [10:0] Unit = 11'd1 << asip_regmap_pkg::REG_STALL_UNIT[2:0];
+  localparam logic [10:0] Fetch = 11'd1 << asip_regmap_pkg::REG_STALL_FETCH[2:0];
+  localparam logic [10:0] Drain = 11'd1 << asip_regmap_pkg::REG_DRAIN[2:0];
+  if (Operand + Port + Unit + Fetch + Drain !=
+      (Operand | Port | Unit | Fetch | Drain)) begin : gen_check_counters
+    $error("asip_control: registers STALL_* and DRAIN must differ in the low three address bits");
+  end
+`endif
+
   asip_regbank #(
       .IndexWidth(3),
       .ReadPorts (2)

@@ -8,7 +8,8 @@ import pytest
 from asip_asm.gen.asip_regmap import REGMAP
 from scripts.regmap_source import RegisterMapError, read_map
 
-SOURCE = Path(__file__).parents[2] / "asip_asm/regmap.rdl"
+ROOT = Path(__file__).parents[2]
+SOURCE = ROOT / "asip_asm/regmap.rdl"
 CASES = {
     "offset twice": (
         "CONFIG @ 0x04",
@@ -48,6 +49,14 @@ def test_register_map__contradiction__is_refused_by_name(name: str, tmp_path: Pa
         read_map(path, "asip")
     assert message in str(caught.value)
     assert "regmap.rdl:" in str(caught.value)
+
+
+def test_register_map__row_of_registers_not_aligned__is_refused(tmp_path: Path) -> None:
+    text = (ROOT / "rtl/motion/regmap.rdl").read_text(encoding="utf-8")
+    path = tmp_path / "regmap.rdl"
+    path.write_text(text.replace("PATH_WORD[8] @ 0x60", "PATH_WORD[8] @ 0x64"), encoding="utf-8")
+    with pytest.raises(RegisterMapError, match="PATH_WORD: so many .* multiple of 8 words"):
+        read_map(path, "motion")
 
 
 def test_register_map__of_the_project__gives_addresses_and_fields() -> None:
