@@ -155,3 +155,29 @@ def test_a_function_needs_a_record_and_a_urdf_has_none(arguments, capsys):
         main(arguments)
     assert stopped.value.code == 2
     assert "a function needs its interface record" in capsys.readouterr().err
+
+
+def test_constants_beyond_bank_k_are_loaded_from_data_memory(tmp_path):
+    x = ca.SX.sym("x", 4)
+    numbers = [0.5 + k / 7 for k in range(160)]
+    terms = [number * ca.fabs(x[k % 4] + number) for k, number in enumerate(numbers)]
+    function = ca.Function("many", [x], [ca.sum1(ca.vertcat(*terms))], ["x"], ["y"])
+    ports = [Port("input", f"x{k}", vector="x") for k in range(4)]
+    law = Law("many", function, [*ports, Port("output", "y")])
+    compiled = compile_law(law)
+    assert compiled.text.count(".data ") == compiled.text.count("  ld ") > 30
+    built = build(compiled, tmp_path / "law.s")
+    proof = prove(compiled, built.image, count=20, backend="iss")
+    assert proof.passed, (proof.first_difference, proof.worst_result)
+
+
+def test_too_many_inputs_or_outputs_are_refused():
+    x = ca.SX.sym("x", 200)
+    function = ca.Function("wide", [x], [x[:40] * 2], ["x"], ["y"])
+    inputs = [Port("input", f"x{k}", vector="x") for k in range(200)]
+    outputs = [Port("output", f"y{k}", vector="y") for k in range(40)]
+    with pytest.raises(ModelError, match="200 inputs, parameters and integers, bank K holds 128"):
+        compile_law(Law("wide", function, [*inputs, *outputs]))
+    narrow = ca.Function("wide", [x[:40]], [x[:40] * 2], ["x"], ["y"])
+    with pytest.raises(ModelError, match="40 outputs, the core has 32"):
+        compile_law(Law("wide", narrow, [*inputs[:40], *outputs]))
