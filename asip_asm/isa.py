@@ -176,7 +176,9 @@ def _read_configurations(
     configurations: dict[str, Configuration] = {}
     for name, record in records.items():
         where = f"configuration.{name}"
-        if not findings.keys(where, record, {"slots", "fma_pipes", "doc"}, {"intervals"}):
+        if not findings.keys(
+            where, record, {"slots", "fma_pipes", "doc"}, {"intervals", "latency_constants"}
+        ):
             continue
         for kind in record["slots"]:
             findings.known(where, "slot kind", kind, SLOT_KINDS)
@@ -188,8 +190,11 @@ def _read_configurations(
             findings.known(where, "unit of an interval", unit, units)
             if not isinstance(interval, int) or interval < 1:
                 findings.add(where, f"interval {interval!r} of unit {unit} is not 1 or more cycles")
+        constants = record.get("latency_constants", {})
+        for unit in constants:
+            findings.known(where, "unit of a latency constant", unit, units)
         configurations[name] = Configuration(
-            name, tuple(record["slots"]), record["fma_pipes"], intervals, record["doc"]
+            name, tuple(record["slots"]), record["fma_pipes"], intervals, constants, record["doc"]
         )
     return configurations
 

@@ -50,13 +50,15 @@ class WritesBank(Protocol):
 class Configuration:
     """Build of the core: kind of each slot ('fma', 'aux', 'any'), number of multiply-add pipes.
 
-    `intervals` holds the cycles between operations of the units that differ from their record.
+    `intervals` and `latency_constants` hold the cycles between operations and the constant of the
+    latency of the units that differ from their record.
     """
 
     name: str
     slots: tuple[str, ...]
     fma_pipes: int
     intervals: Mapping[str, int]
+    latency_constants: Mapping[str, str]
     doc: str
 
     def allows(self, slot: int, unit: WritesBank) -> bool:
@@ -69,14 +71,18 @@ class Configuration:
         return "AB"[slot] if unit.bank == "pipe" else unit.bank
 
     def interval(self, unit: UnitRecord) -> int:
-        """Cycles between operations of the unit; 0: the next one waits for the result."""
+        """Cycles between operations of the unit."""
         return self.intervals.get(unit.name, unit.interval)
+
+    def latency_constant(self, unit: UnitRecord) -> str | None:
+        """Constant that states the unit's latency; None if its record does."""
+        return self.latency_constants.get(unit.name, unit.latency_constant)
 
 
 @dataclass(frozen=True)
 class UnitRecord:
-    """Functional unit: latency in cycles or the constant that states it, cycles between operations
-    (0: not pipelined), bank written ('pipe': the bank of the multiply-add pipe used), fields of the
+    """Functional unit: latency in cycles or the constant that states it, cycles between operations,
+    bank written ('pipe': the bank of the multiply-add pipe used), fields of the
     decoded operation with their widths.
     """
 

@@ -238,14 +238,14 @@ def load_machine(
         raise MachineError(f"{isa_file}: no configuration '{configuration}'; it has {known}")
     units: dict[str, Unit] = {}
     for name, record in isa.units.items():
-        constant = record.latency_constant
+        constant = isa.configurations[configuration].latency_constant(record)
         latency = record.latency if constant is None else latencies.get(constant)
         if latency is None:
             raise MachineError(
                 f"{fp_pkg_file}: no 'localparam int unsigned {constant} = n;', "
                 f"needed by unit {name}"
             )
-        interval = isa.configurations[configuration].interval(record) or latency + 1
+        interval = isa.configurations[configuration].interval(record)
         units[name] = Unit(name, latency, interval, record.bank)
     sizes = {name: bank.size for name, bank in isa.banks.items()}
     if isa.configurations[configuration].fma_pipes < 2:

@@ -234,7 +234,7 @@ def intervals(isa: Isa, unit: UnitRecord) -> str:
     """How often a unit takes an operation, with the configurations where that differs."""
 
     def text(cycles: int) -> str:
-        return f"{cycles} cycle{'s' * (cycles > 1)}" if cycles else "result"
+        return f"{cycles} cycle{'s' * (cycles > 1)}"
 
     others = [
         f"{text(configuration.intervals[unit.name])} in `{configuration.name}`"
@@ -242,6 +242,17 @@ def intervals(isa: Isa, unit: UnitRecord) -> str:
         if unit.name in configuration.intervals
     ]
     return ", ".join([text(unit.interval), *others])
+
+
+def latencies(isa: Isa, unit: UnitRecord) -> str:
+    """Latency of a unit, with the configurations where that differs."""
+    others = [
+        f"`{configuration.latency_constants[unit.name]}` in `{configuration.name}`"
+        for configuration in isa.configurations.values()
+        if unit.name in configuration.latency_constants
+    ]
+    own = f"`{unit.latency_constant}`" if unit.latency is None else str(unit.latency)
+    return ", ".join([own, *others])
 
 
 def isa_document(isa: Isa) -> str:
@@ -315,7 +326,7 @@ def isa_document(isa: Isa) -> str:
         [
             [
                 f"`{unit.name}`",
-                f"`{unit.latency_constant}`" if unit.latency is None else str(unit.latency),
+                latencies(isa, unit),
                 intervals(isa, unit),
                 {"pipe": "A or B", "none": "-"}.get(unit.bank, unit.bank),
                 unit.doc,

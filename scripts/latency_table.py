@@ -13,7 +13,8 @@ from __future__ import annotations
 import argparse
 import sys
 import tempfile
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -50,8 +51,7 @@ Exceptions to the rule:
 - A write to bank C waits if another unit's result reaches the bank's only port in the same cycle
   (counted as STALL_PORT); the scheduler avoids it.
 - A second write to a register waits for the first like a reader does.
-- The sine unit takes one operation at a time; the next waits for the result (STALL_UNIT). So does
-  an operation of a divider that does not take one in every cycle, until its turn.
+- An operation of a unit that does not take one in every cycle waits for its turn (STALL_UNIT).
 - Outputs can't be read back by a program, so a write to one delays nothing.
 """
 
@@ -145,20 +145,24 @@ def measure(configuration: str) -> tuple[list[Row], dict[str, int]]:
 
 
 def page(configurations: dict[str, tuple[list[Row], dict[str, int]]]) -> str:
-    """Text of docs/latency.md. Raises SystemExit if the configurations differ."""
-    (rows, taken), *others = configurations.values()
-    common = [replace(row, interval=0) for row in rows]
-    for other_rows, other_taken in others:
-        if [replace(row, interval=0) for row in other_rows] != common or other_taken != taken:
-            raise SystemExit("latency_table: the configurations have different latencies")
-    units: dict[tuple[str, int, int, str], list[str]] = {}
-    for row, *same in zip(*(rows for rows, _ in configurations.values()), strict=True):
-        interval = str(row.interval)
-        if any(other.interval != row.interval for other in same):
-            named = zip(configurations, (row, *same), strict=True)
-            interval = ", ".join(f"{other.interval} in {name}" for name, other in named)
-        key = (row.unit, row.latency, row.distance, interval)
-        units.setdefault(key, []).append(f"`{row.mnemonic}`")
+    """Text of docs/latency.md. Raises SystemExit if branches differ between configurations."""
+    (_, taken), *others = configurations.values()
+    if any(other_taken != taken for _, other_taken in others):
+        raise SystemExit("latency_table: the configurations differ in branches")
+
+    def shown(values: Sequence[int]) -> str:
+        """The number of all configurations, or that of each."""
+        if len(set(values)) == 1:
+            return str(values[0])
+        named = zip(values, configurations, strict=True)
+        return ", ".join(f"{value} in {name}" for value, name in named)
+
+    units: dict[tuple[str, str, str, str], list[str]] = {}
+    for same in zip(*(rows for rows, _ in configurations.values()), strict=True):
+        numbers = zip(*((row.latency, row.distance, row.interval) for row in same), strict=True)
+        latency, distance, interval = map(shown, numbers)
+        key = (same[0].unit, latency, distance, interval)
+        units.setdefault(key, []).append(f"`{same[0].mnemonic}`")
     lines = [HEAD.format(command=COMMAND, configurations=" and ".join(configurations))]
     for (unit, latency, distance, interval), names in units.items():
         lines.append(f"| {' '.join(names)} | {unit} | {latency} | {distance} | {interval} |")

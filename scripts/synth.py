@@ -44,7 +44,7 @@ class Top:
 
 UNITS = (
     *("fp_fma", "fp_add", "fp_mul", "fp_divsqrt", "fp_divsqrt_folded"),
-    *("fp_cmp", "fp_i2f", "fp_f2i", "fp_sincos"),
+    *("fp_cmp", "fp_i2f", "fp_f2i", "fp_sincos", "fp_sincos_overlapped"),
 )
 CUSTOM = ("ci_faddsub", "ci_fmul", "ci_fdivsqrt", "ci_fsincos", "ci_fsat", "ci_fcmp", "ci_fph1")
 TOPS = (

@@ -28,7 +28,10 @@ ROOT = Path(__file__).resolve().parents[1]
 OUTPUT = ROOT / "build/synth"
 TARGET_MHZ = 250  # above every unit, so that nextpnr keeps optimising
 CLOCK, RESET = "clk_i", "rst_ni"
-KEPT = ("fp_fma", "fp_divsqrt", "fp_divsqrt_folded", "fp_cmp", "fp_i2f", "fp_f2i", "fp_sincos")
+KEPT = (
+    *("fp_fma", "fp_divsqrt", "fp_divsqrt_folded", "fp_cmp", "fp_i2f", "fp_f2i", "fp_sincos"),
+    "fp_sincos_overlapped",
+)
 TRACE = "trace_"  # ports of simulation only, left open
 ALM_CLASSES = {
     "alut": r"MISTRAL_(ALUT\w*|NOT|BUF)",

@@ -35,8 +35,10 @@ PROOFS = ROOT / "docs/formal.md"
 COMMAND = "python scripts/units_page.py"
 DEVICE = {"area": "Cyclone V (Yosys synth_intel_alm)", "speed": "ECP5-85, speed grade 8 (nextpnr)"}
 PACKAGE = "fp_pkg"
-ROM = "fp_sincos_rom"
+TABLES = {"fp_sincos_rom", "fp_sincos_memory"}  # coefficients
 FOLDED = "_folded"  # ends the name of a unit that gives the results of another, less often
+VARIANTS = (FOLDED, "_overlapped")  # .. or, with a latency of its own, more often
+ANGLES = ("fp_sincos", "fp_sincos_overlapped")
 
 
 class PageError(ValueError):
@@ -67,9 +69,9 @@ def units(rtl: Path = RTL) -> list[str]:
 
 
 def blocks_of(rtl: Path = RTL) -> list[str]:
-    """Combinational building blocks: every module that is neither unit, package nor ROM."""
+    """Building blocks: every module that is neither unit, package nor table."""
     stems = {path.stem for path in rtl.glob("*.sv")}
-    return sorted(stems - set(units(rtl)) - {PACKAGE, ROM})
+    return sorted(stems - set(units(rtl)) - {PACKAGE} - TABLES)
 
 
 def latencies(rtl: Path = RTL) -> dict[str, int]:
@@ -127,9 +129,9 @@ def ports(module: str, rtl: Path = RTL) -> list[Port]:
 
 def interval(unit: str, rtl: Path = RTL) -> int:
     """Clocks between two operations: one, the latency of a unit that has to become ready, or what a
-    folded unit states.
+    variant of another unit states.
     """
-    if unit.endswith(FOLDED):
+    if unit.endswith(VARIANTS):
         path = rtl / f"{unit}.sv"
         stated = re.search(r"\bInterval = (\d+);", path.read_text(encoding="utf-8"))
         if stated is None:
@@ -141,7 +143,7 @@ def interval(unit: str, rtl: Path = RTL) -> int:
 
 def error_bound(unit: str, rtl: Path = RTL) -> str:
     """What the result may differ from the exact one."""
-    if unit == "fp_sincos":
+    if unit in ANGLES:
         return f"below {angle_bound(rtl)} ulp for abs(a) <= 256"
     if unit == "fp_cmp":
         return "exact"
@@ -200,8 +202,8 @@ def measured(data: dict) -> list[str]:
 
 def evidence(unit: str) -> list[str]:
     """Lines of commands that repeat what is known of a unit."""
-    folded = unit.endswith(FOLDED)
-    owner = unit.removesuffix(FOLDED)
+    variant = next((ending for ending in VARIANTS if unit.endswith(ending)), "")
+    owner = unit.removesuffix(variant)
     ops = [op for op, (name, _) in operations().items() if name == owner]
     proofs = re.findall(
         rf"^\| {unit} \|.*\| `(python -m tests\.formal --only \w+)` \|$",
@@ -209,7 +211,7 @@ def evidence(unit: str) -> list[str]:
         re.MULTILINE,
     )
     named = " ".join(f"`{op}`" for op in ops)
-    bench = f"pytest tests/fpu/test_{unit}.py -k bench" if folded else f"make fp-bench OP={ops[0]}"
+    bench = f"pytest tests/fpu/test_{unit}.py -k bench" if variant else f"make fp-bench OP={ops[0]}"
     lines = [f"- short set, host arithmetic: `{bench}`, operations {named}"]
     if proofs:
         lines.append(

@@ -14,8 +14,15 @@ rtl/fpu/fp_divsqrt_folded.sv
 rtl/fpu/fp_cmp.sv
 rtl/fpu/fp_i2f.sv
 rtl/fpu/fp_f2i.sv
+rtl/fpu/fp_booth_pair.sv
+rtl/fpu/fp_two_over_pi.sv
+rtl/fpu/fp_sincos_quadrant.sv
+rtl/fpu/fp_sincos_special.sv
 rtl/fpu/fp_sincos_rom.sv
+rtl/fpu/fp_sincos_result.sv
 rtl/fpu/fp_sincos.sv
+rtl/fpu/fp_sincos_memory.sv
+rtl/fpu/fp_sincos_overlapped.sv
 rtl/asip/asip_decode.sv
 rtl/asip/asip_check.sv
 rtl/asip/asip_fetch.sv

@@ -263,8 +263,9 @@ module asip #(
   end
 
   asip_aux #(
-      .DataWords    (DataWords),
-      .FoldedDivider(Slots == 1)
+      .DataWords     (DataWords),
+      .FoldedDivider (Slots == 1),
+      .OverlappedSine(Slots != 1)
   ) u_aux (
       .clk_i,
       .rst_ni,

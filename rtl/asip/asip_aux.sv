@@ -3,8 +3,9 @@
 // Contract: operands in stage E1; each unit has its own fixed latency (fp_pkg, asip_isa_pkg); the issue
 // logic guarantees that at most one unit delivers in a cycle, so the results are merged by OR.
 module asip_aux #(
-    parameter int unsigned DataWords     = 1024,
-    parameter bit          FoldedDivider = 1'b0  // the smaller one, see its contract
+    parameter int unsigned DataWords      = 1024,
+    parameter bit          FoldedDivider  = 1'b0,  // the smaller one, see its contract
+    parameter bit          OverlappedSine = 1'b1  // the larger one, see its contract
 ) (
     input  logic               clk_i,
     input  logic               rst_ni,
@@ -95,17 +96,31 @@ module asip_aux #(
       .flags_o   (f2i_flags)
   );
 
-  fp_sincos u_sincos (
-      .clk_i,
-      .rst_ni,
-      .valid_i (valid_i && op_i.sincos),
-      .cos_i   (op_i.cos),
-      .a_i,
-      .ready_o (unused_sin_ready),
-      .valid_o (sin_valid),
-      .result_o(sin_result),
-      .flags_o (sin_flags)
-  );
+  if (OverlappedSine) begin : gen_overlapped
+    fp_sincos_overlapped u_sincos (
+        .clk_i,
+        .rst_ni,
+        .valid_i (valid_i && op_i.sincos),
+        .cos_i   (op_i.cos),
+        .a_i,
+        .ready_o (unused_sin_ready),
+        .valid_o (sin_valid),
+        .result_o(sin_result),
+        .flags_o (sin_flags)
+    );
+  end else begin : gen_iterative
+    fp_sincos u_sincos (
+        .clk_i,
+        .rst_ni,
+        .valid_i (valid_i && op_i.sincos),
+        .cos_i   (op_i.cos),
+        .a_i,
+        .ready_o (unused_sin_ready),
+        .valid_o (sin_valid),
+        .result_o(sin_result),
+        .flags_o (sin_flags)
+    );
+  end
 
   asip_memory #(
       .Words(DataWords)

@@ -2,7 +2,7 @@
 // asip_issue: hazard interlocks and write schedules (stages P, Q and D), for one slot or several.
 // Contract: a bundle issues, all its operations together, in the first cycle in which every source and
 // destination has no write in flight (a write ends for a reader latency + 1 cycles after its issue),
-// the write port of bank C is free in the cycle its auxiliary result needs it, sine/cosine is idle,
+// the write port of bank C is free in the cycle its auxiliary result needs it, its units take an operation,
 // and no branch is undecided. Any program is therefore correct whatever its schedule.
 // The decision is made in the cycle before, for the bundle that will be in D, so that issue_o and
 // advance_o are registers. One slot has few writes in flight and needs no scoreboards.

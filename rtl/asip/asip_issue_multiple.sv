@@ -47,7 +47,12 @@ module asip_issue_multiple #(
   localparam int unsigned FmaPlaceWidth = $clog2(FmaPlaces);
   localparam int unsigned AuxPlaces = fp_pkg::FP_DIVSQRT_LATENCY + 4;
   localparam int unsigned LatencyWidth = $clog2(AuxPlaces);
-  localparam int unsigned SinWidth = $clog2(fp_pkg::FP_SINCOS_LATENCY + 1);
+  localparam int unsigned SinInterval = asip_isa_pkg::FAST_SINCOS_INTERVAL;
+  localparam int unsigned SinWidth = $clog2(SinInterval);
+  // Cycles from the end of the interval to where a sine joins the schedule of bank C.
+  localparam int unsigned SinRest =
+      fp_pkg::FP_SINCOS_OVERLAPPED_LATENCY - fp_pkg::FP_DIVSQRT_LATENCY - SinInterval;
+  localparam int unsigned SinRestWidth = $clog2(SinRest + 1);
 
   logic                     issue, issue_d, issue_q, advance_d, advance_q;
   logic                     valid_next, free_q, free_d, branch_next;
@@ -63,12 +68,13 @@ module asip_issue_multiple #(
   logic [2:0][4:0]          place_valid;
   logic [2:0][6:0]          tag4, tag2, tag1, tag0;
   logic [2:0]               schedule_busy;
-  logic                     aux_timed, sin_join, sin_busy_d, sin_busy_q, clash_q_q;
+  logic                     aux_timed, sin_join, sin_busy_d, sin_busy_q, sin_waits_q, clash_q_q;
   logic                     port_q, port_d;
   logic [AuxPlaces-1:0]     taken_c;
   logic [LatencyWidth-1:0]  aux_latency;
   logic [SinWidth-1:0]      sin_left_q;
-  logic [6:0]               sin_tag_q;
+  logic [SinRestWidth-1:0]  sin_rest_q;
+  logic [6:0]               sin_tag_q, sin_join_tag_q;
   asip_pkg::decoded_t       aux_p, aux_q, aux;
 
   // Whether a write of banks A, B, C given by valid bits and tags is that of an operand.
@@ -316,7 +322,7 @@ module asip_issue_multiple #(
       .latency_i (aux_latency),
       .tag_i     (start_tag[2]),
       .join_i    (sin_join),
-      .join_tag_i(sin_tag_q),
+      .join_tag_i(sin_join_tag_q),
       .taken_o   (taken_c),
       .valid_o   (place_valid[2]),
       .tag4_o    (tag4[2]),
@@ -326,30 +332,43 @@ module asip_issue_multiple #(
       .busy_o    (schedule_busy[2])
   );
 
-  // ---- sine and cosine: one at a time, joins the schedule when its result is near
-  assign sin_join   = sin_left_q == SinWidth'(fp_pkg::FP_DIVSQRT_LATENCY + 2);
+  // ---- sine and cosine: the unit is busy for its interval, then the write waits until it is near
+  // enough to join the schedule, while the next operation may be in its interval
+  assign sin_join   = sin_rest_q == SinRestWidth'(1);
   assign sin_busy_d = (issue_q && aux.sincos) || (sin_busy_q && sin_left_q != SinWidth'(1));
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
-      sin_left_q <= '0;
-      sin_busy_q <= 1'b0;
-    end else if (issue && aux.sincos) begin
-      sin_left_q <= SinWidth'(fp_pkg::FP_SINCOS_LATENCY);
-      sin_busy_q <= 1'b1;
-    end else if (sin_busy_q) begin
-      sin_left_q <= sin_left_q - 1'b1;
-      sin_busy_q <= sin_left_q != SinWidth'(1);
+      sin_left_q  <= '0;
+      sin_busy_q  <= 1'b0;
+      sin_rest_q  <= '0;
+      sin_waits_q <= 1'b0;
+    end else begin
+      if (issue && aux.sincos) begin
+        sin_left_q <= SinWidth'(SinInterval - 1);
+        sin_busy_q <= 1'b1;
+      end else if (sin_busy_q) begin
+        sin_left_q <= sin_left_q - 1'b1;
+        sin_busy_q <= sin_left_q != SinWidth'(1);
+      end
+      if (sin_busy_q && sin_left_q == SinWidth'(1)) begin
+        sin_rest_q  <= SinRestWidth'(SinRest);
+        sin_waits_q <= 1'b1;
+      end else if (sin_waits_q) begin
+        sin_rest_q  <= sin_rest_q - 1'b1;
+        sin_waits_q <= !sin_join;
+      end
     end
   end
 
   always_ff @(posedge clk_i) begin
     if (issue && aux.sincos) sin_tag_q <= start_tag[2];
+    if (sin_busy_q && sin_left_q == SinWidth'(1)) sin_join_tag_q <= sin_tag_q;
   end
 
 `ifndef SYNTHESIS
-  if (fp_pkg::FP_SINCOS_LATENCY < fp_pkg::FP_DIVSQRT_LATENCY + 2) begin : gen_check_sincos
-    $error("asip_issue_multiple: FP_SINCOS_LATENCY must be at least FP_DIVSQRT_LATENCY + 2");
+  if (SinRest < 1 || SinRest > SinInterval) begin : gen_check_sincos
+    $error("asip_issue_multiple: a sine must join the schedule within the interval after its own");
   end
   if (fp_pkg::FP_CMP_LATENCY < 2 || fp_pkg::FP_I2F_LATENCY < 2 || fp_pkg::FP_F2I_LATENCY < 2)
   begin : gen_check_short
@@ -366,7 +385,7 @@ module asip_issue_multiple #(
     assign write_index_o[b] = tag0[b][5:0];
   end
   assign write_output_o = place_valid[2][0] && tag0[2][6];
-  assign busy_o         = (|schedule_busy) || sin_busy_q;
+  assign busy_o         = (|schedule_busy) || sin_busy_q || sin_waits_q;
 
   logic unused_ops;
   assign unused_ops = ^{ops_d_i, ops_q_i, ops_p_i, taken_c, place_valid};

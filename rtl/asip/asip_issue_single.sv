@@ -332,6 +332,9 @@ module asip_issue_single (
       FmaPlace < CmpPlace || FmaPlace < F2iPlace || DivPlace <= FmaPlace) begin : gen_check_order
     $error("asip_issue_single: latencies must rise from short units to fma, divsqrt and sincos");
   end
+  if (asip_isa_pkg::SMALL_SINCOS_INTERVAL != fp_pkg::FP_SINCOS_LATENCY + 1) begin : gen_check_sincos
+    $error("asip_issue_single: a sine takes FP_SINCOS_LATENCY + 1 cycles, state that in isa.toml");
+  end
   if (CmpPlace < Announced || I2fPlace < Announced || F2iPlace < Announced ||
       LoadPlace < Announced) begin : gen_check_short
     $error("asip_issue_single: a latency below 2 is never announced");

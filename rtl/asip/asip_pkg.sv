@@ -17,7 +17,7 @@ package asip_pkg;
     logic        i2f;            // int32 to float
     logic        f2i;            // float to int32
     logic        truncate;
-    logic        sincos;         // sine and cosine, one at a time
+    logic        sincos;         // sine and cosine
     logic        cos;
     logic        load;           // data memory
     logic        store;

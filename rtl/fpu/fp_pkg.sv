@@ -30,6 +30,7 @@ package fp_pkg;
   localparam int unsigned FP_F2I_LATENCY = 2;
   localparam int unsigned FP_CMP_LATENCY = 2;
   localparam int unsigned FP_SINCOS_LATENCY = 36;
+  localparam int unsigned FP_SINCOS_OVERLAPPED_LATENCY = 34;
 
   // kind_i of fp_fma.
   localparam logic [1:0] FMA_KIND_FMA = 2'b00;  // +-(a*b) +- c

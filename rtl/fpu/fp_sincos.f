@@ -1,4 +1,9 @@
 rtl/fpu/fp_pkg.sv
+rtl/fpu/fp_booth_pair.sv
+rtl/fpu/fp_sincos_quadrant.sv
+rtl/fpu/fp_two_over_pi.sv
 rtl/fpu/fp_sincos_rom.sv
+rtl/fpu/fp_sincos_special.sv
 rtl/fpu/fp_round.sv
+rtl/fpu/fp_sincos_result.sv
 rtl/fpu/fp_sincos.sv

@@ -26,13 +26,8 @@ module fp_sincos (
   //           21, 27 load the next coefficient; t has 15, 23, 31 bits in the three products
   //   28..33  times f (its five bytes from the leading one on), or times one
   //   34, 35  normalise; round
-  // Below 2^-12 the results rounded to nearest are a and 1.
 
-  // 2/pi truncated to 71 fraction bits, and zeros above.
-  localparam logic [91:0] TWO_OVER_PI = 92'h00000517cc1b727220a94fe;
-  localparam logic [7:0]  EXP_MAX = 8'd135;      // of 256
-  localparam logic [7:0]  EXP_MIN = 8'd115;      // of 2^-12
-  localparam logic [5:0]  LAST = 6'd35;
+  localparam logic [5:0] LAST = 6'd35;
 
   // ---- control: step 0 is idle ----
   logic [5:0] step_q;
@@ -106,55 +101,42 @@ module fp_sincos (
   end
 
   // ---- multiplier: accumulator / 256 + x * byte, least significant byte first ----
-  // Radix-4 Booth rows -2x .. 2x; y_q is the byte and, below it, the top bit of the byte before.
-  // The top bit of the last byte of a factor is zero. Carries of negative rows enter the adders.
+  // y_q is the byte and, below it, the top bit of the byte before. The top bit of the last byte of a
+  // factor is zero.
   logic [33:0] x_q;                              // S(2.32), or the significand U(24.0)
   logic [8:0]  y_q;
   logic [41:0] acc_q, acc_shifted, acc_next;     // S(10.32), in units of x_q
 
-  function automatic logic [34:0] booth_row(input logic [2:0] digit, input logic [33:0] x);
-    case (digit)
-      3'b000, 3'b111: booth_row = 35'd0;
-      3'b001, 3'b010: booth_row = {x[33], x};
-      3'b011:         booth_row = {x, 1'b0};
-      3'b100:         booth_row = ~{x, 1'b0};
-      default:        booth_row = ~{x[33], x};
-    endcase
-  endfunction
-
-  function automatic logic booth_negative(input logic [2:0] digit);
-    booth_negative = digit[2] && !(digit[1] && digit[0]);
-  endfunction
-
-  logic [34:0] row0, row1, row2, row3;
-  logic [37:0] low_pair, high_pair;              // row0 + 4 row1, row2 + 4 row3
+  logic [37:0] low_pair, high_pair;              // of the byte's lower and upper half
   logic [37:0] low_pair_q, high_pair_q;
-  logic        low_carry_q, high_carry_q;        // of row0 and row2
+  logic        low_carry, low_carry_q, high_carry, high_carry_q;
   logic [41:0] sum_low;                          // acc_shifted + low pair
   logic [37:0] sum_high;                         // (sum_low + 16 high pair) / 16
-  logic        unused_low_pair, unused_high_pair, unused_low, unused_high;
+  logic        unused_low, unused_high;
 
-  assign row0 = booth_row(y_q[2:0], x_q);
-  assign row1 = booth_row(y_q[4:2], x_q);
-  assign row2 = booth_row(y_q[6:4], x_q);
-  assign row3 = booth_row(y_q[8:6], x_q);
+  fp_booth_pair u_low_pair (
+      .x_i    (x_q),
+      .y_i    (y_q[4:0]),
+      .sum_o  (low_pair),
+      .carry_o(low_carry)
+  );
 
-  // The bit appended below each sum carries into it.
-  assign low_pair[1:0]  = row0[1:0];
-  assign high_pair[1:0] = row2[1:0];
-  assign {low_pair[37:2], unused_low_pair} = {{3{row0[34]}}, row0[34:2], 1'b1}
-                                           + {row1[34], row1, booth_negative(y_q[4:2])};
-  assign {high_pair[37:2], unused_high_pair} = {{3{row2[34]}}, row2[34:2], 1'b1}
-                                             + {row3[34], row3, booth_negative(y_q[8:6])};
+  fp_booth_pair u_high_pair (
+      .x_i    (x_q),
+      .y_i    (y_q[8:4]),
+      .sum_o  (high_pair),
+      .carry_o(high_carry)
+  );
 
   always_ff @(posedge clk_i) begin
     low_pair_q   <= low_pair;
     high_pair_q  <= high_pair;
-    low_carry_q  <= booth_negative(y_q[2:0]);
-    high_carry_q <= booth_negative(y_q[6:4]);
+    low_carry_q  <= low_carry;
+    high_carry_q <= high_carry;
   end
 
   assign acc_shifted = {{8{acc_q[41]}}, acc_q[41:8]};
+  // The bit appended below each sum carries into it.
   assign {sum_low, unused_low}   = {acc_shifted, 1'b1} + {{4{low_pair_q[37]}}, low_pair_q, low_carry_q};
   assign {sum_high, unused_high} = {sum_low[41:4], 1'b1} + {high_pair_q, high_carry_q};
   assign acc_next = {sum_high, sum_low[3:0]};
@@ -163,27 +145,25 @@ module fp_sincos (
 
   // ---- reduction ----
   // acc_q has the weights 2^19 .. 2^-22 when it ends and low_q the next 39; q needs 2^1 and 2^0.
-  // f is negative in the upper half of a quadrant, where q is rounded up. Its magnitude is then the
-  // complement of the bits, one unit of 2^-61 less than the negation.
   logic [38:0] low_q;                            // weights 2^-23 .. 2^-61
   logic [21:0] high_q;                           // weights 2^-1 .. 2^-22
-  logic [1:0]  quadrant;                         // of a sine: a cosine is a sine a quarter later
+  logic        sine, sign;
+  logic [4:0]  segment;                          // |f| in 64ths
+  logic [1:0]  leading;                          // see the bytes of f
   logic        sine_q, sign_q;                   // the quadrant needs the sine of f; of the result
-  logic [4:0]  segment_q;                        // |f| in 64ths
-  logic [1:0]  leading_q;                        // see the bytes of f
+  logic [4:0]  segment_q;
+  logic [1:0]  leading_q;
   logic        negative_f;
-  logic [20:0] high;                             // of |f|, weights 2^-2 .. 2^-22
-  logic [1:0]  leading;
 
-  assign quadrant = acc_q[23:22] + {1'b0, acc_q[21]} + {1'b0, cos_q};
-  assign high     = acc_q[20:0] ^ {21{acc_q[21]}};
-
-  always_comb begin
-    if (|high[20:16]) leading = 2'd0;
-    else if (|high[15:8]) leading = 2'd1;
-    else if (|high[7:0]) leading = 2'd2;
-    else leading = 2'd3;
-  end
+  fp_sincos_quadrant u_quadrant (
+      .turns_i   (acc_q[23:0]),
+      .cos_i     (cos_q),
+      .negative_i(a_q[31]),
+      .sine_o    (sine),
+      .sign_o    (sign),
+      .segment_o (segment),
+      .leading_o (leading)
+  );
 
   assign negative_f = high_q[21];
 
@@ -191,23 +171,24 @@ module fp_sincos (
     if (reduce) low_q <= {acc_q[7:0], low_q[38:8]};
     if (split) begin
       high_q    <= acc_q[21:0];
-      segment_q <= high[20:16];
+      segment_q <= segment;
       leading_q <= leading;
-      sine_q    <= !quadrant[0];
-      sign_q    <= quadrant[1] ^ (!quadrant[0] && acc_q[21]) ^ (a_q[31] && !cos_q);
+      sine_q    <= sine;
+      sign_q    <= sign;
     end
   end
 
-  // Byte of 2/pi for the next step: a is the significand times 2^(exponent - 127 - 23), so that the
-  // window of 72 bits starts 135 - exponent bits above the end of the constant, and its top bit has
-  // the weight 2^8.
-  logic [4:0] offset;                            // 0 .. 20
-  logic [6:0] window, window_q;
+  logic [6:0] offset, window, window_q;          // byte of 2/pi for the next step
   logic [7:0] byte_pi;
 
-  assign offset  = EXP_MAX[4:0] - a_i[27:23];
-  assign window  = ready_o ? {2'b00, offset} : window_q;
-  assign byte_pi = 8'(TWO_OVER_PI >> window);
+  fp_two_over_pi u_two_over_pi (
+      .exponent_i(a_i[30:23]),
+      .offset_o  (offset),
+      .window_i  (window),
+      .byte_o    (byte_pi)
+  );
+
+  assign window = ready_o ? offset : window_q;
 
   always_ff @(posedge clk_i) window_q <= {window[6:3] + 4'd1, window[2:0]};
 
@@ -257,68 +238,30 @@ module fp_sincos (
     else if (load_q) x_q <= coefficient + acc_q[40:7];
   end
 
-  // ---- normalise, round ----
-  // acc_q U(8.32) is in (0.7, 202), the sine times 2^(5 + 8 leading) or the cosine times 2^6.
-  logic [3:0]  zeros;                            // of acc_q[39:0], 0 .. 8
-  logic [25:0] sig_q;                            // U(1.25)
-  logic [7:0]  exp_q;                            // biased
+  // ---- normalise, round; a_q is stable long before ----
+  logic           special;
+  logic [31:0]    special_result;
+  fp_pkg::flags_t special_flags;
 
-  always_comb begin
-    casez (acc_q[39:32])
-      8'b1???????: zeros = 4'd0;
-      8'b01??????: zeros = 4'd1;
-      8'b001?????: zeros = 4'd2;
-      8'b0001????: zeros = 4'd3;
-      8'b00001???: zeros = 4'd4;
-      8'b000001??: zeros = 4'd5;
-      8'b0000001?: zeros = 4'd6;
-      8'b00000001: zeros = 4'd7;
-      default:     zeros = 4'd8;
-    endcase
-  end
-
-  always_ff @(posedge clk_i) begin
-    sig_q <= 26'((acc_q[39:6] << zeros) >> 8);
-    exp_q <= 8'd128 + {7'd0, sine_q} - (sine_q ? {3'd0, leading_q, 3'd0} : 8'd0) - {4'd0, zeros};
-  end
-
-  logic [31:0]    rounded;
-  fp_pkg::flags_t rounded_flags;
-
-  fp_round u_round (
-      .sign_i  (sign_q),
-      .exp_i   ({1'b0, exp_q}),
-      .sig_i   (sig_q[25:2]),
-      .guard_i (sig_q[1]),
-      .round_i (sig_q[0]),
-      .sticky_i(1'b1),                           // transcendental: never exact
-      .result_o(rounded),
-      .flags_o (rounded_flags)
+  fp_sincos_special u_special (
+      .cos_i    (cos_q),
+      .a_i      (a_q),
+      .special_o(special),
+      .result_o (special_result),
+      .flags_o  (special_flags)
   );
 
-  // ---- operands outside the reduction ----
-  // a_q is stable long before the result.
-  logic out_of_range_q, below_min_q, invalid_q, underflow_q, inexact_q;
-
-  always_ff @(posedge clk_i) begin
-    out_of_range_q <= a_q[30:0] > {EXP_MAX, 23'd0};     // NaN and infinity as well
-    below_min_q    <= a_q[30:23] < EXP_MIN;
-    invalid_q      <= !fp_pkg::is_nan(a_q) || fp_pkg::is_snan(a_q);
-    underflow_q    <= !cos_q && !(|a_q[30:23]) && (|a_q[22:0]);
-    inexact_q      <= |a_q[30:0];
-  end
-
-  always_ff @(posedge clk_i) begin
-    if (out_of_range_q) begin
-      result_o <= fp_pkg::CANON_NAN;
-      flags_o  <= {invalid_q, 4'b0000};
-    end else if (below_min_q) begin
-      result_o <= cos_q ? fp_pkg::ONE : a_q;
-      flags_o  <= {3'b000, underflow_q, inexact_q};
-    end else begin
-      result_o <= rounded;
-      flags_o  <= rounded_flags;
-    end
-  end
+  fp_sincos_result u_result (
+      .clk_i,
+      .magnitude_i     (acc_q[39:6]),
+      .sine_i          (sine_q),
+      .leading_i       (leading_q),
+      .sign_i          (sign_q),
+      .special_i       (special),
+      .special_result_i(special_result),
+      .special_flags_i (special_flags),
+      .result_o,
+      .flags_o
+  );
 
 endmodule

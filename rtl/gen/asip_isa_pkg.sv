@@ -27,12 +27,16 @@ package asip_isa_pkg;
   localparam int unsigned FAST_BUNDLE_LANES = 4;  // 32-bit lanes of program memory
   // cycles from one operation of the unit to the next
   localparam int unsigned FAST_DIVSQRT_INTERVAL = 1;
+  // cycles from one operation of the unit to the next
+  localparam int unsigned FAST_SINCOS_INTERVAL = 11;
   localparam int unsigned SMALL_SLOTS = 1;  // any
   localparam int unsigned SMALL_FMA_PIPES = 1;
   localparam int unsigned SMALL_BUNDLE_WIDTH = 48;
   localparam int unsigned SMALL_BUNDLE_LANES = 2;  // 32-bit lanes of program memory
   // cycles from one operation of the unit to the next
   localparam int unsigned SMALL_DIVSQRT_INTERVAL = 7;
+  // cycles from one operation of the unit to the next
+  localparam int unsigned SMALL_SINCOS_INTERVAL = 37;
 
   // Bank codes of source operands {bank[2:0], index[5:0]}; K spans two codes.
   localparam logic [2:0] BANK_ZERO = 3'b000;  // reads as +0.0 (and integer 0)

@@ -30,7 +30,12 @@ rtl/custom/ci_fsign.sv
 rtl/custom/ci_faddsub.sv
 rtl/custom/ci_fmul.sv
 rtl/custom/ci_fdivsqrt.sv
+rtl/fpu/fp_booth_pair.sv
+rtl/fpu/fp_two_over_pi.sv
+rtl/fpu/fp_sincos_quadrant.sv
+rtl/fpu/fp_sincos_special.sv
 rtl/fpu/fp_sincos_rom.sv
+rtl/fpu/fp_sincos_result.sv
 rtl/fpu/fp_sincos.sv
 rtl/custom/ci_fsincos.sv
 rtl/custom/ci_fsat.sv

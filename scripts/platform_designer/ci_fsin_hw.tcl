@@ -24,8 +24,13 @@ proc add_sources {entity} {
   set root [file join [get_module_property MODULE_DIRECTORY] .. ..]
   foreach path {
     rtl/fpu/fp_pkg.sv
+    rtl/fpu/fp_booth_pair.sv
+    rtl/fpu/fp_sincos_quadrant.sv
+    rtl/fpu/fp_two_over_pi.sv
     rtl/fpu/fp_sincos_rom.sv
+    rtl/fpu/fp_sincos_special.sv
     rtl/fpu/fp_round.sv
+    rtl/fpu/fp_sincos_result.sv
     rtl/fpu/fp_sincos.sv
     rtl/custom/ci_fsincos.sv
     rtl/custom/ci_fsin.sv

@@ -266,9 +266,9 @@ def test_divsqrt__next_at_any_distance__waits_for_its_turn(configuration, target
 
 
 @pytest.mark.parametrize("configuration", CONFIGURATIONS)
-def test_sincos__second_before_the_first_is_done__waits_for_the_unit(configuration):
+def test_sincos__next_at_any_distance__waits_for_the_unit(configuration):
     sine, cosine = op("fsin", "c5", "k2"), op("fcos", "c6", "k0")
-    interval = latency(configuration, sine) + 1
+    interval = machine(configuration).units["sincos"].interval
     for distance in range(1, interval + 4):
         bundles = [
             bench.bundle(configuration, sine),

@@ -11,7 +11,7 @@ SMALL = load_machine("small")
 FMA = FAST.units["fma"].latency
 CMP = FAST.units["cmp"].latency
 DIV = FAST.units["divsqrt"].latency
-SINCOS = FAST.units["sincos"].latency
+SINCOS = FAST.units["sincos"].interval
 
 
 def a(i):
@@ -47,7 +47,8 @@ def test_divider__differs_between_configurations__spaces_divisions_in_small_only
 
 def test_latencies__are_those_of_the_rtl_package():
     assert FAST.units["fma"].latency == fp_latencies()["FP_FMA_LATENCY"]
-    assert FAST.units["sincos"].latency == fp_latencies()["FP_SINCOS_LATENCY"]
+    assert FAST.units["sincos"].latency == fp_latencies()["FP_SINCOS_OVERLAPPED_LATENCY"]
+    assert SMALL.units["sincos"].latency == fp_latencies()["FP_SINCOS_LATENCY"]
 
 
 def test_missing_latency_constant__is_named_with_its_file(tmp_path):
@@ -96,10 +97,16 @@ def test_write_port__is_shared_with_outputs_and_not_used_by_stores():
     assert cycles(bundles) == list(range(len(bundles)))
 
 
-def test_sincos__takes_the_next_operation_after_its_result():
+def test_sincos__takes_the_next_operation_after_its_interval():
     sine, cosine = Operation("fsin", c(0)), Operation("fcos", c(1))
     issues = FAST.issue_cycles([fast(aux=sine), fast(aux=cosine)])
-    assert (issues[1].cycle, issues[1].unit) == (SINCOS + 1, SINCOS)
+    assert (issues[1].cycle, issues[1].unit) == (SINCOS, SINCOS - 1)
+    assert SINCOS < FAST.units["sincos"].latency
+
+
+def test_sincos__in_small__takes_the_next_operation_after_its_result():
+    sines = [Bundle([Operation("fsin", c(i))]) for i in (0, 1)]
+    assert cycles(sines, SMALL) == [0, SMALL.units["sincos"].latency + 1]
 
 
 def test_write_after_write__waits_for_the_earlier_result():

@@ -11,11 +11,12 @@ import pytest
 
 from asip_asm.machine import load_machine
 from sim.fpbench import softfloat as reference
-from sim.fpbench.folded import NAME, short_set
+from sim.fpbench.folded import short_set
 from tests.fpu import stimulus, tb, test_fp_divsqrt
 from tests.fpu.tb import check, check_reset, generator, run
 from tests.fpu.test_fp_divsqrt import DIRECTED, quotients, radicands
 
+NAME = "fp_divsqrt_folded"
 INTERVAL = load_machine("small").units["divsqrt"].interval
 UNIT = replace(test_fp_divsqrt.UNIT, name=NAME, interval=INTERVAL)
 DIV, SQRT = (replace(op, unit=UNIT) for op in (test_fp_divsqrt.DIV, test_fp_divsqrt.SQRT))

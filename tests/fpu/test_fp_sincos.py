@@ -21,17 +21,23 @@ import gmpy2
 import numpy as np
 import pytest
 
+from asip_asm.machine import load_machine
 from sim.harness import waves
 from sim.harness.build import verilator_driver
 from sim.harness.plain import plain, workshop
+from sim.harness.sources import sources_of
 from tests.fpu import stimulus
 from tests.fpu.tb import ROOT, generator, package_constant, seed
 
-LATENCY = package_constant("FP_SINCOS_LATENCY")
+ITERATIVE, OVERLAPPED = "fp_sincos", "fp_sincos_overlapped"
+LATENCY = {unit: package_constant(f"{unit.upper()}_LATENCY") for unit in (ITERATIVE, OVERLAPPED)}
+INTERVAL = {
+    ITERATIVE: LATENCY[ITERATIVE],
+    OVERLAPPED: load_machine("fast").units["sincos"].interval,
+}
 BOUND_ULP = 0.5 + 2.0**-5
 CASES = 100_000
-BUILD = ROOT / "build/sim" / ("fp_sincos_waves" if waves.wanted() else "fp_sincos")
-SOURCES = (*(ROOT / "rtl/fpu/fp_sincos.f").read_text().split(), "sim/harness/sincos_stream.sv")
+BENCH = "sim/harness/sincos_stream.sv"
 INEXACT, UNDERFLOW_INEXACT, INVALID = 0b00001, 0b00011, 0b10000
 CANON_NAN, ONE, SIGN = 0x7FC00000, 0x3F800000, 0x80000000
 LIMIT = 0x43800000  # 256
@@ -39,38 +45,56 @@ PRECISION = 200  # bits: 24 of the result after up to 29 cancelled ones, with ro
 
 
 @functools.cache
-def executable() -> Path:
-    """The Verilated stream bench, built once per session."""
-    BUILD.mkdir(parents=True, exist_ok=True)
-    work = workshop(BUILD)
+def executable(unit: str) -> Path:
+    """The Verilated stream bench of a unit, built once per session."""
+    build = ROOT / "build/sim" / (f"{unit}_waves" if waves.wanted() else unit)
+    build.mkdir(parents=True, exist_ok=True)
+    work = workshop(build)
     options = "--binary --timing --assert -O3 -Wno-fatal --x-initial unique --x-assign unique"
-    options += " -CFLAGS -std=c++20"  # coroutines
+    options += f" -CFLAGS -std=c++20 -GOverlapped={int(unit == OVERLAPPED)}"  # coroutines
     command = [verilator_driver(), *options.split(), *waves.flags()]
     command += ["--top-module", "sincos_stream"]
-    sources = [plain(ROOT / name) for name in SOURCES]
+    both = [*sources_of(ITERATIVE), *sources_of(OVERLAPPED), ROOT / BENCH]
+    sources = [plain(path) for path in dict.fromkeys(both)]
     done = subprocess.run([*command, "--Mdir", work, *sources], capture_output=True, text=True)
     if done.returncode:
         raise RuntimeError(f"building sincos_stream failed:\n{(done.stdout + done.stderr)[-3000:]}")
     return work / "Vsincos_stream"
 
 
-def run(cosine: bool, operands: np.ndarray, gaps: bool = False) -> tuple[np.ndarray, np.ndarray]:
-    """(result bits, flags) of every operand; asserts the latency of each."""
-    stem = plain(BUILD) / ("cos" if cosine else "sin")
-    program = executable()
-    words = operands.astype(np.uint64) | np.uint64(int(cosine) << 32)
-    stem.with_suffix(".in").write_text("\n".join(f"{w:09x}" for w in words.tolist()) + "\n")
-    arguments = [f"+stimulus={stem}.in", f"+response={stem}.out"] + ["+gaps"] * gaps
+def stream(
+    unit: str, cosine: np.ndarray, operands: np.ndarray, idle: np.ndarray | int = 0
+) -> tuple[np.ndarray, np.ndarray]:
+    """(result bits, flags) of every operand; asserts latency and interval of each.
+
+    `cosine`, `operands` and `idle`, the clocks without an operand before each, are of one length.
+    """
+    program = executable(unit)
+    stem = program.with_name("stream")
+    words = operands.astype(np.uint64) | cosine.astype(np.uint64) << np.uint64(32)
+    clocks = np.broadcast_to(idle, words.shape)
+    rows = zip(words.tolist(), clocks.tolist(), strict=True)
+    stem.with_suffix(".in").write_text("".join(f"{word:09x} {wait}\n" for word, wait in rows))
+    arguments = [f"+stimulus={stem}.in", f"+response={stem}.out"]
     if waves.wanted():
         arguments.append(f"+waves={waves.new_file('sincos_stream')}")
     random = ["+verilator+rand+reset+2", f"+verilator+seed+{seed()}"]
     done = subprocess.run([str(program), *arguments, *random], capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
     lines = stem.with_suffix(".out").read_text().split()
-    latency, flags, bits = (np.array([int(w, 16) for w in lines[i::3]]) for i in range(3))
+    latency, interval, flags, bits = (
+        np.array([int(word, 16) for word in lines[i::4]]) for i in range(4)
+    )
     assert len(bits) == len(operands)
-    assert set(latency.tolist()) == {LATENCY}
+    assert set(latency.tolist()) == {LATENCY[unit]}
+    assert set(interval.tolist()) == {INTERVAL[unit]}
     return bits.astype(np.uint32), flags.astype(np.uint8)
+
+
+def run(cosine: bool, operands: np.ndarray, gaps: bool = False) -> tuple[np.ndarray, np.ndarray]:
+    """(result bits, flags) of fp_sincos for every operand."""
+    idle = generator("gaps").integers(0, 4, len(operands)) if gaps else 0
+    return stream(ITERATIVE, np.full(len(operands), cosine), operands, idle)
 
 
 def value(bits: int) -> float:

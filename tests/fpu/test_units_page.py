@@ -168,7 +168,11 @@ def test_synthesis_macro__units_with_checks_are_named(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("unit", "op"), [("fp_mul", "mul"), ("fp_sincos", "sin"), ("fp_divsqrt_folded", "div")]
+    ("unit", "op"),
+    [
+        *(("fp_mul", "mul"), ("fp_divsqrt_folded", "div")),
+        *(("fp_sincos", "sin"), ("fp_sincos_overlapped", "cos")),
+    ],
 )
 def test_interval__of_the_page__is_the_measured_one(unit: str, op: str) -> None:
     bench = bench_unit(unit)

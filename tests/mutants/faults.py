@@ -29,7 +29,8 @@ class Fault(table.Fault):
     @property
     def unit(self) -> str:
         """Unit of the bench through which the fault is looked for."""
-        return folded.NAME if self.name == f"{folded.NAME}.sv" else unit_of(self.ops[0])
+        stem = self.name.removesuffix(".sv")
+        return stem if stem in folded.VARIANTS else unit_of(self.ops[0])
 
 
 def load(path: Path = TABLE) -> list[Fault]:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The fast bench around fp_divsqrt_folded, which executes the operations of fp_divsqrt.
+"""The fast bench around a unit that executes the operations of another one.
 
-It stands in the place of fp_divsqrt, in a lane of its own (`fp_lane.sv` here), with the same cases
+It stands in the place of that unit, in a lane of its own (`fp_lane.sv` here), with the same cases
 and references; the table of operations knows one unit per operation.
 """
 
@@ -17,15 +17,14 @@ from sim.fpbench.native import RTL, TOP_SOURCES, Report, Unit, sources
 from sim.fpbench.quick import merged, parts, quick
 from sim.harness.build import ROOT
 
-NAME = "fp_divsqrt_folded"
-SAME_AS = "fp_divsqrt"
+VARIANTS = {"fp_divsqrt_folded": "fp_divsqrt", "fp_sincos_overlapped": "fp_sincos"}
 LANE = Path(__file__).with_name("fp_lane.sv")
 INTERVALS = ROOT / "rtl/gen/asip_isa_pkg.sv"  # where the lane has the unit's interval from
 
 
 def lane_sources(unit: str) -> tuple[Path, ...]:
-    """Lane and bench above a unit, this one or one of the fast bench."""
-    return (LANE, TOP_SOURCES[1]) if unit == NAME else TOP_SOURCES
+    """Lane and bench above a unit, one of these or one of the fast bench."""
+    return (LANE, TOP_SOURCES[1]) if unit in VARIANTS else TOP_SOURCES
 
 
 def bench_unit(
@@ -35,15 +34,15 @@ def bench_unit(
     lanes: int | None = None,
     top: Sequence[Path] | None = None,
 ) -> Unit:
-    """The Verilated lanes of this unit (operations `div` and `sqrt`) or of one of the fast bench.
+    """The Verilated lanes of one of these units or of one of the fast bench.
 
     Arguments as for `Unit`; `top` defaults to `lane_sources`.
     """
     above = lane_sources(name) if top is None else top
-    if name != NAME:
+    if name not in VARIANTS:
         return Unit(name, rtl, defines, lanes, above)
-    own = [path for path in sources(NAME, rtl) if path not in sources(SAME_AS, rtl)]
-    return Unit(SAME_AS, rtl, defines, lanes, (INTERVALS, *own, *above))
+    own = [path for path in sources(name, rtl) if path not in sources(VARIANTS[name], rtl)]
+    return Unit(VARIANTS[name], rtl, defines, lanes, (INTERVALS, *own, *above))
 
 
 def short_set(
@@ -54,8 +53,8 @@ def short_set(
     seed: int = 1,
     cases: int | None = None,
 ) -> Report:
-    """As `quick`, with the operation executed by this unit if that is its name."""
-    if name != NAME:
+    """As `quick`, with the operation executed by one of these units if that is its name."""
+    if name not in VARIANTS:
         return quick(op, rtl, defines, seed, cases)
     unit = bench_unit(name, rtl, defines)
     reports = [unit.run_list(op, rows_of(op))]
@@ -65,10 +64,11 @@ def short_set(
 
 
 def fingerprint(unit: str) -> str:
-    """As `native.fingerprint`, for this unit too."""
-    if unit != NAME:
+    """As `native.fingerprint`, for these units too."""
+    if unit not in VARIANTS:
         return native.fingerprint(unit)
-    digest = hashlib.sha256(native.fingerprint(SAME_AS).encode())
-    for path in (INTERVALS, LANE, RTL / f"{NAME}.sv"):
+    digest = hashlib.sha256(native.fingerprint(VARIANTS[unit]).encode())
+    own = [path for path in sources(unit) if path not in sources(VARIANTS[unit])]
+    for path in (INTERVALS, LANE, *own):
         digest.update(path.read_bytes())
     return digest.hexdigest()[:16]

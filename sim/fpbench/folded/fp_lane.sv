@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// fp_lane: fp_divsqrt_folded in the place of the lane in ../fp_lane.sv, for the same operations.
-// Contract: as there; ready_o falls with an operation and rises when the unit may take the next one
+// fp_lane: fp_divsqrt_folded or fp_sincos_overlapped in the place of the lane in ../fp_lane.sv, for the
+// same operations.
+// Contract: as there; ready_o of the divider falls with an operation and rises when the unit may take the next one
 // at the edge after next, because fpbench registers operations once more. Simulation only.
 module fp_lane (
     input  logic        clk_i,
@@ -17,6 +18,15 @@ module fp_lane (
     output logic [31:0] latency_o     // register ranks from operands to result
 );
 
+`ifdef FPBENCH_FP_SINCOS
+  logic unused_operands;
+
+  assign latency_o       = fp_pkg::FP_SINCOS_OVERLAPPED_LATENCY;
+  assign unused_operands = ^{b_i, c_i, control_i};
+
+  fp_sincos_overlapped unit (.clk_i, .rst_ni, .valid_i, .cos_i(control_i[0]), .a_i, .ready_o,
+                             .valid_o, .result_o, .flags_o);
+`else
   localparam logic [2:0] Interval = 3'(asip_isa_pkg::SMALL_DIVSQRT_INTERVAL);
 
   logic [2:0] wait_q;                 // clocks in which the rank before must stay empty
@@ -34,5 +44,6 @@ module fp_lane (
 
   fp_divsqrt_folded unit (.clk_i, .rst_ni, .valid_i, .sqrt_i(control_i[0]), .a_i, .b_i,
                           .valid_o, .result_o, .flags_o);
+`endif
 
 endmodule
