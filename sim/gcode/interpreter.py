@@ -47,7 +47,7 @@ from sim.gcode.words import LineReader, Word
 from sim.path.moves import HOME, Dwell, Move, Pose, Program
 
 MAX_LINE = 10_000  # characters
-MAX_HELD = 200_000  # moves and rests of a Program, which is held in memory
+MAX_HELD = 100_000  # moves and rests of a Program, which is held in memory
 
 
 def _goes_anywhere(item: Move | Dwell) -> bool:

@@ -15,6 +15,7 @@ from typing import Any, TypeVar
 from rich.console import Console
 from rich.table import Table
 
+from asip_asm.files import open_output, refuse_overwriting
 from sim.command import (
     add_override_option,
     add_robot_option,
@@ -228,6 +229,9 @@ def main(argv: list[str] | None = None) -> int:
     console, log = output(), output(stderr=True)
     status = 0
     try:
+        if arguments.json is not None:
+            inputs = (arguments.file, arguments.robot, arguments.tools)
+            refuse_overwriting([arguments.json], [path for path in inputs if path])
         if arguments.figures is not None:
             from sim.lookahead.figures import figures
 
@@ -241,7 +245,8 @@ def main(argv: list[str] | None = None) -> int:
             if arguments.json is not None:
                 arguments.json.parent.mkdir(parents=True, exist_ok=True)
                 text = json.dumps(document, indent=2) + "\n"
-                arguments.json.write_text(text, encoding="utf-8")
+                with open_output(arguments.json) as file:
+                    file.write(text)
             status = int(any(row["ratio"] > 1.001 for row in document.get("limits", ())))
     except GcodeErrors as errors:
         sys.stderr.write(f"{errors}\n")

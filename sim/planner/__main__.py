@@ -15,6 +15,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from asip_asm.files import open_output
 from sim.command import interruptible, output
 from sim.planner.optimal import Limits, time_optimal
 from sim.planner.phases import Phase, Profile
@@ -325,7 +326,8 @@ def _show(arguments: argparse.Namespace, console: Console) -> None:
     if arguments.json is not None:
         arguments.json.parent.mkdir(parents=True, exist_ok=True)
         document = _json(plan, profile, limits, shown)
-        arguments.json.write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
+        with open_output(arguments.json) as file:
+            file.write(json.dumps(document, indent=2) + "\n")
     if arguments.plot is not None:
         if not arguments.plot.suffix:
             raise ValueError(f"--plot {arguments.plot} has no suffix; expected .png or .svg")

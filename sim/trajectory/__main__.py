@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 from rich.table import Table
 
+from asip_asm.files import open_output, refuse_overwriting
 from sim.command import (
     add_override_option,
     add_robot_option,
@@ -108,7 +109,8 @@ def _write_csv(trajectory: Trajectory, path: Path) -> None:
         [trajectory.t, trajectory.position, trajectory.velocity, trajectory.acceleration]
     )
     path.parent.mkdir(parents=True, exist_ok=True)
-    np.savetxt(path, values, fmt="%.17g", delimiter=",", header=",".join(columns), comments="")
+    with open_output(path) as file:
+        np.savetxt(file, values, fmt="%.17g", delimiter=",", header=",".join(columns), comments="")
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -117,6 +119,9 @@ def main(argv: list[str] | None = None) -> int:
     arguments = parser.parse_args(argv)
     try:
         require_positive("--rapid", arguments.rapid, "m/min")
+        if arguments.csv is not None:
+            inputs = (arguments.program, arguments.robot, arguments.tools)
+            refuse_overwriting([arguments.csv], [path for path in inputs if path])
         robot = Robot.load(arguments.robot)
         table = robot.v_max_table
         if arguments.table is not None:

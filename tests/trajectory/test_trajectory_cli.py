@@ -1,9 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """What `python -m sim.trajectory` prints: text as it is, tables whole, units with every number."""
 
+import os
+
 import pytest
 
 from sim.command import output
+from sim.lookahead.__main__ import main as lookahead
 from sim.trajectory.__main__ import main
 
 LINE = "G1 X[#1] Y[#2 + 10] Z[600 + #1] A[ABS[#1] * 3] C12.345678 F1234.5678"
@@ -53,3 +56,17 @@ def test_motion__too_long_to_be_held__is_told_with_the_command_that_can(tmp_path
     shown = capsys.readouterr().err
     assert "slow.ngc:1: error: the motion is too long to be held" in shown
     assert "python -m sim.lookahead" in shown
+
+
+@pytest.mark.parametrize(
+    ("command", "option"), [(main, "--csv"), (lookahead, "--json")], ids=["trajectory", "lookahead"]
+)
+def test_output_file__pipe_or_input__refused(program, tmp_path, capsys, command, option):
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    assert command([str(program), option, str(pipe)]) == 1
+    assert "pipe: error: is a pipe that nothing reads" in capsys.readouterr().err
+    text = program.read_text()
+    assert command([str(program), option, str(program)]) == 1
+    assert "would overwrite the input" in capsys.readouterr().err
+    assert program.read_text() == text
