@@ -131,7 +131,7 @@ def main(arguments: list[str] | None = None) -> int:
         return 1
     except OSError as error:
         print(
-            f"{options.source}: error: {error.strerror}; name a table with --source",
+            f"{options.source}: error: {error.strerror or error}; name a table with --source",
             file=sys.stderr,
         )
         return 1

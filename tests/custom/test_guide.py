@@ -35,6 +35,7 @@ def copy(tmp_path_factory) -> Path:
     root = tmp_path_factory.mktemp("guide")
     for name in COPIED:
         shutil.copytree(ROOT / name, root / name, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copy(ROOT / "pyproject.toml", root)  # tells a checkout from an installed wheel
     module, instance, result = blocks("systemverilog")
     (root / "rtl/custom/ci_bswap.sv").write_text(module)
     table = root / "nios_sw/custom.toml"

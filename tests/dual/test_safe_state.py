@@ -127,7 +127,7 @@ def test_planner_overrun__one_tick_is_held_at_rest_and_no_set_point_is_lost(path
     """One period is too short for the trajectory core alone; the path goes on a tick later."""
     run = Run(path, moves)
     run.go(60)
-    run.system.write("PERIOD", 270)  # above the commands of a period, below the end of the run
+    run.system.write("PERIOD", 250)  # above the commands of a period, below the end of the run
     late = run.go(1)
     run.system.queue([(REGMAP.address("PERIOD"), SHORT)])  # now the next one has begun
     assert late["late"].tolist() == [1] and late["updates"].tolist() == [1]

@@ -176,6 +176,7 @@ def test_plain__folder_with_spaces__gets_a_link_without(tmp_path, monkeypatch):
     folder.mkdir(parents=True)
     (folder / "a.sv").write_text("module a; endmodule\n")
     monkeypatch.setattr(plain, "ROOT", folder)
+    monkeypatch.setattr(plain, "BUILD", folder / "build")
     for _ in range(2):
         found = plain.plain(folder / "a.sv")
         assert not plain.ODD.search(str(found)) and found.samefile(folder / "a.sv")
