@@ -13,7 +13,8 @@ import pytest
 
 from asip_asm.project import ROOT
 from scripts.gen_core_files import CORES
-from sim.harness.build import VERILATOR, file_list
+from sim.harness.build import file_list, verilator_driver
+from sim.harness.plain import plain
 from sim.harness.sources import sources_of
 from tests.bench.needs import require
 
@@ -34,7 +35,8 @@ LISTS = {
 
 
 def verilator_on_path() -> dict[str, str]:
-    return os.environ | {"PATH": f"{VERILATOR / 'bin'}:{os.environ['PATH']}"}
+    folder = verilator_driver().parent
+    return os.environ | {"PATH": f"{folder}:{os.environ['PATH']}"}
 
 
 @pytest.mark.parametrize("top", LISTS)
@@ -49,7 +51,7 @@ def test_fusesoc__every_target_of_a_core__is_linted_by_verilator(
 ) -> None:
     fusesoc = Path(sys.executable).parent / "fusesoc"
     done = subprocess.run(
-        [fusesoc, "--cores-root", RTL, "run", "--target", top, f"microtick:rtl:{core}"],
+        [fusesoc, "--cores-root", plain(RTL), "run", "--target", top, f"microtick:rtl:{core}"],
         cwd=tmp_path,
         env=verilator_on_path(),
         capture_output=True,
@@ -82,7 +84,7 @@ def test_bender__a_project_that_depends_on_ours__gets_files_that_elaborate(tmp_p
         # One top leaves most constants of the other blocks' packages unused.
         options = ["--lint-only", "-Wall", "-Wno-UNUSEDPARAM", "--top-module", top]
         done = subprocess.run(
-            [VERILATOR / "bin/verilator", *options, RTL / "waivers.vlt", "-f", "files.f"],
+            [verilator_driver(), *options, plain(RTL / "waivers.vlt"), "-f", "files.f"],
             cwd=user,
             capture_output=True,
             text=True,
