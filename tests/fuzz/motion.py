@@ -20,7 +20,7 @@ from tests.fuzz.mutate import mutated_arguments, mutated_text
 
 ROOT = Path(__file__).parents[2]
 TOOLS = {1: Tool((0.0, 0.0, 5.0, 0.0, 0.0), 4.0), 2: Tool(diameter=1.0)}
-MOST = 15_000  # moves of a program that are looked at: it may be endless where it moves
+MOST = 30_000  # moves of a program that are looked at: it may be endless where it moves
 LOOPS = """\
 o100 sub
 o101 repeat [#1]
