@@ -35,8 +35,8 @@ CORNERS = 0.1
 @dataclass(frozen=True)
 class Proof:
     """What a proof found. worst: largest error as a share of its bound, over all inputs and
-    results, and the result where; where the bound is infinite or a comparison is doubtful the bound
-    says so itself. first_difference: text, empty if all bits agree.
+    results, and the result where; unbounded: results without a finite bound, which prove nothing.
+    first_difference: text, empty if all bits agree.
     """
 
     inputs_tried: int
@@ -44,12 +44,13 @@ class Proof:
     first_difference: str
     worst_fraction_of_bound: float
     worst_result: str
+    unbounded: int
     largest_error: dict[str, float]
     seed: int
 
     @property
     def passed(self) -> bool:
-        return self.bits_equal and self.worst_fraction_of_bound < 1
+        return self.bits_equal and self.worst_fraction_of_bound < 1 and not self.unbounded
 
 
 @functools.cache
@@ -232,14 +233,15 @@ def compare(
             difference = f"{name}, tick {k} of seed {seed}: got {got[name][k]!r}, want {want[k]!r}"
     real, limit = bounds(compiled.graph, inputs)
     truth = true_results(compiled.law, inputs)
-    worst, where, largest = 0.0, "", {}
+    worst, where, unbounded, largest = 0.0, "", 0, {}
     for name, want in truth.items():
         root = name.removesuffix("_next") if name not in limit else name
         error = np.abs(got[name].astype(np.float64) - want)
         share = error / np.maximum(limit[root], 1e-300)
         share = np.where(error == 0, 0.0, share)
+        unbounded += int(np.sum(~np.isfinite(limit[root])))
         largest[name] = float(error.max())
         if not share.max() <= worst:
             worst, where = float(share.max()), f"{name}, tick {int(np.argmax(share))}"
     count = len(next(iter(got.values())))
-    return Proof(count, not difference, difference, worst, where, largest, seed)
+    return Proof(count, not difference, difference, worst, where, unbounded, largest, seed)
