@@ -119,6 +119,8 @@ def _prove(built: Built, options: argparse.Namespace) -> int:
         f"largest error / bound {proof.worst_fraction_of_bound:.3g} ({proof.worst_result}); "
         + ", ".join(f"{name} {error:.3g}" for name, error in proof.largest_error.items())
     )
+    if proof.unbounded:
+        print(f"{proof.unbounded} results have no finite bound: keep divisors away from zero")
     print("proved" if proof.passed else "NOT proved")
     return 0 if proof.passed else 1
 

@@ -14,7 +14,7 @@ from asip_asm.model.compiler import Options, compile_law
 from asip_asm.model.law import Law
 from asip_asm.model.program import Built, build
 from sim.model.parameters import Robot
-from sim.prove_program import Proof, Sample, prove
+from sim.prove_program import COUNT, Proof, Sample, prove
 from sim.robots import own, pendulum, quadrotor
 from sim.robots.catalogue import robot
 from sim.robots.closed_loop import Arm, ClosedLoop, Machine, close_loop
@@ -96,6 +96,7 @@ class Row:
             "compile_seconds": round(self.seconds, 2),
             "worst_fraction_of_bound": self.proof.worst_fraction_of_bound,
             "worst_result": self.proof.worst_result,
+            "unbounded": self.proof.unbounded,
             "largest_error": self.proof.largest_error,
             "bits_equal": self.proof.bits_equal,
             "inputs_tried": self.proof.inputs_tried,
@@ -140,6 +141,9 @@ def goals(rows: Sequence[Row]) -> list[dict[str, Any]]:
             row.seconds <= COMPILE_SECONDS)  # fmt: skip
         share = row.proof.worst_fraction_of_bound
         add(f"{row.name}, error/bound", share, "", 1.0, share < 1)
+        unbounded, tried = row.proof.unbounded, row.proof.inputs_tried
+        add(f"{row.name}, without a bound", unbounded, "results", 0, not unbounded)
+        add(f"{row.name}, inputs tried", tried, "", COUNT, tried >= COUNT)
         add(f"{row.name}, bits unequal", float(not row.proof.bits_equal), "", 0.0,
             row.proof.bits_equal)  # fmt: skip
         ratio = row.loop.ratio

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import itertools
 import re
+from dataclasses import replace
 
 import casadi as ca
 import pytest
@@ -75,11 +76,20 @@ def test_a_wrong_operation_is_found(tmp_path):
     compiled = compile_law(mixed())
     wrong = compiled.text.replace("fmsub ", "fmadd ", 1)
     assert wrong != compiled.text
-    object.__setattr__(compiled, "text", wrong)
-    built = build(compiled, tmp_path / "law.s")
+    built = build(replace(compiled, text=wrong), tmp_path / "law.s")
     proof = prove(compiled, built.image, count=50, backend="iss")
     assert not proof.bits_equal and not proof.passed
     assert proof.worst_fraction_of_bound > 1
+
+
+def test_a_result_without_a_finite_bound_is_not_proved(tmp_path):
+    x = ca.SX.sym("x")
+    near_zero = (x + 1e6) - 1e6  # of numbers below its own rounding
+    function = ca.Function("f", [x], [ca.fmin(ca.fmax(1 / near_zero, -1), 1)], ["x"], ["y"])
+    law = Law("f", function, [Port("input", "x", limits=(0, 1e-3)), Port("output", "y")])
+    built = build(compile_law(law), tmp_path / "law.s")
+    proof = prove(built.compiled, built.image, count=50, backend="iss")
+    assert proof.unbounded and not proof.passed
 
 
 def test_every_scalar_opcode_is_compiled_or_refused():
