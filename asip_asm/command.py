@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import argparse
+import math
 import os
 import sys
 from collections.abc import Callable
@@ -37,3 +39,21 @@ def run_command(name: str, body: Callable[[], int]) -> int:
 def _failed(name: str, message: str) -> int:
     print(f"{name}: error: {message}", file=sys.stderr)
     return 1
+
+
+def count(text: str) -> int:
+    """Option of a command: a number of things, 1 or more."""
+    if not text.isascii() or not text.isdecimal() or len(text) > 9 or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a number 1..999999999")
+    return int(text)
+
+
+def duration(text: str) -> float:
+    """Option of a command: a time above 0 [s]."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f"'{text}' is no time above 0 in seconds")
+    return value

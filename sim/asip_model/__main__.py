@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 from asip_asm.c_image import to_c
-from asip_asm.command import run_command
+from asip_asm.command import count, duration, run_command
 from asip_asm.diagnostics import AssemblyError
 from asip_asm.files import open_output, refuse_overwriting
 from asip_asm.image import Image
@@ -97,7 +97,13 @@ def _law(options: argparse.Namespace) -> tuple[Law, Tree | None, Settings]:
 
 
 def _loop(built: Built, tree: Tree, settings: Settings, seconds: float) -> int:
-    loop = close_loop(built.compiled.law, built.image, Arm(tree, settings, seconds))
+    from sim.core import CoreFault
+
+    try:
+        loop = close_loop(built.compiled.law, built.image, Arm(tree, settings, seconds))
+    except CoreFault as fault:
+        print(f"asip-model: the program stops in the closed loop: {fault}")
+        return 1
     worst = ", ".join(f"{error:.2g}" for error in abs(loop.core.errors).max(axis=0))
     print(f"closed loop: {loop.ticks} ticks, largest errors {worst} [{loop.unit}]")
     print(f"largest error by that in double precision: {loop.ratio:.4f}")
@@ -157,7 +163,7 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
         help="divide by a shared or constant divisor through its reciprocal: rounds once more",
     )
     parser.add_argument("--prove", action="store_true", help="run on the core and compare")
-    parser.add_argument("--inputs", type=_count, default=10_000, help="inputs of the proof")
+    parser.add_argument("--inputs", type=count, default=10_000, help="inputs of the proof")
     parser.add_argument("--seed", type=int, default=1, help="seed of the proof's inputs")
     robot = parser.add_argument_group("laws of a URDF")
     robot.add_argument("--law", choices=tuple(LAWS), default="computed_torque", help="which law")
@@ -168,7 +174,10 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
     robot.add_argument("--friction", action="store_true", help="the URDF's friction in the law")
     robot.add_argument("--lock", action="append", default=[], help="a joint that does not move")
     robot.add_argument(
-        "--loop", type=float, metavar="SECONDS", help="closed loop with the robot (computed_torque)"
+        "--loop",
+        type=duration,
+        metavar="SECONDS",
+        help="closed loop with the robot (computed_torque)",
     )
     options = parser.parse_args(arguments)
     urdf = options.function.suffix == ".urdf"
@@ -177,12 +186,6 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
     if options.loop and not (urdf and options.law == "computed_torque"):
         parser.error("--loop is for computed_torque of a URDF")
     return options
-
-
-def _count(text: str) -> int:
-    if not text.isdigit() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"'{text}' is no count of inputs, 1 or more")
-    return int(text)
 
 
 if __name__ == "__main__":

@@ -7,7 +7,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from asip_asm.command import run_command
+from asip_asm.command import count, run_command
 from asip_asm.diagnostics import AssemblyError
 from asip_asm.files import refuse_overwriting
 from asip_asm.image import Image, ImageError
@@ -154,13 +154,13 @@ def parse_arguments(arguments: list[str] | None) -> argparse.Namespace:
     )
     parser.add_argument(
         "--max-cycles",
-        type=_positive,
+        type=count,
         default=MAX_CYCLES,
         metavar="N",
         help="cycles (with --iss: bundles) after which a run is stopped as by the program's "
         f"watchdog, if that is larger (default {MAX_CYCLES})",
     )
-    parser.add_argument("--ticks", type=_positive, metavar="N", help="number of runs")
+    parser.add_argument("--ticks", type=count, metavar="N", help="number of runs")
     parser.add_argument(
         "--state",
         action="append",
@@ -194,12 +194,6 @@ def parse_arguments(arguments: list[str] | None) -> argparse.Namespace:
         help="profile, and an HTML chart of units over clock cycles",
     )
     return parser.parse_args(arguments)
-
-
-def _positive(text: str) -> int:
-    if not text.isascii() or not text.isdecimal() or len(text) > 9 or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"'{text}' is not a number 1..999999999")
-    return int(text)
 
 
 if __name__ == "__main__":

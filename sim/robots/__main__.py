@@ -11,8 +11,10 @@ from pathlib import Path
 
 from rich.console import Console
 
-from asip_asm.command import run_command
+from asip_asm.command import count, duration, run_command
 from asip_asm.model.read import ModelError
+from sim.core import CoreFault
+from sim.prove_program import COUNT, SEED
 from sim.robots.catalogue import RobotError
 from sim.robots.job import SHOWN, Row, goals, run_robot
 from sim.robots.page import table, write_page
@@ -47,7 +49,7 @@ def _robots(options: argparse.Namespace) -> int:
         print(f"[{done + 1}/{len(names)}] {name}{wait}", file=sys.stderr, flush=True)
         try:
             row = run_robot(name, options.output, options.inputs, options.seconds, options.seed)
-        except (ModelError, RobotError) as error:
+        except (ModelError, RobotError, CoreFault) as error:
             print(f"robots: error: {name}: {error}", file=sys.stderr)
             return 1
         rows.append(row)
@@ -74,9 +76,9 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
     )
     parser.add_argument("--only", metavar="NAMES", help=f"some of {', '.join(SHOWN)}")
     parser.add_argument("--output", type=Path, default=Path("build"), help="folder to write")
-    parser.add_argument("--inputs", type=int, default=10_000, help="inputs of each proof")
-    parser.add_argument("--seconds", type=float, help="length of the motions")
-    parser.add_argument("--seed", type=int, default=1, help="seed of the proofs' inputs")
+    parser.add_argument("--inputs", type=count, default=COUNT, help="inputs of each proof")
+    parser.add_argument("--seconds", type=duration, help="length of the motions")
+    parser.add_argument("--seed", type=int, default=SEED, help="seed of the proofs' inputs")
     return parser.parse_args(arguments)
 
 

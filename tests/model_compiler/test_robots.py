@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import casadi as ca
 import numpy as np
 import pinocchio as pin
@@ -10,9 +12,11 @@ import pytest
 
 from asip_asm.model.compiler import Options, compile_law
 from asip_asm.model.program import build
-from sim.prove_program import prove
+from sim.prove_program import Proof, prove
+from sim.robots.__main__ import parse_arguments
 from sim.robots.catalogue import ROBOTS, robot
 from sim.robots.dynamics import inverse_dynamics, jacobian, placements
+from sim.robots.job import goals
 from sim.robots.laws import LAWS, Settings, operations
 from sim.robots.tree import RobotError, load_tree, tree_of
 
@@ -118,3 +122,31 @@ def test_every_law_of_every_robot_is_proved_on_the_rtl(tmp_path, name):
         assert built.cycles <= 1.05 * built.bound_cycles
         proof = prove(built.compiled, built.image, count=2000)
         assert proof.passed, (law, proof.first_difference, proof.worst_result)
+
+
+@pytest.mark.parametrize(
+    ("option", "message"),
+    [
+        (["--seconds", "0"], "'0' is no time above 0 in seconds"),
+        (["--seconds", "nan"], "'nan' is no time above 0 in seconds"),
+        (["--inputs", "0"], "'0' is not a number 1..999999999"),
+    ],
+)
+def test_command__option_that_means_nothing__refused(option, message, capsys):
+    with pytest.raises(SystemExit) as stopped:
+        parse_arguments(option)
+    assert stopped.value.code == 2 and message in capsys.readouterr().err
+
+
+def test_goals__fewer_inputs_or_a_shorter_motion_than_named__are_not_met():
+    proof = Proof(10, True, "", 0.5, "", 0, {}, 1)
+    row = SimpleNamespace(
+        name="x",
+        built=SimpleNamespace(cycles=10, bound_cycles=10),
+        seconds=1.0,
+        proof=proof,
+        loop=SimpleNamespace(ticks=100, ratio=1.0),
+        rate=10_000.0,
+    )
+    missed = {goal["name"] for goal in goals([row]) if not goal["met"]}
+    assert missed == {"x, inputs tried", "x, closed loop"}
