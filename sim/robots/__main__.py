@@ -24,7 +24,8 @@ EPILOG = """examples:
   python -m sim.robots                            # all; build/robots.json, build/robots.html
   python -m sim.robots --only iiwa14,ur5 --seconds 0.5 --inputs 1000
 
-exit status: 0 every goal of the table is met, 1 one is not, 2 wrong command line
+exit status: 0 every goal of the table is met, 1 one is not (a run with fewer inputs or a shorter
+motion than the goals name among them), 2 wrong command line
 """
 
 

@@ -17,14 +17,16 @@ from sim.robots.quadrotor import Quadrotor, law
 
 def test_pendulum_on_the_core_tracks_as_in_double_precision(tmp_path, capsys):
     arguments = ["--only", "pendulum", "--seconds", "0.2", "--inputs", "200"]
-    assert main([*arguments, "--output", str(tmp_path)]) == 0
+    assert main([*arguments, "--output", str(tmp_path)]) == 1  # shorter than the goals
     data = json.loads((tmp_path / "robots.json").read_text())
     found = data["robots"]["pendulum"]
     assert found["bits_equal"] and found["inputs_tried"] == 200
     assert found["closed_loop"]["ticks"] == 200
     assert 0.9 < found["closed_loop"]["ratio_to_double"] <= 1.05
     assert found["cycles"] <= 1.05 * found["bound_cycles"]
-    assert all(goal["met"] for goal in data["goals"]) and len(data["goals"]) == 5
+    missed = [goal["name"] for goal in data["goals"] if not goal["met"]]
+    assert missed == ["pendulum, inputs tried", "pendulum, closed loop"]
+    assert len(data["goals"]) == 8
     assert "Microtick: any robot" in (tmp_path / "robots.html").read_text()
 
 
