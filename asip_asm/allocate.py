@@ -79,12 +79,18 @@ def allocate_registers(program: Program, machine: Machine) -> None:
         for bundle in region.bundles or []:
             for op in bundle.slots:
                 if op is not None:
+                    op.symbols = _symbols(op)
                     _substitute(op, placement)
     for state in program.states:
         state.register = placement[state.first]
     for export in program.exports:
         value = export.value
         export.register = placement[value] if isinstance(value, Virtual) else value
+
+
+def _symbols(operation: Operation) -> dict[str, Virtual]:
+    operands = ((name, getattr(operation, name)) for name in ("dst", "a", "b", "c"))
+    return {name: value for name, value in operands if isinstance(value, Virtual)}
 
 
 def _substitute(operation: Operation, placement: dict[Virtual, Register]) -> None:

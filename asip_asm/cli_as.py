@@ -12,6 +12,8 @@ from pathlib import Path
 from asip_asm.assemble import build_program, encode
 from asip_asm.c_image import to_c
 from asip_asm.command import run_command
+from asip_asm.debug_map import map_path
+from asip_asm.debug_values import debug_map
 from asip_asm.diagnostics import AssemblyError, closest, report_text
 from asip_asm.files import open_output, refuse_overwriting
 from asip_asm.image import Image
@@ -41,7 +43,8 @@ def main(arguments: list[str] | None = None) -> int:
 
 def _assemble(options: argparse.Namespace) -> int:
     output = options.output or _default_output(options.source, options.format)
-    written = [path for path in (output, options.listing, options.symbols) if path]
+    beside = map_path(output) if options.format == "json" else None
+    written = [path for path in (output, beside, options.listing, options.symbols) if path]
     refuse_overwriting(written, [options.source])
     progress = _Progress()
     try:
@@ -66,6 +69,8 @@ def _assemble(options: argparse.Namespace) -> int:
             )
             return 1
         texts = {output: _text(image, options)}
+        if beside:
+            texts[beside] = debug_map(program, machine, image).dumps()
         if options.listing:
             texts[options.listing] = listing(image)
         if options.symbols:
@@ -195,8 +200,8 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
         "--format",
         choices=tuple(FORMATS),
         default="json",
-        help="json: the whole image (default); c: tables for the C driver; others: program memory "
-        "alone",
+        help="json: the whole image, and its debug map beside it (default); c: tables for the C "
+        "driver; others: program memory alone",
     )
     parser.add_argument(
         "--prefix",

@@ -58,18 +58,22 @@ def register_name(register: Register) -> str:
 
 @dataclass(frozen=True)
 class SourceLine:
-    """Where an operation stands: file, 1-based line, text, and the equation its comment names."""
+    """Where an operation stands: file, 1-based line, text, the equation its comment names, and the
+    macro calls that it comes from, innermost first, as 'macro at file:line'.
+    """
 
     file: str
     line: int
     text: str
     equation: str = ""
+    expansions: tuple[str, ...] = ()
 
 
 @dataclass(eq=False)
 class Operation:
     """One operation. Unused sources are ZERO; `imm` is the data address of ld and st, `target` the
-    label of a branch.
+    label of a branch. `symbols`: the values that stood in dst, a, b and c before the allocator
+    replaced them by registers.
     """
 
     mnemonic: str
@@ -80,6 +84,7 @@ class Operation:
     imm: int | None = None
     target: str | None = None
     source: SourceLine | None = None
+    symbols: dict[str, Virtual] = field(default_factory=dict)
 
 
 @dataclass(eq=False)

@@ -221,7 +221,9 @@ class _Parser:
             if last.line is line
             else line.text[token.place.column :]
         )
-        source = SourceLine(line.file, line.number, " ".join(text.split()), equation(line.text))
+        source = SourceLine(
+            line.file, line.number, " ".join(text.split()), equation(line.text), line.expansions
+        )
         place = Place(line, token.place.column, token.place.length)
         return RawOperation(record, place, operands, source)
 

@@ -8,12 +8,14 @@ their data flow agrees. Loads, stores and branches act as such.
 from __future__ import annotations
 
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from itertools import accumulate
 
 from asip_asm.ir import Operation, Output, Program, Register
 
 STEPS = 5000
+Watch = Callable[[int, dict, list], None]
 
 
 @dataclass
@@ -30,11 +32,15 @@ def digest(*parts: object) -> int:
     return zlib.crc32(repr(parts).encode())
 
 
-def run_written(program: Program) -> Result:
-    """Run the operations in the order written, on symbols. Braced bundles are not supported."""
+def run_written(program: Program, values: dict | None = None) -> Result:
+    """Run the operations in the order written, on symbols. Braced bundles are not supported.
+
+    `values` gets the last value of every symbol.
+    """
     groups = [[[op] for op in region.operations] for region in program.regions]
     first = {state.first: digest("state", state.name) for state in program.states}
-    values = _run(program, groups, first, len(program.data))
+    values = {} if values is None else values
+    values |= _run(program, groups, first, len(program.data))
     result = values.pop("result")
     for state in program.states:
         result.states[state.name] = values[state.first if state.last is None else state.last]
@@ -43,14 +49,18 @@ def run_written(program: Program) -> Result:
     return result
 
 
-def run_bundles(program: Program, words: int) -> Result:
-    """Run the bundles on physical registers; `words` data words belong to the program itself."""
+def run_bundles(program: Program, words: int, watch: Watch | None = None) -> Result:
+    """Run the bundles on physical registers; `words` data words belong to the program itself.
+
+    `watch` is called before each bundle with its address, the registers and the data words, and
+    once behind the last one.
+    """
     groups = [
         [[op for op in bundle.slots if op is not None] for bundle in region.bundles]
         for region in program.regions
     ]
     first = {state.register: digest("state", state.name) for state in program.states}
-    values = _run(program, groups, first, words)
+    values = _run(program, groups, first, words, watch)
     result = values.pop("result")
     for state in program.states:
         result.states[state.name] = values[state.register]
@@ -69,15 +79,20 @@ def _path(program: Program) -> dict[str, int]:
     return {label: i for i, region in enumerate(program.regions) for label in region.labels}
 
 
-def _run(program: Program, groups: list, registers: dict, words: int) -> dict:
+def _run(
+    program: Program, groups: list, registers: dict, words: int, watch: Watch | None = None
+) -> dict:
     registers = dict(registers)
     memory = list(program.data)
     result = Result()
     labels = _path(program)
+    starts = list(accumulate((len(group) for group in groups), initial=0))
     region = 0
     for _ in range(STEPS):
         target = None
-        for group in groups[region]:
+        for address, group in enumerate(groups[region], starts[region]):
+            if watch:
+                watch(address, registers, memory)
             writes = []
             for op in group:
                 target = _execute(op, registers, memory, words, writes) or target
@@ -87,6 +102,8 @@ def _run(program: Program, groups: list, registers: dict, words: int) -> dict:
                 else:
                     registers[dst] = value
         if program.regions[region].halt:
+            if watch:
+                watch(starts[-1], registers, memory)
             result.data = memory[:words]
             registers["result"] = result
             return registers

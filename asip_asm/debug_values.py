@@ -1,0 +1,221 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The debug map of an assembled program: which value each register holds at each bundle.
+
+Reaching definitions (Aho, Lam, Sethi, Ullman: Compilers, 9.2.4) over the bundles, for every
+register and output by itself. All operations of a bundle read before any writes, so a value is in
+its register from the bundle behind its write up to the next bundle that writes the register.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections import defaultdict
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from asip_asm.debug_map import SPANS, DebugMap, Span, Value, Write
+from asip_asm.encode import label_addresses
+from asip_asm.image import Image
+from asip_asm.ir import Bundle, Operation, Output, Program, Register, Virtual, register_name
+from asip_asm.isa import default_isa
+from asip_asm.machine import BRANCHES, Machine
+
+Key = tuple[str, int, str]
+"""Name, version and place of a value."""
+BEFORE: Key = ("", 0, "")
+"""What a place holds when the run starts, where that has no name."""
+
+
+@dataclass
+class _Found:
+    """A value while it is collected."""
+
+    operation: Operation | None
+    type: str
+    writes: list[Write] = field(default_factory=list)
+    held: list[Span] = field(default_factory=list)
+    perhaps: list[Span] = field(default_factory=list)
+    spilled: tuple[int, int] | None = None
+
+
+def debug_map(program: Program, machine: Machine, image: Image) -> DebugMap:
+    """Map of a program of `build_program` and its image."""
+    return _Builder(program, machine, image).build()
+
+
+class _Builder:
+    def __init__(self, program: Program, machine: Machine, image: Image) -> None:
+        self.program = program
+        self.machine = machine
+        self.image = image
+        self.isa = default_isa()
+        self.bundles: list[Bundle] = [b for r in program.regions for b in r.bundles or []]
+        self.lands = self._lands()
+        self.follow = self._follow()
+        self.found: dict[Key, _Found] = {}
+        self.types: dict[str, str] = {s.name: s.type for s in program.states}
+        self.types |= {s.name: s.type for s in program.fixed_states}
+        self.k_types = {f"k{e.index}": e.type for e in (*image.inputs, *image.constants)}
+        # Physical registers that the source gives a name.
+        self.aliases = {register_name(s.register): s.name for s in program.fixed_states}
+        self.aliases |= {
+            register_name(e.value): e.name
+            for e in program.exports
+            if isinstance(e.value, Register) and e.value.bank not in ("K", "zero")
+        }
+        self.outputs = {output.index: output.name for output in program.outputs}
+        self.copies = self._copies()
+
+    def build(self) -> DebugMap:
+        places = self._definitions()
+        for place, writes in places.items():
+            self._spans(place, writes)
+        return DebugMap(
+            image=self.image.to_json()["checksum"],
+            bundles=len(self.bundles),
+            files={
+                str(path): hashlib.sha256(path.read_bytes()).hexdigest()
+                for path in dict.fromkeys(self.program.files)
+            },
+            cycles=[issue.cycle for issue in self.machine.issue_cycles(self.bundles)],
+            follow={str(i): follow for i, follow in enumerate(self.follow) if follow != [i + 1]},
+            calls={
+                f"{i}.{slot}": list(op.source.expansions)
+                for i, slot, op in self._operations()
+                if op.source and op.source.expansions
+            },
+            values=[self._value(key, found) for key, found in self.found.items()],
+        )
+
+    def _operations(self) -> Iterator[tuple[int, int, Operation]]:
+        for i, bundle in enumerate(self.bundles):
+            for slot, op in enumerate(bundle.slots):
+                if op is not None:
+                    yield i, slot, op
+
+    def _lands(self) -> dict[tuple[int, int], int]:
+        """First bundle that finds the result of (bundle, slot) written, no branch being taken."""
+        found: dict[tuple[int, int], int] = {}
+        issues = [issue.cycle for issue in self.machine.issue_cycles(self.bundles)]
+        for i, slot, op in self._operations():
+            ready = issues[i] + self.machine.latency(op) + 1
+            later = (j for j in range(i + 1, len(issues)) if issues[j] >= ready)
+            found[i, slot] = next(later, len(issues))
+        return found
+
+    def _follow(self) -> list[list[int]]:
+        labels = label_addresses(self.program)
+        end = len(self.bundles)
+        follow = []
+        for i, bundle in enumerate(self.bundles):
+            branches = [op for op in bundle.slots if op is not None and op.mnemonic in BRANCHES]
+            next_ones = [] if any(op.mnemonic == "jmp" for op in branches) else [i + 1]
+            next_ones += [labels[op.target] for op in branches if op.target is not None]
+            follow.append([end] if bundle.halt else sorted(set(next_ones)))
+        return follow
+
+    def _copies(self) -> dict[int, tuple[Virtual, int]]:
+        """Value that the allocator keeps in a data word, and the bundle that stores it."""
+        return {
+            op.imm: (op.symbols["a"], i)
+            for i, _, op in self._operations()
+            if op.mnemonic == "st" and op.source and not op.source.text.startswith("st")
+            if op.imm is not None and "a" in op.symbols
+        }
+
+    # ------------------------------------------------------------------ values
+    def _definitions(self) -> dict[str, dict[int, Key]]:
+        """By place, the value that each bundle writes there; fills `found`."""
+        places: dict[str, dict[int, Key]] = defaultdict(dict)
+        for state in (*self.program.states, *self.program.fixed_states):
+            if state.register is not None:
+                version = state.first.version if hasattr(state, "first") else -1
+                place = register_name(state.register)
+                self.found[state.name, version, place] = _Found(None, state.type)
+                places[place][-1] = (state.name, version, place)
+        for i, slot, op in self._operations():
+            key = self._key(op)
+            if key is None:
+                continue
+            places[key[2]][i] = key
+            entry = self.found.setdefault(key, _Found(op, self._type(op)))
+            entry.operation = entry.operation or op
+            entry.writes.append(Write(i, slot, self.lands[i, slot]))
+            self.types.setdefault(self._symbol_name(op), entry.type)
+        for address, (symbol, bundle) in self.copies.items():
+            for (name, version, _), entry in self.found.items():
+                if (name, version) == (symbol.name, symbol.version):
+                    entry.spilled = (bundle, address)
+        return places
+
+    def _symbol_name(self, op: Operation) -> str:
+        return op.symbols["dst"].name if "dst" in op.symbols else ""
+
+    def _key(self, op: Operation) -> Key | None:
+        """Value that an operation writes."""
+        if isinstance(op.dst, Output):
+            return self.outputs.get(op.dst.index, f"o{op.dst.index}"), 1, f"o{op.dst.index}"
+        if not isinstance(op.dst, Register):
+            return None
+        place = register_name(op.dst)
+        symbol = op.symbols.get("dst")
+        if symbol is None:
+            return self.aliases.get(place, place), -1, place
+        if "~" in symbol.name and op.imm in self.copies:  # a copy from data memory
+            symbol = self.copies[op.imm][0]
+        return symbol.name, symbol.version, place
+
+    def _type(self, op: Operation) -> str:
+        record = self.isa.operations[op.mnemonic]
+        wrote = record.type_of("dst")
+        if wrote != "any":
+            return wrote
+        for operand in record.sources:
+            if record.type_of(operand) == "any":
+                symbol = op.symbols.get(operand)
+                if symbol is not None:
+                    return self.types.get(symbol.name, "float")
+                register = getattr(op, operand)
+                return self.k_types.get(register_name(register), "float")
+        return "float"
+
+    def _spans(self, place: str, writes: dict[int, Key]) -> None:
+        """Positions at which each value is in a place."""
+        end = len(self.bundles)
+        before: list[set[Key]] = [set() for _ in range(end + 1)]
+        before[self.image.entry].add(writes.get(-1, BEFORE))
+        waiting = [self.image.entry]
+        while waiting:
+            i = waiting.pop()
+            if i == end:
+                continue
+            after = {writes[i]} if i in writes else before[i]
+            for j in self.follow[i]:
+                if not after <= before[j]:
+                    before[j] |= after
+                    waiting.append(j)
+        for position, keys in enumerate(before):
+            for key in keys - {BEFORE}:
+                entry = self.found[key]
+                spans = entry.held if len(keys) == 1 else entry.perhaps
+                if spans and spans[-1][1] == position - 1:
+                    spans[-1] = (spans[-1][0], position)
+                elif len(spans) < SPANS:
+                    spans.append((position, position))
+
+    def _value(self, key: Key, found: _Found) -> Value:
+        name, version, place = key
+        source = found.operation.source if found.operation else None
+        return Value(
+            name=name,
+            version=version,
+            type="int" if found.type == "int" else "float",
+            place=place,
+            file=source.file if source else "",
+            line=source.line if source else 0,
+            equation=source.equation if source else "",
+            writes=found.writes,
+            held=found.held,
+            perhaps=found.perhaps,
+            spilled=found.spilled,
+        )
