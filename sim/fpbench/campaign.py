@@ -2,7 +2,7 @@
 """Runs shards as Dask tasks and keeps each finished one, so that a stopped campaign resumes.
 
 A shard's result lies in `build/fpbench/shards/<unit>-<fingerprint>/<shard>.json`. The fingerprint
-covers the unit's RTL and the bench (`native.fingerprint`): a changed unit runs again, an unchanged
+covers the unit's RTL and the bench (`folded.fingerprint`): a changed unit runs again, an unchanged
 one does not.
 """
 
@@ -18,7 +18,8 @@ from pathlib import Path
 
 from dask.distributed import Client, LocalCluster, as_completed
 
-from sim.fpbench.native import ROOT, BenchError, Unit, fingerprint, unit_of
+from sim.fpbench.folded import bench_unit, fingerprint
+from sim.fpbench.native import ROOT, BenchError, Unit
 from sim.fpbench.plan import Shard
 
 STORE = ROOT / "build/fpbench/shards"
@@ -36,9 +37,8 @@ class Task:
 
 def task_of(shard: Shard, store: Path = STORE) -> Task:
     """The task of a shard against the RTL as it is now."""
-    unit = unit_of(shard.op)
-    mark = _fingerprint(unit)
-    return Task(shard, unit, mark, store / f"{unit}-{mark}" / f"{shard.name}.json")
+    mark = _fingerprint(shard.unit)
+    return Task(shard, shard.unit, mark, store / f"{shard.unit}-{mark}" / f"{shard.name}.json")
 
 
 @functools.cache
@@ -51,7 +51,7 @@ def _unit(name: str, mark: str) -> Unit:
     """The unit with that fingerprint, built once per worker."""
     if fingerprint(name) != mark:
         raise BenchError(f"{name}: its sources changed after the campaign began; start it again")
-    return Unit(name)
+    return bench_unit(name)
 
 
 def finished(task: Task) -> dict | None:

@@ -25,6 +25,7 @@ class Shard:
     count: int
     seed: int
     gaps: bool
+    unit: str  # that executes the operation
 
     @property
     def name(self) -> str:
@@ -43,14 +44,16 @@ class Part:
     start: int
     count: int
     gaps: bool = False
+    instead: str = ""  # a unit that executes it in the place of the usual one
 
     def shards(self) -> Iterator[Shard]:
         """The range cut into pieces of some ten seconds to two minutes."""
         unit = operations()[self.op][0]
         step = {"fp_sincos": 1 << 24, "fp_divsqrt": 1 << 27}.get(unit, 1 << 28)
+        unit = self.instead or unit
         for start in range(self.start, self.start + self.count, step):
             count = min(step, self.start + self.count - start)
-            yield Shard(self.op, self.kind, start, count, SEED, self.gaps)
+            yield Shard(self.op, self.kind, start, count, SEED, self.gaps, unit)
 
 
 @dataclass(frozen=True)
@@ -63,8 +66,8 @@ class Section:
     extended: bool = False  # longer than the rest together: only on request
 
 
-def _every(ops: str, start: int = 0, end: int = EVERY_WORD) -> tuple[Part, ...]:
-    return tuple(Part(op, "exhaustive", start, end - start) for op in ops.split())
+def _every(ops: str, start: int = 0, end: int = EVERY_WORD, instead: str = "") -> tuple[Part, ...]:
+    return tuple(Part(op, "exhaustive", start, end - start, instead=instead) for op in ops.split())
 
 
 def _single() -> str:
@@ -111,6 +114,11 @@ def sections(size) -> list[Section]:
             "sine and cosine",
             "every operand of magnitude 2^-12 to 256 rad",
             _every("sin cos", SMALL_ANGLE, ANGLE_END),
+        ),
+        Section(
+            "sine and cosine, overlapped",
+            "the same by fp_sincos_overlapped",
+            _every("sin cos", SMALL_ANGLE, ANGLE_END, instead="fp_sincos_overlapped"),
         ),
         Section("random", "exponent-correlated random operands", _random()),
         Section("hard", "quotients, roots, cancellations built from congruences", _hard(size)),

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from sim.fpbench import campaign, native
+from sim.fpbench.folded import fingerprint
 from sim.fpbench.plan import SEED, Section, Shard
 from sim.fpbench.quick import merged_angles
 from sim.fpbench.selfcheck import double_error
@@ -49,11 +50,13 @@ class Total:
 def collect(sections: Sequence[Section]) -> dict:
     """Everything that is stored for the present RTL, as the JSON report."""
     rows, failures, angles = [], [], {}
+    units: set[str] = set()
     for section in sections:
         totals: dict[str, Total] = {}
         for part in section.parts:
             total = totals.setdefault(part.op, Total())
             for shard in part.shards():
+                units.add(shard.unit)
                 result = campaign.finished(campaign.task_of(shard))
                 total.add(shard, result)
                 if result is None:
@@ -63,16 +66,16 @@ def collect(sections: Sequence[Section]) -> dict:
                     failures.append(f"{part.op}: {result['protocol']}")
                 if result["angles"]:
                     statistics = native.AngleStatistics(**result["angles"])
-                    angles.setdefault(part.op, []).append(statistics)
+                    by = f" of {part.instead}" if part.instead else ""
+                    angles.setdefault(part.op + by, []).append(statistics)
         rows += [
             {"section": section.name, "what": section.what, "op": op, **vars(total)}
             for op, total in totals.items()
         ]
-    units = sorted({native.unit_of(row["op"]) for row in rows})
     return {
         "seed": SEED,
         "processor": processor(),
-        "fingerprints": {unit: native.fingerprint(unit) for unit in units},
+        "fingerprints": {unit: fingerprint(unit) for unit in sorted(units)},
         "rows": rows,
         "failures": failures,
         "angles": {op: _with_reference_error(op, parts) for op, parts in angles.items()},
@@ -82,7 +85,7 @@ def collect(sections: Sequence[Section]) -> dict:
 def _with_reference_error(op: str, parts: list[native.AngleStatistics]) -> dict:
     """Merged statistics, and the error of the double reference at the worst operand (MPFR, ulp)."""
     total = vars(merged_angles(parts))
-    error = double_error(native.Unit("fp_sincos"), op, total["worst_at"])
+    error = double_error(native.Unit("fp_sincos"), op.split()[0], total["worst_at"])
     return total | {"reference_error": error}
 
 

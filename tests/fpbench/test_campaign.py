@@ -19,7 +19,9 @@ from sim.fpbench.native import BenchError, fingerprint
 from sim.fpbench.plan import Part, Shard
 
 ROOT = native.ROOT
-SHARDS = [Shard("add", "random", start, 50_000, 5, False) for start in (0, 50_000, 100_000)]
+SHARDS = [
+    Shard("add", "random", start, 50_000, 5, False, "fp_add") for start in (0, 50_000, 100_000)
+]
 
 
 def test_campaign__stopped_after_a_shard__goes_on_with_the_others(tmp_path: Path) -> None:
@@ -107,7 +109,7 @@ def test_plan__all_sections__every_operation_and_more_than_a_billion_random_case
         (part.start, part.start + part.count)
         for section in sections
         for part in section.parts
-        if part.op == "sin" and part.kind == "exhaustive"
+        if part.op == "sin" and part.kind == "exhaustive" and not part.instead
     )
     assert angles[0][0] == 0 and angles[-1][1] == plan.EVERY_WORD
     assert all(end == start for (_, end), (start, _) in zip(angles, angles[1:], strict=False))
