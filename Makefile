@@ -108,6 +108,9 @@ robots: $(READY) ## compile, prove and close the loop of every robot shown, to b
 motion: $(READY) ## the motion front-end: figures of the papers, drive study, RTL, on one page (RUN=full)
 	@$(PY) -m sim.motion.show --robot "$(ROBOT)" $(if $(filter full,$(RUN)),--full)
 
+workbench: $(READY) ## what debug block, debugger and scope are to reach, to build/workbench.json (RUN=full, T=words)
+	@$(PY) -m scripts.workbench $(T) $(if $(filter full,$(RUN)),--full)
+
 motion-size: $(READY_SYNTH) ## area and clock of the motion front-end with Yosys and nextpnr, for its goals
 	@$(PY) -m scripts.motion_size $(if $(SEEDS),--seeds $(SEEDS))
 

@@ -103,7 +103,8 @@ class ExportEntry(Entry, frozen=True):
 
 class Image(msgspec.Struct, forbid_unknown_fields=True):
     """Program image. `bundles` are hexadecimal words, `sources` the operations of each bundle,
-    `cycles` the estimated cycles of a run without branches (None with branches).
+    `cycles` the estimated cycles of a run without branches (None with branches), `parameters` the
+    constants that a host may change between runs.
     """
 
     title: Title
@@ -125,12 +126,15 @@ class Image(msgspec.Struct, forbid_unknown_fields=True):
     watchdog: Annotated[int, Meta(ge=1, le=(1 << 32) - 1)] = 10000
     output_mask: Annotated[int, Meta(ge=0, lt=1 << _ISA.outputs)] = 0
     cycles: Count | None = None
+    parameters: list[Name] = []
 
     def to_json(self) -> dict[str, Any]:
         """The image as JSON data, with its checksum."""
         head = {"format": FORMAT, "version": VERSION, "checksum": "", "title": self.title}
         head |= {"configuration": self.configuration, "entry": self.entry}
         data = head | msgspec.to_builtins(self)
+        if not self.parameters:
+            del data["parameters"]
         data["checksum"] = checksum(data)
         return data
 
@@ -253,11 +257,16 @@ def _problems(image: Image, isa: Isa) -> Iterator[str]:
 def _bank_k(image: Image) -> Iterator[str]:
     """A word of bank K holds one input or one constant, which may have several names."""
     yield from _twice("index of an input", (entry.index for entry in image.inputs))
+    for name in image.parameters:
+        if name not in {constant.name for constant in image.constants}:
+            yield f"parameter '{name}' is no constant"
     owner: dict[int, Any] = {entry.index: entry for entry in image.inputs}
     for constant in image.constants:
         other = owner.setdefault(constant.index, constant)
         if (getattr(other, "bits", None), other.type) != (constant.bits, constant.type):
             yield f"k{constant.index} holds '{other.name}' and '{constant.name}'"
+        if constant.name in image.parameters and other is not constant:
+            yield f"k{constant.index} holds '{other.name}' and the parameter '{constant.name}'"
         value = literal_name(int(constant.bits, 16), constant.type)
         if constant.name != value and not _NAME.fullmatch(constant.name):
             yield f"constant k{constant.index} is named '{constant.name:.40}', its value is {value}"

@@ -97,8 +97,20 @@ class Fault:
 
 
 @dataclass(frozen=True)
+class Code:
+    """Value of a field that is an enumeration."""
+
+    name: str
+    code: int
+    doc: str
+
+
+@dataclass(frozen=True)
 class RegisterMap:
-    """The whole register map; `title` is what it belongs to, `note` what to know of accesses."""
+    """The whole register map; `title` is what it belongs to, `note` what to know of accesses.
+
+    enumerations: codes by the names of enumeration and value, but for the fault causes.
+    """
 
     title: str
     note: str
@@ -107,6 +119,7 @@ class RegisterMap:
     blocks: Mapping[str, Block]
     registers: Mapping[str, RegisterRecord]
     faults: Mapping[str, Fault]
+    enumerations: Mapping[str, Mapping[str, Code]] = field(default_factory=dict)
 
     def address(self, register: str) -> int:
         """Word address of a register of block csr, of the first where there are more."""

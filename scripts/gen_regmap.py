@@ -2,9 +2,9 @@
 """Generate what hardware and software share of the host register maps.
 
 Sources, in SystemRDL: asip_asm/regmap.rdl (ASIP), rtl/motion/regmap.rdl (motion front-end),
-rtl/dual/regmap.rdl (two processors). Of each: a SystemVerilog package, a C header by
-PeakRDL-cheader, Python constants, a page. With --check nothing is written; exit 1 if a file differs
-from what would be generated.
+rtl/dual/regmap.rdl (two processors), rtl/debug/regmap.rdl (debug block). Of each: a SystemVerilog
+package, a C header by PeakRDL-cheader, Python constants, a page. With --check nothing is written;
+exit 1 if a file differs from what would be generated.
 """
 
 from __future__ import annotations
@@ -35,6 +35,7 @@ MAPS = {
         "docs/motion_regmap.md",
     ),
     "dual": ("rtl/dual/regmap.rdl", "sim/harness/gen/dual_regmap.py", "docs/dual_regmap.md"),
+    "debug": ("rtl/debug/regmap.rdl", "sim/debug/gen/debug_regmap.py", "docs/debug_regmap.md"),
 }
 
 
@@ -96,8 +97,12 @@ def files_of(name: str) -> dict[str, str]:
     def rendered(template: str, **more: object) -> str:
         return templates.get_template(template).render(values, **more)
 
-    names = ["BitField", "Block", "Fault", "RegisterMap", "RegisterRecord"]
-    names = [n for n in names if n != "Fault" or regmap.faults]
+    text = repr(regmap)
+    names = [
+        n
+        for n in ("BitField", "Block", "Code", "Fault", "RegisterMap", "RegisterRecord")
+        if f"{n}(" in text
+    ]
     files = {
         f"rtl/gen/{name}_regmap_pkg.sv": rendered("regmap_pkg.sv.j2"),
         f"sim/driver/gen/{name}_regs.h": c_header(ROOT / source, name),

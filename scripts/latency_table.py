@@ -22,7 +22,8 @@ import numpy as np
 from asip_asm.assemble import assemble
 from asip_asm.isa import OperationRecord, default_isa
 from asip_asm.machine import load_machine
-from sim.harness.asip_rtl import AsipRtl, register_address
+from sim.harness.asip_bus import register_address
+from sim.harness.asip_rtl import AsipRtl
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs/latency.md"

@@ -18,11 +18,20 @@ from systemrdl.node import AddrmapNode, MemNode, Node, RegfileNode, RegNode
 from systemrdl.source_ref import SourceRefBase
 from systemrdl.udp import UDPDefinition
 
-from asip_asm.regmap import REGISTER_BLOCK, BitField, Block, Fault, RegisterMap, RegisterRecord
+from asip_asm.regmap import (
+    REGISTER_BLOCK,
+    BitField,
+    Block,
+    Code,
+    Fault,
+    RegisterMap,
+    RegisterRecord,
+)
 
 DATA_WIDTH = 32
 WORD_BYTES = DATA_WIDTH // 8
 NUMBER = "value"  # the one field of a register that is a number
+FAULTS = "fault_cause"  # the enumeration whose members are faults
 
 
 class RegisterMapError(ValueError):
@@ -64,18 +73,20 @@ def read_map(path: Path, name: str) -> RegisterMap:
     """Register map of addrmap `name` of the file. Raises RegisterMapError."""
     top = compile_map(path, name)
     findings: list[str] = []
-    blocks, registers, faults = {}, {}, {}
+    blocks, registers = {}, {}
+    enumerations: dict[str, dict[str, Code]] = {}
     for node in top.children(unroll=False):
         blocks[node.inst_name] = _block(node, findings)
         if isinstance(node, RegfileNode):
             for register in node.registers():
                 registers[register.inst_name] = _register(register, findings)
-                faults |= {fault.name: fault for fault in _faults(register, findings)}
+                enumerations |= _enumerations(register, findings)
     if REGISTER_BLOCK not in blocks or not registers:
         findings.append(_finding(top, f"no regfile '{REGISTER_BLOCK}'; the registers stand in it"))
     if findings:
         raise RegisterMapError("\n".join(findings))
     words = top.size // WORD_BYTES
+    faults = {name: Fault(**vars(code)) for name, code in enumerations.pop(FAULTS, {}).items()}
     return RegisterMap(
         title=top.get_property("name"),
         note=_text(top),
@@ -84,6 +95,7 @@ def read_map(path: Path, name: str) -> RegisterMap:
         blocks=blocks,
         registers=registers,
         faults=faults,
+        enumerations=enumerations,
     )
 
 
@@ -143,12 +155,13 @@ def _register(node: RegNode, findings: list[str]) -> RegisterRecord:
     )
 
 
-def _faults(node: RegNode, findings: list[str]) -> list[Fault]:
-    """Codes of the enumerations that the register's fields show."""
-    faults = []
+def _enumerations(node: RegNode, findings: list[str]) -> dict[str, dict[str, Code]]:
+    """The enumerations that the register's fields show, by name."""
+    found: dict[str, dict[str, Code]] = {}
     for field in node.fields():
-        for member in field.get_property("encode") or ():
-            faults.append(Fault(member.name, member.value, member.rdl_desc or ""))
+        for member in (encode := field.get_property("encode")) or ():
+            code = Code(member.name, member.value, member.rdl_desc or "")
+            found.setdefault(encode.type_name, {})[member.name] = code
             if not member.rdl_desc:
                 findings.append(_finding(field, f"{member.name} has no desc"))
-    return faults
+    return found

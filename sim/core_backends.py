@@ -71,17 +71,17 @@ class RtlBackend:
 
     def __init__(self, image: Image, trace: bool = False) -> None:
         # Verilator is needed here only, not by the instruction-set model.
-        from sim.harness import asip_rtl
+        from sim.harness import asip_bus, asip_rtl
 
-        self._bus = asip_rtl
+        self._bus = asip_bus
         self._trace = trace
         self._image = image
         self.rtl = asip_rtl.AsipRtl(image.configuration)
         self.rtl.load(image)
-        block = asip_rtl.BLOCK["outputs"]
+        block = asip_bus.BLOCK["outputs"]
         places = {e.name: e.register for e in (*image.exports, *image.states)}
         self._addresses = {
-            name: asip_rtl.register_address(register)
+            name: asip_bus.register_address(register)
             for name, register in places.items()
             if is_register(register)
         } | {output.name: block + output.index for output in image.outputs}

@@ -235,4 +235,5 @@ REGMAP = RegisterMap(
             name="OUTPUT_MISSING", code=5, doc="halt without every output of OUTPUT_MASK written"
         ),
     },
+    enumerations={},
 )

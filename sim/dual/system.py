@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from asip_asm.assemble import assemble
 from asip_asm.image import Image
 from sim.dual.moves import RECORD_WORDS, RING_RECORDS, Move
-from sim.harness.asip_rtl import BLOCK, CLEAR, CSR, START, STATUS
+from sim.harness.asip_bus import BLOCK, CLEAR, CSR, START, STATUS
 from sim.harness.dual_rtl import MEASURED_SOURCE, DualRtl
 from sim.model.parameters import Robot
 from sim.model.records import COUNTS, MEASURED_STATES, OUTPUTS, SET_POINTS, TRACKING

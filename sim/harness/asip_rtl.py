@@ -10,22 +10,22 @@ from pathlib import Path
 
 import numpy as np
 
-from asip_asm.gen.asip_regmap import REGMAP
 from asip_asm.image import Image
 from asip_asm.isa import default_isa
+from sim.harness.asip_bus import (
+    BLOCK,
+    CLEAR,
+    CSR,
+    FAULT_NAMES,
+    START,
+    STATUS,
+    load_words,
+    register_address,
+)
 from sim.harness.build import build_library, file_list
 from sim.harness.waves import load_model
 
 HARNESS = Path(__file__).with_name("asip_harness.cpp")
-CSR = {name: REGMAP.address(name) for name in REGMAP.registers}
-BLOCK = {name: block.base for name, block in REGMAP.blocks.items()}
-STATUS = REGMAP.registers["STATUS"].fields
-START = REGMAP.registers["CONTROL"].word(start=1)
-CLEAR = REGMAP.registers["CONTROL"].word(clear=1)
-IRQ_DONE = REGMAP.registers["IRQ_ENABLE"].word(done=1)
-IRQ_FAULT = REGMAP.registers["IRQ_ENABLE"].word(fault=1)
-IRQ_ALL = IRQ_DONE | IRQ_FAULT
-FAULT_NAMES = {fault.code: fault.name for fault in REGMAP.faults.values()}
 
 
 class AsipError(RuntimeError):
@@ -92,13 +92,6 @@ class TickPort:
         if done < 0:
             raise AsipError("the core neither finished nor faulted")
         return done
-
-
-def register_address(name: str) -> int:
-    """Bus address of a physical register such as 'c12' (banks A, B, C)."""
-    bank, index = name[0].upper(), int(name[1:])
-    code = default_isa().banks[bank].code
-    return BLOCK["registers"] + 64 * code + index
 
 
 class AsipRtl:
@@ -225,20 +218,8 @@ class AsipRtl:
                 f"the core is '{self.configuration}'"
             )
         self.clear()
-        for offset, word in image.words():
-            self.write(BLOCK["program"] + offset, word)
-        for constant in image.constants:
-            self.write(BLOCK["constants"] + constant.index, int(constant.bits, 16))
-        for address, word in enumerate(image.data):
-            self.write(BLOCK["data"] + address, int(word, 16))
-        for output in image.outputs:
-            self.write(BLOCK["safe"] + output.index, int(output.safe, 16))
-        for state in image.states:
-            self.write(register_address(state.register), int(state.bits, 16))
-        self.write(CSR["ENTRY"], image.entry)
-        self.write(CSR["WATCHDOG"], image.watchdog)
-        self.write(CSR["OUTPUT_MASK"], image.output_mask)
-        self.write(CSR["IRQ_ENABLE"], IRQ_ALL)
+        for address, word in load_words(image):
+            self.write(address, word)
         self.image = image
 
     def clear(self) -> None:

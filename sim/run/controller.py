@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from asip_asm.image import Image
 from sim.core import Core, CoreError, CoreFault
-from sim.harness.asip_rtl import FAULT_NAMES, STATUS, AsipError
+from sim.harness.asip_bus import FAULT_NAMES, STATUS
+from sim.harness.asip_rtl import AsipError
 from sim.model.parameters import Robot
 from sim.model.records import COUNTS, EXPORT_OF_ROW, MEASURED_STATES, OUTPUTS, SET_POINTS
 from sim.model.tracking import Tracking

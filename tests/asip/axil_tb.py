@@ -14,7 +14,8 @@ from pathlib import Path
 import cocotb
 from cocotb.triggers import FallingEdge, RisingEdge
 
-from sim.harness.asip_rtl import CLEAR, CSR, REGMAP, START, STATUS
+from asip_asm.gen.asip_regmap import REGMAP
+from sim.harness.asip_bus import CLEAR, CSR, START, STATUS
 from tests.bus.axil import OKAY, SLVERR, Bus
 
 

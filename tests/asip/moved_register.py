@@ -14,7 +14,8 @@ import numpy as np
 from asip_asm.assemble import assemble
 from asip_asm.c_image import to_c
 from sim.driver import DRIVER
-from sim.harness.asip_rtl import CSR, STATUS, AsipRtl
+from sim.harness.asip_bus import CSR, STATUS
+from sim.harness.asip_rtl import AsipRtl
 from sim.iss.core import Iss
 
 INPUTS = {"x": 3.0, "y": 0.5, "z": 4.0, "counter": 7}

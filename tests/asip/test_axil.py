@@ -16,7 +16,7 @@ import pytest
 
 from asip_asm.assemble import assemble
 from asip_asm.isa import default_isa
-from sim.harness.asip_rtl import BLOCK, CSR, IRQ_ALL, register_address
+from sim.harness.asip_bus import BLOCK, CSR, IRQ_ALL, register_address
 from sim.harness.build import ROOT, WAIVERS, file_list, verilator_driver
 from sim.iss.core import Iss
 from tests.bus.axil import run_scenarios

@@ -5,15 +5,15 @@ from __future__ import annotations
 
 import pytest
 
+from asip_asm.gen.asip_regmap import REGMAP
 from asip_asm.image import Image
-from sim.harness.asip_rtl import (
+from sim.harness.asip_bus import (
     BLOCK,
     CLEAR,
     CSR,
     IRQ_ALL,
     IRQ_DONE,
     IRQ_FAULT,
-    REGMAP,
     START,
     STATUS,
     register_address,

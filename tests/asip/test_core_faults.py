@@ -10,7 +10,7 @@ import pytest
 from asip_asm.encode import encode_operation
 from asip_asm.image import Image
 from asip_asm.ir import Operation
-from sim.harness.asip_rtl import (
+from sim.harness.asip_bus import (
     BLOCK,
     CLEAR,
     CSR,

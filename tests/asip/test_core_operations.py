@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from asip_asm.image import InputEntry
-from sim.harness.asip_rtl import BLOCK, STATUS, register_address
+from sim.harness.asip_bus import BLOCK, STATUS, register_address
 from sim.iss import Fault, Iss, arithmetic
 from tests.asip import core_bench as bench
 from tests.asip.core_bench import CONFIGURATIONS, CORNERS, ISA, op

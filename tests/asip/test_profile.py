@@ -21,7 +21,8 @@ from asip_asm.isa import default_isa
 from asip_asm.konata import konata_log
 from asip_asm.profile import CAUSE_COUNTERS, Profile, ProfileError, Trace, profile_run
 from sim.asip_run.__main__ import main as asip_run
-from sim.harness.asip_rtl import CSR, AsipRtl
+from sim.harness.asip_bus import CSR
+from sim.harness.asip_rtl import AsipRtl
 
 ROOT = Path(__file__).parents[2]
 CONFIGURATIONS = ("fast", "small")

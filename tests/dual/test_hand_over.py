@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from asip_asm.assemble import assemble
-from sim.harness.asip_rtl import BLOCK, CSR
+from sim.harness.asip_bus import BLOCK, CSR
 from sim.harness.dual_rtl import LISTS, MEASURED_SOURCE, REGMAP, DualRtl
 
 SEED = int(os.environ.get("SEED", "1"))

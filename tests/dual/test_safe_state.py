@@ -15,7 +15,7 @@ import pytest
 from sim.dual.moves import Move, moves_of
 from sim.dual.system import RATES, TwoProcessors, program
 from sim.gcode.interpreter import parse_file
-from sim.harness.asip_rtl import CSR, FAULT_NAMES, STATUS
+from sim.harness.asip_bus import CSR, FAULT_NAMES, STATUS
 from sim.harness.dual_rtl import MEASURED_SOURCE, REGMAP
 from sim.model.parameters import Robot
 from sim.model.plant import Plant

@@ -316,4 +316,5 @@ REGMAP = RegisterMap(
         ),
     },
     faults={},
+    enumerations={},
 )

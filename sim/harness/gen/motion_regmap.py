@@ -269,4 +269,5 @@ REGMAP = RegisterMap(
         ),
     },
     faults={},
+    enumerations={},
 )

@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Where things stand on the bus of the ASIP, and the writes that load a program."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from asip_asm.gen.asip_regmap import REGMAP
+from asip_asm.image import Image
+from asip_asm.isa import default_isa
+
+CSR = {name: REGMAP.address(name) for name in REGMAP.registers}
+BLOCK = {name: block.base for name, block in REGMAP.blocks.items()}
+STATUS = REGMAP.registers["STATUS"].fields
+START = REGMAP.registers["CONTROL"].word(start=1)
+CLEAR = REGMAP.registers["CONTROL"].word(clear=1)
+IRQ_DONE = REGMAP.registers["IRQ_ENABLE"].word(done=1)
+IRQ_FAULT = REGMAP.registers["IRQ_ENABLE"].word(fault=1)
+IRQ_ALL = IRQ_DONE | IRQ_FAULT
+FAULT_NAMES = {fault.code: fault.name for fault in REGMAP.faults.values()}
+
+
+def register_address(name: str) -> int:
+    """Bus address of a physical register such as 'c12' (banks A, B, C)."""
+    bank, index = name[0].upper(), int(name[1:])
+    return BLOCK["registers"] + 64 * default_isa().banks[bank].code + index
+
+
+def load_words(image: Image) -> Iterator[tuple[int, int]]:
+    """Writes (address, word) that load a program as a driver would, states at their initial
+    values, both interrupts enabled. A fault is to be cleared before."""
+    for offset, word in image.words():
+        yield BLOCK["program"] + offset, word
+    for constant in image.constants:
+        yield BLOCK["constants"] + constant.index, int(constant.bits, 16)
+    for address, word in enumerate(image.data):
+        yield BLOCK["data"] + address, int(word, 16)
+    for output in image.outputs:
+        yield BLOCK["safe"] + output.index, int(output.safe, 16)
+    for state in image.states:
+        yield register_address(state.register), int(state.bits, 16)
+    yield CSR["ENTRY"], image.entry
+    yield CSR["WATCHDOG"], image.watchdog
+    yield CSR["OUTPUT_MASK"], image.output_mask
+    yield CSR["IRQ_ENABLE"], IRQ_ALL
