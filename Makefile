@@ -30,7 +30,7 @@ WAVES ?=
 export SEED WAVES
 
 .PHONY: help setup setup-synth run dual test test-full test-mutants fuzz lint lock clean
-.PHONY: gen gen-check docs readme site
+.PHONY: gen gen-check docs readme site workbench
 .PHONY: formal fp-case fp-bench fp-campaign fp-report
 .PHONY: robots
 .PHONY: motion motion-size synth quartus
