@@ -114,15 +114,10 @@ def prove(
     return compare(compiled, inputs, got, seed, sine)
 
 
-def _run_batch(
-    law: Law,
-    core: Core,
-    size: int,
-    rng: np.random.Generator,
-    values: dict[str, list[Array]],
-    results: dict[str, list[Array]],
-    sample: Sample | None,
-) -> None:
+def draw_ticks(
+    law: Law, size: int, rng: np.random.Generator, sample: Sample | None = None
+) -> tuple[dict[str, Array], dict[str, Array]]:
+    """Inputs of consecutive ticks, arrays (size,), and the states before them, arrays (1,)."""
     if sample:
         inputs = sample(size, rng)
     else:
@@ -132,6 +127,19 @@ def _run_batch(
     states = {p.name: draw(p, 1, rng) for p in law.of_kind("state")}
     for rate in law.of_kind("rate"):
         states[before(rate.rate_of)] = inputs[rate.rate_of][:1]
+    return inputs, states
+
+
+def _run_batch(
+    law: Law,
+    core: Core,
+    size: int,
+    rng: np.random.Generator,
+    values: dict[str, list[Array]],
+    results: dict[str, list[Array]],
+    sample: Sample | None,
+) -> None:
+    inputs, states = draw_ticks(law, size, rng, sample)
     core.preset({name: value[0].item() for name, value in states.items()})
     outputs = [port.name for port in law.ports if port.kind in ("output", "export")]
     ticks = core.batch(inputs, read=[*states, *(n for n in outputs if n not in core.outputs)])

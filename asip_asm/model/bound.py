@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from asip_asm.model.emit import binary32
-from asip_asm.model.functions import FUNCTIONS
+from asip_asm.model.functions import MARKED
 from asip_asm.model.graph import Graph
 
 Real = NDArray[np.float64]
@@ -93,9 +93,10 @@ def _step(graph: Graph, i: int, values: Mapping[str, Real], steps: Mapping[int, 
     args = [steps[arg] for arg in _arguments(graph, i)]
     x, e = [a.value for a in args], [a.error for a in args]
     if i in graph.functions:
-        function = FUNCTIONS[graph.functions[i][0]]
+        function = MARKED[graph.functions[i][0]]
         value, partials = function.exact(*x), function.partials(*x)
         own = function.ulp * 2 * UNIT * np.abs(value) + function.absolute
+        own = own + function.own(*x) if function.own else own
         curved = _curvature(function.partials, x, e, partials)
         return _finish(value, partials, own + curved, e)
     value, partials, own = RULES[node.op](x, e)

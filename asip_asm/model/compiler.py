@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from asip_asm.dependence import build_graph as dependence_graph
 from asip_asm.ir import Operation, Virtual
 from asip_asm.machine import Machine, load_machine
+from asip_asm.model.balance import balance
 from asip_asm.model.emit import emit
 from asip_asm.model.expand import expand_functions
 from asip_asm.model.graph import LEAVES, Graph
@@ -25,15 +26,20 @@ RELAXATIONS = (0.0, 0.25, 0.5, 0.75, 1.0)
 """Shares of a sum's slack that it may use to save operations."""
 
 
+SINES = ("balanced", "unit")
+
+
 @dataclass(frozen=True)
 class Options:
     """What a user may choose. `reassociate`: sums and products in the order of arrival;
-    `reciprocal`: quotients of one divisor through its reciprocal. Both change roundings.
+    `reciprocal`: quotients of one divisor through its reciprocal; `sine`: 'unit', or 'balanced'
+    with polynomials for those sines and cosines that would wait for it. All change roundings.
     """
 
     configuration: str = "fast"
     reassociate: bool = False
     reciprocal: bool = False
+    sine: str = SINES[0]
 
 
 @dataclass(frozen=True)
@@ -53,6 +59,9 @@ def compile_law(law: Law, options: Options | None = None) -> Compiled:
     real = expand_functions(simplify(build_graph(law)))
     if options.reciprocal:
         real = simplify(share_divisors(real))
+    if options.sine == "balanced":
+        fastest = _fastest(machine, options)
+        real = balance(real, law, lambda form: trial_cycles(fastest(form).run(), machine))
     graph = choose_sums(real, machine, options)
     return Compiled(law, options, graph, emit(graph, law))
 
@@ -62,10 +71,15 @@ def latencies(machine: Machine) -> Callable[[str], int]:
     return lambda op: machine.units[machine.unit_names[op]].latency + 1
 
 
+def _fastest(machine: Machine, options: Options) -> Callable[[Graph], SumBuilder]:
+    """Maker of the form with the shortest critical path."""
+    return lambda real: SumBuilder(real, latencies(machine), options.reassociate)
+
+
 def choose_sums(real: Graph, machine: Machine, options: Options) -> Graph:
     """Core operations of the graph: the form with the shortest trial schedule."""
     latency = latencies(machine)
-    first = SumBuilder(real, latency, options.reassociate)
+    first = _fastest(machine, options)(real)
     fastest = first.run()
     if not options.reassociate:
         return fastest

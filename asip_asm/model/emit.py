@@ -171,6 +171,9 @@ class _Emitter:
             form = form.replace(", {2}", "") if len(args) == 2 else form
         short = [a if _plain(a) else f"({a})" for a in args]
         expression = form.format(*(short if node.op in INFIX else args), *("",) * 3)
+        if i in self.graph.functions:
+            function, given = self.graph.functions[i]
+            expression = f"{function}({', '.join(self.expressions[arg] for arg in given)})"
         if len(expression) > COMMENT:
             names = [self.names[arg] for arg in node.args]
             expression = form.format(*names, *("",) * 3)

@@ -15,13 +15,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 Real = NDArray[np.float64]
+TURN = 2 * math.pi
+LARGEST_TURNS = 256 / TURN
+"""As far as the sine unit goes."""
 
 
 @dataclass(frozen=True)
 class Function:
     """An approximated function: exact value and partial derivatives in double precision, largest
     error in units of 2^-23 of the result plus `absolute`, and the domain (low, high) where they
-    hold.
+    hold. own: what depends on the arguments in another way, to be added.
     """
 
     exact: Callable[..., Real]
@@ -29,6 +32,7 @@ class Function:
     ulp: float
     absolute: float
     domain: tuple[float, float]
+    own: Callable[..., Real] | None = None
 
 
 def _erf(x: Real) -> Real:
@@ -51,3 +55,38 @@ FUNCTIONS: dict[str, Function] = {
         _erf, lambda x: (2 / math.sqrt(math.pi) * np.exp(-x * x),), 1.8, 1e-44, (-3e38, 3e38)
     ),
 }
+
+
+def _turns(x: Real, scale: Real, offset: Real | float = 0.0) -> Real:
+    return TURN * (x * scale + offset)
+
+
+def _slopes(cosine: bool) -> Callable[..., tuple[Real, ...]]:
+    def partials(*angle: Real) -> tuple[Real, ...]:
+        slope = TURN * (-np.sin(_turns(*angle)) if cosine else np.cos(_turns(*angle)))
+        return (slope * angle[1], slope * angle[0], slope)[: len(angle)]
+
+    return partials
+
+
+def _angle_lost(*angle: Real) -> Real:
+    """Rounding of the angle in turns, as radians: none of a multiple by a power of two."""
+    exact = len(angle) == 2 and np.all(np.abs(np.frexp(angle[1])[0]) == 0.5)
+    return (0.0 if exact else 2.0**-24 * (1 + 1e-6)) * np.abs(_turns(*angle))
+
+
+TURNS: dict[str, Function] = {
+    f"{name}_turns": Function(
+        lambda *angle, exact=exact: exact(_turns(*angle)),
+        _slopes(name == "cos"),
+        1.4,
+        1e-13,
+        (-LARGEST_TURNS, LARGEST_TURNS),
+        _angle_lost,
+    )
+    for name, exact in (("sin", np.sin), ("cos", np.cos))
+}
+"""Sine and cosine of 2 pi (scale x + offset) on the multiply-add pipes, see `sine`; arguments x,
+scale and, if it is not 0, offset; the domain is that of the angle in turns.
+"""
+MARKED = FUNCTIONS | TURNS

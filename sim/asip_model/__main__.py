@@ -15,11 +15,12 @@ from asip_asm.diagnostics import AssemblyError
 from asip_asm.files import open_output, refuse_overwriting
 from asip_asm.image import Image
 from asip_asm.isa import default_isa
-from asip_asm.model.compiler import Options, compile_law
+from asip_asm.model.compiler import SINES, Options, compile_law
 from asip_asm.model.law import Law, load_law
 from asip_asm.model.program import Built, build
 from asip_asm.model.read import ModelError
 from asip_asm.signals import InterfaceError
+from sim.asip_model.effects import effects
 from sim.robots.closed_loop import Arm, close_loop
 from sim.robots.laws import LAWS, Settings
 from sim.robots.tree import RobotError, Tree, load_tree
@@ -34,8 +35,8 @@ EPILOG = """example:
   asip-model arm.urdf --law computed_torque --reassociate --prove --loop 2
 
 writes build/law.s (linear assembly), .asip.json (image), .h (tables for the C driver) and
-.report.txt (cycles, bounds, occupancy). Arguments and results of the function go by the names of
-the signals, or of their vectors (docs/your_robot.md).
+.report.txt (cycles, bounds, occupancy, what each option changes). Arguments and results of the
+function go by the names of the signals, or of their vectors (docs/your_robot.md).
 
 exit status: 0 written, and proved with --prove; 1 an error, a proof that failed, or a loop beyond
 its bound; 2 wrong command line
@@ -57,7 +58,7 @@ def _model(options: argparse.Namespace) -> int:
         given = [path for path in (options.function, options.interface) if path]
         refuse_overwriting(paths.values(), given)
         law, tree, settings = _law(options)
-        chosen = Options(options.config, options.reassociate, options.reciprocal)
+        chosen = Options(options.config, options.reassociate, options.reciprocal, options.sine)
         paths[".s"].parent.mkdir(parents=True, exist_ok=True)
         built = build(compile_law(law, chosen), paths[".s"])
     except (ModelError, InterfaceError, RobotError) as error:
@@ -69,7 +70,7 @@ def _model(options: argparse.Namespace) -> int:
     texts = {
         ".asip.json": Image.dumps(built.image),
         ".h": to_c(built.image, ""),
-        ".report.txt": built.report.render(),
+        ".report.txt": built.report.render() + "\n" + effects(built.compiled, options.seed),
     }
     for end, text in texts.items():
         with open_output(paths[end]) as file:
@@ -161,6 +162,13 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
         "--reciprocal",
         action="store_true",
         help="divide by a shared or constant divisor through its reciprocal: rounds once more",
+    )
+    parser.add_argument(
+        "--sine",
+        choices=SINES,
+        default=SINES[0],
+        help="balanced: those sines and cosines that would wait for the sine unit, of inputs with "
+        "limits, become polynomials; unit: none",
     )
     parser.add_argument("--prove", action="store_true", help="run on the core and compare")
     parser.add_argument("--inputs", type=count, default=10_000, help="inputs of the proof")
