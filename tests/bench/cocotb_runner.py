@@ -10,16 +10,27 @@ import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import cocotb_tools.config
 from cocotb_tools.runner import get_runner
 
-from sim.harness import waves
+from sim.harness import runtime, waves
 from sim.harness.assertions import assertions_of
 from sim.harness.build import verilator_driver
 from sim.harness.plain import plain, workshop
 
 FLAGS = ["--x-initial", "unique", "--x-assign", "unique", "--assert", "-Wno-fatal"]
+RUNTIME = ("verilated", "verilated_threads", "verilated_dpi", "verilated_vpi")
+
+
+def with_runtime(*names: str) -> tuple[list[str], str]:
+    """Options for Verilator and variables for its makefile: sources of the run-time library are
+    not compiled for this model, their objects come from `runtime`. With WAVES=1 they are."""
+    if waves.wanted():
+        return [], ""
+    objects = " ".join(str(plain(path)) for path in runtime.objects(*names))
+    return ["-LDFLAGS", objects], "VK_GLOBAL_OBJS= VM_PARALLEL_BUILDS=0 OPT_FAST=-O1"
 
 
 class Simulation:
@@ -46,16 +57,18 @@ class Simulation:
         for name in ("share_dir", "libs_dir"):  # go into makefiles
             setattr(cocotb_tools.config, name, plain(Path(getattr(cocotb_tools.config, name))))
         self.runner = get_runner("verilator")
+        linked, variables = with_runtime(*RUNTIME)
         try:
-            self.runner.build(
-                sources=[plain(path) for path in (*sources, *assertions_of(sources))],
-                hdl_toplevel=top,
-                parameters=dict(parameters or {}),
-                build_dir=workshop(self.folder),
-                build_args=[*FLAGS, *flags, *waves.flags()],
-                waves=traced,
-                log_file=self.log,
-            )
+            with patch.dict(os.environ, GNUMAKEFLAGS=variables):
+                self.runner.build(
+                    sources=[plain(path) for path in (*sources, *assertions_of(sources))],
+                    hdl_toplevel=top,
+                    parameters=dict(parameters or {}),
+                    build_dir=workshop(self.folder),
+                    build_args=[*FLAGS, *flags, *linked, *waves.flags()],
+                    waves=traced,
+                    log_file=self.log,
+                )
         except RuntimeError as error:
             raise RuntimeError(f"building {top} failed:\n{self.log.read_text()[-3000:]}") from error
 
