@@ -51,7 +51,9 @@ class RunResult:
         return total
 
 
-class _Fault(Exception):
+class RunFault(Exception):
+    """A fault ends the run."""
+
     def __init__(self, fault: Fault) -> None:
         super().__init__(fault)
         self.fault = fault
@@ -91,7 +93,7 @@ class Iss:
             image.check()
         else:
             image = Image.from_json(image)
-        self._image = image
+        self.image = image
         self._trace = trace
         self._operations = arithmetic.operations(sincos)
         self._registers: list[Word] = [arithmetic.ZERO] * (6 * isa.BANK_WORDS)
@@ -123,9 +125,9 @@ class Iss:
 
     def reset(self) -> None:
         """States and data memory to their initial values."""
-        for state in self._image.states:
+        for state in self.image.states:
             self._registers[self._places[state.name][0]] = word(int(state.bits, 16))
-        for address, bits in enumerate(self._image.data):
+        for address, bits in enumerate(self.image.data):
             self._data[address] = word(int(bits, 16))
 
     def _write(self, name: str, value: float) -> None:
@@ -141,7 +143,7 @@ class Iss:
 
     def set_state(self, values: Mapping[str, float]) -> None:
         """Preset state registers. KeyError for another name."""
-        known = {state.name for state in self._image.states}
+        known = {state.name for state in self.image.states}
         for name, value in values.items():
             if name not in known:
                 raise KeyError(f"{name}: the program has no such state")
@@ -149,7 +151,7 @@ class Iss:
 
     def set_words(self, words: Mapping[str, int]) -> None:
         """Write inputs or preset states as raw 32-bit words. KeyError for another name."""
-        known = self._inputs | {state.name for state in self._image.states}
+        known = self._inputs | {state.name for state in self.image.states}
         for name, bits in words.items():
             if name not in known:
                 raise KeyError(f"{name}: the program has no such input or state")
@@ -158,7 +160,7 @@ class Iss:
     @property
     def state(self) -> dict[str, float | int]:
         """States by name, as floats or integers by their type."""
-        return {state.name: self.read(state.name) for state in self._image.states}
+        return {state.name: self.read(state.name) for state in self.image.states}
 
     def read(self, name: str) -> float | int:
         """Value of an export, state, input or constant by its type, or of a register as a float."""
@@ -174,6 +176,22 @@ class Iss:
     def read_data(self, address: int) -> int:
         """Bits of a word of data memory."""
         return bits_of(self._data[address])
+
+    def read_place(self, place: str) -> int:
+        """Bits of a register ('a3', 'k7'), an output ('o0') or a data word ('d12'). KeyError."""
+        words, index = self._words_of(place)
+        return bits_of(words[index])
+
+    def write_place(self, place: str, bits: int) -> None:
+        """Inverse of `read_place`."""
+        words, index = self._words_of(place)
+        words[index] = word(bits)
+
+    def _words_of(self, place: str) -> tuple[list[Word], int]:
+        for letter, words in (("o", self._outputs), ("d", self._data)):
+            if place[:1] == letter and place[1:].isdecimal() and int(place[1:]) < len(words):
+                return words, int(place[1:])
+        return self._registers, isa.register_code(place)
 
     # ------------------------------------------------------------------ decoding into closures
 
@@ -198,7 +216,7 @@ class Iss:
         def address() -> int:
             result = to_int(registers[index]) + offset
             if not 0 <= result < isa.DATA_WORDS:
-                raise _Fault(Fault.ADDRESS)
+                raise RunFault(Fault.ADDRESS)
             return result
 
         return address
@@ -217,7 +235,7 @@ class Iss:
         return branch
 
     def _decode(self, bundle: int) -> _Step:
-        configuration = self._image.configuration
+        configuration = self.image.configuration
         operations, halt = isa.decode_bundle(self._words[bundle], configuration)
         step = _Step([], [], [], [], None, halt, Counter())
         for op in operations:
@@ -259,40 +277,34 @@ class Iss:
         writes: dict[str, list[Word]] = {}
         written: set[int] = set()
         fault, place = Fault.NONE, None
-        position: int | None = self._image.entry
+        position: int | None = self.image.entry
         bundles = 0
         with arithmetic.environment():
             try:
                 while position is not None:
                     place = position
-                    if position >= isa.PROGRAM_BUNDLES:
-                        raise _Fault(Fault.ADDRESS)
                     if position >= len(self._words):
-                        raise _Fault(Fault.ILLEGAL)  # empty program memory reads as zero
-                    if bundles >= self._image.watchdog:
-                        raise _Fault(Fault.WATCHDOG)
-                    step = self._steps[position]
-                    if step is None:
-                        step = self._steps[position] = self._decode(position)
+                        raise self._outside(position)
+                    if bundles >= self.image.watchdog:
+                        raise RunFault(Fault.WATCHDOG)
+                    step = self._steps[position] or self.decoded(position)
                     executed[position] += 1
                     bundles += 1
                     if step.quick:
                         step.quick()
                         position += 1
                         continue
-                    position = self._execute(step, position, written, writes)
-                missing = self._image.output_mask & ~sum(1 << index for index in written)
-                if missing:
-                    raise _Fault(Fault.OUTPUT_MISSING)
+                    position = self.execute(step, position, written, writes)
+                if self.misses_outputs(written):
+                    raise RunFault(Fault.OUTPUT_MISSING)
                 place = None
             except IllegalOperation:
                 fault = Fault.ILLEGAL
-            except _Fault as stop:
+            except RunFault as stop:
                 fault = stop.fault
             flags = arithmetic.flags()
         if fault is not Fault.NONE:
-            for index, safe in self._safe.items():
-                self._outputs[index] = safe
+            self.set_outputs_safe()
         named = {name: self._outputs[index] for name, index in self._outputs_named.items()}
         return RunResult(
             outputs={name: to_float(value) for name, value in named.items()},
@@ -316,9 +328,34 @@ class Iss:
             self._counted = executed, counts
         return self._counted[1].copy()
 
-    def _execute(
+    def _outside(self, position: int) -> RunFault:
+        """Fault of a bundle behind the program; empty program memory reads as zero."""
+        return RunFault(Fault.ADDRESS if position >= isa.PROGRAM_BUNDLES else Fault.ILLEGAL)
+
+    def misses_outputs(self, written: set[int]) -> bool:
+        """Whether a run that wrote these outputs has left one of the mask out."""
+        return bool(self.image.output_mask & ~sum(1 << index for index in written))
+
+    def set_outputs_safe(self) -> None:
+        """What the host reads after a fault."""
+        for index, safe in self._safe.items():
+            self._outputs[index] = safe
+
+    def decoded(self, position: int) -> _Step:
+        """The bundle at a position. Raises RunFault, IllegalOperation."""
+        if position >= len(self._words):
+            raise self._outside(position)
+        step = self._steps[position]
+        if step is None:
+            step = self._steps[position] = self._decode(position)
+        return step
+
+    def execute(
         self, step: _Step, position: int, written: set[int], writes: dict[str, list[Word]]
     ) -> int | None:
+        """Do a bundle; adds the outputs to `written`, with tracing the words to `writes`. The next
+        position, None behind the last bundle. Raises RunFault.
+        """
         registers = self._registers
         values = [compute() for compute in step.compute]
         following = position + 1
@@ -334,7 +371,7 @@ class Iss:
                 if self._trace:
                     writes.setdefault(f"o{index}", []).append(value)
                 if bits_of(value) >> 23 & 0xFF == 0xFF:
-                    raise _Fault(Fault.NOT_FINITE)
+                    raise RunFault(Fault.NOT_FINITE)
                 self._outputs[index] = value
                 written.add(index)
         for code, value in zip(step.destinations, values, strict=True):

@@ -1,0 +1,390 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A debugging session: a program on a target, ticks, breakpoints and watches.
+
+The debugger is the host here: it writes the inputs of a tick and starts the run. A stop is always
+before a bundle, with everything before it done.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from sim.core_fault import fault_text
+from sim.debugger.expressions import ExpressionError, evaluate
+from sim.debugger.locations import Location, find_location
+from sim.debugger.program import DebuggedProgram
+from sim.debugger.target import Kind, Status, Target, Watch
+from sim.debugger.values import Reading, ValueMissing, Values
+
+SLICE = 0.05
+"""Seconds between two looks at a running core, and so at Ctrl-C and `pause`."""
+
+
+class SessionError(Exception):
+    """A command cannot be done now; the message says what to do first."""
+
+
+@dataclass
+class Breakpoint:
+    """A breakpoint before bundles, or with `place` a watch of a register or output, which stops
+    only for writes of the value named `watch`, if that is given. condition: an expression.
+    """
+
+    number: int
+    text: str
+    bundles: tuple[int, ...] = ()
+    condition: str = ""
+    temporary: bool = False
+    enabled: bool = True
+    hits: int = 0
+    watch: str = ""
+    place: str = ""
+
+    @property
+    def kind(self) -> str:
+        return "watch" if self.place else "breakpoint"
+
+
+@dataclass(frozen=True)
+class Stop:
+    """Why the session stopped: 'breakpoint', 'watch', 'step', 'start', 'interrupt', 'end' (of the
+    last tick asked for), 'fault'; and that in words. breakpoints: numbers of those hit.
+    """
+
+    kind: str
+    text: str
+    breakpoints: tuple[int, ...] = ()
+
+
+@dataclass
+class Session:
+    """State of a session; `rows` are the inputs of the ticks by name, the last one stays."""
+
+    program: DebuggedProgram
+    target: Target
+    states: Mapping[str, int] = field(default_factory=dict)
+    rows: Sequence[Mapping[str, int]] = ()
+
+    def __post_init__(self) -> None:
+        self.values = Values(self.program, self.target, lambda: self.position)
+        self.breakpoints: dict[int, Breakpoint] = {}
+        self.pause = threading.Event()
+        self.tick = 0
+        self._left = 0
+        self._next_number = 1
+        self._ran = False
+        self.status = Status(Kind.IDLE)
+        self.reset()
+
+    # ------------------------------------------------------------------ where it stands
+    @property
+    def position(self) -> int:
+        """Bundle that issues next; behind the last one when no run is on and one was."""
+        if self.status.kind is Kind.IDLE:
+            return self.program.bundles if self._ran else self.program.image.entry
+        return self.status.position
+
+    @property
+    def in_run(self) -> bool:
+        """Whether a run is halted inside."""
+        return self.status.kind is Kind.HALTED
+
+    # ------------------------------------------------------------------ ticks
+    def reset(self) -> None:
+        """Load the program again: states at their presets, no run on, tick 0."""
+        self.target.load(self.program.image)
+        places = {state.name: state.register for state in self.program.image.states}
+        for name, word in self.states.items():
+            self.target.write(places[name], word)
+        self.status = Status(Kind.IDLE)
+        self.tick, self._left, self._ran = 0, 0, False
+        self._arm()
+
+    def start(self) -> Stop:
+        """Begin a tick and stop before its first bundle."""
+        self._left = 1
+        self._begin(hold=True)
+        return self._wait("start")
+
+    def run(self, ticks: int | None = None) -> Stop:
+        """Run so many ticks, up to a stop; None: those of the input rows that are left, or one."""
+        if self.in_run:
+            self._left = (ticks or 1) if ticks else max(self._left, 1)
+            self.target.resume()
+        else:
+            self._left = ticks or max(1, len(self.rows) - self.tick)
+            self._begin(hold=False)
+        return self._wait("run")
+
+    def resume(self) -> Stop:
+        """Go on with the ticks asked for."""
+        if not self.in_run:
+            if self._left <= 0:
+                raise SessionError("no tick is running; `run`, `start` or `tick N` begins one")
+            self._begin(hold=False)
+        else:
+            self.target.resume()
+        return self._wait("run")
+
+    def finish(self) -> Stop:
+        """Go on to the end of the tick."""
+        self._need_run()
+        self._left = 1
+        self.target.resume()
+        return self._wait("run")
+
+    def step_bundles(self, count: int = 1) -> Stop:
+        """Issue bundles one by one; stops at breakpoints on the way."""
+        return self._step_until(count, lambda before, now: True)
+
+    def step_lines(self, count: int = 1) -> Stop:
+        """Go on to the next bundle whose operation stands in another source line."""
+        return self._step_until(count, lambda before, now: self._line(before) != self._line(now))
+
+    def step_calls(self, count: int = 1) -> Stop:
+        """As `step_lines`, with the operations of a macro call as one line."""
+        return self._step_until(count, lambda before, now: self._call(before) != self._call(now))
+
+    def _step_until(self, count: int, new_place: Callable[[int, int], bool]) -> Stop:
+        if not self.in_run:
+            self._left = 1
+            self._begin(hold=True)
+            return self._wait("start")
+        for _ in range(count):
+            before = self.position
+            while True:
+                self.target.step()
+                stop = self._wait("step")
+                if stop.kind != "step":
+                    return stop
+                if new_place(before, self.position):
+                    break
+        return stop
+
+    def _line(self, bundle: int) -> tuple[str, int] | None:
+        entry = self.program.primary(bundle)
+        return (entry.file, entry.line) if entry else None
+
+    def _call(self, bundle: int) -> object:
+        entry = self.program.primary(bundle)
+        calls = self.program.calls(bundle, entry.slot) if entry else []
+        return calls[-1] if calls else self._line(bundle)
+
+    def _need_run(self) -> None:
+        if not self.in_run:
+            raise SessionError("no tick is running; `start` begins one and stops in it")
+
+    def _begin(self, hold: bool) -> None:
+        if self.status.kind is Kind.FAULT:
+            self.target.clear()
+        if self.rows:
+            self.values.inputs.update(self.rows[min(self.tick, len(self.rows) - 1)])
+        self._arm()
+        self.target.begin(self.values.inputs, hold)
+        self._ran = True
+
+    # ------------------------------------------------------------------ stops
+    def _wait(self, how: str) -> Stop:
+        """Let the core go until there is a reason to stop."""
+        asked = False
+        while True:
+            try:
+                self.status = self.target.poll(SLICE)
+                if self.pause.is_set() and not asked:
+                    asked = True
+                    self.target.halt()
+                    continue
+                stop = self._stop(how, asked)
+            except KeyboardInterrupt:
+                asked = True
+                self.target.halt()
+                continue
+            if stop is not None:
+                self.pause.clear()
+                return stop
+
+    def _stop(self, how: str, asked: bool) -> Stop | None:
+        """Why the core stands; None when it goes on."""
+        status = self.status
+        if status.kind is Kind.RUNNING:
+            return None
+        if status.kind is Kind.FAULT:
+            self._left = 0
+            assert status.fault is not None
+            return Stop("fault", fault_text(self.program.image, status.fault))
+        if status.kind is Kind.IDLE:
+            return self._tick_ended(asked)
+        hits = self._hits(status)
+        if hits:
+            kind = "watch" if hits[0].place else "breakpoint"
+            numbers = tuple(point.number for point in hits)
+            return Stop(kind, "; ".join(f"{b.kind} {b.number}, {b.text}" for b in hits), numbers)
+        if asked:
+            return Stop("interrupt", f"halted at bundle {self.position}")
+        if how in ("step", "start"):
+            return Stop(how, f"bundle {self.position}")
+        self.target.resume()
+        return None
+
+    def _tick_ended(self, asked: bool) -> Stop | None:
+        self.tick += 1
+        self._left -= 1
+        if self._left > 0 and not asked:
+            self._begin(hold=False)
+            return None
+        return Stop("end", f"end of tick {self.tick - 1}")
+
+    def _hits(self, status: Status) -> list[Breakpoint]:
+        """Breakpoints and watches that hold here, with their conditions met."""
+        found = []
+        for point in list(self.breakpoints.values()):
+            here = self.position in point.bundles
+            if point.place and status.reason == "watch":
+                here = self._watched()[status.which] is point and self._holds(point)
+            if not (point.enabled and here and self._condition(point)):
+                continue
+            point.hits += 1
+            found.append(point)
+            if point.temporary:
+                del self.breakpoints[point.number]
+        if any(point.temporary for point in found):
+            self._arm()
+        return found
+
+    def _holds(self, point: Breakpoint) -> bool:
+        """Whether the write was one of the watched value: registers are shared."""
+        value = self.program.finder.holder(point.place, self.position)
+        return not point.watch or value is None or value.name == point.watch
+
+    def _condition(self, point: Breakpoint) -> bool:
+        if not point.condition:
+            return True
+        try:
+            return bool(self.evaluate(point.condition))
+        except (ExpressionError, ValueMissing):
+            return True  # a condition that has no value stops, and `print` says why
+
+    def evaluate(self, text: str) -> float | int | bool:
+        """Value of an expression. Raises ExpressionError, ValueMissing, TargetGone."""
+        return evaluate(text, lambda name: self.values.read(name).number)
+
+    # ------------------------------------------------------------------ breakpoints
+    def location(self, text: str) -> Location:
+        """Raises LocationError."""
+        return find_location(self.program, text, self.position)
+
+    def add_breakpoint(
+        self, place: Location, condition: str = "", temporary: bool = False
+    ) -> Breakpoint:
+        """Raises SessionError if the target has no breakpoint left."""
+        return self._add(
+            Breakpoint(0, place.text, place.bundles, condition, temporary),
+        )
+
+    def add_watch(self, name: str, condition: str = "") -> Breakpoint:
+        """Watch of a value, register or output. Raises SessionError, ValueMissing."""
+        values = self.program.map.named(name)
+        places = dict.fromkeys(value.place for value in values if value.writes)
+        if not places:
+            try:
+                places = {self.values.read(name).place: None}
+            except ValueMissing:
+                if not values:
+                    raise
+        places = [place for place in places if place[0] in "abco"]
+        if len(places) != 1:
+            why = (
+                f"is in {', '.join(places)}; watch one of its definitions"
+                if places
+                else ("is never written by the program")
+            )
+            known = ", ".join(f"{name}@{v.version}" for v in values if v.writes)
+            raise SessionError(f"{name} {why}" + (f": {known}" if places and known else ""))
+        base = values[0].name if values else ""
+        return self._add(
+            Breakpoint(0, f"{name} in {places[0]}", (), condition, watch=base, place=places[0])
+        )
+
+    def _add(self, point: Breakpoint) -> Breakpoint:
+        point.number = self._next_number
+        self.breakpoints[point.number] = point
+        try:
+            self._arm()
+        except SessionError:
+            del self.breakpoints[point.number]
+            self._arm()
+            raise
+        self._next_number += 1
+        return point
+
+    def remove_breakpoint(self, number: int) -> None:
+        """Raises SessionError."""
+        self._numbered(number)
+        del self.breakpoints[number]
+        self._arm()
+
+    def enable(self, number: int, on: bool) -> None:
+        """Raises SessionError."""
+        point = self._numbered(number)
+        before, point.enabled = point.enabled, on
+        try:
+            self._arm()
+        except SessionError:
+            point.enabled = before
+            self._arm()
+            raise
+
+    def _numbered(self, number: int) -> Breakpoint:
+        if number not in self.breakpoints:
+            raise SessionError(f"there is no breakpoint {number}; info breakpoints lists them")
+        return self.breakpoints[number]
+
+    def _watched(self) -> list[Breakpoint]:
+        return [p for p in self.breakpoints.values() if p.place and p.enabled]
+
+    def _arm(self) -> None:
+        """Give breakpoints and watches to the target."""
+        points = [p for p in self.breakpoints.values() if p.enabled]
+        bundles = sorted({b for p in points for b in p.bundles})
+        watched = self._watched()
+        limit, watches = self.target.breakpoints, self.target.watches
+        if len(bundles) > limit:
+            raise SessionError(
+                f"that needs {len(bundles)} breakpoints, the {self.target.label} has {limit}; "
+                "delete some, or name one bundle: break *N"
+            )
+        if len(watched) > watches:
+            raise SessionError(f"the {self.target.label} has {watches} watches; delete one")
+        self.target.set_breakpoints(bundles)
+        self.target.set_watches([Watch(p.place) for p in watched])
+
+    # ------------------------------------------------------------------ after a fault
+    def not_finite(self) -> list[Reading]:
+        """Values still in their places that are NaN or infinite, in the order of computation."""
+        found = []
+        for value in self.program.map.values:
+            where = self.program.finder.where(value, self.position)
+            if where.place[:1] in ("a", "b", "c") and not where.text and value.type == "float":
+                word = self.target.read(where.place)
+                if word >> 23 & 0xFF == 0xFF:
+                    name = value.name
+                    found.append((value.first, Reading(name, "float", word, where.place)))
+        return [reading for _, reading in sorted(found, key=lambda item: item[0])]
+
+    def abandon(self) -> None:
+        """Give up the run that is on."""
+        self.target.abort()
+        self.status = self.target.poll(1.0)
+        if self.status.kind is Kind.FAULT:
+            self.target.clear()
+            self.status = Status(Kind.IDLE)
+        self._left = 0
+
+    def reconnect(self) -> None:
+        """Find a target that is gone again, and give it program and breakpoints. Raises
+        TargetGone.
+        """
+        self.target.reconnect()
+        self.reset()

@@ -1,0 +1,204 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Values by their names in the source: read and set where the debug map says they are."""
+
+from __future__ import annotations
+
+import re
+import struct
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from asip_asm.debug_map import Where
+from asip_asm.diagnostics import closest, shortened
+from asip_asm.isa import default_isa
+from sim.core_backends import number
+from sim.debugger.program import DebuggedProgram
+from sim.debugger.target import Target, TargetError
+
+_PLACE = re.compile(r"\$?([abcko])([0-9]{1,3})")
+_DATA = re.compile(r"([A-Za-z_][A-Za-z0-9_.]*)(?:\[([0-9]{1,4})\])?")
+
+
+class ValueMissing(ValueError):
+    """The name has no value here, or there is no such name; the message says why."""
+
+
+@dataclass(frozen=True)
+class Reading:
+    """A value: name, 'float' or 'int', its bits, its place ('a3') and what is to know about it."""
+
+    name: str
+    type: str
+    word: int
+    place: str
+    note: str = ""
+
+    @property
+    def number(self) -> float | int:
+        """The value by its type."""
+        return number(self.word, self.type)
+
+
+def format_word(word: int, type_name: str, form: str = "") -> str:
+    """Text of a word: form 'x' hexadecimal, 'd' int32, 'u' unsigned, 't' binary, 'f' float, empty
+    by its type. Floats are the shortest text that reads back as the same binary32.
+    """
+    if form == "x":
+        return f"0x{word:08x}"
+    if form == "t":
+        return f"0b{word:032b}"
+    if form == "u":
+        return str(word)
+    if form == "d" or (not form and type_name == "int"):
+        return str(number(word, "int"))
+    return short_float(word)
+
+
+def short_float(word: int) -> str:
+    """Shortest decimal text of a binary32."""
+    value = number(word, "float")
+    for digits in range(6, 10):
+        text = f"{value:.{digits}g}"
+        if value != value or struct.pack(">f", float(text)) == word.to_bytes(4, "big"):
+            return text
+    return text
+
+
+class Values:
+    """Names of a program on a target; `position` tells where the program stands.
+
+    `inputs` are the words of the next run by name; bank K cannot be read back from a core.
+    """
+
+    def __init__(
+        self, program: DebuggedProgram, target: Target, position: Callable[[], int]
+    ) -> None:
+        self.program = program
+        self.target = target
+        self.position = position
+        image = program.image
+        self.inputs = {entry.name: 0 for entry in image.inputs}
+        self.types = {entry.name: entry.type for entry in (*image.inputs, *image.states)}
+        self._k = {f"k{entry.index}": int(entry.bits, 16) for entry in image.constants}
+        self._k_types = {f"k{e.index}": e.type for e in (*image.inputs, *image.constants)}
+        self._constants = {entry.name: entry for entry in image.constants}
+        self._input_of = {f"k{entry.index}": entry.name for entry in image.inputs}
+
+    def names(self) -> list[str]:
+        """Every name that `read` knows, without plain registers."""
+        image = self.program.image
+        entries = [*image.inputs, *image.outputs, *image.states, *image.constants, *image.exports]
+        names = [*self.program.map.names(), *(entry.name for entry in entries), *image.data_names]
+        plain = re.compile(r"[A-Za-z_][A-Za-z0-9_.]*")
+        return list(dict.fromkeys(name for name in names if plain.fullmatch(name)))
+
+    # ------------------------------------------------------------------ read
+    def read(self, name: str) -> Reading:
+        """The value of a name here. Raises ValueMissing, TargetGone."""
+        image = self.program.image
+        if name in self.inputs:
+            index = next(entry.index for entry in image.inputs if entry.name == name)
+            return Reading(name, self.types[name], self.inputs[name], f"k{index}", "input")
+        where = self.program.finder.find(name, self.position())
+        if where is not None:
+            return self._found(name, where)
+        if name in self._constants:
+            entry = self._constants[name]
+            return Reading(name, entry.type, int(entry.bits, 16), f"k{entry.index}", "constant")
+        exports = {entry.name: entry.register for entry in image.exports}
+        if name in exports or self._is_place(name):
+            return self._register(name, exports.get(name, name.lstrip("$")))
+        match = _DATA.fullmatch(name)
+        if match and match.group(1) in image.data_names:
+            address = image.data_names[match.group(1)] + int(match.group(2) or 0)
+            return Reading(name, "float", self._target_word(f"d{address}"), f"d{address}", "data")
+        raise ValueMissing(self._unknown(name))
+
+    def _found(self, name: str, where: Where) -> Reading:
+        value = where.value
+        if not where.place:
+            raise ValueMissing(f"{name}: {where.text}")
+        notes = [where.text] if where.text else []
+        done = [w.bundle for w in value.writes if w.bundle < self.position()]
+        if done:
+            notes.append(f"from bundle {done[-1]}")
+        elif not value.writes or value.version < 1:
+            notes.append("from the run before")
+        if value.line:
+            equation = f" ({value.equation})" if value.equation else ""
+            notes.append(f"{value.file}:{value.line}{equation}")
+        word = self._target_word(where.place)
+        return Reading(name, value.type, word, where.place, ", ".join(notes))
+
+    def _is_place(self, name: str) -> bool:
+        match = _PLACE.fullmatch(name)
+        if match is None:
+            return False
+        bank, index = match.group(1), int(match.group(2))
+        isa = default_isa()
+        return index < (isa.outputs if bank == "o" else isa.banks[bank.upper()].size)
+
+    def _register(self, name: str, place: str) -> Reading:
+        if place[0] == "k":
+            kind = self._k_types.get(place, "float")
+            if place in self._input_of:
+                return Reading(name, kind, self.inputs[self._input_of[place]], place, "input")
+            if place in self._k:
+                return Reading(name, kind, self._k[place], place, "constant")
+            raise ValueMissing(f"{name}: the program has nothing in {place}")
+        value = self.program.finder.holder(place, self.position())
+        note = f"{value.name}" if value and value.name != name else ""
+        return Reading(
+            name, value.type if value else "float", self._target_word(place), place, note
+        )
+
+    def _target_word(self, place: str) -> int:
+        try:
+            return self.target.read(place)
+        except TargetError as error:
+            if type(error) is TargetError:
+                raise ValueMissing(str(error)) from None
+            raise
+
+    def _unknown(self, name: str) -> str:
+        known = self.names()
+        return f"the program has no value '{shortened(name)}'; " + (
+            closest(name, known) or "info values lists them"
+        )
+
+    # ------------------------------------------------------------------ write
+    def set(self, name: str, word: int | None, value: float = 0.0) -> Reading:
+        """Give a name another value: `word` as bits, or a number by the type. Raises ValueMissing,
+        TargetGone.
+        """
+        if name in self.inputs:
+            kind = self.types[name]
+            self.inputs[name] = self.word(name, kind, value) if word is None else word
+            return self.read(name)
+        reading = self.read(name)
+        if reading.place.startswith("k"):
+            raise ValueMissing(
+                f"{name} is a constant of the program; change it in the source, or with -D"
+            )
+        bits = self.word(name, reading.type, value) if word is None else word
+        try:
+            self.target.write(reading.place, bits)
+        except TargetError as error:
+            if type(error) is TargetError:
+                raise ValueMissing(str(error)) from None
+            raise
+        return self.read(name)
+
+    @staticmethod
+    def word(name: str, kind: str, value: float) -> int:
+        """Bits of a number as a value of a type. Raises ValueMissing."""
+        if kind == "int":
+            if value != value or value not in (int(value) if abs(value) < 1 << 33 else None,):
+                raise ValueMissing(f"{name} is an int32, {value} is not")
+            if not -(1 << 31) <= value < 1 << 32:
+                raise ValueMissing(f"{name}: {value:.0f} does not fit in 32 bits")
+            return int(value) & 0xFFFFFFFF
+        try:
+            return int.from_bytes(struct.pack(">f", value), "big")
+        except OverflowError:
+            raise ValueMissing(f"{name}: {value:g} is too large for binary32") from None
