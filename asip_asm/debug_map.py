@@ -9,7 +9,6 @@ program.
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -78,9 +77,10 @@ class Value(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class DebugMap(msgspec.Struct, forbid_unknown_fields=True):
     """Map of an image with checksum `image`.
 
-    files: SHA-256 of every source by path. cycles: issue cycle of each bundle when no branch is
-    taken. follow: positions behind a bundle where that is not the next bundle alone. calls: macro
-    calls, innermost first, of the operation in 'bundle.slot'.
+    files: SHA-256 of every source by its path as the image names it, the program's own first.
+    cycles: issue cycle of each bundle when no branch is taken. follow: positions behind a bundle
+    where that is not the next bundle alone. calls: macro calls, innermost first, of the operation
+    in 'bundle.slot'.
     """
 
     image: Text
@@ -132,17 +132,6 @@ class DebugMap(msgspec.Struct, forbid_unknown_fields=True):
     def following(self, position: int) -> list[int]:
         """Positions that may come after a bundle."""
         return self.follow.get(str(position), [position + 1])
-
-    def changed_files(self) -> list[str]:
-        """Sources that are not what was assembled any more, missing ones included."""
-        changed = []
-        for name, digest in self.files.items():
-            try:
-                if hashlib.sha256(Path(name).read_bytes()).hexdigest() != digest:
-                    changed.append(name)
-            except OSError:
-                changed.append(name)
-        return changed
 
     def names(self) -> list[str]:
         """Names of all values, in the order of their first writes."""

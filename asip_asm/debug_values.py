@@ -19,6 +19,7 @@ from asip_asm.image import Image
 from asip_asm.ir import Bundle, Operation, Output, Program, Register, Virtual, register_name
 from asip_asm.isa import default_isa
 from asip_asm.machine import BRANCHES, Machine
+from asip_asm.reader import display_path
 
 Key = tuple[str, int, str]
 """Name, version and place of a value."""
@@ -74,7 +75,7 @@ class _Builder:
             image=self.image.to_json()["checksum"],
             bundles=len(self.bundles),
             files={
-                str(path): hashlib.sha256(path.read_bytes()).hexdigest()
+                display_path(path): hashlib.sha256(path.read_bytes()).hexdigest()
                 for path in dict.fromkeys(self.program.files)
             },
             cycles=[issue.cycle for issue in self.machine.issue_cycles(self.bundles)],

@@ -84,7 +84,7 @@ def _debug(session: Session, options: argparse.Namespace) -> int:
         f"{program.path}: '{program.image.title}', {program.image.configuration}, "
         f"{program.bundles} bundles, on the {session.target.label}"
     )
-    changed = program.map.changed_files()
+    changed = program.changed_files()
     if changed:
         print(
             f"asip-dbg: warning: changed since it was assembled: {', '.join(changed)}; lines may "

@@ -3,17 +3,17 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 
 from asip_asm.assemble import build_program, encode
-from asip_asm.debug_map import DebugMap, Finder, map_path
+from asip_asm.debug_map import FILE_BYTES, DebugMap, Finder, map_path
 from asip_asm.debug_values import debug_map
 from asip_asm.disassemble import bundle_text, decode_bundle
-from asip_asm.files import read_text
+from asip_asm.files import read_bytes, read_text
 from asip_asm.image import Image, SourceEntry
 from asip_asm.isa import default_isa
-from asip_asm.limits import TEXT_CHARACTERS
 
 
 class ProgramError(Exception):
@@ -95,17 +95,36 @@ class DebuggedProgram:
         """Lines of a source; none if it cannot be read."""
         if file not in self._lines:
             try:
-                text = read_text(Path(file), TEXT_CHARACTERS, "a source")
+                text = read_text(self.source_path(file), FILE_BYTES, "a source")
             except OSError:
                 text = ""
             self._lines[file] = text.splitlines()
         return self._lines[file]
 
+    def source_path(self, file: str) -> Path:
+        """Where a source stands: its path was written in the folder of the assembly, which may be
+        this one, that of the image, or one above it.
+        """
+        folders = [Path(), *self.path.resolve().parents]
+        return next((folder / file for folder in folders if (folder / file).is_file()), Path(file))
+
+    def changed_files(self) -> list[str]:
+        """Sources that are not what was assembled any more, missing ones included."""
+        changed = []
+        for file, digest in self.map.files.items():
+            try:
+                data = read_bytes(self.source_path(file), FILE_BYTES, "a source")
+            except OSError:
+                data = b""
+            if hashlib.sha256(data).hexdigest() != digest:
+                changed.append(file)
+        return changed
+
     def file_of(self, name: str) -> str | None:
         """The source that a user names by path, or by its last parts."""
         wanted = Path(name)
         for file in self.map.files:
-            if file == name or Path(file).resolve() == wanted.resolve():
+            if file == name or self.source_path(file).resolve() == wanted.resolve():
                 return file
         parts = wanted.parts
         ends = [f for f in self.map.files if Path(f).parts[-len(parts) :] == parts]

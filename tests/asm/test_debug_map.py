@@ -168,7 +168,7 @@ def test_file_beside_the_image_and_what_is_refused(tmp_path, capsys):
     assert path.name == "leg.asip.map.json"
     image = Image.load(image_path)
     found = DebugMap.load(path, image)
-    assert found.changed_files() == []
+    assert len(next(iter(found.files.values()))) == 64
     assert asip_as([str(LEG), "-O0", "-o", str(image_path)]) == 0
     capsys.readouterr()
     again = Image.load(image_path)

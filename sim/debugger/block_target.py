@@ -1,0 +1,168 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A core with a debug block as a target, over any link of `sim.debug`."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+
+from asip_asm.image import Image
+from sim.core_fault import Fault
+from sim.debug.client import Client, DebugError
+from sim.debug.link import LinkError
+from sim.debug.state import State
+from sim.debugger.target import Kind, Status, TargetError, TargetGone, Watch
+
+
+@contextmanager
+def _errors() -> Iterator[None]:
+    """Errors of the client as those of a target."""
+    try:
+        yield
+    except LinkError as error:
+        raise TargetGone(str(error)) from None
+    except (DebugError, ValueError) as error:
+        raise TargetError(str(error)) from None
+
+
+class BlockTarget:
+    """A `Target` behind a client; `connect` makes one, again after the target was gone.
+
+    Raises TargetGone if there is nothing at the other end.
+    """
+
+    def __init__(self, connect: Callable[[], Client], label: str) -> None:
+        self.label = label
+        self._connect = connect
+        self._image: Image | None = None
+        self._runs = 0
+        self._breaks: list[int] = []
+        self._watches: list[Watch] = []
+        with _errors():
+            self.client = connect()
+
+    @property
+    def breakpoints(self) -> int:
+        """Of the block that was built."""
+        return self.client.sizes.breakpoints
+
+    @property
+    def watches(self) -> int:
+        """Of the block that was built."""
+        return self.client.sizes.watches
+
+    def load(self, image: Image) -> None:
+        self.abort()
+        with _errors():
+            self.client.load(image)
+            for n in range(self.breakpoints):
+                self.client.clear_breakpoint(n)
+            for n in range(self.watches):
+                self.client.clear_watch(n)
+        self._breaks, self._watches = [], []
+        self._image = image
+
+    def begin(self, inputs: Mapping[str, int], hold: bool) -> None:
+        if self._image is None:
+            raise TargetError("no program is loaded")
+        with _errors():
+            for entry in self._image.inputs:
+                self.client.write_register(f"k{entry.index}", inputs[entry.name])
+            self.client.set_mode(stop_at_start=hold)
+            if self.client.state().held:
+                self.client.resume()
+            self._runs = self.client.runs()
+            self.client.start()
+
+    def resume(self) -> None:
+        with _errors():
+            self.client.resume()
+
+    def step(self) -> None:
+        with _errors():
+            self.client.step()
+
+    def halt(self) -> None:
+        with _errors():
+            self.client.halt()
+
+    def poll(self, seconds: float) -> Status:
+        end = time.monotonic() + seconds
+        with _errors():
+            while True:
+                state = self.client.state()
+                status = self._status(state)
+                if status.kind is not Kind.RUNNING or time.monotonic() >= end:
+                    return status
+                self.client.link.pause()
+
+    def _status(self, state: State) -> Status:
+        if state.halted:
+            return Status(Kind.HALTED, state.next, state.reason, state.which)
+        if state.fault and not state.running:
+            cause, info = self.client.fault()
+            place = {"output" if cause == "NOT_FINITE" else "bundle": info}
+            return Status(Kind.FAULT, state.last + 1, fault=Fault(cause, **place))
+        if state.running or self.client.runs() == self._runs:
+            return Status(Kind.RUNNING, state.next)
+        return Status(Kind.IDLE)
+
+    def set_breakpoints(self, bundles: Sequence[int]) -> None:
+        if list(bundles) == self._breaks:
+            return
+        with _errors():
+            for n in range(len(self._breaks)):
+                self.client.clear_breakpoint(n)
+            for bundle in bundles:
+                self.client.set_breakpoint(bundle)
+        self._breaks = list(bundles)
+
+    def set_watches(self, watches: Sequence[Watch]) -> None:
+        if list(watches) == self._watches:
+            return
+        with _errors():
+            for n in range(len(self._watches)):
+                self.client.clear_watch(n)
+            for watch in watches:
+                self.client.set_watch(watch.place, watch.value, watch.mask)
+        self._watches = list(watches)
+
+    def read(self, place: str) -> int:
+        with _errors():
+            if place[:1] == "d":
+                return self.client.read_data(int(place[1:]))[0]
+            return self.client.read_register(place)
+
+    def write(self, place: str, word: int) -> None:
+        with _errors():
+            if place[:1] == "d":
+                self.client.write_data(int(place[1:]), [word])
+            else:
+                self.client.write_register(place, word)
+
+    def counters(self) -> dict[str, int]:
+        with _errors():
+            return {"CYCLES": self.client.cycles()}
+
+    def clear(self) -> None:
+        with _errors():
+            self.client.clear()
+
+    def abort(self) -> None:
+        with _errors():
+            state = self.client.state()
+            if state.running:
+                self.client.abort()
+                state = self.client.wait(lambda now: not now.running)
+            if state.fault:
+                self.client.clear()
+            self._runs = self.client.runs() - 1  # no run is on
+
+    def reconnect(self) -> None:
+        self.client.close()
+        with _errors():
+            self.client = self._connect()
+
+    def close(self) -> None:
+        self.client.close()

@@ -1,0 +1,323 @@
+# SPDX-License-Identifier: Apache-2.0
+"""asip-dbg's commands on the instruction-set model: what they answer, and how they refuse."""
+
+from __future__ import annotations
+
+import io
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from sim.debugger.__main__ import main
+from sim.debugger.command_table import CommandError, find_command
+from sim.debugger.commands import Commands
+from sim.debugger.iss_target import IssTarget
+from sim.debugger.program import DebuggedProgram
+from sim.debugger.prompt import completions
+from sim.debugger.session import Session
+from sim.debugger.target import TargetGone
+
+HERE = Path(__file__).parent
+LEG, LOOP = HERE / "leg.s", HERE / "loop.s"
+INPUTS = {"x": 0.3, "y": 0.1, "z": 0.2, "l": 0.45}
+
+
+class Debugger:
+    """A session that answers `tell(line)` with what the command wrote."""
+
+    def __init__(self, program: Path, **inputs: float) -> None:
+        self.session = Session(DebuggedProgram(program), IssTarget())
+        self.lines: list[str] = []
+        self.commands = Commands(self.session, self.lines.append)
+        for name, value in inputs.items():
+            self.session.values.set(name, None, value)
+
+    def tell(self, *lines: str) -> str:
+        self.lines.clear()
+        for line in lines:
+            self.commands.execute(line)
+        return "\n".join(self.lines)
+
+    def refuses(self, line: str) -> str:
+        with pytest.raises(CommandError) as error:
+            self.commands.execute(line)
+        return str(error.value)
+
+
+@pytest.fixture
+def leg() -> Debugger:
+    return Debugger(LEG, **INPUTS)
+
+
+@pytest.fixture
+def loop() -> Debugger:
+    return Debugger(LOOP, scale=2.0)
+
+
+def test_break_at_an_equation_and_print_by_name(leg):
+    assert "equation (28)" in leg.tell("break (28)")
+    assert "fsub e, l_d, l  (28)" in leg.tell("run")
+    assert leg.tell("print t").startswith("t = 0.25  (")
+    assert leg.tell("print/x t") == "t = 0x3e800000"
+    assert leg.tell("p/d t") == "t = 1048576000"
+    assert leg.tell("print 2*t - 0.5 < 1") == "2*t - 0.5 < 1 = true"
+    assert "not yet computed" in leg.refuses("print e")
+    leg.tell("stepi")
+    assert leg.tell("p e").startswith("e = 0.00825")
+
+
+def test_definitions_of_a_name_are_told_apart(leg):
+    leg.tell("break e", "run")
+    assert "leg.s:13" in leg.tell("p t") and "leg.s:12" in leg.tell("p t@1")
+    assert "f: not yet computed" in leg.refuses("p f")
+
+
+def test_places_of_breakpoints(leg):
+    for text, bundle in [
+        ("16", 4),
+        ("leg.s:16", 4),
+        ("(28)", 4),
+        ("*4", 4),
+        ("e", 4),
+        ("bundle 4", 4),
+    ]:
+        location = leg.session.location(text)
+        assert location.bundles == (bundle,), text
+    assert "first operation from line 2 on" in leg.session.location("2").text
+    assert "(7), (28), (29), (30)" in leg.refuses("break (31)")
+    assert "go to 7" in leg.refuses("break *8")
+    assert "did you mean 'de'" in leg.refuses("break dee")
+    assert "leg.s" in leg.refuses("break nowhere.s:3")
+
+
+def test_line_of_a_macro_and_its_call(loop):
+    call = loop.session.location("18")
+    body = loop.session.location("loop.s:10")
+    assert len(call.bundles) == len(body.bundles) == 1
+    loop.tell("break 11", "run")
+    assert "macro add_entry, called at" in loop.tell("backtrace")
+    assert "label again" in loop.tell("info line again")
+
+
+def test_breakpoint_in_a_loop_counts_and_has_conditions(loop):
+    loop.tell("break entry if i == 1", "run")
+    assert loop.tell("p i").startswith("i = 1  ")
+    loop.tell("delete", "tbreak entry", "continue")
+    assert loop.tell("p i").startswith("i = 0  ")
+    assert "no breakpoints" in loop.tell("info breakpoints")
+    assert "sum     30" in loop.tell("continue")
+
+
+def test_watch_stops_for_the_value_and_not_for_its_register(leg):
+    leg.tell("watch e")
+    assert "watch 1, e in" in leg.tell("run")
+    assert leg.session.position == 5
+    assert "end of tick" in leg.tell("continue")
+    assert "one of its definitions: t@1, t@2" in leg.refuses("watch t")
+    assert "watch 2: t@2" in leg.tell("watch t@2")
+    assert "never written" in leg.refuses("watch R")
+
+
+def test_set_changes_what_the_program_computes(leg):
+    leg.tell("break (29)", "run", "set e = 0.5", "set $a63 = 1", "continue")
+    assert leg.tell("p last").startswith("last = 0.5  ")
+    assert leg.tell("p a63").startswith("a63 = 1  ")
+    assert "F       100 " in leg.tell("info outputs")
+    assert "0x3f800000" in leg.tell("set x = 0f3f800000")
+    assert "too large" in leg.refuses("set x = 1e39")
+    assert "constant" in leg.refuses("set K = 3")
+
+
+def test_ticks_states_and_finish(leg):
+    assert "end of tick 0" in leg.tell("tick")
+    assert "end of tick 3" in leg.tell("tick 3")
+    leg.tell("start")
+    assert "before bundle 0" in leg.tell("info state")
+    assert "from the run before" in leg.tell("p last")
+    assert "end of tick 4" in leg.tell("finish")
+    assert "no tick is running" in leg.refuses("finish")
+    leg.tell("reset")
+    assert leg.session.tick == 0
+
+
+def test_steps_by_line_call_and_bundle(loop):
+    loop.tell("start", "break (1)", "continue")
+    inside = loop.session.position
+    loop.tell("next")
+    entry = loop.session.program.primary(loop.session.position)
+    assert entry.line not in (10, 11) and loop.session.position != inside
+    before = loop.session.position
+    loop.tell("stepi 2")
+    assert loop.session.position != before
+
+
+def test_fault_names_the_first_value_that_is_not_finite(leg):
+    text = leg.tell("set z = 0.7", "run")
+    assert text.splitlines()[1].startswith("NOT_FINITE")
+    assert "not finite, first computed: l_d = nan" in text and "leg.s:15" in text
+    leg.tell("break l_d", "run")
+    assert leg.tell("p q").startswith("q = -0.23999998")
+
+
+def test_data_memory_and_its_bounds(loop):
+    assert loop.tell("x/4f table") == "   0  table:  1  2  4  8"
+    assert "0x40800000" in loop.tell("x/1x 2")
+    assert loop.tell("p table[3]").startswith("table[3] = 8")
+    assert "0..1023" in loop.refuses("x/8f 1020")
+    assert "did you mean 'table'" in loop.refuses("x/8f tabel")
+
+
+def test_list_disassemble_and_registers(leg):
+    assert "=>" not in leg.tell("list 16")
+    leg.tell("break (28)", "run")
+    assert "=>    16" in leg.tell("list")
+    assert "=>    4  { fsub" in leg.tell("disassemble")
+    assert leg.tell("disassemble 0 1").count("{") == 2
+    assert "l_d" in leg.tell("info registers")
+    assert "e" in leg.tell("info values e")
+
+
+def test_display_is_shown_at_every_stop(leg):
+    leg.tell("display/x t", "break (28)")
+    assert "1: t = 0x3e800000" in leg.tell("run")
+    leg.tell("undisplay 1")
+    assert "1:" not in leg.tell("stepi")
+
+
+def test_abbreviations_and_repeats(leg):
+    assert find_command("disas").names[0] == "disassemble"
+    with pytest.raises(CommandError, match="ambiguous"):
+        find_command("e")
+    with pytest.raises(CommandError, match="did you mean 'break'"):
+        find_command("braek")
+    leg.tell("start", "stepi")
+    before = leg.session.position
+    leg.tell("", "")
+    assert leg.session.position == before + 2
+
+
+def test_too_many_breakpoints_are_refused_and_not_kept(leg):
+    leg.session.target.breakpoints = 2
+    leg.tell("b *1", "b *2")
+    assert "has 2" in leg.refuses("b *3")
+    assert len(leg.session.breakpoints) == 2
+    leg.tell("disable 1", "b *3")
+    assert "has 2" in leg.refuses("enable 1")
+
+
+def test_completion(leg):
+    assert "break" in completions(leg.session, "br")
+    assert completions(leg.session, "p l_") == ["l_d"]
+    assert "(28)" in completions(leg.session, "break ")
+    assert "registers" in completions(leg.session, "info reg")
+    assert completions(leg.session, "x ta") == ["table"]
+    assert completions(leg.session, "zzz a") == []
+
+
+def test_scripts_end_at_their_first_error_with_its_line(leg, tmp_path):
+    script = tmp_path / "find.dbg"
+    script.write_text("# find the fault\nbreak (28)\nrun\nassert t > 1\nprint t\n")
+    message = leg.refuses(f"source {script}")
+    assert message == f"{script}:4: assert t > 1: false"
+    script.write_text(f"source {script}\n")
+    assert "16 deep" in leg.refuses(f"source {script}")
+    assert "No such file" in leg.refuses("source nothing.dbg")
+
+
+def run_main(*arguments: str, stdin: str = "", monkeypatch=None) -> int:
+    monkeypatch.setattr(sys, "stdin", io.StringIO(stdin))
+    return main(list(arguments))
+
+
+def test_exit_status(tmp_path, capsys, monkeypatch):
+    base = [str(LEG), "--iss", "--set", "x=0.3"]
+    for arguments, status in [
+        (["--batch", "-ex", "run"], 0),
+        (["--batch", "-ex", "zork"], 1),
+        (["--batch", "-ex", "assert 1 > 2"], 3),
+        (["--batch", "-ex", "quit 7"], 7),
+        (["-x", str(tmp_path / "none")], 1),
+    ]:
+        assert run_main(*base, *arguments, monkeypatch=monkeypatch) == status, arguments
+    assert run_main(*base, stdin="run\np F\nquit\n", monkeypatch=monkeypatch) == 0
+    assert "F = " in capsys.readouterr().out
+    assert run_main(*base, stdin="zork\n", monkeypatch=monkeypatch) == 1
+
+
+def test_files_that_do_not_fit(tmp_path, capsys, monkeypatch):
+    from asip_asm.cli_as import main as asip_as
+
+    image = tmp_path / "leg.asip.json"
+    assert asip_as([str(LEG), "-o", str(image)]) == 0
+    beside = tmp_path / "leg.asip.map.json"
+    kept = beside.read_text()
+    beside.unlink()
+    assert run_main(str(image), "--iss", monkeypatch=monkeypatch) == 1
+    assert "asip-as writes it beside the image" in capsys.readouterr().err
+    assert asip_as([str(LEG), "-O0", "-o", str(image)]) == 0
+    beside.write_text(kept)
+    assert run_main(str(image), "--iss", monkeypatch=monkeypatch) == 1
+    assert "another program" in capsys.readouterr().err
+    assert run_main(str(tmp_path / "none.s"), "--iss", monkeypatch=monkeypatch) == 1
+    assert run_main(str(LEG), "--iss", "--set", "w=1", monkeypatch=monkeypatch) == 2
+
+
+def test_changed_source_is_told(tmp_path, capsys, monkeypatch):
+    from asip_asm.cli_as import main as asip_as
+
+    source, image = tmp_path / "leg.s", tmp_path / "leg.asip.json"
+    source.write_text(LEG.read_text())
+    assert asip_as([str(source), "-o", str(image)]) == 0
+    source.write_text("; one line more\n" + LEG.read_text())
+    assert run_main(str(image), "--iss", "--batch", monkeypatch=monkeypatch) == 0
+    assert "changed since it was assembled" in capsys.readouterr().err
+
+
+def test_target_that_is_gone_can_be_found_again(leg):
+    target = leg.session.target
+
+    def gone(seconds: float) -> None:
+        raise TargetGone("no answer")
+
+    target.poll = gone
+    with pytest.raises(TargetGone):
+        leg.tell("run")
+    del target.poll
+    assert "program loaded" in leg.tell("reconnect")
+    assert "end of tick 0" in leg.tell("run")
+
+
+def test_ctrl_c_halts_the_core(leg):
+    target = leg.session.target
+    polls = iter([KeyboardInterrupt])
+    real = target.poll
+
+    def poll(seconds: float):
+        for error in polls:
+            raise error
+        return real(seconds)
+
+    target.poll = poll
+    assert "halted at bundle 0" in leg.tell("run")
+    assert leg.session.in_run
+    assert "end of tick 0" in leg.tell("continue")
+
+
+def test_rows_of_inputs_feed_the_ticks(leg, tmp_path):
+    table = tmp_path / "rows.csv"
+    table.write_text("x,z\n0.1,0.2\n0.2,0.2\n0.4,0.2\n")
+    assert leg.tell(f"inputs {table}") == "3 rows of inputs"
+    assert "end of tick 2" in leg.tell("run")
+    assert leg.tell("p x").startswith("x = 0.4  ")
+
+
+def test_start_takes_no_package_that_it_does_not_need():
+    code = (
+        "import sys; from sim.debugger.__main__ import main; "
+        f"main([{str(LEG)!r}, '--iss', '--batch']); "
+        "print([m for m in ('prompt_toolkit', 'scipy', 'matplotlib', 'rich') if m in sys.modules])"
+    )
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert found.stdout.splitlines()[-1] == "[]"
