@@ -140,6 +140,7 @@ quartus: $(READY) ## area and speed on Stratix III with Quartus II 13.1, to buil
 
 nios-sw: $(READY) ## programs of the Nios II systems and their committed images, docs/own_c_program.md (needs nios-toolchain)
 	@$(MAKE) --no-print-directory -C nios_sw all images
+	@$(PY) -m tests.model_compiler.law_image
 	@$(PY) scripts/own_c_page.py
 
 nios-toolchain: ## cross compiler for Nios II from Debian's source packages (about 20 minutes, once)

@@ -15,6 +15,7 @@ from asip_asm.diagnostics import AssemblyError
 from asip_asm.files import open_output, refuse_overwriting
 from asip_asm.image import Image
 from asip_asm.isa import default_isa
+from asip_asm.model.c_code import to_c_code
 from asip_asm.model.compiler import SINES, Options, compile_law
 from asip_asm.model.law import Law, load_law
 from asip_asm.model.program import Built, build
@@ -35,7 +36,8 @@ EPILOG = """example:
   asip-model arm.urdf --law computed_torque --reassociate --prove --loop 2
 
 writes build/law.s (linear assembly), .asip.json (image), .h (tables for the C driver) and
-.report.txt (cycles, bounds, occupancy, what each option changes). Arguments and results of the
+.report.txt (cycles, bounds, occupancy, what each option changes); with --c also build/law.tick.c
+and .tick.h, the law as a C function for the Nios II systems or a PC. Arguments and results of the
 function go by the names of the signals, or of their vectors (docs/your_robot.md).
 
 exit status: 0 written, and proved with --prove; 1 an error, a proof that failed, or a loop beyond
@@ -53,7 +55,8 @@ def main(arguments: list[str] | None = None) -> int:
 
 def _model(options: argparse.Namespace) -> int:
     stem = options.output or options.function.with_suffix("")
-    paths = {end: Path(f"{stem}{end}") for end in (".s", ".asip.json", ".h", ".report.txt")}
+    ends = (".s", ".asip.json", ".h", ".report.txt", *((".tick.h", ".tick.c") if options.c else ()))
+    paths = {end: Path(f"{stem}{end}") for end in ends}
     try:
         given = [path for path in (options.function, options.interface) if path]
         refuse_overwriting(paths.values(), given)
@@ -72,6 +75,9 @@ def _model(options: argparse.Namespace) -> int:
         ".h": to_c(built.image, ""),
         ".report.txt": built.report.render() + "\n" + effects(built.compiled, options.seed),
     }
+    if options.c:
+        header, source = to_c_code(built.compiled, paths[".tick.h"].name)
+        texts |= {".tick.h": header, ".tick.c": source}
     for end, text in texts.items():
         with open_output(paths[end]) as file:
             file.write(text)
@@ -128,8 +134,24 @@ def _prove(built: Built, options: argparse.Namespace) -> int:
     )
     if proof.unbounded:
         print(f"{proof.unbounded} results have no finite bound: keep divisors away from zero")
-    print("proved" if proof.passed else "NOT proved")
-    return 0 if proof.passed else 1
+    passed = proof.passed and (not options.c or _prove_c(built, options))
+    print("proved" if passed else "NOT proved")
+    return 0 if passed else 1
+
+
+def _prove_c(built: Built, options: argparse.Namespace) -> bool:
+    """Whether the C has the interpreter's bits on this machine."""
+    from sim.platforms.bits import prove_c
+    from sim.platforms.native import CompilerError
+
+    try:
+        difference = prove_c(built.compiled, options.inputs, options.seed)
+    except CompilerError as error:
+        print(f"asip-model: error: {error}", file=sys.stderr)
+        return False
+    equal = "bits equal the interpreter's with the C library's sine"
+    print(f"C on this machine: {difference or equal}")
+    return not difference
 
 
 def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
@@ -169,6 +191,9 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
         default=SINES[0],
         help="balanced: those sines and cosines that would wait for the sine unit, of inputs with "
         "limits, become polynomials; unit: none",
+    )
+    parser.add_argument(
+        "--c", action="store_true", help="write the law as C too: STEM.tick.c, STEM.tick.h"
     )
     parser.add_argument("--prove", action="store_true", help="run on the core and compare")
     parser.add_argument("--inputs", type=count, default=10_000, help="inputs of the proof")

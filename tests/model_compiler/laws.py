@@ -8,6 +8,8 @@ import casadi as ca
 from asip_asm.model.law import Law, Port
 
 COUNT_SCALE = 6.283185307179586 / 65536
+TURN_SCALE = 6.283185307179586 / 4096  # rad, of a count
+RATE = 1e4  # ticks a second
 
 
 def mixed() -> Law:
@@ -39,4 +41,47 @@ def mixed() -> Law:
             Port("output", "a", "N m", limits=(-20.0, 20.0)),
             Port("output", "b", limits=(-3.0, 3.0)),
         ],
+    )
+
+
+def sample() -> Law:
+    """Products, quotients, roots, choices, limits, a state, a count and its rate.
+
+    The law of the committed image: its order of operations leaves the compiler no choice, and it
+    has no sine, which the C library and the core round differently.
+    """
+    x, y, z = (ca.SX.sym(name) for name in ("x", "y", "z"))
+    q, rate, total, gain = (ca.SX.sym(name) for name in ("q", "q_rate", "total", "gain"))
+    product = x * y
+    root = ca.sqrt(ca.fabs(product))
+    quotient = x / (z * z + 0.5)
+    chosen = ca.if_else(x < z, root, quotient)
+    error = gain * (y - q)
+    following = ca.fmax(ca.fmin(total + 1e-3 * error, 0.5), -0.5)
+    function = ca.Function(
+        "platforms",
+        [x, y, z, q, rate, total, gain],
+        [chosen - 3 * product, ca.fmin(x, ca.fmax(y, z)) * ca.sign(z), error - 0.01 * rate + total,
+         ca.floor(4 * quotient), following],
+        ["x", "y", "z", "q", "q_rate", "total", "gain"],
+        ["mixed", "between", "torque", "steps", "total_next"],
+    )  # fmt: skip
+    unit = {"limits": (-2.0, 2.0)}
+    return Law(
+        "platforms",
+        function,
+        [
+            Port("input", "x", **unit),
+            Port("input", "y", **unit),
+            Port("input", "z", **unit),
+            Port("input", "q", "rad", type="int", scale=TURN_SCALE, offset=0.25, limits=(-3, 3)),
+            Port("rate", "q_rate", "rad/s", scale=RATE * TURN_SCALE, rate_of="q", limits=(-50, 50)),
+            Port("state", "total", limits=(-0.5, 0.5)),
+            Port("parameter", "gain", initial=12.5),
+            Port("output", "mixed"),
+            Port("output", "between"),
+            Port("output", "torque", "N m", limits=(-20.0, 20.0), safe=1.5),
+            Port("output", "steps"),
+        ],
+        rate=RATE,
     )

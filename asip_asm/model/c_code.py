@@ -1,0 +1,317 @@
+# SPDX-License-Identifier: Apache-2.0
+"""C of a compiled law: one function for a tick, with the operations of the core's program in their
+order, for a PC and for the Nios II systems.
+
+The text needs a C11 compiler and its library, on FPGA2 also `gen/ci.h`. Every operation rounds once
+to binary32; NAME_FUSED chooses how a multiply-add does: 1, once, as on the core; 0, product and sum
+each, as machines without the instruction (the default on Nios II). With 1 the bits are those of the
+core, but for sine and cosine, which are the C library's; on FPGA2 they are the core's unit.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from asip_asm.c_image import identifier
+from asip_asm.model.c_helpers import C_WORDS, FORMS, FUSED, HELPERS, PRELUDE, TESTS
+from asip_asm.model.compiler import Compiled
+from asip_asm.model.emit import INT_OPERANDS, binary32, literal
+from asip_asm.model.graph import INT_KINDS, LEAVES, Graph, Node, Rewriter
+from asip_asm.model.law import Law, Port, before
+
+
+def to_c_code(compiled: Compiled, header_name: str) -> tuple[str, str]:
+    """Header and source text; `header_name` is the file that the source includes."""
+    law = compiled.law
+    prefix = identifier(law.title) or "law"
+    return _header(law, prefix), _Source(compiled.graph, law, prefix, header_name).text()
+
+
+class _Unfuse(Rewriter):
+    def visit(self, index: int, node: Node, args: Sequence[int]) -> int:
+        if node.op not in FUSED:
+            return super().visit(index, node, args)
+        product = self.new.add("fmul", args[0], args[1])
+        if node.op == "fmadd":
+            return self.new.add("fadd", product, args[2])
+        if node.op == "fmsub":
+            return self.new.add("fsub", product, args[2])
+        if node.op == "fnmsub":
+            return self.new.add("fsub", args[2], product)
+        return self.new.add("fsub", self.new.add("fnmul", args[0], args[1]), args[2])
+
+
+def unfused(graph: Graph) -> Graph:
+    """The core operations with each multiply-add as a product and a sum: what NAME_FUSED 0 does."""
+    return _Unfuse(graph).run()
+
+
+def members(ports: Iterable[str]) -> dict[str, str]:
+    """Name in C of each signal: ASCII, no word of C or C++, each different."""
+    found: dict[str, str] = {}
+    for name in ports:
+        plain = re.sub(r"\W", "_", name, flags=re.ASCII)
+        while plain in C_WORDS or plain in found.values():
+            plain += "_"
+        found[name] = plain
+    return found
+
+
+def struct_members(law: Law) -> dict[str, list[tuple[str, str]]]:
+    """Words of the structures `inputs`, `states`, `outputs` in order: (signal, type in C).
+
+    Behind the states are the last counts of rates, behind the outputs the exports.
+    """
+    kinds = {"float": "float", "int": "int32_t"}
+    rates = [(before(port.rate_of), "int32_t") for port in law.of_kind("rate")]
+    return {
+        "inputs": [(p.name, kinds[p.type]) for p in law.of_kind("input")],
+        "states": [*((p.name, "float") for p in law.of_kind("state")), *rates],
+        "outputs": [(p.name, "float") for p in (*law.of_kind("output"), *law.of_kind("export"))],
+    }
+
+
+def parameter_macro(prefix: str, name: str) -> str:
+    """Macro of a parameter."""
+    return re.sub(r"\W", "_", f"{prefix}_{name}", flags=re.ASCII).upper()
+
+
+def c_literal(value: float) -> str:
+    """The binary32 number nearest to `value`; the sign in parentheses. Raises ModelError."""
+    literal(value)  # refuses what is no number
+    single = binary32(value)
+    text = f"{np.abs(single)!s}f"
+    return f"(-{text})" if np.signbit(single) else text
+
+
+# ---------------------------------------------------------------------- header
+def _header(law: Law, prefix: str) -> str:
+    guard = f"{prefix}_tick_h".upper()
+    lines = [
+        f"/* {_plain(law.doc or law.title)}",
+        " * Written by asip-model: one tick in binary32, the operations of the core's program. */",
+        f"#ifndef {guard}",
+        f"#define {guard}",
+        "",
+        "#include <stdint.h>",
+        "",
+    ]
+    lines += _parameters(law, prefix)
+    lines += ["#ifdef __cplusplus", 'extern "C" {', "#endif", ""]
+    titles = {
+        "inputs": "Inputs of a tick.",
+        "states": "What is kept from tick to tick.",
+        "outputs": "Outputs of a tick.",
+    }
+    for group, words in struct_members(law).items():
+        lines += [f"/* {titles[group]} */", f"struct {prefix}_{group} {{"]
+        names = members(name for name, _ in words)
+        lines += [_member(law, name, kind, names[name]) for name, kind in words]
+        lines += [] if words else ["  int32_t none;"]
+        lines += ["};", ""]
+    lines += [
+        "/* States before the first tick, outputs after a fault. */",
+        f"extern const struct {prefix}_states {prefix}_initial;",
+        f"extern const struct {prefix}_outputs {prefix}_safe;",
+        "",
+        f"/* One tick, {law.rate:g} a second. Returns 0; or 1 if an output is infinite or no",
+        " * number: then the outputs are the safe ones and the states stay. */",
+        f"int {prefix}_tick(const struct {prefix}_inputs *in, struct {prefix}_states *state,",
+        f"    struct {prefix}_outputs *out);",
+        "",
+        "#ifdef __cplusplus",
+        "}",
+        "#endif",
+        "",
+        "#endif",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def _parameters(law: Law, prefix: str) -> list[str]:
+    lines = []
+    for port in law.of_kind("parameter"):
+        macro = parameter_macro(prefix, port.name)
+        lines += [
+            f"/* {_describe(port)}; -D{macro}=value replaces it. */",
+            f"#ifndef {macro}",
+            f"#define {macro} {c_literal(port.initial)}",
+            "#endif",
+            "",
+        ]
+    return lines
+
+
+def _member(law: Law, name: str, kind: str, c_name: str) -> str:
+    port = next((p for p in law.ports if p.name == name), None)
+    if port is None:
+        note = "count of the last tick; at first the present count"
+    else:
+        note = _describe(port)
+    return f"{f'  {kind} {c_name};':<30} /* {note} */"
+
+
+def _describe(port: Port) -> str:
+    text = f"{port.meaning} [{port.unit}]".strip()
+    if port.limits is not None:
+        text += f", {port.limits[0]:g} .. {port.limits[1]:g}"
+    if port.type == "int":
+        text += f"; value = {port.scale:.9g}*count + {port.offset:g}"
+    return _plain(text)
+
+
+def _plain(text: str) -> str:
+    return "".join(c if " " <= c <= "~" else "?" for c in text).replace("*/", "* /")
+
+
+# ---------------------------------------------------------------------- source
+class _Source:
+    def __init__(self, graph: Graph, law: Law, prefix: str, header_name: str) -> None:
+        self.graph, self.law, self.prefix, self.header_name = graph, law, prefix, header_name
+        self.groups = struct_members(law)
+        self.names: dict[int, str] = {}
+        self.used: set[str] = set()
+        inputs = members(name for name, _ in self.groups["inputs"])
+        states = members(name for name, _ in self.groups["states"])
+        self.sources = {name: f"in->{c}" for name, c in inputs.items()}
+        self.sources |= {name: f"was.{c}" for name, c in states.items()}
+        for port in law.of_kind("parameter"):
+            self.sources[port.name] = parameter_macro(prefix, port.name)
+
+    def text(self) -> str:
+        """The whole source."""
+        body = [line for i in self.graph.used() for line in self._operation(i)]
+        ends = self._ends()
+        p = self.prefix
+        fused = f"{p}_fused".upper()
+        head = [
+            f"/* {_plain(self.law.doc or self.law.title)}",
+            " * Written by asip-model. Compile it with -ffp-contract=off. */",
+            f'#include "{self.header_name}"',
+            "",
+            PRELUDE,
+            "/* Multiply-adds: 1, rounded once as on the core; 0, product and sum rounded. */",
+            f"#ifndef {fused}",
+            "#ifdef __nios2__",
+            f"#define {fused} 0",
+            "#else",
+            f"#define {fused} 1",
+            "#endif",
+            "#endif",
+            "",
+            *self._fused(fused),
+            *(text for name, text in HELPERS.items() if name in self.used),
+            self._constant("states", "initial"),
+            self._constant("outputs", "safe"),
+            f"int {p}_tick(const struct {p}_inputs *in, struct {p}_states *state,",
+            f"    struct {p}_outputs *out) {{",
+            *self._arguments(body + ends),
+        ]
+        return "\n".join([*head, *body, *ends, "  return 0;", "}", ""])
+
+    def _arguments(self, lines: list[str]) -> list[str]:
+        """States before the tick; words for a compiler that warns of what a law does not use."""
+        text = "\n".join(lines)
+        found = []
+        if "was." in text:
+            found.append(f"  const struct {self.prefix}_states was = *state;")
+        elif "state->" not in text:
+            found.append("  (void)state;")
+        if "in->" not in text:
+            found.append("  (void)in;")
+        return found
+
+    def _fused(self, macro: str) -> list[str]:
+        ops = [op for op in FUSED if op in self.used]
+        if not ops:
+            return []
+        lines = []
+        for kind, guard in enumerate((f"#if {macro}", "#else")):
+            lines.append(guard)
+            for op in ops:
+                form = FUSED[op][kind].format("(a)", "(b)", "(c)")
+                lines.append(f"#define {op}_(a, b, c) ({form})")
+        return [*lines, "#endif", ""]
+
+    def _constant(self, group: str, what: str) -> str:
+        rows = []
+        names = members(name for name, _ in self.groups[group])
+        for port in self.law.ports:
+            value = port.initial if what == "initial" else port.safe
+            if port.name in names and value:
+                rows.append(f"    .{names[port.name]} = {c_literal(value)},")
+        p = self.prefix
+        if not rows:
+            rows = [f"    .{next(iter(names.values()), 'none')} = 0,"]
+        return "\n".join([f"const struct {p}_{group} {p}_{what} = {{", *rows, "};", ""])
+
+    def _is_int(self, i: int) -> bool:
+        node = self.graph.nodes[i]
+        if node.op in ("sel", "selge", "selgt"):
+            return self._is_int(node.args[1])
+        return node.op in INT_KINDS
+
+    def _operand(self, node: Node, position: int, whole: bool) -> str:
+        """Argument of an operation, its bits where it is read as the other type."""
+        arg = node.args[position]
+        if node.op.startswith("sel") and position > 0:
+            wanted = whole
+        else:
+            wanted = node.op in INT_OPERANDS
+        name = self.names[arg]
+        if self._is_int(arg) == wanted:
+            return name
+        helper = "bits" if wanted else "number"
+        self.used.add(helper)
+        return f"{helper}_({name})"
+
+    def _operation(self, i: int) -> list[str]:
+        node = self.graph.nodes[i]
+        if node.op in LEAVES:
+            self.names[i] = self._leaf(node)
+            return []
+        whole = self._is_int(i)
+        args = [self._operand(node, k, whole) for k in range(len(node.args))]
+        form = FORMS.get(node.op)
+        if node.op == "sel" and self.graph.nodes[node.args[0]].op in TESTS:
+            form = "{0} != 0.0f ? {1} : {2}"
+        if form is None:
+            self.used.add(node.op)
+            form = f"{node.op}_({', '.join(f'{{{k}}}' for k in range(len(args)))})"
+        self.names[i] = f"t{i}"
+        return [f"  const {'int32_t' if whole else 'float'} t{i} = {form.format(*args)};"]
+
+    def _leaf(self, node: Node) -> str:
+        if node.op == "const":
+            return c_literal(float(node.value))
+        if node.op == "int_const":
+            value = (int(node.value) + (1 << 31)) % (1 << 32) - (1 << 31)
+            return "INT32_MIN" if value == -(1 << 31) else f"({value})" if value < 0 else f"{value}"
+        return self.sources[str(node.value)]
+
+    def _value(self, i: int, integer: bool) -> str:
+        if self._is_int(i) == integer:
+            return self.names[i]
+        helper = "bits" if integer else "number"
+        self.used.add(helper)
+        return f"{helper}_({self.names[i]})"
+
+    def _ends(self) -> list[str]:
+        names = members(name for name, _ in self.groups["outputs"])
+        values = {n: self._value(i, False) for n, i in self.graph.outputs.items()}
+        checks = [f"fabsf({values[p.name]}) <= FLT_MAX" for p in self.law.of_kind("output")]
+        lines = []
+        if checks:
+            tests = " &&\n        ".join(checks)
+            lines += ["", f"  if (!({tests})) {{", f"    *out = {self.prefix}_safe;"]
+            lines += ["    return 1;", "  }"]
+        lines += [f"  out->{names[n]} = {value};" for n, value in values.items()]
+        kept = members(name for name, _ in self.groups["states"])
+        kinds = dict(self.groups["states"])
+        for name, root in self.graph.next_states.items():
+            lines.append(f"  state->{kept[name]} = {self._value(root, kinds[name] != 'float')};")
+        return lines
