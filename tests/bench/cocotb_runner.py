@@ -15,22 +15,14 @@ from unittest.mock import patch
 import cocotb_tools.config
 from cocotb_tools.runner import get_runner
 
-from sim.harness import runtime, waves
+from sim.harness import waves
 from sim.harness.assertions import assertions_of
 from sim.harness.build import verilator_driver
 from sim.harness.plain import plain, workshop
+from tests.bench.self_running import linked
 
 FLAGS = ["--x-initial", "unique", "--x-assign", "unique", "--assert", "-Wno-fatal"]
 RUNTIME = ("verilated", "verilated_threads", "verilated_dpi", "verilated_vpi")
-
-
-def with_runtime(*names: str) -> tuple[list[str], str]:
-    """Options for Verilator and variables for its makefile: sources of the run-time library are
-    not compiled for this model, their objects come from `runtime`. With WAVES=1 they are."""
-    if waves.wanted():
-        return [], ""
-    objects = " ".join(str(plain(path)) for path in runtime.objects(*names))
-    return ["-LDFLAGS", objects], "VK_GLOBAL_OBJS= VM_PARALLEL_BUILDS=0 OPT_FAST=-O1"
 
 
 class Simulation:
@@ -57,7 +49,7 @@ class Simulation:
         for name in ("share_dir", "libs_dir"):  # go into makefiles
             setattr(cocotb_tools.config, name, plain(Path(getattr(cocotb_tools.config, name))))
         self.runner = get_runner("verilator")
-        linked, variables = with_runtime(*RUNTIME)
+        objects, variables = linked(*RUNTIME)
         try:
             with patch.dict(os.environ, GNUMAKEFLAGS=variables):
                 self.runner.build(
@@ -65,7 +57,7 @@ class Simulation:
                     hdl_toplevel=top,
                     parameters=dict(parameters or {}),
                     build_dir=workshop(self.folder),
-                    build_args=[*FLAGS, *flags, *linked, *waves.flags()],
+                    build_args=[*FLAGS, *flags, *objects, *waves.flags()],
                     waves=traced,
                     log_file=self.log,
                 )

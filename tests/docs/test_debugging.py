@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The steps of docs/debugging.md: WAVES=1 gives an FST from a C++ harness and from cocotb."""
+"""The steps of docs/debugging.md: WAVES=1 gives an FST from each kind of bench."""
 
 from __future__ import annotations
 
@@ -17,7 +17,9 @@ from tests.motion_rtl.test_pulse_generator import Generator
 
 PAGE = (ROOT / "docs/debugging.md").read_text()
 ALONE = re.search(r'pytest "(\S+)"', PAGE)[1]
-COCOTB = "tests/fpu/test_fp_i2f.py::test_i2f__reset_in_flight__clears_valid"
+COCOTB = "tests/motion_rtl/test_axil.py::test_axil__every_scenario"
+SCENARIO = "latency__handshake_to_response_valid"
+BENCH = "tests/fpu/test_fp_i2f.py::test_i2f__reset_in_flight__clears_valid"
 
 
 def end_time(path: Path) -> int:
@@ -27,10 +29,10 @@ def end_time(path: Path) -> int:
     return end
 
 
-@pytest.mark.parametrize("test", [ALONE, COCOTB], ids=["harness", "cocotb"])
+@pytest.mark.parametrize("test", [ALONE, COCOTB, BENCH], ids=["harness", "cocotb", "bench"])
 def test_waves__of_one_test__are_named_and_hold_its_time(test, tmp_path):
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", test]
-    environment = {**os.environ, "WAVES": "1", "WAVES_CLOCKS": "1000"}
+    environment = {**os.environ, "WAVES": "1", "WAVES_CLOCKS": "1000", "SCENARIO": SCENARIO}
     done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
     files = [Path(name) for name in re.findall(r"^waves: (.*\.fst)$", done.stdout, re.M)]

@@ -77,7 +77,7 @@ def test_folded__clocks_without_a_result__outputs_are_zero() -> None:
     issue[[0, INTERVAL, 2 * UNIT.latency]] = True
     rows = tb._rows(UNIT, {}, issue, generator("folded idle outputs"))
     rows[issue.nonzero()[0], 1:] = [0, 0x3F800000, 0x40400000]  # 1 / 3, inexact
-    response = tb._simulate(UNIT, "stream_vectors", rows)[1:]  # the first row is not reset yet
+    response = tb._simulate(UNIT, rows)[0][1:]  # the first row is not reset yet
     valid = response[:, 0] == 1
     assert valid.sum() == 3
     assert response[valid, 1:].all() and not response[~valid, 1:].any()

@@ -15,17 +15,16 @@ import math
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 import gmpy2
 import numpy as np
 import pytest
 
 from asip_asm.machine import load_machine
-from sim.harness import waves
-from sim.harness.build import verilator_driver
-from sim.harness.plain import plain, workshop
+from sim.harness.assertions import assertions_of
+from sim.harness.plain import plain
 from sim.harness.sources import sources_of
+from tests.bench.self_running import Program
 from tests.fpu import stimulus
 from tests.fpu.tb import ROOT, generator, package_constant, seed
 
@@ -37,6 +36,7 @@ INTERVAL = {
 }
 BOUND_ULP = 0.5 + 2.0**-5
 CASES = 100_000
+FILES = {"stimulus": ".in", "response": ".out"}
 BENCH = "sim/harness/sincos_stream.sv"
 INEXACT, UNDERFLOW_INEXACT, INVALID = 0b00001, 0b00011, 0b10000
 CANON_NAN, ONE, SIGN = 0x7FC00000, 0x3F800000, 0x80000000
@@ -45,21 +45,12 @@ PRECISION = 200  # bits: 24 of the result after up to 29 cancelled ones, with ro
 
 
 @functools.cache
-def executable(unit: str) -> Path:
+def executable(unit: str) -> Program:
     """The Verilated stream bench of a unit, built once per session."""
-    build = ROOT / "build/sim" / (f"{unit}_waves" if waves.wanted() else unit)
-    build.mkdir(parents=True, exist_ok=True)
-    work = workshop(build)
-    options = "--binary --timing --assert -O3 -Wno-fatal --x-initial unique --x-assign unique"
-    options += f" -CFLAGS -std=c++20 -GOverlapped={int(unit == OVERLAPPED)}"  # coroutines
-    command = [verilator_driver(), *options.split(), *waves.flags()]
-    command += ["--top-module", "sincos_stream"]
-    both = [*sources_of(ITERATIVE), *sources_of(OVERLAPPED), ROOT / BENCH]
-    sources = [plain(path) for path in dict.fromkeys(both)]
-    done = subprocess.run([*command, "--Mdir", work, *sources], capture_output=True, text=True)
-    if done.returncode:
-        raise RuntimeError(f"building sincos_stream failed:\n{(done.stdout + done.stderr)[-3000:]}")
-    return work / "Vsincos_stream"
+    units = [*dict.fromkeys([*sources_of(ITERATIVE), *sources_of(OVERLAPPED)])]
+    overlapped = f"-GOverlapped={int(unit == OVERLAPPED)}"
+    sources = [*units, *assertions_of(units), ROOT / BENCH]
+    return Program("sincos_stream", sources, ROOT / "build/sim" / unit, overlapped)
 
 
 def stream(
@@ -70,16 +61,13 @@ def stream(
     `cosine`, `operands` and `idle`, the clocks without an operand before each, are of one length.
     """
     program = executable(unit)
-    stem = program.with_name("stream")
+    stem = program.folder / "stream"
     words = operands.astype(np.uint64) | cosine.astype(np.uint64) << np.uint64(32)
     clocks = np.broadcast_to(idle, words.shape)
     rows = zip(words.tolist(), clocks.tolist(), strict=True)
     stem.with_suffix(".in").write_text("".join(f"{word:09x} {wait}\n" for word, wait in rows))
-    arguments = [f"+stimulus={stem}.in", f"+response={stem}.out"]
-    if waves.wanted():
-        arguments.append(f"+waves={waves.new_file('sincos_stream')}")
-    random = ["+verilator+rand+reset+2", f"+verilator+seed+{seed()}"]
-    done = subprocess.run([str(program), *arguments, *random], capture_output=True, text=True)
+    files = [f"+{name}={plain(stem.with_suffix(end))}" for name, end in FILES.items()]
+    done = program.run(*files, seed=seed())
     assert done.returncode == 0, done.stdout + done.stderr
     lines = stem.with_suffix(".out").read_text().split()
     latency, interval, flags, bits = (

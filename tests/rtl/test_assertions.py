@@ -8,7 +8,6 @@ Verilator names what failed. One block of the RTL is there too: a checker bound 
 from __future__ import annotations
 
 import re
-import subprocess
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,9 +15,9 @@ from pathlib import Path
 import pytest
 from pyslang import ast, syntax
 
-from sim.harness import waves
 from sim.harness.assertions import FOLDER, RULES, assertions_of
-from sim.harness.build import MAKE_FLAGS, ROOT, verilator_driver
+from sim.harness.build import ROOT
+from tests.bench.self_running import Program
 
 TABLE = tomllib.loads(Path(__file__).with_name("violations.toml").read_text())
 PACKAGES = [
@@ -35,7 +34,6 @@ WITHOUT = {
     *("asip_issue_multiple", "asip_issue_single"),  # rules: asip_issue
     *("asip_operands_multiple", "asip_operands_single"),  # rules: asip_operands
 }
-FLAGS = MAKE_FLAGS.replace("-O3", "-O0")  # compiled once, run for a moment
 CASES = [(checker, label) for checker, rows in TABLE.items() for label in rows if label != "idle"]
 
 
@@ -129,14 +127,8 @@ def fired(tmp_path_factory) -> dict[str, str]:
             files[-1].write_text(each.text)
     files.append(folder / "bench.sv")
     files[-1].write_text(bench(checkers))
-    command = [verilator_driver(), "--binary", "--timing", "--assert", "-Wno-fatal", "-Wno-lint"]
-    command += ["-CFLAGS", "-std=c++20 -fcoroutines", "-MAKEFLAGS", FLAGS, "-j", "2"]
-    command += [*waves.flags(), "--top-module", "bench", "--Mdir", folder / "obj", *files]
-    done = subprocess.run(command, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    run = [folder / "obj/Vbench", "+verilator+error+limit+100000"]
-    run += [f"+waves={waves.new_file('bench')}"] if waves.wanted() else []
-    done = subprocess.run(run, capture_output=True, text=True)
+    program = Program("bench", files, folder / "obj", "-Wno-lint")
+    done = program.run("+verilator+error+limit+100000")
     output: dict[str, str] = {"": ""}
     case = ""
     for line in (done.stdout + done.stderr).splitlines():
