@@ -33,26 +33,31 @@ Action = Callable[[Any, str], None]
 
 @dataclass(frozen=True)
 class Command:
-    """A command: names, first the full one, how it is written, what it does."""
+    """A command: names, first the full one, how it is written, what it does, whether an empty line
+    repeats it, whether it lets the core go.
+    """
 
     names: tuple[str, ...]
     usage: str
     doc: str
     function: Action
     repeats: bool = False
+    runs: bool = False
 
 
 COMMANDS: dict[str, Command] = {}
 
 
-def command(*names: str, usage: str = "", repeats: bool = False) -> Callable[[Action], Action]:
+def command(
+    *names: str, usage: str = "", repeats: bool = False, runs: bool = False
+) -> Callable[[Action], Action]:
     """Enter a method into the table; its docstring is the help. `repeats`: an empty line does it
-    again.
+    again; `runs`: it lets the core go.
     """
 
     def enter(function: Action) -> Action:
         doc = inspect.cleandoc(function.__doc__ or "")
-        entry = Command(names, f"{names[0]} {usage}".strip(), doc, function, repeats)
+        entry = Command(names, f"{names[0]} {usage}".strip(), doc, function, repeats, runs)
         for name in names:
             COMMANDS[name] = entry
         return function

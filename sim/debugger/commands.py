@@ -87,13 +87,13 @@ class Commands:
                 text = str(error)
             self.write(f"{number}: {text}")
 
-    @command("run", "r")
+    @command("run", "r", runs=True)
     def run(self, rest: str) -> None:
         """Run ticks up to a stop: one for each row of inputs, or one. Inside a tick: go on."""
         nothing_in(rest, "run")
         self._stopped(self.session.run())
 
-    @command("start")
+    @command("start", runs=True)
     def start(self, rest: str) -> None:
         """Begin a tick and stop before its first bundle."""
         nothing_in(rest, "start")
@@ -102,37 +102,37 @@ class Commands:
             self.write("the tick that was on is given up")
         self._stopped(self.session.start())
 
-    @command("tick", usage="[N]", repeats=True)
+    @command("tick", usage="[N]", repeats=True, runs=True)
     def tick(self, rest: str) -> None:
         """Run N ticks (1) to their ends, with stops at breakpoints. Inside a tick, its rest is the
         first.
         """
         self._stopped(self.session.run(count_of(rest)))
 
-    @command("continue", "c", "cont", repeats=True)
+    @command("continue", "c", "cont", repeats=True, runs=True)
     def resume(self, rest: str) -> None:
         """Go on to the next stop, or to the end of the ticks that run or tick asked for."""
         nothing_in(rest, "continue")
         self._stopped(self.session.resume())
 
-    @command("step", "s", usage="[N]", repeats=True)
+    @command("step", "s", usage="[N]", repeats=True, runs=True)
     def step(self, rest: str) -> None:
         """Go on to the next bundle whose operation stands in another line, N times. A bundle with
         several operations goes by that of its lowest slot. Without a tick it begins one.
         """
         self._stopped(self.session.step_lines(count_of(rest)))
 
-    @command("next", "n", usage="[N]", repeats=True)
+    @command("next", "n", usage="[N]", repeats=True, runs=True)
     def next(self, rest: str) -> None:
         """As step, but the operations of a macro call count as one line."""
         self._stopped(self.session.step_calls(count_of(rest)))
 
-    @command("stepi", "si", "nexti", "ni", usage="[N]", repeats=True)
+    @command("stepi", "si", "nexti", "ni", usage="[N]", repeats=True, runs=True)
     def stepi(self, rest: str) -> None:
         """Issue N bundles (1)."""
         self._stopped(self.session.step_bundles(count_of(rest)))
 
-    @command("finish", "fin")
+    @command("finish", "fin", runs=True)
     def finish(self, rest: str) -> None:
         """Go on to the end of the tick."""
         nothing_in(rest, "finish")

@@ -11,12 +11,13 @@ import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
+from asip_asm.debug_map import Value
 from sim.core_fault import fault_text
 from sim.debugger.expressions import ExpressionError, evaluate
 from sim.debugger.locations import Location, find_location
 from sim.debugger.program import DebuggedProgram
 from sim.debugger.target import Kind, Status, Target, Watch
-from sim.debugger.values import Reading, ValueMissing, Values
+from sim.debugger.values import ValueMissing, Values
 
 SLICE = 0.05
 """Seconds between two looks at a running core, and so at Ctrl-C and `pause`."""
@@ -41,6 +42,8 @@ class Breakpoint:
     hits: int = 0
     watch: str = ""
     place: str = ""
+    file: str = ""
+    line: int = 0
 
     @property
     def kind(self) -> str:
@@ -71,6 +74,7 @@ class Session:
         self.values = Values(self.program, self.target, lambda: self.position)
         self.breakpoints: dict[int, Breakpoint] = {}
         self.pause = threading.Event()
+        self.last_stop: Stop | None = None
         self.tick = 0
         self._left = 0
         self._next_number = 1
@@ -203,6 +207,7 @@ class Session:
                 continue
             if stop is not None:
                 self.pause.clear()
+                self.last_stop = stop
                 return stop
 
     def _stop(self, how: str, asked: bool) -> Stop | None:
@@ -279,9 +284,9 @@ class Session:
         self, place: Location, condition: str = "", temporary: bool = False
     ) -> Breakpoint:
         """Raises SessionError if the target has no breakpoint left."""
-        return self._add(
-            Breakpoint(0, place.text, place.bundles, condition, temporary),
-        )
+        point = Breakpoint(0, place.text, place.bundles, condition, temporary)
+        point.file, point.line = place.file, place.line
+        return self._add(point)
 
     def add_watch(self, name: str, condition: str = "") -> Breakpoint:
         """Watch of a value, register or output. Raises SessionError, ValueMissing."""
@@ -361,17 +366,18 @@ class Session:
         self.target.set_watches([Watch(p.place) for p in watched])
 
     # ------------------------------------------------------------------ after a fault
-    def not_finite(self) -> list[Reading]:
-        """Values still in their places that are NaN or infinite, in the order of computation."""
+    def not_finite(self) -> list[tuple[Value, int]]:
+        """Values still in their registers that are NaN or infinite, with their bits, in the order
+        of computation.
+        """
         found = []
         for value in self.program.map.values:
             where = self.program.finder.where(value, self.position)
             if where.place[:1] in ("a", "b", "c") and not where.text and value.type == "float":
                 word = self.target.read(where.place)
                 if word >> 23 & 0xFF == 0xFF:
-                    name = value.name
-                    found.append((value.first, Reading(name, "float", word, where.place)))
-        return [reading for _, reading in sorted(found, key=lambda item: item[0])]
+                    found.append((value, word))
+        return sorted(found, key=lambda item: item[0].first)
 
     def abandon(self) -> None:
         """Give up the run that is on."""

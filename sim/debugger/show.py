@@ -230,16 +230,13 @@ class Show:
         if session.status.fault.cause != "NOT_FINITE":
             return
         found = session.not_finite()
-        for reading in found[:NOT_FINITE]:
-            value = next(v for v in session.program.map.named(reading.name) if v.place)
-            first = "first computed" if reading is found[0] else "then"
-            place = f"{value.file}:{value.line}" if value.line else "a state"
-            self.write(
-                f"  not finite, {first}: {reading.name} = "
-                f"{format_word(reading.word, 'float')} in {reading.place}, {place}"
-            )
+        for n, (value, word) in enumerate(found[:NOT_FINITE]):
+            line = f"{value.file}:{value.line}" if value.line else "kept from the run before"
+            order = "then" if n else "first computed"
+            number = format_word(word, "float")
+            self.write(f"  not finite, {order}: {value.name} = {number} in {value.place}, {line}")
         if found:
-            self.write(f"  break {found[0].name} and run again stops before it is computed")
+            self.write(f"  `break {found[0][0].name}` stops before it is computed")
 
     def breakpoints(self, rest: str) -> None:
         """Breakpoints and watches."""

@@ -1,4 +1,4 @@
-; Force of one leg. The square in line 13 has the wrong sign: it shall add z.
+; Force of one leg, with a wrong sign in it.
 .program  "leg force"
 .input    x, y, z                  ; position [m]
 .input    l                        ; measured length [m]

@@ -13,9 +13,9 @@ import pytest
 from sim.debugger.__main__ import main
 from sim.debugger.command_table import CommandError, find_command
 from sim.debugger.commands import Commands
+from sim.debugger.completion import completions
 from sim.debugger.iss_target import IssTarget
 from sim.debugger.program import DebuggedProgram
-from sim.debugger.prompt import completions
 from sim.debugger.session import Session
 from sim.debugger.target import TargetGone
 

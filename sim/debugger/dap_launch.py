@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Arguments of `launch` and `attach` as the options of the command line, with their checks."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import io
+from collections.abc import Mapping
+from typing import Any
+
+from sim.asip_run.inputs import UserError
+from sim.debugger.options import parse_arguments
+
+SWITCHES = {"iss": "--iss"}
+TEXTS = {"configuration": "--config", "connect": "--connect"}
+ASSIGNMENTS = {"set": "--set", "state": "--state"}
+NAMES = {"program", "inputs", "optimise", "stopOnEntry", *SWITCHES, *TEXTS, *ASSIGNMENTS}
+OF_CLIENTS = {"noDebug", "name", "type", "request", "console", "internalConsoleOptions"}
+"""What clients add by themselves; names that begin with `__` too."""
+
+
+def launch_options(arguments: Mapping[str, Any], options: argparse.Namespace) -> argparse.Namespace:
+    """Options of a session; `options` are those that the server was started with. Raises UserError
+    naming the argument.
+    """
+    unknown = [n for n in arguments if n not in NAMES | OF_CLIENTS and not n.startswith("__")]
+    if unknown:
+        raise UserError(f"launch: no argument '{unknown[0]:.40}'; there are {', '.join(NAMES)}")
+    program = arguments.get("program") or options.program
+    if not isinstance(program, str) and program is None:
+        raise UserError('launch needs "program": a source text, or an image written by asip-as')
+    words = [str(program)]
+    for name, option in SWITCHES.items():
+        given = arguments.get(name, getattr(options, name, False))
+        words += [option] if given else []
+    for name, option in TEXTS.items():
+        if name in arguments:
+            words += [option, str(arguments[name])]
+    for name, option in ASSIGNMENTS.items():
+        given = arguments.get(name, {})
+        if not isinstance(given, Mapping):
+            raise UserError(f'launch: "{name}" is an object of names and values')
+        words += [f"{option}={key}={value}" for key, value in given.items()]
+    if "inputs" in arguments:
+        words += ["--inputs", str(arguments["inputs"])]
+    if arguments.get("optimise") is False:
+        words.append("-O0")
+    errors = io.StringIO()
+    try:
+        with contextlib.redirect_stderr(errors):
+            return parse_arguments(words)
+    except SystemExit:
+        message = errors.getvalue().strip().splitlines()[-1]
+        raise UserError(message.removeprefix("asip-dbg: error: ")) from None

@@ -1,0 +1,157 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A session as a client of the Debug Adapter Protocol sees it: frames, scopes, variables, code."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+from asip_asm.isa import default_isa
+from sim.debugger.session import Session
+from sim.debugger.values import Reading, ValueMissing, format_word
+
+THREAD = 1
+"""The core, the only thread."""
+SCOPES = ("Values", "Inputs", "States", "Outputs", "Constants", "Registers")
+"""Scopes; a variablesReference is a place in this list, from 1 on."""
+
+Body = dict[str, Any]
+
+
+class Views:
+    """Answers for clients; what stands in them is read when it is asked for."""
+
+    def __init__(self, session: Session) -> None:
+        self.session = session
+        self.program = session.program
+
+    # ------------------------------------------------------------------ stack
+    def source(self, file: str) -> Body:
+        """A source of the program."""
+        return {"name": Path(file).name, "path": str(self.program.source_path(file).resolve())}
+
+    def frames(self) -> list[Body]:
+        """The bundle that issues next, then the macro calls around its operation."""
+        bundle = self.session.position
+        entry = self.program.primary(min(bundle, self.program.bundles - 1))
+        name = f"bundle {bundle}" if bundle < self.program.bundles else "end of the tick"
+        if entry is None:
+            return [{"id": 1, "name": name, "line": 0, "column": 0}]
+        if entry.equation and bundle < self.program.bundles:
+            name += f" ({entry.equation})"
+        frames = [
+            {
+                "id": 1,
+                "name": name,
+                "source": self.source(entry.file),
+                "line": entry.line,
+                "column": 1,
+                "instructionPointerReference": f"0x{bundle:x}",
+            }
+        ]
+        for depth, call in enumerate(self.program.calls(bundle, entry.slot), 2):
+            frames.append(
+                {
+                    "id": depth,
+                    "name": f"macro {call.name}",
+                    "source": self.source(call.file),
+                    "line": call.line,
+                    "column": 1,
+                }
+            )
+        return frames
+
+    # ------------------------------------------------------------------ variables
+    def scopes(self) -> list[Body]:
+        """All scopes; the registers are slow to read over a serial line."""
+        return [
+            {
+                "name": name,
+                "variablesReference": number,
+                "expensive": name == "Registers",
+                "presentationHint": "registers" if name == "Registers" else "locals",
+            }
+            for number, name in enumerate(SCOPES, 1)
+        ]
+
+    def variables(self, reference: int, form: str = "") -> list[Body]:
+        """Variables of a scope. Raises ValueMissing for one that is none."""
+        if not 1 <= reference <= len(SCOPES):
+            raise ValueMissing(f"there is no scope {reference}")
+        names: dict[str, Callable[[], Iterator[str]]] = {
+            "Values": self._value_names,
+            "Inputs": lambda: iter(self.session.values.inputs),
+            "States": lambda: (state.name for state in self.program.image.states),
+            "Outputs": lambda: (output.name for output in self.program.image.outputs),
+            "Constants": self._constant_names,
+            "Registers": self._register_names,
+        }
+        scope = SCOPES[reference - 1]
+        if scope == "Outputs":
+            return [self._output(name, form) for name in names[scope]()]
+        return [self.variable(name, form) for name in names[scope]()]
+
+    def _value_names(self) -> Iterator[str]:
+        other = {state.name for state in self.program.image.states}
+        other |= {output.name for output in self.program.image.outputs}
+        yield from (name for name in self.program.map.names() if name not in other)
+
+    def _constant_names(self) -> Iterator[str]:
+        for constant in self.program.image.constants:
+            if constant.name[:1].isalpha() or constant.name[:1] == "_":
+                yield constant.name
+
+    def _register_names(self) -> Iterator[str]:
+        isa = default_isa()
+        for bank in "abc":
+            size = isa.banks[bank.upper()].size
+            pipes = isa.configurations[self.program.image.configuration].fma_pipes
+            if bank != "b" or pipes > 1:
+                yield from (f"{bank}{i}" for i in range(size))
+
+    def variable(self, name: str, form: str = "") -> Body:
+        """A variable; one without a value says why."""
+        try:
+            return self._shown(self.session.values.read(name), form)
+        except ValueMissing as error:
+            text = str(error).removeprefix(f"{name}: ")
+            return {
+                "name": name,
+                "value": f"<{text}>",
+                "variablesReference": 0,
+                "presentationHint": {"attributes": ["readOnly"]},
+            }
+
+    def _output(self, name: str, form: str) -> Body:
+        """An output as the host reads it: that of the last tick that ended well."""
+        index = next(o.index for o in self.program.image.outputs if o.name == name)
+        word = self.session.target.read(f"o{index}")
+        return self._shown(Reading(name, "float", word, f"o{index}"), form)
+
+    @staticmethod
+    def _shown(reading: Reading, form: str) -> Body:
+        return {
+            "name": reading.name,
+            "value": format_word(reading.word, reading.type, form),
+            "type": f"{reading.type} in {reading.place}",
+            "evaluateName": reading.name,
+            "variablesReference": 0,
+        }
+
+    # ------------------------------------------------------------------ code
+    def instructions(self, first: int, count: int) -> list[Body]:
+        """Bundles from an address on; those outside the program are said to be."""
+        found = []
+        for bundle in range(first, first + count):
+            row: Body = {"address": f"0x{max(bundle, 0):x}", "instruction": "outside the program"}
+            if 0 <= bundle < self.program.bundles:
+                row["instruction"] = self.program.text(bundle)
+                row["instructionBytes"] = self.program.image.bundles[bundle]
+                entry = self.program.primary(bundle)
+                if entry is not None:
+                    row |= {"location": self.source(entry.file), "line": entry.line}
+            else:
+                row["presentationHint"] = "invalid"
+            found.append(row)
+        return found

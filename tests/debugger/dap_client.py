@@ -1,0 +1,125 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A client of the Debug Adapter Protocol that holds every message against the published schema.
+
+The schema is debugProtocol.json of the protocol's own repository, as the package debugpy carries
+it. Requests are held against it too, so that the sessions are ones that a real client could have.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import queue
+import subprocess
+import sys
+import threading
+from functools import cache
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import jsonschema
+
+from asip_asm.project import ROOT
+
+TIMEOUT = 60.0  # guard against a hang
+
+
+@cache
+def schema() -> dict[str, Any]:
+    """The protocol's schema."""
+    found = importlib.util.find_spec("debugpy")
+    assert found is not None and found.origin is not None
+    folder = Path(found.origin).parent / "_vendored/pydevd/_pydevd_bundle/_debug_adapter"
+    return json.loads((folder / "debugProtocol.json").read_text())
+
+
+def definition(message: dict[str, Any]) -> str:
+    """Name of the schema's definition of a message."""
+    kind = message["type"]
+    if kind == "response" and not message["success"]:
+        return "ErrorResponse"
+    name = message["event" if kind == "event" else "command"]
+    return f"{name[0].upper()}{name[1:]}{kind.capitalize()}"
+
+
+def validate(message: dict[str, Any]) -> None:
+    """Raises ValidationError for a message that the schema does not allow."""
+    _validator(definition(message)).validate(message)
+
+
+@cache
+def _validator(name: str) -> jsonschema.Draft4Validator:
+    assert name in schema()["definitions"], f"the protocol has no {name}"
+    return jsonschema.Draft4Validator(
+        {"$ref": f"#/definitions/{name}", "definitions": schema()["definitions"]}
+    )
+
+
+class DapClient:
+    """Speaks over two streams; `seen` are the definitions that were checked."""
+
+    def __init__(self, reader: BinaryIO, writer: BinaryIO) -> None:
+        self.writer = writer
+        self.sequence = 0
+        self.events: list[dict[str, Any]] = []
+        self.seen: set[str] = set()
+        self._messages: queue.Queue[dict[str, Any] | None] = queue.Queue()
+        threading.Thread(target=self._read, args=(reader,), daemon=True).start()
+
+    def _read(self, reader: BinaryIO) -> None:
+        while line := reader.readline():
+            name, _, length = line.partition(b":")
+            assert name == b"Content-Length" and reader.readline() == b"\r\n"
+            self._messages.put(json.loads(reader.read(int(length))))
+        self._messages.put(None)
+
+    def _next(self) -> dict[str, Any]:
+        message = self._messages.get(timeout=TIMEOUT)
+        assert message is not None, "the server closed the connection"
+        validate(message)
+        self.seen.add(definition(message))
+        return message
+
+    def request(self, command: str, **arguments: Any) -> dict[str, Any]:
+        """The response to a request; events on the way are kept."""
+        self.sequence += 1
+        message = {"seq": self.sequence, "type": "request", "command": command}
+        if arguments:
+            message["arguments"] = arguments
+        validate(message)
+        self.seen.add(definition(message))
+        self.send(json.dumps(message).encode())
+        while True:
+            answer = self._next()
+            if answer["type"] == "response":
+                assert (answer["request_seq"], answer["command"]) == (self.sequence, command)
+                return answer
+            self.events.append(answer)
+
+    def ask(self, command: str, **arguments: Any) -> dict[str, Any]:
+        """Body of a response that must be a success."""
+        answer = self.request(command, **arguments)
+        assert answer["success"], answer
+        return answer.get("body", {})
+
+    def send(self, data: bytes) -> None:
+        self.writer.write(b"Content-Length: %d\r\n\r\n" % len(data) + data)
+        self.writer.flush()
+
+    def event(self, name: str) -> dict[str, Any]:
+        """Body of the next event of a name; others before it are dropped."""
+        while True:
+            message = self.events.pop(0) if self.events else self._next()
+            if message["type"] == "event" and message["event"] == name:
+                return message.get("body", {})
+
+
+def start_server(*arguments: str) -> subprocess.Popen:
+    """asip-dbg with these arguments, its streams as pipes."""
+    return subprocess.Popen(
+        [sys.executable, "-m", "sim.debugger", *arguments],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        cwd=ROOT,
+    )
