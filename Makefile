@@ -32,7 +32,7 @@ export SEED WAVES
 .PHONY: help setup setup-synth run dual test test-full test-mutants fuzz lint lock clean
 .PHONY: gen gen-check docs readme site workbench
 .PHONY: formal fp-case fp-bench fp-campaign fp-report
-.PHONY: robots
+.PHONY: robots side-by-side
 .PHONY: motion motion-size synth quartus
 .PHONY: nios-sw nios-toolchain nios-cycles qemu tools-for-tests rs274
 
@@ -104,6 +104,9 @@ gen-check: $(READY) ## refuse generated files that differ from their sources
 
 robots: $(READY) ## compile, prove and close the loop of every robot shown, to build/robots.json and .html (T=names)
 	@$(PY) -m sim.robots $(if $(T),--only $(T))
+
+side-by-side: $(READY) ## one law on the core, on FPGA2 and on this machine, to build/side_by_side.json (T=robot)
+	@$(PY) -m sim.platforms $(if $(T),--law $(T))
 
 motion: $(READY) ## the motion front-end: figures of the papers, drive study, RTL, on one page (RUN=full)
 	@$(PY) -m sim.motion.show --robot "$(ROBOT)" $(if $(filter full,$(RUN)),--full)

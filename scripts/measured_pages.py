@@ -93,6 +93,12 @@ PAGES = (
     ),
     Page("README.md", "scripts/readme.py", BUILD / "results.json", "make run", all_platforms),
     Page(
+        "docs/platforms.md",
+        "-m sim.platforms --docs",
+        BUILD / "side_by_side.json",
+        "make side-by-side",
+    ),
+    Page(
         "docs/two_processors.md",
         "-m sim.dual --docs",
         BUILD / "dual/results.json",
