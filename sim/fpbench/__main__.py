@@ -152,7 +152,7 @@ def run_campaign(arguments: argparse.Namespace) -> int:
     )
     for section in selected:
         console.print(f"  {section.name}: {section.what}")
-    units = list(dict.fromkeys(task.unit for task in open_tasks))
+    units = list(dict.fromkeys(unit_of(task.shard.op) for task in open_tasks))
     if check_reference(argparse.Namespace(seed=arguments.seed, cases=12_000, units=units)):
         return 1
     not_run: dict[str, int] = {}
