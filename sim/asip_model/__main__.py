@@ -114,6 +114,11 @@ def _loop(built: Built, tree: Tree, settings: Settings, seconds: float) -> int:
     worst = ", ".join(f"{error:.2g}" for error in abs(loop.core.errors).max(axis=0))
     print(f"closed loop: {loop.ticks} ticks, largest errors {worst} [{loop.unit}]")
     print(f"largest error by that in double precision: {loop.ratio:.4f}")
+    if loop.saturated:
+        print(
+            f"an output was at its limit in {loop.saturated} ticks: take a lower --bandwidth "
+            "or finer --counts, or expect the errors above to depend on chance"
+        )
     return 0 if loop.ratio <= RATIO else 1
 
 

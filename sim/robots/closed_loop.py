@@ -56,12 +56,15 @@ class Loop:
 
 @dataclass(frozen=True)
 class ClosedLoop:
-    """Both runs. ratio: largest error on the core by that in double precision."""
+    """Both runs. ratio: largest error on the core by that in double precision. saturated: ticks of
+    the run in double precision with an output at its limit; the ratio says little if there are any.
+    """
 
     ticks: int
     core: Loop
     double: Loop
     unit: str
+    saturated: int
 
     @property
     def ratio(self) -> float:
@@ -128,7 +131,10 @@ def close_loop(law: Law, image: Image, machine: Machine, backend: str = "rtl") -
         got = _run(machine, on_core)
     double = DoubleLaw(law)
     want = _run(machine, lambda inputs, _: double.tick(inputs))
-    return ClosedLoop(machine.ticks, got, want, machine.unit)
+    outputs = [port for port in double.results if port.kind != "state"]
+    limits = np.array([port.limits or (-np.inf, np.inf) for port in outputs])
+    at_limit = (want.outputs <= limits[:, 0]) | (want.outputs >= limits[:, 1])
+    return ClosedLoop(machine.ticks, got, want, machine.unit, int(at_limit.any(axis=1).sum()))
 
 
 def _run(machine: Machine, law: Callable[[Values, int], Values]) -> Loop:
