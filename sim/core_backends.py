@@ -99,10 +99,13 @@ class RtlBackend:
         flags = self._bus.STATUS["flags"].of(result.status).astype(np.uint8)
         if not len(data) or result.fault == NO_FAULT:
             return Runs(result.words, flags, result.cycles)
-        info = self.rtl.read(self._bus.CSR["FAULT_INFO"])
-        place = "output" if result.fault == "NOT_FINITE" else "bundle"
-        fault = Fault(result.fault, **{place: info})
+        fault = self.fault(result.fault)
         return Runs(result.words, flags, result.cycles, fault, fault_text(self._image, fault))
+
+    def fault(self, cause: str) -> Fault:
+        """The fault that the core stands in."""
+        info = self.rtl.read(self._bus.CSR["FAULT_INFO"])
+        return Fault(cause, **{"output" if cause == "NOT_FINITE" else "bundle": info})
 
     def preset(self, words: Mapping[str, int]) -> None:
         self.rtl.preset(words)

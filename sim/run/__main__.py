@@ -107,6 +107,11 @@ def _arguments() -> argparse.ArgumentParser:
         action="store_true",
         help="tell path time, ticks and estimated time of the run, and stop",
     )
+    parser.add_argument(
+        "--scope",
+        action="store_true",
+        help="show the optimised program's loop in the browser while it runs (docs/tune_a_gain.md)",
+    )
     parser.add_argument("--no-plots", action="store_true", help="tables and results.json only")
     return parser
 
@@ -125,6 +130,7 @@ def main(argv: list[str] | None = None) -> int:
         not arguments.no_plots,
         arguments.plan_only,
         arguments.override,
+        arguments.scope,
     )
     console, errors = Console(), Console(stderr=True, soft_wrap=True)
 

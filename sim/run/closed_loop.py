@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,11 +38,25 @@ class Tracking:
     table: float
 
 
+class Tap(Protocol):
+    """Sees every tick and may change its set-points."""
+
+    def words(self, words: NDArray[np.floating]) -> NDArray[np.floating]:
+        """Set-points (15,) of the next tick."""
+
+    def done(self, tick: int, counts: NDArray[np.int32], plant: Plant) -> None:
+        """The controller has taken them with these counts, the plant has not moved yet."""
+
+    def fault(self, tick: int, counts: NDArray[np.int32], plant: Plant) -> None:
+        """The controller has stopped instead."""
+
+
 def run(
     robot: Robot,
     path: SetPoints,
     controller: AsipController,
     progress: Callable[[int], None],
+    tap: Tap | None = None,
 ) -> Recording:
     """Run every tick: counts from the plant, set-points from the path, forces back to the plant.
 
@@ -60,8 +75,16 @@ def run(
         counts[tick] = seen
         joints[tick] = plant.joints
         tool[tick] = plant.tool
-        result = controller.step(words[tick], seen)
+        wanted = words[tick] if tap is None else tap.words(words[tick])
+        try:
+            result = controller.step(wanted, seen)
+        except ControllerFault:
+            if tap is not None:
+                tap.fault(tick, counts[tick], plant)
+            raise
         parts.append(result)
+        if tap is not None:
+            tap.done(tick, counts[tick], plant)
         try:
             seen = plant.step(result.outputs[0].tolist())
         except (ValueError, OverflowError) as error:  # no number any more

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from asip_asm.image import Image
 from sim.core import Core, CoreError, CoreFault
-from sim.harness.asip_bus import FAULT_NAMES, STATUS
+from sim.core_fault import fault_text
+from sim.harness.asip_bus import FAULT_NAMES, STATUS, register_address
 from sim.harness.asip_rtl import AsipError
 from sim.model.parameters import Robot
 from sim.model.records import COUNTS, EXPORT_OF_ROW, MEASURED_STATES, OUTPUTS, SET_POINTS
@@ -42,14 +43,22 @@ class ControllerFault(RuntimeError):
 
 
 class AsipController:
-    """One core with one tracking program. Ticks are counted from 0 for messages."""
+    """One core with one tracking program. Ticks are counted from 0 for messages.
 
-    def __init__(self, image: Image, intermediates: bool = True) -> None:
+    watched: states and exports that are read after every tick too, for `seen`.
+    """
+
+    def __init__(
+        self, image: Image, intermediates: bool = True, watched: Sequence[str] = ()
+    ) -> None:
         self.image = image
         self._program = Core(image)
         self._exports = tuple(EXPORTED.values()) if intermediates else ()
         self.core = self._program.backend.rtl
         reads = self.core.output_addresses(OUTPUTS) + self.core.export_addresses(self._exports)
+        self._read = len(reads)
+        places = {entry.name: entry.register for entry in (*image.states, *image.exports)}
+        reads += [register_address(places[name]) for name in watched]
         self._port = self.core.port(self.core.input_addresses([*SET_POINTS, *COUNTS]), reads)
         self._words = self._port.data[0, : len(SET_POINTS)].view(np.float32)
         self._counts = self._port.data[0, len(SET_POINTS) :].view(np.int32)
@@ -88,9 +97,24 @@ class AsipController:
             name = FAULT_NAMES[STATUS["cause"].of(status)]
             raise ControllerFault(f"tick {self.tick}: the core stopped with fault {name}")
         self._program.ticks += 1
-        values = self._results.copy()
+        values = self._results[:, : self._read].copy()
         outputs, exported = values[:, : len(OUTPUTS)], values[:, len(OUTPUTS) :]
         return Ticks(outputs, exported, self._port.cycles.copy())
+
+    @property
+    def seen(self) -> NDArray[np.float32]:
+        """After a tick, faulted or not: outputs, exported rows, what is watched."""
+        return self._results[0]
+
+    @property
+    def cycles(self) -> int:
+        """Clock cycles of the last tick."""
+        return int(self._port.cycles[0])
+
+    def fault_text(self) -> str:
+        """Cause, place and source lines of the fault that the core stands in."""
+        cause = FAULT_NAMES[STATUS["cause"].of(int(self._port.status[0]))]
+        return fault_text(self.image, self._program.backend.fault(cause))
 
     def batch(self, words: NDArray[np.floating], counts: NDArray[np.integer]) -> Ticks:
         """Consecutive ticks, words (N, 15) and counts (N, 5). Raises ControllerFault."""

@@ -7,6 +7,7 @@ import json
 import math
 import time
 from collections.abc import Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -30,13 +31,15 @@ from sim.model.parameters import Robot
 from sim.model.records import SetPoints, TrackingResult
 from sim.model.tracking import joint_path
 from sim.path.override import AS_PROGRAMMED, overridden_program
-from sim.run import checks, closed_loop, estimate, nios, page, tables
+from sim.run import checks, closed_loop, estimate, nios, page, scoped, tables
 from sim.run.controller import AsipController, LawController
 from sim.run.estimate import AS_PRINTED, LAW, OPTIMISED
 from sim.run.goals import goals
 from sim.run.progress import TickProgress, duration
 from sim.run.results import Comparison, ProgramRun, compare, results, row_errors, worst_of_bound
 from sim.run.workers import Workers
+from sim.scope.process import ScopeProcess
+from sim.scope.tap import Place, TapSource
 from sim.trajectory.path_limits import limited_by
 from sim.trajectory.program import ProgramPath, plan
 
@@ -67,6 +70,7 @@ class Order:
     plots: bool = True
     plan_only: bool = False
     override: float = AS_PROGRAMMED  # percent of the feeds
+    scope: bool = False  # show the optimised program's loop in the browser while it runs
 
 
 @dataclass
@@ -82,13 +86,17 @@ class _Measured:
     wall: float = 0.0
 
 
-def _run_program(robot: Robot, path: SetPoints, image: Image, progress: Any) -> ProgramRun:
-    """A program of FPGA3 in closed loop."""
-    controller = AsipController(image)
-    recording = closed_loop.run(robot, path, controller, progress)
+def _run_program(
+    robot: Robot, path: SetPoints, image: Image, place: Place | None, progress: Any
+) -> ProgramRun:
+    """A program of FPGA3 in closed loop; place: of the scope that looks at it."""
+    controller = AsipController(image, watched=scoped.watched(image) if place else ())
+    tap = scoped.LoopTap(place, path, controller) if place else None
+    recording = closed_loop.run(robot, path, controller, progress, tap)
+    touched = tap.end() if tap else ()
     issued = controller.core.issued(len(image.bundles))
     runs = len(path) + 1  # priming runs the program once
-    return ProgramRun(image, recording, issued, runs, controller.core.cycles)
+    return ProgramRun(image, recording, issued, runs, controller.core.cycles, touched)
 
 
 def _run_law(robot: Robot, path: SetPoints, progress: Any) -> NDArray[np.int32]:
@@ -150,8 +158,27 @@ def _build(order: Order) -> None:
             NiosRtl(platform).close()
 
 
+def _scope(
+    order: Order, robot: Robot, path: SetPoints, images: dict[str, Image], console: Console
+) -> AbstractContextManager[ScopeProcess | None]:
+    """The scope of the optimised program's loop, if it is wanted."""
+    if not order.scope:
+        return nullcontext()
+    if OPTIMISED not in images:
+        raise PathError("the scope looks at the ASIP: add fpga3 to the platforms")
+    image, title = images[OPTIMISED], f"{order.gcode.name} on {OPTIMISED}"
+    tuner = scoped.RobotTuner(robot, PROGRAMS / f"tracking_{KEYS[OPTIMISED]}.s", image)
+    about = scoped.description(title, robot, order.robot_file, path, image, tuner)
+    return ScopeProcess(TapSource(about, tuner), console)
+
+
 def _simulate(
-    order: Order, robot: Robot, path: SetPoints, images: dict[str, Image], bars: TickProgress
+    order: Order,
+    robot: Robot,
+    path: SetPoints,
+    images: dict[str, Image],
+    bars: TickProgress,
+    place: Place | None,
 ) -> _Measured:
     """Everything that the worker processes do. The longest task begins first."""
     begin = time.perf_counter()
@@ -159,7 +186,9 @@ def _simulate(
     systems = [platform for platform in nios.SAMPLES if platform in order.platforms]
     with Workers(bars) as workers:
         runs = {
-            name: workers.submit(name, n, _run_program, robot, path, image)
+            name: workers.submit(
+                name, n, _run_program, robot, path, image, place if name == OPTIMISED else None
+            )
             for name, image in images.items()
         }
         law = None if runs else workers.submit(LAW, n, _run_law, robot, path)
@@ -265,11 +294,29 @@ def run(order: Order, console: Console) -> dict[str, Any]:
     console.print("[bold]3/6[/] building the Verilated systems (once per change of the RTL)")
     _build(order)
 
+    with _scope(order, robot, path, images, console) as scope:
+        return _track(order, robot, planned, images, scope, console)
+
+
+def _track(
+    order: Order,
+    robot: Robot,
+    planned: ProgramPath,
+    images: dict[str, Image],
+    scope: ScopeProcess | None,
+    console: Console,
+) -> dict[str, Any]:
+    """Everything from the first tick on."""
+    path = set_points(planned)
+    work, cost = estimate.work(len(path), order.platforms, order.all_ticks), estimate.costs()
     sampled = "" if order.all_ticks else "; FPGA1 and FPGA2 take a sample (RUN=full: every tick)"
     console.print(f"[bold]4/6[/] closed loop: counts from the plant, forces from the RTL{sampled}")
     with TickProgress(console, {name: (n, cost[name]) for name, n in work.items()}) as bars:
-        measured = _simulate(order, robot, path, images, bars)
-
+        measured = _simulate(order, robot, path, images, bars, scope and scope.source.place)
+    touched = [entry for run in measured.programs.values() for entry in run.touched]
+    if touched:
+        _tell_touched(touched, console)
+        return {}
     console.print("[bold]5/6[/] comparing with double precision and printed float32")
     begin = time.perf_counter()
     data = _compared(robot, path, measured)
@@ -291,6 +338,18 @@ def run(order: Order, console: Console) -> dict[str, Any]:
     console.print(f"[bold]6/6[/] writing below {order.output}", highlight=False)
     _write(order, robot, planned, path, measured, data, console)
     return data
+
+
+def _tell_touched(touched: Sequence[str], console: Console) -> None:
+    """A loop that somebody has changed is not the one that the bounds are about."""
+    console.print(f"{OPTIMISED} was changed while it ran:", highlight=False)
+    for entry in touched:
+        console.print(f"      {entry}", highlight=False, soft_wrap=True)
+    console.print(
+        "The run is not compared, and no results are written. Put the parameters into a copy of "
+        "the robot's file, then: make run ROBOT=FILE",
+        soft_wrap=True,
+    )
 
 
 def _compared(robot: Robot, path: SetPoints, measured: _Measured) -> dict[str, Any]:

@@ -30,13 +30,14 @@ OPERATION_CLASSES = ("add_sub", "mul", "div", "sqrt", "sin", "float_int", "sat")
 @dataclass(frozen=True)
 class ProgramRun:
     """One program's measurements: the image, what it did, bundles issued per address in `runs`,
-    clock cycles simulated."""
+    clock cycles simulated; touched: what somebody did to the loop while it ran."""
 
     image: Image
     recording: Recording
     issued: NDArray[np.uint64]
     runs: int
     cycles: int
+    touched: tuple[str, ...] = ()
 
 
 def timing(cycles: NDArray[np.uint32]) -> dict[str, float]:

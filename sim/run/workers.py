@@ -47,6 +47,7 @@ class Workers:
 
     def __init__(self, bars: TickProgress) -> None:
         self._bars = bars
+        self._others = set(multiprocessing.active_children())  # not ours to end
         self._reports = multiprocessing.Queue()
         self._pool = ProcessPoolExecutor(PROCESSES, None, _begin, (self._reports,))
         self._names: dict[Future, str] = {}
@@ -62,7 +63,7 @@ class Workers:
         trace: TracebackType | None,
     ) -> None:
         if kind is not None:
-            for process in multiprocessing.active_children():
+            for process in set(multiprocessing.active_children()) - self._others:
                 process.kill()
         self._pool.shutdown(wait=True, cancel_futures=True)
 

@@ -74,7 +74,7 @@ class Browser:
         )
         os.close(to_browser)
         os.close(from_browser)
-        self._pending, self._number, self._errors = b"", 0, []
+        self._pending, self._number, self.errors = b"", 0, []
         self._end = time.monotonic() + LIMIT
         target = self._call("Target.createTarget", url="about:blank")["targetId"]
         session = self._call("Target.attachToTarget", targetId=target, flatten=True)
@@ -94,11 +94,8 @@ class Browser:
 
     def look(self, file: Path, size: str, picture: Path | None = None) -> Look:
         """Open a file in a window of SIZES, wait until it is drawn; picture: of the whole page."""
-        self._errors, self._end = [], time.monotonic() + LIMIT
         width, height = SIZES[size]
-        view = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": size == "phone"}
-        self._call("Emulation.setDeviceMetricsOverride", **view)
-        self._call("Page.navigate", url=file.resolve().as_uri())
+        self.open(file.resolve().as_uri(), size)
         seen: dict[str, Any] = {}
         calm = 0
         while calm < 5:
@@ -110,13 +107,29 @@ class Browser:
             clip = {"x": 0, "y": 0, "width": width, "height": size_now["height"], "scale": 1}
             shot = self._call("Page.captureScreenshot", clip=clip, captureBeyondViewport=True)
             picture.write_bytes(base64.b64decode(shot["data"]))
-        return Look(seen, self._errors)
+        return Look(seen, self.errors)
+
+    def open(self, address: str, size: str) -> None:
+        """Begin to load a page in a window of SIZES; errors are those from now on."""
+        self.errors, self._end = [], time.monotonic() + LIMIT
+        width, height = SIZES[size]
+        view = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": size == "phone"}
+        self._call("Emulation.setDeviceMetricsOverride", **view)
+        self._call("Page.navigate", url=address)
+
+    def until(self, script: str) -> Any:
+        """Value of an expression on the page once it is true there; LIMIT guards against a hang."""
+        self._end = time.monotonic() + LIMIT
+        while not (value := self.evaluate(script)):
+            if time.monotonic() > self._end:
+                raise TimeoutError(f"the page never came to: {script}; errors: {self.errors}")
+            time.sleep(0.1)
+        return value
 
     def evaluate(self, script: str) -> Any:
-        """Value of an expression on the page."""
-        return self._call("Runtime.evaluate", expression=script, returnByValue=True)["result"].get(
-            "value"
-        )
+        """Value of an expression on the page, awaited if it is a promise."""
+        asked = {"expression": script, "returnByValue": True, "awaitPromise": True}
+        return self._call("Runtime.evaluate", **asked)["result"].get("value")
 
     def _call(self, method: str, **parameters: Any) -> dict[str, Any]:
         self._number += 1
@@ -149,8 +162,8 @@ class Browser:
         method, data = event.get("method"), event.get("params", {})
         if method == "Runtime.exceptionThrown":
             details = data["exceptionDetails"]
-            self._errors.append(details.get("exception", {}).get("description", details["text"]))
+            self.errors.append(details.get("exception", {}).get("description", details["text"]))
         elif method == "Runtime.consoleAPICalled" and data["type"] in ("error", "assert"):
-            self._errors.append(" ".join(str(a.get("value", a)) for a in data["args"]))
+            self.errors.append(" ".join(str(a.get("value", a)) for a in data["args"]))
         elif method == "Log.entryAdded" and data["entry"]["level"] == "error":
-            self._errors.append(data["entry"]["text"])
+            self.errors.append(data["entry"]["text"])
