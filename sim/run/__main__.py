@@ -110,7 +110,7 @@ def _arguments() -> argparse.ArgumentParser:
     parser.add_argument(
         "--scope",
         action="store_true",
-        help="show the optimised program's loop in the browser while it runs (docs/tune_a_gain.md)",
+        help="show the optimised program's loop in the browser while it runs",
     )
     parser.add_argument("--no-plots", action="store_true", help="tables and results.json only")
     return parser

@@ -21,6 +21,7 @@ import tornado.httpserver
 import tornado.web
 import tornado.websocket
 from plotly.offline import get_plotlyjs
+from tornado.log import app_log
 
 from sim.scope import messages
 from sim.scope.export import FORMATS
@@ -149,6 +150,13 @@ class PageSocket(tornado.websocket.WebSocketHandler):
         self.hub.opened(self)
         self._ready.set()
         self._task = asyncio.create_task(self._draw())
+        self._task.add_done_callback(self._ended)
+
+    def _ended(self, task: asyncio.Task[None]) -> None:
+        """Nothing ends drawing but the page; anything else is a mistake here, and is told."""
+        if not task.cancelled() and task.exception() is not None:
+            app_log.error("the scope cannot draw", exc_info=task.exception())
+            self.close(reason="the scope cannot draw")
 
     def on_close(self) -> None:
         self._task.cancel()

@@ -51,4 +51,4 @@ def _crossing(y: NDArray[np.float64], level: float) -> float | None:
     if not above.size:
         return None
     k = int(above[0])
-    return 0.0 if k == 0 else k - 1 + (level - y[k - 1]) / (y[k] - y[k - 1])
+    return 0.0 if k == 0 else float(k - 1 + (level - y[k - 1]) / (y[k] - y[k - 1]))

@@ -8,6 +8,7 @@ than the scope waits for it. If the scope ends, the loop goes on alone.
 
 from __future__ import annotations
 
+import contextlib
 import secrets
 import tempfile
 import threading
@@ -255,7 +256,8 @@ class TapSource:
 
     def close(self) -> None:
         """Forget the loop; it goes on alone."""
-        self._listener.close()
+        with contextlib.suppress(OSError):  # the other process has closed it
+            self._listener.close()
         if self._link is not None:
             self._link.close()
         self._folder.cleanup()

@@ -119,9 +119,10 @@ class Browser:
 
     def until(self, script: str) -> Any:
         """Value of an expression on the page once it is true there; LIMIT guards against a hang."""
-        self._end = time.monotonic() + LIMIT
+        end = time.monotonic() + LIMIT
+        self._end = end + LIMIT
         while not (value := self.evaluate(script)):
-            if time.monotonic() > self._end:
+            if time.monotonic() > end:
                 raise TimeoutError(f"the page never came to: {script}; errors: {self.errors}")
             time.sleep(0.1)
         return value

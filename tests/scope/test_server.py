@@ -10,6 +10,7 @@ import json
 from collections.abc import Awaitable, Callable
 from typing import Any
 
+import msgspec
 import numpy as np
 import pyarrow.parquet
 import pytest
@@ -18,7 +19,8 @@ from tornado.httputil import HTTPHeaders
 from tornado.websocket import WebSocketClientConnection, websocket_connect
 
 from sim.scope.messages import LARGEST
-from sim.scope.source import Commit, End, Fault, Pace, Put, Step
+from sim.scope.source import Commit, End, Fault, Pace, Put, Step, Stepped
+from sim.scope.step_response import measure
 from tests.scope.fake_source import ABOUT, FakeSource, Scope, rows
 
 LIMIT = 30.0  # s, guard against a hang
@@ -149,6 +151,20 @@ def test_commands__reach_the_source(scope):
     talk(scope, act)
     step, put = [c for c in scope.source.sent if isinstance(c, Step | Put)]
     assert step == Step("u", 0.5, 100) and put.name == "u" and np.isnan(put.value)
+
+
+def test_step__its_figures_and_curve_come(scope):
+    async def act(page: Page) -> None:
+        scope.source.events.put(rows(0, 10))
+        scope.source.events.put(Stepped(10, "u", -1.0, 50))
+        scope.source.events.put(rows(10, 60))
+        (response,) = (await page.hear("state", lambda m: m["responses"]))["responses"]
+        want = rows(10, 50).values[:, 0]
+        figures = json.loads(msgspec.json.encode(measure(want, -1.0, ABOUT.period)))
+        assert response["figures"] == figures and response["figures"]["rise"] > 0.0
+        assert response["values"] == (want - want[0]).tolist()
+
+    talk(scope, act)
 
 
 def test_fault__black_box_comes_to_every_page(scope):

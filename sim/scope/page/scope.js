@@ -2,10 +2,12 @@
 // The page of the scope: its link to the server, and what is done with what comes.
 'use strict';
 
-const RETRY = 2000, MACHINE = 400;  // ms: until the next try to connect, least between two drawings
+const RETRY = 2000;  // ms until the next try to connect
+// Drawing takes at most a third of the time, the machine in space a tenth, however slow the browser.
+const REST = 2, MACHINE_REST = 10;
 let socket, source, channels = {}, state = null, chosen = [], cursors = [null, null];
 let zoom = {begin: null, end: null}, part = 'live', faultSeen = null;
-let drawn = 0, machineDrawn = 0, answered = '', ticks = [], lastFrame = null;
+let drawn = 0, machineNext = 0, answered = '', ticks = [], lastFrame = null;
 
 function say(message) { if (socket && socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message)); }
 
@@ -66,6 +68,7 @@ function choose(name, on) {
 function clear() { $('message').hidden = true; }
 
 async function frame(message) {
+  const begin = performance.now();
   lastFrame = message;
   await drawCurves($('curves'), message, channels, source.period, cursors);
   $('kind').textContent = {
@@ -74,12 +77,16 @@ async function frame(message) {
   }[message.kind];
   if (!drawn++) listen();
   const now = performance.now();
-  if (source.scene && now - machineDrawn > MACHINE) {
-    machineDrawn = now;
+  if (source.scene && now > machineNext) {
     await drawMachine($('robot'), source.scene, message.space);
+    await painted();
+    machineNext = performance.now() + MACHINE_REST * (performance.now() - now);
   }
-  requestAnimationFrame(() => say({type: 'ready'}));
+  await painted();
+  setTimeout(() => say({type: 'ready'}), REST * (now - begin));
 }
+
+const painted = () => new Promise(done => requestAnimationFrame(done));
 
 function showState(message) {
   state = message;
