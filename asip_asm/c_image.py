@@ -56,9 +56,12 @@ def to_c(image: Image, prefix: str = "") -> str:
         "state": [entry.name for entry in image.states],
         "export": [entry.name for entry in exports],
     }
-    for group, names in groups.items():
-        lines += enumeration(f"{prefix}_{group}", [(name, i) for i, name in enumerate(names)])
-    lines += enumeration(f"{prefix}_output", [(o.name, o.index) for o in image.outputs])
+    if image.functions:
+        lines += _function_names(image, groups, prefix)
+    else:
+        for group, names in groups.items():
+            lines += enumeration(f"{prefix}_{group}", [(name, i) for i, name in enumerate(names)])
+        lines += enumeration(f"{prefix}_output", [(o.name, o.index) for o in image.outputs])
     for table in tables:
         lines += table.definition(prefix)
     fields = [
@@ -76,7 +79,49 @@ def to_c(image: Image, prefix: str = "") -> str:
         "};",
         "",
     ]
+    lines += _functions(image, groups, prefix)
     return "\n".join(lines)
+
+
+def _own(names: Sequence[str], function: str) -> list[tuple[str, int]]:
+    """Names of a function's signals without its own, and their numbers in the image."""
+    parts = ((name.partition("."), number) for number, name in enumerate(names))
+    return [(own, number) for (first, _, own), number in parts if first == function]
+
+
+def _function_names(image: Image, groups: dict[str, list[str]], prefix: str) -> list[str]:
+    """Enumerations of each function: inputs and outputs from 0, as asip_function_tick takes them,
+    states and exports by their numbers in the image.
+    """
+    lines = []
+    outputs = [output.name for output in image.outputs]
+    for function in image.functions:
+        for group, names in (groups | {"output": outputs}).items():
+            own = _own(names, function.name)
+            if group in ("input", "output"):
+                own = [(name, i) for i, (name, _) in enumerate(own)]
+            lines += enumeration(f"{prefix}_{function.name}_{group}", own)
+    return lines
+
+
+def _functions(image: Image, groups: dict[str, list[str]], prefix: str) -> list[str]:
+    """The functions of an image with several."""
+    lines = []
+    outputs = [output.name for output in image.outputs]
+    for function in image.functions:
+        fields = [f'"{function.name}"', f"{function.entry}, {function.watchdog}u, "
+                  f"0x{function.output_mask:08X}u"]  # fmt: skip
+        for names in (groups["input"], outputs, groups["state"]):
+            own = _own(names, function.name)
+            fields.append(f"{own[0][1] if own else 0}, {len(own)}")
+        lines += [
+            "/* Members in the order of asip_function. */",
+            f"static const asip_function {prefix}_{function.name} = {{",
+            ",\n".join(f"  {field}" for field in fields),
+            "};",
+            "",
+        ]
+    return lines
 
 
 def register_offset(name: str) -> int:

@@ -67,6 +67,10 @@ def header(image: Image) -> str:
         ("data words", str(len(image.data))),
         ("watchdog", str(image.watchdog)),
     ]
+    rows += [
+        (f"  {f.name}", f"entry {f.entry}, cycles {f.cycles}, mask {f.output_mask:08x}")
+        for f in image.functions
+    ]
     return "".join(f"{name:14s} {value}".rstrip() + "\n" for name, value in rows)
 
 

@@ -101,10 +101,21 @@ class ExportEntry(Entry, frozen=True):
     register: RegisterName
 
 
+class FunctionEntry(Entry, frozen=True):
+    """One of several functions: first bundle, watchdog, outputs it must write, cycles of a run."""
+
+    name: Name
+    entry: Address
+    watchdog: Annotated[int, Meta(ge=1, le=(1 << 32) - 1)]
+    output_mask: Annotated[int, Meta(ge=0, lt=1 << _ISA.outputs)]
+    cycles: Count | None
+
+
 class Image(msgspec.Struct, forbid_unknown_fields=True):
     """Program image. `bundles` are hexadecimal words, `sources` the operations of each bundle,
     `cycles` the estimated cycles of a run without branches (None with branches), `parameters` the
-    constants that a host may change between runs.
+    constants that a host may change between runs. `functions`: several programs in one image
+    (link.py), whose names are `function.name`; `entry`, `watchdog`, `output_mask` are the first's.
     """
 
     title: Title
@@ -127,14 +138,45 @@ class Image(msgspec.Struct, forbid_unknown_fields=True):
     output_mask: Annotated[int, Meta(ge=0, lt=1 << _ISA.outputs)] = 0
     cycles: Count | None = None
     parameters: list[Name] = []
+    functions: list[FunctionEntry] = []
+
+    def function(self, name: str) -> Image:
+        """The image with one of its functions, by that function's own names; it holds the others'
+        bundles, constants and data too. Raises ImageError for an unknown name.
+        """
+        found = next((f for f in self.functions if f.name == name), None)
+        if found is None:
+            there = ", ".join(f.name for f in self.functions) or "none"
+            raise ImageError(f"{self.title}: no function '{name}'; there are {there}")
+
+        def own(entries: list[Any]) -> list[Any]:
+            return [
+                msgspec.structs.replace(e, name=e.name.partition(".")[2])
+                for e in entries
+                if e.name.startswith(f"{name}.")
+            ]
+
+        return msgspec.structs.replace(
+            self,
+            entry=found.entry,
+            watchdog=found.watchdog,
+            output_mask=found.output_mask,
+            cycles=found.cycles,
+            inputs=own(self.inputs),
+            outputs=own(self.outputs),
+            states=own(self.states),
+            exports=own(self.exports),
+            functions=[],
+        )
 
     def to_json(self) -> dict[str, Any]:
         """The image as JSON data, with its checksum."""
         head = {"format": FORMAT, "version": VERSION, "checksum": "", "title": self.title}
         head |= {"configuration": self.configuration, "entry": self.entry}
         data = head | msgspec.to_builtins(self)
-        if not self.parameters:
-            del data["parameters"]
+        for name in ("parameters", "functions"):
+            if not data[name]:
+                del data[name]
         data["checksum"] = checksum(data)
         return data
 
@@ -229,6 +271,7 @@ def _problems(image: Image, isa: Isa) -> Iterator[str]:
         if any(entry.slot >= len(configuration.slots) for entry in entries):
             yield f"a source of bundle {i} stands in a slot that '{image.configuration}' has not"
     places = {"entry": image.entry} | {f"label '{k}'": v for k, v in image.labels.items()}
+    places |= {f"entry of function '{f.name}'": f.entry for f in image.functions}
     for what, address in places.items():
         if address >= len(image.bundles):
             yield f"{what} is {address}, the program has {len(image.bundles)} bundles"
@@ -238,7 +281,7 @@ def _problems(image: Image, isa: Isa) -> Iterator[str]:
     yield from _bank_k(image)
     yield from _twice("index of an output", (o.index for o in image.outputs))
     yield from _twice("register of a state", (s.register for s in image.states))
-    for what in ("inputs", "outputs", "states", "exports"):
+    for what in ("inputs", "outputs", "states", "exports", "functions"):
         yield from _twice(f"name in {what}", (entry.name for entry in getattr(image, what)))
     for entry in (*image.states, *image.exports):
         bank = isa.banks[entry.register[0].upper()]
@@ -250,8 +293,9 @@ def _problems(image: Image, isa: Isa) -> Iterator[str]:
         if state.register[0] == "k":
             yield f"state '{state.name}' is in bank K, which programs cannot write"
     outputs = sum(1 << output.index for output in image.outputs)
-    if image.output_mask & ~outputs:
-        yield f"output_mask {image.output_mask:08x} asks for outputs that are not declared"
+    masks = [image.output_mask, *(f.output_mask for f in image.functions)]
+    if any(mask & ~outputs for mask in masks):
+        yield f"output_mask {max(masks):08x} asks for outputs that are not declared"
 
 
 def _bank_k(image: Image) -> Iterator[str]:

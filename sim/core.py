@@ -93,11 +93,28 @@ class Core:
     ) -> None:
         if backend not in BACKENDS:
             raise CoreError(f"no backend '{backend}'; there are {', '.join(BACKENDS)}")
-        self.image = _image(program, configuration, defines, params)
+        self._whole = _image(program, configuration, defines, params)
         self.ticks = 0
         self.cycles: int | None = None
         self.flags = 0
         self._fault = ""
+        self._name(self._whole)
+        self._backend: Backend | None = BACKENDS[backend](self.image)
+        if self._whole.functions:
+            self.select(self._whole.functions[0].name)
+
+    def select(self, function: str) -> None:
+        """Go on with a function of an image with several: the next ticks are its, by its names.
+
+        The states of all functions are kept. Inputs are 0 until they are set again. The first one
+        is selected at the start. Raises ImageError for an unknown function.
+        """
+        view = self._whole.function(function)
+        self.backend.select(view)
+        self._name(view)
+
+    def _name(self, image: Image) -> None:
+        self.image = image
         self._kinds = {e.name: e.type for e in (*self.image.inputs, *self.image.states)}
         self._outputs = [output.name for output in self.image.outputs]
         self._inputs = {entry.name: 0 for entry in self.image.inputs}
@@ -106,7 +123,6 @@ class Core:
         bank_k = {f"k{e.index}": e.name for e in (*self.image.inputs, *self.image.constants)}
         exports = ((e.name, e.register) for e in self.image.exports)
         self._same = {name: bank_k[place] for name, place in exports if place in bank_k}
-        self._backend: Backend | None = BACKENDS[backend](self.image)
 
     # ------------------------------------------------------------------ life
     def close(self) -> None:

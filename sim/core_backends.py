@@ -55,6 +55,9 @@ class Backend(Protocol):
 
     def preset(self, words: Mapping[str, int]) -> None: ...
 
+    def select(self, image: Image) -> None:
+        """Go on with another function of the image loaded (`Image.function`), by its names."""
+
     def read(self, name: str) -> int: ...
 
     def clear(self) -> None:
@@ -75,16 +78,23 @@ class RtlBackend:
 
         self._bus = asip_bus
         self._trace = trace
-        self._image = image
         self.rtl = asip_rtl.AsipRtl(image.configuration)
         self.rtl.load(image)
-        block = asip_bus.BLOCK["outputs"]
+        self._name(image)
+
+    def _name(self, image: Image) -> None:
+        self._image = image
+        block = self._bus.BLOCK["outputs"]
         places = {e.name: e.register for e in (*image.exports, *image.states)}
         self._addresses = {
-            name: asip_bus.register_address(register)
+            name: self._bus.register_address(register)
             for name, register in places.items()
             if is_register(register)
         } | {output.name: block + output.index for output in image.outputs}
+
+    def select(self, image: Image) -> None:
+        self.rtl.select(image)
+        self._name(image)
 
     def has(self, name: str) -> bool:
         return name in self._addresses or is_register(name)
@@ -137,8 +147,15 @@ class IssBackend:
     def __init__(self, image: Image, trace: bool = False) -> None:
         from sim.iss import Iss
 
-        self._image = image
         self.iss = Iss(image, trace=trace)
+        self._name(image)
+
+    def select(self, image: Image) -> None:
+        self.iss.select(image)
+        self._name(image)
+
+    def _name(self, image: Image) -> None:
+        self._image = image
         self._outputs = {o.name: int(o.safe, 16) for o in image.outputs}
         self._readable = {entry.name for entry in (*image.exports, *image.states)}
 

@@ -34,12 +34,14 @@ class Options:
     """What a user may choose. `reassociate`: sums and products in the order of arrival;
     `reciprocal`: quotients of one divisor through its reciprocal; `sine`: 'unit', or 'balanced'
     with polynomials for those sines and cosines that would wait for it. All change roundings.
+    `constants`: at most so many in bank K, the others in data memory (None: all that fit).
     """
 
     configuration: str = "fast"
     reassociate: bool = False
     reciprocal: bool = False
     sine: str = SINES[0]
+    constants: int | None = None
 
 
 @dataclass(frozen=True)
@@ -63,7 +65,7 @@ def compile_law(law: Law, options: Options | None = None) -> Compiled:
         fastest = _fastest(machine, options)
         real = balance(real, law, lambda form: trial_cycles(fastest(form).run(), machine))
     graph = choose_sums(real, machine, options)
-    return Compiled(law, options, graph, emit(graph, law))
+    return Compiled(law, options, graph, emit(graph, law, options.constants))
 
 
 def latencies(machine: Machine) -> Callable[[str], int]:

@@ -65,15 +65,19 @@ def literal(value: float) -> str:
     return text
 
 
-def emit(graph: Graph, law: Law) -> str:
-    """Source text of the program. Raises ModelError where a limit of the core is met."""
-    return _Emitter(graph, law).text()
+def emit(graph: Graph, law: Law, constants: int | None = None) -> str:
+    """Source text of the program, with at most so many constants in bank K (None: all that fit).
+
+    Raises ModelError where a limit of the core is met.
+    """
+    return _Emitter(graph, law, constants).text()
 
 
 class _Emitter:
-    def __init__(self, graph: Graph, law: Law) -> None:
+    def __init__(self, graph: Graph, law: Law, constants: int | None) -> None:
         self.graph = graph
         self.law = law
+        self.constants = constants
         self.order = graph.used()
         self.uses = graph.uses()
         self.names: dict[int, str] = {}
@@ -111,6 +115,8 @@ class _Emitter:
                 f"{self.law.title}: {words} inputs, parameters and integers, bank K holds "
                 f"{isa.banks['K'].size} words; make parameters constants"
             )
+        if self.constants is not None:
+            room = min(room, self.constants)
         ranked = [value for value, _ in reads.most_common()]
         return ranked[room:]
 
@@ -155,7 +161,10 @@ class _Emitter:
         limit = default_isa().outputs
         count = len(self.law.of_kind("output"))
         if count > limit:
-            raise ModelError(f"{self.law.title}: {count} outputs, the core has {limit}")
+            raise ModelError(
+                f"{self.law.title}: {count} outputs, the core has {limit}; make those that no "
+                "drive takes an [[export]], which the host reads from its register"
+            )
 
     # ------------------------------------------------------------------ operations
     def _operation(self, i: int) -> None:

@@ -6,15 +6,18 @@ from a URDF and the name of a law.
 from __future__ import annotations
 
 import argparse
+import re
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 from asip_asm.c_image import to_c
 from asip_asm.command import count, duration, run_command
 from asip_asm.diagnostics import AssemblyError
 from asip_asm.files import open_output, refuse_overwriting
-from asip_asm.image import Image
+from asip_asm.image import Image, ImageError
 from asip_asm.isa import default_isa
+from asip_asm.link import LinkError, link
 from asip_asm.model.c_code import to_c_code
 from asip_asm.model.compiler import SINES, Options, compile_law
 from asip_asm.model.law import Law, load_law
@@ -34,11 +37,13 @@ EPILOG = """example:
 
   asip-model law.casadi law.interface.toml --reassociate --prove -o build/law
   asip-model arm.urdf --law computed_torque --reassociate --prove --loop 2
+  asip-model fast.casadi fast.interface.toml slow.casadi slow.interface.toml -o build/both
 
 writes build/law.s (linear assembly), .asip.json (image), .h (tables for the C driver) and
 .report.txt (cycles, bounds, occupancy, what each option changes); with --c also build/law.tick.c
 and .tick.h, the law as a C function for the Nios II systems or a PC. Arguments and results of the
-function go by the names of the signals, or of their vectors (docs/your_robot.md).
+function go by the names of the signals, or of their vectors (docs/your_robot.md). With several
+functions .s, .tick.c and .tick.h are build/both.NAME.s and so on.
 
 exit status: 0 written, and proved with --prove; 1 an error, a proof that failed, or a loop beyond
 its bound; 2 wrong command line
@@ -54,53 +59,88 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _model(options: argparse.Namespace) -> int:
-    stem = options.output or options.function.with_suffix("")
-    ends = (".s", ".asip.json", ".h", ".report.txt", *((".tick.h", ".tick.c") if options.c else ()))
-    paths = {end: Path(f"{stem}{end}") for end in ends}
+    stem = options.output or options.parts[0][0].with_suffix("")
+    several = len(options.parts) > 1
+    settings = _settings(options)
+    built: dict[str, Built] = {}
     try:
-        given = [path for path in (options.function, options.interface) if path]
-        refuse_overwriting(paths.values(), given)
-        law, tree, settings = _law(options)
-        chosen = Options(options.config, options.reassociate, options.reciprocal, options.sine)
-        paths[".s"].parent.mkdir(parents=True, exist_ok=True)
-        built = build(compile_law(law, chosen), paths[".s"])
-    except (ModelError, InterfaceError, RobotError) as error:
+        stems = {name: f"{stem}.{name}" if several else str(stem) for name in _names(options)}
+        ends = (".s", ".tick.h", ".tick.c") if options.c else (".s",)
+        paths = [Path(f"{each}{end}") for each in stems.values() for end in ends]
+        paths += [Path(f"{stem}{end}") for end in (".asip.json", ".h", ".report.txt")]
+        refuse_overwriting(paths, [path for part in options.parts for path in part if path])
+        laws = [_law(options, *part, settings) for part in options.parts]
+        chosen = Options(
+            options.config,
+            options.reassociate,
+            options.reciprocal,
+            options.sine,
+            options.constants,
+        )
+        paths[0].parent.mkdir(parents=True, exist_ok=True)
+        for (name, each), (law, _) in zip(stems.items(), laws, strict=True):
+            built[name] = build(compile_law(law, chosen), Path(f"{each}.s"))
+        images = {name: one.image for name, one in built.items()}
+        image = link(Path(stem).name, images) if several else images.popitem()[1]
+    except (ModelError, InterfaceError, RobotError, LinkError, ImageError) as error:
         print(f"asip-model: error: {error}", file=sys.stderr)
         return 1
     except AssemblyError as error:
         print(error.report(), file=sys.stderr)
         return 1
-    texts = {
-        ".asip.json": Image.dumps(built.image),
-        ".h": to_c(built.image, ""),
-        ".report.txt": built.report.render() + "\n" + effects(built.compiled, options.seed),
-    }
-    if options.c:
-        header, source = to_c_code(built.compiled, paths[".tick.h"].name)
-        texts |= {".tick.h": header, ".tick.c": source}
-    for end, text in texts.items():
-        with open_output(paths[end]) as file:
+    texts = {f"{stem}.asip.json": Image.dumps(image), f"{stem}.h": to_c(image, "")}
+    texts[f"{stem}.report.txt"] = "\n".join(
+        one.report.render() + "\n" + effects(one.compiled, options.seed) for one in built.values()
+    )
+    for name, each in stems.items() if options.c else ():
+        header, source = to_c_code(built[name].compiled, Path(f"{each}.tick.h").name)
+        texts |= {f"{each}.tick.h": header, f"{each}.tick.c": source}
+    for path, text in texts.items():
+        with open_output(Path(path)) as file:
             file.write(text)
-    print(f"{paths['.asip.json']}: {built.cycles} cycles, lower bound {built.bound_cycles}")
-    status = _prove(built, options) if options.prove else 0
-    if options.loop and tree is not None:
-        status = max(status, _loop(built, tree, settings, options.loop))
+    for name, one in built.items():
+        where = f"{stem}.asip.json{f', {name}' if several else ''}"
+        print(f"{where}: {one.cycles} cycles, lower bound {one.bound_cycles}")
+    status = 0
+    if options.prove:
+        for name, one in built.items():
+            whole = replace(one, image=image.function(name)) if several else one
+            status = max(status, _prove(whole, options))
+        if several:
+            status = max(status, _prove_together(image, built, options))
+    if options.loop and laws[0][1] is not None:
+        status = max(status, _loop(built.popitem()[1], laws[0][1], settings, options.loop))
     return status
 
 
-def _law(options: argparse.Namespace) -> tuple[Law, Tree | None, Settings]:
-    """The law, and the robot of a URDF with the settings of its law."""
-    settings = Settings(
+def _names(options: argparse.Namespace) -> list[str]:
+    """Names of the functions: those of their files. Raises LinkError."""
+    names = [re.sub(r"\W", "_", part[0].stem, flags=re.ASCII) for part in options.parts]
+    for name in names:
+        if names.count(name) > 1:
+            raise LinkError(f"two functions are named {name}, as their files; rename one")
+    return names
+
+
+def _settings(options: argparse.Namespace) -> Settings:
+    """Settings of the laws of URDFs."""
+    return Settings(
         rate=options.rate,
         counts=options.counts,
         bandwidth=options.bandwidth,
         integral=options.integral,
         friction=options.friction,
     )
-    if options.function.suffix == ".urdf":
-        tree = load_tree(options.function, options.lock)
-        return LAWS[options.law](tree, settings), tree, settings
-    return load_law(options.function, options.interface), None, settings
+
+
+def _law(
+    options: argparse.Namespace, file: Path, interface: Path | None, settings: Settings
+) -> tuple[Law, Tree | None]:
+    """The law, and the robot of a URDF."""
+    if file.suffix == ".urdf":
+        tree = load_tree(file, options.lock)
+        return LAWS[options.law](tree, settings), tree
+    return load_law(file, interface), None
 
 
 def _loop(built: Built, tree: Tree, settings: Settings, seconds: float) -> int:
@@ -144,6 +184,23 @@ def _prove(built: Built, options: argparse.Namespace) -> int:
     return 0 if passed else 1
 
 
+def _prove_together(image: Image, built: dict[str, Built], options: argparse.Namespace) -> int:
+    """Run the functions in a drawn order on one core."""
+    from sim.core import CoreFault
+    from sim.prove_functions import TICKS, prove_functions
+
+    ticks = min(TICKS, options.inputs)
+    compiled = {name: one.compiled for name, one in built.items()}
+    try:
+        difference = prove_functions(compiled, image, ticks=ticks, seed=options.seed)
+    except CoreFault as fault:
+        print(f"asip-model: a function stops for an input within its limits: {fault}")
+        return 1
+    equal = "bits equal the interpreter's, states are kept"
+    print(f"{ticks} ticks of {len(built)} functions in turn: {difference or equal}")
+    return 1 if difference else 0
+
+
 def _prove_c(built: Built, options: argparse.Namespace) -> bool:
     """Whether the C has the interpreter's bits on this machine."""
     from sim.platforms.bits import prove_c
@@ -168,10 +225,12 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(
-        "function", type=Path, help="file that casadi.Function.save wrote, or a robot's URDF"
-    )
-    parser.add_argument(
-        "interface", type=Path, nargs="?", help="interface record (*.interface.toml) of a function"
+        "files",
+        type=Path,
+        nargs="+",
+        metavar="FILE",
+        help="file that casadi.Function.save wrote with its interface record (*.interface.toml), "
+        "or a robot's URDF; several: one image, a function of each, named after its file",
     )
     parser.add_argument("-o", dest="output", metavar="STEM", help="files to write, without suffix")
     parser.add_argument(
@@ -198,6 +257,11 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
         "limits, become polynomials; unit: none",
     )
     parser.add_argument(
+        "--constants",
+        type=count,
+        help="at most so many constants of a function in bank K, the others in data memory",
+    )
+    parser.add_argument(
         "--c", action="store_true", help="write the law as C too: STEM.tick.c, STEM.tick.h"
     )
     parser.add_argument("--prove", action="store_true", help="run on the core and compare")
@@ -218,11 +282,18 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
         help="closed loop with the robot (computed_torque)",
     )
     options = parser.parse_args(arguments)
-    urdf = options.function.suffix == ".urdf"
-    if urdf == (options.interface is not None):
-        parser.error("a function needs its interface record, a URDF has none")
-    if options.loop and not (urdf and options.law == "computed_torque"):
-        parser.error("--loop is for computed_torque of a URDF")
+    options.parts = []
+    files = list(options.files)
+    while files:
+        file = files.pop(0)
+        record = files.pop(0) if files and file.suffix != ".urdf" else None
+        urdf = file.suffix == ".urdf"
+        if urdf != (record is None) or (record and record.suffix == ".urdf"):
+            parser.error("a function needs its interface record, a URDF has none")
+        options.parts.append((file, record))
+    arm = len(options.parts) == 1 and urdf and options.law == "computed_torque"
+    if options.loop and not arm:
+        parser.error("--loop is for computed_torque of one URDF")
     return options
 
 

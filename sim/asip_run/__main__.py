@@ -79,7 +79,7 @@ def _run(options: argparse.Namespace) -> int:
     files = [path for path in (options.trace, options.konata, options.gantt) if path]
     inputs = [options.program, *([options.inputs] if options.inputs else [])]
     refuse_overwriting(files, inputs)
-    image = load_image(options.program, options.config)
+    image = load_image(options.program, options.config, options.function)
     limit = RunLimit(image, options.max_cycles)
     types = {word.name: word.type for word in image.inputs}
     fixed = dict.fromkeys(types, 0) | assignments(options.set, types, "input")
@@ -141,6 +141,7 @@ def parse_arguments(arguments: list[str] | None) -> argparse.Namespace:
     parser.add_argument(
         "--config", choices=tuple(default_isa().configurations), help="configuration of the core"
     )
+    parser.add_argument("--function", metavar="NAME", help="of an image with several")
     parser.add_argument(
         "--set", action="append", default=[], metavar="NAME=VALUE", help="input of every run"
     )

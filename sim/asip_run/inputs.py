@@ -28,8 +28,16 @@ class UserError(Exception):
         self.status = status
 
 
-def load_image(path: Path, configuration: str | None) -> Image:
-    """Image of a source text, or an image file (*.json)."""
+def load_image(path: Path, configuration: str | None, function: str | None = None) -> Image:
+    """Image of a source text, or an image file (*.json); of several functions in it one."""
+    image = _load(path, configuration)
+    if image.functions and function is None:
+        there = ", ".join(f.name for f in image.functions)
+        raise UserError(f"{path} holds the functions {there}; choose one with --function", 2)
+    return image if function is None else image.function(function)
+
+
+def _load(path: Path, configuration: str | None) -> Image:
     if path.suffix != IMAGE_SUFFIX:
         return assemble(path, configuration=configuration)
     image = Image.load(path)

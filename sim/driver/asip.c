@@ -112,6 +112,40 @@ asip_result asip_tick(const asip *core, const uint32_t *inputs, uint32_t *output
   return result;
 }
 
+void asip_select(const asip *core, const asip_function *function) {
+  write32(core, CSR(ENTRY), function->entry);
+  write32(core, CSR(WATCHDOG), function->watchdog);
+  write32(core, CSR(OUTPUT_MASK), function->output_mask);
+}
+
+asip_result asip_function_tick(const asip *core, const asip_function *function,
+                               const uint32_t *inputs, uint32_t *outputs, uint32_t polls) {
+  const uint16_t *places = core->image->inputs + function->first_input;
+  asip_result result;
+  uint32_t i;
+
+  asip_select(core, function);
+  for (i = 0; i < function->input_count; i++) {
+    write32(core, ASIP_WORD(constants) + places[i], inputs[i]);
+  }
+  asip_start(core);
+  result = asip_wait(core, polls);
+  if (result == ASIP_OK || result == ASIP_FAULTED) {
+    for (i = 0; i < function->output_count; i++) {
+      outputs[i] = read32(core, ASIP_WORD(outputs) + function->first_output + i);
+    }
+  }
+  return result;
+}
+
+void asip_preset_function(const asip *core, const asip_function *function) {
+  uint32_t i;
+  for (i = 0; i < function->state_count; i++) {
+    const unsigned state = function->first_state + i;
+    asip_preset_state(core, state, core->image->states[state].word);
+  }
+}
+
 uint32_t asip_read_export(const asip *core, unsigned number) {
   return read32(core, ASIP_WORD(registers) + core->image->exports[number]);
 }

@@ -56,6 +56,16 @@ typedef struct {
   uint16_t export_count;
 } asip_image;
 
+/* One of several functions of an image: its entry, and where its words are in the image's tables. */
+typedef struct {
+  const char *name;
+  uint16_t entry;
+  uint32_t watchdog, output_mask;
+  uint16_t first_input, input_count;
+  uint16_t first_output, output_count;
+  uint16_t first_state, state_count;
+} asip_function;
+
 /* A core and the image loaded into it. */
 typedef struct {
   asip_bus bus;
@@ -121,6 +131,17 @@ void asip_read_outputs(const asip *core, uint32_t *words);
  * Results of asip_wait. After ASIP_FAULTED the outputs are the safe values, asip_status has the
  * cause, and asip_clear with asip_preset_states goes on. After the others they are not read. */
 asip_result asip_tick(const asip *core, const uint32_t *inputs, uint32_t *outputs, uint32_t polls);
+
+/* The next runs are of this function of the image: three writes. asip_load selects the first. */
+void asip_select(const asip *core, const asip_function *function);
+
+/* One tick of a function: select it, write its inputs, start, wait, read its outputs, the words of
+ * which are valid until another function runs. Results of asip_tick. */
+asip_result asip_function_tick(const asip *core, const asip_function *function,
+                               const uint32_t *inputs, uint32_t *outputs, uint32_t polls);
+
+/* Write the initial values of a function's states, as after a fault of it. */
+void asip_preset_function(const asip *core, const asip_function *function);
 
 /* Read one exported register by its number in the image, after a run. */
 uint32_t asip_read_export(const asip *core, unsigned number);

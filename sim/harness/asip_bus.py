@@ -39,7 +39,12 @@ def load_words(image: Image) -> Iterator[tuple[int, int]]:
         yield BLOCK["safe"] + output.index, int(output.safe, 16)
     for state in image.states:
         yield register_address(state.register), int(state.bits, 16)
+    yield from run_words(image)
+    yield CSR["IRQ_ENABLE"], IRQ_ALL
+
+
+def run_words(image: Image) -> Iterator[tuple[int, int]]:
+    """Writes that tell which program the next run is."""
     yield CSR["ENTRY"], image.entry
     yield CSR["WATCHDOG"], image.watchdog
     yield CSR["OUTPUT_MASK"], image.output_mask
-    yield CSR["IRQ_ENABLE"], IRQ_ALL

@@ -21,6 +21,7 @@ from sim.harness.asip_bus import (
     STATUS,
     load_words,
     register_address,
+    run_words,
 )
 from sim.harness.build import build_library, file_list
 from sim.harness.waves import load_model
@@ -219,6 +220,12 @@ class AsipRtl:
             )
         self.clear()
         for address, word in load_words(image):
+            self.write(address, word)
+        self.image = image
+
+    def select(self, image: Image) -> None:
+        """Go on with another function of the image loaded (`Image.function`), by its names."""
+        for address, word in run_words(image):
             self.write(address, word)
         self.image = image
 

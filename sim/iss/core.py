@@ -102,10 +102,19 @@ class Iss:
         self._words = [int(text, 16) for text in image.bundles]
         self._steps: list[_Step | None] = [None] * len(self._words)
         self._counted: tuple[tuple[int, ...], Counter[str]] = ((), Counter())
+        for constant in image.constants:
+            self._registers[isa.K_BASE + constant.index] = word(int(constant.bits, 16))
+        self.select(image)
+        for index, safe in self._safe.items():
+            self._outputs[index] = safe
+        self.reset()
+
+    def select(self, image: Image) -> None:
+        """Go on with another function of the image loaded (`Image.function`), by its names."""
+        self.image = image
         self._places: dict[str, tuple[int, str]] = {}
         for constant in image.constants:
             self._place(constant.name, isa.K_BASE + constant.index, constant.type)
-            self._registers[isa.K_BASE + constant.index] = word(int(constant.bits, 16))
         for entry in image.inputs:
             self._place(entry.name, isa.K_BASE + entry.index, entry.type)
         for state in image.states:
@@ -116,9 +125,6 @@ class Iss:
         self._inputs = {entry.name for entry in image.inputs}
         self._safe = {entry.index: word(int(entry.safe, 16)) for entry in image.outputs}
         self._outputs_named = {entry.name: entry.index for entry in image.outputs}
-        for index, safe in self._safe.items():
-            self._outputs[index] = safe
-        self.reset()
 
     def _place(self, name: str, code: int, kind: str) -> None:
         self._places[name] = (code, kind)

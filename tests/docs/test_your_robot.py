@@ -35,8 +35,9 @@ def test_commands_of_the_page_compile_prove_and_run(tmp_path):
         timeout=900,
     )
     assert done.returncode == 0, done.stdout + done.stderr
-    assert done.stdout.count("bits equal the interpreter's") == 3
-    assert len(re.findall("^proved$", done.stdout, re.M)) == 2
+    assert done.stdout.count("bits equal the interpreter's") == 6
+    assert len(re.findall("^proved$", done.stdout, re.M)) == 4
+    assert "200 ticks of 2 functions in turn" in done.stdout
     assert "closed loop: 1000 ticks" in done.stdout
-    on_core, in_c = re.findall(r"^ *torque +=? *([-+0-9.e]+)", done.stdout, re.M)
+    on_core, in_c, _ = re.findall(r"^ *torque +=? *([-+0-9.e]+)", done.stdout, re.M)
     assert float(on_core) == float(in_c) != 0
