@@ -37,6 +37,7 @@ CORES = {
     ),
     "motion": ("Motion front-end of five axes", ["motion_front_end", "motion_axil"]),
     "dual": ("Two processors that hand over set-points", ["dual_asip"]),
+    "debug": ("Floating-point processor with a debug block", ["debug_asip"]),
 }
 
 

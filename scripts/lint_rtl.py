@@ -78,6 +78,7 @@ TOPS = (
     ),
     Top("n2_system", (N2_SYSTEM,), ("Platform=1", "Platform=2 Trace=1")),
     Top("dual_asip", (ASIP, "rtl/dual/dual.f")),
+    Top("debug_asip", (ASIP, "rtl/debug/debug.f"), ("", "FmaPipes=1 Slots=1 Uart=0")),
 )
 
 

@@ -32,7 +32,7 @@ KEPT = (
     *("fp_fma", "fp_divsqrt", "fp_divsqrt_folded", "fp_cmp", "fp_i2f", "fp_f2i", "fp_sincos"),
     "fp_sincos_overlapped",
 )
-TRACE = "trace_"  # ports of simulation only, left open
+OPEN = ("trace_", "hook_")  # ports of simulation and of a debug block, left open
 ALM_CLASSES = {
     "alut": r"MISTRAL_(ALUT\w*|NOT|BUF)",
     "ff": r"MISTRAL_FF",
@@ -84,7 +84,7 @@ def wrapper(top: str, ports: Mapping[str, dict]) -> str:
         width = len(port["bits"])
         if name in (CLOCK, RESET):
             pins.append(f".{name}({name})")
-        elif name.startswith(TRACE):
+        elif name.startswith(OPEN):
             pins.append(f".{name}()")
         elif port["direction"] == "input":
             pins.append(f".{name}(operands_q[{inputs} +: {width}])")

@@ -8,7 +8,8 @@ module asip #(
     parameter int unsigned FmaPipes  = 2,
     parameter int unsigned Slots     = 3,
     parameter int unsigned Bundles   = asip_isa_pkg::PROGRAM_BUNDLES,
-    parameter int unsigned DataWords = asip_isa_pkg::DATA_WORDS
+    parameter int unsigned DataWords = asip_isa_pkg::DATA_WORDS,
+    parameter int unsigned Debug     = 0   // 1: the hooks of a debug block (rtl/debug) are there
 ) (
     input  logic                                      clk_i,
     input  logic                                      rst_ni,
@@ -25,7 +26,10 @@ module asip #(
     output logic [15:0]                               trace_pc_o,
     output logic [3:0]                                trace_write_o,
     output logic [2:0][5:0]                           trace_index_o,
-    output logic [2:0][31:0]                          trace_data_o
+    output logic [2:0][31:0]                          trace_data_o,
+    // of a debug block; tied to zero and open without one
+    input  asip_pkg::hook_in_t                        hook_i,
+    output asip_pkg::hook_out_t                       hook_o
 );
 
   localparam int unsigned OpWidth = asip_pkg::DECODED_WIDTH;
@@ -69,11 +73,15 @@ module asip #(
   logic                     run_start, commit, fault, busy, done, start, clear, refetch, host_refetch;
   logic [3:0]               cause;
   logic [15:0]              fault_info, entry;
+  // ---- debug block
+  asip_pkg::hook_in_t       hook;
+  logic                     ended, quiet;
+  logic [15:0]              pc_p, pc_q;
   logic [31:0]              watchdog, output_mask, cycles;
   logic [2:0]               count_select;
   logic [31:0]              count;
   logic                     host_constant, host_safe, host_register, host_data, host_program;
-  logic                     host_select;
+  logic                     host_select, host_hold, host_bank_k;
   logic [31:0]              host_output, host_memory;
 
   // ================================================================ F and D
@@ -110,7 +118,7 @@ module asip #(
       .clk_i,
       .rst_ni,
       .redirect_i    (flush),
-      .redirect_pc_i (refetch ? entry : target_q),
+      .redirect_pc_i (refetch ? (hook.open ? hook.pc : entry) : target_q),
       .advance_i     (advance),
       .bundle_f2_o   (bundle_f2),
       .decoded_f2_i  (decoded_f2),
@@ -123,6 +131,8 @@ module asip #(
       .bad_d_o       (bad_d),
       .pc_bad_d_o    (pc_bad_d),
       .pc_d_o        (pc_d),
+      .pc_p_o        (pc_p),
+      .pc_q_o        (pc_q),
       .decoded_d_o   (decoded_d),
       .write_i       (host_program),
       .write_bundle_i(address_i[LaneBits+:$clog2(Bundles)]),
@@ -149,10 +159,10 @@ module asip #(
       .flush_i        (flush),
       .ops_p_i        (ops_p),
       .valid_q_i      (valid_q),
-      .bad_q_i        (bad_q),
+      .bad_q_i        (bad_q || hook.stop_q),
       .ops_q_i        (ops_q),
       .valid_d_i      (valid_d),
-      .bad_d_i        (bad_d),
+      .bad_d_i        (bad_d || hook.stop_d),
       .ops_d_i        (ops_d),
       .run_i          (run),
       .run_next_i     (run_next),
@@ -212,7 +222,7 @@ module asip #(
       .host_read_i          (host_select),
       .host_write_i         (host_register),
       .host_write_constant_i(host_constant),
-      .host_register_i      ({1'b0, address_i[$clog2(asip_regmap_pkg::WORDS_REGISTERS)-1:0]}),
+      .host_register_i      ({host_bank_k, address_i[$clog2(asip_regmap_pkg::WORDS_REGISTERS)-1:0]}),
       .host_data_i          (writedata_i),
       .operand_e1_o         (operand_e1)
   );
@@ -308,6 +318,8 @@ module asip #(
       .refetch_i         (host_refetch),
       .watchdog_i        (watchdog),
       .output_mask_i     (output_mask),
+      .freeze_i          (hook.freeze),
+      .abort_i           (hook.stop_run),
       .valid_d_i         (valid_d),
       .bad_d_i           (bad_d),
       .pc_bad_d_i        (pc_bad_d),
@@ -331,6 +343,8 @@ module asip #(
       .run_start_o       (run_start),
       .commit_o          (commit),
       .fault_o           (fault),
+      .ended_o           (ended),
+      .quiet_o           (quiet),
       .busy_o            (busy),
       .done_o            (done),
       .cause_o           (cause),
@@ -360,7 +374,8 @@ module asip #(
       .Slots    (Slots),
       .FmaPipes (FmaPipes),
       .Bundles  (Bundles),
-      .DataWords(DataWords)
+      .DataWords(DataWords),
+      .Debug    (Debug)
   ) u_host (
       .clk_i,
       .rst_ni,
@@ -378,6 +393,7 @@ module asip #(
       .entry_o         (entry),
       .output_mask_o   (output_mask),
       .busy_i          (busy),
+      .hold_i          (host_hold),
       .done_i          (done),
       .fault_i         (fault),
       .cause_i         (cause),
@@ -408,6 +424,22 @@ module asip #(
            DataWords, asip_isa_pkg::PROGRAM_BUNDLES, asip_isa_pkg::DATA_WORDS);
   end
 `endif
+
+  // ================================================================ debug block
+  if (Debug != 0) begin : gen_hook
+    assign hook        = hook_i;
+    assign host_bank_k = 32'(address_i) / asip_regmap_pkg::WORDS_CONSTANTS ==
+                         asip_regmap_pkg::BASE_CONSTANTS / asip_regmap_pkg::WORDS_CONSTANTS;
+    assign hook_o      = {advance, valid_d, branch_wait, run, run_start, busy, ended, fault, quiet,
+                          pc_p, pc_q, cycles};
+  end else begin : gen_no_hook
+    logic unused_hook;
+    assign hook        = '0;
+    assign host_bank_k = 1'b0;
+    assign hook_o      = '0;
+    assign unused_hook = ^{hook_i, ended, quiet, pc_p, pc_q};
+  end
+  assign host_hold = (busy && !hook.open) || hook.wait_k;
 
   // ================================================================ trace
   assign trace_issue_o = issue;

@@ -13,6 +13,9 @@ module asip_control (
     input  logic        refetch_i,
     input  logic [31:0] watchdog_i,
     input  logic [31:0] output_mask_i,
+    // from a debug block: counters stand, the run ends with the fault WATCHDOG
+    input  logic        freeze_i,
+    input  logic        abort_i,
     // from stage D
     input  logic        valid_d_i,
     input  logic        bad_d_i,         // illegal or outside program memory
@@ -39,6 +42,8 @@ module asip_control (
     output logic        run_start_o,
     output logic        commit_o,
     output logic        fault_o,
+    output logic        ended_o,     // pulse, in the first clock after a run
+    output logic        quiet_o,     // nothing was in flight in the cycle before
     // to the host
     output logic        busy_o,
     output logic        done_o,
@@ -171,7 +176,7 @@ module asip_control (
       quiet_q    <= !issue_i && !inflight_i && !busy_i;
       refetch_q  <= active && state_d == StIdle;
       // set from the cycle on in which CYCLES is WATCHDOG
-      watchdog_q <= (watchdog_q && active) || (started && ahead_q == watchdog_i);
+      watchdog_q <= ((watchdog_q || abort_i) && active) || (started && ahead_q == watchdog_i);
     end
   end
 
@@ -199,12 +204,12 @@ module asip_control (
   // CYCLES follows a counter that is one ahead, 0 when a run is accepted.
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) cycles_q <= 32'd0;
-    else if (started) cycles_q <= ahead_q;
+    else if (started && !freeze_i) cycles_q <= ahead_q;
   end
 
   always_ff @(posedge clk_i) begin
     if (!started) ahead_q <= 32'd0;
-    else ahead_q <= ahead_q + 32'd1;
+    else if (!freeze_i) ahead_q <= ahead_q + 32'd1;
   end
 
   // The other counters are words of a memory under the low bits of their addresses. A cycle counts for one
@@ -214,9 +219,9 @@ module asip_control (
     event_d  = 1'b0;
     event_of = asip_regmap_pkg::REG_DRAIN[2:0];
     if (active && (!running || bad_d)) begin
-      event_d = 1'b1;
+      event_d = !freeze_i;
     end else if (running && !issue_i) begin
-      event_d = 1'b1;
+      event_d = !freeze_i;
       if (!valid_d_i || branch_wait_i) event_of = asip_regmap_pkg::REG_STALL_FETCH[2:0];
       else if (stall_operand_i) event_of = asip_regmap_pkg::REG_STALL_OPERAND[2:0];
       else if (stall_unit_i) event_of = asip_regmap_pkg::REG_STALL_UNIT[2:0];
@@ -276,6 +281,8 @@ module asip_control (
   assign run_start_o     = run_start;
   assign commit_o        = drained && done_d && !fault_d;
   assign fault_o         = fault_q && !active;
+  assign ended_o         = refetch_q;
+  assign quiet_o         = quiet_q;
   assign busy_o          = active || start_q;
   assign done_o          = done_q;
   assign cause_o         = fault_o ? cause_q : asip_regmap_pkg::FAULT_NONE;

@@ -31,6 +31,8 @@ module asip_fetch #(
     output logic                       bad_d_o,
     output logic                       pc_bad_d_o,   // of the bad ones
     output logic [15:0]                pc_d_o,
+    output logic [15:0]                pc_p_o,       // to a debug block
+    output logic [15:0]                pc_q_o,
     output logic [DecodedWidth-1:0]    decoded_d_o,
     // from the host
     input  logic                       write_i,
@@ -119,6 +121,8 @@ module asip_fetch #(
   assign bad_d_o     = bad_d_q;
   assign pc_bad_d_o  = pc_bad_d_q;
   assign pc_d_o      = pc_d_q;
+  assign pc_p_o      = pc_p_q;
+  assign pc_q_o      = pc_q_q;
   assign decoded_d_o = decoded_d_q;
 
   if (BundleWidth % 32 != 0) begin : gen_unused

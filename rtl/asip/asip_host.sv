@@ -7,7 +7,8 @@ module asip_host #(
     parameter int unsigned Slots     = 3,
     parameter int unsigned FmaPipes  = 2,
     parameter int unsigned Bundles   = 1024,
-    parameter int unsigned DataWords = 1024
+    parameter int unsigned DataWords = 1024,
+    parameter int unsigned Debug     = 0      // 1: bank K can be read
 ) (
     input  logic                                      clk_i,
     input  logic                                      rst_ni,
@@ -27,6 +28,7 @@ module asip_host #(
     output logic [15:0]                               entry_o,
     output logic [31:0]                               output_mask_o,
     input  logic                                      busy_i,
+    input  logic                                      hold_i,          // accesses to memories wait
     input  logic                                      done_i,
     input  logic                                      fault_i,
     input  logic [3:0]                                cause_i,
@@ -58,6 +60,7 @@ module asip_host #(
   endfunction
 
   logic        in_csr, in_constants, in_outputs, in_safe, in_registers, in_data, in_program;
+  logic        in_banks;
   logic        held, write_now, csr_write, configures;
   logic [CsrBits-1:0] csr;
   logic [$clog2(asip_regmap_pkg::WORDS_PROGRAM)-3:0] bundle;
@@ -86,13 +89,14 @@ module asip_host #(
                                  asip_regmap_pkg::WORDS_DATA);
   assign in_program   = in_block(address_i, asip_regmap_pkg::BASE_PROGRAM,
                                  asip_regmap_pkg::WORDS_PROGRAM);
+  assign in_banks     = in_registers || (Debug != 0 && in_constants);
   assign csr          = address_i[CsrBits-1:0];
   assign bundle       = address_i[$clog2(asip_regmap_pkg::WORDS_PROGRAM)-1:2];
 
   // A run must not be disturbed: everything but control, status and interrupt enable waits.
   assign configures = csr == asip_regmap_pkg::REG_WATCHDOG || csr == asip_regmap_pkg::REG_ENTRY ||
                       csr == asip_regmap_pkg::REG_OUTPUT_MASK;
-  assign held       = busy_i && (in_csr ? write_i && configures : 1'b1);
+  assign held       = hold_i && (in_csr ? write_i && configures : 1'b1);
   assign write_now  = write_i && !held;
   assign csr_write  = write_now && in_csr;
   assign read_done  = wait_q == 3'd4;
@@ -109,7 +113,7 @@ module asip_host #(
   assign write_register_o = write_now && in_registers;
   assign write_data_o     = write_now && in_data;
   assign write_program_o  = write_now && in_program && 32'(bundle) < Bundles;
-  assign select_o         = (read_i || write_i) && !busy_i;
+  assign select_o         = (read_i || write_i) && !hold_i;
 
   always_comb begin
     config_word = 32'd0;
@@ -189,7 +193,7 @@ module asip_host #(
   always_ff @(posedge clk_i) begin
     count_q    <= in_csr && in_counts ? count_i : 32'd0;
     readdata_q <= groups[Groups] | count_q |
-                  ({32{in_outputs}} & read_output_i) | ({32{in_registers}} & read_register_i) |
+                  ({32{in_outputs}} & read_output_i) | ({32{in_banks}} & read_register_i) |
                   ({32{in_data}} & read_data_i);
   end
 

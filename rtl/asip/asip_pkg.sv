@@ -157,6 +157,33 @@ package asip_pkg;
   } tag_t;
   localparam int unsigned TAG_WIDTH = 7;
 
+  // From a debug block (rtl/debug): what it asks of the core.
+  typedef struct packed {
+    logic        stop_q;   // the bundle in Q, in D, must not issue
+    logic        stop_d;
+    logic        freeze;   // the counters of cycles stand
+    logic        open;     // the core is halted: the host's accesses to memories are answered
+    logic        wait_k;   // they wait
+    logic        stop_run; // the run ends with the fault WATCHDOG
+    logic [15:0] pc;       // bundle in D while open, fetched again after a write of program memory
+  } hook_in_t;
+
+  // .. and what it sees. The writes of registers are those of the trace ports.
+  typedef struct packed {
+    logic        advance;
+    logic        valid_d;
+    logic        branch_wait;
+    logic        run;        // bundles issue
+    logic        run_start;
+    logic        busy;       // a run is active or about to start
+    logic        ended;      // pulse: a run has ended, in the clock after; cycles are its own
+    logic        fault;
+    logic        quiet;      // nothing was in flight in the cycle before
+    logic [15:0] pc_p;
+    logic [15:0] pc_q;
+    logic [31:0] cycles;
+  } hook_out_t;
+
   // Selection of an operand in stage R2.
   localparam logic [2:0] SELECT_A = 3'd0;
   localparam logic [2:0] SELECT_B = 3'd1;

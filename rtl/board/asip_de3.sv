@@ -25,6 +25,7 @@ module asip_de3 #(
   logic [3:0]       trace_write;
   logic [2:0][5:0]  trace_index;
   logic [2:0][31:0] trace_data;
+  asip_pkg::hook_out_t hook;
 
   board_pll u_pll (
       .osc_i   (OSC1_50),
@@ -61,10 +62,12 @@ module asip_de3 #(
       .trace_pc_o   (trace_pc),
       .trace_write_o(trace_write),
       .trace_index_o(trace_index),
-      .trace_data_o (trace_data)
+      .trace_data_o (trace_data),
+      .hook_i       ('0),
+      .hook_o       (hook)
   );
 
   logic unused_trace;
-  assign unused_trace = ^{trace_issue, trace_pc, trace_write, trace_index, trace_data};
+  assign unused_trace = ^{trace_issue, trace_pc, trace_write, trace_index, trace_data, hook};
 
 endmodule

@@ -256,6 +256,7 @@ module dual_asip #(
     logic [3:0]       trace_write;
     logic [17:0]      trace_index;
     logic [95:0]      trace_data;
+    asip_pkg::hook_out_t hook;
     logic             unused_trace;
 
     asip #(
@@ -275,9 +276,11 @@ module dual_asip #(
         .trace_pc_o   (trace_pc),
         .trace_write_o(trace_write),
         .trace_index_o(trace_index),
-        .trace_data_o (trace_data)
+        .trace_data_o (trace_data),
+        .hook_i       ('0),
+        .hook_o       (hook)
     );
-    assign unused_trace = ^{trace_issue, trace_pc, trace_write, trace_index, trace_data};
+    assign unused_trace = ^{trace_issue, trace_pc, trace_write, trace_index, trace_data, hook};
   end
 
   assign period_o = start;

@@ -3,7 +3,7 @@
 module asip_host_sva (
     input logic clk_i,
     input logic rst_ni,
-    input logic busy_i,
+    input logic hold_i,
     input logic start_o,
     input logic clear_o,
     input logic write_i,
@@ -26,12 +26,12 @@ module asip_host_sva (
 
   MemoriesIdle : assert property (@(posedge clk_i) disable iff (!rst_ni)
       write_constant_o || write_safe_o || write_register_o || write_data_o || write_program_o ||
-      select_o |-> !busy_i)
-  else $error("a memory was accessed during a run");
+      select_o |-> !hold_i)
+  else $error("a memory was accessed while accesses are held");
 
   WriteInOneCycle : assert property (@(posedge clk_i) disable iff (!rst_ni)
-      write_i && !busy_i |-> !waitrequest_o)
-  else $error("a write to an idle core waited");
+      write_i && !hold_i |-> !waitrequest_o)
+  else $error("a write waited though nothing held it");
 
   WrittenWhenTaken : assert property (@(posedge clk_i) disable iff (!rst_ni)
       write_constant_o || write_safe_o || write_register_o || write_data_o || write_program_o ||

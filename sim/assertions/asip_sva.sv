@@ -6,7 +6,10 @@ module asip_sva #(
     input logic                                      clk_i,
     input logic                                      rst_ni,
     input logic                                      valid_e1_q,
-    input logic [Slots*asip_pkg::DECODED_WIDTH-1:0]  ops_e1_q
+    input logic [Slots*asip_pkg::DECODED_WIDTH-1:0]  ops_e1_q,
+    input logic                                      busy,
+    input logic                                      host_hold,
+    input asip_pkg::hook_in_t                        hook
 );
 
   for (genvar s = 0; s < Slots; s++) begin : gen_slot
@@ -19,6 +22,11 @@ module asip_sva #(
                   op.branch_zero, op.branch_nonzero}))
     else $error("an operation for two units, or an illegal one, was executed");
   end
+
+  // With asip_host_sva: memories are written and read while idle or halted only.
+  RunUndisturbed : assert property (@(posedge clk_i) disable iff (!rst_ni)
+      busy && !hook.open |-> host_hold)
+  else $error("the host may access memories during a run");
 
 endmodule
 

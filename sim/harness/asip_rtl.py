@@ -101,13 +101,18 @@ class AsipRtl:
     The model is built on first use. All data are raw 32-bit words; floats go through numpy views.
     """
 
+    top = "asip"
+    files = ("asip/asip.f",)
+    harness_flags: tuple[str, ...] = ()
+
     def __init__(self, configuration: str = "fast") -> None:
         parameters = default_isa().configurations[configuration]
         library = build_library(
-            "asip",
-            file_list("asip/asip.f"),
+            self.top,
+            [path for name in self.files for path in file_list(name)],
             HARNESS,
             {"FmaPipes": parameters.fma_pipes, "Slots": len(parameters.slots)},
+            harness_flags=self.harness_flags,
         )
         self._lib = load_model(library)
         u32, pointer = ctypes.c_uint32, ctypes.c_void_p

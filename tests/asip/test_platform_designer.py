@@ -16,6 +16,8 @@ from tests.bench.tcl import Component
 
 SCRIPT = ROOT / "scripts/platform_designer/asip_hw.tcl"
 
+OPEN = ("trace_", "hook_")  # ports that the component leaves out
+
 
 @pytest.fixture(scope="module")
 def module(tmp_path_factory) -> tuple[dict[str, tuple[str, int]], dict[str, int]]:
@@ -82,13 +84,14 @@ def test_ports__those_of_the_module_by_name_direction_and_width(module):
         for _, name, _, direction, width in Component(SCRIPT).of("add_interface_port")
     }
     assert mapped["address_i"][1] == REGMAP.address_width
-    host = {name: port for name, port in ports.items() if not name.startswith("trace_")}
+    host = {name: port for name, port in ports.items() if not name.startswith(OPEN)}
     assert mapped == host
     assert set(ports) - set(mapped), "the trace ports are still there"
 
 
 def test_parameters__those_of_the_module_with_the_isa_s_limits(module):
     _, parameters = module
+    parameters = parameters - {"Debug"}  # its hooks are for debug_asip
     component, isa = Component(SCRIPT), default_isa()
     assert set(component.parameters) == parameters
     fast = isa.configurations["fast"]

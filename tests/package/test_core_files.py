@@ -28,6 +28,7 @@ CASES = [
 LISTS = {
     "asip": ["asip/asip.f"],
     "dual_asip": ["asip/asip.f", "dual/dual.f"],
+    "debug_asip": ["asip/asip.f", "debug/debug.f"],
     "motion_front_end": ["motion/motion.f"],
     "n2_core": ["nios/n2_core.f"],
     "n2_system": ["nios/n2_system.f"],

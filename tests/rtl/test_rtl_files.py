@@ -26,8 +26,8 @@ NOT_IN_ASIP = {"rtl/fpu/fp_add.sv", "rtl/fpu/fp_mul.sv", "rtl/asip/asip_axil.sv"
 OTHER_BLOCKS = tuple(
     f"rtl/{folder}/{prefix}"
     for folder, prefix in (
-        *((folder, "") for folder in ("bus", "custom", "dual", "motion", "nios")),
-        *(("gen", prefix) for prefix in ("ci_", "dual_", "motion_", "n2_")),
+        *((folder, "") for folder in ("bus", "custom", "debug", "dual", "motion", "nios")),
+        *(("gen", prefix) for prefix in ("ci_", "debug_", "dual_", "motion_", "n2_")),
     )
 )
 
@@ -70,7 +70,11 @@ def test_list_is_exactly_what_the_top_needs():
 
 @pytest.mark.parametrize(
     ("name", "top", "own"),
-    [("motion/motion.f", "motion_front_end", "motion"), ("dual/dual.f", "dual_asip", "dual")],
+    [
+        ("motion/motion.f", "motion_front_end", "motion"),
+        ("dual/dual.f", "dual_asip", "dual"),
+        ("debug/debug.f", "debug_asip", "debug"),
+    ],
 )
 def test_list_of_another_block_is_exactly_what_its_top_needs_besides_the_asip(name, top, own):
     listed = [line for line in (RTL / name).read_text().split("\n") if line]

@@ -1,0 +1,14 @@
+rtl/gen/debug_regmap_pkg.sv
+rtl/debug/debug_pkg.sv
+rtl/dual/core_bus.sv
+rtl/debug/debug_run.sv
+rtl/debug/debug_stage.sv
+rtl/debug/debug_capture.sv
+rtl/debug/debug_scope.sv
+rtl/debug/debug_registers.sv
+rtl/debug/debug_uart.sv
+rtl/debug/debug_receive.sv
+rtl/debug/debug_send.sv
+rtl/debug/debug_serve.sv
+rtl/debug/debug_link.sv
+rtl/debug/debug_asip.sv
