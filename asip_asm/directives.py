@@ -69,6 +69,7 @@ class Directives:
         if declaration is None or declaration.kind != "constant":
             return None
         self.source.used.add(name)
+        declaration.folded = True
         return declaration.value
 
     def _address(self, name: str) -> float | None:

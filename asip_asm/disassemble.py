@@ -146,7 +146,8 @@ def _declarations(image: Image) -> list[str]:
         if c.name == literal_name(int(c.bits, 16), c.type):
             rows.append(f".const k{c.index} = {value}")
         else:
-            rows.append(f".const {c.name} = {value}, pin k{c.index}")
+            directive = ".param" if c.name in image.parameters else ".const"
+            rows.append(f"{directive} {c.name} = {value}, pin k{c.index}")
     rows += [f".output {o.name}, safe = 0f{o.safe}" for o in image.outputs]
     rows += [
         f".state {s.name} : {s.type} = {_bits(s.bits, s.type)}, pin {s.register}"

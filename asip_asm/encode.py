@@ -110,6 +110,7 @@ def encode_program(program: Program, isa: Isa, cycles: int | None) -> Image:
         watchdog=program.watchdog,
         output_mask=sum(1 << output.index for output in program.outputs),
         cycles=cycles,
+        parameters=list(program.parameters),
     )
 
 

@@ -166,13 +166,15 @@ class Export:
 @dataclass(eq=False)
 class Program:
     """A whole source file after parsing; `configuration` is 'fast' or 'small', `files` are those
-    that were read, `warnings` what the source may not mean.
+    that were read, `parameters` the constants that a host may change between runs, `warnings` what
+    the source may not mean.
     """
 
     title: str = ""
     configuration: str = "fast"
     regions: list[Region] = field(default_factory=list)
     constants: list[Word] = field(default_factory=list)
+    parameters: list[str] = field(default_factory=list)
     inputs: list[Word] = field(default_factory=list)
     states: list[State] = field(default_factory=list)
     fixed_states: list[FixedState] = field(default_factory=list)

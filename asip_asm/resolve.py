@@ -36,6 +36,11 @@ def resolve(
     if blocks:
         check_flow(source, program, blocks, operands, reporter)
         rename(program, blocks, operands, reporter)
+    program.parameters = [
+        constant.name
+        for constant in program.constants
+        if (d := source.names.get(constant.name)) and d.replaceable and not d.folded
+    ]
     if not reporter.diagnostics:
         lint(source, program, [step for block in blocks for step in block.steps()], reporter)
     program.warnings = reporter.warnings

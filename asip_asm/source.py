@@ -30,6 +30,7 @@ _OUTPUT = re.compile(r"o([0-9]+)")
 class Declaration:
     """A declared name. `value` is a constant's value in double precision or a data address; `bits`
     a constant's, state's or safe value's bits; `place_in` the bank or register it is pinned to.
+    `folded`: an expression took the value, so that a word of bank K is not all there is of it.
     """
 
     kind: str
@@ -40,6 +41,7 @@ class Declaration:
     bits: int = 0
     pin: str | Register | None = None
     replaceable: bool = False
+    folded: bool = False
 
 
 @dataclass(frozen=True)

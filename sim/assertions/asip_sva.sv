@@ -7,9 +7,11 @@ module asip_sva #(
     input logic                                      rst_ni,
     input logic                                      valid_e1_q,
     input logic [Slots*asip_pkg::DECODED_WIDTH-1:0]  ops_e1_q,
+    input logic                                      issue,
+    input logic                                      bad_d,
     input logic                                      busy,
     input logic                                      host_hold,
-    input asip_pkg::hook_in_t                        hook
+    input logic                                      hook_open
 );
 
   for (genvar s = 0; s < Slots; s++) begin : gen_slot
@@ -23,16 +25,23 @@ module asip_sva #(
     else $error("an operation for two units, or an illegal one, was executed");
   end
 
+  GoodBundle : assert property (@(posedge clk_i) disable iff (!rst_ni)
+      issue |-> !bad_d)
+  else $error("an illegal bundle issued");
+
   // With asip_host_sva: memories are written and read while idle or halted only.
   RunUndisturbed : assert property (@(posedge clk_i) disable iff (!rst_ni)
-      busy && !hook.open |-> host_hold)
+      busy && !hook_open |-> host_hold)
   else $error("the host may access memories during a run");
 
 endmodule
 
 bind asip asip_sva #(
     .Slots(Slots)
-) u_sva (.*);
+) u_sva (
+    .hook_open(hook.open),
+    .*
+);
 
 bind asip avalon_rules #(
     .AddressWidth(asip_regmap_pkg::ADDRESS_WIDTH)

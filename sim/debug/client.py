@@ -329,7 +329,7 @@ class Client:
             )
 
     def stage_parameters(self, image: Image, values: dict[str, float]) -> None:
-        """Stage live parameters of the program by name (`.param NAME = VALUE, live`).
+        """Stage parameters of the program by name (`.param NAME = VALUE`).
 
         Raises DebugError for a name that is none.
         """
@@ -337,8 +337,9 @@ class Client:
         for name in values:
             if name not in places:
                 raise DebugError(
-                    f"no live parameter '{name}'; there are {', '.join(places) or 'none'}: "
-                    "declare it with .param NAME = VALUE, live"
+                    f"no parameter '{name}' in bank K; there are {', '.join(places) or 'none'}: "
+                    "declare it with .param NAME = VALUE, and use it in no expression, which "
+                    "would fix its value in the program"
                 )
         self.stage((places[n].index, word_of(v, places[n].type)) for n, v in values.items())
 

@@ -3,6 +3,7 @@
 
 from tests.formal import blocks, folded, products, recurrence, sums, trigonometry
 from tests.formal.catalogue import PROOFS
+from tests.formal_debug import halting
 from tests.formal_motion import arcs, drive, lines, planes
 
 __all__ = [
@@ -11,6 +12,7 @@ __all__ = [
     "blocks",
     "drive",
     "folded",
+    "halting",
     "lines",
     "planes",
     "products",

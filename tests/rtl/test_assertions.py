@@ -22,7 +22,14 @@ from tests.bench.self_running import Program
 TABLE = tomllib.loads(Path(__file__).with_name("violations.toml").read_text())
 PACKAGES = [
     ROOT / f"rtl/{name}_pkg.sv"
-    for name in ("fpu/fp", "gen/asip_isa", "gen/asip_regmap", "asip/asip", "gen/n2_system")
+    for name in (
+        "fpu/fp",
+        "gen/asip_isa",
+        "gen/asip_regmap",
+        "asip/asip",
+        "gen/n2_system",
+        "gen/debug_regmap",
+    )
 ]
 BOUND = ROOT / "rtl/motion/line_interpolator.sv"
 # Registers without a rule of order: memories, and data behind the start of an instruction.
@@ -32,6 +39,9 @@ WITHOUT = {
     # rules of start and done: n2_core
     *("ci_faddsub", "ci_fmul", "ci_fph1", "ci_fsat", "ci_fsincos", "ci_slaves"),
     *("asip_issue_multiple", "asip_issue_single"),  # rules: asip_issue
+    # rules: debug_run, debug_stage, debug_scope, debug_send
+    *("debug_capture", "debug_registers", "debug_uart", "debug_receive", "debug_serve"),
+    "debug_link",
     *("asip_operands_multiple", "asip_operands_single"),  # rules: asip_operands
 }
 CASES = [(checker, label) for checker, rows in TABLE.items() for label in rows if label != "idle"]

@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Proofs of the debug block: a held core issues nothing, a page is taken between two runs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from tests.formal.catalogue import Case, Context, proof
+
+CONFIGURATIONS = {
+    "fast": {"FmaPipes": 2, "Slots": 3},
+    "small": {"FmaPipes": 1, "Slots": 1},
+}
+
+
+@proof(
+    "asip_issue",
+    "a bundle that is marked in Q or D does not issue in the next clock, both configurations",
+    "any state and inputs",
+    quick=True,
+)
+def marked_bundle(ctx: Context) -> Iterator[Case]:
+    logic = ctx.logic
+    for name, parameters in CONFIGURATIONS.items():
+        run = ctx.run("asip_issue", parameters)
+        moves = logic.eq(run.output("advance_o", 0), 1)
+        in_q, in_d = logic.eq(run.input("bad_q_i"), 1), logic.eq(run.input("bad_d_i"), 1)
+        marked = logic.ite(moves, in_q, in_d)
+        yield Case(name, logic.eq(run.output("issue_o", 1), 0), (marked,))
+
+
+@proof(
+    "debug_run",
+    "a core that is held has the bundles in Q and D marked, but for the one a step or resume "
+    "releases; nothing but a register write ends the hold; a bundle with a breakpoint is marked",
+    "any state and inputs",
+    quick=True,
+)
+def held_core(ctx: Context) -> Iterator[Case]:
+    logic, run = ctx.logic, ctx.run("debug_run")
+
+    def one(name: str, cycle: int = 0):
+        return logic.eq(run.signal(name, cycle), 1)
+
+    held, kept = one("held_q"), logic.no(one("release_q"))
+    no_write = logic.eq(run.input("csr_write_i"), 0)
+    stops = [logic.eq(run.output(port, 0), 1) for port in ("stop_q_o", "stop_d_o")]
+    yield Case("marked in Q", stops[0], (held,))
+    yield Case("marked in D", stops[1], (held, kept))
+    yield Case("hold stays", one("held_q", 1), (held, no_write))
+    issued = logic.eq(run.input("issue_i"), 1)
+    yield Case("one release, one bundle", logic.no(one("release_q", 1)), (issued, no_write))
+    yield Case("no release by itself", logic.no(one("release_q", 1)), (kept, no_write))
+    halted = one("halted_q", 1)
+    waits = logic.eq(run.signal("waits", 0), 1)
+    entered = logic.all(waits, held, kept)
+    yield Case("halted at a bundle that waits", logic.any(one("halted_q"), entered), (halted,))
+    for stage, stop in (("q", stops[0]), ("d", stops[1])):
+        some = logic.ne(run.signal(f"match_{stage}_q", 0), 0)
+        assumed = (some,) if stage == "q" else (some, kept)
+        yield Case(f"breakpoint in {stage.upper()}", stop, assumed)
+
+
+@proof(
+    "debug_stage",
+    "staged words are written while the core is idle, one a clock to the last; a run keeps the "
+    "version it began with; the version counts whole pages",
+    "any state and inputs",
+    quick=True,
+)
+def staged_page(ctx: Context) -> Iterator[Case]:
+    logic, run = ctx.logic, ctx.run("debug_stage")
+    write = logic.eq(run.output("write_o", 0), 1)
+    busy = [logic.eq(run.input("core_busy_i", cycle), 1) for cycle in (0, 1)]
+    taken = logic.eq(run.input("wait_i"), 0)
+    last = logic.eq(run.signal("last", 0), 1)
+    yield Case("only while idle", logic.no(busy[0]), (write,))
+    goes_on = logic.eq(run.output("write_o", 1), 1)
+    yield Case("to the last word", goes_on, (write, taken, logic.no(last), logic.no(busy[1])))
+    version = [run.output("version_o", cycle) for cycle in (0, 1)]
+    counted = logic.add(version[0], logic.bv(16, 1))
+    yield Case("a page more", logic.eq(version[1], counted), (last,))
+    yield Case("no page more", logic.eq(version[1], version[0]), (logic.no(last),))
+    start = logic.eq(run.input("run_start_i"), 1)
+    own = [run.output("run_version_o", cycle) for cycle in (0, 1)]
+    yield Case("version of a run", logic.eq(own[1], version[0]), (start,))
+    yield Case("kept during the run", logic.eq(own[1], own[0]), (logic.no(start),))
+
+
+@proof(
+    "core_bus",
+    "an access of the first side goes to the core alone once the other side's is finished",
+    "any state and inputs",
+    quick=True,
+)
+def bus_of_a_commit(ctx: Context) -> Iterator[Case]:
+    logic, run = ctx.logic, ctx.run("core_bus")
+    write = logic.eq(run.input("sequencer_write_i"), 1)
+    free = logic.eq(run.signal("begun_q", 0), 0)
+    same = [
+        logic.eq(run.output(f"{port}_o", 0), run.input(f"sequencer_{port}_i"))
+        for port in ("address", "data", "write", "read")
+    ]
+    waits = logic.eq(run.output("host_wait_o", 0), 1)
+    yield Case("its own word", logic.all(*same), (write, free))
+    yield Case("the other side waits", waits, (write, free))
+    yield Case("nothing begins meanwhile", logic.eq(run.signal("begun_q", 1), 0), (write, free))
+
+
+@proof(
+    "asip_control",
+    "an idle core that is not asked to start stays idle",
+    "any state and inputs",
+    quick=True,
+)
+def idle_core(ctx: Context) -> Iterator[Case]:
+    logic, run = ctx.logic, ctx.run("asip_control")
+    idle = logic.eq(run.output("busy_o", 0), 0)
+    unasked = logic.eq(run.input("start_i"), 0)
+    yield Case("no run by itself", logic.eq(run.output("busy_o", 1), 0), (idle, unasked))
