@@ -164,8 +164,6 @@ def _scope(
     """The scope of the optimised program's loop, if it is wanted."""
     if not order.scope:
         return nullcontext()
-    if OPTIMISED not in images:
-        raise PathError("the scope looks at the ASIP: add fpga3 to the platforms")
     image, title = images[OPTIMISED], f"{order.gcode.name} on {OPTIMISED}"
     tuner = scoped.RobotTuner(robot, PROGRAMS / f"tracking_{KEYS[OPTIMISED]}.s", image)
     about = scoped.description(title, robot, order.robot_file, path, image, tuner)
@@ -271,6 +269,8 @@ def _path_data(path: ProgramPath, robot: Robot) -> dict[str, Any]:
 
 def run(order: Order, console: Console) -> dict[str, Any]:
     """The whole job; writes below order.output and returns the content of results.json."""
+    if order.scope and "fpga3" not in order.platforms:
+        raise PathError("the scope looks at the ASIP: add fpga3 to the platforms")
     robot = Robot.load(order.robot_file)
     console.print(f"[bold]1/6[/] path of {order.gcode}", highlight=False)
     planned = _planned(order, robot, console)

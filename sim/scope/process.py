@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import asyncio
+import gc
 import multiprocessing
 import signal
 import socket
@@ -18,6 +19,7 @@ from sim.scope.tap import HELD_S, TapSource
 
 
 def _serve(source: TapSource, listening: socket.socket, token: str, pages: Any) -> None:
+    gc.freeze()  # what the parent has left, such as models, is not ours to free
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
 

@@ -70,6 +70,7 @@ class Session:
         self.paused = False
         self.rate: float | None = None
         self.ended = ""
+        self.stepping = False
         self._stepped: Stepped | None = None
         self.responses: deque[Response] = deque(maxlen=RESPONSES)
 
@@ -110,7 +111,7 @@ class Session:
         step = self._stepped
         if step is None or self.ring.end < step.tick + step.ticks:
             return
-        self._stepped = None
+        self._stepped, self.stepping = None, False
         channel = next(s.response for s in self.description.steps if s.name == step.name)
         block = self.ring.window(step.tick, step.tick + step.ticks)
         values = block.values[:, self.columns[channel]]
@@ -178,6 +179,9 @@ class Session:
         if ticks > self.ring.length:
             raise SourceError(f"the ring holds {self.ring.length} ticks, the step has {ticks}")
         self._running()
+        if self.stepping:
+            raise SourceError("a step is under way; the next one begins when it has been measured")
+        self.stepping = True
         return source.Step(name, amplitude, ticks)
 
     def put(self, name: str, value: float | None) -> source.Put:
@@ -273,6 +277,7 @@ class Session:
             "staged": self.staged,
             "version": self.version,
             "committed": self.committed,
+            "stepping": self.stepping,
             "responses": list(self.responses),
             "fault": None if box is None else {"tick": box.at, "text": box.text},
         }

@@ -104,7 +104,7 @@ class Applied:
 
 @dataclass(frozen=True)
 class Stepped:
-    """A step has been added to an input from `tick` on, for `ticks` ticks."""
+    """A step is added to an input from `tick` on, now or soon, for `ticks` ticks."""
 
     tick: int
     name: str

@@ -90,7 +90,7 @@ class Tap:
         self._filled = 0
         self._tick = 0
         self._step: Step | None = None
-        self._step_end = 0
+        self._step_begin = self._step_end = self._rested = 0
         self._puts: dict[str, float] = {}
         self._pace = Pace(paused=True)
         self._sent = self._due = time.monotonic()
@@ -104,11 +104,8 @@ class Tap:
         if self._link is not None and self._tick % LISTEN_TICKS == 0:
             self._listen()
         offsets: dict[str, float] = {}
-        if self._step is not None:
-            if self._tick < self._step_end:
-                offsets[self._step.name] = self._step.amplitude
-            else:
-                self._step = None
+        if self._step is not None and self._step_begin <= self._tick < self._step_end:
+            offsets[self._step.name] = self._step.amplitude
         puts, self._puts = self._puts, {}
         return offsets, puts
 
@@ -187,9 +184,12 @@ class Tap:
                 self._note(", ".join(f"{name} = {v:g}" for name, v in commit.values.items()))
                 self._say(Applied(self._tick, commit.version, tuned.values))
             case Step(name=name, amplitude=amplitude, ticks=ticks):
-                self._step, self._step_end = command, self._tick + ticks
+                # The way back from the last step gets as much time as the step had.
+                self._step, self._step_begin = command, max(self._tick, self._rested)
+                self._step_end = self._step_begin + ticks
+                self._rested = self._step_end + ticks
                 self._note(f"step of {amplitude:g} on {name}")
-                self._say(Stepped(self._tick, name, amplitude, ticks))
+                self._say(Stepped(self._step_begin, name, amplitude, ticks))
             case Put(name=name, value=value):
                 self._puts[name] = value
                 self._note(f"{value:g} put on {name}")

@@ -199,6 +199,7 @@ def test_session__staged_gains__change_together_when_committed():
         (lambda: session.stage("K", float("inf")), "must be a finite number"),
         (lambda: session.step("v", 1.0, 10), "no step"),
         (lambda: session.step("u", 0.0, 10), "shows nothing"),
+        (lambda: [session.step("u", 1.0, 10) for _ in "ab"], "a step is under way"),
         (lambda: session.put("v", None), "nothing can be put"),
         (lambda: session.part("blackbox"), "there is no 'blackbox'"),
     ):

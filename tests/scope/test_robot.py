@@ -158,6 +158,8 @@ def test_page__data_move__a_gain_changes_the_response__a_fault_fills_the_black_b
         loop.start()
         browser.open(scope.url, "desktop")
         browser.until("typeof drawn !== 'undefined' && drawn > 1 && state.tick > 0")
+        set_field(browser, "#rate", 0.1)  # the path lasts a minute at least
+        browser.until("state.rate === 1000")
         before = browser.evaluate("state.tick")
         browser.until(f"state.tick > {before}")
         assert browser.evaluate("document.getElementById('status').textContent") == "running"

@@ -8,7 +8,6 @@ import http.client
 import io
 import json
 from collections.abc import Awaitable, Callable
-from typing import Any
 
 import msgspec
 import numpy as np
@@ -16,14 +15,13 @@ import pyarrow.parquet
 import pytest
 from tornado.httpclient import HTTPClientError, HTTPRequest
 from tornado.httputil import HTTPHeaders
-from tornado.websocket import WebSocketClientConnection, websocket_connect
+from tornado.websocket import websocket_connect
 
 from sim.scope.messages import LARGEST
 from sim.scope.source import Commit, End, Fault, Pace, Put, Step, Stepped
 from sim.scope.step_response import measure
 from tests.scope.fake_source import ABOUT, FakeSource, Scope, rows
-
-LIMIT = 30.0  # s, guard against a hang
+from tests.scope.page_link import LIMIT, Page
 
 
 @pytest.fixture()
@@ -37,27 +35,6 @@ def get(scope: Scope, path: str, host: str | None = None) -> tuple[int, bytes]:
     connection.request("GET", path, headers={"Host": host} if host else {})
     answer = connection.getresponse()
     return answer.status, answer.read()
-
-
-class Page:
-    """A page without a browser."""
-
-    def __init__(self, link: WebSocketClientConnection) -> None:
-        self.link = link
-
-    def say(self, **message: Any) -> None:
-        self.link.write_message(json.dumps(message))
-
-    async def hear(self, kind: str, fits: Callable[[dict], bool] = lambda m: True) -> dict:
-        """The next message of a kind that fits; frames are answered, as a page does."""
-        while True:
-            text = await asyncio.wait_for(self.link.read_message(), LIMIT)
-            assert text is not None, "the server has closed the link"
-            message = json.loads(text)
-            if message["type"] == "frame":
-                self.say(type="ready")
-            if message["type"] == kind and fits(message):
-                return message
 
 
 def talk(scope: Scope, act: Callable[..., Awaitable[None]], pages: int = 1) -> None:

@@ -101,6 +101,7 @@ function showState(message) {
     + `${(state.tick * source.period).toFixed(3)} s; ${Math.round(speed)} ticks/s; `
     + `${state.kept} of ${state.length} kept`;
   $('pause').textContent = state.paused ? 'Run' : 'Pause';
+  document.querySelector('#step button').disabled = state.stepping;
   showGains(state);
   showTrigger($('trigger'), state);
   const answers = JSON.stringify(state.responses);

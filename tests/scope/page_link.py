@@ -1,0 +1,34 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A page of the scope without a browser."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import Callable
+from typing import Any
+
+from tornado.websocket import WebSocketClientConnection
+
+LIMIT = 120.0  # s, guard against a hang
+
+
+class Page:
+    """A page without a browser."""
+
+    def __init__(self, link: WebSocketClientConnection) -> None:
+        self.link = link
+
+    def say(self, **message: Any) -> None:
+        self.link.write_message(json.dumps(message))
+
+    async def hear(self, kind: str, fits: Callable[[dict], bool] = lambda m: True) -> dict:
+        """The next message of a kind that fits; frames are answered, as a page does."""
+        while True:
+            text = await asyncio.wait_for(self.link.read_message(), LIMIT)
+            assert text is not None, "the server has closed the link"
+            message = json.loads(text)
+            if message["type"] == "frame":
+                self.say(type="ready")
+            if message["type"] == kind and fits(message):
+                return message
