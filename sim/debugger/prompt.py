@@ -10,6 +10,7 @@ from prompt_toolkit import PromptSession
 from prompt_toolkit.completion import CompleteEvent, Completer, Completion
 from prompt_toolkit.document import Document
 from prompt_toolkit.history import FileHistory, InMemoryHistory
+from prompt_toolkit.shortcuts import CompleteStyle
 
 from sim.debugger.completion import completions
 from sim.debugger.session import Session
@@ -37,4 +38,10 @@ def make_prompt(session: Session) -> PromptSession:
         history: FileHistory | InMemoryHistory = FileHistory(str(path))
     except (OSError, RuntimeError):
         history = InMemoryHistory()
-    return PromptSession(history=history, completer=_Words(session), complete_while_typing=False)
+    return PromptSession(
+        history=history,
+        completer=_Words(session),
+        complete_while_typing=False,
+        complete_style=CompleteStyle.READLINE_LIKE,
+        reserve_space_for_menu=0,
+    )
