@@ -44,6 +44,12 @@ class DebuggedProgram:
                     f"{path} is for configuration '{self.image.configuration}', not "
                     f"'{configuration}'; assemble it again"
                 )
+            if self.image.functions:
+                names = ", ".join(function.name for function in self.image.functions)
+                raise ProgramError(
+                    f"{path} holds several functions ({names}) and has no debug map; debug the "
+                    "source of one"
+                )
             if not map_path(path).exists():
                 raise ProgramError(
                     f"{map_path(path)}: not there; asip-as writes it beside the image: assemble "

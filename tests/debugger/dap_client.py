@@ -56,13 +56,18 @@ def _validator(name: str) -> jsonschema.Draft4Validator:
 
 
 class DapClient:
-    """Speaks over two streams; `seen` are the definitions that were checked."""
+    """Speaks over two streams; `seen` are the definitions that were checked, `refused` the texts of
+    messages that the schema does not allow, which raise ValidationError unless `lenient`.
+    """
 
-    def __init__(self, reader: BinaryIO, writer: BinaryIO) -> None:
+    def __init__(self, reader: BinaryIO, writer: BinaryIO, lenient: bool = False) -> None:
+        self.lenient = lenient
+        self.refused: list[str] = []
         self.writer = writer
         self.sequence = 0
         self.events: list[dict[str, Any]] = []
         self.seen: set[str] = set()
+        self.received = 0
         self._messages: queue.Queue[dict[str, Any] | None] = queue.Queue()
         threading.Thread(target=self._read, args=(reader,), daemon=True).start()
 
@@ -76,9 +81,18 @@ class DapClient:
     def _next(self) -> dict[str, Any]:
         message = self._messages.get(timeout=TIMEOUT)
         assert message is not None, "the server closed the connection"
-        validate(message)
-        self.seen.add(definition(message))
+        self.received += 1
+        self._check(message)
         return message
+
+    def _check(self, message: dict[str, Any]) -> None:
+        try:
+            validate(message)
+            self.seen.add(definition(message))
+        except jsonschema.ValidationError as error:
+            if not self.lenient:
+                raise
+            self.refused.append(error.message)
 
     def request(self, command: str, **arguments: Any) -> dict[str, Any]:
         """The response to a request; events on the way are kept."""
@@ -86,8 +100,7 @@ class DapClient:
         message = {"seq": self.sequence, "type": "request", "command": command}
         if arguments:
             message["arguments"] = arguments
-        validate(message)
-        self.seen.add(definition(message))
+        self._check(message)
         self.send(json.dumps(message).encode())
         while True:
             answer = self._next()
