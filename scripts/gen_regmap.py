@@ -2,9 +2,10 @@
 """Generate what hardware and software share of the host register maps.
 
 Sources, in SystemRDL: asip_asm/regmap.rdl (ASIP), rtl/motion/regmap.rdl (motion front-end),
-rtl/dual/regmap.rdl (two processors), rtl/debug/regmap.rdl (debug block). Of each: a SystemVerilog
-package, a C header by PeakRDL-cheader, Python constants, a page. With --check nothing is written;
-exit 1 if a file differs from what would be generated.
+rtl/dual/regmap.rdl (two processors), rtl/debug/regmap.rdl (debug block),
+rtl/drive/regmap.rdl (motor drives). Of each: a SystemVerilog package, a C header by
+PeakRDL-cheader, Python constants, a page. With --check nothing is written; exit 1 if a file differs
+from what would be generated.
 """
 
 from __future__ import annotations
@@ -36,6 +37,7 @@ MAPS = {
     ),
     "dual": ("rtl/dual/regmap.rdl", "sim/harness/gen/dual_regmap.py", "docs/dual_regmap.md"),
     "debug": ("rtl/debug/regmap.rdl", "sim/debug/gen/debug_regmap.py", "docs/debug_regmap.md"),
+    "drive": ("rtl/drive/regmap.rdl", "sim/harness/gen/drive_regmap.py", "docs/drive_regmap.md"),
 }
 
 

@@ -61,6 +61,7 @@ class Top:
 
 
 ASIP, N2_SYSTEM = "rtl/asip/asip.f", "rtl/nios/n2_system.f"
+DRIVE = "rtl/drive/drive.f"
 BRIDGE = "rtl/bus/axil_bridge.sv"
 TOPS = (
     Top("asip", (ASIP,), ("", "FmaPipes=1 Slots=1")),
@@ -79,6 +80,12 @@ TOPS = (
     Top("n2_system", (N2_SYSTEM,), ("Platform=1", "Platform=2 Trace=1")),
     Top("dual_asip", (ASIP, "rtl/dual/dual.f")),
     Top("debug_asip", (ASIP, "rtl/debug/debug.f"), ("", "FmaPipes=1 Slots=1 Uart=0")),
+    Top(
+        "drive_front_end",
+        ("rtl/gen/asip_regmap_pkg.sv", DRIVE),
+        ("", "Axes=1", "Axes=8 FastRate=16"),
+    ),
+    Top("biss_master", ("rtl/drive/biss_master.sv",), ("", "Width=32 ClocksPerBit=6")),
 )
 
 

@@ -5,13 +5,16 @@ from tests.formal import blocks, folded, products, recurrence, sums, trigonometr
 from tests.formal.catalogue import PROOFS
 from tests.formal_debug import halting
 from tests.formal_motion import arcs, drive, lines, planes
+from tests.formal_servo import encoder, gates
 
 __all__ = [
     "PROOFS",
     "arcs",
     "blocks",
     "drive",
+    "encoder",
     "folded",
+    "gates",
     "halting",
     "lines",
     "planes",

@@ -26,8 +26,8 @@ NOT_IN_ASIP = {"rtl/fpu/fp_add.sv", "rtl/fpu/fp_mul.sv", "rtl/asip/asip_axil.sv"
 OTHER_BLOCKS = tuple(
     f"rtl/{folder}/{prefix}"
     for folder, prefix in (
-        *((folder, "") for folder in ("bus", "custom", "debug", "dual", "motion", "nios")),
-        *(("gen", prefix) for prefix in ("ci_", "debug_", "dual_", "motion_", "n2_")),
+        *((folder, "") for folder in ("bus", "custom", "debug", "drive", "dual", "motion", "nios")),
+        *(("gen", prefix) for prefix in ("ci_", "debug_", "drive_", "dual_", "motion_", "n2_")),
     )
 )
 
@@ -72,6 +72,7 @@ def test_list_is_exactly_what_the_top_needs():
     ("name", "top", "own"),
     [
         ("motion/motion.f", "motion_front_end", "motion"),
+        ("drive/drive.f", "drive_front_end", "drive"),
         ("dual/dual.f", "dual_asip", "dual"),
         ("debug/debug.f", "debug_asip", "debug"),
     ],

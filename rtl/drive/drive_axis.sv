@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+// drive_axis: what one motor needs: decoder, filters of two phase currents, three half bridges.
+// Contract: that of quadrature_decoder, current_sense and pwm_bridge. Overcurrent is an alarm of the bridge.
+module drive_axis #(
+    parameter int unsigned Width         = 12,
+    parameter int unsigned DeadBits      = 8,
+    parameter int unsigned LeastDeadTime = 12,
+    parameter int unsigned SlowRate      = 64,
+    parameter int unsigned FastRate      = 8,
+    parameter int unsigned FilterBits    = 4
+) (
+    input  logic                               clk_i,
+    input  logic                               rst_ni,
+    // encoder
+    input  logic                               a_i,
+    input  logic                               b_i,
+    input  logic                               z_i,
+    input  logic [FilterBits-1:0]              filter_i,
+    input  logic [31:0]                        time_i,
+    output logic signed [31:0]                 position_o,
+    output logic [31:0]                        edge_time_o,
+    output logic                               index_o,
+    output logic signed [31:0]                 index_position_o,
+    output logic                               illegal_o,
+    output logic [7:0]                         illegal_count_o,
+    // currents, and sinc3_timing
+    input  logic                               bit_a_i,
+    input  logic                               bit_b_i,
+    input  logic                               strobe_i,
+    input  logic [2:0]                               corner_i,
+    input  logic [2:0]                               fast_i,
+    input  logic                               fast_valid_i,
+    input  logic [3*$clog2(FastRate):0]        limit_i,
+    output logic signed [3*$clog2(SlowRate):0] current_a_o,
+    output logic signed [3*$clog2(SlowRate):0] current_b_o,
+    output logic                               over_o,
+    // pwm_carrier
+    input  logic [Width-1:0]                   count_i,
+    input  logic                               up_i,
+    input  logic                               load_i,
+    // bridge
+    input  logic [1:0]                         mode_i,
+    input  logic [DeadBits-1:0]                dead_time_i,
+    input  logic                               write_i,
+    input  logic [1:0]                         phase_i,
+    input  logic [Width-1:0]                   value_i,
+    input  logic                               commit_i,
+    input  logic                               fault_i,
+    input  logic                               alarm_i,
+    input  logic                               clear_i,
+    output logic                               trip_o,
+    output logic [2:0]                         high_o,
+    output logic [2:0]                         low_o
+);
+
+  logic [2:0] ordered, unused_ordered;
+
+  quadrature_decoder #(
+      .FilterBits(FilterBits)
+  ) u_decoder (
+      .clk_i,
+      .rst_ni,
+      .a_i,
+      .b_i,
+      .z_i,
+      .filter_i,
+      .clear_i,
+      .time_i,
+      .position_o,
+      .edge_time_o,
+      .index_o,
+      .index_position_o,
+      .illegal_o,
+      .illegal_count_o
+  );
+
+  current_sense #(
+      .SlowRate(SlowRate),
+      .FastRate(FastRate)
+  ) u_currents (
+      .clk_i,
+      .rst_ni,
+      .bit_a_i,
+      .bit_b_i,
+      .strobe_i,
+      .corner_i,
+      .fast_i,
+      .fast_valid_i,
+      .limit_i,
+      .slow_a_o(current_a_o),
+      .slow_b_o(current_b_o),
+      .over_o
+  );
+
+  pwm_bridge #(
+      .Width        (Width),
+      .DeadBits     (DeadBits),
+      .LeastDeadTime(LeastDeadTime)
+  ) u_bridge (
+      .clk_i,
+      .rst_ni,
+      .count_i,
+      .up_i,
+      .load_i,
+      .mode_i,
+      .dead_time_i,
+      .write_i,
+      .phase_i,
+      .value_i,
+      .commit_i,
+      .fault_i,
+      .alarm_i  (alarm_i || over_o),
+      .clear_i,
+      .trip_o,
+      .high_o,
+      .low_o,
+      .ordered_o(ordered)
+  );
+
+  assign unused_ordered = ordered;
+
+endmodule

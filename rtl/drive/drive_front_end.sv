@@ -1,0 +1,349 @@
+// SPDX-License-Identifier: Apache-2.0
+// drive_front_end: motors' encoders, currents and gates, as an Avalon-MM agent with a link to a processor.
+// Contract: register map docs/drive_regmap.md, 32-bit word accesses, writes one cycle, reads two. In every
+// half period of the carrier one window of the currents, then positions and currents are sampled in one
+// clock and the link runs the processor; its values are in force from the next half period on. A fault of
+// a run, or a trigger while the link is at work, trips every axis. Bus voltage: bus_i, signed.
+module drive_front_end #(
+    parameter int unsigned Axes          = 5,   // 1..8
+    parameter int unsigned ClocksPerBit  = 6,
+    parameter int unsigned SlowRate      = 64,
+    parameter int unsigned FastRate      = 8,
+    parameter int unsigned LeastDeadTime = 12
+) (
+    input  logic              clk_i,
+    input  logic              rst_ni,
+    // Avalon-MM agent
+    input  logic [drive_regmap_pkg::ADDRESS_WIDTH-1:0] address_i,
+    input  logic              read_i,
+    input  logic              write_i,
+    input  logic [31:0]       writedata_i,
+    output logic [31:0]       readdata_o,
+    output logic              waitrequest_o,
+    // processor, Avalon-MM
+    output logic [13:0]       core_address_o,
+    output logic              core_read_o,
+    output logic              core_write_o,
+    output logic [31:0]       core_writedata_o,
+    input  logic [31:0]       core_readdata_i,
+    input  logic              core_waitrequest_i,
+    input  logic              core_irq_i,
+    // motors
+    input  logic [Axes-1:0]   a_i,
+    input  logic [Axes-1:0]   b_i,
+    input  logic [Axes-1:0]   z_i,
+    output logic              mclk_o,
+    input  logic [Axes-1:0]   bit_a_i,
+    input  logic [Axes-1:0]   bit_b_i,
+    input  logic signed [15:0] bus_i,
+    input  logic [Axes-1:0]   fault_i,
+    output logic [3*Axes-1:0] high_o,
+    output logic [3*Axes-1:0] low_o
+);
+
+  localparam int unsigned Width = drive_regmap_pkg::PWM_HALF_PERIOD_WIDTH;
+  localparam int unsigned DeadBits = drive_regmap_pkg::DEAD_TIME_CLOCKS_WIDTH;
+  localparam int unsigned FilterBits = drive_regmap_pkg::ENCODER_FILTER_WIDTH;
+  localparam int unsigned SlowWidth = 3 * $clog2(SlowRate) + 1;
+  localparam int unsigned FastWidth = 3 * $clog2(FastRate) + 1;
+  localparam int unsigned Samples = 4 * Axes + 1;
+  localparam int unsigned SampleBits = $clog2(Samples);
+
+  logic        read_q, compare_write, compare_commit, write_q, link_clear, control_write;
+  logic [5:0]  register_index;
+  logic [63:0] reads;  // one bit a register
+  logic [31:0] time_q, read_data, readdata_q;
+  logic [31:0] config_word, status_word, pwm_word;
+  logic [15:0] mode_q;
+  logic [Width-1:0] half_period_q, minimum_q, window_start_q, count, half;
+  logic [DeadBits-1:0] dead_time_q;
+  logic [FastWidth-1:0] limit_q;
+  logic [FilterBits-1:0] filter_q;
+  logic        enable_q, late_q, fault_q, up, load, window;
+  logic        strobe, fast_valid, done, sampled_q;
+  logic [2:0]  corner, fast;
+  logic        link_valid, link_done, link_busy, link_late, link_fault;
+  logic [2:0]  link_axis, value_axis;
+  logic [1:0]  link_phase, value_phase;
+  logic [Width-1:0] link_value, value, bounded;
+  logic [1:0]  commit_q, phase_q;
+  logic [2:0]  axis_q;
+  logic [SampleBits-1:0] word;
+  logic signed [22:0] sample;
+  logic [Axes-1:0] trip, illegal, index, over, unused_over, clear;
+  logic [32*Axes-1:0] position, index_position, edge_time, current_a, current_b;
+  logic [8*Axes-1:0]  illegal_count;
+  logic signed [22:0] samples_q[0:Samples-1];
+
+  assign register_index = address_i;
+  assign reads          = 64'd1 << register_index;
+  assign control_write  = write_i && register_index == drive_regmap_pkg::REG_CONTROL;
+  assign compare_write  = write_i && register_index == drive_regmap_pkg::REG_COMPARE && !enable_q;
+  assign compare_commit = compare_write && writedata_i[drive_regmap_pkg::COMPARE_COMMIT_LSB];
+  assign link_clear     = control_write && writedata_i[drive_regmap_pkg::CONTROL_LINK_LSB];
+  assign clear          = control_write
+                          ? writedata_i[drive_regmap_pkg::CONTROL_CLEAR_LSB+:Axes] : '0;
+
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      time_q           <= '0;
+      mode_q           <= '0;
+      half_period_q    <= drive_regmap_pkg::RESET_PWM[drive_regmap_pkg::PWM_HALF_PERIOD_LSB+:Width];
+      minimum_q        <= drive_regmap_pkg::RESET_PWM[drive_regmap_pkg::PWM_MINIMUM_LSB+:Width];
+      dead_time_q      <=
+          drive_regmap_pkg::RESET_DEAD_TIME[drive_regmap_pkg::DEAD_TIME_CLOCKS_LSB+:DeadBits];
+      window_start_q   <= drive_regmap_pkg::RESET_WINDOW[drive_regmap_pkg::WINDOW_START_LSB+:Width];
+      limit_q          <=
+          drive_regmap_pkg::RESET_CURRENT_LIMIT[drive_regmap_pkg::CURRENT_LIMIT_SIZE_LSB+:FastWidth];
+      filter_q         <=
+          drive_regmap_pkg::RESET_ENCODER[drive_regmap_pkg::ENCODER_FILTER_LSB+:FilterBits];
+      enable_q         <= 1'b0;
+      late_q           <= 1'b0;
+      fault_q          <= 1'b0;
+      write_q          <= 1'b0;
+      commit_q         <= '0;
+      read_q           <= 1'b0;
+    end else begin
+      time_q           <= time_q + 32'd1;
+      read_q           <= read_i && !read_q;
+      late_q           <= (late_q && !link_clear) || link_late;
+      fault_q          <= (fault_q && !link_clear) || link_fault;
+      write_q          <= link_valid || compare_write;
+      commit_q         <= {commit_q[0], link_done || compare_commit};
+      if (write_i) begin
+        case (register_index)
+          drive_regmap_pkg::REG_MODE: mode_q <= writedata_i[drive_regmap_pkg::MODE_AXES_LSB+:16];
+          drive_regmap_pkg::REG_PWM: begin
+            half_period_q <= writedata_i[drive_regmap_pkg::PWM_HALF_PERIOD_LSB+:Width];
+            minimum_q     <= writedata_i[drive_regmap_pkg::PWM_MINIMUM_LSB+:Width];
+          end
+          drive_regmap_pkg::REG_DEAD_TIME:
+          dead_time_q <= writedata_i[drive_regmap_pkg::DEAD_TIME_CLOCKS_LSB+:DeadBits];
+          drive_regmap_pkg::REG_WINDOW:
+          window_start_q <= writedata_i[drive_regmap_pkg::WINDOW_START_LSB+:Width];
+          drive_regmap_pkg::REG_CURRENT_LIMIT:
+          limit_q <= writedata_i[drive_regmap_pkg::CURRENT_LIMIT_SIZE_LSB+:FastWidth];
+          drive_regmap_pkg::REG_ENCODER:
+          filter_q <= writedata_i[drive_regmap_pkg::ENCODER_FILTER_LSB+:FilterBits];
+          drive_regmap_pkg::REG_LINK: enable_q <= writedata_i[drive_regmap_pkg::LINK_ENABLE_LSB];
+          default: ;
+        endcase
+      end
+    end
+  end
+
+  function automatic logic [31:0] shown(input logic chosen, input logic [31:0] data);
+    shown = chosen ? data : 32'd0;
+  endfunction
+
+  always_comb begin
+    config_word = 32'd0;
+    status_word = 32'd0;
+    pwm_word    = 32'd0;
+    config_word[drive_regmap_pkg::CONFIG_AXES_LSB+:4]            = 4'(Axes);
+    config_word[drive_regmap_pkg::CONFIG_BIT_CLOCKS_LSB+:6]      = 6'(ClocksPerBit);
+    config_word[drive_regmap_pkg::CONFIG_FAST_LOG2_LSB+:4]       = 4'($clog2(FastRate));
+    config_word[drive_regmap_pkg::CONFIG_SLOW_LOG2_LSB+:4]       = 4'($clog2(SlowRate));
+    config_word[drive_regmap_pkg::CONFIG_LEAST_DEAD_TIME_LSB+:8] = 8'(LeastDeadTime);
+    status_word[drive_regmap_pkg::STATUS_TRIP_LSB+:8]            = 8'(trip);
+    status_word[drive_regmap_pkg::STATUS_ILLEGAL_LSB+:8]         = 8'(illegal);
+    status_word[drive_regmap_pkg::STATUS_INDEX_LSB+:8]           = 8'(index);
+    status_word[drive_regmap_pkg::STATUS_LATE_LSB]               = late_q;
+    status_word[drive_regmap_pkg::STATUS_FAULT_LSB]              = fault_q;
+    status_word[drive_regmap_pkg::STATUS_BUSY_LSB]               = link_busy;
+    pwm_word[drive_regmap_pkg::PWM_HALF_PERIOD_LSB+:Width]       = half_period_q;
+    pwm_word[drive_regmap_pkg::PWM_MINIMUM_LSB+:Width]           = minimum_q;
+  end
+
+  // An OR of values of which one at most is not 0 is smaller than a case.
+  always_comb begin
+    read_data = shown(reads[drive_regmap_pkg::REG_ID], drive_regmap_pkg::RESET_ID)
+        | shown(reads[drive_regmap_pkg::REG_CONFIG], config_word)
+        | shown(reads[drive_regmap_pkg::REG_STATUS], status_word)
+        | shown(reads[drive_regmap_pkg::REG_MODE], 32'(mode_q))
+        | shown(reads[drive_regmap_pkg::REG_PWM], pwm_word)
+        | shown(reads[drive_regmap_pkg::REG_DEAD_TIME], 32'(dead_time_q))
+        | shown(reads[drive_regmap_pkg::REG_WINDOW], 32'(window_start_q))
+        | shown(reads[drive_regmap_pkg::REG_CURRENT_LIMIT], 32'(limit_q))
+        | shown(reads[drive_regmap_pkg::REG_ENCODER], 32'(filter_q))
+        | shown(reads[drive_regmap_pkg::REG_LINK], 32'(enable_q))
+        | shown(reads[drive_regmap_pkg::REG_TIME], time_q);
+    for (int unsigned i = 0; i < Axes; i++)
+      read_data = read_data
+          | shown(reads[drive_regmap_pkg::REG_POSITION + 6'(i)], position[32*i+:32])
+          | shown(reads[drive_regmap_pkg::REG_EDGE_TIME + 6'(i)], edge_time[32*i+:32])
+          | shown(reads[drive_regmap_pkg::REG_INDEX + 6'(i)], index_position[32*i+:32])
+          | shown(reads[drive_regmap_pkg::REG_CURRENT_A + 6'(i)], current_a[32*i+:32])
+          | shown(reads[drive_regmap_pkg::REG_CURRENT_B + 6'(i)], current_b[32*i+:32])
+          | shown(reads[drive_regmap_pkg::REG_ILLEGAL + 6'(i)], {24'd0, illegal_count[8*i+:8]});
+  end
+
+  always_ff @(posedge clk_i) begin
+    readdata_q <= read_data;
+    axis_q     <= value_axis;
+    phase_q    <= value_phase;
+  end
+
+  pwm_carrier #(
+      .Width(Width)
+  ) u_carrier (
+      .clk_i,
+      .rst_ni,
+      .half_period_i (half_period_q),
+      .window_start_i(window_start_q),
+      .count_o       (count),
+      .up_o          (up),
+      .load_o        (load),
+      .window_o      (window),
+      .half_o        (half)
+  );
+
+  pwm_bound #(
+      .Width(Width)
+  ) u_bound (
+      .clk_i,
+      .rst_ni,
+      .half_i   (half),
+      .minimum_i(minimum_q),
+      .value_i  (value),
+      .value_o  (bounded)
+  );
+
+  sinc3_timing #(
+      .ClocksPerBit(ClocksPerBit),
+      .SlowRate    (SlowRate),
+      .FastRate    (FastRate)
+  ) u_timing (
+      .clk_i,
+      .rst_ni,
+      .window_i    (window),
+      .mclk_o,
+      .strobe_o    (strobe),
+      .corner_o    (corner),
+      .done_o      (done),
+      .fast_o      (fast),
+      .fast_valid_o(fast_valid)
+  );
+
+  for (genvar i = 0; i < Axes; i++) begin : gen_axis
+    logic signed [SlowWidth-1:0] slow_a, slow_b;
+    logic [31:0] age;
+
+    drive_axis #(
+        .Width        (Width),
+        .DeadBits     (DeadBits),
+        .LeastDeadTime(LeastDeadTime),
+        .SlowRate     (SlowRate),
+        .FastRate     (FastRate),
+        .FilterBits   (FilterBits)
+    ) u_axis (
+        .clk_i,
+        .rst_ni,
+        .a_i             (a_i[i]),
+        .b_i             (b_i[i]),
+        .z_i             (z_i[i]),
+        .filter_i        (filter_q),
+        .time_i          (time_q),
+        .position_o      (position[32*i+:32]),
+        .edge_time_o     (edge_time[32*i+:32]),
+        .index_o         (index[i]),
+        .index_position_o(index_position[32*i+:32]),
+        .illegal_o       (illegal[i]),
+        .illegal_count_o (illegal_count[8*i+:8]),
+        .bit_a_i         (bit_a_i[i]),
+        .bit_b_i         (bit_b_i[i]),
+        .strobe_i        (strobe),
+        .corner_i        (corner),
+        .fast_i          (fast),
+        .fast_valid_i    (fast_valid),
+        .limit_i         (limit_q),
+        .current_a_o     (slow_a),
+        .current_b_o     (slow_b),
+        .over_o          (over[i]),
+        .count_i         (count),
+        .up_i            (up),
+        .load_i          (load),
+        .mode_i          (mode_q[2*i+:2]),
+        .dead_time_i     (dead_time_q),
+        .write_i         (write_q && axis_q == 3'(i)),
+        .phase_i         (phase_q),
+        .value_i         (bounded),
+        .commit_i        (commit_q[1]),
+        .fault_i         (fault_i[i]),
+        .alarm_i         (late_q || fault_q),
+        .clear_i         (clear[i]),
+        .trip_o          (trip[i]),
+        .high_o          (high_o[3*i+:3]),
+        .low_o           (low_o[3*i+:3])
+    );
+
+    assign current_a[32*i+:32] = {{(32 - SlowWidth) {slow_a[SlowWidth-1]}}, slow_a};
+    assign current_b[32*i+:32] = {{(32 - SlowWidth) {slow_b[SlowWidth-1]}}, slow_b};
+    assign age = time_q - edge_time[32*i+:32];
+
+    // What the link hands over, all of one clock. Ages beyond 2^22 clocks show as that.
+    always_ff @(posedge clk_i) begin
+      if (done) begin
+        samples_q[4*i]   <= position[32*i+:23];
+        samples_q[4*i+1] <= current_a[32*i+:23];
+        samples_q[4*i+2] <= current_b[32*i+:23];
+        samples_q[4*i+3] <= (age[31:22] != '0) ? 23'h3f_ffff : age[22:0];
+      end
+    end
+  end
+
+  always_ff @(posedge clk_i) if (done) samples_q[Samples-1] <= 23'(bus_i);
+
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      sampled_q <= 1'b0;
+    end else begin
+      sampled_q <= done;
+    end
+  end
+
+  servo_link #(
+      .Axes (Axes),
+      .Width(Width)
+  ) u_link (
+      .clk_i,
+      .rst_ni,
+      .enable_i     (enable_q),
+      .trigger_i    (sampled_q),
+      .word_o       (word),
+      .sample_i     (sample),
+      .value_valid_o(link_valid),
+      .axis_o       (link_axis),
+      .phase_o      (link_phase),
+      .value_o      (link_value),
+      .done_o       (link_done),
+      .address_o    (core_address_o),
+      .read_o       (core_read_o),
+      .write_o      (core_write_o),
+      .writedata_o  (core_writedata_o),
+      .readdata_i   (core_readdata_i),
+      .waitrequest_i(core_waitrequest_i),
+      .irq_i        (core_irq_i),
+      .busy_o       (link_busy),
+      .late_o       (link_late),
+      .fault_o      (link_fault)
+  );
+
+  assign sample      = samples_q[word];
+  assign value_axis  = link_valid ? link_axis
+                                  : writedata_i[drive_regmap_pkg::COMPARE_AXIS_LSB+:3];
+  assign value_phase = link_valid ? link_phase
+                                  : writedata_i[drive_regmap_pkg::COMPARE_PHASE_LSB+:2];
+  assign value       = link_valid ? link_value
+                                  : writedata_i[drive_regmap_pkg::COMPARE_VALUE_LSB+:Width];
+  assign unused_over   = over;
+  assign readdata_o    = readdata_q;
+  assign waitrequest_o = read_i && !read_q;
+
+`ifndef SYNTHESIS
+  if (Axes < 1 || Axes > 8) begin : gen_check_shape
+    $error("drive_front_end: Axes=%0d, must be 1..8", Axes);
+  end
+`endif
+
+endmodule

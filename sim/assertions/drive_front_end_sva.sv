@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// drive_front_end_sva: a processor that is late or at fault takes the gates of every axis away.
+module drive_front_end_sva #(
+    parameter int unsigned Axes = 5
+) (
+    input logic clk_i,
+    input logic rst_ni,
+    input logic late_q,
+    input logic fault_q,
+    input logic read_i,
+    input logic waitrequest_o,
+    input logic [3*Axes-1:0] high_o,
+    input logic [3*Axes-1:0] low_o
+);
+
+  NoGateWithoutTheProcessor : assert property (@(posedge clk_i) disable iff (!rst_ni)
+      late_q || fault_q |=> ##1 high_o == '0 && low_o == '0)
+  else $error("a gate is on though the processor is late or at fault");
+
+  ReadInTwoClocks : assert property (@(posedge clk_i) disable iff (!rst_ni)
+      read_i && waitrequest_o |=> !waitrequest_o)
+  else $error("a read takes more than two clocks");
+
+endmodule
+
+bind drive_front_end drive_front_end_sva #(
+    .Axes(Axes)
+) u_sva (.*);

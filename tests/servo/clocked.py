@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A Verilated block as a function of arrays: what its inputs are, clock by clock, to its outputs.
+
+The C++ around the model is written here from the names of the ports. Inputs of a row settle before
+a rising edge; outputs of the row are those just before that edge, so a register shows a change one
+row later. The block starts out of reset with the first row's inputs.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from sim.harness.build import BUILD, ROOT, build_library
+from sim.harness.sources import sources_of
+from sim.harness.waves import load_model
+
+FOLDERS = (
+    ROOT / "rtl",
+)  # where the sources stand; tests of planted faults put changed copies first
+RESET = 2  # clocks
+
+TEMPLATE = """// Written by tests/servo/clocked.py.
+#include "V{top}.h"
+#include "bench.h"
+
+struct Block : Bench<Block, V{top}> {{
+  void drive(const int64_t* row) {{
+{drive}
+  }}
+  void show(int64_t* row) {{
+{show}
+  }}
+}};
+
+extern "C" __attribute__((visibility("default")))
+void clocked_run(const int64_t* in, int64_t* out, uint64_t n, int reset) {{
+  Block block;
+  block.drive(in);
+  block.reset(reset, 0);
+  for (uint64_t i = 0; i < n; ++i, in += {inputs}, out += {outputs}) {{
+    block.drive(in);
+    block.settle();
+    block.show(out);
+    block.edge();
+  }}
+}}
+"""
+
+
+class Clocked:
+    """Module `top` with these ports (clock and reset apart), each of 64 bits at most."""
+
+    def __init__(
+        self,
+        top: str,
+        inputs: Sequence[str],
+        outputs: Sequence[str],
+        parameters: Mapping[str, int] | None = None,
+    ) -> None:
+        self.inputs, self.outputs = tuple(inputs), tuple(outputs)
+        text = TEMPLATE.format(
+            top=top,
+            drive="\n".join(f"    top->{n}_i = row[{i}];" for i, n in enumerate(inputs)),
+            show="\n".join(f"    row[{i}] = top->{n}_o;" for i, n in enumerate(outputs)),
+            inputs=len(inputs),
+            outputs=len(outputs),
+        )
+        folder = BUILD / "model" / "clocked"
+        folder.mkdir(parents=True, exist_ok=True)
+        harness = folder / f"{top}.cpp"
+        if not harness.is_file() or harness.read_text() != text:
+            harness.write_text(text)
+        base = Path(str(ROOT / "sim/harness"))
+        library = build_library(
+            top, sources_of(top, FOLDERS), harness, parameters, harness_flags=(f"-I{base}",)
+        )
+        self._run = load_model(library).clocked_run
+        self._run.argtypes = [ctypes.c_void_p, ctypes.c_void_p, ctypes.c_uint64, ctypes.c_int]
+
+    def run(self, clocks: int, **inputs: np.ndarray | int) -> dict[str, np.ndarray]:
+        """Outputs by name, a row a clock; an input is an array or a constant, by default 0."""
+        if unknown := inputs.keys() - set(self.inputs):
+            raise ValueError(f"no input {sorted(unknown)}; there are {self.inputs}")
+        given = np.zeros((clocks, len(self.inputs)), dtype=np.int64)
+        for column, name in enumerate(self.inputs):
+            given[:, column] = inputs.get(name, 0)
+        found = np.zeros((clocks, len(self.outputs)), dtype=np.int64)
+        self._run(given.ctypes.data, found.ctypes.data, clocks, RESET)
+        return {name: found[:, column] for column, name in enumerate(self.outputs)}
+
+
+def signed(values: np.ndarray, width: int) -> np.ndarray:
+    """Two's complement of so many bits."""
+    values = values & ((1 << width) - 1)
+    return values - ((values >> (width - 1)) << width)

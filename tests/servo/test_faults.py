@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Planted faults in the blocks of a drive (faults.toml): each must make its test fail.
+
+One fault: `pytest -m full tests/servo/test_faults.py -k "8-pwm_phase"`.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from sim.harness.build import ROOT
+from tests.bench.faults import RTL, copy, load
+from tests.servo import clocked, test_biss, test_currents, test_decoder, test_link, test_pwm
+
+TESTS = {
+    module.__name__.rpartition(".")[2]: module
+    for module in (test_biss, test_currents, test_decoder, test_link, test_pwm)
+}
+FAULTS = load(Path(__file__).with_name("faults.toml"))
+
+
+def run(name: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> int:
+    """Exit status of pytest for one test on the sources in `folder` instead of rtl/drive."""
+    module, _, test = name.partition(".")
+    monkeypatch.setattr(clocked, "FOLDERS", (folder, ROOT / "rtl/gen"))
+    options = ["-q", "-x", "-p", "no:cacheprovider", "-p", "no:randomly", "--no-header"]
+    return int(pytest.main([*options, f"{TESTS[module].__file__}::{test}"]))
+
+
+def test_table__every_module_has_a_fault() -> None:
+    assert {Path(fault.file).stem for fault in FAULTS} == {
+        path.stem for path in (RTL / "drive").glob("*.sv")
+    }
+
+
+def test_no_fault__the_copy_passes(tmp_path, monkeypatch) -> None:
+    folder = copy(tmp_path / "rtl", [], part="drive")
+    assert run(FAULTS[4].found[0], folder, monkeypatch) == pytest.ExitCode.OK
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("fault", FAULTS, ids=str)
+def test_fault__is_caught(fault, tmp_path, monkeypatch) -> None:
+    (test,) = fault.found
+    status = run(test, copy(tmp_path / "rtl", [fault], part="drive"), monkeypatch)
+    assert status == pytest.ExitCode.TESTS_FAILED, f"{fault.breaks}: {test} gave {status}"

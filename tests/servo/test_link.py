@@ -1,0 +1,220 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Servo link and the front-end: the traffic on the processor's bus, clock by clock; registers."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from asip_asm.gen.asip_regmap import REGMAP as ASIP
+from sim.harness.gen.drive_regmap import REGMAP as DRIVE
+from tests.servo.clocked import Clocked
+
+SEED = int(os.environ.get("SEED", "1"))
+AXES, WORDS, VALUES = 5, 21, 15
+LINK_IN = ("enable", "trigger", "sample", "readdata", "waitrequest", "irq")
+LINK_OUT = (
+    *("word", "value_valid", "axis", "phase", "value", "done"),
+    *("address", "read", "write", "writedata", "busy", "late", "fault"),
+)
+MAGIC = np.float32(1.5 * 2**23)  # a program adds it to a value, and takes it off a sample
+
+
+def register(name: str) -> int:
+    return ASIP.blocks["csr"].base + ASIP.registers[name].offset
+
+
+def run_link(
+    samples: np.ndarray,
+    values: np.ndarray,
+    triggers: tuple[int, ...],
+    fault: bool = False,
+    wait: Callable[[int], bool] = lambda clock: False,
+) -> dict[str, np.ndarray]:
+    """The link at a processor whose runs take 100 clocks."""
+    link = Clocked("servo_link", LINK_IN, LINK_OUT)
+    clocks = 800
+    trigger = np.zeros(clocks, dtype=np.int64)
+    trigger[list(triggers)] = 1
+    answers = {name: np.zeros(clocks, dtype=np.int64) for name in ("sample", "readdata", "irq")}
+    hold = np.array([wait(clock) for clock in range(clocks)], dtype=np.int64)
+    outputs = (values.astype(np.float32) + MAGIC).view(np.int32).astype(np.int64)
+    base = ASIP.blocks["outputs"].base
+    while True:
+        found = link.run(clocks, enable=1, trigger=trigger, waitrequest=hold, **answers)
+        address = found["address"]
+        status = int(fault) << ASIP.registers["STATUS"].fields["fault"].low
+        read = np.where(address == register("STATUS"), status, 0)
+        inside = (address >= base) & (address < base + VALUES)
+        read[inside] = outputs[address[inside] - base]
+        starts = (address == register("CONTROL")) & (found["write"] == 1) & (hold == 0)
+        irq = np.zeros(clocks, dtype=np.int64)
+        for start in np.flatnonzero(starts):
+            irq[start + 100 : start + 300] = 1
+        fresh = {
+            "sample": samples[np.minimum(found["word"], WORDS - 1)],
+            "readdata": read,
+            "irq": irq,
+        }
+        if all((fresh[name] == answers[name]).all() for name in fresh):
+            return found
+        answers = fresh
+
+
+@pytest.mark.parametrize("waits", [False, True])
+def test_trigger__samples_a_run_and_values(waits):
+    random = np.random.default_rng([SEED, waits])
+    samples = random.integers(-(2**22), 2**22, WORDS)
+    values = random.integers(0, 1251, VALUES)
+    busy = random.random(800) < 0.4
+    found = run_link(
+        samples, values, (10,), wait=(lambda c: bool(busy[c])) if waits else lambda c: False
+    )
+    taken = np.array([not (waits and busy[c]) for c in range(800)])
+    writes = (found["write"] == 1) & taken
+    base = ASIP.blocks["constants"].base
+    assert found["address"][writes].tolist() == [*range(base, base + WORDS), register("CONTROL")]
+    words = found["writedata"][writes][:WORDS].astype(np.uint32).view(np.float32)
+    np.testing.assert_array_equal(words - MAGIC, samples.astype(np.float32))
+    fields = ASIP.registers["CONTROL"].fields
+    assert found["writedata"][writes][-1] == 1 << fields["start"].low | 1 << fields["clear"].low
+    given = found["value_valid"] == 1
+    np.testing.assert_array_equal(found["value"][given], values)
+    assert found["axis"][given].tolist() == [n // 3 for n in range(VALUES)]
+    assert found["phase"][given].tolist() == [n % 3 for n in range(VALUES)]
+    (done,) = np.flatnonzero(found["done"])
+    assert done == np.flatnonzero(given)[-1] + 1 and not found["busy"][done + 1 :].any()
+    if not waits:  # trigger, inputs, start; run; status, outputs
+        assert np.flatnonzero(writes)[0] == 11 and done == 11 + WORDS + 101 + 1 + VALUES
+
+
+def test_fault_of_a_run__no_value_comes():
+    found = run_link(np.zeros(WORDS, dtype=np.int64), np.zeros(VALUES), (10,), fault=True)
+    assert found["fault"].sum() == 1 and not found["value_valid"].any() and not found["done"].any()
+    assert not found["busy"][np.flatnonzero(found["fault"])[0] + 1 :].any()
+
+
+def test_trigger_while_busy__is_late_and_starts_nothing():
+    found = run_link(np.zeros(WORDS, dtype=np.int64), np.zeros(VALUES), (10, 60))
+    assert np.flatnonzero(found["late"]).tolist() == [60] and found["done"].sum() == 1
+
+
+def at(name: str, index: int = 0) -> int:
+    """Word address of a register of the front-end."""
+    return DRIVE.blocks["csr"].base + DRIVE.registers[name].offset + index
+
+
+def word(name: str, **values: int) -> int:
+    """A register's word from its fields."""
+    fields = DRIVE.registers[name].fields
+    return sum(value << fields[field].low for field, value in values.items())
+
+
+class Host:
+    """Accesses one after another for a run of the front-end, each at its clock."""
+
+    def __init__(self, clocks: int) -> None:
+        names = ("address", "read", "write", "writedata")
+        self.columns = {name: np.zeros(clocks, dtype=np.int64) for name in names}
+
+    def write(self, clock: int, name: str, **values: int) -> None:
+        self.columns["write"][clock] = 1
+        self.columns["address"][clock] = at(name)
+        self.columns["writedata"][clock] = word(name, **values)
+
+    def read(self, clock: int, name: str, index: int = 0) -> None:
+        self.columns["read"][clock : clock + 2] = 1
+        self.columns["address"][clock : clock + 2] = at(name, index)
+
+
+def front_end() -> Clocked:
+    inputs = (
+        *("address", "read", "write", "writedata"),
+        *("core_readdata", "core_waitrequest", "core_irq"),
+        *("a", "b", "z", "bit_a", "bit_b", "bus", "fault"),
+    )
+    outputs = (
+        *("readdata", "waitrequest", "core_address", "core_read", "core_write"),
+        *("core_writedata", "mclk", "high", "low"),
+    )
+    return Clocked("drive_front_end", inputs, outputs, {"Axes": 2})
+
+
+def test_front_end__compare_values_of_a_host_reach_the_gates_of_its_axis():
+    clocks = 6000
+    host = Host(clocks)
+    host.write(10, "PWM", half_period=300, minimum=40)
+    host.write(11, "DEAD_TIME", clocks=20)
+    host.write(12, "MODE", axes=2 << 2)  # axis 1 runs
+    for phase, value in enumerate((150, 20, 290)):
+        host.write(13 + phase, "COMPARE", axis=1, phase=phase, value=value, commit=int(phase == 2))
+    host.read(3000, "STATUS")
+    host.read(3010, "PWM")
+    found = front_end().run(clocks, **host.columns)
+    high = found["high"][3600:4800] >> np.arange(6)[:, None] & 1  # two periods
+    # Bounded: 20 is below 40, 290 above 300 - 40; the dead time goes off the middle one.
+    assert high.sum(axis=1).tolist() == [0, 0, 0, 2 * (300 - 20), 0, 1200]
+    assert found["readdata"][3001] == 0 and found["readdata"][3011] == word(
+        "PWM", half_period=300, minimum=40
+    )
+    assert found["waitrequest"][3000] == 1 and found["waitrequest"][3001] == 0
+
+
+def test_front_end__positions_currents_and_the_samples_of_the_link():
+    clocks = 9000
+    steps = (np.arange(clocks) > 300) & (np.arange(clocks) % 10 == 0) & (np.arange(clocks) < 2000)
+    true = np.cumsum(steps)
+    quarter = true & 3
+    host = Host(clocks)
+    host.write(10, "LINK", enable=1)
+    host.read(8000, "POSITION", 1)
+    host.read(8010, "CURRENT_A", 0)
+    host.read(8020, "EDGE_TIME", 1)
+    found = front_end().run(
+        clocks,
+        **host.columns,
+        a=2 * ((quarter == 1) | (quarter == 2)),  # axis 1
+        b=2 * ((quarter == 2) | (quarter == 3)),
+        bit_a=1,  # axis 0, all bits 1
+        bus=-123,
+    )
+    full = 2**17
+    assert found["readdata"][8001] == true[-1] and found["readdata"][8011] == full
+    assert abs(found["readdata"][8021] - np.flatnonzero(steps)[-1]) < 10
+    # The run never ends: one set of words, at the end of the first window, and then late.
+    writes = np.flatnonzero(found["core_write"])
+    words = found["core_writedata"][writes][:9].astype(np.uint32).view(np.float32) - MAGIC
+    assert words[[0, 1, 2, 5, 6, 8]].tolist() == [0, full, -full, -full, -full, -123]
+    assert 0 < words[4] < true[-1]
+    host = Host(clocks)
+    host.write(10, "LINK", enable=1)
+    host.read(8000, "STATUS")
+    status = int(front_end().run(clocks, **host.columns)["readdata"][8001])
+    fields = DRIVE.registers["STATUS"].fields
+    assert status >> fields["late"].low & 1 and status & 3 == 3  # both axes tripped
+
+
+def test_front_end__trip_clears_by_axis():
+    clocks = 3000
+    host = Host(clocks)
+    host.write(10, "MODE", axes=1 | 1 << 2)
+    host.write(1500, "CONTROL", clear=2)
+    fault = np.where(np.arange(clocks) == 900, 3, 0)
+    found = front_end().run(clocks, **host.columns, fault=fault)
+    assert found["low"][899] == 0o77 and not found["low"][902:1500].any()
+    assert found["low"][2000] == 0o70
+
+
+def test_front_end__overcurrent_trips_its_axis():
+    clocks = 6000
+    host = Host(clocks)
+    host.write(10, "MODE", axes=1 | 1 << 2)
+    host.write(2000, "CURRENT_LIMIT", size=200)
+    bits = (np.arange(clocks) // 6) % 2  # of no current
+    jump = np.where(np.arange(clocks) > 4000, 2, 0)
+    found = front_end().run(clocks, **host.columns, bit_a=3 * bits | jump, bit_b=3 * bits)
+    assert (found["low"][3000:4000] == 0o77).all()
+    assert found["low"][-1] == 0o07, "axis 1 alone, whose bits are all 1"
