@@ -3,11 +3,13 @@
 
 import random
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
 from asip_asm import allocate
 from asip_asm.allocate import AllocationError, allocate_registers
+from asip_asm.assemble import parse_program
 from asip_asm.ir import (
     Bundle,
     Export,
@@ -23,12 +25,13 @@ from asip_asm.machine import load_machine
 from asip_asm.schedule import bundle_in_order, schedule_program
 
 from .interpret import operations_of, run_bundles, run_written
-from .workload import Builder, random_program, tracking_law
+from .workload import Builder, random_program
 
 MACHINES = {name: load_machine(name) for name in ("fast", "small")}
 FAST = MACHINES["fast"]
 K0, K1 = Register("K", 0), Register("K", 1)
 SEEDS = range(30)
+LAW = Path(allocate.__file__).parent / "programs/tracking_optimised.s"
 
 
 def with_banks(machine, size):
@@ -114,14 +117,14 @@ def test_spilled_program__computes_what_was_written(seed, configuration, order):
 @pytest.mark.parametrize("configuration", MACHINES)
 def test_spilling_the_tracking_law__uses_data_memory_and_keeps_the_results(configuration):
     machine = with_banks(MACHINES[configuration], 26)
-    program = tracking_law(True, configuration)
-    written = run_written(program)
+    program = parse_program(LAW, configuration=configuration)
+    written, words = run_written(program), len(program.data)
     bundle_in_order(program, machine)
     before = len(list(operations_of(program)))
     allocate_registers(program, machine)
-    assert len(program.data) > 0
+    assert len(program.data) > words
     assert len(list(operations_of(program))) > before
-    assert run_bundles(program, 0) == written
+    assert run_bundles(program, words) == written
 
 
 def test_no_data_word_left_to_spill__names_the_value():
@@ -156,7 +159,7 @@ def test_exports_that_do_not_fit__are_reported():
 
 
 def test_state__keeps_one_register_and_nothing_else_writes_it():
-    program = tracking_law(True)
+    program = parse_program(LAW)
     last = {state.name: state.last for state in program.states}
     writer = {op.dst: op for op in program.regions[0].operations}
     machine = FAST

@@ -26,7 +26,7 @@ from asip_asm.report import report_program
 from asip_asm.schedule import ScheduleError, bundle_in_order, schedule_program
 
 from .interpret import operations_of, run_bundles, run_written
-from .workload import Builder, loop_program, random_program, tracking_law
+from .workload import Builder, loop_program, random_program
 
 MACHINES = {name: load_machine(name) for name in ("fast", "small")}
 PROGRAMS = Path(search.__file__).parent / "programs"
@@ -163,22 +163,6 @@ def test_nops__stand_only_where_an_early_issue_would_cost_cycles_at_the_write_po
 
 
 @pytest.mark.parametrize("configuration", MACHINES)
-@pytest.mark.parametrize("shared", [False, True], ids=["as_printed", "optimised"])
-def test_tracking_law__is_within_8_percent_of_the_lower_bound(shared, configuration):
-    machine = MACHINES[configuration]
-    program = tracking_law(shared, configuration)
-    written = run_written(program)
-    schedule_program(program, machine)
-    allocate_registers(program, machine)
-    section = report_program(program, machine).sections[0]
-    assert section.distance <= 8.0
-    assert section.stalls["waw"] == 0
-    assert not program.data, "no value needs data memory"
-    assert all(any(bundle.slots) for bundle in program.regions[0].bundles)
-    assert run_bundles(program, 0) == written
-
-
-@pytest.mark.parametrize("configuration", MACHINES)
 @pytest.mark.parametrize("name", ["tracking_as_printed.s", "tracking_optimised.s"])
 def test_controller_programs__are_within_8_percent_of_the_lower_bound(name, configuration):
     machine = MACHINES[configuration]
@@ -191,6 +175,7 @@ def test_controller_programs__are_within_8_percent_of_the_lower_bound(name, conf
     assert section.distance <= 8.0
     assert section.stalls["waw"] == 0
     assert len(program.data) == words, "no value needs data memory"
+    assert all(any(bundle.slots) for bundle in program.regions[0].bundles)
     assert run_bundles(program, words) == written
 
 

