@@ -2,8 +2,8 @@
 """Runs shards as Dask tasks and keeps each finished one, so that a stopped campaign resumes.
 
 A shard's result lies in `build/fpbench/shards/<unit>-<fingerprint>/<shard>.json`. The fingerprint
-covers the unit's RTL and the bench (`folded.fingerprint`): a changed unit runs again, an unchanged
-one does not.
+covers the unit's RTL and the bench (`variants.fingerprint`): a changed unit runs again, an
+unchanged one does not.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from pathlib import Path
 
 from dask.distributed import Client, LocalCluster, as_completed
 
-from sim.fpbench.folded import bench_unit, fingerprint
 from sim.fpbench.native import ROOT, BenchError, Unit
 from sim.fpbench.plan import Shard
+from sim.fpbench.variants import bench_unit, fingerprint
 
 STORE = ROOT / "build/fpbench/shards"
 

@@ -13,10 +13,10 @@ from pathlib import Path
 import numpy as np
 
 from sim.fpbench import campaign, native
-from sim.fpbench.folded import fingerprint
 from sim.fpbench.plan import SEED, Section, Shard
 from sim.fpbench.quick import merged_angles
 from sim.fpbench.selfcheck import double_error
+from sim.fpbench.variants import fingerprint
 
 ROOT = native.ROOT
 REPORT = ROOT / "build/fpbench/report.json"

@@ -11,7 +11,7 @@ import pytest
 
 from asip_asm.machine import load_machine
 from sim.fpbench import softfloat as reference
-from sim.fpbench.folded import short_set
+from sim.fpbench.variants import short_set
 from tests.fpu import stimulus, tb, test_fp_divsqrt
 from tests.fpu.tb import check, check_reset, generator, run
 from tests.fpu.test_fp_divsqrt import DIRECTED, quotients, radicands

@@ -11,7 +11,7 @@ import itertools
 import numpy as np
 import pytest
 
-from sim.fpbench.folded import short_set
+from sim.fpbench.variants import short_set
 from tests.fpu.tb import generator, seed
 from tests.fpu.test_fp_sincos import (
     INTERVAL,

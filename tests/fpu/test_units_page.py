@@ -14,8 +14,8 @@ import pytest
 from asip_asm.machine import load_machine
 from scripts import units_page
 from scripts.units_page import PAGE, RTL, PageError, main
-from sim.fpbench.folded import bench_unit
 from sim.fpbench.native import LANES
+from sim.fpbench.variants import bench_unit
 from sim.harness.build import ROOT, verilator_driver
 from sim.harness.sources import sources_of
 

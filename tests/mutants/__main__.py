@@ -12,8 +12,8 @@ from rich.console import Console
 from rich.table import Table
 
 from sim.fpbench import operations
-from sim.fpbench.folded import bench_unit
 from sim.fpbench.native import BenchError, flag_text
+from sim.fpbench.variants import bench_unit
 from sim.harness.build import BuildError
 from tests.bench.faults import TableError
 from tests.mutants.campaign import REPORT, Verdict, load_report, run

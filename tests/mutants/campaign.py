@@ -21,9 +21,9 @@ import numpy as np
 
 from sim.fpbench import Mismatch, Unit, operations, quick
 from sim.fpbench.directed import rows_of
-from sim.fpbench.folded import bench_unit, fingerprint, lane_sources, short_set
 from sim.fpbench.native import RTL
 from sim.fpbench.quick import parts
+from sim.fpbench.variants import bench_unit, fingerprint, lane_sources, short_set
 from sim.harness.build import BuildError
 from tests.mutants.faults import BUILD, COPY, Fault, write_lanes
 

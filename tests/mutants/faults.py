@@ -7,8 +7,8 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
-from sim.fpbench import folded
 from sim.fpbench.native import operations, sources, unit_of
+from sim.fpbench.variants import VARIANTS
 from sim.harness.build import ROOT
 from tests.bench import faults as table
 from tests.bench.faults import BY_MACRO, TableError, write_if_changed
@@ -30,7 +30,7 @@ class Fault(table.Fault):
     def unit(self) -> str:
         """Unit of the bench through which the fault is looked for."""
         stem = self.name.removesuffix(".sv")
-        return stem if stem in folded.VARIANTS else unit_of(self.ops[0])
+        return stem if stem in VARIANTS else unit_of(self.ops[0])
 
 
 def load(path: Path = TABLE) -> list[Fault]:
