@@ -146,7 +146,8 @@ def _compile(
 
     with ThreadPoolExecutor(jobs) as pool:
         made = [pool.submit(build, part) for part in parts]
-        common = runtime.objects("verilated", "verilated_threads", *waves.objects())
+        (classes,) = (folder / "obj").glob("*_classes.mk")
+        common = runtime.objects(*runtime.named_in(classes))
         for each in made:
             each.result()
     objects = [f"{name}.o" for name, _, _ in parts]

@@ -9,6 +9,7 @@ from __future__ import annotations
 import fcntl
 import hashlib
 import os
+import re
 import subprocess
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -49,6 +50,12 @@ def only_one(target: Path) -> Iterator[None]:
     with target.with_name(f".{target.name}.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)  # the end of the process gives it back, too
         yield
+
+
+def named_in(classes: Path) -> list[str]:
+    """Sources of the library that a model needs: those in the list that Verilator writes."""
+    lists = classes.read_text().split("\nVM_GLOBAL_FAST += ")[1]
+    return re.findall(r"^  (verilated\w*) ", lists, re.MULTILINE)
 
 
 def objects(*names: str) -> list[Path]:

@@ -33,11 +33,6 @@ def flags() -> list[str]:
     return ["--trace-fst", "-DWAVES"] if wanted() else []
 
 
-def objects() -> list[str]:
-    """Sources of Verilator's run-time library that a model needs beside its own two."""
-    return ["verilated_fst_c"] if wanted() else []
-
-
 def new_file(top: str) -> Path:
     """Where a simulation started now writes its waves."""
     taken = len(list(folder().glob(f"{top}-*.fst")))

@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import json
 import os
-from collections import deque
 from pathlib import Path
 
 import cocotb
-from cocotb.triggers import FallingEdge, RisingEdge
+from cocotb.triggers import RisingEdge
 
 from asip_asm.gen.asip_regmap import REGMAP
 from sim.harness.asip_bus import CLEAR, CSR, START, STATUS
+from tests.bus import axil_scenarios as scenarios
 from tests.bus.axil import OKAY, SLVERR, Bus
 
 
@@ -69,17 +69,8 @@ async def program__random_pauses__outputs_of_the_model(dut) -> None:
 async def data_memory__writes_and_reads_at_random__as_a_memory(dut) -> None:
     bus = Bus(dut, seed(), 0.4)
     await bus.start()
-    base, memory = plan()["data"], {}
-    for _ in range(300):
-        offset, word = bus.random.randrange(16), bus.random.getrandbits(32)
-        strobes = 15 if bus.random.random() < 0.6 else bus.random.randrange(15)
-        response = await bus.write(base + offset, word, strobes)
-        assert response == (OKAY if strobes == 15 else SLVERR), f"strobes {strobes:04b}"
-        if strobes == 15:
-            memory[offset] = word
-        offset = bus.random.choice(sorted(memory) or [None])
-        if offset is not None:
-            assert await bus.read(base + offset) == memory[offset]
+    base = plan()["data"]
+    await scenarios.random_access(bus, {base + i: 0xFFFFFFFF for i in range(16)}, {})
 
 
 @cocotb.test()
@@ -99,26 +90,15 @@ async def partial_strobes__no_register_changes_and_no_run_starts(dut) -> None:
 async def latency__handshake_to_response_valid(dut) -> None:
     bus = Bus(dut, seed())
     await bus.start()
-    for _ in range(4):
-        await bus.write(CSR["WATCHDOG"], 500)
-        assert bus.valid_at["b"] - max(bus.at["aw"], bus.at["w"]) == 3
-        assert await bus.read(CSR["WATCHDOG"]) == 500
-        assert bus.valid_at["r"] - bus.at["ar"] == 2 + bus.agent_read_cycles
-        bus.agent_read_cycles = 0
+    await scenarios.latency(bus, CSR["WATCHDOG"], 500)
 
 
 @cocotb.test()
 async def write_response_not_taken__reads_go_on(dut) -> None:
     bus = Bus(dut, seed())
     await bus.start()
-    first = cocotb.start_soon(bus._send("w", wdata=77, wstrb=15))
-    await bus._send("aw", awaddr=4 * CSR["WATCHDOG"])
-    await first
-    for _ in range(3):
-        assert await bus.read(CSR["ID"]) == REGMAP.registers["ID"].reset
-    assert bus.bit("bvalid_o") and bus.accepted["b"] == 0
-    assert await bus._receive("b", "bresp_o") == (OKAY,)
-    assert await bus.read(CSR["WATCHDOG"]) == 77
+    known = CSR["ID"], REGMAP.registers["ID"].reset
+    await scenarios.response_not_taken(bus, CSR["WATCHDOG"], 77, known)
 
 
 @cocotb.test()
@@ -140,32 +120,7 @@ async def access_held_by_a_run__waits_and_is_not_lost(dut) -> None:
 
 @cocotb.test()
 async def transfers_queued_on_every_channel__answered_in_order(dut) -> None:
-    """Writes and reads from three independent streams; a read sees the writes answered before."""
     bus = Bus(dut, seed(), 0.5)
     await bus.start()
-    base, count = plan()["data"], 60
-    answered: deque[int] = deque()
-
-    async def addresses() -> None:
-        for i in range(count):
-            await bus._send("aw", awaddr=4 * (base + i))
-
-    async def words() -> None:
-        for i in range(count):
-            await bus._send("w", wdata=1000 + i, wstrb=15)
-
-    async def responses() -> None:
-        for i in range(count):
-            assert await bus._receive("b", "bresp_o") == (OKAY,)
-            answered.append(i)
-
-    streams = [cocotb.start_soon(stream()) for stream in (addresses, words, responses)]
-    while len(answered) < count:
-        await FallingEdge(dut.clk_i)
-        if answered:
-            i = bus.random.choice(answered)
-            assert await bus.read(base + i) == 1000 + i
-    for stream in streams:
-        await stream
-    assert bus.accepted["b"] == count and bus.accepted["r"] > 0
-    assert bus.stalls["aw"] and bus.stalls["w"], bus.stalls
+    base = plan()["data"]
+    await scenarios.queued_transfers(bus, range(base, base + 60), lambda i: 1000 + i)

@@ -18,7 +18,8 @@ OPTIONS = "--binary --timing --assert -O3 -Wno-fatal --x-initial unique --x-assi
 def linked(*names: str) -> tuple[list[str], str]:
     """Options for Verilator, and variables for its makefile, so that a model is one source and is
     linked with these objects of `runtime`."""
-    objects = " ".join(str(plain(path)) for path in runtime.objects(*names, *waves.objects()))
+    traced = ["verilated_fst_c"] if waves.wanted() else []
+    objects = " ".join(str(plain(path)) for path in runtime.objects(*names, *traced))
     return ["-LDFLAGS", objects], "VM_PARALLEL_BUILDS=0 OPT_FAST=-O1 VK_GLOBAL_OBJS="
 
 

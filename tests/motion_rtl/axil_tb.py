@@ -7,7 +7,6 @@ Started by test_axil.py. Environment: SEED.
 from __future__ import annotations
 
 import os
-from collections import deque
 
 import cocotb
 from cocotb.triggers import FallingEdge, RisingEdge
@@ -18,12 +17,13 @@ from sim.harness.phase_record import (
     LAST,
     Record,
 )
+from tests.bus import axil_scenarios as scenarios
 from tests.bus.axil import OKAY, SLVERR, Bus
 
 CSR = {name: REGMAP.address(name) for name in REGMAP.registers}
 RECORDS = REGMAP.blocks["records"].base
-WRITABLE = {  # the bits of each that are there
-    name: sum(field.mask for field in REGMAP.registers[name].fields.values())
+WRITABLE = {  # address: the bits that are there
+    CSR[name]: sum(field.mask for field in REGMAP.registers[name].fields.values())
     for name in ("STEP_TIMING", "DIRECTION_TIMING", "IRQ_ENABLE")
 }
 ABORT_ALL = REGMAP.registers["CONTROL"].fields["abort"].mask
@@ -56,16 +56,8 @@ async def rises(dut, axis: int, count: list[int]) -> None:
 @cocotb.test()
 async def registers__writes_and_reads_at_random__as_a_memory(dut) -> None:
     bus = await started(dut, 0.4)
-    memory = {name: await bus.read(CSR[name]) for name in WRITABLE}
-    for _ in range(300):
-        name, word = bus.random.choice(sorted(WRITABLE)), bus.random.getrandbits(32)
-        strobes = 15 if bus.random.random() < 0.6 else bus.random.randrange(15)
-        response = await bus.write(CSR[name], word, strobes)
-        assert response == (OKAY if strobes == 15 else SLVERR), f"strobes {strobes:04b}"
-        if strobes == 15:
-            memory[name] = word & WRITABLE[name]
-        name = bus.random.choice(sorted(WRITABLE))
-        assert await bus.read(CSR[name]) == memory[name]
+    memory = {address: await bus.read(address) for address in WRITABLE}
+    await scenarios.random_access(bus, WRITABLE, memory)
     assert bus.stalls["b"] and bus.stalls["r"], bus.stalls
 
 
@@ -108,57 +100,18 @@ async def partial_strobes__no_register_changes_and_nothing_moves(dut) -> None:
 @cocotb.test()
 async def latency__handshake_to_response_valid(dut) -> None:
     bus = await started(dut)
-    for _ in range(4):
-        await bus.write(CSR["STEP_TIMING"], STEPS.word(length=500))
-        assert bus.valid_at["b"] - max(bus.at["aw"], bus.at["w"]) == 3
-        assert await bus.read(CSR["STEP_TIMING"]) == STEPS.word(length=500)
-        assert bus.valid_at["r"] - bus.at["ar"] == 4
-        assert bus.agent_read_cycles == 2
-        bus.agent_read_cycles = 0
+    await scenarios.latency(bus, CSR["STEP_TIMING"], STEPS.word(length=500), 2)
 
 
 @cocotb.test()
 async def write_response_not_taken__reads_go_on(dut) -> None:
     bus = await started(dut)
-    first = cocotb.start_soon(bus._send("w", wdata=STEPS.word(length=77), wstrb=15))
-    await bus._send("aw", awaddr=4 * CSR["STEP_TIMING"])
-    await first
-    for _ in range(3):
-        assert await bus.read(CSR["ID"]) == REGMAP.registers["ID"].reset
-    assert bus.bit("bvalid_o") and bus.accepted["b"] == 0
-    assert await bus._receive("b", "bresp_o") == (OKAY,)
-    assert await bus.read(CSR["STEP_TIMING"]) == STEPS.word(length=77)
+    known = CSR["ID"], REGMAP.registers["ID"].reset
+    await scenarios.response_not_taken(bus, CSR["STEP_TIMING"], STEPS.word(length=77), known)
 
 
 @cocotb.test()
 async def transfers_queued_on_every_channel__answered_in_order(dut) -> None:
-    """Writes and reads from three independent streams; a read sees the writes answered before."""
     bus = await started(dut, 0.5)
-    names, count = ("STEP_TIMING", "DIRECTION_TIMING"), 60
-    answered: deque[int] = deque()
-
-    async def addresses() -> None:
-        for i in range(count):
-            await bus._send("aw", awaddr=4 * CSR[names[i % 2]])
-
-    async def words() -> None:
-        for i in range(count):
-            await bus._send("w", wdata=100 + i, wstrb=15)
-
-    async def responses() -> None:
-        for i in range(count):
-            assert await bus._receive("b", "bresp_o") == (OKAY,)
-            answered.append(i)
-
-    streams = [cocotb.start_soon(stream()) for stream in (addresses, words, responses)]
-    while len(answered) < count:
-        await FallingEdge(dut.clk_i)
-        for which in (0, 1):
-            done = [i for i in answered if i % 2 == which]
-            if done:
-                word = await bus.read(CSR[names[which]])
-                assert done[-1] <= word - 100 < count and word % 2 == which, (names[which], word)
-    for stream in streams:
-        await stream
-    assert bus.accepted["b"] == count and bus.accepted["r"] > 0
-    assert bus.stalls["aw"] and bus.stalls["w"], bus.stalls
+    addresses = [CSR[name] for name in ("STEP_TIMING", "DIRECTION_TIMING")] * 30
+    await scenarios.queued_transfers(bus, addresses, lambda i: 100 + i)
