@@ -207,11 +207,6 @@ class Finder:
         name, bundle = taker
         return Where(value, "", f"overwritten at bundle {bundle} by {name}")
 
-    def in_flight(self, value: Value, position: int) -> Write | None:
-        """The write that an undisturbed run has issued and not written yet at a position."""
-        writes = (w for w in value.writes if w.bundle < position < w.lands)
-        return max(writes, key=lambda w: w.bundle, default=None)
-
     def _not_yet(self, value: Value, position: int) -> str:
         bundles = sorted(write.bundle for write in value.writes)
         coming = [bundle for bundle in bundles if bundle >= position] or bundles

@@ -116,12 +116,12 @@ class _Builder:
         return follow
 
     def _copies(self) -> dict[int, tuple[Virtual, int]]:
-        """Value that the allocator keeps in a data word, and the bundle that stores it."""
+        """By data word of the allocator, the value it keeps and the bundle that stores it there."""
+        words = {op.imm for _, _, op in self._operations() if "~" in self._symbol_name(op)}
         return {
             op.imm: (op.symbols["a"], i)
             for i, _, op in self._operations()
-            if op.mnemonic == "st" and op.source and not op.source.text.startswith("st")
-            if op.imm is not None and "a" in op.symbols
+            if op.mnemonic == "st" and op.imm in words and "a" in op.symbols
         }
 
     # ------------------------------------------------------------------ values
@@ -162,7 +162,7 @@ class _Builder:
         symbol = op.symbols.get("dst")
         if symbol is None:
             return self.aliases.get(place, place), -1, place
-        if "~" in symbol.name and op.imm in self.copies:  # a copy from data memory
+        if "~" in symbol.name:  # a copy from data memory
             symbol = self.copies[op.imm][0]
         return symbol.name, symbol.version, place
 

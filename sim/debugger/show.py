@@ -6,6 +6,7 @@ from __future__ import annotations
 import io
 from collections.abc import Callable, Iterable, Sequence
 
+from asip_asm.debug_map import Value
 from asip_asm.image import SourceEntry
 from asip_asm.isa import default_isa
 from sim.core_fault import fault_text
@@ -148,12 +149,30 @@ class Show:
             self.write(f"#{depth}  macro {call.name}, called at {call.file}:{call.line}")
 
     def line(self, rest: str) -> None:
-        """Bundles of a place."""
+        """Bundles of a place, and where their results are."""
+        program = self.session.program
         place = self.session.location(rest)
         self.write(place.text)
         for bundle in place.bundles:
-            for entry in self.session.program.entries(bundle):
+            for entry in program.entries(bundle):
                 self.write(f"  bundle {bundle}  {_operation(entry)}")
+                for value in program.map.values:
+                    for write in value.writes:
+                        if (write.bundle, write.slot) == (bundle, entry.slot):
+                            self.write(f"    {self._life(value, bundle, write.lands)}")
+
+    def _life(self, value: Value, bundle: int, lands: int) -> str:
+        """Where a value of a bundle is how long; at full speed it is in flight at first."""
+        spans = [last for first, last in value.held if first <= bundle + 1 <= last]
+        end = self.session.program.bundles
+        if spans:
+            until = "the end" if spans[0] >= end else f"bundle {spans[0]}"
+            text = f"{value.name}: in {value.place} up to {until}"
+        else:
+            text = f"{value.name}: in {value.place}, how long depends on branches"
+        if lands > bundle + 1:
+            text += f"; without a halt in flight up to bundle {min(lands, end) - 1}"
+        return text
 
     # ------------------------------------------------------------------ state
     def state(self, rest: str) -> None:
