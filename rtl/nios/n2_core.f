@@ -9,4 +9,5 @@ rtl/nios/n2_decode.sv
 rtl/nios/n2_lsu.sv
 rtl/nios/n2_control.sv
 rtl/nios/n2_fetch.sv
+rtl/nios/n2_trace.sv
 rtl/nios/n2_core.sv

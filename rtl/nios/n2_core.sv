@@ -541,41 +541,30 @@ module n2_core #(
   assign retired_o = retired_q;
 
   if (Trace != 0) begin : gen_trace
-    logic [PcWidth-1:0] next_m_q, next_a_q;
-    logic [5:0]         op_a_q;
-    logic [4:0]         cause_a_q, cause_w_q, dst_w_q;
-    logic               valid_w_q, write_w_q, fault_w_q;
-    logic [31:0]        pc_w_q, word_w_q, value_w_q;
-
-    always_ff @(posedge clk_i or negedge rst_ni) begin
-      if (!rst_ni) valid_w_q <= 1'b0;
-      else valid_w_q <= en && valid_a_q;
-    end
-
-    always_ff @(posedge clk_i) begin
-      if (en) begin
-        next_m_q  <= next_e_q;
-        next_a_q  <= next_m_q;
-        op_a_q    <= word_m_q[5:0];
-        cause_a_q <= cause_m_q;
-      end
-      pc_w_q    <= PcBase | 32'({next_a_q - 1'b1, 2'b00});
-      word_w_q  <= {word_a_q, op_a_q};
-      write_w_q <= write_a_q;
-      dst_w_q   <= dst_a_q;
-      value_w_q <= result_a;
-      fault_w_q <= fault_a_q;
-      cause_w_q <= cause_a_q;
-    end
-
-    assign trace_valid_o       = valid_w_q;
-    assign trace_pc_o          = pc_w_q;
-    assign trace_instruction_o = word_w_q;
-    assign trace_write_o       = write_w_q;
-    assign trace_dst_o         = dst_w_q;
-    assign trace_value_o       = value_w_q;
-    assign trace_exception_o   = fault_w_q;
-    assign trace_cause_o       = cause_w_q;
+    n2_trace #(
+        .AddressWidth(PcWidth),
+        .PcBase      (PcBase)
+    ) u_trace (
+        .clk_i,
+        .rst_ni,
+        .en_i     (en),
+        .next_e_i (next_e_q),
+        .word_m_i (word_m_q),
+        .cause_m_i(cause_m_q),
+        .valid_a_i(valid_a_q),
+        .write_a_i(write_a_q),
+        .fault_a_i(fault_a_q),
+        .dst_a_i  (dst_a_q),
+        .value_a_i(result_a),
+        .trace_valid_o,
+        .trace_pc_o,
+        .trace_instruction_o,
+        .trace_write_o,
+        .trace_dst_o,
+        .trace_value_o,
+        .trace_exception_o,
+        .trace_cause_o
+    );
   end else begin : gen_no_trace
     assign {trace_valid_o, trace_pc_o, trace_instruction_o, trace_write_o, trace_dst_o} = '0;
     assign {trace_value_o, trace_exception_o, trace_cause_o} = '0;

@@ -12,6 +12,7 @@ rtl/nios/n2_mul.sv
 rtl/nios/n2_lsu.sv
 rtl/nios/n2_control.sv
 rtl/nios/n2_div.sv
+rtl/nios/n2_trace.sv
 rtl/nios/n2_core.sv
 rtl/nios/n2_tcm.sv
 rtl/fpu/fp_lzc.sv
