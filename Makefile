@@ -147,7 +147,7 @@ nios-sw: $(READY) ## programs of the Nios II systems and their committed images,
 	@$(PY) -m tests.model_compiler.law_image
 	@$(PY) scripts/own_c_page.py
 
-nios-toolchain: ## cross compiler for Nios II from Debian's source packages (about 20 minutes, once)
+nios-toolchain: ## cross compiler and GDB for Nios II from Debian's source packages (about 30 minutes, once)
 	@scripts/nios_toolchain.sh
 
 readme: $(READY) ## write the measured sections of README.md from build/*.json

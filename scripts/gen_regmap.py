@@ -2,8 +2,9 @@
 """Generate what hardware and software share of the host register maps.
 
 Sources, in SystemRDL: asip_asm/regmap.rdl (ASIP), rtl/motion/regmap.rdl (motion front-end),
-rtl/dual/regmap.rdl (two processors), rtl/debug/regmap.rdl (debug block),
-rtl/drive/regmap.rdl (motor drives). Of each: a SystemVerilog package, a C header by
+rtl/dual/regmap.rdl (two processors), rtl/debug/regmap.rdl (debug block), rtl/drive/regmap.rdl
+(motor drives), rtl/nios/debug_regmap.rdl (debug module of the
+Nios core). Of each: a SystemVerilog package, a C header by
 PeakRDL-cheader, Python constants, a page. With --check nothing is written; exit 1 if a file differs
 from what would be generated.
 """
@@ -38,6 +39,11 @@ MAPS = {
     "dual": ("rtl/dual/regmap.rdl", "sim/harness/gen/dual_regmap.py", "docs/dual_regmap.md"),
     "debug": ("rtl/debug/regmap.rdl", "sim/debug/gen/debug_regmap.py", "docs/debug_regmap.md"),
     "drive": ("rtl/drive/regmap.rdl", "sim/harness/gen/drive_regmap.py", "docs/drive_regmap.md"),
+    "n2_debug": (
+        "rtl/nios/debug_regmap.rdl",
+        "sim/harness/gen/n2_debug_regmap.py",
+        "docs/nios_debug_regmap.md",
+    ),
 }
 
 

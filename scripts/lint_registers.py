@@ -27,7 +27,7 @@ sys.path.insert(0, str(ROOT))
 from asip_asm.gen import asip_regmap  # noqa: E402
 from scripts.regmap_source import NUMBER  # noqa: E402
 from sim.debug.gen import debug_regmap  # noqa: E402
-from sim.harness.gen import drive_regmap, dual_regmap, motion_regmap  # noqa: E402
+from sim.harness.gen import drive_regmap, dual_regmap, motion_regmap, n2_debug_regmap  # noqa: E402
 from sim.harness.nios_map import default_system_map  # noqa: E402
 
 MAPS = (
@@ -36,6 +36,7 @@ MAPS = (
     dual_regmap.REGMAP,
     debug_regmap.REGMAP,
     drive_regmap.REGMAP,
+    n2_debug_regmap.REGMAP,
     default_system_map(),
 )
 FIELDED = frozenset(

@@ -75,9 +75,9 @@ TOPS = (
     Top(
         "n2_core",
         ("rtl/nios/n2_core.f",),
-        ("", "Trace=1 HardwareMultiply=0 HardwareDivide=0 DivisionError=0"),
+        ("", "Trace=1 Debug=1 HardwareMultiply=0 HardwareDivide=0 DivisionError=0"),
     ),
-    Top("n2_system", (N2_SYSTEM,), ("Platform=1", "Platform=2 Trace=1")),
+    Top("n2_system", (N2_SYSTEM,), ("Platform=1", "Platform=2 Trace=1 Debug=1")),
     Top("dual_asip", (ASIP, "rtl/dual/dual.f")),
     Top("debug_asip", (ASIP, "rtl/debug/debug.f"), ("", "FmaPipes=1 Slots=1 Uart=0")),
     Top(

@@ -1,6 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# Build the cross compiler for Nios II (binutils, GCC, newlib) from Debian's own source packages.
+# Build the cross compiler for Nios II (binutils, GCC, newlib) and its GDB from Debian's own source packages.
 # No root needed: packages are fetched with a private apt state and unpacked below the cache folder.
 # Finished stages leave a stamp, so an interrupted build goes on where it stopped.
 # Usage: scripts/nios_toolchain.sh            JOBS=n  parallel compilations (default: all processors)
@@ -14,7 +14,8 @@ jobs=${JOBS:-$(nproc)}
 binutils=2.40
 gcc=12.2.0
 newlib=3.3.0
-stages=7
+gdb=13.1
+stages=10
 stage=0
 
 case ${1:-} in
@@ -35,6 +36,8 @@ die() {
   echo "help:  $2" >&2
   exit 1
 }
+
+ready() { echo "[nios-toolchain] ready: $prefix/bin/nios2-elf-gcc"; }
 
 # begin NAME: true when the stage still has to be done
 begin() {
@@ -69,8 +72,8 @@ logged() {
   fi
 }
 
-if [ -e "$cache/stamps/smoke" ] && "$prefix/bin/nios2-elf-gcc" --version >/dev/null 2>&1; then
-  echo "[nios-toolchain] ready: $prefix/bin/nios2-elf-gcc"
+if [ -e "$cache/stamps/gdb" ] && "$prefix/bin/nios2-elf-gcc" --version >/dev/null 2>&1; then
+  ready
   exit 0
 fi
 
@@ -83,48 +86,64 @@ missing=$(echo "$missing" | sed 's/ m4//')
 [ -z "$missing" ] || die "required program(s) not found:$missing" \
   "this script needs Debian 12 (or a relative) with build-essential and xz-utils"
 
-mkdir -p "$cache/stamps" "$cache/log" "$cache/deb" "$cache/src" "$cache/host" "$prefix"
+mkdir -p "$cache/stamps" "$cache/log" "$prefix"
 PATH=$prefix/bin:$cache/host/usr/bin:$PATH
 export PATH
 export M4="$cache/host/usr/bin/m4" BISON_PKGDATADIR="$cache/host/usr/share/bison"
 
-if begin fetch; then
+# fetch PACKAGE...: packages of Debian into $cache/deb
+fetch() {
   state=$cache/apt
-  mkdir -p "$state/lists/partial" "$state/archives/partial"
+  mkdir -p "$cache/deb" "$state/lists/partial" "$state/archives/partial"
   private="-o Dir::State=$state -o Dir::State::Lists=$state/lists -o Dir::Cache=$state \
     -o Dir::State::status=/var/lib/dpkg/status -o APT::Sandbox::User="
   # shellcheck disable=SC2086
   logged apt-update apt-get $private update
   cd "$cache/deb"
-  for package in binutils-source gcc-12-source newlib-source libgmp-dev libmpfr-dev libmpc-dev \
-    bison flex libfl-dev m4; do
+  for package in "$@"; do
     # shellcheck disable=SC2086
     ls "$package"_*.deb >/dev/null 2>&1 || logged "fetch-$package" apt-get $private download "$package"
   done
-  finish fetch
-fi
+}
 
-if begin unpack; then
+# unpack SOURCE...: all packages into $cache/host, and archives of their sources (SOURCE begins their path) into $cache/src
+unpack() {
+  mkdir -p "$cache/host" "$cache/src"
   for package in "$cache"/deb/*.deb; do dpkg-deb -x "$package" "$cache/host"; done
   # static libraries only: what is built must not lean on this folder at run time
   find "$cache/host/usr/lib" -name '*.so*' -delete
-  for source in "binutils/binutils-$binutils" "gcc-12/gcc-$gcc-dfsg" "newlib/newlib-$newlib"; do
+  for source in "$@"; do
     archive=$(ls "$cache/host/usr/src/$source"*.tar.xz 2>/dev/null | head -n 1)
-    [ -n "$archive" ] || die "the archive has no $source (found: $(cd "$cache/host/usr/src" && ls -d */*.tar.* | tr '\n' ' '))" \
-      "use Debian 12's package lists: binutils $binutils, GCC $gcc, newlib $newlib"
+    [ -n "$archive" ] || die "the archive has no $source (found: $(cd "$cache/host/usr/src" && ls -d ./*.tar.* ./*/*.tar.* | tr '\n' ' '))" \
+      "use Debian 12's package lists: binutils $binutils, GCC $gcc, newlib $newlib, GDB $gdb"
     # of the tests only gcc/testsuite/selftests is needed: the build of GCC runs them
     say "  $(basename "$archive")"
     tar -C "$cache/src" --exclude='*/gcc/testsuite/[!s]*' --exclude='*/libstdc++-v3/testsuite/*' -xf "$archive"
   done
+}
+
+# host_libraries: where the unpacked libraries stand, and the flags of programs for this machine
+host_libraries() {
+  host_lib=$(dirname "$(find "$cache/host/usr/lib" -name libgmp.a | head -n 1)")
+  gmp_include=$(dirname "$(find "$cache/host/usr/include" -name gmp.h | head -n 1)")
+  # mpfr.h and mpc.h include gmp.h, which Debian keeps in the folder of the architecture
+  [ "$gmp_include" = "$cache/host/usr/include" ] || cp "$gmp_include"/*.h "$cache/host/usr/include/"
+  host_flags="CFLAGS=-O1 -g0 -I$cache/host/usr/include"
+  hostxx_flags="CXXFLAGS=-O1 -g0 -I$cache/host/usr/include"
+}
+
+tidy() { rm -rf "$cache/build" "$cache/src" "$cache/host" "$cache/deb"; }
+
+if begin fetch; then
+  fetch binutils-source gcc-12-source newlib-source libgmp-dev libmpfr-dev libmpc-dev bison flex libfl-dev m4
+  finish fetch
+fi
+
+if begin unpack; then
+  unpack "binutils/binutils-$binutils" "gcc-12/gcc-$gcc-dfsg" "newlib/newlib-$newlib"
   finish unpack
 fi
 
-host_lib=$(dirname "$(find "$cache/host/usr/lib" -name libgmp.a | head -n 1)")
-gmp_include=$(dirname "$(find "$cache/host/usr/include" -name gmp.h | head -n 1)")
-# mpfr.h and mpc.h include gmp.h, which Debian keeps in the folder of the architecture
-[ "$gmp_include" = "$cache/host/usr/include" ] || cp "$gmp_include/gmp.h" "$cache/host/usr/include/"
-host_flags="CFLAGS=-O1 -g0 -I$cache/host/usr/include"
-hostxx_flags="CXXFLAGS=-O1 -g0 -I$cache/host/usr/include"
 # the libraries keep names of their sources (assertions): without the folder, for the same bytes everywhere
 target_flags="CFLAGS_FOR_TARGET=-O2 -g0 -ffunction-sections -fdata-sections -ffile-prefix-map=$cache/src/="
 
@@ -140,6 +159,7 @@ configured() {
 }
 
 if begin binutils; then
+  host_libraries
   configured binutils "$cache/src/binutils-$binutils" --disable-gdb --disable-sim --disable-gprofng \
     --disable-gprof --disable-werror --disable-plugins --without-zstd "$host_flags" "$hostxx_flags"
   logged binutils make MAKEINFO=true -j"$jobs"
@@ -147,9 +167,9 @@ if begin binutils; then
   finish binutils
 fi
 
-gcc_source=$(ls -d "$cache/src/gcc-$gcc"* | head -n 1)
 if begin gcc; then
-  configured gcc "$gcc_source" --enable-languages=c --with-newlib --without-headers --disable-shared \
+  host_libraries
+  configured gcc "$(ls -d "$cache/src/gcc-$gcc"* | head -n 1)" --enable-languages=c --with-newlib --without-headers --disable-shared \
     --disable-threads --disable-libssp --disable-libquadmath --disable-libgomp --disable-libatomic \
     --disable-lto --disable-multilib --disable-plugin --disable-gcov --disable-analyzer \
     --enable-checking=release \
@@ -184,7 +204,34 @@ if begin smoke; then
   printf '#include <math.h>\n#include <stdio.h>\nint main(void) { printf("%%g", sqrt(2.0)); return 0; }\n' \
     >"$cache/smoke.c"
   logged smoke "$prefix/bin/nios2-elf-gcc" -O2 -o "$cache/smoke.elf" "$cache/smoke.c" -T qemu-hosted.ld -lm
-  rm -rf "$cache/build" "$cache/src" "$cache/host"
+  tidy
   finish smoke
 fi
-echo "[nios-toolchain] ready: $prefix/bin/nios2-elf-gcc"
+
+if begin fetch-gdb; then
+  fetch gdb-source libgmp-dev libmpfr-dev libexpat1-dev libncurses-dev bison flex libfl-dev m4
+  finish fetch-gdb
+fi
+
+if begin unpack-gdb; then
+  unpack gdb
+  finish unpack-gdb
+fi
+
+if begin gdb; then
+  host_libraries
+  configured gdb "$(ls -d "$cache"/src/gdb* | head -n 1)" \
+    --disable-binutils --disable-ld --disable-gas --disable-gold --disable-gprof --disable-gprofng --disable-sim \
+    --disable-gdbserver --disable-werror --disable-source-highlight \
+    --with-expat --with-python=no --without-guile --without-debuginfod --without-lzma --without-zstd \
+    --with-gmp-include="$cache/host/usr/include" --with-gmp-lib="$host_lib" \
+    --with-mpfr-include="$cache/host/usr/include" --with-mpfr-lib="$host_lib" \
+    "LDFLAGS=-L$host_lib" "$host_flags" "$hostxx_flags"
+  logged gdb make MAKEINFO=true -j"$jobs" all-gdb
+  # the program alone: it needs none of its data files without Python
+  install -s gdb/gdb "$prefix/bin/nios2-elf-gdb"
+  logged gdb-smoke "$prefix/bin/nios2-elf-gdb" -nx -batch -ex "set architecture nios2" -ex "show architecture"
+  tidy
+  finish gdb
+fi
+ready

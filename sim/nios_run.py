@@ -17,6 +17,7 @@ from types import TracebackType
 
 from rich.console import Console
 
+from sim.gdb.server import PIPE, ServerError, place_of, serve
 from sim.harness.build import BuildError
 from sim.harness.nios_image import ImageError, Program, read_elf
 from sim.harness.nios_profile import profile, tables
@@ -31,8 +32,9 @@ EPILOG = f"""examples:
   nios-run hello.elf
   nios-run --system fpga1 --profile law.elf > law.txt
   nios-run --max-cycles 5000000 loop.elf
+  nios-run --gdb :1234 hello.elf      and then in nios2-elf-gdb: target remote :1234
 
-How to write and compile such a program: docs/own_c_program.md.
+How to write and compile such a program: docs/own_c_program.md; to debug it: docs/nios_debugging.md.
 
 exit status: that of the program (its low 8 bits, 255 if only higher ones are set; 128 + cause
 after an exception that nothing handles), {LIMIT_STATUS} after --max-cycles, {FILE_STATUS} a file
@@ -46,10 +48,13 @@ def main(arguments: list[str] | None = None) -> int:
     options = parse_arguments(arguments)
     say = Console(stderr=True, highlight=False, markup=False, soft_wrap=True)
     try:
-        program = read_elf(options.program)
-        core = ready(options.system, say)
+        program = read_elf(options.program) if options.program else None
+        core = ready(options.system, say, options.gdb is not None)
+        if options.gdb is not None:
+            status = serve(core, program, options.gdb, lambda text: say.print(f"nios-run: {text}"))
+            return shown(status)
         status, cycles = run(core, program, options.max_cycles, options.profile, say)
-    except (ImageError, BuildError) as error:
+    except (ImageError, BuildError, ServerError) as error:
         say.print(f"nios-run: {error}")
         return FILE_STATUS
     except BrokenPipeError:
@@ -83,16 +88,21 @@ def main(arguments: list[str] | None = None) -> int:
         f"({cycles / clock:.2f} us at {clock} MHz), {core.retired} instructions, "
         f"exit status {status}"
     )
+    return shown(status)
+
+
+def shown(status: int) -> int:
+    """Exit status of the command for that of a program; no failure looks like success."""
     return status & 255 or (255 if status else 0)
 
 
-def ready(system: str, say: Console) -> NiosRtl:
-    """The model; says so when it has to be built first."""
+def ready(system: str, say: Console, debug: bool) -> NiosRtl:
+    """The model, with a debug module or without; says so when it has to be built first."""
     text = f"nios-run: building the model of {system} (once, about a minute)"
     notice = threading.Timer(5.0, say.print, [text])
     notice.start()
     try:
-        return NiosRtl(system)
+        return NiosRtl(system, debug)
     finally:
         notice.cancel()
 
@@ -174,7 +184,7 @@ def parse_arguments(arguments: list[str] | None) -> argparse.Namespace:
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("program", type=Path, help="ELF file")
+    parser.add_argument("program", type=Path, nargs="?", help="ELF file")
     parser.add_argument("--system", choices=PLATFORMS, default="fpga2", help="default: fpga2")
     parser.add_argument(
         "--max-cycles",
@@ -186,7 +196,28 @@ def parse_arguments(arguments: list[str] | None) -> argparse.Namespace:
     parser.add_argument(
         "--profile", action="store_true", help="cycles by function and by kind of instruction"
     )
-    return parser.parse_args(arguments)
+    parser.add_argument(
+        "--gdb",
+        type=_place,
+        metavar="[HOST]:PORT",
+        help="wait for GDB there (port 0: a free one; -: standard input and output), halted before "
+        "the first instruction; without a program GDB loads one",
+    )
+    options = parser.parse_args(arguments)
+    if options.program is None and options.gdb is None:
+        parser.error("the following arguments are required: program")
+    if options.gdb is not None and options.profile:
+        parser.error("--profile: not with --gdb, whose halts would count")
+    return options
+
+
+def _place(text: str) -> str:
+    if text != PIPE:
+        try:
+            place_of(text)
+        except ValueError as error:
+            raise argparse.ArgumentTypeError(str(error)) from None
+    return text
 
 
 def _positive(text: str) -> int:

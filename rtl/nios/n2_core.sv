@@ -19,6 +19,7 @@ module n2_core #(
     parameter int unsigned HardwareMultiply = 1,
     parameter int unsigned HardwareDivide = 1,
     parameter int unsigned DivisionError = 1,
+    parameter int unsigned Debug = 0,        // 1: the ports of n2_debug act; 0: they are ignored
     parameter int unsigned Trace = 0
 ) (
     input  logic                        clk_i,
@@ -76,6 +77,12 @@ module n2_core #(
     output logic [4:0]                  ci_multi_c_o,
     input  logic                        ci_multi_done_i,
     input  logic [31:0]                 ci_multi_result_i,
+    // from and to n2_debug (Debug = 1)
+    input  n2_pkg::debug_state_t        debug_state_i,
+    input  logic                        debug_break_d_i,
+    input  logic                        debug_watch_e_i,
+    output n2_pkg::debug_address_t      debug_address_o,
+    output n2_pkg::debug_event_t        debug_event_o,
     // counters since reset, modulo 2**32: clock cycles, instructions completed without an exception
     output logic [31:0]                 cycles_o,
     output logic [31:0]                 retired_o,
@@ -115,7 +122,7 @@ module n2_core #(
   logic live_e;
 
   // ---------------------------------------------------------------- F, D
-  logic                 valid_d, taken_d, branch_d, direct_d, absolute_d, outside_d, interrupt;
+  logic                 fetched_d, valid_d, issue_d, taken_d, branch_d, direct_d, absolute_d, outside_d, interrupt;
   logic [31:0]          word_d, immediate_d, read_a_d, read_b_d, a_d, b_d;
   logic [PcWidth-1:0]   next_d, other_d;
   logic [TableBits-1:0] index_d, index_e_q, index_m_q;
@@ -139,6 +146,7 @@ module n2_core #(
   logic [PcWidth-1:0]   target_m_q;
 
   // ---------------------------------------------------------------- A
+  logic                 debug_a_q;   // an instruction of the debugger
   logic                 valid_a_q, write_a_q, fault_a_q, ci_a_q, started_a_q;
   logic                 load_a_q, mul_a_q, mul_high_a_q, div_a_q;
   logic [4:0]           dst_a_q;
@@ -146,6 +154,13 @@ module n2_core #(
   logic [31:6]          word_a_q;
   logic [63:0]          product_a;
   logic                 lsu_wait_a, div_wait_a;
+
+  // Without a debugger the core never halts.
+  n2_pkg::debug_state_t debug;
+  logic                 break_d, watch_e;
+  assign debug   = Debug != 0 ? debug_state_i : '0;
+  assign break_d = Debug != 0 && debug_break_d_i;
+  assign watch_e = Debug != 0 && debug_watch_e_i;
 
   assign en = !(lsu_wait_a || div_wait_a || (ci_a_q && !ci_multi_done_i));
 
@@ -161,7 +176,7 @@ module n2_core #(
       .hold_i      (hold_d),
       .itcm_en_o,
       .itcm_address_o,
-      .itcm_rdata_i,
+      .itcm_rdata_i(debug.halted ? debug.word : itcm_rdata_i),
       .jump_e_i    (jump_e),
       .target_e_i  (a_e_q[2+:PcWidth]),
       .redirect_m_i(redirect_m_q),
@@ -172,7 +187,7 @@ module n2_core #(
       .branch_d_i  (branch_d),
       .direct_d_i  (direct_d),
       .absolute_d_i(absolute_d),
-      .valid_d_o   (valid_d),
+      .valid_d_o   (fetched_d),
       .word_d_o    (word_d),
       .next_d_o    (next_d),
       .other_d_o   (other_d),
@@ -189,7 +204,8 @@ module n2_core #(
       .HardwareDivide  (HardwareDivide)
   ) u_decode (
       .instruction_i   (word_d[26:0]),
-      .interrupt_i     (interrupt),
+      .interrupt_i     (interrupt && !debug.mask),
+      .break_i         (break_d),
       .target_outside_i(outside_d),
       .decoded_o       (decoded_d),
       .branch_o        (branch_d),
@@ -207,6 +223,9 @@ module n2_core #(
       .a_o    (read_a_d),
       .b_o    (read_b_d)
   );
+
+  assign valid_d = debug.halted ? debug.valid : fetched_d;
+  assign issue_d = valid_d && !hold_d && !jump_e && !redirect_m_q;
 
   // Youngest producer of each operand: E, M, A, else the register file. r0 has no producer.
   logic a_in_e, a_in_m, a_in_a, b_in_e, b_in_m, b_in_a;
@@ -252,8 +271,8 @@ module n2_core #(
       write_e_q <= 1'b0;
       late_e_q  <= 1'b0;
     end else if (en) begin
-      valid_e_q <= valid_d && !hold_d && !jump_e && !redirect_m_q;
-      write_e_q <= valid_d && !hold_d && !jump_e && !redirect_m_q && decoded_d.write;
+      valid_e_q <= issue_d;
+      write_e_q <= issue_d && decoded_d.write;
       late_e_q  <= decoded_d.late;
     end
   end
@@ -364,6 +383,8 @@ module n2_core #(
       .offset_e_i    (word_e_q[21:6]),
       .data_e_i      (b_e_q),
       .misaligned_e_o(misaligned_e),
+      .word_e_o      (debug_address_o.data_e),
+      .lanes_e_o     (debug_address_o.lanes_e),
       .address_m_o   (address_m),
       .wait_a_o      (lsu_wait_a),
       .data_a_o      (load_a),
@@ -404,7 +425,7 @@ module n2_core #(
       branch_m_q   <= live_e && decoded_e_q.branch;
       div_m_q      <= live_e && decoded_e_q.div && !fault_e;
       ci_m_q       <= live_e && decoded_e_q.ci_multi;
-      redirect_m_q <= live_e && (fault_e || wrong_e || decoded_e_q.leave || decoded_e_q.flush);
+      redirect_m_q <= live_e && (fault_e || wrong_e || decoded_e_q.leave || decoded_e_q.flush || watch_e);
     end
   end
 
@@ -415,7 +436,7 @@ module n2_core #(
       if (decoded_e_q.fault && decoded_e_q.breakpoint) target_m_q <= BreakVector[2+:PcWidth];
       else if (fault_e) target_m_q <= ExceptionVector[2+:PcWidth];
       else if (decoded_e_q.leave) target_m_q <= a_e_q[2+:PcWidth];
-      else if (decoded_e_q.flush) target_m_q <= next_e_q;
+      else if (decoded_e_q.flush || watch_e) target_m_q <= next_e_q;
       else target_m_q <= other_e_q;
     end
   end
@@ -462,6 +483,22 @@ module n2_core #(
       .ipending_o   (ci_combo_ipending_o)
   );
 
+  // A halted core exchanges words with its debugger through a control register that reads 0 otherwise.
+  logic        debug_ctl_m;
+  logic [31:0] debug_data_m;
+  assign debug_ctl_m  = debug.halted && word_m_q[10:6] == n2_pkg::CTL_DEBUG;
+  assign debug_data_m = debug_ctl_m ? debug.data : 32'd0;
+
+  assign debug_address_o.next_d   = PcBase[31:2] | 30'(next_d);
+  assign debug_address_o.access_e = live_e && (decoded_e_q.load || decoded_e_q.store) && !misaligned_e;
+  assign debug_address_o.store_e  = decoded_e_q.store;
+  assign debug_event_o.en         = en;
+  assign debug_event_o.issue_d    = en && issue_d;
+  assign debug_event_o.break_m    = en && fault_m_q && decoded_m_q.breakpoint;
+  assign debug_event_o.return_m   = en && valid_m_q && decoded_m_q.leave_break && !fault_m_q;
+  assign debug_event_o.write_m    = en && valid_m_q && decoded_m_q.wrctl && debug_ctl_m;
+  assign debug_event_o.value_m    = a_m_q;
+
   n2_div u_div (
       .clk_i,
       .rst_ni,
@@ -476,6 +513,7 @@ module n2_core #(
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
       valid_a_q   <= 1'b0;
+      debug_a_q   <= 1'b0;
       write_a_q   <= 1'b0;
       fault_a_q   <= 1'b0;
       ci_a_q      <= 1'b0;
@@ -484,6 +522,7 @@ module n2_core #(
       started_a_q <= ci_a_q && !en;
       if (en) begin
         valid_a_q <= valid_m_q;
+        debug_a_q <= debug.halted;
         write_a_q <= write_m_q;
         fault_a_q <= fault_m_q;
         ci_a_q    <= ci_m_q;
@@ -494,7 +533,7 @@ module n2_core #(
   always_ff @(posedge clk_i) begin
     if (en) begin
       dst_a_q      <= dst_m_q;
-      early_a_q    <= decoded_m_q.rdctl ? control_m : decoded_m_q.shift ? shift_m : result_m_q;
+      early_a_q    <= decoded_m_q.rdctl ? control_m | debug_data_m : decoded_m_q.shift ? shift_m : result_m_q;
       load_a_q     <= decoded_m_q.load && !fault_m_q;
       mul_a_q      <= decoded_m_q.mul;
       mul_high_a_q <= decoded_m_q.mul_high;
@@ -534,7 +573,7 @@ module n2_core #(
       retired_q <= 32'd0;
     end else begin
       cycles_q <= cycles_q + 32'd1;
-      if (en && valid_a_q && !fault_a_q) retired_q <= retired_q + 32'd1;
+      if (en && valid_a_q && !fault_a_q && !debug_a_q) retired_q <= retired_q + 32'd1;
     end
   end
   assign cycles_o  = cycles_q;
@@ -551,7 +590,7 @@ module n2_core #(
         .next_e_i (next_e_q),
         .word_m_i (word_m_q),
         .cause_m_i(cause_m_q),
-        .valid_a_i(valid_a_q),
+        .valid_a_i(valid_a_q && !debug_a_q),
         .write_a_i(write_a_q),
         .fault_a_i(fault_a_q),
         .dst_a_i  (dst_a_q),

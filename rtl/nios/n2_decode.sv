@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // n2_decode: instruction word to control signals. Combinational, stage D.
 // Contract: the unconditional transfers br, call, jmpi are done by the fetch unit (direct_o) and leave
-// only their link here. An interrupt replaces the instruction by a fault. A call or jmpi whose target is
+// only their link here. An interrupt or a debugger's break replaces the instruction by a fault. A call or jmpi whose target is
 // outside the instruction memory is a fault with the cause of a bad target.
 module n2_decode #(
     parameter logic [255:0] CiCombinational = 256'd0,
@@ -10,6 +10,7 @@ module n2_decode #(
 ) (
     input  logic [26:0]     instruction_i,     // all but field a
     input  logic            interrupt_i,
+    input  logic            break_i,           // a break instead of the instruction, before an interrupt
     input  logic            target_outside_i,  // of a call or jmpi
     output n2_pkg::decoded_t decoded_o,
     output logic            branch_o,          // conditional, from the word alone
@@ -187,7 +188,7 @@ module n2_decode #(
     d.dst   = dst;
     d.write = write && dst != 5'd0;
 
-    if (interrupt_i || !legal || unimplemented || (absolute_o && target_outside_i) ||
+    if (break_i || interrupt_i || !legal || unimplemented || (absolute_o && target_outside_i) ||
         (op == n2_isa_pkg::OP_R &&
          (opx == n2_isa_pkg::OPX_TRAP || opx == n2_isa_pkg::OPX_BREAK))) begin
       d.read_a = 1'b0;
@@ -209,7 +210,10 @@ module n2_decode #(
       d.fault  = 1'b1;
       d.write  = 1'b1;
       d.dst    = n2_isa_pkg::REG_EA;
-      if (interrupt_i) d.cause = n2_isa_pkg::CAUSE_INTERRUPT;
+      if (break_i) begin
+        d.breakpoint = 1'b1;
+        d.dst = n2_isa_pkg::REG_BA;
+      end else if (interrupt_i) d.cause = n2_isa_pkg::CAUSE_INTERRUPT;
       else if (!legal) d.cause = n2_isa_pkg::CAUSE_ILLEGAL;
       else if (unimplemented) d.cause = n2_isa_pkg::CAUSE_UNIMPLEMENTED;
       else if (absolute_o) d.cause = n2_isa_pkg::CAUSE_TARGET_ADDRESS;

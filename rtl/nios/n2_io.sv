@@ -9,6 +9,7 @@ module n2_io #(
 ) (
     input  logic                                          clk_i,
     input  logic                                          rst_ni,
+    input  logic                                          freeze_i,   // timer and counters stand still
     // from and to the core
     input  logic [n2_system_pkg::IO_ADDRESS_WIDTH-1:0]    avs_address_i,
     input  logic                                          avs_read_i,
@@ -105,6 +106,7 @@ module n2_io #(
   n2_timer u_timer (
       .clk_i  (clk_i),
       .rst_ni (rst_ni),
+      .freeze_i(freeze_i),
       .write_i(avs_write_i && timer_select),
       .word_i (avs_address_i[TimerWidth-1:0]),
       .wdata_i(avs_writedata_i),
@@ -126,7 +128,7 @@ module n2_io #(
       cycle_q   <= 64'd0;
       high_q    <= 32'd0;
     end else begin
-      cycle_q <= cycle_q + 64'd1;
+      if (!freeze_i) cycle_q <= cycle_q + 64'd1;
       if (avs_read_i && avs_address_i == n2_system_pkg::REG_CYCLE && !read_q) begin
         high_q <= cycle_q[63:32];
       end
@@ -138,7 +140,7 @@ module n2_io #(
         if (pending_q && !done) overrun_q <= 1'b1;
       end else begin
         if (done) pending_q <= 1'b0;
-        running_q <= running_q + 32'd1;
+        if (!freeze_i) running_q <= running_q + 32'd1;
       end
 
       if (done && pending_q) begin

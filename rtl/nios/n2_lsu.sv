@@ -23,6 +23,8 @@ module n2_lsu #(
     input  logic [15:0]                  offset_e_i,
     input  logic [31:0]                  data_e_i,
     output logic                         misaligned_e_o,
+    output logic [29:0]                  word_e_o,       // address of the word
+    output logic [3:0]                   lanes_e_o,
     // M and A
     output logic [31:0]                  address_m_o,
     output logic                         wait_a_o,
@@ -67,6 +69,8 @@ module n2_lsu #(
   assign in_dtcm = address[31:DtcmBits] == DtcmBase[31:DtcmBits];
   assign misaligned_e_o = (load_e_i || store_e_i) &&
                           ((size_e_i[0] && address[0]) || (size_e_i[1] && address[1:0] != 2'd0));
+  assign word_e_o  = address[31:2];
+  assign lanes_e_o = lanes;
   assign access = live_e_i && (load_e_i || store_e_i);
   assign write  = live_e_i && store_e_i && !misaligned_e_o;
 

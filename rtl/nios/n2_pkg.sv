@@ -71,4 +71,35 @@ package n2_pkg;
     logic       wrctl;
   } decoded_t;
 
+  // Number of the control register through which a halted core and its debugger exchange a word.
+  localparam logic [4:0] CTL_DEBUG = 5'd31;
+
+  // From n2_debug: the next instruction of a halted core is `word` when it is valid.
+  typedef struct packed {
+    logic        halted;
+    logic        valid;
+    logic        mask;       // no interrupt now
+    logic [31:0] word;
+    logic [31:0] data;       // of CTL_DEBUG
+  } debug_state_t;
+
+  // To n2_debug: what its comparators look at, word addresses.
+  typedef struct packed {
+    logic [29:0] next_d;     // behind the instruction in D
+    logic        access_e;   // a load or store is in E and will complete
+    logic        store_e;
+    logic [3:0]  lanes_e;
+    logic [29:0] data_e;
+  } debug_address_t;
+
+  // To n2_debug: what happens in this clock.
+  typedef struct packed {
+    logic        en;         // the pipeline moves
+    logic        issue_d;    // an instruction goes from D to E
+    logic        break_m;
+    logic        return_m;   // bret
+    logic        write_m;    // wrctl of CTL_DEBUG
+    logic [31:0] value_m;
+  } debug_event_t;
+
 endpackage

@@ -45,6 +45,8 @@ rtl/custom/ci_floatis.sv
 rtl/fpu/fp_f2i.sv
 rtl/custom/ci_fixsi.sv
 rtl/custom/ci_slaves.sv
+rtl/gen/n2_debug_regmap_pkg.sv
+rtl/nios/n2_debug.sv
 rtl/nios/n2_timer.sv
 rtl/nios/n2_io.sv
 rtl/nios/n2_system.sv

@@ -4,8 +4,11 @@
 // Contract: memory map of nios_sw/system.toml. The host port sees the memories, writes the block input
 // and reads the block output, at the addresses of the map; data follow one cycle later. It may touch
 // the instruction memory only while run_i is low, which holds the core in reset. One write per cycle.
+// With Debug = 1 a debugger has the core through the port debug_*, registers of rtl/nios/debug_regmap.rdl;
+// with 0 the port is dead. debug_halted_o: a line for who must know that nobody controls the machine.
 module n2_system #(
     parameter int unsigned Platform = 2,
+    parameter int unsigned Debug    = 0,
     parameter int unsigned Trace    = 0
 ) (
     input  logic        clk_i,
@@ -26,6 +29,14 @@ module n2_system #(
     output logic [7:0]  console_data_o,
     output logic        exit_valid_o,
     output logic [31:0] exit_status_o,
+    // debugger (Debug = 1): Avalon-MM agent, address of words; its reset is rst_ni alone
+    input  logic [4:0]  debug_address_i,
+    input  logic        debug_read_i,
+    input  logic        debug_write_i,
+    input  logic [31:0] debug_writedata_i,
+    output logic [31:0] debug_readdata_o,
+    output logic        debug_waitrequest_o,
+    output logic        debug_halted_o,
     // trace of the core (Trace = 1)
     output logic [31:0] cycles_o,
     output logic [31:0] retired_o,
@@ -83,6 +94,11 @@ module n2_system #(
 
   assign core_rst_n = rst_ni && run_q;
 
+  n2_pkg::debug_state_t   debug_state;
+  n2_pkg::debug_address_t debug_address;
+  n2_pkg::debug_event_t   debug_event;
+  logic                   debug_break_d, debug_watch_e, debug_freeze;
+
   // ------------------------------------------------------------------ core
   n2_core #(
       .ItcmBase       (ItcmBase),
@@ -93,6 +109,7 @@ module n2_system #(
       .ExceptionVector(n2_system_pkg::EXCEPTION_VECTOR),
       .BreakVector    (n2_system_pkg::EXCEPTION_VECTOR),
       .CiCombinational(Combinational),
+      .Debug          (Debug),
       .Trace          (Trace)
   ) u_core (
       .clk_i              (clk_i),
@@ -143,6 +160,11 @@ module n2_system #(
       .ci_multi_c_o       (multi_c),
       .ci_multi_done_i    (multi_done),
       .ci_multi_result_i  (multi_result),
+      .debug_state_i      (debug_state),
+      .debug_break_d_i    (debug_break_d),
+      .debug_watch_e_i    (debug_watch_e),
+      .debug_address_o    (debug_address),
+      .debug_event_o      (debug_event),
       .cycles_o           (cycles_o),
       .retired_o          (retired_o),
       .trace_valid_o      (trace_valid_o),
@@ -154,6 +176,33 @@ module n2_system #(
       .trace_exception_o  (trace_exception_o),
       .trace_cause_o      (trace_cause_o)
   );
+
+  if (Debug != 0) begin : gen_debug
+    n2_debug u_debug (
+        .clk_i            (clk_i),
+        .rst_ni           (rst_ni),
+        .core_rst_ni      (core_rst_n),
+        .avs_address_i    (debug_address_i),
+        .avs_read_i       (debug_read_i),
+        .avs_write_i      (debug_write_i),
+        .avs_writedata_i  (debug_writedata_i),
+        .avs_readdata_o   (debug_readdata_o),
+        .avs_waitrequest_o(debug_waitrequest_o),
+        .halted_o         (debug_halted_o),
+        .freeze_o         (debug_freeze),
+        .state_o          (debug_state),
+        .break_d_o        (debug_break_d),
+        .watch_e_o        (debug_watch_e),
+        .address_i        (debug_address),
+        .event_i          (debug_event)
+    );
+  end else begin : gen_no_debug
+    logic unused_debug;
+    assign {debug_readdata_o, debug_waitrequest_o, debug_halted_o} = '0;
+    assign {debug_state, debug_break_d, debug_watch_e, debug_freeze} = '0;
+    assign unused_debug = &{debug_address_i, debug_read_i, debug_write_i, debug_writedata_i,
+                            debug_address, debug_event};
+  end
 
   // ------------------------------------------------------------------ memories
   assign host_itcm = host_address_i[31:ItcmWidth+2] == ItcmBase[31:ItcmWidth+2];
@@ -236,6 +285,7 @@ module n2_system #(
   ) u_io (
       .clk_i            (clk_i),
       .rst_ni           (core_rst_n),
+      .freeze_i         (debug_freeze),
       .avs_address_i    (avm_address[IoWidth+1:2]),
       .avs_read_i       (avm_read && io_select),
       .avs_write_i      (avm_write && io_select),

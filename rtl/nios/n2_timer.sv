@@ -6,6 +6,7 @@
 module n2_timer (
     input  logic        clk_i,
     input  logic        rst_ni,
+    input  logic        freeze_i,   // time stands still
     // from and to the bus agent
     input  logic        write_i,
     input  logic [1:0]  word_i,
@@ -23,7 +24,7 @@ module n2_timer (
   logic [31:0] period_q, count_q;
   logic        run_q, irq_enable_q, tick_q, event_q, last;
 
-  assign last    = run_q && count_q == period_q - 32'd1;
+  assign last    = run_q && !freeze_i && count_q == period_q - 32'd1;
   assign tick_o  = last && tick_q;
   assign irq_o   = event_q && irq_enable_q;
 
@@ -46,7 +47,7 @@ module n2_timer (
       else if (write_i && word_i == Status) event_q <= 1'b0;
       // a new period starts to count at once
       if (last || (write_i && word_i == Period) || !run_q) count_q <= 32'd0;
-      else count_q <= count_q + 32'd1;
+      else if (!freeze_i) count_q <= count_q + 32'd1;
     end
   end
 

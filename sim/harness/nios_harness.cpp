@@ -37,6 +37,8 @@ struct Nios : Bench<Nios, Vn2_system> {
     top->host_write_i = 0;
     top->host_address_i = 0;
     top->host_wdata_i = 0;
+    top->debug_read_i = 0;
+    top->debug_write_i = 0;
     reset();
   }
 
@@ -100,6 +102,28 @@ struct Nios : Bench<Nios, Vn2_system> {
     settle();
     return top->host_rdata_o;
   }
+
+  // One access to the debug module, with its wait states.
+  void debug(uint32_t address, uint32_t* data, bool write) {
+    top->debug_address_i = address;
+    top->debug_writedata_i = write ? *data : 0;
+    top->debug_write_i = write;
+    top->debug_read_i = !write;
+    bool waits = true;
+    while (waits) {
+      settle();
+      waits = top->debug_waitrequest_o;
+      if (!waits && !write) *data = top->debug_readdata_o;
+      edge();
+    }
+    top->debug_write_i = 0;
+    top->debug_read_i = 0;
+  }
+};
+
+// Access to the debug module; the same layout in nios_rtl.py.
+struct DebugAccess {
+  uint32_t address, write, data;
 };
 
 }  // namespace
@@ -162,6 +186,32 @@ int nios_stray(void* handle, uint32_t* address) {
 int nios_execute(void* handle, uint64_t limit, uint32_t* status) {
   auto* nios = static_cast<Nios*>(handle);
   for (uint64_t i = 0; i < limit && !nios->exited && !nios->stray; ++i) nios->clock();
+  *status = nios->exit_status;
+  return nios->exited;
+}
+
+// Accesses to the debug module, one after the other; `data` of reads is filled.
+void nios_debug(void* handle, DebugAccess* accesses, uint32_t n) {
+  for (uint32_t i = 0; i < n; ++i) {
+    static_cast<Nios*>(handle)->debug(accesses[i].address, &accesses[i].data, accesses[i].write);
+  }
+}
+
+uint32_t nios_halted(void* handle) { return static_cast<Nios*>(handle)->top->debug_halted_o; }
+
+// Runs until a debugger's halt: 1, or 0 after `limit` cycles or when the program has just ended.
+int nios_until_halt(void* handle, uint64_t limit) {
+  auto* nios = static_cast<Nios*>(handle);
+  const bool ended = nios->exited;
+  for (uint64_t i = 0; i < limit && nios->exited == ended && !nios->top->debug_halted_o; ++i) nios->clock();
+  // The break's own record is yet to come: `break 1` is an end too.
+  for (int i = 0; i < 4 && nios->top->debug_halted_o; ++i) nios->clock();
+  return nios->top->debug_halted_o;
+}
+
+// The end of the program, if it came: 1 and its status.
+int nios_ended(void* handle, uint32_t* status) {
+  auto* nios = static_cast<Nios*>(handle);
   *status = nios->exit_status;
   return nios->exited;
 }

@@ -39,15 +39,17 @@ class NiosTicks:
 class NiosRtl:
     """One system, 'fpga1' or 'fpga2', in reset until `start`. Data are raw 32-bit words.
 
+    `debug` builds it with the debug module (rtl/nios/n2_debug.sv), which a debugger drives.
+
     The model is built on first use. Raises NiosError, and BuildError from the first use.
     """
 
-    def __init__(self, platform: str) -> None:
+    def __init__(self, platform: str, debug: bool = False) -> None:
         library = build_library(
             "n2_system",
             file_list(FILES),
             HARNESS,
-            {"Platform": PLATFORMS[platform], "Trace": 1},
+            {"Platform": PLATFORMS[platform], "Trace": 1, **({"Debug": 1} if debug else {})},
         )
         self.platform = platform
         self.map = default_system_map()
@@ -66,6 +68,10 @@ class NiosRtl:
             "clock": (None, [pointer, u32]),
             "tick": (None, [pointer]),
             "execute": (ctypes.c_int, [pointer, u64, pointer]),
+            "debug": (None, [pointer, pointer, u32]),
+            "halted": (u32, [pointer]),
+            "until_halt": (ctypes.c_int, [pointer, u64]),
+            "ended": (ctypes.c_int, [pointer, pointer]),
             "console": (u32, [pointer, pointer, u32]),
             "console_clear": (None, [pointer]),
             "guard": (None, [pointer, u64, pointer, u32]),
@@ -104,13 +110,17 @@ class NiosRtl:
 
     def load(self, program: Program) -> None:
         """Hold the core in reset and fill both memories, with 0 beyond the program."""
-        self._lib.nios_run(self._handle, 0, 0)
-        self.clock(2)
+        self.hold()
         for memory in self.map.memories.values():
             words = np.zeros(memory.words, dtype=np.uint32)
             words[: len(program.memories[memory.name])] = program.memories[memory.name]
             self.write(memory.base, words)
         self.program = program
+
+    def hold(self) -> None:
+        """Hold the core in reset."""
+        self._lib.nios_run(self._handle, 0, 0)
+        self.clock(2)
 
     def start(self, enable: bool = False) -> None:
         """Let the core run from its reset vector. enable: the host wants control."""
@@ -234,6 +244,34 @@ class NiosRtl:
                 f"{self.platform}: tick {done} of {n} did not end within {TICK_LIMIT} cycles"
             )
         return NiosTicks(outputs, extras, cycles)
+
+    # ------------------------------------------------------------------ debug module
+    def debug(self, accesses: Sequence[tuple[int, int | None]]) -> list[int]:
+        """Accesses to the debug module: (register, word to write, or None to read).
+
+        Returns what was read, in order.
+        """
+        words = np.zeros((len(accesses), 3), dtype=np.uint32)
+        for row, (register, data) in zip(words, accesses, strict=True):
+            row[:] = register, data is not None, data or 0
+        self._lib.nios_debug(self._handle, words.ctypes.data, len(words))
+        return [int(data) for _, write, data in words if not write]
+
+    @property
+    def halted(self) -> bool:
+        """The debug module has halted the core."""
+        return bool(self._lib.nios_halted(self._handle))
+
+    def until_halt(self, cycles: int) -> bool:
+        """Let the program run until it halts or ends, at most so long; whether it has halted."""
+        return bool(self._lib.nios_until_halt(self._handle, cycles))
+
+    @property
+    def ended(self) -> int | None:
+        """Status of a program that has ended; None: it has not."""
+        status = ctypes.c_uint32()
+        found = self._lib.nios_ended(self._handle, ctypes.byref(status))
+        return status.value if found else None
 
     # ------------------------------------------------------------------ profile
     def profile(self, whole: bool = False) -> None:

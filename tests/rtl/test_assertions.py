@@ -34,7 +34,7 @@ PACKAGES = [
 BOUND = ROOT / "rtl/motion/line_interpolator.sv"
 # Registers without a rule of order: memories, and data behind the start of an instruction.
 WITHOUT = {
-    *("asip_regbank", "asip_de3", "n2_system"),
+    *("asip_regbank", "asip_de3", "n2_system", "n2_trace"),
     *("fp_sincos_memory", "fp_sincos_result"),  # rules: fp_sincos, fp_sincos_overlapped
     # rules of start and done: n2_core
     *("ci_faddsub", "ci_fmul", "ci_fph1", "ci_fsat", "ci_fsincos", "ci_slaves"),

@@ -1,0 +1,6 @@
+# SPDX-License-Identifier: Apache-2.0
+"""GDB's remote serial protocol for the Nios II systems, through the debug module of the RTL.
+
+packets (framing) -> session (commands) -> target (program: registers, memory, breakpoints)
+-> module (registers of rtl/nios/n2_debug.sv). server has the connection and lets time pass.
+"""
