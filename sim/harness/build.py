@@ -100,6 +100,7 @@ def build_library(
             new.mkdir()
             _verilate(top, [WAIVERS, *sources], parameters, defines, bool(bound), new)
             _compile(library.name, harness, harness_flags, jobs, new)
+            shutil.rmtree(folder, ignore_errors=True)
             new.rename(folder)
     return library
 

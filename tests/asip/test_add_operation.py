@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 from asip_asm.project import ROOT
+from tests.bench.copies import share_models
 
 PAGE = ROOT / "docs/add_operation.md"
 COPIED = ("rtl", "asip_asm", "sim", "scripts", "nios_sw/include", "tests/asip")
@@ -86,6 +87,7 @@ def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
     # Models for a few runs: the compiler need not try hard.
     build = root / "sim/harness/build.py"
     build.write_text(build.read_text().replace('optimisation = "-O3"', 'optimisation = "-O0"'))
+    share_models(root / "build", "verilated-*")
     done = run(root, "scripts/gen_isa.py")
     assert done.returncode == 0, done.stderr
     return root

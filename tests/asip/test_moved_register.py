@@ -16,6 +16,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.bench.copies import share_models
+
 ROOT = Path(__file__).parents[2]
 MOVES = {
     "} start[0:0]": "} start[9:9]",
@@ -44,6 +46,7 @@ def moved(tmp_path_factory) -> Path:
         assert text.count(old) == 1, old
         text = text.replace(old, new)
     source.write_text(text, encoding="utf-8")
+    share_models(copy / "build", "verilated-*")
     run(copy, "scripts/gen_regmap.py")
     return copy
 

@@ -12,7 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from asip_asm.project import BUILD, ROOT
+from asip_asm.project import ROOT
+from tests.bench.copies import share_models
 from tests.package.environment import build_wheel, install
 
 COMMANDS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"][
@@ -165,10 +166,7 @@ def test_asip_run__on_the_model_and_the_core_of_the_wheel__computes(
     installed: Installed, image: str
 ) -> None:
     # A core that the checkout has built already is taken if its sources are the wheel's.
-    models = installed.folder / "cache/microtick/model"
-    models.mkdir(parents=True, exist_ok=True)
-    for built in BUILD.glob("model/asip-*[0-9a-f]"):
-        (models / built.name).symlink_to(built)
+    share_models(installed.folder / "cache/microtick", "asip-*[0-9a-f]", "verilated-*")
     values = ("--set", "x=0.4", "--set", "y=1")
     assert SUM in installed.must("asip-run", image, *values, "--iss")
     assert SUM in installed.must("asip-run", image, *values)
