@@ -19,11 +19,12 @@ from asip_asm.files import open_output, refuse_overwriting
 from sim.command import (
     add_override_option,
     add_robot_option,
+    failed,
     interruptible,
     output,
     require_positive,
 )
-from sim.gcode.interpreter import GcodeErrors, stream_file
+from sim.gcode.interpreter import stream_file
 from sim.gcode.tools import NO_TOOLS, Tool, add_tools_option, tools_of
 from sim.lookahead.check import GROUPS, QUANTITIES, demand
 from sim.lookahead.joints import SlowestJoints
@@ -248,16 +249,8 @@ def main(argv: list[str] | None = None) -> int:
                 with open_output(arguments.json) as file:
                     file.write(text)
             status = int(any(row["ratio"] > 1.001 for row in document.get("limits", ())))
-    except GcodeErrors as errors:
-        sys.stderr.write(f"{errors}\n")
-        return 1
-    except OSError as error:
-        sys.stderr.write(f"{error.filename}: error: {error.strerror}\n")
-        return 1
-    except ValueError as error:
-        text = str(error)
-        sys.stderr.write(f"{text if ': error: ' in text else f'{parser.prog}: error: {text}'}\n")
-        return 1
+    except (OSError, ValueError) as error:
+        return failed(parser.prog, error)
     return status
 
 

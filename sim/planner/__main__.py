@@ -16,7 +16,7 @@ from rich.console import Console
 from rich.table import Table
 
 from asip_asm.files import open_output
-from sim.command import interruptible, output
+from sim.command import failed, interruptible, output
 from sim.planner.optimal import Limits, time_optimal
 from sim.planner.phases import Phase, Profile
 from sim.planner.ramp_time import PHASE_NAMES, RampTimePlan, exact, ramp_time_plan
@@ -297,12 +297,8 @@ def main(argv: list[str] | None = None) -> int:
             console.print(results_table(figures(arguments.figures)))
         if given:
             _show(arguments, console)
-    except OSError as error:
-        sys.stderr.write(f"{error.filename}: error: {error.strerror}\n")
-        return 1
-    except ValueError as error:
-        sys.stderr.write(f"{parser.prog}: error: {error}\n")
-        return 1
+    except (OSError, ValueError) as error:
+        return failed(parser.prog, error)
     return 0
 
 

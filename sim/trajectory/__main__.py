@@ -16,6 +16,7 @@ from asip_asm.files import open_output, refuse_overwriting
 from sim.command import (
     add_override_option,
     add_robot_option,
+    failed,
     interruptible,
     output,
     require_positive,
@@ -140,13 +141,8 @@ def main(argv: list[str] | None = None) -> int:
         trajectory = generate(program, settings, MOST_SHOWN)
         if arguments.csv is not None:
             _write_csv(trajectory, arguments.csv)
-    except OSError as error:
-        sys.stderr.write(f"{error.filename}: error: {error.strerror}\n")
-        return 1
-    except ValueError as error:
-        text = str(error)
-        sys.stderr.write(f"{text if ': error: ' in text else f'{parser.prog}: error: {text}'}\n")
-        return 1
+    except (OSError, ValueError) as error:
+        return failed(parser.prog, error)
     console = output()
     console.print(_block_table(trajectory))
     console.print(_axis_table(trajectory))
