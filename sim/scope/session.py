@@ -15,7 +15,18 @@ import numpy as np
 
 from sim.scope import source
 from sim.scope.ring import LENGTH, Ring, thinned
-from sim.scope.source import Applied, Block, Description, End, Event, Fault, SourceError, Stepped
+from sim.scope.source import (
+    Applied,
+    Block,
+    Description,
+    End,
+    Event,
+    Fault,
+    Lost,
+    Note,
+    SourceError,
+    Stepped,
+)
 from sim.scope.step_response import StepFigures, measure
 from sim.scope.trigger import Settings, Trigger
 
@@ -69,7 +80,8 @@ class Session:
         self.version = self.committed = 0
         self.paused = False
         self.rate: float | None = None
-        self.ended = ""
+        self.ended = self.note = ""
+        self.lost = 0
         self.stepping = False
         self._stepped: Stepped | None = None
         self.responses: deque[Response] = deque(maxlen=RESPONSES)
@@ -96,6 +108,10 @@ class Session:
             self.black_box = Kept(kept, event.tick, event.text)
             self.trigger.fault(event.tick)
             self._catch(over=True)
+        elif isinstance(event, Lost):
+            self.lost += event.ticks
+        elif isinstance(event, Note):
+            self.note = event.text
         elif isinstance(event, End):
             self.ended = event.text
             self._catch(over=True)
@@ -271,6 +287,8 @@ class Session:
             "paused": self.paused,
             "rate": self.rate,
             "ended": self.ended,
+            "note": self.note,
+            "lost": self.lost,
             "trigger": {"settings": self.trigger.settings, "state": self.trigger.state},
             "capture": None if self.capture is None else self.capture.at,
             "gains": self.values,

@@ -121,13 +121,28 @@ class Fault:
 
 
 @dataclass(frozen=True)
+class Lost:
+    """Ticks before `tick` that never came, as the link was too slow."""
+
+    tick: int
+    ticks: int
+
+
+@dataclass(frozen=True)
+class Note:
+    """Something to tell people, '' when it is over."""
+
+    text: str
+
+
+@dataclass(frozen=True)
 class End:
     """The source gives no more ticks."""
 
     text: str = "the run is over"
 
 
-Event = Block | Applied | Stepped | Fault | End
+Event = Block | Applied | Stepped | Fault | Lost | Note | End
 
 # ---------------------------------------------------------------------- commands
 

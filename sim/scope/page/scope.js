@@ -95,11 +95,12 @@ function showState(message) {
   const [[from, first], [to, last]] = [ticks[0], ticks[ticks.length - 1]];
   const speed = to > from && !state.paused && !state.ended ? (last - first) / (to - from) * 1e3 : 0;
   const [text, kind] = state.fault ? ['fault', 'fault'] : state.ended ? [state.ended, '']
-    : state.paused ? ['paused', 'paused'] : ['running', 'running'];
+    : state.note ? ['no answer', 'paused'] : state.paused ? ['paused', 'paused'] : ['running', 'running'];
   tellStatus(text, kind);
   $('clock').textContent = `tick ${state.tick}${source.ticks ? ` of ${source.ticks}` : ''}, `
     + `${(state.tick * source.period).toFixed(3)} s; ${Math.round(speed)} ticks/s; `
-    + `${state.kept} of ${state.length} kept`;
+    + `${state.kept} of ${state.length} kept` + (state.lost ? `, ${state.lost} lost` : '');
+  if (state.note) error({text: state.note});
   $('pause').textContent = state.paused ? 'Run' : 'Pause';
   document.querySelector('#step button').disabled = state.stepping;
   showGains(state);

@@ -1,0 +1,227 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A core with its debug block as a source: what is shown is what the block has recorded.
+
+A row is a record of the block's scope, one per run or per so many runs, of at most 8 channels; over
+a serial line they come by themselves. Gains are the program's live parameters, staged and committed
+in the block. If nothing answers any more, the link is made anew until something does.
+"""
+
+from __future__ import annotations
+
+import math
+import queue
+import re
+import time
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from asip_asm.diagnostics import closest
+from asip_asm.image import Image
+from sim.core_backends import number
+from sim.core_fault import Fault as CoreFault
+from sim.core_fault import fault_text
+from sim.debug.client import Client, DebugError
+from sim.debug.link import LinkError
+from sim.debug.state import REGISTER, ScopeSetup, Trigger
+from sim.debug.state import Channel as Recorded
+from sim.scope import source
+from sim.scope.source import (
+    CYCLES,
+    Applied,
+    Block,
+    Command,
+    Commit,
+    Description,
+    Event,
+    Fault,
+    Gain,
+    Lost,
+    Note,
+    SourceError,
+)
+
+MOST_CHANNELS = 8
+QUIET_LOOKS = 3  # without a record until a fault is told: all records before it have come then
+RETRY_S = 1.0
+_REGISTER = re.compile(r"[abc]\d+|k\d+|o\d+")
+
+
+def recorded(image: Image, names: Sequence[str]) -> list[Recorded]:
+    """Channels by the names of the program: inputs, outputs, states, exports, 'cycles', registers.
+
+    Raises SourceError for a name that is none, and for more than MOST_CHANNELS.
+    """
+    places = {e.name: (e.register, "float") for e in image.exports}
+    places |= {s.name: (s.register, s.type) for s in image.states}
+    places |= {o.name: (f"o{o.index}", "float") for o in image.outputs}
+    places |= {e.name: (f"k{e.index}", e.type) for e in (*image.inputs, *image.constants)}
+    places |= {CYCLES: (CYCLES, "int")}
+    for name in names:
+        if name not in places and not _REGISTER.fullmatch(name):
+            known = closest(name, list(places)) or f"it has {', '.join(places)}"
+            raise SourceError(f"the program has no '{name}'; {known}")
+    if not 1 <= len(set(names)) == len(names) <= MOST_CHANNELS:
+        raise SourceError(
+            f"{len(names)} channels; the block records 1 to {MOST_CHANNELS}, each once"
+        )
+    found = [(name, *places.get(name, (name, "float"))) for name in names]
+    return [Recorded(place, name=name, type=kind) for name, place, kind in found]
+
+
+def first_channels(image: Image) -> list[str]:
+    """What to record if nobody says: outputs, then states, then inputs."""
+    entries = (*image.outputs, *image.states, *image.inputs)
+    return [entry.name for entry in entries][: MOST_CHANNELS - 1] + [CYCLES]
+
+
+class BlockSource:
+    """connect: makes the link, raises LinkError; period: of a run [s]; every: runs per record."""
+
+    def __init__(
+        self,
+        connect: Callable[[], Client],
+        image: Image,
+        names: Sequence[str],
+        period: float,
+        every: int = 1,
+    ) -> None:
+        self._connect, self._image = connect, image
+        self._setup = ScopeSetup(tuple(recorded(image, names)), every, Trigger("never"))
+        self._live = {e.name: e for e in image.constants if e.name in image.parameters}
+        self.description = Description(
+            title=image.title or "a program",
+            period=period * every,
+            channels=[
+                source.Channel(c.name, "", "recorded", f"{c.place}, {c.type}")
+                for c in self._setup.channels
+            ],
+            shown=list(names),
+            gains=[
+                Gain(e.name, "", number(int(e.bits, 16), e.type), "parameter", f"word k{e.index}")
+                for e in self._live.values()
+            ],
+            paces=False,
+        )
+        self._commands: queue.Queue[Commit] = queue.Queue()
+        self._events: deque[Event] = deque()
+        self._committing: tuple[Commit, int] | None = None
+        self._offset = self._next = self._gap = self._quiet = 0
+        self._faulted = False
+        self._client: Client | None = None
+        self._begin()
+
+    def close(self) -> None:
+        """End the link; the core goes on as it is."""
+        if self._client is not None:
+            self._client.close()
+
+    # ------------------------------------------------------------------ commands
+    def check(self, values: Mapping[str, float]) -> None:
+        """Raises SourceError."""
+        if len(values) > self._stage_words:
+            raise SourceError(f"the block stages {self._stage_words} words at a time")
+        for name, value in values.items():
+            whole = self._live[name].type == "int"
+            if not (math.isfinite(np.float32(value)) and (not whole or value == int(value))):
+                raise SourceError(f"{name} = {value:g} is no {'int32' if whole else 'binary32'}")
+
+    def send(self, command: Command) -> None:
+        """Raises SourceError for what only a simulated machine does."""
+        if not isinstance(command, Commit):
+            raise SourceError("a machine behind a debug block takes changes of gains only")
+        self._commands.put(command)
+
+    # ------------------------------------------------------------------ events
+    def wait(self) -> Event:
+        """The next event. The link belongs to who calls this."""
+        while not self._events:
+            try:
+                if self._client is None:
+                    time.sleep(RETRY_S)
+                    self._begin()
+                    self._events.append(Note(""))
+                else:
+                    self._look(self._client)
+            except (LinkError, OSError) as error:
+                if self._client is not None:
+                    self._events.append(Note(f"{error}; trying again"))
+                    self._client.close()
+                    self._client = None
+        return self._events.popleft()
+
+    def _begin(self) -> None:
+        """Link, set-up, and records from now on."""
+        client = self._connect()
+        client.configure(self._setup)
+        self._stage_words = client.sizes.stage_words
+        self._arm(client)
+        self._client = client
+
+    def _arm(self, client: Client) -> None:
+        """Records have numbers from 0 again."""
+        client.arm()
+        self._offset = self._gap = self._next
+        self._faulted, self._quiet = False, 0
+
+    def _look(self, client: Client) -> None:
+        """One look at the block: what has happened goes to the events."""
+        state = client.state()
+        self._commit(client)
+        records = client.drain()
+        if records.lost:
+            self._events.append(Lost(self._offset + records.first, records.lost))
+            self._gap = self._offset + records.first
+        if records.words:
+            self._events.append(self._block(records.first, records.words))
+            self._next = self._offset + records.first + len(records.words)
+            self._quiet = 0
+            return
+        self._quiet += 1
+        if state.fault and not self._faulted and self._quiet >= QUIET_LOOKS:
+            self._fault(client)
+        elif self._faulted and not state.fault:
+            self._arm(client)
+        client.link.pause()
+
+    def _block(self, first: int, words: Sequence[tuple[int, ...]]) -> Block:
+        raw = np.array(words, dtype=np.uint32)
+        values: NDArray[np.float64] = np.empty(raw.shape)
+        for k, channel in enumerate(self._setup.channels):
+            kind = np.int32 if channel.type == "int" else np.float32
+            values[:, k] = np.ascontiguousarray(raw[:, k]).view(kind)
+        return Block(self._offset + first, values)
+
+    def _fault(self, client: Client) -> None:
+        """The core stands in a fault: the block's ring is frozen, and complete in any case."""
+        self._faulted = True
+        capacity = self._setup.capacity
+        total = client.read_word(REGISTER["RECORDS"])
+        kept = min(total, capacity)
+        if self._gap > self._offset + total - kept or self._next != self._offset + total:
+            self._events.append(self._block(total - kept, client.ring(total - kept, kept)))
+            self._next = self._offset + total
+        cause, info = client.fault()
+        place = {"output" if cause == "NOT_FINITE" else "bundle": info}
+        text = fault_text(self._image, CoreFault(cause, **place))
+        self._events.append(Fault(self._next - 1, text))
+
+    def _commit(self, client: Client) -> None:
+        """Stage and commit what was asked for; tell when the core has it."""
+        if self._committing is not None:
+            commit, page = self._committing
+            if client.version()[0] != page:
+                self._events.append(Applied(self._next, commit.version, commit.values))
+                self._committing = None
+        elif not self._commands.empty():
+            commit = self._commands.get()
+            try:
+                client.stage_parameters(self._image, dict(commit.values))
+            except DebugError as error:  # somebody else has staged words
+                client.discard()
+                self._events.append(Note(str(error)))
+                return
+            self._committing = (commit, client.version()[0])
+            client.commit()
