@@ -33,7 +33,9 @@ sys.path.insert(0, str(ROOT))
 from sim.debug.row import Row  # noqa: E402
 
 OUTPUT = ROOT / "build/workbench.json"
-PRODUCERS: dict[str, str] = {}
+PRODUCERS: dict[str, str] = {
+    "asip-scope": "sim.scope.goals:rows",
+}
 """Name -> "module:function"."""
 
 

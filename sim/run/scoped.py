@@ -38,6 +38,7 @@ from sim.scope.source import (
     Scene,
     SourceError,
     StepInput,
+    checked,
 )
 from sim.scope.tap import Place, Tap, Tuned
 
@@ -177,11 +178,7 @@ class RobotTuner:
         words = {entry.index: int(entry.bits, 16) for entry in image.constants}
         places = {entry.name: entry.index for entry in self._named(image)}
         for name, value in constants.items():
-            with np.errstate(over="ignore"):
-                single = np.float32(value)
-            if not np.isfinite(single):
-                raise SourceError(f"{name} = {value:g} is too large for binary32")
-            words[places[name]] = int(single.view(np.uint32))
+            words[places[name]] = int(np.float32(checked(name, value)).view(np.uint32))
         values = {name: getattr(self._robot, name) for name in TUNABLE} | parameters
         values |= {name: number(words[k], "float") for name, k in places.items()}
         return Tuned(values, words)

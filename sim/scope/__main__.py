@@ -85,9 +85,9 @@ def _scope(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def main() -> int:
-    """Command line."""
-    arguments = _arguments().parse_args()
+def main(argv: list[str] | None = None) -> int:
+    """Command line; returns the exit status."""
+    arguments = _arguments().parse_args(argv)
     return interruptible(lambda: _scope(arguments))
 
 

@@ -8,7 +8,6 @@ in the block. If nothing answers any more, the link is made anew until something
 
 from __future__ import annotations
 
-import math
 import queue
 import re
 import time
@@ -35,12 +34,14 @@ from sim.scope.source import (
     Command,
     Commit,
     Description,
+    End,
     Event,
     Fault,
     Gain,
     Lost,
     Note,
     SourceError,
+    checked,
 )
 
 MOST_CHANNELS = 8
@@ -109,14 +110,13 @@ class BlockSource:
         self._events: deque[Event] = deque()
         self._committing: tuple[Commit, int] | None = None
         self._offset = self._next = self._gap = self._quiet = 0
-        self._faulted = False
+        self._faulted = self._closed = False
         self._client: Client | None = None
         self._begin()
 
     def close(self) -> None:
-        """End the link; the core goes on as it is."""
-        if self._client is not None:
-            self._client.close()
+        """No more events but an End; the core goes on as it is."""
+        self._closed = True
 
     # ------------------------------------------------------------------ commands
     def check(self, values: Mapping[str, float]) -> None:
@@ -124,9 +124,7 @@ class BlockSource:
         if len(values) > self._stage_words:
             raise SourceError(f"the block stages {self._stage_words} words at a time")
         for name, value in values.items():
-            whole = self._live[name].type == "int"
-            if not (math.isfinite(np.float32(value)) and (not whole or value == int(value))):
-                raise SourceError(f"{name} = {value:g} is no {'int32' if whole else 'binary32'}")
+            checked(name, value, self._live[name].type)
 
     def send(self, command: Command) -> None:
         """Raises SourceError for what only a simulated machine does."""
@@ -136,8 +134,12 @@ class BlockSource:
 
     # ------------------------------------------------------------------ events
     def wait(self) -> Event:
-        """The next event. The link belongs to who calls this."""
+        """The next event. The link belongs to the thread that calls this."""
         while not self._events:
+            if self._closed:
+                if self._client is not None:
+                    self._client.close()
+                return End("the scope has ended")
             try:
                 if self._client is None:
                     time.sleep(RETRY_S)

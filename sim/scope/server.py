@@ -13,6 +13,7 @@ import secrets
 import socket
 import threading
 from collections.abc import Callable
+from concurrent.futures import CancelledError
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +34,7 @@ PAGE = Path(__file__).with_name("page")
 TYPES = {".html": "text/html", ".js": "text/javascript", ".css": "text/css"}
 FRAME_S = 0.1  # least time between two frames of a page
 PING_S = 20.0
+CLOSE_S = 2.0  # for a source to end
 POLICY = (
     "default-src 'none'; script-src 'self' 'unsafe-eval'; style-src 'self' 'unsafe-inline'; "
     "img-src 'self' data: blob:; connect-src 'self'"
@@ -49,7 +51,8 @@ class Hub:
         self.pages: set[PageSocket] = set()
         self._changed = changed
         self._loop = asyncio.get_running_loop()
-        threading.Thread(target=self._feed, daemon=True).start()
+        self._feeder = threading.Thread(target=self._feed, daemon=True)
+        self._feeder.start()
 
     def _feed(self) -> None:
         """Bring events into the loop, each when the last one has been taken."""
@@ -58,11 +61,16 @@ class Hub:
             event = self.source.wait()
             try:
                 asyncio.run_coroutine_threadsafe(self._take(event), self._loop).result()
-            except RuntimeError:  # the loop has ended
+            except (RuntimeError, CancelledError):  # the loop has ended
                 return
 
     async def _take(self, event: Event) -> None:
         self.session.take(event)
+
+    async def close(self) -> None:
+        """End the source; nobody waits for its events behind this."""
+        self.source.close()
+        await asyncio.to_thread(self._feeder.join, CLOSE_S)
 
     def opened(self, page: PageSocket) -> None:
         """A page has come; the first one lets a source begin that waits for it."""
@@ -281,4 +289,4 @@ async def serve(
         await asyncio.Event().wait()
     finally:
         server.stop()
-        source.close()
+        await hub.close()

@@ -188,6 +188,22 @@ class SourceError(ValueError):
     """The source refuses a command; the text says why and what would do."""
 
 
+def checked(name: str, value: float, kind: str = "float") -> float:
+    """The value as a word of type 'float' (rounded to binary32) or 'int' holds it.
+
+    Raises SourceError if none can.
+    """
+    with np.errstate(over="ignore"):
+        single = float(np.float32(value))
+    if kind == "int":
+        if value != value // 1 or not -(1 << 31) <= value < 1 << 31:
+            raise SourceError(f"{name} = {value:g} is no int32")
+        return value
+    if not abs(single) < np.inf:
+        raise SourceError(f"{name} = {value:g} is too large for binary32")
+    return single
+
+
 class Source(Protocol):
     """Where ticks come from. `wait` and `send` may be called by different threads."""
 

@@ -37,6 +37,7 @@ NOT_RUN = {
     "make motion": "minutes",
     ".venv/bin/pytest": "tests/docs/test_debugging.py runs it",
     "make dual": "minutes",
+    "asip-scope": "needs a board, tests/scope/test_block.py",
     "make nios-toolchain": "builds a cross compiler",
     "make nios-sw": "needs the cross compiler",
     "nios": "needs the cross compiler or a model that takes minutes to build",

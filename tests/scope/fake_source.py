@@ -17,6 +17,7 @@ from sim.scope.source import (
     Command,
     Commit,
     Description,
+    End,
     Event,
     Gain,
     SourceError,
@@ -61,7 +62,7 @@ class FakeSource:
             self.events.put(Applied(0, command.version, command.values))
 
     def close(self) -> None:
-        pass
+        self.events.put(End())
 
 
 class Scope:
