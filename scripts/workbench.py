@@ -35,6 +35,7 @@ from sim.debug.row import Row  # noqa: E402
 OUTPUT = ROOT / "build/workbench.json"
 PRODUCERS: dict[str, str] = {
     "asip-scope": "sim.scope.goals:rows",
+    "nios-gdb": "sim.gdb.goals:rows",
 }
 """Name -> "module:function"."""
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The one list of what a test may be skipped for. Under CI=true a skip is a failure.
 
-The only exception is the cross compiler, whose build takes twenty minutes (`LEFT_OUT`). The hooks
-of tests/conftest.py hold the rule for every skip, whoever asks for it.
+The only exceptions are the cross compiler and its GDB, whose build takes half an hour (`LEFT_OUT`).
+The hooks of tests/conftest.py hold the rule for every skip, whoever asks for it.
 
     @needs("yosys")                        a test, or `pytestmark` of a file
     browser = require("chromium")          in a test or a fixture: what was found
@@ -27,11 +27,11 @@ from sim.harness.n2_lockstep import find_qemu
 from sim.harness.plain import ROOT
 
 
-def compiler() -> Path | None:
-    """nios2-elf-gcc where scripts/nios_toolchain.sh puts it."""
+def toolchain(name: str) -> Path | None:
+    """A program of the cross compiler where scripts/nios_toolchain.sh puts it."""
     command = [ROOT / "scripts/nios_toolchain.sh", "--prefix"]
     prefix = subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
-    program = Path(prefix, "bin/nios2-elf-gcc")
+    program = Path(prefix, "bin", name)
     return program if program.is_file() else None
 
 
@@ -66,7 +66,12 @@ TOOLS: dict[str, tuple[str, Callable[[], Any], str]] = {
     ),
     "nios-gcc": (
         "building the programs of the Nios II systems, and comparing C with the components",
-        compiler,
+        lambda: toolchain("nios2-elf-gcc"),
+        "make nios-toolchain",
+    ),
+    "nios-gdb": (
+        "debugging C on the Nios II systems with GDB itself",
+        lambda: toolchain("nios2-elf-gdb"),
         "make nios-toolchain",
     ),
     "qemu": (
@@ -90,7 +95,7 @@ TOOLS: dict[str, tuple[str, Callable[[], Any], str]] = {
         "make setup-synth",
     ),
 }
-LEFT_OUT = ("nios-gcc",)  # may be missing under CI=true
+LEFT_OUT = ("nios-gcc", "nios-gdb")  # may be missing under CI=true
 
 
 @cache

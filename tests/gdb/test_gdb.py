@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: Apache-2.0
+"""GDB itself, built by `make nios-toolchain`, on nios_sw/demo/speed.c: a session of 40 commands."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import threading
+
+import pytest
+
+from sim.gdb.server import serve
+from sim.harness.nios_image import read_elf
+from sim.harness.nios_rtl import NiosRtl
+from sim.harness.plain import ROOT
+from tests.bench.needs import needs, require
+
+# Command, and what its output must match; speeds are those that the program itself prints.
+SESSION = (
+    ("info registers pc", r"pc +0x10000000 .*<_start>"),
+    ("info line main", r'Line \d+ of "nios_sw/demo/speed.c" starts at address 0x1000\w+ <main'),
+    ("break main", r"Breakpoint 1 at 0x1000\w+: file nios_sw/demo/speed.c"),
+    ("continue", r"Breakpoint 1, main \(\) at nios_sw/demo/speed.c:"),
+    ("backtrace", r"#0  main \(\) at nios_sw/demo/speed.c"),
+    ("next", r"timer_start\(PERIOD_US \* CLOCK_MHZ, control\);"),
+    ("print wanted", r"= 100$"),
+    ("ptype wanted", r"type = const float"),
+    ("print ticks", r"= 0$"),
+    ("break control", r"Breakpoint 2 at "),
+    ("continue", r"Breakpoint 2, control \(\)"),
+    ("backtrace 2", r"#0  control \(\) .*\n#1 .* in exception_handler \("),
+    ("print speed", r"= 0$"),
+    ("info registers ienable", r"ienable +0x1 "),
+    ("print $status & 1", r"= 0$"),
+    ("watch ticks", r"Hardware watchpoint 3: ticks"),
+    ("continue", r"Hardware watchpoint 3: ticks\s+Old value = 0\s+New value = 1"),
+    ("print ticks", r"= 1$"),
+    ("print speed", r"= 2\.39999986$"),
+    ("monitor comparators", r"breakpoint 3: free\nwatchpoint 0: free"),
+    ("delete 3", r"^$"),
+    ("finish", r"exception_handler \(.*\n.*timer_handler\(\);"),
+    ("info breakpoints", r"1 +breakpoint .* main .*\n.*\n2 +breakpoint .* control "),
+    ("delete", r"^$"),
+    ("tbreak control", r"Temporary breakpoint 4"),
+    ("continue", r"Temporary breakpoint 4, control \(\)"),
+    ("info locals", r"begin = .*\n.*error = "),
+    ("x/2i $pc", r"=> 0x1000\w+ <control(\+\d+)?>:"),
+    ("stepi", r"0x1000\w+|\d+\t"),
+    ("print &speed", r"\(volatile float \*\) 0x1004\w+ <speed>"),
+    ("set variable speed = 50.5f", r"^$"),
+    ("x/1fw &speed", r"<speed>:\s+50\.5"),
+    ("print wanted - speed", r"= 49\.5$"),
+    ("info registers fsat0_high", r"fsat0_high +"),
+    ("set var $fsat0_high = 2.5", r"^$"),
+    ("print $fsat0_high", r"= 2\.5$"),
+    ("rwatch speed", r"Hardware read watchpoint 5: speed"),
+    ("continue", r"Hardware read watchpoint 5: speed\s+Value = 50\.5"),
+    ("delete", r"^$"),
+    ("hbreak timer_stop", r"Hardware assisted breakpoint 6 at "),
+    ("continue", r"Breakpoint 6, timer_stop \(\)"),
+    ("up", r"#1 .* in main \(\) at nios_sw/demo/speed.c"),
+    ("print ticks >= 500 && ticks < 510", r"= 1$"),
+    ("monitor reset", r"speed is loaded, the core stands at its reset vector"),
+    ("maintenance flush register-cache", r"^"),
+    ("print $pc", r"= \(void \(\*\)\(\)\) 0x10000000 <_start>"),
+    ("kill", r"\[Inferior 1 \(.*\) killed\]"),
+)
+
+
+def outputs(text: str) -> list[str]:
+    """What each command printed, between the marks."""
+    return [part.strip("\n") for part in re.split(r"^@\d+\n", text, flags=re.MULTILINE)[1:]]
+
+
+@needs("nios-gcc", "nios-gdb")
+def test_session_of_forty_commands_on_a_program_of_the_project(tmp_path):
+    elf = tmp_path / "speed.elf"
+    compiler = [ROOT / "nios_sw/nios-gcc", "-O1", "-g", "nios_sw/demo/speed.c", "-o", elf]
+    subprocess.run(compiler, cwd=ROOT, check=True)
+    said: list[str] = []
+    listens, status = threading.Event(), []
+
+    def say(text: str) -> None:
+        said.append(text)
+        listens.set()
+
+    core = NiosRtl("fpga2", debug=True)
+    server = threading.Thread(
+        target=lambda: status.append(serve(core, read_elf(elf), "0", say)), daemon=True
+    )
+    server.start()
+    assert listens.wait(60)
+    place = said[0].rpartition(" ")[2]
+    lines = ["set confirm off", "set pagination off", "set width 0", f"target remote {place}"]
+    for number, (command, _) in enumerate(SESSION):
+        lines += [f"echo @{number}\\n", command]
+    script = tmp_path / "session.gdb"
+    script.write_text("\n".join(lines) + "\n")
+    done = subprocess.run(
+        [require("nios-gdb"), "-nx", "-batch", "-x", script, elf],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        timeout=300,
+        stdin=subprocess.DEVNULL,
+    )
+    found = outputs(done.stdout)
+    assert len(SESSION) >= 40
+    wrong = [
+        (command, wanted, output)
+        for (command, wanted), output in zip(SESSION, found, strict=False)
+        if not re.search(wanted, output, re.MULTILINE)
+    ]
+    assert not wrong
+    assert len(found) == len(SESSION), done.stdout
+    server.join(30)
+    assert status == [0], "kill ends the server"
+
+
+@needs("nios-gcc", "nios-gdb")
+@pytest.mark.full
+@pytest.mark.parametrize("system", ["fpga1", "fpga2"])
+def test_gdb_loads_a_program_into_an_empty_system_through_a_pipe(tmp_path, system):
+    elf = tmp_path / "hello.elf"
+    compiler = [ROOT / "nios_sw/nios-gcc", "--system", system, "-O1", "-g"]
+    subprocess.run([*compiler, "nios_sw/demo/hello.c", "-o", elf], cwd=ROOT, check=True)
+    server = f"{ROOT}/.venv/bin/nios-run --system {system} --gdb -"
+    commands = ["set remotetimeout 300", f"target remote | {server}", "load", "continue"]
+    done = subprocess.run(
+        [require("nios-gdb"), "-nx", "-batch", *(w for c in commands for w in ("-ex", c)), elf],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=400,
+        stdin=subprocess.DEVNULL,
+    )
+    assert "Loading section .text" in done.stdout
+    assert f"square root of 2 on {system.upper()}: 1.4142135" in done.stdout
+    assert "exited normally" in done.stdout, done.stdout + done.stderr
