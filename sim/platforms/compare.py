@@ -7,7 +7,6 @@ are compared with the exact interpreter of that form.
 
 from __future__ import annotations
 
-import json
 import os
 import platform
 import subprocess
@@ -23,7 +22,6 @@ from asip_asm.model.compiler import Compiled, Options, compile_law
 from asip_asm.model.exact import Array
 from asip_asm.model.law import Law
 from asip_asm.model.program import build
-from asip_asm.project import ROOT
 from sim.core import Core
 from sim.harness.nios_image import read_elf
 from sim.harness.nios_map import default_system_map
@@ -31,6 +29,7 @@ from sim.platforms.bits import first_difference, prove_c, separate
 from sim.platforms.native import NativeLaw, Times
 from sim.platforms.nios import build_elf, run_elf
 from sim.prove_program import draw_ticks, prove, unit_sine
+from sim.run.tables import synthesised
 
 FORMS = {
     "as written": Options(sine="unit"),
@@ -41,7 +40,6 @@ NIOS_ROWS = 100
 ROWS = 4096  # different inputs, in turn
 PROVED = 2000  # inputs
 SHARES = {"median": 50.0, "p9999": 99.99, "worst": 100.0}
-SYNTHESIS = ROOT / "docs/data/synthesis.json"
 TOPS = {"core": "asip_fast", "fpga2": "n2_core"}
 
 
@@ -74,7 +72,7 @@ def side_by_side(request: Request, say: Callable[[str], None]) -> dict[str, Any]
         "core": on_core(request, forms, say),
         "fpga2": on_fpga2(request, forms, say),
         "pc": on_pc(request, forms, say),
-        "area": json.loads(SYNTHESIS.read_text(encoding="utf-8")),
+        "area": synthesised(),
     }
 
 

@@ -8,6 +8,7 @@ import json
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 
@@ -16,6 +17,7 @@ from asip_asm.model.read import ModelError
 from sim.core import CoreFault
 from sim.prove_program import COUNT, SEED
 from sim.robots.catalogue import RobotError
+from sim.robots.core_goals import core_goals
 from sim.robots.job import SHOWN, Row, goals, run_robot
 from sim.robots.page import table, write_page
 
@@ -54,17 +56,26 @@ def _robots(options: argparse.Namespace) -> int:
             print(f"robots: error: {name}: {error}", file=sys.stderr)
             return 1
         rows.append(row)
-        found = goals(rows)  # written after each robot: a run that is stopped loses nothing
+        found = goals(rows) + (
+            [] if options.only else core_goals()
+        )  # written after each robot: a run that is stopped loses nothing
         content = {"robots": {row.name: row.as_json() for row in rows}, "goals": found}
         (options.output / "robots.json").write_text(json.dumps(content, indent=1) + "\n")
     write_page(rows, found, options.output / "robots.html")
     console = Console(width=TABLE_WIDTH)
     console.print(table(rows))
     for goal in found:
-        mark = "met" if goal["met"] else "NOT MET"
-        print(f"{goal['name']}: {goal['value']:g} {goal['unit']}, goal {goal['target']:g}: {mark}")
+        print(goal_text(goal))
     print(f"{options.output / 'robots.json'}, {options.output / 'robots.html'}")
     return 0 if all(goal["met"] for goal in found) else 1
+
+
+def goal_text(goal: dict[str, Any]) -> str:
+    """Line of the table of goals."""
+    value = "-" if goal["value"] is None else f"{goal['value']:g}"
+    mark = "met" if goal["met"] else "NOT MET"
+    note = f" ({goal['note']})" if "note" in goal else ""
+    return f"{goal['name']}: {value} {goal['unit']}, goal {goal['target']:g}: {mark}{note}"
 
 
 def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:

@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Goals of the core's area and clock, from what `make synth` measured, with the commit it measured.
+
+A row is not met where the figure is missing, or where the RTL is not that of the commit any more.
+"""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Mapping
+from typing import Any
+
+from asip_asm.isa import default_isa
+from sim.harness.build import file_list
+from sim.page.provenance import unchanged_since
+from sim.run.tables import synthesised
+
+ROWS = (
+    # top, name, field, unit, target, what is met
+    ("asip_fast", "core fast, logic", "aluts", "ALUTs", 12_010, operator.le),
+    ("asip_fast", "core fast, registers", "registers", "registers", 7_489, operator.le),
+    ("asip_fast", "core fast, multipliers", "dsp_18x18", "elements", 8, operator.le),
+    ("asip_fast", "core fast, clock", "fmax_mhz", "MHz", default_isa().clock_mhz, operator.ge),
+    ("asip_small", "core small, logic", "aluts", "ALUTs", 5_000, operator.le),
+    ("asip_small", "core small, clock", "fmax_mhz", "MHz", 102, operator.ge),
+)
+
+
+def core_goals(document: Mapping[str, Any] | None = None) -> list[dict[str, Any]]:
+    """Rows of build/robots.json's `goals`, with `commit` and `note`; value None: not measured.
+
+    document: of build/synth.json, None: as `make run` finds it.
+    """
+    document = synthesised() if document is None else document
+    commit = document.get("commit", "")
+    current = bool(commit) and unchanged_since(commit, file_list("asip/asip.f"))
+    found = []
+    for top, name, field, unit, target, meets in ROWS:
+        value = document.get("tops", {}).get(top, {}).get(field)
+        if isinstance(value, Mapping):
+            value = value.get("median")
+        note = f"measured at commit {commit}"
+        if value is None:
+            note = "not measured; make synth measures it"
+        elif not current:
+            note += ", the core is another one now; make synth measures it"
+        met = value is not None and current and meets(value, target)
+        found.append(
+            dict(
+                name=name, value=value, unit=unit, target=target, met=met, commit=commit, note=note
+            )
+        )
+    return found

@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Goals of area and clock in build/robots.json: marked with their commit, never met by accident."""
+
+from __future__ import annotations
+
+import subprocess
+
+import pytest
+
+from sim.page import provenance
+from sim.robots import core_goals as module
+from sim.robots.__main__ import goal_text
+from sim.robots.core_goals import ROWS, core_goals
+
+FAST = {"aluts": 12_010, "registers": 7_489, "dsp_18x18": 8, "fmax_mhz": {"median": 125.0}}
+SMALL = {"aluts": 5_000, "fmax_mhz": {"median": 102.0}}
+
+
+@pytest.fixture
+def same_rtl(monkeypatch):
+    monkeypatch.setattr(module, "unchanged_since", lambda commit, paths: commit == "abc")
+
+
+def document(commit: str = "abc", **fast) -> dict:
+    return {"commit": commit, "tops": {"asip_fast": FAST | fast, "asip_small": SMALL}}
+
+
+def missed(goals: list[dict]) -> list[str]:
+    return [goal["name"] for goal in goals if not goal["met"]]
+
+
+def test_figures_at_their_targets_are_met_and_name_their_commit(same_rtl):
+    goals = core_goals(document())
+    assert missed(goals) == [] and {goal["commit"] for goal in goals} == {"abc"}
+    assert goal_text(goals[3]) == (
+        "core fast, clock: 125 MHz, goal 125: met (measured at commit abc)"
+    )
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "name"),
+    [
+        ("aluts", 12_011, "core fast, logic"),
+        ("registers", 7_490, "core fast, registers"),
+        ("dsp_18x18", 9, "core fast, multipliers"),
+        ("fmax_mhz", {"median": 124.9}, "core fast, clock"),
+    ],
+)
+def test_a_figure_beyond_its_target_is_not_met(same_rtl, field, value, name):
+    assert missed(core_goals(document(**{field: value}))) == [name]
+
+
+def test_figures_of_another_core_or_none_are_not_met(same_rtl):
+    other = core_goals(document("old"))
+    assert len(missed(other)) == len(ROWS)
+    assert "the core is another one now; make synth measures it" in goal_text(other[0])
+    none = core_goals({})
+    assert len(missed(none)) == len(ROWS) and none[0]["value"] is None
+    assert goal_text(none[0]).startswith("core fast, logic: - ALUTs, goal 12010: NOT MET (not mea")
+
+
+def test_files_are_compared_with_those_of_a_commit(tmp_path, monkeypatch):
+    monkeypatch.setattr(provenance, "ROOT", tmp_path)
+    (tmp_path / "core.sv").write_text("one")
+    assert not provenance.unchanged_since("HEAD", ["core.sv"])  # no repository
+    git = ["git", "-c", "user.name=x", "-c", "user.email=x@x", "-C", tmp_path]
+    for command in (["init", "-q"], ["add", "."], ["commit", "-q", "-m", "x"]):
+        subprocess.run([*git, *command], check=True)
+    assert provenance.unchanged_since("HEAD", ["core.sv"])
+    assert not provenance.unchanged_since("0" * 40, ["core.sv"])
+    (tmp_path / "core.sv").write_text("two")
+    assert not provenance.unchanged_since("HEAD", ["core.sv"])
+    assert provenance.unchanged_since("HEAD", ["other.sv"])
