@@ -8,6 +8,8 @@ instruction reads some and writes one. Every scalar instruction of CasADi 3.8 is
 
 from __future__ import annotations
 
+import os
+import resource
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -74,6 +76,8 @@ REFUSED: dict[int, str] = {
     ca.OP_PARAMETER: "a free symbol; make it an argument of the function",
     ca.OP_CALL: "a call that does not expand into scalars; use SX or expand() the callee",
 }
+LOAD_SECONDS = 5  # of processor time for a file
+LOAD_BYTES = 1 << 29  # beyond what the process has
 NAMES = {getattr(ca, name): name for name in dir(ca) if name.startswith("OP_")}
 
 
@@ -85,13 +89,13 @@ def load_function(source: ca.Function | Path | str) -> ca.Function:
         path = Path(source)
         if not path.is_file():
             raise ModelError(f"{path}: no such file; write one with casadi.Function.save")
-        try:
-            source = ca.Function.load(str(path))
-        except Exception as error:  # CasADi raises many kinds for a damaged file
-            line = str(error).strip().splitlines()[0] if str(error).strip() else "damaged"
+        if fault := _fault_of(path):
             raise ModelError(
-                f"{path}: not a file of casadi.Function.save with this version: {line}"
-            ) from None
+                f"{path}: not a file of casadi.Function.save with this version: {fault}"
+            )
+        source = ca.Function.load(str(path))
+    if source.is_null():
+        raise ModelError("the function is empty: save one that has been made")
     if source.is_a("SXFunction"):
         return source
     try:
@@ -102,6 +106,39 @@ def load_function(source: ca.Function | Path | str) -> ca.Function:
             f"{source.name()}: does not expand into scalar operations: {line}; "
             "solvers, interpolants and external calls have none"
         ) from None
+
+
+def _fault_of(path: Path) -> str:
+    """Why CasADi cannot load the file, empty if it can. Tried in a process of its own: a damaged
+    file can make it compute without end, take all memory or crash.
+    """
+    reader, writer = os.pipe()
+    child = os.fork()
+    if child == 0:
+        _try_to_load(path, writer)
+    os.close(writer)
+    with os.fdopen(reader, "rb") as pipe:
+        text = pipe.read().decode(errors="replace")
+    status = os.waitpid(child, 0)[1]
+    return text or ("damaged" if status else "")
+
+
+def _try_to_load(path: Path, writer: int) -> None:
+    """Load the file under limits and write what goes wrong; never returns."""
+    try:
+        pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
+        most = pages * resource.getpagesize() + LOAD_BYTES
+        resource.setrlimit(resource.RLIMIT_AS, (most, most))
+        resource.setrlimit(resource.RLIMIT_CPU, (LOAD_SECONDS, LOAD_SECONDS + 1))
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+        function = ca.Function.load(str(path))
+        argument_names(function)
+        result_names(function)
+    except BaseException as error:  # CasADi raises many kinds for a damaged file
+        line = str(error).strip().splitlines()[:1]
+        os.write(writer, (line[0][:200] if line else "damaged").encode())
+    finally:
+        os._exit(0)
 
 
 def argument_names(function: ca.Function) -> dict[tuple[int, int], str]:
@@ -134,21 +171,39 @@ def read_function(
     work: dict[int, int] = {}
     results: dict[tuple[int, int], int] = {}
     for i in range(function.n_instructions()):
-        op = function.instruction_id(i)
-        inputs, outputs = function.instruction_input(i), function.instruction_output(i)
-        if op == ca.OP_OUTPUT:
-            results[outputs[0], outputs[1]] = work[inputs[0]]
-        elif op == ca.OP_INPUT:
-            work[outputs[0]] = arguments[inputs[0], inputs[1]]
-        elif op == ca.OP_CONST:
-            work[outputs[0]] = _constant(function, i, graph)
-        else:
-            args = [work[k] for k in inputs]
-            work[outputs[0]] = _operation(function, i, op, graph, args)
+        try:
+            _instruction(function, i, graph, arguments, work, results)
+        except (KeyError, IndexError):
+            raise ModelError(
+                f"{function.name()}, instruction {i} of {function.n_instructions()} reads what "
+                "nothing wrote: the file is damaged; save the function again"
+            ) from None
     for key in result_names(function):  # structural zeros are not written
         if key not in results:
             results[key] = graph.const(0.0)
     return results
+
+
+def _instruction(
+    function: ca.Function,
+    i: int,
+    graph: Graph,
+    arguments: Mapping[tuple[int, int], int],
+    work: dict[int, int],
+    results: dict[tuple[int, int], int],
+) -> None:
+    """One instruction of `read_function`: its node goes into `work` or `results`."""
+    op = function.instruction_id(i)
+    inputs, outputs = function.instruction_input(i), function.instruction_output(i)
+    if op == ca.OP_OUTPUT:
+        results[outputs[0], outputs[1]] = work[inputs[0]]
+    elif op == ca.OP_INPUT:
+        work[outputs[0]] = arguments[inputs[0], inputs[1]]
+    elif op == ca.OP_CONST:
+        work[outputs[0]] = _constant(function, i, graph)
+    else:
+        args = [work[k] for k in inputs]
+        work[outputs[0]] = _operation(function, i, op, graph, args)
 
 
 def _constant(function: ca.Function, i: int, graph: Graph) -> int:

@@ -10,9 +10,11 @@ every link.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pinocchio as pin
@@ -76,6 +78,40 @@ class Tree:
         return found
 
 
+NUMBERS = {
+    "mass": ("value",),
+    "inertia": ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"),
+    "origin": ("xyz", "rpy"),
+    "axis": ("xyz",),
+    "limit": ("lower", "upper", "effort", "velocity"),
+    "dynamics": ("damping", "friction"),
+}
+"""Attributes of a URDF's elements that the dynamics read."""
+
+
+def check_numbers(path: Path) -> None:
+    """Raises RobotError for a number of a URDF that is none: pinocchio's parser leaves such an
+    element out, and the link is without its mass.
+    """
+    try:
+        root = ElementTree.parse(path).getroot()
+    except (ElementTree.ParseError, ValueError, LookupError) as error:
+        raise RobotError(f"{path}: no XML file: {error}") from None
+    for part in (*root.findall("link"), *root.findall("joint")):
+        for element in part.iter():
+            for name in NUMBERS.get(element.tag, ()):
+                for word in element.get(name, "").split():
+                    try:
+                        good = math.isfinite(float(word))
+                    except ValueError:
+                        good = False
+                    if not good:
+                        raise RobotError(
+                            f"{path}: {part.tag} {part.get('name')}: {element.tag} {name} "
+                            f"'{word:.40}' is no number"
+                        )
+
+
 def load_tree(path: Path, locked: Sequence[str] = ()) -> Tree:
     """Tree of a URDF; joints in `locked` are fixed at their neutral position.
 
@@ -83,6 +119,7 @@ def load_tree(path: Path, locked: Sequence[str] = ()) -> Tree:
     """
     if not Path(path).is_file():
         raise RobotError(f"{path}: no such file")
+    check_numbers(Path(path))
     try:
         model = pin.buildModelFromUrdf(str(path))
     except Exception as error:
@@ -93,7 +130,10 @@ def load_tree(path: Path, locked: Sequence[str] = ()) -> Tree:
     if locked:
         held = [model.getJointId(name) for name in locked]
         model = pin.buildReducedModel(model, held, pin.neutral(model))
-    return tree_of(model)
+    try:
+        return tree_of(model)
+    except np.linalg.LinAlgError:
+        raise RobotError(f"{path}: an axis or a place is too large or too small") from None
 
 
 def _listed(model: pin.Model) -> str:
@@ -117,7 +157,9 @@ def tree_of(model: pin.Model) -> Tree:
     """Tree of a pinocchio model. Raises RobotError."""
     kinds = ["", *(kind_of(model, i) for i in range(1, model.njoints))]
     data = model.createData()
-    columns = pin.computeJointJacobians(model, data, pin.neutral(model))
+    if model.nv == 0:
+        raise RobotError(f"{model.name}: no joint moves")
+    columns = np.reshape(pin.computeJointJacobians(model, data, pin.neutral(model)), (6, model.nv))
     world = [data.oMi[i].homogeneous for i in range(model.njoints)]
     axes = [np.array([0.0, 0.0, 1.0])] + [
         columns[3:, model.joints[i].idx_v]
@@ -125,6 +167,12 @@ def tree_of(model: pin.Model) -> Tree:
         else columns[:3, model.joints[i].idx_v]
         for i in range(1, model.njoints)
     ]
+    for i in range(1, model.njoints):
+        if not all(np.isfinite(a).all() for a in (world[i], axes[i], model.inertias[i].np)):
+            raise RobotError(
+                f"{model.name}: joint {model.names[i]} has an axis, a place or an inertia that is "
+                "no number"
+            )
     frames = _frames(model, kinds, world, axes)
     pseudo = [
         _moved(np.linalg.inv(frames[i]) @ world[i], model.inertias[i].toPseudoInertia().toMatrix())

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 from types import SimpleNamespace
 
 import casadi as ca
@@ -93,6 +94,28 @@ def test_floating_base_is_refused_by_name():
 def test_a_joint_that_is_not_there_is_named():
     with pytest.raises(RobotError, match="no joint wrist; it has shoulder, elbow, lift, roll"):
         load_tree(ROBOTS["scara"].file(), locked=("wrist",))
+
+
+def test_one_joint_alone_is_a_robot_and_none_is_not():
+    file = ROBOTS["scara"].file()
+    tree = load_tree(file, locked=("elbow", "lift", "roll"))
+    q = ca.SX.sym("q", 1)
+    weight = ca.Function("w", [q], [inverse_dynamics(tree, q, q * 0, q * 0)])
+    data = tree.model.createData()
+    want = pin.rnea(tree.model, data, np.array([0.3]), np.zeros(1), np.zeros(1))
+    assert weight(0.3).full().ravel() == pytest.approx(want, abs=1e-12)
+    with pytest.raises(RobotError, match="no joint moves"):
+        load_tree(file, locked=("shoulder", "elbow", "lift", "roll"))
+
+
+def test_a_mass_that_is_no_number_is_refused(tmp_path):
+    text = ROBOTS["scara"].file().read_text()
+    (tmp_path / "arm.urdf").write_text(re.sub('mass value="[^"]*"', 'mass value="nan"', text))
+    with pytest.raises(RobotError, match="arm.urdf: link .*: mass value 'nan' is no number"):
+        load_tree(tmp_path / "arm.urdf")
+    (tmp_path / "arm.urdf").write_text(text.replace("</robot>", ""))
+    with pytest.raises(RobotError, match="arm.urdf: no XML file: no element found"):
+        load_tree(tmp_path / "arm.urdf")
 
 
 def test_base_parameters_leave_a_revolute_link_no_mass():
