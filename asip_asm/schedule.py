@@ -14,9 +14,9 @@ from asip_asm.ir import Bundle, Operation, Output, Program, Region, Register, Vi
 from asip_asm.machine import Machine, sources
 from asip_asm.search import Problem, Progress, Value, build_problem, search
 
-DEFAULT_EFFORT = 2000
+DEFAULT_EFFORT = 8000
 """Schedules tried per region, unless a lower bound is reached before."""
-PLACEMENTS = 1 << 20
+PLACEMENTS = 1 << 21
 """Operations placed in all schedules of a program: larger programs get fewer schedules, so that the
 search takes seconds whatever the program.
 """

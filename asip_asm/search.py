@@ -4,14 +4,16 @@ units.
 
 A serial list scheduler places operations, in a given order, at the first cycle that dependences and
 resources allow; its mirror image places them at the last. Alternating both ("double justification",
-Valls, Ballestin and Quintanilla, EJOR 165, 2005) shortens a schedule; the search restarts it from
-perturbed orders of a good schedule, and from critical-path orders whose paths include guessed waits
-for the slots and the port. Everything is deterministic: a fixed seed, and effort
-counted in schedules, not in time.
+Valls, Ballestin and Quintanilla, EJOR 165, 2005) shortens a schedule. It begins with critical-path
+orders whose paths include guessed waits for the slots and the port; then a population of schedules
+is crossed, one giving the order within a window of time, another that around it (after the same
+authors' hybrid genetic algorithm, EJOR 185, 2008). Everything is deterministic: a fixed seed, and
+effort counted in schedules, not in time.
 """
 
 from __future__ import annotations
 
+import bisect
 import heapq
 import random
 from collections.abc import Callable, Sequence
@@ -21,15 +23,20 @@ from asip_asm.dependence import Graph
 from asip_asm.machine import Machine
 
 SEED = 20220711
-WIDTHS = (0.5, 1.5, 4.0, 10.0)
-"""Standard deviations in cycles of the perturbation of a schedule."""
+POPULATION = 60
+WINDOWS = (0.2, 0.6)
+"""Smallest and largest window of a crossing, as a share of the schedule's length."""
+WIDTHS = (0.5, 1.5, 4.0)
+"""Standard deviations in cycles of the perturbation of a crossed schedule."""
+PERTURBED = 0.4
+"""Share of the crossed schedules that are perturbed."""
+FRESH, FRESH_UNTIL = 0.3, 0.25
+"""Share of the schedules that are new ones with random waits, in that part of the effort."""
 FMA_WAITS = (0.0, 4.0, 8.0, 1.0)
 AUX_WAITS = (16.0, 24.0, 8.0, 4.0, 0.0)
 """Guesses how long an operation waits for its slot or port, added to path lengths."""
-PATIENCE = 300
+PATIENCE = 800
 """Schedules without gain after which the search ends, for each cycle that could still be won."""
-RESTART_AFTER = 60
-"""Perturbations without improvement after which the search takes a new start."""
 EXCESS_PENALTY = 2
 """Cycles that one register too many is taken to cost."""
 
@@ -306,42 +313,78 @@ class _Search:
         self.rng = random.Random(SEED)
         self.bound = lower_bound(problem)
         self.tried = 0
+        self.gained = 0
 
     def run(self) -> list[int]:
         """Issue cycles of the best schedule found."""
         no_wait = [0.0] * len(self.problem.lane)
-        best = min(self._start(no_wait, True), self._start(no_wait, False))
-        starts = [self._waits(fma, aux) for aux in AUX_WAITS for fma in FMA_WAITS]
-        current, stale, gained = best, 0, self.tried
-        while self.tried < self.effort and self.tried - gained < PATIENCE * (
-            best[0][0] - self.bound
-        ):
-            if self.progress is not None:
-                cycles = length(self.problem, best[1])
-                self.progress(Progress(self.tried, self.effort, cycles, self.bound))
-            if starts:
-                wait = starts.pop(0)
-                found = min(self._start(wait, True), self._start(wait, False))
-            elif stale >= RESTART_AFTER:
-                fma, aux = self.rng.choice(FMA_WAITS), self.rng.choice(AUX_WAITS)
-                wait = [self.rng.uniform(0.5, 1.5) * w for w in self._waits(fma, aux)]
-                found = self._start(wait, self.rng.random() < 0.5)
-                current, stale = found, 0
-            else:
-                width = self.rng.choice(WIDTHS)
-                found = self._improve(
-                    self._place([t + self.rng.gauss(0.0, width) for t in current[1]], True)
-                )
-            stale += 1
-            if found[0] < current[0]:
-                stale = 0
-            if found[0] <= current[0]:
-                current = found
-            if found[0] < best[0]:
-                if found[0][0] < best[0][0]:
-                    gained = self.tried
-                best = found
-        return best[1]
+        found = [self._start(no_wait, True), self._start(no_wait, False)]
+        starts = [
+            (self._waits(fma, aux), forward)
+            for aux in AUX_WAITS
+            for fma in FMA_WAITS
+            for forward in (True, False)
+        ]
+        self.gained = self.tried
+        while starts and self._goes_on(min(found)):
+            self._tell(min(found))
+            best = min(found)[0]
+            found.append(self._start(*starts.pop(0)))
+            if found[-1][0][0] < best[0]:
+                self.gained = self.tried
+        return self._evolve(found)
+
+    def _goes_on(self, best: Found) -> bool:
+        """Whether another schedule may be worth its time."""
+        patience = PATIENCE * (best[0][0] - self.bound)
+        return self.tried < self.effort and self.tried - self.gained < patience
+
+    def _tell(self, best: Found) -> None:
+        if self.progress is not None:
+            cycles = length(self.problem, best[1])
+            self.progress(Progress(self.tried, self.effort, cycles, self.bound))
+
+    def _evolve(self, found: list[Found]) -> list[int]:
+        """Cross schedules; one that is no worse than the worst takes its place."""
+        population: list[Found] = []
+        for one in sorted(found):
+            if one not in population:
+                population.append(one)
+        del population[POPULATION:]
+        while self._goes_on(population[0]):
+            self._tell(population[0])
+            fresh = self.tried < FRESH_UNTIL * self.effort and self.rng.random() < FRESH
+            keys = self._guess() if fresh else self._cross(population)
+            child = self._improve(self._place(keys, True))
+            if child[0] > population[-1][0] or child in population:
+                continue
+            if child[0][0] < population[0][0][0]:
+                self.gained = self.tried
+            bisect.insort(population, child, key=lambda one: one[0])
+            del population[POPULATION:]
+        return population[0][1]
+
+    def _guess(self) -> list[float]:
+        """Keys by the longest path behind, with random waits."""
+        fma, aux = self.rng.choice(FMA_WAITS), self.rng.choice(AUX_WAITS)
+        wait = [self.rng.uniform(0.5, 1.5) * cycles for cycles in self._waits(fma, aux)]
+        return [-cycles for cycles in self.problem.graph.tails(wait)]
+
+    def _cross(self, population: list[Found]) -> list[float]:
+        """Keys of an order: within a window of time that of one schedule, outside another's."""
+        rng = self.rng
+        inner, outer = (one[1] for one in rng.choices(population, k=2))
+        end = max(inner)
+        first = rng.uniform(0, end)
+        last = first + rng.uniform(*WINDOWS) * end
+        keys = [
+            a if first <= a <= last else min(b, first - 1) if a < first else max(b, last + 1)
+            for a, b in zip(inner, outer, strict=True)
+        ]
+        if rng.random() < PERTURBED:
+            width = rng.choice(WIDTHS)
+            keys = [key + rng.gauss(0.0, width) for key in keys]
+        return keys
 
     def _waits(self, fma: float, aux: float) -> list[float]:
         """Cycles to wait: of multiply-adds, and of operations that use the write port."""

@@ -40,7 +40,7 @@ def test_law_is_the_golden_model_at_every_tick(robot, name):
 def test_program_is_short_and_keeps_its_bound(robot, tmp_path, name):
     options = Options(reassociate=True, reciprocal=True)
     built = build(compile_law(LAWS[name](robot), options), tmp_path / "law.s")
-    assert built.cycles <= CYCLES[name]
+    assert built.cycles <= CYCLES[name] and built.cycles <= 1.05 * built.bound_cycles
     proof = prove(
         built.compiled,
         built.image,
