@@ -74,9 +74,17 @@ def struct_members(law: Law) -> dict[str, list[tuple[str, str]]]:
     }
 
 
-def parameter_macro(prefix: str, name: str) -> str:
-    """Macro of a parameter."""
-    return re.sub(r"\W", "_", f"{prefix}_{name}", flags=re.ASCII).upper()
+def parameter_macros(law: Law, prefix: str) -> dict[str, str]:
+    """Macro of each parameter, each different and none of the file's own."""
+    taken = {f"{prefix}_fused".upper(), f"{prefix}_tick_h".upper()}
+    found: dict[str, str] = {}
+    for port in law.of_kind("parameter"):
+        macro = re.sub(r"\W", "_", f"{prefix}_{port.name}", flags=re.ASCII).upper()
+        while macro in taken:
+            macro += "_"
+        taken.add(macro)
+        found[port.name] = macro
+    return found
 
 
 def c_literal(value: float) -> str:
@@ -134,8 +142,9 @@ def _header(law: Law, prefix: str) -> str:
 
 def _parameters(law: Law, prefix: str) -> list[str]:
     lines = []
+    macros = parameter_macros(law, prefix)
     for port in law.of_kind("parameter"):
-        macro = parameter_macro(prefix, port.name)
+        macro = macros[port.name]
         lines += [
             f"/* {_describe(port)}; -D{macro}=value replaces it. */",
             f"#ifndef {macro}",
@@ -179,8 +188,7 @@ class _Source:
         states = members(name for name, _ in self.groups["states"])
         self.sources = {name: f"in->{c}" for name, c in inputs.items()}
         self.sources |= {name: f"was.{c}" for name, c in states.items()}
-        for port in law.of_kind("parameter"):
-            self.sources[port.name] = parameter_macro(prefix, port.name)
+        self.sources |= parameter_macros(law, prefix)
 
     def text(self) -> str:
         """The whole source."""

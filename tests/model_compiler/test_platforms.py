@@ -127,6 +127,19 @@ def test_names_that_c_knows_are_given_others_and_parameters_are_macros(tmp_path)
     assert doubled.outputs["int"][0] == 36.0
 
 
+def test_parameters_that_differ_in_case_or_are_named_like_ours_have_their_own_macros():
+    names = ("gain", "Gain", "fused")
+    x, *gains = (ca.SX.sym(name) for name in ("x", *names))
+    function = ca.Function("f", [x, *gains], [x * gains[0] + gains[1] - gains[2]], ["x", *names],
+                           ["y"])  # fmt: skip
+    ports = [Port("input", "x"), Port("output", "y")]
+    ports += [
+        Port("parameter", name, initial=v) for name, v in zip(names, (2.0, 10.0, 3.0), strict=True)
+    ]
+    ran = NativeLaw(one(function, ports)).run({"x": np.array([1.5], np.float32)}, {})
+    assert ran.outputs["y"].tolist() == [10.0]
+
+
 def test_header_is_read_by_a_c_plus_plus_compiler_too(tmp_path):
     header, _ = native.write_c(compile_law(mixed()), tmp_path / "law")
     text = '#include "law.tick.h"\nint main() { return (int)mixed_safe.a; }\n'
