@@ -189,10 +189,10 @@ module debug_run (
 
   assign stop_q_o = held_q || (|match_q_q);
   assign stop_d_o = (held_q || (|match_d_q) || (stop_at_start_q && !core_i.run)) && !release_q;
-  assign freeze_o = halted_q && !watchdog_runs_q;
+  assign freeze_o = halted_o && !watchdog_runs_q;
   assign abort_o  = abort_q;
   assign held_o   = held_q;
-  assign halted_o = halted_q;
+  assign halted_o = halted_q && core_i.run;  // a fault ends it
   assign reason_o = reason_q;
   assign which_o  = which_q;
   assign next_o   = next_q;

@@ -20,7 +20,8 @@ module debug_run_sva (
 
   HaltedIsEmpty : assert property (@(posedge clk_i) disable iff (!rst_ni)
       halted_o |-> held_o && run && quiet && !issue_i)
-  else $error("halted with a bundle or a result on its way");
+  else $error("halted with a bundle or a result on its way: held %b run %b quiet %b issue %b", held_o, run,
+              quiet, issue_i);
 
   OneBundlePerStep : assert property (@(posedge clk_i) disable iff (!rst_ni)
       held_o && $past(held_o && issue_i && !resume) |-> !issue_i)
