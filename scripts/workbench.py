@@ -36,6 +36,7 @@ OUTPUT = ROOT / "build/workbench.json"
 PRODUCERS: dict[str, str] = {
     "asip-scope": "sim.scope.goals:rows",
     "nios-gdb": "sim.gdb.goals:rows",
+    "asip-dbg": "tests.debugger.goals:rows",
 }
 """Name -> "module:function"."""
 

@@ -16,7 +16,7 @@ from sim.debugger.command_table import AssertionMissed, CommandError, Quit
 from sim.debugger.commands import Commands
 from sim.debugger.options import open_session, parse_arguments
 from sim.debugger.program import ProgramError
-from sim.debugger.session import Session
+from sim.debugger.session import Session, SessionError
 from sim.debugger.target import TargetError, TargetGone
 
 MISSED = 3
@@ -39,7 +39,7 @@ def _command(options: argparse.Namespace) -> int:
     except AssemblyError as error:
         print(error.report(), file=sys.stderr)
         return 1
-    except (UserError, ImageError, DebugMapError, ProgramError, TargetError) as error:
+    except (UserError, ImageError, DebugMapError, ProgramError, TargetError, SessionError) as error:
         print(f"asip-dbg: error: {error}", file=sys.stderr)
         return getattr(error, "status", 1)
     try:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 from asip_asm.image import Image
 from sim.core_fault import Fault
@@ -16,7 +16,7 @@ from sim.debugger.target import Kind, Status, TargetError, TargetGone, Watch
 
 
 @contextmanager
-def _errors() -> Iterator[None]:
+def client_errors() -> Iterator[None]:
     """Errors of the client as those of a target."""
     try:
         yield
@@ -32,6 +32,8 @@ class BlockTarget:
     Raises TargetGone if there is nothing at the other end.
     """
 
+    driven = False
+
     def __init__(self, connect: Callable[[], Client], label: str) -> None:
         self.label = label
         self._connect = connect
@@ -39,7 +41,7 @@ class BlockTarget:
         self._runs = 0
         self._breaks: list[int] = []
         self._watches: list[Watch] = []
-        with _errors():
+        with client_errors():
             self.client = connect()
 
     @property
@@ -54,19 +56,24 @@ class BlockTarget:
 
     def load(self, image: Image) -> None:
         self.abort()
-        with _errors():
+        with client_errors():
             self.client.load(image)
+        self.free_points()
+        self._image = image
+
+    def free_points(self) -> None:
+        """Clear all breakpoints and watches, those of an earlier session too."""
+        with client_errors():
             for n in range(self.breakpoints):
                 self.client.clear_breakpoint(n)
             for n in range(self.watches):
                 self.client.clear_watch(n)
         self._breaks, self._watches = [], []
-        self._image = image
 
     def begin(self, inputs: Mapping[str, int], hold: bool) -> None:
         if self._image is None:
             raise TargetError("no program is loaded")
-        with _errors():
+        with client_errors():
             for entry in self._image.inputs:
                 self.client.write_register(f"k{entry.index}", inputs[entry.name])
             self.client.set_mode(stop_at_start=hold)
@@ -76,20 +83,20 @@ class BlockTarget:
             self.client.start()
 
     def resume(self) -> None:
-        with _errors():
+        with client_errors():
             self.client.resume()
 
     def step(self) -> None:
-        with _errors():
+        with client_errors():
             self.client.step()
 
     def halt(self) -> None:
-        with _errors():
+        with client_errors():
             self.client.halt()
 
     def poll(self, seconds: float) -> Status:
         end = time.monotonic() + seconds
-        with _errors():
+        with client_errors():
             while True:
                 state = self.client.state()
                 status = self._status(state)
@@ -111,7 +118,7 @@ class BlockTarget:
     def set_breakpoints(self, bundles: Sequence[int]) -> None:
         if list(bundles) == self._breaks:
             return
-        with _errors():
+        with client_errors():
             for n in range(len(self._breaks)):
                 self.client.clear_breakpoint(n)
             for bundle in bundles:
@@ -121,7 +128,7 @@ class BlockTarget:
     def set_watches(self, watches: Sequence[Watch]) -> None:
         if list(watches) == self._watches:
             return
-        with _errors():
+        with client_errors():
             for n in range(len(self._watches)):
                 self.client.clear_watch(n)
             for watch in watches:
@@ -129,28 +136,28 @@ class BlockTarget:
         self._watches = list(watches)
 
     def read(self, place: str) -> int:
-        with _errors():
+        with client_errors():
             if place[:1] == "d":
                 return self.client.read_data(int(place[1:]))[0]
             return self.client.read_register(place)
 
     def write(self, place: str, word: int) -> None:
-        with _errors():
+        with client_errors():
             if place[:1] == "d":
                 self.client.write_data(int(place[1:]), [word])
             else:
                 self.client.write_register(place, word)
 
     def counters(self) -> dict[str, int]:
-        with _errors():
+        with client_errors():
             return {"CYCLES": self.client.cycles()}
 
     def clear(self) -> None:
-        with _errors():
+        with client_errors():
             self.client.clear()
 
     def abort(self) -> None:
-        with _errors():
+        with client_errors():
             state = self.client.state()
             if state.running:
                 self.client.abort()
@@ -161,8 +168,14 @@ class BlockTarget:
 
     def reconnect(self) -> None:
         self.client.close()
-        with _errors():
+        with client_errors():
             self.client = self._connect()
 
     def close(self) -> None:
+        """Leave the core without breakpoints, and let it go on."""
+        with suppress(TargetError):  # it may be gone
+            self.free_points()
+            with client_errors():
+                self.client.set_mode()
+                self.client.resume()
         self.client.close()

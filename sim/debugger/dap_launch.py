@@ -12,7 +12,7 @@ from typing import Any
 from sim.asip_run.inputs import UserError
 from sim.debugger.options import parse_arguments
 
-SWITCHES = {"iss": "--iss"}
+SWITCHES = {"iss": "--iss", "uart": "--uart", "load": "--load"}
 TEXTS = {"configuration": "--config", "connect": "--connect"}
 ASSIGNMENTS = {"set": "--set", "state": "--state"}
 NAMES = {"program", "inputs", "optimise", "stopOnEntry", *SWITCHES, *TEXTS, *ASSIGNMENTS}

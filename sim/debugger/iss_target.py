@@ -21,6 +21,7 @@ class IssTarget:
     label = "instruction-set model"
     breakpoints = 64
     watches = 64
+    driven = False
 
     def __init__(self) -> None:
         self._iss: Iss | None = None

@@ -9,7 +9,7 @@ from pathlib import Path
 from asip_asm.isa import default_isa
 from sim.asip_run.inputs import assignments, read_inputs
 from sim.debugger.program import DebuggedProgram
-from sim.debugger.session import Session
+from sim.debugger.session import Session, SessionError
 from sim.debugger.targets import add_target_options, make_target
 
 EPILOG = """examples:
@@ -35,6 +35,10 @@ def open_session(options: argparse.Namespace) -> Session:
     states = assignments(options.state, {s.name: s.type for s in image.states}, "state")
     rows = read_inputs(options.inputs, types) if options.inputs else []
     session = Session(program, make_target(options, image.configuration), states, rows)
+    if inputs and session.target.driven:
+        raise SessionError(
+            "inputs are those of the machine's host; leave --set out, or give --load"
+        )
     session.values.inputs.update(inputs)
     return session
 
@@ -94,6 +98,8 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
         help="with --dap: serve on this TCP port of the loopback address (0: a free one)",
     )
     options = parser.parse_args(arguments)
+    if options.load and not options.connect:
+        parser.error("--load goes with --connect; without it the program is always loaded")
     if options.program is None and not (options.dap or options.port is not None):
         parser.error("which program? asip-dbg PROGRAM")
     if options.port is not None and not 0 <= options.port <= 65535:

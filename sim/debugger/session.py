@@ -99,6 +99,8 @@ class Session:
     def reset(self) -> None:
         """Load the program again: states at their presets, no run on, tick 0."""
         self.target.load(self.program.image)
+        if self.target.driven and (self.states or self.rows):
+            raise SessionError("inputs and states are those of the machine's host; leave them out")
         places = {state.name: state.register for state in self.program.image.states}
         for name, word in self.states.items():
             self.target.write(places[name], word)
@@ -115,7 +117,7 @@ class Session:
     def run(self, ticks: int | None = None) -> Stop:
         """Run so many ticks, up to a stop; None: those of the input rows that are left, or one."""
         if self.in_run:
-            self._left = (ticks or 1) if ticks else max(self._left, 1)
+            self._left = ticks or max(self._left, 1)
             self.target.resume()
         else:
             self._left = ticks or max(1, len(self.rows) - self.tick)

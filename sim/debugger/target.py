@@ -61,6 +61,8 @@ class Target(Protocol):
     label: str
     breakpoints: int
     watches: int
+    driven: bool
+    """Another host writes the inputs and starts the runs; `begin` takes the next one."""
 
     def load(self, image: Image) -> None:
         """Load a program, states at their initial values. Raises TargetError."""

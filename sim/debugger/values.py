@@ -97,6 +97,7 @@ class Values:
         """The value of a name here. Raises ValueMissing, TargetGone."""
         image = self.program.image
         if name in self.inputs:
+            self._own_input(name)
             index = next(entry.index for entry in image.inputs if entry.name == name)
             return Reading(name, self.types[name], self.inputs[name], f"k{index}", "input")
         where = self.program.finder.find(name, self.position())
@@ -113,6 +114,13 @@ class Values:
             address = image.data_names[match.group(1)] + int(match.group(2) or 0)
             return Reading(name, "float", self._target_word(f"d{address}"), f"d{address}", "data")
         raise ValueMissing(self._unknown(name))
+
+    def _own_input(self, name: str) -> None:
+        """Inputs are known where the debugger writes them. Raises ValueMissing elsewhere."""
+        if self.target.driven:
+            raise ValueMissing(
+                f"{name} is an input, which the machine's host writes and nobody can read back"
+            )
 
     def _found(self, name: str, where: Where) -> Reading:
         value = where.value
@@ -142,6 +150,7 @@ class Values:
         if place[0] == "k":
             kind = self._k_types.get(place, "float")
             if place in self._input_of:
+                self._own_input(name)
                 return Reading(name, kind, self.inputs[self._input_of[place]], place, "input")
             if place in self._k:
                 return Reading(name, kind, self._k[place], place, "constant")
@@ -172,6 +181,7 @@ class Values:
         TargetGone.
         """
         if name in self.inputs:
+            self._own_input(name)
             kind = self.types[name]
             self.inputs[name] = self.word(name, kind, value) if word is None else word
             return self.read(name)

@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Rows of `make workbench` for the debugger: its start, and sessions of the DAP server."""
+
+from __future__ import annotations
+
+import statistics
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+from sim.debug.model import DebugRtl
+from sim.debug.row import Row, at_most, exactly
+from tests.debugger.dap_client import DapClient, start_server
+from tests.debugger.terminal import PROMPT, Terminal
+
+LEG = Path(__file__).with_name("leg.s")
+START_SECONDS = 2.0
+
+
+def rows(full: bool) -> Iterator[Row]:
+    """Both rows; the models are built before anything is timed."""
+    DebugRtl("fast").close()
+    starts = [start_time() for _ in range(15 if full else 5)]
+    yield at_most(
+        "asip-dbg: start to first prompt, Verilated core",
+        statistics.median(starts),
+        START_SECONDS,
+        "s",
+        f"median of {len(starts)}, longest {max(starts):.2f} s",
+    )
+    messages, kinds, refused = 0, set(), []
+    for core in ({}, {"uart": True}, {"iss": True}):
+        client = session(core, 40 if full else 8)
+        messages += client.sequence + client.received
+        kinds |= client.seen
+        refused += client.refused
+    yield exactly(
+        "DAP: messages that the protocol's schema refuses",
+        len(refused),
+        0,
+        "",
+        f"{messages} messages of {len(kinds)} kinds, on three cores"
+        + "".join(f"; {text}" for text in refused[:1]),
+    )
+
+
+def start_time() -> float:
+    """Seconds from the command to its prompt, on a terminal."""
+    with tempfile.TemporaryDirectory() as home:
+        begun = time.monotonic()
+        terminal = Terminal(Path(home), str(LEG))
+        terminal.wait_for(PROMPT)
+        seconds = time.monotonic() - begun
+        terminal.type("\x04")
+        terminal.close()
+    return seconds
+
+
+def session(core: dict[str, bool], steps: int) -> DapClient:
+    """A session of every kind of request."""
+    server = start_server("--dap")
+    client = DapClient(server.stdout, server.stdin, lenient=True)
+    client.ask("initialize", adapterID="asip")
+    values = {"x": 0.3, "y": 0.1, "z": 0.2, "l": 0.45}
+    client.ask("launch", program=str(LEG), set=values, stopOnEntry=True, **core)
+    client.event("initialized")
+    source = {"path": str(LEG)}
+    client.ask("setBreakpoints", source=source, breakpoints=[{"line": 16}])
+    client.ask("setFunctionBreakpoints", breakpoints=[{"name": "(29)"}])
+    client.ask("configurationDone")
+    client.event("stopped")
+    for step in range(steps):
+        client.ask(("continue", "next", "stepIn", "stepOut")[step % 4], threadId=1)
+        client.event("stopped")
+        client.ask("threads")
+        client.ask("stackTrace", threadId=1)
+        for scope in client.ask("scopes", frameId=1)["scopes"]:
+            if not scope["expensive"]:
+                client.ask("variables", variablesReference=scope["variablesReference"])
+        client.ask("evaluate", expression="2*x", context="watch")
+    client.ask("setVariable", variablesReference=2, name="z", value="0.7")
+    client.ask("disassemble", memoryReference="0x0", instructionCount=8)
+    client.ask("setBreakpoints", source=source, breakpoints=[])
+    client.ask("setFunctionBreakpoints", breakpoints=[])
+    client.ask("restart")
+    client.event("stopped")
+    client.ask("continue", threadId=1)
+    assert client.event("stopped")["reason"] == "exception"
+    client.ask("exceptionInfo", threadId=1)
+    client.ask("disconnect")
+    server.stdin.close()
+    assert server.wait(timeout=60) == 0
+    for stream in (server.stdout, server.stderr):
+        stream.close()
+    return client
