@@ -14,6 +14,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
+from sim.model.drives import Drives  # noqa: E402
 from sim.model.parameters import ROBOT_TOML, Robot  # noqa: E402
 
 PAGE = ROOT / "docs/robot_parameters.md"
@@ -58,7 +59,7 @@ def render() -> str:
     """Text of the page."""
     entries = tomllib.loads(ROBOT_TOML.read_text(encoding="utf-8"))
     rows = []
-    for field in fields(Robot):
+    for field in (*fields(Robot), *fields(Drives)):
         entry, meta = entries[field.name], field.metadata
         cells = (
             f"`{field.name}`",

@@ -34,6 +34,7 @@ module current_sense #(
   logic [FastWidth:0]          size_q;
   logic [1:0] step_q, judged_q;                // the phases, one a clock
   logic [2:0] over_q;
+  logic over;
 
   sinc3_filter #(
       .SlowRate(SlowRate),
@@ -82,12 +83,13 @@ module current_sense #(
       else if (step_q != '0) step_q <= step_q + 2'd1;  // behind StSum 0
       judged_q <= step_q;
       size_q   <= value[FastWidth] ? -value : value;
-      if (judged_q == StA) over_q[0] <= size_q >= {1'b0, limit_i};
-      if (judged_q == StB) over_q[1] <= size_q >= {1'b0, limit_i};
-      if (judged_q == StSum) over_q[2] <= size_q >= {1'b0, limit_i};
+      if (judged_q == StA) over_q[0] <= over;
+      if (judged_q == StB) over_q[1] <= over;
+      if (judged_q == StSum) over_q[2] <= over;
     end
   end
 
+  assign over   = size_q >= {1'b0, limit_i} && limit_i != '0;
   assign over_o = over_q != '0 && limit_i != '0;
 
 endmodule

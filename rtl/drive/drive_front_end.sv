@@ -55,7 +55,7 @@ module drive_front_end #(
   logic [31:0] time_q, read_data, readdata_q;
   logic [31:0] config_word, status_word, pwm_word;
   logic [15:0] mode_q;
-  logic [Width-1:0] half_period_q, minimum_q, window_start_q, count, half;
+  logic [Width-1:0] half_period_q, minimum_q, window_start_q, count, unused_half;
   logic [DeadBits-1:0] dead_time_q;
   logic [FastWidth-1:0] limit_q;
   logic [FilterBits-1:0] filter_q;
@@ -195,7 +195,7 @@ module drive_front_end #(
       .up_o          (up),
       .load_o        (load),
       .window_o      (window),
-      .half_o        (half)
+      .half_o        (unused_half)
   );
 
   pwm_bound #(
@@ -203,7 +203,7 @@ module drive_front_end #(
   ) u_bound (
       .clk_i,
       .rst_ni,
-      .half_i   (half),
+      .half_i   (half_period_q),
       .minimum_i(minimum_q),
       .value_i  (value),
       .value_o  (bounded)
@@ -277,16 +277,16 @@ module drive_front_end #(
         .low_o           (low_o[3*i+:3])
     );
 
-    assign current_a[32*i+:32] = {{(32 - SlowWidth) {slow_a[SlowWidth-1]}}, slow_a};
-    assign current_b[32*i+:32] = {{(32 - SlowWidth) {slow_b[SlowWidth-1]}}, slow_b};
+    assign current_a[32*i+:32] = {{9{samples_q[4*i+1][22]}}, samples_q[4*i+1]};
+    assign current_b[32*i+:32] = {{9{samples_q[4*i+2][22]}}, samples_q[4*i+2]};
     assign age = time_q - edge_time[32*i+:32];
 
     // What the link hands over, all of one clock. Ages beyond 2^22 clocks show as that.
     always_ff @(posedge clk_i) begin
       if (done) begin
         samples_q[4*i]   <= position[32*i+:23];
-        samples_q[4*i+1] <= current_a[32*i+:23];
-        samples_q[4*i+2] <= current_b[32*i+:23];
+        samples_q[4*i+1] <= {{(23 - SlowWidth) {slow_a[SlowWidth-1]}}, slow_a};
+        samples_q[4*i+2] <= {{(23 - SlowWidth) {slow_b[SlowWidth-1]}}, slow_b};
         samples_q[4*i+3] <= (age[31:22] != '0) ? 23'h3f_ffff : age[22:0];
       end
     end

@@ -2,8 +2,8 @@
 // sinc3_filter: a sigma-delta modulator's bits as numbers, at two rates.
 // Contract: three integrators run at the bits' rate, arithmetic is modulo 2^width and exact. slow_o is a
 // window of bits with the weights of (1 + z + .. + z^(SlowRate-1))^3, SlowRate^3 / 2 less than their sum: from
-// -SlowRate^3 / 2, all bits 0, to SlowRate^3 / 2, all bits 1. It is new in the clock in which the timing's
-// done_o is high; its last bit is the one of two strobes before the fourth corner. fast_o is the same with
+// -SlowRate^3 / 2, all bits 0, to SlowRate^3 / 2, all bits 1. It is a sample only in the clock in which the
+// timing's done_o is high; its last bit is the one of two strobes before the fourth corner. fast_o is the same with
 // FastRate, after every FastRate bits, in the clock of fast_valid_o.
 module sinc3_filter #(
     parameter int unsigned SlowRate = 64,

@@ -13,8 +13,15 @@ module drive_front_end_sva #(
     input logic [3*Axes-1:0] low_o
 );
 
+  logic [1:0] without_q;  // one, two clocks ago
+
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) without_q <= '0;
+    else without_q <= {without_q[0], late_q || fault_q};
+  end
+
   NoGateWithoutTheProcessor : assert property (@(posedge clk_i) disable iff (!rst_ni)
-      late_q || fault_q |=> ##1 high_o == '0 && low_o == '0)
+      without_q[1] |-> high_o == '0 && low_o == '0)
   else $error("a gate is on though the processor is late or at fault");
 
   ReadInTwoClocks : assert property (@(posedge clk_i) disable iff (!rst_ni)

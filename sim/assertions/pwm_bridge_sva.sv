@@ -11,8 +11,15 @@ module pwm_bridge_sva (
     input logic [2:0] low_o
 );
 
+  logic [1:0] seen_q;  // a fault one, two clocks ago
+
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) seen_q <= '0;
+    else seen_q <= {seen_q[0], fault_i || alarm_i};
+  end
+
   OffInTwoClocks : assert property (@(posedge clk_i) disable iff (!rst_ni)
-      fault_i || alarm_i |=> ##1 high_o == 3'd0 && low_o == 3'd0 && trip_o)
+      seen_q[1] |-> high_o == 3'd0 && low_o == 3'd0 && trip_o)
   else $error("a gate is on two clocks behind a fault");
 
   TripHeld : assert property (@(posedge clk_i) disable iff (!rst_ni)

@@ -9,18 +9,17 @@ of `sim.run.bounds`.
 
 from __future__ import annotations
 
-import difflib
 import itertools
 import math
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, fields
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
-from asip_asm.parameters import ParameterFileError, read_toml
+from sim.model.drives import Drives
+from sim.model.parameter_record import ROBOT_TOML, ParameterError, Record, parameter
 
-ROBOT_TOML = Path(__file__).resolve().parent.parent / "robot.toml"
+__all__ = ["ROBOT_TOML", "ParameterError", "Robot"]
 
 # Legs are shorter [m]: squares of multiples of 2^-11 and their sums are exact in binary32 below 4.
 LONGEST_LEG = 2.0 - 2.0**-8
@@ -34,21 +33,19 @@ _PLANNED = "the look-ahead planner computes with such limits"
 _RANGE = "products of parameters stay far inside the range of binary32"
 
 
-class ParameterError(ValueError):
-    """A parameter of the robot is missing, unknown or outside its limits."""
-
-
 def _parameter(unit: str, low: float, high: float, why: str = _RANGE) -> Any:
-    return field(metadata={"unit": unit, "low": low, "high": high, "why": why})
+    return parameter(unit, low, high, why)
 
 
 @dataclass(frozen=True)
-class Robot:
+class Robot(Record):
     """Parameters in SI units; the meaning of each stands in `sim/robot.toml`.
 
     The properties are derived: leg start points, gains and other vectors over the five axes (legs
     1-3, tilt, rotation). Raises ParameterError also from `dataclasses.replace`.
     """
+
+    others = tuple(entry.name for entry in fields(Drives))
 
     R: float = _parameter("m", 0.05, 1.9, _SIZE)
     h: float = _parameter("m", 0.0, 10.0)
@@ -96,61 +93,8 @@ class Robot:
     encoder_legs: float = _parameter("m/count", 1e-9, 1e-4)
     turn_table: float = _parameter("count", 100.0, 2.0**22, "at least four turns are counted")
 
-    @classmethod
-    def load(cls, path: Path | None = None) -> Robot:
-        """Read the parameters from `path`, by default `sim/robot.toml`.
-
-        The text of a ParameterError begins with the file and, where there is one, the line.
-        """
-        path = path or ROBOT_TOML
-        try:
-            tables, lines = read_toml(path)
-        except ParameterFileError as error:
-            raise ParameterError(str(error)) from None
-        try:
-            return cls(**cls._values(tables))
-        except ParameterError as error:
-            line = lines.get(str(error).split(" ")[0].split(":")[0])
-            place = f"{path}:{line}" if line else f"{path}"
-            raise ParameterError(f"{place}: error: {error}") from None
-
-    @classmethod
-    def _values(cls, tables: dict[str, Any]) -> dict[str, Any]:
-        known = {entry.name: entry for entry in fields(cls)}
-        for name in tables:
-            if name not in known:
-                close = difflib.get_close_matches(name, known, n=1)
-                hint = f"; did you mean {close[0]}?" if close else ""
-                raise ParameterError(f"{name}: unknown parameter{hint}")
-        values = {}
-        for name, entry in known.items():
-            if name not in tables:
-                raise ParameterError(f"{name}: missing parameter, unit {entry.metadata['unit']}")
-            table = tables[name]
-            if not isinstance(table, dict) or set(table) != {"value", "unit", "meaning"}:
-                got = f"keys {sorted(table)}" if isinstance(table, dict) else f"no keys: {table!r}"
-                raise ParameterError(f"{name}: has {got}, must be meaning, unit, value")
-            if table["unit"] != entry.metadata["unit"]:
-                raise ParameterError(
-                    f"{name}: unit is {table['unit']!r}, must be {entry.metadata['unit']!r}"
-                )
-            values[name] = table["value"]
-        return values
-
     def __post_init__(self) -> None:
-        for entry in fields(self):
-            value, meta = getattr(self, entry.name), entry.metadata
-            unit = "" if meta["unit"] == "1" else f" {meta['unit']}"
-            if isinstance(value, bool) or not isinstance(value, int | float):
-                raise ParameterError(f"{entry.name} = {value!r}: must be a number")
-            if not abs(value) < math.inf:
-                raise ParameterError(f"{entry.name} = {value}{unit}: must be finite")
-            if not meta["low"] <= value <= meta["high"]:
-                raise ParameterError(
-                    f"{entry.name} = {value}{unit}: must be within "
-                    f"{meta['low']:g} .. {meta['high']:g}{unit}; {meta['why']}"
-                )
-            object.__setattr__(self, entry.name, float(value))
+        super().__post_init__()
         for name, kept, limit in self._relations():
             if not kept:
                 raise ParameterError(f"{name} = {getattr(self, name)}: {limit}")

@@ -14,7 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
-from sim.harness.build import BUILD, ROOT, build_library
+from asip_asm.project import BUILD, ROOT
+from sim.harness.build import build_library
 from sim.harness.sources import sources_of
 from sim.harness.waves import load_model
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from sim.harness.build import ROOT
+from asip_asm.project import ROOT
 from tests.bench.faults import RTL, copy, load
 from tests.servo import clocked, test_biss, test_currents, test_decoder, test_link, test_pwm
 

@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Field-oriented current loops of all axes as one program, from samples to compare values.
+
+Words in and out are those of rtl/drive/servo_link.sv: 1.5 * 2^23 + integer. Per axis: electrical
+angle from counts, Clarke, Park, PI in d and q with decoupling, the voltage circle with d first and
+anti-windup by back-calculation, the angle ahead by the delay, dead time compensated by the sign
+of the phase currents with a smooth zone, space vectors by the mean of the extreme phases. Sine and
+cosine are those of the last angle, turned by the counts since; the first run only sets them.
+
+Equations: D. W. Novotny, T. A. Lipo, Vector Control and Dynamics of AC Drives, 1996; gains by the
+magnitude optimum for a delay of 1.5 periods: K_p = L / (2 * 1.5 T), K_i = R K_p / L.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import casadi as ca
+
+from asip_asm.model.law import Law, Port
+from sim.model.drives import Drives, Motor
+
+AXES = tuple(range(5))
+PHASES = "abc"
+MAGIC = 1.5 * 2**23
+LARGEST = 2**22 - 1
+SLOW_RATE = 64  # of the current filters
+DELAY = 1.5  # periods from the samples to the middle of the voltage
+SPEED_FILTER = 0.05  # share of a new speed
+MOST_D = 0.95  # of the voltage circle for d; the root of what is left is well conditioned
+LEAST_VOLTAGE = 20.0  # of the bus, for the division [V]
+HALF_PERIOD = 1250  # clocks, as the register PWM
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What the program is made for besides the motors.
+
+    resolution: travel of a count [m or rad], per axis; offset: electrical angle at count 0 [rad];
+    period: of the loop [s]; half: compare value of full duty; bus_scale: volts of a count of the
+    bus; compensation: of the dead time, as a share of what the parameters ask for.
+    """
+
+    resolution: tuple[float, ...]
+    offset: tuple[float, ...] = (0.0,) * 5
+    period: float = 1e-5
+    half: int = HALF_PERIOD
+    bus_scale: float = 0.05
+    compensation: float = 1.0
+
+    @property
+    def ampere_per_count(self) -> float:
+        return 2.0 / SLOW_RATE**3
+
+
+def gains(motor: Motor, period: float) -> tuple[float, float, float]:
+    """K_p of d and q [V/A], share of R K_p / L a period that an error adds to the integral."""
+    time = 2 * DELAY * period
+    return motor.L_d / time, motor.L_q / time, motor.R / time * period
+
+
+def current_law(drives: Drives, setting: Setting, axes: Sequence[int] = AXES) -> Law:
+    """The law of these axes; inputs force0 .. force4 [N, N m] are what the tracking law orders."""
+    inputs, ports, results = [], [], []
+
+    def source(kind: str, name: str, unit: str, limits: tuple[float, float], meaning: str) -> ca.SX:
+        symbol = ca.SX.sym(name)
+        inputs.append(symbol)
+        ports.append(Port(kind, name, unit, meaning, limits=limits))
+        return symbol
+
+    def result(kind: str, name: str, value: ca.SX, **rest) -> None:
+        results.append((name, value))
+        if kind == "output":
+            ports.append(Port(kind, name, **rest))
+
+    def word(name: str, most: int, meaning: str) -> ca.SX:
+        limits = (MAGIC - most, MAGIC + most)
+        return source("input", name, "count", limits, f"{meaning}, 1.5 2^23 more") - MAGIC
+
+    samples = {}
+    for n in axes:  # in the order of the link
+        motor = drives.motors[n]
+        scale = drives.current_scale * setting.ampere_per_count
+        far = min(LARGEST, int(40 * motor.pole / setting.resolution[n]))
+        most = int(1.5 * motor.i_max / scale)
+        counts = word(f"q{n}", far, "position")
+        i_a = word(f"ia{n}", most, "current of phase a") * scale
+        i_b = word(f"ib{n}", most, "current of phase b") * scale
+        word(f"age{n}", LARGEST, "clocks since the last count; not used")
+        samples[n] = counts, i_a, i_b
+    bus = word("bus", int(1.2 * drives.U_dc / setting.bus_scale), "bus voltage") * setting.bus_scale
+    bus = ca.fmax(bus, LEAST_VOLTAGE)
+    circle = bus / math.sqrt(3.0)
+    most_d, square = MOST_D * circle, circle * circle
+    clocks = setting.half / bus
+    lost = drives.dead_time + drives.delay_on - drives.delay_off
+    dead = setting.compensation * (bus * (lost * drives.f_pwm) + drives.drop)
+    for n in axes:
+        motor = drives.motors[n]
+        counts, i_a, i_b = samples[n]
+        strongest = motor.force_per_ampere * motor.i_max
+        force = source(
+            "input", f"force{n}", "N", (-strongest, strongest), "ordered force or torque"
+        )
+        before = source("state", f"before{n}", "count", (-LARGEST, LARGEST), "position before")
+        speed = source("state", f"speed{n}", "rad/s", (-1e3, 1e3), "electrical speed, filtered")
+        cosine = source("state", f"cosine{n}", "1", (-1, 1), "of the angle before")
+        sine = source("state", f"sine{n}", "1", (-1, 1), "of the angle before")
+        x_d = source("state", f"xd{n}", "V", (-drives.U_dc, drives.U_dc), "integral of d")
+        x_q = source("state", f"xq{n}", "V", (-drives.U_dc, drives.U_dc), "integral of q")
+
+        turns = counts * (setting.resolution[n] / motor.pole)
+        angle = (turns - ca.floor(turns + 0.5)) * (2 * math.pi) + setting.offset[n]
+        result("state", f"cosine{n}_next", ca.cos(angle))
+        result("state", f"sine{n}_next", ca.sin(angle))
+        # Sine and cosine of the last angle, turned by the counts since then: a small angle.
+        moved = (counts - before) * (motor.wave * setting.resolution[n])
+        c, s = cosine - moved * sine, sine + moved * cosine
+        w = speed + SPEED_FILTER * (moved * (1 / setting.period) - speed)
+
+        beta = (i_a + 2 * i_b) * (1 / math.sqrt(3.0))
+        i_d, i_q = i_a * c + beta * s, beta * c - i_a * s
+        wanted = ca.fmax(ca.fmin(force * (1 / motor.force_per_ampere), motor.i_max), -motor.i_max)
+        e_d, e_q = -i_d, wanted - i_q
+        k_d, k_q, k_i = gains(motor, setting.period)
+        u_d = k_d * e_d + x_d - w * (motor.L_q * i_q)
+        u_q = k_q * e_q + x_q + w * (motor.L_d * i_d + motor.psi)
+        v_d = ca.fmax(ca.fmin(u_d, most_d), -most_d)
+        rest = ca.sqrt(square - v_d * v_d)
+        v_q = ca.fmax(ca.fmin(u_q, rest), -rest)
+        result("state", f"before{n}_next", counts)
+        result("state", f"speed{n}_next", w)
+        result("state", f"xd{n}_next", x_d + k_i * e_d + (k_i / k_d) * (v_d - u_d))
+        result("state", f"xq{n}_next", x_q + k_i * e_q + (k_i / k_q) * (v_q - u_q))
+
+        ahead = w * (DELAY * setting.period)  # a small angle
+        c, s = c - ahead * s, s + ahead * c
+        alpha, beta = v_d * c - v_q * s, v_d * s + v_q * c
+        across = beta * (math.sqrt(3.0) / 2)
+        phases = [alpha, across - 0.5 * alpha, -across - 0.5 * alpha]
+        middle = 0.5 * (
+            ca.fmax(ca.fmax(phases[0], phases[1]), phases[2])
+            + ca.fmin(ca.fmin(phases[0], phases[1]), phases[2])
+        )
+        zone = 0.02 * motor.i_max
+        for name, u, i in zip(PHASES, phases, (i_a, i_b, -i_a - i_b), strict=True):
+            sign = ca.fmax(ca.fmin(i * (1 / zone), 1.0), -1.0)
+            value = (u - middle + dead * sign) * clocks + (MAGIC + setting.half / 2)
+            result(
+                "output",
+                f"pwm{n}{name}",
+                value,
+                unit="count",
+                meaning=f"compare value of phase {name}, 1.5 2^23 more",
+                limits=(MAGIC, MAGIC + setting.half),
+                safe=MAGIC,
+            )
+    function = ca.Function(
+        "current_loops",
+        inputs,
+        [value for _, value in results],
+        [symbol.name() for symbol in inputs],
+        [name for name, _ in results],
+    )
+    doc = "field-oriented current loops of five axes: samples of the servo link to compare values"
+    return Law("current loops", function, ports, doc, 1 / setting.period)

@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Motor, inverter and friction against Radau on the continuous equations, and closed forms."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from sim.model.drives import Drives
+from sim.servo import lugre
+from sim.servo.motor import Leg, Windings, mean_leg_voltage, phase_currents, space_vector
+
+DRIVES = Drives.load()
+AXES = {"leg": 0, "tilt": 3, "rotation": 4}
+
+
+@pytest.mark.parametrize("axis", AXES)
+def test_locked_rotor__step_is_the_exponential(axis):
+    motor = DRIVES.motors[AXES[axis]]
+    windings = Windings(motor)
+    for n in range(1, 200):
+        windings.advance(30.0, 0.0, 0.0, 0.0, 7.3e-6)
+        want = 30.0 / motor.R * -math.expm1(-motor.R / motor.L_d * n * 7.3e-6)
+        assert windings.i_d == pytest.approx(want, rel=1e-11) and windings.i_q == 0
+
+
+@pytest.mark.parametrize("axis", AXES)
+def test_turning_rotor_with_switched_voltages__as_radau(axis):
+    motor = DRIVES.motors[AXES[axis]]
+    random = np.random.default_rng(AXES[axis])
+    speed, windings, angle, now = 400.0, Windings(motor, 1.0, -2.0), 0.3, 0.0
+    state = np.array([1.0, -2.0])
+    for _ in range(60):
+        alpha, beta = random.uniform(-300, 300, 2)
+        time = random.uniform(1e-7, 2e-5)
+
+        def slope(t, i, alpha=alpha, beta=beta, start=now):
+            e = 0.3 + speed * (start + t)
+            u_d = alpha * math.cos(e) + beta * math.sin(e)
+            u_q = beta * math.cos(e) - alpha * math.sin(e)
+            d = (u_d - motor.R * i[0] + speed * motor.L_q * i[1]) / motor.L_d
+            q = (u_q - motor.R * i[1] - speed * (motor.L_d * i[0] + motor.psi)) / motor.L_q
+            return [d, q]
+
+        done = solve_ivp(slope, (0, time), state, method="Radau", rtol=1e-11, atol=1e-12)
+        state = done.y[:, -1]
+        windings.advance(alpha, beta, angle + speed * now, speed, time)
+        now += time
+        assert (windings.i_d, windings.i_q) == pytest.approx(tuple(state), rel=1e-8, abs=1e-9)
+
+
+def test_steady_speed__currents_of_the_voltage_equations():
+    motor = DRIVES.motors[4]
+    speed, wanted = 50.0, (-0.7, 3.0)
+    u_d = motor.R * wanted[0] - speed * motor.L_q * wanted[1]
+    u_q = motor.R * wanted[1] + speed * (motor.L_d * wanted[0] + motor.psi)
+    windings, angle = Windings(motor), 0.0
+    for _ in range(4000):  # the voltage turns with the rotor, in steps with their middle on it
+        middle = angle + speed * 2e-5 / 2
+        c, s = math.cos(middle), math.sin(middle)
+        windings.advance(u_d * c - u_q * s, u_d * s + u_q * c, angle, speed, 2e-5)
+        angle += speed * 2e-5
+    assert (windings.i_d, windings.i_q) == pytest.approx(wanted, rel=1e-4)
+
+
+def test_force__3_2_of_the_flux_times_the_current_and_reluctance():
+    motor = DRIVES.motors[0]
+    assert motor.force(0, 1) == pytest.approx(1.5 * 2 * math.pi / 0.032 * 0.51)
+    reluctance = motor.force(2.0, 3.0) - motor.force(0.0, 3.0)
+    assert reluctance == pytest.approx(1.5 * motor.wave * (17e-3 - 19e-3) * 6)
+
+
+def test_phase_currents__sum_to_nothing_and_turn_with_the_angle():
+    for angle in np.linspace(0, 7, 50):
+        a, b, c = phase_currents(2.0, -1.0, angle)
+        assert a + b + c == pytest.approx(0, abs=1e-12)
+        shifted = phase_currents(2.0, -1.0, angle - 2 * math.pi / 3)
+        assert b == pytest.approx(shifted[0], abs=1e-12)
+
+
+def test_leg__diodes_carry_against_the_current_in_the_dead_time():
+    leg = Leg(DRIVES)
+    drop = DRIVES.drop + DRIVES.drop_resistance * 2
+    assert leg.voltage(True, False, 2.0) == 280 - drop
+    assert leg.voltage(False, True, 2.0) == -280 - drop
+    assert leg.voltage(False, False, 2.0) == -280 - drop
+    assert leg.voltage(False, False, -2.0) == 280 + drop
+    assert leg.voltage(False, False, 0.0) == 0
+
+
+@pytest.mark.parametrize("current", [3.0, -3.0])
+def test_mean_voltage__is_that_of_the_edges_over_a_period(current):
+    period, step = 1 / DRIVES.f_pwm, 1e-9
+    time = np.arange(0, 2 * period, step)
+    place = np.abs((time / period) % 1 - 0.5) * 2  # triangle, 1 at the ends
+    duty = 0.37
+    ordered = place < duty
+    last = np.zeros(len(time))
+    change = np.flatnonzero(np.diff(ordered)) + 1
+    last[:] = -1.0
+    for at in change:
+        last[at:] = time[at]
+    ready = time - last >= DRIVES.dead_time
+    gates = {"high": ordered & ready, "low": ~ordered & ready}
+    leg = Leg(DRIVES)
+    switches = {}
+    for name, gate in gates.items():
+        state = np.zeros(len(time), dtype=bool)
+        on = bool(gate[0])
+        state[:] = on
+        for at in leg.edges(gate, time):
+            on = not on
+            state[time >= at - step / 2] = on
+        switches[name] = state
+    whole = slice(len(time) // 2, None)
+    values = [
+        leg.voltage(bool(h), bool(low), current)
+        for h, low in zip(switches["high"][whole], switches["low"][whole], strict=True)
+    ]
+    want = mean_leg_voltage(DRIVES, duty, current)
+    assert np.mean(values) == pytest.approx(want, abs=0.3)
+    assert space_vector(5.0, 5.0, 5.0) == (0, 0)
+
+
+@pytest.mark.parametrize("axis", ["leg", "rotation"])
+def test_friction__as_radau_over_reversals(axis):
+    friction = DRIVES.friction[AXES[axis]]
+    reach, period, step = 20 * friction.speed, 0.02, 1e-6
+
+    def speed(t: float) -> float:
+        return reach * math.sin(2 * math.pi * t / period)
+
+    def slope(t, z):
+        v = speed(t)
+        return [v - friction.stiffness * abs(v) * z[0] / lugre.stribeck(friction, v)]
+
+    steps = round(1.2 * period / step)
+    ends = step * np.arange(1, steps + 1)
+    done = solve_ivp(
+        slope, (0, ends[-1]), [0.0], method="Radau", rtol=1e-8, atol=1e-16, t_eval=ends[::50]
+    )
+    z, found, forces = 0.0, [], []
+    for n in range(steps):
+        z, force = lugre.step(friction, z, speed((n + 0.5) * step), step)
+        found.append(z)
+        forces.append(force)
+    size = friction.static / friction.stiffness
+    np.testing.assert_allclose(found[::50], done.y[0], atol=2e-3 * size)
+    z, v = done.y[0], np.array([speed(t) for t in done.t])
+    bend = v - friction.stiffness * np.abs(v) * z / [lugre.stribeck(friction, each) for each in v]
+    want = friction.stiffness * z + friction.damping * bend + friction.viscous * v
+    np.testing.assert_allclose(forces[::50], want, atol=0.02 * friction.static)
+
+
+def test_friction__long_step_ends_at_the_steady_force_and_rest_holds():
+    friction = DRIVES.friction[0]
+    for v in (0.3, -0.3, 1e-4):
+        z, _ = lugre.step(friction, 0.0, v, 10.0)
+        _, force = lugre.step(friction, z, v, 1e-5)
+        assert force == pytest.approx(lugre.steady(friction, v), rel=1e-9)
+    held, force = lugre.step(friction, 1e-6, 0.0, 1.0)
+    assert held == 1e-6 and force == friction.stiffness * 1e-6
+
+
+def test_parameters__of_the_file_reach_motor_and_friction():
+    changed = replace(DRIVES, psi_tilt=0.5, lugre_static_legs=9.0)
+    assert changed.motors[3].psi == 0.5 and changed.friction[1].static == 9.0
+    assert changed.motors[3].force_per_ampere == pytest.approx(1.5 * 22 * 0.5)
