@@ -99,7 +99,7 @@ def loop(axis: int, force: float, periods: int, speed: float = 0.0) -> np.ndarra
 @pytest.mark.parametrize(("axis", "speed"), [(0, 0.0), (0, 0.5), (3, 0.0), (4, 1.5)])
 def test_step_of_current__rises_in_100_us_with_little_overshoot(axis, speed):
     motor = DRIVES.motors[axis]
-    wanted = 0.1 * motor.i_max
+    wanted = 0.03 * motor.i_max  # beyond 5 % the bus voltage over L limits the rise
     found = loop(axis, wanted * motor.force_per_ampere, 300, speed)
     i_q = found[:, 1] - found[0, 1]
     final = i_q[-50:].mean()
