@@ -34,6 +34,12 @@ from sim.debug.row import Row  # noqa: E402
 
 OUTPUT = ROOT / "build/workbench.json"
 PRODUCERS: dict[str, str] = {
+    "same runs": "tests.debug.rows:same_runs",
+    "halted runs": "tests.debug.rows:halted_runs",
+    "live parameters": "tests.debug.rows:live_parameters",
+    "scope": "tests.debug.rows:scope",
+    "area": "scripts.workbench_area:rows",
+    "formal": "scripts.workbench_area:proofs",
     "asip-scope": "sim.scope.goals:rows",
     "nios-gdb": "sim.gdb.goals:rows",
     "asip-dbg": "tests.debugger.goals:rows",

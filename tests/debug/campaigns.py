@@ -9,12 +9,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from asip_asm.assemble import assemble
 from asip_asm.image import Image
-from sim.core import _image
 from sim.debug.client import Client
 from sim.debug.link import DirectLink
 from sim.debug.model import DebugRtl
-from sim.debug.state import State, place_address
+from sim.debug.state import Channel, ScopeSetup, State, place_address, word_of
 from sim.harness.asip_bus import BLOCK, CLEAR, CSR, START, STATUS
 from sim.iss import Iss
 from tests.asip import core_bench
@@ -41,7 +41,7 @@ def client_of(rtl: DebugRtl) -> Client:
 @functools.cache
 def shipped(name: str, configuration: str = "fast") -> Image:
     """A program of the project."""
-    return _image(PROGRAMS / f"{name}.s", configuration, None, None)
+    return assemble(PROGRAMS / f"{name}.s", configuration=configuration)
 
 
 def written(seed: int, configuration: str = "fast") -> Image:
@@ -241,8 +241,6 @@ def torn_pages(changes: int, seed: int) -> tuple[int, int, int]:
 def recorded(ticks: int, seed: int, name: str = "tracking_optimised") -> Iterator[tuple[int, int]]:
     """Words of eight channels of a shipped program's ticks: as the scope recorded, as the
     instruction-set model computes. Channels: outputs, an input, writes of registers by number."""
-    from sim.debug.state import Channel, ScopeSetup
-
     rng = random.Random(seed)
     image = shipped(name)
     rtl = model()
@@ -274,6 +272,7 @@ def recorded(ticks: int, seed: int, name: str = "tracking_optimised") -> Iterato
     for _ in range(ticks):
         words = {e: _near(rng, value) for e, (_, value) in inputs.items()}
         writes = tick(words)
+        rtl.clock(12)  # the record follows the run
         (record,) = client.drain().words
         for (place, write), got in zip(channels, record, strict=True):
             want = words[entry] if place[0] == "k" else writes[place][write - 1]
@@ -281,6 +280,4 @@ def recorded(ticks: int, seed: int, name: str = "tracking_optimised") -> Iterato
 
 
 def _near(rng: random.Random, value: float) -> int:
-    import struct
-
-    return struct.unpack("<I", struct.pack("<f", value + rng.uniform(-1e-3, 1e-3)))[0]
+    return word_of(value + rng.uniform(-1e-3, 1e-3))

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Rows of `make workbench` from synthesis and proofs: what the debug block costs, what is proved."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from scripts.synth_unit import OUTPUT, alm_area, ecp5_speed, read_commands
+from sim.debug.row import Row, at_most, exactly
+from sim.harness.sources import sources_of
+
+CONFIGURATIONS = {
+    "small": {"FmaPipes": 1, "Slots": 1},
+    "fast": {"FmaPipes": 2, "Slots": 3},
+}
+SEEDS = (1, 2, 3, 4, 5)
+ALUTS, BLOCKS = 1500, 8
+SLACK = 0.97  # of the core's own median clock: less is within what seeds differ by
+PROOFS = ("marked_bundle", "held_core", "staged_page", "bus_of_a_commit", "idle_core")
+
+
+def _area(name: str, top: str, parameters: dict[str, int]) -> dict[str, int]:
+    folder = OUTPUT / f"workbench_{name}"
+    folder.mkdir(parents=True, exist_ok=True)
+    return alm_area(top, read_commands(top, sources_of(top), parameters), folder)
+
+
+def rows(full: bool) -> Iterator[Row]:
+    """ALUTs and block RAM of the block beside the core; with `full`, `fast` and the clock too.
+
+    Block RAMs are counted in 18 kbit, as those of ECP5 are: the ring alone has 128 kbit.
+    """
+    for name, parameters in CONFIGURATIONS.items():
+        if name != "small" and not full:
+            continue
+        core = _area(f"{name}_core", "asip", parameters)
+        for uart in (0, 1):
+            block = _area(f"{name}_uart{uart}", "debug_asip", parameters | {"Uart": uart})
+            more = {what: block[what] - core[what] for what in core}
+            with_uart = " and serial port" if uart else ""
+            note = f"{more['ff']} registers, {more['m10k']} M10K, {more['mlab']} MLAB cells more"
+            yield at_most(f"{name}: debug block{with_uart}", more["alut"], ALUTS, "ALUTs", note)
+            if uart == 0:
+                yield at_most(f"{name}: ring", -(-more["m10k"] * 8192 // 16384), BLOCKS, "18 kbit")
+    if full:
+        clock = {}
+        for top in ("asip", "debug_asip"):
+            folder = OUTPUT / f"workbench_speed_{top}"
+            folder.mkdir(parents=True, exist_ok=True)
+            commands = read_commands(top, sources_of(top), CONFIGURATIONS["fast"])
+            clock[top] = ecp5_speed(top, commands, folder, SEEDS)["fmax_median_mhz"]
+        ratio = clock["debug_asip"] / clock["asip"]
+        note = f"{clock['debug_asip']:.1f} of {clock['asip']:.1f} MHz, median of {len(SEEDS)} seeds"
+        yield Row("clock with the block", ratio, "", f">= {SLACK}", ratio >= SLACK, note)
+
+
+def proofs(full: bool) -> Iterator[Row]:
+    """Cases proved of what a halted core and a staged page are to keep."""
+    from tests.formal.catalogue import PROOFS as KNOWN
+    from tests.formal.engine import PROVED, run
+    from tests.formal.proofs import PROOFS as _  # noqa: F401, fills the table
+
+    for proof in KNOWN:
+        if proof.name in PROOFS:
+            verdicts = list(run(proof))
+            missed = sum(verdict.status != PROVED for verdict in verdicts)
+            yield exactly(f"{proof.name}: cases not proved", missed, 0, "", f"of {len(verdicts)}")

@@ -1,0 +1,148 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A simulated core with its debug block behind TCP: the packets of docs/debug_packets.md.
+
+    .venv/bin/python -m sim.debug.server PROGRAM --port 2331
+
+Loads the program (source or image) and starts a run every --period clocks until interrupted; inputs
+have the values given with --set, 0 else. One client at a time; the next one may come when it has
+gone. The server listens on the loopback address only.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import selectors
+import socket
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from asip_asm.assemble import assemble
+from asip_asm.diagnostics import AssemblyError
+from asip_asm.image import Image, ImageError
+from sim.core import CoreError
+from sim.debug.link import Responder
+from sim.debug.model import DebugRtl
+from sim.debug.packets import Decoder, encode
+from sim.debug.state import word_of
+from sim.harness.asip_bus import BLOCK, CSR, START, STATUS
+
+PORT = 2331
+SLICE = 2000  # clocks between two looks at the socket
+
+
+class Server:
+    """Answers the packets of one client at a time; call `poll` again and again."""
+
+    def __init__(self, model: DebugRtl, port: int = PORT) -> None:
+        """Raises OSError if the port is taken; port 0 takes a free one, see `port`."""
+        self._responder = Responder(model)
+        self._listener = socket.create_server(("127.0.0.1", port))
+        self._listener.setblocking(False)
+        self.port = self._listener.getsockname()[1]
+        self._selector = selectors.DefaultSelector()
+        self._selector.register(self._listener, selectors.EVENT_READ)
+        self._client: socket.socket | None = None
+        self._decoder = Decoder()
+
+    def poll(self, timeout: float = 0.0) -> None:
+        """Take a new client, or answer what has come, waiting so many seconds for it."""
+        for key, _ in self._selector.select(timeout):
+            if key.fileobj is self._listener:
+                self._accept()
+            else:
+                self._answer()
+
+    def _accept(self) -> None:
+        connection, _ = self._listener.accept()
+        if self._client is not None:
+            connection.close()
+            return
+        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._client, self._decoder = connection, Decoder()
+        self._selector.register(connection, selectors.EVENT_READ)
+
+    def _answer(self) -> None:
+        assert self._client is not None
+        try:
+            data = self._client.recv(65536)
+            for packet in self._decoder.feed(data):
+                self._client.sendall(encode(self._responder.answer(packet)))
+        except OSError:
+            data = b""
+        if not data:
+            self._selector.unregister(self._client)
+            self._client.close()
+            self._client = None
+
+    def close(self) -> None:
+        """Close the port and the client's connection."""
+        for each in (self._client, self._listener):
+            if each is not None:
+                with contextlib.suppress(OSError):
+                    each.close()
+        self._selector.close()
+
+
+def serve(
+    model: DebugRtl, server: Server, period: int, going: Callable[[], bool] = lambda: True
+) -> None:
+    """Start a run every `period` clocks and answer the client, while `going` says so.
+
+    A held core keeps its run; the next one is started when it has ended.
+    """
+    while going():
+        model.write(CSR["CONTROL"], START)
+        begun = model.cycles
+        while going() and (
+            model.cycles - begun < period or STATUS["busy"].of(model.read(CSR["STATUS"]))
+        ):
+            server.poll()
+            model.clock(min(SLICE, period))
+
+
+def _settings(image: Image, settings: Sequence[str]) -> dict[int, int]:
+    """Words of inputs by index. Raises CoreError."""
+    inputs = {entry.name: entry for entry in image.inputs}
+    words = {entry.index: 0 for entry in image.inputs}
+    for setting in settings:
+        name, _, text = setting.partition("=")
+        try:
+            words[inputs[name].index] = word_of(float(text), inputs[name].type)
+        except (KeyError, ValueError):
+            known = ", ".join(inputs) or "none"
+            raise CoreError(f"--set {setting}: write NAME=NUMBER; inputs are {known}") from None
+    return words
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Command line; exit 0 interrupted, 1 for a program, value or port that does not work."""
+    parser = argparse.ArgumentParser(prog="python -m sim.debug.server", description=__doc__)
+    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    parser.add_argument("program", type=Path, help="assembly source, or image (*.json)")
+    parser.add_argument("--port", type=int, default=PORT, help=f"default {PORT}; 0: a free one")
+    parser.add_argument("--period", type=int, default=12500, help="clocks from run to run")
+    parser.add_argument("--set", action="append", default=[], metavar="NAME=NUMBER")
+    options = parser.parse_args(arguments)
+    try:
+        path = options.program
+        image = Image.load(path) if path.suffix == ".json" else assemble(path)
+        words = _settings(image, options.set)
+        model = DebugRtl(image.configuration)
+        server = Server(model, options.port)
+    except (AssemblyError, ImageError, CoreError, OSError, OverflowError) as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 1
+    model.load(image)
+    for index, word in words.items():
+        model.write(BLOCK["constants"] + index, word)
+    print(f"{image.title or options.program.name}: tcp://localhost:{server.port}", flush=True)
+    with contextlib.suppress(KeyboardInterrupt):
+        serve(model, server, options.period)
+    server.close()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

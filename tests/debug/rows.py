@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Rows of `make workbench` that the debug block itself has to reach."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from sim.debug.row import Row, exactly
+from tests.debug import campaigns
+from tests.debug.test_scope import uart_stream
+
+SEED = 1
+
+
+def same_runs(full: bool) -> Iterator[Row]:
+    """Runs with the block and without."""
+    from tests.debug.test_block import plain_and_debug
+
+    different = sum(alone != beside for alone, beside in plain_and_debug(SEED, 40 if full else 8))
+    yield exactly("programs whose runs differ with the block", different, 0, "", "cycles and bits")
+
+
+def halted_runs(full: bool) -> Iterator[Row]:
+    """Random halt, step, continue and read sequences."""
+    found = list(campaigns.random_halts(10_000 if full else 200, SEED))
+    bad = sum(bool(text) for text in found)
+    yield exactly("disturbed runs that end differently", bad, 0, "", f"of {len(found)}")
+
+
+def live_parameters(full: bool) -> Iterator[Row]:
+    """Changes of sixteen parameters at a time, under load."""
+    changes, torn, wrong = campaigns.torn_pages(10_000 if full else 200, SEED)
+    yield exactly("torn pages of live parameters", torn, 0, "", f"of {changes} changes")
+    yield exactly("runs with a wrong version", wrong, 0, "", f"of {2 * changes}")
+
+
+def scope(full: bool) -> Iterator[Row]:
+    """Recorded words, and the stream over the serial line."""
+    pairs = list(campaigns.recorded(3000 if full else 60, SEED))
+    bad = sum(got != want for got, want in pairs)
+    yield exactly("recorded words that differ from the model's", bad, 0, "", f"of {len(pairs)}")
+    rows, got, lost = uart_stream(20_000 if full else 120)
+    note = f"of {len(rows)}, 8 channels at 10 kHz over 3 Mbit/s"
+    yield exactly("records lost on the line", lost + (got != rows), 0, "", note)

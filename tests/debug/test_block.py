@@ -1,0 +1,262 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The debug block in RTL: same runs with and without it, halted runs, live parameters."""
+
+from __future__ import annotations
+
+import os
+import random
+
+import numpy as np
+import pytest
+
+from sim.debug.client import DebugError
+from sim.debug.state import word_of
+from sim.harness.asip_bus import BLOCK, CSR, START
+from sim.harness.asip_rtl import AsipRtl
+from tests.asip import core_bench
+from tests.debug import campaigns
+from tests.debug.campaigns import SHIPPED, client_of, model, random_halts, shipped, written
+
+SEED = int(os.environ.get("SEED", "1"))
+SUM = """.program "sum"
+.input x
+.output z, safe = 5.0
+.output w, safe = 6.0
+.state s = 1.0
+  fadd s, s, x
+  mov z, s
+  fmul t, s, s
+  mov w, t
+  halt
+"""
+
+
+def traced(core: AsipRtl, image, ticks: int, seed: int):
+    """Words, cycles, flags and every issue and write of runs with random inputs."""
+    rng = np.random.default_rng(seed)
+    core.reset()
+    core.clear()
+    core.load(image)
+    shape = (ticks, len(image.inputs))
+    data = rng.uniform(0.1, 0.9, shape).astype(np.float32).view(np.uint32)
+    core.trace()
+    names = [e.name for e in image.inputs]
+    result = core.run(
+        core.input_addresses(names), data, core.output_addresses([o.name for o in image.outputs])
+    )
+    return (
+        result.words.tolist(),
+        result.cycles.tolist(),
+        result.status.tolist(),
+        core.traced_issues(),
+        core.timed_writes(),
+    )
+
+
+def plain_and_debug(seed: int, programs: int, configuration: str = "fast"):
+    """Runs of the shipped and of so many random programs, on the core alone and with the block."""
+    plain, debug = AsipRtl(configuration), model(configuration)
+    images = [shipped(name, configuration) for name in SHIPPED]
+    images += [written(seed + n, configuration) for n in range(programs)]
+    for n, image in enumerate(images):
+        yield tuple(traced(core, image, 3, seed + n) for core in (plain, debug))
+
+
+@pytest.mark.parametrize("configuration", ["fast", pytest.param("small", marks=pytest.mark.full)])
+def test_block__run_that_is_not_halted__has_the_cycles_and_bits_of_the_core_alone(configuration):
+    for n, (alone, beside) in enumerate(plain_and_debug(SEED, 8, configuration)):
+        assert alone == beside, f"program {n}, SEED={SEED}"
+
+
+@pytest.mark.parametrize("sequences", [75, pytest.param(10_000, marks=pytest.mark.full)])
+def test_block__random_halts_and_steps__end_as_an_undisturbed_run(sequences: int) -> None:
+    found = list(random_halts(sequences, SEED))
+    assert len(found) >= sequences
+    assert [text for text in found if text] == [], f"SEED={SEED}"
+
+
+@pytest.mark.full
+def test_block__random_halts_of_the_small_core__end_as_an_undisturbed_run() -> None:
+    assert [text for text in random_halts(2000, SEED, "small") if text] == [], f"SEED={SEED}"
+
+
+@pytest.mark.parametrize("changes", [100, pytest.param(10_000, marks=pytest.mark.full)])
+def test_block__live_parameters_under_load__change_together(changes: int) -> None:
+    assert campaigns.torn_pages(changes, SEED) == (changes, 0, 0), f"SEED={SEED}"
+
+
+@pytest.fixture
+def bench():
+    """A client on the program SUM, x = 2."""
+    rtl = model()
+    rtl.reset()
+    client = client_of(rtl)
+    image = core_bench.assembled(SUM, optimise=False)
+    client.load(image)
+    client.write_register("k0", word_of(2.0))
+    return rtl, client, image
+
+
+def ended(client):
+    return client.wait(lambda state: not state.running)
+
+
+def test_halt__outputs_stay_those_of_the_last_run_and_the_line_is_high(bench) -> None:
+    rtl, client, image = bench
+    client.start()
+    ended(client)
+    assert client.read_register("o0") == word_of(3.0) and not rtl.debug_active
+    last = client.state().last
+    client.set_breakpoint(last)
+    client.start()
+    state = client.wait(lambda state: state.halted)
+    assert (state.reason, state.next, state.held, state.empty) == ("breakpoint", last, True, True)
+    assert rtl.debug_active and not rtl.irq
+    assert client.read_register("o0") == word_of(3.0), "a run that stands shows nothing"
+    client.resume()
+    ended(client)
+    assert client.read_register("o0") == word_of(5.0) and not rtl.debug_active
+
+
+def test_halt__registers_data_and_bank_k__read_and_written_for_the_next_bundle(bench) -> None:
+    rtl, client, image = bench
+    register = image.states[0].register
+    client.halt()
+    client.start()
+    state = client.wait(lambda state: state.halted)
+    assert (state.reason, state.next) == ("request", 0)
+    assert client.read_register(register) == word_of(1.0)
+    assert client.read_register("k0") == word_of(2.0)
+    client.write_register(register, word_of(10.0))
+    client.write_register("k0", word_of(0.5))
+    client.write_data(7, [1, 2, 3])
+    assert client.read_data(7, 3) == [1, 2, 3]
+    state = client.step()
+    assert (state.halted, state.last, state.next) == (True, 0, 1)
+    assert client.read_register(register) == word_of(10.5)
+    client.resume()
+    ended(client)
+    assert client.read_register("o1") == word_of(10.5 * 10.5)
+
+
+def test_step__behind_the_last_bundle__waits_at_the_first_of_the_next_run(bench) -> None:
+    _, client, image = bench
+    client.set_mode(stop_at_start=True)
+    client.start()
+    state = client.wait(lambda state: state.halted)
+    assert state.reason == "start"
+    client.set_mode()
+    state = client.step(len(image.bundles) + 5)
+    assert not state.running and state.held
+    client.start()
+    state = client.wait(lambda state: state.halted)
+    assert (state.reason, state.next) == ("step", 0)
+    with pytest.raises(DebugError, match="halt it first"):
+        client.resume()
+        client.step()
+
+
+def test_watch__write_with_value__holds(bench) -> None:
+    _, client, image = bench
+    register = image.states[0].register
+    watch = client.set_watch(register, word_of(5.0))
+    client.start()
+    assert ended(client).reason == "none", "the first run writes 3"
+    client.start()
+    state = client.wait(lambda state: state.halted or not state.running)
+    assert state.reason == "watch" and client.read_register(register) == word_of(5.0)
+    client.clear_watch(watch)
+    client.resume()
+    ended(client)
+
+
+@pytest.mark.parametrize("runs", [False, True])
+def test_watchdog__of_a_halted_core__stands_or_ends_the_run(bench, runs: bool) -> None:
+    rtl, client, _ = bench
+    rtl.write(CSR["WATCHDOG"], 300)
+    client.set_mode(watchdog_runs=runs)
+    client.halt()
+    client.start()
+    client.wait(lambda state: state.halted)
+    rtl.clock(1000)
+    assert client.state().halted != runs
+    client.resume()
+    ended(client)
+    assert client.fault()[0] == ("WATCHDOG" if runs else "NONE")
+    assert client.read_register("o0") == word_of(5.0 if runs else 3.0)
+    assert (client.cycles() >= 300) == runs
+
+
+def test_abort__ends_a_halted_run_with_safe_outputs(bench) -> None:
+    _, client, _ = bench
+    client.halt()
+    client.start()
+    client.wait(lambda state: state.halted)
+    client.abort()
+    ended(client)
+    assert client.fault()[0] == "WATCHDOG" and client.read_register("o1") == word_of(6.0)
+    client.resume()
+    client.clear()
+
+
+def test_breakpoints__more_than_there_are__is_an_error_with_the_cure(bench) -> None:
+    _, client, _ = bench
+    taken = [client.set_breakpoint(100 + n) for n in range(4)]
+    with pytest.raises(DebugError, match="all 4 breakpoints of the core are taken; clear one"):
+        client.set_breakpoint(7)
+    client.clear_breakpoint(taken[2])
+    assert client.set_breakpoint(7) == taken[2]
+
+
+def test_stage__more_words_than_fit__are_refused_until_discard(bench) -> None:
+    _, client, _ = bench
+    with pytest.raises(DebugError, match="more than 64 words are staged"):
+        client.stage((n % 128, n) for n in range(65))
+    client.commit()
+    assert client.version() == (0, 0) and client.state().staged
+    client.discard()
+    assert not client.state().staged and not client.state().overflow
+    client.stage([(0, word_of(4.0)), (0, word_of(7.0))])
+    client.commit()
+    client.start()
+    ended(client)
+    assert client.version() == (1, 1) and client.read_register("o0") == word_of(8.0)
+
+
+def test_stage__commit_while_halted__waits_for_the_end_of_the_run(bench) -> None:
+    rtl, client, _ = bench
+    client.halt()
+    client.start()
+    client.wait(lambda state: state.halted)
+    client.stage([(0, word_of(100.0))])
+    client.commit()
+    rtl.clock(50)
+    assert client.state().committing and client.read_register("k0") == word_of(2.0)
+    client.resume()
+    ended(client)
+    rtl.clock(5)
+    assert client.read_register("o0") == word_of(3.0) and client.version() == (1, 0)
+    assert client.read_register("k0") == word_of(100.0)
+
+
+def test_program__written_while_halted__continues_at_the_bundle_that_waits(bench) -> None:
+    _, client, image = bench
+    client.set_breakpoint(1)
+    client.start()
+    client.wait(lambda state: state.halted)
+    words = list(image.words())
+    for offset, word in words:  # the same program again
+        client.write_word(BLOCK["program"] + offset, word)
+    assert client.state().next == 1
+    client.resume()
+    ended(client)
+    assert client.read_register("o1") == word_of(9.0) and client.fault()[0] == "NONE"
+
+
+def test_random_address__beyond_the_map__is_answered(bench) -> None:
+    rtl, client, _ = bench
+    rng = random.Random(SEED)
+    for _ in range(200):
+        assert 0 <= client.read_word(0x4000 + rng.randrange(1 << 13)) < 1 << 32
+    rtl.write(CSR["CONTROL"], START)
+    ended(client)
