@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Rows of `make workbench` from synthesis and proofs: what the debug block costs, what is proved."""
+"""Rows of `make workbench` from synthesis and proofs: cost of the debug block, what is proved."""
 
 from __future__ import annotations
 
