@@ -81,9 +81,11 @@ class Bench:
             for n in range(DATA)
         ]
         for entry in image.inputs:
-            value = rng.randrange(0x3C000000, 0x40000000)
+            number = rng.uniform(0.1, 0.9) if entry.type == "float" else rng.randrange(1, 1000)
+            value = word_of(number, entry.type)
             self._words.append((BLOCK["constants"] + entry.index, value))
         self._read = [address for address, _ in self._words[: len(places) + DATA]]
+        self.outcome = 1 + len(self._read)  # first word of outputs, cause and FAULT_INFO
         self._read += [BLOCK["outputs"] + o.index for o in image.outputs]
 
     def begin(self) -> None:
@@ -101,10 +103,16 @@ class Bench:
             self.rtl.clock(50)
         raise AssertionError("the run does not end")
 
+    def faulted(self) -> bool:
+        """Whether the last run ended in a fault."""
+        return bool(STATUS["fault"].of(self.rtl.read(CSR["STATUS"])))
+
     def final(self) -> Final:
         """The state behind a run."""
         words = [self.rtl.read(address) for address in self._read]
-        words += [self.rtl.read(CSR["STATUS"]), self.rtl.read(CSR["FAULT_INFO"])]
+        status = self.rtl.read(CSR["STATUS"])
+        words += [STATUS["cause"].of(status), self.rtl.read(CSR["FAULT_INFO"])]
+        words.insert(0, STATUS["flags"].of(status))
         return Final(tuple(words), self.rtl.read(CSR["CYCLES"]))
 
     def undisturbed(self) -> Final:
@@ -180,10 +188,12 @@ def random_halts(sequences: int, seed: int, configuration: str = "fast") -> Iter
         image = shipped(name, configuration) if name else written(seed + program, configuration)
         bench = Bench(rtl, image, seed)
         want = bench.undisturbed()
+        # Registers behind a fault depend on how far the bundles after it got: outputs and cause.
+        first = bench.outcome if bench.faulted() else 0
         for _ in range(25):
             got, halts = bench.disturbed(rng)
             done += 1
-            places = want.differences(got)
+            places = [n for n in want.differences(got) if n >= first]
             text = f"seed {seed}, program {program} {name}, halts {halts}: words {places} differ"
             yield text if places else ""
             if places:
