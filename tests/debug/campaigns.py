@@ -81,8 +81,7 @@ class Bench:
             for n in range(DATA)
         ]
         for entry in image.inputs:
-            number = rng.uniform(0.1, 0.9) if entry.type == "float" else rng.randrange(1, 1000)
-            value = word_of(number, entry.type)
+            value = word_of(_input(rng, entry.type), entry.type)
             self._words.append((BLOCK["constants"] + entry.index, value))
         self._read = [address for address, _ in self._words[: len(places) + DATA]]
         self.outcome = 1 + len(self._read)  # first word of outputs, cause and FAULT_INFO
@@ -248,7 +247,7 @@ def torn_pages(changes: int, seed: int) -> tuple[int, int, int]:
     return changes, torn, wrong
 
 
-def recorded(ticks: int, seed: int, name: str = "tracking_optimised") -> Iterator[tuple[int, int]]:
+def recorded(ticks: int, seed: int, name: str = "planner_trajectory") -> Iterator[tuple[int, int]]:
     """Words of eight channels of a shipped program's ticks: as the scope recorded, as the
     instruction-set model computes. Channels: outputs, an input, writes of registers by number."""
     rng = random.Random(seed)
@@ -258,29 +257,31 @@ def recorded(ticks: int, seed: int, name: str = "tracking_optimised") -> Iterato
     rtl.clear()
     rtl.load(image)
     iss = Iss(image, sincos=core_bench.rtl_sincos, trace=True)
-    inputs = {e.name: (e.index, rng.uniform(0.1, 0.9)) for e in image.inputs}
+    inputs = {e.name: e for e in image.inputs}
+
+    def values() -> dict[str, int]:
+        return {n: word_of(_input(rng, e.type), e.type) for n, e in inputs.items()}
 
     def tick(words: dict[str, int]) -> dict[str, list[int]]:
         for entry, word in words.items():
-            rtl.write(BLOCK["constants"] + inputs[entry][0], word)
+            rtl.write(BLOCK["constants"] + inputs[entry].index, word)
         iss.set_words(words)
         rtl.write(CSR["CONTROL"], START)
         while STATUS["busy"].of(rtl.read(CSR["STATUS"])):
             rtl.clock(10)
         return iss.run().writes
 
-    first = {entry: _near(rng, value) for entry, (_, value) in inputs.items()}
-    writes = tick(first)
+    writes = tick(values())
     registers = [p for p in writes if p[0] in "abc" and len(writes[p]) < 16]
     outputs = [p for p in writes if p[0] == "o"]
     chosen = [(p, rng.randrange(0, len(writes[p]) + 1)) for p in rng.sample(registers, 5)]
     entry = rng.choice(list(inputs))
     channels = [(p, 0) for p in rng.sample(outputs, min(2, len(outputs)))] + chosen
-    channels = [*channels[:7], (f"k{inputs[entry][0]}", 0)]
+    channels = [*channels[:7], (f"k{inputs[entry].index}", 0)]
     client.configure(ScopeSetup(tuple(Channel(p, w) for p, w in channels)))
     client.arm()
     for _ in range(ticks):
-        words = {e: _near(rng, value) for e, (_, value) in inputs.items()}
+        words = values()
         writes = tick(words)
         rtl.clock(12)  # the record follows the run
         (record,) = client.drain().words
@@ -289,5 +290,5 @@ def recorded(ticks: int, seed: int, name: str = "tracking_optimised") -> Iterato
             yield got, want
 
 
-def _near(rng: random.Random, value: float) -> int:
-    return word_of(value + rng.uniform(-1e-3, 1e-3))
+def _input(rng: random.Random, type_name: str) -> float:
+    return rng.uniform(0.1, 0.9) if type_name == "float" else rng.randrange(1, 1000)
