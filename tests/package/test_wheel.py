@@ -137,7 +137,8 @@ def test_wheel__holds_what_its_commands_read_and_nothing_of_the_checkout(wheel: 
 
 
 def test_commands__of_the_wheel__are_those_run_here(installed: Installed) -> None:
-    assert set(COMMANDS) == {"asip-as", "asip-objdump", "asip-run", "asip-model", "nios-run"}
+    asip = {f"asip-{name}" for name in ("as", "objdump", "run", "dbg", "model", "scope")}
+    assert set(COMMANDS) == asip | {"nios-run"}
     for command in set(COMMANDS) - {"asip-model"}:
         assert "usage" in installed.must(command, "--help")
 
@@ -170,6 +171,12 @@ def test_asip_run__on_the_model_and_the_core_of_the_wheel__computes(
     values = ("--set", "x=0.4", "--set", "y=1")
     assert SUM in installed.must("asip-run", image, *values, "--iss")
     assert SUM in installed.must("asip-run", image, *values)
+
+
+def test_asip_dbg__of_the_wheel__stops_in_an_image(installed: Installed, image: str) -> None:
+    commands = ("-ex", "break z", "-ex", "run", "-ex", "info values")
+    text = installed.must("asip-dbg", image, "--iss", "--batch", *commands)
+    assert "breakpoint 1, z is computed" in text and "sum.s:" in text
 
 
 def test_nios_run__of_the_wheel__builds_its_system_and_runs_a_program(
