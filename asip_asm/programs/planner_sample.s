@@ -4,15 +4,7 @@
 
 .program  "S-curve sampler"
 .include  "planner_law.inc"
-
-.input    ticks : int                              ; since the start of the move
-.input    L, v0, vp, am, J, t1, t2, t4, s1, s2, s3
-.params   "../../sim/robot.toml", T_s              ; [s]
-.output   p, safe = 0.0
-.output   v, safe = 0.0
-.output   a, safe = 0.0
-.output   phase, safe = 0.0
-.output   over, safe = 1.0
+.interface "planner_sample.interface.toml"
 
         sample  ticks, T_s, L, v0, vp, am, J, t1, t2, t4, s1, s2, s3
         mov     p, q_p

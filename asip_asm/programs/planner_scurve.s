@@ -6,22 +6,7 @@
 
 .program  "S-curve planner"
 .include  "planner_law.inc"
-
-.input    v0, vm                                   ; start and end speed, greatest speed [unit/s]
-.input    tr, tm                                   ; acceleration time, jerk time [s]
-.input    L                                        ; length [unit]
-.output   error, safe = 6.0
-.output   class, safe = 0.0
-.output   t1, safe = 0.0
-.output   t2, safe = 0.0
-.output   t4, safe = 0.0
-.output   s1, safe = 0.0
-.output   s2, safe = 0.0
-.output   s3, safe = 0.0
-.output   s4, safe = 0.0
-.output   vp, safe = 0.0
-.output   am, safe = 0.0
-.output   J, safe = 0.0
+.interface "planner_scurve.interface.toml"
 
         plan    v0, vm, tr, tm, L
         mov     error, p_error

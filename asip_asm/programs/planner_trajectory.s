@@ -7,22 +7,7 @@
 
 .program  "S-curve trajectory"
 .include  "planner_law.inc"
-
-.input    start                                    ; 1.0: take over a new move in this tick
-.input    v0, vm, tr, tm, L                        ; the new move, see planner_scurve.s
-.params   "../../sim/robot.toml", T_s              ; [s]
-.state    ticks : int = 0
-.state    held_v0 = 0.0
-.state    held_vm = 0.0
-.state    held_tr = 0.0
-.state    held_tm = 0.0
-.state    held_L = 0.0
-.output   p, safe = 0.0
-.output   v, safe = 0.0
-.output   a, safe = 0.0
-.output   phase, safe = 0.0
-.output   over, safe = 1.0
-.output   error, safe = 6.0
+.interface "planner_trajectory.interface.toml"
 
         sel     held_v0, start, v0, held_v0
         sel     held_vm, start, vm, held_vm
