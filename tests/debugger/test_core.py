@@ -1,0 +1,230 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The debugger on the Verilated core: in this process, by its serial pins, over TCP.
+
+What it answers is held against the same session on the instruction-set model.
+"""
+
+from __future__ import annotations
+
+import os
+import random
+import re
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+import pytest
+
+from sim.debug.client import Client, connect
+from sim.debug.model import DebugRtl
+from sim.debug.server import Server
+from sim.debugger.block_target import BlockTarget
+from sim.debugger.command_table import CommandError
+from sim.debugger.commands import Commands
+from sim.debugger.driven_target import DrivenTarget
+from sim.debugger.iss_target import IssTarget
+from sim.debugger.program import DebuggedProgram
+from sim.debugger.session import Session
+from sim.debugger.target import Target, TargetGone
+
+HERE = Path(__file__).parent
+LEG, LOOP = HERE / "leg.s", HERE / "loop.s"
+INPUTS = {"x": 0.3, "y": 0.1, "z": 0.2, "l": 0.45, "scale": 2.0}
+SEED = int(os.environ.get("SEED", "1"))
+
+
+@pytest.fixture(scope="module")
+def model() -> DebugRtl:
+    return DebugRtl("fast")
+
+
+@contextmanager
+def over_tcp(model: DebugRtl) -> Iterator[str]:
+    """Address of a core without a host of its own."""
+    server = Server(model, 0)
+    going = threading.Event()
+
+    def work() -> None:
+        while not going.is_set():
+            server.poll(1e-3)
+            model.clock(200)
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    try:
+        yield f"tcp://localhost:{server.port}"
+    finally:
+        going.set()
+        thread.join()
+        server.close()
+
+
+@pytest.fixture(params=["process", "serial", "tcp"])
+def core(request, model) -> Iterator[BlockTarget]:
+    with ExitStack() as stack:
+        if request.param == "tcp":
+            address = stack.enter_context(over_tcp(model))
+            target = BlockTarget(lambda: connect(address), "core")
+        elif request.param == "serial":
+            target = BlockTarget(lambda: Client(model.serial_link()), "core")
+        else:
+            target = BlockTarget(lambda: connect(model), "core")
+        stack.callback(target.close)
+        yield target
+
+
+class Debugger:
+    """A session; its answers leave out counts of cycles and bundles, and which output faulted."""
+
+    def __init__(self, program: DebuggedProgram, target: Target) -> None:
+        self.session = Session(program, target)
+        self.lines: list[str] = []
+        self.commands = Commands(self.session, self.lines.append)
+        for name in () if target.driven else self.session.values.inputs:
+            self.session.values.set(name, None, INPUTS[name])
+
+    def tell(self, line: str) -> str:
+        self.lines.clear()
+        try:
+            self.commands.execute(line)
+        except CommandError as error:
+            return f"error: {error}"
+        text = re.sub(r", \d+ (cycles|bundles)$", "", "\n".join(self.lines), flags=re.M)
+        return re.sub("(written to an output, ).*", r"\1", text)  # the core knows which output
+
+
+def both(path: Path, core: Target) -> tuple[Debugger, Debugger]:
+    program = DebuggedProgram(path)
+    return Debugger(program, core), Debugger(program, IssTarget())
+
+
+STEPS = (
+    *("break (28)", "run", "info values", "print q", "print e", "stepi", "print/x e", "step"),
+    *("set e = 0.5", "continue", "print last", "info outputs", "tick 3", "info state", "start"),
+    *("info registers", "next 2", "x/4f table", "tbreak *6", "continue", "p f", "finish"),
+)
+
+
+def test_session_as_on_the_model(core):
+    ours, other = both(LEG, core)
+    for line in STEPS:
+        assert ours.tell(line) == other.tell(line), line
+
+
+def test_loop_with_conditions(core):
+    ours, other = both(LOOP, core)
+    for line in ("break entry if i == 1", "run", "p i", "p total", "bt", "c", "info outputs"):
+        assert ours.tell(line) == other.tell(line), line
+
+
+def test_watch_of_a_value(core):
+    ours, _ = both(LEG, core)
+    ours.tell("watch e")
+    assert "watch 1, e in" in ours.tell("run")
+    assert ours.session.position > 4 and ours.tell("p e").startswith("e = 0.008")
+    assert "end of tick 0" in ours.tell("continue")
+
+
+def test_fault_and_the_tick_behind_it(core):
+    ours, _ = both(LEG, core)
+    ours.tell("set z = 0.7")
+    text = ours.tell("run")
+    assert text.startswith("NOT_FINITE") and "leg.s:20: fsat F, f" in text
+    assert "first computed: l_d = nan" in text
+    ours.tell("set z = 0.2")
+    ours.tell("reset")
+    assert "end of tick 0" in ours.tell("run")
+
+
+def test_halt_of_a_core_that_runs_and_cycles(core, tmp_path):
+    endless = tmp_path / "endless.s"
+    endless.write_text(
+        ".watchdog 4000000000\n.input x\n.output y, safe = 0.0\n.const one = 1 : int\n"
+        "        mov i, one\nagain:\n        iadd i, i, one\n        bnz i, again\n"
+        "        mov y, x\n        halt\n"
+    )
+    ours, _ = both(endless, core)
+    ours.session.pause.set()
+    assert "halted at bundle" in ours.tell("run")
+    ours.tell("kill")
+    assert "core idle" in ours.tell("info state")
+
+
+def test_reconnect_loads_again(core):
+    ours, _ = both(LEG, core)
+    ours.tell("start")
+    assert "program loaded" in ours.tell("reconnect")
+    assert "end of tick 0" in ours.tell("run")
+
+
+@pytest.mark.parametrize("path", [LEG, LOOP], ids=["leg", "loop"])
+def test_random_sessions_show_what_the_model_shows(core, path):
+    rng = random.Random(SEED)
+    ours, other = both(path, core)
+    bundles = ours.session.program.bundles
+    names = ours.session.program.map.names()
+    names = [name for name in names if not name.startswith(("F", "sum"))]
+    for _ in range(150):
+        line = rng.choice(
+            [
+                "stepi",
+                "step",
+                "next",
+                "continue",
+                "run",
+                "start",
+                "finish",
+                "delete",
+                f"tbreak *{rng.randrange(bundles)}",
+                f"stepi {rng.randrange(1, 4)}",
+                f"set {rng.choice(names)} = {rng.choice((0.25, 1, -3))}",
+                *(f"print {name}" for name in rng.sample(names, 3)),
+            ]
+        )
+        assert ours.tell(line) == other.tell(line), f"SEED={SEED}: {line}"
+
+
+def test_machine_whose_host_starts_the_ticks():
+    settings = [f"--set={name}={INPUTS[name]}" for name in ("x", "y", "z", "l")]
+    command = [sys.executable, "-m", "sim.debug.server", str(LEG), "--port", "0", *settings]
+    server = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    try:
+        address = server.stdout.readline().split()[-1]
+        target = DrivenTarget(lambda: connect(address), "machine")
+        debugger = Debugger(DebuggedProgram(LEG), target)
+        assert "bundle 0" in debugger.tell("start")
+        debugger.tell("break (28)")
+        assert "=> bundle 4" in debugger.tell("continue")
+        assert debugger.tell("print t").startswith("t = 0.25  ")
+        assert "host writes" in debugger.tell("print x")
+        debugger.tell("delete")
+        assert "end of tick 0" in debugger.tell("continue")
+        assert "end of tick 3" in debugger.tell("tick 3")
+        assert debugger.tell("print e").startswith("e = 0.008")
+        target.close()
+        again = connect(address)  # the machine runs again
+        before = again.runs()
+        again.wait(lambda state: again.runs() > before)
+        again.close()
+    finally:
+        server.terminate()
+        server.wait(timeout=60)
+        server.stdout.close()
+
+
+def test_server_that_goes_away_is_told():
+    command = [sys.executable, "-m", "sim.debug.server", str(LEG), "--port", "0"]
+    server = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    address = server.stdout.readline().split()[-1]
+    debugger = Debugger(DebuggedProgram(LEG), DrivenTarget(lambda: connect(address), "machine"))
+    debugger.tell("start")
+    server.kill()
+    server.wait(timeout=60)
+    server.stdout.close()
+    with pytest.raises(TargetGone):
+        debugger.tell("stepi")
+    with pytest.raises(TargetGone):
+        debugger.tell("reconnect")
