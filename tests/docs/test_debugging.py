@@ -11,6 +11,7 @@ import sys
 from pathlib import Path
 
 import pytest
+import pywellen
 
 from sim.harness.build import ROOT
 from tests.motion_rtl.test_pulse_generator import Generator
@@ -29,6 +30,11 @@ def end_time(path: Path) -> int:
     return end
 
 
+def layout(path: Path, ending: str) -> str:
+    """Text of a layout beside an FST."""
+    return path.with_suffix(ending).read_text()
+
+
 @pytest.mark.parametrize("test", [ALONE, COCOTB, BENCH], ids=["harness", "cocotb", "bench"])
 def test_waves__of_one_test__are_named_and_hold_its_time(test, tmp_path):
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", test]
@@ -38,6 +44,13 @@ def test_waves__of_one_test__are_named_and_hold_its_time(test, tmp_path):
     files = [Path(name) for name in re.findall(r"^waves: (.*\.fst)$", done.stdout, re.M)]
     assert len(files) == 1 and test.rpartition("::")[2] in files[0].parent.name
     assert end_time(files[0]) > 20
+    in_file = {f"{v.full_name}": v.bitwidth for v in pywellen.Waveform(str(files[0])).all_vars()}
+    shown = re.findall(
+        r"^(TOP\.[^\[\n]+|bench[^\[\n]*)(?:\[(\d+):0\])?$", layout(files[0], ".gtkw"), re.M
+    )
+    assert shown and all(in_file[name] == int(top or 0) + 1 for name, top in shown)
+    added = re.findall(r"^variable_add (\S+)$", layout(files[0], ".sucl"), re.M)
+    assert added == [name for name, _ in shown]
 
 
 def test_page__names_a_test_by_its_name_and_by_a_part_of_it():
