@@ -5,12 +5,13 @@ import os
 import re
 import shutil
 from collections.abc import Generator
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 from asip_asm.project import BUILD
-from sim.harness import build, waves
+from sim.harness import build, wave_layout, waves
 from tests.bench import needs
 
 build.assertions = True
@@ -54,6 +55,8 @@ def pytest_runtest_teardown(item: pytest.Item) -> Generator[None, Any, Any]:
     if waves.wanted():
         waves.close()
         files = sorted(map(str, waves.folder().glob("*.fst")))
+        for path in files:
+            wave_layout.write(Path(path))
         item.user_properties.append(("waves", files))
     return result
 

@@ -12,7 +12,6 @@ import os
 from pathlib import Path
 
 from asip_asm.project import BUILD
-from sim.harness import wave_layout
 
 _libraries: list[ctypes.CDLL] = []
 
@@ -51,8 +50,6 @@ def load_model(library: Path) -> ctypes.CDLL:
 
 
 def close() -> None:
-    """End the files that are being written, with layouts; what comes later goes to new ones."""
+    """End the files that are being written; what the models do later goes to new ones."""
     for library in _libraries:
         library.bench_close_waves()
-    for path in folder().glob("*.fst"):
-        wave_layout.write(path)
