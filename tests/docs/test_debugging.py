@@ -44,10 +44,9 @@ def test_waves__of_one_test__are_named_and_hold_its_time(test, tmp_path):
     files = [Path(name) for name in re.findall(r"^waves: (.*\.fst)$", done.stdout, re.M)]
     assert len(files) == 1 and test.rpartition("::")[2] in files[0].parent.name
     assert end_time(files[0]) > 20
-    in_file = {f"{v.full_name}": v.bitwidth for v in pywellen.Waveform(str(files[0])).all_vars()}
-    shown = re.findall(
-        r"^(TOP\.[^\[\n]+|bench[^\[\n]*)(?:\[(\d+):0\])?$", layout(files[0], ".gtkw"), re.M
-    )
+    in_file = {v.full_name: v.bitwidth for v in pywellen.Waveform(str(files[0])).all_vars()}
+    names = re.findall(r"^[^@^\[-].*$", layout(files[0], ".gtkw"), re.M)
+    shown = [re.fullmatch(r"(.*?)(?:\[(\d+):0\])?", name).groups() for name in names]
     assert shown and all(in_file[name] == int(top or 0) + 1 for name, top in shown)
     added = re.findall(r"^variable_add (\S+)$", layout(files[0], ".sucl"), re.M)
     assert added == [name for name, _ in shown]
