@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Measure the goals of the motor drives, to build/drive.json.
+
+    python -m sim.servo
+
+Exit status: 0 if every goal is met, 1 if one is missed or not measured, 2 wrong command line.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from asip_asm.project import BUILD
+from sim.model.parameter_record import ROBOT_TOML, ParameterError
+from sim.servo.goals import measure
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Command line."""
+    parser = argparse.ArgumentParser(
+        prog="python -m sim.servo",
+        description=__doc__.splitlines()[0],
+        epilog="example: python -m sim.servo --robot my_robot.toml",
+    )
+    parser.add_argument("--robot", type=Path, default=ROBOT_TOML, help="parameter file")
+    parser.add_argument("--results", type=Path, default=BUILD / "drive.json", help="file written")
+    options = parser.parse_args(argv)
+    console = Console()
+    try:
+        rows = measure(options.robot, console.print)
+    except (ParameterError, OSError) as error:
+        console.print(f"error: {error}", style="red", markup=False)
+        return 1
+    options.results.parent.mkdir(parents=True, exist_ok=True)
+    text = json.dumps({"goals": rows}, indent=2) + "\n"
+    options.results.write_text(text, encoding="utf-8")
+    view = Table("goal", "value", "target", "met", box=box.SIMPLE_HEAD)
+    for row in rows:
+        value = "not measured" if row["value"] is None else f"{row['value']:.4g} {row['unit']}"
+        view.add_row(row["name"], value, f"{row['target']} {row['unit']}", str(row["met"]))
+    console.print(view)
+    console.print(f"written: {options.results}")
+    return 0 if all(row["met"] for row in rows) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
