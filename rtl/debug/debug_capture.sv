@@ -60,25 +60,16 @@ module debug_capture #(
         debug_regmap_pkg::CHANNEL_KIND_OUTPUT: from = 2'd2;
         default: from = 2'd3;
       endcase
-      case (from)
-        2'd0: begin
-          hit  = write_i[0] && write_index_i[0] == index_q[c][5:0];
-          word = write_data_i[0];
-        end
-        2'd1: begin
-          hit  = write_i[1] && write_index_i[1] == index_q[c][5:0];
-          word = write_data_i[1];
-        end
-        2'd2: begin
-          hit  = (kind_q[c][0] ? write_i[3] : write_i[2]) && write_index_i[2] == index_q[c][5:0];
-          word = write_data_i[2];
-        end
-        default: begin
-          hit  = constant_write_i && constant_index_i == index_q[c];
-          word = constant_data_i;
-        end
-      endcase
+      hit = from[1] ? (from[0] ? constant_write_i && constant_index_i == index_q[c] :
+                       (kind_q[c][0] ? write_i[3] : write_i[2]) &&
+                       write_index_i[2] == index_q[c][5:0]) :
+            from[0] ? write_i[1] && write_index_i[1] == index_q[c][5:0] :
+                      write_i[0] && write_index_i[0] == index_q[c][5:0];
     end
+
+    // Selections of two inputs: one table of six inputs a bit.
+    assign word = from[1] ? (from[0] ? constant_data_i : write_data_i[2]) :
+                  from[0] ? write_data_i[1] : write_data_i[0];
 
     // Number of the next write of the run, 0 once there were 15.
     always_ff @(posedge clk_i or negedge rst_ni) begin

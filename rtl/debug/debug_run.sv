@@ -86,22 +86,13 @@ module debug_run (
 
   // ---- watches
   for (genvar w = 0; w < Watches; w++) begin : gen_watch
-    always_comb begin
-      case (bank_q[w])
-        2'd0: begin
-          written_d[w] = write_i[0] && write_index_i[0] == index_q[w];
-          data_d[w]    = write_data_i[0];
-        end
-        2'd1: begin
-          written_d[w] = write_i[1] && write_index_i[1] == index_q[w];
-          data_d[w]    = write_data_i[1];
-        end
-        default: begin
-          written_d[w] = (bank_q[w][0] ? write_i[3] : write_i[2]) && write_index_i[2] == index_q[w];
-          data_d[w]    = write_data_i[2];
-        end
-      endcase
-    end
+    // Selections of two inputs: one table of six inputs a bit.
+    assign data_d[w]    = bank_q[w][1] ? write_data_i[2] :
+                          bank_q[w][0] ? write_data_i[1] : write_data_i[0];
+    assign written_d[w] = (bank_q[w][1] ? (bank_q[w][0] ? write_i[3] : write_i[2]) :
+                           bank_q[w][0] ? write_i[1] : write_i[0]) &&
+                          (bank_q[w][1] ? write_index_i[2] :
+                           bank_q[w][0] ? write_index_i[1] : write_index_i[0]) == index_q[w];
 
     always_ff @(posedge clk_i) begin
       if (csr_write_i && csr_index_i == debug_regmap_pkg::REG_WATCH_PLACE + 6'(w)) begin
