@@ -3,11 +3,14 @@
 
 from __future__ import annotations
 
+import math
+
 import casadi as ca
 import gmpy2
 import numpy as np
 import pytest
 
+from asip_asm.model import expand
 from asip_asm.model.compiler import Options, compile_law
 from asip_asm.model.exact import evaluate
 from asip_asm.model.functions import FUNCTIONS
@@ -24,6 +27,30 @@ DOMAINS = {
     "log1p": (-0.9, 1e4), "atan": (-1e3, 1e3), "asin": NEAR_ONE, "acos": NEAR_ONE,
     "erf": (-5.0, 5.0),
 }  # fmt: skip
+
+
+def seams(name: str) -> list[float]:
+    """Numbers where the program of a function changes its reduction or polynomial, and its ends."""
+    logarithms = [1.5 * 2.0**k for k in range(-60, 60)] + [1.0]
+    return {
+        "exp": [(k + 0.5) * math.log(2) for k in range(-124, 127)],
+        "expm1": [(k + 0.5) * math.log(2) for k in range(-124, 127)] + [0.5, -0.5],
+        "log": logarithms,
+        "log1p": [x - 1 for x in logarithms if x > 0.1] + [0.0],
+        "atan": [expand.TAN_EIGHTH, expand.TAN_THREE_EIGHTHS, 1.0],
+        "asin": [0.5, 1.0],
+        "acos": [0.5, 1.0, 0.0],
+        "erf": [1.0, 4.0, 2.5],
+    }[name] + list(FUNCTIONS[name].domain)
+
+
+PIECES = {
+    "exp": (0.5, 1.0), "expm1": (0.5, 1.0), "log": (1.0, 2.0), "log1p": (0.5, 1.0),
+    "atan": (2.0, 4.0), "asin": (0.5, 1.0), "acos": (0.5, 1.0), "erf": (0.5, 1.0),
+}  # fmt: skip
+"""A binade, of both signs where the domain has them, that is tried float by float."""
+NEIGHBOURS = 200
+CHUNK = 1 << 20
 
 
 def law_of(
@@ -72,6 +99,31 @@ def test_error_is_as_stated_over_the_domain(name):
 def test_error_is_as_stated_for_every_23rd_number(name):
     error, where = worst(name, 23)
     assert error < FUNCTIONS[name].ulp, f"{name}({where!r}): {error}"
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_error_is_as_stated_beside_every_seam(name):
+    low, high = FUNCTIONS[name].domain
+    bits = np.array(seams(name), np.float32).view(np.int32)[:, None]
+    near = bits + np.arange(-NEIGHBOURS, NEIGHBOURS + 1, dtype=np.int32)
+    x = near.astype(np.int32).ravel().view(np.float32)
+    x = np.concatenate((x, -x))
+    x = x[(x >= low) & (x <= high)]
+    found = errors(name, x)
+    assert found.max() < FUNCTIONS[name].ulp, x[int(found.argmax())]
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_error_is_as_stated_for_every_float_of_a_piece(name):
+    low, high = FUNCTIONS[name].domain
+    start, end = (int(np.float32(x).view(np.uint32)) for x in PIECES[name])
+    for begin in range(start, end, CHUNK):
+        size = np.arange(begin, min(begin + CHUNK, end), dtype=np.uint32).view(np.float32)
+        x = np.concatenate((size, -size))
+        x = x[(x >= low) & (x <= high)]
+        found = errors(name, x)
+        assert found.max() < FUNCTIONS[name].ulp, x[int(found.argmax())]
 
 
 @pytest.mark.parametrize("name", FUNCTIONS)

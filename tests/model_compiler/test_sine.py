@@ -25,6 +25,7 @@ from sim.robots.laws import LAWS, Settings
 FAST = Options(reassociate=True, reciprocal=True)
 COUNTS = 1 << 20
 NAMES = ("sin", "cos")
+CHUNK = 1 << 20
 
 
 def polynomial(name: str, limit: float, t: np.ndarray) -> np.ndarray:
@@ -38,11 +39,14 @@ def polynomial(name: str, limit: float, t: np.ndarray) -> np.ndarray:
 
 def worst(name: str, limit: float, t: np.ndarray) -> tuple[float, float]:
     """Largest error in units of 2^-23 of the result, less the absolute part, and the angle."""
-    got = polynomial(name, limit, t).astype(np.float64)
-    want = TURNS[f"{name}_turns"].exact(t.astype(np.float64), 1.0)
-    gap = np.abs(got - want) - TURNS[f"{name}_turns"].absolute
-    error = gap / (2.0**-23 * np.maximum(np.abs(want), 1e-300))
-    return float(error.max()), float(t[int(error.argmax())])
+    found = []
+    for part in np.array_split(t, 1 + len(t) // CHUNK):
+        got = polynomial(name, limit, part).astype(np.float64)
+        want = TURNS[f"{name}_turns"].exact(part.astype(np.float64), 1.0)
+        gap = np.abs(got - want) - TURNS[f"{name}_turns"].absolute
+        error = gap / (2.0**-23 * np.maximum(np.abs(want), 1e-300))
+        found.append((float(error.max()), float(part[int(error.argmax())])))
+    return max(found)
 
 
 def every_float(low: float, high: float, step: int = 1) -> np.ndarray:
