@@ -66,6 +66,12 @@ class Step(_Message, tag="step"):
     ticks: Annotated[int, Meta(ge=10, le=1 << 15)] = 2000
 
 
+class Measure(_Message, tag="measure"):
+    """Figures of a channel as a step response, in the trigger's window from its trigger on."""
+
+    channel: Name
+
+
 class Put(_Message, tag="put"):
     """A value on an input for one tick; None: not a number."""
 
@@ -80,5 +86,7 @@ class Cursor(_Message, tag="cursor"):
     b: Annotated[int, Meta(ge=0)]
 
 
-Message = View | Ready | Pace | SetTrigger | Arm | Stage | CommitStaged | Step | Put | Cursor
+Message = (
+    View | Ready | Pace | SetTrigger | Arm | Stage | CommitStaged | Step | Measure | Put | Cursor
+)
 DECODER = msgspec.json.Decoder(Message)

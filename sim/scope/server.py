@@ -134,7 +134,11 @@ class _Export(_Guarded):
             raise tornado.web.HTTPError(404, reason=str(error)) from None
         about = session.description
         write = FORMATS[kind]
-        data = await asyncio.to_thread(write, about.channels, about.period, block)
+        try:
+            data = await asyncio.to_thread(write, about.channels, about.period, block)
+        except ImportError as error:
+            cure = f"no package {error.name}: pip install 'microtick[scope]'"
+            raise tornado.web.HTTPError(501, reason=cure) from None
         self.set_header("Content-Type", "application/octet-stream")
         self.set_header("Content-Disposition", f'attachment; filename="asip-{part}.{kind}"')
         self.finish(data)
@@ -237,6 +241,8 @@ class PageSocket(tornado.websocket.WebSocketHandler):
                 await asyncio.to_thread(hub.source.send, session.commit())
             case messages.Step(name=name, amplitude=amplitude, ticks=ticks):
                 hub.source.send(session.step(name, amplitude, ticks))
+            case messages.Measure(channel=channel):
+                session.measure(channel)
             case messages.Put(name=name, value=value):
                 hub.source.send(session.put(name, value))
             case messages.Cursor(a=a, b=b):

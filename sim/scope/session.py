@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sim.scope import source
 from sim.scope.ring import LENGTH, Ring, thinned
@@ -28,7 +29,7 @@ from sim.scope.source import (
     Stepped,
 )
 from sim.scope.step_response import StepFigures, measure
-from sim.scope.trigger import Settings, Trigger
+from sim.scope.trigger import LEAST_SPAN, Settings, Trigger
 
 BLACK_BOX = 4096
 """Ticks before a fault that are kept."""
@@ -133,18 +134,17 @@ class Session:
         values = block.values[:, self.columns[channel]]
         if len(values) < step.ticks or not np.isfinite(values).all():
             return
-        figures = measure(values, step.amplitude, self.description.period)
+        self._keep(step.tick, step.name, channel, values, step.amplitude)
+
+    def _keep(
+        self, tick: int, name: str, channel: str, values: NDArray[np.float64], amplitude: float
+    ) -> None:
+        """Figures and curve of a response (N,) that begins with its first value."""
+        figures = measure(values, amplitude, self.description.period)
         kept = thinned(values, RESPONSE_POINTS // 2)
+        curve = (values[kept] - values[0]).tolist()
         self.responses.append(
-            Response(
-                step.tick,
-                step.name,
-                channel,
-                self.version,
-                figures,
-                (values[kept] - values[0]).tolist(),
-                kept.tolist(),
-            )
+            Response(tick, name, channel, self.version, figures, curve, kept.tolist())
         )
 
     # ------------------------------------------------------------------ from the pages
@@ -199,6 +199,25 @@ class Session:
             raise SourceError("a step is under way; the next one begins when it has been measured")
         self.stepping = True
         return source.Step(name, amplitude, ticks)
+
+    def measure(self, channel: str) -> None:
+        """Take the window of the trigger for a step response: from the mean before the tick that
+        fired to the mean of the last tenth. Raises SourceError."""
+        capture = self.capture
+        if channel not in self.columns:
+            raise SourceError(f"no channel {channel!r}")
+        if capture is None:
+            raise SourceError("nothing is captured; set a trigger that fires at the step")
+        values = capture.block.values[:, self.columns[channel]]
+        begin = max(capture.at - capture.block.first, 0)
+        response = values[begin:].copy()
+        if len(response) < LEAST_SPAN or not np.isfinite(values).all():
+            raise SourceError("the window has too few ticks behind its trigger, or no numbers")
+        response[0] = values[: max(begin, 1)].mean()
+        amplitude = float(response[-max(len(response) // 10, 1) :].mean() - response[0])
+        if amplitude == 0.0:
+            raise SourceError(f"{channel} is the same before and after: there is no step in it")
+        self._keep(capture.at, channel, channel, response, amplitude)
 
     def put(self, name: str, value: float | None) -> source.Put:
         """Raises SourceError."""

@@ -122,6 +122,7 @@ def test_wheel__holds_what_its_commands_read_and_nothing_of_the_checkout(wheel: 
         "asip_asm/programs/tracking_optimised.s",
         "sim/robot.toml",
         "sim/paths/agh.ngc",
+        "sim/scope/page/index.html",
         "sim/harness/asip_harness.cpp",
         "microtick/rtl/asip/asip.sv",
         "microtick/rtl/waivers.vlt",

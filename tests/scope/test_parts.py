@@ -160,6 +160,25 @@ def test_session__step__measured_once_its_ticks_are_there():
     assert response.values == (want - want[0]).tolist()
 
 
+def test_session__measure__the_window_of_the_trigger_as_a_step_response():
+    session, tick = Session(ABOUT), np.arange(1000)
+    values = rows(0, 1000).values
+    values[:, 0] = 3.0 + 2.0 * (1.0 - np.exp(-np.maximum(tick - 399, 0) / 20.0))  # from 400 on
+    with pytest.raises(SourceError, match="nothing is captured"):
+        session.measure("sine")
+    session.set_trigger(
+        Settings(mode="single", channel="sine", level=3.01, span=500, pre=0.2)  # fires at 400
+    )
+    session.take(Block(0, values))
+    session.measure("sine")
+    (response,) = session.responses
+    assert response.tick == 400 and response.figures.overshoot < 1e-6
+    assert response.figures.amplitude == pytest.approx(2.0, abs=1e-6)
+    assert response.figures.rise == pytest.approx(20.0 * np.log(9.0) * ABOUT.period, rel=0.01)
+    with pytest.raises(SourceError, match="no channel 'none'"):
+        session.measure("none")
+
+
 def test_session__fault__black_box_keeps_the_ticks_before_it():
     session = Session(ABOUT)
     session.set_trigger(Settings(kind="fault", mode="single", span=100, pre=0.5))

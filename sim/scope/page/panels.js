@@ -72,7 +72,9 @@ function showTrigger(form, state) {
   const {settings} = state.trigger;
   $('trigger-state').textContent = state.trigger.state;
   if (form.contains(document.activeElement)) return;
-  for (const [name, value] of Object.entries(settings)) form.elements[name].value = name === 'pre' ? 100 * value : value;
+  for (const [name, value] of Object.entries(settings)) {
+    if (name !== 'channel' || value) form.elements[name].value = name === 'pre' ? 100 * value : value;
+  }
   fitTrigger(form);
 }
 

@@ -49,7 +49,8 @@ function hello(message) {
   options($('put-input'), source.inputs);
   stepChosen();
   $('simulation').hidden = !source.inputs.length;
-  $('response').hidden = !source.steps.length;
+  $('step').hidden = !source.steps.length;
+  options($('measure-channel'), Object.keys(channels), chosen[0]);
   $('machine').hidden = !source.scene;
   $('pause').hidden = !source.paces;
   $('rate').parentElement.hidden = !source.paces;
@@ -194,6 +195,7 @@ $('trigger').elements.kind.addEventListener('change', () => fitTrigger($('trigge
 submit('trigger', () => say({type: 'trigger', settings: triggerSettings($('trigger'))}));
 submit('step', () => say({type: 'step', name: $('step-input').value, amplitude: Number($('step-size').value),
                           ticks: Math.round(Number($('step-ticks').value))}));
+submit('measure', () => say({type: 'measure', channel: $('measure-channel').value}));
 submit('put', () => say({type: 'put', name: $('put-input').value, value: null}));
 window.addEventListener('resize', () => source && look());
 linkExports();
