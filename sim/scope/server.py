@@ -33,7 +33,6 @@ LOOPBACK = "127.0.0.1"
 PAGE = Path(__file__).with_name("page")
 TYPES = {".html": "text/html", ".js": "text/javascript", ".css": "text/css"}
 FRAME_S = 0.1  # least time between two frames of a page
-PING_S = 20.0
 CLOSE_S = 2.0  # for a source to end
 POLICY = (
     "default-src 'none'; script-src 'self' 'unsafe-eval'; style-src 'self' 'unsafe-inline'; "
@@ -286,7 +285,6 @@ async def serve(
             (r"/([^/]*)/?([\w.]*)", _Files, known),
         ],
         websocket_max_message_size=messages.LARGEST,
-        websocket_ping_interval=PING_S,
         log_function=lambda handler: None,
     )
     server = tornado.httpserver.HTTPServer(application)

@@ -10,7 +10,7 @@ from typing import Any
 
 from tornado.websocket import WebSocketClientConnection
 
-LIMIT = 120.0  # s, guard against a hang
+LIMIT = 600.0  # s, guard against a hang
 
 
 class Page:

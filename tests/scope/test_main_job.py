@@ -54,6 +54,7 @@ def scoped_job(
         return process.returncode, head + rest
     finally:
         process.kill()
+        print(process.stdout.read() if not process.stdout.closed else "")  # of a failure
 
 
 def test_main_job__only_watched__has_the_results_of_one_without_a_scope(tmp_path):
