@@ -156,8 +156,12 @@ module n2_core #(
   logic                 lsu_wait_a, div_wait_a;
 
   // Without a debugger the core never halts.
-  n2_pkg::debug_state_t debug;
-  logic                 break_d, watch_e;
+  n2_pkg::debug_state_t   debug;
+  n2_pkg::debug_address_t watched;
+  n2_pkg::debug_event_t   happening;
+  logic                   break_d, watch_e;
+  assign debug_address_o = Debug != 0 ? watched : '0;
+  assign debug_event_o   = Debug != 0 ? happening : '0;
   assign debug   = Debug != 0 ? debug_state_i : '0;
   assign break_d = Debug != 0 && debug_break_d_i;
   assign watch_e = Debug != 0 && debug_watch_e_i;
@@ -383,8 +387,8 @@ module n2_core #(
       .offset_e_i    (word_e_q[21:6]),
       .data_e_i      (b_e_q),
       .misaligned_e_o(misaligned_e),
-      .word_e_o      (debug_address_o.data_e),
-      .lanes_e_o     (debug_address_o.lanes_e),
+      .word_e_o      (watched.data_e),
+      .lanes_e_o     (watched.lanes_e),
       .address_m_o   (address_m),
       .wait_a_o      (lsu_wait_a),
       .data_a_o      (load_a),
@@ -489,15 +493,24 @@ module n2_core #(
   assign debug_ctl_m  = debug.halted && word_m_q[10:6] == n2_pkg::CTL_DEBUG;
   assign debug_data_m = debug_ctl_m ? debug.data : 32'd0;
 
-  assign debug_address_o.next_d   = PcBase[31:2] | 30'(next_d);
-  assign debug_address_o.access_e = live_e && (decoded_e_q.load || decoded_e_q.store) && !misaligned_e;
-  assign debug_address_o.store_e  = decoded_e_q.store;
-  assign debug_event_o.en         = en;
-  assign debug_event_o.issue_d    = en && issue_d;
-  assign debug_event_o.break_m    = en && fault_m_q && decoded_m_q.breakpoint;
-  assign debug_event_o.return_m   = en && valid_m_q && decoded_m_q.leave_break && !fault_m_q;
-  assign debug_event_o.write_m    = en && valid_m_q && decoded_m_q.wrctl && debug_ctl_m;
-  assign debug_event_o.value_m    = a_m_q;
+  if (Debug != 0) begin : gen_debug
+    always_ff @(posedge clk_i or negedge rst_ni) begin
+      if (!rst_ni) debug_a_q <= 1'b0;
+      else if (en) debug_a_q <= debug.halted;
+    end
+  end else begin : gen_no_debug
+    assign debug_a_q = 1'b0;
+  end
+
+  assign watched.next_d   = PcBase[31:2] | 30'(next_d);
+  assign watched.access_e = live_e && (decoded_e_q.load || decoded_e_q.store) && !misaligned_e;
+  assign watched.store_e  = decoded_e_q.store;
+  assign happening.en       = en;
+  assign happening.issue_d  = en && issue_d;
+  assign happening.break_m  = en && fault_m_q && decoded_m_q.breakpoint;
+  assign happening.return_m = en && valid_m_q && decoded_m_q.leave_break && !fault_m_q;
+  assign happening.write_m  = en && valid_m_q && decoded_m_q.wrctl && debug_ctl_m;
+  assign happening.value_m  = a_m_q;
 
   n2_div u_div (
       .clk_i,
@@ -513,7 +526,6 @@ module n2_core #(
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
       valid_a_q   <= 1'b0;
-      debug_a_q   <= 1'b0;
       write_a_q   <= 1'b0;
       fault_a_q   <= 1'b0;
       ci_a_q      <= 1'b0;
@@ -522,7 +534,6 @@ module n2_core #(
       started_a_q <= ci_a_q && !en;
       if (en) begin
         valid_a_q <= valid_m_q;
-        debug_a_q <= debug.halted;
         write_a_q <= write_m_q;
         fault_a_q <= fault_m_q;
         ci_a_q    <= ci_m_q;
