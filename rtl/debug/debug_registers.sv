@@ -43,6 +43,17 @@ module debug_registers #(
     in_block = (32'(address) & ~(words - 1)) == base;
   endfunction
 
+  // Registers that keep what is written.
+  function automatic logic kept_at(input int unsigned index);
+    case (6'(index))
+      debug_regmap_pkg::REG_ID, debug_regmap_pkg::REG_CONFIG, debug_regmap_pkg::REG_CONTROL,
+      debug_regmap_pkg::REG_STATUS, debug_regmap_pkg::REG_PLACE, debug_regmap_pkg::REG_RUNS,
+      debug_regmap_pkg::REG_STAGED, debug_regmap_pkg::REG_VERSION, debug_regmap_pkg::REG_RECORDS,
+      debug_regmap_pkg::REG_TRIGGERED_AT, debug_regmap_pkg::REG_UART_ERRORS: kept_at = 1'b0;
+      default: kept_at = index < 32'(debug_regmap_pkg::REG_CHANNEL) + 32'd8;
+    endcase
+  endfunction
+
   logic                 in_csr, done_q, ring_q;
   logic [31:0]          config_word, live_word, kept_word, kept, read_q, runs_q;
   logic                 is_live;
@@ -97,14 +108,23 @@ module debug_registers #(
 
   assign kept = memory[csr_index_o];
 
+  for (genvar i = 0; i < Registers; i++) begin : gen_written
+    if (kept_at(i)) begin : gen_kept
+      always_ff @(posedge clk_i or negedge rst_ni) begin
+        if (!rst_ni) written_q[i] <= 1'b0;
+        else if (csr_write_o && csr_index_o == 6'(i)) written_q[i] <= 1'b1;
+      end
+    end else begin : gen_live
+      assign written_q[i] = 1'b0;
+    end
+  end
+
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
       done_q    <= 1'b0;
-      written_q <= '0;
       runs_q    <= '0;
     end else begin
       done_q <= read_i && !done_q;
-      if (csr_write_o) written_q[csr_index_o] <= 1'b1;
       if (ended_i) runs_q <= runs_q + 32'd1;
     end
   end
