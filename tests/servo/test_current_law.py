@@ -61,7 +61,11 @@ def test_proof__bits_on_the_core_and_distance_from_double_precision(configuratio
     assert proof.passed, proof
 
 
-@pytest.mark.parametrize(("axis", "speed"), [(0, 0.0), (0, 0.5), (3, 0.0), (4, 1.5)])
+FULL = pytest.mark.full
+STEPS = [(0, 0.5), *(pytest.param(*step, marks=FULL) for step in ((0, 0.0), (3, 0.0), (4, 1.5)))]
+
+
+@pytest.mark.parametrize(("axis", "speed"), STEPS)
 def test_step_of_current__rises_in_100_us_with_little_overshoot(axis, speed):
     wanted = SMALL * DRIVES.motors[axis].i_max
     found = respond(DRIVES, replace(SETTING, compensation=0.0), axis, wanted, 300, speed)
