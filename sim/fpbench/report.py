@@ -17,6 +17,7 @@ from sim.fpbench.plan import SEED, Section, Shard
 from sim.fpbench.quick import merged_angles
 from sim.fpbench.selfcheck import double_error
 from sim.fpbench.variants import fingerprint
+from sim.page.provenance import commit
 
 ROOT = native.ROOT
 REPORT = ROOT / "build/fpbench/report.json"
@@ -105,11 +106,15 @@ def write(report: Mapping) -> Path:
     return REPORT
 
 
-def markdown(report: Mapping) -> str:
-    """Tables of the docs page: one line per section, then the errors of sine and cosine."""
+def markdown(report: Mapping, old: str = "") -> str:
+    """Tables of the docs page: one line per section, then the errors of sine and cosine.
+
+    A section or function that has no results here keeps its line of `old`, with the commit there.
+    """
+    here = commit()
     lines = [
-        "| section | what | operations | cases | mismatches | covered | M cases/s |",
-        "| --- | --- | --- | --- | --- | --- | --- |",
+        "| section | what | operations | cases | mismatches | covered | M cases/s | commit |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
     for name in dict.fromkeys(row["section"] for row in report["rows"]):
         rows = [row for row in report["rows"] if row["section"] == name]
@@ -120,47 +125,61 @@ def markdown(report: Mapping) -> str:
         wrong = sum(row["mismatches"] for row in rows)
         part = "all" if covered == planned else f"{100 * covered / planned:.1f} %"
         rate = f"{cases / seconds / 1e6:.2f}" if seconds else "-"
-        result = str(wrong) if cases else "not run"
-        lines.append(
-            f"| {name} | {rows[0]['what']} | {shown} | {cases} | {result} | {part} | {rate} |"
-        )
-    if report["angles"]:
-        lines += [
-            "",
-            "| function | operands in range | largest error | at | not rounded to nearest "
-            "| symmetric pairs | other words | double reference off by, there |",
-            "| --- | --- | --- | --- | --- | --- | --- | --- |",
-        ]
-    for op, s in report["angles"].items():
-        at = f"{s['worst_at']:08x} ({np.uint32(s['worst_at']).view(np.float32)} rad)"
-        lines.append(
-            f"| `{op}` | {s['in_range']} | {s['worst']:.6f} ulp | {at} | {s['not_nearest']} "
-            f"| {s['symmetric_pairs']} | {s['beyond']} | {s['reference_error']:.1e} ulp |"
-        )
-    if report["angles"]:
-        lines += ["", "Share of the operands by error in ulp:", ""]
-        lines += histogram_lines(report["angles"])
+        result = f"{wrong} | {part} | {rate} | {here}" if cases else "not run | 0.0 % | - | -"
+        line = f"| {name} | {rows[0]['what']} | {shown} | {cases} | {result} |"
+        lines.append(line if cases else _kept(name, old) or line)
+    angles = report["angles"]
+    errors = {
+        f"`{op}`": f"| `{op}` | {s['in_range']} | {s['worst']:.6f} ulp | {_angle(s['worst_at'])} "
+        f"| {s['not_nearest']} | {s['symmetric_pairs']} | {s['beyond']} "
+        f"| {s['reference_error']:.1e} ulp |"
+        for op, s in angles.items()
+    }
+    lines += [
+        "",
+        "| function | operands in range | largest error | at | not rounded to nearest "
+        "| symmetric pairs | other words | double reference off by, there |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- |",
+        *_merged(old.partition("| function |")[2].partition("\n\n")[0], errors),
+        "",
+        "Share of the operands, percent, by error in ulp:",
+        "",
+        *histogram_lines(angles, old.partition("| up to |")[2]),
+    ]
     lines += ["", f"Processor: {report['processor']}; one core per task. Seed {report['seed']}."]
     return "\n".join(lines)
 
 
-def histogram_lines(angles: Mapping[str, Mapping], group: int = 4) -> list[str]:
-    """Table of the error histograms, `group` bins of 1/64 ulp to a line, up to the last in use."""
-    ops = list(angles)
-    lines = [
-        "| error | " + " | ".join(f"`{op}`" for op in ops) + " |",
-        "| --- |" + " --- |" * len(ops),
-    ]
-    bins = {op: angles[op]["histogram"] for op in ops}
-    last = max((i for op in ops for i, n in enumerate(bins[op]) if n), default=-1)
-    for low in range(0, last + 1, group):
-        cells = []
-        for op in ops:
-            total = sum(bins[op]) or 1
-            cells.append(f"{100 * sum(bins[op][low : low + group]) / total:.4f} %")
-        end = f"{(low + group) / native.BINS:.4f}" if low < native.BINS else "more"
-        lines.append(f"| {low / native.BINS:.4f} to {end} | " + " | ".join(cells) + " |")
-    return lines
+def _angle(word: int) -> str:
+    return f"{word:08x} ({np.uint32(word).view(np.float32)} rad)"
+
+
+def _kept(name: str, old: str) -> str:
+    """The line of a table that begins with the name, '' if there is none."""
+    return next((line for line in old.splitlines() if line.startswith(f"| {name} |")), "")
+
+
+def _merged(old: str, new: Mapping[str, str]) -> list[str]:
+    """Lines of functions (`name`): those of the old table, in its order, replaced by the new."""
+    names = [line.split(" |")[0][2:] for line in old.splitlines() if line.startswith("| `")]
+    return [new.get(name) or _kept(name, old) for name in dict.fromkeys([*names, *new])]
+
+
+def histogram_lines(angles: Mapping[str, Mapping], old: str = "", group: int = 4) -> list[str]:
+    """Table of the error histograms, `group` bins of 1/64 ulp to a column, up to 9/16 ulp, then
+    all others; functions without results keep their line of `old`.
+    """
+    shown = 9 * group
+    ends = [f"{end / native.BINS:.4f}" for end in range(group, shown + 1, group)]
+    rows = {}
+    for op, statistics in angles.items():
+        bins = statistics["histogram"]
+        total = sum(bins) or 1
+        parts = [bins[low : low + group] for low in range(0, shown, group)] + [bins[shown:]]
+        shares = " | ".join(f"{100 * sum(part) / total:.4f}" for part in parts)
+        rows[f"`{op}`"] = f"| `{op}` | {shares} |"
+    head = [f"| up to | {' | '.join(ends)} | more |", "| --- |" + " --- |" * (len(ends) + 1)]
+    return [*head, *_merged(old, rows)]
 
 
 def update_page(report: Mapping, page: Path = PAGE) -> None:
@@ -169,4 +188,5 @@ def update_page(report: Mapping, page: Path = PAGE) -> None:
     if BEGIN not in text or END not in text:
         raise native.BenchError(f"{page}: no lines '{BEGIN}' and '{END}' to write between")
     head, rest = text.split(BEGIN, 1)
-    page.write_text(f"{head}{BEGIN}\n\n{markdown(report)}\n\n{END}{rest.split(END, 1)[1]}")
+    old, tail = rest.split(END, 1)
+    page.write_text(f"{head}{BEGIN}\n\n{markdown(report, old)}\n\n{END}{tail}")

@@ -17,8 +17,11 @@ from sim.fpbench import campaign, native, plan, report
 from sim.fpbench.__main__ import main, size
 from sim.fpbench.native import BenchError, fingerprint
 from sim.fpbench.plan import Part, Shard
+from sim.page.provenance import commit
 
 ROOT = native.ROOT
+ANGLES = {"in_range": 4, "worst": 0.3, "worst_at": 0x3F800000, "not_nearest": 1, "beyond": 3}
+ANGLES |= {"symmetric_pairs": 2, "reference_error": 1e-10, "histogram": [1] + 63 * [0] + [3]}
 SHARDS = [
     Shard("add", "random", start, 50_000, 5, False, "fp_add") for start in (0, 50_000, 100_000)
 ]
@@ -121,15 +124,39 @@ def test_report__rows_and_angles__shown_in_the_page(tmp_path: Path) -> None:
     missing = row | {"section": "t", "covered": 0, "cases": 0, "seconds": 0.0}
     page = tmp_path / "page.md"
     page.write_text(f"before\n{report.BEGIN}\nold\n{report.END}\nafter\n")
-    data = {"rows": [row, missing], "angles": {}, "processor": "p", "seed": 1}
+    data = {"rows": [row, missing], "angles": {"sin": ANGLES}, "processor": "p", "seed": 1}
     report.update_page(data, page)
     text = page.read_text()
-    assert "| s | w | `add` | 4 | 0 | 50.0 % | 4.00 |" in text
-    assert "| t | w | `add` | 0 | not run | 0.0 % | - |" in text
+    here = commit()
+    assert f"| s | w | `add` | 4 | 0 | 50.0 % | 4.00 | {here} |" in text
+    assert "| t | w | `add` | 0 | not run | 0.0 % | - | - |" in text
+    assert "| `sin` | 4 | 0.300000 ulp | 3f800000 (1.0 rad) | 1 | 2 | 3 | 1.0e-10 ulp |" in text
+    assert "| `sin` | 25.0000 | 0.0000 |" in text and " 0.0000 | 75.0000 |" in text
     assert "old" not in text and text.startswith("before") and text.endswith("after\n")
     page.write_text("no marks")
     with pytest.raises(BenchError, match="no lines '<!-- campaign"):
         report.update_page(data, page)
+
+
+def test_report__sections_without_results__keep_their_lines(tmp_path: Path) -> None:
+    row = {"section": "s", "what": "w", "op": "add", "planned": 10, "covered": 5, "cases": 4}
+    row |= {"mismatches": 0, "seconds": 1e-6, "failures": 0}
+    later = row | {"section": "t", "what": "new", "cases": 7}
+    page = tmp_path / "page.md"
+    page.write_text(f"{report.BEGIN}\n{report.END}\n")
+    data = {"rows": [row, later], "angles": {"sin": ANGLES}, "processor": "p", "seed": 1}
+    report.update_page(data, page)
+    lines = page.read_text().splitlines()
+    nothing = row | {"covered": 0, "cases": 0, "seconds": 0.0}
+    data |= {"rows": [nothing, later | {"cases": 8}], "angles": {"cos": ANGLES}}
+    report.update_page(data, page)
+    after = page.read_text().splitlines()
+    assert [line for line in lines if line not in after] == [
+        line for line in lines if line.startswith("| t |")
+    ]
+    assert sum(line.startswith("| `cos` |") for line in after) == 2
+    report.update_page(data, page)
+    assert page.read_text().splitlines() == after
 
 
 def test_case__directed_pair__shows_operands_flags_and_verdict(capsys) -> None:
