@@ -336,6 +336,8 @@ class _Search:
 
     def _goes_on(self, best: Found) -> bool:
         """Whether another schedule may be worth its time."""
+        if not best[1]:
+            return False  # a region without operations
         patience = PATIENCE * (best[0][0] - self.bound)
         return self.tried < self.effort and self.tried - self.gained < patience
 

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import argparse
+import signal
 import sys
 from collections.abc import Callable
 
@@ -103,6 +104,8 @@ def _piped(commands: Commands) -> int:
 def _interactive(commands: Commands) -> int:
     from sim.debugger.prompt import PROMPT, make_prompt
 
+    # A shell starts what it runs in the background with Ctrl-C ignored, and children inherit that.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     ask: Callable[[str], str] = make_prompt(commands.session).prompt
     while True:
         try:
