@@ -58,11 +58,11 @@ def start_time() -> float:
     """Seconds from the command to its prompt, on a terminal."""
     with tempfile.TemporaryDirectory() as home:
         begun = time.monotonic()
-        terminal = Terminal(Path(home), str(LEG))
-        terminal.wait_for(PROMPT)
-        seconds = time.monotonic() - begun
-        terminal.type("\x04")
-        terminal.close()
+        with Terminal(Path(home), str(LEG)) as terminal:
+            terminal.wait_for(PROMPT)
+            seconds = time.monotonic() - begun
+            terminal.type("\x04")
+            terminal.close()
     return seconds
 
 

@@ -22,7 +22,9 @@ TIMEOUT = 60.0  # guard against a hang
 
 
 class Terminal:
-    """A process whose terminal this is; `home` gets its history."""
+    """A process whose terminal this is; `home` gets its history. Used as a context manager: nothing
+    is left behind by a test that fails.
+    """
 
     def __init__(self, home: Path, *arguments: str) -> None:
         self._master, slave = pty.openpty()
@@ -38,6 +40,15 @@ class Terminal:
             preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0),  # so that Ctrl-C is a signal
         )
         os.close(slave)
+
+    def __enter__(self) -> Terminal:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.process.kill()  # nothing if it has ended
+        self.process.wait()
+        with contextlib.suppress(OSError):
+            os.close(self._master)
 
     def wait_for(self, text: str, again: str = "") -> str:
         """What the terminal got up to this text, with it; `again` is typed every second."""
@@ -69,6 +80,3 @@ class Terminal:
         except subprocess.TimeoutExpired:
             self.process.send_signal(signal.SIGHUP)
             return self.process.wait(timeout=TIMEOUT)
-        finally:
-            with contextlib.suppress(OSError):
-                os.close(self._master)

@@ -11,22 +11,22 @@ HERE = Path(__file__).parent
 
 
 def test_keys_of_the_prompt(tmp_path):
-    terminal = Terminal(tmp_path, str(HERE / "leg.s"), "--iss", "--set", "x=0.3")
-    terminal.wait_for(PROMPT)
-    terminal.type("brea\t (2\t")
-    terminal.wait_for("(28)")
-    terminal.type("\x15break (28)\r")
-    terminal.wait_for("breakpoint 1: equation (28)")
-    terminal.type("ru\t\r")
-    terminal.wait_for("=> bundle 4")
-    terminal.type("zork\r")
-    terminal.wait_for("no command 'zork'")
-    terminal.wait_for(PROMPT)
-    terminal.type("\x03")
-    terminal.wait_for("Ctrl-D ends the session")
-    terminal.wait_for(PROMPT)
-    terminal.type("\x04")
-    assert terminal.close() == 0
+    with Terminal(tmp_path, str(HERE / "leg.s"), "--iss", "--set", "x=0.3") as terminal:
+        terminal.wait_for(PROMPT)
+        terminal.type("brea\t (2\t")
+        terminal.wait_for("(28)")
+        terminal.type("\x15break (28)\r")
+        terminal.wait_for("breakpoint 1: equation (28)")
+        terminal.type("ru\t\r")
+        terminal.wait_for("=> bundle 4")
+        terminal.type("zork\r")
+        terminal.wait_for("no command 'zork'")
+        terminal.wait_for(PROMPT)
+        terminal.type("\x03")
+        terminal.wait_for("Ctrl-D ends the session")
+        terminal.wait_for(PROMPT)
+        terminal.type("\x04")
+        assert terminal.close() == 0
     assert "+break (28)" in (tmp_path / ".asip_dbg_history").read_text()
 
 
@@ -37,10 +37,10 @@ def test_ctrl_c_halts_a_core_that_runs(tmp_path):
         "        mov i, one\nagain:\n        iadd i, i, one\n        bnz i, again\n"
         "        mov y, x\n        halt\n"
     )
-    terminal = Terminal(tmp_path, str(endless), "--iss")
-    terminal.wait_for(PROMPT)
-    terminal.type("run\r")
-    terminal.wait_for("halted at bundle", again="\x03")
-    terminal.wait_for(PROMPT)
-    terminal.type("quit 5\r")
-    assert terminal.close() == 5
+    with Terminal(tmp_path, str(endless), "--iss") as terminal:
+        terminal.wait_for(PROMPT)
+        terminal.type("run\r")
+        terminal.wait_for("halted at bundle", again="\x03")
+        terminal.wait_for(PROMPT)
+        terminal.type("quit 5\r")
+        assert terminal.close() == 5
