@@ -44,7 +44,10 @@ for package in ("asip_asm", "sim"):
                 missed.append(module.name)
 print(json.dumps({"imported": count, "missed": missed, "place": last.__file__}))
 """
-OF_THE_EXTRA = ("asip_asm.model.", "sim.asip_model.", "sim.prove_program", "sim.robots.")
+OF_THE_EXTRA = (
+    *("asip_asm.model.", "sim.asip_model.", "sim.platforms.", "sim.prove_", "sim.robots."),
+    *("sim.servo.current_", "sim.servo.goals"),
+)
 LAW = """\
 import casadi as ca
 q, goal = ca.SX.sym("q"), ca.SX.sym("goal")
