@@ -119,22 +119,20 @@ def decoded_operation(isa: Isa) -> list[str]:
         sv_int("DECODED_WIDTH", sum(widths), "of decoded_t: Yosys knows no $bits"),
         "",
         "  // Control fields of an opcode; all are 0 for a nop and an opcode that does not exist.",
+        "  // A case of constants would be a ROM to Yosys, which moves the register of its address",
+        "  // behind it: the decoder would follow the program memory without a register between.",
         "  function automatic logic [CONTROL_WIDTH-1:0] control_of(",
         f"      input logic [{isa.fields['op'].width - 1}:0] opcode);",
-        "    case (opcode)",
+        "    control_of = '0;",
     ]
     for record in isa.operations.values():
         values = [sv_control(record.control.get(name, 0), width) for name, width in control]
         if record.control:
-            lines.append(f"      // {fields_of(record, isa)}")
-            lines.append(f"      asip_isa_pkg::OP_{record.name.upper()}:")
-            lines.append(f"        control_of = {{{', '.join(merged(values))}}};")
-    return [
-        *lines,
-        "      default: control_of = '0;",
-        "    endcase",
-        "  endfunction",
-    ]
+            chosen = f"{{CONTROL_WIDTH{{opcode == asip_isa_pkg::OP_{record.name.upper()}}}}}"
+            lines.append(f"    // {fields_of(record, isa)}")
+            lines.append(f"    control_of = control_of | ({chosen}")
+            lines.append(f"                                & {{{', '.join(merged(values))}}});")
+    return [*lines, "  endfunction"]
 
 
 def sv_member(name: str, width: int, doc: str) -> str:
