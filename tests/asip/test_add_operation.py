@@ -96,7 +96,7 @@ def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_record__everything_generated__has_the_operation(copy: Path) -> None:
     assert "OP_FCOPYSIGN = 6'b101111" in (copy / "rtl/gen/asip_isa_pkg.sv").read_text()
     assert "FP_CMP_COPYSIGN = 4'd15" in (copy / "rtl/fpu/fp_pkg.sv").read_text()
-    assert "asip_isa_pkg::OP_FCOPYSIGN:" in (copy / "rtl/asip/asip_pkg.sv").read_text()
+    assert "opcode == asip_isa_pkg::OP_FCOPYSIGN}" in (copy / "rtl/asip/asip_pkg.sv").read_text()
     assert 'COPYSIGN{"copysign", 2, 15}' in (copy / "sim/fpbench/gen/compare_codes.h").read_text()
     assert "`fcopysign dst, a, b`" in (copy / "docs/isa.md").read_text()
 
