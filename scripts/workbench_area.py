@@ -28,7 +28,7 @@ def _area(name: str, top: str, parameters: dict[str, int]) -> dict[str, int]:
 def rows(full: bool) -> Iterator[Row]:
     """ALUTs and block RAM of the block beside the core; with `full`, `fast` and the clock too.
 
-    Block RAMs are counted in 18 kbit, as those of ECP5 are: the ring alone has 128 kbit.
+    Block RAMs are counted as they are, in the device that the ALUTs are counted for.
     """
     for name, parameters in CONFIGURATIONS.items():
         if name != "small" and not full:
@@ -41,7 +41,7 @@ def rows(full: bool) -> Iterator[Row]:
             note = f"{more['ff']} registers, {more['m10k']} M10K, {more['mlab']} MLAB cells more"
             yield at_most(f"{name}: debug block{with_uart}", more["alut"], ALUTS, "ALUTs", note)
             if uart == 0:
-                yield at_most(f"{name}: ring", -(-more["m10k"] * 8192 // 16384), BLOCKS, "18 kbit")
+                yield at_most(f"{name}: block RAMs", more["m10k"], BLOCKS, "M10K")
     if full:
         clock = {}
         for top in ("asip", "debug_asip"):

@@ -23,6 +23,11 @@ def at_most(name: str, value: float, limit: float, unit: str, note: str = "") ->
     return Row(name, value, unit, f"<= {limit:g}", value <= limit, note)
 
 
+def at_least(name: str, value: float, limit: float, unit: str, note: str = "") -> Row:
+    """A row whose value has to reach a limit, such as the depth of a campaign."""
+    return Row(name, value, unit, f">= {limit:g}", value >= limit, note)
+
+
 def exactly(name: str, value: float, wanted: float, unit: str, note: str = "") -> Row:
     """A row whose value has to be one number."""
     return Row(name, value, unit, f"{wanted:g}", value == wanted, note)
