@@ -88,6 +88,7 @@ lint: $(READY) ## ruff, import rules; Verilator, slang and our subset on the RTL
 gen: $(READY) ## regenerate packages, headers and reference pages from their sources
 	$(PY) scripts/gen_isa.py
 	$(PY) scripts/gen_regmap.py
+	$(PY) scripts/gen_esc_regmap.py
 	$(PY) scripts/gen_custom.py
 	$(PY) scripts/gen_n2_isa.py
 	$(PY) scripts/gen_robot_page.py
@@ -97,6 +98,7 @@ gen: $(READY) ## regenerate packages, headers and reference pages from their sou
 gen-check: $(READY) ## refuse generated files that differ from their sources
 	@$(PY) scripts/gen_isa.py --check
 	@$(PY) scripts/gen_regmap.py --check
+	@$(PY) scripts/gen_esc_regmap.py --check
 	@$(PY) scripts/gen_custom.py --check
 	@$(PY) scripts/gen_n2_isa.py --check
 	@$(PY) scripts/gen_robot_page.py --check

@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Generate what hardware, C and Python share of the slave controller's registers.
+
+Source: rtl/ethercat/regmap.rdl (SystemRDL). Its registers stand at byte addresses and have 8 to 64
+bits, for they are what masters know. Outputs: a SystemVerilog package with addresses, fields and
+who may write what, a C header, Python records, a page. With --check nothing is written; exit 1 if a
+file differs from what would be generated.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable
+from itertools import pairwise
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT))
+
+from systemrdl.node import AddrmapNode, RegfileNode, RegNode  # noqa: E402
+
+from asip_asm.regmap import BitField  # noqa: E402
+from scripts.gen_regmap import environment, formatted  # noqa: E402
+from scripts.generated import run  # noqa: E402
+from scripts.regmap_source import compile_map  # noqa: E402
+from sim.ethercat.register import ByteRegister  # noqa: E402
+
+SCRIPT = "scripts/gen_esc_regmap.py"
+SOURCE = "rtl/ethercat/regmap.rdl"
+NAME = "esc"
+BYTE = 8
+
+
+def record(node: RegNode, name: str, count: int, stride: int) -> ByteRegister:
+    """What the map says of one register."""
+    fields = {
+        f.inst_name: BitField(
+            f.inst_name, f.high, f.low, " ".join(f.get_property("desc", default="").split())
+        )
+        for f in node.fields()
+    }
+    resets = [(f.low, f.get_property("reset")) for f in node.fields()]
+    stated = [value << low for low, value in resets if value is not None]
+    some = next(iter(node.fields()))
+    return ByteRegister(
+        name=name,
+        address=node.raw_absolute_address if count == 1 else node.absolute_address,
+        width=node.get_property("regwidth") // BYTE,
+        reset=sum(stated) if stated else None,
+        master=some.is_sw_writable,
+        application=some.is_hw_writable,
+        fields=fields,
+        doc=" ".join(node.get_property("desc", default="").split()),
+        count=count,
+        stride=stride,
+    )
+
+
+def registers(top: AddrmapNode) -> list[ByteRegister]:
+    """All registers in the order of their addresses; those of an array once."""
+    found = []
+    for node in top.children(unroll=False):
+        if isinstance(node, RegNode):
+            found.append(record(node, node.inst_name, 1, 0))
+        elif isinstance(node, RegfileNode):
+            first = next(n for n in top.children(unroll=True) if n.inst_name == node.inst_name)
+            found += [
+                record(r, f"{node.inst_name}_{r.inst_name}", node.n_elements, node.array_stride)
+                for r in first.registers()
+            ]
+    return found
+
+
+def ranges(places: Iterable[int]) -> list[tuple[int, int]]:
+    """First and last of each run of neighbours."""
+    held = sorted(set(places))
+    breaks = [i for i, (a, b) in enumerate(pairwise(held), 1) if b != a + 1]
+    return [(held[a], held[b - 1]) for a, b in pairwise([0, *breaks, len(held)])] if held else []
+
+
+def writable(found: list[ByteRegister], side: str) -> list[str]:
+    """Conditions on `address`, one of which holds where that side may write."""
+    single = [
+        r.address + i for r in found if r.count == 1 and getattr(r, side) for i in range(r.width)
+    ]
+    conditions = [
+        f"address == 12'h{a:03x}"
+        if a == b
+        else f"(address >= 12'h{a:03x} && address <= 12'h{b:03x})"
+        for a, b in ranges(single)
+    ]
+    arrays: dict[tuple[int, int, int], list[int]] = {}
+    for r in found:
+        if r.count > 1 and getattr(r, side):
+            key = (r.address // (r.count * r.stride), r.count * r.stride, r.stride)
+            arrays.setdefault(key, []).extend(r.address % r.stride + i for i in range(r.width))
+    for (index, size, stride), places in arrays.items():
+        low, bits = size.bit_length() - 1, stride.bit_length() - 1
+        inside = " || ".join(
+            f"(address[{bits - 1}:0] >= {bits}'d{a} && address[{bits - 1}:0] <= {bits}'d{b})"
+            if a
+            else f"address[{bits - 1}:0] <= {bits}'d{b}"
+            for a, b in ranges(places)
+        )
+        conditions.append(f"(address[11:{low}] == {12 - low}'h{index:x} && ({inside}))")
+    return conditions
+
+
+def generate() -> dict[str, str]:
+    """Text of each generated file by its path. Raises RegisterMapError."""
+    top = compile_map(ROOT / SOURCE, NAME)
+    found = registers(top)
+    values = {
+        "script": SCRIPT,
+        "source": SOURCE,
+        "name": NAME,
+        "title": top.get_property("name"),
+        "note": " ".join(top.get_property("desc").split()),
+        "registers": found,
+        "master": writable(found, "master"),
+        "application": writable(found, "application"),
+    }
+    templates = environment()
+
+    def rendered(template: str) -> str:
+        return templates.get_template(template).render(values)
+
+    return {
+        "rtl/gen/esc_regmap_pkg.sv": rendered("esc_regmap_pkg.sv.j2"),
+        "nios_sw/include/gen/esc_regs.h": rendered("esc_regs.h.j2"),
+        "sim/ethercat/gen/esc_regmap.py": formatted(rendered("esc_regmap.py.j2")),
+        "docs/esc_regmap.md": rendered("esc_regmap.md.j2"),
+    }
+
+
+if __name__ == "__main__":
+    sys.exit(
+        run(SCRIPT, "Generate what the slave controller's register map gives.", generate, None)
+    )
