@@ -94,6 +94,7 @@ gen: $(READY) ## regenerate packages, headers and reference pages from their sou
 	$(PY) scripts/gen_robot_page.py
 	$(PY) scripts/gen_nios_system.py
 	$(PY) scripts/gen_core_files.py
+	$(PY) scripts/gen_ethercat.py
 
 gen-check: $(READY) ## refuse generated files that differ from their sources
 	@$(PY) scripts/gen_isa.py --check
@@ -104,6 +105,7 @@ gen-check: $(READY) ## refuse generated files that differ from their sources
 	@$(PY) scripts/gen_robot_page.py --check
 	@$(PY) scripts/gen_nios_system.py --check
 	@$(PY) scripts/gen_core_files.py --check
+	@$(PY) scripts/gen_ethercat.py --check
 
 robots: $(READY) ## compile, prove and close the loop of every robot shown, to build/robots.json and .html (T=names)
 	@$(PY) -m sim.robots $(if $(T),--only $(T))

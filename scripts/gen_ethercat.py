@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Generate what describes the device on the bus from its object dictionary.
+
+Source: nios_sw/ethercat/dictionary.toml. Outputs: C tables, ESI file and SII image in
+nios_sw/ethercat/gen, docs/ethercat_dictionary.md. With --check nothing is written; exit 1 if a file
+would differ.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT))
+
+from scripts.generated import run  # noqa: E402
+from sim.coe import c_tables, esi, page, sii  # noqa: E402
+from sim.coe.dictionary import load  # noqa: E402
+
+GEN = "nios_sw/ethercat/gen"
+
+
+def memory(image: bytes) -> str:
+    """Bytes for $readmemh, 16 to a line."""
+    rows = [image[at : at + 16].hex(" ") for at in range(0, len(image), 16)]
+    return f"// {c_tables.ORIGIN}\n" + "\n".join(rows) + "\n"
+
+
+def generate() -> dict[str, str]:
+    """Text of each generated file by its path. Raises DictionaryError."""
+    device = load()
+    return {
+        f"{GEN}/objects.h": c_tables.header(device),
+        f"{GEN}/objects.c": c_tables.source(device),
+        f"{GEN}/microtick.xml": esi.document(device),
+        f"{GEN}/sii.hex": memory(sii.image(device)),
+        "docs/ethercat_dictionary.md": page.page(device),
+    }
+
+
+def main(arguments: list[str] | None = None) -> int:
+    purpose = "Generate what describes the device on the bus from its object dictionary."
+    return run("scripts/gen_ethercat.py", purpose, generate, arguments)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
