@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Generate what hardware and software of the Nios II systems share.
 
-Sources: nios_sw/system.toml (memory map, registers), the interface record of asip_asm/programs
-that it names (words of a tick) and the constants of sim/model/float32.py (layout of the parameter
-block). Outputs: rtl/gen/n2_system_pkg.sv, nios_sw/include/gen/system.h, tick.h and parameters.h,
+Sources: nios_sw/system.toml (memory map), the I/O registers that `make gen` makes of
+rtl/nios/io_regmap.rdl, the interface record of asip_asm/programs that the map names (words of a
+tick) and the constants of sim/model/float32.py (layout of the parameter block). Outputs:
+rtl/gen/n2_system_pkg.sv, nios_sw/include/gen/system.h, tick.h and parameters.h,
 nios_sw/link/gen/system.ld, docs/nios_regmap.md, docs/tracking_interface.md. With --check nothing is
 written; exit 1 if a file would differ.
 """
@@ -19,6 +20,7 @@ sys.path.insert(0, str(ROOT))
 from asip_asm.interface_text import c_struct, markdown  # noqa: E402
 from asip_asm.signals import Interface  # noqa: E402
 from scripts.generated import run, sv_int, sv_logic, table  # noqa: E402
+from scripts.regmap_source import NUMBER  # noqa: E402
 from sim.harness.nios_map import SystemMap, load_system_map  # noqa: E402
 from sim.model.float32 import Constants  # noqa: E402
 from sim.model.parameters import Robot  # noqa: E402
@@ -31,7 +33,7 @@ def package(system: SystemMap) -> str:
     lines = [
         "// SPDX-License-Identifier: Apache-2.0",
         f"// {ORIGIN.format('nios_sw/system.toml')}",
-        "// n2_system_pkg: memory map and I/O registers of the Nios II systems.",
+        "// n2_system_pkg: memory map of the Nios II systems.",
         "package n2_system_pkg;",
         "",
         sv_logic("RESET_VECTOR", 32, system.reset_vector),
@@ -46,29 +48,12 @@ def package(system: SystemMap) -> str:
             sv_int(f"{name}_WORDS", memory.words),
             sv_int(f"{name}_ADDRESS_WIDTH", (memory.words - 1).bit_length(), "of a word address"),
         ]
-    width = system.io_word_width
     lines += [
         "",
         f"  // {system.io.doc}",
         sv_logic("IO_BASE", 32, system.io.base),
-        sv_int("IO_ADDRESS_WIDTH", width, "of a word address"),
-        "",
-        "  // Blocks and registers: word address in the I/O region.",
+        sv_int("IO_ADDRESS_WIDTH", system.io_word_width, "of a word address"),
     ]
-    for block in system.blocks.values():
-        name = block.name.upper()
-        lines += [
-            sv_int(f"{name}_WORD", block.offset // 4, block.doc),
-            sv_int(f"{name}_WORDS", block.words),
-        ]
-    for register in system.registers.values():
-        lines.append(sv_logic(f"REG_{register.name}", width, system.offset(register.name) // 4))
-    lines += ["", "  // Reset values and fields."]
-    for register in system.registers.values():
-        if register.reset:
-            lines.append(sv_logic(f"RESET_{register.name}", 32, register.reset))
-        for field in register.fields.values():
-            lines.append(sv_int(f"{register.name}_{field.name.upper()}", field.low, "bit"))
     return "\n".join([*lines, "", "endpackage", ""])
 
 
@@ -86,24 +71,23 @@ def header(system: SystemMap) -> str:
         "/* Registers: byte address. */",
     ]
     for register in system.registers.values():
-        lines.append(f"/* {register.doc} */")
+        lines.append(f"/* {' '.join(register.doc.split())} */")
         lines.append(f"#define REG_{register.name} 0x{system.address(register.name):08X}u")
     lines += ["", "/* Fields: mask in place. */"]
     for register in system.registers.values():
         for field in register.fields.values():
-            mask = ((1 << field.width) - 1) << field.low
-            lines.append(f"#define {register.name}_{field.name.upper()} 0x{mask:X}u")
+            if field.name != NUMBER:
+                lines.append(f"#define {register.name}_{field.name.upper()} 0x{field.mask:X}u")
     lines += ["", "/* Blocks of words: byte address. */"]
-    for name in ("input", "output"):
-        block = system.blocks[name]
+    for name, block in (("INPUT", "inputs"), ("OUTPUT", "outputs")):
         lines += [
-            f"/* {block.doc} */",
-            f"#define {name.upper()}_BASE 0x{system.io.base + block.offset:08X}u",
+            f"/* {system.blocks[block].doc} */",
+            f"#define {name}_BASE 0x{system.base(block):08X}u",
         ]
     for name, words in (("input", system.inputs), ("output", system.outputs)):
         lines += [
             "",
-            f"/* Words of the block {name}, in order: X(name). */",
+            f"/* Words of the block {name}s, in order: X(name). */",
             f"#define TICK_{name.upper()}S(X) \\",
             *(f"  X({word}) \\" for word in words[:-1]),
             f"  X({words[-1]})",
@@ -191,7 +175,7 @@ def document(system: SystemMap) -> str:
     """docs/nios_regmap.md."""
     lines = [
         f"<!-- {ORIGIN.format('nios_sw/system.toml')} -->",
-        "# Memory map and I/O registers of the Nios II systems",
+        "# Memory map of the Nios II systems",
         "",
         f"Clock {system.clock_mhz} MHz. Reset vector 0x{system.reset_vector:08X}, exception vector "
         f"0x{system.exception_vector:08X}.",
@@ -203,25 +187,10 @@ def document(system: SystemMap) -> str:
         ["first byte", "bytes", ""],
         [[f"0x{base:08X}", str(size), doc] for base, size, doc in regions],
     )
-    lines += ["", "## Registers", ""]
-    lines += table(
-        ["byte", "register", "access", "reset", "fields", ""],
-        [
-            [
-                f"0x{system.address(r.name):08X}",
-                f"`{r.name}`",
-                r.access,
-                "-" if r.reset is None else str(r.reset),
-                ", ".join(f"{f.low} {f.name}" for f in r.fields.values()) or "-",
-                r.doc,
-            ]
-            for r in system.registers.values()
-        ],
-    )
-    lines += ["", "## Words of a tick", ""]
+    lines += ["", "[Registers](nios_io_regmap.md) of the I/O range.", "", "## Words of a tick", ""]
     words = []
-    for name, names in (("input", system.inputs), ("output", system.outputs)):
-        base = system.io.base + system.blocks[name].offset
+    for name, names in (("inputs", system.inputs), ("outputs", system.outputs)):
+        base = system.base(name)
         words += [[f"0x{base + 4 * i:08X}", name, f"`{word}`"] for i, word in enumerate(names)]
     lines += table(["byte", "block", "word"], words)
     return "\n".join([*lines, ""])

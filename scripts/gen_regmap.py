@@ -3,10 +3,10 @@
 
 Sources, in SystemRDL: asip_asm/regmap.rdl (ASIP), rtl/motion/regmap.rdl (motion front-end),
 rtl/dual/regmap.rdl (two processors), rtl/debug/regmap.rdl (debug block), rtl/drive/regmap.rdl
-(motor drives), rtl/nios/debug_regmap.rdl (debug module of the
-Nios core). Of each: a SystemVerilog package, a C header by
-PeakRDL-cheader, Python constants, a page. With --check nothing is written; exit 1 if a file differs
-from what would be generated.
+(motor drives), rtl/nios/io_regmap.rdl (I/O of the Nios II systems), rtl/nios/debug_regmap.rdl
+(debug module of the Nios core). Of each: a SystemVerilog package, a C header by PeakRDL-cheader,
+Python constants, a page. With --check nothing is written; exit 1 if a file differs from what would
+be generated.
 """
 
 from __future__ import annotations
@@ -39,6 +39,11 @@ MAPS = {
     "dual": ("rtl/dual/regmap.rdl", "sim/harness/gen/dual_regmap.py", "docs/dual_regmap.md"),
     "debug": ("rtl/debug/regmap.rdl", "sim/debug/gen/debug_regmap.py", "docs/debug_regmap.md"),
     "drive": ("rtl/drive/regmap.rdl", "sim/harness/gen/drive_regmap.py", "docs/drive_regmap.md"),
+    "n2_io": (
+        "rtl/nios/io_regmap.rdl",
+        "sim/harness/gen/n2_io_regmap.py",
+        "docs/nios_io_regmap.md",
+    ),
     "n2_debug": (
         "rtl/nios/debug_regmap.rdl",
         "sim/harness/gen/n2_debug_regmap.py",
@@ -90,7 +95,8 @@ def files_of(name: str) -> dict[str, str]:
     """Text of each file generated from a map by its path. Raises RegisterMapError."""
     source, module, page = MAPS[name]
     regmap: RegisterMap = read_map(ROOT / source, name)
-    cause = regmap.registers["STATUS"].fields.get("cause")
+    status = regmap.registers.get("STATUS")
+    cause = status.fields.get("cause") if status else None
     values = {
         "script": SCRIPT,
         "source": source,

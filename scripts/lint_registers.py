@@ -27,8 +27,13 @@ sys.path.insert(0, str(ROOT))
 from asip_asm.gen import asip_regmap  # noqa: E402
 from scripts.regmap_source import NUMBER  # noqa: E402
 from sim.debug.gen import debug_regmap  # noqa: E402
-from sim.harness.gen import drive_regmap, dual_regmap, motion_regmap, n2_debug_regmap  # noqa: E402
-from sim.harness.nios_map import default_system_map  # noqa: E402
+from sim.harness.gen import (  # noqa: E402
+    drive_regmap,
+    dual_regmap,
+    motion_regmap,
+    n2_debug_regmap,
+    n2_io_regmap,
+)
 
 MAPS = (
     asip_regmap.REGMAP,
@@ -37,7 +42,7 @@ MAPS = (
     debug_regmap.REGMAP,
     drive_regmap.REGMAP,
     n2_debug_regmap.REGMAP,
-    default_system_map(),
+    n2_io_regmap.REGMAP,
 )
 FIELDED = frozenset(
     name
@@ -57,7 +62,7 @@ SV_WORD = (
 SV_LITERAL = re.compile(
     rf"{SV_WORD}\s*(?:\[\s*\d+\s*(?:\]|:\s*\d|\+:)|<?=\s*\{{\d+'d0,|<?=\s*\d+'[bhd]\w*[1-9a-f])"
 )
-HOSTS = re.compile(r"(?:_regmap|n2_system)_pkg::")
+HOSTS = re.compile(r"_regmap_pkg::")
 
 Finding = tuple[int, str]
 

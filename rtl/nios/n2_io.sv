@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // n2_io: Avalon-MM agent with the timer, the control tick, its inputs and outputs and a console.
-// Contract: registers and blocks of nios_sw/system.toml, whole words. A write takes one cycle, a read two
+// Contract: registers and blocks of io_regmap.rdl, whole words. A write takes one cycle, a read two
 // (one with waitrequest). tick_i or the timer starts a tick, the write of TICK_DONE ends it; TICK_CYCLES
 // counts the cycles between, first and last included. A tick while one is pending sets overrun until reset.
 // The host writes inputs between ticks and reads outputs, one cycle later, when pending_o is low.
@@ -19,7 +19,7 @@ module n2_io #(
     output logic                                          avs_waitrequest_o,
     output logic                                          irq_o,
     // host
-    input  logic [$clog2(n2_system_pkg::INPUT_WORDS)-1:0] host_word_i,
+    input  logic [$clog2(n2_io_regmap_pkg::WORDS_INPUTS)-1:0] host_word_i,
     input  logic                                          host_write_i,
     input  logic [31:0]                                   host_wdata_i,
     output logic [31:0]                                   host_rdata_o,
@@ -36,29 +36,36 @@ module n2_io #(
 );
 
   localparam int unsigned Width = n2_system_pkg::IO_ADDRESS_WIDTH;
-  localparam int unsigned InputWidth = $clog2(n2_system_pkg::INPUT_WORDS);
-  localparam int unsigned OutputWidth = $clog2(n2_system_pkg::OUTPUT_WORDS);
-  localparam int unsigned TimerWidth = $clog2(n2_system_pkg::TIMER_WORDS);
+  localparam int unsigned InputWidth = $clog2(n2_io_regmap_pkg::WORDS_INPUTS);
+  localparam int unsigned OutputWidth = $clog2(n2_io_regmap_pkg::WORDS_OUTPUTS);
+  localparam int unsigned RegisterWidth = $clog2(n2_io_regmap_pkg::WORDS_CSR);
+  localparam int unsigned TimerWidth = 2;  // the timer's four registers come first
 
-  localparam logic [Width-1:0] InputWord = Width'(n2_system_pkg::INPUT_WORD);
-  localparam logic [Width-1:0] OutputWord = Width'(n2_system_pkg::OUTPUT_WORD);
-  localparam logic [Width-1:0] TimerWord = Width'(n2_system_pkg::TIMER_WORD);
+  localparam logic [Width-1:0] InputWord = Width'(n2_io_regmap_pkg::BASE_INPUTS);
+  localparam logic [Width-1:0] OutputWord = Width'(n2_io_regmap_pkg::BASE_OUTPUTS);
+  localparam logic [Width-1:0] RegisterWord = Width'(n2_io_regmap_pkg::BASE_CSR);
+  localparam logic [RegisterWidth-1:0] TimerRegister = n2_io_regmap_pkg::REG_TIMER_PERIOD;
 
-  logic [31:0] inputs[0:n2_system_pkg::INPUT_WORDS-1];
-  logic [31:0] outputs[0:n2_system_pkg::OUTPUT_WORDS-1];
+  logic [31:0] inputs[0:n2_io_regmap_pkg::WORDS_INPUTS-1];
+  logic [31:0] outputs[0:n2_io_regmap_pkg::WORDS_OUTPUTS-1];
 
-  logic        input_select, output_select, timer_select, input_q, read_q, done;
+  logic        register_select, input_select, output_select, timer_select, write, input_q, read_q, done;
   logic        timer_tick, tick;
+  logic [RegisterWidth-1:0] word;
   logic [31:0] timer_rdata, rdata_d, rdata_q, input_rdata_q;
   logic        pending_q, overrun_q;
   logic [31:0] ticks_q, running_q, cycles_q, worst_q, high_q;
   logic [63:0] cycle_q;
 
   // ------------------------------------------------------------------ bus
+  assign register_select = avs_address_i[Width-1:RegisterWidth] == RegisterWord[Width-1:RegisterWidth];
   assign input_select  = avs_address_i[Width-1:InputWidth] == InputWord[Width-1:InputWidth];
   assign output_select = avs_address_i[Width-1:OutputWidth] == OutputWord[Width-1:OutputWidth];
-  assign timer_select  = avs_address_i[Width-1:TimerWidth] == TimerWord[Width-1:TimerWidth];
-  assign done = avs_write_i && avs_address_i == n2_system_pkg::REG_TICK_DONE;
+  assign write = avs_write_i && register_select;
+  assign word = avs_address_i[RegisterWidth-1:0];
+  assign timer_select = register_select &&
+      word[RegisterWidth-1:TimerWidth] == TimerRegister[RegisterWidth-1:TimerWidth];
+  assign done = write && word == n2_io_regmap_pkg::REG_TICK_DONE;
 
   assign avs_waitrequest_o = avs_read_i && !read_q;
   assign avs_readdata_o    = input_q ? input_rdata_q : rdata_q;
@@ -74,21 +81,22 @@ module n2_io #(
   end
 
   always_comb begin
-    case (avs_address_i)
-      n2_system_pkg::REG_TICK_STATUS: begin
-        rdata_d = 32'd0;
-        rdata_d[n2_system_pkg::TICK_STATUS_PENDING] = pending_q;
-        rdata_d[n2_system_pkg::TICK_STATUS_ENABLE]  = enable_i;
-        rdata_d[n2_system_pkg::TICK_STATUS_OVERRUN] = overrun_q;
+    rdata_d = 32'd0;
+    case (word)
+      n2_io_regmap_pkg::REG_TICK_STATUS: begin
+        rdata_d[n2_io_regmap_pkg::TICK_STATUS_PENDING_LSB] = pending_q;
+        rdata_d[n2_io_regmap_pkg::TICK_STATUS_ENABLE_LSB]  = enable_i;
+        rdata_d[n2_io_regmap_pkg::TICK_STATUS_OVERRUN_LSB] = overrun_q;
       end
-      n2_system_pkg::REG_TICK_COUNT:  rdata_d = ticks_q;
-      n2_system_pkg::REG_TICK_CYCLES: rdata_d = cycles_q;
-      n2_system_pkg::REG_TICK_WORST:  rdata_d = worst_q;
-      n2_system_pkg::REG_CYCLE:       rdata_d = cycle_q[31:0];
-      n2_system_pkg::REG_CYCLE_HIGH:  rdata_d = high_q;
-      n2_system_pkg::REG_PLATFORM:    rdata_d = Platform;
+      n2_io_regmap_pkg::REG_TICK_COUNT:  rdata_d = ticks_q;
+      n2_io_regmap_pkg::REG_TICK_CYCLES: rdata_d = cycles_q;
+      n2_io_regmap_pkg::REG_TICK_WORST:  rdata_d = worst_q;
+      n2_io_regmap_pkg::REG_CYCLE:       rdata_d = cycle_q[31:0];
+      n2_io_regmap_pkg::REG_CYCLE_HIGH:  rdata_d = high_q;
+      n2_io_regmap_pkg::REG_PLATFORM:    rdata_d = Platform;
       default:                        rdata_d = timer_select ? timer_rdata : 32'd0;
     endcase
+    if (!register_select) rdata_d = 32'd0;
   end
 
   // ------------------------------------------------------------------ inputs and outputs of a tick
@@ -129,7 +137,7 @@ module n2_io #(
       high_q    <= 32'd0;
     end else begin
       if (!freeze_i) cycle_q <= cycle_q + 64'd1;
-      if (avs_read_i && avs_address_i == n2_system_pkg::REG_CYCLE && !read_q) begin
+      if (avs_read_i && register_select && word == n2_io_regmap_pkg::REG_CYCLE && !read_q) begin
         high_q <= cycle_q[63:32];
       end
 
@@ -155,9 +163,9 @@ module n2_io #(
   assign tick_cycles_o = cycles_q;
 
   // ------------------------------------------------------------------ console and end of a program
-  assign console_valid_o = avs_write_i && avs_address_i == n2_system_pkg::REG_CONSOLE;
+  assign console_valid_o = write && word == n2_io_regmap_pkg::REG_CONSOLE;
   assign console_data_o  = avs_writedata_i[7:0];
-  assign exit_valid_o    = avs_write_i && avs_address_i == n2_system_pkg::REG_EXIT;
+  assign exit_valid_o    = write && word == n2_io_regmap_pkg::REG_EXIT;
   assign exit_status_o   = avs_writedata_i;
 
 

@@ -1,4 +1,5 @@
 rtl/gen/n2_system_pkg.sv
+rtl/gen/n2_io_regmap_pkg.sv
 rtl/fpu/fp_pkg.sv
 rtl/gen/ci_pkg.sv
 rtl/nios/n2_pkg.sv

@@ -58,7 +58,7 @@ module n2_system #(
   localparam int unsigned ItcmWidth = n2_system_pkg::ITCM_ADDRESS_WIDTH;
   localparam int unsigned DtcmWidth = n2_system_pkg::DTCM_ADDRESS_WIDTH;
   localparam int unsigned IoWidth = n2_system_pkg::IO_ADDRESS_WIDTH;
-  localparam int unsigned HostWidth = $clog2(n2_system_pkg::INPUT_WORDS);
+  localparam int unsigned HostWidth = $clog2(n2_io_regmap_pkg::WORDS_INPUTS);
   localparam logic [255:0] Combinational =
       Platform == 1 ? ci_pkg::FPGA1_COMBINATIONAL : ci_pkg::FPGA2_COMBINATIONAL;
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // n2_timer: interval timer. While run is set an event happens every PERIOD cycles.
-// Contract: registers TIMER_* of nios_sw/system.toml; a write takes effect at the clock edge, reads are
+// Contract: registers TIMER_* of io_regmap.rdl; a write takes effect at the clock edge, reads are
 // combinational. tick_o is high in the cycle of an event if ticks are on, irq_o from the edge after it until software
 // clears TIMER_STATUS; an event in the cycle of the clearing stays. PERIOD 0 counts as 2^32.
 module n2_timer (
@@ -17,9 +17,9 @@ module n2_timer (
     output logic        irq_o
 );
 
-  localparam logic [1:0] Period  = n2_system_pkg::REG_TIMER_PERIOD[1:0];
-  localparam logic [1:0] Control = n2_system_pkg::REG_TIMER_CONTROL[1:0];
-  localparam logic [1:0] Status  = n2_system_pkg::REG_TIMER_STATUS[1:0];
+  localparam logic [1:0] Period  = n2_io_regmap_pkg::REG_TIMER_PERIOD[1:0];
+  localparam logic [1:0] Control = n2_io_regmap_pkg::REG_TIMER_CONTROL[1:0];
+  localparam logic [1:0] Status  = n2_io_regmap_pkg::REG_TIMER_STATUS[1:0];
 
   logic [31:0] period_q, count_q;
   logic        run_q, irq_enable_q, tick_q, event_q, last;
@@ -30,7 +30,7 @@ module n2_timer (
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
-      period_q     <= n2_system_pkg::RESET_TIMER_PERIOD;
+      period_q     <= n2_io_regmap_pkg::RESET_TIMER_PERIOD;
       count_q      <= 32'd0;
       run_q        <= 1'b0;
       irq_enable_q <= 1'b0;
@@ -39,9 +39,9 @@ module n2_timer (
     end else begin
       if (write_i && word_i == Period) period_q <= wdata_i;
       if (write_i && word_i == Control) begin
-        run_q        <= wdata_i[n2_system_pkg::TIMER_CONTROL_RUN];
-        irq_enable_q <= wdata_i[n2_system_pkg::TIMER_CONTROL_IRQ_ENABLE];
-        tick_q       <= wdata_i[n2_system_pkg::TIMER_CONTROL_TICK];
+        run_q        <= wdata_i[n2_io_regmap_pkg::TIMER_CONTROL_RUN_LSB];
+        irq_enable_q <= wdata_i[n2_io_regmap_pkg::TIMER_CONTROL_IRQ_ENABLE_LSB];
+        tick_q       <= wdata_i[n2_io_regmap_pkg::TIMER_CONTROL_TICK_LSB];
       end
       if (last) event_q <= 1'b1;
       else if (write_i && word_i == Status) event_q <= 1'b0;
@@ -56,11 +56,11 @@ module n2_timer (
     case (word_i)
       Period: rdata_o = period_q;
       Control: begin
-        rdata_o[n2_system_pkg::TIMER_CONTROL_RUN]        = run_q;
-        rdata_o[n2_system_pkg::TIMER_CONTROL_IRQ_ENABLE] = irq_enable_q;
-        rdata_o[n2_system_pkg::TIMER_CONTROL_TICK]       = tick_q;
+        rdata_o[n2_io_regmap_pkg::TIMER_CONTROL_RUN_LSB]        = run_q;
+        rdata_o[n2_io_regmap_pkg::TIMER_CONTROL_IRQ_ENABLE_LSB] = irq_enable_q;
+        rdata_o[n2_io_regmap_pkg::TIMER_CONTROL_TICK_LSB]       = tick_q;
       end
-      Status: rdata_o[n2_system_pkg::TIMER_STATUS_EVENT] = event_q;
+      Status: rdata_o[n2_io_regmap_pkg::TIMER_STATUS_EVENT_LSB] = event_q;
       default: rdata_o = count_q;
     endcase
   end

@@ -227,10 +227,10 @@ class NiosRtl:
         done = self._lib.nios_ticks(
             self._handle,
             n,
-            system.io.base + system.blocks["input"].offset,
+            system.base("inputs"),
             words.shape[1],
             words.ctypes.data,
-            system.io.base + system.blocks["output"].offset,
+            system.base("outputs"),
             outputs.shape[1],
             outputs.ctypes.data,
             addresses.ctypes.data,

@@ -76,7 +76,7 @@ class NiosController:
         self.core.load(self.program)
         parameters = np.concatenate(list(float32.Constants.of(robot).block().values()))
         self.core.write(self.program.address("tracking_parameters"), parameters.view(np.uint32))
-        self._input = self.core.map.io.base + self.core.map.blocks["input"].offset
+        self._input = self.core.map.base("inputs")
         self._state = self.program.address("tracking_state")
         desired = self.program.address("tracking_desired")
         self._exported = [desired + 4 * i for i in range(len(EXPORTED))]

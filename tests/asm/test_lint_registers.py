@@ -17,7 +17,7 @@ PLANTED = {
     "select.sv": "assign a = writedata_i[3:0] & asip_regmap_pkg::REG_ID;\n",
     "bit.sv": "assign a = writedata_i[8] & asip_regmap_pkg::REG_ID;\n",
     "filled.sv": "assign readdata_q = {16'd0, asip_regmap_pkg::REG_ID};\n",
-    "nios.sv": "assign rdata_o = {31'd0, n2_system_pkg::REG_CYCLE};\n",
+    "nios.sv": "assign rdata_o = {31'd0, n2_io_regmap_pkg::REG_CYCLE};\n",
     "write.c": "write32(core, ASIP_WORD(csr.CONTROL), 2);\n",
     "read.c": "int busy = read32(core, CSR(STATUS)) & 1;\n",
     "nios.c": "io_write(REG_TIMER_CONTROL, 5);\n",

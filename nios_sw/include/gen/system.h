@@ -9,13 +9,13 @@
 /* Registers: byte address. */
 /* clock cycles between two events */
 #define REG_TIMER_PERIOD 0x20000000u
-/* run: count; irq_enable: an event requests interrupt 0; tick: an event starts a control tick */
+/* what the timer does */
 #define REG_TIMER_CONTROL 0x20000004u
-/* event: an event happened; writing any value clears it */
+/* writing any value clears it */
 #define REG_TIMER_STATUS 0x20000008u
 /* clock cycles since the last event */
 #define REG_TIMER_COUNT 0x2000000Cu
-/* pending: a tick waits for its outputs; enable: the host wants control; overrun: a tick came while one was pending */
+/* state of the control tick */
 #define REG_TICK_STATUS 0x20000040u
 /* writing any value ends the tick: its outputs are valid */
 #define REG_TICK_DONE 0x20000044u
@@ -51,7 +51,7 @@
 /* outputs of a tick, read by the host or the drives after it */
 #define OUTPUT_BASE 0x20000200u
 
-/* Words of the block input, in order: X(name). */
+/* Words of the block inputs, in order: X(name). */
 #define TICK_INPUTS(X) \
   X(x) \
   X(y) \
@@ -74,7 +74,7 @@
   X(count4) \
   X(count5)
 
-/* Words of the block output, in order: X(name). */
+/* Words of the block outputs, in order: X(name). */
 #define TICK_OUTPUTS(X) \
   X(F1) \
   X(F2) \
