@@ -34,7 +34,7 @@ export SEED WAVES
 .PHONY: gen gen-check docs readme site workbench
 .PHONY: formal fp-case fp-bench fp-campaign fp-report
 .PHONY: robots side-by-side
-.PHONY: motion motion-size drive synth quartus
+.PHONY: motion motion-size drive synth quartus upsets
 .PHONY: nios-sw nios-toolchain nios-cycles qemu tools-for-tests rs274
 
 help: ## list targets and variables
@@ -118,6 +118,9 @@ motion: $(READY) ## the motion front-end: figures of the papers, drive study, RT
 
 workbench: $(READY) ## what debug block, debugger and scope are to reach, to build/workbench.json (RUN=full, T=words)
 	@$(PY) -m scripts.workbench $(T) $(if $(filter full,$(RUN)),--full)
+
+upsets: $(READY) ## invert single bits of the core in whole ticks, to build/upsets.json and docs/upsets.md (RUN=full; resumes)
+	@$(PY) -m tests.upsets --jobs $(JOBS) $(if $(filter full,$(RUN)),--full)
 
 drive: $(READY) ## goals of the motor drives: program, step of the current, to build/drive.json
 	@$(PY) -m sim.servo --robot "$(ROBOT)"

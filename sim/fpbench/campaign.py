@@ -15,6 +15,7 @@ import socket
 from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any, Protocol
 
 from dask.distributed import Client, LocalCluster, as_completed
 
@@ -33,6 +34,21 @@ class Task:
     unit: str
     fingerprint: str
     path: Path
+
+    @property
+    def key(self) -> str:
+        """Its name among the tasks of a cluster."""
+        return f"{self.unit}-{self.fingerprint}-{self.shard.name}"
+
+
+class Stored(Protocol):
+    """What a campaign needs of a task: its name on the cluster, where its result belongs."""
+
+    @property
+    def key(self) -> str: ...
+
+    @property
+    def path(self) -> Path: ...
 
 
 def task_of(shard: Shard, store: Path = STORE) -> Task:
@@ -54,7 +70,7 @@ def _unit(name: str, mark: str) -> Unit:
     return bench_unit(name)
 
 
-def finished(task: Task) -> dict | None:
+def finished(task: Stored) -> dict | None:
     """The stored result, None if there is none that can be read."""
     try:
         return json.loads(task.path.read_text())
@@ -78,7 +94,7 @@ def execute(task: Task) -> dict:
     }
 
 
-def store(task: Task, result: dict) -> None:
+def store(task: Stored, result: dict) -> None:
     """Write a result so that a reader never sees half of it."""
     task.path.parent.mkdir(parents=True, exist_ok=True)
     temporary = task.path.with_suffix(f".{os.getpid()}")
@@ -87,13 +103,17 @@ def store(task: Task, result: dict) -> None:
 
 
 def run(
-    tasks: Iterable[Task],
-    done: Callable[[Task, dict], None],
-    failed: Callable[[Task, str], None],
+    tasks: Iterable[Any],
+    done: Callable[[Any, dict], None],
+    failed: Callable[[Any, str], None],
     jobs: int = 2,
     scheduler: str | None = None,
+    work: Callable[[Any], dict] = execute,
 ) -> None:
     """Run tasks on a local cluster of `jobs` processes, or on the cluster at `scheduler`.
+
+    `work` makes the result of a task (`Stored`) in a worker: here of a shard, other campaigns have
+    their own.
 
     `done` is called with each result after it is stored, `failed` with the text of what kept a task
     from running (sources that changed meanwhile, a unit that does not build). At most a few tasks
@@ -111,7 +131,7 @@ def run(
         cluster, address = None, scheduler
     try:
         with Client(address, timeout="10s") as client:
-            _drain(client, waiting, done, failed)
+            _drain(client, waiting, done, failed, work)
     except OSError as error:
         raise BenchError(f"no Dask scheduler at {scheduler}: {error}") from error
     finally:
@@ -121,21 +141,21 @@ def run(
 
 def _drain(
     client: Client,
-    waiting: list[Task],
-    done: Callable[[Task, dict], None],
-    failed: Callable[[Task, str], None],
+    waiting: list[Stored],
+    done: Callable[[Any, dict], None],
+    failed: Callable[[Any, str], None],
+    work: Callable[[Any], dict],
 ) -> None:
     queue = iter(waiting)
     workers = max(1, len(client.scheduler_info()["workers"]))
-    owner: dict[str, Task] = {}
+    owner: dict[str, Stored] = {}
 
     def submit() -> list:
         task = next(queue, None)
         if task is None:
             return []
-        key = f"{task.unit}-{task.fingerprint}-{task.shard.name}"
-        owner[key] = task
-        return [client.submit(execute, task, key=key, pure=False)]
+        owner[task.key] = task
+        return [client.submit(work, task, key=task.key, pure=False)]
 
     futures = as_completed([f for _ in range(2 * workers) for f in submit()])
     for future in futures:

@@ -71,13 +71,15 @@ def build_library(
     headers: Sequence[Path] = (),
     defines: Mapping[str, str] | None = None,
     harness_flags: Sequence[str] = (),
+    model_flags: Sequence[str] = (),
 ) -> Path:
     """Verilate `top` and link it with `harness` into a shared library; returns its path.
 
     `headers` are the files that the harness includes from its own folder, `defines` the macros of
     the RTL (an empty value is a macro without one), `harness_flags` further compiler options for
-    the harness alone. The build folder is named by a hash of everything that goes in: an unchanged
-    model is not built again. With WAVES=1 the model can write waves (waves.py). Raises BuildError.
+    the harness alone, `model_flags` further options of Verilator. The build folder is named by a
+    hash of everything that goes in: an unchanged model is not built again. With WAVES=1 the model
+    can write waves (waves.py). Raises BuildError.
     """
     parameters = dict(parameters or {})
     defines = dict(defines or {})
@@ -87,6 +89,7 @@ def build_library(
     for path in [*sources, harness, *headers, BASE, Path(__file__), Path(runtime.__file__)]:
         digest.update(path.read_bytes())
     choices = (sorted(parameters.items()), sorted(defines.items()), list(harness_flags))
+    choices += (list(model_flags),) if model_flags else ()
     digest.update(repr((*choices, waves.wanted(), optimisation)).encode())
     folder = runtime.MODELS / f"{top}-{digest.hexdigest()[:16]}"
     library = folder / f"lib{top}.so"
@@ -98,7 +101,7 @@ def build_library(
             new = folder.with_suffix(".new")
             shutil.rmtree(new, ignore_errors=True)
             new.mkdir()
-            _verilate(top, [WAIVERS, *sources], parameters, defines, bool(bound), new)
+            _verilate(top, [WAIVERS, *sources], parameters, defines, bool(bound), new, model_flags)
             _compile(library.name, harness, harness_flags, jobs, new)
             shutil.rmtree(folder, ignore_errors=True)
             new.rename(folder)
@@ -112,6 +115,7 @@ def _verilate(
     defines: Mapping[str, str],
     checked: bool,
     folder: Path,
+    more: Sequence[str] = (),
 ) -> None:
     """C++ of the model in `folder`/obj, and `folder`/model.cpp of all its sources."""
     options = f"--cc -O3 --x-assign fast --x-initial fast -Wno-fatal --top-module {top} --Mdir obj"
@@ -121,6 +125,7 @@ def _verilate(
             *options.split(),
             "--assert" if checked else "--no-assert",
             *waves.flags(),
+            *more,
             *(f"-G{name}={value}" for name, value in sorted(parameters.items())),
             *(f"-D{name}={value}" if value else f"-D{name}" for name, value in defines.items()),
             *sources,

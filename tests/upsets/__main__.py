@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Invert single bits of the core's registers and memories in whole ticks; see what comes of it.
+
+    make upsets                 quick form, to build/upsets.json and docs/upsets.md
+    make upsets RUN=full        to full depth; goes on where it was stopped
+    python -m tests.upsets --core plain --replay "4 157 TOP.asip.u_control.state_q.1"
+
+A line of --replay is: tick, clock in the tick, register or memory[word], bit. Every case of
+build/upsets.json has its own. Exit 1 if a goal is not met.
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import sys
+import time
+from collections.abc import Callable, Sequence
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from asip_asm.project import ROOT
+from sim.fpbench import campaign as runner
+from tests.upsets import campaign, report
+from tests.upsets.model import EFFECTS
+from tests.upsets.plan import SEED, SHARD, upset_of
+
+
+def replay(core: str, line: str, console: Console) -> int:
+    """One injection again, in words."""
+    model = campaign.model_of(core)
+    try:
+        upset = upset_of(model.sites, line)
+    except ValueError as error:
+        console.print(f"error: {error}", style="red", markup=False)
+        return 2
+    (outcome,) = model.inject(upset)
+    console.print(
+        f"{EFFECTS[outcome['effect']]}, cause {outcome['cause']}, known or gone "
+        f"{outcome['ticks']} ticks later, largest error {outcome['worst']:.3g} of the limit",
+        markup=False,
+        highlight=False,
+    )
+    return 0
+
+
+def progress(core: str, shards: int, console: Console) -> Callable[[object, dict], None]:
+    """Says after each shard how far the campaign is."""
+    begun, done = time.monotonic(), itertools.count(1)
+
+    def finish(task: object, result: dict) -> None:
+        n = next(done)
+        rest = (time.monotonic() - begun) / n * (shards - n)
+        text = f"core '{core}': {n} of {shards} shards, about {rest:.0f} s left"
+        console.print(text, markup=False, highlight=False)
+
+    return finish
+
+
+def inject(depth: str, jobs: int, scheduler: str | None, console: Console) -> dict | None:
+    """Every shard that is not finished; results by core, None if one failed."""
+    cores: dict[str, dict] = {}
+    for core in campaign.CORES:
+        console.print(f"core '{core}': building the model ...", markup=False, highlight=False)
+        tasks = list(campaign.tasks_of(core, depth))
+        waiting = [task for task in tasks if runner.finished(task) is None]
+        console.print(
+            f"core '{core}': {len(tasks)} shards of {SHARD} injections, seed {SEED}; "
+            f"{len(tasks) - len(waiting)} finished before",
+            markup=False,
+            highlight=False,
+        )
+        failures: list[str] = []
+        runner.run(
+            waiting,
+            progress(core, len(waiting), console),
+            lambda task, text, failures=failures: failures.append(f"{task.key}: {text}"),
+            jobs,
+            scheduler,
+            campaign.execute,
+        )
+        for failure in failures:
+            console.print(f"error: {failure}", style="red", markup=False)
+        if failures:
+            return None
+        cores[core] = report.gather([runner.finished(task) for task in tasks])
+    return cores
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Command line."""
+    parser = argparse.ArgumentParser(prog="make upsets", description=__doc__)
+    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    parser.add_argument("--full", action="store_true", help="to full depth")
+    parser.add_argument("--jobs", type=int, default=2, help="processes (2)")
+    parser.add_argument("--scheduler", help="address of a Dask scheduler in place of processes")
+    parser.add_argument("--core", choices=campaign.CORES, default="plain", help="for --replay")
+    parser.add_argument("--replay", metavar="LINE", help="one injection of the report again")
+    options = parser.parse_args(arguments)
+    console = Console(stderr=True, soft_wrap=True)
+    if options.replay:
+        return replay(options.core, options.replay, console)
+    depth = "full" if options.full else "quick"
+    cores = inject(depth, options.jobs, options.scheduler, console)
+    if cores is None:
+        return 1
+    rows = report.goals(cores, list(cores)[-1])
+    report.write(cores, rows, depth)
+    report.update_page(cores, rows)
+    shown = Table("what", "value", "unit", "target", "met", "", box=box.SIMPLE_HEAD)
+    for row in rows:
+        value = "-" if row.value is None else f"{row.value:.4g}"
+        met = "yes" if row.met else "[red]no[/red]"
+        shown.add_row(row.name, value, row.unit, row.target, met, row.note)
+    Console().print(shown)
+    console.print(f"written: {report.OUTPUT.relative_to(ROOT)}, docs/upsets.md", markup=False)
+    return int(not all(row.met for row in rows))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

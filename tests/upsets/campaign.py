@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Shards of injections as tasks of the campaign runner (sim/fpbench/campaign.py)."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from asip_asm.project import BUILD
+from tests.upsets.model import EFFECTS, LATER, PROGRAM, Model
+from tests.upsets.plan import KINDS, SHARD, Kind, block_of, draw, line_of
+
+STORE = BUILD / "upsets/shards"
+CORES: dict[str, dict[str, int]] = {"plain": {}}
+"""Name of a core -> its parameters beyond those of 'fast'."""
+SHARDS = {"quick": 10, "full": 44}
+"""Shards of each core."""
+WRONG = ("wrong once", "wrong later")
+
+
+@dataclass(frozen=True)
+class Task:
+    """A shard of one kind of place, of one core."""
+
+    core: str
+    kind: str
+    shard: int
+    mark: str
+    store: Path
+
+    @property
+    def key(self) -> str:
+        """Its name among the tasks of a cluster."""
+        return f"{self.core}-{self.kind}-{self.shard}-{self.mark}"
+
+    @property
+    def path(self) -> Path:
+        """Where its result belongs."""
+        words = self.kind.replace(",", "").replace(" ", "_")
+        return self.store / f"{self.core}-{self.mark}" / f"{words}-{self.shard}.json"
+
+
+@functools.cache
+def model_of(core: str) -> Model:
+    """The core's model, made once per process."""
+    return Model(CORES[core])
+
+
+def mark_of(core: str) -> str:
+    """Changes with everything that a result depends on: RTL, harness, program, plan."""
+    digest = hashlib.sha256(model_of(core).build.encode() + PROGRAM.read_bytes())
+    digest.update((Path(__file__).with_name("plan.py")).read_bytes())
+    digest.update((Path(__file__).with_name("model.py")).read_bytes())
+    return digest.hexdigest()[:12]
+
+
+def tasks_of(core: str, depth: str, store: Path = STORE) -> Iterator[Task]:
+    """Every shard of a core, dealt to the kinds by their shares."""
+    mark = mark_of(core)
+    for kind in KINDS:
+        for shard in range(max(1, round(kind.share * SHARDS[depth]))):
+            yield Task(core, kind.name, shard, mark, store)
+
+
+def execute(task: Task) -> dict:
+    """Inject one shard (in a worker): counts by block and effect, each case that is not masked."""
+    model = model_of(task.core)
+    if mark_of(task.core) != task.mark:
+        raise RuntimeError("the core changed after the campaign began; start it again")
+    kind: Kind = next(kind for kind in KINDS if kind.name == task.kind)
+    upsets = draw(model, kind, task.shard)
+    outcomes = model.inject(upsets)
+    counts: dict[str, dict[str, int]] = {}
+    for upset, outcome in zip(upsets, outcomes, strict=True):
+        block = kind.name if kind.memory else block_of(model.sites[upset["site"]].name)
+        row = counts.setdefault(block, dict.fromkeys(EFFECTS, 0))
+        row[EFFECTS[outcome["effect"]]] += 1
+    wrong = np.isin(outcomes["effect"], [EFFECTS.index(effect) for effect in WRONG])
+    bad = wrong | (outcomes["effect"] >= EFFECTS.index("run lost"))
+    return {
+        "core": task.core,
+        "kind": task.kind,
+        "later": LATER,
+        "injections": SHARD,
+        "unsafe": int(outcomes["unsafe"].sum()),
+        "counts": counts,
+        "causes": {
+            str(cause): int(np.sum(outcomes["cause"] == cause))
+            for cause in np.unique(outcomes["cause"])
+            if cause
+        },
+        "cases": [
+            {
+                "replay": line_of(model.sites, upsets[i]),
+                "effect": EFFECTS[outcomes["effect"][i]],
+                "error": float(outcomes["worst"][i]),
+            }
+            for i in np.flatnonzero(bad)
+        ],
+    }

@@ -1,0 +1,159 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The Verilated ASIP with every register and memory open, and the tracking program on it."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from asip_asm.assemble import assemble
+from asip_asm.image import Image
+from asip_asm.isa import default_isa
+from asip_asm.project import ROOT
+from sim.harness.asip_bus import BLOCK, CLEAR, CSR, START, STATUS, load_words, register_address
+from sim.harness.build import build_library, file_list
+from sim.iss.path import preset
+from sim.model.parameters import Robot
+from sim.model.records import COUNTS, OUTPUTS, SET_POINTS
+from tests.asip.tracking_path import reversing_path
+
+PROGRAM = ROOT / "asip_asm/programs/tracking_optimised.s"
+HARNESS = ROOT / "sim/harness/upset_harness.cpp"
+OPEN = ROOT / "sim/harness/registers.vlt"
+TICKS, LATER = 64, 7
+"""Ticks of the reference; ticks watched behind the one with the upset."""
+UPSET = np.dtype([(name, np.uint32) for name in ("tick", "clock", "site", "element", "bit")])
+OUTCOME = np.dtype(
+    [(name, np.uint32) for name in ("effect", "cause", "ticks", "unsafe")] + [("worst", np.float64)]
+)
+EFFECTS = (
+    "masked",
+    "corrected",
+    "wrong once",
+    "wrong later",
+    "latent",
+    "fault reported",
+    "run lost",
+    "locked up",
+)
+
+
+class ReferenceError(RuntimeError):
+    """The run without an upset did not go through."""
+
+
+@dataclass(frozen=True)
+class Site:
+    """A register (one element) or a memory of so many elements of so many bits."""
+
+    name: str
+    bits: int
+    elements: int
+
+
+class Model:
+    """One configuration of the core with the program loaded and the reference run.
+
+    parameters: of the RTL beyond those of 'fast'. lengths: clocks of each tick of the host; build:
+    a name that changes with the RTL and the harness.
+    """
+
+    def __init__(self, parameters: dict[str, int] | None = None) -> None:
+        shape = default_isa().configurations["fast"]
+        library = build_library(
+            "asip",
+            [OPEN, *file_list("asip/asip.f")],
+            HARNESS,
+            {"FmaPipes": shape.fma_pipes, "Slots": len(shape.slots), **(parameters or {})},
+            model_flags=("--flatten", "--vpi"),
+        )
+        self.build = library.parent.name
+        self._lib = ctypes.CDLL(str(library))
+        self._lib.upset_new.restype = ctypes.c_void_p
+        self._lib.upset_free.argtypes = [ctypes.c_void_p]
+        self._lib.upset_sites.argtypes = [ctypes.c_void_p]
+        self._lib.upset_sites.restype = ctypes.c_char_p
+        self._handle = self._lib.upset_new()
+        lines = self._lib.upset_sites(self._handle).decode().splitlines()
+        self.sites = [
+            Site(name, int(bits), int(n)) for name, bits, n in (line.split() for line in lines)
+        ]
+        self.image: Image = assemble(PROGRAM)
+        self.lengths = self._reference()
+
+    def __del__(self) -> None:
+        if handle := getattr(self, "_handle", None):
+            self._lib.upset_free(handle)
+
+    def _reference(self) -> np.ndarray:
+        image, robot = self.image, Robot.load()
+        path, counts = reversing_path(robot, TICKS + LATER + 1)
+        named = dict(
+            zip(SET_POINTS, path.words().T.astype(np.float32).view(np.uint32), strict=True)
+        )
+        named |= dict(zip(COUNTS, counts.T.astype(np.int32).view(np.uint32), strict=True))
+        words = np.ascontiguousarray(np.stack([named[each.name] for each in image.inputs], axis=1))
+        first = {
+            name: int(np.float32(value).view(np.uint32))
+            if next(s.type for s in image.states if s.name == name) == "float"
+            else int(value) & 0xFFFFFFFF
+            for name, value in preset(image.to_json(), robot, counts[0].tolist()).items()
+        }
+        load = dict(load_words(image))
+        for state in image.states:
+            if state.name in first:
+                load[register_address(state.register)] = first[state.name]
+        host = [
+            CSR["STATUS"],
+            CSR["CONTROL"],
+            START,
+            CLEAR,
+            STATUS["busy"].mask,
+            STATUS["done"].mask,
+            STATUS["fault"].mask,
+            STATUS["cause"].low,
+            0,
+            0,
+            16,
+            4 * image.watchdog + 2000,
+        ]
+        limits = dict(zip(OUTPUTS, robot.output_max, strict=True))
+        lengths = np.zeros(len(words), dtype=np.uint32)
+        arrays = [
+            np.array(host, dtype=np.uint32),
+            np.array(list(load.items()), dtype=np.uint32),
+            np.array([BLOCK["constants"] + each.index for each in image.inputs], dtype=np.uint32),
+            words,
+            np.array([BLOCK["outputs"] + each.index for each in image.outputs], dtype=np.uint32),
+            np.array([int(each.safe, 16) for each in image.outputs], dtype=np.uint32),
+            np.array([limits[each.name] for each in image.outputs], dtype=np.float32),
+        ]
+        at = [ctypes.c_void_p(array.ctypes.data) for array in (*arrays, lengths)]
+        failed = self._lib.upset_reference(
+            ctypes.c_void_p(self._handle), at[0], at[1], len(load), at[2], len(image.inputs),
+            at[3], len(words), at[4], at[5], at[6], len(image.outputs), at[7],
+        )  # fmt: skip
+        if failed:
+            raise ReferenceError(f"tick {failed - 1} of the run without an upset did not end well")
+        return lengths
+
+    def inject(self, upsets: np.ndarray) -> np.ndarray:
+        """What each of the upsets (N, UPSET) does, (N, OUTCOME)."""
+        upsets = np.ascontiguousarray(upsets, dtype=UPSET)
+        outcomes = np.zeros(len(upsets), dtype=OUTCOME)
+        self._lib.upset_inject(
+            ctypes.c_void_p(self._handle),
+            ctypes.c_void_p(upsets.ctypes.data),
+            len(upsets),
+            LATER,
+            ctypes.c_void_p(outcomes.ctypes.data),
+        )
+        return outcomes
+
+
+def sites_named(sites: Sequence[Site], name: str) -> list[int]:
+    """Numbers of the sites with that name behind the top."""
+    return [i for i, site in enumerate(sites) if site.name.endswith(name)]

@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Tables and goals of the campaign of upsets: build/upsets.json and docs/upsets.md."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from asip_asm.project import BUILD, ROOT
+from sim.debug.row import Row, at_least, at_most
+from tests.upsets.campaign import WRONG
+from tests.upsets.model import EFFECTS, LATER, TICKS
+from tests.upsets.plan import BLOCKS, KINDS, SEED
+
+OUTPUT = BUILD / "upsets.json"
+PAGE = ROOT / "docs/upsets.md"
+BEGIN = "<!-- campaign: written by `make upsets` -->"
+END = "<!-- end of campaign -->"
+LARGE = 0.01
+"""Error of an output that counts as large, as a part of its limit."""
+
+
+def wilson(hits: int, n: int, z: float = 1.96) -> tuple[float, float]:
+    """Confidence interval of a share: the score interval of Wilson (1927), 95 % by default."""
+    if n == 0:
+        return 0.0, 1.0
+    share, square = hits / n, z * z / n
+    centre = (share + square / 2) / (1 + square)
+    half = z * math.sqrt(share * (1 - share) / n + square / n / 4) / (1 + square)
+    return max(0.0, centre - half), min(1.0, centre + half)
+
+
+def gather(results: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Counts of one core: by block and kind of place, in all, its cases."""
+    blocks: dict[str, dict[str, int]] = {}
+    for result in results:
+        for block, row in result["counts"].items():
+            total = blocks.setdefault(block, dict.fromkeys(EFFECTS, 0))
+            for effect, n in row.items():
+                total[effect] += n
+    order = [*BLOCKS, *(kind.name for kind in KINDS if kind.memory)]
+    blocks = {name: blocks[name] for name in order if name in blocks}
+    flip_flops = [row for name, row in blocks.items() if name in BLOCKS]
+    rows = {
+        "all flip-flops": {e: sum(row[e] for row in flip_flops) for e in EFFECTS},
+        **blocks,
+        "everything": {e: sum(row[e] for row in blocks.values()) for e in EFFECTS},
+    }
+    return {
+        "injections": sum(result["injections"] for result in results),
+        "unsafe": sum(result["unsafe"] for result in results),
+        "rows": rows,
+        "cases": [case for result in results for case in result["cases"]],
+    }
+
+
+def goals(cores: Mapping[str, Mapping[str, Any]], most: str) -> list[Row]:
+    """What the issue of upsets asks for, of the core `most` that does most about them."""
+    core = cores[most]
+    total = core["rows"]["everything"]
+    n = core["injections"]
+    wrong = sum(total[effect] for effect in WRONG)
+    low, high = wilson(wrong, n)
+    large = sum(case["error"] > LARGE for case in core["cases"])
+    stuck = total["locked up"] + total["run lost"]
+    return [
+        at_most(
+            f"silently wrong outputs, core '{most}'",
+            100 * wrong / n,
+            0.1,
+            "%",
+            f"{wrong} of {n}, 95 %: {100 * low:.3f} to {100 * high:.3f}",
+        ),
+        at_most(f"wrong by more than 1 % of the limit, core '{most}'", large, 0, "cases"),
+        at_most(f"lock-ups, core '{most}'", stuck, 0, "cases", "runs that never end among them"),
+        at_most(f"unsafe outputs behind a fault, core '{most}'", core["unsafe"], 0, "cases"),
+        at_least(f"injections, core '{most}'", n, 20000, "cases", "RUN=full"),
+    ]
+
+
+def write(cores: Mapping[str, Mapping[str, Any]], rows: Sequence[Row], depth: str) -> None:
+    """build/upsets.json."""
+    document = {
+        "depth": depth,
+        "seed": SEED,
+        "goals": [asdict(row) for row in rows],
+        "cores": {
+            name: {key: value for key, value in core.items()} for name, core in cores.items()
+        },
+    }
+    OUTPUT.parent.mkdir(parents=True, exist_ok=True)
+    OUTPUT.write_text(json.dumps(document, indent=1) + "\n")
+
+
+def _cell(hits: int, n: int) -> str:
+    if hits == 0:
+        return f"0 (< {100 * wilson(0, n)[1]:.2g})"
+    low, high = (100 * bound for bound in wilson(hits, n))
+    return f"{100 * hits / n:.3g} ({low:.2g}-{high:.2g})"
+
+
+def table(core: Mapping[str, Any]) -> list[str]:
+    """The core's table in Markdown: percent with the interval of 95 %."""
+    shown = [e for e in EFFECTS if any(row[e] for row in core["rows"].values())]
+    lines = [f"| where | n | {' | '.join(shown)} |", f"| --- |{' --- |' * (len(shown) + 1)}"]
+    for name, row in core["rows"].items():
+        n = sum(row.values())
+        if n:
+            cells = " | ".join(_cell(row[effect], n) for effect in shown)
+            lines.append(f"| {name} | {n} | {cells} |")
+    return lines
+
+
+def update_page(cores: Mapping[str, Mapping[str, Any]], rows: Sequence[Row], page: Path = PAGE):
+    """Put the tables between the marks of the page."""
+    lines = [BEGIN, ""]
+    for name, core in cores.items():
+        errors = sorted(case["error"] for case in core["cases"] if case["effect"] in WRONG)
+        large = sum(error > LARGE for error in errors)
+        lines += [
+            f"Core `{name}`: {core['injections']} injections, seed {SEED}, {TICKS} ticks, {LATER} "
+            "watched behind each. Percent, in brackets the interval of 95 % confidence (Wilson).",
+            "",
+            *table(core),
+            "",
+            f"Of {len(errors)} runs with outputs silently wrong {large} were off by more than 1 % "
+            f"of the output's limit, the worst by {max(errors, default=0):.3g} times the limit. "
+            f"Outputs that were not the safe values behind a fault: {core['unsafe']}.",
+            "",
+        ]
+    lines += ["| goal | value | target | met |", "| --- | --- | --- | --- |"]
+    for row in rows:
+        value = "not measured" if row.value is None else f"{row.value:.4g} {row.unit}"
+        note = f" ({row.note})" if row.note else ""
+        lines.append(
+            f"| {row.name} | {value}{note} | {row.target} | {'yes' if row.met else 'no'} |"
+        )
+    text = page.read_text(encoding="utf-8")
+    before, _, rest = text.partition(BEGIN)
+    _, _, after = rest.partition(END)
+    page.write_text(before + "\n".join([*lines, "", END]) + after, encoding="utf-8")

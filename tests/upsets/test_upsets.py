@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The campaign of upsets: what it samples, what it finds, that a case can be run again."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.upsets import campaign, report
+from tests.upsets.__main__ import main
+from tests.upsets.model import EFFECTS, TICKS, Model
+from tests.upsets.plan import KINDS, block_of, draw, line_of, places, upset_of
+
+
+@pytest.fixture(scope="module")
+def plain() -> Model:
+    return campaign.model_of("plain")
+
+
+def effect(model: Model, line: str) -> str:
+    (outcome,) = model.inject(upset_of(model.sites, line))
+    return EFFECTS[outcome["effect"]]
+
+
+def test_wilson__shares_of_the_literature__same_intervals():
+    # R. G. Newcombe, Statistics in Medicine 17 (1998), table I, method 3
+    for hits, n, want in (
+        (81, 263, (0.2553, 0.3662)),
+        (15, 148, (0.0624, 0.1605)),
+        (0, 20, (0, 0.1611)),
+    ):
+        assert report.wilson(hits, n) == pytest.approx(want, abs=1e-4)
+
+
+def test_sites__registers_of_the_core__wires_of_stage_q_are_none(plain):
+    names = {site.name.removeprefix("TOP.asip.") for site in plain.sites}
+    assert {
+        "u_control.state_q",
+        "u_fetch.pc_q",
+        "u_host.watchdog_q",
+        "u_fetch.gen_lane[3].memory",
+    } <= names
+    assert not {"decoded_q", "ops_q", "valid_q"} & names
+    assert block_of("TOP.asip.u_control.state_q") == "control"
+
+
+def test_draw__every_kind__places_in_use_only_and_the_same_again(plain):
+    for kind in KINDS:
+        upsets = draw(plain, kind, 3)
+        assert np.array_equal(upsets, draw(plain, kind, 3))
+        allowed = {site: set(elements) for site, elements in places(plain, kind)}
+        assert all(upset["element"] in allowed[upset["site"]] for upset in upsets)
+        again = np.concatenate([upset_of(plain.sites, line_of(plain.sites, u)) for u in upsets])
+        assert np.array_equal(upsets, again)
+
+
+def test_inject__plain_core__the_known_effects(plain):
+    issue = "TOP.asip.u_issue.gen_multiple.u_issue"
+    assert effect(plain, f"4 157 {issue}.u_scoreboard_c.pending_q.30") == "locked up"
+    assert effect(plain, "9 100 TOP.asip.u_control.state_q.1") in ("run lost", "locked up")
+    assert effect(plain, "9 100 TOP.asip.u_host.readdata_q.3") == "masked"
+    assert (
+        effect(
+            plain,
+            "9 0 TOP.asip.u_operands.gen_multiple.u_operands.u_bank_k.gen_copy[0].memory[127].31",
+        )
+        == "latent"
+    )
+
+
+def test_inject__same_shard_twice__same_outcomes(plain):
+    upsets = draw(plain, KINDS[0], 0)[:60]
+    assert np.array_equal(plain.inject(upsets), plain.inject(upsets))
+
+
+@pytest.mark.parametrize(
+    ("line", "text"),
+    [
+        ("4 157", "is not TICK CLOCK NAME.BIT"),
+        ("4 157 TOP.asip.no_q.0", "no register or memory TOP.asip.no_q"),
+        (f"{TICKS} 1 TOP.asip.u_control.state_q.0", "beyond the"),
+    ],
+)
+def test_replay__line_that_is_none__error_says_why(capsys, line, text):
+    assert main(["--replay", line]) == 2
+    assert text in " ".join(capsys.readouterr().err.split())
+
+
+def test_goals__a_wrong_output__are_not_met():
+    counts = {"control": dict.fromkeys(EFFECTS, 0) | {"wrong once": 1, "masked": 499}}
+    case = {"replay": "", "effect": "wrong once", "error": 0.5}
+    result = {"counts": counts, "injections": 500, "unsafe": 1, "cases": [case]}
+    rows = report.goals({"plain": report.gather([result])}, "plain")
+    assert [row.met for row in rows] == [False, False, True, False, False]
