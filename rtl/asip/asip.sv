@@ -64,11 +64,10 @@ module asip #(
   logic [2:0]               soon, next, write;
   logic [2:0][5:0]          soon_index, next_index, write_index;
   logic [2:0][31:0]         result;
-  logic [31:0]              result_aux, host_word;
+  logic [31:0]              host_word;
   logic                     write_output, not_finite;
   logic [4:0]               not_finite_index;
-  logic [1:0][4:0]          flags_fma;
-  fp_pkg::flags_t           flags_aux, flags_q;
+  fp_pkg::flags_t           flags;
   // ---- control and host
   logic                     run_start, commit, fault, busy, done, start, clear, refetch, host_refetch;
   logic [3:0]               cause;
@@ -244,70 +243,28 @@ module asip #(
   assign flush = redirect_q || refetch;
 
   // ================================================================ units
-  for (genvar p = 0; p < FmaPipes; p++) begin : gen_pipe
-    asip_pkg::decoded_t op_e1;
-    logic               valid;
-    fp_pkg::flags_t     flags;
-
-    assign op_e1 = ops_e1_q[OpWidth*p+:OpWidth];
-
-    fp_fma u_fma (
-        .clk_i,
-        .rst_ni,
-        .valid_i      (valid_e1_q && op_e1.fma),
-        .kind_i       (op_e1.fma_kind),
-        .neg_product_i(op_e1.neg_product),
-        .neg_addend_i (op_e1.neg_addend),
-        .a_i          (operand_e1[3*p]),
-        .b_i          (operand_e1[3*p+1]),
-        .c_i          (operand_e1[3*p+2]),
-        .valid_o      (valid),
-        .result_o     (result[p]),
-        .flags_o      (flags)
-    );
-    assign flags_fma[p] = valid ? flags : '0;
-  end
-  if (FmaPipes < 2) begin : gen_no_pipe_b
-    assign result[1]    = '0;
-    assign flags_fma[1] = '0;
-  end
-
-  asip_aux #(
-      .DataWords     (DataWords),
-      .FoldedDivider (Slots == 1),
-      .OverlappedSine(Slots != 1)
-  ) u_aux (
+  asip_units #(
+      .FmaPipes (FmaPipes),
+      .Slots    (Slots),
+      .DataWords(DataWords)
+  ) u_units (
       .clk_i,
       .rst_ni,
-      .valid_i        (valid_e1_q),
-      .op_i           (aux_e1),
-      .a_i            (operand_e1[Ports-3]),
-      .b_i            (operand_e1[Ports-2]),
-      .c_i            (operand_e1[Ports-1]),
+      .clear_flags_i  (run_start),
+      .valid_e1_i     (valid_e1_q),
+      .ops_e1_i       (ops_e1_q),
+      .operand_e1_i   (operand_e1),
+      .result_o       (result),
+      .flags_o        (flags),
       .address_fault_o(address_fault),
-      .result_o       (result_aux),
-      .flags_o        (flags_aux),
       .host_select_i  (host_select),
-      .host_write_i   (host_data),
+      .host_write_i   (write_i),
+      .host_data_i    (host_data),
       .host_address_i (16'(address_i[$clog2(asip_regmap_pkg::WORDS_DATA)-1:0])),
-      .host_data_i    (writedata_i),
+      .host_word_i    (writedata_i),
+      .host_word_o    (host_word),
       .host_read_o    (host_memory)
   );
-
-  // The auxiliary result is zero while the host may write. With one slot the host's word goes that way.
-  if (Slots == 1) begin : gen_host_word
-    assign result[2] = result_aux | ({32{host_select && write_i}} & writedata_i);
-    assign host_word = '0;
-  end else begin : gen_no_host_word
-    assign result[2] = result_aux;
-    assign host_word = writedata_i;
-  end
-
-  always_ff @(posedge clk_i or negedge rst_ni) begin
-    if (!rst_ni) flags_q <= '0;
-    else if (run_start) flags_q <= '0;
-    else flags_q <= flags_q | flags_fma[0] | flags_fma[1] | flags_aux;
-  end
 
   // ================================================================ control, outputs, host
   asip_control u_control (
@@ -398,7 +355,7 @@ module asip #(
       .fault_i         (fault),
       .cause_i         (cause),
       .fault_info_i    (fault_info),
-      .flags_i         (flags_q),
+      .flags_i         (flags),
       .cycles_i        (cycles),
       .count_select_o  (count_select),
       .count_i         (count),
