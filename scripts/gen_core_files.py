@@ -40,6 +40,7 @@ CORES = {
         "Motor drives: encoders, currents, gates, link to a processor",
         ["drive_front_end", "biss_master"],
     ),
+    "ethercat": ("EtherCAT-compatible slave controller", ["ethercat_slave"]),
     "dual": ("Two processors that hand over set-points", ["dual_asip"]),
     "debug": ("Floating-point processor with a debug block", ["debug_asip"]),
 }

@@ -78,17 +78,21 @@ def ranges(places: Iterable[int]) -> list[tuple[int, int]]:
     return [(held[a], held[b - 1]) for a, b in pairwise([0, *breaks, len(held)])] if held else []
 
 
+def within(value: str, bits: int, first: int, last: int) -> str:
+    """Condition that `value` lies in the range."""
+    if first == last:
+        return f"{value} == {bits}'h{first:x}"
+    low = [f"{value} >= {bits}'h{first:x}"] if first else []
+    high = [f"{value} <= {bits}'h{last:x}"] if last != (1 << bits) - 1 else []
+    return f"({' && '.join(low + high)})"
+
+
 def writable(found: list[ByteRegister], side: str) -> list[str]:
     """Conditions on `address`, one of which holds where that side may write."""
     single = [
         r.address + i for r in found if r.count == 1 and getattr(r, side) for i in range(r.width)
     ]
-    conditions = [
-        f"address == 12'h{a:03x}"
-        if a == b
-        else f"(address >= 12'h{a:03x} && address <= 12'h{b:03x})"
-        for a, b in ranges(single)
-    ]
+    conditions = [within("address", 12, a, b) for a, b in ranges(single)]
     arrays: dict[tuple[int, int, int], list[int]] = {}
     for r in found:
         if r.count > 1 and getattr(r, side):
@@ -97,10 +101,7 @@ def writable(found: list[ByteRegister], side: str) -> list[str]:
     for (index, size, stride), places in arrays.items():
         low, bits = size.bit_length() - 1, stride.bit_length() - 1
         inside = " || ".join(
-            f"(address[{bits - 1}:0] >= {bits}'d{a} && address[{bits - 1}:0] <= {bits}'d{b})"
-            if a
-            else f"address[{bits - 1}:0] <= {bits}'d{b}"
-            for a, b in ranges(places)
+            within(f"address[{bits - 1}:0]", bits, a, b) for a, b in ranges(places)
         )
         conditions.append(f"(address[11:{low}] == {12 - low}'h{index:x} && ({inside}))")
     return conditions
@@ -119,6 +120,13 @@ def generate() -> dict[str, str]:
         "registers": found,
         "master": writable(found, "master"),
         "application": writable(found, "application"),
+        "reset_bytes": [
+            (r.at(n) + i, value)
+            for r in found
+            for n in range(r.count)
+            for i, value in enumerate((r.reset or 0).to_bytes(r.width, "little"))
+            if value
+        ],
     }
     templates = environment()
 

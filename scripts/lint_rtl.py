@@ -85,6 +85,7 @@ TOPS = (
         ("rtl/gen/asip_regmap_pkg.sv", DRIVE),
         ("", "Axes=1", "Axes=8 FastRate=16"),
     ),
+    Top("ethercat_slave", ("rtl/ethercat/ethercat.f",)),
     Top("biss_master", ("rtl/drive/biss_master.sv",), ("", "Width=32 ClocksPerBit=6")),
 )
 

@@ -288,7 +288,7 @@ package esc_regmap_pkg;
 
   // Whether a master may write the register that has this byte.
   function automatic logic master_writes(input logic [11:0] address);
-    master_writes = (address >= 12'h010 && address <= 12'h011)
+    master_writes = (address >= 12'h10 && address <= 12'h11)
         || (address >= 12'h100 && address <= 12'h103)
         || (address >= 12'h120 && address <= 12'h121)
         || (address >= 12'h200 && address <= 12'h201)
@@ -310,8 +310,8 @@ package esc_regmap_pkg;
         || (address >= 12'h980 && address <= 12'h981)
         || (address >= 12'h990 && address <= 12'h997)
         || (address >= 12'h9a0 && address <= 12'h9a7)
-        || (address[11:7] == 5'hc && (address[3:0] <= 4'd12))
-        || (address[11:6] == 6'h20 && (address[2:0] <= 3'd4 || (address[2:0] >= 3'd6 && address[2:0] <= 3'd6)));
+        || (address[11:7] == 5'hc && ((address[3:0] <= 4'hc)))
+        || (address[11:6] == 6'h20 && ((address[2:0] <= 3'h4) || address[2:0] == 3'h6));
   endfunction
 
   // Whether the application may.
@@ -322,7 +322,37 @@ package esc_regmap_pkg;
         || (address >= 12'h204 && address <= 12'h207)
         || (address >= 12'h502 && address <= 12'h503)
         || (address >= 12'h982 && address <= 12'h983)
-        || (address[11:6] == 6'h20 && ((address[2:0] >= 3'd7 && address[2:0] <= 3'd7)));
+        || (address[11:6] == 6'h20 && (address[2:0] == 3'h7));
+  endfunction
+
+  // Value of a byte behind reset.
+  function automatic logic [7:0] reset_byte(input logic [11:0] address);
+    case (address)
+      12'h000: reset_byte = 8'h4d;
+      12'h001: reset_byte = 8'h01;
+      12'h002: reset_byte = 8'h01;
+      12'h004: reset_byte = 8'h08;
+      12'h005: reset_byte = 8'h08;
+      12'h006: reset_byte = 8'h08;
+      12'h007: reset_byte = 8'h0f;
+      12'h008: reset_byte = 8'h8c;
+      12'h111: reset_byte = 8'h50;
+      12'h120: reset_byte = 8'h01;
+      12'h130: reset_byte = 8'h01;
+      12'h140: reset_byte = 8'h80;
+      12'h400: reset_byte = 8'hc2;
+      12'h401: reset_byte = 8'h09;
+      12'h420: reset_byte = 8'he8;
+      12'h421: reset_byte = 8'h03;
+      12'h440: reset_byte = 8'h01;
+      12'h502: reset_byte = 8'hc0;
+      12'h503: reset_byte = 8'h10;
+      12'h931: reset_byte = 8'h10;
+      12'h934: reset_byte = 8'h04;
+      12'h935: reset_byte = 8'h0c;
+      12'h982: reset_byte = 8'h64;
+      default: reset_byte = 8'h00;
+    endcase
   endfunction
 
 endpackage

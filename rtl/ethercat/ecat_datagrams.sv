@@ -1,0 +1,296 @@
+// SPDX-License-Identifier: Apache-2.0
+// ecat_datagrams: walks through a frame's bytes and says what each becomes.
+// Contract: result_o is byte_i's answer from 15 clocks behind byte_valid_i on, for 8 clocks. A byte of data that this
+// slave serves is a request_o for 8 clocks of accesses, slot 0 with it; what they read comes back as
+// read_data_i under read_mask_i 14 clocks behind byte_valid_i, read_done_i and write_done_i with it. Datagrams
+// are served if serve_i holds when their data begin. malformed_o with frame_end_i: a datagram does not
+// end within its frame; frames of another type are never malformed. Bytes behind the last datagram stay.
+module ecat_datagrams (
+    input  logic clk_i,
+    input  logic rst_ni,
+    // stream
+    input  logic       frame_start_i,
+    input  logic       byte_valid_i,
+    input  logic [7:0] byte_i,
+    output logic [7:0] result_o,
+    output logic       malformed_o,
+    output logic       foreign_o,      // the frame is of another type
+    // slave
+    input  logic        serve_i,
+    input  logic [15:0] station_i,
+    input  logic [15:0] alias_i,
+    input  logic        alias_on_i,
+    input  logic [15:0] event_i,       // is or-ed to the interrupt field
+    input  logic        looped_i,      // frames come from port 1, port 0 is closed
+    output logic        destroy_o,     // the frame circulates
+    // accesses
+    output logic        request_o,
+    output logic        logical_o,
+    output logic [31:0] address_o,
+    output logic        read_o,
+    output logic        write_o,
+    output logic [7:0]  data_o,
+    input  logic [7:0]  read_data_i,
+    input  logic [7:0]  read_mask_i,
+    input  logic        read_done_i,
+    input  logic        write_done_i
+);
+
+  localparam logic [3:0] StSource = 4'd0;     // addresses of Ethernet
+  localparam logic [3:0] StType = 4'd1;
+  localparam logic [3:0] StTag = 4'd2;        // the other half of an 802.1Q tag
+  localparam logic [3:0] StHeader = 4'd3;     // of the frame: length, type
+  localparam logic [3:0] StDatagram = 4'd4;   // its header
+  localparam logic [3:0] StData = 4'd5;
+  localparam logic [3:0] StCounter = 4'd6;    // working counter
+  localparam logic [3:0] StRest = 4'd7;
+  localparam logic [3:0] StForeign = 4'd8;
+  localparam logic [3:0] StBroken = 4'd9;     // a datagram reaches beyond the frame
+
+  localparam logic [15:0] EtherType = 16'h88A4;
+  localparam logic [15:0] TagType = 16'h8100;
+  localparam logic [3:0] FrameType = 4'd1;    // a frame of datagrams
+  localparam int unsigned SequenceBytes = 4;
+
+  // What an answer is made of; taken up to 8 clocks behind its byte, used at 14.
+  localparam logic [2:0] PartByte = 3'd0;     // the byte given here
+  localparam logic [2:0] PartClear = 3'd1;    // the same, and the working counter's sums begin anew
+  localparam logic [2:0] PartReplace = 3'd2;
+  localparam logic [2:0] PartOr = 3'd3;
+  localparam logic [2:0] PartCountLow = 3'd4;
+  localparam logic [2:0] PartCountHigh = 3'd5;
+
+  logic [3:0]  state_q, count_q;
+  logic [2:0]  rest_q;            // bytes behind the last datagram, up to SequenceBytes
+  logic [7:0]  high_q, command_q;
+  logic [31:0] address_q;
+  logic [10:0] left_q, length_q;
+  logic        carry_q, more_q, zero_q, begun_q, served_q;
+  logic        positioned, addressed, broadcast, logical, any_read, any_write, both, read, write;
+  logic [15:0] offset;
+  logic [7:0]  answer;
+  logic [2:0]  part, part_q, part_late_q;
+  logic [7:0]  answer_q, answer_late_q;
+  logic [13:0] strobe_q;
+  logic        read_seen_q, write_seen_q, counter_carry_q, both_q;
+  logic [8:0]  counted;
+  logic [1:0]  increment;
+
+  // Commands.
+  always_comb begin
+    positioned = 1'b0;
+    broadcast  = 1'b0;
+    logical    = 1'b0;
+    any_read   = 1'b0;
+    any_write  = 1'b0;
+    case (command_q)
+      ecat_pkg::CMD_APRD: {positioned, any_read} = 2'b11;
+      ecat_pkg::CMD_APWR: {positioned, any_write} = 2'b11;
+      ecat_pkg::CMD_APRW: {positioned, any_read, any_write} = 3'b111;
+      ecat_pkg::CMD_FPRD: any_read = 1'b1;
+      ecat_pkg::CMD_FPWR: any_write = 1'b1;
+      ecat_pkg::CMD_FPRW: {any_read, any_write} = 2'b11;
+      ecat_pkg::CMD_BRD: {broadcast, any_read} = 2'b11;
+      ecat_pkg::CMD_BWR: {broadcast, any_write} = 2'b11;
+      ecat_pkg::CMD_BRW: {broadcast, any_read, any_write} = 3'b111;
+      ecat_pkg::CMD_LRD: {logical, any_read} = 2'b11;
+      ecat_pkg::CMD_LWR: {logical, any_write} = 2'b11;
+      ecat_pkg::CMD_LRW: {logical, any_read, any_write} = 3'b111;
+      ecat_pkg::CMD_ARMW: {positioned, any_read, any_write} = 3'b111;
+      ecat_pkg::CMD_FRMW: {any_read, any_write} = 2'b11;
+      default: ;
+    endcase
+  end
+
+  // Whom the datagram means: zero_q, the position was 0 as it came in; address_q[15:0] is as it came in.
+  assign addressed = logical || broadcast || (positioned ? zero_q
+                     : address_q[15:0] == station_i || (alias_on_i && address_q[15:0] == alias_i));
+  always_comb begin
+    read  = any_read && addressed;
+    write = any_write && addressed;
+    both  = any_read && any_write;
+    if (command_q == ecat_pkg::CMD_ARMW || command_q == ecat_pkg::CMD_FRMW) begin
+      write = !addressed;
+      both  = 1'b0;
+    end
+  end
+
+  assign offset = address_q[31:16];
+
+  // The answer as far as it is known with the byte.
+  always_comb begin
+    answer = byte_i;
+    part   = PartByte;
+    case (state_q)
+      StDatagram: begin
+        case (count_q)
+          4'd0: part = PartClear;
+          4'd2: if (positioned || broadcast) answer = byte_i + 8'd1;
+          4'd3: if (positioned || broadcast) answer = byte_i + {7'd0, carry_q};
+          4'd7: if (looped_i && !begun_q) answer = byte_i | 8'h40;
+          4'd8: answer = byte_i | event_i[7:0];
+          4'd9: answer = byte_i | event_i[15:8];
+          default: ;
+        endcase
+      end
+      StData: begin
+        if (served_q && read) part = broadcast ? PartOr : PartReplace;
+      end
+      StCounter: part = count_q[0] ? PartCountHigh : PartCountLow;
+      default: ;
+    endcase
+  end
+
+  assign destroy_o = byte_valid_i && state_q == StDatagram && count_q == 4'd7 && looped_i && !begun_q && byte_i[6];
+
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      state_q   <= StForeign;
+      count_q   <= '0;
+      rest_q    <= '0;
+      command_q <= '0;
+      address_q <= '0;
+      left_q    <= '0;
+      length_q  <= '0;
+      high_q    <= '0;
+      carry_q   <= 1'b0;
+      more_q    <= 1'b0;
+      zero_q    <= 1'b0;
+      begun_q   <= 1'b0;
+      served_q  <= 1'b0;
+    end else if (frame_start_i) begin
+      state_q  <= StSource;
+      count_q  <= '0;
+      rest_q   <= '0;
+      begun_q  <= 1'b0;
+      served_q <= 1'b0;
+    end else if (byte_valid_i) begin
+      count_q <= count_q + 1'b1;
+      high_q  <= byte_i;
+      case (state_q)
+        StSource: if (count_q == 4'd11) begin
+          state_q <= StType;
+          count_q <= '0;
+        end
+        StType: if (count_q[0]) begin
+          count_q <= '0;
+          state_q <= {high_q, byte_i} == EtherType ? StHeader : {high_q, byte_i} == TagType ? StTag : StForeign;
+        end
+        StTag: if (count_q[0]) begin
+          count_q <= '0;
+          state_q <= StType;
+        end
+        StHeader: if (count_q[0]) begin
+          count_q  <= '0;
+          left_q   <= {byte_i[2:0], high_q};
+          state_q  <= byte_i[7:4] != FrameType ? StForeign : {byte_i[2:0], high_q} == '0 ? StRest : StDatagram;
+        end
+        StDatagram: begin
+          case (count_q)
+            4'd0: command_q <= byte_i;
+            4'd2: begin
+              address_q[7:0] <= byte_i;
+              carry_q        <= byte_i == 8'hFF;
+            end
+            4'd3: begin
+              address_q[15:8] <= byte_i;
+              zero_q          <= byte_i == '0 && high_q == '0;
+            end
+            4'd4: address_q[23:16] <= byte_i;
+            4'd5: address_q[31:24] <= byte_i;
+            4'd7: begin
+              length_q <= {byte_i[2:0], high_q};  // then 3 bits, circulating, more
+              more_q   <= byte_i[7];
+            end
+            4'd9: begin
+              begun_q  <= 1'b1;
+              served_q <= serve_i && (read || write);
+              count_q  <= '0;
+              state_q  <= length_q == '0 ? StCounter : StData;
+            end
+            default: ;
+          endcase
+        end
+        StData: begin
+          length_q  <= length_q - 1'b1;
+          count_q   <= '0;
+          address_q <= logical ? address_q + 1'b1 : {offset + 1'b1, address_q[15:0]};
+          if (length_q == 11'd1) state_q <= StCounter;
+        end
+        StCounter: if (count_q[0]) begin
+          count_q <= '0;
+          state_q <= more_q ? StDatagram : StRest;
+        end
+        StRest: if (rest_q != 3'(SequenceBytes)) rest_q <= rest_q + 1'b1;
+        default: ;
+      endcase
+      // The frame's length holds all of its datagrams.
+      if (state_q == StDatagram || state_q == StData || state_q == StCounter) begin
+        left_q <= left_q - 1'b1;
+        if (left_q == 11'd1 && !(state_q == StCounter && count_q[0] && !more_q)) state_q <= StBroken;
+      end
+    end
+  end
+
+  assign foreign_o   = state_q == StForeign;
+  assign malformed_o = state_q != StForeign && (state_q != StRest || rest_q != 3'(SequenceBytes));
+
+  // Accesses of a byte of data.
+  assign request_o = byte_valid_i && state_q == StData && served_q;
+  assign logical_o = logical;
+  assign address_o = logical ? address_q : {16'd0, offset};
+  assign read_o    = read;
+  assign write_o   = write;
+  assign data_o    = byte_i;
+
+  // The answer, when what was read has come.
+  always_comb begin
+    increment = 2'd0;
+    if (read_seen_q) increment = 2'd1;
+    if (write_seen_q) increment = both_q ? increment + 2'd2 : increment + 2'd1;
+  end
+  assign counted = {1'b0, answer_late_q} + 9'(increment);
+
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      strobe_q        <= '0;
+      read_seen_q     <= 1'b0;
+      write_seen_q    <= 1'b0;
+      counter_carry_q <= 1'b0;
+    end else begin
+      strobe_q <= {strobe_q[12:0], byte_valid_i};
+      if (strobe_q[13]) begin
+        counter_carry_q <= part_late_q == PartCountLow && counted[8];
+        if (part_late_q == PartClear) begin
+          read_seen_q  <= 1'b0;
+          write_seen_q <= 1'b0;
+        end
+        // Data alone are served, and between two of them nothing else is.
+        if (read_done_i) read_seen_q <= 1'b1;
+        if (write_done_i) write_seen_q <= 1'b1;
+      end
+    end
+  end
+
+  always_ff @(posedge clk_i) begin
+    if (byte_valid_i) begin
+      answer_q <= answer;
+      part_q   <= part;
+    end
+    if (strobe_q[7]) begin
+      answer_late_q <= answer_q;
+      part_late_q   <= part_q;
+      both_q        <= both;
+    end
+    if (strobe_q[13]) begin
+      case (part_late_q)
+        PartReplace: result_o <= (answer_late_q & ~read_mask_i) | read_data_i;
+        PartOr: result_o <= answer_late_q | read_data_i;
+        PartCountLow: result_o <= counted[7:0];
+        PartCountHigh: result_o <= answer_late_q + {7'd0, counter_carry_q};
+        default: result_o <= answer_late_q;
+      endcase
+    end
+  end
+
+endmodule

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+// ecat_fmmus: maps a byte of logical addresses through one FMMU a clock, bit by bit.
+// Contract: window_o, read_o and write_o follow slot_i and address_i by two clocks. Of the logical byte window_o
+// has the bits that FMMU slot_i maps, wherever they lie; nothing is mapped while the FMMU is not active.
+module ecat_fmmus (
+    input  logic clk_i,
+    input  logic rst_ni,
+    // registers
+    input  ecat_pkg::register_access_t register_i,
+    // a logical byte
+    input  logic [2:0]  slot_i,
+    input  logic [31:0] address_i,
+    output ecat_pkg::window_t window_o,
+    output logic        read_o,
+    output logic        write_o
+);
+
+  localparam int unsigned Columns = 12;  // bytes of an FMMU's registers before ACTIVATE
+  localparam logic [3:0] Activate = 4'(esc_regmap_pkg::REG_FMMU_ACTIVATE);
+
+  logic                    here;
+  logic [ecat_pkg::FMMUS-1:0] active_q;
+  logic [8*Columns-1:0]    entry;
+  logic [31:0] start;
+  logic [15:0] length, physical;
+  logic [2:0]  bit_first, bit_last, physical_bit;
+  logic [1:0]  kind;
+
+  assign here = register_i.write && register_i.address[11:7] == esc_regmap_pkg::REG_FMMU_LOGICAL_START[11:7];
+
+  for (genvar c = 0; c < Columns; c++) begin : gen_column
+    logic [7:0] column_q [0:ecat_pkg::FMMUS-1];
+    always_ff @(posedge clk_i) begin
+      if (here && register_i.address[3:0] == 4'(c)) column_q[register_i.address[6:4]] <= register_i.data;
+    end
+    assign entry[8*c+:8] = column_q[slot_i];
+  end
+
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) active_q <= '0;
+    else if (here && register_i.address[3:0] == Activate) active_q[register_i.address[6:4]] <= register_i.data[0];
+  end
+
+  // Registers in the order of their addresses.
+  assign start        = entry[31:0];
+  assign length       = entry[47:32];
+  assign bit_first    = entry[50:48];
+  assign bit_last     = entry[58:56];
+  assign physical     = entry[79:64];
+  assign physical_bit = entry[82:80];
+  assign kind         = entry[89:88];
+
+  // First clock: how far into the FMMU's range the byte lies.
+  logic [31:0] distance_q;
+  logic [15:0] length_q, physical_q;
+  logic [2:0]  bit_first_q, bit_last_q;
+  logic signed [3:0] shift_q;
+  logic [1:0]  kind_q;
+  logic        active_now_q;
+  always_ff @(posedge clk_i) begin
+    distance_q   <= address_i - start;
+    length_q     <= length;
+    physical_q   <= physical;
+    bit_first_q  <= bit_first;
+    bit_last_q   <= bit_last;
+    shift_q      <= {1'b0, physical_bit} - {1'b0, bit_first};
+    kind_q       <= kind;
+    active_now_q <= active_q[slot_i];
+  end
+
+  // Second: which of its bits, and where those stand.
+  logic        hit, begins, ends;
+  logic [7:0]  mask, low_part, high_part;
+  logic [15:0] spread, address;
+  logic [2:0]  shift;
+  assign hit     = active_now_q && distance_q[31:16] == '0 && distance_q[15:0] < length_q;
+  assign begins  = distance_q[15:0] == '0;
+  assign ends    = distance_q[15:0] == length_q - 1'b1;
+  assign mask    = (begins ? 8'hFF << bit_first_q : 8'hFF) & (ends ? 8'hFF >> (3'd7 - bit_last_q) : 8'hFF);
+  // shift_q below 0: the byte begins in the one before, at bit 8 + shift_q.
+  assign shift   = shift_q[2:0];
+  assign spread  = {8'd0, mask} << shift;
+  assign {high_part, low_part} = spread;
+  assign address = physical_q + distance_q[15:0] - {15'd0, shift_q[3]};
+
+  always_ff @(posedge clk_i) begin
+    window_o.mask    <= hit ? mask : '0;
+    window_o.shift   <= shift;
+    window_o.high    <= low_part == '0 && high_part != '0;
+    window_o.address <= (low_part == '0 && high_part != '0) ? address + 1'b1 : address;
+    read_o           <= hit && mask != '0 && kind_q[0];
+    write_o          <= hit && mask != '0 && kind_q[1];
+  end
+
+  logic unused;
+  assign unused = &{entry, register_i.read, register_i.application};
+
+endmodule

@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: Apache-2.0
+// ecat_sync_managers: finds the sync manager that guards a byte, whether the access is allowed, and where in the memory
+// its buffer lies; keeps buffers, mailboxes and events of all of them.
+// Contract: the answer follows the access by two clocks. What an access to a first or last byte brings about happens
+// as the answer comes: a frame's access opens its buffer as it passes, everything else waits for the commit.
+module ecat_sync_managers (
+    input  logic clk_i,
+    input  logic rst_ni,
+    // registers
+    input  ecat_pkg::register_access_t register_i,
+    output logic [8*ecat_pkg::SYNC_MANAGERS-1:0] status_o,
+    // an access
+    input  ecat_pkg::access_t access_i,
+    input  ecat_pkg::window_t window_i,
+    output logic        read_o,     // allowed
+    output logic        write_o,
+    output logic        ends_o,     // it is a last byte
+    output logic [15:0] address_o,  // in the memory
+    // events, a bit a sync manager
+    output logic [ecat_pkg::SYNC_MANAGERS-1:0] for_application_o,  // begins
+    output logic [ecat_pkg::SYNC_MANAGERS-1:0] application_done_o, // ends
+    output logic [ecat_pkg::SYNC_MANAGERS-1:0] for_master_o,
+    output logic [ecat_pkg::SYNC_MANAGERS-1:0] master_done_o,
+    output logic        changed_o,        // the master has set one up
+    output logic        watchdog_o        // its write restarts the watchdog
+);
+
+  localparam int unsigned N = ecat_pkg::SYNC_MANAGERS;
+  localparam logic [2:0] StartLow = 3'd0;
+  localparam logic [2:0] StartHigh = 3'd1;
+  localparam logic [2:0] LengthLow = 3'd2;
+  localparam logic [2:0] LengthHigh = 3'd3;
+  localparam logic [2:0] Control = 3'd4;
+  localparam logic [2:0] Activate = 3'd6;
+  localparam logic [2:0] Side = 3'd7;
+
+  logic       here, crosses;
+  logic [7:0] high_part;
+  logic [N-1:0] hit_q, begin_q, end_q, boxes, master_writes, full, enabled, triggers, master_events, pdi_events;
+  logic [N-1:0] read_allowed, write_allowed, opens, written, taken;
+  logic [2*N-1:0] writer, reader;
+  logic [16*N-1:0] lengths;
+  ecat_pkg::access_t access_q;
+  logic [15:0] address_q;
+
+  assign here = register_i.write && register_i.address[11:6] == esc_regmap_pkg::REG_SM_START[11:6];
+  assign high_part = 8'(({8'd0, window_i.mask} << window_i.shift) >> 8);
+  assign crosses = !window_i.high && high_part != '0;
+
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) access_q <= '0;
+    else access_q <= access_i;
+  end
+  always_ff @(posedge clk_i) address_q <= window_i.address;
+
+  for (genvar n = 0; n < N; n++) begin : gen_manager
+    logic [15:0] start_q, length_q, distance;
+    logic [7:0]  control_q;
+    logic [1:0]  activate_q, side_q, last;
+    logic        mine, is_written, is_read;
+
+    assign mine = here && register_i.address[5:3] == 3'(n);
+    always_ff @(posedge clk_i or negedge rst_ni) begin
+      if (!rst_ni) begin
+        start_q    <= '0;
+        length_q   <= '0;
+        control_q  <= '0;
+        activate_q <= '0;
+        side_q     <= '0;
+      end else if (mine) begin
+        case (register_i.address[2:0])
+          StartLow: start_q[7:0] <= register_i.data;
+          StartHigh: start_q[15:8] <= register_i.data;
+          LengthLow: length_q[7:0] <= register_i.data;
+          LengthHigh: length_q[15:8] <= register_i.data;
+          Control: control_q <= register_i.data;
+          Activate: activate_q <= register_i.data[1:0];
+          Side: side_q <= register_i.data[1:0];
+          default: ;
+        endcase
+      end
+    end
+
+    assign enabled[n]       = activate_q[0] && !side_q[0];
+    assign boxes[n]         = control_q[1];
+    assign master_writes[n] = control_q[2];
+    assign master_events[n] = control_q[4];
+    assign pdi_events[n]    = control_q[5];
+    assign triggers[n]      = control_q[6];
+    assign lengths[16*n+:16] = length_q;
+
+    // First clock: whether the byte is guarded.
+    assign distance = window_i.address - start_q;
+    always_ff @(posedge clk_i or negedge rst_ni) begin
+      if (!rst_ni) begin
+        hit_q[n]   <= 1'b0;
+        begin_q[n] <= 1'b0;
+        end_q[n]   <= 1'b0;
+      end else begin
+        hit_q[n]   <= enabled[n] && distance < length_q;
+        begin_q[n] <= enabled[n] && distance == '0;
+        end_q[n]   <= enabled[n] && (distance == length_q - 1'b1 || (crosses && distance + 16'd2 == length_q));
+      end
+    end
+
+    // Second: whether this side may, and what follows.
+    assign read_allowed[n]  = (access_q.application == master_writes[n]) && (!boxes[n] || full[n]);
+    assign write_allowed[n] = (access_q.application != master_writes[n]) && (!boxes[n] || !full[n]);
+    assign opens[n] = access_q.valid && access_q.read && !access_q.commit && hit_q[n] && begin_q[n] && read_allowed[n];
+    assign written[n] = access_q.valid && access_q.write && !access_q.frame && hit_q[n] && end_q[n]
+                        && (access_q.commit || write_allowed[n]);
+    assign taken[n] = access_q.valid && access_q.read && !access_q.frame && hit_q[n] && end_q[n]
+                      && (access_q.commit || read_allowed[n]);
+
+    ecat_buffers u_buffers (
+        .clk_i, .rst_ni,
+        .clear_i  (!enabled[n]),
+        .mailbox_i(boxes[n]),
+        .opens_i  (opens[n]),
+        .written_i(written[n]),
+        .read_i   (taken[n]),
+        .writer_o (writer[2*n+:2]),
+        .reader_o (reader[2*n+:2]),
+        .last_o   (last),
+        .full_o   (full[n]),
+        .written_o(is_written),
+        .read_o   (is_read)
+    );
+
+    // Register STATUS.
+    assign status_o[8*n+:8] = {2'b00, last, full[n], 1'b0, is_read, is_written};
+
+    logic unused_bits;
+    assign unused_bits = &{control_q[7], control_q[3], control_q[0], activate_q[1], side_q[1]};
+  end
+
+  // The guarding one, the lowest of those that overlap; where its buffer lies.
+  logic [1:0]  buffer;
+  logic [15:0] length;
+  logic        guarded;
+  always_comb begin
+    buffer  = 2'd0;
+    length  = '0;
+    guarded = 1'b0;
+    read_o  = 1'b1;
+    write_o = 1'b1;
+    ends_o  = 1'b0;
+    for (int n = N - 1; n >= 0; n--) begin
+      if (hit_q[n]) begin
+        guarded = 1'b1;
+        buffer  = (access_q.application == master_writes[n]) ? reader[2*n+:2] : writer[2*n+:2];
+        length  = lengths[16*n+:16];
+        read_o  = read_allowed[n];
+        write_o = write_allowed[n];
+        ends_o  = end_q[n];
+      end
+    end
+    if (access_q.commit) begin
+      read_o  = 1'b1;
+      write_o = 1'b1;
+    end
+  end
+  assign address_o = address_q + (guarded && buffer[0] ? length : 16'd0)
+                     + (guarded && buffer[1] ? {length[14:0], 1'b0} : 16'd0);
+
+  assign for_application_o  = (access_q.commit ? written | taken : '0) & pdi_events;
+  assign application_done_o = access_q.application ? written | taken : '0;
+  assign for_master_o       = (access_q.application ? written | taken : '0) & master_events;
+  assign master_done_o      = access_q.commit ? written | taken : '0;
+  assign watchdog_o         = |(written & triggers & {N{access_q.commit}});
+  assign changed_o          = here && !register_i.application
+                              && (register_i.address[2:0] == Activate || register_i.address[2:0] == Control);
+
+  logic unused;
+  assign unused = &{register_i.read, access_q.data, window_i.high};
+
+endmodule

@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: Apache-2.0
+// A line of slave controllers with a C interface: frames in and out at the master's ports, the application's port of
+// each, and a service that joins the master's first port to the file descriptor of a TAP device.
+#include <poll.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cstdio>
+#include <string>
+
+#include "Vethercat_slave.h"
+#include "ring.h"
+
+#define EXPORT extern "C" __attribute__((visibility("default")))
+
+using Line = Ring<Vethercat_slave>;
+
+namespace {
+
+uint32_t check_sequence(const uint8_t* bytes, size_t n) {
+  uint32_t state = ~0u;
+  for (size_t i = 0; i < n; ++i) {
+    state ^= bytes[i];
+    for (int k = 0; k < 8; ++k) state = state >> 1 ^ (state & 1 ? 0xEDB88320u : 0);
+  }
+  return ~state;
+}
+
+std::vector<uint8_t> nibbles_of(const uint8_t* bytes, size_t n) {
+  std::vector<uint8_t> nibbles;
+  for (size_t i = 0; i < n; ++i) {
+    nibbles.push_back(bytes[i] & 0xF);
+    nibbles.push_back(bytes[i] >> 4);
+  }
+  return nibbles;
+}
+
+// An access of the application, and what is to happen with its data.
+struct Access {
+  bool write;
+  uint16_t address;
+  uint8_t enable;
+  uint32_t data;
+  std::function<void(uint32_t)> then;
+};
+
+// Works off accesses at a slave's Avalon port, one at a time.
+class Application {
+ public:
+  std::deque<Access> queue;
+  uint16_t outputs = 0, inputs = 0, length = 0;  // of the process data to copy; length 0: nothing
+  uint64_t copied = 0;
+
+  void before_edge(Line::Slave& slave) {
+    auto* top = slave.top.get();
+    if (active_) {
+      top->eval();
+      if (!top->avs_waitrequest_o) {
+        const Access done = queue.front();
+        queue.pop_front();
+        const uint32_t data = top->avs_readdata_o;
+        finishing_ = true;
+        active_ = false;
+        if (done.then) done.then(data);
+        return;
+      }
+      return;
+    }
+    if (finishing_) {
+      finishing_ = false;
+      top->avs_read_i = top->avs_write_i = 0;
+      return;
+    }
+    if (queue.empty() && length && top->irq_o) copy();
+    if (queue.empty()) return;
+    const Access& next = queue.front();
+    top->avs_address_i = next.address / 4;
+    top->avs_read_i = !next.write;
+    top->avs_write_i = next.write;
+    top->avs_byteenable_i = next.enable;
+    top->avs_writedata_i = next.data;
+    active_ = true;
+  }
+
+ private:
+  // The outputs go back as inputs: a loop that a master can see.
+  void copy() {
+    for (uint16_t at = 0; at < length; at += 4) {
+      const uint8_t enable = length - at >= 4 ? 0xF : (1 << (length - at)) - 1;
+      queue.push_back({false, uint16_t(outputs + at), enable, 0, [this, at, enable](uint32_t data) {
+                         pending_.push_back({true, uint16_t(inputs + at), enable, data, nullptr});
+                         if (at + 4 >= length) {
+                           for (auto& access : pending_) queue.push_back(access);
+                           pending_.clear();
+                           ++copied;
+                         }
+                       }});
+    }
+  }
+
+  bool active_ = false, finishing_ = false;
+  std::vector<Access> pending_;
+};
+
+struct Bus {
+  Line line;
+  std::vector<std::unique_ptr<Application>> applications;
+  std::atomic<bool> stop{false};
+  uint64_t sent = 0, returned = 0;
+  FILE* capture = nullptr;
+
+  Bus(const std::vector<double>& ppm, uint64_t cable, bool closed) : line(ppm, cable, closed) {
+    for (auto& slave : line.slaves) {
+      applications.push_back(std::make_unique<Application>());
+      Application* application = applications.back().get();
+      slave->top->avs_read_i = slave->top->avs_write_i = 0;
+      slave->application = [application](Line::Slave& s) { application->before_edge(s); };
+    }
+  }
+
+  ~Bus() {
+    if (capture) std::fclose(capture);
+  }
+
+  // A packet of a pcap file with times in nanoseconds.
+  void record(const uint8_t* bytes, uint32_t n, uint64_t time_ps) {
+    if (!capture) return;
+    const uint32_t head[4] = {uint32_t(time_ps / 1000000000000ull), uint32_t(time_ps / 1000 % 1000000000ull), n, n};
+    std::fwrite(head, sizeof head, 1, capture);
+    std::fwrite(bytes, n, 1, capture);
+  }
+};
+
+}  // namespace
+
+EXPORT Bus* bus_new(unsigned n, const double* ppm, uint64_t cable_ps, int closed) {
+  return new Bus(std::vector<double>(ppm, ppm + n), cable_ps, closed);
+}
+EXPORT void bus_delete(Bus* bus) { delete bus; }
+EXPORT void bus_run(Bus* bus, uint64_t ns) { bus->line.run(ns * 1000); }
+EXPORT uint64_t bus_now(Bus* bus) { return bus->line.now; }
+EXPORT void bus_cable(Bus* bus, unsigned i, int plugged) { bus->line.cable(i, plugged); }
+
+// A frame of nibbles from the start delimiter on, `gap` nibbles behind the last.
+EXPORT void bus_send(Bus* bus, int port, const uint8_t* nibbles, unsigned n, int error_at, unsigned gap) {
+  bus->line.send[port].send(std::vector<uint8_t>(nibbles, nibbles + n), error_at, gap);
+}
+
+EXPORT int bus_sending(Bus* bus, int port) { return !bus->line.send[port].idle(); }
+
+// The oldest frame that came back; -1: none. times: of its first nibble and its end, in ps.
+EXPORT int bus_receive(Bus* bus, int port, uint8_t* nibbles, unsigned most, uint64_t* times) {
+  auto& frames = bus->line.received[port].frames;
+  if (frames.empty()) return -1;
+  const Frame& frame = frames.front();
+  const unsigned n = frame.nibbles.size();
+  std::memcpy(nibbles, frame.nibbles.data(), n < most ? n : most);
+  times[0] = frame.began;
+  times[1] = frame.ended;
+  frames.pop_front();
+  return n;
+}
+
+// Access of the application of slave i; runs the line until it is done, 0 if that takes 1 ms.
+EXPORT int bus_access(Bus* bus, unsigned i, int write, uint16_t address, uint8_t enable, uint32_t* data) {
+  bool done = false;
+  bus->applications.at(i)->queue.push_back({bool(write), address, enable, *data, [&](uint32_t read) {
+                                              *data = read;
+                                              done = true;
+                                            }});
+  for (int n = 0; n < 10000 && !done; ++n) bus->line.run(100000);
+  return done;
+}
+
+// From now on the outputs of slave i are copied to its inputs whenever its interrupt is there.
+EXPORT void bus_copy(Bus* bus, unsigned i, uint16_t outputs, uint16_t inputs, uint16_t length) {
+  Application& application = *bus->applications.at(i);
+  application.outputs = outputs;
+  application.inputs = inputs;
+  application.length = length;
+}
+
+EXPORT uint64_t bus_time(Bus* bus, unsigned i) { return bus->line.slaves.at(i)->top->time_o; }
+EXPORT unsigned bus_sync(Bus* bus, unsigned i) { return bus->line.slaves.at(i)->top->sync_o; }
+EXPORT uint64_t bus_clocks(Bus* bus, unsigned i) { return bus->line.slaves.at(i)->clocks; }
+
+// A pcap file of what passes the master's first port in bus_serve; 0 if it cannot be written.
+EXPORT int bus_capture(Bus* bus, const char* path) {
+  bus->capture = std::fopen(path, "wb");
+  if (!bus->capture) return 0;
+  const uint32_t magic_ns = 0xA1B23C4D;
+  const uint16_t version[2] = {2, 4};
+  const uint32_t rest[4] = {0, 0, 65535, 1};
+  std::fwrite(&magic_ns, 4, 1, bus->capture);
+  std::fwrite(version, 4, 1, bus->capture);
+  std::fwrite(rest, sizeof rest, 1, bus->capture);
+  return 1;
+}
+
+EXPORT void bus_stop(Bus* bus) { bus->stop = true; }
+EXPORT uint64_t bus_count(Bus* bus, int which) { return which ? bus->returned : bus->sent; }
+
+// Joins the master's first port to `fd`, a TAP device that does not block, until bus_stop: what the master sends goes
+// to the line at once, what comes back whole and with a good check sequence goes to the master.
+EXPORT void bus_serve(Bus* bus, int fd) {
+  uint8_t bytes[2048];
+  while (!bus->stop) {
+    ssize_t n;
+    while ((n = read(fd, bytes, 1600)) > 0) {
+      while (n < 60) bytes[n++] = 0;
+      const uint32_t check = check_sequence(bytes, n);
+      std::memcpy(bytes + n, &check, 4);
+      bus->record(bytes, n, bus->line.now);
+      const auto nibbles = nibbles_of(bytes, n + 4);
+      bus->line.send[0].send(nibbles, -1, GAP_NIBBLES);
+      ++bus->sent;
+    }
+    bus->line.run(1000000);
+    auto& frames = bus->line.received[0].frames;
+    while (!frames.empty()) {
+      const Frame& frame = frames.front();
+      std::vector<uint8_t> back;
+      for (size_t i = 0; i + 1 < frame.nibbles.size(); i += 2) {
+        back.push_back(frame.nibbles[i] | frame.nibbles[i + 1] << 4);
+      }
+      uint32_t check;
+      if (back.size() >= 64 && frame.nibbles.size() % 2 == 0) {
+        std::memcpy(&check, back.data() + back.size() - 4, 4);
+        if (check == check_sequence(back.data(), back.size() - 4)) {
+          bus->record(back.data(), back.size() - 4, frame.ended);
+          if (write(fd, back.data(), back.size() - 4) > 0) ++bus->returned;
+        }
+      }
+      frames.pop_front();
+    }
+  }
+}
