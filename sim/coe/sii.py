@@ -11,7 +11,7 @@ import struct
 
 from sim.coe.dictionary import TYPES, Device, Pdo
 
-BYTES = 4096
+BYTES = 2048
 CATEGORIES = 0x80  # byte where they begin
 STRINGS, GENERAL, FMMU, SYNC_MANAGER, TX_PDO, RX_PDO, CLOCK, END = (
     10,

@@ -30,7 +30,7 @@ const struct entry dictionary_entries[] = {
     {"Serial number", 0, 0, 0x1u, 0x0u, 0x0u, OWN(serial), 4, 4, 0x07, ENTRY_STORED},
     {"Number of entries", 0, 0, 0x2u, 0x0u, 0x0u, 0, 1, 0, 0x05, 0},
     {"Local error reaction", 0, values0, 0x1u, 0x0u, 0x0u, OWN(local_error_reaction), 4, 1, 0x07, ENTRY_WRITE | ENTRY_STORED},
-    {"Sync error counter limit", 0, 0, 0x4u, 0x0u, 0x3E8u, OWN(sync_error_limit), 2, 2, 0x06, ENTRY_WRITE | ENTRY_LIMITS | ENTRY_STORED},
+    {"Sync error counter limit", 0, 0, 0x14u, 0x0u, 0x3E8u, OWN(sync_error_limit), 2, 2, 0x06, ENTRY_WRITE | ENTRY_LIMITS | ENTRY_STORED},
     {"Number of entries", 0, 0, 0x8u, 0x0u, 0x0u, OWN(map[0][0].count), 1, 0, 0x05, ENTRY_WRITE | ENTRY_PREOP | ENTRY_STORED},
     {"Entry 1", 0, 0, 0x60400010u, 0x0u, 0x0u, OWN(map[0][0].entry[0]), 4, 1, 0x07, ENTRY_WRITE | ENTRY_PREOP | ENTRY_STORED},
     {"Entry 2", 0, 0, 0x60600008u, 0x0u, 0x0u, OWN(map[0][0].entry[1]), 4, 2, 0x07, ENTRY_WRITE | ENTRY_PREOP | ENTRY_STORED},

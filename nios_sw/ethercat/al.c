@@ -1,0 +1,168 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Application layer state machine, see al.h. */
+#include "al.h"
+
+#include "application.h"
+#include "dictionary.h"
+#include "esc.h"
+#include "mailbox.h"
+#include "pdo.h"
+
+static uint8_t state;
+static uint16_t code;
+static bool waiting; /* SAFEOP, OP asked for: outputs have not come yet */
+static bool outputs_seen;
+static uint32_t waiting_since;
+static uint16_t process_bytes[2];
+
+uint8_t al_state(void) { return state; }
+uint16_t al_code(void) { return code; }
+uint16_t al_process_bytes(int side) { return process_bytes[side]; }
+void al_outputs_seen(void) { outputs_seen = true; }
+
+static void publish(void) {
+  esc_write16(ESC_AL_STATUS_CODE, code);
+  esc_write16(ESC_AL_STATUS, code ? state | AL_ERROR : state);
+}
+
+static void enter(uint8_t next) {
+  uint8_t before = state;
+  state = next;
+  waiting = false;
+  if (before == AL_OP && next != AL_OP) application_leave_op(code == AL_WATCHDOG);
+  if (next == AL_OP) application_enter_op();
+  if (next < AL_SAFEOP) outputs_seen = false;
+  if (next == AL_INIT) mailbox_stop();
+  if (before == AL_INIT && next == AL_PREOP) mailbox_start();
+}
+
+void al_start(void) {
+  state = AL_INIT;
+  code = 0;
+  waiting = outputs_seen = false;
+  mailbox_stop();
+  publish();
+}
+
+void al_fault(uint16_t why) {
+  code = why;
+  if (state == AL_OP) enter(AL_SAFEOP);
+  waiting = false;
+  publish();
+}
+
+/* Whether sync manager n is set up like this; mode: its buffers and direction. */
+static bool is_set_up(int n, uint16_t start, uint16_t bytes, uint8_t mode) {
+  uint8_t found[8];
+  esc_read(ESC_SM_START(n), found, sizeof found);
+  if (bytes == 0) return !(found[6] & ESC_SM_ACTIVATE_ENABLE_MASK);
+  return found[6] & ESC_SM_ACTIVATE_ENABLE_MASK && (found[0] | found[1] << 8) == start &&
+         (found[2] | found[3] << 8) == bytes &&
+         (found[4] & (ESC_SM_CONTROL_MODE_MASK | ESC_SM_CONTROL_DIRECTION_MASK)) == mode;
+}
+
+static bool has_mailbox(void) {
+  return is_set_up(0, MAILBOX_OUT, MAILBOX_BYTES, 0x06) && is_set_up(1, MAILBOX_IN, MAILBOX_BYTES, 0x02);
+}
+
+static uint16_t check_process_data(void) {
+  if (!is_set_up(2, PROCESS_OUTPUTS, process_bytes[PDO_RX], 0x04)) return AL_INVALID_OUTPUTS;
+  if (!is_set_up(3, PROCESS_INPUTS, process_bytes[PDO_TX], 0x00)) return AL_INVALID_INPUTS;
+  return 0;
+}
+
+static uint16_t check_clock(void) {
+  uint8_t active = esc_read8(ESC_SYNC_ACTIVATION);
+  uint32_t cycle = esc_read32(ESC_SYNC0_CYCLE);
+  bool sync0 = active & ESC_SYNC_ACTIVATION_CYCLIC_MASK && active & ESC_SYNC_ACTIVATION_SYNC0_MASK;
+  if (objects.output_sync.type == 2 && !sync0) return AL_INVALID_SYNC;
+  if (sync0 && (cycle < CYCLE_US * 1000u || cycle % (CYCLE_US * 1000u))) return AL_INVALID_CYCLE;
+  return 0;
+}
+
+/* PREOP to SAFEOP. */
+static uint16_t check_safeop(void) {
+  uint16_t found;
+  process_bytes[PDO_RX] = pdo_prepare(PDO_RX);
+  process_bytes[PDO_TX] = pdo_prepare(PDO_TX);
+  if (process_bytes[PDO_TX] > PROCESS_BYTES) return AL_INPUT_MAPPING;
+  if (process_bytes[PDO_RX] > PROCESS_BYTES) return AL_OUTPUT_MAPPING;
+  if (!has_mailbox()) return AL_INVALID_SYNC_MANAGER;
+  found = check_process_data();
+  if (!found) found = check_clock();
+  return found;
+}
+
+static bool known(uint8_t wanted) {
+  return wanted == AL_INIT || wanted == AL_PREOP || wanted == AL_BOOT || wanted == AL_SAFEOP ||
+         wanted == AL_OP;
+}
+
+/* The code of the refusal, 0 if the state was entered or is being waited for. */
+static uint16_t change(uint8_t wanted, uint32_t now_ms) {
+  uint16_t found = 0;
+  if (!known(wanted)) return AL_UNKNOWN_STATE;
+  if (wanted == AL_BOOT) return state == AL_INIT ? AL_NO_BOOT : AL_INVALID_CHANGE;
+  if (wanted == state) {
+    waiting = false;
+    return 0;
+  }
+  if (wanted < state) {
+    enter(wanted);
+    return 0;
+  }
+  if (state == AL_INIT) {
+    if (wanted != AL_PREOP) return AL_INVALID_CHANGE;
+    if (!has_mailbox()) return AL_INVALID_MAILBOX;
+    enter(AL_PREOP);
+  } else if (state == AL_PREOP) {
+    if (wanted != AL_SAFEOP) return AL_INVALID_CHANGE;
+    found = check_safeop();
+    if (found) return found;
+    outputs_seen = false;
+    enter(AL_SAFEOP);
+    application_inputs(); /* so that the first read finds some */
+  } else {
+    waiting = true; /* OP, when outputs have come */
+    waiting_since = now_ms;
+  }
+  return 0;
+}
+
+static void request(uint16_t control, uint32_t now_ms) {
+  uint8_t wanted = control & 0xFu;
+  bool acknowledge = control & AL_ERROR;
+  uint16_t refusal;
+  if (code && !acknowledge && wanted > state) return; /* the error is to be acknowledged first */
+  if (acknowledge) code = 0;
+  refusal = change(wanted, now_ms);
+  if (refusal) code = refusal;
+  if (!waiting) publish();
+}
+
+/* A sync manager was changed by the master while it is in use. */
+static void check_changed(void) {
+  for (int n = 0; n < 4; ++n) (void)esc_read8(ESC_SM_ACTIVATE(n)); /* clears the event */
+  if (state >= AL_PREOP && !has_mailbox()) {
+    code = AL_INVALID_MAILBOX;
+    enter(AL_INIT);
+    publish();
+  } else if (state >= AL_SAFEOP && check_process_data()) {
+    code = check_process_data();
+    enter(AL_PREOP);
+    publish();
+  }
+}
+
+void al_step(uint32_t now_ms) {
+  uint32_t event = esc_read32(ESC_AL_EVENT);
+  if (event & ESC_AL_EVENT_SM_CHANGE_MASK) check_changed();
+  if (event & ESC_AL_EVENT_AL_CONTROL_MASK) request(esc_read16(ESC_AL_CONTROL), now_ms);
+  if (!waiting) return;
+  if (outputs_seen || process_bytes[PDO_RX] == 0) {
+    enter(AL_OP);
+    publish();
+  } else if (now_ms - waiting_since > SAFEOP_OP_TIMEOUT_MS) {
+    al_fault(AL_NO_OUTPUTS);
+  }
+}

@@ -1,0 +1,128 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The application behind the slave controller, see application.h. */
+#include "application.h"
+
+#include <string.h>
+
+#include "al.h"
+#include "axis.h"
+#include "coe.h"
+#include "dictionary.h"
+#include "esc.h"
+#include "mailbox.h"
+#include "pdo.h"
+
+#define CYCLES_PER_MS (1000u / CYCLE_US)
+#define SETTINGS 16 /* settings on their way to the law */
+#define COMMUNICATION 0x7500u
+
+static uint32_t cycles, since_outputs; /* of CYCLE_US */
+static uint8_t buffer[PROCESS_BYTES];
+static struct {
+  uint16_t index;
+  uint8_t subindex;
+} settings[SETTINGS];
+static uint8_t settings_first, settings_count;
+static uint32_t setting_number;
+
+void application_start(void) {
+  dictionary_reset();
+  cycles = since_outputs = setting_number = 0;
+  settings_count = 0;
+  for (int n = 0; n < AXES; ++n) axis_start(n);
+  al_start();
+}
+
+void application_written(uint16_t index, uint8_t subindex) {
+  if (index < 0x2000u || index > 0x2002u || settings_count == SETTINGS) return;
+  uint8_t last = (uint8_t)((settings_first + settings_count++) % SETTINGS);
+  settings[last].index = index;
+  settings[last].subindex = subindex;
+}
+
+void application_enter_op(void) {
+  since_outputs = 0;
+  for (int n = 0; n < AXES; ++n) axis_enter_op(n);
+}
+
+void application_leave_op(bool fault) {
+  for (int n = 0; n < AXES; ++n) axis_leave_op(n, fault ? COMMUNICATION : 0);
+  uint8_t mode = objects.output_error_mode;
+  objects.digital_outputs =
+      (uint8_t)((objects.digital_outputs & ~mode) | (objects.output_error_value & mode));
+}
+
+void application_inputs(void) {
+  uint16_t bytes = al_process_bytes(PDO_TX);
+  if (!bytes) return;
+  pdo_inputs(buffer);
+  esc_write(PROCESS_INPUTS, buffer, bytes);
+}
+
+/* Takes outputs that came; whether there were any in OP. */
+static bool take_outputs(uint32_t event) {
+  uint16_t bytes = al_process_bytes(PDO_RX);
+  uint16_t limit = objects.sync_error_limit;
+  uint32_t period;
+  if (event & (1u << 10) && bytes) { /* SM2 */
+    esc_read(PROCESS_OUTPUTS, buffer, bytes);
+    al_outputs_seen();
+    objects.output_sync.cycle = objects.input_sync.cycle = since_outputs * CYCLE_US * 1000u;
+    since_outputs = 0;
+    objects.output_sync.error = 0;
+    if (al_state() != AL_OP) return false;
+    pdo_outputs(buffer);
+    return true;
+  }
+  if (al_state() != AL_OP || !bytes) return false;
+  if (!(esc_read8(ESC_WATCHDOG_STATUS) & ESC_WATCHDOG_STATUS_ALIVE_MASK)) {
+    al_fault(AL_WATCHDOG);
+    return false;
+  }
+  period = axis_period(0);
+  if (since_outputs && since_outputs % period == 0 && objects.output_sync.missed < 0xFFFFu) {
+    ++objects.output_sync.missed;
+  }
+  if (limit && since_outputs == (limit + 1u) * period) {
+    objects.output_sync.error = 1;
+    for (int n = 0; n < AXES; ++n) axis_fault(n, COMMUNICATION);
+  }
+  return false;
+}
+
+static void send_setting(struct command *command) {
+  struct place place;
+  if (settings_count &&
+      !dictionary_locate(settings[settings_first].index, settings[settings_first].subindex, &place)) {
+    command->setting_index = settings[settings_first].index;
+    command->setting_subindex = settings[settings_first].subindex;
+    memcpy(&command->setting_value, place.data, sizeof command->setting_value);
+    settings_first = (uint8_t)((settings_first + 1) % SETTINGS);
+    --settings_count;
+    ++setting_number;
+  }
+  command->setting_number = setting_number;
+}
+
+void application_cycle(const struct feedback *feedback, struct command *command) {
+  uint8_t state = al_state(), any = 0;
+  bool fresh = false;
+  ++cycles;
+  if (since_outputs < 0xFFFFFFu) ++since_outputs;
+  if (state >= AL_SAFEOP) fresh = take_outputs(esc_read32(ESC_AL_EVENT));
+  memcpy(objects.pose, feedback->pose, sizeof objects.pose);
+  objects.digital_inputs = feedback->digital_inputs;
+  for (int n = 0; n < AXES; ++n) {
+    axis_cycle(n, &feedback->axis[n], fresh, &command->axis[n]);
+    any |= objects.axis[n].error_code != 0;
+  }
+  objects.error_register = any ? 0x21 : 0;
+  command->digital_outputs = objects.digital_outputs;
+  send_setting(command);
+  if (al_state() >= AL_SAFEOP) application_inputs();
+}
+
+void application_background(void) {
+  al_step(cycles / CYCLES_PER_MS);
+  mailbox_step();
+}

@@ -1,0 +1,27 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* One axis: modes of operation, set-points, supervision. Axes count from 0. */
+#ifndef ETHERCAT_AXIS_H
+#define ETHERCAT_AXIS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "application.h"
+
+#define MODE_PROFILE_POSITION 1
+#define MODE_HOMING 6
+#define MODE_CSP 8
+#define MODE_CSV 9
+#define MODE_CST 10
+
+void axis_start(int n);
+/* One control cycle; fresh: new outputs of the master have come. */
+void axis_cycle(int n, const struct axis_feedback *feedback, bool fresh, struct axis_command *command);
+void axis_enter_op(int n);
+/* OP is left: with an error code the axis faults, without it stops quickly. */
+void axis_leave_op(int n, uint16_t error);
+void axis_fault(int n, uint16_t error);
+/* Cycle of the master as object 60C2 tells it, in control cycles. */
+uint32_t axis_period(int n);
+
+#endif

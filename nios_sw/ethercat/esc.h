@@ -1,0 +1,36 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The slave controller (ESC) seen from the application: bytes by their address (gen/esc_regs.h). On the
+ * Nios II system esc_nios.c, on a host a double (tests/ethercat/esc_double.c). The order of accesses
+ * counts: an area of a sync manager is taken with its first byte and handed over with its last. */
+#ifndef ETHERCAT_ESC_H
+#define ETHERCAT_ESC_H
+
+#include <stdint.h>
+
+#include "gen/esc_regs.h"
+
+void esc_read(uint16_t address, void *to, uint16_t bytes);
+void esc_write(uint16_t address, const void *from, uint16_t bytes);
+
+static inline uint8_t esc_read8(uint16_t address) {
+  uint8_t value;
+  esc_read(address, &value, 1);
+  return value;
+}
+
+static inline uint16_t esc_read16(uint16_t address) {
+  uint16_t value;
+  esc_read(address, &value, 2);
+  return value;
+}
+
+static inline uint32_t esc_read32(uint16_t address) {
+  uint32_t value;
+  esc_read(address, &value, 4);
+  return value;
+}
+
+static inline void esc_write8(uint16_t address, uint8_t value) { esc_write(address, &value, 1); }
+static inline void esc_write16(uint16_t address, uint16_t value) { esc_write(address, &value, 2); }
+
+#endif

@@ -1,0 +1,76 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Interpolation of targets, see interpolator.h. */
+#include "interpolator.h"
+
+#define CYCLE 1024u
+
+/* Differences of targets wrap as positions do. */
+static int32_t minus(int32_t a, int32_t b) { return (int32_t)((uint32_t)a - (uint32_t)b); }
+static int32_t plus(int32_t a, int32_t b) { return (int32_t)((uint32_t)a + (uint32_t)b); }
+
+void interpolator_start(struct interpolator *ip, int32_t value, int32_t slope, uint32_t cycles) {
+  ip->p[1] = value;
+  ip->p[0] = minus(value, slope);
+  ip->p[2] = plus(value, slope);
+  ip->p[3] = plus(ip->p[2], slope);
+  ip->span = cycles * CYCLE;
+  ip->step = CYCLE;
+  ip->phase = 0;
+  ip->has_next = ip->running = false;
+  ip->missed = 0;
+}
+
+void interpolator_target(struct interpolator *ip, int32_t target) {
+  int32_t late = (int32_t)(ip->phase - ip->span / 2u);
+  ip->next = target;
+  ip->has_next = true;
+  if (!ip->running) {
+    ip->running = true;
+    ip->phase = ip->span / 2u;
+    return;
+  }
+  ip->step = CYCLE;
+  if (late > (int32_t)(ip->span / 4u)) ip->step = CYCLE - CYCLE / 512u;
+  if (late < -(int32_t)(ip->span / 4u)) ip->step = CYCLE + CYCLE / 512u;
+}
+
+static void shift(struct interpolator *ip) {
+  int32_t slope = minus(ip->p[3], ip->p[2]);
+  ip->p[0] = ip->p[1];
+  ip->p[1] = ip->p[2];
+  ip->p[2] = ip->p[3];
+  if (ip->has_next) {
+    ip->p[3] = ip->next;
+    ip->has_next = false;
+  } else {
+    ip->p[3] = plus(ip->p[2], slope);
+    if (ip->missed < 0xFFFFu) ++ip->missed;
+  }
+}
+
+void interpolator_step(struct interpolator *ip, struct interpolated *out) {
+  float d0, d1, d2, slope, bend, jump, s, offset, rate;
+  int32_t whole;
+  if (ip->running) {
+    ip->phase += ip->step;
+    if (ip->phase >= ip->span) {
+      ip->phase -= ip->span;
+      shift(ip);
+    }
+  }
+  d0 = (float)minus(ip->p[1], ip->p[0]);
+  d1 = (float)minus(ip->p[2], ip->p[1]);
+  d2 = (float)minus(ip->p[3], ip->p[2]);
+  slope = (d0 + d1) * 0.5f;
+  bend = d1 - d0;
+  jump = (d2 - d1) - bend;
+  s = (float)ip->phase / (float)ip->span;
+  offset = s * (slope + s * (bend * 0.5f + s * jump * (-1.5f + s * (2.5f - s))));
+  whole = (int32_t)offset;
+  out->whole = plus(ip->p[1], whole);
+  out->part = offset - (float)whole;
+  rate = (float)ip->step * (1.0f / CYCLE);
+  if (!ip->running) rate = 0.0f;
+  out->slope = rate * (slope + s * (bend + s * jump * (-4.5f + s * (10.0f - 5.0f * s))));
+  out->bend = rate * rate * (bend + s * jump * (-9.0f + s * (30.0f - 20.0f * s)));
+}

@@ -1,0 +1,18 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Process data: what the objects 1C12, 1C13, 16xx and 1Axx map. Whole bytes only. */
+#ifndef ETHERCAT_PDO_H
+#define ETHERCAT_PDO_H
+
+#include <stdint.h>
+
+#define PDO_RX 0 /* from the master */
+#define PDO_TX 1
+
+/* Abort code for writing `value` to an object of the mapping, 0 for any other object. */
+uint32_t pdo_check(uint16_t index, uint8_t subindex, uint32_t value);
+/* Prepares the exchange as mapped now; bytes of the direction. */
+uint16_t pdo_prepare(int side);
+void pdo_outputs(const uint8_t *from);
+void pdo_inputs(uint8_t *to);
+
+#endif

@@ -1,0 +1,136 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Profile position, see profile.h. A move is planned while the one before still runs: it begins
+ * PLAN_CYCLES later, from where that one will be then. */
+#include "profile.h"
+
+#include <math.h>
+
+#define CYCLE_S (CYCLE_US * 1e-6f)
+#define CYCLES_PER_MS (1000u / CYCLE_US)
+#define PLAN_CYCLES 8
+#define NEW_TARGET 0x10u
+#define AT_ONCE 0x20u
+#define RELATIVE 0x40u
+
+int32_t saturated(float value) {
+  if (value >= 2147483520.0f) return 2147483520;
+  return value <= -2147483520.0f ? -2147483520 : (int32_t)value;
+}
+
+void setpoint_advance(struct setpoint *point, float way) {
+  float sum = point->part + way;
+  int32_t whole = saturated(sum);
+  point->whole = (int32_t)((uint32_t)point->whole + (uint32_t)whole);
+  point->part = sum - (float)whole;
+}
+
+void setpoint_brake(struct setpoint *point, float deceleration, float cycle) {
+  float step = deceleration * cycle, before = point->velocity;
+  if (fabsf(before) <= step) {
+    point->velocity = 0.0f;
+  } else {
+    point->velocity = before > 0.0f ? before - step : before + step;
+  }
+  point->acceleration = (point->velocity - before) / cycle;
+  setpoint_advance(point, (before + point->velocity) * (0.5f * cycle));
+}
+
+void profile_start(struct profile *profile) {
+  profile->planning = 0;
+  profile->moving = profile->has_next = profile->acknowledged = false;
+  profile->reached = true;
+  profile->within = 0;
+}
+
+int32_t profile_wanted(const struct profile *profile, const struct axis_objects *o, int32_t home) {
+  uint32_t from = (uint32_t)o->position_demand;
+  if (!(o->controlword & RELATIVE)) return o->target_position;
+  if (profile->moving || profile->planning) from = (uint32_t)profile->goal + (uint32_t)home;
+  return (int32_t)(from + (uint32_t)o->target_position);
+}
+
+void profile_target(struct profile *profile, const struct axis_objects *o, int32_t target, int32_t home) {
+  uint32_t speed = o->profile_velocity < o->max_velocity ? o->profile_velocity : o->max_velocity;
+  if (profile->has_next && !(o->controlword & AT_ONCE)) return; /* one waits already: not acknowledged */
+  profile->next = (int32_t)((uint32_t)target - (uint32_t)home);
+  profile->has_next = true;
+  profile->at_once = o->controlword & AT_ONCE;
+  profile->limits.velocity = (float)speed;
+  profile->limits.acceleration = (float)o->profile_acceleration;
+  profile->limits.jerk = (float)o->profile_jerk * 1000.0f;
+  profile->acknowledged = true;
+  profile->reached = false;
+}
+
+/* Where the set-point will be when the planned move begins. */
+static void begin_plan(struct profile *profile, const struct setpoint *point) {
+  struct scurve_state state = {0.0f, 0.0f, 0.0f};
+  struct setpoint then = *point;
+  if (profile->moving) {
+    struct scurve ahead = profile->move;
+    bool on = true;
+    for (int i = 0; i < PLAN_CYCLES && on; ++i) on = scurve_next(&ahead, CYCLE_S, &state);
+    then.whole = on ? profile->origin : profile->goal;
+    then.part = on ? profile->origin_part : 0.0f;
+    if (!on) state = (struct scurve_state){0.0f, 0.0f, 0.0f};
+    setpoint_advance(&then, state.x);
+  }
+  profile->plan_origin = then.whole;
+  profile->plan_origin_part = then.part;
+  profile->has_next = false;
+  profile->planning = PLAN_CYCLES;
+  scurve_begin(&profile->plan,
+               (float)(int32_t)((uint32_t)profile->next - (uint32_t)then.whole) - then.part, state.v,
+               state.a, &profile->limits);
+}
+
+void profile_cycle(struct profile *profile, const struct axis_objects *o, struct setpoint *point) {
+  struct scurve_state state;
+  if (!(o->controlword & NEW_TARGET) && !profile->has_next) profile->acknowledged = false;
+  if (!profile->moving && point->velocity != 0.0f) {
+    setpoint_brake(point, (float)o->profile_acceleration, CYCLE_S);
+    return;
+  }
+  if (profile->has_next && !profile->planning && (!profile->moving || profile->at_once)) {
+    begin_plan(profile, point);
+  }
+  if (profile->planning) {
+    scurve_search(&profile->plan, SCURVE_STEPS / PLAN_CYCLES);
+    if (--profile->planning == 0) {
+      scurve_finish(&profile->plan, &profile->move);
+      profile->origin = profile->plan_origin;
+      profile->origin_part = profile->plan_origin_part;
+      profile->goal = profile->next;
+      profile->moving = true;
+      point->whole = profile->origin;
+      point->part = profile->origin_part;
+      point->velocity = profile->plan.start.v;
+      point->acceleration = profile->plan.start.a;
+      return;
+    }
+  }
+  if (!profile->moving) return;
+  if (scurve_next(&profile->move, CYCLE_S, &state)) {
+    point->whole = profile->origin;
+    point->part = profile->origin_part;
+    setpoint_advance(point, state.x);
+    point->velocity = state.v;
+    point->acceleration = state.a;
+  } else {
+    *point = (struct setpoint){.whole = profile->goal};
+    profile->moving = false;
+  }
+}
+
+void profile_watch(struct profile *profile, const struct axis_objects *o, int32_t actual) {
+  int32_t away = (int32_t)((uint32_t)profile->goal - (uint32_t)actual);
+  uint32_t size = away < 0 ? 0u - (uint32_t)away : (uint32_t)away;
+  if (profile->moving || profile->has_next || profile->planning) {
+    profile->within = 0;
+    profile->reached = false;
+  } else if (!profile->reached && size <= o->position_window) {
+    profile->reached = profile->within++ >= o->position_window_time * CYCLES_PER_MS;
+  } else if (!profile->reached) {
+    profile->within = 0;
+  }
+}

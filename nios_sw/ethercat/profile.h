@@ -1,0 +1,45 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Set-point of an axis, and the mode profile position: targets one after the other or at once, each
+ * reached by a jerk-limited move (scurve.h). */
+#ifndef ETHERCAT_PROFILE_H
+#define ETHERCAT_PROFILE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "dictionary.h"
+#include "scurve.h"
+
+struct setpoint {
+  int32_t whole;
+  float part;         /* |part| < 1 */
+  float velocity;     /* increments/s */
+  float acceleration; /* increments/s2 */
+};
+
+struct profile {
+  struct scurve move;
+  struct scurve_plan plan;
+  int32_t origin, goal, next; /* of the move under way, of the one planned or to be planned; raw */
+  int32_t plan_origin;
+  float origin_part, plan_origin_part;
+  struct scurve_limits limits;
+  uint8_t planning;           /* cycles until the planned move begins, 0: nothing is planned */
+  bool moving, has_next, at_once, acknowledged, reached;
+  uint32_t within;            /* cycles in the position window */
+};
+
+void setpoint_advance(struct setpoint *point, float way);
+/* Less speed by this deceleration, for one control cycle. */
+void setpoint_brake(struct setpoint *point, float deceleration, float cycle);
+int32_t saturated(float value);
+
+void profile_start(struct profile *profile);
+/* The target that the objects ask for, in the master's positions. */
+int32_t profile_wanted(const struct profile *profile, const struct axis_objects *o, int32_t home);
+/* A new set-point (rising bit 4 of the controlword). */
+void profile_target(struct profile *profile, const struct axis_objects *o, int32_t target, int32_t home);
+void profile_cycle(struct profile *profile, const struct axis_objects *o, struct setpoint *point);
+void profile_watch(struct profile *profile, const struct axis_objects *o, int32_t actual);
+
+#endif

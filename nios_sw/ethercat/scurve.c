@@ -1,0 +1,112 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Jerk-limited move, see scurve.h. */
+#include "scurve.h"
+
+#include <math.h>
+
+static struct scurve_state after(const struct scurve_state *s, float jerk, float t) {
+  struct scurve_state end;
+  end.x = s->x + t * (s->v + t * (s->a * 0.5f + t * jerk * (1.0f / 6.0f)));
+  end.v = s->v + t * (s->a + t * jerk * 0.5f);
+  end.a = s->a + t * jerk;
+  return end;
+}
+
+/* From `from` to speed v with acceleration 0 in the least time: durations and jerks of three phases, and
+ * the state at the end. */
+static struct scurve_state change_speed(const struct scurve_state *from, float v,
+                                        const struct scurve_limits *limits, float *duration,
+                                        float *jerk) {
+  float j = limits->jerk, most = limits->acceleration;
+  float sign = v >= from->v + from->a * fabsf(from->a) / (2.0f * j) ? 1.0f : -1.0f;
+  float a = sign * from->a, change = sign * (v - from->v);
+  float square = j * change + a * a * 0.5f, peak;
+  struct scurve_state s = *from;
+  if (a > most) most = a; /* limits were lowered in motion */
+  peak = square > 0.0f ? sqrtf(square) : 0.0f;
+  duration[1] = 0.0f;
+  if (peak > most) {
+    peak = most;
+    duration[1] = (change - (most * most - a * a * 0.5f) / j) / most;
+    if (duration[1] < 0.0f) duration[1] = 0.0f;
+  }
+  duration[0] = (peak - a) / j;
+  if (duration[0] < 0.0f) duration[0] = 0.0f;
+  duration[2] = peak / j;
+  jerk[0] = sign * j;
+  jerk[1] = 0.0f;
+  jerk[2] = -sign * j;
+  for (int i = 0; i < 3; ++i) s = after(&s, jerk[i], duration[i]);
+  s.v = v;
+  s.a = 0.0f;
+  return s;
+}
+
+/* Length of the move with this peak speed and no cruise. */
+static float length_with(const struct scurve_plan *plan, float peak) {
+  float duration[3], jerk[3];
+  struct scurve_state s = change_speed(&plan->start, peak, &plan->limits, duration, jerk);
+  return change_speed(&s, 0.0f, &plan->limits, duration, jerk).x;
+}
+
+void scurve_begin(struct scurve_plan *plan, float length, float v, float a,
+                  const struct scurve_limits *limits) {
+  plan->limits = *limits;
+  plan->start = (struct scurve_state){0.0f, v, a};
+  plan->length = length;
+  plan->low = -limits->velocity;
+  plan->high = limits->velocity;
+  plan->steps = SCURVE_STEPS;
+}
+
+bool scurve_search(struct scurve_plan *plan, uint8_t steps) {
+  if (plan->steps == SCURVE_STEPS) {
+    if (length_with(plan, plan->high) <= plan->length) plan->low = plan->high;
+    if (length_with(plan, plan->low) >= plan->length) plan->high = plan->low;
+  }
+  while (steps && plan->steps) {
+    float middle = (plan->low + plan->high) * 0.5f;
+    if (length_with(plan, middle) <= plan->length) {
+      plan->low = middle;
+    } else {
+      plan->high = middle;
+    }
+    --steps;
+    --plan->steps;
+  }
+  return plan->steps == 0;
+}
+
+/* The peak is taken on the side of less speed, so that a cruise closes the gap that is left. */
+void scurve_finish(const struct scurve_plan *plan, struct scurve *move) {
+  float peak = plan->high > 0.0f ? plan->low : plan->high, gap;
+  struct scurve_state s = change_speed(&plan->start, peak, &plan->limits, move->duration, move->jerk);
+  gap = plan->length - length_with(plan, peak);
+  move->duration[3] = gap * peak > 0.0f ? gap / peak : 0.0f;
+  move->jerk[3] = 0.0f;
+  s = after(&s, 0.0f, move->duration[3]);
+  change_speed(&s, 0.0f, &plan->limits, move->duration + 4, move->jerk + 4);
+  s = plan->start;
+  for (int i = 0; i < SCURVE_PHASES; ++i) {
+    move->at[i] = s;
+    s = after(&s, move->jerk[i], move->duration[i]);
+    if (i == 2 || i == 3) s.a = 0.0f, s.v = peak;
+  }
+  move->phase = 0;
+  move->cycle = 0;
+  move->late = 0.0f;
+}
+
+bool scurve_next(struct scurve *move, float cycle, struct scurve_state *state) {
+  float t;
+  ++move->cycle;
+  t = (float)move->cycle * cycle - move->late;
+  while (move->phase < SCURVE_PHASES && t > move->duration[move->phase]) {
+    t -= move->duration[move->phase++];
+    move->late = cycle - t;
+    move->cycle = 1;
+  }
+  if (move->phase == SCURVE_PHASES) return false;
+  *state = after(&move->at[move->phase], move->jerk[move->phase], t);
+  return true;
+}

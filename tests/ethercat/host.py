@@ -1,0 +1,293 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The application of the device on the bus, compiled for this machine, with a double of the slave
+controller in place of the hardware: what a master does to registers and memory, without frames.
+
+`Host` is one device. Its machine is ideal: an axis with power is where its set-point says, unless a
+test holds it (`held`) or moves it (`positions`).
+"""
+
+from __future__ import annotations
+
+import ctypes as ct
+import hashlib
+import os
+import struct
+import subprocess
+import tempfile
+from pathlib import Path
+
+from asip_asm.project import BUILD, ROOT
+from sim.coe.dictionary import TYPES, Device, load
+
+APPLICATION = ROOT / "nios_sw/ethercat"
+HERE = Path(__file__).parent
+FLAGS = ("-std=c11", "-Wall", "-Wextra", "-Werror", "-g", "-O1", "-ffp-contract=off")
+INCLUDES = (f"-I{ROOT}/nios_sw/include", f"-I{APPLICATION}", f"-I{HERE}")
+INIT, PREOP, BOOT, SAFEOP, OP, ERROR = 1, 2, 3, 4, 8, 16
+AXES = 5
+DEVICE: Device = load()
+
+
+def sources() -> list[Path]:
+    """The application without what only the Nios II system has."""
+    found = [*APPLICATION.glob("*.c"), *APPLICATION.glob("gen/*.c"), *HERE.glob("esc_double*.c")]
+    return sorted(path for path in found if not path.stem.endswith("_nios"))
+
+
+def build(name: str, *options: str, extra: tuple[Path, ...] = ()) -> Path:
+    """Compile once for each content of the sources."""
+    files = [*sources(), *extra]
+    headers = [*APPLICATION.glob("*.h"), *APPLICATION.glob("gen/*.h"), *HERE.glob("*.h")]
+    content = b"".join(p.read_bytes() for p in [*files, *sorted(headers)]) + str(options).encode()
+    place = BUILD / "ethercat" / f"{name}-{hashlib.sha256(content).hexdigest()[:16]}"
+    if not place.exists():
+        place.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=place.parent) as folder:
+            made = Path(folder, name)
+            command = ["gcc", *FLAGS, *options, *INCLUDES, *map(str, files), "-o", made, "-lm"]
+            subprocess.run(command, check=True)
+            os.replace(made, place)
+    return place
+
+
+class AxisFeedback(ct.Structure):
+    _fields_ = [("position", ct.c_int32), ("torque", ct.c_int16), ("fault", ct.c_uint16)]
+
+
+class Feedback(ct.Structure):
+    _fields_ = [
+        ("axis", AxisFeedback * AXES),
+        ("pose", ct.c_float * AXES),
+        ("digital_inputs", ct.c_uint8),
+    ]
+
+
+class AxisCommand(ct.Structure):
+    _fields_ = [
+        ("position", ct.c_int32),
+        ("fraction", ct.c_float),
+        ("velocity", ct.c_float),
+        ("acceleration", ct.c_float),
+        ("torque", ct.c_int16),
+        ("power", ct.c_bool),
+        ("torque_only", ct.c_bool),
+    ]
+
+
+class Command(ct.Structure):
+    _fields_ = [
+        ("axis", AxisCommand * AXES),
+        ("digital_outputs", ct.c_uint8),
+        ("setting_number", ct.c_uint32),
+        ("setting_index", ct.c_uint16),
+        ("setting_subindex", ct.c_uint8),
+        ("setting_value", ct.c_float),
+    ]
+
+
+class AbortedError(Exception):
+    """The server refused; `code` is the abort code."""
+
+    def __init__(self, code: int) -> None:
+        self.code = code
+        super().__init__(f"abort {code:08X}")
+
+
+class Host:
+    """One device after power on. A library has one device: use one at a time."""
+
+    def __init__(self) -> None:
+        self.library = ct.CDLL(
+            str(build("device.so", "-shared", "-fPIC", "-fsanitize-undefined-trap-on-error",
+                      "-fsanitize=undefined"))
+        )  # fmt: skip
+        self.library.double_read.restype = self.library.double_write.restype = ct.c_bool
+        self.feedback, self.command = Feedback(), Command()
+        self.held: set[int] = set()
+        self.counter = 0
+        self.library.double_reset()
+        self.library.application_start()
+
+    # ---------------------------------------------------------------- the master's accesses
+    def read(self, address: int, count: int) -> bytes | None:
+        """Bytes, None where the access does not count."""
+        data = ct.create_string_buffer(count)
+        return data.raw if self.library.double_read(address, data, count) else None
+
+    def write(self, address: int, data: bytes) -> bool:
+        return self.library.double_write(address, bytes(data), len(data))
+
+    def word(self, address: int) -> int:
+        return int.from_bytes(self.read(address, 2), "little")
+
+    def manager(self, n: int, start: int, length: int, control: int, enable: int = 1) -> None:
+        self.write(0x800 + 8 * n, struct.pack("<HHBBBB", start, length, control, 0, enable, 0))
+
+    # ---------------------------------------------------------------- time
+    def cycle(self, count: int = 1) -> None:
+        """Control cycles of 100 us, with some passes of the background after each."""
+        for _ in range(count):
+            self.library.double_time(100)
+            self.library.application_cycle(ct.byref(self.feedback), ct.byref(self.command))
+            for n, axis in enumerate(self.command.axis):
+                if axis.power and not axis.torque_only and n not in self.held:
+                    self.feedback.axis[n].position = axis.position
+            self.background()
+
+    def background(self, count: int = 3) -> None:
+        for _ in range(count):
+            self.library.application_background()
+
+    # ---------------------------------------------------------------- states
+    @property
+    def status(self) -> tuple[int, int]:
+        """AL_STATUS and AL_STATUS_CODE."""
+        return self.word(0x130), self.word(0x134)
+
+    def ask(self, state: int) -> tuple[int, int]:
+        self.write(0x120, struct.pack("<H", state))
+        self.background()
+        return self.status
+
+    def mailboxes(self) -> None:
+        self.manager(0, 0x1000, 256, 0x26)
+        self.manager(1, 0x1100, 256, 0x22)
+
+    def to_preop(self) -> None:
+        self.mailboxes()
+        assert self.ask(PREOP) == (PREOP, 0)
+
+    def process_managers(self, outputs: int = 0, inputs: int = 0) -> None:
+        self.manager(2, 0x1200, outputs or DEVICE.bytes("rx"), 0x64)
+        self.manager(3, 0x1800, inputs or DEVICE.bytes("tx"), 0x20)
+
+    def to_safeop(self) -> None:
+        self.to_preop()
+        self.process_managers()
+        assert self.ask(SAFEOP) == (SAFEOP, 0)
+
+    def to_op(self) -> None:
+        self.to_safeop()
+        self.outputs()
+        self.cycle()
+        assert self.ask(OP) == (OP, 0)
+
+    # ---------------------------------------------------------------- process data
+    def outputs(self, values: dict[tuple[int, int], int] | None = None) -> None:
+        """Write SM2 as mapped after reset; what is not in `values` is 0."""
+        self.write(0x1200, pack("rx", values or {}))
+
+    def inputs(self) -> dict[tuple[int, int], int]:
+        """SM3 as mapped after reset."""
+        return unpack("tx", self.read(0x1800, DEVICE.bytes("tx")))
+
+    # ---------------------------------------------------------------- mailbox
+    def send(self, data: bytes, kind: int = 3, counter: int | None = None) -> bool:
+        """A message into SM0; whether the mailbox took it."""
+        if counter is None:
+            self.counter = counter = self.counter % 7 + 1
+        head = struct.pack("<HHBB", len(data), 0, 0, kind | counter << 4)
+        return self.write(0x1000, (head + data).ljust(256, b"\0"))
+
+    def receive(self) -> tuple[int, bytes] | None:
+        """Type and data of the message in SM1."""
+        data = self.read(0x1100, 256)
+        if data is None:
+            return None
+        size, _, _, kind = struct.unpack_from("<HHBB", data)
+        return kind & 0xF, data[6 : 6 + size]
+
+    def coe(self, service: int, data: bytes) -> bytes:
+        """A request and its answer behind the CoE header; emergencies are put aside."""
+        assert self.send(struct.pack("<H", service << 12) + data)
+        self.background()
+        while True:
+            kind, answer = self.receive()
+            self.background()
+            assert kind == 3, (kind, answer)
+            if answer[1] >> 4 != 1:
+                return answer[2:]
+
+    def sdo(self, request: bytes) -> bytes:
+        answer = self.coe(2, request)
+        if answer[0] == 0x80:
+            raise AbortedError(struct.unpack_from("<I", answer, 4)[0])
+        return answer
+
+    def upload(self, index: int, subindex: int = 0, complete: bool = False) -> bytes:
+        command = 0x50 if complete else 0x40
+        answer = self.sdo(struct.pack("<BHB4x", command, index, subindex))
+        assert struct.unpack_from("<HB", answer, 1) == (index, subindex)
+        if answer[0] & 2:
+            return answer[4 : 8 - (answer[0] >> 2 & 3)]
+        total = struct.unpack_from("<I", answer, 4)[0]
+        data, toggle = answer[8:], 0
+        while len(data) < total:
+            answer = self.sdo(struct.pack("<B7x", 0x60 | toggle))
+            assert answer[0] & 0xF0 == toggle
+            part = answer[1:]
+            if len(answer) == 8:
+                part = part[: 7 - (answer[0] >> 1 & 7)]
+            data += part
+            toggle ^= 0x10
+            assert bool(answer[0] & 1) == (len(data) == total)
+        assert len(data) == total
+        return data
+
+    def download(
+        self, index: int, subindex: int, data: bytes, complete: bool = False, segment: int = 0
+    ) -> None:
+        """Expedited up to 4 bytes; more than the mailbox holds, or `segment`, in segments."""
+        ca = 0x10 if complete else 0
+        if len(data) <= 4 and not complete:
+            command = 0x23 | (4 - len(data)) << 2
+            answer = self.sdo(struct.pack("<BHB", command, index, subindex) + data.ljust(4, b"\0"))
+            assert answer[0] == 0x60
+            return
+        room = 240 if not segment else 0
+        head = struct.pack("<BHBI", 0x21 | ca, index, subindex, len(data))
+        assert self.sdo(head + data[:room])[0] == 0x60
+        at, toggle, size = room, 0, segment or 247
+        while at < len(data):
+            part = data[at : at + size]
+            at += len(part)
+            command = toggle | (at >= len(data)) | (7 - len(part) << 1 if len(part) < 7 else 0)
+            answer = self.sdo(bytes([command]) + part.ljust(7, b"\0"))
+            assert answer[0] == 0x20 | toggle
+            toggle ^= 0x10
+
+    def put(self, index: int, subindex: int, value: float) -> None:
+        """Write a number of the entry's type."""
+        entry = DEVICE.object(index).entry(subindex)
+        self.download(index, subindex, struct.pack("<" + TYPES[entry.type].format, value))
+
+    def get(self, index: int, subindex: int = 0) -> float:
+        entry = DEVICE.object(index).entry(subindex)
+        return struct.unpack("<" + TYPES[entry.type].format, self.upload(index, subindex))[0]
+
+
+def layout(direction: str) -> list[tuple[int, int, str]]:
+    """Index, subindex and struct format of each mapped entry; index 0 is padding."""
+    found = []
+    for pdo in DEVICE.direction(direction):
+        for index, subindex, bits in pdo.entries:
+            kind = (
+                TYPES[DEVICE.object(index).entry(subindex).type].format
+                if index
+                else f"{bits // 8}x"
+            )
+            found.append((index, subindex, kind))
+    return found
+
+
+def pack(direction: str, values: dict[tuple[int, int], int]) -> bytes:
+    data = b""
+    for index, subindex, kind in layout(direction):
+        data += struct.pack("<" + kind, *([values.get((index, subindex), 0)] if index else []))
+    return data
+
+
+def unpack(direction: str, data: bytes) -> dict[tuple[int, int], int]:
+    rows = layout(direction)
+    found = struct.unpack("<" + "".join(kind for _, _, kind in rows), data)
+    return dict(zip([(i, s) for i, s, _ in rows if i], found, strict=True))

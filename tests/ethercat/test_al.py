@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: Apache-2.0
+"""State machine of the application layer: every change, every check, every status code."""
+
+from __future__ import annotations
+
+import itertools
+import struct
+
+import pytest
+
+from tests.ethercat.host import BOOT, DEVICE, ERROR, INIT, OP, PREOP, SAFEOP, Host
+
+
+def in_state(state: int) -> Host:
+    host = Host()
+    {INIT: lambda: None, PREOP: host.to_preop, SAFEOP: host.to_safeop, OP: host.to_op}[state]()
+    return host
+
+
+@pytest.mark.parametrize(
+    ("state", "wanted"),
+    itertools.product((INIT, PREOP, SAFEOP, OP), (INIT, PREOP, BOOT, SAFEOP, OP)),
+)
+def test_every_change__as_the_standard_allows(state, wanted):
+    host = in_state(state)
+    if wanted == OP and state == SAFEOP:
+        host.outputs()
+        host.cycle()
+    found = host.ask(wanted)
+    if wanted == BOOT:
+        assert found == (state | ERROR, 0x0013 if state == INIT else 0x0011)
+    elif wanted > state and (state, wanted) not in ((INIT, PREOP), (PREOP, SAFEOP), (SAFEOP, OP)):
+        assert found == (state | ERROR, 0x0011)
+    elif (state, wanted) == (INIT, PREOP):
+        assert found == (INIT | ERROR, 0x0016)  # the mailbox was not set up
+    elif (state, wanted) == (PREOP, SAFEOP):
+        assert found == (PREOP | ERROR, 0x001D)  # process data were not set up
+    else:
+        assert found == (wanted, 0)
+
+
+@pytest.mark.parametrize("wanted", [0, 5, 6, 7, 9, 12, 15])
+def test_unknown_state__0012(wanted):
+    host = in_state(PREOP)
+    assert host.ask(wanted) == (PREOP | ERROR, 0x0012)
+
+
+def test_error__holds_until_it_is_acknowledged():
+    host = Host()
+    assert host.ask(OP) == (INIT | ERROR, 0x0011)
+    host.mailboxes()
+    assert host.ask(PREOP) == (INIT | ERROR, 0x0011)
+    assert host.ask(PREOP | ERROR) == (PREOP, 0)
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [
+        (0, 0x1000, 255, 0x26, 1),
+        (0, 0x1002, 256, 0x26, 1),
+        (0, 0x1000, 256, 0x22, 1),
+        (0, 0x1000, 256, 0x24, 1),
+        (0, 0x1000, 256, 0x26, 0),
+        (1, 0x1100, 128, 0x22, 1),
+        (1, 0x1100, 256, 0x26, 1),
+        (1, 0x1100, 256, 0x22, 0),
+    ],
+)
+def test_wrong_mailbox__0016(fault):
+    host = Host()
+    host.mailboxes()
+    host.manager(*fault)
+    assert host.ask(PREOP) == (INIT | ERROR, 0x0016)
+
+
+RX, TX = DEVICE.bytes("rx"), DEVICE.bytes("tx")
+
+
+@pytest.mark.parametrize(
+    ("fault", "code"),
+    [
+        ((2, 0x1200, RX - 1, 0x64, 1), 0x001D),
+        ((2, 0x1200, RX + 1, 0x64, 1), 0x001D),
+        ((2, 0x1204, RX, 0x64, 1), 0x001D),
+        ((2, 0x1200, RX, 0x60, 1), 0x001D),
+        ((2, 0x1200, RX, 0x26, 1), 0x001D),
+        ((2, 0x1200, RX, 0x64, 0), 0x001D),
+        ((3, 0x1800, TX + 4, 0x20, 1), 0x001E),
+        ((3, 0x1800, TX, 0x24, 1), 0x001E),
+        ((3, 0x1800, TX, 0x20, 0), 0x001E),
+    ],
+)
+def test_wrong_process_data__001d_001e(fault, code):
+    host = in_state(PREOP)
+    host.process_managers()
+    host.manager(*fault)
+    assert host.ask(SAFEOP) == (PREOP | ERROR, code)
+    host.process_managers()
+    assert host.ask(SAFEOP | ERROR) == (SAFEOP, 0)
+
+
+def test_mailbox_changed_before_safeop__back_to_init():
+    host = in_state(PREOP)
+    host.manager(0, 0x1000, 200, 0x26)
+    host.background()
+    assert host.status == (INIT | ERROR, 0x0016)
+
+
+def test_clock__0030_without_sync0_0035_with_a_wrong_cycle():
+    host = in_state(PREOP)
+    host.process_managers()
+    host.put(0x1C32, 1, 2)  # SYNC0
+    assert host.ask(SAFEOP) == (PREOP | ERROR, 0x0030)
+    host.write(0x09A0, struct.pack("<I", 1_050_000))
+    host.write(0x0981, b"\x03")
+    assert host.ask(SAFEOP | ERROR) == (PREOP | ERROR, 0x0035)
+    host.write(0x09A0, struct.pack("<I", 1_000_000))
+    assert host.ask(SAFEOP | ERROR) == (SAFEOP, 0)
+
+
+def test_op__waits_for_outputs_and_gives_up_with_0019():
+    host = in_state(SAFEOP)
+    assert host.ask(OP) == (SAFEOP, 0)
+    host.outputs()
+    host.cycle()
+    host.background()
+    assert host.status == (OP, 0)
+
+    host = in_state(SAFEOP)
+    assert host.ask(OP) == (SAFEOP, 0)
+    host.cycle(90_100)
+    assert host.status == (SAFEOP | ERROR, 0x0019)
+
+
+def test_watchdog__falls_to_safeop_with_001b():
+    host = in_state(OP)
+    for _ in range(20):
+        host.outputs()
+        host.cycle(900)
+        assert host.status == (OP, 0)
+    host.cycle(200)
+    assert host.status == (SAFEOP | ERROR, 0x001B)
+    host.outputs()
+    host.cycle()
+    assert host.ask(OP | ERROR) == (OP, 0)
+
+
+def test_process_data_changed_in_op__falls_with_its_code():
+    for manager, code in ((2, 0x001D), (3, 0x001E)):
+        host = in_state(OP)
+        host.write(0x806 + 8 * manager, b"\0")
+        host.background()
+        assert host.status == (PREOP | ERROR, code)
+
+
+def test_changed_mapping__is_what_safeop_asks_for():
+    host = in_state(PREOP)
+    host.put(0x1C12, 0, 0)
+    host.put(0x1C12, 1, 0x1610)
+    host.put(0x1C12, 0, 1)
+    host.put(0x1C13, 0, 0)
+    host.process_managers(outputs=20)
+    host.manager(3, 0, 0, 0, 0)
+    assert host.ask(SAFEOP) == (SAFEOP, 0)
+    data = struct.pack("<Hbxiihih", 6, 8, -5, 7, 300, -1, 2)
+    host.write(0x1200, data)
+    host.cycle()
+    assert host.ask(OP) == (OP, 0)
+    host.write(0x1200, data)
+    host.cycle()
+    assert host.get(0x6840) == 6 and host.get(0x687A) == -5 and host.get(0x68B2) == 2
+    assert host.get(0x6040) == 0

@@ -1,0 +1,397 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Mailbox and CANopen over EtherCAT: transfers, abort codes, information, emergencies, wrong input.
+
+Independent of us: the SDO client of python-canopen, which frames its requests by itself.
+"""
+
+from __future__ import annotations
+
+import random
+import struct
+import subprocess
+
+import pytest
+from canopen import objectdictionary
+from canopen.sdo import SdoAbortedError, SdoClient
+
+from sim.coe.dictionary import TYPES
+from tests.ethercat.host import DEVICE, HERE, OP, PREOP, AbortedError, Host, build
+
+
+@pytest.fixture
+def host() -> Host:
+    found = Host()
+    found.to_preop()
+    return found
+
+
+class Line:
+    """A CAN bus of one client: what it sends goes through the mailbox, the answer comes back."""
+
+    def __init__(self, host: Host) -> None:
+        self.host = host
+
+    def send_message(self, can_id: int, data: bytes, remote: bool = False) -> None:
+        answer = self.host.coe(2, bytes(data))
+        self.client.on_response(0x581, bytearray(answer[:8]), 0.0)
+
+
+@pytest.fixture
+def client(host) -> SdoClient:
+    found = SdoClient(0x601, 0x581, objectdictionary.ObjectDictionary())
+    found.network = line = Line(host)
+    line.client = found
+    return found
+
+
+# -------------------------------------------------------------------- transfers
+
+
+def test_every_entry__reads_its_default(host):
+    state = {0x6041, 0x1001}
+    for one in DEVICE.objects:
+        for entry in one.entries:
+            if (one.index - 0x6000) % 0x800 + 0x6000 not in state:
+                assert host.upload(one.index, entry.subindex) == entry.data(), hex(one.index)
+
+
+def test_canopen_client__reads_and_writes_every_plain_entry(client):
+    for one in DEVICE.objects:
+        for entry in one.entries:
+            if entry.type == "string":
+                continue
+            data = client.upload(one.index, entry.subindex)
+            assert len(data) == entry.bytes
+            if entry.access == "rw":
+                client.download(one.index, entry.subindex, data)
+                assert client.upload(one.index, entry.subindex) == data
+
+
+@pytest.mark.parametrize("size", [5, 7, 8, 14, 100, 480])
+def test_canopen_client__downloads_in_segments(client, host, size):
+    text = bytes(65 + n % 26 for n in range(size))
+    with client.open(0x2020, 0, "wb", size=size, buffering=0) as stream:
+        at = 0
+        while at < size:
+            at += stream.write(text[at:])
+    assert host.upload(0x2020) == text
+
+
+@pytest.mark.parametrize("size", [0, 1, 4, 5, 239, 240, 241, 247, 248, 479, 480])
+@pytest.mark.parametrize("segment", [0, 7, 8, 100])
+def test_every_size__comes_back_as_it_went(host, size, segment):
+    text = bytes(33 + n % 90 for n in range(size))
+    if size:
+        host.download(0x2020, 0, text, segment=segment)
+    assert host.upload(0x2020) == text
+
+
+def test_whole_object__up_and_down(host):
+    expected = b"\x06\x00" + struct.pack("<6H", *range(0x1600, 0x1660, 0x10))
+    assert host.upload(0x1C12, 0, complete=True) == expected
+    assert host.upload(0x1C12, 1, complete=True) == expected[2:]
+    shorter = b"\x02\x00" + struct.pack("<2H", 0x1650, 0x1600)
+    host.download(0x1C12, 0, shorter, complete=True)
+    assert host.upload(0x1C12, 0) == b"\x02" and host.upload(0x1C12, 1) == b"\x50\x16"
+    gains = struct.pack("<5f", 1, 2, 3, 4, 5)
+    host.download(0x2000, 1, gains, complete=True)
+    assert host.upload(0x2000, 1, complete=True) == gains
+
+
+# -------------------------------------------------------------------- abort codes
+
+ABORTS = {
+    "no object": (0x06020000, lambda h: h.upload(0x3000)),
+    "no object of a sixth axis": (0x06020000, lambda h: h.upload(0x8841)),
+    "no subindex": (0x06090011, lambda h: h.upload(0x1018, 5)),
+    "no subindex of a variable": (0x06090011, lambda h: h.upload(0x6041, 1)),
+    "read only": (0x06010002, lambda h: h.download(0x6041, 0, b"\0\0")),
+    "constant": (0x06010002, lambda h: h.download(0x1000, 0, bytes(4))),
+    "name": (0x06010002, lambda h: h.download(0x1008, 0, b"other name")),
+    "short": (0x06070010, lambda h: h.download(0x607A, 0, b"\0\0")),
+    "long": (0x06070010, lambda h: h.download(0x6040, 0, bytes(4))),
+    "long string": (0x06070012, lambda h: h.download(0x2020, 0, bytes(481))),
+    "value": (0x06090030, lambda h: h.put(0x6060, 0, 7)),
+    "limit": (0x06090030, lambda h: h.put(0x6081, 0, 0)),
+    "not a number": (0x06090030, lambda h: h.put(0x2000, 1, float("nan"))),
+    "beyond a limit": (0x06090030, lambda h: h.put(0x2000, 1, -1.0)),
+    "count of a list": (0x06090030, lambda h: h.put(0x1C12, 0, 7)),
+    "list in use": (0x06010003, lambda h: h.put(0x1C12, 1, 0x1600)),
+    "map in use": (0x06010003, lambda h: h.put(0x1600, 1, 0x60400010)),
+    "no such PDO": (0x06040041, lambda h: (h.put(0x1C12, 0, 0), h.put(0x1C12, 1, 0x1A00))),
+    "PDO twice": (
+        0x06040041,
+        lambda h: (h.put(0x1C12, 0, 0), h.put(0x1C12, 2, 0x1600), h.put(0x1C12, 0, 2)),
+    ),
+    "not to be mapped": (0x06040041, lambda h: (h.put(0x1600, 0, 0), h.put(0x1600, 1, 0x60410010))),
+    "mapped with a wrong length": (
+        0x06040041,
+        lambda h: (h.put(0x1600, 0, 0), h.put(0x1600, 1, 0x60400020)),
+    ),
+    "mapped in bits": (0x06040041, lambda h: (h.put(0x1600, 0, 0), h.put(0x1600, 1, 1))),
+    "mapped object missing": (
+        0x06020000,
+        lambda h: (h.put(0x1600, 0, 0), h.put(0x1600, 1, 0x30000010)),
+    ),
+    "segment without a transfer": (0x05040001, lambda h: h.sdo(struct.pack("<B7x", 0x60))),
+    "data without a transfer": (0x05040001, lambda h: h.sdo(struct.pack("<B7x", 0x00))),
+    "no such command": (0x05040001, lambda h: h.sdo(struct.pack("<B7x", 0xE0))),
+    "variable as a whole object": (0x06090011, lambda h: h.upload(0x6041, 0, complete=True)),
+}
+
+
+@pytest.mark.parametrize("what", ABORTS)
+def test_abort__tells_its_code(host, what):
+    code, provoke = ABORTS[what]
+    with pytest.raises(AbortedError) as caught:
+        provoke(host)
+    assert f"{caught.value.code:08X}" == f"{code:08X}"
+    assert host.upload(0x1000) == bytes.fromhex("9201ffff")  # it goes on serving
+
+
+def test_abort__longer_than_the_process_data(host):
+    for n in range(6):
+        host.put(0x1600 + 0x10 * n, 0, 0)
+        for entry in range(10):
+            host.put(0x1600 + 0x10 * n, entry + 1, 248 if entry else 0x60400010)
+    host.put(0x1C12, 0, 0)
+    for n in range(6):
+        host.put(0x1600 + 0x10 * n, 0, 10)
+    with pytest.raises(AbortedError) as caught:
+        host.put(0x1C12, 0, 6)
+    assert caught.value.code == 0x06040042
+    host.put(0x1C12, 0, 1)
+    host.process_managers(outputs=2 + 9 * 31)
+    assert host.ask(4) == (4, 0)
+
+
+def test_abort__mapping_in_op_is_the_wrong_state():
+    host = Host()
+    host.to_op()
+    for index in (0x1C12, 0x1C13, 0x1600, 0x1A50):
+        with pytest.raises(AbortedError) as caught:
+            host.put(index, 0, 0)
+        assert caught.value.code == 0x08000022
+
+
+def test_abort__toggle_bit_and_length_in_segments(host):
+    text = bytes(300)
+    head = struct.pack("<BHBI", 0x21, 0x2020, 0, len(text))
+    host.sdo(head + text[:240])
+    with pytest.raises(AbortedError) as caught:
+        host.sdo(bytes([0x10]) + text[:60])
+    assert caught.value.code == 0x05030000
+    host.sdo(head + text[:240])
+    with pytest.raises(AbortedError) as caught:
+        host.sdo(bytes([0x00]) + text[:61])
+    assert caught.value.code == 0x06070012
+    host.sdo(head + text[:240])
+    with pytest.raises(AbortedError) as caught:
+        host.sdo(bytes([0x01]) + text[:59])
+    assert caught.value.code == 0x06070013
+    host.download(0x2020, 0, bytes(65 for _ in range(480)))
+    host.sdo(struct.pack("<BHB4x", 0x40, 0x2020, 0))
+    with pytest.raises(AbortedError) as caught:
+        host.sdo(struct.pack("<B7x", 0x70))
+    assert caught.value.code == 0x05030000
+
+
+def test_abort__is_raised_by_the_canopen_client(client):
+    with pytest.raises(SdoAbortedError) as caught:
+        client.upload(0x3000, 0)
+    assert caught.value.code == 0x06020000
+    with pytest.raises(SdoAbortedError) as caught:
+        client.download(0x6041, 0, b"\0\0")
+    assert caught.value.code == 0x06010002
+
+
+# -------------------------------------------------------------------- information
+
+
+def information(host: Host, opcode: int, data: bytes) -> bytes:
+    """The answer's data, all fragments of it."""
+    answer = host.coe(8, struct.pack("<BBH", opcode, 0, 0) + data)
+    found, left = answer[4:], struct.unpack_from("<H", answer, 2)[0]
+    assert answer[0] & 0x7F == opcode + 1, answer.hex()
+    while left:
+        assert answer[0] & 0x80
+        host.background()
+        kind, message = host.receive()
+        answer = message[2:]
+        assert kind == 3 and struct.unpack_from("<H", answer, 2)[0] == left - 1
+        left -= 1
+        found += answer[4:]
+    assert not answer[0] & 0x80
+    host.background()
+    return found
+
+
+def object_list(host: Host, kind: int) -> list[int]:
+    data = information(host, 1, struct.pack("<H", kind))
+    assert struct.unpack_from("<H", data)[0] == kind
+    return list(struct.unpack(f"<{len(data) // 2 - 1}H", data[2:]))
+
+
+def test_lists__every_object_and_those_to_map(host):
+    assert object_list(host, 1) == [o.index for o in DEVICE.objects]
+    for kind, direction in ((2, "rx"), (3, "tx")):
+        wanted = [o.index for o in DEVICE.objects if any(e.pdo == direction for e in o.entries)]
+        assert object_list(host, kind) == wanted
+    lengths = object_list(host, 0)
+    assert lengths == [len(object_list(host, kind)) for kind in range(1, 6)]
+
+
+def test_descriptions__of_every_object_and_entry(host):
+    kinds = {"var": 7, "array": 8, "record": 9}
+    for one in DEVICE.objects:
+        data = information(host, 3, struct.pack("<H", one.index))
+        index, _, last, kind = struct.unpack_from("<HHBB", data)
+        assert (index, last, kind) == (one.index, one.entries[-1].subindex, kinds[one.kind])
+        assert data[6:].decode() == one.name
+        for entry in one.entries:
+            data = information(host, 5, struct.pack("<HBB", one.index, entry.subindex, 0))
+            index, sub, values, code, bits, access = struct.unpack_from("<HBBHHH", data)
+            assert (index, sub, values) == (one.index, entry.subindex, 0)
+            assert (code, bits) == (TYPES[entry.type].code, entry.bits)
+            write = {"rw": 0x38, "preop": 0x08}.get(entry.access, 0)
+            assert access == 7 | write | {"rx": 0x40, "tx": 0x80, "": 0}[entry.pdo]
+            assert data[10:].decode() == entry.name
+
+
+def test_description__with_default_and_limits(host):
+    data = information(host, 5, struct.pack("<HBB", 0x6081, 0, 0x70))
+    assert data[3] == 0x70
+    assert struct.unpack_from("<3I", data, 10) == (5_000_000, 1, 2_000_000_000)
+    assert data[22:] == b"Profile velocity"
+
+
+@pytest.mark.parametrize(
+    ("request_data", "code"),
+    [
+        (struct.pack("<BBHH", 3, 0, 0, 0x3000), 0x06020000),
+        (struct.pack("<BBHHBB", 5, 0, 0, 0x1018, 9, 0), 0x06090011),
+        (struct.pack("<BBHH", 1, 0, 0, 6), 0x06010000),
+        (struct.pack("<BBHH", 2, 0, 0, 0), 0x05040001),
+        (struct.pack("<BBH", 3, 0, 0), 0x05040001),
+        (b"", 0x05040001),
+    ],
+)
+def test_information__refused_with_a_code(host, request_data, code):
+    answer = host.coe(8, request_data)
+    assert answer[0] == 7 and struct.unpack_from("<I", answer, 4)[0] == code
+
+
+# -------------------------------------------------------------------- emergencies, wrong input
+
+
+def test_emergency__tells_error_register_and_axis():
+    host = Host()
+    host.to_op()
+    host.feedback.axis[3].fault = 0x5441
+    host.cycle(2)
+    kind, data = host.receive()
+    assert kind == 3
+    head, code, register, axis = struct.unpack_from("<HHBB", data)
+    assert (head >> 12, code, axis) == (1, 0x5441, 3)
+    assert host.get(0x783F) == 0x5441 and host.upload(0x1001) == b"\x21"
+    assert register in (0x00, 0x21)
+
+
+def test_lost_answer__is_repeated_even_when_another_message_has_come():
+    host = Host()
+    host.to_op()
+    host.send(struct.pack("<H", 2 << 12) + struct.pack("<BHB4x", 0x40, 0x1018, 1))
+    host.background()
+    first = host.receive()
+    host.feedback.axis[0].fault = 0x5441
+    host.cycle(2)  # now an emergency stands in the mailbox
+    host.write(0x80E, b"\x03")
+    host.background()
+    assert host.read(0x80F, 1) == b"\x02"
+    assert host.receive() == first
+    host.background()
+    assert host.receive()[1][1] >> 4 == 1
+    host.write(0x80E, b"\x01")
+    host.background()
+    assert host.receive()[1][1] >> 4 == 1
+
+
+def test_message_sent_twice__is_served_once(host):
+    message = struct.pack("<H", 2 << 12) + struct.pack("<BHBi", 0x23, 0x607A, 0, 5)
+    assert host.send(message, counter=3)
+    host.background()
+    assert host.receive() is not None
+    assert host.send(message, counter=3)
+    host.background()
+    assert host.receive() is None
+
+
+def test_mailbox__is_full_until_it_is_taken(host):
+    assert host.receive() is None
+    request = struct.pack("<H", 2 << 12) + struct.pack("<BHB4x", 0x40, 0x1000, 0)
+    assert host.send(request) and not host.send(request)
+    host.background()
+    assert host.send(request)  # taken; the answer still stands
+    host.background()
+    assert not host.send(request)
+    assert host.receive() and host.receive() is None
+
+
+@pytest.mark.parametrize(
+    ("kind", "data", "detail"),
+    [
+        (2, bytes(10), 2),
+        (4, bytes(10), 2),
+        (0, bytes(10), 2),
+        (3, b"\0", 6),
+        (3, struct.pack("<H", 2 << 12) + bytes(7), 6),
+        (3, struct.pack("<H", 9 << 12) + bytes(8), 4),
+    ],
+)
+def test_wrong_message__gets_a_mailbox_error(host, kind, data, detail):
+    host.send(data, kind=kind)
+    host.background()
+    assert host.receive() == (0, struct.pack("<HH", 1, detail))
+    assert len(host.upload(0x1000)) == 4
+
+
+def test_message_longer_than_the_mailbox__gets_a_mailbox_error(host):
+    host.write(0x1000, struct.pack("<HHBB", 251, 0, 0, 0x13) + bytes(250))
+    host.background()
+    assert host.receive() == (0, struct.pack("<HH", 1, 8))
+
+
+def test_flood_in_op__does_not_disturb_the_cycle():
+    host = Host()
+    host.to_op()
+    rng = random.Random(17)
+    for _ in range(1000):
+        host.outputs()
+        host.send(rng.randbytes(rng.randrange(1, 60)), kind=rng.choice((3, 3, 3, 1)), counter=0)
+        host.cycle()
+        host.receive()
+    assert host.status == (OP, 0)
+    host.ask(PREOP)
+    while host.receive():
+        host.background()
+    assert len(host.upload(0x1000)) == 4
+
+
+def fuzz(messages: int, seed: int) -> None:
+    sanitize = "-fsanitize=address,undefined"
+    program = build("fuzz", sanitize, "-fno-sanitize-recover=all", extra=(HERE / "fuzz_mailbox.c",))
+    done = subprocess.run(
+        [program, str(messages), str(seed)], capture_output=True, text=True, timeout=3000
+    )
+    assert done.returncode == 0, f"replay: {program} {messages} {seed}\n{done.stderr[-3000:]}"
+    assert int(done.stdout) > messages // 4
+
+
+def test_random_messages__never_read_or_write_beyond_and_never_hang():
+    fuzz(40_000, 17)
+
+
+@pytest.mark.full
+def test_random_messages__many():
+    for seed in range(20):
+        fuzz(2_000_000, seed)
