@@ -1,7 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Every proof, in the order of the table in docs/formal.md."""
 
-from tests.formal import blocks, folded, products, recurrence, sums, trigonometry
+from tests.formal import (
+    blocks,
+    folded,
+    products,
+    recurrence,
+    sums,
+    trigonometry,
+    trigonometry_overlapped,
+)
 from tests.formal.catalogue import PROOFS
 from tests.formal_debug import halting
 from tests.formal_motion import arcs, drive, lines, planes
@@ -22,4 +30,5 @@ __all__ = [
     "recurrence",
     "sums",
     "trigonometry",
+    "trigonometry_overlapped",
 ]

@@ -25,6 +25,11 @@ from tests.fpu.tb import package_constant
 
 LATENCY = package_constant("FP_SINCOS_LATENCY")
 LAST = LATENCY - 1  # step in front of the result
+OUTSIDE = (
+    "operands above 256 rad, infinities and NaN give the canonical NaN, with nv unless it was a "
+    "quiet NaN; below 2^-12 every number near enough to be the sine or the cosine rounds to the "
+    "result, with the same flags; of zeros they are exact"
+)
 BITS_256, BITS_2_M12 = 0x43800000, 0x39800000  # binary32 of 256 and of 2^-12
 
 
@@ -50,21 +55,12 @@ def below_one(ctx: Context) -> tuple[Term, Term]:
     return exact, logic.ne(deficit, 0)
 
 
-@proof(
-    "fp_sincos",
-    "operands above 256 rad, infinities and NaN give the canonical NaN, with nv unless it was a "
-    "quiet NaN; below 2^-12 every number near enough to be the sine or the cosine rounds to the "
-    "result, with the same flags; of zeros they are exact",
-    "all above 256 rad or below 2^-12, both signs",
-    quick=True,
-)
-def angle_outside(ctx: Context) -> Iterator[Case]:
+def outside(ctx: Context, run: Run, latency: int, state: tuple[Term, ...] = ()) -> Iterator[Case]:
+    """Cases of an operand that is not approximated, accepted in cycle 0 of a unit in `state`."""
     logic, ieee = ctx.logic, ctx.ieee
-    # What the reduction delivers is anything: it must not matter.
-    run = ctx.run("fp_sincos", cut=("rounded", "rounded_flags"))
     a, cos = run.input("a_i"), run.input("cos_i")
     magnitude = logic.bits(a, 30, 0)
-    taken = (logic.eq(run.output("ready_o", 0), 1), logic.eq(run.input("valid_i"), 1))
+    taken = (*state, logic.eq(run.output("ready_o", 0), 1), logic.eq(run.input("valid_i"), 1))
     above = logic.any(
         ieee.nan(a),
         logic.op(
@@ -75,20 +71,31 @@ def angle_outside(ctx: Context) -> Iterator[Case]:
     )
     quiet = logic.all(ieee.nan(a), logic.no(ieee.signalling(a)))
     nan = Outcome(logic.bv(32, CANON_NAN), ieee.flags(nv=logic.no(quiet)), exact=True)
-    yield ctx.check("above 256 rad, infinity, NaN", run, LATENCY, nan, (*taken, above))
+    yield ctx.check("above 256 rad, infinity, NaN", run, latency, nan, (*taken, above))
 
     zero = (*taken, ieee.zero(a))
     exact = Outcome(logic.number(a), ieee.flags())
-    yield ctx.check("sine of zero", run, LATENCY, exact, (*zero, logic.eq(cos, 0)))
+    yield ctx.check("sine of zero", run, latency, exact, (*zero, logic.eq(cos, 0)))
     one = Outcome(logic.number(logic.bv(32, 0x3F800000)), ieee.flags())
-    yield ctx.check("cosine of zero", run, LATENCY, one, (*zero, logic.eq(cos, 1)))
+    yield ctx.check("cosine of zero", run, latency, one, (*zero, logic.eq(cos, 1)))
 
     small = (*taken, logic.ult(magnitude, BITS_2_M12), logic.ne(magnitude, 0))
     for name, number, code in (("sine", below_operand(ctx, a), 0), ("cosine", below_one(ctx), 1)):
         exact, inside = number
         outcome = ieee.rounded(exact)
         assume = (*small, inside, logic.eq(cos, code))
-        yield ctx.check(f"{name} below 2^-12", run, LATENCY, outcome, assume)
+        yield ctx.check(f"{name} below 2^-12", run, latency, outcome, assume)
+
+
+@proof(
+    "fp_sincos",
+    OUTSIDE,
+    "all above 256 rad or below 2^-12, both signs",
+    quick=True,
+)
+def angle_outside(ctx: Context) -> Iterator[Case]:
+    # What the reduction delivers is anything: it must not matter.
+    yield from outside(ctx, ctx.run("fp_sincos", cut=("rounded", "rounded_flags")), LATENCY)
 
 
 # Bits of the registers that depend on the operand alone, and the step from which on they do.
