@@ -52,7 +52,7 @@ def bounds(robot: Robot, path: SetPoints, reference: TrackingResult, optimised: 
     measured, size = np.abs(reference.position), np.abs(reference.e)
     table = np.zeros((len(path), 2))
     if optimised:
-        leg = _leg_error(robot, path, desired.offset, length, base) + U * U * measured[:, :3]
+        leg = _leg_error(robot, path, reference, desired.offset, base)
         position = np.hstack((U * length + leg, table))
         e = np.hstack((leg, 2 * U * U * measured[:, 3:])) + 3 * U * size
     else:
@@ -121,29 +121,45 @@ def _desired_motion(robot: Robot, path: SetPoints, reference: TrackingResult) ->
 
 
 def _leg_error(
-    robot: Robot, path: SetPoints, d: FloatArray, length: FloatArray, base: FloatArray
+    robot: Robot, path: SetPoints, reference: TrackingResult, d: FloatArray, base: FloatArray
 ) -> FloatArray:
     """Error of l_d in the optimised program's e, (N, 3).
 
-    Coordinates are split into multiples of the grid, whose squares and sums are exact, and rests
-    dl: Q - Qh = sum dl (d + dh). With A the sum of the magnitudes: the rests of constants
-    u|x_pl||d + dh|, the errors E of d times dl, and 6uA of products, sums and the fused Qh - l_0^2,
-    over 2l. What is of second order: l_0 is off by w = base + 3ul, so u w from the last sum of the
-    rest, the Newton step 2w (base/l + 5u), and three sums 3u (w + ul) with the counts.
+    Coordinates and constants are split into multiples of the grid, whose products and sums are
+    exact, and rests. Leg 1: Q - Qh = sum dl (d + dh); legs 2, 3 add 3Ry -+ 2x_p x less the products
+    of the multiples: c_l y + c_h y_l. With A the sum of the magnitudes: u of the rests of
+    constants, the errors E of leg 1's d times dl, and 8uA of products, sums and the fused
+    Qh - l_0^2, over 2l.
+
+    What is of second order: l_0 is off by w = base + 3ul, so u w from the last sum of the rest, the
+    Newton step 2w (base/l + 5u) and, since it divides by the measured length, w|e|/l, three sums
+    3u (w + ul) with the counts, and u^2 l of the resolution's second part.
     """
-    starts = np.abs(_starts(robot))
-    start_rest = starts - np.rint(starts / GRID) * GRID
-    rest = np.abs(path.position - np.rint(path.position / GRID) * GRID)[:, None, :]
-    dl = rest + np.abs(start_rest)
-    both = 2 * np.abs(d) + dl
-    error = U * (starts + np.abs(d))
-    first = np.sum(
-        U * np.abs(start_rest) * both + dl * error + 6 * U * dl * both,
-        axis=2,
-    )
+    length, measured = reference.position_d[:, :3], np.abs(reference.position[:, :3])
+    start = np.array([0.0, robot.R, 0.0])  # of leg 1
+    place = path.position
+    low, start_low = _rest(place), _rest(start)
+    both = 2 * np.abs(d[:, 0]) + low + start_low
+    dl = low + start_low
+    error = U * (start + np.abs(d[:, 0]))
+    size = np.sum(dl * both, axis=1)
+    constants = np.sum(U * start_low * both + dl * error, axis=1)
+    linear = np.array([2 * abs(robot.legs[1][0]), 3 * robot.R])  # of x, of y
+    linear_low = _rest(linear)
+    more = np.sum(linear_low * np.abs(place[:, :2]) + linear * low[:, :2], axis=1)
+    more_constants = U * np.sum(linear_low * np.abs(place[:, :2]), axis=1)
+    others = np.array([0.0, 1.0, 1.0])
+    first = constants[:, None] + others * more_constants[:, None]
+    first += 8 * U * (size[:, None] + others * more[:, None])
     off = base + 3 * U * length
     second = 2 * U * off + 2 * off * (base / length + 5 * U) + 3 * U * (off + U * length)
+    second += off * np.abs(reference.e[:, :3]) / measured + U * U * measured
     return first / (2 * length) + second
+
+
+def _rest(values: FloatArray) -> FloatArray:
+    """Distances from the nearest multiples of the number grid."""
+    return np.abs(values - np.rint(values / GRID) * GRID)
 
 
 # ---------------------------------------------------------------- integrator
@@ -260,38 +276,45 @@ def _cosine(robot: Robot, square: FloatArray, i: int, j: int) -> tuple[FloatArra
 def _optimised_dynamics(robot: Robot, reference: TrackingResult) -> tuple[FloatArray, FloatArray]:
     """The same of the optimised program, whose measured lengths are exact.
 
-    2cos: 5u of the parts of its numerator, sum(l^2) + 3R^2 over l_i l_j, and 4u; 4 sin^2 = 4 -
-    (2cos)^2: 4|cos| times that and 4u. D/4 has two terms, 6u each.
+    p = l^2 - 3R^2/2: E = u(|p| + 3R^2/2). 2cos = (p_i + p_j)/(l_i l_j): E of both and u of the sum,
+    and 6u for the product with two reciprocals (2u each). 4 sin^2 = 4 - (2cos)^2: 4|cos| times that
+    and 8u. D/4 has two terms, 7u each.
 
-    z^2 = sum/3 - R^2 - dev/(9R^2): 4u sum/3 + uR^2, differences of squares 2u sum each, and 3u of
-    all parts. b_i: 6u of its terms. Weight: 2u and 6u of its two terms. G: 4u more.
+    With P = sum p: z^2 = R^2/2 + P/3 + P^2/(18R^2) - sum p^2/(6R^2): errors of P and p, and 5u of
+    all parts. b_i = 1/3 + (P - 3p_i)/(9R^2): the same errors, and 3u of its terms. Weight: 2u and
+    6u of its two terms. G: 4u more.
     """
     l_m, R = reference.position[:, :3], robot.R
-    square, total = l_m**2, np.sum(l_m**2, axis=1)
+    square = l_m**2 - 1.5 * R**2
+    square_error = U * (np.abs(square) + 1.5 * R**2)
+    total = np.sum(square, axis=1)
+    total_error = np.sum(square_error, axis=1) + U * (np.abs(square[:, 0] + square[:, 1]))
+    total_error += U * np.abs(total)
     own = robot.m_p + 3 * robot.m_s
     relief = robot.m_s * robot.l_c / (2 * l_m)
-    relief += (robot.J_a + robot.m_s * robot.l_c**2) / (4 * square)
+    relief += (robot.J_a + robot.m_s * robot.l_c**2) / (4 * l_m**2)
     mass = np.repeat((3 * U * (own + 4 * np.sum(relief, axis=1)))[:, None], 3, axis=1)
     for i, others in enumerate(OTHERS):
         for j in others:
-            cos, _ = _cosine(robot, square, i, j)
-            parts = (total + 3 * R**2) / (l_m[:, i] * l_m[:, j])
-            double_error = 5 * U * parts + 8 * U * np.abs(cos)
-            mass[:, i] += relief[:, j] * (24 * U + 4 * np.abs(cos) * double_error + 4 * U)
+            lengths, numerator = l_m[:, i] * l_m[:, j], square[:, i] + square[:, j]
+            cos = np.abs(numerator / (2 * lengths))
+            parts = square_error[:, i] + square_error[:, j] + U * np.abs(numerator)
+            double_error = parts / lengths + 12 * U * cos
+            mass[:, i] += relief[:, j] * (28 * U + 4 * cos * double_error + 8 * U)
 
     z = reference.tool[:, 2]
-    differences = [np.abs(square[:, i] - square[:, j]) for i, j in ((0, 1), (0, 2), (1, 2))]
-    spread = differences[2] ** 2 + differences[0] * differences[1]
-    spread_error = 2 * U * total * (differences[0] + differences[1] + 2 * differences[2])
-    z_error = 4 * U * total / 3 + U * R**2 + (spread_error + 4 * U * spread) / (9 * R**2)
-    z_error += 3 * U * (total / 3 + R**2 + spread / (9 * R**2))
+    squares = np.sum(square**2, axis=1) / (6 * R**2)
+    z_error = (1 / 3 + np.abs(total) / (9 * R**2)) * total_error
+    z_error += np.sum(np.abs(square) * square_error, axis=1) / (3 * R**2)
+    z_error += 5 * U * (R**2 / 2 + np.abs(total) / 3 + total**2 / (18 * R**2) + squares)
     z_relative = z_error / (2 * z**2) + U
-    share = 1 / 3 + total[:, None] / (9 * R**2) + square / (3 * R**2)
+    share = 1 / 3 + np.abs(total)[:, None] / (9 * R**2) + np.abs(square) / (3 * R**2)
+    share_error = total_error[:, None] / (9 * R**2) + square_error / (3 * R**2) + 3 * U * share
     carried = (robot.m_s * robot.l_c + robot.mr_c) * np.sum(1 / l_m, axis=1)
     load_error = U * robot.g * (2 * own + 6 * carried)
     lever = l_m / z[:, None]
     load = np.abs(reference.m_z) * robot.g
-    gravity = lever * 6 * U * share * load[:, None]
+    gravity = lever * share_error * load[:, None]
     gravity += np.abs(reference.gravity[:, :3]) * (z_relative + 4 * U)[:, None]
     gravity += lever * share * load_error[:, None]
     return mass, gravity
