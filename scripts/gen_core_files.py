@@ -36,12 +36,12 @@ CORES = {
         ["n2_core", "n2_system"],
     ),
     "motion": ("Motion front-end of five axes", ["motion_front_end", "motion_axil"]),
+    "dual": ("Two processors that hand over set-points", ["dual_asip"]),
     "drive": (
         "Motor drives: encoders, currents, gates, link to a processor",
-        ["drive_front_end", "biss_master"],
+        ["drive_front_end", "biss_master", "drive_chain"],
     ),
     "ethercat": ("EtherCAT-compatible slave controller", ["ethercat_slave"]),
-    "dual": ("Two processors that hand over set-points", ["dual_asip"]),
     "debug": ("Floating-point processor with a debug block", ["debug_asip"]),
 }
 

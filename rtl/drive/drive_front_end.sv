@@ -2,8 +2,10 @@
 // drive_front_end: motors' encoders, currents and gates, as an Avalon-MM agent with a link to a processor.
 // Contract: register map docs/drive_regmap.md, 32-bit word accesses, writes one cycle, reads two. In every
 // half period of the carrier one window of the currents, then positions and currents are sampled in one
-// clock and the link runs the processor; its values are in force from the next half period on. A fault of
-// a run, or a trigger while the link is at work, trips every axis. Bus voltage: bus_i, signed.
+// clock and the link runs the processor; its values are in force from the next half period on. With
+// LINK.orders the run gets order_i too, which another processor commits (binary32, all of one clock).
+// A fault of a run, a trigger while the link is at work, stop_i with LINK.orders, or a bus voltage
+// below GUARD.bus trips every axis. Bus voltage: bus_i, signed. position_o is POSITION + ORIGIN.
 module drive_front_end #(
     parameter int unsigned Axes          = 5,   // 1..8
     parameter int unsigned ClocksPerBit  = 6,
@@ -28,6 +30,10 @@ module drive_front_end #(
     input  logic [31:0]       core_readdata_i,
     input  logic              core_waitrequest_i,
     input  logic              core_irq_i,
+    // the processor that orders forces
+    input  logic [32*Axes-1:0] order_i,
+    input  logic              stop_i,       // it has faulted
+    output logic [32*Axes-1:0] position_o,
     // motors
     input  logic [Axes-1:0]   a_i,
     input  logic [Axes-1:0]   b_i,
@@ -38,28 +44,34 @@ module drive_front_end #(
     input  logic signed [15:0] bus_i,
     input  logic [Axes-1:0]   fault_i,
     output logic [3*Axes-1:0] high_o,
-    output logic [3*Axes-1:0] low_o
+    output logic [3*Axes-1:0] low_o,
+    output logic [Axes-1:0]   release_o    // holding brakes; a trip closes them
 );
 
+  localparam logic [1:0] MoRun = 2'd2;  // of pwm_bridge
   localparam int unsigned Width = drive_regmap_pkg::PWM_HALF_PERIOD_WIDTH;
   localparam int unsigned DeadBits = drive_regmap_pkg::DEAD_TIME_CLOCKS_WIDTH;
   localparam int unsigned FilterBits = drive_regmap_pkg::ENCODER_FILTER_WIDTH;
   localparam int unsigned SlowWidth = 3 * $clog2(SlowRate) + 1;
   localparam int unsigned FastWidth = 3 * $clog2(FastRate) + 1;
   localparam int unsigned Samples = 4 * Axes + 1;
-  localparam int unsigned SampleBits = $clog2(Samples);
+  localparam int unsigned WordBits = $clog2(5 * Axes + 1);
+  localparam int unsigned Index = drive_regmap_pkg::ADDRESS_WIDTH;
 
   logic        read_q, compare_write, compare_commit, write_q, link_clear, control_write;
-  logic [5:0]  register_index;
-  logic [63:0] reads;  // one bit a register
+  logic [Index-1:0] register_index;
+  logic [2**Index-1:0] reads;  // one bit a register
   logic [31:0] time_q, read_data, readdata_q;
-  logic [31:0] config_word, status_word, pwm_word;
+  logic [31:0] config_word, status_word, pwm_word, link_word, guard_word;
+  logic signed [15:0] bus_least_q;
+  logic [7:0]  release_q;
   logic [15:0] mode_q;
   logic [Width-1:0] half_period_q, minimum_q, window_start_q, count, unused_half;
   logic [DeadBits-1:0] dead_time_q;
   logic [FastWidth-1:0] limit_q;
   logic [FilterBits-1:0] filter_q;
-  logic        enable_q, late_q, fault_q, up, load, window;
+  logic        enable_q, orders_q, guard_encoder_q, late_q, fault_q, under_q, stop_q, alarm;
+  logic        up, load, window;
   logic        strobe, fast_valid, done, sampled_q;
   logic [2:0]  corner, fast;
   logic        link_valid, link_done, link_busy, link_late, link_fault;
@@ -68,7 +80,9 @@ module drive_front_end #(
   logic [Width-1:0] link_value, value, bounded;
   logic [1:0]  commit_q, phase_q;
   logic [2:0]  axis_q;
-  logic [SampleBits-1:0] word;
+  logic [WordBits-1:0] word;
+  logic [31:0] order;
+  logic [32*Axes-1:0] order_q, origin_q;
   logic signed [22:0] sample;
   logic [Axes-1:0] trip, illegal, index, over, unused_over, clear;
   logic [32*Axes-1:0] position, index_position, edge_time, current_a, current_b;
@@ -76,7 +90,7 @@ module drive_front_end #(
   logic signed [22:0] samples_q[0:Samples-1];
 
   assign register_index = address_i;
-  assign reads          = 64'd1 << register_index;
+  assign reads          = (2 ** Index)'(1) << register_index;
   assign control_write  = write_i && register_index == drive_regmap_pkg::REG_CONTROL;
   assign compare_write  = write_i && register_index == drive_regmap_pkg::REG_COMPARE && !enable_q;
   assign compare_commit = compare_write && writedata_i[drive_regmap_pkg::COMPARE_COMMIT_LSB];
@@ -97,9 +111,15 @@ module drive_front_end #(
           drive_regmap_pkg::RESET_CURRENT_LIMIT[drive_regmap_pkg::CURRENT_LIMIT_SIZE_LSB+:FastWidth];
       filter_q         <=
           drive_regmap_pkg::RESET_ENCODER[drive_regmap_pkg::ENCODER_FILTER_LSB+:FilterBits];
+      bus_least_q      <= '0;
+      release_q        <= '0;
       enable_q         <= 1'b0;
+      orders_q         <= 1'b0;
+      guard_encoder_q  <= 1'b0;
       late_q           <= 1'b0;
       fault_q          <= 1'b0;
+      under_q          <= 1'b0;
+      stop_q           <= 1'b0;
       write_q          <= 1'b0;
       commit_q         <= '0;
       read_q           <= 1'b0;
@@ -108,6 +128,8 @@ module drive_front_end #(
       read_q           <= read_i && !read_q;
       late_q           <= (late_q && !link_clear) || link_late;
       fault_q          <= (fault_q && !link_clear) || link_fault;
+      under_q          <= (under_q && !link_clear) || (bus_i < bus_least_q && bus_least_q != '0);
+      stop_q           <= (stop_q && !link_clear) || (stop_i && orders_q);
       write_q          <= link_valid || compare_write;
       commit_q         <= {commit_q[0], link_done || compare_commit};
       if (write_i) begin
@@ -125,7 +147,16 @@ module drive_front_end #(
           limit_q <= writedata_i[drive_regmap_pkg::CURRENT_LIMIT_SIZE_LSB+:FastWidth];
           drive_regmap_pkg::REG_ENCODER:
           filter_q <= writedata_i[drive_regmap_pkg::ENCODER_FILTER_LSB+:FilterBits];
-          drive_regmap_pkg::REG_LINK: enable_q <= writedata_i[drive_regmap_pkg::LINK_ENABLE_LSB];
+          drive_regmap_pkg::REG_LINK: begin
+            enable_q <= writedata_i[drive_regmap_pkg::LINK_ENABLE_LSB];
+            if (!link_busy) orders_q <= writedata_i[drive_regmap_pkg::LINK_ORDERS_LSB];
+          end
+          drive_regmap_pkg::REG_GUARD: begin
+            bus_least_q     <= writedata_i[drive_regmap_pkg::GUARD_BUS_LSB+:16];
+            guard_encoder_q <= writedata_i[drive_regmap_pkg::GUARD_ENCODER_LSB];
+          end
+          drive_regmap_pkg::REG_BRAKE:
+          release_q <= writedata_i[drive_regmap_pkg::BRAKE_RELEASE_LSB+:8];
           default: ;
         endcase
       end
@@ -140,6 +171,8 @@ module drive_front_end #(
     config_word = 32'd0;
     status_word = 32'd0;
     pwm_word    = 32'd0;
+    link_word   = 32'd0;
+    guard_word  = 32'd0;
     config_word[drive_regmap_pkg::CONFIG_AXES_LSB+:4]            = 4'(Axes);
     config_word[drive_regmap_pkg::CONFIG_BIT_CLOCKS_LSB+:6]      = 6'(ClocksPerBit);
     config_word[drive_regmap_pkg::CONFIG_FAST_LOG2_LSB+:4]       = 4'($clog2(FastRate));
@@ -151,8 +184,14 @@ module drive_front_end #(
     status_word[drive_regmap_pkg::STATUS_LATE_LSB]               = late_q;
     status_word[drive_regmap_pkg::STATUS_FAULT_LSB]              = fault_q;
     status_word[drive_regmap_pkg::STATUS_BUSY_LSB]               = link_busy;
+    status_word[drive_regmap_pkg::STATUS_UNDERVOLTAGE_LSB]       = under_q;
+    status_word[drive_regmap_pkg::STATUS_STOP_LSB]               = stop_q;
     pwm_word[drive_regmap_pkg::PWM_HALF_PERIOD_LSB+:Width]       = half_period_q;
     pwm_word[drive_regmap_pkg::PWM_MINIMUM_LSB+:Width]           = minimum_q;
+    link_word[drive_regmap_pkg::LINK_ENABLE_LSB]                 = enable_q;
+    link_word[drive_regmap_pkg::LINK_ORDERS_LSB]                 = orders_q;
+    guard_word[drive_regmap_pkg::GUARD_BUS_LSB+:16]              = bus_least_q;
+    guard_word[drive_regmap_pkg::GUARD_ENCODER_LSB]              = guard_encoder_q;
   end
 
   // An OR of values of which one at most is not 0 is smaller than a case.
@@ -166,16 +205,19 @@ module drive_front_end #(
         | shown(reads[drive_regmap_pkg::REG_WINDOW], 32'(window_start_q))
         | shown(reads[drive_regmap_pkg::REG_CURRENT_LIMIT], 32'(limit_q))
         | shown(reads[drive_regmap_pkg::REG_ENCODER], 32'(filter_q))
-        | shown(reads[drive_regmap_pkg::REG_LINK], 32'(enable_q))
+        | shown(reads[drive_regmap_pkg::REG_LINK], link_word)
+        | shown(reads[drive_regmap_pkg::REG_GUARD], guard_word)
+        | shown(reads[drive_regmap_pkg::REG_BRAKE], 32'(release_q))
         | shown(reads[drive_regmap_pkg::REG_TIME], time_q);
     for (int unsigned i = 0; i < Axes; i++)
       read_data = read_data
-          | shown(reads[drive_regmap_pkg::REG_POSITION + 6'(i)], position[32*i+:32])
-          | shown(reads[drive_regmap_pkg::REG_EDGE_TIME + 6'(i)], edge_time[32*i+:32])
-          | shown(reads[drive_regmap_pkg::REG_INDEX + 6'(i)], index_position[32*i+:32])
-          | shown(reads[drive_regmap_pkg::REG_CURRENT_A + 6'(i)], current_a[32*i+:32])
-          | shown(reads[drive_regmap_pkg::REG_CURRENT_B + 6'(i)], current_b[32*i+:32])
-          | shown(reads[drive_regmap_pkg::REG_ILLEGAL + 6'(i)], {24'd0, illegal_count[8*i+:8]});
+          | shown(reads[drive_regmap_pkg::REG_POSITION + Index'(i)], position[32*i+:32])
+          | shown(reads[drive_regmap_pkg::REG_EDGE_TIME + Index'(i)], edge_time[32*i+:32])
+          | shown(reads[drive_regmap_pkg::REG_INDEX + Index'(i)], index_position[32*i+:32])
+          | shown(reads[drive_regmap_pkg::REG_ORIGIN + Index'(i)], origin_q[32*i+:32])
+          | shown(reads[drive_regmap_pkg::REG_CURRENT_A + Index'(i)], current_a[32*i+:32])
+          | shown(reads[drive_regmap_pkg::REG_CURRENT_B + Index'(i)], current_b[32*i+:32])
+          | shown(reads[drive_regmap_pkg::REG_ILLEGAL + Index'(i)], {24'd0, illegal_count[8*i+:8]});
   end
 
   always_ff @(posedge clk_i) begin
@@ -270,7 +312,7 @@ module drive_front_end #(
         .value_i         (bounded),
         .commit_i        (commit_q[1]),
         .fault_i         (fault_i[i]),
-        .alarm_i         (late_q || fault_q),
+        .alarm_i         (alarm || (illegal[i] && guard_encoder_q)),
         .clear_i         (clear[i]),
         .trip_o          (trip[i]),
         .high_o          (high_o[3*i+:3]),
@@ -280,6 +322,18 @@ module drive_front_end #(
     assign current_a[32*i+:32] = {{9{samples_q[4*i+1][22]}}, samples_q[4*i+1]};
     assign current_b[32*i+:32] = {{9{samples_q[4*i+2][22]}}, samples_q[4*i+2]};
     assign age = time_q - edge_time[32*i+:32];
+
+    always_ff @(posedge clk_i or negedge rst_ni) begin
+      if (!rst_ni) begin
+        origin_q[32*i+:32] <= '0;
+      end else if (write_i && register_index == drive_regmap_pkg::REG_ORIGIN + Index'(i)) begin
+        origin_q[32*i+:32] <= writedata_i;
+      end
+    end
+
+    always_ff @(posedge clk_i) position_o[32*i+:32] <= position[32*i+:32] + origin_q[32*i+:32];
+
+    assign release_o[i] = release_q[i] && mode_q[2*i+:2] == MoRun && !trip[i];
 
     // What the link hands over, all of one clock. Ages beyond 2^22 clocks show as that.
     always_ff @(posedge clk_i) begin
@@ -292,7 +346,12 @@ module drive_front_end #(
     end
   end
 
-  always_ff @(posedge clk_i) if (done) samples_q[Samples-1] <= 23'(bus_i);
+  always_ff @(posedge clk_i) begin
+    if (done) begin
+      samples_q[Samples-1] <= 23'(bus_i);
+      order_q              <= order_i;
+    end
+  end
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
@@ -310,8 +369,10 @@ module drive_front_end #(
       .rst_ni,
       .enable_i     (enable_q),
       .trigger_i    (sampled_q),
+      .orders_i     (orders_q),
       .word_o       (word),
       .sample_i     (sample),
+      .order_i      (order),
       .value_valid_o(link_valid),
       .axis_o       (link_axis),
       .phase_o      (link_phase),
@@ -329,7 +390,15 @@ module drive_front_end #(
       .fault_o      (link_fault)
   );
 
-  assign sample      = samples_q[word];
+  always_comb begin
+    sample = '0;
+    order  = '0;
+    for (int unsigned i = 0; i < Samples; i++) if (word == WordBits'(i)) sample = samples_q[i];
+    for (int unsigned i = 0; i < Axes; i++)
+      if (word == WordBits'(Samples + i)) order = order_q[32*i+:32];
+  end
+
+  assign alarm       = late_q || fault_q || under_q || stop_q;
   assign value_axis  = link_valid ? link_axis
                                   : writedata_i[drive_regmap_pkg::COMPARE_AXIS_LSB+:3];
   assign value_phase = link_valid ? link_phase

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // servo_link: runs a processor once per trigger, without a host: samples in, a run, compare values out.
 // Contract: a trigger_i while enable_i and nothing goes on writes word n of the samples, n = 0 .. 4 Axes, to
-// constants + n of the asip (asip_regmap), one a clock, starts a run, waits for irq_i (its IRQ_ENABLE
+// constants + n of the asip (asip_regmap), one a clock, with orders_i Axes words more, which go as
+// they are (order_i), starts a run, waits for irq_i (its IRQ_ENABLE
 // has done and fault), reads STATUS, and of a good run outputs n = 0 .. 3 Axes - 1, each to value_o with index
 // n. done_o is high for a clock behind the last of them. Words are binary32 numbers 1.5 * 2^23 + value,
 // value of 23 bits with sign, which wires make; of an output its lowest bits are the value, as the program adds
@@ -15,9 +16,12 @@ module servo_link #(
     input  logic             rst_ni,
     input  logic             enable_i,
     input  logic             trigger_i,
-    // samples: word 4 axis + 0, 1, 2: position, currents a, b; 3: clocks since the last edge; 4 Axes: bus
-    output logic [$clog2(4*Axes+1)-1:0] word_o,
+    input  logic             orders_i,     // steady while busy_o
+    // samples: word 4 axis + 0, 1, 2: position, currents a, b; 3: clocks since the last edge; 4 Axes: bus;
+    // 4 Axes + 1 + axis: its order
+    output logic [$clog2(5*Axes+1)-1:0] word_o,
     input  logic signed [22:0] sample_i,   // of word_o, in the same clock
+    input  logic [31:0]        order_i,    // the same
     // compare values
     output logic             value_valid_o,
     output logic [2:0]       axis_o,
@@ -54,17 +58,18 @@ module servo_link #(
                                    + 14'(asip_regmap_pkg::REG_STATUS);
   localparam logic [31:0] CLEAR = 32'd1 << asip_regmap_pkg::CONTROL_CLEAR_LSB;
   localparam logic [31:0] START = CLEAR | 32'd1 << asip_regmap_pkg::CONTROL_START_LSB;
-  localparam int unsigned WordBits = $clog2(4 * Axes + 1);
-  localparam int unsigned LastInput = 4 * Axes;
+  localparam int unsigned WordBits = $clog2(5 * Axes + 1);
+  localparam int unsigned LastSample = 4 * Axes;
   localparam int unsigned LastOutput = 3 * Axes - 1;
 
   logic [2:0] state_q, axis_q;
   logic [WordBits-1:0] word_q;
   logic [1:0] phase_q;
-  logic accepted, run_failed, last_input, last_output;
+  logic accepted, run_failed, is_order, last_input, last_output;
 
   assign accepted    = (read_o || write_o) && !waitrequest_i;
-  assign last_input  = word_q == WordBits'(LastInput);
+  assign is_order    = word_q > WordBits'(LastSample);
+  assign last_input  = word_q == (orders_i ? WordBits'(5 * Axes) : WordBits'(LastSample));
   assign last_output = word_q == WordBits'(LastOutput);
   assign run_failed  = readdata_i[asip_regmap_pkg::STATUS_FAULT_LSB];
 
@@ -102,7 +107,7 @@ module servo_link #(
     writedata_o = START;
     if (state_q == StInputs) begin
       address_o   = CONSTANTS + 14'(word_q);
-      writedata_o = {9'h096, !sample_i[22], sample_i[21:0]};
+      writedata_o = is_order ? order_i : {9'h096, !sample_i[22], sample_i[21:0]};
     end
     if (state_q == StStatus) address_o = STATUS;
     if (state_q == StOutputs) address_o = OUTPUTS + 14'(word_q);

@@ -3,33 +3,36 @@
 // drive_regmap_pkg: host register map, word addresses.
 package drive_regmap_pkg;
 
-  localparam int unsigned ADDRESS_WIDTH = 6;  // word address
+  localparam int unsigned ADDRESS_WIDTH = 7;  // word address
   localparam int unsigned DATA_WIDTH = 32;
 
   // Blocks: first word and number of words, aligned powers of two.
   localparam int unsigned BASE_CSR = 0;
-  localparam int unsigned WORDS_CSR = 64;
+  localparam int unsigned WORDS_CSR = 128;
 
   // Registers: word offset in block csr.
-  localparam logic [5:0] REG_ID = 6'h0;
-  localparam logic [5:0] REG_CONFIG = 6'h1;
-  localparam logic [5:0] REG_CONTROL = 6'h2;
-  localparam logic [5:0] REG_STATUS = 6'h3;
-  localparam logic [5:0] REG_MODE = 6'h4;
-  localparam logic [5:0] REG_PWM = 6'h5;
-  localparam logic [5:0] REG_DEAD_TIME = 6'h6;
-  localparam logic [5:0] REG_WINDOW = 6'h7;
-  localparam logic [5:0] REG_CURRENT_LIMIT = 6'h8;
-  localparam logic [5:0] REG_ENCODER = 6'h9;
-  localparam logic [5:0] REG_LINK = 6'ha;
-  localparam logic [5:0] REG_TIME = 6'hb;
-  localparam logic [5:0] REG_COMPARE = 6'hc;
-  localparam logic [5:0] REG_POSITION = 6'h10;
-  localparam logic [5:0] REG_EDGE_TIME = 6'h18;
-  localparam logic [5:0] REG_INDEX = 6'h20;
-  localparam logic [5:0] REG_CURRENT_A = 6'h28;
-  localparam logic [5:0] REG_CURRENT_B = 6'h30;
-  localparam logic [5:0] REG_ILLEGAL = 6'h38;
+  localparam logic [6:0] REG_ID = 7'h0;
+  localparam logic [6:0] REG_CONFIG = 7'h1;
+  localparam logic [6:0] REG_CONTROL = 7'h2;
+  localparam logic [6:0] REG_STATUS = 7'h3;
+  localparam logic [6:0] REG_MODE = 7'h4;
+  localparam logic [6:0] REG_PWM = 7'h5;
+  localparam logic [6:0] REG_DEAD_TIME = 7'h6;
+  localparam logic [6:0] REG_WINDOW = 7'h7;
+  localparam logic [6:0] REG_CURRENT_LIMIT = 7'h8;
+  localparam logic [6:0] REG_ENCODER = 7'h9;
+  localparam logic [6:0] REG_LINK = 7'ha;
+  localparam logic [6:0] REG_TIME = 7'hb;
+  localparam logic [6:0] REG_COMPARE = 7'hc;
+  localparam logic [6:0] REG_GUARD = 7'hd;
+  localparam logic [6:0] REG_BRAKE = 7'he;
+  localparam logic [6:0] REG_POSITION = 7'h10;
+  localparam logic [6:0] REG_EDGE_TIME = 7'h18;
+  localparam logic [6:0] REG_INDEX = 7'h20;
+  localparam logic [6:0] REG_CURRENT_A = 7'h28;
+  localparam logic [6:0] REG_CURRENT_B = 7'h30;
+  localparam logic [6:0] REG_ILLEGAL = 7'h38;
+  localparam logic [6:0] REG_ORIGIN = 7'h40;
 
   // Reset values.
   localparam logic [31:0] RESET_ID = 32'h44525631;
@@ -40,6 +43,9 @@ package drive_regmap_pkg;
   localparam logic [31:0] RESET_CURRENT_LIMIT = 32'h00000000;
   localparam logic [31:0] RESET_ENCODER = 32'h00000003;
   localparam logic [31:0] RESET_LINK = 32'h00000000;
+  localparam logic [31:0] RESET_GUARD = 32'h00000000;
+  localparam logic [31:0] RESET_BRAKE = 32'h00000000;
+  localparam logic [31:0] RESET_ORIGIN = 32'h00000000;
 
   // Fields: lowest bit and width.
   localparam int unsigned CONFIG_AXES_LSB = 0;
@@ -68,6 +74,10 @@ package drive_regmap_pkg;
   localparam int unsigned STATUS_FAULT_WIDTH = 1;
   localparam int unsigned STATUS_BUSY_LSB = 26;
   localparam int unsigned STATUS_BUSY_WIDTH = 1;
+  localparam int unsigned STATUS_UNDERVOLTAGE_LSB = 27;
+  localparam int unsigned STATUS_UNDERVOLTAGE_WIDTH = 1;
+  localparam int unsigned STATUS_STOP_LSB = 28;
+  localparam int unsigned STATUS_STOP_WIDTH = 1;
   localparam int unsigned MODE_AXES_LSB = 0;
   localparam int unsigned MODE_AXES_WIDTH = 16;
   localparam int unsigned PWM_HALF_PERIOD_LSB = 0;
@@ -84,6 +94,8 @@ package drive_regmap_pkg;
   localparam int unsigned ENCODER_FILTER_WIDTH = 4;
   localparam int unsigned LINK_ENABLE_LSB = 0;
   localparam int unsigned LINK_ENABLE_WIDTH = 1;
+  localparam int unsigned LINK_ORDERS_LSB = 1;
+  localparam int unsigned LINK_ORDERS_WIDTH = 1;
   localparam int unsigned COMPARE_VALUE_LSB = 0;
   localparam int unsigned COMPARE_VALUE_WIDTH = 12;
   localparam int unsigned COMPARE_PHASE_LSB = 12;
@@ -92,5 +104,11 @@ package drive_regmap_pkg;
   localparam int unsigned COMPARE_AXIS_WIDTH = 3;
   localparam int unsigned COMPARE_COMMIT_LSB = 24;
   localparam int unsigned COMPARE_COMMIT_WIDTH = 1;
+  localparam int unsigned GUARD_BUS_LSB = 0;
+  localparam int unsigned GUARD_BUS_WIDTH = 16;
+  localparam int unsigned GUARD_ENCODER_LSB = 16;
+  localparam int unsigned GUARD_ENCODER_WIDTH = 1;
+  localparam int unsigned BRAKE_RELEASE_LSB = 0;
+  localparam int unsigned BRAKE_RELEASE_WIDTH = 8;
 
 endpackage

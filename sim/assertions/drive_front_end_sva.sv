@@ -7,6 +7,9 @@ module drive_front_end_sva #(
     input logic rst_ni,
     input logic late_q,
     input logic fault_q,
+    input logic under_q,
+    input logic stop_q,
+    input logic [Axes-1:0] release_o,
     input logic read_i,
     input logic waitrequest_o,
     input logic [3*Axes-1:0] high_o,
@@ -17,12 +20,16 @@ module drive_front_end_sva #(
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) without_q <= '0;
-    else without_q <= {without_q[0], late_q || fault_q};
+    else without_q <= {without_q[0], late_q || fault_q || under_q || stop_q};
   end
 
   NoGateWithoutTheProcessor : assert property (@(posedge clk_i) disable iff (!rst_ni)
       without_q[1] |-> high_o == '0 && low_o == '0)
   else $error("a gate is on though the processor is late or at fault");
+
+  BrakeClosesWithATrip : assert property (@(posedge clk_i) disable iff (!rst_ni)
+      without_q[1] |-> release_o == '0)
+  else $error("a brake is open though the axis has no gates");
 
   ReadInTwoClocks : assert property (@(posedge clk_i) disable iff (!rst_ni)
       read_i && waitrequest_o |=> !waitrequest_o)

@@ -39,6 +39,7 @@ class TwoProcessors:
 
     moves: the path. period_clocks: clocks of a period. The interface is that of `AsipController`,
     but set-points come from the first core, not from the caller. `set_points` gets what it made.
+    system: one that exists, of the configurations named; by default a new one.
     """
 
     def __init__(
@@ -49,8 +50,9 @@ class TwoProcessors:
         tracking_program: str = "tracking_optimised",
         trajectory: str = "fast",
         tracking: str = "fast",
+        system: DualRtl | None = None,
     ) -> None:
-        self.system = DualRtl(trajectory, tracking)
+        self.system = system or DualRtl(trajectory, tracking)
         self.images = {
             "trajectory": program(TRAJECTORY_PROGRAM, trajectory, robot),
             "tracking": program(tracking_program, tracking, robot),

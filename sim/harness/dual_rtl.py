@@ -18,6 +18,7 @@ from sim.harness.sources import sources_of
 from sim.harness.waves import load_model
 
 TOP = "dual_asip"
+HARNESS = Path(__file__).parent
 FLAGS = REGMAP.registers["STATUS"].fields
 MEASURED_SOURCE = 32  # of an input list: first measured word
 LIST_ENTRIES = 32
@@ -64,6 +65,10 @@ class DualRtl:
     The model is built on first use.
     """
 
+    top = TOP
+    harness = HARNESS / "dual_harness.cpp"
+    headers: tuple[Path, ...] = ()
+
     def __init__(self, trajectory: str = "fast", tracking: str = "fast") -> None:
         parameters = {}
         for name, configuration in (("Trajectory", trajectory), ("Tracking", tracking)):
@@ -71,7 +76,13 @@ class DualRtl:
             parameters[f"{name}FmaPipes"] = record.fma_pipes
             parameters[f"{name}Slots"] = len(record.slots)
         path = build_library(
-            TOP, sources_of(TOP), Path(__file__).with_name("dual_harness.cpp"), parameters, jobs=1
+            self.top,
+            sources_of(self.top),
+            self.harness,
+            parameters,
+            jobs=1,
+            headers=(HARNESS / "dual_bench.h", HARNESS / "dual_api.h", *self.headers),
+            harness_flags=(f"-I{HARNESS}",),
         )
         lib = load_model(path)
         pointer, u32, u64 = ctypes.c_void_p, ctypes.c_uint32, ctypes.c_uint64

@@ -57,15 +57,17 @@ def run(
     controller: AsipController,
     progress: Callable[[int], None],
     tap: Tap | None = None,
+    plant: Plant | None = None,
 ) -> Recording:
     """Run every tick: counts from the plant, set-points from the path, forces back to the plant.
 
-    The plant starts at rest at the first set-point. `progress` gets the ticks done since its last
-    call.
+    plant: at rest at the first set-point, by default the rigid body with ideal drives. `progress`
+    gets the ticks done since its last call.
     """
     n = len(path)
     words = path.words()
-    plant = Plant(robot, tuple(path.position[0]), tuple(path.table_position[0]))
+    if plant is None:
+        plant = Plant(robot, tuple(path.position[0]), tuple(path.table_position[0]))
     counts = np.empty((n, 5), dtype=np.int32)
     joints, tool = np.empty((n, 5)), np.empty((n, 3))
     parts = []

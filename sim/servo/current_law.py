@@ -5,7 +5,8 @@ Words in and out are those of rtl/drive/servo_link.sv: 1.5 * 2^23 + integer. Per
 angle from counts, Clarke, Park, PI in d and q with decoupling, the voltage circle with d first and
 anti-windup by back-calculation, the angle ahead by the delay, dead time compensated by the sign
 of the phase currents with a smooth zone, space vectors by the mean of the extreme phases. Sine and
-cosine are those of the last angle, turned by the counts since; the first run only sets them.
+cosine are those of the last angle, turned by the counts since; the first run only sets them. What
+a start-up finds are parameters: angle0 .. [rad] at count 0, zero_a0, zero_b0 .. of the currents.
 
 Equations: D. W. Novotny, T. A. Lipo, Vector Control and Dynamics of AC Drives, 1996; gains by the
 magnitude optimum for a delay of 1.5 periods: K_p = L / (2 * 1.5 T), K_i = R K_p / L.
@@ -38,9 +39,12 @@ HALF_PERIOD = 1250  # clocks, as the register PWM
 class Setting:
     """What the program is made for besides the motors.
 
-    resolution: travel of a count [m or rad], per axis; offset: electrical angle at count 0 [rad];
-    period: of the loop [s]; half: compare value of full duty; bus_scale: volts of a count of the
-    bus; compensation: of the dead time, as a share of what the parameters ask for.
+    resolution: travel of a count [m or rad], per axis; offset: electrical angle at count 0 [rad],
+    until a start-up writes another; period: of the loop [s]; half: compare value of full duty;
+    bus_scale: volts of a count of the bus; compensation: of the dead time, as a share of what the
+    parameters ask for; order_filter: time constant [s] of a low-pass in front of each axis' loop,
+    0: none. A coarse encoder makes a tracking law order pulses beyond the slope that the bus
+    voltage allows, and their mean would be lost.
     """
 
     resolution: tuple[float, ...]
@@ -49,6 +53,7 @@ class Setting:
     half: int = HALF_PERIOD
     bus_scale: float = 0.05
     compensation: float = 1.0
+    order_filter: tuple[float, ...] = (0.0,) * 5
 
     @property
     def ampere_per_count(self) -> float:
@@ -78,7 +83,12 @@ def current_law(drives: Drives, setting: Setting, axes: Sequence[int] = AXES) ->
 
     def word(name: str, most: int, meaning: str) -> ca.SX:
         limits = (MAGIC - most, MAGIC + most)
-        return source("input", name, "count", limits, f"{meaning}, 1.5 2^23 more") - MAGIC
+        return source("input", name, "count", limits, f"{meaning}, 1.5 2^23 more")
+
+    def parameter(name: str, unit: str, value: float, meaning: str) -> ca.SX:
+        ports.append(Port("parameter", name, unit, meaning, initial=value))
+        inputs.append(ca.SX.sym(name))
+        return inputs[-1]
 
     samples = {}
     for n in axes:  # in the order of the link
@@ -86,12 +96,17 @@ def current_law(drives: Drives, setting: Setting, axes: Sequence[int] = AXES) ->
         scale = drives.current_scale * setting.ampere_per_count
         far = min(LARGEST, int(40 * motor.pole / setting.resolution[n]))
         most = int(1.5 * motor.i_max / scale)
-        counts = word(f"q{n}", far, "position")
-        i_a = word(f"ia{n}", most, "current of phase a") * scale
-        i_b = word(f"ib{n}", most, "current of phase b") * scale
+        counts = word(f"q{n}", far, "position") - MAGIC
+        currents = [word(f"i{k}{n}", most, f"current of phase {k}") for k in "ab"]
+        zeros = [
+            parameter(f"zero_{k}{n}", "count", MAGIC, f"word of phase {k} without current")
+            for k in "ab"
+        ]
+        i_a, i_b = ((word - zero) * scale for word, zero in zip(currents, zeros, strict=True))
         word(f"age{n}", LARGEST, "clocks since the last count; not used")
         samples[n] = counts, i_a, i_b
-    bus = word("bus", int(1.2 * drives.U_dc / setting.bus_scale), "bus voltage") * setting.bus_scale
+    bus = word("bus", int(1.2 * drives.U_dc / setting.bus_scale), "bus voltage") - MAGIC
+    bus = bus * setting.bus_scale
     bus = ca.fmax(bus, LEAST_VOLTAGE)
     circle = bus / math.sqrt(3.0)
     most_d, square = MOST_D * circle, circle * circle
@@ -113,7 +128,9 @@ def current_law(drives: Drives, setting: Setting, axes: Sequence[int] = AXES) ->
         x_q = source("state", f"xq{n}", "V", (-drives.U_dc, drives.U_dc), "integral of q")
 
         turns = counts * (setting.resolution[n] / motor.pole)
-        angle = (turns - ca.floor(turns + 0.5)) * (2 * math.pi) + setting.offset[n]
+        angle = (turns - ca.floor(turns + 0.5)) * (2 * math.pi) + parameter(
+            f"angle{n}", "rad", setting.offset[n], "electrical angle at count 0"
+        )
         result("state", f"cosine{n}_next", ca.cos(angle))
         result("state", f"sine{n}_next", ca.sin(angle))
         # Sine and cosine of the last angle, turned by the counts since then: a small angle.
@@ -123,6 +140,11 @@ def current_law(drives: Drives, setting: Setting, axes: Sequence[int] = AXES) ->
 
         beta = (i_a + 2 * i_b) * (1 / math.sqrt(3.0))
         i_d, i_q = i_a * c + beta * s, beta * c - i_a * s
+        if setting.order_filter[n]:
+            filtered = source("state", f"order{n}", "N", (-strongest, strongest), "filtered order")
+            share = -math.expm1(-setting.period / setting.order_filter[n])
+            force = filtered + share * (force - filtered)
+            result("state", f"order{n}_next", force)
         wanted = ca.fmax(ca.fmin(force * (1 / motor.force_per_ampere), motor.i_max), -motor.i_max)
         e_d, e_q = -i_d, wanted - i_q
         k_d, k_q, k_i = gains(motor, setting.period)

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from sim.harness import build, dual_rtl
+from sim.harness import build
 from sim.harness.build import ROOT
 from tests.bench.faults import BY_NUMBER, RTL, Fault, load, plant, write_if_changed
 
@@ -49,6 +49,8 @@ def build_with_faults(
     harness: Path,
     parameters: Mapping[str, int] | None = None,
     jobs: int = 1,
+    headers: Sequence[Path] = (),
+    harness_flags: Sequence[str] = (),
 ) -> Path:
     """In place of `build.build_library` in `dual_rtl`: the model with all faults of the table."""
     return build.build_library(
@@ -57,6 +59,6 @@ def build_with_faults(
         HARNESS,
         parameters,
         jobs,
-        headers=[harness],
-        harness_flags=[f"-I{Path(dual_rtl.__file__).parent}"],
+        headers=[harness, *headers],
+        harness_flags=harness_flags,
     )

@@ -15,7 +15,10 @@ from tests.servo.clocked import Clocked
 
 SEED = int(os.environ.get("SEED", "1"))
 AXES, WORDS, VALUES = 5, 21, 15
-LINK_IN = ("enable", "trigger", "sample", "readdata", "waitrequest", "irq")
+LINK_IN = (
+    *("enable", "trigger", "orders", "sample", "order"),
+    *("readdata", "waitrequest", "irq"),
+)
 LINK_OUT = (
     *("word", "value_valid", "axis", "phase", "value", "done"),
     *("address", "read", "write", "writedata", "busy", "late", "fault"),
@@ -91,6 +94,18 @@ def test_trigger__samples_a_run_and_values(waits):
         assert np.flatnonzero(writes)[0] == 11 and done == 11 + WORDS + 101 + 1 + VALUES
 
 
+def test_orders__follow_the_samples_as_they_are():
+    link = Clocked("servo_link", LINK_IN, LINK_OUT)
+    word = link.run(60, enable=1, orders=1, trigger=np.eye(60, dtype=np.int64)[5])["word"]
+    found = link.run(
+        60, enable=1, orders=1, trigger=np.eye(60, dtype=np.int64)[5], order=0x40490000 + word
+    )
+    writes = np.flatnonzero(found["write"])
+    base = ASIP.blocks["constants"].base
+    assert found["address"][writes].tolist() == [*range(base, base + 26), register("CONTROL")]
+    assert found["writedata"][writes][21:26].tolist() == [0x40490000 + n for n in range(21, 26)]
+
+
 def test_fault_of_a_run__no_value_comes():
     found = run_link(np.zeros(WORDS, dtype=np.int64), np.zeros(VALUES), (10,), fault=True)
     assert found["fault"].sum() == 1 and not found["value_valid"].any() and not found["done"].any()
@@ -134,11 +149,11 @@ def front_end() -> Clocked:
     inputs = (
         *("address", "read", "write", "writedata"),
         *("core_readdata", "core_waitrequest", "core_irq"),
-        *("a", "b", "z", "bit_a", "bit_b", "bus", "fault"),
+        *("a", "b", "z", "bit_a", "bit_b", "bus", "fault", "order", "stop"),
     )
     outputs = (
         *("readdata", "waitrequest", "core_address", "core_read", "core_write"),
-        *("core_writedata", "mclk", "high", "low"),
+        *("core_writedata", "mclk", "high", "low", "position", "release"),
     )
     return Clocked("drive_front_end", inputs, outputs, {"Axes": 2})
 
@@ -218,3 +233,50 @@ def test_front_end__overcurrent_trips_its_axis():
     found = front_end().run(clocks, **host.columns, bit_a=3 * bits | jump, bit_b=3 * bits)
     assert (found["low"][3000:4000] == 0o77).all()
     assert found["low"][-1] == 0o07, "axis 1 alone, whose bits are all 1"
+
+
+def test_front_end__orders_of_one_clock_and_the_machines_position():
+    clocks = 5000
+    host = Host(clocks)
+    host.write(10, "LINK", enable=1, orders=1)
+    host.write(11, "ORIGIN", value=1000)
+    first, second = 0x3F800000, 0xC0000000
+    late = np.where(np.arange(clocks) > 1400, 0x7FFFFFFF, (second << 32) | first)
+    found = front_end().run(clocks, **host.columns, order=late)
+    writes = np.flatnonzero(found["core_write"])[:11]  # behind the first window, 1152 clocks
+    assert writes[0] < 1400 and found["core_writedata"][writes][9:11].tolist() == [
+        first,
+        second - 2**32 if found["core_writedata"].min() < 0 else second,
+    ]
+    assert found["position"][-1] == 1000
+
+
+GUARDS = {
+    "undervoltage": (dict(bus=10000), dict(bus=(11200, 9000)), 3),
+    "stop": (dict(bus=0), dict(stop=(0, 1)), 3),
+    "encoder": (dict(encoder=1), dict(a=(0, 2), b=(0, 2)), 2),
+}
+
+
+@pytest.mark.parametrize("cause", GUARDS)
+def test_front_end__guards_take_gates_and_close_brakes(cause):
+    guard, inputs, axes = GUARDS[cause]
+    clocks = 3000
+    host = Host(clocks)
+    host.write(10, "MODE", axes=2 | 2 << 2)
+    host.write(11, "LINK", orders=1)
+    host.write(12, "BRAKE", release=3)
+    host.write(13, "GUARD", **guard)
+    host.read(2500, "STATUS")
+    when = np.arange(clocks) > 1000
+    given = {name: np.where(when, pair[1], pair[0]) for name, pair in inputs.items()}
+    found = front_end().run(clocks, **host.columns, **({"bus": 11200} | given))
+    on = found["high"] | found["low"]
+    assert found["release"][900] == 3 and on[900] == 0o77
+    assert found["release"][-1] == 3 - axes
+    assert on[-1] == sum(7 << 3 * n for n in range(2) if not axes >> n & 1)
+    fields = DRIVE.registers["STATUS"].fields
+    status = int(found["readdata"][2501])
+    assert status >> fields["trip"].low & 3 == axes
+    flag = "illegal" if cause == "encoder" else cause
+    assert status >> fields[flag].low & axes

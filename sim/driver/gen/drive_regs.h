@@ -61,6 +61,12 @@ extern "C" {
 #define DRIVE__CSR__STATUS__BUSY_bm 0x4000000
 #define DRIVE__CSR__STATUS__BUSY_bp 26
 #define DRIVE__CSR__STATUS__BUSY_bw 1
+#define DRIVE__CSR__STATUS__UNDERVOLTAGE_bm 0x8000000
+#define DRIVE__CSR__STATUS__UNDERVOLTAGE_bp 27
+#define DRIVE__CSR__STATUS__UNDERVOLTAGE_bw 1
+#define DRIVE__CSR__STATUS__STOP_bm 0x10000000
+#define DRIVE__CSR__STATUS__STOP_bp 28
+#define DRIVE__CSR__STATUS__STOP_bw 1
 
 // reg - drive::csr::MODE
 #define DRIVE__CSR__MODE__AXES_bm 0xffff
@@ -107,6 +113,10 @@ extern "C" {
 #define DRIVE__CSR__LINK__ENABLE_bp 0
 #define DRIVE__CSR__LINK__ENABLE_bw 1
 #define DRIVE__CSR__LINK__ENABLE_reset 0x0
+#define DRIVE__CSR__LINK__ORDERS_bm 0x2
+#define DRIVE__CSR__LINK__ORDERS_bp 1
+#define DRIVE__CSR__LINK__ORDERS_bw 1
+#define DRIVE__CSR__LINK__ORDERS_reset 0x0
 
 // reg - drive::csr::TIME
 #define DRIVE__CSR__TIME__VALUE_bm 0xffffffff
@@ -126,6 +136,22 @@ extern "C" {
 #define DRIVE__CSR__COMPARE__COMMIT_bm 0x1000000
 #define DRIVE__CSR__COMPARE__COMMIT_bp 24
 #define DRIVE__CSR__COMPARE__COMMIT_bw 1
+
+// reg - drive::csr::GUARD
+#define DRIVE__CSR__GUARD__BUS_bm 0xffff
+#define DRIVE__CSR__GUARD__BUS_bp 0
+#define DRIVE__CSR__GUARD__BUS_bw 16
+#define DRIVE__CSR__GUARD__BUS_reset 0x0
+#define DRIVE__CSR__GUARD__ENCODER_bm 0x10000
+#define DRIVE__CSR__GUARD__ENCODER_bp 16
+#define DRIVE__CSR__GUARD__ENCODER_bw 1
+#define DRIVE__CSR__GUARD__ENCODER_reset 0x0
+
+// reg - drive::csr::BRAKE
+#define DRIVE__CSR__BRAKE__RELEASE_bm 0xff
+#define DRIVE__CSR__BRAKE__RELEASE_bp 0
+#define DRIVE__CSR__BRAKE__RELEASE_bw 8
+#define DRIVE__CSR__BRAKE__RELEASE_reset 0x0
 
 // reg - drive::csr::POSITION
 #define DRIVE__CSR__POSITION__VALUE_bm 0xffffffff
@@ -157,6 +183,12 @@ extern "C" {
 #define DRIVE__CSR__ILLEGAL__VALUE_bp 0
 #define DRIVE__CSR__ILLEGAL__VALUE_bw 32
 
+// reg - drive::csr::ORIGIN
+#define DRIVE__CSR__ORIGIN__VALUE_bm 0xffffffff
+#define DRIVE__CSR__ORIGIN__VALUE_bp 0
+#define DRIVE__CSR__ORIGIN__VALUE_bw 32
+#define DRIVE__CSR__ORIGIN__VALUE_reset 0x0
+
 // regfile - drive::csr
 typedef struct __attribute__ ((__packed__)) {
     uint32_t ID;
@@ -172,13 +204,16 @@ typedef struct __attribute__ ((__packed__)) {
     uint32_t LINK;
     uint32_t TIME;
     uint32_t COMPARE;
-    uint8_t RESERVED_34_3f[0xc];
+    uint32_t GUARD;
+    uint32_t BRAKE;
+    uint8_t RESERVED_3c_3f[0x4];
     uint32_t POSITION[8];
     uint32_t EDGE_TIME[8];
     uint32_t INDEX[8];
     uint32_t CURRENT_A[8];
     uint32_t CURRENT_B[8];
     uint32_t ILLEGAL[8];
+    uint32_t ORIGIN[8];
 } drive__csr_t;
 
 // addrmap - drive

@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: Apache-2.0
+// The plant with inverters averaged over a half period of the carrier, and the current loops' program as C,
+// for whole paths. C interface for averaged.py; the same windings and mechanics as chain_harness.cpp.
+// In each half: the phases' mean voltages, dead time and drops included; the currents as they are in the middle
+// of their window; the program at the window's end; its values in the next half.
+#include <cmath>
+#include <cstring>
+
+#include "current_loops.tick.h"
+#include "plant.h"
+
+namespace {
+
+using servo::Axis;
+using servo::kAxes;
+constexpr int kHalves = 10, kHalf = 1250;   // of a control period; clocks of a half
+constexpr double kClock = 8e-9, kMagic = 12582912, kBusScale = 0.05, kFull = 131072;
+static_assert(sizeof(current_loops_inputs) == 26 * sizeof(float), "words of the link and orders");
+static_assert(sizeof(current_loops_outputs) == 15 * sizeof(float), "compare values");
+
+struct Averaged {
+  servo::Parameters p;
+  servo::Mechanics mechanics;
+  servo::Windings windings[kAxes];
+  current_loops_states states = current_loops_initial;
+  double compare[kAxes][3] = {};  // in force
+  int64_t start[kAxes];
+  uint32_t released = (1 << kAxes) - 1;
+  double middle, end;             // clocks of a half: middle of the window, samples
+  double noise;                   // of a sample [A], standard deviation
+  uint64_t seed = 88172645463325252ull;
+  bool up = true;
+  bool faulted = false;
+
+  int64_t count(int n) const {
+    return std::llround(std::floor(mechanics.position[n] / p.axis[n].resolution + 0.5));
+  }
+
+  double gauss() {  // sum of twelve uniform numbers
+    double sum = -6;
+    for (int n = 0; n < 12; ++n) {
+      seed ^= seed << 13, seed ^= seed >> 7, seed ^= seed << 17;
+      sum += double(seed >> 11) * 0x1p-53;
+    }
+    return sum;
+  }
+
+  double angle(int n) const { return p.axis[n].wave * mechanics.position[n] + p.axis[n].angle_offset; }
+
+  // Mean of a phase over the half period against the bus's middle: one edge in each half.
+  double voltage(double clocks, double current, double inductance) const {
+    const double ripple = p.U_dc * kHalf * kClock / (8 * inductance);
+    const double sign = std::clamp(current / ripple, -1.0, 1.0);
+    double high = clocks;
+    if (clocks > 0 && clocks < kHalf) {
+      const double late = p.dead_time + p.delay_on, early = p.delay_off;  // with and against the current
+      const double wait = up ? (sign + 1) / 2 * early + (1 - sign) / 2 * late
+                             : -(sign + 1) / 2 * late - (1 - sign) / 2 * early;
+      high = std::clamp(clocks + wait / kClock, 0.0, double(kHalf));
+    }
+    return (high / kHalf - 0.5) * p.U_dc - sign * p.drop - p.drop_resistance * current;
+  }
+
+  void advance(double clocks) {
+    const double time = clocks * kClock;
+    servo::Five force;
+    for (int n = 0; n < kAxes; ++n) {
+      const Axis& axis = p.axis[n];
+      const double c = std::cos(angle(n)), s = std::sin(angle(n));
+      const auto current = windings[n].phases(c, s);
+      double u[3], alpha, beta;
+      for (int k = 0; k < 3; ++k) u[k] = voltage(compare[n][k], current[k], axis.L_q);
+      servo::space_vector(u, alpha, beta);
+      const double before = windings[n].force(axis);
+      windings[n].advance(axis, alpha, beta, c, s, axis.wave * mechanics.speed[n], time);
+      force[n] = (before + windings[n].force(axis)) / 2;
+    }
+    mechanics.advance(p, force, released, time);
+  }
+
+  static float word(double value) { return float(kMagic + std::nearbyint(value)); }
+
+  void half(const float* orders) {
+    float in[26];
+    advance(middle);
+    for (int n = 0; n < kAxes; ++n) {
+      const Axis& axis = p.axis[n];
+      const auto current = windings[n].phases(std::cos(angle(n)), std::sin(angle(n)));
+      const double scale = kFull / p.current_scale;
+      in[4 * n + 1] = word((current[0] * (1 + axis.gain_a) + axis.offset_a + noise * gauss()) * scale);
+      in[4 * n + 2] = word((current[1] * (1 + axis.gain_b) + axis.offset_b + noise * gauss()) * scale);
+      in[4 * n + 3] = kMagic;
+    }
+    advance(end - middle);
+    for (int n = 0; n < kAxes; ++n) in[4 * n] = word(count(n) - start[n]);
+    in[20] = word(p.U_dc / kBusScale);
+    std::memcpy(in + 21, orders, kAxes * sizeof(float));
+    current_loops_inputs inputs;
+    current_loops_outputs outputs;
+    std::memcpy(&inputs, in, sizeof in);
+    faulted |= current_loops_tick(&inputs, &states, &outputs) != 0;
+    advance(kHalf - end);
+    float values[15];
+    std::memcpy(values, &outputs, sizeof values);
+    for (int n = 0; n < 15; ++n) compare[n / 3][n % 3] = values[n] - kMagic;
+    up = !up;
+  }
+};
+
+}  // namespace
+
+extern "C" {
+
+// At rest at (x, y, z, tilt, rotation); middle, end: clocks of a half; noise [A].
+void* averaged_new(const servo::Parameters* p, const double* at, double middle, double end, double noise,
+                   int64_t* counts) {
+  auto* a = new Averaged;
+  a->p = *p;
+  servo::Five q;
+  std::copy(at, at + kAxes, q.begin());
+  a->mechanics.place(*p, q);
+  a->middle = middle, a->end = end, a->noise = noise;
+  for (int n = 0; n < kAxes; ++n) {
+    counts[n] = a->start[n] = a->count(n);
+    for (int k = 0; k < 3; ++k) a->compare[n][k] = kHalf / 2;
+  }
+  return a;
+}
+
+void averaged_free(void* handle) { delete static_cast<Averaged*>(handle); }
+
+void averaged_brakes(void* handle, uint32_t released) { static_cast<Averaged*>(handle)->released = released; }
+
+// Half periods with a row of orders each; rows of 15: i_d, i_q, joint positions at the samples' instant's half end.
+int averaged_halves(void* handle, const float* orders, double* out, uint32_t n) {
+  auto* a = static_cast<Averaged*>(handle);
+  for (uint32_t i = 0; i < n; ++i, orders += kAxes) {
+    a->half(orders);
+    for (int axis = 0; out && axis < kAxes; ++axis) {
+      out[axis] = a->windings[axis].i_d;
+      out[5 + axis] = a->windings[axis].i_q;
+      out[10 + axis] = a->mechanics.position[axis];
+    }
+    if (out) out += 15;
+  }
+  return a->faulted;
+}
+
+// joints, place: five each; counts at this instant.
+void averaged_look(void* handle, double* out, int64_t* counts) {
+  auto* a = static_cast<Averaged*>(handle);
+  for (int n = 0; n < kAxes; ++n) {
+    out[n] = a->mechanics.position[n];
+    out[5 + n] = a->mechanics.q[n];
+    out[10 + n] = a->mechanics.speed[n];
+    out[15 + n] = a->windings[n].i_d;
+    out[20 + n] = a->windings[n].i_q;
+    counts[n] = a->count(n);
+  }
+}
+
+// Rates (x, y, z, tilt, rotation) of the mechanics alone, for forces of the joints.
+void averaged_rates(const servo::Parameters* p, const double* q, const double* v, const double* f, double* out) {
+  servo::Five a, b, c;
+  std::copy(q, q + kAxes, a.begin());
+  std::copy(v, v + kAxes, b.begin());
+  std::copy(f, f + kAxes, c.begin());
+  const servo::Five rates = servo::Mechanics::rates(*p, a, b, c);
+  std::copy(rates.begin(), rates.end(), out);
+}
+
+}  // extern "C"

@@ -1,0 +1,327 @@
+// SPDX-License-Identifier: Apache-2.0
+// C interface of the Verilated drive_chain with its motors around it (chain.py): encoder edges and modulator
+// bits into it, gate edges out of it. Gates act on the switches behind their delays, at fractions of a
+// clock; between two switching edges the windings are exact. Each modulator bit, 6 clocks, currents
+// and encoder lines are renewed; the mechanics take a step every 21 bits.
+#include <algorithm>
+#include <deque>
+#include <vector>
+
+#include "Vdrive_chain.h"
+#include "dual_bench.h"
+#include "plant.h"
+
+namespace {
+
+using servo::Axis;
+using servo::kAxes;
+constexpr double kClock = 8e-9;
+constexpr uint32_t kHalf = 1250, kFirstHalf = 64, kBits = 21;
+constexpr uint32_t kOrders = 100, kWindow = 751;  // clocks of a half: host's orders; a mean begins
+constexpr double kBusScale = 0.05;
+constexpr uint32_t kIndex = 4096;  // counts between two indices
+
+// Means of a half period, around the instant of a sample.
+struct Half {
+  double i_d[kAxes], i_q[kAxes], position[kAxes], duty[3 * kAxes];
+};
+
+struct Edge {
+  double clock;
+  uint32_t phase;
+  bool on;
+};
+
+struct System : DualBench<System, Vdrive_chain> {
+  servo::Parameters p{};
+  servo::Mechanics mechanics;
+  servo::Windings windings[kAxes];
+  double behind[kAxes] = {};        // clock up to which a winding is solved
+  bool high[15] = {}, low[15] = {}; // switches that conduct
+  uint32_t gates = 0;               // low 15: high gates; next 15: low gates
+  uint32_t shoot_through = 0;       // edges with both gates of a phase on
+  std::deque<Edge> on, off;         // of gates (phase 0..14: high, 15..29: low), on their way to switches
+  double first[kAxes][2] = {}, second[kAxes][2] = {};  // integrators of the modulators
+  int64_t start[kAxes] = {};        // counts at reset
+  servo::Five force{};              // sum over the bits of a step
+  double cosine[kAxes], sine[kAxes];  // of the electrical angle, at the last step
+  uint64_t stepped = 0;
+  uint32_t bits = 0;
+  uint64_t born = 0;                // clock of the reset's end
+  bool mclk = false, tracing = false, ready = false;
+  Half mean{};
+  uint32_t mean_bits = 0;
+  std::vector<Half> halves;
+  std::deque<Write> orders;         // rows of kAxes, a row a half period
+  servo::Five joints{}, tool{};     // at the last control period's begin
+  uint64_t begun = 0;
+  // faults
+  uint32_t lost = 0, torn_line = 0, shorted = 0;  // bit n: axis n
+  double volts = 0;
+  uint64_t tripped = 0;             // clock in which all gates of an axis that ran were off, 0: none
+
+  System() {
+    top->a_i = top->b_i = top->z_i = 0;
+    top->bit_a_i = top->bit_b_i = 0;
+    top->bus_i = 0;
+    top->fault_i = 0;
+    begin();
+    born = clocks - 1;
+  }
+
+  void place(const servo::Parameters& parameters, const double* at) {
+    p = parameters;
+    servo::Five q;
+    std::copy(at, at + kAxes, q.begin());
+    mechanics.place(p, q);
+    volts = p.U_dc;
+    stepped = clocks;
+    for (int n = 0; n < kAxes; ++n) {
+      start[n] = count(n, clocks);
+      behind[n] = clocks;
+    }
+    angles();
+    encoders();
+    top->bus_i = std::lround(volts / kBusScale);
+    ready = true;
+  }
+
+  int64_t count(int n, double clock) const {
+    const double x = mechanics.position[n] + mechanics.speed[n] * (clock - stepped) * kClock;
+    return std::llround(std::floor(x / p.axis[n].resolution + 0.5));
+  }
+
+  void angles() {
+    for (int n = 0; n < kAxes; ++n) {
+      const double angle = p.axis[n].wave * mechanics.position[n] + p.axis[n].angle_offset;
+      cosine[n] = std::cos(angle);
+      sine[n] = std::sin(angle);
+    }
+  }
+
+  // Counts and exact state in the first clock of a control period.
+  void measure(Period* period, bool) {
+    if (!top->period_o) return;
+    const double since = (clocks - stepped) * kClock;
+    for (int n = 0; n < kAxes; ++n) {
+      period->measured[n] = top->measured_o[n];
+      joints[n] = mechanics.position[n] + mechanics.speed[n] * since;
+      tool[n] = mechanics.q[n] + mechanics.v[n] * since;
+    }
+    begun = clocks;
+  }
+
+  void edge() {
+    DualBench::edge();
+    if (!ready) return;
+    const uint32_t now = top->high_o | uint32_t(top->low_o) << 15;
+    if (now != gates) switch_gates(now);
+    const bool was = mclk;
+    mclk = top->mclk_o;
+    if (mclk && !was) bit();
+    const uint32_t place = (clocks - born - kFirstHalf) % kHalf;
+    if (place == kWindow && tracing && mean_bits) keep();
+    if (place == kOrders)
+      for (int n = 0; n < kAxes && !orders.empty(); ++n) {
+        queue.push_back(orders.front());
+        orders.pop_front();
+      }
+  }
+
+  void switch_gates(uint32_t now) {
+    shoot_through += (now & now >> 15 & 0x7fff) != 0;
+    for (uint32_t bit = 0; bit < 30; ++bit) {
+      if (!((now ^ gates) >> bit & 1)) continue;
+      const bool rises = now >> bit & 1;
+      const double delay = (rises ? p.delay_on : p.delay_off) / kClock;
+      (rises ? on : off).push_back({clocks + delay, bit, rises});
+    }
+    if (gates && !now) tripped = clocks;
+    gates = now;
+  }
+
+  // Solves the windings of an axis up to a clock, with the switches as they are.
+  void solve(int n, double clock) {
+    const double time = (clock - behind[n]) * kClock;
+    if (time <= 0) return;
+    Axis axis = p.axis[n];
+    if (shorted >> n & 1) axis.L_d *= 0.02, axis.L_q *= 0.02, axis.R *= 0.02;
+    const double w = axis.wave * mechanics.speed[n];
+    double c, s;
+    turned(n, behind[n], c, s);
+    const auto current = windings[n].phases(c, s);
+    double u[3], alpha, beta;
+    for (int k = 0; k < 3; ++k) u[k] = terminal(3 * n + k, current[k], axis.L_q, time);
+    servo::space_vector(u, alpha, beta);
+    windings[n].advance(axis, alpha, beta, c, s, w, time);
+    behind[n] = clock;
+  }
+
+  void turned(int n, double clock, double& c, double& s) const {
+    const double a = p.axis[n].wave * mechanics.speed[n] * (clock - stepped) * kClock;
+    const double c1 = 1 - a * a / 2, s1 = a - a * a * a / 6;
+    c = cosine[n] * c1 - sine[n] * s1;
+    s = sine[n] * c1 + cosine[n] * s1;
+  }
+
+  // Against the bus's middle. Without a switch a diode conducts until its current is gone.
+  double terminal(int phase, double current, double inductance, double time) const {
+    const double rail = volts / 2;
+    const double drop = std::copysign(p.drop, current) + p.drop_resistance * current;
+    if (high[phase]) return rail - drop;
+    if (low[phase]) return -rail - drop;
+    const double most = rail + p.drop;
+    return std::clamp(-current * inductance / time, -most, most);
+  }
+
+  void bit() {
+    const double now = clocks;
+    for (;;) {
+      const bool later = on.empty() || (!off.empty() && off.front().clock <= on.front().clock);
+      auto& queue = later ? off : on;
+      if (queue.empty() || queue.front().clock > now) break;
+      const Edge edge = queue.front();
+      queue.pop_front();
+      const uint32_t phase = edge.phase % 15;
+      solve(phase / 3, edge.clock);
+      (edge.phase < 15 ? high : low)[phase] = edge.on;
+    }
+    uint32_t bits_a = 0, bits_b = 0;
+    for (int n = 0; n < kAxes; ++n) {
+      solve(n, now);
+      double c, s;
+      turned(n, now, c, s);
+      const Axis& axis = p.axis[n];
+      const auto current = windings[n].phases(c, s);
+      bits_a |= modulate(n, 0, (current[0] * (1 + axis.gain_a) + axis.offset_a) / p.current_scale) << n;
+      bits_b |= modulate(n, 1, (current[1] * (1 + axis.gain_b) + axis.offset_b) / p.current_scale) << n;
+      force[n] += windings[n].force(axis);
+      mean.i_d[n] += windings[n].i_d;
+      mean.i_q[n] += windings[n].i_q;
+      for (int k = 0; k < 3; ++k) mean.duty[3 * n + k] += high[3 * n + k];
+    }
+    ++mean_bits;
+    top->bit_a_i = bits_a;
+    top->bit_b_i = bits_b;
+    if (++bits == kBits) {
+      bits = 0;
+      for (double& f : force) f /= kBits;
+      mechanics.advance(p, force, top->release_o, (clocks - stepped) * kClock);
+      force = {};
+      stepped = clocks;
+      angles();
+    }
+    encoders();
+  }
+
+  // Second order, its bits as those of tests/servo/test_currents.py.
+  uint32_t modulate(int n, int k, double x) {
+    const uint32_t one = second[n][k] >= 0;
+    const double back = one ? 1 : -1;
+    first[n][k] += x - back;
+    second[n][k] += first[n][k] - 2 * back;
+    first[n][k] = std::clamp(first[n][k], -8.0, 8.0);  // an overload saturates
+    second[n][k] = std::clamp(second[n][k], -16.0, 16.0);
+    return one;
+  }
+
+  void encoders() {
+    uint32_t a = 0, b = 0, z = 0;
+    for (int n = 0; n < kAxes; ++n) {
+      const int64_t at = count(n, clocks);
+      const uint32_t quarter = (lost >> n & 1) ? 0 : at & 3;
+      a |= uint32_t(quarter == 1 || quarter == 2) << n;
+      b |= uint32_t(quarter == 2 || quarter == 3) << n;
+      z |= uint32_t((at & (kIndex - 1)) == 2) << n;
+    }
+    top->a_i = a;
+    top->b_i = (b & ~torn_line) | (a & torn_line);  // the lines touch: both change at once
+    top->z_i = z;
+  }
+
+  void keep() {
+    for (int n = 0; n < kAxes; ++n) {
+      mean.i_d[n] /= mean_bits;
+      mean.i_q[n] /= mean_bits;
+      mean.position[n] = mechanics.position[n];
+      for (int k = 0; k < 3; ++k) mean.duty[3 * n + k] /= mean_bits;
+    }
+    halves.push_back(mean);
+    mean = {};
+    mean_bits = 0;
+  }
+};
+
+}  // namespace
+
+#include "dual_api.h"
+
+extern "C" {
+
+// Puts the plant at rest at (x, y, z, tilt, rotation); counts of the encoders there.
+void chain_place(void* handle, const servo::Parameters* p, const double* at, int64_t* counts) {
+  auto* chain = static_cast<System*>(handle);
+  chain->place(*p, at);
+  std::copy(chain->start, chain->start + kAxes, counts);
+}
+
+// joints, tool and table (x, y, z, tilt, rotation), i_d, i_q, bristles: five each; then clocks since the
+// reset's end, edges with shoot-through, open brakes, clock of the last moment without gates.
+void chain_look(void* handle, double* out) {
+  auto* chain = static_cast<System*>(handle);
+  for (int n = 0; n < kAxes; ++n) {
+    out[n] = chain->mechanics.position[n];
+    out[5 + n] = chain->mechanics.q[n];
+    out[10 + n] = chain->windings[n].i_d;
+    out[15 + n] = chain->windings[n].i_q;
+    out[20 + n] = chain->mechanics.z[n];
+  }
+  out[25] = double(chain->clocks - chain->born);
+  out[26] = chain->shoot_through;
+  out[27] = chain->top->release_o;
+  out[28] = double(chain->tripped - chain->born);
+}
+
+// Joints and (x, y, z, tilt, rotation) at the last control period's begin, and its clock in a half.
+void chain_begun(void* handle, double* out) {
+  auto* chain = static_cast<System*>(handle);
+  for (int n = 0; n < kAxes; ++n) out[n] = chain->joints[n], out[5 + n] = chain->tool[n];
+  out[10] = double((chain->begun - chain->born - kFirstHalf) % kHalf);
+}
+
+// Begins (and empties) or ends the record of half periods.
+void chain_trace(void* handle, int on) {
+  auto* chain = static_cast<System*>(handle);
+  chain->tracing = on != 0;
+  chain->halves.clear();
+  chain->mean = {};
+  chain->mean_bits = 0;
+}
+
+// Copies at most n half periods; returns how many there are.
+uint32_t chain_halves(void* handle, double* out, uint32_t n) {
+  const auto& halves = static_cast<System*>(handle)->halves;
+  n = std::min<uint32_t>(n, halves.size());
+  std::memcpy(out, halves.data(), n * sizeof(Half));
+  return halves.size();
+}
+
+// Orders that the host writes, a row of five a half period, at these addresses.
+void chain_orders(void* handle, const uint32_t* address, const uint32_t* rows, uint32_t n) {
+  auto& orders = static_cast<System*>(handle)->orders;
+  for (uint32_t i = 0; i < n * kAxes; ++i) orders.push_back({address[i % kAxes], rows[i]});
+}
+
+// Faults: axes (a bit each) whose encoder rests low, whose encoder lines touch, whose windings are
+// shorted, whose power stage reports a fault; the bus voltage.
+void chain_fault(void* handle, uint32_t lost, uint32_t touching, uint32_t shorted, uint32_t stage, double volts) {
+  auto* chain = static_cast<System*>(handle);
+  chain->lost = lost;
+  chain->torn_line = touching;
+  chain->shorted = shorted;
+  chain->top->fault_i = stage;
+  chain->volts = volts;
+  chain->top->bus_i = std::lround(volts / kBusScale);
+}
+
+}  // extern "C"

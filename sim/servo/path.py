@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The chain as RTL on a path: start-up, then every clock of it, in closed loop with the plant."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sim.dual.moves import Move
+from sim.dual.system import TwoProcessors
+from sim.model.records import SetPoints
+from sim.run.controller import ControllerFault
+from sim.servo import start_up
+from sim.servo.averaged import at_joints, true_angles
+from sim.servo.chain import CONFIGURATIONS, CONTROL_PERIOD, ORDER_FILTER, ChainRtl
+from sim.servo.current_law import HALF_PERIOD, Setting
+from sim.servo.plant import Plant
+
+BEGIN = (
+    1210  # clock of a half in which periods are let begin: the first clock is then the next half's
+)
+OVERCURRENT = 1.3  # of the greatest i_max
+
+
+class ChainController(TwoProcessors):
+    """`TwoProcessors` in `drive_chain`; control periods begin with a half of the carrier."""
+
+    def start(self) -> None:
+        place = (self.system.look().clock - 64) % HALF_PERIOD
+        self.system.clock((BEGIN - place) % HALF_PERIOD)
+        super().start()
+
+
+@dataclass(frozen=True)
+class Run:
+    """N control periods: counts (N, 5), exact joints (N, 5) and tool (N, 3) in their first clock,
+    commands (N, 5) [N, N m]; half periods of the carrier (see `chain.HALF`)."""
+
+    counts: NDArray[np.int32]
+    joints: NDArray[np.float64]
+    tool: NDArray[np.float64]
+    commands: NDArray[np.float32]
+    halves: NDArray[np.void]
+
+
+class Chain:
+    """RTL and plant, brought up and at rest at the first set-point of a path, brakes closed.
+
+    angles: electrical angles at count 0 [rad] from a table; by default what they are; zeros:
+    whether the currents' offsets are measured.
+    """
+
+    def __init__(
+        self,
+        plant: Plant,
+        path: SetPoints,
+        moves: Sequence[Move],
+        angles: Sequence[float] | None = None,
+        tracking_program: str = "tracking_optimised",
+    ) -> None:
+        self.plant, self.path = plant, path
+        self.at = (*path.position[0].tolist(), *path.table_position[0].tolist())
+        robot, drives = plant.robot, plant.drives
+        self.setting = Setting(robot.resolution, order_filter=ORDER_FILTER)
+        self.system = ChainRtl()
+        counts = self.system.place(plant, self.at)
+        most = OVERCURRENT * max(motor.i_max for motor in drives.motors)
+        start_up.configure(self.system, drives, self.setting, counts, most)
+        self.zeros = start_up.measure_offsets(self.system)
+        self.angles = true_angles(plant, at_joints(plant, self.at)) if angles is None else angles
+        start_up.write_angles(self.system, self.angles)
+        self.controller = ChainController(
+            robot,
+            moves,
+            CONTROL_PERIOD,
+            tracking_program,
+            CONFIGURATIONS["trajectory"],
+            CONFIGURATIONS["tracking"],
+            self.system,
+        )
+        self.counts = counts
+
+    def begin(self) -> None:
+        """Currents on, tracking on, brakes open."""
+        start_up.enable(self.system)
+        self.controller.prime(self.path.words()[0], self.counts)
+        start_up.release(self.system)
+
+    def advance(self, ticks: int, progress: Callable[[int], None] = lambda ticks: None) -> Run:
+        """So many control periods. Raises ControllerFault, also if an axis has tripped."""
+        rows = []
+        self.system.trace()
+        for _ in range(ticks):
+            record = self.controller.advance(self.counts)
+            joints, tool, _ = self.system.begun()
+            rows.append(
+                (record["measured"].view(np.int32).copy(), joints, tool, record["commands"])
+            )
+            progress(1)
+        status = self.system.status()
+        if status["trip"]:
+            raise ControllerFault(f"tick {self.controller.tick}: axes have tripped, {status}")
+        counts, joints, tools, commands = (np.array(column) for column in zip(*rows, strict=True))
+        return Run(counts, joints, tools, commands.view(np.float32), self.system.halves())
+
+
+def errors(run: Run, desired: ArrayLike, path: SetPoints, first: int = 0) -> dict[str, float]:
+    """Largest errors of leg [m], tool [m] and table [rad] from tick `first` of a run on."""
+    ticks = len(run.joints)
+    off = np.abs(run.joints - np.asarray(desired)[:ticks])[first:]
+    tool = np.linalg.norm(run.tool - path.position[:ticks], axis=1)[first:]
+    return dict(leg=off[:, :3].max(), tool=tool.max(), table=off[:, 3:].max())

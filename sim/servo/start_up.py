@@ -1,0 +1,182 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The start-up of the drives, and what a supervisor does with faults, through registers alone.
+
+Order: `configure` with the machine at rest, all gates off and brakes closed; `measure_offsets`
+without current; `align` against the closed brakes; `enable`, the current loops hold no force;
+`release` once the tracking law runs. `stop` is the state in which every fault ends: all gates off,
+all brakes closed, the link at rest; `recover` clears the faults, and a new start-up may begin.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim.model.drives import Drives
+from sim.servo.chain import ChainRtl, current_program, write_constants
+from sim.servo.current_law import MAGIC, Setting
+from sim.servo.plant import AXES
+
+CLOCK = 8e-9
+WINDOW = 700  # clock of a half period in which the currents' windows begin
+ALL = (1 << AXES) - 1
+RUN = sum(2 << 2 * n for n in range(AXES))  # of MODE
+DIRECTIONS = (0.0, 0.5 * np.pi, np.pi, 1.5 * np.pi)  # of the alignment's current vectors [rad]
+FORCES = [f"force{n}" for n in range(AXES)]
+
+
+class StartUpError(RuntimeError):
+    """A step of the start-up did not do what it should; names the axis and what was found."""
+
+
+def configure(
+    system: ChainRtl, drives: Drives, setting: Setting, counts: Sequence[int], most: float
+) -> None:
+    """Program and registers; counts: the machine's position [counts]; most: current that trips [A].
+
+    The bus voltage trips below 0.8 of what it should be.
+    """
+    core = system.current
+    core.load(current_program(drives, setting).image)
+    dead = round(drives.dead_time / CLOCK)
+    least = round(drives.delay_on / CLOCK)  # of a switch that conducts
+    system.front("PWM", half_period=setting.half, minimum=dead + least)
+    system.front("DEAD_TIME", clocks=dead)
+    system.front("WINDOW", start=WINDOW)
+    system.front("CURRENT_LIMIT", size=round(256 * most / drives.current_scale))
+    system.front("GUARD", bus=round(0.8 * drives.U_dc / setting.bus_scale), encoder=1)
+    for n in range(AXES):
+        system.front("ORIGIN", n, value=int(counts[n]) & 0xFFFFFFFF)
+    recover(system)
+
+
+def recover(system: ChainRtl) -> None:
+    """Clear what has tripped. Raises StartUpError if a cause is still there."""
+    system.current.clear()
+    system.front("CONTROL", clear=ALL, link=1)
+    system.clock(4)
+    status = system.status()
+    left = {name: status[name] for name in ("trip", "undervoltage", "stop") if status[name]}
+    if left:
+        raise StartUpError(f"a fault is still there: {left}")
+
+
+def stop(system: ChainRtl) -> None:
+    """All gates off, brakes closed, link at rest."""
+    system.front("MODE")
+    system.front("BRAKE")
+    system.front("LINK")
+
+
+def measure_offsets(system: ChainRtl, windows: int = 32) -> NDArray[np.float64]:
+    """Mean samples (5, 2) of the currents with all gates off [counts], written to the program."""
+    found = np.zeros((windows, AXES, 2))
+    for row in found:
+        system.clock(1250)
+        for n in range(AXES):
+            for k, name in enumerate(("CURRENT_A", "CURRENT_B")):
+                row[n, k] = np.int32(np.uint32(system.read_front(name, n)))
+    zeros = found.mean(axis=0)
+    values = {f"zero_{k}{n}": MAGIC + zeros[n, i] for n in range(AXES) for i, k in enumerate("ab")}
+    write_constants(system.current, system.current.image, values)
+    return zeros
+
+
+def order(system: ChainRtl, forces: Sequence[float]) -> None:
+    """Orders of the host [N, N m], while LINK.orders is 0."""
+    core = system.current
+    for address, force in zip(core.input_addresses(FORCES), forces, strict=True):
+        core.write(address, int(np.float32(force).view(np.uint32)))
+
+
+def positions(system: ChainRtl) -> NDArray[np.int64]:
+    """POSITION of the axes."""
+    return np.array(
+        [np.int32(np.uint32(system.read_front("POSITION", n))) for n in range(AXES)], dtype=np.int64
+    )
+
+
+def align(
+    system: ChainRtl,
+    drives: Drives,
+    setting: Setting,
+    share: float = 0.6,
+    dwell: float = 0.012,
+    directions: Sequence[float] = DIRECTIONS,
+) -> NDArray[np.float64]:
+    """Electrical angles (5,) where the counters are 0 [rad], written to the program.
+
+    A current vector bends the closed brake of its axis by its force, which goes with the cosine of
+    the angle between vector and force; directions: of the vectors, which the rest (the gates just
+    on) completes; share: of i_max; dwell: for each [s]. Axes end without current. Raises
+    StartUpError if an axis does not answer.
+    """
+    order(system, [0.0] * AXES)
+    system.front("LINK", enable=1)
+    system.front("MODE", axes=RUN)
+    clocks = round(dwell / CLOCK)
+    system.clock(round(1e-3 / CLOCK))
+    rest = positions(system)
+    moved = np.zeros((len(directions), AXES))
+    forces = [share * m.i_max * m.force_per_ampere for m in drives.motors]
+    image = system.current.image
+    for row, direction in zip(moved, directions, strict=True):
+        angles = [
+            direction - motor.wave * resolution * int(count)
+            for motor, resolution, count in zip(
+                drives.motors, setting.resolution, rest, strict=True
+            )
+        ]
+        write_constants(
+            system.current, image, {f"angle{n}": angle for n, angle in enumerate(angles)}
+        )
+        order(system, forces)
+        system.clock(clocks)
+        row[:] = positions(system) - rest
+    order(system, [0.0] * AXES)
+    system.clock(clocks)
+    basis = np.stack([np.cos(directions), np.sin(directions)], axis=1)
+    (c, s), *_ = np.linalg.lstsq(basis, moved, rcond=None)
+    size = np.hypot(c, s)
+    if (size < 4).any() or system.status()["trip"]:
+        axis = int(size.argmin())
+        raise StartUpError(
+            f"axis {axis + 1} moved by {size[axis]:.1f} counts under {forces[axis]:.0f} N or N m; "
+            f"STATUS {system.status()}: check motor, encoder and brake"
+        )
+    found = np.arctan2(s, c)
+    at = [
+        m.wave * q * int(n) for m, q, n in zip(drives.motors, setting.resolution, rest, strict=True)
+    ]
+    found = (found - at + np.pi) % (2 * np.pi) - np.pi
+    write_angles(system, found)
+    return found
+
+
+def write_angles(system: ChainRtl, angles: Sequence[float]) -> None:
+    """Electrical angles where the counters are 0, known from a table instead of `align`."""
+    values = {f"angle{n}": float(angle) for n, angle in enumerate(angles)}
+    write_constants(system.current, system.current.image, values)
+
+
+def enable(system: ChainRtl) -> None:
+    """Currents follow the tracking processor's commands, 0 until its first run; brakes closed."""
+    system.front("MODE")
+    system.front("LINK")
+    system.clock(1250)
+    system.current.preset(
+        {state.name: int(state.bits, 16) for state in system.current.image.states}
+    )
+    system.front("LINK", enable=1, orders=1)
+    system.clock(3 * 1250)  # the first run only sets sines and cosines
+    system.front("MODE", axes=RUN)
+
+
+def release(system: ChainRtl) -> None:
+    """Open the brakes. Raises StartUpError for an axis that has tripped."""
+    status = system.status()
+    if status["trip"]:
+        raise StartUpError(f"axes have tripped before their brakes opened: {status}")
+    system.front("BRAKE", release=ALL)

@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The chain in closed loop: its plant against other models, RTL against the averaged inverters."""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sim.dual.moves import moves_of
+from sim.gcode.interpreter import parse_file
+from sim.model import plant as rigid
+from sim.model.drives import Drives
+from sim.model.parameters import Robot
+from sim.model.tracking import joint_path
+from sim.run.nios import PATH, set_points
+from sim.servo.averaged import AveragedPlant, library, true_angles, true_zeros
+from sim.servo.chain import ORDER_FILTER
+from sim.servo.current_law import Setting
+from sim.servo.current_loop import rise_and_overshoot
+from sim.servo.path import Chain
+from sim.servo.plant import Plant
+from sim.trajectory.exact_stop import MotionSettings, generate
+
+ROBOT, DRIVES = Robot.load(), Drives.load()
+SETTING = Setting(ROBOT.resolution)
+HOME = (0.0, 0.0, 0.6, 0.0, 0.0)
+
+
+def test_mechanics__accelerations_are_those_of_the_rigid_body():
+    random = np.random.default_rng(1)
+    words = {f"angle{n}": 0.0 for n in range(5)}
+    function = ctypes.CDLL(str(library(Plant(ROBOT, DRIVES), SETTING, words))).averaged_rates
+    function.argtypes = [ctypes.c_void_p] * 5
+    record, out = Plant(ROBOT, DRIVES).record(), np.zeros(5)
+    smooth = replace(ROBOT, friction_legs=0.0, friction_table=0.0)
+    for _ in range(20):
+        q = np.array([0, 0, 0.6, 0, 0]) + random.uniform(-0.1, 0.1, 5)
+        v, force = random.uniform(-1, 1, 5), random.uniform(-500, 500, 5)
+        function(*(array.ctypes.data for array in (record, q, v, force, out)))
+        want = (
+            *rigid.tool_acceleration(smooth, tuple(q[:3]), tuple(v[:3]), tuple(force[:3])),
+            *rigid.table_acceleration(smooth, q[3:], v[3:], force[3:]),
+        )
+        np.testing.assert_allclose(out, want, rtol=1e-12, atol=1e-11)
+
+
+def stepped(setting: Setting, share: float, **plant: bool) -> np.ndarray:
+    """i_q (halves, 5) of a step of all orders behind 10 halves, brakes closed."""
+    machine = AveragedPlant(Plant(ROBOT, DRIVES, **plant), setting, HOME)
+    machine.brakes(0)
+    orders = np.zeros((150, 5))
+    orders[10:] = [share * m.i_max * m.force_per_ampere for m in DRIVES.motors]
+    return machine.halves(orders)[:, 5:10]
+
+
+def test_averaged_inverter__step_of_the_current_with_dead_time():
+    found = stepped(SETTING, 0.03)
+    for n, motor in enumerate(DRIVES.motors):
+        rise, overshoot = rise_and_overshoot(found[9:, n], SETTING.period)
+        assert rise <= 100e-6 and overshoot <= 0.15
+        assert found[-30:, n].mean() == pytest.approx(0.03 * motor.i_max, rel=0.02)
+
+
+@functools.cache
+def chain() -> tuple[Chain, np.ndarray]:
+    settings = MotionSettings(ROBOT)
+    trajectory = generate(parse_file(PATH), settings)
+    path = set_points(trajectory, 400)
+    machine = Chain(Plant(ROBOT, DRIVES), path, moves_of(trajectory, settings))
+    machine.begin()
+    return machine, joint_path(ROBOT, path)[0]
+
+
+def test_chain__follows_from_encoder_edges_to_gate_edges():
+    """Start-up, brakes open, 4 ms of the path, every clock; then a fault."""
+    machine, desired = chain()
+    # Offsets of the currents, of 32 samples, within 2 counts (0.5 mA); brakes open, no trip.
+    np.testing.assert_allclose(machine.zeros, true_zeros(machine.plant), atol=2)
+    ticks = 40
+    run = machine.advance(ticks)
+    look = machine.system.look()
+    assert look.released == 31 and look.shoot_through == 0
+    error = run.joints - desired[:ticks]
+    assert np.abs(error[:, :3]).max() < 2e-6 and np.abs(error[:, 3:]).max() < 5e-5
+    resolution = np.array(ROBOT.resolution)
+    assert (np.abs(run.counts * resolution - run.joints).max(axis=0) <= 0.6 * resolution).all()
+    # The same commands on averaged inverters: the same currents. The record begins in the period
+    # before, 11 half periods ahead.
+    averaged = AveragedPlant(
+        machine.plant,
+        replace(SETTING, order_filter=ORDER_FILTER),
+        machine.at,
+        true_angles(machine.plant, [*map(float, run.joints[0])]),
+        machine.zeros,
+    )
+    found = averaged.halves(np.repeat(run.commands, 10, axis=0))
+    means = np.stack([found[100 + 10 * k : 110 + 10 * k, 5:10].mean(0) for k in range(28)])
+    rtl = np.stack([run.halves["i_q"][111 + 10 * k : 121 + 10 * k].mean(0) for k in range(28)])
+    assert np.abs(means - rtl).max() < 0.03
+    # The bus falls: all gates off, all brakes closed, and the machine stays.
+    machine.system.fault(300.0)
+    machine.system.clock(20)
+    status = machine.system.status()
+    assert status["trip"] == 31 and status["undervoltage"] == 1
+    assert machine.system.look().released == 0
