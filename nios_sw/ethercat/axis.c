@@ -55,13 +55,10 @@ uint32_t axis_period(int n) {
 void axis_fault(int n, uint16_t error) {
   struct axis *axis = &axes[n];
   if (axis->machine.state == DRIVE_FAULT || axis->machine.state == DRIVE_REACTION) return;
-  if (error == objects.axis[n].error_code && !cia402_power(&axis->machine)) return;
   cia402_fault(&axis->machine);
   objects.axis[n].error_code = error;
   coe_emergency(error, (uint8_t)n);
 }
-
-void axis_enter_op(int n) { axes[n].interpolator.running = false; }
 
 void axis_leave_op(int n, uint16_t error) {
   if (error) {
@@ -90,6 +87,8 @@ static void begin_mode(struct axis *axis, int n) {
     interpolator_start(&axis->interpolator, axis->point.whole, (int32_t)slope, period);
   }
 }
+
+void axis_enter_op(int n) { begin_mode(&axes[n], n); }
 
 static void follow_position(struct axis *axis, const struct axis_objects *o, bool fresh, float rate) {
   struct interpolated out;
@@ -231,9 +230,9 @@ void axis_cycle(int n, const struct axis_feedback *feedback, bool fresh, struct 
   enum drive_ramp ramp;
   *command = (struct axis_command){0};
   measure(axis, o, feedback);
-  if (feedback->fault) axis_fault(n, feedback->fault);
   cia402_step(&axis->machine, o, al_state() == AL_OP, axis->point.velocity == 0.0f);
   if (axis->machine.state == DRIVE_DISABLED) o->error_code = 0;
+  if (feedback->fault) axis_fault(n, feedback->fault); /* cannot be reset while it lasts */
   command->power = cia402_power(&axis->machine);
   if (!command->power) {
     axis->point = (struct setpoint){.whole = feedback->position};

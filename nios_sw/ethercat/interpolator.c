@@ -9,14 +9,15 @@ static int32_t minus(int32_t a, int32_t b) { return (int32_t)((uint32_t)a - (uin
 static int32_t plus(int32_t a, int32_t b) { return (int32_t)((uint32_t)a + (uint32_t)b); }
 
 void interpolator_start(struct interpolator *ip, int32_t value, int32_t slope, uint32_t cycles) {
-  ip->p[1] = value;
-  ip->p[0] = minus(value, slope);
-  ip->p[2] = plus(value, slope);
+  ip->p[1] = minus(value, slope / 2); /* in the middle of the period it is at the value */
+  ip->p[0] = minus(ip->p[1], slope);
+  ip->p[2] = plus(ip->p[1], slope);
   ip->p[3] = plus(ip->p[2], slope);
   ip->span = cycles * CYCLE;
   ip->step = CYCLE;
-  ip->phase = 0;
-  ip->has_next = ip->running = false;
+  ip->phase = ip->span / 2u;
+  ip->has_next = false;
+  ip->running = slope != 0;
   ip->missed = 0;
 }
 
@@ -24,11 +25,7 @@ void interpolator_target(struct interpolator *ip, int32_t target) {
   int32_t late = (int32_t)(ip->phase - ip->span / 2u);
   ip->next = target;
   ip->has_next = true;
-  if (!ip->running) {
-    ip->running = true;
-    ip->phase = ip->span / 2u;
-    return;
-  }
+  ip->running = true;
   ip->step = CYCLE;
   if (late > (int32_t)(ip->span / 4u)) ip->step = CYCLE - CYCLE / 512u;
   if (late < -(int32_t)(ip->span / 4u)) ip->step = CYCLE + CYCLE / 512u;
