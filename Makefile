@@ -116,7 +116,7 @@ side-by-side: $(READY) ## one law on the core, on FPGA2 and on this machine, to 
 motion: $(READY) ## the motion front-end: figures of the papers, drive study, RTL, on one page (RUN=full)
 	@$(PY) -m sim.motion.show --robot "$(ROBOT)" $(if $(filter full,$(RUN)),--full)
 
-workbench: $(READY) ## what debug block, debugger and scope are to reach, to build/workbench.json (RUN=full, T=words)
+workbench: $(READY_SYNTH) ## what debug block, debugger and scope are to reach, to build/workbench.json (RUN=full, T=words)
 	@$(PY) -m scripts.workbench $(T) $(if $(filter full,$(RUN)),--full)
 
 upsets: $(READY) ## invert single bits of the core in whole ticks, to build/upsets.json and docs/upsets.md (RUN=full; resumes)

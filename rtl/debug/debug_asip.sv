@@ -239,7 +239,7 @@ module debug_asip #(
       .constant_write_i(core_write && !core_wait && in_constants),
       .constant_index_i(core_address[$clog2(asip_regmap_pkg::WORDS_CONSTANTS)-1:0]),
       .constant_data_i (core_writedata),
-      .channel_i       (channel),
+      .channel_o       (channel),
       .word_o          (channel_word)
   );
 
@@ -254,7 +254,7 @@ module debug_asip #(
       .ended_i       (hook.ended),
       .fault_i       (hook.fault),
       .wait_k_o      (wait_k),
-      .channel_o     (channel),
+      .channel_i     (channel),
       .word_i        (channel_word),
       .ring_address_i(ring_read ? block_address[RingLog2-1:0] : link_ring_address),
       .ring_data_o   (ring_data),

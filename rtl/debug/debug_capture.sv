@@ -1,7 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // debug_capture: what the channels of the scope saw last.
 // Contract: a channel takes a word in the clock in which it is written; a run that does not write it leaves
-// it. Words of bank K are taken as the host writes them, `cycles` when a run ends.
+// it. Words of bank K are taken as the host writes them, `cycles` when a run ends. From the clock after
+// ended_i on, word_o is that of channel_o, 0 to 7, one a clock; until then the core writes nothing of the
+// next run.
+//
+// A word waits in a memory of its source, since a source writes one word a clock, in the slot of the lowest
+// channel that takes it; each channel notes that slot. After the run the words go to the channels' own
+// places, where those of later runs find them. Two kinds of channels can take one word: those that want this
+// write of the run, and those that want the last one. The slot is then that of the first kind, which no later
+// write of the run takes.
 module debug_capture #(
     parameter int unsigned Channels = 8
 ) (
@@ -22,72 +30,168 @@ module debug_capture #(
     input  logic                      constant_write_i,
     input  logic [6:0]                constant_index_i,
     input  logic [31:0]               constant_data_i,
-    // of one channel
-    input  logic [2:0]                channel_i,
+    // to the scope
+    output logic [2:0]                channel_o,
     output logic [31:0]               word_o
 );
 
-  localparam int unsigned FirstLsb = debug_regmap_pkg::CHANNEL_INDEX_LSB;
+  localparam int unsigned Sources = 4;  // bank A, bank B, bank C or outputs, bank K
+  localparam logic [1:0] SourceC = 2'd2;
+  localparam logic [1:0] SourceK = 2'd3;
 
+  // ---- channels
+  logic [1:0]                kind, source;
   logic [Channels-1:0][6:0]  index_q;
-  logic [Channels-1:0][1:0]  bank_q, kind_q;
+  logic [Channels-1:0][1:0]  source_q;
+  logic [Channels-1:0][3:0]  from_q;      // source_q, a bit for each
+  logic [Channels-1:0]       is_output_q, is_cycles_q;
+  logic [3:0]                wanted;
   logic [Channels-1:0][3:0]  wanted_q, count_q;
-  logic [Channels-1:0][31:0] word_q;
+  logic [Channels-1:0][2:0]  slot_q;
+  logic [Channels-1:0]       fresh_q;     // written since the channels' own places were
+  logic [Channels-1:0]       hit, counted, takes, leads;
+  // ---- sources
+  logic [Sources-1:0][31:0]  data, waiting;
+  logic [Sources-1:0][2:0]   slot;
+  logic [Sources-1:0]        some_counted;
+  // ---- after a run
+  logic                      walk_q;
+  logic [2:0]                channel_q, ahead;
+  logic [2:0]                from_slot_q;
+  logic [1:0]                from_source_q;
+  logic                      from_fresh_q, from_cycles_q;
   logic [31:0]               cycles_q;
+  logic [31:0]               own[0:Channels-1];
+
+  // Numbers of writes are counted in the order of a shift register: 1, 2, 4, 9, 3, .. 8, then 0, where it
+  // stays: one table a bit, no carry.
+  function automatic logic [3:0] next_number(input logic [3:0] number);
+    next_number = {number[2:0], (number[3] ^ number[2]) && number != 4'd8};
+  endfunction
+
+  function automatic logic [3:0] number_of(input logic [3:0] write);  // 0 for 0
+    number_of = 4'd1;
+    for (int n = 1; n < 16; n++) if (4'(n) < write) number_of = next_number(number_of);
+    if (write == 4'd0) number_of = 4'd0;
+  endfunction
+
+  assign kind   = csr_data_i[debug_regmap_pkg::CHANNEL_KIND_LSB+:2];
+  assign wanted = number_of(csr_data_i[debug_regmap_pkg::CHANNEL_WRITE_LSB+:4]);
+
+  always_comb begin
+    case (kind)
+      debug_regmap_pkg::CHANNEL_KIND_REGISTER:
+        source = csr_data_i[debug_regmap_pkg::CHANNEL_BANK_LSB+:2];
+      debug_regmap_pkg::CHANNEL_KIND_OUTPUT: source = SourceC;
+      default: source = SourceK;
+    endcase
+  end
 
   for (genvar c = 0; c < Channels; c++) begin : gen_channel
-    logic [1:0]  from;  // banks A, B, C, bank K
-    logic        hit;
-    logic [31:0] word;
+    logic [5:0] index;
+    logic       write;
 
     always_ff @(posedge clk_i or negedge rst_ni) begin
       if (!rst_ni) begin
-        index_q[c]  <= '0;
-        bank_q[c]   <= '0;
-        kind_q[c]   <= '0;
-        wanted_q[c] <= '0;
+        index_q[c]     <= '0;
+        source_q[c]    <= '0;
+        from_q[c]      <= 4'd1;
+        is_output_q[c] <= 1'b0;
+        is_cycles_q[c] <= 1'b0;
+        wanted_q[c]    <= '0;
       end else if (csr_write_i && csr_index_i == debug_regmap_pkg::REG_CHANNEL + 6'(c)) begin
-        index_q[c]  <= csr_data_i[FirstLsb+:7];
-        bank_q[c]   <= csr_data_i[debug_regmap_pkg::CHANNEL_BANK_LSB+:2];
-        kind_q[c]   <= csr_data_i[debug_regmap_pkg::CHANNEL_KIND_LSB+:2];
-        wanted_q[c] <= csr_data_i[debug_regmap_pkg::CHANNEL_WRITE_LSB+:4];
+        index_q[c]     <= csr_data_i[debug_regmap_pkg::CHANNEL_INDEX_LSB+:7];
+        source_q[c]    <= source;
+        from_q[c]      <= 4'd1 << source;
+        is_output_q[c] <= kind == debug_regmap_pkg::CHANNEL_KIND_OUTPUT;
+        is_cycles_q[c] <= kind == debug_regmap_pkg::CHANNEL_KIND_CYCLES;
+        wanted_q[c]    <= wanted;
       end
     end
 
-    always_comb begin
-      case (kind_q[c])
-        debug_regmap_pkg::CHANNEL_KIND_REGISTER: from = bank_q[c];
-        debug_regmap_pkg::CHANNEL_KIND_OUTPUT: from = 2'd2;
-        default: from = 2'd3;
-      endcase
-      hit = from[1] ? (from[0] ? constant_write_i && constant_index_i == index_q[c] :
-                       (kind_q[c][0] ? write_i[3] : write_i[2]) &&
-                       write_index_i[2] == index_q[c][5:0]) :
-            from[0] ? write_i[1] && write_index_i[1] == index_q[c][5:0] :
-                      write_i[0] && write_index_i[0] == index_q[c][5:0];
-    end
-
     // Selections of two inputs: one table of six inputs a bit.
-    assign word = from[1] ? (from[0] ? constant_data_i : write_data_i[2]) :
-                  from[0] ? write_data_i[1] : write_data_i[0];
+    assign index = source_q[c][1] ? (source_q[c][0] ? constant_index_i[5:0] : write_index_i[2]) :
+                   source_q[c][0] ? write_index_i[1] : write_index_i[0];
+    assign write = source_q[c][1] ?
+                   (source_q[c][0] ? constant_write_i && constant_index_i[6] == index_q[c][6] :
+                    is_output_q[c] ? write_i[3] : write_i[2]) :
+                   source_q[c][0] ? write_i[1] : write_i[0];
+    assign hit[c] = write && index == index_q[c][5:0];
 
     // Number of the next write of the run, 0 once there were 15.
     always_ff @(posedge clk_i or negedge rst_ni) begin
       if (!rst_ni) count_q[c] <= 4'd1;
       else if (run_start_i) count_q[c] <= 4'd1;
-      else if (hit && |count_q[c]) count_q[c] <= count_q[c] + 4'd1;
+      else if (hit[c]) count_q[c] <= next_number(count_q[c]);
     end
 
-    always_ff @(posedge clk_i) begin
-      if (hit && (wanted_q[c] == 4'd0 || wanted_q[c] == count_q[c])) word_q[c] <= word;
+    assign counted[c] = hit[c] && |wanted_q[c] && wanted_q[c] == count_q[c];
+    assign takes[c]   = hit[c] && (wanted_q[c] == 4'd0 || wanted_q[c] == count_q[c]);
+    assign leads[c]   = counted[c] || (takes[c] && !(|(some_counted & from_q[c])));
+
+    always_ff @(posedge clk_i) if (takes[c]) slot_q[c] <= slot[source_q[c]];
+
+    always_ff @(posedge clk_i or negedge rst_ni) begin
+      if (!rst_ni) fresh_q[c] <= 1'b0;
+      else if (takes[c]) fresh_q[c] <= 1'b1;
+      else if (ahead == 3'(c) && (ended_i || walk_q)) fresh_q[c] <= 1'b0;
     end
   end
 
-  // A new run clears the core's own before the last channel is recorded.
-  always_ff @(posedge clk_i) if (ended_i) cycles_q <= cycles_i;
+  // ---- sources: the word of the clock, its slot
+  assign data = {constant_data_i, write_data_i};
 
-  assign word_o = kind_q[channel_i] == debug_regmap_pkg::CHANNEL_KIND_CYCLES ? cycles_q :
-                  word_q[channel_i];
+  for (genvar s = 0; s < Sources; s++) begin : gen_source
+    logic [31:0] memory[0:Channels-1];
+    logic        take;
+
+    always_comb begin
+      some_counted[s] = 1'b0;
+      for (int c = 0; c < Channels; c++) begin
+        if (counted[c] && from_q[c][s]) some_counted[s] = 1'b1;
+      end
+      take    = 1'b0;
+      slot[s] = '0;
+      for (int c = Channels - 1; c >= 0; c--) begin
+        if (leads[c] && from_q[c][s]) begin
+          take    = 1'b1;
+          slot[s] = 3'(c);
+        end
+      end
+    end
+
+    always_ff @(posedge clk_i) if (take) memory[slot[s]] <= data[s];
+
+    assign waiting[s] = memory[from_slot_q];
+  end
+
+  // ---- after a run: where the word of the next channel is, then the word
+  assign ahead = ended_i ? 3'd0 : channel_q + 3'd1;
+
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      walk_q    <= 1'b0;
+      channel_q <= '0;
+    end else begin
+      if (ended_i) walk_q <= 1'b1;
+      else if (channel_q == 3'(Channels - 1)) walk_q <= 1'b0;
+      channel_q <= ended_i || walk_q ? ahead : '0;
+    end
+  end
+
+  always_ff @(posedge clk_i) begin
+    from_slot_q   <= slot_q[ahead];
+    from_source_q <= source_q[ahead];
+    from_fresh_q  <= fresh_q[ahead];
+    from_cycles_q <= is_cycles_q[ahead];
+    // A new run clears the core's own before the last channel is recorded.
+    if (ended_i) cycles_q <= cycles_i;
+    if (walk_q) own[channel_q] <= word_o;
+  end
+
+  assign channel_o = channel_q;
+  assign word_o    = from_cycles_q ? cycles_q :
+                     from_fresh_q ? waiting[from_source_q] : own[channel_q];
 
   logic unused_bits;
   assign unused_bits = ^csr_data_i;

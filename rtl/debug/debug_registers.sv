@@ -43,6 +43,16 @@ module debug_registers #(
     in_block = (32'(address) & ~(words - 1)) == base;
   endfunction
 
+  // Numbers of the words that are not kept.
+  localparam logic [2:0] LiveFixed = 3'd0;
+  localparam logic [2:0] LiveStatus = 3'd1;
+  localparam logic [2:0] LivePlace = 3'd2;
+  localparam logic [2:0] LiveRuns = 3'd3;
+  localparam logic [2:0] LiveVersion = 3'd4;
+  localparam logic [2:0] LiveRecords = 3'd5;
+  localparam logic [2:0] LiveTriggeredAt = 3'd6;
+  localparam logic [2:0] LiveUartErrors = 3'd7;
+
   // Registers that keep what is written.
   function automatic logic kept_at(input int unsigned index);
     case (6'(index))
@@ -55,8 +65,9 @@ module debug_registers #(
   endfunction
 
   logic                 in_csr, done_q, ring_q;
-  logic [31:0]          config_word, live_word, kept_word, kept, read_q, runs_q;
+  logic [31:0]          config_word, fixed_word, live_word, kept_word, kept, read_q, runs_q;
   logic                 is_live;
+  logic [2:0]           live;
   logic [Registers-1:0] written_q;
   logic [31:0]          memory[0:Registers-1];
 
@@ -79,22 +90,35 @@ module debug_registers #(
     config_word[debug_regmap_pkg::CONFIG_STAGE_LOG2_LSB+:4]  = 4'(StageLog2);
     config_word[debug_regmap_pkg::CONFIG_UART_LSB]           = Uart != 0;
 
-    // Registers that are not kept.
-    is_live   = 1'b1;
-    live_word = 32'd0;
+    // Registers that are not kept. Their number comes first, so that a bit is a selection of eight.
+    fixed_word = 32'd0;
+    if (csr_index_o == debug_regmap_pkg::REG_ID) fixed_word = debug_regmap_pkg::RESET_ID;
+    if (csr_index_o == debug_regmap_pkg::REG_CONFIG) fixed_word = config_word;
+    if (csr_index_o == debug_regmap_pkg::REG_STAGED) fixed_word = 32'(staged_i);
+
+    is_live = 1'b1;
+    live    = LiveFixed;
     case (csr_index_o)
-      debug_regmap_pkg::REG_ID: live_word = debug_regmap_pkg::RESET_ID;
-      debug_regmap_pkg::REG_CONFIG: live_word = config_word;
-      debug_regmap_pkg::REG_CONTROL: live_word = 32'd0;
-      debug_regmap_pkg::REG_STATUS: live_word = status_i;
-      debug_regmap_pkg::REG_PLACE: live_word = place_i;
-      debug_regmap_pkg::REG_RUNS: live_word = runs_q;
-      debug_regmap_pkg::REG_STAGED: live_word = 32'(staged_i);
-      debug_regmap_pkg::REG_VERSION: live_word = version_i;
-      debug_regmap_pkg::REG_RECORDS: live_word = records_i;
-      debug_regmap_pkg::REG_TRIGGERED_AT: live_word = triggered_at_i;
-      debug_regmap_pkg::REG_UART_ERRORS: live_word = uart_errors_i;
+      debug_regmap_pkg::REG_ID, debug_regmap_pkg::REG_CONFIG, debug_regmap_pkg::REG_CONTROL,
+      debug_regmap_pkg::REG_STAGED: live = LiveFixed;
+      debug_regmap_pkg::REG_STATUS: live = LiveStatus;
+      debug_regmap_pkg::REG_PLACE: live = LivePlace;
+      debug_regmap_pkg::REG_RUNS: live = LiveRuns;
+      debug_regmap_pkg::REG_VERSION: live = LiveVersion;
+      debug_regmap_pkg::REG_RECORDS: live = LiveRecords;
+      debug_regmap_pkg::REG_TRIGGERED_AT: live = LiveTriggeredAt;
+      debug_regmap_pkg::REG_UART_ERRORS: live = LiveUartErrors;
       default: is_live = 1'b0;
+    endcase
+    case (live)
+      LiveStatus: live_word = status_i;
+      LivePlace: live_word = place_i;
+      LiveRuns: live_word = runs_q;
+      LiveVersion: live_word = version_i;
+      LiveRecords: live_word = records_i;
+      LiveTriggeredAt: live_word = triggered_at_i;
+      LiveUartErrors: live_word = uart_errors_i;
+      default: live_word = fixed_word;
     endcase
 
     case (csr_index_o)

@@ -17,8 +17,8 @@ module debug_scope #(
     input  logic                ended_i,
     input  logic                fault_i,
     output logic                wait_k_o,
-    // channels
-    output logic [2:0]          channel_o,
+    // words of the channels, one a clock from the clock after ended_i on
+    input  logic [2:0]          channel_i,
     input  logic [31:0]         word_i,
     // reads of the ring
     input  logic [RingLog2-1:0] ring_address_i,
@@ -39,7 +39,7 @@ module debug_scope #(
   logic                 control, arm, freeze, command, records_now, active, record, full_record;
   logic                 recording_q, judge_q, fault_q, black_box_q, triggered_q, command_q;
   logic [1:0]           state_q;
-  logic [2:0]           last_q, channel_q, kind_q, trigger_channel_q, size_mask;
+  logic [2:0]           last_q, kind_q, trigger_channel_q, size_mask;
   logic                 float_q, low_q, high_q, before_q, before_valid_q;
   logic [15:0]          skip_q, skipped_q;
   logic [CountBits-1:0] pre_q, post_q, left_q;
@@ -81,9 +81,13 @@ module debug_scope #(
     end
   end
 
-  // ---- values in the order of unsigned numbers: float32 (-0 below +0, NaN beyond infinity) or int32
-  function automatic logic [31:0] key(input logic [31:0] word, input logic is_float);
-    key = {!word[31], word[30:0] ^ {31{is_float && word[31]}}};
+  // ---- order of float32 (-0 below +0, NaN beyond infinity) or int32, out of that of unsigned numbers: a
+  // negative one is below any other, and two negative float32 are in the opposite order
+  function automatic logic at_least(input logic [31:0] word, input logic [31:0] level,
+                                    input logic is_float);
+    if (word[31] != level[31]) at_least = level[31];
+    else if (is_float && word[31]) at_least = word[30:0] == level[30:0] || !(word[30:0] >= level[30:0]);
+    else at_least = word[30:0] >= level[30:0];
   endfunction
 
   always_ff @(posedge clk_i) begin
@@ -93,9 +97,9 @@ module debug_scope #(
     if (csr_write_i && csr_index_i == debug_regmap_pkg::REG_TRIGGER_HIGH) begin
       level_high_q <= csr_data_i;
     end
-    if (recording_q && channel_q == trigger_channel_q) begin
-      low_q  <= key(word_i, float_q) >= key(level_low_q, float_q);
-      high_q <= key(word_i, float_q) > key(level_high_q, float_q);
+    if (recording_q && channel_i == trigger_channel_q) begin
+      low_q  <= at_least(word_i, level_low_q, float_q);
+      high_q <= !at_least(level_high_q, word_i, float_q);
     end
   end
 
@@ -117,7 +121,7 @@ module debug_scope #(
                        state_q == debug_regmap_pkg::SCOPE_STATE_TRIGGERED;
   assign records_now = active && ended_i && (fault_i || skipped_q == 16'd0);
   assign record      = recording_q;
-  assign full_record = recording_q && channel_q == last_q;
+  assign full_record = recording_q && channel_i == last_q;
   assign enough      = (|records_q[31:CountBits]) || records_q[CountBits-1:0] >= pre_q;
   assign trigger     = judge_q && state_q == debug_regmap_pkg::SCOPE_STATE_WAITING && enough &&
                        (hit || command_q);
@@ -136,7 +140,6 @@ module debug_scope #(
       command_q      <= 1'b0;
       before_valid_q <= 1'b0;
       before_q       <= 1'b0;
-      channel_q      <= '0;
       skipped_q      <= '0;
       left_q         <= '0;
       records_q      <= '0;
@@ -144,12 +147,11 @@ module debug_scope #(
     end else begin
       judge_q <= full_record;
       if (active && ended_i) skipped_q <= skipped_q == 16'd0 ? skip_q : skipped_q - 16'd1;
+      if (full_record) recording_q <= 1'b0;
       if (records_now) begin
         recording_q <= 1'b1;
         fault_q     <= fault_i;
       end
-      if (recording_q) channel_q <= full_record ? 3'd0 : channel_q + 3'd1;
-      if (full_record) recording_q <= 1'b0;
       if (command && state_q == debug_regmap_pkg::SCOPE_STATE_WAITING) command_q <= 1'b1;
       if (judge_q) begin
         records_q      <= records_q + 32'd1;
@@ -176,7 +178,6 @@ module debug_scope #(
         state_q     <= debug_regmap_pkg::SCOPE_STATE_FROZEN;
         recording_q <= 1'b0;
         judge_q     <= 1'b0;
-        channel_q   <= '0;
       end
       if (arm) begin
         state_q        <= debug_regmap_pkg::SCOPE_STATE_WAITING;
@@ -186,7 +187,6 @@ module debug_scope #(
         triggered_q    <= 1'b0;
         command_q      <= 1'b0;
         before_valid_q <= 1'b0;
-        channel_q      <= '0;
         skipped_q      <= '0;
         records_q      <= '0;
         at_q           <= '0;
@@ -196,12 +196,11 @@ module debug_scope #(
 
   always_ff @(posedge clk_i) begin
     if (trigger) triggered_at_q <= records_q;
-    if (record) memory[at_q|RingLog2'(channel_q)] <= word_i;
+    if (record) memory[at_q|RingLog2'(channel_i)] <= word_i;
     ring_q <= memory[ring_address_i];
   end
 
   assign wait_k_o       = records_now || recording_q;
-  assign channel_o      = channel_q;
   assign ring_data_o    = ring_q;
   assign state_o        = state_q;
   assign black_box_o    = black_box_q;

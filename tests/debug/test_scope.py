@@ -41,6 +41,17 @@ ECHO = """.program "eight values"
   mov z, x7
   halt
 """
+TWICE = """.program "a register written three times, in some runs"
+.input x0, x1, x2, skip : int
+.output z, safe = 0.0
+  bnz skip, done
+  fadd a1, x0, zero
+  fadd a1, x1, zero
+  fadd a1, x2, zero
+done:
+  mov z, x0
+  halt
+"""
 INF, NAN = 0x7F800000, 0x7FC00000
 
 
@@ -166,6 +177,34 @@ def test_channels__of_any_number__stand_at_their_places(bench) -> None:
         for row in rows:
             tick(rtl, row)
         assert client.drain().words == [tuple(row[-count:]) for row in rows]
+
+
+def test_channels__of_one_register__each_keeps_its_write_whatever_the_others_do(bench) -> None:
+    rtl, client, _ = bench
+    client.load(core_bench.assembled(TWICE, optimise=False))
+    sets = (
+        (("a1", 0), ("a1", 2), ("a1", 2), ("a1", 0), ("a1", 1), ("a1", 3), ("o0", 1), ("k1", 0)),
+        (("o0", 0), ("a1", 2), ("a1", 2), ("a1", 0), ("a1", 1), ("a1", 3), ("k1", 0), ("k1", 0)),
+        (("k0", 0), ("o0", 0), ("a1", 2), ("a1", 0), ("a1", 2), ("k1", 0), ("a1", 9), ("k1", 0)),
+    )
+    seen: dict[int, tuple[tuple[str, int], int]] = {}
+    rng = random.Random(SEED)
+    for channels in sets:
+        client.configure(ScopeSetup(tuple(Channel(*channel) for channel in channels)))
+        seen = {n: kept for n, kept in seen.items() if kept[0] == channels[n]}
+        client.arm()
+        for run in range(12):
+            words = [rng.getrandbits(30) for _ in range(3)]
+            skip = int(run < 2 or rng.random() < 0.4)
+            tick(rtl, [*words, skip])
+            (record,) = client.drain().words
+            for n, (place, write) in enumerate(channels):
+                if place == "a1" and not skip and write < 4:
+                    seen[n] = (place, write), words[write - 1]
+                elif place != "a1":
+                    seen[n] = (place, write), words[1 if place == "k1" else 0]
+                if n in seen:
+                    assert record[n] == seen[n][1], f"run {run}, channel {n}, SEED={SEED}"
 
 
 def test_setup__what_the_block_cannot_do__is_refused_with_what_it_can() -> None:
