@@ -224,7 +224,7 @@ class Finder:
         """Positions behind a bundle."""
         if bundle not in self._reached:
             found: set[int] = set()
-            open_ends = self.map.following(bundle)
+            open_ends = list(self.map.following(bundle))
             while open_ends:
                 position = open_ends.pop()
                 if position not in found:

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 
 import msgspec
 
+from asip_asm.debug_map import DebugMap, Span, Write
 from asip_asm.disassemble import decode_bundle
 from asip_asm.encode import encode_bundle
 from asip_asm.expression import literal_name
@@ -43,11 +44,7 @@ def link(title: str, programs: Mapping[str, Image], isa: Isa | None = None) -> I
     """
     isa = isa or default_isa()
     images = list(programs.values())
-    _check(programs)
-    decoded = [[decode_bundle(int(w, 16), i.configuration, isa) for w in i.bundles] for i in images]
-    places = [_Places() for _ in images]
-    _add_up(places, programs, isa)
-    _own_registers(places, programs, decoded, isa)
+    decoded, places = _placed(programs, isa)
     constants, inputs, parameters = _bank_k(places, programs, isa)
     result = Image(
         title=title,
@@ -70,6 +67,77 @@ def link(title: str, programs: Mapping[str, Image], isa: Isa | None = None) -> I
     result.output_mask = first.output_mask
     result.check(title)
     return result
+
+
+def link_maps(
+    image: Image, programs: Mapping[str, Image], maps: Mapping[str, DebugMap]
+) -> dict[str, DebugMap]:
+    """By function, the debug map of `image.function(name)`: values, bundles and registers of that
+    function alone. `image` is what `link` made of `programs`, `maps` are theirs.
+    """
+    places = _placed(programs, default_isa())[1]
+    return {
+        name: _moved_map(maps[name], image.function(name), place)
+        for name, place in zip(programs, places, strict=True)
+    }
+
+
+def _moved_map(old: DebugMap, image: Image, place: _Places) -> DebugMap:
+    first, own, total = place.first_bundle, old.bundles, len(image.bundles)
+    rest = total - first - own
+
+    def position(number: int) -> int:
+        """The end of the run is the position behind the last bundle of the image."""
+        return total if number == own else number + first
+
+    def spans(held: list[Span]) -> list[Span]:
+        if first + own == total:
+            return [(begin + first, end + first) for begin, end in held]
+        inside = [(a + first, min(b, own - 1) + first) for a, b in held if a < own]
+        return inside + [(total, total) for _, b in held if b == own]
+
+    def location(text: str) -> str:
+        if text[0] == "o":
+            return f"o{int(text[1:]) + place.first_output}"
+        new = place.registers[_register(text)]
+        return f"{new.bank.lower()}{new.index}"
+
+    values = [
+        msgspec.structs.replace(
+            value,
+            place=location(value.place),
+            writes=[Write(w.bundle + first, w.slot, position(w.lands)) for w in value.writes],
+            held=spans(value.held),
+            perhaps=spans(value.perhaps),
+            spilled=value.spilled
+            and (value.spilled[0] + first, value.spilled[1] + place.first_data),
+        )
+        for value in old.values
+    ]
+    follow = old.follow | {str(own - 1): old.following(own - 1)}
+    calls = [(*key.split("."), texts) for key, texts in old.calls.items()]
+    return DebugMap(
+        image=image.to_json()["checksum"],
+        bundles=total,
+        files=old.files,
+        cycles=[0] * first + old.cycles + [0] * rest,
+        follow={str(int(at) + first): [position(n) for n in to] for at, to in follow.items()},
+        calls={f"{int(bundle) + first}.{slot}": texts for bundle, slot, texts in calls},
+        values=values,
+    )
+
+
+def _placed(programs: Mapping[str, Image], isa: Isa) -> tuple[list[list[Bundle]], list[_Places]]:
+    """Bundles of the programs, and where their outputs, data, bundles and registers go, those of
+    bank K left out.
+    """
+    _check(programs)
+    images = programs.values()
+    decoded = [[decode_bundle(int(w, 16), i.configuration, isa) for w in i.bundles] for i in images]
+    places = [_Places() for _ in images]
+    _add_up(places, programs, isa)
+    _own_registers(places, programs, decoded, isa)
+    return decoded, places
 
 
 def _check(programs: Mapping[str, Image]) -> None:

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from asip_asm.assemble import build_program, encode
+from asip_asm.debug_map import DebugMap
+from asip_asm.debug_values import debug_map
 from asip_asm.files import open_output
 from asip_asm.image import Image
 from asip_asm.model.compiler import Compiled
@@ -20,6 +22,7 @@ class Built:
     compiled: Compiled
     image: Image
     report: Report
+    map: DebugMap
 
     @property
     def cycles(self) -> int:
@@ -36,4 +39,5 @@ def build(compiled: Compiled, path: Path) -> Built:
         file.write(compiled.text)
     program, machine = build_program(path, configuration=compiled.options.configuration)
     image = encode(program, machine, path)
-    return Built(compiled, image, report_program(program, machine))
+    found = debug_map(program, machine, image)
+    return Built(compiled, image, report_program(program, machine), found)

@@ -17,7 +17,7 @@ from asip_asm.diagnostics import AssemblyError
 from asip_asm.files import open_output, refuse_overwriting
 from asip_asm.image import Image, ImageError
 from asip_asm.isa import default_isa
-from asip_asm.link import LinkError, link
+from asip_asm.link import LinkError, link, link_maps
 from asip_asm.model.c_code import to_c_code
 from asip_asm.model.compiler import SINES, Options, compile_law
 from asip_asm.model.law import Law, load_law
@@ -39,11 +39,12 @@ EPILOG = """example:
   asip-model arm.urdf --law computed_torque --reassociate --prove --loop 2
   asip-model fast.casadi fast.interface.toml slow.casadi slow.interface.toml -o build/both
 
-writes build/law.s (linear assembly), .asip.json (image), .h (tables for the C driver) and
-.report.txt (cycles, bounds, occupancy, what each option changes); with --c also build/law.tick.c
+writes build/law.s (linear assembly), .asip.json (image), .asip.map.json (its debug map, for
+asip-dbg), .h (tables for the C driver) and .report.txt (cycles, bounds, occupancy, what each option
+changes); with --c also build/law.tick.c
 and .tick.h, the law as a C function for the Nios II systems or a PC. Arguments and results of the
 function go by the names of the signals, or of their vectors (docs/your_robot.md). With several
-functions .s, .tick.c and .tick.h are build/both.NAME.s and so on.
+functions .s, .asip.map.json, .tick.c and .tick.h are build/both.NAME.s and so on.
 
 exit status: 0 written, and proved with --prove; 1 an error, a proof that failed, or a loop beyond
 its bound; 2 wrong command line
@@ -65,7 +66,7 @@ def _model(options: argparse.Namespace) -> int:
     built: dict[str, Built] = {}
     try:
         stems = {name: f"{stem}.{name}" if several else str(stem) for name in _names(options)}
-        ends = (".s", ".tick.h", ".tick.c") if options.c else (".s",)
+        ends = (".s", ".asip.map.json", *((".tick.h", ".tick.c") if options.c else ()))
         paths = [Path(f"{each}{end}") for each in stems.values() for end in ends]
         paths += [Path(f"{stem}{end}") for end in (".asip.json", ".h", ".report.txt")]
         refuse_overwriting(paths, [path for part in options.parts for path in part if path])
@@ -81,7 +82,12 @@ def _model(options: argparse.Namespace) -> int:
         for (name, each), (law, _) in zip(stems.items(), laws, strict=True):
             built[name] = build(compile_law(law, chosen), Path(f"{each}.s"))
         images = {name: one.image for name, one in built.items()}
-        image = link(Path(stem).name, images) if several else images.popitem()[1]
+        maps = {name: one.map for name, one in built.items()}
+        if several:
+            image = link(Path(stem).name, images)
+            maps = link_maps(image, images, maps)
+        else:
+            (image,) = images.values()
     except (ModelError, InterfaceError, RobotError, LinkError, ImageError) as error:
         print(f"asip-model: error: {error}", file=sys.stderr)
         return 1
@@ -92,6 +98,7 @@ def _model(options: argparse.Namespace) -> int:
     texts[f"{stem}.report.txt"] = "\n".join(
         one.report.render() + "\n" + effects(one.compiled, options.seed) for one in built.values()
     )
+    texts |= {f"{stems[name]}.asip.map.json": found.dumps() for name, found in maps.items()}
     for name, each in stems.items() if options.c else ():
         header, source = to_c_code(built[name].compiled, Path(f"{each}.tick.h").name)
         texts |= {f"{each}.tick.h": header, f"{each}.tick.c": source}

@@ -13,7 +13,7 @@ from sim.asip_run.inputs import UserError
 from sim.debugger.options import parse_arguments
 
 SWITCHES = {"iss": "--iss", "uart": "--uart", "load": "--load"}
-TEXTS = {"configuration": "--config", "connect": "--connect"}
+TEXTS = {"configuration": "--config", "connect": "--connect", "function": "--function"}
 ASSIGNMENTS = {"set": "--set", "state": "--state"}
 NAMES = {"program", "inputs", "optimise", "stopOnEntry", *SWITCHES, *TEXTS, *ASSIGNMENTS}
 OF_CLIENTS = {"noDebug", "name", "type", "request", "console", "internalConsoleOptions"}

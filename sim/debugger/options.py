@@ -18,8 +18,8 @@ EPILOG = """examples:
   asip-dbg leg.s --iss -ex 'break (7)' -ex run -ex 'print q'
   asip-dbg --dap leg.s
 
-An image needs its debug map beside it (leg.asip.map.json), which asip-as writes. help at the prompt
-lists the commands; docs/debugger.md is a session from a wrong program to its fault.
+An image needs its debug map beside it (leg.asip.map.json), which asip-as and asip-model write. help
+at the prompt lists the commands; docs/debugger.md is a session from a wrong program to its fault.
 
 exit status: 0 or what quit says, 1 an error in a file, script or target, 2 wrong command line,
 3 an assert that failed
@@ -28,7 +28,9 @@ exit status: 0 or what quit says, 1 an error in a file, script or target, 2 wron
 
 def open_session(options: argparse.Namespace) -> Session:
     """Session of the options. Raises what the program, inputs or target raise."""
-    program = DebuggedProgram(options.program, options.config, not options.unoptimised)
+    program = DebuggedProgram(
+        options.program, options.config, not options.unoptimised, options.function
+    )
     image = program.image
     types = {entry.name: entry.type for entry in image.inputs}
     inputs = assignments(options.set, types, "input")
@@ -63,6 +65,9 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
         dest="unoptimised",
         action="store_true",
         help="assemble a source with one operation per bundle, in the order written",
+    )
+    parser.add_argument(
+        "--function", metavar="NAME", help="which one, of an image of several (asip-model)"
     )
     parser.add_argument(
         "--set", action="append", default=[], metavar="NAME=VALUE", help="input of the ticks"

@@ -35,7 +35,13 @@ class DebuggedProgram:
     Raises AssemblyError, ImageError, DebugMapError, ProgramError, OSError.
     """
 
-    def __init__(self, path: Path, configuration: str | None = None, optimise: bool = True) -> None:
+    def __init__(
+        self,
+        path: Path,
+        configuration: str | None = None,
+        optimise: bool = True,
+        function: str | None = None,
+    ) -> None:
         self.path = path
         if path.suffix == ".json":
             self.image = Image.load(path)
@@ -44,19 +50,22 @@ class DebuggedProgram:
                     f"{path} is for configuration '{self.image.configuration}', not "
                     f"'{configuration}'; assemble it again"
                 )
-            if self.image.functions:
+            beside = map_path(path)
+            if self.image.functions and function is None:
                 names = ", ".join(function.name for function in self.image.functions)
+                raise ProgramError(f"{path} holds several functions; --function one of: {names}")
+            if function is not None:
+                self.image = self.image.function(function)
+                beside = beside.with_name(beside.name.replace(".asip.", f".{function}.asip.", 1))
+            if not beside.exists():
                 raise ProgramError(
-                    f"{path} holds several functions ({names}) and has no debug map; debug the "
-                    "source of one"
-                )
-            if not map_path(path).exists():
-                raise ProgramError(
-                    f"{map_path(path)}: not there; asip-as writes it beside the image: assemble "
+                    f"{beside}: not there; asip-as and asip-model write it beside the image: build "
                     "the program again, or give its source in place of the image"
                 )
-            self.map = DebugMap.load(map_path(path), self.image)
+            self.map = DebugMap.load(beside, self.image)
         else:
+            if function is not None:
+                raise ProgramError(f"{path}: --function is for an image of several functions")
             program, machine = build_program(path, configuration=configuration, optimise=optimise)
             self.image = encode(program, machine, path)
             self.map = debug_map(program, machine, self.image)
