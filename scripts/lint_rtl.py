@@ -22,6 +22,7 @@ from rich.console import Console
 
 from sim.harness.assertions import assertions_of
 from sim.harness.build import verilator_driver
+from sim.harness.sources import sources_of
 
 ROOT = Path(__file__).resolve().parents[1]
 VERILATOR = verilator_driver()
@@ -60,12 +61,19 @@ class Top:
         return found
 
 
+def needed(top: str) -> tuple[str, ...]:
+    """Files of a top that has no list of its own."""
+    return tuple(str(path.relative_to(ROOT)) for path in sources_of(top))
+
+
 ASIP, N2_SYSTEM = "rtl/asip/asip.f", "rtl/nios/n2_system.f"
 DRIVE = "rtl/drive/drive.f"
 BRIDGE = "rtl/bus/axil_bridge.sv"
 TOPS = (
     Top("asip", (ASIP,), ("", "FmaPipes=1 Slots=1")),
     Top("asip_de3", (ASIP, "rtl/board/board_pll.sv", "rtl/board/asip_de3.sv")),
+    Top("asip_ecp5", needed("asip_ecp5"), ("", "FmaPipes=2 Slots=3 Axes=1")),
+    *(Top(top, needed(top)) for top in ("asip_ulx3s", "asip_colorlight_i9", "asip_ecpix5")),
     Top("asip_axil", (ASIP, BRIDGE, "rtl/asip/asip_axil.sv")),
     Top(
         "motion_axil",

@@ -2,13 +2,16 @@
 // debug_asip: the ASIP with a debug block: run control, live parameters, scope, serial port.
 // Contract: words 0x0000 to 0x3fff of the bus are those of the core (docs/regmap.md), the block's registers
 // follow (docs/debug_regmap.md). A run that is not held takes the cycles and gives the bits of `asip`.
-// The serial port and the host take turns on the bus, word by word. docs/debug_block.md.
+// The serial port and the host take turns on the bus, word by word. docs/debug_block.md. Words 0x6000 to
+// 0x7fff of the serial port alone are registers of the machine, outside.
 module debug_asip #(
     parameter int unsigned FmaPipes  = 2,
     parameter int unsigned Slots     = 3,
     parameter int unsigned Bundles   = asip_isa_pkg::PROGRAM_BUNDLES,
     parameter int unsigned DataWords = asip_isa_pkg::DATA_WORDS,
-    parameter int unsigned Uart      = 1   // 0: no serial port
+    parameter int unsigned Uart      = 1,  // 0: no serial port
+    parameter int unsigned UartDivider =   // clocks a bit after reset
+        32'(debug_regmap_pkg::RESET_UART[debug_regmap_pkg::UART_DIVIDER_LSB+:16])
 ) (
     input  logic                                    clk_i,
     input  logic                                    rst_ni,
@@ -23,6 +26,13 @@ module debug_asip #(
     // serial line
     input  logic                                    rx_i,
     output logic                                    tx_o,
+    // registers of the machine for the serial port, Avalon-MM host
+    output logic [12:0]                             machine_address_o,
+    output logic                                    machine_read_o,
+    output logic                                    machine_write_o,
+    output logic [31:0]                             machine_writedata_o,
+    input  logic [31:0]                             machine_readdata_i,
+    input  logic                                    machine_waitrequest_i,
     // to the power stage: the core is held
     output logic                                    debug_active_o,
     // trace, as of `asip`
@@ -40,6 +50,7 @@ module debug_asip #(
 
   // ---- bus
   logic             link_read, link_write, link_wait, link_in_block, host_in_block;
+  logic             link_in_machine;
   logic [Width:0]   link_address;
   logic [31:0]      link_data;
   logic             host_wait_core, host_wait_block, link_wait_core, link_wait_block;
@@ -69,10 +80,17 @@ module debug_asip #(
 
   // ================================================================ bus
   assign host_in_block = address_i[Width];
-  assign link_in_block = link_address[Width];
+  assign link_in_machine = &link_address[Width:BlockWidth];
+  assign link_in_block = link_address[Width] && !link_in_machine;
   assign waitrequest_o = host_in_block ? host_wait_block : host_wait_core;
   assign readdata_o    = host_in_block ? block_readdata : core_readdata;
-  assign link_wait     = link_in_block ? link_wait_block : link_wait_core;
+  assign link_wait     = link_in_machine ? machine_waitrequest_i
+                         : link_in_block ? link_wait_block : link_wait_core;
+
+  assign machine_address_o   = link_address[BlockWidth-1:0];
+  assign machine_read_o      = link_read && link_in_machine;
+  assign machine_write_o     = link_write && link_in_machine;
+  assign machine_writedata_o = link_data;
 
   core_bus u_core_turn (
       .clk_i,
@@ -82,8 +100,8 @@ module debug_asip #(
       .host_address_i     (address_i[Width-1:0]),
       .host_data_i        (writedata_i),
       .host_wait_o        (host_wait_core),
-      .sequencer_read_i   (link_read && !link_in_block),
-      .sequencer_write_i  (link_write && !link_in_block),
+      .sequencer_read_i   (link_read && !link_address[Width]),
+      .sequencer_write_i  (link_write && !link_address[Width]),
       .sequencer_address_i(link_address[Width-1:0]),
       .sequencer_data_i   (link_data),
       .sequencer_wait_o   (link_wait_core),
@@ -296,7 +314,8 @@ module debug_asip #(
   debug_registers #(
       .StageLog2(StageLog2),
       .RingLog2 (RingLog2),
-      .Uart     (Uart)
+      .Uart     (Uart),
+      .ResetUart(32'(UartDivider) << debug_regmap_pkg::UART_DIVIDER_LSB)
   ) u_registers (
       .clk_i,
       .rst_ni,
@@ -324,7 +343,8 @@ module debug_asip #(
 
   if (Uart != 0) begin : gen_uart
     debug_link #(
-        .RingLog2(RingLog2)
+        .RingLog2(RingLog2),
+        .Divider (16'(UartDivider))
     ) u_link (
         .clk_i,
         .rst_ni,
@@ -345,7 +365,8 @@ module debug_asip #(
         .write_o       (link_write),
         .address_o     (link_address),
         .writedata_o   (link_data),
-        .readdata_i    (link_in_block ? block_readdata : core_readdata),
+        .readdata_i    (link_in_machine ? machine_readdata_i
+                        : link_in_block ? block_readdata : core_readdata),
         .wait_i        (link_wait),
         .ring_taken_i  (ring_read),
         .ring_address_o(link_ring_address),
@@ -360,7 +381,8 @@ module debug_asip #(
     assign link_data         = '0;
     assign link_ring_address = '0;
     assign uart_errors       = '0;
-    assign unused_uart       = ^{rx_i, link_wait, runs, last_channel, size_log2, armed};
+    assign unused_uart       = ^{rx_i, link_wait, runs, last_channel, size_log2, armed,
+                            machine_readdata_i};
   end
 
   assign debug_active_o = held;

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // debug_link: the serial port of the debug block: line, packets, requests on the bus.
 // Contract: that of debug_serve; docs/debug_packets.md. The line takes 8 data bits, no parity, one stop bit,
-// UART.divider clocks a bit.
+// UART.divider clocks a bit, Divider after reset.
 module debug_link #(
-    parameter int unsigned RingLog2 = 12
+    parameter int unsigned RingLog2 = 12,
+    parameter logic [15:0] Divider  = 16'd868
 ) (
     input  logic                clk_i,
     input  logic                rst_ni,
@@ -45,7 +46,7 @@ module debug_link #(
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
-      divider_q <= debug_regmap_pkg::RESET_UART[debug_regmap_pkg::UART_DIVIDER_LSB+:16];
+      divider_q <= Divider;
       stream_q  <= 1'b0;
       events_q  <= 1'b0;
       dropped_q <= '0;

@@ -5,7 +5,8 @@
 module debug_registers #(
     parameter int unsigned StageLog2 = 6,
     parameter int unsigned RingLog2  = 12,
-    parameter int unsigned Uart      = 1
+    parameter int unsigned Uart      = 1,
+    parameter logic [31:0] ResetUart = debug_regmap_pkg::RESET_UART
 ) (
     input  logic                clk_i,
     input  logic                rst_ni,
@@ -124,7 +125,7 @@ module debug_registers #(
     case (csr_index_o)
       debug_regmap_pkg::REG_RECORD: kept_word = debug_regmap_pkg::RESET_RECORD;
       debug_regmap_pkg::REG_TRIGGER: kept_word = debug_regmap_pkg::RESET_TRIGGER;
-      debug_regmap_pkg::REG_UART: kept_word = debug_regmap_pkg::RESET_UART;
+      debug_regmap_pkg::REG_UART: kept_word = ResetUart;
       default: kept_word = 32'd0;
     endcase
     if (written_q[csr_index_o]) kept_word = kept;

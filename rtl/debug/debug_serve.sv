@@ -47,11 +47,12 @@ module debug_serve #(
     StIdle,
     StType, StSequence, StLow, StHigh, StCount,  // of the request
     StHead,                                      // type and sequence number of the answer
-    StRead, StGather, StWrite,                   // words of a request
+    StRead, StReadHere, StGather, StWrite,       // words of a request
     StPut,                                       // bytes of word_q, then state after_q
     StEventPlace, StEventRuns,
     StNumber, StChannels,                        // head of samples
     StNow, StNowHere, StBefore, StBeforeHere,    // two words of the ring
+    StDifference,
     StCode, StRecord,                            // codes of a record, end of a record
     StEnd
   } state_e;
@@ -91,7 +92,7 @@ module debug_serve #(
   // Word of a channel in the record `tail_q`, or the one before.
   assign from           = tail_q - 32'(state_q == StBefore);
   assign ring_address_o = RingLog2'(from << size_log2_i) | RingLog2'(channel_q);
-  assign difference     = now_q ^ (first_q ? 32'd0 : ring_data_i);
+  assign difference     = now_q ^ word_q;
   assign code           = (|difference[31:24]) ? 2'd3 : (|difference[23:16]) ? 2'd2 :
                           (|difference[15:0]) ? 2'd1 : 2'd0;
 
@@ -210,14 +211,16 @@ module debug_serve #(
 
         // ---- words of a request
         StRead: begin
-          if (!wait_i) begin
-            word_q    <= readdata_i;
-            address_q <= address_q + 16'd1;
-            left_q    <= left_q - 6'd1;
-            bytes_q   <= 3'd4;
-            after_q   <= left_q == 6'd1 ? StEnd : StRead;
-            state_q   <= StPut;
-          end
+          now_q <= readdata_i;  // memories answer late in a clock
+          if (!wait_i) state_q <= StReadHere;
+        end
+        StReadHere: begin
+          word_q    <= now_q;
+          address_q <= address_q + 16'd1;
+          left_q    <= left_q - 6'd1;
+          bytes_q   <= 3'd4;
+          after_q   <= left_q == 6'd1 ? StEnd : StRead;
+          state_q   <= StPut;
         end
         StGather: begin
           word_q  <= {byte_i, word_q[31:8]};
@@ -269,6 +272,10 @@ module debug_serve #(
         end
         StBefore: if (!ring_taken_i) state_q <= StBeforeHere;
         StBeforeHere: begin
+          word_q  <= first_q ? 32'd0 : ring_data_i;
+          state_q <= StDifference;
+        end
+        StDifference: begin
           word_q    <= difference;
           bytes_q   <= {1'b0, code} + 3'd1;
           channel_q <= last_channel ? 3'd0 : channel_q + 3'd1;

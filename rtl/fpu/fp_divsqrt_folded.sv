@@ -54,12 +54,13 @@ module fp_divsqrt_folded (
   end
 
   // ---- clocks 0 and 1: unpack and normalise a, then b ----
-  // A root has the operand b = 2^-126, which gives its exponent and needs no special result.
+  // A root has the operand b = 2^-126, which gives its exponent and needs no special result. What is not b
+  // is taken for a: whether an operation starts, which is known late, decides nothing here.
   logic [31:0] b_q, operand;
   logic        some_exp_q, all_exp_q;   // of b
-  logic        some_exp, all_exp, no_fraction;
-  logic [23:0] sig;                     // U(1.23), normalised
-  logic [4:0]  zeros;
+  logic        some_exp, all_exp, no_fraction, at_a;
+  logic [23:0] sig, shifted;            // U(1.23), normalised; shifted: of a subnormal number
+  logic [4:0]  zeros, places;
   logic [9:0]  exponent;                // S(10.0), biased: of a, less 1; of b, negated, plus 127
   logic        nan, snan, infinite, zero;
 
@@ -69,20 +70,23 @@ module fp_divsqrt_folded (
     all_exp_q  <= !sqrt_i && (&b_i[30:23]);
   end
 
-  assign operand  = valid_i ? a_i : b_q;
-  assign some_exp = valid_i ? |a_i[30:23] : some_exp_q;
-  assign all_exp  = valid_i ? &a_i[30:23] : all_exp_q;
+  assign at_a     = !valid_q[LoadFirst];
+  assign operand  = at_a ? a_i : b_q;
+  assign some_exp = at_a ? |a_i[30:23] : some_exp_q;
+  assign all_exp  = at_a ? &a_i[30:23] : all_exp_q;
 
-  // Infinity loses its hidden bit, so that no_fraction tells zero and infinity from other numbers.
+  // Without the hidden bit, which is known later: only subnormal numbers are shifted.
   fp_normalise u_normalise (
-      .value_i({some_exp && !all_exp, operand[22:0]}),
-      .value_o(sig),
-      .count_o(zeros),
+      .value_i({1'b0, operand[22:0]}),
+      .value_o(shifted),
+      .count_o(places),
       .zero_o (no_fraction)
   );
+  assign sig   = some_exp ? {1'b1, operand[22:0]} : shifted;
+  assign zeros = some_exp ? 5'd0 : places;
 
-  assign exponent = ({2'b00, operand[30:24], operand[23] || !some_exp} ^ {10{!valid_i}})
-                  + {{2{valid_i}}, 1'b1, {2{valid_i}}, zeros ^ {5{valid_i}}};
+  assign exponent = ({2'b00, operand[30:24], operand[23] || !some_exp} ^ {10{!at_a}})
+                  + {{2{at_a}}, 1'b1, {2{at_a}}, zeros ^ {5{at_a}}};
   assign nan      = all_exp && !no_fraction;
   assign snan     = nan && !operand[22];
   assign infinite = all_exp && no_fraction;

@@ -33,6 +33,7 @@ EPILOG = """examples:
   asip-run leg.s --set x=0.3 --profile --konata build/leg.konata --gantt build/leg.html
   asip-run leg.s --inputs path.csv --keep-going > all.csv
   asip-run leg.s --config small --ticks 3 --state sum=1.5 --trace build/writes.txt
+  asip-run leg.s --config small --port /dev/ttyUSB0 --set x=0.3
 
 Floats may be written as bits (0f3f800000). Inputs that are not given are 0. With --inputs the
 result is a CSV table, one row per run; a run after the last row repeats it.
@@ -91,10 +92,13 @@ def _run(options: argparse.Namespace) -> int:
     profile = options.profile or options.konata or options.gantt
     if profile and options.iss:
         raise UserError("the model has no clock cycles to profile; use --rtl", 2)
+    if options.port and (profile or options.trace):
+        raise UserError("a board does not tell every write; use --rtl, or asip-scope on it", 2)
     trace_on = bool(options.trace or profile)
     if options.iss and not SINES.isdisjoint(operations(image)):
         print(SINE_NOTE, file=sys.stderr)
-    runner = Runner(image, states, "iss" if options.iss else "rtl", trace_on)
+    place = options.port or ("iss" if options.iss else "rtl")
+    runner = Runner(image, states, place, trace_on)
     table = bool(options.inputs)
     faults = 0
     with Trace(options.trace) as trace:
@@ -124,7 +128,7 @@ def parse_arguments(arguments: list[str] | None) -> argparse.Namespace:
     """Options of the command line; exits with status 2 if they are wrong."""
     parser = argparse.ArgumentParser(
         prog="asip-run",
-        description="Run a program on the Verilated core or on the instruction-set model.",
+        description="Run a program on the Verilated core, the instruction-set model or a board.",
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -137,6 +141,12 @@ def parse_arguments(arguments: list[str] | None) -> argparse.Namespace:
         "--iss",
         action="store_true",
         help="run on the instruction-set model, bits as the core's but for fsin, fcos",
+    )
+    place.add_argument(
+        "--port",
+        metavar="DEVICE",
+        help="run on the board at this serial port, /dev/ttyUSB0 or /dev/ttyACM0?baud=115200 "
+        "(docs/boards.md), or on the core at tcp://HOST:PORT",
     )
     parser.add_argument(
         "--config", choices=tuple(default_isa().configurations), help="configuration of the core"

@@ -3,14 +3,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
 
 from asip_asm.image import Image
 from sim.asip_run.inputs import UserError
-from sim.core_backends import BACKENDS, Observed
+from sim.core_backends import BACKENDS, Backend, Observed
 from sim.core_fault import NO_FAULT
 
 
@@ -42,21 +43,48 @@ class RunLimit:
         )
 
 
+@contextmanager
+def user_errors(*errors: type[Exception]) -> Iterator[None]:
+    """What a backend raises as an error of the user's."""
+    try:
+        yield
+    except errors as error:
+        raise UserError(str(error)) from None
+
+
+def make_backend(image: Image, place: str, trace: bool) -> tuple[Backend, tuple]:
+    """A backend with the program loaded, and what it raises.
+
+    place: 'rtl', 'iss' or the address of a serial port. Raises UserError.
+    """
+    # Each takes packages of its own, and a run only one.
+    if place == "rtl":
+        from sim.harness.asip_rtl import AsipError
+        from sim.harness.build import BuildError
+
+        errors: tuple[type[Exception], ...] = AsipError, BuildError
+    elif place == "iss":
+        errors = ()
+    else:
+        from sim.debug.backend import LinkBackend
+        from sim.debug.client import DebugError, connect
+        from sim.debug.link import LinkError
+        from sim.debug.packets import PacketError
+
+        errors = LinkError, DebugError, PacketError
+        with user_errors(*errors):
+            return LinkBackend(image, connect(place)), errors
+    with user_errors(*errors):
+        return BACKENDS[place](image, trace), errors
+
+
 class Runner:
-    """A loaded program on a backend of sim/core_backends.py. Raises UserError where none is."""
+    """A loaded program at a place of `make_backend`. Raises UserError where none is."""
 
-    def __init__(self, image: Image, states: Mapping[str, int], backend: str, trace: bool) -> None:
-        self._errors: tuple[type[Exception], ...] = ()
-        if backend == "rtl":  # Verilator is needed here only, not by the instruction-set model
-            from sim.harness.asip_rtl import AsipError
-            from sim.harness.build import BuildError
-
-            self._errors = AsipError, BuildError
-        try:
-            self._backend = BACKENDS[backend](image, trace)
-        except self._errors as error:
-            raise UserError(str(error)) from None
-        self._backend.preset(states)
+    def __init__(self, image: Image, states: Mapping[str, int], place: str, trace: bool) -> None:
+        self._backend, self._errors = make_backend(image, place, trace)
+        with user_errors(*self._errors):
+            self._backend.preset(states)
         self._places = {entry.name: entry.register for entry in (*image.exports, *image.states)}
         self._constants = {f"k{entry.index}": int(entry.bits, 16) for entry in image.constants}
         self._inputs = {f"k{entry.index}": entry.name for entry in image.inputs}
@@ -67,17 +95,16 @@ class Runner:
         known = self._constants | {place: inputs[name] for place, name in self._inputs.items()}
         held = {name: known.get(self._places.get(name, name)) for name in names}
         read = [name for name, word in held.items() if word is None]
-        self._backend.clear()
         data = np.array([list(inputs.values())], dtype=np.uint32)
-        try:
+        with user_errors(*self._errors):
+            self._backend.clear()
             runs = self._backend.run(list(inputs), data, read)
-        except self._errors as error:
-            raise UserError(str(error)) from None
+            observed = self._backend.observed()
         words = held | dict(zip(read, runs.words[-1].tolist(), strict=True))
         return Run(
             cause=runs.fault.cause if runs.fault else NO_FAULT,
             text=runs.text,
             flags=int(runs.flags[-1]),
             words={name: words[name] for name in names},
-            observed=self._backend.observed(),
+            observed=observed,
         )

@@ -47,6 +47,7 @@ from sim.debug.state import (
     Sizes,
     State,
     code,
+    configuration_of,
     place_address,
     word_of,
 )
@@ -285,9 +286,12 @@ class Client:
     def load(self, image: Image) -> None:
         """Load a program, its states at their initial values, as a driver would.
 
-        Raises ImageError for an image that no assembler writes, DebugError inside a run.
+        Raises ImageError for an image that no assembler writes, DebugError inside a run or for an
+        image that is for another configuration.
         """
         image.check()
+        if (core := configuration_of(self.read_word(CSR["CONFIG"]))) != image.configuration:
+            raise DebugError(f"the program is for '{image.configuration}': give --config {core}")
         if self.state().running:
             raise DebugError("the core is inside a run; abort it, or let it end, before a load")
         self.write_word(CSR["CONTROL"], CLEAR)

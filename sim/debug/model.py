@@ -7,7 +7,7 @@ import ctypes
 
 from sim.debug.link import SerialLink
 from sim.debug.state import REGISTER, REGMAP
-from sim.harness.asip_rtl import AsipRtl
+from sim.harness.asip_rtl import HARNESS, AsipRtl
 
 
 class DebugRtl(AsipRtl):
@@ -19,6 +19,7 @@ class DebugRtl(AsipRtl):
 
     top = "debug_asip"
     files = ("asip/asip.f", "debug/debug.f")
+    headers = (HARNESS.with_name("serial_line.h"),)
     harness_flags = ("-DDEBUG_BLOCK",)
 
     def __init__(self, configuration: str = "fast") -> None:

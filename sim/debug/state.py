@@ -7,6 +7,7 @@ import struct
 from dataclasses import dataclass, field
 
 from asip_asm.gen.asip_regmap import REGMAP as CORE_MAP
+from asip_asm.isa import default_isa
 from sim.debug.gen.debug_regmap import REGMAP
 from sim.harness.asip_bus import BLOCK, register_address
 
@@ -23,6 +24,15 @@ BANKS = "abc"
 def code(enumeration: str, name: str) -> int:
     """Code of a value of an enumeration. Raises KeyError."""
     return REGMAP.enumerations[enumeration][name.upper()].code
+
+
+def configuration_of(word: int) -> str:
+    """Name of the configuration that a core's CONFIG tells, 'unknown' if there is none such."""
+    shape = tuple(
+        CORE_MAP.registers["CONFIG"].fields[name].of(word) for name in ("slots", "fma_pipes")
+    )
+    known = default_isa().configurations.values()
+    return next((c.name for c in known if (len(c.slots), c.fma_pipes) == shape), "unknown")
 
 
 def name_of(enumeration: str, number: int) -> str:

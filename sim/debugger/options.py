@@ -16,6 +16,7 @@ EPILOG = """examples:
   asip-dbg leg.s --set x=0.3 --set y=0.1
   asip-dbg build/leg.asip.json --inputs path.csv -x find_fault.dbg --batch
   asip-dbg leg.s --iss -ex 'break (7)' -ex run -ex 'print q'
+  asip-dbg leg.s --config small --port /dev/ttyUSB0
   asip-dbg --dap leg.s
 
 An image needs its debug map beside it (leg.asip.map.json), which asip-as and asip-model write. help
@@ -98,15 +99,29 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
     )
     parser.add_argument(
         "--port",
-        type=int,
-        metavar="N",
-        help="with --dap: serve on this TCP port of the loopback address (0: a free one)",
+        metavar="DEVICE|N",
+        help="debug the board at this serial port, as --load --connect serial:DEVICE; a number, "
+        "with --dap: serve on this TCP port of the loopback address (0: a free one)",
     )
     options = parser.parse_args(arguments)
+    if options.port is not None:
+        take_port(parser, options)
     if options.load and not options.connect:
         parser.error("--load goes with --connect; without it the program is always loaded")
     if options.program is None and not (options.dap or options.port is not None):
         parser.error("which program? asip-dbg PROGRAM")
-    if options.port is not None and not 0 <= options.port <= 65535:
-        parser.error(f"--port {options.port}: 0 to 65535")
     return options
+
+
+def take_port(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None:
+    """`--port` of a board, or of the DAP server: then it becomes a number."""
+    if options.port.lstrip("-").isdecimal():
+        options.port = int(options.port)
+        if not 0 <= options.port <= 65535:
+            parser.error(f"--port {options.port}: 0 to 65535")
+        return
+    if options.connect or options.iss or options.uart:
+        parser.error("--port DEVICE is a place of its own; leave --connect, --iss, --uart out")
+    device = options.port
+    options.connect = device if device.startswith(("serial:", "tcp:")) else f"serial:{device}"
+    options.load, options.port = True, None

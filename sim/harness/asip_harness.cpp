@@ -14,6 +14,9 @@ using Model = Vdebug_asip;
 using Model = Vasip;
 #endif
 #include "bench.h"
+#ifdef DEBUG_BLOCK
+#include "serial_line.h"
+#endif
 
 namespace {
 
@@ -30,47 +33,6 @@ struct Write {
   uint32_t index;
   uint32_t data;
 };
-
-#ifdef DEBUG_BLOCK
-// A serial line: bytes to and from the pins, so many clocks a bit.
-struct Line {
-  uint32_t divider = 868;
-  std::string out, in;  // to the core, from it
-  uint32_t out_bit = 0, out_clock = 0, in_bit = 0, in_clock = 0, in_byte = 0;
-  size_t sent = 0;
-
-  int drive() {  // level of rx_i in this clock
-    if (sent == out.size()) return 1;
-    const uint32_t frame = uint32_t(uint8_t(out[sent])) << 1 | 0x200;
-    const int level = frame >> out_bit & 1;
-    if (++out_clock == divider) {
-      out_clock = 0;
-      if (++out_bit == 10) {
-        out_bit = 0;
-        ++sent;
-      }
-    }
-    return level;
-  }
-
-  void watch(int level) {  // of tx_o
-    if (in_bit == 0) {
-      if (level) return;
-      in_bit = 1;
-      in_clock = divider / 2;
-    }
-    if (in_clock--) return;
-    in_clock = divider - 1;
-    if (in_bit == 10) {
-      if (level) in.push_back(char(in_byte));
-      in_bit = 0;
-      return;
-    }
-    if (in_bit > 1) in_byte = in_byte >> 1 | uint32_t(level) << 7;
-    ++in_bit;
-  }
-};
-#endif
 
 struct Asip : Bench<Asip, Model> {
 #ifdef DEBUG_BLOCK
@@ -198,19 +160,12 @@ int asip_debug_active(void* handle) { return static_cast<Asip*>(handle)->top->de
 void asip_line_divider(void* handle, uint32_t divider) { static_cast<Asip*>(handle)->line.divider = divider; }
 
 void asip_line_send(void* handle, const char* bytes, uint32_t n) {
-  Line& line = static_cast<Asip*>(handle)->line;
-  line.out.erase(0, line.sent);
-  line.sent = 0;
-  line.out.append(bytes, n);
+  static_cast<Asip*>(handle)->line.send(bytes, n);
 }
 
 // At most n bytes that have come; returns how many.
 uint32_t asip_line_receive(void* handle, char* bytes, uint32_t n) {
-  std::string& in = static_cast<Asip*>(handle)->line.in;
-  n = std::min<uint32_t>(n, in.size());
-  in.copy(bytes, n);
-  in.erase(0, n);
-  return n;
+  return static_cast<Asip*>(handle)->line.receive(bytes, n);
 }
 #endif
 

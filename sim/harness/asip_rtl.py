@@ -103,6 +103,7 @@ class AsipRtl:
 
     top = "asip"
     files = ("asip/asip.f",)
+    headers: tuple[Path, ...] = ()
     harness_flags: tuple[str, ...] = ()
 
     def __init__(self, configuration: str = "fast") -> None:
@@ -112,6 +113,7 @@ class AsipRtl:
             [path for name in self.files for path in file_list(name)],
             HARNESS,
             {"FmaPipes": parameters.fma_pipes, "Slots": len(parameters.slots)},
+            headers=self.headers,
             harness_flags=self.harness_flags,
         )
         self._lib = load_model(library)
