@@ -27,6 +27,7 @@ SEED ?= 1
 JOBS ?= 2
 TOPS ?=
 SEEDS ?=
+BOARD ?=
 WAVES ?=
 export SEED WAVES
 
@@ -34,7 +35,7 @@ export SEED WAVES
 .PHONY: gen gen-check docs readme site workbench
 .PHONY: formal fp-case fp-bench fp-campaign fp-report
 .PHONY: robots side-by-side
-.PHONY: motion motion-size drive synth quartus upsets
+.PHONY: motion motion-size drive synth quartus upsets bitstream silicon
 .PHONY: nios-sw nios-toolchain nios-cycles qemu tools-for-tests rs274
 
 help: ## list targets and variables
@@ -133,6 +134,12 @@ nios-cycles: $(READY) ## measure the Nios II core's cycle table and write it int
 
 synth: $(READY_SYNTH) ## area and speed of every top with Yosys and nextpnr, to build/synth.json (hours)
 	@$(PY) scripts/synth.py $(if $(TOPS),--only $(TOPS)) $(if $(SEEDS),--seeds $(SEEDS))
+
+bitstream: $(READY_SYNTH) ## bitstream of a board one can buy: BOARD=ulx3s, colorlight-i9, ecpix5, versa-ecp5 (SEEDS=n ...)
+	@$(PY) -m scripts.bitstream $(or $(BOARD),--help) $(if $(SEEDS),--seeds $(SEEDS))
+
+silicon: $(READY_SYNTH) ## netlists against RTL, boards, table 4, clock, to build/silicon.json (RUN=full)
+	@$(PY) -m scripts.silicon $(if $(filter full,$(RUN)),--full)
 
 formal: $(READY_SYNTH) ## prove the arithmetic units and the motion front-end, to build/formal/report.json (resumes)
 	@$(PY) -m tests.formal $(if $(T),--only $(T))

@@ -40,8 +40,8 @@ SEEDS = (1, 2, 3, 4, 5)
 class Board:
     """A board that one can buy.
 
-    device: option of nextpnr; port: argument of openFPGALoader -b; serial: address of the serial
-    port for `asip-run --port` as the board has it after reset.
+    device: options of nextpnr; loader: options of openFPGALoader; serial: address for
+    `asip-run --port` as the board has it after reset; core_mhz: clock of the core, from the PLL.
     """
 
     name: str
@@ -64,21 +64,30 @@ BOARDS = {
             "ulx3s",
             "asip_ulx3s",
             ("--85k", "--package", "CABGA381", "--speed", "6"),
-            "ulx3s",
+            "-b ulx3s",
             "/dev/ttyUSB0",
+            75,
         ),
         Board(
             "colorlight-i9",
             "asip_colorlight_i9",
             ("--45k", "--package", "CABGA381", "--speed", "6"),
-            "colorlight-i9",
+            "-b colorlight-i9",
             "/dev/ttyACM0?baud=115200",
+            75,
         ),
         Board(
             "ecpix5",
             "asip_ecpix5",
             ("--um5g-85k", "--package", "CABGA554", "--speed", "8"),
-            "ecpix5",
+            "-b ecpix5",
+            "/dev/ttyUSB1",
+        ),
+        Board(
+            "versa-ecp5",
+            "asip_versa_ecp5",
+            ("--um5g-45k", "--package", "CABGA381", "--speed", "8"),
+            "-c ft2232",
             "/dev/ttyUSB1",
         ),
     )
@@ -196,7 +205,7 @@ def main(argv: list[str] | None = None) -> int:
         if result["met"]:
             file = (OUTPUT / name / f"{name}.bit").relative_to(ROOT)
             console.print(f"{file}: {result['bytes']} bytes; timing met")
-            console.print(f"flash it: openFPGALoader -b {BOARDS[name].loader} {file}")
+            console.print(f"flash it: openFPGALoader {BOARDS[name].loader} {file}")
         else:
             missed.append(name)
             console.print("\n".join(result["critical_path"]), markup=False, soft_wrap=True)

@@ -66,6 +66,7 @@ def needed(top: str) -> tuple[str, ...]:
     return tuple(str(path.relative_to(ROOT)) for path in sources_of(top))
 
 
+ECP5_BOARDS = ("asip_ulx3s", "asip_colorlight_i9", "asip_ecpix5", "asip_versa_ecp5")
 ASIP, N2_SYSTEM = "rtl/asip/asip.f", "rtl/nios/n2_system.f"
 DRIVE = "rtl/drive/drive.f"
 BRIDGE = "rtl/bus/axil_bridge.sv"
@@ -73,7 +74,7 @@ TOPS = (
     Top("asip", (ASIP,), ("", "FmaPipes=1 Slots=1")),
     Top("asip_de3", (ASIP, "rtl/board/board_pll.sv", "rtl/board/asip_de3.sv")),
     Top("asip_ecp5", needed("asip_ecp5"), ("", "FmaPipes=2 Slots=3 Axes=1")),
-    *(Top(top, needed(top)) for top in ("asip_ulx3s", "asip_colorlight_i9", "asip_ecpix5")),
+    *(Top(top, needed(top)) for top in ECP5_BOARDS),
     Top("asip_axil", (ASIP, BRIDGE, "rtl/asip/asip_axil.sv")),
     Top(
         "motion_axil",

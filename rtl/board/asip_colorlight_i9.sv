@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // asip_colorlight_i9: asip_ecp5 on a Colorlight i9 v7.2 (LFE5U-45F-6BG381C) in Muse Lab's extension board.
 // Pins: asip_colorlight_i9.lpf.
-// Contract: core clock 100 MHz from the 25 MHz oscillator; the serial line is that of the extension board's
+// Contract: core clock 75 MHz from the 25 MHz oscillator; the serial line is that of the extension board's
 // debug probe, 115 200 bit/s after reset; the extension board's button resets. led_n is low every other 2^25
 // clocks while the core is alive.
 module asip_colorlight_i9 (
@@ -23,7 +23,10 @@ module asip_colorlight_i9 (
   assign led_n = !alive;
 
   asip_ecp5 #(
-      .UartDivider(868)
+      .Clock      (75),
+      .UartDivider(651),
+      .PllFeedback(3),
+      .PllOutput  (8)
   ) u_asip (
       .osc_i      (clk_25mhz),
       .button_ni  (reset_n),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // asip_ulx3s: asip_ecp5 on a ULX3S (Radiona; LFE5U-85F-6BG381C). Pins: asip_ulx3s.lpf.
-// Contract: core clock 100 MHz from the 25 MHz oscillator; the serial line is that of the board's USB bridge
+// Contract: core clock 75 MHz from the 25 MHz oscillator; the serial line is that of the board's USB bridge
 // FT231X, 3 Mbit/s after reset; BTN_PWRn resets. led: 0 alive, 1 held by the debug block, 2 done or a fault.
 module asip_ulx3s (
     input  logic       clk_25mhz,
@@ -18,7 +18,12 @@ module asip_ulx3s (
 
   assign wifi_gpio0 = 1'b1;
 
-  asip_ecp5 u_asip (
+  asip_ecp5 #(
+      .Clock      (75),
+      .UartDivider(25),
+      .PllFeedback(3),
+      .PllOutput  (8)
+  ) u_asip (
       .osc_i      (clk_25mhz),
       .button_ni  (btn_pwr_n),
       .rx_i       (ftdi_txd),

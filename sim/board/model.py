@@ -32,8 +32,9 @@ class Pins:
 
 
 BOARDS = {
-    "ulx3s": Pins("asip_ulx3s", "clk_25mhz", "btn_pwr_n", "ftdi_txd", "ftdi_rxd", 33),
-    "colorlight-i9": Pins("asip_colorlight_i9", "clk_25mhz", "reset_n", "uart_rx", "uart_tx", 868),
+    "ulx3s": Pins("asip_ulx3s", "clk_25mhz", "btn_pwr_n", "ftdi_txd", "ftdi_rxd", 25),
+    "colorlight-i9": Pins("asip_colorlight_i9", "clk_25mhz", "reset_n", "uart_rx", "uart_tx", 651),
+    "versa-ecp5": Pins("asip_versa_ecp5", "clk_100mhz", "reset_n", "uart_rx", "uart_tx", 33),
     "ecpix5": Pins("asip_ecpix5", "clk_100mhz", "reset_n", "uart_rx", "uart_tx", 33),
 }
 

@@ -27,7 +27,7 @@ ECP5_BOARDS = {
     f"rtl/board/{name}.sv"
     for name in (
         *("ecp5_pll", "encoder_registers", "asip_ecp5"),
-        *("asip_ulx3s", "asip_colorlight_i9", "asip_ecpix5"),
+        *("asip_ulx3s", "asip_colorlight_i9", "asip_ecpix5", "asip_versa_ecp5"),
     )
 }
 # Blocks of their own, which no file list of the ASIP names.

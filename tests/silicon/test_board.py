@@ -157,7 +157,7 @@ def test_pins__of_a_board__have_one_site_for_every_port(name):
     sites = re.findall(r'LOCATE COMP "([^"]+)" SITE "([^"]+)";', pins)
     assert sorted(port for port, _ in sites) == sorted(ports)
     assert [s for s, n in Counter(site for _, site in sites).items() if n > 1] == []
-    kinds = re.findall(r'IOBUF PORT "([^"]+)" IO_TYPE=LVCMOS33', pins)
+    kinds = re.findall(r'IOBUF PORT "([^"]+)" IO_TYPE=(?:LVCMOS|LVDS)', pins)
     assert sorted(kinds) == sorted(ports)
     assert re.search(r'FREQUENCY PORT "clk_\d+mhz" \d+ MHZ;', pins)
 

