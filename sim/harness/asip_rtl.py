@@ -107,16 +107,10 @@ class AsipRtl:
     harness_flags: tuple[str, ...] = ()
 
     def __init__(self, configuration: str = "fast") -> None:
-        parameters = default_isa().configurations[configuration]
-        library = build_library(
-            self.top,
-            [path for name in self.files for path in file_list(name)],
-            HARNESS,
-            {"FmaPipes": parameters.fma_pipes, "Slots": len(parameters.slots)},
-            headers=self.headers,
-            harness_flags=self.harness_flags,
+        shape = default_isa().configurations[configuration]
+        self._lib = load_model(
+            self._library({"FmaPipes": shape.fma_pipes, "Slots": len(shape.slots)})
         )
-        self._lib = load_model(library)
         u32, pointer = ctypes.c_uint32, ctypes.c_void_p
         self._lib.asip_new.restype = pointer
         self._lib.asip_cycles.restype = ctypes.c_uint64
@@ -134,6 +128,17 @@ class AsipRtl:
             getattr(self._lib, f"asip_trace_{name}").argtypes = [pointer, pointer, u32]
         self._handle = self._lib.asip_new()
         self.configuration = configuration
+
+    def _library(self, parameters: Mapping[str, int]) -> Path:
+        """The model with these parameters of its top."""
+        return build_library(
+            self.top,
+            [path for name in self.files for path in file_list(name)],
+            HARNESS,
+            parameters,
+            headers=self.headers,
+            harness_flags=self.harness_flags,
+        )
 
     def close(self) -> None:
         """Free the model; the object is of no use afterwards."""

@@ -86,6 +86,7 @@ def make_netlist(
             (folder / "done").touch()
     found = json.loads((folder / "ports.json").read_text())["modules"][name]
     cells = json.loads((folder / "stat.json").read_text())["design"]["num_cells_by_type"]
+    cells.pop("$scopeinfo", None)  # where a module of the source was
     ports = {key: (p["direction"], len(p["bits"])) for key, p in found["ports"].items()}
     return Netlist(name, folder / f"{name}.v", ports, cells)
 

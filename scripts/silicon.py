@@ -1,0 +1,176 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What netlists, boards and clocks are to reach, to build/silicon.json.
+
+Netlists are made and compared here; bitstreams, table 4 and clocks are taken from their last run
+(`make bitstream`, `make synth`), or else from docs/data. Exit status 1 if a goal is missed: what
+was never measured is missed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Iterator
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from scripts.bitstream import BOARDS
+from scripts.bitstream import OUTPUT as BOARD_RESULTS
+from sim.debug.row import Row, at_least, exactly
+from tests.silicon import lockstep, ticks
+
+ROOT = Path(__file__).resolve().parents[1]
+OUTPUT = ROOT / "build/silicon.json"
+KEPT_BOARDS = ROOT / "docs/data/boards.json"
+SYNTHESIS = (ROOT / "build/synth.json", ROOT / "docs/data/synthesis.json")
+TICKS = 10_000
+CLOCK, BOARD_CLOCK, MARGIN = 125.0, 100.0, 1.05  # MHz
+UNITS = ("fp_cmp", "fp_i2f", "fp_f2i", "fp_mul", "quadrature_decoder")
+BLOCKS = (
+    *("fp_fma", "fp_divsqrt", "fp_divsqrt_folded", "fp_sincos", "fp_sincos_overlapped"),
+    *("n2_core", "motion_front_end", "drive_front_end", "biss_master"),
+)
+
+
+def board_results() -> dict[str, Any]:
+    """Result of each board's last `make bitstream`, else the one committed."""
+    found = json.loads(KEPT_BOARDS.read_text()) if KEPT_BOARDS.is_file() else {}
+    for name in BOARDS:
+        file = BOARD_RESULTS / name / "result.json"
+        if file.is_file():
+            found[name] = json.loads(file.read_text())
+    return found
+
+
+def boards() -> Iterator[Row]:
+    """Core clock that the routed design reaches, beside what the board's top asks for."""
+    fast_enough = 0
+    for name, board in BOARDS.items():
+        result = board_results().get(name)
+        if result is None:
+            yield Row(f"{name}: core clock", None, "MHz", f">= {board.core_mhz}", False, "not run")
+            continue
+        found = result["clocks"][str(result["seed"])].values()
+        core = next(c for c in found if abs(c["constraint"] - board.core_mhz) < 0.5)
+        note = f"seed {result['seed']}, commit {result['commit']}"
+        met = bool(result["met"])
+        yield Row(f"{name}: core clock", core["achieved"], "MHz", f">= {board.core_mhz}", met, note)
+        fast_enough += met and board.core_mhz >= BOARD_CLOCK
+    yield at_least(f"bitstreams of boards at {BOARD_CLOCK:g} MHz or above", fast_enough, 2, "")
+
+
+def netlist_ticks(full: bool) -> Iterator[Row]:
+    """Whole ticks of both programs, core on the netlist beside core in RTL."""
+    for configuration in ("small", "fast"):
+        for program in ticks.PROGRAMS:
+            name = f"ticks of {program} on the netlist of {configuration}"
+            if configuration == "fast" and not full:
+                yield Row(f"{name}, as RTL", None, "", f">= {TICKS}", False, "RUN=full runs it")
+                continue
+            done, first = netlist_run(program, configuration, TICKS if full else 100)
+            note = "" if first is None else f"tick {first} differs"
+            row = at_least(f"{name}, as RTL", done, TICKS, "", note)
+            yield Row(**(asdict(row) | {"met": row.met and first is None}))
+
+
+def netlist_run(program: str, configuration: str, count: int) -> tuple[int, int | None]:
+    """Ticks that agree in bits and cycles, and the first that does not."""
+    image = ticks.program(program, configuration)
+    netlist, rtl = ticks.AsipNetlist(configuration), ticks.AsipRtl(configuration)
+    done = 0
+    for shard in ticks.compared(image, count, netlist, rtl):
+        if shard.differs is not None:
+            return shard.differs, shard.differs
+        done += shard.ticks
+    return done, None
+
+
+def netlist_units(full: bool) -> Iterator[Row]:
+    """Modules beside their netlists with random inputs."""
+    for top in (*UNITS, *BLOCKS):
+        name = f"clocks of {top} whose outputs differ from its netlist's"
+        if top in BLOCKS and not full:
+            yield Row(name, None, "", "0", False, "RUN=full runs it")
+            continue
+        clocks = 1_000_000 if full else 100_000
+        outcome = lockstep.run(top, clocks=clocks)
+        note = f"{clocks} clocks, outputs changed in {outcome.changes}"
+        if outcome.first is not None:
+            note = f"from clock {outcome.first} on"
+        yield exactly(name, int(outcome.first is not None), 0, "", note)
+
+
+def synthesis() -> dict[str, Any]:
+    """Figures of every top of `make synth`: its last run before what is committed."""
+    tops: dict[str, Any] = {}
+    for file in reversed(SYNTHESIS):
+        if file.is_file():
+            data = json.loads(file.read_text())
+            tops |= {n: top | {"commit": data["commit"]} for n, top in data["tops"].items()}
+    return tops
+
+
+def clocks() -> Iterator[Row]:
+    """Table 4 and the clock of both configurations on ECP5-85 grade 8."""
+    tops = synthesis()
+    for name, limit in (("asip_small", CLOCK), ("asip_fast", CLOCK * MARGIN)):
+        top = tops[name]
+        seeds = top["fmax_mhz"].get("runs") or len(top["fmax_mhz"]["seeds"])
+        note = f"median of {seeds} seeds, commit {top['commit']}"
+        yield at_least(f"{name}: clock", top["fmax_mhz"]["median"], limit, "MHz", note)
+    for name in ("fpga1", "fpga2"):
+        top = tops.get(name)
+        value, note = (None, "not run") if top is None else (top["aluts"], top["commit"])
+        yield Row(
+            f"{name}: whole system placed and routed", value, "ALUTs", "measured", bool(top), note
+        )
+
+
+PRODUCERS = {
+    "boards": lambda full: boards(),
+    "clocks and table 4": lambda full: clocks(),
+    "units": netlist_units,
+    "ticks": netlist_ticks,
+}
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Command line; exit 0 if every goal is met, 1 if one is missed."""
+    parser = argparse.ArgumentParser(prog="make silicon", description=__doc__)
+    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    parser.add_argument("--full", action="store_true", help="every netlist, 10 000 ticks")
+    parser.add_argument(
+        "--only", nargs="+", choices=tuple(PRODUCERS), default=list(PRODUCERS), metavar="ROWS"
+    )
+    parser.add_argument(
+        "--keep-boards", action="store_true", help="write docs/data/boards.json from build/boards"
+    )
+    options = parser.parse_args(arguments)
+    if options.keep_boards:
+        KEPT_BOARDS.write_text(json.dumps(board_results(), indent=2) + "\n")
+        return 0
+    console = Console(stderr=True, soft_wrap=True)
+    table = Table("what", "value", "unit", "target", "met", "", box=box.SIMPLE_HEAD)
+    goals: list[dict[str, Any]] = []
+    for name in options.only:
+        console.print(f"{name} ...", markup=False)
+        for row in PRODUCERS[name](options.full):
+            value = "-" if row.value is None else f"{row.value:.6g}"
+            met = "yes" if row.met else "[red]no[/red]"
+            table.add_row(row.name, value, row.unit, row.target, met, row.note)
+            goals.append(asdict(row))
+        OUTPUT.parent.mkdir(exist_ok=True)
+        OUTPUT.write_text(json.dumps({"full": options.full, "goals": goals}, indent=2) + "\n")
+    Console().print(table)
+    console.print(f"goals: {OUTPUT.relative_to(ROOT)}", markup=False)
+    return int(not all(goal["met"] for goal in goals))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Netlists of ECP5 cells against the RTL that they were made from."""
+
+from __future__ import annotations
+
+import shutil
+
+import pytest
+
+from scripts.silicon import BLOCKS, TICKS, UNITS, netlist_run
+from tests.bench.faults import Fault, copy
+from tests.bench.needs import needs
+from tests.silicon import lockstep, ticks
+from tests.silicon.netlist import BUILD, make_netlist
+
+pytestmark = needs("yosys")
+IN_EVERY_RUN = "fp_i2f"
+
+
+@pytest.mark.parametrize(
+    "top",
+    [
+        pytest.param(top, marks=() if top == IN_EVERY_RUN else pytest.mark.full)
+        for top in (*UNITS, *BLOCKS)
+    ],
+)
+def test_netlist__of_a_module__gives_every_output_in_every_clock(top: str) -> None:
+    outcome = lockstep.run(top, clocks=50_000)
+    assert outcome.first is None
+    assert outcome.changes > 1000, "the inputs reach the outputs"
+
+
+def test_netlist__with_a_planted_fault__differs_within_few_clocks() -> None:
+    """The round bit from one place too low, in the RTL that the netlist is made from only."""
+    fault = Fault(
+        number=1,
+        file="fpu/fp_i2f.sv",
+        breaks="rounding of ties",
+        right=".round_i  (normal_e2_q[6])",
+        wrong=".round_i  (normal_e2_q[5])",
+        found=(),
+    )
+    folder = BUILD / "planted"  # Yosys does not see the folders of pytest
+    shutil.rmtree(folder, ignore_errors=True)
+    rtl = copy(folder / "rtl", [fault])
+    outcome = lockstep.run(IN_EVERY_RUN, clocks=50_000, netlist_folders=[rtl])
+    assert outcome.first is not None
+
+
+def test_netlist__of_a_unit__is_made_of_cells_alone() -> None:
+    netlist = make_netlist(IN_EVERY_RUN)
+    assert set(netlist.cells) <= {"LUT4", "PFUMX", "L6MUX21", "CCU2C", "TRELLIS_FF"}
+    assert netlist.cells["TRELLIS_FF"] > 50
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("configuration", ["small", "fast"])
+@pytest.mark.parametrize("program", ticks.PROGRAMS)
+def test_netlist__of_the_core__gives_bits_and_cycles_of_whole_ticks(program, configuration) -> None:
+    assert netlist_run(program, configuration, TICKS) == (TICKS, None)
