@@ -81,6 +81,7 @@ PAGES = (
     Page("docs/latency.md", "scripts/latency_table.py"),
     Page("docs/scaling.md", "scripts/scaling.py"),
     Page("docs/units.md", "scripts/units_page.py"),
+    Page("docs/sine_choices.md", "scripts/sine_choices.py"),
     Page("docs/own_machine.md", "scripts/loop_speed.py"),
     Page("docs/nios_core.md", "-m sim.harness.n2_lockstep_cycles"),
     Page("docs/numerics.md", "-m sim.run.random_robots --docs"),

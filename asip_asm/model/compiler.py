@@ -17,6 +17,7 @@ from asip_asm.model.expand import expand_functions
 from asip_asm.model.graph import LEAVES, Graph
 from asip_asm.model.law import Law, build_graph
 from asip_asm.model.simplify import share_divisors, simplify
+from asip_asm.model.sine import angles, replace_sines
 from asip_asm.model.sums import SumBuilder
 from asip_asm.search import build_problem, length, search
 
@@ -26,14 +27,15 @@ RELAXATIONS = (0.0, 0.25, 0.5, 0.75, 1.0)
 """Shares of a sum's slack that it may use to save operations."""
 
 
-SINES = ("balanced", "unit")
+SINES = ("balanced", "unit", "pipes")
 
 
 @dataclass(frozen=True)
 class Options:
     """What a user may choose. `reassociate`: sums and products in the order of arrival;
     `reciprocal`: quotients of one divisor through its reciprocal; `sine`: 'unit', or 'balanced'
-    with polynomials for those sines and cosines that would wait for it. All change roundings.
+    with polynomials for those sines and cosines that would wait for it, or 'pipes' with polynomials
+    for all whose angle has known limits. All change roundings.
     `constants`: at most so many in bank K, the others in data memory (None: all that fit).
     """
 
@@ -54,16 +56,20 @@ class Compiled:
     text: str
 
 
-def compile_law(law: Law, options: Options | None = None) -> Compiled:
-    """Program of a law. Raises ModelError."""
+def compile_law(
+    law: Law, options: Options | None = None, machine: Machine | None = None
+) -> Compiled:
+    """Program of a law, for `machine` (None: that of the configuration). Raises ModelError."""
     options = options or Options()
-    machine = load_machine(options.configuration)
+    machine = machine or load_machine(options.configuration)
     real = expand_functions(simplify(build_graph(law)))
     if options.reciprocal:
         real = simplify(share_divisors(real))
     if options.sine == "balanced":
         fastest = _fastest(machine, options)
         real = balance(real, law, lambda form: trial_cycles(fastest(form).run(), machine))
+    elif options.sine == "pipes":
+        real = replace_sines(real, angles(real, law))
     graph = choose_sums(real, machine, options)
     return Compiled(law, options, graph, emit(graph, law, options.constants))
 

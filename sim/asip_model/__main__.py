@@ -261,7 +261,7 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
         choices=SINES,
         default=SINES[0],
         help="balanced: those sines and cosines that would wait for the sine unit, of inputs with "
-        "limits, become polynomials; unit: none",
+        "limits, become polynomials; unit: none; pipes: all of inputs with limits",
     )
     parser.add_argument(
         "--constants",

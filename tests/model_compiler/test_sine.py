@@ -130,6 +130,14 @@ def test_program_with_polynomials_is_faster_and_keeps_its_bound(tmp_path, name):
     assert proof.worst_fraction_of_bound > 0.1
 
 
+def test_pipes__every_angle_with_limits_is_a_polynomial(tmp_path):
+    compiled = compile_law(law_of(PORTS["encoder"]), Options("fast", True, True, "pipes"))
+    assert "fsin" not in compiled.text and "fcos" not in compiled.text
+    built = build(compiled, tmp_path / "law.s")
+    proof = prove(compiled, built.image, count=500, backend="iss")
+    assert proof.passed, (proof.first_difference, proof.worst_fraction_of_bound)
+
+
 def test_a_wrong_coefficient_is_beyond_the_bound(tmp_path, monkeypatch):
     monkeypatch.setattr(sine, "SINE", (sine.SINE[0] * (1 + 2e-6), *sine.SINE[1:]))
     built = build(compile_law(law_of(PORTS["encoder"]), FAST), tmp_path / "law.s")
