@@ -5,7 +5,7 @@
 // word 7 (CRC-8, x^8+x^2+x+1, from FFh), and word 4 becomes the station alias if it is right. The application reaches the
 // image's words at app_*. live_* as in ecat_control.
 module ecat_sii #(
-    parameter int unsigned Words = 1024
+    parameter int unsigned Words = 2048
 ) (
     input  logic clk_i,
     input  logic rst_ni,

@@ -4,7 +4,7 @@
 // Contract: clk_i is 100 MHz. mii_tick_i is high one clock in four: in that clock a nibble leaves at mii_tx_*; the PHYs' TX_CLK
 // has that period. Frames are forwarded as they pass, with constant delay. The application's port is in regmap.rdl.
 module ethercat_slave #(
-    parameter int unsigned SiiWords = 1024
+    parameter int unsigned SiiWords = 2048
 ) (
     input  logic        clk_i,
     input  logic        rst_ni,

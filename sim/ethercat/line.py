@@ -206,9 +206,9 @@ class Line:
         reload = esc_regmap.SII_CONTROL.word(command=4)
         self.write(esc_regmap.SII_CONTROL, reload, slave=slave)
 
-    def copy(self, outputs: int, inputs: int, length: int, slave: int = 0) -> None:
-        """Copy the outputs to the inputs whenever the slave's interrupt asks."""
-        self._lib.bus_copy(self._bus, slave, outputs, inputs, length)
+    def copy(self, outputs: tuple[int, int], inputs: tuple[int, int], slave: int = 0) -> None:
+        """Copy outputs to inputs (address, bytes), zeros behind, whenever the interrupt asks."""
+        self._lib.bus_copy(self._bus, slave, *outputs, *inputs)
 
     def time(self, slave: int = 0) -> int:
         """System time of a slave, ns."""

@@ -48,8 +48,8 @@ struct Access {
 class Application {
  public:
   std::deque<Access> queue;
-  uint16_t outputs = 0, inputs = 0, length = 0;  // of the process data to copy; length 0: nothing
-  uint64_t copied = 0;
+  // Process data to copy: from, bytes, to, bytes; 0 bytes: nothing.
+  uint16_t outputs = 0, output_bytes = 0, inputs = 0, input_bytes = 0;
 
   void before_edge(Line::Slave& slave) {
     auto* top = slave.top.get();
@@ -71,7 +71,7 @@ class Application {
       top->avs_read_i = top->avs_write_i = 0;
       return;
     }
-    if (queue.empty() && length && top->irq_o) copy();
+    if (queue.empty() && output_bytes && top->irq_o) copy();
     if (queue.empty()) return;
     const Access& next = queue.front();
     top->avs_address_i = next.address / 4;
@@ -83,23 +83,27 @@ class Application {
   }
 
  private:
-  // The outputs go back as inputs: a loop that a master can see.
+  static uint8_t enable(int left) { return left >= 4 ? 0xF : (1 << left) - 1; }
+
+  // The outputs go back as inputs, with zeros behind them: a loop that a master can see.
   void copy() {
-    for (uint16_t at = 0; at < length; at += 4) {
-      const uint8_t enable = length - at >= 4 ? 0xF : (1 << (length - at)) - 1;
-      queue.push_back({false, uint16_t(outputs + at), enable, 0, [this, at, enable](uint32_t data) {
-                         pending_.push_back({true, uint16_t(inputs + at), enable, data, nullptr});
-                         if (at + 4 >= length) {
-                           for (auto& access : pending_) queue.push_back(access);
-                           pending_.clear();
-                           ++copied;
-                         }
+    words_.assign((input_bytes + 3) / 4, 0);
+    for (unsigned at = 0; at < output_bytes; at += 4) {
+      queue.push_back({false, uint16_t(outputs + at), enable(output_bytes - at), 0, [this, at](uint32_t data) {
+                         if (at / 4 < words_.size()) words_[at / 4] = data;
+                         if (at + 4u >= output_bytes) answer();
                        }});
     }
   }
 
+  void answer() {
+    for (unsigned at = 0; at < input_bytes; at += 4) {
+      queue.push_back({true, uint16_t(inputs + at), enable(input_bytes - at), words_[at / 4], nullptr});
+    }
+  }
+
   bool active_ = false, finishing_ = false;
-  std::vector<Access> pending_;
+  std::vector<uint32_t> words_;
 };
 
 struct Bus {
@@ -173,11 +177,13 @@ EXPORT int bus_access(Bus* bus, unsigned i, int write, uint16_t address, uint8_t
 }
 
 // From now on the outputs of slave i are copied to its inputs whenever its interrupt is there.
-EXPORT void bus_copy(Bus* bus, unsigned i, uint16_t outputs, uint16_t inputs, uint16_t length) {
+EXPORT void bus_copy(Bus* bus, unsigned i, uint16_t outputs, uint16_t output_bytes, uint16_t inputs,
+                     uint16_t input_bytes) {
   Application& application = *bus->applications.at(i);
   application.outputs = outputs;
+  application.output_bytes = output_bytes;
   application.inputs = inputs;
-  application.length = length;
+  application.input_bytes = input_bytes;
 }
 
 EXPORT uint64_t bus_time(Bus* bus, unsigned i) { return bus->line.slaves.at(i)->top->time_o; }

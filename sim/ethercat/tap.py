@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A TAP device in a network namespace: where a raw-socket master meets simulated slaves."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import shutil
+import socket
+import struct
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from asip_asm.project import ROOT
+
+INTERFACE = "ec0"
+TUNSETIFF, IFF_TAP, IFF_NO_PI = 0x400454CA, 0x0002, 0x1000
+SIOCGIFFLAGS, SIOCSIFFLAGS, IFF_UP = 0x8913, 0x8914, 0x1
+
+
+class NamespaceError(RuntimeError):
+    """No network namespace or TAP device can be had here; the text says what to do."""
+
+
+def open_tap(name: str = INTERFACE) -> int:
+    """File descriptor, not blocking, of a new TAP device that is up. Raises NamespaceError."""
+    quiet = Path("/proc/sys/net/ipv6/conf/default/disable_ipv6")
+    if quiet.exists():
+        quiet.write_text("1")  # the kernel's own packets would mix with the master's
+    try:
+        tap = os.open("/dev/net/tun", os.O_RDWR | os.O_NONBLOCK)
+        fcntl.ioctl(tap, TUNSETIFF, struct.pack("16sH", name.encode(), IFF_TAP | IFF_NO_PI))
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as plug:
+            ask = struct.pack("16sH", name.encode(), 0)
+            flags = struct.unpack("16sH", fcntl.ioctl(plug, SIOCGIFFLAGS, ask))[1]
+            fcntl.ioctl(plug, SIOCSIFFLAGS, struct.pack("16sH", name.encode(), flags | IFF_UP))
+    except OSError as error:
+        raise NamespaceError(
+            f"no TAP device {name}: {error.strerror}; run inside `unshare -rn`, with /dev/net/tun"
+        ) from error
+    return tap
+
+
+def in_namespace(
+    module: str, arguments: Sequence[str], timeout: float
+) -> subprocess.CompletedProcess:
+    """Run `python -m module` in a network namespace of its own. Raises NamespaceError."""
+    tool = shutil.which("unshare")
+    if not tool or not Path("/dev/net/tun").exists():
+        raise NamespaceError("`unshare` (Debian: util-linux) and /dev/net/tun are needed")
+    command = [tool, "-rn", sys.executable, "-m", module, *arguments]
+    return subprocess.run(
+        command, cwd=ROOT, capture_output=True, text=True, timeout=timeout, check=False
+    )

@@ -1,0 +1,34 @@
+# SPDX-License-Identifier: Apache-2.0
+"""pysoem, unmodified, on a TAP device: one slave and three, to OP, cycles without a wrong counter."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from sim.ethercat.line import library
+from sim.ethercat.tap import in_namespace
+
+MODULE = "sim.ethercat.master_loop"
+
+
+def run(slaves: int, cycles: int, timeout: float) -> dict:
+    library()  # built here: the master's clock runs in the other process
+    done = in_namespace(MODULE, ["--slaves", str(slaves), "--cycles", str(cycles)], timeout=timeout)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return json.loads(done.stdout)
+
+
+@pytest.mark.parametrize("slaves", (1, 3))
+def test_master__brings_slaves_to_op_and_counts_right(slaves: int):
+    found = run(slaves, 40, 300)
+    assert found["state"] == "OP" and found["expected_counter"] == 3 * slaves
+    assert found["wrong_counters"] == found["torn_inputs"] == 0
+    assert found["echoes"] > 20 * slaves
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("slaves", (1, 3))
+def test_master__hundred_thousand_cycles(slaves: int):
+    assert run(slaves, 100_000, 7200)["wrong_counters"] == 0
