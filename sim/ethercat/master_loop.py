@@ -30,7 +30,7 @@ from sim.ethercat.tap import INTERFACE, open_tap
 
 MAILBOX = slice(0x30, 0x3A)  # bytes of the SII: areas and protocols
 STATE_TIMEOUT_US = 60_000_000
-FRAME_TIMEOUT_US = 5_000_000
+FRAME_TIMEOUT_US = 2_000_000
 OUTPUT_MANAGER = 2
 
 
@@ -107,6 +107,8 @@ def run(line: Line, cycles: int, progress: Callable[[int], None]) -> Report:
     tap = open_tap()
     service = threading.Thread(target=line.serve, args=(tap,), daemon=True)
     service.start()
+    for name in ("ret", "safe", "eeprom", "state"):  # simulated wires are slow
+        setattr(pysoem.settings.timeouts, name, FRAME_TIMEOUT_US)
     master = pysoem.Master()
     began = time.perf_counter()
     try:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""pysoem, unmodified, on a TAP device: one slave and three, to OP, cycles without a wrong counter."""
+"""pysoem, unmodified, on a TAP device: one slave and three, to OP, counters right."""
 
 from __future__ import annotations
 
