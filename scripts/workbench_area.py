@@ -17,7 +17,10 @@ SEEDS = (1, 2, 3, 4, 5)
 ALUTS, BLOCKS = 1500, 8
 RING = "ring: 131 072 bits, 8 blocks of 16 kbit as on ECP5, 13 M10K at least"
 SLACK = 0.97  # of the core's own median clock: less is within what seeds differ by
-PROOFS = ("marked_bundle", "held_core", "staged_page", "bus_of_a_commit", "idle_core")
+PROOFS = (
+    *("marked_bundle", "held_core", "staged_page", "bus_of_a_commit", "idle_core"),
+    "halted_nios",
+)
 
 
 def _area(name: str, top: str, parameters: dict[str, int]) -> dict[str, int]:

@@ -11,7 +11,7 @@ from tests.formal import (
     trigonometry_overlapped,
 )
 from tests.formal.catalogue import PROOFS
-from tests.formal_debug import halting
+from tests.formal_debug import halting, nios
 from tests.formal_motion import arcs, drive, lines, planes
 from tests.formal_servo import encoder, gates
 
@@ -25,6 +25,7 @@ __all__ = [
     "gates",
     "halting",
     "lines",
+    "nios",
     "planes",
     "products",
     "recurrence",
