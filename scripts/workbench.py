@@ -17,6 +17,7 @@ from __future__ import annotations
 import argparse
 import importlib
 import json
+import logging
 import sys
 import time
 from collections.abc import Sequence
@@ -78,6 +79,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except ValueError as error:
         console.print(f"error: {error}", style="red", markup=False)
         return 2
+    logging.getLogger("asip_asm").setLevel(logging.ERROR)  # warnings on random programs
     kept = json.loads(OUTPUT.read_text())["goals"] if OUTPUT.exists() else []
     found: dict[str, list[dict]] = {}
     for goal in kept:

@@ -25,6 +25,8 @@ ANSWER = 0x80
 CRC_START = 0xFFFF
 SAMPLE_BYTES = (0, 2, 3, 4)
 """Bytes of a sample's difference, by its code of two bits."""
+FULLEST = 218
+"""Bytes of a packet of samples to which the block adds a record more."""
 
 
 class Type(IntEnum):
@@ -189,6 +191,18 @@ def samples_body(first: int, records: Sequence[Sequence[int]]) -> bytes:
         out += codes.to_bytes(_code_bytes(channels), "little") + data
         before = record
     return bytes(out)
+
+
+def line_bits(records: Sequence[Sequence[int]]) -> float:
+    """Bits of the line that a record takes in the mean, start and stop bits included, when the
+    block sends these records in full packets: times records a second, what the line must carry."""
+    bits, first = 0, 0
+    for n in range(1, len(records) + 1):
+        body = samples_body(first, records[first:n])
+        if n == len(records) or 2 + len(body) > FULLEST:
+            bits += 10 * len(encode(Packet(Type.SAMPLES, 0, body)))
+            first = n
+    return bits / len(records)
 
 
 def samples(body: bytes) -> tuple[int, list[tuple[int, ...]]]:

@@ -49,6 +49,16 @@ def _arguments() -> argparse.ArgumentParser:
     parser.add_argument(
         "--every", type=int, default=1, metavar="N", help="record one of N runs (1)"
     )
+    parser.add_argument(
+        "--trigger",
+        default="",
+        metavar="WORDS",
+        help="of the block itself, such as 'force rising 5' or 'speed outside -1 1': the ring "
+        "around it comes whole, whatever the line loses",
+    )
+    parser.add_argument(
+        "--before", type=_share, default=0.5, metavar="SHARE", help="of that ring (0.5)"
+    )
     parser.add_argument("--port", type=int, default=0, help="of the page (any free one)")
     return parser
 
@@ -63,13 +73,29 @@ def _seconds(text: str) -> float:
     return value
 
 
+def _share(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0.0 <= value <= 1.0:
+        raise argparse.ArgumentTypeError(f"{text!r} is no share from 0 to 1")
+    return value
+
+
 def _scope(arguments: argparse.Namespace) -> int:
     errors = output(stderr=True)
     try:
         image = Image.load(arguments.image)
         names = arguments.channels.split(",") if arguments.channels else first_channels(image)
         source = BlockSource(
-            lambda: connect(arguments.target), image, names, arguments.period, arguments.every
+            lambda: connect(arguments.target),
+            image,
+            names,
+            arguments.period,
+            arguments.every,
+            arguments.trigger,
+            arguments.before,
         )
         listening = server.bind(arguments.port)
     except (ImageError, LinkError, SourceError, ValueError, OverflowError, OSError) as error:

@@ -8,11 +8,13 @@ in the block. If nothing answers any more, the link is made anew until something
 
 from __future__ import annotations
 
+import math
 import queue
 import re
 import time
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,6 +49,8 @@ from sim.scope.source import (
 MOST_CHANNELS = 8
 QUIET_LOOKS = 3  # without a record until a fault is told: all records before it have come then
 RETRY_S = 1.0
+LEVELS = {"above": 1, "below": 1, "rising": 1, "falling": 1, "inside": 2, "outside": 2}
+"""Kinds of the block's trigger that people ask for, and how many levels each has."""
 _REGISTER = re.compile(r"[abc]\d+|k\d+|o\d+")
 
 
@@ -78,8 +82,32 @@ def first_channels(image: Image) -> list[str]:
     return [entry.name for entry in entries][: MOST_CHANNELS - 1] + [CYCLES]
 
 
+def block_trigger(text: str, channels: Sequence[Recorded]) -> Trigger:
+    """Trigger of the block in words: 'y rising 5', 'sum inside -1 1'. Raises SourceError."""
+    name, _, rest = text.strip().partition(" ")
+    kind, *levels = rest.split() or [""]
+    names = [channel.name for channel in channels]
+    if name not in names:
+        raise SourceError(f"trigger '{text}': no channel '{name}'; recorded: {', '.join(names)}")
+    if kind not in LEVELS or len(levels) != LEVELS[kind]:
+        forms = ", ".join(f"{kind}{' LEVEL' * count}" for kind, count in LEVELS.items())
+        raise SourceError(f"trigger '{text}': expected CHANNEL and one of {forms}")
+    try:
+        low, high = (*map(float, levels), 0.0)[:2]
+    except ValueError:
+        raise SourceError(f"trigger '{text}': levels are numbers") from None
+    if not (math.isfinite(low) and math.isfinite(high)):
+        raise SourceError(f"trigger '{text}': levels are finite numbers")
+    return Trigger(kind, names.index(name), low, high)
+
+
 class BlockSource:
-    """connect: makes the link, raises LinkError; period: of a run [s]; every: runs per record."""
+    """connect: makes the link, raises LinkError; period: of a run [s]; every: runs per record.
+
+    trigger: as of `block_trigger`; when it fires the block fills its ring, `before` of it with what
+    came before, and freezes it. So that window is whole whatever the line loses. Then it waits for
+    the next one.
+    """
 
     def __init__(
         self,
@@ -88,9 +116,17 @@ class BlockSource:
         names: Sequence[str],
         period: float,
         every: int = 1,
+        trigger: str = "",
+        before: float = 0.5,
     ) -> None:
         self._connect, self._image = connect, image
         self._setup = ScopeSetup(tuple(recorded(image, names)), every, Trigger("never"))
+        if trigger:
+            chosen = block_trigger(trigger, self._setup.channels)
+            pre = min(round(before * self._setup.capacity), self._setup.capacity - 1)
+            post = self._setup.capacity - pre
+            self._setup = replace(self._setup, trigger=chosen, pre=pre, post=post)
+        self._trigger = trigger
         self._live = {e.name: e for e in image.constants if e.name in image.parameters}
         self.description = Description(
             title=image.title or "a program",
@@ -186,6 +222,9 @@ class BlockSource:
             self._fault(client)
         elif self._faulted and not state.fault:
             self._arm(client)
+        elif state.scope == "frozen" and self._trigger and not state.fault:
+            if self._quiet >= QUIET_LOOKS:
+                self._fired(client)
         client.link.pause()
 
     def _block(self, first: int, words: Sequence[tuple[int, ...]]) -> Block:
@@ -199,16 +238,27 @@ class BlockSource:
     def _fault(self, client: Client) -> None:
         """The core stands in a fault: the block's ring is frozen, and complete in any case."""
         self._faulted = True
-        capacity = self._setup.capacity
-        total = client.read_word(REGISTER["RECORDS"])
-        kept = min(total, capacity)
-        if self._gap > self._offset + total - kept or self._next != self._offset + total:
-            self._events.append(self._block(total - kept, client.ring(total - kept, kept)))
-            self._next = self._offset + total
+        self._whole_ring(client)
         cause, info = client.fault()
         place = {"output" if cause == "NOT_FINITE" else "bundle": info}
         text = fault_text(self._image, CoreFault(cause, **place))
         self._events.append(Fault(self._next - 1, text))
+
+    def _fired(self, client: Client) -> None:
+        """The block's trigger has fired and its ring is full: show it, then wait for the next."""
+        at = client.triggered_at()
+        self._whole_ring(client)
+        if at is not None:
+            self._events.append(Note(f"trigger '{self._trigger}': tick {self._offset + at}"))
+        self._arm(client)
+
+    def _whole_ring(self, client: Client) -> None:
+        """What the frozen ring has goes to the events if some of it never came."""
+        total = client.read_word(REGISTER["RECORDS"])
+        kept = min(total, self._setup.capacity)
+        if self._gap > self._offset + total - kept or self._next != self._offset + total:
+            self._events.append(self._block(total - kept, client.ring(total - kept, kept)))
+            self._next = self._offset + total
 
     def _commit(self, client: Client) -> None:
         """Stage and commit what was asked for; tell when the core has it."""

@@ -12,10 +12,10 @@ from asip_asm.assemble import assemble
 from sim.debug.client import Client, connect
 from sim.debug.link import LinkError
 from sim.debug.model import DebugRtl
-from sim.debug.state import Records
+from sim.debug.state import Channel, Records
 from sim.scope import __main__ as command
 from sim.scope import goals
-from sim.scope.block_source import BlockSource, first_channels
+from sim.scope.block_source import BlockSource, block_trigger, first_channels
 from sim.scope.session import Session
 from sim.scope.source import Applied, Block, Commit, Event, Fault, Note, Pace, SourceError
 from tests.scope.fake_source import Scope
@@ -176,6 +176,46 @@ def test_block__after_a_fault__it_records_again(machine):
     machine.run(np.ones(5))
     (block,) = until(source, end_at(7))
     assert (block.first, block.values[:, 0].tolist()) == (2, [2.5, 5.0, 7.5, 10.0, 12.5])
+
+
+@pytest.mark.parametrize("loses", [False, True])
+def test_block__its_own_trigger__the_ring_around_it_is_whole(machine, loses, monkeypatch):
+    source = source_of(machine, trigger="y rising 1000", before=0.25)
+    if loses:
+        monkeypatch.setattr(source._client, "drain", lambda: Records(0, []))
+    session = Session(source.description)
+    machine.run(np.full(900, 2.0))  # y = 5, 10, ..: 1000 in run 199
+    events = until(source, lambda event: isinstance(event, Note))
+    for event in events:
+        session.take(event)
+    assert events[-1].text == "trigger 'y rising 1000': tick 199"
+    begin, end = 199 - 128, 199 + 384  # of 512 records
+    kept = session.ring.window(begin, end).values
+    assert session.ring.end == end and kept[:, 2].tolist() == list(range(begin, end))
+    assert kept[:, 0].tolist() == machine.y[begin:end]
+    # It waits for the next one.
+    machine.model.preset({"sum": 0})
+    for _ in range(3):
+        source._look(source._client)
+    machine.run(np.full(700, 2.0))
+    (*_, note) = until(source, lambda event: isinstance(event, Note))
+    assert note.text == f"trigger 'y rising 1000': tick {end + 199}"
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("force rising 5", "no channel 'force'; recorded: y, sum"),
+        ("y", "expected CHANNEL and one of above LEVEL, .* outside LEVEL LEVEL"),
+        ("y crosses 5", "expected CHANNEL and one of"),
+        ("y inside 5", "expected CHANNEL and one of"),
+        ("y rising high", "levels are numbers"),
+        ("y rising nan", "levels are finite numbers"),
+    ],
+)
+def test_trigger__words_that_say_none__are_refused_with_the_form(words, said):
+    with pytest.raises(SourceError, match=said):
+        block_trigger(words, [Channel("o0", name="y"), Channel("c3", name="sum")])
 
 
 def test_block__what_cannot_be__is_refused(machine):
