@@ -123,8 +123,8 @@ workbench: $(READY_SYNTH) ## what debug block, debugger and scope are to reach, 
 upsets: $(READY) ## invert single bits of the core in whole ticks, to build/upsets.json and docs/upsets.md (RUN=full; resumes)
 	@$(PY) -m tests.upsets --jobs $(JOBS) $(if $(filter full,$(RUN)),--full)
 
-drive: $(READY) ## goals of the motor drives: program, step of the current, to build/drive.json
-	@$(PY) -m sim.servo --robot "$(ROBOT)"
+drive: $(READY) ## motor drives in closed loop, their goals, to build/drive.json and .html (RUN=full)
+	@$(PY) -m sim.servo --robot "$(ROBOT)" $(if $(filter full,$(RUN)),--full)
 
 motion-size: $(READY_SYNTH) ## area and clock of the motion front-end with Yosys and nextpnr, for its goals
 	@$(PY) -m scripts.motion_size $(if $(SEEDS),--seeds $(SEEDS))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Measure the goals of the motor drives, to build/drive.json.
+"""Measure the goals of the motor drives, to build/drive.json and build/drive.html.
 
     python -m sim.servo
 
@@ -20,7 +20,10 @@ from rich.table import Table
 
 from asip_asm.project import BUILD
 from sim.model.parameter_record import ROBOT_TOML, ParameterError
+from sim.run.controller import ControllerFault
+from sim.servo import page
 from sim.servo.goals import measure
+from sim.servo.start_up import StartUpError
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -28,15 +31,17 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(
         prog="python -m sim.servo",
         description=__doc__.splitlines()[0],
-        epilog="example: python -m sim.servo --robot my_robot.toml",
+        epilog="example: python -m sim.servo --robot my_robot.toml. Without --full the first 3 s "
+        "of the A-G-H path and 0.2 s of every clock, some minutes; with it the whole path and 2 s.",
     )
     parser.add_argument("--robot", type=Path, default=ROBOT_TOML, help="parameter file")
     parser.add_argument("--results", type=Path, default=BUILD / "drive.json", help="file written")
+    parser.add_argument("--full", action="store_true", help="whole path, 2 s of every clock")
     options = parser.parse_args(argv)
     console = Console()
     try:
-        rows = measure(options.robot, console.print)
-    except (ParameterError, OSError) as error:
+        rows, shown = measure(options.robot, options.full, console.print)
+    except (ParameterError, ControllerFault, StartUpError, OSError) as error:
         console.print(f"error: {error}", style="red", markup=False)
         return 1
     options.results.parent.mkdir(parents=True, exist_ok=True)
@@ -47,7 +52,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         value = "not measured" if row["value"] is None else f"{row['value']:.4g} {row['unit']}"
         view.add_row(row["name"], value, f"{row['target']} {row['unit']}", str(row["met"]))
     console.print(view)
-    console.print(f"written: {options.results}")
+    drawn = options.results.with_suffix(".html")
+    page.write(drawn, view, shown)
+    console.print(f"written: {options.results}, {drawn}")
     return 0 if all(row["met"] for row in rows) else 1
 
 

@@ -167,7 +167,7 @@ def current_law(drives: Drives, setting: Setting, axes: Sequence[int] = AXES) ->
             ca.fmax(ca.fmax(phases[0], phases[1]), phases[2])
             + ca.fmin(ca.fmin(phases[0], phases[1]), phases[2])
         )
-        zone = 0.02 * motor.i_max
+        zone = drives.U_dc * setting.period / (8 * motor.L_q)
         for name, u, i in zip(PHASES, phases, (i_a, i_b, -i_a - i_b), strict=True):
             sign = ca.fmax(ca.fmin(i * (1 / zone), 1.0), -1.0)
             value = (u - middle + dead * sign) * clocks + (MAGIC + setting.half / 2)

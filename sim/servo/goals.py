@@ -4,32 +4,60 @@
 from __future__ import annotations
 
 import tempfile
+import time
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from asip_asm.model.compiler import Options, compile_law
 from asip_asm.model.program import build
 from sim.model.drives import Drives
 from sim.model.parameters import Robot
+from sim.model.records import SetPoints
 from sim.servo.current_law import AXES, Setting, current_law
-from sim.servo.current_loop import respond, rise_and_overshoot
+from sim.servo.current_loop import rise_and_overshoot
+from sim.servo.response import Response, distortion, responses, steps
+from sim.servo.sample import Sample, sample
+from sim.servo.whole import Whole, path_of, whole
 
 SMALL = 0.03  # of i_max: a step that the bus voltage allows; it limits the rise of larger ones
+CLOCK_MHZ = 125
+AXES_COUNT = len(AXES)
 CYCLES = {"small": 700, "fast": 220}
-NOT_MEASURED = (
-    ("sampling instant to new compare values, one axis on fast", "us", 1.5),
-    ("closed current loop, -3 dB, with noise and dead time", "Hz", 5000),
-    ("closed current loop, phase margin, with noise and dead time", "degrees", 45),
-    ("dead-time distortion at 5 % of rated current, compensated", "times", 5),
-    ("whole path, leg", "um", 1.5),
-    ("whole path, tool", "um", 7),
-    ("whole path, table", "urad", 75),
-    ("every clock of the chain for 2 s of the path", "minutes", 30),
-    ("whole path with the averaged inverter", "minutes", 30),
-)
-"""Name, unit, target of the rows that need the chain in closed loop."""
+DISTORTION = 5.0
+PATH_TARGETS = (("leg", "um", 1e6, 1.5), ("tool", "um", 1e6, 7.0), ("table", "urad", 1e6, 75.0))
+SHORT, FULL = 30_000, None  # ticks of the A-G-H path
+SAMPLE, LONG = 0.2, 2.0  # s of the path of reversals, every clock
+WRONG = 0.8  # of the friction, that a law believes in
+EQUAL = (0.2, 20.0)  # um of a leg, urad of a table axis: averaged against every clock
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What the page draws: i_q of the step (halves, 5) and noise (5,) [A], frequency responses, the
+    path with each law's errors, the RTL sample."""
+
+    step: NDArray[np.float64]
+    noise: NDArray[np.float64]
+    loops: list[Response]
+    path: SetPoints
+    laws: dict[tuple[str, float], Whole]
+    sample: Sample
+
+
+def latency(drives: Drives, setting: Setting) -> int:
+    """Clocks from the samples' instant to new compare values of one axis on `fast`: the link's
+    words in, start, the run, STATUS, values out, and the two registers of the bound."""
+    options = Options(configuration="fast", reassociate=True, reciprocal=True)
+    with tempfile.TemporaryDirectory() as folder:
+        law = current_law(drives, setting, (0,))
+        run = build(compile_law(law, options), Path(folder) / "one_axis.s").cycles
+    words_in, words_out = 4 + 1 + 1, 3  # samples, bus, order; values
+    return 1 + words_in + 1 + run + 1 + 1 + words_out + 1 + 2
 
 
 def cycles(drives: Drives, setting: Setting, configuration: str) -> int:
@@ -40,34 +68,119 @@ def cycles(drives: Drives, setting: Setting, configuration: str) -> int:
         return build(compile_law(law, options), Path(folder) / "current_loops.s").cycles
 
 
-def measure(path: Path | None, report: Callable[[str], None]) -> list[dict[str, Any]]:
-    """Rows {name, value, unit, target, met} for the parameters in `path`; value None: not measured.
+class Rows(list[dict[str, Any]]):
+    """Rows {name, value, unit, target, met}; value None: not measured, which is not met."""
 
-    Raises ParameterError.
+    def most(self, name: str, value: float | None, unit: str, target: float) -> None:
+        """A value that may be `target` at most."""
+        met = value is not None and value <= target
+        self.append(dict(name=name, value=value, unit=unit, target=target, met=met))
+
+    def least(self, name: str, value: float | None, unit: str, target: float) -> None:
+        """A value that must be `target` at least."""
+        met = value is not None and value >= target
+        self.append(dict(name=name, value=value, unit=unit, target=target, met=met))
+
+
+def measure(path: Path | None, full: bool, report: Callable[[str], None]) -> tuple[Rows, Shown]:
+    """The rows for the parameters in `path`, and what the page shows.
+
+    full: the whole A-G-H path, and `LONG` seconds of the chain's RTL. Raises ParameterError,
+    ControllerFault, StartUpError.
     """
     drives, robot = Drives.load(path), Robot.load(path)
     setting = Setting(robot.resolution)
-    rows: list[dict[str, Any]] = []
-
-    def add(name: str, value: float | None, unit: str, target: float, met: bool) -> None:
-        rows.append(dict(name=name, value=value, unit=unit, target=target, met=met))
-
+    rows = Rows()
     for configuration, target in CYCLES.items():
         report(f"program of five axes on {configuration}")
         found = cycles(drives, setting, configuration)
-        add(f"five current loops on {configuration}", found, "cycles", target, found <= target)
-    rises, overshoots = [], []
-    for axis in (0, 3, 4):
-        report(f"step of the current, axis {axis + 1}")
-        wanted = SMALL * drives.motors[axis].i_max
-        found = respond(drives, replace(setting, compensation=0.0), axis, wanted, 300)
-        rise, overshoot = rise_and_overshoot(found[:, 1], setting.period)
-        rises.append(1e6 * rise)
-        overshoots.append(100 * overshoot)
-    about = "without noise and dead time"
-    add(f"step of the current, 10 % to 90 %, {about}", max(rises), "us", 100, max(rises) <= 100)
-    most = max(overshoots)
-    add(f"step of the current, overshoot, {about}", most, "%", 15, most <= 15)
-    for name, unit, target in NOT_MEASURED:
-        add(name, None, unit, target, False)
-    return rows
+        rows.most(f"five current loops on {configuration}", found, "cycles", target)
+    report("latency of one axis on fast")
+    rows.most(
+        "sampling instant to new compare values, one axis on fast",
+        latency(drives, setting) / CLOCK_MHZ,
+        "us",
+        1.5,
+    )
+    report("step of the current, every clock")
+    step, noise = steps(robot, drives, SMALL)
+    rises, overshoots = zip(
+        *(rise_and_overshoot(step[9:, n], setting.period) for n in range(AXES_COUNT)), strict=True
+    )
+    about = "every clock, dead time, noise"
+    rows.most(f"step of the current, 10 % to 90 %, {about}", 1e6 * max(rises), "us", 100)
+    rows.most(f"step of the current, overshoot, {about}", 100 * max(overshoots), "%", 15)
+    report("frequency response, averaged inverters")
+    loops = responses(robot, drives, setting)
+    bandwidth, margin = min(r.bandwidth for r in loops), min(r.margin for r in loops)
+    about = "averaged inverters, dead time, noise"
+    rows.least(f"closed current loop, -3 dB, {about}", bandwidth, "Hz", 5000)
+    rows.least(f"closed current loop, phase margin, {about}", margin, "degrees", 45)
+    report("dead time, averaged inverters")
+    without = distortion(robot, drives, replace(setting, compensation=0.0))
+    gain = float((without / distortion(robot, drives, setting)).min())
+    rows.least(
+        "dead-time distortion at 5 % of rated current, compensated, averaged inverters",
+        gain,
+        "times",
+        DISTORTION,
+    )
+    words = path_of(robot, FULL if full else SHORT)
+    what = "whole path" if full else f"first {SHORT * robot.T_s:g} s of the path"
+    begin = time.process_time()
+    found = {}
+    for kind, share in (
+        ("none", 1.0),
+        ("feed-forward", 1.0),
+        ("feed-forward", WRONG),
+        ("adaptive", WRONG),
+    ):
+        report(f"{what}, friction in the law: {kind}, {share:g} of the true one")
+        found[kind, share] = whole(robot, drives, words, kind, share)
+        if kind == "none":
+            minutes = (time.process_time() - begin) / 60
+    best, plain = found["feed-forward", 1.0], found["none", 1.0]
+    for name, unit, scale, target in PATH_TARGETS:
+        rows.most(f"{what}, {name}", scale * getattr(best.tracking, name), unit, target)
+    rows.most(
+        f"{what}, leg at reversals with feed-forward, share of without",
+        best.reversal_leg / plain.reversal_leg, "1", 0.5,
+    )  # fmt: skip
+    rows.most(
+        f"{what}, table at reversals with feed-forward, share of without",
+        best.reversal_table / plain.reversal_table, "1", 0.5,
+    )  # fmt: skip
+    for kind in ("feed-forward", "adaptive"):
+        rows.most(
+            f"{what}, leg at reversals, {kind} with {WRONG:g} of the friction, share of without",
+            found[kind, WRONG].reversal_leg / plain.reversal_leg, "1", 0.5,
+        )  # fmt: skip
+    rows.most(
+        "whole path with averaged inverters, processor time",
+        minutes if full else None,
+        "minutes",
+        30,
+    )
+    seconds = LONG if full else SAMPLE
+    report(f"{seconds:g} s of the chain, every clock")
+    ticks = round(seconds / robot.T_s)
+    piece = sample(robot, drives, ticks, lambda n: None)
+    rows.most(
+        f"averaged inverters against every clock, {seconds:g} s, leg",
+        1e6 * float(piece.difference[:3].max()),
+        "um",
+        EQUAL[0],
+    )
+    rows.most(
+        f"averaged inverters against every clock, {seconds:g} s, table",
+        1e6 * float(piece.difference[3:].max()),
+        "urad",
+        EQUAL[1],
+    )
+    rows.most("edges of gates with both of a phase on", piece.shoot_through, "1", 0)
+    rows.most(
+        "every clock of the chain for 2 s of the path, processor time"
+        + ("" if full else f", from {seconds:g} s"),
+        piece.seconds * LONG / seconds / 60, "minutes", 30,
+    )  # fmt: skip
+    return rows, Shown(step, noise, loops, words, found, piece)

@@ -23,6 +23,7 @@ from sim.servo.current_law import Setting
 from sim.servo.current_loop import rise_and_overshoot
 from sim.servo.path import Chain
 from sim.servo.plant import Plant
+from sim.servo.response import analyse, distortion, responses
 from sim.trajectory.exact_stop import MotionSettings, generate
 
 ROBOT, DRIVES = Robot.load(), Drives.load()
@@ -107,3 +108,19 @@ def test_chain__follows_from_encoder_edges_to_gate_edges():
     status = machine.system.status()
     assert status["trip"] == 31 and status["undervoltage"] == 1
     assert machine.system.look().released == 0
+
+
+def test_current_loops__bandwidth_margin_and_dead_time_on_averaged_inverters():
+    for loop in responses(ROBOT, DRIVES, SETTING):
+        assert loop.bandwidth >= 5000 and loop.margin >= 45
+    without = distortion(ROBOT, DRIVES, replace(SETTING, compensation=0.0))
+    assert (without >= 5 * distortion(ROBOT, DRIVES, SETTING)).all()
+
+
+def test_margin__of_a_loop_that_is_known():
+    """An integrator with a crossover of 5 kHz behind a delay of 15 us: 90 - 27 degrees."""
+    frequency = np.linspace(200, 20000, 100)
+    s = 2j * np.pi * frequency
+    loop = 2 * np.pi * 5000 / s * np.exp(-15e-6 * s)
+    found = analyse(frequency, loop / (1 + loop))
+    assert found.margin == pytest.approx(90 - 360 * 5000 * 15e-6, abs=0.5)

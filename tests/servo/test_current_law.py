@@ -85,15 +85,23 @@ def test_gains__give_the_magnitude_optimum():
     assert margin > 60 and k_i == pytest.approx(k_d * motor.R / motor.L_d * 1e-5)
 
 
-def test_goals__a_row_that_is_not_measured_is_not_met(tmp_path, monkeypatch):
-    monkeypatch.setattr(goals, "cycles", lambda *_: 221)
-    ramp = np.column_stack([np.zeros(300), np.minimum(np.arange(300) / 6, 1.0)])
-    monkeypatch.setattr(goals, "respond", lambda *_: ramp)
+def test_goals__a_row_that_is_missed_or_not_measured_is_not_met():
+    rows = goals.Rows()
+    rows.most("a", 1.5, "us", 1.5)
+    rows.most("b", 1.6, "us", 1.5)
+    rows.least("c", 45, "degrees", 45)
+    rows.least("d", None, "degrees", 45)
+    assert [row["met"] for row in rows] == [True, False, True, False]
+    assert set(rows[0]) == {"name", "value", "unit", "target", "met"}
+
+
+def test_goals__exit_status_and_file_say_what_is_missed(tmp_path, monkeypatch):
+    rows = goals.Rows()
+    rows.most("whole path, leg", 1.6, "um", 1.5)
+    monkeypatch.setattr("sim.servo.__main__.measure", lambda *_: (rows, None))
+    monkeypatch.setattr("sim.servo.page.write", lambda *_: None)
     results = tmp_path / "drive.json"
     assert main(["--results", str(results)]) == 1
-    rows = {row["name"]: row for row in json.loads(results.read_text())["goals"]}
-    assert set(rows["whole path, leg"]) == {"name", "value", "unit", "target", "met"}
-    assert rows["five current loops on small"]["met"] is True
-    assert rows["five current loops on fast"]["met"] is False
-    assert rows["step of the current, overshoot, without noise and dead time"]["value"] == 0
-    assert rows["whole path, leg"]["value"] is None and rows["whole path, leg"]["met"] is False
+    assert json.loads(results.read_text())["goals"] == rows
+    rows[0]["met"] = True
+    assert main(["--results", str(results)]) == 0

@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The optimised tracking law with LuGre friction in it: a feed-forward, and an adaptive one.
+
+The feed-forward moves a bristle of its own by the desired speed v, exactly over a tick:
+z -> z + (g sign(v) / s0 - z) (1 - exp(-s0 |v| T / g)), and adds s0 z + s1 dz/dt + s2 v to the
+force. The adaptive law scales the bristle's part by an estimate that follows the gradient of the
+error, (e_v + e / tau) s0 z, between bounds: a bounded gradient law [P. A. Ioannou, J. Sun, Robust
+Adaptive Control, 1996, section 4.3; friction: C. Canudas de Wit et al., IEEE TAC 40(3), 1995].
+"""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from asip_asm.model.law import Law, Port
+from sim.model.drives import Drives, Friction
+from sim.model.parameters import Robot
+from sim.robots import own
+
+KINDS = ("none", "feed-forward", "adaptive")
+BOUNDS = (0.5, 1.5)  # of the estimate
+RATE = (0.5, 0.2)  # of the estimate of a leg, a table axis: per second, at an error of `SCALE`
+SCALE = (1e-6, 2e-5)  # m, rad
+
+
+def bristle(friction: Friction, z: ca.SX, v: ca.SX, period: float) -> tuple[ca.SX, ca.SX, ca.SX]:
+    """z after a tick [m or rad], force of the bristle, and the rest of the force [N or N m]."""
+    ratio = v * (1 / friction.speed)
+    fall = ca.exp(-ca.fmin(ratio * ratio, 80.0))
+    level = friction.coulomb + (friction.static - friction.coulomb) * fall
+    turns = ca.fmin((friction.stiffness * period) * ca.fabs(v) / level, 80.0)
+    end = ca.sign(v) * level * (1 / friction.stiffness)
+    after = z + (end - z) * (1 - ca.exp(-turns))
+    rest = (friction.damping / period) * (after - z) + friction.viscous * v
+    return after, friction.stiffness * after, rest
+
+
+def friction_law(robot: Robot, drives: Drives, kind: str, share: float = 1.0) -> Law:
+    """A law of these `KINDS`; share: of the true friction that the law believes in, coulomb,
+    static and viscous alike. Raises ValueError for an unknown kind.
+    """
+    if kind not in KINDS:
+        raise ValueError(f"friction law {kind!r}: must be one of {', '.join(KINDS)}")
+    law = own.optimised(robot)
+    if kind == "none":
+        return law
+    names = [law.function.name_in(k) for k in range(law.function.n_in())]
+    inputs = {name: ca.SX.sym(name, *law.function.size_in(name)) for name in names}
+    out_names = [law.function.name_out(k) for k in range(law.function.n_out())]
+    found = dict(zip(out_names, law.function.call(list(inputs.values())), strict=True))
+    place, v, a = ([inputs[n] for n in own.SET_POINTS[k : k + 3]] for k in (0, 3, 6))
+    lengths, speeds, *_ = own.short_kinematics(robot, place, v, a)
+    wanted = [*lengths, inputs["alpha"], inputs["gamma"]]
+    speeds = [*speeds, inputs["w_alpha"], inputs["w_gamma"]]
+    ports = list(law.ports)
+    for n, output in enumerate(own.OUTPUTS):
+        true = drives.friction[n]
+        believed = Friction(
+            share * true.coulomb,
+            share * (true.static if n < 3 else true.coulomb),
+            true.speed,
+            true.stiffness,
+            true.damping,
+            share * true.viscous,
+        )
+        most = believed.static / believed.stiffness
+        z = inputs[f"z{n}"] = ca.SX.sym(f"z{n}")
+        ports.append(Port("state", f"z{n}", "m" if n < 3 else "rad", limits=(-most, most)))
+        found[f"z{n}_next"], force, rest = bristle(believed, z, speeds[n], robot.T_s)
+        if kind == "adaptive":
+            estimate = inputs[f"share{n}"] = ca.SX.sym(f"share{n}")
+            ports.append(Port("state", f"share{n}", limits=BOUNDS, initial=1.0))
+            e, e_v = wanted[n] - inputs["count"][n], speeds[n] - inputs["count_rate"][n]
+            corner = 3 * robot.K_P[n] / robot.K_V[n] / 3
+            gain = RATE[n > 2] * robot.T_s / SCALE[n > 2] / believed.coulomb
+            step = gain * (e + e_v * (1 / corner)) * force
+            found[f"share{n}_next"] = ca.fmax(ca.fmin(estimate + step, BOUNDS[1]), BOUNDS[0])
+            force = estimate * force
+        found[output] = found[output] + force + rest
+    function = ca.Function(
+        "tracking", list(inputs.values()), list(found.values()), list(inputs), list(found)
+    )
+    title = f"five axes, friction {kind}"
+    return Law(title, function, ports, title, law.rate)

@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The page of `make drive`: steps, frequency responses, reversals and harmonics in pictures."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import plotly.graph_objects as go
+from rich.table import Table
+
+from sim.page import provenance
+from sim.page.curves import envelope, framed, panels
+from sim.page.document import Page
+from sim.servo.goals import Shown
+from sim.servo.plant import AXES
+
+TITLE = "Microtick: motor drives in closed loop"
+LEAD = (
+    "Five motors from encoder edges to gate edges: current loops at 100 kHz, a tracking law at "
+    "10 kHz, inverters with dead time, friction. Drag to zoom, double-click to see everything."
+)
+NAMES = [*(f"leg {n}" for n in (1, 2, 3)), "tilt", "rotation"]
+PERIOD = 1e-5  # of a half period [s]
+AROUND = 0.06  # shown around a reversal [s]
+
+
+def write(file: Path, table: Table, shown: Shown) -> None:
+    """Write the page of these measurements."""
+    page = Page(TITLE, LEAD)
+    page.facts({"date": provenance.now(), "commit": provenance.commit()})
+    page.section("Numbers", "What was to be reached, and what this run has measured.")
+    page.table(table)
+    page.section("Current loops", "Brakes closed, dead time and noise on.")
+    t = 1e6 * PERIOD * (np.arange(len(shown.step)) - 10)
+    curves = {name: shown.step[:, n] for n, name in enumerate(NAMES)}
+    page.figure(
+        panels(t, [("i_q [A]", curves)], "time [us]"),
+        "Step of the ordered current, RTL at every clock: means of half periods.",
+    )
+    page.figure(_bode(shown), "Closed current loops: ordered to actual i_q.")
+    page.section("Path", "Errors of the joints with and without friction in the law.")
+    for n, unit, scale in ((2, "um", 1e6), (4, "urad", 1e6)):
+        page.figure(
+            *_reversal(shown, n, unit, scale),
+        )
+    page.section("Chain", "Every clock of the RTL on the path of reversals.")
+    halves = shown.sample.run.halves
+    seconds = PERIOD * np.arange(len(halves))
+    keep = envelope(halves["i_q"][:, 0])
+    page.figure(
+        panels(
+            seconds[keep],
+            [
+                ("i_q [A]", {name: halves["i_q"][keep, n] for n, name in enumerate(NAMES)}),
+                ("duty, leg 1", {k: halves["duty"][keep, 0, i] for i, k in enumerate("abc")}),
+            ],
+        ),
+        "Currents and duty; means of half periods.",
+    )
+    page.figure(_harmonics(shown), "Spectrum of the currents' error in the chain: i_d of all axes.")
+    page.write(file)
+
+
+def _bode(shown: Shown) -> go.Figure:
+    frequency = shown.loops[0].frequency
+    size = {
+        name: 20 * np.log10(np.abs(loop.closed))
+        for name, loop in zip(NAMES, shown.loops, strict=True)
+    }
+    phase = {
+        name: np.degrees(np.unwrap(np.angle(loop.closed)))
+        for name, loop in zip(NAMES, shown.loops, strict=True)
+    }
+    figure = panels(frequency, [("size [dB]", size), ("phase [degrees]", phase)], "frequency [Hz]")
+    figure.update_xaxes(type="log")
+    return figure
+
+
+def _reversal(shown: Shown, n: int, unit: str, scale: float) -> tuple[go.Figure, str]:
+    """Around the greatest error without friction in the law."""
+    plain = shown.laws["none", 1.0].error[:, n]
+    worst = 500 + int(np.abs(plain[500:]).argmax())
+    ticks = round(AROUND / 1e-4)
+    part = slice(max(0, worst - ticks), worst + ticks)
+    t = 1e-4 * np.arange(len(plain))[part]
+    curves = {
+        kind if share == 1.0 else f"{kind}, {share:g} of the friction": scale * law.error[part, n]
+        for (kind, share), law in shown.laws.items()
+    }
+    figure = panels(t, [(f"error [{unit}]", curves)])
+    return figure, f"{NAMES[n]}: around its largest error without friction in the law."
+
+
+def _harmonics(shown: Shown) -> go.Figure:
+    i_d = shown.sample.run.halves["i_d"][1000:]
+    window = np.hanning(len(i_d))[:, None]
+    spectrum = np.abs(np.fft.rfft((i_d - i_d.mean(axis=0)) * window, axis=0)) * 4 / len(i_d)
+    frequency = np.fft.rfftfreq(len(i_d), PERIOD)
+    figure = go.Figure()
+    for n in range(AXES):
+        keep = envelope(spectrum[1:, n]) + 1
+        figure.add_scatter(x=frequency[keep], y=1e3 * spectrum[keep, n], name=NAMES[n])
+    figure.update_xaxes(type="log", title="frequency [Hz]")
+    figure.update_yaxes(title="amplitude [mA]")
+    return framed(figure, 380)

@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Whole paths on the averaged inverters, tracked by the laws with and without friction in them.
+
+The laws run as C with the bits of their programs (`sim.platforms.native`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from asip_asm.model.compiler import Compiled, Options, compile_law
+from sim.gcode.interpreter import parse_file
+from sim.model.drives import Drives
+from sim.model.parameters import Robot
+from sim.model.records import SetPoints
+from sim.model.tracking import joint_path
+from sim.platforms.native import NativeLaw
+from sim.robots.own import OUTPUTS, SET_POINTS
+from sim.run import closed_loop
+from sim.run.controller import ControllerFault, Ticks, one_tick
+from sim.run.nios import PATH, set_points
+from sim.servo.averaged import AveragedPlant
+from sim.servo.chain import ORDER_FILTER
+from sim.servo.current_law import Setting
+from sim.servo.friction_law import friction_law
+from sim.servo.plant import AXES, Plant
+from sim.servo.response import NOISE
+from sim.trajectory.exact_stop import MotionSettings, generate
+
+OPTIONS = Options(configuration="fast", reassociate=True, reciprocal=True)
+AFTER = 0.05  # of a reversal, in which its error is looked for [s]
+
+
+def compiled(robot: Robot, drives: Drives, kind: str, share: float = 1.0) -> Compiled:
+    """The program of a friction law."""
+    return compile_law(friction_law(robot, drives, kind, share), OPTIONS)
+
+
+class FrictionController:
+    """A law of `friction_law.KINDS` in the shape that the closed loop drives."""
+
+    def __init__(self, robot: Robot, drives: Drives, kind: str, share: float = 1.0) -> None:
+        program = compiled(robot, drives, kind, share)
+        self._law = NativeLaw(program)
+        self._states = {
+            port.name: np.array([port.initial], np.float32) for port in program.law.of_kind("state")
+        }
+        self._counts = [name for name, kind in self._law.words["states"] if kind == "int32_t"]
+
+    def prime(self, words: Sequence[float], counts: Sequence[int]) -> None:
+        """The first measurement is the last one."""
+        for name, count in zip(self._counts, counts, strict=True):
+            self._states[name] = np.array([count], np.int32)
+
+    def step(self, words: Sequence[float], counts: Sequence[int]) -> Ticks:
+        """One tick. Raises ControllerFault."""
+        inputs = {n: np.array([w], np.float32) for n, w in zip(SET_POINTS, words, strict=True)}
+        inputs |= {f"count{k}": np.array([count], np.int32) for k, count in enumerate(counts)}
+        ran = self._law.run(inputs, self._states)
+        if ran.results[0]:
+            raise ControllerFault("an output of the tracking law is no number")
+        self._states = {name: values[-1:] for name, values in ran.states.items()}
+        return one_tick(float(ran.outputs[name][0]) for name in OUTPUTS)
+
+    def estimates(self) -> list[float]:
+        """Of the adaptive law, as a share of what it was made with."""
+        return [float(self._states[f"share{n}"][0]) for n in range(AXES)]
+
+
+@dataclass(frozen=True)
+class Whole:
+    """Errors (N, 5) of the exact joints [m, rad]; largest of leg, tool, table behind 50 ms, and of
+    leg and table within `AFTER` of a reversal."""
+
+    error: NDArray[np.float64]
+    tracking: closed_loop.Tracking
+    reversal_leg: float
+    reversal_table: float
+
+
+def reversals(robot: Robot, path: SetPoints) -> NDArray[np.bool_]:
+    """Ticks (N, 5) within `AFTER` of a change of sign of an axis' desired speed."""
+    signs = np.sign(joint_path(robot, path)[1])
+    near = np.zeros(signs.shape, dtype=bool)
+    ticks = round(AFTER / robot.T_s)
+    for n in range(AXES):
+        moving = np.flatnonzero(signs[:, n])
+        for tick in moving[1:][np.diff(signs[moving, n]) != 0]:
+            near[tick : tick + ticks, n] = True
+    near[: round(closed_loop.SETTLED_S / robot.T_s)] = False
+    return near
+
+
+def path_of(robot: Robot, ticks: int | None = None, file: Path = PATH) -> SetPoints:
+    """Set-points of the A-G-H path or another."""
+    return set_points(generate(parse_file(file), MotionSettings(robot)), ticks)
+
+
+def whole(
+    robot: Robot,
+    drives: Drives,
+    path: SetPoints,
+    kind: str,
+    share: float = 1.0,
+    progress: Callable[[int], None] = lambda ticks: None,
+) -> Whole:
+    """A path with a friction law that believes in a share of the true friction."""
+    setting = Setting(robot.resolution, order_filter=ORDER_FILTER)
+    at = (*path.position[0].tolist(), *path.table_position[0].tolist())
+    machine = AveragedPlant(Plant(robot, drives), setting, at, noise=NOISE)
+    controller = FrictionController(robot, drives, kind, share)
+    done = closed_loop.run(robot, path, controller, progress, plant=machine)
+    desired = joint_path(robot, path)[0]
+    error, near = desired - done.joints, reversals(robot, path)
+    at_reversals = np.where(near, np.abs(error), 0.0)
+    return Whole(
+        error,
+        closed_loop.tracking_error(robot, path, desired, done),
+        float(at_reversals[:, :3].max()),
+        float(at_reversals[:, 3:].max()),
+    )

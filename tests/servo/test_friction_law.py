@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Friction in the tracking law: bits of the programs, the bristle, reversals of the machine."""
+
+from __future__ import annotations
+
+import functools
+from pathlib import Path
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from asip_asm.model.program import build
+from sim.model.drives import Drives
+from sim.model.parameters import Robot
+from sim.prove_program import prove
+from sim.robots import own
+from sim.servo import lugre
+from sim.servo.friction_law import BOUNDS, bristle, friction_law
+from sim.servo.sample import PATH
+from sim.servo.whole import FrictionController, Whole, compiled, path_of, whole
+
+ROBOT, DRIVES = Robot.load(), Drives.load()
+FULL = pytest.mark.full
+
+
+@pytest.mark.parametrize("kind", ["feed-forward", pytest.param("adaptive", marks=FULL)])
+def test_program__bits_on_the_core_and_distance_from_double_precision(kind, tmp_path):
+    program = compiled(ROBOT, DRIVES, kind)
+    image = build(program, tmp_path / "law.s").image
+    proof = prove(program, image, count=200, sample=lambda size, rng: own.sample(ROBOT, size, rng))
+    assert proof.passed, proof
+
+
+def test_bristle__goes_where_that_of_the_plant_goes():
+    friction = DRIVES.friction[0]
+    z, v = ca.SX.sym("z"), ca.SX.sym("v")
+    step = ca.Function("step", [z, v], bristle(friction, z, v, 1e-4))
+    law = plant = 0.0
+    for speed in [*np.linspace(0, 0.2, 50), *np.linspace(0.2, -0.2, 200), 0.0]:
+        law, force, rest = (float(value) for value in step(law, speed))
+        before = plant
+        plant, _ = lugre.step(friction, plant, speed, 1e-4)
+        assert law == pytest.approx(plant, abs=1e-12)
+        want = friction.stiffness * plant + friction.damping * (plant - before) / 1e-4
+        assert force + rest == pytest.approx(want + friction.viscous * speed, abs=1e-6)
+
+
+def test_kind__unknown_is_refused():
+    with pytest.raises(ValueError, match="must be one of none, feed-forward, adaptive"):
+        friction_law(ROBOT, DRIVES, "coulomb")
+
+
+@functools.cache
+def run(kind: str, share: float) -> Whole:
+    """To behind the first reversal of all axes."""
+    return whole(ROBOT, DRIVES, path_of(ROBOT, 8900, Path(PATH)), kind, share)
+
+
+@pytest.mark.parametrize(
+    ("kind", "share"),
+    [
+        ("feed-forward", 1.0),
+        *(pytest.param(k, 0.8, marks=FULL) for k in ("feed-forward", "adaptive")),
+    ],
+)
+def test_reversal__errs_at_most_half_of_what_it_does_without_friction_in_the_law(kind, share):
+    plain, better = run("none", 1.0), run(kind, share)
+    assert plain.reversal_leg > 1e-6, "there is no reversal to compare"
+    assert better.reversal_leg <= 0.5 * plain.reversal_leg
+    assert better.tracking.leg <= 1.5e-6
+
+
+def test_adaptive_law__estimates_stay_between_their_bounds():
+    controller = FrictionController(ROBOT, DRIVES, "adaptive")
+    path = path_of(ROBOT, 5000, Path(PATH)).words()[1000:]
+    counts = [3124100] * 3 + [0, 0]  # the machine does not move at all
+    controller.prime(path[0], counts)
+    for words in path:
+        controller.step(words, counts)
+    estimates = controller.estimates()
+    assert min(estimates) >= BOUNDS[0] and max(estimates) == BOUNDS[1]
