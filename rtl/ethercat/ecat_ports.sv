@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // ecat_ports: loop control of the two ports: which way frames go.
 // Contract: frames go port 0 - processing - port 1, and from port 1 back to port 0. A closed port hands what would leave by it
-// on inside: closed port 1, processing - port 0; closed port 0, port 1 - processing - port 1. A loop changes
-// only while no frame passes. An open port without a link loses what is sent there.
+// on inside: closed port 1, processing - port 0; closed port 0, port 1 - processing - port 1. The way from port 1 to
+// port 0 takes as long as processing, so that half of a round trip is the way there. A loop changes only while no frame passes. An open port without a link loses what is sent there.
 module ecat_ports (
     input  logic       clk_i,
     input  logic       rst_ni,
@@ -22,7 +22,12 @@ module ecat_ports (
 
   localparam logic [4:0] Quiet = 5'd16;  // ticks, above the unit's delay
 
+  localparam int unsigned Delay = 9;     // ticks, the unit's
+
   logic [1:0] open_q, link_q, want, kept_q;
+  logic [3:0] back_data_q [0:Delay-1];
+  logic [Delay-1:0] back_q;
+  ecat_pkg::nibble_t back;
   logic [4:0] quiet_q;
   logic       looped, busy;
 
@@ -45,7 +50,18 @@ module ecat_ports (
     end
   end
 
-  assign busy = receive_0_i.valid || receive_1_i.valid || from_unit_i.valid;
+  always_ff @(posedge clk_i) begin
+    if (tick_i) begin
+      for (int i = 0; i < Delay; i++) back_data_q[i] <= i == 0 ? receive_1_i.data : back_data_q[i-1];
+    end
+  end
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) back_q <= '0;
+    else if (tick_i) back_q <= {back_q[Delay-2:0], receive_1_i.valid};
+  end
+  assign back = {back_q[Delay-1], 1'b0, back_data_q[Delay-1]};
+
+  assign busy = receive_0_i.valid || receive_1_i.valid || from_unit_i.valid || back.valid;
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
@@ -70,7 +86,7 @@ module ecat_ports (
     send_1_o = '0;
     if (open_q[1]) send_1_o = from_unit_i;
     else if (open_q[0]) send_0_o = from_unit_i;
-    if (open_q[0] && open_q[1]) send_0_o = receive_1_i;
+    if (open_q[0] && open_q[1]) send_0_o = back;
   end
 
 endmodule

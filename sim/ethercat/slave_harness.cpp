@@ -54,7 +54,6 @@ class Application {
   void before_edge(Line::Slave& slave) {
     auto* top = slave.top.get();
     if (active_) {
-      top->eval();
       if (!top->avs_waitrequest_o) {
         const Access done = queue.front();
         queue.pop_front();
@@ -69,6 +68,7 @@ class Application {
     if (finishing_) {
       finishing_ = false;
       top->avs_read_i = top->avs_write_i = 0;
+      top->eval();
       return;
     }
     if (queue.empty() && output_bytes && top->irq_o) copy();
@@ -79,6 +79,7 @@ class Application {
     top->avs_write_i = next.write;
     top->avs_byteenable_i = next.enable;
     top->avs_writedata_i = next.data;
+    top->eval();
     active_ = true;
   }
 

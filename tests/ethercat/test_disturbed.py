@@ -1,0 +1,270 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Frames that are damaged, circulate or come twice; cables that break; watchdog and SII that fail:
+each with the state and the counter that results."""
+
+from __future__ import annotations
+
+import pytest
+
+from sim.coe.dictionary import load
+from sim.coe.sii import image
+from sim.ethercat.datagram import (
+    APRD,
+    APWR,
+    BRD,
+    DATA_AT,
+    SHORTEST,
+    answer,
+    datagram,
+    frame,
+    single,
+)
+from sim.ethercat.gen import esc_regmap
+from sim.ethercat.line import Line, check_sequence
+
+MEMORY = 0x1000
+CIRCULATING = 0x40  # in the datagram's byte 7
+FLAGS_AT = 16 + 7
+OUTPUTS, OUTPUT_BYTES = 0x1200, 6
+WRITE = single(APWR, 0, MEMORY, b"\xa5\x5a\xa5\x5a")
+
+
+def inverted(sequence: bytes) -> bytes:
+    return bytes(byte ^ 0xFF for byte in sequence)
+
+
+def sync_manager(
+    line: Line, place: int, start: int, length: int, control: int, slave: int = 0
+) -> None:
+    """Set one up as a master does."""
+    registers = start.to_bytes(2, "little") + length.to_bytes(2, "little")
+    registers += bytes([control, 0, 1, 0])
+    address = esc_regmap.SM_START.at(place)
+    back = line.exchange(single(APWR, -slave & 0xFFFF, address, registers))
+    assert answer(back.data, 8)[1] == 1
+
+
+def test_corrupted__leaves_marked_and_writes_nothing(line: Line):
+    wrong = bytes([check_sequence(WRITE)[0] ^ 1]) + check_sequence(WRITE)[1:]
+    back = line.exchange(WRITE, sequence=wrong)
+    assert not back.good and len(back.data) == len(WRITE)
+    assert back.sequence == inverted(check_sequence(back.data))
+    assert line.read(MEMORY, width=4) == 0
+    assert line.read(esc_regmap.INVALID_FRAMES_0) == 1
+    assert line.exchange(WRITE).good and line.read(MEMORY, width=4) == 0x5AA55AA5
+
+
+def test_corrupted__in_a_line_only_the_first_counts_it_as_its_own():
+    with Line([0.0, 0.0]) as line:
+        line.exchange(WRITE, sequence=bytes(4))
+        assert [line.read(esc_regmap.INVALID_FRAMES_0, slave=n) for n in (0, 1)] == [1, 0]
+        assert [line.read(esc_regmap.FORWARDED_ERRORS_0, slave=n) for n in (0, 1)] == [0, 1]
+        assert line.read(esc_regmap.FORWARDED_ERRORS_1, slave=0) == 1  # on its way back
+        assert line.read(MEMORY, width=4, slave=1) == 0
+
+
+@pytest.mark.parametrize("drop", (1, 2, 7, 40, 100))
+def test_truncated__keeps_its_length_and_writes_nothing(line: Line, drop: int):
+    back = line.exchange(WRITE, drop=drop)
+    assert back.nibbles == 2 * (len(WRITE) + 4) - drop and not back.good
+    assert line.read(MEMORY, width=4) == 0
+    assert line.read(esc_regmap.INVALID_FRAMES_0) == 1
+
+
+def test_receive_error__is_counted_and_writes_nothing(line: Line):
+    assert not line.exchange(WRITE, error_at=50).good
+    assert line.read(esc_regmap.RX_ERRORS_0) == line.read(esc_regmap.INVALID_FRAMES_0) == 1
+    assert line.read(MEMORY, width=4) == 0
+    line.exchange(single(APWR, 0, esc_regmap.RX_ERRORS_0.address, b"\0"))
+    assert line.read(esc_regmap.RX_ERRORS_0) == line.read(esc_regmap.INVALID_FRAMES_0) == 0
+
+
+def test_datagram__longer_than_its_frame_is_a_processing_error(line: Line):
+    broken = bytearray(single(APWR, 0, MEMORY, bytes(100)))
+    broken = broken[:60]
+    assert line.exchange(bytes(broken)).good
+    assert line.read(esc_regmap.PROCESSING_ERRORS) == 1
+    assert line.read(esc_regmap.INVALID_FRAMES_0) == 0
+
+
+def test_header__shorter_than_its_datagrams_writes_nothing(line: Line):
+    broken = bytearray(WRITE)
+    broken[14] -= 4
+    assert line.exchange(bytes(broken)).good
+    assert line.read(esc_regmap.PROCESSING_ERRORS) == 1 and line.read(MEMORY, width=4) == 0
+
+
+def test_oversized__passes_whole(line: Line):
+    back = line.exchange(WRITE + bytes(3000))
+    assert back.good and len(back.data) == len(WRITE) + 3000
+    assert line.read(MEMORY, width=4) == 0x5AA55AA5
+
+
+def test_duplicated__second_write_of_a_mailbox_is_not_counted(line: Line):
+    sync_manager(line, 0, 0x1400, 16, 0x26)
+    message = single(APWR, 0, 0x1400, bytes(range(1, 17)))
+    assert [answer(line.exchange(message).data, 16)[1] for _ in range(2)] == [1, 0]
+    assert line.read(esc_regmap.AL_EVENT) & 0x100 == 0x100  # low word: bits of the managers above
+    assert line.read(0x1400, width=16) == int.from_bytes(bytes(range(1, 17)), "little")
+    assert line.read(esc_regmap.SM_STATUS, 0) & 8 == 0
+    assert answer(line.exchange(message).data, 16)[1] == 1
+
+
+def test_mailbox__is_read_once(line: Line):
+    sync_manager(line, 1, 0x1500, 8, 0x22)
+    question = single(APRD, 0, 0x1500, bytes(8))
+    assert answer(line.exchange(question).data, 8) == (0, 0)
+    line.write(0x1500, 0x1122334455667788, width=8)
+    assert answer(line.exchange(question).data, 8) == (0x1122334455667788, 1)
+    assert answer(line.exchange(question).data, 8) == (0, 0)
+
+
+def test_bad_frame__leaves_the_mailbox_full(line: Line):
+    sync_manager(line, 1, 0x1500, 8, 0x22)
+    line.write(0x1500, 0x1122334455667788, width=8)
+    question = single(APRD, 0, 0x1500, bytes(8))
+    assert not line.exchange(question, sequence=bytes(4)).good
+    assert answer(line.exchange(question).data, 8) == (0x1122334455667788, 1)
+
+
+def test_buffers__a_reader_between_its_bytes_sees_one_value(line: Line):
+    sync_manager(line, 2, OUTPUTS, OUTPUT_BYTES, 0x64)
+    for value in range(1, 9):
+        line.exchange(single(APWR, 0, OUTPUTS, bytes([value]) * OUTPUT_BYTES))
+        first = line.read(OUTPUTS, width=2)
+        for later in range(3):
+            line.exchange(single(APWR, 0, OUTPUTS, bytes([100 + later]) * OUTPUT_BYTES))
+        rest = line.read(OUTPUTS + 2, width=OUTPUT_BYTES - 2)
+        assert (first, rest) == (0x0101 * value, 0x01010101 * value)
+
+
+def test_buffers__three_seen_from_the_master(line: Line):
+    sync_manager(line, 3, 0x1300, OUTPUT_BYTES, 0x20)
+    question = single(APRD, 0, 0x1300, bytes(OUTPUT_BYTES))
+    for value in range(1, 9):
+        line.write(0x1300, int.from_bytes(bytes([value]) * OUTPUT_BYTES, "little"), width=6)
+        line.write(0x1300, 0xEEEE, width=2)  # the next one, not finished
+        seen, counter = answer(line.exchange(question).data, OUTPUT_BYTES)
+        assert (seen.to_bytes(6, "little"), counter) == (bytes([value]) * 6, 1)
+
+
+def circulated(line: Line, circulating: bool):
+    """A frame from behind a slave whose port 0 has no link."""
+    question = bytearray(single(BRD, 0, 0, bytes(4)))
+    question[FLAGS_AT] |= CIRCULATING * circulating
+    line.cable(0, False)
+    line.run(5000)
+    return line.exchange(bytes(question), port=1, limit_ns=30_000)
+
+
+def test_circulating__the_first_round_is_marked():
+    with Line([0.0], closed=True) as line:
+        back = circulated(line, False)
+        assert back.good and back.data[FLAGS_AT] & CIRCULATING
+        assert answer(back.data, 4)[1] == 1
+        assert line.read(esc_regmap.LOST_LINKS_0) == 1
+
+
+def test_circulating__the_second_round_is_destroyed():
+    with Line([0.0], closed=True) as line:
+        back = circulated(line, True)
+        assert back is None or back.nibbles < 2 * SHORTEST
+        assert line.read(esc_regmap.PROCESSING_ERRORS) == 1
+
+
+def test_ring__cable_break_leaves_all_slaves_in_reach():
+    with Line([0.0] * 3, closed=True) as line:
+        question = single(BRD, 0, 0, bytes(4))
+        line.send(question)
+        line.run(40_000)
+        assert answer(line.receive(1).data, 4)[1] == 3  # out at the far end
+        line.cable(2, False)
+        line.run(5000)
+        assert answer(line.exchange(question).data, 4)[1] == 2
+        assert answer(line.exchange(question, port=1).data, 4)[1] == 1
+        line.cable(2, True)
+        line.run(5000)
+        line.send(question)
+        line.run(40_000)
+        assert answer(line.receive(1).data, 4)[1] == 3
+
+
+def test_port__closed_by_the_master_stays_closed():
+    with Line([0.0, 0.0]) as line:
+        line.exchange(single(APWR, 0, esc_regmap.DL_CONTROL.address + 1, b"\x0c"))
+        line.run(5000)
+        assert answer(line.exchange(single(BRD, 0, 0, bytes(2))).data, 2)[1] == 1
+        assert line.read(esc_regmap.DL_STATUS) & 0xF00 == 0x600
+
+
+def test_watchdog__runs_out_without_process_data(line: Line):
+    sync_manager(line, 2, OUTPUTS, OUTPUT_BYTES, 0x64)
+    line.exchange(single(APWR, 0, esc_regmap.WATCHDOG_DIVIDER.address, b"\0\0"))  # 80 ns
+    write = single(APWR, 0, OUTPUTS, bytes(OUTPUT_BYTES))
+    line.exchange(write)
+    line.run(60_000)
+    assert line.read(esc_regmap.WATCHDOG_DATA_COUNT) == 0
+    line.run(60_000)
+    assert line.read(esc_regmap.WATCHDOG_DATA_COUNT) == 1
+    assert line.read(esc_regmap.AL_EVENT) & esc_regmap.AL_EVENT.word(watchdog=1)
+    assert line.read(esc_regmap.WATCHDOG_STATUS) & 1 == 0
+    assert not line.read(esc_regmap.AL_EVENT) & esc_regmap.AL_EVENT.word(watchdog=1)
+    line.exchange(write)
+    assert line.read(esc_regmap.WATCHDOG_STATUS) & 1 == 1
+
+
+def test_watchdog__a_bad_frame_does_not_feed_it(line: Line):
+    sync_manager(line, 2, OUTPUTS, OUTPUT_BYTES, 0x64)
+    line.exchange(single(APWR, 0, esc_regmap.WATCHDOG_DIVIDER.address, b"\0\0"))
+    write = single(APWR, 0, OUTPUTS, bytes(OUTPUT_BYTES))
+    line.exchange(write)
+    for _ in range(8):
+        line.exchange(write, sequence=bytes(4))
+        line.run(10_000)
+    assert line.read(esc_regmap.WATCHDOG_DATA_COUNT) == 1
+
+
+@pytest.mark.parametrize("right", (True, False))
+def test_sii__check_sum_decides(line: Line, right: bool):
+    whole = bytearray(image(load()))
+    whole[14] ^= not right
+    line.load_sii(bytes(whole))
+    line.run(5000)
+    control = line.read(esc_regmap.SII_CONTROL)
+    assert bool(control & esc_regmap.SII_CONTROL.word(checksum_error=1)) is not right
+    assert bool(control & esc_regmap.SII_CONTROL.word(not_loaded=1)) is not right
+    assert line.read(esc_regmap.DL_STATUS) & 1 == right
+
+
+def test_sii__master_reads_and_writes_words(line: Line):
+    whole = image(load())
+    line.load_sii(whole)
+
+    def command(code: int, word: int, data: bytes = b"") -> int:
+        request = bytes([code & 1, code >> 8]) + word.to_bytes(4, "little") + data
+        line.exchange(single(APWR, 0, esc_regmap.SII_CONTROL.address, request))
+        line.run(2000)
+        return line.read(esc_regmap.SII_CONTROL)
+
+    command(0x100, 8)
+    assert line.read(esc_regmap.SII_DATA) == int.from_bytes(whole[16:24], "little")
+    assert command(0x200, 4, b"\x34\x12") & esc_regmap.SII_CONTROL.word(write_error=1)
+    assert not command(0x201, 4, b"\x34\x12") & esc_regmap.SII_CONTROL.word(write_error=1)
+    command(0x100, 4)
+    assert line.read(esc_regmap.SII_DATA) & 0xFFFF == 0x1234
+    assert command(0x100, 0x10000) & esc_regmap.SII_CONTROL.word(command_error=1)
+
+
+def test_emulation__follows_the_master(line: Line):
+    line.write(esc_regmap.PDI_CONFIG, 1)
+    line.exchange(single(APWR, 0, esc_regmap.AL_CONTROL.address, b"\x12\x00"))
+    back = line.exchange(single(APRD, 0, esc_regmap.AL_STATUS.address, bytes(2)))
+    assert answer(back.data, 2) == (2, 1)
+
+
+def test_frame__of_two_datagrams_reads_before_it_writes(line: Line):
+    data = bytes([1, 2, 3, 4])
+    both = frame(datagram(APWR, 0, MEMORY, data, more=True), datagram(APRD, 0, MEMORY, bytes(4)))
+    back = line.exchange(both)
+    assert back.data[DATA_AT + 16 : DATA_AT + 20] == bytes(4)
+    assert answer(line.exchange(single(APRD, 0, MEMORY, bytes(4))).data, 4)[0] == 0x04030201
