@@ -133,7 +133,7 @@ nios-cycles: $(READY) ## measure the Nios II core's cycle table and write it int
 	@$(PY) -m sim.harness.n2_lockstep_cycles
 
 synth: $(READY_SYNTH) ## area and speed of every top with Yosys and nextpnr, to build/synth.json (hours)
-	@$(PY) scripts/synth.py $(if $(TOPS),--only $(TOPS)) $(if $(SEEDS),--seeds $(SEEDS))
+	@$(PY) scripts/synth.py --jobs $(JOBS) $(if $(TOPS),--only $(TOPS)) $(if $(SEEDS),--seeds $(SEEDS))
 
 bitstream: $(READY_SYNTH) ## bitstream of a board one can buy: BOARD=ulx3s, colorlight-i9, ecpix5, versa-ecp5 (SEEDS=n ...)
 	@$(PY) -m scripts.bitstream $(or $(BOARD),--help) $(if $(SEEDS),--seeds $(SEEDS))

@@ -40,6 +40,7 @@ class Top:
     name: str
     module: str
     parameters: Mapping[str, int] = field(default_factory=dict)
+    memories: Mapping[str, int] = field(default_factory=dict)  # as for alm_area
 
 
 UNITS = (
@@ -47,11 +48,13 @@ UNITS = (
     *("fp_cmp", "fp_i2f", "fp_f2i", "fp_sincos", "fp_sincos_overlapped"),
 )
 CUSTOM = ("ci_faddsub", "ci_fmul", "ci_fdivsqrt", "ci_fsincos", "ci_fsat", "ci_fcmp", "ci_fph1")
+TCM_BITS = 16384 * 32  # of n2_tcm as it is by default, and as both memories of the systems are
 TOPS = (
     *(Top(unit, unit) for unit in UNITS),
     Top("asip_fast", "asip", {"FmaPipes": 2, "Slots": 3}),
     Top("asip_small", "asip", {"FmaPipes": 1, "Slots": 1}),
     *(Top(unit, unit) for unit in ("n2_core", *CUSTOM)),
+    *(Top(f"fpga{n}", "n2_system", {"Platform": n}, {"n2_tcm": TCM_BITS}) for n in (1, 2)),
 )
 
 
@@ -67,7 +70,7 @@ def fingerprint(top: Top, seeds: tuple[int, ...]) -> str:
     return digest.hexdigest()
 
 
-def run(top: Top, seeds: tuple[int, ...], console: Console) -> dict:
+def run(top: Top, seeds: tuple[int, ...], console: Console, jobs: int = 1) -> dict:
     """Result of one top, from the last run if nothing changed."""
     mark = fingerprint(top, seeds)
     kept = OUTPUT / f"{top.name}.json"
@@ -79,7 +82,7 @@ def run(top: Top, seeds: tuple[int, ...], console: Console) -> dict:
     begin = time.monotonic()
     console.print(f"  {top.name}: Yosys, nextpnr with seeds {', '.join(map(str, seeds))} ...")
     files = sources_of(top.module)
-    result = synthesise(top.module, files, seeds, top.parameters, top.name)
+    result = synthesise(top.module, files, seeds, top.parameters, top.name, jobs, top.memories)
     result["fingerprint"] = mark
     kept.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
     console.print(f"  {top.name}: {time.monotonic() - begin:.0f} s")
@@ -118,6 +121,7 @@ def main(argv: list[str] | None = None) -> int:
     names = [top.name for top in TOPS]
     parser.add_argument("--only", nargs="+", choices=names, default=names, metavar="TOP")
     parser.add_argument("--seeds", nargs="+", type=int, default=list(SEEDS))
+    parser.add_argument("--jobs", type=int, default=1, metavar="N", help="seeds at a time")
     options = parser.parse_args(argv)
     console = Console()
     OUTPUT.mkdir(parents=True, exist_ok=True)
@@ -127,7 +131,7 @@ def main(argv: list[str] | None = None) -> int:
         if top.name not in options.only:
             continue
         try:
-            tops[top.name] = figures(run(top, tuple(options.seeds), console))
+            tops[top.name] = figures(run(top, tuple(options.seeds), console, options.jobs))
         except SynthesisError as error:
             console.print(f"error: {error}", markup=False)
             return 1

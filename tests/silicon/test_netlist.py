@@ -4,14 +4,15 @@
 from __future__ import annotations
 
 import shutil
+from pathlib import Path
 
 import pytest
 
-from scripts.silicon import BLOCKS, TICKS, UNITS, netlist_run
+from scripts.silicon import BLOCKS, PROVED, TICKS, UNITS, netlist_run
 from tests.bench.faults import Fault, copy
 from tests.bench.needs import needs
 from tests.silicon import lockstep, ticks
-from tests.silicon.netlist import BUILD, make_netlist
+from tests.silicon.netlist import BUILD, make_netlist, prove_equivalent
 
 pytestmark = needs("yosys")
 IN_EVERY_RUN = "fp_i2f"
@@ -30,8 +31,18 @@ def test_netlist__of_a_module__gives_every_output_in_every_clock(top: str) -> No
     assert outcome.changes > 1000, "the inputs reach the outputs"
 
 
-def test_netlist__with_a_planted_fault__differs_within_few_clocks() -> None:
-    """The round bit from one place too low, in the RTL that the netlist is made from only."""
+@pytest.mark.parametrize(
+    "top",
+    [pytest.param(top, marks=() if top == IN_EVERY_RUN else pytest.mark.full) for top in PROVED],
+)
+def test_netlist__of_a_unit__is_proved_equal_by_induction(top: str) -> None:
+    proved, points = prove_equivalent(top)
+    assert points > 50 and proved == points
+
+
+@pytest.fixture(scope="module")
+def faulty() -> Path:
+    """RTL with the round bit of a conversion taken from one place too low."""
     fault = Fault(
         number=1,
         file="fpu/fp_i2f.sv",
@@ -42,9 +53,17 @@ def test_netlist__with_a_planted_fault__differs_within_few_clocks() -> None:
     )
     folder = BUILD / "planted"  # Yosys does not see the folders of pytest
     shutil.rmtree(folder, ignore_errors=True)
-    rtl = copy(folder / "rtl", [fault])
-    outcome = lockstep.run(IN_EVERY_RUN, clocks=50_000, netlist_folders=[rtl])
+    return copy(folder / "rtl", [fault])
+
+
+def test_netlist__with_a_planted_fault__differs_within_few_clocks(faulty: Path) -> None:
+    outcome = lockstep.run(IN_EVERY_RUN, clocks=50_000, netlist_folders=[faulty])
     assert outcome.first is not None
+
+
+def test_netlist__with_a_planted_fault__is_not_proved(faulty: Path) -> None:
+    proved, points = prove_equivalent(IN_EVERY_RUN, [faulty])
+    assert proved < points
 
 
 def test_netlist__of_a_unit__is_made_of_cells_alone() -> None:
