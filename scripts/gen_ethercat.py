@@ -33,6 +33,7 @@ def generate() -> dict[str, str]:
     return {
         f"{GEN}/objects.h": c_tables.header(device),
         f"{GEN}/objects.c": c_tables.source(device),
+        f"{GEN}/sii.c": c_tables.image(sii.image(device)),
         f"{GEN}/microtick.xml": esi.document(device),
         f"{GEN}/sii.hex": memory(sii.image(device)),
         "docs/ethercat_dictionary.md": page.page(device),

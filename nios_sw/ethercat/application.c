@@ -17,7 +17,7 @@
 #define COMMUNICATION 0x7500u
 
 static uint32_t cycles, since_outputs; /* of CYCLE_US */
-static uint8_t buffer[PROCESS_BYTES];
+static _Alignas(4) uint8_t buffer[PROCESS_BYTES];
 static struct {
   uint16_t index;
   uint8_t subindex;

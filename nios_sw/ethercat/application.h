@@ -9,6 +9,8 @@
 
 #include "gen/objects.h"
 
+extern struct objects objects;
+
 /* Of the machine, each cycle. Positions in increments since power on. */
 struct axis_feedback {
   int32_t position;

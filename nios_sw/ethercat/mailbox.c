@@ -12,7 +12,7 @@
 #define INVALID_SIZE 8
 
 struct message {
-  uint8_t bytes[MAILBOX_BYTES]; /* header: length 2, address 2, channel 1, type 4 bits, counter 3 bits */
+  _Alignas(4) uint8_t bytes[MAILBOX_BYTES]; /* header: length 2, address 2, channel 1, type 4 bits, counter 3 bits */
 };
 
 static struct message in, sent[2]; /* sent[newest] is in the mailbox, or the last that was read there */

@@ -6,10 +6,12 @@
 // the instruction memory only while run_i is low, which holds the core in reset. One write per cycle.
 // With Debug = 1 a debugger has the core through the port debug_*, registers of rtl/nios/debug_regmap.rdl;
 // with 0 the port is dead. debug_halted_o: a line for who must know that nobody controls the machine.
+// With External = 1 accesses outside of memories and I/O go to the port ext_*, where an agent answers; with 0 it is dead.
 module n2_system #(
     parameter int unsigned Platform = 2,
     parameter int unsigned Debug    = 0,
-    parameter int unsigned Trace    = 0
+    parameter int unsigned Trace    = 0,
+    parameter int unsigned External = 0
 ) (
     input  logic        clk_i,
     input  logic        rst_ni,
@@ -29,6 +31,14 @@ module n2_system #(
     output logic [7:0]  console_data_o,
     output logic        exit_valid_o,
     output logic [31:0] exit_status_o,
+    // agents beside the I/O (External = 1): Avalon-MM host, byte address
+    output logic [31:0] ext_address_o,
+    output logic        ext_read_o,
+    output logic        ext_write_o,
+    output logic [3:0]  ext_byteenable_o,
+    output logic [31:0] ext_writedata_o,
+    input  logic [31:0] ext_readdata_i,
+    input  logic        ext_waitrequest_i,
     // debugger (Debug = 1): Avalon-MM agent, address of words; its reset is rst_ni alone
     input  logic [4:0]  debug_address_i,
     input  logic        debug_read_i,
@@ -274,11 +284,17 @@ module n2_system #(
   );
 
   // ------------------------------------------------------------------ I/O
-  // Outside the I/O region reads give 0 and writes are lost, in one cycle: a stray access never hangs.
+  // Where no agent is, reads give 0 and writes are lost, in one cycle: a stray access never hangs.
   assign io_select       = avm_address[31:IoWidth+2] == IoBase[31:IoWidth+2];
-  assign avm_readdata    = io_select ? io_readdata : 32'd0;
-  assign avm_waitrequest = io_select && io_waitrequest;
+  assign avm_readdata    = io_select ? io_readdata : External != 0 ? ext_readdata_i : 32'd0;
+  assign avm_waitrequest = io_select ? io_waitrequest : External != 0 && ext_waitrequest_i;
   assign host_io         = host_address_i[31:IoWidth+2] == IoBase[31:IoWidth+2];
+
+  assign ext_address_o    = External != 0 ? avm_address : '0;
+  assign ext_read_o       = External != 0 && avm_read && !io_select;
+  assign ext_write_o      = External != 0 && avm_write && !io_select;
+  assign ext_byteenable_o = External != 0 ? avm_byteenable : '0;
+  assign ext_writedata_o  = External != 0 ? avm_writedata : '0;
 
   n2_io #(
       .Platform(Platform)
@@ -317,6 +333,7 @@ module n2_system #(
   assign host_rdata_o = host_itcm_q ? code_rdata : host_dtcm_q ? host_data_rdata : host_io_rdata;
 
   logic unused;
-  assign unused = &{combo_estatus, combo_ipending, avm_byteenable, avm_address[1:0], host_address_i[1:0]};
+  assign unused = &{combo_estatus, combo_ipending, avm_byteenable, avm_address[1:0], host_address_i[1:0],
+                    ext_readdata_i, ext_waitrequest_i};
 
 endmodule

@@ -6,6 +6,7 @@ from __future__ import annotations
 import re
 import struct
 
+from sim.coe import sii
 from sim.coe.dictionary import (
     AXIS_FIRST,
     AXIS_STEP,
@@ -54,6 +55,7 @@ def header(device: Device) -> str:
         f"#define MAP_ENTRIES {MAP_ENTRIES} /* of one PDO */",
         f"#define RX_MAP 0x{device.direction('rx')[0].index:04X}u",
         f"#define TX_MAP 0x{device.direction('tx')[0].index:04X}u",
+        f"#define SII_BYTES {sii.BYTES}",
         f"#define AXIS_FIRST 0x{AXIS_FIRST:04X}u",
         f"#define AXIS_STEP 0x{AXIS_STEP:X}u",
         "",
@@ -129,7 +131,7 @@ def source(device: Device) -> str:
         "/* Tables of the object dictionary, by rising index. */",
         "#include <stddef.h>",
         "",
-        '#include "dictionary.h"',
+        '#include "../dictionary.h"',
         "",
         *(
             f"static const int8_t {name}[] = {{{len(row)}, {', '.join(map(str, row))}}};"
@@ -193,3 +195,23 @@ def word(entry: Entry, value: float) -> int:
     if kind == "f":
         return struct.unpack("<I", struct.pack("<f", value))[0]
     return int(value) & 0xFFFFFFFF
+
+
+def image(data: bytes) -> str:
+    """gen/sii.c: the SII image without the padding behind it."""
+    used = data.rstrip(b"\xff") + b"\xff\xff"
+    rows = [", ".join(f"0x{b:02X}" for b in used[at : at + 16]) for at in range(0, len(used), 16)]
+    return "\n".join(
+        [
+            "/* SPDX-License-Identifier: Apache-2.0 */",
+            f"/* {ORIGIN} */",
+            "/* The SII image; what is behind it is 0xFF. */",
+            '#include "../esc_nios.h"',
+            "",
+            f"const uint16_t sii_bytes = {len(used)};",
+            "const uint8_t sii_image[] = {",
+            *(f"    {row}," for row in rows),
+            "};",
+            "",
+        ]
+    )

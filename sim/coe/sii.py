@@ -70,6 +70,7 @@ def image(device: Device) -> bytes:
     )
     area += bytes(2 * 0x3E - len(area)) + struct.pack("<2H", BYTES * 8 // 1024 - 1, 1)
     strings = Strings()
+    strings.number(head["name"])  # masters take the first string for the name
     rest = b"".join(
         [
             category(GENERAL, general(device, strings)),

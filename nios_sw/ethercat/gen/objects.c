@@ -3,7 +3,7 @@
 /* Tables of the object dictionary, by rising index. */
 #include <stddef.h>
 
-#include "dictionary.h"
+#include "../dictionary.h"
 
 static const int8_t values0[] = {1, 1};
 static const int8_t values1[] = {3, 0, 1, 2};

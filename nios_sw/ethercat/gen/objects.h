@@ -20,6 +20,7 @@
 #define MAP_ENTRIES 10 /* of one PDO */
 #define RX_MAP 0x1600u
 #define TX_MAP 0x1A00u
+#define SII_BYTES 2048
 #define AXIS_FIRST 0x6000u
 #define AXIS_STEP 0x800u
 

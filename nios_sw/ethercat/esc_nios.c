@@ -1,0 +1,65 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The slave controller at ESC_BASE of the Nios II system: its Avalon-MM port, whose byte enables follow the
+ * width of an access. The widest accesses that alignment allows, from the lowest byte up. */
+#include <string.h>
+
+#include "esc.h"
+#include "esc_nios.h"
+
+static volatile uint8_t *at(uint16_t address) { return (volatile uint8_t *)(ESC_BASE + address); }
+
+void esc_read(uint16_t address, void *to, uint16_t bytes) {
+  uint8_t *out = to;
+  while (bytes) {
+    if (!(address & 3u) && bytes >= 4) {
+      uint32_t word = (uint32_t)__builtin_ldwio(at(address));
+      if ((uintptr_t)out & 3u) {
+        memcpy(out, &word, 4);
+      } else {
+        *(uint32_t *)(void *)out = word;
+      }
+      address += 4, out += 4, bytes -= 4;
+    } else if (!(address & 1u) && bytes >= 2) {
+      uint16_t half = (uint16_t)__builtin_ldhuio(at(address));
+      memcpy(out, &half, 2);
+      address += 2, out += 2, bytes -= 2;
+    } else {
+      *out++ = (uint8_t)__builtin_ldbuio(at(address++));
+      --bytes;
+    }
+  }
+}
+
+void esc_write(uint16_t address, const void *from, uint16_t bytes) {
+  const uint8_t *in = from;
+  while (bytes) {
+    if (!(address & 3u) && bytes >= 4) {
+      uint32_t word;
+      if ((uintptr_t)in & 3u) {
+        memcpy(&word, in, 4);
+      } else {
+        word = *(const uint32_t *)(const void *)in;
+      }
+      __builtin_stwio(at(address), (int)word);
+      address += 4, in += 4, bytes -= 4;
+    } else if (!(address & 1u) && bytes >= 2) {
+      uint16_t half;
+      memcpy(&half, in, 2);
+      __builtin_sthio(at(address), half);
+      address += 2, in += 2, bytes -= 2;
+    } else {
+      __builtin_stbio(at(address++), *in++);
+      --bytes;
+    }
+  }
+}
+
+void esc_load_image(void) {
+  volatile uint32_t *image = (volatile uint32_t *)(ESC_BASE + SII_IMAGE);
+  for (uint16_t i = 0; i < SII_BYTES; i += 4) {
+    uint32_t word = 0xFFFFFFFFu;
+    if (i < sii_bytes) memcpy(&word, sii_image + i, sii_bytes - i < 4 ? (size_t)(sii_bytes - i) : 4u);
+    __builtin_stwio(image++, (int)word);
+  }
+  esc_write16(ESC_SII_CONTROL, SII_RELOAD);
+}

@@ -1,0 +1,56 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The device on the bus on a Nios II system: states, mailbox and drives of nios_sw/ethercat behind the slave
+ * controller. A control tick (the timer of the machine, each 100 us) has the words of ethercat_tick.h. */
+#include "ethercat/application.h"
+#include "ethercat/esc_nios.h"
+#include "ethercat/ethercat_tick.h"
+#include "io.h"
+
+static struct feedback feedback;
+static struct command command;
+
+static void take(const volatile struct ethercat_input *in) {
+  for (int n = 0; n < AXES; ++n) {
+    feedback.axis[n].position = in->position[n];
+    feedback.axis[n].torque = (int16_t)in->torque_fault[n];
+    feedback.axis[n].fault = (uint16_t)((uint32_t)in->torque_fault[n] >> 16);
+    feedback.pose[n] = in->pose[n];
+  }
+  feedback.digital_inputs = (uint8_t)in->digital_inputs;
+}
+
+static void give(volatile struct ethercat_output *out) {
+  for (int n = 0; n < AXES; ++n) {
+    const struct axis_command *axis = &command.axis[n];
+    out->position[n] = axis->position;
+    out->fraction[n] = axis->fraction;
+    out->velocity[n] = axis->velocity;
+    out->acceleration[n] = axis->acceleration;
+    out->torque_flags[n] = (uint16_t)axis->torque | (axis->power ? TICK_POWER : 0u) |
+                           (axis->torque_only ? TICK_TORQUE_ONLY : 0u);
+  }
+  out->digital_outputs = command.digital_outputs;
+  out->setting_number = command.setting_number;
+  out->setting_place = (uint32_t)command.setting_index << 8 | command.setting_subindex;
+  out->setting_value = command.setting_value;
+}
+
+int main(void) {
+  const volatile struct ethercat_input *in = (const volatile struct ethercat_input *)INPUT_BASE;
+  volatile struct ethercat_output *out = (volatile struct ethercat_output *)OUTPUT_BASE;
+  application_start();
+  esc_load_image();
+  for (;;) {
+    if (io_read(REG_TICK_STATUS) & TICK_STATUS_PENDING) {
+      take(in);
+      application_cycle(&feedback, &command);
+      give(out);
+      io_write(REG_TICK_DONE, 0);
+      objects.pass_cycles = io_read(REG_TICK_CYCLES);
+      objects.pass_longest = io_read(REG_TICK_WORST);
+      objects.output_sync.copy = objects.input_sync.copy = objects.pass_longest * (1000u / CLOCK_MHZ);
+    } else {
+      application_background();
+    }
+  }
+}

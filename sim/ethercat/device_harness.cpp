@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: Apache-2.0
+// The device on the bus (ethercat_nios) with a C interface: program, control ticks and an ideal machine, frames in and
+// out at port 0, and a service that joins that port to the file descriptor of a TAP device.
+//
+// The machine: each axis with power is where its set-point of the tick before was; digital inputs are the
+// inverted digital outputs. Words of a tick: nios_sw/ethercat/ethercat_tick.h.
+#include <unistd.h>
+
+#include <atomic>
+#include <cstdio>
+#include <string>
+
+#include "Vethercat_nios.h"
+#include "ring.h"
+
+#define EXPORT extern "C" __attribute__((visibility("default")))
+
+using Line = Ring<Vethercat_nios>;
+
+namespace {
+
+constexpr unsigned AXES = 5;
+constexpr unsigned INPUTS = 3 * AXES + 1, OUTPUTS = 5 * AXES + 4;
+constexpr unsigned POSITION = 0, TORQUE_FLAGS = 4 * AXES, DIGITAL_OUTPUTS = 5 * AXES;
+constexpr uint32_t POWER = 0x10000, TORQUE_ONLY = 0x20000;
+
+uint32_t check_sequence(const uint8_t* bytes, size_t n) {
+  uint32_t state = ~0u;
+  for (size_t i = 0; i < n; ++i) {
+    state ^= bytes[i];
+    for (int k = 0; k < 8; ++k) state = state >> 1 ^ (state & 1 ? 0xEDB88320u : 0);
+  }
+  return ~state;
+}
+
+struct Device {
+  Line line{{0.0}, 25000, false};
+  uint32_t input_base = 0, output_base = 0, tick_clocks = 0;
+  uint32_t inputs[INPUTS] = {}, outputs[OUTPUTS] = {};
+  uint32_t since = 0, at = 0;
+  enum { IDLE, WRITING, WAITING, READING } state = IDLE;
+  uint32_t last_cycles = 0, longest = 0;
+  uint64_t ticks = 0, sum = 0;
+  bool overrun = false;
+  std::string console;
+  std::atomic<bool> stop{false};
+  uint64_t sent = 0, returned = 0;
+
+  Device() {
+    auto* top = line.slaves[0]->top.get();
+    top->run_i = 0;
+    top->host_write_i = top->tick_i = 0;
+    top->host_address_i = top->host_wdata_i = 0;
+    line.slaves[0]->application = [this](Line::Slave& slave) { before_edge(slave.top.get()); };
+  }
+
+  // One access of the host a clock: the inputs before a tick, the outputs behind it.
+  void before_edge(Vethercat_nios* top) {
+    if (top->console_valid_o) console.push_back(char(top->console_data_o));
+    top->host_write_i = top->tick_i = 0;
+    if (!tick_clocks) return;
+    if (++since >= tick_clocks && state == IDLE) {
+      since = 0;
+      at = 0;
+      state = WRITING;
+    }
+    if (state == WRITING) {
+      if (at < INPUTS) {
+        top->host_address_i = input_base + 4 * at;
+        top->host_wdata_i = inputs[at++];
+        top->host_write_i = 1;
+      } else {
+        top->tick_i = 1;
+        at = 0;
+        state = WAITING;
+      }
+    } else if (state == WAITING) {
+      if (at++ > 3 && !top->pending_o) {
+        last_cycles = top->tick_cycles_o;
+        if (last_cycles > longest) longest = last_cycles;
+        sum += last_cycles;
+        ++ticks;
+        overrun |= top->overrun_o;
+        at = 0;
+        state = READING;
+        top->host_address_i = output_base;
+      }
+    } else if (state == READING) {
+      // Data of an address come with the next clock.
+      if (at > 0) outputs[at - 1] = top->host_rdata_o;
+      if (at == OUTPUTS) {
+        move();
+        state = IDLE;
+      } else {
+        top->host_address_i = output_base + 4 * at;
+      }
+      ++at;
+    }
+  }
+
+  void move() {
+    for (unsigned n = 0; n < AXES; ++n) {
+      const uint32_t flags = outputs[TORQUE_FLAGS + n];
+      if ((flags & POWER) && !(flags & TORQUE_ONLY)) inputs[n] = outputs[POSITION + n];
+      inputs[AXES + n] = (inputs[AXES + n] & 0xFFFF0000u) | (flags & 0xFFFFu);
+    }
+    inputs[3 * AXES] = ~outputs[DIGITAL_OUTPUTS] & 0xFFu;
+  }
+};
+
+}  // namespace
+
+EXPORT Device* device_new() { return new Device; }
+EXPORT void device_delete(Device* device) { delete device; }
+EXPORT void device_run(Device* device, uint64_t ns) { device->line.run(ns * 1000); }
+EXPORT uint64_t device_now(Device* device) { return device->line.now; }
+
+// Words into a memory of the core while it is held in reset.
+EXPORT void device_load(Device* device, uint32_t address, const uint32_t* words, uint32_t count) {
+  auto& slave = *device->line.slaves[0];
+  for (uint32_t i = 0; i < count; ++i) {
+    slave.top->host_address_i = address + 4 * i;
+    slave.top->host_wdata_i = words[i];
+    slave.top->host_write_i = 1;
+    slave.clock();
+  }
+  slave.top->host_write_i = 0;
+}
+
+// The core runs; a tick every `clocks`, its words at these addresses.
+EXPORT void device_start(Device* device, uint32_t input_base, uint32_t output_base, uint32_t clocks) {
+  device->line.slaves[0]->top->run_i = 1;
+  device->input_base = input_base;
+  device->output_base = output_base;
+  device->tick_clocks = clocks;
+}
+
+// 0 ticks, 1 cycles of the last, 2 of the longest, 3 of all, 4 overrun, 5 frames sent, 6 returned.
+EXPORT uint64_t device_count(Device* device, int which) {
+  const uint64_t counts[] = {device->ticks,   device->last_cycles, device->longest, device->sum,
+                             device->overrun, device->sent,        device->returned};
+  return counts[which];
+}
+
+EXPORT void device_restart_counts(Device* device) { device->longest = device->ticks = device->sum = 0; }
+EXPORT uint32_t device_output(Device* device, unsigned word) { return device->outputs[word]; }
+EXPORT void device_input(Device* device, unsigned word, uint32_t value) { device->inputs[word] = value; }
+EXPORT const char* device_console(Device* device) { return device->console.c_str(); }
+EXPORT void device_stop(Device* device) { device->stop = true; }
+
+// Joins port 0 to `fd`, a TAP device that does not block, until device_stop; time goes on without frames too.
+EXPORT void device_serve(Device* device, int fd) {
+  uint8_t bytes[2048];
+  auto& line = device->line;
+  while (!device->stop) {
+    ssize_t n;
+    while ((n = read(fd, bytes, 1600)) > 0) {
+      while (n < 60) bytes[n++] = 0;
+      const uint32_t check = check_sequence(bytes, n);
+      std::memcpy(bytes + n, &check, 4);
+      std::vector<uint8_t> nibbles;
+      for (ssize_t i = 0; i < n + 4; ++i) {
+        nibbles.push_back(bytes[i] & 0xF);
+        nibbles.push_back(bytes[i] >> 4);
+      }
+      line.send[0].send(nibbles, -1, GAP_NIBBLES);
+      ++device->sent;
+    }
+    line.run(1000000);
+    auto& frames = line.received[0].frames;
+    for (; !frames.empty(); frames.pop_front()) {
+      const auto& nibbles = frames.front().nibbles;
+      std::vector<uint8_t> back;
+      for (size_t i = 0; i + 1 < nibbles.size(); i += 2) back.push_back(nibbles[i] | nibbles[i + 1] << 4);
+      if (back.size() >= 64 && write(fd, back.data(), back.size() - 4) > 0) ++device->returned;
+    }
+  }
+}
