@@ -86,7 +86,7 @@ TOPS = (
         ("rtl/nios/n2_core.f",),
         ("", "Trace=1 Debug=1 HardwareMultiply=0 HardwareDivide=0 DivisionError=0"),
     ),
-    Top("n2_system", (N2_SYSTEM,), ("Platform=1", "Platform=2 Trace=1 Debug=1")),
+    Top("n2_system", (N2_SYSTEM,), ("Platform=1", "Platform=2 Trace=1 Debug=1 External=1")),
     Top("dual_asip", (ASIP, "rtl/dual/dual.f")),
     Top("debug_asip", (ASIP, "rtl/debug/debug.f"), ("", "FmaPipes=1 Slots=1 Uart=0")),
     Top(
@@ -95,6 +95,7 @@ TOPS = (
         ("", "Axes=1", "Axes=8 FastRate=16"),
     ),
     Top("ethercat_slave", ("rtl/ethercat/ethercat.f",)),
+    Top("ethercat_nios", needed("ethercat_nios")),
     Top("drive_chain", (ASIP, "rtl/dual/dual.f", DRIVE, "rtl/drive/drive_chain.sv")),
     Top("biss_master", ("rtl/drive/biss_master.sv",), ("", "Width=32 ClocksPerBit=6")),
 )

@@ -12,6 +12,7 @@
 #include "profile.h"
 
 #define CYCLE_S (CYCLE_US * 1e-6f)
+#define CYCLES_PER_S (1e6f / CYCLE_US)
 #define CYCLES_PER_MS (1000u / CYCLE_US)
 #define FOLLOWING_ERROR 0x8611u
 #define NOT_WATCHED 0xFFFFFFFFu
@@ -131,7 +132,7 @@ static void run_mode(struct axis *axis, int n, const struct axis_feedback *feedb
                      struct axis_command *command) {
   struct axis_objects *o = &objects.axis[n];
   uint16_t rising = o->controlword & (uint16_t)~axis->control_was;
-  float rate = 1024.0f / (CYCLE_S * (float)axis->interpolator.span);
+  float rate = axis->interpolator.per_span * (1024.0f * CYCLES_PER_S);
   int32_t torque;
   switch (axis->mode) {
     case MODE_CSP:
@@ -173,7 +174,7 @@ static void run_mode(struct axis *axis, int n, const struct axis_feedback *feedb
 static void measure(struct axis *axis, struct axis_objects *o, const struct axis_feedback *feedback) {
   if (!axis->seen) axis->last_actual = feedback->position;
   axis->seen = true;
-  float speed = (float)(int32_t)((uint32_t)feedback->position - (uint32_t)axis->last_actual) / CYCLE_S;
+  float speed = (float)(int32_t)((uint32_t)feedback->position - (uint32_t)axis->last_actual) * CYCLES_PER_S;
   axis->last_actual = feedback->position;
   axis->velocity += (speed - axis->velocity) * VELOCITY_FILTER;
   o->position_actual = (int32_t)((uint32_t)feedback->position + (uint32_t)axis->home);

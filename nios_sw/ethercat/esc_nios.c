@@ -10,14 +10,15 @@ static volatile uint8_t *at(uint16_t address) { return (volatile uint8_t *)(ESC_
 
 void esc_read(uint16_t address, void *to, uint16_t bytes) {
   uint8_t *out = to;
+  if (!((address | (uintptr_t)to) & 3u)) { /* the process data */
+    for (; bytes >= 4; address += 4, out += 4, bytes -= 4) {
+      *(uint32_t *)(void *)out = (uint32_t)__builtin_ldwio(at(address));
+    }
+  }
   while (bytes) {
     if (!(address & 3u) && bytes >= 4) {
       uint32_t word = (uint32_t)__builtin_ldwio(at(address));
-      if ((uintptr_t)out & 3u) {
-        memcpy(out, &word, 4);
-      } else {
-        *(uint32_t *)(void *)out = word;
-      }
+      memcpy(out, &word, 4);
       address += 4, out += 4, bytes -= 4;
     } else if (!(address & 1u) && bytes >= 2) {
       uint16_t half = (uint16_t)__builtin_ldhuio(at(address));
@@ -32,14 +33,15 @@ void esc_read(uint16_t address, void *to, uint16_t bytes) {
 
 void esc_write(uint16_t address, const void *from, uint16_t bytes) {
   const uint8_t *in = from;
+  if (!((address | (uintptr_t)from) & 3u)) {
+    for (; bytes >= 4; address += 4, in += 4, bytes -= 4) {
+      __builtin_stwio(at(address), (int)*(const uint32_t *)(const void *)in);
+    }
+  }
   while (bytes) {
     if (!(address & 3u) && bytes >= 4) {
       uint32_t word;
-      if ((uintptr_t)in & 3u) {
-        memcpy(&word, in, 4);
-      } else {
-        word = *(const uint32_t *)(const void *)in;
-      }
+      memcpy(&word, in, 4);
       __builtin_stwio(at(address), (int)word);
       address += 4, in += 4, bytes -= 4;
     } else if (!(address & 1u) && bytes >= 2) {

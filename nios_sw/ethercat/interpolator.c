@@ -14,6 +14,7 @@ void interpolator_start(struct interpolator *ip, int32_t value, int32_t slope, u
   ip->p[2] = plus(ip->p[1], slope);
   ip->p[3] = plus(ip->p[2], slope);
   ip->span = cycles * CYCLE;
+  ip->per_span = 1.0f / (float)ip->span;
   ip->step = CYCLE;
   ip->phase = ip->span / 2u;
   ip->has_next = false;
@@ -61,12 +62,12 @@ void interpolator_step(struct interpolator *ip, struct interpolated *out) {
   slope = (d0 + d1) * 0.5f;
   bend = d1 - d0;
   jump = (d2 - d1) - bend;
-  s = (float)ip->phase / (float)ip->span;
+  s = (float)(int32_t)ip->phase * ip->per_span;
   offset = s * (slope + s * (bend * 0.5f + s * jump * (-1.5f + s * (2.5f - s))));
   whole = (int32_t)offset;
   out->whole = plus(ip->p[1], whole);
   out->part = offset - (float)whole;
-  rate = (float)ip->step * (1.0f / CYCLE);
+  rate = (float)(int32_t)ip->step * (1.0f / CYCLE);
   if (!ip->running) rate = 0.0f;
   out->slope = rate * (slope + s * (bend + s * jump * (-4.5f + s * (10.0f - 5.0f * s))));
   out->bend = rate * rate * (bend + s * jump * (-9.0f + s * (30.0f - 20.0f * s)));

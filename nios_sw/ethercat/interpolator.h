@@ -17,6 +17,7 @@
 struct interpolator {
   int32_t p[4], next;
   uint32_t phase, span, step; /* span is one period, in 1/1024 of a control cycle */
+  float per_span;
   bool has_next, running;
   uint16_t missed; /* periods without a target */
 };

@@ -109,20 +109,36 @@ uint16_t pdo_prepare(int side) {
   return (uint16_t)bytes;
 }
 
-void pdo_outputs(const uint8_t *from) {
-  for (uint16_t i = 0; i < copy_count[PDO_RX]; ++i) {
-    const struct copy *copy = &copies[PDO_RX][i];
-    if (copy->data) {
-      for (uint8_t k = 0; k < copy->bytes; ++k) copy->data[k] = from[k];
+/* Objects are aligned to their size, the image of the process data need not be. */
+static void move(uint8_t *to, const uint8_t *from, uint8_t bytes) {
+  uintptr_t odd = (uintptr_t)to | (uintptr_t)from;
+  if (bytes == 4 && !(odd & 3u)) {
+    *(uint32_t *)(void *)to = *(const uint32_t *)(const void *)from;
+  } else if (!(bytes & 1u) && !(odd & 1u)) {
+    for (uint8_t k = 0; k < bytes; k = (uint8_t)(k + 2)) {
+      *(uint16_t *)(void *)(to + k) = *(const uint16_t *)(const void *)(from + k);
     }
+  } else {
+    for (uint8_t k = 0; k < bytes; ++k) to[k] = from[k];
+  }
+}
+
+void pdo_outputs(const uint8_t *from) {
+  const struct copy *end = copies[PDO_RX] + copy_count[PDO_RX];
+  for (const struct copy *copy = copies[PDO_RX]; copy < end; ++copy) {
+    if (copy->data) move(copy->data, from, copy->bytes);
     from += copy->bytes;
   }
 }
 
 void pdo_inputs(uint8_t *to) {
-  for (uint16_t i = 0; i < copy_count[PDO_TX]; ++i) {
-    const struct copy *copy = &copies[PDO_TX][i];
-    for (uint8_t k = 0; k < copy->bytes; ++k) to[k] = copy->data ? copy->data[k] : 0;
+  const struct copy *end = copies[PDO_TX] + copy_count[PDO_TX];
+  for (const struct copy *copy = copies[PDO_TX]; copy < end; ++copy) {
+    if (copy->data) {
+      move(to, copy->data, copy->bytes);
+    } else {
+      for (uint8_t k = 0; k < copy->bytes; ++k) to[k] = 0;
+    }
     to += copy->bytes;
   }
 }
