@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from sim.debug.row import Row, at_least, exactly
 from tests.debug import campaigns
-from tests.debug.test_scope import uart_stream
+from tests.debug.test_scope import FAST_LINE, uart_stream
 
 SEED = 1
 DEPTH = 10_000
@@ -43,6 +43,6 @@ def scope(full: bool) -> Iterator[Row]:
     pairs = list(campaigns.recorded(3000 if full else 60, SEED))
     bad = sum(got != want for got, want in pairs)
     yield exactly("recorded words that differ from the model's", bad, 0, "", f"of {len(pairs)}")
-    rows, got, lost = uart_stream(3000 if full else 120)
+    rows, got, lost = uart_stream(3000, 10_000, 33) if full else uart_stream(120, *FAST_LINE)
     note = f"of {len(rows)}, 8 channels at 10 kHz over 3 Mbit/s"
     yield exactly("records lost on the line", lost + (got != rows), 0, "", note)

@@ -267,9 +267,11 @@ def uart_stream(
     return [row[:channels] for row in rows], got, lost
 
 
-@pytest.mark.parametrize("ticks", [120, pytest.param(3000, marks=pytest.mark.full)])
-def test_uart__eight_channels_at_10_khz_over_3_mbit__come_without_loss(ticks: int) -> None:
-    rows, got, lost = uart_stream(ticks)
+@pytest.mark.parametrize(
+    ("ticks", "line"), [(120, FAST_LINE), pytest.param(3000, (10_000, 33), marks=pytest.mark.full)]
+)
+def test_uart__eight_channels_at_10_khz_over_3_mbit__come_without_loss(ticks, line) -> None:
+    rows, got, lost = uart_stream(ticks, *line)
     assert lost == 0 and got == rows
     assert model().read(REGISTER["UART_ERRORS"]) == 0
 
@@ -294,7 +296,7 @@ def test_uart__eight_channels_of_noise_at_10_khz__every_record_comes_or_is_count
 
 
 def test_uart__more_than_the_line_carries__loses_oldest_records_and_counts_them() -> None:
-    rows, got, lost = uart_stream(700, 250, 8)
+    rows, got, lost = uart_stream(700, 250, 4, noise)
     assert lost > 50 and len(got) + lost == 700
     assert FIELDS["UART_ERRORS"]["lost"].of(model().read(REGISTER["UART_ERRORS"])) == lost
     places = {row: n for n, row in enumerate(rows[:1000])}

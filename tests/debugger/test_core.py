@@ -69,7 +69,7 @@ def core(request, model) -> Iterator[BlockTarget]:
             address = stack.enter_context(over_tcp(model))
             target = BlockTarget(lambda: connect(address), "core")
         elif request.param == "serial":
-            target = BlockTarget(lambda: Client(model.serial_link()), "core")
+            target = BlockTarget(lambda: Client(model.serial_link(4)), "core")
         else:
             target = BlockTarget(lambda: connect(model), "core")
         stack.callback(target.close)
@@ -160,14 +160,15 @@ def test_reconnect_loads_again(core):
     assert "end of tick 0" in ours.tell("run")
 
 
+@pytest.mark.parametrize("length", [50, pytest.param(300, marks=pytest.mark.full)])
 @pytest.mark.parametrize("path", [LEG, LOOP], ids=["leg", "loop"])
-def test_random_sessions_show_what_the_model_shows(core, path):
+def test_random_sessions_show_what_the_model_shows(core, path, length):
     rng = random.Random(SEED)
     ours, other = both(path, core)
     bundles = ours.session.program.bundles
     names = ours.session.program.map.names()
     names = [name for name in names if not name.startswith(("F", "sum"))]
-    for _ in range(150):
+    for _ in range(length):
         line = rng.choice(
             [
                 "stepi",

@@ -7,10 +7,14 @@ import json
 import re
 import shlex
 
+import jsonschema
+import pytest
+
+from asip_asm.isa import default_isa
 from scripts.doc_blocks import code_blocks
 from sim.debugger.command_table import CommandError, find_command
 from sim.debugger.commands import Commands
-from sim.debugger.dap_launch import NAMES, launch_options
+from sim.debugger.dap_launch import NAMES, OF_CLIENTS, launch_options
 from sim.debugger.options import open_session, parse_arguments
 from sim.harness.build import ROOT
 
@@ -73,3 +77,23 @@ def test_launch_file_and_its_arguments():
     table = TEXT[TEXT.index("| argument | what |") :].split("\n\n")[0]
     first_cells = " ".join(row.split("|")[1] for row in table.splitlines())
     assert set(re.findall(r"`(\w+)`", first_cells)) == NAMES
+
+
+def test_editor_checks_the_launch_file_as_the_server_does():
+    (configuration,) = json.loads(FILES["launch.json"])["configurations"]
+    (debugger,) = json.loads(FILES["package.json"])["contributes"]["debuggers"]
+    schemas = debugger["configurationAttributes"]
+    launch, attach = (schemas[name] | {"additionalProperties": False} for name in schemas)
+    assert set(launch["properties"]) == NAMES
+    assert tuple(launch["properties"]["configuration"]["enum"]) == tuple(
+        default_isa().configurations
+    )
+    own = {name: configuration[name] for name in configuration if name not in OF_CLIENTS}
+    jsonschema.Draft7Validator.check_schema(launch)
+    jsonschema.validate(own, launch)
+    for wrong in (own | {"iss": "yes"}, own | {"programme": "x"}, {"iss": True}):
+        with pytest.raises(jsonschema.ValidationError):
+            jsonschema.validate(wrong, launch)
+    jsonschema.validate({"program": "leg.s", "connect": "tcp://localhost:2331"}, attach)
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate({"program": "leg.s"}, attach)
