@@ -33,6 +33,9 @@ CURES = {
     "ADDRESS": "keep indices inside their tables, with fmin and fmax before f2i",
     "WATCHDOG": "look for a loop without end, or raise .watchdog",
     "NOT_FINITE": "keep operands in their range with fsat, fmin, fmax, and inputs finite",
+    "MEMORY": "load the program again: a bit of a memory of the core has changed",
+    "CONTROL": "load the program again: a bit of a register of the core has changed",
+    "DISAGREE": "load the program again; if it comes back, the core is damaged",
     "OUTPUT_MISSING": "write every output on every path through the program",
 }
 INT32 = (-(1 << 31), (1 << 31) - 1)

@@ -81,7 +81,10 @@ REGMAP = RegisterMap(
                 "fma_pipes": BitField(name="fma_pipes", high=7, low=4, doc=""),
                 "bank_size": BitField(name="bank_size", high=15, low=8, doc=""),
                 "program_log2": BitField(name="program_log2", high=23, low=16, doc=""),
-                "data_log2": BitField(name="data_log2", high=31, low=24, doc=""),
+                "data_log2": BitField(name="data_log2", high=30, low=24, doc=""),
+                "resilience": BitField(
+                    name="resilience", high=31, low=31, doc="the core runs every tick twice"
+                ),
             },
             doc="build parameters",
             count=1,
@@ -109,6 +112,12 @@ REGMAP = RegisterMap(
                 "busy": BitField(name="busy", high=0, low=0, doc=""),
                 "done": BitField(name="done", high=1, low=1, doc=""),
                 "fault": BitField(name="fault", high=2, low=2, doc=""),
+                "repaired": BitField(
+                    name="repaired",
+                    high=3,
+                    low=3,
+                    doc="the last tick took a third run: an upset was repaired",
+                ),
                 "cause": BitField(name="cause", high=7, low=4, doc="0 without a fault"),
                 "flags": BitField(
                     name="flags",
@@ -233,6 +242,19 @@ REGMAP = RegisterMap(
         "NOT_FINITE": Fault(name="NOT_FINITE", code=4, doc="NaN or infinity written to an output"),
         "OUTPUT_MISSING": Fault(
             name="OUTPUT_MISSING", code=5, doc="halt without every output of OUTPUT_MASK written"
+        ),
+        "MEMORY": Fault(
+            name="MEMORY",
+            code=6,
+            doc="a word of program memory, bank K or the outputs lost its parity",
+        ),
+        "CONTROL": Fault(
+            name="CONTROL",
+            code=7,
+            doc="a register of the core's control lost its code, or a run its end",
+        ),
+        "DISAGREE": Fault(
+            name="DISAGREE", code=8, doc="no two of three runs of a tick were the same"
         ),
     },
     enumerations={},

@@ -40,5 +40,7 @@ rtl/asip/asip_aux.sv
 rtl/asip/asip_units.sv
 rtl/asip/asip_outputs.sv
 rtl/asip/asip_control.sv
+rtl/asip/asip_redundancy.sv
+rtl/asip/asip_run.sv
 rtl/asip/asip_host.sv
 rtl/asip/asip.sv

@@ -9,7 +9,8 @@ module asip #(
     parameter int unsigned Slots     = 3,
     parameter int unsigned Bundles   = asip_isa_pkg::PROGRAM_BUNDLES,
     parameter int unsigned DataWords = asip_isa_pkg::DATA_WORDS,
-    parameter int unsigned Debug     = 0   // 1: the hooks of a debug block (rtl/debug) are there
+    parameter int unsigned Debug     = 0,  // 1: the hooks of a debug block (rtl/debug) are there
+    parameter int unsigned Resilience = 0  // 1: survives a flipped bit (docs/upsets.md); `fast` only
 ) (
     input  logic                                      clk_i,
     input  logic                                      rst_ni,
@@ -64,7 +65,6 @@ module asip #(
   logic [2:0]               soon, next, write;
   logic [2:0][5:0]          soon_index, next_index, write_index;
   logic [2:0][31:0]         result;
-  logic [31:0]              host_word;
   logic                     write_output, not_finite;
   logic [4:0]               not_finite_index;
   fp_pkg::flags_t           flags;
@@ -72,6 +72,10 @@ module asip #(
   logic                     run_start, commit, fault, busy, done, start, clear, refetch, host_refetch;
   logic [3:0]               cause;
   logic [15:0]              fault_info, entry;
+  // ---- redundancy
+  asip_pkg::guard_t         guard;
+  logic                     rst_run_n, bad_word_p, bad_constant_e1, output_read, bad_output;
+  logic                     broken_host, broken_outputs, repaired;
   // ---- debug block
   asip_pkg::hook_in_t       hook;
   logic                     ended, quiet;
@@ -81,7 +85,7 @@ module asip #(
   logic [31:0]              count;
   logic                     host_constant, host_safe, host_register, host_data, host_program;
   logic                     host_select, host_hold, host_bank_k;
-  logic [31:0]              host_output, host_memory;
+  logic [31:0]              host_output, host_memory, host_word;
 
   // ================================================================ F and D
   for (genvar s = 0; s < Slots; s++) begin : gen_decode
@@ -112,13 +116,15 @@ module asip #(
   asip_fetch #(
       .Bundles     (Bundles),
       .BundleWidth (BundleWidth),
-      .DecodedWidth(DecodedWidth)
+      .DecodedWidth(DecodedWidth),
+      .Resilience  (Resilience)
   ) u_fetch (
       .clk_i,
       .rst_ni,
-      .redirect_i    (flush),
-      .redirect_pc_i (refetch ? (hook.open ? hook.pc : entry) : target_q),
-      .advance_i     (advance),
+      .redirect_i    (flush || guard.sweep_first),
+      .redirect_pc_i (guard.sweep ? 16'd0 :
+                      refetch ? (hook.open ? hook.pc : entry) : target_q),
+      .advance_i     (guard.sweep ? guard.sweep_step : advance),
       .bundle_f2_o   (bundle_f2),
       .decoded_f2_i  (decoded_f2),
       .decoded_p_o   (decoded_p),
@@ -133,6 +139,7 @@ module asip #(
       .pc_p_o        (pc_p),
       .pc_q_o        (pc_q),
       .decoded_d_o   (decoded_d),
+      .bad_word_p_o  (bad_word_p),
       .write_i       (host_program),
       .write_bundle_i(address_i[LaneBits+:$clog2(Bundles)]),
       .write_lane_i  (address_i[LaneBits-1:0]),
@@ -154,7 +161,7 @@ module asip #(
       .Slots   (Slots)
   ) u_issue (
       .clk_i,
-      .rst_ni,
+      .rst_ni         (rst_run_n),
       .flush_i        (flush),
       .ops_p_i        (ops_p),
       .valid_q_i      (valid_q),
@@ -183,8 +190,8 @@ module asip #(
   );
 
   // ================================================================ R1, R2 and E1
-  always_ff @(posedge clk_i or negedge rst_ni) begin
-    if (!rst_ni) begin
+  always_ff @(posedge clk_i or negedge rst_run_n) begin
+    if (!rst_run_n) begin
       valid_r1_q <= 1'b0;
       valid_r2_q <= 1'b0;
       valid_e1_q <= 1'b0;
@@ -206,8 +213,9 @@ module asip #(
   end
 
   asip_operands #(
-      .FmaPipes(FmaPipes),
-      .Ports   (Ports)
+      .FmaPipes  (FmaPipes),
+      .Ports     (Ports),
+      .Resilience(Resilience)
   ) u_operands (
       .clk_i,
       .source_d_i           (source_d),
@@ -223,6 +231,8 @@ module asip #(
       .host_write_constant_i(host_constant),
       .host_register_i      ({host_bank_k, address_i[$clog2(asip_regmap_pkg::WORDS_REGISTERS)-1:0]}),
       .host_data_i          (writedata_i),
+      .guard_i              (guard),
+      .bad_constant_e1_o    (bad_constant_e1),
       .operand_e1_o         (operand_e1)
   );
 
@@ -233,8 +243,8 @@ module asip #(
                         (aux_e1.branch_nonzero && (|operand_e1[Ports-3][30:0])) ||
                         (aux_e1.branch_zero && !(|operand_e1[Ports-3][30:0]));
 
-  always_ff @(posedge clk_i or negedge rst_ni) begin
-    if (!rst_ni) redirect_q <= 1'b0;
+  always_ff @(posedge clk_i or negedge rst_run_n) begin
+    if (!rst_run_n) redirect_q <= 1'b0;
     else redirect_q <= branch_e1 && branch_taken;
   end
 
@@ -250,6 +260,7 @@ module asip #(
   ) u_units (
       .clk_i,
       .rst_ni,
+      .rst_run_ni     (rst_run_n),
       .clear_flags_i  (run_start),
       .valid_e1_i     (valid_e1_q),
       .ops_e1_i       (ops_e1_q),
@@ -267,9 +278,13 @@ module asip #(
   );
 
   // ================================================================ control, outputs, host
-  asip_control u_control (
+  asip_run #(
+      .Bundles   (Bundles),
+      .Resilience(Resilience)
+  ) u_run (
       .clk_i,
       .rst_ni,
+      .rst_run_no        (rst_run_n),
       .start_i           (start),
       .clear_i           (clear),
       .refetch_i         (host_refetch),
@@ -308,10 +323,24 @@ module asip #(
       .fault_info_o      (fault_info),
       .cycles_o          (cycles),
       .count_select_i    (count_select),
-      .count_o           (count)
+      .count_o           (count),
+      .host_write_i      (write_i),
+      .host_register_i   (host_register),
+      .wrote_i           ({write_output, write}),
+      .index_i           (write_index),
+      .result_i          (result),
+      .bad_program_i     (bad_word_p),
+      .bad_constant_i    (bad_constant_e1),
+      .valid_e1_i        (valid_e1_q),
+      .bad_output_i      (output_read && bad_output),
+      .broken_i          (broken_host || broken_outputs),
+      .guard_o           (guard),
+      .repaired_o        (repaired)
   );
 
-  asip_outputs u_outputs (
+  asip_outputs #(
+      .Resilience(Resilience)
+  ) u_outputs (
       .clk_i,
       .rst_ni,
       .commit_i         (commit),
@@ -324,7 +353,9 @@ module asip #(
       .host_write_safe_i(host_safe),
       .host_index_i     (address_i[$clog2(asip_regmap_pkg::WORDS_OUTPUTS)-1:0]),
       .host_data_i      (host_word),
-      .host_read_o      (host_output)
+      .host_read_o      (host_output),
+      .bad_o            (bad_output),
+      .broken_o         (broken_outputs)
   );
 
   asip_host #(
@@ -332,7 +363,8 @@ module asip #(
       .FmaPipes (FmaPipes),
       .Bundles  (Bundles),
       .DataWords(DataWords),
-      .Debug    (Debug)
+      .Debug    (Debug),
+      .Resilience(Resilience)
   ) u_host (
       .clk_i,
       .rst_ni,
@@ -351,6 +383,10 @@ module asip #(
       .output_mask_o   (output_mask),
       .busy_i          (busy),
       .hold_i          (host_hold),
+      .copy_i          (guard.copy),
+      .repaired_i      (repaired),
+      .broken_o        (broken_host),
+      .output_read_o   (output_read),
       .done_i          (done),
       .fault_i         (fault),
       .cause_i         (cause),
@@ -374,6 +410,9 @@ module asip #(
   if (!(FmaPipes == 1 && Slots == 1) && !(FmaPipes == 2 && Slots == 3)) begin : gen_check_shape
     $error("asip: FmaPipes=%0d, Slots=%0d, must be 2 and 3 (fast) or 1 and 1 (small)", FmaPipes,
            Slots);
+  end
+  if (Resilience != 0 && (Slots == 1 || Debug != 0)) begin : gen_check_resilience
+    $error("asip: Resilience=1 is for configuration fast without a debug block");
   end
   if (2 ** $clog2(Bundles) != Bundles || Bundles > asip_isa_pkg::PROGRAM_BUNDLES ||
       2 ** $clog2(DataWords) != DataWords || DataWords > asip_isa_pkg::DATA_WORDS) begin : gen_check_size

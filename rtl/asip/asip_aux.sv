@@ -9,6 +9,7 @@ module asip_aux #(
 ) (
     input  logic               clk_i,
     input  logic               rst_ni,
+    input  logic               rst_memory_ni,
     // from the operand stage, E1
     input  logic               valid_i,
     input  asip_pkg::decoded_t op_i,
@@ -126,7 +127,7 @@ module asip_aux #(
       .Words(DataWords)
   ) u_memory (
       .clk_i,
-      .rst_ni,
+      .rst_ni    (rst_memory_ni),
       .load_i    (valid_i && op_i.load),
       .store_i   (valid_i && op_i.store),
       .index_i   (b_i),

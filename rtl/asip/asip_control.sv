@@ -4,7 +4,9 @@
 // the same number of cycles. cycles_o counts from that cycle to done or fault, and is the sum of issued
 // bundles, stalls, fetch and drain cycles; these counters follow one cycle late. The first fault of a
 // run wins; the core then drains, and is faulted from then on until clear_i.
-module asip_control (
+module asip_control #(
+    parameter int unsigned Resilience = 0  // 1: the state has an inverted copy
+) (
     input  logic        clk_i,
     input  logic        rst_ni,
     // from the host
@@ -44,6 +46,7 @@ module asip_control (
     output logic        fault_o,
     output logic        ended_o,     // pulse, in the first clock after a run
     output logic        quiet_o,     // nothing was in flight in the cycle before
+    output logic        broken_o,    // the state is none
     // to the host
     output logic        busy_o,
     output logic        done_o,
@@ -199,6 +202,20 @@ module asip_control (
       unwritten_q[i] <= run_start ? output_mask_i[i] :
                         unwritten_q[i] && !(written_high[i/8] && written_low[i%8]);
     end
+  end
+
+  if (Resilience != 0) begin : gen_code
+    // Two codes differ in two bits.
+    logic [1:0] code;
+    (* keep *) logic [1:0] inverse_q;
+    assign code = state_q;
+    always_ff @(posedge clk_i or negedge rst_ni) begin
+      if (!rst_ni) inverse_q <= ~StIdle;
+      else inverse_q <= ~state_d;
+    end
+    assign broken_o = code != ~inverse_q;
+  end else begin : gen_no_code
+    assign broken_o = 1'b0;
   end
 
   // CYCLES follows a counter that is one ahead, 0 when a run is accepted.

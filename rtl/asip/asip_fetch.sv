@@ -9,7 +9,8 @@
 module asip_fetch #(
     parameter int unsigned Bundles     = 1024,
     parameter int unsigned BundleWidth = 128,
-    parameter int unsigned DecodedWidth = 256
+    parameter int unsigned DecodedWidth = 256,
+    parameter int unsigned Resilience  = 0   // 1: parity of program memory
 ) (
     input  logic                       clk_i,
     input  logic                       rst_ni,
@@ -34,6 +35,7 @@ module asip_fetch #(
     output logic [15:0]                pc_p_o,       // to a debug block
     output logic [15:0]                pc_q_o,
     output logic [DecodedWidth-1:0]    decoded_d_o,
+    output logic                       bad_word_p_o, // a word of the bundle in P is wrong
     // from the host
     input  logic                       write_i,
     input  logic [$clog2(Bundles)-1:0] write_bundle_i,
@@ -43,12 +45,15 @@ module asip_fetch #(
 
   localparam int unsigned Lanes = (BundleWidth + 31) / 32;
   localparam int unsigned AddressWidth = $clog2(Bundles);
+  localparam int unsigned WordWidth = Resilience != 0 ? 33 : 32;
 
   logic [15:0]             pc_q, pc_f1_q, pc_f2_q, pc_p_q, pc_q_q, pc_d_q;
   logic                    valid_f1_q, valid_f2_q, valid_p_q, valid_q_q, valid_d_q;
   logic                    pc_bad_p, pc_bad_q_q, pc_bad_d_q, bad_q_q, bad_d_q;
   logic [32*Lanes-1:0]     lanes_f2_q;
   logic [DecodedWidth-1:0] decoded_p_q, decoded_q_q, decoded_d_q;
+  logic [Lanes-1:0]        bad_word_f2;
+  logic                    bad_word_p;
 
   assign pc_bad_p = |pc_p_q[15:AddressWidth];
 
@@ -92,25 +97,37 @@ module asip_fetch #(
       decoded_d_q <= decoded_q_q;
       pc_bad_q_q  <= pc_bad_p;
       pc_bad_d_q  <= pc_bad_q_q;
-      bad_q_q     <= illegal_p_i || pc_bad_p;
+      bad_q_q     <= illegal_p_i || pc_bad_p || bad_word_p;
       bad_d_q     <= bad_q_q;
     end
   end
 
   for (genvar l = 0; l < Lanes; l++) begin : gen_lane
-    logic [31:0] memory[0:Bundles-1];
-    logic [31:0] read_f1_q, word_f2_q;
+    logic [WordWidth-1:0] memory[0:Bundles-1];
+    logic [WordWidth-1:0] read_f1_q, word_f2_q;
 
     always_ff @(posedge clk_i) begin
-      if (write_i && write_lane_i == l[1:0]) memory[write_bundle_i] <= write_data_i;
+      if (write_i && write_lane_i == l[1:0]) begin
+        memory[write_bundle_i] <= WordWidth'({^write_data_i, write_data_i});
+      end
       if (advance_i) begin
         read_f1_q <= memory[pc_q[AddressWidth-1:0]];
         word_f2_q <= read_f1_q;
       end
     end
 
-    assign lanes_f2_q[32*l+:32] = word_f2_q;
+    assign lanes_f2_q[32*l+:32] = word_f2_q[31:0];
+    assign bad_word_f2[l]       = Resilience != 0 && (^word_f2_q);
   end
+
+  if (Resilience != 0) begin : gen_parity
+    logic bad_word_p_q;
+    always_ff @(posedge clk_i) if (advance_i) bad_word_p_q <= |bad_word_f2;
+    assign bad_word_p = bad_word_p_q;
+  end else begin : gen_no_parity
+    assign bad_word_p = |bad_word_f2;
+  end
+  assign bad_word_p_o = bad_word_p && valid_p_q;
 
   assign bundle_f2_o = lanes_f2_q[BundleWidth-1:0];
   assign decoded_p_o = decoded_p_q;

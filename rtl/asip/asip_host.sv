@@ -8,7 +8,8 @@ module asip_host #(
     parameter int unsigned FmaPipes  = 2,
     parameter int unsigned Bundles   = 1024,
     parameter int unsigned DataWords = 1024,
-    parameter int unsigned Debug     = 0      // 1: bank K can be read
+    parameter int unsigned Debug     = 0,     // 1: bank K can be read
+    parameter int unsigned Resilience = 0     // 1: parity of the registers that configure a run
 ) (
     input  logic                                      clk_i,
     input  logic                                      rst_ni,
@@ -29,6 +30,10 @@ module asip_host #(
     output logic [31:0]                               output_mask_o,
     input  logic                                      busy_i,
     input  logic                                      hold_i,          // accesses to memories wait
+    input  logic                                      copy_i,          // those to banks A, B, C
+    input  logic                                      repaired_i,
+    output logic                                      broken_o,        // parity of a register
+    output logic                                      output_read_o,   // an output is read now
     input  logic                                      done_i,
     input  logic                                      fault_i,
     input  logic [3:0]                                cause_i,
@@ -96,7 +101,7 @@ module asip_host #(
   // A run must not be disturbed: everything but control, status and interrupt enable waits.
   assign configures = csr == asip_regmap_pkg::REG_WATCHDOG || csr == asip_regmap_pkg::REG_ENTRY ||
                       csr == asip_regmap_pkg::REG_OUTPUT_MASK;
-  assign held       = hold_i && (in_csr ? write_i && configures : 1'b1);
+  assign held       = (hold_i && (in_csr ? write_i && configures : 1'b1)) || (copy_i && in_banks);
   assign write_now  = write_i && !held;
   assign csr_write  = write_now && in_csr;
   assign read_done  = wait_q == 3'd4;
@@ -121,12 +126,14 @@ module asip_host #(
     config_word[asip_regmap_pkg::CONFIG_FMA_PIPES_LSB+:4]    = 4'(FmaPipes);
     config_word[asip_regmap_pkg::CONFIG_BANK_SIZE_LSB+:8]    = 8'(asip_isa_pkg::BANK_SIZE);
     config_word[asip_regmap_pkg::CONFIG_PROGRAM_LOG2_LSB+:8] = 8'($clog2(Bundles));
-    config_word[asip_regmap_pkg::CONFIG_DATA_LOG2_LSB+:8]    = 8'($clog2(DataWords));
+    config_word[asip_regmap_pkg::CONFIG_DATA_LOG2_LSB+:7]    = 7'($clog2(DataWords));
+    config_word[asip_regmap_pkg::CONFIG_RESILIENCE_LSB]      = Resilience != 0;
 
     status_word = 32'd0;
     status_word[asip_regmap_pkg::STATUS_BUSY_LSB]     = busy_i;
     status_word[asip_regmap_pkg::STATUS_DONE_LSB]     = done_i;
     status_word[asip_regmap_pkg::STATUS_FAULT_LSB]    = fault_i;
+    status_word[asip_regmap_pkg::STATUS_REPAIRED_LSB] = repaired_i;
     status_word[asip_regmap_pkg::STATUS_CAUSE_LSB+:4] = cause_i;
     status_word[asip_regmap_pkg::STATUS_FLAGS_LSB+:5] = flags_i;
 
@@ -173,6 +180,30 @@ module asip_host #(
       if (csr_write && csr == asip_regmap_pkg::REG_OUTPUT_MASK) output_mask_q <= writedata_i;
     end
   end
+
+  if (Resilience != 0) begin : gen_parity
+    // A wrong bit is seen for one clock; the register keeps its word until the host writes it.
+    logic [81:0] settings, settings_d;
+    logic        parity_q;
+    assign settings   = {watchdog_q, entry_q, output_mask_q, irq_done_q, irq_fault_q};
+    assign settings_d = {
+      csr_write && csr == asip_regmap_pkg::REG_WATCHDOG ? writedata_i : watchdog_q,
+      csr_write && csr == asip_regmap_pkg::REG_ENTRY
+        ? writedata_i[asip_regmap_pkg::ENTRY_VALUE_LSB+:16] : entry_q,
+      csr_write && csr == asip_regmap_pkg::REG_OUTPUT_MASK ? writedata_i : output_mask_q,
+      csr_write && csr == asip_regmap_pkg::REG_IRQ_ENABLE
+        ? {writedata_i[asip_regmap_pkg::IRQ_ENABLE_DONE_LSB],
+           writedata_i[asip_regmap_pkg::IRQ_ENABLE_FAULT_LSB]} : {irq_done_q, irq_fault_q}
+    };
+    always_ff @(posedge clk_i or negedge rst_ni) begin
+      if (!rst_ni) parity_q <= ^asip_regmap_pkg::RESET_WATCHDOG;
+      else parity_q <= ^settings_d;
+    end
+    assign broken_o = parity_q != ^settings;
+  end else begin : gen_no_parity
+    assign broken_o = 1'b0;
+  end
+  assign output_read_o = read_i && read_done && in_outputs;
 
   // Registers are selected in groups of four, and a group that is not read is zero.
   for (genvar g = 0; g < Groups; g++) begin : gen_group

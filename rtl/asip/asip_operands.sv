@@ -6,8 +6,9 @@
 // schedules. While idle the host reads a register through the first source of the last slot, and
 // writes through the write ports. Ports = 3 is one slot, with one multiply-add pipe.
 module asip_operands #(
-    parameter int unsigned FmaPipes = 2,
-    parameter int unsigned Ports    = 9
+    parameter int unsigned FmaPipes   = 2,
+    parameter int unsigned Ports      = 9,
+    parameter int unsigned Resilience = 0  // 1: pages of the banks, parity of bank K
 ) (
     input  logic                       clk_i,
     // from issue, stage D
@@ -27,6 +28,9 @@ module asip_operands #(
     input  logic                       host_write_constant_i,
     input  logic [8:0]                 host_register_i,
     input  logic [31:0]                host_data_i,
+    // from redundancy; a word of bank K is wrong, with the operands
+    input  asip_pkg::guard_t           guard_i,
+    output logic                       bad_constant_e1_o,
     // to the units, stage E1
     output logic [Ports-1:0][31:0]     operand_e1_o
 );
@@ -36,8 +40,9 @@ module asip_operands #(
     asip_operands_single u_operands (.*);
   end else begin : gen_multiple
     asip_operands_multiple #(
-        .FmaPipes(FmaPipes),
-        .Ports   (Ports)
+        .FmaPipes  (FmaPipes),
+        .Ports     (Ports),
+        .Resilience(Resilience)
     ) u_operands (.*);
   end
 

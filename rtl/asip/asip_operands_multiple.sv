@@ -2,8 +2,9 @@
 // asip_operands_multiple: asip_operands for several slots, each bank a memory of its own.
 // Contract: that of asip_operands, cycle by cycle.
 module asip_operands_multiple #(
-    parameter int unsigned FmaPipes = 2,
-    parameter int unsigned Ports    = 9
+    parameter int unsigned FmaPipes   = 2,
+    parameter int unsigned Ports      = 9,
+    parameter int unsigned Resilience = 0
 ) (
     input  logic                       clk_i,
     // from issue, stage D
@@ -23,14 +24,25 @@ module asip_operands_multiple #(
     input  logic                       host_write_constant_i,
     input  logic [8:0]                 host_register_i,
     input  logic [31:0]                host_data_i,
+    // from redundancy; a word of bank K is wrong, with the operands
+    input  asip_pkg::guard_t           guard_i,
+    output logic                       bad_constant_e1_o,
     // to the units, stage E1
     output logic [Ports-1:0][31:0]     operand_e1_o
 );
 
   localparam int unsigned HostPort = Ports - 3;
 
+  // With redundancy a bank has four pages, of which three are used, and a word of bank K a parity bit.
+  localparam int unsigned BankWidth = Resilience != 0 ? 8 : 6;
+  localparam int unsigned WordWidth = Resilience != 0 ? 33 : 32;
+
   logic [Ports-1:0][6:0]  index_k;
-  logic [Ports-1:0][5:0]  index_bank;
+  logic [Ports-1:0][BankWidth-1:0] index_bank;
+  logic [2:0][BankWidth-1:0]       bank_index;  // of a write
+  logic [2:0][31:0]                bank_word;
+  logic [2:0]                      bank_write;
+  logic [Ports-1:0][WordWidth-1:0] read_k_word;
   logic [Ports-1:0][2:0]  bank_r1_q, from_r2_q;
   logic [Ports-1:0][2:0]  soon_r1_q, next_r1_q, now_r1_q;  // one of banks A, B, C, or none
   logic [Ports-1:0][31:0] read_a, read_b, read_c, read_k;
@@ -42,6 +54,21 @@ module asip_operands_multiple #(
   assign host_write[0] = host_write_i && host_register_i[8:6] == asip_isa_pkg::BANK_A;
   assign host_write[1] = host_write_i && host_register_i[8:6] == asip_isa_pkg::BANK_B;
   assign host_write[2] = host_write_i && host_register_i[8:6] == asip_isa_pkg::BANK_C;
+
+  // Copying a page takes the words that the host's port reads.
+  always_comb begin
+    for (int unsigned b = 0; b < 3; b++) begin
+      bank_write[b] = write_i[b] || host_write[b];
+      bank_index[b] = BankWidth'({guard_i.page,
+                                  write_i[b] ? write_index_i[b] : host_register_i[5:0]});
+      bank_word[b]  = write_i[b] ? write_data_i[b] : host_data_i;
+    end
+    if (guard_i.copy) begin
+      bank_write = {3{guard_i.copy_store}};
+      bank_index = {3{BankWidth'({guard_i.copy_to, guard_i.copy_write})}};
+      bank_word  = {read_c[HostPort], read_b[HostPort], read_a[HostPort]};
+    end
+  end
 
   for (genvar p = 0; p < Ports; p++) begin : gen_port
     logic [8:0]  source;
@@ -106,65 +133,93 @@ module asip_operands_multiple #(
       endcase
     end
 
-    assign index_bank[p] = source[5:0];
-    assign index_k[p]    = source[6:0];
+    assign index_bank[p] = BankWidth'(guard_i.copy ? {guard_i.copy_from, guard_i.copy_read} :
+                                      {guard_i.page, source[5:0]});
+    assign index_k[p]    = guard_i.sweep ? guard_i.sweep_index : source[6:0];
+    assign read_k[p]     = read_k_word[p][31:0];
   end
 
   always_ff @(posedge clk_i) last_data_q <= write_data_i;
 
   asip_regbank #(
-      .IndexWidth(6),
+      .IndexWidth(BankWidth),
       .ReadPorts (Ports)
   ) u_bank_a (
       .clk_i,
-      .write_i      (write_i[0] || host_write[0]),
-      .write_index_i(write_i[0] ? write_index_i[0] : host_register_i[5:0]),
-      .write_data_i (write_i[0] ? write_data_i[0] : host_data_i),
+      .write_i      (bank_write[0]),
+      .write_index_i(bank_index[0]),
+      .write_data_i (bank_word[0]),
       .read_index_i (index_bank),
       .read_data_o  (read_a)
   );
 
   if (FmaPipes > 1) begin : gen_bank_b
     asip_regbank #(
-        .IndexWidth(6),
+        .IndexWidth(BankWidth),
         .ReadPorts (Ports)
     ) u_bank_b (
         .clk_i,
-        .write_i      (write_i[1] || host_write[1]),
-        .write_index_i(write_i[1] ? write_index_i[1] : host_register_i[5:0]),
-        .write_data_i (write_i[1] ? write_data_i[1] : host_data_i),
+        .write_i      (bank_write[1]),
+        .write_index_i(bank_index[1]),
+        .write_data_i (bank_word[1]),
         .read_index_i (index_bank),
         .read_data_o  (read_b)
     );
   end else begin : gen_no_bank_b
     logic unused_b;
     assign read_b   = '0;
-    assign unused_b = ^{write_i[1], write_index_i[1], host_write[1]};
+    assign unused_b = ^{bank_write[1], bank_index[1], bank_word[1]};
   end
 
   asip_regbank #(
-      .IndexWidth(6),
+      .IndexWidth(BankWidth),
       .ReadPorts (Ports)
   ) u_bank_c (
       .clk_i,
-      .write_i      (write_i[2] || host_write[2]),
-      .write_index_i(write_i[2] ? write_index_i[2] : host_register_i[5:0]),
-      .write_data_i (write_i[2] ? write_data_i[2] : host_data_i),
+      .write_i      (bank_write[2]),
+      .write_index_i(bank_index[2]),
+      .write_data_i (bank_word[2]),
       .read_index_i (index_bank),
       .read_data_o  (read_c)
   );
 
   asip_regbank #(
       .IndexWidth(7),
+      .Width     (WordWidth),
       .ReadPorts (Ports)
   ) u_bank_k (
       .clk_i,
       .write_i      (host_write_constant_i),
       .write_index_i(host_register_i[6:0]),
-      .write_data_i (host_data_i),
+      .write_data_i (WordWidth'({^host_data_i, host_data_i})),
       .read_index_i (index_k),
-      .read_data_o  (read_k)
+      .read_data_o  (read_k_word)
   );
+
+  if (Resilience != 0) begin : gen_parity
+    logic [Ports-1:0] parity_r2_q, bad_r2;
+    logic             bad_e1_q;
+    logic [1:0]       sweep_q;
+    logic             unused_first;
+
+    assign unused_first = guard_i.sweep_first;
+    for (genvar p = 0; p < Ports; p++) begin : gen_bad
+      always_ff @(posedge clk_i) parity_r2_q[p] <= read_k_word[p][WordWidth-1];
+      assign bad_r2[p] = (from_r2_q[p] == asip_pkg::SELECT_K || sweep_q[1]) &&
+                         (^{read_k_r2_q[p], parity_r2_q[p]});
+    end
+
+    always_ff @(posedge clk_i) begin
+      sweep_q  <= {sweep_q[0], guard_i.sweep_step};
+      bad_e1_q <= |bad_r2;
+    end
+
+    assign bad_constant_e1_o = bad_e1_q;
+  end else begin : gen_no_parity
+    logic unused_guard;
+    assign bad_constant_e1_o = 1'b0;
+    assign unused_guard = ^guard_i;
+  end
 
   assign operand_e1_o = operand_e1_q;
 

@@ -23,6 +23,8 @@ module asip_operands_single (
     input  logic             host_write_constant_i,
     input  logic [8:0]       host_register_i,
     input  logic [31:0]      host_data_i,
+    input  asip_pkg::guard_t     guard_i,
+    output logic                 bad_constant_e1_o,
     // to the units, stage E1
     output logic [2:0][31:0] operand_e1_o
 );
@@ -121,5 +123,10 @@ module asip_operands_single (
   logic unused_b;
   assign unused_b = ^{soon_i[1], soon_index_i[1], next_i[1], next_index_i[1], write_i[1],
                       write_index_i[1], write_data_i[1]};
+
+  // Redundancy is for several slots.
+  logic unused_guard;
+  assign bad_constant_e1_o = 1'b0;
+  assign unused_guard      = ^guard_i;
 
 endmodule

@@ -3,7 +3,9 @@
 // Contract: a run writes the hidden page; commit_i shows it. From reset, and from a fault on, until the
 // next commit the host reads the safe page. Reads take two cycles. A word is registered before it is
 // stored and judged: not_finite_o comes, with its index, a cycle after write-back.
-module asip_outputs (
+module asip_outputs #(
+    parameter int unsigned Resilience = 0  // 1: parity of the words, inverted copies of the pages
+) (
     input  logic        clk_i,
     input  logic        rst_ni,
     // from control
@@ -19,22 +21,30 @@ module asip_outputs (
     input  logic        host_write_safe_i,
     input  logic [4:0]  host_index_i,
     input  logic [31:0] host_data_i,
-    output logic [31:0] host_read_o
+    output logic [31:0] host_read_o,
+    output logic        bad_o,            // the word read is wrong
+    output logic        broken_o          // a register is
 );
 
   localparam logic [1:0] PageSafe = 2'd2;
+  localparam int unsigned WordWidth = Resilience != 0 ? 33 : 32;
 
   logic        page_q, safe_q;
   logic [1:0]  read_page, write_page;
   logic        write_q, write_safe_q, not_finite_q;
   logic [4:0]  index_q;
-  logic [31:0] data_q, read_q, host_read_q;
-  logic [31:0] memory[0:127];
+  logic        page_d, safe_d;
+  logic [31:0] data_d, data_q;
+  logic [WordWidth-1:0] word, read_q, host_read_q;
+  logic [WordWidth-1:0] memory[0:127];
 
   assign not_finite_o       = not_finite_q;
   assign not_finite_index_o = index_q;
   assign write_page    = write_safe_q ? PageSafe : {1'b0, !page_q};
   assign read_page     = (safe_q || fault_i) ? PageSafe : {1'b0, page_q};
+
+  assign page_d = page_q ^ (commit_i && !fault_i);
+  assign safe_d = fault_i || (safe_q && !commit_i);
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
@@ -45,24 +55,48 @@ module asip_outputs (
     end else begin
       write_q      <= write_i || host_write_safe_i;
       not_finite_q <= write_i && (&data_i[30:23]);
-      if (fault_i) begin
-        safe_q <= 1'b1;
-      end else if (commit_i) begin
-        page_q <= !page_q;
-        safe_q <= 1'b0;
-      end
+      page_q       <= page_d;
+      safe_q       <= safe_d;
     end
   end
+
+  assign data_d = data_i | ({32{host_write_safe_i}} & host_data_i);
 
   always_ff @(posedge clk_i) begin
     write_safe_q <= host_write_safe_i;
     index_q      <= host_write_safe_i ? host_index_i : index_i;
-    data_q       <= data_i | ({32{host_write_safe_i}} & host_data_i);
-    if (write_q) memory[{write_page, index_q}] <= data_q;
+    data_q       <= data_d;
+    if (write_q) memory[{write_page, index_q}] <= word;
     read_q      <= memory[{read_page, host_index_i}];
     host_read_q <= read_q;
   end
 
-  assign host_read_o = host_read_q;
+  assign host_read_o = host_read_q[31:0];
+
+  if (Resilience != 0) begin : gen_parity
+    localparam int unsigned Inverted = 9;
+    logic                            parity_q;
+    (* keep *) logic [Inverted-1:0] inverse_q;
+
+    // The parity is that of the word before its register.
+    always_ff @(posedge clk_i or negedge rst_ni) begin
+      if (!rst_ni) inverse_q <= {1'b1, 1'b0, 7'h7f};
+      else begin
+        inverse_q <= ~{page_d, safe_d, write_i || host_write_safe_i, host_write_safe_i,
+                       host_write_safe_i ? host_index_i : index_i};
+      end
+    end
+    always_ff @(posedge clk_i) parity_q <= ^data_d;
+
+    assign word     = {parity_q, data_q};
+    assign bad_o    = ^host_read_q;
+    assign broken_o = inverse_q[Inverted-1-:2] != ~{page_q, safe_q} ||
+                      inverse_q[Inverted-3] != !write_q ||
+                      (write_q && inverse_q[Inverted-4:0] != ~{write_safe_q, index_q});
+  end else begin : gen_no_parity
+    assign word     = data_q;
+    assign bad_o    = 1'b0;
+    assign broken_o = 1'b0;
+  end
 
 endmodule

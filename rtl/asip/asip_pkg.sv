@@ -184,6 +184,21 @@ package asip_pkg;
     logic [31:0] cycles;
   } hook_out_t;
 
+  // From asip_redundancy to fetch and the operand stage.
+  typedef struct packed {
+    logic [1:0] page;         // of banks A, B, C in a run
+    logic       copy;         // a page is copied to another, word by word
+    logic [1:0] copy_from;
+    logic [5:0] copy_read;
+    logic       copy_store;   // what was read in the cycle before
+    logic [1:0] copy_to;
+    logic [5:0] copy_write;
+    logic       sweep;        // program memory and bank K are read through
+    logic       sweep_first;
+    logic       sweep_step;
+    logic [6:0] sweep_index;  // of bank K
+  } guard_t;
+
   // Selection of an operand in stage R2.
   localparam logic [2:0] SELECT_A = 3'd0;
   localparam logic [2:0] SELECT_B = 3'd1;

@@ -5,21 +5,22 @@
 // copy is a simple dual-port RAM that any tool maps to memory blocks.
 module asip_regbank #(
     parameter int unsigned IndexWidth = 6,
+    parameter int unsigned Width      = 32,
     parameter int unsigned ReadPorts  = 9
 ) (
     input  logic                                 clk_i,
     // from write-back or the host
     input  logic                                 write_i,
     input  logic [IndexWidth-1:0]                write_index_i,
-    input  logic [31:0]                          write_data_i,
+    input  logic [Width-1:0]                     write_data_i,
     // from and to the operand stage
     input  logic [ReadPorts-1:0][IndexWidth-1:0] read_index_i,
-    output logic [ReadPorts-1:0][31:0]           read_data_o
+    output logic [ReadPorts-1:0][Width-1:0]      read_data_o
 );
 
   for (genvar p = 0; p < ReadPorts; p++) begin : gen_copy
-    logic [31:0] memory[0:2**IndexWidth-1];
-    logic [31:0] read_q;
+    logic [Width-1:0] memory[0:2**IndexWidth-1];
+    logic [Width-1:0] read_q;
 
     always_ff @(posedge clk_i) begin
       if (write_i) memory[write_index_i] <= write_data_i;

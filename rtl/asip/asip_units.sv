@@ -9,6 +9,7 @@ module asip_units #(
 ) (
     input  logic                                     clk_i,
     input  logic                                     rst_ni,
+    input  logic                                     rst_run_ni,       // also between runs
     input  logic                                     clear_flags_i,
     // from the operand stage, E1
     input  logic                                     valid_e1_i,
@@ -47,7 +48,7 @@ module asip_units #(
 
     fp_fma u_fma (
         .clk_i,
-        .rst_ni,
+        .rst_ni       (rst_run_ni),
         .valid_i      (valid_e1_i && op_e1.fma),
         .kind_i       (op_e1.fma_kind),
         .neg_product_i(op_e1.neg_product),
@@ -72,7 +73,8 @@ module asip_units #(
       .OverlappedSine(Slots != 1)
   ) u_aux (
       .clk_i,
-      .rst_ni,
+      .rst_ni        (rst_run_ni),
+      .rst_memory_ni (rst_ni),
       .valid_i       (valid_e1_i),
       .op_i          (aux_e1),
       .a_i           (operand_e1_i[Ports-3]),

@@ -56,7 +56,9 @@ package asip_regmap_pkg;
   localparam int unsigned CONFIG_PROGRAM_LOG2_LSB = 16;
   localparam int unsigned CONFIG_PROGRAM_LOG2_WIDTH = 8;
   localparam int unsigned CONFIG_DATA_LOG2_LSB = 24;
-  localparam int unsigned CONFIG_DATA_LOG2_WIDTH = 8;
+  localparam int unsigned CONFIG_DATA_LOG2_WIDTH = 7;
+  localparam int unsigned CONFIG_RESILIENCE_LSB = 31;
+  localparam int unsigned CONFIG_RESILIENCE_WIDTH = 1;
   localparam int unsigned CONTROL_START_LSB = 0;
   localparam int unsigned CONTROL_START_WIDTH = 1;
   localparam int unsigned CONTROL_CLEAR_LSB = 1;
@@ -67,6 +69,8 @@ package asip_regmap_pkg;
   localparam int unsigned STATUS_DONE_WIDTH = 1;
   localparam int unsigned STATUS_FAULT_LSB = 2;
   localparam int unsigned STATUS_FAULT_WIDTH = 1;
+  localparam int unsigned STATUS_REPAIRED_LSB = 3;
+  localparam int unsigned STATUS_REPAIRED_WIDTH = 1;
   localparam int unsigned STATUS_CAUSE_LSB = 4;
   localparam int unsigned STATUS_CAUSE_WIDTH = 4;
   localparam int unsigned STATUS_FLAGS_LSB = 8;
@@ -87,5 +91,8 @@ package asip_regmap_pkg;
   localparam logic [3:0] FAULT_WATCHDOG = 4'h3;
   localparam logic [3:0] FAULT_NOT_FINITE = 4'h4;
   localparam logic [3:0] FAULT_OUTPUT_MISSING = 4'h5;
+  localparam logic [3:0] FAULT_MEMORY = 4'h6;
+  localparam logic [3:0] FAULT_CONTROL = 4'h7;
+  localparam logic [3:0] FAULT_DISAGREE = 4'h8;
 
 endpackage

@@ -39,8 +39,9 @@ foreach {name default allowed text} {
   Slots     3    {1 3}                  "Operations per cycle: 3 with two pipes, 1 with one"
   Bundles   1024 {64 128 256 512 1024}  "Program memory [bundles]"
   DataWords 1024 {64 128 256 512 1024}  "Data memory [words]"
+  Resilience 0   {0 1}                  "Every tick twice, against flipped bits (3 operations only)"
 } {
-  add_parameter $name POSITIVE $default $text
+  add_parameter $name NATURAL $default $text
   set_parameter_property $name DISPLAY_NAME $text
   set_parameter_property $name ALLOWED_RANGES $allowed
   set_parameter_property $name HDL_PARAMETER true
@@ -51,6 +52,9 @@ proc elaborate {} {
   set slots [get_parameter_value Slots]
   if {$slots != 2 * $pipes - 1} {
     send_message error "FmaPipes = $pipes needs Slots = [expr {2 * $pipes - 1}], not $slots."
+  }
+  if {[get_parameter_value Resilience] && $slots == 1} {
+    send_message error "Resilience = 1 needs Slots = 3."
   }
 }
 

@@ -112,6 +112,14 @@ asip_result asip_tick(const asip *core, const uint32_t *inputs, uint32_t *output
   return result;
 }
 
+asip_result asip_checked_tick(const asip *core, const uint32_t *inputs, uint32_t *outputs,
+                              uint32_t polls) {
+  const asip_result result = asip_tick(core, inputs, outputs, polls);
+  if (result != ASIP_OK || !FIELD(read32(core, CSR(STATUS)), STATUS, FAULT)) return result;
+  asip_read_outputs(core, outputs);
+  return ASIP_FAULTED;
+}
+
 void asip_select(const asip *core, const asip_function *function) {
   write32(core, CSR(ENTRY), function->entry);
   write32(core, CSR(WATCHDOG), function->watchdog);
@@ -163,6 +171,7 @@ asip_state asip_status(const asip *core) {
   state.busy = (int)FIELD(status, STATUS, BUSY);
   state.done = (int)FIELD(status, STATUS, DONE);
   state.faulted = (int)FIELD(status, STATUS, FAULT);
+  state.repaired = (int)FIELD(status, STATUS, REPAIRED);
   state.cause = (asip_fault)FIELD(status, STATUS, CAUSE);
   state.flags = (uint8_t)FIELD(status, STATUS, FLAGS);
   state.cycles = read32(core, CSR(CYCLES));

@@ -89,6 +89,7 @@ typedef enum { ASIP_FAULTS(ASIP_FAULT_CODE) } asip_fault;
 /* State of the core, decoded from STATUS, CYCLES, FAULT_INFO. */
 typedef struct {
   int busy, done, faulted;
+  int repaired; /* a core with redundancy: the last tick took a third run */
   asip_fault cause;
   uint8_t flags;   /* IEEE 754 exceptions of the run: NV DZ OF UF NX, bit 4..0 */
   uint32_t cycles; /* of the current or last run */
@@ -131,6 +132,12 @@ void asip_read_outputs(const asip *core, uint32_t *words);
  * Results of asip_wait. After ASIP_FAULTED the outputs are the safe values, asip_status has the
  * cause, and asip_clear with asip_preset_states goes on. After the others they are not read. */
 asip_result asip_tick(const asip *core, const uint32_t *inputs, uint32_t *outputs, uint32_t polls);
+
+/* asip_tick of a core with redundancy (CONFIG.resilience): STATUS is read again behind the outputs,
+ * because a bit that flips in a stored output is found when it is read. After ASIP_FAULTED the
+ * outputs are the safe values; load the image again if the cause is MEMORY, CONTROL or DISAGREE. */
+asip_result asip_checked_tick(const asip *core, const uint32_t *inputs, uint32_t *outputs,
+                              uint32_t polls);
 
 /* The next runs are of this function of the image: three writes. asip_load selects the first. */
 void asip_select(const asip *core, const asip_function *function);

@@ -296,6 +296,13 @@ uint32_t upset_reference(void* handle, const Host* host, const Word* load, uint3
   return failed;
 }
 
+// A word of the core behind the last tick of the reference.
+uint32_t upset_read(void* handle, uint32_t address) {
+  uint32_t word = 0;
+  static_cast<Injector*>(handle)->read(address, &word);
+  return word;
+}
+
 // So many injections, `later` further ticks watched after each.
 void upset_inject(void* handle, const Upset* upsets, uint32_t count, uint32_t later, Outcome* outcomes) {
   auto* injector = static_cast<Injector*>(handle);

@@ -14,11 +14,13 @@ from tests.formal.catalogue import PROOFS
 from tests.formal_debug import halting, nios
 from tests.formal_motion import arcs, drive, lines, planes
 from tests.formal_servo import encoder, gates
+from tests.formal_upsets import bounded
 
 __all__ = [
     "PROOFS",
     "arcs",
     "blocks",
+    "bounded",
     "drive",
     "encoder",
     "folded",

@@ -3,7 +3,7 @@
 
     make upsets                 quick form, to build/upsets.json and docs/upsets.md
     make upsets RUN=full        to full depth; goes on where it was stopped
-    python -m tests.upsets --core plain --replay "4 157 TOP.asip.u_control.state_q.1"
+    python -m tests.upsets --core plain --replay "4 157 TOP.asip.u_run.u_control.state_q.1"
 
 A line of --replay is: tick, clock in the tick, register or memory[word], bit. Every case of
 build/upsets.json has its own. Exit 1 if a goal is not met.
@@ -107,6 +107,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if cores is None:
         return 1
     rows = report.goals(cores, list(cores)[-1])
+    rows += report.cost_goals(campaign.cost(), campaign.memory_ticks(5 if options.full else 1))
     report.write(cores, rows, depth)
     report.update_page(cores, rows)
     shown = Table("what", "value", "unit", "target", "met", "", box=box.SIMPLE_HEAD)

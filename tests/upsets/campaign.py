@@ -16,10 +16,13 @@ from tests.upsets.model import EFFECTS, LATER, PROGRAM, Model
 from tests.upsets.plan import KINDS, SHARD, Kind, block_of, draw, line_of
 
 STORE = BUILD / "upsets/shards"
-CORES: dict[str, dict[str, int]] = {"plain": {}}
-"""Name of a core -> its parameters beyond those of 'fast'."""
+CORES = {"plain": False, "resilient": True}
+"""Name of a core -> whether it has the parameter Resilience."""
 SHARDS = {"quick": 10, "full": 44}
 """Shards of each core."""
+IDLE = 1300
+"""Clocks between ticks in which the sweep comes to its end (a period of 100 us has 12 500)."""
+SWEPT, SWEPT_OF_SHARD = ("program memory in use", "bank K in use"), 100
 WRONG = ("wrong once", "wrong later")
 
 
@@ -65,6 +68,31 @@ def tasks_of(core: str, depth: str, store: Path = STORE) -> Iterator[Task]:
     for kind in KINDS:
         for shard in range(max(1, round(kind.share * SHARDS[depth]))):
             yield Task(core, kind.name, shard, mark, store)
+
+
+def cost() -> dict[str, int]:
+    """Clocks of the core in a tick: {core: cycles}."""
+    return {core: model_of(core).cycles for core in CORES}
+
+
+def memory_ticks(shards: int) -> dict[str, int]:
+    """Flipped bits of program memory and bank K, on the resilient core with `IDLE` clocks between
+    ticks, time for its sweep: how many were found, and most ticks behind that of the upset.
+
+    {"injections", "found", "ticks"}: a bit of the program stays as a stuck one does, until the host
+    loads again.
+    """
+    model = Model(True, IDLE)
+    found, n, ticks = 0, 0, 0
+    for kind in (each for each in KINDS if each.name in SWEPT):
+        for shard in range(shards):
+            outcomes = model.inject(draw(model, kind, shard)[:SWEPT_OF_SHARD])
+            reported = outcomes["effect"] == EFFECTS.index("fault reported")
+            harmless = outcomes["effect"] == EFFECTS.index("masked")  # an input, written anew
+            n += len(outcomes)
+            found += int(np.sum(reported | harmless))
+            ticks = max(ticks, int(outcomes["ticks"].max()))
+    return {"injections": n, "found": found, "ticks": ticks}
 
 
 def execute(task: Task) -> dict:

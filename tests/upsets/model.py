@@ -4,8 +4,10 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -13,8 +15,8 @@ from asip_asm.assemble import assemble
 from asip_asm.image import Image
 from asip_asm.isa import default_isa
 from asip_asm.project import ROOT
+from sim.harness import build
 from sim.harness.asip_bus import BLOCK, CLEAR, CSR, START, STATUS, load_words, register_address
-from sim.harness.build import build_library, file_list
 from sim.iss.path import preset
 from sim.model.parameters import Robot
 from sim.model.records import COUNTS, OUTPUTS, SET_POINTS
@@ -41,6 +43,16 @@ EFFECTS = (
 )
 
 
+@contextmanager
+def without_assertions() -> Iterator[None]:
+    """Models built here have none: an upset is to break what they say."""
+    before, build.assertions = build.assertions, False
+    try:
+        yield
+    finally:
+        build.assertions = before
+
+
 class ReferenceError(RuntimeError):
     """The run without an upset did not go through."""
 
@@ -57,23 +69,19 @@ class Site:
 class Model:
     """One configuration of the core with the program loaded and the reference run.
 
-    parameters: of the RTL beyond those of 'fast'. lengths: clocks of each tick of the host; build:
-    a name that changes with the RTL and the harness.
+    idle: clocks between ticks; lengths: clocks of each tick of the host, these included; cycles: of
+    the core in a tick; build: a name that changes with the RTL and the harness.
     """
 
-    def __init__(self, parameters: dict[str, int] | None = None) -> None:
-        shape = default_isa().configurations["fast"]
-        library = build_library(
-            "asip",
-            [OPEN, *file_list("asip/asip.f")],
-            HARNESS,
-            {"FmaPipes": shape.fma_pipes, "Slots": len(shape.slots), **(parameters or {})},
-            model_flags=("--flatten", "--vpi"),
-        )
+    def __init__(self, resilient: bool = False, idle: int = 100) -> None:
+        with without_assertions():
+            library = self._library(resilient)
         self.build = library.parent.name
+        self._resilient, self._idle = resilient, idle
         self._lib = ctypes.CDLL(str(library))
         self._lib.upset_new.restype = ctypes.c_void_p
         self._lib.upset_free.argtypes = [ctypes.c_void_p]
+        self._lib.upset_read.restype = ctypes.c_uint32
         self._lib.upset_sites.argtypes = [ctypes.c_void_p]
         self._lib.upset_sites.restype = ctypes.c_char_p
         self._handle = self._lib.upset_new()
@@ -83,6 +91,22 @@ class Model:
         ]
         self.image: Image = assemble(PROGRAM)
         self.lengths = self._reference()
+        self.cycles: int = self._lib.upset_read(ctypes.c_void_p(self._handle), CSR["CYCLES"])
+
+    @staticmethod
+    def _library(resilient: bool) -> Path:
+        shape = default_isa().configurations["fast"]
+        return build.build_library(
+            "asip",
+            [OPEN, *build.file_list("asip/asip.f")],
+            HARNESS,
+            {
+                "FmaPipes": shape.fma_pipes,
+                "Slots": len(shape.slots),
+                "Resilience": int(resilient),
+            },
+            model_flags=("--flatten", "--vpi"),
+        )
 
     def __del__(self) -> None:
         if handle := getattr(self, "_handle", None):
@@ -115,9 +139,9 @@ class Model:
             STATUS["done"].mask,
             STATUS["fault"].mask,
             STATUS["cause"].low,
-            0,
-            0,
-            16,
+            STATUS["repaired"].mask if self._resilient else 0,
+            int(self._resilient),
+            self._idle,
             4 * image.watchdog + 2000,
         ]
         limits = dict(zip(OUTPUTS, robot.output_max, strict=True))

@@ -58,8 +58,24 @@ def gather(results: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     }
 
 
+def cost_goals(cycles: Mapping[str, int], memory: Mapping[str, int]) -> list[Row]:
+    """What redundancy costs in time, and how soon a wrong bit of a memory is known."""
+    once, twice = cycles["plain"], cycles["resilient"]
+    missed = memory["injections"] - memory["found"]
+    return [
+        at_most("cycles per tick, redundancy on / off", twice / once, 2.1, "", f"{twice} / {once}"),
+        at_most(
+            "ticks until a wrong bit of program memory or bank K is known",
+            math.inf if missed else memory["ticks"],
+            2,
+            "ticks",
+            f"{memory['injections']} bits, {missed} not found",
+        ),
+    ]
+
+
 def goals(cores: Mapping[str, Mapping[str, Any]], most: str) -> list[Row]:
-    """What the issue of upsets asks for, of the core `most` that does most about them."""
+    """Effects of upsets on the core `most`, which does most about them, against their targets."""
     core = cores[most]
     total = core["rows"]["everything"]
     n = core["injections"]

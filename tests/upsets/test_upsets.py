@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from sim.harness.asip_bus import FAULT_NAMES
 from tests.upsets import campaign, report
 from tests.upsets.__main__ import main
 from tests.upsets.model import EFFECTS, TICKS, Model
@@ -35,13 +36,13 @@ def test_wilson__shares_of_the_literature__same_intervals():
 def test_sites__registers_of_the_core__wires_of_stage_q_are_none(plain):
     names = {site.name.removeprefix("TOP.asip.") for site in plain.sites}
     assert {
-        "u_control.state_q",
+        "u_run.u_control.state_q",
         "u_fetch.pc_q",
         "u_host.watchdog_q",
         "u_fetch.gen_lane[3].memory",
     } <= names
     assert not {"decoded_q", "ops_q", "valid_q"} & names
-    assert block_of("TOP.asip.u_control.state_q") == "control"
+    assert block_of("TOP.asip.u_run.u_control.state_q") == "control"
 
 
 def test_draw__every_kind__places_in_use_only_and_the_same_again(plain):
@@ -57,7 +58,7 @@ def test_draw__every_kind__places_in_use_only_and_the_same_again(plain):
 def test_inject__plain_core__the_known_effects(plain):
     issue = "TOP.asip.u_issue.gen_multiple.u_issue"
     assert effect(plain, f"4 157 {issue}.u_scoreboard_c.pending_q.30") == "locked up"
-    assert effect(plain, "9 100 TOP.asip.u_control.state_q.1") in ("run lost", "locked up")
+    assert effect(plain, "9 100 TOP.asip.u_run.u_control.state_q.1") in ("run lost", "locked up")
     assert effect(plain, "9 100 TOP.asip.u_host.readdata_q.3") == "masked"
     assert (
         effect(
@@ -78,7 +79,7 @@ def test_inject__same_shard_twice__same_outcomes(plain):
     [
         ("4 157", "is not TICK CLOCK NAME.BIT"),
         ("4 157 TOP.asip.no_q.0", "no register or memory TOP.asip.no_q"),
-        (f"{TICKS} 1 TOP.asip.u_control.state_q.0", "beyond the"),
+        (f"{TICKS} 1 TOP.asip.u_run.u_control.state_q.0", "beyond the"),
     ],
 )
 def test_replay__line_that_is_none__error_says_why(capsys, line, text):
@@ -92,3 +93,50 @@ def test_goals__a_wrong_output__are_not_met():
     result = {"counts": counts, "injections": 500, "unsafe": 1, "cases": [case]}
     rows = report.goals({"plain": report.gather([result])}, "plain")
     assert [row.met for row in rows] == [False, False, True, False, False]
+
+
+@pytest.fixture(scope="module")
+def resilient() -> Model:
+    return campaign.model_of("resilient")
+
+
+def test_resilient__where_the_plain_core_locks_up__goes_on(resilient):
+    issue = "TOP.asip.u_issue.gen_multiple.u_issue"
+    control = "TOP.asip.u_run.u_control"
+    for place in (f"{issue}.u_scoreboard_c.pending_q.30", f"{issue}.sin_busy_q.0"):
+        # latent: FAULT_INFO of the run that was stopped and repeated
+        assert effect(resilient, f"4 157 {place}") in ("corrected", "masked", "latent")
+    for clock in range(60, 300, 11):
+        for place in ("state_q.0", "state_q.1", "start_q.0", "fault_q.0", "done_q.0"):
+            found = effect(resilient, f"9 {clock} {control}.{place}")
+            assert found in ("corrected", "masked", "latent", "fault reported"), (clock, place)
+
+
+def test_resilient__every_bit_of_its_own_control__no_lock_up_nothing_silent(resilient):
+    own = "TOP.asip.u_run.gen_redundancy.u_redundancy"
+    allowed = ("masked", "corrected", "latent", "fault reported")
+    for clock in range(5, 400, 23):
+        for register in ("control_q", "inverse_q"):
+            for bit in range(16):
+                found = effect(resilient, f"20 {clock} {own}.{register}.{bit}")
+                assert found in allowed, (clock, register, bit, found)
+
+
+def test_resilient__a_bit_of_the_program__is_the_fault_memory(resilient):
+    (outcome,) = resilient.inject(
+        upset_of(resilient.sites, "7 0 TOP.asip.u_fetch.gen_lane[1].memory[40].9")
+    )
+    assert EFFECTS[outcome["effect"]] == "fault reported" and outcome["ticks"] == 0
+    assert FAULT_NAMES[int(outcome["cause"])] == "MEMORY"
+
+
+def test_resilient__state_register_flipped_between_ticks__is_corrected(resilient):
+    state = next(s for s in resilient.image.states if s.name == "integral1")
+    bank, index = state.register[0], int(state.register[1:])
+    line = f"12 2 TOP.asip.u_operands.gen_multiple.u_operands.u_bank_{bank}.gen_copy[{{}}].memory"
+    found = {effect(resilient, line.format(p) + f"[{index}].22") for p in range(9)}
+    assert "corrected" in found and found <= {"corrected", "masked"}
+
+
+def test_cost__of_redundancy__within_the_target(plain, resilient):
+    assert plain.cycles < resilient.cycles <= 2.1 * plain.cycles

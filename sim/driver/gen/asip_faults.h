@@ -10,6 +10,9 @@
   X(ADDRESS, 2, "data or program address out of range") \
   X(WATCHDOG, 3, "run longer than WATCHDOG cycles") \
   X(NOT_FINITE, 4, "NaN or infinity written to an output") \
-  X(OUTPUT_MISSING, 5, "halt without every output of OUTPUT_MASK written")
+  X(OUTPUT_MISSING, 5, "halt without every output of OUTPUT_MASK written") \
+  X(MEMORY, 6, "a word of program memory, bank K or the outputs lost its parity") \
+  X(CONTROL, 7, "a register of the core's control lost its code, or a run its end") \
+  X(DISAGREE, 8, "no two of three runs of a tick were the same")
 
 #endif

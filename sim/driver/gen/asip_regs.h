@@ -30,9 +30,12 @@ extern "C" {
 #define ASIP__CSR__CONFIG__PROGRAM_LOG2_bm 0xff0000
 #define ASIP__CSR__CONFIG__PROGRAM_LOG2_bp 16
 #define ASIP__CSR__CONFIG__PROGRAM_LOG2_bw 8
-#define ASIP__CSR__CONFIG__DATA_LOG2_bm 0xff000000
+#define ASIP__CSR__CONFIG__DATA_LOG2_bm 0x7f000000
 #define ASIP__CSR__CONFIG__DATA_LOG2_bp 24
-#define ASIP__CSR__CONFIG__DATA_LOG2_bw 8
+#define ASIP__CSR__CONFIG__DATA_LOG2_bw 7
+#define ASIP__CSR__CONFIG__RESILIENCE_bm 0x80000000
+#define ASIP__CSR__CONFIG__RESILIENCE_bp 31
+#define ASIP__CSR__CONFIG__RESILIENCE_bw 1
 
 // reg - asip::csr::CONTROL
 #define ASIP__CSR__CONTROL__START_bm 0x1
@@ -52,6 +55,9 @@ extern "C" {
 #define ASIP__CSR__STATUS__FAULT_bm 0x4
 #define ASIP__CSR__STATUS__FAULT_bp 2
 #define ASIP__CSR__STATUS__FAULT_bw 1
+#define ASIP__CSR__STATUS__REPAIRED_bm 0x8
+#define ASIP__CSR__STATUS__REPAIRED_bp 3
+#define ASIP__CSR__STATUS__REPAIRED_bw 1
 #define ASIP__CSR__STATUS__CAUSE_bm 0xf0
 #define ASIP__CSR__STATUS__CAUSE_bp 4
 #define ASIP__CSR__STATUS__CAUSE_bw 4

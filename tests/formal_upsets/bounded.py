@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Proof that a tick with redundancy ends: a rank of its state falls in every clock.
+
+The state is any, legal or not, as an upset may leave it, and control may answer what it likes. The
+rank is a number of clocks: what is left of this run, and a whole run for each one behind it. It is
+at most 3 (WATCHDOG + Drain + MARGIN) when a run is on, so busy_o falls within that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from tests.formal.catalogue import Case, Context, proof
+
+WIDTH = 40  # bits of a rank
+DRAIN, MARGIN = 256, 80  # parameter of the RTL; clocks of a copy, a reset and a launch, rounded up
+IDLE, LAUNCH, RUN, SCRUB, COPY = 0, 1, 2, 3, 4  # states
+STATE, TIMES, START, DIRTY, SAVE = (15, 13), (12, 11), 10, 6, 5  # places in control_q
+
+
+@proof(
+    "asip_redundancy",
+    "busy_o falls within 3 (WATCHDOG + 256 + 80) clocks once a run is on, whatever control does, "
+    "and a start that waits becomes a run: a rank falls in every clock",
+    "any state, legal or not; no write of registers and no clear meanwhile, and a core that is not "
+    "running is not busy",
+    quick=True,
+)
+def busy_ends(ctx: Context) -> Iterator[Case]:
+    logic, run = ctx.logic, ctx.run("asip_redundancy")
+
+    def number(value: int):
+        return logic.bv(WIDTH, value)
+
+    limit = logic.add(logic.extend(run.input("watchdog_i"), WIDTH), number(DRAIN))
+    whole = logic.add(limit, number(MARGIN))  # a run with all that comes before it
+
+    def rank(cycle: int):
+        control = run.signal("control_q", cycle)
+        state, times = logic.bits(control, *STATE), logic.bits(control, *TIMES)
+        left = logic.extend(run.signal("left_q", cycle), WIDTH)
+        copy = logic.extend(run.signal("copy_q", cycle), WIDTH)
+        rest = logic.sub(number(66), logic.ite(logic.ule(copy, 64), copy, number(64)))
+        inside = logic.ite(logic.ule(left, limit), left, number(0))
+        later = number(0)
+        for n in (1, 2):
+            part = logic.add(*[whole] * (3 - n)) if n == 1 else whole
+            later = logic.ite(logic.eq(times, n), part, later)
+        now = logic.add(limit, number(75))  # a state that is none
+        now = logic.ite(logic.eq(state, SCRUB), logic.add(limit, number(70)), now)
+        now = logic.ite(logic.eq(state, COPY), logic.add(limit, number(2), rest), now)
+        now = logic.ite(logic.eq(state, LAUNCH), logic.add(limit, number(1)), now)
+        now = logic.ite(logic.eq(state, RUN), inside, now)
+        return logic.add(later, now)
+
+    start = [logic.bit(run.signal("control_q", c), START) for c in (0, 1)]
+    busy = [logic.eq(run.output("busy_o", cycle), 1) for cycle in (0, 1)]
+    on = [logic.ne(logic.bits(run.signal("control_q", cycle), *TIMES), 0) for cycle in (0, 1)]
+    same = logic.eq(run.input("watchdog_i", 1), run.input("watchdog_i"))
+    quiet = [logic.eq(run.input(name), 0) for name in ("clear_i", "write_register_i")]
+    show = {name: run.signal(name, 0) for name in ("control_q", "inverse_q", "left_q", "copy_q")}
+    lower = logic.ult(rank(1), rank(0))
+    falls = logic.any(
+        logic.no(busy[1]), logic.all(on[1], lower), logic.all(start[1], logic.no(on[1]))
+    )
+    yield Case("a run that is on", falls, (on[0], same, *quiet), show)
+    bound = logic.add(whole, whole, whole)
+    yield Case("the bound", logic.ule(rank(0), bound), (on[0],), show)
+    broken = logic.eq(run.signal("broken", 0), 1)
+    yield Case("no code, no run", logic.no(busy[1]), (broken, *quiet), show)
+
+    # A start that waits while nothing runs: copies of pages, then the run.
+    def waiting(cycle: int):
+        control = run.signal("control_q", cycle)
+        state = logic.bits(control, *STATE)
+        copy = logic.extend(run.signal("copy_q", cycle), WIDTH)
+        rest = logic.sub(number(70), logic.ite(logic.ule(copy, 64), copy, number(64)))
+        pages = number(0)
+        for bit, clocks in ((DIRTY, 200), (SAVE, 100)):
+            pages = logic.ite(logic.bit(control, bit), logic.add(number(clocks), pages), pages)
+        now = number(90)
+        now = logic.ite(logic.eq(state, IDLE), number(80), now)
+        now = logic.ite(logic.eq(state, SCRUB), number(85), now)
+        idle_copy = logic.all(logic.eq(state, COPY), logic.eq(pages, 0))
+        now = logic.ite(logic.eq(state, COPY), rest, now)
+        return logic.add(pages, now, logic.ite(idle_copy, number(100), number(0)))
+
+    waits = logic.all(start[0], logic.no(on[0]))
+    still = logic.eq(run.input("busy_i"), 0)
+    goes_on = logic.any(on[1], logic.no(busy[1]), logic.ult(waiting(1), waiting(0)))
+    yield Case("a start that waits", goes_on, (waits, still, *quiet), show)
