@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Proofs of fp_sincos_overlapped, which works on three operations: their steps, and operands
-outside the approximation in any order.
+"""Proofs of fp_sincos_overlapped, which works on three operations: their steps, the operands
+outside the approximation in any order, and the clocks of the reduction.
 
 An observer remembers which of the last clocks accepted an operation. The unit's counters must say
 the same in every clock, and no two operations may use the second multiplier together.
@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
+import gmpy2
 from bitwuzla import Term
 
 from tests.formal.catalogue import Case, Context, proof
@@ -164,3 +165,94 @@ def overlapped_outside(ctx: Context) -> Iterator[Case]:
     steps = ctx.logic.free(LATENCY, "steps")
     state = Steps().invariant(run, {"steps": steps}, 0)
     yield from outside(ctx, run, LATENCY, tuple(state.values()))
+
+
+# ---- the reduction ----
+BYTES = 9  # of 2/pi
+EXP_MIN, EXP_MAX = 115, 135  # of 2^-12 and of 256, biased
+with gmpy2.local_context(precision=300):
+    TWO_OVER_PI = int(gmpy2.floor(gmpy2.mul_2exp(2 / gmpy2.const_pi(), 71)))
+ANGLE, SUM = 33, 29  # bits of the accumulator and of the rows of half a byte
+FIRST_LOW = 6  # the step from which on bytes of the angle are kept
+
+
+def times_digit(logic: Logic, x: Term, digit: int) -> Term:
+    """x times a radix-4 Booth digit -2 .. 2, given by three bits."""
+    value = (digit & 1) + (digit >> 1 & 1) - 2 * (digit >> 2)
+    size = logic.shl(x, 1) if abs(value) == 2 else x
+    return logic.bv(SUM, 0) if not value else logic.neg(size) if value < 0 else size
+
+
+@proof(
+    UNIT,
+    "the reduction, clock by clock: the factors are the nine bytes of 2/pi that matter for the "
+    "exponent, each half gives the significand times two Booth digits, and the accumulator adds "
+    "the halves to its 256th part, without overflow; the bytes shifted out are kept",
+    "all of magnitude 2^-12 to 256 rad, any operations before and after",
+    quick=True,
+)
+def overlapped_reduction(ctx: Context) -> Iterator[Case]:
+    logic, run = ctx.logic, ctx.run(UNIT)
+    a = run.input("a_i")
+    exponent = logic.bits(a, 30, 23)
+    assume = (
+        logic.eq(run.signal("reduce_q", 0), 0), logic.eq(run.input("valid_i"), 1),
+        logic.ule(logic.bv(8, EXP_MIN), exponent), logic.ule(exponent, EXP_MAX),
+    )  # fmt: skip
+    wide = logic.bv(8 * BYTES + 8, TWO_OVER_PI)
+    down = logic.extend(logic.sub(logic.bv(8, EXP_MAX), exponent), 8 * BYTES + 8)
+    factor = logic.shr(wide, down)  # its top bit is zero: signed and unsigned bytes are the same
+    claim = [logic.eq(logic.bits(factor, 8 * BYTES - 1, 8 * BYTES - 1), 0)]
+    for k in range(BYTES):
+        below = logic.bits(factor, 8 * k - 1, 8 * k - 1) if k else logic.bv(1, 0)
+        digits = logic.cat(logic.bits(factor, 8 * k + 7, 8 * k), below)
+        claim.append(logic.eq(run.signal("digits_q", k + 1), digits))
+    claim += [logic.eq(run.signal("a_q", cycle), a) for cycle in range(1, SPLIT + 1)]
+    claim += [logic.eq(run.signal("reduce_q", k), k) for k in range(1, COUNTED + 1)]
+    yield Case("bytes of 2/pi", logic.all(*claim), assume, {"a_i": a})
+
+    fraction = logic.bits(run.signal("a_q", 0), 22, 0)
+    x = logic.extend(logic.cat(logic.bv(1, 1), fraction), SUM)
+    for half, low in (("low", 0), ("high", 4)):
+        digits = logic.bits(run.signal("digits_q", 0), low + 4, low)
+        carry = logic.extend(run.signal(f"{half}_carry_q", 1), SUM)
+        made = logic.add(run.signal(f"{half}_pair_q", 1), carry)
+        for code in range(32):
+            upper = logic.shl(times_digit(logic, x, code >> 2), 2)
+            rows = logic.add(times_digit(logic, x, code & 7), upper)
+            yield Case(
+                f"{half} half, digits {code}", logic.eq(made, rows), (logic.eq(digits, code),)
+            )
+
+    step, angle = run.signal("reduce_q", 0), run.signal("angle_q", 0)
+    shifted = logic.sign_extend(logic.bits(angle, ANGLE - 1, 8), ANGLE)
+
+    def row(half: str) -> tuple[Term, Term]:
+        pair = logic.sign_extend(run.signal(f"{half}_pair_q", 0), ANGLE)
+        return pair, logic.extend(run.signal(f"{half}_carry_q", 0), ANGLE)
+
+    total = logic.add(shifted, *row("low"))
+    total = logic.add(total, *(logic.shl(part, 4) for part in row("high")))
+    then = run.signal("angle_q", 1)
+    begins = (logic.eq(step, 1),)
+    yield Case("the accumulator begins with zero", logic.eq(then, 0), begins)
+    yield Case("a byte is added", logic.eq(then, total), (logic.ne(step, 1),))
+    kept = logic.cat(logic.bits(angle, 7, 0), logic.bits(run.signal("low_q", 0), 38, 8))
+    late = (logic.ule(logic.bv(4, FIRST_LOW), step),)
+    yield Case("a byte is kept", logic.eq(run.signal("low_q", 1), kept), late)
+
+    # A signed byte with its carry in is -128 .. 128, the significand below 2^24.
+    old, byte = logic.free(ANGLE, "old"), logic.free(ANGLE, "byte")
+    most, more = logic.bv(ANGLE, 1 << 31), logic.bv(ANGLE, (1 << 31) + (1 << 24))
+
+    def within(term: Term, limit: Term) -> tuple[Term, Term]:
+        return logic.sle(term, limit), logic.sle(logic.neg(limit), term)
+
+    part = logic.sign_extend(logic.bits(old, ANGLE - 1, 8), ANGLE)
+    both = logic.add(logic.sign_extend(part, ANGLE + 1), logic.sign_extend(byte, ANGLE + 1))
+    fits = logic.eq(both, logic.sign_extend(logic.add(part, byte), ANGLE + 1))
+    yield Case(
+        "no overflow",
+        logic.all(fits, *within(logic.add(part, byte), more)),
+        (*within(old, more), *within(byte, most)),
+    )
