@@ -189,5 +189,7 @@ def test_too_many_inputs_or_outputs_are_refused():
     with pytest.raises(ModelError, match="200 inputs, parameters and integers, bank K holds 128"):
         compile_law(Law("wide", function, [*inputs, *outputs]))
     narrow = ca.Function("wide", [x[:40]], [x[:40] * 2], ["x"], ["y"])
-    with pytest.raises(ModelError, match="40 outputs, the core has 32"):
+    with pytest.raises(ModelError, match="40 outputs, the core has 32; make those .* an .*export"):
         compile_law(Law("wide", narrow, [*inputs[:40], *outputs]))
+    exports = [Port("export", port.name, vector="y") for port in outputs[32:]]
+    assert compile_law(Law("wide", narrow, [*inputs[:40], *outputs[:32], *exports])).text
