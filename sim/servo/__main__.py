@@ -19,10 +19,11 @@ from rich.console import Console
 from rich.table import Table
 
 from asip_asm.project import BUILD
-from sim.model.parameter_record import ROBOT_TOML, ParameterError
+from sim.model.drives import Drives
+from sim.model.parameters import ROBOT_TOML, ParameterError, Robot
 from sim.run.controller import ControllerFault
 from sim.servo import page
-from sim.servo.goals import measure
+from sim.servo.goals import Rows, measure, measure_loops
 from sim.servo.start_up import StartUpError
 
 
@@ -36,11 +37,17 @@ def main(argv: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("--robot", type=Path, default=ROBOT_TOML, help="parameter file")
     parser.add_argument("--results", type=Path, default=BUILD / "drive.json", help="file written")
+    parser.add_argument("--loops", action="store_true", help="the current loops alone, a minute")
     parser.add_argument("--full", action="store_true", help="whole path, 2 s of every clock")
     options = parser.parse_args(argv)
     console = Console()
     try:
-        rows, shown = measure(options.robot, options.full, console.print)
+        if options.loops:
+            rows, shown = Rows(), None
+            drives, robot = Drives.load(options.robot), Robot.load(options.robot)
+            measure_loops(robot, drives, rows, console.print)
+        else:
+            rows, shown = measure(options.robot, options.full, console.print)
     except (ParameterError, ControllerFault, StartUpError, OSError) as error:
         console.print(f"error: {error}", style="red", markup=False)
         return 1
@@ -52,9 +59,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         value = "not measured" if row["value"] is None else f"{row['value']:.4g} {row['unit']}"
         view.add_row(row["name"], value, f"{row['target']} {row['unit']}", str(row["met"]))
     console.print(view)
-    drawn = options.results.with_suffix(".html")
-    page.write(drawn, view, shown)
-    console.print(f"written: {options.results}, {drawn}")
+    console.print(f"written: {options.results}")
+    if shown is not None:
+        drawn = options.results.with_suffix(".html")
+        page.write(drawn, view, shown)
+        console.print(f"written: {drawn}")
     return 0 if all(row["met"] for row in rows) else 1
 
 

@@ -56,7 +56,7 @@ struct System : DualBench<System, Vdrive_chain> {
   servo::Five joints{}, tool{};     // at the last control period's begin
   uint64_t begun = 0;
   // faults
-  uint32_t lost = 0, torn_line = 0, shorted = 0;  // bit n: axis n
+  uint32_t lost = 0, touching = 0, shorted = 0;  // bit n: axis n
   double volts = 0;
   uint64_t tripped = 0;             // clock in which all gates of an axis that ran were off, 0: none
 
@@ -234,8 +234,9 @@ struct System : DualBench<System, Vdrive_chain> {
       b |= uint32_t(quarter == 2 || quarter == 3) << n;
       z |= uint32_t((at & (kIndex - 1)) == 2) << n;
     }
-    top->a_i = a;
-    top->b_i = (b & ~torn_line) | (a & torn_line);  // the lines touch: both change at once
+    const uint32_t noise = (clocks >> 10 & 1) ? touching : 0;  // on both lines at once
+    top->a_i = (a & ~touching) | noise;
+    top->b_i = (b & ~touching) | noise;
     top->z_i = z;
   }
 
@@ -317,7 +318,7 @@ void chain_orders(void* handle, const uint32_t* address, const uint32_t* rows, u
 void chain_fault(void* handle, uint32_t lost, uint32_t touching, uint32_t shorted, uint32_t stage, double volts) {
   auto* chain = static_cast<System*>(handle);
   chain->lost = lost;
-  chain->torn_line = touching;
+  chain->touching = touching;
   chain->shorted = shorted;
   chain->top->fault_i = stage;
   chain->volts = volts;

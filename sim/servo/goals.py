@@ -20,7 +20,7 @@ from sim.model.parameters import Robot
 from sim.model.records import SetPoints
 from sim.servo.current_law import AXES, Setting, current_law
 from sim.servo.current_loop import rise_and_overshoot
-from sim.servo.response import Response, distortion, responses, steps
+from sim.servo.response import NOISE, Response, distortion, responses, steps
 from sim.servo.sample import Sample, sample
 from sim.servo.whole import Whole, path_of, whole
 
@@ -37,13 +37,18 @@ EQUAL = (0.2, 20.0)  # um of a leg, urad of a table axis: averaged against every
 
 
 @dataclass(frozen=True)
-class Shown:
-    """What the page draws: i_q of the step (halves, 5) and noise (5,) [A], frequency responses, the
-    path with each law's errors, the RTL sample."""
+class Loops:
+    """i_q of the step (halves, 5) [A], frequency responses of the axes."""
 
     step: NDArray[np.float64]
-    noise: NDArray[np.float64]
-    loops: list[Response]
+    responses: list[Response]
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What the page draws: the loops, the path with each law's errors, the RTL sample."""
+
+    loops: Loops
     path: SetPoints
     laws: dict[tuple[str, float], Whole]
     sample: Sample
@@ -82,15 +87,9 @@ class Rows(list[dict[str, Any]]):
         self.append(dict(name=name, value=value, unit=unit, target=target, met=met))
 
 
-def measure(path: Path | None, full: bool, report: Callable[[str], None]) -> tuple[Rows, Shown]:
-    """The rows for the parameters in `path`, and what the page shows.
-
-    full: the whole A-G-H path, and `LONG` seconds of the chain's RTL. Raises ParameterError,
-    ControllerFault, StartUpError.
-    """
-    drives, robot = Drives.load(path), Robot.load(path)
+def measure_loops(robot: Robot, drives: Drives, rows: Rows, report: Callable[[str], None]) -> Loops:
+    """The rows of the current loops alone, in a minute. Raises StartUpError."""
     setting = Setting(robot.resolution)
-    rows = Rows()
     for configuration, target in CYCLES.items():
         report(f"program of five axes on {configuration}")
         found = cycles(drives, setting, configuration)
@@ -110,6 +109,9 @@ def measure(path: Path | None, full: bool, report: Callable[[str], None]) -> tup
     about = "every clock, dead time, noise"
     rows.most(f"step of the current, 10 % to 90 %, {about}", 1e6 * max(rises), "us", 100)
     rows.most(f"step of the current, overshoot, {about}", 100 * max(overshoots), "%", 15)
+    rows.most(
+        "noise of a sensed current, what averaged inverters take", 1e3 * noise, "mA", 1e3 * NOISE
+    )
     report("frequency response, averaged inverters")
     loops = responses(robot, drives, setting)
     bandwidth, margin = min(r.bandwidth for r in loops), min(r.margin for r in loops)
@@ -125,6 +127,18 @@ def measure(path: Path | None, full: bool, report: Callable[[str], None]) -> tup
         "times",
         DISTORTION,
     )
+    return Loops(step, loops)
+
+
+def measure(path: Path | None, full: bool, report: Callable[[str], None]) -> tuple[Rows, Shown]:
+    """The rows for the parameters in `path`, and what the page shows.
+
+    full: the whole A-G-H path, and `LONG` seconds of the chain's RTL. Raises ParameterError,
+    ControllerFault, StartUpError.
+    """
+    drives, robot = Drives.load(path), Robot.load(path)
+    rows = Rows()
+    loops = measure_loops(robot, drives, rows, report)
     words = path_of(robot, FULL if full else SHORT)
     what = "whole path" if full else f"first {SHORT * robot.T_s:g} s of the path"
     begin = time.process_time()
@@ -183,4 +197,4 @@ def measure(path: Path | None, full: bool, report: Callable[[str], None]) -> tup
         + ("" if full else f", from {seconds:g} s"),
         piece.seconds * LONG / seconds / 60, "minutes", 30,
     )  # fmt: skip
-    return rows, Shown(step, noise, loops, words, found, piece)
+    return rows, Shown(loops, words, found, piece)

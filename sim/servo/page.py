@@ -32,8 +32,8 @@ def write(file: Path, table: Table, shown: Shown) -> None:
     page.section("Numbers", "What was to be reached, and what this run has measured.")
     page.table(table)
     page.section("Current loops", "Brakes closed, dead time and noise on.")
-    t = 1e6 * PERIOD * (np.arange(len(shown.step)) - 10)
-    curves = {name: shown.step[:, n] for n, name in enumerate(NAMES)}
+    t = 1e6 * PERIOD * (np.arange(len(shown.loops.step)) - 10)
+    curves = {name: shown.loops.step[:, n] for n, name in enumerate(NAMES)}
     page.figure(
         panels(t, [("i_q [A]", curves)], "time [us]"),
         "Step of the ordered current, RTL at every clock: means of half periods.",
@@ -63,14 +63,14 @@ def write(file: Path, table: Table, shown: Shown) -> None:
 
 
 def _bode(shown: Shown) -> go.Figure:
-    frequency = shown.loops[0].frequency
+    frequency = shown.loops.responses[0].frequency
     size = {
         name: 20 * np.log10(np.abs(loop.closed))
-        for name, loop in zip(NAMES, shown.loops, strict=True)
+        for name, loop in zip(NAMES, shown.loops.responses, strict=True)
     }
     phase = {
         name: np.degrees(np.unwrap(np.angle(loop.closed)))
-        for name, loop in zip(NAMES, shown.loops, strict=True)
+        for name, loop in zip(NAMES, shown.loops.responses, strict=True)
     }
     figure = panels(frequency, [("size [dB]", size), ("phase [degrees]", phase)], "frequency [Hz]")
     figure.update_xaxes(type="log")

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from sim.dual.moves import Move
 from sim.dual.system import TwoProcessors
@@ -105,11 +105,3 @@ class Chain:
             raise ControllerFault(f"tick {self.controller.tick}: axes have tripped, {status}")
         counts, joints, tools, commands = (np.array(column) for column in zip(*rows, strict=True))
         return Run(counts, joints, tools, commands.view(np.float32), self.system.halves())
-
-
-def errors(run: Run, desired: ArrayLike, path: SetPoints, first: int = 0) -> dict[str, float]:
-    """Largest errors of leg [m], tool [m] and table [rad] from tick `first` of a run on."""
-    ticks = len(run.joints)
-    off = np.abs(run.joints - np.asarray(desired)[:ticks])[first:]
-    tool = np.linalg.norm(run.tool - path.position[:ticks], axis=1)[first:]
-    return dict(leg=off[:, :3].max(), tool=tool.max(), table=off[:, 3:].max())

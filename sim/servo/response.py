@@ -17,7 +17,7 @@ from sim.servo.current_law import Setting
 from sim.servo.plant import AXES, Plant
 
 HOME = (0.0, 0.0, 0.6, 0.0, 0.0)
-NOISE = 2e-3  # of a sensed current [A]; that of the modulators is measured by `steps`
+NOISE = 2e-3  # of a sensed current on averaged inverters [A]; `steps` measures the modulators'
 BASE = 200.0  # spacing of the multisine's lines [Hz]
 LINES = np.unique(np.round(np.geomspace(2, 100, 40)).astype(int))  # multiples of BASE
 AMPLITUDE = 0.001  # of a line, as a share of i_max: no voltage saturates
@@ -26,14 +26,15 @@ PERIODS = 8  # of the multisine behind the first, which settles
 
 def steps(
     robot: Robot, drives: Drives, share: float, halves: int = 130
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[NDArray[np.float64], float]:
     """RTL, every clock: i_q (halves, 5) [A] of a step of all orders to `share` of i_max in half
-    period 10, and the noise (5,) [A] of the sensed currents before it."""
+    period 10; largest noise [A] of a sensed current without gates. Raises StartUpError."""
     system, plant = ChainRtl(), Plant(robot, drives)
     setting = Setting(robot.resolution)
     counts = system.place(plant, HOME)
     start_up.configure(system, drives, setting, counts, 1.3 * max(m.i_max for m in drives.motors))
     start_up.measure_offsets(system)
+    noise = start_up.sense(system, 32).std(axis=0).max() * setting.ampere_per_count
     start_up.write_angles(system, true_angles(plant, at_joints(plant, HOME)))
     start_up.order(system, [0.0] * AXES)
     system.front("LINK", enable=1)
@@ -48,8 +49,7 @@ def steps(
     system.clock((halves + 2) * 1250)
     if system.status()["trip"] or system.look().shoot_through:
         raise start_up.StartUpError(f"the step tripped an axis: {system.status()}")
-    found = system.halves()["i_q"][1 : halves + 1]
-    return found, found[:9].std(axis=0)
+    return system.halves()["i_q"][1 : halves + 1], float(noise * drives.current_scale)
 
 
 @dataclass(frozen=True)

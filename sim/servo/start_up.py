@@ -70,15 +70,20 @@ def stop(system: ChainRtl) -> None:
     system.front("LINK")
 
 
-def measure_offsets(system: ChainRtl, windows: int = 32) -> NDArray[np.float64]:
-    """Mean samples (5, 2) of the currents with all gates off [counts], written to the program."""
+def sense(system: ChainRtl, windows: int) -> NDArray[np.float64]:
+    """Samples (windows, 5, 2) of the phase currents a and b [counts], a half period apart."""
     found = np.zeros((windows, AXES, 2))
     for row in found:
         system.clock(1250)
         for n in range(AXES):
             for k, name in enumerate(("CURRENT_A", "CURRENT_B")):
                 row[n, k] = np.int32(np.uint32(system.read_front(name, n)))
-    zeros = found.mean(axis=0)
+    return found
+
+
+def measure_offsets(system: ChainRtl, windows: int = 32) -> NDArray[np.float64]:
+    """Mean samples (5, 2) of the currents with all gates off [counts], written to the program."""
+    zeros = sense(system, windows).mean(axis=0)
     values = {f"zero_{k}{n}": MAGIC + zeros[n, i] for n in range(AXES) for i, k in enumerate("ab")}
     write_constants(system.current, system.current.image, values)
     return zeros
@@ -180,3 +185,26 @@ def release(system: ChainRtl) -> None:
     if status["trip"]:
         raise StartUpError(f"axes have tripped before their brakes opened: {status}")
     system.front("BRAKE", release=ALL)
+
+
+def supervise(
+    system: ChainRtl, desired: Sequence[float], resolution: Sequence[float], most: Sequence[float]
+) -> str:
+    """What a supervisor does now and then: '' while all is well, else what is wrong, and `stop`.
+
+    desired: joints of the tracking law [m, rad]; most: following error of each axis that is too
+    much. An axis that has tripped stops the others too.
+    """
+    status = system.status()
+    causes = [name for name in ("trip", "illegal", "late", "fault", "undervoltage", "stop")
+              if status[name]]  # fmt: skip
+    if causes:
+        stop(system)
+        return ", ".join(f"{name} {status[name]:#x}" for name in causes)
+    origin = [np.int32(np.uint32(system.read_front("ORIGIN", n))) for n in range(AXES)]
+    for n, count in enumerate(positions(system) + origin):
+        error = desired[n] - count * resolution[n]
+        if abs(error) > most[n]:
+            stop(system)
+            return f"following error of axis {n + 1}: {error:.3g}"
+    return ""
