@@ -42,7 +42,8 @@ module debug_scope #(
   logic [2:0]           last_q, kind_q, trigger_channel_q, size_mask;
   logic                 float_q, low_q, high_q, before_q, before_valid_q;
   logic [15:0]          skip_q, skipped_q;
-  logic [CountBits-1:0] pre_q, post_q, left_q;
+  logic [CountBits-1:0] pre_q, post_q;
+  logic [CountBits-1:0] left_q;    // records to come, and the last one
   logic [31:0]          level_low_q, level_high_q, records_q, triggered_at_q;
   logic [RingLog2-1:0]  at_q;
   logic [31:0]          memory[0:(1<<RingLog2)-1];
@@ -159,13 +160,13 @@ module debug_scope #(
         before_q       <= low_q;
         before_valid_q <= 1'b1;
         left_q         <= left_q - 1'b1;
-        if (state_q == debug_regmap_pkg::SCOPE_STATE_TRIGGERED && left_q == CountBits'(1) &&
+        if (state_q == debug_regmap_pkg::SCOPE_STATE_TRIGGERED && left_q == CountBits'(2) &&
             |post_q) begin
           state_q <= debug_regmap_pkg::SCOPE_STATE_FROZEN;
         end
         if (trigger) begin
           triggered_q <= 1'b1;
-          left_q      <= post_q - 1'b1;
+          left_q      <= post_q;
           state_q     <= post_q == CountBits'(1) ? debug_regmap_pkg::SCOPE_STATE_FROZEN
                                                  : debug_regmap_pkg::SCOPE_STATE_TRIGGERED;
         end
