@@ -63,6 +63,11 @@ class DeviceRtl:
         """Let time pass."""
         self._lib.device_run(self._device, ctypes.c_uint64(ns))
 
+    @property
+    def now(self) -> int:
+        """Simulated time, ps."""
+        return self._lib.device_now(self._device)
+
     def counts(self) -> dict[str, int]:
         """COUNTS: ticks, clock cycles of the last, the longest and all of them, frames."""
         return {name: self._lib.device_count(self._device, n) for n, name in enumerate(COUNTS)}
@@ -83,6 +88,10 @@ class DeviceRtl:
     def console(self) -> str:
         """What the program has written."""
         return self._lib.device_console(self._device).decode()
+
+    def send(self, frame: bytes) -> None:
+        """A frame without check sequence into port 0; what comes back is dropped."""
+        self._lib.device_send(self._device, frame, len(frame))
 
     def serve(self, descriptor: int) -> None:
         """Join port 0 to a TAP device until `stop`, from another thread."""

@@ -33,6 +33,18 @@ uint32_t check_sequence(const uint8_t* bytes, size_t n) {
   return ~state;
 }
 
+std::vector<uint8_t> nibbles_of(uint8_t* bytes, size_t n) {
+  while (n < 60) bytes[n++] = 0;
+  const uint32_t check = check_sequence(bytes, n);
+  std::memcpy(bytes + n, &check, 4);
+  std::vector<uint8_t> nibbles;
+  for (size_t i = 0; i < n + 4; ++i) {
+    nibbles.push_back(bytes[i] & 0xF);
+    nibbles.push_back(bytes[i] >> 4);
+  }
+  return nibbles;
+}
+
 struct Device {
   Line line{{0.0}, 25000, false};
   uint32_t input_base = 0, output_base = 0, tick_clocks = 0;
@@ -148,6 +160,14 @@ EXPORT void device_input(Device* device, unsigned word, uint32_t value) { device
 EXPORT const char* device_console(Device* device) { return device->console.c_str(); }
 EXPORT void device_stop(Device* device) { device->stop = true; }
 
+// A frame without check sequence, of 1600 bytes at most; what comes back is dropped.
+EXPORT void device_send(Device* device, const uint8_t* frame, uint32_t n) {
+  uint8_t bytes[2048];
+  std::memcpy(bytes, frame, n);
+  device->line.send[0].send(nibbles_of(bytes, n), -1, GAP_NIBBLES);
+  device->line.received[0].frames.clear();
+}
+
 // Joins port 0 to `fd`, a TAP device that does not block, until device_stop; time goes on without frames too.
 EXPORT void device_serve(Device* device, int fd) {
   uint8_t bytes[2048];
@@ -155,15 +175,7 @@ EXPORT void device_serve(Device* device, int fd) {
   while (!device->stop) {
     ssize_t n;
     while ((n = read(fd, bytes, 1600)) > 0) {
-      while (n < 60) bytes[n++] = 0;
-      const uint32_t check = check_sequence(bytes, n);
-      std::memcpy(bytes + n, &check, 4);
-      std::vector<uint8_t> nibbles;
-      for (ssize_t i = 0; i < n + 4; ++i) {
-        nibbles.push_back(bytes[i] & 0xF);
-        nibbles.push_back(bytes[i] >> 4);
-      }
-      line.send[0].send(nibbles, -1, GAP_NIBBLES);
+      line.send[0].send(nibbles_of(bytes, n), -1, GAP_NIBBLES);
       ++device->sent;
     }
     line.run(1000000);

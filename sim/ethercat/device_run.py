@@ -1,0 +1,230 @@
+# SPDX-License-Identifier: Apache-2.0
+"""pysoem, unmodified, against the whole device in RTL: its program answers; a report as JSON.
+
+    unshare -rn python -m sim.ethercat.device_run
+
+Scan, mapping by CoE, SAFEOP, OP; the dictionary read by SDO and browsed; five axes enabled and
+moved in CSP. Then frames come at exact times, and the cycles of the control passes are counted.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import struct
+import sys
+import threading
+import time
+from collections.abc import Sequence
+
+import pysoem
+
+from sim.coe.dictionary import TYPES, Device, load
+from sim.ethercat.device import DeviceRtl
+from sim.ethercat.tap import INTERFACE, open_tap
+from sim.harness import nios_image
+
+IMAGE = "ethercat"
+CLOCKS_PER_US = 100
+START_NS = 3_000_000  # start-up of the program and loading of the SII
+# A master's time-outs [us] are for hardware; simulated slaves take longer by this machine's clock.
+TIMEOUTS = {
+    "ret": 500_000,
+    "safe": 5_000_000,
+    "eeprom": 5_000_000,
+    "tx_mailbox": 5_000_000,
+    "rx_mailbox": 20_000_000,
+    "state": 60_000_000,
+}
+SDO_US = 20_000_000
+CSP = 8
+SHUTDOWN, SWITCH_ON, ENABLE = 0x06, 0x07, 0x0F
+STATUS_MASK, STATUS_ENABLED = 0x6F, 0x27
+FRAME_US = 2_000_000
+WAIT_PS = 500_000_000
+
+
+def outputs(device: Device, values: dict[str, int]) -> bytes:
+    """Process data as mapped after reset, the same for each axis; by name of the object."""
+    data = b""
+    for pdo in device.direction("rx"):
+        for index, subindex, bits in pdo.entries:
+            if not index:
+                data += bytes(bits // 8)
+                continue
+            entry = device.object(index).entry(subindex)
+            data += struct.pack("<" + TYPES[entry.type].format, values.get(entry.field, 0))
+    return data
+
+
+def datagram(data: bytes, inputs: int) -> bytes:
+    """A frame with one LRW at logical address 0, where SOEM puts outputs, then inputs."""
+    body = data + bytes(inputs)
+    head = struct.pack("<BBIHH", 12, 0, 0, len(body), 0)
+    size = struct.pack("<H", (len(head) + len(body) + 2) | 1 << 12)
+    return b"\xff" * 6 + b"\x02" * 6 + b"\x88\xa4" + size + head + body + b"\0\0"
+
+
+class Session:
+    """The master's side of a device that runs. Raises RuntimeError when a step fails."""
+
+    def __init__(self, rtl: DeviceRtl, device: Device) -> None:
+        self.rtl, self.device = rtl, device
+        for name, value in TIMEOUTS.items():
+            setattr(pysoem.settings.timeouts, name, value)
+        self.master = pysoem.Master()
+        self.master.sdo_read_timeout = self.master.sdo_write_timeout = SDO_US
+        self.wrong = 0
+
+    def exchange(self, **values: int) -> bytes:
+        """One cycle of process data; the inputs."""
+        slave = self.master.slaves[0]
+        slave.output = outputs(self.device, values)
+        self.master.send_processdata()
+        self.wrong += self.master.receive_processdata(FRAME_US) != self.master.expected_wkc
+        return slave.input
+
+    def state(self, wanted: int) -> None:
+        self.master.state = wanted
+        self.master.write_state()
+        for _ in range(2000):
+            self.exchange(mode=CSP)
+            if self.master.state_check(wanted, 50_000) == wanted:
+                return
+        self.master.read_state()
+        slave = self.master.slaves[0]
+        raise RuntimeError(f"state {slave.state}, code {slave.al_status:04x}, not {wanted}")
+
+    def bring_up(self) -> dict[str, object]:
+        master = self.master
+        if (found := master.config_init()) != 1:
+            raise RuntimeError(f"pysoem found {found} slaves, there is 1")
+        slave = master.slaves[0]
+        mapped = master.config_map()
+        if (state := master.state_check(pysoem.SAFEOP_STATE, 60_000_000)) != pysoem.SAFEOP_STATE:
+            raise RuntimeError(f"state {state}, not SAFEOP")
+        self.state(pysoem.OP_STATE)
+        return {
+            "name": slave.name,
+            "identity": [slave.man, slave.id, slave.rev],
+            "mapped_bytes": mapped,
+            "expected_counter": master.expected_wkc,
+            "state": "OP",
+        }
+
+    def dictionary(self, step: int) -> dict[str, object]:
+        """Every `step`-th object read and described; what differs from the source."""
+        slave, different, entries = self.master.slaves[0], [], 0
+        listed = slave.od
+        indices = [o.index for o in listed]
+        if indices != [o.index for o in self.device.objects]:
+            different.append("list of objects")
+        for found, one in list(zip(listed, self.device.objects, strict=True))[::step]:
+            name = found.name.decode() if isinstance(found.name, bytes) else found.name
+            if name != one.name:
+                different.append(f"{one.index:04X} name {name!r}")
+            for entry in one.entries:
+                data = slave.sdo_read(one.index, entry.subindex)
+                entries += 1
+                if data != entry.data() and entry.access != "ro" and entry.pdo != "rx":
+                    different.append(f"{one.index:04X}:{entry.subindex:02X} {data.hex()}")
+        return {"objects": len(indices), "entries_read": entries, "different": different}
+
+    def label(self) -> bool:
+        """480 bytes there and back, in segments; an abort is told by its code."""
+        slave, text = self.master.slaves[0], bytes(33 + n % 90 for n in range(480))
+        slave.sdo_write(0x2020, 0, text)
+        try:
+            slave.sdo_read(0x3000, 0)
+            return False
+        except pysoem.SdoError as error:
+            return (
+                slave.sdo_read(0x2020, 0, size=len(text)) == text and error.abort_code == 0x06020000
+            )
+
+    def drive(self) -> dict[str, object]:
+        """All axes to operation enabled, then a way in CSP; where the first one ends."""
+        for control in (SHUTDOWN, SWITCH_ON, ENABLE):
+            for _ in range(40):
+                inputs = self.exchange(controlword=control, mode=CSP)
+        axes = range(self.device.device["axes"])
+        words = [struct.unpack_from("<H", inputs, 20 * n)[0] for n in axes]
+        for position in range(0, 20_001, 200):
+            self.exchange(controlword=ENABLE, mode=CSP, target_position=position)
+            self.rtl_wait()
+        for _ in range(60):
+            inputs = self.exchange(controlword=ENABLE, mode=CSP, target_position=20_000)
+            self.rtl_wait()
+        place = struct.unpack_from("<i", inputs, 4)[0]
+        return {
+            "enabled": [word & STATUS_MASK == STATUS_ENABLED for word in words],
+            "actual_position": place,
+        }
+
+    def rtl_wait(self) -> None:
+        """Let the device's time go on, which it does while the master sleeps."""
+        before = self.rtl.now
+        while self.rtl.now - before < WAIT_PS:
+            time.sleep(0.001)
+
+
+def measure(rtl: DeviceRtl, device: Device, period_us: int, cycles: int) -> dict[str, int]:
+    """Clock cycles of the control passes with a frame of process data each `period_us`."""
+    for n in range(cycles + 20):
+        if n == 20:
+            rtl.restart_counts()
+        values = {"controlword": ENABLE, "mode": CSP, "target_position": 20_000}
+        rtl.send(datagram(outputs(device, values), device.bytes("tx")))
+        rtl.run(period_us * 1000)
+    counts = rtl.counts()
+    return {
+        "period_us": period_us,
+        "passes": counts["ticks"],
+        "longest": counts["longest"],
+        "mean": counts["sum"] // max(1, counts["ticks"]),
+    }
+
+
+def run(step: int, cycles: int) -> dict[str, object]:
+    """Everything; the report. Raises RuntimeError when the device does not come to OP."""
+    device = load()
+    rtl = DeviceRtl(nios_image.load(IMAGE))
+    rtl.run(START_NS)
+    tap = open_tap()
+    service = threading.Thread(target=rtl.serve, args=(tap,), daemon=True)
+    service.start()
+    session = Session(rtl, device)
+    try:
+        session.master.open(INTERFACE)
+        report = session.bring_up()
+        report["drive"] = session.drive()
+        report["segments"] = session.label()
+        report["dictionary"] = session.dictionary(step)
+        report["wrong_counters"] = session.wrong
+    finally:
+        rtl.stop()
+        service.join()
+    report["passes"] = [measure(rtl, device, period, cycles) for period in (1000, 100)]
+    report["console"] = rtl.console
+    session.master.close()
+    return report
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Command line; exit 0 if the device did all, 1 if not."""
+    parser = argparse.ArgumentParser(
+        description=__doc__.splitlines()[0],
+        epilog="example: unshare -rn python -m sim.ethercat.device_run --step 1",
+    )
+    parser.add_argument(
+        "--step", type=int, default=12, help="read each STEP-th object (default 12)"
+    )
+    parser.add_argument("--cycles", type=int, default=50, help="frames of a measurement (50)")
+    arguments = parser.parse_args(argv)
+    report = run(arguments.step, arguments.cycles)
+    print(json.dumps(report))
+    return 0 if not report["dictionary"]["different"] else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
