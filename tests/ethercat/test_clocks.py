@@ -14,10 +14,11 @@ CABLE_PS = 500_000
 NEAR = 20  # ns
 
 
+# A slave sends in its own phase of 40 ns: a way may be that much longer.
 def test_delays__are_those_of_the_cables():
     with Line((0.0,) * 3, cable_ps=CABLE_PS) as line, Line((0.0,) * 3, cable_ps=0) as short:
         long, none = measure_delays(line, 4), measure_delays(short, 4)
-    assert all(abs(a - b - 500 * n) <= 20 for n, (a, b) in enumerate(zip(long, none, strict=True)))
+    assert all(abs(a - b - 500 * n) <= 40 * n for n, (a, b) in enumerate(zip(long, none, strict=True)))
 
 
 def test_clocks__come_together():
