@@ -35,7 +35,7 @@ export SEED WAVES
 .PHONY: gen gen-check docs readme site workbench
 .PHONY: formal fp-case fp-bench fp-campaign fp-report
 .PHONY: robots side-by-side
-.PHONY: motion motion-size drive synth quartus upsets bitstream silicon
+.PHONY: bus motion motion-size drive synth quartus upsets bitstream silicon
 .PHONY: nios-sw nios-toolchain nios-cycles qemu tools-for-tests rs274
 
 help: ## list targets and variables
@@ -125,6 +125,9 @@ upsets: $(READY) ## invert single bits of the core in whole ticks, to build/upse
 
 drive: $(READY) ## motor drives in closed loop, their goals, to build/drive.json and .html (RUN=full)
 	@$(PY) -m sim.servo --robot "$(ROBOT)" $(if $(filter full,$(RUN)),--full)
+
+bus: $(READY_SYNTH) ## EtherCAT-compatible slave: forwarding, cycles, masters, clocks, area, to build/bus.json (RUN=full)
+	@$(PY) -m scripts.bus $(if $(filter full,$(RUN)),--full)
 
 motion-size: $(READY_SYNTH) ## area and clock of the motion front-end with Yosys and nextpnr, for its goals
 	@$(PY) -m scripts.motion_size $(if $(SEEDS),--seeds $(SEEDS))
