@@ -53,16 +53,17 @@ def board_results() -> dict[str, Any]:
 def boards() -> Iterator[Row]:
     """Core clock that the routed design reaches, beside what the board's top asks for."""
     fast_enough = 0
+    results = board_results()
     for name, board in BOARDS.items():
-        result = board_results().get(name)
-        if result is None:
-            yield Row(f"{name}: core clock", None, "MHz", f">= {board.core_mhz}", False, "not run")
-            continue
+        result = results.get(name, {"clocks": {"": {}}, "seed": ""})
         found = result["clocks"][str(result["seed"])].values()
-        core = next(c for c in found if abs(c["constraint"] - board.core_mhz) < 0.5)
-        note = f"seed {result['seed']}, commit {result['commit']}"
+        core = [c["achieved"] for c in found if abs(c["constraint"] - board.core_mhz) < 0.5]
+        goal = (f"{name}: core clock", core[0] if core else None, "MHz", f">= {board.core_mhz}")
+        if not core:
+            yield Row(*goal, False, f"not run at this clock; make bitstream BOARD={name}")
+            continue
         met = bool(result["met"])
-        yield Row(f"{name}: core clock", core["achieved"], "MHz", f">= {board.core_mhz}", met, note)
+        yield Row(*goal, met, f"seed {result['seed']}, commit {result['commit']}")
         fast_enough += met and board.core_mhz >= BOARD_CLOCK
     yield at_least(f"bitstreams of boards at {BOARD_CLOCK:g} MHz or above", fast_enough, 2, "")
 

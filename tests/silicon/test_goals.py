@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Rows of `make silicon`: what was not measured, or at another clock, is not met."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from scripts import silicon
+
+
+def result(achieved: float, constraint: float, met: bool) -> dict:
+    clock = {"achieved": achieved, "constraint": constraint}
+    return {"clocks": {"2": {"core": clock}}, "seed": 2, "met": met, "commit": "0123456789ab"}
+
+
+@pytest.fixture
+def board_rows(monkeypatch, tmp_path):
+    """Rows of the boards for results by board."""
+    monkeypatch.setattr(silicon, "BOARD_RESULTS", tmp_path / "none")
+    monkeypatch.setattr(silicon, "KEPT_BOARDS", tmp_path / "boards.json")
+
+    def rows(**results: dict) -> dict[str, silicon.Row]:
+        text = json.dumps({name.replace("_", "-"): found for name, found in results.items()})
+        (tmp_path / "boards.json").write_text(text)
+        return {row.name: row for row in silicon.boards()}
+
+    return rows
+
+
+def test_boards__without_a_result__are_listed_and_not_met(board_rows):
+    rows = board_rows()
+    assert len(rows) == len(silicon.BOARDS) + 1
+    assert not any(row.met for row in rows.values())
+    assert rows["ulx3s: core clock"].value is None
+
+
+def test_boards__result_at_another_clock__counts_for_nothing(board_rows):
+    row = board_rows(ulx3s=result(101.0, 100.0, True))["ulx3s: core clock"]
+    assert row.value is None and not row.met and "make bitstream BOARD=ulx3s" in row.note
+
+
+def test_boards__two_that_meet_100_mhz__meet_the_goal(board_rows):
+    fast = {"ecpix5": result(104.0, 100.0, True), "versa_ecp5": result(101.0, 100.0, True)}
+    goal = "bitstreams of boards at 100 MHz or above"
+    assert board_rows(**fast)[goal].met
+    fast["ecpix5"] = result(99.0, 100.0, False)
+    slow = board_rows(ulx3s=result(80.0, 75.0, True), **fast)
+    assert (slow[goal].value, slow[goal].met) == (1, False)
+    assert slow["ulx3s: core clock"].met and not slow["ecpix5: core clock"].met
+
+
+def test_clocks__of_tops_never_synthesised__are_listed_as_not_run(monkeypatch):
+    small = {"fmax_mhz": {"median": 118, "runs": 5}, "commit": "c", "aluts": 1}
+    monkeypatch.setattr(silicon, "synthesis", lambda: {"asip_small": small, "asip_fast": small})
+    rows = {row.name: row for row in silicon.clocks()}
+    assert not rows["asip_small: clock"].met
+    assert rows["fpga1: whole system placed and routed"].note == "not run"
+    assert not rows["fpga1: whole system placed and routed"].met
+
+
+def test_netlists__short_form__lists_what_it_leaves_out(monkeypatch):
+    monkeypatch.setattr(silicon.lockstep, "run", lambda top, clocks: silicon.lockstep.Outcome(7, 9))
+    rows = list(silicon.netlist_units(full=False))
+    assert {row.note for row in rows if row.value is None} == {"RUN=full runs it"}
+    assert not any(row.met for row in rows)
