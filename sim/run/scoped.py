@@ -150,6 +150,8 @@ class RobotTuner:
         return {entry.name: entry.bits for entry in self._named(image)}
 
     def _assembled(self, parameters: Mapping[str, float]) -> Image:
+        if not parameters:
+            return self._image
         return self._image_of(tuple(sorted(parameters.items())))
 
     @functools.lru_cache(maxsize=8)  # noqa: B019  one tuner a process
