@@ -23,7 +23,7 @@ from rich.table import Table
 
 from asip_asm.project import ROOT
 from sim.fpbench import campaign as runner
-from tests.upsets import campaign, report
+from tests.upsets import area, campaign, report
 from tests.upsets.model import EFFECTS
 from tests.upsets.plan import SEED, SHARD, upset_of
 
@@ -97,9 +97,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--jobs", type=int, default=2, help="processes (2)")
     parser.add_argument("--scheduler", help="address of a Dask scheduler in place of processes")
     parser.add_argument("--core", choices=campaign.CORES, default="plain", help="for --replay")
+    parser.add_argument("--area", action="store_true", help="measure the area with Yosys (minutes)")
     parser.add_argument("--replay", metavar="LINE", help="one injection of the report again")
     options = parser.parse_args(arguments)
     console = Console(stderr=True, soft_wrap=True)
+    if options.area:
+        area.measure()
+        return 0
     if options.replay:
         return replay(options.core, options.replay, console)
     depth = "full" if options.full else "quick"
@@ -108,6 +112,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 1
     rows = report.goals(cores, list(cores)[-1])
     rows += report.cost_goals(campaign.cost(), campaign.memory_ticks(5 if options.full else 1))
+    rows.append(report.area_goal(area.measured()))
     report.write(cores, rows, depth)
     report.update_page(cores, rows)
     shown = Table("what", "value", "unit", "target", "met", "", box=box.SIMPLE_HEAD)

@@ -74,6 +74,16 @@ def cost_goals(cycles: Mapping[str, int], memory: Mapping[str, int]) -> list[Row
     ]
 
 
+def area_goal(luts: Mapping[str, int] | None) -> Row:
+    """What redundancy costs in LUTs of ECP5."""
+    name = "area of redundancy"
+    if luts is None:
+        return Row(name, None, "%", "<= 8", False, "python -m tests.upsets --area measures it")
+    more = luts["resilient"] - luts["plain"]
+    note = f"{more} LUTs on {luts['plain']}, ECP5"
+    return at_most(name, 100 * more / luts["plain"], 8, "%", note)
+
+
 def goals(cores: Mapping[str, Mapping[str, Any]], most: str) -> list[Row]:
     """Effects of upsets on the core `most`, which does most about them, against their targets."""
     core = cores[most]
