@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // ecat_access: the one way to the controller's bytes, a byte (or a window of bits) a clock.
 // A passing frame goes first, then what good frames have left to write, then the application.
-// Contract, in clocks behind a frame's byte_valid_i: 1 to 8 its accesses enter, one an FMMU; 14 what they read is
-// complete at read_data_o. An access enters, is mapped (2), guarded by sync managers (2) and done (2). A write of some
-// bits of a byte reads it first: behind another access it enters a clock later.
+// Contract, in clocks behind a frame's byte_valid_i: 1 to 8 its accesses enter, one an FMMU; 17 what they read is
+// complete at read_data_o. An access enters, is mapped (3), guarded by sync managers (2) and done (3). A write of some
+// bits of a byte reads it first: behind another access it enters two clocks later.
 module ecat_access (
     input  logic clk_i,
     input  logic rst_ni,
@@ -32,7 +32,7 @@ module ecat_access (
     input  logic [15:0] app_address_i,
     input  logic [7:0]  app_data_i,
     output logic        app_ready_o,
-    output logic        app_done_o,      // of a read or write taken 6 clocks before
+    output logic        app_done_o,      // of a read or write taken 8 clocks before
     output logic [7:0]  app_data_o,
     output logic        app_denied_o,    // with app_done_o
     // registers
@@ -54,19 +54,22 @@ module ecat_access (
   localparam logic [3:0] MemoryEnd = 4'h3;  // 0x3000
 
   // Enter.
-  logic        running_q, logical_q, read_q, write_q, sweep_q, entered_q, frame_slot, partial;
+  logic        running_q, logical_q, read_q, write_q, sweep_q, frame_slot, partial;
+  logic [1:0]  entered_q;  // in the two clocks before
   logic [2:0]  slot_q;
   logic [31:0] address_q;
   logic [7:0]  data_q;
   logic [11:0] sweep_address_q;
-  ecat_pkg::access_t entering, access_1_q, access_2_q, access_3_q, access_4_q, access_5_q, guarded;
-  ecat_pkg::window_t window, window_1_q, window_2_q, window_3_q, window_4_q, window_5_q, mapped, fmmu_window;
-  logic        logical_1_q, logical_2_q, fmmu_read, fmmu_write;
-  logic [5:0]  begin_q;   // slot 0 on its way
+  ecat_pkg::access_t entering, access_1_q, access_2_q, access_3_q, access_4_q, access_5_q, access_6_q, access_7_q,
+      access_8_q, guarded;
+  ecat_pkg::window_t window, window_1_q, window_2_q, window_3_q, window_4_q, window_5_q, window_6_q, window_7_q,
+      window_8_q, mapped, fmmu_window;
+  logic        logical_1_q, logical_2_q, logical_3_q, fmmu_read, fmmu_write;
+  logic [8:0]  begin_q;   // slot 0 on its way
 
   assign frame_slot = running_q && (logical_q || slot_q == '0);
   assign partial    = commit_i.write && (commit_i.window.mask != '1 || commit_i.window.shift != '0);
-  assign commit_ready_o = !frame_slot && !(partial && entered_q);
+  assign commit_ready_o = !frame_slot && !(partial && entered_q != '0);
   assign app_ready_o    = !frame_slot && !commit_valid_i && !sweep_q;
 
   always_comb begin
@@ -102,10 +105,10 @@ module ecat_access (
       running_q <= 1'b0;
       slot_q    <= '0;
       begin_q   <= '0;
-      entered_q <= 1'b0;
+      entered_q <= '0;
     end else begin
-      begin_q   <= {begin_q[4:0], byte_valid_i};
-      entered_q <= entering.valid;
+      begin_q   <= {begin_q[7:0], byte_valid_i};
+      entered_q <= {entered_q[0], entering.valid};
       if (byte_valid_i) begin
         running_q <= request_i;
         slot_q    <= '0;
@@ -125,7 +128,7 @@ module ecat_access (
     end
   end
 
-  // Map: two clocks.
+  // Map: three clocks.
   ecat_fmmus u_fmmus (
       .clk_i, .rst_ni,
       .register_i(register_o),
@@ -141,10 +144,14 @@ module ecat_access (
       access_1_q <= '0;
       access_2_q <= '0;
       access_3_q <= '0;
+      access_4_q <= '0;
+      access_5_q <= '0;
     end else begin
       access_1_q <= entering;
       access_2_q <= access_1_q;
-      access_3_q <= guarded;
+      access_3_q <= access_2_q;
+      access_4_q <= guarded;
+      access_5_q <= access_4_q;
     end
   end
   always_ff @(posedge clk_i) begin
@@ -152,22 +159,25 @@ module ecat_access (
     logical_1_q <= logical_q && frame_slot;
     window_2_q  <= window_1_q;
     logical_2_q <= logical_1_q;
-    window_3_q  <= mapped;
+    window_3_q  <= window_2_q;
+    logical_3_q <= logical_2_q;
+    window_4_q  <= mapped;
+    window_5_q  <= window_4_q;
   end
 
   always_comb begin
-    guarded = access_2_q;
-    mapped  = window_2_q;
-    if (logical_2_q) begin
+    guarded = access_3_q;
+    mapped  = window_3_q;
+    if (logical_3_q) begin
       mapped        = fmmu_window;
-      guarded.read  = access_2_q.read && fmmu_read;
-      guarded.write = access_2_q.write && fmmu_write;
+      guarded.read  = access_3_q.read && fmmu_read;
+      guarded.write = access_3_q.write && fmmu_write;
     end
   end
 
-  // Guard: two clocks.
+  // Guard: three clocks.
   logic        sm_read, sm_write, sm_ends, is_register, exists, may_read, may_write, asked;
-  logic [15:0] sm_address, address_4_q, address_5_q;
+  logic [15:0] sm_address, address_6_q, address_7_q, address_8_q;
   ecat_sync_managers u_sync_managers (
       .clk_i, .rst_ni,
       .register_i(register_o),
@@ -186,86 +196,96 @@ module ecat_access (
       .watchdog_o
   );
 
-  assign is_register = window_3_q.address[15:12] == '0;
-  assign exists      = window_3_q.address[15:12] < MemoryEnd && sm_address[15:12] < MemoryEnd;
-  assign may_read    = access_3_q.valid && access_3_q.read && sm_read && exists;
-  assign may_write   = access_3_q.valid && access_3_q.write && sm_write && exists
-                       && (!is_register || (access_3_q.application
-                           ? esc_regmap_pkg::application_writes(window_3_q.address[11:0])
-                           : esc_regmap_pkg::master_writes(window_3_q.address[11:0])));
-  assign asked       = access_3_q.valid && (access_3_q.read || access_3_q.write);
+  assign is_register = window_5_q.address[15:12] == '0;
+  assign exists      = window_5_q.address[15:12] < MemoryEnd && sm_address[15:12] < MemoryEnd;
+  assign may_read    = access_5_q.valid && access_5_q.read && sm_read && exists;
+  assign may_write   = access_5_q.valid && access_5_q.write && sm_write && exists
+                       && (!is_register || (access_5_q.application
+                           ? esc_regmap_pkg::application_writes(window_5_q.address[11:0])
+                           : esc_regmap_pkg::master_writes(window_5_q.address[11:0])));
+  assign asked       = access_5_q.valid && (access_5_q.read || access_5_q.write);
 
   always_comb begin
     entry_o        = '0;
-    entry_o.read   = may_read && (sm_ends || window_3_q.address == {4'd0, esc_regmap_pkg::REG_DL_STATUS}
-                                  || window_3_q.address == {4'd0, esc_regmap_pkg::REG_AL_STATUS});
+    entry_o.read   = may_read && (sm_ends || window_5_q.address == {4'd0, esc_regmap_pkg::REG_DL_STATUS}
+                                  || window_5_q.address == {4'd0, esc_regmap_pkg::REG_AL_STATUS});
     entry_o.write  = may_write;
-    entry_o.data   = access_3_q.data;
-    entry_o.window = window_3_q;
+    entry_o.data   = access_5_q.data;
+    entry_o.window = window_5_q;
   end
-  assign push_o = access_3_q.frame && (entry_o.read || entry_o.write);
+  assign push_o = access_5_q.frame && (entry_o.read || entry_o.write);
 
-  logic denied_4_q, denied_5_q;
+  logic denied_6_q, denied_7_q, denied_8_q;
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
-      access_4_q <= '0;
-      access_5_q <= '0;
-      denied_4_q <= 1'b0;
-      denied_5_q <= 1'b0;
+      access_6_q <= '0;
+      access_7_q <= '0;
+      denied_6_q <= 1'b0;
+      denied_7_q <= 1'b0;
+      denied_8_q <= 1'b0;
+      access_8_q <= '0;
     end else begin
-      access_4_q       <= access_3_q;
-      access_4_q.read  <= may_read;
-      access_4_q.write <= may_write;
-      access_5_q       <= access_4_q;
-      denied_4_q       <= asked && !may_read && !may_write;
-      denied_5_q       <= denied_4_q;
+      access_6_q       <= access_5_q;
+      access_6_q.read  <= may_read;
+      access_6_q.write <= may_write;
+      access_7_q       <= access_6_q;
+      denied_6_q       <= asked && !may_read && !may_write;
+      denied_7_q       <= denied_6_q;
+      denied_8_q       <= denied_7_q;
+      access_8_q       <= access_7_q;
     end
   end
   always_ff @(posedge clk_i) begin
-    window_4_q  <= window_3_q;
-    address_4_q <= sm_address;
-    window_5_q  <= window_4_q;
-    address_5_q <= address_4_q;
+    window_6_q  <= window_5_q;
+    address_6_q <= sm_address;
+    window_7_q  <= window_6_q;
+    address_7_q <= address_6_q;
+    window_8_q  <= window_7_q;
+    address_8_q <= address_7_q;
   end
 
   // Read, change, write.
-  logic [15:0] stored, held, mask, fresh, merged, wide_mask, wide_data;
+  logic [15:0] stored, held_q, held, mask, fresh, merged, wide_mask, wide_data;
   logic [7:0]  first, byte_read;
   logic [1:0]  store;
-  logic        live_5_q;
+  logic        live_7_q, live_8_q;
 
-  assign live_address_o     = window_4_q.address[11:0];
-  assign live_application_o = access_4_q.application;
-  always_ff @(posedge clk_i) live_5_q <= window_4_q.address[15:12] == '0;
+  assign live_address_o     = window_6_q.address[11:0];
+  assign live_application_o = access_6_q.application;
+  always_ff @(posedge clk_i) begin
+    live_7_q <= window_6_q.address[15:12] == '0;
+    live_8_q <= live_7_q;
+    held_q   <= {stored[15:8], first};
+  end
 
   ecat_memory u_memory (
       .clk_i,
-      .read_address_i (address_4_q[13:0]),
+      .read_address_i (address_6_q[13:0]),
       .read_data_o    (stored),
       .write_i        (sweep_q ? 2'b01 : store),
-      .write_address_i(sweep_q ? {2'd0, sweep_address_q} : address_5_q[13:0]),
+      .write_address_i(sweep_q ? {2'd0, sweep_address_q} : address_8_q[13:0]),
       .write_data_i   (sweep_q ? {8'd0, esc_regmap_pkg::reset_byte(sweep_address_q)} : merged)
   );
 
-  assign first     = live_5_q && live_hit_i ? live_data_i : stored[7:0];
-  assign held      = window_5_q.high ? {first, 8'd0} : {stored[15:8], first};
-  assign byte_read = 8'(held >> window_5_q.shift) & window_5_q.mask;
-  assign wide_mask = {8'd0, window_5_q.mask} << window_5_q.shift;
-  assign wide_data = {8'd0, access_5_q.data} << window_5_q.shift;
-  assign mask      = window_5_q.high ? {8'd0, wide_mask[15:8]} : wide_mask;
-  assign fresh     = window_5_q.high ? {8'd0, wide_data[15:8]} : wide_data;
-  assign merged    = ({stored[15:8], first} & ~mask) | (fresh & mask);
-  assign store     = {2{access_5_q.valid && access_5_q.write && !access_5_q.frame}} & {mask[15:8] != '0, mask[7:0] != '0};
+  assign first     = live_7_q && live_hit_i ? live_data_i : stored[7:0];
+  assign held      = window_8_q.high ? {held_q[7:0], 8'd0} : held_q;
+  assign byte_read = 8'(held >> window_8_q.shift) & window_8_q.mask;
+  assign wide_mask = {8'd0, window_8_q.mask} << window_8_q.shift;
+  assign wide_data = {8'd0, access_8_q.data} << window_8_q.shift;
+  assign mask      = window_8_q.high ? {8'd0, wide_mask[15:8]} : wide_mask;
+  assign fresh     = window_8_q.high ? {8'd0, wide_data[15:8]} : wide_data;
+  assign merged    = (held_q & ~mask) | (fresh & mask);
+  assign store     = {2{access_8_q.valid && access_8_q.write && !access_8_q.frame}} & {mask[15:8] != '0, mask[7:0] != '0};
 
   ecat_pkg::register_access_t register_q;
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
       register_q <= '0;
     end else begin
-      register_q.write       <= store[0] && live_5_q;
-      register_q.read        <= access_5_q.valid && access_5_q.read && !access_5_q.frame && live_5_q;
-      register_q.application <= access_5_q.application;
-      register_q.address     <= window_5_q.address[11:0];
+      register_q.write       <= store[0] && live_8_q;
+      register_q.read        <= access_8_q.valid && access_8_q.read && !access_8_q.frame && live_8_q;
+      register_q.application <= access_8_q.application;
+      register_q.address     <= window_8_q.address[11:0];
       register_q.data        <= merged[7:0];
     end
   end
@@ -274,7 +294,7 @@ module ecat_access (
   // What a frame's byte read, over all FMMUs.
   logic [7:0] read_data_q, read_mask_q;
   logic       read_done_q, write_done_q, seen;
-  assign seen = access_5_q.valid && access_5_q.frame;
+  assign seen = access_8_q.valid && access_8_q.frame;
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
       read_data_q  <= '0;
@@ -282,10 +302,10 @@ module ecat_access (
       read_done_q  <= 1'b0;
       write_done_q <= 1'b0;
     end else begin
-      read_data_q  <= (begin_q[5] ? '0 : read_data_q) | (seen && access_5_q.read ? byte_read : '0);
-      read_mask_q  <= (begin_q[5] ? '0 : read_mask_q) | (seen && access_5_q.read ? window_5_q.mask : '0);
-      read_done_q  <= (!begin_q[5] && read_done_q) || (seen && access_5_q.read);
-      write_done_q <= (!begin_q[5] && write_done_q) || (seen && access_5_q.write);
+      read_data_q  <= (begin_q[8] ? '0 : read_data_q) | (seen && access_8_q.read ? byte_read : '0);
+      read_mask_q  <= (begin_q[8] ? '0 : read_mask_q) | (seen && access_8_q.read ? window_8_q.mask : '0);
+      read_done_q  <= (!begin_q[8] && read_done_q) || (seen && access_8_q.read);
+      write_done_q <= (!begin_q[8] && write_done_q) || (seen && access_8_q.write);
     end
   end
   assign read_data_o  = read_data_q;
@@ -293,12 +313,12 @@ module ecat_access (
   assign read_done_o  = read_done_q;
   assign write_done_o = write_done_q;
 
-  assign app_done_o   = access_5_q.valid && access_5_q.application;
-  assign app_data_o   = access_5_q.read ? byte_read : '0;
-  assign app_denied_o = denied_5_q;
+  assign app_done_o   = access_8_q.valid && access_8_q.application;
+  assign app_data_o   = access_8_q.read ? byte_read : '0;
+  assign app_denied_o = denied_8_q;
 
   logic unused;
-  assign unused = &{access_5_q.commit, address_5_q[15:14]};
+  assign unused = &{access_8_q.commit, address_8_q[15:14]};
 
   // Behind reset every register's byte gets its value.
   always_ff @(posedge clk_i or negedge rst_ni) begin

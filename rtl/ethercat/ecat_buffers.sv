@@ -2,7 +2,8 @@
 // ecat_buffers: which of three buffers the writer and the reader of a sync manager have, or whether its mailbox
 // is full.
 // Contract: writer_o and reader_o are never the same of the three. opens_i (the reader's first
-// byte) gives the reader the newest complete buffer with the same clock: reader_o shows it at once. written_i
+// byte) gives the reader the newest complete buffer with the same clock: reader_o shows it at once; one is complete Settle
+// clocks behind written_i, when its last byte is in the memory. written_i
 // and read_i are the ends of an access. Everything begins anew while clear_i.
 module ecat_buffers (
     input  logic       clk_i,
@@ -21,9 +22,12 @@ module ecat_buffers (
 );
 
   logic [1:0] writer_q, reader_q, middle_q, last_q;
+  localparam logic [2:0] Settle = 3'd7;
+
+  logic [2:0] age_q;
   logic       new_q, full_q, written_q, read_q, takes;
 
-  assign takes = opens_i && new_q && !mailbox_i;
+  assign takes = opens_i && new_q && age_q == Settle && !mailbox_i;
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
@@ -35,6 +39,7 @@ module ecat_buffers (
       full_q    <= 1'b0;
       written_q <= 1'b0;
       read_q    <= 1'b0;
+      age_q     <= '0;
     end else if (clear_i) begin
       writer_q  <= 2'd0;
       middle_q  <= 2'd1;
@@ -45,6 +50,7 @@ module ecat_buffers (
       written_q <= 1'b0;
       read_q    <= 1'b0;
     end else begin
+      age_q <= written_i ? '0 : age_q == Settle ? Settle : age_q + 1'b1;
       if (written_i && !mailbox_i) begin  // the writer gets what the reader does not have now
         writer_q <= takes ? reader_q : middle_q;
         middle_q <= writer_q;

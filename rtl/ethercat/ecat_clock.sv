@@ -53,17 +53,21 @@ module ecat_clock (
   logic [4:0]        increment;
   assign extra     = 3'(carry) + 3'(nudge);
   assign increment = 5'(Nanoseconds) + 5'(extra);
+  logic [4:0] increment_q;  // of the clock to come
 
   // Comparison.
   logic [31:0]        target_q;
-  logic signed [31:0] error;
+  logic signed [31:0] error, mean_step;
   logic signed [16:0] error_q;
   logic signed [23:0] correction;
   logic signed [16:0] phase;
   logic signed [24:0] speed;
-  logic               compared_q, compared_late_q;
+  logic [3:0]         compared_q;   // the comparison's clocks
   logic signed [31:0] mean_q;                    // e with 15 bits behind the point
-  assign error      = kept_system_q - target_q;
+  always_ff @(posedge clk_i) begin
+    error     <= kept_system_q - target_q;
+    mean_step <= ($signed({error_q, 15'd0}) - mean_q) >>> filter_q;
+  end
   assign phase      = error_q >>> filter_q;
   assign correction = 24'(error_q) <<< (5'd16 - {1'b0, speed_filter_q});
   assign speed      = 25'(speed_q) - 25'(correction >>> 0);
@@ -74,6 +78,7 @@ module ecat_clock (
       fraction_q      <= '0;
       slew_q          <= '0;
       speed_q         <= '0;
+      increment_q     <= 5'(Nanoseconds);
       system_q        <= '0;
       offset_q        <= '0;
       offset_new_q    <= '0;
@@ -87,15 +92,15 @@ module ecat_clock (
       latch_q         <= 1'b0;
       shift_q         <= 1'b0;
       restart_q       <= 1'b0;
-      compared_q      <= 1'b0;
-      compared_late_q <= 1'b0;
+      compared_q      <= '0;
       error_q         <= '0;
       mean_q          <= '0;
       time_0_q        <= '0;
       time_1_q        <= '0;
       unit_time_q     <= '0;
     end else begin
-      local_q    <= local_q + 64'(increment);
+      increment_q <= increment;
+      local_q    <= local_q + 64'(increment_q);
       fraction_q <= fraction[33:0];
       system_q   <= local_q + offset_q;
 
@@ -115,14 +120,12 @@ module ecat_clock (
       if (unit_start) returned_q <= 1'b0;
       else if (other_start && !returned_q) returned_q <= 1'b1;
       if (frame_end_i) kept_returned_q <= returned_q;
-      compared_q      <= 1'b0;
-      compared_late_q <= compared_q;
+      compared_q <= {compared_q[2:0], done_i && compare_q};
       if (done_i) begin
         latch_q   <= 1'b0;
         compare_q <= 1'b0;
         shift_q   <= 1'b0;
         restart_q <= 1'b0;
-        compared_q <= compare_q;
         if (shift_q) offset_q <= offset_new_q;
         if (latch_q) begin
           unit_time_q <= kept_local_q;
@@ -141,20 +144,20 @@ module ecat_clock (
         armed_q  <= 1'b0;
       end
       // The control.
-      if (compared_q) begin
+      if (compared_q[1]) begin
         error_q <= error > 32'(Most) ? Most : error < -32'(Most) ? -Most : 17'(error);
       end
       if (done_i && restart_q) begin
         speed_q <= '0;
         slew_q  <= '0;
         mean_q  <= '0;
-      end else if (compared_late_q) begin
+      end else if (compared_q[2]) begin
         slew_q <= -phase;
         if (speed[24] == speed[23]) speed_q <= speed[23:0];
-        mean_q <= mean_q + ((($signed({error_q, 15'd0})) - mean_q) >>> filter_q);
       end else if (slew_q != '0) begin
         slew_q <= slew_q - 17'(nudge);
       end
+      if (compared_q[3] && !(done_i && restart_q)) mean_q <= mean_q + mean_step;
     end
   end
 

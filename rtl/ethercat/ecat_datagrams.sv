@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // ecat_datagrams: walks through a frame's bytes and says what each becomes.
-// Contract: result_o is byte_i's answer from 15 clocks behind byte_valid_i on, for 8 clocks. A byte of data that this
+// Contract: result_o is byte_i's answer from 18 clocks behind byte_valid_i on, for 8 clocks. A byte of data that this
 // slave serves is a request_o for 8 clocks of accesses, slot 0 with it; what they read comes back as
-// read_data_i under read_mask_i 14 clocks behind byte_valid_i, read_done_i and write_done_i with it. Datagrams
+// read_data_i under read_mask_i 17 clocks behind byte_valid_i, read_done_i and write_done_i with it. Datagrams
 // are served if serve_i holds when their data begin. malformed_o with frame_end_i: a datagram does not
 // end within its frame; frames of another type are never malformed. Bytes behind the last datagram stay.
 module ecat_datagrams (
@@ -52,7 +52,7 @@ module ecat_datagrams (
   localparam logic [3:0] FrameType = 4'd1;    // a frame of datagrams
   localparam int unsigned SequenceBytes = 4;
 
-  // What an answer is made of; taken up to 8 clocks behind its byte, used at 14.
+  // What an answer is made of; taken up to 8 clocks behind its byte, used at 17.
   localparam logic [2:0] PartByte = 3'd0;     // the byte given here
   localparam logic [2:0] PartClear = 3'd1;    // the same, and the working counter's sums begin anew
   localparam logic [2:0] PartReplace = 3'd2;
@@ -69,10 +69,10 @@ module ecat_datagrams (
   logic        positioned, addressed, broadcast, logical, any_read, any_write, both, read, write;
   logic [15:0] offset;
   logic [7:0]  answer;
-  logic [2:0]  part, part_q, part_late_q;
-  logic [7:0]  answer_q, answer_late_q;
-  logic [13:0] strobe_q;
-  logic        read_seen_q, write_seen_q, counter_carry_q, both_q;
+  logic [2:0]  part, part_q, part_late_q, part_last_q;
+  logic [7:0]  answer_q, answer_late_q, answer_last_q;
+  logic [16:0] strobe_q;
+  logic        read_seen_q, write_seen_q, counter_carry_q, both_q, both_last_q;
   logic [8:0]  counted;
   logic [1:0]  increment;
 
@@ -247,9 +247,9 @@ module ecat_datagrams (
   always_comb begin
     increment = 2'd0;
     if (read_seen_q) increment = 2'd1;
-    if (write_seen_q) increment = both_q ? increment + 2'd2 : increment + 2'd1;
+    if (write_seen_q) increment = both_last_q ? increment + 2'd2 : increment + 2'd1;
   end
-  assign counted = {1'b0, answer_late_q} + 9'(increment);
+  assign counted = {1'b0, answer_last_q} + 9'(increment);
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
@@ -258,10 +258,10 @@ module ecat_datagrams (
       write_seen_q    <= 1'b0;
       counter_carry_q <= 1'b0;
     end else begin
-      strobe_q <= {strobe_q[12:0], byte_valid_i};
-      if (strobe_q[13]) begin
-        counter_carry_q <= part_late_q == PartCountLow && counted[8];
-        if (part_late_q == PartClear) begin
+      strobe_q <= {strobe_q[15:0], byte_valid_i};
+      if (strobe_q[16]) begin
+        counter_carry_q <= part_last_q == PartCountLow && counted[8];
+        if (part_last_q == PartClear) begin
           read_seen_q  <= 1'b0;
           write_seen_q <= 1'b0;
         end
@@ -282,13 +282,18 @@ module ecat_datagrams (
       part_late_q   <= part_q;
       both_q        <= both;
     end
-    if (strobe_q[13]) begin
-      case (part_late_q)
-        PartReplace: result_o <= (answer_late_q & ~read_mask_i) | read_data_i;
-        PartOr: result_o <= answer_late_q | read_data_i;
+    if (strobe_q[15]) begin
+      answer_last_q <= answer_late_q;
+      part_last_q   <= part_late_q;
+      both_last_q   <= both_q;
+    end
+    if (strobe_q[16]) begin
+      case (part_last_q)
+        PartReplace: result_o <= (answer_last_q & ~read_mask_i) | read_data_i;
+        PartOr: result_o <= answer_last_q | read_data_i;
         PartCountLow: result_o <= counted[7:0];
-        PartCountHigh: result_o <= answer_late_q + {7'd0, counter_carry_q};
-        default: result_o <= answer_late_q;
+        PartCountHigh: result_o <= answer_last_q + {7'd0, counter_carry_q};
+        default: result_o <= answer_last_q;
       endcase
     end
   end

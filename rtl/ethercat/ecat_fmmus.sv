@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // ecat_fmmus: maps a byte of logical addresses through one FMMU a clock, bit by bit.
-// Contract: window_o, read_o and write_o follow slot_i and address_i by two clocks. Of the logical byte window_o
+// Contract: window_o, read_o and write_o follow slot_i and address_i by three clocks. Of the logical byte window_o
 // has the bits that FMMU slot_i maps, wherever they lie; nothing is mapped while the FMMU is not active.
 module ecat_fmmus (
     input  logic clk_i,
@@ -69,27 +69,34 @@ module ecat_fmmus (
   end
 
   // Second: which of its bits, and where those stand.
-  logic        hit, begins, ends;
-  logic [7:0]  mask, low_part, high_part;
-  logic [15:0] spread, address;
-  logic [2:0]  shift;
+  logic        hit, begins, ends, behind;
+  logic [7:0]  mask, mask_q, low_part, high_part;
+  logic [15:0] spread, address_q;
+  logic [2:0]  shift_late_q;
+  logic [1:0]  kind_late_q;
   assign hit     = active_now_q && distance_q[31:16] == '0 && distance_q[15:0] < length_q;
   assign begins  = distance_q[15:0] == '0;
   assign ends    = distance_q[15:0] == length_q - 1'b1;
   assign mask    = (begins ? 8'hFF << bit_first_q : 8'hFF) & (ends ? 8'hFF >> (3'd7 - bit_last_q) : 8'hFF);
   // shift_q below 0: the byte begins in the one before, at bit 8 + shift_q.
-  assign shift   = shift_q[2:0];
-  assign spread  = {8'd0, mask} << shift;
-  assign {high_part, low_part} = spread;
-  assign address = physical_q + distance_q[15:0] - {15'd0, shift_q[3]};
-
   always_ff @(posedge clk_i) begin
-    window_o.mask    <= hit ? mask : '0;
-    window_o.shift   <= shift;
-    window_o.high    <= low_part == '0 && high_part != '0;
-    window_o.address <= (low_part == '0 && high_part != '0) ? address + 1'b1 : address;
-    read_o           <= hit && mask != '0 && kind_q[0];
-    write_o          <= hit && mask != '0 && kind_q[1];
+    mask_q       <= hit ? mask : '0;
+    shift_late_q <= shift_q[2:0];
+    kind_late_q  <= kind_q;
+    address_q    <= physical_q + distance_q[15:0] - {15'd0, shift_q[3]};
+  end
+
+  // Third: whether all of them lie in the byte behind.
+  assign spread = {8'd0, mask_q} << shift_late_q;
+  assign {high_part, low_part} = spread;
+  assign behind = low_part == '0 && high_part != '0;
+  always_ff @(posedge clk_i) begin
+    window_o.mask    <= mask_q;
+    window_o.shift   <= shift_late_q;
+    window_o.high    <= behind;
+    window_o.address <= address_q + {15'd0, behind};
+    read_o           <= mask_q != '0 && kind_late_q[0];
+    write_o          <= mask_q != '0 && kind_late_q[1];
   end
 
   logic unused;

@@ -2,7 +2,7 @@
 // ecat_sync_managers: finds the sync manager that guards a byte, whether the access is allowed, and where in the memory
 // its buffer lies; keeps buffers, mailboxes and events of all of them.
 // Contract: the answer follows the access by two clocks. What an access to a first or last byte brings about happens
-// as the answer comes: a frame's access opens its buffer as it passes, everything else waits for the commit.
+// a clock before: a frame's access opens its buffer as it passes, everything else waits for the commit.
 module ecat_sync_managers (
     input  logic clk_i,
     input  logic rst_ni,
@@ -135,33 +135,41 @@ module ecat_sync_managers (
   end
 
   // The guarding one, the lowest of those that overlap; where its buffer lies.
-  logic [1:0]  buffer;
-  logic [15:0] length;
-  logic        guarded;
+  logic [1:0]  buffer, buffer_q;
+  logic [15:0] length, length_q, address_late_q;
+  logic        guarded, allow_read, allow_write, is_end;
   always_comb begin
     buffer  = 2'd0;
     length  = '0;
     guarded = 1'b0;
-    read_o  = 1'b1;
-    write_o = 1'b1;
-    ends_o  = 1'b0;
+    allow_read  = 1'b1;
+    allow_write = 1'b1;
+    is_end      = 1'b0;
     for (int n = N - 1; n >= 0; n--) begin
       if (hit_q[n]) begin
         guarded = 1'b1;
         buffer  = (access_q.application == master_writes[n]) ? reader[2*n+:2] : writer[2*n+:2];
         length  = lengths[16*n+:16];
-        read_o  = read_allowed[n];
-        write_o = write_allowed[n];
-        ends_o  = end_q[n];
+        allow_read  = read_allowed[n];
+        allow_write = write_allowed[n];
+        is_end      = end_q[n];
       end
     end
     if (access_q.commit) begin
-      read_o  = 1'b1;
-      write_o = 1'b1;
+      allow_read  = 1'b1;
+      allow_write = 1'b1;
     end
   end
-  assign address_o = address_q + (guarded && buffer[0] ? length : 16'd0)
-                     + (guarded && buffer[1] ? {length[14:0], 1'b0} : 16'd0);
+  always_ff @(posedge clk_i) begin
+    buffer_q       <= guarded ? buffer : 2'd0;
+    length_q       <= length;
+    address_late_q <= address_q;
+    read_o         <= allow_read;
+    write_o        <= allow_write;
+    ends_o         <= is_end;
+  end
+  assign address_o = address_late_q + (buffer_q[0] ? length_q : 16'd0)
+                     + (buffer_q[1] ? {length_q[14:0], 1'b0} : 16'd0);
 
   assign for_application_o  = (access_q.commit ? written | taken : '0) & pdi_events;
   assign application_done_o = access_q.application ? written | taken : '0;
