@@ -9,7 +9,8 @@ from sim.coe.dictionary import AXIS_STEP, TYPES, Device, Entry, Object
 INTRODUCTION = """\
 # Object dictionary of the device on the bus
 
-What a master reads and writes by SDO, and what it may map into process data. One source,
+What a master reads and writes by SDO, and what it may map into process data; what the objects do:
+[the application](ethercat_application.md). One source,
 `nios_sw/ethercat/dictionary.toml`, gives this page, the C tables, the ESI file
 `nios_sw/ethercat/gen/microtick.xml` and the SII image `nios_sw/ethercat/gen/sii.hex`; `make gen`
 writes them.

@@ -19,7 +19,7 @@ def in_state(state: int) -> Host:
 
 @pytest.mark.parametrize(
     ("state", "wanted"),
-    itertools.product((INIT, PREOP, SAFEOP, OP), (INIT, PREOP, BOOT, SAFEOP, OP)),
+    list(itertools.product((INIT, PREOP, SAFEOP, OP), (INIT, PREOP, BOOT, SAFEOP, OP))),
 )
 def test_every_change__as_the_standard_allows(state, wanted):
     host = in_state(state)
