@@ -56,6 +56,8 @@ def recover(system: ChainRtl) -> None:
     """Clear what has tripped. Raises StartUpError if a cause is still there."""
     system.current.clear()
     system.front("CONTROL", clear=ALL, link=1)
+    system.clock(4)  # a cause acts on the trip for two clocks more
+    system.front("CONTROL", clear=ALL)
     system.clock(4)
     status = system.status()
     left = {name: status[name] for name in ("trip", "undervoltage", "stop") if status[name]}

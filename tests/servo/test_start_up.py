@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Start-up and faults on the RTL of the chain, every clock: each ends in a defined state."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from sim.harness.asip_bus import CSR
+from sim.model.drives import Drives
+from sim.model.parameters import Robot
+from sim.servo import start_up
+from sim.servo.averaged import at_joints, true_angles, true_zeros
+from sim.servo.chain import ChainRtl
+from sim.servo.current_law import Setting
+from sim.servo.plant import Plant
+from sim.servo.response import HOME
+
+ROBOT, DRIVES = Robot.load(), Drives.load()
+SETTING, PLANT = Setting(ROBOT.resolution), Plant(ROBOT, DRIVES)
+ALL = start_up.ALL
+JOINTS = at_joints(PLANT, HOME)
+MOST = [1e-4] * 3 + [1e-2] * 2  # following error [m, rad]
+
+
+def brought_up() -> ChainRtl:
+    """Configured, offsets measured; all gates off, brakes closed."""
+    system = ChainRtl()
+    counts = system.place(PLANT, HOME)
+    start_up.configure(system, DRIVES, SETTING, counts, 26.0)
+    zeros = start_up.measure_offsets(system, 16)
+    np.testing.assert_allclose(zeros, true_zeros(PLANT), atol=3)
+    return system
+
+
+def short(system: ChainRtl) -> None:
+    """A winding with a fiftieth of its inductance swings beyond a limit of 5 A, ordered 2 A."""
+    system.front("LINK")
+    system.clock(1250)
+    start_up.order(system, [300.0, 0.0, 0.0, 0.0, 0.0])
+    system.front("LINK", enable=1)
+    system.front("CURRENT_LIMIT", size=round(256 * 5.0 / DRIVES.current_scale))
+    system.fault(DRIVES.U_dc, shorted=1)
+
+
+def watchdog_of(core: str) -> Callable[[ChainRtl], None]:
+    def act(system: ChainRtl) -> None:
+        getattr(system, core).write(CSR["WATCHDOG"], 50)
+
+    return act
+
+
+# Fault -> what happens, axes that trip, flags of STATUS.
+FAULTS = {
+    "power stage": (lambda s: s.fault(DRIVES.U_dc, stage=2), 2, ()),
+    "undervoltage": (lambda s: s.fault(300.0), ALL, ("undervoltage",)),
+    "encoder": (lambda s: s.fault(DRIVES.U_dc, touching=4), 4, ("illegal",)),
+    "overcurrent": (short, 1, ()),
+    "watchdog": (watchdog_of("current"), ALL, ("fault",)),
+}
+
+
+def test_faults__end_with_gates_off_and_brakes_closed_and_can_be_cleared():
+    system = brought_up()
+    watchdog = system.current.image.watchdog
+    for name, (fault, axes, flags) in FAULTS.items():
+        start_up.write_angles(system, true_angles(PLANT, JOINTS))
+        start_up.enable(system)
+        start_up.release(system)
+        system.clock(1250)
+        assert system.look().released == ALL, name
+        assert start_up.supervise(system, JOINTS, ROBOT.resolution, MOST) == "", name
+        fault(system)
+        system.clock(30 * 1250)
+        status = system.status()
+        assert status["trip"] == axes, name
+        assert all(status[flag] for flag in flags), name
+        assert system.look().released == ALL & ~axes, name
+        assert start_up.supervise(system, JOINTS, ROBOT.resolution, MOST), name
+        assert system.look().released == 0, name
+        system.clock(1250)
+        assert np.abs(system.look().i_q).max() < 0.1, "no gate, no current"
+        system.fault(DRIVES.U_dc)
+        system.current.write(CSR["WATCHDOG"], watchdog)
+        system.clock(5000)
+        start_up.recover(system)
+    assert system.look().shoot_through == 0
+
+
+def test_following_error__stops_all_axes():
+    system = brought_up()
+    start_up.write_angles(system, true_angles(PLANT, JOINTS))
+    start_up.enable(system)
+    start_up.release(system)
+    away = [*JOINTS[:4], JOINTS[4] + 0.02]
+    found = start_up.supervise(system, away, ROBOT.resolution, MOST)
+    assert found == "following error of axis 5: 0.02"
+    system.clock(10)
+    assert system.look().released == 0
+    assert system.read_front("MODE") == 0 and system.read_front("LINK") == 0
+
+
+def test_cause_that_is_still_there__is_not_cleared():
+    system = brought_up()
+    system.fault(300.0)
+    with pytest.raises(start_up.StartUpError, match="undervoltage"):
+        start_up.recover(system)
+
+
+@pytest.mark.full
+def test_alignment__finds_the_electrical_angles_against_the_brakes():
+    system = brought_up()
+    found = start_up.align(system, DRIVES, SETTING)
+    off = found - np.array(true_angles(PLANT, JOINTS))
+    off = (off + np.pi) % (2 * np.pi) - np.pi
+    assert np.degrees(np.abs(off)).max() < 3.0
+    assert not system.status()["trip"]
