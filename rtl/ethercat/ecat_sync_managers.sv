@@ -136,7 +136,7 @@ module ecat_sync_managers (
 
   // The guarding one, the lowest of those that overlap; where its buffer lies.
   logic [1:0]  buffer, buffer_q;
-  logic [15:0] length, length_q, address_late_q;
+  logic [15:0] length, span_q, address_late_q;
   logic        guarded, allow_read, allow_write, is_end;
   always_comb begin
     buffer  = 2'd0;
@@ -162,14 +162,14 @@ module ecat_sync_managers (
   end
   always_ff @(posedge clk_i) begin
     buffer_q       <= guarded ? buffer : 2'd0;
-    length_q       <= length;
+    span_q         <= length;
     address_late_q <= address_q;
     read_o         <= allow_read;
     write_o        <= allow_write;
     ends_o         <= is_end;
   end
-  assign address_o = address_late_q + (buffer_q[0] ? length_q : 16'd0)
-                     + (buffer_q[1] ? {length_q[14:0], 1'b0} : 16'd0);
+  assign address_o = address_late_q + (buffer_q[0] ? span_q : 16'd0)
+                     + (buffer_q[1] ? {span_q[14:0], 1'b0} : 16'd0);
 
   assign for_application_o  = (access_q.commit ? written | taken : '0) & pdi_events;
   assign application_done_o = access_q.application ? written | taken : '0;

@@ -12,6 +12,7 @@ from tests.formal import (
 )
 from tests.formal.catalogue import PROOFS
 from tests.formal_debug import halting, nios
+from tests.formal_ethercat import frames
 from tests.formal_motion import arcs, drive, lines, planes
 from tests.formal_servo import encoder, gates
 from tests.formal_upsets import bounded
@@ -24,6 +25,7 @@ __all__ = [
     "drive",
     "encoder",
     "folded",
+    "frames",
     "gates",
     "halting",
     "lines",
