@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// board_pll: 125 MHz core clock from the 50 MHz oscillator. The only vendor-specific module.
+// board_pll: 125 MHz core clock from the 50 MHz oscillator. The only part of it that knows the vendor.
 // Contract: with macro QUARTUS (set by scripts/quartus/build.tcl) an altpll of Stratix III, VCO
 // within 600..1300 MHz by choice of the tool, ratio 5/2; locked_o is asynchronous. Without it a
 // pass-through for lint and simulation: clk_o is osc_i itself and locked_o is always 1.
