@@ -131,7 +131,7 @@ class Session:
             for entry in one.entries:
                 # The watchdog and the limit of lost outputs want them to go on.
                 self.exchange(controlword=ENABLE, mode=CSP, target_position=GOAL)
-                data = slave.sdo_read(one.index, entry.subindex)
+                data = slave.sdo_read(one.index, entry.subindex, size=entry.bytes)
                 entries += 1
                 if data != entry.data() and entry.access != "ro" and entry.pdo != "rx":
                     different.append(f"{one.index:04X}:{entry.subindex:02X} {data.hex()}")
@@ -205,8 +205,8 @@ def run(step: int, cycles: int) -> dict[str, object]:
         session.master.open(INTERFACE)
         report = session.bring_up()
         report["drive"] = session.drive()
-        report["segments"] = session.label()
         report["dictionary"] = session.dictionary(step)
+        report["segments"] = session.label()
         report["wrong_counters"] = session.wrong
     finally:
         rtl.stop()
