@@ -17,7 +17,7 @@ from sim.servo.current_law import Setting
 from sim.servo.plant import AXES, Plant
 
 HOME = (0.0, 0.0, 0.6, 0.0, 0.0)
-NOISE = 2e-3  # of a sensed current on averaged inverters [A]; `steps` measures the modulators'
+NOISE = 3e-3  # of a sensed current on averaged inverters [A]; `steps` measures the modulators'
 BASE = 200.0  # spacing of the multisine's lines [Hz]
 LINES = np.unique(np.round(np.geomspace(2, 100, 40)).astype(int))  # multiples of BASE
 AMPLITUDE = 0.001  # of a line, as a share of i_max: no voltage saturates
