@@ -74,15 +74,14 @@ module asip #(
   logic [15:0]              fault_info, entry;
   // ---- redundancy
   asip_pkg::guard_t         guard;
-  logic                     rst_run_n, bad_word_p, bad_constant_e1, output_read, bad_output;
+  logic                     rst_run_n, bad_word_p, bad_constant_e1, output_parity, bad_output;
   logic                     broken_host, broken_outputs, repaired;
   // ---- debug block
   asip_pkg::hook_in_t       hook;
   logic                     ended, quiet;
   logic [15:0]              pc_p, pc_q;
-  logic [31:0]              watchdog, output_mask, cycles;
+  logic [31:0]              watchdog, output_mask, cycles, count;
   logic [2:0]               count_select;
-  logic [31:0]              count;
   logic                     host_constant, host_safe, host_register, host_data, host_program;
   logic                     host_select, host_hold, host_bank_k;
   logic [31:0]              host_output, host_memory, host_word;
@@ -332,7 +331,7 @@ module asip #(
       .bad_program_i     (bad_word_p),
       .bad_constant_i    (bad_constant_e1),
       .valid_e1_i        (valid_e1_q),
-      .bad_output_i      (output_read && bad_output),
+      .bad_output_i      (bad_output),
       .broken_i          (broken_host || broken_outputs),
       .guard_o           (guard),
       .repaired_o        (repaired)
@@ -354,7 +353,7 @@ module asip #(
       .host_index_i     (address_i[$clog2(asip_regmap_pkg::WORDS_OUTPUTS)-1:0]),
       .host_data_i      (host_word),
       .host_read_o      (host_output),
-      .bad_o            (bad_output),
+      .parity_o         (output_parity),
       .broken_o         (broken_outputs)
   );
 
@@ -386,7 +385,8 @@ module asip #(
       .copy_i          (guard.copy),
       .repaired_i      (repaired),
       .broken_o        (broken_host),
-      .output_read_o   (output_read),
+      .output_parity_i (output_parity),
+      .bad_output_o    (bad_output),
       .done_i          (done),
       .fault_i         (fault),
       .cause_i         (cause),

@@ -33,7 +33,8 @@ module asip_host #(
     input  logic                                      copy_i,          // those to banks A, B, C
     input  logic                                      repaired_i,
     output logic                                      broken_o,        // parity of a register
-    output logic                                      output_read_o,   // an output is read now
+    input  logic                                      output_parity_i,
+    output logic                                      bad_output_o,    // an output read is wrong
     input  logic                                      done_i,
     input  logic                                      fault_i,
     input  logic [3:0]                                cause_i,
@@ -200,10 +201,17 @@ module asip_host #(
       else parity_q <= ^settings_d;
     end
     assign broken_o = parity_q != ^settings;
+
+    // An output is judged as the host takes it, behind every register of its way.
+    logic output_parity_q;
+    always_ff @(posedge clk_i) output_parity_q <= output_parity_i;
+    assign bad_output_o = read_i && read_done && in_outputs && ((^readdata_q) != output_parity_q);
   end else begin : gen_no_parity
-    assign broken_o = 1'b0;
+    logic unused_parity;
+    assign broken_o      = 1'b0;
+    assign bad_output_o  = 1'b0;
+    assign unused_parity = output_parity_i;
   end
-  assign output_read_o = read_i && read_done && in_outputs;
 
   // Registers are selected in groups of four, and a group that is not read is zero.
   for (genvar g = 0; g < Groups; g++) begin : gen_group

@@ -22,7 +22,7 @@ module asip_outputs #(
     input  logic [4:0]  host_index_i,
     input  logic [31:0] host_data_i,
     output logic [31:0] host_read_o,
-    output logic        bad_o,            // the word read is wrong
+    output logic        parity_o,         // of the word read
     output logic        broken_o          // a register is
 );
 
@@ -89,13 +89,13 @@ module asip_outputs #(
     always_ff @(posedge clk_i) parity_q <= ^data_d;
 
     assign word     = {parity_q, data_q};
-    assign bad_o    = ^host_read_q;
+    assign parity_o = host_read_q[WordWidth-1];
     assign broken_o = inverse_q[Inverted-1-:2] != ~{page_q, safe_q} ||
                       inverse_q[Inverted-3] != !write_q ||
                       (write_q && inverse_q[Inverted-4:0] != ~{write_safe_q, index_q});
   end else begin : gen_no_parity
     assign word     = data_q;
-    assign bad_o    = 1'b0;
+    assign parity_o = 1'b0;
     assign broken_o = 1'b0;
   end
 

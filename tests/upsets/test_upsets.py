@@ -130,6 +130,14 @@ def test_resilient__a_bit_of_the_program__is_the_fault_memory(resilient):
     assert FAULT_NAMES[int(outcome["cause"])] == "MEMORY"
 
 
+def test_resilient__an_output_on_its_way_to_the_host__is_no_silent_error(resilient):
+    places = ("u_host.count_q.20", "u_host.group_q.20", "u_host.readdata_q.7")
+    for place in (*places, "u_outputs.host_read_q.16", "u_outputs.read_q.3"):
+        found = [effect(resilient, f"38 {clock} TOP.asip.{place}") for clock in range(272, 306)]
+        assert set(found) <= {"masked", "corrected", "latent", "fault reported"}, (place, found)
+        assert "fault reported" in found, place
+
+
 def test_resilient__state_register_flipped_between_ticks__is_corrected(resilient):
     state = next(s for s in resilient.image.states if s.name == "integral1")
     bank, index = state.register[0], int(state.register[1:])
