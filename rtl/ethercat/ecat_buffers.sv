@@ -22,7 +22,7 @@ module ecat_buffers (
 );
 
   logic [1:0] writer_q, reader_q, middle_q, last_q;
-  localparam logic [2:0] Settle = 3'd7;
+  localparam logic [2:0] Settle = 3'd4;
 
   logic [2:0] age_q;
   logic       new_q, full_q, written_q, read_q, takes;
