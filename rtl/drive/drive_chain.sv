@@ -50,6 +50,7 @@ module drive_chain #(
 );
 
   localparam int unsigned Axes = 5;
+  localparam int unsigned BlockBits = dual_regmap_pkg::ADDRESS_WIDTH;  // the largest block's
 
   logic [2:0]  at, wait_block;
   logic [95:0] data_block;
@@ -64,7 +65,7 @@ module drive_chain #(
   asip_pkg::hook_out_t hook;
 
   for (genvar n = 0; n < 3; n++) begin : gen_at
-    assign at[n] = address_i[17:16] == 2'(n);
+    assign at[n] = address_i[17:BlockBits] == 2'(n);
   end
 
   dual_asip #(
@@ -99,7 +100,7 @@ module drive_chain #(
       .rst_ni,
       .host_read_i        (read_i && at[1]),
       .host_write_i       (write_i && at[1]),
-      .host_address_i     (address_i[13:0]),
+      .host_address_i     (address_i[asip_regmap_pkg::ADDRESS_WIDTH-1:0]),
       .host_data_i        (writedata_i),
       .host_wait_o        (wait_block[1]),
       .sequencer_read_i   (link_read),

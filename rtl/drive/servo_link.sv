@@ -60,6 +60,7 @@ module servo_link #(
   localparam logic [31:0] START = CLEAR | 32'd1 << asip_regmap_pkg::CONTROL_START_LSB;
   localparam int unsigned WordBits = $clog2(5 * Axes + 1);
   localparam int unsigned LastSample = 4 * Axes;
+  localparam int unsigned LastOrder = 5 * Axes;
   localparam int unsigned LastOutput = 3 * Axes - 1;
 
   logic [2:0] state_q, axis_q;
@@ -69,7 +70,7 @@ module servo_link #(
 
   assign accepted    = (read_o || write_o) && !waitrequest_i;
   assign is_order    = word_q > WordBits'(LastSample);
-  assign last_input  = word_q == (orders_i ? WordBits'(5 * Axes) : WordBits'(LastSample));
+  assign last_input  = word_q == WordBits'(orders_i ? LastOrder : LastSample);
   assign last_output = word_q == WordBits'(LastOutput);
   assign run_failed  = readdata_i[asip_regmap_pkg::STATUS_FAULT_LSB];
 

@@ -31,11 +31,15 @@ ECP5_BOARDS = {
     )
 }
 # Blocks of their own, which no file list of the ASIP names.
+FOLDERS = ("bus", "custom", "debug", "drive", "dual", "ethercat", "motion", "nios")
 OTHER_BLOCKS = tuple(
     f"rtl/{folder}/{prefix}"
     for folder, prefix in (
-        *((folder, "") for folder in ("bus", "custom", "debug", "drive", "dual", "motion", "nios")),
-        *(("gen", prefix) for prefix in ("ci_", "debug_", "drive_", "dual_", "motion_", "n2_")),
+        *((folder, "") for folder in FOLDERS),
+        *(
+            ("gen", prefix)
+            for prefix in ("ci_", "debug_", "drive_", "dual_", "esc_", "motion_", "n2_")
+        ),
     )
 )
 
