@@ -275,7 +275,8 @@ module ecat_access (
   assign mask      = window_8_q.high ? {8'd0, wide_mask[15:8]} : wide_mask;
   assign fresh     = window_8_q.high ? {8'd0, wide_data[15:8]} : wide_data;
   assign merged    = (held_q & ~mask) | (fresh & mask);
-  assign store     = {2{access_8_q.valid && access_8_q.write && !access_8_q.frame}} & {mask[15:8] != '0, mask[7:0] != '0};
+  assign store     = {2{access_8_q.valid && access_8_q.write && !access_8_q.frame}}
+                     & {mask[15:8] != '0, mask[7:0] != '0};
 
   ecat_pkg::register_access_t register_q;
   always_ff @(posedge clk_i or negedge rst_ni) begin

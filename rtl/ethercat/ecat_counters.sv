@@ -36,7 +36,8 @@ module ecat_counters (
     localparam logic [11:0] Address = address_of(n);
     logic [7:0] counter_q;
     assign asked[n] = live_address_i == Address;
-    assign here[n]  = register_i.write && (n < 4 ? register_i.address[11:1] == Address[11:1] : register_i.address == Address);
+    assign here[n]  = register_i.write && (n < 4 ? register_i.address[11:1] == Address[11:1]
+                                                 : register_i.address == Address);
     always_ff @(posedge clk_i or negedge rst_ni) begin
       if (!rst_ni) counter_q <= '0;
       else if (here[n]) counter_q <= '0;

@@ -3,7 +3,7 @@
 // in Yosys's own share/ecp5/cells_sim.v.
 // Written from Lattice's FPGA-TN-02204 (memory) and FPGA-TN-02205 (sysDSP), for what synth_ecp5 makes of our
 // RTL: no output registers, no chip selects, multipliers without registers.
-// 2048 units of 9 bits. A port of 18 or 36 bits has unit enables in its lowest address bits; ports of 1, 2
+// 2048 memory of 9 bits. A port of 18 or 36 bits has unit enables in its lowest address bits; ports of 1, 2
 // and 4 bits use the lower 8 bits of a unit. A word that one port reads while the other one writes it reads
 // inverted: the device promises nothing there, so no design may use it.
 module DP16KD (
@@ -67,37 +67,37 @@ module DP16KD (
   wire [35:0] data_a = DATA_WIDTH_A == 36 ? {data_b, low_a} : {18'd0, low_a};
   wire write_a = CEA && WEA && !RSTA;
   wire write_b = CEB && WEB && !RSTB && DATA_WIDTH_A != 36;
-  reg  [8:0] units[0:2047];
+  reg  [8:0] memory[0:2047];
   reg  [35:0] out_a, out_b;
 
   initial begin
-    for (int n = 0; n < 1024; n++) {units[2*n+1], units[2*n]} = INIT[20*n+:18];
+    for (int n = 0; n < 1024; n++) {memory[2*n+1], memory[2*n]} = INIT[20*n+:18];
     out_a = 36'd0;
     out_b = 36'd0;
   end
 
-  // The word of a port: as many units from its address on, or bits of one unit.
+  // The word of a port: as many memory from its address on, or bits of one unit.
   function automatic [35:0] word(input int width, input [13:0] address);
     word = 36'd0;
     case (width)
-      36: for (int n = 0; n < 4; n++) word[9*n+:9] = units[{address[13:5], 2'(n)}];
-      18: for (int n = 0; n < 2; n++) word[9*n+:9] = units[{address[13:4], 1'(n)}];
-      9: word[8:0] = units[address[13:3]];
-      4: word[3:0] = units[address[13:3]][{address[2], 2'b00}+:4];
-      2: word[1:0] = units[address[13:3]][{address[2:1], 1'b0}+:2];
-      default: word[0] = units[address[13:3]][address[2:0]];
+      36: for (int n = 0; n < 4; n++) word[9*n+:9] = memory[{address[13:5], 2'(n)}];
+      18: for (int n = 0; n < 2; n++) word[9*n+:9] = memory[{address[13:4], 1'(n)}];
+      9: word[8:0] = memory[address[13:3]];
+      4: word[3:0] = memory[address[13:3]][{address[2], 2'b00}+:4];
+      2: word[1:0] = memory[address[13:3]][{address[2:1], 1'b0}+:2];
+      default: word[0] = memory[address[13:3]][address[2:0]];
     endcase
   endfunction
 
-  // What stands there when a port has written: its units are the enabled ones.
+  // What stands there when a port has written: its memory are the enabled ones.
   task automatic store(input int width, input [13:0] address, input [35:0] data);
     case (width)
-      36: for (int n = 0; n < 4; n++) if (address[n]) units[{address[13:5], 2'(n)}] = data[9*n+:9];
-      18: for (int n = 0; n < 2; n++) if (address[n]) units[{address[13:4], 1'(n)}] = data[9*n+:9];
-      9: units[address[13:3]] = data[8:0];
-      4: units[address[13:3]][{address[2], 2'b00}+:4] = data[3:0];
-      2: units[address[13:3]][{address[2:1], 1'b0}+:2] = data[1:0];
-      default: units[address[13:3]][address[2:0]] = data[0];
+      36: for (int n = 0; n < 4; n++) if (address[n]) memory[{address[13:5], 2'(n)}] = data[9*n+:9];
+      18: for (int n = 0; n < 2; n++) if (address[n]) memory[{address[13:4], 1'(n)}] = data[9*n+:9];
+      9: memory[address[13:3]] = data[8:0];
+      4: memory[address[13:3]][{address[2], 2'b00}+:4] = data[3:0];
+      2: memory[address[13:3]][{address[2:1], 1'b0}+:2] = data[1:0];
+      default: memory[address[13:3]][address[2:0]] = data[0];
     endcase
   endtask
 
@@ -124,7 +124,7 @@ module DP16KD (
     if (CEA && !WEA && !RSTA && write_b && overlap()) out_a <= ~before_a;
   end
 
-  // Whether both ports are at the same units.
+  // Whether both ports are at the same memory.
   function automatic overlap();
     int shared = DATA_WIDTH_A > DATA_WIDTH_B ? DATA_WIDTH_A : DATA_WIDTH_B;
     case (shared)
