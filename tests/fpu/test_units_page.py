@@ -17,6 +17,7 @@ from scripts.units_page import PAGE, RTL, PageError, main
 from sim.fpbench.native import LANES
 from sim.fpbench.variants import bench_unit
 from sim.harness.build import ROOT, verilator_driver
+from sim.harness.plain import plain
 from sim.harness.sources import sources_of
 
 RANK_OF_THE_BENCH = 1  # in front of the lanes; an iterative unit waits for it too
@@ -125,7 +126,7 @@ def test_commands__of_the_page__lint_each_unit_in_the_top_folder_and_elsewhere(
     commands = printed_commands("verilator")
     assert len(commands) == 2 and all("-Wall" in command for command in commands)
     path = f"{verilator_driver().parent}:{os.environ['PATH']}"
-    environment = os.environ | {"PATH": path, "MICROTICK": str(ROOT)}
+    environment = os.environ | {"PATH": path, "MICROTICK": str(plain(ROOT))}
     for command, folder in zip(commands, (ROOT, tmp_path), strict=True):
         done = subprocess.run(
             command.replace("fp_add", unit),
@@ -146,7 +147,7 @@ def test_commands__of_the_page__both_give_yosys_the_same_files(tmp_path: Path) -
             f'printf %s "{words.partition(";")[0]}"',
             shell=True,
             cwd=folder,
-            env=os.environ | {"MICROTICK": str(ROOT)},
+            env=os.environ | {"MICROTICK": str(plain(ROOT))},
             capture_output=True,
             text=True,
             check=True,

@@ -223,7 +223,9 @@ def test_page__data_move__a_gain_changes_the_response__a_fault_fills_the_black_b
         # what was seen leaves the page
         link = browser.evaluate("fetch('export/blackbox.csv').then(answer => answer.text())")
         head, *lines = csv.reader(io.StringIO(link))
-        assert lines[-1][head.index("x [m]")] == "nan" and lines[-2][head.index("x [m]")] == "0.0"
+        assert (
+            lines[-1][head.index("x [m]")] == "nan" and float(lines[-2][head.index("x [m]")]) == 0
+        )
         assert int(lines[-1][0]) == browser.evaluate("state.fault.tick")
         picture = base64.b64decode(browser.evaluate("picture()").partition(",")[2])
         assert picture[:8] == b"\x89PNG\r\n\x1a\n"
