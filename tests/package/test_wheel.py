@@ -46,7 +46,7 @@ print(json.dumps({"imported": count, "missed": missed, "place": last.__file__}))
 """
 OF_THE_EXTRA = (
     *("asip_asm.model.", "sim.asip_model.", "sim.platforms.", "sim.prove_", "sim.robots."),
-    *("sim.servo.current_", "sim.servo.goals"),
+    "sim.servo.",
 )
 OF_THE_BUS = ["sim.ethercat.device_run", "sim.ethercat.master_loop"]  # the extra `bus`
 LAW = """\
