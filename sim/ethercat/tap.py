@@ -54,3 +54,8 @@ def in_namespace(
     return subprocess.run(
         command, cwd=ROOT, capture_output=True, text=True, timeout=timeout, check=False
     )
+
+
+if __name__ == "__main__":  # whether a device can be had: its name, or an error
+    os.close(open_tap())
+    print(INTERFACE)

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The one list of what a test may be skipped for. Under CI=true a skip is a failure.
 
-The only exceptions are the cross compiler and its GDB, whose build takes half an hour (`LEFT_OUT`).
+The only exceptions are the cross compiler and its GDB, whose build takes half an hour, and network
+devices that the kernel does not give (`LEFT_OUT`).
 The hooks of tests/conftest.py hold the rule for every skip, whoever asks for it.
 
     @needs("yosys")                        a test, or `pytestmark` of a file
@@ -22,6 +23,7 @@ from typing import Any
 
 import pytest
 
+from sim.ethercat.tap import NamespaceError, in_namespace
 from sim.gcode import oracle
 from sim.harness.n2_lockstep import find_qemu
 from sim.harness.plain import ROOT
@@ -40,6 +42,15 @@ def bender() -> Path | None:
     command = [ROOT / "scripts/bender.sh", "--path"]
     found = subprocess.run(command, capture_output=True, text=True).stdout.strip()
     return Path(found) if found else None
+
+
+def tap_device() -> str | None:
+    """A TAP device's name, if one can be had in a network namespace of its own."""
+    try:
+        done = in_namespace("sim.ethercat.tap", [], timeout=60)
+    except NamespaceError:
+        return None
+    return done.stdout.strip() if done.returncode == 0 else None
 
 
 # Name: (what it is there for, how to find it, how to get it).
@@ -84,6 +95,11 @@ TOOLS: dict[str, tuple[str, Callable[[], Any], str]] = {
         oracle.find,
         "python -m sim.gcode.oracle",
     ),
+    "tap": (
+        "an EtherCAT master on the simulated slave",
+        tap_device,
+        "a kernel with /dev/net/tun and user namespaces",
+    ),
     "tclsh": (
         "running the scripts of Quartus and Platform Designer",
         lambda: shutil.which("tclsh"),
@@ -95,7 +111,7 @@ TOOLS: dict[str, tuple[str, Callable[[], Any], str]] = {
         "make setup-synth",
     ),
 }
-LEFT_OUT = ("nios-gcc", "nios-gdb")  # may be missing under CI=true
+LEFT_OUT = ("nios-gcc", "nios-gdb", "tap")  # may be missing under CI=true
 
 
 @cache

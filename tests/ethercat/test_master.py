@@ -9,8 +9,10 @@ import pytest
 
 from sim.ethercat.line import library
 from sim.ethercat.tap import in_namespace
+from tests.bench.needs import needs
 
 MODULE = "sim.ethercat.master_loop"
+pytestmark = needs("tap")
 
 
 def run(slaves: int, cycles: int, timeout: float) -> dict:
