@@ -24,27 +24,6 @@ constexpr unsigned INPUTS = 3 * AXES + 1, OUTPUTS = 5 * AXES + 4;
 constexpr unsigned POSITION = 0, TORQUE_FLAGS = 4 * AXES, DIGITAL_OUTPUTS = 5 * AXES;
 constexpr uint32_t POWER = 0x10000, TORQUE_ONLY = 0x20000;
 
-uint32_t check_sequence(const uint8_t* bytes, size_t n) {
-  uint32_t state = ~0u;
-  for (size_t i = 0; i < n; ++i) {
-    state ^= bytes[i];
-    for (int k = 0; k < 8; ++k) state = state >> 1 ^ (state & 1 ? 0xEDB88320u : 0);
-  }
-  return ~state;
-}
-
-std::vector<uint8_t> nibbles_of(uint8_t* bytes, size_t n) {
-  while (n < 60) bytes[n++] = 0;
-  const uint32_t check = check_sequence(bytes, n);
-  std::memcpy(bytes + n, &check, 4);
-  std::vector<uint8_t> nibbles;
-  for (size_t i = 0; i < n + 4; ++i) {
-    nibbles.push_back(bytes[i] & 0xF);
-    nibbles.push_back(bytes[i] >> 4);
-  }
-  return nibbles;
-}
-
 struct Device {
   Line line{{0.0}, 25000, false};
   uint32_t input_base = 0, output_base = 0, tick_clocks = 0;
@@ -162,13 +141,12 @@ EXPORT void device_stop(Device* device) { device->stop = true; }
 
 // A frame without check sequence, of 1600 bytes at most; what comes back is dropped.
 EXPORT void device_send(Device* device, const uint8_t* frame, uint32_t n) {
-  uint8_t bytes[2048];
-  std::memcpy(bytes, frame, n);
-  device->line.send[0].send(nibbles_of(bytes, n), -1, GAP_NIBBLES);
+  device->line.send[0].send(nibbles_of(frame, n), -1, GAP_NIBBLES);
   device->line.received[0].frames.clear();
 }
 
 // Joins port 0 to `fd`, a TAP device that does not block, until device_stop; time goes on without frames too.
+// A frame whose check sequence is wrong does not reach the master.
 EXPORT void device_serve(Device* device, int fd) {
   uint8_t bytes[2048];
   auto& line = device->line;
@@ -181,10 +159,8 @@ EXPORT void device_serve(Device* device, int fd) {
     line.run(1000000);
     auto& frames = line.received[0].frames;
     for (; !frames.empty(); frames.pop_front()) {
-      const auto& nibbles = frames.front().nibbles;
-      std::vector<uint8_t> back;
-      for (size_t i = 0; i + 1 < nibbles.size(); i += 2) back.push_back(nibbles[i] | nibbles[i + 1] << 4);
-      if (back.size() >= 64 && write(fd, back.data(), back.size() - 4) > 0) ++device->returned;
+      const auto back = bytes_of(frames.front());
+      if (!back.empty() && write(fd, back.data(), back.size()) > 0) ++device->returned;
     }
   }
 }

@@ -4,6 +4,7 @@
 //
 // Model: a Verilated top with the MII ports of ethercat_slave.
 #pragma once
+#include <algorithm>
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -37,6 +38,43 @@ struct Frame {
   std::vector<uint8_t> nibbles;  // behind the start delimiter
   unsigned preamble;
 };
+
+// CRC-32 of IEEE 802.3, 3.2.9.
+inline uint32_t check_sequence(const uint8_t* bytes, size_t n) {
+  uint32_t state = ~0u;
+  for (size_t i = 0; i < n; ++i) {
+    state ^= bytes[i];
+    for (int k = 0; k < 8; ++k) state = state >> 1 ^ (state & 1 ? 0xEDB88320u : 0);
+  }
+  return ~state;
+}
+
+// What goes onto the wire for a frame without check sequence: padded to the least length, checked.
+inline std::vector<uint8_t> nibbles_of(const uint8_t* frame, size_t n) {
+  std::vector<uint8_t> bytes(frame, frame + n);
+  bytes.resize(std::max<size_t>(n, 60));
+  const uint32_t check = check_sequence(bytes.data(), bytes.size());
+  for (int i = 0; i < 4; ++i) bytes.push_back(check >> 8 * i);
+  std::vector<uint8_t> nibbles;
+  for (const uint8_t byte : bytes) {
+    nibbles.push_back(byte & 0xF);
+    nibbles.push_back(byte >> 4);
+  }
+  return nibbles;
+}
+
+// A frame without its check sequence; empty if it is short, ends within a byte, or the sequence is wrong.
+inline std::vector<uint8_t> bytes_of(const Frame& frame) {
+  std::vector<uint8_t> bytes;
+  for (size_t i = 0; i + 1 < frame.nibbles.size(); i += 2) {
+    bytes.push_back(frame.nibbles[i] | frame.nibbles[i + 1] << 4);
+  }
+  if (bytes.size() < 64 || frame.nibbles.size() % 2) return {};
+  uint32_t check = 0;
+  for (int i = 0; i < 4; ++i) check |= uint32_t(bytes[bytes.size() - 4 + i]) << 8 * i;
+  bytes.resize(bytes.size() - 4);
+  return check == check_sequence(bytes.data(), bytes.size()) ? bytes : std::vector<uint8_t>{};
+}
 
 // Collects the frames of a stream of nibbles.
 class Receiver {

@@ -17,24 +17,6 @@ using Line = Ring<Vethercat_slave>;
 
 namespace {
 
-uint32_t check_sequence(const uint8_t* bytes, size_t n) {
-  uint32_t state = ~0u;
-  for (size_t i = 0; i < n; ++i) {
-    state ^= bytes[i];
-    for (int k = 0; k < 8; ++k) state = state >> 1 ^ (state & 1 ? 0xEDB88320u : 0);
-  }
-  return ~state;
-}
-
-std::vector<uint8_t> nibbles_of(const uint8_t* bytes, size_t n) {
-  std::vector<uint8_t> nibbles;
-  for (size_t i = 0; i < n; ++i) {
-    nibbles.push_back(bytes[i] & 0xF);
-    nibbles.push_back(bytes[i] >> 4);
-  }
-  return nibbles;
-}
-
 // An access of the application, and what is to happen with its data.
 struct Access {
   bool write;
@@ -215,30 +197,17 @@ EXPORT void bus_serve(Bus* bus, int fd) {
     ssize_t n;
     while ((n = read(fd, bytes, 1600)) > 0) {
       while (n < 60) bytes[n++] = 0;
-      const uint32_t check = check_sequence(bytes, n);
-      std::memcpy(bytes + n, &check, 4);
       bus->record(bytes, n, bus->line.now);
-      const auto nibbles = nibbles_of(bytes, n + 4);
-      bus->line.send[0].send(nibbles, -1, GAP_NIBBLES);
+      bus->line.send[0].send(nibbles_of(bytes, n), -1, GAP_NIBBLES);
       ++bus->sent;
     }
     bus->line.run(1000000);
     auto& frames = bus->line.received[0].frames;
-    while (!frames.empty()) {
-      const Frame& frame = frames.front();
-      std::vector<uint8_t> back;
-      for (size_t i = 0; i + 1 < frame.nibbles.size(); i += 2) {
-        back.push_back(frame.nibbles[i] | frame.nibbles[i + 1] << 4);
-      }
-      uint32_t check;
-      if (back.size() >= 64 && frame.nibbles.size() % 2 == 0) {
-        std::memcpy(&check, back.data() + back.size() - 4, 4);
-        if (check == check_sequence(back.data(), back.size() - 4)) {
-          bus->record(back.data(), back.size() - 4, frame.ended);
-          if (write(fd, back.data(), back.size() - 4) > 0) ++bus->returned;
-        }
-      }
-      frames.pop_front();
+    for (; !frames.empty(); frames.pop_front()) {
+      const auto back = bytes_of(frames.front());
+      if (back.empty()) continue;
+      bus->record(back.data(), back.size(), frames.front().ended);
+      if (write(fd, back.data(), back.size()) > 0) ++bus->returned;
     }
   }
 }
