@@ -184,23 +184,26 @@ module asip_host #(
 
   if (Resilience != 0) begin : gen_parity
     // A wrong bit is seen for one clock; the register keeps its word until the host writes it.
-    logic [81:0] settings, settings_d;
-    logic        parity_q;
-    assign settings   = {watchdog_q, entry_q, output_mask_q, irq_done_q, irq_fault_q};
-    assign settings_d = {
-      csr_write && csr == asip_regmap_pkg::REG_WATCHDOG ? writedata_i : watchdog_q,
-      csr_write && csr == asip_regmap_pkg::REG_ENTRY
-        ? writedata_i[asip_regmap_pkg::ENTRY_VALUE_LSB+:16] : entry_q,
-      csr_write && csr == asip_regmap_pkg::REG_OUTPUT_MASK ? writedata_i : output_mask_q,
+    logic [3:0] written, parity, parity_d, parity_q;
+    assign written = {
+      csr_write && csr == asip_regmap_pkg::REG_WATCHDOG,
+      csr_write && csr == asip_regmap_pkg::REG_ENTRY,
+      csr_write && csr == asip_regmap_pkg::REG_OUTPUT_MASK,
       csr_write && csr == asip_regmap_pkg::REG_IRQ_ENABLE
-        ? {writedata_i[asip_regmap_pkg::IRQ_ENABLE_DONE_LSB],
-           writedata_i[asip_regmap_pkg::IRQ_ENABLE_FAULT_LSB]} : {irq_done_q, irq_fault_q}
+    };
+    assign parity   = {^watchdog_q, ^entry_q, ^output_mask_q, irq_done_q ^ irq_fault_q};
+    assign parity_d = {
+      ^writedata_i,
+      ^writedata_i[asip_regmap_pkg::ENTRY_VALUE_LSB+:16],
+      ^writedata_i,
+      writedata_i[asip_regmap_pkg::IRQ_ENABLE_DONE_LSB]
+        ^ writedata_i[asip_regmap_pkg::IRQ_ENABLE_FAULT_LSB]
     };
     always_ff @(posedge clk_i or negedge rst_ni) begin
-      if (!rst_ni) parity_q <= ^asip_regmap_pkg::RESET_WATCHDOG;
-      else parity_q <= ^settings_d;
+      if (!rst_ni) parity_q <= {^asip_regmap_pkg::RESET_WATCHDOG, 3'b000};
+      else parity_q <= (written & parity_d) | (~written & parity);
     end
-    assign broken_o = parity_q != ^settings;
+    assign broken_o = parity_q != parity;
 
     // An output is judged as the host takes it, behind every register of its way.
     logic output_parity_q;

@@ -61,7 +61,6 @@ module fp_divsqrt_folded (
   logic        some_exp, all_exp, no_fraction, at_a;
   logic [23:0] sig, shifted;            // U(1.23), normalised; shifted: of a subnormal number
   logic [4:0]  zeros, places;
-  logic [9:0]  exponent;                // S(10.0), biased: of a, less 1; of b, negated, plus 127
   logic        nan, snan, infinite, zero;
 
   always_ff @(posedge clk_i) begin
@@ -85,8 +84,6 @@ module fp_divsqrt_folded (
   assign sig   = some_exp ? {1'b1, operand[22:0]} : shifted;
   assign zeros = some_exp ? 5'd0 : places;
 
-  assign exponent = ({2'b00, operand[30:24], operand[23] || !some_exp} ^ {10{!at_a}})
-                  + {{2{at_a}}, 1'b1, {2{at_a}}, zeros ^ {5{at_a}}};
   assign nan      = all_exp && !no_fraction;
   assign snan     = nan && !operand[22];
   assign infinite = all_exp && no_fraction;
@@ -94,7 +91,10 @@ module fp_divsqrt_folded (
 
   // ---- clock 1: special results, start of the recurrence ----
   logic [23:0] sig_q;
-  logic [9:0]  exponent_q, exponent_a_q;
+  logic [7:0]  field_q;                 // exponent field, 1 for a subnormal number; of b inverted
+  logic [4:0]  zeros_q;                 // of a inverted
+  logic        at_a_q;
+  logic [9:0]  exponent, exponent_a_q;  // S(10.0), biased: of a, less 1; of b, negated, plus 127
   logic        sign_a_q, nan_q, snan_q, infinite_q, zero_q;
   logic        sign, is_nan, is_invalid, is_inf, by_zero, is_zero;
   logic [25:0] start;
@@ -103,14 +103,19 @@ module fp_divsqrt_folded (
 
   always_ff @(posedge clk_i) begin
     sig_q        <= sig;
-    exponent_q   <= exponent;
-    exponent_a_q <= exponent_q;
+    field_q      <= {operand[30:24], operand[23] || !some_exp} ^ {8{!at_a}};
+    zeros_q      <= zeros ^ {5{at_a}};
+    exponent_a_q <= exponent;
     sign_a_q     <= operand[31];
     nan_q        <= nan;
     snan_q       <= snan;
     infinite_q   <= infinite;
     zero_q       <= zero;
   end
+
+  // In clock 1 of a, in clock 2 of b.
+  assign at_a_q   = !valid_q[LoadFirst+1];
+  assign exponent = {{2{!at_a_q}}, field_q} + {{2{at_a_q}}, 1'b1, {2{at_a_q}}, zeros_q};
 
   assign sign       = sign_a_q ^ operand[31];
   assign is_invalid = snan_q || snan || (infinite_q && infinite) || (zero_q && zero)
@@ -120,7 +125,7 @@ module fp_divsqrt_folded (
   assign is_zero    = zero_q || infinite;
   assign by_zero    = zero && !infinite_q;
 
-  assign double  = !root_q[LoadFirst] || exponent_q[0];
+  assign double  = !root_q[LoadFirst] || exponent[0];
   assign start   = double ? {1'b0, sig_q, 1'b0} : {2'b00, sig_q};
   assign divisor = {!root_q[LoadFirst], sig[22:0]};
 
@@ -128,7 +133,7 @@ module fp_divsqrt_folded (
   // exp: biased exponent of a result with digit 0 = 0. If it is negative, 25 + exp digits count.
   logic [9:0] difference, exp;
 
-  assign difference = exponent_a_q + exponent_q;
+  assign difference = exponent_a_q + exponent;
   assign exp        = root_q[LoadFirst+1] ? {difference[9], difference[9:1]} : difference;
 
   // ---- the two halves of the recurrence; half h holds an operation for Interval clocks ----
