@@ -93,7 +93,7 @@ module fp_divsqrt_folded (
   logic [23:0] sig_q;
   logic [7:0]  field_q;                 // exponent field, 1 for a subnormal number; of b inverted
   logic [4:0]  zeros_q;                 // of a inverted
-  logic        at_a_q;
+  logic        of_a;                    // exponent: of a in clock 1, of b in clock 2
   logic [9:0]  exponent, exponent_a_q;  // S(10.0), biased: of a, less 1; of b, negated, plus 127
   logic        sign_a_q, nan_q, snan_q, infinite_q, zero_q;
   logic        sign, is_nan, is_invalid, is_inf, by_zero, is_zero;
@@ -113,9 +113,8 @@ module fp_divsqrt_folded (
     zero_q       <= zero;
   end
 
-  // In clock 1 of a, in clock 2 of b.
-  assign at_a_q   = !valid_q[LoadFirst+1];
-  assign exponent = {{2{!at_a_q}}, field_q} + {{2{at_a_q}}, 1'b1, {2{at_a_q}}, zeros_q};
+  assign of_a     = !valid_q[LoadFirst+1];
+  assign exponent = {{2{!of_a}}, field_q} + {{2{of_a}}, 1'b1, {2{of_a}}, zeros_q};
 
   assign sign       = sign_a_q ^ operand[31];
   assign is_invalid = snan_q || snan || (infinite_q && infinite) || (zero_q && zero)
