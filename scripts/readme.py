@@ -3,8 +3,8 @@
 
 `python scripts/readme.py` replaces the text between the results marks by what build/results.json
 says (of `make run`), where that is there. What build/synth.json (of `make synth`) says of the cores
-is kept in docs/data/synthesis.json with its commit; the text between the synthesis marks is
-written from there, and so is table 4 of `make run` on a machine that has synthesised nothing.
+is kept in docs/data/synthesis.json, each core with its commit; the text between the synthesis marks
+is written from there, and so is table 4 of `make run` on a machine that has synthesised nothing.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import Any
 
 from sim.model.published import Published
 from sim.model.records import OUTPUTS
-from sim.run.tables import OPERATIONS, unit
+from sim.run.tables import OPERATIONS, measured_at, unit
 
 ROOT = Path(__file__).resolve().parents[1]
 README = ROOT / "README.md"
@@ -88,16 +88,15 @@ def section(results: dict[str, Any]) -> str:
 
 def kept(data: dict[str, Any]) -> dict[str, Any]:
     """What is kept of build/synth.json: the cores, without each seed's figure and paths."""
-    names = ("aluts", "registers", "dsp_18x18", "memory_bits")
-    tops = {}
-    for core in CORES:
-        if core not in data["tops"]:
-            continue
+    names = ("aluts", "registers", "dsp_18x18", "memory_bits", "commit")
+    tops = json.loads(KEPT.read_text(encoding="utf-8"))["tops"] if KEPT.is_file() else {}
+    for core in CORES & data["tops"].keys():
         top = data["tops"][core]
         clock = {name: top["fmax_mhz"][name] for name in ("median", "min", "max")}
         clock["runs"] = len(top["fmax_mhz"]["seeds"])
         tops[core] = {name: top[name] for name in names} | {"fmax_mhz": clock}
-    return {"measured": data["measured"], "commit": data["commit"], "tops": tops}
+    ordered = {core: tops[core] for core in CORES if core in tops}
+    return {"measured": data["measured"], "tops": ordered}
 
 
 def synthesis(data: dict[str, Any]) -> str:
@@ -115,7 +114,7 @@ def synthesis(data: dict[str, Any]) -> str:
             f"| {top['memory_bits'] / 1000:.0f} | {clock['median']:.0f} "
             f"({clock['min']:.0f}..{clock['max']:.0f}, {clock['runs']} seeds) |"
         )
-    return "\n".join([*lines, "", f"Measured at commit {data['commit']}.", ""]) + "\n"
+    return "\n".join([*lines, "", f"Measured at commit {measured_at(data['tops'])}.", ""]) + "\n"
 
 
 def replaced(text: str, mark: str, body: str) -> str:

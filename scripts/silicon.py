@@ -23,13 +23,13 @@ from rich.table import Table
 from scripts.bitstream import BOARDS
 from scripts.bitstream import OUTPUT as BOARD_RESULTS
 from sim.debug.row import Row, at_least, exactly
+from sim.run.tables import synthesised
 from tests.silicon import lockstep, ticks
 from tests.silicon.netlist import prove_equivalent
 
 ROOT = Path(__file__).resolve().parents[1]
 OUTPUT = ROOT / "build/silicon.json"
 KEPT_BOARDS = ROOT / "docs/data/boards.json"
-SYNTHESIS = (ROOT / "build/synth.json", ROOT / "docs/data/synthesis.json")
 TICKS = 10_000
 CLOCK, BOARD_CLOCK, MARGIN = 125.0, 100.0, 1.05  # MHz
 UNITS = ("fp_cmp", "fp_i2f", "fp_f2i", "fp_mul", "quadrature_decoder")
@@ -117,19 +117,9 @@ def proofs(full: bool) -> Iterator[Row]:
         yield exactly(name, points - proved, 0, "", f"of {points}, by induction")
 
 
-def synthesis() -> dict[str, Any]:
-    """Figures of every top of `make synth`: its last run before what is committed."""
-    tops: dict[str, Any] = {}
-    for file in reversed(SYNTHESIS):
-        if file.is_file():
-            data = json.loads(file.read_text())
-            tops |= {n: top | {"commit": data["commit"]} for n, top in data["tops"].items()}
-    return tops
-
-
 def clocks() -> Iterator[Row]:
     """Table 4 and the clock of both configurations on ECP5-85 grade 8."""
-    tops = synthesis()
+    tops = synthesised()["tops"]
     for name, limit in (("asip_small", CLOCK), ("asip_fast", CLOCK * MARGIN)):
         top = tops[name]
         seeds = top["fmax_mhz"].get("runs") or len(top["fmax_mhz"]["seeds"])

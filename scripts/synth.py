@@ -131,12 +131,12 @@ def main(argv: list[str] | None = None) -> int:
         if top.name not in options.only:
             continue
         try:
-            tops[top.name] = figures(run(top, tuple(options.seeds), console, options.jobs))
+            result = run(top, tuple(options.seeds), console, options.jobs)
         except SynthesisError as error:
             console.print(f"error: {error}", markup=False)
             return 1
+        tops[top.name] = figures(result) | {"commit": commit()}
         data |= {
-            "commit": commit(),
             "measured": "area: Yosys synth_intel_alm, Cyclone V; speed: nextpnr, ECP5-85 grade 8",
             "inferred": "Stratix III has the same ALM with two registers and is a faster fabric "
             "than ECP5; nothing here was placed on a Stratix III",

@@ -22,6 +22,7 @@ from sim.harness.nios_rtl import NiosError
 from sim.platforms.compare import TOPS, Request, side_by_side
 from sim.platforms.native import CompilerError
 from sim.robots.job import SHOWN
+from sim.run.tables import measured_at
 
 PAGE = ROOT / "docs/platforms.md"
 MARKS = re.compile(r"(<!-- side by side: [^\n]*-->\n).*?(<!-- end of side by side -->)", re.S)
@@ -126,7 +127,8 @@ def section(found: dict[str, Any]) -> str:
             f"| {titles[name]} | {row['aluts']} | {row['registers']} | {row['dsp_18x18']} | "
             f"{row['memory_bits'] / 1000:.0f} | {row['fmax_mhz']['median']:.0f} |"
         )
-    lines += ["", f"Measured at commit {area['commit']}.", ""]
+    measured = {top: area["tops"][top] for top in TOPS.values()}
+    lines += ["", f"Measured at commit {measured_at(measured)}.", ""]
     return "\n".join(lines) + "\n"
 
 

@@ -32,11 +32,11 @@ def core_goals(document: Mapping[str, Any] | None = None) -> list[dict[str, Any]
     document: of build/synth.json, None: as `make run` finds it.
     """
     document = synthesised() if document is None else document
-    commit = document.get("commit", "")
-    current = bool(commit) and unchanged_since(commit, file_list("asip/asip.f"))
     found = []
     for top, name, field, unit, target, meets in ROWS:
-        value = document.get("tops", {}).get(top, {}).get(field)
+        figures = document.get("tops", {}).get(top, {})
+        value, commit = figures.get(field), figures.get("commit", "")
+        current = bool(commit) and unchanged_since(commit, file_list("asip/asip.f"))
         if isinstance(value, Mapping):
             value = value.get("median")
         note = f"measured at commit {commit}"

@@ -19,7 +19,7 @@ from sim.model.records import OUTPUTS, TABLE_3
 from sim.run.checks import is_marked
 
 ROOT = Path(__file__).resolve().parents[2]
-# Area and clock as synthesised here, else as last measured and kept with its commit.
+# Area and clock as synthesised here, else as last measured and kept, each top with its commit.
 SYNTHESIS = (ROOT / "build/synth.json", ROOT / "docs/data/synthesis.json")
 UNITS = {"l": "m", "v": "m/s", "a": "m/s²", "theta": "rad", "omega": "rad/s", "eps": "rad/s²"}
 UNITS |= {"F": "N", "tau": "N·m"}
@@ -225,16 +225,25 @@ def _mark(results: dict[str, Any], key: str, row: str) -> tuple[str, ...]:
 
 
 def synthesised() -> dict[str, Any]:
-    """The document of the first of SYNTHESIS that is there, {} if none is."""
-    for file in SYNTHESIS:
-        if file.is_file():
-            return json.loads(file.read_text(encoding="utf-8"))
-    return {}
+    """Figures of each top from the first of SYNTHESIS that has it, {} if no file is there."""
+    found = [json.loads(file.read_text(encoding="utf-8")) for file in SYNTHESIS if file.is_file()]
+    tops = {name: top for document in reversed(found) for name, top in document["tops"].items()}
+    return found[0] | {"tops": tops} if found else {}
+
+
+def measured_at(tops: Mapping[str, Any]) -> str:
+    """The commit of build/synth.json's tops, or `abc (asip_fast, asip_small), def (n2_core)`."""
+    named: dict[str, list[str]] = {}
+    for name, top in tops.items():
+        named.setdefault(top.get("commit", "unknown"), []).append(name)
+    if len(named) == 1:
+        return next(iter(named))
+    return ", ".join(f"{commit} ({', '.join(names)})" for commit, names in named.items())
 
 
 def resource_table(document: Mapping[str, Any], published: Published) -> Table:
     """Table 4. document: build/synth.json or what is kept of it, or nothing."""
-    where = f"measured at commit {document.get('commit', 'unknown')}; " if document else ""
+    where = f"measured at commit {measured_at(document['tops'])}; " if document else ""
     table = _table(
         "Table 4  resources",
         "How much of an FPGA each processor takes, and its clock frequency. Published: Stratix "

@@ -62,17 +62,18 @@ def test_table_4__nothing_synthesised__kept_figures_with_their_commit(monkeypatc
     kept = json.loads(tables.SYNTHESIS[1].read_text())
     monkeypatch.setattr(tables, "SYNTHESIS", (tmp_path / "synth.json", tables.SYNTHESIS[1]))
     table = tables.resource_table(tables.synthesised(), Published.load())
-    assert f"commit {kept['commit']}" in table.caption
+    assert kept["tops"]["asip_fast"]["commit"] in table.caption
     cells = [str(cell) for column in table.columns for cell in column.cells]
     text = StringIO()
     Console(file=text, width=120).print(table)
     assert "[kbit]" in text.getvalue()  # not taken for markup
     assert "asip_fast" in cells and str(kept["tops"]["asip_fast"]["aluts"]) in cells
     # What was synthesised here comes first.
-    own = {"commit": "abc", "tops": {"asip_fast": kept["tops"]["asip_fast"] | {"aluts": 77777}}}
+    changes = {"aluts": 77777, "commit": "abc"}
+    own = {"tops": {"asip_fast": kept["tops"]["asip_fast"] | changes}}
     (tmp_path / "synth.json").write_text(json.dumps(own))
     table = tables.resource_table(tables.synthesised(), Published.load())
-    assert "commit abc" in table.caption
+    assert "commit abc (asip_fast), " in table.caption
     assert "77777" in [str(cell) for cell in table.columns[1].cells]
 
 
@@ -91,15 +92,17 @@ def test_make_readme__synthesis_is_kept_and_shown(monkeypatch, tmp_path):
     monkeypatch.setattr(readme, "KEPT", kept)
     assert readme.main([str(tmp_path)]) == 1
     top = {
-        **{"aluts": 12, "registers": 34, "dsp_18x18": 5, "memory_bits": 6789},
+        **{"aluts": 12, "registers": 34, "dsp_18x18": 5, "memory_bits": 6789, "commit": "abc"},
         "fmax_mhz": {"median": 100.4, "min": 99.0, "max": 101.0, "seeds": {"1": 99.0, "2": 101.0}},
     }
-    data = {"commit": "abc", "measured": "so", "tops": {"n2_core": top, "fp_add": top}}
+    other = top | {"commit": "before"}
+    kept.write_text(json.dumps({"measured": "so", "tops": {"asip_fast": other, "n2_core": other}}))
+    data = {"measured": "so", "tops": {"n2_core": top, "fp_add": top}}
     (tmp_path / "synth.json").write_text(json.dumps(data))
     assert readme.main([str(tmp_path)]) == 0
     row = "| Nios II core | 12 | 34 | 5 | 7 | 100 (99..101, 2 seeds) |"
-    assert row in page.read_text() and "commit abc" in page.read_text()
-    assert list(json.loads(kept.read_text())["tops"]) == ["n2_core"]
+    assert row in page.read_text() and "before (asip_fast), abc (n2_core)" in page.read_text()
+    assert list(json.loads(kept.read_text())["tops"]) == ["asip_fast", "n2_core"]
     monkeypatch.setattr(tables, "SYNTHESIS", (Path(tmp_path / "none"), kept))
     table = tables.resource_table(tables.synthesised(), Published.load())
     assert "100 (99..101)" in [str(cell) for cell in table.columns[5].cells]
