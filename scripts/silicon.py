@@ -23,9 +23,10 @@ from rich.table import Table
 from scripts.bitstream import BOARDS
 from scripts.bitstream import OUTPUT as BOARD_RESULTS
 from sim.debug.row import Row, at_least, exactly
+from sim.fpbench import campaign
 from sim.run.tables import synthesised
 from tests.silicon import lockstep, ticks
-from tests.silicon.netlist import prove_equivalent
+from tests.silicon.netlist import NetlistError, prove_equivalent
 
 ROOT = Path(__file__).resolve().parents[1]
 OUTPUT = ROOT / "build/silicon.json"
@@ -83,15 +84,17 @@ def netlist_ticks(full: bool) -> Iterator[Row]:
 
 
 def netlist_run(program: str, configuration: str, count: int) -> tuple[int, int | None]:
-    """Ticks that agree in bits and cycles, and the first that does not."""
-    image = ticks.program(program, configuration)
-    netlist, rtl = ticks.AsipNetlist(configuration), ticks.AsipRtl(configuration)
-    done = 0
-    for shard in ticks.compared(image, count, netlist, rtl):
-        if shard.differs is not None:
-            return shard.differs, shard.differs
-        done += shard.ticks
-    return done, None
+    """Ticks that agree in bits and cycles, and the first that does not. Raises NetlistError."""
+    tasks = list(ticks.tasks_of(program, configuration, count))
+    waiting = [task for task in tasks if campaign.finished(task) is None]
+
+    def failed(task: ticks.Task, text: str) -> None:
+        raise NetlistError(f"{task.key}: {text}")
+
+    campaign.run(waiting, lambda task, result: None, failed, 1, work=ticks.execute)
+    results = [campaign.finished(task) for task in tasks]
+    wrong = [result["differs"] for result in results if result["differs"] is not None]
+    return (min(wrong), min(wrong)) if wrong else (sum(r["ticks"] for r in results), None)
 
 
 def netlist_units(full: bool) -> Iterator[Row]:

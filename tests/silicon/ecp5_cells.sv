@@ -3,6 +3,7 @@
 // in Yosys's own share/ecp5/cells_sim.v.
 // Written from Lattice's FPGA-TN-02204 (memory) and FPGA-TN-02205 (sysDSP), for what synth_ecp5 makes of our
 // RTL: no output registers, no chip selects, multipliers without registers.
+// RESETMODE tells nothing apart here: no reset of an output is used, and a design that uses one is stopped.
 // 2048 memory of 9 bits. A port of 18 or 36 bits has unit enables in its lowest address bits; ports of 1, 2
 // and 4 bits use the lower 8 bits of a unit. A word that one port reads while the other one writes it reads
 // inverted: the device promises nothing there, so no design may use it.
@@ -55,8 +56,8 @@ module DP16KD (
     INITVAL_07, INITVAL_06, INITVAL_05, INITVAL_04,
     INITVAL_03, INITVAL_02, INITVAL_01, INITVAL_00};
 
-  if (REGMODE_A != "NOREG" || REGMODE_B != "NOREG" || RESETMODE != "SYNC" || CLKAMUX != "CLKA" ||
-      CLKBMUX != "CLKB" || CSDECODE_A != "0b000" || CSDECODE_B != "0b000") begin : gen_unknown
+  if (REGMODE_A != "NOREG" || REGMODE_B != "NOREG" || CLKAMUX != "CLKA" || CLKBMUX != "CLKB" ||
+      CSDECODE_A != "0b000" || CSDECODE_B != "0b000") begin : gen_unknown
     $error("DP16KD: a mode that this model does not have");
   end
 
@@ -105,6 +106,7 @@ module DP16KD (
   wire clk = CLKA;
   logic [35:0] before_a, before_b, after_a, after_b;
   always @(posedge clk) begin
+    if (RESETMODE != "SYNC" && (RSTA || RSTB)) $fatal(1, "DP16KD: an asynchronous reset has no model");
     before_a = word(DATA_WIDTH_A, address_a);
     before_b = word(DATA_WIDTH_B, address_b);
     if (write_a) store(DATA_WIDTH_A, address_a, data_a);

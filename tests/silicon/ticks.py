@@ -1,8 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whole ticks of the tracking programs on the core's netlist beside its RTL."""
+"""Whole ticks of the tracking programs on the core's netlist beside its RTL, shard by shard.
+
+A shard begins with the program loaded anew and its part of the path, so shards are tasks of the
+campaign runner (sim/fpbench/campaign.py): what is done is kept, a stopped comparison goes on.
+"""
 
 from __future__ import annotations
 
+import functools
+import hashlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,17 +17,18 @@ import numpy as np
 
 from asip_asm.assemble import assemble
 from asip_asm.image import Image
+from asip_asm.isa import default_isa
 from sim.core_backends import is_register
+from sim.harness import build
 from sim.harness.asip_bus import register_address
 from sim.harness.asip_rtl import HARNESS, AsipRtl
-from sim.harness.build import build_library
 from sim.model.parameters import Robot
 from sim.model.records import COUNTS, SET_POINTS
 from tests.asip.tracking_path import reversing_path
-from tests.silicon.netlist import ROOT, make_netlist
+from tests.silicon.netlist import BUILD, CELL_CHECKS, ROOT, Netlist, make_netlist
 
 PROGRAMS = ("tracking_as_printed", "tracking_optimised")
-SHARD = 1000  # ticks of one call
+SHARD = 500  # ticks
 
 
 class AsipNetlist(AsipRtl):
@@ -31,16 +38,72 @@ class AsipNetlist(AsipRtl):
 
     def _library(self, parameters: Mapping[str, int]) -> Path:
         netlist = make_netlist("asip", parameters, folders=self.folders)
-        return build_library(self.top, netlist.sources, HARNESS)
+        before, build.optimisation = build.optimisation, "-O1"  # gates: -O3 takes minutes more
+        try:
+            return build.build_library(self.top, netlist.sources, HARNESS, model_flags=CELL_CHECKS)
+        finally:
+            build.optimisation = before
+
+
+def netlist_of(configuration: str) -> Netlist:
+    """Netlist of the core in a configuration."""
+    shape = default_isa().configurations[configuration]
+    return make_netlist("asip", {"FmaPipes": shape.fma_pipes, "Slots": len(shape.slots)})
 
 
 @dataclass(frozen=True)
-class Shard:
-    """Ticks compared, and the first that differs (None without one); cycles of the slowest."""
+class Task:
+    """Some ticks of a program from `first` on, of the path of `path` ticks."""
 
+    configuration: str
+    program: str
+    first: int
     ticks: int
-    differs: int | None
-    cycles: int
+    path_ticks: int
+    mark: str
+
+    @property
+    def key(self) -> str:
+        """Its name among the tasks of a cluster."""
+        return f"{self.configuration}-{self.program}-{self.first}-{self.ticks}-{self.mark}"
+
+    @property
+    def path(self) -> Path:
+        """Where its result belongs."""
+        return BUILD / f"ticks/{self.key}.json"
+
+
+def tasks_of(program_name: str, configuration: str, ticks: int) -> Iterator[Task]:
+    """Every shard of so many ticks; their mark changes with the netlist and with what runs it."""
+    netlist = netlist_of(configuration)
+    digest = hashlib.sha256(netlist.model.read_bytes())
+    for file in (Path(__file__), HARNESS, ROOT / f"asip_asm/programs/{program_name}.s"):
+        digest.update(file.read_bytes())
+    mark = digest.hexdigest()[:12]
+    for first in range(0, ticks, SHARD):
+        part = min(SHARD, ticks - first)
+        yield Task(configuration, program_name, first, part, ticks, mark)
+
+
+@functools.cache
+def _cores(configuration: str) -> tuple[AsipNetlist, AsipRtl]:
+    return AsipNetlist(configuration), AsipRtl(configuration)
+
+
+def execute(task: Task) -> dict:
+    """Compare one shard (in a worker).
+
+    {"ticks", "differs", "cycles"}: ticks compared, the first that differs (None without one), of
+    the whole path, and cycles of the slowest.
+    """
+    data = inputs(task.path_ticks)[task.first : task.first + task.ticks]
+    image = program(task.program, task.configuration)
+    differs, cycles = compared(image, data, *_cores(task.configuration))
+    return {
+        "ticks": task.ticks,
+        "differs": None if differs is None else task.first + differs,
+        "cycles": cycles,
+    }
 
 
 def inputs(ticks: int) -> np.ndarray:
@@ -50,25 +113,26 @@ def inputs(ticks: int) -> np.ndarray:
     return np.concatenate((words, counts.astype(np.int32).view(np.uint32)), axis=1)
 
 
-def compared(image: Image, ticks: int, netlist: AsipRtl, rtl: AsipRtl) -> Iterator[Shard]:
-    """Outputs, exports, states, STATUS and CYCLES of every tick, shard by shard."""
+def compared(
+    image: Image, data: np.ndarray, netlist: AsipRtl, rtl: AsipRtl
+) -> tuple[int | None, int]:
+    """Outputs, exports, states, STATUS and CYCLES of every tick of data (ticks, 20).
+
+    The first tick that differs, None without one; cycles of the slowest.
+    """
     places = {entry.name: entry.register for entry in (*image.exports, *image.states)}
     reads = [register_address(place) for place in places.values() if is_register(place)]
-    data = inputs(ticks)
     for core in (rtl, netlist):
         core.load(image)
     reads += rtl.output_addresses([output.name for output in image.outputs])
     addresses = rtl.input_addresses([*SET_POINTS, *COUNTS])
-    for first in range(0, ticks, SHARD):
-        part = data[first : first + SHARD]
-        one, other = (core.run(addresses, part, reads) for core in (rtl, netlist))
-        pairs = ((one.words, other.words), (one.status, other.status), (one.cycles, other.cycles))
-        if any(len(a) != len(b) for a, b in pairs):
-            yield Shard(len(part), first + min(len(one.cycles), len(other.cycles)), 0)
-            return
-        rows = [(a != b).reshape(len(a), -1).any(axis=1) for a, b in pairs]
-        wrong = np.flatnonzero(np.any(rows, axis=0))
-        yield Shard(len(part), first + int(wrong[0]) if len(wrong) else None, one.cycles.max())
+    one, other = (core.run(addresses, data, reads) for core in (rtl, netlist))
+    pairs = ((one.words, other.words), (one.status, other.status), (one.cycles, other.cycles))
+    if any(len(a) != len(b) for a, b in pairs):
+        return min(len(one.cycles), len(other.cycles)), 0
+    rows = [(a != b).reshape(len(a), -1).any(axis=1) for a, b in pairs]
+    wrong = np.flatnonzero(np.any(rows, axis=0))
+    return int(wrong[0]) if len(wrong) else None, int(one.cycles.max())
 
 
 def program(name: str, configuration: str) -> Image:
