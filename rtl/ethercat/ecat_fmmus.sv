@@ -69,14 +69,16 @@ module ecat_fmmus (
   end
 
   // Second: which of its bits, and where those stand.
-  logic        hit, begins, ends, behind;
+  logic        hit, begins, ends, behind, before_end;
+  logic [15:0] past;
   logic [7:0]  mask, mask_q, low_part, high_part;
   logic [15:0] spread, address_q;
   logic [2:0]  shift_late_q;
   logic [1:0]  kind_late_q;
-  assign hit     = active_now_q && distance_q[31:16] == '0 && distance_q[15:0] < length_q;
+  assign {before_end, past} = {1'b0, distance_q[15:0]} - {1'b0, length_q};
+  assign hit     = active_now_q && distance_q[31:16] == '0 && before_end;
   assign begins  = distance_q[15:0] == '0;
-  assign ends    = distance_q[15:0] == length_q - 1'b1;
+  assign ends    = past == '1;
   assign mask    = (begins ? 8'hFF << bit_first_q : 8'hFF) & (ends ? 8'hFF >> (3'd7 - bit_last_q) : 8'hFF);
   // shift_q below 0: the byte begins in the one before, at bit 8 + shift_q.
   always_ff @(posedge clk_i) begin

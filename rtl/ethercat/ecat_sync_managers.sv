@@ -54,7 +54,8 @@ module ecat_sync_managers (
   always_ff @(posedge clk_i) address_q <= window_i.address;
 
   for (genvar n = 0; n < N; n++) begin : gen_manager
-    logic [15:0] start_q, length_q, distance;
+    logic [15:0] start_q, length_q, distance, past;
+    logic        before_end;
     logic [7:0]  control_q;
     logic [1:0]  activate_q, side_q, last;
     logic        mine, is_written, is_read;
@@ -89,17 +90,18 @@ module ecat_sync_managers (
     assign triggers[n]      = control_q[6];
     assign lengths[16*n+:16] = length_q;
 
-    // First clock: whether the byte is guarded.
+    // First clock: whether the byte is guarded. One difference tells whether it lies inside, and at the end.
     assign distance = window_i.address - start_q;
+    assign {before_end, past} = {1'b0, distance} - {1'b0, length_q};
     always_ff @(posedge clk_i or negedge rst_ni) begin
       if (!rst_ni) begin
         hit_q[n]   <= 1'b0;
         begin_q[n] <= 1'b0;
         end_q[n]   <= 1'b0;
       end else begin
-        hit_q[n]   <= enabled[n] && distance < length_q;
-        begin_q[n] <= enabled[n] && distance == '0;
-        end_q[n]   <= enabled[n] && (distance == length_q - 1'b1 || (crosses && distance + 16'd2 == length_q));
+        hit_q[n]   <= enabled[n] && before_end;
+        begin_q[n] <= distance == '0;
+        end_q[n]   <= past[15:1] == '1 && (past[0] || crosses);
       end
     end
 
