@@ -54,7 +54,7 @@ module ecat_access (
   localparam logic [3:0] MemoryEnd = 4'h3;  // 0x3000
 
   // Enter.
-  logic        running_q, logical_q, read_q, write_q, sweep_q, frame_slot, partial;
+  logic        running_q, logical_q, read_q, write_q, sweep_q, frame_slot;
   logic [1:0]  entered_q;  // in the two clocks before
   logic [2:0]  slot_q;
   logic [31:0] address_q;
@@ -68,8 +68,7 @@ module ecat_access (
   logic [8:0]  begin_q;   // slot 0 on its way
 
   assign frame_slot = running_q && (logical_q || slot_q == '0);
-  assign partial    = commit_i.write && (commit_i.window.mask != '1 || commit_i.window.shift != '0);
-  assign commit_ready_o = !frame_slot && !(partial && entered_q != '0);
+  assign commit_ready_o = !frame_slot && !(commit_i.partial && entered_q != '0);
   assign app_ready_o    = !frame_slot && !commit_valid_i && !sweep_q;
 
   always_comb begin
@@ -210,6 +209,7 @@ module ecat_access (
     entry_o.read   = may_read && (sm_ends || window_5_q.address == {4'd0, esc_regmap_pkg::REG_DL_STATUS}
                                   || window_5_q.address == {4'd0, esc_regmap_pkg::REG_AL_STATUS});
     entry_o.write  = may_write;
+    entry_o.partial = may_write && (window_5_q.mask != '1 || window_5_q.shift != '0);
     entry_o.data   = access_5_q.data;
     entry_o.window = window_5_q;
   end

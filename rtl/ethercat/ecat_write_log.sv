@@ -23,6 +23,7 @@ module ecat_write_log #(
   localparam int unsigned Width = $clog2(Depth);
   localparam logic [3:0] Drain = 4'd14;
 
+  (* no_rw_check *)  // what is read while something is pushed is not used
   logic [ecat_pkg::LOG_WIDTH-1:0] store_q [0:Depth-1];
   logic [ecat_pkg::LOG_WIDTH-1:0] entry_q;
   logic [Width:0]   count_q, left_q;
