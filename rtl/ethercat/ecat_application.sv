@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// ecat_application: the application's Avalon-MM port: words of 32 bits, byte by byte into the controller.
-// Contract: an access waits until all of its enabled bytes are done, the lowest first; readdata is valid in the
-// clock in which waitrequest is low. Addresses from 0x8000 on are the SII image.
+// ecat_application: the application's Avalon-MM port: words of 32 bits, bytes in a row into the controller.
+// Contract: an access waits until all of its enabled bytes are done, the lowest first, a byte a clock where frames leave
+// room; readdata is valid in the clock in which waitrequest is low. Addresses from 0x8000 on are the SII image.
 module ecat_application (
     input  logic        clk_i,
     input  logic        rst_ni,
@@ -28,63 +28,55 @@ module ecat_application (
     input  logic        sii_ready_i
 );
 
-  localparam logic [1:0] StByte = 2'd0;    // the next enabled byte, if any
-  localparam logic [1:0] StWait = 2'd1;    // for its answer
-  localparam logic [1:0] StSii = 2'd2;
-  localparam logic [1:0] StDone = 2'd3;
+  localparam logic [1:0] StBytes = 2'd0;   // bytes go in and answers come back, both in order
+  localparam logic [1:0] StSii = 2'd1;
+  localparam logic [1:0] StDone = 2'd2;
+
+  function automatic logic [3:0] lowest(input logic [3:0] set);
+    lowest = set & (~set + 4'd1);
+  endfunction
 
   logic [1:0]  state_q;
-  logic [3:0]  done_q;       // bytes that are through
-  logic [3:0]  open;
+  logic [3:0]  sent_q, done_q;      // bytes that are in, that are through
+  logic [3:0]  next, answered, finished;
   logic [1:0]  byte_now;
   logic [31:0] data_q;
   logic        asked, is_sii, sii_taken;
 
-  assign asked  = avs_read_i || avs_write_i;
-  assign is_sii = avs_address_i[13];
-  assign open   = avs_byteenable_i & ~done_q;
-  always_comb begin
-    byte_now = 2'd3;
-    if (open[0]) byte_now = 2'd0;
-    else if (open[1]) byte_now = 2'd1;
-    else if (open[2]) byte_now = 2'd2;
-  end
+  assign asked    = avs_read_i || avs_write_i;
+  assign is_sii   = avs_address_i[13];
+  assign next     = lowest(avs_byteenable_i & ~sent_q);
+  assign answered = lowest(avs_byteenable_i & ~done_q);
+  assign byte_now = {next[3] || next[2], next[3] || next[1]};
 
-  assign valid_o     = state_q == StByte && asked && open != '0 && !is_sii;
-  assign sii_taken   = state_q == StByte && asked && open != '0 && is_sii && sii_ready_i;
+  assign valid_o     = state_q == StBytes && asked && next != '0 && !is_sii;
+  assign sii_taken   = state_q == StBytes && asked && next != '0 && is_sii && sii_ready_i;
   assign sii_read_o  = sii_taken && avs_read_i;
   assign sii_write_o = sii_taken && avs_write_i;
   assign write_o     = avs_write_i;
   assign address_o   = {avs_address_i, byte_now};
   assign data_o      = avs_writedata_i[8*byte_now+:8];
+  assign finished    = done_q | (done_i || state_q == StSii ? answered : '0);
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
-      state_q <= StByte;
+      state_q <= StBytes;
+      sent_q  <= '0;
       done_q  <= '0;
       data_q  <= '0;
-    end else begin
-      case (state_q)
-        StByte: if (asked) begin
-          if (open == '0) state_q <= StDone;
-          else if (valid_o && ready_i) state_q <= StWait;
-          else if (sii_taken) state_q <= StSii;
-        end
-        StWait: if (done_i) begin
-          data_q[8*byte_now+:8] <= data_i;
-          done_q[byte_now]      <= 1'b1;
-          state_q               <= StByte;
-        end
-        StSii: begin
-          data_q[8*byte_now+:8] <= sii_data_i;
-          done_q[byte_now]      <= 1'b1;
-          state_q               <= StByte;
-        end
-        default: begin
-          state_q <= StByte;
-          done_q  <= '0;
-        end
-      endcase
+    end else if (state_q == StDone) begin
+      state_q <= StBytes;
+      sent_q  <= '0;
+      done_q  <= '0;
+    end else if (asked) begin
+      if ((valid_o && ready_i) || sii_taken) sent_q <= sent_q | next;
+      done_q <= finished;
+      for (int n = 0; n < 4; n++) begin
+        if (answered[n] && state_q == StSii) data_q[8*n+:8] <= sii_data_i;
+        else if (answered[n] && done_i) data_q[8*n+:8] <= data_i;
+      end
+      if (finished == avs_byteenable_i) state_q <= StDone;
+      else state_q <= sii_taken ? StSii : StBytes;
     end
   end
 
