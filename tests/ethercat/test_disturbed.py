@@ -268,3 +268,35 @@ def test_frame__of_two_datagrams_reads_before_it_writes(line: Line):
     back = line.exchange(both)
     assert back.data[DATA_AT + 16 : DATA_AT + 20] == bytes(4)
     assert answer(line.exchange(single(APRD, 0, MEMORY, bytes(4))).data, 4)[0] == 0x04030201
+
+
+def test_process_data__shorter_than_the_manager_are_no_outputs(line: Line):
+    """A datagram that ends before the last byte changes no buffer, and the watchdog runs on."""
+    sync_manager(line, 2, OUTPUTS, OUTPUT_BYTES, 0x64)
+    line.exchange(single(APWR, 0, esc_regmap.WATCHDOG_DIVIDER.address, b"\0\0"))
+    line.exchange(single(APWR, 0, OUTPUTS, b"\x11" * OUTPUT_BYTES))
+    assert line.read(OUTPUTS, width=OUTPUT_BYTES) == 0x111111111111
+    for _ in range(8):
+        line.exchange(single(APWR, 0, OUTPUTS, b"\x22" * (OUTPUT_BYTES - 1)))
+        line.run(10_000)
+    assert line.read(OUTPUTS, width=OUTPUT_BYTES) == 0x111111111111
+    assert line.read(esc_regmap.WATCHDOG_DATA_COUNT) == 1
+    assert line.read(esc_regmap.WATCHDOG_STATUS) & 1 == 0
+
+
+def test_process_data__longer_than_the_manager_are_outputs_and_what_is_behind(line: Line):
+    sync_manager(line, 2, OUTPUTS, OUTPUT_BYTES, 0x64)
+    back = line.exchange(single(APWR, 0, OUTPUTS, b"\x33" * (OUTPUT_BYTES + 20)))
+    assert answer(back.data, OUTPUT_BYTES + 20)[1] == 1
+    assert line.read(OUTPUTS, width=OUTPUT_BYTES) == 0x333333333333
+
+
+def test_lost__counter_of_the_master_stays_and_nothing_is_written():
+    """A frame that the broken cable swallows: no answer, no counter of the slave behind."""
+    with Line([0.0, 0.0]) as line:
+        line.cable(0, False)
+        assert line.exchange(WRITE, limit_ns=30_000) is None
+        line.cable(0, True)
+        line.run(5000)
+        assert line.read(MEMORY, width=4) == 0 and line.read(esc_regmap.LOST_LINKS_0) == 1
+        assert answer(line.exchange(WRITE).data, 4)[1] == 1
