@@ -2,15 +2,16 @@
 // The device on the bus (ethercat_nios) with a C interface: program, control ticks and an ideal machine, frames in and
 // out at port 0, and a service that joins that port to the file descriptor of a TAP device.
 //
-// The machine: each axis with power is where its set-point of the tick before was; digital inputs are the
-// inverted digital outputs. Words of a tick: nios_sw/ethercat/ethercat_tick.h.
+// The machine, unless the caller plays it: each axis with power is where its set-point of the tick before was; digital
+// inputs are the inverted digital outputs. Words of a tick: nios_sw/ethercat/ethercat_tick.h.
+#include <poll.h>
 #include <unistd.h>
 
 #include <atomic>
-#include <cstdio>
 #include <string>
 
 #include "Vethercat_nios.h"
+#include "capture.h"
 #include "ring.h"
 
 #define EXPORT extern "C" __attribute__((visibility("default")))
@@ -32,7 +33,8 @@ struct Device {
   enum { IDLE, WRITING, WAITING, READING } state = IDLE;
   uint32_t last_cycles = 0, longest = 0;
   uint64_t ticks = 0, sum = 0;
-  bool overrun = false;
+  bool overrun = false, ideal = true;
+  Capture capture;
   std::string console;
   std::atomic<bool> stop{false};
   uint64_t sent = 0, returned = 0;
@@ -80,12 +82,30 @@ struct Device {
       // Data of an address come with the next clock.
       if (at > 0) outputs[at - 1] = top->host_rdata_o;
       if (at == OUTPUTS) {
-        move();
+        if (ideal) move();
         state = IDLE;
       } else {
         top->host_address_i = output_base + 4 * at;
       }
       ++at;
+    }
+  }
+
+  // A frame from the master onto the wire.
+  void send(const uint8_t* frame, size_t n) {
+    capture.record(frame, n, line.now);
+    line.send[0].send(nibbles_of(frame, n), -1, GAP_NIBBLES);
+    ++sent;
+  }
+
+  // What has come back goes to the master; a frame whose check sequence is wrong does not reach it.
+  void give(int fd) {
+    auto& frames = line.received[0].frames;
+    for (; !frames.empty(); frames.pop_front()) {
+      const auto back = bytes_of(frames.front());
+      if (back.empty()) continue;
+      capture.record(back.data(), back.size(), frames.front().ended);
+      if (write(fd, back.data(), back.size()) > 0) ++returned;
     }
   }
 
@@ -134,33 +154,45 @@ EXPORT uint64_t device_count(Device* device, int which) {
 }
 
 EXPORT void device_restart_counts(Device* device) { device->longest = device->ticks = device->sum = 0; }
-EXPORT uint32_t device_output(Device* device, unsigned word) { return device->outputs[word]; }
-EXPORT void device_input(Device* device, unsigned word, uint32_t value) { device->inputs[word] = value; }
+EXPORT uint32_t* device_outputs(Device* device) { return device->outputs; }
+EXPORT uint32_t* device_inputs(Device* device) { return device->inputs; }
 EXPORT const char* device_console(Device* device) { return device->console.c_str(); }
 EXPORT void device_stop(Device* device) { device->stop = true; }
+EXPORT int device_capture(Device* device, const char* path) { return device->capture.open(path); }
+
+// From now on the caller plays the machine: nothing but it changes the inputs.
+EXPORT void device_take_machine(Device* device) { device->ideal = false; }
+
+// Runs until `clocks` before the next control tick begins.
+EXPORT void device_align(Device* device, uint32_t clocks) {
+  while (device->since != device->tick_clocks - clocks || device->state != Device::IDLE) device->line.run(CLOCK_PS);
+}
 
 // A frame without check sequence, of 1600 bytes at most; what comes back is dropped.
 EXPORT void device_send(Device* device, const uint8_t* frame, uint32_t n) {
-  device->line.send[0].send(nibbles_of(frame, n), -1, GAP_NIBBLES);
+  device->send(frame, n);
   device->line.received[0].frames.clear();
 }
 
-// Joins port 0 to `fd`, a TAP device that does not block, until device_stop; time goes on without frames too.
-// A frame whose check sequence is wrong does not reach the master.
-EXPORT void device_serve(Device* device, int fd) {
+// Puts the frames that wait at `fd`, a TAP device that does not block, onto the wire; waits for the first one, at most
+// `most_ms`. Returns how many there were.
+EXPORT int device_take(Device* device, int fd, int most_ms) {
   uint8_t bytes[2048];
-  auto& line = device->line;
+  pollfd wait = {fd, POLLIN, 0};
+  int count = 0;
+  poll(&wait, 1, most_ms);
+  for (ssize_t n; (n = read(fd, bytes, 1600)) > 0; ++count) device->send(bytes, n);
+  return count;
+}
+
+EXPORT void device_give(Device* device, int fd) { device->give(fd); }
+
+// Joins port 0 to such an `fd` until device_stop; time goes on without frames too.
+EXPORT void device_serve(Device* device, int fd) {
+  device->stop = false;
   while (!device->stop) {
-    ssize_t n;
-    while ((n = read(fd, bytes, 1600)) > 0) {
-      line.send[0].send(nibbles_of(bytes, n), -1, GAP_NIBBLES);
-      ++device->sent;
-    }
-    line.run(1000000);
-    auto& frames = line.received[0].frames;
-    for (; !frames.empty(); frames.pop_front()) {
-      const auto back = bytes_of(frames.front());
-      if (!back.empty() && write(fd, back.data(), back.size()) > 0) ++device->returned;
-    }
+    device_take(device, fd, 0);
+    device->line.run(1000000);
+    device->give(fd);
   }
 }

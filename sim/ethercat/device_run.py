@@ -14,108 +14,47 @@ import json
 import re
 import struct
 import sys
-import threading
 import time
 from collections.abc import Sequence
 
 import pysoem
 
 from asip_asm.project import ROOT
-from sim.coe.dictionary import TYPES, Device, load
+from sim.coe.dictionary import Device, load
 from sim.ethercat.device import DeviceRtl
-from sim.ethercat.tap import INTERFACE, in_namespace, open_tap
+from sim.ethercat.session import (
+    CSP,
+    ENABLE,
+    SHUTDOWN,
+    START_NS,
+    STATUS_ENABLED,
+    STATUS_MASK,
+    SWITCH_ON,
+    Session,
+    inputs,
+    outputs,
+)
+from sim.ethercat.tap import in_namespace
 from sim.harness import nios_image
 
 IMAGE = "ethercat"
 CYCLE_CLOCKS = 10_000
 PAGE = ROOT / "docs/ethercat_application.md"
 MARK = re.compile(r"(<!-- device: [^>]*-->\n).*?(<!-- end of device -->)", re.S)
-START_NS = 3_000_000  # start-up of the program and loading of the SII
-# A master's time-outs [us] are for hardware; simulated slaves take longer by this machine's clock.
-TIMEOUTS = {
-    "ret": 500_000,
-    "safe": 5_000_000,
-    "eeprom": 5_000_000,
-    "tx_mailbox": 5_000_000,
-    "rx_mailbox": 20_000_000,
-    "state": 60_000_000,
-}
-SDO_US = 20_000_000
-CSP = 8
-SHUTDOWN, SWITCH_ON, ENABLE = 0x06, 0x07, 0x0F
-STATUS_MASK, STATUS_ENABLED = 0x6F, 0x27
-FRAME_US = 2_000_000
 WAIT_PS = 500_000_000
 GOAL = 20_000  # increments, of all axes
 
 
-def outputs(device: Device, values: dict[str, int]) -> bytes:
-    """Process data as mapped after reset, the same for each axis; by name of the object."""
-    data = b""
-    for pdo in device.direction("rx"):
-        for index, subindex, bits in pdo.entries:
-            if not index:
-                data += bytes(bits // 8)
-                continue
-            entry = device.object(index).entry(subindex)
-            data += struct.pack("<" + TYPES[entry.type].format, values.get(entry.field, 0))
-    return data
-
-
-def datagram(data: bytes, inputs: int) -> bytes:
+def datagram(data: bytes, tx_bytes: int) -> bytes:
     """A frame with one LRW at logical address 0, where SOEM puts outputs, then inputs."""
-    body = data + bytes(inputs)
+    body = data + bytes(tx_bytes)
     head = struct.pack("<BBIHH", 12, 0, 0, len(body), 0)
     size = struct.pack("<H", (len(head) + len(body) + 2) | 1 << 12)
     return b"\xff" * 6 + b"\x02" * 6 + b"\x88\xa4" + size + head + body + b"\0\0"
 
 
-class Session:
-    """The master's side of a device that runs. Raises RuntimeError when a step fails."""
-
-    def __init__(self, rtl: DeviceRtl, device: Device) -> None:
-        self.rtl, self.device = rtl, device
-        for name, value in TIMEOUTS.items():
-            setattr(pysoem.settings.timeouts, name, value)
-        self.master = pysoem.Master()
-        self.master.sdo_read_timeout = self.master.sdo_write_timeout = SDO_US
-        self.wrong = 0
-
-    def exchange(self, **values: int) -> bytes:
-        """One cycle of process data; the inputs."""
-        slave = self.master.slaves[0]
-        slave.output = outputs(self.device, values)
-        self.master.send_processdata()
-        self.wrong += self.master.receive_processdata(FRAME_US) != self.master.expected_wkc
-        return slave.input
-
-    def state(self, wanted: int) -> None:
-        self.master.state = wanted
-        self.master.write_state()
-        for _ in range(2000):
-            self.exchange(mode=CSP)
-            if self.master.state_check(wanted, 50_000) == wanted:
-                return
-        self.master.read_state()
-        slave = self.master.slaves[0]
-        raise RuntimeError(f"state {slave.state}, code {slave.al_status:04x}, not {wanted}")
-
-    def bring_up(self) -> dict[str, object]:
-        master = self.master
-        if (found := master.config_init()) != 1:
-            raise RuntimeError(f"pysoem found {found} slaves, there is 1")
-        slave = master.slaves[0]
-        mapped = master.config_map()
-        if (state := master.state_check(pysoem.SAFEOP_STATE, 60_000_000)) != pysoem.SAFEOP_STATE:
-            raise RuntimeError(f"state {state}, not SAFEOP")
-        self.state(pysoem.OP_STATE)
-        return {
-            "name": slave.name,
-            "identity": [slave.man, slave.id, slave.rev],
-            "mapped_bytes": mapped,
-            "expected_counter": master.expected_wkc,
-            "state": "OP",
-        }
+class Trial(Session):
+    """What is tried with a device that runs."""
 
     def dictionary(self, step: int) -> dict[str, object]:
         """Every `step`-th object read and described; what differs from the source."""
@@ -153,19 +92,17 @@ class Session:
         """All axes to operation enabled, then a way in CSP; where the first one ends."""
         for control in (SHUTDOWN, SWITCH_ON, ENABLE):
             for _ in range(40):
-                inputs = self.exchange(controlword=control, mode=CSP)
-        axes = range(self.device.device["axes"])
-        words = [struct.unpack_from("<H", inputs, 20 * n)[0] for n in axes]
+                data = self.exchange(controlword=control, mode=CSP)
+        words = inputs(self.device, data)["statusword"]
         for position in range(0, GOAL + 1, 200):
             self.exchange(controlword=ENABLE, mode=CSP, target_position=position)
             self.rtl_wait()
         for _ in range(60):
-            inputs = self.exchange(controlword=ENABLE, mode=CSP, target_position=GOAL)
+            data = self.exchange(controlword=ENABLE, mode=CSP, target_position=GOAL)
             self.rtl_wait()
-        place = struct.unpack_from("<i", inputs, 4)[0]
         return {
             "enabled": [word & STATUS_MASK == STATUS_ENABLED for word in words],
-            "actual_position": place,
+            "actual_position": inputs(self.device, data)["position_actual"][0],
         }
 
     def rtl_wait(self) -> None:
@@ -197,20 +134,13 @@ def run(step: int, cycles: int) -> dict[str, object]:
     device = load()
     rtl = DeviceRtl(nios_image.load(IMAGE))
     rtl.run(START_NS)
-    tap = open_tap()
-    service = threading.Thread(target=rtl.serve, args=(tap,), daemon=True)
-    service.start()
-    session = Session(rtl, device)
-    try:
-        session.master.open(INTERFACE)
+    session = Trial(rtl, device)
+    with session.served():
         report = session.bring_up()
         report["drive"] = session.drive()
         report["dictionary"] = session.dictionary(step)
         report["segments"] = session.label()
         report["wrong_counters"] = session.wrong
-    finally:
-        rtl.stop()
-        service.join()
     report["passes"] = [measure(rtl, device, period, cycles) for period in (1000, 100)]
     report["console"] = rtl.console
     session.master.close()

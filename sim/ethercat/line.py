@@ -60,7 +60,7 @@ def library() -> ctypes.CDLL:
             TOP,
             sources_of(TOP, folders),
             HERE / "slave_harness.cpp",
-            headers=[HERE / "ring.h"],
+            headers=[HERE / "ring.h", HERE / "capture.h"],
             harness_flags=["-I", str(ROOT / "sim/harness"), "-I", str(HERE)],
         )
     )

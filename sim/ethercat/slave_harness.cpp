@@ -5,15 +5,16 @@
 #include <unistd.h>
 
 #include <atomic>
-#include <cstdio>
-#include <string>
 
 #include "Vethercat_slave.h"
+#include "capture.h"
 #include "ring.h"
 
 #define EXPORT extern "C" __attribute__((visibility("default")))
 
 using Line = Ring<Vethercat_slave>;
+
+constexpr unsigned IDLE_US = 300;  // simulated, without a frame from the master; the longest passes in half of it
 
 namespace {
 
@@ -94,7 +95,7 @@ struct Bus {
   std::vector<std::unique_ptr<Application>> applications;
   std::atomic<bool> stop{false};
   uint64_t sent = 0, returned = 0;
-  FILE* capture = nullptr;
+  Capture capture;
 
   Bus(const std::vector<double>& ppm, uint64_t cable, bool closed) : line(ppm, cable, closed) {
     for (auto& slave : line.slaves) {
@@ -103,18 +104,6 @@ struct Bus {
       slave->top->avs_read_i = slave->top->avs_write_i = 0;
       slave->application = [application](Line::Slave& s) { application->before_edge(s); };
     }
-  }
-
-  ~Bus() {
-    if (capture) std::fclose(capture);
-  }
-
-  // A packet of a pcap file with times in nanoseconds.
-  void record(const uint8_t* bytes, uint32_t n, uint64_t time_ps) {
-    if (!capture) return;
-    const uint32_t head[4] = {uint32_t(time_ps / 1000000000000ull), uint32_t(time_ps / 1000 % 1000000000ull), n, n};
-    std::fwrite(head, sizeof head, 1, capture);
-    std::fwrite(bytes, n, 1, capture);
   }
 };
 
@@ -174,39 +163,34 @@ EXPORT unsigned bus_sync(Bus* bus, unsigned i) { return bus->line.slaves.at(i)->
 EXPORT uint64_t bus_clocks(Bus* bus, unsigned i) { return bus->line.slaves.at(i)->clocks; }
 
 // A pcap file of what passes the master's first port in bus_serve; 0 if it cannot be written.
-EXPORT int bus_capture(Bus* bus, const char* path) {
-  bus->capture = std::fopen(path, "wb");
-  if (!bus->capture) return 0;
-  const uint32_t magic_ns = 0xA1B23C4D;
-  const uint16_t version[2] = {2, 4};
-  const uint32_t rest[4] = {0, 0, 65535, 1};
-  std::fwrite(&magic_ns, 4, 1, bus->capture);
-  std::fwrite(version, 4, 1, bus->capture);
-  std::fwrite(rest, sizeof rest, 1, bus->capture);
-  return 1;
-}
+EXPORT int bus_capture(Bus* bus, const char* path) { return bus->capture.open(path); }
 
 EXPORT void bus_stop(Bus* bus) { bus->stop = true; }
 EXPORT uint64_t bus_count(Bus* bus, int which) { return which ? bus->returned : bus->sent; }
 
 // Joins the master's first port to `fd`, a TAP device that does not block, until bus_stop: what the master sends goes
-// to the line at once, what comes back whole and with a good check sequence goes to the master.
+// to the line at once, what comes back whole and with a good check sequence goes to the master. Behind IDLE_US without
+// a frame time goes on by 1 us in 1 ms, so that waiting for a master that computes costs nothing.
 EXPORT void bus_serve(Bus* bus, int fd) {
   uint8_t bytes[2048];
+  unsigned idle = 0;
   while (!bus->stop) {
     ssize_t n;
+    pollfd wait = {fd, POLLIN, 0};
+    if (++idle > IDLE_US && poll(&wait, 1, 1)) idle = 0;
     while ((n = read(fd, bytes, 1600)) > 0) {
       while (n < 60) bytes[n++] = 0;
-      bus->record(bytes, n, bus->line.now);
+      bus->capture.record(bytes, n, bus->line.now);
       bus->line.send[0].send(nibbles_of(bytes, n), -1, GAP_NIBBLES);
       ++bus->sent;
+      idle = 0;
     }
     bus->line.run(1000000);
     auto& frames = bus->line.received[0].frames;
     for (; !frames.empty(); frames.pop_front()) {
       const auto back = bytes_of(frames.front());
       if (back.empty()) continue;
-      bus->record(back.data(), back.size(), frames.front().ended);
+      bus->capture.record(back.data(), back.size(), frames.front().ended);
       if (write(fd, back.data(), back.size()) > 0) ++bus->returned;
     }
   }

@@ -1,0 +1,237 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A path over the bus: pysoem, unmodified, sends targets in CSP each millisecond; a report as JSON.
+
+    unshare -rn python -m sim.ethercat.path_run --ticks 5000 --capture bus.pcap --curves path.npz
+
+Everything is RTL but the robot: slave controller, Nios II system with the device's program, ASIP
+with the tracking program. Master and device take turns, so that a frame comes each 1 ms of the
+simulated time, to the clock. The tool is compared with the path DELAY ticks before: a target is
+reached 2.5 periods after the pass that took it, and passes take it and act a tick later each.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim.coe.dictionary import Device, load
+from sim.ethercat.device import DeviceRtl
+from sim.ethercat.machine import Machine
+from sim.ethercat.session import (
+    CSP,
+    ENABLE,
+    SHUTDOWN,
+    START_NS,
+    STATUS_ENABLED,
+    STATUS_MASK,
+    SWITCH_ON,
+    Session,
+    inputs,
+    outputs,
+)
+from sim.gcode.interpreter import parse_file
+from sim.harness import nios_image
+from sim.model.parameters import Robot
+from sim.model.records import SetPoints
+from sim.run.nios import PATH, set_points
+from sim.trajectory.exact_stop import MotionSettings, generate
+
+IMAGE = "ethercat"
+TICKS = 10  # of 100 us in a cycle of the master
+DELAY = 26  # ticks: 25 of the interpolation, 1 until the pass that takes a target
+REST = 60  # cycles at the first and behind the last target
+FOLLOWING_ERROR = 0x8611
+
+
+@dataclass(frozen=True)
+class Report:
+    """What a run came to: cycles of the master on the path, errors of tool [m] and table [rad]."""
+
+    cycles: int
+    whole: bool
+    wrong_counters: int
+    following_errors: int
+    faults: list[str]
+    tool: float
+    table: float
+    longest_pass: int
+    frames: int
+
+
+@dataclass(frozen=True)
+class Curves:
+    """Over N ticks: wanted and exact tool (N, 3) [m], and table (N, 2) [rad]."""
+
+    wanted: NDArray[np.float64]
+    tool: NDArray[np.float64]
+    wanted_table: NDArray[np.float64]
+    table: NDArray[np.float64]
+
+    @property
+    def tool_error(self) -> float:
+        """Largest distance [m]."""
+        return float(np.linalg.norm(self.tool - self.wanted, axis=1).max())
+
+    @property
+    def table_error(self) -> float:
+        """Largest of both axes [rad]."""
+        return float(np.abs(self.table - self.wanted_table).max())
+
+
+class Words(Protocol):
+    """A device by the words of its control ticks; DeviceRtl is one."""
+
+    inputs: NDArray[np.uint32]
+    outputs: NDArray[np.uint32]
+
+    def tick(self) -> None: ...
+
+
+class Link(Protocol):
+    """A master's cycles of process data with a device; Session is one."""
+
+    rtl: Words
+
+    def cycle(self, data: bytes, ticks: int, tick: Callable[[], None]) -> bytes: ...
+
+
+class Drive:
+    """A master's loop over the axes, in turns with the device."""
+
+    def __init__(self, session: Link, device: Device, machine: Machine) -> None:
+        self.session, self.device, self.machine = session, device, machine
+        self.faults: set[str] = set()
+        self.following = 0
+        self.enabled = False
+
+    def tick(self) -> None:
+        """The robot and the device, a control period each."""
+        rtl = self.session.rtl
+        rtl.inputs[:] = self.machine.measured()
+        before = rtl.outputs.copy()
+        rtl.tick()
+        self.machine.advance(before)
+
+    def cycle(self, control: int, pose: NDArray[np.float64]) -> None:
+        """A cycle of the master with this target (5,) [m, rad]."""
+        targets = np.rint(pose / self.machine.increments).astype(int).tolist()
+        data = outputs(
+            self.device, {"controlword": control, "mode": CSP, "target_position": targets}
+        )
+        back = inputs(self.device, self.session.cycle(data, TICKS, self.tick))
+        states = [word & STATUS_MASK == STATUS_ENABLED for word in back["statusword"]]
+        for axis, (enabled, code) in enumerate(zip(states, back["error_code"], strict=True)):
+            self.following += code == FOLLOWING_ERROR
+            if code or (self.enabled and not enabled):
+                self.faults.add(f"axis {axis}: {code:04X}")
+        self.enabled = all(states)
+
+    def enable(self, pose: NDArray[np.float64]) -> None:
+        """All axes to operation enabled, at rest. Raises RuntimeError."""
+        for control in (SHUTDOWN, SWITCH_ON, *[ENABLE] * REST):
+            for _ in range(3 if control != ENABLE else 1):
+                self.cycle(control, pose)
+        if not self.enabled:
+            raise RuntimeError(f"not all axes are enabled; {', '.join(sorted(self.faults))}")
+
+    def follow(
+        self, wanted: NDArray[np.float64], progress: Callable[[int, int], None] | None = None
+    ) -> Curves:
+        """Enable at the first pose (N, 5), send every TICKS-th, rest behind the last one."""
+        self.enable(wanted[0])
+        begin = len(self.machine.record.tool) + DELAY
+        sent = wanted[::TICKS]
+        for n, pose in enumerate(sent):
+            self.cycle(ENABLE, pose)
+            if progress:
+                progress(n + 1, len(sent))
+        for _ in range(REST):
+            self.cycle(ENABLE, sent[-1])
+        record = self.machine.record
+        n = (len(sent) - 1) * TICKS + 1  # ticks between the first target and the last
+        tool, table = (np.array(part)[begin : begin + n] for part in (record.tool, record.table))
+        return Curves(wanted[:n, :3], tool, wanted[:n, 3:], table)
+
+
+def path_of(robot: Robot, ticks: int | None) -> SetPoints:
+    """Set-points of the A-G-H path, the first ones or all."""
+    return set_points(generate(parse_file(PATH), MotionSettings(robot)), ticks)
+
+
+def poses(path: SetPoints) -> NDArray[np.float64]:
+    """Of every tick (N, 5): x, y, z [m], tilt, rotation [rad]."""
+    return np.concatenate((path.position, path.table_position), axis=1)
+
+
+def run(
+    robot: Robot, ticks: int | None, capture: Path | None, progress: Callable[[int, int], None]
+) -> tuple[Report, Curves]:
+    """Bring the device up and send the path. Raises RuntimeError, ControllerFault."""
+    device = load()
+    path = path_of(robot, ticks)
+    wanted = poses(path)
+    rtl = DeviceRtl(nios_image.load(IMAGE))
+    if capture:
+        rtl.capture(capture)
+    machine = Machine(robot, device, wanted[0].tolist())
+    rtl.take_machine()
+    rtl.inputs[:] = machine.measured()
+    rtl.run(START_NS)
+    session = Session(rtl, device)
+    with session.served():
+        session.bring_up()
+    rtl.align()
+    rtl.restart_counts()
+    session.cycles = session.wrong = 0
+    drive = Drive(session, device, machine)
+    curves = drive.follow(wanted, progress)
+    session.master.close()
+    report = Report(
+        cycles=len(wanted[::TICKS]),
+        whole=ticks is None,
+        wrong_counters=session.wrong,
+        following_errors=drive.following,
+        faults=sorted(drive.faults),
+        tool=curves.tool_error,
+        table=curves.table_error,
+        longest_pass=rtl.counts()["longest"],
+        frames=rtl.counts()["sent"],
+    )
+    return report, curves
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Command line; exit 0 if every axis stayed enabled and no counter was wrong, 1 if not."""
+    parser = argparse.ArgumentParser(
+        description=__doc__.splitlines()[0],
+        epilog="example: unshare -rn python -m sim.ethercat.path_run --ticks 2000",
+    )
+    parser.add_argument("--ticks", type=int, help="of 100 us, of the path (default: all)")
+    parser.add_argument("--capture", type=Path, help="pcap file of all frames")
+    parser.add_argument("--curves", type=Path, help="npz file of the curves")
+    arguments = parser.parse_args(argv)
+    began = time.monotonic()
+
+    def progress(n: int, of: int) -> None:
+        if n % 20 == 0 and sys.stderr.isatty():
+            left = (time.monotonic() - began) / n * (of - n)
+            print(f"\r{n} of {of} cycles, {left:.0f} s left", end="", file=sys.stderr)
+
+    report, curves = run(Robot.load(None), arguments.ticks, arguments.capture, progress)
+    if arguments.curves:
+        np.savez_compressed(arguments.curves, **vars(curves))
+    print(json.dumps(vars(report)))
+    return 0 if not report.faults and not report.wrong_counters else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
