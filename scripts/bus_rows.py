@@ -1,0 +1,222 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Producers of the rows of `make bus`: each measures one thing and gives its rows."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from asip_asm.project import BUILD, ROOT
+from scripts.motion_size import area, speed
+from sim.coe.dictionary import load
+from sim.ethercat.clocks import synchronise
+from sim.ethercat.line import Line, library
+from sim.ethercat.measure import CLOCK_PS, forwarding, keeps_cycle
+from sim.ethercat.tap import in_namespace
+from sim.harness.sources import sources_of
+from sim.model.parameters import Robot
+from tests.ethercat.test_cia402 import random_controlwords
+from tests.ethercat.test_frames import run_chains
+
+FORWARDING_NS, NEAR_NS, LUTS, MHZ, TOOL_UM = 600, 20, 7000, 100, 10
+PERIODS_NS = (100_000, 31_250)
+MASTER_CYCLES = {False: 200, True: 100_000}
+PATH_TICKS = {False: 3_001, True: None}
+CHAINS = {False: 200, True: 100_000}
+CONTROLWORDS = 100_000
+CLOCK_CYCLES = 10_000
+PPM = (0.0, 100.0, -100.0)
+CABLE_PS = 500_000
+SEEDS = (1, 2, 3)
+TOP, DEVICE = "ethercat_slave", "ethercat_nios"
+MASTERS = ("pysoem", "scapy")
+KEPT = BUILD / "bus"
+HOURS = 12 * 3600
+
+Row = dict[str, Any]
+Report = Callable[[str], None]
+
+
+@dataclass
+class Order:
+    """What to do. curves: of the path, once it was run."""
+
+    full: bool
+    capture: Path
+    curves: Path | None = None
+
+
+def row(name: str, value: float | None, unit: str, target: float, met: bool) -> Row:
+    """As build/bus.json has it; value None: not measured."""
+    return {"name": name, "value": value, "unit": unit, "target": target, "met": met}
+
+
+def not_measured(name: str) -> Row:
+    """The row of a producer that could not run."""
+    return row(name, None, "", 0, False)
+
+
+def most(name: str, value: float, unit: str, target: float) -> Row:
+    """A value that may be `target` at most."""
+    return row(name, value, unit, target, value <= target)
+
+
+def least(name: str, value: float, unit: str, target: float) -> Row:
+    """A value that must be `target` at least."""
+    return row(name, value, unit, target, value >= target)
+
+
+def mark(top: str, files: Sequence[str], *choices: object) -> str:
+    """Hash of the RTL of a top, of other files and of choices."""
+    digest = hashlib.sha256(repr(choices).encode())
+    for path in [*sources_of(top), *(ROOT / name for name in files)]:
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+def kept(name: str, of: str, work: Callable[[], Any]) -> Any:
+    """What `work` gave for the mark `of`, in an earlier run or now."""
+    file = KEPT / f"{name}.json"
+    if file.exists():
+        stored = json.loads(file.read_text(encoding="utf-8"))
+        if stored["mark"] == of:
+            return stored["result"]
+    result = work()
+    KEPT.mkdir(parents=True, exist_ok=True)
+    text = json.dumps({"mark": of, "result": result}, indent=2) + "\n"
+    file.write_text(text, encoding="utf-8")
+    return result
+
+
+def run(module: str, options: Sequence[str]) -> dict[str, Any]:
+    """Report of a program in a network namespace. Raises RuntimeError with what it said."""
+    done = in_namespace(module, options, timeout=HOURS)
+    if done.returncode and not done.stdout:
+        raise RuntimeError((done.stderr.strip() or module).splitlines()[-1])
+    return json.loads(done.stdout)
+
+
+def timing(order: Order, report: Report) -> Iterator[Row]:
+    """Forwarding and cycles, counted in clocks."""
+    report("forwarding, all phases of the sender's clock")
+    found = forwarding()
+    worst = found.most * CLOCK_PS // 1000
+    yield most("forwarding port to port, longest", worst, "ns", FORWARDING_NS)
+    yield most("forwarding, between frames", found.spread, "clocks", 0)
+    device = load()
+    for period in PERIODS_NS:
+        report(f"cycles of {period / 1000} us with the process data of five axes")
+        wrong, late = keeps_cycle(device, period, 200)
+        name = f"five axes every {period / 1000:g} us: wrong counters and late inputs of 200 cycles"
+        yield most(name, wrong + late, "cycles", 0)
+
+
+def masters(order: Order, report: Report) -> Iterator[Row]:
+    """pysoem with one slave and three."""
+    cycles = MASTER_CYCLES[order.full]
+    library()
+    files = [f"sim/ethercat/{name}" for name in ("slave_harness.cpp", "ring.h", "master_loop.py")]
+    for slaves in (1, 3):
+        report(f"pysoem, {slaves} slave(s), {cycles} cycles in OP")
+        options = ["--slaves", str(slaves), "--cycles", str(cycles)]
+        of = mark(TOP, files, slaves, cycles)
+        found = kept(
+            f"master_{slaves}_{cycles}",
+            of,
+            lambda options=options: run("sim.ethercat.master_loop", options),
+        )
+        right = cycles - found["wrong_counters"] if found["state"] == "OP" else 0
+        name = f"pysoem, {slaves} slave(s): cycles in OP without a wrong counter"
+        yield least(name, right, "cycles", MASTER_CYCLES[True])
+    count = len(MASTERS)
+    yield least("unrelated masters that work", count, "masters", 3)
+
+
+def clocks(order: Order, report: Report) -> Iterator[Row]:
+    """System times of three slaves; only the full run is long enough to count."""
+    name = f"system times apart, three slaves 100 ppm apart, {CLOCK_CYCLES} cycles"
+    if not order.full:
+        yield row(name, None, "ns", NEAR_NS, False)
+        return
+    report(f"distributed clocks, {CLOCK_CYCLES} cycles")
+
+    def worst() -> int:
+        with Line(PPM, cable_ps=CABLE_PS) as line:
+            return synchronise(line, CLOCK_CYCLES).worst
+
+    files = [f"sim/ethercat/{name}" for name in ("slave_harness.cpp", "ring.h", "clocks.py")]
+    of = mark(TOP, files, PPM, CABLE_PS, CLOCK_CYCLES)
+    yield most(name, kept("clocks", of, worst), "ns", NEAR_NS)
+
+
+def path(order: Order, report: Report) -> Iterator[Row]:
+    """A-G-H over the bus, every clock of slave, processor and ASIP."""
+    ticks = PATH_TICKS[order.full]
+    seconds = "whole path" if ticks is None else f"first {(ticks - 1) * Robot.load(None).T_s:g} s"
+    report(f"A-G-H over the bus, {seconds}")
+    name = "whole" if order.full else "slice"
+    KEPT.mkdir(parents=True, exist_ok=True)
+    order.curves = KEPT / f"path_{name}.npz"
+    options = ["--capture", str(order.capture), "--curves", str(order.curves)]
+    options += [] if ticks is None else ["--ticks", str(ticks)]
+    files = [f"sim/ethercat/{name}" for name in ("device_harness.cpp", "ring.h", "path_run.py")]
+    files += ["sim/ethercat/machine.py", "sim/ethercat/session.py", "sim/robot.toml"]
+    files += ["nios_sw/images/ethercat.elf", "sim/paths/agh.ngc"]
+    of = mark(DEVICE, files, ticks)
+    found = kept(f"path_{name}", of, lambda: run("sim.ethercat.path_run", options))
+    about = f"A-G-H over the bus, CSP at 1 kHz, {seconds}"
+    yield most(f"{about}, tool error", 1e6 * found["tool"], "um", TOOL_UM)
+    yield most(f"{about}, following-error faults", found["following_errors"], "faults", 0)
+    lost = found["wrong_counters"] + len(found["faults"])
+    yield most(f"{about}, wrong counters and other faults", lost, "cycles", 0)
+
+
+def chains(order: Order, report: Report) -> Iterator[Row]:
+    """Datagrams at random against the memory model."""
+    count = CHAINS[order.full]
+    report(f"{count} chains of datagrams at random")
+
+    def agree() -> int:
+        run_chains(count, 1)
+        return count
+
+    files = [f"tests/ethercat/{name}" for name in ("frames.py", "test_frames.py")]
+    found = kept(f"chains_{count}", mark(TOP, files, count), agree)
+    yield least("random chains that agree with the memory model", found, "chains", CHAINS[True])
+
+
+def drives(order: Order, report: Report) -> Iterator[Row]:
+    """CiA 402: controlwords against python-canopen's masks and table."""
+    report(f"{CONTROLWORDS} controlwords at random")
+    random_controlwords(CONTROLWORDS, 2)
+    name = "CiA 402, controlwords that agree with python-canopen's table"
+    yield least(name, CONTROLWORDS, "controlwords", CONTROLWORDS)
+
+
+def size(order: Order, report: Report) -> Iterator[Row]:
+    """Area, and in a full run the routed clock, on ECP5."""
+    report("area on ECP5")
+    luts = kept("area", mark(TOP, []), lambda: area(TOP, {})["luts"])
+    yield most("slave controller on ECP5, area", luts, "LUT4", LUTS)
+    name = "slave controller on ECP5, clock, median of three seeds"
+    if not order.full:
+        yield row(name, None, "MHz", MHZ, False)
+        return
+    report("clock on ECP5")
+    mhz = kept("clock", mark(TOP, [], SEEDS), lambda: speed(TOP, {}, TOP, SEEDS)["mhz_median"])
+    yield least(name, mhz, "MHz", MHZ)
+
+
+PRODUCERS: dict[str, Callable[[Order, Report], Iterator[Row]]] = {
+    "timing": timing,
+    "masters": masters,
+    "clocks": clocks,
+    "path": path,
+    "drives": drives,
+    "chains": chains,
+    "size": size,
+}

@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`make bus`: long results are kept for their sources only, a failing row is a row, the page."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from scripts import bus, bus_page, bus_rows
+
+
+@pytest.fixture
+def producers(monkeypatch, tmp_path):
+    """Two rows of each kind, and the place of kept results below tmp_path."""
+
+    def good(order, report):
+        yield bus_rows.most("near", 9, "ns", 20)
+        yield bus_rows.least("cycles", 100, "cycles", 100)
+
+    def broken(order, report):
+        yield bus_rows.most("far", 21, "ns", 20)
+        raise RuntimeError("no TAP device")
+
+    monkeypatch.setattr(bus, "PRODUCERS", {"good": good, "broken": broken})
+    monkeypatch.setattr(bus_rows, "KEPT", tmp_path / "kept")
+
+
+def goals(tmp_path, *arguments: str) -> tuple[int, list[dict]]:
+    file = tmp_path / "bus.json"
+    status = bus.main([*arguments, "--results", str(file)])
+    return status, json.loads(file.read_text())["goals"]
+
+
+def test_goals__all_met(producers, tmp_path):
+    status, rows = goals(tmp_path, "good")
+    assert status == 0 and [row["met"] for row in rows] == [True, True]
+    assert (tmp_path / "bus.html").exists()
+
+
+def test_producer__that_fails_is_a_row_that_is_not_met(producers, tmp_path):
+    status, rows = goals(tmp_path)
+    assert status == 1 and [row["met"] for row in rows] == [True, True, False, False]
+    assert "no TAP device" in rows[-1]["name"]
+
+
+def test_unknown_producer__is_refused_with_those_there_are(producers, capsys):
+    with pytest.raises(SystemExit) as stopped:
+        bus.main(["speed"])
+    assert stopped.value.code == 2 and "good" in capsys.readouterr().err
+
+
+def test_long_result__is_kept_for_its_mark_only(producers):
+    ran = []
+
+    def work():
+        ran.append(1)
+        return {"worst": len(ran)}
+
+    assert bus_rows.kept("clocks", "a", work) == bus_rows.kept("clocks", "a", work) == {"worst": 1}
+    assert bus_rows.kept("clocks", "b", work) == {"worst": 2}
+
+
+def test_mark__follows_sources_and_choices():
+    of = [
+        bus_rows.mark("ecat_check", files, n) for files, n in (([], 1), ([], 2), (["LICENSE"], 1))
+    ]
+    assert len(set(of)) == 3 and of[0] == bus_rows.mark("ecat_check", [], 1)
+
+
+def test_page__shows_the_path(producers, tmp_path):
+    curves = tmp_path / "path.npz"
+    tool, table = np.random.default_rng(1).normal(size=(50, 3)), np.zeros((50, 2))
+    np.savez(curves, wanted=tool, tool=tool + 1e-6, wanted_table=table, table=table)
+    bus_page.write(tmp_path / "bus.html", bus.Table("goal"), curves)
+    assert "The tool on its path" in (tmp_path / "bus.html").read_text()
