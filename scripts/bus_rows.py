@@ -167,6 +167,8 @@ def path(order: Order, report: Report) -> Iterator[Row]:
     files += ["sim/ethercat/machine.py", "sim/ethercat/session.py", "sim/robot.toml"]
     files += ["nios_sw/images/ethercat.elf", "sim/paths/agh.ngc"]
     of = mark(DEVICE, files, ticks)
+    if not (order.capture.exists() and order.curves.exists()):
+        (KEPT / f"path_{name}.json").unlink(missing_ok=True)
     found = kept(f"path_{name}", of, lambda: run("sim.ethercat.path_run", options))
     about = f"A-G-H over the bus, CSP at 1 kHz, {seconds}"
     yield most(f"{about}, tool error", 1e6 * found["tool"], "um", TOOL_UM)
