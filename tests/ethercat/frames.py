@@ -71,8 +71,11 @@ class Datagram:
 def frame(datagrams: list[Datagram]) -> bytes:
     """The frame, padded to 60 bytes, by scapy."""
     packet = Ether(dst="ff:ff:ff:ff:ff:ff", src="02:00:00:00:00:01") / ec.EtherCat()
-    for datagram in datagrams:
-        packet = packet / datagram.layer()
+    last = packet.lastlayer()
+    for datagram in datagrams:  # `/` would copy all of them each time
+        layer = datagram.layer()
+        last.add_payload(layer)
+        last = layer
     return bytes(packet).ljust(60, b"\0")
 
 
