@@ -95,7 +95,7 @@ def test_make_readme__synthesis_is_kept_and_shown(monkeypatch, tmp_path):
         **{"aluts": 12, "registers": 34, "dsp_18x18": 5, "memory_bits": 6789, "commit": "abc"},
         "fmax_mhz": {"median": 100.4, "min": 99.0, "max": 101.0, "seeds": {"1": 99.0, "2": 101.0}},
     }
-    other = top | {"commit": "before"}
+    other = top | {"commit": "before", "fmax_mhz": top["fmax_mhz"] | {"runs": 2}}
     kept.write_text(json.dumps({"measured": "so", "tops": {"asip_fast": other, "n2_core": other}}))
     data = {"measured": "so", "tops": {"n2_core": top, "fp_add": top}}
     (tmp_path / "synth.json").write_text(json.dumps(data))
