@@ -14,7 +14,8 @@
 
 using Line = Ring<Vethercat_slave>;
 
-constexpr unsigned IDLE_US = 300;  // simulated, without a frame from the master; the longest passes in half of it
+// Simulated, without a frame from the master: while one is on its way, which may be lost, and behind all of them.
+constexpr unsigned LOST_US = 300, IDLE_US = 50;
 
 namespace {
 
@@ -169,25 +170,31 @@ EXPORT void bus_stop(Bus* bus) { bus->stop = true; }
 EXPORT uint64_t bus_count(Bus* bus, int which) { return which ? bus->returned : bus->sent; }
 
 // Joins the master's first port to `fd`, a TAP device that does not block, until bus_stop: what the master sends goes
-// to the line at once, what comes back whole and with a good check sequence goes to the master. Behind IDLE_US without
-// a frame time goes on by 1 us in 1 ms, so that waiting for a master that computes costs nothing.
+// to the line at once, what comes back whole and with a good check sequence goes to the master. Behind IDLE_US
+// time goes on by 1 us in 1 ms, so that waiting for a master that computes costs nothing.
 EXPORT void bus_serve(Bus* bus, int fd) {
   uint8_t bytes[2048];
-  unsigned idle = 0;
+  unsigned idle = 0, on_their_way = 0;
   while (!bus->stop) {
     ssize_t n;
     pollfd wait = {fd, POLLIN, 0};
-    if (++idle > IDLE_US && poll(&wait, 1, 1)) idle = 0;
+    if (++idle > (on_their_way ? LOST_US : IDLE_US)) {
+      on_their_way = 0;
+      if (poll(&wait, 1, 1)) idle = 0;
+    }
     while ((n = read(fd, bytes, 1600)) > 0) {
       while (n < 60) bytes[n++] = 0;
       bus->capture.record(bytes, n, bus->line.now);
       bus->line.send[0].send(nibbles_of(bytes, n), -1, GAP_NIBBLES);
       ++bus->sent;
+      ++on_their_way;
       idle = 0;
     }
     bus->line.run(1000000);
     auto& frames = bus->line.received[0].frames;
     for (; !frames.empty(); frames.pop_front()) {
+      if (on_their_way) --on_their_way;
+      idle = 0;
       const auto back = bytes_of(frames.front());
       if (back.empty()) continue;
       bus->capture.record(back.data(), back.size(), frames.front().ended);
