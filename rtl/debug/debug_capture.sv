@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // debug_capture: what the channels of the scope saw last.
-// Contract: a channel takes a word in the clock in which it is written; a run that does not write it leaves
-// it. Words of bank K are taken as the host writes them, `cycles` when a run ends. From the clock after
-// ended_i on, word_o is that of channel_o, 0 to 7, one a clock; until then the core writes nothing of the
-// next run.
+// Contract: a channel takes a word in the clock in which it is written, one of bank K a clock later; a run
+// that does not write it leaves it. `cycles` is taken when a run ends. From the clock after ended_i on, word_o
+// is that of channel_o, 0 to 7, one a clock; until then the core writes nothing of the next run.
 //
 // A word waits in a memory of its source, since a source writes one word a clock, in the slot of the lowest
 // channel that takes it; each channel notes that slot. After the run the words go to the channels' own
@@ -51,6 +50,9 @@ module debug_capture #(
   logic [Channels-1:0]       fresh_q;     // written since the channels' own places were
   logic [Channels-1:0]       hit, counted, takes, leads;
   // ---- sources
+  logic                      constant_write_q;
+  logic [6:0]                constant_index_q;
+  logic [31:0]               constant_data_q;
   logic [Sources-1:0][31:0]  data, waiting;
   logic [Sources-1:0][2:0]   slot;
   logic [Sources-1:0]        some_counted;
@@ -87,6 +89,17 @@ module debug_capture #(
     endcase
   end
 
+  // The bus is slow here, and nobody waits: a run starts, or the bus is held, a clock later at the earliest.
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) constant_write_q <= 1'b0;
+    else constant_write_q <= constant_write_i;
+  end
+
+  always_ff @(posedge clk_i) begin
+    constant_index_q <= constant_index_i;
+    constant_data_q  <= constant_data_i;
+  end
+
   for (genvar c = 0; c < Channels; c++) begin : gen_channel
     logic [5:0] index;
     logic       write;
@@ -110,10 +123,10 @@ module debug_capture #(
     end
 
     // Selections of two inputs: one table of six inputs a bit.
-    assign index = source_q[c][1] ? (source_q[c][0] ? constant_index_i[5:0] : write_index_i[2]) :
+    assign index = source_q[c][1] ? (source_q[c][0] ? constant_index_q[5:0] : write_index_i[2]) :
                    source_q[c][0] ? write_index_i[1] : write_index_i[0];
     assign write = source_q[c][1] ?
-                   (source_q[c][0] ? constant_write_i && constant_index_i[6] == index_q[c][6] :
+                   (source_q[c][0] ? constant_write_q && constant_index_q[6] == index_q[c][6] :
                     is_output_q[c] ? write_i[3] : write_i[2]) :
                    source_q[c][0] ? write_i[1] : write_i[0];
     assign hit[c] = write && index == index_q[c][5:0];
@@ -139,7 +152,7 @@ module debug_capture #(
   end
 
   // ---- sources: the word of the clock, its slot
-  assign data = {constant_data_i, write_data_i};
+  assign data = {constant_data_q, write_data_i};
 
   for (genvar s = 0; s < Sources; s++) begin : gen_source
     logic [31:0] memory[0:Channels-1];

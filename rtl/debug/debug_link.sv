@@ -44,6 +44,10 @@ module debug_link #(
   logic        request, done, packet_ready, put, finish;
   logic [5:0]  length, index;
 
+  logic        serve_read, serve_write, read_q, write_q, answered_q;
+  logic [14:0] serve_address, address_q;
+  logic [31:0] serve_data, data_q, answer_q;
+
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
       divider_q <= Divider;
@@ -112,12 +116,12 @@ module debug_link #(
       .put_o         (put),
       .data_o        (packet_byte),
       .end_o         (finish),
-      .read_o,
-      .write_o,
-      .address_o,
-      .writedata_o,
-      .readdata_i,
-      .wait_i,
+      .read_o        (serve_read),
+      .write_o       (serve_write),
+      .address_o     (serve_address),
+      .writedata_o   (serve_data),
+      .readdata_i    (answer_q),
+      .wait_i        (!answered_q),
       .ring_taken_i,
       .ring_address_o,
       .ring_data_i
@@ -134,6 +138,37 @@ module debug_link #(
       .data_o (line_out),
       .ready_i(line_ready)
   );
+
+  // Request and answer wait in registers: the line is slow, the ways over the bus are long.
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      read_q     <= 1'b0;
+      write_q    <= 1'b0;
+      answered_q <= 1'b0;
+    end else begin
+      answered_q <= (read_q || write_q) && !wait_i;
+      if (read_q || write_q) begin
+        if (!wait_i) begin
+          read_q  <= 1'b0;
+          write_q <= 1'b0;
+        end
+      end else if (!answered_q) begin
+        read_q  <= serve_read;
+        write_q <= serve_write;
+      end
+    end
+  end
+
+  always_ff @(posedge clk_i) begin
+    address_q <= serve_address;
+    data_q    <= serve_data;
+    answer_q  <= readdata_i;
+  end
+
+  assign read_o      = read_q;
+  assign write_o     = write_q;
+  assign address_o   = address_q;
+  assign writedata_o = data_q;
 
   assign errors_o = {lost, dropped_q};
 

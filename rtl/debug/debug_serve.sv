@@ -75,7 +75,8 @@ module debug_serve #(
   logic [15:0] codes_q, lost_q;
   logic [31:0] backlog;
   logic [12:0] most;
-  logic        is_read, is_write, good, behind, change, last_channel;
+  logic        is_read, is_write, good, behind, change, last_channel, moves;
+  logic        behind_q, some_q, more_q, judged_q;  // of the backlog; judged: of this tail
   logic [31:0] from;
 
   assign is_read  = type_q == debug_pkg::TYPE_READ;
@@ -86,6 +87,9 @@ module debug_serve #(
   assign backlog  = records_i - tail_q;
   assign most     = (13'd1 << RingLog2) >> size_log2_i;
   assign behind   = (|backlog[31:13]) || backlog[12:0] > most - 13'(Margin);
+  // The backlog is judged a clock after the tail has moved.
+  assign moves    = armed_i || state_q == StRecord ||
+                    (state_q == StIdle && (!stream_i || (judged_q && behind_q)));
   assign change   = |((status_i ^ told_q) & Told);
   assign last_channel = channel_q == last_channel_i;
 
@@ -122,7 +126,15 @@ module debug_serve #(
       byte_q          <= '0;
       codes_q         <= '0;
       lost_q          <= '0;
+      behind_q        <= 1'b0;
+      some_q          <= 1'b0;
+      more_q          <= 1'b0;
+      judged_q        <= 1'b0;
     end else begin
+      behind_q <= behind;
+      some_q   <= |backlog;
+      more_q   <= backlog > 32'd1;
+      judged_q <= !moves;
       if (put_o) used_q <= used_q + 8'd1;
       case (state_q)
         StIdle: begin
@@ -137,10 +149,10 @@ module debug_serve #(
               sequence_q <= own_sequence_q;
               told_q     <= status_i;
               state_q    <= StHead;
-            end else if (stream_i && behind) begin
+            end else if (stream_i && judged_q && behind_q) begin
               tail_q <= tail_q + 32'd1;
               lost_q <= lost_q + 16'd1;
-            end else if (stream_i && |backlog) begin
+            end else if (stream_i && judged_q && some_q) begin
               type_q     <= debug_pkg::TYPE_SAMPLES;
               sequence_q <= own_sequence_q;
               again_q    <= 1'b0;
@@ -299,7 +311,7 @@ module debug_serve #(
           first_q  <= 1'b0;
           values_q <= 1'b0;
           codes_q  <= '0;
-          state_q  <= backlog > 32'd1 && used_q <= 8'(Fullest) && !behind ? StNow : StEnd;
+          state_q  <= more_q && used_q <= 8'(Fullest) && !behind_q ? StNow : StEnd;
         end
 
         default: state_q <= StIdle;  // StEnd

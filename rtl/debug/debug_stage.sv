@@ -36,7 +36,8 @@ module debug_stage #(
   logic                 committing_q, overflow_q;
   logic [WordsLog2:0]   count_q, next_q;
   logic [15:0]          version_q, run_version_q;
-  logic [38:0]          entry;
+  logic [WordsLog2:0]   next;
+  logic [38:0]          entry_q;  // of next_q
   logic [38:0]          memory[0:Room-1];
 
   assign commit  = csr_write_i && csr_index_i == debug_regmap_pkg::REG_CONTROL &&
@@ -46,9 +47,10 @@ module debug_stage #(
   assign full    = count_q[WordsLog2];
   assign stored  = stage_write_i && !full && !committing_q;
   assign last    = write_o && !wait_i && next_q + 1'b1 == count_q;
-  assign entry   = memory[next_q[WordsLog2-1:0]];
+  assign next    = write_o && !wait_i ? next_q + 1'b1 : next_q;
 
   always_ff @(posedge clk_i) begin
+    entry_q <= memory[next[WordsLog2-1:0]];
     if (stored) memory[count_q[WordsLog2-1:0]] <= {stage_index_i, stage_data_i};
   end
 
@@ -65,7 +67,7 @@ module debug_stage #(
       // What comes while a commit waits would belong to the next one: it is refused as well.
       if (stage_write_i && !stored) overflow_q <= 1'b1;
       if (commit && !overflow_q && |count_q) committing_q <= 1'b1;
-      if (write_o && !wait_i) next_q <= next_q + 1'b1;
+      next_q <= next;
       if (last) begin
         committing_q <= 1'b0;
         count_q      <= '0;
@@ -82,8 +84,8 @@ module debug_stage #(
   end
 
   assign write_o       = committing_q && !core_busy_i;
-  assign address_o     = 14'(asip_regmap_pkg::BASE_CONSTANTS) + 14'(entry[38:32]);
-  assign data_o        = entry[31:0];
+  assign address_o     = 14'(asip_regmap_pkg::BASE_CONSTANTS) + 14'(entry_q[38:32]);
+  assign data_o        = entry_q[31:0];
   assign count_o       = 8'(count_q);
   assign committing_o  = committing_q;
   assign overflow_o    = overflow_q;
