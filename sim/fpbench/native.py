@@ -29,7 +29,10 @@ TOP_SOURCES = (HERE / "fp_lane.sv", HERE / "fpbench.sv")
 HARNESS = HERE / "fpbench.cpp"
 HEADERS = tuple(
     HERE / name
-    for name in ("angles.h", "cases.h", "gen/compare_codes.h", "operations.h", "reference.h")
+    for name in (
+        *("angles.h", "cases.h", "gen/compare_codes.h", "hard_cases.h", "numbers.h"),
+        *("operations.h", "reference.h"),
+    )
 )
 TABLE = HERE / "operations.h"
 SHOWN, BINS = 16, 64  # as in fpbench.cpp and angles.h; the library's report size is compared
