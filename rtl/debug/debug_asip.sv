@@ -69,12 +69,16 @@ module debug_asip #(
   // ---- block
   logic             csr_write, stage_write, ring_read;
   logic [5:0]       csr_index;
+  logic             watchdog_runs, stop_at_start;
+  logic [3:0]       breakpoints;
+  logic [1:0]       watches;
   logic             held, halted, committing, overflow, black_box, triggered, armed;
   logic [2:0]       reason, which, channel, last_channel;
   logic [15:0]      next, last, version, run_version;
   logic [7:0]       staged;
   logic [1:0]       scope_state, size_log2;
-  logic [31:0]      status_word, place_word, version_word, runs, records, triggered_at, uart_errors;
+  logic [31:0]      status_word, place_word, mode_word, enable_word, version_word;
+  logic [31:0]      runs, records, triggered_at, uart_errors;
   logic [31:0]      channel_word, ring_data;
   logic [RingLog2-1:0] link_ring_address;
 
@@ -207,6 +211,10 @@ module debug_asip #(
       .stop_d_o     (stop_d),
       .freeze_o     (freeze),
       .abort_o      (stop_run),
+      .watchdog_runs_o(watchdog_runs),
+      .stop_at_start_o(stop_at_start),
+      .breakpoints_o(breakpoints),
+      .watches_o    (watches),
       .held_o       (held),
       .halted_o     (halted),
       .reason_o     (reason),
@@ -306,6 +314,14 @@ module debug_asip #(
     place_word[debug_regmap_pkg::PLACE_NEXT_LSB+:16] = next;
     place_word[debug_regmap_pkg::PLACE_LAST_LSB+:16] = last;
 
+    mode_word = 32'd0;
+    mode_word[debug_regmap_pkg::MODE_WATCHDOG_RUNS_LSB] = watchdog_runs;
+    mode_word[debug_regmap_pkg::MODE_STOP_AT_START_LSB] = stop_at_start;
+
+    enable_word = 32'd0;
+    enable_word[debug_regmap_pkg::ENABLE_BREAKPOINTS_LSB+:4] = breakpoints;
+    enable_word[debug_regmap_pkg::ENABLE_WATCHES_LSB+:2]     = watches;
+
     version_word = 32'd0;
     version_word[debug_regmap_pkg::VERSION_PAGE_LSB+:16] = version;
     version_word[debug_regmap_pkg::VERSION_RUN_LSB+:16]  = run_version;
@@ -333,6 +349,8 @@ module debug_asip #(
       .ended_i       (hook.ended),
       .status_i      (status_word),
       .place_i       (place_word),
+      .mode_i        (mode_word),
+      .enable_i      (enable_word),
       .staged_i      (staged),
       .version_i     (version_word),
       .records_i     (records),

@@ -43,6 +43,7 @@ module debug_capture #(
   logic [Channels-1:0][6:0]  index_q;
   logic [Channels-1:0][1:0]  source_q;
   logic [Channels-1:0][3:0]  from_q;      // source_q, a bit for each
+  logic [Channels-1:0]       every_q;     // write of a run, the last one stays
   logic [Channels-1:0]       is_output_q, is_cycles_q;
   logic [3:0]                wanted;
   logic [Channels-1:0][3:0]  wanted_q, count_q;
@@ -57,6 +58,8 @@ module debug_capture #(
   logic [Sources-1:0][2:0]   slot;
   logic [Sources-1:0]        some_counted;
   // ---- after a run
+  logic [Channels-1:0]       looks;       // the channel that is ahead
+  logic [Channels-2:0]       looked_q;
   logic                      walk_q;
   logic [2:0]                channel_q, ahead;
   logic [2:0]                from_slot_q;
@@ -65,16 +68,15 @@ module debug_capture #(
   logic [31:0]               cycles_q;
   logic [31:0]               own[0:Channels-1];
 
-  // Numbers of writes are counted in the order of a shift register: 1, 2, 4, 9, 3, .. 8, then 0, where it
-  // stays: one table a bit, no carry.
+  // Numbers of writes are counted in the order of a shift register: 0, 3, 5, 8, .. 9 for the first to the 15th
+  // write, then 1, where it stays: one table for two bits, no carry, cleared by the clock.
   function automatic logic [3:0] next_number(input logic [3:0] number);
-    next_number = {number[2:0], (number[3] ^ number[2]) && number != 4'd8};
+    next_number = {number[2], number[1], !number[0], !((number[3] ^ number[2]) && number != 4'd9)};
   endfunction
 
-  function automatic logic [3:0] number_of(input logic [3:0] write);  // 0 for 0
-    number_of = 4'd1;
+  function automatic logic [3:0] number_of(input logic [3:0] write);  // of 1 to 15
+    number_of = 4'd0;
     for (int n = 1; n < 16; n++) if (4'(n) < write) number_of = next_number(number_of);
-    if (write == 4'd0) number_of = 4'd0;
   endfunction
 
   assign kind   = csr_data_i[debug_regmap_pkg::CHANNEL_KIND_LSB+:2];
@@ -104,21 +106,15 @@ module debug_capture #(
     logic [5:0] index;
     logic       write;
 
-    always_ff @(posedge clk_i or negedge rst_ni) begin
-      if (!rst_ni) begin
-        index_q[c]     <= '0;
-        source_q[c]    <= '0;
-        from_q[c]      <= 4'd1;
-        is_output_q[c] <= 1'b0;
-        is_cycles_q[c] <= 1'b0;
-        wanted_q[c]    <= '0;
-      end else if (csr_write_i && csr_index_i == debug_regmap_pkg::REG_CHANNEL + 6'(c)) begin
+    always_ff @(posedge clk_i) begin
+      if (csr_write_i && csr_index_i == debug_regmap_pkg::REG_CHANNEL + 6'(c)) begin
         index_q[c]     <= csr_data_i[debug_regmap_pkg::CHANNEL_INDEX_LSB+:7];
         source_q[c]    <= source;
         from_q[c]      <= 4'd1 << source;
         is_output_q[c] <= kind == debug_regmap_pkg::CHANNEL_KIND_OUTPUT;
         is_cycles_q[c] <= kind == debug_regmap_pkg::CHANNEL_KIND_CYCLES;
         wanted_q[c]    <= wanted;
+        every_q[c]     <= csr_data_i[debug_regmap_pkg::CHANNEL_WRITE_LSB+:4] == 4'd0;
       end
     end
 
@@ -131,15 +127,14 @@ module debug_capture #(
                    source_q[c][0] ? write_i[1] : write_i[0];
     assign hit[c] = write && index == index_q[c][5:0];
 
-    // Number of the next write of the run, 0 once there were 15.
-    always_ff @(posedge clk_i or negedge rst_ni) begin
-      if (!rst_ni) count_q[c] <= 4'd1;
-      else if (run_start_i) count_q[c] <= 4'd1;
+    // Number of the next write of the run.
+    always_ff @(posedge clk_i) begin
+      if (run_start_i) count_q[c] <= '0;
       else if (hit[c]) count_q[c] <= next_number(count_q[c]);
     end
 
-    assign counted[c] = hit[c] && |wanted_q[c] && wanted_q[c] == count_q[c];
-    assign takes[c]   = hit[c] && (wanted_q[c] == 4'd0 || wanted_q[c] == count_q[c]);
+    assign counted[c] = hit[c] && !every_q[c] && wanted_q[c] == count_q[c];
+    assign takes[c]   = hit[c] && (every_q[c] || wanted_q[c] == count_q[c]);
     assign leads[c]   = counted[c] || (takes[c] && !(|(some_counted & from_q[c])));
 
     always_ff @(posedge clk_i) if (takes[c]) slot_q[c] <= slot[source_q[c]];
@@ -147,7 +142,7 @@ module debug_capture #(
     always_ff @(posedge clk_i or negedge rst_ni) begin
       if (!rst_ni) fresh_q[c] <= 1'b0;
       else if (takes[c]) fresh_q[c] <= 1'b1;
-      else if (ahead == 3'(c) && (ended_i || walk_q)) fresh_q[c] <= 1'b0;
+      else if (looks[c]) fresh_q[c] <= 1'b0;
     end
   end
 
@@ -179,16 +174,18 @@ module debug_capture #(
   end
 
   // ---- after a run: where the word of the next channel is, then the word
+  assign looks = {looked_q, ended_i};
   assign ahead = ended_i ? 3'd0 : channel_q + 3'd1;
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
+      looked_q  <= '0;
       walk_q    <= 1'b0;
       channel_q <= '0;
     end else begin
-      if (ended_i) walk_q <= 1'b1;
-      else if (channel_q == 3'(Channels - 1)) walk_q <= 1'b0;
-      channel_q <= ended_i || walk_q ? ahead : '0;
+      looked_q <= looks[Channels-2:0];
+      walk_q   <= |looks;
+      if (|looks) channel_q <= ahead;
     end
   end
 

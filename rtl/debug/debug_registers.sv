@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // debug_registers: agent on the bus for the registers, the stage and the ring (docs/debug_regmap.md).
-// Contract: writes take one cycle, reads two. A register that can be written reads as it was written last,
-// its reset value before. The ring's read port belongs to the bus in the cycles of ring_read_o.
+// Contract: writes take one cycle, reads two. A register that can be written reads as it was written last;
+// one with a reset value, as that from reset to the first write. The ring's read port belongs to the bus in
+// the cycles of ring_read_o.
 module debug_registers #(
     parameter int unsigned StageLog2 = 6,
     parameter int unsigned RingLog2  = 12,
@@ -28,6 +29,8 @@ module debug_registers #(
     input  logic                ended_i,
     input  logic [31:0]         status_i,
     input  logic [31:0]         place_i,
+    input  logic [31:0]         mode_i,
+    input  logic [31:0]         enable_i,
     input  logic [7:0]          staged_i,
     input  logic [31:0]         version_i,
     input  logic [31:0]         records_i,
@@ -44,33 +47,34 @@ module debug_registers #(
     in_block = (32'(address) & ~(words - 1)) == base;
   endfunction
 
-  // Numbers of the words that are not kept.
-  localparam logic [2:0] LiveFixed = 3'd0;
-  localparam logic [2:0] LiveStatus = 3'd1;
-  localparam logic [2:0] LivePlace = 3'd2;
-  localparam logic [2:0] LiveRuns = 3'd3;
-  localparam logic [2:0] LiveVersion = 3'd4;
-  localparam logic [2:0] LiveRecords = 3'd5;
-  localparam logic [2:0] LiveTriggeredAt = 3'd6;
-  localparam logic [2:0] LiveUartErrors = 3'd7;
+  // A register that keeps what is written keeps it in a memory, at the lowest five bits of its index: of the
+  // channels' registers, those are bits of registers that are not kept.
+  localparam int unsigned Kept = 32;
 
-  // Registers that keep what is written.
   function automatic logic kept_at(input int unsigned index);
     case (6'(index))
       debug_regmap_pkg::REG_ID, debug_regmap_pkg::REG_CONFIG, debug_regmap_pkg::REG_CONTROL,
-      debug_regmap_pkg::REG_STATUS, debug_regmap_pkg::REG_PLACE, debug_regmap_pkg::REG_RUNS,
-      debug_regmap_pkg::REG_STAGED, debug_regmap_pkg::REG_VERSION, debug_regmap_pkg::REG_RECORDS,
+      debug_regmap_pkg::REG_STATUS, debug_regmap_pkg::REG_PLACE, debug_regmap_pkg::REG_MODE,
+      debug_regmap_pkg::REG_ENABLE, debug_regmap_pkg::REG_RUNS, debug_regmap_pkg::REG_STAGED,
+      debug_regmap_pkg::REG_VERSION, debug_regmap_pkg::REG_RECORDS,
       debug_regmap_pkg::REG_TRIGGERED_AT, debug_regmap_pkg::REG_UART_ERRORS: kept_at = 1'b0;
       default: kept_at = index < 32'(debug_regmap_pkg::REG_CHANNEL) + 32'd8;
     endcase
   endfunction
 
-  logic                 in_csr, done_q, ring_q;
-  logic [31:0]          config_word, fixed_word, live_word, kept_word, kept, read_q, runs_q;
-  logic                 is_live;
-  logic [2:0]           live;
-  logic [Registers-1:0] written_q;
-  logic [31:0]          memory[0:Registers-1];
+  function automatic logic has_reset_at(input logic [5:0] index);
+    case (index)
+      debug_regmap_pkg::REG_RECORD, debug_regmap_pkg::REG_TRIGGER, debug_regmap_pkg::REG_AROUND,
+      debug_regmap_pkg::REG_UART: has_reset_at = 1'b1;
+      default: has_reset_at = 1'b0;
+    endcase
+  endfunction
+
+  logic                 in_csr, done_q, ring_q, keep;
+  logic [31:0]          config_word, other_word, count_word, word, read_q, runs_q;
+  logic [1:0]           count, select;
+  logic [Registers-1:0] kept, ready;
+  logic [31:0]          memory[0:Kept-1];
 
   assign in_csr        = in_block(address_i, debug_regmap_pkg::BASE_CSR,
                                   debug_regmap_pkg::WORDS_CSR);
@@ -91,56 +95,61 @@ module debug_registers #(
     config_word[debug_regmap_pkg::CONFIG_STAGE_LOG2_LSB+:4]  = 4'(StageLog2);
     config_word[debug_regmap_pkg::CONFIG_UART_LSB]           = Uart != 0;
 
-    // Registers that are not kept. Their number comes first, so that a bit is a selection of eight.
-    fixed_word = 32'd0;
-    if (csr_index_o == debug_regmap_pkg::REG_ID) fixed_word = debug_regmap_pkg::RESET_ID;
-    if (csr_index_o == debug_regmap_pkg::REG_CONFIG) fixed_word = config_word;
-    if (csr_index_o == debug_regmap_pkg::REG_STAGED) fixed_word = 32'(staged_i);
-
-    is_live = 1'b1;
-    live    = LiveFixed;
+    // Numbers of words come first, so that a bit is a selection of four, and one of four with it.
     case (csr_index_o)
-      debug_regmap_pkg::REG_ID, debug_regmap_pkg::REG_CONFIG, debug_regmap_pkg::REG_CONTROL,
-      debug_regmap_pkg::REG_STAGED: live = LiveFixed;
-      debug_regmap_pkg::REG_STATUS: live = LiveStatus;
-      debug_regmap_pkg::REG_PLACE: live = LivePlace;
-      debug_regmap_pkg::REG_RUNS: live = LiveRuns;
-      debug_regmap_pkg::REG_VERSION: live = LiveVersion;
-      debug_regmap_pkg::REG_RECORDS: live = LiveRecords;
-      debug_regmap_pkg::REG_TRIGGERED_AT: live = LiveTriggeredAt;
-      debug_regmap_pkg::REG_UART_ERRORS: live = LiveUartErrors;
-      default: is_live = 1'b0;
+      debug_regmap_pkg::REG_RUNS: count = 2'd0;
+      debug_regmap_pkg::REG_VERSION: count = 2'd1;
+      debug_regmap_pkg::REG_RECORDS: count = 2'd2;
+      default: count = 2'd3;
     endcase
-    case (live)
-      LiveStatus: live_word = status_i;
-      LivePlace: live_word = place_i;
-      LiveRuns: live_word = runs_q;
-      LiveVersion: live_word = version_i;
-      LiveRecords: live_word = records_i;
-      LiveTriggeredAt: live_word = triggered_at_i;
-      LiveUartErrors: live_word = uart_errors_i;
-      default: live_word = fixed_word;
+    case (count)
+      2'd0: count_word = runs_q;
+      2'd1: count_word = version_i;
+      2'd2: count_word = records_i;
+      default: count_word = triggered_at_i;
     endcase
 
     case (csr_index_o)
-      debug_regmap_pkg::REG_RECORD: kept_word = debug_regmap_pkg::RESET_RECORD;
-      debug_regmap_pkg::REG_TRIGGER: kept_word = debug_regmap_pkg::RESET_TRIGGER;
-      debug_regmap_pkg::REG_UART: kept_word = ResetUart;
-      default: kept_word = 32'd0;
+      debug_regmap_pkg::REG_ID: other_word = debug_regmap_pkg::RESET_ID;
+      debug_regmap_pkg::REG_CONFIG: other_word = config_word;
+      debug_regmap_pkg::REG_STATUS: other_word = status_i;
+      debug_regmap_pkg::REG_MODE: other_word = mode_i;
+      debug_regmap_pkg::REG_ENABLE: other_word = enable_i;
+      debug_regmap_pkg::REG_STAGED: other_word = 32'(staged_i);
+      debug_regmap_pkg::REG_RECORD: other_word = debug_regmap_pkg::RESET_RECORD;
+      debug_regmap_pkg::REG_TRIGGER: other_word = debug_regmap_pkg::RESET_TRIGGER;
+      debug_regmap_pkg::REG_UART: other_word = ResetUart;
+      debug_regmap_pkg::REG_UART_ERRORS: other_word = uart_errors_i;
+      default: other_word = 32'd0;
     endcase
-    if (written_q[csr_index_o]) kept_word = kept;
+
+    case (csr_index_o)
+      debug_regmap_pkg::REG_RUNS, debug_regmap_pkg::REG_VERSION, debug_regmap_pkg::REG_RECORDS,
+      debug_regmap_pkg::REG_TRIGGERED_AT: select = 2'd0;
+      debug_regmap_pkg::REG_PLACE: select = 2'd1;
+      default: select = ready[csr_index_o] ? 2'd2 : 2'd3;
+    endcase
+    case (select)
+      2'd0: word = count_word;
+      2'd1: word = place_i;
+      2'd2: word = memory[csr_index_o[4:0]];
+      default: word = other_word;
+    endcase
   end
 
-  assign kept = memory[csr_index_o];
+  assign keep = csr_write_o && kept[csr_index_o];
 
-  for (genvar i = 0; i < Registers; i++) begin : gen_written
-    if (kept_at(i)) begin : gen_kept
+  for (genvar i = 0; i < Registers; i++) begin : gen_kept
+    assign kept[i] = kept_at(i);
+    if (has_reset_at(6'(i))) begin : gen_written
+      logic written_q;
       always_ff @(posedge clk_i or negedge rst_ni) begin
-        if (!rst_ni) written_q[i] <= 1'b0;
-        else if (csr_write_o && csr_index_o == 6'(i)) written_q[i] <= 1'b1;
+        if (!rst_ni) written_q <= 1'b0;
+        else if (csr_write_o && csr_index_o == 6'(i)) written_q <= 1'b1;
       end
-    end else begin : gen_live
-      assign written_q[i] = 1'b0;
+      assign ready[i] = written_q;
+    end else begin : gen_ready
+      assign ready[i] = kept[i];
     end
   end
 
@@ -155,9 +164,9 @@ module debug_registers #(
   end
 
   always_ff @(posedge clk_i) begin
-    if (csr_write_o) memory[csr_index_o] <= writedata_i;
+    if (keep) memory[csr_index_o[4:0]] <= writedata_i;
     ring_q <= ring_read_o;
-    read_q <= !in_csr ? 32'd0 : is_live ? live_word : kept_word;
+    read_q <= in_csr ? word : 32'd0;
   end
 
   assign readdata_o = ring_q ? ring_data_i : read_q;

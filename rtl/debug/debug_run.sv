@@ -24,6 +24,10 @@ module debug_run (
     output logic                    freeze_o,
     output logic                    abort_o,
     // to the registers
+    output logic                    watchdog_runs_o,
+    output logic                    stop_at_start_o,
+    output logic [3:0]              breakpoints_o,  // enabled
+    output logic [1:0]              watches_o,
     output logic                    held_o,
     output logic                    halted_o,
     output logic [2:0]              reason_o,
@@ -40,10 +44,11 @@ module debug_run (
   logic [Watches-1:0]           watch_enable_q, written_d, written_q, seen;
   logic [Watches-1:0][5:0]      index_q;
   logic [Watches-1:0][1:0]      bank_q;
-  logic [Watches-1:0][31:0]     mask_q, value_q, data_d, data_q;
+  logic [Watches-1:0][31:0]     mask_q, value_q, data_d, differs_q;
   logic                         watchdog_runs_q, stop_at_start_q, abort_q;
   logic                         control, halt, resume, step, hit, watched, waits;
-  logic                         held_q, halted_q, release_q;
+  logic                         held_q, halted_q, release_q, look_d, changed_q, late_q;
+  logic [15:0]                  looked;
   logic [2:0]                   reason_q, which_q, hit_which;
   logic [15:0]                  next_q, last_q;
 
@@ -73,20 +78,42 @@ module debug_run (
     end
   end
 
-  // ---- breakpoints: compared a clock ahead with the bundle that will be in Q, in D
+  // ---- breakpoints: one comparator each, a clock ahead of the bundle that will be in Q; what was found goes
+  // with the bundle to D. After a write of the host between two runs it looks at the bundle in D, then at the
+  // one in Q, before a run begins that the host starts next. Where D took its bundle in the clock between, that
+  // run begins a clock later.
+  assign look_d = (changed_q || late_q) && !core_i.run && !core_i.advance;
+  assign looked = core_i.advance ? core_i.pc_p : look_d ? pc_d_i : core_i.pc_q;
+
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      changed_q <= 1'b0;
+      late_q    <= 1'b0;
+    end else begin
+      changed_q <= csr_write_i && (csr_index_i == debug_regmap_pkg::REG_ENABLE ||
+                   (csr_index_i & ~6'(Breakpoints - 1)) == debug_regmap_pkg::REG_BREAK);
+      late_q    <= changed_q && core_i.advance && !core_i.run;
+    end
+  end
+
   for (genvar b = 0; b < Breakpoints; b++) begin : gen_break
+    logic match;
+    assign match = enable_q[b] && break_q[b] == looked;
+
     always_ff @(posedge clk_i) begin
       if (csr_write_i && csr_index_i == debug_regmap_pkg::REG_BREAK + 6'(b)) begin
         break_q[b] <= csr_data_i[debug_regmap_pkg::BREAK_VALUE_LSB+:16];
       end
-      match_q_q[b] <= enable_q[b] && break_q[b] == (core_i.advance ? core_i.pc_p : core_i.pc_q);
-      match_d_q[b] <= enable_q[b] && break_q[b] == (core_i.advance ? core_i.pc_q : pc_d_i);
+      if (!look_d) match_q_q[b] <= match;
+      // A breakpoint that is disabled holds the bundle in D no more.
+      match_d_q[b] <= enable_q[b] &&
+                      (core_i.advance ? match_q_q[b] : look_d ? match : match_d_q[b]);
     end
   end
 
   // ---- watches
   for (genvar w = 0; w < Watches; w++) begin : gen_watch
-    // Selections of two inputs: one table of six inputs a bit.
+    // A selection of two inputs and the comparison with a bit: one table of six inputs.
     assign data_d[w]    = bank_q[w][1] ? write_data_i[2] :
                           bank_q[w][0] ? write_data_i[1] : write_data_i[0];
     assign written_d[w] = (bank_q[w][1] ? (bank_q[w][0] ? write_i[3] : write_i[2]) :
@@ -105,7 +132,7 @@ module debug_run (
       if (csr_write_i && csr_index_i == debug_regmap_pkg::REG_WATCH_VALUE + 6'(w)) begin
         value_q[w] <= csr_data_i;
       end
-      data_q[w] <= data_d[w];
+      differs_q[w] <= data_d[w] ^ value_q[w];
     end
 
     always_ff @(posedge clk_i or negedge rst_ni) begin
@@ -113,7 +140,7 @@ module debug_run (
       else written_q[w] <= written_d[w] && watch_enable_q[w] && core_i.busy;
     end
 
-    assign seen[w] = written_q[w] && !(|((data_q[w] ^ value_q[w]) & mask_q[w]));
+    assign seen[w] = written_q[w] && !(|(differs_q[w] & mask_q[w]));
   end
 
   // ---- state
@@ -179,9 +206,14 @@ module debug_run (
   end
 
   assign stop_q_o = held_q || (|match_q_q);
-  assign stop_d_o = (held_q || (|match_d_q) || (stop_at_start_q && !core_i.run)) && !release_q;
+  assign stop_d_o = ((held_q || (|match_d_q) || (stop_at_start_q && !core_i.run)) && !release_q) ||
+                    late_q;
   assign freeze_o = halted_o && !watchdog_runs_q;
   assign abort_o  = abort_q;
+  assign watchdog_runs_o = watchdog_runs_q;
+  assign stop_at_start_o = stop_at_start_q;
+  assign breakpoints_o   = enable_q;
+  assign watches_o       = watch_enable_q;
   assign held_o   = held_q;
   assign halted_o = halted_q && core_i.run;  // a fault ends it
   assign reason_o = reason_q;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // debug_scope: ring of records, trigger, black box.
 // Contract: a record is taken from the clock after a run has ended, a word a clock, and compared with the
-// trigger in the clock after its last word. wait_k_o holds the host's writes of bank K meanwhile, so that
-// the record is that of the run. A run that ends in a fault is recorded whatever the decimation, then the
-// ring is frozen. A read of the ring takes a clock.
+// trigger in three clocks after its last word. wait_k_o holds the host's writes of bank K until that word is
+// taken, so that the record is that of the run. A run that ends in a fault is recorded whatever the
+// decimation, then the ring is frozen. A read of the ring takes a clock.
 module debug_scope #(
     parameter int unsigned RingLog2 = 12
 ) (
@@ -36,25 +36,31 @@ module debug_scope #(
 
   localparam int unsigned CountBits = debug_regmap_pkg::AROUND_PRE_WIDTH;
 
-  logic                 control, arm, freeze, command, records_now, active, record, full_record;
-  logic                 recording_q, judge_q, fault_q, black_box_q, triggered_q, command_q;
-  logic [1:0]           state_q;
-  logic [2:0]           last_q, kind_q, trigger_channel_q, size_mask;
+  logic                 control, arm, freeze, command, set_record, records_now, active, full_record;
+  logic                 recording_q, judge, fault_q, black_box_q, triggered_q, command_q;
+  logic                 begun_q, clear;
+  logic [2:0]           ended_q;   // clocks after the last word of a record
+  logic [1:0]           state_q, size_log2;
+  logic [2:0]           last_q, kind_q, trigger_channel_q;
   logic                 float_q, low_q, high_q, before_q, before_valid_q;
   logic [15:0]          skip_q, skipped_q;
   logic [CountBits-1:0] pre_q, post_q;
-  logic [CountBits-1:0] left_q;    // records to come, and the last one
-  logic [31:0]          level_low_q, level_high_q, records_q, triggered_at_q;
-  logic [RingLog2-1:0]  at_q;
+  logic [CountBits-1:0] after_q, after;  // records from the trigger on
+  logic [31:0]          records_q, triggered_at_q;
+  logic [31:0]          levels[0:1];
+  logic [31:0]          judged_q, level;
+  logic                 lower_q, upper_q, reversed, above;
   logic [31:0]          memory[0:(1<<RingLog2)-1];
   logic [31:0]          ring_q;
-  logic                 hit, enough, trigger;
+  logic [RingLog2-1:0]  at;
+  logic                 hit, enough, trigger, count, full;
 
   // ---- registers
   assign control = csr_write_i && csr_index_i == debug_regmap_pkg::REG_CONTROL;
   assign arm     = control && csr_data_i[debug_regmap_pkg::CONTROL_ARM_LSB];
   assign freeze  = control && csr_data_i[debug_regmap_pkg::CONTROL_FREEZE_LSB];
   assign command = control && csr_data_i[debug_regmap_pkg::CONTROL_TRIGGER_LSB];
+  assign set_record = csr_write_i && csr_index_i == debug_regmap_pkg::REG_RECORD;
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
@@ -66,7 +72,7 @@ module debug_scope #(
       pre_q             <= '0;
       post_q            <= '0;
     end else if (csr_write_i) begin
-      if (csr_index_i == debug_regmap_pkg::REG_RECORD) begin
+      if (set_record) begin
         last_q <= csr_data_i[debug_regmap_pkg::RECORD_LAST_CHANNEL_LSB+:3];
         skip_q <= csr_data_i[debug_regmap_pkg::RECORD_SKIP_LSB+:16];
       end
@@ -83,25 +89,22 @@ module debug_scope #(
   end
 
   // ---- order of float32 (-0 below +0, NaN beyond infinity) or int32, out of that of unsigned numbers: a
-  // negative one is below any other, and two negative float32 are in the opposite order
-  function automatic logic at_least(input logic [31:0] word, input logic [31:0] level,
-                                    input logic is_float);
-    if (word[31] != level[31]) at_least = level[31];
-    else if (is_float && word[31]) at_least = word[30:0] == level[30:0] || !(word[30:0] >= level[30:0]);
-    else at_least = word[30:0] >= level[30:0];
-  endfunction
+  // negative one is below any other, and two negative float32 are in the opposite order. One comparator:
+  // word >= lower level, then word > upper level; a bit behind the last one makes `>` of `>=`.
+  assign level    = levels[upper_q];
+  assign reversed = float_q && level[31];
+  assign above    = judged_q[31] != level[31] ? level[31] :
+                    ({judged_q[30:0], 1'b0} >= {level[30:0], upper_q ^ reversed}) ^ reversed;
 
   always_ff @(posedge clk_i) begin
-    if (csr_write_i && csr_index_i == debug_regmap_pkg::REG_TRIGGER_LOW) begin
-      level_low_q <= csr_data_i;
+    if (csr_write_i && csr_index_i[5:1] == debug_regmap_pkg::REG_TRIGGER_LOW[5:1]) begin
+      levels[csr_index_i[0]] <= csr_data_i;
     end
-    if (csr_write_i && csr_index_i == debug_regmap_pkg::REG_TRIGGER_HIGH) begin
-      level_high_q <= csr_data_i;
-    end
-    if (recording_q && channel_i == trigger_channel_q) begin
-      low_q  <= at_least(word_i, level_low_q, float_q);
-      high_q <= !at_least(level_high_q, word_i, float_q);
-    end
+    lower_q <= recording_q && channel_i == trigger_channel_q;
+    upper_q <= lower_q;
+    if (recording_q && channel_i == trigger_channel_q) judged_q <= word_i;
+    if (lower_q) low_q <= above;
+    if (upper_q) high_q <= above;
   end
 
   always_comb begin
@@ -121,54 +124,57 @@ module debug_scope #(
   assign active      = state_q == debug_regmap_pkg::SCOPE_STATE_WAITING ||
                        state_q == debug_regmap_pkg::SCOPE_STATE_TRIGGERED;
   assign records_now = active && ended_i && (fault_i || skipped_q == 16'd0);
-  assign record      = recording_q;
   assign full_record = recording_q && channel_i == last_q;
+  assign judge       = ended_q[2];
   assign enough      = (|records_q[31:CountBits]) || records_q[CountBits-1:0] >= pre_q;
-  assign trigger     = judge_q && state_q == debug_regmap_pkg::SCOPE_STATE_WAITING && enough &&
+  assign trigger     = judge && state_q == debug_regmap_pkg::SCOPE_STATE_WAITING && enough &&
                        (hit || command_q);
+  assign count       = trigger || (judge && state_q == debug_regmap_pkg::SCOPE_STATE_TRIGGERED);
+  assign after       = after_q + 1'b1;
+  assign full        = after == post_q && |post_q;
 
-  // Lowest bits of a record's address: as many as a channel's number needs.
-  assign size_mask = {last_q[2], |last_q[2:1], |last_q};
+  // Counters are cleared by their clock: with their carry chain that is no logic.
+  assign clear = arm || !begun_q;
+
+  always_ff @(posedge clk_i) begin
+    if (clear) records_q <= '0;
+    else if (judge) records_q <= records_q + 32'd1;
+
+    if (clear) after_q <= '0;
+    else if (count) after_q <= after;
+
+    if (clear || set_record) skipped_q <= '0;
+    else if (active && ended_i) skipped_q <= skipped_q == skip_q ? 16'd0 : skipped_q + 16'd1;
+  end
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
       state_q        <= debug_regmap_pkg::SCOPE_STATE_IDLE;
       recording_q    <= 1'b0;
-      judge_q        <= 1'b0;
+      ended_q        <= '0;
+      begun_q        <= 1'b0;
       fault_q        <= 1'b0;
       black_box_q    <= 1'b0;
       triggered_q    <= 1'b0;
       command_q      <= 1'b0;
       before_valid_q <= 1'b0;
       before_q       <= 1'b0;
-      skipped_q      <= '0;
-      left_q         <= '0;
-      records_q      <= '0;
-      at_q           <= '0;
     end else begin
-      judge_q <= full_record;
-      if (active && ended_i) skipped_q <= skipped_q == 16'd0 ? skip_q : skipped_q - 16'd1;
+      begun_q <= 1'b1;
+      ended_q <= {ended_q[1:0], full_record};
       if (full_record) recording_q <= 1'b0;
       if (records_now) begin
         recording_q <= 1'b1;
         fault_q     <= fault_i;
       end
       if (command && state_q == debug_regmap_pkg::SCOPE_STATE_WAITING) command_q <= 1'b1;
-      if (judge_q) begin
-        records_q      <= records_q + 32'd1;
-        at_q           <= (at_q | RingLog2'(size_mask)) + 1'b1;
+      if (judge) begin
         before_q       <= low_q;
         before_valid_q <= 1'b1;
-        left_q         <= left_q - 1'b1;
-        if (state_q == debug_regmap_pkg::SCOPE_STATE_TRIGGERED && left_q == CountBits'(2) &&
-            |post_q) begin
-          state_q <= debug_regmap_pkg::SCOPE_STATE_FROZEN;
-        end
-        if (trigger) begin
-          triggered_q <= 1'b1;
-          left_q      <= post_q;
-          state_q     <= post_q == CountBits'(1) ? debug_regmap_pkg::SCOPE_STATE_FROZEN
-                                                 : debug_regmap_pkg::SCOPE_STATE_TRIGGERED;
+        if (trigger) triggered_q <= 1'b1;
+        if (count) begin
+          state_q <= full ? debug_regmap_pkg::SCOPE_STATE_FROZEN
+                          : debug_regmap_pkg::SCOPE_STATE_TRIGGERED;
         end
         if (fault_q) begin
           state_q     <= debug_regmap_pkg::SCOPE_STATE_FROZEN;
@@ -178,26 +184,26 @@ module debug_scope #(
       if (freeze) begin
         state_q     <= debug_regmap_pkg::SCOPE_STATE_FROZEN;
         recording_q <= 1'b0;
-        judge_q     <= 1'b0;
+        ended_q     <= '0;
       end
       if (arm) begin
         state_q        <= debug_regmap_pkg::SCOPE_STATE_WAITING;
         recording_q    <= 1'b0;
-        judge_q        <= 1'b0;
+        ended_q        <= '0;
         black_box_q    <= 1'b0;
         triggered_q    <= 1'b0;
         command_q      <= 1'b0;
         before_valid_q <= 1'b0;
-        skipped_q      <= '0;
-        records_q      <= '0;
-        at_q           <= '0;
       end
     end
   end
 
+  assign size_log2 = last_q[2] ? 2'd3 : last_q[1] ? 2'd2 : {1'b0, last_q[0]};
+  assign at        = RingLog2'(records_q << size_log2) | RingLog2'(channel_i);
+
   always_ff @(posedge clk_i) begin
     if (trigger) triggered_at_q <= records_q;
-    if (record) memory[at_q|RingLog2'(channel_i)] <= word_i;
+    if (recording_q) memory[at] <= word_i;
     ring_q <= memory[ring_address_i];
   end
 
@@ -209,7 +215,7 @@ module debug_scope #(
   assign records_o      = records_q;
   assign triggered_at_o = triggered_at_q;
   assign last_channel_o = last_q;
-  assign size_log2_o    = {size_mask[1], size_mask[2] || (size_mask[0] && !size_mask[1])};
+  assign size_log2_o    = size_log2;
   assign armed_o        = arm;
 
 endmodule

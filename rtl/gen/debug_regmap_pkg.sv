@@ -44,17 +44,10 @@ package debug_regmap_pkg;
   localparam logic [31:0] RESET_ID = 32'h44424731;
   localparam logic [31:0] RESET_MODE = 32'h00000000;
   localparam logic [31:0] RESET_ENABLE = 32'h00000000;
-  localparam logic [31:0] RESET_BREAK = 32'h00000000;
-  localparam logic [31:0] RESET_WATCH_PLACE = 32'h00000000;
-  localparam logic [31:0] RESET_WATCH_MASK = 32'h00000000;
-  localparam logic [31:0] RESET_WATCH_VALUE = 32'h00000000;
   localparam logic [31:0] RESET_RECORD = 32'h00000007;
   localparam logic [31:0] RESET_TRIGGER = 32'h00000008;
-  localparam logic [31:0] RESET_TRIGGER_LOW = 32'h00000000;
-  localparam logic [31:0] RESET_TRIGGER_HIGH = 32'h00000000;
   localparam logic [31:0] RESET_AROUND = 32'h00000000;
   localparam logic [31:0] RESET_UART = 32'h00000364;
-  localparam logic [31:0] RESET_CHANNEL = 32'h00000000;
 
   // Fields: lowest bit and width.
   localparam int unsigned CONFIG_BREAKPOINTS_LSB = 0;

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from sim.debug.client import DebugError
-from sim.debug.state import word_of
+from sim.debug.state import REGISTER, REGMAP, word_of
 from sim.harness.asip_bus import BLOCK, CSR, START
 from sim.harness.asip_rtl import AsipRtl
 from tests.asip import core_bench
@@ -27,6 +27,17 @@ SUM = """.program "sum"
   mov z, s
   fmul t, s, s
   mov w, t
+  halt
+"""
+
+
+BRANCH = """.program "a branch that is not taken"
+.input skip : int, x
+.output z, safe = 5.0
+  bnz skip, done
+  fadd a1, x, zero
+done:
+  mov z, x
   halt
 """
 
@@ -197,6 +208,21 @@ def test_abort__ends_a_halted_run_with_safe_outputs(bench) -> None:
     assert client.fault()[0] == "WATCHDOG" and client.read_register("o1") == word_of(6.0)
     client.resume()
     client.clear()
+
+
+def test_breakpoint__disabled_while_its_bundle_waits_for_a_branch__holds_nothing(bench) -> None:
+    rtl, client, _ = bench
+    client.load(core_bench.assembled(BRANCH, optimise=False))
+    client.write_register("k0", 0)
+    resume = REGMAP.registers["CONTROL"].word(resume=1)
+    for clocks in range(24):
+        client.set_breakpoint(1)
+        client.start()
+        rtl.clock(clocks)
+        rtl.write(REGISTER["ENABLE"], 0)
+        rtl.clock(2)  # in which the core may still have been held
+        rtl.write(REGISTER["CONTROL"], resume)
+        ended(client)
 
 
 def test_breakpoints__more_than_there_are__is_an_error_with_the_cure(bench) -> None:

@@ -59,6 +59,8 @@ def held_core(ctx: Context) -> Iterator[Case]:
         some = logic.ne(run.signal(f"match_{stage}_q", 0), 0)
         assumed = (some,) if stage == "q" else (some, kept)
         yield Case(f"breakpoint in {stage.upper()}", stop, assumed)
+    disabled = logic.eq(run.signal("enable_q", 0), 0)
+    yield Case("disabled, none in D", logic.eq(run.signal("match_d_q", 1), 0), (disabled,))
 
 
 @proof(

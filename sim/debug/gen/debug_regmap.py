@@ -5,7 +5,7 @@ from asip_asm.regmap import BitField, Block, Code, RegisterMap, RegisterRecord
 
 REGMAP = RegisterMap(
     title="the debug block",
-    note="On the bus of `debug_asip` these words stand behind those of the core, at word 0x4000. Writes\ntake one cycle, reads two, whatever the core does. The core's own words are held by waitrequest\nwhile a run issues bundles, and are answered while it is halted. [What a halted core does to the\nmachine](debug_block.md).",
+    note="On the bus of `debug_asip` these words stand behind those of the core, at word 0x4000. Writes\ntake one cycle, reads two, whatever the core does. The core's own words are held by waitrequest\nwhile a run issues bundles, and are answered while it is halted. [What a halted core does to the\nmachine](debug_block.md). A register that can be written and has no reset value keeps its word over a\nreset, and has no value before its first one.",
     address_width=13,
     data_width=32,
     blocks={
@@ -238,7 +238,7 @@ REGMAP = RegisterMap(
             name="BREAK",
             offset=8,
             access="rw",
-            reset=0,
+            reset=None,
             fields={"value": BitField(name="value", high=15, low=0, doc="")},
             doc="bundle that waits to be issued",
             count=4,
@@ -247,7 +247,7 @@ REGMAP = RegisterMap(
             name="WATCH_PLACE",
             offset=12,
             access="rw",
-            reset=0,
+            reset=None,
             fields={
                 "index": BitField(name="index", high=5, low=0, doc=""),
                 "bank": BitField(name="bank", high=9, low=8, doc="0, 1, 2: A, B, C; 3: outputs"),
@@ -259,7 +259,7 @@ REGMAP = RegisterMap(
             name="WATCH_MASK",
             offset=14,
             access="rw",
-            reset=0,
+            reset=None,
             fields={"value": BitField(name="value", high=31, low=0, doc="")},
             doc="bits compared",
             count=2,
@@ -268,7 +268,7 @@ REGMAP = RegisterMap(
             name="WATCH_VALUE",
             offset=16,
             access="rw",
-            reset=0,
+            reset=None,
             fields={"value": BitField(name="value", high=31, low=0, doc="")},
             doc="what they are compared with",
             count=2,
@@ -332,7 +332,7 @@ REGMAP = RegisterMap(
             name="TRIGGER_LOW",
             offset=22,
             access="rw",
-            reset=0,
+            reset=None,
             fields={"value": BitField(name="value", high=31, low=0, doc="")},
             doc="value compared",
             count=1,
@@ -341,7 +341,7 @@ REGMAP = RegisterMap(
             name="TRIGGER_HIGH",
             offset=23,
             access="rw",
-            reset=0,
+            reset=None,
             fields={"value": BitField(name="value", high=31, low=0, doc="")},
             doc="upper end of the window",
             count=1,
@@ -432,7 +432,7 @@ REGMAP = RegisterMap(
             name="CHANNEL",
             offset=32,
             access="rw",
-            reset=0,
+            reset=None,
             fields={
                 "index": BitField(
                     name="index", high=6, low=0, doc="of the register, output or word of bank K"

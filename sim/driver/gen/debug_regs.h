@@ -144,29 +144,24 @@ extern "C" {
 #define DEBUG__CSR__BREAK__VALUE_bm 0xffff
 #define DEBUG__CSR__BREAK__VALUE_bp 0
 #define DEBUG__CSR__BREAK__VALUE_bw 16
-#define DEBUG__CSR__BREAK__VALUE_reset 0x0
 
 // reg - debug::csr::WATCH_PLACE
 #define DEBUG__CSR__WATCH_PLACE__INDEX_bm 0x3f
 #define DEBUG__CSR__WATCH_PLACE__INDEX_bp 0
 #define DEBUG__CSR__WATCH_PLACE__INDEX_bw 6
-#define DEBUG__CSR__WATCH_PLACE__INDEX_reset 0x0
 #define DEBUG__CSR__WATCH_PLACE__BANK_bm 0x300
 #define DEBUG__CSR__WATCH_PLACE__BANK_bp 8
 #define DEBUG__CSR__WATCH_PLACE__BANK_bw 2
-#define DEBUG__CSR__WATCH_PLACE__BANK_reset 0x0
 
 // reg - debug::csr::WATCH_MASK
 #define DEBUG__CSR__WATCH_MASK__VALUE_bm 0xffffffff
 #define DEBUG__CSR__WATCH_MASK__VALUE_bp 0
 #define DEBUG__CSR__WATCH_MASK__VALUE_bw 32
-#define DEBUG__CSR__WATCH_MASK__VALUE_reset 0x0
 
 // reg - debug::csr::WATCH_VALUE
 #define DEBUG__CSR__WATCH_VALUE__VALUE_bm 0xffffffff
 #define DEBUG__CSR__WATCH_VALUE__VALUE_bp 0
 #define DEBUG__CSR__WATCH_VALUE__VALUE_bw 32
-#define DEBUG__CSR__WATCH_VALUE__VALUE_reset 0x0
 
 // reg - debug::csr::STAGED
 #define DEBUG__CSR__STAGED__VALUE_bm 0xff
@@ -209,13 +204,11 @@ extern "C" {
 #define DEBUG__CSR__TRIGGER_LOW__VALUE_bm 0xffffffff
 #define DEBUG__CSR__TRIGGER_LOW__VALUE_bp 0
 #define DEBUG__CSR__TRIGGER_LOW__VALUE_bw 32
-#define DEBUG__CSR__TRIGGER_LOW__VALUE_reset 0x0
 
 // reg - debug::csr::TRIGGER_HIGH
 #define DEBUG__CSR__TRIGGER_HIGH__VALUE_bm 0xffffffff
 #define DEBUG__CSR__TRIGGER_HIGH__VALUE_bp 0
 #define DEBUG__CSR__TRIGGER_HIGH__VALUE_bw 32
-#define DEBUG__CSR__TRIGGER_HIGH__VALUE_reset 0x0
 
 // reg - debug::csr::AROUND
 #define DEBUG__CSR__AROUND__PRE_bm 0x1fff
@@ -263,19 +256,15 @@ extern "C" {
 #define DEBUG__CSR__CHANNEL__INDEX_bm 0x7f
 #define DEBUG__CSR__CHANNEL__INDEX_bp 0
 #define DEBUG__CSR__CHANNEL__INDEX_bw 7
-#define DEBUG__CSR__CHANNEL__INDEX_reset 0x0
 #define DEBUG__CSR__CHANNEL__BANK_bm 0x300
 #define DEBUG__CSR__CHANNEL__BANK_bp 8
 #define DEBUG__CSR__CHANNEL__BANK_bw 2
-#define DEBUG__CSR__CHANNEL__BANK_reset 0x0
 #define DEBUG__CSR__CHANNEL__KIND_bm 0x3000
 #define DEBUG__CSR__CHANNEL__KIND_bp 12
 #define DEBUG__CSR__CHANNEL__KIND_bw 2
-#define DEBUG__CSR__CHANNEL__KIND_reset 0x0
 #define DEBUG__CSR__CHANNEL__WRITE_bm 0xf0000
 #define DEBUG__CSR__CHANNEL__WRITE_bp 16
 #define DEBUG__CSR__CHANNEL__WRITE_bw 4
-#define DEBUG__CSR__CHANNEL__WRITE_reset 0x0
 
 // regfile - debug::csr
 typedef struct __attribute__ ((__packed__)) {
