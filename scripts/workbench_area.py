@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from scripts.synth_unit import OUTPUT, alm_area, ecp5_speed, read_commands
+from scripts.synth_unit import OUTPUT, alm_area, ecp5_cells, ecp5_speed, read_commands
 from sim.debug.row import Row, at_most, exactly
 from sim.harness.sources import sources_of
 
@@ -15,7 +15,7 @@ CONFIGURATIONS = {
 }
 SEEDS = (1, 2, 3, 4, 5)
 ALUTS, BLOCKS = 1500, 8
-RING = "ring: 131 072 bits, 8 blocks of 16 kbit as on ECP5, 13 M10K at least"
+TIMED = "small"  # the configuration whose clock is measured
 SLACK = 0.97  # of the core's own median clock: less is within what seeds differ by
 PROOFS = (
     *("marked_bundle", "held_core", "staged_page", "bus_of_a_commit", "idle_core"),
@@ -29,11 +29,22 @@ def _area(name: str, top: str, parameters: dict[str, int]) -> dict[str, int]:
     return alm_area(top, read_commands(top, sources_of(top), parameters), folder)
 
 
+def _ram(parameters: dict[str, int]) -> int:
+    """Block RAMs of an ECP5 that the block takes, the core a black box beside it."""
+    folder = OUTPUT / "workbench_ram"
+    folder.mkdir(parents=True, exist_ok=True)
+    top = "debug_asip"
+    read = read_commands(top, sources_of(top), parameters | {"Uart": 0}) + "; blackbox asip"
+    return ecp5_cells(top, read, folder).get("DP16KD", 0)
+
+
 def rows(full: bool) -> Iterator[Row]:
     """ALUTs and block RAM of the block beside the core; with `full`, `fast` and the clock too.
 
-    The goal counts what it lists: breakpoints, channels, ring. The serial port is in the note. The
-    ring, 4096 words of 32 bits, is 8 block RAMs of 16 kbit; in M10K of 10 kbit it is at least 13.
+    The goal counts what it lists: breakpoints, channels, ring. The serial port is in the note.
+    Block RAMs are those of the ECP5, where the clock is measured: 16 kbit each, so that the ring of
+    131 072 bits is 8. Of the M10K of a Cyclone V, 10 kbit each, no layout takes fewer than 13; what
+    Yosys takes is in the note.
     """
     for name, parameters in CONFIGURATIONS.items():
         if name != "small" and not full:
@@ -46,17 +57,18 @@ def rows(full: bool) -> Iterator[Row]:
         block, serial = more[0], more[1]["alut"] - more[0]["alut"]
         note = f"{block['ff']} registers, {block['mlab']} MLAB cells; serial port {serial} ALUTs"
         yield at_most(f"{name}: debug block", block["alut"], ALUTS, "ALUTs", note)
-        yield at_most(f"{name}: block RAMs", block["m10k"], BLOCKS, "M10K", RING)
+        note = f"16 kbit each; of a Cyclone V's 10 kbit {block['m10k']}"
+        yield at_most(f"{name}: block RAMs", _ram(parameters), BLOCKS, "DP16KD", note)
     if full:
         clock = {}
         for top in ("asip", "debug_asip"):
             folder = OUTPUT / f"workbench_speed_{top}"
             folder.mkdir(parents=True, exist_ok=True)
-            commands = read_commands(top, sources_of(top), CONFIGURATIONS["fast"])
+            commands = read_commands(top, sources_of(top), CONFIGURATIONS[TIMED])
             clock[top] = ecp5_speed(top, commands, folder, SEEDS)["fmax_median_mhz"]
         ratio = clock["debug_asip"] / clock["asip"]
         note = f"{clock['debug_asip']:.1f} of {clock['asip']:.1f} MHz, median of {len(SEEDS)} seeds"
-        yield Row("clock with the block", ratio, "", f">= {SLACK}", ratio >= SLACK, note)
+        yield Row(f"{TIMED}: clock with the block", ratio, "", f">= {SLACK}", ratio >= SLACK, note)
 
 
 def proofs(full: bool) -> Iterator[Row]:
