@@ -37,8 +37,10 @@ def program(name: str, configuration: str, robot: Robot) -> Image:
 class TwoProcessors:
     """Both cores loaded, lists and buffer set up, moves fed to the ring.
 
-    moves: the path. period_clocks: clocks of a period. The interface is that of `AsipController`,
-    but set-points come from the first core, not from the caller. `set_points` gets what it made.
+    moves: the path. period_clocks: clocks of a period. tracking_program: one of
+    asip_asm/programs, or the image of another with the same words in and out, in their order. The
+    interface is that of `AsipController`, but set-points come from the first core, not from the
+    caller. `set_points` gets what it made.
     system: one that exists, of the configurations named; by default a new one.
     """
 
@@ -47,7 +49,7 @@ class TwoProcessors:
         robot: Robot,
         moves: Sequence[Move],
         period_clocks: int | None = None,
-        tracking_program: str = "tracking_optimised",
+        tracking_program: str | Image = "tracking_optimised",
         trajectory: str = "fast",
         tracking: str = "fast",
         system: DualRtl | None = None,
@@ -55,12 +57,15 @@ class TwoProcessors:
         self.system = system or DualRtl(trajectory, tracking)
         self.images = {
             "trajectory": program(TRAJECTORY_PROGRAM, trajectory, robot),
-            "tracking": program(tracking_program, tracking, robot),
+            "tracking": tracking_program
+            if isinstance(tracking_program, Image)
+            else program(tracking_program, tracking, robot),
         }
+        self._inputs = [entry.name for entry in self.images["tracking"].inputs]
         first, second = self.system.trajectory, self.system.tracking
         first.load(self.images["trajectory"])
         second.load(self.images["tracking"])
-        inputs = second.input_addresses([*SET_POINTS, *COUNTS])
+        inputs = second.input_addresses(self._inputs)
         sources = [*range(len(SET_POINTS)), *(MEASURED_SOURCE + i for i in range(len(COUNTS)))]
         self.system.set_lists(
             {
@@ -117,17 +122,18 @@ class TwoProcessors:
             *np.asarray(words, dtype=np.float32).view(np.uint32).tolist(),
             *np.asarray(counts, dtype=np.int32).tolist(),
         ]
-        for address, word in zip(core.input_addresses([*SET_POINTS, *COUNTS]), data, strict=True):
+        for address, word in zip(core.input_addresses(self._inputs), data, strict=True):
             core.write(address, word)
         core.write(CSR["CONTROL"], START | CLEAR)
         self.system.clock(image.watchdog)
         if not STATUS["done"].of(core.read(CSR["STATUS"])):
             raise ControllerFault("the tracking core did not finish its first run")
+        measured = MEASURED_STATES | {f"{name}_before" for name in self._inputs}
         core.preset(
             {
                 state.name: int(state.bits, 16)
                 for state in image.states
-                if state.name not in MEASURED_STATES
+                if state.name not in measured
             }
         )
         self.start()

@@ -62,7 +62,7 @@ class Core(AsipRtl):
 class DualRtl:
     """The system just out of reset, each core in configuration 'fast' or 'small'.
 
-    The model is built on first use.
+    The model is built on first use; `library` is its file, named by a hash of all that is in it.
     """
 
     top = TOP
@@ -75,7 +75,7 @@ class DualRtl:
             record = default_isa().configurations[configuration]
             parameters[f"{name}FmaPipes"] = record.fma_pipes
             parameters[f"{name}Slots"] = len(record.slots)
-        path = build_library(
+        self.library = build_library(
             self.top,
             sources_of(self.top),
             self.harness,
@@ -84,7 +84,7 @@ class DualRtl:
             headers=(HARNESS / "dual_bench.h", HARNESS / "dual_api.h", *self.headers),
             harness_flags=(f"-I{HARNESS}",),
         )
-        lib = load_model(path)
+        lib = load_model(self.library)
         pointer, u32, u64 = ctypes.c_void_p, ctypes.c_uint32, ctypes.c_uint64
         lib.dual_new.restype = pointer
         lib.dual_clocks.restype = lib.dual_run.restype = lib.dual_queued.restype = u64

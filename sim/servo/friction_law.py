@@ -10,13 +10,20 @@ Adaptive Control, 1996, section 4.3; friction: C. Canudas de Wit et al., IEEE TA
 
 from __future__ import annotations
 
+import functools
+
 import casadi as ca
 
+from asip_asm.image import Image
+from asip_asm.model.compiler import Compiled, Options, compile_law
 from asip_asm.model.law import Law, Port
+from asip_asm.model.program import build
+from asip_asm.project import BUILD
 from sim.model.drives import Drives, Friction
 from sim.model.parameters import Robot
 from sim.robots import own
 
+OPTIONS = Options(configuration="fast", reassociate=True, reciprocal=True)
 KINDS = ("none", "feed-forward", "adaptive")
 BOUNDS = (0.5, 1.5)  # of the estimate
 RATE = (0.5, 0.2)  # of the estimate of a leg, a table axis: per second, at an error of `SCALE`
@@ -82,3 +89,16 @@ def friction_law(robot: Robot, drives: Drives, kind: str, share: float = 1.0) ->
     )
     title = f"five axes, friction {kind}"
     return Law(title, function, ports, title, law.rate)
+
+
+def compiled(robot: Robot, drives: Drives, kind: str, share: float = 1.0) -> Compiled:
+    """The program of a friction law."""
+    return compile_law(friction_law(robot, drives, kind, share), OPTIONS)
+
+
+@functools.cache
+def image(robot: Robot, drives: Drives, kind: str, share: float = 1.0) -> Image:
+    """Its image for the tracking core, made once."""
+    path = BUILD / f"servo/tracking_{kind}_{share:g}.s"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    return build(compiled(robot, drives, kind, share), path).image

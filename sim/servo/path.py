@@ -9,12 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from asip_asm.image import Image
 from sim.dual.moves import Move
 from sim.dual.system import TwoProcessors
 from sim.model.records import SetPoints
 from sim.run.controller import ControllerFault
 from sim.servo import start_up
-from sim.servo.averaged import at_joints, true_angles
 from sim.servo.chain import CONFIGURATIONS, CONTROL_PERIOD, ORDER_FILTER, ChainRtl
 from sim.servo.current_law import HALF_PERIOD, Setting
 from sim.servo.plant import Plant
@@ -49,8 +49,8 @@ class Run:
 class Chain:
     """RTL and plant, brought up and at rest at the first set-point of a path, brakes closed.
 
-    angles: electrical angles at count 0 [rad] from a table; by default what they are; zeros:
-    whether the currents' offsets are measured.
+    angles: electrical angles at count 0 [rad] from a table, by default what the alignment finds;
+    zeros: what it finds as the currents' offsets; tracking_program: as `TwoProcessors` has it.
     """
 
     def __init__(
@@ -59,7 +59,7 @@ class Chain:
         path: SetPoints,
         moves: Sequence[Move],
         angles: Sequence[float] | None = None,
-        tracking_program: str = "tracking_optimised",
+        tracking_program: str | Image = "tracking_optimised",
     ) -> None:
         self.plant, self.path = plant, path
         self.at = (*path.position[0].tolist(), *path.table_position[0].tolist())
@@ -70,8 +70,11 @@ class Chain:
         most = OVERCURRENT * max(motor.i_max for motor in drives.motors)
         start_up.configure(self.system, drives, self.setting, counts, most)
         self.zeros = start_up.measure_offsets(self.system)
-        self.angles = true_angles(plant, at_joints(plant, self.at)) if angles is None else angles
-        start_up.write_angles(self.system, self.angles)
+        if angles is None:
+            self.angles = start_up.align(self.system, drives, self.setting)
+        else:
+            self.angles = np.array(angles, dtype=float)
+            start_up.write_angles(self.system, self.angles)
         self.controller = ChainController(
             robot,
             moves,

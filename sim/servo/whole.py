@@ -13,7 +13,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from asip_asm.model.compiler import Compiled, Options, compile_law
 from sim.gcode.interpreter import parse_file
 from sim.model.drives import Drives
 from sim.model.parameters import Robot
@@ -27,18 +26,12 @@ from sim.run.nios import PATH, set_points
 from sim.servo.averaged import AveragedPlant
 from sim.servo.chain import ORDER_FILTER
 from sim.servo.current_law import Setting
-from sim.servo.friction_law import friction_law
+from sim.servo.friction_law import compiled
 from sim.servo.plant import AXES, Plant
 from sim.servo.response import NOISE
 from sim.trajectory.exact_stop import MotionSettings, generate
 
-OPTIONS = Options(configuration="fast", reassociate=True, reciprocal=True)
 AFTER = 0.05  # of a reversal, in which its error is looked for [s]
-
-
-def compiled(robot: Robot, drives: Drives, kind: str, share: float = 1.0) -> Compiled:
-    """The program of a friction law."""
-    return compile_law(friction_law(robot, drives, kind, share), OPTIONS)
 
 
 class FrictionController:

@@ -16,9 +16,9 @@ from sim.model.parameters import Robot
 from sim.prove_program import prove
 from sim.robots import own
 from sim.servo import lugre
-from sim.servo.friction_law import BOUNDS, bristle, friction_law
+from sim.servo.friction_law import BOUNDS, bristle, compiled, friction_law
 from sim.servo.sample import PATH
-from sim.servo.whole import FrictionController, Whole, compiled, path_of, whole
+from sim.servo.whole import FrictionController, Whole, path_of, whole
 
 ROBOT, DRIVES = Robot.load(), Drives.load()
 FULL = pytest.mark.full
