@@ -23,7 +23,10 @@ CLOCK = 8e-9
 WINDOW = 700  # clock of a half period in which the currents' windows begin
 ALL = (1 << AXES) - 1
 RUN = sum(2 << 2 * n for n in range(AXES))  # of MODE
-DIRECTIONS = (0.0, 0.5 * np.pi, np.pi, 1.5 * np.pi)  # of the alignment's current vectors [rad]
+DIRECTIONS = (0.0, np.pi, 0.5 * np.pi, 1.5 * np.pi)  # of the alignment's current vectors [rad]
+SETTLE = 1e-3  # with the gates just on [s]
+LEAST_MOVE = 4  # counts of an axis that is aligned
+MOST_OFF = 0.15  # of its move
 FORCES = [f"force{n}" for n in range(AXES)]
 
 
@@ -109,57 +112,61 @@ def align(
     system: ChainRtl,
     drives: Drives,
     setting: Setting,
-    share: float = 0.6,
+    share: float = 0.9,
     dwell: float = 0.012,
     directions: Sequence[float] = DIRECTIONS,
 ) -> NDArray[np.float64]:
     """Electrical angles (5,) where the counters are 0 [rad], written to the program.
 
     A current vector bends the closed brake of its axis by its force, which goes with the cosine of
-    the angle between vector and force; directions: of the vectors, which the rest (the gates just
-    on) completes; share: of i_max; dwell: for each [s]. Axes end without current. Raises
-    StartUpError if an axis does not answer.
+    the angle between vector and force. Sine and cosine of the angle are fitted to what the counts
+    say, with an offset for what else bends the brake. directions: of the vectors, four at least:
+    in a square they leave out what the reluctance adds, and one behind its opposite is late in its
+    size, not in its angle; share: of i_max; dwell: for each [s],
+    until the joint is at rest. Axes end without current. Raises StartUpError if an axis does not
+    answer, or not as a motor does.
     """
     order(system, [0.0] * AXES)
     system.front("LINK", enable=1)
     system.front("MODE", axes=RUN)
-    clocks = round(dwell / CLOCK)
-    system.clock(round(1e-3 / CLOCK))
+    system.clock(round(SETTLE / CLOCK))
     rest = positions(system)
     moved = np.zeros((len(directions), AXES))
     forces = [share * m.i_max * m.force_per_ampere for m in drives.motors]
-    image = system.current.image
-    for row, direction in zip(moved, directions, strict=True):
-        angles = [
-            direction - motor.wave * resolution * int(count)
-            for motor, resolution, count in zip(
-                drives.motors, setting.resolution, rest, strict=True
-            )
-        ]
-        write_constants(
-            system.current, image, {f"angle{n}": angle for n, angle in enumerate(angles)}
-        )
-        order(system, forces)
-        system.clock(clocks)
-        row[:] = positions(system) - rest
-    order(system, [0.0] * AXES)
-    system.clock(clocks)
-    basis = np.stack([np.cos(directions), np.sin(directions)], axis=1)
-    (c, s), *_ = np.linalg.lstsq(basis, moved, rcond=None)
-    size = np.hypot(c, s)
-    if (size < 4).any() or system.status()["trip"]:
-        axis = int(size.argmin())
-        raise StartUpError(
-            f"axis {axis + 1} moved by {size[axis]:.1f} counts under {forces[axis]:.0f} N or N m; "
-            f"STATUS {system.status()}: check motor, encoder and brake"
-        )
-    found = np.arctan2(s, c)
     at = [
         m.wave * q * int(n) for m, q, n in zip(drives.motors, setting.resolution, rest, strict=True)
     ]
-    found = (found - at + np.pi) % (2 * np.pi) - np.pi
+    for row, direction in zip(moved, directions, strict=True):
+        write_angles(system, [direction - angle for angle in at])
+        order(system, forces)
+        system.clock(round(dwell / CLOCK))
+        row[:] = positions(system) - rest
+    order(system, [0.0] * AXES)
+    system.clock(round(4 * SETTLE / CLOCK))
+    if system.status()["trip"]:
+        raise StartUpError(f"an axis tripped while it was aligned: {system.status()}")
+    angles, size, off = fitted_angles(directions, moved)
+    for n in range(AXES):
+        asked = f"axis {n + 1}, under {forces[n]:.0f} N or N m: moved by {size[n]:.1f} counts"
+        if size[n] < LEAST_MOVE:
+            raise StartUpError(f"{asked}; check motor, encoder and brake, or raise the share")
+        if off[n] > MOST_OFF * size[n]:
+            raise StartUpError(
+                f"{asked}, {off[n]:.1f} beside a sine; it was not at rest (dwell), or is blocked"
+            )
+    found = (angles - at + np.pi) % (2 * np.pi) - np.pi
     write_angles(system, found)
     return found
+
+
+def fitted_angles(
+    directions: Sequence[float], moved: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Of moves (n, axes): electrical angle [rad], amplitude, largest distance from the fit."""
+    basis = np.stack([np.cos(directions), np.sin(directions), np.ones(len(directions))], axis=1)
+    fit, *_ = np.linalg.lstsq(basis, moved, rcond=None)
+    off = np.abs(moved - basis @ fit).max(axis=0)
+    return np.arctan2(fit[1], fit[0]), np.hypot(fit[0], fit[1]), off
 
 
 def write_angles(system: ChainRtl, angles: Sequence[float]) -> None:

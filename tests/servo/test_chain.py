@@ -17,13 +17,15 @@ from sim.model.drives import Drives
 from sim.model.parameters import Robot
 from sim.model.tracking import joint_path
 from sim.run.nios import PATH, set_points
-from sim.servo.averaged import AveragedPlant, library, true_angles, true_zeros
+from sim.servo.averaged import AveragedPlant, at_joints, library, true_angles, true_zeros
 from sim.servo.chain import ORDER_FILTER
 from sim.servo.current_law import Setting
 from sim.servo.current_loop import rise_and_overshoot
+from sim.servo.friction_law import image
 from sim.servo.path import Chain
 from sim.servo.plant import Plant
-from sim.servo.response import analyse, distortion, responses
+from sim.servo.response import analyse, averaged_distortion, averaged_responses
+from sim.servo.whole import FrictionController
 from sim.trajectory.exact_stop import MotionSettings, generate
 
 ROBOT, DRIVES = Robot.load(), Drives.load()
@@ -71,14 +73,20 @@ def chain() -> tuple[Chain, np.ndarray]:
     settings = MotionSettings(ROBOT)
     trajectory = generate(parse_file(PATH), settings)
     path = set_points(trajectory, 400)
-    machine = Chain(Plant(ROBOT, DRIVES), path, moves_of(trajectory, settings))
+    program = image(ROBOT, DRIVES, "feed-forward")
+    machine = Chain(
+        Plant(ROBOT, DRIVES), path, moves_of(trajectory, settings), tracking_program=program
+    )
     machine.begin()
     return machine, joint_path(ROBOT, path)[0]
 
 
 def test_chain__follows_from_encoder_edges_to_gate_edges():
-    """Start-up, brakes open, 4 ms of the path, every clock; then a fault."""
+    """Start-up with alignment, brakes open, 4 ms of the path, every clock; then a fault."""
     machine, desired = chain()
+    off = machine.angles - true_angles(machine.plant, at_joints(machine.plant, machine.at))
+    off = (off + np.pi) % (2 * np.pi) - np.pi
+    assert np.degrees(np.abs(off)).max() < 3.0
     # Offsets of the currents, of 32 samples, within 2 counts (0.5 mA); brakes open, no trip.
     np.testing.assert_allclose(machine.zeros, true_zeros(machine.plant), atol=2)
     ticks = 40
@@ -89,13 +97,19 @@ def test_chain__follows_from_encoder_edges_to_gate_edges():
     assert np.abs(error[:, :3]).max() < 2e-6 and np.abs(error[:, 3:]).max() < 5e-5
     resolution = np.array(ROBOT.resolution)
     assert (np.abs(run.counts * resolution - run.joints).max(axis=0) <= 0.6 * resolution).all()
+    # The tracking core's program is the law with friction in it, bit for bit.
+    law = FrictionController(ROBOT, DRIVES, "feed-forward")
+    law.prime(machine.path.words()[0], machine.counts)
+    words = machine.controller.set_points[:ticks]
+    wanted = [law.step(*row).outputs[0] for row in zip(words, run.counts, strict=True)]
+    np.testing.assert_array_equal(np.array(wanted).view(np.uint32), run.commands.view(np.uint32))
     # The same commands on averaged inverters: the same currents. The record begins in the period
     # before, 11 half periods ahead.
     averaged = AveragedPlant(
         machine.plant,
         replace(SETTING, order_filter=ORDER_FILTER),
         machine.at,
-        true_angles(machine.plant, [*map(float, run.joints[0])]),
+        machine.angles,
         machine.zeros,
     )
     found = averaged.halves(np.repeat(run.commands, 10, axis=0))
@@ -111,10 +125,10 @@ def test_chain__follows_from_encoder_edges_to_gate_edges():
 
 
 def test_current_loops__bandwidth_margin_and_dead_time_on_averaged_inverters():
-    for loop in responses(ROBOT, DRIVES, SETTING):
+    for loop in averaged_responses(ROBOT, DRIVES, SETTING):
         assert loop.bandwidth >= 5000 and loop.margin >= 45
-    without = distortion(ROBOT, DRIVES, replace(SETTING, compensation=0.0))
-    assert (without >= 5 * distortion(ROBOT, DRIVES, SETTING)).all()
+    without = averaged_distortion(ROBOT, DRIVES, replace(SETTING, compensation=0.0))
+    assert (without >= 5 * averaged_distortion(ROBOT, DRIVES, SETTING)).all()
 
 
 def test_margin__of_a_loop_that_is_known():

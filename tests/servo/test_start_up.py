@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -25,10 +26,10 @@ JOINTS = at_joints(PLANT, HOME)
 MOST = [1e-4] * 3 + [1e-2] * 2  # following error [m, rad]
 
 
-def brought_up() -> ChainRtl:
+def brought_up(plant: Plant = PLANT) -> ChainRtl:
     """Configured, offsets measured; all gates off, brakes closed."""
     system = ChainRtl()
-    counts = system.place(PLANT, HOME)
+    counts = system.place(plant, HOME)
     start_up.configure(system, DRIVES, SETTING, counts, 26.0)
     zeros = start_up.measure_offsets(system, 16)
     np.testing.assert_allclose(zeros, true_zeros(PLANT), atol=3)
@@ -109,11 +110,46 @@ def test_cause_that_is_still_there__is_not_cleared():
         start_up.recover(system)
 
 
+def off_by(angles: np.ndarray, plant: Plant) -> float:
+    """Largest distance from the true angles [degrees]."""
+    off = angles - np.array(true_angles(plant, JOINTS))
+    return float(np.degrees(np.abs((off + np.pi) % (2 * np.pi) - np.pi)).max())
+
+
 @pytest.mark.full
-def test_alignment__finds_the_electrical_angles_against_the_brakes():
-    system = brought_up()
-    found = start_up.align(system, DRIVES, SETTING)
-    off = found - np.array(true_angles(PLANT, JOINTS))
-    off = (off + np.pi) % (2 * np.pi) - np.pi
-    assert np.degrees(np.abs(off)).max() < 3.0
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_alignment__finds_any_electrical_angles_against_the_brakes(seed):
+    turns = np.random.default_rng(seed).uniform(-np.pi, np.pi, 5)
+    plant = replace(PLANT, angle=tuple(turns.tolist()))
+    system = brought_up(plant)
+    assert off_by(start_up.align(system, DRIVES, SETTING), plant) < 3.0
     assert not system.status()["trip"]
+
+
+def moves(angles: np.ndarray, size: float) -> np.ndarray:
+    """Counts of a brake that bends by the cosine, around an offset."""
+    return np.round(size * np.cos(np.subtract.outer(start_up.DIRECTIONS, angles)) + 30)
+
+
+def test_alignment__fit_of_whole_counts():
+    true = np.linspace(-3.1, 3.1, 50)
+    angles, size, off = start_up.fitted_angles(start_up.DIRECTIONS, moves(true, 20.0))
+    assert np.degrees(np.abs((angles - true + np.pi) % (2 * np.pi) - np.pi)).max() < 2.0
+    assert np.abs(size - 20).max() < 1.0 and off.max() < 1.0
+
+
+@pytest.mark.parametrize(
+    ("size", "stuck", "message"),
+    [(2.0, 0, "axis 1, under .* moved by .* check motor, encoder"), (20.0, 20, "beside a sine")],
+)
+def test_alignment__a_motor_that_does_not_answer_as_one_is_refused(
+    size, stuck, message, monkeypatch
+):
+    """Counts made up in place of the encoders': too few, and a joint that sticks once."""
+    system = brought_up()
+    rows = moves(np.zeros(5), size).astype(np.int64)
+    rows[1] += stuck
+    found = iter([np.zeros(5, dtype=np.int64), *rows])
+    monkeypatch.setattr(start_up, "positions", lambda system: next(found))
+    with pytest.raises(start_up.StartUpError, match=message):
+        start_up.align(system, DRIVES, SETTING, dwell=1e-5)
