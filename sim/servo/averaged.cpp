@@ -2,7 +2,7 @@
 // The plant with inverters averaged over a half period of the carrier, and the current loops' program as C,
 // for whole paths. C interface for averaged.py; the same windings and mechanics as chain_harness.cpp.
 // In each half: the phases' mean voltages, dead time and drops included; the currents as they are in the middle
-// of their window; the program at the window's end; its values in the next half.
+// of their window; the program at the window's end; its values in the next half. SMOOTH is current_law.py's.
 #include <cmath>
 #include <cstring>
 
@@ -49,7 +49,7 @@ struct Averaged {
 
   // Mean of a phase over the half period against the bus's middle: one edge in each half.
   double voltage(double clocks, double current, double inductance) const {
-    const double ripple = p.U_dc * kHalf * kClock / (8 * inductance);
+    const double ripple = SMOOTH * p.U_dc * kHalf * kClock / (8 * inductance);
     const double sign = std::clamp(current / ripple, -1.0, 1.0);
     double high = clocks;
     if (clocks > 0 && clocks < kHalf) {

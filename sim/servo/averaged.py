@@ -21,7 +21,7 @@ from asip_asm.project import BUILD
 from sim.harness import runtime
 from sim.harness.build import machine_flag
 from sim.servo.chain import compiled_law
-from sim.servo.current_law import HALF_PERIOD, MAGIC, Setting
+from sim.servo.current_law import HALF_PERIOD, MAGIC, SMOOTH, Setting
 from sim.servo.plant import AXES, Plant
 from sim.servo.start_up import WINDOW
 
@@ -38,6 +38,7 @@ def library(plant: Plant, setting: Setting, parameters: Mapping[str, float]) -> 
     header, source = to_c_code(compiled, f"{NAME}.tick.h")
     macros = parameter_macros(compiled.law, NAME)
     defines = [f"-D{macros[name]}={value!r}f" for name, value in sorted(parameters.items())]
+    defines.append(f"-DSMOOTH={SMOOTH!r}")
     texts = [header, source, *defines]
     texts += [(HERE / name).read_text() for name in ("averaged.cpp", "plant.h")]
     folder = BUILD / "servo" / hashlib.sha256("\0".join(texts).encode()).hexdigest()[:16]
@@ -51,7 +52,7 @@ def library(plant: Plant, setting: Setting, parameters: Mapping[str, float]) -> 
             c = ["-x", "c", f"{NAME}.c", "-c", "-o", f"{NAME}.o"]
             runtime.run([runtime.compiler(), *common, *defines, *c], folder)
             cpp = ["-std=c++17", "-shared", HERE / "averaged.cpp", f"{NAME}.o", "-o", path]
-            runtime.run([runtime.compiler(), *common, *cpp], folder)
+            runtime.run([runtime.compiler(), *common, *defines, *cpp], folder)
     return path
 
 

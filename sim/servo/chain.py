@@ -75,6 +75,7 @@ class ChainRtl(DualRtl):
         self._lib.chain_trace.argtypes = [pointer, ctypes.c_int]
         self._lib.chain_halves.argtypes = [pointer, pointer, u32]
         self._lib.chain_orders.argtypes = [pointer, pointer, pointer, u32]
+        self._lib.chain_spin.argtypes = [pointer] * 2
         self._lib.chain_fault.argtypes = [pointer, *[u32] * 4, ctypes.c_double]
         self.current = Core(self, "trajectory", CONFIGURATIONS["current"])
         self.current._base = CURRENT
@@ -87,6 +88,11 @@ class ChainRtl(DualRtl):
             self._handle, record.ctypes.data, start.ctypes.data, counts.ctypes.data
         )
         return counts
+
+    def spin(self, speeds: Sequence[float]) -> None:
+        """A test bench turns the motors at these speeds (5,) [m/s, rad/s] from now on."""
+        held = np.array(speeds, dtype=float)
+        self._lib.chain_spin(self._handle, held.ctypes.data)
 
     def look(self) -> Look:
         """The plant as it is."""

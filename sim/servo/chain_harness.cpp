@@ -55,6 +55,8 @@ struct System : DualBench<System, Vdrive_chain> {
   std::deque<Write> orders;         // rows of kAxes, a row a half period
   servo::Five joints{}, tool{};     // at the last control period's begin
   uint64_t begun = 0;
+  servo::Five spin{};               // speeds of a test bench that holds them, with `spun`
+  bool spun = false;
   // faults
   uint32_t lost = 0, touching = 0, shorted = 0;  // bit n: axis n
   double volts = 0;
@@ -206,7 +208,9 @@ struct System : DualBench<System, Vdrive_chain> {
     if (++bits == kBits) {
       bits = 0;
       for (double& f : force) f /= kBits;
-      mechanics.advance(p, force, top->release_o, (clocks - stepped) * kClock);
+      const double time = (clocks - stepped) * kClock;
+      if (spun) mechanics.spin(spin, time);
+      else mechanics.advance(p, force, top->release_o, time);
       force = {};
       stepped = clocks;
       angles();
@@ -311,6 +315,13 @@ uint32_t chain_halves(void* handle, double* out, uint32_t n) {
 void chain_orders(void* handle, const uint32_t* address, const uint32_t* rows, uint32_t n) {
   auto& orders = static_cast<System*>(handle)->orders;
   for (uint32_t i = 0; i < n * kAxes; ++i) orders.push_back({address[i % kAxes], rows[i]});
+}
+
+// Lets a test bench turn the axes at these speeds [m/s, rad/s], whatever the forces.
+void chain_spin(void* handle, const double* speeds) {
+  auto* chain = static_cast<System*>(handle);
+  std::copy(speeds, speeds + kAxes, chain->spin.begin());
+  chain->spun = true;
 }
 
 // Faults: axes (a bit each) whose encoder rests low, whose encoder lines touch, whose windings are

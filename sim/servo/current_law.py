@@ -4,9 +4,10 @@
 Words in and out are those of rtl/drive/servo_link.sv: 1.5 * 2^23 + integer. Per axis: electrical
 angle from counts, Clarke, Park, PI in d and q with decoupling, the voltage circle with d first and
 anti-windup by back-calculation, the angle ahead by the delay, dead time compensated by the sign
-of the phase currents with a smooth zone, space vectors by the mean of the extreme phases. Sine and
-cosine are those of the last angle, turned by the counts since; the first run only sets them. What
-a start-up finds are parameters: angle0 .. [rad] at count 0, zero_a0, zero_b0 .. of the currents.
+that the phase currents have then, with a smooth zone, space vectors by the mean of the extreme
+phases. Sine and cosine are those of the last angle, turned by the counts since; the first run only
+sets them. What a start-up finds are parameters: angle0 .. [rad] at count 0, zero_a0, zero_b0 .. of
+the currents.
 
 Equations: D. W. Novotny, T. A. Lipo, Vector Control and Dynamics of AC Drives, 1996; gains by the
 magnitude optimum for a delay of 1.5 periods: K_p = L / (2 * 1.5 T), K_i = R K_p / L.
@@ -32,6 +33,7 @@ DELAY = 1.5  # periods from the samples to the middle of the voltage
 SPEED_FILTER = 0.05  # share of a new speed
 MOST_D = 0.95  # of the voltage circle for d; the root of what is left is well conditioned
 LEAST_VOLTAGE = 20.0  # of the bus, for the division [V]
+SMOOTH = 0.4  # of a phase current's largest ripple: there the effect of the dead time turns
 HALF_PERIOD = 1250  # clocks, as the register PWM
 
 
@@ -167,8 +169,11 @@ def current_law(drives: Drives, setting: Setting, axes: Sequence[int] = AXES) ->
             ca.fmax(ca.fmax(phases[0], phases[1]), phases[2])
             + ca.fmin(ca.fmin(phases[0], phases[1]), phases[2])
         )
-        zone = drives.U_dc * setting.period / (8 * motor.L_q)
-        for name, u, i in zip(PHASES, phases, (i_a, i_b, -i_a - i_b), strict=True):
+        i_alpha, i_beta = i_d * c - i_q * s, i_d * s + i_q * c
+        across = i_beta * (math.sqrt(3.0) / 2)
+        currents = [i_alpha, across - 0.5 * i_alpha, -across - 0.5 * i_alpha]
+        zone = SMOOTH * drives.U_dc * setting.period / (8 * motor.L_q)
+        for name, u, i in zip(PHASES, phases, currents, strict=True):
             sign = ca.fmax(ca.fmin(i * (1 / zone), 1.0), -1.0)
             value = (u - middle + dead * sign) * clocks + (MAGIC + setting.half / 2)
             result(

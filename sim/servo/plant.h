@@ -109,6 +109,12 @@ class Mechanics {
     joints(p, position, speed);
   }
 
+  // Joints that a test bench moves at constant speeds; tool and table stay where they are.
+  void spin(const Five& speeds, double time) {
+    position = moved(position, time, speeds);
+    speed = speeds;
+  }
+
   static Five rates(const Parameters& p, const Five& q, const Five& v, const Five& force) {
     const double u = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
     double diagonal = p.m_p, m_z = p.m_p, along = 0;

@@ -1,19 +1,24 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The closed current loops of all axes, brakes closed: steps, frequency response, dead time."""
+"""The closed current loops of all axes, brakes closed: steps, frequency response, dead time.
+
+`steps`, `responses` and `distortion` simulate every clock of the RTL chain with its exact
+inverters, noise and dead time; `averaged_responses` and `averaged_distortion` do with averaged
+inverters what takes a minute there.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from sim.model.drives import Drives
 from sim.model.parameters import Robot
 from sim.servo import start_up
 from sim.servo.averaged import AveragedPlant, at_joints, true_angles
 from sim.servo.chain import ChainRtl
-from sim.servo.current_law import Setting
+from sim.servo.current_law import HALF_PERIOD, Setting
 from sim.servo.plant import AXES, Plant
 
 HOME = (0.0, 0.0, 0.6, 0.0, 0.0)
@@ -21,16 +26,21 @@ NOISE = 3e-3  # of a sensed current on averaged inverters [A]; `steps` measures 
 BASE = 200.0  # spacing of the multisine's lines [Hz]
 LINES = np.unique(np.round(np.geomspace(2, 100, 40)).astype(int))  # multiples of BASE
 AMPLITUDE = 0.001  # of a line, as a share of i_max: no voltage saturates
+BIAS = 0.05  # of i_max, so that dead time acts with one sign
 PERIODS = 8  # of the multisine behind the first, which settles
+TURN = 25.0  # electrical frequency at which the distortion is looked for [Hz]
+SIXTHS = 3  # of a turn that are looked at, behind as many half periods that settle as `WAIT`
+WAIT = 1000
+MOST_HARMONIC = 10e3  # Hz: beyond it is the carrier's ripple
+LARGE = 0.05  # of i_max: current there
+RECORD_PLACE = 200  # clock of a half in which a record begins: rows come at 100, means end at 751
+LAG = 100 * 8e-9  # s from a sample's middle to that of a mean of `HALF`
 
 
-def steps(
-    robot: Robot, drives: Drives, share: float, halves: int = 130
-) -> tuple[NDArray[np.float64], float]:
-    """RTL, every clock: i_q (halves, 5) [A] of a step of all orders to `share` of i_max in half
-    period 10; largest noise [A] of a sensed current without gates. Raises StartUpError."""
-    system, plant = ChainRtl(), Plant(robot, drives)
-    setting = Setting(robot.resolution)
+def locked(robot: Robot, drives: Drives, setting: Setting, plant: Plant) -> tuple[ChainRtl, float]:
+    """RTL with brakes closed, gates on, no current; largest noise [A] of a sensed current without
+    gates. Raises StartUpError."""
+    system = ChainRtl()
     counts = system.place(plant, HOME)
     start_up.configure(system, drives, setting, counts, 1.3 * max(m.i_max for m in drives.motors))
     start_up.measure_offsets(system)
@@ -38,18 +48,36 @@ def steps(
     start_up.write_angles(system, true_angles(plant, at_joints(plant, HOME)))
     start_up.order(system, [0.0] * AXES)
     system.front("LINK", enable=1)
-    system.clock(3 * 1250)
+    system.clock(3 * HALF_PERIOD)
     system.front("MODE", axes=start_up.RUN)
-    system.clock(20 * 1250)
+    system.clock(20 * HALF_PERIOD)
+    return system, float(noise * drives.current_scale)
+
+
+def record(system: ChainRtl, addresses: list[int], rows: ArrayLike) -> NDArray[np.void]:
+    """Half periods, a row (5,) of words written in each, the run of row k taking the sample around
+    which the k-th means are, `LAG` earlier. Raises StartUpError for a trip or a shoot-through."""
+    place = (system.look().clock - 64) % HALF_PERIOD
+    system.clock((RECORD_PLACE - place) % HALF_PERIOD)
     system.trace()
+    system.order(addresses, rows)
+    count = len(np.asarray(rows))
+    system.clock((count + 1) * HALF_PERIOD)
+    if system.status()["trip"] or system.look().shoot_through:
+        raise start_up.StartUpError(f"an axis tripped: {system.status()}")
+    return system.halves()[1 : count + 1]
+
+
+def steps(
+    robot: Robot, drives: Drives, share: float, halves: int = 130
+) -> tuple[NDArray[np.float64], float]:
+    """i_q (halves, 5) [A] of a step of all orders to `share` of i_max in half period 10; the noise
+    of `locked`. Raises StartUpError."""
+    system, noise = locked(robot, drives, Setting(robot.resolution), Plant(robot, drives))
     rows = np.zeros((halves, AXES))
     rows[10:] = [share * m.i_max * m.force_per_ampere for m in drives.motors]
-    core = system.current
-    system.order(core.input_addresses(start_up.FORCES), rows)
-    system.clock((halves + 2) * 1250)
-    if system.status()["trip"] or system.look().shoot_through:
-        raise start_up.StartUpError(f"the step tripped an axis: {system.status()}")
-    return system.halves()["i_q"][1 : halves + 1], float(noise * drives.current_scale)
+    found = record(system, system.current.input_addresses(start_up.FORCES), rows)
+    return found["i_q"], noise
 
 
 @dataclass(frozen=True)
@@ -70,22 +98,38 @@ def multisine(setting: Setting) -> NDArray[np.float64]:
     return np.cos(2 * np.pi * np.outer(t, LINES) + phases).sum(axis=1)
 
 
-def responses(robot: Robot, drives: Drives, setting: Setting) -> list[Response]:
-    """Of all axes, averaged inverters with dead time, noise and errors of the sensing."""
+def excitation(drives: Drives, setting: Setting) -> tuple[NDArray[np.float64], int]:
+    """Ordered i_q (n, 5) [A], its period and `PERIODS` more; half periods of a period."""
     wave = multisine(setting)
-    share = AMPLITUDE * wave
-    bias = 0.05  # dead time acts with one sign
-    orders = np.array([m.i_max * m.force_per_ampere for m in drives.motors])
-    rows = (bias + np.tile(share, PERIODS + 1))[:, None] * orders
+    share = BIAS + np.tile(AMPLITUDE * wave, PERIODS + 1)
+    return share[:, None] * [m.i_max for m in drives.motors], len(wave)
+
+
+def responses(robot: Robot, drives: Drives, setting: Setting) -> list[Response]:
+    """Of all axes, every clock, with dead time, noise and errors of the sensing. Raises
+    StartUpError."""
+    wanted, period = excitation(drives, setting)
+    system, _ = locked(robot, drives, setting, Plant(robot, drives))
+    orders = wanted * [m.force_per_ampere for m in drives.motors]
+    i_q = record(system, system.current.input_addresses(start_up.FORCES), orders)["i_q"]
+    return _analysed(wanted[period:], i_q[period:], LAG)
+
+
+def averaged_responses(robot: Robot, drives: Drives, setting: Setting) -> list[Response]:
+    """The same on averaged inverters."""
+    wanted, period = excitation(drives, setting)
     machine = AveragedPlant(Plant(robot, drives), setting, HOME, noise=NOISE)
     machine.brakes(0)
-    i_q = machine.halves(rows)[len(wave) :, 5:10]
-    wanted = rows[len(wave) :] / [m.force_per_ampere for m in drives.motors]
-    found = []
+    i_q = machine.halves(wanted * [m.force_per_ampere for m in drives.motors])[:, 5:10]
+    # The run that takes row k sees the current at the end of half k - 1.
+    return _analysed(wanted[period:], i_q[period:], setting.period)
+
+
+def _analysed(wanted: NDArray, i_q: NDArray, late: float) -> list[Response]:
+    """late: seconds from the sample that a row's run takes to the row's i_q."""
+    seen = np.exp(-2j * np.pi * LINES * BASE * late)
+    lines, found = LINES * PERIODS, []
     for n in range(AXES):
-        lines = LINES * PERIODS
-        # The run that takes row k sees the current at the end of half k - 1.
-        seen = np.exp(-2j * np.pi * LINES * BASE * setting.period)
         closed = seen * np.fft.fft(i_q[:, n])[lines] / np.fft.fft(wanted[:, n])[lines]
         found.append(analyse(LINES * BASE, closed))
     return found
@@ -110,11 +154,30 @@ def analyse(frequency: NDArray[np.float64], closed: NDArray[np.complex128]) -> R
 
 
 def distortion(robot: Robot, drives: Drives, setting: Setting) -> NDArray[np.float64]:
-    """Error of the current (5,) [A], rms, that the dead time makes at 5 % of i_max while the
-    machine turns: rotor currents without their mean, no other cause of error."""
+    """Error of the current (5,) [A], rms, that the dead time makes at `LARGE` of i_max.
+
+    Every clock, the motors turned by a test bench: the lines of i_d and i_q at multiples of six
+    times the electrical frequency, which are harmonics 5, 7, 11, 13 ... of the phase currents.
+    Raises StartUpError.
+    """
+    plant = Plant(robot, drives, friction=False, sensing=False)
+    system, _ = locked(robot, drives, setting, plant)
+    system.spin([2 * np.pi * TURN / m.wave for m in drives.motors])
+    samples = round(SIXTHS / 6 / TURN / setting.period)
+    orders = [LARGE * m.i_max * m.force_per_ampere for m in drives.motors]
+    rows = np.tile(orders, (WAIT + samples, 1))
+    found = record(system, system.current.input_addresses(start_up.FORCES), rows)[WAIT:]
+    lines = np.fft.fft(found["i_d"] + 1j * found["i_q"], axis=0)[::SIXTHS] / samples
+    frequency = np.abs(np.fft.fftfreq(samples, setting.period)[::SIXTHS])
+    harmonic = (frequency > 0) & (frequency < MOST_HARMONIC)
+    return np.sqrt((np.abs(lines[harmonic]) ** 2).sum(axis=0))
+
+
+def averaged_distortion(robot: Robot, drives: Drives, setting: Setting) -> NDArray[np.float64]:
+    """The same on averaged inverters while the machine turns: rotor currents without their mean."""
     plant = Plant(robot, drives, friction=False, sensing=False)
     machine = AveragedPlant(plant, setting, HOME)
-    orders = [0.05 * m.i_max * m.force_per_ampere for m in drives.motors]
+    orders = [LARGE * m.i_max * m.force_per_ampere for m in drives.motors]
     found = machine.halves(np.tile(orders, (35_000, 1)))[5000:, :10]
     off = found - found.mean(axis=0)
     return np.sqrt((off[:, :5] ** 2 + off[:, 5:] ** 2).mean(axis=0))
