@@ -12,12 +12,22 @@ import pytest
 
 from asip_asm.project import ROOT
 from tests.bench.faults import RTL, copy, load
-from tests.servo import clocked, test_biss, test_currents, test_decoder, test_link, test_pwm
+from tests.servo import (
+    clocked,
+    test_biss,
+    test_currents,
+    test_decoder,
+    test_decoder_edges,
+    test_link,
+    test_pwm,
+)
 
 WIRES = {"drive_chain"}  # joins blocks and holds nothing itself: tests/servo/test_chain.py
 TESTS = {
     module.__name__.rpartition(".")[2]: module
-    for module in (test_biss, test_currents, test_decoder, test_link, test_pwm)
+    for module in (
+        *(test_biss, test_currents, test_decoder, test_decoder_edges, test_link, test_pwm),
+    )
 }
 FAULTS = load(Path(__file__).with_name("faults.toml"))
 
