@@ -123,8 +123,8 @@ workbench: $(READY_SYNTH) ## what debug block, debugger and scope are to reach, 
 upsets: $(READY) ## invert single bits of the core in whole ticks, to build/upsets.json and docs/upsets.md (RUN=full; resumes)
 	@$(PY) -m tests.upsets --jobs $(JOBS) $(if $(filter full,$(RUN)),--full)
 
-drive: $(READY) ## motor drives in closed loop, their goals, to build/drive.json and .html (RUN=full)
-	@$(PY) -m sim.servo --robot "$(ROBOT)" $(if $(filter full,$(RUN)),--full)
+drive: $(READY_SYNTH) ## motor drives in closed loop, their goals, to build/drive.json and .html (RUN=full)
+	@$(PY) -m scripts.drive --robot "$(ROBOT)" $(if $(filter full,$(RUN)),--full)
 
 bus: $(READY_SYNTH) ## EtherCAT-compatible slave: forwarding, cycles, masters, clocks, area, to build/bus.json (RUN=full)
 	@$(PY) -m scripts.bus $(if $(filter full,$(RUN)),--full)

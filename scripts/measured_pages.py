@@ -115,6 +115,13 @@ PAGES = (
         all_goals,
     ),
     Page(
+        "docs/drive.md",
+        "-m scripts.drive --docs",
+        BUILD / "drive.json",
+        "make drive RUN=full",
+        lambda results: results.get("whole", False),
+    ),
+    Page(
         "docs/formal.md",
         "-m tests.formal --docs",
         BUILD / "formal/report.json",

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Measure the goals of the motor drives, to build/drive.json and build/drive.html.
 
-    python -m sim.servo
+    python -m sim.servo              what is simulated; `make drive` adds area, clock and proofs
 
 Exit status: 0 if every goal is met, 1 if one is missed or not measured, 2 wrong command line.
 """
@@ -11,7 +11,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from rich import box
@@ -23,36 +23,46 @@ from sim.model.drives import Drives
 from sim.model.parameters import ROBOT_TOML, ParameterError, Robot
 from sim.run.controller import ControllerFault
 from sim.servo import page
+from sim.servo.delays import delays
 from sim.servo.goals import Rows, measure, measure_loops
 from sim.servo.start_up import StartUpError
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Command line."""
+def main(
+    argv: Sequence[str] | None = None,
+    prog: str = "python -m sim.servo",
+    more: Callable[[bool, Rows, Callable[[str], None]], None] = lambda full, rows, report: None,
+) -> int:
+    """Command line; more: adds further rows."""
     parser = argparse.ArgumentParser(
-        prog="python -m sim.servo",
+        prog=prog,
         description=__doc__.splitlines()[0],
-        epilog="example: python -m sim.servo --robot my_robot.toml. Without --full the first 3 s "
-        "of the A-G-H path and 0.2 s of every clock, some minutes; with it the whole path and 2 s.",
+        epilog=f"example: {prog} --robot my_robot.toml. Without --full the first 3 s of the A-G-H "
+        "path and 0.2 s of every clock, some minutes; with it the whole path and 2 s, an hour. "
+        "What is simulated at every clock is kept, so a full run that was stopped goes on.",
     )
     parser.add_argument("--robot", type=Path, default=ROBOT_TOML, help="parameter file")
     parser.add_argument("--results", type=Path, default=BUILD / "drive.json", help="file written")
-    parser.add_argument("--loops", action="store_true", help="the current loops alone, a minute")
+    parser.add_argument("--loops", action="store_true", help="the current loops alone, 3 minutes")
     parser.add_argument("--full", action="store_true", help="whole path, 2 s of every clock")
     options = parser.parse_args(argv)
     console = Console()
     try:
+        drives, robot = Drives.load(options.robot), Robot.load(options.robot)
         if options.loops:
-            rows, shown = Rows(), None
-            drives, robot = Drives.load(options.robot), Robot.load(options.robot)
+            rows, shown, late = Rows(), None, {}
             measure_loops(robot, drives, rows, console.print)
         else:
-            rows, shown = measure(options.robot, options.full, console.print)
+            rows, shown = measure(robot, drives, options.full, console.print)
+            late = delays(robot, drives)
+            more(options.full, rows, console.print)
     except (ParameterError, ControllerFault, StartUpError, OSError) as error:
         console.print(f"error: {error}", style="red", markup=False)
         return 1
     options.results.parent.mkdir(parents=True, exist_ok=True)
-    text = json.dumps({"goals": rows}, indent=2) + "\n"
+    whole = options.full and options.robot.resolve() == ROBOT_TOML.resolve()
+    document = {"goals": rows, "delays": late, "whole": whole}
+    text = json.dumps(document, indent=2) + "\n"
     options.results.write_text(text, encoding="utf-8")
     view = Table("goal", "value", "target", "met", box=box.SIMPLE_HEAD)
     for row in rows:

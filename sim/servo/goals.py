@@ -6,6 +6,7 @@ from __future__ import annotations
 import tempfile
 import time
 from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -21,7 +22,7 @@ from sim.model.records import SetPoints
 from sim.servo.current_law import AXES, Setting, current_law
 from sim.servo.current_loop import rise_and_overshoot
 from sim.servo.response import NOISE, Response, distortion, responses, steps
-from sim.servo.sample import Sample, sample
+from sim.servo.sample import KINDS, SETTLED, Sample, samples
 from sim.servo.whole import Whole, path_of, whole
 
 SMALL = 0.03  # of i_max: a step that the bus voltage allows; it limits the rise of larger ones
@@ -33,6 +34,11 @@ PATH_TARGETS = (("leg", "um", 1e6, 1.5), ("tool", "um", 1e6, 7.0), ("table", "ur
 SHORT, FULL = 30_000, None  # ticks of the A-G-H path
 SAMPLE, LONG = 0.2, 2.0  # s of the path of reversals, every clock
 WRONG = 0.8  # of the friction, that a law believes in
+LAWS = (("none", 1.0), ("feed-forward", 1.0), ("feed-forward", WRONG), ("adaptive", WRONG))
+OF = "share of without"
+HALVED = 0.5
+MINUTES = 30  # of a processor, each simulation
+JOBS = 2
 EQUAL = (0.2, 20.0)  # um of a leg, urad of a table axis: averaged against every clock
 
 
@@ -46,12 +52,12 @@ class Loops:
 
 @dataclass(frozen=True)
 class Shown:
-    """What the page draws: the loops, the path with each law's errors, the RTL sample."""
+    """What the page draws: the loops, the path with each law's errors, the RTL samples."""
 
     loops: Loops
     path: SetPoints
     laws: dict[tuple[str, float], Whole]
-    sample: Sample
+    samples: dict[str, Sample]
 
 
 def latency(drives: Drives, setting: Setting) -> int:
@@ -88,7 +94,7 @@ class Rows(list[dict[str, Any]]):
 
 
 def measure_loops(robot: Robot, drives: Drives, rows: Rows, report: Callable[[str], None]) -> Loops:
-    """The rows of the current loops alone, in a minute. Raises StartUpError."""
+    """The rows of the current loops alone, in some minutes. Raises StartUpError."""
     setting = Setting(robot.resolution)
     for configuration, target in CYCLES.items():
         report(f"program of five axes on {configuration}")
@@ -112,89 +118,102 @@ def measure_loops(robot: Robot, drives: Drives, rows: Rows, report: Callable[[st
     rows.most(
         "noise of a sensed current, what averaged inverters take", 1e3 * noise, "mA", 1e3 * NOISE
     )
-    report("frequency response, averaged inverters")
+    report("frequency response, every clock")
     loops = responses(robot, drives, setting)
     bandwidth, margin = min(r.bandwidth for r in loops), min(r.margin for r in loops)
-    about = "averaged inverters, dead time, noise"
     rows.least(f"closed current loop, -3 dB, {about}", bandwidth, "Hz", 5000)
     rows.least(f"closed current loop, phase margin, {about}", margin, "degrees", 45)
-    report("dead time, averaged inverters")
+    report("dead time, every clock")
     without = distortion(robot, drives, replace(setting, compensation=0.0))
     gain = float((without / distortion(robot, drives, setting)).min())
-    rows.least(
-        "dead-time distortion at 5 % of rated current, compensated, averaged inverters",
-        gain,
-        "times",
-        DISTORTION,
-    )
+    name = "dead-time distortion at 5 % of rated current, compensated, every clock, noise"
+    rows.least(name, gain, "times", DISTORTION)
     return Loops(step, loops)
 
 
-def measure(path: Path | None, full: bool, report: Callable[[str], None]) -> tuple[Rows, Shown]:
-    """The rows for the parameters in `path`, and what the page shows.
-
-    full: the whole A-G-H path, and `LONG` seconds of the chain's RTL. Raises ParameterError,
-    ControllerFault, StartUpError.
-    """
-    drives, robot = Drives.load(path), Robot.load(path)
-    rows = Rows()
-    loops = measure_loops(robot, drives, rows, report)
+def measure_path(
+    robot: Robot, drives: Drives, full: bool, rows: Rows, report: Callable[[str], None]
+) -> tuple[SetPoints, dict[tuple[str, float], Whole]]:
+    """The rows of the A-G-H path on averaged inverters, each law in a run of its own, two at the
+    same time. Raises ControllerFault."""
     words = path_of(robot, FULL if full else SHORT)
     what = "whole path" if full else f"first {SHORT * robot.T_s:g} s of the path"
-    begin = time.process_time()
-    found = {}
-    for kind, share in (
-        ("none", 1.0),
-        ("feed-forward", 1.0),
-        ("feed-forward", WRONG),
-        ("adaptive", WRONG),
-    ):
-        report(f"{what}, friction in the law: {kind}, {share:g} of the true one")
-        found[kind, share] = whole(robot, drives, words, kind, share)
-        if kind == "none":
-            minutes = (time.process_time() - begin) / 60
+    report(f"{what}, averaged inverters, {len(LAWS)} laws of friction")
+    with ProcessPoolExecutor(JOBS) as pool:
+        work = {law: pool.submit(_timed, robot, drives, words, *law) for law in LAWS}
+        done = {law: one.result() for law, one in work.items()}
+    found = {law: run for law, (run, _) in done.items()}
     best, plain = found["feed-forward", 1.0], found["none", 1.0]
     for name, unit, scale, target in PATH_TARGETS:
         rows.most(f"{what}, {name}", scale * getattr(best.tracking, name), unit, target)
-    rows.most(
-        f"{what}, leg at reversals with feed-forward, share of without",
-        best.reversal_leg / plain.reversal_leg, "1", 0.5,
-    )  # fmt: skip
-    rows.most(
-        f"{what}, table at reversals with feed-forward, share of without",
-        best.reversal_table / plain.reversal_table, "1", 0.5,
-    )  # fmt: skip
+    for name in ("leg", "table"):
+        share = getattr(best, f"reversal_{name}") / getattr(plain, f"reversal_{name}")
+        rows.most(f"{what}, {name} at reversals with feed-forward, {OF}", share, "1", HALVED)
     for kind in ("feed-forward", "adaptive"):
-        rows.most(
-            f"{what}, leg at reversals, {kind} with {WRONG:g} of the friction, share of without",
-            found[kind, WRONG].reversal_leg / plain.reversal_leg, "1", 0.5,
-        )  # fmt: skip
-    rows.most(
-        "whole path with averaged inverters, processor time",
-        minutes if full else None,
-        "minutes",
-        30,
-    )
+        share = found[kind, WRONG].reversal_leg / plain.reversal_leg
+        name = f"{what}, leg at reversals, {kind} with {WRONG:g} of the friction, {OF}"
+        rows.most(name, share, "1", HALVED)
+    minutes = max(seconds for _, seconds in done.values()) / 60
+    name = "whole path with averaged inverters, processor time"
+    rows.most(name, minutes if full else None, "minutes", MINUTES)
+    return words, found
+
+
+def _timed(
+    robot: Robot, drives: Drives, words: SetPoints, kind: str, share: float
+) -> tuple[Whole, float]:
+    begin = time.process_time()
+    return whole(robot, drives, words, kind, share), time.process_time() - begin
+
+
+def measure_chain(
+    robot: Robot, drives: Drives, full: bool, rows: Rows, report: Callable[[str], None]
+) -> dict[str, Sample]:
+    """The rows of the chain's RTL on the path of reversals. Raises ControllerFault,
+    StartUpError."""
     seconds = LONG if full else SAMPLE
-    report(f"{seconds:g} s of the chain, every clock")
-    ticks = round(seconds / robot.T_s)
-    piece = sample(robot, drives, ticks, lambda n: None)
-    rows.most(
-        f"averaged inverters against every clock, {seconds:g} s, leg",
-        1e6 * float(piece.difference[:3].max()),
-        "um",
-        EQUAL[0],
-    )
-    rows.most(
-        f"averaged inverters against every clock, {seconds:g} s, table",
-        1e6 * float(piece.difference[3:].max()),
-        "urad",
-        EQUAL[1],
-    )
-    rows.most("edges of gates with both of a phase on", piece.shoot_through, "1", 0)
-    rows.most(
-        "every clock of the chain for 2 s of the path, processor time"
-        + ("" if full else f", from {seconds:g} s"),
-        piece.seconds * LONG / seconds / 60, "minutes", 30,
-    )  # fmt: skip
-    return rows, Shown(loops, words, found, piece)
+    what = f"{seconds:g} s of every clock"
+    report(f"{what} of the chain")
+    kinds = KINDS if full else ("feed-forward",)
+    found = samples(robot, drives, round(seconds / robot.T_s), kinds, JOBS)
+    best, plain = found["feed-forward"], found.get("none")
+    largest = best.largest
+    errors = {
+        "leg": largest[:3].max(),
+        "tool": best.tool[SETTLED:].max(),
+        "table": largest[3:].max(),
+    }
+    for name, unit, scale, target in PATH_TARGETS:
+        rows.most(f"{what}, {name}", scale * float(errors[name]), unit, target)
+    for name, axes in (("leg", slice(3)), ("table", slice(3, 5))):
+        share = None
+        if plain is not None:
+            share = float(best.at_reversals[axes].max() / plain.at_reversals[axes].max())
+        text = f"{LONG:g} s of every clock, {name} at reversals with feed-forward, {OF}"
+        rows.most(text, share, "1", HALVED)
+    for (name, axes), unit, most in zip(
+        (("leg", slice(3)), ("table", slice(3, 5))), ("um", "urad"), EQUAL, strict=True
+    ):
+        off = 1e6 * max(float(piece.difference[axes].max()) for piece in found.values())
+        rows.most(f"averaged inverters against {what}, {name}", off, unit, most)
+    both = sum(int(piece.shoot_through) for piece in found.values())
+    rows.most("edges of gates with both of a phase on", both, "1", 0)
+    minutes = max(float(piece.seconds) for piece in found.values()) * LONG / seconds / 60
+    name = f"every clock of the chain for {LONG:g} s of the path, processor time"
+    rows.most(name + ("" if full else f", from {seconds:g} s"), minutes, "minutes", MINUTES)
+    return found
+
+
+def measure(
+    robot: Robot, drives: Drives, full: bool, report: Callable[[str], None]
+) -> tuple[Rows, Shown]:
+    """The rows of what is simulated, and what the page shows.
+
+    full: the whole A-G-H path, and `LONG` seconds of the chain's RTL. Raises ControllerFault,
+    StartUpError.
+    """
+    rows = Rows()
+    loops = measure_loops(robot, drives, rows, report)
+    words, laws = measure_path(robot, drives, full, rows, report)
+    pieces = measure_chain(robot, drives, full, rows, report)
+    return rows, Shown(loops, words, laws, pieces)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import plotly.graph_objects as go
+from numpy.typing import NDArray
 from rich.table import Table
 
 from sim.page import provenance
@@ -14,6 +15,7 @@ from sim.page.curves import envelope, framed, panels
 from sim.page.document import Page
 from sim.servo.goals import Shown
 from sim.servo.plant import AXES
+from sim.servo.sample import Sample
 
 TITLE = "Microtick: motor drives in closed loop"
 LEAD = (
@@ -22,6 +24,7 @@ LEAD = (
 )
 NAMES = [*(f"leg {n}" for n in (1, 2, 3)), "tilt", "rotation"]
 PERIOD = 1e-5  # of a half period [s]
+TICK = 1e-4  # of the control law [s]
 AROUND = 0.06  # shown around a reversal [s]
 
 
@@ -45,21 +48,31 @@ def write(file: Path, table: Table, shown: Shown) -> None:
             *_reversal(shown, n, unit, scale),
         )
     page.section("Chain", "Every clock of the RTL on the path of reversals.")
-    halves = shown.sample.run.halves
-    seconds = PERIOD * np.arange(len(halves))
-    keep = envelope(halves["i_q"][:, 0])
+    halves, begin = _around_reversal(shown.samples["feed-forward"])
     page.figure(
         panels(
-            seconds[keep],
+            begin + PERIOD * np.arange(len(halves)),
             [
-                ("i_q [A]", {name: halves["i_q"][keep, n] for n, name in enumerate(NAMES)}),
-                ("duty, leg 1", {k: halves["duty"][keep, 0, i] for i, k in enumerate("abc")}),
+                ("i_q [A]", {name: halves["i_q"][:, n] for n, name in enumerate(NAMES)}),
+                ("duty, leg 1", {k: halves["duty"][:, 0, i] for i, k in enumerate("abc")}),
             ],
         ),
-        "Currents and duty; means of half periods.",
+        "Currents and duty around a reversal of leg 1, or from the start: means of half periods.",
     )
+    for n, unit, scale in ((0, "um", 1e6), (3, "urad", 1e6)):
+        laws = {kind: scale * piece.error[:, n] for kind, piece in shown.samples.items()}
+        laws["feed-forward, averaged"] = scale * shown.samples["feed-forward"].averaged_error[:, n]
+        t = TICK * np.arange(len(laws["feed-forward"]))
+        page.figure(panels(t, [(f"error [{unit}]", laws)]), f"{NAMES[n]} on the RTL.")
     page.figure(_harmonics(shown), "Spectrum of the currents' error in the chain: i_d of all axes.")
     page.write(file)
+
+
+def _around_reversal(sample: Sample) -> tuple[NDArray[np.void], float]:
+    """Half periods, and the time of the first [s]."""
+    near = np.flatnonzero(sample.near[:, 0])
+    first = round(max(0.0, near[0] * TICK - AROUND / 2) / PERIOD) if near.size else 0
+    return sample.halves[first : first + round(2 * AROUND / PERIOD)], first * PERIOD
 
 
 def _bode(shown: Shown) -> go.Figure:
@@ -81,9 +94,9 @@ def _reversal(shown: Shown, n: int, unit: str, scale: float) -> tuple[go.Figure,
     """Around the greatest error without friction in the law."""
     plain = shown.laws["none", 1.0].error[:, n]
     worst = 500 + int(np.abs(plain[500:]).argmax())
-    ticks = round(AROUND / 1e-4)
+    ticks = round(AROUND / TICK)
     part = slice(max(0, worst - ticks), worst + ticks)
-    t = 1e-4 * np.arange(len(plain))[part]
+    t = TICK * np.arange(len(plain))[part]
     curves = {
         kind if share == 1.0 else f"{kind}, {share:g} of the friction": scale * law.error[part, n]
         for (kind, share), law in shown.laws.items()
@@ -93,7 +106,7 @@ def _reversal(shown: Shown, n: int, unit: str, scale: float) -> tuple[go.Figure,
 
 
 def _harmonics(shown: Shown) -> go.Figure:
-    i_d = shown.sample.run.halves["i_d"][1000:]
+    i_d = shown.samples["feed-forward"].halves["i_d"][1000:]
     window = np.hanning(len(i_d))[:, None]
     spectrum = np.abs(np.fft.rfft((i_d - i_d.mean(axis=0)) * window, axis=0)) * 4 / len(i_d)
     frequency = np.fft.rfftfreq(len(i_d), PERIOD)

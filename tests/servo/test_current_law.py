@@ -99,6 +99,7 @@ def test_goals__exit_status_and_file_say_what_is_missed(tmp_path, monkeypatch):
     rows = goals.Rows()
     rows.most("whole path, leg", 1.6, "um", 1.5)
     monkeypatch.setattr("sim.servo.__main__.measure", lambda *_: (rows, None))
+    monkeypatch.setattr("sim.servo.__main__.delays", lambda *_: {})
     results = tmp_path / "drive.json"
     assert main(["--results", str(results)]) == 1
     assert json.loads(results.read_text())["goals"] == rows

@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the motor drives are to reach, hardware and simulation, to build/drive.json and .html.
+
+    python -m scripts.drive           minutes: short runs; rows that need long ones say so
+    python -m scripts.drive --full    whole path, 2 s of every clock, 10^9 edges, place and route
+    python -m scripts.drive --docs    write docs/drive.md from build/drive.json
+
+Exit status: 0 if every goal is met, 1 if one is missed or not measured, 2 wrong command line.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from asip_asm.project import BUILD, ROOT
+from scripts.motion_size import area, speed
+from scripts.synth_unit import SynthesisError
+from sim.servo.__main__ import main as simulate
+from sim.servo.goals import Rows
+from tests.servo.decoder_edges import campaign
+
+AXIS = "drive_axis"
+LUTS, MHZ, SEEDS = 700, 125, (1, 2, 3)
+EDGES = {False: 20_000_000, True: 1_000_000_000}
+PROOFS = {
+    "no_shoot_through": "PWM, no shoot-through for any registers and faults",
+    "trip_in_two_clocks": "PWM, gates off in 2 clocks behind any fault",
+}
+PAGE = ROOT / "docs/drive.md"
+MARKS = {
+    name: re.compile(rf"(<!-- {name}: [^\n]*-->\n).*?(<!-- end of {name} -->)", re.S)
+    for name in ("delays", "pulse", "goals")
+}
+
+
+def size(full: bool, rows: Rows, report: Callable[[str], None]) -> None:
+    """Area, and in a full run the routed clock, of one axis on ECP5."""
+    luts = mhz = None
+    try:
+        report("area of one axis on ECP5")
+        luts = area(AXIS, {})["luts"]
+        if full:
+            report(f"clock of one axis on ECP5, {len(SEEDS)} seeds")
+            mhz = speed(AXIS, {}, AXIS, SEEDS)["mhz_median"]
+    except (SynthesisError, FileNotFoundError) as error:
+        report(f"  {error}; `make setup-synth` installs the tools")
+    rows.most("one axis (decoder, sinc3 pair, PWM) on ECP5, area", luts, "LUT4", LUTS)
+    rows.least("one axis on ECP5, clock, median of 3 seeds", mhz, "MHz", MHZ)
+
+
+def proofs(rows: Rows, report: Callable[[str], None]) -> None:
+    """Cases that the solver has not proved."""
+    from tests.formal.engine import PROVED, run  # noqa: PLC0415, needs the solver
+    from tests.formal.proofs import PROOFS as KNOWN
+
+    for proof in KNOWN:
+        if proof.name in PROOFS:
+            report(f"proof {proof.name}")
+            verdicts = list(run(proof))
+            left = sum(verdict.status != PROVED for verdict in verdicts) if verdicts else None
+            rows.most(f"{PROOFS[proof.name]}: cases not proved", left, "cases", 0)
+
+
+def decoder(full: bool, rows: Rows, report: Callable[[str], None]) -> None:
+    """Edges at 25 million counts a second with jitter; changes of both lines at once."""
+    report("edges into the decoder")
+    found = campaign(EDGES[full], report)
+    about = "decoder at 25 M counts/s and 100 MHz, jitter"
+    rows.least(f"{about}: edges", found.edges, "edges", EDGES[True])
+    rows.most(f"{about}: clocks with a wrong count", found.wrong, "clocks", 0)
+    name = f"decoder, illegal changes not flagged, of {found.planted}"
+    rows.most(name, found.missed, "changes", 0)
+
+
+def hardware(full: bool, rows: Rows, report: Callable[[str], None]) -> None:
+    """Rows that are not simulated in the chain."""
+    proofs(rows, report)
+    decoder(full, rows, report)
+    size(full, rows, report)
+
+
+def page_text(page: str, results: dict[str, Any]) -> str:
+    """docs/drive.md with the figures of build/drive.json. Raises ValueError without its marks."""
+    late = results["delays"]
+    blocks = {
+        "delays": (
+            "| from | to | delay at 125 MHz |\n| --- | --- | --- |\n"
+            "| first clock of a control period, positions taken | commands, friction in the law | "
+            f"{late['commands']:.1f} us |\n"
+            "| commands | orders of the current loops | "
+            f"next sample, {late['orders']:.0f} us at most |\n"
+            "| middle of the currents' window | compare values in force | "
+            f"{late['values']:.1f} us |\n"
+            f"| that | middle of the voltage it makes | {late['voltage']:.0f} us |\n"
+        ),
+        "pulse": (
+            f"A count of the table is {late['count']:.0f} urad, and the tracking law makes "
+            f"{late['pulse']:.0f} N m for 100 us of it,\n"
+        ),
+        "goals": "| what | reached | target |\n| --- | --- | --- |\n"
+        + "".join(
+            f"| {row['name']} | {_value(row)} | {row['target']:g} {_unit(row)}|\n"
+            for row in results["goals"]
+        ),
+    }
+    for name, block in blocks.items():
+        page, count = MARKS[name].subn(lambda marks, block=block: marks[1] + block + marks[2], page)
+        if count != 1:
+            raise ValueError(f"{PAGE.name} has lost its marks: restore `<!-- {name}: ... -->`")
+    return page
+
+
+def _unit(row: dict[str, Any]) -> str:
+    return "" if row["unit"] == "1" else row["unit"] + " "
+
+
+def _value(row: dict[str, Any]) -> str:
+    if row["value"] is None:
+        return "not measured"
+    number = f"{row['value']:.4g}" if row["value"] < 1e6 else f"{row['value']:.3g}"
+    return f"{number} {_unit(row)}".strip() + ("" if row["met"] else ", missed")
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Command line."""
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    if arguments == ["--docs"]:
+        results = json.loads((BUILD / "drive.json").read_text(encoding="utf-8"))
+        text = page_text(PAGE.read_text(encoding="utf-8"), results)
+        PAGE.write_text(text, encoding="utf-8")
+        return 0
+    return simulate(arguments, "python -m scripts.drive", hardware)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: Apache-2.0
+"""docs/drive.md takes its figures from build/drive.json; rows of the hardware."""
+
+from __future__ import annotations
+
+import pytest
+
+from scripts import drive
+from sim.servo.goals import Rows
+from tests.servo.decoder_edges import Campaign
+
+DELAYS = dict.fromkeys(("commands", "orders", "values", "voltage", "pulse", "count"), 7.0)
+
+
+def test_page__takes_the_figures_and_keeps_the_rest():
+    rows = Rows()
+    rows.most("a", 1.5, "us", 1.5)
+    rows.most("b", 0.75, "1", 0.5)
+    rows.least("c", None, "MHz", 125)
+    page = drive.PAGE.read_text(encoding="utf-8")
+    text = drive.page_text(page, {"delays": DELAYS, "goals": rows})
+    for line in (
+        "| a | 1.5 us | 1.5 us |",
+        "| b | 0.75, missed | 0.5 |",
+        "| c | not measured | 125 MHz |",
+        "| middle of the currents' window | compare values in force | 7.0 us |",
+    ):
+        assert line in text
+    assert drive.page_text(text, {"delays": DELAYS, "goals": rows}) == text
+    assert text.count("\n## ") == page.count("\n## ")
+
+
+def test_page__without_its_marks_is_refused():
+    with pytest.raises(ValueError, match="drive.md has lost its marks: restore `<!-- delays"):
+        drive.page_text("# Motor drives", {"delays": DELAYS, "goals": []})
+
+
+def test_decoder__a_wrong_count_and_too_few_edges_are_missed(monkeypatch):
+    monkeypatch.setattr(drive, "campaign", lambda edges, report: Campaign(10**8, 1, 1000, 0))
+    rows = Rows()
+    drive.decoder(False, rows, print)
+    assert [row["met"] for row in rows] == [False, False, True]
