@@ -43,19 +43,21 @@ def main(
     )
     parser.add_argument("--robot", type=Path, default=ROBOT_TOML, help="parameter file")
     parser.add_argument("--results", type=Path, default=BUILD / "drive.json", help="file written")
-    parser.add_argument("--loops", action="store_true", help="the current loops alone, 3 minutes")
+    parser.add_argument(
+        "--loops", action="store_true", help="current loops and blocks alone, 4 minutes"
+    )
     parser.add_argument("--full", action="store_true", help="whole path, 2 s of every clock")
     options = parser.parse_args(argv)
     console = Console()
     try:
         drives, robot = Drives.load(options.robot), Robot.load(options.robot)
+        rows, shown = Rows(), None
         if options.loops:
-            rows, shown, late = Rows(), None, {}
             measure_loops(robot, drives, rows, console.print)
         else:
-            rows, shown = measure(robot, drives, options.full, console.print)
-            late = delays(robot, drives)
-            more(options.full, rows, console.print)
+            shown = measure(robot, drives, options.full, rows, console.print)
+        more(options.full, rows, console.print)
+        late = delays(robot, drives)
     except (ParameterError, ControllerFault, StartUpError, OSError) as error:
         console.print(f"error: {error}", style="red", markup=False)
         return 1

@@ -205,15 +205,14 @@ def measure_chain(
 
 
 def measure(
-    robot: Robot, drives: Drives, full: bool, report: Callable[[str], None]
-) -> tuple[Rows, Shown]:
-    """The rows of what is simulated, and what the page shows.
+    robot: Robot, drives: Drives, full: bool, rows: Rows, report: Callable[[str], None]
+) -> Shown:
+    """Adds the rows of what is simulated; what the page shows.
 
     full: the whole A-G-H path, and `LONG` seconds of the chain's RTL. Raises ControllerFault,
     StartUpError.
     """
-    rows = Rows()
     loops = measure_loops(robot, drives, rows, report)
     words, laws = measure_path(robot, drives, full, rows, report)
     pieces = measure_chain(robot, drives, full, rows, report)
-    return rows, Shown(loops, words, laws, pieces)
+    return Shown(loops, words, laws, pieces)

@@ -93,8 +93,12 @@ def test_chain__follows_from_encoder_edges_to_gate_edges():
     run = machine.advance(ticks)
     look = machine.system.look()
     assert look.released == 31 and look.shoot_through == 0
-    error = run.joints - desired[:ticks]
-    assert np.abs(error[:, :3]).max() < 2e-6 and np.abs(error[:, 3:]).max() < 5e-5
+    # Opened brakes give the weight, and bristles that the alignment has bent, to the law.
+    error = np.abs(run.joints - desired[:ticks])
+    inertia = (ROBOT.m_s,) * 3 + (ROBOT.J_44, ROBOT.J_55)
+    for n, friction in enumerate(DRIVES.friction):
+        bent = friction.static / (ROBOT.K_P[n] * inertia[n])
+        assert error[:, n].max() < bent + (4e-6 if n < 3 else 3 * ROBOT.resolution[n])
     resolution = np.array(ROBOT.resolution)
     assert (np.abs(run.counts * resolution - run.joints).max(axis=0) <= 0.6 * resolution).all()
     # The tracking core's program is the law with friction in it, bit for bit.
@@ -102,7 +106,8 @@ def test_chain__follows_from_encoder_edges_to_gate_edges():
     law.prime(machine.path.words()[0], machine.counts)
     words = machine.controller.set_points[:ticks]
     wanted = [law.step(*row).outputs[0] for row in zip(words, run.counts, strict=True)]
-    np.testing.assert_array_equal(np.array(wanted).view(np.uint32), run.commands.view(np.uint32))
+    wanted = np.array(wanted, dtype=np.float32)
+    np.testing.assert_array_equal(wanted.view(np.uint32), run.commands.view(np.uint32))
     # The same commands on averaged inverters: the same currents. The record begins in the period
     # before, 11 half periods ahead.
     averaged = AveragedPlant(
@@ -115,7 +120,8 @@ def test_chain__follows_from_encoder_edges_to_gate_edges():
     found = averaged.halves(np.repeat(run.commands, 10, axis=0))
     means = np.stack([found[100 + 10 * k : 110 + 10 * k, 5:10].mean(0) for k in range(28)])
     rtl = np.stack([run.halves["i_q"][111 + 10 * k : 121 + 10 * k].mean(0) for k in range(28)])
-    assert np.abs(means - rtl).max() < 0.03
+    off = means - rtl  # most where a command jumps, by a part of a half period's slope
+    assert np.abs(off).max() < 0.05 and np.sqrt((off**2).mean(axis=0)).max() < 0.01
     # The bus falls: all gates off, all brakes closed, and the machine stays.
     machine.system.fault(300.0)
     machine.system.clock(20)
