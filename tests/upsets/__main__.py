@@ -117,7 +117,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     report.update_page(cores, rows)
     shown = Table("what", "value", "unit", "target", "met", "", box=box.SIMPLE_HEAD)
     for row in rows:
-        value = "-" if row.value is None else f"{row.value:.4g}"
+        value = "-" if row.value is None else f"{row.value:.5g}"
         met = "yes" if row.met else "[red]no[/red]"
         shown.add_row(row.name, value, row.unit, row.target, met, row.note)
     Console().print(shown)

@@ -125,8 +125,9 @@ def write(cores: Mapping[str, Mapping[str, Any]], rows: Sequence[Row], depth: st
 def _cell(hits: int, n: int) -> str:
     if hits == 0:
         return f"0 (< {100 * wilson(0, n)[1]:.2g})"
-    low, high = (100 * bound for bound in wilson(hits, n))
-    return f"{100 * hits / n:.3g} ({low:.2g}-{high:.2g})"
+    bounds = (100 * bound for bound in wilson(hits, n))
+    low, high = (f"{bound:.2g}" if bound < 10 else f"{bound:.0f}" for bound in bounds)
+    return f"{100 * hits / n:.3g} ({low}-{high})"
 
 
 def table(core: Mapping[str, Any]) -> list[str]:
@@ -147,20 +148,25 @@ def update_page(cores: Mapping[str, Mapping[str, Any]], rows: Sequence[Row], pag
     for name, core in cores.items():
         errors = sorted(case["error"] for case in core["cases"] if case["effect"] in WRONG)
         large = sum(error > LARGE for error in errors)
+        size = (
+            f"{large} of them by more than 1 % of the output's limit, the worst by "
+            f"{max(errors):.3g} times the limit"
+            if errors
+            else "so none by more than 1 % of an output's limit"
+        )
         lines += [
             f"Core `{name}`: {core['injections']} injections, seed {SEED}, {TICKS} ticks, {LATER} "
             "watched behind each. Percent, in brackets the interval of 95 % confidence (Wilson).",
             "",
             *table(core),
             "",
-            f"Of {len(errors)} runs with outputs silently wrong {large} were off by more than 1 % "
-            f"of the output's limit, the worst by {max(errors, default=0):.3g} times the limit. "
+            f"Runs with outputs silently wrong: {len(errors)}, {size}. "
             f"Outputs that were not the safe values behind a fault: {core['unsafe']}.",
             "",
         ]
     lines += ["| goal | value | target | met |", "| --- | --- | --- | --- |"]
     for row in rows:
-        value = "not measured" if row.value is None else f"{row.value:.4g} {row.unit}"
+        value = "not measured" if row.value is None else f"{row.value:.5g} {row.unit}"
         note = f" ({row.note})" if row.note else ""
         lines.append(
             f"| {row.name} | {value}{note} | {row.target} | {'yes' if row.met else 'no'} |"
