@@ -10,6 +10,7 @@ import pytest
 from sim.platforms import __main__ as command
 from sim.platforms import compare
 from sim.platforms.native import CompilerError
+from sim.run.tables import measured_at
 from tests.bench.needs import needs
 
 OPTIONS = ["--law", "pendulum", "--runs", "2000"]
@@ -28,7 +29,8 @@ def test_every_platform_is_measured_and_has_the_interpreters_bits(tmp_path, caps
         assert times["median_us"] <= times["p9999_us"] <= times["worst_us"]
     text = command.section(found)
     assert f"| {core['cycles_max']} |" in text and found["pc"]["machine"]["compiler"] in text
-    assert f"Measured at commit {found['area']['commit']}." in text
+    measured = {top: found["area"]["tops"][top] for top in compare.TOPS.values()}
+    assert f"Measured at commit {measured_at(measured)}." in text
 
 
 def result(difference: str = "") -> dict:

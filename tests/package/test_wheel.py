@@ -48,7 +48,9 @@ OF_THE_EXTRA = (
     *("asip_asm.model.", "sim.asip_model.", "sim.platforms.", "sim.prove_", "sim.robots."),
     "sim.servo.",
 )
-OF_THE_BUS = ["sim.ethercat.device_run", "sim.ethercat.master_loop"]  # the extra `bus`
+OF_THE_BUS = [  # the extra `bus`
+    f"sim.ethercat.{module}" for module in ("device_run", "master_loop", "path_run", "session")
+]
 LAW = """\
 import casadi as ca
 q, goal = ca.SX.sym("q"), ca.SX.sym("goal")
