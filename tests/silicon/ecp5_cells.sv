@@ -102,8 +102,8 @@ module DP16KD (
     endcase
   endtask
 
-  // One block for both ports: each sees what was there before the clock.
-  wire clk = CLKA;
+  // One block for both ports: each sees what was there before the clock. That of an unused port is tied to 0.
+  wire clk = CLKA || CLKB;
   logic [35:0] before_a, before_b, after_a, after_b;
   always @(posedge clk) begin
     if (RESETMODE != "SYNC" && (RSTA || RSTB)) $fatal(1, "DP16KD: an asynchronous reset has no model");
