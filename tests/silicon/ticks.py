@@ -76,8 +76,9 @@ class Task:
 def tasks_of(program_name: str, configuration: str, ticks: int) -> Iterator[Task]:
     """Every shard of so many ticks; their mark changes with the netlist and with what runs it."""
     netlist = netlist_of(configuration)
-    digest = hashlib.sha256(netlist.model.read_bytes())
-    for file in (Path(__file__), HARNESS, ROOT / f"asip_asm/programs/{program_name}.s"):
+    digest = hashlib.sha256()
+    program_file = ROOT / f"asip_asm/programs/{program_name}.s"
+    for file in (*netlist.sources, Path(__file__), HARNESS, program_file):
         digest.update(file.read_bytes())
     mark = digest.hexdigest()[:12]
     for first in range(0, ticks, SHARD):
