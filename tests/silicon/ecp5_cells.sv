@@ -5,7 +5,7 @@
 // RTL: no output registers, no chip selects, multipliers without registers.
 // RESETMODE tells nothing apart here: no reset of an output is used, and a design that uses one is stopped.
 // 2048 memory of 9 bits. A port of 18 or 36 bits has unit enables in its lowest address bits; ports of 1, 2
-// and 4 bits use the lower 8 bits of a unit. A word that one port reads while the other one writes it reads
+// and 4 bits use the lower 8 bits of a unit. A unit that one port reads while the other one writes it reads
 // inverted: the device promises nothing there, so no design may use it.
 module DP16KD (
     input DIA17, DIA16, DIA15, DIA14, DIA13, DIA12, DIA11, DIA10, DIA9, DIA8, DIA7, DIA6, DIA5, DIA4, DIA3, DIA2, DIA1, DIA0,
@@ -116,24 +116,29 @@ module DP16KD (
     else if (CEA && !WEA) out_a <= before_a;
     else if (write_a && WRITEMODE_A == "WRITETHROUGH") out_a <= after_a;
     else if (write_a && WRITEMODE_A == "READBEFOREWRITE") out_a <= before_a;
-    // Read against the other port's write: bits that change read inverted.
     if (write_b) store(DATA_WIDTH_B, address_b, {18'd0, data_b});
     if (RSTB) out_b <= 36'd0;
     else if (CEB && !WEB) out_b <= before_b;
     else if (write_b && WRITEMODE_B == "WRITETHROUGH") out_b <= word(DATA_WIDTH_B, address_b);
     else if (write_b && WRITEMODE_B == "READBEFOREWRITE") out_b <= before_b;
-    if (CEB && !WEB && !RSTB && write_a && overlap()) out_b <= ~before_b;
-    if (CEA && !WEA && !RSTA && write_b && overlap()) out_a <= ~before_a;
+    if (CEB && !WEB && !RSTB && write_a) out_b <= before_b ^ written(DATA_WIDTH_B, address_b, DATA_WIDTH_A, address_a);
+    if (CEA && !WEA && !RSTA && write_b) out_a <= before_a ^ written(DATA_WIDTH_A, address_a, DATA_WIDTH_B, address_b);
   end
 
-  // Whether both ports are at the same memory.
-  function automatic overlap();
-    int shared = DATA_WIDTH_A > DATA_WIDTH_B ? DATA_WIDTH_A : DATA_WIDTH_B;
-    case (shared)
-      36: overlap = address_a[13:5] == address_b[13:5];
-      18: overlap = address_a[13:4] == address_b[13:4];
-      default: overlap = address_a[13:3] == address_b[13:3];
-    endcase
+  // Bits of a port's word in the units that the other port writes, with its unit enables.
+  function automatic [35:0] written(input int width, input [13:0] address, input int other, input [13:0] write);
+    logic [10:0] unit;
+    logic hit;
+    written = 36'd0;
+    for (int n = 0; n < (width == 36 ? 4 : width == 18 ? 2 : 1); n++) begin
+      unit = width == 36 ? {address[13:5], 2'(n)} : width == 18 ? {address[13:4], 1'(n)} : address[13:3];
+      case (other)
+        36: hit = unit[10:2] == write[13:5] && write[unit[1:0]];
+        18: hit = unit[10:1] == write[13:4] && write[unit[0]];
+        default: hit = unit == write[13:3];
+      endcase
+      if (hit) written[9*n+:9] = 9'h1FF;
+    end
   endfunction
 
   wire [35:0] read_b = DATA_WIDTH_B == 36 ? out_b : {out_b[17:0], 18'd0};
