@@ -22,7 +22,13 @@ from sim.run.tables import OPERATIONS, measured_at, unit
 ROOT = Path(__file__).resolve().parents[1]
 README = ROOT / "README.md"
 KEPT = ROOT / "docs/data/synthesis.json"
-CORES = {"asip_fast": "ASIP `fast`", "asip_small": "ASIP `small`", "n2_core": "Nios II core"}
+CORES = {
+    "asip_fast": "ASIP `fast`",
+    "asip_small": "ASIP `small`",
+    "n2_core": "Nios II core",
+    "fpga1": "FPGA1, whole system",
+    "fpga2": "FPGA2, whole system",
+}
 
 
 def section(results: dict[str, Any]) -> str:
