@@ -30,7 +30,7 @@ UNITS = sorted(path.stem for path in (RTL / "fpu").glob("*.f"))
 CORES = {
     "fpu": ("Floating-point units for IEEE 754 binary32, each a top of its own", UNITS),
     "bus": ("Bridge from AXI4-Lite to Avalon-MM", ["axil_bridge"]),
-    "asip": ("Floating-point processor for control laws", ["asip", "asip_axil"]),
+    "asip": ("Floating-point processor for control laws", ["asip", "asip_axil", "asip_lockstep"]),
     "nios": (
         "Nios II-compatible core, and the systems FPGA1 and FPGA2",
         ["n2_core", "n2_system"],

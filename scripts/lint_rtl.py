@@ -75,6 +75,7 @@ TOPS = (
     Top("asip_de3", (ASIP, "rtl/board/board_pll.sv", "rtl/board/asip_de3.sv")),
     Top("asip_ecp5", needed("asip_ecp5"), ("", "FmaPipes=2 Slots=3 Axes=1")),
     *(Top(top, needed(top)) for top in ECP5_BOARDS),
+    Top("asip_lockstep", (ASIP, "rtl/asip/asip_lockstep.sv"), ("", "FmaPipes=1 Slots=1 Delay=1")),
     Top("asip_axil", (ASIP, BRIDGE, "rtl/asip/asip_axil.sv")),
     Top(
         "motion_axil",

