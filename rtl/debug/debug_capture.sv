@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // debug_capture: what the channels of the scope saw last.
-// Contract: a channel takes a word in the clock in which it is written, one of bank K a clock later; a run
-// that does not write it leaves it. `cycles` is taken when a run ends. From the clock after ended_i on, word_o
-// is that of channel_o, 0 to 7, one a clock; until then the core writes nothing of the next run.
+// Contract: a channel takes a word a clock after it is written, one of bank K two clocks after; a run that does
+// not write it leaves it. `cycles` is taken when a run ends. From the second clock after ended_i on, word_o is
+// that of channel_o, 0 to 7, one a clock; until then the core writes nothing of the next run.
 //
 // A word waits in a memory of its source, since a source writes one word a clock, in the slot of the lowest
 // channel that takes it; each channel notes that slot. After the run the words go to the channels' own
@@ -49,15 +49,17 @@ module debug_capture #(
   logic [Channels-1:0][3:0]  wanted_q, count_q;
   logic [Channels-1:0][2:0]  slot_q;
   logic [Channels-1:0]       fresh_q;     // written since the channels' own places were
-  logic [Channels-1:0]       hit, counted, takes, leads;
+  logic [Channels-1:0]       hit, hit_q;  // hit_q: with data_q
+  logic [Channels-1:0]       counted, takes, leads;
   // ---- sources
   logic                      constant_write_q;
   logic [6:0]                constant_index_q;
   logic [31:0]               constant_data_q;
-  logic [Sources-1:0][31:0]  data, waiting;
+  logic [Sources-1:0][31:0]  data_q, waiting;
   logic [Sources-1:0][2:0]   slot;
   logic [Sources-1:0]        some_counted;
   // ---- after a run
+  logic                      ended_q;
   logic [Channels-1:0]       looks;       // the channel that is ahead
   logic [Channels-2:0]       looked_q;
   logic                      walk_q;
@@ -100,6 +102,8 @@ module debug_capture #(
   always_ff @(posedge clk_i) begin
     constant_index_q <= constant_index_i;
     constant_data_q  <= constant_data_i;
+    hit_q            <= hit;
+    data_q           <= {constant_data_q, write_data_i};
   end
 
   for (genvar c = 0; c < Channels; c++) begin : gen_channel
@@ -130,11 +134,11 @@ module debug_capture #(
     // Number of the next write of the run.
     always_ff @(posedge clk_i) begin
       if (run_start_i) count_q[c] <= '0;
-      else if (hit[c]) count_q[c] <= next_number(count_q[c]);
+      else if (hit_q[c]) count_q[c] <= next_number(count_q[c]);
     end
 
-    assign counted[c] = hit[c] && !every_q[c] && wanted_q[c] == count_q[c];
-    assign takes[c]   = hit[c] && (every_q[c] || wanted_q[c] == count_q[c]);
+    assign counted[c] = hit_q[c] && !every_q[c] && wanted_q[c] == count_q[c];
+    assign takes[c]   = hit_q[c] && (every_q[c] || wanted_q[c] == count_q[c]);
     assign leads[c]   = counted[c] || (takes[c] && !(|(some_counted & from_q[c])));
 
     always_ff @(posedge clk_i) if (takes[c]) slot_q[c] <= slot[source_q[c]];
@@ -146,9 +150,7 @@ module debug_capture #(
     end
   end
 
-  // ---- sources: the word of the clock, its slot
-  assign data = {constant_data_q, write_data_i};
-
+  // ---- sources: the slot of the word in data_q
   for (genvar s = 0; s < Sources; s++) begin : gen_source
     logic [31:0] memory[0:Channels-1];
     logic        take;
@@ -168,21 +170,23 @@ module debug_capture #(
       end
     end
 
-    always_ff @(posedge clk_i) if (take) memory[slot[s]] <= data[s];
+    always_ff @(posedge clk_i) if (take) memory[slot[s]] <= data_q[s];
 
     assign waiting[s] = memory[from_slot_q];
   end
 
   // ---- after a run: where the word of the next channel is, then the word
-  assign looks = {looked_q, ended_i};
-  assign ahead = ended_i ? 3'd0 : channel_q + 3'd1;
+  assign looks = {looked_q, ended_q};
+  assign ahead = ended_q ? 3'd0 : channel_q + 3'd1;
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
+      ended_q   <= 1'b0;
       looked_q  <= '0;
       walk_q    <= 1'b0;
       channel_q <= '0;
     end else begin
+      ended_q  <= ended_i;
       looked_q <= looks[Channels-2:0];
       walk_q   <= |looks;
       if (|looks) channel_q <= ahead;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // debug_scope: ring of records, trigger, black box.
-// Contract: a record is taken from the clock after a run has ended, a word a clock, and compared with the
+// Contract: a record is taken from the second clock after a run has ended, a word a clock, and compared with the
 // trigger in three clocks after its last word. wait_k_o holds the host's writes of bank K until that word is
 // taken, so that the record is that of the run. A run that ends in a fault is recorded whatever the
 // decimation, then the ring is frozen. A read of the ring takes a clock.
@@ -17,7 +17,7 @@ module debug_scope #(
     input  logic                ended_i,
     input  logic                fault_i,
     output logic                wait_k_o,
-    // words of the channels, one a clock from the clock after ended_i on
+    // words of the channels, one a clock from the second clock after ended_i on
     input  logic [2:0]          channel_i,
     input  logic [31:0]         word_i,
     // reads of the ring
@@ -37,7 +37,7 @@ module debug_scope #(
   localparam int unsigned CountBits = debug_regmap_pkg::AROUND_PRE_WIDTH;
 
   logic                 control, arm, freeze, command, set_record, records_now, active, full_record;
-  logic                 recording_q, judge, fault_q, black_box_q, triggered_q, command_q;
+  logic                 begins_q, recording_q, judge, fault_q, black_box_q, triggered_q, command_q;
   logic                 begun_q, clear;
   logic [2:0]           ended_q;   // clocks after the last word of a record
   logic [1:0]           state_q, size_log2;
@@ -150,6 +150,7 @@ module debug_scope #(
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
       state_q        <= debug_regmap_pkg::SCOPE_STATE_IDLE;
+      begins_q       <= 1'b0;
       recording_q    <= 1'b0;
       ended_q        <= '0;
       begun_q        <= 1'b0;
@@ -160,13 +161,12 @@ module debug_scope #(
       before_valid_q <= 1'b0;
       before_q       <= 1'b0;
     end else begin
-      begun_q <= 1'b1;
-      ended_q <= {ended_q[1:0], full_record};
+      begun_q  <= 1'b1;
+      ended_q  <= {ended_q[1:0], full_record};
+      begins_q <= records_now;
       if (full_record) recording_q <= 1'b0;
-      if (records_now) begin
-        recording_q <= 1'b1;
-        fault_q     <= fault_i;
-      end
+      if (records_now) fault_q <= fault_i;
+      if (begins_q) recording_q <= 1'b1;
       if (command && state_q == debug_regmap_pkg::SCOPE_STATE_WAITING) command_q <= 1'b1;
       if (judge) begin
         before_q       <= low_q;
@@ -183,11 +183,13 @@ module debug_scope #(
       end
       if (freeze) begin
         state_q     <= debug_regmap_pkg::SCOPE_STATE_FROZEN;
+        begins_q    <= 1'b0;
         recording_q <= 1'b0;
         ended_q     <= '0;
       end
       if (arm) begin
         state_q        <= debug_regmap_pkg::SCOPE_STATE_WAITING;
+        begins_q       <= 1'b0;
         recording_q    <= 1'b0;
         ended_q        <= '0;
         black_box_q    <= 1'b0;
@@ -207,7 +209,7 @@ module debug_scope #(
     ring_q <= memory[ring_address_i];
   end
 
-  assign wait_k_o       = records_now || recording_q;
+  assign wait_k_o       = records_now || begins_q || recording_q;
   assign ring_data_o    = ring_q;
   assign state_o        = state_q;
   assign black_box_o    = black_box_q;

@@ -2,7 +2,8 @@
 // debug_serve: carries requests out on the bus, and makes the packets that go back (docs/debug_packets.md).
 // Contract: requests go first, then events, then samples; each packet is built from begin to end. Samples
 // are read from the ring in clocks without ring_taken_i; their records are sent in order, and the oldest
-// are left out, and counted, when the ring is about to overwrite them.
+// are left out, and counted, when the ring is about to overwrite them. Where the scope is armed while a packet
+// of samples is made, the next one begins with record 0.
 module debug_serve #(
     parameter int unsigned RingLog2 = 12
 ) (
@@ -77,6 +78,7 @@ module debug_serve #(
   logic [12:0] most;
   logic        is_read, is_write, good, behind, change, last_channel, moves;
   logic        behind_q, some_q, more_q, judged_q;  // of the backlog; judged: of this tail
+  logic        restart_q;             // records count from 0 again, samples after this packet too
   logic [31:0] from;
 
   assign is_read  = type_q == debug_pkg::TYPE_READ;
@@ -88,7 +90,7 @@ module debug_serve #(
   assign most     = (13'd1 << RingLog2) >> size_log2_i;
   assign behind   = (|backlog[31:13]) || backlog[12:0] > most - 13'(Margin);
   // The backlog is judged a clock after the tail has moved.
-  assign moves    = armed_i || state_q == StRecord ||
+  assign moves    = armed_i || restart_q || state_q == StRecord ||
                     (state_q == StIdle && (!stream_i || (judged_q && behind_q)));
   assign change   = |((status_i ^ told_q) & Told);
   assign last_channel = channel_q == last_channel_i;
@@ -130,11 +132,13 @@ module debug_serve #(
       some_q          <= 1'b0;
       more_q          <= 1'b0;
       judged_q        <= 1'b0;
+      restart_q       <= 1'b0;
     end else begin
-      behind_q <= behind;
-      some_q   <= |backlog;
-      more_q   <= backlog > 32'd1;
-      judged_q <= !moves;
+      behind_q  <= behind;
+      some_q    <= |backlog;
+      more_q    <= backlog > 32'd1;
+      judged_q  <= !moves;
+      restart_q <= armed_i || (restart_q && state_q != StIdle);
       if (put_o) used_q <= used_q + 8'd1;
       case (state_q)
         StIdle: begin
@@ -316,7 +320,7 @@ module debug_serve #(
 
         default: state_q <= StIdle;  // StEnd
       endcase
-      if (armed_i) tail_q <= '0;
+      if (state_q == StIdle && restart_q) tail_q <= '0;
     end
   end
 

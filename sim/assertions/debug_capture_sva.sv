@@ -18,7 +18,7 @@ module debug_capture_sva (
   else $error("a channel has no word of its own");
 
   FirstChannel : assert property (@(posedge clk_i) disable iff (!rst_ni)
-      ended_i |=> walk_q && channel_o == 3'd0)
+      $past(ended_i) |=> walk_q && channel_o == 3'd0)
   else $error("the first channel has no word of its own");
 
 endmodule

@@ -96,6 +96,7 @@ class Recorder(Requests):
                 self._streamed = parts[n:] + self._streamed
                 break
             words += part.words
-        lost = first - self._taken
+        # Numbers that go back: someone else has armed the scope, they count from 0.
+        lost = first - self._taken if first >= self._taken else first
         self._taken = first + len(words)
         return Records(first, words, lost)

@@ -303,6 +303,26 @@ def test_uart__more_than_the_line_carries__loses_oldest_records_and_counts_them(
     assert all(row in places or row in rows for row in got), "a record is torn"
 
 
+def test_uart__armed_by_the_host_while_samples_are_made__begins_again(bench) -> None:
+    rtl, host, channels = bench
+    serial = Client(rtl.serial_link(8), timeout=30)
+    serial.configure(ScopeSetup(channels))
+    serial.arm()
+    for clocks in range(0, 300, 5):  # after a run: before, in and after the packet of its record
+        tick(rtl, [noise(clocks, c) for c in range(8)])
+        rtl.clock(clocks)
+        host.arm()
+        rtl.clock(10_000)
+        rows = [tuple(noise(1000 + n, c) for c in range(8)) for n in range(3)]
+        for row in rows:
+            tick(rtl, row)
+        rtl.clock(20_000)
+        while (last := serial.drain()).words not in (rows, []):
+            assert last.lost == 0 and len(last.words) == 1
+        assert (last.first, last.words, last.lost) == (0, rows, 0)
+    assert FIELDS["UART_ERRORS"]["lost"].of(rtl.read(REGISTER["UART_ERRORS"])) == 0
+
+
 def test_uart__requests_events_and_damage(bench) -> None:
     rtl, client, _ = bench
     link = rtl.serial_link(8)
