@@ -24,6 +24,10 @@ from sim.servo.goals import Rows
 from tests.servo.decoder_edges import campaign
 
 AXIS = "drive_axis"
+BLOCKS = (
+    *("quadrature_decoder", "biss_master", "sinc3_timing", "sinc3_filter", "current_sense"),
+    *("pwm_carrier", "pwm_bound", "pwm_phase", "pwm_bridge", "servo_link", "drive_front_end"),
+)
 LUTS, MHZ, SEEDS = 700, 125, (1, 2, 3)
 EDGES = {False: 20_000_000, True: 1_000_000_000}
 PROOFS = {
@@ -33,7 +37,7 @@ PROOFS = {
 PAGE = ROOT / "docs/drive.md"
 MARKS = {
     name: re.compile(rf"(<!-- {name}: [^\n]*-->\n).*?(<!-- end of {name} -->)", re.S)
-    for name in ("delays", "pulse", "goals")
+    for name in ("delays", "pulse", "blocks", "goals")
 }
 
 
@@ -76,17 +80,43 @@ def decoder(full: bool, rows: Rows, report: Callable[[str], None]) -> None:
     rows.most(name, found.missed, "changes", 0)
 
 
-def hardware(full: bool, rows: Rows, report: Callable[[str], None]) -> None:
-    """Rows that are not simulated in the chain."""
+def blocks(full: bool, report: Callable[[str], None]) -> list[dict[str, Any]]:
+    """Rows {name, luts, registers, mhz} of the blocks with their default parameters on ECP5; mhz:
+    routed alone with one seed, None unless `full`. Empty without the tools."""
+    found = []
+    try:
+        for name in BLOCKS:
+            report(f"area {'and clock ' if full else ''}of {name} on ECP5")
+            row = area(name, {})
+            mhz = speed(name, {}, name, SEEDS[:1])["mhz_median"] if full else None
+            found.append({"name": name, "luts": row["luts"], "registers": row["registers"]})
+            found[-1]["mhz"] = mhz
+    except (SynthesisError, FileNotFoundError) as error:
+        report(f"  {error}; `make setup-synth` installs the tools")
+    return found
+
+
+def hardware(full: bool, rows: Rows, report: Callable[[str], None]) -> dict[str, Any]:
+    """Rows that are not simulated in the chain, and the blocks' sizes."""
     proofs(rows, report)
     decoder(full, rows, report)
     size(full, rows, report)
+    return {"blocks": blocks(full, report)}
+
+
+def block_table(rows: list[dict[str, Any]]) -> str:
+    """Rows of `blocks` as Markdown."""
+    text = "| block | LUT4 | registers | clock, MHz |\n| --- | --- | --- | --- |\n"
+    for row in rows:
+        mhz = "" if row["mhz"] is None else format(row["mhz"], ".0f")
+        text += f"| `{row['name']}` | {row['luts']} | {row['registers']} | {mhz} |\n"
+    return text
 
 
 def page_text(page: str, results: dict[str, Any]) -> str:
     """docs/drive.md with the figures of build/drive.json. Raises ValueError without its marks."""
     late = results["delays"]
-    blocks = {
+    texts = {
         "delays": (
             "| from | to | delay at 125 MHz |\n| --- | --- | --- |\n"
             "| first clock of a control period, positions taken | commands, friction in the law | "
@@ -101,14 +131,15 @@ def page_text(page: str, results: dict[str, Any]) -> str:
             f"A count of the table is {late['count']:.0f} urad, and the tracking law makes "
             f"{late['pulse']:.0f} N m for 100 us of it,\n"
         ),
+        "blocks": block_table(results.get("blocks", [])),
         "goals": "| what | reached | target |\n| --- | --- | --- |\n"
         + "".join(
             f"| {row['name']} | {_value(row)} | {row['target']:g} {_unit(row)}|\n"
             for row in results["goals"]
         ),
     }
-    for name, block in blocks.items():
-        page, count = MARKS[name].subn(lambda marks, block=block: marks[1] + block + marks[2], page)
+    for name, text in texts.items():
+        page, count = MARKS[name].subn(lambda marks, text=text: marks[1] + text + marks[2], page)
         if count != 1:
             raise ValueError(f"{PAGE.name} has lost its marks: restore `<!-- {name}: ... -->`")
     return page

@@ -25,15 +25,16 @@ from sim.run.controller import ControllerFault
 from sim.servo import page
 from sim.servo.delays import delays
 from sim.servo.goals import Rows, measure, measure_loops
+from sim.servo.position import SHOWN
 from sim.servo.start_up import StartUpError
 
 
 def main(
     argv: Sequence[str] | None = None,
     prog: str = "python -m sim.servo",
-    more: Callable[[bool, Rows, Callable[[str], None]], None] = lambda full, rows, report: None,
+    more: Callable[[bool, Rows, Callable[[str], None]], dict] = lambda full, rows, report: {},
 ) -> int:
-    """Command line; more: adds further rows."""
+    """Command line; more: adds further rows, and returns what else the file shall have."""
     parser = argparse.ArgumentParser(
         prog=prog,
         description=__doc__.splitlines()[0],
@@ -56,14 +57,17 @@ def main(
             measure_loops(robot, drives, rows, console.print)
         else:
             shown = measure(robot, drives, options.full, rows, console.print)
-        more(options.full, rows, console.print)
+        further = more(options.full, rows, console.print)
         late = delays(robot, drives)
     except (ParameterError, ControllerFault, StartUpError, OSError) as error:
         console.print(f"error: {error}", style="red", markup=False)
         return 1
     options.results.parent.mkdir(parents=True, exist_ok=True)
     whole = options.full and options.robot.resolve() == ROBOT_TOML.resolve()
-    document = {"goals": rows, "delays": late, "whole": whole}
+    document = {"goals": rows, "delays": late, "whole": whole} | further
+    if shown is not None:
+        names = (page.NAMES[n] for n in SHOWN)
+        document["position_loops"] = dict(zip(names, shown.positions.bandwidth, strict=True))
     text = json.dumps(document, indent=2) + "\n"
     options.results.write_text(text, encoding="utf-8")
     view = Table("goal", "value", "target", "met", box=box.SIMPLE_HEAD)

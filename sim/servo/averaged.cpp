@@ -127,6 +127,17 @@ void* averaged_new(const servo::Parameters* p, const double* at, double middle, 
   return a;
 }
 
+// Puts tool and table there (x, y, z, tilt, rotation), with these speeds and bristles; the counters go on from
+// where they began.
+void averaged_put(void* handle, const double* at, const double* rates, const double* bristles) {
+  auto* a = static_cast<Averaged*>(handle);
+  servo::Five q, v;
+  std::copy(at, at + kAxes, q.begin());
+  std::copy(rates, rates + kAxes, v.begin());
+  a->mechanics.place(a->p, q, v);
+  std::copy(bristles, bristles + kAxes, a->mechanics.z.begin());
+}
+
 void averaged_free(void* handle) { delete static_cast<Averaged*>(handle); }
 
 void averaged_brakes(void* handle, uint32_t released) { static_cast<Averaged*>(handle)->released = released; }

@@ -86,6 +86,7 @@ class AveragedPlant:
         self._lib.averaged_new.argtypes = [pointer, pointer, number, number, number, pointer]
         self._lib.averaged_free.argtypes = [pointer]
         self._lib.averaged_brakes.argtypes = [pointer, u32]
+        self._lib.averaged_put.argtypes = [pointer] * 4
         self._lib.averaged_halves.argtypes = [pointer, pointer, pointer, u32]
         self._lib.averaged_look.argtypes = [pointer, pointer, pointer]
         record, start = plant.record(), np.array(at, dtype=float)
@@ -116,6 +117,13 @@ class AveragedPlant:
     def counts(self) -> tuple[int, ...]:
         """Of the five encoders."""
         return tuple(self._counts.tolist())
+
+    def put(self, place: ArrayLike, rates: ArrayLike, bristles: ArrayLike) -> None:
+        """Move the machine to (x, y, z [m], tilt, rotation [rad]), with these speeds and its
+        bristles (5,) bent so; the counters count the way."""
+        rows = [np.array(row, dtype=float) for row in (place, rates, bristles)]
+        self._lib.averaged_put(self._handle, *(row.ctypes.data for row in rows))
+        self._look()
 
     def brakes(self, released: int) -> None:
         """Bit n opens axis n's holding brake; all are open at first."""

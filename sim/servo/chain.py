@@ -44,6 +44,7 @@ HALF = np.dtype(
 class Look:
     """State of the plant (five each, SI units), clocks since reset, open brakes as bits.
 
+    place, rates: of tool and table (x, y, z, tilt, rotation) and their speeds.
     shoot_through: edges with both gates of a phase on; silent: clock of the last moment at which
     all gates went off.
     """
@@ -53,6 +54,7 @@ class Look:
     i_d: NDArray[np.float64]
     i_q: NDArray[np.float64]
     bristles: NDArray[np.float64]
+    rates: NDArray[np.float64]
     clock: int
     shoot_through: int
     released: int
@@ -96,9 +98,9 @@ class ChainRtl(DualRtl):
 
     def look(self) -> Look:
         """The plant as it is."""
-        out = np.zeros(29)
+        out = np.zeros(34)
         self._lib.chain_look(self._handle, out.ctypes.data)
-        return Look(*(out[i : i + 5] for i in range(0, 25, 5)), *(int(v) for v in out[25:]))
+        return Look(*(out[i : i + 5] for i in range(0, 30, 5)), *(int(v) for v in out[30:]))
 
     def begun(self) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
         """Joints (5,) and tool (3,) in the first clock of the last control period; that clock

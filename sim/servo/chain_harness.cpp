@@ -270,8 +270,8 @@ void chain_place(void* handle, const servo::Parameters* p, const double* at, int
   std::copy(chain->start, chain->start + kAxes, counts);
 }
 
-// joints, tool and table (x, y, z, tilt, rotation), i_d, i_q, bristles: five each; then clocks since the
-// reset's end, edges with shoot-through, open brakes, clock of the last moment without gates.
+// joints, tool and table (x, y, z, tilt, rotation), i_d, i_q, bristles, speeds of tool and table: five each; then
+// clocks since the reset's end, edges with shoot-through, open brakes, clock of the last moment without gates.
 void chain_look(void* handle, double* out) {
   auto* chain = static_cast<System*>(handle);
   for (int n = 0; n < kAxes; ++n) {
@@ -280,11 +280,12 @@ void chain_look(void* handle, double* out) {
     out[10 + n] = chain->windings[n].i_d;
     out[15 + n] = chain->windings[n].i_q;
     out[20 + n] = chain->mechanics.z[n];
+    out[25 + n] = chain->mechanics.v[n];
   }
-  out[25] = double(chain->clocks - chain->born);
-  out[26] = chain->shoot_through;
-  out[27] = chain->top->release_o;
-  out[28] = double(chain->tripped - chain->born);
+  out[30] = double(chain->clocks - chain->born);
+  out[31] = chain->shoot_through;
+  out[32] = chain->top->release_o;
+  out[33] = double(chain->tripped - chain->born);
 }
 
 // Joints and (x, y, z, tilt, rotation) at the last control period's begin, and its clock in a half.

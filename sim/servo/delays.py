@@ -12,7 +12,7 @@ from sim.servo.averaged import MIDDLE, at_joints, true_angles
 from sim.servo.current_law import HALF_PERIOD
 from sim.servo.path import Chain
 from sim.servo.plant import Plant
-from sim.servo.sample import PATH, tracking_image
+from sim.servo.recording import PATH, tracking_image
 from sim.servo.start_up import CLOCK
 from sim.trajectory.exact_stop import MotionSettings, generate
 

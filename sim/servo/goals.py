@@ -6,7 +6,6 @@ from __future__ import annotations
 import tempfile
 import time
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -21,8 +20,10 @@ from sim.model.parameters import Robot
 from sim.model.records import SetPoints
 from sim.servo.current_law import AXES, Setting, current_law
 from sim.servo.current_loop import rise_and_overshoot
+from sim.servo.position import PositionLoops, position_loops
+from sim.servo.recording import KINDS, processes
 from sim.servo.response import NOISE, Response, distortion, responses, steps
-from sim.servo.sample import KINDS, SETTLED, Sample, samples
+from sim.servo.sample import SETTLED, Sample, samples
 from sim.servo.whole import Whole, path_of, whole
 
 SMALL = 0.03  # of i_max: a step that the bus voltage allows; it limits the rise of larger ones
@@ -52,9 +53,11 @@ class Loops:
 
 @dataclass(frozen=True)
 class Shown:
-    """What the page draws: the loops, the path with each law's errors, the RTL samples."""
+    """What the page draws: current and position loops, the path with each law's errors, the RTL
+    samples."""
 
     loops: Loops
+    positions: PositionLoops
     path: SetPoints
     laws: dict[tuple[str, float], Whole]
     samples: dict[str, Sample]
@@ -139,7 +142,7 @@ def measure_path(
     words = path_of(robot, FULL if full else SHORT)
     what = "whole path" if full else f"first {SHORT * robot.T_s:g} s of the path"
     report(f"{what}, averaged inverters, {len(LAWS)} laws of friction")
-    with ProcessPoolExecutor(JOBS) as pool:
+    with processes(JOBS) as pool:
         work = {law: pool.submit(_timed, robot, drives, words, *law) for law in LAWS}
         done = {law: one.result() for law, one in work.items()}
     found = {law: run for law, (run, _) in done.items()}
@@ -196,9 +199,9 @@ def measure_chain(
     ):
         off = 1e6 * max(float(piece.difference[axes].max()) for piece in found.values())
         rows.most(f"averaged inverters against {what}, {name}", off, unit, most)
-    both = sum(int(piece.shoot_through) for piece in found.values())
+    both = sum(int(piece.rtl.shoot_through) for piece in found.values())
     rows.most("edges of gates with both of a phase on", both, "1", 0)
-    minutes = max(float(piece.seconds) for piece in found.values()) * LONG / seconds / 60
+    minutes = max(float(piece.rtl.seconds) for piece in found.values()) * LONG / seconds / 60
     name = f"every clock of the chain for {LONG:g} s of the path, processor time"
     rows.most(name + ("" if full else f", from {seconds:g} s"), minutes, "minutes", MINUTES)
     return found
@@ -214,5 +217,7 @@ def measure(
     """
     loops = measure_loops(robot, drives, rows, report)
     words, laws = measure_path(robot, drives, full, rows, report)
+    report("frequency response of the position loops, averaged inverters")
+    positions = position_loops(robot, drives)
     pieces = measure_chain(robot, drives, full, rows, report)
-    return Shown(loops, words, laws, pieces)
+    return Shown(loops, positions, words, laws, pieces)

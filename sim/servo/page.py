@@ -15,6 +15,7 @@ from sim.page.curves import envelope, framed, panels
 from sim.page.document import Page
 from sim.servo.goals import Shown
 from sim.servo.plant import AXES
+from sim.servo.position import SHOWN
 from sim.servo.sample import Sample
 
 TITLE = "Microtick: motor drives in closed loop"
@@ -42,7 +43,14 @@ def write(file: Path, table: Table, shown: Shown) -> None:
         "Step of the ordered current, RTL at every clock: means of half periods.",
     )
     page.figure(_bode(shown), "Closed current loops: ordered to actual i_q.")
+    page.section("Position loops", "Tracking law with friction feed-forward, averaged inverters.")
+    page.figure(
+        _positions(shown),
+        "Desired to actual joint. Alone: set-points without speed and acceleration, the loop "
+        "itself. Below, the error as a share of the motion with set-points as a path has them.",
+    )
     page.section("Path", "Errors of the joints with and without friction in the law.")
+    page.figure(_whole(shown), "Friction feed-forward: errors along the path of this run.")
     for n, unit, scale in ((2, "um", 1e6), (4, "urad", 1e6)):
         page.figure(
             *_reversal(shown, n, unit, scale),
@@ -72,7 +80,7 @@ def _around_reversal(sample: Sample) -> tuple[NDArray[np.void], float]:
     """Half periods, and the time of the first [s]."""
     near = np.flatnonzero(sample.near[:, 0])
     first = round(max(0.0, near[0] * TICK - AROUND / 2) / PERIOD) if near.size else 0
-    return sample.halves[first : first + round(2 * AROUND / PERIOD)], first * PERIOD
+    return sample.rtl.halves[first : first + round(2 * AROUND / PERIOD)], first * PERIOD
 
 
 def _bode(shown: Shown) -> go.Figure:
@@ -88,6 +96,30 @@ def _bode(shown: Shown) -> go.Figure:
     figure = panels(frequency, [("size [dB]", size), ("phase [degrees]", phase)], "frequency [Hz]")
     figure.update_xaxes(type="log")
     return figure
+
+
+def _positions(shown: Shown) -> go.Figure:
+    found = shown.positions
+    names = [NAMES[n] for n in SHOWN]
+    alone = {name: found.alone[:, k] for k, name in enumerate(names)}
+    size = {name: 20 * np.log10(np.abs(closed)) for name, closed in alone.items()}
+    phase = {name: np.degrees(np.unwrap(np.angle(closed))) for name, closed in alone.items()}
+    error = {name: 20 * np.log10(np.abs(1 - found.fed[:, k])) for k, name in enumerate(names)}
+    rows = [("size [dB]", size), ("phase [degrees]", phase), ("error [dB]", error)]
+    figure = panels(found.frequency, rows, "frequency [Hz]")
+    figure.update_xaxes(type="log")
+    return figure
+
+
+def _whole(shown: Shown) -> go.Figure:
+    law = shown.laws["feed-forward", 1.0]
+    t = TICK * np.arange(len(law.error))
+    rows = [
+        ("legs [um]", {name: 1e6 * law.error[:, n] for n, name in enumerate(NAMES[:3])}),
+        ("tool [um]", {"tool": 1e6 * law.tool}),
+        ("table [urad]", {NAMES[n]: 1e6 * law.error[:, n] for n in (3, 4)}),
+    ]
+    return panels(t, rows)
 
 
 def _reversal(shown: Shown, n: int, unit: str, scale: float) -> tuple[go.Figure, str]:
@@ -106,7 +138,7 @@ def _reversal(shown: Shown, n: int, unit: str, scale: float) -> tuple[go.Figure,
 
 
 def _harmonics(shown: Shown) -> go.Figure:
-    i_d = shown.samples["feed-forward"].halves["i_d"][1000:]
+    i_d = shown.samples["feed-forward"].rtl.halves["i_d"][1000:]
     window = np.hanning(len(i_d))[:, None]
     spectrum = np.abs(np.fft.rfft((i_d - i_d.mean(axis=0)) * window, axis=0)) * 4 / len(i_d)
     frequency = np.fft.rfftfreq(len(i_d), PERIOD)

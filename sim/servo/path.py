@@ -47,7 +47,7 @@ class Run:
 
 
 class Chain:
-    """RTL and plant, brought up and at rest at the first set-point of a path, brakes closed.
+    """RTL and plant, brought up and at rest near the first set-point of a path, brakes closed.
 
     angles: electrical angles at count 0 [rad] from a table, by default what the alignment finds;
     zeros: what it finds as the currents' offsets; tracking_program: as `TwoProcessors` has it.
@@ -85,19 +85,23 @@ class Chain:
             self.system,
         )
         self.counts = counts
+        self.primed = counts
 
     def begin(self) -> None:
-        """Currents on, tracking on, brakes open."""
+        """Currents on, tracking on from where the machine is: `primed` counts."""
         start_up.enable(self.system)
-        self.controller.prime(self.path.words()[0], self.counts)
-        start_up.release(self.system)
+        self.primed = start_up.positions(self.system) + self.counts
+        self.controller.prime(self.path.words()[0], self.primed)
 
     def advance(self, ticks: int, progress: Callable[[int], None] = lambda ticks: None) -> Run:
-        """So many control periods. Raises ControllerFault, also if an axis has tripped."""
+        """So many control periods; brakes open with the first commands. Raises ControllerFault,
+        also if an axis has tripped, and StartUpError."""
         rows = []
         self.system.trace()
         for _ in range(ticks):
             record = self.controller.advance(self.counts)
+            if self.controller.tick == 1:
+                start_up.release(self.system)
             joints, tool, _ = self.system.begun()
             rows.append(
                 (record["measured"].view(np.int32).copy(), joints, tool, record["commands"])

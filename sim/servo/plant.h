@@ -78,9 +78,9 @@ class Mechanics {
   Five q{}, v{};  // x, y, z, tilt, rotation
   Five z{};       // bristles of the joints
 
-  void place(const Parameters& p, const Five& at) {
+  void place(const Parameters& p, const Five& at, const Five& rates = {}) {
     q = at;
-    v = {};
+    v = rates;
     z = {};
     joints(p, position, speed);
     held = position;

@@ -122,9 +122,9 @@ def align(
     the angle between vector and force. Sine and cosine of the angle are fitted to what the counts
     say, with an offset for what else bends the brake. directions: of the vectors, four at least:
     in a square they leave out what the reluctance adds, and one behind its opposite is late in its
-    size, not in its angle; share: of i_max; dwell: for each [s],
-    until the joint is at rest. Axes end without current. Raises StartUpError if an axis does not
-    answer, or not as a motor does.
+    size, not in its angle; share: of i_max; dwell: for each [s], and without current at the end,
+    until the joint is at rest. Raises StartUpError if an axis does not answer, or not as a motor
+    does.
     """
     order(system, [0.0] * AXES)
     system.front("LINK", enable=1)
@@ -142,7 +142,7 @@ def align(
         system.clock(round(dwell / CLOCK))
         row[:] = positions(system) - rest
     order(system, [0.0] * AXES)
-    system.clock(round(4 * SETTLE / CLOCK))
+    system.clock(round(max(4 * SETTLE, dwell) / CLOCK))
     if system.status()["trip"]:
         raise StartUpError(f"an axis tripped while it was aligned: {system.status()}")
     angles, size, off = fitted_angles(directions, moved)

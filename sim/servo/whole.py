@@ -67,10 +67,11 @@ class FrictionController:
 
 @dataclass(frozen=True)
 class Whole:
-    """Errors (N, 5) of the exact joints [m, rad]; largest of leg, tool, table behind 50 ms, and of
-    leg and table within `AFTER` of a reversal."""
+    """Errors (N, 5) of the exact joints [m, rad], (N,) of the tool [m]; largest of leg, tool, table
+    behind 50 ms, and of leg and table within `AFTER` of a reversal."""
 
     error: NDArray[np.float64]
+    tool: NDArray[np.float64]
     tracking: closed_loop.Tracking
     reversal_leg: float
     reversal_table: float
@@ -113,6 +114,7 @@ def whole(
     at_reversals = np.where(near, np.abs(error), 0.0)
     return Whole(
         error,
+        np.linalg.norm(done.tool - path.position, axis=1),
         closed_loop.tracking_error(robot, path, desired, done),
         float(at_reversals[:, :3].max()),
         float(at_reversals[:, 3:].max()),

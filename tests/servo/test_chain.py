@@ -130,7 +130,7 @@ def test_chain__from_its_own_alignment_with_friction_in_the_law():
         bent = friction.static / (ROBOT.K_P[n] * inertia[n])
         assert error[:, n].max() < bent + (4e-6 if n < 3 else 3 * ROBOT.resolution[n])
     law = FrictionController(ROBOT, DRIVES, "feed-forward")
-    law.prime(machine.path.words()[0], machine.counts)
+    law.prime(machine.path.words()[0], machine.primed)
     words = machine.controller.set_points[:ticks]
     wanted = [law.step(*row).outputs[0] for row in zip(words, run.counts, strict=True)]
     wanted = np.array(wanted, dtype=np.float32)

@@ -17,10 +17,10 @@ from asip_asm.model.program import Built, build
 from asip_asm.project import BUILD
 from sim.model.drives import Drives
 from sim.model.parameters import Robot
-from sim.prove_program import prove
+from sim.prove_program import COUNT, prove
 from sim.servo import goals
 from sim.servo.__main__ import main
-from sim.servo.current_law import AXES, DELAY, Setting, current_law, gains
+from sim.servo.current_law import AXES, DELAY, MAGIC, Setting, current_law, gains
 from sim.servo.current_loop import respond, rise_and_overshoot
 from sim.servo.goals import CYCLES, SMALL
 
@@ -54,14 +54,41 @@ def test_words__stand_where_the_link_writes_and_reads_them():
     assert [outputs[f"pwm{n}{phase}"] for n in AXES for phase in "abc"] == list(range(15))
 
 
-@pytest.mark.parametrize("configuration", CYCLES)
-def test_proof__bits_on_the_core_and_distance_from_double_precision(configuration):
-    built = program(configuration)
-    proof = prove(built.compiled, built.image, count=500)
-    assert proof.passed, proof
-
-
 FULL = pytest.mark.full
+
+
+def turning(size: int, rng: np.random.Generator) -> dict[str, np.ndarray]:
+    """Words of a machine at work: motors turn by some counts a period, currents follow sines."""
+    t, found = np.arange(size), {}
+    law = current_law(DRIVES, SETTING)
+    for n in AXES:
+        motor, resolution = DRIVES.motors[n], SETTING.resolution[n]
+        most = 0.9 * law.port(f"q{n}").limits[1] - MAGIC
+        step = rng.uniform(-200, 200) / motor.wave / resolution * SETTING.period  # counts a period
+        counts = np.clip(rng.uniform(-0.5, 0.5) * most + step * t, -most, most)
+        angle = motor.wave * resolution * counts + rng.uniform(-np.pi, np.pi)
+        peak = rng.uniform(0, motor.i_max) / DRIVES.current_scale / SETTING.ampere_per_count
+        noise = rng.normal(0, 10, (2, size))
+        found[f"q{n}"] = MAGIC + np.round(counts)
+        found[f"ia{n}"] = MAGIC + np.round(peak * np.sin(angle) + noise[0])
+        found[f"ib{n}"] = MAGIC + np.round(peak * np.sin(angle - 2 * np.pi / 3) + noise[1])
+        found[f"age{n}"] = MAGIC + rng.integers(0, 4_000_000, size)
+        strongest = motor.force_per_ampere * motor.i_max
+        found[f"force{n}"] = strongest * rng.uniform(-1.2, 1.2) * np.sin(0.01 * t)
+    found["bus"] = MAGIC + np.round(DRIVES.U_dc * rng.uniform(0.8, 1.1, size) / SETTING.bus_scale)
+    return {name: np.asarray(values, dtype=np.float32) for name, values in found.items()}
+
+
+@pytest.mark.parametrize("sample", [None, turning], ids=["any", "turning"])
+@pytest.mark.parametrize("count", [500, pytest.param(COUNT, marks=FULL)])
+@pytest.mark.parametrize("configuration", CYCLES)
+def test_proof__bits_on_the_core_and_distance_from_double_precision(configuration, count, sample):
+    """Any words with corners in a tenth of them, and those of a machine at work."""
+    built = program(configuration)
+    proof = prove(built.compiled, built.image, count=count, sample=sample)
+    assert proof.passed and proof.inputs_tried == count, proof
+
+
 STEPS = [(0, 0.5), *(pytest.param(*step, marks=FULL) for step in ((0, 0.0), (3, 0.0), (4, 1.5)))]
 
 
@@ -73,6 +100,13 @@ def test_step_of_current__rises_in_100_us_with_little_overshoot(axis, speed):
     rise, overshoot = rise_and_overshoot(found[:, 1], SETTING.period)
     assert rise <= 100e-6 and overshoot <= 0.15
     assert np.abs(found[-50:, 0]).max() < 0.1 * wanted
+
+
+def test_greatest_currents__make_the_forces_that_the_tracking_law_may_order():
+    robot = Robot.load()
+    most = (*[robot.F_max] * 3, robot.tau_max_4, robot.tau_max_5)
+    for motor, limit in zip(DRIVES.motors, most, strict=True):
+        assert motor.force_per_ampere * motor.i_max >= limit
 
 
 def test_gains__give_the_magnitude_optimum():

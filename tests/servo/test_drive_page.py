@@ -18,21 +18,25 @@ def test_page__takes_the_figures_and_keeps_the_rest():
     rows.most("b", 0.75, "1", 0.5)
     rows.least("c", None, "MHz", 125)
     page = drive.PAGE.read_text(encoding="utf-8")
-    text = drive.page_text(page, {"delays": DELAYS, "goals": rows})
+    block = {"name": "biss_master", "luts": 123, "registers": 45, "mhz": None}
+    results = {"delays": DELAYS, "goals": rows, "blocks": [block, block | {"mhz": 161.7}]}
+    text = drive.page_text(page, results)
     for line in (
         "| a | 1.5 us | 1.5 us |",
         "| b | 0.75, missed | 0.5 |",
         "| c | not measured | 125 MHz |",
+        "| `biss_master` | 123 | 45 |  |",
+        "| `biss_master` | 123 | 45 | 162 |",
         "| middle of the currents' window | compare values in force | 7.0 us |",
     ):
         assert line in text
-    assert drive.page_text(text, {"delays": DELAYS, "goals": rows}) == text
+    assert drive.page_text(text, results) == text
     assert text.count("\n## ") == page.count("\n## ")
 
 
 def test_page__without_its_marks_is_refused():
     with pytest.raises(ValueError, match="drive.md has lost its marks: restore `<!-- delays"):
-        drive.page_text("# Motor drives", {"delays": DELAYS, "goals": []})
+        drive.page_text("# Motor drives", {"delays": DELAYS, "goals": [], "blocks": []})
 
 
 def test_decoder__a_wrong_count_and_too_few_edges_are_missed(monkeypatch):

@@ -11,10 +11,14 @@ from pathlib import Path
 import pytest
 
 from asip_asm.project import ROOT
+from sim.harness import dual_rtl
+from sim.harness.sources import sources_of
 from tests.bench.faults import RTL, copy, load
 from tests.servo import (
     clocked,
     test_biss,
+    test_chain,
+    test_chain_faults,
     test_currents,
     test_decoder,
     test_decoder_edges,
@@ -22,11 +26,11 @@ from tests.servo import (
     test_pwm,
 )
 
-WIRES = {"drive_chain"}  # joins blocks and holds nothing itself: tests/servo/test_chain.py
 TESTS = {
     module.__name__.rpartition(".")[2]: module
     for module in (
-        *(test_biss, test_currents, test_decoder, test_decoder_edges, test_link, test_pwm),
+        *(test_biss, test_chain, test_chain_faults, test_currents, test_decoder),
+        *(test_decoder_edges, test_link, test_pwm),
     )
 }
 FAULTS = load(Path(__file__).with_name("faults.toml"))
@@ -36,6 +40,7 @@ def run(name: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> int:
     """Exit status of pytest for one test on the sources in `folder` instead of rtl/drive."""
     module, _, test = name.partition(".")
     monkeypatch.setattr(clocked, "FOLDERS", (folder, ROOT / "rtl/gen"))
+    monkeypatch.setattr(dual_rtl, "sources_of", lambda top: sources_of(top, (RTL, folder)))
     options = ["-q", "-x", "-p", "no:cacheprovider", "-p", "no:randomly", "--no-header"]
     return int(pytest.main([*options, f"{TESTS[module].__file__}::{test}"]))
 
@@ -43,7 +48,7 @@ def run(name: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> int:
 def test_table__every_module_has_a_fault() -> None:
     assert {Path(fault.file).stem for fault in FAULTS} == {
         path.stem for path in (RTL / "drive").glob("*.sv")
-    } - WIRES
+    }
 
 
 def test_no_fault__the_copy_passes(tmp_path, monkeypatch) -> None:
