@@ -3,6 +3,7 @@
 # Get a tool of the tests that Debian has a package for, where it is missing.
 # Usage: scripts/debian_tool.sh NAME              get it (as root)
 #        scripts/debian_tool.sh NAME --for-tests  get it as root, else say what the tests do without it
+#        scripts/debian_tool.sh NAME --have       exit status 0 if it is there
 # NAME: chromium (looks at the result pages), tclsh (runs the scripts of Quartus),
 #       fst (headers with which Verilator writes waves)
 set -eu
@@ -11,10 +12,10 @@ name=${1:-}
 case $name in
   chromium) packages=chromium without="tests/page is skipped in part" ;;
   tclsh) packages=tcl without="the tests of the scripts of Quartus and Platform Designer are skipped" ;;
-  fst) packages="liblz4-dev zlib1g-dev" without="WAVES=1 cannot build" ;;
+  fst) packages="liblz4-dev zlib1g-dev" without="WAVES=1 cannot build, its tests are skipped" ;;
   *)
     echo "error: unknown tool '$name'" >&2
-    echo "help:  scripts/debian_tool.sh chromium|tclsh|fst [--for-tests]" >&2
+    echo "help:  scripts/debian_tool.sh chromium|tclsh|fst [--for-tests | --have]" >&2
     exit 2
     ;;
 esac
@@ -29,6 +30,7 @@ installed() {
 if installed; then exit 0; fi
 case ${2:-} in
   "") ;;
+  --have) exit 1 ;;
   --for-tests)
     if [ "$(id -u)" = 0 ] && "$0" "$name"; then exit 0; fi
     echo "[$name] missing: $without; sudo apt-get install $packages gets it" >&2
@@ -37,7 +39,7 @@ case ${2:-} in
     ;;
   *)
     echo "error: unknown argument '$2'" >&2
-    echo "help:  scripts/debian_tool.sh chromium|tclsh|fst [--for-tests]" >&2
+    echo "help:  scripts/debian_tool.sh chromium|tclsh|fst [--for-tests | --have]" >&2
     exit 2
     ;;
 esac

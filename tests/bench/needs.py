@@ -44,6 +44,12 @@ def bender() -> Path | None:
     return Path(found) if found else None
 
 
+def fst_headers() -> bool | None:
+    """True if the compiler finds the headers with which Verilator writes waves, else None."""
+    command = [ROOT / "scripts/debian_tool.sh", "fst", "--have"]
+    return subprocess.run(command, check=False).returncode == 0 or None
+
+
 def tap_device() -> str | None:
     """A TAP device's name, if one can be had in a network namespace of its own."""
     try:
@@ -74,6 +80,11 @@ TOOLS: dict[str, tuple[str, Callable[[], Any], str]] = {
         "looking at the result pages",
         lambda: shutil.which("chromium"),
         "scripts/debian_tool.sh chromium",
+    ),
+    "fst": (
+        "writing waves",
+        fst_headers,
+        "scripts/debian_tool.sh fst",
     ),
     "nios-gcc": (
         "building the programs of the Nios II systems, and comparing C with the components",

@@ -45,6 +45,7 @@ NOT_RUN = {
     "asip-scope": "needs a board, tests/scope/test_block.py",
     "make nios-toolchain": "builds a cross compiler",
     "make nios-sw": "needs the cross compiler",
+    "make side-by-side": "needs the cross compiler, tests/model_compiler/test_side_by_side.py",
     "nios": "needs the cross compiler or a model that takes minutes to build",
     ".venv/bin/python scripts/synth_unit.py": "needs Yosys, minutes",
     ".venv/bin/python -m sim.motion.show": "minutes",

@@ -14,6 +14,7 @@ import pytest
 import pywellen
 
 from sim.harness.build import ROOT
+from tests.bench.needs import needs
 from tests.motion_rtl.test_pulse_generator import Generator
 
 PAGE = (ROOT / "docs/debugging.md").read_text()
@@ -35,6 +36,7 @@ def layout(path: Path, ending: str) -> str:
     return path.with_suffix(ending).read_text()
 
 
+@needs("fst")
 @pytest.mark.parametrize("test", [ALONE, COCOTB, BENCH], ids=["harness", "cocotb", "bench"])
 def test_waves__of_one_test__are_named_and_hold_its_time(test, tmp_path):
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", test]
