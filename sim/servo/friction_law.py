@@ -6,6 +6,12 @@ z -> z + (g sign(v) / s0 - z) (1 - exp(-s0 |v| T / g)), and adds s0 z + s1 dz/dt
 force. The adaptive law scales the bristle's part by an estimate that follows the gradient of the
 error, (e_v + e / tau) s0 z, between bounds: a bounded gradient law [P. A. Ioannou, J. Sun, Robust
 Adaptive Control, 1996, section 4.3; friction: C. Canudas de Wit et al., IEEE TAC 40(3), 1995].
+
+At rest an integrator works against a bristle that takes any force up to the static friction, on an
+error that is a part of a count: it hunts, or bends the bristle against the next move [B. Armstrong,
+B. Amin, PID control in the presence of static friction, Automatica 32(5), 1996]. On the table,
+where a count is coarse, both laws therefore have a dead zone of half a count at rest, and begin a
+move with the integral that the last one ended with, as far as friction can explain the difference.
 """
 
 from __future__ import annotations
@@ -28,6 +34,7 @@ KINDS = ("none", "feed-forward", "adaptive")
 BOUNDS = (0.5, 1.5)  # of the estimate
 RATE = (0.5, 0.2)  # of the estimate of a leg, a table axis: per second, at an error of `SCALE`
 SCALE = (1e-6, 2e-5)  # m, rad
+TABLE = {3: "J_44", 4: "J_55"}  # axes whose integral knows rest from motion; their inertias
 
 
 def bristle(friction: Friction, z: ca.SX, v: ca.SX, period: float) -> tuple[ca.SX, ca.SX, ca.SX]:
@@ -42,6 +49,16 @@ def bristle(friction: Friction, z: ca.SX, v: ca.SX, period: float) -> tuple[ca.S
     return after, friction.stiffness * after, rest
 
 
+def resumed(integral: ca.SX, moving: ca.SX, hidden: float, v: ca.SX) -> ca.SX:
+    """Integral to go on with [rad/s^2]: at rest that of the last tick; in motion `moving`, that of
+    the last tick in motion, or what is nearest to it within `hidden` of the integral. Friction F
+    at rest is -F_s .. F_s, in motion F_c sign(v), so it hides F_s + F_c over the inertia at most;
+    a load that was added at rest stays, but for as much.
+    """
+    kept = ca.fmax(ca.fmin(moving, integral + hidden), integral - hidden)
+    return ca.if_else(v == 0, integral, kept)
+
+
 def friction_law(robot: Robot, drives: Drives, kind: str, share: float = 1.0) -> Law:
     """A law of these `KINDS`; share: of the true friction that the law believes in, coulomb,
     static and viscous alike. Raises ValueError for an unknown kind.
@@ -54,17 +71,33 @@ def friction_law(robot: Robot, drives: Drives, kind: str, share: float = 1.0) ->
     names = [law.function.name_in(k) for k in range(law.function.n_in())]
     inputs = {name: ca.SX.sym(name, *law.function.size_in(name)) for name in names}
     out_names = [law.function.name_out(k) for k in range(law.function.n_out())]
-    found = dict(zip(out_names, law.function.call(list(inputs.values())), strict=True))
     place, v, a = ([inputs[n] for n in own.SET_POINTS[k : k + 3]] for k in (0, 3, 6))
     lengths, speeds, *_ = own.short_kinematics(robot, place, v, a)
     wanted = [*lengths, inputs["alpha"], inputs["gamma"]]
     speeds = [*speeds, inputs["w_alpha"], inputs["w_gamma"]]
     ports = list(law.ports)
+    integrals = ca.vertsplit(inputs["integral"])
+    moving = {n: ca.SX.sym(f"moving{n}") for n in TABLE}
+    for n, inertia in TABLE.items():
+        friction = drives.friction[n]
+        hidden = share * (friction.static + friction.coulomb) / getattr(robot, inertia)
+        integrals[n] = resumed(integrals[n], moving[n], hidden, speeds[n])
+    arguments = inputs | {"integral": ca.vertcat(*integrals)}
+    found = dict(zip(out_names, law.function.call(list(arguments.values())), strict=True))
+    for n, before in moving.items():
+        inputs[f"moving{n}"] = before
+        limits = law.port(f"integral{n}").limits
+        ports.append(Port("state", f"moving{n}", "rad/s^2", limits=limits))
+        after, rest = found["integral_next"][n], speeds[n] == 0
+        unseen = ca.fabs(wanted[n] - inputs["count"][n]) <= 0.5 * robot.resolution[n]
+        held = ca.if_else(unseen, integrals[n], after)
+        found["integral_next"][n] = ca.if_else(rest, held, after)
+        found[f"moving{n}_next"] = ca.if_else(rest, before, after)
     for n, output in enumerate(own.OUTPUTS):
         true = drives.friction[n]
         believed = Friction(
             share * true.coulomb,
-            share * (true.static if n < 3 else true.coulomb),
+            share * true.static,
             true.speed,
             true.stiffness,
             true.damping,

@@ -16,12 +16,13 @@ from sim.model.parameters import Robot
 from sim.prove_program import COUNT, prove
 from sim.robots import own
 from sim.servo import lugre
-from sim.servo.friction_law import BOUNDS, bristle, compiled, friction_law
+from sim.servo.friction_law import BOUNDS, TABLE, bristle, compiled, friction_law
 from sim.servo.recording import PATH
 from sim.servo.whole import FrictionController, Whole, path_of, whole
 
 ROBOT, DRIVES = Robot.load(), Drives.load()
 FULL = pytest.mark.full
+REST = "G17 G21 G90 G61.1\nG0 C0.5\nG0 X5\nG0 X0\nG0 X1 C3\nM2\n"
 
 
 @pytest.mark.parametrize("count", [200, pytest.param(COUNT, marks=FULL)])
@@ -46,6 +47,45 @@ def test_bristle__goes_where_that_of_the_plant_goes():
         assert law == pytest.approx(plant, abs=1e-12)
         want = friction.stiffness * plant + friction.damping * (plant - before) / 1e-4
         assert force + rest == pytest.approx(want + friction.viscous * speed, abs=1e-6)
+
+
+def law_at(counts: float, speed: float, integral: float, moving: float, n: int) -> dict:
+    """A tick of the feed-forward, all axes at home, axis n so many counts behind."""
+    law = friction_law(ROBOT, DRIVES, "feed-forward").function
+    values = {law.name_in(k): np.zeros(law.size1_in(k)) for k in range(law.n_in())}
+    values |= {"z": 0.6, f"moving{n}": moving}
+    values["count"][:3] = np.hypot(ROBOT.R, 0.6)
+    values["count"][n] = -counts * ROBOT.resolution[n]
+    values["integral"][n] = integral
+    values["w_alpha" if n == 3 else "w_gamma"] = speed
+    found = law(**values)
+    return {name: np.array(value).ravel() for name, value in found.items()}
+
+
+@pytest.mark.parametrize("n", TABLE)
+def test_rest__integral_takes_an_error_of_half_a_count_or_more(n):
+    for counts, held in ((0.49, True), (-0.49, True), (0.51, False), (-0.51, False)):
+        found = law_at(counts, 0.0, 0.3, -0.2, n)
+        assert bool(found["integral_next"][n] == 0.3) is held
+        assert found[f"moving{n}_next"] == -0.2
+
+
+@pytest.mark.parametrize("n", TABLE)
+def test_move__begins_with_the_last_ones_integral_as_far_as_friction_explains_the_change(n):
+    hidden = (DRIVES.friction[n].static + DRIVES.friction[n].coulomb) / getattr(ROBOT, TABLE[n])
+    for integral, begun in ((0.3, -0.2), (2.0, 2.0 - hidden), (-3.0, -3.0 + hidden)):
+        found = law_at(0.0, 1e-3, integral, -0.2, n)
+        assert found["integral_next"][n] == pytest.approx(begun, abs=1e-12)
+        assert found[f"moving{n}_next"] == found["integral_next"][n]
+
+
+def test_slow_move__after_a_rest_errs_at_most_half_of_what_it_does_without(tmp_path):
+    """The table rests for 1.4 s beside a count while the tool moves; then it begins slowly."""
+    file = tmp_path / "rest.ngc"
+    file.write_text(REST)
+    path = path_of(ROBOT, file=file)
+    plain, better = (whole(ROBOT, DRIVES, path, kind) for kind in ("none", "feed-forward"))
+    assert better.tracking.table <= 0.5 * plain.tracking.table
 
 
 def test_kind__unknown_is_refused():
