@@ -97,7 +97,7 @@ def friction_law(robot: Robot, drives: Drives, kind: str, share: float = 1.0) ->
         true = drives.friction[n]
         believed = Friction(
             share * true.coulomb,
-            share * true.static,
+            share * (true.static if n < 3 else true.coulomb),
             true.speed,
             true.stiffness,
             true.damping,

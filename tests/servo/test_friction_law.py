@@ -110,6 +110,8 @@ def test_reversal__errs_at_most_half_of_what_it_does_without_friction_in_the_law
     plain, better = run("none", 1.0), run(kind, share)
     assert plain.reversal_leg > 1e-6, "there is no reversal to compare"
     assert better.reversal_leg <= 0.5 * plain.reversal_leg
+    if kind == "feed-forward":
+        assert better.reversal_table <= 0.5 * plain.reversal_table
     assert better.tracking.leg <= 1.5e-6
 
 
