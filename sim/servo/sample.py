@@ -2,7 +2,8 @@
 """A piece of a path twice: every clock of the RTL chain, and with averaged inverters.
 
 Both run the same start-up values, tracking program and plant, from the state that the alignment
-leaves, each in closed loop of its own.
+leaves, each in closed loop of its own. Averaged inverters take the noise of the modulators: without
+it a machine that sticks near a reversal may rest a count aside.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from sim.servo.chain import ORDER_FILTER
 from sim.servo.current_law import Setting
 from sim.servo.plant import Plant
 from sim.servo.recording import PATH, Recording, recordings, tracking_image
+from sim.servo.response import NOISE
 from sim.servo.whole import FrictionController, reversals
 from sim.trajectory.exact_stop import MotionSettings, generate
 
@@ -64,7 +66,7 @@ def sample(robot: Robot, drives: Drives, kind: str, rtl: Recording) -> Sample:
     desired = joint_path(robot, path)[0]
     setting = Setting(robot.resolution, order_filter=ORDER_FILTER)
     at = (*path.position[0].tolist(), *path.table_position[0].tolist())
-    machine = AveragedPlant(Plant(robot, drives), setting, at, rtl.angles, rtl.zeros)
+    machine = AveragedPlant(Plant(robot, drives), setting, at, rtl.angles, rtl.zeros, NOISE)
     machine.put(*rtl.first)
     controller = (
         AsipController(tracking_image(robot, drives, kind), intermediates=False)
