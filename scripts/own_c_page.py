@@ -29,7 +29,8 @@ def render(page: str) -> str:
 
     Raises RuntimeError for a command that fails.
     """
-    for system in PLATFORMS:  # built here, without a word in the page, as the commands do
+    run("make -s setup nios-toolchain")  # what is missing is built here, without a word in the page
+    for system in PLATFORMS:
         build = f"from sim.harness.nios_rtl import NiosRtl; NiosRtl({system!r})"
         run(shlex.join([sys.executable, "-c", build]))
     compiler = run("scripts/nios_toolchain.sh --prefix").strip()

@@ -1,6 +1,7 @@
 rtl/gen/debug_regmap_pkg.sv
 rtl/debug/debug_pkg.sv
 rtl/dual/core_bus.sv
+rtl/debug/debug_bus_slice.sv
 rtl/debug/debug_run.sv
 rtl/debug/debug_stage.sv
 rtl/debug/debug_capture.sv

@@ -58,9 +58,15 @@ module debug_asip #(
   logic [Width-1:0] either_address, stage_address, core_address;
   logic [31:0]      either_data, stage_data, core_writedata, core_readdata;
   logic             stage_bus_write, core_read, core_write, core_wait;
+  logic             turn_read, turn_write, turn_wait;
+  logic [Width-1:0] turn_address;
+  logic [31:0]      turn_data, turn_readdata;
   logic             block_read, block_write, block_wait;
   logic [Width-1:0] block_address;
   logic [31:0]      block_writedata, block_readdata;
+  logic             chosen_read, chosen_write, chosen_wait;
+  logic [Width-1:0] chosen_address;
+  logic [31:0]      chosen_data, chosen_readdata;
   logic             in_constants;
   // ---- core
   asip_pkg::hook_in_t  hook_in;
@@ -87,7 +93,7 @@ module debug_asip #(
   assign link_in_machine = &link_address[Width:BlockWidth];
   assign link_in_block = link_address[Width] && !link_in_machine;
   assign waitrequest_o = host_in_block ? host_wait_block : host_wait_core;
-  assign readdata_o    = host_in_block ? block_readdata : core_readdata;
+  assign readdata_o    = host_in_block ? chosen_readdata : turn_readdata;
   assign link_wait     = link_in_machine ? machine_waitrequest_i
                          : link_in_block ? link_wait_block : link_wait_core;
 
@@ -130,11 +136,28 @@ module debug_asip #(
       .sequencer_address_i(stage_address),
       .sequencer_data_i   (stage_data),
       .sequencer_wait_o   (stage_wait),
-      .read_o             (core_read),
-      .write_o            (core_write),
-      .address_o          (core_address),
-      .data_o             (core_writedata),
-      .wait_i             (core_wait)
+      .read_o             (turn_read),
+      .write_o            (turn_write),
+      .address_o          (turn_address),
+      .data_o             (turn_data),
+      .wait_i             (turn_wait)
+  );
+
+  debug_bus_slice u_core_slice (
+      .clk_i,
+      .rst_ni,
+      .read_i          (turn_read),
+      .write_i         (turn_write),
+      .address_i       (turn_address),
+      .writedata_i     (turn_data),
+      .readdata_o      (turn_readdata),
+      .waitrequest_o   (turn_wait),
+      .far_read_o       (core_read),
+      .far_write_o      (core_write),
+      .far_address_o    (core_address),
+      .far_writedata_o  (core_writedata),
+      .far_readdata_i   (core_readdata),
+      .far_wait_i       (core_wait)
   );
 
   core_bus u_block_turn (
@@ -150,11 +173,28 @@ module debug_asip #(
       .sequencer_address_i(link_address[Width-1:0]),
       .sequencer_data_i   (link_data),
       .sequencer_wait_o   (link_wait_block),
-      .read_o             (block_read),
-      .write_o            (block_write),
-      .address_o          (block_address),
-      .data_o             (block_writedata),
-      .wait_i             (block_wait)
+      .read_o             (chosen_read),
+      .write_o            (chosen_write),
+      .address_o          (chosen_address),
+      .data_o             (chosen_data),
+      .wait_i             (chosen_wait)
+  );
+
+  debug_bus_slice u_block_slice (
+      .clk_i,
+      .rst_ni,
+      .read_i          (chosen_read),
+      .write_i         (chosen_write),
+      .address_i       (chosen_address),
+      .writedata_i     (chosen_data),
+      .readdata_o      (chosen_readdata),
+      .waitrequest_o   (chosen_wait),
+      .far_read_o       (block_read),
+      .far_write_o      (block_write),
+      .far_address_o    (block_address),
+      .far_writedata_o  (block_writedata),
+      .far_readdata_i   (block_readdata),
+      .far_wait_i       (block_wait)
   );
 
   // ================================================================ core
@@ -384,7 +424,7 @@ module debug_asip #(
         .address_o     (link_address),
         .writedata_o   (link_data),
         .readdata_i    (link_in_machine ? machine_readdata_i
-                        : link_in_block ? block_readdata : core_readdata),
+                        : link_in_block ? chosen_readdata : turn_readdata),
         .wait_i        (link_wait),
         .ring_taken_i  (ring_read),
         .ring_address_o(link_ring_address),

@@ -42,22 +42,24 @@ module debug_capture #(
   logic [1:0]                kind, source;
   logic [Channels-1:0][6:0]  index_q;
   logic [Channels-1:0][1:0]  source_q;
-  logic [Channels-1:0][3:0]  from_q;      // source_q, a bit for each
+  logic [Channels-1:0][3:0]  one_from_q;  // source_q, a bit for each, of a channel that wants one write
+  logic [Channels-1:0][3:0]  last_from_q; // .. that wants the last one
   logic [Channels-1:0]       every_q;     // write of a run, the last one stays
   logic [Channels-1:0]       is_output_q, is_cycles_q;
   logic [3:0]                wanted;
-  logic [Channels-1:0][3:0]  wanted_q, count_q;
+  logic                      last;
+  logic [Channels-1:0][3:0]  wanted_q, count, count_q;
+  logic [Channels-1:0]       is_next_q;   // count_q is what is wanted
   logic [Channels-1:0][2:0]  slot_q;
   logic [Channels-1:0]       fresh_q;     // written since the channels' own places were
   logic [Channels-1:0]       hit, hit_q;  // hit_q: with data_q
-  logic [Channels-1:0]       counted, takes, leads;
+  logic [Channels-1:0]       takes;
   // ---- sources
   logic                      constant_write_q;
   logic [6:0]                constant_index_q;
   logic [31:0]               constant_data_q;
   logic [Sources-1:0][31:0]  data_q, waiting;
   logic [Sources-1:0][2:0]   slot;
-  logic [Sources-1:0]        some_counted;
   // ---- after a run
   logic                      ended_q;
   logic [Channels-1:0]       looks;       // the channel that is ahead
@@ -83,6 +85,7 @@ module debug_capture #(
 
   assign kind   = csr_data_i[debug_regmap_pkg::CHANNEL_KIND_LSB+:2];
   assign wanted = number_of(csr_data_i[debug_regmap_pkg::CHANNEL_WRITE_LSB+:4]);
+  assign last   = csr_data_i[debug_regmap_pkg::CHANNEL_WRITE_LSB+:4] == 4'd0;
 
   always_comb begin
     case (kind)
@@ -114,11 +117,12 @@ module debug_capture #(
       if (csr_write_i && csr_index_i == debug_regmap_pkg::REG_CHANNEL + 6'(c)) begin
         index_q[c]     <= csr_data_i[debug_regmap_pkg::CHANNEL_INDEX_LSB+:7];
         source_q[c]    <= source;
-        from_q[c]      <= 4'd1 << source;
+        one_from_q[c]  <= last ? 4'd0 : 4'd1 << source;
+        last_from_q[c] <= last ? 4'd1 << source : 4'd0;
         is_output_q[c] <= kind == debug_regmap_pkg::CHANNEL_KIND_OUTPUT;
         is_cycles_q[c] <= kind == debug_regmap_pkg::CHANNEL_KIND_CYCLES;
         wanted_q[c]    <= wanted;
-        every_q[c]     <= csr_data_i[debug_regmap_pkg::CHANNEL_WRITE_LSB+:4] == 4'd0;
+        every_q[c]     <= last;
       end
     end
 
@@ -131,15 +135,15 @@ module debug_capture #(
                    source_q[c][0] ? write_i[1] : write_i[0];
     assign hit[c] = write && index == index_q[c][5:0];
 
-    // Number of the next write of the run.
+    // Number of the next write of the run, and whether it is the one that is wanted.
+    assign count[c] = run_start_i ? 4'd0 : hit_q[c] ? next_number(count_q[c]) : count_q[c];
+
     always_ff @(posedge clk_i) begin
-      if (run_start_i) count_q[c] <= '0;
-      else if (hit_q[c]) count_q[c] <= next_number(count_q[c]);
+      count_q[c]   <= count[c];
+      is_next_q[c] <= wanted_q[c] == count[c];
     end
 
-    assign counted[c] = hit_q[c] && !every_q[c] && wanted_q[c] == count_q[c];
-    assign takes[c]   = hit_q[c] && (every_q[c] || wanted_q[c] == count_q[c]);
-    assign leads[c]   = counted[c] || (takes[c] && !(|(some_counted & from_q[c])));
+    assign takes[c] = hit_q[c] && (every_q[c] || is_next_q[c]);
 
     always_ff @(posedge clk_i) if (takes[c]) slot_q[c] <= slot[source_q[c]];
 
@@ -153,24 +157,29 @@ module debug_capture #(
   // ---- sources: the slot of the word in data_q
   for (genvar s = 0; s < Sources; s++) begin : gen_source
     logic [31:0] memory[0:Channels-1];
-    logic        take;
+    logic        some_one, some_last;  // a channel takes it
+    logic [2:0]  slot_one, slot_last;
 
     always_comb begin
-      some_counted[s] = 1'b0;
-      for (int c = 0; c < Channels; c++) begin
-        if (counted[c] && from_q[c][s]) some_counted[s] = 1'b1;
-      end
-      take    = 1'b0;
-      slot[s] = '0;
+      some_one  = 1'b0;
+      some_last = 1'b0;
+      slot_one  = '0;
+      slot_last = '0;
       for (int c = Channels - 1; c >= 0; c--) begin
-        if (leads[c] && from_q[c][s]) begin
-          take    = 1'b1;
-          slot[s] = 3'(c);
+        if (hit_q[c] && is_next_q[c] && one_from_q[c][s]) begin
+          some_one = 1'b1;
+          slot_one = 3'(c);
+        end
+        if (hit_q[c] && last_from_q[c][s]) begin
+          some_last = 1'b1;
+          slot_last = 3'(c);
         end
       end
     end
 
-    always_ff @(posedge clk_i) if (take) memory[slot[s]] <= data_q[s];
+    assign slot[s] = some_one ? slot_one : slot_last;
+
+    always_ff @(posedge clk_i) if (some_one || some_last) memory[slot[s]] <= data_q[s];
 
     assign waiting[s] = memory[from_slot_q];
   end

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // debug_stage: words staged for bank K; a commit writes them all between two runs.
 // Contract: from the first to the last of its writes it is the only one on the core's bus, and the core is
-// idle, so that no run starts between. A word a clock. A word staged twice is written twice, in order.
+// idle, so that no run starts between. A word that is written waits one clock at least, and commit comes
+// three clocks after a word at the earliest. A word staged twice is written twice, in order.
 // More words than there is room for: overflow, and nothing is committed before a discard.
 module debug_stage #(
     parameter int unsigned WordsLog2 = 6
@@ -37,7 +38,9 @@ module debug_stage #(
   logic [WordsLog2:0]   count_q, next_q;
   logic [15:0]          version_q, run_version_q;
   logic [WordsLog2:0]   next;
+  logic [WordsLog2-1:0] ahead;
   logic [38:0]          entry_q;  // of next_q
+  logic [38:0]          ahead_q;  // the one behind it
   logic [38:0]          memory[0:Room-1];
 
   assign commit  = csr_write_i && csr_index_i == debug_regmap_pkg::REG_CONTROL &&
@@ -49,8 +52,12 @@ module debug_stage #(
   assign last    = write_o && !wait_i && next_q + 1'b1 == count_q;
   assign next    = write_o && !wait_i ? next_q + 1'b1 : next_q;
 
+  // What becomes of a write is known late: it only moves the word that was read before.
+  assign ahead = next_q[WordsLog2-1:0] + WordsLog2'(committing_q);
+
   always_ff @(posedge clk_i) begin
-    entry_q <= memory[next[WordsLog2-1:0]];
+    ahead_q <= memory[ahead];
+    if (!committing_q || (write_o && !wait_i)) entry_q <= ahead_q;
     if (stored) memory[count_q[WordsLog2-1:0]] <= {stage_index_i, stage_data_i};
   end
 

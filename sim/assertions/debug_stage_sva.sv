@@ -24,6 +24,10 @@ module debug_stage_sva (
       run_start_i |-> next_q == '0)
   else $error("a run began on a part of the staged words");
 
+  WordWaits : assert property (@(posedge clk_i) disable iff (!rst_ni)
+      write_o && !wait_i |=> !write_o || wait_i)
+  else $error("a word was taken before the next one was read");
+
   VersionOfWholePages : assert property (@(posedge clk_i) disable iff (!rst_ni)
       !last |=> $stable(version_o))
   else $error("the version changed without a commit");

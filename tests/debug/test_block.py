@@ -43,24 +43,33 @@ done:
 
 
 def traced(core: AsipRtl, image, ticks: int, seed: int):
-    """Words, cycles, flags and every issue and write of runs with random inputs."""
+    """Words, cycles, flags, and the clock in its run of every issue and write; random inputs.
+
+    The first issue of a run is in clock 0: the accesses before it take longer with the block.
+    """
     rng = np.random.default_rng(seed)
     core.reset()
     core.clear()
     core.load(image)
     shape = (ticks, len(image.inputs))
     data = rng.uniform(0.1, 0.9, shape).astype(np.float32).view(np.uint32)
+    inputs = core.input_addresses([e.name for e in image.inputs])
+    outputs = core.output_addresses([o.name for o in image.outputs])
+    return [one_run(core, inputs, row, outputs) for row in data]
+
+
+def one_run(core: AsipRtl, inputs, row: np.ndarray, outputs):
+    """What `traced` gives of one run."""
     core.trace()
-    names = [e.name for e in image.inputs]
-    result = core.run(
-        core.input_addresses(names), data, core.output_addresses([o.name for o in image.outputs])
-    )
+    result = core.run(inputs, row[None], outputs)
+    issues = np.array(core.traced_issues())
+    begin = issues[0, 0]
     return (
         result.words.tolist(),
         result.cycles.tolist(),
         result.status.tolist(),
-        core.traced_issues(),
-        core.timed_writes(),
+        (issues - [begin, 0]).tolist(),
+        [(clock - begin, *write) for clock, *write in core.timed_writes()],
     )
 
 

@@ -10,7 +10,7 @@ from sim.harness.build import ROOT
 from tests.bench.needs import needs
 
 
-@needs("nios-gcc")
+@needs("nios-gcc", "nios-gdb")  # the page's first command would build either for minutes
 def test_commands_of_the_page_print_what_it_says():
     page = own_c_page.PAGE.read_text(encoding="utf-8")
     assert page.count("\n$ ") > 15
