@@ -1,30 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
 // debug_bus_slice: registers between those who take turns on a bus and the agent, so that no path crosses both.
 // Contract: one access at a time. It reaches the agent in the clock after it was asked for and ends, with
-// the agent's word, in the clock after the agent has done it: a write takes two clocks more, and so does a
-// read.
-module debug_bus_slice (
-    input  logic        clk_i,
-    input  logic        rst_ni,
+// the agent's word, in the clock after the agent has done it: it takes two clocks more.
+module debug_bus_slice #(
+    parameter int unsigned AddressWidth = asip_regmap_pkg::ADDRESS_WIDTH
+) (
+    input  logic                    clk_i,
+    input  logic                    rst_ni,
     // Avalon-MM agent
-    input  logic        read_i,
-    input  logic        write_i,
-    input  logic [13:0] address_i,
-    input  logic [31:0] writedata_i,
-    output logic [31:0] readdata_o,
-    output logic        waitrequest_o,
+    input  logic                    read_i,
+    input  logic                    write_i,
+    input  logic [AddressWidth-1:0] address_i,
+    input  logic [31:0]             writedata_i,
+    output logic [31:0]             readdata_o,
+    output logic                    waitrequest_o,
     // to the agent, Avalon-MM host
-    output logic        far_read_o,
-    output logic        far_write_o,
-    output logic [13:0] far_address_o,
-    output logic [31:0] far_writedata_o,
-    input  logic [31:0] far_readdata_i,
-    input  logic        far_wait_i
+    output logic                    far_read_o,
+    output logic                    far_write_o,
+    output logic [AddressWidth-1:0] far_address_o,
+    output logic [31:0]             far_writedata_o,
+    input  logic [31:0]             far_readdata_i,
+    input  logic                    far_wait_i
 );
 
-  logic        read_q, write_q, done_q;
-  logic [13:0] address_q;
-  logic [31:0] writedata_q, readdata_q;
+  logic                    read_q, write_q, done_q;
+  logic [AddressWidth-1:0] address_q;
+  logic [31:0]             writedata_q, readdata_q;
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin

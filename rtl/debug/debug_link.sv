@@ -44,9 +44,9 @@ module debug_link #(
   logic        request, done, packet_ready, put, finish;
   logic [5:0]  length, index;
 
-  logic        serve_read, serve_write, read_q, write_q, answered_q;
-  logic [14:0] serve_address, address_q;
-  logic [31:0] serve_data, data_q, answer_q;
+  logic        serve_read, serve_write, serve_wait;
+  logic [14:0] serve_address;
+  logic [31:0] serve_data, serve_answer;
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
@@ -120,8 +120,8 @@ module debug_link #(
       .write_o       (serve_write),
       .address_o     (serve_address),
       .writedata_o   (serve_data),
-      .readdata_i    (answer_q),
-      .wait_i        (!answered_q),
+      .readdata_i    (serve_answer),
+      .wait_i        (serve_wait),
       .ring_taken_i,
       .ring_address_o,
       .ring_data_i
@@ -139,36 +139,25 @@ module debug_link #(
       .ready_i(line_ready)
   );
 
-  // Request and answer wait in registers: the line is slow, the ways over the bus are long.
-  always_ff @(posedge clk_i or negedge rst_ni) begin
-    if (!rst_ni) begin
-      read_q     <= 1'b0;
-      write_q    <= 1'b0;
-      answered_q <= 1'b0;
-    end else begin
-      answered_q <= (read_q || write_q) && !wait_i;
-      if (read_q || write_q) begin
-        if (!wait_i) begin
-          read_q  <= 1'b0;
-          write_q <= 1'b0;
-        end
-      end else if (!answered_q) begin
-        read_q  <= serve_read;
-        write_q <= serve_write;
-      end
-    end
-  end
-
-  always_ff @(posedge clk_i) begin
-    address_q <= serve_address;
-    data_q    <= serve_data;
-    answer_q  <= readdata_i;
-  end
-
-  assign read_o      = read_q;
-  assign write_o     = write_q;
-  assign address_o   = address_q;
-  assign writedata_o = data_q;
+  // The line is slow, the ways over the bus are long.
+  debug_bus_slice #(
+      .AddressWidth(15)
+  ) u_slice (
+      .clk_i,
+      .rst_ni,
+      .read_i         (serve_read),
+      .write_i        (serve_write),
+      .address_i      (serve_address),
+      .writedata_i    (serve_data),
+      .readdata_o     (serve_answer),
+      .waitrequest_o  (serve_wait),
+      .far_read_o     (read_o),
+      .far_write_o    (write_o),
+      .far_address_o  (address_o),
+      .far_writedata_o(writedata_o),
+      .far_readdata_i (readdata_i),
+      .far_wait_i     (wait_i)
+  );
 
   assign errors_o = {lost, dropped_q};
 

@@ -28,6 +28,7 @@ module debug_receive (
   logic        put, code, ended, whole;
   logic [7:0]  data;
   logic [7:0]  memory[0:63];
+  logic [7:0]  data_q;
 
   // A code stands for the zero behind the bytes before it, but for the first one and that after 254.
   assign code = left_q == 8'd0;
@@ -80,11 +81,12 @@ module debug_receive (
 
   always_ff @(posedge clk_i) begin
     if (put && !request_q && length_q < 6'(Largest)) memory[length_q] <= data;
+    data_q <= memory[index_i];
   end
 
   assign request_o = request_q;
   assign length_o  = length_q;
-  assign data_o    = memory[index_i];
+  assign data_o    = data_q;
   assign dropped_o = dropped_q;
 
 endmodule

@@ -95,6 +95,15 @@ module debug_serve #(
   assign change   = |((status_i ^ told_q) & Told);
   assign last_channel = channel_q == last_channel_i;
 
+  // The byte of the next clock.
+  always_comb begin
+    case (state_q)
+      StIdle: index_o = '0;
+      StType, StSequence, StLow, StHigh, StGather: index_o = index_q + 6'd1;
+      default: index_o = index_q;
+    endcase
+  end
+
   // Word of a channel in the record `tail_q`, or the one before.
   assign from           = tail_q - 32'(state_q == StBefore);
   assign ring_address_o = RingLog2'(from << size_log2_i) | RingLog2'(channel_q);
@@ -140,10 +149,10 @@ module debug_serve #(
       judged_q  <= !moves;
       restart_q <= armed_i || (restart_q && state_q != StIdle);
       if (put_o) used_q <= used_q + 8'd1;
+      index_q   <= index_o;
       case (state_q)
         StIdle: begin
           used_q  <= '0;
-          index_q <= '0;
           if (!stream_i) tail_q <= records_i;
           if (ready_i) begin
             if (request_i) begin
@@ -168,7 +177,6 @@ module debug_serve #(
         // ---- request: bytes come one a clock
         StType: begin
           type_q  <= byte_i;
-          index_q <= index_q + 6'd1;
           state_q <= StSequence;
         end
         StSequence: begin
@@ -176,17 +184,14 @@ module debug_serve #(
           repeated_q      <= answered_q && byte_i == last_sequence_q;
           last_sequence_q <= byte_i;
           answered_q      <= 1'b1;
-          index_q         <= index_q + 6'd1;
           state_q         <= StLow;
         end
         StLow: begin
           address_q[7:0] <= byte_i;
-          index_q        <= index_q + 6'd1;
           state_q        <= StHigh;
         end
         StHigh: begin
           address_q[15:8] <= byte_i;
-          index_q         <= index_q + 6'd1;
           state_q         <= StCount;
         end
         StCount: begin
@@ -241,7 +246,6 @@ module debug_serve #(
         StGather: begin
           word_q  <= {byte_i, word_q[31:8]};
           byte_q  <= byte_q + 2'd1;
-          index_q <= index_q + 6'd1;
           if (byte_q == 2'd3) state_q <= StWrite;
         end
         StWrite: begin
@@ -336,7 +340,6 @@ module debug_serve #(
   assign end_o       = state_q == StEnd;
   assign done_o      = state_q == StEnd && request_i && type_q != debug_pkg::TYPE_EVENT &&
                        type_q != debug_pkg::TYPE_SAMPLES;
-  assign index_o     = index_q;
   assign read_o      = state_q == StRead;
   assign write_o     = state_q == StWrite && !repeated_q;
   assign address_o   = address_q[14:0];

@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 // debug_bus_slice_sva: what was asked for reaches the agent, once, and ends behind it.
-module debug_bus_slice_sva (
+module debug_bus_slice_sva #(
+    parameter int unsigned AddressWidth = 14
+) (
     input logic        clk_i,
     input logic        rst_ni,
     input logic        read_i,
     input logic        write_i,
-    input logic [13:0] address_i,
+    input logic [AddressWidth-1:0] address_i,
     input logic [31:0] writedata_i,
     input logic        waitrequest_o,
     input logic        far_read_o,
     input logic        far_write_o,
-    input logic [13:0] far_address_o,
+    input logic [AddressWidth-1:0] far_address_o,
     input logic [31:0] far_writedata_o,
     input logic        far_wait_i
 );
@@ -32,10 +34,12 @@ module debug_bus_slice_sva (
 
 endmodule
 
-bind debug_bus_slice debug_bus_slice_sva u_sva (.*);
+bind debug_bus_slice debug_bus_slice_sva #(
+    .AddressWidth(AddressWidth)
+) u_sva (.*);
 
 bind debug_bus_slice avalon_rules #(
-    .AddressWidth(14)
+    .AddressWidth(AddressWidth)
 ) u_near (
     .clk_i,
     .rst_ni,
@@ -47,7 +51,7 @@ bind debug_bus_slice avalon_rules #(
 );
 
 bind debug_bus_slice avalon_rules #(
-    .AddressWidth(14)
+    .AddressWidth(AddressWidth)
 ) u_far (
     .clk_i,
     .rst_ni,
