@@ -4,10 +4,11 @@
     python -m sim.harness.wave_layout build/waves/asip-1.fst --program law.asip.json
     python -m sim.harness.wave_layout build/waves/n2_system-1.fst --program hello.elf
 
-writes beside the FST: NAME.gtkw (GTKWave's save file, operands as binary32 numbers) and NAME.sucl
-(a file of Surfer's commands); with a program also NAME.source.txt, by which GTKWave shows the
-source line at each program counter. A test that writes waves makes the first two by itself. A
-signal belongs to the stage that its name ends with (`opa_e1_q`: E1).
+writes beside the FST: NAME.gtkw (GTKWave's save file) and NAME.sucl (a file of Surfer's commands),
+both with operands as binary32 numbers; with a program also NAME.source.txt and
+.surfer/mappings/NAME.txt, by which GTKWave and Surfer show the source line at each program counter.
+A test that writes waves makes the first two by itself. A signal belongs to the stage that its name
+ends with (`opa_e1_q`: E1).
 """
 
 from __future__ import annotations
@@ -50,6 +51,7 @@ FLOAT = re.compile(
 )
 # Flags of a trace in GTKWave: hexadecimal to the right; with a process, or a file, that translates.
 GTKW_HEX, GTKW_PROCESS, GTKW_FILE = "@22", "@4022", "@2022"
+SURFER_FLOAT = "FP: 32-bit IEEE 754"
 FLOAT_FILTER = Path(__file__).with_name("float_filter.py")
 DEEPEST = 3  # levels of modules below TOP in a layout; all others are in the file
 
@@ -132,14 +134,23 @@ def gtkwave(path: Path, waves: Sequence[Wave], source: Path | None) -> str:
     return "\n".join([*lines, ""])
 
 
-def surfer(waves: Sequence[Wave]) -> str:
-    """Text of a command file: dividers and variables."""
-    lines = []
+def surfer(waves: Sequence[Wave], source: str = "") -> str:
+    """Text of a command file: dividers and variables with their formats; source: the format of
+    program counters.
+
+    A format goes to the item in focus. What is added takes the focus if an item has it: so the
+    first divider (`a`) gets it. Surfer drops a divider whose name is more than one word.
+    """
+    lines: list[str] = []
     for title, members in groups(waves):
         if members:
-            lines.append(f"divider_add {title.replace(' ', '_').replace(',', '')}")
-            lines += [f"variable_add {wave.name}" for wave in members]
-    return "\n".join([*lines, "zoom_fit", ""])
+            lines.append(f"divider_add {re.sub(r'[^0-9A-Za-z]+', '_', title)}")
+            lines += ["item_focus a"] if len(lines) == 1 else []
+        for wave in members:
+            form = SURFER_FLOAT if wave.is_float else source if wave.is_counter else ""
+            lines.append(f"variable_add {wave.name}")
+            lines += [f"item_set_format {form}"] if form else []
+    return "\n".join([*lines, "item_unfocus", "zoom_fit", ""])
 
 
 def source_lines(program: Path) -> tuple[int, dict[int, str]]:
@@ -168,17 +179,26 @@ def filter_text(bits: int, lines: Mapping[int, str]) -> str:
     return "".join(f"{at:0{bits // 4}x} {' '.join(text.split())}\n" for at, text in lines.items())
 
 
+def mapping_text(name: str, bits: int, lines: Mapping[int, str]) -> str:
+    """Mapping of Surfer: the format's name, bits of its signals, a text for each value."""
+    texts = (f"0x{at:x} {' '.join(text.replace('#', ' ').split())}" for at, text in lines.items())
+    return "\n".join([f"Name = {name}", f"Bits = {bits}", *texts, ""])
+
+
 def write(path: Path, program: Path | None = None) -> list[Path]:
     """Write the layouts of an FST; the files. Raises OSError, ImageError of the program's kind."""
     waves = waves_of(path)
     texts = {}
-    source = None
+    source, form = None, ""
     if program is not None:
         bits, lines = source_lines(program)
-        source = path.with_suffix(".source.txt")
+        source, form = path.with_suffix(".source.txt"), f"{path.stem} source"
         texts[source] = filter_text(bits, lines)
+        mapping = path.parent / ".surfer/mappings" / f"{path.stem}.txt"
+        mapping.parent.mkdir(parents=True, exist_ok=True)
+        texts[mapping] = mapping_text(form, bits, lines)
     texts[path.with_suffix(".gtkw")] = gtkwave(path, waves, source)
-    texts[path.with_suffix(".sucl")] = surfer(waves)
+    texts[path.with_suffix(".sucl")] = surfer(waves, form)
     for place, text in texts.items():
         place.write_text(text, encoding="utf-8")
     return list(texts)

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 import struct
 import subprocess
 import sys
@@ -17,6 +18,7 @@ from sim.harness.wave_layout import (
     groups,
     gtkwave,
     main,
+    mapping_text,
     source_lines,
     surfer,
 )
@@ -55,7 +57,36 @@ def test_operands_are_numbers_and_counters_source_lines_in_gtkwave(tmp_path):
     assert f"@4022\n^>1 {FLOAT_FILTER}\nTOP.asip.opa_e1_q[31:0]\n" in text
     assert f"@2022\n^1 {tmp_path / 'x.source.txt'}\nTOP.asip.pc_d[15:0]\n" in text
     assert "@22\nTOP.asip.cycles_q[31:0]\n@" in text and "@22\nTOP.asip.valid_e2_q\n" in text
-    assert "variable_add TOP.asip.valid_e2_q" in surfer(WAVES)
+
+
+def test_operands_are_numbers_and_counters_source_lines_in_surfer():
+    """Formats go to the item in focus, which is what was added last once an item has it."""
+    lines = surfer([*WAVES, Wave("TOP.asip.alu.sum_e2_q", 32)], "asip-1 source").splitlines()
+    assert lines[:4] == [
+        "divider_add program_counters",
+        "item_focus a",
+        "variable_add TOP.asip.pc_d",
+        "item_set_format asip-1 source",
+    ]
+    behind = dict(zip(lines, lines[1:], strict=False))
+    for name in ("asip.opa_e1_q", "asip.opb_e1_q", "n2_core.result_m_q", "asip.alu.sum_e2_q"):
+        assert behind[f"variable_add TOP.{name}"] == "item_set_format FP: 32-bit IEEE 754"
+    assert lines.count("item_set_format FP: 32-bit IEEE 754") == 4
+    dividers = [line.split(" ", 1)[1] for line in lines if line.startswith("divider_add")]
+    assert "asip_alu_stage_E2" in dividers
+    assert all(re.fullmatch(r"\w+", name) for name in dividers)  # Surfer drops any other
+    assert lines[-2:] == ["item_unfocus", "zoom_fit"]
+    assert "source" not in surfer(WAVES)
+
+
+def test_mapping_of_surfer_has_its_name_width_and_a_line_per_value():
+    lines = {0: "law.s:3  fmul  t, x, y | law.s:5 # mov p, q", 26: "law.s:4 halt"}
+    assert mapping_text("x source", 16, lines).splitlines() == [
+        "Name = x source",
+        "Bits = 16",
+        "0x0 law.s:3 fmul t, x, y | law.s:5 mov p, q",  # Surfer takes the rest behind a # away
+        "0x1a law.s:4 halt",
+    ]
 
 
 def test_float_filter_answers_each_line_with_the_number():
