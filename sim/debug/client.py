@@ -71,13 +71,30 @@ class Client(RunControl, Recorder):
         image that is for another configuration.
         """
         image.check()
-        if (core := configuration_of(self.read_word(CSR["CONFIG"]))) != image.configuration:
-            raise DebugError(f"the program is for '{image.configuration}': give --config {core}")
+        self._check_configuration(image)
         if self.state().running:
             raise DebugError("the core is inside a run; abort it, or let it end, before a load")
         self.write_word(CSR["CONTROL"], CLEAR)
         for address, words in _rows(load_words(image)):
             self.write_words(address, words)
+
+    def check_program(self, image: Image) -> None:
+        """Raises DebugError if the core has another program than an image, whose names would be
+        those of other words. Program memory cannot be read back: entry and outputs tell."""
+        self._check_configuration(image)
+        runs = {(each.entry, each.output_mask) for each in (image, *image.functions)}
+        entry, mask = self.read_word(CSR["ENTRY"]), self.read_word(CSR["OUTPUT_MASK"])
+        if (entry, mask) not in runs:
+            title = f"'{image.title}'" if image.title else "the image"
+            raise DebugError(
+                f"the core has another program than {title}: its entry is {entry} and its "
+                f"outputs {mask:#x}, the image's {image.entry} and {image.output_mask:#x}; give "
+                "the image that the core was loaded with, or load this one"
+            )
+
+    def _check_configuration(self, image: Image) -> None:
+        if (core := configuration_of(self.read_word(CSR["CONFIG"]))) != image.configuration:
+            raise DebugError(f"the program is for '{image.configuration}': give --config {core}")
 
     def start(self) -> None:
         """Start a run; ignored by a core that runs or is faulted."""

@@ -22,6 +22,7 @@ from sim.debug.packets import (
 
 ADDRESSES = 1 << 15
 """Words on the bus of `debug_asip`."""
+GONE = "the server has another client, and serves one at a time, or is gone"
 
 
 class LinkError(RuntimeError):
@@ -127,7 +128,7 @@ class TcpLink:
         try:
             self._socket.sendall(encode(packet))
         except OSError as error:
-            raise LinkError(f"tcp://{self._place}: {error}; the server is gone") from None
+            raise LinkError(f"tcp://{self._place}: {error}; {GONE}") from None
 
     def receive(self, timeout: float) -> Packet | None:
         end = time.monotonic() + timeout
@@ -138,9 +139,9 @@ class TcpLink:
             except TimeoutError:
                 return None
             except OSError as error:
-                raise LinkError(f"tcp://{self._place}: {error}; the server is gone") from None
+                raise LinkError(f"tcp://{self._place}: {error}; {GONE}") from None
             if not data:
-                raise LinkError(f"tcp://{self._place}: the server has closed the connection")
+                raise LinkError(f"tcp://{self._place}: the connection was closed; {GONE}")
             self._packets += self._decoder.feed(data)
         return self._packets.pop(0)
 
@@ -236,7 +237,7 @@ def open_link(target: str) -> Link:
     """
     if target.startswith("tcp://"):
         host, _, port = target.removeprefix("tcp://").rpartition(":")
-        if not host or not port.isdecimal():
+        if not host or not port.isdecimal() or int(port) > 0xFFFF:
             raise LinkError(f"{target}: write tcp://host:port, for example tcp://localhost:2331")
         return TcpLink(host, int(port))
     if target.startswith(("serial:", "/dev/")):

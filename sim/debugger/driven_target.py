@@ -26,6 +26,8 @@ class DrivenTarget(BlockTarget):
     _inside = False  # a run that the session knows of is on
 
     def load(self, image: Image) -> None:
+        with client_errors():
+            self.client.check_program(image)
         self._image = image
         self._inside = False
         self.free_points()

@@ -9,13 +9,12 @@ import math
 import sys
 from pathlib import Path
 
-from asip_asm.image import Image, ImageError
+from asip_asm.image import Image
 from sim.command import interruptible, output
-from sim.debug.client import connect
+from sim.debug.client import DebugError, connect
 from sim.debug.link import LinkError
 from sim.scope import server
 from sim.scope.block_source import MOST_CHANNELS, BlockSource, first_channels
-from sim.scope.source import SourceError
 
 EPILOG = """examples:
   asip-scope axis.asip.json serial:/dev/ttyUSB0?baud=3000000
@@ -98,7 +97,7 @@ def _scope(arguments: argparse.Namespace) -> int:
             arguments.before,
         )
         listening = server.bind(arguments.port)
-    except (ImageError, LinkError, SourceError, ValueError, OverflowError, OSError) as error:
+    except (LinkError, DebugError, ValueError, OverflowError, OSError) as error:
         text = str(error)
         errors.print(text if "error: " in text else f"error: {text}")
         return 1

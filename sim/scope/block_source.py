@@ -26,6 +26,7 @@ from sim.core_fault import Fault as CoreFault
 from sim.core_fault import fault_text
 from sim.debug.client import Client, DebugError
 from sim.debug.link import LinkError
+from sim.debug.packets import PacketError
 from sim.debug.state import REGISTER, ScopeSetup, Trigger
 from sim.debug.state import Channel as Recorded
 from sim.scope import source
@@ -183,9 +184,10 @@ class BlockSource:
                     self._events.append(Note(""))
                 else:
                     self._look(self._client)
-            except (LinkError, OSError) as error:
-                if self._client is not None:
+            except (LinkError, PacketError, DebugError, OSError) as error:
+                if self._client is not None or isinstance(error, DebugError):
                     self._events.append(Note(f"{error}; trying again"))
+                if self._client is not None:
                     self._client.close()
                     self._client = None
         return self._events.popleft()
@@ -193,7 +195,12 @@ class BlockSource:
     def _begin(self) -> None:
         """Link, set-up, and records from now on."""
         client = self._connect()
-        client.configure(self._setup)
+        try:
+            client.check_program(self._image)
+            client.configure(self._setup)
+        except BaseException:
+            client.close()
+            raise
         self._stage_words = client.sizes.stage_words
         self._arm(client)
         self._client = client

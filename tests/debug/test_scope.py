@@ -11,6 +11,7 @@ import pytest
 
 from sim.debug import packets
 from sim.debug.client import Client, connect
+from sim.debug.link import LinkError
 from sim.debug.packets import Packet, Type
 from sim.debug.server import Server, serve
 from sim.debug.state import (
@@ -375,6 +376,8 @@ def test_tcp__a_session__is_the_one_in_process(bench) -> None:
     runs.start()
     with connect(f"tcp://localhost:{server.port}", timeout=30) as client:
         assert client.sizes == direct.sizes
+        with pytest.raises(LinkError, match="has another client, and serves one at a time"):
+            connect(f"tcp://localhost:{server.port}")
         slot = client.set_breakpoint(3)
         assert client.wait(lambda state: state.halted, 30).next == 3
         client.step()

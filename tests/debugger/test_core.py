@@ -28,7 +28,7 @@ from sim.debugger.driven_target import DrivenTarget
 from sim.debugger.iss_target import IssTarget
 from sim.debugger.program import DebuggedProgram
 from sim.debugger.session import Session
-from sim.debugger.target import Target, TargetGone
+from sim.debugger.target import Target, TargetError, TargetGone
 
 HERE = Path(__file__).parent
 LEG, LOOP = HERE / "leg.s", HERE / "loop.s"
@@ -188,7 +188,17 @@ def test_random_sessions_show_what_the_model_shows(core, path, length):
         assert ours.tell(line) == other.tell(line), f"SEED={SEED}: {line}"
 
 
-def test_machine_whose_host_starts_the_ticks():
+PAIR = """
+.program "pair"
+.output  y, safe = 0.0
+.output  z, safe = 0.0
+        mov     y, 1.0
+        mov     z, 2.0
+        halt
+"""
+
+
+def test_machine_whose_host_starts_the_ticks(tmp_path):
     settings = [f"--set={name}={INPUTS[name]}" for name in ("x", "y", "z", "l")]
     command = [sys.executable, "-m", "sim.debug.server", str(LEG), "--port", "0", *settings]
     server = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
@@ -210,6 +220,12 @@ def test_machine_whose_host_starts_the_ticks():
         before = again.runs()
         again.wait(lambda state: again.runs() > before)
         again.close()
+        pair = tmp_path / "pair.s"
+        pair.write_text(PAIR)
+        wrong = DrivenTarget(lambda: connect(address), "machine")
+        with pytest.raises(TargetError, match="the core has another program than 'pair'"):
+            Debugger(DebuggedProgram(pair), wrong)
+        wrong.close()
     finally:
         server.terminate()
         server.wait(timeout=60)

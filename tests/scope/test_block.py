@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from asip_asm.assemble import assemble
-from sim.debug.client import Client, connect
+from sim.debug.client import Client, DebugError, connect
 from sim.debug.link import LinkError
 from sim.debug.model import DebugRtl
+from sim.debug.packets import PacketError
 from sim.debug.state import Channel, Records
 from sim.scope import __main__ as command
 from sim.scope import goals
@@ -261,6 +262,43 @@ def test_block__link_that_breaks__is_told_and_made_again(machine, monkeypatch):
     assert block.first == 5 and block.values[:, 2].tolist() == [5, 6, 7, 8, 9]
 
 
+OTHER = """
+.program "two outputs"
+.input   x
+.output  y, safe = 0.0
+.output  z, safe = 0.0
+        mov     y, x
+        mov     z, x
+        halt
+"""
+
+
+def test_block__core_with_another_program__is_refused(machine, tmp_path, monkeypatch):
+    monkeypatch.setattr("sim.scope.block_source.RETRY_S", 0.0)
+    (tmp_path / "other.s").write_text(OTHER)
+    other = assemble(tmp_path / "other.s")
+    said = "another program than 'two outputs': its entry is 0 and its outputs 0x1, the image's 0 "
+    with pytest.raises(DebugError, match=said):
+        BlockSource(lambda: connect(machine), other, ["y"], 1e-3)
+    small = assemble(tmp_path / "other.s", configuration="small")
+    with pytest.raises(DebugError, match="the program is for 'small'"):
+        BlockSource(lambda: connect(machine), small, ["y"], 1e-3)
+    # Somebody loads another program while the link is gone: told until it is the right one again.
+    source = source_of(machine)
+    machine.model.load(other)
+    monkeypatch.setattr(source._client, "state", _garbage)
+    assert source.wait() == Note("garbage; trying again")
+    assert "another program than 'integrator'" in source.wait().text
+    machine.model.load(machine.image)
+    until(source, lambda event: event == Note(""))
+    machine.run(np.ones(5))
+    until(source, end_at(5))
+
+
+def _garbage() -> None:
+    raise PacketError("garbage")
+
+
 def test_block__through_the_page__gains_and_curves(machine):
     async def act(page: Page) -> None:
         hello = await page.hear("hello")
@@ -292,6 +330,7 @@ def test_goals__few_changes__are_met(monkeypatch):
         (["{image}", "tcp://localhost:1"], "error: "),
         (["{image}", "/dev/no-such-port"], "error: "),
         (["{image}", "usb:3"], "no such link"),
+        (["{image}", "tcp://localhost:65536"], "write tcp://host:port"),
         (["{image}", "tcp://localhost:1", "--channels", "speed"], "the program has no 'speed'"),
     ],
 )
