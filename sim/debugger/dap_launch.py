@@ -16,8 +16,13 @@ SWITCHES = {"iss": "--iss", "uart": "--uart", "load": "--load"}
 TEXTS = {"configuration": "--config", "connect": "--connect", "function": "--function"}
 ASSIGNMENTS = {"set": "--set", "state": "--state"}
 NAMES = {"program", "inputs", "optimise", "stopOnEntry", *SWITCHES, *TEXTS, *ASSIGNMENTS}
-OF_CLIENTS = {"noDebug", "name", "type", "request", "console", "internalConsoleOptions"}
-"""What clients add by themselves; names that begin with `__` too."""
+OF_CLIENTS = {
+    *("noDebug", "name", "type", "request", "console", "internalConsoleOptions", "debugServer"),
+    *("preLaunchTask", "postDebugTask", "presentation", "serverReadyAction"),
+    *("suppressMultipleSessionWarning", "windows", "linux", "osx"),
+}
+"""What clients add by themselves or read in launch.json for themselves, and hand on; names that
+begin with `__` too."""
 
 
 def launch_options(arguments: Mapping[str, Any], options: argparse.Namespace) -> argparse.Namespace:

@@ -88,6 +88,8 @@ def test_editor_checks_the_launch_file_as_the_server_does():
     assert tuple(launch["properties"]["configuration"]["enum"]) == tuple(
         default_isa().configurations
     )
+    of_editor = {"debugServer": 4711, "preLaunchTask": "build", "presentation": {"order": 1}}
+    assert launch_options(configuration | of_editor, parse_arguments(["--dap"])).iss
     own = {name: configuration[name] for name in configuration if name not in OF_CLIENTS}
     jsonschema.Draft7Validator.check_schema(launch)
     jsonschema.validate(own, launch)
