@@ -2,12 +2,14 @@
 """Recorded ticks as a file: CSV, Parquet, MCAP (Foxglove, PlotJuggler).
 
 All hold the tick, the time [s] and every channel in full precision. CSV has the units in its head
-(`name [unit]`), Parquet in the metadata of each column, MCAP in its schema.
+(`name [unit]`), Parquet in the metadata of each column, MCAP in its schema. JSON has no NaN and no
+infinity: messages of MCAP leave such values out.
 """
 
 from __future__ import annotations
 
 import io
+import math
 from collections.abc import Callable, Sequence
 
 import msgspec
@@ -67,7 +69,8 @@ def mcap(channels: Sequence[Channel], period: float, block: Block) -> bytes:
     for k, row in enumerate(block.values.tolist()):
         tick = block.first + k
         time = round(tick * period * 1e9)
-        data = msgspec.json.encode({"tick": tick, **dict(zip(names, row, strict=True))})
+        finite = {n: v for n, v in zip(names, row, strict=True) if math.isfinite(v)}
+        data = msgspec.json.encode({"tick": tick, **finite})
         writer.add_message(channel_id, time, data, time, sequence=tick & 0xFFFFFFFF)
     writer.finish()
     return out.getvalue()

@@ -7,6 +7,7 @@ import csv
 import io
 import json
 
+import jsonschema
 import msgspec
 import numpy as np
 import pyarrow.parquet
@@ -281,4 +282,7 @@ def test_mcap__read_back_by_its_reader__a_message_per_tick_with_schema():
         values = json.loads(message.data)
         assert [values[name] for name in ABOUT.names] == WANTED[k].tolist()
         assert message.log_time == round((BLOCK.first + k) * ABOUT.period * 1e9)
-    assert json.loads(found[-1][2].data)["sine"] is None  # JSON has no NaN
+    last = json.loads(found[-1][2].data)
+    assert set(last) == {"tick", "count"}  # JSON has no NaN and no infinity
+    for _, _, message in found:
+        jsonschema.validate(json.loads(message.data), json.loads(schema.data))
