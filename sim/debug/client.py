@@ -94,7 +94,10 @@ class Client(RunControl, Recorder):
 
     def _check_configuration(self, image: Image) -> None:
         if (core := configuration_of(self.read_word(CSR["CONFIG"]))) != image.configuration:
-            raise DebugError(f"the program is for '{image.configuration}': give --config {core}")
+            raise DebugError(
+                f"the program is for '{image.configuration}', the core is '{core}': assemble it "
+                f"with --config {core}"
+            )
 
     def start(self) -> None:
         """Start a run; ignored by a core that runs or is faulted."""

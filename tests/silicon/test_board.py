@@ -72,7 +72,7 @@ def test_asip_run__program_for_another_configuration__is_refused_with_the_cure(b
     with serving(board) as path:
         done = command("sim.asip_run", LEG, "--config", "fast", "--port", path, *INPUTS)
     assert done.returncode == 1
-    assert "give --config small" in done.stderr
+    assert "assemble it with --config small" in done.stderr
 
 
 def test_asip_run__fault_on_the_board__is_told_with_its_line(board):
