@@ -44,7 +44,7 @@ module debug_run (
   logic [Watches-1:0]           watch_enable_q, written_d, written_q, seen;
   logic [Watches-1:0][5:0]      index_q;
   logic [Watches-1:0][1:0]      bank_q;
-  logic [Watches-1:0][31:0]     mask_q, value_q, data_d, differs_q;
+  logic [Watches-1:0][31:0]     mask_q, value_q, data_d, data_q;
   logic                         watchdog_runs_q, stop_at_start_q, abort_q;
   logic                         control, halt, resume, step, hit, watched, waits;
   logic                         held_q, halted_q, release_q, look_d, changed_q, late_q;
@@ -113,7 +113,6 @@ module debug_run (
 
   // ---- watches
   for (genvar w = 0; w < Watches; w++) begin : gen_watch
-    // A selection of two inputs and the comparison with a bit: one table of six inputs.
     assign data_d[w]    = bank_q[w][1] ? write_data_i[2] :
                           bank_q[w][0] ? write_data_i[1] : write_data_i[0];
     assign written_d[w] = (bank_q[w][1] ? (bank_q[w][0] ? write_i[3] : write_i[2]) :
@@ -132,7 +131,7 @@ module debug_run (
       if (csr_write_i && csr_index_i == debug_regmap_pkg::REG_WATCH_VALUE + 6'(w)) begin
         value_q[w] <= csr_data_i;
       end
-      differs_q[w] <= data_d[w] ^ value_q[w];
+      data_q[w] <= data_d[w];
     end
 
     always_ff @(posedge clk_i or negedge rst_ni) begin
@@ -140,7 +139,7 @@ module debug_run (
       else written_q[w] <= written_d[w] && watch_enable_q[w] && core_i.busy;
     end
 
-    assign seen[w] = written_q[w] && !(|(differs_q[w] & mask_q[w]));
+    assign seen[w] = written_q[w] && !(|((data_q[w] ^ value_q[w]) & mask_q[w]));
   end
 
   // ---- state
