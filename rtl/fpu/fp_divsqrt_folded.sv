@@ -3,7 +3,7 @@
 // Contract: latency fp_pkg::FP_DIVSQRT_LATENCY register ranks, no stall; b_i is ignored for roots. An
 // operation may start Interval clocks after the one before or later; an earlier one is the caller's
 // error: both may give wrong results (simulation stops with a message), later ones are not affected.
-// Clock 0 normalises a, clock 1 normalises b; 26 digits, two per clock: 2..8 in the first half of the
+// Clock 0 normalises b, clock 1 normalises a; 26 digits, two per clock: 2..8 in the first half of the
 // recurrence, 9..14 in the second; clock 15 rounds and packs.
 // With SYNTHESIS defined it has no check of the distance, which some synthesis tools refuse.
 module fp_divsqrt_folded (
@@ -29,8 +29,8 @@ module fp_divsqrt_folded (
   //
   // A quotient has its leading one in digit 0 or 1 and needs 24 digits from there on. The number of digits
   // below the binary point of a subnormal result is less by its distance to the normal numbers:
-  // then clocks are left out, from the first one of either half on. Where the
-  // number of digits is odd, one digit more is made, which only tells whether the result is exact.
+  // then clocks are left out, from the second one of either half on. The digits of the first one are always
+  // made. Digits more than count, one or up to four, only tell whether the result is exact.
   // Roots have 25: they are exact with 13 digits or never, and keep the w of 24.
 
   localparam int unsigned Interval = 7;   // clocks an operation spends in the first half
@@ -38,6 +38,9 @@ module fp_divsqrt_folded (
   localparam int unsigned LoadFirst = 1;  // clocks at whose end a half takes an operation
   localparam int unsigned LoadSecond = LoadFirst + Interval;
   localparam int unsigned Final = 14;     // clock of the last digits
+
+  // The first clock of a half takes w from where it is made, the others from the half's own register: so no
+  // choice is behind the two additions.
 
   // Clock k after that of the operands: valid_q[k]; root_q[k] if it is a root.
   logic [Ages:1]      valid_q;
@@ -53,86 +56,88 @@ module fp_divsqrt_folded (
     end
   end
 
-  // ---- clocks 0 and 1: unpack and normalise a, then b ----
-  // A root has the operand b = 2^-126, which gives its exponent and needs no special result. What is not b
-  // is taken for a: whether an operation starts, which is known late, decides nothing here.
-  logic [31:0] b_q, operand;
-  logic        some_exp_q, all_exp_q;   // of b
-  logic        some_exp, all_exp, no_fraction, at_a;
-  logic [23:0] sig, shifted;            // U(1.23), normalised; shifted: of a subnormal number
-  logic [4:0]  zeros, places;
+  // ---- clocks 0 and 1: unpack and normalise b, then a ----
+  // A root has the operand b = 2^-126, which gives its exponent and needs no special result. What is not a
+  // is taken for b: whether an operation starts, which is known late, decides nothing here. So nothing but a
+  // register is behind the normalising of either.
+  logic [31:0] a_q, operand;
+  logic        some_exp_q, all_exp_q;   // of a
+  logic        some_exp, all_exp, no_fraction, at_b;
+  logic [23:0] sig;                     // U(1.23), normalised
+  logic [4:0]  zeros;
   logic        nan, snan, infinite, zero;
 
   always_ff @(posedge clk_i) begin
-    b_q        <= sqrt_i ? 32'h0080_0000 : b_i;
-    some_exp_q <= sqrt_i || (|b_i[30:23]);
-    all_exp_q  <= !sqrt_i && (&b_i[30:23]);
+    a_q        <= a_i;
+    some_exp_q <= |a_i[30:23];
+    all_exp_q  <= &a_i[30:23];
   end
 
-  assign at_a     = !valid_q[LoadFirst];
-  assign operand  = at_a ? a_i : b_q;
-  assign some_exp = at_a ? |a_i[30:23] : some_exp_q;
-  assign all_exp  = at_a ? &a_i[30:23] : all_exp_q;
+  assign at_b     = !valid_q[LoadFirst];
+  assign operand  = at_b ? (sqrt_i ? 32'h0080_0000 : b_i) : a_q;
+  assign some_exp = at_b ? sqrt_i || (|b_i[30:23]) : some_exp_q;
+  assign all_exp  = at_b ? !sqrt_i && (&b_i[30:23]) : all_exp_q;
 
-  // Without the hidden bit, which is known later: only subnormal numbers are shifted.
+  // The hidden bit of a normal number makes its count zero.
   fp_normalise u_normalise (
-      .value_i({1'b0, operand[22:0]}),
-      .value_o(shifted),
-      .count_o(places),
-      .zero_o (no_fraction)
+      .value_i({some_exp, operand[22:0]}),
+      .value_o(sig),
+      .count_o(zeros),
+      .zero_o (zero)
   );
-  assign sig   = some_exp ? {1'b1, operand[22:0]} : shifted;
-  assign zeros = some_exp ? 5'd0 : places;
 
-  assign nan      = all_exp && !no_fraction;
-  assign snan     = nan && !operand[22];
-  assign infinite = all_exp && no_fraction;
-  assign zero     = !some_exp && no_fraction;
+  assign no_fraction = operand[22:0] == 23'd0;
+  assign nan         = all_exp && !no_fraction;
+  assign snan        = nan && !operand[22];
+  assign infinite    = all_exp && no_fraction;
 
   // ---- clock 1: special results, start of the recurrence ----
-  logic [23:0] sig_q;
+  logic [23:0] sig_q;                   // of b in clock 1, of a in clock 2
   logic [7:0]  field_q;                 // exponent field, 1 for a subnormal number; of b inverted
   logic [4:0]  zeros_q;                 // of a inverted
-  logic        of_a;                    // exponent: of a in clock 1, of b in clock 2
-  logic [9:0]  exponent, exponent_a_q;  // S(10.0), biased: of a, less 1; of b, negated, plus 127
-  logic        sign_a_q, nan_q, snan_q, infinite_q, zero_q;
+  logic        of_b;                    // exponent: of b in clock 1, of a in clock 2
+  logic [9:0]  exponent, exponent_b_q;  // S(10.0), biased: of a, less 1; of b, negated, plus 127
+  logic        sign_b_q, nan_q, snan_q, infinite_q, zero_q;
   logic        sign, is_nan, is_invalid, is_inf, by_zero, is_zero;
-  logic [25:0] start;
+  logic [26:0] start;                   // in clock 2
   logic [23:0] divisor;
-  logic        double;                  // m is twice the significand: the unbiased exponent is odd
+  logic        field_first;             // first bit of the field
+  logic        double_q;                // m is twice the significand: the unbiased exponent is odd
+
+  assign field_first = operand[23] || !some_exp;
 
   always_ff @(posedge clk_i) begin
     sig_q        <= sig;
-    field_q      <= {operand[30:24], operand[23] || !some_exp} ^ {8{!at_a}};
-    zeros_q      <= zeros ^ {5{at_a}};
-    exponent_a_q <= exponent;
-    sign_a_q     <= operand[31];
+    double_q     <= !root_q[LoadFirst] || field_first == zeros[0];
+    field_q      <= {operand[30:24], field_first} ^ {8{at_b}};
+    zeros_q      <= zeros ^ {5{!at_b}};
+    exponent_b_q <= exponent;
+    sign_b_q     <= operand[31];
     nan_q        <= nan;
     snan_q       <= snan;
     infinite_q   <= infinite;
     zero_q       <= zero;
   end
 
-  assign of_a     = !valid_q[LoadFirst+1];
-  assign exponent = {{2{!of_a}}, field_q} + {{2{of_a}}, 1'b1, {2{of_a}}, zeros_q};
+  assign of_b     = !valid_q[LoadFirst+1];
+  assign exponent = {{2{of_b}}, field_q} + {{2{!of_b}}, 1'b1, {2{!of_b}}, zeros_q};
 
-  assign sign       = sign_a_q ^ operand[31];
+  assign sign       = sign_b_q ^ operand[31];
   assign is_invalid = snan_q || snan || (infinite_q && infinite) || (zero_q && zero)
-                   || (root_q[LoadFirst] && sign_a_q && !nan_q && !zero_q);
+                   || (root_q[LoadFirst] && operand[31] && !nan && !zero);
   assign is_nan     = nan_q || nan || is_invalid;
-  assign is_inf     = infinite_q || zero;
-  assign is_zero    = zero_q || infinite;
-  assign by_zero    = zero && !infinite_q;
+  assign is_inf     = infinite || zero_q;
+  assign is_zero    = zero || infinite_q;
+  assign by_zero    = zero_q && !infinite;
 
-  assign double  = !root_q[LoadFirst] || exponent[0];
-  assign start   = double ? {1'b0, sig_q, 1'b0} : {2'b00, sig_q};
-  assign divisor = {!root_q[LoadFirst], sig[22:0]};
+  assign start   = double_q ? {2'b00, sig_q, 1'b0} : {3'b000, sig_q};
+  assign divisor = {!root_q[LoadFirst], sig_q[22:0]};
 
   // ---- clock 2: exponent ----
   // exp: biased exponent of a result with digit 0 = 0. If it is negative, 25 + exp digits count.
   logic [9:0] difference, exp;
 
-  assign difference = exponent_a_q + exponent;
+  assign difference = exponent_b_q + exponent;
   assign exp        = root_q[LoadFirst+1] ? {difference[9], difference[9:1]} : difference;
 
   // ---- the two halves of the recurrence; half h holds an operation for Interval clocks ----
@@ -142,12 +147,15 @@ module fp_divsqrt_folded (
   logic [1:0][25:2] divisor_d;
   logic [1:0]       sign_q, nan_s_q, invalid_s_q, inf_s_q, by_zero_s_q, zero_s_q;
   logic [1:0][9:0]  exp_q;              // S(10.0)
+  logic [1:0][26:0] w;                  // of this clock
   logic [1:0][26:0] w_second;
   logic [1:0]       previous, first, second;  // the last digit so far, those of this clock
-  logic [11:0]      digits_first_q;     // of the first half but for the last clock
+  logic [13:0]      digits_first_q;     // of the first half
   logic [24:0]      digits_q;           // of the second half
   logic             half;               // only the first digit of this clock counts
-  logic             beyond_q;           // the digit that does not
+  logic             few;                // fewer than four digits count
+  logic [7:0]       counted;            // of the four: what counts, what does not
+  logic             beyond_q;           // a digit that does not count is one
 
   assign load = {valid_q[LoadSecond], valid_q[LoadFirst]};
 
@@ -181,11 +189,11 @@ module fp_divsqrt_folded (
     // where it is subtracted, |digits 0..k-1|1|1|0..0| where added: at 2^-k it has a one after the
     // inversion. Digit k is whether the next D is subtracted: where it enters, that has a zero.
     // The second digit of a clock enters the register a clock later, as the sign of w.
-    assign previous[h]     = !w_q[h][26];
+    assign previous[h]   = !w[h][26];
     assign late          = (place << 1) & {26{previous[h]}};
     assign known         = {divisor_q[h], 2'b00};
     assign addend_first  = (((known | (place >> 1)) ^ {26{previous[h]}}) & ~(place << 1)) | place;
-    assign w_first       = {w_q[h][25:0], previous[h]} + {previous[h], addend_first};
+    assign w_first       = {w[h][25:0], previous[h]} + {previous[h], addend_first};
     assign first[h]      = !w_first[26];
     assign known_second  = known | late | (place >> 2);
     assign addend_second = ((known_second ^ {26{first[h]}}) & ~place) | (place >> 1);
@@ -194,20 +202,18 @@ module fp_divsqrt_folded (
     assign divisor_d[h]  = divisor_q[h] | late[25:2] | (place[25:2] & {24{first[h]}});
   end
 
-  // First half: an operation leaves it with the digits of clock LoadSecond, so these are never left out.
+  // First half.
   logic [3:0] skipped_first;            // clocks before this one in which digits may be left out
 
-  assign skipped_first = {1'b0, valid_q[7], valid_q[6] || valid_q[5], valid_q[6] || valid_q[4]};
-  assign run[0] = valid_q[2] ? !exp[9] : enough(exp_q[0], skipped_first);
+  assign w[0] = valid_q[LoadFirst+1] ? start : w_q[0];
+  assign skipped_first = {1'b0, valid_q[8], valid_q[7] || valid_q[6], valid_q[7] || valid_q[5]};
+  assign run[0] = valid_q[LoadFirst+1]
+               || (valid_q[3] ? !exp_q[0][9] : enough(exp_q[0], skipped_first));
 
   always_ff @(posedge clk_i) begin
-    if (load[0]) begin
-      w_q[0]         <= {1'b0, start};
-      digits_first_q <= 12'd0;
-    end else if (run[0]) begin
-      w_q[0]         <= w_second[0];
-      digits_first_q <= {digits_first_q[9:0], first[0], second[0]};
-    end
+    if (run[0]) w_q[0] <= w_second[0];
+    if (valid_q[LoadFirst+1]) digits_first_q <= {12'd0, first[0], second[0]};
+    else if (run[0]) digits_first_q <= {digits_first_q[11:0], first[0], second[0]};
     divisor_q[0] <= load[0] ? divisor : divisor_d[0];
     if (valid_q[2]) exp_q[0] <= exp;
     if (load[0]) begin
@@ -223,24 +229,36 @@ module fp_divsqrt_folded (
   // Second half.
   logic [3:0] skipped_second;
 
-  assign skipped_second = {valid_q[12] || valid_q[13] || valid_q[14],
-                           valid_q[9] || valid_q[10] || valid_q[11],
-                           valid_q[10] || valid_q[11] || valid_q[14],
-                           valid_q[9] || valid_q[11] || valid_q[13]};
-  assign run[1] = enough(exp_q[1], skipped_second);
+  assign w[1] = valid_q[LoadSecond+1] ? w_q[0] : w_q[1];
+  assign skipped_second = {valid_q[13] || valid_q[14],
+                           valid_q[10] || valid_q[11] || valid_q[12],
+                           valid_q[11] || valid_q[12],
+                           valid_q[10] || valid_q[12] || valid_q[14]};
+  assign run[1] = valid_q[LoadSecond+1] || enough(exp_q[1], skipped_second);
 
   // Digit 0 is in digits_q[23] if no clock was left out.
   assign half = valid_q[Final]
              && (!exp_q[1][9] && (|exp_q[1][8:0]) ? digits_q[23] : !exp_q[1][0]);
 
+  // Four digits are always made. Where fewer count, below -21, the others leave digits_q in the last clock.
+  assign few = exp_q[1][9] && exp_q[1][8:0] < 9'h1eb;
+  always_comb begin
+    case (exp_q[1])
+      10'h3ea: counted = {1'b0, digits_q[3:0], 3'b000};   // -22: three
+      10'h3e9: counted = {2'b00, digits_q[3:0], 2'b00};   // -23: two
+      10'h3e8: counted = {3'b000, digits_q[3:0], 1'b0};   // -24: one
+      default: counted = 8'h0f;                           // none, and the result is not exact
+    endcase
+  end
+
   always_ff @(posedge clk_i) begin
-    if (load[1] || (run[1] && !root_q[Final])) w_q[1] <= load[1] ? w_second[0] : w_second[1];
-    if (load[1] || run[1]) begin
-      if (load[1]) digits_q <= {11'd0, digits_first_q, first[0], second[0]};
-      else if (half) digits_q <= {digits_q[23:0], first[1]};
+    if (run[1] && !root_q[Final]) w_q[1] <= w_second[1];
+    if (valid_q[LoadSecond+1]) digits_q <= {9'd0, digits_first_q, first[1], second[1]};
+    else if (run[1]) begin
+      if (half) digits_q <= {digits_q[23:0], first[1]};
       else digits_q <= {digits_q[22:0], first[1], second[1]};
-    end
-    beyond_q <= half && !root_q[Final] && second[1];
+    end else if (valid_q[Final] && few) digits_q[3:0] <= counted[7:4];
+    beyond_q <= few ? |counted[3:0] : half && !root_q[Final] && second[1];
     // The digits that enter in clock LoadSecond are those of bits 14 and 13.
     if (load[1]) begin
       divisor_q[1] <= divisor_q[0]
@@ -262,8 +280,8 @@ module fp_divsqrt_folded (
   // ---- clock 15: round, pack, special results ----
   logic [8:0]     exp_round_q;          // U(9.0), biased, 0 for a subnormal result
   logic [26:0]    restore;
-  logic           exact, one_digit, no_digit;
-  logic [31:0]    result;
+  logic           exact, sticky;
+  logic [31:0]    rounded, result;
   fp_pkg::flags_t flags;
 
   always_ff @(posedge clk_i) begin
@@ -274,26 +292,28 @@ module fp_divsqrt_folded (
   assign restore = {1'b0, divisor_q[1], root_q[Final+1], 1'b0};
   assign exact   = w_q[1] == 27'd0 || (w_q[1] ^ restore) == {w_q[1][25:0] | restore[25:0], 1'b0};
 
-  // Two digits are there at least, also where one or none counts.
-  assign one_digit = exp_q[1] == 10'h3e8;                                  // -24
-  assign no_digit  = exp_q[1][9] && !((&exp_q[1][8:5]) && (|exp_q[1][4:3]));  // less
+  // Whether the result is exact is known late. So it is rounded as if it were not, and mended: of a tie the
+  // last bit becomes zero, which is even, and nothing is raised by a result that is exact.
+  assign sticky = !exact || beyond_q;
 
   fp_pack u_pack (
       .sign_i   (sign_q[1]),
       .exp_i    (exp_round_q),
-      .sig_i    ({digits_q[24:2], digits_q[1] && !one_digit && !no_digit}),
-      .guard_i  (!no_digit && (one_digit ? digits_q[1] : digits_q[0])),
+      .sig_i    (digits_q[24:1]),
+      .guard_i  (digits_q[0]),
       .round_i  (1'b0),
-      .sticky_i (!exact || beyond_q || no_digit || (one_digit && digits_q[0])),
-      .exact_i  (1'b0),
+      .sticky_i (1'b1),
+      .exact_i  (!sticky && !digits_q[0] && !(exp_round_q[8] || (&exp_round_q[7:0]))),
       .nan_i    (nan_s_q[1]),
       .invalid_i(invalid_s_q[1]),
       .inf_i    (inf_s_q[1]),
       .by_zero_i(by_zero_s_q[1]),
       .zero_i   (zero_s_q[1]),
-      .result_o (result),
+      .result_o (rounded),
       .flags_o  (flags)
   );
+
+  assign result = {rounded[31:1], rounded[0] && (sticky || !digits_q[0])};
 
   // Zero while there is no result, so that results of several units can be joined by OR.
   always_ff @(posedge clk_i) begin

@@ -59,12 +59,17 @@ def below(logic: Logic, root: bool, k: int, digits: Term, divisor: Term) -> Term
 
 
 class State:
-    """Registers of a half as numbers of ROOM bits, the remainder R in the units of `recurrence`."""
+    """What a clock begins with as numbers of ROOM bits, R in the units of `recurrence`."""
 
-    def __init__(self, logic: Logic, run: Run, half: int, cycle: int, root: bool, k: int) -> None:
-        name = ("digits_first_q", "digits_q")[half]
-        self.digits = wide(logic, run.signal(name, cycle))
-        self.w = logic.sign_extend(part(logic, run, "w_q", WIDTH, half, cycle), ROOM)
+    def __init__(self, logic: Logic, run: Run, clock: int, cycle: int, root: bool) -> None:
+        k = 2 * (clock - BEGIN)
+        if clock == BEGIN:
+            self.digits = logic.bv(ROOM, 0)
+        else:
+            name = "digits_first_q" if clock <= MOVE + 1 else "digits_q"
+            self.digits = wide(logic, run.signal(name, cycle))
+        half = half_of(clock)
+        self.w = logic.sign_extend(part(logic, run, "w", WIDTH, half, cycle), ROOM)
         self.divisor = divisor_of(logic, part(logic, run, "divisor_q", DIVISOR, half, cycle))
         self.invariant = invariant(logic, root, k, self.digits, self.w, self.divisor)
         self.remainder = remainder(logic, root, k, self.digits, self.w, self.divisor)
@@ -145,7 +150,7 @@ def folded_start(ctx: Context) -> Iterator[Case]:
         ]
         assume += [logic.no(ctx.ieee.zero(x)) for x in used]
         assume += alone(logic, run, range(1 - INTERVAL, INTERVAL))
-        state = State(logic, run, 0, BEGIN, root, 0)
+        state = State(logic, run, BEGIN, BEGIN, root)
         start = first.radicand(logic) if root else logic.shl(wide(logic, first.significand), 2)
         divisor = logic.shl(wide(logic, second.significand), 2)
         exponent = part(logic, run, "exp_q", 10, 0, BEGIN + 1)
@@ -153,7 +158,7 @@ def folded_start(ctx: Context) -> Iterator[Case]:
         if root:  # exponents are 512 too large
             doubled = logic.add(logic.sub(first.exponent, logic.bv(12, 512)), logic.bv(12, 125))
             expected = logic.op(Kind.BV_ASHR, doubled, logic.bv(12, 1))
-        claim = [*state.invariant, logic.eq(state.remainder, start), logic.eq(state.digits, 0)]
+        claim = [*state.invariant, logic.eq(state.remainder, start)]
         claim += [
             logic.eq(state.divisor, logic.bv(ROOM, 0) if root else divisor),
             logic.eq(logic.sign_extend(exponent, 12), expected),
@@ -168,22 +173,22 @@ def folded_start(ctx: Context) -> Iterator[Case]:
     UNIT,
     "clocks 2 to 13 keep the invariant of the recurrence: two new digits and 4 R = step(Q, digits) "
     "+ R', or nothing changes where digits are left out: in the clocks before 2 p + exp >= 0 of "
-    "clock p + 2, clock 8 apart, in the second half one later",
+    "clock p + 3, in the second half one later, never in clocks 2 and 9",
     "all states that meet the invariant",
     timeout=600,
 )
 def folded_clocks(ctx: Context) -> Iterator[Case]:
     logic, run = ctx.logic, ctx.run(UNIT)
     for clock in range(BEGIN, FINAL):
-        now_half, then_half, k = half_of(clock), half_of(clock + 1), 2 * (clock - BEGIN)
-        exponent = logic.sign_extend(part(logic, run, "exp_q", 10, then_half, 1), 12)
-        places = k if clock <= MOVE else k - 2
+        k = 2 * (clock - BEGIN)
+        exponent = logic.sign_extend(part(logic, run, "exp_q", 10, half_of(clock + 1), 1), 12)
+        places = k - 2 if clock <= MOVE else k - 4
         runs = logic.sle(logic.bv(12, 0), logic.add(exponent, logic.bv(12, places)))
-        if clock == MOVE:
+        if clock in (BEGIN, MOVE + 1):
             runs = logic.true()
         for root in (False, True):
-            now = State(logic, run, now_half, 0, root, k)
-            then = State(logic, run, then_half, 1, root, k + 2)
+            now = State(logic, run, clock, 0, root)
+            then = State(logic, run, clock + 1, 1, root)
             new = logic.bits(then.digits, 1, 0)
             if root:
                 steps = [square_step(logic, now.digits, digit, k) for digit in range(4)]
@@ -279,12 +284,12 @@ def quotient(
     magnitude = logic.cat(digits, new, logic.vector(logic.no(exact)))
     ordinary = logic.all(ctx.ieee.finite(a, b), *(logic.no(ctx.ieee.zero(x)) for x in (a, b)))
     difference = logic.sub(logic.add(first.exponent, logic.bv(12, 512)), second.exponent)
-    # Digits missing: two for every two places that digit 0 is below the exponent 0, up to 22.
+    # Digits missing: two for every two places that digit 0 is below the exponent 0, up to 20.
     place = logic.sub(difference, logic.bv(12, 512 - 126))  # exp, signed
     under = logic.add(logic.neg(place), logic.bv(12, 1))
     pairs = logic.cat(logic.bits(under, 11, 1), logic.bv(1, 0))
     missing = logic.ite(logic.sle(logic.bv(12, 0), place), logic.bv(12, 0), pairs)
-    missing = logic.ite(logic.sle(missing, logic.bv(12, 22)), missing, logic.bv(12, 22))
+    missing = logic.ite(logic.sle(missing, logic.bv(12, 20)), missing, logic.bv(12, 20))
     sign = logic.op(Kind.BV_XOR, logic.bits(a, 31, 31), logic.bits(b, 31, 31))
     value = ctx.ieee.scaled(sign, magnitude, logic.add(difference, missing), -512 - 26)
     known = logic.sub(logic.bv(12, 24), missing)
