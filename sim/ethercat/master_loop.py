@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""pysoem, unmodified, against Verilated slaves: to OP, then cycles; prints a report as JSON.
+"""An unmodified master against Verilated slaves: to OP, then cycles; prints a report as JSON.
 
     unshare -rn python -m sim.ethercat.master_loop --slaves 3 --cycles 1000 --capture bus.pcap
+    unshare -rn python -m sim.ethercat.master_loop --master kickcat
 
 The slaves have no processor here: the controllers' device emulation answers for the state machine,
 and what the master writes to the outputs goes back as inputs. Each cycle writes one value to all
@@ -11,6 +12,7 @@ outputs: inputs of two values would be a torn buffer.
 from __future__ import annotations
 
 import argparse
+import importlib
 import json
 import statistics
 import sys
@@ -19,19 +21,39 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-
-import pysoem
+from typing import Protocol
 
 from sim.coe.dictionary import Device, load
 from sim.coe.sii import image
 from sim.ethercat.gen import esc_regmap
 from sim.ethercat.line import Line
-from sim.ethercat.tap import INTERFACE, open_tap
+from sim.ethercat.tap import open_tap
 
 MAILBOX = slice(0x30, 0x3A)  # bytes of the SII: areas and protocols
-STATE_TIMEOUT_US = 60_000_000
-FRAME_TIMEOUT_US = 2_000_000
 OUTPUT_MANAGER = 2
+MASTERS = ("pysoem", "kickcat")  # modules `<name>_master`
+
+
+class Master(Protocol):
+    """A master made for a number of slaves; `to_op` raises RuntimeError."""
+
+    def to_op(self) -> None:
+        """Bring all slaves to OP."""
+
+    def exchange(self, value: int) -> bool:
+        """A cycle with this value in all bytes of all outputs: whether the counter was right."""
+
+    def inputs(self) -> list[bytes]:
+        """Of each slave, as many bytes as it has outputs."""
+
+    def in_op(self) -> bool:
+        """Whether all slaves are."""
+
+    def expected_counter(self) -> int | None:
+        """What the master expects of a cycle, None: it keeps that to itself."""
+
+    def close(self) -> None:
+        """Give the interface back."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +62,7 @@ class Report:
 
     slaves: int
     state: str
-    expected_counter: int
+    expected_counter: int | None  # of the master, if it tells
     cycles: int
     wrong_counters: int
     torn_inputs: int
@@ -72,65 +94,40 @@ def prepare(line: Line, device: Device) -> None:
         )
 
 
-def to_state(master: pysoem.Master, state: int) -> int:
-    """Ask for the state; returns the lowest one reached."""
-    master.state = state
-    master.write_state()
-    return master.state_check(state, STATE_TIMEOUT_US)
-
-
 def cycle(
-    master: pysoem.Master, cycles: int, progress: Callable[[int], None]
+    master: Master, cycles: int, progress: Callable[[int], None]
 ) -> tuple[int, int, int, list[float]]:
     """Cycles in OP: wrong counters, torn inputs, echoes, times [us]."""
     wrong = torn = echoes = 0
     times = []
     for n in range(cycles):
-        value = n % 255 + 1
-        for slave in master.slaves:
-            slave.output = bytes([value]) * len(slave.output)
         began = time.perf_counter()
-        master.send_processdata()
-        counter = master.receive_processdata(FRAME_TIMEOUT_US)
+        wrong += not master.exchange(n % 255 + 1)
         times.append(1e6 * (time.perf_counter() - began))
-        wrong += counter != master.expected_wkc
-        for slave in master.slaves:
-            seen = set(slave.input[: len(slave.output)])
+        for data in master.inputs():
+            seen = set(data)
             torn += len(seen) != 1
             echoes += bool(seen - {0})
         progress(n + 1)
     return wrong, torn, echoes, times
 
 
-def run(line: Line, cycles: int, progress: Callable[[int], None]) -> Report:
+def run(
+    line: Line, make: Callable[[int], Master], cycles: int, progress: Callable[[int], None]
+) -> Report:
     """Bring all slaves of the line to OP and run. Raises RuntimeError with the state reached."""
     tap = open_tap()
     service = threading.Thread(target=line.serve, args=(tap,), daemon=True)
     service.start()
-    for name in ("ret", "safe", "eeprom", "state"):  # simulated wires are slow
-        setattr(pysoem.settings.timeouts, name, FRAME_TIMEOUT_US)
-    master = pysoem.Master()
     began = time.perf_counter()
+    master = make(line.slaves)
     try:
-        master.open(INTERFACE)
-        if (found := master.config_init()) != line.slaves:
-            raise RuntimeError(f"pysoem found {found} slaves, there are {line.slaves}")
-        master.config_map()
-        if (
-            state := master.state_check(pysoem.SAFEOP_STATE, STATE_TIMEOUT_US)
-        ) != pysoem.SAFEOP_STATE:
-            raise RuntimeError(f"the slaves are in state {state}, not in SAFEOP")
-        master.send_processdata()
-        master.receive_processdata(FRAME_TIMEOUT_US)
-        if (state := to_state(master, pysoem.OP_STATE)) != pysoem.OP_STATE:
-            raise RuntimeError(f"the slaves are in state {state}, not in OP")
+        master.to_op()
         wrong, torn, echoes, times = cycle(master, cycles, progress)
-        master.read_state()
-        in_op = all(slave.state == pysoem.OP_STATE for slave in master.slaves)
         return Report(
             slaves=line.slaves,
-            state="OP" if in_op else "not OP",
-            expected_counter=master.expected_wkc,
+            state="OP" if master.in_op() else "not OP",
+            expected_counter=master.expected_counter(),
             cycles=cycles,
             wrong_counters=wrong,
             torn_inputs=torn,
@@ -150,6 +147,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(
         description=__doc__.splitlines()[0],
         epilog="example: unshare -rn python -m sim.ethercat.master_loop --slaves 1 --cycles 100",
+    )
+    parser.add_argument(
+        "--master", choices=MASTERS, default=MASTERS[0], help=f"default {MASTERS[0]}"
     )
     parser.add_argument("--slaves", type=int, default=1, help="slaves in the line (default 1)")
     parser.add_argument("--cycles", type=int, default=1000, help="cycles in OP (default 1000)")
@@ -172,7 +172,8 @@ def main(argv: Sequence[str] | None = None) -> int:
                     file=sys.stderr,
                 )
 
-        report = run(line, arguments.cycles, progress)
+        module = importlib.import_module(f"sim.ethercat.{arguments.master}_master")
+        report = run(line, module.Master, arguments.cycles, progress)
     print(json.dumps(asdict(report)))
     return 0 if report.state == "OP" and not report.wrong_counters and not report.torn_inputs else 1
 

@@ -49,7 +49,8 @@ OF_THE_EXTRA = (
     "sim.servo.",
 )
 OF_THE_BUS = [  # the extra `bus`
-    f"sim.ethercat.{module}" for module in ("device_run", "master_loop", "path_run", "session")
+    f"sim.ethercat.{module}"
+    for module in ("device_run", "kickcat_master", "path_run", "pysoem_master", "session")
 ]
 LAW = """\
 import casadi as ca

@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: Apache-2.0
+"""pysoem (SOEM), unmodified, as a master of `master_loop`."""
+
+from __future__ import annotations
+
+import pysoem
+
+from sim.ethercat.tap import INTERFACE
+
+STATE_TIMEOUT_US = 60_000_000
+FRAME_TIMEOUT_US = 2_000_000
+
+
+class Master:
+    """`master_loop.Master`; simulated wires are slow, so its time-outs are longer."""
+
+    def __init__(self, slaves: int) -> None:
+        for name in ("ret", "safe", "eeprom", "state"):
+            setattr(pysoem.settings.timeouts, name, FRAME_TIMEOUT_US)
+        self._wanted = slaves
+        self._master = pysoem.Master()
+
+    def to_op(self) -> None:
+        """Raises RuntimeError with the state reached."""
+        master = self._master
+        master.open(INTERFACE)
+        if (found := master.config_init()) != self._wanted:
+            raise RuntimeError(f"pysoem found {found} slaves, there are {self._wanted}")
+        master.config_map()
+        state = master.state_check(pysoem.SAFEOP_STATE, STATE_TIMEOUT_US)
+        if state != pysoem.SAFEOP_STATE:
+            raise RuntimeError(f"the slaves are in state {state}, not in SAFEOP")
+        master.send_processdata()
+        master.receive_processdata(FRAME_TIMEOUT_US)
+        master.state = pysoem.OP_STATE
+        master.write_state()
+        state = master.state_check(pysoem.OP_STATE, STATE_TIMEOUT_US)
+        if state != pysoem.OP_STATE:
+            raise RuntimeError(f"the slaves are in state {state}, not in OP")
+
+    def exchange(self, value: int) -> bool:
+        """As `master_loop.Master` has it."""
+        for slave in self._master.slaves:
+            slave.output = bytes([value]) * len(slave.output)
+        self._master.send_processdata()
+        return self._master.receive_processdata(FRAME_TIMEOUT_US) == self._master.expected_wkc
+
+    def inputs(self) -> list[bytes]:
+        """As `master_loop.Master` has it."""
+        return [slave.input[: len(slave.output)] for slave in self._master.slaves]
+
+    def in_op(self) -> bool:
+        """As `master_loop.Master` has it."""
+        self._master.read_state()
+        return all(slave.state == pysoem.OP_STATE for slave in self._master.slaves)
+
+    def expected_counter(self) -> int:
+        """As `master_loop.Master` has it."""
+        return self._master.expected_wkc
+
+    def close(self) -> None:
+        """As `master_loop.Master` has it."""
+        self._master.close()
