@@ -26,8 +26,8 @@ from sim.core import Core
 
 SEED = 1
 COUNT = 10_000
-BATCH = 500
-"""Ticks from one random start of the states."""
+BATCH = 20
+"""Ticks from one random start of the states and encoders."""
 CORNERS = 0.1
 """Share of values that are corners of their range."""
 
@@ -36,7 +36,8 @@ CORNERS = 0.1
 class Proof:
     """What a proof found. worst: largest error as a share of its bound, over all inputs and
     results, and the result where; unbounded: results without a finite bound, which prove nothing.
-    first_difference: text, empty if all bits agree.
+    within: of each output, inputs where it is inside its limits; at a limit it is a constant, whose
+    error says nothing. first_difference: text, empty if all bits agree.
     """
 
     inputs_tried: int
@@ -46,6 +47,7 @@ class Proof:
     worst_result: str
     unbounded: int
     largest_error: dict[str, float]
+    within: dict[str, int]
     seed: int
 
     @property
@@ -74,7 +76,13 @@ def draw(port: Port, count: int, rng: np.random.Generator) -> Array:
     values = np.where(rng.random(count) < CORNERS, np.clip(corner, low, high), values)
     if port.type == "int":
         return np.rint((values - port.offset) / port.scale).astype(np.int32)
-    single = values.astype(np.float32)
+    return inside(port, values)
+
+
+def inside(port: Port, values: NDArray[np.float64]) -> NDArray[np.float32]:
+    """As binary32, clipped to the limits of the port."""
+    low, high = port.limits or (-1.0, 1.0)
+    single = np.clip(values, low, high).astype(np.float32)
     over = (single > high) | (single < low)
     return np.where(over, np.nextafter(single, np.float32(0)), single)
 
@@ -86,7 +94,8 @@ def _batches(compiled: Compiled, count: int, rng: np.random.Generator) -> Iterat
 
 
 Sample = Callable[[int, np.random.Generator], dict[str, Array]]
-"""Inputs of so many consecutive ticks, for laws whose inputs belong together."""
+"""Inputs (n,) of n consecutive ticks, for laws whose inputs belong together; states (1,) before
+them, where these belong to the inputs too."""
 
 
 def prove(
@@ -123,8 +132,9 @@ def draw_ticks(
     else:
         inputs = {port.name: draw(port, size, rng) for port in law.of_kind("input")}
         for rate in law.of_kind("rate"):
-            inputs[rate.rate_of] = _walk(law, rate, size, rng)
+            inputs[rate.rate_of] = walk(law, rate, size, rng)
     states = {p.name: draw(p, 1, rng) for p in law.of_kind("state")}
+    states |= {name: inputs.pop(name) for name in states if name in inputs}
     for rate in law.of_kind("rate"):
         states[before(rate.rate_of)] = inputs[rate.rate_of][:1]
     return inputs, states
@@ -153,13 +163,13 @@ def _run_batch(
         results.setdefault(name, []).append(ticks[name])
 
 
-def _walk(law: Law, rate: Port, size: int, rng: np.random.Generator) -> NDArray[np.int32]:
-    """Counts of an encoder whose differences stay within the limits of the rate."""
+def walk(law: Law, rate: Port, size: int, rng: np.random.Generator) -> NDArray[np.int32]:
+    """Counts of an encoder from a drawn one on, differences within the limits of the rate."""
     port = law.port(rate.rate_of)
     low, high = sorted(int((b - port.offset) / port.scale) for b in port.limits or (-1.0, 1.0))
     most = max(1, int(abs((rate.limits or (-1.0, 1.0))[1] / rate.scale)))
     steps = rng.integers(-most, most + 1, size)
-    walk = rng.integers(low, high + 1) + np.cumsum(steps)
+    walk = int(draw(port, 1, rng)[0]) + np.cumsum(steps)
     period = 2 * max(1, high - low)  # reflected at the limits
     folded = np.abs((walk - low + period // 2) % period - period // 2) + low
     return folded.astype(np.int32)
@@ -241,7 +251,8 @@ def compare(
             difference = f"{name}, tick {k} of seed {seed}: got {got[name][k]!r}, want {want[k]!r}"
     real, limit = bounds(compiled.graph, inputs)
     truth = true_results(compiled.law, inputs)
-    worst, where, unbounded, largest = 0.0, "", 0, {}
+    worst, where, unbounded, largest, within = 0.0, "", 0, {}, {}
+    limits = {p.name: p.limits for p in compiled.law.of_kind("output") if p.limits}
     for name, want in truth.items():
         root = name.removesuffix("_next") if name not in limit else name
         error = np.abs(got[name].astype(np.float64) - want)
@@ -249,7 +260,9 @@ def compare(
         share = np.where(error == 0, 0.0, share)
         unbounded += int(np.sum(~np.isfinite(limit[root])))
         largest[name] = float(error.max())
+        if name in limits:
+            within[name] = int(np.sum((want > limits[name][0]) & (want < limits[name][1])))
         if not share.max() <= worst:
             worst, where = float(share.max()), f"{name}, tick {int(np.argmax(share))}"
     count = len(next(iter(got.values())))
-    return Proof(count, not difference, difference, worst, where, unbounded, largest, seed)
+    return Proof(count, not difference, difference, worst, where, unbounded, largest, within, seed)

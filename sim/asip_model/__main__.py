@@ -50,6 +50,7 @@ exit status: 0 written, and proved with --prove; 1 an error, a proof that failed
 its bound; 2 wrong command line
 """
 RATIO = 1.05
+SELDOM = 0.1  # of the inputs of a proof, an output inside its limits
 """Largest tracking error on the core by that in double precision."""
 
 
@@ -110,9 +111,9 @@ def _model(options: argparse.Namespace) -> int:
         print(f"{where}: {one.cycles} cycles, lower bound {one.bound_cycles}")
     status = 0
     if options.prove:
-        for name, one in built.items():
+        for (name, one), (_, tree) in zip(built.items(), laws, strict=True):
             whole = replace(one, image=image.function(name)) if several else one
-            status = max(status, _prove(whole, options))
+            status = max(status, _prove(whole, options, tree is not None))
         if several:
             status = max(status, _prove_together(image, built, options))
     if options.loop and laws[0][1] is not None:
@@ -169,12 +170,15 @@ def _loop(built: Built, tree: Tree, settings: Settings, seconds: float) -> int:
     return 0 if loop.ratio <= RATIO else 1
 
 
-def _prove(built: Built, options: argparse.Namespace) -> int:
+def _prove(built: Built, options: argparse.Namespace, urdf: bool) -> int:
     from sim.core import CoreFault
     from sim.prove_program import prove
+    from sim.robots.samples import near
 
+    compiled, inputs, seed = built.compiled, options.inputs, options.seed
+    sample = near(compiled.law) if urdf else None
     try:
-        proof = prove(built.compiled, built.image, count=options.inputs, seed=options.seed)
+        proof = prove(compiled, built.image, count=inputs, seed=seed, sample=sample)
     except CoreFault as fault:
         print(f"asip-model: the program stops for an input within its limits: {fault}")
         return 1
@@ -184,6 +188,12 @@ def _prove(built: Built, options: argparse.Namespace) -> int:
         f"largest error / bound {proof.worst_fraction_of_bound:.3g} ({proof.worst_result}); "
         + ", ".join(f"{name} {error:.3g}" for name, error in proof.largest_error.items())
     )
+    seldom = [name for name, n in proof.within.items() if n < SELDOM * proof.inputs_tried]
+    if seldom:
+        print(
+            f"inside their limits in less than {SELDOM:.0%} of the inputs, so little is shown of "
+            f"them: {', '.join(seldom)}; narrow the limits of the inputs in the interface record"
+        )
     if proof.unbounded:
         print(f"{proof.unbounded} results have no finite bound: keep divisors away from zero")
     passed = proof.passed and (not options.c or _prove_c(built, options))

@@ -23,10 +23,12 @@ from sim.robots import own, pendulum, quadrotor
 from sim.robots.catalogue import robot
 from sim.robots.closed_loop import Arm, ClosedLoop, Machine, close_loop
 from sim.robots.laws import Settings, computed_torque, operations
+from sim.robots.samples import near
 
 OPTIONS = Options(reassociate=True, reciprocal=True)
 ABOVE_BOUND = 5.0  # percent
 COMPILE_SECONDS = 60.0
+WITHIN = COUNT // 2  # inputs of the proof at which an output is inside its limits
 SECONDS = 2.0  # of motion in closed loop, at least
 RATIO = 1.05
 HAND_WRITTEN = PACKAGES / "asip_asm/programs/tracking_optimised.s"
@@ -37,13 +39,13 @@ CYCLES = {"own_printed": 214, "own_optimised": 124, "iiwa14": 245, "panda": 310,
 
 @dataclass(frozen=True)
 class Shown:
-    """A robot's law, and the machine that it controls for some seconds (None: its default). sample:
-    inputs for the proof where they belong together.
+    """A robot's law, the machine that it controls for some seconds (None: its default), and inputs
+    for the proof of the law.
     """
 
     law: Callable[[], Law]
     machine: Callable[[float | None], Machine]
-    sample: Sample | None = None
+    sample: Callable[[Law], Sample]
 
 
 def _arm(name: str, counts: int = 1 << 20) -> Shown:
@@ -51,6 +53,7 @@ def _arm(name: str, counts: int = 1 << 20) -> Shown:
     return Shown(
         lambda: computed_torque(robot(name), settings),
         lambda seconds: Arm(robot(name), settings, seconds or SECONDS),
+        near,
     )
 
 
@@ -59,7 +62,7 @@ def _own(law: Callable[[], Law]) -> Shown:
     return Shown(
         law,
         lambda seconds: own.FiveAxes(robot, seconds or SECONDS),
-        lambda size, rng: own.sample(robot, size, rng),
+        lambda _: functools.partial(own.sample, robot),
     )
 
 
@@ -72,10 +75,15 @@ SHOWN: dict[str, Shown] = (
     # One of 2^20 counts, as a step of speed, asks panda's second joint for more than its torque.
     | {"panda": _arm("panda", 1 << 21)}
     | {
-        "quadrotor": Shown(quadrotor.law, lambda seconds: quadrotor.Quadrotor(seconds or 4.0)),
+        "quadrotor": Shown(
+            quadrotor.law,
+            lambda seconds: quadrotor.Quadrotor(seconds or 4.0),
+            quadrotor.near,
+        ),
         "pendulum": Shown(
             lambda: pendulum.law(pendulum.tree()),
             lambda seconds: pendulum.Pendulum(pendulum.tree(), seconds=seconds or 4.0),
+            pendulum.near,
         ),
     }
 )
@@ -109,6 +117,7 @@ class Row:
             "largest_error": self.proof.largest_error,
             "bits_equal": self.proof.bits_equal,
             "inputs_tried": self.proof.inputs_tried,
+            "inputs_within_limits": self.proof.within,
             "seed": self.proof.seed,
             "closed_loop": {
                 "ticks": self.loop.ticks,
@@ -129,7 +138,7 @@ def run_robot(name: str, folder: Path, inputs: int, seconds: float | None, seed:
     built = build(compile_law(law, OPTIONS), folder / f"{name}.s")
     passed = time.monotonic() - begin
     plain = build(compile_law(law, Options()), folder / f"{name}_as_written.s")
-    proof = prove(built.compiled, built.image, count=inputs, seed=seed, sample=shown.sample)
+    proof = prove(built.compiled, built.image, count=inputs, seed=seed, sample=shown.sample(law))
     loop = close_loop(law, built.image, shown.machine(seconds))
     return Row(name, built, plain.cycles, passed, proof, loop, law.rate)
 
@@ -163,6 +172,9 @@ def goals(rows: Sequence[Row]) -> list[dict[str, Any]]:
         unbounded, tried = row.proof.unbounded, row.proof.inputs_tried
         add(f"{row.name}, without a bound", unbounded, "results", 0, not unbounded)
         add(f"{row.name}, inputs tried", tried, "", COUNT, tried >= COUNT)
+        least = min(row.proof.within.values())
+        add(f"{row.name}, inputs with an output inside its limits, least", least, "", WITHIN,
+            least >= WITHIN)  # fmt: skip
         add(f"{row.name}, bits unequal", float(not row.proof.bits_equal), "", 0.0,
             row.proof.bits_equal)  # fmt: skip
         motion, ratio = row.loop.ticks / row.rate, row.loop.ratio

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy.linalg import expm, solve_discrete_are
 
 from asip_asm.model.law import Law, Port
+from sim.prove_program import CORNERS, Sample, draw
 from sim.robots.catalogue import OWN
 from sim.robots.closed_loop import Arm, Values
 from sim.robots.laws import Settings, count_scale
@@ -25,6 +26,7 @@ STATE_WEIGHTS = (400.0, 100.0, 20.0, 5.0)
 FORCE_WEIGHT = 0.05
 PROCESS_NOISE = (1e-8, 1e-8, 1e-3, 1e-3)
 FORCE_LIMIT = 40.0  # N
+DECADES = 5.0  # of the limits, over which inputs of a proof are drawn
 
 
 def tree() -> Tree:
@@ -77,6 +79,20 @@ def law(robot: Tree, settings: Settings = SETTINGS) -> Law:
         ports.append(Port("state", f"x{i}", unit, vector="x", limits=(-limit, limit)))
     ports.append(Port("output", "force", "N", "on the cart", limits=(-FORCE_LIMIT, FORCE_LIMIT)))
     return Law("pendulum LQG", function, ports, "pendulum on a cart, LQG", settings.rate)
+
+
+def near(made: Law) -> Sample:
+    """Inputs, and the filter's state before them: a tenth of the starts are anywhere inside the
+    limits, the others near the upright pole by a share of them: there the force is no constant.
+    """
+    ports = (*made.of_kind("input"), *made.of_kind("state"))
+
+    def sample(size: int, rng: np.random.Generator) -> dict[str, NDArray]:
+        share = 1.0 if rng.random() < CORNERS else 10.0 ** rng.uniform(-DECADES, 0.0)
+        drawn = {port.name: draw(port, 1 if port.kind == "state" else size, rng) for port in ports}
+        return {name: (share * values).astype(values.dtype) for name, values in drawn.items()}
+
+    return sample
 
 
 class Pendulum(Arm):

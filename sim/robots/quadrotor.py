@@ -17,6 +17,7 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from asip_asm.model.law import Law, Port
+from sim.prove_program import CORNERS, Sample, draw, inside
 from sim.robots.closed_loop import Values
 
 RATE = 1000.0
@@ -73,6 +74,41 @@ def mixer() -> NDArray[np.float64]:
     return np.array(
         [[1, 1, 1, 1], [0, ARM, 0, -ARM], [-ARM, 0, ARM, 0], [DRAG, -DRAG, DRAG, -DRAG]], float
     )
+
+
+def near(made: Law) -> Sample:
+    """Set-points near the measured state, by a share of their limits over three decades, which is
+    the rotation away from the heading too; a tenth are drawn apart, the nine words of the rotation
+    among them.
+    """
+    ports = {port.name: port for port in made.of_kind("input")}
+
+    def sample(size: int, rng: np.random.Generator) -> dict[str, NDArray[np.float32]]:
+        apart = {name: draw(port, size, rng).astype(float) for name, port in ports.items()}
+        share = 10.0 ** rng.uniform(-3.0, 0.0, size)
+        yaw = rng.uniform(-math.pi, math.pi, size)
+        tilts = rng.normal(0, 0.3, (size, 3)) * share[:, None]
+        turned = [
+            pin.exp3(np.array([0, 0, angle])) @ pin.exp3(tilt)
+            for angle, tilt in zip(yaw, tilts, strict=True)
+        ]
+        values = dict(apart)
+        for name, (count, _, _) in INPUTS.items():
+            for i in range(count):
+                if name in ("goal", "goal_v"):
+                    at = apart[f"{name.replace('goal_', '').replace('goal', 'p')}{i}"]
+                    values[f"{name}{i}"] = at + share * (apart[f"{name}{i}"] - at)
+                elif name in ("goal_a", "w"):
+                    values[f"{name}{i}"] = share * apart[f"{name}{i}"]
+        values |= {f"r{i}": np.array([turn.ravel()[i] for turn in turned]) for i in range(9)}
+        values |= {"heading0": np.cos(yaw), "heading1": np.sin(yaw)}
+        wide = rng.random(size) < CORNERS
+        return {
+            name: inside(port, np.where(wide, apart[name], values[name]))
+            for name, port in ports.items()
+        }
+
+    return sample
 
 
 class Quadrotor:

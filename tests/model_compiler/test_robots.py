@@ -13,7 +13,7 @@ import pytest
 
 from asip_asm.model.compiler import Options, compile_law
 from asip_asm.model.program import build
-from sim.prove_program import Proof, prove
+from sim.prove_program import Proof, draw_ticks, prove, true_results
 from sim.robots import job
 from sim.robots.__main__ import parse_arguments
 from sim.robots.catalogue import ROBOTS, robot
@@ -163,7 +163,7 @@ def test_command__option_that_means_nothing__refused(option, message, capsys):
 
 
 def test_goals__fewer_inputs_or_a_shorter_motion_than_named__are_not_met():
-    proof = Proof(10, True, "", 0.5, "", 0, {}, 1)
+    proof = Proof(10, True, "", 0.5, "", 0, {}, {"F1": 4, "F2": 10}, 1)
     row = SimpleNamespace(
         name="x",
         built=SimpleNamespace(cycles=10, bound_cycles=10),
@@ -173,7 +173,21 @@ def test_goals__fewer_inputs_or_a_shorter_motion_than_named__are_not_met():
         rate=10_000.0,
     )
     missed = {goal["name"] for goal in goals([row]) if not goal["met"] and goal["name"][0] == "x"}
-    assert missed == {"x, inputs tried", "x, closed loop"}
+    within = "x, inputs with an output inside its limits, least"
+    assert missed == {"x, inputs tried", within, "x, closed loop"}
+
+
+@pytest.mark.parametrize("name", job.SHOWN)
+def test_inputs_of_the_proof__leave_every_output_inside_its_limits_half_of_the_time(name):
+    law, rng = job.SHOWN[name].law(), np.random.default_rng(1)
+    sample, inside = job.SHOWN[name].sample(law), []
+    for _ in range(100):
+        inputs, states = draw_ticks(law, 1, rng, sample)
+        states |= {p.name: np.float32([p.initial]) for p in law.of_kind("parameter")}
+        found = true_results(law, inputs | states)
+        outputs = [p for p in law.of_kind("output") if p.limits]
+        inside.append([p.limits[0] < found[p.name][0] < p.limits[1] for p in outputs])
+    assert (np.mean(inside, axis=0) > 0.4).all(), np.mean(inside, axis=0)
 
 
 def test_goals__name_the_hand_written_program__with_the_cycles_of_the_assembler(monkeypatch):
