@@ -19,8 +19,13 @@ from typing import Any
 from asip_asm.project import BUILD, ROOT
 from scripts.motion_size import area, speed
 from scripts.synth_unit import SynthesisError
+from sim.model.drives import Drives
+from sim.model.parameters import Robot
 from sim.servo.__main__ import main as simulate
+from sim.servo.current_law import Setting
 from sim.servo.goals import Rows
+from sim.servo.start_up import CLOCK
+from tests.servo.axis_latency import latency
 from tests.servo.decoder_edges import campaign
 
 AXIS = "drive_axis"
@@ -29,6 +34,7 @@ BLOCKS = (
     *("pwm_carrier", "pwm_bound", "pwm_phase", "pwm_bridge", "servo_link", "drive_front_end"),
 )
 LUTS, MHZ, SEEDS = 700, 125, (1, 2, 3)
+LATENCY_US = 1.5
 EDGES = {False: 20_000_000, True: 1_000_000_000}
 PROOFS = {
     "no_shoot_through": "PWM, no shoot-through for any registers and faults",
@@ -96,8 +102,14 @@ def blocks(full: bool, report: Callable[[str], None]) -> list[dict[str, Any]]:
     return found
 
 
-def hardware(full: bool, rows: Rows, report: Callable[[str], None]) -> dict[str, Any]:
+def hardware(
+    robot: Robot, drives: Drives, full: bool, rows: Rows, report: Callable[[str], None]
+) -> dict[str, Any]:
     """Rows that are not simulated in the chain, and the blocks' sizes."""
+    report("one axis from its samples to its values, RTL")
+    clocks = max(latency(drives, Setting(robot.resolution)))
+    name = "sampling instant to new compare values, one axis on fast, RTL"
+    rows.most(name, 1e6 * CLOCK * clocks, "us", LATENCY_US)
     proofs(rows, report)
     decoder(full, rows, report)
     size(full, rows, report)

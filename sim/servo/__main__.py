@@ -28,11 +28,13 @@ from sim.servo.goals import Rows, measure, measure_loops
 from sim.servo.position import SHOWN
 from sim.servo.start_up import StartUpError
 
+More = Callable[[Robot, Drives, bool, Rows, Callable[[str], None]], dict]
+
 
 def main(
     argv: Sequence[str] | None = None,
     prog: str = "python -m sim.servo",
-    more: Callable[[bool, Rows, Callable[[str], None]], dict] = lambda full, rows, report: {},
+    more: More = lambda robot, drives, full, rows, report: {},
 ) -> int:
     """Command line; more: adds further rows, and returns what else the file shall have."""
     parser = argparse.ArgumentParser(
@@ -57,7 +59,7 @@ def main(
             measure_loops(robot, drives, rows, console.print)
         else:
             shown = measure(robot, drives, options.full, rows, console.print)
-        further = more(options.full, rows, console.print)
+        further = more(robot, drives, options.full, rows, console.print)
         late = delays(robot, drives)
     except (ParameterError, ControllerFault, StartUpError, OSError) as error:
         console.print(f"error: {error}", style="red", markup=False)

@@ -29,7 +29,7 @@ struct Averaged {
   double middle, end;             // clocks of a half: middle of the window, samples
   double noise;                   // of a sample [A], standard deviation
   uint64_t seed = 88172645463325252ull;
-  bool up = true;
+  bool up = true, turned = false;  // turned: by a test bench, at its speeds
   bool faulted = false;
 
   int64_t count(int n) const {
@@ -75,7 +75,8 @@ struct Averaged {
       windings[n].advance(axis, alpha, beta, c, s, axis.wave * mechanics.speed[n], time);
       force[n] = (before + windings[n].force(axis)) / 2;
     }
-    mechanics.advance(p, force, released, time);
+    if (turned) mechanics.spin(mechanics.speed, time);
+    else mechanics.advance(p, force, released, time);
   }
 
   static float word(double value) { return float(kMagic + std::nearbyint(value)); }
@@ -143,9 +144,15 @@ void averaged_free(void* handle) { delete static_cast<Averaged*>(handle); }
 void averaged_brakes(void* handle, uint32_t released) { static_cast<Averaged*>(handle)->released = released; }
 
 // Half periods with a row of orders each; rows of 15: i_d, i_q, joint positions at the samples' instant's half end.
-int averaged_halves(void* handle, const float* orders, double* out, uint32_t n) {
+// joints: n + 1 rows of five, or none: where a test bench moves the joints from, whatever the forces.
+int averaged_halves(void* handle, const float* orders, const double* joints, double* out, uint32_t n) {
   auto* a = static_cast<Averaged*>(handle);
   for (uint32_t i = 0; i < n; ++i, orders += kAxes) {
+    a->turned = joints != nullptr;
+    for (int axis = 0; joints && axis < kAxes; ++axis, ++joints) {
+      a->mechanics.position[axis] = joints[0];
+      a->mechanics.speed[axis] = (joints[kAxes] - joints[0]) / (kHalf * kClock);
+    }
     a->half(orders);
     for (int axis = 0; out && axis < kAxes; ++axis) {
       out[axis] = a->windings[axis].i_d;

@@ -87,7 +87,7 @@ class AveragedPlant:
         self._lib.averaged_free.argtypes = [pointer]
         self._lib.averaged_brakes.argtypes = [pointer, u32]
         self._lib.averaged_put.argtypes = [pointer] * 4
-        self._lib.averaged_halves.argtypes = [pointer, pointer, pointer, u32]
+        self._lib.averaged_halves.argtypes = [*[pointer] * 4, u32]
         self._lib.averaged_look.argtypes = [pointer, pointer, pointer]
         record, start = plant.record(), np.array(at, dtype=float)
         self._counts = np.zeros(AXES, dtype=np.int64)
@@ -129,14 +129,20 @@ class AveragedPlant:
         """Bit n opens axis n's holding brake; all are open at first."""
         self._lib.averaged_brakes(self._handle, released)
 
-    def halves(self, orders: ArrayLike) -> NDArray[np.float64]:
+    def halves(
+        self, orders: ArrayLike, joints: NDArray[np.float64] | None = None
+    ) -> NDArray[np.float64]:
         """A half period per row of orders (n, 5): (n, 15), i_d, i_q [A], joints at its end.
 
-        Raises ValueError if the program ends with a fault.
+        joints: (n + 1, 5), a test bench moves them so, whatever the forces. Raises ValueError if
+        the program ends with a fault.
         """
         rows = np.ascontiguousarray(orders, dtype=np.float32)
         out = np.zeros((len(rows), 15))
-        if self._lib.averaged_halves(self._handle, rows.ctypes.data, out.ctypes.data, len(rows)):
+        bench = None if joints is None else np.ascontiguousarray(joints, dtype=np.float64)
+        moved = None if bench is None else bench.ctypes.data
+        place, into = rows.ctypes.data, out.ctypes.data
+        if self._lib.averaged_halves(self._handle, place, moved, into, len(rows)):
             raise ValueError("the current loops stopped with a fault")
         self._look()
         return out

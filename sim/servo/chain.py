@@ -45,8 +45,8 @@ class Look:
     """State of the plant (five each, SI units), clocks since reset, open brakes as bits.
 
     place, rates: of tool and table (x, y, z, tilt, rotation) and their speeds.
-    shoot_through: edges with both gates of a phase on; silent: clock of the last moment at which
-    all gates went off.
+    shoot_through: edges behind which both gates, or both switches, of a phase are on; silent: clock
+    of the last moment at which all gates went off.
     """
 
     joints: NDArray[np.float64]

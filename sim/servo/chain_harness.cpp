@@ -39,7 +39,7 @@ struct System : DualBench<System, Vdrive_chain> {
   double behind[kAxes] = {};        // clock up to which a winding is solved
   bool high[15] = {}, low[15] = {}; // switches that conduct
   uint32_t gates = 0;               // low 15: high gates; next 15: low gates
-  uint32_t shoot_through = 0;       // edges with both gates of a phase on
+  uint32_t shoot_through = 0;       // edges behind which both gates or both switches of a phase are on
   std::deque<Edge> on, off;         // of gates (phase 0..14: high, 15..29: low), on their way to switches
   double first[kAxes][2] = {}, second[kAxes][2] = {};  // integrators of the modulators
   int64_t start[kAxes] = {};        // counts at reset
@@ -187,6 +187,7 @@ struct System : DualBench<System, Vdrive_chain> {
       const uint32_t phase = edge.phase % 15;
       solve(phase / 3, edge.clock);
       (edge.phase < 15 ? high : low)[phase] = edge.on;
+      shoot_through += high[phase] && low[phase];
     }
     uint32_t bits_a = 0, bits_b = 0;
     for (int n = 0; n < kAxes; ++n) {

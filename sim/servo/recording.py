@@ -20,11 +20,12 @@ from numpy.typing import NDArray
 
 from asip_asm.image import Image
 from asip_asm.project import BUILD
-from sim.dual.moves import moves_of
+from sim.dual.moves import Move, moves_of
 from sim.dual.system import TRAJECTORY_PROGRAM, program
 from sim.gcode.interpreter import parse_file
 from sim.model.drives import Drives
 from sim.model.parameters import Robot
+from sim.model.records import SetPoints
 from sim.run.nios import set_points
 from sim.servo import friction_law
 from sim.servo.chain import CONFIGURATIONS, ORDER_FILTER, ChainRtl, current_program
@@ -41,13 +42,15 @@ Progress = Callable[[int], None]
 
 @dataclass(frozen=True)
 class Recording:
-    """N ticks: exact joints (N, 5) and tool (N, 3); half periods (`chain.HALF`); clocks simulated
-    and processor time for them [s]; edges with both gates of a phase on. What the start-up found:
+    """N ticks: exact joints (N, 5) and tool (N, 3), commands (N, 5) [N, N m]; half periods
+    (`chain.HALF`); clocks simulated and processor time for them [s]; edges behind which both
+    gates or switches of a phase are on. What the start-up found:
     electrical angles (5,) [rad], currents' offsets (5, 2) [counts]; state before the first tick
     (3, 5): place, rates, bristles (`chain.Look`)."""
 
     joints: NDArray[np.float64]
     tool: NDArray[np.float64]
+    commands: NDArray[np.float32]
     halves: NDArray[np.void]
     clocks: NDArray[np.int64]
     seconds: NDArray[np.float64]
@@ -68,9 +71,7 @@ def record(
     robot: Robot, drives: Drives, ticks: int, kind: str, progress: Progress = lambda n: None
 ) -> Recording:
     """The first ticks with a law of `KINDS`. Raises ControllerFault, StartUpError."""
-    settings = MotionSettings(robot)
-    trajectory = generate(parse_file(PATH), settings)
-    path, moves = set_points(trajectory, ticks), moves_of(trajectory, settings)
+    path, moves = _path(robot, ticks)
     image = tracking_image(robot, drives, kind)
     chain = Chain(Plant(robot, drives), path, moves, tracking_program=image)
     begin = time.process_time()
@@ -80,6 +81,7 @@ def record(
     return Recording(
         run.joints,
         run.tool,
+        run.commands,
         run.halves,
         np.array(chain.system.clocks - before),
         np.array(time.process_time() - begin),
@@ -90,6 +92,12 @@ def record(
     )
 
 
+def _path(robot: Robot, ticks: int) -> tuple[SetPoints, list[Move]]:
+    settings = MotionSettings(robot)
+    trajectory = generate(parse_file(PATH), settings)
+    return set_points(trajectory, ticks), moves_of(trajectory, settings)
+
+
 def place_of(robot: Robot, drives: Drives, ticks: int, kind: str) -> Path:
     """File that keeps a recording; another for anything that changes it."""
     images = (
@@ -98,9 +106,11 @@ def place_of(robot: Robot, drives: Drives, ticks: int, kind: str) -> Path:
         current_program(drives, Setting(robot.resolution, order_filter=ORDER_FILTER)).image,
     )
     digest = hashlib.sha256(ChainRtl().library.parent.name.encode())
-    digest.update(repr((images, Plant(robot, drives).record().tolist(), ticks)).encode())
-    for file in (PATH, *(Path(__file__).with_name(name) for name in SOURCES)):
-        digest.update(file.read_bytes())
+    path, moves = _path(robot, ticks)
+    record = Plant(robot, drives).record().tolist()
+    digest.update(repr((images, record, moves, path.words().tolist())).encode())
+    for name in SOURCES:
+        digest.update(Path(__file__).with_name(name).read_bytes())
     return BUILD / "servo" / f"recording_{kind}_{digest.hexdigest()[:16]}.npz"
 
 

@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """A piece of a path twice: every clock of the RTL chain, and with averaged inverters.
 
-Both run the same start-up values, tracking program and plant, from the state that the alignment
-leaves, each in closed loop of its own. Averaged inverters take the noise of the modulators: without
-it a machine that sticks near a reversal may rest a count aside.
+Both have the same start-up values, tracking program and plant, from the state that the alignment
+leaves. Once the averaged inverters take the orders and the motion of the RTL: then the currents are
+the same. And each runs in closed loop of its own, the averaged inverters with the noise of the
+modulators: then the largest errors are the same, which is what whole paths are run for. At every
+instant they are not: near a reversal a machine sticks a part of a count aside by chance.
 """
 
 from __future__ import annotations
@@ -24,30 +26,35 @@ from sim.run.nios import set_points
 from sim.servo.averaged import AveragedPlant
 from sim.servo.chain import ORDER_FILTER
 from sim.servo.current_law import Setting
-from sim.servo.plant import Plant
+from sim.servo.path import Run
+from sim.servo.plant import AXES, Plant
 from sim.servo.recording import PATH, Recording, recordings, tracking_image
 from sim.servo.response import NOISE
 from sim.servo.whole import FrictionController, reversals
 from sim.trajectory.exact_stop import MotionSettings, generate
 
 SETTLED = 500  # ticks
+BEFORE = 11  # half periods in a recording, before the first command acts
 
 
 @dataclass(frozen=True)
 class Sample:
     """Ticks of the path of reversals: error (N, 5) of the exact joints [m, rad] on RTL and
-    averaged, of the RTL's tool (N,) [m]; ticks (N, 5) near a reversal; the RTL's recording."""
+    averaged, of the RTL's tool (N,) [m]; ticks (N, 5) near a reversal; the RTL's recording; largest
+    difference (5,) of the torque-making current [A], means of a tick, same orders and motion."""
 
     error: NDArray[np.float64]
     averaged_error: NDArray[np.float64]
     tool: NDArray[np.float64]
     near: NDArray[np.bool_]
     rtl: Recording
+    current: NDArray[np.float64]
 
     @property
     def difference(self) -> NDArray[np.float64]:
-        """Largest distance of the joints, RTL against averaged, behind the first 50 ms (5,)."""
-        return np.abs(self.error - self.averaged_error)[SETTLED:].max(axis=0, initial=0.0)
+        """Of the largest errors, RTL against averaged, behind the first 50 ms (5,)."""
+        averaged = np.abs(self.averaged_error)[SETTLED:].max(axis=0, initial=0.0)
+        return np.abs(self.largest - averaged)
 
     @property
     def largest(self) -> NDArray[np.float64]:
@@ -60,13 +67,28 @@ class Sample:
         return np.where(self.near, np.abs(self.error), 0.0).max(axis=0)
 
 
+def same_currents(
+    machine: AveragedPlant, rtl: Run | Recording, skip: int = 20
+) -> NDArray[np.float64]:
+    """Largest difference (5,) of i_q [A], means of a tick, where the averaged inverters take the
+    orders and the motion of the RTL; skip: ticks in which the loops find the integrals."""
+    ticks = len(rtl.halves) // 10 - 2
+    position = rtl.halves["position"]
+    middle = (position[:-1] + position[1:]) / 2  # of a half of the carrier
+    orders = np.repeat(rtl.commands[:ticks], 10, axis=0)
+    found = machine.halves(orders, middle[BEFORE - 2 :][: len(orders) + 1])[:, 5:10]
+    same = rtl.halves["i_q"][BEFORE:][: len(found)]
+    return np.abs((found - same).reshape(ticks, 10, AXES).mean(1))[skip:].max(axis=0)
+
+
 def sample(robot: Robot, drives: Drives, kind: str, rtl: Recording) -> Sample:
     """A recording of a law of `KINDS` beside averaged inverters. Raises ControllerFault."""
     path = set_points(generate(parse_file(PATH), MotionSettings(robot)), len(rtl.joints))
     desired = joint_path(robot, path)[0]
     setting = Setting(robot.resolution, order_filter=ORDER_FILTER)
     at = (*path.position[0].tolist(), *path.table_position[0].tolist())
-    machine = AveragedPlant(Plant(robot, drives), setting, at, rtl.angles, rtl.zeros, NOISE)
+    plant = Plant(robot, drives)
+    machine = AveragedPlant(plant, setting, at, rtl.angles, rtl.zeros, NOISE)
     machine.put(*rtl.first)
     controller = (
         AsipController(tracking_image(robot, drives, kind), intermediates=False)
@@ -80,6 +102,7 @@ def sample(robot: Robot, drives: Drives, kind: str, rtl: Recording) -> Sample:
         np.linalg.norm(rtl.tool - path.position, axis=1),
         reversals(robot, path),
         rtl,
+        same_currents(AveragedPlant(plant, setting, at, rtl.angles, rtl.zeros), rtl),
     )
 
 

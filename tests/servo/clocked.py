@@ -53,7 +53,10 @@ void clocked_run(const int64_t* in, int64_t* out, uint64_t n, int reset) {{
 
 
 class Clocked:
-    """Module `top` with these ports (clock and reset apart), each of 64 bits at most."""
+    """Module `top` with these ports (clock and reset apart), each of 64 bits at most.
+
+    folders: where its sources stand, by default `FOLDERS`.
+    """
 
     def __init__(
         self,
@@ -61,6 +64,7 @@ class Clocked:
         inputs: Sequence[str],
         outputs: Sequence[str],
         parameters: Mapping[str, int] | None = None,
+        folders: Sequence[Path] | None = None,
     ) -> None:
         self.inputs, self.outputs = tuple(inputs), tuple(outputs)
         text = TEMPLATE.format(
@@ -77,7 +81,11 @@ class Clocked:
             harness.write_text(text)
         base = Path(str(ROOT / "sim/harness"))
         library = build_library(
-            top, sources_of(top, FOLDERS), harness, parameters, harness_flags=(f"-I{base}",)
+            top,
+            sources_of(top, folders or FOLDERS),
+            harness,
+            parameters,
+            harness_flags=(f"-I{base}",),
         )
         self._run = load_model(library).clocked_run
         self._run.argtypes = [ctypes.c_void_p, ctypes.c_void_p, ctypes.c_uint64, ctypes.c_int]

@@ -22,9 +22,11 @@ from sim.servo.chain import ORDER_FILTER
 from sim.servo.current_law import Setting
 from sim.servo.current_loop import rise_and_overshoot
 from sim.servo.friction_law import image
+from sim.servo.goals import SAME_CURRENT
 from sim.servo.path import Chain
 from sim.servo.plant import Plant
 from sim.servo.response import analyse, averaged_distortion, averaged_responses
+from sim.servo.sample import same_currents
 from sim.servo.whole import FrictionController
 from sim.trajectory.exact_stop import MotionSettings, generate
 
@@ -96,17 +98,16 @@ def test_chain__follows_from_encoder_edges_to_gate_edges():
     assert (np.abs(run.counts * resolution - run.joints).max(axis=0) <= 0.6 * resolution).all()
     # The same commands on averaged inverters: the same currents. The record begins in the period
     # before, 11 half periods ahead.
-    averaged = AveragedPlant(
-        machine.plant,
-        replace(SETTING, order_filter=ORDER_FILTER),
-        machine.at,
-        machine.angles,
-        machine.zeros,
-    )
-    found = averaged.halves(np.repeat(run.commands, 10, axis=0))
+    setting = replace(SETTING, order_filter=ORDER_FILTER)
+    start = machine.plant, setting, machine.at, machine.angles, machine.zeros
+    found = AveragedPlant(*start).halves(np.repeat(run.commands, 10, axis=0))
     means = np.stack([found[100 + 10 * k : 110 + 10 * k, 5:10].mean(0) for k in range(28)])
     rtl = np.stack([run.halves["i_q"][111 + 10 * k : 121 + 10 * k].mean(0) for k in range(28)])
     assert np.abs(means - rtl).max() < 0.03
+    # And with the same motion; orders a control period late are seen.
+    assert same_currents(AveragedPlant(*start), run).max() < SAME_CURRENT
+    late = replace(run, commands=np.roll(run.commands, 1, axis=0))
+    assert (same_currents(AveragedPlant(*start), late)[:3] > SAME_CURRENT).all()
     # The bus falls: all gates off, all brakes closed, and the machine stays.
     machine.system.fault(300.0)
     machine.system.clock(20)

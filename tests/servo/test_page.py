@@ -46,8 +46,9 @@ def test_page__has_every_picture(tmp_path, reverses):
     near = np.zeros((TICKS, 5), dtype=bool)
     near[1000:1100] = reverses
     none = [np.array(0)] * 6
-    rtl = Recording(error, error[:, :3], np.zeros(10 * TICKS, dtype=HALF), *none)
-    sample = Sample(error, error, tool, near, rtl)
+    halves = np.zeros(10 * TICKS, dtype=HALF)
+    rtl = Recording(error, error[:, :3], error.astype(np.float32), halves, *none)
+    sample = Sample(error, error, tool, near, rtl, error[0])
     shown = Shown(
         loops,
         PositionLoops(frequency, columns, columns),

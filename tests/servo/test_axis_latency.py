@@ -1,0 +1,21 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Samples to values of one axis on the RTL: constant, and within what a loop of 100 kHz allows."""
+
+from __future__ import annotations
+
+import pytest
+
+from sim.model.drives import Drives
+from sim.model.parameters import Robot
+from sim.servo.current_law import Setting
+from sim.servo.start_up import CLOCK
+from tests.servo.axis_latency import latency
+
+SETTING = Setting(Robot.load().resolution)
+
+
+@pytest.mark.parametrize(("configuration", "most"), [("fast", 1.5e-6), ("small", 3e-6)])
+def test_latency__is_the_same_in_each_period(configuration, most):
+    found = latency(Drives.load(), SETTING, configuration)
+    assert len(found) == 3 and len(set(found)) == 1
+    assert found[0] * CLOCK <= most
