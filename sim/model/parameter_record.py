@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, ClassVar, Self
@@ -29,6 +29,27 @@ def parameter(unit: str, low: float, high: float, why: str) -> Any:
     return field(metadata={"unit": unit, "low": low, "high": high, "why": why})
 
 
+def _read(path: Path) -> tuple[dict[str, Any], dict[str, int]]:
+    try:
+        return read_toml(path)
+    except ParameterFileError as error:
+        raise ParameterError(str(error)) from None
+
+
+def placed(
+    error: ParameterError, path: Path, lines: Mapping[str, int] | None = None
+) -> ParameterError:
+    """The same error with file and line in front; its text begins with the parameter's name.
+
+    lines: of the names, read from the file if not given. Raises ParameterError, OSError.
+    """
+    if lines is None:
+        lines = _read(path)[1]
+    line = lines.get(str(error).split(" ")[0].split(":")[0])
+    place = f"{path}:{line}" if line else f"{path}"
+    return ParameterError(f"{place}: error: {error}")
+
+
 @dataclass(frozen=True)
 class Record:
     """Base of the records. `others` are names of the file that belong to other ones; None: any."""
@@ -42,16 +63,11 @@ class Record:
         The text of a ParameterError begins with the file and, where there is one, the line.
         """
         path = path or ROBOT_TOML
-        try:
-            tables, lines = read_toml(path)
-        except ParameterFileError as error:
-            raise ParameterError(str(error)) from None
+        tables, lines = _read(path)
         try:
             return cls(**cls._values(tables))
         except ParameterError as error:
-            line = lines.get(str(error).split(" ")[0].split(":")[0])
-            place = f"{path}:{line}" if line else f"{path}"
-            raise ParameterError(f"{place}: error: {error}") from None
+            raise placed(error, path, lines) from None
 
     @classmethod
     def _values(cls, tables: dict[str, Any]) -> dict[str, Any]:

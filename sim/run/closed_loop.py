@@ -66,6 +66,7 @@ def run(
     """
     n = len(path)
     words = path.words()
+    drives = plant is not None
     if plant is None:
         plant = Plant(robot, tuple(path.position[0]), tuple(path.table_position[0]))
     counts = np.empty((n, 5), dtype=np.int32)
@@ -90,14 +91,25 @@ def run(
         try:
             seen = plant.step(result.outputs[0].tolist())
         except (ValueError, OverflowError) as error:  # no number any more
-            raise ControllerFault(
-                f"tick {tick}: the robot's motion has no bound any more ({error}); the loop is "
-                "unstable with these parameters"
-            ) from error
+            raise ControllerFault(f"tick {tick}: {_cause(drives, error)}") from error
         if (tick + 1) % PROGRESS_TICKS == 0:
             progress(PROGRESS_TICKS)
     progress(n % PROGRESS_TICKS)
     return Recording(counts, joints, tool, concatenate(parts))
+
+
+def _cause(drives: bool, error: Exception) -> str:
+    """Why a plant has stopped; drives: it has motors of its own."""
+    text = (
+        f"the robot's motion has no bound any more ({error}); the loop is unstable with these "
+        "parameters: lower f_legs or f_table"
+    )
+    if drives:
+        text += (
+            ". Or a current loop is, which `python -m sim.servo --loops` tells: then check R, L_d, "
+            "L_q and psi of the motors, and U_dc"
+        )
+    return text
 
 
 def replay(

@@ -3,7 +3,8 @@
 
     python -m sim.servo              what is simulated; `make drive` adds area, clock and proofs
 
-Exit status: 0 if every goal is met, 1 if one is missed or not measured, 2 wrong command line.
+Exit status: 0 if every goal is met, 1 if one is missed or not measured, or the run stopped with an
+error, 2 wrong command line.
 """
 
 from __future__ import annotations
@@ -18,13 +19,14 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from asip_asm.model.read import ModelError
 from asip_asm.project import BUILD
-from sim.model.drives import Drives
-from sim.model.parameters import ROBOT_TOML, ParameterError, Robot
+from sim.model.parameters import ROBOT_TOML, ParameterError
 from sim.run.controller import ControllerFault
 from sim.servo import page
 from sim.servo.delays import delays
 from sim.servo.goals import Rows, measure, measure_loops
+from sim.servo.hardware import load
 from sim.servo.position import SHOWN
 from sim.servo.start_up import StartUpError
 
@@ -53,7 +55,7 @@ def main(
     options = parser.parse_args(argv)
     console = Console()
     try:
-        drives, robot = Drives.load(options.robot), Robot.load(options.robot)
+        robot, drives = load(options.robot)
         rows, shown = Rows(), None
         if options.loops:
             measure_loops(robot, drives, rows, console.print)
@@ -61,8 +63,10 @@ def main(
             shown = measure(robot, drives, options.full, rows, console.print)
         further = more(robot, drives, options.full, rows, console.print)
         late = delays(robot, drives)
-    except (ParameterError, ControllerFault, StartUpError, OSError) as error:
-        console.print(f"error: {error}", style="red", markup=False)
+    except (ParameterError, ModelError, ControllerFault, StartUpError, OSError) as error:
+        text = str(error)
+        text = text if ": error: " in text else f"error: {text}"
+        console.print(text, style="red", markup=False, soft_wrap=True)
         return 1
     options.results.parent.mkdir(parents=True, exist_ok=True)
     whole = options.full and options.robot.resolve() == ROBOT_TOML.resolve()

@@ -14,7 +14,7 @@ from sim.page import provenance
 from sim.page.curves import envelope, framed, panels
 from sim.page.document import Page
 from sim.servo.goals import Shown
-from sim.servo.plant import AXES
+from sim.servo.plant import AXES, NAMES
 from sim.servo.position import SHOWN
 from sim.servo.sample import Sample
 
@@ -23,7 +23,6 @@ LEAD = (
     "Five motors from encoder edges to gate edges: current loops at 100 kHz, a tracking law at "
     "10 kHz, inverters with dead time, friction. Drag to zoom, double-click to see everything."
 )
-NAMES = [*(f"leg {n}" for n in (1, 2, 3)), "tilt", "rotation"]
 PERIOD = 1e-5  # of a half period [s]
 TICK = 1e-4  # of the control law [s]
 AROUND = 0.06  # shown around a reversal [s]

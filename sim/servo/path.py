@@ -17,12 +17,13 @@ from sim.run.controller import ControllerFault
 from sim.servo import start_up
 from sim.servo.chain import CONFIGURATIONS, CONTROL_PERIOD, ORDER_FILTER, ChainRtl
 from sim.servo.current_law import HALF_PERIOD, Setting
+from sim.servo.hardware import check
 from sim.servo.plant import Plant
+from sim.servo.status import told
 
 BEGIN = (
     1210  # clock of a half in which periods are let begin: the first clock is then the next half's
 )
-OVERCURRENT = 1.3  # of the greatest i_max
 
 
 class ChainController(TwoProcessors):
@@ -51,6 +52,7 @@ class Chain:
 
     angles: electrical angles at count 0 [rad] from a table, by default what the alignment finds;
     zeros: what it finds as the currents' offsets; tracking_program: as `TwoProcessors` has it.
+    Raises ParameterError for what the hardware does not follow, StartUpError.
     """
 
     def __init__(
@@ -64,11 +66,11 @@ class Chain:
         self.plant, self.path = plant, path
         self.at = (*path.position[0].tolist(), *path.table_position[0].tolist())
         robot, drives = plant.robot, plant.drives
+        check(robot, drives)
         self.setting = Setting(robot.resolution, order_filter=ORDER_FILTER)
         self.system = ChainRtl()
         counts = self.system.place(plant, self.at)
-        most = OVERCURRENT * max(motor.i_max for motor in drives.motors)
-        start_up.configure(self.system, drives, self.setting, counts, most)
+        start_up.configure(self.system, drives, self.setting, counts)
         self.zeros = start_up.measure_offsets(self.system)
         if angles is None:
             self.angles = start_up.align(self.system, drives, self.setting)
@@ -109,6 +111,6 @@ class Chain:
             progress(1)
         status = self.system.status()
         if status["trip"]:
-            raise ControllerFault(f"tick {self.controller.tick}: axes have tripped, {status}")
+            raise ControllerFault(f"tick {self.controller.tick}: {told(status)}")
         counts, joints, tools, commands = (np.array(column) for column in zip(*rows, strict=True))
         return Run(counts, joints, tools, commands.view(np.float32), self.system.halves())

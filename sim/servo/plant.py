@@ -12,6 +12,7 @@ from sim.model.drives import Drives
 from sim.model.parameters import Robot
 
 AXES = 5
+NAMES = (*(f"leg {n}" for n in (1, 2, 3)), "tilt", "rotation")
 ROBOT = ("R", "m_s", "m_p", "J_a", "l_c", "mr_c", "J_44", "J_55", "m_4", "r_4", "g")
 INVERTER = (
     *("U_dc", "dead_time", "delay_on", "delay_off", "drop", "drop_resistance", "current_scale"),

@@ -19,7 +19,9 @@ from sim.servo import start_up
 from sim.servo.averaged import AveragedPlant, at_joints, true_angles
 from sim.servo.chain import ChainRtl
 from sim.servo.current_law import HALF_PERIOD, Setting
+from sim.servo.hardware import check
 from sim.servo.plant import AXES, Plant
+from sim.servo.status import told
 
 HOME = (0.0, 0.0, 0.6, 0.0, 0.0)
 NOISE = 3e-3  # of a sensed current on averaged inverters [A]; `steps` measures the modulators'
@@ -39,10 +41,11 @@ LAG = 100 * 8e-9  # s from a sample's middle to that of a mean of `HALF`
 
 def locked(robot: Robot, drives: Drives, setting: Setting, plant: Plant) -> tuple[ChainRtl, float]:
     """RTL with brakes closed, gates on, no current; largest noise [A] of a sensed current without
-    gates. Raises StartUpError."""
+    gates. Raises ParameterError for what the hardware does not follow, StartUpError."""
+    check(robot, drives)
     system = ChainRtl()
     counts = system.place(plant, HOME)
-    start_up.configure(system, drives, setting, counts, 1.3 * max(m.i_max for m in drives.motors))
+    start_up.configure(system, drives, setting, counts)
     start_up.measure_offsets(system)
     noise = start_up.sense(system, 32).std(axis=0).max() * setting.ampere_per_count
     start_up.write_angles(system, true_angles(plant, at_joints(plant, HOME)))
@@ -63,8 +66,14 @@ def record(system: ChainRtl, addresses: list[int], rows: ArrayLike) -> NDArray[n
     system.order(addresses, rows)
     count = len(np.asarray(rows))
     system.clock((count + 1) * HALF_PERIOD)
-    if system.status()["trip"] or system.look().shoot_through:
-        raise start_up.StartUpError(f"an axis tripped: {system.status()}")
+    status = system.status()
+    if status["trip"]:
+        raise start_up.StartUpError(f"while the current loops were measured, {told(status)}")
+    if system.look().shoot_through:
+        raise start_up.StartUpError(
+            "both gates of a phase were on: the RTL of the PWM is broken, not a parameter wrong; "
+            "`python -m tests.formal --only no_shoot_through` shows where"
+        )
     return system.halves()[1 : count + 1]
 
 

@@ -18,12 +18,15 @@ from sim.model.drives import Drives
 from sim.servo.chain import ChainRtl, current_program, write_constants
 from sim.servo.current_law import MAGIC, Setting
 from sim.servo.plant import AXES
+from sim.servo.status import told
 
 CLOCK = 8e-9
 WINDOW = 700  # clock of a half period in which the currents' windows begin
 ALL = (1 << AXES) - 1
 RUN = sum(2 << 2 * n for n in range(AXES))  # of MODE
 DIRECTIONS = (0.0, np.pi, 0.5 * np.pi, 1.5 * np.pi)  # of the alignment's current vectors [rad]
+FAST_FULL_SCALE = 8**3 // 2  # of a fast value of current, windows of 2^CONFIG.fast_log2 bits
+OVERCURRENT = 1.3  # of the greatest i_max, trips
 SETTLE = 1e-3  # with the gates just on [s]
 LEAST_MOVE = 4  # counts of an axis that is aligned
 MOST_OFF = 0.15  # of its move
@@ -34,21 +37,39 @@ class StartUpError(RuntimeError):
     """A step of the start-up did not do what it should; names the axis and what was found."""
 
 
-def configure(
-    system: ChainRtl, drives: Drives, setting: Setting, counts: Sequence[int], most: float
-) -> None:
-    """Program and registers; counts: the machine's position [counts]; most: current that trips [A].
+def dead_clocks(drives: Drives) -> int:
+    """DEAD_TIME.clocks."""
+    return round(drives.dead_time / CLOCK)
 
-    The bus voltage trips below 0.8 of what it should be.
+
+def least_clocks(drives: Drives) -> int:
+    """PWM.minimum: a state that is ordered lasts for the dead time and until its switch
+    conducts."""
+    return dead_clocks(drives) + round(drives.delay_on / CLOCK)
+
+
+def trip_current(drives: Drives) -> float:
+    """Size of a phase current that trips any axis [A]: there is one register for all."""
+    return OVERCURRENT * max(motor.i_max for motor in drives.motors)
+
+
+def trip_size(drives: Drives) -> int:
+    """CURRENT_LIMIT.size."""
+    return round(FAST_FULL_SCALE * trip_current(drives) / drives.current_scale)
+
+
+def configure(system: ChainRtl, drives: Drives, setting: Setting, counts: Sequence[int]) -> None:
+    """Program and registers; counts: the machine's position [counts].
+
+    The bus voltage trips below 0.8 of what it should be, a current at `trip_current`. Parameters
+    must have passed `hardware.check`.
     """
     core = system.current
     core.load(current_program(drives, setting).image)
-    dead = round(drives.dead_time / CLOCK)
-    least = round(drives.delay_on / CLOCK)  # of a switch that conducts
-    system.front("PWM", half_period=setting.half, minimum=dead + least)
-    system.front("DEAD_TIME", clocks=dead)
+    system.front("PWM", half_period=setting.half, minimum=least_clocks(drives))
+    system.front("DEAD_TIME", clocks=dead_clocks(drives))
     system.front("WINDOW", start=WINDOW)
-    system.front("CURRENT_LIMIT", size=round(256 * most / drives.current_scale))
+    system.front("CURRENT_LIMIT", size=trip_size(drives))
     system.front("GUARD", bus=round(0.8 * drives.U_dc / setting.bus_scale), encoder=1)
     for n in range(AXES):
         system.front("ORIGIN", n, value=int(counts[n]) & 0xFFFFFFFF)
@@ -62,10 +83,9 @@ def recover(system: ChainRtl) -> None:
     system.clock(4)  # a cause acts on the trip for two clocks more
     system.front("CONTROL", clear=ALL)
     system.clock(4)
-    status = system.status()
-    left = {name: status[name] for name in ("trip", "undervoltage", "stop") if status[name]}
+    left = told(system.status())
     if left:
-        raise StartUpError(f"a fault is still there: {left}")
+        raise StartUpError(f"a fault is still there, {left}")
 
 
 def stop(system: ChainRtl) -> None:
@@ -143,8 +163,9 @@ def align(
         row[:] = positions(system) - rest
     order(system, [0.0] * AXES)
     system.clock(round(max(4 * SETTLE, dwell) / CLOCK))
-    if system.status()["trip"]:
-        raise StartUpError(f"an axis tripped while it was aligned: {system.status()}")
+    status = system.status()
+    if status["trip"]:
+        raise StartUpError(f"while the axes were aligned, {told(status)}")
     angles, size, off = fitted_angles(directions, moved)
     for n in range(AXES):
         asked = f"axis {n + 1}, under {forces[n]:.0f} N or N m: moved by {size[n]:.1f} counts"
@@ -192,7 +213,7 @@ def release(system: ChainRtl) -> None:
     """Open the brakes. Raises StartUpError for an axis that has tripped."""
     status = system.status()
     if status["trip"]:
-        raise StartUpError(f"axes have tripped before their brakes opened: {status}")
+        raise StartUpError(f"before the brakes opened, {told(status)}")
     system.front("BRAKE", release=ALL)
 
 
@@ -204,12 +225,10 @@ def supervise(
     desired: joints of the tracking law [m, rad]; most: following error of each axis that is too
     much. An axis that has tripped stops the others too.
     """
-    status = system.status()
-    causes = [name for name in ("trip", "illegal", "late", "fault", "undervoltage", "stop")
-              if status[name]]  # fmt: skip
-    if causes:
+    wrong = told(system.status())
+    if wrong:
         stop(system)
-        return ", ".join(f"{name} {status[name]:#x}" for name in causes)
+        return wrong
     origin = [np.int32(np.uint32(system.read_front("ORIGIN", n))) for n in range(AXES)]
     for n, count in enumerate(positions(system) + origin):
         error = desired[n] - count * resolution[n]

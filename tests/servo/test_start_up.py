@@ -10,9 +10,11 @@ import numpy as np
 import pytest
 
 from sim.harness.asip_bus import CSR
+from sim.harness.gen.drive_regmap import REGMAP
 from sim.model.drives import Drives
 from sim.model.parameters import Robot
-from sim.servo import start_up
+from sim.servo import hardware, start_up
+from sim.servo import status as status_text
 from sim.servo.averaged import at_joints, true_angles, true_zeros
 from sim.servo.chain import ChainRtl
 from sim.servo.current_law import Setting
@@ -30,7 +32,7 @@ def brought_up(plant: Plant = PLANT) -> ChainRtl:
     """Configured, offsets measured; all gates off, brakes closed."""
     system = ChainRtl()
     counts = system.place(plant, HOME)
-    start_up.configure(system, DRIVES, SETTING, counts, 26.0)
+    start_up.configure(system, DRIVES, SETTING, counts)
     zeros = start_up.measure_offsets(system, 16)
     np.testing.assert_allclose(zeros, true_zeros(PLANT), atol=3)
     return system
@@ -79,7 +81,9 @@ def test_faults__end_with_gates_off_and_brakes_closed_and_can_be_cleared():
         assert status["trip"] == axes, name
         assert all(status[flag] for flag in flags), name
         assert system.look().released == ALL & ~axes, name
-        assert start_up.supervise(system, JOINTS, ROBOT.resolution, MOST), name
+        told = start_up.supervise(system, JOINTS, ROBOT.resolution, MOST)
+        assert told.startswith(f"tripped: {status_text.named(axes)} ("), name
+        assert all(f"{flag}: " in told for flag in flags if flag != "illegal"), name
         assert system.look().released == 0, name
         system.clock(1250)
         assert np.abs(system.look().i_q).max() < 0.1, "no gate, no current"
@@ -88,6 +92,19 @@ def test_faults__end_with_gates_off_and_brakes_closed_and_can_be_cleared():
         system.clock(5000)
         start_up.recover(system)
     assert system.look().shoot_through == 0
+
+
+def test_configured__build_and_registers_are_what_the_limits_of_parameters_say():
+    system = brought_up()
+    config = system.read_front("CONFIG")
+    built = {name: f.of(config) for name, f in REGMAP.registers["CONFIG"].fields.items()}
+    assert built["bit_clocks"] == hardware.BIT_CLOCKS
+    assert built["least_dead_time"] == hardware.LEAST_DEAD_TIME
+    assert 2 ** (3 * built["fast_log2"] - 1) == start_up.FAST_FULL_SCALE
+    strongest = max(motor.i_max for motor in DRIVES.motors)
+    limit = system.read_front("CURRENT_LIMIT") * DRIVES.current_scale / start_up.FAST_FULL_SCALE
+    assert strongest < limit < DRIVES.current_scale
+    assert system.read_front("DEAD_TIME") * start_up.CLOCK == pytest.approx(DRIVES.dead_time)
 
 
 def test_following_error__stops_all_axes():
@@ -106,7 +123,7 @@ def test_following_error__stops_all_axes():
 def test_cause_that_is_still_there__is_not_cleared():
     system = brought_up()
     system.fault(300.0)
-    with pytest.raises(start_up.StartUpError, match="undervoltage"):
+    with pytest.raises(start_up.StartUpError, match=r"tripped: leg 1, .*undervoltage: .*check"):
         start_up.recover(system)
 
 

@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the hardware of the drives is built for, and the parameters that it cannot follow.
+
+`sim/robot.toml` states dead time, currents and frequencies; registers and build parameters of
+`rtl/drive` hold some of them, others only at one value. `load` refuses what would have no effect,
+or another one on the RTL than in the laws.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+from sim.harness.gen.drive_regmap import REGMAP
+from sim.model.drives import Drives
+from sim.model.parameter_record import placed
+from sim.model.parameters import ParameterError, Robot
+from sim.servo.chain import CONTROL_PERIOD
+from sim.servo.current_law import HALF_PERIOD
+from sim.servo.start_up import (
+    CLOCK,
+    FAST_FULL_SCALE,
+    OVERCURRENT,
+    dead_clocks,
+    least_clocks,
+    trip_current,
+    trip_size,
+)
+
+BIT_CLOCKS = 6  # of a modulator's bit; CONFIG.bit_clocks
+LEAST_DEAD_TIME = 12  # clocks; CONFIG.least_dead_time
+SAME = 1e-6  # relative: a frequency or period written with fewer digits
+
+
+def load(path: Path) -> tuple[Robot, Drives]:
+    """Both records of a parameter file, checked. Raises ParameterError, with file and line, and
+    OSError."""
+    robot, drives = Robot.load(path), Drives.load(path)
+    try:
+        check(robot, drives)
+    except ParameterError as error:
+        raise placed(error, path) from None
+    return robot, drives
+
+
+def check(robot: Robot, drives: Drives) -> None:
+    """Raises ParameterError for a value that the hardware does not follow: name, value, what the
+    hardware has, cure."""
+    for record in (robot, drives):
+        for name, unit, kept, text in _limits(robot, drives):
+            if hasattr(record, name) and not kept:
+                raise ParameterError(f"{name} = {getattr(record, name):.10g} {unit}: {text}")
+
+
+def _limits(robot: Robot, drives: Drives) -> Iterator[tuple[str, str, bool, str]]:
+    """Name, unit, whether kept, what the hardware has and the cure."""
+    fixed = (
+        ("T_s", robot.T_s, CONTROL_PERIOD * CLOCK, "s", "a control period", CONTROL_PERIOD),
+        (
+            *("f_pwm", drives.f_pwm, 1 / (2 * HALF_PERIOD * CLOCK), "Hz"),
+            *("a period of the carrier", 2 * HALF_PERIOD),
+        ),
+        (
+            *("f_modulator", drives.f_modulator, 1 / (BIT_CLOCKS * CLOCK), "Hz"),
+            *("a bit of the modulators", BIT_CLOCKS),
+        ),
+    )
+    for name, value, built, unit, what, clocks in fixed:
+        text = (
+            f"{what} of the drives is {clocks} clocks of {1e9 * CLOCK:g} ns, whatever the file "
+            f"says; enter {built:.10g} {unit}"
+        )
+        yield name, unit, math.isclose(value, built, rel_tol=SAME), text
+    yield from _dead_time(drives)
+    yield from _currents(drives)
+
+
+def _dead_time(drives: Drives) -> Iterator[tuple[str, str, bool, str]]:
+    dead = dead_clocks(drives)
+    most = (1 << REGMAP.registers["DEAD_TIME"].fields["clocks"].width) - 1
+    yield (
+        *("dead_time", "s", LEAST_DEAD_TIME <= dead <= most),
+        f"the inverter's hardware holds {LEAST_DEAD_TIME} .. {most} clocks of {1e9 * CLOCK:g} ns; "
+        f"must be within {LEAST_DEAD_TIME * CLOCK:.4g} .. {most * CLOCK:.4g} s",
+    )
+    late = drives.delay_off - drives.delay_on
+    yield (
+        *("dead_time", "s", late <= dead * CLOCK),
+        f"a switch stops {late:.4g} s later than its opposite's gate lets that conduct (delay_off "
+        "- delay_on): both of a phase would short the bus; must be that long at least, in whole "
+        f"clocks of {1e9 * CLOCK:g} ns",
+    )
+    rest = (HALF_PERIOD // 2 - dead) * CLOCK
+    yield (
+        *("delay_on", "s", least_clocks(drives) <= HALF_PERIOD // 2),
+        "with dead_time more than half of a half period of the carrier, so that a phase could only "
+        f"be on or off; must be <= {rest:.4g} s, or a shorter dead_time",
+    )
+
+
+def _currents(drives: Drives) -> Iterator[tuple[str, str, bool, str]]:
+    greatest = max(("legs", "tilt", "rotation"), key=lambda axis: getattr(drives, f"i_max_{axis}"))
+    trip, scale = trip_current(drives), drives.current_scale
+    yield (
+        *(f"i_max_{greatest}", "A", trip <= scale * (1 + SAME)),
+        f"axes trip at {OVERCURRENT:g} of the greatest i_max, {trip:.4g} A; the sensing ends at "
+        f"current_scale = {scale:g} A and would not show that; must be <= "
+        f"{_below(scale / OVERCURRENT)} A, or sense with current_scale >= {_above(trip)} A",
+    )
+    yield (
+        *("current_scale", "A", trip_size(drives) > 0),
+        f"axes trip at {OVERCURRENT:g} of the greatest i_max, {trip:.4g} A: less than half a step "
+        f"of the overcurrent comparator, which then is off; must be < "
+        f"{_below(2 * FAST_FULL_SCALE * trip)} A",
+    )
+
+
+def _below(value: float) -> str:
+    """Four digits of a positive number that is not above it."""
+    step = 10.0 ** (math.floor(math.log10(value)) - 3)
+    return f"{math.floor(value / step * (1 + SAME)) * step:.4g}"
+
+
+def _above(value: float) -> str:
+    step = 10.0 ** (math.floor(math.log10(value)) - 3)
+    return f"{math.ceil(value / step * (1 - SAME)) * step:.4g}"

@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What STATUS of the drives' front-end says in words, and where commands pass it on."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import pytest
+
+from sim.harness.gen.drive_regmap import REGMAP
+from sim.run import closed_loop
+from sim.run.controller import ControllerFault
+from sim.servo import response, start_up
+from sim.servo.path import Chain
+from sim.servo.status import told
+
+NONE = dict.fromkeys(REGMAP.registers["STATUS"].fields, 0)
+
+
+@pytest.mark.parametrize(
+    ("flags", "begins", "has", "not_has"),
+    [
+        ({"trip": 1}, "tripped: leg 1 (leg 1: overcurrent or power stage; check", "", "encoder"),
+        ({"trip": 8, "illegal": 8}, "tripped: tilt (tilt: encoder", "cable", "overcurrent"),
+        (
+            {"trip": 17, "illegal": 16},
+            "tripped: leg 1, rotation (",
+            "rotation: encoder, both lines changed at once; check its cable, and its speed against "
+            "ENCODER; leg 1: overcurrent",
+            "leg 1, rotation: ",
+        ),
+        ({"trip": 31, "undervoltage": 1}, "tripped: leg 1, leg 2, leg 3, tilt, rotation (under",
+         "U_dc", "overcurrent"),
+        ({"trip": 31, "stop": 1}, "tripped: ", "stop: a processor that orders", "overcurrent"),
+        ({"trip": 31, "fault": 1}, "tripped: ", "watchdog", "overcurrent"),
+        ({"trip": 31, "late": 1}, "tripped: ", "late: ", "overcurrent"),
+        ({"illegal": 2}, "no axis has tripped (leg 2: encoder", "", "overcurrent"),
+    ],
+)  # fmt: skip
+def test_told__names_axes_causes_and_what_to_do(flags, begins, has, not_has):
+    text = told(NONE | flags)
+    assert text.startswith(begins) and has in text and not_has not in text
+    assert text.endswith("`recover` and start up anew")
+
+
+def test_told__nothing_without_a_fault():
+    assert told(NONE | {"index": 31, "busy": 1}) == ""
+
+
+class Tripped(SimpleNamespace):
+    """In place of `ChainRtl`: whatever is done, the tilt axis has tripped, or gates overlapped."""
+
+    def __init__(self, trip: int = 8, shoot_through: int = 0) -> None:
+        super().__init__()
+        self.trip, self.through = trip, shoot_through
+
+    def status(self) -> dict[str, int]:
+        return NONE | {"trip": self.trip}
+
+    def look(self) -> SimpleNamespace:
+        return SimpleNamespace(clock=0, shoot_through=self.through)
+
+    def clock(self, clocks: int) -> None:
+        pass
+
+    def trace(self) -> None:
+        pass
+
+    def order(self, addresses: list[int], rows: list) -> None:
+        pass
+
+
+def test_measured_loops__a_trip_and_a_shoot_through_are_told_apart():
+    with pytest.raises(start_up.StartUpError, match="measured, tripped: tilt .*check winding"):
+        response.record(Tripped(), [], [])
+    with pytest.raises(start_up.StartUpError, match="RTL of the PWM .*no_shoot_through"):
+        response.record(Tripped(trip=0, shoot_through=1), [], [])
+
+
+def test_path_and_release__tell_which_axis_and_why():
+    with pytest.raises(start_up.StartUpError, match="brakes opened, tripped: tilt .*check winding"):
+        start_up.release(Tripped())
+    chain = object.__new__(Chain)
+    chain.system, chain.controller = Tripped(), SimpleNamespace(tick=7)
+    with pytest.raises(ControllerFault, match="tick 7: tripped: tilt .*check winding"):
+        chain.advance(0)
+
+
+@pytest.mark.parametrize(("drives", "more"), [(True, "--loops"), (False, "f_table$")])
+def test_plant_that_stops__both_causes_are_told_where_there_are_drives(monkeypatch, drives, more):
+    class Stopped:
+        joints, tool = [0.0] * 5, [0.0] * 3
+
+        def counts(self) -> tuple[int, ...]:
+            return (0,) * 5
+
+        def step(self, forces: list[float]) -> None:
+            raise ValueError("the current loops stopped with a fault")
+
+    class Silent:
+        def prime(self, words, counts) -> None: ...
+
+        def step(self, words, counts) -> SimpleNamespace:
+            return SimpleNamespace(outputs=closed_loop.np.zeros((1, 5)))
+
+    monkeypatch.setattr(closed_loop, "Plant", lambda *start: Stopped())
+    path = closed_loop.SetPoints.from_words(closed_loop.np.zeros((3, 15), "f4"))
+    given = Stopped() if drives else None
+    with pytest.raises(ControllerFault, match=rf"tick 0: .*with a fault.*f_legs or .*{more}"):
+        closed_loop.run(None, path, Silent(), lambda ticks: None, plant=given)
