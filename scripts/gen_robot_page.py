@@ -52,6 +52,10 @@ Limits that depend on several parameters:
 - friction_legs <= m_p friction_speed_legs / T_s, and the same of the table with its smaller
   inertia: else the simulated plant would be stiffer than a control period resolves;
 - F_max holds the weight in every corner of the workspace, tau_max_4 the tilted table.
+
+The commands of the motor drives also refuse what their hardware cannot follow, and say what it has:
+another T_s, f_pwm or f_modulator, a dead_time, delay_on, delay_off or i_max beyond it
+([your own motor](drive.md#your-own-motor)).
 """
 
 

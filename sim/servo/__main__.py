@@ -21,7 +21,8 @@ from rich.table import Table
 
 from asip_asm.model.read import ModelError
 from asip_asm.project import BUILD
-from sim.model.parameters import ROBOT_TOML, ParameterError
+from sim.model.drives import Drives
+from sim.model.parameters import ROBOT_TOML, ParameterError, Robot
 from sim.run.controller import ControllerFault
 from sim.servo import page
 from sim.servo.delays import delays

@@ -19,7 +19,7 @@ from sim.harness.asip_bus import CLEAR, CSR, load_words
 from sim.harness.gen.drive_regmap import REGMAP
 from sim.model.drives import Drives
 from sim.servo.current_law import Setting, current_law
-from sim.servo.start_up import CLOCK, WINDOW
+from sim.servo.start_up import WINDOW, dead_clocks, least_clocks
 from tests.servo.clocked import FOLDERS, Clocked
 
 PERIODS = 4
@@ -32,10 +32,9 @@ def writes(drives: Drives, setting: Setting, configuration: str) -> list[tuple[i
     with tempfile.TemporaryDirectory() as folder:
         law = current_law(drives, setting, (0,))
         image = build(compile_law(law, options), Path(folder) / "one_axis.s").image
-    dead = round(drives.dead_time / CLOCK)
     registers = {
-        "PWM": dict(half_period=setting.half, minimum=2 * dead),
-        "DEAD_TIME": dict(clocks=dead),
+        "PWM": dict(half_period=setting.half, minimum=least_clocks(drives)),
+        "DEAD_TIME": dict(clocks=dead_clocks(drives)),
         "WINDOW": dict(start=WINDOW),
         "LINK": dict(enable=1, orders=1),
     }

@@ -3,10 +3,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+import re
+from dataclasses import fields, replace
 
 import pytest
 
+from scripts.drive import PAGE
 from sim.model.drives import Drives
 from sim.model.parameters import ROBOT_TOML, ParameterError, Robot
 from sim.servo import hardware, path, response, start_up
@@ -84,3 +86,15 @@ def test_library__chain_and_current_loops_refuse_before_anything_runs(monkeypatc
         response.locked(ROBOT, drives, Setting(ROBOT.resolution), plant)
     with pytest.raises(ParameterError, match="f_pwm"):
         path.Chain(plant, path_of(ROBOT, 1, PATH), [])
+
+
+def test_page__own_motor_names_every_parameter_of_the_drives_and_none_that_is_not():
+    """`_legs`, and the same with `_tilt` and `_rotation` by one name; `lugre_*` stands for all."""
+    section = re.search(r"## Your own motor\n(.*?)\n## ", PAGE.read_text(encoding="utf-8"), re.S)
+    named = set(re.findall(r"`([A-Za-z]\w*\*?)`", section[1]))
+    known = {field.name for field in (*fields(Robot), *fields(Drives))}
+    for field in fields(Drives):
+        names = {field.name, *(f"{field.name[:k]}*" for k in range(1, len(field.name) + 1))}
+        assert names & named, f"{field.name} is not told"
+    shaped = {n for n in named if re.search(r"_(legs|tilt|rotation|table|time|on|off|scale)$", n)}
+    assert shaped <= known
