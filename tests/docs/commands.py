@@ -12,7 +12,7 @@ from pathlib import Path
 from scripts.doc_blocks import Block, code_blocks
 from sim.harness.build import ROOT
 
-OWN_TESTS = ("own_machine.md", "your_robot.md")  # word for word: test_own_machine, test_your_robot
+OWN_TESTS = ("own_machine.md", "your_robot.md")  # word for word: test_own_machine, test_wheel
 PAGES = [
     ROOT / "README.md",
     *sorted(page for page in (ROOT / "docs").glob("*.md") if page.name not in OWN_TESTS),

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import tomllib
 import zipfile
@@ -13,6 +14,7 @@ from pathlib import Path
 import pytest
 
 from asip_asm.project import ROOT
+from scripts.doc_blocks import code_blocks
 from tests.bench.copies import share_models
 from tests.package.environment import build_wheel, install
 
@@ -207,10 +209,50 @@ def test_asip_model__without_its_packages__says_how_to_get_them(installed: Insta
     ]
 
 
-def test_asip_model__with_its_extra__writes_a_program(wheel: Path, tmp_path: Path) -> None:
-    installed = Installed(tmp_path, install(wheel, tmp_path / "environment", "model"))
+@pytest.fixture(scope="module")
+def with_model(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Installed:
+    folder = tmp_path_factory.mktemp("model")
+    work = folder / "work"
+    work.mkdir()
+    return Installed(work, install(wheel, folder / "environment", "model"))
+
+
+def test_asip_model__with_its_extra__writes_a_program(with_model: Installed) -> None:
+    installed, folder = with_model, with_model.folder
     assert json.loads(installed.must("python", "-c", IMPORT_ALL))["missed"] == OF_THE_BUS
     installed.must("python", "-c", LAW)
-    (tmp_path / "law.interface.toml").write_text(INTERFACE, encoding="utf-8")
+    (folder / "law.interface.toml").write_text(INTERFACE, encoding="utf-8")
     assert "cycles" in installed.must("asip-model", "law.casadi", "law.interface.toml")
-    assert (tmp_path / "law.asip.json").is_file()
+    assert (folder / "law.asip.json").is_file()
+
+
+def test_your_robot__word_for_word__with_the_wheel(with_model: Installed, tmp_path: Path) -> None:
+    """Files and commands of docs/your_robot.md in an empty folder, as after `pip install`."""
+    place = with_model.must("python", "-c", "import sim, pathlib; print(sim.__path__[0])").strip()
+    work = tmp_path / "robot"
+    work.mkdir()
+    (tmp_path / "microtick").symlink_to(Path(place).parent)
+    for block in code_blocks(ROOT / "docs/your_robot.md"):
+        if block.title:
+            (work / block.title).write_text(block.text, encoding="utf-8")
+        elif block.language == "sh":
+            with (work / "page.sh").open("a", encoding="utf-8") as script:
+                script.write(block.text)
+    share_models(with_model.folder / "cache/microtick", "asip-*[0-9a-f]", "verilated-*")
+    environment = with_model.environment | {"HOME": str(tmp_path)}
+    environment["PATH"] = f"{with_model.commands}:{environment['PATH']}"
+    done = subprocess.run(
+        ["sh", "-e", "page.sh"],
+        cwd=work,
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=900,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert done.stdout.count("bits equal the interpreter's") == 6
+    assert len(re.findall("^proved$", done.stdout, re.M)) == 4
+    assert "200 ticks of 2 functions in turn" in done.stdout
+    assert "closed loop: 1000 ticks" in done.stdout
+    on_core, in_c, _ = re.findall(r"^ *torque +=? *([-+0-9.e]+)", done.stdout, re.M)
+    assert float(on_core) == float(in_c) != 0
