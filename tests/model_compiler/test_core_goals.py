@@ -96,3 +96,16 @@ def test_files_are_compared_with_those_of_a_commit(tmp_path, monkeypatch):
     (tmp_path / "core.sv").write_text("two")
     assert not provenance.unchanged_since("HEAD", ["core.sv"])
     assert provenance.unchanged_since("HEAD", ["other.sv"])
+
+
+def test_a_module_that_only_the_other_configuration_has__changes_nothing(monkeypatch):
+    asked = {}
+    monkeypatch.setattr(
+        module, "unchanged_since", lambda commit, paths: asked.setdefault(commit, paths)
+    )
+    core_goals(document("whole"))
+    core_goals(document("fast", modules=["asip", "fp_divsqrt"]))
+    names = {commit: {path.stem for path in paths} for commit, paths in asked.items()}
+    assert {"fp_divsqrt_folded", "fp_divsqrt", "asip_isa_pkg"} <= names["whole"]
+    assert {name for name in names["fast"] if not name.endswith("_pkg")} == {"asip", "fp_divsqrt"}
+    assert "asip_isa_pkg" in names["fast"]

@@ -93,6 +93,7 @@ def test_make_readme__synthesis_is_kept_and_shown(monkeypatch, tmp_path):
     assert readme.main([str(tmp_path)]) == 1
     top = {
         **{"aluts": 12, "registers": 34, "dsp_18x18": 5, "memory_bits": 6789, "commit": "abc"},
+        "modules": ["fp_add"],
         "fmax_mhz": {"median": 100.4, "min": 99.0, "max": 101.0, "seeds": {"1": 99.0, "2": 101.0}},
     }
     other = top | {"commit": "before", "fmax_mhz": top["fmax_mhz"] | {"runs": 2}}
