@@ -3,9 +3,8 @@
 
 Polynomials and reductions are core operations, which no later pass takes apart; what is an exact
 identity of other functions is made of real operations. Coefficients are minimax fits (reweighted
-least squares on 400 Chebyshev nodes in 40 digits, rounded to binary32). `FUNCTIONS` states the
-errors; outside of the domains given there the result is that of the nearest end for exp, expm1 and
-erf, NaN for asin and acos, and not stated for the rest.
+least squares on 400 Chebyshev nodes in 40 digits, rounded to binary32). `functions` and
+`combinations` state the errors, the domains and what happens outside of them.
 """
 
 from __future__ import annotations
@@ -43,6 +42,10 @@ ERFC = (7.806815147399902, 5.352680683135986, 0.9438923001289368, 0.010854245163
         2.0288274754420854e-05, -2.513267816084408e-07)  # fmt: skip
 TAN_EIGHTH, TAN_THREE_EIGHTHS = 0.41421356237, 2.41421356237
 LARGEST_POWER = 64
+LARGE = 2.0**60
+"""Its square is finite, and 1 more is the same number."""
+SMALLEST = 2.0**-149
+"""Positive number of binary32."""
 
 
 def expand_functions(graph: Graph) -> Graph:
@@ -88,19 +91,29 @@ class _Expander(Rewriter):
 
     # ------------------------------------------------------------------ exponentials, logarithms
     def _exponential(self, x: int) -> int:
-        x = self.op("fsat", x, self.c(-86.6), self.c(88.6))
+        p, k = self._reduced_exponential(self.op("fsat", x, self.c(-86.6), self.c(88.6)))
+        return self.op("fmul", self.op("fmul", p, self.power_of_two(k, -1)), self.c(2.0))
+
+    def _half_exponential(self, x: int) -> int:
+        """exp(x) / 2 of a number x >= 0: finite up to 89.4, where exp(x) is not."""
+        p, k = self._reduced_exponential(self.op("fsat", x, self.c(0.0), self.c(89.41)))
+        return self.op("fmul", self.op("fmul", p, self.power_of_two(k, -2)), self.c(2.0))
+
+    def _reduced_exponential(self, x: int) -> tuple[int, int]:
+        """p of 0.7 to 1.5 and a whole number k, with exp(x) = 2^k p."""
         k = self.op("fsub", self.fma(x, self.c(1 / LN2), self.c(MAGIC)), self.c(MAGIC))
         r = self.op("fnmsub", k, self.c(LN2_LOW), self.op("fnmsub", k, self.c(LN2_HIGH), x))
         p = self.fma(self.op("fmul", r, r), self.horner(EXP, r), r)
-        p = self.op("fadd", p, self.c(1.0))
-        half = self.power_of_two(k, -1)
-        return self.op("fmul", self.op("fmul", p, half), self.c(2.0))
+        return self.op("fadd", p, self.c(1.0)), k
 
     def _exp(self, x: int) -> int:
         return self.mark("exp", self._exponential(x), x)
 
+    def _near_expm1(self, x: int) -> int:
+        return self.fma(self.op("fmul", x, x), self.horner(EXPM1, x), x)
+
     def _expm1(self, x: int) -> int:
-        small = self.fma(self.op("fmul", x, x), self.horner(EXPM1, x), x)
+        small = self._near_expm1(x)
         large = self.op("fsub", self._exponential(x), self.c(1.0))
         near = self.op("flt", self.op("fabs", x), self.c(0.5))
         return self.mark("expm1", self.op("sel", near, small, large), x)
@@ -150,15 +163,19 @@ class _Expander(Rewriter):
 
     # ------------------------------------------------------------------ hyperbolic functions
     def _sinh(self, x: int) -> int:
-        u = self._expm1(self.op("abs", x))
-        rest = self.op("div", u, self.op("add", u, self.c(1.0)))
-        size = self.op("mul", self.c(0.5), self.op("add", u, rest))
-        return self.op("copysign", size, x)
+        a = self.op("abs", x)
+        small = self.op("fmul", self._near_expm1(a), self.c(0.5))
+        large = self.op("fsub", self._half_exponential(a), self.c(0.5))
+        v = self.op("sel", self.op("flt", a, self.c(0.5)), small, large)
+        v = self.mark("half_expm1", v, a)
+        twice = self.op("mul", self.c(2.0), v)  # may be infinite: the quotient is 0 then
+        rest = self.op("div", v, self.op("add", twice, self.c(1.0)))
+        return self.op("copysign", self.op("add", v, rest), x)
 
     def _cosh(self, x: int) -> int:
-        e = self._exp(self.op("abs", x))
-        rest = self.op("div", self.c(0.5), e)
-        return self.op("add", self.op("mul", self.c(0.5), e), rest)
+        a = self.op("abs", x)
+        half = self.mark("half_exp", self._half_exponential(a), a)
+        return self.op("add", half, self.op("div", self.c(0.25), half))
 
     def _tanh(self, x: int) -> int:
         size = self.op("min", self.op("abs", x), self.c(20.0))
@@ -166,21 +183,26 @@ class _Expander(Rewriter):
         return self.op("copysign", self.op("div", u, self.op("add", u, self.c(2.0))), x)
 
     def _asinh(self, x: int) -> int:
+        """a / (1 + sqrt(1 + a^2)) is 1 for large a: the square need not grow further."""
         a = self.op("abs", x)
-        square = self.op("mul", a, a)
+        some = self.op("min", a, self.c(LARGE))
         one = self.c(1.0)
-        root = self.op("sqrt", self.op("add", square, one))
-        part = self.op("div", square, self.op("add", root, one))
-        return self.op("copysign", self._log1p(self.op("add", a, part)), x)
+        root = self.op("sqrt", self.op("add", self.op("mul", some, some), one))
+        ratio = self.op("div", some, self.op("add", root, one))
+        grown = self.op("add", a, self.op("mul", a, ratio))
+        return self.op("copysign", self._log1p(grown), x)
 
     def _acosh(self, x: int) -> int:
+        """Two roots: the square of a large number is infinite."""
         t = self.op("sub", x, self.c(1.0))
-        inside = self.op("mul", t, self.op("add", t, self.c(2.0)))
-        return self._log1p(self.op("add", t, self.op("sqrt", inside)))
+        root = self.op("sqrt", self.op("add", t, self.c(2.0)))
+        return self._log1p(self.op("add", t, self.op("mul", self.op("sqrt", t), root)))
 
     def _atanh(self, x: int) -> int:
-        ratio = self.op("div", self.op("add", x, x), self.op("sub", self.c(1.0), x))
-        return self.op("mul", self.c(0.5), self._log1p(ratio))
+        """Of the size: near x = -1 the logarithm's argument would lose its digits."""
+        a = self.op("abs", x)
+        ratio = self.op("div", self.op("add", a, a), self.op("sub", self.c(1.0), a))
+        return self.op("copysign", self.op("mul", self.c(0.5), self._log1p(ratio)), x)
 
     # ------------------------------------------------------------------ angles
     def _tan(self, x: int) -> int:
@@ -207,7 +229,7 @@ class _Expander(Rewriter):
     def _atan2(self, y: int, x: int) -> int:
         """Quotient of the smaller by the larger; both zero give 0."""
         a, b = self.op("abs", y), self.op("abs", x)
-        large = self.op("max", self.op("max", a, b), self.c(1.2e-38))
+        large = self.op("max", self.op("max", a, b), self.c(SMALLEST))
         p = self._atan(self.op("div", self.op("min", a, b), large))
         p = self.op("select", self.op("lt", b, a), self.op("sub", self.c(PI / 2), p), p)
         left = self.op("lt", x, self.c(0.0))
@@ -270,11 +292,16 @@ class _Expander(Rewriter):
         return self.op("copysign", rest, x)
 
     def _remainder(self, x: int, y: int) -> int:
-        """|x / y| < 2^22."""
+        """|x / y| < 2^22; exact: a rest larger than |y|/2 tells a quotient that rounding moved to
+        a half. A true half is exact, and goes to the even quotient.
+        """
         quotient = self.op("i2f", self.op("f2i", self.op("fdiv", x, y)))
-        return self.op("fnmsub", quotient, y, x)
+        rest = self.op("fnmsub", quotient, y, x)
+        step = self.op("fabs", y)
+        over = self.op("fmsub", self.op("fabs", rest), self.c(2.0), step)
+        towards = self.op("selge", rest, step, self.op("fneg", step))
+        return self.op("selgt", over, self.op("fsub", rest, towards), rest)
 
     def _hypot(self, x: int, y: int) -> int:
-        """sqrt(x^2 + y^2) for results of 1e-18 to 1e18."""
         squares = self.op("add", self.op("mul", x, x), self.op("mul", y, y))
         return self.op("sqrt", squares)
