@@ -2,7 +2,7 @@
 """Functions that the core has no unit for, and which the compiler approximates by a polynomial:
 exact values, derivatives and stated errors, for the bound of a program and for tests.
 
-The programs are in `expand`, where also the functions stand that are exact combinations of these.
+The programs are in `expand`; what is made of these functions is stated in `combinations`.
 """
 
 from __future__ import annotations
@@ -24,7 +24,8 @@ LARGEST_TURNS = 256 / TURN
 class Function:
     """An approximated function: exact value and partial derivatives in double precision, largest
     error in units of 2^-23 of the result plus `absolute`, and the domain (low, high) where they
-    hold. own: what depends on the arguments in another way, to be added.
+    hold. outside: what the program gives beyond, for users; own: what depends on the arguments in
+    another way, to be added.
     """
 
     exact: Callable[..., Real]
@@ -32,6 +33,7 @@ class Function:
     ulp: float
     absolute: float
     domain: tuple[float, float]
+    outside: str = ""
     own: Callable[..., Real] | None = None
 
 
@@ -39,22 +41,51 @@ def _erf(x: Real) -> Real:
     return np.vectorize(math.erf, otypes=[float])(x)
 
 
+EVERYWHERE = (-3e38, 3e38)
+
 FUNCTIONS: dict[str, Function] = {
-    "exp": Function(np.exp, lambda x: (np.exp(x),), 1.3, 3e-38, (-86.5, 88.3)),
-    "expm1": Function(np.expm1, lambda x: (np.exp(x),), 1.8, 1e-44, (-86.5, 88.3)),
-    "log": Function(np.log, lambda x: (1 / x,), 1.3, 1e-44, (2.0**-126, 1.2e38)),
-    "log1p": Function(np.log1p, lambda x: (1 / (1 + x),), 2.5, 1e-44, (-0.9999999, 1.2e38)),
-    "atan": Function(np.arctan, lambda x: (1 / (1 + x * x),), 1.6, 1e-44, (-3e38, 3e38)),
+    "exp": Function(
+        np.exp, lambda x: (np.exp(x),), 1.3, 3e-38, (-86.5, 88.3),
+        "2.5e-38 below, 3.0e38 above",
+    ),
+    "expm1": Function(
+        np.expm1, lambda x: (np.exp(x),), 1.8, 1e-44, (-86.5, 88.3), "-1 below, 3.0e38 above"
+    ),
+    "log": Function(
+        np.log, lambda x: (1 / x,), 1.3, 1e-44, (2.0**-126, 1.2e38),
+        "-3e38 at 0, NaN below 0, a wrong number for subnormal x and above",
+    ),
+    "log1p": Function(
+        np.log1p, lambda x: (1 / (1 + x),), 2.5, 1e-44, (-0.9999999, 1.2e38),
+        "NaN at -1 and below, a wrong number above",
+    ),
+    "atan": Function(
+        np.arctan, lambda x: (1 / (1 + x * x),), 1.6, 1e-44, EVERYWHERE, "pi/2 with the sign of x"
+    ),
     "asin": Function(
-        np.arcsin, lambda x: (1 / np.sqrt(np.maximum(1 - x * x, 1e-30)),), 2.2, 1e-44, (-1.0, 1.0)
+        np.arcsin, lambda x: (1 / np.sqrt(np.maximum(1 - x * x, 1e-30)),), 2.2, 1e-44,
+        (-1.0, 1.0), "NaN",
     ),
     "acos": Function(
-        np.arccos, lambda x: (-1 / np.sqrt(np.maximum(1 - x * x, 1e-30)),), 2.2, 1e-44, (-1.0, 1.0)
+        np.arccos, lambda x: (-1 / np.sqrt(np.maximum(1 - x * x, 1e-30)),), 2.2, 1e-44,
+        (-1.0, 1.0), "NaN",
     ),
     "erf": Function(
-        _erf, lambda x: (2 / math.sqrt(math.pi) * np.exp(-x * x),), 1.8, 1e-44, (-3e38, 3e38)
+        _erf, lambda x: (2 / math.sqrt(math.pi) * np.exp(-x * x),), 1.8, 1e-44, EVERYWHERE,
+        "1 with the sign of x",
+    ),
+}  # fmt: skip
+"""By name in CasADi; they are the user's too."""
+
+HALVES: dict[str, Function] = {
+    "half_exp": Function(
+        lambda x: np.exp(x) / 2, lambda x: (np.exp(x) / 2,), 1.3, 1e-44, (0.0, 89.4)
+    ),
+    "half_expm1": Function(
+        lambda x: np.expm1(x) / 2, lambda x: (np.exp(x) / 2,), 1.8, 1e-44, (0.0, 89.4)
     ),
 }
+"""Of sizes, for hyperbolic functions that are finite where the exponential is not."""
 
 
 def _turns(x: Real, scale: Real, offset: Real | float = 0.0) -> Real:
@@ -82,11 +113,11 @@ TURNS: dict[str, Function] = {
         1.4,
         1e-13,
         (-LARGEST_TURNS, LARGEST_TURNS),
-        _angle_lost,
+        own=_angle_lost,
     )
     for name, exact in (("sin", np.sin), ("cos", np.cos))
 }
 """Sine and cosine of 2 pi (scale x + offset) on the multiply-add pipes, see `sine`; arguments x,
 scale and, if it is not 0, offset; the domain is that of the angle in turns.
 """
-MARKED = FUNCTIONS | TURNS
+MARKED = FUNCTIONS | HALVES | TURNS
