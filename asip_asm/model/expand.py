@@ -40,7 +40,10 @@ ERF = (1.128379225730896, -0.37612637877464294, 0.11283782869577408, -0.02686544
 ERFC = (7.806815147399902, 5.352680683135986, 0.9438923001289368, 0.010854245163500309,
         -0.002167085185647011, 0.00042822014074772596, -6.476102862507105e-05,
         2.0288274754420854e-05, -2.513267816084408e-07)  # fmt: skip
-TAN_EIGHTH, TAN_THREE_EIGHTHS = 0.41421356237, 2.41421356237
+ATAN_MIDDLE, ATAN_FAR = 0.4375, 2.41421356237
+"""Sizes from which pi/4 and pi/2 are the base. The first is above tan(pi/8), 0.414: just beyond it
+the roundings around pi/4 weigh most, and the polynomial reaches further.
+"""
 LARGEST_POWER = 64
 LARGE = 2.0**60
 """Its square is finite, and 1 more is the same number."""
@@ -211,8 +214,8 @@ class _Expander(Rewriter):
     def _arctangent(self, a: int) -> int:
         """Of a number a >= 0."""
         one = self.c(1.0)
-        far = self.op("flt", self.c(TAN_THREE_EIGHTHS), a)
-        middle = self.op("flt", self.c(TAN_EIGHTH), a)
+        far = self.op("flt", self.c(ATAN_FAR), a)
+        middle = self.op("flt", self.c(ATAN_MIDDLE), a)
         above = self.op("sel", far, self.c(-1.0), self.op("fsub", a, one))
         below = self.op("sel", far, a, self.op("fadd", a, one))
         t = self.op("sel", middle, self.op("fdiv", above, below), a)

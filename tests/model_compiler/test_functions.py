@@ -37,7 +37,7 @@ def seams(name: str) -> list[float]:
         "expm1": [(k + 0.5) * math.log(2) for k in range(-124, 127)] + [0.5, -0.5],
         "log": logarithms,
         "log1p": [x - 1 for x in logarithms if x > 0.1] + [0.0],
-        "atan": [expand.TAN_EIGHTH, expand.TAN_THREE_EIGHTHS, 1.0],
+        "atan": [expand.ATAN_MIDDLE, expand.ATAN_FAR, 1.0],
         "asin": [0.5, 1.0],
         "acos": [0.5, 1.0, 0.0],
         "erf": [1.0, 4.0, 2.5],
