@@ -159,9 +159,11 @@ def _loop(built: Built, tree: Tree, settings: Settings, seconds: float) -> int:
     except CoreFault as fault:
         print(f"asip-model: the program stops in the closed loop: {fault}")
         return 1
-    worst = ", ".join(f"{error:.2g}" for error in abs(loop.core.errors).max(axis=0))
-    print(f"closed loop: {loop.ticks} ticks, largest errors {worst} [{loop.unit}]")
-    print(f"largest error by that in double precision: {loop.ratio:.4f}")
+    print(f"closed loop: {loop.ticks} ticks; root mean square of each axis' tracking error behind")
+    print("the start, and by that in double precision:")
+    for (name, unit), error in zip(loop.axes.items(), loop.rms(loop.core), strict=True):
+        print(f"  {name}: {error:.2g} {unit}, {loop.ratios[name]:.4f}")
+    print(f"worst axis {loop.worst}: {loop.ratio:.4f}, goal {RATIO}")
     if loop.saturated:
         print(
             f"an output was at its limit in {loop.saturated} ticks: take a lower --bandwidth "

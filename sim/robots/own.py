@@ -21,6 +21,7 @@ from asip_asm.model.law import Law, Port
 from sim.model import kinematics
 from sim.model.parameters import Robot
 from sim.model.plant import Plant
+from sim.model.records import POSITIONS
 from sim.robots.closed_loop import Values
 
 SET_POINTS = (
@@ -295,7 +296,7 @@ def sample(robot: Robot, size: int, rng: np.random.Generator) -> dict[str, NDArr
 class FiveAxes:
     """The rigid-body plant of the main job, friction included, along `path`."""
 
-    unit = "m, rad"
+    axes = dict.fromkeys(POSITIONS[:3], "m") | dict.fromkeys(POSITIONS[3:], "rad")
 
     def __init__(self, robot: Robot | None = None, seconds: float = 2.0) -> None:
         self.robot = robot or Robot.load()

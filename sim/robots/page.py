@@ -28,12 +28,13 @@ def table(rows: Sequence[Row]) -> Table:
     found = Table(title="Robots on the core, configuration fast")
     for heading in (
         "robot", "operations", "cycles", "bound", "as written", "µs", "error/bound", "inputs",
-        "bits", "ticks", "error", "to double",
+        "bits", "ticks", "worst axis", "error", "to double",
     ):  # fmt: skip
         found.add_column(heading, justify="left" if heading == "robot" else "right")
     for row in rows:
         data = row.as_json()
         loop = data["closed_loop"]
+        worst = loop["axes"][loop["worst_axis"]]
         found.add_row(
             row.name,
             str(data["core_operations"]),
@@ -45,13 +46,15 @@ def table(rows: Sequence[Row]) -> Table:
             str(data["inputs_tried"]),
             "equal" if data["bits_equal"] else "[red]differ[/]",
             str(loop["ticks"]),
-            f"{loop['largest_error']:.2g} {loop['unit']}",
+            loop["worst_axis"],
+            f"{worst['rms_error']:.2g} {worst['unit']}",
             f"{loop['ratio_to_double']:.4f}",
         )
     found.caption = (
         f"Time at {default_isa().clock_mhz} MHz. As written: without --reassociate and "
-        "--reciprocal. Error: largest tracking error with the program on the core; to double: by "
-        "that of the same law in double precision."
+        "--reciprocal. Error: root mean square of the tracking error with the program on the core, "
+        "behind the start of the motion; to double: by that of the same law in double precision; "
+        "of the axis where this is largest."
     )
     return found
 
@@ -70,9 +73,10 @@ def write_page(rows: Sequence[Row], goals: Sequence[dict[str, Any]], file: Path)
         errors, outputs = row.loop.core.errors, row.loop.core.outputs
         double = row.loop.double.errors
         names = [port.name for port in row.built.compiled.law.of_kind("output")]
+        axes = [f"{name} [{unit}]" for name, unit in row.loop.axes.items()]
         curves = [
-            (f"error [{row.loop.unit}]", {f"{i}": e for i, e in enumerate(errors.T)}),
-            ("core less double", {f"{i}": e for i, e in enumerate((errors - double).T)}),
+            ("error", dict(zip(axes, errors.T, strict=True))),
+            ("core less double", dict(zip(axes, (errors - double).T, strict=True))),
             ("outputs", {n: o for n, o in zip(names, outputs.T, strict=True)}),
         ]
         page.figure(panels(t, curves), "Tracking errors on the core, how far the run in double "

@@ -10,6 +10,7 @@ algorithm.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import casadi as ca
 import numpy as np
@@ -37,24 +38,15 @@ INPUTS = {
 
 def law() -> Law:
     """Rotor thrusts [N] from set-points and the measured state."""
-    args = {name: ca.SX.sym(name, size) for name, (size, _, _) in INPUTS.items()}
-    rows = ca.reshape(args["r"], 3, 3).T
-    up = ca.SX([0, 0, GRAVITY])
-    pull = KP * (args["goal"] - args["p"]) + KV * (args["goal_v"] - args["v"]) + args["goal_a"] + up
+    args = _symbols()
+    pull, rows, errors = _attitude(args)
     thrust = MASS * ca.dot(pull, rows[:, 2])
-    b3 = pull / ca.sqrt(ca.dot(pull, pull) + 1e-6)
-    heading = ca.vertcat(args["heading"], 0)
-    side = ca.cross(b3, heading)
-    b2 = side / ca.sqrt(ca.dot(side, side) + 1e-6)
-    desired = ca.horzcat(ca.cross(b2, b3), b2, b3)
-    product = ca.mtimes(desired.T, rows)
     w = args["w"]
     moments = []
     for k in range(3):
         i, j = (k + 1) % 3, (k + 2) % 3
-        error = 0.5 * (product[j, i] - product[i, j])
         gyro = (INERTIA[j] - INERTIA[i]) * w[i] * w[j]
-        moments.append(-INERTIA[k] * KR * error - INERTIA[k] * KW * w[k] + gyro)
+        moments.append(-INERTIA[k] * KR * errors[k] - INERTIA[k] * KW * w[k] + gyro)
     mixing = np.linalg.inv(mixer())
     rotors = ca.mtimes(ca.SX(mixing), ca.vertcat(thrust, *moments))
     function = ca.Function("law", list(args.values()), [rotors], list(args), ["rotor"])
@@ -67,6 +59,28 @@ def law() -> Law:
         Port("output", f"rotor{i}", "N", vector="rotor", limits=(0.0, THRUST)) for i in range(4)
     ]
     return Law("quadrotor", function, ports, "attitude and position of a quadrotor", RATE)
+
+
+def _symbols() -> dict[str, ca.SX]:
+    return {name: ca.SX.sym(name, size) for name, (size, _, _) in INPUTS.items()}
+
+
+def _attitude(args: Mapping[str, ca.SX]) -> tuple[ca.SX, ca.SX, list[ca.SX]]:
+    """Wanted acceleration with that of gravity [m/s^2], rotation (3, 3), attitude errors [rad]."""
+    rows = ca.reshape(args["r"], 3, 3).T
+    up = ca.SX([0, 0, GRAVITY])
+    pull = KP * (args["goal"] - args["p"]) + KV * (args["goal_v"] - args["v"]) + args["goal_a"] + up
+    b3 = pull / ca.sqrt(ca.dot(pull, pull) + 1e-6)
+    heading = ca.vertcat(args["heading"], 0)
+    side = ca.cross(b3, heading)
+    b2 = side / ca.sqrt(ca.dot(side, side) + 1e-6)
+    desired = ca.horzcat(ca.cross(b2, b3), b2, b3)
+    product = ca.mtimes(desired.T, rows)
+    errors = []
+    for k in range(3):
+        i, j = (k + 1) % 3, (k + 2) % 3
+        errors.append(0.5 * (product[j, i] - product[i, j]))
+    return pull, rows, errors
 
 
 def mixer() -> NDArray[np.float64]:
@@ -112,9 +126,13 @@ def near(made: Law) -> Sample:
 
 
 class Quadrotor:
-    """The plant: it flies a circle that climbs, nose along a slow yaw."""
+    """The plant: it flies a circle that climbs, nose along a slow yaw.
 
-    unit = "m"
+    Errors are those of the place, and of the attitude against the one that the law in double
+    precision wants at the plant's own state.
+    """
+
+    axes = dict.fromkeys("xyz", "m") | dict.fromkeys(("roll", "pitch", "yaw"), "rad")
 
     def __init__(self, seconds: float = 4.0) -> None:
         self.ticks = round(seconds * RATE)
@@ -123,6 +141,9 @@ class Quadrotor:
         joint = self.model.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), "body")
         self.model.appendBodyToJoint(joint, inertia, pin.SE3.Identity())
         self.data = self.model.createData()
+        args = _symbols()
+        errors = ca.vertcat(*_attitude(args)[2])
+        self.attitude = ca.Function("attitude", list(args.values()), [errors])
         self.start()
 
     def start(self) -> None:
@@ -143,23 +164,28 @@ class Quadrotor:
              ramp * circle[2] + 2 * rising * circle[1]]
         )  # fmt: skip
 
-    def inputs(self, tick: int) -> dict[str, float]:
+    def _state(self, tick: int) -> dict[str, NDArray[np.float64]]:
+        """Arguments of the law at the tick."""
         rotation = pin.Quaternion(self.q[3:]).toRotationMatrix()
         yaw = 0.3 * tick / RATE
         goal = self.goal(tick)
-        values = {
+        return {
             "goal": goal[0], "goal_v": goal[1], "goal_a": goal[2],
-            "heading": [math.cos(yaw), math.sin(yaw)], "p": self.q[:3],
+            "heading": np.array([math.cos(yaw), math.sin(yaw)]), "p": self.q[:3],
             "v": rotation @ self.v[:3], "r": rotation.ravel(), "w": self.v[3:],
         }  # fmt: skip
+
+    def inputs(self, tick: int) -> dict[str, float]:
         return {
             f"{name}{i}": float(np.float32(x))
-            for name, v in values.items()
+            for name, v in self._state(tick).items()
             for i, x in enumerate(v)
         }
 
     def error(self, tick: int) -> NDArray[np.float64]:
-        return self.goal(tick)[0] - self.q[:3]
+        state = self._state(tick)
+        attitude = self.attitude(*(state[name] for name in INPUTS)).full().ravel()
+        return np.concatenate((state["goal"] - state["p"], attitude))
 
     def step(self, outputs: Values) -> None:
         wrench = mixer() @ [outputs[f"rotor{i}"] for i in range(4)]

@@ -10,7 +10,7 @@ import pytest
 
 from sim.robots.__main__ import main
 from sim.robots.catalogue import robot
-from sim.robots.closed_loop import Arm, DoubleLaw, _run
+from sim.robots.closed_loop import Arm, ClosedLoop, DoubleLaw, Loop, _run
 from sim.robots.laws import Settings, computed_torque
 from sim.robots.quadrotor import Quadrotor, law
 
@@ -23,11 +23,13 @@ def test_pendulum_on_the_core_tracks_as_in_double_precision(tmp_path, capsys):
     assert found["bits_equal"] and found["inputs_tried"] == 200
     assert found["closed_loop"]["ticks"] == 200
     assert 0.9 < found["closed_loop"]["ratio_to_double"] <= 1.05
+    assert found["closed_loop"]["axes"]["pole"]["unit"] == "rad"
     assert found["cycles"] <= 1.05 * found["bound_cycles"]
     missed = [goal["name"] for goal in data["goals"] if not goal["met"]]
     missed = [name for name in missed if name.startswith("pendulum")]
-    assert missed == ["pendulum, inputs tried", "pendulum, closed loop"]
-    assert len(data["goals"]) == 9  # and that of the hand-written program
+    within = "pendulum, inputs with an output inside its limits, least"
+    assert missed == ["pendulum, inputs tried", within, "pendulum, closed loop"]
+    assert len(data["goals"]) == 10  # and that of the hand-written program
     assert "Microtick: any robot" in (tmp_path / "robots.html").read_text()
 
 
@@ -50,8 +52,48 @@ def test_quadrotor_flies_its_circle():
     machine = Quadrotor(4.0)
     double = DoubleLaw(law())
     loop = _run(machine, lambda inputs, _: double.tick(inputs))
-    assert np.abs(loop.errors).max() < 0.3
-    assert np.abs(loop.errors[-500:]).max() < 0.15
+    assert np.abs(loop.errors[:, :3]).max() < 0.3
+    assert np.abs(loop.errors[-500:, :3]).max() < 0.15
+    assert 1e-4 < np.abs(loop.errors[-500:, 3:]).max() < 0.1
+
+
+def closed(core: np.ndarray, double: np.ndarray) -> ClosedLoop:
+    """Two axes, errors (ticks, 2)."""
+    runs = (Loop(errors, np.zeros((len(errors), 1))) for errors in (core, double))
+    return ClosedLoop(len(core), *runs, {"lift": "m", "turn": "rad"}, 0)
+
+
+def test_an_axis_with_small_errors_is_judged_by_its_own():
+    double = np.tile([1e-6, 0.1], (100, 1))
+    loop = closed(double * [20, 1], double)
+    assert loop.ratios == pytest.approx({"lift": 20, "turn": 1})
+    assert loop.worst == "lift" and loop.ratio == loop.ratios["lift"]
+
+
+def test_errors_of_the_start_hide_none_behind_it():
+    double = np.full((100, 2), 1e-3)
+    double[:25] = 1.0
+    core = double.copy()
+    core[25:, 1] *= 2
+    assert closed(core, double).ratios == pytest.approx({"lift": 1, "turn": 2})
+
+
+def test_one_tick_of_a_limit_cycle_does_not_decide_and_a_lasting_one_does():
+    double = np.random.default_rng(1).choice([-1e-6, 1e-6], (10_000, 2))
+    core = double.copy()
+    core[5000, 0] *= 3
+    core[5000:, 1] *= 3
+    ratios = closed(core, double).ratios
+    assert ratios["lift"] < 1.001 and ratios["turn"] > 2
+
+
+def test_an_axis_without_an_error_in_double_precision_may_have_none():
+    zero = np.zeros((8, 2))
+    assert closed(zero, zero).ratio == 1
+    loop = closed(zero + [0, 1e-9], zero)
+    assert loop.worst == "turn" and loop.ratio == np.inf
+    lost = closed(zero + [np.nan, 1e-9], zero + 1)
+    assert lost.worst == "lift" and not lost.ratio <= 1.05
 
 
 @pytest.mark.full

@@ -171,7 +171,7 @@ def test_goals__fewer_inputs_or_a_shorter_motion_than_named__are_not_met():
         built=SimpleNamespace(cycles=10, bound_cycles=10),
         seconds=1.0,
         proof=proof,
-        loop=SimpleNamespace(ticks=100, ratio=1.0),
+        loop=SimpleNamespace(ticks=100, ratio=1.0, worst="q0"),
         rate=10_000.0,
     )
     missed = {goal["name"] for goal in goals([row]) if not goal["met"] and goal["name"][0] == "x"}
