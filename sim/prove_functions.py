@@ -13,8 +13,8 @@ from asip_asm.image import Image
 from asip_asm.model.compiler import Compiled
 from asip_asm.model.exact import Array
 from sim.core import Core
-from sim.platforms.bits import first_difference
-from sim.platforms.native import Ran
+from sim.native.bits import first_difference
+from sim.native.law import Ran
 from sim.prove_program import draw_ticks, rounded_sine, unit_sine
 
 TICKS = 1000

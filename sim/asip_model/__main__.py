@@ -222,8 +222,8 @@ def _prove_together(image: Image, built: dict[str, Built], options: argparse.Nam
 
 def _prove_c(built: Built, options: argparse.Namespace) -> bool:
     """Whether the C has the interpreter's bits on this machine."""
-    from sim.platforms.bits import prove_c
-    from sim.platforms.native import CompilerError
+    from sim.native.bits import prove_c
+    from sim.native.law import CompilerError
 
     try:
         difference = prove_c(built.compiled, options.inputs, options.seed)

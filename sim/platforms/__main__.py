@@ -19,8 +19,8 @@ from asip_asm.model.law import Law
 from asip_asm.project import BUILD, ROOT
 from sim.core import CoreFault
 from sim.harness.nios_rtl import NiosError
+from sim.native.law import CompilerError
 from sim.platforms.compare import TOPS, Request, side_by_side
-from sim.platforms.native import CompilerError
 from sim.robots.job import SHOWN
 from sim.run.tables import measured_at
 

@@ -25,8 +25,8 @@ from asip_asm.model.program import build
 from sim.core import Core
 from sim.harness.nios_image import read_elf
 from sim.harness.nios_map import default_system_map
-from sim.platforms.bits import first_difference, prove_c, separate
-from sim.platforms.native import NativeLaw, Times
+from sim.native.bits import first_difference, prove_c, separate
+from sim.native.law import NativeLaw, Times
 from sim.platforms.nios import build_elf, run_elf
 from sim.prove_program import draw_ticks, prove, unit_sine
 from sim.run.tables import synthesised

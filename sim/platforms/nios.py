@@ -18,7 +18,7 @@ from asip_asm.model.exact import Array
 from asip_asm.project import ROOT
 from sim.harness.nios_image import Program
 from sim.harness.nios_rtl import NiosRtl
-from sim.platforms.native import CompilerError, pack, unpack, write_c
+from sim.native.law import CompilerError, pack, unpack, write_c
 
 MAIN = ROOT / "nios_sw/src/law_main.c"
 COMPILER = ROOT / "nios_sw/nios-gcc"

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import functools
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +23,7 @@ from sim.robots import own, pendulum, quadrotor
 from sim.robots.catalogue import robot
 from sim.robots.closed_loop import Arm, ClosedLoop, Machine, close_loop
 from sim.robots.laws import Settings, computed_torque, operations
+from sim.robots.own_errors import ASSEMBLY, compare_with_assembly
 from sim.robots.samples import near
 
 OPTIONS = Options(reassociate=True, reciprocal=True)
@@ -91,7 +92,9 @@ SHOWN: dict[str, Shown] = (
 
 @dataclass(frozen=True)
 class Row:
-    """What was found of one robot. seconds: of compiling and assembling."""
+    """What was found of one robot. seconds: of compiling and assembling. beside_assembly: largest
+    error of an output of the own robot's law, and of its assembly program.
+    """
 
     name: str
     built: Built
@@ -100,6 +103,7 @@ class Row:
     proof: Proof
     loop: ClosedLoop
     rate: float
+    beside_assembly: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     def as_json(self) -> dict[str, Any]:
         """Fields of build/robots.json."""
@@ -156,7 +160,8 @@ def run_robot(name: str, folder: Path, inputs: int, seconds: float | None, seed:
     plain = build(compile_law(law, Options()), folder / f"{name}_as_written.s")
     proof = prove(built.compiled, built.image, count=inputs, seed=seed, sample=shown.sample(law))
     loop = close_loop(law, built.image, shown.machine(seconds))
-    return Row(name, built, plain.cycles, passed, proof, loop, law.rate)
+    beside = compare_with_assembly(name, built.compiled) if name in ASSEMBLY else {}
+    return Row(name, built, plain.cycles, passed, proof, loop, law.rate, beside)
 
 
 @functools.cache
@@ -197,6 +202,9 @@ def goals(rows: Sequence[Row]) -> list[dict[str, Any]]:
         add(f"{row.name}, closed loop", motion, "s", SECONDS, motion >= SECONDS)
         add(f"{row.name}, tracking to double, worst axis {row.loop.worst}", ratio, "", RATIO,
             ratio <= RATIO)  # fmt: skip
+        for output, (error, target) in row.beside_assembly.items():
+            unit = "N" if output[0] == "F" else "N m"
+            add(f"{row.name}, error of {output}", error, unit, target, error <= target)
     cycles = hand_written_cycles()
     add("own robot, hand-written, tick", cycles, "cycles", HAND_WRITTEN_CYCLES,
         cycles <= HAND_WRITTEN_CYCLES)  # fmt: skip

@@ -11,7 +11,8 @@ as integers.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
 import casadi as ca
 import numpy as np
@@ -30,6 +31,10 @@ SET_POINTS = (
 OUTPUTS = ("F1", "F2", "F3", "tau4", "tau5")
 LEGS = range(3)
 AXES = range(5)
+GRID = 2.0**-11
+"""Squares and sums of multiples of it below 4 are exact in binary32 [m]."""
+TO_GRID = 1.5 * 2**23 * GRID
+"""Adding it rounds a binary32 number to a multiple of GRID."""
 Legs = list[ca.SX]
 
 
@@ -42,18 +47,28 @@ def _others(i: int) -> tuple[int, int]:
     return j, k
 
 
-def printed_kinematics(robot: Robot, place: Legs, v: Legs, a: Legs) -> tuple[Legs, ...]:
-    """(7), (8), (9)-(11), and numbers with the signs of the speeds."""
-    lengths, speeds, accelerations = [], [], []
-    for dx, dy in _offsets(robot, place):
+def printed_kinematics(
+    robot: Robot, place: Legs, v: Legs, a: Legs, counts: Legs
+) -> tuple[list[Legs], Legs, Legs, Legs]:
+    """Errors of the legs as terms to add, (28); speeds (8), accelerations (9)-(11), and numbers
+    with the signs of the speeds.
+
+    The start points and the resolution are binary32 numbers and rests: the rounding of such a
+    constant is a constant error of the length, which the integrator sums up.
+    """
+    speeds, accelerations, errors = [], [], []
+    q_high, q_low = single(robot.encoder_legs)
+    for (xp, yp), n in zip(robot.legs, counts, strict=True):
+        (x_high, x_low), (y_high, y_low) = single(xp), single(yp)
+        dx, dy = place[0] - x_high - x_low, place[1] - y_high - y_low
         q = dx * dx + dy * dy + place[2] * place[2]
         s = 2 * dx * v[0] + 2 * dy * v[1] + 2 * place[2] * v[2]
         second = 2 * (v[0] ** 2 + dx * a[0] + v[1] ** 2 + dy * a[1] + v[2] ** 2 + place[2] * a[2])
         root = ca.sqrt(q)
-        lengths.append(root)
+        errors.append([root - n * q_high - n * q_low])
         speeds.append(0.5 * (s / root))
         accelerations.append(-0.25 * (s * s / (q * root)) + 0.5 * (second / root))
-    return lengths, speeds, accelerations, speeds
+    return errors, speeds, accelerations, speeds
 
 
 def printed_dynamics(robot: Robot, legs: Legs) -> tuple[Legs, Legs]:
@@ -87,8 +102,63 @@ def printed_dynamics(robot: Robot, legs: Legs) -> tuple[Legs, Legs]:
     return masses, [m_z * robot.g * cofactor / det for cofactor in cofactors]
 
 
-def short_kinematics(robot: Robot, place: Legs, v: Legs, a: Legs) -> tuple[Legs, ...]:
-    """The same with a = (v.v + r.a - (dl/dt)^2)/l."""
+@contextmanager
+def as_written() -> Iterator[None]:
+    """CasADi leaves expressions as they are: in numbers with roundings, a root's square is not what
+    the root was taken of.
+    """
+    ca.GlobalOptions.setSimplificationOnTheFly(False)
+    try:
+        yield
+    finally:
+        ca.GlobalOptions.setSimplificationOnTheFly(True)
+
+
+def rounded_to(value: float, bits: float) -> tuple[float, float]:
+    """The nearest multiple of `bits`, a power of two, and the rest."""
+    high = round(value / bits) * bits
+    return high, value - high
+
+
+def single(value: float) -> tuple[float, float]:
+    """The nearest binary32 number, and the rest."""
+    high = float(np.float32(value))
+    return high, value - high
+
+
+def residuals(robot: Robot, place: Legs, lengths: Legs) -> list[tuple[ca.SX, ca.SX]]:
+    """Q - l^2 of each leg as two terms, Q = l_d^2 by (7) and l its rounded root.
+
+    Set-points and constants are multiples of `GRID` and rests. Products and sums of the multiples
+    are exact; so is their difference from l^2 but for the rounding of what is left. Legs 2 and 3:
+    Q_1 + 3Ry -+ 2 x_p x.
+    """
+    x, y, z = place
+    xh, yh, zh = highs = [(value + TO_GRID) - TO_GRID for value in place]
+    xl, yl, zl = (value - high for value, high in zip(place, highs, strict=True))
+    (rh, rl), (r3h, r3l) = rounded_to(robot.R, GRID), rounded_to(3 * robot.R, GRID)
+    xph, xpl = rounded_to(2 * robot.legs[1][0], GRID)
+    dy, dyh, dyl = y - robot.R, yh - rh, yl - rl
+    high = xh * xh + zh * zh + dyh * dyh
+    low = xl * (x + xh) + zl * (z + zh) + dyl * (dy + dyh)
+    high23, low23 = high + yh * r3h, low + y * r3l + yl * r3h
+    x2h, x2l = xh * xph, x * xpl + xl * xph
+    # A maximum is no term of a sum: the squares are complete before l^2 is taken off them.
+    highs = (high, ca.fmax(high23 - x2h, 0), ca.fmax(high23 + x2h, 0))
+    rests = (low, low23 - x2l, low23 + x2l)
+    return [(h - ln * ln, rest) for h, ln, rest in zip(highs, lengths, rests, strict=True)]
+
+
+def short_kinematics(
+    robot: Robot, place: Legs, v: Legs, a: Legs, counts: Legs
+) -> tuple[list[Legs], Legs, Legs, Legs]:
+    """The same with a = (v.v + r.a - (dl/dt)^2)/l.
+
+    l_d alone has a rounding error of 3e-8 m, a constant one where the tool rests, which the
+    integrator sums up. So the error is l - q n, exact but for one rounding of the small difference,
+    and apart from it a step of Newton's with the residual of the root (the measured length serves
+    for so small a step) and with the rest of the resolution q. Two readers keep the two apart.
+    """
     lengths, speeds, accelerations, towards = [], [], [], []
     common = v[0] ** 2 + v[1] ** 2 + v[2] ** 2 + place[2] * a[2]
     for dx, dy in _offsets(robot, place):
@@ -100,7 +170,14 @@ def short_kinematics(robot: Robot, place: Legs, v: Legs, a: Legs) -> tuple[Legs,
         lengths.append(length)
         speeds.append(speed)
         accelerations.append((common + dx * a[0] + dy * a[1] - speed * speed) * inverse)
-    return lengths, speeds, accelerations, towards
+    errors = []
+    high, low = single(robot.encoder_legs)
+    with as_written():
+        steps = residuals(robot, place, lengths)
+        for length, (rest, more), n in zip(lengths, steps, counts, strict=True):
+            half = 0.5 * (1 / (robot.encoder_legs * n))
+            errors.append([length - n * high, rest * half + more * half - n * low])
+    return errors, speeds, accelerations, towards
 
 
 def short_dynamics(robot: Robot, legs: Legs) -> tuple[Legs, Legs]:
@@ -130,6 +207,12 @@ def short_dynamics(robot: Robot, legs: Legs) -> tuple[Legs, Legs]:
     return masses, gravity
 
 
+def table_errors(robot: Robot, desired: ca.SX, count: ca.SX) -> Legs:
+    """Error of a table axis as a term; its resolution is a binary32 number and a rest."""
+    high, low = single(robot.encoder_table)
+    return [desired - count * high - count * low]
+
+
 def law(
     robot: Robot,
     kinematics_of: Callable,
@@ -142,21 +225,25 @@ def law(
     place, v, a = ([inputs[n] for n in SET_POINTS[k : k + 3]] for k in (0, 3, 6))
     count, rate = ca.SX.sym("count", 5), ca.SX.sym("count_rate", 5)
     state = {name: ca.SX.sym(name, 5) for name in ("integral", "sign", "ticks")}
-    lengths, speeds, accelerations, towards = kinematics_of(robot, place, v, a)
-    desired = [*lengths, inputs["alpha"], inputs["gamma"]]
+    errors, speeds, accelerations, towards = kinematics_of(
+        robot, place, v, a, [count[i] for i in LEGS]
+    )
+    for i, name in ((3, "alpha"), (4, "gamma")):
+        errors.append(table_errors(robot, inputs[name], count[i]))
     towards = [*towards, inputs["w_alpha"], inputs["w_gamma"]]
     speeds = [*speeds, inputs["w_alpha"], inputs["w_gamma"]]
     accelerations = [*accelerations, inputs["eps_alpha"], inputs["eps_gamma"]]
-    masses, gravity = dynamics_of(robot, [count[i] for i in LEGS])
+    masses, gravity = dynamics_of(robot, [robot.encoder_legs * count[i] for i in LEGS])
     masses += [robot.J_44, robot.J_55]
-    gravity += [robot.r_4 * robot.m_4 * robot.g * ca.sin(count[3]), 0]
+    gravity += [robot.r_4 * robot.m_4 * robot.g * ca.sin(robot.encoder_table * count[3]), 0]
     outputs, integrals, signs, ticks = [], [], [], []
     for i in AXES:
-        e, e_v = desired[i] - count[i], speeds[i] - rate[i]
+        e, e_v = sum(errors[i][1:], errors[i][0]), speeds[i] - rate[i]
         sign = ca.sign(towards[i])
         old = [state[name][i] for name in ("integral", "sign", "ticks")]
         total, n = integrate(robot, i, sign, e, *old)
-        demand = accelerations[i] + robot.K_P[i] * e + robot.K_V[i] * e_v + total
+        spring = sum(robot.K_P[i] * term for term in errors[i])
+        demand = accelerations[i] + spring + robot.K_V[i] * e_v + total
         outputs.append(masses[i] * demand + gravity[i])
         for kept, value in ((integrals, total), (signs, sign), (ticks, n)):
             kept.append(value)
@@ -227,8 +314,8 @@ def _ports(robot: Robot) -> list[Port]:
         unit = "m" if i < 3 else "rad"
         scale = robot.resolution[i]
         ports.append(
-            Port("input", f"count{i}", unit, type="int", vector="count", scale=scale,
-                 limits=(0.7, 0.9) if i < 3 else (-3.0, 3.0))
+            Port("input", f"count{i}", "count", type="int", vector="count",
+                 limits=tuple(x / scale for x in ((0.7, 0.9) if i < 3 else (-3.0, 3.0))))
         )  # fmt: skip
         ports.append(
             Port("rate", f"count_rate{i}", f"{unit}/s", vector="count_rate",

@@ -72,8 +72,13 @@ def friction_law(robot: Robot, drives: Drives, kind: str, share: float = 1.0) ->
     inputs = {name: ca.SX.sym(name, *law.function.size_in(name)) for name in names}
     out_names = [law.function.name_out(k) for k in range(law.function.n_out())]
     place, v, a = ([inputs[n] for n in own.SET_POINTS[k : k + 3]] for k in (0, 3, 6))
-    lengths, speeds, *_ = own.short_kinematics(robot, place, v, a)
-    wanted = [*lengths, inputs["alpha"], inputs["gamma"]]
+    counts = ca.vertsplit(inputs["count"])
+    errors, speeds, *_ = own.short_kinematics(robot, place, v, a, counts[:3])
+    errors += [
+        own.table_errors(robot, inputs[name], count)
+        for name, count in zip(("alpha", "gamma"), counts[3:], strict=True)
+    ]
+    errors = [sum(terms[1:], terms[0]) for terms in errors]
     speeds = [*speeds, inputs["w_alpha"], inputs["w_gamma"]]
     ports = list(law.ports)
     integrals = ca.vertsplit(inputs["integral"])
@@ -83,13 +88,15 @@ def friction_law(robot: Robot, drives: Drives, kind: str, share: float = 1.0) ->
         hidden = share * (friction.static + friction.coulomb) / getattr(robot, inertia)
         integrals[n] = resumed(integrals[n], moving[n], hidden, speeds[n])
     arguments = inputs | {"integral": ca.vertcat(*integrals)}
-    found = dict(zip(out_names, law.function.call(list(arguments.values())), strict=True))
+    with own.as_written():
+        results = law.function.call(list(arguments.values()))
+    found = dict(zip(out_names, results, strict=True))
     for n, before in moving.items():
         inputs[f"moving{n}"] = before
         limits = law.port(f"integral{n}").limits
         ports.append(Port("state", f"moving{n}", "rad/s^2", limits=limits))
         after, rest = found["integral_next"][n], speeds[n] == 0
-        unseen = ca.fabs(wanted[n] - inputs["count"][n]) <= 0.5 * robot.resolution[n]
+        unseen = ca.fabs(errors[n]) <= 0.5 * robot.resolution[n]
         held = ca.if_else(unseen, integrals[n], after)
         found["integral_next"][n] = ca.if_else(rest, held, after)
         found[f"moving{n}_next"] = ca.if_else(rest, before, after)
@@ -110,7 +117,7 @@ def friction_law(robot: Robot, drives: Drives, kind: str, share: float = 1.0) ->
         if kind == "adaptive":
             estimate = inputs[f"share{n}"] = ca.SX.sym(f"share{n}")
             ports.append(Port("state", f"share{n}", limits=BOUNDS, initial=1.0))
-            e, e_v = wanted[n] - inputs["count"][n], speeds[n] - inputs["count_rate"][n]
+            e, e_v = errors[n], speeds[n] - inputs["count_rate"][n]
             corner = 3 * robot.K_P[n] / robot.K_V[n] / 3
             gain = RATE[n > 2] * robot.T_s / SCALE[n > 2] / believed.coulomb
             step = gain * (e + e_v * (1 / corner)) * force

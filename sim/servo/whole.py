@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whole paths on the averaged inverters, tracked by the laws with and without friction in them.
 
-The laws run as C with the bits of their programs (`sim.platforms.native`).
+The laws run as C with the bits of their programs (`sim.native`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,10 +18,8 @@ from sim.model.drives import Drives
 from sim.model.parameters import Robot
 from sim.model.records import SetPoints
 from sim.model.tracking import joint_path
-from sim.platforms.native import NativeLaw
-from sim.robots.own import OUTPUTS, SET_POINTS
+from sim.native.controller import NativeController
 from sim.run import closed_loop
-from sim.run.controller import ControllerFault, Ticks, one_tick
 from sim.run.nios import PATH, set_points
 from sim.servo.averaged import AveragedPlant
 from sim.servo.chain import ORDER_FILTER
@@ -34,35 +32,15 @@ from sim.trajectory.exact_stop import MotionSettings, generate
 AFTER = 0.05  # of a reversal, in which its error is looked for [s]
 
 
-class FrictionController:
-    """A law of `friction_law.KINDS` in the shape that the closed loop drives."""
+class FrictionController(NativeController):
+    """A law of `friction_law.KINDS` that believes in a share of the friction."""
 
     def __init__(self, robot: Robot, drives: Drives, kind: str, share: float = 1.0) -> None:
-        program = compiled(robot, drives, kind, share)
-        self._law = NativeLaw(program)
-        self._states = {
-            port.name: np.array([port.initial], np.float32) for port in program.law.of_kind("state")
-        }
-        self._counts = [name for name, kind in self._law.words["states"] if kind == "int32_t"]
-
-    def prime(self, words: Sequence[float], counts: Sequence[int]) -> None:
-        """The first measurement is the last one."""
-        for name, count in zip(self._counts, counts, strict=True):
-            self._states[name] = np.array([count], np.int32)
-
-    def step(self, words: Sequence[float], counts: Sequence[int]) -> Ticks:
-        """One tick. Raises ControllerFault."""
-        inputs = {n: np.array([w], np.float32) for n, w in zip(SET_POINTS, words, strict=True)}
-        inputs |= {f"count{k}": np.array([count], np.int32) for k, count in enumerate(counts)}
-        ran = self._law.run(inputs, self._states)
-        if ran.results[0]:
-            raise ControllerFault("an output of the tracking law is no number")
-        self._states = {name: values[-1:] for name, values in ran.states.items()}
-        return one_tick(float(ran.outputs[name][0]) for name in OUTPUTS)
+        super().__init__(compiled(robot, drives, kind, share))
 
     def estimates(self) -> list[float]:
         """Of the adaptive law, as a share of what it was made with."""
-        return [float(self._states[f"share{n}"][0]) for n in range(AXES)]
+        return [float(self.states[f"share{n}"][0]) for n in range(AXES)]
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from asip_asm.model.compiler import compile_law
 from asip_asm.project import BUILD
-from sim.platforms.native import CompilerError
+from sim.native.law import CompilerError
 from sim.platforms.nios import build_elf
 from tests.model_compiler.laws import sample
 

@@ -8,12 +8,15 @@ import pytest
 
 from asip_asm.model.compiler import Options, compile_law
 from asip_asm.model.program import build
+from sim.core import Core
 from sim.model import tracking
 from sim.model.parameters import Robot
-from sim.model.records import SetPoints
+from sim.model.records import OUTPUTS, SetPoints
+from sim.native.controller import NativeController
 from sim.prove_program import prove
 from sim.robots import own
 from sim.robots.closed_loop import DoubleLaw, _run
+from sim.robots.own_errors import compare_with_assembly
 
 LAWS = {"printed": own.printed, "optimised": own.optimised}
 CYCLES = {"printed": 214, "optimised": 124}
@@ -50,6 +53,31 @@ def test_program_is_short_and_keeps_its_bound(robot, tmp_path, name):
     )
     assert proof.passed, (proof.first_difference, proof.worst_fraction_of_bound, proof.worst_result)
     assert proof.largest_error["F1"] < 2.0  # N, of 3000
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_errors_of_outputs_are_those_of_the_assembly_program_on_the_path(robot, name):
+    compiled = compile_law(LAWS[name](robot), Options(reassociate=True, reciprocal=True))
+    errors = compare_with_assembly(f"own_{name}", compiled)
+    assert set(errors) == set(OUTPUTS)
+    for output, (error, target) in errors.items():
+        assert 0 < error <= target, (output, error, target)
+
+
+def test_native_controller_has_the_bits_of_the_core_over_ticks(robot, tmp_path):
+    """States and last counts go from tick to tick."""
+    built = build(compile_law(own.optimised(robot)), tmp_path / "law.s")
+    values = own.sample(robot, 20, np.random.default_rng(6))
+    words = np.stack([values[n] for n in own.SET_POINTS], axis=1)
+    counts = np.stack([values[f"count{i}"] for i in own.AXES], axis=1)
+    native = NativeController(built.compiled)
+    native.prime(words[0], counts[0])
+    with Core(built.image, backend="iss") as core:
+        core.preset({f"count{i}_before": int(counts[0, i]) for i in own.AXES})
+        for k in range(20):
+            want = core.tick({name: column[k].item() for name, column in values.items()})
+            got = native.step(words[k], counts[k]).outputs[0]
+            assert got[:3].tolist() == [want[name] for name in OUTPUTS[:3]], k
 
 
 def test_plant_follows_its_path(robot):

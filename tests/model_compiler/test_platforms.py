@@ -16,9 +16,9 @@ from asip_asm.model.law import Law, Port
 from asip_asm.model.program import build
 from sim.core import Core
 from sim.harness.nios_image import read_elf
-from sim.platforms import native
-from sim.platforms.bits import first_difference, prove_c, separate
-from sim.platforms.native import CompilerError, NativeLaw
+from sim.native import law as native
+from sim.native.bits import first_difference, prove_c, separate
+from sim.native.law import CompilerError, NativeLaw
 from sim.platforms.nios import build_elf, run_elf
 from sim.prove_program import draw_ticks, unit_sine
 from sim.robots.catalogue import robot

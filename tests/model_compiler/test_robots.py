@@ -173,10 +173,11 @@ def test_goals__fewer_inputs_or_a_shorter_motion_than_named__are_not_met():
         proof=proof,
         loop=SimpleNamespace(ticks=100, ratio=1.0, worst="q0"),
         rate=10_000.0,
+        beside_assembly={"F1": (0.2, 0.1), "tau4": (0.1, 0.1)},
     )
     missed = {goal["name"] for goal in goals([row]) if not goal["met"] and goal["name"][0] == "x"}
     within = "x, inputs with an output inside its limits, least"
-    assert missed == {"x, inputs tried", within, "x, closed loop"}
+    assert missed == {"x, inputs tried", within, "x, closed loop", "x, error of F1"}
 
 
 @pytest.mark.parametrize("name", job.SHOWN)

@@ -7,9 +7,9 @@ import json
 
 import pytest
 
+from sim.native.law import CompilerError
 from sim.platforms import __main__ as command
 from sim.platforms import compare
-from sim.platforms.native import CompilerError
 from sim.run.tables import measured_at
 from tests.bench.needs import needs
 

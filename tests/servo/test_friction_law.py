@@ -54,8 +54,8 @@ def law_at(counts: float, speed: float, integral: float, moving: float, n: int) 
     law = friction_law(ROBOT, DRIVES, "feed-forward").function
     values = {law.name_in(k): np.zeros(law.size1_in(k)) for k in range(law.n_in())}
     values |= {"z": 0.6, f"moving{n}": moving}
-    values["count"][:3] = np.hypot(ROBOT.R, 0.6)
-    values["count"][n] = -counts * ROBOT.resolution[n]
+    values["count"][:3] = np.hypot(ROBOT.R, 0.6) / ROBOT.resolution[0]
+    values["count"][n] = -counts
     values["integral"][n] = integral
     values["w_alpha" if n == 3 else "w_gamma"] = speed
     found = law(**values)

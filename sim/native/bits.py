@@ -14,7 +14,7 @@ from asip_asm.model.c_code import unfused
 from asip_asm.model.compiler import Compiled
 from asip_asm.model.emit import emit
 from asip_asm.model.exact import Array, Sine, evaluate
-from sim.platforms.native import NativeLaw
+from sim.native.law import NativeLaw
 from sim.prove_program import BATCH, Sample, draw_ticks
 
 

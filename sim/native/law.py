@@ -20,7 +20,7 @@ from asip_asm.model.compiler import Compiled
 from asip_asm.model.exact import Array
 from asip_asm.project import BUILD
 
-HARNESS = Path(__file__).with_name("native.c")
+HARNESS = Path(__file__).with_name("law.c")
 FLAGS = ("-O3", "-march=native", "-ffp-contract=off", "-fno-math-errno", "-std=c11", "-Wall",
          "-Wextra", "-Werror")  # fmt: skip
 
