@@ -15,7 +15,6 @@ from rich.console import Console
 from rich.table import Table
 
 from asip_asm.command import count, run_command
-from asip_asm.model.law import Law
 from asip_asm.project import BUILD, ROOT
 from sim.core import CoreFault
 from sim.harness.nios_rtl import NiosError
@@ -49,8 +48,9 @@ def main(arguments: list[str] | None = None) -> int:
 
 def _measure(options: argparse.Namespace) -> int:
     options.output.mkdir(parents=True, exist_ok=True)
-    law: Law = SHOWN[options.law].law()
-    request = Request(law, options.runs, options.seed, options.output)
+    shown = SHOWN[options.law]
+    law = shown.law()
+    request = Request(law, shown.sample(law), options.runs, options.seed, options.output)
     try:
         found = side_by_side(request, lambda text: print(text, file=sys.stderr, flush=True))
     except (CompilerError, CoreFault, NiosError) as error:
@@ -120,7 +120,7 @@ def section(found: dict[str, Any]) -> str:
         "| --- | --- | --- | --- | --- | --- |",
     ]
     area = found["area"]
-    titles = {"core": "the core, `fast`", "fpga2": "Nios II core of FPGA2 alone"}
+    titles = {"core": "the core, `fast`", "fpga2": "FPGA2, the whole system"}
     for name, top in TOPS.items():
         row = area["tops"][top]
         lines.append(

@@ -28,7 +28,7 @@ from sim.harness.nios_map import default_system_map
 from sim.native.bits import first_difference, prove_c, separate
 from sim.native.law import NativeLaw, Times
 from sim.platforms.nios import build_elf, run_elf
-from sim.prove_program import draw_ticks, prove, unit_sine
+from sim.prove_program import Sample, draw_ticks, prove, unit_sine
 from sim.run.tables import synthesised
 
 FORMS = {
@@ -40,21 +40,23 @@ NIOS_ROWS = 100
 ROWS = 4096  # different inputs, in turn
 PROVED = 2000  # inputs
 SHARES = {"median": 50.0, "p9999": 99.99, "worst": 100.0}
-TOPS = {"core": "asip_fast", "fpga2": "n2_core"}
+TOPS = {"core": "asip_fast", "fpga2": "fpga2"}
 
 
 @dataclass(frozen=True)
 class Request:
-    """What is measured: a law, runs on the PC, seed of the inputs, folder of what is built."""
+    """What is measured: a law, its inputs, runs on the PC, seed of the inputs, folder of what is
+    built."""
 
     law: Law
+    sample: Sample
     runs: int
     seed: int
     folder: Path
 
     def drawn(self, rows: int) -> tuple[dict[str, Array], dict[str, Array]]:
         """Inputs and states of consecutive ticks."""
-        return draw_ticks(self.law, rows, np.random.default_rng(self.seed))
+        return draw_ticks(self.law, rows, np.random.default_rng(self.seed), self.sample)
 
 
 def side_by_side(request: Request, say: Callable[[str], None]) -> dict[str, Any]:
@@ -90,7 +92,8 @@ def on_core(
     with Core(built[best].image) as core:
         core.preset({name: value[0].item() for name, value in states.items()})
         cycles = core.batch(inputs).cycles
-    proof = prove(built[best].compiled, built[best].image, count=PROVED, seed=request.seed)
+    compiled, image, seed = built[best].compiled, built[best].image, request.seed
+    proof = prove(compiled, image, count=PROVED, seed=seed, sample=request.sample)
     clock = default_isa().clock_mhz
     return _cycles(cycles, clock, best, proof.first_difference)
 
