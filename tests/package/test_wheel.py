@@ -250,8 +250,8 @@ def test_your_robot__word_for_word__with_the_wheel(with_model: Installed, tmp_pa
         timeout=900,
     )
     assert done.returncode == 0, done.stdout + done.stderr
-    assert done.stdout.count("bits equal the interpreter's") == 6
-    assert len(re.findall("^proved$", done.stdout, re.M)) == 4
+    assert done.stdout.count("bits equal the interpreter's") == 7
+    assert len(re.findall("^proved$", done.stdout, re.M)) == 5
     assert "200 ticks of 2 functions in turn" in done.stdout
     assert "closed loop: 1000 ticks" in done.stdout
     on_core, in_c, _ = re.findall(r"^ *torque +=? *([-+0-9.e]+)", done.stdout, re.M)
