@@ -116,8 +116,8 @@ def run(
     their own.
 
     `done` is called with each result after it is stored, `failed` with the text of what kept a task
-    from running (sources that changed meanwhile, a unit that does not build). At most a few tasks
-    per worker are in flight, so they finish roughly in order.
+    from running (sources that changed meanwhile, a unit that does not build). A task per worker is
+    in flight: more could wait behind a long one while another worker has nothing to do.
     """
     waiting = list(tasks)
     if not waiting:
@@ -157,7 +157,7 @@ def _drain(
         owner[task.key] = task
         return [client.submit(work, task, key=task.key, pure=False)]
 
-    futures = as_completed([f for _ in range(2 * workers) for f in submit()])
+    futures = as_completed([f for _ in range(workers) for f in submit()])
     for future in futures:
         task = owner.pop(future.key)
         if future.status == "finished":
