@@ -47,8 +47,8 @@ for package in ("asip_asm", "sim"):
 print(json.dumps({"imported": count, "missed": missed, "place": last.__file__}))
 """
 OF_THE_EXTRA = (
-    *("asip_asm.model.", "sim.asip_model.", "sim.platforms.", "sim.prove_", "sim.robots."),
-    "sim.servo.",
+    *("asip_asm.model.", "sim.asip_model.", "sim.native.", "sim.platforms.", "sim.prove_"),
+    *("sim.robots.", "sim.servo."),
 )
 OF_THE_BUS = [  # the extra `bus`
     f"sim.ethercat.{module}"
