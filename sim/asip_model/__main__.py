@@ -50,8 +50,9 @@ exit status: 0 written, and proved with --prove; 1 an error, a proof that failed
 its bound; 2 wrong command line
 """
 RATIO = 1.05
-SELDOM = 0.1  # of the inputs of a proof, an output inside its limits
-"""Largest tracking error on the core by that in double precision."""
+"""Tracking error of an axis on the core by that in double precision, at most."""
+SELDOM = 0.1
+"""Share of a proof's inputs below which an output is called seldom inside its limits."""
 
 
 def main(arguments: list[str] | None = None) -> int:

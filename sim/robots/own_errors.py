@@ -23,7 +23,7 @@ from sim.run.results import compare
 from sim.trajectory.program import plan
 
 TICKS = 20_000
-"""First ticks of the path; the core's RTL takes half a minute for them."""
+"""First ticks of the path: what integrators sum up over all of it is not seen."""
 PATH = PACKAGES / "sim/paths" / TARGET_PATH
 ASSEMBLY = {"own_printed": "tracking_as_printed", "own_optimised": "tracking_optimised"}
 """The assembly program with the equations of each law."""

@@ -177,11 +177,12 @@ def test_goals__fewer_inputs_or_a_shorter_motion_than_named__are_not_met():
     )
     missed = {goal["name"] for goal in goals([row]) if not goal["met"] and goal["name"][0] == "x"}
     within = "x, inputs with an output inside its limits, least"
-    assert missed == {"x, inputs tried", within, "x, closed loop", "x, error of F1"}
+    error = "x, error of F1, first 20000 ticks, three digits"
+    assert missed == {"x, inputs tried", within, "x, closed loop", error}
 
 
 @pytest.mark.parametrize("name", job.SHOWN)
-def test_inputs_of_the_proof__leave_every_output_inside_its_limits_half_of_the_time(name):
+def test_inputs_of_the_proof__leave_every_output_inside_its_limits_often(name):
     law, rng = job.SHOWN[name].law(), np.random.default_rng(1)
     sample, inside = job.SHOWN[name].sample(law), []
     for _ in range(100):
