@@ -23,7 +23,7 @@ from sim.robots import own, pendulum, quadrotor
 from sim.robots.catalogue import robot
 from sim.robots.closed_loop import Arm, ClosedLoop, Machine, close_loop
 from sim.robots.laws import Settings, computed_torque, operations
-from sim.robots.own_errors import ASSEMBLY, TICKS, compare_with_assembly
+from sim.robots.own_errors import ASSEMBLY, compare_with_assembly
 from sim.robots.samples import near
 
 OPTIONS = Options(reassociate=True, reciprocal=True)
@@ -204,7 +204,7 @@ def goals(rows: Sequence[Row]) -> list[dict[str, Any]]:
             ratio <= RATIO)  # fmt: skip
         for output, (error, target) in row.beside_assembly.items():
             unit = "N" if output[0] == "F" else "N m"
-            name = f"{row.name}, error of {output}, first {TICKS} ticks, three digits"
+            name = f"{row.name}, error of {output}, whole path, three digits"
             add(name, error, unit, target, error <= target)
     cycles = hand_written_cycles()
     add("own robot, hand-written, tick", cycles, "cycles", HAND_WRITTEN_CYCLES,

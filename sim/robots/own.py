@@ -52,23 +52,17 @@ def printed_kinematics(
 ) -> tuple[list[Legs], Legs, Legs, Legs]:
     """Errors of the legs as terms to add, (28); speeds (8), accelerations (9)-(11), and numbers
     with the signs of the speeds.
-
-    The start points and the resolution are binary32 numbers and rests: the rounding of such a
-    constant is a constant error of the length, which the integrator sums up.
     """
-    speeds, accelerations, errors = [], [], []
-    q_high, q_low = single(robot.encoder_legs)
-    for (xp, yp), n in zip(robot.legs, counts, strict=True):
-        (x_high, x_low), (y_high, y_low) = single(xp), single(yp)
-        dx, dy = place[0] - x_high - x_low, place[1] - y_high - y_low
+    lengths, speeds, accelerations = [], [], []
+    for dx, dy in _offsets(robot, place):
         q = dx * dx + dy * dy + place[2] * place[2]
         s = 2 * dx * v[0] + 2 * dy * v[1] + 2 * place[2] * v[2]
         second = 2 * (v[0] ** 2 + dx * a[0] + v[1] ** 2 + dy * a[1] + v[2] ** 2 + place[2] * a[2])
         root = ca.sqrt(q)
-        errors.append([root - n * q_high - n * q_low])
+        lengths.append(root)
         speeds.append(0.5 * (s / root))
         accelerations.append(-0.25 * (s * s / (q * root)) + 0.5 * (second / root))
-    return errors, speeds, accelerations, speeds
+    return length_errors(robot, place, lengths, counts), speeds, accelerations, speeds
 
 
 def printed_dynamics(robot: Robot, legs: Legs) -> tuple[Legs, Legs]:
@@ -149,16 +143,29 @@ def residuals(robot: Robot, place: Legs, lengths: Legs) -> list[tuple[ca.SX, ca.
     return [(h - ln * ln, rest) for h, ln, rest in zip(highs, lengths, rests, strict=True)]
 
 
+def length_errors(robot: Robot, place: Legs, lengths: Legs, counts: Legs) -> list[Legs]:
+    """l_d - l of each leg as terms to add.
+
+    The rounded root alone has an error of 3e-8 m, a constant one where the tool rests, which the
+    integrator sums up. So the first term is l_d - q n, exact but for one rounding of the small
+    difference, and apart from it stands a step of Newton's with the residual of the root (the
+    measured length serves for so small a step) and with the rest of the resolution q. Two readers
+    keep the two apart.
+    """
+    errors = []
+    high, low = single(robot.encoder_legs)
+    with as_written():
+        steps = residuals(robot, place, lengths)
+        for length, (rest, more), n in zip(lengths, steps, counts, strict=True):
+            half = 0.5 * (1 / (robot.encoder_legs * n))
+            errors.append([length - n * high, rest * half + more * half - n * low])
+    return errors
+
+
 def short_kinematics(
     robot: Robot, place: Legs, v: Legs, a: Legs, counts: Legs
 ) -> tuple[list[Legs], Legs, Legs, Legs]:
-    """The same with a = (v.v + r.a - (dl/dt)^2)/l.
-
-    l_d alone has a rounding error of 3e-8 m, a constant one where the tool rests, which the
-    integrator sums up. So the error is l - q n, exact but for one rounding of the small difference,
-    and apart from it a step of Newton's with the residual of the root (the measured length serves
-    for so small a step) and with the rest of the resolution q. Two readers keep the two apart.
-    """
+    """The same with a = (v.v + r.a - (dl/dt)^2)/l."""
     lengths, speeds, accelerations, towards = [], [], [], []
     common = v[0] ** 2 + v[1] ** 2 + v[2] ** 2 + place[2] * a[2]
     for dx, dy in _offsets(robot, place):
@@ -170,14 +177,7 @@ def short_kinematics(
         lengths.append(length)
         speeds.append(speed)
         accelerations.append((common + dx * a[0] + dy * a[1] - speed * speed) * inverse)
-    errors = []
-    high, low = single(robot.encoder_legs)
-    with as_written():
-        steps = residuals(robot, place, lengths)
-        for length, (rest, more), n in zip(lengths, steps, counts, strict=True):
-            half = 0.5 * (1 / (robot.encoder_legs * n))
-            errors.append([length - n * high, rest * half + more * half - n * low])
-    return errors, speeds, accelerations, towards
+    return length_errors(robot, place, lengths, counts), speeds, accelerations, towards
 
 
 def short_dynamics(robot: Robot, legs: Legs) -> tuple[Legs, Legs]:
@@ -243,8 +243,8 @@ def law(
         old = [state[name][i] for name in ("integral", "sign", "ticks")]
         total, n = integrate(robot, i, sign, e, *old)
         spring = sum(robot.K_P[i] * term for term in errors[i])
-        demand = accelerations[i] + spring + robot.K_V[i] * e_v + total
-        outputs.append(masses[i] * demand + gravity[i])
+        ahead = masses[i] * (accelerations[i] + robot.K_V[i] * e_v) + gravity[i]
+        outputs.append(masses[i] * (spring + total) + ahead)
         for kept, value in ((integrals, total), (signs, sign), (ticks, n)):
             kept.append(value)
     arguments = {**inputs, "count": count, "count_rate": rate, **state}

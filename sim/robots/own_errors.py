@@ -22,18 +22,16 @@ from sim.run.job import PROGRAMS, set_points
 from sim.run.results import compare
 from sim.trajectory.program import plan
 
-TICKS = 20_000
-"""First ticks of the path: what integrators sum up over all of it is not seen."""
 PATH = PACKAGES / "sim/paths" / TARGET_PATH
 ASSEMBLY = {"own_printed": "tracking_as_printed", "own_optimised": "tracking_optimised"}
 """The assembly program with the equations of each law."""
 
 
 def compare_with_assembly(
-    name: str, compiled: Compiled, ticks: int = TICKS
+    name: str, compiled: Compiled, ticks: int | None = None
 ) -> dict[str, tuple[float, float]]:
     """Output -> largest error of the law `name` (a key of ASSEMBLY) and of its assembly program, N
-    and N m. Raises ControllerFault, CompilerError.
+    and N m, over the first `ticks` of the path or all. Raises ControllerFault, CompilerError.
     """
     robot = Robot.load()
     path = set_points(plan(parse(PATH.read_text(encoding="utf-8"), PATH.name), robot, ticks))

@@ -58,7 +58,7 @@ def test_program_is_short_and_keeps_its_bound(robot, tmp_path, name):
 @pytest.mark.parametrize("name", LAWS)
 def test_errors_of_outputs_are_those_of_the_assembly_program_on_the_path(robot, name):
     compiled = compile_law(LAWS[name](robot), Options(reassociate=True, reciprocal=True))
-    errors = compare_with_assembly(f"own_{name}", compiled)
+    errors = compare_with_assembly(f"own_{name}", compiled, ticks=20_000)
     assert set(errors) == set(OUTPUTS)
     for output, (error, target) in errors.items():
         assert 0 < error <= target, (output, error, target)
