@@ -3,8 +3,8 @@
 
 `python scripts/sine_choices.py` compiles computed torque for some arms, assembles each for a core
 with each of the units (one at a time; three at a time, with and without polynomials on the
-multiply-add pipes; polynomials alone; an operation per cycle, which is not built) and writes
-docs/sine_choices.md. Area and clock of the units are those of docs/units.md.
+multiply-add pipes; polynomials alone; pairs and an operation per cycle, which are not built) and
+writes docs/sine_choices.md. Area and clock of the units are those of docs/units.md.
 """
 
 from __future__ import annotations
@@ -49,7 +49,9 @@ The way shipped in `fast` is *{shipped}*: those angles become polynomials that w
 for the unit. `small` and the custom instruction of FPGA2 keep the unit of one operation. Both units
 have the same bits, with an error below 0.6 ulp ([evidence](arithmetic_evidence.md)). Polynomials
 have their own error ([your robot](your_robot.md)) and need angles with known limits; without limits
-the second row holds. The last row shows what is left to gain: that unit was not built.
+the second row holds. The last two rows show what is left to gain: those units were not built. A
+pair of an angle is counted as two operations, 6 cycles apart. Area and clock of the whole core with
+the first unit and with the second are in [clock, area and cycles](synthesis.md).
 """
 
 
@@ -69,6 +71,7 @@ WAYS = (
     Way("three operations at a time", "fp_sincos_overlapped", 11, "unit"),
     Way(SHIPPED, "fp_sincos_overlapped", 11, "balanced"),
     Way("polynomials alone", "", 11, "pipes"),
+    Way("a pair, sine and cosine, each 12 cycles, not built", "", 6, "unit"),
     Way("an operation per cycle, not built", "", 1, "unit"),
 )
 

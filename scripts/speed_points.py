@@ -18,12 +18,13 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from synth import RESULT, TOPS
+from synth import TOPS
 from synth_unit import ROOT, SynthesisError, synthesise
 
 from sim.harness.sources import sources_of
 
 DATA = ROOT / "docs/data/speed_points.json"
+FIGURES = ROOT / "docs/data/synthesis.json"
 PAGE = ROOT / "docs/synthesis.md"
 FOLDER = ROOT / "build/speed_points"
 COMMAND = "python scripts/speed_points.py"
@@ -51,9 +52,9 @@ COLUMNS = (
 )  # fmt: skip
 TAIL = """
 The last row of a configuration is the version shipped. The shortest optimised tick of `fast` is
-that of {best}; differences of a few per cent are within the scatter of the seeds, and what came
-later kept the stages and saves area. `small` gives clock for area: its folded divider, two digits a
-clock, sets the clock; with the pipelined one it would run faster and be larger.
+that of {best}; differences of a few per cent are within the scatter of the seeds. `small` gives
+clock for area: its folded divider, two digits a clock, sets the clock; with the pipelined one it
+would run faster and be larger.
 
 Registers were added where they cost no cycle between dependent operations: before the issue
 decision, behind the register banks (the bypass covers the stage), and around what ends a run, one
@@ -119,30 +120,33 @@ def synthesis(tree: Path, configuration: str, seeds: Sequence[int]) -> dict:
     }
 
 
-def synthesis_report(configuration: str) -> dict:
-    """The same figures from what `make synth` has written. Raises PointError."""
+def committed_figures(configuration: str) -> tuple[str, dict]:
+    """Commit and figures of the last `make synth` that was committed. Raises PointError."""
     name = CORES[configuration].name
-    try:
-        record = json.loads(RESULT.read_text(encoding="utf-8"))["tops"][name]
-    except (OSError, KeyError) as error:
-        raise PointError(f"{RESULT}: no {name}; help: make synth TOPS={name}") from error
+    record = json.loads(FIGURES.read_text(encoding="utf-8"))["tops"].get(name)
+    if record is None:
+        raise PointError(f"{FIGURES}: no {name}; help: make synth TOPS={name}")
     figures = {key: record[key] for key in ("aluts", "registers", "dsp_18x18")}
-    return figures | {"fmax_mhz": record["fmax_mhz"]["seeds"]}
+    clock = record["fmax_mhz"]
+    seeds = f"median of {clock['runs']}"
+    return record["commit"], figures | {"fmax_mhz": {seeds: clock["median"]}}
 
 
-def measure(
-    revision: str, label: str, configuration: str, seeds: Sequence[int], report: bool = False
-) -> dict:
-    """One row of the data file; `report`: area and clock are those of the last `make synth`.
+def measure(revision: str, label: str, configuration: str, seeds: Sequence[int]) -> dict:
+    """One row of the data file. Without a revision: the commit, area and clock of the last `make
+    synth` that was committed.
 
     Raises PointError, SynthesisError.
     """
+    figures = None
+    if not revision:
+        revision, figures = committed_figures(configuration)
     commit = git("rev-parse", "--short=7", f"{revision}^{{commit}}")
     tree = checkout(commit)
     package = (tree / "rtl/fpu/fp_pkg.sv").read_text(encoding="utf-8")
     command = f"{COMMAND} --add {commit} --configuration {configuration}"
     command += f" --seeds {' '.join(map(str, seeds))}"
-    if report:
+    if figures:
         command = f"make synth TOPS={CORES[configuration].name}"
     return {
         "commit": commit,
@@ -153,7 +157,7 @@ def measure(
             unit: int(re.search(rf"FP_{unit}_LATENCY = (\d+)", package)[1]) for unit in UNITS
         },
         "cycles": {program: cycles(tree, program, configuration) for program in PROGRAMS},
-        **(synthesis_report(configuration) if report else synthesis(tree, configuration, seeds)),
+        **(figures or synthesis(tree, configuration, seeds)),
     }
 
 
@@ -199,18 +203,18 @@ def main(argv: Sequence[str] | None = None) -> int:
     group = parser.add_mutually_exclusive_group()
     group.add_argument("--add", metavar="REVISION", help="measure a commit (minutes per seed)")
     group.add_argument("--check", action="store_true", help="refuse a page that differs")
+    group.add_argument(
+        "--add-committed", action="store_true", help="take the figures of docs/data/synthesis.json"
+    )
     parser.add_argument("--label", default="", help="what changed; default: the commit's subject")
     parser.add_argument("--configuration", choices=CORES, default="fast")
     parser.add_argument("--seeds", nargs="+", type=int, default=[1])
-    parser.add_argument(
-        "--from-report", action="store_true", help="area and clock of the last `make synth`"
-    )
     options = parser.parse_args(argv)
     points = json.loads(DATA.read_text(encoding="utf-8")) if DATA.is_file() else []
-    if options.add:
+    if options.add or options.add_committed:
         try:
             given = (options.add, options.label, options.configuration, options.seeds)
-            add(points, measure(*given, options.from_report))
+            add(points, measure(*given))
         except (PointError, SynthesisError) as error:
             print(f"error: {error}", file=sys.stderr)
             return 1

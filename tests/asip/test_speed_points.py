@@ -63,13 +63,14 @@ def test_cycles__this_tree__are_those_of_the_assembler(program):
     assert speed_points.cycles(speed_points.ROOT, program, "small") == want
 
 
-def test_row_from_a_report__figures_of_make_synth__or_what_to_run(tmp_path, monkeypatch) -> None:
-    report = tmp_path / "synth.json"
-    monkeypatch.setattr(speed_points, "RESULT", report)
+def test_figures_that_were_committed__or_what_to_run(tmp_path, monkeypatch) -> None:
+    kept = tmp_path / "synthesis.json"
+    monkeypatch.setattr(speed_points, "FIGURES", kept)
+    kept.write_text(json.dumps({"tops": {}}))
     with pytest.raises(speed_points.PointError, match="make synth TOPS=asip_small"):
-        speed_points.synthesis_report("small")
-    figures = {"aluts": 1, "registers": 2, "dsp_18x18": 3, "lut4": 9}
-    record = figures | {"fmax_mhz": {"median": 5.0, "seeds": {"1": 5.0}}}
-    report.write_text(json.dumps({"tops": {"asip_small": record}}))
-    got = speed_points.synthesis_report("small")
-    assert got == {"aluts": 1, "registers": 2, "dsp_18x18": 3, "fmax_mhz": {"1": 5.0}}
+        speed_points.committed_figures("small")
+    figures = {"aluts": 1, "registers": 2, "dsp_18x18": 3}
+    record = figures | {"commit": "abc", "lut4": 9, "fmax_mhz": {"median": 5.0, "runs": 5}}
+    kept.write_text(json.dumps({"tops": {"asip_small": record}}))
+    got = speed_points.committed_figures("small")
+    assert got == ("abc", figures | {"fmax_mhz": {"median of 5": 5.0}})
