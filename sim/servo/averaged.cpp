@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The plant with inverters averaged over a half period of the carrier, and the current loops' program as C,
 // for whole paths. C interface for averaged.py; the same windings and mechanics as chain_harness.cpp.
-// In each half: the phases' mean voltages, dead time and drops included; the currents as they are in the middle
-// of their window; the program at the window's end; its values in the next half. SMOOTH is current_law.py's.
+// In each half: the phases' mean voltages, from switch to switch; the currents as they are in the middle
+// of their window; the program at the window's end; its values in the next half.
 #include <cmath>
 #include <cstring>
 
@@ -14,9 +14,16 @@ namespace {
 using servo::Axis;
 using servo::kAxes;
 constexpr int kHalves = 10, kHalf = 1250;   // of a control period; clocks of a half
+constexpr double kNever = 1e9, kStep = 12;  // clocks; of a current that may end
 constexpr double kClock = 8e-9, kMagic = 12582912, kBusScale = 0.05, kFull = 131072;
 static_assert(sizeof(current_loops_inputs) == 26 * sizeof(float), "words of the link and orders");
 static_assert(sizeof(current_loops_outputs) == 15 * sizeof(float), "compare values");
+
+// A phase of an inverter. Clocks of this half period at which its switches change, behind its end: none.
+struct Phase {
+  bool ordered = false, high = false, low = true;
+  double off = kNever, on = kNever;
+};
 
 struct Averaged {
   servo::Parameters p;
@@ -24,9 +31,11 @@ struct Averaged {
   servo::Windings windings[kAxes];
   current_loops_states states = current_loops_initial;
   double compare[kAxes][3] = {};  // in force
+  Phase phases[kAxes][3];
+  std::array<double, 3> means[kAxes] = {};  // of the phases' voltages, this half
   int64_t start[kAxes];
   uint32_t released = (1 << kAxes) - 1;
-  double middle, end;             // clocks of a half: middle of the window, samples
+  double middle, end, least;      // clocks of a half: middle of the window, samples; PWM.minimum
   double noise;                   // of a sample [A], standard deviation
   uint64_t seed = 88172645463325252ull;
   bool up = true, turned = false;  // turned: by a test bench, at its speeds
@@ -47,18 +56,57 @@ struct Averaged {
 
   double angle(int n) const { return p.axis[n].wave * mechanics.position[n] + p.axis[n].angle_offset; }
 
-  // Mean of a phase over the half period against the bus's middle: one edge in each half.
-  double voltage(double clocks, double current, double inductance) const {
-    const double ripple = SMOOTH * p.U_dc * kHalf * kClock / (8 * inductance);
-    const double sign = std::clamp(current / ripple, -1.0, 1.0);
-    double high = clocks;
-    if (clocks > 0 && clocks < kHalf) {
-      const double late = p.dead_time + p.delay_on, early = p.delay_off;  // with and against the current
-      const double wait = up ? (sign + 1) / 2 * early + (1 - sign) / 2 * late
-                             : -(sign + 1) / 2 * late - (1 - sign) / 2 * early;
-      high = std::clamp(clocks + wait / kClock, 0.0, double(kHalf));
+  // Means of an axis' phases over this half period against the bus's middle, from switch to switch: the currents
+  // keep a diode on through the dead time, or end in it.
+  void voltages(int n) {
+    const Axis& axis = p.axis[n];
+    const double w = axis.wave * mechanics.speed[n] * kClock;
+    double c = std::cos(angle(n)), s = std::sin(angle(n)), edge[3];
+    servo::Windings trial = windings[n];
+    auto& mean = means[n];
+    mean = {};
+    for (int k = 0; k < 3; ++k) {
+      const double high = compare[n][k];
+      edge[k] = up ? high : kHalf - high;
+      if (phases[n][k].ordered != (up ? high > 0 : high >= kHalf)) order(phases[n][k], 0);
     }
-    return (high / kHalf - 0.5) * p.U_dc - sign * p.drop - p.drop_resistance * current;
+    for (double now = 0; now < kHalf;) {
+      const auto current = trial.phases(c, s);
+      double next = kHalf, u[3], alpha, beta;
+      for (int k = 0; k < 3; ++k) {
+        Phase& phase = phases[n][k];
+        if (edge[k] <= now && phase.ordered == up) order(phase, edge[k]);
+        if (phase.off <= now) phase.high = phase.low = false, phase.off = kNever;
+        if (phase.on <= now) (phase.ordered ? phase.high : phase.low) = true, phase.on = kNever;
+        for (const double at : {edge[k], phase.off, phase.on})
+          if (at > now) next = std::min(next, at);
+      }
+      for (int k = 0; k < 3; ++k)
+        if (ending(axis, phases[n][k], current[k], next - now)) next = std::min(next, now + kStep);
+      const double time = (next - now) * kClock;
+      for (int k = 0; k < 3; ++k) {
+        u[k] = servo::terminal(p, phases[n][k].high, phases[n][k].low, p.U_dc, current[k], axis.L_q, time);
+        mean[k] += u[k] * (next - now) / kHalf;
+      }
+      servo::space_vector(u, alpha, beta);
+      trial.advance(axis, alpha, beta, c, s, w / kClock, time);
+      const double turn = w * (next - now), before = c;
+      c -= turn * s, s += turn * before;
+      now = next;
+    }
+    for (Phase& phase : phases[n]) phase.off -= kHalf, phase.on -= kHalf;
+  }
+
+  // The other gate, from a clock on.
+  void order(Phase& phase, double clock) const {
+    phase.ordered = !phase.ordered;
+    phase.off = clock + p.delay_off / kClock;
+    phase.on = clock + (p.dead_time + p.delay_on) / kClock;
+  }
+
+  // Whether a diode's current may end within so many clocks.
+  bool ending(const Axis& axis, const Phase& phase, double current, double clocks) const {
+    return !phase.high && !phase.low && std::fabs(current) * axis.L_q < 2 * p.U_dc * clocks * kClock;
   }
 
   void advance(double clocks) {
@@ -67,10 +115,8 @@ struct Averaged {
     for (int n = 0; n < kAxes; ++n) {
       const Axis& axis = p.axis[n];
       const double c = std::cos(angle(n)), s = std::sin(angle(n));
-      const auto current = windings[n].phases(c, s);
-      double u[3], alpha, beta;
-      for (int k = 0; k < 3; ++k) u[k] = voltage(compare[n][k], current[k], axis.L_q);
-      servo::space_vector(u, alpha, beta);
+      double alpha, beta;
+      servo::space_vector(means[n].data(), alpha, beta);
       const double before = windings[n].force(axis);
       windings[n].advance(axis, alpha, beta, c, s, axis.wave * mechanics.speed[n], time);
       force[n] = (before + windings[n].force(axis)) / 2;
@@ -83,6 +129,7 @@ struct Averaged {
 
   void half(const float* orders) {
     float in[26];
+    for (int n = 0; n < kAxes; ++n) voltages(n);
     advance(middle);
     for (int n = 0; n < kAxes; ++n) {
       const Axis& axis = p.axis[n];
@@ -103,7 +150,10 @@ struct Averaged {
     advance(kHalf - end);
     float values[15];
     std::memcpy(values, &outputs, sizeof values);
-    for (int n = 0; n < 15; ++n) compare[n / 3][n % 3] = values[n] - kMagic;
+    for (int n = 0; n < 15; ++n) {  // as pwm_bound has it
+      const double value = values[n] - kMagic;
+      compare[n / 3][n % 3] = value < least ? 0 : value > kHalf - least ? kHalf : value;
+    }
     up = !up;
   }
 };
@@ -112,15 +162,15 @@ struct Averaged {
 
 extern "C" {
 
-// At rest at (x, y, z, tilt, rotation); middle, end: clocks of a half; noise [A].
-void* averaged_new(const servo::Parameters* p, const double* at, double middle, double end, double noise,
-                   int64_t* counts) {
+// At rest at (x, y, z, tilt, rotation); middle, end, least: clocks of a half; noise [A].
+void* averaged_new(const servo::Parameters* p, const double* at, double middle, double end, double least,
+                   double noise, int64_t* counts) {
   auto* a = new Averaged;
   a->p = *p;
   servo::Five q;
   std::copy(at, at + kAxes, q.begin());
   a->mechanics.place(*p, q);
-  a->middle = middle, a->end = end, a->noise = noise;
+  a->middle = middle, a->end = end, a->least = least, a->noise = noise;
   for (int n = 0; n < kAxes; ++n) {
     counts[n] = a->start[n] = a->count(n);
     for (int k = 0; k < 3; ++k) a->compare[n][k] = kHalf / 2;

@@ -21,9 +21,9 @@ from asip_asm.project import BUILD
 from sim.harness import runtime
 from sim.harness.build import machine_flag
 from sim.servo.chain import compiled_law
-from sim.servo.current_law import HALF_PERIOD, MAGIC, SMOOTH, Setting
+from sim.servo.current_law import HALF_PERIOD, MAGIC, Setting
 from sim.servo.plant import AXES, Plant
-from sim.servo.start_up import WINDOW
+from sim.servo.start_up import WINDOW, least_clocks
 
 HERE = Path(__file__).parent
 NAME = "current_loops"
@@ -38,7 +38,6 @@ def library(plant: Plant, setting: Setting, parameters: Mapping[str, float]) -> 
     header, source = to_c_code(compiled, f"{NAME}.tick.h")
     macros = parameter_macros(compiled.law, NAME)
     defines = [f"-D{macros[name]}={value!r}f" for name, value in sorted(parameters.items())]
-    defines.append(f"-DSMOOTH={SMOOTH!r}")
     texts = [header, source, *defines]
     texts += [(HERE / name).read_text() for name in ("averaged.cpp", "plant.h")]
     folder = BUILD / "servo" / hashlib.sha256("\0".join(texts).encode()).hexdigest()[:16]
@@ -83,7 +82,7 @@ class AveragedPlant:
         self._lib = ctypes.CDLL(str(library(plant, setting, words)))
         pointer, number, u32 = ctypes.c_void_p, ctypes.c_double, ctypes.c_uint32
         self._lib.averaged_new.restype = pointer
-        self._lib.averaged_new.argtypes = [pointer, pointer, number, number, number, pointer]
+        self._lib.averaged_new.argtypes = [pointer, pointer, *[number] * 4, pointer]
         self._lib.averaged_free.argtypes = [pointer]
         self._lib.averaged_brakes.argtypes = [pointer, u32]
         self._lib.averaged_put.argtypes = [pointer] * 4
@@ -92,7 +91,8 @@ class AveragedPlant:
         record, start = plant.record(), np.array(at, dtype=float)
         self._counts = np.zeros(AXES, dtype=np.int64)
         self._handle = self._lib.averaged_new(
-            record.ctypes.data, start.ctypes.data, MIDDLE, END, noise, self._counts.ctypes.data
+            *(record.ctypes.data, start.ctypes.data, MIDDLE, END, least_clocks(plant.drives)),
+            *(noise, self._counts.ctypes.data),
         )
         self._state = np.zeros(25)
         self._look()

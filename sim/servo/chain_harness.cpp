@@ -153,7 +153,8 @@ struct System : DualBench<System, Vdrive_chain> {
     turned(n, behind[n], c, s);
     const auto current = windings[n].phases(c, s);
     double u[3], alpha, beta;
-    for (int k = 0; k < 3; ++k) u[k] = terminal(3 * n + k, current[k], axis.L_q, time);
+    for (int k = 0; k < 3; ++k)
+      u[k] = servo::terminal(p, high[3 * n + k], low[3 * n + k], volts, current[k], axis.L_q, time);
     servo::space_vector(u, alpha, beta);
     windings[n].advance(axis, alpha, beta, c, s, w, time);
     behind[n] = clock;
@@ -164,16 +165,6 @@ struct System : DualBench<System, Vdrive_chain> {
     const double c1 = 1 - a * a / 2, s1 = a - a * a * a / 6;
     c = cosine[n] * c1 - sine[n] * s1;
     s = sine[n] * c1 + cosine[n] * s1;
-  }
-
-  // Against the bus's middle. Without a switch a diode conducts until its current is gone.
-  double terminal(int phase, double current, double inductance, double time) const {
-    const double rail = volts / 2;
-    const double drop = std::copysign(p.drop, current) + p.drop_resistance * current;
-    if (high[phase]) return rail - drop;
-    if (low[phase]) return -rail - drop;
-    const double most = rail + p.drop;
-    return std::clamp(-current * inductance / time, -most, most);
   }
 
   void bit() {

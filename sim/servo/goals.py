@@ -46,7 +46,7 @@ MINUTES = 30  # of a processor, each simulation
 JOBS = 2
 NOISE_ABOVE = 1.25  # of what is measured
 EQUAL = (0.2, 20.0)  # um of a leg, urad of a table axis: largest errors, averaged and every clock
-SAME_CURRENT = 0.01  # A: averaged inverters with orders and motion of every clock
+SAME_CURRENT = 4e-3  # A, root mean square: averaged inverters with orders and motion of every clock
 
 
 @dataclass(frozen=True)
@@ -191,7 +191,7 @@ def measure_chain(
         text = f"{LONG:g} s of every clock, {name} at reversals with feed-forward, {OF}"
         rows.most(text, share, "1", HALVED)
     most = max(float(piece.current.max()) for piece in found.values())
-    name = f"averaged inverters against {what}, current of the same orders and motion"
+    name = f"averaged inverters against {what}, current of the same orders and motion, rms"
     rows.most(name, most, "A", SAME_CURRENT)
     for (name, axes), unit, most in zip(
         (("leg", slice(3)), ("table", slice(3, 5))), ("um", "urad"), EQUAL, strict=True

@@ -170,6 +170,16 @@ class Mechanics {
   }
 };
 
+// A phase's terminal against the bus's middle, for `time` [s]; bus [V]. Without a switch a diode conducts until
+// its current is gone.
+inline double terminal(const Parameters& p, bool high, bool low, double bus, double current, double inductance,
+                       double time) {
+  const double drop = std::copysign(p.drop, current) + p.drop_resistance * current, most = bus / 2 + p.drop;
+  if (high) return bus / 2 - drop;
+  if (low) return -bus / 2 - drop;
+  return std::clamp(-current * inductance / time, -most, most);
+}
+
 // Phase voltages against their mean, as (alpha, beta).
 inline void space_vector(const double* u, double& alpha, double& beta) {
   alpha = (2 * u[0] - u[1] - u[2]) / 3;

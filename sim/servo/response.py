@@ -176,17 +176,24 @@ def distortion(robot: Robot, drives: Drives, setting: Setting) -> NDArray[np.flo
     orders = [LARGE * m.i_max * m.force_per_ampere for m in drives.motors]
     rows = np.tile(orders, (WAIT + samples, 1))
     found = record(system, system.current.input_addresses(start_up.FORCES), rows)[WAIT:]
-    lines = np.fft.fft(found["i_d"] + 1j * found["i_q"], axis=0)[::SIXTHS] / samples
-    frequency = np.abs(np.fft.fftfreq(samples, setting.period)[::SIXTHS])
+    return _harmonics(found["i_d"] + 1j * found["i_q"], setting.period)
+
+
+def _harmonics(current: NDArray[np.complex128], period: float) -> NDArray[np.float64]:
+    """Root of the squares of the lines at multiples of six times the electrical frequency."""
+    lines = np.fft.fft(current, axis=0)[::SIXTHS] / len(current)
+    frequency = np.abs(np.fft.fftfreq(len(current), period)[::SIXTHS])
     harmonic = (frequency > 0) & (frequency < MOST_HARMONIC)
     return np.sqrt((np.abs(lines[harmonic]) ** 2).sum(axis=0))
 
 
 def averaged_distortion(robot: Robot, drives: Drives, setting: Setting) -> NDArray[np.float64]:
-    """The same on averaged inverters while the machine turns: rotor currents without their mean."""
+    """The same on averaged inverters."""
     plant = Plant(robot, drives, friction=False, sensing=False)
-    machine = AveragedPlant(plant, setting, HOME)
+    machine = AveragedPlant(plant, setting, HOME, noise=NOISE)
+    samples = round(SIXTHS / 6 / TURN / setting.period)
     orders = [LARGE * m.i_max * m.force_per_ampere for m in drives.motors]
-    found = machine.halves(np.tile(orders, (35_000, 1)))[5000:, :10]
-    off = found - found.mean(axis=0)
-    return np.sqrt((off[:, :5] ** 2 + off[:, 5:] ** 2).mean(axis=0))
+    turned = [2 * np.pi * TURN * setting.period / m.wave for m in drives.motors]
+    joints = at_joints(plant, HOME) + np.outer(np.arange(WAIT + samples + 1), turned)
+    found = machine.halves(np.tile(orders, (WAIT + samples, 1)), joints)[WAIT:]
+    return _harmonics(found[:, :5] + 1j * found[:, 5:10], setting.period)

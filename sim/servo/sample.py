@@ -3,9 +3,11 @@
 
 Both have the same start-up values, tracking program and plant, from the state that the alignment
 leaves. Once the averaged inverters take the orders and the motion of the RTL: then the currents are
-the same. And each runs in closed loop of its own, the averaged inverters with the noise of the
-modulators: then the largest errors are the same, which is what whole paths are run for. At every
-instant they are not: near a reversal a machine sticks a part of a count aside by chance.
+the same but for what the noise of the RTL does, which says when a current leaves the zone of the
+dead time and whether a pulse is long enough to be made. And each runs in closed loop of its own,
+the averaged inverters with the noise of the modulators: then the largest errors are the same, which
+is what whole paths are run for. At every instant they are not: near a reversal a machine sticks a
+part of a count aside by chance.
 """
 
 from __future__ import annotations
@@ -40,8 +42,9 @@ BEFORE = 11  # half periods in a recording, before the first command acts
 @dataclass(frozen=True)
 class Sample:
     """Ticks of the path of reversals: error (N, 5) of the exact joints [m, rad] on RTL and
-    averaged, of the RTL's tool (N,) [m]; ticks (N, 5) near a reversal; the RTL's recording; largest
-    difference (5,) of the torque-making current [A], means of a tick, same orders and motion."""
+    averaged, of the RTL's tool (N,) [m]; ticks (N, 5) near a reversal; the RTL's recording; root
+    mean square (5,) of the difference of the torque-making current [A], means of a tick, same
+    orders and motion."""
 
     error: NDArray[np.float64]
     averaged_error: NDArray[np.float64]
@@ -70,15 +73,17 @@ class Sample:
 def same_currents(
     machine: AveragedPlant, rtl: Run | Recording, skip: int = 20
 ) -> NDArray[np.float64]:
-    """Largest difference (5,) of i_q [A], means of a tick, where the averaged inverters take the
-    orders and the motion of the RTL; skip: ticks in which the loops find the integrals."""
+    """Root mean square (5,) of the difference of i_q [A], means of a tick, where the averaged
+    inverters take the orders and the motion of the RTL; skip: ticks in which the loops find the
+    integrals."""
     ticks = len(rtl.halves) // 10 - 2
     position = rtl.halves["position"]
     middle = (position[:-1] + position[1:]) / 2  # of a half of the carrier
     orders = np.repeat(rtl.commands[:ticks], 10, axis=0)
     found = machine.halves(orders, middle[BEFORE - 2 :][: len(orders) + 1])[:, 5:10]
     same = rtl.halves["i_q"][BEFORE:][: len(found)]
-    return np.abs((found - same).reshape(ticks, 10, AXES).mean(1))[skip:].max(axis=0)
+    difference = (found - same).reshape(ticks, 10, AXES).mean(1)[skip:]
+    return np.sqrt((difference**2).mean(axis=0))
 
 
 def sample(robot: Robot, drives: Drives, kind: str, rtl: Recording) -> Sample:
