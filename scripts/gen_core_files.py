@@ -41,7 +41,7 @@ CORES = {
         "Motor drives: encoders, currents, gates, link to a processor",
         ["drive_front_end", "biss_master", "drive_chain"],
     ),
-    "ethercat": ("EtherCAT-compatible slave controller", ["ethercat_slave"]),
+    "ethercat": ("EtherCAT-compatible slave controller", ["ethercat_slave", "mii_to_rgmii"]),
     "debug": ("Floating-point processor with a debug block", ["debug_asip"]),
 }
 

@@ -96,6 +96,7 @@ TOPS = (
         ("", "Axes=1", "Axes=8 FastRate=16"),
     ),
     Top("ethercat_slave", ("rtl/ethercat/ethercat.f",)),
+    Top("mii_to_rgmii", ("rtl/ethercat/mii_to_rgmii.sv",)),
     Top("ethercat_nios", needed("ethercat_nios")),
     Top("drive_chain", (ASIP, "rtl/dual/dual.f", DRIVE, "rtl/drive/drive_chain.sv")),
     Top("biss_master", ("rtl/drive/biss_master.sv",), ("", "Width=32 ClocksPerBit=6")),

@@ -13,11 +13,11 @@ import pytest
 from asip_asm.project import ROOT
 from sim.ethercat import line
 from tests.bench.faults import copy, load
-from tests.ethercat import test_clocks, test_disturbed, test_frames
+from tests.ethercat import test_clocks, test_disturbed, test_frames, test_rgmii
 
 TESTS = {
     module.__name__.rpartition(".")[2]: module
-    for module in (test_clocks, test_disturbed, test_frames)
+    for module in (test_clocks, test_disturbed, test_frames, test_rgmii)
 }
 FAULTS = load(Path(__file__).with_name("faults.toml"))
 
