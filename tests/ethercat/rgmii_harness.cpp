@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // One slave controller behind two RGMII PHYs, with the C interface of slave_harness.cpp as far as it goes.
 //
-// The PHYs are written from RGMII 2.0 and know nothing of the RTL: tables 1 to 4 for signals and timing, 3.4 for the
-// in-band status. Data are arbitrary within 0.5 ns of a change (TskewT), the clock within 0.1 ns of an edge. Times are in ps.
+// The PHYs are written from RGMII 2.0 (signals, timing with internal delay, in-band status) and know nothing of the RTL.
+// Data are arbitrary within 0.5 ns of a change, the clock within 0.1 ns of an edge. Times are in ps.
 #include <algorithm>
 
 #include "Vrgmii_slave.h"
