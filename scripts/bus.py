@@ -4,6 +4,7 @@
     python -m scripts.bus            minutes: short runs; rows that need long ones say so
     python -m scripts.bus --full     100 000 cycles of pysoem, 10 000 of the clocks, the whole path,
                                      100 000 chains, place and route
+    python -m scripts.bus --docs     write docs/ethercat.md from build/bus.json
 
 Results of long runs are kept in build/bus for the sources they were measured with: a run that was
 broken off goes on with the row that is missing. Exit status 1 if a goal is missed or not measured.
@@ -21,9 +22,13 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from asip_asm.project import BUILD
+from asip_asm.project import BUILD, ROOT
 from scripts import bus_page
 from scripts.bus_rows import PRODUCERS, Order, Row, not_measured
+from scripts.goal_table import between_marks, goal_table
+
+RESULTS = BUILD / "bus.json"
+PAGE = ROOT / "docs/ethercat.md"
 
 
 def measure(
@@ -52,9 +57,16 @@ def main(argv: Sequence[str] | None = None) -> int:
         "producers", nargs="*", metavar="WHAT", help=f"only these: {', '.join(PRODUCERS)}"
     )
     parser.add_argument("--full", action="store_true", help="the long runs too (hours)")
-    parser.add_argument("--results", type=Path, default=BUILD / "bus.json", help="file written")
+    parser.add_argument("--results", type=Path, default=RESULTS, help="file written")
     parser.add_argument("--capture", type=Path, default=BUILD / "bus.pcap", help="file written")
+    parser.add_argument("--docs", action="store_true", help="write docs/ethercat.md from --results")
     options = parser.parse_args(argv)
+    if options.docs:
+        results = json.loads(options.results.read_text(encoding="utf-8"))
+        texts = {"goals": goal_table(results["goals"])}
+        text = between_marks(PAGE.read_text(encoding="utf-8"), texts, PAGE.name)
+        PAGE.write_text(text, encoding="utf-8")
+        return 0
     if unknown := set(options.producers) - set(PRODUCERS):
         parser.error(f"no {', '.join(sorted(unknown))}; there are {', '.join(PRODUCERS)}")
     options.results.parent.mkdir(parents=True, exist_ok=True)
@@ -62,7 +74,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     order = Order(options.full, options.capture)
     found = measure(order, options.producers or list(PRODUCERS), console.print)
     rows = [row for name in PRODUCERS for row in found.get(name, ())]
-    text = json.dumps({"goals": rows}, indent=2) + "\n"
+    whole = order.full and not options.producers
+    text = json.dumps({"whole": whole, "goals": rows}, indent=2) + "\n"
     options.results.write_text(text, encoding="utf-8")
     view = Table("goal", "value", "target", "met", box=box.SIMPLE_HEAD)
     for each in rows:

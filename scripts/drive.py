@@ -11,12 +11,12 @@ Exit status: 0 if every goal is met, 1 if one is missed or not measured, 2 wrong
 from __future__ import annotations
 
 import json
-import re
 import sys
 from collections.abc import Callable, Sequence
 from typing import Any
 
 from asip_asm.project import BUILD, ROOT
+from scripts.goal_table import between_marks, goal_table
 from scripts.motion_size import area, speed
 from scripts.synth_unit import SynthesisError
 from sim.model.drives import Drives
@@ -41,10 +41,6 @@ PROOFS = {
     "trip_in_two_clocks": "PWM, gates off in 2 clocks behind any fault",
 }
 PAGE = ROOT / "docs/drive.md"
-MARKS = {
-    name: re.compile(rf"(<!-- {name}: [^\n]*-->\n).*?(<!-- end of {name} -->)", re.S)
-    for name in ("delays", "pulse", "blocks", "goals")
-}
 
 
 def size(full: bool, rows: Rows, report: Callable[[str], None]) -> None:
@@ -144,28 +140,9 @@ def page_text(page: str, results: dict[str, Any]) -> str:
             f"{late['pulse']:.0f} N m for 100 us of it,\n"
         ),
         "blocks": block_table(results.get("blocks", [])),
-        "goals": "| what | reached | target |\n| --- | --- | --- |\n"
-        + "".join(
-            f"| {row['name']} | {_value(row)} | {row['target']:g} {_unit(row)}|\n"
-            for row in results["goals"]
-        ),
+        "goals": goal_table(results["goals"]),
     }
-    for name, text in texts.items():
-        page, count = MARKS[name].subn(lambda marks, text=text: marks[1] + text + marks[2], page)
-        if count != 1:
-            raise ValueError(f"{PAGE.name} has lost its marks: restore `<!-- {name}: ... -->`")
-    return page
-
-
-def _unit(row: dict[str, Any]) -> str:
-    return "" if row["unit"] == "1" else row["unit"] + " "
-
-
-def _value(row: dict[str, Any]) -> str:
-    if row["value"] is None:
-        return "not measured"
-    number = f"{row['value']:.4g}" if row["value"] < 1e6 else f"{row['value']:.3g}"
-    return f"{number} {_unit(row)}".strip() + ("" if row["met"] else ", missed")
+    return between_marks(page, texts, PAGE.name)
 
 
 def main(argv: Sequence[str] | None = None) -> int:

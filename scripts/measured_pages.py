@@ -122,6 +122,13 @@ PAGES = (
         lambda results: results.get("whole", False),
     ),
     Page(
+        "docs/ethercat.md",
+        "-m scripts.bus --docs",
+        BUILD / "bus.json",
+        "make bus RUN=full",
+        lambda results: results.get("whole", False),
+    ),
+    Page(
         "docs/formal.md",
         "-m tests.formal --docs",
         BUILD / "formal/report.json",

@@ -75,3 +75,14 @@ def test_page__shows_the_path(producers, tmp_path):
     np.savez(curves, wanted=tool, tool=tool + 1e-6, wanted_table=table, table=table)
     bus_page.write(tmp_path / "bus.html", bus.Table("goal"), curves)
     assert "The tool on its path" in (tmp_path / "bus.html").read_text()
+
+
+def test_page__takes_the_goals_and_keeps_the_rest(producers, tmp_path, monkeypatch):
+    page = tmp_path / "ethercat.md"
+    page.write_text("# Bus\n<!-- goals: written by hand -->\nold\n<!-- end of goals -->\nrest\n")
+    monkeypatch.setattr(bus, "PAGE", page)
+    goals(tmp_path)
+    assert bus.main(["--docs", "--results", str(tmp_path / "bus.json")]) == 0
+    text = page.read_text()
+    assert "| near | 9 ns | 20 ns |\n" in text and "| far | 21 ns, missed | 20 ns |\n" in text
+    assert "old" not in text and text.endswith("<!-- end of goals -->\nrest\n")
