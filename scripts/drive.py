@@ -30,7 +30,14 @@ from tests.servo.decoder_edges import campaign
 
 AXIS = "drive_axis"
 BLOCKS = (
-    *("quadrature_decoder", "biss_master", "sinc3_timing", "sinc3_filter", "current_sense"),
+    *(
+        "quadrature_decoder",
+        "biss_master",
+        "biss_port",
+        "sinc3_timing",
+        "sinc3_filter",
+        "current_sense",
+    ),
     *("pwm_carrier", "pwm_bound", "pwm_phase", "pwm_bridge", "servo_link", "drive_front_end"),
 )
 LUTS, MHZ, SEEDS = 700, 125, (1, 2, 3)

@@ -28,6 +28,7 @@ from asip_asm.gen import asip_regmap  # noqa: E402
 from scripts.regmap_source import NUMBER  # noqa: E402
 from sim.debug.gen import debug_regmap  # noqa: E402
 from sim.harness.gen import (  # noqa: E402
+    biss_regmap,
     drive_regmap,
     dual_regmap,
     motion_regmap,
@@ -41,6 +42,7 @@ MAPS = (
     dual_regmap.REGMAP,
     debug_regmap.REGMAP,
     drive_regmap.REGMAP,
+    biss_regmap.REGMAP,
     n2_debug_regmap.REGMAP,
     n2_io_regmap.REGMAP,
 )

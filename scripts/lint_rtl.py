@@ -99,7 +99,7 @@ TOPS = (
     Top("mii_to_rgmii", ("rtl/ethercat/mii_to_rgmii.sv",)),
     Top("ethercat_nios", needed("ethercat_nios")),
     Top("drive_chain", (ASIP, "rtl/dual/dual.f", DRIVE, "rtl/drive/drive_chain.sv")),
-    Top("biss_master", ("rtl/drive/biss_master.sv",), ("", "Width=32 ClocksPerBit=6")),
+    Top("biss_port", ("rtl/drive/biss_port.f",), ("", "Width=32 ClocksPerBit=6", "Width=64")),
 )
 
 

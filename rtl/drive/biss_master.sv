@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // biss_master: reads the position of one absolute encoder over BiSS-C, point to point, sensor data only.
-// Contract: start_i begins a frame; the encoder takes its position with the first rising edge of ma_o, in
-// the second clock behind start_i. A frame is acknowledge (0), start (1), CDS, Width bits of position, most
+// Contract: start_i begins a frame; the encoder takes its position with the first rising edge of ma_o,
+// ClocksPerBit / 2 + 1 clocks behind start_i. A frame is acknowledge (0), start (1), CDS, Width bits of position, most
 // significant first, error and warning (active low), 6 bits of CRC, x^6 + x + 1, inverted. Bits are taken
 // in their middle, counted from the start bit's edge as it arrives: any delay of lines and encoder
 // is compensated. done_o is high for a clock at the end of the frame, within Limit + Width + 16 bits; then lost_o
@@ -39,13 +39,15 @@ module biss_master #(
   localparam int unsigned LimitBits = $clog2(LimitClocks + 1);
   localparam logic [5:0] PERIOD = 6'(ClocksPerBit - 1);
   localparam logic [5:0] HALF = 6'(ClocksPerBit / 2);
-  localparam logic [5:0] MIDDLE = 6'(ClocksPerBit + ClocksPerBit / 2 - 1);  // of the bit behind the start
+  localparam int unsigned SampleBits = $clog2(ClocksPerBit + ClocksPerBit / 2);
+  // of the bit behind the start
+  localparam logic [SampleBits-1:0] MIDDLE = SampleBits'(ClocksPerBit + ClocksPerBit / 2 - 1);
   localparam logic [CountBits-1:0] CRC_BITS = CountBits'(6);
 
   logic [1:0]           state_q;
   logic [1:0]           slo_q;     // synchroniser
   logic [5:0]           phase_q;   // clocks since a falling edge of ma_o
-  logic [5:0]           sample_q;  // clocks to the next bit's middle
+  logic [SampleBits-1:0] sample_q;  // clocks to the next bit's middle
   logic [CountBits-1:0] left_q;    // bits to come
   logic [LimitBits-1:0] waited_q;
   logic [Width+1:0]     data_q;    // position, error, warning
@@ -85,7 +87,7 @@ module biss_master #(
       twice_q  <= busy_o && (twice_q || (rise && rose_q));
       waited_q <= !busy_o ? '0 : over ? waited_q : waited_q + 1'b1;
       delay_q  <= !busy_o ? '0 : (twice_q && delay_q != '1) ? delay_q + 16'd1 : delay_q;
-      sample_q <= (state_q != StBits) ? MIDDLE - 6'd1 : take ? PERIOD : sample_q - 6'd1;
+      sample_q <= (state_q != StBits) ? MIDDLE - 1'b1 : take ? SampleBits'(PERIOD) : sample_q - 1'b1;
       left_q   <= (state_q != StBits) ? CountBits'(Bits) : take ? left_q - 1'b1 : left_q;
       case (state_q)
         StIdle:        if (start_i && slo) state_q <= StAcknowledge;

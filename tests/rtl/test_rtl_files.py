@@ -39,10 +39,7 @@ OTHER_BLOCKS = tuple(
     f"rtl/{folder}/{prefix}"
     for folder, prefix in (
         *((folder, "") for folder in FOLDERS),
-        *(
-            ("gen", prefix)
-            for prefix in ("ci_", "debug_", "drive_", "dual_", "esc_", "motion_", "n2_")
-        ),
+        *(("gen", prefix) for prefix in "biss_ ci_ debug_ drive_ dual_ esc_ motion_ n2_".split()),
     )
 )
 
@@ -88,6 +85,7 @@ def test_list_is_exactly_what_the_top_needs():
     [
         ("motion/motion.f", "motion_front_end", "motion"),
         ("drive/drive.f", "drive_front_end", "drive"),
+        ("drive/biss_port.f", "biss_port", "biss"),
         ("dual/dual.f", "dual_asip", "dual"),
         ("debug/debug.f", "debug_asip", "debug"),
     ],

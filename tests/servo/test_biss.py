@@ -41,10 +41,12 @@ class Encoder:
     delay: int = 0  # clocks of the line, there and back
     timeout: int = 120  # clocks without an edge until it is ready
     flip: int | None = None  # this bit of the frame is wrong
+    width: int = WIDTH
+    later: tuple[Encoder, ...] = ()  # what it sends in the frames behind this one
 
     def frame(self) -> list[int]:
         """Bits from the second rising edge on."""
-        data = [self.position >> (WIDTH - 1 - bit) & 1 for bit in range(WIDTH)]
+        data = [self.position >> bit & 1 for bit in reversed(range(self.width))]
         data += [int(not self.error), int(not self.warning)]
         crc = [1 - (remainder(data) >> (5 - bit) & 1) for bit in range(6)]
         bits = [*[0] * self.wait, 1, 0, *data, *crc]
@@ -54,13 +56,16 @@ class Encoder:
 
     def line(self, ma: np.ndarray) -> np.ndarray:
         """SLO for each clock."""
-        bits = self.frame()
+        frames = [each.frame() for each in (self, *self.later)]
+        bits: list[int] = []
         slo = np.ones(len(ma), dtype=np.int64)
         edges, last, level = 0, -self.timeout, 1
         for now in range(1, len(ma)):
             if ma[now] != ma[now - 1]:
                 if ma[now]:
                     edges += 1
+                    if edges == 1 and frames:  # it takes its position
+                        bits = frames.pop(0)
                     place = edges - 2
                     if place >= 0:
                         level = bits[place] if place < len(bits) else 0

@@ -17,6 +17,7 @@ from tests.bench.faults import RTL, copy, load
 from tests.servo import (
     clocked,
     test_biss,
+    test_biss_port,
     test_chain,
     test_chain_faults,
     test_currents,
@@ -29,8 +30,8 @@ from tests.servo import (
 TESTS = {
     module.__name__.rpartition(".")[2]: module
     for module in (
-        *(test_biss, test_chain, test_chain_faults, test_currents, test_decoder),
-        *(test_decoder_edges, test_link, test_pwm),
+        *(test_biss, test_biss_port, test_chain, test_chain_faults, test_currents),
+        *(test_decoder, test_decoder_edges, test_link, test_pwm),
     )
 }
 FAULTS = load(Path(__file__).with_name("faults.toml"))

@@ -1,0 +1,3 @@
+rtl/gen/biss_regmap_pkg.sv
+rtl/drive/biss_master.sv
+rtl/drive/biss_port.sv

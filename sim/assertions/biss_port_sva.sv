@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+// biss_port_sva: what a request does, what a read takes and keeps.
+module biss_port_sva (
+    input logic clk_i,
+    input logic rst_ni,
+    input logic read_i,
+    input logic waitrequest_o,
+    input logic ma_o,
+    input logic request,
+    input logic busy,
+    input logic done,
+    input logic lost,
+    input logic clear,
+    input logic missed_q,
+    input logic low_read,
+    input logic [63:0] position,
+    input logic [31:0] high_q,
+    input logic [31:0] good_q
+);
+
+  ReadInTwoClocks : assert property (@(posedge clk_i) disable iff (!rst_ni)
+      read_i && waitrequest_o |=> !waitrequest_o)
+  else $error("a read takes more than two clocks");
+
+  RequestBeginsAFrame : assert property (@(posedge clk_i) disable iff (!rst_ni)
+      request && !busy |=> (busy && !ma_o) || (done && lost))
+  else $error("a request neither lets MA fall nor ends lost");
+
+  DroppedRequestIsFlagged : assert property (@(posedge clk_i) disable iff (!rst_ni)
+      request && busy |=> missed_q)
+  else $error("a request was dropped in silence");
+
+  HighOfTheLow : assert property (@(posedge clk_i) disable iff (!rst_ni)
+      low_read |=> high_q == $past(position[63:32]))
+  else $error("the high word is not of the frame of the low one");
+
+  HighIsKept : assert property (@(posedge clk_i) disable iff (!rst_ni)
+      $past(rst_ni) && !low_read |=> $stable(high_q))
+  else $error("the high word changed without a read of the low one");
+
+  CountsFrames : assert property (@(posedge clk_i) disable iff (!rst_ni)
+      $past(rst_ni) && !done && !clear |=> $stable(good_q))
+  else $error("a good frame was counted that did not end");
+
+endmodule
+
+bind biss_port biss_port_sva u_sva (.*);
