@@ -183,7 +183,9 @@ def test_mode_and_dead_time_at_random__no_shoot_through():
     assert found["trip"].any() and high.any() and low.any()
 
 
-@pytest.mark.parametrize(("which", "at"), itertools.product(("fault", "alarm"), range(300, 550, 7)))
+@pytest.mark.parametrize(
+    ("which", "at"), tuple(itertools.product(("fault", "alarm"), range(300, 550, 7)))
+)
 def test_trip__all_gates_off_behind_the_second_edge_until_cleared(which, at):
     halves = [100] * 12
     clocks = 1200
