@@ -122,6 +122,9 @@ def measure_loops(robot: Robot, drives: Drives, rows: Rows, report: Callable[[st
     gain = float((without / distortion(robot, drives, setting)).min())
     name = "dead-time distortion at 5 % of rated current, compensated, every clock, noise"
     rows.least(name, gain, "times", DISTORTION)
+    without = distortion(robot, drives, replace(setting, compensation=0.0), sensing=True)
+    gain = float((without / distortion(robot, drives, setting, sensing=True)).min())
+    rows.least(f"{name}, errors of the sensing", gain, "times", DISTORTION)
     return Loops(step, loops)
 
 

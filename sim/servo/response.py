@@ -2,7 +2,7 @@
 """The closed current loops of all axes, brakes closed: steps, frequency response, dead time.
 
 `steps`, `responses` and `distortion` simulate every clock of the RTL chain with its exact
-inverters, noise and dead time; `averaged_responses` and `averaged_distortion` do with averaged
+inverters, noise and dead time; `averaged_responses` and `averaged_turn` do with averaged
 inverters what takes a minute there.
 """
 
@@ -32,6 +32,7 @@ BIAS = 0.05  # of i_max, so that dead time acts with one sign
 PERIODS = 8  # of the multisine behind the first, which settles
 TURN = 25.0  # electrical frequency at which the distortion is looked for [Hz]
 SIXTHS = 3  # of a turn that are looked at, behind as many half periods that settle as `WAIT`
+WHOLE = 6  # the same with errors of the sensing: what is left of an offset turns once a turn
 WAIT = 1000
 MOST_HARMONIC = 10e3  # Hz: beyond it is the carrier's ripple
 LARGE = 0.05  # of i_max: current there
@@ -162,38 +163,48 @@ def analyse(frequency: NDArray[np.float64], closed: NDArray[np.complex128]) -> R
     return Response(frequency, closed, bandwidth, float(180 + np.degrees(at)))
 
 
-def distortion(robot: Robot, drives: Drives, setting: Setting) -> NDArray[np.float64]:
+def distortion(
+    robot: Robot, drives: Drives, setting: Setting, sensing: bool = False
+) -> NDArray[np.float64]:
     """Error of the current (5,) [A], rms, that the dead time makes at `LARGE` of i_max.
 
-    Every clock, the motors turned by a test bench: the lines of i_d and i_q at multiples of six
-    times the electrical frequency, which are harmonics 5, 7, 11, 13 ... of the phase currents.
-    Raises StartUpError.
+    Every clock, the motors turned by a test bench: `harmonics` of half a turn, or, with offsets and
+    gain errors of the currents (sensing), of a whole one. Raises StartUpError.
     """
-    plant = Plant(robot, drives, friction=False, sensing=False)
+    plant = Plant(robot, drives, friction=False, sensing=sensing)
     system, _ = locked(robot, drives, setting, plant)
     system.spin([2 * np.pi * TURN / m.wave for m in drives.motors])
-    samples = round(SIXTHS / 6 / TURN / setting.period)
+    sixths = WHOLE if sensing else SIXTHS
+    samples = round(sixths / 6 / TURN / setting.period)
     orders = [LARGE * m.i_max * m.force_per_ampere for m in drives.motors]
     rows = np.tile(orders, (WAIT + samples, 1))
     found = record(system, system.current.input_addresses(start_up.FORCES), rows)[WAIT:]
-    return _harmonics(found["i_d"] + 1j * found["i_q"], setting.period)
+    return harmonics(found["i_d"] + 1j * found["i_q"], setting.period, sixths)
 
 
-def _harmonics(current: NDArray[np.complex128], period: float) -> NDArray[np.float64]:
-    """Root of the squares of the lines at multiples of six times the electrical frequency."""
-    lines = np.fft.fft(current, axis=0)[::SIXTHS] / len(current)
-    frequency = np.abs(np.fft.fftfreq(len(current), period)[::SIXTHS])
-    harmonic = (frequency > 0) & (frequency < MOST_HARMONIC)
-    return np.sqrt((np.abs(lines[harmonic]) ** 2).sum(axis=0))
+def harmonics(
+    current: NDArray[np.complex128], period: float, sixths: int = WHOLE
+) -> NDArray[np.float64]:
+    """Rms (5,) of the lines of i_d + j i_q (n, 5) at multiples of six times the electrical
+    frequency, below `MOST_HARMONIC`: harmonics 5, 7, 11, 13 ... of the phase currents.
+
+    The rows, `period` [s] apart, are so many sixths of a turn. Noise on these lines counts, the
+    less the more turns there are. A gain error makes a line that turns back twice a turn, whatever
+    the dead time; it does not count.
+    """
+    lines = np.fft.fft(current, axis=0)[::sixths] / len(current)
+    frequency = np.abs(np.fft.fftfreq(len(current), period)[::sixths])
+    of_dead_time = (frequency > 0) & (frequency < MOST_HARMONIC)
+    return np.sqrt((np.abs(lines[of_dead_time]) ** 2).sum(axis=0))
 
 
-def averaged_distortion(robot: Robot, drives: Drives, setting: Setting) -> NDArray[np.float64]:
-    """The same on averaged inverters."""
-    plant = Plant(robot, drives, friction=False, sensing=False)
+def averaged_turn(robot: Robot, drives: Drives, setting: Setting) -> NDArray[np.complex128]:
+    """i_d + j i_q (n, 5) [A] over a turn at `LARGE` of i_max, a row a half period, on averaged
+    inverters that a test bench turns: noise, offsets and gain errors of the sensing."""
+    plant = Plant(robot, drives, friction=False)
     machine = AveragedPlant(plant, setting, HOME, noise=NOISE)
-    samples = round(SIXTHS / 6 / TURN / setting.period)
-    orders = [LARGE * m.i_max * m.force_per_ampere for m in drives.motors]
-    turned = [2 * np.pi * TURN * setting.period / m.wave for m in drives.motors]
-    joints = at_joints(plant, HOME) + np.outer(np.arange(WAIT + samples + 1), turned)
-    found = machine.halves(np.tile(orders, (WAIT + samples, 1)), joints)[WAIT:]
-    return _harmonics(found[:, :5] + 1j * found[:, 5:10], setting.period)
+    rows = WAIT + round(1 / TURN / setting.period)
+    travel = np.outer(np.arange(rows + 1) * setting.period * TURN, [m.pole for m in drives.motors])
+    orders = np.tile([LARGE * m.i_max * m.force_per_ampere for m in drives.motors], (rows, 1))
+    found = machine.halves(orders, at_joints(plant, HOME) + travel)[WAIT:]
+    return found[:, :5] + 1j * found[:, 5:10]
