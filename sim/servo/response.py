@@ -34,6 +34,7 @@ TURN = 25.0  # electrical frequency at which the distortion is looked for [Hz]
 SIXTHS = 3  # of a turn that are looked at, behind as many half periods that settle as `WAIT`
 WHOLE = 6  # the same with errors of the sensing: what is left of an offset turns once a turn
 WAIT = 1000
+RAMP = 50  # half periods until the motors turn so fast
 MOST_HARMONIC = 10e3  # Hz: beyond it is the carrier's ripple
 LARGE = 0.05  # of i_max: current there
 RECORD_PLACE = 200  # clock of a half in which a record begins: rows come at 100, means end at 751
@@ -173,13 +174,22 @@ def distortion(
     """
     plant = Plant(robot, drives, friction=False, sensing=sensing)
     system, _ = locked(robot, drives, setting, plant)
-    system.spin([2 * np.pi * TURN / m.wave for m in drives.motors])
+    turn(system, drives)
     sixths = WHOLE if sensing else SIXTHS
     samples = round(sixths / 6 / TURN / setting.period)
     orders = [LARGE * m.i_max * m.force_per_ampere for m in drives.motors]
     rows = np.tile(orders, (WAIT + samples, 1))
     found = record(system, system.current.input_addresses(start_up.FORCES), rows)[WAIT:]
     return harmonics(found["i_d"] + 1j * found["i_q"], setting.period, sixths)
+
+
+def turn(system: ChainRtl, drives: Drives) -> None:
+    """Let a test bench turn the motors at `TURN`, from rest and slowly: a change of speed acts on
+    the microsecond before it too, and two counts at once would trip the axis."""
+    speeds = np.array([2 * np.pi * TURN / m.wave for m in drives.motors])
+    for share in np.arange(1, RAMP + 1) / RAMP:
+        system.spin(share * speeds)
+        system.clock(HALF_PERIOD)
 
 
 def harmonics(
