@@ -4,10 +4,15 @@
 from __future__ import annotations
 
 import json
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from scripts import silicon
+from sim.debug.row import at_least
+from tests.silicon import ticks
+from tests.silicon.netlist import NetlistError
 
 
 def result(achieved: float, constraint: float, met: bool) -> dict:
@@ -66,3 +71,36 @@ def test_netlists__short_form__lists_what_it_leaves_out(monkeypatch):
     rows = list(silicon.netlist_units(full=False))
     assert {row.note for row in rows if row.value is None} == {"RUN=full runs it"}
     assert not any(row.met for row in rows)
+
+
+def test_netlist__that_cannot_be_made__is_a_row_that_is_not_met(monkeypatch):
+    def broken(full: bool):
+        yield at_least("first", 1, 1, "")
+        raise NetlistError("yosys: no such cell\nmore")
+
+    monkeypatch.setattr(silicon, "PRODUCERS", {"units": broken})
+    first, last = silicon.measured("units", False)
+    assert first.met and not last.met
+    assert (last.value, last.note) == (None, "yosys: no such cell")
+
+
+class Stopped:
+    """A core that a fault stops behind two ticks."""
+
+    def load(self, image) -> None:
+        pass
+
+    def input_addresses(self, names) -> list[int]:
+        return []
+
+    output_addresses = input_addresses
+
+    def run(self, addresses, data, reads) -> SimpleNamespace:
+        return SimpleNamespace(words=np.zeros((2, 1)), status=np.zeros(2), cycles=np.full(2, 9))
+
+
+def test_ticks__that_both_cores_end_too_early__are_not_equal():
+    image = ticks.program("tracking_optimised", "small")
+    data = np.zeros((5, 20), np.uint32)
+    assert ticks.compared(image, data, Stopped(), Stopped()) == (2, 0)
+    assert ticks.compared(image, data[:2], Stopped(), Stopped()) == (None, 9)

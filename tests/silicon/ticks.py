@@ -129,8 +129,9 @@ def compared(
     addresses = rtl.input_addresses([*SET_POINTS, *COUNTS])
     one, other = (core.run(addresses, data, reads) for core in (rtl, netlist))
     pairs = ((one.words, other.words), (one.status, other.status), (one.cycles, other.cycles))
-    if any(len(a) != len(b) for a, b in pairs):
-        return min(len(one.cycles), len(other.cycles)), 0
+    done = min(len(one.cycles), len(other.cycles))
+    if done < len(data):  # a fault ends a run, of one or of both
+        return done, 0
     rows = [(a != b).reshape(len(a), -1).any(axis=1) for a, b in pairs]
     wrong = np.flatnonzero(np.any(rows, axis=0))
     return int(wrong[0]) if len(wrong) else None, int(one.cycles.max())

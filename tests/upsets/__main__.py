@@ -114,14 +114,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     rows += report.cost_goals(campaign.cost(), campaign.memory_ticks(5 if options.full else 1))
     rows.append(report.area_goal(area.measured()))
     report.write(cores, rows, depth)
-    report.update_page(cores, rows)
+    if options.full:
+        report.update_page(cores, rows)
     shown = Table("what", "value", "unit", "target", "met", "", box=box.SIMPLE_HEAD)
     for row in rows:
         value = "-" if row.value is None else f"{row.value:.5g}"
         met = "yes" if row.met else "[red]no[/red]"
         shown.add_row(row.name, value, row.unit, row.target, met, row.note)
     Console().print(shown)
-    console.print(f"written: {report.OUTPUT.relative_to(ROOT)}, docs/upsets.md", markup=False)
+    page = ", docs/upsets.md" if options.full else "; --full writes docs/upsets.md"
+    console.print(f"written: {report.OUTPUT.relative_to(ROOT)}{page}", markup=False)
     return int(not all(row.met for row in rows))
 
 
