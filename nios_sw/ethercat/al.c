@@ -5,6 +5,7 @@
 #include "application.h"
 #include "dictionary.h"
 #include "esc.h"
+#include "guard.h"
 #include "mailbox.h"
 #include "pdo.h"
 
@@ -99,7 +100,7 @@ static bool known(uint8_t wanted) {
 }
 
 /* The code of the refusal, 0 if the state was entered or is being waited for. */
-static uint16_t change(uint8_t wanted, uint32_t now_ms) {
+static uint16_t change(uint8_t wanted, uint32_t now_ms, int guard) {
   uint16_t found = 0;
   if (!known(wanted)) return AL_UNKNOWN_STATE;
   if (wanted == AL_BOOT) return state == AL_INIT ? AL_NO_BOOT : AL_INVALID_CHANGE;
@@ -117,7 +118,10 @@ static uint16_t change(uint8_t wanted, uint32_t now_ms) {
     enter(AL_PREOP);
   } else if (state == AL_PREOP) {
     if (wanted != AL_SAFEOP) return AL_INVALID_CHANGE;
+    /* It takes longer than a control pass may wait; in PREOP the pass touches nothing of it. */
+    guard_leave(guard);
     found = check_safeop();
+    guard_enter();
     if (found) return found;
     outputs_seen = false;
     enter(AL_SAFEOP);
@@ -129,13 +133,13 @@ static uint16_t change(uint8_t wanted, uint32_t now_ms) {
   return 0;
 }
 
-static void request(uint16_t control, uint32_t now_ms) {
+static void request(uint16_t control, uint32_t now_ms, int guard) {
   uint8_t wanted = control & 0xFu;
   bool acknowledge = control & AL_ERROR;
   uint16_t refusal;
   if (code && !acknowledge && wanted > state) return; /* the error is to be acknowledged first */
   if (acknowledge) code = 0;
-  refusal = change(wanted, now_ms);
+  refusal = change(wanted, now_ms, guard);
   if (refusal) code = refusal;
   if (!waiting) publish();
 }
@@ -156,13 +160,16 @@ static void check_changed(void) {
 
 void al_step(uint32_t now_ms) {
   uint32_t event = esc_read32(ESC_AL_EVENT);
+  int guard;
+  if (!waiting && !(event & (ESC_AL_EVENT_SM_CHANGE_MASK | ESC_AL_EVENT_AL_CONTROL_MASK))) return;
+  guard = guard_enter(); /* the pass may fall from OP by itself */
   if (event & ESC_AL_EVENT_SM_CHANGE_MASK) check_changed();
-  if (event & ESC_AL_EVENT_AL_CONTROL_MASK) request(esc_read16(ESC_AL_CONTROL), now_ms);
-  if (!waiting) return;
-  if (outputs_seen || process_bytes[PDO_RX] == 0) {
+  if (event & ESC_AL_EVENT_AL_CONTROL_MASK) request(esc_read16(ESC_AL_CONTROL), now_ms, guard);
+  if (waiting && (outputs_seen || process_bytes[PDO_RX] == 0)) {
     enter(AL_OP);
     publish();
-  } else if (now_ms - waiting_since > SAFEOP_OP_TIMEOUT_MS) {
+  } else if (waiting && now_ms - waiting_since > SAFEOP_OP_TIMEOUT_MS) {
     al_fault(AL_NO_OUTPUTS);
   }
+  guard_leave(guard);
 }

@@ -22,22 +22,23 @@ static struct {
   uint16_t index;
   uint8_t subindex;
 } settings[SETTINGS];
-static uint8_t settings_first, settings_count;
+static uint8_t settings_put, settings_given; /* rising: the background's, the control pass' */
 static uint32_t setting_number;
 
 void application_start(void) {
   dictionary_reset();
   cycles = since_outputs = setting_number = 0;
-  settings_count = 0;
+  settings_put = settings_given = 0;
   for (int n = 0; n < AXES; ++n) axis_start(n);
   al_start();
 }
 
 void application_written(uint16_t index, uint8_t subindex) {
-  if (index < 0x2000u || index > 0x2002u || settings_count == SETTINGS) return;
-  uint8_t last = (uint8_t)((settings_first + settings_count++) % SETTINGS);
+  uint8_t last = settings_put % SETTINGS;
+  if (index < 0x2000u || index > 0x2002u || (uint8_t)(settings_put - settings_given) == SETTINGS) return;
   settings[last].index = index;
   settings[last].subindex = subindex;
+  ++settings_put;
 }
 
 void application_enter_op(void) {
@@ -92,13 +93,13 @@ static bool take_outputs(uint32_t event) {
 
 static void send_setting(struct command *command) {
   struct place place;
-  if (settings_count &&
-      !dictionary_locate(settings[settings_first].index, settings[settings_first].subindex, &place)) {
-    command->setting_index = settings[settings_first].index;
-    command->setting_subindex = settings[settings_first].subindex;
+  uint8_t first = settings_given % SETTINGS;
+  if (settings_put != settings_given &&
+      !dictionary_locate(settings[first].index, settings[first].subindex, &place)) {
+    command->setting_index = settings[first].index;
+    command->setting_subindex = settings[first].subindex;
     memcpy(&command->setting_value, place.data, sizeof command->setting_value);
-    settings_first = (uint8_t)((settings_first + 1) % SETTINGS);
-    --settings_count;
+    ++settings_given;
     ++setting_number;
   }
   command->setting_number = setting_number;

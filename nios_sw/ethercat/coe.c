@@ -11,33 +11,31 @@ static struct {
   uint16_t code;
   uint8_t axis, error_register;
 } queue[QUEUE];
-static uint8_t queue_first, queue_count;
+static uint8_t queue_put, queue_sent; /* rising: one is the control pass', one the background's */
 
 void coe_start(void) {
-  queue_count = 0;
+  queue_put = queue_sent = 0;
   sdo_start();
   sdo_information_start();
 }
 
 void coe_emergency(uint16_t code, uint8_t axis) {
-  uint8_t last;
-  if (queue_count == QUEUE) return;
-  last = (uint8_t)((queue_first + queue_count++) % QUEUE);
+  uint8_t last = queue_put % QUEUE;
+  if ((uint8_t)(queue_put - queue_sent) == QUEUE) return;
   queue[last].code = code;
   queue[last].axis = axis;
   queue[last].error_register = objects.error_register;
+  ++queue_put;
 }
 
 bool coe_continue(void) {
   if (sdo_information_continue()) return true;
-  if (queue_count) {
-    uint8_t first = queue_first;
+  if (queue_put != queue_sent) {
+    uint8_t first = queue_sent % QUEUE;
     const uint8_t message[10] = {0, COE_EMERGENCY << 4, (uint8_t)queue[first].code,
                                  (uint8_t)(queue[first].code >> 8), queue[first].error_register,
                                  queue[first].axis};
-    if (!mailbox_send(MAILBOX_COE, message, sizeof message)) return true;
-    queue_first = (uint8_t)((first + 1) % QUEUE);
-    --queue_count;
+    if (mailbox_send(MAILBOX_COE, message, sizeof message)) ++queue_sent;
     return true;
   }
   return false;

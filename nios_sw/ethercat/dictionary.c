@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "application.h"
+#include "guard.h"
 #include "pdo.h"
 
 struct objects objects;
@@ -35,17 +36,19 @@ void dictionary_reset(void) {
 }
 
 /* Objects of the device stand before those of the axes and behind them. */
-uint16_t dictionary_index(uint16_t n) {
-  uint16_t before = 0;
-  while (before < dictionary_own_count && dictionary_objects[before].index < AXIS_FIRST) ++before;
-  if (n < before) return dictionary_objects[n].index;
-  n = (uint16_t)(n - before);
-  if (n < AXES * dictionary_axis_count) {
-    const struct object *object = &dictionary_objects[dictionary_own_count + n % dictionary_axis_count];
-    return (uint16_t)(object->index + AXIS_STEP * (n / dictionary_axis_count));
+const struct object *dictionary_at(uint16_t n, uint16_t *index) {
+  const struct object *object = &dictionary_objects[n];
+  uint16_t axis = 0, of_axes = (uint16_t)(n - dictionary_before_count);
+  if (n >= dictionary_before_count && of_axes < AXES * dictionary_axis_count) {
+    axis = of_axes / dictionary_axis_count;
+    object = &dictionary_objects[dictionary_own_count + of_axes % dictionary_axis_count];
+  } else if (n >= dictionary_before_count) {
+    n = (uint16_t)(n - AXES * dictionary_axis_count);
+    if (n >= dictionary_own_count) return 0;
+    object = &dictionary_objects[n];
   }
-  n = (uint16_t)(n - AXES * dictionary_axis_count + before);
-  return n < dictionary_own_count ? dictionary_objects[n].index : 0;
+  *index = (uint16_t)(object->index + AXIS_STEP * axis);
+  return object;
 }
 
 const struct object *dictionary_find(uint16_t index, uint8_t **base) {
@@ -93,12 +96,15 @@ uint16_t dictionary_length(const struct place *place) {
 
 void dictionary_get(const struct place *place, uint8_t *to) {
   const void *from = &place->entry->initial;
-  if (place->data) {
-    from = place->data;
-  } else if (place->entry->type == TYPE_STRING) {
-    from = place->entry->text;
+  int guard;
+  if (place->entry->type == TYPE_STRING) { /* the control pass writes none */
+    memcpy(to, place->data ? place->data : (const void *)place->entry->text, dictionary_length(place));
+    return;
   }
-  memcpy(to, from, dictionary_length(place));
+  if (place->data) from = place->data;
+  guard = guard_enter(); /* all bytes of one value */
+  memcpy(to, from, place->entry->bytes);
+  guard_leave(guard);
 }
 
 /* Whether the entry's limits and values allow the value, given by its bits. */
@@ -129,6 +135,7 @@ static bool allowed(const struct entry *entry, uint32_t bits) {
 uint32_t dictionary_put(const struct place *place, const uint8_t *from, uint32_t bytes, bool preop) {
   const struct entry *entry = place->entry;
   uint32_t bits = 0, abort;
+  int guard;
   if (!(entry->flags & ENTRY_WRITE)) return ABORT_READ_ONLY;
   if (entry->flags & ENTRY_PREOP && !preop) return ABORT_STATE;
   if (entry->type == TYPE_STRING) {
@@ -142,7 +149,9 @@ uint32_t dictionary_put(const struct place *place, const uint8_t *from, uint32_t
   if (!allowed(entry, bits)) return ABORT_RANGE;
   abort = pdo_check(place->index, entry->subindex, bits);
   if (abort) return abort;
+  guard = guard_enter();
   memcpy(place->data, from, bytes);
+  guard_leave(guard);
   application_written(place->index, entry->subindex);
   return 0;
 }

@@ -68,11 +68,13 @@ struct place {
 extern struct objects objects;
 extern const struct entry dictionary_entries[];
 extern const struct object dictionary_objects[];
-extern const uint16_t dictionary_own_count, dictionary_axis_count;
+extern const uint16_t dictionary_own_count, dictionary_axis_count, dictionary_before_count; /* before those of the axes */
+#define LISTS 6 /* kinds of lists of objects (ETG.1000.6): 0 has the lengths of the others */
+extern const uint16_t dictionary_lists[LISTS];
 
 void dictionary_reset(void);
-/* The n-th index, rising; 0 behind the last. */
-uint16_t dictionary_index(uint16_t n);
+/* The n-th object and its index, rising; 0 behind the last. */
+const struct object *dictionary_at(uint16_t n, uint16_t *index);
 /* The object, or 0; *base: what its entries' offsets count from. */
 const struct object *dictionary_find(uint16_t index, uint8_t **base);
 uint32_t dictionary_locate(uint16_t index, uint8_t subindex, struct place *place);

@@ -13,7 +13,6 @@
 #define ENTRY_REQUEST 5
 #define ERROR_ANSWER 7
 #define INCOMPLETE 0x80
-#define LISTS 6 /* kinds of lists; 0 has the lengths of the others */
 
 #define TYPE_PDO_MAPPING 0x21u
 #define TYPE_IDENTITY 0x23u
@@ -48,21 +47,13 @@ static void refuse(uint32_t code) {
 
 /* Whether an object is of a list: 1 all, 2 to map as rx, 3 as tx, 4 to store for a replacement,
  * 5 settings. */
-static bool listed(uint16_t index, uint16_t kind) {
-  uint8_t *base;
-  const struct object *object = dictionary_find(index, &base);
+static bool listed(const struct object *object, uint16_t kind) {
   for (uint8_t i = 0; i < object->count; ++i) {
     uint8_t flags = dictionary_entries[object->first + i].flags;
     if (kind == 1 || (kind == 2 && flags & ENTRY_RX) || (kind == 3 && flags & ENTRY_TX)) return true;
     if (kind >= 4 && flags & ENTRY_WRITE && !(flags & ENTRY_RX)) return true;
   }
   return false;
-}
-
-static uint16_t list_length(uint16_t kind) {
-  uint16_t count = 0, index;
-  for (uint16_t n = 0; (index = dictionary_index(n)) != 0; ++n) count += listed(index, kind);
-  return count;
 }
 
 /* One message of the list: the first begins with its kind. */
@@ -75,8 +66,9 @@ static bool send_list(bool first) {
     bytes = 2;
   }
   uint16_t count = 0;
-  while (bytes + 2 <= ROOM && count < left && (index = dictionary_index(from)) != 0) {
-    if (listed(index, list)) {
+  const struct object *object;
+  while (bytes + 2 <= ROOM && count < left && (object = dictionary_at(from, &index)) != 0) {
+    if (listed(object, list)) {
       put16(data + bytes, index);
       bytes = (uint16_t)(bytes + 2);
       ++count;
@@ -181,12 +173,12 @@ void sdo_information_request(const uint8_t *request, uint16_t bytes) {
   } else if (list == 0) {
     put16(message + COE_HEADER + HEADER, 0);
     for (uint16_t kind = 1; kind < LISTS; ++kind) {
-      put16(message + COE_HEADER + HEADER + 2u * kind, list_length(kind));
+      put16(message + COE_HEADER + HEADER + 2u * kind, dictionary_lists[kind]);
     }
     send(LIST_REQUEST + 1, 0, 2 * LISTS);
   } else {
     next = 0;
-    left = list_length(list);
+    left = dictionary_lists[list];
     send_list(true);
   }
 }

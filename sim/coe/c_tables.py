@@ -147,12 +147,27 @@ def source(device: Device) -> str:
         "",
         f"const uint16_t dictionary_own_count = {len(own)};",
         f"const uint16_t dictionary_axis_count = {len(axis)};",
+        f"const uint16_t dictionary_before_count = {sum(o.index < AXIS_FIRST for o in own)};",
+        f"const uint16_t dictionary_lists[LISTS] = {{0, {', '.join(map(str, lists(device)))}}};",
         "const struct object dictionary_objects[] = {",
         *tables,
         "};",
         "",
     ]
     return "\n".join(lines)
+
+
+def lists(device: Device) -> list[int]:
+    """Lengths of the lists 1 to 5 of SDO information: all objects, those to map as rx, as tx, those
+    to store for a replacement, settings."""
+    settings = [
+        any(e.access in ("rw", "preop") and e.pdo != "rx" for e in o.entries)
+        for o in device.objects
+    ]
+    mapped = [
+        sum(any(e.pdo == side for e in o.entries) for o in device.objects) for side in ("rx", "tx")
+    ]
+    return [len(device.objects), *mapped, sum(settings), sum(settings)]
 
 
 def object_row(one: Object, first: int) -> str:

@@ -293,6 +293,8 @@ const struct entry dictionary_entries[] = {
 
 const uint16_t dictionary_own_count = 36;
 const uint16_t dictionary_axis_count = 40;
+const uint16_t dictionary_before_count = 31;
+const uint16_t dictionary_lists[LISTS] = {0, 236, 61, 48, 108, 108};
 const struct object dictionary_objects[] = {
     {"Device type", 0x1000, 0, 7, 1, 0},
     {"Error register", 0x1001, 1, 7, 1, 0},

@@ -1,0 +1,194 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The whole device in RTL, five axes enabled in OP, while a master floods its mailbox: no control
+pass is late. Frames are made here and come at exact times; there is no master.
+"""
+
+from __future__ import annotations
+
+import itertools
+import os
+import struct
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from sim.coe.dictionary import Device, load
+from sim.ethercat.datagram import APRD, APWR, ETHERNET, datagram, frame
+from sim.ethercat.device import DeviceRtl
+from sim.ethercat.session import CSP, ENABLE, SHUTDOWN, START_NS, SWITCH_ON, outputs
+from sim.harness import build, nios_image
+
+TICK_CLOCKS = 10_000
+AL_CONTROL, AL_STATUS = 0x120, 0x130
+MAILBOX_OUT, MAILBOX_IN, MAILBOX_BYTES = 0x1000, 0x1100, 256
+OUTPUTS, INPUTS = 0x1200, 0x1800
+PROFILE_POSITION = 1
+POWER, POWER_AT = 0x10000, 20  # of the words of a tick
+EMERGENCY, SDO_REQUEST, SDO_RESPONSE, INFORMATION = 1, 2, 3, 8  # services of CoE
+# Between two frames; it comes at another place of the control cycle each time.
+MESSAGE_NS, MESSAGES = 139_000, 7
+
+
+def sdo(service: int, data: bytes) -> bytes:
+    return struct.pack("<H", service << 12) + data
+
+
+def upload(index: int, subindex: int = 0, complete: bool = False) -> bytes:
+    return sdo(SDO_REQUEST, struct.pack("<BHB4x", 0x50 if complete else 0x40, index, subindex))
+
+
+def download(index: int, subindex: int, data: bytes) -> bytes:
+    head = struct.pack("<BHBI", 0x21, index, subindex, len(data))
+    return sdo(SDO_REQUEST, head + data)
+
+
+def information(opcode: int, *words: int) -> bytes:
+    data = struct.pack(f"<{len(words)}H", *words)
+    return sdo(INFORMATION, struct.pack("<BBH", opcode, 0, 0) + data)
+
+
+REQUESTS = {
+    "uploads": [upload(0x1000), upload(0x8FFF), upload(0x1C32, 1), upload(0x1000)],
+    "objects": [upload(0x1600, 0, True), upload(0x2020), upload(0x1C32, 0, True)],
+    "downloads": [download(0x2020, 0, bytes(range(33, 33 + 200))), download(0x2000, 1, bytes(4))],
+    "aborts": [upload(0x3000), download(0x1000, 0, bytes(4)), download(0x1018, 1, bytes(4))],
+    "list": [information(1, 1)],
+    "lengths": [information(1, 0)],
+    "descriptions": [information(3, 0x1C32), information(5, 0x8081, 0x7000)],
+}
+
+
+def exchanged(path: Path) -> Iterator[tuple[int, int, bytes]]:
+    """Offset in the device, working counter and data of each datagram in a capture."""
+    data, at = path.read_bytes(), 24
+    while at < len(data):
+        (size,) = struct.unpack_from("<I", data, at + 8)
+        body, place, more = data[at + 16 : at + 16 + size], len(ETHERNET) + 2, True
+        at += 16 + size
+        while more:
+            offset, length = struct.unpack_from("<HH", body, place + 4)
+            more, length = bool(length & 0x8000), length & 0x7FF
+            (counter,) = struct.unpack_from("<H", body, place + 10 + length)
+            yield offset, counter, body[place + 10 : place + 10 + length]
+            place += 12 + length
+
+
+class Bench:
+    """A device that was brought to OP, its axes enabled and moving."""
+
+    def __init__(self, device: Device, capture: Path, mode: int) -> None:
+        self.device, self.mode, self.control, self.counter = device, mode, 0, 0
+        self.rtl = DeviceRtl(nios_image.load("ethercat"), TICK_CLOCKS)
+        self.rtl.capture(capture)
+        self.nowhere = os.open(os.devnull, os.O_WRONLY)  # answers are read from the capture
+        self.rtl.run(START_NS)
+        self.path, self.frames = itertools.count(), itertools.count()
+        for n, (start, size, control) in enumerate(
+            (
+                (MAILBOX_OUT, MAILBOX_BYTES, 0x26),
+                (MAILBOX_IN, MAILBOX_BYTES, 0x22),
+                (OUTPUTS, device.bytes("rx"), 0x64),
+                (INPUTS, device.bytes("tx"), 0x20),
+            )
+        ):
+            self.write(0x800 + 8 * n, struct.pack("<HHBBBB", start, size, control, 0, 1, 0))
+        for state in (2, 4, 8):
+            self.write(AL_CONTROL, struct.pack("<H", state))
+            for _ in range(2):
+                self.exchange(1_000_000)
+        for self.control in (SHUTDOWN, SWITCH_ON, ENABLE):
+            for _ in range(3):
+                self.exchange(1_000_000)
+
+    def write(self, offset: int, data: bytes) -> None:
+        self.send(datagram(APWR, 0, offset, data), 100_000)
+
+    def send(self, datagrams: bytes, run_ns: int) -> None:
+        self.rtl.send(frame(datagrams))
+        self.rtl.run(run_ns)
+        self.rtl.give(self.nowhere)
+
+    def process_data(self) -> bytes:
+        """All axes go on; in profile position each second frame has a new target, at once."""
+        n = next(self.path)
+        rises = self.control == ENABLE and self.mode == PROFILE_POSITION and n & 1
+        values = {
+            "controlword": self.control | (0x30 if rises else 0),
+            "mode": self.mode,
+            "target_position": 1000 * n,
+            "velocity_offset": 100,
+        }
+        return outputs(self.device, values)
+
+    def exchange(self, run_ns: int) -> None:
+        """A frame of process data."""
+        self.send(
+            datagram(APWR, 0, OUTPUTS, self.process_data(), more=True)
+            + datagram(APRD, 0, INPUTS, bytes(self.device.bytes("tx")), more=True)
+            + datagram(APRD, 0, AL_STATUS, bytes(6)),
+            run_ns,
+        )
+
+    def ask(self, message: bytes, run_ns: int) -> None:
+        """A frame that takes what stands in the mailbox and leaves a request."""
+        self.counter = self.counter % 7 + 1
+        head = struct.pack("<HHBB", len(message), 0, 0, 3 | self.counter << 4)
+        self.send(
+            datagram(APRD, 0, MAILBOX_IN, bytes(MAILBOX_BYTES), more=True)
+            + datagram(APWR, 0, MAILBOX_OUT, (head + message).ljust(MAILBOX_BYTES, b"\0")),
+            run_ns,
+        )
+
+
+def flood(requests: list[bytes], cycles: int, capture: Path, mode: int = CSP) -> dict[str, object]:
+    """What came of so many cycles of process data while requests come without a pause."""
+    bench = Bench(load(), capture, mode)
+    rtl = bench.rtl
+    asked = itertools.cycle(requests)
+    rtl.restart_counts()
+    began = rtl.now
+    for _ in range(cycles * MESSAGES):
+        if next(bench.frames) % MESSAGES == 0:
+            bench.exchange(MESSAGE_NS)
+        elif requests:
+            bench.ask(next(asked), MESSAGE_NS)
+        else:
+            rtl.run(MESSAGE_NS)
+    counts, passed = rtl.counts(), rtl.now - began
+    powered = all(word & POWER for word in rtl.outputs[POWER_AT : POWER_AT + 5])
+    console = rtl.console
+    rtl.close()
+    os.close(bench.nowhere)
+    answers, state = 0, None
+    for offset, counter, data in exchanged(capture):
+        if offset == MAILBOX_IN and counter:
+            answers += data[7] >> 4 in (SDO_REQUEST, SDO_RESPONSE, INFORMATION)
+        if offset == AL_STATUS and counter:
+            state = struct.unpack_from("<HxxH", data)
+    return {
+        "longest": counts["longest"],
+        "mean": counts["sum"] // counts["ticks"],
+        "ticks": counts["ticks"],
+        "wanted": passed // (TICK_CLOCKS * 10_000),
+        "overrun": counts["overrun"],
+        "answers": answers,
+        "state": state,
+        "powered": powered,
+        "console": console,
+    }
+
+
+@pytest.fixture(autouse=True)
+def without_assertions(monkeypatch):
+    """The harness gives a tick with the clock edge: n2_io's assertions sample it a clock late."""
+    monkeypatch.setattr(build, "assertions", False)
+
+
+@pytest.mark.parametrize("requests", REQUESTS)
+def test_flooded_mailbox__no_pass_is_late(tmp_path, requests):
+    found = flood(REQUESTS[requests], 12, tmp_path / "flood.pcap")
+    assert found["state"] == (8, 0) and found["powered"] and found["console"] == "", found
+    assert found["longest"] < TICK_CLOCKS and not found["overrun"], found
+    assert abs(found["ticks"] - found["wanted"]) <= 1, found
+    assert found["answers"] > 12, found
