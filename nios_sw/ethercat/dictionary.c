@@ -107,29 +107,44 @@ void dictionary_get(const struct place *place, uint8_t *to) {
   guard_leave(guard);
 }
 
-/* Whether the entry's limits and values allow the value, given by its bits. */
-static bool allowed(const struct entry *entry, uint32_t bits) {
-  int32_t value = (int32_t)bits;
-  if (entry->type == TYPE_I8) value = (int8_t)bits;
-  if (entry->type == TYPE_I16) value = (int16_t)bits;
-  if (entry->values) {
-    for (int8_t i = 1; i <= entry->values[0]; ++i) {
-      if (value == entry->values[i]) return true;
-    }
-    return false;
-  }
-  if (!(entry->flags & ENTRY_LIMITS)) return true;
+static int32_t extended(const struct entry *entry, uint32_t bits) {
+  if (entry->type == TYPE_I8) return (int8_t)bits;
+  return entry->type == TYPE_I16 ? (int16_t)bits : (int32_t)bits;
+}
+
+/* -1: the value, given by its bits, is below the entry's limits, or no number; 1: above them. */
+static int beyond(const struct entry *entry, uint32_t bits) {
   if (entry->type == TYPE_F32) {
     float number, least, greatest;
     memcpy(&number, &bits, 4);
     memcpy(&least, &entry->least, 4);
     memcpy(&greatest, &entry->greatest, 4);
-    return number >= least && number <= greatest; /* a NaN is refused */
+    return number > greatest ? 1 : number >= least ? 0 : -1;
   }
   if (entry->type == TYPE_I8 || entry->type == TYPE_I16 || entry->type == TYPE_I32) {
-    return value >= (int32_t)entry->least && value <= (int32_t)entry->greatest;
+    int32_t value = extended(entry, bits);
+    return value > (int32_t)entry->greatest ? 1 : value >= (int32_t)entry->least ? 0 : -1;
   }
-  return bits >= entry->least && bits <= entry->greatest;
+  return bits > entry->greatest ? 1 : bits >= entry->least ? 0 : -1;
+}
+
+/* Whether the entry's limits and values allow the value, given by its bits. */
+static bool allowed(const struct entry *entry, uint32_t bits) {
+  if (entry->values) {
+    for (int8_t i = 1; i <= entry->values[0]; ++i) {
+      if (extended(entry, bits) == entry->values[i]) return true;
+    }
+    return false;
+  }
+  return !(entry->flags & ENTRY_LIMITS) || beyond(entry, bits) == 0;
+}
+
+void dictionary_limit(const struct entry *entry, uint8_t *data) {
+  uint32_t bits = 0;
+  int side;
+  memcpy(&bits, data, entry->bytes);
+  side = beyond(entry, bits);
+  if (side) memcpy(data, side > 0 ? &entry->greatest : &entry->least, entry->bytes);
 }
 
 uint32_t dictionary_put(const struct place *place, const uint8_t *from, uint32_t bytes, bool preop) {
@@ -172,6 +187,13 @@ uint32_t dictionary_get_all(uint16_t index, uint8_t first, uint8_t *to, uint16_t
   return 0;
 }
 
+bool dictionary_writable(const struct object *object) {
+  for (uint8_t i = 0; i < object->count; ++i) {
+    if (dictionary_entries[object->first + i].flags & ENTRY_WRITE) return true;
+  }
+  return false;
+}
+
 /* A list of process data takes its entries while its count is 0 and is checked with the count. */
 uint32_t dictionary_put_all(uint16_t index, uint8_t first, const uint8_t *from, uint32_t bytes, bool preop) {
   static const uint8_t none;
@@ -180,6 +202,7 @@ uint32_t dictionary_put_all(uint16_t index, uint8_t first, const uint8_t *from, 
   bool counted = false;
   if (abort) return abort;
   if (first > 1 || count.object->kind == KIND_VAR) return ABORT_NO_SUBINDEX;
+  if (!dictionary_writable(count.object)) return ABORT_READ_ONLY;
   counted = count.entry->flags & ENTRY_WRITE;
   if (first == 0) {
     if (bytes < 2) return ABORT_TOO_SHORT;

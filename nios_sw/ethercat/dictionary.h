@@ -83,6 +83,10 @@ uint16_t dictionary_length(const struct place *place);
 void dictionary_get(const struct place *place, uint8_t *to);
 /* Checks and stores; preop: whether the device is in PREOP. */
 uint32_t dictionary_put(const struct place *place, const uint8_t *from, uint32_t bytes, bool preop);
+/* A value from elsewhere, which stands in the object already: held within the limits of its entry, which has some. */
+void dictionary_limit(const struct entry *entry, uint8_t *data);
+/* Whether any entry can be written. */
+bool dictionary_writable(const struct object *object);
 /* All entries of an object from subindex `first` (0 or 1) on, subindex 0 in two bytes. */
 uint32_t dictionary_get_all(uint16_t index, uint8_t first, uint8_t *to, uint16_t room, uint16_t *bytes);
 uint32_t dictionary_put_all(uint16_t index, uint8_t first, const uint8_t *from, uint32_t bytes, bool preop);

@@ -9,6 +9,7 @@
 /* One mapped object; data 0 is padding. */
 struct copy {
   uint8_t *data;
+  const struct entry *limits; /* 0: none */
   uint8_t bytes;
 };
 
@@ -100,8 +101,10 @@ uint16_t pdo_prepare(int side) {
       struct copy *copy = &copies[side][count++];
       copy->bytes = (uint8_t)(entry & 0xFFu) / 8u;
       copy->data = 0;
+      copy->limits = 0;
       if (entry >> 16 && !dictionary_locate((uint16_t)(entry >> 16), (uint8_t)(entry >> 8), &place)) {
         copy->data = place.data;
+        if (place.entry->flags & ENTRY_LIMITS) copy->limits = place.entry;
       }
     }
   }
@@ -127,6 +130,7 @@ void pdo_outputs(const uint8_t *from) {
   const struct copy *end = copies[PDO_RX] + copy_count[PDO_RX];
   for (const struct copy *copy = copies[PDO_RX]; copy < end; ++copy) {
     if (copy->data) move(copy->data, from, copy->bytes);
+    if (copy->limits) dictionary_limit(copy->limits, copy->data);
     from += copy->bytes;
   }
 }

@@ -92,7 +92,8 @@ static bool store(void) {
 static uint32_t writable(uint32_t bytes) {
   struct place place;
   uint32_t abort = dictionary_locate(transfer.index, transfer.complete ? 0 : transfer.subindex, &place);
-  if (abort || transfer.complete) return abort;
+  if (abort) return abort;
+  if (transfer.complete) return dictionary_writable(place.object) ? 0 : ABORT_READ_ONLY;
   if (!(place.entry->flags & ENTRY_WRITE)) return ABORT_READ_ONLY;
   if (place.entry->flags & ENTRY_PREOP && al_state() != AL_PREOP) return ABORT_STATE;
   if (place.entry->type == TYPE_STRING) return bytes > place.entry->bytes ? ABORT_TOO_LONG : 0;
