@@ -15,6 +15,12 @@
 #define CYCLES_PER_MS (1000u / CYCLE_US)
 #define SETTINGS 16 /* settings on their way to the law */
 #define COMMUNICATION 0x7500u
+#define ERROR_ANY 0x01u /* bits of the error register */
+#define ERROR_COMMUNICATION 0x10u
+#define ERROR_PROFILE 0x20u
+#define IO_SHIFT 16 /* of the inputs and outputs 1 to 8 in 60FD and 60FE */
+#define FREE_RUN 0 /* in 1C32:01 */
+#define SYNC0 2
 
 static uint32_t cycles, since_outputs; /* of CYCLE_US */
 static _Alignas(4) uint8_t buffer[PROCESS_BYTES];
@@ -39,6 +45,15 @@ void application_written(uint16_t index, uint8_t subindex) {
   settings[last].index = index;
   settings[last].subindex = subindex;
   ++settings_put;
+}
+
+void application_errors(void) {
+  uint8_t found = 0;
+  for (int n = 0; n < AXES; ++n) {
+    uint16_t error = objects.axis[n].error_code;
+    if (error) found |= ERROR_ANY | (error == COMMUNICATION ? ERROR_COMMUNICATION : ERROR_PROFILE);
+  }
+  objects.error_register = found;
 }
 
 void application_enter_op(void) {
@@ -106,7 +121,7 @@ static void send_setting(struct command *command) {
 }
 
 void application_cycle(const struct feedback *feedback, struct command *command) {
-  uint8_t state = al_state(), any = 0;
+  uint8_t state = al_state();
   bool fresh = false;
   ++cycles;
   if (since_outputs < 0xFFFFFFu) ++since_outputs;
@@ -115,10 +130,8 @@ void application_cycle(const struct feedback *feedback, struct command *command)
   objects.digital_inputs = feedback->digital_inputs;
   for (int n = 0; n < AXES; ++n) {
     axis_cycle(n, &feedback->axis[n], fresh, &command->axis[n]);
-    any |= objects.axis[n].error_code != 0;
   }
-  objects.error_register = any ? 0x21 : 0;
-  command->digital_outputs = objects.digital_outputs;
+  command->digital_outputs = digital_outputs();
   send_setting(command);
   if (al_state() >= AL_SAFEOP) application_inputs();
 }

@@ -51,5 +51,6 @@ void application_written(uint16_t index, uint8_t subindex); /* an object, by SDO
 void application_enter_op(void);
 void application_leave_op(bool fault);
 void application_inputs(void); /* process data to the master */
+void application_errors(void); /* the error register, from the errors of the axes */
 
 #endif

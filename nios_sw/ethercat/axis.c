@@ -53,12 +53,19 @@ uint32_t axis_period(int n) {
   return cycles ? cycles : 1u;
 }
 
+/* The axis has this error from now on, 0: none; an emergency if that is new. */
+static void tell(int n, uint16_t error) {
+  if (objects.axis[n].error_code == error) return;
+  objects.axis[n].error_code = error;
+  application_errors();
+  coe_emergency(error, (uint8_t)n);
+}
+
 void axis_fault(int n, uint16_t error) {
   struct axis *axis = &axes[n];
   if (axis->machine.state == DRIVE_FAULT || axis->machine.state == DRIVE_REACTION) return;
   cia402_fault(&axis->machine);
-  objects.axis[n].error_code = error;
-  coe_emergency(error, (uint8_t)n);
+  tell(n, error);
 }
 
 void axis_leave_op(int n, uint16_t error) {
@@ -199,7 +206,8 @@ static void supervise(struct axis *axis, int n, const struct axis_feedback *feed
 
 static uint16_t status_of(const struct axis *axis, const struct axis_objects *o) {
   uint16_t status = cia402_status(&axis->machine);
-  bool runs = axis->machine.state == DRIVE_ENABLED && cia402_ramp(&axis->machine, o) == RAMP_NONE;
+  bool stops = cia402_ramp(&axis->machine, o) != RAMP_NONE, still = axis->point.velocity == 0.0f;
+  bool runs = axis->machine.state == DRIVE_ENABLED && !stops;
   if (al_state() == AL_OP) status |= STATUS_REMOTE;
   if (axis->limited) status |= STATUS_LIMIT;
   if (axis->beyond && axis->mode != MODE_HOMING && axis->mode != MODE_CSV) {
@@ -208,11 +216,11 @@ static uint16_t status_of(const struct axis *axis, const struct axis_objects *o)
   switch (axis->mode) {
     case MODE_PROFILE_POSITION:
       if (axis->profile.acknowledged) status |= STATUS_MODE_12;
-      if (axis->profile.reached) status |= STATUS_REACHED;
+      if (stops ? still : axis->profile.reached) status |= STATUS_REACHED;
       break;
     case MODE_HOMING:
       if (axis->attained) status |= STATUS_MODE_12;
-      if (axis->attained || axis->point.velocity == 0.0f) status |= STATUS_REACHED;
+      if (still || (axis->attained && !stops)) status |= STATUS_REACHED;
       break;
     default:
       if (runs && axis->mode) status |= STATUS_MODE_12;
@@ -232,8 +240,11 @@ void axis_cycle(int n, const struct axis_feedback *feedback, bool fresh, struct 
   *command = (struct axis_command){0};
   measure(axis, o, feedback);
   cia402_step(&axis->machine, o, al_state() == AL_OP, axis->point.velocity == 0.0f);
-  if (axis->machine.state == DRIVE_DISABLED) o->error_code = 0;
-  if (feedback->fault) axis_fault(n, feedback->fault); /* cannot be reset while it lasts */
+  if (feedback->fault) { /* cannot be reset while it lasts */
+    axis_fault(n, feedback->fault);
+  } else if (axis->machine.state == DRIVE_DISABLED) {
+    tell(n, 0);
+  }
   command->power = cia402_power(&axis->machine);
   if (!command->power) {
     axis->point = (struct setpoint){.whole = feedback->position};

@@ -94,7 +94,8 @@ void cia402_step(struct cia402 *machine, const struct axis_objects *axis, bool r
       if (machine->state == DRIVE_ENABLED && standstill) machine->state = machine->after; /* 5, 8 */
       break;
     case DRIVE_QUICK_STOP:
-      if (command == DISABLE_VOLTAGE || (axis->quick_stop_option < 5 && standstill) ||
+      /* Outside of OP nobody could bring it on from here. */
+      if (command == DISABLE_VOLTAGE || ((axis->quick_stop_option < 5 || !remote) && standstill) ||
           axis->quick_stop_option == 0) {
         machine->state = DRIVE_DISABLED; /* 12 */
       } else if (command == ENABLE_OPERATION && axis->quick_stop_option >= 5) {

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import random
+import struct
 
 import numpy as np
 import pytest
@@ -18,7 +19,7 @@ from canopen.sdo import SdoClient
 from ruckig import InputParameter, Result, Ruckig, Trajectory
 from scipy.interpolate import BPoly
 
-from tests.ethercat.host import AXES, ERROR, OP, SAFEOP, Host
+from tests.ethercat.host import AXES, ERROR, OP, PREOP, SAFEOP, Host
 
 SHUTDOWN, SWITCH_ON, ENABLE, QUICK_STOP, RESET = 0x06, 0x07, 0x0F, 0x02, 0x80
 PP, HOMING, CSP, CSV, CST = 1, 6, 8, 9, 10
@@ -582,6 +583,81 @@ def test_halt__stops_on_the_ramp():
     assert drives.statusword() & 0x0400 and drives.state() == "OPERATION ENABLED"
 
 
+def test_halt__target_reached_only_when_it_stands():
+    drives = pp_drives(5_000_000, 100_000_000, 10_000_000_000)
+    drives.set(position=3_000_000, control=ENABLE | 0x10)
+    follow(drives, 1500)
+    drives.set(control=ENABLE | 0x100)
+    drives.step()
+    seen = 0
+    while drives.command.axis[0].velocity:
+        assert not drives.statusword() & 0x0400, drives.command.axis[0].velocity
+        drives.step()
+        seen += 1
+    assert seen > 100
+    drives.step()
+    assert drives.statusword() & 0x0400
+
+
+class Mapped(Drives):
+    """The first axis alone, with profile velocity and acceleration in its process data."""
+
+    def __init__(self, velocity: int, acceleration: int) -> None:
+        self.limits = (velocity, acceleration)
+        super().__init__(PP)
+        self.put(0x6065, 0, 0xFFFFFFFF)
+        self.enable()
+
+    def process_managers(self, outputs: int = 0, inputs: int = 0) -> None:
+        self.put(0x1C12, 0, 0)
+        self.put(0x1600, 0, 0)
+        entries = (0x60400010, 0x60600008, 8, 0x607A0020, 0x60810020, 0x60830020)
+        for n, entry in enumerate(entries):
+            self.put(0x1600, n + 1, entry)
+        self.put(0x1600, 0, len(entries))
+        self.put(0x1C12, 1, 0x1600)
+        self.put(0x1C12, 0, 1)
+        super().process_managers(outputs=16)
+
+    def outputs(self, values=None) -> None:
+        values = values or {}
+        words = [values.get((index, 0), 0) for index in (0x6040, 0x6060, 0x607A)]
+        self.write(0x1200, struct.pack("<HbxiII", *words, *self.limits))
+
+
+@pytest.mark.parametrize(("velocity", "acceleration"), [(0, 100_000_000), (5_000_000, 0), (0, 0)])
+def test_mapped_limits_of_0__are_held_at_1_and_nothing_jumps(velocity, acceleration):
+    drives = Mapped(velocity, acceleration)
+    assert drives.get(0x6081) == max(1, velocity) and drives.get(0x6083) == max(1, acceleration)
+    drives.set(position=1_000_000, control=ENABLE | 0x10)
+    rows = follow(drives, 3000)
+    assert np.abs(rows[:, 1]).max() <= max(1, velocity) and np.abs(np.diff(rows[:, 0])).max() < 2
+    assert 0 < rows[-1, 0] < 2
+    drives.limits = (5_000_000, 100_000_000)
+    drives.set(position=100, control=ENABLE)
+    drives.step()
+    drives.set(control=ENABLE | 0x30)
+    assert follow(drives, 3000)[-1, 0] == 100
+
+
+@pytest.mark.parametrize("way", ["halt", "quick stop", "fault"])
+def test_mapped_acceleration_of_0__every_ramp_ends(way):
+    drives = Mapped(10, 100_000_000)
+    drives.put(0x605A, 0, 1)
+    drives.put(0x605E, 0, 1)
+    drives.set(position=1_000_000, control=ENABLE | 0x10)
+    follow(drives, 1000)
+    assert drives.command.axis[0].velocity == 10
+    drives.limits = (10, 0)
+    drives.set(control={"halt": ENABLE | 0x100, "quick stop": QUICK_STOP, "fault": ENABLE}[way])
+    drives.feedback.axis[0].fault = 0x5441 if way == "fault" else 0
+    follow(drives, 9 * 10_000)
+    assert drives.command.axis[0].velocity > 0
+    follow(drives, 2 * 10_000)
+    assert drives.command.axis[0].velocity == 0
+    assert drives.command.axis[0].power == (way == "halt")
+
+
 # -------------------------------------------------------------------- faults, stops, I/O
 
 
@@ -714,6 +790,35 @@ def test_op_left_on_request__quick_stop_without_a_fault():
     assert rows[0][1] and not rows[-1][1]
     assert state_of(drives.inputs()[0x6041, 0]) == "SWITCH ON DISABLED"
     assert np.diff([v for v, _ in rows]).min() >= -4e8 * TICK * 1.01
+
+
+@pytest.mark.parametrize("option", [0, 1, 2, 5, 6])
+@pytest.mark.parametrize("state", [SAFEOP, PREOP])
+def test_op_left__no_torque_after_the_stop_whatever_the_option(option, state):
+    drives = moving(0x605A, option)
+    assert drives.ask(state) == (state, 0)
+    drives.cycle(500)
+    assert not drives.command.axis[0].power
+    assert state_of(int(drives.get(0x6041))) == "SWITCH ON DISABLED"
+
+
+def test_inputs_and_outputs_of_the_device__in_the_axes_too():
+    drives = Drives()
+    drives.feedback.digital_inputs = 0xA5
+    drives.values[0x8A00, 1] = 0x0F
+    drives.step(2)
+    assert drives.command.digital_outputs == 0x0F
+    assert [drives.get(0x60FD + 0x800 * n) for n in range(AXES)] == [0xA50000] * AXES
+    drives.put(0x70FE, 1, 0x12_0000)
+    drives.step()
+    assert drives.command.digital_outputs == 0x0F  # not in the mask
+    drives.put(0x70FE, 2, 0x33_0001)
+    drives.step()
+    assert drives.command.digital_outputs == 0x1E
+    drives.put(0x8A07, 1, 0x40)
+    drives.ask(SAFEOP)
+    drives.cycle()
+    assert drives.command.digital_outputs == 0x40
 
 
 def test_digital_inputs_and_outputs__eight_each_and_pose():

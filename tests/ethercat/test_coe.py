@@ -292,9 +292,51 @@ def test_emergency__tells_error_register_and_axis():
     kind, data = host.receive()
     assert kind == 3
     head, code, register, axis = struct.unpack_from("<HHBB", data)
-    assert (head >> 12, code, axis) == (1, 0x5441, 3)
+    assert (head >> 12, code, register, axis) == (1, 0x5441, 0x21, 3)
     assert host.get(0x783F) == 0x5441 and host.upload(0x1001) == b"\x21"
-    assert register in (0x00, 0x21)
+
+
+def emergencies(host: Host) -> list[tuple[int, int, int]]:
+    """Code, error register and axis of all that wait."""
+    found = []
+    host.background()
+    while message := host.receive():
+        found.append(struct.unpack_from("<xxHBB", message[1]))
+        host.background()
+    return found
+
+
+def test_emergency__0000_at_the_reset_with_what_is_left():
+    host = Host()
+    host.to_op()
+    for axis in (1, 4):
+        host.feedback.axis[axis].fault = 0x5441
+    host.outputs()
+    host.cycle(3)
+    assert emergencies(host) == [(0x5441, 0x21, 1), (0x5441, 0x21, 4)]
+    host.outputs({(0x6840, 0): 0x80})
+    host.cycle(3)
+    assert emergencies(host) == []  # it lasts
+    host.feedback.axis[1].fault = 0
+    for control in (0, 0x80):
+        host.outputs({(0x6840, 0): control})
+        host.cycle(3)
+    assert emergencies(host) == [(0x0000, 0x21, 1)]
+    host.feedback.axis[4].fault = 0
+    host.outputs({(0x8040, 0): 0x80})
+    host.cycle(3)
+    assert emergencies(host) == [(0x0000, 0x00, 4)] and host.upload(0x1001) == b"\0"
+
+
+def test_emergency__lost_outputs_are_an_error_of_communication():
+    host = Host()
+    host.to_op()
+    host.cycle(1100)
+    assert emergencies(host) == [(0x7500, 0x11, axis) for axis in range(5)]
+    assert host.upload(0x1001) == b"\x11"
+    host.feedback.axis[2].fault = 0x5441  # the first error stays
+    host.cycle()
+    assert emergencies(host) == []
 
 
 def test_lost_answer__is_repeated_even_when_another_message_has_come():
