@@ -83,7 +83,8 @@ static bool take_outputs(uint32_t event) {
   if (event & (1u << 10) && bytes) { /* SM2 */
     esc_read(PROCESS_OUTPUTS, buffer, bytes);
     al_outputs_seen();
-    objects.output_sync.cycle = objects.input_sync.cycle = since_outputs * CYCLE_US * 1000u;
+    objects.output_sync.cycle = objects.input_sync.cycle =
+        objects.output_sync.type == SYNC0 ? esc_read32(ESC_SYNC0_CYCLE) : since_outputs * CYCLE_US * 1000u;
     since_outputs = 0;
     objects.output_sync.error = 0;
     if (al_state() != AL_OP) return false;
@@ -95,6 +96,7 @@ static bool take_outputs(uint32_t event) {
     al_fault(AL_WATCHDOG);
     return false;
   }
+  if (objects.output_sync.type == FREE_RUN) return false; /* only the watchdog counts */
   period = axis_period(0);
   if (since_outputs && since_outputs % period == 0 && objects.output_sync.missed < 0xFFFFu) {
     ++objects.output_sync.missed;
@@ -104,6 +106,18 @@ static bool take_outputs(uint32_t event) {
     for (int n = 0; n < AXES; ++n) axis_fault(n, COMMUNICATION);
   }
   return false;
+}
+
+/* Of 8A00, but those in the mask of an axis are that axis'. */
+static uint8_t digital_outputs(void) {
+  uint32_t outputs = (uint32_t)objects.digital_outputs << IO_SHIFT;
+  if (al_state() == AL_OP) {
+    for (int n = 0; n < AXES; ++n) {
+      const struct axis_objects *o = &objects.axis[n];
+      outputs = (outputs & ~o->output_mask) | (o->outputs & o->output_mask);
+    }
+  }
+  return (uint8_t)(outputs >> IO_SHIFT);
 }
 
 static void send_setting(struct command *command) {
@@ -129,6 +143,7 @@ void application_cycle(const struct feedback *feedback, struct command *command)
   memcpy(objects.pose, feedback->pose, sizeof objects.pose);
   objects.digital_inputs = feedback->digital_inputs;
   for (int n = 0; n < AXES; ++n) {
+    objects.axis[n].inputs = (uint32_t)feedback->digital_inputs << IO_SHIFT;
     axis_cycle(n, &feedback->axis[n], fresh, &command->axis[n]);
   }
   command->digital_outputs = digital_outputs();

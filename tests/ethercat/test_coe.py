@@ -136,6 +136,15 @@ ABORTS = {
     "segment without a transfer": (0x05040001, lambda h: h.sdo(struct.pack("<B7x", 0x60))),
     "data without a transfer": (0x05040001, lambda h: h.sdo(struct.pack("<B7x", 0x00))),
     "no such command": (0x05040001, lambda h: h.sdo(struct.pack("<B7x", 0xE0))),
+    "read only as a whole object": (
+        0x06010002,
+        lambda h: h.download(0x1018, 0, b"\x04\0" + bytes(16), complete=True),
+    ),
+    "read only from subindex 1 on": (
+        0x06010002,
+        lambda h: h.download(0x1018, 1, bytes(16), complete=True),
+    ),
+    "no type of inputs but theirs": (0x06090030, lambda h: h.put(0x1C33, 1, 2)),
     "variable as a whole object": (0x06090011, lambda h: h.upload(0x6041, 0, complete=True)),
 }
 

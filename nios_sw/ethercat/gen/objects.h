@@ -96,18 +96,15 @@ struct objects {
   struct { /* 1C32 */
     uint16_t type;
     uint32_t cycle;
-    uint32_t shift;
     uint16_t supported;
     uint32_t minimum;
     uint32_t copy;
     uint16_t missed;
-    uint16_t too_small;
     uint8_t error;
   } output_sync;
   struct { /* 1C33 */
     uint16_t type;
     uint32_t cycle;
-    uint32_t shift;
     uint16_t supported;
     uint32_t minimum;
     uint32_t copy;
