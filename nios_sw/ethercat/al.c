@@ -9,6 +9,9 @@
 #include "mailbox.h"
 #include "pdo.h"
 
+#define MANAGERS 8
+#define MANAGERS_USED 4
+
 static uint8_t state;
 static uint16_t code;
 static bool waiting; /* SAFEOP, OP asked for: outputs have not come yet */
@@ -30,9 +33,11 @@ static void enter(uint8_t next) {
   uint8_t before = state;
   state = next;
   waiting = false;
-  if (before == AL_OP && next != AL_OP) application_leave_op(code == AL_WATCHDOG);
+  if (before == AL_OP && next != AL_OP) {
+    application_leave_op(code == AL_WATCHDOG || code == AL_SYNC_ERROR);
+  }
   if (next == AL_OP) application_enter_op();
-  if (next < AL_SAFEOP) outputs_seen = false;
+  if (next != AL_OP) outputs_seen = false; /* OP wants new ones */
   if (next == AL_INIT) mailbox_stop();
   if (before == AL_INIT && next == AL_PREOP) mailbox_start();
 }
@@ -88,7 +93,9 @@ static uint16_t check_safeop(void) {
   process_bytes[PDO_TX] = pdo_prepare(PDO_TX);
   if (process_bytes[PDO_TX] > PROCESS_BYTES) return AL_INPUT_MAPPING;
   if (process_bytes[PDO_RX] > PROCESS_BYTES) return AL_OUTPUT_MAPPING;
-  if (!has_mailbox()) return AL_INVALID_SYNC_MANAGER;
+  for (int n = MANAGERS_USED; n < MANAGERS; ++n) {
+    if (esc_read8(ESC_SM_ACTIVATE(n)) & ESC_SM_ACTIVATE_ENABLE_MASK) return AL_INVALID_SYNC_MANAGER;
+  }
   found = check_process_data();
   if (!found) found = check_clock();
   return found;
@@ -123,7 +130,6 @@ static uint16_t change(uint8_t wanted, uint32_t now_ms, int guard) {
     found = check_safeop();
     guard_enter();
     if (found) return found;
-    outputs_seen = false;
     enter(AL_SAFEOP);
     application_inputs(); /* so that the first read finds some */
   } else {
@@ -138,15 +144,15 @@ static void request(uint16_t control, uint32_t now_ms, int guard) {
   bool acknowledge = control & AL_ERROR;
   uint16_t refusal;
   if (code && !acknowledge && wanted > state) return; /* the error is to be acknowledged first */
-  if (acknowledge) code = 0;
+  if (acknowledge || wanted == AL_INIT) code = 0;
   refusal = change(wanted, now_ms, guard);
   if (refusal) code = refusal;
-  if (!waiting) publish();
+  publish(); /* while it waits too: without the error that was acknowledged */
 }
 
 /* A sync manager was changed by the master while it is in use. */
 static void check_changed(void) {
-  for (int n = 0; n < 4; ++n) (void)esc_read8(ESC_SM_ACTIVATE(n)); /* clears the event */
+  for (int n = 0; n < MANAGERS_USED; ++n) (void)esc_read8(ESC_SM_ACTIVATE(n)); /* clears the event */
   if (state >= AL_PREOP && !has_mailbox()) {
     code = AL_INVALID_MAILBOX;
     enter(AL_INIT);

@@ -101,9 +101,9 @@ static bool take_outputs(uint32_t event) {
   if (since_outputs && since_outputs % period == 0 && objects.output_sync.missed < 0xFFFFu) {
     ++objects.output_sync.missed;
   }
-  if (limit && since_outputs == (limit + 1u) * period) {
+  if (limit && since_outputs >= (limit + 1u) * period) {
     objects.output_sync.error = 1;
-    for (int n = 0; n < AXES; ++n) axis_fault(n, COMMUNICATION);
+    al_fault(AL_SYNC_ERROR);
   }
   return false;
 }

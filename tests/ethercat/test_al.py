@@ -132,17 +132,81 @@ def test_op__waits_for_outputs_and_gives_up_with_0019():
     assert host.status == (SAFEOP | ERROR, 0x0019)
 
 
+def test_init__acknowledges_an_error_and_a_lower_state_keeps_it():
+    host = in_state(SAFEOP)
+    assert host.ask(BOOT) == (SAFEOP | ERROR, 0x0011)
+    assert host.ask(PREOP) == (PREOP | ERROR, 0x0011)
+    assert host.ask(INIT) == (INIT, 0)
+    assert host.ask(PREOP) == (PREOP, 0)
+
+
+def test_manager_that_the_device_does_not_use__0017():
+    for manager in range(4, 8):
+        host = in_state(PREOP)
+        host.process_managers()
+        host.manager(manager, 0x1F00, 16, 0x24)
+        assert host.ask(SAFEOP) == (PREOP | ERROR, 0x0017)
+        host.write(0x806 + 8 * manager, b"\0")
+        assert host.ask(SAFEOP | ERROR) == (SAFEOP, 0)
+
+
+@pytest.mark.parametrize(("first", "code"), [(0x1A00, 0x0024), (0x1600, 0x0025)])
+def test_mapping_longer_than_the_area__0024_0025(first, code):
+    """Maps that grow after the list of them was counted."""
+    host = in_state(PREOP)
+    host.process_managers()
+    for n in range(6):
+        host.put(first + 0x10 * n, 0, 0)
+        for entry in range(10):
+            host.put(first + 0x10 * n, entry + 1, 248)  # 31 bytes of padding
+        host.put(first + 0x10 * n, 0, 10)
+    assert host.ask(SAFEOP) == (PREOP | ERROR, code)
+
+
 def test_watchdog__falls_to_safeop_with_001b():
     host = in_state(OP)
+    host.put(0x10F1, 2, 0)
     for _ in range(20):
         host.outputs()
         host.cycle(900)
         assert host.status == (OP, 0)
     host.cycle(200)
     assert host.status == (SAFEOP | ERROR, 0x001B)
+    # Outputs of before do not count for the way back.
+    assert host.ask(OP | ERROR) == (SAFEOP, 0)
+    host.cycle(100)
+    assert host.status == (SAFEOP, 0)
     host.outputs()
     host.cycle()
-    assert host.ask(OP | ERROR) == (OP, 0)
+    assert host.status == (OP, 0)
+
+
+def test_lost_outputs__001a_by_their_limit_unless_it_runs_free():
+    for kind, cycles, wanted in (
+        (1, 200, (OP, 0)),
+        (1, 220, (SAFEOP | ERROR, 0x001A)),
+        (0, 900, (OP, 0)),
+        (0, 1100, (SAFEOP | ERROR, 0x001B)),
+    ):
+        host = in_state(OP)
+        host.put(0x1C32, 1, kind)
+        host.cycle(cycles)
+        assert host.status == wanted
+        assert host.get(0x1C32, 0x0B) == (20 if kind and cycles < 210 else 21 if kind else 0)
+        assert host.get(0x1C32, 0x20) == (wanted[1] == 0x001A)
+
+
+def test_cycle_time__measured_or_of_sync0():
+    host = in_state(OP)
+    for _ in range(3):
+        host.outputs()
+        host.cycle(20)
+    assert host.get(0x1C32, 2) == 2_000_000 == host.get(0x1C33, 2)
+    host.write(0x09A0, struct.pack("<I", 1_000_000))
+    host.put(0x1C32, 1, 2)
+    host.outputs()
+    host.cycle()
+    assert host.get(0x1C32, 2) == 1_000_000 == host.get(0x1C33, 2)
 
 
 def test_process_data_changed_in_op__falls_with_its_code():

@@ -776,7 +776,7 @@ def test_lost_outputs__fault_before_the_watchdog_when_the_limit_says_so():
     drives.cycle(35)
     assert drives.state() == "OPERATION ENABLED"
     drives.cycle(25)
-    assert drives.state() == "FAULT" and drives.status == (OP, 0)
+    assert drives.state() == "FAULT" and drives.status == (SAFEOP | ERROR, 0x001A)
     assert drives.inputs()[0x603F, 0] == 0x7500 and drives.get(0x1C32, 32) == 1
 
 
