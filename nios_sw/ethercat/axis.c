@@ -248,6 +248,7 @@ void axis_cycle(int n, const struct axis_feedback *feedback, bool fresh, struct 
   command->power = cia402_power(&axis->machine);
   if (!command->power) {
     axis->point = (struct setpoint){.whole = feedback->position};
+    profile_drop(&axis->profile);
   } else if (!axis->powered) {
     begin_mode(axis, n);
   }

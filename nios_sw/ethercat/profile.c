@@ -1,16 +1,19 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Profile position, see profile.h. A move is planned while the one before still runs: it begins
- * PLAN_CYCLES later, from where that one will be then. */
+ * PLAN_CYCLES later, from where that one will be then. One axis plans at a time, a step in each control
+ * cycle, so that no pass gets long; the others wait. */
 #include "profile.h"
 
 #include <math.h>
 
 #define CYCLE_S (CYCLE_US * 1e-6f)
 #define CYCLES_PER_MS (1000u / CYCLE_US)
-#define PLAN_CYCLES 8
+#define PLAN_CYCLES (SCURVE_STEPS + 2) /* to begin, steps, to change over */
 #define NEW_TARGET 0x10u
 #define AT_ONCE 0x20u
 #define RELATIVE 0x40u
+
+static const struct profile *planner; /* who plans, or did until its next cycle */
 
 int32_t saturated(float value) {
   if (value >= 2147483520.0f) return 2147483520;
@@ -36,16 +39,24 @@ void setpoint_brake(struct setpoint *point, float deceleration, float cycle) {
 }
 
 void profile_start(struct profile *profile) {
+  if (planner == profile) planner = 0;
   profile->planning = 0;
   profile->moving = profile->has_next = profile->acknowledged = false;
   profile->reached = true;
   profile->within = 0;
 }
 
+void profile_drop(struct profile *profile) {
+  if (planner != profile) return;
+  planner = 0;
+  profile->planning = 0;
+}
+
 int32_t profile_wanted(const struct profile *profile, const struct axis_objects *o, int32_t home) {
   uint32_t from = (uint32_t)o->position_demand;
   if (!(o->controlword & RELATIVE)) return o->target_position;
-  if (profile->moving || profile->planning) from = (uint32_t)profile->goal + (uint32_t)home;
+  if (profile->moving) from = (uint32_t)profile->goal + (uint32_t)home;
+  if (profile->planning) from = (uint32_t)profile->plan_goal + (uint32_t)home;
   return (int32_t)(from + (uint32_t)o->target_position);
 }
 
@@ -67,9 +78,7 @@ static void begin_plan(struct profile *profile, const struct setpoint *point) {
   struct scurve_state state = {0.0f, 0.0f, 0.0f};
   struct setpoint then = *point;
   if (profile->moving) {
-    struct scurve ahead = profile->move;
-    bool on = true;
-    for (int i = 0; i < PLAN_CYCLES && on; ++i) on = scurve_next(&ahead, CYCLE_S, &state);
+    bool on = scurve_ahead(&profile->move, PLAN_CYCLES, CYCLE_S, &state);
     then.whole = on ? profile->origin : profile->goal;
     then.part = on ? profile->origin_part : 0.0f;
     if (!on) state = (struct scurve_state){0.0f, 0.0f, 0.0f};
@@ -78,7 +87,9 @@ static void begin_plan(struct profile *profile, const struct setpoint *point) {
   profile->plan_origin = then.whole;
   profile->plan_origin_part = then.part;
   profile->has_next = false;
-  profile->planning = PLAN_CYCLES;
+  profile->plan_goal = profile->next;
+  profile->planning = PLAN_CYCLES - 1;
+  planner = profile;
   scurve_begin(&profile->plan,
                (float)(int32_t)((uint32_t)profile->next - (uint32_t)then.whole) - then.part, state.v,
                state.a, &profile->limits);
@@ -86,21 +97,21 @@ static void begin_plan(struct profile *profile, const struct setpoint *point) {
 
 void profile_cycle(struct profile *profile, const struct axis_objects *o, struct setpoint *point) {
   struct scurve_state state;
+  bool others = planner == profile && !profile->planning; /* their turn */
+  if (others) planner = 0;
   if (!(o->controlword & NEW_TARGET) && !profile->has_next) profile->acknowledged = false;
   if (!profile->moving && point->velocity != 0.0f) {
     setpoint_brake(point, (float)o->profile_acceleration, CYCLE_S);
     return;
   }
-  if (profile->has_next && !profile->planning && (!profile->moving || profile->at_once)) {
-    begin_plan(profile, point);
-  }
   if (profile->planning) {
-    scurve_search(&profile->plan, SCURVE_STEPS / PLAN_CYCLES);
-    if (--profile->planning == 0) {
-      scurve_finish(&profile->plan, &profile->move);
+    if (--profile->planning) {
+      scurve_search(&profile->plan, &profile->planned);
+    } else {
+      profile->move = profile->planned;
       profile->origin = profile->plan_origin;
       profile->origin_part = profile->plan_origin_part;
-      profile->goal = profile->next;
+      profile->goal = profile->plan_goal;
       profile->moving = true;
       point->whole = profile->origin;
       point->part = profile->origin_part;
@@ -108,6 +119,9 @@ void profile_cycle(struct profile *profile, const struct axis_objects *o, struct
       point->acceleration = profile->plan.start.a;
       return;
     }
+  }
+  if (profile->has_next && !planner && !others && (!profile->moving || profile->at_once)) {
+    begin_plan(profile, point);
   }
   if (!profile->moving) return;
   if (scurve_next(&profile->move, CYCLE_S, &state)) {

@@ -18,10 +18,10 @@ struct setpoint {
 };
 
 struct profile {
-  struct scurve move;
+  struct scurve move, planned;
   struct scurve_plan plan;
   int32_t origin, goal, next; /* of the move under way, of the one planned or to be planned; raw */
-  int32_t plan_origin;
+  int32_t plan_origin, plan_goal;
   float origin_part, plan_origin_part;
   struct scurve_limits limits;
   uint8_t planning;           /* cycles until the planned move begins, 0: nothing is planned */
@@ -35,6 +35,8 @@ void setpoint_brake(struct setpoint *point, float deceleration, float cycle);
 int32_t saturated(float value);
 
 void profile_start(struct profile *profile);
+/* Without power: no plan goes on, so that another axis may plan. */
+void profile_drop(struct profile *profile);
 /* The target that the objects ask for, in the master's positions. */
 int32_t profile_wanted(const struct profile *profile, const struct axis_objects *o, int32_t home);
 /* A new set-point (rising bit 4 of the controlword). */

@@ -56,37 +56,23 @@ void scurve_begin(struct scurve_plan *plan, float length, float v, float a,
   plan->length = length;
   plan->low = -limits->velocity;
   plan->high = limits->velocity;
-  plan->steps = SCURVE_STEPS;
-}
-
-bool scurve_search(struct scurve_plan *plan, uint8_t steps) {
-  if (plan->steps == SCURVE_STEPS) {
-    if (length_with(plan, plan->high) <= plan->length) plan->low = plan->high;
-    if (length_with(plan, plan->low) >= plan->length) plan->high = plan->low;
-  }
-  while (steps && plan->steps) {
-    float middle = (plan->low + plan->high) * 0.5f;
-    if (length_with(plan, middle) <= plan->length) {
-      plan->low = middle;
-    } else {
-      plan->high = middle;
-    }
-    --steps;
-    --plan->steps;
-  }
-  return plan->steps == 0;
+  plan->step = 0;
 }
 
 /* The peak is taken on the side of less speed, so that a cruise closes the gap that is left. */
-void scurve_finish(const struct scurve_plan *plan, struct scurve *move) {
-  float peak = plan->high > 0.0f ? plan->low : plan->high, gap;
+static float peak_of(const struct scurve_plan *plan) { return plan->high > 0.0f ? plan->low : plan->high; }
+
+static void find_durations(const struct scurve_plan *plan, struct scurve *move) {
+  float peak = peak_of(plan), gap;
   struct scurve_state s = change_speed(&plan->start, peak, &plan->limits, move->duration, move->jerk);
-  gap = plan->length - length_with(plan, peak);
+  gap = plan->length - change_speed(&s, 0.0f, &plan->limits, move->duration + 4, move->jerk + 4).x;
   move->duration[3] = gap * peak > 0.0f ? gap / peak : 0.0f;
   move->jerk[3] = 0.0f;
-  s = after(&s, 0.0f, move->duration[3]);
-  change_speed(&s, 0.0f, &plan->limits, move->duration + 4, move->jerk + 4);
-  s = plan->start;
+}
+
+static void find_states(const struct scurve_plan *plan, struct scurve *move) {
+  float peak = peak_of(plan);
+  struct scurve_state s = plan->start;
   for (int i = 0; i < SCURVE_PHASES; ++i) {
     move->at[i] = s;
     s = after(&s, move->jerk[i], move->duration[i]);
@@ -95,6 +81,32 @@ void scurve_finish(const struct scurve_plan *plan, struct scurve *move) {
   move->phase = 0;
   move->cycle = 0;
   move->late = 0.0f;
+}
+
+void scurve_search(struct scurve_plan *plan, struct scurve *move) {
+  float middle = (plan->low + plan->high) * 0.5f;
+  uint8_t step = plan->step++;
+  if (step == 0) {
+    if (length_with(plan, plan->high) <= plan->length) plan->low = plan->high;
+  } else if (step == 1) {
+    if (length_with(plan, plan->low) >= plan->length) plan->high = plan->low;
+  } else if (step < SCURVE_STEPS - 2) {
+    if (length_with(plan, middle) <= plan->length) {
+      plan->low = middle;
+    } else {
+      plan->high = middle;
+    }
+  } else if (step == SCURVE_STEPS - 2) {
+    find_durations(plan, move);
+  } else {
+    find_states(plan, move);
+  }
+}
+
+bool scurve_ahead(const struct scurve *move, uint32_t cycles, float cycle, struct scurve_state *state) {
+  struct scurve then = *move;
+  then.cycle += cycles - 1u;
+  return scurve_next(&then, cycle, state);
 }
 
 bool scurve_next(struct scurve *move, float cycle, struct scurve_state *state) {

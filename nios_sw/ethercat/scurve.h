@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Jerk-limited move from any speed and acceleration to a stop, in the least time: a change of speed to
- * the peak, a cruise, a change of speed to 0. The peak speed is found by bisection, a few steps at each
- * call, so that no control cycle gets long. Units: increments and seconds. */
+ * the peak, a cruise, a change of speed to 0. The peak speed is found by bisection, a step at each call, so
+ * that no control cycle gets long. Units: increments and seconds. */
 #ifndef ETHERCAT_SCURVE_H
 #define ETHERCAT_SCURVE_H
 
@@ -9,7 +9,7 @@
 #include <stdint.h>
 
 #define SCURVE_PHASES 7
-#define SCURVE_STEPS 32 /* of the bisection in all */
+#define SCURVE_STEPS 32 /* of a plan: both ends, 28 halvings, durations, states */
 
 struct scurve_limits {
   float velocity, acceleration, jerk;
@@ -32,15 +32,16 @@ struct scurve_plan {
   struct scurve_limits limits;
   struct scurve_state start;
   float length, low, high, peak;
-  uint8_t steps; /* left */
+  uint8_t step; /* the next one */
 };
 
 /* From (0, v, a) over `length`. */
 void scurve_begin(struct scurve_plan *plan, float length, float v, float a,
                   const struct scurve_limits *limits);
-/* Some steps; whether that was all. */
-bool scurve_search(struct scurve_plan *plan, uint8_t steps);
-void scurve_finish(const struct scurve_plan *plan, struct scurve *move);
+/* The next step; behind SCURVE_STEPS of them `move` is complete. */
+void scurve_search(struct scurve_plan *plan, struct scurve *move);
+/* The state that scurve_next will give after so many calls; false behind the end. */
+bool scurve_ahead(const struct scurve *move, uint32_t cycles, float cycle, struct scurve_state *state);
 /* The state one control cycle on (`cycle` seconds); false behind the end. */
 bool scurve_next(struct scurve *move, float cycle, struct scurve_state *state);
 

@@ -24,6 +24,7 @@ from tests.ethercat.host import AXES, ERROR, OP, PREOP, SAFEOP, Host
 SHUTDOWN, SWITCH_ON, ENABLE, QUICK_STOP, RESET = 0x06, 0x07, 0x0F, 0x02, 0x80
 PP, HOMING, CSP, CSV, CST = 1, 6, 8, 9, 10
 TICK = 1e-4  # s
+PLANNING = 34  # control cycles in which a move of profile position is planned
 
 
 def state_of(status: int) -> str:
@@ -521,7 +522,7 @@ def test_profile_position__in_the_time_of_ruckig_within_the_limits(
     wanted = duration_of_ruckig(0, 0, 0, length, (velocity, acceleration, jerk))
     rows = follow(drives, round(wanted / TICK) + 60)
     assert drives.statusword() & 0x1400 == 0x1400 and rows[-1, 0] == length
-    moving = np.nonzero(rows[:, 0] != rows[-1, 0])[0][-1] + 2 - 8  # 8 cycles plan it
+    moving = np.nonzero(rows[:, 0] != rows[-1, 0])[0][-1] + 2 - PLANNING
     creep = (6 / jerk) ** (1 / 3)  # the last increment, which binary32 rounds away, takes as long
     assert -creep - 3 * TICK - 1e-4 * wanted < moving * TICK - wanted < 3 * TICK + 1e-4 * wanted
     assert np.abs(rows[:, 1]).max() <= velocity * (1 + 1e-5)
@@ -543,14 +544,14 @@ def test_profile_position__new_targets_in_motion():
         drives.set(control=ENABLE)
         rows = np.vstack([rows, follow(drives, 10)])
         drives.set(position=second, control=ENABLE | 0x30)
-        rows = np.vstack([rows, follow(drives, 8)])
+        rows = np.vstack([rows, follow(drives, PLANNING)])
         wanted = duration_of_ruckig(*rows[-1], second, limits)
         rest = follow(drives, round(wanted / TICK * 1.3) + 100)
         rows = np.vstack([rows, rest])
         assert rows[-1, 0] == second
         took = (np.nonzero(rest[:, 0] != second)[0][-1] + 2) * TICK if rest[0, 0] != second else 0
         creep = (6 / limits[2]) ** (1 / 3)
-        assert wanted - 3 * TICK - creep <= took <= wanted * 1.02 + 12 * TICK, (first, second)
+        assert wanted - 3 * TICK - creep <= took <= wanted * 1.02 + 15 * TICK, (first, second)
         assert np.abs(rows[:, 1]).max() <= limits[0] * (1 + 1e-4)
         assert np.abs(rows[:, 2]).max() <= limits[1] * (1 + 1e-4)
         assert np.abs(np.diff(rows[:, 2])).max() <= limits[2] * TICK * 1.05
@@ -570,6 +571,44 @@ def test_profile_position__targets_one_after_the_other_and_relative():
     rows = follow(drives, 3000)
     assert rows[:, 0].max() == 100_000 and rows[-1, 0] == 70_000
     assert drives.statusword() & 0x1400 == 0x0400
+
+
+def test_profile_position__axes_plan_one_after_the_other_and_none_waits_for_a_dead_one():
+    drives = Drives(PP)
+    for n in range(AXES):
+        drives.put(0x6065 + 0x800 * n, 0, 0xFFFFFFFF)
+        drives.enable(n)
+    for n in range(AXES):
+        drives.set(n, position=100_000 * (n + 1), control=ENABLE | 0x10)
+    drives.outputs(drives.values)
+    began = {}
+    for cycle in range(6 * PLANNING):
+        if cycle == 10:  # the first one faults while it plans
+            drives.feedback.axis[0].fault = 0x5441
+        drives.cycle()
+        for n in range(AXES):
+            if drives.command.axis[n].velocity:
+                began.setdefault(n, cycle)
+    assert list(began) == [1, 2, 3, 4]
+    starts = list(began.values())
+    assert 10 + PLANNING <= starts[0] <= 12 + PLANNING
+    assert all(PLANNING - 1 <= b - a <= PLANNING for a, b in zip(starts, starts[1:], strict=False))
+    drives.idle(2000)
+    assert [drives.inputs()[0x6064 + 0x800 * n, 0] for n in range(AXES)] == [
+        0, 200_000, 300_000, 400_000, 500_000,
+    ]  # fmt: skip
+
+
+def test_profile_position__target_that_comes_while_one_is_planned():
+    drives = pp_drives(5_000_000, 100_000_000, 10_000_000_000)
+    drives.set(position=1_000_000, control=ENABLE | 0x30)
+    follow(drives, 10)
+    drives.set(control=ENABLE | 0x20)
+    follow(drives, 2)
+    drives.set(position=-50_000, control=ENABLE | 0x30)
+    rows = follow(drives, 6000)
+    assert rows[-1, 0] == -50_000
+    assert np.abs(np.diff(rows[:, 0])).max() <= 5_000_000 * TICK * 1.001
 
 
 def test_halt__stops_on_the_ramp():

@@ -185,9 +185,11 @@ def without_assertions(monkeypatch):
     monkeypatch.setattr(build, "assertions", False)
 
 
-@pytest.mark.parametrize("requests", REQUESTS)
-def test_flooded_mailbox__no_pass_is_late(tmp_path, requests):
-    found = flood(REQUESTS[requests], 12, tmp_path / "flood.pcap")
+@pytest.mark.parametrize(
+    ("requests", "mode"), [*((name, CSP) for name in REQUESTS), ("objects", PROFILE_POSITION)]
+)
+def test_flooded_mailbox__no_pass_is_late(tmp_path, requests, mode):
+    found = flood(REQUESTS[requests], 12, tmp_path / "flood.pcap", mode)
     assert found["state"] == (8, 0) and found["powered"] and found["console"] == "", found
     assert found["longest"] < TICK_CLOCKS and not found["overrun"], found
     assert abs(found["ticks"] - found["wanted"]) <= 1, found
