@@ -30,6 +30,10 @@ EMERGENCY, SDO_REQUEST, SDO_RESPONSE, INFORMATION = 1, 2, 3, 8  # services of Co
 MESSAGE_NS, MESSAGES = 139_000, 7
 
 
+# A frame of process data at 100 Mbit/s: preamble, headers, three datagrams, sequence, gap.
+FRAME_NS = 80 * (8 + 14 + 2 + 3 * 12 + 101 + 101 + 6 + 4 + 12)
+
+
 def sdo(service: int, data: bytes) -> bytes:
     return struct.pack("<H", service << 12) + data
 
@@ -74,6 +78,14 @@ def exchanged(path: Path) -> Iterator[tuple[int, int, bytes]]:
             place += 12 + length
 
 
+def right(device: Device, answer: bytes) -> bool:
+    """Whether an answer of the SDO server has the value of an object that nothing changes."""
+    command, index, subindex = struct.unpack_from("<BHB", answer)
+    if index not in (0x1000, 0x8FFF):
+        return True
+    return command == 0x43 and answer[4:8] == device.object(index).entry(subindex).data()
+
+
 class Bench:
     """A device that was brought to OP, its axes enabled and moving."""
 
@@ -83,6 +95,7 @@ class Bench:
         self.rtl.capture(capture)
         self.nowhere = os.open(os.devnull, os.O_WRONLY)  # answers are read from the capture
         self.rtl.run(START_NS)
+        self.rtl.restart_counts()
         self.path, self.frames = itertools.count(), itertools.count()
         for n, (start, size, control) in enumerate(
             (
@@ -143,7 +156,8 @@ class Bench:
 
 def flood(requests: list[bytes], cycles: int, capture: Path, mode: int = CSP) -> dict[str, object]:
     """What came of so many cycles of process data while requests come without a pause."""
-    bench = Bench(load(), capture, mode)
+    device = load()
+    bench = Bench(device, capture, mode)
     rtl = bench.rtl
     asked = itertools.cycle(requests)
     rtl.restart_counts()
@@ -160,10 +174,11 @@ def flood(requests: list[bytes], cycles: int, capture: Path, mode: int = CSP) ->
     console = rtl.console
     rtl.close()
     os.close(bench.nowhere)
-    answers, state = 0, None
+    answers, wrong, state = 0, 0, None
     for offset, counter, data in exchanged(capture):
         if offset == MAILBOX_IN and counter:
             answers += data[7] >> 4 in (SDO_REQUEST, SDO_RESPONSE, INFORMATION)
+            wrong += data[7] >> 4 == SDO_RESPONSE and not right(device, data[8:])
         if offset == AL_STATUS and counter:
             state = struct.unpack_from("<HxxH", data)
     return {
@@ -173,6 +188,7 @@ def flood(requests: list[bytes], cycles: int, capture: Path, mode: int = CSP) ->
         "wanted": passed // (TICK_CLOCKS * 10_000),
         "overrun": counts["overrun"],
         "answers": answers,
+        "wrong": wrong,
         "state": state,
         "powered": powered,
         "console": console,
@@ -193,4 +209,25 @@ def test_flooded_mailbox__no_pass_is_late(tmp_path, requests, mode):
     assert found["state"] == (8, 0) and found["powered"] and found["console"] == "", found
     assert found["longest"] < TICK_CLOCKS and not found["overrun"], found
     assert abs(found["ticks"] - found["wanted"]) <= 1, found
-    assert found["answers"] > 12, found
+    assert found["answers"] > 12 and not found["wrong"], found
+
+
+def test_states_and_frames_without_a_pause__no_pass_is_late(tmp_path):
+    """To OP and the axes enabled; the manager of the mailbox written in OP; frames with the least
+    gap; no frames any more, so that the device falls to SAFEOP."""
+    device = load()
+    bench = Bench(device, tmp_path / "states.pcap", CSP)
+    rtl = bench.rtl
+    for _ in range(20):
+        bench.exchange(139_000)
+        bench.write(0x800, struct.pack("<HHB", MAILBOX_OUT, MAILBOX_BYTES, 0x26))
+    bench.path = itertools.repeat(next(bench.path))  # it is to stand when the frames end
+    for _ in range(400):
+        bench.exchange(FRAME_NS)
+    assert all(word & POWER for word in rtl.outputs[POWER_AT : POWER_AT + 5])
+    rtl.run(30_000_000)
+    assert not any(word & POWER for word in rtl.outputs[POWER_AT : POWER_AT + 5])
+    counts = rtl.counts()
+    rtl.close()
+    os.close(bench.nowhere)
+    assert counts["longest"] < TICK_CLOCKS and not counts["overrun"], counts
