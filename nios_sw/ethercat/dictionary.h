@@ -68,7 +68,8 @@ struct place {
 extern struct objects objects;
 extern const struct entry dictionary_entries[];
 extern const struct object dictionary_objects[];
-extern const uint16_t dictionary_own_count, dictionary_axis_count, dictionary_before_count; /* before those of the axes */
+extern const uint16_t dictionary_own_count, dictionary_axis_count;
+extern const uint16_t dictionary_before_count; /* of the own ones, below those of the axes */
 #define LISTS 6 /* kinds of lists of objects (ETG.1000.6): 0 has the lengths of the others */
 extern const uint16_t dictionary_lists[LISTS];
 
@@ -83,7 +84,7 @@ uint16_t dictionary_length(const struct place *place);
 void dictionary_get(const struct place *place, uint8_t *to);
 /* Checks and stores; preop: whether the device is in PREOP. */
 uint32_t dictionary_put(const struct place *place, const uint8_t *from, uint32_t bytes, bool preop);
-/* A value from elsewhere, which stands in the object already: held within the limits of its entry, which has some. */
+/* A value from elsewhere that stands in the object already, held within the limits of its entry, which has some. */
 void dictionary_limit(const struct entry *entry, uint8_t *data);
 /* Whether any entry can be written. */
 bool dictionary_writable(const struct object *object);
