@@ -9,6 +9,7 @@ module ecat_access (
     input  logic rst_ni,
     output logic ready_o,   // registers have their reset values; nothing is served before
     // a frame as it passes
+    input  logic        frame_start_i,
     input  logic        byte_valid_i,
     input  logic        request_i,
     input  logic        logical_i,
@@ -181,6 +182,7 @@ module ecat_access (
       .clk_i, .rst_ni,
       .register_i(register_o),
       .status_o,
+      .frame_start_i,
       .access_i  (guarded),
       .window_i  (mapped),
       .read_o    (sm_read),

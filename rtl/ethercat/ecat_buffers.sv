@@ -1,18 +1,30 @@
 // SPDX-License-Identifier: Apache-2.0
-// ecat_buffers: which of three buffers the writer and the reader of a sync manager have, or whether its mailbox
-// is full.
-// Contract: writer_o and reader_o are never the same of the three. opens_i (the reader's first
-// byte) gives the reader the newest complete buffer with the same clock: reader_o shows it at once; one is complete Settle
-// clocks behind written_i, when its last byte is in the memory. written_i
-// and read_i are the ends of an access. Everything begins anew while clear_i.
+// ecat_buffers: the area of a sync manager: whether it is open, which of three buffers its writer and its reader have, or
+// whether its mailbox is full.
+// Contract: an access is of a frame as it passes (passing_i: reads, but writes only ask), of what a good frame left
+// (commit_i), or of the application. The first byte opens the area for its side until the last byte; begun_o says of the present
+// access whether it is open, and one that is not has no consequences. reads_i and writes_i: the access is by the side that
+// reads or writes, and the mailbox lets it. What a passing frame asks to write opens the area for this frame only. writer_o
+// and reader_o are never the same of the three. The reader's first byte gives it the newest complete buffer, of a frame's
+// reads once a frame: reader_o shows it at once; one is complete Settle clocks behind its last byte, when
+// that is in the memory. Mode and direction change while clear_i only; then everything begins anew.
 module ecat_buffers (
     input  logic       clk_i,
     input  logic       rst_ni,
     input  logic       clear_i,
     input  logic       mailbox_i,
-    input  logic       opens_i,
-    input  logic       written_i,
-    input  logic       read_i,
+    input  logic       frame_start_i,
+    // an access to the area
+    input  logic       passing_i,
+    input  logic       commit_i,
+    input  logic       reads_i,
+    input  logic       writes_i,
+    input  logic       first_i,    // byte
+    input  logic       ends_i,     // last byte
+    output logic       begun_o,
+    output logic       is_written_o,  // to its end
+    output logic       is_read_o,
+    // state
     output logic [1:0] writer_o,
     output logic [1:0] reader_o,
     output logic [1:0] last_o,     // written last, 3: none since clear_i
@@ -21,13 +33,44 @@ module ecat_buffers (
     output logic       read_o      // since the last write
 );
 
-  logic [1:0] writer_q, reader_q, middle_q, last_q;
   localparam logic [2:0] Settle = 3'd4;
 
+  logic [1:0] writer_q, reader_q, middle_q, last_q;
   logic [2:0] age_q;
   logic       new_q, full_q, written_q, read_q, takes;
+  logic       passing_q, committed_q, application_q, opened_q;  // opened_q: by this frame
+  logic       reads, writes, begun, opens, is_written, is_read, committed;
 
-  assign takes = opens_i && new_q && age_q == Settle && !mailbox_i;
+  assign begun      = first_i || (passing_i ? passing_q : commit_i ? committed_q : application_q);
+  assign reads      = reads_i && begun;
+  assign writes     = writes_i && begun;
+  assign opens      = reads && first_i && !commit_i && !(passing_i && opened_q);
+  assign is_written = writes && ends_i && !passing_i;
+  assign is_read    = reads && ends_i && !passing_i;
+  assign takes      = opens && new_q && age_q == Settle && !mailbox_i;
+
+  // What a frame reads opens as it passes, since the buffer is the reader's then; what it writes, by its commit.
+  assign committed = commit_i && (reads || writes) ? !ends_i : committed_q || (passing_i && reads && first_i);
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      passing_q     <= 1'b0;
+      committed_q   <= 1'b0;
+      application_q <= 1'b0;
+      opened_q      <= 1'b0;
+    end else if (clear_i) begin
+      passing_q     <= 1'b0;
+      committed_q   <= 1'b0;
+      application_q <= 1'b0;
+      opened_q      <= 1'b0;
+    end else begin
+      committed_q <= committed;
+      if (frame_start_i || commit_i) passing_q <= committed;
+      else if (passing_i && (reads || writes)) passing_q <= !ends_i;
+      if (!passing_i && !commit_i && (reads || writes)) application_q <= !ends_i;
+      if (frame_start_i) opened_q <= 1'b0;
+      else if (passing_i && opens) opened_q <= 1'b1;
+    end
+  end
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
@@ -50,8 +93,8 @@ module ecat_buffers (
       written_q <= 1'b0;
       read_q    <= 1'b0;
     end else begin
-      age_q <= written_i ? '0 : age_q == Settle ? Settle : age_q + 1'b1;
-      if (written_i && !mailbox_i) begin  // the writer gets what the reader does not have now
+      age_q <= is_written ? '0 : age_q == Settle ? Settle : age_q + 1'b1;
+      if (is_written && !mailbox_i) begin  // the writer gets what the reader does not have now
         writer_q <= takes ? reader_q : middle_q;
         middle_q <= writer_q;
         if (takes) reader_q <= middle_q;
@@ -62,11 +105,11 @@ module ecat_buffers (
         middle_q <= reader_q;
         new_q    <= 1'b0;
       end
-      if (written_i) begin
+      if (is_written) begin
         full_q    <= 1'b1;
         written_q <= 1'b1;
         read_q    <= 1'b0;
-      end else if (read_i) begin
+      end else if (is_read) begin
         full_q    <= 1'b0;
         written_q <= 1'b0;
         read_q    <= 1'b1;
@@ -74,6 +117,9 @@ module ecat_buffers (
     end
   end
 
+  assign begun_o      = begun;
+  assign is_written_o = is_written;
+  assign is_read_o    = is_read;
   assign writer_o  = mailbox_i ? 2'd0 : writer_q;
   assign reader_o  = mailbox_i ? 2'd0 : takes ? middle_q : reader_q;
   assign last_o    = last_q;

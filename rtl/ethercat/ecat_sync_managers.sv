@@ -2,7 +2,8 @@
 // ecat_sync_managers: finds the sync manager that guards a byte, whether the access is allowed, and where in the memory
 // its buffer lies; keeps buffers, mailboxes and events of all of them.
 // Contract: the answer follows the access by two clocks. What an access to a first or last byte brings about happens
-// a clock before: a frame's access opens its buffer as it passes, everything else waits for the commit.
+// a clock before: a frame's access opens its buffer as it passes, everything else waits for the commit. An area is open for a side
+// from its access to the first byte to that of the last one; other accesses are refused.
 module ecat_sync_managers (
     input  logic clk_i,
     input  logic rst_ni,
@@ -10,6 +11,7 @@ module ecat_sync_managers (
     input  ecat_pkg::register_access_t register_i,
     output logic [8*ecat_pkg::SYNC_MANAGERS-1:0] status_o,
     // an access
+    input  logic        frame_start_i,
     input  ecat_pkg::access_t access_i,
     input  ecat_pkg::window_t window_i,
     output logic        read_o,     // allowed
@@ -37,7 +39,7 @@ module ecat_sync_managers (
   logic       here, crosses;
   logic [7:0] high_part;
   logic [N-1:0] hit_q, begin_q, end_q, boxes, master_writes, full, enabled, triggers, master_events, pdi_events;
-  logic [N-1:0] read_allowed, write_allowed, opens, written, taken;
+  logic [N-1:0] read_allowed, write_allowed, begun, written, taken;
   logic [2*N-1:0] writer, reader;
   logic [16*N-1:0] lengths;
   ecat_pkg::access_t access_q;
@@ -58,7 +60,7 @@ module ecat_sync_managers (
     logic        before_end;
     logic [7:0]  control_q;
     logic [1:0]  activate_q, side_q, last;
-    logic        mine, is_written, is_read;
+    logic        mine, is_written, is_read, reads, writes;
 
     assign mine = here && register_i.address[5:3] == 3'(n);
     always_ff @(posedge clk_i or negedge rst_ni) begin
@@ -106,21 +108,25 @@ module ecat_sync_managers (
     end
 
     // Second: whether this side may, and what follows.
-    assign read_allowed[n]  = (access_q.application == master_writes[n]) && (!boxes[n] || full[n]);
-    assign write_allowed[n] = (access_q.application != master_writes[n]) && (!boxes[n] || !full[n]);
-    assign opens[n] = access_q.valid && access_q.read && !access_q.commit && hit_q[n] && begin_q[n] && read_allowed[n];
-    assign written[n] = access_q.valid && access_q.write && !access_q.frame && hit_q[n] && end_q[n]
-                        && (access_q.commit || write_allowed[n]);
-    assign taken[n] = access_q.valid && access_q.read && !access_q.frame && hit_q[n] && end_q[n]
-                      && (access_q.commit || read_allowed[n]);
+    assign reads  = (access_q.application == master_writes[n]) && (access_q.commit || !boxes[n] || full[n]);
+    assign writes = (access_q.application != master_writes[n]) && (access_q.commit || !boxes[n] || !full[n]);
+    assign read_allowed[n]  = reads && begun[n];
+    assign write_allowed[n] = writes && begun[n];
 
     ecat_buffers u_buffers (
         .clk_i, .rst_ni,
         .clear_i  (!enabled[n]),
         .mailbox_i(boxes[n]),
-        .opens_i  (opens[n]),
-        .written_i(written[n]),
-        .read_i   (taken[n]),
+        .frame_start_i,
+        .passing_i(access_q.frame),
+        .commit_i (access_q.commit),
+        .reads_i  (access_q.valid && access_q.read && hit_q[n] && reads),
+        .writes_i (access_q.valid && access_q.write && hit_q[n] && writes),
+        .first_i  (begin_q[n]),
+        .ends_i   (end_q[n]),
+        .begun_o  (begun[n]),
+        .is_written_o(written[n]),
+        .is_read_o(taken[n]),
         .writer_o (writer[2*n+:2]),
         .reader_o (reader[2*n+:2]),
         .last_o   (last),

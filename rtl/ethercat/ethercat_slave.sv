@@ -206,6 +206,7 @@ module ethercat_slave #(
   ecat_access u_access (
       .clk_i, .rst_ni,
       .ready_o           (ready),
+      .frame_start_i     (frame_start),
       .byte_valid_i      (byte_valid),
       .request_i         (request),
       .logical_i         (logical),

@@ -2,8 +2,9 @@
 """Frames built with scapy, and a slave's memory as the published text describes it.
 
 The model knows nothing of the RTL: registers that are plain memory, the process data memory,
-FMMUs bit by bit. A frame's reads see what earlier frames wrote; its own writes come into force
-behind it.
+FMMUs bit by bit, areas of three buffers. A frame's reads see what earlier frames wrote; its own
+writes come into force behind it. An area is open for a side from its access to the first byte to
+that of the last one, which hands it over; what is accessed outside is refused.
 """
 
 from __future__ import annotations
@@ -112,27 +113,162 @@ class Fmmu:
 
 
 @dataclass
+class Area:
+    """Three buffers of a sync manager, and for which side it is open.
+
+    bus: the master's side, as good frames left it; passing: as the present frame goes on; opened: the
+    present frame has its buffer.
+    """
+
+    start: int
+    length: int
+    master_writes: bool
+    writer: int = 0
+    newest: int = 1
+    reader: int = 2
+    fresh: bool = False
+    bus: bool = False
+    passing: bool = False
+    opened: bool = False
+    application: bool = False
+
+    def registers(self) -> bytes:
+        """The bytes of its registers."""
+        head = self.start.to_bytes(2, "little") + self.length.to_bytes(2, "little")
+        return head + bytes([0x24 if self.master_writes else 0x20, 0, 1, 0])
+
+    def hand_over(self) -> None:
+        """The writer is at the end."""
+        self.writer, self.newest, self.fresh = self.newest, self.writer, True
+
+    def take(self) -> None:
+        """The reader begins."""
+        if self.fresh:
+            self.reader, self.newest, self.fresh = self.newest, self.reader, False
+
+    def at(self, writes: bool) -> int:
+        """How far behind its addresses the buffer of that side lies."""
+        return self.length * (self.writer if writes else self.reader)
+
+
+@dataclass(frozen=True)
+class Touch:
+    """Bits of a datagram's byte and where they lie: (bit of the data, bit of the memory)."""
+
+    pairs: tuple[tuple[int, int], ...]
+
+    @property
+    def first(self) -> int:
+        return self.pairs[0][1] >> 3
+
+    @property
+    def last(self) -> int:
+        return self.pairs[-1][1] >> 3
+
+
+@dataclass
 class Slave:
     """One slave's memory."""
 
     memory: bytearray = field(default_factory=lambda: bytearray(MEMORY_END))
     fmmus: list[Fmmu] = field(default_factory=list)
     station: int = 0
+    areas: list[Area] = field(default_factory=list)
 
     def bit(self, address: int) -> int:
         return self.memory[address >> 3] >> (address & 7) & 1
 
-    def process(self, datagrams: list[Datagram], event: int = 0) -> list[tuple[bytes, int, int]]:
-        """Data, position and counter of each datagram as it leaves; the writes are done."""
-        left, later = [], []
+    def area(self, address: int) -> Area | None:
+        """The area that holds the byte."""
+        inside = (a for a in self.areas if a.start <= address < a.start + a.length)
+        return next(inside, None)
+
+    def process(self, datagrams: list[Datagram], good: bool = True) -> list[tuple[bytes, int, int]]:
+        """Data, position and counter of each datagram as it leaves; of a good frame the writes are
+        done."""
+        left: list[tuple[bytes, int, int]] = []
+        later: list[tuple[Touch, int | None]] = []
+        for area in self.areas:
+            area.passing, area.opened = area.bus, False
         for datagram in datagrams:
             left.append(self._one(datagram, later))
-        for address, value in later:  # bits
-            byte = self.memory[address >> 3] & ~(1 << (address & 7))
-            self.memory[address >> 3] = byte | value << (address & 7)
+        for touch, byte in later if good else []:
+            self._commit(touch, byte)
         return left
 
-    def _one(self, d: Datagram, later: list[tuple[int, int]]) -> tuple[bytes, int, int]:
+    def _commit(self, touch: Touch, byte: int | None) -> None:
+        """A write of a good frame, or the end of its reading."""
+        area = self.area(touch.first)
+        shift = 0
+        if area:
+            shift = 8 * area.at(True)
+            area.bus = touch.last != area.start + area.length - 1
+        if byte is None:
+            return
+        for n, physical in touch.pairs:
+            place = physical + shift
+            kept = self.memory[place >> 3] & ~(1 << (place & 7))
+            self.memory[place >> 3] = kept | (byte >> (n & 7) & 1) << (place & 7)
+        if area and not area.bus:
+            area.hand_over()
+
+    def application(self, address: int, data: bytes | None, count: int = 0) -> bytes:
+        """What the application reads; data: it writes these. One byte after the other."""
+        out = bytearray()
+        for n in range(len(data) if data is not None else count):
+            area, place = self.area(address + n), address + n
+            if area:
+                begins, ends = place == area.start, place == area.start + area.length - 1
+                allowed = area.master_writes != (data is not None) and (begins or area.application)
+                if not allowed:
+                    out.append(0)
+                    continue
+                if begins and data is None:
+                    area.take()
+                place += area.at(data is not None)
+                area.application = not ends
+            if data is not None:
+                self.memory[place] = data[n]
+                if area and ends:
+                    area.hand_over()
+            else:
+                out.append(self.memory[place])
+        return bytes(out)
+
+    def _pass(self, touch: Touch, reads: bool, writes: bool) -> tuple[bool, bool, int]:
+        """Whether a passing frame may read and write there, and how far behind its buffer lies."""
+        area = self.area(touch.first)
+        if area is None:
+            return reads, writes, 0
+        begins, ends = touch.first == area.start, touch.last == area.start + area.length - 1
+        allowed = begins or area.passing
+        reads, writes = reads and not area.master_writes, writes and area.master_writes
+        if not allowed or not (reads or writes):
+            return False, False, 0
+        area.passing = not ends
+        if reads and begins:
+            area.bus = True
+            if not area.opened:
+                area.take()
+                area.opened = True
+        return reads, writes, 8 * area.at(False)
+
+    def _touches(self, d: Datagram) -> list[tuple[Touch, bool, bool]]:
+        """What a logical datagram means, byte by byte, of each the FMMUs in their order."""
+        base, found = 8 * d.logical, []
+        for place, fmmu in enumerate(self.fmmus):
+            of: dict[int, list[tuple[int, int]]] = {}
+            for logical, physical in fmmu.bits():
+                n = logical - base
+                if 0 <= n < 8 * len(d.data):
+                    of.setdefault(n >> 3, []).append((n, physical))
+            for byte, pairs in of.items():
+                found.append((byte, place, Touch(tuple(pairs)), fmmu.read, fmmu.write))
+        return [each[2:] for each in sorted(found, key=lambda each: each[:2])]
+
+    def _one(
+        self, d: Datagram, later: list[tuple[Touch, int | None]]
+    ) -> tuple[bytes, int, int]:
         position, reads, writes = d.position, d.command in READS, d.command in WRITES
         addressed = True
         if d.command in (1, 2, 3, 13):
@@ -149,30 +285,29 @@ class Slave:
         out = bytearray(d.data)
         did_read = did_write = False
         if d.command in (10, 11, 12):
-            base = 8 * d.logical
-            for fmmu in self.fmmus:
-                for logical, physical in fmmu.bits():
-                    n = logical - base
-                    if not 0 <= n < 8 * len(out):
-                        continue
-                    if reads and fmmu.read:
-                        out[n >> 3] = out[n >> 3] & ~(1 << (n & 7)) | self.bit(physical) << (n & 7)
-                        did_read = True
-                    if writes and fmmu.write:
-                        later.append((physical, d.data[n >> 3] >> (n & 7) & 1))
-                        did_write = True
+            touches = self._touches(d)
         else:
-            for n in range(len(out)):
-                address = d.offset + n
-                if address >= MEMORY_END:
-                    continue
-                if reads:
-                    held = self.memory[address]
-                    out[n] = out[n] | held if d.command in (7, 9) else held
-                    did_read = True
-                if writes and address >= MEMORY:
-                    later += [(8 * address + k, d.data[n] >> k & 1) for k in range(8)]
-                    did_write = True
+            touches = [
+                (
+                    Touch(tuple((8 * n + k, 8 * (d.offset + n) + k) for k in range(8))),
+                    True,
+                    d.offset + n >= MEMORY,
+                )
+                for n in range(min(len(out), MEMORY_END - d.offset))
+            ]
+        for touch, readable, writable in touches:
+            now_read, now_write, shift = self._pass(touch, reads and readable, writes and writable)
+            ends = (area := self.area(touch.first)) and touch.last == area.start + area.length - 1
+            for n, physical in touch.pairs if now_read else ():
+                held = self.bit(physical + shift)
+                if d.command in (7, 9):
+                    held |= out[n >> 3] >> (n & 7) & 1
+                out[n >> 3] = out[n >> 3] & ~(1 << (n & 7)) | held << (n & 7)
+            if now_write:
+                later.append((touch, d.data[touch.pairs[0][0] >> 3]))
+            elif now_read and ends:
+                later.append((touch, None))
+            did_read, did_write = did_read or now_read, did_write or now_write
         both = d.command in (3, 6, 9, 12)
         counter = d.counter + did_read + did_write * (2 if both else 1)
         return bytes(out), position, counter & 0xFFFF

@@ -21,7 +21,9 @@ from sim.ethercat.datagram import (
 )
 from sim.ethercat.gen import esc_regmap
 from sim.ethercat.line import Line, check_sequence
+from tests.ethercat.frames import Fmmu
 
+LWR = 11
 MEMORY = 0x1000
 CIRCULATING = 0x40  # in the datagram's byte 7
 FLAGS_AT = 16 + 7
@@ -136,6 +138,42 @@ def test_buffers__a_reader_between_its_bytes_sees_one_value(line: Line):
             line.exchange(single(APWR, 0, OUTPUTS, bytes([100 + later]) * OUTPUT_BYTES))
         rest = line.read(OUTPUTS + 2, width=OUTPUT_BYTES - 2)
         assert (first, rest) == (0x0101 * value, 0x01010101 * value)
+
+
+def test_buffers__an_end_without_its_beginning_is_refused(line: Line):
+    """A datagram of the last bytes alone: no outputs, no counter."""
+    sync_manager(line, 2, OUTPUTS, OUTPUT_BYTES, 0x64)
+    for value in (0x11, 0x22, 0x33):
+        line.exchange(single(APWR, 0, OUTPUTS, bytes([value]) * OUTPUT_BYTES))
+    back = line.exchange(single(APWR, 0, OUTPUTS + OUTPUT_BYTES - 2, b"\x44" * 2))
+    assert answer(back.data, 2)[1] == 0
+    assert line.read(OUTPUTS, width=OUTPUT_BYTES) == 0x333333333333
+
+
+@pytest.mark.parametrize("ascending", (True, False))
+def test_buffers__two_fmmus_of_one_area(line: Line, ascending: bool):
+    """In ascending order they are whole outputs, in the other the end comes before the beginning."""
+    sync_manager(line, 2, OUTPUTS, OUTPUT_BYTES, 0x64)
+    whole = single(APWR, 0, OUTPUTS, b"\x11" * OUTPUT_BYTES)
+    line.exchange(whole)
+    for n, start in enumerate((0, 3) if ascending else (3, 0)):
+        entry = Fmmu(0x10000 + 3 * n, 3, 0, 7, OUTPUTS + start, 0, read=False, write=True)
+        line.exchange(single(APWR, 0, esc_regmap.FMMU_LOGICAL_START.at(n), entry.registers()))
+    back = line.exchange(single(LWR, 0, 1, b"\x22" * OUTPUT_BYTES))
+    assert answer(back.data, OUTPUT_BYTES)[1] == 1
+    wanted = 0x222222222222 if ascending else 0x111111111111
+    assert line.read(OUTPUTS, width=OUTPUT_BYTES) == wanted
+
+
+def test_application__what_is_refused_is_counted(line: Line):
+    """Outside an open area, or from the wrong side."""
+    sync_manager(line, 3, 0x1300, OUTPUT_BYTES, 0x20)
+    line.write(0x1304, 0xEEEE, width=2)
+    assert line.read(esc_regmap.PDI_ERRORS) == 2
+    assert line.read(0x1300, width=2) == 0
+    assert line.read(esc_regmap.PDI_ERRORS) == 4
+    line.exchange(single(APWR, 0, esc_regmap.PDI_ERRORS.address, b"\0"))
+    assert line.read(esc_regmap.PDI_ERRORS) == 0
 
 
 def test_buffers__three_seen_from_the_master(line: Line):

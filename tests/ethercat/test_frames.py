@@ -15,7 +15,9 @@ from sim.ethercat.line import Line, check_sequence
 from tests.ethercat.frames import (
     HEADER,
     MEMORY,
+    Area,
     Datagram,
+    Fmmu,
     Slave,
     frame,
     random_fmmus,
@@ -41,12 +43,13 @@ def datagrams_of(data: bytes, shapes: list[Datagram]) -> list[tuple[bytes, int, 
     return found
 
 
-def check(line: Line, slave: Slave, datagrams: list[Datagram]) -> None:
-    """Send them in a frame; what comes back must be what the model says."""
+def check(line: Line, slave: Slave, datagrams: list[Datagram], good: bool = True) -> None:
+    """Send them in a frame, good or with a wrong check sequence; what comes back must be what the
+    model says."""
     sent = frame(datagrams)
-    back = line.exchange(sent)
-    assert back is not None and back.good and len(back.data) == len(sent)
-    wanted = slave.process(datagrams)
+    back = line.exchange(sent, sequence=None if good else bytes(4))
+    assert back is not None and back.good == good and len(back.data) == len(sent)
+    wanted = slave.process(datagrams, good)
     got = datagrams_of(back.data, datagrams)
     for n, (datagram, mine, theirs) in enumerate(zip(datagrams, wanted, got, strict=True)):
         if datagram.command in (10, 11, 12):
@@ -129,6 +132,84 @@ def test_chains__agree_with_the_memory_model():
 @pytest.mark.full
 def test_chains__hundred_thousand_agree_with_the_memory_model():
     run_chains(100_000, SEED)
+
+
+AREAS = 0x1800
+LOGICAL = 0x20000
+
+
+def halves(area: Area, logical: int, turned: bool) -> list[Fmmu]:
+    """Two FMMUs of an area, whose halves follow each other or change places."""
+    cut = area.length // 2
+    parts = [(area.start, cut), (area.start + cut, area.length - cut)]
+    found = []
+    for start, length in reversed(parts) if turned else parts:
+        if length:
+            kind = {"read": not area.master_writes, "write": area.master_writes}
+            found.append(Fmmu(logical, length, 0, 7, start, 0, **kind))
+            logical += length
+    return found
+
+
+def set_up_areas(line: Line, random: Random) -> Slave:
+    """Two areas of three buffers, one a direction, each behind two FMMUs."""
+    slave = register_memory()
+    for n, master_writes in ((2, True), (3, False)):
+        length = random.choice((1, 2, 3, 6, 8, 13))
+        area = Area(AREAS + 0x100 * n + random.randrange(4), length, master_writes)
+        line.exchange(frame([Datagram(2, area.registers(), 0, 0x0800 + 8 * n)]))
+        slave.areas.append(area)
+        slave.fmmus += halves(area, LOGICAL + 0x40 * n, random.random() < 0.3)
+    for n, fmmu in enumerate(slave.fmmus):
+        line.exchange(frame([Datagram(2, fmmu.registers(), 0, 0x0600 + 16 * n)]))
+    return slave
+
+
+def part_of(area: Area, random: Random) -> tuple[int, int]:
+    """Mostly all of an area, or a part of it and of what is around: first byte, bytes."""
+    if random.random() < 0.4:
+        return area.start, area.length
+    first = random.randrange(-1, area.length)
+    return area.start + first, random.randrange(1, area.length - first + 2)
+
+
+def area_datagram(slave: Slave, random: Random) -> Datagram:
+    """An access of the master to an area, by its address or through FMMUs."""
+    n = random.randrange(2)
+    start, count = part_of(slave.areas[n], random)
+    logical = LOGICAL + 0x40 * (n + 2) + start - slave.areas[n].start
+    command = random.choice((1, 2, 3, 10, 11, 12))
+    return Datagram(command, random.randbytes(count), 0, start, logical=logical)
+
+
+def run_areas(seed: int, steps: int) -> None:
+    random = Random(f"areas {seed}")
+    with Line() as line:
+        slave = set_up_areas(line, random)
+        for _ in range(steps):
+            if random.random() < 0.5:
+                chain = [area_datagram(slave, random) for _ in range(random.choice((1, 1, 2, 3)))]
+                check(line, slave, chain, random.random() < 0.8)
+                continue
+            start, count = part_of(random.choice(slave.areas), random)
+            if random.random() < 0.5:
+                seen = line.read(start, width=count).to_bytes(count, "little")
+                assert seen == slave.application(start, None, count)
+            else:
+                data = random.randbytes(count)
+                line.write(start, int.from_bytes(data, "little"), width=count)
+                slave.application(start, data)
+
+
+@pytest.mark.parametrize("seed", range(SEED, SEED + 6))
+def test_areas__agree_with_the_memory_model(seed: int):
+    run_areas(seed, 80)
+
+
+@pytest.mark.full
+def test_areas__thousand_set_ups_agree_with_the_memory_model():
+    for seed in range(SEED, SEED + 1000):
+        run_areas(seed, 100)
 
 
 @pytest.mark.parametrize("command", range(15))
