@@ -50,7 +50,8 @@ module ecat_buffers (
   assign takes      = opens && new_q && age_q == Settle && !mailbox_i;
 
   // What a frame reads opens as it passes, since the buffer is the reader's then; what it writes, by its commit.
-  assign committed = commit_i && (reads || writes) ? !ends_i : committed_q || (passing_i && reads && first_i);
+  assign committed = commit_i && writes ? !ends_i
+                     : committed_q ? !(commit_i && is_read) : passing_i && reads && first_i;
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
       passing_q     <= 1'b0;
@@ -94,10 +95,9 @@ module ecat_buffers (
       read_q    <= 1'b0;
     end else begin
       age_q <= is_written ? '0 : age_q == Settle ? Settle : age_q + 1'b1;
-      if (is_written && !mailbox_i) begin  // the writer gets what the reader does not have now
-        writer_q <= takes ? reader_q : middle_q;
+      if (is_written && !mailbox_i) begin  // no reader's access then: the writer gets what the reader does not have
+        writer_q <= middle_q;
         middle_q <= writer_q;
-        if (takes) reader_q <= middle_q;
         new_q    <= 1'b1;
         last_q   <= writer_q;
       end else if (takes) begin

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from bitwuzla import Term
+from bitwuzla import Kind, Term
 
 from tests.formal.catalogue import Case, Context, proof
 from tests.formal.induction import Values, inductive
@@ -119,51 +119,180 @@ def only_committed_writes(ctx: Context) -> Iterator[Case]:
 
 
 class Buffers:
-    """Nothing of its own."""
+    """A byte of the area, any one, in each of the three buffers; bit n of a word: in buffer n.
 
-    widths: Mapping[str, int] = {}
+    whole: what it holds was written in the access that handed the buffer over. fresh: it was
+    written since the writer's last access to the first byte. late, later: where a write of it
+    went in the clock before and in the one before that; reads do not see those yet. begun,
+    open: writer and reader are behind the first byte and before the end. opened: the present
+    frame has read the first byte. Constant, but any: whether the bus' side writes, whether the
+    area is a mailbox.
+    """
+
+    widths: Mapping[str, int] = {
+        **{"whole": 3, "late": 3, "later": 3},
+        **{"fresh": 1, "begun": 1, "open": 1, "opened": 1},
+    }
     names = ("writer_q", "reader_q", "middle_q")
+    kinds = ("passing", "commit", "reads", "writes", "first", "ends")
+
+    def __init__(self, logic: Logic) -> None:
+        self.bus, self.box, self.byte = (
+            logic.eq(logic.free(1, name), 1) for name in ("bus_writes", "mailbox", "is_the_byte")
+        )
 
     def after_reset(self, logic: Logic) -> Values:
-        return {}
+        none = {name: logic.bv(width, 0) for name, width in self.widths.items()}
+        return none | {"whole": logic.bv(3, 7)}
+
+    def access(self, run: Run, own: Values) -> dict[str, Term]:
+        """What the access of cycle 0 is and does, as truth values."""
+        logic = run.logic
+        now = {name: is_one(run, run.input(f"{name}_i", 0)) for name in self.kinds}
+        now["live"] = is_one(run, run.input("rst_ni", 0))
+        now["clear"] = is_one(run, run.input("clear_i", 0))
+        now["start"] = is_one(run, run.input("frame_start_i", 0))
+        allowed = is_one(run, run.output("begun_o", 0))
+        now["handed"] = is_one(run, run.output("is_written_o", 0))
+        now["write"] = logic.all(now["writes"], logic.no(now["passing"]))
+        now["read"] = logic.all(now["reads"], logic.no(now["commit"]), allowed)
+        now["begun"] = logic.any(now["first"], is_one(run, own["begun"]))
+        # Good frames' writes are in the log already; the application's may be refused.
+        now["store"] = logic.all(now["write"], logic.any(now["commit"], allowed), self.byte)
+        kept = logic.all(is_one(run, own["fresh"]), logic.no(now["first"]))
+        now["fresh"] = logic.any(now["store"], kept)
+        return now
 
     def assumed(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
-        return {}
+        logic, now = run.logic, self.access(run, own)
+        by_bus = logic.any(now["passing"], now["commit"])
+        boxes = [logic.eq(is_one(run, run.input("mailbox_i", n)), self.box) for n in (0, 1)]
+        return {
+            "an access is of one kind": logic.no(logic.all(now["passing"], now["commit"])),
+            "and reads or writes": logic.no(logic.all(now["reads"], now["writes"])),
+            "one side writes": logic.implies(now["writes"], logic.eq(by_bus, self.bus)),
+            "the other one reads": logic.implies(now["reads"], logic.ne(by_bus, self.bus)),
+            "the mode stays": logic.all(*boxes),
+            "a writer that begins leaves no byte out": logic.implies(
+                logic.all(now["write"], now["ends"], now["begun"]), now["fresh"]
+            ),
+        }
 
     def next(self, run: Run, own: Values) -> Values:
-        return {}
+        logic, now = run.logic, self.access(run, own)
+        writer = self.only(run, run.output("writer_o", 0))
+        none, truth = logic.bv(3, 0), lambda term: logic.vector(term)
+        store = logic.ite(now["store"], writer, none)
+        others = logic.op(Kind.BV_AND, own["whole"], logic.op(Kind.BV_NOT, writer))
+        handed = logic.op(Kind.BV_OR, others, logic.ite(now["fresh"], writer, none))
+        ends, no = now["ends"], logic.no
+        bus_ends = logic.all(now["reads"], now["commit"], ends)
+        app_ends = logic.all(now["read"], no(now["passing"]), ends)
+        opens = logic.all(now["read"], now["first"])
+        after = {
+            "whole": logic.ite(
+                now["handed"], handed, logic.ite(now["store"], others, own["whole"])
+            ),
+            "late": store,
+            "later": own["late"],
+            "fresh": truth(logic.all(now["fresh"], no(now["handed"]))),
+            "begun": logic.ite(
+                now["write"], truth(logic.all(now["begun"], no(ends))), own["begun"]
+            ),
+            "open": truth(
+                logic.all(
+                    no(logic.any(bus_ends, app_ends)),
+                    logic.any(opens, is_one(run, own["open"])),
+                )
+            ),
+            "opened": truth(
+                logic.all(
+                    no(now["start"]),
+                    logic.any(logic.all(now["passing"], opens), is_one(run, own["opened"])),
+                )
+            ),
+        }
+        anew = self.after_reset(logic)
+        cleared = logic.any(now["clear"], no(now["live"]))
+        return {name: logic.ite(cleared, anew[name], value) for name, value in after.items()}
+
+    def only(self, run: Run, buffer: Term) -> Term:
+        """The word with this buffer's bit."""
+        logic = run.logic
+        return logic.vector(*(logic.eq(buffer, n) for n in (2, 1, 0)))
+
+    def has(self, run: Run, word: Term, buffer: Term) -> Term:
+        logic = run.logic
+        return logic.ne(logic.op(Kind.BV_AND, word, self.only(run, buffer)), 0)
 
     def invariant(self, run: Run, own: Values, cycle: int) -> Mapping[str, Term]:
         logic = run.logic
         held = [run.signal(name, cycle) for name in self.names]
+        _, reader, middle = held
         pairs = [(0, 1), (0, 2), (1, 2)]
+        flag = {
+            name: is_one(run, run.signal(f"{name}_q", cycle))
+            for name in ("new", "passing", "committed", "application", "opened")
+        }
+        age = run.signal("age_q", cycle)
+        side = logic.ite(self.bus, flag["committed"], flag["application"])
+        reads = logic.ite(
+            self.bus, flag["application"], logic.any(flag["passing"], flag["committed"])
+        )
+        buffered = {
+            "what is or comes next is whole": logic.all(
+                self.has(run, own["whole"], reader),
+                logic.implies(flag["new"], self.has(run, own["whole"], middle)),
+            ),
+            "no write is on its way to the reader": logic.no(
+                logic.any(*(self.has(run, own[name], reader) for name in ("late", "later")))
+            ),
+            "one to the newest is younger than it": logic.all(
+                logic.implies(self.has(run, own["late"], middle), logic.eq(age, 0)),
+                logic.implies(self.has(run, own["later"], middle), logic.ule(age, 1)),
+            ),
+        }
         return {
             "three different buffers": logic.all(*(logic.ne(held[a], held[b]) for a, b in pairs)),
             "of three": logic.all(*(logic.ne(each, 3) for each in held)),
+            "the writer is where it was seen": logic.eq(side, is_one(run, own["begun"])),
+            "the reader is where it was seen": logic.implies(reads, is_one(run, own["open"])),
+            "the frame has opened": logic.implies(is_one(run, own["opened"]), flag["opened"]),
+            **{name: logic.any(self.box, term) for name, term in buffered.items()},
         }
 
     def claims(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
-        logic = run.logic
-        quiet = logic.all(
-            *(logic.eq(run.input(name, 0), 0) for name in ("clear_i", "opens_i")),
-            is_one(run, run.input("rst_ni", 0)),
-        )
-        box = is_one(run, run.input("mailbox_i", 0))
+        logic, now = run.logic, self.access(run, own)
         reader, writer = run.output("reader_o", 0), run.output("writer_o", 0)
+        same = logic.eq(run.signal("reader_q", 1), run.signal("reader_q", 0))
+        quiet = logic.all(now["live"], logic.no(now["clear"]))
+        opens = logic.all(now["read"], now["first"])
+        again = logic.all(now["passing"], is_one(run, own["opened"]))
+        late = (self.has(run, own[name], reader) for name in ("late", "later"))
+        whole = logic.all(self.has(run, own["whole"], reader), logic.no(logic.any(*late)))
         return {
             "a reader's buffer stays until it opens one": logic.implies(
-                quiet, logic.eq(run.signal("reader_q", 1), run.signal("reader_q", 0))
+                logic.all(quiet, logic.any(logic.no(opens), again)), same
             ),
-            "writer and reader never meet": logic.any(box, logic.ne(reader, writer)),
+            "writer and reader never meet": logic.any(self.box, logic.ne(reader, writer)),
+            "what is read is of one write": logic.any(
+                self.box, logic.implies(logic.all(quiet, now["read"]), whole)
+            ),
+            "only what was begun is handed over": logic.implies(now["handed"], now["begun"]),
+            "nothing is read before the first byte": logic.implies(
+                now["read"], logic.any(now["first"], is_one(run, own["open"]))
+            ),
         }
 
 
 @proof(
     "ecat_buffers",
-    "writer and reader never have one buffer; the reader's stays until it opens another, so that "
-    "nothing that is read is torn",
-    "any openings, ends, clears and modes in any clock",
+    "three buffers never tear: each byte that is read, from the first one on, was written in the "
+    "one access that handed its buffer over, and is in the memory; writer and reader never have "
+    "one buffer; the reader's stays until it opens another, a frame's for the whole frame",
+    "any accesses of frames, commits and the application, in any clock, that end or break off "
+    "anywhere; a writer that reaches the end has written each byte since the first",
     quick=True,
 )
 def three_buffers(ctx: Context) -> Iterator[Case]:
-    yield from inductive(ctx, "ecat_buffers", Buffers())
+    yield from inductive(ctx, "ecat_buffers", Buffers(ctx.logic))
