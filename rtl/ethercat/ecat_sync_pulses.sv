@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// ecat_sync_pulses: SYNC0 at START_TIME and every SYNC0_CYCLE, SYNC1 that SYNC1_CYCLE behind each.
+// ecat_sync_pulses: SYNC0 at START_TIME and every SYNC0_CYCLE; SYNC1 that SYNC1_CYCLE behind the first, then behind the next
+// one that comes after it: with SYNC1_CYCLE of n to n + 1 times SYNC0_CYCLE, behind every (n + 1)-th.
 // Contract: a pulse begins two clocks behind the system time's reaching it and lasts PULSE_LENGTH clocks (0: until its
 // status is read by the application). begins_o: in its first clock. A start that has passed already begins at once and goes on from
 // there cycle by cycle, a clock each, until it is in the future. live_* as in ecat_control.
@@ -20,7 +21,7 @@ module ecat_sync_pulses (
   logic [31:0] cycle_q, shift_q;
   logic [15:0] length_q;
   logic [2:0]  activation_q;   // cyclic, SYNC0, SYNC1
-  logic        on_q, waiting_q, new_q;
+  logic        on_q, waiting_q, new_q, first;
   logic [1:0]  due_q, pulse_q, fire, status_read;
   logic [15:0] left_q [0:1];
   logic [11:0] place;
@@ -53,9 +54,13 @@ module ecat_sync_pulses (
 
   // Times that have come.
   logic [63:0] to_next, to_second;
+  logic [33:0] ahead;
   assign to_next   = time_i - next_q;   // its sign counts
   assign to_second = time_i - second_q;
-  assign fire      = {waiting_q && !to_second[63], on_q && !to_next[63]} & ~due_q;
+  assign ahead     = second_q[33:0] - next_q[33:0];  // how far SYNC1 is behind the next SYNC0
+  assign first     = !on_q || ahead[33] || (ahead == '0 && fire[0]);
+  assign fire[0]   = on_q && !to_next[63] && !due_q[0];
+  assign fire[1]   = waiting_q && !to_second[63] && first && !due_q[1];
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
@@ -74,11 +79,9 @@ module ecat_sync_pulses (
         if (fire[0]) begin
           next_q    <= next_q + 64'(cycle_q);
           on_q      <= cycle_q != '0;
-          second_q  <= next_q + 64'(shift_q);
-          waiting_q <= 1'b1;
-        end else if (fire[1]) begin
-          waiting_q <= 1'b0;
+          if (!waiting_q) second_q <= next_q + 64'(shift_q);
         end
+        waiting_q <= waiting_q ? !fire[1] : fire[0];
       end
     end
   end

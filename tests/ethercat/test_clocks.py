@@ -43,17 +43,63 @@ def test_clocks__ten_thousand_cycles_at_the_default_filter():
         assert synchronise(line, 10_000).worst <= NEAR
 
 
-def test_sync0__begins_at_its_time_and_every_cycle():
+CYCLE = 5000  # ns
+SEEN = 9 * CYCLE - CYCLE // 2
+
+
+def pulses(shift: int, late: int = 0) -> list[list[int]]:
+    """Beginnings of SYNC0 and SYNC1 behind START_TIME, ns, until 9 SYNC0 in the future came.
+
+    late: the unit is switched on so long behind START_TIME.
+    """
     with Line() as line:
-        start = line.time() + 40_000
-        write(line, 0, esc_regmap.SYNC0_CYCLE, 5000)
+        write(line, 0, esc_regmap.SYNC0_CYCLE, CYCLE)
+        write(line, 0, esc_regmap.SYNC1_CYCLE, shift)
+        line.write(esc_regmap.PULSE_LENGTH, 20)
+        start = line.time() + 40_000 - late
         write(line, 0, esc_regmap.START_TIME, start)
-        write(line, 0, esc_regmap.SYNC_ACTIVATION, 3)
-        seen, before = [], 0
-        while len(seen) < 4:
+        write(line, 0, esc_regmap.SYNC_ACTIVATION, 7)
+        seen, before = ([], []), 0
+        while line.time() < start + late + SEEN:
             line.run(10)
-            now = line.sync() & 1
-            if now and not before:
-                seen.append(line.time() - start)
+            now = line.sync()
+            for n in range(2):
+                if now & ~before & 1 << n:
+                    seen[n].append(line.time() - start)
             before = now
-    assert all(0 <= late - 5000 * n <= 40 for n, late in enumerate(seen))
+    return [*seen]
+
+
+def test_sync0__begins_at_its_time_and_every_cycle():
+    seen = pulses(1000)[0]
+    assert len(seen) == 9
+    assert all(0 <= late - CYCLE * n <= 40 for n, late in enumerate(seen))
+
+
+@pytest.mark.parametrize("shift", (0, 1000, CYCLE - 10, CYCLE, 7000, 2 * CYCLE, 4 * CYCLE))
+def test_sync1__begins_behind_every_sync0_that_it_does_not_wait_for(shift: int):
+    """SYNC1_CYCLE of n cycles of SYNC0 and more: behind every (n + 1)-th (as SOEM counts too)."""
+    period = (shift // CYCLE + 1) * CYCLE
+    seen = pulses(shift)[1]
+    assert len(seen) == len(range(shift, SEEN, period))
+    assert all(0 <= late - shift - period * n <= 60 for n, late in enumerate(seen))
+
+
+def test_sync1__keeps_its_phase_behind_a_start_that_has_passed():
+    shift, late = 2 * CYCLE, 200_000
+    period = 3 * CYCLE
+    seen = [time for time in pulses(shift, late)[1] if time > late]
+    assert len(seen) >= 3
+    assert all(0 <= (time - shift) % period <= 60 for time in seen)
+
+
+@pytest.mark.parametrize("ahead", (-20_000, 20_000))
+def test_difference__has_the_sign_of_the_published_text(ahead: int):
+    """Bit 31 of 092C: the local time is behind that which came."""
+    with Line() as line:
+        write(line, 0, esc_regmap.DIFFERENCE_FILTER, 0)
+        write(line, 0, esc_regmap.SYSTEM_TIME, line.time() - ahead)
+        line.run(2000)
+        found = read(line, 0, esc_regmap.TIME_DIFFERENCE)
+    assert found >> 31 == (ahead < 0)
+    assert abs((found & 0x7FFFFFFF) - abs(ahead)) < 5_000

@@ -1047,7 +1047,7 @@ SYNC1_CYCLE = ByteRegister(
     master=True,
     application=False,
     fields={"value": BitField(name="value", high=31, low=0, doc="")},
-    doc="from SYNC0 to SYNC1 [ns]",
+    doc="from SYNC0 to SYNC1 [ns]; a SYNC0 up to SYNC1, or with it, has none of its own",
     count=1,
     stride=0,
 )
