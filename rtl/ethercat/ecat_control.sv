@@ -17,6 +17,7 @@ module ecat_control (
     input  logic [1:0]  link_i,
     input  logic [1:0]  open_i,
     output logic [3:0]  loop_control_o,  // two bits a port
+    output logic        loop_written_o,  // with the same or other bits
     // processing
     output logic [15:0] station_o,
     output logic [15:0] alias_o,
@@ -166,6 +167,7 @@ module ecat_control (
   assign alias_o        = alias_q;
   assign alias_on_o     = alias_on_q;
   assign loop_control_o = loops_q;
+  assign loop_written_o = by_master && register_i.address == esc_regmap_pkg::REG_DL_CONTROL + 12'd1;
   assign master_event_o = master_event & master_mask_q;
   assign irq_o          = (event_value & event_mask_q) != '0;
 

@@ -9,6 +9,7 @@ module ecat_ports (
     input  logic       tick_i,
     input  logic [1:0] link_i,
     input  logic [3:0] control_i,    // two bits a port: 0 auto, 1 auto close, 2 open, 3 closed
+    input  logic       anew_i,       // the control is written
     output logic [1:0] open_o,
     output logic       looped_o,     // the processing unit hears port 1
     output logic [1:0] lost_o,       // a link went
@@ -45,7 +46,7 @@ module ecat_ports (
     end
     always_ff @(posedge clk_i or negedge rst_ni) begin
       if (!rst_ni) kept_q[p] <= 1'b1;
-      else if (control != 2'd1) kept_q[p] <= 1'b1;
+      else if (control != 2'd1 || anew_i) kept_q[p] <= 1'b1;
       else if (!link_i[p]) kept_q[p] <= 1'b0;
     end
   end

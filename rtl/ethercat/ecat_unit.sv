@@ -2,8 +2,10 @@
 // ecat_unit: the processing unit's stream: takes frames nibble by nibble and gives them out changed.
 // Contract: a nibble leaves Delay ticks behind its coming, and as many leave as came. Bytes go to the
 // datagram processor and come back; the last four are the check sequence made anew, inverted where
-// the frame was bad. destroy_i ends the frame's output at once. A frame's end is told behind its last byte:
-// frame_end_o with frame_bad_o; byte_o with byte_valid_o is the datagram processor's input, result_i
+// the frame was bad. destroy_i ends the frame's output at once. While looped_i a frame shorter than 64 bytes, what is left of
+// a destroyed one, loses its last Delay nibbles, and so all of them in some rounds. A frame's end is told behind its last byte:
+// frame_end_o with frame_bad_o; frame_good_o instead of the latter if its writes may come into force: check sequence
+// right, whole bytes, no RX_ER, not spoilt_i; byte_o with byte_valid_o is the datagram processor's input, result_i
 // its answer, which must stand 13 to 19 clocks behind byte_valid_o.
 module ecat_unit (
     input  logic clk_i,
@@ -17,8 +19,11 @@ module ecat_unit (
     output logic [7:0] byte_o,
     input  logic [7:0] result_i,
     input  logic       destroy_i,
+    input  logic       looped_i,
+    input  logic       spoilt_i,       // with frame_end_o: the frame's datagrams are
     output logic       frame_end_o,
     output logic       frame_bad_o,
+    output logic       frame_good_o,
     // counters
     output logic       received_o,     // a frame has ended
     output logic       bad_o,          // these two of the frame that has ended
@@ -34,7 +39,8 @@ module ecat_unit (
   logic [1:0] arrive_q;
   logic [2:0] end_q;
   logic       strobe_q, start_q, body, odd, ends, bad, marked, error;
-  logic       end_bad_q, end_pulse_q, check_q, destroyed_q, started_q;
+  logic       end_bad_q, end_pulse_q, check_q, destroyed_q, started_q, fragment;
+  logic [7:0] length_q;              // nibbles of the frame, up to those of the shortest
   logic [31:0] sequence_q;
   logic [3:0] upper_q, out_data, check_nibble;
   logic       check, in_body_q, out_body;
@@ -94,6 +100,13 @@ module ecat_unit (
   assign byte_o        = byte_q;
   assign frame_end_o   = end_pulse_q;
   assign frame_bad_o   = end_bad_q;
+  assign frame_good_o  = end_pulse_q && !end_bad_q && !spoilt_i;
+
+  assign fragment = looped_i && valid_q[0] && !nibble_i.valid && !length_q[7];
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) length_q <= '0;
+    else if (tick_i) length_q <= !body ? '0 : length_q[7] ? length_q : length_q + 1'b1;
+  end
 
   // Out: at the lower half of a byte, that no more comes in says that this is the check sequence.
   assign check        = low_q[Delay-1] ? !nibble_i.valid : check_q;
@@ -115,10 +128,10 @@ module ecat_unit (
       sequence_q  <= '1;
       upper_q     <= '0;
     end else begin
-      if (destroy_i) destroyed_q <= 1'b1;
-      else if (tick_i && !valid_q[Delay-1]) destroyed_q <= 1'b0;
+      if (destroy_i || (tick_i && fragment)) destroyed_q <= 1'b1;
+      else if (tick_i && valid_q == '0) destroyed_q <= 1'b0;
       if (tick_i) begin
-        out_q     <= {valid_q[Delay-1] && !destroyed_q && !destroy_i, 1'b0, out_data};
+        out_q     <= {valid_q[Delay-1] && !destroyed_q && !destroy_i && !fragment, 1'b0, out_data};
         in_body_q <= out_body;
         check_q   <= out_body && check;
         if (low_q[Delay-1]) upper_q <= result_i[7:4];

@@ -34,7 +34,7 @@ module ethercat_slave #(
   ecat_pkg::nibble_t receive_0, receive_1, to_unit, from_unit, send_0, send_1;
   logic [1:0] start, link_meta_q, link_q, open, lost;
   logic [3:0] loop_control;
-  logic       looped;
+  logic       looped, loop_written;
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
@@ -72,6 +72,7 @@ module ethercat_slave #(
       .tick_i     (mii_tick_i),
       .link_i     (link_q),
       .control_i  (loop_control),
+      .anew_i     (loop_written),
       .open_o     (open),
       .looped_o   (looped),
       .lost_o     (lost),
@@ -98,7 +99,7 @@ module ethercat_slave #(
   assign mii_txd_o   = txd_q;
 
   // Frames.
-  logic       frame_start, byte_valid, frame_end, frame_bad, destroy, received, bad, marked, unit_error;
+  logic       frame_start, byte_valid, frame_end, frame_bad, good, destroy, received, bad, marked, unit_error;
   logic [7:0] data, result;
   ecat_unit u_unit (
       .clk_i, .rst_ni,
@@ -110,8 +111,11 @@ module ethercat_slave #(
       .byte_o       (data),
       .result_i     (result),
       .destroy_i    (destroy),
+      .looped_i     (looped),
+      .spoilt_i     (malformed || destroyed_q),
       .frame_end_o  (frame_end),
       .frame_bad_o  (frame_bad),
+      .frame_good_o (good),
       .received_o   (received),
       .bad_o        (bad),
       .marked_o     (marked),
@@ -172,11 +176,10 @@ module ethercat_slave #(
   end
 
   // Writes of good frames.
-  logic push, commit_valid, commit_ready, done, good, faulty;
+  logic push, commit_valid, commit_ready, done, faulty;
   ecat_pkg::log_t entry, commit_entry;
   logic [ecat_pkg::LOG_WIDTH-1:0] commit_bits;
   assign faulty = !frame_bad && (malformed || over || destroyed_q) && !foreign;
-  assign good   = frame_end && !frame_bad && !malformed && !destroyed_q;
   ecat_write_log u_log (
       .clk_i, .rst_ni,
       .clear_i (frame_start),
@@ -288,6 +291,7 @@ module ethercat_slave #(
       .link_i            (link_q),
       .open_i            (open),
       .loop_control_o    (loop_control),
+      .loop_written_o    (loop_written),
       .station_o         (station),
       .alias_o           (station_alias),
       .alias_on_o        (alias_on),

@@ -7,12 +7,13 @@ from __future__ import annotations
 import pytest
 
 from sim.coe.dictionary import load
-from sim.coe.sii import image
+from sim.coe.sii import crc8, image
 from sim.ethercat.datagram import (
     APRD,
     APWR,
     BRD,
     DATA_AT,
+    FPRD,
     SHORTEST,
     answer,
     datagram,
@@ -29,6 +30,14 @@ CIRCULATING = 0x40  # in the datagram's byte 7
 FLAGS_AT = 16 + 7
 OUTPUTS, OUTPUT_BYTES = 0x1200, 6
 WRITE = single(APWR, 0, MEMORY, b"\xa5\x5a\xa5\x5a")
+
+
+def with_alias(alias: int) -> bytes:
+    """The SII image with that station alias and the check sum that belongs to it."""
+    whole = bytearray(image(load()))
+    whole[8:10] = alias.to_bytes(2, "little")
+    whole[14] = crc8(bytes(whole[:14]))
+    return bytes(whole)
 
 
 def inverted(sequence: bytes) -> bytes:
@@ -210,6 +219,22 @@ def test_circulating__the_second_round_is_destroyed():
         assert line.read(esc_regmap.PROCESSING_ERRORS) == 1
 
 
+def test_circulating__the_ring_falls_silent():
+    """The cable before the first slave goes while a frame is behind it: what is left of the frame
+    does not come round for ever."""
+    with Line([0.0, 0.0], cable_ps=20_000_000) as line:
+        line.send(single(BRD, 0, 0, bytes(4)))
+        line.run(45_000)
+        line.cable(0, False)
+        line.run(1_000_000)
+        counters = (esc_regmap.INVALID_FRAMES_1, esc_regmap.FORWARDED_ERRORS_1)
+        assert line.read(esc_regmap.PROCESSING_ERRORS) == 1
+        seen = [line.read(counter) for counter in counters]
+        line.run(1_000_000)
+        assert [line.read(counter) for counter in counters] == seen
+        assert sum(seen) < 16
+
+
 def test_ring__cable_break_leaves_all_slaves_in_reach():
     with Line([0.0] * 3, closed=True) as line:
         question = single(BRD, 0, 0, bytes(4))
@@ -233,6 +258,52 @@ def test_port__closed_by_the_master_stays_closed():
         line.run(5000)
         assert answer(line.exchange(single(BRD, 0, 0, bytes(2))).data, 2)[1] == 1
         assert line.read(esc_regmap.DL_STATUS) & 0xF00 == 0x600
+
+
+def test_port__that_closed_by_itself_opens_when_its_control_is_written():
+    with Line([0.0, 0.0]) as line:
+        auto_close = single(APWR, 0, esc_regmap.DL_CONTROL.address + 1, b"\x04")
+        line.exchange(auto_close)
+        question = single(BRD, 0, 0, bytes(2))
+
+        def reached() -> int:
+            line.run(5000)
+            return answer(line.exchange(question).data, 2)[1]
+
+        assert reached() == 2
+        line.cable(1, False)
+        assert reached() == 1
+        line.exchange(auto_close)  # no link: it stays closed
+        line.cable(1, True)
+        assert reached() == 1
+        line.exchange(auto_close)
+        assert reached() == 2
+
+
+def test_alias__addresses_the_slave_once_it_is_on(line: Line):
+    line.load_sii(with_alias(0x1234))
+    line.run(5000)
+    question = single(FPRD, 0x1234, esc_regmap.STATION_ALIAS.address, bytes(2))
+    assert answer(line.exchange(question).data, 2)[1] == 0
+    line.exchange(single(APWR, 0, esc_regmap.DL_CONTROL.address + 3, b"\x01"))
+    assert answer(line.exchange(question).data, 2) == (0x1234, 1)
+
+
+def test_watchdog__of_the_application_runs_out(line: Line):
+    line.exchange(single(APWR, 0, esc_regmap.WATCHDOG_DIVIDER.address, b"\0\0"))  # 80 ns
+    line.exchange(single(APWR, 0, esc_regmap.WATCHDOG_PDI.address, b"\xf4\x01"))
+    question = single(APRD, 0, esc_regmap.WATCHDOG_PDI_COUNT.address, b"\0")
+    status = single(APRD, 0, esc_regmap.DL_STATUS.address, b"\0")
+    alive = esc_regmap.DL_STATUS.word(watchdog=1)
+    line.read(esc_regmap.TYPE)
+    line.run(20_000)
+    assert answer(line.exchange(question).data, 1)[0] == 0
+    assert answer(line.exchange(status).data, 1)[0] & alive
+    line.run(40_000)
+    assert answer(line.exchange(question).data, 1)[0] == 1
+    assert not answer(line.exchange(status).data, 1)[0] & alive
+    line.read(esc_regmap.TYPE)
+    assert answer(line.exchange(status).data, 1)[0] & alive
 
 
 def test_watchdog__runs_out_without_process_data(line: Line):
