@@ -100,6 +100,7 @@ module ethercat_slave #(
 
   // Frames.
   logic       frame_start, byte_valid, frame_end, frame_bad, good, destroy, received, bad, marked, unit_error;
+  logic       malformed, destroyed_q;
   logic [7:0] data, result;
   ecat_unit u_unit (
       .clk_i, .rst_ni,
@@ -137,7 +138,7 @@ module ethercat_slave #(
   );
 
   // Datagrams.
-  logic        malformed, foreign, ready, busy, over, destroyed_q, alias_on;
+  logic        foreign, ready, busy, over, alias_on;
   logic [15:0] station, station_alias, master_event;
   logic        request, logical, read, write, read_done, write_done;
   logic [31:0] address;

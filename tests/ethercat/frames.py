@@ -266,9 +266,7 @@ class Slave:
                 found.append((byte, place, Touch(tuple(pairs)), fmmu.read, fmmu.write))
         return [each[2:] for each in sorted(found, key=lambda each: each[:2])]
 
-    def _one(
-        self, d: Datagram, later: list[tuple[Touch, int | None]]
-    ) -> tuple[bytes, int, int]:
+    def _one(self, d: Datagram, later: list[tuple[Touch, int | None]]) -> tuple[bytes, int, int]:
         position, reads, writes = d.position, d.command in READS, d.command in WRITES
         addressed = True
         if d.command in (1, 2, 3, 13):

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Proofs of ecat_unit, ecat_write_log and ecat_buffers: length and delay of frames, writes only of
-committed frames, buffers that are never shared."""
+"""Proofs of ecat_unit, ecat_write_log and ecat_buffers: length and delay of frames, commits only of
+good frames and writes only of committed ones, buffers that never tear."""
 
 from __future__ import annotations
 
@@ -31,7 +31,8 @@ class Delay:
 
     def assumed(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
         logic = run.logic
-        return {f"no frame circulates {n}": logic.eq(run.input("destroy_i", n), 0) for n in (0, 1)}
+        names = ("destroy_i", "looped_i")
+        return {f"{name} {n}": logic.eq(run.input(name, n), 0) for name in names for n in (0, 1)}
 
     def next(self, run: Run, own: Values) -> Values:
         logic = run.logic
@@ -60,62 +61,274 @@ class Delay:
 @proof(
     "ecat_unit",
     "as many nibbles leave as came, each nine ticks behind its coming, whatever the frame holds",
-    "any stream of nibbles, any answers, any ticks; no circulating frame",
+    "any stream of nibbles, any answers, any ticks; no circulating frame, port 0 open",
     quick=True,
 )
 def frame_length_and_delay(ctx: Context) -> Iterator[Case]:
     yield from inductive(ctx, "ecat_unit", Delay())
 
 
-class Committed:
-    """Whether a commit has come since entries last went out whole."""
+PLACES = 4
 
-    widths = {"armed": 1}
+
+class Committed:
+    """The present frame's entries in their order, and what of them has left since its commit."""
+
+    widths = {
+        **{"pushed": 3, "over": 1, "armed": 1, "committed": 3, "left": 3},
+        **{f"entry{n}": 39 for n in range(PLACES)},
+    }
 
     def after_reset(self, logic: Logic) -> Values:
-        return {"armed": logic.bv(1, 0)}
+        return {name: logic.bv(width, 0) for name, width in self.widths.items()}
 
     def assumed(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
-        return {}
+        logic = run.logic
+        busy = is_one(run, run.output("busy_o", 0))
+        quiet = logic.all(*(logic.eq(run.input(n, 0), 0) for n in ("push_i", "commit_i")))
+        return {"nothing comes while entries go out": logic.implies(busy, quiet)}
 
     def next(self, run: Run, own: Values) -> Values:
         logic = run.logic
-        commit, done = (is_one(run, run.input(n, 0)) for n in ("commit_i", "rst_ni"))
+        names = ("clear_i", "push_i", "commit_i", "ready_i", "rst_ni")
+        clear, push, commit, ready, live = (is_one(run, run.input(n, 0)) for n in names)
+        zero, one = logic.bv(3, 0), logic.bv(3, 1)
+        full = logic.eq(own["pushed"], PLACES)
+        comes = logic.all(push, logic.no(clear), logic.no(full))
+        more = logic.ite(comes, logic.add(own["pushed"], one), own["pushed"])
+        over = logic.any(is_one(run, own["over"]), logic.all(push, full))
+        begins = logic.all(commit, logic.ne(own["pushed"], 0), logic.eq(own["over"], 0))
+        taken = logic.all(is_one(run, run.output("valid_o", 0)), ready)
+        out = logic.ite(taken, logic.add(own["left"], one), own["left"])
         ended = is_one(run, run.output("done_o", 0))
-        kept = logic.ite(ended, logic.bv(1, 0), own["armed"])
-        return {"armed": logic.ite(logic.all(commit, done), logic.bv(1, 1), kept)}
+        armed = logic.ite(ended, logic.bv(1, 0), own["armed"])
+        after = {
+            "pushed": logic.ite(clear, zero, more),
+            "over": logic.vector(logic.all(logic.no(clear), over)),
+            "armed": logic.ite(begins, logic.bv(1, 1), armed),
+            "committed": logic.ite(begins, own["pushed"], own["committed"]),
+            "left": logic.ite(begins, zero, out),
+        }
+        for n in range(PLACES):
+            here = logic.all(comes, logic.eq(own["pushed"], n))
+            after[f"entry{n}"] = logic.ite(here, run.input("entry_i", 0), own[f"entry{n}"])
+        anew = self.after_reset(logic)
+        return {name: logic.ite(live, value, anew[name]) for name, value in after.items()}
+
+    def entry(self, run: Run, own: Values) -> Term:
+        """The one whose turn it is."""
+        logic = run.logic
+        found = own["entry0"]
+        for n in range(1, PLACES):
+            found = logic.ite(logic.eq(own["left"], n), own[f"entry{n}"], found)
+        return found
 
     def invariant(self, run: Run, own: Values, cycle: int) -> Mapping[str, Term]:
         logic = run.logic
         busy, valid = (is_one(run, run.signal(n, cycle)) for n in ("busy_q", "valid_q"))
+        left, place = run.signal("left_q", cycle), run.signal("place_q", cycle)
+        kept = []
+        for n in range(PLACES):
+            same = logic.eq(run.signal(f"store_q[{n}]", cycle), own[f"entry{n}"])
+            going = logic.all(busy, logic.ult(logic.bv(3, n), own["committed"]))
+            kept.append(
+                logic.implies(logic.any(going, logic.ult(logic.bv(3, n), own["pushed"])), same)
+            )
         return {
+            "the present frame's entries are counted": logic.all(
+                logic.eq(run.signal("count_q", cycle), own["pushed"]),
+                logic.ule(own["pushed"], PLACES),
+                logic.eq(run.signal("over_q", cycle), own["over"]),
+            ),
+            "and kept": logic.all(*kept),
             "busy only behind a commit": logic.implies(busy, is_one(run, own["armed"])),
             "an entry only while busy": logic.implies(valid, busy),
-            "an entry is there only while some are left": logic.implies(
-                valid, logic.ne(run.signal("left_q", cycle), 0)
+            "what is left of it": logic.implies(
+                busy,
+                logic.all(
+                    logic.eq(left, logic.sub(own["committed"], own["left"])),
+                    logic.ule(own["left"], own["committed"]),
+                    logic.ule(own["committed"], PLACES),
+                    logic.eq(place, logic.bits(own["left"], 1, 0)),
+                ),
+            ),
+            "an entry is there only while some are left": logic.implies(valid, logic.ne(left, 0)),
+            "it is the one whose turn it is": logic.implies(
+                valid, logic.eq(run.signal("entry_q", cycle), self.entry(run, own))
             ),
             "the end is waited for while some are left": logic.implies(
-                logic.all(busy, logic.ne(run.signal("left_q", cycle), 0)),
-                logic.ne(run.signal("drain_q", cycle), 0),
+                logic.all(busy, logic.ne(left, 0)), logic.ne(run.signal("drain_q", cycle), 0)
             ),
         }
 
     def claims(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
         logic = run.logic
         valid = is_one(run, run.output("valid_o", 0))
-        return {
-            "an entry leaves only behind a commit": logic.implies(valid, is_one(run, own["armed"]))
-        }
+        mine = logic.all(
+            is_one(run, own["armed"]),
+            logic.ult(own["left"], own["committed"]),
+            logic.eq(run.output("entry_o", 0), self.entry(run, own)),
+        )
+        return {"what leaves is an entry of the committed frame": logic.implies(valid, mine)}
 
 
 @proof(
     "ecat_write_log",
-    "no entry leaves without a commit, which only a good frame gives: a bad frame writes nothing",
-    "any entries, commits and clears in any clock; four places",
+    "what leaves behind a commit are the entries since the clear before it, those of the frame, "
+    "in their order; nothing leaves without a commit",
+    "any entries and commits in any clock but while entries go out, clears in any clock; four "
+    "places",
     quick=True,
 )
 def only_committed_writes(ctx: Context) -> Iterator[Case]:
-    yield from inductive(ctx, "ecat_write_log", Committed(), {"Depth": 4})
+    yield from inductive(ctx, "ecat_write_log", Committed(), {"Depth": PLACES})
+
+
+ONES, POLYNOMIAL, RESIDUE = 0xFFFFFFFF, 0x04C11DB7, 0xC704DD7B  # IEEE 802.3, 3.2.9
+DELIMITER = 0xD
+LATER = 3  # ticks from a frame's end until it is told
+
+
+class Sequence:
+    """Frames of the stream, their check sequences computed from the highest power on, and which of
+    the ends in the last ticks were those of good frames: the newest in bit 0."""
+
+    widths = {
+        **{"sum": 32, "inside": 1, "odd": 1, "error": 1, "few": 2},
+        **{"ends": LATER, "good": LATER, "told": 1, "told_good": 1, "seen": 1, "newest": 1},
+    }
+
+    def after_reset(self, logic: Logic) -> Values:
+        none = {name: logic.bv(width, 0) for name, width in self.widths.items()}
+        return none | {"sum": logic.bv(32, ONES)}
+
+    def assumed(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
+        return {}
+
+    def next(self, run: Run, own: Values) -> Values:
+        logic = run.logic
+        nibble = run.input("nibble_i", 0)
+        data, valid, error = (
+            logic.bits(nibble, 3, 0),
+            logic.bit(nibble, VALID),
+            logic.bit(nibble, VALID - 1),
+        )
+        inside = is_one(run, own["inside"])
+        before = logic.all(logic.no(inside), valid)
+        begins = logic.all(before, logic.eq(data, DELIMITER))
+        goes_on = logic.all(inside, valid)
+        total = own["sum"]
+        for n in range(4):
+            feedback = logic.ne(logic.bits(total, 31, 31), logic.bits(data, n, n))
+            shifted = logic.shl(total, 1)
+            turned = logic.op(Kind.BV_XOR, shifted, logic.bv(32, POLYNOMIAL))
+            total = logic.ite(feedback, turned, shifted)
+        ends = logic.all(inside, logic.no(valid))
+        good = logic.all(
+            ends,
+            logic.eq(own["sum"], RESIDUE),
+            logic.eq(own["odd"], 0),
+            logic.eq(own["error"], 0),
+        )
+
+        def pick(at_begin: Term, on: Term, kept: Term) -> Term:
+            return logic.ite(before, at_begin, logic.ite(goes_on, on, kept))
+
+        bit = {flag: logic.vector(term) for flag, term in (("error", error), ("ends", ends))}
+        more = logic.ite(
+            logic.ult(own["few"], 2), logic.add(own["few"], logic.bv(2, 1)), own["few"]
+        )
+        either = logic.op(Kind.BV_OR, own["error"], bit["error"])
+        after = {
+            "sum": pick(logic.bv(32, ONES), total, own["sum"]),
+            "inside": logic.vector(logic.any(begins, goes_on)),
+            "odd": pick(logic.bv(1, 0), logic.op(Kind.BV_NOT, own["odd"]), own["odd"]),
+            "error": pick(bit["error"], either, own["error"]),
+            "few": pick(logic.bv(2, 0), more, own["few"]),
+            "ends": logic.cat(logic.bits(own["ends"], LATER - 2, 0), bit["ends"]),
+            "good": logic.cat(logic.bits(own["good"], LATER - 2, 0), logic.vector(good)),
+            "seen": logic.op(Kind.BV_OR, own["seen"], bit["ends"]),
+            "newest": logic.ite(ends, logic.vector(good), own["newest"]),
+        }
+        tick = is_one(run, run.input("tick_i", 0))
+        after = {name: logic.ite(tick, value, own[name]) for name, value in after.items()}
+        last = logic.bit(own["ends"], LATER - 1)
+        after["told"] = logic.vector(logic.all(tick, last))
+        after["told_good"] = logic.bits(own["good"], LATER - 1, LATER - 1)
+        anew, live = self.after_reset(logic), is_one(run, run.input("rst_ni", 0))
+        return {name: logic.ite(live, value, anew[name]) for name, value in after.items()}
+
+    def invariant(self, run: Run, own: Values, cycle: int) -> Mapping[str, Term]:
+        logic = run.logic
+        state = run.signal("u_check.state_q", cycle)
+        turned = logic.cat(*(logic.bits(state, n, n) for n in range(32)))
+        flags = (("body_q", "inside"), ("odd_q", "odd"), ("error_q", "error"))
+        newest, inside = is_one(run, own["newest"]), is_one(run, own["inside"])
+        ends = [logic.bit(own["ends"], n) for n in range(LATER)]
+        goods = [logic.bit(own["good"], n) for n in range(LATER)]
+        told, told_good = is_one(run, own["told"]), is_one(run, own["told_good"])
+        few = own["few"]
+        return {
+            "the sum is the check sequence": logic.eq(turned, own["sum"]),
+            "frames begin and end alike": logic.all(
+                *(logic.eq(run.signal(f"u_check.{a}", cycle), own[b]) for a, b in flags)
+            ),
+            "ends are told alike": logic.all(
+                logic.eq(run.signal("end_q", cycle), own["ends"]),
+                logic.eq(run.signal("end_pulse_q", cycle), own["told"]),
+            ),
+            "the newest end is known": logic.implies(
+                is_one(run, own["seen"]), logic.ne(run.signal("end_bad_q", cycle), own["newest"])
+            ),
+            "an end was seen": logic.implies(logic.any(*ends, told), is_one(run, own["seen"])),
+            "few nibbles": logic.all(
+                logic.implies(
+                    logic.eq(few, 0),
+                    logic.all(logic.eq(own["sum"], ONES), logic.eq(own["odd"], 0)),
+                ),
+                logic.implies(logic.eq(few, 1), logic.eq(own["odd"], 1)),
+                logic.ule(few, 2),
+            ),
+            "few behind an end": logic.implies(
+                inside,
+                logic.all(
+                    logic.no(ends[0]),
+                    logic.implies(ends[1], logic.eq(few, 0)),
+                    logic.implies(ends[2], logic.ule(few, 1)),
+                ),
+            ),
+            "a good one is not behind a bad one that waits": logic.implies(
+                newest,
+                logic.all(
+                    *(logic.implies(end, good) for end, good in zip(ends, goods, strict=True)),
+                    logic.implies(told, told_good),
+                ),
+            ),
+        }
+
+    def claims(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
+        logic = run.logic
+        right = logic.all(
+            is_one(run, own["told"]),
+            is_one(run, own["told_good"]),
+            logic.eq(run.input("spoilt_i", 0), 0),
+        )
+        return {
+            "a frame is called good only if it is": logic.implies(
+                is_one(run, run.output("frame_good_o", 0)), right
+            )
+        }
+
+
+@proof(
+    "ecat_unit",
+    "the commit comes only behind a frame whose check sequence is right (the residue of IEEE 802.3), "
+    "that has whole bytes, no RX_ER, and datagrams that are not malformed",
+    "any stream of nibbles, frames as short and as near to each other as they may be, any ticks",
+    quick=True,
+)
+def only_good_frames(ctx: Context) -> Iterator[Case]:
+    yield from inductive(ctx, "ecat_unit", Sequence())
 
 
 class Buffers:
