@@ -116,8 +116,8 @@ class Fmmu:
 class Area:
     """Three buffers of a sync manager, and for which side it is open.
 
-    bus: the master's side, as good frames left it; passing: as the present frame goes on; opened: the
-    present frame has its buffer.
+    bus: the master's side, as good frames left it; passing: as the present frame goes on; opened:
+    the present frame has its buffer.
     """
 
     start: int

@@ -65,6 +65,12 @@ def test_corrupted__leaves_marked_and_writes_nothing(line: Line):
     assert line.exchange(WRITE).good and line.read(MEMORY, width=4) == 0x5AA55AA5
 
 
+def test_bad_frame__writes_nothing_with_the_next_one_either(line: Line):
+    line.exchange(WRITE, sequence=bytes(4))
+    assert line.exchange(single(APWR, 0, MEMORY + 8, b"\x11" * 4)).good
+    assert line.read(MEMORY, width=4) == 0 and line.read(MEMORY + 8, width=4) == 0x11111111
+
+
 def test_corrupted__in_a_line_only_the_first_counts_it_as_its_own():
     with Line([0.0, 0.0]) as line:
         line.exchange(WRITE, sequence=bytes(4))
@@ -161,7 +167,7 @@ def test_buffers__an_end_without_its_beginning_is_refused(line: Line):
 
 @pytest.mark.parametrize("ascending", (True, False))
 def test_buffers__two_fmmus_of_one_area(line: Line, ascending: bool):
-    """In ascending order they are whole outputs, in the other the end comes before the beginning."""
+    """In ascending order they are whole outputs; in the other the end comes first."""
     sync_manager(line, 2, OUTPUTS, OUTPUT_BYTES, 0x64)
     whole = single(APWR, 0, OUTPUTS, b"\x11" * OUTPUT_BYTES)
     line.exchange(whole)

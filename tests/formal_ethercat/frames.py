@@ -322,8 +322,8 @@ class Sequence:
 
 @proof(
     "ecat_unit",
-    "the commit comes only behind a frame whose check sequence is right (the residue of IEEE 802.3), "
-    "that has whole bytes, no RX_ER, and datagrams that are not malformed",
+    "the commit comes only behind a frame whose check sequence is right (the residue of IEEE "
+    "802.3), that has whole bytes, no RX_ER, and datagrams that are not malformed",
     "any stream of nibbles, frames as short and as near to each other as they may be, any ticks",
     quick=True,
 )
