@@ -31,8 +31,9 @@ class Delay:
 
     def assumed(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
         logic = run.logic
-        names = ("destroy_i", "looped_i")
-        return {f"{name} {n}": logic.eq(run.input(name, n), 0) for name in names for n in (0, 1)}
+        whole = {f"no frame circulates {n}": run.input("destroy_i", n) for n in (0, 1)}
+        whole |= {f"none is a fragment {n}": run.signal("fragment", n) for n in (0, 1)}
+        return {name: logic.eq(term, 0) for name, term in whole.items()}
 
     def next(self, run: Run, own: Values) -> Values:
         logic = run.logic
@@ -61,7 +62,8 @@ class Delay:
 @proof(
     "ecat_unit",
     "as many nibbles leave as came, each nine ticks behind its coming, whatever the frame holds",
-    "any stream of nibbles, any answers, any ticks; no circulating frame, port 0 open",
+    "any stream of nibbles, any answers, any ticks; no circulating frame, none below 64 bytes "
+    "while port 0 is closed",
     quick=True,
 )
 def frame_length_and_delay(ctx: Context) -> Iterator[Case]:
