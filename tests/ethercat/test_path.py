@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from sim.coe.dictionary import load
-from sim.ethercat.machine import AXES, Machine
+from sim.ethercat.machine import AXES, POWER, TORQUE_ONLY, Machine
 from sim.ethercat.path_run import Curves, Drive, path_of, poses
 from sim.ethercat.session import inputs, outputs
 from sim.ethercat.tap import in_namespace
@@ -24,7 +24,6 @@ from tests.bench.needs import needs
 from tests.ethercat.host import DEVICE, Host
 
 TOOL, TABLE = 10e-6, 5e-4
-POWER = 0x10000
 
 
 class HostWords:
@@ -48,7 +47,15 @@ class HostWords:
             floats = np.array((axis.fraction, axis.velocity, axis.acceleration), np.float32)
             self.outputs[[AXES + n, 2 * AXES + n, 3 * AXES + n]] = floats.view(np.uint32)
             torque = struct.unpack("<H", struct.pack("<h", axis.torque))[0]
-            self.outputs[4 * AXES + n] = torque | POWER * axis.power
+            self.outputs[4 * AXES + n] = (
+                torque | POWER * axis.power | TORQUE_ONLY * axis.torque_only
+            )
+        place = command.setting_index << 8 | command.setting_subindex
+        value = np.float32(command.setting_value).view(np.uint32)
+        self.outputs[5 * AXES :] = (
+            *(command.digital_outputs, command.setting_number, place),
+            value,
+        )
 
 
 class HostLink:
