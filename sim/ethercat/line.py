@@ -9,7 +9,9 @@ from __future__ import annotations
 
 import binascii
 import ctypes
-from collections.abc import Sequence
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -28,6 +30,7 @@ SEQUENCE_BYTES = 4
 MOST_NIBBLES = 1 << 14
 SII_IMAGE = 0x8000
 CABLE_PS = 25_000
+DISTURBANCES = ("lost", "damaged", "lost back")
 SETTLE_NS = 60_000  # behind reset, until registers have their values and ports are open
 
 
@@ -65,7 +68,7 @@ def library() -> ctypes.CDLL:
         )
     )
     lib.bus_new.restype = ctypes.c_void_p
-    for name in ("bus_now", "bus_time", "bus_clocks", "bus_count"):
+    for name in ("bus_now", "bus_time", "bus_clocks", "bus_count", "bus_arrived"):
         getattr(lib, name).restype = ctypes.c_uint64
     return lib
 
@@ -108,6 +111,27 @@ class Line:
     def cable(self, place: int, plugged: bool) -> None:
         """Plug or pull the cable before slave `place`; the last is that back to the master."""
         self._lib.bus_cable(self._bus, place, int(plugged))
+
+    def length(self, place: int, ps: int) -> None:
+        """Delay of that cable, while nothing is on its way."""
+        self._lib.bus_length(self._bus, place, ctypes.c_uint64(ps))
+
+    def pull(self, *places: int) -> None:
+        """Pull these cables and plug all others, while `serve` runs in another thread."""
+        self._lib.bus_pull(self._bus, sum(1 << place for place in places))
+
+    def disturb(self, kind: str, frames: int) -> None:
+        """The next frames that `serve` carries are lost, damaged (before the slaves) or lost on
+        their way back: one of DISTURBANCES."""
+        self._lib.bus_disturb(self._bus, DISTURBANCES.index(kind), frames)
+
+    def disturbed(self, kind: str) -> int:
+        """How many of them are still to come."""
+        return self._lib.bus_disturbed(self._bus, DISTURBANCES.index(kind))
+
+    def arrived(self, slave: int) -> int:
+        """When the last frame's first nibble came to port 0 of a slave, ps."""
+        return self._lib.bus_arrived(self._bus, slave)
 
     def send(
         self,
@@ -223,13 +247,26 @@ class Line:
         if not self._lib.bus_capture(self._bus, str(path).encode()):
             raise OSError(f"{path} cannot be written")
 
-    def serve(self, tap: int) -> None:
-        """Carry frames between a TAP device, open and not blocking, and the line, until `stop`."""
-        self._lib.bus_serve(self._bus, tap)
+    def serve(self, tap: int, second: int = -1) -> None:
+        """Carry frames between TAP devices, open and not blocking, and the line's first port and
+        (of a closed ring) its second one, until `stop`."""
+        self._lib.bus_serve(self._bus, tap, second)
 
     def stop(self) -> None:
         """End `serve`, from another thread."""
         self._lib.bus_stop(self._bus)
+
+    @contextmanager
+    def served(self, tap: int, second: int = -1) -> Iterator[None]:
+        """`serve` in a thread of its own."""
+        service = threading.Thread(target=self.serve, args=(tap, second), daemon=True)
+        self._lib.bus_restart(self._bus)
+        service.start()
+        try:
+            yield
+        finally:
+            self.stop()
+            service.join()
 
     @property
     def carried(self) -> tuple[int, int]:

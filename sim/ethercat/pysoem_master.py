@@ -12,24 +12,37 @@ FRAME_TIMEOUT_US = 2_000_000
 
 
 class Master:
-    """`master_loop.Master`; simulated wires are slow, so its time-outs are longer."""
+    """`master_loop.Master`; simulated wires are slow, so its time-outs are longer.
 
-    def __init__(self, slaves: int) -> None:
+    second: interface at the far end of a ring, for redundancy. `pysoem` is the master itself.
+    """
+
+    def __init__(self, slaves: int, second: str | None = None) -> None:
         for name in ("ret", "safe", "eeprom", "state"):
             setattr(pysoem.settings.timeouts, name, FRAME_TIMEOUT_US)
         self._wanted = slaves
-        self._master = pysoem.Master()
+        self._second = second
+        self.pysoem = self._master = pysoem.Master()
 
     def to_op(self) -> None:
         """Raises RuntimeError with the state reached."""
+        self.to_safeop()
+        self.from_safeop()
+
+    def to_safeop(self) -> None:
+        """The first half of `to_op`."""
         master = self._master
-        master.open(INTERFACE)
+        master.open(INTERFACE, self._second)
         if (found := master.config_init()) != self._wanted:
             raise RuntimeError(f"pysoem found {found} slaves, there are {self._wanted}")
         master.config_map()
         state = master.state_check(pysoem.SAFEOP_STATE, STATE_TIMEOUT_US)
         if state != pysoem.SAFEOP_STATE:
             raise RuntimeError(f"the slaves are in state {state}, not in SAFEOP")
+
+    def from_safeop(self) -> None:
+        """The second half of `to_op`."""
+        master = self._master
         master.send_processdata()
         master.receive_processdata(FRAME_TIMEOUT_US)
         master.state = pysoem.OP_STATE

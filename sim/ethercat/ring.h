@@ -136,6 +136,8 @@ class Ring {
 
   struct Slave : Bench<Slave, Model> {
     uint64_t period, next;
+    size_t index;
+    uint64_t arrived = 0;               // the last frame's first nibble at port 0
     unsigned phase;                     // of the transmitters
     std::deque<WireEvent> wire[2];      // what comes to its ports
     bool linked[2] = {false, false};
@@ -148,11 +150,11 @@ class Ring {
   uint64_t now = 0;
 
   // ppm: of each slave's clock; cable_ps: from one to the next. closed: the master's second port has a cable.
-  Ring(const std::vector<double>& ppm, uint64_t cable_ps, bool closed) : cable_(cable_ps) {
+  Ring(const std::vector<double>& ppm, uint64_t cable_ps, bool closed) : lengths_(ppm.size() + 1, cable_ps) {
     for (size_t i = 0; i < ppm.size(); ++i) {
       auto slave = std::make_unique<Slave>();
       slave->period = uint64_t(CLOCK_PS * (1 - ppm[i] * 1e-6) + 0.5);
-      slave->phase = i;
+      slave->phase = slave->index = i;
       auto* top = slave->top.get();
       top->link_i = 0;
       top->mii_rx_clk_i = top->mii_rx_dv_i = top->mii_rx_er_i = top->mii_rxd_i = 0;
@@ -171,6 +173,9 @@ class Ring {
     cables_.at(i) = plugged;
     link();
   }
+
+  // Delay of such a cable; nothing may be on its way.
+  void length(unsigned i, uint64_t ps) { lengths_.at(i) = ps; }
 
   void run(uint64_t ps) {
     const uint64_t end = now + ps;
@@ -216,9 +221,12 @@ class Ring {
     // While nothing comes the wire's clock need not be heard, but for the end of a frame.
     auto& wire = to.wire[port];
     if (!nibble.valid && silent_[{&to, port}]) return;
-    silent_[{&to, port}] = !nibble.valid;
-    wire.push_back({now + cable_, false, nibble});
-    wire.push_back({now + cable_ + NIBBLE_PS / 2, true, nibble});
+    const uint64_t time = now + lengths_[to.index + port];
+    bool& silent = silent_[{&to, port}];
+    if (silent && port == 0) to.arrived = time;
+    silent = !nibble.valid;
+    wire.push_back({time, false, nibble});
+    wire.push_back({time + NIBBLE_PS / 2, true, nibble});
   }
 
   void step(Slave& slave, size_t index) {
@@ -255,7 +263,8 @@ class Ring {
     }
   }
 
-  uint64_t cable_, master_ = 0;
+  uint64_t master_ = 0;
+  std::vector<uint64_t> lengths_;
   std::vector<bool> cables_;
   std::map<std::pair<Slave*, int>, bool> silent_;
 };

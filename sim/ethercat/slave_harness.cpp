@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A line of slave controllers with a C interface: frames in and out at the master's ports, the application's port of
-// each, and a service that joins the master's first port to the file descriptor of a TAP device.
+// each, and a service that joins the master's ports to the file descriptors of TAP devices.
 #include <poll.h>
 #include <unistd.h>
 
@@ -97,6 +97,16 @@ struct Bus {
   std::atomic<bool> stop{false};
   uint64_t sent = 0, returned = 0;
   Capture capture;
+  // From another thread while bus_serve runs: cables that are to be pulled, and how many of the master's next frames
+  // are to be lost before the slaves, damaged there, or lost on their way back.
+  std::atomic<uint32_t> pulled{0};
+  std::atomic<unsigned> disturbed[3] = {};
+
+  bool disturb(int kind) {
+    if (!disturbed[kind]) return false;
+    --disturbed[kind];
+    return true;
+  }
 
   Bus(const std::vector<double>& ppm, uint64_t cable, bool closed) : line(ppm, cable, closed) {
     for (auto& slave : line.slaves) {
@@ -117,6 +127,12 @@ EXPORT void bus_delete(Bus* bus) { delete bus; }
 EXPORT void bus_run(Bus* bus, uint64_t ns) { bus->line.run(ns * 1000); }
 EXPORT uint64_t bus_now(Bus* bus) { return bus->line.now; }
 EXPORT void bus_cable(Bus* bus, unsigned i, int plugged) { bus->line.cable(i, plugged); }
+
+EXPORT void bus_length(Bus* bus, unsigned i, uint64_t ps) { bus->line.length(i, ps); }
+EXPORT void bus_pull(Bus* bus, uint32_t cables) { bus->pulled = cables; }
+EXPORT void bus_disturb(Bus* bus, int kind, unsigned frames) { bus->disturbed[kind] = frames; }
+EXPORT unsigned bus_disturbed(Bus* bus, int kind) { return bus->disturbed[kind]; }
+EXPORT uint64_t bus_arrived(Bus* bus, unsigned i) { return bus->line.slaves.at(i)->arrived; }
 
 // A frame of nibbles from the start delimiter on, `gap` nibbles behind the last.
 EXPORT void bus_send(Bus* bus, int port, const uint8_t* nibbles, unsigned n, int error_at, unsigned gap) {
@@ -167,38 +183,54 @@ EXPORT uint64_t bus_clocks(Bus* bus, unsigned i) { return bus->line.slaves.at(i)
 EXPORT int bus_capture(Bus* bus, const char* path) { return bus->capture.open(path); }
 
 EXPORT void bus_stop(Bus* bus) { bus->stop = true; }
+EXPORT void bus_restart(Bus* bus) { bus->stop = false; }
 EXPORT uint64_t bus_count(Bus* bus, int which) { return which ? bus->returned : bus->sent; }
 
-// Joins the master's first port to `fd`, a TAP device that does not block, until bus_stop: what the master sends goes
-// to the line at once, what comes back whole and with a good check sequence goes to the master. Behind IDLE_US
-// time goes on by 1 us in 1 ms, so that waiting for a master that computes costs nothing.
-EXPORT void bus_serve(Bus* bus, int fd) {
+// Joins the master's ports to TAP devices that do not block, until bus_stop; a second one of -1: the first port only.
+// What the master sends goes to the line at once, what comes back whole and with a good check sequence goes to the
+// master. Behind IDLE_US time goes on by 1 us in 1 ms, so that waiting for a master that computes costs nothing.
+EXPORT void bus_serve(Bus* bus, int first, int second) {
   uint8_t bytes[2048];
   unsigned idle = 0, on_their_way = 0;
+  uint32_t pulled = 0;
+  pollfd fds[2] = {{first, POLLIN, 0}, {second, POLLIN, 0}};
+  const int ports = second < 0 ? 1 : 2;
   while (!bus->stop) {
-    ssize_t n;
-    pollfd wait = {fd, POLLIN, 0};
     if (++idle > (on_their_way ? LOST_US : IDLE_US)) {
       on_their_way = 0;
-      if (poll(&wait, 1, 1)) idle = 0;
+      if (poll(fds, ports, 1) > 0) idle = 0;
     }
-    while ((n = read(fd, bytes, 1600)) > 0) {
-      while (n < 60) bytes[n++] = 0;
-      bus->capture.record(bytes, n, bus->line.now);
-      bus->line.send[0].send(nibbles_of(bytes, n), -1, GAP_NIBBLES);
-      ++bus->sent;
-      ++on_their_way;
-      idle = 0;
+    if (const uint32_t wanted = bus->pulled; wanted != pulled) {
+      for (unsigned i = 0; i <= bus->line.slaves.size(); ++i) {
+        if ((wanted ^ pulled) >> i & 1) bus->line.cable(i, !(wanted >> i & 1));
+      }
+      pulled = wanted;
+    }
+    for (int port = 0; port < ports; ++port) {
+      ssize_t n;
+      while ((n = read(fds[port].fd, bytes, 1600)) > 0) {
+        while (n < 60) bytes[n++] = 0;
+        if (port == 0) bus->capture.record(bytes, n, bus->line.now);
+        idle = 0;
+        if (bus->disturb(0)) continue;
+        auto nibbles = nibbles_of(bytes, n);
+        if (bus->disturb(1)) nibbles[nibbles.size() / 2] ^= 1;
+        bus->line.send[port].send(nibbles, -1, GAP_NIBBLES);
+        ++bus->sent;
+        ++on_their_way;
+      }
     }
     bus->line.run(1000000);
-    auto& frames = bus->line.received[0].frames;
-    for (; !frames.empty(); frames.pop_front()) {
-      if (on_their_way) --on_their_way;
-      idle = 0;
-      const auto back = bytes_of(frames.front());
-      if (back.empty()) continue;
-      bus->capture.record(back.data(), back.size(), frames.front().ended);
-      if (write(fd, back.data(), back.size()) > 0) ++bus->returned;
+    for (int port = 0; port < ports; ++port) {
+      auto& frames = bus->line.received[port].frames;
+      for (; !frames.empty(); frames.pop_front()) {
+        if (on_their_way) --on_their_way;
+        idle = 0;
+        const auto back = bytes_of(frames.front());
+        if (back.empty() || bus->disturb(2)) continue;
+        if (port == 0) bus->capture.record(back.data(), back.size(), frames.front().ended);
+        if (write(fds[port].fd, back.data(), back.size()) > 0) ++bus->returned;
+      }
     }
   }
 }
