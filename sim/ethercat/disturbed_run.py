@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: Apache-2.0
+"""pysoem with frames that are lost, damaged before the slaves, or lost on their way back.
+
+    unshare -rn python -m sim.ethercat.disturbed_run --frames 5
+
+Three slaves of `master_loop` in OP; `frames` cycles in a row are disturbed in each way, then so
+many are lost that the watchdog of the process data, set to WATCHDOG_MS, runs out.
+Prints a report as JSON.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+
+from sim.coe.dictionary import load
+from sim.ethercat.gen import esc_regmap
+from sim.ethercat.line import DISTURBANCES, Line
+from sim.ethercat.master_loop import prepare
+from sim.ethercat.pysoem_master import Master
+from sim.ethercat.tap import open_tap
+
+SLAVES = 3
+WATCHDOG_MS = 4
+WAIT_US = 50_000  # of this machine's clock, for an answer that does not come
+ANSWER_US = 2_000_000
+GOOD = 10  # cycles behind each disturbance
+LONG = 150  # frames, each at least 50 us of simulated time
+COUNTERS = {
+    "invalid": esc_regmap.INVALID_FRAMES_0,
+    "forwarded": esc_regmap.FORWARDED_ERRORS_0,
+    "rx": esc_regmap.RX_ERRORS_0,
+    "watchdog": esc_regmap.WATCHDOG_DATA_COUNT,
+}
+
+
+@dataclass
+class Phase:
+    """What a disturbance came to: counters that were missing or wrong while it lasted and behind
+    it, whether all slaves were in OP, the byte in the inputs before, in its course and behind,
+    `wanted` behind it; what counters of each slave rose by."""
+
+    wrong: int
+    wrong_behind: int
+    in_op: bool
+    inputs: list[list[int]]
+    counted: dict[str, list[int]]
+
+
+class Trial:
+    """The master's cycles."""
+
+    def __init__(self, line: Line) -> None:
+        self.line, self.master, self.value = line, Master(line.slaves), 0
+
+    def cycles(self, count: int, wait_us: int = 2_000_000) -> int:
+        """Each with the next value in all outputs; how many counters were missing or wrong."""
+        wrong, master = 0, self.master.pysoem
+        for _ in range(count):
+            self.value = self.value % 255 + 1
+            for slave in master.slaves:
+                slave.output = bytes([self.value]) * len(slave.output)
+            master.send_processdata()
+            wrong += master.receive_processdata(wait_us) != master.expected_wkc
+        return wrong
+
+    def counted(self) -> dict[str, list[int]]:
+        """By the master, of each slave."""
+        found = {}
+        for name, register in COUNTERS.items():
+            reads = [
+                slave._fprd(register.address, register.width, ANSWER_US)
+                for slave in self.master.pysoem.slaves
+            ]
+            found[name] = [int.from_bytes(data, "little") for data in reads]
+        return found
+
+    def seen(self) -> list[int]:
+        """How far the inputs are behind the last value, of each slave."""
+        return [self.value - data[0] for data in self.master.inputs()]
+
+    def phase(self, kind: str, frames: int) -> Phase:
+        """Frames of that kind in a row, then good cycles."""
+        before, inputs = self.counted(), [self.seen()]
+        self.line.disturb(kind, frames)
+        wrong = self.cycles(frames, WAIT_US)
+        if self.line.disturbed(kind):
+            raise RuntimeError(f"{self.line.disturbed(kind)} frames were not {kind}")
+        behind = self.cycles(1)
+        inputs.append(self.seen())
+        behind += self.cycles(GOOD - 1)
+        inputs.append(self.seen())
+        after = self.counted()
+        rises = {
+            name: [b - a for a, b in zip(before[name], after[name], strict=True)] for name in after
+        }
+        return Phase(wrong, behind, self.master.in_op(), inputs, rises)
+
+
+def run(frames: int) -> dict[str, Phase]:
+    """By kind, and `long` for those lost until the watchdog ran out. Raises RuntimeError."""
+    with Line([0.0] * SLAVES) as line:
+        prepare(line, load())
+        trial = Trial(line)
+        watchdog = (10 * WATCHDOG_MS).to_bytes(2, "little")  # of 100 us
+        with line.served(open_tap()):
+            try:
+                trial.master.to_safeop()
+                for slave in trial.master.pysoem.slaves:
+                    slave._fpwr(esc_regmap.WATCHDOG_DATA.address, watchdog, ANSWER_US)
+                trial.master.from_safeop()
+                trial.cycles(GOOD)
+                found = {kind: trial.phase(kind, frames) for kind in DISTURBANCES}
+                found["long"] = trial.phase("lost", LONG)
+                return found
+            finally:
+                trial.master.close()
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Command line; exit 0 when it ran."""
+    parser = argparse.ArgumentParser(
+        description=__doc__.splitlines()[0],
+        epilog="example: unshare -rn python -m sim.ethercat.disturbed_run --frames 5",
+    )
+    parser.add_argument("--frames", type=int, default=5, help="disturbed in a row (default 5)")
+    found = run(parser.parse_args(argv).frames)
+    print(json.dumps({kind: asdict(phase) for kind, phase in found.items()}))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
