@@ -7,6 +7,7 @@ import hashlib
 import json
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -14,12 +15,17 @@ from asip_asm.project import BUILD, ROOT
 from scripts.motion_size import area, speed
 from sim.coe.dictionary import load
 from sim.ethercat.clocks import synchronise
+from sim.ethercat.device_run import CYCLE_CLOCKS
 from sim.ethercat.line import Line, library
 from sim.ethercat.measure import CLOCK_PS, forwarding, keeps_cycle
 from sim.ethercat.tap import in_namespace
 from sim.harness.sources import sources_of
 from sim.model.parameters import Robot
-from tests.ethercat.test_cia402 import random_controlwords
+from tests.ethercat.test_cia402 import (
+    NUMBERS,
+    random_controlwords,
+    test_all_sixteen_transitions__one_by_one,
+)
 from tests.ethercat.test_frames import run_chains
 
 FORWARDING_NS, NEAR_NS, LUTS, MHZ, TOOL_UM = 600, 20, 7000, 100, 10
@@ -27,7 +33,7 @@ PERIODS_NS = (100_000, 31_250)
 MASTER_CYCLES = {False: 200, True: 100_000}
 PATH_TICKS = {False: 3_001, True: None}
 CHAINS = {False: 200, True: 100_000}
-CONTROLWORDS = 100_000
+CONTROLWORDS, PASSES = 100_000, 200
 CLOCK_CYCLES = 10_000
 PPM = (0.0, 100.0, -100.0)
 CABLE_PS = 500_000
@@ -36,6 +42,16 @@ TOP, DEVICE = "ethercat_slave", "ethercat_nios"
 KICKCAT_CYCLES = 200
 SCAPY_CHAINS = 20
 KEPT = BUILD / "bus"
+# What a result depends on: everything that could, rather than what does. The slaves and their
+# masters: their benches, the dictionary and what is made of it.
+BENCH = [f"sim/ethercat/**/*.{kind}" for kind in ("py", "cpp", "h")]
+BENCH += ["sim/coe/*.py", "nios_sw/ethercat/dictionary.toml", "sim/harness/*.h", "sim/harness/*.py"]
+# The device besides its RTL: its program.
+PROGRAM = ["nios_sw/images/ethercat.elf", "nios_sw/system.toml"]
+# The robot behind it: its parameters, plant, path, and the law on the ASIP.
+ROBOT = ["sim/robot.toml", "sim/model/*.py", "sim/run/*.py", "sim/core*.py", "sim/paths/agh.ngc"]
+ROBOT += ["sim/gcode/**/*.py", "sim/trajectory/*.py", "asip_asm/*.py", "asip_asm/*.toml"]
+ROBOT += ["asip_asm/programs/tracking*", "sim/harness/asip_harness.cpp"]
 HOURS = 12 * 3600
 
 Row = dict[str, Any]
@@ -72,11 +88,29 @@ def least(name: str, value: float, unit: str, target: float) -> Row:
 
 
 def mark(top: str, files: Sequence[str], *choices: object) -> str:
-    """Hash of the RTL of a top, of other files and of choices."""
+    """Hash of the RTL of a top, of other files and of choices. files: patterns below the root.
+
+    Raises FileNotFoundError for a pattern without a file.
+    """
     digest = hashlib.sha256(repr(choices).encode())
-    for path in [*sources_of(top), *(ROOT / name for name in files)]:
-        digest.update(path.read_bytes())
+    paths = list(sources_of(top))
+    for name in files:
+        if not (found := sorted(ROOT.glob(name))):
+            raise FileNotFoundError(f"{name}: no such file; mend the marks of scripts/bus_rows.py")
+        paths += found
+    for path in paths:
+        digest.update(path.relative_to(ROOT).as_posix().encode() + path.read_bytes())
     return digest.hexdigest()
+
+
+def rtl_of(top: str) -> list[str]:
+    """Names of its sources."""
+    return [path.relative_to(ROOT).as_posix() for path in sources_of(top)]
+
+
+def versions(*packages: str) -> list[str]:
+    """Of what was installed."""
+    return [f"{name} {version(name)}" for name in packages]
 
 
 def kept(name: str, of: str, work: Callable[[], Any]) -> Any:
@@ -112,12 +146,29 @@ def timing(order: Order, report: Report) -> Iterator[Row]:
     for period in PERIODS_NS:
         report(f"cycles of {period / 1000} us with the process data of five axes")
         wrong, late = keeps_cycle(device, period, 200)
-        name = f"five axes every {period / 1000:g} us: wrong counters and late inputs of 200 cycles"
+        name = (
+            "controller with the application port copied by the bench, data of five axes every "
+            f"{period / 1000:g} us: wrong counters and late inputs of 200 cycles"
+        )
         yield most(name, wrong + late, "cycles", 0)
 
 
+def device(order: Order, report: Report) -> Iterator[Row]:
+    """Control passes of the whole device, its program on the Nios II core."""
+    report("control passes of the whole device")
+    options = ["--step", "0", "--cycles", str(PASSES)]
+    of = mark(DEVICE, [*BENCH, *PROGRAM], *options, *versions("pysoem"))
+    found = kept("device", of, lambda: run("sim.ethercat.device_run", options))
+    for passes in found["passes"]:
+        name = (
+            f"whole device, five axes in CSP, a frame every {passes['period_us']} us: longest "
+            f"control pass of {passes['passes']}, each 100 us"
+        )
+        yield most(name, passes["longest"], "cycles", CYCLE_CLOCKS)
+
+
 def masters(order: Order, report: Report) -> Iterator[Row]:
-    """pysoem with one slave and three, KickCAT with three, frames of scapy."""
+    """pysoem with one slave, three in a line and in a ring, KickCAT with three, scapy."""
     library()
     working = 0
     for master, slaves, cycles, target in (
@@ -127,8 +178,7 @@ def masters(order: Order, report: Report) -> Iterator[Row]:
     ):
         report(f"{master}, {slaves} slave(s), {cycles} cycles in OP")
         options = ["--master", master, "--slaves", str(slaves), "--cycles", str(cycles)]
-        names = ("slave_harness.cpp", "ring.h", "master_loop.py", f"{master}_master.py")
-        of = mark(TOP, [f"sim/ethercat/{name}" for name in names], slaves, cycles)
+        of = mark(TOP, BENCH, slaves, cycles, *versions(master))
         found = kept(
             f"{master}_{slaves}_{cycles}",
             of,
@@ -138,6 +188,17 @@ def masters(order: Order, report: Report) -> Iterator[Row]:
         working += slaves == 3 and right == cycles
         name = f"{master}, {slaves} slave(s): cycles in OP without a wrong counter"
         yield least(name, right, "cycles", target)
+    cycles = MASTER_CYCLES[order.full]
+    report(f"pysoem at both ends of a ring of three, a cable pulled, {cycles} cycles in OP")
+    options = ["--slaves", "3", "--cycles", str(cycles), "--cable", "1"]
+    of = mark(TOP, BENCH, options, *versions("pysoem"))
+    found = kept(f"ring_{cycles}", of, lambda: run("sim.ethercat.redundant", options))
+    right = cycles - sum(found["wrong_counters"].values()) if found["state"] == "OP" else 0
+    name = (
+        "pysoem, ring of three with redundancy, a third of the cycles with a cable pulled: cycles "
+        "in OP without a wrong counter"
+    )
+    yield least(name, right, "cycles", MASTER_CYCLES[True])
     report("scapy")
     run_chains(SCAPY_CHAINS, 2)
     yield least("unrelated masters that work", working + 1, "masters", 3)
@@ -155,8 +216,7 @@ def clocks(order: Order, report: Report) -> Iterator[Row]:
         with Line(PPM, cable_ps=CABLE_PS) as line:
             return synchronise(line, CLOCK_CYCLES).worst
 
-    files = [f"sim/ethercat/{name}" for name in ("slave_harness.cpp", "ring.h", "clocks.py")]
-    of = mark(TOP, files, PPM, CABLE_PS, CLOCK_CYCLES)
+    of = mark(TOP, BENCH, PPM, CABLE_PS, CLOCK_CYCLES)
     yield most(name, kept("clocks", of, worst), "ns", NEAR_NS)
 
 
@@ -170,10 +230,7 @@ def path(order: Order, report: Report) -> Iterator[Row]:
     order.curves = KEPT / f"path_{name}.npz"
     options = ["--capture", str(order.capture), "--curves", str(order.curves)]
     options += [] if ticks is None else ["--ticks", str(ticks)]
-    files = [f"sim/ethercat/{name}" for name in ("device_harness.cpp", "ring.h", "path_run.py")]
-    files += ["sim/ethercat/machine.py", "sim/ethercat/session.py", "sim/robot.toml"]
-    files += ["nios_sw/images/ethercat.elf", "sim/paths/agh.ngc"]
-    of = mark(DEVICE, files, ticks)
+    of = mark(DEVICE, [*BENCH, *PROGRAM, *ROBOT, *rtl_of("asip")], ticks, *versions("pysoem"))
     if not (order.capture.exists() and order.curves.exists()):
         (KEPT / f"path_{name}.json").unlink(missing_ok=True)
     found = kept(f"path_{name}", of, lambda: run("sim.ethercat.path_run", options))
@@ -194,16 +251,20 @@ def chains(order: Order, report: Report) -> Iterator[Row]:
         return count
 
     files = [f"tests/ethercat/{name}" for name in ("frames.py", "test_frames.py")]
-    found = kept(f"chains_{count}", mark(TOP, files, count), agree)
+    of = mark(TOP, [*BENCH, *files], count, *versions("scapy"))
+    found = kept(f"chains_{count}", of, agree)
     yield least("random chains that agree with the memory model", found, "chains", CHAINS[True])
 
 
 def drives(order: Order, report: Report) -> Iterator[Row]:
     """CiA 402: controlwords against python-canopen's masks and table."""
     report(f"{CONTROLWORDS} controlwords at random")
-    random_controlwords(CONTROLWORDS, 2)
+    edges = random_controlwords(CONTROLWORDS, 2)
     name = "CiA 402, controlwords that agree with python-canopen's table"
     yield least(name, CONTROLWORDS, "controlwords", CONTROLWORDS)
+    test_all_sixteen_transitions__one_by_one()  # raises; 1 and 14 come in it only
+    seen = {NUMBERS[edge] for edge in edges if edge in NUMBERS} | {1, 14}
+    yield least("CiA 402, transitions seen, of 16", len(seen - {0}), "transitions", 16)
 
 
 def size(order: Order, report: Report) -> Iterator[Row]:
@@ -222,6 +283,7 @@ def size(order: Order, report: Report) -> Iterator[Row]:
 
 PRODUCERS: dict[str, Callable[[Order, Report], Iterator[Row]]] = {
     "timing": timing,
+    "device": device,
     "masters": masters,
     "clocks": clocks,
     "path": path,

@@ -29,14 +29,15 @@ CABLES_PS = (25_000, 500_000, 1_200_000)
 SYNC0_NS, SHIFT_NS = 1_000_000, 200_000
 SHARE_NS = 31_250  # between frames with the reference's time, once pysoem has ended
 PULSES = 3
-STEP_NS = 10
+STEP_NS = CLOCK_NS = 10
 
 
 @dataclass(frozen=True)
 class Report:
     """delays: written (0928); true_delays: of a frame, from the first slave's port 0 to each one's;
     offsets: written (0920), less the first one's; true_offsets: of the local clocks when the master
-    latched them, the first one's less each one's. pulses: rises of SYNC0 of each slave, by the
+    latched them, the first one's less each one's; rests: of system times, less offsets and local
+    clocks, and the first one's. pulses: rises of SYNC0 of each slave, by the
     simulation's clock, behind the first one of all; starts: set (0990), cycles: set (09A0);
     late: the first slave's rises behind its start time and cycles. wrong_counters: in OP.
     """
@@ -48,26 +49,33 @@ class Report:
     true_delays: list[float]
     offsets: list[int]
     true_offsets: list[int]
+    rests: list[int]
     starts: list[int]
     cycles: list[int]
     pulses: list[list[int]]
     late: list[int]
 
 
-def set_up(line: Line, cycles: int) -> tuple[bool, str, int]:
-    """By pysoem: whether it found such clocks, the state, wrong counters."""
-    master = Master(line.slaves)
-    with line.served(open_tap()):
-        try:
+def set_up(line: Line, cycles: int) -> tuple[bool, str, int, list[int]]:
+    """By pysoem: whether it found such clocks, the state, wrong counters; of each slave what its
+    system time had more than offset and clock, before the reference's time was sent."""
+    master, tap = Master(line.slaves), open_tap()
+    try:
+        with line.served(tap):
             master.to_safeop()
             found = master.pysoem.config_dc()
             for slave in master.pysoem.slaves:
                 slave.dc_sync(True, SYNC0_NS, SHIFT_NS)
+        rests = [
+            line.time(n) - line.read(esc_regmap.TIME_OFFSET, slave=n) - CLOCK_NS * line.clocks(n)
+            for n in range(line.slaves)
+        ]
+        with line.served(tap):
             master.from_safeop()
             wrong, _, _, _ = cycle(master, cycles, lambda _: None)
-            return found, "OP" if master.in_op() else "not OP", wrong
-        finally:
-            master.close()
+            return found, "OP" if master.in_op() else "not OP", wrong, rests
+    finally:
+        master.close()
 
 
 def true_delays(line: Line) -> list[float]:
@@ -115,7 +123,7 @@ def run(cycles: int) -> Report:
         for place, length in enumerate(CABLES_PS):
             line.length(place, length)
         prepare(line, load())
-        found, state, wrong = set_up(line, cycles)
+        found, state, wrong, rests = set_up(line, cycles)
         slaves = range(line.slaves)
         offsets = [line.read(esc_regmap.TIME_OFFSET, slave=n) for n in slaves]
         local = [line.read(esc_regmap.RECEIVE_TIME_UNIT, slave=n) for n in slaves]
@@ -130,6 +138,7 @@ def run(cycles: int) -> Report:
             delays=delays,
             true_delays=truth,
             offsets=[value - offsets[0] for value in offsets],
+            rests=[rest - rests[0] for rest in rests],
             true_offsets=[local[0] - value for value in local],
             starts=starts,
             cycles=[line.read(esc_regmap.SYNC0_CYCLE, slave=n) for n in slaves],

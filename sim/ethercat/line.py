@@ -238,6 +238,10 @@ class Line:
         """System time of a slave, ns."""
         return self._lib.bus_time(self._bus, slave)
 
+    def clocks(self, slave: int = 0) -> int:
+        """Clock cycles of a slave so far."""
+        return self._lib.bus_clocks(self._bus, slave)
+
     def sync(self, slave: int = 0) -> int:
         """SYNC0 and SYNC1 in bits 0 and 1."""
         return self._lib.bus_sync(self._bus, slave)

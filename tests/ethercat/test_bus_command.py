@@ -8,6 +8,7 @@ import json
 import numpy as np
 import pytest
 
+from asip_asm.project import ROOT
 from scripts import bus, bus_page, bus_rows
 
 
@@ -67,6 +68,33 @@ def test_mark__follows_sources_and_choices():
         bus_rows.mark("ecat_check", files, n) for files, n in (([], 1), ([], 2), (["LICENSE"], 1))
     ]
     assert len(set(of)) == 3 and of[0] == bus_rows.mark("ecat_check", [], 1)
+
+
+def test_mark__of_a_missing_file_is_an_error():
+    with pytest.raises(FileNotFoundError, match="sim/nothing"):
+        bus_rows.mark("ecat_check", ["sim/nothing/*.py"])
+
+
+def marked(*patterns: str) -> set[str]:
+    """Names of the files that a mark of these patterns reads."""
+    return {path.relative_to(ROOT).as_posix() for name in patterns for path in ROOT.glob(name)}
+
+
+def test_mark__of_the_path_has_law_plant_and_bench():
+    found = marked(*bus_rows.BENCH, *bus_rows.PROGRAM, *bus_rows.ROBOT, *bus_rows.rtl_of("asip"))
+    wanted = {
+        *("rtl/asip/asip.sv", "asip_asm/programs/tracking_optimised.s", "sim/model/plant.py"),
+        *("asip_asm/programs/tracking.interface.toml", "sim/model/kinematics.py", "sim/robot.toml"),
+        *("sim/ethercat/device.py", "sim/ethercat/machine.py", "sim/run/controller.py"),
+        *("nios_sw/images/ethercat.elf", "sim/paths/agh.ngc", "asip_asm/isa.toml"),
+    }
+    assert wanted <= found
+
+
+def test_mark__of_slaves_and_masters_has_bench_dictionary_and_sii():
+    wanted = {f"sim/ethercat/{name}.py" for name in ("line", "datagram", "redundant", "tap")}
+    wanted |= {"sim/ethercat/slave_harness.cpp", "sim/ethercat/ring.h", "sim/coe/sii.py"}
+    assert wanted | {"nios_sw/ethercat/dictionary.toml"} <= marked(*bus_rows.BENCH)
 
 
 def test_page__shows_the_path(producers, tmp_path):

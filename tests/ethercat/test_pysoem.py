@@ -45,6 +45,8 @@ def test_dc__delays_are_those_of_the_frames(clocks):
 def test_dc__offsets_make_one_time_of_the_latched_ones(clocks):
     assert clocks["offsets"] == clocks["true_offsets"]
     assert len(set(clocks["offsets"])) == 3
+    # The models are read one after the other: a clock of time passes for each access.
+    assert all(abs(rest) <= 10 for rest in clocks["rests"])
 
 
 def test_dc__sync0_rises_at_its_time_in_all_slaves(clocks):
