@@ -22,6 +22,7 @@ import pysoem
 from asip_asm.project import ROOT
 from sim.coe.dictionary import Device, load
 from sim.ethercat.device import DeviceRtl
+from sim.ethercat.machine import FLAGS, POWER
 from sim.ethercat.session import (
     CSP,
     ENABLE,
@@ -91,8 +92,9 @@ class Trial(Session):
     def drive(self) -> dict[str, object]:
         """All axes to operation enabled, then a way in CSP; where the first one ends."""
         for control in (SHUTDOWN, SWITCH_ON, ENABLE):
-            for _ in range(40):
+            for _ in range(8):
                 data = self.exchange(controlword=control, mode=CSP)
+                self.rtl_wait()
         words = inputs(self.device, data)["statusword"]
         for position in range(0, GOAL + 1, 200):
             self.exchange(controlword=ENABLE, mode=CSP, target_position=position)
@@ -113,7 +115,8 @@ class Trial(Session):
 
 
 def measure(rtl: DeviceRtl, device: Device, period_us: int, cycles: int) -> dict[str, int]:
-    """Clock cycles of the control passes with a frame of process data each `period_us`."""
+    """Clock cycles of the control passes with a frame of process data each `period_us`; whether
+    all axes have power still."""
     for n in range(cycles + 20):
         if n == 20:
             rtl.restart_counts()
@@ -124,6 +127,7 @@ def measure(rtl: DeviceRtl, device: Device, period_us: int, cycles: int) -> dict
     return {
         "period_us": period_us,
         "passes": counts["ticks"],
+        "powered": bool((rtl.outputs[FLAGS] & POWER).all()),
         "longest": counts["longest"],
         "mean": counts["sum"] // max(1, counts["ticks"]),
     }
