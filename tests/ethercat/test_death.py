@@ -24,7 +24,7 @@ def report() -> dict:
 
 
 def test_death__falls_to_safeop_with_its_code_and_counter(report):
-    assert (report["state"], report["code"]) == (SAFEOP | ERROR, 0x001B)
+    assert (report["state"], report["code"]) == (SAFEOP | ERROR, 0x001A)
     assert report["watchdog"] == 1
 
 
