@@ -52,7 +52,10 @@ OF_THE_EXTRA = (
 )
 OF_THE_BUS = [  # the extra `bus`
     f"sim.ethercat.{module}"
-    for module in ("device_run", "kickcat_master", "path_run", "pysoem_master", "session")
+    for module in (
+        *("dc_run", "death_run", "device_run", "disturbed_run", "kickcat_master", "path_run"),
+        *("pysoem_master", "redundant", "session"),
+    )
 ]
 LAW = """\
 import casadi as ca
