@@ -40,15 +40,15 @@ POLLS = 4 * AXES
 class Report:
     """state, code: 0130 and 0134 behind the silence; watchdog: by how much 0442 rose; error_codes,
     statuswords: of each axis; emergencies: their codes. From the last frame on, in control ticks
-    of 100 us: moving: increments of the first axis in a tick, at first; moved: in all; braked_at:
-    it does less than half of that for the first time, unpowered_at: no axis has power any more,
-    None: never. again: the state that the device was brought back to.
+    of 100 us: moving: increments of the first axis in a tick, at first; moved: in all; stopped_at:
+    it stands from there on, unpowered_at: no axis has power any more, None: never. again: the state
+    that the device was brought back to.
     """
 
     moving: int
     powered: bool
     moved: int
-    braked_at: int | None
+    stopped_at: int | None
     unpowered_at: int | None
     state: int
     code: int
@@ -128,7 +128,7 @@ def run(ticks: int) -> Report:
         moving=int(speed[:10].max()),
         powered=bool(power[0]),
         moved=int(positions[-1] - positions[0]),
-        braked_at=first(speed < speed[:10].max() / 2),
+        stopped_at=first(speed == 0),
         unpowered_at=first(~power),
         state=state,
         code=code,
