@@ -4,7 +4,8 @@
 `--add REVISION` synthesises the core as of a commit with the flow of scripts/synth_unit.py, asks
 that commit's assembler for the cycles of both tracking programs, and keeps the figures in
 docs/data/speed_points.json: place and route takes minutes per seed, so the page is written from the
-file. Without `--add` the page is written again; `--check` refuses a page that differs.
+file. `--add-committed` takes area and clock from docs/data/synthesis.json. Without either the page
+is written again; `--check` refuses a page that differs.
 """
 
 from __future__ import annotations

@@ -42,9 +42,9 @@ BEFORE = 11  # half periods in a recording, before the first command acts
 @dataclass(frozen=True)
 class Sample:
     """Ticks of the path of reversals: error (N, 5) of the exact joints [m, rad] on RTL and
-    averaged, of the RTL's tool (N,) [m]; ticks (N, 5) near a reversal; the RTL's recording; root
-    mean square (5,) of the difference of the torque-making current [A], means of a tick, same
-    orders and motion."""
+    averaged, of the RTL's tool (N,) [m]; ticks (N, 5) near a reversal; the RTL's recording;
+    difference (ticks, 5) of the torque-making current [A], means of a tick, same orders and motion.
+    """
 
     error: NDArray[np.float64]
     averaged_error: NDArray[np.float64]
@@ -73,17 +73,15 @@ class Sample:
 def same_currents(
     machine: AveragedPlant, rtl: Run | Recording, skip: int = 20
 ) -> NDArray[np.float64]:
-    """Root mean square (5,) of the difference of i_q [A], means of a tick, where the averaged
-    inverters take the orders and the motion of the RTL; skip: ticks in which the loops find the
-    integrals."""
+    """Difference (ticks, 5) of i_q [A], means of a tick, where the averaged inverters take the
+    orders and the motion of the RTL; skip: ticks in which the loops find the integrals."""
     ticks = len(rtl.halves) // 10 - 2
     position = rtl.halves["position"]
     middle = (position[:-1] + position[1:]) / 2  # of a half of the carrier
     orders = np.repeat(rtl.commands[:ticks], 10, axis=0)
     found = machine.halves(orders, middle[BEFORE - 2 :][: len(orders) + 1])[:, 5:10]
     same = rtl.halves["i_q"][BEFORE:][: len(found)]
-    difference = (found - same).reshape(ticks, 10, AXES).mean(1)[skip:]
-    return np.sqrt((difference**2).mean(axis=0))
+    return (found - same).reshape(ticks, 10, AXES).mean(1)[skip:]
 
 
 def sample(robot: Robot, drives: Drives, kind: str, rtl: Recording) -> Sample:

@@ -22,7 +22,7 @@ from sim.servo.chain import ORDER_FILTER
 from sim.servo.current_law import Setting, gains
 from sim.servo.current_loop import rise_and_overshoot
 from sim.servo.friction_law import image
-from sim.servo.goals import DISTORTION, SAME_CURRENT
+from sim.servo.goals import DISTORTION, SAME_CURRENT, SAME_IN_A_TICK
 from sim.servo.path import Chain
 from sim.servo.plant import Plant
 from sim.servo.response import (
@@ -111,9 +111,13 @@ def test_chain__follows_from_encoder_edges_to_gate_edges():
     rtl = np.stack([run.halves["i_q"][111 + 10 * k : 121 + 10 * k].mean(0) for k in range(28)])
     assert np.abs(means - rtl).max() < 0.03
     # And with the same motion; orders a control period late are seen.
-    assert same_currents(AveragedPlant(*start), run).max() < SAME_CURRENT
+    apart = same_currents(AveragedPlant(*start), run)
+    assert np.abs(apart).max() < SAME_IN_A_TICK
+    assert np.sqrt((apart**2).mean(axis=0)).max() < SAME_CURRENT
     late = replace(run, commands=np.roll(run.commands, 1, axis=0))
-    assert (same_currents(AveragedPlant(*start), late)[:3] > SAME_CURRENT).all()
+    apart = same_currents(AveragedPlant(*start), late)[:, :3]
+    assert (np.abs(apart).max(axis=0) > SAME_IN_A_TICK).all()
+    assert (np.sqrt((apart**2).mean(axis=0)) > SAME_CURRENT).all()
     # The bus falls: all gates off, all brakes closed, and the machine stays.
     machine.system.fault(300.0)
     machine.system.clock(20)
