@@ -36,6 +36,7 @@ CURES = {
     "MEMORY": "load the program again: a bit of a memory of the core has changed",
     "CONTROL": "load the program again: a bit of a register of the core has changed",
     "DISAGREE": "load the program again; if it comes back, the core is damaged",
+    "IMPLAUSIBLE": "find out which output jumped, or widen its record (asip_set_plausible)",
     "OUTPUT_MISSING": "write every output on every path through the program",
 }
 INT32 = (-(1 << 31), (1 << 31) - 1)

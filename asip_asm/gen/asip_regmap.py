@@ -36,6 +36,42 @@ REGMAP = RegisterMap(
         "safe": Block(
             name="safe", base=288, words=32, access="w", doc="safe value of each output", fields={}
         ),
+        "plausible_least": Block(
+            name="plausible_least",
+            base=320,
+            words=8,
+            access="w",
+            doc="plausibility record of outputs 0 to 7 (only with CONFIG.plausible): least value",
+            fields={},
+        ),
+        "plausible_most": Block(
+            name="plausible_most",
+            base=328,
+            words=8,
+            access="w",
+            doc="plausibility record: most value",
+            fields={},
+        ),
+        "plausible_slew": Block(
+            name="plausible_slew",
+            base=336,
+            words=8,
+            access="w",
+            doc="plausibility record: slew, the furthest move from one tick to the next",
+            fields={},
+        ),
+        "plausible_on": Block(
+            name="plausible_on",
+            base=344,
+            words=8,
+            access="w",
+            doc="plausibility record: whether the output is judged, 0 from reset on",
+            fields={
+                "judged": BitField(
+                    name="judged", high=0, low=0, doc="the output is compared with its record"
+                )
+            },
+        ),
         "registers": Block(
             name="registers",
             base=512,
@@ -81,7 +117,10 @@ REGMAP = RegisterMap(
                 "fma_pipes": BitField(name="fma_pipes", high=7, low=4, doc=""),
                 "bank_size": BitField(name="bank_size", high=15, low=8, doc=""),
                 "program_log2": BitField(name="program_log2", high=23, low=16, doc=""),
-                "data_log2": BitField(name="data_log2", high=30, low=24, doc=""),
+                "data_log2": BitField(name="data_log2", high=29, low=24, doc=""),
+                "plausible": BitField(
+                    name="plausible", high=30, low=30, doc="the core has a plausibility record"
+                ),
                 "resilience": BitField(
                     name="resilience", high=31, low=31, doc="the core runs every tick twice"
                 ),
@@ -144,7 +183,7 @@ REGMAP = RegisterMap(
             access="r",
             reset=None,
             fields={"value": BitField(name="value", high=15, low=0, doc="")},
-            doc="ILLEGAL, ADDRESS: address of the bundle; WATCHDOG, OUTPUT_MISSING: last bundle\nissued; NOT_FINITE: index of the output",
+            doc="ILLEGAL, ADDRESS: address of the bundle; WATCHDOG, OUTPUT_MISSING: last bundle\nissued; NOT_FINITE, IMPLAUSIBLE: index of the output",
             count=1,
         ),
         "IRQ_ENABLE": RegisterRecord(
@@ -255,6 +294,11 @@ REGMAP = RegisterMap(
         ),
         "DISAGREE": Fault(
             name="DISAGREE", code=8, doc="no two of three runs of a tick were the same"
+        ),
+        "IMPLAUSIBLE": Fault(
+            name="IMPLAUSIBLE",
+            code=9,
+            doc="an output beyond its limits, or further from its last value than its slew",
         ),
     },
     enumerations={},

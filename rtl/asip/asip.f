@@ -39,6 +39,7 @@ rtl/asip/asip_memory.sv
 rtl/asip/asip_aux.sv
 rtl/asip/asip_units.sv
 rtl/asip/asip_outputs.sv
+rtl/asip/asip_plausible.sv
 rtl/asip/asip_control.sv
 rtl/asip/asip_redundancy.sv
 rtl/asip/asip_run.sv

@@ -10,7 +10,8 @@ module asip #(
     parameter int unsigned Bundles   = asip_isa_pkg::PROGRAM_BUNDLES,
     parameter int unsigned DataWords = asip_isa_pkg::DATA_WORDS,
     parameter int unsigned Debug     = 0,  // 1: the hooks of a debug block (rtl/debug) are there
-    parameter int unsigned Resilience = 0  // 1: survives a flipped bit (docs/upsets.md); `fast` only
+    parameter int unsigned Resilience = 0,  // 1: survives a flipped bit (docs/upsets.md); `fast` only
+    parameter int unsigned Plausible  = 1   // 1: with Resilience, a plausibility record of outputs
 ) (
     input  logic                                      clk_i,
     input  logic                                      rst_ni,
@@ -75,7 +76,9 @@ module asip #(
   // ---- redundancy
   asip_pkg::guard_t         guard;
   logic                     rst_run_n, bad_word_p, bad_constant_e1, output_parity, bad_output;
-  logic                     broken_host, broken_outputs, repaired;
+  logic                     broken_host, broken_outputs, repaired, checking, implausible;
+  logic [4:0]               implausible_index;
+  logic [3:0]               host_plausible;
   // ---- debug block
   asip_pkg::hook_in_t       hook;
   logic                     ended, quiet;
@@ -333,6 +336,9 @@ module asip #(
       .valid_e1_i        (valid_e1_q),
       .bad_output_i      (bad_output),
       .broken_i          (broken_host || broken_outputs),
+      .checking_i        (checking),
+      .implausible_i     (implausible),
+      .implausible_index_i(implausible_index),
       .guard_o           (guard),
       .repaired_o        (repaired)
   );
@@ -357,13 +363,40 @@ module asip #(
       .broken_o         (broken_outputs)
   );
 
+  if (Resilience != 0 && Plausible != 0) begin : gen_plausible
+    asip_plausible u_plausible (
+        .clk_i,
+        .rst_ni,
+        .run_start_i  (run_start),
+        .commit_i     (commit),
+        .fault_i      (fault),
+        .write_i      (write_output),
+        .index_i      (write_index[2][4:0]),
+        .data_i       (result[2]),
+        .checking_o   (checking),
+        .implausible_o(implausible),
+        .index_o      (implausible_index),
+        .host_write_i (host_plausible),
+        .host_index_i (address_i[$clog2(asip_regmap_pkg::WORDS_PLAUSIBLE_ON)-1:0]),
+        .host_on_i    (writedata_i[asip_regmap_pkg::PLAUSIBLE_ON_JUDGED_LSB]),
+        .host_data_i  (writedata_i)
+    );
+  end else begin : gen_no_plausible
+    logic unused_plausible;
+    assign checking          = 1'b0;
+    assign implausible       = 1'b0;
+    assign implausible_index = '0;
+    assign unused_plausible  = ^host_plausible;
+  end
+
   asip_host #(
       .Slots    (Slots),
       .FmaPipes (FmaPipes),
       .Bundles  (Bundles),
       .DataWords(DataWords),
       .Debug    (Debug),
-      .Resilience(Resilience)
+      .Resilience(Resilience),
+      .Plausible (Plausible)
   ) u_host (
       .clk_i,
       .rst_ni,
@@ -400,6 +433,7 @@ module asip #(
       .write_register_o(host_register),
       .write_data_o    (host_data),
       .write_program_o (host_program),
+      .write_plausible_o(host_plausible),
       .select_o        (host_select),
       .read_output_i   (host_output),
       .read_register_i (operand_e1[Ports-3]),

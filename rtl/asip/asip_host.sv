@@ -9,7 +9,8 @@ module asip_host #(
     parameter int unsigned Bundles   = 1024,
     parameter int unsigned DataWords = 1024,
     parameter int unsigned Debug     = 0,     // 1: bank K can be read
-    parameter int unsigned Resilience = 0     // 1: parity of the registers that configure a run
+    parameter int unsigned Resilience = 0,    // 1: parity of the registers that configure a run
+    parameter int unsigned Plausible  = 1     // 1: with Resilience, there is a plausibility record
 ) (
     input  logic                                      clk_i,
     input  logic                                      rst_ni,
@@ -49,6 +50,7 @@ module asip_host #(
     output logic                                      write_register_o,
     output logic                                      write_data_o,
     output logic                                      write_program_o,
+    output logic [3:0]                                write_plausible_o,  // on, slew, most, least
     output logic                                      select_o,
     input  logic [31:0]                               read_output_i,
     input  logic [31:0]                               read_register_i,
@@ -119,6 +121,12 @@ module asip_host #(
   assign write_register_o = write_now && in_registers;
   assign write_data_o     = write_now && in_data;
   assign write_program_o  = write_now && in_program && 32'(bundle) < Bundles;
+  assign write_plausible_o = {4{write_now && Resilience != 0 && Plausible != 0}} & {
+    in_block(address_i, asip_regmap_pkg::BASE_PLAUSIBLE_ON, asip_regmap_pkg::WORDS_PLAUSIBLE_ON),
+    in_block(address_i, asip_regmap_pkg::BASE_PLAUSIBLE_SLEW, asip_regmap_pkg::WORDS_PLAUSIBLE_SLEW),
+    in_block(address_i, asip_regmap_pkg::BASE_PLAUSIBLE_MOST, asip_regmap_pkg::WORDS_PLAUSIBLE_MOST),
+    in_block(address_i, asip_regmap_pkg::BASE_PLAUSIBLE_LEAST, asip_regmap_pkg::WORDS_PLAUSIBLE_LEAST)
+  };
   assign select_o         = (read_i || write_i) && !hold_i;
 
   always_comb begin
@@ -127,7 +135,8 @@ module asip_host #(
     config_word[asip_regmap_pkg::CONFIG_FMA_PIPES_LSB+:4]    = 4'(FmaPipes);
     config_word[asip_regmap_pkg::CONFIG_BANK_SIZE_LSB+:8]    = 8'(asip_isa_pkg::BANK_SIZE);
     config_word[asip_regmap_pkg::CONFIG_PROGRAM_LOG2_LSB+:8] = 8'($clog2(Bundles));
-    config_word[asip_regmap_pkg::CONFIG_DATA_LOG2_LSB+:7]    = 7'($clog2(DataWords));
+    config_word[asip_regmap_pkg::CONFIG_DATA_LOG2_LSB+:6]    = 6'($clog2(DataWords));
+    config_word[asip_regmap_pkg::CONFIG_PLAUSIBLE_LSB]       = Resilience != 0 && Plausible != 0;
     config_word[asip_regmap_pkg::CONFIG_RESILIENCE_LSB]      = Resilience != 0;
 
     status_word = 32'd0;

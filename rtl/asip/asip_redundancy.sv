@@ -39,6 +39,9 @@ module asip_redundancy #(
     input  logic                  valid_e1_i,
     input  logic                  bad_output_i,      // an output that the host reads
     input  logic                  broken_i,          // registers of the host port or outputs
+    // the plausibility record
+    input  logic                  checking_i,        // the verdict on an output is open
+    input  logic                  implausible_i,
     // to fetch and the operand stage
     output asip_pkg::guard_t      guard_o,
     // to outputs and host
@@ -95,7 +98,8 @@ module asip_redundancy #(
   assign broken = control_q != ~inverse_q || misplaced;
   assign limit  = {1'b0, watchdog_i} + 33'(Drain);
   assign late   = left_q == 33'd0 || left_q > limit;
-  assign over   = now.state == StRun && (!busy_i || broken_run_i || late);
+  assign over   = now.state == StRun &&
+                  ((!busy_i && !checking_i) || broken_run_i || late);
 
   // How a run has ended.
   always_comb begin
@@ -106,6 +110,7 @@ module asip_redundancy #(
     else if (fault_i && cause_i == asip_regmap_pkg::FAULT_ILLEGAL && program_q)
       end_now = {1'b1, asip_regmap_pkg::FAULT_MEMORY};
     else if (fault_i) end_now = {1'b1, cause_i};
+    else if (done_i && implausible_i) end_now = {1'b1, asip_regmap_pkg::FAULT_IMPLAUSIBLE};
     else if (done_i) end_now = {1'b0, asip_regmap_pkg::FAULT_NONE};
   end
 

@@ -65,12 +65,16 @@ module asip_run #(
     input  logic        valid_e1_i,
     input  logic        bad_output_i,
     input  logic        broken_i,
+    input  logic        checking_i,      // the verdict on an output is open
+    input  logic        implausible_i,
+    input  logic [4:0]  implausible_index_i,
     output asip_pkg::guard_t guard_o,
     output logic        repaired_o
 );
 
   logic        rst_control_n, start, refetch, busy, done, fault, commit, broken;
   logic [3:0]  cause;
+  logic [15:0] info;
   logic [31:0] cycles;
 
   asip_control #(
@@ -85,6 +89,7 @@ module asip_run #(
       .done_o   (done),
       .cause_o  (cause),
       .cycles_o (cycles),
+      .fault_info_o(info),
       .broken_o (broken),
       .*
   );
@@ -120,6 +125,8 @@ module asip_run #(
         .valid_e1_i,
         .bad_output_i,
         .broken_i,
+        .checking_i,
+        .implausible_i,
         .guard_o,
         .commit_o,
         .busy_o,
@@ -132,6 +139,8 @@ module asip_run #(
     assign refetch       = refetch_i || again;
     assign rst_run_no    = rst_ni && !scrub;
     assign rst_control_n = rst_ni && !scrub_control;
+    assign fault_info_o  = cause_o == asip_regmap_pkg::FAULT_IMPLAUSIBLE
+                           ? {11'd0, implausible_index_i} : info;
     assign unused_commit = ^{commit, cycles};
   end else begin : gen_once
     logic unused_redundancy;
@@ -145,11 +154,12 @@ module asip_run #(
     assign done_o        = done;
     assign cause_o       = cause;
     assign cycles_o      = cycles;
+    assign fault_info_o  = info;
     assign guard_o       = '0;
     assign repaired_o    = 1'b0;
     assign unused_redundancy = ^{host_write_i, host_register_i, wrote_i, index_i, result_i,
                                  bad_program_i, bad_constant_i, valid_e1_i, bad_output_i, broken_i,
-                                 broken};
+                                 broken, checking_i, implausible_i, implausible_index_i};
   end
 
 endmodule

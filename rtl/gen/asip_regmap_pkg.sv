@@ -15,6 +15,14 @@ package asip_regmap_pkg;
   localparam int unsigned WORDS_OUTPUTS = 32;
   localparam int unsigned BASE_SAFE = 288;
   localparam int unsigned WORDS_SAFE = 32;
+  localparam int unsigned BASE_PLAUSIBLE_LEAST = 320;
+  localparam int unsigned WORDS_PLAUSIBLE_LEAST = 8;
+  localparam int unsigned BASE_PLAUSIBLE_MOST = 328;
+  localparam int unsigned WORDS_PLAUSIBLE_MOST = 8;
+  localparam int unsigned BASE_PLAUSIBLE_SLEW = 336;
+  localparam int unsigned WORDS_PLAUSIBLE_SLEW = 8;
+  localparam int unsigned BASE_PLAUSIBLE_ON = 344;
+  localparam int unsigned WORDS_PLAUSIBLE_ON = 8;
   localparam int unsigned BASE_REGISTERS = 512;
   localparam int unsigned WORDS_REGISTERS = 256;
   localparam int unsigned BASE_DATA = 4096;
@@ -56,7 +64,9 @@ package asip_regmap_pkg;
   localparam int unsigned CONFIG_PROGRAM_LOG2_LSB = 16;
   localparam int unsigned CONFIG_PROGRAM_LOG2_WIDTH = 8;
   localparam int unsigned CONFIG_DATA_LOG2_LSB = 24;
-  localparam int unsigned CONFIG_DATA_LOG2_WIDTH = 7;
+  localparam int unsigned CONFIG_DATA_LOG2_WIDTH = 6;
+  localparam int unsigned CONFIG_PLAUSIBLE_LSB = 30;
+  localparam int unsigned CONFIG_PLAUSIBLE_WIDTH = 1;
   localparam int unsigned CONFIG_RESILIENCE_LSB = 31;
   localparam int unsigned CONFIG_RESILIENCE_WIDTH = 1;
   localparam int unsigned CONTROL_START_LSB = 0;
@@ -83,6 +93,8 @@ package asip_regmap_pkg;
   localparam int unsigned IRQ_ENABLE_FAULT_WIDTH = 1;
   localparam int unsigned ENTRY_VALUE_LSB = 0;
   localparam int unsigned ENTRY_VALUE_WIDTH = 16;
+  localparam int unsigned PLAUSIBLE_ON_JUDGED_LSB = 0;
+  localparam int unsigned PLAUSIBLE_ON_JUDGED_WIDTH = 1;
 
   // Fault causes.
   localparam logic [3:0] FAULT_NONE = 4'h0;
@@ -94,5 +106,6 @@ package asip_regmap_pkg;
   localparam logic [3:0] FAULT_MEMORY = 4'h6;
   localparam logic [3:0] FAULT_CONTROL = 4'h7;
   localparam logic [3:0] FAULT_DISAGREE = 4'h8;
+  localparam logic [3:0] FAULT_IMPLAUSIBLE = 4'h9;
 
 endpackage

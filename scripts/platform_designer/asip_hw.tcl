@@ -40,6 +40,7 @@ foreach {name default allowed text} {
   Bundles   1024 {64 128 256 512 1024}  "Program memory [bundles]"
   DataWords 1024 {64 128 256 512 1024}  "Data memory [words]"
   Resilience 0   {0 1}                  "Every tick twice, against flipped bits (3 operations only)"
+  Plausible  1   {0 1}                  "With Resilience, limits and slew of outputs 0 to 7"
 } {
   add_parameter $name NATURAL $default $text
   set_parameter_property $name DISPLAY_NAME $text

@@ -266,6 +266,7 @@ def test_config__fields__describe_the_build(configuration):
         "program_log2": ISA.program_bundles.bit_length() - 1,
         "data_log2": ISA.data_words.bit_length() - 1,
         "resilience": 0,
+        "plausible": 0,
     }
     assert dut.read(CSR["ID"]).to_bytes(4, "big") == b"MTK1"
 

@@ -13,6 +13,7 @@
   X(OUTPUT_MISSING, 5, "halt without every output of OUTPUT_MASK written") \
   X(MEMORY, 6, "a word of program memory, bank K or the outputs lost its parity") \
   X(CONTROL, 7, "a register of the core's control lost its code, or a run its end") \
-  X(DISAGREE, 8, "no two of three runs of a tick were the same")
+  X(DISAGREE, 8, "no two of three runs of a tick were the same") \
+  X(IMPLAUSIBLE, 9, "an output beyond its limits, or further from its last value than its slew")
 
 #endif

@@ -30,9 +30,12 @@ extern "C" {
 #define ASIP__CSR__CONFIG__PROGRAM_LOG2_bm 0xff0000
 #define ASIP__CSR__CONFIG__PROGRAM_LOG2_bp 16
 #define ASIP__CSR__CONFIG__PROGRAM_LOG2_bw 8
-#define ASIP__CSR__CONFIG__DATA_LOG2_bm 0x7f000000
+#define ASIP__CSR__CONFIG__DATA_LOG2_bm 0x3f000000
 #define ASIP__CSR__CONFIG__DATA_LOG2_bp 24
-#define ASIP__CSR__CONFIG__DATA_LOG2_bw 7
+#define ASIP__CSR__CONFIG__DATA_LOG2_bw 6
+#define ASIP__CSR__CONFIG__PLAUSIBLE_bm 0x40000000
+#define ASIP__CSR__CONFIG__PLAUSIBLE_bp 30
+#define ASIP__CSR__CONFIG__PLAUSIBLE_bw 1
 #define ASIP__CSR__CONFIG__RESILIENCE_bm 0x80000000
 #define ASIP__CSR__CONFIG__RESILIENCE_bp 31
 #define ASIP__CSR__CONFIG__RESILIENCE_bw 1
@@ -162,6 +165,31 @@ typedef struct __attribute__ ((__packed__)) {
     uint32_t mem[32];
 } asip__safe_t;
 
+// mem - asip::plausible_least
+typedef struct __attribute__ ((__packed__)) {
+    uint32_t mem[8];
+} asip__plausible_least_t;
+
+// mem - asip::plausible_most
+typedef struct __attribute__ ((__packed__)) {
+    uint32_t mem[8];
+} asip__plausible_most_t;
+
+// mem - asip::plausible_slew
+typedef struct __attribute__ ((__packed__)) {
+    uint32_t mem[8];
+} asip__plausible_slew_t;
+
+// reg - asip::plausible_on::entry
+#define ASIP__PLAUSIBLE_ON__ENTRY__JUDGED_bm 0x1
+#define ASIP__PLAUSIBLE_ON__ENTRY__JUDGED_bp 0
+#define ASIP__PLAUSIBLE_ON__ENTRY__JUDGED_bw 1
+
+// mem - asip::plausible_on
+typedef struct __attribute__ ((__packed__)) {
+    uint32_t entry[8];
+} asip__plausible_on_t;
+
 // mem - asip::registers
 typedef struct __attribute__ ((__packed__)) {
     uint32_t mem[256];
@@ -184,7 +212,11 @@ typedef struct __attribute__ ((__packed__)) {
     asip__constants_t constants;
     asip__outputs_t outputs;
     asip__safe_t safe;
-    uint8_t RESERVED_500_7ff[0x300];
+    asip__plausible_least_t plausible_least;
+    asip__plausible_most_t plausible_most;
+    asip__plausible_slew_t plausible_slew;
+    asip__plausible_on_t plausible_on;
+    uint8_t RESERVED_580_7ff[0x280];
     asip__registers_t registers;
     uint8_t RESERVED_c00_3fff[0x3400];
     asip__data_t data;

@@ -30,9 +30,12 @@ extern "C" {
 #define ASIP_DESC_3C398FCC__CSR__CONFIG__PROGRAM_LOG2_bm 0xff0000
 #define ASIP_DESC_3C398FCC__CSR__CONFIG__PROGRAM_LOG2_bp 16
 #define ASIP_DESC_3C398FCC__CSR__CONFIG__PROGRAM_LOG2_bw 8
-#define ASIP_DESC_3C398FCC__CSR__CONFIG__DATA_LOG2_bm 0x7f000000
+#define ASIP_DESC_3C398FCC__CSR__CONFIG__DATA_LOG2_bm 0x3f000000
 #define ASIP_DESC_3C398FCC__CSR__CONFIG__DATA_LOG2_bp 24
-#define ASIP_DESC_3C398FCC__CSR__CONFIG__DATA_LOG2_bw 7
+#define ASIP_DESC_3C398FCC__CSR__CONFIG__DATA_LOG2_bw 6
+#define ASIP_DESC_3C398FCC__CSR__CONFIG__PLAUSIBLE_bm 0x40000000
+#define ASIP_DESC_3C398FCC__CSR__CONFIG__PLAUSIBLE_bp 30
+#define ASIP_DESC_3C398FCC__CSR__CONFIG__PLAUSIBLE_bw 1
 #define ASIP_DESC_3C398FCC__CSR__CONFIG__RESILIENCE_bm 0x80000000
 #define ASIP_DESC_3C398FCC__CSR__CONFIG__RESILIENCE_bp 31
 #define ASIP_DESC_3C398FCC__CSR__CONFIG__RESILIENCE_bw 1
@@ -162,6 +165,31 @@ typedef struct __attribute__ ((__packed__)) {
     uint32_t mem[32];
 } asip_desc_3c398fcc__safe_t;
 
+// mem - asip_desc_3c398fcc::plausible_least
+typedef struct __attribute__ ((__packed__)) {
+    uint32_t mem[8];
+} asip_desc_3c398fcc__plausible_least_t;
+
+// mem - asip_desc_3c398fcc::plausible_most
+typedef struct __attribute__ ((__packed__)) {
+    uint32_t mem[8];
+} asip_desc_3c398fcc__plausible_most_t;
+
+// mem - asip_desc_3c398fcc::plausible_slew
+typedef struct __attribute__ ((__packed__)) {
+    uint32_t mem[8];
+} asip_desc_3c398fcc__plausible_slew_t;
+
+// reg - asip_desc_3c398fcc::plausible_on::entry
+#define ASIP_DESC_3C398FCC__PLAUSIBLE_ON__ENTRY__JUDGED_bm 0x1
+#define ASIP_DESC_3C398FCC__PLAUSIBLE_ON__ENTRY__JUDGED_bp 0
+#define ASIP_DESC_3C398FCC__PLAUSIBLE_ON__ENTRY__JUDGED_bw 1
+
+// mem - asip_desc_3c398fcc::plausible_on
+typedef struct __attribute__ ((__packed__)) {
+    uint32_t entry[8];
+} asip_desc_3c398fcc__plausible_on_t;
+
 // mem - asip_desc_3c398fcc::registers
 typedef struct __attribute__ ((__packed__)) {
     uint32_t mem[256];
@@ -184,7 +212,11 @@ typedef struct __attribute__ ((__packed__)) {
     asip_desc_3c398fcc__constants_t constants;
     asip_desc_3c398fcc__outputs_t outputs;
     asip_desc_3c398fcc__safe_t safe;
-    uint8_t RESERVED_500_7ff[0x300];
+    asip_desc_3c398fcc__plausible_least_t plausible_least;
+    asip_desc_3c398fcc__plausible_most_t plausible_most;
+    asip_desc_3c398fcc__plausible_slew_t plausible_slew;
+    asip_desc_3c398fcc__plausible_on_t plausible_on;
+    uint8_t RESERVED_580_7ff[0x280];
     asip_desc_3c398fcc__registers_t registers;
     uint8_t RESERVED_c00_3fff[0x3400];
     asip_desc_3c398fcc__data_t data;
@@ -210,9 +242,12 @@ typedef struct __attribute__ ((__packed__)) {
 #define ASIP_DESC_BC5D3C60__CSR__CONFIG__PROGRAM_LOG2_bm 0xff0000
 #define ASIP_DESC_BC5D3C60__CSR__CONFIG__PROGRAM_LOG2_bp 16
 #define ASIP_DESC_BC5D3C60__CSR__CONFIG__PROGRAM_LOG2_bw 8
-#define ASIP_DESC_BC5D3C60__CSR__CONFIG__DATA_LOG2_bm 0x7f000000
+#define ASIP_DESC_BC5D3C60__CSR__CONFIG__DATA_LOG2_bm 0x3f000000
 #define ASIP_DESC_BC5D3C60__CSR__CONFIG__DATA_LOG2_bp 24
-#define ASIP_DESC_BC5D3C60__CSR__CONFIG__DATA_LOG2_bw 7
+#define ASIP_DESC_BC5D3C60__CSR__CONFIG__DATA_LOG2_bw 6
+#define ASIP_DESC_BC5D3C60__CSR__CONFIG__PLAUSIBLE_bm 0x40000000
+#define ASIP_DESC_BC5D3C60__CSR__CONFIG__PLAUSIBLE_bp 30
+#define ASIP_DESC_BC5D3C60__CSR__CONFIG__PLAUSIBLE_bw 1
 #define ASIP_DESC_BC5D3C60__CSR__CONFIG__RESILIENCE_bm 0x80000000
 #define ASIP_DESC_BC5D3C60__CSR__CONFIG__RESILIENCE_bp 31
 #define ASIP_DESC_BC5D3C60__CSR__CONFIG__RESILIENCE_bw 1
@@ -342,6 +377,31 @@ typedef struct __attribute__ ((__packed__)) {
     uint32_t mem[32];
 } asip_desc_bc5d3c60__safe_t;
 
+// mem - asip_desc_bc5d3c60::plausible_least
+typedef struct __attribute__ ((__packed__)) {
+    uint32_t mem[8];
+} asip_desc_bc5d3c60__plausible_least_t;
+
+// mem - asip_desc_bc5d3c60::plausible_most
+typedef struct __attribute__ ((__packed__)) {
+    uint32_t mem[8];
+} asip_desc_bc5d3c60__plausible_most_t;
+
+// mem - asip_desc_bc5d3c60::plausible_slew
+typedef struct __attribute__ ((__packed__)) {
+    uint32_t mem[8];
+} asip_desc_bc5d3c60__plausible_slew_t;
+
+// reg - asip_desc_bc5d3c60::plausible_on::entry
+#define ASIP_DESC_BC5D3C60__PLAUSIBLE_ON__ENTRY__JUDGED_bm 0x1
+#define ASIP_DESC_BC5D3C60__PLAUSIBLE_ON__ENTRY__JUDGED_bp 0
+#define ASIP_DESC_BC5D3C60__PLAUSIBLE_ON__ENTRY__JUDGED_bw 1
+
+// mem - asip_desc_bc5d3c60::plausible_on
+typedef struct __attribute__ ((__packed__)) {
+    uint32_t entry[8];
+} asip_desc_bc5d3c60__plausible_on_t;
+
 // mem - asip_desc_bc5d3c60::registers
 typedef struct __attribute__ ((__packed__)) {
     uint32_t mem[256];
@@ -364,7 +424,11 @@ typedef struct __attribute__ ((__packed__)) {
     asip_desc_bc5d3c60__constants_t constants;
     asip_desc_bc5d3c60__outputs_t outputs;
     asip_desc_bc5d3c60__safe_t safe;
-    uint8_t RESERVED_500_7ff[0x300];
+    asip_desc_bc5d3c60__plausible_least_t plausible_least;
+    asip_desc_bc5d3c60__plausible_most_t plausible_most;
+    asip_desc_bc5d3c60__plausible_slew_t plausible_slew;
+    asip_desc_bc5d3c60__plausible_on_t plausible_on;
+    uint8_t RESERVED_580_7ff[0x280];
     asip_desc_bc5d3c60__registers_t registers;
     uint8_t RESERVED_c00_3fff[0x3400];
     asip_desc_bc5d3c60__data_t data;
