@@ -148,3 +148,16 @@ def test_resilient__state_register_flipped_between_ticks__is_corrected(resilient
 
 def test_cost__of_redundancy__within_the_target(plain, resilient):
     assert plain.cycles < resilient.cycles <= 2.1 * plain.cycles
+
+
+def test_resilient__registers_of_the_record__a_false_verdict_is_repaired(resilient):
+    own = "TOP.asip.gen_plausible.u_plausible"
+    allowed = {"masked", "corrected", "latent", "fault reported"}
+    found = {
+        (place, effect(resilient, f"20 {clock} {own}.{place}"))
+        for clock in range(20, 300, 14)
+        for place in ("implausible_q.0", "judged_q.4", "on_q.1", "page_q.0", "known_q.0")
+    }
+    assert {effect for _, effect in found} <= allowed
+    assert ("implausible_q.0", "corrected") in found
+    assert ("implausible_q.0", "fault reported") not in found
