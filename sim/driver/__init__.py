@@ -11,12 +11,11 @@ from sim.harness.build import build_library, file_list
 DRIVER = Path(__file__).parent
 
 
-def simulated_core(configuration: str = "fast") -> Path:
-    """Shared library with the functions of `sim_bus.h`, built at first use. Raises BuildError."""
-    parameters = default_isa().configurations[configuration]
-    return build_library(
-        "asip",
-        file_list("asip/asip.f"),
-        DRIVER / "sim_bus.cpp",
-        {"FmaPipes": parameters.fma_pipes, "Slots": len(parameters.slots)},
-    )
+def simulated_core(configuration: str = "fast", resilience: int = 0) -> Path:
+    """Shared library with the functions of `sim_bus.h`, built at first use. Raises BuildError.
+
+    resilience: the core's parameter of this name.
+    """
+    shape = default_isa().configurations[configuration]
+    parameters = {"FmaPipes": shape.fma_pipes, "Slots": len(shape.slots), "Resilience": resilience}
+    return build_library("asip", file_list("asip/asip.f"), DRIVER / "sim_bus.cpp", parameters)

@@ -120,6 +120,27 @@ asip_result asip_checked_tick(const asip *core, const uint32_t *inputs, uint32_t
   return ASIP_FAULTED;
 }
 
+static int has_record(const asip *core, unsigned output) {
+  return output < ASIP_RECORDS && FIELD(read32(core, CSR(CONFIG)), CONFIG, PLAUSIBLE);
+}
+
+asip_result asip_set_plausible(const asip *core, unsigned output, float least, float most,
+                               float slew) {
+  if (!has_record(core, output)) return ASIP_NO_RECORD;
+  if (!(least <= most) || !(slew >= 0)) return ASIP_BAD_RECORD; /* NaN compares false */
+  write32(core, ASIP_WORD(plausible_least) + output, asip_word(least));
+  write32(core, ASIP_WORD(plausible_most) + output, asip_word(most));
+  write32(core, ASIP_WORD(plausible_slew) + output, asip_word(slew));
+  write32(core, ASIP_WORD(plausible_on) + output, ASIP__PLAUSIBLE_ON__ENTRY__JUDGED_bm);
+  return ASIP_OK;
+}
+
+asip_result asip_end_plausible(const asip *core, unsigned output) {
+  if (!has_record(core, output)) return ASIP_NO_RECORD;
+  write32(core, ASIP_WORD(plausible_on) + output, 0);
+  return ASIP_OK;
+}
+
 void asip_select(const asip *core, const asip_function *function) {
   write32(core, CSR(ENTRY), function->entry);
   write32(core, CSR(WATCHDOG), function->watchdog);
@@ -207,6 +228,10 @@ const char *asip_result_text(asip_result result) {
       return "no run was started";
     case ASIP_TIMEOUT:
       return "run did not end in time";
+    case ASIP_NO_RECORD:
+      return "no plausibility record of this output";
+    case ASIP_BAD_RECORD:
+      return "bounds of a plausibility record that are none";
   }
   return "unknown result";
 }

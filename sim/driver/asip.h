@@ -19,6 +19,9 @@ extern "C" {
 /* Word address of a register or block, such as csr.STATUS or constants. */
 #define ASIP_WORD(member) ((uint32_t)(offsetof(asip_t, member) / sizeof(uint32_t)))
 
+/* Outputs that have a plausibility record. */
+#define ASIP_RECORDS ((uint32_t)(sizeof(asip__plausible_on_t) / sizeof(uint32_t)))
+
 /* How the host reaches the core: single 32-bit accesses by word address. */
 typedef struct {
   uint32_t (*read32)(void *context, uint32_t address);
@@ -79,7 +82,9 @@ typedef enum {
   ASIP_BUSY,        /* a run is going on */
   ASIP_FAULTED,     /* a fault is latched, asip_clear ends it; outputs are the safe values */
   ASIP_NOT_STARTED, /* neither busy nor done */
-  ASIP_TIMEOUT      /* still busy after the polls allowed */
+  ASIP_TIMEOUT,     /* still busy after the polls allowed */
+  ASIP_NO_RECORD,   /* the core has no plausibility record, or none of this output */
+  ASIP_BAD_RECORD   /* a bound is NaN, least above most, or slew below 0 */
 } asip_result;
 
 #define ASIP_FAULT_CODE(name, code, text) ASIP_FAULT_##name = (code),
@@ -138,6 +143,18 @@ asip_result asip_tick(const asip *core, const uint32_t *inputs, uint32_t *output
  * outputs are the safe values; load the image again if the cause is MEMORY, CONTROL or DISAGREE. */
 asip_result asip_checked_tick(const asip *core, const uint32_t *inputs, uint32_t *outputs,
                               uint32_t polls);
+
+/* Plausibility record of an output, 0 to ASIP_RECORDS - 1, in a core that has one
+ * (CONFIG.plausible): from the next run on a word below `least`, above `most`, or further than
+ * `slew` from the last one committed ends the run with the fault IMPLAUSIBLE, and outputs are the
+ * safe values. Infinities limit nothing. Waits while a run goes on; holds until the core is reset,
+ * asip_load leaves it. Bounds of one output change together if no run starts meanwhile.
+ * ASIP_OK, ASIP_NO_RECORD, ASIP_BAD_RECORD; nothing is written unless ASIP_OK. */
+asip_result asip_set_plausible(const asip *core, unsigned output, float least, float most,
+                               float slew);
+
+/* The output is not judged from the next run on. ASIP_OK or ASIP_NO_RECORD. */
+asip_result asip_end_plausible(const asip *core, unsigned output);
 
 /* The next runs are of this function of the image: three writes. asip_load selects the first. */
 void asip_select(const asip *core, const asip_function *function);

@@ -1,11 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Checks of the driver's paths off the good run; argument 1 names the check. Prints what fails. */
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
 #include "asip.h"
 #include "endless.asip.h"
 #include "other.asip.h"
+#include "record.asip.h"
 #include "sim_bus.h"
 
 #define EXPECT(condition)                                     \
@@ -104,6 +106,48 @@ static int check_interrupt(void) {
   return 0;
 }
 
+static int check_no_record(void) {
+  asip core = {{sim_read32, counting_write32, NULL}, NULL};
+  EXPECT(asip_set_plausible(&core, 0, 0.0f, 1.0f, 1.0f) == ASIP_NO_RECORD);
+  EXPECT(asip_end_plausible(&core, 0) == ASIP_NO_RECORD);
+  EXPECT(writes == 0);
+  return 0;
+}
+
+static int check_plausible(void) {
+  asip core = {{sim_read32, counting_write32, NULL}, NULL};
+  uint32_t in[RECORD_INPUTS], out[RECORD_OUTPUTS];
+  unsigned before;
+  asip_state state;
+  EXPECT(asip_load(&core, &record_image) == ASIP_OK);
+  before = writes;
+  EXPECT(asip_set_plausible(&core, ASIP_RECORDS, 0.0f, 1.0f, 1.0f) == ASIP_NO_RECORD);
+  EXPECT(asip_end_plausible(&core, ASIP_RECORDS) == ASIP_NO_RECORD);
+  EXPECT(asip_set_plausible(&core, 0, 1.0f, 0.5f, 1.0f) == ASIP_BAD_RECORD);
+  EXPECT(asip_set_plausible(&core, 0, 0.0f, 1.0f, -1.0f) == ASIP_BAD_RECORD);
+  EXPECT(asip_set_plausible(&core, 0, NAN, 1.0f, 1.0f) == ASIP_BAD_RECORD);
+  EXPECT(asip_set_plausible(&core, 0, 0.0f, NAN, 1.0f) == ASIP_BAD_RECORD);
+  EXPECT(asip_set_plausible(&core, 0, 0.0f, 1.0f, NAN) == ASIP_BAD_RECORD);
+  EXPECT(writes == before);
+
+  EXPECT(asip_set_plausible(&core, 0, -INFINITY, 10.0f, 0.5f) == ASIP_OK);
+  in[0] = asip_word(9.0f);
+  EXPECT(asip_checked_tick(&core, in, out, 1000) == ASIP_OK && asip_float(out[0]) == 9.0f);
+  in[0] = asip_word(9.5f);
+  EXPECT(asip_checked_tick(&core, in, out, 1000) == ASIP_OK && asip_float(out[0]) == 9.5f);
+  in[0] = asip_word(8.5f);
+  EXPECT(asip_checked_tick(&core, in, out, 1000) == ASIP_FAULTED && asip_float(out[0]) == 1.5f);
+  state = asip_status(&core);
+  EXPECT(state.faulted && state.cause == ASIP_FAULT_IMPLAUSIBLE && state.info == 0);
+  asip_clear(&core);
+  in[0] = asip_word(11.0f);
+  EXPECT(asip_checked_tick(&core, in, out, 1000) == ASIP_FAULTED && asip_float(out[0]) == 1.5f);
+  asip_clear(&core);
+  EXPECT(asip_end_plausible(&core, 0) == ASIP_OK);
+  EXPECT(asip_checked_tick(&core, in, out, 1000) == ASIP_OK && asip_float(out[0]) == 11.0f);
+  return 0;
+}
+
 static int check_memory_bus(void) {
   uint32_t memory[16] = {ASIP__CSR__ID__VALUE_reset};
   asip core = {asip_memory_bus(memory), NULL};
@@ -121,6 +165,8 @@ int main(int argc, char **argv) {
   if (!strcmp(name, "wrong")) return check_wrong();
   if (!strcmp(name, "timeout")) return check_timeout();
   if (!strcmp(name, "interrupt")) return check_interrupt();
+  if (!strcmp(name, "no_record")) return check_no_record();
+  if (!strcmp(name, "plausible")) return check_plausible();
   if (!strcmp(name, "memory_bus")) return check_memory_bus();
   printf("no check '%s'\n", name);
   return 2;

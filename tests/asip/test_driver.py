@@ -32,9 +32,20 @@ again:  bnz n, again
 """
 
 
-def build(folder: Path, configuration: str, main: Path, images: dict[str, str]) -> Path:
+RECORD = """\
+.program "record"
+.input x
+.output F, safe = 1.5
+        mov F, x
+        halt
+"""
+
+
+def build(
+    folder: Path, configuration: str, main: Path, images: dict[str, str], resilience: int = 0
+) -> Path:
     """Executable of a C program with the driver and the core; images: text by header name."""
-    core = simulated_core(configuration)
+    core = simulated_core(configuration, resilience)
     for name, text in images.items():
         (folder / name).write_text(text)
     program = folder / main.stem
@@ -61,18 +72,24 @@ def demo(request, tmp_path_factory):
     return build(folder, request.param, DRIVER / "demo.c", images), image
 
 
+def build_checks(folder: Path, configuration: str, resilience: int = 0) -> Path:
+    """Executable of driver_checks.c."""
+    sources = folder / "endless.s", folder / "record.s"
+    for source, text in zip(sources, (ENDLESS, RECORD), strict=True):
+        source.write_text(text)
+    other = CONFIGURATIONS[1 - CONFIGURATIONS.index(configuration)]
+    image, record = (assemble(source, configuration=configuration) for source in sources)
+    wrong = assemble(sources[0], configuration=other)
+    wrong.title = "other"
+    images = {"endless": image, "other": wrong, "record": record}
+    headers = {f"{name}.asip.h": to_c(each) for name, each in images.items()}
+    return build(folder, configuration, CHECKS, headers, resilience)
+
+
 @pytest.fixture(scope="module", params=CONFIGURATIONS)
 def checks(request, tmp_path_factory):
-    """Executable of driver_checks.c."""
-    folder = tmp_path_factory.mktemp("checks")
-    source = folder / "endless.s"
-    source.write_text(ENDLESS)
-    other = CONFIGURATIONS[1 - CONFIGURATIONS.index(request.param)]
-    image = assemble(source, configuration=request.param)
-    wrong = assemble(source, configuration=other)
-    wrong.title = "other"
-    images = {"endless.asip.h": to_c(image), "other.asip.h": to_c(wrong)}
-    return build(folder, request.param, CHECKS, images)
+    """Checks on a core without redundancy."""
+    return build_checks(tmp_path_factory.mktemp("checks"), request.param)
 
 
 def model_rows(image, ticks) -> list[list[str]]:
@@ -118,9 +135,15 @@ def test_demo__nan_input__not_finite_and_safe_outputs__cleared__good_run(demo):
     assert words(lines[2]) == want
 
 
-@pytest.mark.parametrize("name", ["absent", "wrong", "timeout", "interrupt", "memory_bus"])
+@pytest.mark.parametrize(
+    "name", ["absent", "wrong", "timeout", "interrupt", "memory_bus", "no_record"]
+)
 def test_driver__off_the_good_run(name, checks):
     assert execute(checks, name) == (0, [])
+
+
+def test_driver__plausibility_record__staged_judged_and_ended(tmp_path):
+    assert execute(build_checks(tmp_path, "fast", resilience=1), "plausible") == (0, [])
 
 
 def test_header__every_address_fault_and_field_by_value(tmp_path):
