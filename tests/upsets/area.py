@@ -11,6 +11,12 @@ from scripts.motion_size import area
 from sim.harness.sources import sources_of
 
 RESULT = BUILD / "upsets/area.json"
+CORES = {
+    "plain": {"Resilience": 0},
+    "resilient": {"Resilience": 1, "Plausible": 0},
+    "record": {"Resilience": 1},
+}
+"""What is measured: redundancy alone, and with the plausibility record."""
 
 
 def _mark() -> str:
@@ -21,11 +27,8 @@ def _mark() -> str:
 
 
 def measure() -> dict[str, int]:
-    """{"plain", "resilient"} LUTs, kept in build. Raises SynthesisError."""
-    found = {
-        name: area("asip", {"Resilience": int(name == "resilient")})["luts"]
-        for name in ("plain", "resilient")
-    }
+    """LUTs of each of CORES, kept in build. Raises SynthesisError."""
+    found = {name: area("asip", parameters)["luts"] for name, parameters in CORES.items()}
     RESULT.parent.mkdir(parents=True, exist_ok=True)
     RESULT.write_text(json.dumps({"rtl": _mark(), "luts": found}) + "\n")
     return found
