@@ -33,6 +33,7 @@ module asip_plausible (
   logic [31:0]        most [0:Outputs-1];
   logic [30:0]        slew [0:Outputs-1];
   logic [31:0]        last [0:2*Outputs-1];  // two pages: committed, and of this run
+  (* keep *) logic [Outputs-1:0] off_q;      // of on_q: a flipped bit ends a record, and begins none
   logic [Outputs-1:0] on_q, page_q, known_q, written_q;
   logic [5:1]         judged_q;              // by stage
   logic [5:1][2:0]    place_q;               // output
@@ -76,6 +77,7 @@ module asip_plausible (
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
       on_q          <= '0;
+      off_q         <= '1;
       page_q        <= '0;
       known_q       <= '0;
       written_q     <= '0;
@@ -83,14 +85,18 @@ module asip_plausible (
       write_1_q     <= 1'b0;
       implausible_q <= 1'b0;
     end else begin
-      if (host_write_i[3]) on_q[host_index_i] <= host_on_i;
+      if (host_write_i[3]) begin
+        on_q[host_index_i]  <= host_on_i;
+        off_q[host_index_i] <= !host_on_i;
+      end
       write_1_q <= write_i && 32'(index_i) < Outputs;
       if (run_start_i) written_q <= '0;
       else if (write_1_q) written_q[place_q[1]] <= 1'b1;
       if (commit_i) page_q <= page_q ^ written_q;
       if (fault_i) known_q <= '0;
       else if (commit_i) known_q <= known_q | written_q;
-      judged_q <= {judged_q[4:1], write_i && 32'(index_i) < Outputs && on_q[index_i[2:0]]};
+      judged_q <= {judged_q[4:1], write_i && 32'(index_i) < Outputs && on_q[index_i[2:0]] &&
+                                  !off_q[index_i[2:0]]};
       if (run_start_i) begin
         judged_q      <= '0;
         implausible_q <= 1'b0;
