@@ -37,6 +37,7 @@ from sim.robots import own
 OPTIONS = Options(configuration="fast", reassociate=True, reciprocal=True)
 KINDS = ("none", "feed-forward", "adaptive")
 BOUNDS = (0.5, 1.5)  # of the estimate
+PEAK = (0.2, 0.0)  # of the Stribeck peak of a leg, a table axis: see docs/drive.md
 LEARNED = (1.0, 0.3)  # by a reversal of a leg, a table axis, of what an estimate lacks; about half
 # of it in a loop that boosts its integrator. A count of the table is more than friction errs there.
 STAGES = ("slow", "rise", "pulse")  # of the filter of an estimate
@@ -131,9 +132,10 @@ def friction_law(robot: Robot, drives: Drives, kind: str, share: float = 1.0) ->
         found[f"moving{n}_next"] = ca.if_else(rest, before, after)
     for n, output in enumerate(own.OUTPUTS):
         true = drives.friction[n]
+        peak = PEAK[n in TABLE] * (true.static - true.coulomb)
         believed = Friction(
             share * true.coulomb,
-            share * (true.static if n < 3 else true.coulomb),
+            share * (true.coulomb + peak),
             true.speed,
             true.stiffness,
             true.damping,
