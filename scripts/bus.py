@@ -25,7 +25,8 @@ from rich.table import Table
 from asip_asm.project import BUILD, ROOT
 from scripts import bus_page
 from scripts.bus_rows import PRODUCERS, Order, Row, not_measured
-from scripts.goal_table import between_marks, goal_table
+from scripts.goal_table import goal_table
+from sim.page.marks import between_marks
 
 RESULTS = BUILD / "bus.json"
 PAGE = ROOT / "docs/ethercat.md"

@@ -16,11 +16,12 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from asip_asm.project import BUILD, ROOT
-from scripts.goal_table import between_marks, goal_table
+from scripts.goal_table import goal_table
 from scripts.motion_size import area, speed
 from scripts.synth_unit import SynthesisError
 from sim.model.drives import Drives
 from sim.model.parameters import Robot
+from sim.page.marks import between_marks
 from sim.servo.__main__ import main as simulate
 from sim.servo.current_law import Setting
 from sim.servo.goals import Rows

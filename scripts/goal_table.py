@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The table of goals that a measured page shows, and text between a page's marks."""
+"""The table of goals that a measured page shows."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -14,20 +13,6 @@ def goal_table(goals: Sequence[Mapping[str, Any]]) -> str:
     return head + "".join(
         f"| {goal['name']} | {_value(goal)} | {goal['target']:g} {_unit(goal)}|\n" for goal in goals
     )
-
-
-def marked(name: str) -> re.Pattern[str]:
-    """Finds `<!-- name: written by ... -->`, what it writes, `<!-- end of name -->`."""
-    return re.compile(rf"(<!-- {name}: [^\n]*-->\n).*?(<!-- end of {name} -->)", re.S)
-
-
-def between_marks(page: str, texts: Mapping[str, str], file: str) -> str:
-    """A page with these texts by name of their marks. Raises ValueError for marks it has not."""
-    for name, text in texts.items():
-        page, count = marked(name).subn(lambda found, text=text: found[1] + text + found[2], page)
-        if count != 1:
-            raise ValueError(f"{file} has lost its marks: restore `<!-- {name}: ... -->`")
-    return page
 
 
 def _unit(goal: Mapping[str, Any]) -> str:

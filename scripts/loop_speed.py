@@ -8,7 +8,6 @@ table between its marks.
 from __future__ import annotations
 
 import argparse
-import re
 import sys
 import tempfile
 import time
@@ -22,9 +21,9 @@ sys.path.insert(0, str(ROOT))
 
 from scripts.doc_blocks import code_blocks  # noqa: E402
 from sim import Core  # noqa: E402
+from sim.page.marks import between_marks  # noqa: E402
 
 PAGE = ROOT / "docs/own_machine.md"
-MARKS = re.compile(r"(<!-- speed: [^\n]*-->\n).*?(<!-- end of speed -->)", re.S)
 SECONDS = 1.0  # of processor time for each figure
 CHUNK = 200  # ticks between two looks at the clock
 
@@ -64,14 +63,8 @@ def main() -> int:
                 program = Path(folder) / block.title
                 program.write_text(block.text, encoding="utf-8")
                 rows += [row(program, backend) for backend in ("rtl", "iss")]
-    text, count = MARKS.subn(
-        lambda found: found[1] + "\n".join(rows) + "\n" + found[2],
-        PAGE.read_text(encoding="utf-8"),
-    )
-    if count != 1:
-        print(f"{PAGE}: the marks of the table are not there", file=sys.stderr)
-        return 1
-    PAGE.write_text(text, encoding="utf-8")
+    texts = {"speed": "\n".join(rows) + "\n"}
+    PAGE.write_text(between_marks(PAGE.read_text(encoding="utf-8"), texts, PAGE), encoding="utf-8")
     print("\n".join(rows))
     return 0
 

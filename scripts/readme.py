@@ -10,13 +10,13 @@ is written from there, and so is table 4 of `make run` on a machine that has syn
 from __future__ import annotations
 
 import json
-import re
 import sys
 from pathlib import Path
 from typing import Any
 
 from sim.model.published import Published
 from sim.model.records import OUTPUTS
+from sim.page.marks import between_marks
 from sim.run.tables import OPERATIONS, measured_at, unit
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -123,12 +123,6 @@ def synthesis(data: dict[str, Any]) -> str:
     return "\n".join([*lines, "", f"Measured at commit {measured_at(data['tops'])}.", ""]) + "\n"
 
 
-def replaced(text: str, mark: str, body: str) -> str:
-    """`text` with `body` between the marks of that name."""
-    marks = re.compile(rf"(<!-- {mark}: [^\n]*-->\n).*?(<!-- end of {mark} -->)", re.DOTALL)
-    return marks.sub(lambda found: found[1] + body + found[2], text)
-
-
 def main(arguments: list[str]) -> int:
     """Rewrite README.md; returns the exit status."""
     folder = Path(arguments[0]) if arguments else ROOT / "build"
@@ -146,11 +140,12 @@ def main(arguments: list[str]) -> int:
                 f"error: {results} is of a part; run `make run` without PLATFORMS, TICKS\n"
             )
             return 1
-        text = replaced(text, "results", section(data))
+        text = between_marks(text, {"results": section(data)}, README.name)
     if measured.is_file():
         document = kept(json.loads(measured.read_text(encoding="utf-8")))
         KEPT.write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
-    text = replaced(text, "synthesis", synthesis(json.loads(KEPT.read_text(encoding="utf-8"))))
+    document = json.loads(KEPT.read_text(encoding="utf-8"))
+    text = between_marks(text, {"synthesis": synthesis(document)}, README.name)
     README.write_text(text, encoding="utf-8")
     return 0
 

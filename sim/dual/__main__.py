@@ -37,6 +37,7 @@ from sim.lookahead.limits import MachineLimits
 from sim.model.parameters import ParameterError, Robot
 from sim.model.records import SetPoints
 from sim.model.tracking import joint_path
+from sim.page.marks import MarksError
 from sim.path.override import overridden_program
 from sim.run import closed_loop
 from sim.run.controller import AsipController, ControllerFault
@@ -242,7 +243,7 @@ def main(argv: list[str] | None = None) -> int:
     except (GcodeErrors, WorkspaceError, ParameterError, AssemblyError) as error:
         console.print(str(error), markup=False, highlight=False)
         return 1
-    except PageError as error:
+    except (PageError, MarksError) as error:
         console.print(str(error), markup=False, highlight=False)
         return 1
     except PathNotSuitedError as error:

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -17,6 +16,7 @@ from sim.dual.loop import Loop, Stretch
 from sim.harness.build import ROOT
 from sim.model.parameters import ParameterError, Robot
 from sim.model.records import SET_POINTS, SetPoints
+from sim.page.marks import between_marks
 from sim.path.override import AS_PROGRAMMED
 from sim.run.closed_loop import SETTLED_S, tracking_error
 from sim.run.controller import ControllerFault
@@ -29,7 +29,6 @@ REGISTERS = (
 )
 PAGE = ROOT / "docs/two_processors.md"
 DATA = ROOT / "docs/data/two_processors.json"
-MARK = re.compile(r"(<!-- whole path: [^\n]*-->\n).*?(<!-- end of whole path -->)", flags=re.DOTALL)
 TRACKING = (("leg", 1e6, "um"), ("tool", 1e6, "um"), ("table", 1e6, "urad"))
 
 
@@ -278,10 +277,8 @@ def block(data: dict[str, Any]) -> str:
 
 
 def replaced(text: str, data: dict[str, Any]) -> str:
-    """The page with the figures of `data` between its marks. Raises PageError without marks."""
-    if not MARK.search(text):
-        raise PageError("no `<!-- whole path: ... -->` marks in the page; put them back")
-    return MARK.sub(lambda found: found[1] + block(data) + found[2], text)
+    """The page with the figures of `data` between its marks. Raises MarksError without marks."""
+    return between_marks(text, {"whole path": block(data)}, PAGE)
 
 
 def publish(results_file: Path, page: Path = PAGE, kept: Path = DATA) -> None:

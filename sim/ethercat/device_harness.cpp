@@ -50,7 +50,11 @@ struct Device {
   // One access of the host a clock: the inputs before a tick, the outputs behind it.
   void before_edge(Vethercat_nios* top) {
     if (top->console_valid_o) console.push_back(char(top->console_data_o));
-    top->host_write_i = top->tick_i = 0;
+    top->host_write_i = 0;
+    if (top->tick_i) {
+      top->tick_i = 0;
+      top->eval();
+    }
     if (!tick_clocks) return;
     if (++since >= tick_clocks && state == IDLE) {
       since = 0;
@@ -64,6 +68,7 @@ struct Device {
         top->host_write_i = 1;
       } else {
         top->tick_i = 1;
+        top->eval();  // before the edge, where assertions sample it
         at = 0;
         state = WAITING;
       }

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import re
 import struct
 import sys
 import time
@@ -37,11 +36,11 @@ from sim.ethercat.session import (
 )
 from sim.ethercat.tap import in_namespace
 from sim.harness import nios_image
+from sim.page.marks import between_marks
 
 IMAGE = "ethercat"
 CYCLE_CLOCKS = 10_000
 PAGE = ROOT / "docs/ethercat_application.md"
-MARK = re.compile(r"(<!-- device: [^>]*-->\n).*?(<!-- end of device -->)", re.S)
 WAIT_PS = 500_000_000
 GOAL = 20_000  # increments, of all axes
 
@@ -175,13 +174,8 @@ def publish() -> int:
         values = (row["period_us"], row["passes"], row["longest"], row["mean"])
         lines.append("| " + " | ".join(map(str, values)) + " |")
     lines += ["", f"A pass may take {CYCLE_CLOCKS} cycles: 100 µs at 100 MHz, five axes in CSP."]
-    text = PAGE.read_text(encoding="utf-8")
-    if not MARK.search(text):
-        print(f"{PAGE}: error: no `<!-- device: ... -->` marks; put them back", file=sys.stderr)
-        return 1
-    block = "\n".join(lines)
-    text = MARK.sub(lambda found: f"{found[1]}\n{block}\n\n{found[2]}", text)
-    PAGE.write_text(text, encoding="utf-8")
+    texts = {"device": "\n".join(["", *lines, "", ""])}
+    PAGE.write_text(between_marks(PAGE.read_text(encoding="utf-8"), texts, PAGE), encoding="utf-8")
     return 0
 
 

@@ -16,9 +16,9 @@ from pathlib import Path
 
 from sim.harness.n2_lockstep_program import BT, EA, ISA, RA, Program, prologue
 from sim.harness.n2_lockstep_rtl import DTCM, N2Rtl
+from sim.page.marks import between_marks
 
 DOCUMENT = Path(__file__).resolve().parents[2] / "docs/nios_core.md"
-BEGIN, END = "<!-- cycles: make nios-cycles -->", "<!-- end of cycles -->"
 AVALON = 0x1100_0000
 COMBINATIONAL_N = 224
 CONSUMER = ("add", 9, 2, 2)
@@ -192,12 +192,9 @@ def table(core: N2Rtl) -> str:
     return "\n".join(lines)
 
 
-def replace(document: str, content: str) -> str:
-    """The document with new content between the marks; raises ValueError without them."""
-    begin, end = document.find(BEGIN), document.find(END)
-    if begin < 0 or end < begin:
-        raise ValueError(f"error: no lines '{BEGIN}' and '{END}'")
-    return f"{document[: begin + len(BEGIN)]}\n\n{content}\n\n{document[end:]}"
+def page_text(document: str, rtl: N2Rtl, file: Path = DOCUMENT) -> str:
+    """The document with the measured table. Raises MarksError if it has lost its marks."""
+    return between_marks(document, {"cycles": f"\n{table(rtl)}\n\n"}, file)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -209,10 +206,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--document", type=Path, default=DOCUMENT)
     options = parser.parse_args(arguments)
     try:
-        found = options.document.read_text(encoding="utf-8")
-        options.document.write_text(replace(found, table(N2Rtl())), encoding="utf-8")
+        text = page_text(options.document.read_text(encoding="utf-8"), N2Rtl(), options.document)
+        options.document.write_text(text, encoding="utf-8")
     except (OSError, ValueError) as error:
-        print(f"{options.document}: {error}", file=sys.stderr)
+        print(error, file=sys.stderr)
         return 1
     return 0
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import re
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -19,12 +18,12 @@ from asip_asm.project import BUILD, ROOT
 from sim.core import CoreFault
 from sim.harness.nios_rtl import NiosError
 from sim.native.law import CompilerError
+from sim.page.marks import between_marks
 from sim.platforms.compare import TOPS, Request, side_by_side
 from sim.robots.job import SHOWN
 from sim.run.tables import measured_at
 
 PAGE = ROOT / "docs/platforms.md"
-MARKS = re.compile(r"(<!-- side by side: [^\n]*-->\n).*?(<!-- end of side by side -->)", re.S)
 RESULTS = BUILD / "side_by_side.json"
 RUNS = 1_000_000
 EPILOG = """examples:
@@ -71,13 +70,8 @@ def _measure(options: argparse.Namespace) -> int:
 
 def _docs() -> int:
     found = json.loads(RESULTS.read_text(encoding="utf-8"))
-    text, count = MARKS.subn(
-        lambda marks: marks[1] + section(found) + marks[2], PAGE.read_text(encoding="utf-8")
-    )
-    if count != 1:
-        print(f"{PAGE}: the marks of the table are not there", file=sys.stderr)
-        return 1
-    PAGE.write_text(text, encoding="utf-8")
+    texts = {"side by side": section(found)}
+    PAGE.write_text(between_marks(PAGE.read_text(encoding="utf-8"), texts, PAGE), encoding="utf-8")
     return 0
 
 

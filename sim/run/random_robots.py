@@ -8,7 +8,6 @@ bound (sim/run/bounds.py).
 from __future__ import annotations
 
 import argparse
-import re
 import sys
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -23,6 +22,7 @@ from sim.harness.build import BuildError
 from sim.harness.nios_image import ImageError
 from sim.model.parameters import ParameterError, Robot
 from sim.model.records import SetPoints
+from sim.page.marks import between_marks
 from sim.run import closed_loop, nios
 from sim.run.controller import AsipController, ControllerFault
 from sim.run.results import compare, worst_of_bound
@@ -30,7 +30,6 @@ from sim.run.results import compare, worst_of_bound
 ROOT = Path(__file__).resolve().parents[2]
 PROGRAMS = ROOT / "asip_asm/programs"
 PAGE = ROOT / "docs/numerics.md"
-MARK = re.compile(r"(<!-- random robots: [^\n]*-->\n).*?(<!-- end of random robots -->)", re.DOTALL)
 OPTIMISED = "FPGA3 optimised"
 ASIP = {"FPGA3 as printed": "tracking_as_printed", OPTIMISED: "tracking_optimised"}
 PERIODS = (1e-4, 5e-5, 2e-4)  # s, of robots 0, 1, 2, 3, ...
@@ -216,7 +215,7 @@ def main(argv: list[str] | None = None) -> int:
     table = "\n".join(rows(outcomes))
     console.print(table)
     if arguments.docs:
-        text = MARK.sub(lambda found: f"{found[1]}{table}\n{found[2]}", PAGE.read_text("utf-8"))
+        text = between_marks(PAGE.read_text("utf-8"), {"random robots": table + "\n"}, PAGE)
         PAGE.write_text(text, encoding="utf-8")
     return 0 if all(outcome.kept for outcome in outcomes) else EXCEEDED
 

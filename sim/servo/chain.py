@@ -78,6 +78,8 @@ class ChainRtl(DualRtl):
         self._lib.chain_halves.argtypes = [pointer, pointer, u32]
         self._lib.chain_orders.argtypes = [pointer, pointer, pointer, u32]
         self._lib.chain_spin.argtypes = [pointer] * 2
+        self._lib.chain_travel.argtypes = [pointer, pointer, u32]
+        self._lib.chain_modulators.argtypes = [pointer] * 2
         self._lib.chain_fault.argtypes = [pointer, *[u32] * 4, ctypes.c_double]
         self.current = Core(self, "trajectory", CONFIGURATIONS["current"])
         self.current._base = CURRENT
@@ -95,6 +97,17 @@ class ChainRtl(DualRtl):
         """A test bench turns the motors at these speeds (5,) [m/s, rad/s] from now on."""
         held = np.array(speeds, dtype=float)
         self._lib.chain_spin(self._handle, held.ctypes.data)
+
+    def travel(self, rows: ArrayLike) -> None:
+        """The test bench moves the joints to a row (5,) [m, rad] in each of the next half periods,
+        between the instants at which `halves` takes positions."""
+        places = np.ascontiguousarray(rows, dtype=float)
+        self._lib.chain_travel(self._handle, places.ctypes.data, len(places))
+
+    def modulators(self, state: ArrayLike) -> None:
+        """First integrators (5, 2) of the currents' modulators: another draw of their noise."""
+        begun = np.array(state, dtype=float)
+        self._lib.chain_modulators(self._handle, begun.ctypes.data)
 
     def look(self) -> Look:
         """The plant as it is."""

@@ -56,7 +56,8 @@ struct System : DualBench<System, Vdrive_chain> {
   servo::Five joints{}, tool{};     // at the last control period's begin
   uint64_t begun = 0;
   servo::Five spin{};               // speeds of a test bench that holds them, with `spun`
-  bool spun = false;
+  bool spun = false, travels = false;
+  std::deque<servo::Five> travel;   // joints that it moves to, a row a half period
   // faults
   uint32_t lost = 0, touching = 0, shorted = 0;  // bit n: axis n
   double volts = 0;
@@ -123,6 +124,12 @@ struct System : DualBench<System, Vdrive_chain> {
     if (mclk && !was) bit();
     const uint32_t place = (clocks - born - kFirstHalf) % kHalf;
     if (place == kWindow && tracing && mean_bits) keep();
+    if (place == kWindow && travels) {
+      spin = {};
+      for (int n = 0; n < kAxes && !travel.empty(); ++n)
+        spin[n] = (travel.front()[n] - mechanics.position[n]) / (kHalf * kClock);
+      if (!travel.empty()) travel.pop_front();
+    }
     if (place == kOrders)
       for (int n = 0; n < kAxes && !orders.empty(); ++n) {
         queue.push_back(orders.front());
@@ -315,6 +322,24 @@ void chain_spin(void* handle, const double* speeds) {
   auto* chain = static_cast<System*>(handle);
   std::copy(speeds, speeds + kAxes, chain->spin.begin());
   chain->spun = true;
+}
+
+// Lets the test bench move the joints to a row of five in each of the next half periods, from one record to the next;
+// there they stay.
+void chain_travel(void* handle, const double* rows, uint32_t n) {
+  auto* chain = static_cast<System*>(handle);
+  for (uint32_t i = 0; i < n; ++i, rows += kAxes) {
+    chain->travel.emplace_back();
+    std::copy(rows, rows + kAxes, chain->travel.back().begin());
+  }
+  chain->spun = chain->travels = true;
+}
+
+// State of the first integrators of the modulators, two an axis: other values are another draw of their noise.
+void chain_modulators(void* handle, const double* state) {
+  auto* chain = static_cast<System*>(handle);
+  for (int n = 0; n < kAxes; ++n)
+    for (int k = 0; k < 2; ++k) chain->first[n][k] = *state++;
 }
 
 // Faults: axes (a bit each) whose encoder rests low, whose encoder lines touch, whose windings are

@@ -3,9 +3,13 @@
 
 The feed-forward moves a bristle of its own by the desired speed v, exactly over a tick:
 z -> z + (g sign(v) / s0 - z) (1 - exp(-s0 |v| T / g)), and adds s0 z + s1 dz/dt + s2 v to the
-force. The adaptive law scales the bristle's part by an estimate that follows the gradient of the
-error, (e_v + e / tau) s0 z, between bounds: a bounded gradient law [P. A. Ioannou, J. Sun, Robust
-Adaptive Control, 1996, section 4.3; friction: C. Canudas de Wit et al., IEEE TAC 40(3), 1995].
+force. The adaptive law scales the bristle's part by an estimate between bounds. A force that is too
+large or too small by a share of the bristle's makes an error that is this share times the bristle's
+force behind the closed loop, s / (m (s + w)^3), and the estimate follows the gradient of that
+error's square: error times filtered force, a bounded gradient law [P. A. Ioannou, J. Sun, Robust
+Adaptive Control, 1996, sections 4.3, 4.4; friction: C. Canudas de Wit et al., IEEE TAC 40(3),
+1995]. The filtered force is a pulse behind each reversal and nothing at rest or in a long move,
+where the error has other causes and friction is the integrator's.
 
 At rest an integrator works against a bristle that takes any force up to the static friction, on an
 error that is a part of a count: it hunts, or bends the bristle against the next move [B. Armstrong,
@@ -17,6 +21,7 @@ move with the integral that the last one ended with, as far as friction can expl
 from __future__ import annotations
 
 import functools
+import math
 
 import casadi as ca
 
@@ -32,8 +37,10 @@ from sim.robots import own
 OPTIONS = Options(configuration="fast", reassociate=True, reciprocal=True)
 KINDS = ("none", "feed-forward", "adaptive")
 BOUNDS = (0.5, 1.5)  # of the estimate
-RATE = (0.5, 0.2)  # of the estimate of a leg, a table axis: per second, at an error of `SCALE`
-SCALE = (1e-6, 2e-5)  # m, rad
+PEAK = (0.2, 0.0)  # of the Stribeck peak of a leg, a table axis: see docs/drive.md
+LEARNED = (1.0, 0.3)  # by a reversal of a leg, a table axis, of what an estimate lacks; about half
+# of it in a loop that boosts its integrator. A count of the table is more than friction errs there.
+STAGES = ("slow", "rise", "pulse")  # of the filter of an estimate
 TABLE = {3: "J_44", 4: "J_55"}  # axes whose integral knows rest from motion; their inertias
 
 
@@ -57,6 +64,29 @@ def resumed(integral: ca.SX, moving: ca.SX, hidden: float, v: ca.SX) -> ca.SX:
     """
     kept = ca.fmax(ca.fmin(moving, integral + hidden), integral - hidden)
     return ca.if_else(v == 0, integral, kept)
+
+
+def pulse_of(robot: Robot, n: int, states: list[ca.SX], signal: ca.SX) -> tuple[list[ca.SX], ca.SX]:
+    """`STAGES` after a tick, and w^2 s / (s + w)^3 of the signal: w is the loop's bandwidth."""
+    share = -math.expm1(-corner(robot, n) * robot.T_s)
+    slow, rise, pulse = states
+    after = [slow + share * (signal - slow), rise + share * (signal - slow - rise)]
+    after.append(pulse + share * (rise - pulse))
+    return after, pulse
+
+
+def corner(robot: Robot, n: int) -> float:
+    """w of K_P = 3 w^2, K_V = 3 w [rad/s]."""
+    return robot.K_P[n] / robot.K_V[n]
+
+
+def learning(robot: Robot, n: int, believed: Friction) -> float:
+    """Of an estimate, a tick and an error of 1 m or rad times the pulse. A force F that the law
+    lacks errs by F / (m w^2) times its pulse, and the pulse of a reversal, (w t)^2 exp(-w t), has
+    the energy 3 / (4 w)."""
+    w = corner(robot, n)
+    mass = getattr(robot, TABLE[n]) if n in TABLE else robot.m_s + robot.m_p / 3
+    return LEARNED[n in TABLE] * (4 / 3) * w * robot.T_s * mass * w * w / believed.coulomb
 
 
 def friction_law(robot: Robot, drives: Drives, kind: str, share: float = 1.0) -> Law:
@@ -102,9 +132,10 @@ def friction_law(robot: Robot, drives: Drives, kind: str, share: float = 1.0) ->
         found[f"moving{n}_next"] = ca.if_else(rest, before, after)
     for n, output in enumerate(own.OUTPUTS):
         true = drives.friction[n]
+        peak = PEAK[n in TABLE] * (true.static - true.coulomb)
         believed = Friction(
             share * true.coulomb,
-            share * (true.static if n < 3 else true.coulomb),
+            share * (true.coulomb + peak),
             true.speed,
             true.stiffness,
             true.damping,
@@ -117,10 +148,12 @@ def friction_law(robot: Robot, drives: Drives, kind: str, share: float = 1.0) ->
         if kind == "adaptive":
             estimate = inputs[f"share{n}"] = ca.SX.sym(f"share{n}")
             ports.append(Port("state", f"share{n}", limits=BOUNDS, initial=1.0))
-            e, e_v = errors[n], speeds[n] - inputs["count_rate"][n]
-            corner = 3 * robot.K_P[n] / robot.K_V[n] / 3
-            gain = RATE[n > 2] * robot.T_s / SCALE[n > 2] / believed.coulomb
-            step = gain * (e + e_v * (1 / corner)) * force
+            states = [ca.SX.sym(f"{name}{n}") for name in STAGES]
+            inputs |= {state.name(): state for state in states}
+            ports += [Port("state", state.name(), limits=(-2.0, 2.0)) for state in states]
+            after, pulse = pulse_of(robot, n, states, force * (1 / believed.coulomb))
+            found |= {f"{s.name()}_next": v for s, v in zip(states, after, strict=True)}
+            step = learning(robot, n, believed) * errors[n] * pulse
             found[f"share{n}_next"] = ca.fmax(ca.fmin(estimate + step, BOUNDS[1]), BOUNDS[0])
             force = estimate * force
         found[output] = found[output] + force + rest

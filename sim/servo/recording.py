@@ -71,7 +71,7 @@ def record(
     robot: Robot, drives: Drives, ticks: int, kind: str, progress: Progress = lambda n: None
 ) -> Recording:
     """The first ticks with a law of `KINDS`. Raises ControllerFault, StartUpError."""
-    path, moves = _path(robot, ticks)
+    path, moves = path_and_moves(robot, ticks)
     image = tracking_image(robot, drives, kind)
     chain = Chain(Plant(robot, drives), path, moves, tracking_program=image)
     begin = time.process_time()
@@ -92,7 +92,8 @@ def record(
     )
 
 
-def _path(robot: Robot, ticks: int) -> tuple[SetPoints, list[Move]]:
+def path_and_moves(robot: Robot, ticks: int) -> tuple[SetPoints, list[Move]]:
+    """First ticks of the path of reversals, and its moves."""
     settings = MotionSettings(robot)
     trajectory = generate(parse_file(PATH), settings)
     return set_points(trajectory, ticks), moves_of(trajectory, settings)
@@ -106,7 +107,7 @@ def place_of(robot: Robot, drives: Drives, ticks: int, kind: str) -> Path:
         current_program(drives, Setting(robot.resolution, order_filter=ORDER_FILTER)).image,
     )
     digest = hashlib.sha256(ChainRtl().library.parent.name.encode())
-    path, moves = _path(robot, ticks)
+    path, moves = path_and_moves(robot, ticks)
     record = Plant(robot, drives).record().tolist()
     digest.update(repr((images, record, moves, path.words().tolist())).encode())
     for name in SOURCES:

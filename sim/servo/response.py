@@ -59,11 +59,16 @@ def locked(robot: Robot, drives: Drives, setting: Setting, plant: Plant) -> tupl
     return system, float(noise * drives.current_scale)
 
 
+def ahead(system: ChainRtl) -> None:
+    """To the next clock in which a record may begin."""
+    place = (system.look().clock - 64) % HALF_PERIOD
+    system.clock((RECORD_PLACE - place) % HALF_PERIOD)
+
+
 def record(system: ChainRtl, addresses: list[int], rows: ArrayLike) -> NDArray[np.void]:
     """Half periods, a row (5,) of words written in each, the run of row k taking the sample around
     which the k-th means are, `LAG` earlier. Raises StartUpError for a trip or a shoot-through."""
-    place = (system.look().clock - 64) % HALF_PERIOD
-    system.clock((RECORD_PLACE - place) % HALF_PERIOD)
+    ahead(system)
     system.trace()
     system.order(addresses, rows)
     count = len(np.asarray(rows))

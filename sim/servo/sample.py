@@ -4,10 +4,10 @@
 Both have the same start-up values, tracking program and plant, from the state that the alignment
 leaves. Once the averaged inverters take the orders and the motion of the RTL: then the currents are
 the same but for what the noise of the RTL does, which says when a current leaves the zone of the
-dead time and whether a pulse is long enough to be made. And each runs in closed loop of its own,
-the averaged inverters with the noise of the modulators: then the largest errors are the same, which
-is what whole paths are run for. At every instant they are not: near a reversal a machine sticks a
-part of a count aside by chance.
+dead time and whether a pulse is long enough to be made; `draws` says how much that is. And each
+runs in closed loop of its own, the averaged inverters with the noise of the modulators: then the
+largest errors are the same, which is what whole paths are run for. At every instant they are not:
+near a reversal a machine sticks a part of a count aside by chance.
 """
 
 from __future__ import annotations
@@ -31,11 +31,12 @@ from sim.servo.current_law import Setting
 from sim.servo.path import Run
 from sim.servo.plant import AXES, Plant
 from sim.servo.recording import PATH, Recording, recordings, tracking_image
-from sim.servo.response import NOISE
+from sim.servo.response import LAG, NOISE
 from sim.servo.whole import FrictionController, reversals
 from sim.trajectory.exact_stop import MotionSettings, generate
 
 SETTLED = 500  # ticks
+SKIP = 20  # ticks in which the current loops find their integrals
 BEFORE = 11  # half periods in a recording, before the first command acts
 
 
@@ -70,18 +71,23 @@ class Sample:
         return np.where(self.near, np.abs(self.error), 0.0).max(axis=0)
 
 
-def same_currents(
-    machine: AveragedPlant, rtl: Run | Recording, skip: int = 20
-) -> NDArray[np.float64]:
-    """Difference (ticks, 5) of i_q [A], means of a tick, where the averaged inverters take the
-    orders and the motion of the RTL; skip: ticks in which the loops find the integrals."""
+def per_tick(halves: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Means (ticks, 5) of a tick's ten half periods (10 ticks, 5)."""
+    return halves.reshape(-1, 10, AXES).mean(axis=1)
+
+
+def same_currents(machine: AveragedPlant, rtl: Run | Recording) -> NDArray[np.float64]:
+    """Difference (ticks, 5) of i_q [A], means of a tick behind the first `SKIP`, where the averaged
+    inverters take the orders and the motion of the RTL."""
     ticks = len(rtl.halves) // 10 - 2
     position = rtl.halves["position"]
     middle = (position[:-1] + position[1:]) / 2  # of a half of the carrier
     orders = np.repeat(rtl.commands[:ticks], 10, axis=0)
     found = machine.halves(orders, middle[BEFORE - 2 :][: len(orders) + 1])[:, 5:10]
+    # Theirs are currents at the ends of halves, the RTL's are means around `LAG` behind these.
+    found[:-1] += LAG / Setting.period * np.diff(found, axis=0)
     same = rtl.halves["i_q"][BEFORE:][: len(found)]
-    return (found - same).reshape(ticks, 10, AXES).mean(1)[skip:]
+    return per_tick(found - same)[SKIP:]
 
 
 def sample(robot: Robot, drives: Drives, kind: str, rtl: Recording) -> Sample:

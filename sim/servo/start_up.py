@@ -109,9 +109,14 @@ def sense(system: ChainRtl, windows: int) -> NDArray[np.float64]:
 def measure_offsets(system: ChainRtl, windows: int = 32) -> NDArray[np.float64]:
     """Mean samples (5, 2) of the currents with all gates off [counts], written to the program."""
     zeros = sense(system, windows).mean(axis=0)
+    write_zeros(system, zeros)
+    return zeros
+
+
+def write_zeros(system: ChainRtl, zeros: NDArray[np.float64]) -> None:
+    """Samples (5, 2) without current [counts], as `measure_offsets` finds them."""
     values = {f"zero_{k}{n}": MAGIC + zeros[n, i] for n in range(AXES) for i, k in enumerate("ab")}
     write_constants(system.current, system.current.image, values)
-    return zeros
 
 
 def order(system: ChainRtl, forces: Sequence[float]) -> None:

@@ -19,6 +19,7 @@ from sim.dual.report import DATA, PAGE, PageError, nominal_clocks, publish, repl
 from sim.dual.system import TwoProcessors
 from sim.gcode.interpreter import parse_file
 from sim.model.parameters import Robot
+from sim.page.marks import MarksError
 from sim.run import closed_loop
 from sim.run.controller import ControllerFault
 from sim.run.nios import set_points
@@ -263,5 +264,5 @@ def test_page__takes_no_other_run(change, tmp_path):
 def test_page__without_results_or_marks_says_what_to_do(tmp_path, capsys):
     assert command.main(["--docs", "--output", str(tmp_path)]) == 1
     assert "run `make dual` first" in " ".join(capsys.readouterr().out.split())
-    with pytest.raises(PageError, match="no `<!-- whole path"):
-        replaced("nothing", {})
+    with pytest.raises(MarksError, match="0 pairs of marks `<!-- whole path"):
+        replaced("nothing", json.loads(DATA.read_text(encoding="utf-8")))

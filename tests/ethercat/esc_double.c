@@ -10,6 +10,7 @@
 
 static uint8_t memory[DOUBLE_BYTES];
 static uint8_t latest[MANAGERS][0x400], taken[MANAGERS][0x400]; /* of three buffers two are seen */
+static bool open[MANAGERS][2]; /* for the application, the master: from the first byte to the last */
 static uint8_t image[2048];
 static uint32_t since_write_us;
 static bool watched;
@@ -43,12 +44,20 @@ static void event(int n, bool now) {
   *events = (uint8_t)(now ? *events | 1 << n : *events & ~(1 << n));
 }
 
+/* Whether the area is open for this side at a byte; the last one closes it. */
+static bool is_open(int n, bool master, uint16_t at, uint16_t last) {
+  bool now = at == 0 || open[n][master];
+  open[n][master] = now && at != last;
+  return now;
+}
+
 /* One byte through a sync manager; whether it was allowed. */
 static bool manager_write(int n, uint16_t address, uint8_t value, bool master) {
   uint16_t start = word((uint16_t)ESC_SM_START(n)), last = (uint16_t)(word((uint16_t)ESC_SM_LENGTH(n)) - 1);
   uint16_t at = (uint16_t)(address - start);
   if (by_master(n) != master || at >= sizeof latest[0]) return false;
   if (is_mailbox(n) && full(n)) return false;
+  if (!is_open(n, master, at, last)) return false;
   taken[n][at] = value;
   if (at != last) return true;
   memcpy(latest[n], taken[n], last + 1u);
@@ -69,6 +78,7 @@ static bool manager_read(int n, uint16_t address, uint8_t *value, bool master) {
   uint16_t at = (uint16_t)(address - start);
   if (by_master(n) == master || at >= sizeof latest[0]) return false;
   if (is_mailbox(n) && !full(n)) return false;
+  if (!is_open(n, master, at, last)) return false;
   *value = latest[n][at];
   if (at != last) return true;
   if (is_mailbox(n)) set_full(n, false);
@@ -78,6 +88,7 @@ static bool manager_read(int n, uint16_t address, uint8_t *value, bool master) {
 
 void double_reset(void) {
   memset(memory, 0, sizeof memory);
+  memset(open, 0, sizeof open);
   memory[0] = 0x4D;
   memory[4] = 8;
   memory[5] = 8;
@@ -147,7 +158,10 @@ bool double_write(uint16_t address, const uint8_t *from, uint16_t bytes) {
     if (at == ESC_AL_CONTROL) memory[ESC_AL_EVENT] |= 1;
     if (at >= 0x0800 && at < 0x0880) {
       memory[ESC_AL_EVENT] |= 0x10;
-      if ((at & 7) == 6 && !(from[i] & 1)) set_full((at - 0x0800) / 8, false);
+      if ((at & 7) == 6 && !(from[i] & 1)) {
+        set_full((at - 0x0800) / 8, false);
+        open[(at - 0x0800) / 8][0] = open[(at - 0x0800) / 8][1] = false;
+      }
     }
     if (at == 0x0503) sii_command();
   }

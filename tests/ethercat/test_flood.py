@@ -17,7 +17,7 @@ from sim.coe.dictionary import Device, load
 from sim.ethercat.datagram import APRD, APWR, ETHERNET, datagram, frame
 from sim.ethercat.device import DeviceRtl
 from sim.ethercat.session import CSP, ENABLE, SHUTDOWN, START_NS, SWITCH_ON, outputs
-from sim.harness import build, nios_image
+from sim.harness import nios_image
 
 TICK_CLOCKS = 10_000
 AL_CONTROL, AL_STATUS = 0x120, 0x130
@@ -193,12 +193,6 @@ def flood(requests: list[bytes], cycles: int, capture: Path, mode: int = CSP) ->
         "powered": powered,
         "console": console,
     }
-
-
-@pytest.fixture(autouse=True)
-def without_assertions(monkeypatch):
-    """The harness gives a tick with the clock edge: n2_io's assertions sample it a clock late."""
-    monkeypatch.setattr(build, "assertions", False)
 
 
 @pytest.mark.parametrize(

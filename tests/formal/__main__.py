@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import re
 import sys
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -17,6 +16,7 @@ except ModuleNotFoundError:
     sys.exit("python -m tests.formal: no solver is installed here; `make formal` installs it")
 from rich.console import Console
 
+from sim.page.marks import between_marks
 from tests.bench.faults import Fault, TableError
 from tests.formal.catalogue import Proof
 from tests.formal.engine import BUILD, PROVED, REFUTED, Verdict, plant, run
@@ -25,7 +25,6 @@ from tests.formal.proofs import PROOFS
 
 REPORT = BUILD / "report.json"
 PAGE = ROOT / "docs/formal.md"
-MARKS = re.compile(r"(<!-- proofs: [^\n]*-->\n).*?(<!-- end of proofs -->)", re.DOTALL)
 COMMAND = "python -m tests.formal --only"
 
 
@@ -149,7 +148,7 @@ def table(report: dict) -> str:
 
 def page_text(report: dict) -> str:
     """docs/formal.md with the table replaced."""
-    return MARKS.sub(lambda marks: marks[1] + table(report) + marks[2], PAGE.read_text())
+    return between_marks(PAGE.read_text(), {"proofs": table(report)}, PAGE)
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -13,6 +13,7 @@ from rich.console import Console
 from scripts import readme
 from sim.model.published import Published
 from sim.model.records import OUTPUTS, TABLE_3
+from sim.page.marks import between_marks
 from sim.run import tables
 
 ROWS = (*TABLE_3, *OUTPUTS)
@@ -80,9 +81,9 @@ def test_table_4__nothing_synthesised__kept_figures_with_their_commit(monkeypatc
 def test_readme__synthesis_is_what_is_kept():
     data = json.loads(readme.KEPT.read_text())
     text = readme.README.read_text()
-    assert readme.replaced(text, "synthesis", readme.synthesis(data)) == text
+    assert between_marks(text, {"synthesis": readme.synthesis(data)}, "README") == text
     data["tops"]["n2_core"]["aluts"] += 1
-    assert readme.replaced(text, "synthesis", readme.synthesis(data)) != text
+    assert between_marks(text, {"synthesis": readme.synthesis(data)}, "README") != text
 
 
 def test_make_readme__synthesis_is_kept_and_shown(monkeypatch, tmp_path):

@@ -21,10 +21,12 @@ from sim.servo.averaged import AveragedPlant, at_joints, library, true_angles, t
 from sim.servo.chain import ORDER_FILTER
 from sim.servo.current_law import Setting, gains
 from sim.servo.current_loop import rise_and_overshoot
+from sim.servo.draws import SEEDS, replay
 from sim.servo.friction_law import image
-from sim.servo.goals import DISTORTION, SAME_CURRENT, SAME_IN_A_TICK
+from sim.servo.goals import DISTORTION, SAME_CURRENT
 from sim.servo.path import Chain
 from sim.servo.plant import Plant
+from sim.servo.recording import Recording
 from sim.servo.response import (
     LARGE,
     analyse,
@@ -32,13 +34,14 @@ from sim.servo.response import (
     averaged_turn,
     harmonics,
 )
-from sim.servo.sample import same_currents
+from sim.servo.sample import BEFORE, SKIP, per_tick, same_currents
 from sim.servo.whole import FrictionController
 from sim.trajectory.exact_stop import MotionSettings, generate
 
 ROBOT, DRIVES = Robot.load(), Drives.load()
 SETTING = Setting(ROBOT.resolution)
 HOME = (0.0, 0.0, 0.6, 0.0, 0.0)
+SAME_IN_A_TICK = 0.01  # A, in the first ticks of a path
 
 
 def test_mechanics__accelerations_are_those_of_the_rigid_body():
@@ -114,6 +117,14 @@ def test_chain__follows_from_encoder_edges_to_gate_edges():
     apart = same_currents(AveragedPlant(*start), run)
     assert np.abs(apart).max() < SAME_IN_A_TICK
     assert np.sqrt((apart**2).mean(axis=0)).max() < SAME_CURRENT
+    # So does the RTL of the current loops once more, whatever the noise.
+    none = [np.array(0)] * 3
+    ran = run.joints, run.tool, run.commands, run.halves
+    rtl = Recording(*ran, *none, machine.angles, machine.zeros, np.array(0))
+    one, other = (replay(ROBOT, DRIVES, rtl, machine.at, ticks - 2, seed) for seed in SEEDS)
+    same = per_tick(run.halves["i_q"][BEFORE:][: 10 * len(one)])
+    assert np.abs(one - same)[SKIP:].max() < SAME_IN_A_TICK
+    assert 0 < np.abs(one - other)[SKIP:].max() < SAME_IN_A_TICK
     late = replace(run, commands=np.roll(run.commands, 1, axis=0))
     apart = same_currents(AveragedPlant(*start), late)[:, :3]
     assert (np.abs(apart).max(axis=0) > SAME_IN_A_TICK).all()

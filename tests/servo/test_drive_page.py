@@ -35,7 +35,7 @@ def test_page__takes_the_figures_and_keeps_the_rest():
 
 
 def test_page__without_its_marks_is_refused():
-    with pytest.raises(ValueError, match="drive.md has lost its marks: restore `<!-- delays"):
+    with pytest.raises(ValueError, match="drive.md: error: 0 pairs of marks `<!-- delays"):
         drive.page_text("# Motor drives", {"delays": DELAYS, "goals": [], "blocks": []})
 
 

@@ -16,7 +16,16 @@ from sim.model.parameters import Robot
 from sim.prove_program import COUNT, prove
 from sim.robots import own
 from sim.servo import lugre
-from sim.servo.friction_law import BOUNDS, TABLE, bristle, compiled, friction_law
+from sim.servo.friction_law import (
+    BOUNDS,
+    STAGES,
+    TABLE,
+    bristle,
+    compiled,
+    corner,
+    friction_law,
+    pulse_of,
+)
 from sim.servo.recording import PATH
 from sim.servo.whole import FrictionController, Whole, path_of, whole
 
@@ -115,12 +124,35 @@ def test_reversal__errs_at_most_half_of_what_it_does_without_friction_in_the_law
     assert better.tracking.leg <= 1.5e-6
 
 
+@pytest.mark.parametrize("n", [0, 4])
+def test_pulse__is_that_of_the_closed_loop_behind_a_reversal_and_fades(n):
+    """w^2 s / (s + w)^3 of a step from -1 to 1: (w t)^2 exp(-w t)."""
+    states = [ca.SX.sym(name) for name in STAGES]
+    signal = ca.SX.sym("signal")
+    after, pulse = pulse_of(ROBOT, n, states, signal)
+    tick = ca.Function("tick", [*states, signal], [*after, pulse])
+    now, found = [-1.0, 0.0, 0.0], []
+    for _ in range(5000):
+        *now, value = tick(*now, 1.0)
+        found.append(float(value))
+    t = corner(ROBOT, n) * ROBOT.T_s * np.arange(5000)
+    np.testing.assert_allclose(found, t**2 * np.exp(-t), rtol=0, atol=0.02)
+    assert abs(found[-1]) < 1e-9
+
+
+def test_adaptive_law__errs_less_than_a_feed_forward_that_believes_in_too_little_friction():
+    plain, fed, adapted = (run(k, 0.8) for k in ("none", "feed-forward", "adaptive"))
+    assert adapted.reversal_leg <= 0.5 * plain.reversal_leg
+    assert adapted.reversal_leg <= fed.reversal_leg
+
+
 def test_adaptive_law__estimates_stay_between_their_bounds():
     controller = FrictionController(ROBOT, DRIVES, "adaptive")
     path = path_of(ROBOT, 5000, Path(PATH)).words()[1000:]
-    counts = [3124100] * 3 + [0, 0]  # the machine does not move at all
+    counts = [3128100] * 3 + [0, 0]  # the machine does not move at all, a millimetre aside
     controller.prime(path[0], counts)
+    found = []
     for words in path:
         controller.step(words, counts)
-    estimates = controller.estimates()
-    assert min(estimates) >= BOUNDS[0] and max(estimates) == BOUNDS[1]
+        found += controller.estimates()
+    assert (min(found), max(found)) == BOUNDS

@@ -12,14 +12,13 @@ from typing import Any
 
 from asip_asm.project import BUILD, ROOT
 from sim.debug.row import Row, at_least, at_most
+from sim.page.marks import between_marks
 from tests.upsets.campaign import WRONG
 from tests.upsets.model import EFFECTS, LATER, TICKS
 from tests.upsets.plan import BLOCKS, KINDS, SEED
 
 OUTPUT = BUILD / "upsets.json"
 PAGE = ROOT / "docs/upsets.md"
-BEGIN = "<!-- campaign: written by `make upsets` -->"
-END = "<!-- end of campaign -->"
 LARGE = 0.01
 """Error of an output that counts as large, as a part of its limit."""
 
@@ -145,7 +144,7 @@ def table(core: Mapping[str, Any]) -> list[str]:
 
 def update_page(cores: Mapping[str, Mapping[str, Any]], rows: Sequence[Row], page: Path = PAGE):
     """Put the tables between the marks of the page."""
-    lines = [BEGIN, ""]
+    lines = [""]
     for name, core in cores.items():
         errors = sorted(case["error"] for case in core["cases"] if case["effect"] in WRONG)
         large = sum(error > LARGE for error in errors)
@@ -173,6 +172,5 @@ def update_page(cores: Mapping[str, Mapping[str, Any]], rows: Sequence[Row], pag
             f"| {row.name} | {value}{note} | {row.target} | {'yes' if row.met else 'no'} |"
         )
     text = page.read_text(encoding="utf-8")
-    before, _, rest = text.partition(BEGIN)
-    _, _, after = rest.partition(END)
-    page.write_text(before + "\n".join([*lines, "", END]) + after, encoding="utf-8")
+    texts = {"campaign": "\n".join([*lines, "", ""])}
+    page.write_text(between_marks(text, texts, page), encoding="utf-8")

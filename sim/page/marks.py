@@ -1,0 +1,29 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Measured text of a page in docs: what stands between a pair of marks is written by a command.
+
+The marks of a name: `<!-- name: written by ... -->` and `<!-- end of name -->`, a line each.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+
+
+class MarksError(ValueError):
+    """A page has lost its marks; says which, and what to do."""
+
+
+def between_marks(page: str, texts: Mapping[str, str], file: object) -> str:
+    """The page with these texts, by the name of their marks. Raises MarksError for a name of which
+    it has no marks, or more than one pair; file: named there.
+    """
+    for name, text in texts.items():
+        marks = re.compile(rf"(<!-- {name}: [^\n]*-->\n).*?(<!-- end of {name} -->)", re.DOTALL)
+        page, count = marks.subn(lambda found, text=text: found[1] + text + found[2], page)
+        if count != 1:
+            raise MarksError(
+                f"{file}: error: {count} pairs of marks `<!-- {name}: ... -->`, "
+                f"`<!-- end of {name} -->`; restore the one pair between which the text stands"
+            )
+    return page

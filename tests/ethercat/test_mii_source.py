@@ -1,0 +1,23 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The slave controller between the MII source and sink of cocotbext-eth: scenarios of
+mii_source_tb.py.
+
+Replay of one scenario: `SEED=n SCENARIO=name pytest tests/ethercat/test_mii_source.py`.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from sim.harness.build import ROOT
+from sim.harness.sources import RTL, sources_of
+from tests.bus.axil import run_scenarios
+
+HERE = Path(__file__).parent
+TOP = "mii_slave"
+
+
+def test_mii_source__every_scenario() -> None:
+    run_scenarios(
+        TOP, sources_of(TOP, (RTL, HERE)), HERE / "mii_source_tb.py", ROOT / "build/mii_source"
+    )
