@@ -112,7 +112,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 1
     rows = report.goals(cores, list(cores)[-1])
     rows += report.cost_goals(campaign.cost(), campaign.memory_ticks(5 if options.full else 1))
-    rows.append(report.area_goal(area.measured()))
+    rows += report.area_goals(area.measured())
     report.write(cores, rows, depth)
     if options.full:
         report.update_page(cores, rows)
