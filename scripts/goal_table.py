@@ -22,5 +22,7 @@ def _unit(goal: Mapping[str, Any]) -> str:
 def _value(goal: Mapping[str, Any]) -> str:
     if goal["value"] is None:
         return "not measured"
-    number = f"{goal['value']:.4g}" if goal["value"] < 1e6 else f"{goal['value']:.3g}"
+    value = goal["value"]
+    whole = abs(value) < 1e6 and value == round(value)
+    number = f"{value:.0f}" if whole else f"{value:.4g}" if value < 1e6 else f"{value:.3g}"
     return f"{number} {_unit(goal)}".strip() + ("" if goal["met"] else ", missed")
