@@ -148,14 +148,17 @@ def measure_path(
         rows.most(f"{what}, {name} at reversals with feed-forward, {OF}", share, "1", HALVED)
     for share in BELIEVED:
         told = f"{share:g} of the friction"
-        fed, adapted = found["feed-forward", share], found["adaptive", share]
-        for kind, run in (("feed-forward", fed), ("adaptive", adapted)):
-            if run is not best:
+        for kind in ("feed-forward", "adaptive"):
+            if (run := found[kind, share]) is not best:
                 left = run.reversal_leg / plain.reversal_leg
                 name = f"{what}, leg at reversals, {kind} with {told}, {OF}"
                 rows.most(name, left, "1", HALVED)
-        better = adapted.reversal_leg / fed.reversal_leg
-        rows.most(f"the same, adaptive of feed-forward with {told}", better, "1", 1.0)
+    fed, adapted = (
+        max(found[kind, share].reversal_leg for share in BELIEVED)
+        for kind in ("feed-forward", "adaptive")
+    )
+    name = f"{what}, leg at reversals, the worst of these beliefs, adaptive of feed-forward"
+    rows.most(name, adapted / fed, "1", 1.0)
     minutes = max(seconds for _, seconds in done.values()) / 60
     name = "whole path with averaged inverters, processor time"
     rows.most(name, minutes if full else None, "minutes", MINUTES)
