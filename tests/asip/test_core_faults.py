@@ -470,7 +470,7 @@ def test_fault_with_long_operations_in_flight__core_is_idle_before_the_next_run(
 
 
 def test_every_cause_is_tested_here():
-    upsets = {"MEMORY", "CONTROL", "DISAGREE"}  # of flipped bits: tests/upsets
-    assert {fault.name for fault in Fault} == upsets | {
+    resilient = {"MEMORY", "CONTROL", "DISAGREE", "IMPLAUSIBLE"}  # tests/upsets, test_plausible
+    assert {fault.name for fault in Fault} == resilient | {
         *("NONE", "ILLEGAL", "ADDRESS", "WATCHDOG", "NOT_FINITE", "OUTPUT_MISSING")
     }
