@@ -78,7 +78,9 @@ module asip #(
   logic                     rst_run_n, bad_word_p, bad_constant_e1, output_parity, bad_output;
   logic                     broken_host, broken_outputs, repaired, checking, implausible;
   logic [4:0]               implausible_index;
-  logic [3:0]               host_plausible;
+  logic                     read_record, read_shown, host_record, run_busy;
+  logic [4:0]               read_index;
+  logic [31:0]              judged_word;
   // ---- debug block
   asip_pkg::hook_in_t       hook;
   logic                     ended, quiet;
@@ -320,6 +322,7 @@ module asip #(
       .ended_o           (ended),
       .quiet_o           (quiet),
       .busy_o            (busy),
+      .run_busy_o        (run_busy),
       .done_o            (done),
       .cause_o           (cause),
       .fault_info_o      (fault_info),
@@ -355,7 +358,12 @@ module asip #(
       .data_i           (result[2]),
       .not_finite_o     (not_finite),
       .not_finite_index_o(not_finite_index),
+      .read_record_i    (read_record),
+      .read_shown_i     (read_shown),
+      .read_index_i     (read_index),
+      .word_o           (judged_word),
       .host_write_safe_i(host_safe),
+      .host_write_record_i(host_record),
       .host_index_i     (address_i[$clog2(asip_regmap_pkg::WORDS_OUTPUTS)-1:0]),
       .host_data_i      (host_word),
       .host_read_o      (host_output),
@@ -368,25 +376,31 @@ module asip #(
         .clk_i,
         .rst_ni,
         .run_start_i  (run_start),
+        .busy_i       (run_busy),
         .commit_i     (commit),
         .fault_i      (fault),
         .write_i      (write_output),
         .index_i      (write_index[2][4:0]),
-        .data_i       (result[2]),
+        .read_record_o(read_record),
+        .read_shown_o (read_shown),
+        .read_index_o (read_index),
+        .word_i       (judged_word),
         .checking_o   (checking),
         .implausible_o(implausible),
         .index_o      (implausible_index),
-        .host_write_i (host_plausible),
-        .host_index_i (address_i[$clog2(asip_regmap_pkg::WORDS_PLAUSIBLE_ON)-1:0]),
-        .host_on_i    (writedata_i[asip_regmap_pkg::PLAUSIBLE_ON_JUDGED_LSB]),
-        .host_data_i  (writedata_i)
+        .host_write_i (host_record),
+        .host_index_i (address_i[4:0]),
+        .host_on_i    (writedata_i[asip_regmap_pkg::PLAUSIBLE_ON_JUDGED_LSB])
     );
   end else begin : gen_no_plausible
     logic unused_plausible;
     assign checking          = 1'b0;
     assign implausible       = 1'b0;
     assign implausible_index = '0;
-    assign unused_plausible  = ^host_plausible;
+    assign read_record       = 1'b0;
+    assign read_shown        = 1'b0;
+    assign read_index        = '0;
+    assign unused_plausible  = ^{judged_word, run_busy};
   end
 
   asip_host #(
@@ -433,7 +447,7 @@ module asip #(
       .write_register_o(host_register),
       .write_data_o    (host_data),
       .write_program_o (host_program),
-      .write_plausible_o(host_plausible),
+      .write_record_o  (host_record),
       .select_o        (host_select),
       .read_output_i   (host_output),
       .read_register_i (operand_e1[Ports-3]),

@@ -4,8 +4,9 @@
 // Contract: after redirect_i the bundle at redirect_pc_i is in stage D six cycles later; then one bundle
 // per cycle. All stages move together, in the cycles in which advance_i is high: the stream of bundles
 // has no gaps, so none could be closed. pc_bad_d_o marks an address outside program memory.
-// Each 32-bit lane of a bundle is a memory of its own, written by the host. The word register keeps
-// the memory's clock-to-output time out of the decoder's path.
+// Each 32-bit lane of a bundle is a memory of its own, written by the host between runs; what was read
+// before that, or at the same time, is flushed. The word register keeps the memory's clock-to-output time
+// out of the decoder's path.
 module asip_fetch #(
     parameter int unsigned Bundles     = 1024,
     parameter int unsigned BundleWidth = 128,
@@ -103,7 +104,7 @@ module asip_fetch #(
   end
 
   for (genvar l = 0; l < Lanes; l++) begin : gen_lane
-    logic [WordWidth-1:0] memory[0:Bundles-1];
+    (* no_rw_check *) logic [WordWidth-1:0] memory[0:Bundles-1];
     logic [WordWidth-1:0] read_f1_q, word_f2_q;
 
     always_ff @(posedge clk_i) begin

@@ -50,7 +50,7 @@ module asip_host #(
     output logic                                      write_register_o,
     output logic                                      write_data_o,
     output logic                                      write_program_o,
-    output logic [3:0]                                write_plausible_o,  // on, slew, most, least
+    output logic                                      write_record_o,  // of plausibility
     output logic                                      select_o,
     input  logic [31:0]                               read_output_i,
     input  logic [31:0]                               read_register_i,
@@ -68,6 +68,7 @@ module asip_host #(
   endfunction
 
   logic        in_csr, in_constants, in_outputs, in_safe, in_registers, in_data, in_program;
+  logic        in_record;
   logic        in_banks;
   logic        held, write_now, csr_write, configures;
   logic [CsrBits-1:0] csr;
@@ -97,6 +98,14 @@ module asip_host #(
                                  asip_regmap_pkg::WORDS_DATA);
   assign in_program   = in_block(address_i, asip_regmap_pkg::BASE_PROGRAM,
                                  asip_regmap_pkg::WORDS_PROGRAM);
+  assign in_record    = |{in_block(address_i, asip_regmap_pkg::BASE_PLAUSIBLE_LEAST,
+                                   asip_regmap_pkg::WORDS_PLAUSIBLE_LEAST),
+                          in_block(address_i, asip_regmap_pkg::BASE_PLAUSIBLE_MOST,
+                                   asip_regmap_pkg::WORDS_PLAUSIBLE_MOST),
+                          in_block(address_i, asip_regmap_pkg::BASE_PLAUSIBLE_SLEW,
+                                   asip_regmap_pkg::WORDS_PLAUSIBLE_SLEW),
+                          in_block(address_i, asip_regmap_pkg::BASE_PLAUSIBLE_ON,
+                                   asip_regmap_pkg::WORDS_PLAUSIBLE_ON)};
   assign in_banks     = in_registers || (Debug != 0 && in_constants);
   assign csr          = address_i[CsrBits-1:0];
   assign bundle       = address_i[$clog2(asip_regmap_pkg::WORDS_PROGRAM)-1:2];
@@ -121,12 +130,7 @@ module asip_host #(
   assign write_register_o = write_now && in_registers;
   assign write_data_o     = write_now && in_data;
   assign write_program_o  = write_now && in_program && 32'(bundle) < Bundles;
-  assign write_plausible_o = {4{write_now && Resilience != 0 && Plausible != 0}} & {
-    in_block(address_i, asip_regmap_pkg::BASE_PLAUSIBLE_ON, asip_regmap_pkg::WORDS_PLAUSIBLE_ON),
-    in_block(address_i, asip_regmap_pkg::BASE_PLAUSIBLE_SLEW, asip_regmap_pkg::WORDS_PLAUSIBLE_SLEW),
-    in_block(address_i, asip_regmap_pkg::BASE_PLAUSIBLE_MOST, asip_regmap_pkg::WORDS_PLAUSIBLE_MOST),
-    in_block(address_i, asip_regmap_pkg::BASE_PLAUSIBLE_LEAST, asip_regmap_pkg::WORDS_PLAUSIBLE_LEAST)
-  };
+  assign write_record_o   = write_now && in_record && Resilience != 0 && Plausible != 0;
   assign select_o         = (read_i || write_i) && !hold_i;
 
   always_comb begin

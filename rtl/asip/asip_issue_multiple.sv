@@ -61,7 +61,8 @@ module asip_issue_multiple #(
   logic [Operands-1:0][8:0] operand_p, operand_q, operand_d;
   logic [Operands-1:0][5:0] query;
   logic [Operands-1:0]      pending_a, pending_b, pending_c, pending_p;
-  logic [Operands-1:0]      match_q_q, wait_q_d, wait_q_q, ends_q_d, ends_q_q;  // stage Q
+  logic [Operands-1:0]      match_q_q, ends_q_d, ends_q_q;                      // stage Q
+  logic [Operands-1:0]      early_q_d, early_q_q, late_q_d, late_q_q, wait_q;
   logic [Operands-1:0]      wait_d_d, wait_d_q, ends_d_d, ends_d_q;             // stage D
   logic [2:0]               starts_q, starts_d, starts_bank, ends_write;
   logic [2:0][6:0]          start_tag_q, start_tag, end_tag;
@@ -175,19 +176,22 @@ module asip_issue_multiple #(
                                  hits(operand_d[p], ends_write, end_tag);
       ends_q_d[p]  = advance_q ? hits(operand_p[p], ends_write, end_tag) :
                                  hits(operand_q[p], ends_write, end_tag);
-      wait_q_d[p]  = advance_q ?
-          pending_p[p] || (issue_q && hits(operand_p[p], starts_bank, start_tag)) :
-          wait_q_q[p] && !ends_q_q[p];
-      wait_d_d[p]  = advance_q ? (wait_q_q[p] && !ends_q_q[p]) || (issue_q && match_q_q[p]) :
+      // for what was in flight when the bundle left P; for what the bundle in D started then
+      early_q_d[p] = advance_q ? pending_p[p] : early_q_q[p] && !ends_q_q[p];
+      late_q_d[p]  = advance_q ? issue_q && hits(operand_p[p], starts_bank, start_tag) :
+                                 late_q_q[p] && !ends_q_q[p];
+      wait_q[p]    = early_q_q[p] || late_q_q[p];
+      wait_d_d[p]  = advance_q ? (wait_q[p] && !ends_q_q[p]) || (issue_q && match_q_q[p]) :
                                  wait_d_q[p] && !ends_d_q[p];
     end
   end
 
   always_ff @(posedge clk_i) begin
-    wait_q_q <= wait_q_d;
-    wait_d_q <= wait_d_d;
-    ends_q_q <= ends_q_d;
-    ends_d_q <= ends_d_d;
+    early_q_q <= early_q_d;
+    late_q_q  <= late_q_d;
+    wait_d_q  <= wait_d_d;
+    ends_q_q  <= ends_q_d;
+    ends_d_q  <= ends_d_d;
     if (advance_q) begin
       // what the bundle in D will start that the one in Q wants
       for (int unsigned p = 0; p < Operands; p++) begin

@@ -31,38 +31,43 @@ module asip_memory #(
   logic [16:0]             address_e1;  // without the upper half of the index
   logic [AddressWidth-1:0] address_e2_q;
   logic [31:0]             data_e2_q, read_e3_q, result_q;
-  logic                    write_e2_q, load_e2_q, load_e3_q, valid_q;
-  logic                    inside_e1, host_inside, fault_e2_q;
+  logic                    host_write_q, load_e2_q, store_e2_q, load_e3_q, valid_q;
+  logic                    zeros_e2_q, ones_e2_q, carry_e2_q, above_e2_q;  // of the sum's upper bits
+  logic                    inside_e2, write_e2, host_inside;
   logic [31:0]             memory[0:Words-1];
 
   // The upper half of the sum is zero if that of the index is, or becomes so with the carry.
-  assign address_e1 = {1'b0, index_i[15:0]} + {1'b0, imm_i};
-  assign inside_e1  = (address_e1[16] ? &index_i[31:16] : !(|index_i[31:16])) &&
-                      !(|address_e1[15:AddressWidth]);
+  assign address_e1  = {1'b0, index_i[15:0]} + {1'b0, imm_i};
+  assign inside_e2   = (carry_e2_q ? ones_e2_q : zeros_e2_q) && !above_e2_q;
+  assign write_e2    = host_write_q || (store_e2_q && inside_e2);
+  assign fault_e2_o  = (load_e2_q || store_e2_q) && !inside_e2;
   assign host_inside = !(|host_address_i[15:AddressWidth]);
-  assign fault_e2_o  = fault_e2_q;
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
-      write_e2_q <= 1'b0;
-      fault_e2_q <= 1'b0;
-      load_e2_q  <= 1'b0;
-      load_e3_q  <= 1'b0;
-      valid_q    <= 1'b0;
+      host_write_q <= 1'b0;
+      load_e2_q    <= 1'b0;
+      store_e2_q   <= 1'b0;
+      load_e3_q    <= 1'b0;
+      valid_q      <= 1'b0;
     end else begin
-      write_e2_q <= host_select_i ? host_write_i && host_inside : store_i && inside_e1;
-      fault_e2_q <= (load_i || store_i) && !inside_e1;
-      load_e2_q  <= load_i && inside_e1;
-      load_e3_q  <= load_e2_q;
-      valid_q    <= load_e3_q;
+      host_write_q <= host_select_i && host_write_i && host_inside;
+      load_e2_q    <= load_i;
+      store_e2_q   <= store_i && !host_select_i;
+      load_e3_q    <= load_e2_q && inside_e2;
+      valid_q      <= load_e3_q;
     end
   end
 
   always_ff @(posedge clk_i) begin
+    zeros_e2_q   <= !(|index_i[31:16]);
+    ones_e2_q    <= &index_i[31:16];
+    carry_e2_q   <= address_e1[16];
+    above_e2_q   <= |address_e1[15:AddressWidth];
     address_e2_q <= host_select_i ? host_address_i[AddressWidth-1:0] :
                     address_e1[AddressWidth-1:0];
     data_e2_q    <= host_select_i ? host_data_i : data_i;
-    if (write_e2_q) memory[address_e2_q] <= data_e2_q;
+    if (write_e2) memory[address_e2_q] <= data_e2_q;
     read_e3_q <= memory[address_e2_q];
     result_q  <= read_e3_q;
   end

@@ -1,159 +1,154 @@
 // SPDX-License-Identifier: Apache-2.0
 // asip_plausible: judges outputs 0 to 7 of a run against least and most value and slew, as the host staged them.
-// Contract: a word is judged as it is written and checking_o is 1 until the verdict stands, five clocks;
-// implausible_o and index_o, of the first bad word, stay until the next run begins. An output moves from its last
-// word committed; from reset and from a fault on there is none until its next commit, and limits alone count.
-// Limits are compared exactly, -0 is 0; a move and the slew in units of the last place of the larger word, cut
-// off. An infinity in the record limits nothing. Words that are no numbers are for asip_outputs to judge.
+// Contract: when a run has ended, what it wrote last to each output with a record is judged, from output 0 on:
+// five clocks an output and seven more, in which checking_o is 1. implausible_o and index_o, of the first bad
+// word, stay until the next run begins. The words are in the memory of asip_outputs; one comes two clocks after it
+// is asked for. A move is that from the word which the tick before committed to this output; without one,
+// and behind a fault, limits alone count. Limits are compared exactly, -0 is 0; a move and the slew in
+// units of the last place of the larger word, cut off. An infinity in the record limits nothing.
+// Words that are no numbers are for asip_outputs to judge.
 module asip_plausible (
     input  logic        clk_i,
     input  logic        rst_ni,
     // from control
     input  logic        run_start_i,
+    input  logic        busy_i,         // a run
     input  logic        commit_i,
     input  logic        fault_i,
     // from write-back
     input  logic        write_i,
     input  logic [4:0]  index_i,
-    input  logic [31:0] data_i,
+    // to and from the outputs' memory
+    output logic        read_record_o,  // least, most or slew; otherwise an output
+    output logic        read_shown_o,   // .. of the tick before
+    output logic [4:0]  read_index_o,
+    input  logic [31:0] word_i,
     // to redundancy
     output logic        checking_o,
     output logic        implausible_o,
     output logic [4:0]  index_o,
     // from the host, while idle only
-    input  logic [3:0]  host_write_i,   // a word of on, slew, most, least
-    input  logic [2:0]  host_index_i,
-    input  logic        host_on_i,
-    input  logic [31:0] host_data_i
+    input  logic        host_write_i,   // a word of the record
+    input  logic [4:0]  host_index_i,
+    input  logic        host_on_i
 );
 
   localparam int unsigned Outputs = asip_regmap_pkg::WORDS_PLAUSIBLE_ON;
+  localparam logic [1:0] Least = 2'(asip_regmap_pkg::BASE_PLAUSIBLE_LEAST / Outputs);
+  localparam logic [1:0] Most = 2'(asip_regmap_pkg::BASE_PLAUSIBLE_MOST / Outputs);
+  localparam logic [1:0] Slew = 2'(asip_regmap_pkg::BASE_PLAUSIBLE_SLEW / Outputs);
+  localparam logic [1:0] On = 2'(asip_regmap_pkg::BASE_PLAUSIBLE_ON / Outputs);
 
-  logic [31:0]        least[0:Outputs-1];
-  logic [31:0]        most [0:Outputs-1];
-  logic [30:0]        slew [0:Outputs-1];
-  logic [31:0]        last [0:2*Outputs-1];  // two pages: committed, and of this run
-  (* keep *) logic [Outputs-1:0] off_q;      // of on_q: a flipped bit ends a record, and begins none
-  logic [Outputs-1:0] on_q, page_q, known_q, written_q;
-  logic [5:1]         judged_q;              // by stage
-  logic [5:1][2:0]    place_q;               // output
-  logic               write_1_q, zero;
-  logic [31:0]        data_1_q, data_2_q, order_2_q, least_2_q, most_2_q, last_2_q;
-  logic [30:0]        slew_2_q;
-  logic               known_2_q, outside_3_q, outside_4_q, outside_5_q;
-  logic               moves_3_q, moves_4_q, moves_5_q;  // slew counts
-  logic               implausible_q, rises, subtract_3_q, subtract_4_q;
-  logic [2:0]         found_q;
-  logic [31:0]        larger, smaller;
-  logic [8:0]         apart, room;
-  logic [23:0]        large_3_q, small_3_q, slew_3_q, large_4_q, small_4_q;  // U(1.23)
-  logic [4:0]         apart_3_q, room_3_q;
-  logic [24:0]        bound_4_q, bound_5_q, difference_5_q;  // units of the last place of the larger
-
-  // A word whose order as an unsigned number is that of the numbers.
-  function automatic logic [31:0] ordered(input logic [31:0] a);
-    ordered = {!a[31], a[30:0] ^ {31{a[31]}}};
-  endfunction
+  (* keep *) logic [Outputs-1:0] off_q;  // of on_q: a flipped bit ends a record, and begins none
+  logic [Outputs-1:0] on_q, written_q, shown_q, todo_q, written;
+  logic [10:0]        step_q;            // of an output; the next one begins five steps behind
+  logic [2:0]         place, place_q, read_q, judged_q, found_q;
+  logic               implausible_q, begins;
+  logic [31:0]        new_q, word;
+  logic [30:0]        large_q, other_q;
+  logic               strict, above, outside_q, beyond_q, known_q, narrow_q, limits_q, moves_q, subtract_q, bad;
+  logic [8:0]         room;
+  logic [4:0]         shift_q;
+  logic [1:0]         high_q;
+  logic [24:0]        shorter_q, partly_q, shifted_q, move_q;  // units of the last place of the larger word
 
   function automatic logic [7:0] exponent(input logic [7:0] field);
     exponent = {field[7:1], field[0] || !(|field)};  // a subnormal has that of the least normal
   endfunction
 
-  function automatic logic [4:0] at_most_31(input logic [8:0] shift);
-    at_most_31 = shift[4:0] | {5{|shift[8:5]}};
-  endfunction
-
-  // ---- the record and the words to compare with
-  assign zero = !(|host_data_i[30:0]);
-
-  always_ff @(posedge clk_i) begin
-    // a limit of 0 is the zero on its far side
-    if (host_write_i[0]) least[host_index_i] <= ordered({host_data_i[31] || zero, host_data_i[30:0]});
-    if (host_write_i[1]) most[host_index_i] <= ordered({host_data_i[31] && !zero, host_data_i[30:0]});
-    if (host_write_i[2]) slew[host_index_i] <= host_data_i[30:0];
-    if (write_1_q) last[{!page_q[place_q[1]], place_q[1]}] <= data_1_q;
+  // ---- which outputs: those that the run wrote and that have a record
+  always_comb begin
+    written = '0;
+    written[index_i[2:0]] = write_i && 32'(index_i) < Outputs;
+    place = '0;
+    for (int i = Outputs - 1; i >= 0; i--) if (todo_q[i]) place = 3'(i);
   end
+
+  assign begins = !busy_i && (|todo_q) && !(|step_q[3:0]);
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
       on_q          <= '0;
       off_q         <= '1;
-      page_q        <= '0;
-      known_q       <= '0;
       written_q     <= '0;
-      judged_q      <= '0;
-      write_1_q     <= 1'b0;
+      shown_q       <= '0;
+      todo_q        <= '0;
+      step_q        <= '0;
       implausible_q <= 1'b0;
     end else begin
-      if (host_write_i[3]) begin
-        on_q[host_index_i]  <= host_on_i;
-        off_q[host_index_i] <= !host_on_i;
+      if (host_write_i && host_index_i[4:3] == On) begin
+        on_q[host_index_i[2:0]]  <= host_on_i;
+        off_q[host_index_i[2:0]] <= !host_on_i;
       end
-      write_1_q <= write_i && 32'(index_i) < Outputs;
-      if (run_start_i) written_q <= '0;
-      else if (write_1_q) written_q[place_q[1]] <= 1'b1;
-      if (commit_i) page_q <= page_q ^ written_q;
-      if (fault_i) known_q <= '0;
-      else if (commit_i) known_q <= known_q | written_q;
-      judged_q <= {judged_q[4:1], write_i && 32'(index_i) < Outputs && on_q[index_i[2:0]] &&
-                                  !off_q[index_i[2:0]]};
+      if (fault_i) shown_q <= '0;
+      else if (commit_i) shown_q <= written_q;
+      written_q <= written_q | written;
+      todo_q    <= todo_q | (written & on_q & ~off_q);
+      if (begins) todo_q[place] <= 1'b0;
+      step_q <= {step_q[9:0], begins};
+      if (step_q[10] && bad) implausible_q <= 1'b1;
       if (run_start_i) begin
-        judged_q      <= '0;
+        written_q     <= '0;
+        todo_q        <= '0;
+        step_q        <= '0;
         implausible_q <= 1'b0;
-      end else if (judged_q[5] && (outside_5_q || (moves_5_q && difference_5_q > bound_5_q))) begin
-        implausible_q <= 1'b1;
       end
     end
   end
 
-  // ---- 1, 2: the word, what the record says of it
-  always_ff @(posedge clk_i) begin
-    place_q   <= {place_q[4:1], index_i[2:0]};
-    data_1_q  <= data_i;
-    data_2_q  <= data_1_q;
-    order_2_q <= ordered(data_1_q);
-    least_2_q <= least[place_q[1]];
-    most_2_q  <= most[place_q[1]];
-    slew_2_q  <= slew[place_q[1]];
-    last_2_q  <= last[{page_q[place_q[1]], place_q[1]}];
-    known_2_q <= known_q[place_q[1]];
-    if (!implausible_q) found_q <= place_q[5];
-  end
+  // ---- steps 0 to 4: ask for the new word, least, most, the word shown, slew; step n + 2 has the answer
+  assign read_record_o = step_q[1] || step_q[2] || step_q[4];
+  assign read_shown_o  = step_q[3];
+  assign read_index_o  = {({2{step_q[1]}} & Least) | ({2{step_q[2]}} & Most) |
+                          ({2{step_q[4]}} & Slew), place_q};
+  assign word          = {word_i[31] && (|word_i[30:0]), word_i[30:0]};
 
-  // ---- 3: limits; the larger word and the distances of the others' exponents from its own
-  assign rises   = data_2_q[30:0] >= last_2_q[30:0];
-  assign larger  = rises ? data_2_q : last_2_q;
-  assign smaller = rises ? last_2_q : data_2_q;
-  assign apart   = {1'b0, exponent(larger[30:23])} - {1'b0, exponent(smaller[30:23])};
-  assign room    = {1'b0, exponent(larger[30:23])} + 9'd1 - {1'b0, exponent(slew_2_q[30:23])};
+  // ---- steps 3 to 5: limits; the larger of new word and word shown by magnitude
+  // strict: the magnitude of the new word is to be above the other, otherwise at least the other
+  assign strict = step_q[3] ? new_q[31] : step_q[4] && !new_q[31];
+  assign above  = {new_q[30:0], !strict} >= {word[30:0], 1'b1};
 
   always_ff @(posedge clk_i) begin
-    outside_3_q  <= order_2_q < least_2_q || order_2_q > most_2_q;
-    moves_3_q    <= known_2_q && !room[8] && !(&slew_2_q[30:23]);  // beyond: no move is so wide
-    subtract_3_q <= larger[31] == smaller[31];
-    large_3_q    <= {|larger[30:23], larger[22:0]};
-    small_3_q    <= {|smaller[30:23], smaller[22:0]};
-    slew_3_q     <= {|slew_2_q[30:23], slew_2_q[22:0]};
-    apart_3_q    <= at_most_31(apart);
-    room_3_q     <= at_most_31(room);
+    if (begins) place_q <= place;
+    if (step_q[2]) new_q <= word;
+    if (step_q[3]) begin
+      outside_q <= new_q[31] != word[31] ? new_q[31] : new_q[31] == above;
+    end
+    if (step_q[4]) begin
+      outside_q <= outside_q || (new_q[31] != word[31] ? word[31] : new_q[31] != above);
+      read_q    <= place_q;
+    end
+    if (step_q[5]) begin
+      judged_q   <= read_q;
+      beyond_q   <= outside_q;
+      known_q    <= shown_q[read_q];
+      large_q    <= above ? new_q[30:0] : word[30:0];
+      subtract_q <= new_q[31] == word[31];
+    end
+    // the smaller word, then the slew
+    other_q <= step_q[6] || above ? word[30:0] : new_q[30:0];
   end
 
-  // ---- 4, 5: to the larger word's exponent, how far it moved
+  // ---- steps 6 to 10: both in units of the larger word's last place; how far the output moved
+  assign room = {1'b0, exponent(large_q[30:23])} + 9'd1 - {1'b0, exponent(other_q[30:23])};
+
   always_ff @(posedge clk_i) begin
-    outside_4_q    <= outside_3_q;
-    moves_4_q      <= moves_3_q;
-    subtract_4_q   <= subtract_3_q;
-    large_4_q      <= large_3_q;
-    small_4_q      <= small_3_q >> apart_3_q;
-    bound_4_q      <= {slew_3_q, 1'b0} >> room_3_q;
-    outside_5_q    <= outside_4_q;
-    moves_5_q      <= moves_4_q;
-    bound_5_q      <= bound_4_q;
-    difference_5_q <= {1'b0, large_4_q} + {subtract_4_q, small_4_q ^ {24{subtract_4_q}}} +
-                      {24'd0, subtract_4_q};
+    shift_q   <= room[4:0] | {5{|room[8:5]}};
+    shorter_q <= {|other_q[30:23], other_q[22:0], 1'b0};
+    narrow_q  <= !room[8] && !(&other_q[30:23]);  // otherwise no move is so wide
+    high_q    <= shift_q[4:3];
+    partly_q  <= shorter_q >> shift_q[2:0];
+    limits_q  <= known_q && narrow_q;
+    shifted_q <= partly_q >> {high_q, 3'd0};
+    moves_q   <= limits_q;
+    move_q    <= {1'b0, |large_q[30:23], large_q[22:0]} + (shifted_q ^ {25{subtract_q}}) +
+                 25'(subtract_q);
+    if (!implausible_q) found_q <= judged_q;
   end
 
-  assign checking_o    = |judged_q;
+  assign bad = beyond_q || (moves_q && move_q > shifted_q);
+
+  assign checking_o    = (|todo_q) || (|step_q);
   assign implausible_o = implausible_q;
   assign index_o       = {2'd0, found_q};
 

@@ -60,6 +60,7 @@ module asip_redundancy #(
   localparam logic [2:0] StScrub = 3'd3;
   localparam logic [2:0] StCopy = 3'd4;
   localparam logic [2:0] StSweep = 3'd5;
+  localparam logic [32:0] Begin = 33'd0 - 33'(Drain);  // Yosys takes -33'(Drain) for 33'(Drain)
   localparam int unsigned SweepEnd = Bundles + 8;  // the last words are judged a few clocks later
   localparam int unsigned SweepWidth = $clog2(SweepEnd + 1);
 
@@ -82,7 +83,7 @@ module asip_redundancy #(
   logic [ControlWidth-1:0]  control_q;
   (* keep *) logic [ControlWidth-1:0] inverse_q;
   logic                     scrub_q, scrub_control_q;
-  logic [32:0]              left_q, limit;
+  logic [32:0]              spent_q;  // clocks of the run, from -Drain on
   logic [31:0]              signature_q, first_signature_q, second_signature_q, cycles_q, mixed;
   logic [4:0]               first_end_q, second_end_q, end_now;  // {failed, cause}
   logic                     begun_q, constant_q, program_q, counts_q;
@@ -96,8 +97,7 @@ module asip_redundancy #(
   assign misplaced = now.run != 2'd0 ? now.state == StIdle || now.state == StSweep :
                      now.state == StLaunch || now.state == StRun;
   assign broken = control_q != ~inverse_q || misplaced;
-  assign limit  = {1'b0, watchdog_i} + 33'(Drain);
-  assign late   = left_q == 33'd0 || left_q > limit;
+  assign late   = spent_q[32] ? spent_q < Begin : spent_q[31:0] >= watchdog_i;
   assign over   = now.state == StRun &&
                   ((!busy_i && !checking_i) || broken_run_i || late);
 
@@ -218,7 +218,8 @@ module asip_redundancy #(
     end
   end
 
-  // Signature: a shift register with feedback (CRC-32), into which the words go turned by bank.
+  // Signature: a shift register with feedback (x^32 + x^22 + x^2 + x + 1, which is primitive), into which the
+  // words go turned by bank.
   function automatic logic [31:0] turned(input logic [31:0] word, input int unsigned by);
     turned = (word << by) | (word >> (32 - by));
   endfunction
@@ -234,15 +235,15 @@ module asip_redundancy #(
       signature_q <= '1;
       constant_q  <= 1'b0;
       program_q   <= 1'b0;
-      left_q      <= limit;
+      spent_q     <= Begin;
     end else begin
       begun_q     <= begun_q || run_start_i;
       if (begun_q) begin
-        signature_q <= {signature_q[30:0], 1'b0} ^ ({32{signature_q[31]}} & 32'h04c1_1db7) ^ mixed;
+        signature_q <= {signature_q[30:0], 1'b0} ^ ({32{signature_q[31]}} & 32'h0040_0007) ^ mixed;
       end
       constant_q  <= constant_q || (bad_constant_i && valid_e1_i);
       program_q   <= program_q || bad_program_i;
-      left_q      <= left_q - 33'd1;
+      spent_q     <= spent_q + 33'd1;
     end
     if (over && now.run == 2'd1) begin
       first_signature_q <= signature_q;

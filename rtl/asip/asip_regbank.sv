@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // asip_regbank: one bank of the register file, one write port, any number of read ports.
 // Contract: a read takes one cycle; a read of the word being written in the same cycle may return
-// either value (the bypass covers that cycle). One copy of the memory per read port, so that every
-// copy is a simple dual-port RAM that any tool maps to memory blocks.
+// anything (the bypass covers that cycle). One copy of the memory per read port, so that every
+// copy is a simple dual-port RAM that any tool maps to memory blocks, with nothing around it.
 module asip_regbank #(
     parameter int unsigned IndexWidth = 6,
     parameter int unsigned Width      = 32,
@@ -19,7 +19,7 @@ module asip_regbank #(
 );
 
   for (genvar p = 0; p < ReadPorts; p++) begin : gen_copy
-    logic [Width-1:0] memory[0:2**IndexWidth-1];
+    (* no_rw_check *) logic [Width-1:0] memory[0:2**IndexWidth-1];
     logic [Width-1:0] read_q;
 
     always_ff @(posedge clk_i) begin

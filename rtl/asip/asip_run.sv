@@ -48,6 +48,7 @@ module asip_run #(
     output logic        quiet_o,     // nothing was in flight in the cycle before
     // to the host
     output logic        busy_o,
+    output logic        run_busy_o,  // one run
     output logic        done_o,
     output logic [3:0]  cause_o,
     output logic [15:0] fault_info_o,
@@ -93,6 +94,8 @@ module asip_run #(
       .broken_o (broken),
       .*
   );
+
+  assign run_busy_o = busy;
 
   if (Resilience != 0) begin : gen_redundancy
     logic scrub, scrub_control, again, unused_commit;

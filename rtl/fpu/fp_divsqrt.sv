@@ -106,6 +106,7 @@ module fp_divsqrt (
   logic [Stages-1:0][26:0] divisor_q;   // U(1.26): d_k of the first digit of a stage
   logic [Stages-1:0][23:0] digits_q;    // right aligned, 2 s digits at entry s
   logic [4:0]              amount_q;    // entry Stages - 1: places to denormalise
+  logic [2:0]              few_q;       // entry Stages - 1: the amount is 2, 1, 0
   logic [8:0]              exp_round_q; // entry Stages: U(9.0), biased, 1 for a subnormal result
   logic [25:0]             sig_q;       // entry Stages: U(1.25), denormalised
   logic                    lost_q;      // entry Stages: sig_q lost a one of digits 0..23
@@ -210,6 +211,8 @@ module fp_divsqrt (
       always_ff @(posedge clk_i) begin
         if (vanished) amount_q <= 5'd31;
         else amount_q <= (subnormal ? 5'd1 - exp_q[s][4:0] : 5'd0) + {4'd0, digit0};
+        few_q <= {subnormal && (digit0 ? exp_q[s] == 10'd0 : &exp_q[s]),
+                  digit0 ? !subnormal : exp_q[s] == 10'd0, !subnormal && !digit0};
       end
     end
 
@@ -226,14 +229,9 @@ module fp_divsqrt (
           .sticky_o(shifted_out)
       );
 
-      always_comb begin
-        case (amount_q)
-          5'd0:    late = {digit_first, digit_second, 1'b0};
-          5'd1:    late = {1'b0, digit_first, digit_second};
-          5'd2:    late = {2'b00, digit_first};
-          default: late = 3'b000;
-        endcase
-      end
+      assign late = ({3{few_q[0]}} & {digit_first, digit_second, 1'b0}) |
+                    ({3{few_q[1]}} & {1'b0, digit_first, digit_second}) |
+                    ({3{few_q[2]}} & {2'b00, digit_first});
 
       assign subnormal = exp_q[s][9] || exp_q[s] == 10'd0;
 

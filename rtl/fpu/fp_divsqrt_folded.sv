@@ -39,8 +39,9 @@ module fp_divsqrt_folded (
   localparam int unsigned LoadSecond = LoadFirst + Interval;
   localparam int unsigned Final = 14;     // clock of the last digits
 
-  // The first clock of a half takes w from where it is made, the others from the half's own register: so no
-  // choice is behind the two additions.
+  // The first clock of a half takes w from where it is made, the others from the half's own register; the last
+  // digit is the sign in a register, and whether it counts is decided a clock later: so nothing but registers is
+  // behind the two additions.
 
   // Clock k after that of the operands: valid_q[k]; root_q[k] if it is a root.
   logic [Ages:1]      valid_q;
@@ -149,13 +150,18 @@ module fp_divsqrt_folded (
   logic [1:0][9:0]  exp_q;              // S(10.0)
   logic [1:0][26:0] w;                  // of this clock
   logic [1:0][26:0] w_second;
-  logic [1:0]       previous, first, second;  // the last digit so far, those of this clock
-  logic [13:0]      digits_first_q;     // of the first half
-  logic [24:0]      digits_q;           // of the second half
+  logic [1:0]       previous, first;    // the last digit so far, the first one of this clock
+  logic [13:1]      digits_first_q;     // of the first half; digit 0 is the sign of w_q
+  logic [24:1]      digits_q;           // of the second half
+  logic             negative_q;         // sign of its last digit: digit 0
+  logic [13:0]      digits_first;
+  logic [23:0]      digits;
+  logic             choose_q, chosen_q, guard;  // the last digit that counts is chosen_q, not digit 0
   logic             half;               // only the first digit of this clock counts
   logic             few;                // fewer than four digits count
   logic [7:0]       counted;            // of the four: what counts, what does not
-  logic             beyond_q;           // a digit that does not count is one
+  logic             beyond_q;           // a digit that does not count is one ..
+  logic             spare_q;            // .. or digit 0, which does not count
 
   assign load = {valid_q[LoadSecond], valid_q[LoadFirst]};
 
@@ -198,7 +204,6 @@ module fp_divsqrt_folded (
     assign known_second  = known | late | (place >> 2);
     assign addend_second = ((known_second ^ {26{first[h]}}) & ~place) | (place >> 1);
     assign w_second[h]   = {w_first[25:0], first[h]} + {first[h], addend_second};
-    assign second[h]     = !w_second[h][26];
     assign divisor_d[h]  = divisor_q[h] | late[25:2] | (place[25:2] & {24{first[h]}});
   end
 
@@ -212,8 +217,8 @@ module fp_divsqrt_folded (
 
   always_ff @(posedge clk_i) begin
     if (run[0]) w_q[0] <= w_second[0];
-    if (valid_q[LoadFirst+1]) digits_first_q <= {12'd0, first[0], second[0]};
-    else if (run[0]) digits_first_q <= {digits_first_q[11:0], first[0], second[0]};
+    if (valid_q[LoadFirst+1]) digits_first_q <= {12'd0, first[0]};
+    else if (run[0]) digits_first_q <= {digits_first[11:0], first[0]};
     divisor_q[0] <= load[0] ? divisor : divisor_d[0];
     if (valid_q[2]) exp_q[0] <= exp;
     if (load[0]) begin
@@ -229,6 +234,8 @@ module fp_divsqrt_folded (
   // Second half.
   logic [3:0] skipped_second;
 
+  assign digits_first = {digits_first_q, !w_q[0][26]};
+  assign digits       = {digits_q[23:1], !negative_q};
   assign w[1] = valid_q[LoadSecond+1] ? w_q[0] : w_q[1];
   assign skipped_second = {valid_q[13] || valid_q[14],
                            valid_q[10] || valid_q[11] || valid_q[12],
@@ -236,29 +243,31 @@ module fp_divsqrt_folded (
                            valid_q[10] || valid_q[12] || valid_q[14]};
   assign run[1] = valid_q[LoadSecond+1] || enough(exp_q[1], skipped_second);
 
-  // Digit 0 is in digits_q[23] if no clock was left out.
+  // Digit 0 is in digits[23] if no clock was left out.
   assign half = valid_q[Final]
-             && (!exp_q[1][9] && (|exp_q[1][8:0]) ? digits_q[23] : !exp_q[1][0]);
+             && (!exp_q[1][9] && (|exp_q[1][8:0]) ? digits[23] : !exp_q[1][0]);
 
-  // Four digits are always made. Where fewer count, below -21, the others leave digits_q in the last clock.
+  // Four digits are always made. Where fewer count, below -21, the others leave digits in the last clock.
   assign few = exp_q[1][9] && exp_q[1][8:0] < 9'h1eb;
   always_comb begin
     case (exp_q[1])
-      10'h3ea: counted = {1'b0, digits_q[3:0], 3'b000};   // -22: three
-      10'h3e9: counted = {2'b00, digits_q[3:0], 2'b00};   // -23: two
-      10'h3e8: counted = {3'b000, digits_q[3:0], 1'b0};   // -24: one
+      10'h3ea: counted = {1'b0, digits[3:0], 3'b000};   // -22: three
+      10'h3e9: counted = {2'b00, digits[3:0], 2'b00};   // -23: two
+      10'h3e8: counted = {3'b000, digits[3:0], 1'b0};   // -24: one
       default: counted = 8'h0f;                           // none, and the result is not exact
     endcase
   end
 
   always_ff @(posedge clk_i) begin
     if (run[1] && !root_q[Final]) w_q[1] <= w_second[1];
-    if (valid_q[LoadSecond+1]) digits_q <= {9'd0, digits_first_q, first[1], second[1]};
-    else if (run[1]) begin
-      if (half) digits_q <= {digits_q[23:0], first[1]};
-      else digits_q <= {digits_q[22:0], first[1], second[1]};
-    end else if (valid_q[Final] && few) digits_q[3:0] <= counted[7:4];
-    beyond_q <= few ? |counted[3:0] : half && !root_q[Final] && second[1];
+    if (valid_q[LoadSecond+1]) digits_q <= {9'd0, digits_first, first[1]};
+    else if (run[1]) digits_q <= half ? digits : {digits[22:0], first[1]};
+    else if (valid_q[Final] && few) digits_q[3:1] <= counted[7:5];
+    if (run[1]) negative_q <= w_second[1][26];
+    choose_q <= run[1] ? half : valid_q[Final] && few;
+    chosen_q <= run[1] ? first[1] : counted[4];
+    beyond_q <= few && (|counted[3:0]);
+    spare_q  <= !few && half && !root_q[Final];
     // The digits that enter in clock LoadSecond are those of bits 14 and 13.
     if (load[1]) begin
       divisor_q[1] <= divisor_q[0]
@@ -294,16 +303,17 @@ module fp_divsqrt_folded (
 
   // Whether the result is exact is known late. So it is rounded as if it were not, and mended: of a tie the
   // last bit becomes zero, which is even, and nothing is raised by a result that is exact.
-  assign sticky = !exact || beyond_q;
+  assign guard  = choose_q ? chosen_q : digits[0];
+  assign sticky = !exact || beyond_q || (spare_q && digits[0]);
 
   fp_pack u_pack (
       .sign_i   (sign_q[1]),
       .exp_i    (exp_round_q),
-      .sig_i    (digits_q[24:1]),
-      .guard_i  (digits_q[0]),
+      .sig_i    (digits_q),
+      .guard_i  (guard),
       .round_i  (1'b0),
       .sticky_i (1'b1),
-      .exact_i  (!sticky && !digits_q[0] && !(exp_round_q[8] || (&exp_round_q[7:0]))),
+      .exact_i  (!sticky && !guard && !(exp_round_q[8] || (&exp_round_q[7:0]))),
       .nan_i    (nan_s_q[1]),
       .invalid_i(invalid_s_q[1]),
       .inf_i    (inf_s_q[1]),
@@ -313,7 +323,7 @@ module fp_divsqrt_folded (
       .flags_o  (flags)
   );
 
-  assign result = {rounded[31:1], rounded[0] && (sticky || !digits_q[0])};
+  assign result = {rounded[31:1], rounded[0] && (sticky || !guard)};
 
   // Zero while there is no result, so that results of several units can be joined by OR.
   always_ff @(posedge clk_i) begin

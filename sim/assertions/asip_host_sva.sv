@@ -13,7 +13,7 @@ module asip_host_sva (
     input logic write_register_o,
     input logic write_data_o,
     input logic write_program_o,
-    input logic [3:0] write_plausible_o,
+    input logic write_record_o,
     input logic select_o,
     input logic irq_o,
     input logic done_i,
@@ -22,12 +22,12 @@ module asip_host_sva (
 
   OneTarget : assert property (@(posedge clk_i) disable iff (!rst_ni)
       $onehot0({write_constant_o, write_safe_o, write_register_o, write_data_o, write_program_o,
-                write_plausible_o, start_o || clear_o}))
+                write_record_o, start_o || clear_o}))
   else $error("one word of the host was written in two places");
 
   MemoriesIdle : assert property (@(posedge clk_i) disable iff (!rst_ni)
       write_constant_o || write_safe_o || write_register_o || write_data_o || write_program_o ||
-      |write_plausible_o || select_o |-> !hold_i)
+      write_record_o || select_o |-> !hold_i)
   else $error("a memory was accessed while accesses are held");
 
   WriteInOneCycle : assert property (@(posedge clk_i) disable iff (!rst_ni)
@@ -36,7 +36,7 @@ module asip_host_sva (
 
   WrittenWhenTaken : assert property (@(posedge clk_i) disable iff (!rst_ni)
       write_constant_o || write_safe_o || write_register_o || write_data_o || write_program_o ||
-      |write_plausible_o || start_o || clear_o |-> write_i && !waitrequest_o)
+      write_record_o || start_o || clear_o |-> write_i && !waitrequest_o)
   else $error("a write that was held took effect");
 
   InterruptOfAnEvent : assert property (@(posedge clk_i) disable iff (!rst_ni)

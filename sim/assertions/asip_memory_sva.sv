@@ -7,7 +7,7 @@ module asip_memory_sva (
     input logic store_i,
     input logic host_select_i,
     input logic fault_e2_o,
-    input logic write_e2_q,
+    input logic write_e2,
     input logic valid_o
 );
 
@@ -20,7 +20,7 @@ module asip_memory_sva (
   else $error("the host takes the memory from a run");
 
   FaultWritesNothing : assert property (@(posedge clk_i) disable iff (!rst_ni)
-      fault_e2_o |-> !write_e2_q)
+      fault_e2_o |-> !write_e2)
   else $error("an access outside the memory wrote");
 
   ResultOfALoad : assert property (@(posedge clk_i) disable iff (!rst_ni)

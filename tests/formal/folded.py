@@ -66,8 +66,7 @@ class State:
         if clock == BEGIN:
             self.digits = logic.bv(ROOM, 0)
         else:
-            name = "digits_first_q" if clock <= MOVE + 1 else "digits_q"
-            self.digits = wide(logic, run.signal(name, cycle))
+            self.digits = wide(logic, digits_of(logic, run, clock, cycle))
         half = half_of(clock)
         self.w = logic.sign_extend(part(logic, run, "w", WIDTH, half, cycle), ROOM)
         self.divisor = divisor_of(logic, part(logic, run, "divisor_q", DIVISOR, half, cycle))
@@ -78,6 +77,14 @@ class State:
         """All registers equal."""
         pairs = zip(vars(self).items(), vars(other).values(), strict=True)
         return logic.all(*(logic.eq(x, y) for (name, x), y in pairs if name != "invariant"))
+
+
+def digits_of(logic: Logic, run: Run, clock: int, cycle: int) -> Term:
+    """Digits that a clock begins with; the last one is kept as a sign."""
+    if clock <= MOVE + 1:
+        return run.signal("digits_first", cycle)
+    last = logic.no(logic.bit(run.signal("negative_q", cycle), 0))
+    return logic.cat(run.signal("digits_q", cycle), logic.vector(last))
 
 
 def divisor_of(logic: Logic, register: Term) -> Term:
@@ -241,7 +248,8 @@ def folded_rounded(ctx: Context) -> Iterator[Case]:
             if not special:
                 run.replace("w_q", 2 * WIDTH - 1, WIDTH, FINAL, register)
                 run.replace("divisor_q", 2 * DIVISOR - 1, DIVISOR, FINAL, divisor)
-                run.replace("digits_q", 24, 0, FINAL, digits)
+                run.replace("digits_q", 23, 0, FINAL, logic.bits(digits, 24, 1))
+                run.replace("negative_q", 0, 0, FINAL, logic.vector(logic.no(logic.bit(digits, 0))))
             q, d = wide(logic, digits), divisor_of(logic, divisor)
             w = logic.sign_extend(register, ROOM)
             r = remainder(logic, root, 24, q, w, d)

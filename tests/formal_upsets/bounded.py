@@ -38,10 +38,10 @@ def busy_ends(ctx: Context) -> Iterator[Case]:
     def rank(cycle: int):
         control = run.signal("control_q", cycle)
         state, times = logic.bits(control, *STATE), logic.bits(control, *TIMES)
-        left = logic.extend(run.signal("left_q", cycle), WIDTH)
+        spent = logic.add(logic.sign_extend(run.signal("spent_q", cycle), WIDTH), number(DRAIN))
         copy = logic.extend(run.signal("copy_q", cycle), WIDTH)
         rest = logic.sub(number(66), logic.ite(logic.ule(copy, 64), copy, number(64)))
-        inside = logic.ite(logic.ule(left, limit), left, number(0))
+        inside = logic.ite(logic.ule(spent, limit), logic.sub(limit, spent), number(0))
         later = number(0)
         for n in (1, 2):
             part = logic.add(*[whole] * (3 - n)) if n == 1 else whole
@@ -58,7 +58,7 @@ def busy_ends(ctx: Context) -> Iterator[Case]:
     on = [logic.ne(logic.bits(run.signal("control_q", cycle), *TIMES), 0) for cycle in (0, 1)]
     same = logic.eq(run.input("watchdog_i", 1), run.input("watchdog_i"))
     quiet = [logic.eq(run.input(name), 0) for name in ("clear_i", "write_register_i")]
-    show = {name: run.signal(name, 0) for name in ("control_q", "inverse_q", "left_q", "copy_q")}
+    show = {name: run.signal(name, 0) for name in ("control_q", "inverse_q", "spent_q", "copy_q")}
     lower = logic.ult(rank(1), rank(0))
     falls = logic.any(
         logic.no(busy[1]), logic.all(on[1], lower), logic.all(start[1], logic.no(on[1]))
