@@ -90,7 +90,7 @@ module fp_divsqrt (
       nan_e1     = a_nan_e1 || b_nan_e1 || invalid_e1;
       inf_e1     = a_inf_e1 || b_zero_sig_e1;
       zero_e1    = a_zero_sig_e1 || b_inf_e1;
-      by_zero_e1 = b_zero_sig_e1 && !a_inf_e1 && !nan_e1;
+      by_zero_e1 = b_zero_sig_e1 && !(&a_e1_q[30:23]) && !a_zero_sig_e1;
     end
   end
 
