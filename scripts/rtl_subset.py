@@ -87,6 +87,12 @@ RULES = (
         "product inside a size cast, where the standard keeps its factors' width",
         "assign the product to a vector of its full width",
     ),
+    Rule(
+        "operator-before-cast",
+        r"(?:[=(,?:<>&|^+*/%{[-]\s*[-~!]|[=(,?:{[]\s*[&|^])\s*\w+'\s*\(",
+        "unary operator before a size cast, which Yosys takes for part of the size",
+        "parentheses around the cast: -(8'(..))",
+    ),
     Rule("cast-of-bits", r"'\s*\(\s*\$bits", "size cast of $bits", "a localparam of that width"),
     Rule(
         "enum-method",

@@ -60,7 +60,7 @@ module asip_redundancy #(
   localparam logic [2:0] StScrub = 3'd3;
   localparam logic [2:0] StCopy = 3'd4;
   localparam logic [2:0] StSweep = 3'd5;
-  localparam logic [32:0] Begin = 33'd0 - 33'(Drain);  // Yosys takes -33'(Drain) for 33'(Drain)
+  localparam logic [32:0] Begin = -(33'(Drain));
   localparam int unsigned SweepEnd = Bundles + 8;  // the last words are judged a few clocks later
   localparam int unsigned SweepWidth = $clog2(SweepEnd + 1);
 

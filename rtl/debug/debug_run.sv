@@ -91,7 +91,7 @@ module debug_run (
       late_q    <= 1'b0;
     end else begin
       changed_q <= csr_write_i && (csr_index_i == debug_regmap_pkg::REG_ENABLE ||
-                   (csr_index_i & ~6'(Breakpoints - 1)) == debug_regmap_pkg::REG_BREAK);
+                   (csr_index_i & ~(6'(Breakpoints - 1))) == debug_regmap_pkg::REG_BREAK);
       late_q    <= changed_q && core_i.advance && !core_i.run;
     end
   end

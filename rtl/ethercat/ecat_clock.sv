@@ -145,7 +145,7 @@ module ecat_clock (
       end
       // The control.
       if (compared_q[1]) begin
-        error_q <= error > 32'(Most) ? Most : error < -32'(Most) ? -Most : 17'(error);
+        error_q <= error > 32'(Most) ? Most : error < -(32'(Most)) ? -Most : 17'(error);
       end
       if (done_i && restart_q) begin
         speed_q <= '0;

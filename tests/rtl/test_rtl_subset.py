@@ -89,6 +89,8 @@ BAD = (
     ),
     Bad("bits-of-package-type", "logic [$bits(p::t)-1:0] y; assign y = '0;"),
     Bad("cast-of-product", "logic [7:0] a; logic [15:0] y; assign y = 16'(a[3:0] * a[7:4]);", True),
+    Bad("operator-before-cast", "logic [7:0] y; assign y = a_i & ~8'(3);", True),
+    Bad("operator-before-cast", "logic [7:0] y; assign y = a_i < 8'd4 ? -8'(3) : a_i;", True),
     Bad("cast-of-bits", "logic [3:0] y; typedef logic [3:0] t; assign y = 4'($bits(t));"),
     Bad("enum-method", "p::e s, n; assign s = p::A; assign n = s.next();"),
     Bad("initialiser", "always_comb begin\n  automatic logic x = a_i[0];\nend"),
