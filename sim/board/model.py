@@ -73,7 +73,7 @@ class BoardRtl:
         for name in ("send", "receive"):
             getattr(self._lib, f"board_line_{name}").argtypes = [pointer, ctypes.c_char_p, u32]
         self._model = self._lib.board_new()
-        self._lib.board_line_divider(self._model, pins.divider)
+        self.line(pins.divider)
 
     def close(self) -> None:
         """Free the model; the object is of no use afterwards."""
@@ -102,6 +102,10 @@ class BoardRtl:
     def direction(self) -> int:
         """Levels of the direction pins."""
         return self._lib.board_direction(self._model)
+
+    def line(self, divider: int) -> None:
+        """Clocks of a bit at the far end of the serial line; at first those of the reset."""
+        self._lib.board_line_divider(self._model, divider)
 
     # A `ByteLine` of sim.debug.link
     def write(self, data: bytes) -> None:

@@ -30,6 +30,8 @@ BASE = Path(__file__).with_name("bench.h")  # of every harness
 assertions = False
 # How hard the C++ compiler tries with a model.
 optimisation = "-O3"
+# Files that bind to modules of the models built from now on.
+beside: tuple[Path, ...] = ()
 
 
 def verilator_driver() -> Path:
@@ -84,7 +86,7 @@ def build_library(
     parameters = dict(parameters or {})
     defines = dict(defines or {})
     bound = assertions_of(sources) if assertions else []
-    sources = [*sources, *bound]
+    sources = [*sources, *bound, *beside]
     digest = hashlib.sha256()
     for path in [*sources, harness, *headers, BASE, Path(__file__), Path(runtime.__file__)]:
         digest.update(path.read_bytes())

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,11 +20,27 @@ CLOCK, RESET = "clk_i", "rst_ni"
 
 @dataclass(frozen=True)
 class Outcome:
-    """first: clock of the first difference, None without one; changes: clocks in which an output
-    of the module changed."""
+    """first: clock of the first difference, None without one; bits: of all outputs; still: those
+    that never changed, so that nothing is known of them."""
 
     first: int | None
-    changes: int
+    bits: int
+    still: tuple[str, ...]
+
+
+def output_bits(netlist: Netlist) -> list[str]:
+    """Every bit of the outputs, in the order in which they stand behind one another."""
+    return [
+        f"{name}[{n}]"
+        for name, (direction, bits) in netlist.ports.items()
+        if direction == "output"
+        for n in range(bits)
+    ]
+
+
+def still_bits(netlist: Netlist, moved: int) -> tuple[str, ...]:
+    """Bits of the outputs that are 0 in `moved`."""
+    return tuple(name for n, name in enumerate(output_bits(netlist)) if not moved >> n & 1)
 
 
 def wrapper(top: str, parameters: Mapping[str, int], netlist: Netlist) -> str:
@@ -47,16 +63,22 @@ def wrapper(top: str, parameters: Mapping[str, int], netlist: Netlist) -> str:
         return f"  {module} {values} u_{result} ({', '.join(ports)});\n"
 
     high = at["output"] - 1
+    wide = max(at["output"], 65) - 1  # an array of words in C++
     return (
         f"module lockstep_{top} (input logic {CLOCK}, {RESET}, "
         f"input logic [{max(at['input'], 65) - 1}:0] stimulus_i, "
-        "output logic differs_o, changes_o);\n"
-        f"  logic [{high}:0] rtl, netlist, before_q;\n"
+        f"output logic differs_o, output logic [{wide}:0] moved_o);\n"
+        f"  logic [{high}:0] rtl, netlist, before_q, moved_q;\n"
+        "  logic begun_q;\n"
         + instance(top, f"#({given})" if given else "", "rtl")
         + instance(netlist.module, "", "netlist")
-        + f"  always_ff @(posedge {CLOCK}) before_q <= rtl;\n"
+        + f"  always_ff @(posedge {CLOCK}) begin\n"
+        "    before_q <= rtl;\n"
+        f"    begun_q <= {RESET};\n"
+        "    moved_q <= begun_q ? moved_q | rtl ^ before_q : '0;\n"
+        "  end\n"
         "  assign differs_o = rtl != netlist;\n"
-        "  assign changes_o = rtl != before_q;\n"
+        f"  assign moved_o = {wide + 1}'(moved_q);\n"
         "endmodule\n"
     )
 
@@ -67,8 +89,12 @@ def run(
     clocks: int = 100_000,
     seed: int = 1,
     netlist_folders: Sequence[Path] = (ROOT / "rtl",),
+    rare: Collection[str] = (),
 ) -> Outcome:
-    """Compare `top` with its netlist, made from `netlist_folders`. Raises NetlistError."""
+    """Compare `top` with its netlist, made from `netlist_folders`. Raises NetlistError.
+
+    rare: inputs that are 0 but for single clocks, of what else would hold everything.
+    """
     parameters = dict(parameters or {})
     netlist = make_netlist(top, parameters, f"{top}_netlist", netlist_folders)
     text = BUILD / f"lockstep_{netlist.verilog.parent.name}.sv"
@@ -83,18 +109,22 @@ def run(
         model_flags=CELL_CHECKS,
     )
     lib = load_model(library)
-    widths = [
-        bits
-        for name, (direction, bits) in netlist.ports.items()
+    inputs = [
+        (width, name in rare)
+        for name, (direction, width) in netlist.ports.items()
         if direction == "input" and name not in (CLOCK, RESET)
     ]
-    changes = ctypes.c_uint64()
+    bits = len(output_bits(netlist))
+    moved = (ctypes.c_uint32 * -(-bits // 32))()
     lib.lockstep_run.restype = ctypes.c_int64
     first = lib.lockstep_run(
         ctypes.c_uint64(seed),
         ctypes.c_uint64(clocks),
-        ctypes.c_uint32(len(widths)),
-        (ctypes.c_uint32 * len(widths))(*widths),
-        ctypes.byref(changes),
+        ctypes.c_uint32(len(inputs)),
+        (ctypes.c_uint32 * len(inputs))(*(width for width, _ in inputs)),
+        (ctypes.c_uint8 * len(inputs))(*(seldom for _, seldom in inputs)),
+        ctypes.c_uint32(len(moved)),
+        moved,
     )
-    return Outcome(None if first < 0 else first, changes.value)
+    still = still_bits(netlist, int.from_bytes(bytes(moved), "little"))
+    return Outcome(None if first < 0 else first, bits, still)

@@ -18,14 +18,19 @@ from sim.board.model import BOARDS as MODELS
 from sim.board.model import BoardRtl
 from sim.board.serial_device import serving
 from sim.debug.client import Client
+from sim.debug.gen.debug_regmap import REGMAP as DEBUG
 from sim.debug.link import SerialLink
 from sim.debug.packets import Packet, Type, write_body
+from sim.debug.state import REGISTER
 from sim.harness.gen.motion_regmap import REGMAP as MOTION
 from sim.harness.phase_record import DIRECTION, FIRST, FRACTION, LAST, UNITS_PER_HZ, Record
 
 ROOT = Path(__file__).resolve().parents[2]
 LEG = ROOT / "tests/debugger/leg.s"
 INPUTS = [f"--set={name}" for name in ("x=0.3", "y=0.1", "z=0.2", "l=0.45")]
+BOARD, SECOND = "ulx3s", "versa-ecp5"  # in every run; the others in `make test-full`
+AXES = {"ulx3s": 5, "colorlight-i9": 5, "ecpix5": 5, "versa-ecp5": 3}
+FAST = 33  # clocks of a bit
 MOTION_BASE, ENCODER_BASE = 0x6000, 0x7000
 PORT = re.compile(r"^\s*(input|output)\s+logic\s*(?:\[(\d+):0\])?\s*(\w+),?", re.M)
 
@@ -43,19 +48,46 @@ def command(module: str, *arguments: object) -> subprocess.CompletedProcess[str]
 
 @pytest.fixture(scope="module")
 def board():
-    model = BoardRtl("ulx3s")
+    model = BoardRtl(BOARD)
     yield model
     model.close()
+
+
+@pytest.fixture(
+    scope="module",
+    params=[
+        pytest.param(n, marks=() if n == SECOND else pytest.mark.full) for n in MODELS if n != BOARD
+    ],
+)
+def other(request):
+    """The other boards: name and model, with a fast line."""
+    model = BoardRtl(request.param)
+    connected(model, MODELS[request.param].divider)
+    yield request.param, model
+    model.close()
+
+
+def connected(board: BoardRtl, divider: int) -> Client:
+    """Client of a board over its pins in this process, behind a reset; then the line is fast."""
+    board.button(True)
+    board.clock(10)
+    board.button(False)
+    board.clock(100)
+    board.line(divider)
+    client = Client(SerialLink(board, "pins of the board", clock=board))
+    assert client.read_word(0) == 0x4D54_4B31
+    if divider > FAST:
+        word = DEBUG.registers["UART"].word(divider=FAST)
+        client.link.send(Packet(Type.WRITE, 99, write_body(REGISTER["UART"], [word])))
+        board.clock(40 * 10 * divider)
+        board.line(FAST)
+    return client
 
 
 @pytest.fixture
 def client(board):
     """Of the board, reset, over its pins in this process."""
-    board.button(True)
-    board.clock(10)
-    board.button(False)
-    board.clock(100)
-    return Client(SerialLink(board, "pins of the board", clock=board))
+    return connected(board, MODELS[BOARD].divider)
 
 
 def test_asip_run__over_the_serial_port__gives_bits_and_cycles_of_the_core(board):
@@ -100,18 +132,42 @@ def test_asip_run__no_such_port__says_where_devices_are():
     assert done.returncode == 1 and "ls /dev/ttyUSB*" in done.stderr
 
 
+def test_other_board__runs_a_program_over_its_serial_port(other):
+    program = (LEG, "--config", "small", "--state", "last=0.02", "--ticks", 2, *INPUTS)
+    with serving(other[1]) as path:
+        there = command("sim.asip_run", *program, "--port", path)
+    here = command("sim.asip_run", *program, "--rtl")
+    assert here.returncode == 0, here.stderr
+    assert (there.returncode, there.stdout) == (0, here.stdout), there.stderr
+
+
+def test_other_board__has_its_axes_steps_and_encoders(other):
+    name, board = other
+    client = connected(board, MODELS[name].divider)
+    last = AXES[name] - 1
+    config = client.read_word(MOTION_BASE + MOTION.address("CONFIG"))
+    assert MOTION.registers["CONFIG"].fields["axes"].of(config) == AXES[name]
+    assert turned(board, client, last, 3) == [0] * last + [12]
+    assert stepped(board, client, last) == (10, 1 << last)
+
+
 def test_identity__of_core_and_motion__is_read_over_the_line(client):
     assert client.read_word(0) == 0x4D54_4B31
     assert client.read_word(MOTION_BASE) == MOTION.registers["ID"].reset
 
 
-@pytest.mark.parametrize(("axis", "periods"), [(0, 3), (4, 5)])
-def test_encoder__turned_by_periods__is_read_as_four_counts_each(board, client, axis, periods):
+def turned(board: BoardRtl, client: Client, axis: int, periods: int) -> list[int]:
+    """Turn an encoder by so many periods; counts of all axes up to this one."""
     for a, b in [(1, 0), (1, 1), (0, 1), (0, 0)] * periods:
         board.encoders(a << axis, b << axis, 0)
         board.clock(50)
-    words = client.read_words(ENCODER_BASE, 20)
-    assert words[0::4] == [4 * periods if n == axis else 0 for n in range(5)]
+    return client.read_words(ENCODER_BASE, 4 * (axis + 1))[0::4]
+
+
+@pytest.mark.parametrize(("axis", "periods"), [(0, 3), (4, 5)])
+def test_encoder__turned_by_periods__is_read_as_four_counts_each(board, client, axis, periods):
+    assert turned(board, client, axis, periods) == [0] * axis + [4 * periods]
+    assert client.read_words(ENCODER_BASE, 20)[0::4].count(0) == 4
 
 
 def test_encoder__two_lines_at_once__is_illegal_until_cleared(board, client):
@@ -123,27 +179,32 @@ def test_encoder__two_lines_at_once__is_illegal_until_cleared(board, client):
     board.encoders(0, 0, 0)
 
 
-def test_step_pins__of_a_motion_record__pulse_in_its_direction(board, client):
-    """10 ticks at 1 MHz on axis 1 backwards, by the register map as a host writes it."""
+def stepped(board: BoardRtl, client: Client, axis: int) -> tuple[int, int]:
+    """10 ticks at 1 MHz on an axis backwards, then 10 forwards, by the register map as a host
+    writes it: pulses of the latter, and the lines of direction that have turned."""
     rate = 1_000_000 * UNITS_PER_HZ * FRACTION
     record = Record(DIRECTION | FIRST | LAST, 10, rate, 0, 0)
     client.write_word(MOTION_BASE + MOTION.address("STEP_TIMING"), 0x0010_0010)
-    client.write_words(MOTION_BASE + MOTION.blocks["records"].base + 64, record.words())
-    client.write_word(MOTION_BASE + MOTION.address("HEAD"), 1 << 4)
-    assert client.read_word(MOTION_BASE + MOTION.address("POSITION") + 1) == 2**32 - 10
+    records = MOTION_BASE + MOTION.blocks["records"].base + 64 * axis
+    head = MOTION_BASE + MOTION.address("HEAD")
+    client.write_words(records, record.words())
+    client.write_word(head, 1 << 4 * axis)
+    assert client.read_word(MOTION_BASE + MOTION.address("POSITION") + axis) == 2**32 - 10
 
     record = Record(FIRST | LAST, 10, rate, 0, 0)
-    client.write_words(MOTION_BASE + MOTION.blocks["records"].base + 64 + 8, record.words())
-    head = Packet(Type.WRITE, 77, write_body(MOTION_BASE + MOTION.address("HEAD"), [2 << 4]))
-    client.link.send(head)
+    client.write_words(records + 8, record.words())
+    client.link.send(Packet(Type.WRITE, 77, write_body(head, [2 << 4 * axis])))
     levels = []
     for _ in range(20_000):
         board.clock(1)
         levels.append((board.step, board.direction))
-    rising = sum(after[0] & ~before[0] == 2 for before, after in pairwise(levels))
-    assert rising == 10
-    assert {step for step, _ in levels} == {0, 2}, "axis 1 alone steps"
-    assert levels[0][1] ^ levels[-1][1] == 2, "and turns its direction"
+    assert {step for step, _ in levels} == {0, 1 << axis}, "this axis alone steps"
+    rising = sum(after[0] & ~before[0] == 1 << axis for before, after in pairwise(levels))
+    return rising, levels[0][1] ^ levels[-1][1]
+
+
+def test_step_pins__of_a_motion_record__pulse_in_its_direction(board, client):
+    assert stepped(board, client, 1) == (10, 2)
 
 
 @pytest.mark.parametrize("name", BOARDS)

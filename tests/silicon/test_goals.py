@@ -67,10 +67,23 @@ def test_clocks__of_tops_never_synthesised__are_listed_as_not_run(monkeypatch):
 
 
 def test_netlists__short_form__lists_what_it_leaves_out(monkeypatch):
-    monkeypatch.setattr(silicon.lockstep, "run", lambda top, clocks: silicon.lockstep.Outcome(7, 9))
-    rows = list(silicon.netlist_units(full=False))
+    monkeypatch.setattr(silicon.lockstep, "run", lambda top, clocks: silicon.Outcome(7, 2, ()))
+    rows = [*silicon.netlist_units(full=False), *silicon.at_work(full=False)]
     assert {row.note for row in rows if row.value is None} == {"RUN=full runs it"}
     assert not any(row.met for row in rows)
+
+
+@pytest.mark.parametrize(
+    ("outcome", "value", "met"),
+    [
+        (silicon.Outcome(None, 2, ("a[0]",)), 0, True),
+        (silicon.Outcome(7, 2, ()), 1, False),
+        (silicon.Outcome(None, 2, ("a[0]", "a[1]")), 0, False),
+    ],
+)
+def test_comparison__is_met_without_a_difference_if_outputs_changed(outcome, value, met):
+    row = silicon.compared("a", "5 frames", outcome)
+    assert (row.value, row.met) == (value, met)
 
 
 def test_netlist__that_cannot_be_made__is_a_row_that_is_not_met(monkeypatch):
