@@ -85,7 +85,9 @@ struct Injector : Bench<Injector, Vasip> {
       if (!scope.second->varsp()) continue;
       for (const auto& each : *scope.second->varsp()) {
         const VerilatedVar& var = each.second;
-        const std::string name = std::string(scope.second->name()) + "." + var.name();
+        std::string own = var.name();
+        if (own[0] == '\\') own = own.substr(1, own.find(' ') - 1);  // of a netlist, with its path
+        const std::string name = std::string(scope.second->name()) + "." + own;
         if (var.isParam() || var.udims() > 1) continue;
         const uint32_t elements = var.udims() == 1 ? var.elements(1) : 1;
         found[name] = {name, var.entBits(), elements, uint32_t(var.totalSize() / elements),

@@ -4,7 +4,8 @@
 Yosys writes it (`synth_ecp5`), once per content of the sources. LUTs, flip-flops, carries and
 distributed memory are modelled by Yosys's own share/ecp5, block RAM and multipliers by
 ecp5_cells.sv, since Yosys has no model of these. For simulation Yosys puts its models in place of
-the cells, each with its parameters: left to Verilator, those of a core make C++ of 20 MB.
+the cells, each with its parameters: left to Verilator, those of a core make C++ of 20 MB. There a
+flip-flop has the name of its cell with `.Q` behind, all other names are hidden.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
 
+from sim.harness import build
 from sim.harness.runtime import only_one
 from sim.harness.sources import sources_of
 from sim.harness.wasm import run_tool
@@ -27,6 +29,8 @@ BUILD = ROOT / "build/netlists"
 HERE = Path(__file__).parent
 CELLS = ("common_sim.vh", "ccu2c_sim.vh")  # of Yosys; what includes them adds black boxes
 CELL_CHECKS = ("-Werror-USERERROR",)  # a cell in a mode without a model stops Verilator
+SPLIT = ("--output-split-cfuncs", "500")  # in longer functions of gates g++ takes hours
+HIDDEN = "rename -hide w:* w:*.Q %d; rename -hide c:*"  # all names but the flip-flops' own
 GATES = "simplemap t:$mux t:$and t:$or t:$xor t:$not; opt_expr -full -mux_bool; opt_merge"
 
 
@@ -39,7 +43,8 @@ class Netlist:
     """A module mapped to cells; its Verilog module has the name `module`.
 
     verilog: of cells; model: the same with models in place of most cells, to be simulated; ports:
-    name -> (direction, bits), in their order; cells: kind -> number.
+    name -> (direction, bits), in their order; cells: kind -> number; flip_flops: cell -> path in
+    the source. The cell's own name may be that of a wire behind it, in another block.
     """
 
     module: str
@@ -47,6 +52,7 @@ class Netlist:
     model: Path
     ports: dict[str, tuple[str, int]]
     cells: dict[str, int]
+    flip_flops: dict[str, str]
 
     @property
     def sources(self) -> list[Path]:
@@ -93,7 +99,35 @@ def make_netlist(
     cells = json.loads((folder / "stat.json").read_text())["design"]["num_cells_by_type"]
     cells.pop("$scopeinfo", None)  # where a module of the source was
     ports = {key: (p["direction"], len(p["bits"])) for key, p in found["ports"].items()}
-    return Netlist(name, folder / f"{name}.v", folder / f"{name}_model.v", ports, cells)
+    flip_flops = {cell: place_of(cell, each["attributes"]) for cell, each in found["cells"].items()}
+    verilog, model = folder / f"{name}.v", folder / f"{name}_model.v"
+    return Netlist(name, verilog, model, ports, cells, flip_flops)
+
+
+def place_of(cell: str, attributes: Mapping[str, str]) -> str:
+    """Path of a flip-flop in the source: the module whose always_ff it is from, its own name.
+
+    What Yosys makes of a memory comes from none: its name is all there is.
+    """
+    if "always_ff" not in attributes:
+        return cell
+    scope = attributes.get("scopename", "").split()
+    return ".".join((*scope, cell.rpartition(".")[2]))
+
+
+def library_of(
+    netlist: Netlist, harness: Path, more: Sequence[Path] = (), flags: Sequence[str] = ()
+) -> Path:
+    """The netlist's Verilated model, as `build_library` makes it, with further sources and options.
+
+    Raises BuildError.
+    """
+    before, build.optimisation = build.optimisation, "-O1"  # gates: -O3 takes minutes more
+    try:
+        sources, flags = [*more, *netlist.sources], (*CELL_CHECKS, *SPLIT, *flags)
+        return build.build_library(netlist.module, sources, harness, model_flags=flags)
+    finally:
+        build.optimisation = before
 
 
 def _synthesise(
@@ -102,16 +136,17 @@ def _synthesise(
     script = [f"read_verilog -sv -DSYNTHESIS {file}" for file in files]
     script += [f"chparam -set {key} {value} {top}" for key, value in parameters.items()]
     script += [
-        f"synth_ecp5 -top {top}",
+        f"synth_ecp5 -top {top} -run begin:coarse; proc -latches error; flatten -scopename",
+        f"synth_ecp5 -top {top} -run coarse:",
         f"rename {top} {name}" if name != top else "",
         f"tee -q -o {folder}/stat.json stat -json",
         f"write_verilog -noattr -norename {folder}/{name}.v",
-        "delete */c:*",
+        "delete */c:* */t:TRELLIS_FF %d",
         f"write_json {folder}/ports.json; design -reset",
         *(f"read_verilog -sv {file}" for file in (cell_models(), folder / f"{name}.v")),
         "read_verilog -lib -nooverwrite -DNO_INCLUDES +/ecp5/cells_sim.v",
         "read_verilog -lib -nooverwrite +/ecp5/cells_bb.v",
-        f"hierarchy -check -top {name}; proc; flatten -wb; rename -hide; {GATES}; opt_clean -purge",
+        f"hierarchy -check -top {name}; proc; flatten -wb; {HIDDEN}; {GATES}; opt_clean -purge",
         f"write_verilog -noattr {folder}/{name}_model.v",
     ]
     _yosys(["-q", "-p", "; ".join(filter(None, script))], top)

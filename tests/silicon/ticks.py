@@ -19,13 +19,12 @@ from asip_asm.assemble import assemble
 from asip_asm.image import Image
 from asip_asm.isa import default_isa
 from sim.core_backends import is_register
-from sim.harness import build
 from sim.harness.asip_bus import register_address
 from sim.harness.asip_rtl import HARNESS, AsipRtl
 from sim.model.parameters import Robot
 from sim.model.records import COUNTS, SET_POINTS
 from tests.asip.tracking_path import reversing_path
-from tests.silicon.netlist import BUILD, CELL_CHECKS, ROOT, Netlist, make_netlist
+from tests.silicon.netlist import BUILD, ROOT, Netlist, library_of, make_netlist
 
 PROGRAMS = ("tracking_as_printed", "tracking_optimised")
 SHARD = 500  # ticks
@@ -37,12 +36,7 @@ class AsipNetlist(AsipRtl):
     folders: Sequence[Path] = (ROOT / "rtl",)
 
     def _library(self, parameters: Mapping[str, int]) -> Path:
-        netlist = make_netlist("asip", parameters, folders=self.folders)
-        before, build.optimisation = build.optimisation, "-O1"  # gates: -O3 takes minutes more
-        try:
-            return build.build_library(self.top, netlist.sources, HARNESS, model_flags=CELL_CHECKS)
-        finally:
-            build.optimisation = before
+        return library_of(make_netlist("asip", parameters, folders=self.folders), HARNESS)
 
 
 def netlist_of(configuration: str) -> Netlist:

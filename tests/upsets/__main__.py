@@ -62,7 +62,7 @@ def progress(core: str, shards: int, console: Console) -> Callable[[object, dict
 def inject(depth: str, jobs: int, scheduler: str | None, console: Console) -> dict | None:
     """Every shard that is not finished; results by core, None if one failed."""
     cores: dict[str, dict] = {}
-    for core in campaign.CORES:
+    for core in campaign.SHARDS[depth]:
         console.print(f"core '{core}': building the model ...", markup=False, highlight=False)
         tasks = list(campaign.tasks_of(core, depth))
         waiting = [task for task in tasks if runner.finished(task) is None]
@@ -110,7 +110,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     cores = inject(depth, options.jobs, options.scheduler, console)
     if cores is None:
         return 1
-    rows = report.goals(cores, list(cores)[-1])
+    rows = report.goals(cores, "resilient") + report.netlist_goals(cores.get(campaign.NETLIST))
     rows += report.cost_goals(campaign.cost(), campaign.memory_ticks(5 if options.full else 1))
     rows += report.area_goals(area.measured())
     report.write(cores, rows, depth)

@@ -12,14 +12,22 @@ from pathlib import Path
 import numpy as np
 
 from asip_asm.project import BUILD
-from tests.upsets.model import EFFECTS, LATER, PROGRAM, Model
+from tests.upsets.model import EFFECTS, LATER, PROGRAM, Model, NetlistModel
 from tests.upsets.plan import KINDS, SHARD, Kind, block_of, draw, line_of
 
 STORE = BUILD / "upsets/shards"
-CORES = {"plain": False, "resilient": True}
-"""Name of a core -> whether it has the parameter Resilience."""
-SHARDS = {"quick": 10, "full": 44}
-"""Shards of each core."""
+NETLIST = "netlist"
+CORES: dict[str, tuple[type[Model], bool]] = {
+    "plain": (Model, False),
+    "resilient": (Model, True),
+    NETLIST: (NetlistModel, True),
+}
+"""Name of a core -> kind of its model, whether it has the parameter Resilience."""
+SHARDS = {
+    "quick": {"plain": 10, "resilient": 10},
+    "full": {"plain": 44, "resilient": 44, NETLIST: 8},
+}
+"""Shards of each core; a netlist's are of flip-flops alone: its memories are those of the RTL."""
 IDLE = 1300
 """Clocks between ticks in which the sweep comes to its end (a period of 100 us has 12 500)."""
 SWEPT, SWEPT_OF_SHARD = ("program memory in use", "bank K in use"), 100
@@ -51,7 +59,8 @@ class Task:
 @functools.cache
 def model_of(core: str) -> Model:
     """The core's model, made once per process."""
-    return Model(CORES[core])
+    kind, resilient = CORES[core]
+    return kind(resilient)
 
 
 def mark_of(core: str) -> str:
@@ -65,14 +74,16 @@ def mark_of(core: str) -> str:
 def tasks_of(core: str, depth: str, store: Path = STORE) -> Iterator[Task]:
     """Every shard of a core, dealt to the kinds by their shares."""
     mark = mark_of(core)
-    for kind in KINDS:
-        for shard in range(max(1, round(kind.share * SHARDS[depth]))):
+    shards = SHARDS[depth][core]
+    parts = {kind: max(1, round(kind.share * shards)) for kind in KINDS}
+    for kind, part in ({KINDS[0]: shards} if core == NETLIST else parts).items():
+        for shard in range(part):
             yield Task(core, kind.name, shard, mark, store)
 
 
 def cost() -> dict[str, int]:
     """Clocks of the core in a tick: {core: cycles}."""
-    return {core: model_of(core).cycles for core in CORES}
+    return {core: model_of(core).cycles for core in ("plain", "resilient")}
 
 
 def memory_ticks(shards: int) -> dict[str, int]:
@@ -105,7 +116,7 @@ def execute(task: Task) -> dict:
     outcomes = model.inject(upsets)
     counts: dict[str, dict[str, int]] = {}
     for upset, outcome in zip(upsets, outcomes, strict=True):
-        block = kind.name if kind.memory else block_of(model.sites[upset["site"]].name)
+        block = kind.name if kind.memory else block_of(model.sites[upset["site"]].place)
         row = counts.setdefault(block, dict.fromkeys(EFFECTS, 0))
         row[EFFECTS[outcome["effect"]]] += 1
     wrong = np.isin(outcomes["effect"], [EFFECTS.index(effect) for effect in WRONG])

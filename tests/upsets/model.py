@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,10 +21,13 @@ from sim.iss.path import preset
 from sim.model.parameters import Robot
 from sim.model.records import COUNTS, OUTPUTS, SET_POINTS
 from tests.asip.tracking_path import reversing_path
+from tests.silicon.netlist import library_of, make_netlist
 
 PROGRAM = ROOT / "asip_asm/programs/tracking_optimised.s"
 HARNESS = ROOT / "sim/harness/upset_harness.cpp"
 OPEN = ROOT / "sim/harness/registers.vlt"
+FLAGS = ("--flatten", "--vpi")
+TOP = "TOP.asip"
 TICKS, LATER = 64, 7
 """Ticks of the reference; ticks watched behind the one with the upset."""
 UPSET = np.dtype([(name, np.uint32) for name in ("tick", "clock", "site", "element", "bit")])
@@ -59,11 +62,25 @@ class ReferenceError(RuntimeError):
 
 @dataclass(frozen=True)
 class Site:
-    """A register (one element) or a memory of so many elements of so many bits."""
+    """A register (one element) or a memory of so many elements of so many bits.
+
+    place: its path in the source, which for a flip-flop of a netlist is not its name.
+    """
 
     name: str
     bits: int
     elements: int
+    place: str
+
+
+def parameters_of(resilient: bool) -> dict[str, int]:
+    """Of the core in configuration `fast`."""
+    shape = default_isa().configurations["fast"]
+    return {
+        "FmaPipes": shape.fma_pipes,
+        "Slots": len(shape.slots),
+        "Resilience": int(resilient),
+    }
 
 
 class Model:
@@ -72,6 +89,9 @@ class Model:
     idle: clocks between ticks; lengths: clocks of each tick of the host, these included; cycles: of
     the core in a tick; build: a name that changes with the RTL and the harness.
     """
+
+    places: Mapping[str, str] = {}
+    """Of sites whose name is not their place."""
 
     def __init__(self, resilient: bool = False, idle: int = 100) -> None:
         with without_assertions():
@@ -87,25 +107,17 @@ class Model:
         self._handle = self._lib.upset_new()
         lines = self._lib.upset_sites(self._handle).decode().splitlines()
         self.sites = [
-            Site(name, int(bits), int(n)) for name, bits, n in (line.split() for line in lines)
+            Site(name, int(bits), int(n), self.places.get(name, name))
+            for name, bits, n in (line.split() for line in lines)
         ]
         self.image: Image = assemble(PROGRAM)
         self.lengths = self._reference()
         self.cycles: int = self._lib.upset_read(ctypes.c_void_p(self._handle), CSR["CYCLES"])
 
-    @staticmethod
-    def _library(resilient: bool) -> Path:
-        shape = default_isa().configurations["fast"]
+    def _library(self, resilient: bool) -> Path:
+        sources = [OPEN, *build.file_list("asip/asip.f")]
         return build.build_library(
-            "asip",
-            [OPEN, *build.file_list("asip/asip.f")],
-            HARNESS,
-            {
-                "FmaPipes": shape.fma_pipes,
-                "Slots": len(shape.slots),
-                "Resilience": int(resilient),
-            },
-            model_flags=("--flatten", "--vpi"),
+            "asip", sources, HARNESS, parameters_of(resilient), model_flags=FLAGS
         )
 
     def __del__(self) -> None:
@@ -176,6 +188,17 @@ class Model:
             ctypes.c_void_p(outcomes.ctypes.data),
         )
         return outcomes
+
+
+class NetlistModel(Model):
+    """The core mapped to ECP5 cells; its sites are flip-flops and memories of cells."""
+
+    def _library(self, resilient: bool) -> Path:
+        netlist = make_netlist("asip", parameters_of(resilient))
+        self.places = {
+            f"{TOP}.{cell}.Q": f"{TOP}.{place}" for cell, place in netlist.flip_flops.items()
+        }
+        return library_of(netlist, HARNESS, [OPEN], FLAGS)
 
 
 def sites_named(sites: Sequence[Site], name: str) -> list[int]:

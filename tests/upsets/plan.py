@@ -28,7 +28,7 @@ BLOCKS = {
     "host port": r"\.u_host\.",
     "stages R1 to E2": r"",
 }
-"""Block of flip-flops -> pattern of their names; the first that fits counts."""
+"""Block of flip-flops -> pattern of their places; the first that fits counts."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Kind:
 
 
 KINDS = (
-    Kind("flip-flops", 0.5, "", False),
+    Kind("flip-flops", 0.5, r"(_q|\.Q)$", False),
     Kind("program memory in use", 0.2, r"\.u_fetch\.gen_lane\[\d+\]\.memory$", True),
     Kind("bank K in use", 0.1, r"\.u_bank_k\..*\.memory$", True),
     Kind("banks A, B, C", 0.1, r"\.u_bank_[abc]\..*\.memory$", True),
@@ -50,9 +50,9 @@ KINDS = (
 )
 
 
-def block_of(name: str) -> str:
-    """Block of a flip-flop by its name."""
-    return next(block for block, pattern in BLOCKS.items() if re.search(pattern, name))
+def block_of(place: str) -> str:
+    """Block of a flip-flop by its place."""
+    return next(block for block, pattern in BLOCKS.items() if re.search(pattern, place))
 
 
 def places(model: Model, kind: Kind) -> list[tuple[int, np.ndarray]]:

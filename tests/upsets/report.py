@@ -23,6 +23,8 @@ AREAS = {
     "resilient": "area of redundancy",
     "record": "area of redundancy and the plausibility record",
 }
+FULL = "RUN=full"
+LEAST_NETLIST = 4000
 LARGE = 0.01
 """Error of an output that counts as large, as a part of its limit."""
 
@@ -93,25 +95,36 @@ def area_goals(luts: Mapping[str, int] | None) -> list[Row]:
 
 def goals(cores: Mapping[str, Mapping[str, Any]], most: str) -> list[Row]:
     """Effects of upsets on the core `most`, which does most about them, against their targets."""
-    core = cores[most]
-    total = core["rows"]["everything"]
+    return [
+        *_effects(cores[most], f"core '{most}'"),
+        at_least(f"injections, core '{most}'", cores[most]["injections"], 20000, "cases", FULL),
+    ]
+
+
+def netlist_goals(core: Mapping[str, Any] | None) -> list[Row]:
+    """The same of the flip-flops of the netlist; None: not run."""
+    name = "flip-flops of the netlist"
+    if core is None:
+        return [Row(f"injections, {name}", None, "cases", f">= {LEAST_NETLIST}", False, FULL)]
     n = core["injections"]
+    return [
+        *_effects(core, name),
+        at_least(f"injections, {name}", n, LEAST_NETLIST, "cases", FULL),
+    ]
+
+
+def _effects(core: Mapping[str, Any], name: str) -> list[Row]:
+    total, n = core["rows"]["everything"], core["injections"]
     wrong = sum(total[effect] for effect in WRONG)
     low, high = wilson(wrong, n)
     large = sum(case["error"] > LARGE for case in core["cases"])
     stuck = total["locked up"] + total["run lost"]
+    note = f"{wrong} of {n}, 95 %: {100 * low:.3f} to {100 * high:.3f}"
     return [
-        at_most(
-            f"silently wrong outputs, core '{most}'",
-            100 * wrong / n,
-            0.1,
-            "%",
-            f"{wrong} of {n}, 95 %: {100 * low:.3f} to {100 * high:.3f}",
-        ),
-        at_most(f"wrong by more than 1 % of the limit, core '{most}'", large, 0, "cases"),
-        at_most(f"lock-ups, core '{most}'", stuck, 0, "cases", "runs that never end among them"),
-        at_most(f"unsafe outputs behind a fault, core '{most}'", core["unsafe"], 0, "cases"),
-        at_least(f"injections, core '{most}'", n, 20000, "cases", "RUN=full"),
+        at_most(f"silently wrong outputs, {name}", 100 * wrong / n, 0.1, "%", note),
+        at_most(f"wrong by more than 1 % of the limit, {name}", large, 0, "cases"),
+        at_most(f"lock-ups, {name}", stuck, 0, "cases", "runs that never end among them"),
+        at_most(f"unsafe outputs behind a fault, {name}", core["unsafe"], 0, "cases"),
     ]
 
 

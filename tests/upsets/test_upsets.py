@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 
 from sim.harness.asip_bus import FAULT_NAMES
+from tests.bench.needs import needs
+from tests.silicon.netlist import place_of
 from tests.upsets import campaign, report
 from tests.upsets.__main__ import main
-from tests.upsets.model import EFFECTS, TICKS, Model
-from tests.upsets.plan import KINDS, block_of, draw, line_of, places, upset_of
+from tests.upsets.model import EFFECTS, TICKS, Model, Site
+from tests.upsets.plan import KINDS, SHARD, block_of, draw, line_of, places, upset_of
 
 
 @pytest.fixture(scope="module")
@@ -95,6 +97,52 @@ def test_goals__a_wrong_output__are_not_met():
     assert [row.met for row in rows] == [False, False, True, False, False]
 
 
+@pytest.mark.parametrize(
+    ("cell", "scope", "block"),
+    [
+        ("u_run.u_control.state_q_TRELLIS_FF_Q_1", "u_run u_control", "control"),
+        ("gen_decode[0].u_decode.word_i_TRELLIS_FF_Q_39", "u_fetch", "fetch"),
+        ("u_issue.stall_i_TRELLIS_FF_Q", "u_units u_aux u_f2i", "other auxiliary units"),
+        ("u_host.data_i_TRELLIS_FF_Q", "", "stages R1 to E2"),
+    ],
+)
+def test_block__flip_flop_of_a_netlist__is_that_of_its_source_not_of_its_name(cell, scope, block):
+    attributes = {"always_ff": "1"} | ({"scopename": scope} if scope else {})
+    assert block_of(f"TOP.asip.{place_of(cell, attributes)}") == block
+
+
+def test_block__flip_flop_that_yosys_made_of_a_memory__is_that_of_its_name():
+    cell = "u_fetch.gen_lane[0].memory.0.1_DOB14_TRELLIS_FF_Q"
+    assert block_of(f"TOP.asip.{place_of(cell, {})}") == "fetch"
+
+
+def test_replay__line_of_a_netlist__is_the_same_upset():
+    names = ("memory.0.1_DOB14_TRELLIS_FF_Q_1.Q", "gen_decode[0].u_decode.word_i_TRELLIS_FF_Q.Q")
+    sites = [Site(f"TOP.asip.{name}", 1, 1, "") for name in names]
+    for number, site in enumerate(sites):
+        (upset,) = upset_of(sites, f"4 157 {site.name}.0")
+        assert upset["site"] == number
+        assert line_of(sites, upset) == f"4 157 {site.name}.0"
+
+
+def test_tasks__of_the_netlist__are_flip_flops_at_full_depth_alone(monkeypatch):
+    monkeypatch.setattr(campaign, "mark_of", lambda core: "mark")
+    tasks = list(campaign.tasks_of(campaign.NETLIST, "full"))
+    assert {task.kind for task in tasks} == {"flip-flops"}
+    assert len(tasks) * SHARD >= report.LEAST_NETLIST
+    assert len({task.path for task in tasks}) == len(tasks)
+    assert campaign.NETLIST not in campaign.SHARDS["quick"]
+
+
+def test_netlist_goals__a_wrong_output_or_no_run__are_not_met():
+    counts = {"control": dict.fromkeys(EFFECTS, 0) | {"wrong later": 1, "masked": 499}}
+    case = {"replay": "", "effect": "wrong later", "error": 0.5}
+    result = {"counts": counts, "injections": 500, "unsafe": 1, "cases": [case]}
+    rows = report.netlist_goals(report.gather([result]))
+    assert [row.met for row in rows] == [False, False, True, False, False]
+    assert [row.met for row in report.netlist_goals(None)] == [False]
+
+
 @pytest.fixture(scope="module")
 def resilient() -> Model:
     return campaign.model_of("resilient")
@@ -161,3 +209,38 @@ def test_resilient__registers_of_the_record__a_false_verdict_is_repaired(resilie
     assert {effect for _, effect in found} <= allowed
     assert ("implausible_q.0", "corrected") in found
     assert ("implausible_q.0", "fault reported") not in found
+
+
+@pytest.fixture(scope="module")
+def netlist() -> Model:
+    return campaign.model_of(campaign.NETLIST)
+
+
+@pytest.mark.full
+@needs("yosys")
+def test_netlist__reference_run__has_the_clocks_of_the_rtl(netlist, resilient):
+    assert netlist.cycles == resilient.cycles
+    assert np.array_equal(netlist.lengths, resilient.lengths)
+
+
+@pytest.mark.full
+@needs("yosys")
+def test_netlist__flip_flops__are_those_of_every_block_and_nothing_else(netlist, resilient):
+    def blocks(model: Model) -> set[str]:
+        return {block_of(model.sites[site].place) for site, _ in places(model, KINDS[0])}
+
+    flip_flops = [netlist.sites[site] for site, _ in places(netlist, KINDS[0])]
+    assert len(flip_flops) > 7000 and {site.bits for site in flip_flops} == {1}
+    assert {site.name for site in flip_flops} <= set(netlist.places)
+    assert blocks(netlist) == blocks(resilient)
+
+
+@pytest.mark.full
+@needs("yosys")
+def test_netlist__upsets_of_redundancy_and_control__nothing_wrong_is_silent(netlist):
+    flip_flops = [netlist.sites[site] for site, _ in places(netlist, KINDS[0])]
+    names = [s.name for s in flip_flops if block_of(s.place) in ("redundancy", "control")]
+    allowed = ("masked", "corrected", "latent", "fault reported")
+    for number, name in enumerate(names):
+        found = effect(netlist, f"20 {5 + 37 * number % 380} {name}.0")
+        assert found in allowed, (name, found)
