@@ -12,7 +12,7 @@ from sim.harness.build import build_library
 from sim.harness.sources import sources_of
 from sim.harness.waves import load_model
 from tests.bench.faults import write_if_changed
-from tests.silicon.netlist import BUILD, CELL_CHECKS, ROOT, Netlist, make_netlist
+from tests.silicon.netlist import BUILD, MODEL_FLAGS, ROOT, Netlist, make_netlist
 
 HARNESS = Path(__file__).with_name("lockstep_harness.cpp")
 CLOCK, RESET = "clk_i", "rst_ni"
@@ -106,7 +106,7 @@ def run(
         HARNESS,
         defines={"SYNTHESIS": ""},
         harness_flags=(f"-DMODEL=Vlockstep_{top}", f"-I{ROOT / 'sim/harness'}"),
-        model_flags=CELL_CHECKS,
+        model_flags=MODEL_FLAGS,
     )
     lib = load_model(library)
     inputs = [

@@ -28,8 +28,10 @@ ROOT = Path(__file__).resolve().parents[2]
 BUILD = ROOT / "build/netlists"
 HERE = Path(__file__).parent
 CELLS = ("common_sim.vh", "ccu2c_sim.vh")  # of Yosys; what includes them adds black boxes
-CELL_CHECKS = ("-Werror-USERERROR",)  # a cell in a mode without a model stops Verilator
-SPLIT = ("--output-split-cfuncs", "500")  # in longer functions of gates g++ takes hours
+MODEL_FLAGS = (
+    "-Werror-USERERROR",  # a cell in a mode without a model stops Verilator
+    *("--output-split-cfuncs", "500"),  # in longer functions of gates g++ takes hours
+)
 HIDDEN = "rename -hide w:* w:*.Q %d; rename -hide c:*"  # all names but the flip-flops' own
 GATES = "simplemap t:$mux t:$and t:$or t:$xor t:$not; opt_expr -full -mux_bool; opt_merge"
 
@@ -124,7 +126,7 @@ def library_of(
     """
     before, build.optimisation = build.optimisation, "-O1"  # gates: -O3 takes minutes more
     try:
-        sources, flags = [*more, *netlist.sources], (*CELL_CHECKS, *SPLIT, *flags)
+        sources, flags = [*more, *netlist.sources], (*MODEL_FLAGS, *flags)
         return build.build_library(netlist.module, sources, harness, model_flags=flags)
     finally:
         build.optimisation = before
