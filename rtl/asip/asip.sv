@@ -389,7 +389,7 @@ module asip #(
         .implausible_o(implausible),
         .index_o      (implausible_index),
         .host_write_i (host_record),
-        .host_index_i (address_i[4:0]),
+        .host_index_i (address_i[$clog2(asip_regmap_pkg::WORDS_OUTPUTS)-1:0]),
         .host_on_i    (writedata_i[asip_regmap_pkg::PLAUSIBLE_ON_JUDGED_LSB])
     );
   end else begin : gen_no_plausible
