@@ -46,7 +46,8 @@ class Netlist:
 
     verilog: of cells; model: the same with models in place of most cells, to be simulated; ports:
     name -> (direction, bits), in their order; cells: kind -> number; flip_flops: cell -> path in
-    the source. The cell's own name may be that of a wire behind it, in another block.
+    the source. The cell's own name may be that of a wire behind it, in another block; added: those
+    of them that the source does not have, which Yosys put around a memory.
     """
 
     module: str
@@ -55,6 +56,7 @@ class Netlist:
     ports: dict[str, tuple[str, int]]
     cells: dict[str, int]
     flip_flops: dict[str, str]
+    added: tuple[str, ...]
 
     @property
     def sources(self) -> list[Path]:
@@ -102,8 +104,14 @@ def make_netlist(
     cells.pop("$scopeinfo", None)  # where a module of the source was
     ports = {key: (p["direction"], len(p["bits"])) for key, p in found["ports"].items()}
     flip_flops = {cell: place_of(cell, each["attributes"]) for cell, each in found["cells"].items()}
+    added = tuple(c for c, each in found["cells"].items() if not of_source(each["attributes"]))
     verilog, model = folder / f"{name}.v", folder / f"{name}_model.v"
-    return Netlist(name, verilog, model, ports, cells, flip_flops)
+    return Netlist(name, verilog, model, ports, cells, flip_flops, added)
+
+
+def of_source(attributes: Mapping[str, str]) -> bool:
+    """Whether a flip-flop is a register of the source."""
+    return "always_ff" in attributes
 
 
 def place_of(cell: str, attributes: Mapping[str, str]) -> str:
@@ -111,7 +119,7 @@ def place_of(cell: str, attributes: Mapping[str, str]) -> str:
 
     What Yosys makes of a memory comes from none: its name is all there is.
     """
-    if "always_ff" not in attributes:
+    if not of_source(attributes):
         return cell
     scope = attributes.get("scopename", "").split()
     return ".".join((*scope, cell.rpartition(".")[2]))

@@ -8,10 +8,10 @@ import pytest
 
 from sim.harness.asip_bus import FAULT_NAMES
 from tests.bench.needs import needs
-from tests.silicon.netlist import place_of
+from tests.silicon.netlist import make_netlist, place_of
 from tests.upsets import campaign, report
 from tests.upsets.__main__ import main
-from tests.upsets.model import EFFECTS, TICKS, Model, Site
+from tests.upsets.model import EFFECTS, TICKS, Model, Site, parameters_of
 from tests.upsets.plan import KINDS, SHARD, block_of, draw, line_of, places, upset_of
 
 
@@ -233,6 +233,17 @@ def test_netlist__flip_flops__are_those_of_every_block_and_nothing_else(netlist,
     assert len(flip_flops) > 7000 and {site.bits for site in flip_flops} == {1}
     assert {site.name for site in flip_flops} <= set(netlist.places)
     assert blocks(netlist) == blocks(resilient)
+
+
+@pytest.mark.full
+@needs("yosys")
+def test_netlist__flip_flops_that_yosys_added__are_the_read_words_of_the_counters():
+    # Around block RAM it would add registers of what is written: one flipped, a wrong word of the
+    # program has the right parity.
+    added = make_netlist("asip", parameters_of(resilient=True)).added
+    assert {cell.split("_TRELLIS_FF")[0] for cell in added} == {
+        "u_run.u_control.u_counts.read_data_o"
+    }
 
 
 @pytest.mark.full
