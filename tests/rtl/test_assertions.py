@@ -132,7 +132,8 @@ def bench(checkers: list[Checker]) -> str:
         lines += ["rst_ni = 1'b0;", *drive(each, ""), step, "rst_ni = 1'b1;", *3 * [step]]
         lines.append(f'$display("CASE {name}.{label}");')
         for row in TABLE[name][label].split(";"):
-            lines += [*drive(each, row), step]
+            count, _, row = row.rpartition(" x ")
+            lines += int(count or 1) * [*drive(each, row), step]
         lines += [*drive(each, ""), step, step, '$display("CASE");']
     return "\n".join([*lines, "$finish;", "end", "endmodule", ""])
 
