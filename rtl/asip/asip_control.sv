@@ -68,7 +68,7 @@ module asip_control #(
 
   state_e      state_d, state_q;
   info_e       info_from;
-  logic        start_q, done_d, done_q, fault_d, fault_q, info_load;
+  logic        start_q, busy_q, done_d, done_q, fault_d, fault_q, info_load;
   logic [3:0]  cause_d, cause_q;
   logic [15:0] info_d, info_q, last_pc_q;
   logic [31:0] unwritten_q, ahead_q;
@@ -164,6 +164,7 @@ module asip_control #(
     if (!rst_ni) begin
       state_q    <= StIdle;
       start_q    <= 1'b0;
+      busy_q     <= 1'b0;
       done_q     <= 1'b0;
       fault_q    <= 1'b0;
       cause_q    <= 4'd0;
@@ -173,6 +174,8 @@ module asip_control #(
     end else begin
       state_q    <= state_d;
       start_q    <= (start_q || (start_i && !fault_q && !active)) && !run_start;
+      // active or start_q of the next cycle: what the host may write is decided behind a register
+      busy_q     <= start_q || (active ? !drained : start_i && !fault_q);
       done_q     <= done_d;
       fault_q    <= fault_d;
       cause_q    <= cause_d;
@@ -300,7 +303,7 @@ module asip_control #(
   assign fault_o         = fault_q && !active;
   assign ended_o         = refetch_q;
   assign quiet_o         = quiet_q;
-  assign busy_o          = active || start_q;
+  assign busy_o          = busy_q;
   assign done_o          = done_q;
   assign cause_o         = fault_o ? cause_q : asip_regmap_pkg::FAULT_NONE;
   assign fault_info_o    = info_q;

@@ -70,7 +70,7 @@ module asip_host #(
   logic        in_csr, in_constants, in_outputs, in_safe, in_registers, in_data, in_program;
   logic        in_record;
   logic        in_banks;
-  logic        held, write_now, csr_write, configures;
+  logic        held, memory_write, bank_write, csr_write, configures;
   logic [CsrBits-1:0] csr;
   logic [$clog2(asip_regmap_pkg::WORDS_PROGRAM)-3:0] bundle;
   logic [2:0]  wait_q;
@@ -114,8 +114,9 @@ module asip_host #(
   assign configures = csr == asip_regmap_pkg::REG_WATCHDOG || csr == asip_regmap_pkg::REG_ENTRY ||
                       csr == asip_regmap_pkg::REG_OUTPUT_MASK;
   assign held       = (hold_i && (in_csr ? write_i && configures : 1'b1)) || (copy_i && in_banks);
-  assign write_now  = write_i && !held;
-  assign csr_write  = write_now && in_csr;
+  assign csr_write    = write_i && in_csr && !(hold_i && configures);
+  assign memory_write = write_i && !hold_i;
+  assign bank_write   = memory_write && !copy_i;
   assign read_done  = wait_q == 3'd4;
   assign waitrequest_o = (write_i && held) || (read_i && !read_done);
 
@@ -125,12 +126,12 @@ module asip_host #(
                      writedata_i[asip_regmap_pkg::CONTROL_CLEAR_LSB];
   assign refetch_o = refetch_q;
 
-  assign write_constant_o = write_now && in_constants;
-  assign write_safe_o     = write_now && in_safe;
-  assign write_register_o = write_now && in_registers;
-  assign write_data_o     = write_now && in_data;
-  assign write_program_o  = write_now && in_program && 32'(bundle) < Bundles;
-  assign write_record_o   = write_now && in_record && Resilience != 0 && Plausible != 0;
+  assign write_constant_o = (Debug != 0 ? bank_write : memory_write) && in_constants;
+  assign write_safe_o     = memory_write && in_safe;
+  assign write_register_o = bank_write && in_registers;
+  assign write_data_o     = memory_write && in_data;
+  assign write_program_o  = memory_write && in_program && 32'(bundle) < Bundles;
+  assign write_record_o   = memory_write && in_record && Resilience != 0 && Plausible != 0;
   assign select_o         = (read_i || write_i) && !hold_i;
 
   always_comb begin

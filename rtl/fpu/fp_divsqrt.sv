@@ -29,12 +29,15 @@ module fp_divsqrt (
 
   // ---- operands: a rank of their own, as they may come from far away ----
   logic [31:0] a_e1_q, b_e1_q;
+  logic        a_normal_e1_q, b_normal_e1_q;     // the exponent field is not zero
   logic        sqrt_e1_q, valid_e1_q;
 
   always_ff @(posedge clk_i) begin
-    a_e1_q    <= a_i;
-    b_e1_q    <= b_i;
-    sqrt_e1_q <= sqrt_i;
+    a_e1_q        <= a_i;
+    b_e1_q        <= b_i;
+    sqrt_e1_q     <= sqrt_i;
+    a_normal_e1_q <= |a_i[30:23];
+    b_normal_e1_q <= |b_i[30:23];
   end
 
   // ---- e1: unpack, normalise subnormals ----
@@ -42,27 +45,23 @@ module fp_divsqrt (
   logic        a_zero_sig_e1, b_zero_sig_e1;     // fraction and hidden bit all zero
   logic [23:0] sig_a_e1, sig_b_e1;               // U(1.23), normalised
   logic [7:0]  exp_a_e1, exp_b_e1;               // biased, before normalisation: 1 .. 255
-  logic        a_normal_e1, b_normal_e1;
-
-  assign a_normal_e1 = |a_e1_q[30:23];
-  assign b_normal_e1 = |b_e1_q[30:23];
 
   // The hidden bit of a normal number makes its count zero.
   fp_normalise u_normalise_a (
-      .value_i({a_normal_e1, a_e1_q[22:0]}),
+      .value_i({a_normal_e1_q, a_e1_q[22:0]}),
       .value_o(sig_a_e1),
       .count_o(zeros_a_e1),
       .zero_o (a_zero_sig_e1)
   );
   fp_normalise u_normalise_b (
-      .value_i({b_normal_e1, b_e1_q[22:0]}),
+      .value_i({b_normal_e1_q, b_e1_q[22:0]}),
       .value_o(sig_b_e1),
       .count_o(zeros_b_e1),
       .zero_o (b_zero_sig_e1)
   );
 
-  assign exp_a_e1 = {a_e1_q[30:24], a_e1_q[23] || !a_normal_e1};
-  assign exp_b_e1 = {b_e1_q[30:24], b_e1_q[23] || !b_normal_e1};
+  assign exp_a_e1 = {a_e1_q[30:24], a_e1_q[23] || !a_normal_e1_q};
+  assign exp_b_e1 = {b_e1_q[30:24], b_e1_q[23] || !b_normal_e1_q};
 
   // A root halves the exponent; an odd unbiased one (even biased) leaves a factor 2 in m.
   logic factor2_e1;
@@ -98,7 +97,8 @@ module fp_divsqrt (
   // Entry s is the register in front of digit stage s, entry Stages the one in front of rounding.
   // The exponent of the result joins in stage 0: of digit 0 in entry 1, then of the leading one.
   logic [Stages-1:0]     sqrt_q;
-  logic [Stages:0]       valid_q, sign_q, nan_q, inf_q, zero_q, invalid_q, by_zero_q;
+  logic [Stages:0]       valid_q, sign_q, nan_q, inf_q, zero_q;
+  logic [Stages:0]       raises_q;      // of a NaN nv, of an infinity dz
   logic [7:0]              exp_a_q, exp_b_q;      // entry 0
   logic [4:0]              zeros_a_q, zeros_b_q;  // entry 0
   logic [Stages-1:1][9:0]  exp_q;       // S(10.0), biased: -150 .. 404
@@ -118,8 +118,7 @@ module fp_divsqrt (
     nan_q[0]       <= nan_e1;
     inf_q[0]       <= inf_e1;
     zero_q[0]      <= zero_e1;
-    invalid_q[0]   <= invalid_e1;
-    by_zero_q[0]   <= by_zero_e1;
+    raises_q[0]    <= invalid_e1 || by_zero_e1;
     exp_a_q        <= exp_a_e1;
     exp_b_q        <= exp_b_e1;
     zeros_a_q      <= zeros_a_e1;
@@ -169,11 +168,13 @@ module fp_divsqrt (
       nan_q[s+1]       <= nan_q[s];
       inf_q[s+1]       <= inf_q[s];
       zero_q[s+1]      <= zero_q[s];
-      invalid_q[s+1]   <= invalid_q[s];
-      by_zero_q[s+1]   <= by_zero_q[s];
+      raises_q[s+1]    <= raises_q[s];
     end
 
     if (s < Stages - 1) begin : gen_inner
+      // From digit 2 to 22 nothing is below bit 3: a quotient has 24 bits, and the one of d_k comes down.
+      localparam logic [26:0] Kept = s < Stages - 2 ? 27'h7ff_fff8 : 27'h7ff_ffff;
+
       logic [26:0] divisor_next, remainder_second;
 
       assign remainder_second = digit_second ? trial_second[26:0] : twice_second[26:0];
@@ -185,8 +186,8 @@ module fp_divsqrt (
 
       always_ff @(posedge clk_i) begin
         sqrt_q[s+1]    <= sqrt_q[s];
-        divisor_q[s+1] <= divisor_next;
-        remainder_q[s+1] <= remainder_second;
+        divisor_q[s+1] <= divisor_next & Kept;
+        remainder_q[s+1] <= remainder_second & Kept;
         digits_q[s+1]  <= {digits_q[s][21:0], digit_first, digit_second};
       end
     end
@@ -265,9 +266,9 @@ module fp_divsqrt (
       .sticky_i (lost_q || nonzero_q),
       .exact_i  (1'b0),
       .nan_i    (nan_q[Stages]),
-      .invalid_i(invalid_q[Stages]),
+      .invalid_i(raises_q[Stages]),
       .inf_i    (inf_q[Stages]),
-      .by_zero_i(by_zero_q[Stages]),
+      .by_zero_i(raises_q[Stages]),
       .zero_i   (zero_q[Stages]),
       .result_o (result),
       .flags_o  (flags)

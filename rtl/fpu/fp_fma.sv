@@ -37,19 +37,22 @@ module fp_fma (
   logic [30:0] c_e1;
   logic        a_subnormal_e1, b_subnormal_e1, c_subnormal_e1;
   logic [7:0]  exp_a_e1, exp_b_e1, exp_c_e1;   // biased; a subnormal has that of the least normal
+  logic        add_e1, mul_e1;
   logic        a_fraction_e1, b_fraction_e1, c_fraction_e1;   // not zero
   logic        sign_product_e1, sign_addend_e1;
   logic [9:0]  distance_e1;                    // S(10.0): right shift of the addend
 
-  assign b_e1 = (kind_i == fp_pkg::FMA_KIND_ADD) ? fp_pkg::ONE : b_i;
-  assign c_e1 = (kind_i == fp_pkg::FMA_KIND_MUL) ? 31'd0 : c_i[30:0];
+  assign add_e1 = kind_i == fp_pkg::FMA_KIND_ADD;
+  assign mul_e1 = kind_i == fp_pkg::FMA_KIND_MUL;
+  assign b_e1   = add_e1 ? fp_pkg::ONE : b_i;
+  assign c_e1   = mul_e1 ? 31'd0 : c_i[30:0];
 
   assign sign_product_e1 = a_i[31] ^ b_e1[31] ^ neg_product_i;
-  assign sign_addend_e1  = (kind_i == fp_pkg::FMA_KIND_MUL) || (c_i[31] ^ neg_addend_i);
+  assign sign_addend_e1  = mul_e1 || (c_i[31] ^ neg_addend_i);
 
   assign a_subnormal_e1 = !(|a_i[30:23]);
-  assign b_subnormal_e1 = !(|b_e1[30:23]);
-  assign c_subnormal_e1 = !(|c_e1[30:23]);
+  assign b_subnormal_e1 = !(|b_i[30:23]) && !add_e1;   // kind_i beside the exponents, not before them
+  assign c_subnormal_e1 = !(|c_i[30:23]) || mul_e1;
   assign exp_a_e1 = {a_i[30:24], a_i[23] || a_subnormal_e1};
   assign exp_b_e1 = {b_e1[30:24], b_e1[23] || b_subnormal_e1};
   assign exp_c_e1 = {c_e1[30:24], c_e1[23] || c_subnormal_e1};

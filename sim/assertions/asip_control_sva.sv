@@ -4,6 +4,8 @@ module asip_control_sva (
     input logic clk_i,
     input logic rst_ni,
     input logic clear_i,
+    input logic active,
+    input logic start_q,
     input logic run_start_o,
     input logic commit_o,
     input logic fault_o,
@@ -22,6 +24,10 @@ module asip_control_sva (
   BusyFromStart : assert property (@(posedge clk_i) disable iff (!rst_ni)
       run_start_o |=> busy_o && run_o)
   else $error("an accepted run does not run");
+
+  BusyWhileActive : assert property (@(posedge clk_i) disable iff (!rst_ni)
+      busy_o == (active || start_q))
+  else $error("busy is not what control is");
 
   CommitOfAGoodRun : assert property (@(posedge clk_i) disable iff (!rst_ni)
       commit_o |=> done_o && !busy_o && !fault_o)

@@ -61,17 +61,19 @@ def one_of(logic: Logic, index: Term, choices: list[Term]) -> Term:
 
 def invariant(logic: Logic, root: bool, k: int, r: Term, q: Term, d: Term) -> tuple[Term, ...]:
     """Bounds of entry k / 2, without the equation that `numbers` composes."""
-    small = logic.ult(q, 1 << k)
+    small = [logic.ult(q, 1 << k)]
+    if k <= 22:  # nothing below bit 3, but bits 1 and 2 of an operand
+        small += [logic.eq(logic.bits(r, 2 if k else 0, 0), 0), logic.eq(logic.bits(d, 2, 0), 0)]
     if not root:
         return (
-            small,
+            *small,
             logic.ult(r, d),
             logic.ule(logic.bv(ROOM, 1 << 26), d),
             logic.ult(d, 1 << 27),
         )
     bound = logic.shl(logic.add(times(logic, q, 2), logic.bv(ROOM, 1)), 26 - k)
     divisor = logic.shl(logic.add(times(logic, q, 4), logic.bv(ROOM, 1)), 25 - k)
-    return (small, logic.ult(r, bound), logic.eq(d, divisor))
+    return (*small, logic.ult(r, bound), logic.eq(d, divisor))
 
 
 class Operand:

@@ -111,12 +111,18 @@ def bus_of_a_commit(ctx: Context) -> Iterator[Case]:
 
 @proof(
     "asip_control",
-    "an idle core that is not asked to start stays idle",
-    "any state and inputs",
+    "busy is what the state is, and an idle core that is not asked to start stays idle",
+    "any state in which busy is what the state is, any inputs",
     quick=True,
 )
 def idle_core(ctx: Context) -> Iterator[Case]:
     logic, run = ctx.logic, ctx.run("asip_control")
-    idle = logic.eq(run.output("busy_o", 0), 0)
+    busy = [logic.eq(run.output("busy_o", cycle), 1) for cycle in (0, 1)]
+    state = [
+        logic.any(*(logic.eq(run.signal(name, cycle), 1) for name in ("active", "start_q")))
+        for cycle in (0, 1)
+    ]
+    known = logic.eq(busy[0], state[0])
     unasked = logic.eq(run.input("start_i"), 0)
-    yield Case("no run by itself", logic.eq(run.output("busy_o", 1), 0), (idle, unasked))
+    yield Case("busy is the state", logic.eq(busy[1], state[1]), (known,))
+    yield Case("no run by itself", logic.no(busy[1]), (known, logic.no(busy[0]), unasked))
