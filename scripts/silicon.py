@@ -35,7 +35,7 @@ KEPT_BOARDS = ROOT / "docs/data/boards.json"
 TICKS = 10_000
 CLOCK, BOARD_CLOCK, MARGIN = 125.0, 100.0, 1.05  # MHz
 UNITS = ("fp_cmp", "fp_i2f", "fp_f2i", "fp_mul", "quadrature_decoder")
-PROVED = ("fp_i2f", "fp_cmp", "fp_f2i", "quadrature_decoder")
+PROVED = ("fp_i2f", "fp_cmp", "fp_f2i", "fp_add", "quadrature_decoder", "pulse_generator")
 BLOCKS = (
     *("fp_fma", "fp_divsqrt", "fp_divsqrt_folded", "fp_sincos", "fp_sincos_overlapped"),
     *("n2_core", "motion_front_end", "drive_front_end", "pwm_bridge", "sinc3_filter"),

@@ -171,6 +171,28 @@ def _yosys(arguments: Sequence[str], top: str) -> str:
     return done.stdout
 
 
+def _named_netlist(top: str, folders: Sequence[Path]) -> tuple[Path, dict[str, str]]:
+    """Verilog of a netlist `top`_netlist, and flip-flop -> register for those that lose their name.
+
+    Registers with a reset do so in abc9; here flip-flops are named by the wires they drive before.
+    """
+    folder = BUILD / f"{top}_named"
+    folder.mkdir(parents=True, exist_ok=True)
+    verilog, names = folder / f"{top}.v", folder / "names.json"
+    script = [f"read_verilog -sv -DSYNTHESIS {file}" for file in sources_of(top, folders)]
+    script += [
+        f"synth_ecp5 -top {top} -run begin:map_luts",
+        "splitnets -format []; rename -wire t:TRELLIS_FF",
+        f"synth_ecp5 -top {top} -run map_luts:; rename {top} {top}_netlist",
+        f"write_verilog -noattr -norename {verilog}; write_json {names}",
+    ]
+    _yosys(["-q", "-p", "; ".join(script)], top)
+    found = json.loads(names.read_text())["modules"][f"{top}_netlist"]
+    cells = (name for name, cell in found["cells"].items() if cell["type"] == "TRELLIS_FF")
+    registers = {cell: cell.removesuffix("\\TRELLIS_FF") for cell in cells}
+    return verilog, {c: r for c, r in registers.items() if r != c and r not in found["netnames"]}
+
+
 def prove_equivalent(
     top: str, folders: Sequence[Path] = (ROOT / "rtl",), depth: int = 4
 ) -> tuple[int, int]:
@@ -181,14 +203,16 @@ def prove_equivalent(
     where the RTL of the netlist stands; the other side is rtl/. For modules without block RAM and
     multipliers. Raises NetlistError.
     """
-    netlist = make_netlist(top, None, f"{top}_netlist", folders)
-    prepare = "proc; flatten; memory_map; opt_clean; async2sync; opt_clean"
+    verilog, registers = _named_netlist(top, folders)
+    gate = f"{top}_netlist"
+    prepare = "proc; flatten; memory_map; opt_clean; async2sync; splitnets -format []; opt_clean"
     script = [
         *(f"read_verilog -sv -DSYNTHESIS {file}" for file in sources_of(top)),
         f"hierarchy -check -top {top}; {prepare}; rename {top} gold; design -stash gold",
-        *(f"read_verilog -sv {file}" for file in (cell_models(), netlist.verilog)),
-        f"hierarchy -check -top {netlist.module}; {prepare}; rename {netlist.module} gate",
-        "design -stash gate; design -copy-from gold -as gold gold",
+        *(f"read_verilog -sv {file}" for file in (cell_models(), verilog)),
+        f"hierarchy -check -top {gate}; {prepare}; cd {gate}",
+        *(f"rename {cell}.Q {register}" for cell, register in registers.items()),
+        f"cd ..; rename {gate} gate; design -stash gate; design -copy-from gold -as gold gold",
         "design -copy-from gate -as gate gate; equiv_make gold gate equiv",
         "hierarchy -top equiv; opt_clean -purge",
         f"equiv_simple -seq 1; equiv_induct -seq {depth}; equiv_status",
