@@ -28,6 +28,7 @@ WATCHDOG_MS = 4
 WAIT_US = 50_000  # of this machine's clock, for an answer that does not come
 ANSWER_US = 2_000_000
 GOOD = 10  # cycles behind each disturbance
+SETTLED = 100  # cycles in which inputs must show the last outputs
 LONG = 150  # frames, each at least 50 us of simulated time
 COUNTERS = {
     "invalid": esc_regmap.INVALID_FRAMES_0,
@@ -82,8 +83,21 @@ class Trial:
         """How far the inputs are behind the last value, of each slave."""
         return [self.value - data[0] for data in self.master.inputs()]
 
+    def settle(self) -> None:
+        """The last outputs again until all inputs show them. Raises RuntimeError.
+
+        A slave's program is some cycles behind, how many depends on the load of this machine.
+        """
+        for _ in range(SETTLED):
+            if not any(self.seen()):
+                return
+            self.master.pysoem.send_processdata()
+            self.master.pysoem.receive_processdata(ANSWER_US)
+        raise RuntimeError(f"inputs do not show the last outputs in {SETTLED} cycles")
+
     def phase(self, kind: str, frames: int) -> Phase:
         """Frames of that kind in a row, then good cycles."""
+        self.settle()
         before, inputs = self.counted(), [self.seen()]
         self.line.disturb(kind, frames)
         wrong = self.cycles(frames, WAIT_US)

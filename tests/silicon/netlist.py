@@ -175,6 +175,7 @@ def _named_netlist(top: str, folders: Sequence[Path]) -> tuple[Path, dict[str, s
     """Verilog of a netlist `top`_netlist, and flip-flop -> register for those that lose their name.
 
     Registers with a reset do so in abc9; here flip-flops are named by the wires they drive before.
+    Nets are split into bits for that: a few LUTs may differ from those of `make_netlist`.
     """
     folder = BUILD / f"{top}_named"
     folder.mkdir(parents=True, exist_ok=True)
