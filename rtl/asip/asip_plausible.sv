@@ -139,10 +139,10 @@ module asip_plausible (
     high_q    <= shift_q[4:3];
     partly_q  <= shorter_q >> shift_q[2:0];
     limits_q  <= known_q && narrow_q;
-    shifted_q <= partly_q >> {high_q, 3'd0};
+    // to be subtracted, not the slew
+    shifted_q <= (partly_q >> {high_q, 3'd0}) ^ {25{step_q[8] && subtract_q}};
     moves_q   <= limits_q;
-    move_q    <= {1'b0, |large_q[30:23], large_q[22:0]} + (shifted_q ^ {25{subtract_q}}) +
-                 25'(subtract_q);
+    move_q    <= {1'b0, |large_q[30:23], large_q[22:0]} + shifted_q + 25'(subtract_q);
     if (!implausible_q) found_q <= judged_q;
   end
 

@@ -8,7 +8,7 @@
 // Registers that matter have an inverted copy: one flipped bit is the fault CONTROL.
 module asip_redundancy #(
     parameter int unsigned Bundles = 1024,
-    parameter int unsigned Drain   = 256  // clocks of a run beyond WATCHDOG
+    parameter int unsigned Drain   = 256  // clocks of a run beyond WATCHDOG, a power of two from 128 on
 ) (
     input  logic                  clk_i,
     input  logic                  rst_ni,
@@ -63,6 +63,8 @@ module asip_redundancy #(
   localparam logic [32:0] Begin = -(33'(Drain));
   localparam int unsigned SweepEnd = Bundles + 8;  // the last words are judged a few clocks later
   localparam int unsigned SweepWidth = $clog2(SweepEnd + 1);
+  localparam logic [SweepWidth-1:0] SweepBegin = Begin[SweepWidth-1:0];
+  localparam logic [SweepWidth-1:0] SweepLast = SweepBegin + SweepWidth'(SweepEnd);
 
   // What must not change unseen.
   typedef struct packed {
@@ -83,12 +85,11 @@ module asip_redundancy #(
   logic [ControlWidth-1:0]  control_q;
   (* keep *) logic [ControlWidth-1:0] inverse_q;
   logic                     scrub_q, scrub_control_q;
-  logic [32:0]              spent_q;  // clocks of the run, from -Drain on
+  logic [32:0]              count_q;  // from -Drain on: clocks of the run or of the copy, words of the sweep
   logic [31:0]              signature_q, first_signature_q, second_signature_q, cycles_q, mixed;
   logic [4:0]               first_end_q, second_end_q, end_now;  // {failed, cause}
   logic                     begun_q, constant_q, program_q, counts_q;
-  logic [6:0]               copy_q;
-  logic [SweepWidth-1:0]    sweep_q;
+  logic [5:0]               copy_write_q;
   logic [2:0]               read_q;  // a word of bank K is on its way
   logic                     broken, over, late, same_first, same_second, agreed, copied, swept;
   logic                     bad_sweep, reading, misplaced;
@@ -97,7 +98,8 @@ module asip_redundancy #(
   assign misplaced = now.run != 2'd0 ? now.state == StIdle || now.state == StSweep :
                      now.state == StLaunch || now.state == StRun;
   assign broken = control_q != ~inverse_q || misplaced;
-  assign late   = spent_q[32] ? spent_q < Begin : spent_q[31:0] >= watchdog_i;
+  // Below -Drain it is the count of a flipped bit.
+  assign late   = count_q[32] ? !(&count_q[31:$clog2(Drain)]) : count_q[31:0] >= watchdog_i;
   assign over   = now.state == StRun &&
                   ((!busy_i && !checking_i) || broken_run_i || late);
 
@@ -118,8 +120,8 @@ module asip_redundancy #(
   assign same_second = end_now == second_end_q && signature_q == second_signature_q;
   assign agreed      = (now.run == 2'd2 && same_first) ||
                        (now.run == 2'd3 && (same_first || same_second));
-  assign copied      = copy_q[6];
-  assign swept       = sweep_q == SweepWidth'(SweepEnd);
+  assign copied      = count_q[6];
+  assign swept       = count_q[SweepWidth-1:0] == SweepLast;
   assign bad_sweep   = now.state == StSweep && (bad_program_i || (bad_constant_i && read_q[2]));
 
   always_comb begin
@@ -235,7 +237,6 @@ module asip_redundancy #(
       signature_q <= '1;
       constant_q  <= 1'b0;
       program_q   <= 1'b0;
-      spent_q     <= Begin;
     end else begin
       begun_q     <= begun_q || run_start_i;
       if (begun_q) begin
@@ -243,7 +244,6 @@ module asip_redundancy #(
       end
       constant_q  <= constant_q || (bad_constant_i && valid_e1_i);
       program_q   <= program_q || bad_program_i;
-      spent_q     <= spent_q + 33'd1;
     end
     if (over && now.run == 2'd1) begin
       first_signature_q <= signature_q;
@@ -254,9 +254,9 @@ module asip_redundancy #(
       second_end_q       <= end_now;
     end
     if (now.run == 2'd0) second_signature_q <= '0;
-    copy_q  <= now.state == StCopy && !copied ? copy_q + 7'd1 : 7'd0;
-    if (now.state != StSweep) sweep_q <= '0;
-    else if (!write_i) sweep_q <= sweep_q + 1'b1;
+    if (now.state == StRun || now.state == StCopy || reading) count_q <= count_q + 33'd1;
+    else if (now.state != StSweep) count_q <= Begin;
+    copy_write_q <= count_q[5:0];
     read_q  <= {read_q[1:0], reading};
     // clocks from the first run's beginning to the end of the tick
     counts_q <= now.run != 2'd0 && (counts_q || run_start_i);
@@ -269,13 +269,13 @@ module asip_redundancy #(
   assign guard_o.copy        = now.state == StCopy;
   assign guard_o.copy_from   = now.run == 2'd3 ? 2'd2 : 2'd0;
   assign guard_o.copy_to     = now.run == 2'd3 ? 2'd0 : now.dirty ? 2'd1 : 2'd2;
-  assign guard_o.copy_store  = now.state == StCopy && copy_q != 7'd0;
-  assign guard_o.copy_read   = copy_q[5:0];
-  assign guard_o.copy_write  = copy_q[5:0] - 6'd1;
+  assign guard_o.copy_store  = now.state == StCopy && count_q[6:0] != 7'd0;
+  assign guard_o.copy_read   = count_q[5:0];
+  assign guard_o.copy_write  = copy_write_q;
   assign guard_o.sweep       = now.state == StSweep;
-  assign guard_o.sweep_first = now.state == StSweep && sweep_q == '0;
+  assign guard_o.sweep_first = now.state == StSweep && count_q[SweepWidth-1:0] == SweepBegin;
   assign guard_o.sweep_step  = reading;
-  assign guard_o.sweep_index = sweep_q[6:0];
+  assign guard_o.sweep_index = count_q[6:0];
 
   assign start_o    = now.state == StLaunch;
   assign scrub_o    = scrub_q;
