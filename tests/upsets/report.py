@@ -13,6 +13,7 @@ from typing import Any
 from asip_asm.project import BUILD, ROOT
 from sim.debug.row import Row, at_least, at_most
 from sim.page.marks import between_marks
+from tests.upsets.area import ORDERS
 from tests.upsets.campaign import WRONG
 from tests.upsets.model import EFFECTS, LATER, TICKS
 from tests.upsets.plan import BLOCKS, KINDS, SEED
@@ -79,7 +80,7 @@ def cost_goals(cycles: Mapping[str, int], memory: Mapping[str, int]) -> list[Row
     ]
 
 
-def area_goals(luts: Mapping[str, int] | None) -> list[Row]:
+def area_goals(luts: Mapping[str, float] | None) -> list[Row]:
     """What redundancy, alone and with the plausibility record, costs in LUTs of ECP5."""
     rows = []
     for core, name in AREAS.items():
@@ -88,7 +89,7 @@ def area_goals(luts: Mapping[str, int] | None) -> list[Row]:
             rows.append(Row(name, None, "%", "<= 8", False, note))
             continue
         more = luts[core] - luts["plain"]
-        note = f"{more} LUTs on {luts['plain']}, ECP5"
+        note = f"{more:g} LUTs on {luts['plain']:g}, ECP5, medians of {len(ORDERS)} mappings"
         rows.append(at_most(name, 100 * more / luts["plain"], 8, "%", note))
     return rows
 

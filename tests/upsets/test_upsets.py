@@ -9,7 +9,7 @@ import pytest
 from sim.harness.asip_bus import FAULT_NAMES
 from tests.bench.needs import needs
 from tests.silicon.netlist import make_netlist, place_of
-from tests.upsets import campaign, report
+from tests.upsets import area, campaign, report
 from tests.upsets.__main__ import main
 from tests.upsets.model import EFFECTS, TICKS, Model, Site, parameters_of
 from tests.upsets.plan import KINDS, SHARD, block_of, draw, line_of, places, upset_of
@@ -87,6 +87,24 @@ def test_inject__same_shard_twice__same_outcomes(plain):
 def test_replay__line_that_is_none__error_says_why(capsys, line, text):
     assert main(["--replay", line]) == 2
     assert text in " ".join(capsys.readouterr().err.split())
+
+
+def test_area__a_unit_used_twice__counts_twice():
+    cells = {
+        "\\asip": {"LUT4": 5, "fp_fma": 2, "TRELLIS_FF": 9},
+        "\\fp_fma": {"LUT4": 3, "CCU2C": 1},
+    }
+    modules = {name: {"num_cells_by_type": found} for name, found in cells.items()}
+    assert area.luts_of("\\asip", modules, {"LUT4": 1, "CCU2C": 2}) == 5 + 2 * (3 + 2)
+
+
+def test_area__orders__hold_the_same_cells_in_places_of_their_own():
+    module = {"cells": dict.fromkeys("abcdefgh", 1), "netnames": {"n": 0}}
+    netlist = {"creator": "", "modules": {"asip": module, "fp_fma": module}}
+    one, other = (area.in_order(netlist, order)["modules"] for order in area.ORDERS[:2])
+    assert one == other == netlist["modules"]  # as dictionaries, without an order
+    assert list(one["asip"]["cells"]) != list(other["asip"]["cells"])
+    assert list(one["fp_fma"]["cells"]) == list(module["cells"])
 
 
 def test_goals__a_wrong_output__are_not_met():
