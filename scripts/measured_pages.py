@@ -4,7 +4,8 @@
 Some are measured at once, in a minute or so each. Others come from what a long campaign has left in
 build; where that is missing or only a part of it, the page stays as it is and the command says what
 makes the results. A page's writer can also be called by itself (`--list` shows them).
-docs/own_c_program.md is written by `make nios-sw`, which has the cross compiler.
+docs/own_c_program.md is written by `make nios-sw`, which has the cross compiler, docs/upsets.md by
+`make upsets RUN=full` itself, from shards that only it reads.
 """
 
 from __future__ import annotations

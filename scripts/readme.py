@@ -4,7 +4,8 @@
 `python scripts/readme.py` replaces the text between the results marks by what build/results.json
 says (of `make run`), where that is there. What build/synth.json (of `make synth`) says of the cores
 is kept in docs/data/synthesis.json, each core with its commit; the text between the synthesis marks
-is written from there, and so is table 4 of `make run` on a machine that has synthesised nothing.
+is written from there, and so are the areas of docs/platforms.md, and table 4 of `make run` on a
+machine that has synthesised nothing.
 """
 
 from __future__ import annotations
@@ -17,10 +18,11 @@ from typing import Any
 from sim.model.published import Published
 from sim.model.records import OUTPUTS
 from sim.page.marks import between_marks
+from sim.platforms.__main__ import area_section
 from sim.run.tables import OPERATIONS, measured_at, unit
 
 ROOT = Path(__file__).resolve().parents[1]
-README = ROOT / "README.md"
+README, PLATFORMS = ROOT / "README.md", ROOT / "docs/platforms.md"
 KEPT = ROOT / "docs/data/synthesis.json"
 CORES = {
     "asip_fast": "ASIP `fast`",
@@ -124,7 +126,7 @@ def synthesis(data: dict[str, Any]) -> str:
 
 
 def main(arguments: list[str]) -> int:
-    """Rewrite README.md; returns the exit status."""
+    """Rewrite README.md and docs/platforms.md; returns the exit status."""
     folder = Path(arguments[0]) if arguments else ROOT / "build"
     text = README.read_text(encoding="utf-8")
     results, measured = folder / "results.json", folder / "synth.json"
@@ -147,6 +149,9 @@ def main(arguments: list[str]) -> int:
     document = json.loads(KEPT.read_text(encoding="utf-8"))
     text = between_marks(text, {"synthesis": synthesis(document)}, README.name)
     README.write_text(text, encoding="utf-8")
+    text = PLATFORMS.read_text(encoding="utf-8")
+    text = between_marks(text, {"area": area_section(document["tops"])}, PLATFORMS.name)
+    PLATFORMS.write_text(text, encoding="utf-8")
     return 0
 
 

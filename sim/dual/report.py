@@ -17,6 +17,7 @@ from sim.harness.build import ROOT
 from sim.model.parameters import ParameterError, Robot
 from sim.model.records import SET_POINTS, SetPoints
 from sim.page.marks import between_marks
+from sim.page.provenance import commit
 from sim.path.override import AS_PROGRAMMED
 from sim.run.closed_loop import SETTLED_S, tracking_error
 from sim.run.controller import ControllerFault
@@ -125,6 +126,7 @@ def results(
     tracked = SetPoints.from_words(path.words()[:n])
     settled = n > round(SETTLED_S / robot.T_s)
     return {
+        "commit": commit(),
         "complete": n == len(path),
         "ticks": len(path),
         "ticks_done": n,
@@ -264,7 +266,7 @@ def block(data: dict[str, Any]) -> str:
     cores = ", ".join(f"{name} core `{kind}`" for name, kind in data["configuration"].items())
     lines = [
         "",
-        f"Path A-G-H, {cores}, {data['clock_mhz']} MHz.",
+        f"Path A-G-H, {cores}, {data['clock_mhz']} MHz, measured at commit {data['commit']}.",
         "",
         *rows(("over the whole path", "ticks"), _events(data)),
         *rows(("clocks", "least", "median", "most", "median [us]"), _timing(data)),

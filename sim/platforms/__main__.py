@@ -6,7 +6,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -70,7 +70,7 @@ def _measure(options: argparse.Namespace) -> int:
 
 def _docs() -> int:
     found = json.loads(RESULTS.read_text(encoding="utf-8"))
-    texts = {"side by side": section(found)}
+    texts = {"side by side": section(found), "area": area_section(found["area"]["tops"])}
     PAGE.write_text(between_marks(PAGE.read_text(encoding="utf-8"), texts, PAGE), encoding="utf-8")
     return 0
 
@@ -109,21 +109,27 @@ def section(found: dict[str, Any]) -> str:
         "",
         f"The PC: {_machine(found['pc']['machine'])}.",
         "",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def area_section(tops: Mapping[str, Any]) -> str:
+    """Markdown of area and clock of both cores, for docs/platforms.md. tops: of `synthesised`."""
+    lines = [
+        "",
         "| what it takes | logic [ALUTs] | registers | multipliers (18x18) | memory [kbit] "
         "| clock [MHz] |",
         "| --- | --- | --- | --- | --- | --- |",
     ]
-    area = found["area"]
     titles = {"core": "the core, `fast`", "fpga2": "FPGA2, the whole system"}
     for name, top in TOPS.items():
-        row = area["tops"][top]
+        row = tops[top]
         lines.append(
             f"| {titles[name]} | {row['aluts']} | {row['registers']} | {row['dsp_18x18']} | "
             f"{row['memory_bits'] / 1000:.0f} | {row['fmax_mhz']['median']:.0f} |"
         )
-    measured = {top: area["tops"][top] for top in TOPS.values()}
-    lines += ["", f"Measured at commit {measured_at(measured)}.", ""]
-    return "\n".join(lines) + "\n"
+    measured = {top: tops[top] for top in TOPS.values()}
+    return "\n".join([*lines, "", f"Measured at commit {measured_at(measured)}.", ""]) + "\n"
 
 
 def _machine(machine: dict[str, Any]) -> str:

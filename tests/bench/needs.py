@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The one list of what a test may be skipped for. Under CI=true a skip is a failure.
 
-The only exceptions are the cross compiler and its GDB, whose build takes half an hour, and network
-devices that the kernel does not give (`LEFT_OUT`).
+The only exceptions are the cross compiler and its GDB, whose build takes half an hour (`LEFT_OUT`).
 The hooks of tests/conftest.py hold the rule for every skip, whoever asks for it.
 
     @needs("yosys")                        a test, or `pytestmark` of a file
@@ -50,6 +49,13 @@ def fst_headers() -> bool | None:
     return subprocess.run(command, check=False).returncode == 0 or None
 
 
+def full_history() -> bool | None:
+    """True in a clone that has all commits, else None."""
+    command = ["git", "rev-parse", "--is-shallow-repository"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+    return done.stdout.strip() == "false" or None
+
+
 def tap_device() -> str | None:
     """A TAP device's name, if one can be had in a network namespace of its own."""
     try:
@@ -85,6 +91,11 @@ TOOLS: dict[str, tuple[str, Callable[[], Any], str]] = {
         "writing waves",
         fst_headers,
         "scripts/debian_tool.sh fst",
+    ),
+    "history": (
+        "looking up the commits that documents name",
+        full_history,
+        "git fetch --unshallow, in a clone of the repository",
     ),
     "nios-gcc": (
         "building the programs of the Nios II systems, and comparing C with the components",
@@ -127,7 +138,7 @@ TOOLS: dict[str, tuple[str, Callable[[], Any], str]] = {
         "make setup-synth",
     ),
 }
-LEFT_OUT = ("nios-gcc", "nios-gdb", "tap")  # may be missing under CI=true
+LEFT_OUT = ("nios-gcc", "nios-gdb")  # may be missing under CI=true
 
 
 @cache

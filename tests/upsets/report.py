@@ -13,6 +13,7 @@ from typing import Any
 from asip_asm.project import BUILD, ROOT
 from sim.debug.row import Row, at_least, at_most
 from sim.page.marks import between_marks
+from sim.page.provenance import commit
 from tests.upsets.area import ORDERS
 from tests.upsets.campaign import WRONG
 from tests.upsets.model import EFFECTS, LATER, TICKS
@@ -132,6 +133,7 @@ def _effects(core: Mapping[str, Any], name: str) -> list[Row]:
 def write(cores: Mapping[str, Mapping[str, Any]], rows: Sequence[Row], depth: str) -> None:
     """build/upsets.json."""
     document = {
+        "commit": commit(),
         "depth": depth,
         "seed": SEED,
         "goals": [asdict(row) for row in rows],
@@ -165,7 +167,7 @@ def table(core: Mapping[str, Any]) -> list[str]:
 
 def update_page(cores: Mapping[str, Mapping[str, Any]], rows: Sequence[Row], page: Path = PAGE):
     """Put the tables between the marks of the page."""
-    lines = [""]
+    lines = ["", f"Measured at commit {commit()}.", ""]
     for name, core in cores.items():
         errors = sorted(case["error"] for case in core["cases"] if case["effect"] in WRONG)
         large = sum(error > LARGE for error in errors)
