@@ -32,7 +32,7 @@ module asip_redundancy #(
     // what a run writes
     input  logic [3:0]            wrote_i,           // output, banks C, B, A
     input  logic [2:0][5:0]       index_i,
-    input  logic [2:0][31:0]      result_i,
+    input  logic [2:0][31:0]      result_i,          // the last one is zero if no unit has any
     // parity
     input  logic                  bad_program_i,     // a bundle in P
     input  logic                  bad_constant_i,    // an operand in E1
@@ -228,8 +228,7 @@ module asip_redundancy #(
 
   assign mixed = ({32{wrote_i[0]}} & (result_i[0] ^ {26'd0, index_i[0]})) ^
                  ({32{wrote_i[1]}} & turned(result_i[1] ^ {26'd1, index_i[1]}, 11)) ^
-                 ({32{wrote_i[2] || wrote_i[3]}} &
-                  turned(result_i[2] ^ {25'd2, wrote_i[3], index_i[2]}, 22));
+                 turned(result_i[2] ^ ({32{wrote_i[2] || wrote_i[3]}} & {25'd2, wrote_i[3], index_i[2]}), 22);
 
   always_ff @(posedge clk_i) begin
     if (now.state != StRun) begin

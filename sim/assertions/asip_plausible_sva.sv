@@ -14,7 +14,7 @@ module asip_plausible_sva (
 );
 
   localparam int unsigned Outputs = asip_regmap_pkg::WORDS_PLAUSIBLE_ON;
-  localparam int unsigned Longest = 5 * Outputs + 7;
+  localparam int unsigned Longest = 26 * Outputs + 13;
 
   int unsigned open_q;  // clocks since the run ended in which the verdict was open
 
@@ -30,7 +30,7 @@ module asip_plausible_sva (
 
   VerdictInTime : assert property (@(posedge clk_i) disable iff (!rst_ni)
       open_q <= Longest)
-  else $error("a verdict is open more than five clocks an output and seven more behind the run");
+  else $error("a verdict is open more than 26 clocks an output and 13 more behind the run");
 
   OutputOfTheRecord : assert property (@(posedge clk_i) disable iff (!rst_ni)
       implausible_o |-> 32'(index_o) < Outputs)

@@ -20,7 +20,7 @@ from tests.asip.core_bench import op
 INF = math.inf
 ON = REGMAP.blocks["plausible_on"].word(judged=1)
 RECORDS = REGMAP.blocks["plausible_on"].words
-EACH, ONCE = 5, 7  # clocks that a run ends later per output with a record, and if there is one
+EACH, ONCE = 26, 13  # clocks that a run ends later per output with a record, and if there is one
 
 
 def bits(value: float) -> int:
@@ -194,6 +194,22 @@ def test_cycles__without_a_record__are_those_of_the_core_that_has_none():
         tb.record(output, -INF, INF, INF)
         tb.tick(*8 * [1.0])
         assert tb.cycles == plain + 2 * (EACH * (output + 1) + ONCE)
+
+
+def test_watchdog__run_that_ends_just_in_time__is_judged_to_its_end():
+    tb = Tb(range(8))
+    shortest = 0
+    for shortest in range(1, 200):
+        tb.core.write(CSR["WATCHDOG"], shortest)
+        if tb.tick(*8 * [1.0]) == "NONE":
+            break
+    for output in range(8):
+        tb.record(output, -INF, INF, INF)
+    assert tb.tick(*8 * [1.0]) == "NONE", f"WATCHDOG {shortest}: the verdicts come too late"
+    tb.record(7, -INF, 0.5, INF)
+    assert tb.tick(*8 * [1.0]) == "IMPLAUSIBLE"
+    tb.core.write(CSR["WATCHDOG"], shortest - 1)
+    assert tb.tick(*8 * [1.0]) == "WATCHDOG"
 
 
 def test_moves__random_words_and_slews__verdicts_of_exact_arithmetic():

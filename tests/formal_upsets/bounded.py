@@ -35,11 +35,14 @@ def busy_ends(ctx: Context) -> Iterator[Case]:
     limit = logic.add(logic.extend(run.input("watchdog_i"), WIDTH), number(DRAIN))
     whole = logic.add(limit, number(MARGIN))  # a run with all that comes before it
 
+    def copied(cycle: int):
+        return logic.extend(logic.bits(run.signal("count_q", cycle), 6, 0), WIDTH)
+
     def rank(cycle: int):
         control = run.signal("control_q", cycle)
         state, times = logic.bits(control, *STATE), logic.bits(control, *TIMES)
-        spent = logic.add(logic.sign_extend(run.signal("spent_q", cycle), WIDTH), number(DRAIN))
-        copy = logic.extend(run.signal("copy_q", cycle), WIDTH)
+        spent = logic.add(logic.sign_extend(run.signal("count_q", cycle), WIDTH), number(DRAIN))
+        copy = copied(cycle)
         rest = logic.sub(number(66), logic.ite(logic.ule(copy, 64), copy, number(64)))
         inside = logic.ite(logic.ule(spent, limit), logic.sub(limit, spent), number(0))
         later = number(0)
@@ -58,7 +61,7 @@ def busy_ends(ctx: Context) -> Iterator[Case]:
     on = [logic.ne(logic.bits(run.signal("control_q", cycle), *TIMES), 0) for cycle in (0, 1)]
     same = logic.eq(run.input("watchdog_i", 1), run.input("watchdog_i"))
     quiet = [logic.eq(run.input(name), 0) for name in ("clear_i", "write_register_i")]
-    show = {name: run.signal(name, 0) for name in ("control_q", "inverse_q", "spent_q", "copy_q")}
+    show = {name: run.signal(name, 0) for name in ("control_q", "inverse_q", "count_q")}
     lower = logic.ult(rank(1), rank(0))
     falls = logic.any(
         logic.no(busy[1]), logic.all(on[1], lower), logic.all(start[1], logic.no(on[1]))
@@ -73,7 +76,7 @@ def busy_ends(ctx: Context) -> Iterator[Case]:
     def waiting(cycle: int):
         control = run.signal("control_q", cycle)
         state = logic.bits(control, *STATE)
-        copy = logic.extend(run.signal("copy_q", cycle), WIDTH)
+        copy = copied(cycle)
         rest = logic.sub(number(70), logic.ite(logic.ule(copy, 64), copy, number(64)))
         pages = number(0)
         for bit, clocks in ((DIRTY, 200), (SAVE, 100)):

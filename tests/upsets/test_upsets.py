@@ -222,7 +222,14 @@ def test_resilient__registers_of_the_record__a_false_verdict_is_repaired(resilie
     found = {
         (place, effect(resilient, f"20 {clock} {own}.{place}"))
         for clock in range(20, 300, 14)
-        for place in ("implausible_q.0", "step_q.3", "on_q.1", "todo_q.0", "shown_q.0")
+        for place in (
+            "implausible_q.0",
+            "step_q.3",
+            "on_q.1",
+            "written_q.0",
+            "turn_q.0",
+            "shown_q.0",
+        )
     }
     assert {effect for _, effect in found} <= allowed
     assert ("implausible_q.0", "corrected") in found
