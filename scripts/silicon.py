@@ -42,6 +42,9 @@ BLOCKS = (
     *("biss_master", "axil_bridge"),
 )
 AT_WORK = {
+    "n2_core_fpga1": (1000, "ticks of the tracking law in C"),
+    "n2_core_fpga2": (2000, "ticks of the tracking law in C"),
+    "motion_front_end": (300, "commands of lines and arcs on five axes, and a G64 program"),
     "ethercat_slave": (1000, "chains of datagrams"),
     "drive_front_end": (10, "control periods"),
 }
@@ -117,10 +120,10 @@ def netlist_units(full: bool) -> Iterator[Row]:
 
 def at_work(full: bool) -> Iterator[Row]:
     """Modules beside their netlists in the models that existing tests run."""
-    for top, (count, unit) in AT_WORK.items():
-        name = f"clocks of {top} at work whose outputs differ from its netlist's"
+    for work, (count, unit) in AT_WORK.items():
+        name = f"clocks of {work} at work whose outputs differ from its netlist's"
         if full:
-            yield compared(name, f"{count} {unit}", beside.run(top, count))
+            yield compared(name, f"{count} {unit}", beside.run(work, count))
         else:
             yield Row(name, None, "", "0", False, "RUN=full runs it")
 
