@@ -30,8 +30,9 @@ BASE = Path(__file__).with_name("bench.h")  # of every harness
 assertions = False
 # How hard the C++ compiler tries with a model.
 optimisation = "-O3"
-# Files that bind to modules of the models built from now on.
+# Files that bind to modules of the models built from now on, and Verilator's options for them.
 beside: tuple[Path, ...] = ()
+beside_flags: tuple[str, ...] = ()
 
 
 def verilator_driver() -> Path:
@@ -86,7 +87,7 @@ def build_library(
     parameters = dict(parameters or {})
     defines = dict(defines or {})
     bound = assertions_of(sources) if assertions else []
-    sources = [*sources, *bound, *beside]
+    sources, model_flags = [*sources, *bound, *beside], (*model_flags, *beside_flags)
     digest = hashlib.sha256()
     for path in [*sources, harness, *headers, BASE, Path(__file__), Path(runtime.__file__)]:
         digest.update(path.read_bytes())

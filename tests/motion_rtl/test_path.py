@@ -29,6 +29,7 @@ SEED = int(os.environ.get("SEED", "1"))
 PERIOD = 40  # clocks from step to step
 LIMIT = 6_000_000
 ALL = 0b11111
+Node = tuple[int, int]
 
 
 def front_end(source: int = ALL, period: int = PERIOD, interpolators: bool = True) -> MotionRtl:
@@ -81,6 +82,15 @@ def test_circle__golden_string_on_the_step_lines():
     assert positions(rtl) == [0] * 5
 
 
+def random_arc(random: np.random.Generator) -> tuple[Node, Node, int, bool, int]:
+    """Begin, end, square of the radius (3 to 90 steps), clockwise, whole turns."""
+    radius = float(random.uniform(3, 90))
+    angles = random.uniform(0, 2 * np.pi, 2)
+    begin, end = ((round(radius * np.cos(a)), round(radius * np.sin(a))) for a in angles)
+    clockwise, turns = bool(random.integers(2)), int(random.integers(2))
+    return begin, end, round(radius**2), clockwise, turns
+
+
 @pytest.mark.parametrize("combined", [False, True])
 @pytest.mark.parametrize("plane", ["xy", "zx", "yz"])
 def test_arc__random_nodes_in_every_plane__on_the_circle_and_at_its_end(plane, combined):
@@ -89,11 +99,7 @@ def test_arc__random_nodes_in_every_plane__on_the_circle_and_at_its_end(plane, c
     rtl = front_end(sum(1 << axis for axis in axes))
     at = [0] * 5
     for _ in range(6):
-        radius = float(random.uniform(3, 90))
-        angles = random.uniform(0, 2 * np.pi, 2)
-        begin, end = ((round(radius * np.cos(a)), round(radius * np.sin(a))) for a in angles)
-        clockwise, turns = bool(random.integers(2)), int(random.integers(2))
-        squared = round(radius**2)
+        begin, end, squared, clockwise, turns = random_arc(random)
         rtl.arc(begin, end, squared, clockwise, combined, turns, plane)
         rtl.wait_for_irq(LIMIT)
         what = f"replay: SEED={SEED}: {begin} {end} {squared} {clockwise} {turns}"
@@ -161,6 +167,39 @@ def test_commands_queued__follow_without_a_gap():
     # A drive's change of direction takes 2 clocks, a step of an arc one more than one of a line.
     assert np.all(np.abs(np.diff(clocks) - PERIOD) <= 4), np.diff(clocks)
     assert positions(rtl) == [30 - 20 - 9, 11 + 20 + 3 - 4, 25 + 8, 0, -25]
+
+
+def run_commands(count: int, seed: int) -> None:
+    """So many random commands, queued: lines and arcs in every plane, lines in all five axes.
+
+    Raises AssertionError for a fault and for a wrong end.
+    """
+    random = np.random.default_rng([seed, count])
+    rtl = front_end()
+    wanted = np.zeros(5, dtype=np.int64)
+    for _ in range(count):
+        while rtl.path("pending"):
+            pass
+        plane, combined = str(random.choice(["xy", "zx", "yz"])), bool(random.integers(2))
+        moved = ["xyz".index(letter) for letter in plane]
+        kind = random.integers(3)
+        if kind == 0:
+            wanted[moved] += (end := random.integers(-99, 100, 2))
+            rtl.line(*end.tolist(), plane, combined)
+        elif kind == 1:
+            begin, end, squared, clockwise, turns = random_arc(random)
+            wanted[moved] += np.subtract(end, begin)
+            rtl.arc(begin, end, squared, clockwise, combined, turns, plane)
+        else:
+            wanted += (lengths := random.integers(-99, 100, 5))
+            rtl.line_in_all_axes(lengths.tolist())
+    rtl.wait_for_irq(LIMIT)
+    assert rtl.path_faults() == set(), f"replay: SEED={seed}"
+    assert positions(rtl) == wanted.tolist(), f"replay: SEED={seed}"
+
+
+def test_random_commands_queued__no_fault__exact_ends():
+    run_commands(60, SEED)
 
 
 LEAST = 4  # clocks, of PATH_FEED

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """A module at work with its netlist beside it: the same inputs, every output in every clock.
 
-Random inputs are no frame, and they keep the gates of a drive off. Here a checker is bound to the
-module inside the model of an existing test. A difference ends the process, so `run` starts one:
+Random inputs are no frame, no program and no path, and they keep the gates of a drive off. Here a
+checker is bound to the module inside the model of an existing test, which gives it its work
+(work.py). A difference ends the process, so `run` starts one:
 
 python -m tests.silicon.beside ethercat_slave 100
 """
@@ -15,59 +16,40 @@ import operator
 import re
 import subprocess
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-import pytest
-
-from sim.ethercat.datagram import APWR, single
-from sim.ethercat.gen import esc_regmap
-from sim.ethercat.line import Line
 from sim.harness import build
 from tests.bench.faults import write_if_changed
-from tests.ethercat.test_frames import SEED, run_chains
-from tests.servo.test_chain import chain
 from tests.silicon.lockstep import CLOCK, RESET, Outcome, output_bits, still_bits
-from tests.silicon.netlist import BUILD, ROOT, Netlist, NetlistError, make_netlist
+from tests.silicon.netlist import (
+    BUILD,
+    MODEL_FLAGS,
+    ROOT,
+    Netlist,
+    NetlistError,
+    literal,
+    make_netlist,
+)
+from tests.silicon.work import WORK, Work
 
 DIFFERS, MOVED = "differs from its netlist at clock", "outputs that have changed:"
 
 
-def frames(count: int) -> None:
-    """Tests of frames, disturbances and clocks, an interrupt, then so many chains of datagrams.
+def checker(work: Work, netlist: Netlist) -> str:
+    """SystemVerilog text: the netlist with the module's ports as inputs, bound to the module.
 
-    Raises AssertionError.
+    An instance with other parameters than those of the netlist ends the build.
     """
-    files = [str(ROOT / f"tests/ethercat/test_{n}.py") for n in ("frames", "disturbed", "clocks")]
-    options = ["-q", "-s", "-x", "-n0", "-m", "not full", "-p", "no:cacheprovider"]
-    assert pytest.main([*options, *files]) == pytest.ExitCode.OK, "a test fails"
-    interrupt()
-    run_chains(count, SEED)
-
-
-def interrupt() -> None:
-    """The master asks for a state, and the application is told."""
-    with Line() as line:
-        line.write(esc_regmap.AL_EVENT_MASK, 1)
-        line.exchange(single(APWR, 0, esc_regmap.AL_CONTROL.address, b"\1\0"))
-
-
-def control_periods(count: int) -> None:
-    """Start-up of five drives and so many control periods of 12 500 clocks on a path."""
-    machine, _ = chain(True, "tracking_optimised")
-    machine.advance(count)
-    machine.system.close()
-
-
-WORK: dict[str, Callable[[int], None]] = {
-    "ethercat_slave": frames,
-    "drive_front_end": control_periods,
-}
-
-
-def checker(top: str, netlist: Netlist) -> str:
-    """SystemVerilog text: the netlist with the module's ports as inputs, bound to the module."""
+    top = work.top
+    given = {key: literal(value) for key, value in work.parameters.items()}
+    shape = ", ".join(f"parameter logic [255:0] {key} = 0" for key in given)
+    same = "".join(
+        f'  if ({key} != {value}) $error("{top}: {key} is not its netlist\'s");\n'
+        for key, value in given.items()
+    )
+    values = ", ".join(f".{key}({key})" for key in given)
     ports = [
         f"input logic [{bits - 1}:0] {name}" if bits > 1 else f"input logic {name}"
         for name, (_, bits) in netlist.ports.items()
@@ -79,7 +61,7 @@ def checker(top: str, netlist: Netlist) -> str:
         pins.append(f".{name}({name if direction == 'input' else f'netlist[{at}+:{bits}]'})")
         at += bits if direction == "output" else 0
     return (
-        f"module {top}_beside ({', '.join(ports)});\n"
+        f"module {top}_beside {f'#({shape}) ' if given else ''}({', '.join(ports)});\n{same}"
         f"  logic [{high}:0] rtl, netlist, before_q, moved_q, moved;\n"
         "  logic begun_q;\n"
         "  logic [63:0] clocks_q = 0;\n"
@@ -96,31 +78,42 @@ def checker(top: str, netlist: Netlist) -> str:
         f'      $fatal(1, "{top} {DIFFERS} %0d: %h", clocks_q, rtl ^ netlist);\n'
         "  end\n"
         "endmodule\n"
-        f"bind {top} {top}_beside u_beside (.*);\n"
+        f"bind {top} {top}_beside {f'#({values}) ' if given else ''}u_beside (.*);\n"
     )
 
 
+def netlist_of(work: Work, folders: Sequence[Path]) -> Netlist:
+    """Netlist of the module as the work has it. Raises NetlistError."""
+    return make_netlist(work.top, work.parameters, f"{work.top}_netlist", folders)
+
+
 @contextmanager
-def bound(top: str, folders: Sequence[Path] = (ROOT / "rtl",)) -> Iterator[None]:
-    """Models built meanwhile have the netlist beside `top`. Raises NetlistError."""
-    netlist = make_netlist(top, None, f"{top}_netlist", folders)
+def bound(work: Work, folders: Sequence[Path] = (ROOT / "rtl",)) -> Iterator[None]:
+    """Models built meanwhile have assertions, and the netlist beside the module of `work`.
+
+    Raises NetlistError.
+    """
+    netlist = netlist_of(work, folders)
     text = BUILD / f"beside_{netlist.verilog.parent.name}.sv"
-    write_if_changed(text, checker(top, netlist))
-    before = build.beside, build.optimisation
-    build.beside, build.optimisation = (*netlist.sources, text), "-O1"
+    write_if_changed(text, checker(work, netlist))
+    names = ("beside", "beside_flags", "optimisation", "assertions")
+    before = {name: getattr(build, name) for name in names}
+    build.beside, build.beside_flags = (*netlist.sources, text), MODEL_FLAGS
+    build.optimisation, build.assertions = "-O1", True
     try:
         yield
     finally:
-        build.beside, build.optimisation = before
+        for name, value in before.items():
+            setattr(build, name, value)
 
 
-def run(top: str, count: int, folders: Sequence[Path] = (ROOT / "rtl",)) -> Outcome:
-    """Compare `top` with its netlist, made from `folders`, at work.
+def run(name: str, count: int, folders: Sequence[Path] = (ROOT / "rtl",)) -> Outcome:
+    """Compare a module with its netlist, made from `folders`, at the work `name`, so much of it.
 
     first: a clock of the instance. Raises NetlistError, also where the work itself fails.
     """
-    netlist = make_netlist(top, None, f"{top}_netlist", folders)
-    command = [sys.executable, "-m", __spec__.name, top, count, "--folders", *folders]
+    netlist = netlist_of(WORK[name], folders)
+    command = [sys.executable, "-m", __spec__.name, name, count, "--folders", *folders]
     done = subprocess.run([*map(str, command)], cwd=ROOT, capture_output=True, text=True)
     said = done.stdout + done.stderr
     moved = functools.reduce(
@@ -128,7 +121,7 @@ def run(top: str, count: int, folders: Sequence[Path] = (ROOT / "rtl",)) -> Outc
     )
     first = re.search(rf"{DIFFERS} (\d+)", said)
     if done.returncode and not first:
-        raise NetlistError(f"{top} at work: {said.strip().splitlines()[-1]}\n{said}")
+        raise NetlistError(f"{name} at work: {said.strip().splitlines()[-1]}\n{said}")
     bits, still = len(output_bits(netlist)), still_bits(netlist, moved)
     return Outcome(int(first[1]) if first else None, bits, still)
 
@@ -137,12 +130,13 @@ def main() -> None:
     """Command line: which module, and how much work."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
-    parser.add_argument("top", choices=WORK)
+    parser.add_argument("work", choices=WORK)
     parser.add_argument("count", type=int)
     parser.add_argument("--folders", nargs="+", type=Path, default=[ROOT / "rtl"])
     options = parser.parse_args()
-    with bound(options.top, options.folders):
-        WORK[options.top](options.count)
+    work = WORK[options.work]
+    with bound(work, options.folders):
+        work.do(options.count)
 
 
 if __name__ == "__main__":

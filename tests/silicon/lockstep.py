@@ -12,7 +12,7 @@ from sim.harness.build import build_library
 from sim.harness.sources import sources_of
 from sim.harness.waves import load_model
 from tests.bench.faults import write_if_changed
-from tests.silicon.netlist import BUILD, MODEL_FLAGS, ROOT, Netlist, make_netlist
+from tests.silicon.netlist import BUILD, MODEL_FLAGS, ROOT, Netlist, literal, make_netlist
 
 HARNESS = Path(__file__).with_name("lockstep_harness.cpp")
 CLOCK, RESET = "clk_i", "rst_ni"
@@ -55,7 +55,7 @@ def wrapper(top: str, parameters: Mapping[str, int], netlist: Netlist) -> str:
         place = f"[{at[direction]}+:{bits}]"
         (inputs if direction == "input" else outputs).append(f".{name}(%s{place})")
         at[direction] += bits
-    given = ", ".join(f".{name}({value})" for name, value in parameters.items())
+    given = ", ".join(f".{name}({literal(value)})" for name, value in parameters.items())
 
     def instance(module: str, values: str, result: str) -> str:
         clock = [f".{name}({name})" for name in pins if name in netlist.ports]

@@ -125,6 +125,11 @@ def place_of(cell: str, attributes: Mapping[str, str]) -> str:
     return ".".join((*scope, cell.rpartition(".")[2]))
 
 
+def literal(value: int) -> str:
+    """A parameter's value >= 0 for Yosys, which cuts decimal numbers at 32 bits, and Verilog."""
+    return str(value) if value < 1 << 31 else f"{value.bit_length()}'h{value:x}"
+
+
 def library_of(
     netlist: Netlist, harness: Path, more: Sequence[Path] = (), flags: Sequence[str] = ()
 ) -> Path:
@@ -144,7 +149,7 @@ def _synthesise(
     top: str, files: Sequence[Path], parameters: Mapping[str, int], name: str, folder: Path
 ) -> None:
     script = [f"read_verilog -sv -DSYNTHESIS {file}" for file in files]
-    script += [f"chparam -set {key} {value} {top}" for key, value in parameters.items()]
+    script += [f"chparam -set {key} {literal(value)} {top}" for key, value in parameters.items()]
     script += [
         f"synth_ecp5 -top {top} -run begin:coarse; proc -latches error; flatten -scopename",
         f"synth_ecp5 -top {top} -run coarse:",

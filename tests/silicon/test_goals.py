@@ -66,11 +66,34 @@ def test_clocks__of_tops_never_synthesised__are_listed_as_not_run(monkeypatch):
     assert not rows["fpga1: whole system placed and routed"].met
 
 
-def test_netlists__short_form__lists_what_it_leaves_out(monkeypatch):
+def test_netlists__short_form__lists_what_it_leaves_out(monkeypatch, tmp_path):
+    monkeypatch.setattr(silicon, "OUTCOMES", tmp_path)
     monkeypatch.setattr(silicon.lockstep, "run", lambda top, clocks: silicon.Outcome(7, 2, ()))
     rows = [*silicon.netlist_units(full=False), *silicon.at_work(full=False)]
     assert {row.note for row in rows if row.value is None} == {"RUN=full runs it"}
     assert not any(row.met for row in rows)
+
+
+def test_comparison__done_with_the_same_sources__is_not_done_again(monkeypatch, tmp_path):
+    monkeypatch.setattr(silicon, "OUTCOMES", tmp_path)
+    first, second = silicon.Outcome(None, 2, ("a[0]",)), silicon.Outcome(7, 2, ())
+    assert silicon.kept("a", lambda: first) == first
+    assert silicon.kept("a", lambda: second) == first
+    assert silicon.kept("b", lambda: second) == second
+    monkeypatch.setattr(silicon, "mark", lambda: "other sources")
+    assert silicon.kept("a", lambda: second) == second
+
+
+def test_mark__changes_with_a_source(monkeypatch, tmp_path):
+    (tmp_path / "rtl").mkdir()
+    monkeypatch.setattr(silicon, "ROOT", tmp_path)
+    marks = set()
+    for text in ("a", "b"):
+        (tmp_path / "rtl/a.sv").write_text(text)
+        silicon.mark.cache_clear()
+        marks.add(silicon.mark())
+    silicon.mark.cache_clear()
+    assert len(marks) == 2
 
 
 @pytest.mark.parametrize(

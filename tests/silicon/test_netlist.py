@@ -9,10 +9,13 @@ from pathlib import Path
 import pytest
 
 from scripts.silicon import AT_WORK, BLOCKS, PROVED, TICKS, UNITS, netlist_run
+from sim.harness.build import BuildError
+from sim.harness.motion_rtl import MotionRtl
 from tests.bench.faults import Fault, copy
 from tests.bench.needs import needs
 from tests.silicon import beside, lockstep, ticks
 from tests.silicon.netlist import BUILD, make_netlist, prove_equivalent
+from tests.silicon.work import WORK
 
 pytestmark = needs("yosys")
 IN_EVERY_RUN = "fp_i2f"
@@ -65,42 +68,71 @@ def test_netlist__with_a_planted_fault__is_not_proved(faulty: Path) -> None:
     assert proved < points
 
 
+# Outputs without which a module has not done its work.
+MOVES = {
+    "ethercat_slave": {"mii_tx_en_o", "mii_txd_o", "sync_o", "irq_o"},
+    "drive_front_end": {"high_o", "low_o"},
+    "motion_front_end": {"step_o", "direction_o", "irq_o"},
+    "n2_core": {"dtcm_we_o", "avm_writedata_o", "ci_multi_start_o", "trace_value_o"},
+}
+
+
 @pytest.mark.full
-@pytest.mark.parametrize("top", AT_WORK)
-def test_netlist__at_work__gives_every_output_in_every_clock(top: str) -> None:
-    outcome = beside.run(top, 2)
+@pytest.mark.parametrize("name", AT_WORK)
+def test_netlist__at_work__gives_every_output_in_every_clock(name: str) -> None:
+    outcome = beside.run(name, 2)
     assert outcome.first is None
-    still = {name.partition("[")[0] for name in outcome.still}
-    assert not still & {"mii_tx_en_o", "mii_txd_o", "sync_o", "irq_o", "high_o", "low_o"}
+    still = {bit.partition("[")[0] for bit in outcome.still}
+    assert not still & MOVES[WORK[name].top]
+
+
+FAULTS = {
+    "ethercat_slave": (
+        "ethercat/ecat_datagrams.sv",
+        "a read and write counts as two",
+        "both_last_q ? increment + 2'd2 : increment + 2'd1",
+        "increment + 2'd1",
+    ),
+    "drive_front_end": (
+        "drive/pwm_phase.sv",
+        "dead time one clock short",
+        "ready  = wait_q[DeadBits-1:1] == '0",
+        "ready  = wait_q[DeadBits-1:1] == '0 || wait_q == DeadBits'(2)",
+    ),
+    "motion_front_end": (
+        "motion/arc_interpolator.sv",
+        "a step of both axes counts as one on the way to the end",
+        "((move_p_q && move_q_q) ? 2 : 1)",
+        "1",
+    ),
+    "n2_core_fpga1": (
+        "nios/n2_core.sv",
+        "a branch taken again and again is predicted as not taken: cycles alone differ",
+        "counter_e_q == 2'b11 ? 2'b11 : counter_e_q + 2'b01",
+        "counter_e_q + 2'b01",
+    ),
+    "n2_core_fpga2": (
+        "nios/n2_core.sv",
+        "a reader of a loaded value as its second operand waits a clock too few",
+        "(late_m_q && b_in_m && !b_in_e)",
+        "1'b0",
+    ),
+}
 
 
 @pytest.mark.full
-@pytest.mark.parametrize(
-    ("top", "fault"),
-    [
-        (
-            "ethercat_slave",
-            (
-                "ethercat/ecat_datagrams.sv",
-                "a read and write counts as two",
-                "both_last_q ? increment + 2'd2 : increment + 2'd1",
-                "increment + 2'd1",
-            ),
-        ),
-        (
-            "drive_front_end",
-            (
-                "drive/pwm_phase.sv",
-                "dead time one clock short",
-                "ready  = wait_q[DeadBits-1:1] == '0",
-                "ready  = wait_q[DeadBits-1:1] == '0 || wait_q == DeadBits'(2)",
-            ),
-        ),
-    ],
-)
-def test_netlist__at_work_with_a_planted_fault__differs(top: str, fault: tuple[str, ...]) -> None:
-    outcome = beside.run(top, 2, [planted(2, *fault)])
+@pytest.mark.parametrize("name", FAULTS)
+def test_netlist__at_work_with_a_planted_fault__differs(name: str) -> None:
+    number = 2 + list(FAULTS).index(name)
+    outcome = beside.run(name, 2, [planted(number, *FAULTS[name])])
     assert outcome.first is not None
+
+
+@pytest.mark.full
+def test_netlist__beside_an_instance_of_other_parameters__ends_the_build() -> None:
+    wanted = "motion_front_end: Interpolators is not its netlist's"
+    with beside.bound(WORK["motion_front_end"]), pytest.raises(BuildError, match=wanted):
+        MotionRtl(interpolators=False)
 
 
 def test_netlist__of_a_unit__is_made_of_cells_alone() -> None:
