@@ -37,7 +37,8 @@ module ecat_control (
 
   // Bytes of DL_CONTROL; those of both ports stand in one.
   localparam logic [11:0] LoopByte = esc_regmap_pkg::REG_DL_CONTROL + 12'(esc_regmap_pkg::DL_CONTROL_LOOP0_LSB / 8);
-  localparam logic [11:0] AliasByte = esc_regmap_pkg::REG_DL_CONTROL + 12'(esc_regmap_pkg::DL_CONTROL_USE_ALIAS_LSB / 8);
+  localparam int unsigned Alias = esc_regmap_pkg::DL_CONTROL_USE_ALIAS_LSB;
+  localparam logic [11:0] AliasByte = esc_regmap_pkg::REG_DL_CONTROL + 12'(Alias / 8);
   localparam int unsigned State = esc_regmap_pkg::AL_CONTROL_STATE_LSB;
   localparam int unsigned StateWidth = esc_regmap_pkg::AL_CONTROL_STATE_WIDTH;
 
@@ -90,7 +91,7 @@ module ecat_control (
           esc_regmap_pkg::REG_STATION_ADDRESS + 12'd1: station_q[15:8] <= register_i.data;
           LoopByte: loops_q <= {register_i.data[esc_regmap_pkg::DL_CONTROL_LOOP1_LSB%8+:2],
                                 register_i.data[esc_regmap_pkg::DL_CONTROL_LOOP0_LSB%8+:2]};
-          AliasByte: alias_on_q <= register_i.data[esc_regmap_pkg::DL_CONTROL_USE_ALIAS_LSB%8];
+          AliasByte: alias_on_q <= register_i.data[Alias%8];
           esc_regmap_pkg::REG_MASTER_EVENT_MASK: master_mask_q[7:0] <= register_i.data;
           esc_regmap_pkg::REG_MASTER_EVENT_MASK + 12'd1: master_mask_q[15:8] <= register_i.data;
           esc_regmap_pkg::REG_AL_CONTROL: begin

@@ -28,7 +28,8 @@ module ecat_sii #(
 );
 
   localparam int unsigned Width = $clog2(Words);
-  localparam logic [11:0] CommandByte = esc_regmap_pkg::REG_SII_CONTROL + 12'(esc_regmap_pkg::SII_CONTROL_COMMAND_LSB / 8);
+  localparam int unsigned CommandLow = esc_regmap_pkg::SII_CONTROL_COMMAND_LSB;
+  localparam logic [11:0] CommandByte = esc_regmap_pkg::REG_SII_CONTROL + 12'(CommandLow / 8);
   localparam logic [2:0] CommandRead = 3'd1;
   localparam logic [2:0] CommandWrite = 3'd2;
   localparam logic [2:0] CommandReload = 3'd4;
@@ -63,7 +64,7 @@ module ecat_sii #(
   logic        reload_q, beyond;
   logic [15:0] control, first_word_q;
 
-  assign command     = register_i.data[esc_regmap_pkg::SII_CONTROL_COMMAND_LSB%8+:esc_regmap_pkg::SII_CONTROL_COMMAND_WIDTH];
+  assign command     = register_i.data[CommandLow%8+:esc_regmap_pkg::SII_CONTROL_COMMAND_WIDTH];
   assign beyond      = address_q[31:Width] != '0;
   assign app_ready_o = state_q == StIdle;
 

@@ -111,9 +111,13 @@ module ecat_sync_pulses (
   always_comb begin
     live_hit_o  = 1'b1;
     live_data_o = next_q[8*live_address_i[2:0]+:8];
-    if (live_address_i == esc_regmap_pkg::REG_SYNC_STATUS_0) live_data_o = 8'(pulse_q[0]) << esc_regmap_pkg::SYNC_STATUS_0_STATE_LSB;
-    else if (live_address_i == esc_regmap_pkg::REG_SYNC_STATUS_1) live_data_o = 8'(pulse_q[1]) << esc_regmap_pkg::SYNC_STATUS_1_STATE_LSB;
-    else if (live_address_i[11:3] != esc_regmap_pkg::REG_START_TIME[11:3] || !on_q) live_hit_o = 1'b0;
+    if (live_address_i == esc_regmap_pkg::REG_SYNC_STATUS_0) begin
+      live_data_o = 8'(pulse_q[0]) << esc_regmap_pkg::SYNC_STATUS_0_STATE_LSB;
+    end else if (live_address_i == esc_regmap_pkg::REG_SYNC_STATUS_1) begin
+      live_data_o = 8'(pulse_q[1]) << esc_regmap_pkg::SYNC_STATUS_1_STATE_LSB;
+    end else if (live_address_i[11:3] != esc_regmap_pkg::REG_START_TIME[11:3] || !on_q) begin
+      live_hit_o = 1'b0;
+    end
   end
 
   assign sync_o = pulse_q;

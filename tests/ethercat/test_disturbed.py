@@ -386,10 +386,11 @@ def test_sii__master_reads_and_writes_words(line: Line):
 
 
 def test_emulation__follows_the_master(line: Line):
-    line.write(esc_regmap.PDI_CONFIG, 1)
-    line.exchange(single(APWR, 0, esc_regmap.AL_CONTROL.address, b"\x12\x00"))
+    line.write(esc_regmap.PDI_CONFIG, esc_regmap.PDI_CONFIG.word(emulation=1))
+    asked = esc_regmap.AL_CONTROL.word(state=2, acknowledge=1).to_bytes(2, "little")
+    line.exchange(single(APWR, 0, esc_regmap.AL_CONTROL.address, asked))
     back = line.exchange(single(APRD, 0, esc_regmap.AL_STATUS.address, bytes(2)))
-    assert answer(back.data, 2) == (2, 1)
+    assert answer(back.data, 2) == (esc_regmap.AL_STATUS.word(state=2), 1)
 
 
 def test_frame__of_two_datagrams_reads_before_it_writes(line: Line):

@@ -190,16 +190,18 @@ def stepped(board: BoardRtl, client: Client, axis: int) -> tuple[int, int]:
     writes it: pulses of the latter, and the lines of direction that have turned."""
     rate = 1_000_000 * UNITS_PER_HZ * FRACTION
     record = Record(DIRECTION | FIRST | LAST, 10, rate, 0, 0)
-    client.write_word(MOTION_BASE + MOTION.address("STEP_TIMING"), 0x0010_0010)
+    timing = MOTION.registers["STEP_TIMING"].word(length=16, space=16)
+    client.write_word(MOTION_BASE + MOTION.address("STEP_TIMING"), timing)
     records = MOTION_BASE + MOTION.blocks["records"].base + 64 * axis
     head = MOTION_BASE + MOTION.address("HEAD")
     client.write_words(records, record.words())
-    client.write_word(head, 1 << 4 * axis)
+    client.write_word(head, MOTION.registers["HEAD"].word(**{f"axis{axis}": 1}))
     assert client.read_word(MOTION_BASE + MOTION.address("POSITION") + axis) == 2**32 - 10
 
     record = Record(FIRST | LAST, 10, rate, 0, 0)
     client.write_words(records + 8, record.words())
-    client.link.send(Packet(Type.WRITE, 77, write_body(head, [2 << 4 * axis])))
+    released = MOTION.registers["HEAD"].word(**{f"axis{axis}": 2})
+    client.link.send(Packet(Type.WRITE, 77, write_body(head, [released])))
     levels = []
     for _ in range(20_000):
         board.clock(1)
