@@ -192,8 +192,8 @@ module ecat_clock (
 
   always_comb begin
     difference = '0;
-    difference[esc_regmap_pkg::TIME_DIFFERENCE_SIZE_LSB+:31]  = mean;
-    difference[esc_regmap_pkg::TIME_DIFFERENCE_BEHIND_LSB]    = mean_q[31];
+    difference[esc_regmap_pkg::TIME_DIFFERENCE_SIZE_LSB+:31] = mean;
+    difference[esc_regmap_pkg::TIME_DIFFERENCE_BEHIND_LSB]   = mean_q[31];
     live_hit_o  = 1'b1;
     live_data_o = '0;
     case (live_address_i[11:3])
