@@ -66,8 +66,8 @@ module encoder_registers #(
       );
       always_comb begin
         status = '0;
-        status[encoder_regmap_pkg::STATUS_INDEX_LSB]             = index;
-        status[encoder_regmap_pkg::STATUS_ILLEGAL_LSB]           = illegal;
+        status[encoder_regmap_pkg::STATUS_INDEX_LSB]            = index;
+        status[encoder_regmap_pkg::STATUS_ILLEGAL_LSB]          = illegal;
         status[encoder_regmap_pkg::STATUS_ILLEGAL_COUNT_LSB+:8] = illegal_count;
       end
       assign words[Words*i+32'(encoder_regmap_pkg::REG_POSITION)]       = position;
