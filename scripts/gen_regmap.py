@@ -3,10 +3,11 @@
 
 Sources, in SystemRDL: asip_asm/regmap.rdl (ASIP), rtl/motion/regmap.rdl (motion front-end),
 rtl/dual/regmap.rdl (two processors), rtl/debug/regmap.rdl (debug block), rtl/drive/regmap.rdl
-(motor drives), rtl/drive/biss_regmap.rdl (absolute encoder), rtl/nios/io_regmap.rdl (I/O of the
-Nios II systems), rtl/nios/debug_regmap.rdl (debug module of the Nios core). Of each: a
-SystemVerilog package, a C header by PeakRDL-cheader, Python constants, a page. With --check
-nothing is written; exit 1 if a file differs from what would be generated.
+(motor drives), rtl/drive/biss_regmap.rdl (absolute encoder), rtl/board/encoder_regmap.rdl
+(incremental encoder of a board), rtl/nios/io_regmap.rdl (I/O of the Nios II systems),
+rtl/nios/debug_regmap.rdl (debug module of the Nios core). Of each: a SystemVerilog package, a C
+header by PeakRDL-cheader, Python constants, a page. With --check nothing is written; exit 1 if a
+file differs from what would be generated.
 """
 
 from __future__ import annotations
@@ -40,6 +41,11 @@ MAPS = {
     "debug": ("rtl/debug/regmap.rdl", "sim/debug/gen/debug_regmap.py", "docs/debug_regmap.md"),
     "drive": ("rtl/drive/regmap.rdl", "sim/harness/gen/drive_regmap.py", "docs/drive_regmap.md"),
     "biss": ("rtl/drive/biss_regmap.rdl", "sim/harness/gen/biss_regmap.py", "docs/biss_regmap.md"),
+    "encoder": (
+        "rtl/board/encoder_regmap.rdl",
+        "sim/harness/gen/encoder_regmap.py",
+        "docs/encoder_regmap.md",
+    ),
     "n2_io": (
         "rtl/nios/io_regmap.rdl",
         "sim/harness/gen/n2_io_regmap.py",

@@ -1,21 +1,28 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Refuse literal bit positions and addresses of registers outside generated files.
+"""Refuse literal bit positions of registers outside generated files.
 
 Rule. A register with named fields is put together and taken apart by the fields' generated names:
   Python  the word that goes to such a register, or is compared with what comes from it, holds no
           integer but 0 and no shift, and a word read from it is neither shifted nor masked with an
-          integer. Names are followed to their assignment, in an imported module too.
-  RTL     a file that names a register map package selects no bits of a bus word or address by
-          number, and does not fill a register's word up with counted zeros.
-  C, C++  a register access has no integer but 0 and no shift or mask by an integer in its line.
+          integer. Names are followed to their assignments: in the function, in the module, in an
+          imported one. A field's value is not put together of shifted parts.
+  RTL     no bits are selected by number of a word or address of the bus, or of a signal that takes
+          a whole word; a file that names a register map package does not fill a register's word
+          up with counted zeros.
+  C, C++  a line that accesses such a register, and an expression of a variable that holds its
+          word, has no integer but 0 and no shift or mask by an integer.
 Registers whose one field is called `value` are numbers: the rule leaves them alone in Python and C.
+
+What it does not see. An access by the number of an address; a word that comes by an argument, a
+container or a returned value; arithmetic other than shifts and masks. In C a constant of another
+line, and a word that another function has read. In RTL a bus with names of its own, a word that an
+expression or a port of a submodule hands on, and literals beside a generated name: bytes of a word
+(`8*i+:8`, `LSB%8`) and widths.
 Prints what was looked at; exit 1 with file and line of every finding.
 """
 
 from __future__ import annotations
 
-import ast
-import functools
 import re
 import sys
 from collections.abc import Iterator
@@ -24,191 +31,82 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from asip_asm.gen import asip_regmap  # noqa: E402
-from scripts.regmap_source import NUMBER  # noqa: E402
-from sim.debug.gen import debug_regmap  # noqa: E402
-from sim.harness.gen import (  # noqa: E402
-    biss_regmap,
-    drive_regmap,
-    dual_regmap,
-    motion_regmap,
-    n2_debug_regmap,
-    n2_io_regmap,
-)
+from scripts.register_words import ESC, FIELDS, Finding, python_findings  # noqa: E402
 
-MAPS = (
-    asip_regmap.REGMAP,
-    motion_regmap.REGMAP,
-    dual_regmap.REGMAP,
-    debug_regmap.REGMAP,
-    drive_regmap.REGMAP,
-    biss_regmap.REGMAP,
-    n2_debug_regmap.REGMAP,
-    n2_io_regmap.REGMAP,
+# The register that a line of C accesses.
+NAME = r"(?:\b(?:REG_|csr\.|CSR\()(\w+)|\b(ESC_\w+))"
+ACCESS = re.compile(rf"\b\w*(?:read|write)\w*\s*\(.*?{NAME}|\bmemory\[{NAME}")
+INTEGER = r"\(?~?(?:0[xX]0*[1-9a-fA-F][0-9a-fA-F]*|[1-9]\d*)[uU]?\b(?!\s*<<\s*\(?\w*_LSB)"
+SHIFTED = r"(?:<<|>>)(?!\s*\(?(?:\w*_LSB|\w*_bp|\w+\.\w*low)\b)"
+C_LITERAL = re.compile(rf"{SHIFTED}|(?:[|&,]|[^=!<>]=)\s*{INTEGER}")
+# Of a block of bytes; its last argument is how many.
+BLOCK = re.compile(r"(\b(?:esc|double)_(?:read|write)\(.*),\s*\d+\)")
+# A variable that takes what a register gives, as a value or by a pointer.
+TAKES = (
+    re.compile(rf"\b(\w+)\s*=[^=;]*\bread\w*\s*\([^;]*?(?:{NAME}|\w+\.status\b)"),
+    re.compile(rf"\b(\w+)\s*=[^=;]*\b\w+_read\w*\s*\([^;]*?{NAME}"),
+    re.compile(r"\bread\w*\s*\(\s*\w+\.\w*status\s*,\s*&(\w+)"),
 )
-FIELDED = frozenset(
-    name
-    for regmap in MAPS
-    for name, register in regmap.registers.items()
-    if set(register.fields or ()) - {NUMBER}
-)
-SHIFTS = (ast.LShift, ast.RShift)
-ACCESS = re.compile(r"\b(?:io_read|io_write|read32|write32)\s*\(.*\b(?:REG_|csr\.|CSR\()(\w+)")
-C_WORD = re.compile(r"\bstatus\s*(?:<<|>>|&)\s*\d")
-C_LITERAL = re.compile(r"<<|>>|[|&,]\s*\(?~?(?:0[xX][0-9a-fA-F]+|[1-9]\d*)[uU]?\b")
 # Words and addresses of the bus, and words that registers show.
-SV_WORD = (
-    r"\b(?:writedata_i|wdata_i|data_i|address_i|readdata_\w+|rdata_\w+|read_data|status_o|feed_o"
-    r"|\w+_word)"
-)
-SV_LITERAL = re.compile(
-    rf"{SV_WORD}\s*(?:\[\s*\d+\s*(?:\]|:\s*\d|\+:)|<?=\s*\{{\d+'d0,|<?=\s*\d+'[bhd]\w*[1-9a-f])"
-)
+SV_BUS = r"\b(?:writedata_i|wdata_i|address_i|readdata_\w+|rdata_\w+|register_i\.data|live_data_o)"
+SV_WORD = rf"(?:{SV_BUS}|\b(?:data_i|read_data|status_o|feed_o|\w+_word))"
+SV_PLACE = r"\s*(?:\[\s*\d+\s*(?:\]|:\s*\d|\+:)|\[\s*(?!8\*)\d+\s*\*(?![^\]]*(?:_pkg::|LSB)))"
+SV_FILLED = r"(?:\[[^\]]*\])?\s*<?=\s*\{\d+'[bd]0+,|\s*<?=\s*\d+'[bhd]\w*[1-9a-f]"
+SV_LITERAL = re.compile(rf"{SV_WORD}(?:{SV_PLACE}|{SV_FILLED})")
+SV_BUS_LITERAL = re.compile(SV_BUS + SV_PLACE)  # in a file that names no package
+SV_TAKES = re.compile(r"\b(\w+)\s*<?=\s*(?:register_i\.data|writedata_i|wdata_i)\s*;")
 HOSTS = re.compile(r"_regmap_pkg::")
 
-Finding = tuple[int, str]
+
+def fields_of(name: str) -> bool:
+    """Whether a name of C is that of a register with fields."""
+    return name in FIELDS or name.removeprefix("ESC_") in ESC
 
 
-class Module:
-    """A Python file: its tree, and what its module-level names stand for."""
-
-    def __init__(self, path: Path) -> None:
-        self.tree = ast.parse(path.read_text(encoding="utf-8"))
-        self.values: dict[str, ast.expr] = {}
-        self.imported: dict[str, tuple[str, str]] = {}
-        for node in self.tree.body:
-            if isinstance(node, ast.ImportFrom) and node.module:
-                for alias in node.names:
-                    self.imported[alias.asname or alias.name] = (node.module, alias.name)
-            elif isinstance(node, ast.Assign):
-                for target in node.targets:
-                    self._assign(target, node.value)
-
-    def _assign(self, target: ast.expr, value: ast.expr) -> None:
-        if isinstance(target, ast.Name):
-            self.values[target.id] = value
-        elif isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple):
-            for one, its in zip(target.elts, value.elts, strict=False):
-                self._assign(one, its)
-
-    def value(self, name: str) -> ast.expr | None:
-        """Expression of a module-level name, its own or an imported one."""
-        if name in self.imported:
-            module, other = self.imported[name]
-            path = ROOT / (module.replace(".", "/") + ".py")
-            return parsed(path).value(other) if path.exists() else None
-        return self.values.get(name)
+def stripped(line: str) -> str:
+    """A line without comments and texts."""
+    return re.sub(r"//.*|/\*.*?\*/|\"[^\"]*\"", "", line)
 
 
-@functools.cache
-def parsed(path: Path) -> Module:
-    return Module(path)
+def sv_findings(lines: list[str]) -> Iterator[tuple[int, bool]]:
+    """Uses of register maps a line, and whether it has a literal position."""
+    literal = SV_LITERAL if any(map(HOSTS.search, lines)) else SV_BUS_LITERAL
+    held = {name for line in lines for name in SV_TAKES.findall(stripped(line))}
+    of_held = re.compile(rf"\b(?:{'|'.join(sorted(held))})\[\s*\d") if held else None
+    for line in lines:
+        code = stripped(line)
+        wrong = literal.search(code) or (of_held and of_held.search(code))
+        yield len(HOSTS.findall(code)), bool(wrong)
 
 
-def register(node: ast.expr) -> str:
-    """Name of the register with fields that the expression names: "STATUS", CSR["STATUS"]."""
-    if isinstance(node, ast.Subscript):
-        node = node.slice
-    return node.value if isinstance(node, ast.Constant) and node.value in FIELDED else ""
-
-
-def read_of(node: ast.AST) -> str:
-    """Register that an expression reads, with or without await."""
-    if isinstance(node, ast.Await):
-        node = node.value
-    if isinstance(node, ast.Call) and getattr(node.func, "attr", "") == "read" and node.args:
-        return register(node.args[0])
-    return ""
-
-
-def word(node: ast.expr, held: dict[str, str]) -> str:
-    """Register whose word the expression is; `held` by name."""
-    return held.get(node.id, "") if isinstance(node, ast.Name) else read_of(node)
-
-
-def literal(node: ast.expr, module: Module) -> bool:
-    """Whether a register word is put together by number."""
-    if isinstance(node, ast.Constant):
-        return isinstance(node.value, int) and not isinstance(node.value, bool) and node.value != 0
-    if isinstance(node, ast.Name):
-        value = module.value(node.id)
-        return value is not None and literal(value, module)
-    if isinstance(node, ast.BinOp):
-        return isinstance(node.op, SHIFTS) or any(
-            literal(side, module) for side in (node.left, node.right)
+def c_findings(lines: list[str]) -> Iterator[tuple[int, bool]]:
+    """Accesses a line, and whether it has a literal position."""
+    held = {"status"}
+    for line in lines:
+        code = BLOCK.sub(r"\1)", stripped(line))
+        for takes in TAKES:
+            for match in takes.finditer(code):
+                names = [name for name in match.groups()[1:] if name]
+                if not names or any(fields_of(name) for name in names):
+                    held.add(match[1])
+        held |= {a for a, b in re.findall(r"\b(\w+)\s*=\s*(\w+)\s*;", code) if b in held}
+        named = [name for found in ACCESS.findall(code) for name in found if name]
+        word = rf"\b(?:{'|'.join(sorted(held))})\b[^;(){{}}?:&|]*(?:<<|>>|&|\|)[^;(){{}}?:|]*?"
+        wrong = re.search(rf"{word}(?<![\w.]){INTEGER}", code) or (
+            any(map(fields_of, named)) and C_LITERAL.search(code)
         )
-    if isinstance(node, ast.IfExp):
-        return literal(node.body, module) or literal(node.orelse, module)
-    return isinstance(node, ast.UnaryOp) and literal(node.operand, module)
-
-
-def nodes(tree: ast.Module) -> Iterator[tuple[ast.AST, dict[str, str]]]:
-    """Every node, with the names that hold a word read from a register in its function."""
-    for top in tree.body:
-        for scope in top.body if isinstance(top, ast.ClassDef) else [top]:
-            inside = list(ast.walk(scope))
-            held = {
-                target.id: read_of(node.value)
-                for node in inside
-                if isinstance(node, ast.Assign) and read_of(node.value)
-                for target in node.targets
-                if isinstance(target, ast.Name)
-            }
-            yield from ((node, held) for node in inside)
-
-
-def python_findings(path: Path) -> tuple[int, list[Finding]]:
-    """Uses of registers with fields, and the findings among them."""
-    module = parsed(path)
-    uses, found = 0, []
-
-    def look(name: str, at: ast.expr, wrong: bool) -> None:
-        nonlocal uses
-        uses += 1
-        if wrong:
-            found.append((at.lineno, f"{name} by number: {ast.unparse(at)}"))
-
-    for node, held in nodes(module.tree):
-        pairs: list[tuple[ast.expr, ast.expr]] = []
-        if isinstance(node, ast.Call) and len(node.args) > 1:
-            pairs = [(node.args[0], node.args[1])]
-        elif isinstance(node, (ast.Tuple, ast.List)) and len(node.elts) == 2:
-            pairs = [(node.elts[0], node.elts[1])]
-        elif isinstance(node, ast.Dict):
-            pairs = [(k, v) for k, v in zip(node.keys, node.values, strict=True) if k]
-        elif isinstance(node, ast.Compare):
-            sides = [node.left, *node.comparators]
-            for name in filter(None, (word(side, held) for side in sides)):
-                look(name, node, any(literal(side, module) for side in sides))
-        elif isinstance(node, ast.BinOp) and isinstance(node.op, (*SHIFTS, ast.BitAnd)):
-            left = word(node.left, held)
-            name = left or word(node.right, held)
-            if name:
-                other = node.right if left else node.left
-                look(name, node, isinstance(node.op, SHIFTS) or literal(other, module))
-        for target, value in pairs:
-            if register(target):
-                look(register(target), value, literal(value, module))
-    return uses, found
+        yield len(named), bool(wrong)
 
 
 def text_findings(path: Path) -> tuple[int, list[Finding]]:
     """Lines of RTL, C or C++ with register accesses, and the findings among them."""
-    text = path.read_text(encoding="utf-8")
-    sv = path.suffix == ".sv"
-    if sv and not HOSTS.search(text):
-        return 0, []
+    lines = path.read_text(encoding="utf-8").splitlines()
+    look = sv_findings if path.suffix == ".sv" else c_findings
     uses, found = 0, []
-    for number, line in enumerate(text.splitlines(), 1):
-        code = re.sub(r"//.*|/\*.*?\*/|\"[^\"]*\"", "", line)
-        uses += len((HOSTS if sv else ACCESS).findall(code))
-        if sv:
-            wrong = SV_LITERAL.search(code)
-        else:
-            named = FIELDED & set(ACCESS.findall(code))
-            wrong = C_WORD.search(code) or (named and C_LITERAL.search(code))
+    for number, (count, wrong) in enumerate(look(lines), 1):
+        uses += count
         if wrong:
-            found.append((number, f"by number: {line.strip()}"))
+            found.append((number, f"by number: {lines[number - 1].strip()}"))
     return uses, found
 
 

@@ -11,6 +11,12 @@
 
 #define MANAGERS 8
 #define MANAGERS_USED 4
+#define SM_BYTE(name) (ESC_SM_##name(0) - ESC_SM_START(0)) /* place among the registers of a sync manager */
+#define SM_MODE(mode, direction) ((mode) << ESC_SM_CONTROL_MODE_LSB | (direction) << ESC_SM_CONTROL_DIRECTION_LSB)
+#define BUFFERS 0 /* mode */
+#define MAILBOX 2
+#define READS 0 /* direction: what the master does */
+#define WRITES 1
 
 static uint8_t state;
 static uint16_t code;
@@ -26,7 +32,7 @@ void al_outputs_seen(void) { outputs_seen = true; }
 
 static void publish(void) {
   esc_write16(ESC_AL_STATUS_CODE, code);
-  esc_write16(ESC_AL_STATUS, code ? state | AL_ERROR : state);
+  esc_write16(ESC_AL_STATUS, code ? state | ESC_AL_STATUS_ERROR_MASK : state);
 }
 
 static void enter(uint8_t next) {
@@ -61,19 +67,21 @@ void al_fault(uint16_t why) {
 static bool is_set_up(int n, uint16_t start, uint16_t bytes, uint8_t mode) {
   uint8_t found[8];
   esc_read(ESC_SM_START(n), found, sizeof found);
-  if (bytes == 0) return !(found[6] & ESC_SM_ACTIVATE_ENABLE_MASK);
-  return found[6] & ESC_SM_ACTIVATE_ENABLE_MASK && (found[0] | found[1] << 8) == start &&
-         (found[2] | found[3] << 8) == bytes &&
-         (found[4] & (ESC_SM_CONTROL_MODE_MASK | ESC_SM_CONTROL_DIRECTION_MASK)) == mode;
+  if (bytes == 0) return !(found[SM_BYTE(ACTIVATE)] & ESC_SM_ACTIVATE_ENABLE_MASK);
+  return found[SM_BYTE(ACTIVATE)] & ESC_SM_ACTIVATE_ENABLE_MASK &&
+         (found[SM_BYTE(START)] | found[SM_BYTE(START) + 1] << 8) == start &&
+         (found[SM_BYTE(LENGTH)] | found[SM_BYTE(LENGTH) + 1] << 8) == bytes &&
+         (found[SM_BYTE(CONTROL)] & (ESC_SM_CONTROL_MODE_MASK | ESC_SM_CONTROL_DIRECTION_MASK)) == mode;
 }
 
 static bool has_mailbox(void) {
-  return is_set_up(0, MAILBOX_OUT, MAILBOX_BYTES, 0x06) && is_set_up(1, MAILBOX_IN, MAILBOX_BYTES, 0x02);
+  return is_set_up(0, MAILBOX_OUT, MAILBOX_BYTES, SM_MODE(MAILBOX, WRITES)) &&
+         is_set_up(1, MAILBOX_IN, MAILBOX_BYTES, SM_MODE(MAILBOX, READS));
 }
 
 static uint16_t check_process_data(void) {
-  if (!is_set_up(2, PROCESS_OUTPUTS, process_bytes[PDO_RX], 0x04)) return AL_INVALID_OUTPUTS;
-  if (!is_set_up(3, PROCESS_INPUTS, process_bytes[PDO_TX], 0x00)) return AL_INVALID_INPUTS;
+  if (!is_set_up(2, PROCESS_OUTPUTS, process_bytes[PDO_RX], SM_MODE(BUFFERS, WRITES))) return AL_INVALID_OUTPUTS;
+  if (!is_set_up(3, PROCESS_INPUTS, process_bytes[PDO_TX], SM_MODE(BUFFERS, READS))) return AL_INVALID_INPUTS;
   return 0;
 }
 
@@ -140,8 +148,8 @@ static uint16_t change(uint8_t wanted, uint32_t now_ms, int guard) {
 }
 
 static void request(uint16_t control, uint32_t now_ms, int guard) {
-  uint8_t wanted = control & 0xFu;
-  bool acknowledge = control & AL_ERROR;
+  uint8_t wanted = control & ESC_AL_CONTROL_STATE_MASK;
+  bool acknowledge = control & ESC_AL_CONTROL_ACKNOWLEDGE_MASK;
   uint16_t refusal;
   if (code && !acknowledge && wanted > state) return; /* the error is to be acknowledged first */
   if (acknowledge || wanted == AL_INIT) code = 0;

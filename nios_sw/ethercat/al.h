@@ -12,7 +12,6 @@
 #define AL_BOOT 3
 #define AL_SAFEOP 4
 #define AL_OP 8
-#define AL_ERROR 0x10
 
 #define AL_INVALID_CHANGE 0x0011
 #define AL_UNKNOWN_STATE 0x0012

@@ -13,6 +13,7 @@
 #include "pdo.h"
 
 #define CYCLES_PER_MS (1000u / CYCLE_US)
+#define OUTPUTS_EVENT (1u << (ESC_AL_EVENT_SM_LSB + 2)) /* sync manager 2 */
 #define SETTINGS 16 /* settings on their way to the law */
 #define COMMUNICATION 0x7500u
 #define ERROR_ANY 0x01u /* bits of the error register */
@@ -80,7 +81,7 @@ static bool take_outputs(uint32_t event) {
   uint16_t bytes = al_process_bytes(PDO_RX);
   uint16_t limit = objects.sync_error_limit;
   uint32_t period;
-  if (event & (1u << 10) && bytes) { /* SM2 */
+  if (event & OUTPUTS_EVENT && bytes) {
     esc_read(PROCESS_OUTPUTS, buffer, bytes);
     al_outputs_seen();
     objects.output_sync.cycle = objects.input_sync.cycle =

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // encoder_registers: incremental encoders as words that a host reads.
-// Contract: Avalon-MM agent, reads take two cycles, writes one. Word 4 axis + 0: position; 1: position at the
-// last index; 2: {illegal transitions counted (8 bits), 22 zeros, one was illegal, an index was passed}; 3:
-// clocks since the last count. A write to any word of an axis clears its word 2. Words behind the last axis
-// read 0. Lines as quadrature_decoder, with a filter of Filter + 1 clocks.
+// Contract: Avalon-MM agent of the words in docs/encoder_regmap.md, once for each axis; those behind the last axis
+// read 0. Reads take two cycles, writes one. Lines as quadrature_decoder, with a filter of Filter + 1 clocks.
 module encoder_registers #(
     parameter int unsigned Axes   = 5,   // 1..8
     parameter int unsigned Filter = 3
@@ -21,6 +19,9 @@ module encoder_registers #(
     input  logic [Axes-1:0] b_i,
     input  logic [Axes-1:0] z_i
 );
+
+  localparam int unsigned Words = encoder_regmap_pkg::WORDS_CSR;
+  localparam int unsigned AxisLow = encoder_regmap_pkg::ADDRESS_WIDTH;  // of the address: which axis
 
   logic [31:0] time_q, readdata_q;
   logic        read_q;
@@ -43,7 +44,7 @@ module encoder_registers #(
 
   for (genvar i = 0; i < 8; i++) begin : gen_axis
     if (i < Axes) begin : gen_decoder
-      logic [31:0] position, index_position, edge_time;
+      logic [31:0] position, index_position, edge_time, status;
       logic [7:0]  illegal_count;
       logic        index, illegal;
 
@@ -54,7 +55,7 @@ module encoder_registers #(
           .b_i             (b_i[i]),
           .z_i             (z_i[i]),
           .filter_i        (4'(Filter)),
-          .clear_i         (write_i && address_i[4:2] == 3'(i)),
+          .clear_i         (write_i && address_i[4:AxisLow] == 3'(i)),
           .time_i          (time_q),
           .position_o      (position),
           .edge_time_o     (edge_time),
@@ -63,10 +64,18 @@ module encoder_registers #(
           .illegal_o       (illegal),
           .illegal_count_o (illegal_count)
       );
-      assign words[4*i+:4] = {time_q - edge_time, {illegal_count, 22'd0, illegal, index},
-                              index_position, position};
+      always_comb begin
+        status = '0;
+        status[encoder_regmap_pkg::STATUS_INDEX_LSB]            = index;
+        status[encoder_regmap_pkg::STATUS_ILLEGAL_LSB]          = illegal;
+        status[encoder_regmap_pkg::STATUS_ILLEGAL_COUNT_LSB+:8] = illegal_count;
+      end
+      assign words[Words*i+32'(encoder_regmap_pkg::REG_POSITION)]       = position;
+      assign words[Words*i+32'(encoder_regmap_pkg::REG_INDEX_POSITION)] = index_position;
+      assign words[Words*i+32'(encoder_regmap_pkg::REG_STATUS)]         = status;
+      assign words[Words*i+32'(encoder_regmap_pkg::REG_IDLE_CLOCKS)]    = time_q - edge_time;
     end else begin : gen_none
-      assign words[4*i+:4] = '0;
+      assign words[Words*i+:Words] = '0;
     end
   end
 

@@ -50,6 +50,7 @@ module drive_front_end #(
 
   localparam logic [1:0] MoRun = 2'd2;  // of pwm_bridge
   localparam int unsigned Width = drive_regmap_pkg::PWM_HALF_PERIOD_WIDTH;
+  localparam int unsigned ModeBits = drive_regmap_pkg::MODE_AXIS0_WIDTH;
   localparam int unsigned DeadBits = drive_regmap_pkg::DEAD_TIME_CLOCKS_WIDTH;
   localparam int unsigned FilterBits = drive_regmap_pkg::ENCODER_FILTER_WIDTH;
   localparam int unsigned SlowWidth = 3 * $clog2(SlowRate) + 1;
@@ -65,7 +66,7 @@ module drive_front_end #(
   logic [31:0] config_word, status_word, pwm_word, link_word, guard_word;
   logic signed [15:0] bus_least_q;
   logic [7:0]  release_q;
-  logic [15:0] mode_q;
+  logic [8*ModeBits-1:0] mode_q;
   logic [Width-1:0] half_period_q, minimum_q, window_start_q, count, unused_half;
   logic [DeadBits-1:0] dead_time_q;
   logic [FastWidth-1:0] limit_q;
@@ -134,7 +135,7 @@ module drive_front_end #(
       commit_q         <= {commit_q[0], link_done || compare_commit};
       if (write_i) begin
         case (register_index)
-          drive_regmap_pkg::REG_MODE: mode_q <= writedata_i[drive_regmap_pkg::MODE_AXES_LSB+:16];
+          drive_regmap_pkg::REG_MODE: mode_q <= writedata_i[drive_regmap_pkg::MODE_AXIS0_LSB+:8*ModeBits];
           drive_regmap_pkg::REG_PWM: begin
             half_period_q <= writedata_i[drive_regmap_pkg::PWM_HALF_PERIOD_LSB+:Width];
             minimum_q     <= writedata_i[drive_regmap_pkg::PWM_MINIMUM_LSB+:Width];
@@ -305,7 +306,7 @@ module drive_front_end #(
         .count_i         (count),
         .up_i            (up),
         .load_i          (load),
-        .mode_i          (mode_q[2*i+:2]),
+        .mode_i          (mode_q[ModeBits*i+:ModeBits]),
         .dead_time_i     (dead_time_q),
         .write_i         (write_q && axis_q == 3'(i)),
         .phase_i         (phase_q),
@@ -333,7 +334,7 @@ module drive_front_end #(
 
     always_ff @(posedge clk_i) position_o[32*i+:32] <= position[32*i+:32] + origin_q[32*i+:32];
 
-    assign release_o[i] = release_q[i] && mode_q[2*i+:2] == MoRun && !trip[i];
+    assign release_o[i] = release_q[i] && mode_q[ModeBits*i+:ModeBits] == MoRun && !trip[i];
 
     // What the link hands over, all of one clock. Ages beyond 2^22 clocks show as that.
     always_ff @(posedge clk_i) begin

@@ -83,8 +83,8 @@ module ecat_clock (
       offset_q        <= '0;
       offset_new_q    <= '0;
       delay_q         <= '0;
-      filter_q        <= esc_regmap_pkg::RESET_DIFFERENCE_FILTER[3:0];
-      speed_filter_q  <= esc_regmap_pkg::RESET_SPEED_FILTER[3:0];
+      filter_q        <= 4'(esc_regmap_pkg::RESET_DIFFERENCE_FILTER);
+      speed_filter_q  <= 4'(esc_regmap_pkg::RESET_SPEED_FILTER);
       returned_q      <= 1'b0;
       kept_returned_q <= 1'b0;
       armed_q         <= 1'b0;
@@ -114,8 +114,8 @@ module ecat_clock (
         end
         if (place[11:2] == esc_regmap_pkg::REG_TIME_DELAY[11:2]) delay_q[8*place[1:0]+:8] <= register_i.data;
         if (place == esc_regmap_pkg::REG_SPEED_START) restart_q <= 1'b1;
-        if (place == esc_regmap_pkg::REG_DIFFERENCE_FILTER) filter_q <= register_i.data[3:0];
-        if (place == esc_regmap_pkg::REG_SPEED_FILTER) speed_filter_q <= register_i.data[3:0];
+        if (place == esc_regmap_pkg::REG_DIFFERENCE_FILTER) filter_q <= 4'(register_i.data);
+        if (place == esc_regmap_pkg::REG_SPEED_FILTER) speed_filter_q <= 4'(register_i.data);
       end
       if (unit_start) returned_q <= 1'b0;
       else if (other_start && !returned_q) returned_q <= 1'b1;
@@ -185,13 +185,15 @@ module ecat_clock (
   logic signed [31:0] mean_whole;
   assign mean_whole = mean_q >>> 15;
   assign mean       = 31'(mean_q[31] ? -mean_whole : mean_whole);
-  assign difference = {mean_q[31], mean};
   assign shown      = live_application_i ? (live_address_i[2:0] == '0 ? system_q : shown_q) : begun_system_q;
   always_ff @(posedge clk_i) begin
     if (live_application_i && live_address_i == esc_regmap_pkg::REG_SYSTEM_TIME) shown_q <= system_q;
   end
 
   always_comb begin
+    difference = '0;
+    difference[esc_regmap_pkg::TIME_DIFFERENCE_SIZE_LSB+:31] = mean;
+    difference[esc_regmap_pkg::TIME_DIFFERENCE_BEHIND_LSB]   = mean_q[31];
     live_hit_o  = 1'b1;
     live_data_o = '0;
     case (live_address_i[11:3])

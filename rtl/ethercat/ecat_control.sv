@@ -35,6 +35,13 @@ module ecat_control (
     output logic        irq_o
 );
 
+  // Bytes of DL_CONTROL; those of both ports stand in one.
+  localparam logic [11:0] LoopByte = esc_regmap_pkg::REG_DL_CONTROL + 12'(esc_regmap_pkg::DL_CONTROL_LOOP0_LSB / 8);
+  localparam int unsigned Alias = esc_regmap_pkg::DL_CONTROL_USE_ALIAS_LSB;
+  localparam logic [11:0] AliasByte = esc_regmap_pkg::REG_DL_CONTROL + 12'(Alias / 8);
+  localparam int unsigned State = esc_regmap_pkg::AL_CONTROL_STATE_LSB;
+  localparam int unsigned StateWidth = esc_regmap_pkg::AL_CONTROL_STATE_WIDTH;
+
   logic [15:0] station_q, alias_q, master_mask_q, master_event;
   logic [31:0] event_mask_q, event_value;
   logic [3:0]  loops_q;
@@ -82,13 +89,14 @@ module ecat_control (
         case (register_i.address)
           esc_regmap_pkg::REG_STATION_ADDRESS: station_q[7:0] <= register_i.data;
           esc_regmap_pkg::REG_STATION_ADDRESS + 12'd1: station_q[15:8] <= register_i.data;
-          esc_regmap_pkg::REG_DL_CONTROL + 12'd1: loops_q <= register_i.data[3:0];
-          esc_regmap_pkg::REG_DL_CONTROL + 12'd3: alias_on_q <= register_i.data[0];
+          LoopByte: loops_q <= {register_i.data[esc_regmap_pkg::DL_CONTROL_LOOP1_LSB%8+:2],
+                                register_i.data[esc_regmap_pkg::DL_CONTROL_LOOP0_LSB%8+:2]};
+          AliasByte: alias_on_q <= register_i.data[Alias%8];
           esc_regmap_pkg::REG_MASTER_EVENT_MASK: master_mask_q[7:0] <= register_i.data;
           esc_regmap_pkg::REG_MASTER_EVENT_MASK + 12'd1: master_mask_q[15:8] <= register_i.data;
           esc_regmap_pkg::REG_AL_CONTROL: begin
             if (emulation_q) begin
-              status_q       <= {4'd0, register_i.data[3:0]};
+              status_q       <= 8'(register_i.data[State+:StateWidth]) << esc_regmap_pkg::AL_STATUS_STATE_LSB;
               status_event_q <= 1'b1;
             end else begin
               control_event_q <= 1'b1;
@@ -103,7 +111,7 @@ module ecat_control (
             status_q       <= register_i.data;
             status_event_q <= 1'b1;
           end
-          esc_regmap_pkg::REG_PDI_CONFIG: emulation_q <= register_i.data[0];
+          esc_regmap_pkg::REG_PDI_CONFIG: emulation_q <= register_i.data[esc_regmap_pkg::PDI_CONFIG_EMULATION_LSB];
           esc_regmap_pkg::REG_AL_EVENT_MASK: event_mask_q[7:0] <= register_i.data;
           esc_regmap_pkg::REG_AL_EVENT_MASK + 12'd1: event_mask_q[15:8] <= register_i.data;
           default: ;
@@ -167,7 +175,7 @@ module ecat_control (
   assign alias_o        = alias_q;
   assign alias_on_o     = alias_on_q;
   assign loop_control_o = loops_q;
-  assign loop_written_o = by_master && register_i.address == esc_regmap_pkg::REG_DL_CONTROL + 12'd1;
+  assign loop_written_o = by_master && register_i.address == LoopByte;
   assign master_event_o = master_event & master_mask_q;
   assign irq_o          = (event_value & event_mask_q) != '0;
 

@@ -15,8 +15,16 @@ module ecat_fmmus (
     output logic        write_o
 );
 
-  localparam int unsigned Columns = 12;  // bytes of an FMMU's registers before ACTIVATE
+  // Bytes of an FMMU's registers; those before ACTIVATE are kept in columns.
+  localparam logic [3:0] Start = 4'(esc_regmap_pkg::REG_FMMU_LOGICAL_START);
+  localparam logic [3:0] Length = 4'(esc_regmap_pkg::REG_FMMU_LENGTH);
+  localparam logic [3:0] FirstBit = 4'(esc_regmap_pkg::REG_FMMU_FIRST_BIT);
+  localparam logic [3:0] LastBit = 4'(esc_regmap_pkg::REG_FMMU_LAST_BIT);
+  localparam logic [3:0] Physical = 4'(esc_regmap_pkg::REG_FMMU_PHYSICAL_START);
+  localparam logic [3:0] PhysicalBit = 4'(esc_regmap_pkg::REG_FMMU_PHYSICAL_BIT);
+  localparam logic [3:0] Kind = 4'(esc_regmap_pkg::REG_FMMU_TYPE);
   localparam logic [3:0] Activate = 4'(esc_regmap_pkg::REG_FMMU_ACTIVATE);
+  localparam int unsigned Columns = 32'(Activate);
 
   logic                    here;
   logic [ecat_pkg::FMMUS-1:0] active_q;
@@ -38,17 +46,18 @@ module ecat_fmmus (
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) active_q <= '0;
-    else if (here && register_i.address[3:0] == Activate) active_q[register_i.address[6:4]] <= register_i.data[0];
+    else if (here && register_i.address[3:0] == Activate) begin
+      active_q[register_i.address[6:4]] <= register_i.data[esc_regmap_pkg::FMMU_ACTIVATE_ENABLE_LSB];
+    end
   end
 
-  // Registers in the order of their addresses.
-  assign start        = entry[31:0];
-  assign length       = entry[47:32];
-  assign bit_first    = entry[50:48];
-  assign bit_last     = entry[58:56];
-  assign physical     = entry[79:64];
-  assign physical_bit = entry[82:80];
-  assign kind         = entry[89:88];
+  assign start        = entry[8*Start+:32];
+  assign length       = entry[8*Length+:16];
+  assign bit_first    = entry[8*FirstBit+:3];
+  assign bit_last     = entry[8*LastBit+:3];
+  assign physical     = entry[8*Physical+:16];
+  assign physical_bit = entry[8*PhysicalBit+:3];
+  assign kind         = entry[8*Kind+:2];
 
   // First clock: how far into the FMMU's range the byte lies.
   logic [31:0] distance_q;
@@ -97,8 +106,8 @@ module ecat_fmmus (
     window_o.shift   <= shift_late_q;
     window_o.high    <= behind;
     window_o.address <= address_q + {15'd0, behind};
-    read_o           <= mask_q != '0 && kind_late_q[0];
-    write_o          <= mask_q != '0 && kind_late_q[1];
+    read_o           <= mask_q != '0 && kind_late_q[esc_regmap_pkg::FMMU_TYPE_READ_LSB];
+    write_o          <= mask_q != '0 && kind_late_q[esc_regmap_pkg::FMMU_TYPE_WRITE_LSB];
   end
 
   logic unused;

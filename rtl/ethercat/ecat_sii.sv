@@ -28,6 +28,8 @@ module ecat_sii #(
 );
 
   localparam int unsigned Width = $clog2(Words);
+  localparam int unsigned CommandLow = esc_regmap_pkg::SII_CONTROL_COMMAND_LSB;
+  localparam logic [11:0] CommandByte = esc_regmap_pkg::REG_SII_CONTROL + 12'(CommandLow / 8);
   localparam logic [2:0] CommandRead = 3'd1;
   localparam logic [2:0] CommandWrite = 3'd2;
   localparam logic [2:0] CommandReload = 3'd4;
@@ -53,7 +55,7 @@ module ecat_sii #(
   logic [15:0] write_data;
   logic [1:0]  write;
 
-  logic [2:0]  state_q, command_q;
+  logic [2:0]  state_q, command, command_q;
   logic [Width-1:0] count_q;
   logic [31:0] address_q;
   logic [63:0] data_q;
@@ -62,6 +64,7 @@ module ecat_sii #(
   logic        reload_q, beyond;
   logic [15:0] control, first_word_q;
 
+  assign command     = register_i.data[CommandLow%8+:esc_regmap_pkg::SII_CONTROL_COMMAND_WIDTH];
   assign beyond      = address_q[31:Width] != '0;
   assign app_ready_o = state_q == StIdle;
 
@@ -107,11 +110,11 @@ module ecat_sii #(
     end else begin
       if (register_i.write) begin
         if (register_i.address == esc_regmap_pkg::REG_SII_CONTROL && !register_i.application) begin
-          enable_q <= register_i.data[0];
+          enable_q <= register_i.data[esc_regmap_pkg::SII_CONTROL_WRITE_ENABLE_LSB];
         end
-        if (register_i.address == esc_regmap_pkg::REG_SII_CONTROL + 12'd1) begin
-          command_q       <= register_i.data[2:0];
-          pending_q       <= register_i.data[2:0] != '0;
+        if (register_i.address == CommandByte) begin
+          command_q       <= command;
+          pending_q       <= command != '0;
           command_error_q <= 1'b0;
           write_error_q   <= 1'b0;
         end

@@ -28,13 +28,11 @@ module ecat_sync_managers (
 );
 
   localparam int unsigned N = ecat_pkg::SYNC_MANAGERS;
-  localparam logic [2:0] StartLow = 3'd0;
-  localparam logic [2:0] StartHigh = 3'd1;
-  localparam logic [2:0] LengthLow = 3'd2;
-  localparam logic [2:0] LengthHigh = 3'd3;
-  localparam logic [2:0] Control = 3'd4;
-  localparam logic [2:0] Activate = 3'd6;
-  localparam logic [2:0] Side = 3'd7;
+  localparam logic [2:0] Start = 3'(esc_regmap_pkg::REG_SM_START);
+  localparam logic [2:0] Length = 3'(esc_regmap_pkg::REG_SM_LENGTH);
+  localparam logic [2:0] Control = 3'(esc_regmap_pkg::REG_SM_CONTROL);
+  localparam logic [2:0] Activate = 3'(esc_regmap_pkg::REG_SM_ACTIVATE);
+  localparam logic [2:0] Side = 3'(esc_regmap_pkg::REG_SM_PDI);
 
   logic       here, crosses;
   logic [7:0] high_part;
@@ -58,9 +56,9 @@ module ecat_sync_managers (
   for (genvar n = 0; n < N; n++) begin : gen_manager
     logic [15:0] start_q, length_q, distance, past;
     logic        before_end;
-    logic [7:0]  control_q;
-    logic [1:0]  activate_q, side_q, last;
-    logic        mine, is_written, is_read, reads, writes;
+    logic [7:0]  control_q, status;
+    logic [1:0]  last;
+    logic        enable_q, disable_q, mine, is_written, is_read, reads, writes;
 
     assign mine = here && register_i.address[5:3] == 3'(n);
     always_ff @(posedge clk_i or negedge rst_ni) begin
@@ -68,28 +66,28 @@ module ecat_sync_managers (
         start_q    <= '0;
         length_q   <= '0;
         control_q  <= '0;
-        activate_q <= '0;
-        side_q     <= '0;
+        enable_q   <= 1'b0;
+        disable_q  <= 1'b0;
       end else if (mine) begin
         case (register_i.address[2:0])
-          StartLow: start_q[7:0] <= register_i.data;
-          StartHigh: start_q[15:8] <= register_i.data;
-          LengthLow: length_q[7:0] <= register_i.data;
-          LengthHigh: length_q[15:8] <= register_i.data;
+          Start: start_q[7:0] <= register_i.data;
+          Start + 3'd1: start_q[15:8] <= register_i.data;
+          Length: length_q[7:0] <= register_i.data;
+          Length + 3'd1: length_q[15:8] <= register_i.data;
           Control: control_q <= register_i.data;
-          Activate: activate_q <= register_i.data[1:0];
-          Side: side_q <= register_i.data[1:0];
+          Activate: enable_q <= register_i.data[esc_regmap_pkg::SM_ACTIVATE_ENABLE_LSB];
+          Side: disable_q <= register_i.data[esc_regmap_pkg::SM_PDI_DISABLE_LSB];
           default: ;
         endcase
       end
     end
 
-    assign enabled[n]       = activate_q[0] && !side_q[0];
-    assign boxes[n]         = control_q[1];
-    assign master_writes[n] = control_q[2];
-    assign master_events[n] = control_q[4];
-    assign pdi_events[n]    = control_q[5];
-    assign triggers[n]      = control_q[6];
+    assign enabled[n]       = enable_q && !disable_q;
+    assign boxes[n]         = control_q[esc_regmap_pkg::SM_CONTROL_MODE_LSB+1];  // its upper bit tells
+    assign master_writes[n] = control_q[esc_regmap_pkg::SM_CONTROL_DIRECTION_LSB];
+    assign master_events[n] = control_q[esc_regmap_pkg::SM_CONTROL_MASTER_EVENT_LSB];
+    assign pdi_events[n]    = control_q[esc_regmap_pkg::SM_CONTROL_PDI_EVENT_LSB];
+    assign triggers[n]      = control_q[esc_regmap_pkg::SM_CONTROL_WATCHDOG_LSB];
     assign lengths[16*n+:16] = length_q;
 
     // First clock: whether the byte is guarded. One difference tells whether it lies inside, and at the end.
@@ -135,11 +133,17 @@ module ecat_sync_managers (
         .read_o   (is_read)
     );
 
-    // Register STATUS.
-    assign status_o[8*n+:8] = {2'b00, last, full[n], 1'b0, is_read, is_written};
+    always_comb begin
+      status = '0;
+      status[esc_regmap_pkg::SM_STATUS_WRITTEN_LSB] = is_written;
+      status[esc_regmap_pkg::SM_STATUS_READ_LSB]    = is_read;
+      status[esc_regmap_pkg::SM_STATUS_FULL_LSB]    = full[n];
+      status[esc_regmap_pkg::SM_STATUS_NEWEST_LSB+:esc_regmap_pkg::SM_STATUS_NEWEST_WIDTH] = last;
+    end
+    assign status_o[8*n+:8] = status;
 
     logic unused_bits;
-    assign unused_bits = &{control_q[7], control_q[3], control_q[0], activate_q[1], side_q[1]};
+    assign unused_bits = &control_q;
   end
 
   // The guarding one, the lowest of those that overlap; where its buffer lies.

@@ -20,8 +20,8 @@ module ecat_sync_pulses (
   logic [63:0] next_q, start_q, second_q;
   logic [31:0] cycle_q, shift_q;
   logic [15:0] length_q;
-  logic [2:0]  activation_q;   // cyclic, SYNC0, SYNC1
-  logic        on_q, waiting_q, new_q, first;
+  logic [1:0]  shown_q;        // SYNC0, SYNC1
+  logic        cyclic_q, on_q, waiting_q, new_q, first;
   logic [1:0]  due_q, pulse_q, fire, status_read;
   logic [15:0] left_q [0:1];
   logic [11:0] place;
@@ -34,7 +34,8 @@ module ecat_sync_pulses (
       cycle_q      <= '0;
       shift_q      <= '0;
       length_q     <= esc_regmap_pkg::RESET_PULSE_LENGTH;
-      activation_q <= '0;
+      cyclic_q     <= 1'b0;
+      shown_q      <= '0;
       new_q        <= 1'b0;
     end else begin
       if (done_i) new_q <= 1'b0;
@@ -45,8 +46,10 @@ module ecat_sync_pulses (
         if (place == esc_regmap_pkg::REG_PULSE_LENGTH) length_q[7:0] <= register_i.data;
         if (place == esc_regmap_pkg::REG_PULSE_LENGTH + 12'd1) length_q[15:8] <= register_i.data;
         if (place == esc_regmap_pkg::REG_SYNC_ACTIVATION) begin
-          activation_q <= register_i.data[2:0];
-          new_q        <= 1'b1;
+          cyclic_q   <= register_i.data[esc_regmap_pkg::SYNC_ACTIVATION_CYCLIC_LSB];
+          shown_q[0] <= register_i.data[esc_regmap_pkg::SYNC_ACTIVATION_SYNC0_LSB];
+          shown_q[1] <= register_i.data[esc_regmap_pkg::SYNC_ACTIVATION_SYNC1_LSB];
+          new_q      <= 1'b1;
         end
       end
     end
@@ -72,7 +75,7 @@ module ecat_sync_pulses (
     end else begin
       due_q <= fire;
       if (done_i && new_q) begin
-        on_q      <= activation_q[0];
+        on_q      <= cyclic_q;
         waiting_q <= 1'b0;
         next_q    <= start_q;
       end else begin
@@ -89,7 +92,7 @@ module ecat_sync_pulses (
   for (genvar n = 0; n < 2; n++) begin : gen_pulse
     localparam logic [11:0] Status = n == 0 ? esc_regmap_pkg::REG_SYNC_STATUS_0 : esc_regmap_pkg::REG_SYNC_STATUS_1;
     assign status_read[n] = register_i.read && register_i.application && place == Status;
-    assign begins_o[n]    = due_q[n] && activation_q[n+1];
+    assign begins_o[n]    = due_q[n] && shown_q[n];
     always_ff @(posedge clk_i or negedge rst_ni) begin
       if (!rst_ni) begin
         pulse_q[n] <= 1'b0;
@@ -108,9 +111,13 @@ module ecat_sync_pulses (
   always_comb begin
     live_hit_o  = 1'b1;
     live_data_o = next_q[8*live_address_i[2:0]+:8];
-    if (live_address_i == esc_regmap_pkg::REG_SYNC_STATUS_0) live_data_o = {7'd0, pulse_q[0]};
-    else if (live_address_i == esc_regmap_pkg::REG_SYNC_STATUS_1) live_data_o = {7'd0, pulse_q[1]};
-    else if (live_address_i[11:3] != esc_regmap_pkg::REG_START_TIME[11:3] || !on_q) live_hit_o = 1'b0;
+    if (live_address_i == esc_regmap_pkg::REG_SYNC_STATUS_0) begin
+      live_data_o = 8'(pulse_q[0]) << esc_regmap_pkg::SYNC_STATUS_0_STATE_LSB;
+    end else if (live_address_i == esc_regmap_pkg::REG_SYNC_STATUS_1) begin
+      live_data_o = 8'(pulse_q[1]) << esc_regmap_pkg::SYNC_STATUS_1_STATE_LSB;
+    end else if (live_address_i[11:3] != esc_regmap_pkg::REG_START_TIME[11:3] || !on_q) begin
+      live_hit_o = 1'b0;
+    end
   end
 
   assign sync_o = pulse_q;

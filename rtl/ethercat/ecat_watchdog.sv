@@ -90,7 +90,7 @@ module ecat_watchdog (
     live_hit_o  = 1'b1;
     live_data_o = '0;
     case (live_address_i)
-      esc_regmap_pkg::REG_WATCHDOG_STATUS: live_data_o = {7'd0, alive[0]};
+      esc_regmap_pkg::REG_WATCHDOG_STATUS: live_data_o = 8'(alive[0]) << esc_regmap_pkg::WATCHDOG_STATUS_ALIVE_LSB;
       esc_regmap_pkg::REG_WATCHDOG_DATA_COUNT: live_data_o = counts[7:0];
       esc_regmap_pkg::REG_WATCHDOG_PDI_COUNT: live_data_o = counts[15:8];
       default: live_hit_o = 1'b0;

@@ -153,7 +153,7 @@ module motion_front_end #(
       .address_i   (address_i[$clog2(motion_regmap_pkg::WORDS_RECORDS)-1:0]),
       .data_i      (writedata_i),
       .head_write_i(head_write),
-      .head_i      (writedata_i[4*Axes-1:0]),
+      .head_i      (writedata_i[motion_regmap_pkg::HEAD_AXIS0_LSB+:motion_regmap_pkg::HEAD_AXIS0_WIDTH*Axes]),
       .head_o      (head),
       .tail_o      (tail),
       .waiting_o   (waiting),

@@ -14,6 +14,7 @@ from rich.table import Table
 
 from sim.dual.loop import Loop, Stretch
 from sim.harness.build import ROOT
+from sim.harness.gen.dual_regmap import REGMAP
 from sim.model.parameters import ParameterError, Robot
 from sim.model.records import SET_POINTS, SetPoints
 from sim.page.marks import between_marks
@@ -23,7 +24,7 @@ from sim.run.closed_loop import SETTLED_S, tracking_error
 from sim.run.controller import ControllerFault
 from sim.run.results import CLOCK_MHZ
 
-LONGEST_PERIOD = (1 << 16) - 1  # clocks, of the register PERIOD
+LONGEST_PERIOD = REGMAP.registers["PERIOD"].fields["value"].mask  # clocks
 REGISTERS = (
     *("TRAJECTORY_MIN", "TRAJECTORY_MAX", "TRACKING_MIN", "TRACKING_MAX", "COMMAND_MAX"),
     *("COPY_MAX", "USED_MAX", "LEFT_MIN", "PERIODS", "UNDERRUNS", "OVERRUNS"),

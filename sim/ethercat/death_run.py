@@ -28,6 +28,7 @@ from sim.ethercat.session import CSP, ENABLE, START_NS
 from sim.harness import nios_image
 
 AXIS_STEP = 0x800
+STATE_AND_ERROR = sum(esc_regmap.AL_STATUS.fields[name].mask for name in ("state", "error"))
 ERROR_CODE, STATUSWORD = 0x603F, 0x6041
 TICK_NS = 100_000
 STEP = 500  # increments of a target to the next
@@ -102,7 +103,7 @@ def run(ticks: int) -> Report:
     speed = np.abs(np.diff(positions))
     with session.served():
         slave = session.master.slaves[0]
-        state = register(esc_regmap.AL_STATUS) & 0x1F
+        state = register(esc_regmap.AL_STATUS) & STATE_AND_ERROR
         code = register(esc_regmap.AL_STATUS_CODE)
         watchdog = register(esc_regmap.WATCHDOG_DATA_COUNT) - before
         for _ in range(POLLS):  # SOEM takes an emergency for no answer to an SDO

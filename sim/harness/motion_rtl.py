@@ -23,6 +23,7 @@ TOP = "motion_front_end"
 FOLDERS = (ROOT / "rtl",)  # where its sources stand; tests put changed copies first
 CLOCK_HZ = 100_000_000
 RECORDS = 8  # in the ring of an axis
+COUNTED = REGMAP.registers["HEAD"].fields["axis0"].mask + 1  # records count modulo this
 
 
 class MotionError(RuntimeError):
@@ -176,15 +177,20 @@ class MotionRtl:
         """Clocks since reset."""
         return self._lib.motion_now(self._handle)
 
+    def tails(self) -> list[int]:
+        """Records taken so far of each axis, modulo `COUNTED`."""
+        word, fields = self.read("TAIL"), REGMAP.registers["TAIL"].fields
+        return [fields[f"axis{axis}"].of(word) for axis in range(self.AXES)]
+
     def put(self, moves: Mapping[int, Sequence[Record]]) -> None:
         """Write records per axis and release them together.
 
         Raises MotionError if a ring is too full.
         """
         base = REGMAP.blocks["records"].base
-        tails = self.read("TAIL")
+        tails = self.tails()
         for axis, records in moves.items():
-            waiting = (self._heads[axis] - (tails >> 4 * axis)) & 15
+            waiting = (self._heads[axis] - tails[axis]) % COUNTED
             if waiting + len(records) > RECORDS:
                 raise MotionError(
                     f"axis {axis}: {len(records)} records, room for {RECORDS - waiting}"
@@ -193,8 +199,8 @@ class MotionRtl:
                 place = base + 64 * axis + 8 * (self._heads[axis] % RECORDS)
                 for word, value in enumerate(record.words()):
                     self._lib.motion_write(self._handle, place + word, value)
-                self._heads[axis] = (self._heads[axis] + 1) & 15
-        self.write("HEAD", sum(head << 4 * axis for axis, head in enumerate(self._heads)))
+                self._heads[axis] = (self._heads[axis] + 1) % COUNTED
+        self.set("HEAD", **{f"axis{axis}": head for axis, head in enumerate(self._heads)})
 
     def run(self, moves: Mapping[int, Sequence[Record]], limit: int) -> None:
         """Put the records and wait until no axis moves. `limit` in clocks."""

@@ -34,7 +34,7 @@ struct Word {
 
 // Layout is that of the fields of tests/upsets/model.py.
 struct Host {
-  uint32_t status, control, start, clear, busy, done, fault, cause_low, recovered;
+  uint32_t status, control, start, clear, busy, done, fault, cause, cause_low, recovered;
   uint32_t check_again;  // STATUS is read behind the outputs, too
   uint32_t idle;         // clocks between ticks
   uint32_t most;         // clocks to wait for an answer or the end of a run
@@ -242,7 +242,7 @@ struct Injector : Bench<Injector, Vasip> {
       at = ~0ull;
       if (end != End::Done) {
         if (end == End::Fault) {
-          outcome.cause = last_status >> host.cause_low & 15;
+          outcome.cause = (last_status & host.cause) >> host.cause_low;
           outcome.unsafe = found != safe;
         }
         outcome.effect = wrong ? (wrong > 1 ? WrongLater : WrongOnce) : end == End::Fault ? Reported : Lost;

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 
 from sim.gcode.interpreter import stream
-from sim.harness.motion_rtl import CLOCK_HZ, RECORDS, MotionError, MotionRtl
+from sim.harness.motion_rtl import CLOCK_HZ, COUNTED, RECORDS, MotionError, MotionRtl
 from sim.harness.phase_record import (
     Record,
 )
@@ -113,10 +113,10 @@ def _feed(
     motion.set("IRQ_ENABLE", idle=1, fault=1)
     begin = 0
     while True:
-        tails = motion.read("TAIL")
+        tails = motion.tails()
         parts: dict[int, list[Record]] = {}
         for axis, queue in enumerate(waiting):
-            room = RECORDS - ((heads[axis] - (tails >> 4 * axis)) & 15)
+            room = RECORDS - (heads[axis] - tails[axis]) % COUNTED
             part = [queue.popleft() for _ in range(min(room, len(queue)))]
             if part:
                 parts[axis] = part

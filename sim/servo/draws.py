@@ -50,7 +50,7 @@ def replay(
     start_up.order(system, rtl.commands[0])
     system.front("LINK", enable=1)
     system.clock(3 * HALF_PERIOD)
-    system.front("MODE", axes=start_up.RUN)
+    system.front("MODE", **start_up.RUN)
     orders = np.repeat(rtl.commands, 10, axis=0)[: 10 * ticks + 1]
     ahead(system)
     system.travel(places[1 : len(orders) + 2])

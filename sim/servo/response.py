@@ -54,7 +54,7 @@ def locked(robot: Robot, drives: Drives, setting: Setting, plant: Plant) -> tupl
     start_up.order(system, [0.0] * AXES)
     system.front("LINK", enable=1)
     system.clock(3 * HALF_PERIOD)
-    system.front("MODE", axes=start_up.RUN)
+    system.front("MODE", **start_up.RUN)
     system.clock(20 * HALF_PERIOD)
     return system, float(noise * drives.current_scale)
 

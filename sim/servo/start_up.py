@@ -23,7 +23,7 @@ from sim.servo.status import told
 CLOCK = 8e-9
 WINDOW = 700  # clock of a half period in which the currents' windows begin
 ALL = (1 << AXES) - 1
-RUN = sum(2 << 2 * n for n in range(AXES))  # of MODE
+RUN = {f"axis{n}": 2 for n in range(AXES)}  # fields of MODE
 DIRECTIONS = (0.0, np.pi, 0.5 * np.pi, 1.5 * np.pi)  # of the alignment's current vectors [rad]
 FAST_FULL_SCALE = 8**3 // 2  # of a fast value of current, windows of 2^CONFIG.fast_log2 bits
 OVERCURRENT = 1.3  # of the greatest i_max, trips
@@ -153,7 +153,7 @@ def align(
     """
     order(system, [0.0] * AXES)
     system.front("LINK", enable=1)
-    system.front("MODE", axes=RUN)
+    system.front("MODE", **RUN)
     system.clock(round(SETTLE / CLOCK))
     rest = positions(system)
     moved = np.zeros((len(directions), AXES))
@@ -211,7 +211,7 @@ def enable(system: ChainRtl) -> None:
     )
     system.front("LINK", enable=1, orders=1)
     system.clock(3 * 1250)  # the first run only sets sines and cosines
-    system.front("MODE", axes=RUN)
+    system.front("MODE", **RUN)
 
 
 def release(system: ChainRtl) -> None:

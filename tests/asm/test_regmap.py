@@ -72,3 +72,11 @@ def test_word__by_field__and_refused() -> None:
         status.word(cause=16)
     with pytest.raises(KeyError):
         status.word(finished=1)
+
+
+def test_page_of_register_maps__names_every_source() -> None:
+    page = (ROOT / "docs/registers.md").read_text(encoding="utf-8")
+    folders = ("asip_asm", "rtl")
+    sources = [p.relative_to(ROOT) for f in folders for p in (ROOT / f).rglob("*.rdl")]
+    assert len(sources) == 10
+    assert [str(p) for p in sources if f"| `{p}` |" not in page] == []

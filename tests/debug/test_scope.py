@@ -11,6 +11,7 @@ import pytest
 
 from sim.debug import packets
 from sim.debug.client import Client, connect
+from sim.debug.gen.debug_regmap import REGMAP as DEBUG
 from sim.debug.link import LinkError
 from sim.debug.packets import Packet, Type
 from sim.debug.server import Server, serve
@@ -340,7 +341,8 @@ def test_uart__requests_events_and_damage(bench) -> None:
     serial.poll()
     assert len(serial.events) >= 2 and serial.state().halted
     # A step sent twice is taken once.
-    step = Packet(Type.WRITE, 200, packets.write_body(REGISTER["CONTROL"], [4]))
+    control = DEBUG.registers["CONTROL"].word(step=1)
+    step = Packet(Type.WRITE, 200, packets.write_body(REGISTER["CONTROL"], [control]))
     for _ in range(2):
         link.send(step)
         rtl.clock(5000)

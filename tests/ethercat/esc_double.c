@@ -7,6 +7,10 @@
 #include "esc.h"
 
 #define MANAGERS 8
+#define MAILBOX 2u /* mode of a sync manager */
+#define READ 1     /* command of the SII */
+/* Whether a byte is that one of the registers of a sync manager. */
+#define IS_SM(at, name) (registers_of(at) >= 0 && (at) == ESC_SM_##name((unsigned)registers_of(at)))
 
 static uint8_t memory[DOUBLE_BYTES];
 static uint8_t latest[MANAGERS][0x400], taken[MANAGERS][0x400]; /* of three buffers two are seen */
@@ -17,8 +21,20 @@ static bool watched;
 
 static uint16_t word(uint16_t address) { return (uint16_t)(memory[address] | memory[address + 1] << 8); }
 
+static void set_word(uint16_t address, unsigned value) {
+  memory[address] = (uint8_t)value;
+  memory[address + 1] = (uint8_t)(value >> 8);
+}
+
 static bool active(int n) {
-  return memory[ESC_SM_ACTIVATE(n)] & 1 && !(memory[ESC_SM_PDI(n)] & 1);
+  return memory[ESC_SM_ACTIVATE(n)] & ESC_SM_ACTIVATE_ENABLE_MASK &&
+         !(memory[ESC_SM_PDI(n)] & ESC_SM_PDI_DISABLE_MASK);
+}
+
+/* The sync manager whose registers have the byte, -1 for none. */
+static int registers_of(uint16_t at) {
+  if (at < ESC_SM_START(0) || at >= ESC_SM_START(MANAGERS)) return -1;
+  return (int)((at - ESC_SM_START(0)) / (ESC_SM_START(1) - ESC_SM_START(0)));
 }
 
 /* The sync manager whose area has the byte, -1 for none. */
@@ -30,8 +46,11 @@ static int manager_of(uint16_t address) {
   return -1;
 }
 
-static bool is_mailbox(int n) { return (memory[ESC_SM_CONTROL(n)] & 3) == 2; }
-static bool by_master(int n) { return memory[ESC_SM_CONTROL(n)] & 4; } /* written by the master */
+static bool is_mailbox(int n) {
+  return (memory[ESC_SM_CONTROL(n)] & ESC_SM_CONTROL_MODE_MASK) == MAILBOX << ESC_SM_CONTROL_MODE_LSB;
+}
+/* Written by the master. */
+static bool by_master(int n) { return memory[ESC_SM_CONTROL(n)] & 1u << ESC_SM_CONTROL_DIRECTION_LSB; }
 static bool full(int n) { return memory[ESC_SM_STATUS(n)] & ESC_SM_STATUS_FULL_MASK; }
 
 static void set_full(int n, bool now) {
@@ -40,8 +59,9 @@ static void set_full(int n, bool now) {
 }
 
 static void event(int n, bool now) {
-  uint8_t *events = &memory[ESC_AL_EVENT + 1];
-  *events = (uint8_t)(now ? *events | 1 << n : *events & ~(1 << n));
+  unsigned at = ESC_AL_EVENT_SM_LSB + (unsigned)n, bit = 1u << at % 8;
+  uint8_t *events = &memory[ESC_AL_EVENT + at / 8];
+  *events = (uint8_t)(now ? *events | bit : *events & ~bit);
 }
 
 /* Whether the area is open for this side at a byte; the last one closes it. */
@@ -64,10 +84,10 @@ static bool manager_write(int n, uint16_t address, uint8_t value, bool master) {
   if (is_mailbox(n)) set_full(n, true);
   if (master) {
     event(n, true);
-    if (memory[ESC_SM_CONTROL(n)] & 0x40) {
+    if (memory[ESC_SM_CONTROL(n)] & ESC_SM_CONTROL_WATCHDOG_MASK) {
       watched = true;
       since_write_us = 0;
-      memory[ESC_WATCHDOG_STATUS] = 1;
+      memory[ESC_WATCHDOG_STATUS] = ESC_WATCHDOG_STATUS_ALIVE_MASK;
     }
   }
   return true;
@@ -89,22 +109,23 @@ static bool manager_read(int n, uint16_t address, uint8_t *value, bool master) {
 void double_reset(void) {
   memset(memory, 0, sizeof memory);
   memset(open, 0, sizeof open);
-  memory[0] = 0x4D;
-  memory[4] = 8;
-  memory[5] = 8;
-  memory[6] = 8;
-  memory[7] = 0x0F;
-  memory[8] = 0x0C;
-  memory[0x0110] = 0x11; /* DL status: operational, link on port 0 */
-  memory[0x0111] = 0x56; /* loop of port 1 closed, communication on port 0 */
-  memory[ESC_WATCHDOG_STATUS] = 1;
-  memory[0x0420] = 1000 & 0xFF;
-  memory[0x0421] = 1000 >> 8;
+  memory[ESC_TYPE] = 0x4D;
+  memory[ESC_FMMUS] = 8;
+  memory[ESC_SYNC_MANAGERS] = MANAGERS;
+  memory[ESC_RAM_SIZE] = 8;
+  memory[ESC_PORTS] = 0x0F;
+  memory[ESC_FEATURES] = ESC_FEATURES_DC_MASK | ESC_FEATURES_DC64_MASK;
+  /* Link on port 0; ports 2 and 3 do not exist: binary 0101. */
+  set_word(ESC_DL_STATUS, ESC_DL_STATUS_OPERATIONAL_MASK | 1u << ESC_DL_STATUS_LINK_LSB |
+                              ESC_DL_STATUS_COMMUNICATION0_MASK | ESC_DL_STATUS_LOOP1_MASK |
+                              5u << ESC_DL_STATUS_OTHERS_LSB);
+  memory[ESC_WATCHDOG_STATUS] = ESC_WATCHDOG_STATUS_ALIVE_MASK;
+  set_word(ESC_WATCHDOG_DATA, 1000);
   watched = false;
 }
 
 void double_time(uint32_t us) {
-  uint32_t limit = word(0x0420) * 100u;
+  uint32_t limit = word(ESC_WATCHDOG_DATA) * 100u;
   if (!watched || !limit) return;
   since_write_us += us;
   if (since_write_us > limit) memory[ESC_WATCHDOG_STATUS] = 0;
@@ -113,11 +134,12 @@ void double_time(uint32_t us) {
 void double_sii(const uint8_t *from, uint32_t bytes) { memcpy(image, from, bytes < 2048 ? bytes : 2048); }
 
 static void sii_command(void) {
-  uint8_t command = memory[0x0503] & 7;
-  uint32_t at = 2u * word(0x0504);
-  if (command == 1 && at + 8 <= sizeof image) memcpy(&memory[0x0508], image + at, 8);
-  memory[0x0502] = 0x40; /* reads give 8 bytes */
-  memory[0x0503] = command == 1 && at + 8 > sizeof image ? 0x20 : 0;
+  unsigned command = (word(ESC_SII_CONTROL) & ESC_SII_CONTROL_COMMAND_MASK) >> ESC_SII_CONTROL_COMMAND_LSB;
+  uint32_t at = 2u * word(ESC_SII_ADDRESS);
+  bool beyond = at + 8 > sizeof image;
+  if (command == READ && !beyond) memcpy(&memory[ESC_SII_DATA], image + at, 8);
+  set_word(ESC_SII_CONTROL, ESC_SII_CONTROL_EIGHT_BYTES_MASK |
+                                (command == READ && beyond ? ESC_SII_CONTROL_COMMAND_ERROR_MASK : 0u));
 }
 
 bool double_read(uint16_t address, uint8_t *to, uint16_t bytes) {
@@ -138,9 +160,10 @@ bool double_read(uint16_t address, uint8_t *to, uint16_t bytes) {
 }
 
 static bool writable_by_master(uint16_t at) {
-  return at >= 0x0010 && at != ESC_AL_STATUS && at != ESC_AL_STATUS + 1 && at != ESC_AL_STATUS_CODE &&
-         at != ESC_AL_STATUS_CODE + 1 && !(at >= 0x0110 && at < 0x0112) && !(at >= 0x0220 && at < 0x0224) &&
-         at != ESC_WATCHDOG_STATUS && !(at >= 0x0800 && at < 0x0880 && ((at & 7) == 5 || (at & 7) == 7));
+  return at >= ESC_STATION_ADDRESS && at != ESC_AL_STATUS && at != ESC_AL_STATUS + 1 &&
+         at != ESC_AL_STATUS_CODE && at != ESC_AL_STATUS_CODE + 1 &&
+         !(at >= ESC_DL_STATUS && at < ESC_DL_STATUS + 2) && !(at >= ESC_AL_EVENT && at < ESC_AL_EVENT + 4) &&
+         at != ESC_WATCHDOG_STATUS && !IS_SM(at, STATUS) && !IS_SM(at, PDI);
 }
 
 bool double_write(uint16_t address, const uint8_t *from, uint16_t bytes) {
@@ -155,15 +178,13 @@ bool double_write(uint16_t address, const uint8_t *from, uint16_t bytes) {
     } else if (writable_by_master(at)) {
       memory[at] = from[i];
     }
-    if (at == ESC_AL_CONTROL) memory[ESC_AL_EVENT] |= 1;
-    if (at >= 0x0800 && at < 0x0880) {
-      memory[ESC_AL_EVENT] |= 0x10;
-      if ((at & 7) == 6 && !(from[i] & 1)) {
-        set_full((at - 0x0800) / 8, false);
-        open[(at - 0x0800) / 8][0] = open[(at - 0x0800) / 8][1] = false;
-      }
+    if (at == ESC_AL_CONTROL) memory[ESC_AL_EVENT] |= ESC_AL_EVENT_AL_CONTROL_MASK;
+    if (registers_of(at) >= 0) memory[ESC_AL_EVENT] |= ESC_AL_EVENT_SM_CHANGE_MASK;
+    if (IS_SM(at, ACTIVATE) && !(from[i] & ESC_SM_ACTIVATE_ENABLE_MASK)) {
+      set_full(registers_of(at), false);
+      open[registers_of(at)][0] = open[registers_of(at)][1] = false;
     }
-    if (at == 0x0503) sii_command();
+    if (at == ESC_SII_CONTROL + ESC_SII_CONTROL_COMMAND_LSB / 8) sii_command();
   }
   return any;
 }
@@ -176,8 +197,8 @@ void esc_read(uint16_t address, void *to, uint16_t bytes) {
     int n = at >= 0x1000 && at < DOUBLE_BYTES ? manager_of(at) : -1;
     out[i] = at < DOUBLE_BYTES ? memory[at] : 0;
     if (n >= 0) manager_read(n, at, &out[i], false);
-    if (at == ESC_AL_CONTROL) memory[ESC_AL_EVENT] &= 0xFE;
-    if (at >= 0x0800 && at < 0x0880 && (at & 7) == 6) memory[ESC_AL_EVENT] &= 0xEF;
+    if (at == ESC_AL_CONTROL) memory[ESC_AL_EVENT] &= (uint8_t)~ESC_AL_EVENT_AL_CONTROL_MASK;
+    if (IS_SM(at, ACTIVATE)) memory[ESC_AL_EVENT] &= (uint8_t)~ESC_AL_EVENT_SM_CHANGE_MASK;
   }
 }
 
@@ -190,7 +211,7 @@ void esc_write(uint16_t address, const void *from, uint16_t bytes) {
       manager_write(n, at, in[i], false);
     } else if (at < DOUBLE_BYTES) {
       memory[at] = in[i];
-      if (at >= 0x0800 && at < 0x0880 && (at & 7) == 7 && in[i] & 1) set_full((at - 0x0800) / 8, false);
+      if (IS_SM(at, PDI) && in[i] & ESC_SM_PDI_DISABLE_MASK) set_full(registers_of(at), false);
     }
   }
 }

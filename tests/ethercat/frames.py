@@ -16,6 +16,7 @@ from scapy.contrib import ethercat as ec
 from scapy.layers.l2 import Ether
 
 from sim.ethercat.gen import esc_regmap
+from tests.ethercat import managers
 
 COMMANDS = {
     1: ec.EtherCatAPRD,
@@ -134,8 +135,8 @@ class Area:
 
     def registers(self) -> bytes:
         """The bytes of its registers."""
-        head = self.start.to_bytes(2, "little") + self.length.to_bytes(2, "little")
-        return head + bytes([0x24 if self.master_writes else 0x20, 0, 1, 0])
+        control = managers.UNWATCHED if self.master_writes else managers.INPUTS
+        return managers.registers(self.start, self.length, control)
 
     def hand_over(self) -> None:
         """The writer is at the end."""

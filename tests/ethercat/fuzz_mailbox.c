@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "application.h"
+#include "esc.h"
 #include "esc_double.h"
 
 static uint64_t state;
@@ -20,12 +21,12 @@ static uint32_t below(uint32_t limit) {
 static void manager(uint16_t n, uint16_t start, uint16_t length, uint8_t control) {
   const uint8_t bytes[8] = {(uint8_t)start, (uint8_t)(start >> 8), (uint8_t)length, (uint8_t)(length >> 8),
                             control, 0, 1, 0};
-  double_write((uint16_t)(0x800 + 8 * n), bytes, 8);
+  double_write((uint16_t)ESC_SM_START(n), bytes, 8);
 }
 
 static void ask(uint8_t wanted) {
-  const uint8_t word[2] = {(uint8_t)(wanted | 0x10), 0};
-  double_write(0x120, word, 2);
+  const uint8_t word[2] = {(uint8_t)(wanted | ESC_AL_CONTROL_ACKNOWLEDGE_MASK), 0};
+  double_write(ESC_AL_CONTROL, word, 2);
   for (int i = 0; i < 4; ++i) application_background();
 }
 
@@ -68,7 +69,10 @@ int main(int count, char **arguments) {
     double_write(0x1000, bytes, 256);
     for (int k = 0; k < 3; ++k) application_background();
     if (below(64) == 0) application_cycle(&feedback, &command);
-    if (below(64) == 0) bytes[0] = (uint8_t)(1 | below(2) << 1), double_write(0x80E, bytes, 1);
+    if (below(64) == 0) {
+      bytes[0] = (uint8_t)(ESC_SM_ACTIVATE_ENABLE_MASK | below(2) << ESC_SM_ACTIVATE_REPEAT_LSB);
+      double_write((uint16_t)ESC_SM_ACTIVATE(1), bytes, 1);
+    }
     if (below(8)) answered += double_read(0x1100, answer, 256);
     if (below(2000) == 0) {
       manager(2, 0x1200, (uint16_t)below(520), 0x64);

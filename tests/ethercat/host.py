@@ -18,12 +18,15 @@ from pathlib import Path
 
 from asip_asm.project import BUILD, ROOT
 from sim.coe.dictionary import TYPES, Device, load
+from sim.ethercat.gen.esc_regmap import AL_CONTROL, AL_STATUS, AL_STATUS_CODE, SM_START
+from tests.ethercat import managers
 
 APPLICATION = ROOT / "nios_sw/ethercat"
 HERE = Path(__file__).parent
 FLAGS = ("-std=c11", "-Wall", "-Wextra", "-Werror", "-g", "-O1", "-ffp-contract=off")
 INCLUDES = (f"-I{ROOT}/nios_sw/include", f"-I{APPLICATION}", f"-I{HERE}")
-INIT, PREOP, BOOT, SAFEOP, OP, ERROR = 1, 2, 3, 4, 8, 16
+INIT, PREOP, BOOT, SAFEOP, OP = 1, 2, 3, 4, 8
+ERROR = AL_STATUS.word(error=1)  # in AL_CONTROL: acknowledged
 AXES = 5
 DEVICE: Device = load()
 
@@ -121,7 +124,7 @@ class Host:
         return int.from_bytes(self.read(address, 2), "little")
 
     def manager(self, n: int, start: int, length: int, control: int, enable: int = 1) -> None:
-        self.write(0x800 + 8 * n, struct.pack("<HHBBBB", start, length, control, 0, enable, 0))
+        self.write(SM_START.at(n), managers.registers(start, length, control, enable))
 
     # ---------------------------------------------------------------- time
     def cycle(self, count: int = 1) -> None:
@@ -142,24 +145,24 @@ class Host:
     @property
     def status(self) -> tuple[int, int]:
         """AL_STATUS and AL_STATUS_CODE."""
-        return self.word(0x130), self.word(0x134)
+        return self.word(AL_STATUS.address), self.word(AL_STATUS_CODE.address)
 
     def ask(self, state: int) -> tuple[int, int]:
-        self.write(0x120, struct.pack("<H", state))
+        self.write(AL_CONTROL.address, struct.pack("<H", state))
         self.background()
         return self.status
 
     def mailboxes(self) -> None:
-        self.manager(0, 0x1000, 256, 0x26)
-        self.manager(1, 0x1100, 256, 0x22)
+        self.manager(0, 0x1000, 256, managers.BOX_OUT)
+        self.manager(1, 0x1100, 256, managers.BOX_IN)
 
     def to_preop(self) -> None:
         self.mailboxes()
         assert self.ask(PREOP) == (PREOP, 0)
 
     def process_managers(self, outputs: int = 0, inputs: int = 0) -> None:
-        self.manager(2, 0x1200, outputs or DEVICE.bytes("rx"), 0x64)
-        self.manager(3, 0x1800, inputs or DEVICE.bytes("tx"), 0x20)
+        self.manager(2, 0x1200, outputs or DEVICE.bytes("rx"), managers.OUTPUTS)
+        self.manager(3, 0x1800, inputs or DEVICE.bytes("tx"), managers.INPUTS)
 
     def to_safeop(self) -> None:
         self.to_preop()

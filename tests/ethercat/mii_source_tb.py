@@ -84,7 +84,7 @@ async def commands__answered_with_the_bytes_of_the_text(dut) -> None:
             assert asked(port, single(FPWR, place, MEMORY, b"\x12\x34"), 2) == (0x3412, write)
         assert asked(port, single(FPRD, STATION, MEMORY, bytes(2)), 2) == (0x3412, 1)
         fmmu = Fmmu(LOGICAL, 2, 0, 7, MEMORY, 0, read=True, write=True).registers()
-        assert asked(port, single(APWR, 0, 0x0600, fmmu), 16)[1] == 1
+        assert asked(port, single(APWR, 0, esc_regmap.FMMU_LOGICAL_START.at(0), fmmu), 16)[1] == 1
         logical = single(LRW, LOGICAL & 0xFFFF, LOGICAL >> 16, b"\x56\x78")
         assert asked(port, logical, 2) == (0x3412, 3)
         assert asked(port, logical, 2) == (0x7856, 3)

@@ -8,6 +8,8 @@ import struct
 
 import pytest
 
+from sim.ethercat.gen import esc_regmap
+from tests.ethercat import managers
 from tests.ethercat.host import BOOT, DEVICE, ERROR, INIT, OP, PREOP, SAFEOP, Host
 
 
@@ -56,14 +58,14 @@ def test_error__holds_until_it_is_acknowledged():
 @pytest.mark.parametrize(
     "fault",
     [
-        (0, 0x1000, 255, 0x26, 1),
-        (0, 0x1002, 256, 0x26, 1),
-        (0, 0x1000, 256, 0x22, 1),
-        (0, 0x1000, 256, 0x24, 1),
-        (0, 0x1000, 256, 0x26, 0),
-        (1, 0x1100, 128, 0x22, 1),
-        (1, 0x1100, 256, 0x26, 1),
-        (1, 0x1100, 256, 0x22, 0),
+        (0, 0x1000, 255, managers.BOX_OUT, 1),
+        (0, 0x1002, 256, managers.BOX_OUT, 1),
+        (0, 0x1000, 256, managers.BOX_IN, 1),
+        (0, 0x1000, 256, managers.UNWATCHED, 1),
+        (0, 0x1000, 256, managers.BOX_OUT, 0),
+        (1, 0x1100, 128, managers.BOX_IN, 1),
+        (1, 0x1100, 256, managers.BOX_OUT, 1),
+        (1, 0x1100, 256, managers.BOX_IN, 0),
     ],
 )
 def test_wrong_mailbox__0016(fault):
@@ -79,15 +81,15 @@ RX, TX = DEVICE.bytes("rx"), DEVICE.bytes("tx")
 @pytest.mark.parametrize(
     ("fault", "code"),
     [
-        ((2, 0x1200, RX - 1, 0x64, 1), 0x001D),
-        ((2, 0x1200, RX + 1, 0x64, 1), 0x001D),
-        ((2, 0x1204, RX, 0x64, 1), 0x001D),
-        ((2, 0x1200, RX, 0x60, 1), 0x001D),
-        ((2, 0x1200, RX, 0x26, 1), 0x001D),
-        ((2, 0x1200, RX, 0x64, 0), 0x001D),
-        ((3, 0x1800, TX + 4, 0x20, 1), 0x001E),
-        ((3, 0x1800, TX, 0x24, 1), 0x001E),
-        ((3, 0x1800, TX, 0x20, 0), 0x001E),
+        ((2, 0x1200, RX - 1, managers.OUTPUTS, 1), 0x001D),
+        ((2, 0x1200, RX + 1, managers.OUTPUTS, 1), 0x001D),
+        ((2, 0x1204, RX, managers.OUTPUTS, 1), 0x001D),
+        ((2, 0x1200, RX, managers.WATCHED_INPUTS, 1), 0x001D),
+        ((2, 0x1200, RX, managers.BOX_OUT, 1), 0x001D),
+        ((2, 0x1200, RX, managers.OUTPUTS, 0), 0x001D),
+        ((3, 0x1800, TX + 4, managers.INPUTS, 1), 0x001E),
+        ((3, 0x1800, TX, managers.UNWATCHED, 1), 0x001E),
+        ((3, 0x1800, TX, managers.INPUTS, 0), 0x001E),
     ],
 )
 def test_wrong_process_data__001d_001e(fault, code):
@@ -101,7 +103,7 @@ def test_wrong_process_data__001d_001e(fault, code):
 
 def test_mailbox_changed_before_safeop__back_to_init():
     host = in_state(PREOP)
-    host.manager(0, 0x1000, 200, 0x26)
+    host.manager(0, 0x1000, 200, managers.BOX_OUT)
     host.background()
     assert host.status == (INIT | ERROR, 0x0016)
 
@@ -144,9 +146,9 @@ def test_manager_that_the_device_does_not_use__0017():
     for manager in range(4, 8):
         host = in_state(PREOP)
         host.process_managers()
-        host.manager(manager, 0x1F00, 16, 0x24)
+        host.manager(manager, 0x1F00, 16, managers.UNWATCHED)
         assert host.ask(SAFEOP) == (PREOP | ERROR, 0x0017)
-        host.write(0x806 + 8 * manager, b"\0")
+        host.write(esc_regmap.SM_ACTIVATE.at(manager), b"\0")
         assert host.ask(SAFEOP | ERROR) == (SAFEOP, 0)
 
 
@@ -212,7 +214,7 @@ def test_cycle_time__measured_or_of_sync0():
 def test_process_data_changed_in_op__falls_with_its_code():
     for manager, code in ((2, 0x001D), (3, 0x001E)):
         host = in_state(OP)
-        host.write(0x806 + 8 * manager, b"\0")
+        host.write(esc_regmap.SM_ACTIVATE.at(manager), b"\0")
         host.background()
         assert host.status == (PREOP | ERROR, code)
 

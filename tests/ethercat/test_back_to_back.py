@@ -10,6 +10,7 @@ import pytest
 
 from sim.ethercat.gen import esc_regmap
 from sim.ethercat.line import GAP_NIBBLES, Line
+from tests.ethercat import managers
 from tests.ethercat.frames import HEADER, MEMORY, WRITES, Datagram, Fmmu, Slave, frame
 from tests.ethercat.test_frames import COMMIT_NS, datagrams_of, random_chain, set_up
 
@@ -97,9 +98,9 @@ def counter_behind(size: int, logical: bool, cable_ps: int = 25_000, more: int =
     with Line(cable_ps=cable_ps) as line:
         if logical:
             fmmu = Fmmu(0x10000, size, 0, 7, MEMORY, 0, False, True)
-            line.exchange(frame([Datagram(2, fmmu.registers(), 0, 0x0600)]))
-            manager = MEMORY.to_bytes(2, "little") + size.to_bytes(2, "little")
-            manager += bytes([0x64, 0, 1, 0])
+            at = esc_regmap.FMMU_LOGICAL_START.at(0)
+            line.exchange(frame([Datagram(2, fmmu.registers(), 0, at)]))
+            manager = managers.registers(MEMORY, size, managers.OUTPUTS)
             at = esc_regmap.SM_START.at(2)
             line.exchange(frame([Datagram(2, manager, 0, at)]))
         write = [Datagram(11 if logical else 2, bytes(size), 0, MEMORY, logical=0x10000)]

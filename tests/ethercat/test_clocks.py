@@ -95,11 +95,12 @@ def test_sync1__keeps_its_phase_behind_a_start_that_has_passed():
 
 @pytest.mark.parametrize("ahead", (-20_000, 20_000))
 def test_difference__has_the_sign_of_the_published_text(ahead: int):
-    """Bit 31 of 092C: the local time is behind that which came."""
+    """`behind` of 092C: the local time is behind that which came."""
     with Line() as line:
         write(line, 0, esc_regmap.DIFFERENCE_FILTER, 0)
         write(line, 0, esc_regmap.SYSTEM_TIME, line.time() - ahead)
         line.run(2000)
         found = read(line, 0, esc_regmap.TIME_DIFFERENCE)
-    assert found >> 31 == (ahead < 0)
-    assert abs((found & 0x7FFFFFFF) - abs(ahead)) < 5_000
+    fields = esc_regmap.TIME_DIFFERENCE.fields
+    assert fields["behind"].of(found) == (ahead < 0)
+    assert abs(fields["size"].of(found) - abs(ahead)) < 5_000

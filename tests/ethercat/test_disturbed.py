@@ -22,6 +22,7 @@ from sim.ethercat.datagram import (
 )
 from sim.ethercat.gen import esc_regmap
 from sim.ethercat.line import Line, check_sequence
+from tests.ethercat import managers
 from tests.ethercat.frames import Fmmu
 
 LWR = 11
@@ -29,6 +30,8 @@ MEMORY = 0x1000
 CIRCULATING = 0x40  # in the datagram's byte 7
 FLAGS_AT = 16 + 7
 OUTPUTS, OUTPUT_BYTES = 0x1200, 6
+PORT_0_ALONE = esc_regmap.DL_STATUS.word(communication0=1, loop1=1)
+BOTH = PORT_0_ALONE | esc_regmap.DL_STATUS.word(communication1=1, loop0=1)
 WRITE = single(APWR, 0, MEMORY, b"\xa5\x5a\xa5\x5a")
 
 
@@ -44,12 +47,23 @@ def inverted(sequence: bytes) -> bytes:
     return bytes(byte ^ 0xFF for byte in sequence)
 
 
+def dl_control(**fields: int) -> bytes:
+    """Datagram that writes DL_CONTROL."""
+    word = esc_regmap.DL_CONTROL.word(**fields).to_bytes(4, "little")
+    return single(APWR, 0, esc_regmap.DL_CONTROL.address, word)
+
+
+def alive(line: Line) -> bool:
+    """Whether the watchdog of the process data has not run out; takes its event."""
+    status = line.read(esc_regmap.WATCHDOG_STATUS)
+    return bool(status & esc_regmap.WATCHDOG_STATUS.word(alive=1))
+
+
 def sync_manager(
     line: Line, place: int, start: int, length: int, control: int, slave: int = 0
 ) -> None:
     """Set one up as a master does."""
-    registers = start.to_bytes(2, "little") + length.to_bytes(2, "little")
-    registers += bytes([control, 0, 1, 0])
+    registers = managers.registers(start, length, control)
     address = esc_regmap.SM_START.at(place)
     back = line.exchange(single(APWR, -slave & 0xFFFF, address, registers))
     assert answer(back.data, 8)[1] == 1
@@ -118,17 +132,17 @@ def test_oversized__passes_whole(line: Line):
 
 
 def test_duplicated__second_write_of_a_mailbox_is_not_counted(line: Line):
-    sync_manager(line, 0, 0x1400, 16, 0x26)
+    sync_manager(line, 0, 0x1400, 16, managers.BOX_OUT)
     message = single(APWR, 0, 0x1400, bytes(range(1, 17)))
     assert [answer(line.exchange(message).data, 16)[1] for _ in range(2)] == [1, 0]
-    assert line.read(esc_regmap.AL_EVENT) & 0x100 == 0x100  # low word: bits of the managers above
+    assert line.read(esc_regmap.AL_EVENT) & esc_regmap.AL_EVENT.word(sm=1)
     assert line.read(0x1400, width=16) == int.from_bytes(bytes(range(1, 17)), "little")
-    assert line.read(esc_regmap.SM_STATUS, 0) & 8 == 0
+    assert not line.read(esc_regmap.SM_STATUS, 0) & esc_regmap.SM_STATUS.word(full=1)
     assert answer(line.exchange(message).data, 16)[1] == 1
 
 
 def test_mailbox__is_read_once(line: Line):
-    sync_manager(line, 1, 0x1500, 8, 0x22)
+    sync_manager(line, 1, 0x1500, 8, managers.BOX_IN)
     question = single(APRD, 0, 0x1500, bytes(8))
     assert answer(line.exchange(question).data, 8) == (0, 0)
     line.write(0x1500, 0x1122334455667788, width=8)
@@ -137,7 +151,7 @@ def test_mailbox__is_read_once(line: Line):
 
 
 def test_bad_frame__leaves_the_mailbox_full(line: Line):
-    sync_manager(line, 1, 0x1500, 8, 0x22)
+    sync_manager(line, 1, 0x1500, 8, managers.BOX_IN)
     line.write(0x1500, 0x1122334455667788, width=8)
     question = single(APRD, 0, 0x1500, bytes(8))
     assert not line.exchange(question, sequence=bytes(4)).good
@@ -145,7 +159,7 @@ def test_bad_frame__leaves_the_mailbox_full(line: Line):
 
 
 def test_buffers__a_reader_between_its_bytes_sees_one_value(line: Line):
-    sync_manager(line, 2, OUTPUTS, OUTPUT_BYTES, 0x64)
+    sync_manager(line, 2, OUTPUTS, OUTPUT_BYTES, managers.OUTPUTS)
     for value in range(1, 9):
         line.exchange(single(APWR, 0, OUTPUTS, bytes([value]) * OUTPUT_BYTES))
         first = line.read(OUTPUTS, width=2)
@@ -157,7 +171,7 @@ def test_buffers__a_reader_between_its_bytes_sees_one_value(line: Line):
 
 def test_buffers__an_end_without_its_beginning_is_refused(line: Line):
     """A datagram of the last bytes alone: no outputs, no counter."""
-    sync_manager(line, 2, OUTPUTS, OUTPUT_BYTES, 0x64)
+    sync_manager(line, 2, OUTPUTS, OUTPUT_BYTES, managers.OUTPUTS)
     for value in (0x11, 0x22, 0x33):
         line.exchange(single(APWR, 0, OUTPUTS, bytes([value]) * OUTPUT_BYTES))
     back = line.exchange(single(APWR, 0, OUTPUTS + OUTPUT_BYTES - 2, b"\x44" * 2))
@@ -168,7 +182,7 @@ def test_buffers__an_end_without_its_beginning_is_refused(line: Line):
 @pytest.mark.parametrize("ascending", (True, False))
 def test_buffers__two_fmmus_of_one_area(line: Line, ascending: bool):
     """In ascending order they are whole outputs; in the other the end comes first."""
-    sync_manager(line, 2, OUTPUTS, OUTPUT_BYTES, 0x64)
+    sync_manager(line, 2, OUTPUTS, OUTPUT_BYTES, managers.OUTPUTS)
     whole = single(APWR, 0, OUTPUTS, b"\x11" * OUTPUT_BYTES)
     line.exchange(whole)
     for n, start in enumerate((0, 3) if ascending else (3, 0)):
@@ -182,7 +196,7 @@ def test_buffers__two_fmmus_of_one_area(line: Line, ascending: bool):
 
 def test_application__what_is_refused_is_counted(line: Line):
     """Outside an open area, or from the wrong side."""
-    sync_manager(line, 3, 0x1300, OUTPUT_BYTES, 0x20)
+    sync_manager(line, 3, 0x1300, OUTPUT_BYTES, managers.INPUTS)
     line.write(0x1304, 0xEEEE, width=2)
     assert line.read(esc_regmap.PDI_ERRORS) == 2
     assert line.read(0x1300, width=2) == 0
@@ -192,7 +206,7 @@ def test_application__what_is_refused_is_counted(line: Line):
 
 
 def test_buffers__three_seen_from_the_master(line: Line):
-    sync_manager(line, 3, 0x1300, OUTPUT_BYTES, 0x20)
+    sync_manager(line, 3, 0x1300, OUTPUT_BYTES, managers.INPUTS)
     question = single(APRD, 0, 0x1300, bytes(OUTPUT_BYTES))
     for value in range(1, 9):
         line.write(0x1300, int.from_bytes(bytes([value]) * OUTPUT_BYTES, "little"), width=6)
@@ -260,15 +274,15 @@ def test_ring__cable_break_leaves_all_slaves_in_reach():
 
 def test_port__closed_by_the_master_stays_closed():
     with Line([0.0, 0.0]) as line:
-        line.exchange(single(APWR, 0, esc_regmap.DL_CONTROL.address + 1, b"\x0c"))
+        line.exchange(dl_control(loop1=3))
         line.run(5000)
         assert answer(line.exchange(single(BRD, 0, 0, bytes(2))).data, 2)[1] == 1
-        assert line.read(esc_regmap.DL_STATUS) & 0xF00 == 0x600
+        assert line.read(esc_regmap.DL_STATUS) & BOTH == PORT_0_ALONE
 
 
 def test_port__that_closed_by_itself_opens_when_its_control_is_written():
     with Line([0.0, 0.0]) as line:
-        auto_close = single(APWR, 0, esc_regmap.DL_CONTROL.address + 1, b"\x04")
+        auto_close = dl_control(loop1=1)
         line.exchange(auto_close)
         question = single(BRD, 0, 0, bytes(2))
 
@@ -291,7 +305,7 @@ def test_alias__addresses_the_slave_once_it_is_on(line: Line):
     line.run(5000)
     question = single(FPRD, 0x1234, esc_regmap.STATION_ALIAS.address, bytes(2))
     assert answer(line.exchange(question).data, 2)[1] == 0
-    line.exchange(single(APWR, 0, esc_regmap.DL_CONTROL.address + 3, b"\x01"))
+    line.exchange(dl_control(use_alias=1))
     assert answer(line.exchange(question).data, 2) == (0x1234, 1)
 
 
@@ -313,7 +327,7 @@ def test_watchdog__of_the_application_runs_out(line: Line):
 
 
 def test_watchdog__runs_out_without_process_data(line: Line):
-    sync_manager(line, 2, OUTPUTS, OUTPUT_BYTES, 0x64)
+    sync_manager(line, 2, OUTPUTS, OUTPUT_BYTES, managers.OUTPUTS)
     line.exchange(single(APWR, 0, esc_regmap.WATCHDOG_DIVIDER.address, b"\0\0"))  # 80 ns
     write = single(APWR, 0, OUTPUTS, bytes(OUTPUT_BYTES))
     line.exchange(write)
@@ -322,14 +336,14 @@ def test_watchdog__runs_out_without_process_data(line: Line):
     line.run(60_000)
     assert line.read(esc_regmap.WATCHDOG_DATA_COUNT) == 1
     assert line.read(esc_regmap.AL_EVENT) & esc_regmap.AL_EVENT.word(watchdog=1)
-    assert line.read(esc_regmap.WATCHDOG_STATUS) & 1 == 0
+    assert not alive(line)
     assert not line.read(esc_regmap.AL_EVENT) & esc_regmap.AL_EVENT.word(watchdog=1)
     line.exchange(write)
-    assert line.read(esc_regmap.WATCHDOG_STATUS) & 1 == 1
+    assert alive(line)
 
 
 def test_watchdog__a_bad_frame_does_not_feed_it(line: Line):
-    sync_manager(line, 2, OUTPUTS, OUTPUT_BYTES, 0x64)
+    sync_manager(line, 2, OUTPUTS, OUTPUT_BYTES, managers.OUTPUTS)
     line.exchange(single(APWR, 0, esc_regmap.WATCHDOG_DIVIDER.address, b"\0\0"))
     write = single(APWR, 0, OUTPUTS, bytes(OUTPUT_BYTES))
     line.exchange(write)
@@ -348,7 +362,8 @@ def test_sii__check_sum_decides(line: Line, right: bool):
     control = line.read(esc_regmap.SII_CONTROL)
     assert bool(control & esc_regmap.SII_CONTROL.word(checksum_error=1)) is not right
     assert bool(control & esc_regmap.SII_CONTROL.word(not_loaded=1)) is not right
-    assert line.read(esc_regmap.DL_STATUS) & 1 == right
+    operational = line.read(esc_regmap.DL_STATUS) & esc_regmap.DL_STATUS.word(operational=1)
+    assert bool(operational) is right
 
 
 def test_sii__master_reads_and_writes_words(line: Line):
@@ -371,10 +386,11 @@ def test_sii__master_reads_and_writes_words(line: Line):
 
 
 def test_emulation__follows_the_master(line: Line):
-    line.write(esc_regmap.PDI_CONFIG, 1)
-    line.exchange(single(APWR, 0, esc_regmap.AL_CONTROL.address, b"\x12\x00"))
+    line.write(esc_regmap.PDI_CONFIG, esc_regmap.PDI_CONFIG.word(emulation=1))
+    asked = esc_regmap.AL_CONTROL.word(state=2, acknowledge=1).to_bytes(2, "little")
+    line.exchange(single(APWR, 0, esc_regmap.AL_CONTROL.address, asked))
     back = line.exchange(single(APRD, 0, esc_regmap.AL_STATUS.address, bytes(2)))
-    assert answer(back.data, 2) == (2, 1)
+    assert answer(back.data, 2) == (esc_regmap.AL_STATUS.word(state=2), 1)
 
 
 def test_frame__of_two_datagrams_reads_before_it_writes(line: Line):
@@ -387,7 +403,7 @@ def test_frame__of_two_datagrams_reads_before_it_writes(line: Line):
 
 def test_process_data__shorter_than_the_manager_are_no_outputs(line: Line):
     """A datagram that ends before the last byte changes no buffer, and the watchdog runs on."""
-    sync_manager(line, 2, OUTPUTS, OUTPUT_BYTES, 0x64)
+    sync_manager(line, 2, OUTPUTS, OUTPUT_BYTES, managers.OUTPUTS)
     line.exchange(single(APWR, 0, esc_regmap.WATCHDOG_DIVIDER.address, b"\0\0"))
     line.exchange(single(APWR, 0, OUTPUTS, b"\x11" * OUTPUT_BYTES))
     assert line.read(OUTPUTS, width=OUTPUT_BYTES) == 0x111111111111
@@ -396,11 +412,11 @@ def test_process_data__shorter_than_the_manager_are_no_outputs(line: Line):
         line.run(10_000)
     assert line.read(OUTPUTS, width=OUTPUT_BYTES) == 0x111111111111
     assert line.read(esc_regmap.WATCHDOG_DATA_COUNT) == 1
-    assert line.read(esc_regmap.WATCHDOG_STATUS) & 1 == 0
+    assert not alive(line)
 
 
 def test_process_data__longer_than_the_manager_are_outputs_and_what_is_behind(line: Line):
-    sync_manager(line, 2, OUTPUTS, OUTPUT_BYTES, 0x64)
+    sync_manager(line, 2, OUTPUTS, OUTPUT_BYTES, managers.OUTPUTS)
     back = line.exchange(single(APWR, 0, OUTPUTS, b"\x33" * (OUTPUT_BYTES + 20)))
     assert answer(back.data, OUTPUT_BYTES + 20)[1] == 1
     assert line.read(OUTPUTS, width=OUTPUT_BYTES) == 0x333333333333

@@ -16,11 +16,13 @@ import pytest
 from sim.coe.dictionary import Device, load
 from sim.ethercat.datagram import APRD, APWR, ETHERNET, datagram, frame
 from sim.ethercat.device import DeviceRtl
+from sim.ethercat.gen import esc_regmap
 from sim.ethercat.session import CSP, ENABLE, SHUTDOWN, START_NS, SWITCH_ON, outputs
 from sim.harness import nios_image
+from tests.ethercat import managers
 
 TICK_CLOCKS = 10_000
-AL_CONTROL, AL_STATUS = 0x120, 0x130
+AL_CONTROL, AL_STATUS = esc_regmap.AL_CONTROL.address, esc_regmap.AL_STATUS.address
 MAILBOX_OUT, MAILBOX_IN, MAILBOX_BYTES = 0x1000, 0x1100, 256
 OUTPUTS, INPUTS = 0x1200, 0x1800
 PROFILE_POSITION = 1
@@ -99,13 +101,13 @@ class Bench:
         self.path, self.frames = itertools.count(), itertools.count()
         for n, (start, size, control) in enumerate(
             (
-                (MAILBOX_OUT, MAILBOX_BYTES, 0x26),
-                (MAILBOX_IN, MAILBOX_BYTES, 0x22),
-                (OUTPUTS, device.bytes("rx"), 0x64),
-                (INPUTS, device.bytes("tx"), 0x20),
+                (MAILBOX_OUT, MAILBOX_BYTES, managers.BOX_OUT),
+                (MAILBOX_IN, MAILBOX_BYTES, managers.BOX_IN),
+                (OUTPUTS, device.bytes("rx"), managers.OUTPUTS),
+                (INPUTS, device.bytes("tx"), managers.INPUTS),
             )
         ):
-            self.write(0x800 + 8 * n, struct.pack("<HHBBBB", start, size, control, 0, 1, 0))
+            self.write(esc_regmap.SM_START.at(n), managers.registers(start, size, control))
         for state in (2, 4, 8):
             self.write(AL_CONTROL, struct.pack("<H", state))
             for _ in range(2):

@@ -70,7 +70,7 @@ def set_up(line: Line, random: Random, fmmus: bool = True) -> Slave:
     slave.fmmus = random_fmmus(random) if fmmus else []
     for n in range(8):
         registers = slave.fmmus[n].registers() if n < len(slave.fmmus) else bytes(16)
-        line.exchange(frame([Datagram(2, registers, 0, 0x0600 + 16 * n)]))
+        line.exchange(frame([Datagram(2, registers, 0, esc_regmap.FMMU_LOGICAL_START.at(n))]))
         slave.memory[0x0600 + 16 * n : 0x060D + 16 * n] = registers[:13]
     return slave
 
@@ -157,11 +157,13 @@ def set_up_areas(line: Line, random: Random) -> Slave:
     for n, master_writes in ((2, True), (3, False)):
         length = random.choice((1, 2, 3, 6, 8, 13))
         area = Area(AREAS + 0x100 * n + random.randrange(4), length, master_writes)
-        line.exchange(frame([Datagram(2, area.registers(), 0, 0x0800 + 8 * n)]))
+        line.exchange(frame([Datagram(2, area.registers(), 0, esc_regmap.SM_START.at(n))]))
         slave.areas.append(area)
         slave.fmmus += halves(area, LOGICAL + 0x40 * n, random.random() < 0.3)
     for n, fmmu in enumerate(slave.fmmus):
-        line.exchange(frame([Datagram(2, fmmu.registers(), 0, 0x0600 + 16 * n)]))
+        line.exchange(
+            frame([Datagram(2, fmmu.registers(), 0, esc_regmap.FMMU_LOGICAL_START.at(n))])
+        )
     return slave
 
 
@@ -253,10 +255,12 @@ def test_answer__is_dissected_by_scapy(line: Line):
 
 
 def test_events__of_the_master_stand_in_the_interrupt_field(line: Line):
-    line.exchange(frame([Datagram(2, b"\x08\x00", 0, 0x0200)]))
-    line.write(esc_regmap.AL_STATUS, 2)
-    sent = frame([Datagram(1, bytes(2), 0, 0x0130)])
-    assert line.exchange(sent).data[HEADER + 8] == 0x08
+    event = esc_regmap.MASTER_EVENT.word(al_status=1)
+    mask = event.to_bytes(2, "little")
+    line.exchange(frame([Datagram(2, mask, 0, esc_regmap.MASTER_EVENT_MASK.address)]))
+    line.write(esc_regmap.AL_STATUS, esc_regmap.AL_STATUS.word(state=2))
+    sent = frame([Datagram(1, bytes(2), 0, esc_regmap.AL_STATUS.address)])
+    assert line.exchange(sent).data[HEADER + 8] == event
     assert line.exchange(sent).data[HEADER + 8] == 0  # the read of the first cleared it
 
 

@@ -27,7 +27,7 @@ WRITABLE = {  # address: the bits that are there
     for name in ("STEP_TIMING", "DIRECTION_TIMING", "IRQ_ENABLE")
 }
 ABORT_ALL = REGMAP.registers["CONTROL"].fields["abort"].mask
-STEPS, IRQ = REGMAP.registers["STEP_TIMING"], REGMAP.registers["IRQ_ENABLE"]
+STEPS, IRQ, HEAD = (REGMAP.registers[name] for name in ("STEP_TIMING", "IRQ_ENABLE", "HEAD"))
 
 
 async def started(dut, pause: float = 0.0) -> Bus:
@@ -41,7 +41,7 @@ async def put(bus: Bus, axis: int, record: Record, number: int = 0) -> None:
     """Write the axis' record of this number, from 0, and release it."""
     for word, value in enumerate(record.words()):
         assert await bus.write(RECORDS + 64 * axis + 8 * number + word, value) == OKAY
-    assert await bus.write(CSR["HEAD"], number + 1 << 4 * axis) == OKAY
+    assert await bus.write(CSR["HEAD"], HEAD.word(**{f"axis{axis}": number + 1})) == OKAY
 
 
 async def rises(dut, axis: int, count: list[int]) -> None:
@@ -87,10 +87,10 @@ async def partial_strobes__no_register_changes_and_nothing_moves(dut) -> None:
     for strobes in range(15):
         assert await bus.write(CSR["IRQ_ENABLE"], IRQ.word(idle=1), strobes) == SLVERR
         assert await bus.write(CSR["CONTROL"], ABORT_ALL, strobes) == SLVERR
-        assert await bus.write(CSR["HEAD"], 0x11111, strobes) == SLVERR
+        assert await bus.write(CSR["HEAD"], HEAD.word(axis0=1, axis1=1), strobes) == SLVERR
         assert await bus.write(RECORDS + 1, 1, strobes) == SLVERR
     assert await bus.read(CSR["IRQ_ENABLE"]) == IRQ.word(fault=1)
-    assert await bus.read(CSR["HEAD"]) == 1
+    assert await bus.read(CSR["HEAD"]) == HEAD.word(axis0=1)
     for _ in range(120):
         await FallingEdge(dut.clk_i)
     running = REGMAP.registers["STATUS"].word(running=1)

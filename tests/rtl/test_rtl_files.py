@@ -34,12 +34,13 @@ ECP5_BOARDS = {
     )
 }
 # Blocks of their own, which no file list of the ASIP names.
+GENERATED = ("biss", "ci", "debug", "drive", "dual", "encoder", "esc", "motion", "n2")
 FOLDERS = ("bus", "custom", "debug", "drive", "dual", "ethercat", "motion", "nios")
 OTHER_BLOCKS = tuple(
     f"rtl/{folder}/{prefix}"
     for folder, prefix in (
         *((folder, "") for folder in FOLDERS),
-        *(("gen", prefix) for prefix in "biss_ ci_ debug_ drive_ dual_ esc_ motion_ n2_".split()),
+        *(("gen", f"{name}_") for name in GENERATED),
     )
 )
 

@@ -99,7 +99,7 @@ def lines(name: str) -> NDArray[np.complex128]:
     system.front("PWM", half_period=HALF_PERIOD, minimum=start_up.least_clocks(drives))
     system.front("DEAD_TIME", clocks=start_up.dead_clocks(drives))
     start_up.recover(system)
-    system.front("MODE", axes=start_up.RUN)
+    system.front("MODE", **start_up.RUN)
     for number in range(SETTLED + PERIOD + 1):
         place = (system.look().clock - 64) % HALF_PERIOD
         system.clock((WRITE - place) % HALF_PERIOD)

@@ -163,7 +163,7 @@ def test_front_end__compare_values_of_a_host_reach_the_gates_of_its_axis():
     host = Host(clocks)
     host.write(10, "PWM", half_period=300, minimum=40)
     host.write(11, "DEAD_TIME", clocks=20)
-    host.write(12, "MODE", axes=2 << 2)  # axis 1 runs
+    host.write(12, "MODE", axis1=2)  # runs
     for phase, value in enumerate((150, 20, 290)):
         host.write(13 + phase, "COMPARE", axis=1, phase=phase, value=value, commit=int(phase == 2))
     host.read(3000, "STATUS")
@@ -209,13 +209,13 @@ def test_front_end__positions_currents_and_the_samples_of_the_link():
     host.read(8000, "STATUS")
     status = int(front_end().run(clocks, **host.columns)["readdata"][8001])
     fields = DRIVE.registers["STATUS"].fields
-    assert status >> fields["late"].low & 1 and status & 3 == 3  # both axes tripped
+    assert fields["late"].of(status) and fields["trip"].of(status) == 3  # both axes
 
 
 def test_front_end__trip_clears_by_axis():
     clocks = 3000
     host = Host(clocks)
-    host.write(10, "MODE", axes=1 | 1 << 2)
+    host.write(10, "MODE", axis0=1, axis1=1)
     host.write(1500, "CONTROL", clear=2)
     fault = np.where(np.arange(clocks) == 900, 3, 0)
     found = front_end().run(clocks, **host.columns, fault=fault)
@@ -226,7 +226,7 @@ def test_front_end__trip_clears_by_axis():
 def test_front_end__overcurrent_trips_its_axis():
     clocks = 6000
     host = Host(clocks)
-    host.write(10, "MODE", axes=1 | 1 << 2)
+    host.write(10, "MODE", axis0=1, axis1=1)
     host.write(2000, "CURRENT_LIMIT", size=200)
     bits = (np.arange(clocks) // 6) % 2  # of no current
     jump = np.where(np.arange(clocks) > 4000, 2, 0)
@@ -263,7 +263,7 @@ def test_front_end__guards_take_gates_and_close_brakes(cause):
     guard, inputs, axes = GUARDS[cause]
     clocks = 3000
     host = Host(clocks)
-    host.write(10, "MODE", axes=2 | 2 << 2)
+    host.write(10, "MODE", axis0=2, axis1=2)
     host.write(11, "LINK", orders=1)
     host.write(12, "BRAKE", release=3)
     host.write(13, "GUARD", **guard)
@@ -277,6 +277,6 @@ def test_front_end__guards_take_gates_and_close_brakes(cause):
     assert on[-1] == sum(7 << 3 * n for n in range(2) if not axes >> n & 1)
     fields = DRIVE.registers["STATUS"].fields
     status = int(found["readdata"][2501])
-    assert status >> fields["trip"].low & 3 == axes
+    assert fields["trip"].of(status) & 3 == axes
     flag = "illegal" if cause == "encoder" else cause
-    assert status >> fields[flag].low & axes
+    assert fields[flag].of(status) & axes

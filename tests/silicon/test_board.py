@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+from asip_asm.regmap import REGISTER_BLOCK
 from scripts.bitstream import BOARDS, main, timing_met
 from sim.board.model import BOARDS as MODELS
 from sim.board.model import BoardRtl
@@ -22,6 +23,7 @@ from sim.debug.gen.debug_regmap import REGMAP as DEBUG
 from sim.debug.link import SerialLink
 from sim.debug.packets import Packet, Type, write_body
 from sim.debug.state import REGISTER
+from sim.harness.gen.encoder_regmap import REGMAP as ENCODER
 from sim.harness.gen.motion_regmap import REGMAP as MOTION
 from sim.harness.phase_record import DIRECTION, FIRST, FRACTION, LAST, UNITS_PER_HZ, Record
 
@@ -32,6 +34,7 @@ BOARD, SECOND = "ulx3s", "versa-ecp5"  # in every run; the others in `make test-
 AXES = {"ulx3s": 5, "colorlight-i9": 5, "ecpix5": 5, "versa-ecp5": 3}
 FAST = 33  # clocks of a bit
 MOTION_BASE, ENCODER_BASE = 0x6000, 0x7000
+ENCODER_WORDS = ENCODER.blocks[REGISTER_BLOCK].words  # of an axis
 PORT = re.compile(r"^\s*(input|output)\s+logic\s*(?:\[(\d+):0\])?\s*(\w+),?", re.M)
 
 
@@ -161,21 +164,24 @@ def turned(board: BoardRtl, client: Client, axis: int, periods: int) -> list[int
     for a, b in [(1, 0), (1, 1), (0, 1), (0, 0)] * periods:
         board.encoders(a << axis, b << axis, 0)
         board.clock(50)
-    return client.read_words(ENCODER_BASE, 4 * (axis + 1))[0::4]
+    words = client.read_words(ENCODER_BASE, ENCODER_WORDS * (axis + 1))
+    return words[ENCODER.address("POSITION") :: ENCODER_WORDS]
 
 
 @pytest.mark.parametrize(("axis", "periods"), [(0, 3), (4, 5)])
 def test_encoder__turned_by_periods__is_read_as_four_counts_each(board, client, axis, periods):
     assert turned(board, client, axis, periods) == [0] * axis + [4 * periods]
-    assert client.read_words(ENCODER_BASE, 20)[0::4].count(0) == 4
+    assert turned(board, client, 4, 0).count(0) == 4
 
 
 def test_encoder__two_lines_at_once__is_illegal_until_cleared(board, client):
     board.encoders(2, 2, 0)
     board.clock(50)
-    assert client.read_word(ENCODER_BASE + 6) == 1 << 24 | 2
-    client.write_word(ENCODER_BASE + 6, 0)
-    assert client.read_word(ENCODER_BASE + 6) == 0
+    status = ENCODER_BASE + ENCODER_WORDS + ENCODER.address("STATUS")  # of axis 1
+    seen = ENCODER.registers["STATUS"].word(illegal=1, illegal_count=1)
+    assert client.read_word(status) == seen
+    client.write_word(status, 0)
+    assert client.read_word(status) == 0
     board.encoders(0, 0, 0)
 
 
@@ -184,16 +190,18 @@ def stepped(board: BoardRtl, client: Client, axis: int) -> tuple[int, int]:
     writes it: pulses of the latter, and the lines of direction that have turned."""
     rate = 1_000_000 * UNITS_PER_HZ * FRACTION
     record = Record(DIRECTION | FIRST | LAST, 10, rate, 0, 0)
-    client.write_word(MOTION_BASE + MOTION.address("STEP_TIMING"), 0x0010_0010)
+    timing = MOTION.registers["STEP_TIMING"].word(length=16, space=16)
+    client.write_word(MOTION_BASE + MOTION.address("STEP_TIMING"), timing)
     records = MOTION_BASE + MOTION.blocks["records"].base + 64 * axis
     head = MOTION_BASE + MOTION.address("HEAD")
     client.write_words(records, record.words())
-    client.write_word(head, 1 << 4 * axis)
+    client.write_word(head, MOTION.registers["HEAD"].word(**{f"axis{axis}": 1}))
     assert client.read_word(MOTION_BASE + MOTION.address("POSITION") + axis) == 2**32 - 10
 
     record = Record(FIRST | LAST, 10, rate, 0, 0)
     client.write_words(records + 8, record.words())
-    client.link.send(Packet(Type.WRITE, 77, write_body(head, [2 << 4 * axis])))
+    released = MOTION.registers["HEAD"].word(**{f"axis{axis}": 2})
+    client.link.send(Packet(Type.WRITE, 77, write_body(head, [released])))
     levels = []
     for _ in range(20_000):
         board.clock(1)

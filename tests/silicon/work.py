@@ -61,8 +61,9 @@ def frames(count: int) -> None:
 def interrupt() -> None:
     """The master asks for a state, and the application is told."""
     with Line() as line:
-        line.write(esc_regmap.AL_EVENT_MASK, 1)
-        line.exchange(single(APWR, 0, esc_regmap.AL_CONTROL.address, b"\1\0"))
+        line.write(esc_regmap.AL_EVENT_MASK, esc_regmap.AL_EVENT.word(al_control=1))
+        asked = esc_regmap.AL_CONTROL.word(state=1).to_bytes(2, "little")
+        line.exchange(single(APWR, 0, esc_regmap.AL_CONTROL.address, asked))
 
 
 def control_periods(count: int) -> None:

@@ -150,6 +150,7 @@ class Model:
             STATUS["busy"].mask,
             STATUS["done"].mask,
             STATUS["fault"].mask,
+            STATUS["cause"].mask,
             STATUS["cause"].low,
             STATUS["repaired"].mask if self._resilient else 0,
             int(self._resilient),

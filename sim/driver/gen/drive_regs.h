@@ -69,10 +69,38 @@ extern "C" {
 #define DRIVE__CSR__STATUS__STOP_bw 1
 
 // reg - drive::csr::MODE
-#define DRIVE__CSR__MODE__AXES_bm 0xffff
-#define DRIVE__CSR__MODE__AXES_bp 0
-#define DRIVE__CSR__MODE__AXES_bw 16
-#define DRIVE__CSR__MODE__AXES_reset 0x0
+#define DRIVE__CSR__MODE__AXIS0_bm 0x3
+#define DRIVE__CSR__MODE__AXIS0_bp 0
+#define DRIVE__CSR__MODE__AXIS0_bw 2
+#define DRIVE__CSR__MODE__AXIS0_reset 0x0
+#define DRIVE__CSR__MODE__AXIS1_bm 0xc
+#define DRIVE__CSR__MODE__AXIS1_bp 2
+#define DRIVE__CSR__MODE__AXIS1_bw 2
+#define DRIVE__CSR__MODE__AXIS1_reset 0x0
+#define DRIVE__CSR__MODE__AXIS2_bm 0x30
+#define DRIVE__CSR__MODE__AXIS2_bp 4
+#define DRIVE__CSR__MODE__AXIS2_bw 2
+#define DRIVE__CSR__MODE__AXIS2_reset 0x0
+#define DRIVE__CSR__MODE__AXIS3_bm 0xc0
+#define DRIVE__CSR__MODE__AXIS3_bp 6
+#define DRIVE__CSR__MODE__AXIS3_bw 2
+#define DRIVE__CSR__MODE__AXIS3_reset 0x0
+#define DRIVE__CSR__MODE__AXIS4_bm 0x300
+#define DRIVE__CSR__MODE__AXIS4_bp 8
+#define DRIVE__CSR__MODE__AXIS4_bw 2
+#define DRIVE__CSR__MODE__AXIS4_reset 0x0
+#define DRIVE__CSR__MODE__AXIS5_bm 0xc00
+#define DRIVE__CSR__MODE__AXIS5_bp 10
+#define DRIVE__CSR__MODE__AXIS5_bw 2
+#define DRIVE__CSR__MODE__AXIS5_reset 0x0
+#define DRIVE__CSR__MODE__AXIS6_bm 0x3000
+#define DRIVE__CSR__MODE__AXIS6_bp 12
+#define DRIVE__CSR__MODE__AXIS6_bw 2
+#define DRIVE__CSR__MODE__AXIS6_reset 0x0
+#define DRIVE__CSR__MODE__AXIS7_bm 0xc000
+#define DRIVE__CSR__MODE__AXIS7_bp 14
+#define DRIVE__CSR__MODE__AXIS7_bw 2
+#define DRIVE__CSR__MODE__AXIS7_reset 0x0
 
 // reg - drive::csr::PWM
 #define DRIVE__CSR__PWM__HALF_PERIOD_bm 0xfff

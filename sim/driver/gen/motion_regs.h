@@ -51,15 +51,64 @@ extern "C" {
 #define MOTION__CSR__STATUS__OVERRUN_bw 8
 
 // reg - motion::csr::HEAD
-#define MOTION__CSR__HEAD__VALUE_bm 0xffffffff
-#define MOTION__CSR__HEAD__VALUE_bp 0
-#define MOTION__CSR__HEAD__VALUE_bw 32
-#define MOTION__CSR__HEAD__VALUE_reset 0x0
+#define MOTION__CSR__HEAD__AXIS0_bm 0xf
+#define MOTION__CSR__HEAD__AXIS0_bp 0
+#define MOTION__CSR__HEAD__AXIS0_bw 4
+#define MOTION__CSR__HEAD__AXIS0_reset 0x0
+#define MOTION__CSR__HEAD__AXIS1_bm 0xf0
+#define MOTION__CSR__HEAD__AXIS1_bp 4
+#define MOTION__CSR__HEAD__AXIS1_bw 4
+#define MOTION__CSR__HEAD__AXIS1_reset 0x0
+#define MOTION__CSR__HEAD__AXIS2_bm 0xf00
+#define MOTION__CSR__HEAD__AXIS2_bp 8
+#define MOTION__CSR__HEAD__AXIS2_bw 4
+#define MOTION__CSR__HEAD__AXIS2_reset 0x0
+#define MOTION__CSR__HEAD__AXIS3_bm 0xf000
+#define MOTION__CSR__HEAD__AXIS3_bp 12
+#define MOTION__CSR__HEAD__AXIS3_bw 4
+#define MOTION__CSR__HEAD__AXIS3_reset 0x0
+#define MOTION__CSR__HEAD__AXIS4_bm 0xf0000
+#define MOTION__CSR__HEAD__AXIS4_bp 16
+#define MOTION__CSR__HEAD__AXIS4_bw 4
+#define MOTION__CSR__HEAD__AXIS4_reset 0x0
+#define MOTION__CSR__HEAD__AXIS5_bm 0xf00000
+#define MOTION__CSR__HEAD__AXIS5_bp 20
+#define MOTION__CSR__HEAD__AXIS5_bw 4
+#define MOTION__CSR__HEAD__AXIS5_reset 0x0
+#define MOTION__CSR__HEAD__AXIS6_bm 0xf000000
+#define MOTION__CSR__HEAD__AXIS6_bp 24
+#define MOTION__CSR__HEAD__AXIS6_bw 4
+#define MOTION__CSR__HEAD__AXIS6_reset 0x0
+#define MOTION__CSR__HEAD__AXIS7_bm 0xf0000000
+#define MOTION__CSR__HEAD__AXIS7_bp 28
+#define MOTION__CSR__HEAD__AXIS7_bw 4
+#define MOTION__CSR__HEAD__AXIS7_reset 0x0
 
 // reg - motion::csr::TAIL
-#define MOTION__CSR__TAIL__VALUE_bm 0xffffffff
-#define MOTION__CSR__TAIL__VALUE_bp 0
-#define MOTION__CSR__TAIL__VALUE_bw 32
+#define MOTION__CSR__TAIL__AXIS0_bm 0xf
+#define MOTION__CSR__TAIL__AXIS0_bp 0
+#define MOTION__CSR__TAIL__AXIS0_bw 4
+#define MOTION__CSR__TAIL__AXIS1_bm 0xf0
+#define MOTION__CSR__TAIL__AXIS1_bp 4
+#define MOTION__CSR__TAIL__AXIS1_bw 4
+#define MOTION__CSR__TAIL__AXIS2_bm 0xf00
+#define MOTION__CSR__TAIL__AXIS2_bp 8
+#define MOTION__CSR__TAIL__AXIS2_bw 4
+#define MOTION__CSR__TAIL__AXIS3_bm 0xf000
+#define MOTION__CSR__TAIL__AXIS3_bp 12
+#define MOTION__CSR__TAIL__AXIS3_bw 4
+#define MOTION__CSR__TAIL__AXIS4_bm 0xf0000
+#define MOTION__CSR__TAIL__AXIS4_bp 16
+#define MOTION__CSR__TAIL__AXIS4_bw 4
+#define MOTION__CSR__TAIL__AXIS5_bm 0xf00000
+#define MOTION__CSR__TAIL__AXIS5_bp 20
+#define MOTION__CSR__TAIL__AXIS5_bw 4
+#define MOTION__CSR__TAIL__AXIS6_bm 0xf000000
+#define MOTION__CSR__TAIL__AXIS6_bp 24
+#define MOTION__CSR__TAIL__AXIS6_bw 4
+#define MOTION__CSR__TAIL__AXIS7_bm 0xf0000000
+#define MOTION__CSR__TAIL__AXIS7_bp 28
+#define MOTION__CSR__TAIL__AXIS7_bw 4
 
 // reg - motion::csr::STEP_TIMING
 #define MOTION__CSR__STEP_TIMING__LENGTH_bm 0x3ff

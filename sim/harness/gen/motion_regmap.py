@@ -98,9 +98,14 @@ REGMAP = RegisterMap(
             access="rw",
             reset=0,
             fields={
-                "value": BitField(
-                    name="value", high=31, low=0, doc="four bits an axis, axis 0 lowest"
-                )
+                "axis0": BitField(name="axis0", high=3, low=0, doc=""),
+                "axis1": BitField(name="axis1", high=7, low=4, doc=""),
+                "axis2": BitField(name="axis2", high=11, low=8, doc=""),
+                "axis3": BitField(name="axis3", high=15, low=12, doc=""),
+                "axis4": BitField(name="axis4", high=19, low=16, doc=""),
+                "axis5": BitField(name="axis5", high=23, low=20, doc=""),
+                "axis6": BitField(name="axis6", high=27, low=24, doc=""),
+                "axis7": BitField(name="axis7", high=31, low=28, doc=""),
             },
             doc="records written so far, modulo 16; one write releases the records of all axes at the\nsame tick",
             count=1,
@@ -111,9 +116,14 @@ REGMAP = RegisterMap(
             access="r",
             reset=None,
             fields={
-                "value": BitField(
-                    name="value", high=31, low=0, doc="four bits an axis, axis 0 lowest"
-                )
+                "axis0": BitField(name="axis0", high=3, low=0, doc=""),
+                "axis1": BitField(name="axis1", high=7, low=4, doc=""),
+                "axis2": BitField(name="axis2", high=11, low=8, doc=""),
+                "axis3": BitField(name="axis3", high=15, low=12, doc=""),
+                "axis4": BitField(name="axis4", high=19, low=16, doc=""),
+                "axis5": BitField(name="axis5", high=23, low=20, doc=""),
+                "axis6": BitField(name="axis6", high=27, low=24, doc=""),
+                "axis7": BitField(name="axis7", high=31, low=28, doc=""),
             },
             doc="records taken so far, modulo 16",
             count=1,
