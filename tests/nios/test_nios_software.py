@@ -21,6 +21,7 @@ from sim.harness import nios_image
 from sim.harness.nios_map import SYSTEM_TOML, SystemMapError, load_system_map
 from sim.model import float32
 from sim.model.parameters import Robot
+from sim.model.records import OUTPUTS
 from sim.run.controller import EXPORTED
 from sim.run.nios import Sample, sampled
 from tests.asip.tracking_path import reversing_path
@@ -29,7 +30,6 @@ from tests.nios.n2_bench import SEED
 
 ROOT = Path(__file__).resolve().parents[2]
 SOFTWARE = ROOT / "nios_sw"
-OUTPUTS = ("F1", "F2", "F3", "tau4", "tau5")
 
 
 # ---------------------------------------------------------------------- memory map
