@@ -25,6 +25,7 @@ from sim.model.records import OUTPUTS
 from sim.run.controller import EXPORTED
 from sim.run.nios import Sample, sampled
 from tests.asip.tracking_path import reversing_path
+from tests.bench.copies import edited
 from tests.bench.needs import find, needs, require
 from tests.nios.n2_bench import SEED
 
@@ -47,12 +48,8 @@ SOFTWARE = ROOT / "nios_sw"
     ],
 )
 def test_contradicting_map_is_refused_by_name(tmp_path, old, new, message):
-    text = SYSTEM_TOML.read_text()
-    assert old in text
-    broken = tmp_path / "system.toml"
-    broken.write_text(text.replace(old, new, 1))
     with pytest.raises(SystemMapError, match=re.escape(message)):
-        load_system_map(broken)
+        load_system_map(edited(SYSTEM_TOML, tmp_path, old, new))
 
 
 def test_map_has_the_words_of_the_tracking_programs_in_their_order():
