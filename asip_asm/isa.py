@@ -180,22 +180,19 @@ def _read_configurations(
             where, record, {"slots", "fma_pipes", "doc"}, {"intervals", "latency_constants"}
         ):
             continue
-        for kind in record["slots"]:
+        found = Configuration(name, **record | {"slots": tuple(record["slots"])})
+        for kind in found.slots:
             findings.known(where, "slot kind", kind, SLOT_KINDS)
-        pipes = sum(kind in ("fma", "any") for kind in record["slots"])
-        if pipes != record["fma_pipes"]:
-            findings.add(where, f"fma_pipes is {record['fma_pipes']}, its slots use {pipes}")
-        intervals = record.get("intervals", {})
-        for unit, interval in intervals.items():
+        pipes = sum(kind in ("fma", "any") for kind in found.slots)
+        if pipes != found.fma_pipes:
+            findings.add(where, f"fma_pipes is {found.fma_pipes}, its slots use {pipes}")
+        for unit, interval in found.intervals.items():
             findings.known(where, "unit of an interval", unit, units)
             if not isinstance(interval, int) or interval < 1:
                 findings.add(where, f"interval {interval!r} of unit {unit} is not 1 or more cycles")
-        constants = record.get("latency_constants", {})
-        for unit in constants:
+        for unit in found.latency_constants:
             findings.known(where, "unit of a latency constant", unit, units)
-        configurations[name] = Configuration(
-            name, tuple(record["slots"]), record["fma_pipes"], intervals, constants, record["doc"]
-        )
+        configurations[name] = found
     return configurations
 
 
@@ -216,15 +213,7 @@ def _read_units(records: Mapping[str, Any], findings: _Findings) -> dict[str, Un
         if ("latency" in record) == ("latency_constant" in record):
             findings.add(where, "needs either latency or latency_constant")
         findings.known(where, "bank", record["bank"], UNIT_BANKS)
-        units[name] = UnitRecord(
-            name,
-            record.get("latency"),
-            record.get("latency_constant"),
-            record["interval"],
-            record["bank"],
-            record["control"],
-            record["doc"],
-        )
+        units[name] = UnitRecord(name, **record)
     return units
 
 
@@ -255,19 +244,9 @@ def _read_operations(
         flags = tuple(record.get("flags", "").split())
         for flag in flags:
             findings.known(where, "flag", flag, FLAG_NAMES)
-        operation = OperationRecord(
-            name,
-            opcode,
-            record["unit"],
-            tuple(record["operands"]),
-            record.get("types", {}),
-            flags,
-            record.get("control", {}),
-            record.get("result", ""),
-            record.get("invalid", ""),
-            record.get("counts", {}),
-            record["doc"],
-        )
+        read = {key: value for key, value in record.items() if key != "encoding"}
+        read |= {"operands": tuple(record["operands"]), "flags": flags}
+        operation = OperationRecord(name, opcode, **read)
         for operand, type_name in operation.types.items():
             if findings.known(where, "typed operand", operand, operation.operands):
                 findings.known(where, f"type of operand {operand}", type_name, TYPE_NAMES)

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
 
 SOURCE_FIELDS = ("a", "b", "c")
@@ -57,9 +57,9 @@ class Configuration:
     name: str
     slots: tuple[str, ...]
     fma_pipes: int
-    intervals: Mapping[str, int]
-    latency_constants: Mapping[str, str]
     doc: str
+    intervals: Mapping[str, int] = field(default_factory=dict)
+    latency_constants: Mapping[str, str] = field(default_factory=dict)
 
     def allows(self, slot: int, unit: WritesBank) -> bool:
         """Whether the slot executes operations of the unit (`nop` is of no unit: always)."""
@@ -87,12 +87,12 @@ class UnitRecord:
     """
 
     name: str
-    latency: int | None
-    latency_constant: str | None
     interval: int
     bank: str
     control: Mapping[str, int]
     doc: str
+    latency: int | None = None
+    latency_constant: str | None = None
 
 
 @dataclass(frozen=True)
@@ -106,13 +106,13 @@ class OperationRecord:
     opcode: int
     unit: str
     operands: tuple[str, ...]
-    types: Mapping[str, str]
     flags: tuple[str, ...]
-    control: Mapping[str, int | str]
-    result: str
-    invalid: str
-    counts: Mapping[str, int]
     doc: str
+    types: Mapping[str, str] = field(default_factory=dict)
+    control: Mapping[str, int | str] = field(default_factory=dict)
+    result: str = ""
+    invalid: str = ""
+    counts: Mapping[str, int] = field(default_factory=dict)
 
     def type_of(self, operand: str) -> str:
         """Type of dst or a source operand: 'float', 'int' or 'any'."""

@@ -10,9 +10,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from asip_asm.machine import FP_PKG_FILE, fp_latencies
+
 ROOT = Path(__file__).resolve().parents[1]
 SOURCE = ROOT / "nios_sw/custom.toml"
-FP_PACKAGE = ROOT / "rtl/fpu/fp_pkg.sv"
 PLATFORMS = ("fpga1", "fpga2")
 FPGA_OF = {name: number for number, name in enumerate(PLATFORMS, 1)}  # number in C and RTL
 # Type -> clockCycleType of the vendor's interface.
@@ -55,10 +56,10 @@ class Instruction:
     cycles: int
     unit: str | None
     operands: str
-    registers: str
-    gcc: str | None
     software: str
     doc: str
+    registers: str = CPU_REGISTERS
+    gcc: str | None = None
 
     @property
     def result(self) -> str:
@@ -130,7 +131,7 @@ class _Reader:
             if value not in self.latencies:
                 known = ", ".join(sorted(self.latencies))
                 raise self.fail(
-                    header, f"cycles: {FP_PACKAGE.name} has no `{value}`; one of {known}"
+                    header, f"cycles: {FP_PKG_FILE.name} has no `{value}`; one of {known}"
                 )
             return self.latencies[value] + 1, value
         if not isinstance(value, int) or isinstance(value, bool) or not 1 <= value <= MAX_CYCLES:
@@ -150,18 +151,7 @@ class _Reader:
         if registers == CPU_REGISTERS and (len(operands) > 4 or operands[0] == "v"):
             raise self.fail(header, f'operands = "{operands}": a result and at most two arguments')
         cycles, unit = self.cycles(header, record["cycles"])
-        return Instruction(
-            name,
-            record["component"],
-            n,
-            cycles,
-            unit,
-            operands,
-            registers,
-            record.get("gcc"),
-            record["software"],
-            record["doc"],
-        )
+        return Instruction(name, **record | {"cycles": cycles, "unit": unit})
 
     def platform(self, name: str, record: Mapping) -> Platform:
         self.keys(name, record, {"doc", "components", "instructions"}, set())
@@ -230,15 +220,9 @@ def block(component: Component) -> str:
     return str(first) if first == last else f"{first}..{last}"
 
 
-def latencies(package: Path = FP_PACKAGE) -> dict[str, int]:
-    """Latencies of the arithmetic units, in register ranks, by the names of fp_pkg."""
-    found = re.findall(r"\b(FP_\w+_LATENCY)\s*=\s*(\d+)\s*;", package.read_text(encoding="utf-8"))
-    return {name: int(value) for name, value in found}
-
-
 def load(path: Path = SOURCE) -> dict[str, Platform]:
     """Platforms by name. Raises CustomError."""
-    reader = _Reader(path, latencies())
+    reader = _Reader(path, fp_latencies())
     try:
         data = tomllib.loads(reader.text)
     except tomllib.TOMLDecodeError as error:

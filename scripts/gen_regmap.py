@@ -12,9 +12,12 @@ file differs from what would be generated.
 
 from __future__ import annotations
 
+import contextlib
 import subprocess
 import sys
 import tempfile
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
 from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
@@ -69,6 +72,19 @@ def cell(text: str) -> str:
     return escape(" ".join(text.split()))
 
 
+def constructor(value: object) -> str:
+    """Python that makes a record: values in their order, without what its defaults say."""
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{key!r}: {constructor(one)}" for key, one in value.items()) + "}"
+    if not is_dataclass(value):
+        return repr(value)
+    values = [getattr(value, field.name) for field in fields(value)]
+    with contextlib.suppress(TypeError):  # the last one has no default
+        while type(value)(*values[:-1]) == value:
+            values.pop()
+    return f"{type(value).__name__}({', '.join(map(constructor, values))})"
+
+
 def environment() -> Environment:
     """The templates, with our filters."""
     found = Environment(
@@ -76,7 +92,7 @@ def environment() -> Environment:
         undefined=StrictUndefined,
         keep_trailing_newline=True,
     )
-    found.filters |= {"bits": bits, "cell": cell}
+    found.filters |= {"bits": bits, "cell": cell, "constructor": constructor}
     return found
 
 

@@ -9,7 +9,7 @@
 set -eu
 cd "$(dirname "$0")/.."
 folder=.venv/qemu
-wrapper=$folder/qemu-system-nios2
+wrapper=.venv/bin/qemu-system-nios2
 package=qemu-system-misc
 
 installed() {
@@ -50,7 +50,7 @@ if [ -z "${QEMU_UNPACK:-}" ] && [ "$(id -u)" = 0 ]; then
 else
   echo "[qemu] unpacking Debian's $package and what it needs into $folder"
   # What apt would install on top of this machine, or all of it if the package is there already.
-  mkdir -p "$folder/packages" "$folder/root"
+  mkdir -p "$folder/packages" "$folder/root" .venv/bin
   needed=$(apt-get -s --no-install-recommends install $package | awk '/^Inst/{print $2}')
   (cd "$folder/packages" && apt-get download ${needed:-$package})
   for file in "$folder"/packages/*.deb; do

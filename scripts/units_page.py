@@ -23,6 +23,7 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 from asip_asm.isa import default_isa  # noqa: E402
+from asip_asm.machine import fp_latencies  # noqa: E402
 from scripts.generated import table  # noqa: E402
 from scripts.synth_unit import SynthesisError, synthesise  # noqa: E402
 from sim.fpbench.native import angle_bound, operations  # noqa: E402
@@ -76,9 +77,8 @@ def blocks_of(rtl: Path = RTL) -> list[str]:
 
 def latencies(rtl: Path = RTL) -> dict[str, int]:
     """`{"FP_ADD": 4, ...}` from fp_pkg.sv, in register ranks."""
-    text = (rtl / f"{PACKAGE}.sv").read_text(encoding="utf-8")
-    found = re.findall(r"\b(FP_\w+)_LATENCY\s*=\s*(\d+);", text)
-    return {name: int(value) for name, value in found}
+    found = fp_latencies(rtl / f"{PACKAGE}.sv")
+    return {name.removesuffix("_LATENCY"): ranks for name, ranks in found.items()}
 
 
 def latency(unit: str, rtl: Path = RTL) -> int:
@@ -105,7 +105,11 @@ def prose(text: str) -> str:
 
 
 def ports(module: str, rtl: Path = RTL) -> list[Port]:
-    """Parameters and ports of a module in the order of its header."""
+    """Parameters and ports of a module in the order of its header.
+
+    Read as text: of slang's tree each note would have to be found again in the trivia of the token
+    behind it.
+    """
     path = rtl / f"{module}.sv"
     text = path.read_text(encoding="utf-8")
     head = re.search(rf"^module {module}\b(.*?)^\);", text, re.DOTALL | re.MULTILINE)

@@ -42,7 +42,7 @@ PRODUCERS: dict[str, str] = {
     "area": "scripts.workbench_area:rows",
     "formal": "scripts.workbench_area:proofs",
     "asip-scope": "sim.scope.goals:rows",
-    "nios-gdb": "sim.gdb.goals:rows",
+    "nios-gdb": "tests.gdb.goals:rows",
     "asip-dbg": "tests.debugger.goals:rows",
 }
 """Name -> "module:function"."""

@@ -5,8 +5,10 @@ A node is an operation on earlier nodes. Its meaning is a real number, or an int
 `INT_KINDS`; what a pass may do to a graph keeps the meaning, and the bits too unless its header
 says otherwise. Two families of operations share the graph:
 
-- real operations, as a law is written: see `REAL`;
-- core operations, named like the instructions of isa.toml (`fmadd`, `fsat`, ...): see `core_ops`.
+- real operations, as a law is written, named as in CasADi: `ARITHMETIC`, `TESTS`, abs sign min max
+  sin cos copysign exp log tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh erf log1p expm1
+  pow floor ceil fmod remainder hypot; i2f, select (a != 0 ? b : c), sat (min(max(a, b), c));
+- core operations, named like the instructions of isa.toml (`fmadd`, `fsat`, ...).
 
 Leaves are `const` (value: double), `input`, `state` and `param` (value: name), `int_input`,
 `int_state` (value: name) and `int_const` (value: int).
@@ -24,16 +26,6 @@ INT_KINDS = frozenset({"int_input", "int_state", "int_const", "iadd", "isub", "f
 ARITHMETIC = frozenset({"add", "sub", "mul", "neg", "div", "sqrt"})
 TESTS = frozenset({"lt", "le", "eq", "not", "and", "or"})
 """Real operations whose value is 0 or 1."""
-REAL = (
-    ARITHMETIC
-    | TESTS
-    | frozenset("abs sign min max sat select sin cos i2f copysign".split())
-    | frozenset(
-        "exp log tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh erf log1p expm1 pow "
-        "floor ceil fmod remainder hypot".split()
-    )
-)
-"""`select` is a != 0 ? b : c, `sat` min(max(a, b), c); the others are named as in CasADi."""
 
 
 @dataclass(frozen=True)

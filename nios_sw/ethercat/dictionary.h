@@ -39,7 +39,6 @@
 #define TYPE_STRING 0x09u
 
 #define KIND_VAR 7u
-#define KIND_ARRAY 8u
 #define KIND_RECORD 9u
 
 struct entry {

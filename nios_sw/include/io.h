@@ -18,11 +18,6 @@ static inline void io_write(uint32_t address, uint32_t word) {
 /* Clock cycles since reset. */
 static inline uint32_t cycle_now(void) { return io_read(REG_CYCLE); }
 
-static inline uint64_t cycle_now_64(void) {
-  uint32_t low = io_read(REG_CYCLE);
-  return (uint64_t)io_read(REG_CYCLE_HIGH) << 32 | low;
-}
-
 /* Text and numbers to the console. */
 void console_text(const char *text);
 void console_decimal(uint32_t value);

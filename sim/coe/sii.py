@@ -12,7 +12,6 @@ import struct
 from sim.coe.dictionary import TYPES, Device, Pdo
 
 BYTES = 2048
-CATEGORIES = 0x80  # byte where they begin
 STRINGS, GENERAL, FMMU, SYNC_MANAGER, TX_PDO, RX_PDO, CLOCK, END = (
     10,
     30,

@@ -21,12 +21,14 @@ from pathlib import Path
 from asip_asm.assemble import assemble
 from asip_asm.diagnostics import AssemblyError
 from asip_asm.image import Image, ImageError
+from asip_asm.isa import default_isa
 from sim.core import CoreError
 from sim.debug.link import Responder
 from sim.debug.model import DebugRtl
 from sim.debug.packets import Decoder, encode
 from sim.debug.state import word_of
 from sim.harness.asip_bus import BLOCK, CSR, START, STATUS
+from sim.model.parameters import Robot
 
 PORT = 2331
 SLICE = 2000  # clocks between two looks at the socket
@@ -122,7 +124,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.add_argument("program", type=Path, help="assembly source, or image (*.json)")
     parser.add_argument("--port", type=int, default=PORT, help=f"default {PORT}; 0: a free one")
-    parser.add_argument("--period", type=int, default=12500, help="clocks from run to run")
+    period = round(Robot.load().T_s * 1e6 * default_isa().clock_mhz)
+    parser.add_argument("--period", type=int, default=period, help="clocks from run to run")
     parser.add_argument("--set", action="append", default=[], metavar="NAME=NUMBER")
     options = parser.parse_args(arguments)
     try:

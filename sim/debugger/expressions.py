@@ -44,11 +44,6 @@ class ExpressionError(ValueError):
     """The text is no expression, or has no value; the message says why."""
 
 
-def names_of(text: str) -> list[str]:
-    """Names of values in an expression."""
-    return [n for n in dict.fromkeys(_NAME.findall(text)) if n not in _WORDS and n not in FUNCTIONS]
-
-
 def evaluate(text: str, read: Callable[[str], float | int]) -> float | int | bool:
     """Value of an expression; `read` gives the number of a name. Raises ExpressionError."""
     if len(text) > CHARACTERS:

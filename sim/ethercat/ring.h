@@ -123,8 +123,6 @@ class Sender {
     return nibble;
   }
 
-  bool idle() const { return queue_.empty(); }
-
  private:
   std::deque<Nibble> queue_;
 };

@@ -139,8 +139,6 @@ EXPORT void bus_send(Bus* bus, int port, const uint8_t* nibbles, unsigned n, int
   bus->line.send[port].send(std::vector<uint8_t>(nibbles, nibbles + n), error_at, gap);
 }
 
-EXPORT int bus_sending(Bus* bus, int port) { return !bus->line.send[port].idle(); }
-
 // The oldest frame that came back; -1: none. times: of its first nibble and its end, in ps.
 EXPORT int bus_receive(Bus* bus, int port, uint8_t* nibbles, unsigned most, uint64_t* times) {
   auto& frames = bus->line.received[port].frames;

@@ -15,7 +15,6 @@ from sim.path.moves import Dwell, Move, Plane, Pose
 
 # Words that would shift or break the contour, by modal group (those of rs274, and some more).
 _REFUSED_GROUPS = ("coordinate system", "path control", "retract", "tool")
-_REFUSED_SINGLE = ("G28", "G28.1", "G53", "G92", "G92.1", "G92.2", "G92.3")
 _REFUSED_BEFORE = ("tool change", "plane", "stop")
 _KEPT_STOPS = ("M0", "M1", "M2", "M30", "M60", "M71")
 

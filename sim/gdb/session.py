@@ -32,7 +32,6 @@ class Session:
         self.killed = False
         self.extended = False
         self.acknowledge = True
-        self._documents: dict[str, bytes] = {}
 
     @property
     def _target(self) -> monitor.Target:

@@ -19,7 +19,6 @@ from sim.harness.nios_map import SystemMap
 ISA = default_isa()
 BREAK = ISA.instructions["break"]
 BREAKPOINT = BREAK.encode(0)
-SEMIHOST = BREAK.encode(1)  # how a program without the register EXIT ends
 STATUS, BSTATUS = ISA.control["status"], ISA.control["bstatus"]
 HALT_CYCLES = 10_000  # a core that has not halted by then never will
 

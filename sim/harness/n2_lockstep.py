@@ -27,8 +27,6 @@ from sim.harness.n2_lockstep_isa import OP_CUSTOM, default_isa
 from sim.harness.n2_lockstep_rtl import DTCM, ITCM, N2Rtl
 from sim.harness.nios_image import ImageError, read_elf
 
-ROOT = Path(__file__).resolve().parents[2]
-SCRIPT = ROOT / "scripts/qemu.sh"
 # Order of QEMU's log: pc, r0..r31, then these.
 LOG_CONTROL = ("status", "estatus", "bstatus", "ienable", "ipending", "cpuid", "exception")
 LOG_CONTROL += ("pteaddr", "tlbacc", "tlbmisc", "badaddr")
@@ -52,11 +50,10 @@ class LockstepResult:
     cycles: int
 
 
-def find_qemu() -> Path | None:
-    """qemu-system-nios2 on PATH or where scripts/qemu.sh has put it; None if there is none."""
-    found = shutil.which("qemu-system-nios2")
-    local = ROOT / ".venv/qemu/qemu-system-nios2"
-    return Path(found) if found else local if local.exists() else None
+def find_qemu() -> str | None:
+    """qemu-system-nios2 on PATH or beside this Python; None if there is none."""
+    beside = str(Path(sys.executable).parent)
+    return shutil.which("qemu-system-nios2") or shutil.which("qemu-system-nios2", path=beside)
 
 
 def qemu_states(
@@ -69,12 +66,12 @@ def qemu_states(
     """
     qemu = find_qemu()
     if qemu is None:
-        raise LockstepError(f"error: no qemu-system-nios2; {SCRIPT.relative_to(ROOT)} gets it")
+        raise LockstepError("error: no qemu-system-nios2 on PATH; `make qemu` gets it")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         fifo = folder / "log"
         os.mkfifo(fifo)
-        command = [str(qemu), "-M", "nios2-generic-nommu", "-display", "none", "-serial", "none"]
+        command = [qemu, "-M", "nios2-generic-nommu", "-display", "none", "-serial", "none"]
         command += ["-monitor", "none", "-semihosting", "-singlestep", "-d", "cpu,nochain"]
         command += ["-D", str(fifo)]
         for number, (address, data) in enumerate(image):

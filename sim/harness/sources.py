@@ -15,8 +15,9 @@ RTL = ROOT / "rtl"
 def sources_of(top: str, folders: Sequence[Path] = (RTL,)) -> list[Path]:
     """Files that `top` needs: packages named `p::` and modules instantiated, packages first.
 
-    Files are found by name (one module per file, same name). Raises FileNotFoundError for a
-    top without a file.
+    Files are found by name (one module per file, same name), in their text: the package that is
+    installed comes without slang, and a name that is no file's is passed over. Raises
+    FileNotFoundError for a top without a file.
     """
     files = {path.stem: path for folder in folders for path in sorted(folder.rglob("*.sv"))}
     if top not in files:

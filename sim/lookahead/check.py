@@ -79,7 +79,7 @@ class Deviation:
 
     path: greatest distance of a set-point from the moves about it, less the largest P (or Q) of
     these; corner: greatest distance from an end of a move to the path run, less the P there. Both
-    in m, at most 0 if P is kept; -inf where G64 without P allows any. *_line: where in the text.
+    in m, at most 0 if P is kept; -inf where G64 without P allows any.
     """
 
     ABOUT = (-1, 0, 1, 2)  # moves before and behind the one that a set-point is of
@@ -97,7 +97,7 @@ class Deviation:
         self._corner = np.minimum(tolerance[:-1], tolerance[1:])
         self._nearest = np.full(len(self._corner), np.inf)
         self._before = np.zeros((0, 5)), np.zeros(0, dtype=np.int64)
-        self.path, self.path_line = -np.inf, 0
+        self.path = -np.inf
 
     def watched(self, stream: Iterable[Setpoints]) -> Iterator[Setpoints]:
         """The stream as it is, examined on the way."""
@@ -125,7 +125,7 @@ class Deviation:
         over = distance - self._allowed[about].max(axis=1)
         worst = int(over.argmax())
         if not over[worst] <= self.path:
-            self.path, self.path_line = float(over[worst]), int(lines[worst])
+            self.path = float(over[worst])
         # Corners, from the straight lines between neighbouring set-points. The path run bends away
         # from such a line towards the corner, by an eighth of the acceleration times the period
         # squared: of the second differences about it, and what they change by in a period.

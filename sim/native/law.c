@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Runs and times the C of a law on this machine: sim/platforms/native.py. LAW: its prefix,
+/* Runs and times the C of a law on this machine: sim/native/law.py. LAW: its prefix,
  * LAW_HEADER: its header. Rows are the words of its structures. */
 #define _GNU_SOURCE
 #include <math.h>

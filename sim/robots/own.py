@@ -22,13 +22,12 @@ from asip_asm.model.law import Law, Port
 from sim.model import kinematics
 from sim.model.parameters import Robot
 from sim.model.plant import Plant
-from sim.model.records import POSITIONS
+from sim.model.records import OUTPUTS, POSITIONS
 from sim.robots.closed_loop import Values
 
 SET_POINTS = (
     "x y z vx vy vz ax ay az alpha gamma w_alpha w_gamma eps_alpha eps_gamma".split()
 )  # in the order of the paper
-OUTPUTS = ("F1", "F2", "F3", "tau4", "tau5")
 LEGS = range(3)
 AXES = range(5)
 GRID = 2.0**-11

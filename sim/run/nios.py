@@ -25,7 +25,7 @@ from sim.harness.nios_rtl import NiosError, NiosRtl
 from sim.model import float32
 from sim.model.errors import max_abs_error
 from sim.model.parameters import Robot
-from sim.model.records import SetPoints, TrackingResult
+from sim.model.records import OUTPUTS, SetPoints, TrackingResult
 from sim.model.tracking import joint_path
 from sim.run import closed_loop
 from sim.run.controller import EXPORTED, ControllerFault, Ticks
@@ -284,7 +284,7 @@ def at(result: TrackingResult, ticks: NDArray[np.int64]) -> TrackingResult:
 
 def different_words(run: NiosRun, single: TrackingResult) -> dict[str, int]:
     """Row -> ticks whose word is not that of the float32 model, only rows with such ticks."""
-    names = [*EXPORTED, "F1", "F2", "F3", "tau4", "tau5"]
+    names = [*EXPORTED, *OUTPUTS]
     ours = np.concatenate([run.results.exported, run.results.outputs], axis=1).T
     found = {}
     for name, values in zip(names, ours, strict=True):

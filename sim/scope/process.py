@@ -9,7 +9,6 @@ import multiprocessing
 import signal
 import socket
 import time
-from types import TracebackType
 from typing import Any
 
 from rich.console import Console
@@ -60,7 +59,7 @@ class ScopeProcess:
         self,
         kind: type[BaseException] | None,
         error: BaseException | None,
-        trace: TracebackType | None,
+        *_: object,
     ) -> None:
         if self._pages.value and (kind is None or issubclass(kind, Exception)):
             if error is not None:

@@ -22,6 +22,7 @@ from asip_asm.project import BUILD
 from sim.harness.asip_bus import BLOCK
 from sim.harness.dual_rtl import Core, DualRtl
 from sim.harness.gen.drive_regmap import REGMAP
+from sim.harness.gen.dual_regmap import REGMAP as DUAL
 from sim.model.drives import Drives
 from sim.servo.current_law import Setting, current_law
 from sim.servo.plant import AXES, Plant
@@ -29,7 +30,7 @@ from sim.servo.plant import AXES, Plant
 CURRENT, FRONT_END = 1 << 16, 2 << 16  # of the address
 ORDER_FILTER = (0.0, 0.0, 0.0, 1e-3, 1e-3)  # of the table's axes, whose counts are coarse [s]
 CONFIGURATIONS = {"trajectory": "small", "tracking": "fast", "current": "small"}
-CONTROL_PERIOD = 12_500  # clocks
+CONTROL_PERIOD = DUAL.registers["PERIOD"].reset  # clocks
 STATUS = REGMAP.registers["STATUS"].fields
 HALF = np.dtype(
     [

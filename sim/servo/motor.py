@@ -19,7 +19,6 @@ from scipy.linalg import expm
 
 from sim.model.drives import Drives, Motor
 
-THIRD = 2 * math.pi / 3
 SQRT3 = math.sqrt(3.0)
 
 

@@ -13,18 +13,21 @@ from rich.table import Table
 from sim.page import provenance
 from sim.page.curves import envelope, framed, panels
 from sim.page.document import Page
+from sim.servo.chain import CONTROL_PERIOD
+from sim.servo.current_law import HALF_PERIOD
 from sim.servo.goals import Shown
 from sim.servo.plant import AXES, NAMES
 from sim.servo.position import SHOWN
 from sim.servo.sample import Sample
+from sim.servo.start_up import CLOCK
 
 TITLE = "Microtick: motor drives in closed loop"
 LEAD = (
     "Five motors from encoder edges to gate edges: current loops at 100 kHz, a tracking law at "
     "10 kHz, inverters with dead time, friction. Drag to zoom, double-click to see everything."
 )
-PERIOD = 1e-5  # of a half period [s]
-TICK = 1e-4  # of the control law [s]
+PERIOD = HALF_PERIOD * CLOCK  # of a half period [s]
+TICK = CONTROL_PERIOD * CLOCK  # of the control law [s]
 AROUND = 0.06  # shown around a reversal [s]
 
 

@@ -14,13 +14,14 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from asip_asm.isa import default_isa
 from sim.model.drives import Drives
 from sim.servo.chain import ChainRtl, current_program, write_constants
 from sim.servo.current_law import MAGIC, Setting
 from sim.servo.plant import AXES
 from sim.servo.status import told
 
-CLOCK = 8e-9
+CLOCK = 1 / (1e6 * default_isa().clock_mhz)  # its period [s]
 WINDOW = 700  # clock of a half period in which the currents' windows begin
 ALL = (1 << AXES) - 1
 RUN = {f"axis{n}": 2 for n in range(AXES)}  # fields of MODE

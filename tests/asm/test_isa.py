@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from asip_asm.isa import ISA_FILE, IsaError, load_isa
+from tests.bench.copies import edited
 
 ISA_CASES = {
     "op fields overlap": (
@@ -169,12 +170,8 @@ ISA_CASES = {
 @pytest.mark.parametrize("name", ISA_CASES)
 def test_isa__contradiction__is_refused_by_name(name: str, tmp_path: Path) -> None:
     old, new, message = ISA_CASES[name]
-    text = ISA_FILE.read_text(encoding="utf-8")
-    assert old in text
-    path = tmp_path / "isa.toml"
-    path.write_text(text.replace(old, new, 1), encoding="utf-8")
     with pytest.raises(IsaError) as caught:
-        load_isa(path)
+        load_isa(edited(ISA_FILE, tmp_path, old, new))
     assert f"isa.toml: {message}" in str(caught.value)
 
 

@@ -7,6 +7,7 @@ import pytest
 
 from asip_asm.gen.asip_regmap import REGMAP
 from scripts.regmap_source import RegisterMapError, read_map
+from tests.bench.copies import edited
 
 ROOT = Path(__file__).parents[2]
 SOURCE = ROOT / "asip_asm/regmap.rdl"
@@ -41,20 +42,15 @@ CASES = {
 @pytest.mark.parametrize("name", CASES)
 def test_register_map__contradiction__is_refused_by_name(name: str, tmp_path: Path) -> None:
     old, new, message = CASES[name]
-    text = SOURCE.read_text(encoding="utf-8")
-    assert old in text
-    path = tmp_path / "regmap.rdl"
-    path.write_text(text.replace(old, new, 1), encoding="utf-8")
     with pytest.raises(RegisterMapError) as caught:
-        read_map(path, "asip")
+        read_map(edited(SOURCE, tmp_path, old, new), "asip")
     assert message in str(caught.value)
     assert "regmap.rdl:" in str(caught.value)
 
 
 def test_register_map__row_of_registers_not_aligned__is_refused(tmp_path: Path) -> None:
-    text = (ROOT / "rtl/motion/regmap.rdl").read_text(encoding="utf-8")
-    path = tmp_path / "regmap.rdl"
-    path.write_text(text.replace("PATH_WORD[8] @ 0x60", "PATH_WORD[8] @ 0x64"), encoding="utf-8")
+    source = ROOT / "rtl/motion/regmap.rdl"
+    path = edited(source, tmp_path, "PATH_WORD[8] @ 0x60", "PATH_WORD[8] @ 0x64")
     with pytest.raises(RegisterMapError, match="PATH_WORD: so many .* multiple of 8 words"):
         read_map(path, "motion")
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a copy of the project may take from this checkout's build folder instead of making it."""
+"""Copies of files and of the project, for tests that change something in them."""
 
 from __future__ import annotations
 
@@ -19,3 +19,12 @@ def share_models(build: Path, *patterns: str) -> None:
     for pattern in patterns:
         for built in BUILD.glob(f"model/{pattern}"):
             (folder / built.name).symlink_to(built)
+
+
+def edited(source: Path, folder: Path, old: str, new: str) -> Path:
+    """A copy of a file in the folder, the first `old`, which must be there, being `new` in it."""
+    text = source.read_text(encoding="utf-8")
+    assert old in text
+    copy = folder / source.name
+    copy.write_text(text.replace(old, new, 1), encoding="utf-8")
+    return copy

@@ -2,7 +2,8 @@
 """AXI4-Lite bus model with random pauses and a protocol monitor, and the run of a cocotb bench.
 
 The bus model runs inside the simulator. Inputs change at the falling edge; handshakes are sampled
-just before the rising edge.
+just before the rising edge. cocotbext-axi does not take its place: its manager sends no strobes
+with gaps, and holds a payload behind the handshake, where this one sends noise.
 """
 
 from __future__ import annotations

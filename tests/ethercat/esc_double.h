@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* A double of the slave controller for tests on a host: memory with what registers and sync managers do
- * for both sides. No wires, no FMMU; for frames see esc_double_frame.c. */
+ * for both sides. No wires, no frames, no FMMU. */
 #ifndef ESC_DOUBLE_H
 #define ESC_DOUBLE_H
 
@@ -16,7 +16,5 @@ bool double_write(uint16_t address, const uint8_t *from, uint16_t bytes);
 /* Time goes by: the watchdog of the process data. */
 void double_time(uint32_t us);
 void double_sii(const uint8_t *image, uint32_t bytes);
-/* A frame on its way through the device, changed in place; false: not for it. */
-bool double_frame(uint8_t *frame, uint32_t bytes);
 
 #endif

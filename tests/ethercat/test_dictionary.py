@@ -15,6 +15,7 @@ import pytest
 from scripts.gen_ethercat import generate
 from sim.coe import esi, sii
 from sim.coe.dictionary import SOURCE, DictionaryError, load
+from tests.bench.copies import edited
 
 DEVICE = load()
 IMAGE = sii.image(DEVICE)
@@ -175,10 +176,7 @@ def test_esi__every_type_is_defined_and_every_size_fits(device):
     ],
 )
 def test_wrong_source__is_told_with_its_place(tmp_path, before, after, message):
-    text = SOURCE.read_text(encoding="utf-8")
-    assert before in text
-    place = tmp_path / "dictionary.toml"
-    place.write_text(text.replace(before, after, 1), encoding="utf-8")
+    place = edited(SOURCE, tmp_path, before, after)
     with pytest.raises(DictionaryError, match=message.replace("(", r"\(")) as caught:
         load(place)
     assert str(place) in str(caught.value)

@@ -26,7 +26,6 @@ from tests.ethercat.frames import (
 
 SEED = int(os.environ.get("SEED", "1"))
 STATION = 0x1001
-FORWARDED_CLOCKS = 60
 COMMIT_NS = 25  # of a byte written, two clocks and some
 READABLE = ((0x0000, 12), (0x0010, 2), (0x0600, 0x80), (MEMORY, 0x2000))
 

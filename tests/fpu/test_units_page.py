@@ -19,6 +19,7 @@ from sim.fpbench.variants import bench_unit
 from sim.harness.build import ROOT, verilator_driver
 from sim.harness.plain import plain
 from sim.harness.sources import sources_of
+from tests.bench.copies import edited
 
 RANK_OF_THE_BENCH = 1  # in front of the lanes; an iterative unit waits for it too
 
@@ -27,9 +28,7 @@ def changed(folder: Path, file: str, old: str, new: str) -> Path:
     """A copy of rtl/fpu with one replacement, which must apply."""
     copy = folder / "fpu"
     shutil.copytree(RTL, copy)
-    text = (copy / file).read_text()
-    assert old in text
-    (copy / file).write_text(text.replace(old, new, 1))
+    edited(copy / file, copy, old, new)
     return copy
 
 
@@ -49,10 +48,7 @@ def test_page__present_rtl__is_up_to_date(capsys) -> None:
 def test_check__block_edited_by_hand__is_refused(
     old: str, new: str, tmp_path: Path, capsys
 ) -> None:
-    text = PAGE.read_text()
-    assert old in text
-    page = tmp_path / "units.md"
-    page.write_text(text.replace(old, new, 1))
+    page = edited(PAGE, tmp_path, old, new)
     assert main(["--check", "--page", str(page)]) == 1
     assert "differs from the RTL or its figures; python scripts/units" in capsys.readouterr().err
 

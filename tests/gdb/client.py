@@ -11,7 +11,6 @@ import re
 import socket
 import struct
 import threading
-from types import TracebackType
 
 from sim.gdb.server import Connection, NiosSystem, Server
 from sim.harness.nios_image import Program
@@ -144,11 +143,6 @@ class Debugged:
     def __enter__(self) -> Client:
         return self.connect()
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.client.peer.close()
         self.join()

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import random
 import struct
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from sim.harness.n2_lockstep_isa import OP_CUSTOM
 from sim.harness.n2_lockstep_program import BT, ISA, Program, prologue
@@ -49,6 +49,154 @@ def _reserved_words(rng: random.Random) -> int:
             return word
 
 
+def _of_units(*units: str) -> list:
+    return [record for record in ISA.instructions.values() if record.unit in units]
+
+
+ALU = _of_units("alu", "shift", "mul", "div")
+MEMORY, CACHES = _of_units("load", "store"), _of_units("cache")
+BRANCHES = [record for record in _of_units("branch") if record.name != "br"]
+READABLE = [number for name, number in ISA.control.items() if name != "status"]
+STATUSES = [ISA.control[name] for name in ("status", "estatus", "bstatus")]
+WRITABLE = [*STATUSES, *(ISA.control[n] for n in ("ienable", "badaddr", "ipending", "cpuid"))]
+FUNCTIONS = ("f0", "f1", "f2", "f3")
+
+
+class _Random:
+    """A random program under way; every choice is drawn from `rng`, in the order written here."""
+
+    def __init__(self, rng: random.Random) -> None:
+        self.rng, self.program = rng, prologue()
+        self.pool = list(range(1, 16))  # registers in use
+        self.labels = 0
+        for register, base in BASES.items():
+            self.program.li(register, base)
+        for register in range(1, 16):
+            self.program.li(register, rng.choice((rng.choice(CORNERS), rng.getrandbits(32))))
+        self.program.emit("wrctl", ISA.control["ienable"], rng.randrange(16))
+        for _, base in sorted(BASES.items()):
+            block = bytes(rng.getrandbits(8) for _ in range(256))
+            self.program.data.append((base - 128, block))
+
+    def source(self) -> int:
+        rng = self.rng
+        return rng.choice(self.pool) if rng.random() < 0.9 else rng.randrange(32)
+
+    def target(self) -> int:
+        return self.rng.choice(self.pool) if self.rng.random() < 0.97 else 0
+
+    def new_label(self, name: str) -> str:
+        self.labels += 1
+        return f"{name}{self.labels}"
+
+    def operation(self) -> None:
+        record = self.rng.choices((self.rng.choice(ALU), self.rng.choice(MEMORY)), (3, 2))[0]
+        if record in MEMORY:
+            self.access(record)
+            return
+        if record.unit == "div" and self.rng.random() < 0.6:
+            record = self.rng.choice(ALU)  # a division takes long; its operands are often bad
+        self.program.emit(record.name, *(self.operand(record, kind) for kind in record.operands))
+
+    def operations(self, below: int, least: int = 0) -> None:
+        for _ in range(self.rng.randrange(least, below)):
+            self.operation()
+
+    def access(self, record) -> None:
+        size = {"w": 4, "h": 2, "b": 1}[record.name[2]]
+        spread = 128 if self.rng.random() < 0.6 else 16
+        offset = self.rng.randrange(-spread, spread)
+        if self.rng.random() < 0.96:
+            offset -= offset % size
+        register = self.target() if record.unit == "load" else self.source()
+        self.program.emit(record.name, register, offset, self.rng.choice(list(BASES)))
+
+    def operand(self, record, kind: str) -> int:
+        rng = self.rng
+        if kind in "abc":
+            destination = kind == ("c" if record.opx is not None else "b")
+            return self.target() if destination else self.source()
+        if kind == "i5":
+            return rng.choice((0, 1, 31, rng.randrange(32)))
+        if kind == "s16":
+            return rng.choice((-32768, -1, 0, 1, 32767, rng.randrange(-99, 99)))
+        return rng.choice((0, 1, 0x8000, 0xFFFF, rng.getrandbits(16)))
+
+    def over(self, emit_branch: Callable[[str], None]) -> None:
+        """A branch over some operations."""
+        label = self.new_label("skip")
+        emit_branch(label)
+        self.operations(6)
+        self.program.label(label)
+
+    def jump(self, name: str, label: str) -> None:
+        self.program.la(POINTER, label)
+        self.operations(3)
+        if self.rng.random() < 0.15:
+            misaligned = self.rng.choice((1, 2, 3))
+            self.program.emit("addi", POINTER, POINTER, misaligned)
+        self.program.emit(name, POINTER)
+
+    def branch(self) -> None:
+        name = self.rng.choice(BRANCHES).name
+        self.over(lambda label: self.program.to(name, label, self.source(), self.source()))
+
+    def direct(self) -> None:
+        name = self.rng.choice(("br", "jmpi"))
+        self.over(lambda label: self.program.to(name, label))
+
+    def call(self) -> None:
+        label = self.rng.choice(FUNCTIONS)
+        if self.rng.random() < 0.5:
+            self.program.to("call", label)
+        else:
+            self.jump("callr", label)
+
+    def loop(self) -> None:
+        label = self.new_label("loop")
+        self.program.emit("addi", COUNTER, 0, self.rng.randrange(1, 6))
+        self.program.label(label)
+        self.operations(8, least=1)
+        if self.rng.random() < 0.5:
+            self.branch()
+        self.program.emit("addi", COUNTER, COUNTER, -1)
+        self.program.to("bne", label, COUNTER, 0)
+
+    def breaks(self) -> None:
+        self.program.emit("addi", BT, 0, 1)
+        self.program.emit("break", self.rng.choice((0, 2, 31)))
+
+    def write_control(self) -> None:
+        number, register = self.rng.choice(WRITABLE), self.rng.randrange(16)
+        if number in STATUSES:
+            self.program.emit("andi", POINTER, register, 1)  # other bits: not in a minimum core
+            register = POINTER
+        self.program.emit("wrctl", number, register)
+
+    def cache(self) -> None:
+        record = self.rng.choice(CACHES)
+        values = {"a": self.rng.choice(list(BASES)), "s16": 4 * self.rng.randrange(8)}
+        self.program.emit(record.name, *(values[kind] for kind in record.operands))
+
+
+# What a random number below the limit gives, the first that holds.
+KINDS = (
+    (0.70, _Random.operation),
+    (0.82, _Random.branch),
+    (0.84, _Random.direct),
+    (0.86, lambda made: made.over(lambda label: made.jump("jmp", label))),
+    (0.88, _Random.call),
+    (0.90, _Random.loop),
+    (0.91, lambda made: made.program.emit("trap", made.rng.randrange(32))),
+    (0.92, _Random.breaks),
+    (0.93, lambda made: made.program.word(_reserved_words(made.rng))),
+    (0.95, lambda made: made.program.emit("rdctl", made.target(), made.rng.choice(READABLE))),
+    (0.97, _Random.write_control),
+    (0.99, _Random.cache),
+    (1.00, lambda made: made.program.emit("nextpc", made.target())),
+)
+
+
 def random_program(seed: int, length: int = 1500) -> Program:
     """Every instruction but custom, in random order, with loops, calls, exceptions and hazards.
 
@@ -56,138 +204,17 @@ def random_program(seed: int, length: int = 1500) -> Program:
     Ends by itself: backward branches count down. The seed decides everything.
     """
     rng = random.Random(seed)
-    program = prologue()
-    for register, base in BASES.items():
-        program.li(register, base)
-    for register in range(1, 16):
-        program.li(register, rng.choice((rng.choice(CORNERS), rng.getrandbits(32))))
-    program.emit("wrctl", ISA.control["ienable"], rng.randrange(16))
-    for _, base in sorted(BASES.items()):
-        block = bytes(rng.getrandbits(8) for _ in range(256))
-        program.data.append((base - 128, block))
-
-    alu = [i for i in ISA.instructions.values() if i.unit in ("alu", "shift", "mul", "div")]
-    memory = [i for i in ISA.instructions.values() if i.unit in ("load", "store")]
-    branches = [i for i in ISA.instructions.values() if i.unit == "branch" and i.name != "br"]
-    caches = [i for i in ISA.instructions.values() if i.unit == "cache"]
-    readable = [number for name, number in ISA.control.items() if name != "status"]
-    writable = [ISA.control[n] for n in ("status", "estatus", "bstatus", "ienable", "badaddr")]
-    ignored = [ISA.control[n] for n in ("ipending", "cpuid")]
-    functions = [f"f{i}" for i in range(4)]
-    pool = list(range(1, 16))
-    counter = 0
-
-    def source() -> int:
-        return rng.choice(pool) if rng.random() < 0.9 else rng.randrange(32)
-
-    def target() -> int:
-        return rng.choice(pool) if rng.random() < 0.97 else 0
-
-    def operation() -> None:
-        record = rng.choices((rng.choice(alu), rng.choice(memory)), (3, 2))[0]
-        values: list[int] = []
-        if record in memory:
-            size = {"w": 4, "h": 2, "b": 1}[record.name[2]]
-            spread = 128 if rng.random() < 0.6 else 16
-            offset = rng.randrange(-spread, spread)
-            if rng.random() < 0.96:
-                offset -= offset % size
-            register = target() if record.unit == "load" else source()
-            program.emit(record.name, register, offset, rng.choice(list(BASES)))
-            return
-        if record.unit == "div" and rng.random() < 0.6:
-            record = rng.choice(alu)  # a division takes long; its operands are often bad
-        for kind in record.operands:
-            if kind in "abc":
-                destination = kind == ("c" if record.opx is not None else "b")
-                values.append(target() if destination else source())
-            elif kind == "i5":
-                values.append(rng.choice((0, 1, 31, rng.randrange(32))))
-            elif kind == "s16":
-                values.append(rng.choice((-32768, -1, 0, 1, 32767, rng.randrange(-99, 99))))
-            else:
-                values.append(rng.choice((0, 1, 0x8000, 0xFFFF, rng.getrandbits(16))))
-        program.emit(record.name, *values)
-
-    def skip_over(emit_branch, most: int = 6) -> None:
-        nonlocal counter
-        counter += 1
-        emit_branch(f"skip{counter}")
-        for _ in range(rng.randrange(most)):
-            operation()
-        program.label(f"skip{counter}")
-
-    def jump(name: str, label: str) -> None:
-        program.la(POINTER, label)
-        for _ in range(rng.randrange(3)):
-            operation()
-        if rng.random() < 0.15:
-            program.emit("addi", POINTER, POINTER, rng.choice((1, 2, 3)))  # misaligned target
-        program.emit(name, POINTER)
-
-    def anything() -> None:
-        nonlocal counter
-        kind = rng.random()
-        if kind < 0.70:
-            operation()
-        elif kind < 0.82:
-            record = rng.choice(branches)
-            skip_over(lambda label: program.to(record.name, label, source(), source()))
-        elif kind < 0.84:
-            name = rng.choice(("br", "jmpi"))
-            skip_over(lambda label: program.to(name, label))
-        elif kind < 0.86:
-            skip_over(lambda label: jump("jmp", label))
-        elif kind < 0.88:
-            label = rng.choice(functions)
-            if rng.random() < 0.5:
-                program.to("call", label)
-            else:
-                jump("callr", label)
-        elif kind < 0.90:
-            counter += 1
-            program.emit("addi", COUNTER, 0, rng.randrange(1, 6))
-            program.label(f"loop{counter}")
-            name = f"loop{counter}"
-            for _ in range(rng.randrange(1, 8)):
-                operation()
-            if rng.random() < 0.5:
-                record = rng.choice(branches)
-                skip_over(lambda label: program.to(record.name, label, source(), source()))
-            program.emit("addi", COUNTER, COUNTER, -1)
-            program.to("bne", name, COUNTER, 0)
-        elif kind < 0.91:
-            program.emit("trap", rng.randrange(32))
-        elif kind < 0.92:
-            program.emit("addi", BT, 0, 1)
-            program.emit("break", rng.choice((0, 2, 31)))
-        elif kind < 0.93:
-            program.word(_reserved_words(rng))
-        elif kind < 0.95:
-            program.emit("rdctl", target(), rng.choice(readable))
-        elif kind < 0.97:
-            number = rng.choice(writable + ignored)
-            register = rng.randrange(16)
-            if number == ISA.control["status"] or number in writable[1:3]:
-                program.emit("andi", POINTER, register, 1)  # other bits: not in a minimum core
-                register = POINTER
-            program.emit("wrctl", number, register)
-        elif kind < 0.99:
-            record = rng.choice(caches)
-            values = {"a": rng.choice(list(BASES)), "s16": 4 * rng.randrange(8)}
-            program.emit(record.name, *(values[k] for k in record.operands))
-        else:
-            program.emit("nextpc", target())
-
+    made = _Random(rng)
+    program = made.program
     while len(program.words) < length:
         if rng.random() < 0.05:
-            pool = rng.sample(range(1, 16), rng.choice((2, 4, 8, 15)))
-        anything()
+            made.pool = rng.sample(range(1, 16), rng.choice((2, 4, 8, 15)))
+        kind = rng.random()
+        next(emit for below, emit in KINDS if kind < below)(made)
     program.end()
-    for label in functions:
+    for label in FUNCTIONS:
         program.label(label)
-        for _ in range(rng.randrange(8)):
-            operation()
+        made.operations(8)
         if rng.random() < 0.3:
             program.emit("trap", 1)
         program.emit("ret")

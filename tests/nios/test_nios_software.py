@@ -21,15 +21,16 @@ from sim.harness import nios_image
 from sim.harness.nios_map import SYSTEM_TOML, SystemMapError, load_system_map
 from sim.model import float32
 from sim.model.parameters import Robot
+from sim.model.records import OUTPUTS
 from sim.run.controller import EXPORTED
 from sim.run.nios import Sample, sampled
 from tests.asip.tracking_path import reversing_path
+from tests.bench.copies import edited
 from tests.bench.needs import find, needs, require
 from tests.nios.n2_bench import SEED
 
 ROOT = Path(__file__).resolve().parents[2]
 SOFTWARE = ROOT / "nios_sw"
-OUTPUTS = ("F1", "F2", "F3", "tau4", "tau5")
 
 
 # ---------------------------------------------------------------------- memory map
@@ -47,12 +48,8 @@ OUTPUTS = ("F1", "F2", "F3", "tau4", "tau5")
     ],
 )
 def test_contradicting_map_is_refused_by_name(tmp_path, old, new, message):
-    text = SYSTEM_TOML.read_text()
-    assert old in text
-    broken = tmp_path / "system.toml"
-    broken.write_text(text.replace(old, new, 1))
     with pytest.raises(SystemMapError, match=re.escape(message)):
-        load_system_map(broken)
+        load_system_map(edited(SYSTEM_TOML, tmp_path, old, new))
 
 
 def test_map_has_the_words_of_the_tracking_programs_in_their_order():

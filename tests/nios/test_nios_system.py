@@ -20,7 +20,7 @@ from sim.harness.sources import sources_of
 from sim.model import float32
 from sim.model.parameters import Robot
 from sim.model.published import Published
-from sim.model.records import TrackingResult
+from sim.model.records import OUTPUTS, TrackingResult
 from sim.run.controller import EXPORTED, Ticks
 from sim.run.nios import NiosController
 from tests.asip.tracking_path import reversing_path
@@ -28,7 +28,6 @@ from tests.asip.tracking_path import reversing_path
 ROOT = Path(__file__).resolve().parents[2]
 TESTS = ROOT / "nios_sw/tests"
 PROGRAMS = sorted(path.stem for path in (IMAGES / "tests").glob("*.elf"))
-OUTPUTS = ("F1", "F2", "F3", "tau4", "tau5")
 LIMIT = 2_000_000
 BREAK_1 = 0x003DA07A  # the instruction that ends a program under a debugger
 

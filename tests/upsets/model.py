@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -200,8 +200,3 @@ class NetlistModel(Model):
             f"{TOP}.{cell}.Q": f"{TOP}.{place}" for cell, place in netlist.flip_flops.items()
         }
         return library_of(netlist, HARNESS, [OPEN], FLAGS)
-
-
-def sites_named(sites: Sequence[Site], name: str) -> list[int]:
-    """Numbers of the sites with that name behind the top."""
-    return [i for i, site in enumerate(sites) if site.name.endswith(name)]

@@ -4,59 +4,50 @@
 from asip_asm.regmap import BitField, Block, RegisterMap, RegisterRecord
 
 REGMAP = RegisterMap(
-    title="one incremental encoder of a board",
-    note="Writes take one cycle, reads two. `encoder_registers` has these words once for each axis, those of axis n behind\nn times their number; words behind the last axis read 0.",
-    address_width=2,
-    data_width=32,
-    blocks={
-        "csr": Block(name="csr", base=0, words=4, access="rw", doc="registers, below", fields={})
-    },
-    registers={
+    "one incremental encoder of a board",
+    "Writes take one cycle, reads two. `encoder_registers` has these words once for each axis, those of axis n behind\nn times their number; words behind the last axis read 0.",
+    2,
+    32,
+    {"csr": Block("csr", 0, 4, "rw", "registers, below")},
+    {
         "POSITION": RegisterRecord(
-            name="POSITION",
-            offset=0,
-            access="r",
-            reset=0,
-            fields={"value": BitField(name="value", high=31, low=0, doc="")},
-            doc="four counts a period, signed",
-            count=1,
+            "POSITION",
+            0,
+            "r",
+            0,
+            {"value": BitField("value", 31, 0)},
+            "four counts a period, signed",
         ),
         "INDEX_POSITION": RegisterRecord(
-            name="INDEX_POSITION",
-            offset=1,
-            access="r",
-            reset=0,
-            fields={"value": BitField(name="value", high=31, low=0, doc="")},
-            doc="POSITION at the last index",
-            count=1,
+            "INDEX_POSITION",
+            1,
+            "r",
+            0,
+            {"value": BitField("value", 31, 0)},
+            "POSITION at the last index",
         ),
         "STATUS": RegisterRecord(
-            name="STATUS",
-            offset=2,
-            access="rw",
-            reset=0,
-            fields={
-                "index": BitField(name="index", high=0, low=0, doc="an index was passed"),
-                "illegal": BitField(
-                    name="illegal", high=1, low=1, doc="an illegal transition was seen"
-                ),
+            "STATUS",
+            2,
+            "rw",
+            0,
+            {
+                "index": BitField("index", 0, 0, "an index was passed"),
+                "illegal": BitField("illegal", 1, 1, "an illegal transition was seen"),
                 "illegal_count": BitField(
-                    name="illegal_count", high=31, low=24, doc="illegal transitions, 255 at most"
+                    "illegal_count", 31, 24, "illegal transitions, 255 at most"
                 ),
             },
-            doc="what was seen since the last write; a write to any word of the axis clears it",
-            count=1,
+            "what was seen since the last write; a write to any word of the axis clears it",
         ),
         "IDLE_CLOCKS": RegisterRecord(
-            name="IDLE_CLOCKS",
-            offset=3,
-            access="r",
-            reset=None,
-            fields={"value": BitField(name="value", high=31, low=0, doc="")},
-            doc="clocks since the last count",
-            count=1,
+            "IDLE_CLOCKS",
+            3,
+            "r",
+            None,
+            {"value": BitField("value", 31, 0)},
+            "clocks since the last count",
         ),
     },
-    faults={},
-    enumerations={},
+    {},
 )

@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Cyclic modes of CiA 402; independent of us: scipy's polynomials for the interpolation."""
+
+from __future__ import annotations
+
+import math
+import random
+
+import numpy as np
+import pytest
+from scipy.interpolate import BPoly
+
+from tests.ethercat.drives import CSP, CST, CSV, HOMING, PP, TICK, Drives
+
+
+def master_path(count: int) -> np.ndarray:
+    """Targets of a smooth path that starts and ends at rest, whole increments."""
+    t = np.arange(count) / count
+    return np.rint(2e6 * np.sin(math.pi * t) ** 4 * np.cos(7 * t)).astype(int)
+
+
+def run_csp(drives: Drives, targets: np.ndarray, period: int) -> np.ndarray:
+    """Position, velocity and acceleration of the set-point in each control cycle."""
+    rows = []
+    for target in targets:
+        drives.set(position=int(target))
+        drives.outputs(drives.values)
+        for _ in range(period):
+            drives.cycle()
+            axis = drives.command.axis[0]
+            rows.append((axis.position + axis.fraction, axis.velocity, axis.acceleration))
+    return np.array(rows, float)
+
+
+@pytest.mark.parametrize("period", [10, 20, 5, 1])
+def test_csp__runs_the_quintic_of_scipy_and_its_acceleration_is_continuous(period):
+    drives = Drives()
+    drives.put(0x60C2, 1, period)
+    drives.put(0x60C2, 2, -4)
+    drives.put(0x6065, 0, 0xFFFFFFFF)
+    drives.enable()
+    drives.idle(10)
+    drives.set(control=0)
+    drives.step()
+    drives.enable()
+    drives.cycle(period - 1)
+    targets = master_path(200)
+    rows = run_csp(drives, targets, period)
+    h = period * TICK
+    p = np.concatenate([np.zeros(4), targets])
+    v = (p[2:] - p[:-2]) / (2 * h)
+    a = (p[2:] - 2 * p[1:-1] + p[:-2]) / h**2
+    knots = h * np.arange(1, len(p) - 1)
+    curve = BPoly.from_derivatives(knots, np.column_stack([p[1:-1], v, a]))
+    # A target that comes at tick k is reached 2.5 periods later; the tick is set at its end.
+    ticks = np.arange(len(rows))
+    half = 0.5 * h
+    times = 4 * h + (ticks + 1) * TICK - 2 * h - half
+    use = (times > knots[0]) & (times < knots[-1])
+    for order, bound in ((0, 0.2), (1, 100.0), (2, 3e5)):
+        wanted = curve.derivative(order)(times[use]) if order else curve(times[use])
+        scale = np.abs(wanted).max()
+        error = np.abs(rows[use, order] - wanted).max()
+        assert error < max(bound * (10 / period) ** order * 0.1, 2e-6 * scale), (
+            order,
+            error,
+            scale,
+        )
+    # Continuous: no step of the acceleration beyond what the jerk of the quintic gives in a tick.
+    jerk = np.abs(np.diff(p, 3)).max() / h**3
+    assert np.abs(np.diff(rows[:, 2])).max() <= 9.1 * jerk * TICK
+
+
+def test_csp__a_late_and_a_lost_target_do_not_stop_the_motion():
+    drives = Drives()
+    drives.put(0x6065, 0, 0xFFFFFFFF)
+    drives.enable()
+    speeds = []
+    rng = random.Random(3)
+    arrivals = {10 * k + rng.randrange(-2, 3): k for k in range(1, 400) if k % 50}
+    for tick in range(4000):
+        if tick in arrivals:
+            drives.set(position=1000 * arrivals[tick])
+            drives.outputs(drives.values)
+        drives.cycle()
+        speeds.append(drives.command.axis[0].velocity)
+    steady = np.array(speeds[200:]) * 1e-3
+    assert steady.min() > 990 and steady.max() < 1010  # increments a period
+    assert drives.get(0x1C32, 11) >= 7
+
+
+def test_csp__a_clock_that_runs_away_is_followed():
+    """A master 1000 ppm fast: the phase does not slip over a target."""
+    drives = Drives()
+    drives.put(0x6065, 0, 0xFFFFFFFF)
+    drives.put(0x10F1, 2, 0)
+    drives.enable()
+    speeds, arrival = [], 0.0
+    for k in range(2000):
+        drives.set(position=1000 * k)
+        drives.outputs(drives.values)
+        arrival += 10 * (1 - 1e-3)
+        while len(speeds) < arrival:
+            drives.cycle()
+            speeds.append(drives.command.axis[0].velocity)
+    steady = np.array(speeds[200:]) * 1e-3
+    assert 990 < steady.min() and steady.max() < 1010
+
+
+def test_csp__offsets_are_feed_forward_and_limits_hold():
+    drives = Drives()
+    drives.put(0x607D, 1, -500)
+    drives.put(0x607D, 2, 500)
+    drives.enable()
+    drives.set(position=400, velocity_offset=12345, torque_offset=-77)
+    drives.idle(60)
+    axis = drives.command.axis[0]
+    assert (axis.position, axis.velocity, axis.torque) == (400, 12345.0, -77)
+    assert not drives.statusword() & 0x0800
+    drives.set(position=2000)
+    drives.idle(60)
+    assert drives.command.axis[0].position == 500
+    assert drives.statusword() & 0x1800 == 0x1800
+
+
+def test_csv__integrates_the_target_with_continuous_acceleration():
+    drives = Drives(CSV)
+    drives.enable(velocity=0)
+    rows = []
+    for k in range(300):
+        target = int(1e6 * math.sin(k / 40) ** 3)
+        drives.set(velocity=target, velocity_offset=1000)
+        drives.outputs(drives.values)
+        for _ in range(10):
+            drives.cycle()
+            axis = drives.command.axis[0]
+            rows.append((axis.position + axis.fraction, axis.velocity, axis.acceleration))
+    x, v, a = np.array(rows).T
+    assert np.abs(v[25:-25:10] - np.interp(np.arange(25, 2975, 10) - 25, np.arange(0, 3000, 10),
+        [1e6 * math.sin(k / 40) ** 3 + 1000 for k in range(300)])).max() < 3e4  # fmt: skip
+    assert np.abs(np.diff(x)[100:] / TICK - (v[101:] + v[100:-1]) / 2).max() < 30
+    assert np.abs(np.diff(v)[100:] / TICK - (a[101:] + a[100:-1]) / 2).max() < 2e4
+    assert np.abs(np.diff(a)[100:]).max() < 2e6
+
+
+def test_cst__gives_torque_within_the_limit_and_no_position():
+    drives = Drives(CST)
+    drives.put(0x6072, 0, 400)
+    drives.enable(torque=250, torque_offset=-50)
+    axis = drives.command.axis[0]
+    assert (axis.torque, axis.torque_only, axis.power) == (200, True, True)
+    for torque, wanted in ((32767, 400), (-32768, -400)):
+        drives.set(torque=torque)
+        drives.step()
+        assert drives.command.axis[0].torque == wanted and drives.statusword() & 0x0800
+
+
+def test_mode__is_shown_and_a_wrong_one_is_not_taken():
+    drives = Drives()
+    drives.enable()
+    for mode in (CSV, CST, PP, HOMING, CSP, 0):
+        drives.set(mode=mode)
+        drives.step()
+        assert drives.inputs()[0x6061, 0] == mode
+        drives.set(mode=7)
+        drives.step()
+        assert drives.inputs()[0x6061, 0] == mode
+
+
+def test_change_of_mode_in_motion__no_jump():
+    drives = Drives(CSV)
+    drives.enable(velocity=2_000_000)
+    drives.idle(200)
+    before = drives.command.axis[0]
+    x, v = before.position + before.fraction, before.velocity
+    drives.set(mode=CSP, position=round(x + 2_000_000 * 1.5e-3))  # the one before the first
+    for _ in range(40):
+        drives.set(position=drives.values[0x607A, 0] + 2000)
+        drives.step(10)
+        axis = drives.command.axis[0]
+        assert abs(axis.position + axis.fraction - x - v * 10 * TICK) < 600
+        x, v = axis.position + axis.fraction, axis.velocity
+        assert abs(v - 2_000_000) < 500_000
+    drives.set(mode=PP)
+    drives.step()
+    assert abs(drives.command.axis[0].velocity - v) <= 1e8 * TICK * 1.01
