@@ -66,7 +66,16 @@ def busy_ends(ctx: Context) -> Iterator[Case]:
     falls = logic.any(
         logic.no(busy[1]), logic.all(on[1], lower), logic.all(start[1], logic.no(on[1]))
     )
-    yield Case("a run that is on", falls, (on[0], same, *quiet), show)
+    state = logic.bits(run.signal("control_q", 0), *STATE)
+    negative = logic.bit(run.signal("count_q", 0), 32)
+    inside = logic.eq(state, RUN)
+    for name, part in (
+        ("behind Drain", logic.all(inside, logic.no(negative))),
+        ("within Drain", logic.all(inside, negative)),
+        ("copy", logic.eq(state, COPY)),
+        ("no run or copy", logic.no(logic.any(inside, logic.eq(state, COPY)))),
+    ):
+        yield Case(f"a run that is on, {name}", falls, (on[0], same, part, *quiet), show)
     bound = logic.add(whole, whole, whole)
     yield Case("the bound", logic.ule(rank(0), bound), (on[0],), show)
     broken = logic.eq(run.signal("broken", 0), 1)
