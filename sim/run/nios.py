@@ -295,15 +295,22 @@ def different_words(run: NiosRun, single: TrackingResult) -> dict[str, int]:
     return found
 
 
-def torque_to_pc(run: NiosRun, single: TrackingResult) -> float:
-    """Largest difference of tau4 to the float32 model over what the last bit of the sine explains.
+def torque_limit(
+    single: TrackingResult, ticks: NDArray[np.integer] | slice
+) -> NDArray[np.floating]:
+    """What the last bit of the sine explains of a difference of tau4 [N m] to the float32 model.
 
     Two sines within an ulp give products within two spacings of the gravity torque, and one more
-    rounding of the sum.
+    rounding of the sum, which may be much smaller.
     """
-    gravity, wanted = single.gravity[run.ticks, 3], single.row("tau4")[run.ticks]
-    limit = 2.0 * np.spacing(np.abs(gravity)) + np.spacing(np.abs(wanted))
-    return float(np.max(np.abs(run.results.outputs[:, 3] - wanted) / limit))
+    gravity, wanted = single.gravity[ticks, 3], single.row("tau4")[ticks]
+    return 2.0 * np.spacing(np.abs(gravity)) + np.spacing(np.abs(wanted))
+
+
+def torque_to_pc(run: NiosRun, single: TrackingResult) -> float:
+    """Largest difference of tau4 to the float32 model over `torque_limit`."""
+    off = np.abs(run.results.outputs[:, 3] - single.row("tau4")[run.ticks])
+    return float(np.max(off / torque_limit(single, run.ticks)))
 
 
 def add_results(

@@ -22,7 +22,7 @@ from sim.model.parameters import Robot
 from sim.model.published import Published
 from sim.model.records import OUTPUTS, TrackingResult
 from sim.run.controller import EXPORTED, Ticks
-from sim.run.nios import NiosController
+from sim.run.nios import NiosController, torque_limit
 from tests.asip.tracking_path import reversing_path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -64,11 +64,11 @@ def track():
 
 def check_words(result: Ticks, single: TrackingResult, start: int) -> None:
     """Ticks from `start` on are those of the float32 model. Raises AssertionError."""
+    ticks = slice(start, start + len(result.outputs))
     for names, values in ((EXPORTED, result.exported), (OUTPUTS, result.outputs)):
         for name, ours in zip(names, values.T, strict=True):
-            theirs = single.row(name)[start : start + len(ours)]
-            # both sines are right but for their last bit, so the torque's sum is within two
-            limit = 2.0 * np.spacing(np.abs(theirs)) if name == "tau4" else 0.0
+            theirs = single.row(name)[ticks]
+            limit = torque_limit(single, ticks) if name == "tau4" else 0.0
             different = np.flatnonzero(np.abs(ours - theirs) > limit)
             assert different.size == 0, f"{name} at tick {start + different[0]}"
 
