@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // debug_receive: request packets out of the bytes of a line (COBS, CRC).
-// Contract: request_o with length_o stands until done_i; data_o is the byte of it at index_i, without a
-// clock. Bytes that come meanwhile are lost with their frame. dropped_o is a pulse for each frame that is
+// Contract: request_o with length_o stands until done_i; data_o is the byte of it at index_i, a clock
+// behind. Bytes that come meanwhile are lost with their frame. dropped_o is a pulse for each frame that is
 // not handed on: bad CRC, too short or long, not COBS, a broken byte, or one that found a request waiting.
 module debug_receive (
     input  logic       clk_i,

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // ecat_clock: distributed clocks: local time of 64 bits whose speed follows a reference, receive times of frames, system
 // time, and the control that takes their difference away.
-// Contract: times are in ns, a clock is 10 of them, 9 to 11 while it is corrected. A frame's time is that at which it began
-// on the port that the processing unit hears; frame_end_i keeps it for the frame's writes. A write of SYSTEM_TIME is
-// compared when done_i says that the frame's writes are in force:
+// Contract: times are in ns, a clock is 10 of them, one more or less by its speed and one by its phase: 8 to 12. A
+// frame's time is that at which it began on the port that the processing unit hears; frame_end_i keeps it for the frame's
+// writes. A write of SYSTEM_TIME is compared when done_i says that the frame's writes are in force:
 //   e = system time at the frame's beginning - (written + TIME_DELAY), at most 2^15 - 1 either way
 //   phase -= e / 2^DIFFERENCE_FILTER, a ns a clock;  speed -= e * 2^(16 - SPEED_FILTER) * 2^-34
 // TIME_DIFFERENCE is the mean of e over 2^DIFFERENCE_FILTER comparisons. live_* as in ecat_control.

@@ -19,7 +19,7 @@ module ecat_sii #(
     input  logic [$clog2(2*Words)-1:0] app_address_i,
     input  logic [7:0]  app_data_i,
     input  logic        app_read_i,
-    output logic [7:0]  app_data_o,     // two clocks behind app_read_i, if app_ready_o then
+    output logic [7:0]  app_data_o,     // a clock behind app_read_i, which asks for app_ready_o
     output logic        app_ready_o,    // no command is at work
     // what a reload found
     output logic        loaded_o,

@@ -6,7 +6,7 @@
 // a destroyed one, loses its last Delay nibbles, and so all of them in some rounds. A frame's end is told behind its last byte:
 // frame_end_o with frame_bad_o; frame_good_o instead of the latter if its writes may come into force: check sequence
 // right, whole bytes, no RX_ER, not spoilt_i; byte_o with byte_valid_o is the datagram processor's input, result_i
-// its answer, which must stand 13 to 19 clocks behind byte_valid_o.
+// its answer, which leaves with the fifth tick, 19 clocks behind byte_valid_o, and must stand a clock before.
 module ecat_unit (
     input  logic clk_i,
     input  logic rst_ni,

@@ -45,3 +45,15 @@ module biss_port_sva (
 endmodule
 
 bind biss_port biss_port_sva u_sva (.*);
+
+bind biss_port avalon_rules #(
+    .AddressWidth(biss_regmap_pkg::ADDRESS_WIDTH)
+) u_avalon (
+    .clk_i,
+    .rst_ni,
+    .address    (address_i),
+    .read       (read_i),
+    .write      (write_i),
+    .writedata  (writedata_i),
+    .waitrequest(waitrequest_o)
+);

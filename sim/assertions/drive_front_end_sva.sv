@@ -40,3 +40,15 @@ endmodule
 bind drive_front_end drive_front_end_sva #(
     .Axes(Axes)
 ) u_sva (.*);
+
+bind drive_front_end avalon_rules #(
+    .AddressWidth(drive_regmap_pkg::ADDRESS_WIDTH)
+) u_avalon (
+    .clk_i,
+    .rst_ni,
+    .address    (address_i),
+    .read       (read_i),
+    .write      (write_i),
+    .writedata  (writedata_i),
+    .waitrequest(waitrequest_o)
+);

@@ -26,3 +26,15 @@ module ecat_application_sva (
 endmodule
 
 bind ecat_application ecat_application_sva u_sva (.*);
+
+bind ecat_application avalon_rules #(
+    .AddressWidth(18)
+) u_avalon (
+    .clk_i,
+    .rst_ni,
+    .address    ({avs_byteenable_i, avs_address_i}),
+    .read       (avs_read_i),
+    .write      (avs_write_i),
+    .writedata  (avs_writedata_i),
+    .waitrequest(avs_waitrequest_o)
+);

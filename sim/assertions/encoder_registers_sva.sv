@@ -17,3 +17,15 @@ module encoder_registers_sva (
 endmodule
 
 bind encoder_registers encoder_registers_sva u_sva (.*);
+
+bind encoder_registers avalon_rules #(
+    .AddressWidth(5)
+) u_avalon (
+    .clk_i,
+    .rst_ni,
+    .address    (address_i),
+    .read       (read_i),
+    .write      (write_i),
+    .writedata  ('0),  // it has none
+    .waitrequest(waitrequest_o)
+);
