@@ -15,13 +15,11 @@ import sys
 from collections.abc import Mapping
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT))
-
-from scripts.custom_components import hardware_scripts  # noqa: E402
-from scripts.custom_header import C_TYPES, assembly_form, c_arguments, flags, header  # noqa: E402
-from scripts.custom_table import SOURCE, CustomError, Platform, block, load  # noqa: E402
-from scripts.generated import deliver, sv_int, sv_logic, table  # noqa: E402
+from asip_asm.project import ROOT
+from scripts.custom_components import hardware_scripts
+from scripts.custom_header import C_TYPES, assembly_form, c_arguments, flags, header
+from scripts.custom_table import SOURCE, CustomError, Platform, block, load
+from scripts.generated import deliver, sv_int, sv_logic, table
 
 
 def package(platforms: Mapping[str, Platform]) -> str:

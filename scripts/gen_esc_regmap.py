@@ -12,18 +12,15 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterable
 from itertools import pairwise
-from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT))
+from systemrdl.node import AddrmapNode, RegfileNode, RegNode
 
-from systemrdl.node import AddrmapNode, RegfileNode, RegNode  # noqa: E402
-
-from asip_asm.regmap import BitField  # noqa: E402
-from scripts.gen_regmap import environment, formatted  # noqa: E402
-from scripts.generated import run  # noqa: E402
-from scripts.regmap_source import compile_map  # noqa: E402
-from sim.ethercat.register import ByteRegister  # noqa: E402
+from asip_asm.project import ROOT
+from asip_asm.regmap import BitField
+from scripts.gen_regmap import environment, formatted
+from scripts.generated import run
+from scripts.regmap_source import compile_map
+from sim.ethercat.register import ByteRegister
 
 SCRIPT = "scripts/gen_esc_regmap.py"
 SOURCE = "rtl/ethercat/regmap.rdl"

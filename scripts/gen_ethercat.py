@@ -9,14 +9,10 @@ would differ.
 from __future__ import annotations
 
 import sys
-from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT))
-
-from scripts.generated import run  # noqa: E402
-from sim.coe import c_tables, esi, page, sii  # noqa: E402
-from sim.coe.dictionary import load  # noqa: E402
+from scripts.generated import run
+from sim.coe import c_tables, esi, page, sii
+from sim.coe.dictionary import load
 
 GEN = "nios_sw/ethercat/gen"
 

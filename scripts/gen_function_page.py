@@ -7,14 +7,10 @@ With --check nothing is written; exit 1 if the page would differ.
 from __future__ import annotations
 
 import sys
-from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT))
-
-from asip_asm.model.combinations import COMBINATIONS, Combination  # noqa: E402
-from asip_asm.model.functions import FUNCTIONS, Function  # noqa: E402
-from scripts.generated import run, table  # noqa: E402
+from asip_asm.model.combinations import COMBINATIONS, Combination
+from asip_asm.model.functions import FUNCTIONS, Function
+from scripts.generated import run, table
 
 SCRIPT = "scripts/gen_function_page.py"
 TEXT = """\

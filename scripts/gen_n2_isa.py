@@ -7,11 +7,9 @@ import argparse
 import sys
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT))
-
-from scripts.generated import commented, deliver  # noqa: E402
-from sim.harness.n2_lockstep_isa import ISA_FILE, OP_R, Isa, N2IsaError, load_isa  # noqa: E402
+from asip_asm.project import ROOT
+from scripts.generated import commented, deliver
+from sim.harness.n2_lockstep_isa import ISA_FILE, OP_R, Isa, N2IsaError, load_isa
 
 PACKAGE = "rtl/gen/n2_isa_pkg.sv"
 

@@ -24,12 +24,10 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from peakrdl_cheader.c_standards import CStandard
 from peakrdl_cheader.exporter import CHeaderExporter
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT))
-
-from asip_asm.regmap import REGISTER_BLOCK, BitField, RegisterMap  # noqa: E402
-from scripts.generated import escape, run  # noqa: E402
-from scripts.regmap_source import compile_map, read_map  # noqa: E402
+from asip_asm.project import ROOT
+from asip_asm.regmap import REGISTER_BLOCK, BitField, RegisterMap
+from scripts.generated import escape, run
+from scripts.regmap_source import compile_map, read_map
 
 SCRIPT = "scripts/gen_regmap.py"
 # Source, Python module and page of each map, by the name of its addrmap.

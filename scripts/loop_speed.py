@@ -16,12 +16,10 @@ from pathlib import Path
 
 import numpy as np
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT))
-
-from scripts.doc_blocks import code_blocks  # noqa: E402
-from sim import Core  # noqa: E402
-from sim.page.marks import between_marks  # noqa: E402
+from asip_asm.project import ROOT
+from scripts.doc_blocks import code_blocks
+from sim import Core
+from sim.page.marks import between_marks
 
 PAGE = ROOT / "docs/own_machine.md"
 SECONDS = 1.0  # of processor time for each figure

@@ -20,10 +20,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT))
-
-from asip_asm.project import BUILD  # noqa: E402
+from asip_asm.project import BUILD, ROOT
 
 
 @dataclass(frozen=True)

@@ -10,20 +10,17 @@ from __future__ import annotations
 import argparse
 import re
 import sys
-from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT))
+from peakrdl_regblock import RegblockExporter
+from peakrdl_regblock.cpuif.avalon import Avalon_Cpuif_flattened
+from peakrdl_regblock.udps import ALL_UDPS
 
-from peakrdl_regblock import RegblockExporter  # noqa: E402
-from peakrdl_regblock.cpuif.avalon import Avalon_Cpuif_flattened  # noqa: E402
-from peakrdl_regblock.udps import ALL_UDPS  # noqa: E402
-
-from scripts.gen_regmap import MAPS  # noqa: E402
-from scripts.generated import table  # noqa: E402
-from scripts.regmap_source import compile_map  # noqa: E402
-from scripts.synth_unit import OUTPUT, SynthesisError, alm_area, read_commands  # noqa: E402
-from sim.harness.sources import sources_of  # noqa: E402
+from asip_asm.project import ROOT
+from scripts.gen_regmap import MAPS
+from scripts.generated import table
+from scripts.regmap_source import compile_map
+from scripts.synth_unit import OUTPUT, SynthesisError, alm_area, read_commands
+from sim.harness.sources import sources_of
 
 PAGE = ROOT / "docs/registers.md"
 PLACE = re.compile(r"(?<=<!-- regblock -->\n).*?(?=<!-- end -->)", re.S)

@@ -3,16 +3,11 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 from peakrdl_html import HTMLExporter
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT))
-
-from scripts.gen_regmap import MAPS  # noqa: E402
-from scripts.regmap_source import compile_map  # noqa: E402
+from asip_asm.project import ROOT
+from scripts.gen_regmap import MAPS
+from scripts.regmap_source import compile_map
 
 OUTPUT = ROOT / "build/site/register_browser"
 

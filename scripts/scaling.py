@@ -22,19 +22,17 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT))
-
-from asip_asm.allocate import allocate_registers  # noqa: E402
-from asip_asm.assemble import encode, parse_program  # noqa: E402
-from asip_asm.image import Image  # noqa: E402
-from asip_asm.ir import Operation, Output, Program, Register, Virtual  # noqa: E402
-from asip_asm.isa import default_isa  # noqa: E402
-from asip_asm.machine import load_machine, sources  # noqa: E402
-from asip_asm.report import report_program  # noqa: E402
-from asip_asm.schedule import schedule_program  # noqa: E402
-from sim.harness.asip_rtl import AsipRtl  # noqa: E402
-from sim.model.parameters import Robot  # noqa: E402
+from asip_asm.allocate import allocate_registers
+from asip_asm.assemble import encode, parse_program
+from asip_asm.image import Image
+from asip_asm.ir import Operation, Output, Program, Register, Virtual
+from asip_asm.isa import default_isa
+from asip_asm.machine import load_machine, sources
+from asip_asm.project import ROOT
+from asip_asm.report import report_program
+from asip_asm.schedule import schedule_program
+from sim.harness.asip_rtl import AsipRtl
+from sim.model.parameters import Robot
 
 SOURCE = ROOT / "asip_asm/programs/tracking_optimised.s"
 PAGE = ROOT / "docs/scaling.md"

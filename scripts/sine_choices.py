@@ -16,17 +16,15 @@ import tempfile
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT))
-
-from asip_asm.allocate import allocate_registers  # noqa: E402
-from asip_asm.assemble import parse_program  # noqa: E402
-from asip_asm.machine import Machine, load_machine  # noqa: E402
-from asip_asm.model.compiler import Options, compile_law  # noqa: E402
-from asip_asm.report import report_program  # noqa: E402
-from asip_asm.schedule import schedule_program  # noqa: E402
-from sim.robots.catalogue import robot  # noqa: E402
-from sim.robots.laws import LAWS, Settings  # noqa: E402
+from asip_asm.allocate import allocate_registers
+from asip_asm.assemble import parse_program
+from asip_asm.machine import Machine, load_machine
+from asip_asm.model.compiler import Options, compile_law
+from asip_asm.project import ROOT
+from asip_asm.report import report_program
+from asip_asm.schedule import schedule_program
+from sim.robots.catalogue import robot
+from sim.robots.laws import LAWS, Settings
 
 PAGE = ROOT / "docs/sine_choices.md"
 UNITS = ROOT / "docs/data/units_synthesis.json"

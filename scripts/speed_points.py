@@ -19,9 +19,8 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from synth import TOPS
-from synth_unit import ROOT, SynthesisError, synthesise
-
+from scripts.synth import TOPS
+from scripts.synth_unit import ROOT, SynthesisError, synthesise
 from sim.harness.sources import sources_of
 
 DATA = ROOT / "docs/data/speed_points.json"

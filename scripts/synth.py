@@ -18,8 +18,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from rich.console import Console
-from synth_unit import OUTPUT, ROOT, SynthesisError, synthesise
 
+from scripts.synth_unit import OUTPUT, ROOT, SynthesisError, synthesise
 from sim.harness.sources import sources_of
 from sim.model.published import Published
 from sim.page.provenance import commit

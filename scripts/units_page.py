@@ -19,15 +19,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT))
-
-from asip_asm.isa import default_isa  # noqa: E402
-from asip_asm.machine import fp_latencies  # noqa: E402
-from scripts.generated import table  # noqa: E402
-from scripts.synth_unit import SynthesisError, synthesise  # noqa: E402
-from sim.fpbench.native import angle_bound, operations  # noqa: E402
-from sim.harness.sources import sources_of  # noqa: E402
+from asip_asm.isa import default_isa
+from asip_asm.machine import fp_latencies
+from asip_asm.project import ROOT
+from scripts.generated import table
+from scripts.synth_unit import SynthesisError, synthesise
+from sim.fpbench.native import angle_bound, operations
+from sim.harness.sources import sources_of
 
 RTL = ROOT / "rtl/fpu"
 PAGE = ROOT / "docs/units.md"

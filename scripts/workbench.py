@@ -22,16 +22,13 @@ import sys
 import time
 from collections.abc import Sequence
 from dataclasses import asdict
-from pathlib import Path
 
 from rich import box
 from rich.console import Console
 from rich.table import Table
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT))
-
-from sim.debug.row import Row  # noqa: E402
+from asip_asm.project import ROOT
+from sim.debug.row import Row
 
 OUTPUT = ROOT / "build/workbench.json"
 PRODUCERS: dict[str, str] = {

@@ -4,14 +4,10 @@
 from __future__ import annotations
 
 import json
-import sys
-from pathlib import Path
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[2] / "scripts"))
-
-import speed_points  # noqa: E402
+from scripts import speed_points
 
 
 def test_page__written_again__equal():

@@ -29,6 +29,11 @@ def blocks(language: str) -> list[str]:
     return [re.sub(r"(?m)^   ", "", text) for text in found]
 
 
+def of_copy(root: Path) -> dict[str, str]:
+    """Environment in which Python takes the packages of the copy."""
+    return {**os.environ, "PYTHONPATH": str(root)}
+
+
 @pytest.fixture(scope="module")
 def copy(tmp_path_factory) -> Path:
     """A copy of the sources with steps 1 to 4 done."""
@@ -46,7 +51,7 @@ def copy(tmp_path_factory) -> Path:
     slaves.write_text(text.replace(GROUP, instance + GROUP).replace(LAST, LAST + result))
     (root / "nios_sw/demo/ci_bswap.c").write_text(blocks("c")[0])
     command = [sys.executable, root / "scripts/gen_custom.py"]
-    done = subprocess.run(command, cwd=root, capture_output=True, text=True)
+    done = subprocess.run(command, env=of_copy(root), capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     return root
 
@@ -122,5 +127,6 @@ def test_guide__forgotten_ports_or_number__refused_with_a_name(copy, tmp_path):
     table = (copy / "nios_sw/custom.toml").read_text()
     (tmp_path / "custom.toml").write_text(table.replace("n = 0\n", "n = 230\n"))
     command = [sys.executable, copy / "scripts/gen_custom.py", "--check", "--source"]
-    done = subprocess.run([*command, tmp_path / "custom.toml"], capture_output=True, text=True)
+    command += [tmp_path / "custom.toml"]
+    done = subprocess.run(command, env=of_copy(copy), capture_output=True, text=True)
     assert done.returncode == 1 and "n = 230 is already that of `fcmple`" in done.stderr
