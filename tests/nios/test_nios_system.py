@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from sim.harness.build import WAIVERS, verilator_driver
 from sim.harness.nios_dhrystone import measure
@@ -22,7 +23,7 @@ from sim.model.parameters import Robot
 from sim.model.published import Published
 from sim.model.records import OUTPUTS, TrackingResult
 from sim.run.controller import EXPORTED, Ticks
-from sim.run.nios import NiosController, torque_limit
+from sim.run.nios import NiosController
 from tests.asip.tracking_path import reversing_path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -62,14 +63,19 @@ def track():
     return robot, path, counts, float32.run(robot, path, counts)
 
 
-def check_words(result: Ticks, single: TrackingResult, start: int) -> None:
-    """Ticks from `start` on are those of the float32 model. Raises AssertionError."""
+def check_words(
+    result: Ticks, single: TrackingResult, start: int, limit: NDArray[np.floating]
+) -> None:
+    """Ticks from `start` on are those of the float32 model. Raises AssertionError.
+
+    limit: of tau4 in each tick [N m]; every other word is equal.
+    """
     ticks = slice(start, start + len(result.outputs))
     for names, values in ((EXPORTED, result.exported), (OUTPUTS, result.outputs)):
         for name, ours in zip(names, values.T, strict=True):
             theirs = single.row(name)[ticks]
-            limit = torque_limit(single, ticks) if name == "tau4" else 0.0
-            different = np.flatnonzero(np.abs(ours - theirs) > limit)
+            most = limit if name == "tau4" else 0.0
+            different = np.flatnonzero(np.abs(ours - theirs) > most)
             assert different.size == 0, f"{name} at tick {start + different[0]}"
 
 
@@ -86,7 +92,9 @@ def test_tracking_program_gives_the_words_of_the_float32_model(track, platform, 
             controller.preset(single, start - 1)
         chunk = slice(start, start + ticks)
         result = controller.batch(words[chunk], counts[chunk])
-        check_words(result, single, start)
+        # both sines are right but for their last bit, so here the torque's sum is within two
+        limit = 2.0 * np.spacing(np.abs(single.row("tau4")[chunk]))
+        check_words(result, single, start, limit)
         assert result.cycles.max() < Published.load().time[platform.upper()]["cycles"]
     assert not controller.core.overrun
 
