@@ -126,7 +126,7 @@ def bench(checkers: list[Checker]) -> str:
         lines.append(f'$display("CASE {name}.{label}");')
         for row in TABLE[name][label].split(";"):
             count, _, row = row.rpartition(" x ")
-            lines += int(count or 1) * [*drive(each, row), step]
+            lines += [f"repeat ({count or 1}) begin", *drive(each, row), step, "end"]
         lines += [*drive(each, ""), step, step, '$display("CASE");']
     return "\n".join([*lines, "$finish;", "end", "endmodule", ""])
 
