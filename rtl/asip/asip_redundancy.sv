@@ -4,7 +4,8 @@
 // hold the same states; page 2 has those of the tick before, from which run 3 begins on page 0. Runs are
 // compared by a signature of every write-back, their end and cause. The core is reset before runs 2 and 3 and
 // behind each tick. Idle, the pages are made alike, then every word of program memory and bank K is read once.
-// A tick lasts at most three times WATCHDOG + Drain clocks and two copies; then busy_o falls in any case.
+// A tick lasts at most three times WATCHDOG + Drain clocks and three copies; then busy_o falls.
+// A fault stays until clear_i, and no run begins meanwhile.
 // Registers that matter have an inverted copy: one flipped bit is the fault CONTROL.
 module asip_redundancy #(
     parameter int unsigned Bundles = 1024,
@@ -190,6 +191,12 @@ module asip_redundancy #(
         next.done  = 1'b0;
         next.fault = 1'b1;
         next.cause = asip_regmap_pkg::FAULT_MEMORY;
+      end
+      // no start takes a fault away
+      if (next.fault) begin
+        next.start = 1'b0;
+        next.run   = 2'd0;
+        if (next.state == StLaunch) next.state = StIdle;
       end
       // a run that nobody started
       if (clear_i || busy_i) next.state = StScrub;

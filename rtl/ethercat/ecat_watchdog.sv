@@ -17,13 +17,13 @@ module ecat_watchdog (
 );
 
   logic [15:0] divider_q;
-  logic [17:0] clocks_q;
-  logic [17:0] unit_clocks;
+  logic [18:0] clocks_q;
+  logic [18:0] unit_clocks;
   logic        unit;
   logic [1:0]  trigger, expired, alive;
   logic [15:0] counts;
 
-  assign unit_clocks = {divider_q + 16'd2, 2'b00};
+  assign unit_clocks = {{1'b0, divider_q} + 17'd2, 2'b00};
   assign trigger     = {application_trigger_i, data_trigger_i};
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
@@ -32,8 +32,8 @@ module ecat_watchdog (
       clocks_q  <= '0;
       unit      <= 1'b0;
     end else begin
-      unit     <= clocks_q == 18'd1;
-      clocks_q <= clocks_q <= 18'd1 ? unit_clocks : clocks_q - 1'b1;
+      unit     <= clocks_q == 19'd1;
+      clocks_q <= clocks_q <= 19'd1 ? unit_clocks : clocks_q - 1'b1;
       if (register_i.write && register_i.address == esc_regmap_pkg::REG_WATCHDOG_DIVIDER) begin
         divider_q[7:0] <= register_i.data;
       end

@@ -326,6 +326,17 @@ def test_watchdog__of_the_application_runs_out(line: Line):
     assert answer(line.exchange(status).data, 1)[0] & alive
 
 
+def test_watchdog__longest_unit__is_none_of_a_few_clocks(line: Line):
+    line.exchange(single(APWR, 0, esc_regmap.WATCHDOG_DIVIDER.address, b"\xff\xff"))  # 2.6 ms
+    line.exchange(single(APWR, 0, esc_regmap.WATCHDOG_PDI.address, b"\2\0"))
+    question = single(APRD, 0, esc_regmap.WATCHDOG_PDI_COUNT.address, b"\0")
+    line.read(esc_regmap.TYPE)
+    line.run(2_600_000)
+    assert answer(line.exchange(question).data, 1)[0] == 0
+    line.run(2_800_000)
+    assert answer(line.exchange(question).data, 1)[0] == 1
+
+
 def test_watchdog__runs_out_without_process_data(line: Line):
     sync_manager(line, 2, OUTPUTS, OUTPUT_BYTES, managers.OUTPUTS)
     line.exchange(single(APWR, 0, esc_regmap.WATCHDOG_DIVIDER.address, b"\0\0"))  # 80 ns

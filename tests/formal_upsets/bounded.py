@@ -15,7 +15,7 @@ from tests.formal.catalogue import Case, Context, proof
 WIDTH = 40  # bits of a rank
 DRAIN, MARGIN = 256, 80  # parameter of the RTL; clocks of a copy, a reset and a launch, rounded up
 IDLE, LAUNCH, RUN, SCRUB, COPY = 0, 1, 2, 3, 4  # states
-STATE, TIMES, START, DIRTY, SAVE = (15, 13), (12, 11), 10, 6, 5  # places in control_q
+STATE, TIMES, START, FAULT, DIRTY, SAVE = (15, 13), (12, 11), 10, 8, 6, 5  # in control_q
 
 
 @proof(
@@ -101,3 +101,27 @@ def busy_ends(ctx: Context) -> Iterator[Case]:
     still = logic.eq(run.input("busy_i"), 0)
     goes_on = logic.any(on[1], logic.no(busy[1]), logic.ult(waiting(1), waiting(0)))
     yield Case("a start that waits", goes_on, (waits, still, *quiet), show)
+
+
+@proof(
+    "asip_redundancy",
+    "a fault stays until CLEAR, and no run is on or waits meanwhile; a start that waits is none of "
+    "a run that is on",
+    "any state that meets this, any inputs",
+    quick=True,
+)
+def fault_stays(ctx: Context) -> Iterator[Case]:
+    logic, run = ctx.logic, ctx.run("asip_redundancy")
+
+    def state(cycle: int):
+        control = run.signal("control_q", cycle)
+        fault, start = logic.bit(control, FAULT), logic.bit(control, START)
+        idle = logic.eq(logic.bits(control, *TIMES), 0)
+        alone = logic.any(idle, logic.no(start))
+        return fault, logic.all(alone, logic.any(logic.no(fault), logic.all(idle, logic.no(start))))
+
+    (before, holds), (after, kept) = state(0), state(1)
+    clear = logic.eq(run.input("clear_i"), 1)
+    show = {"control_q": run.signal("control_q", 0), "inverse_q": run.signal("inverse_q", 0)}
+    yield Case("each clock", kept, (holds,), show)
+    yield Case("until CLEAR", after, (holds, before, logic.no(clear)), show)
