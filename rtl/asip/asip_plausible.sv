@@ -60,6 +60,7 @@ module asip_plausible (
   logic [9:0]         room;
   logic [7:2]         coarse_by_q;       // inverted, as room is
   logic [1:0]         fine_by_q, next_by_q;
+  logic               unused_low;
 
   // ---- which outputs: those that the run wrote and that have a record
   always_comb begin
@@ -193,6 +194,7 @@ module asip_plausible (
     if (step_q[18]) moves_q <= known_q && (|(shown_q & turn_q)) && room[9] && !(&word_i[30:23]);
   end
 
+  assign unused_low    = ^{difference[0], room[0]};  // of carries alone
   assign checking_o    = (|judged) && !ended_q[Last];
   assign implausible_o = implausible_q;
   assign index_o       = {2'd0, found_q};
