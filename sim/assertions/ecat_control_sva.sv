@@ -18,6 +18,9 @@ module ecat_control_sva (
   localparam logic [31:0] Managers = 32'hff << esc_regmap_pkg::AL_EVENT_SM_LSB;
   localparam logic [15:0] MasterManagers = 16'hff << esc_regmap_pkg::MASTER_EVENT_SM_LSB;
 
+  logic [esc_regmap_pkg::AL_CONTROL_STATE_WIDTH-1:0] asked;  // a state
+  assign asked = register_i.data[esc_regmap_pkg::AL_CONTROL_STATE_LSB+:esc_regmap_pkg::AL_CONTROL_STATE_WIDTH];
+
   logic [31:0] event_q, gone;
   logic [15:0] master_q, master_gone;
   assign gone        = event_q & ~event_value;
@@ -56,7 +59,8 @@ module ecat_control_sva (
 
   EmulationFollows : assert property (@(posedge clk_i) disable iff (!rst_ni)
       emulation_q && register_i.write && !register_i.application
-      && register_i.address == esc_regmap_pkg::REG_AL_CONTROL |=> status_q == {4'd0, $past(register_i.data[3:0])})
+      && register_i.address == esc_regmap_pkg::REG_AL_CONTROL
+      |=> status_q == $past(8'(asked) << esc_regmap_pkg::AL_STATUS_STATE_LSB))
   else $error("AL_STATUS does not follow AL_CONTROL");
 
 endmodule
