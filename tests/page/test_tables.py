@@ -89,7 +89,10 @@ def test_readme__synthesis_is_what_is_kept():
 def test_make_readme__synthesis_is_kept_and_shown(monkeypatch, tmp_path):
     page, kept = tmp_path / "README.md", tmp_path / "kept.json"
     page.write_text("<!-- synthesis: x -->\nold\n<!-- end of synthesis -->\n")
+    platforms = tmp_path / "platforms.md"
+    platforms.write_text("<!-- area: x -->\nold\n<!-- end of area -->\n")
     monkeypatch.setattr(readme, "README", page)
+    monkeypatch.setattr(readme, "PLATFORMS", platforms)
     monkeypatch.setattr(readme, "KEPT", kept)
     assert readme.main([str(tmp_path)]) == 1
     top = {
@@ -97,14 +100,18 @@ def test_make_readme__synthesis_is_kept_and_shown(monkeypatch, tmp_path):
         "modules": ["fp_add"],
         "fmax_mhz": {"median": 100.4, "min": 99.0, "max": 101.0, "seeds": {"1": 99.0, "2": 101.0}},
     }
+    cores = ["asip_fast", "n2_core", "fpga2"]
     other = top | {"commit": "before", "fmax_mhz": top["fmax_mhz"] | {"runs": 2}}
-    kept.write_text(json.dumps({"measured": "so", "tops": {"asip_fast": other, "n2_core": other}}))
+    kept.write_text(json.dumps({"measured": "so", "tops": {name: other for name in cores}}))
     data = {"measured": "so", "tops": {"n2_core": top, "fp_add": top}}
     (tmp_path / "synth.json").write_text(json.dumps(data))
     assert readme.main([str(tmp_path)]) == 0
     row = "| Nios II core | 12 | 34 | 5 | 7 | 100 (99..101, 2 seeds) |"
-    assert row in page.read_text() and "before (asip_fast), abc (n2_core)" in page.read_text()
-    assert list(json.loads(kept.read_text())["tops"]) == ["asip_fast", "n2_core"]
+    assert (
+        row in page.read_text() and "before (asip_fast, fpga2), abc (n2_core)" in page.read_text()
+    )
+    assert "| FPGA2, the whole system | 12 | 34 | 5 | 7 | 100 |" in platforms.read_text()
+    assert list(json.loads(kept.read_text())["tops"]) == cores
     monkeypatch.setattr(tables, "SYNTHESIS", (Path(tmp_path / "none"), kept))
     table = tables.resource_table(tables.synthesised(), Published.load())
     assert "100 (99..101)" in [str(cell) for cell in table.columns[5].cells]
