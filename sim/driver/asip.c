@@ -114,7 +114,12 @@ asip_result asip_tick(const asip *core, const uint32_t *inputs, uint32_t *output
 
 asip_result asip_checked_tick(const asip *core, const uint32_t *inputs, uint32_t *outputs,
                               uint32_t polls) {
-  const asip_result result = asip_tick(core, inputs, outputs, polls);
+  asip_result result;
+  asip_set_inputs(core, inputs);
+  asip_start(core);
+  result = asip_wait(core, polls);
+  if (result == ASIP_NOT_STARTED) result = asip_wait(core, polls); /* a bit of STATUS on its way */
+  if (result == ASIP_OK || result == ASIP_FAULTED) asip_read_outputs(core, outputs);
   if (result != ASIP_OK || !FIELD(read32(core, CSR(STATUS)), STATUS, FAULT)) return result;
   asip_read_outputs(core, outputs);
   return ASIP_FAULTED;

@@ -139,7 +139,8 @@ void asip_read_outputs(const asip *core, uint32_t *words);
 asip_result asip_tick(const asip *core, const uint32_t *inputs, uint32_t *outputs, uint32_t polls);
 
 /* asip_tick of a core with redundancy (CONFIG.resilience): STATUS is read again behind the outputs,
- * because a bit that flips in a stored output is found when it is read. After ASIP_FAULTED the
+ * because a bit that flips in a stored output is found when it is read, and where it tells of no run,
+ * because a bit of it may have flipped on its way. After ASIP_FAULTED the
  * outputs are the safe values; load the image again if the cause is MEMORY, CONTROL or DISAGREE. */
 asip_result asip_checked_tick(const asip *core, const uint32_t *inputs, uint32_t *outputs,
                               uint32_t polls);

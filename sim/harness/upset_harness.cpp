@@ -35,7 +35,7 @@ struct Word {
 // Layout is that of the fields of tests/upsets/model.py.
 struct Host {
   uint32_t status, control, start, clear, busy, done, fault, cause, cause_low, recovered;
-  uint32_t check_again;  // STATUS is read behind the outputs, too
+  uint32_t check_again;  // STATUS is read behind the outputs, too, and again where it tells of no run
   uint32_t idle;         // clocks between ticks
   uint32_t most;         // clocks to wait for an answer or the end of a run
 };
@@ -152,18 +152,25 @@ struct Injector : Bench<Injector, Vasip> {
     return true;
   }
 
-  // One tick as asip_tick does it. Outputs are read after Done and Fault.
+  // STATUS when it tells of no run going on, as asip_wait reads it.
+  bool wait(uint32_t& status) {
+    const uint64_t limit = clocks + host.most;
+    do {
+      if (!read(host.status, &status) || clocks > limit) return false;
+    } while (status & host.busy);
+    return true;
+  }
+
+  // One tick as asip_tick or asip_checked_tick does it. Outputs are read after Done and Fault.
   End tick(uint32_t number, std::vector<uint32_t>& found) {
     begun = clocks;
     for (size_t i = 0; i < inputs.size(); ++i) {
       if (!write(inputs[i], words[number * inputs.size() + i])) return End::Never;
     }
     if (!write(host.control, host.start)) return End::Never;
-    const uint64_t limit = clocks + host.most;
     uint32_t status = 0;
-    do {
-      if (!read(host.status, &status) || clocks > limit) return End::Never;
-    } while (status & host.busy);
+    if (!wait(status)) return End::Never;
+    if (host.check_again && !(status & (host.fault | host.done)) && !wait(status)) return End::Never;
     last_status = status;
     if (host.recovered && (status & host.recovered)) corrected = 1;
     if (!(status & (host.fault | host.done))) return End::Nothing;
@@ -180,7 +187,7 @@ struct Injector : Bench<Injector, Vasip> {
   bool load_all() {
     if (!write(host.control, host.clear)) return false;
     uint32_t status;
-    if (!read(host.status, &status) || (status & host.busy)) return false;
+    if (!wait(status)) return false;  // a host repeats asip_load while it says ASIP_BUSY
     for (const Word& each : load) {
       if (!write(each.address, each.data)) return false;
     }
