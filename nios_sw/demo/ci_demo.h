@@ -55,6 +55,7 @@ static inline uint32_t demo_word_f(float x) {
   memcpy(&word, &x, sizeof word);
   return word;
 }
+static inline uint32_t demo_word_i(int x) { return (uint32_t)x; }
 
 /* Cycles of `expression`, a function of a and b of this scope; its value goes to y. Nine in a row
  * less one, so that reading the counter cancels; the empty assembly keeps each in its place. */
