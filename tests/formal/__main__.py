@@ -136,8 +136,10 @@ def table(report: dict, page: str = "") -> str:
         "| --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
     for proof in PROOFS:
-        if proof.name not in report["proofs"] and f"{proof.name}`" in rows:
-            lines.append(rows[f"{proof.name}`"])
+        kept = rows.get(f"{proof.name}`", "")
+        stated = f"| {proof.unit} | {proof.claim} | {proof.inputs} |"  # else the row is of another
+        if proof.name not in report["proofs"] and kept.startswith(stated):
+            lines.append(kept)
             continue
         result = summary(report["proofs"].get(proof.name))
         found = {f["fault"] for f in report["faults"].get(proof.name, []) if f["seen"]}
