@@ -32,7 +32,7 @@ WAVES ?=
 export SEED WAVES
 
 .PHONY: help setup setup-synth run dual test test-full test-mutants fuzz lint lock clean
-.PHONY: gen gen-check docs readme site workbench
+.PHONY: format gen gen-check docs readme site workbench
 .PHONY: formal fp-case fp-bench fp-campaign fp-report
 .PHONY: robots side-by-side
 .PHONY: bus motion motion-size drive synth quartus upsets bitstream silicon
@@ -86,6 +86,10 @@ lint: $(READY) ## ruff, import rules; Verilator, slang and our subset on the RTL
 	@$(PY) scripts/lint_registers.py
 	@$(SITE)
 	@echo "lint: clean"
+
+format: $(READY) ## format Python with ruff and SystemVerilog with verible
+	$(VENV)/bin/ruff format -q .
+	@$(PY) scripts/lint_rtl.py --format
 
 gen: $(READY) ## regenerate packages, headers and reference pages from their sources
 	$(PY) scripts/gen_isa.py

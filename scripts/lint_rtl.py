@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Lint the RTL with two front ends, Verilator and slang, and for style with verible.
+"""Lint the RTL with two front ends, Verilator and slang; its style and format with verible.
 
 Each finds what the other forgives: Verilator follows widths and unused signals, slang the rules
 of IEEE 1800 on declarations, drivers and processes; each top in every configuration, for slang with
 the assertions bound to it. A warning is an error. Waivers, each with its reason:
 rtl/waivers.vlt for Verilator, WAIVED below for slang, scripts/ci/verible.* for verible.
-CONTRIBUTING says why its formatter is not used.
+`--format` formats all SystemVerilog in place.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ from sim.harness.build import verilator_driver
 from sim.harness.sources import sources_of
 
 ROOT = Path(__file__).resolve().parents[1]
+CI = ROOT / "scripts/ci"
 VERILATOR = verilator_driver()
 
 # Warnings of slang that are off, and why.
@@ -42,6 +43,13 @@ WAIVED = {
     "arith-op-mismatch": "product of slices of two widths, sums of a concatenation",
     "bitwise-op-mismatch": "a packed struct of flags masked by a vector of its width",
     "packed-array-conv": "a vector concatenated for a port of two packed dimensions",
+}
+
+# Files that verible does not format, and why.
+UNFORMATTED = {
+    "*/sim/assertions/*.sv": "it breaks properties inside the parentheses of $past and $stable",
+    "*/gen/*.sv": "generated, with columns",
+    "*/ecp5_cells.sv": "a table of initial values, whose wrapping exceeds its search",
 }
 
 
@@ -118,13 +126,25 @@ def run_verilator(top: str, files: Sequence[str], parameters: Sequence[str]) -> 
     return subprocess.run(command, cwd=ROOT).returncode == 0
 
 
-def run_verible() -> bool:
-    """Whether verible has nothing to say of any file; its messages go to the terminal."""
-    tool = Path(sys.executable).parent / "verible-verilog-lint"
-    rules = ROOT / "scripts/ci/verible.rules"
+def run_verible(tool: str, *options: str | Path, but: Sequence[str] = ()) -> bool:
+    """Whether a tool of verible has nothing to say of any file; its messages go to the terminal."""
     files = [path for folder in ("rtl", "sim", "tests") for path in (ROOT / folder).rglob("*.sv")]
-    command = [tool, f"--rules_config={rules}", f"--waiver_files={rules.with_suffix('.waivers')}"]
-    return subprocess.run([*command, *sorted(files)]).returncode == 0
+    wanted = sorted(path for path in files if not any(path.match(name) for name in but))
+    command = [Path(sys.executable).with_name(f"verible-verilog-{tool}"), *options, *wanted]
+    return subprocess.run(command).returncode == 0
+
+
+def run_verible_lint() -> bool:
+    """Whether every file keeps the rules of style."""
+    rules = CI / "verible.rules"
+    waivers = rules.with_suffix(".waivers")
+    return run_verible("lint", f"--rules_config={rules}", f"--waiver_files={waivers}")
+
+
+def run_verible_format(*options: str) -> bool:
+    """Format every file in place, or with `--verify` only look; whether all is well then."""
+    options = ("--inplace", f"--flagfile={CI}/verible.format", *options)
+    return run_verible("format", *options, but=tuple(UNFORMATTED))
 
 
 def run_slang(top: str, files: Sequence[str], parameters: Sequence[str]) -> bool:
@@ -152,7 +172,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     )
     tops = [*TOPS, *custom_alone()]
     parser.add_argument("--top", nargs="+", choices=[top.name for top in tops], metavar="MODULE")
+    parser.add_argument("--format", action="store_true", help="format in place, lint nothing")
     options = parser.parse_args(argv)
+    if options.format:
+        return 0 if run_verible_format() else 1
     console = Console(soft_wrap=True, highlight=False, markup=False)
     bad: list[str] = []
     runs = 0
@@ -167,9 +190,11 @@ def main(argv: Sequence[str] | None = None) -> int:
                 if not tool(top.name, files, parameters):
                     bad.append(f"{name}: {top.name} {configuration}".rstrip())
     if not options.top:
-        runs += 1
-        if not run_verible():
+        runs += 2
+        if not run_verible_lint():
             bad.append("verible")
+        if not run_verible_format("--verify"):
+            bad.append("the formatter: make format mends them")
     for line in bad:
         console.print(f"lint_rtl: findings of {line}")
     console.print(f"lint_rtl: {runs} runs, {len(bad)} with findings")

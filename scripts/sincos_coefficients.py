@@ -87,7 +87,9 @@ def rom_text(rows: dict[str, list[list[int]]]) -> str:
         "  logic [33:0] c0, c1, c2, c3;",
         "",
         "  always_comb begin",
-        "    case ({cos_i, segment_i})",
+        "    case ({",
+        "      cos_i, segment_i",
+        "    })",
     ]
     for bit, name in enumerate(("sin", "cos")):
         for segment, row in enumerate(rows[name]):
@@ -131,7 +133,9 @@ def memory_text(rows: dict[str, list[list[int]]]) -> str:
         "  logic [33:0] word;",
         "",
         "  always_comb begin",
-        "    case ({order_i, cos_i, segment_i})",
+        "    case ({",
+        "      order_i, cos_i, segment_i",
+        "    })",
     ]
     for address, word in enumerate(words):
         label = "default" if address == len(words) - 1 else f"8'd{address}"

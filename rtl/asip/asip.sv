@@ -43,53 +43,53 @@ module asip #(
   localparam int unsigned LaneBits = 2;  // addresses of a bundle in program memory: four
 
   // ---- stages F and D
-  logic [BundleWidth-1:0]   bundle_f2;
-  logic [ControlWidth-1:0]  control_f2;
-  logic [DecodedWidth-1:0]  decoded_f2, decoded_p, decoded_q, decoded_d;
-  logic [Slots-1:0]         illegal_op_p;
+  logic [BundleWidth-1:0] bundle_f2;
+  logic [ControlWidth-1:0] control_f2;
+  logic [DecodedWidth-1:0] decoded_f2, decoded_p, decoded_q, decoded_d;
+  logic [Slots-1:0] illegal_op_p;
   logic [Slots*OpWidth-1:0] ops_f2, ops_p, ops_q, ops_d;
-  logic                     reserved_p, halt_p, illegal_p, valid_q, bad_q;
-  logic                     valid_d, halt_d, bad_d, pc_bad_d, flush, advance, issue;
-  logic [15:0]              pc_d;
-  logic                     run, run_next, branch_wait, stall_operand, stall_unit, issue_busy;
-  logic [Ports-1:0][8:0]    source_d;
+  logic reserved_p, halt_p, illegal_p, valid_q, bad_q;
+  logic valid_d, halt_d, bad_d, pc_bad_d, flush, advance, issue;
+  logic [15:0] pc_d;
+  logic run, run_next, branch_wait, stall_operand, stall_unit, issue_busy;
+  logic [Ports-1:0][8:0] source_d;
   // ---- stages R1, R2 and E1
-  logic                     valid_r1_q, valid_r2_q, valid_e1_q;
-  logic                     branch_e1, branch_taken, redirect_q;
-  logic [15:0]              target_q;
-  logic [15:0]              pc_r1_q, pc_r2_q, pc_e1_q, pc_e2_q;
+  logic valid_r1_q, valid_r2_q, valid_e1_q;
+  logic branch_e1, branch_taken, redirect_q;
+  logic [15:0] target_q;
+  logic [15:0] pc_r1_q, pc_r2_q, pc_e1_q, pc_e2_q;
   logic [Slots*OpWidth-1:0] ops_r1_q, ops_r2_q, ops_e1_q;
-  logic [Ports-1:0][31:0]   operand_e1;
-  asip_pkg::decoded_t       aux_p, aux_d, aux_e1;
-  logic                     address_fault;
+  logic [Ports-1:0][31:0] operand_e1;
+  asip_pkg::decoded_t aux_p, aux_d, aux_e1;
+  logic address_fault;
   // ---- write-back
-  logic [2:0]               soon, next, write;
-  logic [2:0][5:0]          soon_index, next_index, write_index;
-  logic [2:0][31:0]         result;
-  logic                     write_output, not_finite;
-  logic [4:0]               not_finite_index;
-  fp_pkg::flags_t           flags;
+  logic [2:0] soon, next, write;
+  logic [2:0][5:0] soon_index, next_index, write_index;
+  logic [2:0][31:0] result;
+  logic write_output, not_finite;
+  logic [4:0] not_finite_index;
+  fp_pkg::flags_t flags;
   // ---- control and host
-  logic                     run_start, commit, fault, busy, done, start, clear, refetch, host_refetch;
-  logic [3:0]               cause;
-  logic [15:0]              fault_info, entry;
+  logic run_start, commit, fault, busy, done, start, clear, refetch, host_refetch;
+  logic [3:0] cause;
+  logic [15:0] fault_info, entry;
   // ---- redundancy
-  asip_pkg::guard_t         guard;
-  logic                     rst_run_n, bad_word_p, bad_constant_e1, output_parity, bad_output;
-  logic                     broken_host, broken_outputs, repaired, checking, implausible;
-  logic [4:0]               implausible_index;
-  logic                     read_record, read_shown, host_record, run_busy;
-  logic [4:0]               read_index;
-  logic [31:0]              judged_word;
+  asip_pkg::guard_t guard;
+  logic rst_run_n, bad_word_p, bad_constant_e1, output_parity, bad_output;
+  logic broken_host, broken_outputs, repaired, checking, implausible;
+  logic [4:0] implausible_index;
+  logic read_record, read_shown, host_record, run_busy;
+  logic [4:0] read_index;
+  logic [31:0] judged_word;
   // ---- debug block
-  asip_pkg::hook_in_t       hook;
-  logic                     ended, quiet;
-  logic [15:0]              pc_p, pc_q;
-  logic [31:0]              watchdog, output_mask, cycles, count;
-  logic [2:0]               count_select;
-  logic                     host_constant, host_safe, host_register, host_data, host_program;
-  logic                     host_select, host_hold, host_bank_k;
-  logic [31:0]              host_output, host_memory, host_word;
+  asip_pkg::hook_in_t hook;
+  logic ended, quiet;
+  logic [15:0] pc_p, pc_q;
+  logic [31:0] watchdog, output_mask, cycles, count;
+  logic [2:0] count_select;
+  logic host_constant, host_safe, host_register, host_data, host_program;
+  logic host_select, host_hold, host_bank_k;
+  logic [31:0] host_output, host_memory, host_word;
 
   // ================================================================ F and D
   for (genvar s = 0; s < Slots; s++) begin : gen_decode
@@ -456,16 +456,22 @@ module asip #(
 
 `ifndef SYNTHESIS
   if (!(FmaPipes == 1 && Slots == 1) && !(FmaPipes == 2 && Slots == 3)) begin : gen_check_shape
-    $error("asip: FmaPipes=%0d, Slots=%0d, must be 2 and 3 (fast) or 1 and 1 (small)", FmaPipes,
-           Slots);
+    $error("asip: FmaPipes=%0d, Slots=%0d, must be 2 and 3 (fast) or 1 and 1 (small)", FmaPipes, Slots);
   end
   if (Resilience != 0 && (Slots == 1 || Debug != 0)) begin : gen_check_resilience
     $error("asip: Resilience=1 is for configuration fast without a debug block");
   end
+  // verilog_format: off - it breaks calls inside their parentheses
   if (2 ** $clog2(Bundles) != Bundles || Bundles > asip_isa_pkg::PROGRAM_BUNDLES ||
       2 ** $clog2(DataWords) != DataWords || DataWords > asip_isa_pkg::DATA_WORDS) begin : gen_check_size
-    $error("asip: Bundles=%0d, DataWords=%0d, must be powers of two, at most %0d and %0d", Bundles,
-           DataWords, asip_isa_pkg::PROGRAM_BUNDLES, asip_isa_pkg::DATA_WORDS);
+  // verilog_format: on
+    $error(
+        "asip: Bundles=%0d, DataWords=%0d, must be powers of two, at most %0d and %0d",
+        Bundles,
+        DataWords,
+        asip_isa_pkg::PROGRAM_BUNDLES,
+        asip_isa_pkg::DATA_WORDS
+    );
   end
 `endif
 

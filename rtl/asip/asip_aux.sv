@@ -28,10 +28,10 @@ module asip_aux #(
     output logic [31:0]        host_read_o
 );
 
-  logic           div_valid, cmp_valid, i2f_valid, f2i_valid, sin_valid, load_valid;
-  logic [31:0]    div_result, cmp_result, i2f_result, f2i_result, sin_result, load_result;
+  logic div_valid, cmp_valid, i2f_valid, f2i_valid, sin_valid, load_valid;
+  logic [31:0] div_result, cmp_result, i2f_result, f2i_result, sin_result, load_result;
   fp_pkg::flags_t div_flags, cmp_flags, i2f_flags, f2i_flags, sin_flags;
-  logic           unused_sin_ready, unused_op;
+  logic unused_sin_ready, unused_op;
 
   if (FoldedDivider) begin : gen_folded
     logic unused_valid;

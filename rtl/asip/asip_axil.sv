@@ -37,8 +37,8 @@ module asip_axil #(
   localparam int unsigned Width = asip_regmap_pkg::ADDRESS_WIDTH;
 
   logic [Width-1:0] address;
-  logic             read, write, waitrequest;
-  logic [31:0]      writedata, readdata;
+  logic read, write, waitrequest;
+  logic [31:0] writedata, readdata;
 
   axil_bridge #(
       .AddressWidth(Width)
@@ -72,10 +72,10 @@ module asip_axil #(
       .waitrequest_i(waitrequest)
   );
 
-  logic             trace_issue;
-  logic [15:0]      trace_pc;
-  logic [3:0]       trace_write;
-  logic [2:0][5:0]  trace_index;
+  logic trace_issue;
+  logic [15:0] trace_pc;
+  logic [3:0] trace_write;
+  logic [2:0][5:0] trace_index;
   logic [2:0][31:0] trace_data;
   asip_pkg::hook_out_t hook;
 

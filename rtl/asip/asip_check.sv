@@ -19,8 +19,10 @@ module asip_check #(
     endcase
   endfunction
 
+  // verilog_format: off - it breaks calls inside their parentheses
   assign illegal_o = op_i.illegal || bad_source(op_i.a) || bad_source(op_i.b) ||
                      bad_source(op_i.c) || (op_i.to_output && (op_i.fma || op_i.dst[5]));
+  // verilog_format: on
 
   logic unused_op;
   assign unused_op = ^op_i;

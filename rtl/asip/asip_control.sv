@@ -64,23 +64,28 @@ module asip_control #(
   } state_e;
 
   // Where FAULT_INFO comes from.
-  typedef enum logic [1:0] {InfoOutput, InfoE2, InfoD, InfoLast} info_e;
+  typedef enum logic [1:0] {
+    InfoOutput,
+    InfoE2,
+    InfoD,
+    InfoLast
+  } info_e;
 
-  state_e      state_d, state_q;
-  info_e       info_from;
-  logic        start_q, busy_q, done_d, done_q, fault_d, fault_q, info_load;
-  logic [3:0]  cause_d, cause_q;
+  state_e state_d, state_q;
+  info_e info_from;
+  logic start_q, busy_q, done_d, done_q, fault_d, fault_q, info_load;
+  logic [3:0] cause_d, cause_q;
   logic [15:0] info_d, info_q, last_pc_q;
   logic [31:0] unwritten_q, ahead_q;
-  logic [3:0]  written_high;
-  logic [7:0]  written_low;
+  logic [3:0] written_high;
+  logic [7:0] written_low;
   logic [31:0] cycles_q;
-  logic        event_d, event_q, same_q, fresh_q, counted_q;
-  logic [2:0]  event_of, event_of_q;
-  logic [7:0]  seen_q;
+  logic event_d, event_q, same_q, fresh_q, counted_q;
+  logic [2:0] event_of, event_of_q;
+  logic [7:0] seen_q;
   logic [31:0] count, count_q, read_event, read_host;
-  logic        running, active, bad_d, drained, run_start, refetch, started;
-  logic        quiet_q, missing_q, watchdog_q, refetch_q;
+  logic running, active, bad_d, drained, run_start, refetch, started;
+  logic quiet_q, missing_q, watchdog_q, refetch_q;
 
   assign running   = state_q == StRun;
   assign active    = state_q != StIdle;
@@ -202,8 +207,7 @@ module asip_control #(
   end
   for (genvar i = 0; i < 32; i++) begin : gen_unwritten
     always_ff @(posedge clk_i) begin
-      unwritten_q[i] <= run_start ? output_mask_i[i] :
-                        unwritten_q[i] && !(written_high[i/8] && written_low[i%8]);
+      unwritten_q[i] <= run_start ? output_mask_i[i] : unwritten_q[i] && !(written_high[i/8] && written_low[i%8]);
     end
   end
 
@@ -277,8 +281,7 @@ module asip_control #(
   localparam logic [10:0] Unit = 11'd1 << asip_regmap_pkg::REG_STALL_UNIT[2:0];
   localparam logic [10:0] Fetch = 11'd1 << asip_regmap_pkg::REG_STALL_FETCH[2:0];
   localparam logic [10:0] Drain = 11'd1 << asip_regmap_pkg::REG_DRAIN[2:0];
-  if (Operand + Port + Unit + Fetch + Drain !=
-      (Operand | Port | Unit | Fetch | Drain)) begin : gen_check_counters
+  if (Operand + Port + Unit + Fetch + Drain != (Operand | Port | Unit | Fetch | Drain)) begin : gen_check_counters
     $error("asip_control: registers STALL_* and DRAIN must differ in the low three address bits");
   end
 `endif

@@ -11,10 +11,10 @@ module asip_decode #(
     output asip_pkg::decoded_t                op_o
 );
 
-  logic [5:0]  opcode;
-  logic [6:0]  dst;
-  logic [8:0]  a, b, c;
-  logic        is_fma, is_aux, immediate, known;
+  logic [5:0] opcode;
+  logic [6:0] dst;
+  logic [8:0] a, b, c;
+  logic is_fma, is_aux, immediate, known;
   logic [asip_pkg::CONTROL_WIDTH-1:0] control;
   asip_pkg::decoded_t op;
 

@@ -48,13 +48,13 @@ module asip_fetch #(
   localparam int unsigned AddressWidth = $clog2(Bundles);
   localparam int unsigned WordWidth = Resilience != 0 ? 33 : 32;
 
-  logic [15:0]             pc_q, pc_f1_q, pc_f2_q, pc_p_q, pc_q_q, pc_d_q;
-  logic                    valid_f1_q, valid_f2_q, valid_p_q, valid_q_q, valid_d_q;
-  logic                    pc_bad_p, pc_bad_q_q, pc_bad_d_q, bad_q_q, bad_d_q;
-  logic [32*Lanes-1:0]     lanes_f2_q;
+  logic [15:0] pc_q, pc_f1_q, pc_f2_q, pc_p_q, pc_q_q, pc_d_q;
+  logic valid_f1_q, valid_f2_q, valid_p_q, valid_q_q, valid_d_q;
+  logic pc_bad_p, pc_bad_q_q, pc_bad_d_q, bad_q_q, bad_d_q;
+  logic [32*Lanes-1:0] lanes_f2_q;
   logic [DecodedWidth-1:0] decoded_p_q, decoded_q_q, decoded_d_q;
-  logic [Lanes-1:0]        bad_word_f2;
-  logic                    bad_word_p;
+  logic [Lanes-1:0] bad_word_f2;
+  logic bad_word_p;
 
   assign pc_bad_p = |pc_p_q[15:AddressWidth];
 

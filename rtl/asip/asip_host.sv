@@ -62,27 +62,26 @@ module asip_host #(
   localparam int unsigned Groups = asip_regmap_pkg::WORDS_CSR / 4;
 
   // Blocks are aligned powers of two.
-  function automatic logic in_block(input logic [Width-1:0] address, input int unsigned base,
-                                    input int unsigned words);
+  function automatic logic in_block(input logic [Width-1:0] address, input int unsigned base, input int unsigned words);
     in_block = (32'(address) & ~(words - 1)) == base;
   endfunction
 
-  logic        in_csr, in_constants, in_outputs, in_safe, in_registers, in_data, in_program;
-  logic        in_record;
-  logic        in_banks;
-  logic        held, memory_write, bank_write, csr_write, configures;
+  logic in_csr, in_constants, in_outputs, in_safe, in_registers, in_data, in_program;
+  logic in_record;
+  logic in_banks;
+  logic held, memory_write, bank_write, csr_write, configures;
   logic [CsrBits-1:0] csr;
   logic [$clog2(asip_regmap_pkg::WORDS_PROGRAM)-3:0] bundle;
-  logic [2:0]  wait_q;
-  logic        read_done, refetch_q;
-  logic        in_counts;
+  logic [2:0] wait_q;
+  logic read_done, refetch_q;
+  logic in_counts;
   logic [asip_regmap_pkg::WORDS_CSR-1:0][31:0] word;  // registers but the counters
   logic [Groups-1:0][31:0] group_q;
   logic [Groups:0][31:0] groups;  // ORed from the first on
   logic [31:0] count_q, readdata_q, watchdog_q, output_mask_q;
   logic [15:0] entry_q;
   logic [31:0] config_word, status_word, info_word, irq_word, entry_word;
-  logic        irq_done_q, irq_fault_q;
+  logic irq_done_q, irq_fault_q;
 
   assign in_csr       = in_block(address_i, asip_regmap_pkg::BASE_CSR,
                                  asip_regmap_pkg::WORDS_CSR);
@@ -190,8 +189,7 @@ module asip_host #(
         irq_fault_q <= writedata_i[asip_regmap_pkg::IRQ_ENABLE_FAULT_LSB];
       end
       if (csr_write && csr == asip_regmap_pkg::REG_WATCHDOG) watchdog_q <= writedata_i;
-      if (csr_write && csr == asip_regmap_pkg::REG_ENTRY)
-        entry_q <= writedata_i[asip_regmap_pkg::ENTRY_VALUE_LSB+:16];
+      if (csr_write && csr == asip_regmap_pkg::REG_ENTRY) entry_q <= writedata_i[asip_regmap_pkg::ENTRY_VALUE_LSB+:16];
       if (csr_write && csr == asip_regmap_pkg::REG_OUTPUT_MASK) output_mask_q <= writedata_i;
     end
   end
@@ -233,8 +231,7 @@ module asip_host #(
   // Registers are selected in groups of four, and a group that is not read is zero.
   for (genvar g = 0; g < Groups; g++) begin : gen_group
     always_ff @(posedge clk_i) begin
-      group_q[g] <= in_csr && csr[CsrBits-1:2] == (CsrBits - 2)'(g)
-                    ? word[{(CsrBits - 2)'(g), csr[1:0]}] : 32'd0;
+      group_q[g] <= in_csr && csr[CsrBits-1:2] == (CsrBits - 2)'(g) ? word[{(CsrBits-2)'(g), csr[1:0]}] : 32'd0;
     end
     assign groups[g+1] = groups[g] | group_q[g];
   end

@@ -50,7 +50,9 @@ module asip_issue #(
     asip_issue_multiple #(
         .FmaPipes(FmaPipes),
         .Slots   (Slots)
-    ) u_issue (.*);
+    ) u_issue (
+        .*
+    );
   end
 
 endmodule

@@ -50,37 +50,35 @@ module asip_issue_multiple #(
   localparam int unsigned SinInterval = asip_isa_pkg::FAST_SINCOS_INTERVAL;
   localparam int unsigned SinWidth = $clog2(SinInterval);
   // Cycles from the end of the interval to where a sine joins the schedule of bank C.
-  localparam int unsigned SinRest =
-      fp_pkg::FP_SINCOS_OVERLAPPED_LATENCY - fp_pkg::FP_DIVSQRT_LATENCY - SinInterval;
+  localparam int unsigned SinRest = fp_pkg::FP_SINCOS_OVERLAPPED_LATENCY - fp_pkg::FP_DIVSQRT_LATENCY - SinInterval;
   localparam int unsigned SinRestWidth = $clog2(SinRest + 1);
 
-  logic                     issue, issue_d, issue_q, advance_d, advance_q;
-  logic                     valid_next, free_q, free_d, branch_next;
-  logic                     branch_r1_q, branch_r2_q, branch_e1_q, branch_e2_q;
-  logic [Ports-1:0][8:0]    source_d;
+  logic issue, issue_d, issue_q, advance_d, advance_q;
+  logic valid_next, free_q, free_d, branch_next;
+  logic branch_r1_q, branch_r2_q, branch_e1_q, branch_e2_q;
+  logic [Ports-1:0][8:0] source_d;
   logic [Operands-1:0][8:0] operand_p, operand_q, operand_d;
   logic [Operands-1:0][5:0] query;
-  logic [Operands-1:0]      pending_a, pending_b, pending_c, pending_p;
-  logic [Operands-1:0]      match_q_q, ends_q_d, ends_q_q;                      // stage Q
-  logic [Operands-1:0]      early_q_d, early_q_q, late_q_d, late_q_q, wait_q;
-  logic [Operands-1:0]      wait_d_d, wait_d_q, ends_d_d, ends_d_q;             // stage D
-  logic [2:0]               starts_q, starts_d, starts_bank, ends_write;
-  logic [2:0][6:0]          start_tag_q, start_tag, end_tag;
-  logic [2:0][4:0]          place_valid;
-  logic [2:0][6:0]          tag4, tag2, tag1, tag0;
-  logic [2:0]               schedule_busy;
-  logic                     aux_timed, sin_join, sin_busy_d, sin_busy_q, sin_waits_q, clash_q_q;
-  logic                     port_q, port_d;
-  logic [AuxPlaces-1:0]     taken_c;
-  logic [LatencyWidth-1:0]  aux_latency;
-  logic [SinWidth-1:0]      sin_left_q;
-  logic [SinRestWidth-1:0]  sin_rest_q;
-  logic [6:0]               sin_tag_q, sin_join_tag_q;
-  asip_pkg::decoded_t       aux_p, aux_q, aux;
+  logic [Operands-1:0] pending_a, pending_b, pending_c, pending_p;
+  logic [Operands-1:0] match_q_q, ends_q_d, ends_q_q;  // stage Q
+  logic [Operands-1:0] early_q_d, early_q_q, late_q_d, late_q_q, wait_q;
+  logic [Operands-1:0] wait_d_d, wait_d_q, ends_d_d, ends_d_q;  // stage D
+  logic [2:0] starts_q, starts_d, starts_bank, ends_write;
+  logic [2:0][6:0] start_tag_q, start_tag, end_tag;
+  logic [2:0][4:0] place_valid;
+  logic [2:0][6:0] tag4, tag2, tag1, tag0;
+  logic [2:0] schedule_busy;
+  logic aux_timed, sin_join, sin_busy_d, sin_busy_q, sin_waits_q, clash_q_q;
+  logic port_q, port_d;
+  logic [AuxPlaces-1:0] taken_c;
+  logic [LatencyWidth-1:0] aux_latency;
+  logic [SinWidth-1:0] sin_left_q;
+  logic [SinRestWidth-1:0] sin_rest_q;
+  logic [6:0] sin_tag_q, sin_join_tag_q;
+  asip_pkg::decoded_t aux_p, aux_q, aux;
 
   // Whether a write of banks A, B, C given by valid bits and tags is that of an operand.
-  function automatic logic hits(input logic [8:0] operand, input logic [2:0] valid,
-                                input logic [2:0][6:0] tag);
+  function automatic logic hits(input logic [8:0] operand, input logic [2:0] valid, input logic [2:0][6:0] tag);
     case (operand[8:6])
       asip_isa_pkg::BANK_A: hits = valid[0] && tag[0][5:0] == operand[5:0];
       asip_isa_pkg::BANK_B: hits = valid[1] && tag[1][5:0] == operand[5:0];
@@ -90,8 +88,7 @@ module asip_issue_multiple #(
   endfunction
 
   // Whether an auxiliary operation that issues in the next cycle finds bank C's port taken.
-  function automatic logic port_taken(input asip_pkg::decoded_t op,
-                                      input logic [AuxPlaces-1:0] taken);
+  function automatic logic port_taken(input asip_pkg::decoded_t op, input logic [AuxPlaces-1:0] taken);
     port_taken = (op.cmp && taken[fp_pkg::FP_CMP_LATENCY+3]) ||
                  (op.i2f && taken[fp_pkg::FP_I2F_LATENCY+3]) ||
                  (op.f2i && taken[fp_pkg::FP_F2I_LATENCY+3]) ||
@@ -142,9 +139,7 @@ module asip_issue_multiple #(
   end
 
   function automatic logic [8:0] destination_c(input asip_pkg::decoded_t op);
-    destination_c = {
-      op.writes && !op.fma && !op.to_output ? asip_isa_pkg::BANK_C : asip_isa_pkg::BANK_ZERO, op.dst
-    };
+    destination_c = {op.writes && !op.fma && !op.to_output ? asip_isa_pkg::BANK_C : asip_isa_pkg::BANK_ZERO, op.dst};
   endfunction
 
   assign operand_p[Ports+2] = destination_c(aux_p);
@@ -195,11 +190,12 @@ module asip_issue_multiple #(
     if (advance_q) begin
       // what the bundle in D will start that the one in Q wants
       for (int unsigned p = 0; p < Operands; p++) begin
-        match_q_q[p] <= hits(operand_p[p], {starts_q[2] && !aux_q.to_output, starts_q[1:0]},
-                             start_tag_q);
+        match_q_q[p] <= hits(operand_p[p], {starts_q[2] && !aux_q.to_output, starts_q[1:0]}, start_tag_q);
       end
+      // verilog_format: off - it breaks calls inside their parentheses
       clash_q_q <= aux_p.writes && !aux_p.fma && !aux_p.sincos && starts_q[2] && !aux_q.sincos &&
                    latency_of(aux_p) + 1'b1 == latency_of(aux_q);
+      // verilog_format: on
     end
   end
 
@@ -374,8 +370,7 @@ module asip_issue_multiple #(
   if (SinRest < 1 || SinRest > SinInterval) begin : gen_check_sincos
     $error("asip_issue_multiple: a sine must join the schedule within the interval after its own");
   end
-  if (fp_pkg::FP_CMP_LATENCY < 2 || fp_pkg::FP_I2F_LATENCY < 2 || fp_pkg::FP_F2I_LATENCY < 2)
-  begin : gen_check_short
+  if (fp_pkg::FP_CMP_LATENCY < 2 || fp_pkg::FP_I2F_LATENCY < 2 || fp_pkg::FP_F2I_LATENCY < 2) begin : gen_check_short
     $error("asip_issue_multiple: a latency below 2 is never announced");
   end
 `endif

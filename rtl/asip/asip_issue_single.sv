@@ -46,7 +46,7 @@ module asip_issue_single (
   localparam int unsigned LoadPlace = asip_isa_pkg::MEMORY_LATENCY + 2;
   localparam int unsigned FmaPlace = fp_pkg::FP_FMA_LATENCY + 2;  // the last but division and sine
   localparam int unsigned DivPlace = fp_pkg::FP_DIVSQRT_LATENCY + 2;
-  localparam int unsigned Top = DivPlace + 1;                     // where a sine joins
+  localparam int unsigned Top = DivPlace + 1;  // where a sine joins
   localparam int unsigned Announced = 4;
   localparam int unsigned DivInterval = asip_isa_pkg::SMALL_DIVSQRT_INTERVAL;
   // Divisions in flight above the announced places.
@@ -54,31 +54,31 @@ module asip_issue_single (
   localparam int unsigned DivWidth = $clog2(DivInterval + 1);
   localparam int unsigned SinWidth = $clog2(fp_pkg::FP_SINCOS_LATENCY + 1);
 
-  logic                          issue, issue_d, issue_q, advance_d, advance_q;
-  logic                          valid_next, free_q, free_d, branch_next, blocked;
-  logic                          branch_r1_q, branch_r2_q, branch_e1_q, branch_e2_q;
-  logic                          stall_operand_q, sin_join, sin_busy_d, sin_busy_q, clash_q_q;
-  logic                          div_busy_d, div_busy;
-  logic [3:0][6:0]               operand_p;               // sources and destination {bank C, index}
-  logic [3:0]                    register_p;              // .. that are registers of A or C
-  logic                          starts_p, starts_q, starts_d;  // a register of A or C
-  logic                          hit_q, hit_d, match_q_q;
-  logic [FmaPlace:Announced+1]   hit_a, hit_c, hit_place;
-  logic [Divs-1:0]               hit_div, div_next, div_oldest, div_next_q, div_oldest_q;
-  logic [Divs-1:0]               div_valid_q, div_ends;
-  logic [Divs-1:0][5:0]          div_index_q;
-  logic                          hit_sin, sin_ends, sin_waited_q;
-  logic [FmaPlace:Announced]     start_place, wait_place_q_q, wait_place_d_q, left_q, left_d;
-  logic                          ends_q, ends_d;
-  logic [Divs-1:0]               wait_div_q_q, wait_div_d_q;
-  logic                          wait_sin_q_q, wait_sin_d_q;
-  logic [FmaPlace:0]             valid_a_q;
-  logic [FmaPlace:0][5:0]        index_a_q;
-  logic [Top:0]                  insert_c, valid_c_d, valid_c_q, div_c_d, div_c_q, taken_c;
-  logic [Top:0][6:0]             tag_c_d, tag_c_q;
-  logic [SinWidth-1:0]           sin_left_q;
-  logic [6:0]                    sin_tag_q, tag_c;
-  asip_pkg::decoded_t            op_p, op_q, op_d;
+  logic issue, issue_d, issue_q, advance_d, advance_q;
+  logic valid_next, free_q, free_d, branch_next, blocked;
+  logic branch_r1_q, branch_r2_q, branch_e1_q, branch_e2_q;
+  logic stall_operand_q, sin_join, sin_busy_d, sin_busy_q, clash_q_q;
+  logic div_busy_d, div_busy;
+  logic [3:0][6:0] operand_p;  // sources and destination {bank C, index}
+  logic [3:0] register_p;  // .. that are registers of A or C
+  logic starts_p, starts_q, starts_d;  // a register of A or C
+  logic hit_q, hit_d, match_q_q;
+  logic [FmaPlace:Announced+1] hit_a, hit_c, hit_place;
+  logic [Divs-1:0] hit_div, div_next, div_oldest, div_next_q, div_oldest_q;
+  logic [Divs-1:0] div_valid_q, div_ends;
+  logic [Divs-1:0][5:0] div_index_q;
+  logic hit_sin, sin_ends, sin_waited_q;
+  logic [FmaPlace:Announced] start_place, wait_place_q_q, wait_place_d_q, left_q, left_d;
+  logic ends_q, ends_d;
+  logic [Divs-1:0] wait_div_q_q, wait_div_d_q;
+  logic wait_sin_q_q, wait_sin_d_q;
+  logic [FmaPlace:0] valid_a_q;
+  logic [FmaPlace:0][5:0] index_a_q;
+  logic [Top:0] insert_c, valid_c_d, valid_c_q, div_c_d, div_c_q, taken_c;
+  logic [Top:0][6:0] tag_c_d, tag_c_q;
+  logic [SinWidth-1:0] sin_left_q;
+  logic [6:0] sin_tag_q, tag_c;
+  asip_pkg::decoded_t op_p, op_q, op_d;
 
   // Whether an auxiliary operation other than a sine has this place in the next cycle if it issues.
   function automatic logic places(input asip_pkg::decoded_t op, input int unsigned place);
@@ -124,8 +124,7 @@ module asip_issue_single (
   for (genvar r = Announced + 1; r <= FmaPlace; r++) begin : gen_hit
     assign hit_a[r] = valid_a_q[r] && hits(operand_p, register_p, {1'b0, index_a_q[r]});
     if (r <= CmpPlace || r <= I2fPlace || r <= F2iPlace || r <= LoadPlace) begin : gen_c
-      assign hit_c[r] = valid_c_q[r] && !tag_c_q[r][6] &&
-                        hits(operand_p, register_p, {1'b1, tag_c_q[r][5:0]});
+      assign hit_c[r] = valid_c_q[r] && !tag_c_q[r][6] && hits(operand_p, register_p, {1'b1, tag_c_q[r][5:0]});
     end else begin : gen_no_c
       assign hit_c[r] = 1'b0;
     end
@@ -174,8 +173,7 @@ module asip_issue_single (
   end
 
   // Whether `later`, issued in the cycle after `first`, wants bank C's port in the same cycle.
-  function automatic logic port_clash(input asip_pkg::decoded_t later,
-                                      input asip_pkg::decoded_t first);
+  function automatic logic port_clash(input asip_pkg::decoded_t later, input asip_pkg::decoded_t first);
     port_clash = 1'b0;
     for (int unsigned r = Announced; r < DivPlace; r++) begin
       port_clash = port_clash || (places(later, r) && places(first, r + 1));
@@ -276,8 +274,7 @@ module asip_issue_single (
     end else begin
       if (issue && op_d.divsqrt) div_next_q <= div_next;
       if (|div_ends) div_oldest_q <= div_oldest;
-      div_valid_q <= (div_valid_q & ~div_ends) |
-                     ({Divs{issue && op_d.divsqrt && !op_d.to_output}} & div_next_q);
+      div_valid_q <= (div_valid_q & ~div_ends) | ({Divs{issue && op_d.divsqrt && !op_d.to_output}} & div_next_q);
     end
   end
 

@@ -45,14 +45,14 @@ module asip_lockstep #(
   localparam int unsigned AskedWidth = AddressWidth + 34;
   localparam int unsigned DoneWidth = 170;
 
-  typedef struct packed {             // AskedWidth bits
+  typedef struct packed {  // AskedWidth bits
     logic                    read;
     logic                    write;
     logic [AddressWidth-1:0] address;
     logic [31:0]             writedata;
   } request_t;
 
-  typedef struct packed {             // DoneWidth bits
+  typedef struct packed {  // DoneWidth bits
     logic             answers;        // readdata counts
     logic [31:0]      readdata;
     logic             waitrequest;
@@ -64,15 +64,15 @@ module asip_lockstep #(
     logic [2:0][31:0] data;
   } done_t;
 
-  request_t                       asked, asked_late;  // of the first core, of the second one
+  request_t asked, asked_late;  // of the first core, of the second one
   logic [Delay:1][AskedWidth-1:0] asked_q;
-  done_t                          done, first, second;  // first: what the first core did Delay clocks ago
-  logic [Delay:1][DoneWidth-1:0]  done_q;
-  logic [Delay:0]                 up_q;               // the first core is out of reset, .. the second one
-  logic [1:0]                     core_rst_nq;
-  logic [5:0]                     differs_q;
-  logic                           ready, mismatch_q, at_safe, at_outputs;
-  logic [31:0]                    safe [0:asip_regmap_pkg::WORDS_OUTPUTS-1];  // as the host wrote them
+  done_t done, first, second;  // first: what the first core did Delay clocks ago
+  logic [Delay:1][DoneWidth-1:0] done_q;
+  logic [Delay:0] up_q;  // the first core is out of reset, .. the second one
+  logic [1:0] core_rst_nq;
+  logic [5:0] differs_q;
+  logic ready, mismatch_q, at_safe, at_outputs;
+  logic [31:0] safe[0:asip_regmap_pkg::WORDS_OUTPUTS-1];  // as the host wrote them
 
   assign ready = up_q[Delay];
 
@@ -99,11 +99,11 @@ module asip_lockstep #(
   end
 
   // ---- the cores
-  logic [1:0]            waits, irq, issue;
-  logic [1:0][31:0]      readdata;
-  logic [1:0][15:0]      pc;
-  logic [1:0][3:0]       write;
-  logic [1:0][2:0][5:0]  index;
+  logic [1:0] waits, irq, issue;
+  logic [1:0][31:0] readdata;
+  logic [1:0][15:0] pc;
+  logic [1:0][3:0] write;
+  logic [1:0][2:0][5:0] index;
   logic [1:0][2:0][31:0] data;
 
   for (genvar c = 0; c < 2; c++) begin : gen_core
@@ -156,8 +156,7 @@ module asip_lockstep #(
       if (!ready) differs_q <= '0;
       if (|differs_q) begin
         mismatch_q <= 1'b1;
-      end else if (write_i && address_i == Control &&
-                   writedata_i[asip_regmap_pkg::CONTROL_CLEAR_LSB]) begin
+      end else if (write_i && address_i == Control && writedata_i[asip_regmap_pkg::CONTROL_CLEAR_LSB]) begin
         mismatch_q <= 1'b0;
       end
     end

@@ -28,13 +28,13 @@ module asip_memory #(
 
   localparam int unsigned AddressWidth = $clog2(Words);
 
-  logic [16:0]             address_e1;  // without the upper half of the index
+  logic [16:0] address_e1;  // without the upper half of the index
   logic [AddressWidth-1:0] address_e2_q;
-  logic [31:0]             data_e2_q, read_e3_q, result_q;
-  logic                    host_write_q, load_e2_q, store_e2_q, load_e3_q, valid_q;
-  logic                    zeros_e2_q, ones_e2_q, carry_e2_q, above_e2_q;  // of the sum's upper bits
-  logic                    inside_e2, write_e2, host_inside;
-  logic [31:0]             memory[0:Words-1];
+  logic [31:0] data_e2_q, read_e3_q, result_q;
+  logic host_write_q, load_e2_q, store_e2_q, load_e3_q, valid_q;
+  logic zeros_e2_q, ones_e2_q, carry_e2_q, above_e2_q;  // of the sum's upper bits
+  logic inside_e2, write_e2, host_inside;
+  logic [31:0] memory[0:Words-1];
 
   // The upper half of the sum is zero if that of the index is, or becomes so with the carry.
   assign address_e1  = {1'b0, index_i[15:0]} + {1'b0, imm_i};

@@ -43,7 +43,9 @@ module asip_operands #(
         .FmaPipes  (FmaPipes),
         .Ports     (Ports),
         .Resilience(Resilience)
-    ) u_operands (.*);
+    ) u_operands (
+        .*
+    );
   end
 
 endmodule

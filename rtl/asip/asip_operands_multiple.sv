@@ -37,19 +37,19 @@ module asip_operands_multiple #(
   localparam int unsigned BankWidth = Resilience != 0 ? 8 : 6;
   localparam int unsigned WordWidth = Resilience != 0 ? 33 : 32;
 
-  logic [Ports-1:0][6:0]  index_k;
+  logic [Ports-1:0][6:0] index_k;
   logic [Ports-1:0][BankWidth-1:0] index_bank;
-  logic [2:0][BankWidth-1:0]       bank_index;  // of a write
-  logic [2:0][31:0]                bank_word;
-  logic [2:0]                      bank_write;
+  logic [2:0][BankWidth-1:0] bank_index;  // of a write
+  logic [2:0][31:0] bank_word;
+  logic [2:0] bank_write;
   logic [Ports-1:0][WordWidth-1:0] read_k_word;
-  logic [Ports-1:0][2:0]  bank_r1_q, from_r2_q;
-  logic [Ports-1:0][2:0]  soon_r1_q, next_r1_q, now_r1_q;  // one of banks A, B, C, or none
+  logic [Ports-1:0][2:0] bank_r1_q, from_r2_q;
+  logic [Ports-1:0][2:0] soon_r1_q, next_r1_q, now_r1_q;  // one of banks A, B, C, or none
   logic [Ports-1:0][31:0] read_a, read_b, read_c, read_k;
   logic [Ports-1:0][31:0] read_a_r2_q, read_b_r2_q, read_c_r2_q, read_k_r2_q, bypass_r2_q;
   logic [Ports-1:0][31:0] operand_e1_q;
-  logic [2:0][31:0]       last_data_q;
-  logic [2:0]             host_write;
+  logic [2:0][31:0] last_data_q;
+  logic [2:0] host_write;
 
   assign host_write[0] = host_write_i && host_register_i[8:6] == asip_isa_pkg::BANK_A;
   assign host_write[1] = host_write_i && host_register_i[8:6] == asip_isa_pkg::BANK_B;
@@ -71,8 +71,8 @@ module asip_operands_multiple #(
   end
 
   for (genvar p = 0; p < Ports; p++) begin : gen_port
-    logic [8:0]  source;
-    logic [2:0]  in_bank, soon, next, now, from_r1;
+    logic [8:0] source;
+    logic [2:0] in_bank, soon, next, now, from_r1;
     logic [31:0] bypass_r1;
 
     if (p == HostPort) begin : gen_host
@@ -105,8 +105,7 @@ module asip_operands_multiple #(
       if (soon_r1_q[p][2]) from_r1 = asip_pkg::SELECT_RESULT_C;
       bypass_r1 = 32'd0;
       for (int unsigned b = 0; b < 3; b++) begin
-        bypass_r1 = bypass_r1 | ({32{next_r1_q[p][b]}} & write_data_i[b]) |
-                    ({32{now_r1_q[p][b]}} & last_data_q[b]);
+        bypass_r1 = bypass_r1 | ({32{next_r1_q[p][b]}} & write_data_i[b]) | ({32{now_r1_q[p][b]}} & last_data_q[b]);
       end
     end
 
@@ -198,15 +197,14 @@ module asip_operands_multiple #(
 
   if (Resilience != 0) begin : gen_parity
     logic [Ports-1:0] parity_r2_q, bad_r2;
-    logic             bad_e1_q;
-    logic [1:0]       sweep_q;
-    logic             unused_first;
+    logic bad_e1_q;
+    logic [1:0] sweep_q;
+    logic unused_first;
 
     assign unused_first = guard_i.sweep_first;
     for (genvar p = 0; p < Ports; p++) begin : gen_bad
       always_ff @(posedge clk_i) parity_r2_q[p] <= read_k_word[p][WordWidth-1];
-      assign bad_r2[p] = (from_r2_q[p] == asip_pkg::SELECT_K || sweep_q[1]) &&
-                         (^{read_k_r2_q[p], parity_r2_q[p]});
+      assign bad_r2[p] = (from_r2_q[p] == asip_pkg::SELECT_K || sweep_q[1]) && (^{read_k_r2_q[p], parity_r2_q[p]});
     end
 
     always_ff @(posedge clk_i) begin

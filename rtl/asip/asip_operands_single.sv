@@ -31,14 +31,14 @@ module asip_operands_single (
 
   localparam int unsigned HostPort = 0;
 
-  logic [2:0][5:0]  index_a;
-  logic [2:0][7:0]  index_ck;
+  logic [2:0][5:0] index_a;
+  logic [2:0][7:0] index_ck;
   logic [2:0][31:0] read_a, read_ck, read_a_r2_q, read_ck_r2_q, operand_e1_q;
   logic [2:0][31:0] next_a_r2_q, next_c_r2_q, now_a_r2_q, now_c_r2_q;
-  logic [2:0]       in_a_r1_q, in_ck_r1_q;
-  logic [2:0][1:0]  soon_r1_q, next_r1_q, now_r1_q, soon_r2_q;  // of {C, A}
-  logic [1:0]       host_write;
-  logic [31:0]      last_a_q, last_c_q;
+  logic [2:0] in_a_r1_q, in_ck_r1_q;
+  logic [2:0][1:0] soon_r1_q, next_r1_q, now_r1_q, soon_r2_q;  // of {C, A}
+  logic [1:0] host_write;
+  logic [31:0] last_a_q, last_c_q;
 
   assign host_write[0] = host_write_i && host_register_i[8:6] == asip_isa_pkg::BANK_A;
   assign host_write[1] = (host_write_i && host_register_i[8:6] == asip_isa_pkg::BANK_C) ||
@@ -48,7 +48,7 @@ module asip_operands_single (
   for (genvar p = 0; p < 3; p++) begin : gen_port
     logic [8:0] source;
     logic [1:0] in_bank, soon, next, now;
-    logic       bypassed;
+    logic bypassed;
 
     if (p == HostPort) begin : gen_host
       assign source = host_read_i ? host_register_i : source_d_i[p];

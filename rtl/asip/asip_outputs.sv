@@ -38,11 +38,11 @@ module asip_outputs #(
   localparam logic [1:0] PageRecord = 2'd3;
   localparam int unsigned WordWidth = Resilience != 0 ? 33 : 32;
 
-  logic        page_q, safe_q;
-  logic [1:0]  read_page, write_page;
-  logic        write_q, write_safe_q, write_record_q, not_finite_q, host_write;
-  logic [4:0]  index_q;
-  logic        page_d, safe_d;
+  logic page_q, safe_q;
+  logic [1:0] read_page, write_page;
+  logic write_q, write_safe_q, write_record_q, not_finite_q, host_write;
+  logic [4:0] index_q;
+  logic page_d, safe_d;
   logic [31:0] data_d, data_q;
   logic [WordWidth-1:0] word, read_q, host_read_q;
   logic [31:0] record_read_q, record_word_q;
@@ -95,7 +95,7 @@ module asip_outputs #(
 
   if (Resilience != 0) begin : gen_parity
     localparam int unsigned Inverted = 10;
-    logic                            parity_q;
+    logic parity_q;
     (* keep *) logic [Inverted-1:0] inverse_q;
 
     // The parity is that of the word before its register.

@@ -39,8 +39,7 @@ package asip_pkg;
   // Control fields of an opcode; all are 0 for a nop and an opcode that does not exist.
   // A case of constants would be a ROM to Yosys, which moves the register of its address
   // behind it: the decoder would follow the program memory without a register between.
-  function automatic logic [CONTROL_WIDTH-1:0] control_of(
-      input logic [5:0] opcode);
+  function automatic logic [CONTROL_WIDTH-1:0] control_of(input logic [5:0] opcode);
     control_of = '0;
     // jump
     control_of = control_of | ({CONTROL_WIDTH{opcode == asip_isa_pkg::OP_JMP}}

@@ -43,24 +43,24 @@ module asip_plausible (
 
   (* keep *) logic [Outputs-1:0] off_q;  // of on_q: a flipped bit ends a record, and begins none
   logic [Outputs-1:0] on_q, written_q, shown_q, written, staged, judged;
-  logic [Outputs-1:0] turn_q;            // one bit: the output whose turn it is
-  logic [Last:Next]   ended_q;           // no output is left; last bit: nor a verdict
-  logic [Last:0]      step_q;            // of an output
-  logic [2:0]         place, found_q;
-  logic               known_q, active_q, implausible_q, scan, chosen, begins, advance, bad;
-  logic [6:1]         slot_q;
-  logic               early_q, middle_q, late_q, first_q, second_q, later_q, fours, ones, hold_fours, hold_ones;
-  logic               mantissas_q, normal;
-  logic [31:0]        coarse_q, fine_q, sum_q;
-  logic               coarse_sign_q, fine_sign_q, new_sign_q, not_zero_q, new_larger_q, opposite_q;
-  logic               sure_q, limit_q, toward_q, unlike_q;
-  logic               exact, below, beyond, outside_q, moves_q;
-  logic [33:0]        difference;
-  logic [8:0]         largest_q;         // exponent of the larger word, and 1
-  logic [9:0]         room;
-  logic [7:2]         coarse_by_q;       // inverted, as room is
-  logic [1:0]         fine_by_q, next_by_q;
-  logic               unused_low;
+  logic [Outputs-1:0] turn_q;  // one bit: the output whose turn it is
+  logic [Last:Next] ended_q;  // no output is left; last bit: nor a verdict
+  logic [Last:0] step_q;  // of an output
+  logic [2:0] place, found_q;
+  logic known_q, active_q, implausible_q, scan, chosen, begins, advance, bad;
+  logic [6:1] slot_q;
+  logic early_q, middle_q, late_q, first_q, second_q, later_q, fours, ones, hold_fours, hold_ones;
+  logic mantissas_q, normal;
+  logic [31:0] coarse_q, fine_q, sum_q;
+  logic coarse_sign_q, fine_sign_q, new_sign_q, not_zero_q, new_larger_q, opposite_q;
+  logic sure_q, limit_q, toward_q, unlike_q;
+  logic exact, below, beyond, outside_q, moves_q;
+  logic [33:0] difference;
+  logic [8:0] largest_q;  // exponent of the larger word, and 1
+  logic [9:0] room;
+  logic [7:2] coarse_by_q;  // inverted, as room is
+  logic [1:0] fine_by_q, next_by_q;
+  logic unused_low;
 
   // ---- which outputs: those that the run wrote and that have a record
   always_comb begin
@@ -142,8 +142,7 @@ module asip_plausible (
     if (step_q[9]) largest_q <= room[9:1];
     if (step_q[0]) largest_q <= '1;
     if (!hold_fours) begin
-      coarse_q[24:0] <= fours ? {4'd0, coarse_q[24:4]} :
-                        {mantissas_q ? normal : word_i[23], word_i[22:0], 1'b0};
+      coarse_q[24:0] <= fours ? {4'd0, coarse_q[24:4]} : {mantissas_q ? normal : word_i[23], word_i[22:0], 1'b0};
     end
     if (late_q && !(&coarse_by_q[7:5])) coarse_q[24:0] <= '0;
     if (!fours) begin

@@ -82,18 +82,18 @@ module asip_redundancy #(
   } control_t;
   localparam int unsigned ControlWidth = 16;
 
-  control_t                 now, next;
-  logic [ControlWidth-1:0]  control_q;
+  control_t now, next;
+  logic [ControlWidth-1:0] control_q;
   (* keep *) logic [ControlWidth-1:0] inverse_q;
-  logic                     scrub_q, scrub_control_q;
-  logic [32:0]              count_q;  // from -Drain on: clocks of the run or of the copy, words of the sweep
-  logic [31:0]              signature_q, first_signature_q, second_signature_q, cycles_q, mixed;
-  logic [4:0]               first_end_q, second_end_q, end_now;  // {failed, cause}
-  logic                     begun_q, constant_q, program_q, counts_q;
-  logic [5:0]               copy_write_q;
-  logic [2:0]               read_q;  // a word of bank K is on its way
-  logic                     broken, over, late, same_first, same_second, agreed, copied, swept;
-  logic                     bad_sweep, reading, misplaced;
+  logic scrub_q, scrub_control_q;
+  logic [32:0] count_q;  // from -Drain on: clocks of the run or of the copy, words of the sweep
+  logic [31:0] signature_q, first_signature_q, second_signature_q, cycles_q, mixed;
+  logic [4:0] first_end_q, second_end_q, end_now;  // {failed, cause}
+  logic begun_q, constant_q, program_q, counts_q;
+  logic [5:0] copy_write_q;
+  logic [2:0] read_q;  // a word of bank K is on its way
+  logic broken, over, late, same_first, same_second, agreed, copied, swept;
+  logic bad_sweep, reading, misplaced;
 
   assign now    = control_q;
   assign misplaced = now.run != 2'd0 ? now.state == StIdle || now.state == StSweep :
@@ -233,9 +233,11 @@ module asip_redundancy #(
     turned = (word << by) | (word >> (32 - by));
   endfunction
 
+  // verilog_format: off - it breaks calls inside their parentheses
   assign mixed = ({32{wrote_i[0]}} & (result_i[0] ^ {26'd0, index_i[0]})) ^
                  ({32{wrote_i[1]}} & turned(result_i[1] ^ {26'd1, index_i[1]}, 11)) ^
                  turned(result_i[2] ^ ({32{wrote_i[2] || wrote_i[3]}} & {25'd2, wrote_i[3], index_i[2]}), 22);
+  // verilog_format: on
 
   always_ff @(posedge clk_i) begin
     if (now.state != StRun) begin
@@ -244,7 +246,7 @@ module asip_redundancy #(
       constant_q  <= 1'b0;
       program_q   <= 1'b0;
     end else begin
-      begun_q     <= begun_q || run_start_i;
+      begun_q <= begun_q || run_start_i;
       if (begun_q) begin
         signature_q <= {signature_q[30:0], 1'b0} ^ ({32{signature_q[31]}} & 32'h0040_0007) ^ mixed;
       end

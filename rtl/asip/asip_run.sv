@@ -73,8 +73,8 @@ module asip_run #(
     output logic        repaired_o
 );
 
-  logic        rst_control_n, start, refetch, busy, done, fault, commit, broken;
-  logic [3:0]  cause;
+  logic rst_control_n, start, refetch, busy, done, fault, commit, broken;
+  logic [3:0] cause;
   logic [15:0] info;
   logic [31:0] cycles;
 

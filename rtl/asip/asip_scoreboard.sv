@@ -21,8 +21,8 @@ module asip_scoreboard #(
   localparam int unsigned HighWidth = IndexWidth - LowWidth;
 
   logic [2**IndexWidth-1:0] pending_d, pending_q;
-  logic [2**HighWidth-1:0]  set_high, clear_high;
-  logic [2**LowWidth-1:0]   set_low, clear_low;
+  logic [2**HighWidth-1:0] set_high, clear_high;
+  logic [2**LowWidth-1:0] set_low, clear_low;
 
   for (genvar i = 0; i < 2 ** HighWidth; i++) begin : gen_high
     assign set_high[i]   = set_i && set_index_i[IndexWidth-1:LowWidth] == HighWidth'(i);
@@ -35,8 +35,7 @@ module asip_scoreboard #(
   for (genvar i = 0; i < 2 ** IndexWidth; i++) begin : gen_register
     localparam int unsigned High = i / 2 ** LowWidth;
     localparam int unsigned Low = i % 2 ** LowWidth;
-    assign pending_d[i] = (set_high[High] && set_low[Low]) ||
-                          (pending_q[i] && !(clear_high[High] && clear_low[Low]));
+    assign pending_d[i] = (set_high[High] && set_low[Low]) || (pending_q[i] && !(clear_high[High] && clear_low[Low]));
   end
 
   always_ff @(posedge clk_i or negedge rst_ni) begin

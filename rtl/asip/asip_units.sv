@@ -33,16 +33,16 @@ module asip_units #(
   localparam int unsigned Ports = 3 * Slots;
 
   asip_pkg::decoded_t aux_e1;
-  logic [31:0]        result_aux;
-  logic [1:0][4:0]    flags_fma;
-  fp_pkg::flags_t     flags_aux, flags_q;
+  logic [31:0] result_aux;
+  logic [1:0][4:0] flags_fma;
+  fp_pkg::flags_t flags_aux, flags_q;
 
   assign aux_e1 = ops_e1_i[OpWidth*(Slots-1)+:OpWidth];
 
   for (genvar p = 0; p < FmaPipes; p++) begin : gen_pipe
     asip_pkg::decoded_t op_e1;
-    logic               valid;
-    fp_pkg::flags_t     flags;
+    logic valid;
+    fp_pkg::flags_t flags;
 
     assign op_e1 = ops_e1_i[OpWidth*p+:OpWidth];
 

@@ -27,9 +27,9 @@ module asip_write_schedule #(
 
   localparam int unsigned PlaceWidth = $clog2(Places);
 
-  logic [Places-1:0]               valid_d, valid_q;
+  logic [Places-1:0] valid_d, valid_q;
   logic [Places-1:0][asip_pkg::TAG_WIDTH-1:0] tag_d, tag_q;
-  logic [PlaceWidth-1:0]           place;
+  logic [PlaceWidth-1:0] place;
 
   assign place   = latency_i + PlaceWidth'(2);
   assign taken_o = {join_i, valid_q[Places-1:1]};

@@ -19,11 +19,11 @@ module asip_de3 #(
     output logic                                      irq_o
 );
 
-  logic             clk, locked, reset_request, release_q, rst_nq;
-  logic             trace_issue;
-  logic [15:0]      trace_pc;
-  logic [3:0]       trace_write;
-  logic [2:0][5:0]  trace_index;
+  logic clk, locked, reset_request, release_q, rst_nq;
+  logic trace_issue;
+  logic [15:0] trace_pc;
+  logic [3:0] trace_write;
+  logic [2:0][5:0] trace_index;
   logic [2:0][31:0] trace_data;
   asip_pkg::hook_out_t hook;
 

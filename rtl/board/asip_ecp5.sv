@@ -35,18 +35,18 @@ module asip_ecp5 #(
 
   localparam int unsigned MotionWidth = motion_regmap_pkg::ADDRESS_WIDTH;
 
-  logic             clk, locked, reset_request, release_q, rst_nq;
-  logic [25:0]      alive_q;
-  logic             machine_read, machine_write, machine_wait, at_encoders;
-  logic [12:0]      machine_address;
-  logic [31:0]      machine_writedata, motion_readdata, encoder_readdata;
-  logic             motion_wait, encoder_wait, motion_irq;
-  logic             unused_wait;
-  logic [31:0]      unused_readdata;
-  logic             trace_issue;
-  logic [15:0]      trace_pc;
-  logic [3:0]       trace_write;
-  logic [2:0][5:0]  trace_index;
+  logic clk, locked, reset_request, release_q, rst_nq;
+  logic [25:0] alive_q;
+  logic machine_read, machine_write, machine_wait, at_encoders;
+  logic [12:0] machine_address;
+  logic [31:0] machine_writedata, motion_readdata, encoder_readdata;
+  logic motion_wait, encoder_wait, motion_irq;
+  logic unused_wait;
+  logic [31:0] unused_readdata;
+  logic trace_issue;
+  logic [15:0] trace_pc;
+  logic [3:0] trace_write;
+  logic [2:0][5:0] trace_index;
   logic [2:0][31:0] trace_data;
 
   ecp5_pll #(

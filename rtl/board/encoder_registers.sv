@@ -24,7 +24,7 @@ module encoder_registers #(
   localparam int unsigned AxisLow = encoder_regmap_pkg::ADDRESS_WIDTH;  // of the address: which axis
 
   logic [31:0] time_q, readdata_q;
-  logic        read_q;
+  logic read_q;
   logic [31:0][31:0] words;
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
@@ -45,8 +45,8 @@ module encoder_registers #(
   for (genvar i = 0; i < 8; i++) begin : gen_axis
     if (i < Axes) begin : gen_decoder
       logic [31:0] position, index_position, edge_time, status;
-      logic [7:0]  illegal_count;
-      logic        index, illegal;
+      logic [7:0] illegal_count;
+      logic index, illegal;
 
       quadrature_decoder u_decoder (
           .clk_i,

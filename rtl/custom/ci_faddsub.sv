@@ -20,10 +20,10 @@ module ci_faddsub (
 
   // ---- s1: align the operand with the smaller exponent; equal exponents need no shift ----
   // A subnormal number has exponent 0 and twice its significand, so that the exponents need no fixing.
-  logic        a_normal, b_normal, b_above, a_larger, swap;
-  logic [7:0]  exp_a, exp_b, b_minus_a, distance;
-  logic [8:0]  a_minus_b;                // S(8.0)
-  logic [23:0] sig_a, sig_b, moved;      // U(1.23)
+  logic a_normal, b_normal, b_above, a_larger, swap;
+  logic [7:0] exp_a, exp_b, b_minus_a, distance;
+  logic [8:0] a_minus_b;  // S(8.0)
+  logic [23:0] sig_a, sig_b, moved;  // U(1.23)
   assign exp_a     = dataa_i[30:23];
   assign exp_b     = datab_i[30:23];
   assign a_normal  = |exp_a;
@@ -39,11 +39,15 @@ module ci_faddsub (
   // At equal exponents the larger significand goes first, so that no difference is negative.
   assign swap      = !a_larger && !b_above;
 
-  logic [31:0] aligned;                  // U(1.31): distances up to 31 leave 26 bits and a sticky
-  logic        lost, far;
-  logic [26:0] minor;                    // |24 bits|guard|round|sticky|, U(1.26)
+  logic [31:0] aligned;  // U(1.31): distances up to 31 leave 26 bits and a sticky
+  logic lost, far;
+  logic [26:0] minor;  // |24 bits|guard|round|sticky|, U(1.26)
   assign far = |distance[7:5];
-  fp_shift_right #(.Width(32), .AmountWidth(5), .WidestFirst(1'b0)) u_align (
+  fp_shift_right #(
+      .Width(32),
+      .AmountWidth(5),
+      .WidestFirst(1'b0)
+  ) u_align (
       .value_i ({moved, 8'd0}),
       .amount_i(distance[4:0]),
       .value_o (aligned),
@@ -62,8 +66,8 @@ module ci_faddsub (
 
   logic [23:0] large_s1_q;
   logic [26:0] minor_s1_q;
-  logic [7:0]  exp_s1_q;
-  logic        subtract_s1_q, sign_s1_q, nan_s1_q, inf_s1_q;
+  logic [7:0] exp_s1_q;
+  logic subtract_s1_q, sign_s1_q, nan_s1_q, inf_s1_q;
   always_ff @(posedge clk_i) begin
     large_s1_q    <= (b_above || swap) ? sig_b : sig_a;
     minor_s1_q    <= minor;
@@ -77,16 +81,17 @@ module ci_faddsub (
   // ---- s2: add; count leading zeros; the coarse part of the shift ----
   // The sticky bit takes part in the subtraction: a difference that loses more than one leading bit
   // has operands less than two places apart and so no sticky bit.
-  logic [27:0] sum, room, coarse;        // U(2.26)
-  logic [4:0]  zeros;
-  logic        unused_empty, zero;
-  assign sum = {1'b0, large_s1_q, 3'd0} + ({1'b0, minor_s1_q} ^ {28{subtract_s1_q}})
-             + {27'd0, subtract_s1_q};
+  logic [27:0] sum, room, coarse;  // U(2.26)
+  logic [4:0] zeros;
+  logic unused_empty, zero;
+  assign sum = {1'b0, large_s1_q, 3'd0} + ({1'b0, minor_s1_q} ^ {28{subtract_s1_q}}) + {27'd0, subtract_s1_q};
   // The bit that would be the leading one at the least exponent: left shifts stop there.
   always_comb begin
     for (int i = 0; i < 28; i++) room[27-i] = exp_s1_q == 8'(i);
   end
-  fp_lzc #(.CountWidth(5)) u_lzc (
+  fp_lzc #(
+      .CountWidth(5)
+  ) u_lzc (
       .value_i({sum | room, 4'd0}),
       .count_o(zeros),
       .zero_o (unused_empty)
@@ -98,9 +103,9 @@ module ci_faddsub (
   assign zero = !(|sum);
 
   logic [27:0] coarse_s2_q;
-  logic [1:0]  zeros_s2_q;
-  logic [8:0]  exp_s2_q;                 // U(9.0), biased
-  logic        sign_s2_q, nan_s2_q, inf_s2_q, zero_s2_q;
+  logic [1:0] zeros_s2_q;
+  logic [8:0] exp_s2_q;  // U(9.0), biased
+  logic sign_s2_q, nan_s2_q, inf_s2_q, zero_s2_q;
   always_ff @(posedge clk_i) begin
     coarse_s2_q <= coarse;
     zeros_s2_q  <= zeros[1:0];
@@ -113,8 +118,8 @@ module ci_faddsub (
   end
 
   // ---- s3: the rest of the shift, round, pack, special results ----
-  logic [27:0]    sig;                   // U(1.27)
-  logic [31:0]    rounded;
+  logic [27:0] sig;  // U(1.27)
+  logic [31:0] rounded;
   fp_pkg::flags_t unused_flags;
   assign sig = coarse_s2_q << zeros_s2_q;
   fp_round u_round (

@@ -12,12 +12,12 @@ module ci_fcmp (
 
   localparam logic [3:0] Abs = ci_pkg::FPGA2_N_FABS[3:0];
   localparam logic [3:0] Neg = ci_pkg::FPGA2_N_FNEG[3:0];
-  localparam logic [3:0] Ne  = ci_pkg::FPGA2_N_FCMPNE[3:0];
-  localparam logic [3:0] Eq  = ci_pkg::FPGA2_N_FCMPEQ[3:0];
-  localparam logic [3:0] Ge  = ci_pkg::FPGA2_N_FCMPGE[3:0];
-  localparam logic [3:0] Gt  = ci_pkg::FPGA2_N_FCMPGT[3:0];
-  localparam logic [3:0] Le  = ci_pkg::FPGA2_N_FCMPLE[3:0];
-  localparam logic [3:0] Lt  = ci_pkg::FPGA2_N_FCMPLT[3:0];
+  localparam logic [3:0] Ne = ci_pkg::FPGA2_N_FCMPNE[3:0];
+  localparam logic [3:0] Eq = ci_pkg::FPGA2_N_FCMPEQ[3:0];
+  localparam logic [3:0] Ge = ci_pkg::FPGA2_N_FCMPGE[3:0];
+  localparam logic [3:0] Gt = ci_pkg::FPGA2_N_FCMPGT[3:0];
+  localparam logic [3:0] Le = ci_pkg::FPGA2_N_FCMPLE[3:0];
+  localparam logic [3:0] Lt = ci_pkg::FPGA2_N_FCMPLT[3:0];
   localparam logic [3:0] Max = ci_pkg::FPGA2_N_FMAX[3:0];
   localparam logic [3:0] Min = ci_pkg::FPGA2_N_FMIN[3:0];
 

@@ -14,7 +14,7 @@ module ci_fdivsqrt (
     output logic [31:0] result_o
 );
 
-  logic           unused_valid, unused_control;
+  logic unused_valid, unused_control;
   fp_pkg::flags_t unused_flags;
   assign unused_control = clk_en_i || start_i;
 

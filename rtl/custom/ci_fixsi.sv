@@ -12,7 +12,7 @@ module ci_fixsi (
     output logic [31:0] result_o
 );
 
-  logic           unused_valid, unused_control;
+  logic unused_valid, unused_control;
   fp_pkg::flags_t unused_flags;
   assign unused_control = clk_en_i || start_i;
 

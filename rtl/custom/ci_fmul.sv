@@ -21,10 +21,10 @@ module ci_fmul (
   // A subnormal operand enters without hidden bit. {product, 10 zeros} >> shift leaves U(2.25), and
   // 31 keeps the place; less restores the zeros that a subnormal operand brought, as far as the
   // exponent has room; more denormalises; from 58 on only the sticky bit is left.
-  logic        a_normal, b_normal, denormal, far, unused_empty;
+  logic a_normal, b_normal, denormal, far, unused_empty;
   logic [23:0] sig_a, sig_b, sig_small, stop;
-  logic [9:0]  exp;                      // S(10.0): biased exponent of the product, minus one
-  logic [4:0]  zeros;
+  logic [9:0] exp;  // S(10.0): biased exponent of the product, minus one
+  logic [4:0] zeros;
   assign a_normal  = |dataa_i[30:23];
   assign b_normal  = |datab_i[30:23];
   assign sig_a     = {a_normal, dataa_i[22:0]};
@@ -35,7 +35,9 @@ module ci_fmul (
   always_comb begin
     for (int i = 0; i < 24; i++) stop[23-i] = sig_small[23-i] || (exp[8:0] == 9'(i));
   end
-  fp_lzc #(.CountWidth(5)) u_lzc (
+  fp_lzc #(
+      .CountWidth(5)
+  ) u_lzc (
       .value_i({stop, 8'd0}),
       .count_o(zeros),
       .zero_o (unused_empty)
@@ -43,7 +45,7 @@ module ci_fmul (
   assign denormal = exp[9];
   assign far      = !(&exp[8:5]);
 
-  logic [47:0] outer, outer_s1_q;        // product = outer + (cross_low + cross_high) * 2^17
+  logic [47:0] outer, outer_s1_q;  // product = outer + (cross_low + cross_high) * 2^17
   logic [23:0] cross_low, cross_high, cross_low_s1_q, cross_high_s1_q;
   fp_product u_multiply (
       .a_i         (sig_a),
@@ -53,9 +55,9 @@ module ci_fmul (
       .cross_high_o(cross_high)
   );
 
-  logic [5:0]  shift_s1_q;
-  logic [8:0]  exp_s1_q;                 // U(9.0), before zeros are restored, 0 if denormalised
-  logic        sign_s1_q, nan_s1_q, inf_s1_q, zero_s1_q;
+  logic [5:0] shift_s1_q;
+  logic [8:0] exp_s1_q;  // U(9.0), before zeros are restored, 0 if denormalised
+  logic sign_s1_q, nan_s1_q, inf_s1_q, zero_s1_q;
   always_ff @(posedge clk_i) begin
     outer_s1_q      <= outer;
     cross_low_s1_q  <= cross_low;
@@ -71,19 +73,22 @@ module ci_fmul (
   end
 
   // ---- s2: shift, then at most one place to the right ----
-  logic [47:0] product;                  // U(2.46)
-  logic [30:0] unused_shifted;           // zeros, since the product is below 4 after the shift
-  logic [26:0] shifted;                  // U(2.25)
-  logic        lost, high;
-  logic [8:0]  exp_low;                  // U(9.0), biased, if the product is below two
+  logic [47:0] product;  // U(2.46)
+  logic [30:0] unused_shifted;  // zeros, since the product is below 4 after the shift
+  logic [26:0] shifted;  // U(2.25)
+  logic lost, high;
+  logic [8:0] exp_low;  // U(9.0), biased, if the product is below two
   // Carry-save, so that one carry chain is left.
-  logic [30:0] partial;                  // in units of 2^17
+  logic [30:0] partial;  // in units of 2^17
   logic [23:0] carries;
   assign partial = outer_s1_q[47:17] ^ {7'd0, cross_low_s1_q} ^ {7'd0, cross_high_s1_q};
   assign carries = (outer_s1_q[40:17] & (cross_low_s1_q | cross_high_s1_q))
                  | (cross_low_s1_q & cross_high_s1_q);
   assign product = {partial + {6'd0, carries, 1'b0}, outer_s1_q[16:0]};
-  fp_shift_right #(.Width(58), .AmountWidth(6)) u_normalise (
+  fp_shift_right #(
+      .Width(58),
+      .AmountWidth(6)
+  ) u_normalise (
       .value_i ({product, 10'd0}),
       .amount_i(shift_s1_q),
       .value_o ({unused_shifted, shifted}),
@@ -92,10 +97,10 @@ module ci_fmul (
   assign high    = shifted[26];
   assign exp_low = exp_s1_q + 9'd1 - {4'd0, ~shift_s1_q[4:0] & {5{!shift_s1_q[5]}}};
 
-  logic [25:0] sig_s2_q;                 // U(1.25)
-  logic        sticky_s2_q;
-  logic [8:0]  exp_s2_q;                 // U(9.0), biased
-  logic        sign_s2_q, nan_s2_q, inf_s2_q, zero_s2_q;
+  logic [25:0] sig_s2_q;  // U(1.25)
+  logic sticky_s2_q;
+  logic [8:0] exp_s2_q;  // U(9.0), biased
+  logic sign_s2_q, nan_s2_q, inf_s2_q, zero_s2_q;
   always_ff @(posedge clk_i) begin
     sig_s2_q    <= high ? shifted[26:1] : shifted[25:0];
     sticky_s2_q <= lost || (high && shifted[0]);
@@ -107,7 +112,7 @@ module ci_fmul (
   end
 
   // ---- s3: round, pack, special results ----
-  logic [31:0]    rounded;
+  logic [31:0] rounded;
   fp_pkg::flags_t unused_flags;
   fp_round u_round (
       .sign_i  (sign_s2_q),

@@ -26,7 +26,7 @@ module ci_fph1 (
   endfunction
 
   // ---- control: cycles that are left after this one ----
-  logic       rst_n;
+  logic rst_n;
   logic [5:0] left_q, cycles;
   assign rst_n = !reset_i;
   always_comb begin
@@ -46,7 +46,7 @@ module ci_fph1 (
   end
   assign done_o = !start_i && left_q == 6'd1;
 
-  logic [1:0]  n_q;
+  logic [1:0] n_q;
   logic [31:0] a_q, b_q;
   always_ff @(posedge clk_i) begin
     if (clk_en_i && start_i) begin
@@ -57,8 +57,8 @@ module ci_fph1 (
   end
 
   // ---- units: they run freely on the held operands and are done long before the counter ----
-  logic [31:0]    product, sum, quotient;
-  logic [2:0]     unused_valid;
+  logic [31:0] product, sum, quotient;
+  logic [2:0] unused_valid;
   fp_pkg::flags_t unused_mul_flags, unused_add_flags, unused_div_flags;
   fp_mul u_multiply (
       .clk_i   (clk_i),

@@ -30,9 +30,10 @@ module ci_fsat (
 
   logic [63:0] bounds[0:31];
   logic [63:0] read;
-  assign read = bounds[readra_i ? b_i : a_i];
+  assign read = bounds[readra_i?b_i : a_i];
   always_ff @(posedge clk_i)
-    if (start_i && clk_en_i && !writerc_i && readra_i && readrb_i) bounds[c_i] <= {dataa_i, datab_i};
+    if (start_i && clk_en_i && !writerc_i && readra_i && readrb_i)
+      bounds[c_i] <= {dataa_i, datab_i};
 
   // Both ranks run freely on held operands, as the pipelines of the other components. The first one
   // takes the bounds, the second one compares.
@@ -68,7 +69,7 @@ module ci_fsat (
       .equal_o(unused_equal[2])
   );
 
-  logic        nan;
+  logic nan;
   logic [31:0] result;
   assign nan = exchanged || fp_pkg::is_nan(dataa_i) || fp_pkg::is_nan(low) || fp_pkg::is_nan(high);
   always_comb begin

@@ -13,8 +13,8 @@ module ci_fsincos (
     output logic [31:0] result_o
 );
 
-  logic           unused_ready, valid;
-  logic [31:0]    result, result_q;
+  logic unused_ready, valid;
+  logic [31:0] result, result_q;
   fp_pkg::flags_t unused_flags;
 
   fp_sincos u_unit (

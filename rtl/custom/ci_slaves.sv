@@ -40,7 +40,7 @@ module ci_slaves #(
 
   if (Platform == 1) begin : gen_fpga1
 
-    logic        mine, done;
+    logic mine, done;
     logic [31:0] result;
     assign mine = multi_n_i[7:2] == ci_pkg::FPGA1_FPH1_BASE[7:2];
     ci_fph1 u_fph1 (
@@ -85,7 +85,7 @@ module ci_slaves #(
 
     // ---- multicycle group: pairs of instructions share a unit ----
     logic [31:0] sum, product, quotient, wave, limited, floated, fixed;
-    logic        wave_mine, limit_mine;
+    logic wave_mine, limit_mine;
     assign wave_mine  = multi_n_i == ci_pkg::FPGA2_N_FSIN || multi_n_i == ci_pkg::FPGA2_N_FCOS;
     assign limit_mine = multi_n_i == ci_pkg::FPGA2_N_FSAT;
     ci_faddsub u_faddsub (
@@ -197,7 +197,7 @@ module ci_slaves #(
     end
 
     // Cycles that are left, this one included; 0 when idle.
-    logic       rst_n;
+    logic rst_n;
     logic [5:0] left_q;
     assign rst_n = !multi_reset_i;
     always_ff @(posedge multi_clk_i or negedge rst_n) begin
@@ -213,8 +213,7 @@ module ci_slaves #(
   end
 
   logic unused_registers;
-  assign unused_registers = ^{combo_readra_i, combo_readrb_i, combo_writerc_i,
-                              combo_a_i, combo_b_i, combo_c_i};
+  assign unused_registers = ^{combo_readra_i, combo_readrb_i, combo_writerc_i, combo_a_i, combo_b_i, combo_c_i};
 
 `ifndef SYNTHESIS
   if (Platform != 1 && Platform != 2) begin : gen_check

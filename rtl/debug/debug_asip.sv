@@ -49,43 +49,43 @@ module debug_asip #(
   localparam int unsigned StageLog2 = 6;
 
   // ---- bus
-  logic             link_read, link_write, link_wait, link_in_block, host_in_block;
-  logic             link_in_machine;
-  logic [Width:0]   link_address;
-  logic [31:0]      link_data;
-  logic             host_wait_core, host_wait_block, link_wait_core, link_wait_block;
-  logic             either_read, either_write, either_wait, stage_wait;
+  logic link_read, link_write, link_wait, link_in_block, host_in_block;
+  logic link_in_machine;
+  logic [Width:0] link_address;
+  logic [31:0] link_data;
+  logic host_wait_core, host_wait_block, link_wait_core, link_wait_block;
+  logic either_read, either_write, either_wait, stage_wait;
   logic [Width-1:0] either_address, stage_address, core_address;
-  logic [31:0]      either_data, stage_data, core_writedata, core_readdata;
-  logic             stage_bus_write, core_read, core_write, core_wait;
-  logic             turn_read, turn_write, turn_wait;
+  logic [31:0] either_data, stage_data, core_writedata, core_readdata;
+  logic stage_bus_write, core_read, core_write, core_wait;
+  logic turn_read, turn_write, turn_wait;
   logic [Width-1:0] turn_address;
-  logic [31:0]      turn_data, turn_readdata;
-  logic             block_read, block_write, block_wait;
+  logic [31:0] turn_data, turn_readdata;
+  logic block_read, block_write, block_wait;
   logic [Width-1:0] block_address;
-  logic [31:0]      block_writedata, block_readdata;
-  logic             chosen_read, chosen_write, chosen_wait;
+  logic [31:0] block_writedata, block_readdata;
+  logic chosen_read, chosen_write, chosen_wait;
   logic [Width-1:0] chosen_address;
-  logic [31:0]      chosen_data, chosen_readdata;
-  logic             in_constants;
+  logic [31:0] chosen_data, chosen_readdata;
+  logic in_constants;
   // ---- core
-  asip_pkg::hook_in_t  hook_in;
+  asip_pkg::hook_in_t hook_in;
   asip_pkg::hook_out_t hook;
-  logic             stop_q, stop_d, freeze, stop_run, wait_k;
+  logic stop_q, stop_d, freeze, stop_run, wait_k;
   // ---- block
-  logic             csr_write, stage_write, ring_read;
-  logic [5:0]       csr_index;
-  logic             watchdog_runs, stop_at_start;
-  logic [3:0]       breakpoints;
-  logic [1:0]       watches;
-  logic             held, halted, committing, overflow, black_box, triggered, armed;
-  logic [2:0]       reason, which, channel, last_channel;
-  logic [15:0]      next, last, version, run_version;
-  logic [7:0]       staged;
-  logic [1:0]       scope_state, size_log2;
-  logic [31:0]      status_word, place_word, mode_word, enable_word, version_word;
-  logic [31:0]      runs, records, triggered_at, uart_errors;
-  logic [31:0]      channel_word, ring_data;
+  logic csr_write, stage_write, ring_read;
+  logic [5:0] csr_index;
+  logic watchdog_runs, stop_at_start;
+  logic [3:0] breakpoints;
+  logic [1:0] watches;
+  logic held, halted, committing, overflow, black_box, triggered, armed;
+  logic [2:0] reason, which, channel, last_channel;
+  logic [15:0] next, last, version, run_version;
+  logic [7:0] staged;
+  logic [1:0] scope_state, size_log2;
+  logic [31:0] status_word, place_word, mode_word, enable_word, version_word;
+  logic [31:0] runs, records, triggered_at, uart_errors;
+  logic [31:0] channel_word, ring_data;
   logic [RingLog2-1:0] link_ring_address;
 
   // ================================================================ bus

@@ -23,9 +23,9 @@ module debug_bus_slice #(
     input  logic                    far_wait_i
 );
 
-  logic                    read_q, write_q, done_q;
+  logic read_q, write_q, done_q;
   logic [AddressWidth-1:0] address_q;
-  logic [31:0]             writedata_q, readdata_q;
+  logic [31:0] writedata_q, readdata_q;
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin

@@ -39,38 +39,38 @@ module debug_capture #(
   localparam logic [1:0] SourceK = 2'd3;
 
   // ---- channels
-  logic [1:0]                kind, source;
-  logic [Channels-1:0][6:0]  index_q;
-  logic [Channels-1:0][1:0]  source_q;
-  logic [Channels-1:0][3:0]  one_from_q;  // source_q, a bit for each, of a channel that wants one write
-  logic [Channels-1:0][3:0]  last_from_q; // .. that wants the last one
-  logic [Channels-1:0]       every_q;     // write of a run, the last one stays
-  logic [Channels-1:0]       is_output_q, is_cycles_q;
-  logic [3:0]                wanted;
-  logic                      last;
-  logic [Channels-1:0][3:0]  wanted_q, count, count_q;
-  logic [Channels-1:0]       is_next_q;   // count_q is what is wanted
-  logic [Channels-1:0][2:0]  slot_q;
-  logic [Channels-1:0]       fresh_q;     // written since the channels' own places were
-  logic [Channels-1:0]       hit, hit_q;  // hit_q: with data_q
-  logic [Channels-1:0]       takes;
+  logic [1:0] kind, source;
+  logic [Channels-1:0][6:0] index_q;
+  logic [Channels-1:0][1:0] source_q;
+  logic [Channels-1:0][3:0] one_from_q;  // source_q, a bit for each, of a channel that wants one write
+  logic [Channels-1:0][3:0] last_from_q;  // .. that wants the last one
+  logic [Channels-1:0] every_q;  // write of a run, the last one stays
+  logic [Channels-1:0] is_output_q, is_cycles_q;
+  logic [3:0] wanted;
+  logic last;
+  logic [Channels-1:0][3:0] wanted_q, count, count_q;
+  logic [Channels-1:0] is_next_q;  // count_q is what is wanted
+  logic [Channels-1:0][2:0] slot_q;
+  logic [Channels-1:0] fresh_q;  // written since the channels' own places were
+  logic [Channels-1:0] hit, hit_q;  // hit_q: with data_q
+  logic [Channels-1:0] takes;
   // ---- sources
-  logic                      constant_write_q;
-  logic [6:0]                constant_index_q;
-  logic [31:0]               constant_data_q;
-  logic [Sources-1:0][31:0]  data_q, waiting;
-  logic [Sources-1:0][2:0]   slot;
+  logic constant_write_q;
+  logic [6:0] constant_index_q;
+  logic [31:0] constant_data_q;
+  logic [Sources-1:0][31:0] data_q, waiting;
+  logic [Sources-1:0][2:0] slot;
   // ---- after a run
-  logic                      ended_q;
-  logic [Channels-1:0]       looks;       // the channel that is ahead
-  logic [Channels-2:0]       looked_q;
-  logic                      walk_q;
-  logic [2:0]                channel_q, ahead;
-  logic [2:0]                from_slot_q;
-  logic [1:0]                from_source_q;
-  logic                      from_fresh_q, from_cycles_q;
-  logic [31:0]               cycles_q;
-  logic [31:0]               own[0:Channels-1];
+  logic ended_q;
+  logic [Channels-1:0] looks;  // the channel that is ahead
+  logic [Channels-2:0] looked_q;
+  logic walk_q;
+  logic [2:0] channel_q, ahead;
+  logic [2:0] from_slot_q;
+  logic [1:0] from_source_q;
+  logic from_fresh_q, from_cycles_q;
+  logic [31:0] cycles_q;
+  logic [31:0] own[0:Channels-1];
 
   // Numbers of writes are counted in the order of a shift register: 0, 3, 5, 8, .. 9 for the first to the 15th
   // write, then 1, where it stays: one table for two bits, no carry, cleared by the clock.
@@ -111,7 +111,7 @@ module debug_capture #(
 
   for (genvar c = 0; c < Channels; c++) begin : gen_channel
     logic [5:0] index;
-    logic       write;
+    logic write;
 
     always_ff @(posedge clk_i) begin
       if (csr_write_i && csr_index_i == debug_regmap_pkg::REG_CHANNEL + 6'(c)) begin
@@ -157,8 +157,8 @@ module debug_capture #(
   // ---- sources: the slot of the word in data_q
   for (genvar s = 0; s < Sources; s++) begin : gen_source
     logic [31:0] memory[0:Channels-1];
-    logic        some_one, some_last;  // a channel takes it
-    logic [2:0]  slot_one, slot_last;
+    logic some_one, some_last;  // a channel takes it
+    logic [2:0] slot_one, slot_last;
 
     always_comb begin
       some_one  = 1'b0;

@@ -38,13 +38,13 @@ module debug_link #(
 );
 
   logic [15:0] divider_q, dropped_q, lost;
-  logic        stream_q, events_q;
-  logic        line_send, line_ready, received, broken, dropped;
-  logic [7:0]  line_out, line_in, request_byte, packet_byte;
-  logic        request, done, packet_ready, put, finish;
-  logic [5:0]  length, index;
+  logic stream_q, events_q;
+  logic line_send, line_ready, received, broken, dropped;
+  logic [7:0] line_out, line_in, request_byte, packet_byte;
+  logic request, done, packet_ready, put, finish;
+  logic [5:0] length, index;
 
-  logic        serve_read, serve_write, serve_wait;
+  logic serve_read, serve_write, serve_wait;
   logic [14:0] serve_address;
   logic [31:0] serve_data, serve_answer;
 

@@ -21,14 +21,14 @@ module debug_receive (
 
   localparam int unsigned Largest = 4 + 2 + 4 * debug_pkg::WRITE_WORDS;
 
-  logic        request_q, bad_q, any_q, gap_q, dropped_q;
-  logic [7:0]  left_q;   // bytes until the next code; 0: this one is a code
-  logic [5:0]  length_q;
+  logic request_q, bad_q, any_q, gap_q, dropped_q;
+  logic [7:0] left_q;  // bytes until the next code; 0: this one is a code
+  logic [5:0] length_q;
   logic [15:0] crc_q;
-  logic        put, code, ended, whole;
-  logic [7:0]  data;
-  logic [7:0]  memory[0:63];
-  logic [7:0]  data_q;
+  logic put, code, ended, whole;
+  logic [7:0] data;
+  logic [7:0] memory[0:63];
+  logic [7:0] data_q;
 
   // A code stands for the zero behind the bytes before it, but for the first one and that after 254.
   assign code = left_q == 8'd0;

@@ -42,8 +42,7 @@ module debug_registers #(
   localparam int unsigned Width = debug_regmap_pkg::ADDRESS_WIDTH;
   localparam int unsigned Registers = debug_regmap_pkg::WORDS_CSR;
 
-  function automatic logic in_block(input logic [Width-1:0] address, input int unsigned base,
-                                    input int unsigned words);
+  function automatic logic in_block(input logic [Width-1:0] address, input int unsigned base, input int unsigned words);
     in_block = (32'(address) & ~(words - 1)) == base;
   endfunction
 
@@ -70,11 +69,11 @@ module debug_registers #(
     endcase
   endfunction
 
-  logic                 in_csr, done_q, ring_q, keep;
-  logic [31:0]          config_word, other_word, count_word, word, read_q, runs_q;
-  logic [1:0]           count, select;
+  logic in_csr, done_q, ring_q, keep;
+  logic [31:0] config_word, other_word, count_word, word, read_q, runs_q;
+  logic [1:0] count, select;
   logic [Registers-1:0] kept, ready;
-  logic [31:0]          memory[0:Kept-1];
+  logic [31:0] memory[0:Kept-1];
 
   assign in_csr        = in_block(address_i, debug_regmap_pkg::BASE_CSR,
                                   debug_regmap_pkg::WORDS_CSR);

@@ -39,18 +39,18 @@ module debug_run (
   localparam int unsigned Breakpoints = 4;
   localparam int unsigned Watches = 2;
 
-  logic [Breakpoints-1:0]       enable_q, match_q_q, match_d_q;
+  logic [Breakpoints-1:0] enable_q, match_q_q, match_d_q;
   logic [Breakpoints-1:0][15:0] break_q;
-  logic [Watches-1:0]           watch_enable_q, written_d, written_q, seen;
-  logic [Watches-1:0][5:0]      index_q;
-  logic [Watches-1:0][1:0]      bank_q;
-  logic [Watches-1:0][31:0]     mask_q, value_q, data_d, data_q;
-  logic                         watchdog_runs_q, stop_at_start_q, abort_q;
-  logic                         control, halt, resume, step, hit, watched, waits;
-  logic                         held_q, halted_q, release_q, look_d, changed_q, late_q;
-  logic [15:0]                  looked;
-  logic [2:0]                   reason_q, which_q, hit_which;
-  logic [15:0]                  next_q, last_q;
+  logic [Watches-1:0] watch_enable_q, written_d, written_q, seen;
+  logic [Watches-1:0][5:0] index_q;
+  logic [Watches-1:0][1:0] bank_q;
+  logic [Watches-1:0][31:0] mask_q, value_q, data_d, data_q;
+  logic watchdog_runs_q, stop_at_start_q, abort_q;
+  logic control, halt, resume, step, hit, watched, waits;
+  logic held_q, halted_q, release_q, look_d, changed_q, late_q;
+  logic [15:0] looked;
+  logic [2:0] reason_q, which_q, hit_which;
+  logic [15:0] next_q, last_q;
 
   // ---- registers
   assign control = csr_write_i && csr_index_i == debug_regmap_pkg::REG_CONTROL;
@@ -106,8 +106,7 @@ module debug_run (
       end
       if (!look_d) match_q_q[b] <= match;
       // A breakpoint that is disabled holds the bundle in D no more.
-      match_d_q[b] <= enable_q[b] &&
-                      (core_i.advance ? match_q_q[b] : look_d ? match : match_d_q[b]);
+      match_d_q[b] <= enable_q[b] && (core_i.advance ? match_q_q[b] : look_d ? match : match_d_q[b]);
     end
   end
 

@@ -36,24 +36,24 @@ module debug_scope #(
 
   localparam int unsigned CountBits = debug_regmap_pkg::AROUND_PRE_WIDTH;
 
-  logic                 control, arm, freeze, command, set_record, records_now, active, full_record;
-  logic                 begins_q, recording_q, judge, fault_q, black_box_q, triggered_q, command_q;
-  logic                 begun_q, clear;
-  logic [2:0]           ended_q;   // clocks after the last word of a record
-  logic [1:0]           state_q, size_log2;
-  logic [2:0]           last_q, kind_q, trigger_channel_q;
-  logic                 float_q, low_q, high_q, before_q, before_valid_q;
-  logic [15:0]          skip_q, skipped_q;
+  logic control, arm, freeze, command, set_record, records_now, active, full_record;
+  logic begins_q, recording_q, judge, fault_q, black_box_q, triggered_q, command_q;
+  logic begun_q, clear;
+  logic [2:0] ended_q;  // clocks after the last word of a record
+  logic [1:0] state_q, size_log2;
+  logic [2:0] last_q, kind_q, trigger_channel_q;
+  logic float_q, low_q, high_q, before_q, before_valid_q;
+  logic [15:0] skip_q, skipped_q;
   logic [CountBits-1:0] pre_q, post_q;
   logic [CountBits-1:0] after_q, after;  // records from the trigger on
-  logic [31:0]          records_q, triggered_at_q;
-  logic [31:0]          levels[0:1];
-  logic [31:0]          judged_q, level;
-  logic                 lower_q, upper_q, reversed, above;
-  logic [31:0]          memory[0:(1<<RingLog2)-1];
-  logic [31:0]          ring_q;
-  logic [RingLog2-1:0]  at;
-  logic                 hit, enough, trigger, count, full;
+  logic [31:0] records_q, triggered_at_q;
+  logic [31:0] levels[0:1];
+  logic [31:0] judged_q, level;
+  logic lower_q, upper_q, reversed, above;
+  logic [31:0] memory[0:(1<<RingLog2)-1];
+  logic [31:0] ring_q;
+  logic [RingLog2-1:0] at;
+  logic hit, enough, trigger, count, full;
 
   // ---- registers
   assign control = csr_write_i && csr_index_i == debug_regmap_pkg::REG_CONTROL;
@@ -173,8 +173,7 @@ module debug_scope #(
         before_valid_q <= 1'b1;
         if (trigger) triggered_q <= 1'b1;
         if (count) begin
-          state_q <= full ? debug_regmap_pkg::SCOPE_STATE_FROZEN
-                          : debug_regmap_pkg::SCOPE_STATE_TRIGGERED;
+          state_q <= full ? debug_regmap_pkg::SCOPE_STATE_FROZEN : debug_regmap_pkg::SCOPE_STATE_TRIGGERED;
         end
         if (fault_q) begin
           state_q     <= debug_regmap_pkg::SCOPE_STATE_FROZEN;

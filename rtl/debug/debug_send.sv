@@ -27,15 +27,15 @@ module debug_send (
     StClose   // the zero behind the frame
   } state_e;
 
-  state_e      state_q;
-  logic        half_q, out_half_q;          // built, sent
-  logic [1:0]  full_q;
-  logic [7:0]  at_q, mark_q, out_q;
+  state_e state_q;
+  logic half_q, out_half_q;  // built, sent
+  logic [1:0] full_q;
+  logic [7:0] at_q, mark_q, out_q;
   logic [15:0] crc_q;
-  logic        write, add, sent;
-  logic [7:0]  place, word, add_data;
-  logic [7:0]  read_data;
-  logic [7:0]  memory[0:511];
+  logic write, add, sent;
+  logic [7:0] place, word, add_data;
+  logic [7:0] read_data;
+  logic [7:0] memory[0:511];
 
   assign ready_o = state_q == StOpen;
   assign sent    = send_o && ready_i && read_data == 8'd0;

@@ -46,15 +46,33 @@ module debug_serve #(
 
   typedef enum logic [4:0] {
     StIdle,
-    StType, StSequence, StLow, StHigh, StCount,  // of the request
-    StHead,                                      // type and sequence number of the answer
-    StRead, StReadHere, StGather, StWrite,       // words of a request
-    StPut,                                       // bytes of word_q, then state after_q
-    StEventPlace, StEventRuns,
-    StNumber, StChannels,                        // head of samples
-    StNow, StNowHere, StBefore, StBeforeHere,    // two words of the ring
+    // of the request
+    StType,
+    StSequence,
+    StLow,
+    StHigh,
+    StCount,
+    StHead,  // type and sequence number of the answer
+    // words of a request
+    StRead,
+    StReadHere,
+    StGather,
+    StWrite,
+    StPut,  // bytes of word_q, then state after_q
+    StEventPlace,
+    StEventRuns,
+    // head of samples
+    StNumber,
+    StChannels,
+    // two words of the ring
+    StNow,
+    StNowHere,
+    StBefore,
+    StBeforeHere,
     StDifference,
-    StCode, StRecord,                            // codes of a record, end of a record
+    // codes of a record, end of a record
+    StCode,
+    StRecord,
     StEnd
   } state_e;
 
@@ -65,20 +83,20 @@ module debug_serve #(
   localparam int unsigned Margin = 16;  // records
   localparam int unsigned Fullest = 252 - 2 - 32;  // bytes of a packet that takes a record more
 
-  state_e      state_q, after_q;
-  logic [7:0]  type_q, sequence_q, last_sequence_q, own_sequence_q, used_q;
-  logic        answered_q, repeated_q, values_q, first_q, again_q;
+  state_e state_q, after_q;
+  logic [7:0] type_q, sequence_q, last_sequence_q, own_sequence_q, used_q;
+  logic answered_q, repeated_q, values_q, first_q, again_q;
   logic [15:0] address_q;
-  logic [5:0]  index_q, left_q;       // left: words of a READ
+  logic [5:0] index_q, left_q;  // left: words of a READ
   logic [31:0] word_q, told_q, tail_q, now_q, difference;
-  logic [2:0]  bytes_q, channel_q;
-  logic [1:0]  byte_q, code;
+  logic [2:0] bytes_q, channel_q;
+  logic [1:0] byte_q, code;
   logic [15:0] codes_q, lost_q;
   logic [31:0] backlog;
   logic [12:0] most;
-  logic        is_read, is_write, good, behind, change, last_channel, moves;
-  logic        behind_q, some_q, more_q, judged_q;  // of the backlog; judged: of this tail
-  logic        restart_q;             // records count from 0 again, samples after this packet too
+  logic is_read, is_write, good, behind, change, last_channel, moves;
+  logic behind_q, some_q, more_q, judged_q;  // of the backlog; judged: of this tail
+  logic restart_q;  // records count from 0 again, samples after this packet too
   logic [31:0] from;
 
   assign is_read  = type_q == debug_pkg::TYPE_READ;
@@ -149,10 +167,10 @@ module debug_serve #(
       judged_q  <= !moves;
       restart_q <= armed_i || (restart_q && state_q != StIdle);
       if (put_o) used_q <= used_q + 8'd1;
-      index_q   <= index_o;
+      index_q <= index_o;
       case (state_q)
         StIdle: begin
-          used_q  <= '0;
+          used_q <= '0;
           if (!stream_i) tail_q <= records_i;
           if (ready_i) begin
             if (request_i) begin

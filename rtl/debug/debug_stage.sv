@@ -33,15 +33,15 @@ module debug_stage #(
 
   localparam int unsigned Room = 1 << WordsLog2;
 
-  logic                 commit, discard, last, stored, full;
-  logic                 committing_q, overflow_q;
-  logic [WordsLog2:0]   count_q, next_q;
-  logic [15:0]          version_q, run_version_q;
-  logic [WordsLog2:0]   next;
+  logic commit, discard, last, stored, full;
+  logic committing_q, overflow_q;
+  logic [WordsLog2:0] count_q, next_q;
+  logic [15:0] version_q, run_version_q;
+  logic [WordsLog2:0] next;
   logic [WordsLog2-1:0] ahead;
-  logic [38:0]          entry_q;  // of next_q
-  logic [38:0]          ahead_q;  // the one behind it
-  logic [38:0]          memory[0:Room-1];
+  logic [38:0] entry_q;  // of next_q
+  logic [38:0] ahead_q;  // the one behind it
+  logic [38:0] memory[0:Room-1];
 
   assign commit  = csr_write_i && csr_index_i == debug_regmap_pkg::REG_CONTROL &&
                    csr_data_i[debug_regmap_pkg::CONTROL_COMMIT_LSB];

@@ -20,10 +20,10 @@ module debug_uart (
 );
 
   // ---- transmit: start bit, 8 bits, stop bit
-  logic [9:0]  out_q;
-  logic [3:0]  out_left_q;
+  logic [9:0] out_q;
+  logic [3:0] out_left_q;
   logic [15:0] out_clocks_q;
-  logic        out_tick;
+  logic out_tick;
 
   assign ready_o  = out_left_q == 4'd0;
   assign out_tick = out_clocks_q == 16'd0;
@@ -51,11 +51,11 @@ module debug_uart (
   assign tx_o = out_q[0];
 
   // ---- receive: a low line starts a byte, bits are taken in their middle
-  logic [1:0]  line_q;
-  logic [7:0]  in_q;
-  logic [3:0]  in_left_q;  // 10: the start bit
+  logic [1:0] line_q;
+  logic [7:0] in_q;
+  logic [3:0] in_left_q;  // 10: the start bit
   logic [15:0] in_clocks_q;
-  logic        received_q, broken_q, idle_q;
+  logic received_q, broken_q, idle_q;
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin

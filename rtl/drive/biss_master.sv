@@ -30,7 +30,7 @@ module biss_master #(
 
   localparam logic [1:0] StIdle = 2'd0;
   localparam logic [1:0] StAcknowledge = 2'd1;  // until the line falls
-  localparam logic [1:0] StStart = 2'd2;        // until it rises
+  localparam logic [1:0] StStart = 2'd2;  // until it rises
   localparam logic [1:0] StBits = 2'd3;
 
   localparam int unsigned Bits = Width + 9;  // CDS, position, error, warning, CRC
@@ -44,16 +44,16 @@ module biss_master #(
   localparam logic [SampleBits-1:0] MIDDLE = SampleBits'(ClocksPerBit + ClocksPerBit / 2 - 1);
   localparam logic [CountBits-1:0] CRC_BITS = CountBits'(6);
 
-  logic [1:0]           state_q;
-  logic [1:0]           slo_q;     // synchroniser
-  logic [5:0]           phase_q;   // clocks since a falling edge of ma_o
+  logic [1:0] state_q;
+  logic [1:0] slo_q;  // synchroniser
+  logic [5:0] phase_q;  // clocks since a falling edge of ma_o
   logic [SampleBits-1:0] sample_q;  // clocks to the next bit's middle
-  logic [CountBits-1:0] left_q;    // bits to come
+  logic [CountBits-1:0] left_q;  // bits to come
   logic [LimitBits-1:0] waited_q;
-  logic [Width+1:0]     data_q;    // position, error, warning
-  logic [5:0]           crc_q, crc_next;
-  logic [15:0]          delay_q;
-  logic                 ma_q, rose_q, twice_q, slo, rise, take, last, over, in_crc, failed;
+  logic [Width+1:0] data_q;  // position, error, warning
+  logic [5:0] crc_q, crc_next;
+  logic [15:0] delay_q;
+  logic ma_q, rose_q, twice_q, slo, rise, take, last, over, in_crc, failed;
 
   assign slo    = slo_q[1];
   assign rise   = busy_o && phase_q == HALF - 6'd1;

@@ -27,9 +27,9 @@ module biss_port #(
     input  logic        slo_i           // asynchronous
 );
 
-  logic        read_q, control_write, clear, request, low_read;
-  logic        sample_q, ended_q, missed_q;
-  logic        busy, done, error, warning, crc_error, lost, good;
+  logic read_q, control_write, clear, request, low_read;
+  logic sample_q, ended_q, missed_q;
+  logic busy, done, error, warning, crc_error, lost, good;
   logic [15:0] delay, crc_count_q, lost_count_q;
   logic [31:0] good_q, high_q, readdata_q, read_data, unused_writedata;
   logic [31:0] config_word, status_word, trigger_word, bad_word;

@@ -30,9 +30,9 @@ module current_sense #(
   localparam logic [1:0] StSum = 2'd3;
 
   logic signed [FastWidth-1:0] fast_a, fast_b;
-  logic signed [FastWidth:0]   value;
-  logic [FastWidth:0]          size_q;
-  logic [1:0] step_q, judged_q;                // the phases, one a clock
+  logic signed [FastWidth:0] value;
+  logic [FastWidth:0] size_q;
+  logic [1:0] step_q, judged_q;  // the phases, one a clock
   logic [2:0] over_q;
   logic over;
 

@@ -52,14 +52,14 @@ module drive_chain #(
   localparam int unsigned Axes = 5;
   localparam int unsigned BlockBits = dual_regmap_pkg::ADDRESS_WIDTH;  // the largest block's
 
-  logic [2:0]  at, wait_block;
+  logic [2:0] at, wait_block;
   logic [95:0] data_block;
   logic [13:0] link_address, address;
   logic [31:0] link_data, data;
-  logic        link_read, link_write, link_wait, read, write, core_wait, core_irq;
-  logic        trace_issue, unused_trace;
+  logic link_read, link_write, link_wait, read, write, core_wait, core_irq;
+  logic trace_issue, unused_trace;
   logic [15:0] trace_pc;
-  logic [3:0]  trace_write;
+  logic [3:0] trace_write;
   logic [17:0] trace_index;
   logic [95:0] trace_data;
   asip_pkg::hook_out_t hook;

@@ -59,35 +59,35 @@ module drive_front_end #(
   localparam int unsigned WordBits = $clog2(5 * Axes + 1);
   localparam int unsigned Index = drive_regmap_pkg::ADDRESS_WIDTH;
 
-  logic        read_q, compare_write, compare_commit, write_q, link_clear, control_write;
+  logic read_q, compare_write, compare_commit, write_q, link_clear, control_write;
   logic [Index-1:0] register_index;
   logic [2**Index-1:0] reads;  // one bit a register
   logic [31:0] time_q, read_data, readdata_q;
   logic [31:0] config_word, status_word, pwm_word, link_word, guard_word;
   logic signed [15:0] bus_least_q;
-  logic [7:0]  release_q;
+  logic [7:0] release_q;
   logic [8*ModeBits-1:0] mode_q;
   logic [Width-1:0] half_period_q, minimum_q, window_start_q, count, unused_half;
   logic [DeadBits-1:0] dead_time_q;
   logic [FastWidth-1:0] limit_q;
   logic [FilterBits-1:0] filter_q;
-  logic        enable_q, orders_q, guard_encoder_q, late_q, fault_q, under_q, stop_q, alarm;
-  logic        up, load, window;
-  logic        strobe, fast_valid, done, sampled_q;
-  logic [2:0]  corner, fast;
-  logic        link_valid, link_done, link_busy, link_late, link_fault;
-  logic [2:0]  link_axis, value_axis;
-  logic [1:0]  link_phase, value_phase;
+  logic enable_q, orders_q, guard_encoder_q, late_q, fault_q, under_q, stop_q, alarm;
+  logic up, load, window;
+  logic strobe, fast_valid, done, sampled_q;
+  logic [2:0] corner, fast;
+  logic link_valid, link_done, link_busy, link_late, link_fault;
+  logic [2:0] link_axis, value_axis;
+  logic [1:0] link_phase, value_phase;
   logic [Width-1:0] link_value, value, bounded;
-  logic [1:0]  commit_q, phase_q;
-  logic [2:0]  axis_q;
+  logic [1:0] commit_q, phase_q;
+  logic [2:0] axis_q;
   logic [WordBits-1:0] word;
   logic [31:0] order;
   logic [32*Axes-1:0] order_q, origin_q;
   logic signed [22:0] sample;
   logic [Axes-1:0] trip, illegal, index, over, unused_over, clear;
   logic [32*Axes-1:0] position, index_position, edge_time, current_a, current_b;
-  logic [8*Axes-1:0]  illegal_count;
+  logic [8*Axes-1:0] illegal_count;
   logic signed [22:0] samples_q[0:Samples-1];
 
   assign register_index = address_i;
@@ -197,6 +197,7 @@ module drive_front_end #(
 
   // An OR of values of which one at most is not 0 is smaller than a case.
   always_comb begin
+    // verilog_format: off - it breaks calls inside their parentheses
     read_data = shown(reads[drive_regmap_pkg::REG_ID], drive_regmap_pkg::RESET_ID)
         | shown(reads[drive_regmap_pkg::REG_CONFIG], config_word)
         | shown(reads[drive_regmap_pkg::REG_STATUS], status_word)
@@ -219,6 +220,7 @@ module drive_front_end #(
           | shown(reads[drive_regmap_pkg::REG_CURRENT_A + Index'(i)], current_a[32*i+:32])
           | shown(reads[drive_regmap_pkg::REG_CURRENT_B + Index'(i)], current_b[32*i+:32])
           | shown(reads[drive_regmap_pkg::REG_ILLEGAL + Index'(i)], {24'd0, illegal_count[8*i+:8]});
+    // verilog_format: on
   end
 
   always_ff @(posedge clk_i) begin
@@ -395,8 +397,7 @@ module drive_front_end #(
     sample = '0;
     order  = '0;
     for (int unsigned i = 0; i < Samples; i++) if (word == WordBits'(i)) sample = samples_q[i];
-    for (int unsigned i = 0; i < Axes; i++)
-      if (word == WordBits'(Samples + i)) order = order_q[32*i+:32];
+    for (int unsigned i = 0; i < Axes; i++) if (word == WordBits'(Samples + i)) order = order_q[32*i+:32];
   end
 
   assign alarm       = late_q || fault_q || under_q || stop_q;

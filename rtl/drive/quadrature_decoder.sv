@@ -30,7 +30,7 @@ module quadrature_decoder #(
   logic [2:0] meta_q, line_q, level_q, prev_q;  // {z, b, a}
   logic [2:0] reached;
   logic [FilterBits-1:0] lasted_q[0:2];  // clocks that a line has differed from its level
-  logic [3:0] settled_q;                 // all ones: the registers hold what the lines are
+  logic [3:0] settled_q;  // all ones: the registers hold what the lines are
   logic settled, moved_a, moved_b, illegal, count, down, at_index, at_index_q;
 
   assign settled  = settled_q[3];

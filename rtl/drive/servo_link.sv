@@ -52,10 +52,8 @@ module servo_link #(
 
   localparam logic [13:0] CONSTANTS = 14'(asip_regmap_pkg::BASE_CONSTANTS);
   localparam logic [13:0] OUTPUTS = 14'(asip_regmap_pkg::BASE_OUTPUTS);
-  localparam logic [13:0] CONTROL = 14'(asip_regmap_pkg::BASE_CSR)
-                                    + 14'(asip_regmap_pkg::REG_CONTROL);
-  localparam logic [13:0] STATUS = 14'(asip_regmap_pkg::BASE_CSR)
-                                   + 14'(asip_regmap_pkg::REG_STATUS);
+  localparam logic [13:0] CONTROL = 14'(asip_regmap_pkg::BASE_CSR) + 14'(asip_regmap_pkg::REG_CONTROL);
+  localparam logic [13:0] STATUS = 14'(asip_regmap_pkg::BASE_CSR) + 14'(asip_regmap_pkg::REG_STATUS);
   localparam logic [31:0] CLEAR = 32'd1 << asip_regmap_pkg::CONTROL_CLEAR_LSB;
   localparam logic [31:0] START = CLEAR | 32'd1 << asip_regmap_pkg::CONTROL_START_LSB;
   localparam int unsigned WordBits = $clog2(5 * Axes + 1);

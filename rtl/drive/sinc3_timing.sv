@@ -28,11 +28,11 @@ module sinc3_timing #(
   localparam logic [PhaseBits-1:0] HALF = PhaseBits'(ClocksPerBit / 2);
 
   logic [PhaseBits-1:0] phase_q;
-  logic [FastBits-1:0]  fast_q;
-  logic [SlowBits-1:0]  bits_q;   // since the last corner
-  logic [1:0]           count_q;  // corners that are to come
-  logic [2:0]           corner_q;
-  logic [3:0]           step_q;
+  logic [FastBits-1:0] fast_q;
+  logic [SlowBits-1:0] bits_q;  // since the last corner
+  logic [1:0] count_q;  // corners that are to come
+  logic [2:0] corner_q;
+  logic [3:0] step_q;
   logic armed_q, fourth_q, done_q, begins, corner;
 
   assign begins = armed_q || window_i;

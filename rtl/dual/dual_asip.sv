@@ -37,19 +37,19 @@ module dual_asip #(
 );
 
   // ---- host
-  logic [1:0]  host_read, host_write, host_wait;
-  logic        run, clear, cleared, list_write;
+  logic [1:0] host_read, host_write, host_wait;
+  logic run, clear, cleared, list_write;
   logic [15:0] period, elapsed, clocks;
-  logic [5:0]  set_points, inputs, commands;
+  logic [5:0] set_points, inputs, commands;
   logic [31:0] zero_on_hold;
   // ---- sequencer and buffer
-  logic        start, seq_core, seq_read, seq_write, seq_wait, active, valid, hold, underrun, late;
-  logic        swap, store, complete, source_measured, command, copying, waiting;
-  logic        source_measured_q;
+  logic start, seq_core, seq_read, seq_write, seq_wait, active, valid, hold, underrun, late;
+  logic swap, store, complete, source_measured, command, copying, waiting;
+  logic source_measured_q;
   logic [13:0] seq_address;
-  logic [4:0]  source, index;
+  logic [4:0] source, index;
   logic [31:0] seq_data, seq_readdata, data, buffer_data, measured_q;
-  logic [1:0]  core_cycles, core_fault, overrun;
+  logic [1:0] core_cycles, core_fault, overrun;
   logic [32*Measured-1:0] latched_q, taken_q;
   logic [32*Commands-1:0] gathered_q;
   // ---- statistics
@@ -57,7 +57,7 @@ module dual_asip #(
   logic [63:0] core_last, core_min, core_max;
   logic [15:0] command_last, command_max, copy_last, copy_max, used_last, used_max;
   // ---- cores
-  logic [1:0]  core_read, core_write, core_wait, core_seq_wait, core_irq;
+  logic [1:0] core_read, core_write, core_wait, core_seq_wait, core_irq;
   logic [27:0] core_address;
   logic [63:0] core_writedata, core_data;
 
@@ -213,10 +213,8 @@ module dual_asip #(
     if (swap) taken_q <= latched_q;
     measured_q        <= 32'd0;
     source_measured_q <= source_measured;
-    for (int unsigned i = 0; i < Measured; i++)
-      if (source == 5'(i)) measured_q <= taken_q[32*i+:32];
-    for (int unsigned i = 0; i < Commands; i++)
-      if (command && index == 5'(i)) gathered_q[32*i+:32] <= data;
+    for (int unsigned i = 0; i < Measured; i++) if (source == 5'(i)) measured_q <= taken_q[32*i+:32];
+    for (int unsigned i = 0; i < Commands; i++) if (command && index == 5'(i)) gathered_q[32*i+:32] <= data;
   end
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
@@ -251,13 +249,13 @@ module dual_asip #(
   assign seq_readdata = core_data[32*seq_core+:32];
 
   for (genvar n = 0; n < 2; n++) begin : gen_core
-    logic             trace_issue;
-    logic [15:0]      trace_pc;
-    logic [3:0]       trace_write;
-    logic [17:0]      trace_index;
-    logic [95:0]      trace_data;
+    logic trace_issue;
+    logic [15:0] trace_pc;
+    logic [3:0] trace_write;
+    logic [17:0] trace_index;
+    logic [95:0] trace_data;
     asip_pkg::hook_out_t hook;
-    logic             unused_trace;
+    logic unused_trace;
 
     asip #(
         .FmaPipes(n == 0 ? TrajectoryFmaPipes : TrackingFmaPipes),

@@ -53,17 +53,17 @@ module dual_host #(
     input  logic [31:0] left_min_i
 );
 
-  logic [4:0]  index;
-  logic        in_first, in_second, in_core, in_csr, in_lists, csr_write, read_q, run_q;
+  logic [4:0] index;
+  logic in_first, in_second, in_core, in_csr, in_lists, csr_write, read_q, run_q;
   logic [15:0] period_q;
-  logic [5:0]  set_points_q, inputs_q, commands_q;
+  logic [5:0] set_points_q, inputs_q, commands_q;
   logic [31:0] zero_on_hold_q, underruns_q, read_data, readdata_q;
-  logic [1:0]  irq_enable_q, overrun_q;
-  logic        underrun_q;
+  logic [1:0] irq_enable_q, overrun_q;
+  logic underrun_q;
 
   // Blocks are aligned powers of two.
-  function automatic logic in_block(input logic [dual_regmap_pkg::ADDRESS_WIDTH-1:0] address,
-                                    input int unsigned base, input int unsigned words);
+  function automatic logic in_block(input logic [dual_regmap_pkg::ADDRESS_WIDTH-1:0] address, input int unsigned base,
+                                    input int unsigned words);
     in_block = (32'(address) & ~(words - 1)) == base;
   endfunction
 

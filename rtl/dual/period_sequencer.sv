@@ -51,38 +51,35 @@ module period_sequencer (
 );
 
   localparam logic [3:0] StIdle = 4'd0;
-  localparam logic [3:0] StBegin = 4'd1;       // buffer is swapped
+  localparam logic [3:0] StBegin = 4'd1;  // buffer is swapped
   localparam logic [3:0] StTrajectory = 4'd2;  // core 0 is started
-  localparam logic [3:0] StFetch = 4'd3;       // entry of a list
-  localparam logic [3:0] StSource = 4'd4;      // word of an input
+  localparam logic [3:0] StFetch = 4'd3;  // entry of a list
+  localparam logic [3:0] StSource = 4'd4;  // word of an input
   localparam logic [3:0] StTransfer = 4'd5;
-  localparam logic [3:0] StTracking = 4'd6;    // core 1 is started
-  localparam logic [3:0] StWait = 4'd7;        // for a core
+  localparam logic [3:0] StTracking = 4'd6;  // core 1 is started
+  localparam logic [3:0] StWait = 4'd7;  // for a core
   localparam logic [3:0] StStatus = 4'd8;
   localparam logic [3:0] StCycles = 4'd9;
-  localparam logic [3:0] StClear = 4'd10;      // both cores in turn
+  localparam logic [3:0] StClear = 4'd10;  // both cores in turn
 
   localparam logic [1:0] LiSetPoints = 2'd0;
   localparam logic [1:0] LiInputs = 2'd1;
   localparam logic [1:0] LiCommands = 2'd2;
 
-  localparam logic [13:0] CsrControl = 14'(asip_regmap_pkg::BASE_CSR) +
-                                       14'(asip_regmap_pkg::REG_CONTROL);
-  localparam logic [13:0] CsrStatus = 14'(asip_regmap_pkg::BASE_CSR) +
-                                      14'(asip_regmap_pkg::REG_STATUS);
-  localparam logic [13:0] CsrCycles = 14'(asip_regmap_pkg::BASE_CSR) +
-                                      14'(asip_regmap_pkg::REG_CYCLES);
+  localparam logic [13:0] CsrControl = 14'(asip_regmap_pkg::BASE_CSR) + 14'(asip_regmap_pkg::REG_CONTROL);
+  localparam logic [13:0] CsrStatus = 14'(asip_regmap_pkg::BASE_CSR) + 14'(asip_regmap_pkg::REG_STATUS);
+  localparam logic [13:0] CsrCycles = 14'(asip_regmap_pkg::BASE_CSR) + 14'(asip_regmap_pkg::REG_CYCLES);
   localparam logic [31:0] CLEAR = 32'd1 << asip_regmap_pkg::CONTROL_CLEAR_LSB;
   localparam logic [31:0] START = CLEAR | 32'd1 << asip_regmap_pkg::CONTROL_START_LSB;
 
   logic [27:0] lists[0:127];
   logic [27:0] entry_q;
   logic [13:0] source, destination;
-  logic [3:0]  state_q, state_d;
-  logic [1:0]  list_q, work_q, fault_q;
-  logic [5:0]  index_q, length;
-  logic        core_q, faulted_q, pending_q, clear_q;
-  logic        start_allowed, track_allowed, list_end, accepted, transferred, ended;
+  logic [3:0] state_q, state_d;
+  logic [1:0] list_q, work_q, fault_q;
+  logic [5:0] index_q, length;
+  logic core_q, faulted_q, pending_q, clear_q;
+  logic start_allowed, track_allowed, list_end, accepted, transferred, ended;
 
   always_ff @(posedge clk_i) begin
     if (list_write_i) lists[list_address_i] <= list_data_i;

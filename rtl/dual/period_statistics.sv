@@ -31,7 +31,7 @@ module period_statistics (
 );
 
   logic [15:0] copy_q, used, left;
-  logic        over;
+  logic over;
 
   assign over = finished_i || late_i;
   assign used = late_i ? clocks_i : elapsed_i;

@@ -14,9 +14,9 @@ module period_timer (
     output logic [15:0] clocks_o
 );
 
-  logic        run_q;
+  logic run_q;
   logic [15:0] count_q, clocks_q;
-  logic        last;
+  logic last;
 
   assign last = count_q == (count_q == 16'd0 ? clocks_i : clocks_q) - 16'd1;
 
@@ -26,7 +26,7 @@ module period_timer (
       count_q  <= 16'd0;
       clocks_q <= 16'd0;
     end else begin
-      run_q   <= run_i;
+      run_q <= run_i;
       if (run_i && (!run_q || last)) count_q <= 16'd0;
       else if (start_o || count_q != clocks_q) count_q <= count_q + 16'd1;
       if (start_o) clocks_q <= clocks_i;

@@ -27,11 +27,10 @@ module set_point_buffer #(
 
   logic [31:0] memory[0:(2 << IndexWidth)-1];
   logic [31:0] read_q;
-  logic        front_q, complete_q, valid_q, hold_q, zero_q;
+  logic front_q, complete_q, valid_q, hold_q, zero_q;
 
   always_ff @(posedge clk_i) begin
-    if (write_i && 32'(write_index_i) < Words)
-      memory[{!front_q, write_index_i[IndexWidth-1:0]}] <= write_data_i;
+    if (write_i && 32'(write_index_i) < Words) memory[{!front_q, write_index_i[IndexWidth-1:0]}] <= write_data_i;
     read_q <= memory[{front_q, read_index_i[IndexWidth-1:0]}];
     zero_q <= 32'(read_index_i) >= Words || (hold_q && zero_on_hold_i[read_index_i]);
   end

@@ -55,18 +55,28 @@ module ecat_access (
   localparam logic [3:0] MemoryEnd = 4'h3;  // 0x3000
 
   // Enter.
-  logic        running_q, logical_q, read_q, write_q, sweep_q, frame_slot;
-  logic [1:0]  entered_q;  // in the two clocks before
-  logic [2:0]  slot_q;
+  logic running_q, logical_q, read_q, write_q, sweep_q, frame_slot;
+  logic [1:0] entered_q;  // in the two clocks before
+  logic [2:0] slot_q;
   logic [31:0] address_q;
-  logic [7:0]  data_q;
+  logic [7:0] data_q;
   logic [11:0] sweep_address_q;
-  ecat_pkg::access_t entering, access_1_q, access_2_q, access_3_q, access_4_q, access_5_q, access_6_q, access_7_q,
-      access_8_q, guarded;
-  ecat_pkg::window_t window, window_1_q, window_2_q, window_3_q, window_4_q, window_5_q, window_6_q, window_7_q,
-      window_8_q, mapped, fmmu_window;
-  logic        logical_1_q, logical_2_q, logical_3_q, fmmu_read, fmmu_write;
-  logic [8:0]  begin_q;   // slot 0 on its way
+  ecat_pkg::access_t
+      entering, access_1_q, access_2_q, access_3_q, access_4_q, access_5_q, access_6_q, access_7_q, access_8_q, guarded;
+  ecat_pkg::window_t
+      window,
+      window_1_q,
+      window_2_q,
+      window_3_q,
+      window_4_q,
+      window_5_q,
+      window_6_q,
+      window_7_q,
+      window_8_q,
+      mapped,
+      fmmu_window;
+  logic logical_1_q, logical_2_q, logical_3_q, fmmu_read, fmmu_write;
+  logic [8:0] begin_q;  // slot 0 on its way
 
   assign frame_slot = running_q && (logical_q || slot_q == '0);
   assign commit_ready_o = !frame_slot && !(commit_i.partial && entered_q != '0);
@@ -130,7 +140,8 @@ module ecat_access (
 
   // Map: three clocks.
   ecat_fmmus u_fmmus (
-      .clk_i, .rst_ni,
+      .clk_i,
+      .rst_ni,
       .register_i(register_o),
       .slot_i    (slot_q),
       .address_i (address_q),
@@ -176,10 +187,11 @@ module ecat_access (
   end
 
   // Guard: three clocks.
-  logic        sm_read, sm_write, sm_ends, is_register, exists, may_read, may_write, asked;
+  logic sm_read, sm_write, sm_ends, is_register, exists, may_read, may_write, asked;
   logic [15:0] sm_address, address_6_q, address_7_q, address_8_q;
   ecat_sync_managers u_sync_managers (
-      .clk_i, .rst_ni,
+      .clk_i,
+      .rst_ni,
       .register_i(register_o),
       .status_o,
       .frame_start_i,
@@ -248,9 +260,9 @@ module ecat_access (
 
   // Read, change, write.
   logic [15:0] stored, held_q, held, mask, fresh, merged, wide_mask, wide_data;
-  logic [7:0]  first, byte_read;
-  logic [1:0]  store;
-  logic        live_7_q, live_8_q;
+  logic [7:0] first, byte_read;
+  logic [1:0] store;
+  logic live_7_q, live_8_q;
 
   assign live_address_o     = window_6_q.address[11:0];
   assign live_application_o = access_6_q.application;
@@ -296,7 +308,7 @@ module ecat_access (
 
   // What a frame's byte read, over all FMMUs.
   logic [7:0] read_data_q, read_mask_q;
-  logic       read_done_q, write_done_q, seen;
+  logic read_done_q, write_done_q, seen;
   assign seen = access_8_q.valid && access_8_q.frame;
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin

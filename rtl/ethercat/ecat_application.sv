@@ -28,7 +28,7 @@ module ecat_application (
     input  logic        sii_ready_i
 );
 
-  localparam logic [1:0] StBytes = 2'd0;   // bytes go in and answers come back, both in order
+  localparam logic [1:0] StBytes = 2'd0;  // bytes go in and answers come back, both in order
   localparam logic [1:0] StSii = 2'd1;
   localparam logic [1:0] StDone = 2'd2;
 
@@ -36,12 +36,12 @@ module ecat_application (
     lowest = set & (~set + 4'd1);
   endfunction
 
-  logic [1:0]  state_q;
-  logic [3:0]  sent_q, done_q;      // bytes that are in, that are through
-  logic [3:0]  next, answered, finished;
-  logic [1:0]  byte_now;
+  logic [1:0] state_q;
+  logic [3:0] sent_q, done_q;  // bytes that are in, that are through
+  logic [3:0] next, answered, finished;
+  logic [1:0] byte_now;
   logic [31:0] data_q;
-  logic        asked, is_sii, sii_taken;
+  logic asked, is_sii, sii_taken;
 
   assign asked    = avs_read_i || avs_write_i;
   assign is_sii   = avs_address_i[13];

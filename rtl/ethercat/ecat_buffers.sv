@@ -37,9 +37,9 @@ module ecat_buffers (
 
   logic [1:0] writer_q, reader_q, middle_q, last_q;
   logic [2:0] age_q;
-  logic       new_q, full_q, written_q, read_q, takes;
-  logic       passing_q, committed_q, application_q, opened_q;  // opened_q: by this frame
-  logic       reads, writes, begun, opens, is_written, is_read, committed;
+  logic new_q, full_q, written_q, read_q, takes;
+  logic passing_q, committed_q, application_q, opened_q;  // opened_q: by this frame
+  logic reads, writes, begun, opens, is_written, is_read, committed;
 
   assign begun      = first_i || (passing_i ? passing_q : commit_i ? committed_q : application_q);
   assign reads      = reads_i && begun;

@@ -19,7 +19,7 @@ module ecat_check (
   localparam logic [3:0] Delimiter = 4'hD;
 
   logic [31:0] state_q;
-  logic        body_q, odd_q, error_q;
+  logic body_q, odd_q, error_q;
 
   assign body_o   = body_q && nibble_i.valid;
   assign odd_o    = odd_q;

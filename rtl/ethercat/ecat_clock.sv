@@ -33,10 +33,10 @@ module ecat_clock (
   logic signed [27:0] step;
   logic signed [35:0] fraction;
   logic signed [16:0] slew_q;
-  logic signed [1:0]  carry, nudge;
-  logic [3:0]  filter_q, speed_filter_q;
-  logic        returned_q, kept_returned_q, armed_q, compare_q, latch_q, shift_q, restart_q, unit_start, other_start;
-  logic        write;
+  logic signed [1:0] carry, nudge;
+  logic [3:0] filter_q, speed_filter_q;
+  logic returned_q, kept_returned_q, armed_q, compare_q, latch_q, shift_q, restart_q, unit_start, other_start;
+  logic write;
   logic [11:0] place;
 
   assign write       = register_i.write && !register_i.application;
@@ -50,20 +50,20 @@ module ecat_clock (
   assign carry    = fraction[35:34];
   assign nudge    = slew_q == '0 ? 2'sd0 : slew_q[16] ? -2'sd1 : 2'sd1;
   logic signed [2:0] extra;
-  logic [4:0]        increment;
+  logic [4:0] increment;
   assign extra     = 3'(carry) + 3'(nudge);
   assign increment = 5'(Nanoseconds) + 5'(extra);
   logic [4:0] increment_q;  // of the clock to come
 
   // Comparison.
-  logic [31:0]        target_q;
+  logic [31:0] target_q;
   logic signed [31:0] error, mean_step;
   logic signed [16:0] error_q;
   logic signed [23:0] correction;
   logic signed [16:0] phase;
   logic signed [24:0] speed;
-  logic [3:0]         compared_q;   // the comparison's clocks
-  logic signed [31:0] mean_q;                    // e with 15 bits behind the point
+  logic [3:0] compared_q;  // the comparison's clocks
+  logic signed [31:0] mean_q;  // e with 15 bits behind the point
   always_ff @(posedge clk_i) begin
     error     <= kept_system_q - target_q;
     mean_step <= ($signed({error_q, 15'd0}) - mean_q) >>> filter_q;

@@ -44,12 +44,12 @@ module ecat_control (
 
   logic [15:0] station_q, alias_q, master_mask_q, master_event;
   logic [31:0] event_mask_q, event_value;
-  logic [3:0]  loops_q;
-  logic        alias_on_q, emulation_q, control_event_q, change_event_q, watchdog_event_q;
-  logic [1:0]  sync_event_q;
-  logic [7:0]  status_q, sm_event_q, sm_master_q;
-  logic        link_event_q, status_event_q, by_master, by_application, taken_by_application, taken_by_master;
-  logic [3:0]  lines_q;
+  logic [3:0] loops_q;
+  logic alias_on_q, emulation_q, control_event_q, change_event_q, watchdog_event_q;
+  logic [1:0] sync_event_q;
+  logic [7:0] status_q, sm_event_q, sm_master_q;
+  logic link_event_q, status_event_q, by_master, by_application, taken_by_application, taken_by_master;
+  logic [3:0] lines_q;
   logic [15:0] dl_status;
 
   assign by_master            = register_i.write && !register_i.application;
@@ -123,7 +123,8 @@ module ecat_control (
         if (register_i.address == esc_regmap_pkg::REG_SYNC_STATUS_0) sync_event_q[0] <= 1'b0;
         if (register_i.address == esc_regmap_pkg::REG_SYNC_STATUS_1) sync_event_q[1] <= 1'b0;
         if (register_i.address[11:6] == esc_regmap_pkg::REG_SM_ACTIVATE[11:6]
-            && register_i.address[2:0] == esc_regmap_pkg::REG_SM_ACTIVATE[2:0]) change_event_q <= 1'b0;
+            && register_i.address[2:0] == esc_regmap_pkg::REG_SM_ACTIVATE[2:0])
+          change_event_q <= 1'b0;
       end
       if (taken_by_master) begin
         if (register_i.address == esc_regmap_pkg::REG_DL_STATUS) link_event_q <= 1'b0;

@@ -30,7 +30,7 @@ module ecat_counters (
   endfunction
 
   logic [8*N-1:0] counters;
-  logic [N-1:0]   here, asked;
+  logic [N-1:0] here, asked;
 
   for (genvar n = 0; n < N; n++) begin : gen_counter
     localparam logic [11:0] Address = address_of(n);

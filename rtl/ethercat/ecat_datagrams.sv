@@ -36,45 +36,45 @@ module ecat_datagrams (
     input  logic        write_done_i
 );
 
-  localparam logic [3:0] StSource = 4'd0;     // addresses of Ethernet
+  localparam logic [3:0] StSource = 4'd0;  // addresses of Ethernet
   localparam logic [3:0] StType = 4'd1;
-  localparam logic [3:0] StTag = 4'd2;        // the other half of an 802.1Q tag
-  localparam logic [3:0] StHeader = 4'd3;     // of the frame: length, type
-  localparam logic [3:0] StDatagram = 4'd4;   // its header
+  localparam logic [3:0] StTag = 4'd2;  // the other half of an 802.1Q tag
+  localparam logic [3:0] StHeader = 4'd3;  // of the frame: length, type
+  localparam logic [3:0] StDatagram = 4'd4;  // its header
   localparam logic [3:0] StData = 4'd5;
-  localparam logic [3:0] StCounter = 4'd6;    // working counter
+  localparam logic [3:0] StCounter = 4'd6;  // working counter
   localparam logic [3:0] StRest = 4'd7;
   localparam logic [3:0] StForeign = 4'd8;
-  localparam logic [3:0] StBroken = 4'd9;     // a datagram reaches beyond the frame
+  localparam logic [3:0] StBroken = 4'd9;  // a datagram reaches beyond the frame
 
   localparam logic [15:0] EtherType = 16'h88A4;
   localparam logic [15:0] TagType = 16'h8100;
-  localparam logic [3:0] FrameType = 4'd1;    // a frame of datagrams
+  localparam logic [3:0] FrameType = 4'd1;  // a frame of datagrams
   localparam int unsigned SequenceBytes = 4;
 
   // What an answer is made of; taken up to 8 clocks behind its byte, used at 17.
-  localparam logic [2:0] PartByte = 3'd0;     // the byte given here
-  localparam logic [2:0] PartClear = 3'd1;    // the same, and the working counter's sums begin anew
+  localparam logic [2:0] PartByte = 3'd0;  // the byte given here
+  localparam logic [2:0] PartClear = 3'd1;  // the same, and the working counter's sums begin anew
   localparam logic [2:0] PartReplace = 3'd2;
   localparam logic [2:0] PartOr = 3'd3;
   localparam logic [2:0] PartCountLow = 3'd4;
   localparam logic [2:0] PartCountHigh = 3'd5;
 
-  logic [3:0]  state_q, count_q;
-  logic [2:0]  rest_q;            // bytes behind the last datagram, up to SequenceBytes
-  logic [7:0]  high_q, command_q;
+  logic [3:0] state_q, count_q;
+  logic [2:0] rest_q;  // bytes behind the last datagram, up to SequenceBytes
+  logic [7:0] high_q, command_q;
   logic [31:0] address_q;
   logic [10:0] left_q, length_q;
-  logic        carry_q, more_q, zero_q, begun_q, served_q;
-  logic        positioned, addressed, broadcast, logical, any_read, any_write, both, read, write;
+  logic carry_q, more_q, zero_q, begun_q, served_q;
+  logic positioned, addressed, broadcast, logical, any_read, any_write, both, read, write;
   logic [15:0] offset;
-  logic [7:0]  answer;
-  logic [2:0]  part, part_q, part_late_q, part_last_q;
-  logic [7:0]  answer_q, answer_late_q, answer_last_q;
+  logic [7:0] answer;
+  logic [2:0] part, part_q, part_late_q, part_last_q;
+  logic [7:0] answer_q, answer_late_q, answer_last_q;
   logic [16:0] strobe_q;
-  logic        read_seen_q, write_seen_q, counter_carry_q, both_q, both_last_q;
-  logic [8:0]  counted;
-  logic [1:0]  increment;
+  logic read_seen_q, write_seen_q, counter_carry_q, both_q, both_last_q;
+  logic [8:0] counted;
+  logic [1:0] increment;
 
   // Commands.
   always_comb begin
@@ -168,19 +168,23 @@ module ecat_datagrams (
       count_q <= count_q + 1'b1;
       high_q  <= byte_i;
       case (state_q)
-        StSource: if (count_q == 4'd11) begin
+        StSource:
+        if (count_q == 4'd11) begin
           state_q <= StType;
           count_q <= '0;
         end
-        StType: if (count_q[0]) begin
+        StType:
+        if (count_q[0]) begin
           count_q <= '0;
           state_q <= {high_q, byte_i} == EtherType ? StHeader : {high_q, byte_i} == TagType ? StTag : StForeign;
         end
-        StTag: if (count_q[0]) begin
+        StTag:
+        if (count_q[0]) begin
           count_q <= '0;
           state_q <= StType;
         end
-        StHeader: if (count_q[0]) begin
+        StHeader:
+        if (count_q[0]) begin
           count_q  <= '0;
           left_q   <= {byte_i[2:0], high_q};
           state_q  <= byte_i[7:4] != FrameType ? StForeign : {byte_i[2:0], high_q} == '0 ? StRest : StDatagram;
@@ -217,7 +221,8 @@ module ecat_datagrams (
           address_q <= logical ? address_q + 1'b1 : {offset + 1'b1, address_q[15:0]};
           if (length_q == 11'd1) state_q <= StCounter;
         end
-        StCounter: if (count_q[0]) begin
+        StCounter:
+        if (count_q[0]) begin
           count_q <= '0;
           state_q <= more_q ? StDatagram : StRest;
         end

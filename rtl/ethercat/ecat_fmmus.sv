@@ -26,18 +26,18 @@ module ecat_fmmus (
   localparam logic [3:0] Activate = 4'(esc_regmap_pkg::REG_FMMU_ACTIVATE);
   localparam int unsigned Columns = 32'(Activate);
 
-  logic                    here;
+  logic here;
   logic [ecat_pkg::FMMUS-1:0] active_q;
-  logic [8*Columns-1:0]    entry;
+  logic [8*Columns-1:0] entry;
   logic [31:0] start;
   logic [15:0] length, physical;
-  logic [2:0]  bit_first, bit_last, physical_bit;
-  logic [1:0]  kind;
+  logic [2:0] bit_first, bit_last, physical_bit;
+  logic [1:0] kind;
 
   assign here = register_i.write && register_i.address[11:7] == esc_regmap_pkg::REG_FMMU_LOGICAL_START[11:7];
 
   for (genvar c = 0; c < Columns; c++) begin : gen_column
-    logic [7:0] column_q [0:ecat_pkg::FMMUS-1];
+    logic [7:0] column_q[0:ecat_pkg::FMMUS-1];
     always_ff @(posedge clk_i) begin
       if (here && register_i.address[3:0] == 4'(c)) column_q[register_i.address[6:4]] <= register_i.data;
     end
@@ -62,10 +62,10 @@ module ecat_fmmus (
   // First clock: how far into the FMMU's range the byte lies.
   logic [31:0] distance_q;
   logic [15:0] length_q, physical_q;
-  logic [2:0]  bit_first_q, bit_last_q;
+  logic [2:0] bit_first_q, bit_last_q;
   logic signed [3:0] shift_q;
-  logic [1:0]  kind_q;
-  logic        active_now_q;
+  logic [1:0] kind_q;
+  logic active_now_q;
   always_ff @(posedge clk_i) begin
     distance_q   <= address_i - start;
     length_q     <= length;
@@ -78,12 +78,12 @@ module ecat_fmmus (
   end
 
   // Second: which of its bits, and where those stand.
-  logic        hit, begins, ends, behind, before_end;
+  logic hit, begins, ends, behind, before_end;
   logic [15:0] past;
-  logic [7:0]  mask, mask_q, low_part, high_part;
+  logic [7:0] mask, mask_q, low_part, high_part;
   logic [15:0] spread, address_q;
-  logic [2:0]  shift_late_q;
-  logic [1:0]  kind_late_q;
+  logic [2:0] shift_late_q;
+  logic [1:0] kind_late_q;
   assign {before_end, past} = {1'b0, distance_q[15:0]} - {1'b0, length_q};
   assign hit     = active_now_q && distance_q[31:16] == '0 && before_end;
   assign begins  = distance_q[15:0] == '0;

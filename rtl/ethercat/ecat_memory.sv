@@ -15,11 +15,11 @@ module ecat_memory #(
 
   localparam int unsigned Rows = Bytes / 2;
 
-  logic [7:0]  even_q [0:Rows-1];
-  logic [7:0]  odd_q [0:Rows-1];
-  logic [7:0]  even_data_q, odd_data_q;
+  logic [7:0] even_q[0:Rows-1];
+  logic [7:0] odd_q[0:Rows-1];
+  logic [7:0] even_data_q, odd_data_q;
   logic [12:0] read_even, read_odd, write_even, write_odd;
-  logic        swap_q;
+  logic swap_q;
 
   // At an odd address the byte behind is the even one of the next row.
   assign read_odd   = read_address_i[13:1];

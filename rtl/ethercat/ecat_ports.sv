@@ -23,14 +23,14 @@ module ecat_ports (
 
   localparam logic [4:0] Quiet = 5'd16;  // ticks, above the unit's delay
 
-  localparam int unsigned Delay = 9;     // ticks, the unit's
+  localparam int unsigned Delay = 9;  // ticks, the unit's
 
   logic [1:0] open_q, link_q, want, kept_q;
-  logic [3:0] back_data_q [0:Delay-1];
+  logic [3:0] back_data_q[0:Delay-1];
   logic [Delay-1:0] back_q;
   ecat_pkg::nibble_t back;
   logic [4:0] quiet_q;
-  logic       looped, busy;
+  logic looped, busy;
 
   // auto close: once closed by a lost link, a port opens again when its control is written anew.
   for (genvar p = 0; p < 2; p++) begin : gen_port

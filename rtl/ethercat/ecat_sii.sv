@@ -37,9 +37,9 @@ module ecat_sii #(
   localparam logic [Width-1:0] WordCheck = Width'(7);
 
   localparam logic [2:0] StIdle = 3'd0;
-  localparam logic [2:0] StFetch = 3'd1;    // address to the memory
-  localparam logic [2:0] StTake = 3'd2;     // its word
-  localparam logic [2:0] StCheckLow = 3'd3; // sum over the word's bytes
+  localparam logic [2:0] StFetch = 3'd1;  // address to the memory
+  localparam logic [2:0] StTake = 3'd2;  // its word
+  localparam logic [2:0] StCheckLow = 3'd3;  // sum over the word's bytes
   localparam logic [2:0] StCheckHigh = 3'd4;
   localparam logic [2:0] StWrite = 3'd5;
 
@@ -48,20 +48,20 @@ module ecat_sii #(
     for (int i = 0; i < 8; i++) check_sum = {check_sum[6:0], 1'b0} ^ (check_sum[7] ? 8'h07 : 8'h00);
   endfunction
 
-  logic [7:0]  low_q [0:Words-1];
-  logic [7:0]  high_q [0:Words-1];
+  logic [7:0] low_q[0:Words-1];
+  logic [7:0] high_q[0:Words-1];
   logic [15:0] word_q;
   logic [Width-1:0] place;
   logic [15:0] write_data;
-  logic [1:0]  write;
+  logic [1:0] write;
 
-  logic [2:0]  state_q, command, command_q;
+  logic [2:0] state_q, command, command_q;
   logic [Width-1:0] count_q;
   logic [31:0] address_q;
   logic [63:0] data_q;
-  logic [7:0]  sum_q;
-  logic        enable_q, pending_q, command_error_q, write_error_q, checksum_error_q, loaded_q, upper_q;
-  logic        reload_q, beyond;
+  logic [7:0] sum_q;
+  logic enable_q, pending_q, command_error_q, write_error_q, checksum_error_q, loaded_q, upper_q;
+  logic reload_q, beyond;
   logic [15:0] control, first_word_q;
 
   assign command     = register_i.data[CommandLow%8+:esc_regmap_pkg::SII_CONTROL_COMMAND_WIDTH];
@@ -126,7 +126,8 @@ module ecat_sii #(
         end
       end
       case (state_q)
-        StIdle: if (pending_q && idle_i) begin
+        StIdle:
+        if (pending_q && idle_i) begin
           pending_q <= 1'b0;
           count_q   <= '0;
           sum_q     <= '1;

@@ -34,7 +34,7 @@ module ecat_sync_managers (
   localparam logic [2:0] Activate = 3'(esc_regmap_pkg::REG_SM_ACTIVATE);
   localparam logic [2:0] Side = 3'(esc_regmap_pkg::REG_SM_PDI);
 
-  logic       here, crosses;
+  logic here, crosses;
   logic [7:0] high_part;
   logic [N-1:0] hit_q, begin_q, end_q, boxes, master_writes, full, enabled, triggers, master_events, pdi_events;
   logic [N-1:0] read_allowed, write_allowed, begun, written, taken;
@@ -55,10 +55,10 @@ module ecat_sync_managers (
 
   for (genvar n = 0; n < N; n++) begin : gen_manager
     logic [15:0] start_q, length_q, distance, past;
-    logic        before_end;
-    logic [7:0]  control_q, status;
-    logic [1:0]  last;
-    logic        enable_q, disable_q, mine, is_written, is_read, reads, writes;
+    logic before_end;
+    logic [7:0] control_q, status;
+    logic [1:0] last;
+    logic enable_q, disable_q, mine, is_written, is_read, reads, writes;
 
     assign mine = here && register_i.address[5:3] == 3'(n);
     always_ff @(posedge clk_i or negedge rst_ni) begin
@@ -112,7 +112,8 @@ module ecat_sync_managers (
     assign write_allowed[n] = writes && begun[n];
 
     ecat_buffers u_buffers (
-        .clk_i, .rst_ni,
+        .clk_i,
+        .rst_ni,
         .clear_i  (!enabled[n]),
         .mailbox_i(boxes[n]),
         .frame_start_i,
@@ -147,9 +148,9 @@ module ecat_sync_managers (
   end
 
   // The guarding one, the lowest of those that overlap; where its buffer lies.
-  logic [1:0]  buffer, buffer_q;
+  logic [1:0] buffer, buffer_q;
   logic [15:0] length, span_q, address_late_q;
-  logic        guarded, allow_read, allow_write, is_end;
+  logic guarded, allow_read, allow_write, is_end;
   always_comb begin
     buffer  = 2'd0;
     length  = '0;

@@ -20,10 +20,10 @@ module ecat_sync_pulses (
   logic [63:0] next_q, start_q, second_q;
   logic [31:0] cycle_q, shift_q;
   logic [15:0] length_q;
-  logic [1:0]  shown_q;        // SYNC0, SYNC1
-  logic        cyclic_q, on_q, waiting_q, new_q, first;
-  logic [1:0]  due_q, pulse_q, fire, status_read;
-  logic [15:0] left_q [0:1];
+  logic [1:0] shown_q;  // SYNC0, SYNC1
+  logic cyclic_q, on_q, waiting_q, new_q, first;
+  logic [1:0] due_q, pulse_q, fire, status_read;
+  logic [15:0] left_q[0:1];
   logic [11:0] place;
 
   assign place = register_i.address;

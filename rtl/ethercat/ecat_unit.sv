@@ -33,21 +33,24 @@ module ecat_unit (
 
   localparam int unsigned Delay = 8;  // so long that the end is known before the check sequence leaves
 
-  logic [3:0] data_q [0:Delay-1];
+  logic [3:0] data_q[0:Delay-1];
   logic [Delay-1:0] valid_q, low_q;  // low_q: lower half of a byte
   logic [7:0] early_q, byte_q;
   logic [1:0] arrive_q;
   logic [2:0] end_q;
-  logic       strobe_q, start_q, body, odd, ends, bad, marked, error;
-  logic       end_bad_q, end_pulse_q, check_q, destroyed_q, started_q, fragment;
-  logic [7:0] length_q;              // nibbles of the frame, up to those of the shortest
+  logic strobe_q, start_q, body, odd, ends, bad, marked, error;
+  logic end_bad_q, end_pulse_q, check_q, destroyed_q, started_q, fragment;
+  logic [7:0] length_q;  // nibbles of the frame, up to those of the shortest
   logic [31:0] sequence_q;
   logic [3:0] upper_q, out_data, check_nibble;
-  logic       check, in_body_q, out_body;
+  logic check, in_body_q, out_body;
   ecat_pkg::nibble_t out_q;
 
   ecat_check u_check (
-      .clk_i, .rst_ni, .tick_i, .nibble_i,
+      .clk_i,
+      .rst_ni,
+      .tick_i,
+      .nibble_i,
       .body_o  (body),
       .odd_o   (odd),
       .end_o   (ends),

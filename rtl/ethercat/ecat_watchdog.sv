@@ -19,8 +19,8 @@ module ecat_watchdog (
   logic [15:0] divider_q;
   logic [18:0] clocks_q;
   logic [18:0] unit_clocks;
-  logic        unit;
-  logic [1:0]  trigger, expired, alive;
+  logic unit;
+  logic [1:0] trigger, expired, alive;
   logic [15:0] counts;
 
   assign unit_clocks = {{1'b0, divider_q} + 17'd2, 2'b00};
@@ -49,8 +49,8 @@ module ecat_watchdog (
     localparam logic [11:0] Count =
         n == 0 ? esc_regmap_pkg::REG_WATCHDOG_DATA_COUNT : esc_regmap_pkg::REG_WATCHDOG_PDI_COUNT;
     logic [15:0] time_q, left_q;
-    logic [7:0]  count_q;
-    logic        running_q, dead_q;
+    logic [7:0] count_q;
+    logic running_q, dead_q;
     assign expired[n] = running_q && unit && left_q == 16'd1 && !trigger[n];
     always_ff @(posedge clk_i or negedge rst_ni) begin
       if (!rst_ni) begin

@@ -23,13 +23,14 @@ module ecat_write_log #(
   localparam int unsigned Width = $clog2(Depth);
   localparam logic [3:0] Drain = 4'd14;
 
-  (* no_rw_check *)  // what is read while something is pushed is not used
-  logic [ecat_pkg::LOG_WIDTH-1:0] store_q [0:Depth-1];
+  // What is read while something is pushed is not used.
+  (* no_rw_check *)
+  logic [ecat_pkg::LOG_WIDTH-1:0] store_q[0:Depth-1];
   logic [ecat_pkg::LOG_WIDTH-1:0] entry_q;
-  logic [Width:0]   count_q, left_q;
+  logic [Width:0] count_q, left_q;
   logic [Width-1:0] place_q, place;
-  logic [3:0]       drain_q;
-  logic             busy_q, valid_q, over_q, take;
+  logic [3:0] drain_q;
+  logic busy_q, valid_q, over_q, take;
 
   assign take  = valid_q && ready_i;
   assign place = take ? place_q + 1'b1 : place_q;

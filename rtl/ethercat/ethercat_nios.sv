@@ -54,11 +54,22 @@ module ethercat_nios #(
       .Trace   (Trace),
       .External(1)
   ) u_system (
-      .clk_i, .rst_ni, .run_i,
-      .host_address_i, .host_write_i, .host_wdata_i, .host_rdata_o,
+      .clk_i,
+      .rst_ni,
+      .run_i,
+      .host_address_i,
+      .host_write_i,
+      .host_wdata_i,
+      .host_rdata_o,
       .enable_i           (1'b1),
-      .tick_i, .pending_o, .overrun_o, .tick_cycles_o,
-      .console_valid_o, .console_data_o, .exit_valid_o, .exit_status_o,
+      .tick_i,
+      .pending_o,
+      .overrun_o,
+      .tick_cycles_o,
+      .console_valid_o,
+      .console_data_o,
+      .exit_valid_o,
+      .exit_status_o,
       .ext_address_o      (address),
       .ext_read_o         (read),
       .ext_write_o        (write),
@@ -86,8 +97,16 @@ module ethercat_nios #(
   );
 
   ethercat_slave u_slave (
-      .clk_i, .rst_ni,
-      .mii_tick_i, .link_i, .mii_rx_clk_i, .mii_rx_dv_i, .mii_rx_er_i, .mii_rxd_i, .mii_tx_en_o, .mii_txd_o,
+      .clk_i,
+      .rst_ni,
+      .mii_tick_i,
+      .link_i,
+      .mii_rx_clk_i,
+      .mii_rx_dv_i,
+      .mii_rx_er_i,
+      .mii_rxd_i,
+      .mii_tx_en_o,
+      .mii_txd_o,
       .avs_address_i    (address[15:2]),
       .avs_read_i       (read && select),
       .avs_write_i      (write && select),
@@ -96,7 +115,8 @@ module ethercat_nios #(
       .avs_readdata_o   (esc_readdata),
       .avs_waitrequest_o(esc_waitrequest),
       .irq_o            (unused_irq),
-      .sync_o, .time_o
+      .sync_o,
+      .time_o
   );
 
   logic unused;

@@ -34,7 +34,7 @@ module ethercat_slave #(
   ecat_pkg::nibble_t receive_0, receive_1, to_unit, from_unit, send_0, send_1;
   logic [1:0] start, link_meta_q, link_q, open, lost;
   logic [3:0] loop_control;
-  logic       looped, loop_written;
+  logic looped, loop_written;
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
@@ -47,7 +47,8 @@ module ethercat_slave #(
   end
 
   mii_receive u_receive_0 (
-      .clk_i, .rst_ni,
+      .clk_i,
+      .rst_ni,
       .tick_i     (mii_tick_i),
       .mii_clk_i  (mii_rx_clk_i[0]),
       .mii_valid_i(mii_rx_dv_i[0] && link_q[0]),
@@ -57,7 +58,8 @@ module ethercat_slave #(
       .nibble_o   (receive_0)
   );
   mii_receive u_receive_1 (
-      .clk_i, .rst_ni,
+      .clk_i,
+      .rst_ni,
       .tick_i     (mii_tick_i),
       .mii_clk_i  (mii_rx_clk_i[1]),
       .mii_valid_i(mii_rx_dv_i[1] && link_q[1]),
@@ -68,7 +70,8 @@ module ethercat_slave #(
   );
 
   ecat_ports u_ports (
-      .clk_i, .rst_ni,
+      .clk_i,
+      .rst_ni,
       .tick_i     (mii_tick_i),
       .link_i     (link_q),
       .control_i  (loop_control),
@@ -99,11 +102,12 @@ module ethercat_slave #(
   assign mii_txd_o   = txd_q;
 
   // Frames.
-  logic       frame_start, byte_valid, frame_end, frame_bad, good, destroy, received, bad, marked, unit_error;
-  logic       malformed, destroyed_q;
+  logic frame_start, byte_valid, frame_end, frame_bad, good, destroy, received, bad, marked, unit_error;
+  logic malformed, destroyed_q;
   logic [7:0] data, result;
   ecat_unit u_unit (
-      .clk_i, .rst_ni,
+      .clk_i,
+      .rst_ni,
       .tick_i       (mii_tick_i),
       .nibble_i     (to_unit),
       .nibble_o     (from_unit),
@@ -126,7 +130,8 @@ module ethercat_slave #(
   // What comes back on port 1 is only looked at.
   logic back_body, back_odd, back_end, back_bad, back_marked, back_error;
   ecat_check u_back (
-      .clk_i, .rst_ni,
+      .clk_i,
+      .rst_ni,
       .tick_i  (mii_tick_i),
       .nibble_i(receive_1),
       .body_o  (back_body),
@@ -138,13 +143,14 @@ module ethercat_slave #(
   );
 
   // Datagrams.
-  logic        foreign, ready, busy, over, alias_on;
+  logic foreign, ready, busy, over, alias_on;
   logic [15:0] station, station_alias, master_event;
-  logic        request, logical, read, write, read_done, write_done;
+  logic request, logical, read, write, read_done, write_done;
   logic [31:0] address;
-  logic [7:0]  write_data, read_data, read_mask;
+  logic [7:0] write_data, read_data, read_mask;
   ecat_datagrams u_datagrams (
-      .clk_i, .rst_ni,
+      .clk_i,
+      .rst_ni,
       .frame_start_i(frame_start),
       .byte_valid_i (byte_valid),
       .byte_i       (data),
@@ -182,7 +188,8 @@ module ethercat_slave #(
   logic [ecat_pkg::LOG_WIDTH-1:0] commit_bits;
   assign faulty = !frame_bad && (malformed || over || destroyed_q) && !foreign;
   ecat_write_log u_log (
-      .clk_i, .rst_ni,
+      .clk_i,
+      .rst_ni,
       .clear_i (frame_start),
       .push_i  (push),
       .entry_i (entry),
@@ -198,17 +205,18 @@ module ethercat_slave #(
 
   // Bytes.
   ecat_pkg::register_access_t register_access;
-  logic        app_valid, app_write, app_ready, app_done, app_denied;
+  logic app_valid, app_write, app_ready, app_done, app_denied;
   logic [15:0] app_address;
-  logic [7:0]  app_write_data, app_read_data;
+  logic [7:0] app_write_data, app_read_data;
   logic [11:0] live_address;
-  logic        live_application, live_hit_q;
-  logic [7:0]  live_data_q;
+  logic live_application, live_hit_q;
+  logic [7:0] live_data_q;
   logic [8*ecat_pkg::SYNC_MANAGERS-1:0] sm_status;
   logic [ecat_pkg::SYNC_MANAGERS-1:0] for_application, application_done, for_master, master_done;
-  logic        sm_changed, watchdog_trigger;
+  logic sm_changed, watchdog_trigger;
   ecat_access u_access (
-      .clk_i, .rst_ni,
+      .clk_i,
+      .rst_ni,
       .ready_o           (ready),
       .frame_start_i     (frame_start),
       .byte_valid_i      (byte_valid),
@@ -249,10 +257,11 @@ module ethercat_slave #(
       .watchdog_o        (watchdog_trigger)
   );
 
-  logic       sii_read, sii_write, sii_ready;
+  logic sii_read, sii_write, sii_ready;
   logic [7:0] sii_data;
   ecat_application u_application (
-      .clk_i, .rst_ni,
+      .clk_i,
+      .rst_ni,
       .avs_address_i,
       .avs_read_i,
       .avs_write_i,
@@ -274,14 +283,15 @@ module ethercat_slave #(
   );
 
   // Registers that live; each answers with a hit, and only one does.
-  logic [5:0]  hits;
-  logic [7:0]  control_data, counter_data, watchdog_data, sii_live, clock_data, sync_data, sm_data, live_data;
-  logic        sm_hit, loaded, alias_valid, expired, alive;
+  logic [5:0] hits;
+  logic [7:0] control_data, counter_data, watchdog_data, sii_live, clock_data, sync_data, sm_data, live_data;
+  logic sm_hit, loaded, alias_valid, expired, alive;
   logic [15:0] alias_read;
-  logic [1:0]  sync_begins;
+  logic [1:0] sync_begins;
 
   ecat_control u_control (
-      .clk_i, .rst_ni,
+      .clk_i,
+      .rst_ni,
       .register_i        (register_access),
       .live_address_i    (live_address),
       .live_hit_o        (hits[0]),
@@ -314,7 +324,8 @@ module ethercat_slave #(
   assign unit_marked = marked;
   assign way_back    = mii_tick_i && back_end && !looped;
   ecat_counters u_counters (
-      .clk_i, .rst_ni,
+      .clk_i,
+      .rst_ni,
       .register_i    (register_access),
       .live_address_i(live_address),
       .live_hit_o    (hits[1]),
@@ -333,7 +344,8 @@ module ethercat_slave #(
   );
 
   ecat_watchdog u_watchdog (
-      .clk_i, .rst_ni,
+      .clk_i,
+      .rst_ni,
       .register_i           (register_access),
       .live_address_i       (live_address),
       .live_hit_o           (hits[2]),
@@ -347,7 +359,8 @@ module ethercat_slave #(
   ecat_sii #(
       .Words(SiiWords)
   ) u_sii (
-      .clk_i, .rst_ni,
+      .clk_i,
+      .rst_ni,
       .register_i    (register_access),
       .idle_i        (!busy),
       .live_address_i(live_address),
@@ -365,7 +378,8 @@ module ethercat_slave #(
   );
 
   ecat_clock u_clock (
-      .clk_i, .rst_ni,
+      .clk_i,
+      .rst_ni,
       .register_i        (register_access),
       .live_address_i    (live_address),
       .live_application_i(live_application),
@@ -379,7 +393,8 @@ module ethercat_slave #(
   );
 
   ecat_sync_pulses u_sync_pulses (
-      .clk_i, .rst_ni,
+      .clk_i,
+      .rst_ni,
       .register_i    (register_access),
       .done_i        (done),
       .live_address_i(live_address),

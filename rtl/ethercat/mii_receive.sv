@@ -23,8 +23,8 @@ module mii_receive (
 
   logic [2:0] clock_q;
   logic [5:0] now_q, then_q;
-  logic       active_q, reading_q, take, pop;
-  logic [4:0] store_q [0:Depth-1];
+  logic active_q, reading_q, take, pop;
+  logic [4:0] store_q[0:Depth-1];
   logic [3:0] head_q, tail_q, level;
   ecat_pkg::nibble_t nibble_q;
 

@@ -41,7 +41,7 @@ module mii_to_rgmii (
   logic [2:0] clock_q;
   logic [4:0] now_q, then_q;
   logic [3:0] data_q;
-  logic       valid_q, rise, fall;
+  logic valid_q, rise, fall;
 
   assign rise = clock_q[1] && !clock_q[2];
   assign fall = !clock_q[1] && clock_q[2];
@@ -78,7 +78,7 @@ module mii_to_rgmii (
   // Link.
   logic [2:0] count_q;  // status nibbles in a row that contradict link_o
   logic [3:0] still_q;  // clocks without an edge of RXC
-  logic       status, good;
+  logic status, good;
 
   assign status = fall && !valid_q && !then_q[4];
   assign good   = data_q == FullDuplex100Up;

@@ -15,10 +15,10 @@ module fp_add (
 );
 
   // ---- e1: the operand of larger magnitude goes first, so that no difference is negative ----
-  logic        a_subnormal_e1, b_subnormal_e1, a_larger_e1, sign_b_e1, subtract_e1, infinities_e1;
-  logic [7:0]  exp_a_e1, exp_b_e1;      // biased; a subnormal has that of the least normal
-  logic [7:0]  a_above_b_e1, b_above_a_e1;
-  logic [23:0] sig_a_e1, sig_b_e1;      // U(1.23), hidden bit 0 for subnormals and zero
+  logic a_subnormal_e1, b_subnormal_e1, a_larger_e1, sign_b_e1, subtract_e1, infinities_e1;
+  logic [7:0] exp_a_e1, exp_b_e1;  // biased; a subnormal has that of the least normal
+  logic [7:0] a_above_b_e1, b_above_a_e1;
+  logic [23:0] sig_a_e1, sig_b_e1;  // U(1.23), hidden bit 0 for subnormals and zero
 
   assign a_subnormal_e1 = !(|a_i[30:23]);
   assign b_subnormal_e1 = !(|b_i[30:23]);
@@ -33,9 +33,9 @@ module fp_add (
   assign subtract_e1    = a_i[31] ^ sign_b_e1;
   assign infinities_e1  = fp_pkg::is_inf(a_i) && fp_pkg::is_inf(b_i);
 
-  logic        valid_e1_q, sign_e1_q, subtract_e1_q, nan_e1_q, invalid_e1_q, inf_e1_q;
+  logic valid_e1_q, sign_e1_q, subtract_e1_q, nan_e1_q, invalid_e1_q, inf_e1_q;
   logic [23:0] large_e1_q, small_e1_q;  // U(1.23)
-  logic [7:0]  exp_e1_q, distance_e1_q;
+  logic [7:0] exp_e1_q, distance_e1_q;
 
   always_ff @(posedge clk_i) begin
     large_e1_q    <= a_larger_e1 ? sig_a_e1 : sig_b_e1;
@@ -53,14 +53,18 @@ module fp_add (
   //  | carry | 24 bits of the larger | guard | round | sticky |      28 bits, U(2.26)
   // The sticky bit takes part in the subtraction as a bit of its own: a difference that loses more
   // than one leading bit has operands less than two places apart and so no sticky bit.
-  logic [31:0] aligned_e2;              // U(1.31): distances up to 31 leave 26 bits and a sticky
-  logic        lost_e2, far_e2;
+  logic [31:0] aligned_e2;  // U(1.31): distances up to 31 leave 26 bits and a sticky
+  logic lost_e2, far_e2;
   logic [26:0] small_e2;
   logic [27:0] sum_e2, room_e2;
 
   assign far_e2 = |distance_e1_q[7:5];
 
-  fp_shift_right #(.Width(32), .AmountWidth(5), .WidestFirst(1'b0)) u_align (
+  fp_shift_right #(
+      .Width(32),
+      .AmountWidth(5),
+      .WidestFirst(1'b0)
+  ) u_align (
       .value_i ({small_e1_q, 8'd0}),
       .amount_i(distance_e1_q[4:0]),
       .value_o (aligned_e2),
@@ -77,9 +81,9 @@ module fp_add (
     for (int i = 0; i < 28; i++) room_e2[27-i] = exp_e1_q == 8'(i);
   end
 
-  logic        valid_e2_q, sign_e2_q, subtract_e2_q, nan_e2_q, invalid_e2_q, inf_e2_q;
+  logic valid_e2_q, sign_e2_q, subtract_e2_q, nan_e2_q, invalid_e2_q, inf_e2_q;
   logic [27:0] sum_e2_q, room_e2_q;
-  logic [7:0]  exp_e2_q;
+  logic [7:0] exp_e2_q;
 
   always_ff @(posedge clk_i) begin
     sum_e2_q      <= sum_e2;
@@ -93,11 +97,13 @@ module fp_add (
   end
 
   // ---- e3: normalise ----
-  logic [4:0]  zeros_e3;
-  logic        unused_empty_e3, zero_e3;
+  logic [4:0] zeros_e3;
+  logic unused_empty_e3, zero_e3;
   logic [27:0] shifted_e3;
 
-  fp_lzc #(.CountWidth(5)) u_lzc (
+  fp_lzc #(
+      .CountWidth(5)
+  ) u_lzc (
       .value_i({sum_e2_q | room_e2_q, 4'd0}),
       .count_o(zeros_e3),
       .zero_o (unused_empty_e3)
@@ -111,9 +117,9 @@ module fp_add (
 
   assign zero_e3 = !(|sum_e2_q);
 
-  logic        valid_e3_q, sign_e3_q, zero_e3_q, nan_e3_q, invalid_e3_q, inf_e3_q;
-  logic [27:0] sig_e3_q;                // U(1.27)
-  logic [8:0]  exp_e3_q;                // U(9.0), biased
+  logic valid_e3_q, sign_e3_q, zero_e3_q, nan_e3_q, invalid_e3_q, inf_e3_q;
+  logic [27:0] sig_e3_q;  // U(1.27)
+  logic [8:0] exp_e3_q;  // U(9.0), biased
 
   always_ff @(posedge clk_i) begin
     sig_e3_q     <= shifted_e3;
@@ -127,7 +133,7 @@ module fp_add (
   end
 
   // ---- e4: round, pack, special results ----
-  logic [31:0]    result_e4;
+  logic [31:0] result_e4;
   fp_pkg::flags_t flags_e4;
 
   fp_pack u_pack (

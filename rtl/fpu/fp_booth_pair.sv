@@ -27,7 +27,7 @@ module fp_booth_pair #(
   endfunction
 
   logic [Width:0] row0, row1;
-  logic           unused_low;
+  logic unused_low;
 
   assign row0    = booth_row(y_i[2:0], x_i);
   assign row1    = booth_row(y_i[4:2], x_i);

@@ -40,14 +40,14 @@ module fp_cmp (
   assign ab_zero_e1 = a_zero_e1 && b_zero_e1;
   assign a_first_e1 = orders_below(a_i, b_i);
 
-  logic        subtract_e1;
+  logic subtract_e1;
   logic [31:0] sum_e1, other_e1;
 
   assign subtract_e1 = op_i[1];          // tells ISUB from IADD
   assign sum_e1      = a_i + (b_i ^ {32{subtract_e1}}) + {31'd0, subtract_e1};
 
   always_comb begin
-    other_e1 = a_i;                      // MOV; MIN, MAX, SAT, SEL* unless b or c takes its place
+    other_e1 = a_i;  // MOV; MIN, MAX, SAT, SEL* unless b or c takes its place
     case (op_i)
       fp_pkg::FP_CMP_EQ, fp_pkg::FP_CMP_LT, fp_pkg::FP_CMP_LE: other_e1 = 32'd0;
       fp_pkg::FP_CMP_ABS:   other_e1[31] = 1'b0;
@@ -58,13 +58,13 @@ module fp_cmp (
     endcase
   end
 
-  logic        valid_e1_q;
-  logic [3:0]  op_e1_q;
+  logic valid_e1_q;
+  logic [3:0] op_e1_q;
   logic [31:0] other_e1_q, b_e1_q, c_e1_q;
-  logic        a_zero_e1_q, a_negative_e1_q;
-  logic        a_nan_e1_q, b_nan_e1_q, c_nan_e1_q, a_snan_e1_q, b_snan_e1_q, c_snan_e1_q;
-  logic        a_first_e1_q, ab_less_e1_q, ab_equal_e1_q;
-  logic        above_e1_q, exchanged_e1_q;       // SAT: a > c, c < b
+  logic a_zero_e1_q, a_negative_e1_q;
+  logic a_nan_e1_q, b_nan_e1_q, c_nan_e1_q, a_snan_e1_q, b_snan_e1_q, c_snan_e1_q;
+  logic a_first_e1_q, ab_less_e1_q, ab_equal_e1_q;
+  logic above_e1_q, exchanged_e1_q;  // SAT: a > c, c < b
 
   always_ff @(posedge clk_i) begin
     op_e1_q        <= op_i;
@@ -87,8 +87,8 @@ module fp_cmp (
   end
 
   // ---- e2: which value, which flag ----
-  logic        ab_nan_e2, any_nan_e2, ab_snan_e2;
-  logic        take_b_e2, take_c_e2, take_zero_e2, take_one_e2, take_nan_e2, invalid_e2;
+  logic ab_nan_e2, any_nan_e2, ab_snan_e2;
+  logic take_b_e2, take_c_e2, take_zero_e2, take_one_e2, take_nan_e2, invalid_e2;
   logic [31:0] result_e2;
 
   assign ab_nan_e2  = a_nan_e1_q || b_nan_e1_q;

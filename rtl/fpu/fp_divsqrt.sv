@@ -24,13 +24,13 @@ module fp_divsqrt (
   // are the conventional binary result, no conversion is needed; a/b lies in (1/2, 2), the root in
   // [1, 2). The result is inexact exactly if the last r is not zero.
 
-  localparam int unsigned Digits = 26;           // 2^0 .. 2^-25: 24, one for a < b, one to round
+  localparam int unsigned Digits = 26;  // 2^0 .. 2^-25: 24, one for a < b, one to round
   localparam int unsigned Stages = Digits / 2;
 
   // ---- operands: a rank of their own, as they may come from far away ----
   logic [31:0] a_e1_q, b_e1_q;
-  logic        a_normal_e1_q, b_normal_e1_q;     // the exponent field is not zero
-  logic        sqrt_e1_q, valid_e1_q;
+  logic a_normal_e1_q, b_normal_e1_q;  // the exponent field is not zero
+  logic sqrt_e1_q, valid_e1_q;
 
   always_ff @(posedge clk_i) begin
     a_e1_q        <= a_i;
@@ -41,10 +41,10 @@ module fp_divsqrt (
   end
 
   // ---- e1: unpack, normalise subnormals ----
-  logic [4:0]  zeros_a_e1, zeros_b_e1;
-  logic        a_zero_sig_e1, b_zero_sig_e1;     // fraction and hidden bit all zero
-  logic [23:0] sig_a_e1, sig_b_e1;               // U(1.23), normalised
-  logic [7:0]  exp_a_e1, exp_b_e1;               // biased, before normalisation: 1 .. 255
+  logic [4:0] zeros_a_e1, zeros_b_e1;
+  logic a_zero_sig_e1, b_zero_sig_e1;  // fraction and hidden bit all zero
+  logic [23:0] sig_a_e1, sig_b_e1;  // U(1.23), normalised
+  logic [7:0] exp_a_e1, exp_b_e1;  // biased, before normalisation: 1 .. 255
 
   // The hidden bit of a normal number makes its count zero.
   fp_normalise u_normalise_a (
@@ -96,21 +96,21 @@ module fp_divsqrt (
   // ---- what travels with the digits ----
   // Entry s is the register in front of digit stage s, entry Stages the one in front of rounding.
   // The exponent of the result joins in stage 0: of digit 0 in entry 1, then of the leading one.
-  logic [Stages-1:0]     sqrt_q;
-  logic [Stages:0]       valid_q, sign_q, nan_q, inf_q, zero_q;
-  logic [Stages:0]       raises_q;      // of a NaN nv, of an infinity dz
-  logic [7:0]              exp_a_q, exp_b_q;      // entry 0
-  logic [4:0]              zeros_a_q, zeros_b_q;  // entry 0
-  logic [Stages-1:1][9:0]  exp_q;       // S(10.0), biased: -150 .. 404
-  logic [Stages-1:0][26:0] remainder_q; // U(1.26)
-  logic [Stages-1:0][26:0] divisor_q;   // U(1.26): d_k of the first digit of a stage
-  logic [Stages-1:0][23:0] digits_q;    // right aligned, 2 s digits at entry s
-  logic [4:0]              amount_q;    // entry Stages - 1: places to denormalise
-  logic [2:0]              few_q;       // entry Stages - 1: the amount is 2, 1, 0
-  logic [8:0]              exp_round_q; // entry Stages: U(9.0), biased, 1 for a subnormal result
-  logic [25:0]             sig_q;       // entry Stages: U(1.25), denormalised
-  logic                    lost_q;      // entry Stages: sig_q lost a one of digits 0..23
-  logic                    nonzero_q;   // entry Stages: something is left, see gen_denormalise
+  logic [Stages-1:0] sqrt_q;
+  logic [Stages:0] valid_q, sign_q, nan_q, inf_q, zero_q;
+  logic [Stages:0] raises_q;  // of a NaN nv, of an infinity dz
+  logic [7:0] exp_a_q, exp_b_q;  // entry 0
+  logic [4:0] zeros_a_q, zeros_b_q;  // entry 0
+  logic [Stages-1:1][9:0] exp_q;  // S(10.0), biased: -150 .. 404
+  logic [Stages-1:0][26:0] remainder_q;  // U(1.26)
+  logic [Stages-1:0][26:0] divisor_q;  // U(1.26): d_k of the first digit of a stage
+  logic [Stages-1:0][23:0] digits_q;  // right aligned, 2 s digits at entry s
+  logic [4:0] amount_q;  // entry Stages - 1: places to denormalise
+  logic [2:0] few_q;  // entry Stages - 1: the amount is 2, 1, 0
+  logic [8:0] exp_round_q;  // entry Stages: U(9.0), biased, 1 for a subnormal result
+  logic [25:0] sig_q;  // entry Stages: U(1.25), denormalised
+  logic lost_q;  // entry Stages: sig_q lost a one of digits 0..23
+  logic nonzero_q;  // entry Stages: something is left, see gen_denormalise
 
   always_ff @(posedge clk_i) begin
     sqrt_q[0]      <= sqrt_e1_q;
@@ -128,9 +128,9 @@ module fp_divsqrt (
     digits_q[0]    <= 24'd0;
   end
 
-  logic [9:0] exp_a, exp_b;             // S(10.0), biased, -22 .. 255
-  logic [8:0] exp_root;                 // U(9.0), (exp_a + 127) / 2
-  logic       unused_root;
+  logic [9:0] exp_a, exp_b;  // S(10.0), biased, -22 .. 255
+  logic [8:0] exp_root;  // U(9.0), (exp_a + 127) / 2
+  logic unused_root;
 
   assign exp_a = {2'd0, exp_a_q} - {5'd0, zeros_a_q};
   assign exp_b = {2'd0, exp_b_q} - {5'd0, zeros_b_q};
@@ -140,15 +140,15 @@ module fp_divsqrt (
 
   // ---- digit stages ----
   for (genvar s = 0; s < Stages; s++) begin : gen_stage
-    localparam int unsigned First = 2 * s;       // digit k has bit 26 - k in U(1.26)
+    localparam int unsigned First = 2 * s;  // digit k has bit 26 - k in U(1.26)
 
     // Root: d_k is |digits 0..k-1|0|1|0..0|, the one at 2^-(k+1). The next one gets digit k in the
     // place of the zero, 0 in the place of the one, and a one below.
     logic [26:0] divisor_second;
-    logic [27:0] twice_first, twice_second;      // U(2.26)
-    logic [27:0] trial_first, trial_second;      // S(2.26), in (-d_k, d_k)
+    logic [27:0] twice_first, twice_second;  // U(2.26)
+    logic [27:0] trial_first, trial_second;  // S(2.26), in (-d_k, d_k)
     logic [26:0] remainder_first;
-    logic        digit_first, digit_second;
+    logic digit_first, digit_second;
 
     always_comb begin
       twice_first = {remainder_q[s], 1'b0};
@@ -157,7 +157,7 @@ module fp_divsqrt (
       remainder_first = digit_first ? trial_first[26:0] : twice_first[26:0];
 
       divisor_second = divisor_q[s];
-      if (sqrt_q[s]) divisor_second[26-First -: 3] = {digit_first, 2'b01};
+      if (sqrt_q[s]) divisor_second[26-First-:3] = {digit_first, 2'b01};
       twice_second = {remainder_first, 1'b0};
       trial_second = twice_second - {1'b0, divisor_second};
       digit_second = !trial_second[27];
@@ -181,7 +181,7 @@ module fp_divsqrt (
 
       always_comb begin
         divisor_next = divisor_second;
-        if (sqrt_q[s]) divisor_next[25-First -: 3] = {digit_second, 2'b01};
+        if (sqrt_q[s]) divisor_next[25-First-:3] = {digit_second, 2'b01};
       end
 
       always_ff @(posedge clk_i) begin
@@ -192,7 +192,7 @@ module fp_divsqrt (
       end
     end
 
-    if (s == 1) begin : gen_exponent             // digit 0 is in bit 1 of digits_q
+    if (s == 1) begin : gen_exponent  // digit 0 is in bit 1 of digits_q
       always_ff @(posedge clk_i) exp_q[s+1] <= exp_q[s] - {9'd0, !digits_q[s][1]};
     end else if (s > 1 && s < Stages - 1) begin : gen_exponent
       always_ff @(posedge clk_i) exp_q[s+1] <= exp_q[s];
@@ -212,18 +212,24 @@ module fp_divsqrt (
       always_ff @(posedge clk_i) begin
         if (vanished) amount_q <= 5'd31;
         else amount_q <= (subnormal ? 5'd1 - exp_q[s][4:0] : 5'd0) + {4'd0, digit0};
-        few_q <= {subnormal && (digit0 ? exp_q[s] == 10'd0 : &exp_q[s]),
-                  digit0 ? !subnormal : exp_q[s] == 10'd0, !subnormal && !digit0};
+        few_q <= {
+          subnormal && (digit0 ? exp_q[s] == 10'd0 : &exp_q[s]),
+          digit0 ? !subnormal : exp_q[s] == 10'd0,
+          !subnormal && !digit0
+        };
       end
     end
 
     if (s == Stages - 1) begin : gen_denormalise
-      logic        unused_top;                   // digit 0 has moved right
+      logic unused_top;  // digit 0 has moved right
       logic [25:0] shifted;
-      logic        shifted_out, subnormal;
-      logic [2:0]  late;                         // digits 24 and 25 in the lowest places
+      logic shifted_out, subnormal;
+      logic [2:0] late;  // digits 24 and 25 in the lowest places
 
-      fp_shift_right #(.Width(27), .AmountWidth(5)) u_denormalise (
+      fp_shift_right #(
+          .Width(27),
+          .AmountWidth(5)
+      ) u_denormalise (
           .value_i ({digits_q[s], 3'd0}),
           .amount_i(amount_q),
           .value_o ({unused_top, shifted}),
@@ -254,7 +260,7 @@ module fp_divsqrt (
   end
 
   // ---- last rank: round, pack, special results ----
-  logic [31:0]    result;
+  logic [31:0] result;
   fp_pkg::flags_t flags;
 
   fp_pack u_pack (

@@ -33,19 +33,19 @@ module fp_divsqrt_folded (
   // made. Digits more than count, one or up to four, only tell whether the result is exact.
   // Roots have 25: they are exact with 13 digits or never, and keep the w of 24.
 
-  localparam int unsigned Interval = 7;   // clocks an operation spends in the first half
+  localparam int unsigned Interval = 7;  // clocks an operation spends in the first half
   localparam int unsigned Ages = fp_pkg::FP_DIVSQRT_LATENCY;
   localparam int unsigned LoadFirst = 1;  // clocks at whose end a half takes an operation
   localparam int unsigned LoadSecond = LoadFirst + Interval;
-  localparam int unsigned Final = 14;     // clock of the last digits
+  localparam int unsigned Final = 14;  // clock of the last digits
 
   // The first clock of a half takes w from where it is made, the others from the half's own register; the last
   // digit is the sign in a register, and whether it counts is decided a clock later: so nothing but registers is
   // behind the two additions.
 
   // Clock k after that of the operands: valid_q[k]; root_q[k] if it is a root.
-  logic [Ages:1]      valid_q;
-  logic [Final+1:1]   root_q;
+  logic [Ages:1] valid_q;
+  logic [Final+1:1] root_q;
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
@@ -62,11 +62,11 @@ module fp_divsqrt_folded (
   // is taken for b: whether an operation starts, which is known late, decides nothing here. So nothing but a
   // register is behind the normalising of either.
   logic [31:0] a_q, operand;
-  logic        some_exp_q, all_exp_q;   // of a
-  logic        some_exp, all_exp, no_fraction, at_b;
-  logic [23:0] sig;                     // U(1.23), normalised
-  logic [4:0]  zeros;
-  logic        nan, snan, infinite, zero;
+  logic some_exp_q, all_exp_q;  // of a
+  logic some_exp, all_exp, no_fraction, at_b;
+  logic [23:0] sig;  // U(1.23), normalised
+  logic [4:0] zeros;
+  logic nan, snan, infinite, zero;
 
   always_ff @(posedge clk_i) begin
     a_q        <= a_i;
@@ -93,17 +93,17 @@ module fp_divsqrt_folded (
   assign infinite    = all_exp && no_fraction;
 
   // ---- clock 1: special results, start of the recurrence ----
-  logic [23:0] sig_q;                   // of b in clock 1, of a in clock 2
-  logic [7:0]  field_q;                 // exponent field, 1 for a subnormal number; of b inverted
-  logic [4:0]  zeros_q;                 // of a inverted
-  logic        of_b;                    // exponent: of b in clock 1, of a in clock 2
-  logic [9:0]  exponent, exponent_b_q;  // S(10.0), biased: of a, less 1; of b, negated, plus 127
-  logic        sign_b_q, nan_q, snan_q, infinite_q, zero_q;
-  logic        sign, is_nan, is_invalid, is_inf, by_zero, is_zero;
-  logic [26:0] start;                   // in clock 2
+  logic [23:0] sig_q;  // of b in clock 1, of a in clock 2
+  logic [7:0] field_q;  // exponent field, 1 for a subnormal number; of b inverted
+  logic [4:0] zeros_q;  // of a inverted
+  logic of_b;  // exponent: of b in clock 1, of a in clock 2
+  logic [9:0] exponent, exponent_b_q;  // S(10.0), biased: of a, less 1; of b, negated, plus 127
+  logic sign_b_q, nan_q, snan_q, infinite_q, zero_q;
+  logic sign, is_nan, is_invalid, is_inf, by_zero, is_zero;
+  logic [26:0] start;  // in clock 2
   logic [23:0] divisor;
-  logic        field_first;             // first bit of the field
-  logic        double_q;                // m is twice the significand: the unbiased exponent is odd
+  logic field_first;  // first bit of the field
+  logic double_q;  // m is twice the significand: the unbiased exponent is odd
 
   assign field_first = operand[23] || !some_exp;
 
@@ -142,33 +142,33 @@ module fp_divsqrt_folded (
   assign exp        = root_q[LoadFirst+1] ? {difference[9], difference[9:1]} : difference;
 
   // ---- the two halves of the recurrence; half h holds an operation for Interval clocks ----
-  logic [1:0]       load, run;
+  logic [1:0] load, run;
   logic [1:0][26:0] w_q;
-  logic [1:0][25:2] divisor_q;          // quotient: D; root: its digits so far
+  logic [1:0][25:2] divisor_q;  // quotient: D; root: its digits so far
   logic [1:0][25:2] divisor_d;
-  logic [1:0]       sign_q, nan_s_q, invalid_s_q, inf_s_q, by_zero_s_q, zero_s_q;
-  logic [1:0][9:0]  exp_q;              // S(10.0)
-  logic [1:0][26:0] w;                  // of this clock
+  logic [1:0] sign_q, nan_s_q, invalid_s_q, inf_s_q, by_zero_s_q, zero_s_q;
+  logic [1:0][9:0] exp_q;  // S(10.0)
+  logic [1:0][26:0] w;  // of this clock
   logic [1:0][26:0] w_second;
-  logic [1:0]       previous, first;    // the last digit so far, the first one of this clock
-  logic [13:1]      digits_first_q;     // of the first half; digit 0 is the sign of w_q
-  logic [24:1]      digits_q;           // of the second half
-  logic             negative_q;         // sign of its last digit: digit 0
-  logic [13:0]      digits_first;
-  logic [23:0]      digits;
-  logic             choose_q, chosen_q, guard;  // the last digit that counts is chosen_q, not digit 0
-  logic             half;               // only the first digit of this clock counts
-  logic             few;                // fewer than four digits count
-  logic [7:0]       counted;            // of the four: what counts, what does not
-  logic             beyond_q;           // a digit that does not count is one ..
-  logic             spare_q;            // .. or digit 0, which does not count
+  logic [1:0] previous, first;  // the last digit so far, the first one of this clock
+  logic [13:1] digits_first_q;  // of the first half; digit 0 is the sign of w_q
+  logic [24:1] digits_q;  // of the second half
+  logic negative_q;  // sign of its last digit: digit 0
+  logic [13:0] digits_first;
+  logic [23:0] digits;
+  logic choose_q, chosen_q, guard;  // the last digit that counts is chosen_q, not digit 0
+  logic half;  // only the first digit of this clock counts
+  logic few;  // fewer than four digits count
+  logic [7:0] counted;  // of the four: what counts, what does not
+  logic beyond_q;  // a digit that does not count is one ..
+  logic spare_q;  // .. or digit 0, which does not count
 
   assign load = {valid_q[LoadSecond], valid_q[LoadFirst]};
 
   // Whether the digits of a clock count, of an operation with that exp, after so many clocks that
   // could be left out: 2 skipped + 2 + exp >= 0.
   function automatic logic enough(input logic [9:0] exp_of, input logic [3:0] skipped);
-    logic [4:0] more;                   // places from high to low: what is skipped suffices
+    logic [4:0] more;  // places from high to low: what is skipped suffices
     more[0] = 1'b1;
     for (int i = 0; i < 4; i++) begin
       more[i+1] = (skipped[i] && exp_of[i+1]) || ((skipped[i] || exp_of[i+1]) && more[i]);
@@ -180,9 +180,9 @@ module fp_divsqrt_folded (
     localparam int unsigned Begin = h == 0 ? LoadFirst + 1 : LoadSecond + 1;
     localparam int unsigned End = h == 0 ? LoadSecond : Final;
 
-    logic [25:0] place;                 // of the first digit of this clock in the divisor of a root
-    logic [25:0] known, known_second;   // digits, or D, to which the marks of D are added
-    logic [25:0] late;                  // the digit before those of this clock
+    logic [25:0] place;  // of the first digit of this clock in the divisor of a root
+    logic [25:0] known, known_second;  // digits, or D, to which the marks of D are added
+    logic [25:0] late;  // the digit before those of this clock
     logic [25:0] addend_first, addend_second;
     logic [26:0] w_first;
 
@@ -208,7 +208,7 @@ module fp_divsqrt_folded (
   end
 
   // First half.
-  logic [3:0] skipped_first;            // clocks before this one in which digits may be left out
+  logic [3:0] skipped_first;  // clocks before this one in which digits may be left out
 
   assign w[0] = valid_q[LoadFirst+1] ? start : w_q[0];
   assign skipped_first = {1'b0, valid_q[8], valid_q[7] || valid_q[6], valid_q[7] || valid_q[5]};
@@ -270,8 +270,7 @@ module fp_divsqrt_folded (
     spare_q  <= !few && half && !root_q[Final];
     // The digits that enter in clock LoadSecond are those of bits 14 and 13.
     if (load[1]) begin
-      divisor_q[1] <= divisor_q[0]
-                    | ({11'd0, previous[0], first[0], 11'd0} & {24{root_q[LoadSecond]}});
+      divisor_q[1] <= divisor_q[0] | ({11'd0, previous[0], first[0], 11'd0} & {24{root_q[LoadSecond]}});
     end else begin
       divisor_q[1] <= divisor_d[1];
     end
@@ -287,10 +286,10 @@ module fp_divsqrt_folded (
   end
 
   // ---- clock 15: round, pack, special results ----
-  logic [8:0]     exp_round_q;          // U(9.0), biased, 0 for a subnormal result
-  logic [26:0]    restore;
-  logic           exact, sticky;
-  logic [31:0]    rounded, result;
+  logic [8:0] exp_round_q;  // U(9.0), biased, 0 for a subnormal result
+  logic [26:0] restore;
+  logic exact, sticky;
+  logic [31:0] rounded, result;
   fp_pkg::flags_t flags;
 
   always_ff @(posedge clk_i) begin

@@ -18,27 +18,30 @@ module fp_f2i (
   // ---- e1: integer part, half bit and sticky bit ----
   // |24 significand|8 zeros|half| is the value for the exponent of 2^31; smaller exponents shift it
   // right by 1..33. Shifted by 33 (below 1/2, subnormals) only the sticky bit is left.
-  logic [7:0]  exponent_e1;
-  logic [5:0]  amount_e1;
-  logic        large_e1;                 // at least 2^31, infinity or NaN
-  logic        unused_e1;                // 2^31, clear after a shift by at least one
-  logic [31:0] aligned_e1;               // U(31.1)
-  logic        sticky_e1;
+  logic [7:0] exponent_e1;
+  logic [5:0] amount_e1;
+  logic large_e1;  // at least 2^31, infinity or NaN
+  logic unused_e1;  // 2^31, clear after a shift by at least one
+  logic [31:0] aligned_e1;  // U(31.1)
+  logic sticky_e1;
 
   assign exponent_e1 = a_i[30:23];
   assign large_e1    = exponent_e1 >= 8'd158;
   assign amount_e1   = (exponent_e1 < 8'd125) ? 6'd33 : 6'd30 - exponent_e1[5:0];
 
-  fp_shift_right #(.Width(33), .AmountWidth(6)) u_align (
+  fp_shift_right #(
+      .Width(33),
+      .AmountWidth(6)
+  ) u_align (
       .value_i ({|exponent_e1, a_i[22:0], 9'd0}),
       .amount_i(amount_e1),
       .value_o ({unused_e1, aligned_e1}),
       .sticky_o(sticky_e1)
   );
 
-  logic        valid_e1_q, sign_e1_q, large_e1_q, nan_e1_q, exact_min_e1_q, half_e1_q, sticky_e1_q;
-  logic        truncate_e1_q;
-  logic [30:0] integer_e1_q;             // U(31.0)
+  logic valid_e1_q, sign_e1_q, large_e1_q, nan_e1_q, exact_min_e1_q, half_e1_q, sticky_e1_q;
+  logic truncate_e1_q;
+  logic [30:0] integer_e1_q;  // U(31.0)
 
   always_ff @(posedge clk_i) begin
     sign_e1_q      <= a_i[31];
@@ -54,9 +57,9 @@ module fp_f2i (
   // ---- e2 ----
   // Round and negate with one carry: -(n + r) = ~n + 1 - r. Below 2^31 a binary32 number with a
   // fraction is below 2^23, so that rounding never reaches 2^31.
-  logic        increment_e2, negate_e2;
+  logic increment_e2, negate_e2;
   logic [31:0] rounded_e2, result_e2;
-  logic        invalid_e2, inexact_e2;
+  logic invalid_e2, inexact_e2;
 
   assign increment_e2 = !truncate_e1_q && half_e1_q && (sticky_e1_q || integer_e1_q[0]);
   assign negate_e2    = sign_e1_q;

@@ -35,12 +35,12 @@ module fp_fma (
   // ---- e1: unpack, alignment distance ----
   logic [31:0] b_e1;
   logic [30:0] c_e1;
-  logic        a_subnormal_e1, b_subnormal_e1, c_subnormal_e1;
-  logic [7:0]  exp_a_e1, exp_b_e1, exp_c_e1;   // biased; a subnormal has that of the least normal
-  logic        add_e1, mul_e1;
-  logic        a_fraction_e1, b_fraction_e1, c_fraction_e1;   // not zero
-  logic        sign_product_e1, sign_addend_e1;
-  logic [9:0]  distance_e1;                    // S(10.0): right shift of the addend
+  logic a_subnormal_e1, b_subnormal_e1, c_subnormal_e1;
+  logic [7:0] exp_a_e1, exp_b_e1, exp_c_e1;  // biased; a subnormal has that of the least normal
+  logic add_e1, mul_e1;
+  logic a_fraction_e1, b_fraction_e1, c_fraction_e1;  // not zero
+  logic sign_product_e1, sign_addend_e1;
+  logic [9:0] distance_e1;  // S(10.0): right shift of the addend
 
   assign add_e1 = kind_i == fp_pkg::FMA_KIND_ADD;
   assign mul_e1 = kind_i == fp_pkg::FMA_KIND_MUL;
@@ -62,13 +62,13 @@ module fp_fma (
   assign c_fraction_e1 = |c_e1[22:0];
   assign distance_e1     = {2'b00, exp_a_e1} + {2'b00, exp_b_e1} - {2'b00, exp_c_e1} - 10'd100;  // 127 - 27
 
-  logic        valid_e1_q;
+  logic valid_e1_q;
   logic [23:0] sig_a_e1_q, sig_b_e1_q, sig_c_e1_q;  // U(1.23), hidden bit 0 for subnormals
-  logic [9:0]  distance_e1_q;
-  logic [7:0]  exp_c_e1_q;
-  logic        sign_product_e1_q, sign_addend_e1_q;
-  logic        product_zero_e1_q;
-  logic [2:0]  highest_e1_q, fraction_e1_q;     // of c, b, a: exponent all ones, fraction not zero
+  logic [9:0] distance_e1_q;
+  logic [7:0] exp_c_e1_q;
+  logic sign_product_e1_q, sign_addend_e1_q;
+  logic product_zero_e1_q;
+  logic [2:0] highest_e1_q, fraction_e1_q;  // of c, b, a: exponent all ones, fraction not zero
 
   always_ff @(posedge clk_i) begin
     sig_a_e1_q        <= {!a_subnormal_e1, a_i[22:0]};
@@ -85,15 +85,15 @@ module fp_fma (
 
   // ---- e2: product; addend into the frame ----
   // Shift by 0..15 first, while the addend is narrow, then by groups of 16 with one select per group.
-  logic             above_e2, subtract_e2, far_e2, invalid_e2;
-  logic [3:0]       fine_e2;
-  logic [4:0]       coarse_e2;                  // one-hot
-  logic [38:0]      fine_addend_e2;             // U(1.38)
+  logic above_e2, subtract_e2, far_e2, invalid_e2;
+  logic [3:0] fine_e2;
+  logic [4:0] coarse_e2;  // one-hot
+  logic [38:0] fine_addend_e2;  // U(1.38)
   logic [Frame-1:0] addend_e2;
-  logic [47:0]      outer_e2;                   // product U(2.46) = outer + (low + high) * 2^17
-  logic [23:0]      cross_low_e2, cross_high_e2;
-  logic [2:0]       nans_e2, quiet_e2;
-  logic             signalling_e2, product_inf_e2, addend_inf_e2;
+  logic [47:0] outer_e2;  // product U(2.46) = outer + (low + high) * 2^17
+  logic [23:0] cross_low_e2, cross_high_e2;
+  logic [2:0] nans_e2, quiet_e2;
+  logic signalling_e2, product_inf_e2, addend_inf_e2;
 
   assign nans_e2        = highest_e1_q & fraction_e1_q;
   assign quiet_e2       = {sig_c_e1_q[22], sig_b_e1_q[22], sig_a_e1_q[22]};
@@ -115,8 +115,7 @@ module fp_fma (
     for (int g = 0; g < 5; g++) coarse_e2[g] = !above_e2 && distance_e1_q[8:4] == 5'(g);
     coarse_e2[0] = coarse_e2[0] || above_e2;
     addend_e2 = {77{1'b0}};
-    for (int g = 0; g < 5; g++)
-      addend_e2 = addend_e2 | (({fine_addend_e2, 38'd0} >> (16 * g)) & {77{coarse_e2[g]}});
+    for (int g = 0; g < 5; g++) addend_e2 = addend_e2 | (({fine_addend_e2, 38'd0} >> (16 * g)) & {77{coarse_e2[g]}});
   end
 
   fp_product u_multiply (
@@ -127,14 +126,14 @@ module fp_fma (
       .cross_high_o(cross_high_e2)
   );
 
-  logic             valid_e2_q;
-  logic [47:0]      outer_e2_q;
-  logic [23:0]      cross_low_e2_q, cross_high_e2_q;
-  logic [Frame-1:0] addend_e2_q;                // ones' complement if subtracted
-  logic [2:0]       tail_e2_q;                  // any bit in [9:0], [25:10], [38:26] of the addend
-  logic [2:0]       drops_e2_q;                 // parts below the frame: 3, the lower 2, the lowest
-  logic             subtract_e2_q, sign_e2_q, nan_e2_q, invalid_e2_q, inf_e2_q;
-  logic [8:0]       exp_top_e2_q;               // U(9.0): biased exponent of bit 76, at least 1
+  logic valid_e2_q;
+  logic [47:0] outer_e2_q;
+  logic [23:0] cross_low_e2_q, cross_high_e2_q;
+  logic [Frame-1:0] addend_e2_q;  // ones' complement if subtracted
+  logic [2:0] tail_e2_q;  // any bit in [9:0], [25:10], [38:26] of the addend
+  logic [2:0] drops_e2_q;  // parts below the frame: 3, the lower 2, the lowest
+  logic subtract_e2_q, sign_e2_q, nan_e2_q, invalid_e2_q, inf_e2_q;
+  logic [8:0] exp_top_e2_q;  // U(9.0): biased exponent of bit 76, at least 1
 
   always_ff @(posedge clk_i) begin
     outer_e2_q    <= outer_e2;
@@ -155,13 +154,13 @@ module fp_fma (
   // Bits lost from a subtracted addend make the true difference lie just below: no carry in.
   // Carry-save adders, one where the cross products overlap the outer ones (frame bits 20..43), one for
   // the addend up to the top of the product, bit 50, leave two addends for the only carry chain.
-  logic [50:0]    outer_e3;
-  logic [23:0]    save1_e3, carry1_e3;
-  logic [30:0]    rows_e3, carries_e3, save2_e3, carry2_e3;
-  logic           unused_e3;
-  logic [Frame:0] sum_e3;                       // S(78.0)
-  logic           lost_e3;
-  logic [8:0]     room_e3;                      // left shifts until the exponent would be below 1
+  logic [50:0] outer_e3;
+  logic [23:0] save1_e3, carry1_e3;
+  logic [30:0] rows_e3, carries_e3, save2_e3, carry2_e3;
+  logic unused_e3;
+  logic [Frame:0] sum_e3;  // S(78.0)
+  logic lost_e3;
+  logic [8:0] room_e3;  // left shifts until the exponent would be below 1
 
   assign lost_e3    = (drops_e2_q[0] && tail_e2_q[0]) || (drops_e2_q[1] && (|tail_e2_q[1:0]))
                    || (drops_e2_q[2] && (|tail_e2_q));
@@ -179,12 +178,12 @@ module fp_fma (
     + {26'd0, carry2_e3, 1'b0, outer_e3[19:0], subtract_e2_q && !lost_e3};
   assign room_e3    = exp_top_e2_q - 9'd1;
 
-  logic           valid_e3_q;
+  logic valid_e3_q;
   logic [Frame:0] sum_e3_q;
-  logic           lost_e3_q, subtract_e3_q, sign_e3_q, nan_e3_q, invalid_e3_q, inf_e3_q;
-  logic [8:0]     exp_top_e3_q;
-  logic [4:0]     coarse_room_e3_q;             // one bit per group: the room ends inside it
-  logic [3:0]     fine_room_e3_q;
+  logic lost_e3_q, subtract_e3_q, sign_e3_q, nan_e3_q, invalid_e3_q, inf_e3_q;
+  logic [8:0] exp_top_e3_q;
+  logic [4:0] coarse_room_e3_q;  // one bit per group: the room ends inside it
+  logic [3:0] fine_room_e3_q;
 
   always_ff @(posedge clk_i) begin
     sum_e3_q       <= sum_e3;
@@ -204,42 +203,39 @@ module fp_fma (
   // one, that is 0.V111.. with ones for ever, so its leading one and rounding bits serve as well: in
   // the sum itself those ones are the zeros that a left shift brings. The group wanted is the first
   // that differs from the sign, or the one in which the room ends.
-  logic [79:0] groups_e4;                       // group 0 (top) .. 4, three zeros at the end
-  logic        negative_e4, below_e4;
-  logic [3:0]  differs_e4, stop_e4;
-  logic [4:0]  group_e4;                        // one-hot
+  logic [79:0] groups_e4;  // group 0 (top) .. 4, three zeros at the end
+  logic negative_e4, below_e4;
+  logic [3:0] differs_e4, stop_e4;
+  logic [4:0] group_e4;  // one-hot
   logic [47:0] window_e4;
 
   assign groups_e4   = {sum_e3_q[Frame-1:0], 3'd0};
   assign negative_e4 = sum_e3_q[Frame];
 
   always_comb begin
-    for (int g = 0; g < 4; g++)
-      differs_e4[g] = negative_e4 ? !(&groups_e4[16*(4-g)+:16]) : (|groups_e4[16*(4-g)+:16]);
+    for (int g = 0; g < 4; g++) differs_e4[g] = negative_e4 ? !(&groups_e4[16*(4-g)+:16]) : (|groups_e4[16*(4-g)+:16]);
     stop_e4 = differs_e4 | coarse_room_e3_q[3:0];
     group_e4 = {stop_e4[3:0] == 4'b0000, stop_e4[3:0] == 4'b1000, stop_e4[2:0] == 3'b100,
                 stop_e4[1:0] == 2'b10, stop_e4[0]};
     window_e4 = 48'd0;
-    for (int g = 0; g < 5; g++)
-      window_e4 = window_e4 | (48'({groups_e4, 64'd0} >> (16 * (6 - g))) & {48{group_e4[g]}});
+    for (int g = 0; g < 5; g++) window_e4 = window_e4 | (48'({groups_e4, 64'd0} >> (16 * (6 - g))) & {48{group_e4[g]}});
     below_e4 = (group_e4[0] && (|groups_e4[31:0])) || (group_e4[1] && (|groups_e4[15:0]));
   end
 
-  logic        valid_e4_q;
-  logic [47:0] window_e4_q;                     // U(1.47), not yet normalised
-  logic        negative_e4_q, below_e4_q;
-  logic        zero_e4_q, subtract_e4_q, sign_e4_q, nan_e4_q, invalid_e4_q, inf_e4_q;
-  logic [15:0] room_e4_q;                       // one-hot: the left shift that ends the room, or none
-  logic [2:0]  group_e4_q;
-  logic [8:0]  exp_top_e4_q;
+  logic valid_e4_q;
+  logic [47:0] window_e4_q;  // U(1.47), not yet normalised
+  logic negative_e4_q, below_e4_q;
+  logic zero_e4_q, subtract_e4_q, sign_e4_q, nan_e4_q, invalid_e4_q, inf_e4_q;
+  logic [15:0] room_e4_q;  // one-hot: the left shift that ends the room, or none
+  logic [2:0] group_e4_q;
+  logic [8:0] exp_top_e4_q;
 
   always_ff @(posedge clk_i) begin
     window_e4_q    <= window_e4;
     negative_e4_q  <= negative_e4;
     below_e4_q     <= below_e4 || lost_e3_q;
     group_e4_q     <= {group_e4[4], group_e4[3] || group_e4[2], group_e4[3] || group_e4[1]};
-    for (int i = 0; i < 16; i++)
-      room_e4_q[15-i] <= (|(coarse_room_e3_q & group_e4)) && fine_room_e3_q == 4'(i);
+    for (int i = 0; i < 16; i++) room_e4_q[15-i] <= (|(coarse_room_e3_q & group_e4)) && fine_room_e3_q == 4'(i);
     exp_top_e4_q   <= exp_top_e3_q;
     zero_e4_q      <= !(|sum_e3_q) && !lost_e3_q;
     // An infinity brought its own sign.
@@ -252,9 +248,9 @@ module fp_fma (
 
   // ---- e5: left shift by 0..15, no further than the exponent allows ----
   logic [15:0] stop_e5;
-  logic [3:0]  zeros_e5;
-  logic        unused_empty_e5;
-  logic [40:0] shifted_e5;                      // the lowest bits count for sticky only
+  logic [3:0] zeros_e5;
+  logic unused_empty_e5;
+  logic [40:0] shifted_e5;  // the lowest bits count for sticky only
   logic [15:0] sticky_e5;
 
   always_comb begin
@@ -263,7 +259,9 @@ module fp_fma (
     for (int i = 0; i < 16; i++) sticky_e5[i] = |(window_e4_q[21:0] & (22'h3f_ffff >> i));
   end
 
-  fp_lzc #(.CountWidth(4)) u_lzc (
+  fp_lzc #(
+      .CountWidth(4)
+  ) u_lzc (
       .value_i(stop_e5),
       .count_o(zeros_e5),
       .zero_o (unused_empty_e5)
@@ -275,11 +273,11 @@ module fp_fma (
     for (int k = 3; k >= 0; k--) if (zeros_e5[k]) shifted_e5 = shifted_e5 << (1 << k);
   end
 
-  logic        valid_e5_q;
-  logic [25:0] sig_e5_q;                        // U(1.25), ones' complement if negative
-  logic        negative_e5_q, sticky_e5_q;
-  logic        zero_e5_q, sign_e5_q, nan_e5_q, invalid_e5_q, inf_e5_q;
-  logic [8:0]  exp_e5_q;                        // U(9.0), biased
+  logic valid_e5_q;
+  logic [25:0] sig_e5_q;  // U(1.25), ones' complement if negative
+  logic negative_e5_q, sticky_e5_q;
+  logic zero_e5_q, sign_e5_q, nan_e5_q, invalid_e5_q, inf_e5_q;
+  logic [8:0] exp_e5_q;  // U(9.0), biased
 
   always_ff @(posedge clk_i) begin
     sig_e5_q      <= shifted_e5[40:15];
@@ -298,9 +296,9 @@ module fp_fma (
   // Negative: complement, and add one at the very end if only zeros (ones of V) follow the round
   // bit. Where it also passes guard and round bit, the result is exact and one ulp above: that is
   // what fp_round makes of guard = round = 1, except for the flags. It cannot overflow there.
-  logic [25:0]    magnitude_e6;                 // U(1.25)
-  logic           end_around_e6, exact_up_e6, guard_e6, round_e6;
-  logic [31:0]    result_e6;
+  logic [25:0] magnitude_e6;  // U(1.25)
+  logic end_around_e6, exact_up_e6, guard_e6, round_e6;
+  logic [31:0] result_e6;
   fp_pkg::flags_t flags_e6;
 
   assign magnitude_e6  = sig_e5_q ^ {26{negative_e5_q}};

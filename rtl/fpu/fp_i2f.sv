@@ -19,7 +19,7 @@ module fp_i2f (
 
   assign sign_e1 = a_i[31] && !unsigned_i;
 
-  logic        valid_e1_q, sign_e1_q;
+  logic valid_e1_q, sign_e1_q;
   logic [31:0] magnitude_e1_q;
 
   always_ff @(posedge clk_i) begin
@@ -28,11 +28,13 @@ module fp_i2f (
   end
 
   // ---- e2: |24 significand|guard|round|6 sticky| of the normalised magnitude, U(1.31) ----
-  logic [4:0]  zeros_e2;
-  logic        zero_e2;
+  logic [4:0] zeros_e2;
+  logic zero_e2;
   logic [31:0] normal_e2;
 
-  fp_lzc #(.CountWidth(5)) u_lzc (
+  fp_lzc #(
+      .CountWidth(5)
+  ) u_lzc (
       .value_i(magnitude_e1_q),
       .count_o(zeros_e2),
       .zero_o (zero_e2)
@@ -44,9 +46,9 @@ module fp_i2f (
     for (int k = 4; k >= 0; k--) if (zeros_e2[k]) normal_e2 = normal_e2 << (1 << k);
   end
 
-  logic        valid_e2_q, sign_e2_q, zero_e2_q;
+  logic valid_e2_q, sign_e2_q, zero_e2_q;
   logic [31:0] normal_e2_q;
-  logic [4:0]  zeros_e2_q;
+  logic [4:0] zeros_e2_q;
 
   always_ff @(posedge clk_i) begin
     sign_e2_q   <= sign_e1_q;
@@ -56,7 +58,7 @@ module fp_i2f (
   end
 
   // ---- e3 ----
-  logic [31:0]    result_e3;
+  logic [31:0] result_e3;
   fp_pkg::flags_t flags_e3;
 
   fp_pack u_pack (

@@ -15,7 +15,7 @@ module fp_lzc #(
   // Tournament of groups: level k holds Width / 2^k groups of 2^k bits, each with "all zero" and the
   // count inside the group (CountWidth bits each). Group g of level k + 1 is formed by the groups
   // 2g + 1 (upper half) and 2g of level k.
-  logic [CountWidth:0][Width-1:0]            empty;
+  logic [CountWidth:0][Width-1:0] empty;
   logic [CountWidth:0][Width*CountWidth-1:0] count;
 
   assign empty[0] = ~value_i;

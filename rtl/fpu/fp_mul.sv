@@ -15,10 +15,10 @@ module fp_mul (
 );
 
   // ---- e1: unpack ----
-  logic        a_subnormal_e1, b_subnormal_e1;
-  logic [23:0] sig_a_e1, sig_b_e1;      // U(1.23), hidden bit 0 for subnormals and zero
-  logic [9:0]  exp_e1;                  // S(10.0): biased exponent of the product, minus one
-  logic        nan_e1, invalid_e1, inf_e1, zero_e1;
+  logic a_subnormal_e1, b_subnormal_e1;
+  logic [23:0] sig_a_e1, sig_b_e1;  // U(1.23), hidden bit 0 for subnormals and zero
+  logic [9:0] exp_e1;  // S(10.0): biased exponent of the product, minus one
+  logic nan_e1, invalid_e1, inf_e1, zero_e1;
 
   assign a_subnormal_e1 = !(|a_i[30:23]);
   assign b_subnormal_e1 = !(|b_i[30:23]);
@@ -35,10 +35,10 @@ module fp_mul (
                    || (fp_pkg::is_zero(a_i) && fp_pkg::is_inf(b_i));
   assign nan_e1     = fp_pkg::is_nan(a_i) || fp_pkg::is_nan(b_i) || invalid_e1;
 
-  logic        valid_e1_q, sign_e1_q, nan_e1_q, invalid_e1_q, inf_e1_q, zero_e1_q;
+  logic valid_e1_q, sign_e1_q, nan_e1_q, invalid_e1_q, inf_e1_q, zero_e1_q;
   logic [23:0] sig_a_e1_q, sig_b_e1_q;
-  logic [23:0] sig_small_e1_q;          // the subnormal operand, if there is one
-  logic [9:0]  exp_e1_q;
+  logic [23:0] sig_small_e1_q;  // the subnormal operand, if there is one
+  logic [9:0] exp_e1_q;
 
   always_ff @(posedge clk_i) begin
     sign_e1_q      <= a_i[31] ^ b_i[31];
@@ -58,17 +58,18 @@ module fp_mul (
   // the room ends, whichever is first. More denormalises; 58 or more leaves only the sticky bit, as
   // for the product of two subnormals, which is below 2^-250.
   logic [23:0] stop_e2;
-  logic [4:0]  zeros_e2;
-  logic        unused_empty_e2, denormal_e2, far_e2;
-  logic [5:0]  shift_e2;
-  logic [8:0]  exp_e2;                  // U(9.0), biased exponent after the shift, minus one
+  logic [4:0] zeros_e2;
+  logic unused_empty_e2, denormal_e2, far_e2;
+  logic [5:0] shift_e2;
+  logic [8:0] exp_e2;  // U(9.0), biased exponent after the shift, minus one
 
   always_comb begin
-    for (int i = 0; i < 24; i++)
-      stop_e2[23-i] = sig_small_e1_q[23-i] || (exp_e1_q[8:0] == 9'(i));
+    for (int i = 0; i < 24; i++) stop_e2[23-i] = sig_small_e1_q[23-i] || (exp_e1_q[8:0] == 9'(i));
   end
 
-  fp_lzc #(.CountWidth(5)) u_lzc (
+  fp_lzc #(
+      .CountWidth(5)
+  ) u_lzc (
       .value_i({stop_e2, 8'd0}),
       .count_o(zeros_e2),
       .zero_o (unused_empty_e2)
@@ -79,7 +80,7 @@ module fp_mul (
   assign shift_e2    = denormal_e2 ? {1'b1, ~exp_e1_q[4:0] | {5{far_e2}}} : {1'b0, ~zeros_e2};
   assign exp_e2      = denormal_e2 ? 9'd0 : exp_e1_q[8:0] - {4'd0, zeros_e2};
 
-  logic [47:0] outer_e2;                // product = outer + cross * 2^17
+  logic [47:0] outer_e2;  // product = outer + cross * 2^17
   logic [23:0] cross_low_e2, cross_high_e2;
   logic [24:0] cross_e2;
 
@@ -93,11 +94,11 @@ module fp_mul (
 
   assign cross_e2 = {1'b0, cross_low_e2} + {1'b0, cross_high_e2};
 
-  logic        valid_e2_q, sign_e2_q, nan_e2_q, invalid_e2_q, inf_e2_q, zero_e2_q;
+  logic valid_e2_q, sign_e2_q, nan_e2_q, invalid_e2_q, inf_e2_q, zero_e2_q;
   logic [47:0] outer_e2_q;
   logic [24:0] cross_e2_q;
-  logic [5:0]  shift_e2_q;
-  logic [8:0]  exp_e2_q;
+  logic [5:0] shift_e2_q;
+  logic [8:0] exp_e2_q;
 
   always_ff @(posedge clk_i) begin
     outer_e2_q   <= outer_e2;
@@ -112,15 +113,18 @@ module fp_mul (
   end
 
   // ---- e3: shift, then at most one place to the right ----
-  logic [47:0] product_e3;              // U(2.46)
-  logic [30:0] unused_shifted_e3;       // zeros, since the product is below 4 after the shift
-  logic [26:0] shifted_e3;              // U(2.25)
-  logic        lost_e3, high_e3;
-  logic [8:0]  exp_low_e3, exp_high_e3;
+  logic [47:0] product_e3;  // U(2.46)
+  logic [30:0] unused_shifted_e3;  // zeros, since the product is below 4 after the shift
+  logic [26:0] shifted_e3;  // U(2.25)
+  logic lost_e3, high_e3;
+  logic [8:0] exp_low_e3, exp_high_e3;
 
   assign product_e3 = outer_e2_q + {6'd0, cross_e2_q, 17'd0};
 
-  fp_shift_right #(.Width(58), .AmountWidth(6)) u_normalise (
+  fp_shift_right #(
+      .Width(58),
+      .AmountWidth(6)
+  ) u_normalise (
       .value_i ({product_e3, 10'd0}),
       .amount_i(shift_e2_q),
       .value_o ({unused_shifted_e3, shifted_e3}),
@@ -131,10 +135,10 @@ module fp_mul (
   assign exp_low_e3  = exp_e2_q + 9'd1;
   assign exp_high_e3 = exp_e2_q + 9'd2;  // both ahead of the late selection
 
-  logic        valid_e3_q, sign_e3_q, nan_e3_q, invalid_e3_q, inf_e3_q, zero_e3_q;
-  logic [25:0] sig_e3_q;                // U(1.25)
-  logic        sticky_e3_q;
-  logic [8:0]  exp_e3_q;                // U(9.0), biased
+  logic valid_e3_q, sign_e3_q, nan_e3_q, invalid_e3_q, inf_e3_q, zero_e3_q;
+  logic [25:0] sig_e3_q;  // U(1.25)
+  logic sticky_e3_q;
+  logic [8:0] exp_e3_q;  // U(9.0), biased
 
   always_ff @(posedge clk_i) begin
     sig_e3_q     <= high_e3 ? shifted_e3[26:1] : shifted_e3[25:0];
@@ -148,7 +152,7 @@ module fp_mul (
   end
 
   // ---- e4: round, pack, special results ----
-  logic [31:0]    result_e4;
+  logic [31:0] result_e4;
   fp_pkg::flags_t flags_e4;
 
   fp_pack u_pack (

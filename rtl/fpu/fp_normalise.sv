@@ -10,16 +10,16 @@ module fp_normalise (
     output logic        zero_o
 );
 
-  logic [5:0]  nonzero;   // per group, bit 5 is the upper one
-  logic [2:0]  groups;    // leading groups that are zero
-  logic [5:0][1:0] leading; // per group, its leading zeros
-  logic [1:0]  bits;      // of the first other group
+  logic [5:0] nonzero;  // per group, bit 5 is the upper one
+  logic [2:0] groups;  // leading groups that are zero
+  logic [5:0][1:0] leading;  // per group, its leading zeros
+  logic [1:0] bits;  // of the first other group
   logic [23:0] coarse;
 
   always_comb begin
     for (int g = 0; g < 6; g++) begin
-      nonzero[g] = |value_i[4*g +: 4];
-      casez (value_i[4*g +: 4])
+      nonzero[g] = |value_i[4*g+:4];
+      casez (value_i[4*g+:4])
         4'b1???: leading[g] = 2'd0;
         4'b01??: leading[g] = 2'd1;
         4'b001?: leading[g] = 2'd2;

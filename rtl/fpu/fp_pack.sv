@@ -21,7 +21,7 @@ module fp_pack (
     output fp_pkg::flags_t flags_o
 );
 
-  logic [31:0]    rounded;
+  logic [31:0] rounded;
   fp_pkg::flags_t rounded_flags;
 
   fp_round u_round (

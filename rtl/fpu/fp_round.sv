@@ -16,8 +16,8 @@ module fp_round (
     output fp_pkg::flags_t flags_o
 );
 
-  logic        inexact, increment, subnormal, tiny, huge, overflow;
-  logic [7:0]  exp_field;
+  logic inexact, increment, subnormal, tiny, huge, overflow;
+  logic [7:0] exp_field;
   logic [30:0] packed_up;
 
   assign inexact   = guard_i || round_i || sticky_i;

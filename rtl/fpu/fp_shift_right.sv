@@ -17,7 +17,7 @@ module fp_shift_right #(
 );
 
   logic [AmountWidth:0][Width-1:0] level;  // level 0 is the input
-  logic [AmountWidth-1:0]          lost;
+  logic [AmountWidth-1:0] lost;
 
   assign level[0] = value_i;
 
@@ -30,8 +30,7 @@ module fp_shift_right #(
 
 `ifndef SYNTHESIS
   if (Width < 1 || AmountWidth < 1 || AmountWidth > 31) begin : gen_check
-    $error("fp_shift_right: Width=%0d, AmountWidth=%0d, must be at least 1, the latter at most 31",
-           Width, AmountWidth);
+    $error("fp_shift_right: Width=%0d, AmountWidth=%0d, must be at least 1, the latter at most 31", Width, AmountWidth);
   end
 `endif
 

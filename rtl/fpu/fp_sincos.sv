@@ -31,7 +31,7 @@ module fp_sincos (
 
   // ---- control: step 0 is idle ----
   logic [5:0] step_q;
-  logic       accept;
+  logic accept;
 
   assign ready_o = step_q == 6'd0;
   assign accept  = ready_o && valid_i;
@@ -46,26 +46,32 @@ module fp_sincos (
     end
   end
 
-  logic       reduce;                            // steps up to 10
-  logic       split;                             // step 11
-  logic       load_d, load_q;                    // a coefficient is loaded, a product begins
-  logic [1:0] order_q;                           // of the next coefficient
-  logic [2:0] byte_base_d, byte_base_q;          // byte of f for the next step
-  logic       final_d, final_q;                  // the next step belongs to the last product,
-  logic       last_byte_d, last_byte_q;          // .. with its last byte
-  logic       clear_q;                           // the first step of a product, nothing to add yet
+  logic reduce;  // steps up to 10
+  logic split;  // step 11
+  logic load_d, load_q;  // a coefficient is loaded, a product begins
+  logic [1:0] order_q;  // of the next coefficient
+  logic [2:0] byte_base_d, byte_base_q;  // byte of f for the next step
+  logic final_d, final_q;  // the next step belongs to the last product,
+  logic last_byte_d, last_byte_q;  // .. with its last byte
+  logic clear_q;  // the first step of a product, nothing to add yet
 
   assign reduce = step_q <= 6'd10;
   assign split  = step_q == 6'd11;
 
-  always_comb begin                              // in the step before
+  always_comb begin  // in the step before
     load_d      = 1'b0;
     byte_base_d = 3'd1;
     final_d     = 1'b0;
     last_byte_d = 1'b0;
     case (step_q)
-      6'd11: begin load_d = 1'b1; byte_base_d = 3'd2; end
-      6'd15: begin load_d = 1'b1; byte_base_d = 3'd3; end
+      6'd11: begin
+        load_d = 1'b1;
+        byte_base_d = 3'd2;
+      end
+      6'd15: begin
+        load_d = 1'b1;
+        byte_base_d = 3'd3;
+      end
       6'd16: byte_base_d = 3'd2;
       6'd20: begin load_d = 1'b1; byte_base_d = 3'd4; end
       6'd21: byte_base_d = 3'd3;
@@ -90,7 +96,7 @@ module fp_sincos (
   end
 
   // ---- operand ----
-  logic        cos_q;
+  logic cos_q;
   logic [31:0] a_q;
 
   always_ff @(posedge clk_i) begin
@@ -103,16 +109,16 @@ module fp_sincos (
   // ---- multiplier: accumulator / 256 + x * byte, least significant byte first ----
   // y_q is the byte and, below it, the top bit of the byte before. The top bit of the last byte of a
   // factor is zero.
-  logic [33:0] x_q;                              // S(2.32), or the significand U(24.0)
-  logic [8:0]  y_q;
-  logic [41:0] acc_q, acc_shifted, acc_next;     // S(10.32), in units of x_q
+  logic [33:0] x_q;  // S(2.32), or the significand U(24.0)
+  logic [8:0] y_q;
+  logic [41:0] acc_q, acc_shifted, acc_next;  // S(10.32), in units of x_q
 
-  logic [37:0] low_pair, high_pair;              // of the byte's lower and upper half
+  logic [37:0] low_pair, high_pair;  // of the byte's lower and upper half
   logic [37:0] low_pair_q, high_pair_q;
-  logic        low_carry, low_carry_q, high_carry, high_carry_q;
-  logic [41:0] sum_low;                          // acc_shifted + low pair
-  logic [37:0] sum_high;                         // (sum_low + 16 high pair) / 16
-  logic        unused_low, unused_high;
+  logic low_carry, low_carry_q, high_carry, high_carry_q;
+  logic [41:0] sum_low;  // acc_shifted + low pair
+  logic [37:0] sum_high;  // (sum_low + 16 high pair) / 16
+  logic unused_low, unused_high;
 
   fp_booth_pair u_low_pair (
       .x_i    (x_q),
@@ -145,15 +151,15 @@ module fp_sincos (
 
   // ---- reduction ----
   // acc_q has the weights 2^19 .. 2^-22 when it ends and low_q the next 39; q needs 2^1 and 2^0.
-  logic [38:0] low_q;                            // weights 2^-23 .. 2^-61
-  logic [21:0] high_q;                           // weights 2^-1 .. 2^-22
-  logic        sine, sign;
-  logic [4:0]  segment;                          // |f| in 64ths
-  logic [1:0]  leading;                          // see the bytes of f
-  logic        sine_q, sign_q;                   // the quadrant needs the sine of f; of the result
-  logic [4:0]  segment_q;
-  logic [1:0]  leading_q;
-  logic        negative_f;
+  logic [38:0] low_q;  // weights 2^-23 .. 2^-61
+  logic [21:0] high_q;  // weights 2^-1 .. 2^-22
+  logic sine, sign;
+  logic [4:0] segment;  // |f| in 64ths
+  logic [1:0] leading;  // see the bytes of f
+  logic sine_q, sign_q;  // the quadrant needs the sine of f; of the result
+  logic [4:0] segment_q;
+  logic [1:0] leading_q;
+  logic negative_f;
 
   fp_sincos_quadrant u_quadrant (
       .turns_i   (acc_q[23:0]),
@@ -178,7 +184,7 @@ module fp_sincos (
     end
   end
 
-  logic [6:0] offset, window, window_q;          // byte of 2/pi for the next step
+  logic [6:0] offset, window, window_q;  // byte of 2/pi for the next step
   logic [7:0] byte_pi;
 
   fp_two_over_pi u_two_over_pi (
@@ -196,8 +202,8 @@ module fp_sincos (
   // 2^-2 .. 2^-6 are the segment and the others t, so that t starts in byte 1 without its top bit.
   // The product with f starts at the byte that holds the leading one below its top bit (or has it
   // next to its lowest bit).
-  logic [2:0]  byte_index;
-  logic [7:0]  byte_raw, byte_f;
+  logic [2:0] byte_index;
+  logic [7:0] byte_raw, byte_f;
 
   assign byte_index = final_q ? byte_base_q + {1'b0, leading_q} : byte_base_q;
 
@@ -216,15 +222,14 @@ module fp_sincos (
 
   always_comb begin
     byte_f = byte_raw ^ {8{negative_f}};
-    if (final_q && !sine_q) byte_f = last_byte_q ? 8'h40 : 8'h00;   // 2^6, see exp_q
-    if (!final_q && byte_base_q == 3'd1) byte_f[7] = 1'b0;        // segment
+    if (final_q && !sine_q) byte_f = last_byte_q ? 8'h40 : 8'h00;  // 2^6, see exp_q
+    if (!final_q && byte_base_q == 3'd1) byte_f[7] = 1'b0;  // segment
   end
 
-  always_ff @(posedge clk_i)
-    y_q <= {reduce ? byte_pi : byte_f, y_q[8] && !load_q && !ready_o};
+  always_ff @(posedge clk_i) y_q <= {reduce ? byte_pi : byte_f, y_q[8] && !load_q && !ready_o};
 
   // ---- cubic: byte 1 has seven bits of t, so a product with t is acc_q / 2^7 ----
-  logic [33:0] coefficient;                      // S(2.32)
+  logic [33:0] coefficient;  // S(2.32)
 
   fp_sincos_rom u_rom (
       .cos_i        (!sine_q),
@@ -239,8 +244,8 @@ module fp_sincos (
   end
 
   // ---- normalise, round; a_q is stable long before ----
-  logic           special;
-  logic [31:0]    special_result;
+  logic special;
+  logic [31:0] special_result;
   fp_pkg::flags_t special_flags;
 
   fp_sincos_special u_special (

@@ -13,7 +13,9 @@ module fp_sincos_memory (
   logic [33:0] word;
 
   always_comb begin
-    case ({order_i, cos_i, segment_i})
+    case ({
+      order_i, cos_i, segment_i
+    })
       8'd0: word = 34'h1921fb544;
       8'd1: word = 34'h192155f7a;
       8'd2: word = 34'h191f65f11;

@@ -41,9 +41,9 @@ module fp_sincos_overlapped (
   localparam logic [3:0] LAST = 4'(Interval - 1);
 
   // ---- control ----
-  logic [3:0] reduce_q, cubic_q, last_q;         // zero is idle
-  logic       accept, split_q;
-  logic [1:0] round_q;                           // cycles 32 and 33
+  logic [3:0] reduce_q, cubic_q, last_q;  // zero is idle
+  logic accept, split_q;
+  logic [1:0] round_q;  // cycles 32 and 33
 
   function automatic logic [3:0] next_step(input logic begins, input logic [3:0] step);
     if (begins) next_step = 4'd1;
@@ -72,17 +72,17 @@ module fp_sincos_overlapped (
   end
 
   // ---- reduction ----
-  logic        cos_q;
+  logic cos_q;
   logic [31:0] a_q;
-  logic [6:0]  offset, window, window_q;
-  logic [7:0]  byte_pi;
-  logic [8:0]  digits_q;                         // a byte of 2/pi, the top bit of the one before
+  logic [6:0] offset, window, window_q;
+  logic [7:0] byte_pi;
+  logic [8:0] digits_q;  // a byte of 2/pi, the top bit of the one before
   logic [28:0] low_pair, low_pair_q, high_pair, high_pair_q;
-  logic        low_carry, low_carry_q, high_carry, high_carry_q;
-  logic [32:0] angle_q, angle_sum_low;           // S(.8) in units of the significand
+  logic low_carry, low_carry_q, high_carry, high_carry_q;
+  logic [32:0] angle_q, angle_sum_low;  // S(.8) in units of the significand
   logic [28:0] angle_sum_high;
-  logic [38:0] low_q;                            // weights 2^-23 .. 2^-61
-  logic        unused_angle_low, unused_angle_high;
+  logic [38:0] low_q;  // weights 2^-23 .. 2^-61
+  logic unused_angle_low, unused_angle_high;
 
   always_ff @(posedge clk_i) begin
     if (accept) begin
@@ -135,17 +135,17 @@ module fp_sincos_overlapped (
 
   always_ff @(posedge clk_i) begin
     angle_q <= (reduce_q == 4'd1) ? '0 : {angle_sum_high, angle_sum_low[3:0]};
-    if (reduce_q >= 4'd6) low_q <= {angle_q[7:0], low_q[38:8]};   // until cycle 17 of the next
+    if (reduce_q >= 4'd6) low_q <= {angle_q[7:0], low_q[38:8]};  // until cycle 17 of the next
   end
 
   // ---- split ----
-  logic           sine, sign, sine_q, sign_q, negative_q;
-  logic [4:0]     segment, segment_q;
-  logic [1:0]     leading, leading_q;
-  logic           special, special_q;
-  logic [31:0]    special_result;
+  logic sine, sign, sine_q, sign_q, negative_q;
+  logic [4:0] segment, segment_q;
+  logic [1:0] leading, leading_q;
+  logic special, special_q;
+  logic [31:0] special_result;
   fp_pkg::flags_t special_flags, special_flags_q;
-  logic [31:0]    t_q;                           // bytes 1 .. 4 of f, or the special result
+  logic [31:0] t_q;  // bytes 1 .. 4 of f, or the special result
 
   fp_sincos_quadrant u_quadrant (
       .turns_i   (angle_q[23:0]),
@@ -179,8 +179,8 @@ module fp_sincos_overlapped (
   end
 
   // ---- the first product, c3 t: as soon as the second multiplier is free ----
-  logic       first_load, first_loaded_q;
-  logic [2:0] first_step_q;                      // its step, its rows added, its sum complete
+  logic first_load, first_loaded_q;
+  logic [2:0] first_step_q;  // its step, its rows added, its sum complete
 
   assign first_load = cubic_q != 4'd0 && !first_loaded_q && (last_q == 4'd4 || cubic_q == 4'd4);
 
@@ -195,13 +195,13 @@ module fp_sincos_overlapped (
   end
 
   // ---- coefficients, read two cycles before they are added ----
-  logic [1:0]  order;
+  logic [1:0] order;
   logic [33:0] coefficient, coefficient_q;
 
   always_comb begin
     if (!first_loaded_q) order = 2'd3;
     else if (!cubic_q[3]) order = 2'd2;
-    else order = {1'b0, !cubic_q[1]};            // cycles 19 and 20; 21
+    else order = {1'b0, !cubic_q[1]};  // cycles 19 and 20; 21
   end
 
   fp_sincos_memory u_memory (
@@ -212,22 +212,22 @@ module fp_sincos_overlapped (
       .coefficient_o(coefficient)
   );
 
-  always_ff @(posedge clk_i) begin               // c0 from cycle 23 to 26
+  always_ff @(posedge clk_i) begin  // c0 from cycle 23 to 26
     if (!(last_q == 4'd2 || last_q == 4'd3 || last_q == 4'd4)) coefficient_q <= coefficient;
   end
 
   // ---- the last factor: five bytes of |f| from the leading one on, or 2^6 ----
-  logic           sine_last_q, sign_last_q, negative_last_q, special_last_q;
-  logic [1:0]     leading_last_q;
-  logic [31:0]    special_result_q;
+  logic sine_last_q, sign_last_q, negative_last_q, special_last_q;
+  logic [1:0] leading_last_q;
+  logic [31:0] special_result_q;
   fp_pkg::flags_t special_flags_last_q;
-  logic [39:0]    factor_q;
-  logic [63:0]    f;                             // bytes 0 .. 7, before the complement
+  logic [39:0] factor_q;
+  logic [63:0] f;  // bytes 0 .. 7, before the complement
 
   assign f = {{4{negative_q}}, segment_q[4:1] ^ {4{negative_q}}, t_q, low_q[23:0]};
 
   always_ff @(posedge clk_i) begin
-    if (cubic_q == 4'd6) begin                   // the operation before takes its last byte
+    if (cubic_q == 4'd6) begin  // the operation before takes its last byte
       if (!sine_q) factor_q <= {8'h40, 32'd0};
       else begin
         case (leading_q)
@@ -250,11 +250,11 @@ module fp_sincos_overlapped (
   end
 
   // ---- second multiplier: factors ----
-  logic        load_held, load_sum, overlap;
-  logic [33:0] x_q, sum;                         // S(2.32)
-  logic [21:0] hold_q;                           // c2 + c3 t, S(.32), until x_q is free
-  logic [14:0] t_word_q;                         // t_q may be the next operation's in cycle 23
-  logic        t_negative_q;
+  logic load_held, load_sum, overlap;
+  logic [33:0] x_q, sum;  // S(2.32)
+  logic [21:0] hold_q;  // c2 + c3 t, S(.32), until x_q is free
+  logic [14:0] t_word_q;  // t_q may be the next operation's in cycle 23
+  logic t_negative_q;
   logic [16:0] y_q;
   logic [15:0] word;
 
@@ -295,14 +295,14 @@ module fp_sincos_overlapped (
 
   // ---- second multiplier: accumulator / 2^16 + x_q * word, least significant word first ----
   logic [3:0][37:0] pair, pair_q;
-  logic [3:0]       carry, carry_q;
-  logic [37:0]      low_upper, high_upper;       // pairs 0 and 1, 2 and 3, above their lowest four bits
-  logic [41:0]      rows_upper;
-  logic [49:0]      rows_q;                      // x_q * word without a carry
-  logic             rows_carry_q, first_q;
-  logic [49:0]      total;
-  logic [41:0]      acc_q;                       // its upper part: S(10.32) in units of x_q
-  logic             unused_rows_low, unused_rows_high, unused_rows, unused_acc, unused_total;
+  logic [3:0] carry, carry_q;
+  logic [37:0] low_upper, high_upper;  // pairs 0 and 1, 2 and 3, above their lowest four bits
+  logic [41:0] rows_upper;
+  logic [49:0] rows_q;  // x_q * word without a carry
+  logic rows_carry_q, first_q;
+  logic [49:0] total;
+  logic [41:0] acc_q;  // its upper part: S(10.32) in units of x_q
+  logic unused_rows_low, unused_rows_high, unused_rows, unused_acc, unused_total;
 
   for (genvar p = 0; p < 4; p++) begin : gen_pair
     fp_booth_pair u_pair (

@@ -13,8 +13,8 @@ module fp_sincos_quadrant (
     output logic [1:0]  leading_o      // byte that holds the leading one of |f|, see fp_sincos
 );
 
-  logic [1:0]  quadrant;               // of a sine: a cosine is a sine a quarter later
-  logic [20:0] high;                   // of |f|, weights 2^-2 .. 2^-22
+  logic [1:0] quadrant;  // of a sine: a cosine is a sine a quarter later
+  logic [20:0] high;  // of |f|, weights 2^-2 .. 2^-22
 
   assign quadrant  = turns_i[23:22] + {1'b0, turns_i[21]} + {1'b0, cos_i};
   assign high      = turns_i[20:0] ^ {21{turns_i[21]}};

@@ -15,9 +15,9 @@ module fp_sincos_result (
     output fp_pkg::flags_t flags_o
 );
 
-  logic [3:0]  zeros;                            // of magnitude_i, 0 .. 8
-  logic [25:0] sig_q;                            // U(1.25)
-  logic [7:0]  exp_q;                            // biased
+  logic [3:0] zeros;  // of magnitude_i, 0 .. 8
+  logic [25:0] sig_q;  // U(1.25)
+  logic [7:0] exp_q;  // biased
 
   always_comb begin
     casez (magnitude_i[33:26])
@@ -38,7 +38,7 @@ module fp_sincos_result (
     exp_q <= 8'd128 + {7'd0, sine_i} - (sine_i ? {3'd0, leading_i, 3'd0} : 8'd0) - {4'd0, zeros};
   end
 
-  logic [31:0]    rounded;
+  logic [31:0] rounded;
   fp_pkg::flags_t rounded_flags;
 
   fp_round u_round (

@@ -13,7 +13,9 @@ module fp_sincos_rom (
   logic [33:0] c0, c1, c2, c3;
 
   always_comb begin
-    case ({cos_i, segment_i})
+    case ({
+      cos_i, segment_i
+    })
       6'd0: {c3, c2, c1, c0} = {34'h000000029, 34'h3fff5aa08, 34'h000000005, 34'h1921fb544};
       6'd1: {c3, c2, c1, c0} = {34'h00000007a, 34'h3fff5aa82, 34'h3ffeb549a, 34'h192155f7a};
       6'd2: {c3, c2, c1, c0} = {34'h0000000cc, 34'h3fff5abf2, 34'h3ffd6ab18, 34'h191f65f11};

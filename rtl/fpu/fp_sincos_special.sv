@@ -10,8 +10,8 @@ module fp_sincos_special (
     output fp_pkg::flags_t flags_o
 );
 
-  localparam logic [7:0] EXP_MAX = 8'd135;       // of 256
-  localparam logic [7:0] EXP_MIN = 8'd115;       // of 2^-12
+  localparam logic [7:0] EXP_MAX = 8'd135;  // of 256
+  localparam logic [7:0] EXP_MIN = 8'd115;  // of 2^-12
 
   logic out_of_range, below_min, invalid, underflow, inexact;
 

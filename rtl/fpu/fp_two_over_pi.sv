@@ -12,7 +12,7 @@ module fp_two_over_pi (
 
   // 2/pi truncated to 71 fraction bits, and zeros above.
   localparam logic [91:0] TWO_OVER_PI = 92'h00000517cc1b727220a94fe;
-  localparam logic [4:0]  EXP_MAX_LOW = 5'd7;    // of 135, of 256
+  localparam logic [4:0] EXP_MAX_LOW = 5'd7;  // of 135, of 256
 
   logic unused_exponent;
 

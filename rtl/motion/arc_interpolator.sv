@@ -42,10 +42,15 @@ module arc_interpolator #(
   // q - p grows by one with every axis moved; in the last quadrant the arc ends where it is the end's.
   localparam int unsigned Bits = Width + 3;
 
-  typedef enum logic [2:0] {StIdle, StPlace, StCount, StDecide, StMove} state_e;
+  typedef enum logic [2:0] {
+    StIdle,
+    StPlace,
+    StCount,
+    StDecide,
+    StMove
+  } state_e;
 
-  function automatic logic [1:0] quadrant(input logic signed [Width-1:0] u,
-                                          input logic signed [Width-1:0] v);
+  function automatic logic [1:0] quadrant(input logic signed [Width-1:0] u, input logic signed [Width-1:0] v);
     logic u_zero, v_zero, u_negative, v_negative;
     u_zero     = u == '0;
     v_zero     = v == '0;
@@ -89,8 +94,7 @@ module arc_interpolator #(
 
   always_comb begin
     look = error_q - wide(p_q) + wide(q_q);
-    if (combined_q)
-      look = look + {{(Bits - 1) {1'b0}}, 1'b1} + (growing_faster ? wide(q_q) : -wide(p_q));
+    if (combined_q) look = look + {{(Bits - 1) {1'b0}}, 1'b1} + (growing_faster ? wide(q_q) : -wide(p_q));
     if (final_step) begin  // one axis is left to move, whatever the rule says
       move_q = q_q != end_q_q;
       move_p = !move_q;

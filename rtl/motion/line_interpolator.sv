@@ -42,10 +42,10 @@ module line_interpolator #(
 
   always_comb begin
     change = '0;
-    if (combined_q || turn) change = change + (combined_q ? $signed({1'b0, short_q, 1'b0})
-                                                          : -$signed({1'b0, short_q, 1'b0}));
-    if (combined_q ? turn : !turn) change = change + (combined_q ? -$signed({1'b0, long_q, 1'b0})
-                                                                 : $signed({1'b0, long_q, 1'b0}));
+    if (combined_q || turn)
+      change = change + (combined_q ? $signed({1'b0, short_q, 1'b0}) : -$signed({1'b0, short_q, 1'b0}));
+    if (combined_q ? turn : !turn)
+      change = change + (combined_q ? -$signed({1'b0, long_q, 1'b0}) : $signed({1'b0, long_q, 1'b0}));
   end
 
   always_ff @(posedge clk_i) begin

@@ -40,8 +40,8 @@ module motion_axil #(
   localparam int unsigned Width = motion_regmap_pkg::ADDRESS_WIDTH;
 
   logic [Width-1:0] address;
-  logic             read, write, waitrequest;
-  logic [31:0]      writedata, readdata;
+  logic read, write, waitrequest;
+  logic [31:0] writedata, readdata;
 
   axil_bridge #(
       .AddressWidth(Width)

@@ -31,14 +31,14 @@ module motion_front_end #(
   localparam logic [TickBits-1:0] LAST_CLOCK = TickBits'(ClocksPerTick - 1);
 
   logic [TickBits-1:0] clock_q;
-  logic        tick, in_csr, in_records, csr_write, head_write, read_q;
-  logic [4:0]  register_index;
+  logic tick, in_csr, in_records, csr_write, head_write, read_q;
+  logic [4:0] register_index;
   logic [31:0] ticks_q, reads, read_data, readdata_q;  // reads: one bit a register
   logic [TimeBits-1:0] length_q, space_q, setup_q, hold_q;
-  logic        irq_idle_q, irq_fault_q;
+  logic irq_idle_q, irq_fault_q;
   logic [Axes-1:0] abort, running, moving, idle, underrun, overrun, waiting, take;
   logic [Axes-1:0] pulse, negative, first;
-  logic [2:0]  record_axis, record_word;
+  logic [2:0] record_axis, record_word;
   logic [31:0] record;
   logic [32*Axes-1:0] rate;
   logic [Axes-1:0] source, path_step, path_negative;
@@ -49,8 +49,8 @@ module motion_front_end #(
   logic [32*Axes-1:0] position;
 
   // Blocks are aligned powers of two.
-  function automatic logic in_block(input logic [motion_regmap_pkg::ADDRESS_WIDTH-1:0] address,
-                                    input int unsigned base, input int unsigned words);
+  function automatic logic in_block(input logic [motion_regmap_pkg::ADDRESS_WIDTH-1:0] address, input int unsigned base,
+                                    input int unsigned words);
     in_block = (32'(address) & ~(words - 1)) == base;
   endfunction
 
@@ -124,6 +124,7 @@ module motion_front_end #(
 
   // An OR of values of which one at most is not 0 is smaller than a case.
   always_comb begin
+    // verilog_format: off - it breaks calls inside their parentheses
     read_data = shown(reads[motion_regmap_pkg::REG_ID], motion_regmap_pkg::RESET_ID)
         | shown(reads[motion_regmap_pkg::REG_CONFIG], config_word)
         | shown(reads[motion_regmap_pkg::REG_STATUS], status_word)
@@ -136,9 +137,10 @@ module motion_front_end #(
         | shown(reads[motion_regmap_pkg::REG_SOURCE], 32'(source))
         | shown(reads[motion_regmap_pkg::REG_PATH_FEED], path_feed)
         | shown(reads[motion_regmap_pkg::REG_PATH_STATUS], path_status);
-    for (int unsigned i = 0; i < Axes; i++)
-      read_data = read_data | shown(reads[motion_regmap_pkg::REG_POSITION + 5'(i)],
-                                    position[32*i+:32]);
+    // verilog_format: on
+    for (int unsigned i = 0; i < Axes; i++) begin
+      read_data = read_data | shown(reads[motion_regmap_pkg::REG_POSITION+5'(i)], position[32*i+:32]);
+    end
   end
 
   always_ff @(posedge clk_i) readdata_q <= read_data;
@@ -256,10 +258,8 @@ module motion_front_end #(
                  || (irq_fault_q && ((underrun | overrun) != '0 || path_fault));
 
 `ifndef SYNTHESIS
-  if (Axes < 1 || Axes > 8 || ClocksPerTick < 8 * Axes + 8 || ClocksPerTick > 255)
-  begin : gen_check_shape
-    $error("motion_front_end: Axes=%0d, ClocksPerTick=%0d, must be 1..8 and 8*Axes + 8 .. 255", Axes,
-           ClocksPerTick);
+  if (Axes < 1 || Axes > 8 || ClocksPerTick < 8 * Axes + 8 || ClocksPerTick > 255) begin : gen_check_shape
+    $error("motion_front_end: Axes=%0d, ClocksPerTick=%0d, must be 1..8 and 8*Axes + 8 .. 255", Axes, ClocksPerTick);
   end
 `endif
 

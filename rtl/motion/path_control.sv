@@ -47,7 +47,12 @@ module path_control #(
   localparam int unsigned FaultKind = 0, FaultRange = 1, FaultCircle = 2, FaultAxis = 3, FaultFeed = 4,
                           FaultOrder = 5, FaultOverrun = 6;
 
-  typedef enum logic [1:0] {StEmpty, StCheck, StMeasure, StReady} state_e;
+  typedef enum logic [1:0] {
+    StEmpty,
+    StCheck,
+    StMeasure,
+    StReady
+  } state_e;
 
   state_e state_q;
   logic [Width*Words-1:0] words_q;
@@ -80,11 +85,12 @@ module path_control #(
   assign source_good = !pending_o && !busy_o && (changed & ~resting_i) == '0;
 
   always_ff @(posedge clk_i) begin
-    for (int unsigned i = 0; i < Words; i++)
+    for (int unsigned i = 0; i < Words; i++) begin
       if (word_write_i && accept && word_i == 3'(i)) begin
         words_q[Width*i+:Width] <= data_i[Width-1:0];
         nonzero_q[i]            <= data_i[Width-1:0] != '0;
       end
+    end
     if (command_write_i && accept) begin
       kind_q      <= data_i[motion_regmap_pkg::PATH_COMMAND_KIND_LSB+:2];
       plane_q     <= data_i[motion_regmap_pkg::PATH_COMMAND_PLANE_LSB+:2];
@@ -215,8 +221,9 @@ module path_control #(
       feed_period_q <= '0;
       feed_axis_q   <= '0;
     end else begin
-      for (int unsigned i = 0; i < Words; i++)
+      for (int unsigned i = 0; i < Words; i++) begin
         if (word_write_i && accept && word_i == 3'(i)) bad_q[i] <= !in_range;
+      end
       if (feed_write_i && feed_good) begin
         feed_period_q <= feed_period;
         feed_axis_q   <= feed_axis;
@@ -263,8 +270,7 @@ module path_control #(
 
   // A shorter period than what is left counts from now.
   always_ff @(posedge clk_i)
-    period_q <= ((!running_q || period_q == '0 || period_q >= feed_period_q) ? feed_period_q : period_q)
-                - 1'b1;
+    period_q <= ((!running_q || period_q == '0 || period_q >= feed_period_q) ? feed_period_q : period_q) - 1'b1;
 
   // ---- the interpolators; a stop drops their jobs
   logic [2:0] plane_step, plane_negative;

@@ -26,7 +26,7 @@ module profile_memory #(
     input  logic [Axes-1:0]   take_i
 );
 
-  logic [31:0] memory [0:511];
+  logic [31:0] memory[0:511];
   logic [31:0] record_q;
   logic [4*Axes-1:0] head_q, tail_q;
   logic [2:0] record;
@@ -50,9 +50,10 @@ module profile_memory #(
       tail_q <= '0;
     end else begin
       if (head_write_i) head_q <= head_i;
-      for (int unsigned i = 0; i < Axes; i++)
+      for (int unsigned i = 0; i < Axes; i++) begin
         if (abort_i[i]) tail_q[4*i+:4] <= head_q[4*i+:4];
         else if (take_i[i]) tail_q[4*i+:4] <= tail_q[4*i+:4] + 4'd1;
+      end
     end
   end
 

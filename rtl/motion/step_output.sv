@@ -35,8 +35,8 @@ module step_output #(
 
   logic signed [BacklogBits-1:0] backlog_q;
   logic signed [31:0] position_q;
-  logic [TimeBits-1:0] level_q;   // clocks that step_o stays as it is; 0, 1: this is the last
-  logic [TimeBits-1:0] keep_q;    // the same of hold after a step, of setup after a turn
+  logic [TimeBits-1:0] level_q;  // clocks that step_o stays as it is; 0, 1: this is the last
+  logic [TimeBits-1:0] keep_q;  // the same of hold after a step, of setup after a turn
   logic step_q, direction_q, turned_q, overrun_q;
   logic signed [2:0] change;
   logic wanted, negative, turn, rise, fall, full, keep_over, level_over;
@@ -53,7 +53,9 @@ module step_output #(
 
   // Change of the backlog: a request goes its way, a step towards 0.
   always_comb begin
-    case ({request_i && !full, negative_i, rise, direction_q})
+    case ({
+      request_i && !full, negative_i, rise, direction_q
+    })
       4'b1000, 4'b1001, 4'b0011, 4'b0111: change = 3'sd1;
       4'b1100, 4'b1101, 4'b0010, 4'b0110: change = -3'sd1;
       4'b1011: change = 3'sd2;

@@ -34,8 +34,7 @@ module synchronised_line #(
 
   always_comb begin
     size = '0;
-    for (int unsigned i = 0; i < Axes; i++)
-      if (axis_q == 3'(i)) size = size | size_q[Width*i+:Width];
+    for (int unsigned i = 0; i < Axes; i++) if (axis_q == 3'(i)) size = size | size_q[Width*i+:Width];
   end
 
   assign {longer, ahead} = {1'b0, longest_q} - {1'b0, size};

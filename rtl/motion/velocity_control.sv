@@ -45,14 +45,14 @@ module velocity_control #(
                          VELOCITY_LOW = 3'd4, JERK_HIGH = 3'd5, SLOPE_HIGH = 3'd6, VELOCITY_HIGH = 3'd7;
 
   localparam int unsigned StateWords = 8 * Axes;
-  localparam int unsigned StateBits  = $clog2(StateWords);
+  localparam int unsigned StateBits = $clog2(StateWords);
 
   // Stages of a step: address, word read (q1), word chosen and added (q2), sum (q3).
-  logic            sample_q, round_q, served, served_q1, served_q2;
-  logic [2:0]      axis_q, step_q, step_q1, word;
+  logic sample_q, round_q, served, served_q1, served_q2;
+  logic [2:0] axis_q, step_q, step_q1, word;
   logic [Axes-1:0] turn, turn_q1, turn_q2, turn_q3;  // one of them, or none
-  logic [Axes-1:0] serve_q;                          // axes that get a record in this round
-  logic            add_q2, high_q2, flags_q2, flags_q3, count_q2, count_q3, last_q2, last_q3;
+  logic [Axes-1:0] serve_q;  // axes that get a record in this round
+  logic add_q2, high_q2, flags_q2, flags_q3, count_q2, count_q3, last_q2, last_q3;
   logic [StateBits-1:0] address, address_q1, address_q2, address_q3;
 
   always_comb begin
@@ -111,14 +111,14 @@ module velocity_control #(
   assign word_o = word;
   assign take_o = (step_q == VELOCITY_HIGH) ? turn & serve_q : '0;
 
-  logic [31:0] state [0:StateWords-1];
+  logic [31:0] state[0:StateWords-1];
   logic [31:0] state_q, word_q, sum_q, operand;
-  logic [2:0]  carry_q;  // of the last three steps
+  logic [2:0] carry_q;  // of the last three steps
   logic [31:0] sum;
-  logic        carry, carry_in;
-  logic [Axes-1:0]           near, spend;
+  logic carry, carry_in;
+  logic [Axes-1:0] near, spend;
   logic [EventBits*Axes-1:0] events;
-  logic [EventBits-1:0]      spent;
+  logic [EventBits-1:0] spent;
 
   always_ff @(posedge clk_i) begin
     if (turn_q3 != '0) state[address_q3] <= sum_q;
@@ -147,17 +147,17 @@ module velocity_control #(
   assign {carry, sum} = {1'b0, operand} + {1'b0, word_q} + {32'd0, carry_in};
 
   for (genvar i = 0; i < Axes; i++) begin : gen_axis
-    logic [RateBits-1:0]  rate_q, next_q;
+    logic [RateBits-1:0] rate_q, next_q;
     logic [EventBits-1:0] events_q, limit_q;  // ticks or pulses, and the one of them that ends the phase
     logic [3:0] flags_q;
-    logic near_q;        // the limit is within reach of the events
+    logic near_q;  // the limit is within reach of the events
     logic direction_q;
-    logic loaded_q;      // a phase is there and not yet over
-    logic fresh_q;       // none of its ticks has passed, and the clock behind it
-    logic running_q;     // the rate belongs to a move
-    logic final_q;       // the phase that ended was its move's last
-    logic pulsed_q;      // a pulse since the rate was published
-    logic grace_q;       // a phase ended between ticks: its next record comes after the next tick
+    logic loaded_q;  // a phase is there and not yet over
+    logic fresh_q;  // none of its ticks has passed, and the clock behind it
+    logic running_q;  // the rate belongs to a move
+    logic final_q;  // the phase that ended was its move's last
+    logic pulsed_q;  // a pulse since the rate was published
+    logic grace_q;  // a phase ended between ticks: its next record comes after the next tick
     logic underrun_q;
     logic by_pulses, publish, happens, phase_ends, stop, load;
 

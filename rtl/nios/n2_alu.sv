@@ -17,7 +17,7 @@ module n2_alu (
 );
 
   logic [31:0] addend;
-  logic        carry, equal, less;
+  logic carry, equal, less;
 
   assign addend = b_i ^ {32{subtract_i}};
   assign {carry, sum_o} = {1'b0, a_i} + {1'b0, addend} + {32'd0, subtract_i};

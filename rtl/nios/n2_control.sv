@@ -26,10 +26,10 @@ module n2_control #(
     output logic [31:0] ipending_o
 );
 
-  logic        pie_q, epie_q, bpie_q, interrupt_q;
+  logic pie_q, epie_q, bpie_q, interrupt_q;
   logic [31:0] ienable_q, badaddr_q, ipending;
-  logic [4:0]  cause_q;
-  logic        faulty_address;
+  logic [4:0] cause_q;
+  logic faulty_address;
 
   assign ipending = irq_i & ienable_q;
   assign faulty_address = cause_i == n2_isa_pkg::CAUSE_DATA_ADDRESS ||

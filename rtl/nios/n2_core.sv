@@ -115,51 +115,51 @@ module n2_core #(
 `endif
 
   // ---------------------------------------------------------------- pipeline control
-  logic en;               // the pipeline moves: nothing holds A
-  logic hold_d;           // D waits for a late result
-  logic redirect_m_q;     // M sends the fetch elsewhere; E, D and F are void
-  logic jump_e;           // E does; D and F are void
+  logic en;  // the pipeline moves: nothing holds A
+  logic hold_d;  // D waits for a late result
+  logic redirect_m_q;  // M sends the fetch elsewhere; E, D and F are void
+  logic jump_e;  // E does; D and F are void
   logic live_e;
 
   // ---------------------------------------------------------------- F, D
-  logic                 fetched_d, valid_d, issue_d, taken_d, branch_d, direct_d, absolute_d, outside_d, interrupt;
-  logic [31:0]          word_d, immediate_d, read_a_d, read_b_d, a_d, b_d;
-  logic [PcWidth-1:0]   next_d, other_d;
+  logic fetched_d, valid_d, issue_d, taken_d, branch_d, direct_d, absolute_d, outside_d, interrupt;
+  logic [31:0] word_d, immediate_d, read_a_d, read_b_d, a_d, b_d;
+  logic [PcWidth-1:0] next_d, other_d;
   logic [TableBits-1:0] index_d, index_e_q, index_m_q;
-  logic [1:0]           counter_d, counter_e_q, counter_m_q;
-  n2_pkg::decoded_t     decoded_d, decoded_e_q, decoded_m_q;
+  logic [1:0] counter_d, counter_e_q, counter_m_q;
+  n2_pkg::decoded_t decoded_d, decoded_e_q, decoded_m_q;
 
   // ---------------------------------------------------------------- E
-  logic                 valid_e_q, write_e_q, late_e_q, taken_e_q;
-  logic [4:0]           dst_e_q;
-  logic [31:0]          a_e_q, b_e_q, word_e_q;
-  logic [PcWidth-1:0]   next_e_q, other_e_q;
-  logic [31:0]          sum_e, logic_e, other_result_e, result_e, next_address_e;
-  logic                 condition_e, misaligned_e, bad_target_e, bad_division_e, fault_e, wrong_e;
-  logic [4:0]           cause_e;
+  logic valid_e_q, write_e_q, late_e_q, taken_e_q;
+  logic [4:0] dst_e_q;
+  logic [31:0] a_e_q, b_e_q, word_e_q;
+  logic [PcWidth-1:0] next_e_q, other_e_q;
+  logic [31:0] sum_e, logic_e, other_result_e, result_e, next_address_e;
+  logic condition_e, misaligned_e, bad_target_e, bad_division_e, fault_e, wrong_e;
+  logic [4:0] cause_e;
 
   // ---------------------------------------------------------------- M
-  logic                 valid_m_q, write_m_q, late_m_q, fault_m_q, branch_m_q;
-  logic                 div_m_q, ci_m_q;
-  logic [4:0]           dst_m_q, cause_m_q;
-  logic [31:0]          result_m_q, a_m_q, b_m_q, word_m_q, address_m, shift_m, control_m, badaddr_m;
-  logic [PcWidth-1:0]   target_m_q;
+  logic valid_m_q, write_m_q, late_m_q, fault_m_q, branch_m_q;
+  logic div_m_q, ci_m_q;
+  logic [4:0] dst_m_q, cause_m_q;
+  logic [31:0] result_m_q, a_m_q, b_m_q, word_m_q, address_m, shift_m, control_m, badaddr_m;
+  logic [PcWidth-1:0] target_m_q;
 
   // ---------------------------------------------------------------- A
-  logic                 debug_a_q;   // an instruction of the debugger
-  logic                 valid_a_q, write_a_q, fault_a_q, ci_a_q, started_a_q;
-  logic                 load_a_q, mul_a_q, mul_high_a_q, div_a_q;
-  logic [4:0]           dst_a_q;
-  logic [31:0]          early_a_q, a_a_q, b_a_q, result_a, load_a, quotient_a;
-  logic [31:6]          word_a_q;
-  logic [63:0]          product_a;
-  logic                 lsu_wait_a, div_wait_a;
+  logic debug_a_q;  // an instruction of the debugger
+  logic valid_a_q, write_a_q, fault_a_q, ci_a_q, started_a_q;
+  logic load_a_q, mul_a_q, mul_high_a_q, div_a_q;
+  logic [4:0] dst_a_q;
+  logic [31:0] early_a_q, a_a_q, b_a_q, result_a, load_a, quotient_a;
+  logic [31:6] word_a_q;
+  logic [63:0] product_a;
+  logic lsu_wait_a, div_wait_a;
 
   // Without a debugger the core never halts.
-  n2_pkg::debug_state_t   debug;
+  n2_pkg::debug_state_t debug;
   n2_pkg::debug_address_t watched;
-  n2_pkg::debug_event_t   happening;
-  logic                   break_d, watch_e;
+  n2_pkg::debug_event_t happening;
+  logic break_d, watch_e;
   assign debug_address_o = Debug != 0 ? watched : '0;
   assign debug_event_o   = Debug != 0 ? happening : '0;
   assign debug   = Debug != 0 ? debug_state_i : '0;
@@ -488,7 +488,7 @@ module n2_core #(
   );
 
   // A halted core exchanges words with its debugger through a control register that reads 0 otherwise.
-  logic        debug_ctl_m;
+  logic debug_ctl_m;
   logic [31:0] debug_data_m;
   assign debug_ctl_m  = debug.halted && word_m_q[10:6] == n2_pkg::CTL_DEBUG;
   assign debug_data_m = debug_ctl_m ? debug.data : 32'd0;

@@ -30,12 +30,12 @@ module n2_debug (
   localparam int unsigned Breakpoints = 4;
   localparam int unsigned Watchpoints = 4;
 
-  logic        enable_q, freeze_q, mask_q, pending_q;
-  logic        halted_q, first_q;      // first_q: no instruction has been issued since bret
-  logic [2:0]  count_q;                // clocks until the host's instruction has left the pipeline
+  logic enable_q, freeze_q, mask_q, pending_q;
+  logic halted_q, first_q;  // first_q: no instruction has been issued since bret
+  logic [2:0] count_q;  // clocks until the host's instruction has left the pipeline
   logic [31:0] word_q, data_q, rdata_d, rdata_q;
   logic [Watchpoints-1:0] hits_e, hits_q;
-  logic        read_q, waits, write, halt;
+  logic read_q, waits, write, halt;
 
   // ------------------------------------------------------------------ host
   assign waits = count_q != 3'd0 && (avs_address_i == n2_debug_regmap_pkg::REG_DATA ||
@@ -130,12 +130,11 @@ module n2_debug (
   logic [Breakpoints-1:0] stops_d;
   for (genvar i = 0; i < Breakpoints; i++) begin : gen_breakpoint
     localparam logic [4:0] Register = n2_debug_regmap_pkg::REG_BREAKPOINT + 5'(i);
-    logic        on_q;
-    logic [29:0] next_q;   // word address behind the instruction
+    logic on_q;
+    logic [29:0] next_q;  // word address behind the instruction
     always_ff @(posedge clk_i or negedge rst_ni) begin
       if (!rst_ni) on_q <= 1'b0;
-      else if (write && avs_address_i == Register)
-        on_q <= avs_writedata_i[n2_debug_regmap_pkg::BREAKPOINT_ENABLE_LSB];
+      else if (write && avs_address_i == Register) on_q <= avs_writedata_i[n2_debug_regmap_pkg::BREAKPOINT_ENABLE_LSB];
     end
     always_ff @(posedge clk_i) begin
       if (write && avs_address_i == Register)
@@ -146,10 +145,10 @@ module n2_debug (
 
   for (genvar i = 0; i < Watchpoints; i++) begin : gen_watchpoint
     localparam logic [4:0] Address = n2_debug_regmap_pkg::REG_WATCH_ADDRESS + 5'(i);
-    localparam logic [4:0] Mask    = n2_debug_regmap_pkg::REG_WATCH_MASK + 5'(i);
+    localparam logic [4:0] Mask = n2_debug_regmap_pkg::REG_WATCH_MASK + 5'(i);
     localparam logic [4:0] Control = n2_debug_regmap_pkg::REG_WATCH_CONTROL + 5'(i);
-    logic        on_read_q, on_write_q;
-    logic [3:0]  lanes_q;
+    logic on_read_q, on_write_q;
+    logic [3:0] lanes_q;
     logic [29:0] address_q, ignored_q;
     always_ff @(posedge clk_i or negedge rst_ni) begin
       if (!rst_ni) begin
@@ -165,8 +164,7 @@ module n2_debug (
         lanes_q <= avs_writedata_i[n2_debug_regmap_pkg::WATCH_CONTROL_LANES_LSB+:4];
       if (write && avs_address_i == Address)
         address_q <= avs_writedata_i[n2_debug_regmap_pkg::WATCH_ADDRESS_ADDRESS_LSB+:30];
-      if (write && avs_address_i == Mask)
-        ignored_q <= avs_writedata_i[n2_debug_regmap_pkg::WATCH_MASK_IGNORED_LSB+:30];
+      if (write && avs_address_i == Mask) ignored_q <= avs_writedata_i[n2_debug_regmap_pkg::WATCH_MASK_IGNORED_LSB+:30];
     end
     assign hits_e[i] = enable_q && !halted_q && address_i.access_e &&
                        (address_i.store_e ? on_write_q : on_read_q) &&

@@ -20,7 +20,7 @@ module n2_decode #(
 
   logic [5:0] op, opx;
   logic [4:0] b, c;
-  logic       combinational;
+  logic combinational;
 
   assign op  = instruction_i[5:0];
   assign opx = instruction_i[16:11];
@@ -34,8 +34,8 @@ module n2_decode #(
                     op == n2_isa_pkg::OP_BGE || op == n2_isa_pkg::OP_BLT ||
                     op == n2_isa_pkg::OP_BGEU || op == n2_isa_pkg::OP_BLTU;
 
-  logic            legal, unimplemented, write;
-  logic [4:0]      dst;
+  logic legal, unimplemented, write;
+  logic [4:0] dst;
   n2_pkg::decoded_t d;
 
   always_comb begin
@@ -50,42 +50,61 @@ module n2_decode #(
 
     case (op)
       n2_isa_pkg::OP_ADDI: begin
-        d.read_a = 1'b1; write = 1'b1; d.immediate = n2_pkg::ImSigned;
+        d.read_a = 1'b1;
+        write = 1'b1;
+        d.immediate = n2_pkg::ImSigned;
       end
       n2_isa_pkg::OP_ANDI, n2_isa_pkg::OP_ORI, n2_isa_pkg::OP_XORI,
       n2_isa_pkg::OP_ANDHI, n2_isa_pkg::OP_ORHI, n2_isa_pkg::OP_XORHI: begin
-        d.read_a = 1'b1; write = 1'b1; d.result = n2_pkg::RsLogic;
+        d.read_a = 1'b1;
+        write = 1'b1;
+        d.result = n2_pkg::RsLogic;
         // op[5] tells the high forms, op[4:3] the function.
         d.immediate = op[5] ? n2_pkg::ImHigh : n2_pkg::ImUnsigned;
         d.logic_op = op[4:3] == 2'b01 ? n2_pkg::LgAnd :
                      op[4:3] == 2'b10 ? n2_pkg::LgOr : n2_pkg::LgXor;
       end
-      n2_isa_pkg::OP_CMPEQI, n2_isa_pkg::OP_CMPNEI, n2_isa_pkg::OP_CMPGEI,
-      n2_isa_pkg::OP_CMPLTI: begin
-        d.read_a = 1'b1; write = 1'b1; d.immediate = n2_pkg::ImSigned;
+      n2_isa_pkg::OP_CMPEQI, n2_isa_pkg::OP_CMPNEI, n2_isa_pkg::OP_CMPGEI, n2_isa_pkg::OP_CMPLTI: begin
+        d.read_a = 1'b1;
+        write = 1'b1;
+        d.immediate = n2_pkg::ImSigned;
         d.result = n2_pkg::RsCompare;
       end
       n2_isa_pkg::OP_CMPGEUI, n2_isa_pkg::OP_CMPLTUI: begin
-        d.read_a = 1'b1; write = 1'b1; d.immediate = n2_pkg::ImUnsigned;
+        d.read_a = 1'b1;
+        write = 1'b1;
+        d.immediate = n2_pkg::ImUnsigned;
         d.result = n2_pkg::RsCompare;
       end
       n2_isa_pkg::OP_MULI: begin
-        d.read_a = 1'b1; write = 1'b1; d.immediate = n2_pkg::ImSigned;
-        d.mul = 1'b1; d.late = 1'b1; unimplemented = HardwareMultiply == 0;
+        d.read_a = 1'b1;
+        write = 1'b1;
+        d.immediate = n2_pkg::ImSigned;
+        d.mul = 1'b1;
+        d.late = 1'b1;
+        unimplemented = HardwareMultiply == 0;
       end
       n2_isa_pkg::OP_LDW, n2_isa_pkg::OP_LDH, n2_isa_pkg::OP_LDHU, n2_isa_pkg::OP_LDB,
       n2_isa_pkg::OP_LDBU, n2_isa_pkg::OP_LDWIO, n2_isa_pkg::OP_LDHIO, n2_isa_pkg::OP_LDHUIO,
       n2_isa_pkg::OP_LDBIO, n2_isa_pkg::OP_LDBUIO: begin
-        d.read_a = 1'b1; write = 1'b1; d.load = 1'b1; d.late = 1'b1;
+        d.read_a = 1'b1;
+        write = 1'b1;
+        d.load = 1'b1;
+        d.late = 1'b1;
         d.result = n2_pkg::RsNext;
       end
       n2_isa_pkg::OP_STW, n2_isa_pkg::OP_STH, n2_isa_pkg::OP_STB,
       n2_isa_pkg::OP_STWIO, n2_isa_pkg::OP_STHIO, n2_isa_pkg::OP_STBIO: begin
-        d.read_a = 1'b1; d.read_b = 1'b1; d.store = 1'b1; d.result = n2_pkg::RsNext;
+        d.read_a = 1'b1;
+        d.read_b = 1'b1;
+        d.store = 1'b1;
+        d.result = n2_pkg::RsNext;
       end
       n2_isa_pkg::OP_BEQ, n2_isa_pkg::OP_BNE, n2_isa_pkg::OP_BGE,
       n2_isa_pkg::OP_BLT, n2_isa_pkg::OP_BGEU, n2_isa_pkg::OP_BLTU: begin
-        d.read_a = 1'b1; d.read_b = 1'b1; d.branch = 1'b1;
+        d.read_a = 1'b1;
+        d.read_b = 1'b1;
+        d.branch = 1'b1;
       end
       n2_isa_pkg::OP_BR, n2_isa_pkg::OP_JMPI: d.result = n2_pkg::RsNext;
       n2_isa_pkg::OP_CALL: begin

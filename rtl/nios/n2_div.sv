@@ -17,12 +17,12 @@ module n2_div (
   // 18: sign of the dividend, 17..2: two quotient bits each, 1: sign of the result.
   localparam logic [4:0] SignStep = 5'd18;
 
-  logic [4:0]  step_q;
+  logic [4:0] step_q;
   logic [31:0] quotient_q, remainder_q, minus_q;
-  logic        complement_q, negative_q, opposite_q;
+  logic complement_q, negative_q, opposite_q;
   logic [31:0] quotient, remainder, difference;
-  logic        fits, unused;    // fits: the divisor goes in
-  logic        iterate, negate;
+  logic fits, unused;  // fits: the divisor goes in
+  logic iterate, negate;
 
   assign busy_o = step_q != 5'd0;
   assign iterate = step_q[4:1] != 4'd0 && step_q != SignStep;

@@ -43,11 +43,11 @@ module n2_fetch #(
 );
 
   logic [AddressWidth-1:0] pc_f_q, next_f, next_d_q, target_d, next_pc, relative_d;
-  logic                    valid_f_q, valid_d_q, take_f, take_d;
-  logic [31:0]             word_d_q;
-  logic [TableBits-1:0]    index_d_q;
-  logic [1:0]              counter_f_q, counter_d_q;
-  logic [1:0]              table_q[0:2**TableBits-1];
+  logic valid_f_q, valid_d_q, take_f, take_d;
+  logic [31:0] word_d_q;
+  logic [TableBits-1:0] index_d_q;
+  logic [1:0] counter_f_q, counter_d_q;
+  logic [1:0] table_q[0:2**TableBits-1];
 
   // The upper bits of imm26, as wide as the memory leaves them.
   localparam logic [25:0] RegionBits = 26'(Region);

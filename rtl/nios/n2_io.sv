@@ -49,11 +49,11 @@ module n2_io #(
   logic [31:0] inputs[0:n2_io_regmap_pkg::WORDS_INPUTS-1];
   logic [31:0] outputs[0:n2_io_regmap_pkg::WORDS_OUTPUTS-1];
 
-  logic        register_select, input_select, output_select, timer_select, write, input_q, read_q, done;
-  logic        timer_tick, tick;
+  logic register_select, input_select, output_select, timer_select, write, input_q, read_q, done;
+  logic timer_tick, tick;
   logic [RegisterWidth-1:0] word;
   logic [31:0] timer_rdata, rdata_d, rdata_q, input_rdata_q;
-  logic        pending_q, overrun_q;
+  logic pending_q, overrun_q;
   logic [31:0] ticks_q, running_q, cycles_q, worst_q, high_q;
   logic [63:0] cycle_q;
 

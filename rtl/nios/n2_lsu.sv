@@ -54,14 +54,14 @@ module n2_lsu #(
   localparam int unsigned DtcmBits = $clog2(DtcmBytes);
 
   logic [31:0] address, wdata, address_m_q, wdata_m_q;
-  logic [3:0]  lanes, lanes_m_q;
-  logic        in_itcm, in_dtcm, access, write;
-  logic        itcm_m_q, load_m_q, store_m_q;   // load and store: Avalon only
-  logic        signed_m_q, signed_a_q;
-  logic [1:0]  size_m_q, size_a_q, byte_a_q;
-  logic        busy_q, read_q, write_q;
+  logic [3:0] lanes, lanes_m_q;
+  logic in_itcm, in_dtcm, access, write;
+  logic itcm_m_q, load_m_q, store_m_q;  // load and store: Avalon only
+  logic signed_m_q, signed_a_q;
+  logic [1:0] size_m_q, size_a_q, byte_a_q;
+  logic busy_q, read_q, write_q;
   logic [31:0] raw_a_q, avm_address_q, avm_writedata_q;
-  logic [3:0]  avm_byteenable_q;
+  logic [3:0] avm_byteenable_q;
 
   // Stage E.
   assign address = base_e_i + {{16{offset_e_i[15]}}, offset_e_i};
@@ -149,9 +149,9 @@ module n2_lsu #(
   assign avm_writedata_o  = avm_writedata_q;
 
   // Stage A: the addressed bytes go to the bottom and are extended.
-  logic [7:0]  low_byte;
+  logic [7:0] low_byte;
   logic [15:0] half;
-  logic        fill;
+  logic fill;
   always_comb begin
     half = byte_a_q[1] ? raw_a_q[31:16] : raw_a_q[15:0];
     low_byte = byte_a_q[0] && size_a_q == 2'd0 ? half[15:8] : half[7:0];

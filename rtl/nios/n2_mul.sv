@@ -15,10 +15,10 @@ module n2_mul (
 
   logic signed [16:0] a_low, a_high, b_low, b_high;
   logic signed [33:0] cross_ab_q, cross_ba_q;
-  logic [31:0]        low_q, high_q;
+  logic [31:0] low_q, high_q;
   logic signed [34:0] middle;
-  logic [47:0]        upper;
-  logic [63:0]        product_a_q;
+  logic [47:0] upper;
+  logic [63:0] product_a_q;
 
   assign a_low  = {1'b0, a_i[15:0]};
   assign b_low  = {1'b0, b_i[15:0]};

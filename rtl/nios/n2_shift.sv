@@ -14,9 +14,9 @@ module n2_shift (
     output logic [31:0] result_m_o
 );
 
-  logic [4:0]  left, left_m_q;
+  logic [4:0] left, left_m_q;
   logic [31:0] coarse, coarse_m_q, middle, fine, below;
-  logic        replace_m_q, upper_m_q, fill_m_q;
+  logic replace_m_q, upper_m_q, fill_m_q;
 
   assign left = right_i ? -count_i : count_i;
 

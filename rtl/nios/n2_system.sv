@@ -69,33 +69,32 @@ module n2_system #(
   localparam int unsigned DtcmWidth = n2_system_pkg::DTCM_ADDRESS_WIDTH;
   localparam int unsigned IoWidth = n2_system_pkg::IO_ADDRESS_WIDTH;
   localparam int unsigned HostWidth = $clog2(n2_io_regmap_pkg::WORDS_INPUTS);
-  localparam logic [255:0] Combinational =
-      Platform == 1 ? ci_pkg::FPGA1_COMBINATIONAL : ci_pkg::FPGA2_COMBINATIONAL;
+  localparam logic [255:0] Combinational = Platform == 1 ? ci_pkg::FPGA1_COMBINATIONAL : ci_pkg::FPGA2_COMBINATIONAL;
 
-  logic                 run_q, core_rst_n;
+  logic run_q, core_rst_n;
   // core to memories
-  logic                 fetch_en, code_en, data_en;
+  logic fetch_en, code_en, data_en;
   logic [ItcmWidth-1:0] fetch_address, code_address;
   logic [DtcmWidth-1:0] data_address;
-  logic [3:0]           code_we, data_we;
-  logic [31:0]          fetch_rdata, code_wdata, code_rdata, data_wdata, data_rdata;
+  logic [3:0] code_we, data_we;
+  logic [31:0] fetch_rdata, code_wdata, code_rdata, data_wdata, data_rdata;
   // core to I/O
-  logic [31:0]          avm_address, avm_writedata, avm_readdata;
-  logic                 avm_read, avm_write, avm_waitrequest, io_select, io_waitrequest;
-  logic [3:0]           avm_byteenable;
-  logic [31:0]          io_readdata;
-  logic                 timer_irq;
+  logic [31:0] avm_address, avm_writedata, avm_readdata;
+  logic avm_read, avm_write, avm_waitrequest, io_select, io_waitrequest;
+  logic [3:0] avm_byteenable;
+  logic [31:0] io_readdata;
+  logic timer_irq;
   // custom instructions
-  logic [31:0]          combo_dataa, combo_datab, combo_result, combo_ipending;
-  logic [31:0]          multi_dataa, multi_datab, multi_result;
-  logic [7:0]           combo_n, multi_n;
-  logic                 combo_readra, combo_readrb, combo_writerc, combo_estatus;
-  logic                 multi_readra, multi_readrb, multi_writerc;
-  logic [4:0]           combo_a, combo_b, combo_c, multi_a, multi_b, multi_c;
-  logic                 multi_clk_en, multi_start, multi_done;
+  logic [31:0] combo_dataa, combo_datab, combo_result, combo_ipending;
+  logic [31:0] multi_dataa, multi_datab, multi_result;
+  logic [7:0] combo_n, multi_n;
+  logic combo_readra, combo_readrb, combo_writerc, combo_estatus;
+  logic multi_readra, multi_readrb, multi_writerc;
+  logic [4:0] combo_a, combo_b, combo_c, multi_a, multi_b, multi_c;
+  logic multi_clk_en, multi_start, multi_done;
   // host
-  logic                 host_itcm, host_dtcm, host_io, host_itcm_q, host_dtcm_q;
-  logic [31:0]          host_data_rdata, host_io_rdata;
+  logic host_itcm, host_dtcm, host_io, host_itcm_q, host_dtcm_q;
+  logic [31:0] host_data_rdata, host_io_rdata;
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) run_q <= 1'b0;
@@ -104,10 +103,10 @@ module n2_system #(
 
   assign core_rst_n = rst_ni && run_q;
 
-  n2_pkg::debug_state_t   debug_state;
+  n2_pkg::debug_state_t debug_state;
   n2_pkg::debug_address_t debug_address;
-  n2_pkg::debug_event_t   debug_event;
-  logic                   debug_break_d, debug_watch_e, debug_freeze;
+  n2_pkg::debug_event_t debug_event;
+  logic debug_break_d, debug_watch_e, debug_freeze;
 
   // ------------------------------------------------------------------ core
   n2_core #(

@@ -17,12 +17,12 @@ module n2_timer (
     output logic        irq_o
 );
 
-  localparam logic [1:0] Period  = n2_io_regmap_pkg::REG_TIMER_PERIOD[1:0];
+  localparam logic [1:0] Period = n2_io_regmap_pkg::REG_TIMER_PERIOD[1:0];
   localparam logic [1:0] Control = n2_io_regmap_pkg::REG_TIMER_CONTROL[1:0];
-  localparam logic [1:0] Status  = n2_io_regmap_pkg::REG_TIMER_STATUS[1:0];
+  localparam logic [1:0] Status = n2_io_regmap_pkg::REG_TIMER_STATUS[1:0];
 
   logic [31:0] period_q, count_q;
-  logic        run_q, irq_enable_q, tick_q, event_q, last;
+  logic run_q, irq_enable_q, tick_q, event_q, last;
 
   assign last    = run_q && !freeze_i && count_q == period_q - 32'd1;
   assign tick_o  = last && tick_q;

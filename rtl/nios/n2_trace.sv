@@ -29,9 +29,9 @@ module n2_trace #(
 );
 
   logic [AddressWidth-1:0] next_m_q, next_a_q;
-  logic [31:0]             word_a_q, pc_w_q, word_w_q, value_w_q;
-  logic [4:0]              cause_a_q, cause_w_q, dst_w_q;
-  logic                    valid_w_q, write_w_q, fault_w_q;
+  logic [31:0] word_a_q, pc_w_q, word_w_q, value_w_q;
+  logic [4:0] cause_a_q, cause_w_q, dst_w_q;
+  logic valid_w_q, write_w_q, fault_w_q;
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) valid_w_q <= 1'b0;

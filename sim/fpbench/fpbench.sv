@@ -22,10 +22,10 @@ module fpbench #(
     output logic [31:0] lanes_o
 );
 
-  logic        valid;
-  logic [3:0]  control;
-  logic [31:0] a [Lanes], b [Lanes], c [Lanes];
-  logic [31:0] latency [Lanes];
+  logic valid;
+  logic [3:0] control;
+  logic [31:0] a[Lanes], b[Lanes], c[Lanes];
+  logic [31:0] latency[Lanes];
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) valid <= 1'b0;
@@ -42,13 +42,22 @@ module fpbench #(
   assign latency_o = latency[0] + 32'd1;   // the rank before the lanes
 
   for (genvar i = 0; i < int'(Lanes); i++) begin : gen_lane
-    logic       ready;
+    logic ready;
     logic [4:0] flags;
     assign flags_o[i] = {3'd0, flags};
     assign ready_o[i] = ready && !(Iterative && valid);   // an operation waits in the rank
     fp_lane lane (
-        .clk_i, .rst_ni, .valid_i(valid), .control_i(control), .a_i(a[i]), .b_i(b[i]), .c_i(c[i]),
-        .ready_o(ready), .valid_o(valid_o[i]), .result_o(result_o[i]), .flags_o(flags),
+        .clk_i,
+        .rst_ni,
+        .valid_i(valid),
+        .control_i(control),
+        .a_i(a[i]),
+        .b_i(b[i]),
+        .c_i(c[i]),
+        .ready_o(ready),
+        .valid_o(valid_o[i]),
+        .result_o(result_o[i]),
+        .flags_o(flags),
         .latency_o(latency[i])
     );
   end

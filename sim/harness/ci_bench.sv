@@ -26,7 +26,7 @@ module ci_bench (
     output logic [31:0] combo2_o
 );
 
-  logic [15:0]       start, done;
+  logic [15:0] start, done;
   logic [15:0][31:0] result;
   always_comb begin
     start = '0;
@@ -37,7 +37,9 @@ module ci_bench (
 
   for (genvar p = 1; p <= 2; p++) begin : gen_slaves
     logic [31:0] combo;
-    ci_slaves #(.Platform(p)) slaves (
+    ci_slaves #(
+        .Platform(p)
+    ) slaves (
         .multi_clk_i    (clk_i),
         .multi_reset_i  (reset_i),
         .combo_dataa_i  (dataa_i),
@@ -69,27 +71,118 @@ module ci_bench (
   assign combo2_o = gen_slaves[2].combo;
 
   // ---- components alone: 0 and 15 are free ----
-  ci_fadd fadd (.clk_i, .reset_i, .clk_en_i, .start_i(start[3]), .dataa_i, .datab_i,
-                .result_o(result[3]));
-  ci_fsub fsub (.clk_i, .reset_i, .clk_en_i, .start_i(start[4]), .dataa_i, .datab_i,
-                .result_o(result[4]));
-  ci_fmul fmul (.clk_i, .reset_i, .clk_en_i, .start_i(start[5]), .dataa_i, .datab_i,
-                .result_o(result[5]));
-  ci_fdiv fdiv (.clk_i, .reset_i, .clk_en_i, .start_i(start[6]), .dataa_i, .datab_i,
-                .result_o(result[6]));
-  ci_fsqrt fsqrt (.clk_i, .reset_i, .clk_en_i, .start_i(start[7]), .dataa_i, .result_o(result[7]));
-  ci_fsin fsin (.clk_i, .reset_i, .clk_en_i, .start_i(start[8]), .dataa_i, .result_o(result[8]));
-  ci_fcos fcos (.clk_i, .reset_i, .clk_en_i, .start_i(start[9]), .dataa_i, .result_o(result[9]));
-  ci_fsat fsat (.clk_i, .reset_i, .clk_en_i, .start_i(start[10]), .dataa_i, .datab_i, .readra_i,
-                .readrb_i, .writerc_i, .a_i, .b_i, .c_i, .result_o(result[10]));
-  ci_floatis floatis (.clk_i, .reset_i, .clk_en_i, .start_i(start[11]), .dataa_i,
-                      .result_o(result[11]));
-  ci_fixsi fixsi (.clk_i, .reset_i, .clk_en_i, .start_i(start[12]), .dataa_i,
-                  .result_o(result[12]));
-  ci_fph1 fph1 (.clk_i, .reset_i, .clk_en_i, .start_i(start[13]), .n_i(n_i[1:0]), .dataa_i,
-                .datab_i, .done_o(done[13]), .result_o(result[13]));
-  ci_fcmp fcmp (.dataa_i, .datab_i, .n_i(n_i[3:0]), .result_o(fcmp_o));
-  ci_fsign fsign (.dataa_i, .result_o(fsign_o));
+  ci_fadd fadd (
+      .clk_i,
+      .reset_i,
+      .clk_en_i,
+      .start_i(start[3]),
+      .dataa_i,
+      .datab_i,
+      .result_o(result[3])
+  );
+  ci_fsub fsub (
+      .clk_i,
+      .reset_i,
+      .clk_en_i,
+      .start_i(start[4]),
+      .dataa_i,
+      .datab_i,
+      .result_o(result[4])
+  );
+  ci_fmul fmul (
+      .clk_i,
+      .reset_i,
+      .clk_en_i,
+      .start_i(start[5]),
+      .dataa_i,
+      .datab_i,
+      .result_o(result[5])
+  );
+  ci_fdiv fdiv (
+      .clk_i,
+      .reset_i,
+      .clk_en_i,
+      .start_i(start[6]),
+      .dataa_i,
+      .datab_i,
+      .result_o(result[6])
+  );
+  ci_fsqrt fsqrt (
+      .clk_i,
+      .reset_i,
+      .clk_en_i,
+      .start_i(start[7]),
+      .dataa_i,
+      .result_o(result[7])
+  );
+  ci_fsin fsin (
+      .clk_i,
+      .reset_i,
+      .clk_en_i,
+      .start_i(start[8]),
+      .dataa_i,
+      .result_o(result[8])
+  );
+  ci_fcos fcos (
+      .clk_i,
+      .reset_i,
+      .clk_en_i,
+      .start_i(start[9]),
+      .dataa_i,
+      .result_o(result[9])
+  );
+  ci_fsat fsat (
+      .clk_i,
+      .reset_i,
+      .clk_en_i,
+      .start_i(start[10]),
+      .dataa_i,
+      .datab_i,
+      .readra_i,
+      .readrb_i,
+      .writerc_i,
+      .a_i,
+      .b_i,
+      .c_i,
+      .result_o(result[10])
+  );
+  ci_floatis floatis (
+      .clk_i,
+      .reset_i,
+      .clk_en_i,
+      .start_i(start[11]),
+      .dataa_i,
+      .result_o(result[11])
+  );
+  ci_fixsi fixsi (
+      .clk_i,
+      .reset_i,
+      .clk_en_i,
+      .start_i(start[12]),
+      .dataa_i,
+      .result_o(result[12])
+  );
+  ci_fph1 fph1 (
+      .clk_i,
+      .reset_i,
+      .clk_en_i,
+      .start_i(start[13]),
+      .n_i(n_i[1:0]),
+      .dataa_i,
+      .datab_i,
+      .done_o(done[13]),
+      .result_o(result[13])
+  );
+  ci_fcmp fcmp (
+      .dataa_i,
+      .datab_i,
+      .n_i(n_i[3:0]),
+      .result_o(fcmp_o)
+  );
+  ci_fsign fsign (
+      .dataa_i,
+      .result_o(fsign_o)
+  );
 
   assign {done[15:14], done[12:3], done[0]} = '0;
   assign {result[15:14], result[0]} = '0;

@@ -10,13 +10,13 @@ module sincos_stream #(
     parameter bit Overlapped = 1'b0
 );
 
-  localparam int Patience = 100;                 // clocks for a result
+  localparam int Patience = 100;  // clocks for a result
 
-  string       stimulus_path, response_path;
-  int          stimulus_file, response_file, idle, now, ready_after;
-  int          accepted[$], intervals[$];
-  logic        more, measuring;
-  logic        clk, rst_n, valid_in, ready, valid_out;
+  string stimulus_path, response_path;
+  int stimulus_file, response_file, idle, now, ready_after;
+  int accepted[$], intervals[$];
+  logic more, measuring;
+  logic clk, rst_n, valid_in, ready, valid_out;
   logic [32:0] next_operand, operand;
   logic [31:0] result;
   fp_pkg::flags_t flags;
@@ -81,12 +81,12 @@ module sincos_stream #(
       end
       if (valid_out) begin
         if (accepted.size() == 0) fail("valid_o without operand");
-        $fdisplay(response_file, "%h %h %h %h", 8'(now - accepted.pop_front()),
-                  8'(intervals.pop_front()), {3'b000, flags}, result);
+        $fdisplay(response_file, "%h %h %h %h", 8'(now - accepted.pop_front()), 8'(intervals.pop_front()), {
+                  3'b000, flags}, result);
       end
       if (accepted.size() > 0 && now - accepted[0] > Patience) fail("no result");
       operand = {$urandom_range(1) == 1, $urandom()};
-      if (!ready) valid_in = $urandom_range(1) == 1;       // to be ignored
+      if (!ready) valid_in = $urandom_range(1) == 1;  // to be ignored
       else if (more && idle == 0) begin
         valid_in    = 1'b1;
         operand     = next_operand;

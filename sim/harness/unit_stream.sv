@@ -17,7 +17,7 @@ module unit_stream #(
 );
 
   string stimulus_path, response_path;
-  int    stimulus_file, response_file, clocks;
+  int stimulus_file, response_file, clocks;
   logic [32*StimulusWords-1:0] row;
 
   initial clk_o = 1'b0;

@@ -27,13 +27,14 @@ module mii_slave (
 
   logic [31:0] unused_data;
   logic [63:0] unused_time;
-  logic [1:0]  unused_sync;
-  logic [4:0]  unused_port;
-  logic        unused_wait, unused_irq;
+  logic [1:0] unused_sync;
+  logic [4:0] unused_port;
+  logic unused_wait, unused_irq;
   assign unused_port = {tx_en[1], txd[7:4]};
 
   ethercat_slave u_slave (
-      .clk_i, .rst_ni,
+      .clk_i,
+      .rst_ni,
       .mii_tick_i       (phase_q == 2'd3),
       .link_i           (2'b01),
       .mii_rx_clk_i     ({1'b0, ~source_clk_i}),

@@ -23,7 +23,8 @@ module rgmii_slave (
 
   for (genvar n = 0; n < 2; n++) begin : g_port
     mii_to_rgmii u_rgmii (
-        .clk_i, .rst_ni,
+        .clk_i,
+        .rst_ni,
         .rgmii_rxc_i   (rgmii_rxc_i[n]),
         .rgmii_rx_ctl_i(rgmii_rx_ctl_i[n]),
         .rgmii_rxd_i   (rgmii_rxd_i[4*n+:4]),
@@ -43,11 +44,13 @@ module rgmii_slave (
 
   logic [31:0] unused_data;
   logic [63:0] unused_time;
-  logic [1:0]  unused_sync;
-  logic        unused_wait, unused_irq;
+  logic [1:0] unused_sync;
+  logic unused_wait, unused_irq;
 
   ethercat_slave u_slave (
-      .clk_i, .rst_ni, .mii_tick_i,
+      .clk_i,
+      .rst_ni,
+      .mii_tick_i,
       .link_i           (link_o),
       .mii_rx_clk_i     (mii_rx_clk_o),
       .mii_rx_dv_i      (mii_rx_dv_o),

@@ -14,8 +14,8 @@ module aux_compare (
 );
 
   asip_pkg::decoded_t decoded;
-  logic               unused_fault;
-  logic [31:0]        unused_read;
+  logic unused_fault;
+  logic [31:0] unused_read;
 
   always_comb begin
     decoded        = '0;

@@ -14,12 +14,12 @@ module n2_shadow (
 
   localparam logic [31:0] Base = 32'h1000_0000;
 
-  logic        fetch_en, start, combinational_unused;
-  logic [3:0]  fetch_address, watched_q, pc_q, next_pc;
+  logic fetch_en, start, combinational_unused;
+  logic [3:0] fetch_address, watched_q, pc_q, next_pc;
   logic [31:0] word, fetched_q, watched_word_q, dataa, datab;
-  logic        valid, write, fault;
+  logic valid, write, fault;
   logic [31:0] pc, instruction, value;
-  logic [4:0]  dst;
+  logic [4:0] dst;
 
   // Instructions whose bit positions are independent: the proof is about forwarding, waiting and
   // redirection, not about adders. roli has a late result, custom one of any length.
@@ -87,10 +87,10 @@ module n2_shadow (
 
   // The machine: registers, and what an instruction does to them.
   logic [31:0] r1_q, r2_q, r3_q, a, b, result;
-  logic [3:0]  known_q;
-  logic        writes, taken, known, link_free;
-  logic [4:0]  to;
-  logic [5:0]  op, opx;
+  logic [3:0] known_q;
+  logic writes, taken, known, link_free;
+  logic [4:0] to;
+  logic [5:0] op, opx;
 
   always_comb begin
     op = instruction[5:0];

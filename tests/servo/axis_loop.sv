@@ -22,9 +22,9 @@ module axis_loop #(
 
   logic [13:0] link_address, address;
   logic [31:0] link_data, data, readdata, unused_readdata, unused_position;
-  logic        link_read, link_write, link_wait, read, write, core_wait, core_irq;
-  logic        front_wait, host_wait, unused_mclk, unused_release;
-  logic [2:0]  unused_high, unused_low;
+  logic link_read, link_write, link_wait, read, write, core_wait, core_irq;
+  logic front_wait, host_wait, unused_mclk, unused_release;
+  logic [2:0] unused_high, unused_low;
 
   core_bus u_bus (
       .clk_i,

@@ -24,13 +24,22 @@ module fp_lane (
   assign latency_o       = fp_pkg::FP_SINCOS_OVERLAPPED_LATENCY;
   assign unused_operands = ^{b_i, c_i, control_i};
 
-  fp_sincos_overlapped unit (.clk_i, .rst_ni, .valid_i, .cos_i(control_i[0]), .a_i, .ready_o,
-                             .valid_o, .result_o, .flags_o);
+  fp_sincos_overlapped unit (
+      .clk_i,
+      .rst_ni,
+      .valid_i,
+      .cos_i(control_i[0]),
+      .a_i,
+      .ready_o,
+      .valid_o,
+      .result_o,
+      .flags_o
+  );
 `else
   localparam logic [2:0] Interval = 3'(asip_isa_pkg::SMALL_DIVSQRT_INTERVAL);
 
-  logic [2:0] wait_q;                 // clocks in which the rank before must stay empty
-  logic       unused_c;
+  logic [2:0] wait_q;  // clocks in which the rank before must stay empty
+  logic unused_c;
 
   assign latency_o = fp_pkg::FP_DIVSQRT_LATENCY;
   assign ready_o   = !valid_i && wait_q == 3'd0;
@@ -42,8 +51,17 @@ module fp_lane (
     else if (wait_q != 3'd0) wait_q <= wait_q - 3'd1;
   end
 
-  fp_divsqrt_folded unit (.clk_i, .rst_ni, .valid_i, .sqrt_i(control_i[0]), .a_i, .b_i,
-                          .valid_o, .result_o, .flags_o);
+  fp_divsqrt_folded unit (
+      .clk_i,
+      .rst_ni,
+      .valid_i,
+      .sqrt_i(control_i[0]),
+      .a_i,
+      .b_i,
+      .valid_o,
+      .result_o,
+      .flags_o
+  );
 `endif
 
 endmodule
