@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Generate what hardware and software of the Nios II systems share.
 
-Sources: nios_sw/system.toml (memory map), the I/O registers that `make gen` makes of
-rtl/nios/io_regmap.rdl, the interface record of asip_asm/programs that the map names (words of a
-tick) and the constants of sim/model/float32.py (layout of the parameter block). Outputs:
-rtl/gen/n2_system_pkg.sv, nios_sw/include/gen/system.h, tick.h and parameters.h,
-nios_sw/link/gen/system.ld, docs/nios_regmap.md, docs/tracking_interface.md. With --check nothing is
-written; exit 1 if a file would differ.
+Sources: nios_sw/system.toml (memory map), rtl/nios/io_regmap.rdl (I/O registers), the interface
+record of asip_asm/programs that the map names (words of a tick) and the constants of
+sim/model/float32.py (layout of the parameter block). Outputs: rtl/gen/n2_system_pkg.sv,
+nios_sw/include/gen/system.h, tick.h and parameters.h, nios_sw/link/gen/system.ld,
+docs/nios_regmap.md, docs/tracking_interface.md. With --check nothing is written; exit 1 if a file
+would differ.
 """
 
 from __future__ import annotations
@@ -15,9 +15,10 @@ import sys
 
 from asip_asm.interface_text import c_struct, markdown
 from asip_asm.project import ROOT
+from asip_asm.regmap import NUMBER
 from asip_asm.signals import Interface
 from scripts.generated import run, sv_int, sv_logic, table
-from scripts.regmap_source import NUMBER
+from scripts.regmap_source import read_map
 from sim.harness.nios_map import SystemMap, load_system_map
 from sim.model.float32 import Constants
 from sim.model.parameters import Robot
@@ -56,6 +57,7 @@ def package(system: SystemMap) -> str:
 
 def header(system: SystemMap) -> str:
     """nios_sw/include/gen/system.h."""
+    io = read_map(ROOT / "rtl/nios/io_regmap.rdl", "n2_io")
     lines = [
         "/* SPDX-License-Identifier: Apache-2.0 */",
         f"/* {ORIGIN.format('nios_sw/system.toml')} */",
@@ -67,18 +69,18 @@ def header(system: SystemMap) -> str:
         "",
         "/* Registers: byte address. */",
     ]
-    for register in system.registers.values():
+    for register in io.registers.values():
         lines.append(f"/* {' '.join(register.doc.split())} */")
         lines.append(f"#define REG_{register.name} 0x{system.address(register.name):08X}u")
     lines += ["", "/* Fields: mask in place. */"]
-    for register in system.registers.values():
+    for register in io.registers.values():
         for field in register.fields.values():
             if field.name != NUMBER:
                 lines.append(f"#define {register.name}_{field.name.upper()} 0x{field.mask:X}u")
     lines += ["", "/* Blocks of words: byte address. */"]
     for name, block in (("INPUT", "inputs"), ("OUTPUT", "outputs")):
         lines += [
-            f"/* {system.blocks[block].doc} */",
+            f"/* {io.blocks[block].doc} */",
             f"#define {name}_BASE 0x{system.base(block):08X}u",
         ]
     for name, words in (("input", system.inputs), ("output", system.outputs)):

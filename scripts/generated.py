@@ -11,6 +11,8 @@ from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 
+from asip_asm.regmap import BitField
+
 ROOT = Path(__file__).resolve().parents[1]
 
 
@@ -51,6 +53,16 @@ def table(head: list[str], rows: list[list[str]]) -> list[str]:
     return lines + ["| " + " | ".join(escape(cell) for cell in row) + " |" for row in rows]
 
 
+def bits(field: BitField) -> str:
+    """`high:low`, or the bit."""
+    return f"{field.high}:{field.low}" if field.width > 1 else str(field.low)
+
+
+def cell(text: str) -> str:
+    """Text for one cell of a Markdown table."""
+    return escape(" ".join(text.split()))
+
+
 def template(name: str) -> Template:
     """Template of scripts/templates; a name that it does not get is an error."""
     found = Environment(
@@ -58,6 +70,7 @@ def template(name: str) -> Template:
         undefined=StrictUndefined,
         keep_trailing_newline=True,
     )
+    found.filters |= {"bits": bits, "cell": cell}
     return found.get_template(name)
 
 

@@ -11,10 +11,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from asip_asm.gen import asip_regmap
-from scripts.regmap_source import NUMBER
+from asip_asm.regmap import NUMBER
 from sim.debug.gen import debug_regmap
 from sim.ethercat.gen import esc_regmap
-from sim.ethercat.register import ByteRegister
 from sim.harness.gen import (
     biss_regmap,
     drive_regmap,
@@ -41,12 +40,12 @@ MAPS = (
 FIELDS: dict[str, set[str]] = {}
 for _map in MAPS:
     for _name, _record in _map.registers.items():
-        if set(_record.fields or ()) - {NUMBER}:
+        if set(_record.fields) - {NUMBER}:
             FIELDS.setdefault(_name, set()).update(_record.fields)
 ESC = {
-    name: set(record.fields)
-    for name, record in vars(esc_regmap).items()
-    if isinstance(record, ByteRegister) and set(record.fields) - {NUMBER}
+    record.name: set(record.fields)
+    for record in esc_regmap.REGISTERS
+    if set(record.fields) - {NUMBER}
 }
 ESC_MODULE = esc_regmap.__name__
 SHIFTS = (ast.LShift, ast.RShift)
