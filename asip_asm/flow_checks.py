@@ -61,10 +61,7 @@ class _Checks:
         self._resolve_exports(set.intersection(*ends) if ends else everything)
 
     def _report_read(self, step: Step, kind: str, name: str) -> None:
-        operand = step.raw.operands.get(kind)
-        if operand is None:
-            operand = step.raw.operands["address"].index
-        assert operand is not None
+        operand = step.raw.read_as(kind)
         first = self.written.get(name)
         if first is not None:
             problem = "is read before it is written"

@@ -204,7 +204,7 @@ def _own_registers(
 
 def _used(bundles: Sequence[Bundle], bank: str) -> set[Register]:
     found = set()
-    for operation in (op for bundle in bundles for op in bundle.slots if op is not None):
+    for operation in (op for bundle in bundles for op in bundle.operations):
         for register in (operation.a, operation.b, operation.c, operation.dst):
             if isinstance(register, Register) and register.bank == bank:
                 found.add(register)

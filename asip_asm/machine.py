@@ -144,7 +144,7 @@ class Machine:
         issues: list[Issue] = []
         cycle = 0
         for bundle in bundles:
-            operations = [op for op in bundle.slots if op is not None]
+            operations = bundle.operations
             stalls = dict.fromkeys(STALL_CAUSES, 0)
             while cause := self._blocked(operations, cycle, ready, unit_free, port):
                 stalls[cause] += 1
@@ -196,10 +196,7 @@ class Machine:
             (
                 issue.cycle + latency + 1
                 for bundle, issue in zip(bundles, self.issue_cycles(bundles), strict=True)
-                for latency in [
-                    1,
-                    *(self.latency(op) for op in bundle.slots if op is not None and op.dst),
-                ]
+                for latency in [1, *(self.latency(op) for op in bundle.operations if op.dst)]
             ),
             default=0,
         )

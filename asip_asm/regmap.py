@@ -16,7 +16,6 @@ REGISTER_BLOCK = "csr"
 NUMBER = "value"  # the one field of a register that is a number
 DATA_WIDTH = 32
 
-
 Record = TypeVar("Record", "BitField", "Block", "Code", "RegisterRecord")
 
 

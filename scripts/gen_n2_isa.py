@@ -3,15 +3,11 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
 from pathlib import Path
 
-from asip_asm.project import ROOT
-from scripts.generated import commented, deliver
-from sim.harness.n2_lockstep_isa import ISA_FILE, OP_R, Isa, N2IsaError, load_isa
-
-PACKAGE = "rtl/gen/n2_isa_pkg.sv"
+from scripts.generated import commented, run
+from sim.harness.n2_lockstep_isa import ISA_FILE, OP_R, Isa, load_isa
 
 
 def constant(name: str, width: int, value: int, doc: str = "") -> str:
@@ -43,21 +39,15 @@ def isa_package(isa: Isa) -> str:
     return "\n".join([*lines, "", "endpackage", ""])
 
 
+def generate(source: Path) -> dict[str, str]:
+    """Text of the package by its path. Raises N2IsaError, OSError."""
+    return {"rtl/gen/n2_isa_pkg.sv": isa_package(load_isa(source))}
+
+
 def main(arguments: list[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(
-        description="Generate the Nios II instruction package from nios_sw/isa.toml.",
-        epilog="example: python scripts/gen_n2_isa.py --check",
-    )
-    parser.add_argument("--check", action="store_true", help="write nothing, fail on a difference")
-    parser.add_argument("--root", type=Path, default=ROOT, help="where the generated files stand")
-    parser.add_argument("--isa", type=Path, default=ISA_FILE, help="the instruction set")
-    options = parser.parse_args(arguments)
-    try:
-        files = {PACKAGE: isa_package(load_isa(options.isa))}
-    except (N2IsaError, OSError) as error:
-        print(error, file=sys.stderr)
-        return 1
-    return deliver(files, options.root, options.check, "scripts/gen_n2_isa.py")
+    purpose = "Generate the Nios II instruction package from nios_sw/isa.toml."
+    option = ("--isa", ISA_FILE, "the instruction set")
+    return run("scripts/gen_n2_isa.py", purpose, generate, arguments, option)
 
 
 if __name__ == "__main__":

@@ -265,17 +265,8 @@ class _Source:
 
     def _operand(self, node: Node, position: int, whole: bool) -> str:
         """Argument of an operation, its bits where it is read as the other type."""
-        arg = node.args[position]
-        if node.op.startswith("sel") and position > 0:
-            wanted = whole
-        else:
-            wanted = node.op in INT_OPERANDS
-        name = self.names[arg]
-        if self._is_int(arg) == wanted:
-            return name
-        helper = "bits" if wanted else "number"
-        self.used.add(helper)
-        return f"{helper}_({name})"
+        chosen = node.op.startswith("sel") and position > 0
+        return self._value(node.args[position], whole if chosen else node.op in INT_OPERANDS)
 
     def _operation(self, i: int) -> list[str]:
         node = self.graph.nodes[i]
@@ -302,6 +293,7 @@ class _Source:
         return self.sources[str(node.value)]
 
     def _value(self, i: int, integer: bool) -> str:
+        """A value as an integer or a float: its bits where it is the other of them."""
         if self._is_int(i) == integer:
             return self.names[i]
         helper = "bits" if integer else "number"
