@@ -110,13 +110,13 @@ def bundle_text(bundle: Bundle, isa: Isa, labels: dict[int, str]) -> str:
     return "{ " + (" | ".join(texts) or "nop") + " }" + (" halt" if bundle.halt else "")
 
 
-def disassemble(image: Image, isa: Isa | None = None) -> str:
+def disassemble(image: Image) -> str:
     """Source text that assembles to the same image, source references apart.
 
     Branch targets without a label get one, `L<address>`. Raises DecodeError naming the bundle that
     is none.
     """
-    isa = isa or default_isa()
+    isa = default_isa()
     rows = _declarations(image)
     labels: dict[int, list[str]] = {}
     for name, address in image.labels.items():

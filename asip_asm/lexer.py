@@ -108,9 +108,9 @@ class Cursor:
         """Next token."""
         return self.tokens[self.position]
 
-    def peek(self, offset: int = 1) -> Token:
+    def peek(self) -> Token:
         """Token behind the next one."""
-        return self.tokens[min(self.position + offset, len(self.tokens) - 1)]
+        return self.tokens[min(self.position + 1, len(self.tokens) - 1)]
 
     def take(self) -> Token:
         """Next token, consumed (the end token stays)."""

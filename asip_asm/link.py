@@ -37,12 +37,12 @@ class _Places:
     first_bundle: int = 0
 
 
-def link(title: str, programs: Mapping[str, Image], isa: Isa | None = None) -> Image:
+def link(title: str, programs: Mapping[str, Image]) -> Image:
     """One image of programs by name of their function, in order; the first is where it starts.
 
     Raises LinkError, DecodeError for a program that holds words which are no bundles.
     """
-    isa = isa or default_isa()
+    isa = default_isa()
     images = list(programs.values())
     decoded, places = _placed(programs, isa)
     constants, inputs, parameters = _bank_k(places, programs, isa)

@@ -7,16 +7,16 @@ from asip_asm.diagnostics import counted
 from asip_asm.disassemble import decode_bundle
 from asip_asm.expression import literal_name
 from asip_asm.image import Image, SourceEntry
-from asip_asm.isa import Isa, default_isa
+from asip_asm.isa import default_isa
 from asip_asm.machine import load_machine
 
 
-def listing(image: Image, isa: Isa | None = None) -> str:
+def listing(image: Image) -> str:
     """Bundles with address, issue cycle, words and source, and the operations of each equation.
 
     The issue cycle is that of a run in which no branch is taken.
     """
-    isa = isa or default_isa()
+    isa = default_isa()
     machine = load_machine(image.configuration)
     bundles = [decode_bundle(int(word, 16), image.configuration, isa) for word in image.bundles]
     issues = machine.issue_cycles(bundles)

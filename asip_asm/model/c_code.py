@@ -15,7 +15,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from asip_asm.c_image import identifier
+from asip_asm.c_image import comment, identifier
 from asip_asm.model.c_helpers import C_WORDS, FORMS, FUSED, HELPERS, PRELUDE, TESTS
 from asip_asm.model.compiler import Compiled
 from asip_asm.model.emit import INT_OPERANDS, binary32, literal
@@ -99,7 +99,7 @@ def c_literal(value: float) -> str:
 def _header(law: Law, prefix: str) -> str:
     guard = f"{prefix}_tick_h".upper()
     lines = [
-        f"/* {_plain(law.doc or law.title)}",
+        f"/* {comment(law.doc or law.title)}",
         " * Written by asip-model: one tick in binary32, the operations of the core's program. */",
         f"#ifndef {guard}",
         f"#define {guard}",
@@ -170,11 +170,7 @@ def _describe(port: Port) -> str:
         text += f", {port.limits[0]:g} .. {port.limits[1]:g}"
     if port.type == "int":
         text += f"; value = {port.scale:.9g}*count + {port.offset:g}"
-    return _plain(text)
-
-
-def _plain(text: str) -> str:
-    return "".join(c if " " <= c <= "~" else "?" for c in text).replace("*/", "* /")
+    return comment(text)
 
 
 # ---------------------------------------------------------------------- source
@@ -197,7 +193,7 @@ class _Source:
         p = self.prefix
         fused = f"{p}_fused".upper()
         head = [
-            f"/* {_plain(self.law.doc or self.law.title)}",
+            f"/* {comment(self.law.doc or self.law.title)}",
             " * Written by asip-model. Compile it with -ffp-contract=off. */",
             f'#include "{self.header_name}"',
             "",
