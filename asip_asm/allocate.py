@@ -77,10 +77,9 @@ def allocate_registers(program: Program, machine: Machine) -> None:
             spiller.spill(overflow)
     for region in program.regions:
         for bundle in region.bundles or []:
-            for op in bundle.slots:
-                if op is not None:
-                    op.symbols = _symbols(op)
-                    _substitute(op, placement)
+            for op in bundle.operations:
+                op.symbols = _symbols(op)
+                _substitute(op, placement)
     for state in program.states:
         state.register = placement[state.first]
     for export in program.exports:
@@ -223,8 +222,8 @@ class _Allocation:
             bundles = region.bundles or []
             issues = [issue.cycle for issue in self.machine.issue_cycles(bundles)]
             for i, bundle in enumerate(bundles):
-                for op in bundle.slots:
-                    value = found.get(op.dst) if op is not None else None
+                for op in bundle.operations:
+                    value = found.get(op.dst)
                     if value is None or any(read > position + i for read in value.reads):
                         continue
                     ready = issues[i] + self.machine.latency(op) + 1
@@ -326,18 +325,13 @@ class _Spiller:
         readers = [
             i
             for i in range(index + 1, len(bundles))
-            if any(symbol in sources(op) for op in bundles[i].slots if op is not None)
+            if any(symbol in sources(op) for op in bundles[i].operations)
         ]
         first = readers[0]
         self.reloads += 1
         copy = Virtual(f"{symbol.name.split('~')[0]}~{self.reloads}", 1)
         self.stored[copy] = self.stored[symbol]
-        renamed = [
-            op
-            for i in readers
-            for op in bundles[i].slots
-            if op is not None and symbol in sources(op)
-        ]
+        renamed = [op for i in readers for op in bundles[i].operations if symbol in sources(op)]
         for op in renamed:
             _substitute(op, {symbol: copy})
         load = Operation("ld", copy, imm=self.stored[symbol], source=renamed[0].source)

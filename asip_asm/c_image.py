@@ -30,7 +30,7 @@ def to_c(image: Image, prefix: str = "") -> str:
     for output in image.outputs:
         safe[output.index] = int(output.safe, 16)
     tables = [
-        Table("program", "uint32_t", _hex(word for _, word in image.words(isa))),
+        Table("program", "uint32_t", _hex(word for _, word in image.words())),
         Table(
             "constants", "asip_word_at", _pairs((c.index, int(c.bits, 16)) for c in image.constants)
         ),
@@ -45,7 +45,7 @@ def to_c(image: Image, prefix: str = "") -> str:
         Table("exports", "uint16_t", [str(register_offset(e.register)) for e in exports]),
     ]
     lines = [
-        f"/* Program image '{_comment(image.title)}' for configuration {image.configuration}, "
+        f"/* Program image '{comment(image.title)}' for configuration {image.configuration}, "
         "written by asip-as.",
         " * Include it in one source file, behind asip.h. */",
         "#include <stddef.h>",
@@ -183,5 +183,6 @@ def _string(text: str) -> str:
     return plain.replace("\\", "\\\\").replace('"', '\\"').replace("?", "\\?")
 
 
-def _comment(text: str) -> str:
+def comment(text: str) -> str:
+    """Text for a comment of C, in ASCII."""
     return "".join(c if " " <= c <= "~" else "?" for c in text).replace("*/", "* /")

@@ -14,7 +14,7 @@ from asip_asm.c_image import to_c
 from asip_asm.command import run_command
 from asip_asm.debug_map import map_path
 from asip_asm.debug_values import debug_map
-from asip_asm.diagnostics import AssemblyError, closest, report_text
+from asip_asm.diagnostics import AssemblyError, closest, counted, report_text
 from asip_asm.files import open_output, refuse_overwriting
 from asip_asm.image import Image
 from asip_asm.isa import default_isa
@@ -64,7 +64,7 @@ def _assemble(options: argparse.Namespace) -> int:
             print(report_text(shown), file=sys.stderr)
         if shown and (options.warn_error or "error" in options.warnings):
             print(
-                f"asip-as: {_count(len(shown), 'warning')} taken as errors, nothing written",
+                f"asip-as: {counted(len(shown), 'warning')} taken as errors, nothing written",
                 file=sys.stderr,
             )
             return 1
@@ -78,7 +78,7 @@ def _assemble(options: argparse.Namespace) -> int:
     except AssemblyError as error:
         count = len(error.diagnostics)
         print(error.report(), file=sys.stderr)
-        print(f"asip-as: {_count(count, 'error')}, nothing written", file=sys.stderr)
+        print(f"asip-as: {counted(count, 'error')}, nothing written", file=sys.stderr)
         return 1
     finally:
         progress.clear()
@@ -132,9 +132,9 @@ def summary(image: Image, output: Path) -> str:
     constants = len({c.index for c in image.constants})
     cycles = f", about {image.cycles} cycles" if image.cycles is not None else ""
     return (
-        f"{output}: {image.configuration}, {_count(len(image.bundles), 'bundle')}, "
-        f"{_count(operations, 'operation')}, {_count(len(image.inputs), 'input')}, "
-        f"{_count(constants, 'constant')}, {_count(len(image.outputs), 'output')}{cycles}"
+        f"{output}: {image.configuration}, {counted(len(image.bundles), 'bundle')}, "
+        f"{counted(operations, 'operation')}, {counted(len(image.inputs), 'input')}, "
+        f"{counted(constants, 'constant')}, {counted(len(image.outputs), 'output')}{cycles}"
     )
 
 
@@ -255,10 +255,6 @@ def _prefix(text: str) -> str:
     if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", text):
         raise argparse.ArgumentTypeError(f"'{text}' is not a C identifier")
     return text
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
 if __name__ == "__main__":

@@ -109,7 +109,7 @@ class _Builder:
         end = len(self.bundles)
         follow = []
         for i, bundle in enumerate(self.bundles):
-            branches = [op for op in bundle.slots if op is not None and op.mnemonic in BRANCHES]
+            branches = [op for op in bundle.operations if op.mnemonic in BRANCHES]
             next_ones = [] if any(op.mnemonic == "jmp" for op in branches) else [i + 1]
             next_ones += [labels[op.target] for op in branches if op.target is not None]
             follow.append([end] if bundle.halt else sorted(set(next_ones)))

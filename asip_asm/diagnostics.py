@@ -91,7 +91,7 @@ def report_text(diagnostics: Iterable[Diagnostic]) -> str:
     left = sum(len(group) for group in groups[ERRORS_SHOWN:])
     if left:
         kind = "warning" if groups[-1][0].code else "error"
-        shown.append(f"and {left} more {kind}{'s' if left > 1 else ''}")
+        shown.append(f"and {counted(left, f'more {kind}')}")
     if sum(map(len, groups)) >= ERRORS:
         shown.append(f"gave up after {ERRORS} errors")
     return "\n".join(shown)
@@ -104,7 +104,7 @@ def _again(rest: list[Diagnostic]) -> str:
     lines = [f"{d.place.line.file}:{d.place.line.number}" for d in rest if d.place]
     lines = list(dict.fromkeys(lines))
     named = ", ".join(lines[:LINES_NAMED]) + (", ..." if len(lines) > LINES_NAMED else "")
-    return f"\n      = the same {len(rest)} more time{'s' if len(rest) > 1 else ''}: {named}"
+    return f"\n      = the same {counted(len(rest), 'more time')}: {named}"
 
 
 def _window(text: str, column: int) -> tuple[str, int]:
@@ -165,6 +165,11 @@ class Reporter:
         """Raise AssemblyError if there is any error."""
         if self._taken:
             raise AssemblyError(self._taken)
+
+
+def counted(number: int, noun: str) -> str:
+    """The number and its noun."""
+    return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
 def closest(word: str, known: Iterable[str]) -> str:

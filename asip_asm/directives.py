@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 
 from asip_asm.diagnostics import Line, Place, SourceError, closest
 from asip_asm.expression import INT_RANGE, Evaluator, word_bits
@@ -41,8 +42,8 @@ class Directives:
             ".program": self._program,
             ".config": self._config,
             ".input": self._input,
-            ".const": self._const,
-            ".param": self._param,
+            ".const": partial(self._constant_declaration, replaceable=False),
+            ".param": partial(self._constant_declaration, replaceable=True),
             ".state": self._state,
             ".output": self._output,
             ".export": self._export,
@@ -163,8 +164,7 @@ class Directives:
         self.source.configuration = (token.text, token.place)
 
     def _input(self, cursor: Cursor) -> None:
-        while True:
-            name = cursor.expect_kind("name", "the name of an input")
+        for name in cursor.names("the name of an input", "between inputs"):
             declaration = Declaration("input", name.text, name.place, self._type(cursor))
             declaration.value = len(self.source.of_kind("input"))
             self._declare(declaration)
@@ -172,15 +172,6 @@ class Directives:
                 raise SourceError(
                     name.place, f"too many inputs: bank K has {self.isa.banks['K'].size} words"
                 )
-            if cursor.token.kind == "end":
-                return
-            cursor.expect(",", "between inputs")
-
-    def _const(self, cursor: Cursor) -> None:
-        self._constant_declaration(cursor, replaceable=False)
-
-    def _param(self, cursor: Cursor) -> None:
-        self._constant_declaration(cursor, replaceable=True)
 
     def _constant_declaration(self, cursor: Cursor, replaceable: bool) -> None:
         name = cursor.expect_kind("name", "the name of a constant")
@@ -205,7 +196,8 @@ class Directives:
             self._declare(declaration)
             if pin is not None:
                 declaration.pin = physical_register(pin.text)
-        if pin is not None and (not declaration.name or not _is_bank(declaration.pin, "K")):
+        in_bank_k = isinstance(declaration.pin, Register) and declaration.pin.bank == "K"
+        if pin is not None and not (declaration.name and in_bank_k):
             raise SourceError(
                 pin.place, f"a constant cannot be pinned to '{pin.text}'", "pin k0..k127"
             )
@@ -266,8 +258,7 @@ class Directives:
             raise SourceError(name.place, f"too many outputs: the core has {self.isa.outputs}")
 
     def _export(self, cursor: Cursor) -> None:
-        while True:
-            name = cursor.expect_kind("name", "the name of a register")
+        for name in cursor.names("the name of a register", "between exports"):
             place = name.place
             for other, first, _ in self.source.exports:
                 if other == name.text:
@@ -279,9 +270,6 @@ class Directives:
                 token = cursor.expect_kind("name", "a physical register")
                 register, place = token.text, token.place
             self.source.exports.append((name.text, place, register))
-            if cursor.token.kind == "end":
-                return
-            cursor.expect(",", "between exports")
 
     def _data(self, cursor: Cursor) -> None:
         type_name = "float"
@@ -320,12 +308,8 @@ class Directives:
         self.source.data += words
 
     def _reg(self, cursor: Cursor) -> None:
-        while True:
-            name = cursor.expect_kind("name", "the name of a register")
+        for name in cursor.names("the name of a register", "between registers"):
             self._declare(Declaration("register", name.text, name.place))
-            if cursor.token.kind == "end":
-                return
-            cursor.expect(",", "between registers")
 
     def _watchdog(self, cursor: Cursor) -> None:
         value, place = self._value(cursor)
@@ -334,7 +318,3 @@ class Directives:
                 place, f"{value:g} is not a number of cycles", f"an integer 1..{INT_RANGE[1]}"
             )
         self.source.watchdog = int(value)
-
-
-def _is_bank(pin: str | Register | None, bank: str) -> bool:
-    return isinstance(pin, Register) and pin.bank == bank

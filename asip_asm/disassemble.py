@@ -106,17 +106,17 @@ def operation_text(operation: Operation, isa: Isa, labels: dict[int, str]) -> st
 
 def bundle_text(bundle: Bundle, isa: Isa, labels: dict[int, str]) -> str:
     """Assembly text of a bundle."""
-    texts = [operation_text(op, isa, labels) for op in bundle.slots if op is not None]
+    texts = [operation_text(op, isa, labels) for op in bundle.operations]
     return "{ " + (" | ".join(texts) or "nop") + " }" + (" halt" if bundle.halt else "")
 
 
-def disassemble(image: Image, isa: Isa | None = None) -> str:
+def disassemble(image: Image) -> str:
     """Source text that assembles to the same image, source references apart.
 
     Branch targets without a label get one, `L<address>`. Raises DecodeError naming the bundle that
     is none.
     """
-    isa = isa or default_isa()
+    isa = default_isa()
     rows = _declarations(image)
     labels: dict[int, list[str]] = {}
     for name, address in image.labels.items():
@@ -127,7 +127,7 @@ def disassemble(image: Image, isa: Isa | None = None) -> str:
             bundles.append(decode_bundle(int(word, 16), image.configuration, isa))
         except DecodeError as error:
             raise DecodeError(f"bundle {address}: {error}") from None
-    for operation in (op for bundle in bundles for op in bundle.slots if op is not None):
+    for operation in (op for bundle in bundles for op in bundle.operations):
         if "target" in isa.operations[operation.mnemonic].operands:
             labels.setdefault(operation.imm or 0, [f"L{operation.imm}"])
     first = {address: names[0] for address, names in labels.items()}

@@ -7,7 +7,7 @@ Blocks are numbered; `follow[i]` lists the blocks that may run after block i, a 
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from typing import TypeVar
 
 Item = TypeVar("Item", bound=Hashable)
@@ -32,34 +32,34 @@ def certain_before(
     everything: set[Item],
 ) -> list[set[Item]]:
     """What is written on every path to each block; `start` is there when a run begins."""
-    before = [set(everything) for _ in follow]
-    before[0] = set(start)
-    changed = True
-    while changed:
-        changed = False
-        for i, successors in enumerate(follow):
-            after = before[i] | writes[i]
-            for j in successors:
-                if not before[j] <= after:
-                    before[j] &= after
-                    changed = True
-    return before
+    return _handed_on(follow, writes, [start, *(everything for _ in follow[1:])], set.intersection)
 
 
 def possible_before(
     follow: Sequence[Sequence[int]], writes: Sequence[set[Item]]
 ) -> list[set[Item]]:
     """What is written on some path to each block."""
-    before: list[set[Item]] = [set() for _ in follow]
+    return _handed_on(follow, writes, [set() for _ in follow], set.union)
+
+
+def _handed_on(
+    follow: Sequence[Sequence[int]],
+    writes: Sequence[set[Item]],
+    first: Sequence[set[Item]],
+    join: Callable[[set[Item], set[Item]], set[Item]],
+) -> list[set[Item]]:
+    """What is written before each block, from `first` on joined with what comes from each block
+    that it may follow.
+    """
+    before = list(first)
     changed = True
     while changed:
         changed = False
         for i, successors in enumerate(follow):
-            after = before[i] | writes[i]
             for j in successors:
-                if not after <= before[j]:
-                    before[j] |= after
-                    changed = True
+                joined = join(before[j], before[i] | writes[i])
+                changed = changed or joined != before[j]
+                before[j] = joined
     return before
 
 

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from asip_asm.blocks import Block, Step, follow_of
 from asip_asm.diagnostics import Place, Reporter, SourceError, closest
 from asip_asm.flow import certain_before, possible_before
@@ -20,22 +22,17 @@ def check_flow(
     checks.check_outputs()
 
 
+@dataclass
 class _Checks:
-    def __init__(
-        self,
-        source: Source,
-        program: Program,
-        blocks: list[Block],
-        operands: Operands,
-        reporter: Reporter,
-    ) -> None:
-        self.source = source
-        self.program = program
-        self.blocks = blocks
-        self.operands = operands
-        self.written = operands.written
-        self.follow = follow_of(blocks)
-        self.reporter = reporter
+    source: Source
+    program: Program
+    blocks: list[Block]
+    operands: Operands
+    reporter: Reporter
+
+    def __post_init__(self) -> None:
+        self.written = self.operands.written
+        self.follow = follow_of(self.blocks)
 
     def check_reads(self) -> None:
         """Every read of a name must see a write on every path from the start."""
@@ -61,10 +58,7 @@ class _Checks:
         self._resolve_exports(set.intersection(*ends) if ends else everything)
 
     def _report_read(self, step: Step, kind: str, name: str) -> None:
-        operand = step.raw.operands.get(kind)
-        if operand is None:
-            operand = step.raw.operands["address"].index
-        assert operand is not None
+        operand = step.raw.read_as(kind)
         first = self.written.get(name)
         if first is not None:
             problem = "is read before it is written"

@@ -239,9 +239,9 @@ class Image(msgspec.Struct, forbid_unknown_fields=True):
             raise ImageError(f"{path}: not a JSON file: {error}") from None
         return cls.from_json(data, str(path), sealed=sealed)
 
-    def words(self, isa: Isa | None = None) -> Iterator[tuple[int, int]]:
+    def words(self) -> Iterator[tuple[int, int]]:
         """32-bit words of program memory: (4*bundle + lane, word), lane 0 lowest."""
-        lanes = (isa or default_isa()).lanes(self.configuration)
+        lanes = _ISA.lanes(self.configuration)
         for address, bundle in enumerate(self.bundles):
             value = int(bundle, 16)
             for lane in range(lanes):

@@ -94,6 +94,11 @@ class Bundle:
     slots: list[Operation | None]
     halt: bool = False
 
+    @property
+    def operations(self) -> list[Operation]:
+        """Those that are there, in the order of their slots."""
+        return [op for op in self.slots if op is not None]
+
 
 @dataclass(eq=False)
 class Region:

@@ -4,15 +4,15 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from asip_asm.diagnostics import Line, Place, SourceError, shortened
 
-SYMBOLS = frozenset("+-*/()[]{}|,:=")
-
 _SPACE = re.compile(r"\s+")
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_.]*")
 _DIRECTIVE = re.compile(r"\.[A-Za-z_][A-Za-z0-9_.]*")
+_SYMBOL = re.compile(r"[-+*/()\[\]{}|,:=]")
 _STRING = re.compile(r'"([^"]*)"')
 _NUMBER = re.compile(r"0f[0-9A-Fa-f]{8}|0x[0-9A-Fa-f]+|[0-9]+(?:\.[0-9]+)?(?:[eE][+-]?[0-9]+)?")
 _NUMBER_RUN = re.compile(r"\.?[0-9](?:[eE][+-](?=[0-9])|[A-Za-z0-9_.])*")
@@ -77,10 +77,8 @@ def tokenize(line: Line) -> list[Token]:
             add("directive", match.group(), column, len(match.group()))
         elif match := _STRING.match(code, column):
             add("string", match.group(1), column, len(match.group()))
-        elif code[column] in SYMBOLS:
-            add("symbol", code[column], column, 1)
-            column += 1
-            continue
+        elif match := _SYMBOL.match(code, column):
+            add("symbol", match.group(), column, 1)
         elif code[column] == '"':
             raise SourceError(
                 Place(line, column, len(code) - column), "string without closing quote", 'add "'
@@ -110,9 +108,9 @@ class Cursor:
         """Next token."""
         return self.tokens[self.position]
 
-    def peek(self, offset: int = 1) -> Token:
+    def peek(self) -> Token:
         """Token behind the next one."""
-        return self.tokens[min(self.position + offset, len(self.tokens) - 1)]
+        return self.tokens[min(self.position + 1, len(self.tokens) - 1)]
 
     def take(self) -> Token:
         """Next token, consumed (the end token stays)."""
@@ -143,6 +141,15 @@ class Cursor:
         if self.token.kind != kind:
             raise self.unexpected(what)
         return self.take()
+
+    def names(self, what: str, between: str) -> Iterator[Token]:
+        """Names up to the end of the statement, with commas `between`; the caller takes what
+        belongs to one before it asks for the next. Raises SourceError.
+        """
+        yield self.expect_kind("name", what)
+        while self.token.kind != "end":
+            self.expect(",", between)
+            yield self.expect_kind("name", what)
 
     def unexpected(self, wanted: str) -> SourceError:
         """Error: the next token is not what is wanted."""

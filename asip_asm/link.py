@@ -37,12 +37,12 @@ class _Places:
     first_bundle: int = 0
 
 
-def link(title: str, programs: Mapping[str, Image], isa: Isa | None = None) -> Image:
+def link(title: str, programs: Mapping[str, Image]) -> Image:
     """One image of programs by name of their function, in order; the first is where it starts.
 
     Raises LinkError, DecodeError for a program that holds words which are no bundles.
     """
-    isa = isa or default_isa()
+    isa = default_isa()
     images = list(programs.values())
     decoded, places = _placed(programs, isa)
     constants, inputs, parameters = _bank_k(places, programs, isa)
@@ -204,7 +204,7 @@ def _own_registers(
 
 def _used(bundles: Sequence[Bundle], bank: str) -> set[Register]:
     found = set()
-    for operation in (op for bundle in bundles for op in bundle.slots if op is not None):
+    for operation in (op for bundle in bundles for op in bundle.operations):
         for register in (operation.a, operation.b, operation.c, operation.dst):
             if isinstance(register, Register) and register.bank == bank:
                 found.add(register)

@@ -8,11 +8,11 @@ The codes are those of `WARNINGS`. A warning that is meant is switched off in pl
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Protocol
 
-from asip_asm.diagnostics import Place, Reporter
+from asip_asm.blocks import Step
+from asip_asm.diagnostics import Reporter, counted
 from asip_asm.expression import float_value
-from asip_asm.ir import ZERO, Operation, Program, Register, Virtual
+from asip_asm.ir import ZERO, Program, Register, Virtual
 from asip_asm.source import Declaration, RawOperation, Source
 
 WARNINGS = {
@@ -26,14 +26,6 @@ WARNINGS = {
     "invalid-argument": "a constant argument for which the result is NaN",
 }
 SINE_LIMIT = 256.0  # rad
-
-
-class Step(Protocol):
-    """An operation as written and as resolved; `reads` are its symbolic names by operand."""
-
-    operation: Operation
-    raw: RawOperation
-    reads: dict[str, str]
 
 
 def lint(source: Source, program: Program, steps: Sequence[Step], reporter: Reporter) -> None:
@@ -54,7 +46,7 @@ def lint(source: Source, program: Program, steps: Sequence[Step], reporter: Repo
                     "data-bounds",
                     operand.place,
                     f"address {operand.value:g} is outside of '{operand.text}', which has "
-                    f"{end - start} word{'s' if end - start > 1 else ''} from {start}",
+                    f"{counted(end - start, 'word')} from {start}",
                 )
 
 
@@ -180,8 +172,8 @@ class _Types:
             writer = self.writer.get(getattr(step.operation, kind))
             (type_name,) = found
             by = f" ({writer.record.name} writes it)" if writer else ""
-            place, is_index = _operand_place(step, kind)
-            if is_index:
+            place = step.raw.read_as(kind).place
+            if kind not in step.raw.operands:
                 reporter.add(
                     place,
                     f"'{name}' is a float{by}, an index is an int32",
@@ -194,13 +186,3 @@ class _Types:
                     f"'{name}' is of type {type_name}{by}, {record.name} reads type {wanted}",
                     "convert with i2f" if wanted == "float" else "convert with f2i or f2it",
                 )
-
-
-def _operand_place(step: Step, kind: str) -> tuple[Place, bool]:
-    """Where an operand stands, and whether it is the index of an address."""
-    operand = step.raw.operands.get(kind)
-    if operand is not None:
-        return operand.place, False
-    index = step.raw.operands["address"].index
-    assert index is not None
-    return index.place, True

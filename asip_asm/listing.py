@@ -3,19 +3,20 @@
 
 from __future__ import annotations
 
+from asip_asm.diagnostics import counted
 from asip_asm.disassemble import decode_bundle
 from asip_asm.expression import literal_name
 from asip_asm.image import Image, SourceEntry
-from asip_asm.isa import Isa, default_isa
+from asip_asm.isa import default_isa
 from asip_asm.machine import load_machine
 
 
-def listing(image: Image, isa: Isa | None = None) -> str:
+def listing(image: Image) -> str:
     """Bundles with address, issue cycle, words and source, and the operations of each equation.
 
     The issue cycle is that of a run in which no branch is taken.
     """
-    isa = isa or default_isa()
+    isa = default_isa()
     machine = load_machine(image.configuration)
     bundles = [decode_bundle(int(word, 16), image.configuration, isa) for word in image.bundles]
     issues = machine.issue_cycles(bundles)
@@ -24,7 +25,7 @@ def listing(image: Image, isa: Isa | None = None) -> str:
         labels.setdefault(address, []).append(name)
     rows = [
         f"; {image.title or 'untitled'}",
-        f"; configuration {image.configuration}, {_count(len(bundles), 'bundle')}"
+        f"; configuration {image.configuration}, {counted(len(bundles), 'bundle')}"
         + (f", about {image.cycles} cycles" if image.cycles is not None else ", with branches"),
         "; address  cycle  bundle",
     ]
@@ -63,7 +64,3 @@ def symbols(image: Image) -> str:
     return "".join(
         f"{k:9s}{place:6s}{name:24s}{value}".rstrip() + "\n" for k, place, name, value in rows
     )
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}{'' if number == 1 else 's'}"

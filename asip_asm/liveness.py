@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
+from asip_asm.flow import live_after
 from asip_asm.ir import Program, Register, Virtual
 from asip_asm.machine import BRANCHES, sources
 
@@ -30,27 +31,20 @@ def region_liveness(
         read: set[Place] = set()
         written: set[Place] = set()
         for bundle in region.bundles or []:
-            operations = [op for op in bundle.slots if op is not None]
-            for op in operations:
+            for op in bundle.operations:
                 read.update(source for source in sources(op) if source not in written)
                 if op.mnemonic == "jmp":
                     follow.clear()
                 if op.mnemonic in BRANCHES and op.target is not None:
                     follow.add(label[op.target])
-            written.update(op.dst for op in operations if isinstance(op.dst, Virtual | Register))
+            places = [op.dst for op in bundle.operations]
+            written.update(place for place in places if isinstance(place, Virtual | Register))
         following.append(follow)
         reads.append(read)
         writes.append(written)
-    starts = [set(read) for read in reads]
-
-    def at_end(i: int) -> set[Place]:
-        return set().union(*(starts[j] for j in following[i])) if following[i] else set(kept)
-
-    changed = True
-    while changed:
-        changed = False
-        for i in reversed(range(len(regions))):
-            start = reads[i] | (at_end(i) - writes[i])
-            changed = changed or start != starts[i]
-            starts[i] = start
-    return [(start, at_end(i)) for i, start in enumerate(starts)]
+    at_end = [set() if follow else set(kept) for follow in following]
+    after = live_after([sorted(follow) for follow in following], reads, writes, at_end)
+    return [
+        (read | (live - written), live)
+        for read, written, live in zip(reads, writes, after, strict=True)
+    ]

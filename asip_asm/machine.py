@@ -22,7 +22,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from asip_asm.ir import Bundle, Operation, Output, Register, Virtual
-from asip_asm.isa import ISA_FILE, default_isa, load_isa
+from asip_asm.isa import ISA_FILE, default_isa
 from asip_asm.isa_records import Configuration
 from asip_asm.project import ROOT
 
@@ -144,7 +144,7 @@ class Machine:
         issues: list[Issue] = []
         cycle = 0
         for bundle in bundles:
-            operations = [op for op in bundle.slots if op is not None]
+            operations = bundle.operations
             stalls = dict.fromkeys(STALL_CAUSES, 0)
             while cause := self._blocked(operations, cycle, ready, unit_free, port):
                 stalls[cause] += 1
@@ -196,10 +196,7 @@ class Machine:
             (
                 issue.cycle + latency + 1
                 for bundle, issue in zip(bundles, self.issue_cycles(bundles), strict=True)
-                for latency in [
-                    1,
-                    *(self.latency(op) for op in bundle.slots if op is not None and op.dst),
-                ]
+                for latency in [1, *(self.latency(op) for op in bundle.operations if op.dst)]
             ),
             default=0,
         )
@@ -224,34 +221,32 @@ def fp_latencies(path: Path = FP_PKG_FILE) -> dict[str, int]:
     return {name: int(value) for name, value in pattern.findall(path.read_text(encoding="utf-8"))}
 
 
-def load_machine(
-    configuration: str, isa_file: Path = ISA_FILE, fp_pkg_file: Path = FP_PKG_FILE
-) -> Machine:
+def load_machine(configuration: str, fp_pkg_file: Path = FP_PKG_FILE) -> Machine:
     """Machine of configuration 'fast' or 'small'.
 
-    Raises MachineError naming the file and the constant or configuration that is missing, IsaError.
+    Raises MachineError naming the file and the constant or configuration that is missing.
     """
-    isa = load_isa(isa_file)
+    isa = default_isa()
     latencies = fp_latencies(fp_pkg_file)
-    if configuration not in isa.configurations:
+    build = isa.configurations.get(configuration)
+    if build is None:
         known = ", ".join(isa.configurations)
-        raise MachineError(f"{isa_file}: no configuration '{configuration}'; it has {known}")
+        raise MachineError(f"{ISA_FILE}: no configuration '{configuration}'; it has {known}")
     units: dict[str, Unit] = {}
     for name, record in isa.units.items():
-        constant = isa.configurations[configuration].latency_constant(record)
+        constant = build.latency_constant(record)
         latency = record.latency if constant is None else latencies.get(constant)
         if latency is None:
             raise MachineError(
                 f"{fp_pkg_file}: no 'localparam int unsigned {constant} = n;', "
                 f"needed by unit {name}"
             )
-        interval = isa.configurations[configuration].interval(record)
-        units[name] = Unit(name, latency, interval, record.bank)
+        units[name] = Unit(name, latency, build.interval(record), record.bank)
     sizes = {name: bank.size for name, bank in isa.banks.items()}
-    if isa.configurations[configuration].fma_pipes < 2:
+    if build.fma_pipes < 2:
         sizes["B"] = 0
     return Machine(
-        build=isa.configurations[configuration],
+        build=build,
         units=units,
         unit_names={name: record.unit for name, record in isa.operations.items()},
         bank_sizes=sizes,

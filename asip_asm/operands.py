@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
+
 from asip_asm.blocks import Step
 from asip_asm.diagnostics import Place, Reporter, SourceError, closest
 from asip_asm.expression import literal_name, word_bits
@@ -31,6 +33,7 @@ from asip_asm.source import (
 )
 
 
+@dataclass(eq=False)
 class Operands:
     """Resolves operands against the declarations of a source; places constants in bank K.
 
@@ -38,25 +41,19 @@ class Operands:
     operation; `written` holds the first write of every symbolic name.
     """
 
-    def __init__(
-        self,
-        source: Source,
-        isa: Isa,
-        reporter: Reporter,
-        configuration: Configuration,
-        program: Program,
-    ) -> None:
-        self.source = source
-        self.isa = isa
-        self.reporter = reporter
-        self.configuration = configuration
-        self.program = program
-        self.words: dict[int, tuple[int, str]] = {}
-        self.named_words: dict[str, int] = {}
-        self.literals: dict[tuple[int, str], int] = {}
-        self.first_free = len(source.of_kind("input"))
-        self.labels = {s.label for s in source.statements if s.kind == "label"}
-        self.written: dict[str, Place] = {}
+    source: Source
+    isa: Isa
+    reporter: Reporter
+    configuration: Configuration
+    program: Program
+    words: dict[int, tuple[int, str]] = field(default_factory=dict)
+    named_words: dict[str, int] = field(default_factory=dict)
+    literals: dict[tuple[int, str], int] = field(default_factory=dict)
+    written: dict[str, Place] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.first_free = len(self.source.of_kind("input"))
+        self.labels = {s.label for s in self.source.statements if s.kind == "label"}
 
     # ------------------------------------------------------------------ declarations
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from asip_asm.diagnostics import Line, Place, Reporter, SourceError, closest, shortened
+from asip_asm.diagnostics import Line, Place, Reporter, SourceError, closest, counted, shortened
 from asip_asm.directives import Directives
 from asip_asm.ir import SourceLine
 from asip_asm.isa import IMMEDIATE_WIDTH, Isa, OperationRecord
@@ -200,7 +200,7 @@ class _Parser:
         if found != len(record.operands):
             raise SourceError(
                 token.place,
-                f"{record.name} takes {_count(len(record.operands), 'operand')}, found {found}",
+                f"{record.name} takes {counted(len(record.operands), 'operand')}, found {found}",
                 f"{record.name} {', '.join(record.operands)}".strip(),
             )
         operands: dict[str, Operand] = {}
@@ -312,7 +312,3 @@ def _operand_count(cursor: Cursor) -> int:
             commas += token.text == "," and depth == 0
         position += 1
     return 0 if position == cursor.position else commas + 1
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}{'' if number == 1 else 's'}"

@@ -270,15 +270,13 @@ class _Replay:
         """Cycles between the last issue and stage D of the bundle that follows it."""
         if self.branch is None:
             return 0
-        mnemonics = {
-            op.mnemonic for op in self._bundle(self.branch.address).slots if op is not None
-        }
+        mnemonics = {op.mnemonic for op in self._bundle(self.branch.address).operations}
         taken = "jmp" in mnemonics or address != self.branch.address + 1
         return BRANCH_WAIT + (REFETCH if taken else 0)
 
     def _cause(self, bundle: Bundle, cycle: int) -> tuple[str, int | None]:
         """What keeps the bundle in stage D, and the execution that it waits for longest."""
-        operations = [op for op in bundle.slots if op is not None]
+        operations = bundle.operations
         places = [place for op in operations for place in (*sources(op), op.dst)]
         pending = [place for place in places if self.ready.get(place, 0) > cycle]
         if pending:

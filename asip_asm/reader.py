@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from asip_asm.diagnostics import Line, Place, Reporter, SourceError, closest
+from asip_asm.diagnostics import Line, Place, Reporter, SourceError, closest, counted
 from asip_asm.files import read_text
 from asip_asm.interface import load_interface
 from asip_asm.interface_text import assembly
@@ -141,15 +141,13 @@ class Reader:
             self.reporter.add(condition.place, ".if without .endif", "add .endif")
 
     def _line(self, tokens: list[Token], folder: Path) -> Iterator[list[Token]]:
-        first = tokens[0]
-        if first.kind == "directive" and first.text == ".include":
-            yield from self._include(Cursor(tokens), folder)
-            return
-        if first.kind == "directive" and first.text == ".params":
-            yield from self._parameters(Cursor(tokens), folder)
-            return
-        if first.kind == "directive" and first.text == ".interface":
-            yield from self._interface(Cursor(tokens), folder)
+        read = {
+            ".include": self._include,
+            ".params": self._parameters,
+            ".interface": self._interface,
+        }
+        if tokens[0].kind == "directive" and tokens[0].text in read:
+            yield from read[tokens[0].text](Cursor(tokens), folder)
             return
         label = 0
         while (
@@ -239,7 +237,7 @@ class Reader:
         if len(arguments) != len(macro.parameters):
             raise SourceError(
                 name.place,
-                f"macro '{macro.name}' takes {_count(len(macro.parameters), 'argument')}, "
+                f"macro '{macro.name}' takes {counted(len(macro.parameters), 'argument')}, "
                 f"found {len(arguments)}",
                 f"{macro.name} {', '.join(macro.parameters)}".strip(),
             )
@@ -398,7 +396,3 @@ def _arguments(line: Line, column: int) -> list[str]:
             arguments.append(text[start:i].strip())
             start = i + 1
     return [*arguments, text[start:].strip()]
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}{'' if number == 1 else 's'}"

@@ -2,30 +2,41 @@
 """What a host register map says. Addresses are word addresses.
 
 The maps themselves are written in SystemRDL (`regmap.rdl` beside the hardware); `make gen` makes
-Python of them, the ASIP's being `asip_asm.gen.asip_regmap.REGMAP`.
+Python of them, the ASIP's being `asip_asm.gen.asip_regmap.REGMAP`. The texts of maps, registers and
+fields stand on the page of the map, and here only while that page is made.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 REGISTER_BLOCK = "csr"
+NUMBER = "value"  # the one field of a register that is a number
+DATA_WIDTH = 32
+
+Record = TypeVar("Record", "BitField", "Block", "Code", "RegisterRecord")
+
+
+def by_name(*records: Record) -> dict[str, Record]:
+    """The records by their names, in their order."""
+    return {record.name: record for record in records}
 
 
 @dataclass(frozen=True)
 class BitField:
-    """Bits high..low of a word."""
+    """`width` bits of a word from bit `low` on."""
 
     name: str
-    high: int
     low: int
+    width: int = 1
     doc: str = ""
 
     @property
-    def width(self) -> int:
-        """Bits of the field."""
-        return self.high - self.low + 1
+    def high(self) -> int:
+        """Highest bit of the field."""
+        return self.low + self.width - 1
 
     @property
     def mask(self) -> int:
@@ -35,6 +46,12 @@ class BitField:
     def of(self, value: int) -> int:
         """The field's value in a word."""
         return (value & self.mask) >> self.low
+
+
+def bit_fields(**places: int | tuple[int, int]) -> dict[str, BitField]:
+    """Fields by name, each from its bit or from its lowest bit and its width."""
+    pairs = {n: place if isinstance(place, tuple) else (place, 1) for n, place in places.items()}
+    return by_name(*(BitField(name, *place) for name, place in pairs.items()))
 
 
 def compose(fields: Mapping[str, BitField], values: Mapping[str, int]) -> int:
@@ -51,6 +68,11 @@ def compose(fields: Mapping[str, BitField], values: Mapping[str, int]) -> int:
     return word
 
 
+def number(width: int) -> dict[str, BitField]:
+    """The one field of a register that is a number of so many bits."""
+    return bit_fields(**{NUMBER: (0, width)})
+
+
 @dataclass(frozen=True)
 class Block:
     """Range of words that starts at `base`; `fields` of each word, where the map states them."""
@@ -59,8 +81,8 @@ class Block:
     base: int
     words: int
     access: str
-    doc: str
     fields: Mapping[str, BitField] = field(default_factory=dict)
+    doc: str = ""
 
     def word(self, **values: int) -> int:
         """A word of the block by its fields; see `compose`."""
@@ -71,29 +93,21 @@ class Block:
 class RegisterRecord:
     """Control or status register: word offset in block csr, reset value (None: not stated).
 
-    `count` above 1: so many registers, one word after the other.
+    `count` above 1: so many registers, one word after the other. Without fields of its own it is
+    a number.
     """
 
     name: str
     offset: int
     access: str
-    reset: int | None
-    fields: Mapping[str, BitField]
-    doc: str
+    reset: int | None = None
+    fields: Mapping[str, BitField] = field(default_factory=lambda: number(DATA_WIDTH))
     count: int = 1
+    doc: str = ""
 
     def word(self, **values: int) -> int:
         """Value of the register by its fields; see `compose`."""
         return compose(self.fields, values)
-
-
-@dataclass(frozen=True)
-class Fault:
-    """Cause of a fault as STATUS.cause shows it."""
-
-    name: str
-    code: int
-    doc: str
 
 
 @dataclass(frozen=True)
@@ -105,21 +119,21 @@ class Code:
     doc: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class RegisterMap:
     """The whole register map; `title` is what it belongs to, `note` what to know of accesses.
 
-    enumerations: codes by the names of enumeration and value, but for the fault causes.
+    faults: causes of a fault as STATUS.cause shows them. enumerations: the other codes by the
+    names of enumeration and value.
     """
 
-    title: str
-    note: str
     address_width: int
-    data_width: int
     blocks: Mapping[str, Block]
     registers: Mapping[str, RegisterRecord]
-    faults: Mapping[str, Fault]
+    faults: Mapping[str, Code] = field(default_factory=dict)
     enumerations: Mapping[str, Mapping[str, Code]] = field(default_factory=dict)
+    title: str = ""
+    note: str = ""
 
     def address(self, register: str) -> int:
         """Word address of a register of block csr, of the first where there are more."""

@@ -62,28 +62,23 @@ class _Renamer:
             elif current.get(state.name, state.first) != state.first:
                 state.last = current[state.name]
             self._check_pin(state, shared)
-        if several:
-            for block in self.blocks:
-                self._read_unwritten_states(block)
+        known = self._keep_unwritten_states() if several else current
         for export in self.program.exports:
             if isinstance(export.value, Virtual):
-                export.value = self._exported(export.name, several, current)
+                other = Virtual(export.name, -1 if several else 0)
+                export.value = known.get(export.name, other)
         for name, steps in shared.items():
             self._check_one_kind(name, steps)
 
-    def _exported(self, name: str, several: bool, current: dict[str, Virtual]) -> Virtual:
-        if not several:
-            return current.get(name, Virtual(name, 0))
+    def _keep_unwritten_states(self) -> dict[str, Virtual]:
+        """States that nothing writes keep the symbol of their first value; these symbols."""
         unwritten = {s.name: s.first for s in self.program.states if s.name not in self.written}
-        return unwritten.get(name, Virtual(name, -1))
-
-    def _read_unwritten_states(self, block: Block) -> None:
-        """States that nothing writes keep the symbol of their first value."""
-        unwritten = {s.name: s.first for s in self.program.states if s.name not in self.written}
-        for step in block.steps():
-            for kind, name in step.reads.items():
-                if name in unwritten:
-                    setattr(step.operation, kind, unwritten[name])
+        for block in self.blocks:
+            for step in block.steps():
+                for kind, name in step.reads.items():
+                    if name in unwritten:
+                        setattr(step.operation, kind, unwritten[name])
+        return unwritten
 
     def _kind(self, step: Step) -> str:
         return "fma" if self.isa.units[step.raw.record.unit].bank == "pipe" else "aux"

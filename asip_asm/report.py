@@ -96,14 +96,9 @@ def report_program(program: Program, machine: Machine) -> Report:
         (" ".join(region.labels) or f"region {i}", region.bundles or [])
         for i, region in enumerate(program.regions)
     ]
-    branching = any(
-        op is not None and op.mnemonic in BRANCHES
-        for _, bundles in parts
-        for bundle in bundles
-        for op in bundle.slots
-    )
-    if not branching:
-        parts = [("whole program", [bundle for _, bundles in parts for bundle in bundles])]
+    whole = [bundle for _, bundles in parts for bundle in bundles]
+    if not any(op.mnemonic in BRANCHES for bundle in whole for op in bundle.operations):
+        parts = [("whole program", whole)]
     return Report(
         title=program.title,
         configuration=machine.configuration,
@@ -144,19 +139,14 @@ def _data_flow(bundles: Sequence[Bundle]) -> list[Operation]:
     result = []
     for bundle in bundles:
         written: dict[object, Virtual] = {}
-        for op in bundle.slots:
-            if op is None:
-                continue
-            fields = {name: current.get(value, value) for name, value in _reads(op)}
+        for op in bundle.operations:
+            reads = {name: getattr(op, name) for name in ("a", "b", "c")}
+            fields = {name: current.get(value, value) for name, value in reads.items()}
             if isinstance(op.dst, Register | Virtual):
                 fields["dst"] = written[op.dst] = Virtual("value", len(result))
             result.append(replace(op, **fields))
         current.update(written)
     return result
-
-
-def _reads(operation: Operation) -> list[tuple[str, Register | Virtual]]:
-    return [(name, getattr(operation, name)) for name in ("a", "b", "c")]
 
 
 def _registers(program: Program, machine: Machine) -> dict[str, tuple[int, int]]:
@@ -169,10 +159,9 @@ def _registers(program: Program, machine: Machine) -> dict[str, tuple[int, int]]
     for region, (start, end) in zip(program.regions, borders, strict=True):
         live = set(end)
         for bundle in reversed(region.bundles or []):
-            operations = [op for op in bundle.slots if op is not None]
-            written = {op.dst for op in operations if isinstance(op.dst, Register)}
+            written = {op.dst for op in bundle.operations if isinstance(op.dst, Register)}
             _raise_peak(peak, live | written | held)
-            live = (live - written).union(*(sources(op) for op in operations))
+            live = (live - written).union(*(sources(op) for op in bundle.operations))
         _raise_peak(peak, start | held)
     return {bank: (peak[bank], machine.bank_sizes[bank]) for bank in BANKS}
 

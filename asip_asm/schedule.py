@@ -67,7 +67,8 @@ def schedule_program(
     effort = min(effort, max(1, PLACEMENTS // max(1, linear)))
     for region in program.regions:
         if region.bundles is None:
-            times = _schedule_region(program, region, machine, banks, storage, effort, progress)
+            problem = region_problem(program, region, machine, banks, storage)
+            times = search(problem, effort, progress)
             region.bundles = _emit(region, times, machine, banks, program)
 
 
@@ -252,20 +253,7 @@ def _operations(region: Region) -> Iterator[Operation]:
         yield from region.operations
     else:
         for bundle in region.bundles:
-            yield from (op for op in bundle.slots if op is not None)
-
-
-def _schedule_region(
-    program: Program,
-    region: Region,
-    machine: Machine,
-    banks: Banks,
-    storage: dict[Virtual, Virtual],
-    effort: int,
-    progress: Callable[[Progress], None] | None,
-) -> list[int]:
-    problem = region_problem(program, region, machine, banks, storage)
-    return search(problem, effort, progress)
+            yield from bundle.operations
 
 
 def _emit(

@@ -66,6 +66,10 @@ class RawOperation:
     operands: Mapping[str, Operand]
     source: SourceLine
 
+    def read_as(self, field: str) -> Operand:
+        """Operand that the operation reads in a field: the index of an address in b."""
+        return self.operands.get(field) or self.operands["address"].index
+
 
 @dataclass(eq=False)
 class Statement:

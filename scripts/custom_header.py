@@ -18,18 +18,17 @@ def c_arguments(item: Instruction) -> str:
 
 def argument_names(item: Instruction) -> tuple[str, ...]:
     """C names of the arguments: those of the fields, `c` first where c is an internal register."""
-    return (
-        ("c", "a", "b")[: len(item.arguments)]
-        if item.registers[0] == "c"
-        else ("a", "b")[: len(item.arguments)]
-    )
+    names = ("c", "a", "b") if item.registers[0] == "c" else ("a", "b")
+    return names[: len(item.arguments)]
+
+
+def _head(item: Instruction) -> str:
+    return f"static inline {C_TYPES[item.result]} ci_{item.name}({c_arguments(item)})"
 
 
 def _inline(item: Instruction) -> list[str]:
-    names = argument_names(item)
-    head = f"static inline {C_TYPES[item.result]} ci_{item.name}({c_arguments(item)})"
-    call = f"{item.builtin}(CI_{item.name.upper()}_N, {', '.join(names)})"
-    return [f"{head} {{ return {call}; }}"]
+    call = f"{item.builtin}(CI_{item.name.upper()}_N, {', '.join(argument_names(item))})"
+    return [f"{_head(item)} {{ return {call}; }}"]
 
 
 def _assembly(item: Instruction) -> list[str]:
@@ -123,11 +122,10 @@ def header(platforms: Mapping[str, Platform]) -> str:
                 "}",
             ]
         for item in platform.instructions.values():
-            head = f"static inline {C_TYPES[item.result]} ci_{item.name}({c_arguments(item)})"
             keep = "return " if item.result != "v" else ""
             ignored = [n for n in argument_names(item) if not re.search(rf"\b{n}\b", item.software)]
             void = "".join(f"(void){name}; " for name in ignored)
-            lines += [f"/* {item.doc} */", f"{head} {{ {void}{keep}{item.software}; }}"]
+            lines += [f"/* {item.doc} */", f"{_head(item)} {{ {void}{keep}{item.software}; }}"]
         lines += ["", "#endif", "", f"#endif /* CI_PLATFORM == {number} */"]
     lines += [
         "",

@@ -222,7 +222,11 @@ def block(component: Component) -> str:
 
 def load(path: Path = SOURCE) -> dict[str, Platform]:
     """Platforms by name. Raises CustomError."""
-    reader = _Reader(path, fp_latencies())
+    try:
+        reader = _Reader(path, fp_latencies())
+    except OSError as error:
+        cause = error.strerror or error
+        raise CustomError(f"{path}: error: {cause}; name a table with --source") from None
     try:
         data = tomllib.loads(reader.text)
     except tomllib.TOMLDecodeError as error:

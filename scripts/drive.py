@@ -16,6 +16,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from asip_asm.project import BUILD, ROOT
+from scripts.generated import table
 from scripts.goal_table import goal_table
 from scripts.motion_size import area, speed
 from scripts.synth_unit import SynthesisError
@@ -122,11 +123,11 @@ def hardware(
 
 def block_table(rows: list[dict[str, Any]]) -> str:
     """Rows of `blocks` as Markdown."""
-    text = "| block | LUT4 | registers | clock, MHz |\n| --- | --- | --- | --- |\n"
+    cells = []
     for row in rows:
         mhz = "" if row["mhz"] is None else format(row["mhz"], ".0f")
-        text += f"| `{row['name']}` | {row['luts']} | {row['registers']} | {mhz} |\n"
-    return text
+        cells.append([f"`{row['name']}`", str(row["luts"]), str(row["registers"]), mhz])
+    return "\n".join(table(["block", "LUT4", "registers", "clock, MHz"], cells)) + "\n"
 
 
 def page_text(page: str, results: dict[str, Any]) -> str:

@@ -10,16 +10,14 @@ source is refused.
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Mapping
 from pathlib import Path
 
-from asip_asm.project import ROOT
 from scripts.custom_components import hardware_scripts
 from scripts.custom_header import C_TYPES, assembly_form, c_arguments, flags, header
-from scripts.custom_table import SOURCE, CustomError, Platform, block, load
-from scripts.generated import deliver, sv_int, sv_logic, table
+from scripts.custom_table import SOURCE, Platform, block, load
+from scripts.generated import run, sv_int, sv_logic, table
 
 
 def package(platforms: Mapping[str, Platform]) -> str:
@@ -114,26 +112,9 @@ def generate(source: Path = SOURCE) -> dict[str, str]:
 
 def main(arguments: list[str] | None = None) -> int:
     """Command line; exit 0 done or equal, 1 refused source or stale files, 2 usage."""
-    parser = argparse.ArgumentParser(
-        description="Generate package, C header, flags and page of the custom instructions.",
-        epilog="example: python scripts/gen_custom.py --check",
-    )
-    parser.add_argument("--check", action="store_true", help="write nothing, fail on a deliver")
-    parser.add_argument("--root", type=Path, default=ROOT, help="where the generated files stand")
-    parser.add_argument("--source", type=Path, default=SOURCE, help="table to read")
-    options = parser.parse_args(arguments)
-    try:
-        files = generate(options.source)
-    except CustomError as error:
-        print(error, file=sys.stderr)
-        return 1
-    except OSError as error:
-        print(
-            f"{options.source}: error: {error.strerror or error}; name a table with --source",
-            file=sys.stderr,
-        )
-        return 1
-    return deliver(files, options.root, options.check, "scripts/gen_custom.py")
+    purpose = "Generate package, C header, flags and page of the custom instructions."
+    option = ("--source", SOURCE, "table to read")
+    return run("scripts/gen_custom.py", purpose, generate, arguments, option)
 
 
 if __name__ == "__main__":

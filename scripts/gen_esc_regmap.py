@@ -16,10 +16,9 @@ from itertools import pairwise
 from systemrdl.node import AddrmapNode, RegfileNode, RegNode
 
 from asip_asm.project import ROOT
-from asip_asm.regmap import BitField
-from scripts.gen_regmap import environment, formatted
-from scripts.generated import run
-from scripts.regmap_source import compile_map
+from scripts.gen_regmap import constructor, formatted
+from scripts.generated import run, template
+from scripts.regmap_source import compile_map, fields_of, reset_of, text_of
 from sim.ethercat.register import ByteRegister
 
 SCRIPT = "scripts/gen_esc_regmap.py"
@@ -30,26 +29,18 @@ BYTE = 8
 
 def record(node: RegNode, name: str, count: int, stride: int) -> ByteRegister:
     """What the map says of one register."""
-    fields = {
-        f.inst_name: BitField(
-            f.inst_name, f.high, f.low, " ".join(f.get_property("desc", default="").split())
-        )
-        for f in node.fields()
-    }
-    resets = [(f.low, f.get_property("reset")) for f in node.fields()]
-    stated = [value << low for low, value in resets if value is not None]
     some = next(iter(node.fields()))
     return ByteRegister(
         name=name,
         address=node.raw_absolute_address if count == 1 else node.absolute_address,
         width=node.get_property("regwidth") // BYTE,
-        reset=sum(stated) if stated else None,
+        reset=reset_of(node),
         master=some.is_sw_writable,
         application=some.is_hw_writable,
-        fields=fields,
-        doc=" ".join(node.get_property("desc", default="").split()),
+        fields=fields_of(node),
         count=count,
         stride=stride,
+        doc=text_of(node),
     )
 
 
@@ -115,6 +106,7 @@ def generate() -> dict[str, str]:
         "title": top.get_property("name"),
         "note": " ".join(top.get_property("desc").split()),
         "registers": found,
+        "assignments": [f"{r.name} = {constructor(r)}" for r in found],
         "master": writable(found, "master"),
         "application": writable(found, "application"),
         "reset_bytes": [
@@ -125,10 +117,9 @@ def generate() -> dict[str, str]:
             if value
         ],
     }
-    templates = environment()
 
-    def rendered(template: str) -> str:
-        return templates.get_template(template).render(values)
+    def rendered(name: str) -> str:
+        return template(name).render(values)
 
     return {
         "rtl/gen/esc_regmap_pkg.sv": rendered("esc_regmap_pkg.sv.j2"),

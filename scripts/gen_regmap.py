@@ -12,24 +12,25 @@ file differs from what would be generated.
 
 from __future__ import annotations
 
-import contextlib
+import re
 import subprocess
 import sys
 import tempfile
 from collections.abc import Mapping
-from dataclasses import fields, is_dataclass
+from dataclasses import MISSING, fields, is_dataclass
 from pathlib import Path
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from peakrdl_cheader.c_standards import CStandard
 from peakrdl_cheader.exporter import CHeaderExporter
 
+from asip_asm import regmap as records
 from asip_asm.project import ROOT
-from asip_asm.regmap import REGISTER_BLOCK, BitField, RegisterMap
-from scripts.generated import escape, run
+from asip_asm.regmap import DATA_WIDTH, NUMBER, REGISTER_BLOCK, BitField, RegisterMap
+from scripts.generated import run, template
 from scripts.regmap_source import compile_map, read_map
 
 SCRIPT = "scripts/gen_regmap.py"
+PAGE_ONLY = ("doc", "note", "title")  # texts that no program needs
 # Source, Python module and page of each map, by the name of its addrmap.
 MAPS = {
     "asip": ("asip_asm/regmap.rdl", "asip_asm/gen/asip_regmap.py", "docs/regmap.md"),
@@ -60,38 +61,38 @@ MAPS = {
 }
 
 
-def bits(field: BitField) -> str:
-    """`high:low`, or the bit."""
-    return f"{field.high}:{field.low}" if field.width > 1 else str(field.low)
-
-
-def cell(text: str) -> str:
-    """Text for one cell of a Markdown table."""
-    return escape(" ".join(text.split()))
+def mapping(value: Mapping[str, object]) -> str:
+    """Python that makes a mapping of records by their names, or of such mappings."""
+    records = list(value.values())
+    if not all(map(is_dataclass, records)):
+        inside = ", ".join(f"{key!r}: {mapping(one)}" for key, one in value.items())
+        return f"{{{inside}}}"
+    if not all(isinstance(record, BitField) for record in records):
+        return f"by_name({', '.join(map(constructor, records))})"
+    if [(field.name, field.low) for field in records] == [(NUMBER, 0)]:
+        return f"number({records[0].width})"
+    places = [f"{f.name}={f.low if f.width == 1 else (f.low, f.width)}" for f in records]
+    return f"bit_fields({', '.join(places)})"
 
 
 def constructor(value: object) -> str:
-    """Python that makes a record: values in their order, without what its defaults say."""
+    """Python that makes a record, without what its defaults say and the texts of the page."""
     if isinstance(value, Mapping):
-        return "{" + ", ".join(f"{key!r}: {constructor(one)}" for key, one in value.items()) + "}"
+        return mapping(value)
     if not is_dataclass(value):
         return repr(value)
-    values = [getattr(value, field.name) for field in fields(value)]
-    with contextlib.suppress(TypeError):  # the last one has no default
-        while type(value)(*values[:-1]) == value:
-            values.pop()
-    return f"{type(value).__name__}({', '.join(map(constructor, values))})"
-
-
-def environment() -> Environment:
-    """The templates, with our filters."""
-    found = Environment(
-        loader=FileSystemLoader(ROOT / "scripts/templates"),
-        undefined=StrictUndefined,
-        keep_trailing_newline=True,
-    )
-    found.filters |= {"bits": bits, "cell": cell, "constructor": constructor}
-    return found
+    needed = [field for field in fields(value) if field.default is field.default_factory is MISSING]
+    plain = type(value)(**{field.name: getattr(value, field.name) for field in needed})
+    parts = []
+    for field in fields(value):
+        if field.name in PAGE_ONLY and field not in needed:
+            continue
+        text = constructor(getattr(value, field.name))
+        if field in needed and not field.kw_only:
+            parts.append(text)
+        elif field in needed or text != constructor(getattr(plain, field.name)):
+            parts.append(f"{field.name}={text}")
+    return f"{type(value).__name__}({', '.join(parts)})"
 
 
 def formatted(text: str) -> str:
@@ -123,25 +124,21 @@ def files_of(name: str) -> dict[str, str]:
         "source": source,
         "name": name,
         "map": regmap,
+        "data_width": DATA_WIDTH,
         "places": [*regmap.registers.values(), *regmap.blocks.values()],
         "offset_width": (regmap.blocks[REGISTER_BLOCK].words - 1).bit_length(),
         "cause_width": cause.width if cause else 0,
     }
-    templates = environment()
 
-    def rendered(template: str, **more: object) -> str:
-        return templates.get_template(template).render(values, **more)
+    def rendered(name: str, **more: object) -> str:
+        return template(name).render(values, **more)
 
-    text = repr(regmap)
-    names = [
-        n
-        for n in ("BitField", "Block", "Code", "Fault", "RegisterMap", "RegisterRecord")
-        if f"{n}(" in text
-    ]
+    code = constructor(regmap)
+    names = sorted(vars(records).keys() & re.findall(r"(\w+)\(", code))
     files = {
         f"rtl/gen/{name}_regmap_pkg.sv": rendered("regmap_pkg.sv.j2"),
         f"sim/driver/gen/{name}_regs.h": c_header(ROOT / source, name),
-        module: formatted(rendered("regmap.py.j2", imports=names)),
+        module: formatted(rendered("regmap.py.j2", imports=names, code=code)),
         page: rendered("regmap.md.j2"),
     }
     if regmap.faults:

@@ -11,6 +11,8 @@ from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 
+from asip_asm.regmap import BitField
+
 ROOT = Path(__file__).resolve().parents[1]
 
 
@@ -51,6 +53,16 @@ def table(head: list[str], rows: list[list[str]]) -> list[str]:
     return lines + ["| " + " | ".join(escape(cell) for cell in row) + " |" for row in rows]
 
 
+def bits(field: BitField) -> str:
+    """`high:low`, or the bit."""
+    return f"{field.high}:{field.low}" if field.width > 1 else str(field.low)
+
+
+def cell(text: str) -> str:
+    """Text for one cell of a Markdown table."""
+    return escape(" ".join(text.split()))
+
+
 def template(name: str) -> Template:
     """Template of scripts/templates; a name that it does not get is an error."""
     found = Environment(
@@ -58,6 +70,7 @@ def template(name: str) -> Template:
         undefined=StrictUndefined,
         keep_trailing_newline=True,
     )
+    found.filters |= {"bits": bits, "cell": cell}
     return found.get_template(name)
 
 
@@ -91,21 +104,29 @@ def deliver(files: dict[str, str], root: Path, check: bool, script: str) -> int:
 
 
 def run(
-    script: str, purpose: str, generate: Callable[[], dict[str, str]], arguments: list[str] | None
+    script: str,
+    purpose: str,
+    generate: Callable[..., dict[str, str]],
+    arguments: list[str] | None,
+    source: tuple[str, Path, str] | None = None,
 ) -> int:
     """Command line of a generator; returns the exit status.
 
     `generate` gives the text of each file by its path below the repository; its ValueError, with
-    every finding in its text, is the user's to mend.
+    every finding in its text, is the user's to mend. source: name, default and help of the option
+    for the file that `generate` then takes.
     """
     parser = argparse.ArgumentParser(
         description=purpose, epilog=f"example: python {script} --check"
     )
     parser.add_argument("--check", action="store_true", help="write nothing, fail on a difference")
     parser.add_argument("--root", type=Path, default=ROOT, help="where the generated files stand")
+    if source:
+        name, default, about = source
+        parser.add_argument(name, dest="source", type=Path, default=default, help=about)
     options = parser.parse_args(arguments)
     try:
-        files = generate()
+        files = generate(options.source) if source else generate()
     except (ValueError, OSError) as error:
         print(error, file=sys.stderr)
         return 1

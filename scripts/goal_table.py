@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The table of goals that a measured page shows."""
+"""The table of goals that a measured page or a terminal shows."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
+
+from rich import box
+from rich.table import Table
 
 
 def goal_table(goals: Sequence[Mapping[str, Any]]) -> str:
@@ -13,6 +16,16 @@ def goal_table(goals: Sequence[Mapping[str, Any]]) -> str:
     return head + "".join(
         f"| {goal['name']} | {_value(goal)} | {goal['target']:g} {_unit(goal)}|\n" for goal in goals
     )
+
+
+def goal_view(goals: Iterable[Mapping[str, Any]]) -> Table:
+    """The rows of `sim.debug.row.Row` for a terminal."""
+    view = Table("what", "value", "unit", "target", "met", "", box=box.SIMPLE_HEAD)
+    for goal in goals:
+        value = "-" if goal["value"] is None else f"{goal['value']:.6g}"
+        met = "yes" if goal["met"] else "[red]no[/red]"
+        view.add_row(goal["name"], value, goal["unit"], goal["target"], met, goal["note"])
+    return view
 
 
 def _unit(goal: Mapping[str, Any]) -> str:

@@ -15,6 +15,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from scripts.generated import table
 from sim.model.published import Published
 from sim.model.records import OUTPUTS
 from sim.page.marks import between_marks
@@ -37,52 +38,40 @@ def section(results: dict[str, Any]) -> str:
     """Markdown of the results."""
     published = Published.load()
     fpga3 = results["platforms"]["fpga3"]
-    lines = [
-        "",
-        f"Path A-G-H, {results['ticks']} ticks of {results['robot']['values']['T_s'] * 1e6:g} µs.",
-        "",
-        "| platform | clock [MHz] | cycles per tick | time per tick [µs] |",
-        "| --- | --- | --- | --- |",
+    times = [
+        [f"{name}, published", str(row["clock_mhz"]), str(row["cycles"]), str(row["time_us"])]
+        for name, row in published.time.items()
     ]
-    for name, row in published.time.items():
-        clock, cycles, time = row["clock_mhz"], row["cycles"], row["time_us"]
-        lines.append(f"| {name}, published | {clock} | {cycles} | {time} |")
     ours = {f"{name.upper()}, ours": results["platforms"][name] for name in results["nios"]}
     ours |= {f"FPGA3, ours, {program.replace('_', ' ')}": t for program, t in fpga3.items()}
     for program, timing in ours.items():
         low, high = timing["cycles_min"], timing["cycles_max"]
         cycles = f"{low}" if low == high else f"{low}..{high}"
-        lines.append(
-            f"| **{program}** | {timing['clock_mhz']} | "
-            f"**{cycles}** | **{timing['time_us']:.3f}** |"
-        )
-    operations = results["operations"]
-    lines += [
-        "",
-        "| operations of one tick | " + " | ".join(s for s, _ in OPERATIONS.values()) + " |",
-        "| --- |" + " --- |" * len(OPERATIONS),
-        "| published | "
-        + " | ".join(str(published.operations[key]) for _, key in OPERATIONS.values())
-        + " |",
-    ]
+        time = f"**{timing['time_us']:.3f}**"
+        times.append([f"**{program}**", str(timing["clock_mhz"]), f"**{cycles}**", time])
+    counts = [["published", *(str(published.operations[key]) for _, key in OPERATIONS.values())]]
     for program in ("as_printed", "optimised"):
-        counts = " | ".join(str(operations[program][key]) for key in OPERATIONS)
-        lines.append(f"| {program.replace('_', ' ')} | {counts} |")
-    lines += [
-        "",
-        "| largest error | unit | PC float32 | FPGA1 | FPGA2 | FPGA3 as printed | optimised |",
-        "| --- | --- | --- | --- | --- | --- | --- |",
+        operations = results["operations"][program]
+        counts.append([program.replace("_", " "), *(str(operations[key]) for key in OPERATIONS)])
+    columns = {
+        **{"pc_float32": "PC float32", "fpga1": "FPGA1", "fpga2": "FPGA2"},
+        **{"fpga3": "FPGA3 as printed", "fpga3_optimised": "optimised"},
+    }
+    errors = [
+        [row, unit(row), *(f"{results['errors'][row][key]:.2e}" for key in columns)]
+        for row in OUTPUTS
     ]
-    for row in OUTPUTS:
-        error = results["errors"][row]
-        figures = " | ".join(
-            f"{error[key]:.2e}"
-            for key in ("pc_float32", "fpga1", "fpga2", "fpga3", "fpga3_optimised")
-        )
-        lines.append(f"| {row} | {unit(row)} | {figures} |")
     tracking = results["tracking"]
     samples = [f"{n.upper()} {results['platforms'][n]['ticks']}" for n in results["nios"]]
-    lines += [
+    lines = [
+        "",
+        f"Path A-G-H, {results['ticks']} ticks of {results['robot']['values']['T_s'] * 1e6:g} µs.",
+        "",
+        *table(["platform", "clock [MHz]", "cycles per tick", "time per tick [µs]"], times),
+        "",
+        *table(["operations of one tick", *(symbol for symbol, _ in OPERATIONS.values())], counts),
+        "",
+        *table(["largest error", "unit", *columns.values()], errors),
         "",
         f"Ticks of the path that the Nios II systems take: {', '.join(samples)}.",
         "",
@@ -109,19 +98,15 @@ def kept(data: dict[str, Any]) -> dict[str, Any]:
 
 def synthesis(data: dict[str, Any]) -> str:
     """Markdown of area and clock of the cores, from docs/data/synthesis.json."""
-    lines = [
-        "",
-        "| core | logic [ALUTs] | registers | multipliers (18x18) | memory [kbit] "
-        "| clock [MHz], median (range) |",
-        "| --- | --- | --- | --- | --- | --- |",
-    ]
+    head = ["core", "logic [ALUTs]", "registers", "multipliers (18x18)", "memory [kbit]"]
+    rows = []
     for name, top in data["tops"].items():
         clock = top["fmax_mhz"]
-        lines.append(
-            f"| {CORES[name]} | {top['aluts']} | {top['registers']} | {top['dsp_18x18']} "
-            f"| {top['memory_bits'] / 1000:.0f} | {clock['median']:.0f} "
-            f"({clock['min']:.0f}..{clock['max']:.0f}, {clock['runs']} seeds) |"
-        )
+        area = [str(top[key]) for key in ("aluts", "registers", "dsp_18x18")]
+        memory = f"{top['memory_bits'] / 1000:.0f}"
+        spread = f"({clock['min']:.0f}..{clock['max']:.0f}, {clock['runs']} seeds)"
+        rows.append([CORES[name], *area, memory, f"{clock['median']:.0f} {spread}"])
+    lines = ["", *table([*head, "clock [MHz], median (range)"], rows)]
     return "\n".join([*lines, "", f"Measured at commit {measured_at(data['tops'])}.", ""]) + "\n"
 
 

@@ -8,45 +8,25 @@ import ast
 import functools
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from importlib import import_module
 from pathlib import Path
 
-from asip_asm.gen import asip_regmap
-from scripts.regmap_source import NUMBER
-from sim.debug.gen import debug_regmap
+from asip_asm.project import ROOT
+from asip_asm.regmap import NUMBER
+from scripts.gen_regmap import MAPS
 from sim.ethercat.gen import esc_regmap
-from sim.ethercat.register import ByteRegister
-from sim.harness.gen import (
-    biss_regmap,
-    drive_regmap,
-    dual_regmap,
-    encoder_regmap,
-    motion_regmap,
-    n2_debug_regmap,
-    n2_io_regmap,
-)
 
-ROOT = Path(__file__).resolve().parents[1]
-MAPS = (
-    asip_regmap.REGMAP,
-    motion_regmap.REGMAP,
-    dual_regmap.REGMAP,
-    debug_regmap.REGMAP,
-    drive_regmap.REGMAP,
-    biss_regmap.REGMAP,
-    encoder_regmap.REGMAP,
-    n2_debug_regmap.REGMAP,
-    n2_io_regmap.REGMAP,
-)
 # Fields by the names of registers that have some; the slave controller's are records of a module.
 FIELDS: dict[str, set[str]] = {}
-for _map in MAPS:
+for _, _module, _ in MAPS.values():
+    _map = import_module(_module.removesuffix(".py").replace("/", ".")).REGMAP
     for _name, _record in _map.registers.items():
-        if set(_record.fields or ()) - {NUMBER}:
+        if set(_record.fields) - {NUMBER}:
             FIELDS.setdefault(_name, set()).update(_record.fields)
 ESC = {
-    name: set(record.fields)
-    for name, record in vars(esc_regmap).items()
-    if isinstance(record, ByteRegister) and set(record.fields) - {NUMBER}
+    record.name: set(record.fields)
+    for record in esc_regmap.REGISTERS
+    if set(record.fields) - {NUMBER}
 }
 ESC_MODULE = esc_regmap.__name__
 SHIFTS = (ast.LShift, ast.RShift)

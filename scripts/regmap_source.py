@@ -19,18 +19,18 @@ from systemrdl.source_ref import SourceRefBase
 from systemrdl.udp import UDPDefinition
 
 from asip_asm.regmap import (
+    DATA_WIDTH,
+    NUMBER,
     REGISTER_BLOCK,
     BitField,
     Block,
     Code,
-    Fault,
     RegisterMap,
     RegisterRecord,
+    by_name,
 )
 
-DATA_WIDTH = 32
 WORD_BYTES = DATA_WIDTH // 8
-NUMBER = "value"  # the one field of a register that is a number
 FAULTS = "fault_cause"  # the enumeration whose members are faults
 
 
@@ -85,17 +85,14 @@ def read_map(path: Path, name: str) -> RegisterMap:
         findings.append(_finding(top, f"no regfile '{REGISTER_BLOCK}'; the registers stand in it"))
     if findings:
         raise RegisterMapError("\n".join(findings))
-    words = top.size // WORD_BYTES
-    faults = {name: Fault(**vars(code)) for name, code in enumerations.pop(FAULTS, {}).items()}
     return RegisterMap(
-        title=top.get_property("name"),
-        note=_text(top),
-        address_width=(words - 1).bit_length(),
-        data_width=DATA_WIDTH,
+        address_width=(top.size // WORD_BYTES - 1).bit_length(),
         blocks=blocks,
         registers=registers,
-        faults=faults,
+        faults=enumerations.pop(FAULTS, {}),
         enumerations=enumerations,
+        title=top.get_property("name"),
+        note=text_of(top),
     )
 
 
@@ -104,8 +101,21 @@ def _finding(node: Node, text: str) -> str:
     return f"{Path(source.path).name}:{source.line}: error: {node.inst_name}: {text}"
 
 
-def _text(node: Node) -> str:
+def text_of(node: Node) -> str:
+    """What the map says of a node."""
     return node.get_property("desc", default="")
+
+
+def fields_of(node: RegNode) -> dict[str, BitField]:
+    """Fields of a register."""
+    return by_name(*(BitField(f.inst_name, f.low, f.width, text_of(f)) for f in node.fields()))
+
+
+def reset_of(node: RegNode) -> int | None:
+    """Reset value of a register; None where no field states one."""
+    resets = [(field.low, field.get_property("reset")) for field in node.fields()]
+    stated = [value << low for low, value in resets if value is not None]
+    return sum(stated) if stated else None
 
 
 def _block(node: Node, findings: list[str]) -> Block:
@@ -116,16 +126,12 @@ def _block(node: Node, findings: list[str]) -> Block:
         words = 1 << (words - 1).bit_length()  # what its registers need
     elif isinstance(node, MemNode):
         access = node.get_property("sw").name
-        fields = {k: f for reg in node.registers() for k, f in _fields(reg).items()}
+        fields = {k: f for reg in node.registers() for k, f in fields_of(reg).items()}
     if words & (words - 1):
         findings.append(_finding(node, f"{words} words are not a power of two"))
     elif base % words:
         findings.append(_finding(node, f"base {base:#06x} is not a multiple of its {words} words"))
-    return Block(node.inst_name, base, words, access, _text(node), fields)
-
-
-def _fields(node: RegNode) -> dict[str, BitField]:
-    return {f.inst_name: BitField(f.inst_name, f.high, f.low, _text(f)) for f in node.fields()}
+    return Block(node.inst_name, base, words, access, fields, text_of(node))
 
 
 def _register(node: RegNode, findings: list[str]) -> RegisterRecord:
@@ -137,21 +143,14 @@ def _register(node: RegNode, findings: list[str]) -> RegisterRecord:
     room = 1 << (node.n_elements - 1).bit_length()
     if node.raw_address_offset // WORD_BYTES % room:
         findings.append(_finding(node, f"so many registers begin at a multiple of {room} words"))
-    resets = [(field.low, field.get_property("reset")) for field in node.fields()]
-    stated = [value << low for low, value in resets if value is not None]
-    access = "".join(
-        letter
-        for letter, held in (("r", node.has_sw_readable), ("w", node.has_sw_writable))
-        if held
-    )
     return RegisterRecord(
-        node.inst_name,
-        node.raw_address_offset // WORD_BYTES,
-        access,
-        sum(stated) if stated else None,
-        _fields(node),
-        _text(node),
-        node.n_elements,
+        name=node.inst_name,
+        offset=node.raw_address_offset // WORD_BYTES,
+        access="r" * node.has_sw_readable + "w" * node.has_sw_writable,
+        reset=reset_of(node),
+        fields=fields_of(node),
+        count=node.n_elements,
+        doc=text_of(node),
     )
 
 

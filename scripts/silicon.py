@@ -19,12 +19,11 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
-from rich import box
 from rich.console import Console
-from rich.table import Table
 
 from scripts.bitstream import BOARDS
 from scripts.bitstream import OUTPUT as BOARD_RESULTS
+from scripts.goal_table import goal_view
 from sim.debug.row import Row, at_least, exactly
 from sim.fpbench import campaign
 from sim.run.tables import synthesised
@@ -235,18 +234,13 @@ def main(arguments: list[str] | None = None) -> int:
         KEPT_BOARDS.write_text(json.dumps(board_results(), indent=2) + "\n")
         return 0
     console = Console(stderr=True, soft_wrap=True)
-    table = Table("what", "value", "unit", "target", "met", "", box=box.SIMPLE_HEAD)
     goals: list[dict[str, Any]] = []
     for name in options.only:
         console.print(f"{name} ...", markup=False)
-        for row in measured(name, options.full):
-            value = "-" if row.value is None else f"{row.value:.6g}"
-            met = "yes" if row.met else "[red]no[/red]"
-            table.add_row(row.name, value, row.unit, row.target, met, row.note)
-            goals.append(asdict(row))
+        goals += map(asdict, measured(name, options.full))
         OUTPUT.parent.mkdir(exist_ok=True)
         OUTPUT.write_text(json.dumps({"full": options.full, "goals": goals}, indent=2) + "\n")
-    Console().print(table)
+    Console().print(goal_view(goals))
     console.print(f"goals: {OUTPUT.relative_to(ROOT)}", markup=False)
     return int(not all(goal["met"] for goal in goals))
 

@@ -19,6 +19,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from scripts.generated import table
 from scripts.synth import TOPS
 from scripts.synth_unit import ROOT, SynthesisError, synthesise
 from sim.harness.sources import sources_of
@@ -43,13 +44,11 @@ Cyclone V (ALUTs, registers, 18x18 elements), clock by nextpnr on ECP5-85 speed 
 the commit's own assembler, which agrees with the core to the cycle. A clock is the median over the
 random seeds of placement named behind it; one alone may be some per cent off. The last column is
 the optimised program's tick in microseconds, cycles divided by clock.
-
-{columns}
-{rule}"""
-COLUMNS = (
-    ("commit", "configuration", "what changed", f"latency {' / '.join(UNITS).lower()}")
-    + ("as printed", "optimised", "ALUTs", "registers", "18x18", "MHz (seeds)", "tick")
-)  # fmt: skip
+"""
+COLUMNS = [
+    *("commit", "configuration", "what changed", f"latency {' / '.join(UNITS).lower()}"),
+    *("as printed", "optimised", "ALUTs", "registers", "18x18", "MHz (seeds)", "tick"),
+]
 TAIL = """
 The last row of a configuration is the version shipped. The shortest optimised tick of `fast` is
 that of {best}; differences of a few per cent are within the scatter of the seeds. `small` gives
@@ -163,15 +162,13 @@ def measure(revision: str, label: str, configuration: str, seeds: Sequence[int])
 
 def page(points: Sequence[Mapping]) -> str:
     """Text of docs/synthesis.md."""
-    columns, rule = f"| {' | '.join(COLUMNS)} |", f"|{' --- |' * len(COLUMNS)}"
-    lines = [HEAD.format(command=COMMAND, columns=columns, rule=rule)]
-    ticks = {}
+    rows, ticks = [], {}
     for point in points:
         clock = statistics.median(point["fmax_mhz"].values())
         tick = point["cycles"]["optimised"] / clock
         if point["configuration"] == "fast":
             ticks[point["commit"]] = tick
-        cells = (
+        cells = [
             f"`{point['commit']}`",
             point["configuration"],
             point["label"],
@@ -182,9 +179,10 @@ def page(points: Sequence[Mapping]) -> str:
             str(point["dsp_18x18"]),
             f"{clock:.1f} ({', '.join(point['fmax_mhz'])})",
             f"{tick:.3f}",
-        )
-        lines.append(f"| {' | '.join(cells)} |")
+        ]
+        rows.append(cells)
     best = min(ticks, key=ticks.__getitem__)
+    lines = [HEAD.format(command=COMMAND), *table(COLUMNS, rows)]
     return "\n".join(lines) + "\n" + TAIL.format(best=f"`{best}`")
 
 

@@ -23,11 +23,10 @@ import time
 from collections.abc import Sequence
 from dataclasses import asdict
 
-from rich import box
 from rich.console import Console
-from rich.table import Table
 
 from asip_asm.project import ROOT
+from scripts.goal_table import goal_view
 from sim.debug.row import Row
 
 OUTPUT = ROOT / "build/workbench.json"
@@ -89,12 +88,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     goals = [goal for name in PRODUCERS for goal in found.get(name, [])]
     OUTPUT.parent.mkdir(exist_ok=True)
     OUTPUT.write_text(json.dumps({"full": options.full, "goals": goals}, indent=2) + "\n")
-    table = Table("what", "value", "unit", "target", "met", "", box=box.SIMPLE_HEAD)
-    for goal in goals:
-        value = "-" if goal["value"] is None else f"{goal['value']:.6g}"
-        met = "yes" if goal["met"] else "[red]no[/red]"
-        table.add_row(goal["name"], value, goal["unit"], goal["target"], met, goal["note"])
-    Console().print(table)
+    Console().print(goal_view(goals))
     missed = [goal["name"] for goal in goals if not goal["met"] and goal["producer"] in names]
     if missed:
         console.print(f"not met: {', '.join(missed)}", style="red", markup=False)

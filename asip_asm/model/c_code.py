@@ -15,7 +15,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from asip_asm.c_image import identifier
+from asip_asm.c_image import comment, identifier
 from asip_asm.model.c_helpers import C_WORDS, FORMS, FUSED, HELPERS, PRELUDE, TESTS
 from asip_asm.model.compiler import Compiled
 from asip_asm.model.emit import INT_OPERANDS, binary32, literal
@@ -99,7 +99,7 @@ def c_literal(value: float) -> str:
 def _header(law: Law, prefix: str) -> str:
     guard = f"{prefix}_tick_h".upper()
     lines = [
-        f"/* {_plain(law.doc or law.title)}",
+        f"/* {comment(law.doc or law.title)}",
         " * Written by asip-model: one tick in binary32, the operations of the core's program. */",
         f"#ifndef {guard}",
         f"#define {guard}",
@@ -170,11 +170,7 @@ def _describe(port: Port) -> str:
         text += f", {port.limits[0]:g} .. {port.limits[1]:g}"
     if port.type == "int":
         text += f"; value = {port.scale:.9g}*count + {port.offset:g}"
-    return _plain(text)
-
-
-def _plain(text: str) -> str:
-    return "".join(c if " " <= c <= "~" else "?" for c in text).replace("*/", "* /")
+    return comment(text)
 
 
 # ---------------------------------------------------------------------- source
@@ -197,7 +193,7 @@ class _Source:
         p = self.prefix
         fused = f"{p}_fused".upper()
         head = [
-            f"/* {_plain(self.law.doc or self.law.title)}",
+            f"/* {comment(self.law.doc or self.law.title)}",
             " * Written by asip-model. Compile it with -ffp-contract=off. */",
             f'#include "{self.header_name}"',
             "",
@@ -265,17 +261,8 @@ class _Source:
 
     def _operand(self, node: Node, position: int, whole: bool) -> str:
         """Argument of an operation, its bits where it is read as the other type."""
-        arg = node.args[position]
-        if node.op.startswith("sel") and position > 0:
-            wanted = whole
-        else:
-            wanted = node.op in INT_OPERANDS
-        name = self.names[arg]
-        if self._is_int(arg) == wanted:
-            return name
-        helper = "bits" if wanted else "number"
-        self.used.add(helper)
-        return f"{helper}_({name})"
+        chosen = node.op.startswith("sel") and position > 0
+        return self._value(node.args[position], whole if chosen else node.op in INT_OPERANDS)
 
     def _operation(self, i: int) -> list[str]:
         node = self.graph.nodes[i]
@@ -302,6 +289,7 @@ class _Source:
         return self.sources[str(node.value)]
 
     def _value(self, i: int, integer: bool) -> str:
+        """A value as an integer or a float: its bits where it is the other of them."""
         if self._is_int(i) == integer:
             return self.names[i]
         helper = "bits" if integer else "number"

@@ -23,52 +23,22 @@ class ModelError(ValueError):
     """A law cannot be compiled; the text says what, where and the cure."""
 
 
-UNARY: dict[int, str] = {
-    ca.OP_NEG: "neg",
-    ca.OP_EXP: "exp",
-    ca.OP_LOG: "log",
-    ca.OP_SQRT: "sqrt",
-    ca.OP_SIN: "sin",
-    ca.OP_COS: "cos",
-    ca.OP_TAN: "tan",
-    ca.OP_ASIN: "asin",
-    ca.OP_ACOS: "acos",
-    ca.OP_ATAN: "atan",
-    ca.OP_NOT: "not",
-    ca.OP_FLOOR: "floor",
-    ca.OP_CEIL: "ceil",
-    ca.OP_FABS: "abs",
-    ca.OP_SIGN: "sign",
-    ca.OP_ERF: "erf",
-    ca.OP_SINH: "sinh",
-    ca.OP_COSH: "cosh",
-    ca.OP_TANH: "tanh",
-    ca.OP_ASINH: "asinh",
-    ca.OP_ACOSH: "acosh",
-    ca.OP_ATANH: "atanh",
-    ca.OP_LOG1P: "log1p",
-    ca.OP_EXPM1: "expm1",
-}
-BINARY: dict[int, str] = {
-    ca.OP_ADD: "add",
-    ca.OP_SUB: "sub",
-    ca.OP_MUL: "mul",
-    ca.OP_DIV: "div",
-    ca.OP_POW: "pow",
-    ca.OP_CONSTPOW: "pow",
-    ca.OP_LT: "lt",
-    ca.OP_LE: "le",
-    ca.OP_EQ: "eq",
-    ca.OP_AND: "and",
-    ca.OP_OR: "or",
-    ca.OP_FMOD: "fmod",
-    ca.OP_REMAINDER: "remainder",
-    ca.OP_COPYSIGN: "copysign",
-    ca.OP_FMIN: "min",
-    ca.OP_FMAX: "max",
-    ca.OP_ATAN2: "atan2",
-    ca.OP_HYPOT: "hypot",
-}
+def _named(names: str, **others: str) -> dict[int, str]:
+    """Our operations by CasADi's numbers: `names` are those that both call the same."""
+    ours = dict.fromkeys(names.split()) | others
+    return {getattr(ca, f"OP_{(theirs or name).upper()}"): name for name, theirs in ours.items()}
+
+
+UNARY = _named(
+    "neg exp log sqrt sin cos tan asin acos atan not floor ceil sign erf "
+    "sinh cosh tanh asinh acosh atanh log1p expm1",
+    abs="fabs",
+)
+BINARY = _named(
+    "add sub mul div pow lt le eq and or fmod remainder copysign atan2 hypot",
+    min="fmin",
+    max="fmax",
+) | {ca.OP_CONSTPOW: "pow"}
 REFUSED: dict[int, str] = {
     ca.OP_ERFINV: "the inverse error function has no program; approximate it in the law",
     ca.OP_PRINTME: "a core cannot print; remove printme()",

@@ -82,8 +82,8 @@ class _Simplifier(Rewriter):
     def _is(self, index: int, op: str) -> bool:
         return self.new.nodes[index].op == op
 
-    def _arg(self, index: int, which: int = 0) -> int:
-        return self.new.nodes[index].args[which]
+    def _arg(self, index: int) -> int:
+        return self.new.nodes[index].args[0]
 
     # ------------------------------------------------------------------ one rule per operation
     def _add(self, args: Sequence[int], values: Sequence[float | None]) -> int | None:

@@ -23,19 +23,8 @@ from asip_asm.model.simplify import is_test
 
 FMA = {(1, 1): "fmadd", (-1, 1): "fnmsub", (1, -1): "fmsub", (-1, -1): "fnmadd"}
 """Multiply-add by the signs of product and addend."""
-DIRECT = {
-    "div": "fdiv",
-    "sqrt": "fsqrt",
-    "sin": "fsin",
-    "cos": "fcos",
-    "abs": "fabs",
-    "sign": "fsgn",
-    "min": "fmin",
-    "max": "fmax",
-    "sat": "fsat",
-    "lt": "flt",
-    "le": "fle",
-    "eq": "feq",
+DIRECT = {"sign": "fsgn"} | {
+    name: f"f{name}" for name in "div sqrt sin cos abs min max sat lt le eq".split()
 }
 """Real operations that the core has."""
 

@@ -106,6 +106,13 @@ class Installed:
         return done.stdout
 
 
+def installed_in(folder: Path, wheel: Path, extra: str = "") -> Installed:
+    """A new environment with the wheel and an extra, and an empty folder to work in."""
+    work = folder / "work"
+    work.mkdir()
+    return Installed(work, install(wheel, folder / "environment", extra))
+
+
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return build_wheel(tmp_path_factory.mktemp("wheel"))
@@ -113,11 +120,9 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def installed(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Installed:
-    folder = tmp_path_factory.mktemp("plain")
-    work = folder / "work"
-    work.mkdir()
-    (work / "sum.s").write_text(PROGRAM, encoding="utf-8")
-    return Installed(work, install(wheel, folder / "environment"))
+    found = installed_in(tmp_path_factory.mktemp("plain"), wheel)
+    (found.folder / "sum.s").write_text(PROGRAM, encoding="utf-8")
+    return found
 
 
 @pytest.fixture(scope="module")
@@ -214,10 +219,7 @@ def test_asip_model__without_its_packages__says_how_to_get_them(installed: Insta
 
 @pytest.fixture(scope="module")
 def with_model(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Installed:
-    folder = tmp_path_factory.mktemp("model")
-    work = folder / "work"
-    work.mkdir()
-    return Installed(work, install(wheel, folder / "environment", "model"))
+    return installed_in(tmp_path_factory.mktemp("model"), wheel, "model")
 
 
 def test_asip_model__with_its_extra__writes_a_program(with_model: Installed) -> None:
