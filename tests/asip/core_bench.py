@@ -34,6 +34,9 @@ STALLS = ("STALL_OPERAND", "STALL_PORT", "STALL_UNIT", "STALL_FETCH", "DRAIN")
 RUN_LIMIT = 20_000  # cycles after which a run of the bench is taken for hanging
 REDIRECT = REFETCH  # cycles from a redirect to the bundle in stage D (contract of asip_fetch)
 CMP = load_machine("fast").units["cmp"].latency
+EMPTY = ()  # a bundle of an image without operations
+HALT = Operation("halt")  # among the operations of a bundle of an image: its halt bit
+Item = Operation | Sequence[Operation] | str
 PIPELINE = OPERAND_READ + CMP + 1  # cycles in which a move leaves it: D, R1, R2, E1, E2, W
 
 # Words that have tripped floating-point hardware before: zeros, subnormals, neighbours of powers of
@@ -137,10 +140,12 @@ def is_fma(mnemonic: str) -> bool:
     return ISA.operations[mnemonic].unit == "fma"
 
 
-def bundle(configuration: str, *operations: Operation, halt: bool = False) -> Bundle:
+def bundle(configuration: str, *operations: Operation) -> Bundle:
     """Bundle with each operation in the slot of its destination (b registers: second pipe)."""
     slots: dict[int, Operation] = {}
     for operation in operations:
+        if operation is HALT:
+            continue
         if configuration == "small":
             slot = 0
         elif is_fma(operation.mnemonic):
@@ -149,39 +154,35 @@ def bundle(configuration: str, *operations: Operation, halt: bool = False) -> Bu
             slot = 2
         assert slot not in slots, "two operations for one slot"
         slots[slot] = operation
-    return machine(configuration).bundle(slots, halt)
-
-
-def words(
-    bundles: Sequence[Bundle], configuration: str, labels: Mapping[str, int] = {}
-) -> list[str]:
-    """Hexadecimal words of bundles; labels for their branches."""
-    digits = ISA.bundle_width(configuration) // 4
-    return [f"{encode_bundle(item, ISA, dict(labels)):0{digits}x}" for item in bundles]
+    return machine(configuration).bundle(slots, any(each is HALT for each in operations))
 
 
 def image(
     configuration: str,
-    bundles: Iterable[Bundle | str],
+    bundles: Iterable[Item],
     registers: Mapping[str, int] = {},
     outputs: int = 1,
     data: Sequence[int] = (),
     labels: Mapping[str, int] = {},
     **changes: object,
 ) -> Image:
-    """Image of bundles (or their words) with preset registers; k registers are constants.
+    """Image of bundles with preset registers; k registers are constants.
 
+    A bundle is given as its operation or operations, HALT among them if it halts, or as its word.
     Output i is 'oi' with the safe value i + 0.5; the mask asks for those that a bundle writes.
     """
+    digits = ISA.bundle_width(configuration) // 4
     encoded: list[str] = []
     mask = 0
     for item in bundles:
         if isinstance(item, str):
             encoded.append(item)
             continue
-        encoded += words([item], configuration, labels)
-        for operation in item.slots:
-            if operation is not None and isinstance(operation.dst, Output):
+        operations = (item,) if isinstance(item, Operation) else item
+        word = encode_bundle(bundle(configuration, *operations), ISA, dict(labels))
+        encoded.append(f"{word:0{digits}x}")
+        for operation in operations:
+            if isinstance(operation.dst, Output):
                 mask |= 1 << operation.dst.index
     result = Image(
         title="bench",
@@ -335,11 +336,11 @@ def _sincos_probe() -> AsipRtl:
     program = image(
         "small",
         [
-            bundle("small", op("bnz", "k1", target="cosine")),
-            bundle("small", op("fsin", "c0", "k0")),
-            bundle("small", halt=True),
-            bundle("small", op("fcos", "c0", "k0")),
-            bundle("small", halt=True),
+            op("bnz", "k1", target="cosine"),
+            op("fsin", "c0", "k0"),
+            HALT,
+            op("fcos", "c0", "k0"),
+            HALT,
         ],
         outputs=0,
         labels=labels,

@@ -49,7 +49,6 @@ def run(capsys, *arguments: object) -> tuple[int, str, str]:
     return status, *capsys.readouterr()
 
 
-@pytest.mark.parametrize("configuration", ["fast", "small"])
 @pytest.mark.parametrize("place", PLACES)
 def test_source__one_run__outputs_exports_flags(place, configuration, source, capsys):
     status, out, err = run(

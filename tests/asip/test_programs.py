@@ -169,7 +169,6 @@ def test_every_operation_names_its_equation(images, program):
 
 
 @pytest.mark.parametrize("program", PROGRAMS)
-@pytest.mark.parametrize("configuration", ["fast", "small"])
 def test_schedule_and_configuration_do_not_change_a_bit(
     robot, motion, runs, program, configuration
 ):
