@@ -41,59 +41,15 @@ PIPELINE = OPERAND_READ + CMP + 1  # cycles in which a move leaves it: D, R1, R2
 
 # Words that have tripped floating-point hardware before: zeros, subnormals, neighbours of powers of
 # two, largest, infinities, quiet and signalling NaNs, integers.
-CORNERS = (
-    *(
-        0x00000000,
-        0x80000000,
-        0x00000001,
-        0x80000001,
-        0x007FFFFF,
-        0x807FFFFF,
-        0x00800000,
-        0x80800000,
-    ),
-    *(
-        0x00800001,
-        0x00FFFFFF,
-        0x33800000,
-        0x34000000,
-        0x3EAAAAAB,
-        0x3F000000,
-        0x3F7FFFFF,
-        0x3F800000,
-    ),
-    *(
-        0x3F800001,
-        0xBF800000,
-        0x3FC00000,
-        0xC0000000,
-        0x40490FDB,
-        0x42C80000,
-        0x437FFFFF,
-        0xC3800000,
-    ),
-    *(
-        0x4AFFFFFF,
-        0x4B800000,
-        0x4EFFFFFF,
-        0x4F000000,
-        0xCF000000,
-        0xCF000001,
-        0x5F000000,
-        0x1F800000,
-    ),
-    *(
-        0x7F7FFFFF,
-        0xFF7FFFFF,
-        0x7F800000,
-        0xFF800000,
-        0x7FC00000,
-        0xFFC12345,
-        0x7F800001,
-        0xFFBFFFFF,
-    ),
-    *(0x00000007, 0xFFFFFFFF, 0x7FFFFFFF),
-)
+CORNER_WORDS = """
+    00000000 80000000 00000001 80000001 007FFFFF 807FFFFF 00800000 80800000
+    00800001 00FFFFFF 33800000 34000000 3EAAAAAB 3F000000 3F7FFFFF 3F800000
+    3F800001 BF800000 3FC00000 C0000000 40490FDB 42C80000 437FFFFF C3800000
+    4AFFFFFF 4B800000 4EFFFFFF 4F000000 CF000000 CF000001 5F000000 1F800000
+    7F7FFFFF FF7FFFFF 7F800000 FF800000 7FC00000 FFC12345 7F800001 FFBFFFFF
+    00000007 FFFFFFFF 7FFFFFFF
+"""
+CORNERS = tuple(int(word, 16) for word in CORNER_WORDS.split())
 
 
 @functools.cache
@@ -268,6 +224,19 @@ def load(program: Image, csr: Mapping[str, int] = {}) -> AsipRtl:
     return dut
 
 
+def traced_writes(dut: AsipRtl) -> dict[str, list[int]]:
+    """The words written to each register or output since `dut.trace()`, in order."""
+    writes: dict[str, list[int]] = {}
+    for bank, index, word in dut.traced_writes():
+        writes.setdefault(f"{bank.lower()}{index}", []).append(word)
+    return writes
+
+
+def output_words(dut: AsipRtl, count: int = 2) -> list[int]:
+    """The first output words as the host reads them."""
+    return [dut.read(BLOCK["outputs"] + index) for index in range(count)]
+
+
 def run(program: Image, csr: Mapping[str, int] = {}, *, loaded: bool = False) -> CoreRun:
     """Load an image and run it once, clock by clock; `csr` as for `load`."""
     dut = core(program.configuration) if loaded else load(program, csr)
@@ -290,9 +259,7 @@ def run(program: Image, csr: Mapping[str, int] = {}, *, loaded: bool = False) ->
             before = now
     else:
         raise AssertionError(f"no end of the run\n{dump(program)}")
-    writes: dict[str, list[int]] = {}
-    for bank, index, word in dut.traced_writes():
-        writes.setdefault(f"{bank.lower()}{index}", []).append(word)
+    writes = traced_writes(dut)
     dut.trace(False)
     status = dut.read(CSR["STATUS"])
     return CoreRun(

@@ -18,6 +18,7 @@ from sim.harness.asip_bus import (
     STATUS,
     register_address,
 )
+from sim.harness.asip_rtl import AsipRtl
 from tests.asip import core_bench as bench
 from tests.asip.core_bench import EMPTY, HALT, ISA, op
 
@@ -52,6 +53,14 @@ def busy_program(configuration: str) -> Image:
 def count(configuration: str) -> int:
     """Bundles issued since the model was made."""
     return int(bench.core(configuration).issued(ISA.program_bundles).sum())
+
+
+def started(program: Image, clocks: int = 0) -> AsipRtl:
+    """The core with the program, so many clocks after the start of a run."""
+    dut = bench.load(program)
+    dut.write(CSR["CONTROL"], START)
+    dut.clock(clocks)
+    return dut
 
 
 def wait(configuration: str) -> None:
@@ -104,14 +113,12 @@ def test_clear__in_any_cycle_of_a_run__does_not_disturb_it(configuration):
     program = busy_program(configuration)
     single = bench.run(program)
     for delay in range(single.cycles):
-        dut = bench.load(program)
-        dut.write(CSR["CONTROL"], START)
-        dut.clock(delay)
+        dut = started(program, delay)
         dut.write(CSR["CONTROL"], CLEAR)
         wait(configuration)
         assert STATUS["done"].of(dut.read(CSR["STATUS"]))
         assert dut.read(CSR["CYCLES"]) == single.cycles
-        assert [dut.read(BLOCK["outputs"] + i) for i in range(2)] == [*single.outputs.values()]
+        assert bench.output_words(dut) == [*single.outputs.values()]
 
 
 HELD_WRITES = {
@@ -140,11 +147,8 @@ def test_write__in_any_cycle_of_a_run__waits_for_its_end_and_is_not_lost(target,
         status = dut.read(CSR["STATUS"])
         assert STATUS["done"].of(status) and not STATUS["busy"].of(status)
         assert dut.read(CSR["CYCLES"]) == single.cycles
-        assert [dut.read(BLOCK["outputs"] + i) for i in range(2)] == [*single.outputs.values()]
-        writes: dict[str, list[int]] = {}
-        for bank, index, value in dut.traced_writes():
-            writes.setdefault(f"{bank.lower()}{index}", []).append(value)
-        assert writes == single.writes
+        assert bench.output_words(dut) == [*single.outputs.values()]
+        assert bench.traced_writes(dut) == single.writes
         access = {"register": "rw", "data": "rw"}.get(target, target.isupper() and "rw")
         if access:
             assert dut.read(address) == word
@@ -168,9 +172,7 @@ def test_read__in_any_cycle_of_a_run__waits_for_its_end(configuration):
     }
     for address, word in reads.items():
         for delay in range(single.cycles):
-            dut = bench.load(program)
-            dut.write(CSR["CONTROL"], START)
-            dut.clock(delay)
+            dut = started(program, delay)
             assert dut.read(address) == word
             assert dut.read(CSR["CYCLES"]) == single.cycles
 
@@ -179,8 +181,7 @@ def test_status_registers__while_busy__answer_at_once(configuration):
     program = bench.image(
         configuration, [op("jmp", target="loop")], labels={"loop": 0}, watchdog=2000
     )
-    dut = bench.load(program)
-    dut.write(CSR["CONTROL"], START)
+    dut = started(program)
     for name, address in CSR.items():
         if "r" in REGMAP.registers[name].access:
             before = dut.cycles
@@ -201,9 +202,7 @@ def test_reset__in_any_cycle_of_a_run__next_run_is_right(configuration):
     program = busy_program(configuration)
     single = bench.run(program)
     for delay in range(single.cycles + 4):
-        dut = bench.load(program)
-        dut.write(CSR["CONTROL"], START)
-        dut.clock(delay)
+        dut = started(program, delay)
         dut.reset()
         assert not dut.irq
         # at once, while what was in flight would still be: memories keep the program
@@ -217,9 +216,7 @@ def test_reset__in_any_cycle_of_a_run__next_run_is_right(configuration):
 def test_reset__in_any_cycle_of_a_run__idle_with_safe_outputs(configuration):
     program = busy_program(configuration)
     for delay in range(bench.run(program).cycles + 4):
-        dut = bench.load(program)
-        dut.write(CSR["CONTROL"], START)
-        dut.clock(delay)
+        dut = started(program, delay)
         dut.reset()
         assert dut.read(CSR["STATUS"]) == 0 and not dut.irq
         assert dut.read(BLOCK["outputs"]) == bench.safe_word(0)

@@ -214,11 +214,7 @@ def test_address__data_outside_the_memory__names_the_bundle(index, imm, configur
             (op("mov", "c7", "k0"), HALT),
         ]
         program = bench.image(
-            configuration,
-            bundles,
-            {"k0": OTHER_WORD, "k1": index, "c7": 1},
-            outputs=2,
-            data=data,
+            configuration, bundles, {"k0": OTHER_WORD, "k1": index, "c7": 1}, outputs=2, data=data
         )
         got = check_fault(program, "ADDRESS", 2)
         assert "c7" not in got.writes, "the run goes on after an address fault"
@@ -367,10 +363,10 @@ def test_outputs__before_the_first_run_and_after_reset__are_the_safe_values(conf
     dut = bench.load(program)
     dut.reset()
     safe = [bench.safe_word(0), bench.safe_word(1)]
-    assert [dut.read(BLOCK["outputs"] + i) for i in range(2)] == safe
+    assert bench.output_words(dut) == safe
     assert set(bench.run(program).outputs.values()) == {GOOD_WORD}
     dut.reset()
-    assert [dut.read(BLOCK["outputs"] + i) for i in range(2)] == safe
+    assert bench.output_words(dut) == safe
 
 
 def test_outputs__safe_values_written_after_any_number_of_runs__are_read_after_a_reset(
@@ -388,9 +384,9 @@ def test_outputs__safe_values_written_after_any_number_of_runs__are_read_after_a
             dut.write(BLOCK["safe"] + index, word)
         dut.clock(2)
         if runs:
-            assert [dut.read(BLOCK["outputs"] + i) for i in range(2)] == [GOOD_WORD] * 2
+            assert bench.output_words(dut) == [GOOD_WORD] * 2
         dut.reset()
-        assert [dut.read(BLOCK["outputs"] + i) for i in range(2)] == safe
+        assert bench.output_words(dut) == safe
 
 
 def test_fault_with_long_operations_in_flight__core_is_idle_before_the_next_run(configuration):

@@ -26,7 +26,15 @@ from tests.formal.catalogue import Case, Context, proof
 from tests.formal.ieee import Outcome
 from tests.formal.logic import Logic
 from tests.formal.netlist import Run
-from tests.formal.recurrence import ROOM, Operand, one_of, rounded_digits, square_step, times
+from tests.formal.recurrence import (
+    ROOM,
+    Operand,
+    last_digits,
+    one_of,
+    rounded_digits,
+    steps_of,
+    times,
+)
 from tests.fpu.tb import package_constant
 
 UNIT, FILE = "fp_divsqrt_folded", "fpu/fp_divsqrt_folded.sv"
@@ -197,11 +205,7 @@ def folded_clocks(ctx: Context) -> Iterator[Case]:
             now = State(logic, run, clock, 0, root)
             then = State(logic, run, clock + 1, 1, root)
             new = logic.bits(then.digits, 1, 0)
-            if root:
-                steps = [square_step(logic, now.digits, digit, k) for digit in range(4)]
-            else:
-                double = logic.shl(now.divisor, 1)
-                steps = [times(logic, double, digit) for digit in range(4)]
+            steps = steps_of(logic, root, now.digits, logic.shl(now.divisor, 1), k)
             step = one_of(logic, new, steps)
             made = logic.all(
                 *then.invariant,
@@ -282,13 +286,7 @@ def quotient(
     logic = ctx.logic
     a, b = run.input("a_i"), run.input("b_i")
     first, second = Operand(logic, a), Operand(logic, b)
-    steps = [times(logic, d, digit) for digit in range(4)]
-    new, taken = logic.bv(2, 0), steps[0]
-    for digit in range(1, 4):
-        fits = logic.ule(steps[digit], logic.shl(r, 2))
-        new = logic.ite(fits, logic.bv(2, digit), new)
-        taken = logic.ite(fits, steps[digit], taken)
-    exact = logic.eq(logic.shl(r, 2), taken)
+    new, exact = last_digits(logic, steps_of(logic, False, q, d, 24), r)
     magnitude = logic.cat(digits, new, logic.vector(logic.no(exact)))
     ordinary = logic.all(ctx.ieee.finite(a, b), *(logic.no(ctx.ieee.zero(x)) for x in (a, b)))
     difference = logic.sub(logic.add(first.exponent, logic.bv(12, 512)), second.exponent)

@@ -23,25 +23,33 @@ Values = Mapping[str, Term]
 Splits = Callable[[Run, Values], Mapping[str, tuple[Term, ...]]]
 
 
+def is_one(run: Run, term: Term) -> Term:
+    """Whether a bit is 1."""
+    return run.logic.eq(term, 1)
+
+
 class Observer(Protocol):
     """What `inductive` needs of an observer. Bit vectors in `Values` are its registers."""
 
     widths: Mapping[str, int]  # its registers
 
     def after_reset(self, logic: Logic) -> Values:
-        """Its registers after reset."""
+        """Its registers after reset; all 0 unless stated otherwise."""
+        return {name: logic.bv(width, 0) for name, width in self.widths.items()}
 
     def next(self, run: Run, own: Values) -> Values:
         """Its registers after the clock edge between cycles 0 and 1."""
 
     def assumed(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
         """Contract of the inputs in cycles 0 and 1, and facts about numbers proved apart."""
+        return {}
 
     def invariant(self, run: Run, own: Values, cycle: int) -> Mapping[str, Term]:
         """What holds in every cycle, part by part."""
 
     def claims(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
         """What else holds of cycle 0 and of the edge to cycle 1."""
+        return {}
 
 
 def inductive(

@@ -14,7 +14,7 @@ import gmpy2
 from bitwuzla import Term
 
 from tests.formal.catalogue import Case, Context, proof
-from tests.formal.induction import Values, inductive
+from tests.formal.induction import Observer, Values, inductive
 from tests.formal.logic import Logic
 from tests.formal.netlist import Run
 from tests.formal.trigonometry import OUTSIDE, outside
@@ -40,13 +40,10 @@ def loads(cubic: int, last: int) -> bool:
     return cubic > 0 and not is_loaded(cubic, last) and FIRST_AT in (cubic, last)
 
 
-class Steps:
+class Steps(Observer):
     """Bit k - 1: an operation is in its step k, accepted k clocks ago."""
 
     widths = {"steps": LATENCY}
-
-    def after_reset(self, logic: Logic) -> Values:
-        return {"steps": logic.bv(LATENCY, 0)}
 
     def next(self, run: Run, own: Values) -> Values:
         logic = run.logic
@@ -55,9 +52,6 @@ class Steps:
         )
         older = logic.bits(own["steps"], LATENCY - 2, 0)
         return {"steps": logic.cat(older, logic.vector(accepted))}
-
-    def assumed(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
-        return {}
 
     def invariant(self, run: Run, own: Values, cycle: int) -> Mapping[str, Term]:
         logic, steps = run.logic, own["steps"]

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 from bitwuzla import Kind, Term
 
 from tests.formal.catalogue import Case, Context, proof
-from tests.formal.induction import Values, inductive
+from tests.formal.induction import Observer, Values, inductive, is_one
 from tests.formal.logic import Logic
 from tests.formal.netlist import Run
 
@@ -17,17 +17,10 @@ DELAY = 8  # ticks of ecat_unit; a register of the output follows
 VALID = 5  # bit of nibble_t
 
 
-def is_one(run: Run, term: Term) -> Term:
-    return run.logic.eq(term, 1)
-
-
-class Delay:
+class Delay(Observer):
     """Which of the last ticks' nibbles were valid, the newest in bit 0."""
 
     widths = {"history": DELAY + 1}
-
-    def after_reset(self, logic: Logic) -> Values:
-        return {"history": logic.bv(DELAY + 1, 0)}
 
     def assumed(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
         logic = run.logic
@@ -55,9 +48,6 @@ class Delay:
             ),
         }
 
-    def claims(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
-        return {}
-
 
 @proof(
     "ecat_unit",
@@ -73,16 +63,13 @@ def frame_length_and_delay(ctx: Context) -> Iterator[Case]:
 PLACES = 4
 
 
-class Committed:
+class Committed(Observer):
     """The present frame's entries in their order, and what of them has left since its commit."""
 
     widths = {
         **{"pushed": 3, "over": 1, "armed": 1, "committed": 3, "left": 3},
         **{f"entry{n}": 39 for n in range(PLACES)},
     }
-
-    def after_reset(self, logic: Logic) -> Values:
-        return {name: logic.bv(width, 0) for name, width in self.widths.items()}
 
     def assumed(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
         logic = run.logic
@@ -191,7 +178,7 @@ DELIMITER = 0xD
 LATER = 3  # ticks from a frame's end until it is told
 
 
-class Sequence:
+class Sequence(Observer):
     """Frames of the stream, their check sequences computed from the highest power on, and which of
     the ends in the last ticks were those of good frames: the newest in bit 0."""
 
@@ -201,11 +188,7 @@ class Sequence:
     }
 
     def after_reset(self, logic: Logic) -> Values:
-        none = {name: logic.bv(width, 0) for name, width in self.widths.items()}
-        return none | {"sum": logic.bv(32, ONES)}
-
-    def assumed(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
-        return {}
+        return super().after_reset(logic) | {"sum": logic.bv(32, ONES)}
 
     def next(self, run: Run, own: Values) -> Values:
         logic = run.logic
@@ -333,7 +316,7 @@ def only_good_frames(ctx: Context) -> Iterator[Case]:
     yield from inductive(ctx, "ecat_unit", Sequence())
 
 
-class Buffers:
+class Buffers(Observer):
     """A byte of the area, any one, in each of the three buffers; bit n of a word: in buffer n.
 
     whole: what it holds was written in the access that handed the buffer over. fresh: it was
@@ -357,8 +340,7 @@ class Buffers:
         )
 
     def after_reset(self, logic: Logic) -> Values:
-        none = {name: logic.bv(width, 0) for name, width in self.widths.items()}
-        return none | {"whole": logic.bv(3, 7)}
+        return super().after_reset(logic) | {"whole": logic.bv(3, 7)}
 
     def access(self, run: Run, own: Values) -> dict[str, Term]:
         """What the access of cycle 0 is and does, as truth values."""

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from bitwuzla import Term
 
 from tests.formal.catalogue import Case, Context, proof
-from tests.formal.induction import Values, inductive
+from tests.formal.induction import Observer, Values, inductive
 from tests.formal.logic import Logic
 from tests.formal.netlist import Run
 
@@ -17,7 +17,7 @@ AGE = TIME + 1  # bits of a saturating count of clocks: its greatest value is ab
 TIMES = ("length_i", "space_i", "setup_i", "hold_i")
 
 
-class DriveTiming:
+class DriveTiming(Observer):
     """Clocks that step_o and direction_o have been as they are, the present one included, and the
     sum of the requests that were taken.
 
@@ -184,7 +184,7 @@ MODULUS = 1_600_000_000  # 16 x 100 MHz, the default
 SUM = 96  # bits of sums of rates that no run exceeds
 
 
-class PulseSum:
+class PulseSum(Observer):
     """Sum of the rates, from half a pulse on, and of a modulus for every pulse started, both since
     the phase was last centred; whether every rate since then was at most half a pulse per clock,
     less in a clock in which a pulse due at the centring is given."""
@@ -200,9 +200,6 @@ class PulseSum:
     def centred(self, logic: Logic) -> Values:
         half = logic.bv(SUM, self.modulus // 2)
         return {"sum": half, "pulses": logic.bv(SUM, 0), "moderate": logic.bv(1, 1)}
-
-    def assumed(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
-        return {}
 
     def centres(self, run: Run) -> Term:
         """Asked for, or in the first clock after reset."""

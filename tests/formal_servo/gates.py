@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from bitwuzla import Term
 
 from tests.formal.catalogue import Case, Context, proof
-from tests.formal.induction import Values, inductive
+from tests.formal.induction import Observer, Values, inductive, is_one
 from tests.formal.logic import Logic
 from tests.formal.netlist import Run
 
@@ -17,11 +17,7 @@ AGE = DEAD + 1  # bits of a saturating count: above every dead time
 GATES = ("high_o", "low_o")
 
 
-def is_one(run: Run, term: Term) -> Term:
-    return run.logic.eq(term, 1)
-
-
-class DeadTime:
+class DeadTime(Observer):
     """Clocks that both gates have been off, this one included, and the dead time asked for in the
     last clock of a gate. Before the first one: the longest."""
 
@@ -29,9 +25,6 @@ class DeadTime:
 
     def after_reset(self, logic: Logic) -> Values:
         return {"off": logic.bv(AGE, 1), "wanted": logic.bv(DEAD, -1)}
-
-    def assumed(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
-        return {}
 
     def gate(self, run: Run, cycle: int) -> Term:
         return run.logic.any(*(is_one(run, run.output(name, cycle)) for name in GATES))
@@ -94,16 +87,10 @@ def no_shoot_through(ctx: Context) -> Iterator[Case]:
     yield from inductive(ctx, "pwm_phase", DeadTime())
 
 
-class Trip:
+class Trip(Observer):
     """Nothing of its own: what a fault does in two clocks."""
 
     widths: Mapping[str, int] = {}
-
-    def after_reset(self, logic: Logic) -> Values:
-        return {}
-
-    def assumed(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
-        return {}
 
     def next(self, run: Run, own: Values) -> Values:
         return {}
@@ -147,7 +134,7 @@ def trip_in_two_clocks(ctx: Context) -> Iterator[Case]:
     yield from inductive(ctx, "pwm_bridge", Trip())
 
 
-class Duty:
+class Duty(Observer):
     """Carrier by its contract, clocks of the present half so far and those ordered on in it."""
 
     widths = {"count": WIDTH, "half": WIDTH, "up": 1, "on": WIDTH + 1, "since": WIDTH}
@@ -248,16 +235,13 @@ def duty_sums(ctx: Context) -> Iterator[Case]:
     yield from inductive(ctx, "pwm_phase", Duty(ctx.logic))
 
 
-class Triangle:
+class Triangle(Observer):
     """The carrier's contract as a machine: clocks of the present half so far, half, direction."""
 
     widths = {"half": WIDTH, "up": 1, "since": WIDTH}
 
     def after_reset(self, logic: Logic) -> Values:
         return {"half": logic.bv(WIDTH, 64), "up": logic.bv(1, 1), "since": logic.bv(WIDTH, 0)}
-
-    def assumed(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
-        return {}
 
     def last(self, run: Run, own: Values) -> Term:
         logic = run.logic

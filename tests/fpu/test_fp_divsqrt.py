@@ -2,6 +2,7 @@
 """fp_divsqrt against Berkeley SoftFloat."""
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -125,14 +126,19 @@ def test_sqrt__squares_of_integers__are_exact() -> None:
     assert not got["flags_o"].any()
 
 
-def test_divsqrt__operations_interleaved_with_gaps__match_reference() -> None:
-    rng = generator("divsqrt mix")
+def check_interleaved(unit: Unit, name: str, gaps: Callable[..., np.ndarray]) -> None:
+    """Divisions and roots in random order, `gaps(rng, cases)` apart, match the reference."""
+    rng = generator(name)
     rows, roots = stimulus.mixed(rng, 4000, 2), rng.integers(0, 2, 4000, dtype=np.uint32)
     inputs = {"sqrt_i": roots, "a_i": rows[:, 0], "b_i": rows[:, 1]}
-    got = run(UNIT, inputs, issue=stimulus.gaps(rng, 4000))
+    got = run(unit, inputs, issue=gaps(rng, 4000))
     of_div, of_sqrt = reference.div(*rows.T), reference.sqrt(rows[:, 0])
     for port, want_div, want_sqrt in zip(("result_o", "flags_o"), of_div, of_sqrt, strict=True):
         assert np.array_equal(got[port], np.where(roots == 1, want_sqrt, want_div)), port
+
+
+def test_divsqrt__operations_interleaved_with_gaps__match_reference() -> None:
+    check_interleaved(UNIT, "divsqrt mix", stimulus.gaps)
 
 
 def test_divsqrt__reset_in_flight__clears_valid() -> None:
