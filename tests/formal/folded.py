@@ -32,6 +32,7 @@ from tests.formal.recurrence import (
     last_digits,
     one_of,
     rounded_digits,
+    square_step,
     steps_of,
     times,
 )
@@ -161,7 +162,7 @@ def folded_start(ctx: Context) -> Iterator[Case]:
         assume = [
             logic.eq(sqrt, int(root)),
             ctx.ieee.finite(*used),
-            logic.eq(run.input("valid_i"), 1),
+            run.on("valid_i"),
         ]
         assume += [logic.no(ctx.ieee.zero(x)) for x in used]
         assume += alone(logic, run, range(1 - INTERVAL, INTERVAL))
@@ -205,7 +206,11 @@ def folded_clocks(ctx: Context) -> Iterator[Case]:
             now = State(logic, run, clock, 0, root)
             then = State(logic, run, clock + 1, 1, root)
             new = logic.bits(then.digits, 1, 0)
-            steps = steps_of(logic, root, now.digits, logic.shl(now.divisor, 1), k)
+            if root:
+                steps = [square_step(logic, now.digits, digit, k) for digit in range(4)]
+            else:
+                double = logic.shl(now.divisor, 1)
+                steps = [times(logic, double, digit) for digit in range(4)]
             step = one_of(logic, new, steps)
             made = logic.all(
                 *then.invariant,
@@ -259,7 +264,7 @@ def folded_rounded(ctx: Context) -> Iterator[Case]:
             r = remainder(logic, root, 24, q, w, d)
             operation = [
                 logic.eq(run.input("sqrt_i"), int(root)),
-                logic.eq(run.input("valid_i"), 1),
+                run.on("valid_i"),
                 *alone(logic, run, range(1 - INTERVAL, INTERVAL)),
             ]
             kept = logic.bits(digits, 23, 0)

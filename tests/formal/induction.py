@@ -23,11 +23,6 @@ Values = Mapping[str, Term]
 Splits = Callable[[Run, Values], Mapping[str, tuple[Term, ...]]]
 
 
-def is_one(run: Run, term: Term) -> Term:
-    """Whether a bit is 1."""
-    return run.logic.eq(term, 1)
-
-
 class Observer(Protocol):
     """What `inductive` needs of an observer. Bit vectors in `Values` are its registers."""
 
@@ -77,7 +72,7 @@ def inductive(
     yield Case(f"{prefix}after reset", logic.all(*first.values()))
     no_flush: tuple[Term, ...] = ()
     if "flush_i" in run.netlist.inputs:
-        flush = logic.eq(run.input("flush_i"), 1)
+        flush = run.on("flush_i")
         no_flush = (logic.no(flush),)
         dropped = observer.invariant(run, observer.after_reset(logic), 1)
         yield Case(f"{prefix}after a flush", logic.all(*dropped.values()), (flush,), show)
