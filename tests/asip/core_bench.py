@@ -34,63 +34,22 @@ STALLS = ("STALL_OPERAND", "STALL_PORT", "STALL_UNIT", "STALL_FETCH", "DRAIN")
 RUN_LIMIT = 20_000  # cycles after which a run of the bench is taken for hanging
 REDIRECT = REFETCH  # cycles from a redirect to the bundle in stage D (contract of asip_fetch)
 CMP = load_machine("fast").units["cmp"].latency
+EMPTY = ()  # a bundle of an image without operations
+HALT = Operation("halt")  # among the operations of a bundle of an image: its halt bit
+Item = Operation | Sequence[Operation] | str
 PIPELINE = OPERAND_READ + CMP + 1  # cycles in which a move leaves it: D, R1, R2, E1, E2, W
 
 # Words that have tripped floating-point hardware before: zeros, subnormals, neighbours of powers of
 # two, largest, infinities, quiet and signalling NaNs, integers.
-CORNERS = (
-    *(
-        0x00000000,
-        0x80000000,
-        0x00000001,
-        0x80000001,
-        0x007FFFFF,
-        0x807FFFFF,
-        0x00800000,
-        0x80800000,
-    ),
-    *(
-        0x00800001,
-        0x00FFFFFF,
-        0x33800000,
-        0x34000000,
-        0x3EAAAAAB,
-        0x3F000000,
-        0x3F7FFFFF,
-        0x3F800000,
-    ),
-    *(
-        0x3F800001,
-        0xBF800000,
-        0x3FC00000,
-        0xC0000000,
-        0x40490FDB,
-        0x42C80000,
-        0x437FFFFF,
-        0xC3800000,
-    ),
-    *(
-        0x4AFFFFFF,
-        0x4B800000,
-        0x4EFFFFFF,
-        0x4F000000,
-        0xCF000000,
-        0xCF000001,
-        0x5F000000,
-        0x1F800000,
-    ),
-    *(
-        0x7F7FFFFF,
-        0xFF7FFFFF,
-        0x7F800000,
-        0xFF800000,
-        0x7FC00000,
-        0xFFC12345,
-        0x7F800001,
-        0xFFBFFFFF,
-    ),
-    *(0x00000007, 0xFFFFFFFF, 0x7FFFFFFF),
-)
+CORNER_WORDS = """
+    00000000 80000000 00000001 80000001 007FFFFF 807FFFFF 00800000 80800000
+    00800001 00FFFFFF 33800000 34000000 3EAAAAAB 3F000000 3F7FFFFF 3F800000
+    3F800001 BF800000 3FC00000 C0000000 40490FDB 42C80000 437FFFFF C3800000
+    4AFFFFFF 4B800000 4EFFFFFF 4F000000 CF000000 CF000001 5F000000 1F800000
+    7F7FFFFF FF7FFFFF 7F800000 FF800000 7FC00000 FFC12345 7F800001 FFBFFFFF
+    00000007 FFFFFFFF 7FFFFFFF
+"""
+CORNERS = tuple(int(word, 16) for word in CORNER_WORDS.split())
 
 
 @functools.cache
@@ -137,10 +96,12 @@ def is_fma(mnemonic: str) -> bool:
     return ISA.operations[mnemonic].unit == "fma"
 
 
-def bundle(configuration: str, *operations: Operation, halt: bool = False) -> Bundle:
+def bundle(configuration: str, *operations: Operation) -> Bundle:
     """Bundle with each operation in the slot of its destination (b registers: second pipe)."""
     slots: dict[int, Operation] = {}
     for operation in operations:
+        if operation is HALT:
+            continue
         if configuration == "small":
             slot = 0
         elif is_fma(operation.mnemonic):
@@ -149,39 +110,35 @@ def bundle(configuration: str, *operations: Operation, halt: bool = False) -> Bu
             slot = 2
         assert slot not in slots, "two operations for one slot"
         slots[slot] = operation
-    return machine(configuration).bundle(slots, halt)
-
-
-def words(
-    bundles: Sequence[Bundle], configuration: str, labels: Mapping[str, int] = {}
-) -> list[str]:
-    """Hexadecimal words of bundles; labels for their branches."""
-    digits = ISA.bundle_width(configuration) // 4
-    return [f"{encode_bundle(item, ISA, dict(labels)):0{digits}x}" for item in bundles]
+    return machine(configuration).bundle(slots, any(each is HALT for each in operations))
 
 
 def image(
     configuration: str,
-    bundles: Iterable[Bundle | str],
+    bundles: Iterable[Item],
     registers: Mapping[str, int] = {},
     outputs: int = 1,
     data: Sequence[int] = (),
     labels: Mapping[str, int] = {},
     **changes: object,
 ) -> Image:
-    """Image of bundles (or their words) with preset registers; k registers are constants.
+    """Image of bundles with preset registers; k registers are constants.
 
+    A bundle is given as its operation or operations, HALT among them if it halts, or as its word.
     Output i is 'oi' with the safe value i + 0.5; the mask asks for those that a bundle writes.
     """
+    digits = ISA.bundle_width(configuration) // 4
     encoded: list[str] = []
     mask = 0
     for item in bundles:
         if isinstance(item, str):
             encoded.append(item)
             continue
-        encoded += words([item], configuration, labels)
-        for operation in item.slots:
-            if operation is not None and isinstance(operation.dst, Output):
+        operations = (item,) if isinstance(item, Operation) else item
+        word = encode_bundle(bundle(configuration, *operations), ISA, dict(labels))
+        encoded.append(f"{word:0{digits}x}")
+        for operation in operations:
+            if isinstance(operation.dst, Output):
                 mask |= 1 << operation.dst.index
     result = Image(
         title="bench",
@@ -267,6 +224,19 @@ def load(program: Image, csr: Mapping[str, int] = {}) -> AsipRtl:
     return dut
 
 
+def traced_writes(dut: AsipRtl) -> dict[str, list[int]]:
+    """The words written to each register or output since `dut.trace()`, in order."""
+    writes: dict[str, list[int]] = {}
+    for bank, index, word in dut.traced_writes():
+        writes.setdefault(f"{bank.lower()}{index}", []).append(word)
+    return writes
+
+
+def output_words(dut: AsipRtl, count: int = 2) -> list[int]:
+    """The first output words as the host reads them."""
+    return [dut.read(BLOCK["outputs"] + index) for index in range(count)]
+
+
 def run(program: Image, csr: Mapping[str, int] = {}, *, loaded: bool = False) -> CoreRun:
     """Load an image and run it once, clock by clock; `csr` as for `load`."""
     dut = core(program.configuration) if loaded else load(program, csr)
@@ -289,9 +259,7 @@ def run(program: Image, csr: Mapping[str, int] = {}, *, loaded: bool = False) ->
             before = now
     else:
         raise AssertionError(f"no end of the run\n{dump(program)}")
-    writes: dict[str, list[int]] = {}
-    for bank, index, word in dut.traced_writes():
-        writes.setdefault(f"{bank.lower()}{index}", []).append(word)
+    writes = traced_writes(dut)
     dut.trace(False)
     status = dut.read(CSR["STATUS"])
     return CoreRun(
@@ -335,11 +303,11 @@ def _sincos_probe() -> AsipRtl:
     program = image(
         "small",
         [
-            bundle("small", op("bnz", "k1", target="cosine")),
-            bundle("small", op("fsin", "c0", "k0")),
-            bundle("small", halt=True),
-            bundle("small", op("fcos", "c0", "k0")),
-            bundle("small", halt=True),
+            op("bnz", "k1", target="cosine"),
+            op("fsin", "c0", "k0"),
+            HALT,
+            op("fcos", "c0", "k0"),
+            HALT,
         ],
         outputs=0,
         labels=labels,

@@ -56,7 +56,6 @@ def plan(image) -> dict:
     return {"load": image_writes(image), "ticks": ticks, "data": BLOCK["data"]}
 
 
-@pytest.mark.parametrize("configuration", ["fast", "small"])
 def test_axil__every_scenario(configuration):
     parameters = default_isa().configurations[configuration]
     folder = ROOT / "build/axil" / configuration

@@ -40,6 +40,12 @@ def source(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.fixture(params=PLACES)
+def place(request) -> str:
+    """The option that says where the program runs."""
+    return request.param
+
+
 def run(capsys, *arguments: object) -> tuple[int, str, str]:
     """Exit status, standard output and error of the command."""
     try:
@@ -49,8 +55,6 @@ def run(capsys, *arguments: object) -> tuple[int, str, str]:
     return status, *capsys.readouterr()
 
 
-@pytest.mark.parametrize("configuration", ["fast", "small"])
-@pytest.mark.parametrize("place", PLACES)
 def test_source__one_run__outputs_exports_flags(place, configuration, source, capsys):
     status, out, err = run(
         capsys, source, place, "--config", configuration, "--set", "x=2", "--set", "n=3"
@@ -97,7 +101,6 @@ def test_core_and_model__several_runs__same_values_and_the_core_its_counters(sou
     ]
 
 
-@pytest.mark.parametrize("place", PLACES)
 def test_image__as_source(place, source, capsys, tmp_path):
     image = tmp_path / "filter.asip.json"
     assemble(source).save(image)
@@ -106,7 +109,6 @@ def test_image__as_source(place, source, capsys, tmp_path):
     assert want[0] == 0 and "F = 1 " in want[1]
 
 
-@pytest.mark.parametrize("place", PLACES)
 def test_inputs__csv_file__csv_table_with_a_row_per_run(place, source, capsys, tmp_path):
     table = tmp_path / "in.csv"
     table.write_text("n, x\n2, 1\n4, 0f40000000\n\n")
@@ -132,7 +134,6 @@ def test_inputs__csv_file__csv_table_with_a_row_per_run(place, source, capsys, t
             assert cycles > sum(stalls)
 
 
-@pytest.mark.parametrize("place", PLACES)
 def test_state__given__is_the_first_run_s(place, source, capsys):
     status, out, _ = run(
         capsys,
@@ -145,7 +146,6 @@ def test_state__given__is_the_first_run_s(place, source, capsys):
     assert [row.split()[2] for row in out.splitlines()[1:]] == ["-0.001", "256"]
 
 
-@pytest.mark.parametrize("place", PLACES)
 def test_print__register__its_word(place, capsys, tmp_path):
     path = tmp_path / "p.s"
     path.write_text(".input x\n.output F, safe = 1.0\n{ mov c9, x }\n{ mov F, c9 } halt\n")
@@ -153,7 +153,6 @@ def test_print__register__its_word(place, capsys, tmp_path):
     assert (status, out.splitlines()[1].split()) == (0, ["c9", "=", "-0", "80000000"])
 
 
-@pytest.mark.parametrize("place", PLACES)
 def test_trace__every_write_of_every_run(place, source, capsys, tmp_path):
     trace = tmp_path / "writes.txt"
     status, _, _ = run(
@@ -165,7 +164,6 @@ def test_trace__every_write_of_every_run(place, source, capsys, tmp_path):
     assert ["1", "o0", "40000000", "2"] in lines
 
 
-@pytest.mark.parametrize("place", PLACES)
 def test_fault__not_finite__names_output_and_source_line(place, source, capsys):
     status, out, err = run(capsys, source, place, "--set", "x=1")
     assert status == 1
@@ -178,7 +176,6 @@ def test_fault__not_finite__names_output_and_source_line(place, source, capsys):
     )
 
 
-@pytest.mark.parametrize("place", PLACES)
 def test_sine__beyond_its_range__is_named_as_the_cause(place, capsys, tmp_path):
     path = tmp_path / "sine.s"
     path.write_text(".input x\n.output F, safe = 0.0\n fsin F, x\n halt\n")
@@ -187,7 +184,6 @@ def test_sine__beyond_its_range__is_named_as_the_cause(place, capsys, tmp_path):
     assert status == 1 and "possible causes: sine or cosine of more than 256 rad (NaN);" in err
 
 
-@pytest.mark.parametrize("place", PLACES)
 def test_keep_going__clears_the_fault_and_runs_the_rest(place, source, capsys, tmp_path):
     table = tmp_path / "in.csv"
     table.write_text("n,x\n2,2\n0,2\n0,2\n4,2\n")
@@ -207,7 +203,6 @@ def test_keep_going__clears_the_fault_and_runs_the_rest(place, source, capsys, t
     assert err.endswith("asip-run: error: 2 of 4 runs ended with a fault\n")
 
 
-@pytest.mark.parametrize("place", PLACES)
 def test_endless_loop__with_a_large_watchdog__is_stopped_by_max_cycles(place, capsys, tmp_path):
     path = tmp_path / "f.s"
     path.write_text(".watchdog 4294967295\n again: jmp again\n")
@@ -227,7 +222,6 @@ def test_output_over_an_input__is_refused(source, capsys, tmp_path):
     assert source.read_text() == before
 
 
-@pytest.mark.parametrize("place", PLACES)
 @pytest.mark.parametrize("cause", ["ADDRESS", "WATCHDOG"])
 def test_fault__in_a_bundle__names_its_source_line(cause, place, capsys, tmp_path):
     operation = {

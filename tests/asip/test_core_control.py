@@ -18,8 +18,9 @@ from sim.harness.asip_bus import (
     STATUS,
     register_address,
 )
+from sim.harness.asip_rtl import AsipRtl
 from tests.asip import core_bench as bench
-from tests.asip.core_bench import CONFIGURATIONS, ISA, op
+from tests.asip.core_bench import EMPTY, HALT, ISA, op
 
 REGISTER_READ_CYCLES = 5
 ONE, TWO, THREE = 0x3F800000, 0x40000000, 0x40400000
@@ -39,11 +40,10 @@ def busy_program(configuration: str) -> Image:
     ]
     if configuration == "small":
         lines = [(item,) for line in lines for item in line]
-    bundles = [bench.bundle(configuration, *line) for line in lines]
-    bundles[-1].halt = True
+    lines[-1] += (HALT,)
     return bench.image(
         configuration,
-        bundles,
+        lines,
         {"k0": 0x3FC00000, "k1": 0x3F000000, "k2": 5, "a1": ONE},
         outputs=2,
         data=[0] * 16,
@@ -55,6 +55,14 @@ def count(configuration: str) -> int:
     return int(bench.core(configuration).issued(ISA.program_bundles).sum())
 
 
+def started(program: Image, clocks: int = 0) -> AsipRtl:
+    """The core with the program, so many clocks after the start of a run."""
+    dut = bench.load(program)
+    dut.write(CSR["CONTROL"], START)
+    dut.clock(clocks)
+    return dut
+
+
 def wait(configuration: str) -> None:
     """Until the core is idle."""
     dut = bench.core(configuration)
@@ -64,7 +72,6 @@ def wait(configuration: str) -> None:
     raise AssertionError("busy for ever")
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 def test_start__back_to_back__same_cycles_and_state_goes_on(configuration):
     program = busy_program(configuration)
     model, want = bench.iss_run(program)
@@ -80,7 +87,6 @@ def test_start__back_to_back__same_cycles_and_state_goes_on(configuration):
     assert got.outputs != first.outputs, "the state did not change"
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 def test_start__in_any_cycle_of_a_run__is_ignored_until_the_run_is_over(configuration):
     program = busy_program(configuration)
     single = bench.run(program)
@@ -103,19 +109,16 @@ def test_start__in_any_cycle_of_a_run__is_ignored_until_the_run_is_over(configur
     assert runs.index(2) == single.cycles + 1
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 def test_clear__in_any_cycle_of_a_run__does_not_disturb_it(configuration):
     program = busy_program(configuration)
     single = bench.run(program)
     for delay in range(single.cycles):
-        dut = bench.load(program)
-        dut.write(CSR["CONTROL"], START)
-        dut.clock(delay)
+        dut = started(program, delay)
         dut.write(CSR["CONTROL"], CLEAR)
         wait(configuration)
         assert STATUS["done"].of(dut.read(CSR["STATUS"]))
         assert dut.read(CSR["CYCLES"]) == single.cycles
-        assert [dut.read(BLOCK["outputs"] + i) for i in range(2)] == [*single.outputs.values()]
+        assert bench.output_words(dut) == [*single.outputs.values()]
 
 
 HELD_WRITES = {
@@ -130,7 +133,6 @@ HELD_WRITES = {
 }
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 @pytest.mark.parametrize("target", HELD_WRITES)
 def test_write__in_any_cycle_of_a_run__waits_for_its_end_and_is_not_lost(target, configuration):
     program = busy_program(configuration)
@@ -145,11 +147,8 @@ def test_write__in_any_cycle_of_a_run__waits_for_its_end_and_is_not_lost(target,
         status = dut.read(CSR["STATUS"])
         assert STATUS["done"].of(status) and not STATUS["busy"].of(status)
         assert dut.read(CSR["CYCLES"]) == single.cycles
-        assert [dut.read(BLOCK["outputs"] + i) for i in range(2)] == [*single.outputs.values()]
-        writes: dict[str, list[int]] = {}
-        for bank, index, value in dut.traced_writes():
-            writes.setdefault(f"{bank.lower()}{index}", []).append(value)
-        assert writes == single.writes
+        assert bench.output_words(dut) == [*single.outputs.values()]
+        assert bench.traced_writes(dut) == single.writes
         access = {"register": "rw", "data": "rw"}.get(target, target.isupper() and "rw")
         if access:
             assert dut.read(address) == word
@@ -163,7 +162,6 @@ def test_write__in_any_cycle_of_a_run__waits_for_its_end_and_is_not_lost(target,
         assert dut.read(BLOCK["outputs"]) == word
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 def test_read__in_any_cycle_of_a_run__waits_for_its_end(configuration):
     program = busy_program(configuration)
     single = bench.run(program)
@@ -174,23 +172,16 @@ def test_read__in_any_cycle_of_a_run__waits_for_its_end(configuration):
     }
     for address, word in reads.items():
         for delay in range(single.cycles):
-            dut = bench.load(program)
-            dut.write(CSR["CONTROL"], START)
-            dut.clock(delay)
+            dut = started(program, delay)
             assert dut.read(address) == word
             assert dut.read(CSR["CYCLES"]) == single.cycles
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 def test_status_registers__while_busy__answer_at_once(configuration):
     program = bench.image(
-        configuration,
-        [bench.bundle(configuration, op("jmp", target="loop"))],
-        labels={"loop": 0},
-        watchdog=2000,
+        configuration, [op("jmp", target="loop")], labels={"loop": 0}, watchdog=2000
     )
-    dut = bench.load(program)
-    dut.write(CSR["CONTROL"], START)
+    dut = started(program)
     for name, address in CSR.items():
         if "r" in REGMAP.registers[name].access:
             before = dut.cycles
@@ -207,14 +198,11 @@ def test_status_registers__while_busy__answer_at_once(configuration):
     assert dut.irq
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 def test_reset__in_any_cycle_of_a_run__next_run_is_right(configuration):
     program = busy_program(configuration)
     single = bench.run(program)
     for delay in range(single.cycles + 4):
-        dut = bench.load(program)
-        dut.write(CSR["CONTROL"], START)
-        dut.clock(delay)
+        dut = started(program, delay)
         dut.reset()
         assert not dut.irq
         # at once, while what was in flight would still be: memories keep the program
@@ -225,13 +213,10 @@ def test_reset__in_any_cycle_of_a_run__next_run_is_right(configuration):
         assert got == single, f"after a reset {delay} cycles after the start"
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 def test_reset__in_any_cycle_of_a_run__idle_with_safe_outputs(configuration):
     program = busy_program(configuration)
     for delay in range(bench.run(program).cycles + 4):
-        dut = bench.load(program)
-        dut.write(CSR["CONTROL"], START)
-        dut.clock(delay)
+        dut = started(program, delay)
         dut.reset()
         assert dut.read(CSR["STATUS"]) == 0 and not dut.irq
         assert dut.read(BLOCK["outputs"]) == bench.safe_word(0)
@@ -240,7 +225,6 @@ def test_reset__in_any_cycle_of_a_run__idle_with_safe_outputs(configuration):
         assert count(configuration) == count_before and dut.read(CSR["STATUS"]) == 0
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 def test_reset__registers__have_the_values_of_the_map(configuration):
     dut = bench.core(configuration)
     for name in ("IRQ_ENABLE", "WATCHDOG", "ENTRY", "OUTPUT_MASK"):
@@ -253,7 +237,6 @@ def test_reset__registers__have_the_values_of_the_map(configuration):
         assert dut.read(CSR[name]) == 0, name
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 def test_config__fields__describe_the_build(configuration):
     dut = bench.core(configuration)
     word = dut.read(CSR["CONFIG"])
@@ -271,7 +254,6 @@ def test_config__fields__describe_the_build(configuration):
     assert dut.read(CSR["ID"]).to_bytes(4, "big") == b"MTK1"
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 def test_registers__written_by_the_host__read_back(configuration):
     dut = bench.core(configuration)
     dut.reset()
@@ -301,21 +283,16 @@ def test_registers__written_by_the_host__read_back(configuration):
         assert dut.read(BLOCK[block]) == 0
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 def test_program__rewritten_between_runs__the_new_one_runs(configuration):
     def single(word: int) -> Image:
-        bundles = [bench.bundle(configuration, op("mov", "o0", "k0"), halt=True)]
+        bundles = [(op("mov", "o0", "k0"), HALT)]
         return bench.image(configuration, bundles, {"k0": word})
 
     dut = bench.core(configuration)
     assert bench.run(single(ONE)).outputs == {"out0": ONE}
     assert bench.run(single(TWO)).outputs == {"out0": TWO}
     # the word of the entry's bundle written in the cycle before the start
-    lanes = dict(
-        bench.image(
-            configuration, [bench.bundle(configuration, op("mov", "o0", "k1"), halt=True)]
-        ).words()
-    )
+    lanes = dict(bench.image(configuration, [(op("mov", "o0", "k1"), HALT)]).words())
     dut.write(BLOCK["constants"] + 1, THREE)
     dut.write(CSR["CONTROL"], CLEAR)
     for lane, word in lanes.items():
@@ -325,7 +302,6 @@ def test_program__rewritten_between_runs__the_new_one_runs(configuration):
     assert dut.read(BLOCK["outputs"]) == THREE
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 def test_program__word_beyond_program_memory__is_not_folded_back(configuration):
     program = busy_program(configuration)
     before = bench.run(program)
@@ -336,7 +312,6 @@ def test_program__word_beyond_program_memory__is_not_folded_back(configuration):
     assert bench.run(program, loaded=True).fault == before.fault == "NONE"
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 def test_program__lanes_that_the_bundle_does_not_have__are_ignored(configuration):
     program = busy_program(configuration)
     dut = bench.load(program)
@@ -345,9 +320,8 @@ def test_program__lanes_that_the_bundle_does_not_have__are_ignored(configuration
     assert bench.run(program, loaded=True).fault == "NONE"
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 def test_entry__changed_between_runs__each_part_runs(configuration):
-    moves = [bench.bundle(configuration, op("mov", "o0", f"k{i}"), halt=True) for i in range(5)]
+    moves = [(op("mov", "o0", f"k{i}"), HALT) for i in range(5)]
     program = bench.image(configuration, moves, {f"k{i}": ONE + i for i in range(5)})
     dut = bench.load(program)
     for entry in (3, 0, 4, 4, 1, 2):
@@ -363,10 +337,9 @@ def program_of(program: Image, entry: int) -> Image:
     return bench.image(program.configuration, [program.bundles[entry]], outputs=0)
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 def test_irq__every_enable__follows_done_and_fault(configuration):
     ends = {
-        "done": bench.image(configuration, [bench.bundle(configuration, halt=True)], outputs=0),
+        "done": bench.image(configuration, [HALT], outputs=0),
         "fault": bench.image(configuration, ["0" * (ISA.bundle_width(configuration) // 4)]),
     }
     for end, program in ends.items():
@@ -385,7 +358,6 @@ def test_irq__every_enable__follows_done_and_fault(configuration):
             assert not dut.irq
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 def test_done__next_start_without_clear__goes_down_and_up_again(configuration):
     program = busy_program(configuration)
     bench.run(program)
@@ -400,27 +372,21 @@ def test_done__next_start_without_clear__goes_down_and_up_again(configuration):
     assert dut.irq
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 def test_flags__of_a_run__are_those_of_that_run_alone(configuration):
     def quotient(divisor: str) -> Image:
-        bundles = [bench.bundle(configuration, op("fdiv", "c0", "k0", divisor), halt=True)]
+        bundles = [(op("fdiv", "c0", "k0", divisor), HALT)]
         return bench.image(configuration, bundles, {"k0": ONE, "k1": THREE, "k2": TWO}, outputs=0)
 
     flags = [bench.run(quotient(divisor)).flags for divisor in ("zero", "k2", "k1", "k2")]
     assert flags == [0b01000, 0, 0b00001, 0]
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 def test_outputs__of_the_last_run__stay_while_the_next_one_runs_and_change_together(configuration):
     # a run that faults after it has written o0: the host never sees that word
     def program(word: int, end: str) -> Image:
         return bench.image(
             configuration,
-            [
-                bench.bundle(configuration, op("mov", "o0", "k0")),
-                *[bench.bundle(configuration)] * 8,
-                bench.bundle(configuration, op("mov", "o1", end), halt=True),
-            ],
+            [op("mov", "o0", "k0"), *[EMPTY] * 8, (op("mov", "o1", end), HALT)],
             {"k0": word, "k1": 0x7FC00000},
             outputs=2,
         )

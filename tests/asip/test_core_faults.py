@@ -22,7 +22,7 @@ from sim.harness.asip_bus import (
 )
 from sim.iss import Fault, Iss
 from tests.asip import core_bench as bench
-from tests.asip.core_bench import CONFIGURATIONS, ISA, CoreRun, op
+from tests.asip.core_bench import CONFIGURATIONS, EMPTY, HALT, ISA, CoreRun, op
 
 LAST = ISA.program_bundles - 1
 NOP = encode_operation(Operation("nop"), ISA, {})
@@ -35,10 +35,7 @@ def good(configuration: str) -> Image:
     """Program that writes o0 and o1."""
     return bench.image(
         configuration,
-        [
-            bench.bundle(configuration, op("mov", "o0", "k0")),
-            bench.bundle(configuration, op("mov", "o1", "k0"), halt=True),
-        ],
+        [op("mov", "o0", "k0"), (op("mov", "o1", "k0"), HALT)],
         {"k0": GOOD_WORD},
         outputs=2,
     )
@@ -100,11 +97,8 @@ def fields(mnemonic: str, **values: int) -> int:
 
 def check_illegal(configuration: str, illegal: str) -> None:
     """The bundle at address 2 is illegal: what stands before it is executed, nothing else."""
-    before = [
-        bench.bundle(configuration, op("mov", "o0", "k0")),
-        bench.bundle(configuration, op("mov", "c1", "k0")),
-    ]
-    behind = bench.bundle(configuration, op("mov", "c2", "k0"), halt=True)
+    before = [op("mov", "o0", "k0"), op("mov", "c1", "k0")]
+    behind = (op("mov", "c2", "k0"), HALT)
     program = bench.image(
         configuration, [*before, illegal, behind], {"k0": OTHER_WORD, "c2": 5}, outputs=2
     )
@@ -164,7 +158,6 @@ def test_illegal__register_that_does_not_exist__stops_before_the_bundle(configur
                 check_illegal(configuration, word_bundle(configuration, words))
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 def test_illegal__output_that_does_not_exist_or_of_a_pipe__stops_before_the_bundle(configuration):
     aux = SLOT_OF[configuration][-1]
     for index in (32, 33, 63):
@@ -176,7 +169,6 @@ def test_illegal__output_that_does_not_exist_or_of_a_pipe__stops_before_the_bund
             check_illegal(configuration, word_bundle(configuration, {slot: word}))
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 def test_illegal__reserved_control_bits__stop_before_the_bundle(configuration):
     aux = SLOT_OF[configuration][-1]
     for bit in range(1, ISA.control_width):
@@ -185,37 +177,27 @@ def test_illegal__reserved_control_bits__stop_before_the_bundle(configuration):
             check_illegal(configuration, word_bundle(configuration, words, 1 << bit | halt))
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 @pytest.mark.parametrize("mnemonic", ["jmp", "bz", "bnz"])
 def test_illegal__halt_with_a_branch__stops_before_the_bundle(mnemonic, configuration):
     aux = SLOT_OF[configuration][-1]
     words = companions(configuration, aux) | {aux: fields(mnemonic)}
     program = bench.image(
         configuration,
-        [
-            bench.bundle(configuration, op("mov", "o0", "k0")),
-            word_bundle(configuration, words, control=1),
-        ],
+        [op("mov", "o0", "k0"), word_bundle(configuration, words, control=1)],
         {"k0": OTHER_WORD},
     )
     got = check_fault(program, "ILLEGAL", 1)
     assert got.writes == {"o0": [OTHER_WORD]}
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 def test_illegal__empty_program_memory__stops_behind_the_program(configuration):
-    program = bench.image(
-        configuration,
-        [bench.bundle(configuration, op("mov", "o0", "k0"))] * 3,
-        {"k0": OTHER_WORD},
-    )
+    program = bench.image(configuration, [op("mov", "o0", "k0")] * 3, {"k0": OTHER_WORD})
     check_fault(program, "ILLEGAL", 3)
 
 
 OUTSIDE = [(1024, 0), (0, 1024), (0xFFFFFFFF, 0), (0x80000000, 0), (0x7FFFFFFF, 1), (1, 0xFFFF)]
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 @pytest.mark.parametrize(("index", "imm"), OUTSIDE)
 def test_address__data_outside_the_memory__names_the_bundle(index, imm, configuration):
     data = [0x100 + i for i in range(ISA.data_words)]
@@ -225,18 +207,14 @@ def test_address__data_outside_the_memory__names_the_bundle(index, imm, configur
         op("st", "k0", "k1", imm=imm),
     ):
         bundles = [
-            bench.bundle(configuration, op("mov", "o0", "k0")),
-            bench.bundle(configuration),
-            bench.bundle(configuration, access),
-            *[bench.bundle(configuration)] * 8,
-            bench.bundle(configuration, op("mov", "c7", "k0"), halt=True),
+            op("mov", "o0", "k0"),
+            EMPTY,
+            access,
+            *[EMPTY] * 8,
+            (op("mov", "c7", "k0"), HALT),
         ]
         program = bench.image(
-            configuration,
-            bundles,
-            {"k0": OTHER_WORD, "k1": index, "c7": 1},
-            outputs=2,
-            data=data,
+            configuration, bundles, {"k0": OTHER_WORD, "k1": index, "c7": 1}, outputs=2, data=data
         )
         got = check_fault(program, "ADDRESS", 2)
         assert "c7" not in got.writes, "the run goes on after an address fault"
@@ -244,18 +222,16 @@ def test_address__data_outside_the_memory__names_the_bundle(index, imm, configur
         assert [dut.read(BLOCK["data"] + i) for i in range(ISA.data_words)] == data
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 def test_address__program_runs_off_the_end__names_the_first_address_outside(configuration):
-    bundles = [bench.bundle(configuration, op("mov", "c0", "k0"))] * ISA.program_bundles
-    program = bench.image(configuration, bench.words(bundles, configuration), {"k0": OTHER_WORD})
+    bundles = [op("mov", "c0", "k0")] * ISA.program_bundles
+    program = bench.image(configuration, bundles, {"k0": OTHER_WORD})
     got = check_fault(program, "ADDRESS", ISA.program_bundles)
     assert len(got.writes["c0"]) == ISA.program_bundles
     # the last bundle itself is inside
-    halts = bundles[:-1] + [bench.bundle(configuration, halt=True)]
+    halts = bundles[:-1] + [HALT]
     assert bench.run(bench.image(configuration, halts, {"k0": 0})).fault == "NONE"
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 @pytest.mark.parametrize("target", [1024, 2048, 65535])
 def test_address__branch_beyond_program_memory__names_the_target(target, configuration):
     for branch in (
@@ -265,11 +241,7 @@ def test_address__branch_beyond_program_memory__names_the_target(target, configu
     ):
         program = bench.image(
             configuration,
-            [
-                bench.bundle(configuration, op("mov", "o0", "k0")),
-                bench.bundle(configuration, branch),
-                bench.bundle(configuration, op("mov", "c7", "k0"), halt=True),
-            ],
+            [op("mov", "o0", "k0"), branch, (op("mov", "c7", "k0"), HALT)],
             {"k0": OTHER_WORD},
             labels={"t": target},
         )
@@ -277,22 +249,17 @@ def test_address__branch_beyond_program_memory__names_the_target(target, configu
         assert got.bundle_order == [0, 1] and "c7" not in got.writes
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 def test_address__entry_beyond_program_memory__is_a_fault(configuration):
     entry = ISA.program_bundles + 5
     got = check_fault(good(configuration), "ADDRESS", entry, {"ENTRY": entry}, model=False)
     assert got.issued == []
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 def test_watchdog__endless_loop__stops_after_the_stated_cycles(configuration):
     for watchdog in (1, 2, 3, 50, 333):
         program = bench.image(
             configuration,
-            [
-                bench.bundle(configuration, op("mov", "o0", "k0")),
-                bench.bundle(configuration, op("jmp", target="loop")),
-            ],
+            [op("mov", "o0", "k0"), op("jmp", target="loop")],
             {"k0": OTHER_WORD},
             labels={"loop": 1},
             watchdog=watchdog,
@@ -304,12 +271,9 @@ def test_watchdog__endless_loop__stops_after_the_stated_cycles(configuration):
     assert got.fault == "WATCHDOG" and 0 < got.cycles <= 1 + bench.PIPELINE
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 def test_watchdog__run_of_exactly_that_many_cycles__is_not_stopped(configuration):
     for last in (op("mov", "o0", "k0"), op("fdiv", "o0", "k0", "k0"), op("fsin", "o0", "zero")):
-        program = bench.image(
-            configuration, [bench.bundle(configuration, last, halt=True)], {"k0": OTHER_WORD}
-        )
+        program = bench.image(configuration, [(last, HALT)], {"k0": OTHER_WORD})
         cycles = bench.run(program).cycles
         program.watchdog = cycles
         assert bench.run(program).fault == "NONE"
@@ -317,18 +281,13 @@ def test_watchdog__run_of_exactly_that_many_cycles__is_not_stopped(configuration
         check_fault(program, "WATCHDOG", 0, model=False)  # the model counts bundles
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 @pytest.mark.parametrize("word", NON_FINITE)
 def test_not_finite__nan_or_infinity_to_an_output__names_the_output(word, configuration):
     for index in (0, 1, 31):
         for write in (op("mov", f"o{index}", "k1"), op("ld", f"o{index}", "zero", imm=2)):
             program = bench.image(
                 configuration,
-                [
-                    bench.bundle(configuration, write),
-                    *[bench.bundle(configuration)] * 7,
-                    bench.bundle(configuration, op("mov", "c7", "k0"), halt=True),
-                ],
+                [write, *[EMPTY] * 7, (op("mov", "c7", "k0"), HALT)],
                 {"k0": OTHER_WORD, "k1": word},
                 outputs=32,
                 data=[0, 0, word],
@@ -338,7 +297,6 @@ def test_not_finite__nan_or_infinity_to_an_output__names_the_output(word, config
             assert "c7" not in got.writes, "the run goes on after the fault"
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 @pytest.mark.parametrize(
     "write",
     [
@@ -353,45 +311,34 @@ def test_not_finite__result_of_any_unit_with_the_last_bundle__is_a_fault(write, 
     # the fault comes with the last write-back, in the cycle in which the run would be done
     program = bench.image(
         configuration,
-        [bench.bundle(configuration, write, halt=True)],
+        [(write, HALT)],
         {"k0": OTHER_WORD, "k1": 0x7F800000, "k2": 0xBF800000},
         outputs=4,
     )
     check_fault(program, "NOT_FINITE", 3)
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 def test_output__largest_finite_numbers__are_no_fault(configuration):
     for word in (0x7F7FFFFF, 0xFF7FFFFF, 0x80000000, 0x00000001):
-        program = bench.image(
-            configuration,
-            [bench.bundle(configuration, op("mov", "o0", "k1"), halt=True)],
-            {"k1": word},
-        )
+        program = bench.image(configuration, [(op("mov", "o0", "k1"), HALT)], {"k1": word})
         assert bench.run(program).outputs == {"out0": word}
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 def test_output_missing__any_output_of_the_mask__names_the_last_bundle(configuration):
     for missing in (0, 1, 31):
         writes = [op("mov", f"o{index}", "k0") for index in (0, 1, 31) if index != missing]
-        bundles = [bench.bundle(configuration, write) for write in writes]
-        bundles.append(bench.bundle(configuration, halt=True))
+        bundles = [write for write in writes]
+        bundles.append(HALT)
         program = bench.image(configuration, bundles, {"k0": OTHER_WORD}, outputs=32)
         program.output_mask = 0x80000003
         check_fault(program, "OUTPUT_MISSING", 2)
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 def test_output_missing__on_the_path_taken__is_a_fault_of_that_run_only(configuration):
     def program(condition: int) -> Image:
         return bench.image(
             configuration,
-            [
-                bench.bundle(configuration, op("bz", "k1", target="skip")),
-                bench.bundle(configuration, op("mov", "o0", "k0")),
-                bench.bundle(configuration, halt=True),
-            ],
+            [op("bz", "k1", target="skip"), op("mov", "o0", "k0"), HALT],
             {"k0": OTHER_WORD, "k1": condition},
             labels={"skip": 2},
         )
@@ -401,36 +348,27 @@ def test_output_missing__on_the_path_taken__is_a_fault_of_that_run_only(configur
     assert bench.run(program(1)).outputs == {"out0": OTHER_WORD}
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 def test_two_faults__the_first_in_time__stays(configuration):
     program = bench.image(
         configuration,
-        [
-            bench.bundle(configuration, op("ld", "c5", "k1", imm=0)),
-            bench.bundle(configuration),
-            bench.bundle(configuration),
-            bench.bundle(configuration),
-            word_bundle(configuration, {0: 0}),
-        ],
+        [op("ld", "c5", "k1", imm=0), EMPTY, EMPTY, EMPTY, word_bundle(configuration, {0: 0})],
         {"k1": 0x80000000},
     )
     # issue at 0: address fault in stage E2 at 4, the cycle in which the illegal bundle is decoded
     check_fault(program, "ADDRESS", 0)
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 def test_outputs__before_the_first_run_and_after_reset__are_the_safe_values(configuration):
     program = good(configuration)
     dut = bench.load(program)
     dut.reset()
     safe = [bench.safe_word(0), bench.safe_word(1)]
-    assert [dut.read(BLOCK["outputs"] + i) for i in range(2)] == safe
+    assert bench.output_words(dut) == safe
     assert set(bench.run(program).outputs.values()) == {GOOD_WORD}
     dut.reset()
-    assert [dut.read(BLOCK["outputs"] + i) for i in range(2)] == safe
+    assert bench.output_words(dut) == safe
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 def test_outputs__safe_values_written_after_any_number_of_runs__are_read_after_a_reset(
     configuration,
 ):
@@ -446,21 +384,16 @@ def test_outputs__safe_values_written_after_any_number_of_runs__are_read_after_a
             dut.write(BLOCK["safe"] + index, word)
         dut.clock(2)
         if runs:
-            assert [dut.read(BLOCK["outputs"] + i) for i in range(2)] == [GOOD_WORD] * 2
+            assert bench.output_words(dut) == [GOOD_WORD] * 2
         dut.reset()
-        assert [dut.read(BLOCK["outputs"] + i) for i in range(2)] == safe
+        assert bench.output_words(dut) == safe
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 def test_fault_with_long_operations_in_flight__core_is_idle_before_the_next_run(configuration):
     # a division and a sine are in flight when the illegal bundle stops the run
     program = bench.image(
         configuration,
-        [
-            bench.bundle(configuration, op("fsin", "c1", "k0")),
-            bench.bundle(configuration, op("fdiv", "c2", "k0", "k0")),
-            word_bundle(configuration, {0: 0}),
-        ],
+        [op("fsin", "c1", "k0"), op("fdiv", "c2", "k0", "k0"), word_bundle(configuration, {0: 0})],
         {"k0": GOOD_WORD, "c1": 0, "c2": 0},
     )
     got = check_fault(program, "ILLEGAL", 2)

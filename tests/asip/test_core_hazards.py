@@ -8,11 +8,14 @@ what stands between them depends on nothing.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
 import pytest
 
-from asip_asm.ir import Bundle, Operation
+from asip_asm.ir import Operation
 from tests.asip import core_bench as bench
-from tests.asip.core_bench import CONFIGURATIONS, machine, op
+from tests.asip.core_bench import CONFIGURATIONS, EMPTY, HALT, CoreRun, machine, op
 
 # Registers 5 are under test in every bank. All words are positive, distinct, with finite results.
 REGISTERS = {
@@ -24,6 +27,7 @@ REGISTERS = {
     "k5": 0x3E000000,  # 0.125, where a wrong bank is read
     "a5": 0x42280000,
     "c5": 0x42AA0000,
+    "c6": 0,
 }
 DATA = [0x3F800000 + 0x100000 * i for i in range(16)]
 
@@ -85,12 +89,9 @@ def consumers(configuration: str, source: str, integer: bool) -> dict[str, list[
     return found
 
 
-def fillers(configuration: str, count: int) -> list[Bundle]:
+def fillers(count: int) -> list[Operation]:
     """Bundles between producer and consumer; their writes are far enough apart not to wait."""
-    return [
-        bench.bundle(configuration, op("fmadd", f"a{20 + i % 40}", "k0", "k1", "k4"))
-        for i in range(count)
-    ]
+    return [op("fmadd", f"a{20 + i % 40}", "k0", "k1", "k4") for i in range(count)]
 
 
 def destination(producer: Operation) -> str:
@@ -99,6 +100,19 @@ def destination(producer: Operation) -> str:
 
 def latency(configuration: str, operation: Operation) -> int:
     return machine(configuration).latency(operation)
+
+
+def verify(
+    configuration: str,
+    bundles: Sequence[bench.Item],
+    where: str,
+    labels: Mapping[str, int] = {},
+    timing: bool = True,
+) -> CoreRun:
+    """`bench.verify` of the bundles with the preset registers and data."""
+    preset = registers(configuration)
+    program = bench.image(configuration, bundles, preset, data=DATA, labels=labels)
+    return bench.verify(program, where, timing=timing)
 
 
 CASES = [(c, name) for c in CONFIGURATIONS for name in producers(c)]
@@ -111,22 +125,19 @@ def test_read_after_write__any_distance__waits_for_the_result_only(configuration
     for consumer, operations in consumers(configuration, destination(producer), integer).items():
         for distance in range(1, ranks + 5):
             bundles = [
-                bench.bundle(configuration, producer),
-                *fillers(configuration, distance - 1),
-                bench.bundle(configuration, *operations),
+                producer,
+                *fillers(distance - 1),
+                operations,
                 # what was stored is read back
-                bench.bundle(configuration, op("ld", "c10", "zero", imm=2)),
-                bench.bundle(configuration, halt=True),
+                op("ld", "c10", "zero", imm=2),
+                HALT,
             ]
-            program = bench.image(
+            got = verify(
                 configuration,
                 bundles,
-                registers(configuration),
-                data=DATA,
+                f"{name} -> {consumer}, {distance} on",
                 labels={"end": distance + 2},
-            )
-            got = bench.verify(
-                program, f"{name} -> {consumer}, {distance} on", timing=consumer != "branch"
+                timing=consumer != "branch",
             )
             due = max(distance, ranks + 1)
             assert got.issued[distance] == (due, distance)
@@ -139,15 +150,10 @@ def test_write_after_write__any_distance__last_write_stays(configuration, name):
         if destination(second) != destination(first):
             continue
         for distance in range(1, latency(configuration, first) + 4):
-            bundles = [
-                bench.bundle(configuration, first),
-                *fillers(configuration, distance - 1),
-                bench.bundle(configuration, second),
-                bench.bundle(configuration, op("mov", "c9", destination(first))),
-                bench.bundle(configuration, halt=True),
-            ]
-            program = bench.image(configuration, bundles, registers(configuration), data=DATA)
-            got = bench.verify(program, f"{name} then {other} to the same register, {distance} on")
+            last = op("mov", "c9", destination(first))
+            bundles = [first, *fillers(distance - 1), second, last, HALT]
+            where = f"{name} then {other} to the same register, {distance} on"
+            got = verify(configuration, bundles, where)
             assert got.issue_cycles[distance] == max(distance, latency(configuration, first) + 1)
             assert got.writes["c9"][-1] == got.writes[destination(first)][-1]
 
@@ -159,68 +165,44 @@ def test_write_after_read__next_bundle_or_same__old_value_is_read(configuration,
     for consumer, operations in consumers(configuration, source, integer=False).items():
         if consumer == "branch":
             continue
-        bundles = [bench.bundle(configuration, *operations), bench.bundle(configuration, writer)]
+        bundles = [operations, writer]
         slots = [bench.is_fma(o.mnemonic) and o.dst.bank for o in (*operations, writer)]
         if configuration == "fast" and len(set(slots)) == len(slots):
-            bundles = [bench.bundle(configuration, *operations, writer)]
-        bundles.append(bench.bundle(configuration, halt=True))
-        program = bench.image(configuration, bundles, registers(configuration), data=DATA)
-        bench.verify(program, f"{consumer} reads what {name} writes")
+            bundles = [(*operations, writer)]
+        verify(configuration, [*bundles, HALT], f"{consumer} reads what {name} writes")
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 @pytest.mark.parametrize("name", AUXILIARY)
 def test_write_port__second_result_due_in_the_same_cycle__waits_one_cycle(configuration, name):
     first, _ = AUXILIARY[name]
+    ranks = {each: latency(configuration, producer) for each, (producer, _) in AUXILIARY.items()}
     waited = set()
     for other, (second, _) in AUXILIARY.items():
         for to in ("c6", "o0"):
             if to == "o0" and other in ("iadd", "f2i"):
                 continue
-            following = op_to(second, to)
-            for distance in range(1, latency(configuration, first) + 3):
-                bundles = [
-                    bench.bundle(configuration, first),
-                    *fillers(configuration, distance - 1),
-                    bench.bundle(configuration, following),
-                    bench.bundle(configuration, op("fmul", "a7", "c5", "c6"), halt=True),
-                ]
-                program = bench.image(
-                    configuration, bundles, registers(configuration) | {"c6": 0}, data=DATA
-                )
-                got = bench.verify(program, f"{name} and {other} to {to}, {distance} on")
-                collides = latency(configuration, first) == distance + latency(
-                    configuration, second
-                )
-                if collides and other != "sincos":
+            following = replace(second, dst=op("mov", to, "zero").dst)
+            reader = (op("fmul", "a7", "c5", "c6"), HALT)
+            for distance in range(1, ranks[name] + 3):
+                bundles = [first, *fillers(distance - 1), following, reader]
+                where = f"{name} and {other} to {to}, {distance} on"
+                got = verify(configuration, bundles, where)
+                if ranks[name] == distance + ranks[other] and other != "sincos":
                     waited.add(other)
                     assert got.stalls["STALL_PORT"] >= 1
-    longer = {
-        n
-        for n, (o, _) in AUXILIARY.items()
-        if latency(configuration, o) < latency(configuration, first)
-    }
-    assert waited >= longer - {"sincos"}, "the collision was never met"
+    shorter = {other for other in AUXILIARY if ranks[other] < ranks[name]}
+    assert waited >= shorter - {"sincos"}, "the collision was never met"
 
 
-def op_to(operation: Operation, to: str) -> Operation:
-    """The operation with another destination."""
-    target = bench.op("mov", to, "zero").dst
-    return Operation(
-        operation.mnemonic, target, operation.a, operation.b, operation.c, imm=operation.imm
-    )
-
-
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 def test_write_port__queue_of_collisions__every_result_arrives(configuration):
     # divisions as close as the unit takes them: the write port is taken at once or again and again;
     # shorter operations want the same cycles
     interval = divsqrt_interval(configuration)
     body = [op("fdiv", f"c{10 + i}", "k0", "k1") for i in range(6 if interval == 1 else 2)]
-    bundles: list[Bundle] = []
+    bundles: list[bench.Item] = []
     for i, division in enumerate(body):
-        bundles += [bench.bundle(configuration)] * (i * interval - len(bundles))
-        bundles.append(bench.bundle(configuration, division))
+        bundles += [EMPTY] * (i * interval - len(bundles))
+        bundles.append(division)
     short = [
         op("ld", "c20", "k3", imm=0),
         op("i2f", "c21", "k3"),
@@ -230,10 +212,9 @@ def test_write_port__queue_of_collisions__every_result_arrives(configuration):
     for i, operation in enumerate(short[: 4 if interval == 1 else len(body)]):
         # the one before waited, so that this one would issue a cycle later than it stands
         ahead = latency(configuration, body[0]) - latency(configuration, operation)
-        bundles += [bench.bundle(configuration)] * (ahead + i * (interval - 1) - len(bundles))
-        bundles.append(bench.bundle(configuration, operation))
-    bundles.append(bench.bundle(configuration, halt=True))
-    got = bench.verify(bench.image(configuration, bundles, REGISTERS, data=DATA))
+        bundles += [EMPTY] * (ahead + i * (interval - 1) - len(bundles))
+        bundles.append(operation)
+    got = verify(configuration, [*bundles, HALT], "queue")
     assert got.stalls["STALL_PORT"] >= len(body)
 
 
@@ -242,62 +223,41 @@ def divsqrt_interval(configuration: str) -> int:
     return machine(configuration).units["divsqrt"].interval
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 @pytest.mark.parametrize("target", ["c6", "o0"])
 def test_divsqrt__next_at_any_distance__waits_for_its_turn(configuration, target):
     first, second = op("fdiv", "c5", "k0", "k1"), op("fsqrt", target, "k4")
     interval = divsqrt_interval(configuration)
     for distance in range(1, interval + 4):
-        bundles = [
-            bench.bundle(configuration, first),
-            *fillers(configuration, distance - 1),
-            bench.bundle(configuration, second),
-            bench.bundle(configuration, op("fdiv", "c7", "k1", "k0")),
-            bench.bundle(configuration, op("fsqrt", "c8", "k0")),
-            bench.bundle(configuration, halt=True),
-        ]
-        got = bench.verify(
-            bench.image(configuration, bundles, REGISTERS), f"division and root, {distance} on"
-        )
+        more = [op("fdiv", "c7", "k1", "k0"), op("fsqrt", "c8", "k0"), HALT]
+        bundles = [first, *fillers(distance - 1), second, *more]
+        got = verify(configuration, bundles, f"division and root, {distance} on")
         begin = max(distance, interval)
         turns = [begin + i * interval for i in range(3)]
         assert got.issue_cycles[distance : distance + 3] == turns
         assert got.stalls["STALL_UNIT"] == begin - distance + 2 * (interval - 1)
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 def test_sincos__next_at_any_distance__waits_for_the_unit(configuration):
     sine, cosine = op("fsin", "c5", "k2"), op("fcos", "c6", "k0")
     interval = machine(configuration).units["sincos"].interval
     for distance in range(1, interval + 4):
-        bundles = [
-            bench.bundle(configuration, sine),
-            *fillers(configuration, distance - 1),
-            bench.bundle(configuration, cosine),
-            bench.bundle(configuration, op("fsin", "c7", "k1")),
-            bench.bundle(configuration, halt=True),
-        ]
-        got = bench.verify(
-            bench.image(configuration, bundles, REGISTERS), f"sine and cosine, {distance} on"
-        )
+        bundles = [sine, *fillers(distance - 1), cosine, op("fsin", "c7", "k1"), HALT]
+        got = verify(configuration, bundles, f"sine and cosine, {distance} on")
         second = max(distance, interval)
         assert got.issue_cycles[distance : distance + 2] == [second, second + interval]
         assert got.stalls["STALL_UNIT"] == second - distance + interval - 1
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 def test_memory__load_at_any_distance_from_a_store__reads_the_stored_word(configuration):
     for distance in range(1, 6):
         bundles = [
-            bench.bundle(configuration, op("st", "k0", "zero", imm=4)),
-            *fillers(configuration, distance - 1),
-            bench.bundle(configuration, op("ld", "c5", "zero", imm=4)),
-            bench.bundle(configuration, op("st", "k1", "zero", imm=4)),
-            bench.bundle(configuration, op("ld", "c6", "zero", imm=4), halt=True),
+            op("st", "k0", "zero", imm=4),
+            *fillers(distance - 1),
+            op("ld", "c5", "zero", imm=4),
+            op("st", "k1", "zero", imm=4),
+            (op("ld", "c6", "zero", imm=4), HALT),
         ]
-        got = bench.verify(
-            bench.image(configuration, bundles, REGISTERS, data=DATA), f"load {distance} on"
-        )
+        got = verify(configuration, bundles, f"load {distance} on")
         assert [got.writes[name] for name in ("c5", "c6")] == [[REGISTERS["k0"]], [REGISTERS["k1"]]]
 
 
@@ -314,18 +274,13 @@ def test_three_banks__results_in_one_cycle_or_near__each_reader_gets_its_own():
         for lead in range(-3, 4):  # cycles that the auxiliary result comes before the others
             start = ranks - latency("fast", third) - lead
             gap = abs(start) - 1
-            early, late = [bench.bundle("fast", third)], [bench.bundle("fast", *pipes)]
+            early, late = [third], [pipes]
             if start > 0:
                 early, late = late, early
-            bundles = [*early, *[bench.bundle("fast")] * gap, *late]
+            bundles = [*early, *[EMPTY] * gap, *late]
             if start == 0:
-                bundles = [bench.bundle("fast", *pipes, third)]
+                bundles = [(*pipes, third)]
             for reader in readers:
                 for select in auxiliary:
-                    program = bench.image(
-                        "fast",
-                        [*bundles, bench.bundle("fast", *reader, select, halt=True)],
-                        registers("fast"),
-                        data=DATA,
-                    )
-                    bench.verify(program, f"pipes and {name}, {lead} earlier")
+                    last = (*reader, select, HALT)
+                    verify("fast", [*bundles, last], f"pipes and {name}, {lead} earlier")

@@ -12,7 +12,7 @@ from asip_asm.image import InputEntry
 from sim.harness.asip_bus import BLOCK, STATUS, register_address
 from sim.iss import Fault, Iss, arithmetic
 from tests.asip import core_bench as bench
-from tests.asip.core_bench import CONFIGURATIONS, CORNERS, ISA, op
+from tests.asip.core_bench import CORNERS, HALT, ISA, op
 
 # All pairs of corners for two operands; triples of these for three.
 TRIPLES = (
@@ -34,14 +34,13 @@ def operand_rows(mnemonic: str) -> list[tuple[int, ...]]:
     return list(itertools.product(values, repeat=operands))
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 @pytest.mark.parametrize("mnemonic", WRITING)
 def test_operation__corner_operands__result_and_flags_of_the_model(mnemonic, configuration):
     names = ("k0", "k1", "k2")[: len(ISA.operations[mnemonic].sources)]
     pipes = ("a7", "b7") if bench.is_fma(mnemonic) and configuration == "fast" else ("a7",)
     destinations = pipes if bench.is_fma(mnemonic) else ("c7",)
     body = [op(mnemonic, destination, *names) for destination in destinations]
-    program = bench.image(configuration, [bench.bundle(configuration, *body, halt=True)], outputs=0)
+    program = bench.image(configuration, [(*body, HALT)], outputs=0)
     rows = operand_rows(mnemonic)
     dut = bench.load(program)
     got = dut.run(
@@ -65,16 +64,15 @@ def test_operation__corner_operands__result_and_flags_of_the_model(mnemonic, con
         assert flags == want.flags, f"{case}: flags {flags:05b}, want {want.flags:05b}"
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 @pytest.mark.parametrize("mnemonic", ["bz", "bnz"])
 def test_branch__any_operand__goes_where_the_model_goes(mnemonic, configuration):
     for word in CORNERS:
         program = bench.image(
             configuration,
             [
-                bench.bundle(configuration, op(mnemonic, "k0", target="there")),
-                bench.bundle(configuration, op("mov", "c0", "k0")),
-                bench.bundle(configuration, op("mov", "c1", "k0"), halt=True),
+                op(mnemonic, "k0", target="there"),
+                op("mov", "c0", "k0"),
+                (op("mov", "c1", "k0"), HALT),
             ],
             {"k0": word},
             outputs=0,
@@ -89,7 +87,6 @@ def test_branch__any_operand__goes_where_the_model_goes(mnemonic, configuration)
         assert got.stalls["STALL_FETCH"] == (there - 1 if taken else 4)
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 def test_memory__every_address_form__loads_what_was_stored(configuration):
     # index + immediate as 32-bit integers: -1 + 1 = 0, the last word both ways
     forms = [
@@ -104,10 +101,10 @@ def test_memory__every_address_form__loads_what_was_stored(configuration):
     for i, (index, imm) in enumerate(forms):
         registers |= {f"k{2 * i}": index, f"k{2 * i + 1}": 0x40000000 + i}
         bundles += [
-            bench.bundle(configuration, op("st", f"k{2 * i + 1}", f"k{2 * i}", imm=imm)),
-            bench.bundle(configuration, op("ld", f"c{i}", f"k{2 * i}", imm=imm)),
+            op("st", f"k{2 * i + 1}", f"k{2 * i}", imm=imm),
+            op("ld", f"c{i}", f"k{2 * i}", imm=imm),
         ]
-    bundles.append(bench.bundle(configuration, halt=True))
+    bundles.append(HALT)
     program = bench.image(configuration, bundles, registers, outputs=0, data=[0] * 1024)
     got = bench.verify(program)
     assert [got.writes[f"c{i}"] for i in range(len(forms))] == [
@@ -138,17 +135,16 @@ def test_register__every_one_of_a_bank__reaches_every_operand_of_every_slot(bank
             operations = [op(pipe[0], f"a{to}", *pipe[1:]), op(aux[0], f"c{to}", *aux[1:])]
             if configuration == "fast":
                 operations.append(op(pipe[0], f"b{to}", *pipe[1:]))
-                bundles.append(bench.bundle(configuration, *operations))
+                bundles.append(operations)
             else:
-                bundles += [bench.bundle(configuration, operation) for operation in operations]
-    bundles.append(bench.bundle(configuration, halt=True))
+                bundles += operations
+    bundles.append(HALT)
     got = bench.verify(bench.image(configuration, bundles, values, outputs=0))
     assert {name: words[-1] for name, words in got.writes.items() if name[0] == "c"} == {
         f"c{i % 64}": values[f"{bank}{i}"] for i in range(size)
     }
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 @pytest.mark.parametrize("optimise", [False, True])
 def test_assembled_source__linear__words_and_flags_of_the_model(configuration, optimise):
     program = bench.assembled(

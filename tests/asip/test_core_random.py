@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 import pytest
 
 from tests.asip import core_bench as bench
-from tests.asip.core_bench import CONFIGURATIONS, CORNERS, ISA
+from tests.asip.core_bench import CORNERS, ISA
 
 SEED = int(os.environ.get("SEED", "1"))
 STRAIGHT, BRANCHING = 40, 40  # programs of each kind and configuration
@@ -186,7 +186,6 @@ def check(configuration: str, kind: str, number: int) -> int:
     return sum(operations[address] for address in got.bundle_order)
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 def test_random_programs__words_flags_outputs_and_cycles_of_the_model(configuration):
     print(f"SEED={SEED}")
     executed = sum(check(configuration, "straight", number) for number in range(STRAIGHT))
@@ -196,7 +195,6 @@ def test_random_programs__words_flags_outputs_and_cycles_of_the_model(configurat
 
 
 @pytest.mark.full
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 def test_random_programs__many__words_flags_outputs_and_cycles_of_the_model(configuration):
     print(f"SEED={SEED}")
     for number in range(1000, 1800):

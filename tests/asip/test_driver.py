@@ -17,6 +17,7 @@ from asip_asm.c_image import enumeration, identifier, to_c
 from asip_asm.gen.asip_regmap import REGMAP
 from sim.driver import DRIVER, simulated_core
 from sim.iss.core import Iss
+from tests.bench.commands import output
 
 CHECKS = Path(__file__).with_name("driver_checks.c")
 C_FLAGS = ("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-O1")
@@ -51,8 +52,7 @@ def build(
     program = folder / main.stem
     command = [os.environ.get("CC", "cc"), *C_FLAGS, f"-I{DRIVER}", f"-I{folder}", "-o", program]
     command += [main, DRIVER / "asip.c", core, f"-Wl,-rpath,{core.parent}"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
+    output(*command)
     return program
 
 
@@ -161,8 +161,7 @@ def test_header__every_address_fault_and_field_by_value(tmp_path):
     source = tmp_path / "values.c"
     source.write_text('#include "asip.h"\n' + "\n".join(rows) + "\n")
     command = [os.environ.get("CC", "cc"), "-std=c99", f"-I{DRIVER}", "-fsyntax-only", source]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
+    output(*command)
 
 
 def test_image__names_that_c_does_not_know__stay_apart():
@@ -180,5 +179,4 @@ def test_image__title_with_quotes_and_empty_tables__compiles(tmp_path):
         "const asip_image *used(void) { return &a_b_image; }\n"
     )
     command = [os.environ.get("CC", "cc"), *C_FLAGS, f"-I{DRIVER}", "-fsyntax-only"]
-    done = subprocess.run([*command, tmp_path / "t.c"], capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
+    output(*command, tmp_path / "t.c")

@@ -110,7 +110,6 @@ def test_a_damaged_function_is_refused(image):
         Image.from_json(data, sealed=False)
 
 
-@pytest.mark.parametrize("configuration", ("fast", "small"))
 def test_c_driver_runs_the_functions(tmp_path, configuration):
     image = link("both", programs(tmp_path, configuration))
     main = Path(__file__).with_name("two_functions.c")

@@ -10,12 +10,12 @@ from __future__ import annotations
 import json
 import os
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
+from tests.bench.commands import output
 from tests.bench.copies import share_models
 
 ROOT = Path(__file__).parents[2]
@@ -53,17 +53,8 @@ def moved(tmp_path_factory) -> Path:
 
 def run(copy: Path, *arguments: object) -> str:
     """Output of the copy's Python."""
-    done = subprocess.run(
-        [sys.executable, *map(str, arguments)],
-        cwd=copy,
-        env={**os.environ, "PYTHONPATH": str(copy)},
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=900,
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout
+    environment = os.environ | {"PYTHONPATH": str(copy)}
+    return output(sys.executable, *arguments, cwd=copy, env=environment, timeout=900)
 
 
 @pytest.mark.parametrize("name", FOLLOWED)

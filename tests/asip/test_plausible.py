@@ -15,7 +15,7 @@ from asip_asm.image import Image
 from sim.harness.asip_bus import BLOCK, CSR, FAULT_NAMES, START, STATUS
 from tests.asip import core_bench as bench
 from tests.asip import resilient_bench
-from tests.asip.core_bench import op
+from tests.asip.core_bench import HALT, op
 
 INF = math.inf
 ON = REGMAP.blocks["plausible_on"].word(judged=1)
@@ -33,9 +33,9 @@ def number(word: int) -> float:
 
 def moves(outputs: Sequence[int]) -> Image:
     """Program that writes each of these outputs from k of its number; the last one last."""
-    bundles = [bench.bundle("fast", op("mov", f"o{i}", f"k{i}")) for i in outputs[:-1]]
+    bundles = [op("mov", f"o{i}", f"k{i}") for i in outputs[:-1]]
     last = outputs[-1]
-    bundles.append(bench.bundle("fast", op("mov", f"o{last}", f"k{last}"), halt=True))
+    bundles.append((op("mov", f"o{last}", f"k{last}"), HALT))
     constants = {f"k{i}": 0 for i in outputs}
     return bench.image("fast", bundles, constants, outputs=max(outputs) + 1)
 
@@ -170,7 +170,7 @@ def test_outputs__each_by_its_own_record__the_first_bad_one_is_named():
 def test_outputs__written_by_some_runs_only__move_from_the_tick_before_if_it_wrote_them():
     tb = Tb()
     first = [op("mov", "o0", "k0"), op("mov", "o1", "k1")]
-    bundles = [bench.bundle("fast", each, halt=True) for each in first]
+    bundles = [(each, HALT) for each in first]
     tb.core.load(bench.image("fast", bundles, {"k0": 0, "k1": 0}, outputs=2, output_mask=0))
     for output in (0, 1):
         tb.record(output, -INF, INF, 1.0)

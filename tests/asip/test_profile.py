@@ -329,7 +329,6 @@ def test_units__of_each_configuration__are_those_of_its_slots():
 # ---------------------------------------------------------------------- commands
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 def test_asip_run_profile__text_log_and_chart_are_those_of_the_run(configuration, tmp_path, capsys):
     image, trace = causes_program(tmp_path, configuration)
     image.save(tmp_path / "causes.asip.json")
@@ -357,7 +356,6 @@ def test_asip_run_profile__on_the_model__is_a_wrong_command_line(tmp_path, capsy
     assert "no clock cycles to profile; use --rtl" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
 @pytest.mark.parametrize("level", ["-O", "-O0"])
 def test_asip_as_report__says_the_cycles_that_the_core_takes(
     level, configuration, tmp_path, capsys

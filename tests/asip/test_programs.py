@@ -34,6 +34,12 @@ MASSES = ("M1", "M2", "M3")
 GRAVITIES = ("G1", "G2", "G3", "G4")
 
 
+@pytest.fixture(params=PROGRAMS)
+def program(request) -> str:
+    """Name of each tracking program."""
+    return request.param
+
+
 @pytest.fixture(scope="module")
 def robot():
     return Robot.load()
@@ -102,14 +108,12 @@ def assert_run_within_bounds(robot, motion, rows, optimised: bool) -> None:
             assert_within(name, rows[name], want[:, axis], bound[:, axis])
 
 
-@pytest.mark.parametrize("program", PROGRAMS)
 def test_every_tick_agrees_with_the_reference_within_the_derived_bounds(
     robot, motion, runs, program
 ):
     assert_run_within_bounds(robot, motion, runs[program].rows, program == "optimised")
 
 
-@pytest.mark.parametrize("program", PROGRAMS)
 def test_another_robot_needs_only_other_parameters(robot, program):
     other = {"R": 0.4321, "l_c": 0.31, "m_s": 9.7, "encoder_legs": 0.3e-6, "g": 3.7, "xi_c": 4.2}
     changed = replace(robot, **other)
@@ -161,15 +165,12 @@ def test_inverse_kinematics_as_printed_take_the_operations_of_the_printed_formul
     assert total == Counter(mul=123 + 2, add_sub=89 + 2, div=9, sqrt=12)
 
 
-@pytest.mark.parametrize("program", PROGRAMS)
 def test_every_operation_names_its_equation(images, program):
     for bundle in images[program]["sources"]:
         for entry in bundle:
             assert entry["equation"], f"line {entry['line']}: {entry['text']}"
 
 
-@pytest.mark.parametrize("program", PROGRAMS)
-@pytest.mark.parametrize("configuration", ["fast", "small"])
 def test_schedule_and_configuration_do_not_change_a_bit(
     robot, motion, runs, program, configuration
 ):
@@ -183,7 +184,6 @@ def test_schedule_and_configuration_do_not_change_a_bit(
     assert got.operations == runs[program].operations
 
 
-@pytest.mark.parametrize("program", PROGRAMS)
 def test_trace_holds_one_write_per_operation_and_changes_no_result(
     robot, motion, images, runs, program
 ):
@@ -199,7 +199,6 @@ def test_trace_holds_one_write_per_operation_and_changes_no_result(
         assert result.writes["o3"] == [result.output_bits["tau4"]]
 
 
-@pytest.mark.parametrize("program", PROGRAMS)
 def test_outputs_saturate_at_the_limits_of_the_drives(robot, motion, images, program):
     path, counts = motion
     limits = dict(zip(OUTPUTS, robot.output_max, strict=True))
@@ -214,7 +213,6 @@ def test_outputs_saturate_at_the_limits_of_the_drives(robot, motion, images, pro
         assert result.outputs == {name: sign * limit for name, limit in limits.items()}
 
 
-@pytest.mark.parametrize("program", PROGRAMS)
 def test_integrators_saturate_at_their_bounds(robot, motion, images, program):
     path, counts = motion
     name = {"as_printed": "s_c", "optimised": "integral"}[program]
@@ -233,7 +231,6 @@ def test_integrators_saturate_at_their_bounds(robot, motion, images, program):
         assert {key: iss.state[key] for key in bound} == bound
 
 
-@pytest.mark.parametrize("program", PROGRAMS)
 def test_lengths_that_meet_nowhere_leave_the_safe_values(robot, motion, images, program):
     path, counts = motion
     iss = Iss(images[program])

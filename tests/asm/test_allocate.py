@@ -25,7 +25,7 @@ from asip_asm.machine import load_machine
 from asip_asm.schedule import bundle_in_order, schedule_program
 
 from .interpret import operations_of, run_bundles, run_written
-from .workload import Builder, random_program
+from .workload import Builder, arrange, random_program
 
 MACHINES = {name: load_machine(name) for name in ("fast", "small")}
 FAST = MACHINES["fast"]
@@ -64,8 +64,7 @@ def test_register_of_an_unread_result__comes_last_until_it_is_written():
     quick = build.op("mov", K1)
     operations = {op.dst: op for op in build.region.operations}
     machine = replace(FAST, bank_sizes={**FAST.bank_sizes, "C": 2})
-    bundle_in_order(build.program, machine)
-    allocate_registers(build.program, machine)
+    arrange(build.program, machine, in_order=True)
     assert operations[quick].dst != operations[slow].dst
     assert write_stalls(build.program, machine) == 0
 
@@ -85,8 +84,7 @@ def test_value_read_in_a_loop__survives_the_whole_loop():
     )
     program = Program(regions=[start, loop, Region(halt=True)])
     machine = with_banks(FAST, 3)
-    bundle_in_order(program, machine)
-    allocate_registers(program, machine)
+    arrange(program, machine, in_order=True)
     base_register = start.operations[0].dst
     assert all(op.dst != base_register for op in loop.operations)
 
@@ -102,8 +100,7 @@ def test_spilled_program__computes_what_was_written(seed, configuration, order):
     if order == "scheduled":
         schedule_program(program, machine, 20)
     else:
-        bundle_in_order(program, machine)
-    allocate_registers(program, machine)
+        arrange(program, machine, in_order=True)
     assert run_bundles(program, words) == written
     assert all(
         place.index < 10
@@ -175,8 +172,7 @@ def test_unwritten_state__still_has_a_register():
     build = Builder()
     state = build.state("gain", pin="B")
     build.output("mov", state)
-    schedule_program(build.program, FAST)
-    allocate_registers(build.program, FAST)
+    arrange(build.program, FAST)
     assert build.program.states[0].register.bank == "B"
 
 
@@ -193,8 +189,7 @@ def test_export_of_an_overwritten_first_value__is_refused():
 def test_export_of_an_input__is_its_own_place():
     build = Builder()
     build.program.exports = [Export("x", K1)]
-    schedule_program(build.program, FAST)
-    allocate_registers(build.program, FAST)
+    arrange(build.program, FAST)
     assert build.program.exports[0].register == K1
 
 
@@ -205,8 +200,7 @@ def test_registers_named_in_the_source__are_left_alone():
     build.op("mov", K1)
     build.emit("mov", named[1], named[0])
     build.op("mov", named[1])
-    schedule_program(build.program, FAST)
-    allocate_registers(build.program, FAST)
+    arrange(build.program, FAST)
     chosen = [op.dst for op in operations_of(build.program) if op.dst not in named]
     assert len(chosen) == 2 and not set(chosen) & set(named)
 
@@ -215,8 +209,7 @@ def test_registers_of_fixed_states__are_left_alone():
     build = Builder()
     build.program.fixed_states = [FixedState("s", "float", 0, Register("C", 0))]
     build.op("mov", K0)
-    schedule_program(build.program, FAST)
-    allocate_registers(build.program, FAST)
+    arrange(build.program, FAST)
     assert build.region.operations[0].dst == Register("C", 1)
 
 

@@ -9,8 +9,6 @@ test a bit of the digest. Nothing but the parser and the word layout is shared.
 
 from __future__ import annotations
 
-import zlib
-from dataclasses import dataclass, field
 from pathlib import Path
 
 import pytest
@@ -26,6 +24,8 @@ from asip_asm.isa import default_isa
 from asip_asm.parser import parse_file
 from asip_asm.source import Operand, RawOperation, Source
 
+from .interpret import Result, digest
+
 ISA = default_isa()
 STEPS = 300
 FMA = ("fmadd d, s, s, s", "fmul d, s, s", "fadd d, s, s")
@@ -34,40 +34,24 @@ NAMES = ("p", "q", "r", "u", "v", "w")
 SOURCES = (*NAMES, "x", "y", "half", "1.5", "s1", "s2", "zero")
 
 
-def digest(*parts: object) -> int:
-    return zlib.crc32(repr(parts).encode())
-
-
 def taken(mnemonic: str, value: int) -> bool:
     return mnemonic == "jmp" or (value % 3 == 0) == (mnemonic == "bz")
-
-
-@dataclass
-class Outcome:
-    """What a run leaves behind."""
-
-    outputs: dict[int, int] = field(default_factory=dict)
-    states: dict[str, int] = field(default_factory=dict)
-    exports: dict[str, int] = field(default_factory=dict)
-    data: list[int] = field(default_factory=list)
 
 
 class Endless(Exception):
     """The run does not end within the step limit."""
 
 
-def run_source(source: Source) -> Outcome:
+def run_source(source: Source) -> Result:
     """Run the statements in order; names are variables."""
     values: dict[str, int] = {"zero": 0}
     for declaration in source.names.values():
         if declaration.kind == "input":
             values[declaration.name] = digest("k", int(declaration.value or 0))
-        elif declaration.kind == "constant":
-            values[declaration.name] = declaration.bits
-        elif declaration.kind == "state":
+        elif declaration.kind in ("constant", "state"):
             values[declaration.name] = declaration.bits
     outputs = {d.name: i for i, d in enumerate(source.of_kind("output"))}
-    outcome = Outcome(data=list(source.data))
+    outcome = Result(data=list(source.data))
 
     def read(operand: Operand) -> int:
         if operand.kind == "value":
@@ -116,7 +100,7 @@ def run_source(source: Source) -> Outcome:
     return outcome
 
 
-def run_image(image: Image, words: int) -> Outcome:
+def run_image(image: Image, words: int) -> Result:
     """Run the bundles; all operations of a bundle read before any writes."""
     registers: dict[Register, int] = {Register("zero", 0): 0}
     for entry in image.constants:
@@ -130,7 +114,7 @@ def run_image(image: Image, words: int) -> Outcome:
     for state in image.states:
         registers[register(state.register)] = int(state.bits, 16)
     data = [int(word, 16) for word in image.data]
-    outcome = Outcome(data=data)
+    outcome = Result(data=data)
     position = 0
     for _ in range(2 * STEPS):
         bundle = decode_bundle(int(image.bundles[position], 16), image.configuration, ISA)

@@ -26,7 +26,7 @@ from asip_asm.report import report_program
 from asip_asm.schedule import ScheduleError, bundle_in_order, schedule_program
 
 from .interpret import operations_of, run_bundles, run_written
-from .workload import Builder, loop_program, random_program
+from .workload import Builder, arrange, loop_program, random_program
 
 MACHINES = {name: load_machine(name) for name in ("fast", "small")}
 PROGRAMS = Path(search.__file__).parent / "programs"
@@ -169,8 +169,7 @@ def test_controller_programs__are_within_8_percent_of_the_lower_bound(name, conf
     program = parse_program(PROGRAMS / name, configuration=configuration)
     written = run_written(program)
     words = len(program.data)
-    schedule_program(program, machine)
-    allocate_registers(program, machine)
+    arrange(program, machine)
     section = report_program(program, machine).sections[0]
     assert section.distance <= 8.0
     assert section.stalls["waw"] == 0
@@ -264,8 +263,7 @@ def test_state__is_overwritten_no_earlier_than_its_last_reader():
     build.write_state("s", "mov", K0)
     program = build.program
     written = run_written(program)
-    schedule_program(program, MACHINES["fast"])
-    allocate_registers(program, MACHINES["fast"])
+    arrange(program, MACHINES["fast"])
     assert run_bundles(program, 0) == written
 
 
@@ -275,8 +273,7 @@ def test_pinned_states__are_written_by_their_pipe(pin, slot):
     for i in range(4):
         build.state(f"s{i}", pin=pin)
         build.write_state(f"s{i}", "fmul", K0, K1)
-    schedule_program(build.program, MACHINES["fast"])
-    allocate_registers(build.program, MACHINES["fast"])
+    arrange(build.program, MACHINES["fast"])
     assert {state.register.bank for state in build.program.states} == {pin}
     bundles = build.program.regions[0].bundles
     assert [bundle.slots[slot] is not None for bundle in bundles] == [True] * 4
@@ -353,8 +350,7 @@ def test_state_of_a_program_with_branches__keeps_one_register_in_its_pinned_bank
     for region in program.regions[1:3]:
         region.operations.insert(0, Operation("fadd", total, total, c=K0))
     written = run_written(copy.deepcopy(program))
-    schedule_program(program, MACHINES["fast"])
-    allocate_registers(program, MACHINES["fast"])
+    arrange(program, MACHINES["fast"])
     assert program.states[-1].register.bank == "B"
     assert run_bundles(program, 1) == written
 

@@ -3,13 +3,11 @@
 
 import pytest
 
-from asip_asm.allocate import allocate_registers
 from asip_asm.ir import Register
 from asip_asm.machine import RUN_OVERHEAD, load_machine
 from asip_asm.report import report_program
-from asip_asm.schedule import bundle_in_order, schedule_program
 
-from .workload import Builder, loop_program
+from .workload import Builder, arrange, loop_program
 
 FAST = load_machine("fast")
 K0, K1 = Register("K", 0), Register("K", 1)
@@ -27,8 +25,7 @@ def chain_of_three():
 
 def test_chain__is_bounded_by_its_critical_path():
     program = chain_of_three()
-    schedule_program(program, FAST)
-    allocate_registers(program, FAST)
+    arrange(program, FAST)
     section = report_program(program, FAST).sections[0]
     path = 2 * (FMA + 1) + CMP + 1 + RUN_OVERHEAD
     assert (section.cycles, section.critical_path, section.bound) == (path, path, path)
@@ -41,8 +38,7 @@ def test_independent_operations__are_bounded_by_the_slots():
     build = Builder()
     for _ in range(20):
         build.op("fmul", K0, K1)
-    bundle_in_order(build.program, FAST)
-    allocate_registers(build.program, FAST)
+    arrange(build.program, FAST, in_order=True)
     section = report_program(build.program, FAST).sections[0]
     assert section.bounds["fma slots"] == 9 + FMA + 1 + RUN_OVERHEAD
     assert section.cycles == 19 + FMA + 1 + RUN_OVERHEAD
@@ -55,16 +51,14 @@ def test_registers__count_values_in_use_at_once_and_states():
     values = [build.op("mov", K0) for _ in range(5)]
     for value in values:
         build.output("mov", value)
-    bundle_in_order(build.program, FAST)
-    allocate_registers(build.program, FAST)
+    arrange(build.program, FAST, in_order=True)
     report = report_program(build.program, FAST)
     assert report.registers == {"A": (1, 64), "B": (0, 64), "C": (5, 64)}
 
 
 def test_program_with_branches__has_a_section_per_region():
     program = loop_program()
-    schedule_program(program, FAST)
-    allocate_registers(program, FAST)
+    arrange(program, FAST)
     report = report_program(program, FAST)
     assert [section.title for section in report.sections] == [
         "region 0",
@@ -78,8 +72,7 @@ def test_program_with_branches__has_a_section_per_region():
 def test_text__names_every_figure():
     program = chain_of_three()
     program.title = "chain"
-    schedule_program(program, FAST)
-    allocate_registers(program, FAST)
+    arrange(program, FAST)
     text = report_program(program, FAST).render()
     path = 2 * (FMA + 1) + CMP + 1 + RUN_OVERHEAD
     assert text.startswith("chain (fast)\n")

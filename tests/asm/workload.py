@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import random
 
+from asip_asm.allocate import allocate_registers
 from asip_asm.ir import (
     ZERO,
     Export,
@@ -17,6 +18,8 @@ from asip_asm.ir import (
     State,
     Virtual,
 )
+from asip_asm.machine import Machine
+from asip_asm.schedule import bundle_in_order, schedule_program
 
 BINARY_AUX = ("feq", "flt", "fmin", "fmax", "iadd", "isub", "fdiv")
 UNARY_AUX = ("fabs", "fneg", "mov", "fsgn", "i2f", "f2i", "fsqrt")
@@ -160,3 +163,9 @@ def loop_program():
     build.region.halt = False
     program.regions += [loop, path, other, end]
     return program
+
+
+def arrange(program: Program, machine: Machine, in_order: bool = False) -> None:
+    """Bundles by the scheduler, or in the order written, and registers for all values."""
+    (bundle_in_order if in_order else schedule_program)(program, machine)
+    allocate_registers(program, machine)

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import re
+import shutil
 from pathlib import Path
 
 from asip_asm.project import BUILD
@@ -19,6 +21,16 @@ def share_models(build: Path, *patterns: str) -> None:
     for pattern in patterns:
         for built in BUILD.glob(f"model/{pattern}"):
             (folder / built.name).symlink_to(built)
+
+
+def edited_folder(folder: Path, copy: Path, file: str, pattern: str, new: str) -> Path:
+    """A copy of a folder, anew, what one match of a regular expression in a file is being `new`."""
+    shutil.rmtree(copy, ignore_errors=True)
+    shutil.copytree(folder, copy)
+    text, count = re.subn(pattern, new, (copy / file).read_text(), count=1)
+    assert count == 1
+    (copy / file).write_text(text)
+    return copy
 
 
 def edited(source: Path, folder: Path, old: str, new: str) -> Path:

@@ -3,10 +3,10 @@
 
 from __future__ import annotations
 
-import subprocess
 from collections.abc import Iterable
 from pathlib import Path
 
+from tests.bench.commands import output
 from tests.bench.needs import require
 
 COMPONENT = (
@@ -20,11 +20,8 @@ def calls(script: str, commands: Iterable[str]) -> list[tuple[str, ...]]:
     record = 'puts -nonewline "[join [linsert $args 0 NAME] \\x1f]\\x1e"'
     stand_ins = f"foreach name {{{' '.join(commands)}}} {{\n"
     stand_ins += f"  proc $name args [string map [list NAME $name] {{{record}}}]\n}}\n"
-    done = subprocess.run(
-        [require("tclsh"), "/dev/stdin"], input=stand_ins + script, capture_output=True, text=True
-    )
-    assert done.returncode == 0, done.stderr
-    return [tuple(call.split("\x1f")) for call in done.stdout.split("\x1e")[:-1]]
+    made = output(require("tclsh"), "/dev/stdin", input=stand_ins + script)
+    return [tuple(call.split("\x1f")) for call in made.split("\x1e")[:-1]]
 
 
 class Component:

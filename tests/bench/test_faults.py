@@ -64,5 +64,9 @@ def test_three_ways__of_the_same_faults() -> None:
     assert plant("a = b;", [two, one], BY_MACRO) == macros
     number = "a = (chosen == 1 ? (c) : chosen == 2 ? (d) : (b));"
     assert plant("a = b;", [one, two], BY_NUMBER) == number
+    with pytest.raises(
+        TableError, match="fault 1: `right` stands 2 times in f.sv, not once; adapt"
+    ):
+        plant("a b c b", [one], BY_MACRO)
     with pytest.raises(TableError, match="fault 1: `right` overlaps that of fault 3; give both"):
         plant("a = b;", [one, Fault(3, "f.sv", "", "= b", "x", ())], BY_MACRO)

@@ -95,7 +95,7 @@ def aux_compare(ctx: Context) -> Iterator[Case]:
     show = {"a": a, "b": b, "c": c, "result_o": result, "flags_o": flags}
     for name, (code, record) in codes().items():
         outcome = ctx.ieee.computed(record, a=a, b=b, c=c)
-        issued = (logic.eq(run.input("op_i"), code), logic.eq(run.input("valid_i"), 1))
+        issued = (logic.eq(run.input("op_i"), code), run.on("valid_i"))
         yield Case(name, ctx.ieee.matches(result, flags, outcome), (*issued, *quiet), show)
 
 
@@ -120,7 +120,7 @@ def leading_zeros(ctx: Context) -> Iterator[Case]:
                 logic.bit(value, i), logic.bv(count_width, width - 1 - i), expected
             )
         claim = logic.all(
-            logic.eq(logic.eq(run.output("zero_o", 0), 1), logic.eq(value, 0)),
+            logic.eq(run.on("zero_o", 0), logic.eq(value, 0)),
             logic.any(logic.eq(value, 0), logic.eq(count, expected)),
         )
         yield Case(f"{width} bits", claim, (), {"value_i": value, "count_o": count})
@@ -225,8 +225,7 @@ def pack(ctx: Context) -> Iterator[Case]:
     tail, contract, rounded = magnitude_rounded(ctx, run)
     sign = run.input("sign_i")
     nan, inf, zero, invalid, by_zero, exact = (
-        logic.eq(run.input(f"{name}_i"), 1)
-        for name in ("nan", "inf", "zero", "invalid", "by_zero", "exact")
+        run.on(f"{name}_i") for name in ("nan", "inf", "zero", "invalid", "by_zero", "exact")
     )
     result, flags = run.output("result_o", 0), run.output("flags_o", 0)
     show = {port: run.input(port) for port in run.netlist.inputs}

@@ -12,7 +12,7 @@ import multiprocessing
 import resource
 import shutil
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -102,7 +102,6 @@ def run(
     rtl: Path = ROOT / "rtl",
     build: Path = BUILD / "netlists",
     known: dict[str, Verdict] | None = None,
-    progress: Callable[[str], None] = lambda text: None,
     limit: float | None = None,
 ) -> Iterator[Verdict]:
     """Verdicts of a proof's cases in order. `known` are earlier verdicts by digest.
@@ -131,7 +130,6 @@ def run(
                     return
                 case, digest, is_known = message
                 done += 1
-                progress(case)
                 if is_known:
                     old = known[digest]
                     yield Verdict(case, old.status, old.seconds, digest, old.note, known=True)

@@ -26,7 +26,16 @@ from tests.formal.catalogue import Case, Context, proof
 from tests.formal.ieee import Outcome
 from tests.formal.logic import Logic
 from tests.formal.netlist import Run
-from tests.formal.recurrence import ROOM, Operand, one_of, rounded_digits, square_step, times
+from tests.formal.recurrence import (
+    ROOM,
+    Operand,
+    last_digits,
+    one_of,
+    rounded_digits,
+    square_step,
+    steps_of,
+    times,
+)
 from tests.fpu.tb import package_constant
 
 UNIT, FILE = "fp_divsqrt_folded", "fpu/fp_divsqrt_folded.sv"
@@ -153,7 +162,7 @@ def folded_start(ctx: Context) -> Iterator[Case]:
         assume = [
             logic.eq(sqrt, int(root)),
             ctx.ieee.finite(*used),
-            logic.eq(run.input("valid_i"), 1),
+            run.on("valid_i"),
         ]
         assume += [logic.no(ctx.ieee.zero(x)) for x in used]
         assume += alone(logic, run, range(1 - INTERVAL, INTERVAL))
@@ -255,7 +264,7 @@ def folded_rounded(ctx: Context) -> Iterator[Case]:
             r = remainder(logic, root, 24, q, w, d)
             operation = [
                 logic.eq(run.input("sqrt_i"), int(root)),
-                logic.eq(run.input("valid_i"), 1),
+                run.on("valid_i"),
                 *alone(logic, run, range(1 - INTERVAL, INTERVAL)),
             ]
             kept = logic.bits(digits, 23, 0)
@@ -282,13 +291,7 @@ def quotient(
     logic = ctx.logic
     a, b = run.input("a_i"), run.input("b_i")
     first, second = Operand(logic, a), Operand(logic, b)
-    steps = [times(logic, d, digit) for digit in range(4)]
-    new, taken = logic.bv(2, 0), steps[0]
-    for digit in range(1, 4):
-        fits = logic.ule(steps[digit], logic.shl(r, 2))
-        new = logic.ite(fits, logic.bv(2, digit), new)
-        taken = logic.ite(fits, steps[digit], taken)
-    exact = logic.eq(logic.shl(r, 2), taken)
+    new, exact = last_digits(logic, steps_of(logic, False, q, d, 24), r)
     magnitude = logic.cat(digits, new, logic.vector(logic.no(exact)))
     ordinary = logic.all(ctx.ieee.finite(a, b), *(logic.no(ctx.ieee.zero(x)) for x in (a, b)))
     difference = logic.sub(logic.add(first.exponent, logic.bv(12, 512)), second.exponent)

@@ -29,19 +29,22 @@ class Observer(Protocol):
     widths: Mapping[str, int]  # its registers
 
     def after_reset(self, logic: Logic) -> Values:
-        """Its registers after reset."""
+        """Its registers after reset; all 0 unless stated otherwise."""
+        return {name: logic.bv(width, 0) for name, width in self.widths.items()}
 
     def next(self, run: Run, own: Values) -> Values:
         """Its registers after the clock edge between cycles 0 and 1."""
 
     def assumed(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
         """Contract of the inputs in cycles 0 and 1, and facts about numbers proved apart."""
+        return {}
 
     def invariant(self, run: Run, own: Values, cycle: int) -> Mapping[str, Term]:
         """What holds in every cycle, part by part."""
 
     def claims(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
         """What else holds of cycle 0 and of the edge to cycle 1."""
+        return {}
 
 
 def inductive(
@@ -69,7 +72,7 @@ def inductive(
     yield Case(f"{prefix}after reset", logic.all(*first.values()))
     no_flush: tuple[Term, ...] = ()
     if "flush_i" in run.netlist.inputs:
-        flush = logic.eq(run.input("flush_i"), 1)
+        flush = run.on("flush_i")
         no_flush = (logic.no(flush),)
         dropped = observer.invariant(run, observer.after_reset(logic), 1)
         yield Case(f"{prefix}after a flush", logic.all(*dropped.values()), (flush,), show)

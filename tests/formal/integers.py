@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from bitwuzla import Term
 
 from tests.formal.logic import Logic
+from tests.formal.netlist import Run
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,3 +111,8 @@ class Truth:
     def pick(self, then: Truth, other: Truth) -> Truth:
         """One of two truths."""
         return Truth(self.logic, self.logic.ite(self.term, then.term, other.term))
+
+
+def flag(run: Run, term: Term) -> Truth:
+    """Whether a bit is 1."""
+    return Truth(run.logic, run.logic.eq(term, 1))

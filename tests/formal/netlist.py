@@ -196,6 +196,16 @@ class Run:
             raise ElaborationError(f"no signal `{name}` in the netlist")
         return self._value(self.netlist.names[name], cycle)
 
+    def on(self, name: str, cycle: int = 0) -> Term:
+        """Whether a port or an internal signal of one bit is 1 in a cycle."""
+        if name in self.netlist.inputs:
+            term = self.input(name, cycle)
+        elif name in self.netlist.outputs:
+            term = self.output(name, cycle)
+        else:
+            term = self.signal(name, cycle)
+        return self.logic.eq(term, 1)
+
     def named(self, ending: str) -> str:
         """The one internal signal whose hierarchical name ends so."""
         found = [name for name in self.netlist.names if name.endswith(ending)]

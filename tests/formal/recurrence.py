@@ -51,6 +51,13 @@ def square_step(logic: Logic, digits: Term, new: int, k: int) -> Term:
     return logic.shl(inner, 24 - k)
 
 
+def steps_of(logic: Logic, root: bool, q: Term, d: Term, k: int) -> list[Term]:
+    """What the digits 0 to 3 behind k others take off 4 R; d is the divisor of a quotient."""
+    if root:
+        return [square_step(logic, q, digit, k) for digit in range(4)]
+    return [times(logic, d, digit) for digit in range(4)]
+
+
 def one_of(logic: Logic, index: Term, choices: list[Term]) -> Term:
     """choices[index]"""
     result = choices[-1]
@@ -148,10 +155,7 @@ def recurrence_stages(ctx: Context) -> Iterator[Case]:
         sqrt_next = logic.bits(run.signal("sqrt_q", 1), stage + 1, stage + 1)
         new = logic.bits(q_next, 1, 0)
         for root in (False, True):
-            if root:
-                steps = [square_step(logic, q, digit, k) for digit in range(4)]
-            else:
-                steps = [times(logic, d, digit) for digit in range(4)]
+            steps = steps_of(logic, root, q, d, k)
             claim = logic.all(
                 *invariant(logic, root, k + 2, r_next, q_next, d_next),
                 logic.eq(q_next, logic.add(logic.shl(q, 2), logic.extend(new, ROOM))),
@@ -270,6 +274,16 @@ def replace_recurrence(logic: Logic, run: Run, digits: Term, r: Term, d: Term) -
         run.replace(name, width * (last + 1) - 1, width * last, last + ENTERED, term)
 
 
+def last_digits(logic: Logic, steps: list[Term], r: Term) -> tuple[Term, Term]:
+    """Two digits more, the largest for which the remainder is not negative; if nothing is left."""
+    new, taken = logic.bv(2, 0), steps[0]
+    for digit in range(1, 4):
+        fits = logic.ule(steps[digit], logic.shl(r, 2))
+        new = logic.ite(fits, logic.bv(2, digit), new)
+        taken = logic.ite(fits, steps[digit], taken)
+    return new, logic.eq(logic.shl(r, 2), taken)
+
+
 def rounded_digits(
     ctx: Context, root: bool, run: Run, digits: Term, r: Term, q: Term, d: Term
 ) -> tuple[Outcome, Term, list[Term]]:
@@ -277,17 +291,7 @@ def rounded_digits(
     logic = ctx.logic
     a, b = run.input("a_i"), run.input("b_i")
     first, second = Operand(logic, a), Operand(logic, b)
-    # The last two digits: the largest for which the remainder is not negative.
-    if root:
-        steps = [square_step(logic, q, digit, 24) for digit in range(4)]
-    else:
-        steps = [times(logic, d, digit) for digit in range(4)]
-    new, taken = logic.bv(2, 0), steps[0]
-    for digit in range(1, 4):
-        fits = logic.ule(steps[digit], logic.shl(r, 2))
-        new = logic.ite(fits, logic.bv(2, digit), new)
-        taken = logic.ite(fits, steps[digit], taken)
-    exact = logic.eq(logic.shl(r, 2), taken)
+    new, exact = last_digits(logic, steps_of(logic, root, q, d, 24), r)
     magnitude = logic.cat(digits, new, logic.vector(logic.no(exact)))
     used = (a,) if root else (a, b)
     ordinary = logic.all(ctx.ieee.finite(*used), *(logic.no(ctx.ieee.zero(x)) for x in used))

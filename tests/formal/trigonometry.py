@@ -60,7 +60,7 @@ def outside(ctx: Context, run: Run, latency: int, state: tuple[Term, ...] = ()) 
     logic, ieee = ctx.logic, ctx.ieee
     a, cos = run.input("a_i"), run.input("cos_i")
     magnitude = logic.bits(a, 30, 0)
-    taken = (*state, logic.eq(run.output("ready_o", 0), 1), logic.eq(run.input("valid_i"), 1))
+    taken = (*state, run.on("ready_o", 0), run.on("valid_i"))
     above = logic.any(
         ieee.nan(a),
         logic.op(
@@ -137,13 +137,13 @@ def same(logic: Logic, runs: tuple[Run, Run], step: int, cycle: int) -> list[Ter
         if step >= since and (name, step) not in VOID
     ]
     if step == SIGN_KNOWN:
-        truths += [logic.eq(run.signal("load_q", cycle), 1) for run in runs]
+        truths += [run.on("load_q", cycle) for run in runs]
     elif 0 < step < SIGN_KNOWN:  # neither cubic nor last product has begun
         truths += [
             logic.eq(run.signal(name, cycle), 0) for run in runs for name in ("load_q", "final_q")
         ]
     if step in CLEARED:
-        truths += [logic.eq(run.signal("clear_q", cycle), 1) for run in runs]
+        truths += [run.on("clear_q", cycle) for run in runs]
     if step >= SIGN_KNOWN:
         even = [
             logic.op(Kind.BV_XOR, run.signal("sign_q", cycle), turned(logic, run, cycle))

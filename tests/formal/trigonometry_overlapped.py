@@ -14,7 +14,7 @@ import gmpy2
 from bitwuzla import Term
 
 from tests.formal.catalogue import Case, Context, proof
-from tests.formal.induction import Values, inductive
+from tests.formal.induction import Observer, Values, inductive
 from tests.formal.logic import Logic
 from tests.formal.netlist import Run
 from tests.formal.trigonometry import OUTSIDE, outside
@@ -40,24 +40,16 @@ def loads(cubic: int, last: int) -> bool:
     return cubic > 0 and not is_loaded(cubic, last) and FIRST_AT in (cubic, last)
 
 
-class Steps:
+class Steps(Observer):
     """Bit k - 1: an operation is in its step k, accepted k clocks ago."""
 
     widths = {"steps": LATENCY}
 
-    def after_reset(self, logic: Logic) -> Values:
-        return {"steps": logic.bv(LATENCY, 0)}
-
     def next(self, run: Run, own: Values) -> Values:
         logic = run.logic
-        accepted = logic.all(
-            logic.eq(run.output("ready_o", 0), 1), logic.eq(run.input("valid_i"), 1)
-        )
+        accepted = logic.all(run.on("ready_o", 0), run.on("valid_i"))
         older = logic.bits(own["steps"], LATENCY - 2, 0)
         return {"steps": logic.cat(older, logic.vector(accepted))}
-
-    def assumed(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
-        return {}
 
     def invariant(self, run: Run, own: Values, cycle: int) -> Mapping[str, Term]:
         logic, steps = run.logic, own["steps"]
@@ -116,8 +108,8 @@ class Steps:
             pairs = [(a, b) for i, a in enumerate(users) for b in users[:i]]
             return logic.all(*(logic.no(logic.all(*pair)) for pair in pairs))
 
-        loading = [logic.eq(run.signal("first_load", 0), 1)]
-        loading += [logic.eq(run.signal(name, 0), 1) for name in ("load_held", "load_sum")]
+        loading = [run.on("first_load", 0)]
+        loading += [run.on(name, 0) for name in ("load_held", "load_sum")]
         first = run.signal("first_step_q", 0)
         return {
             "ready when no operation is in the reduction": logic.eq(
@@ -134,7 +126,7 @@ class Steps:
             "c3 t is complete when c2 is added": logic.implies(
                 among("cubic_q", 7),
                 logic.all(
-                    logic.eq(run.signal("first_loaded_q", 0), 1),
+                    run.on("first_loaded_q", 0),
                     logic.eq(logic.bits(first, 1, 0), 0),
                 ),
             ),
@@ -196,7 +188,7 @@ def overlapped_reduction(ctx: Context) -> Iterator[Case]:
     a = run.input("a_i")
     exponent = logic.bits(a, 30, 23)
     assume = (
-        logic.eq(run.signal("reduce_q", 0), 0), logic.eq(run.input("valid_i"), 1),
+        logic.eq(run.signal("reduce_q", 0), 0), run.on("valid_i"),
         logic.ule(logic.bv(8, EXP_MIN), exponent), logic.ule(exponent, EXP_MAX),
     )  # fmt: skip
     wide = logic.bv(8 * BYTES + 8, TWO_OVER_PI)

@@ -23,8 +23,8 @@ def marked_bundle(ctx: Context) -> Iterator[Case]:
     logic = ctx.logic
     for name, parameters in CONFIGURATIONS.items():
         run = ctx.run("asip_issue", parameters)
-        moves = logic.eq(run.output("advance_o", 0), 1)
-        in_q, in_d = logic.eq(run.input("bad_q_i"), 1), logic.eq(run.input("bad_d_i"), 1)
+        moves = run.on("advance_o", 0)
+        in_q, in_d = run.on("bad_q_i"), run.on("bad_d_i")
         marked = logic.ite(moves, in_q, in_d)
         yield Case(name, logic.eq(run.output("issue_o", 1), 0), (marked,))
 
@@ -38,23 +38,19 @@ def marked_bundle(ctx: Context) -> Iterator[Case]:
 )
 def held_core(ctx: Context) -> Iterator[Case]:
     logic, run = ctx.logic, ctx.run("debug_run")
-
-    def one(name: str, cycle: int = 0):
-        return logic.eq(run.signal(name, cycle), 1)
-
-    held, kept = one("held_q"), logic.no(one("release_q"))
+    held, kept = run.on("held_q"), logic.no(run.on("release_q"))
     no_write = logic.eq(run.input("csr_write_i"), 0)
-    stops = [logic.eq(run.output(port, 0), 1) for port in ("stop_q_o", "stop_d_o")]
+    stops = [run.on(port, 0) for port in ("stop_q_o", "stop_d_o")]
     yield Case("marked in Q", stops[0], (held,))
     yield Case("marked in D", stops[1], (held, kept))
-    yield Case("hold stays", one("held_q", 1), (held, no_write))
-    issued = logic.eq(run.input("issue_i"), 1)
-    yield Case("one release, one bundle", logic.no(one("release_q", 1)), (issued, no_write))
-    yield Case("no release by itself", logic.no(one("release_q", 1)), (kept, no_write))
-    halted = one("halted_q", 1)
-    waits = logic.eq(run.signal("waits", 0), 1)
+    yield Case("hold stays", run.on("held_q", 1), (held, no_write))
+    issued = run.on("issue_i")
+    yield Case("one release, one bundle", logic.no(run.on("release_q", 1)), (issued, no_write))
+    yield Case("no release by itself", logic.no(run.on("release_q", 1)), (kept, no_write))
+    halted = run.on("halted_q", 1)
+    waits = run.on("waits", 0)
     entered = logic.all(waits, held, kept)
-    yield Case("halted at a bundle that waits", logic.any(one("halted_q"), entered), (halted,))
+    yield Case("halted at a bundle that waits", logic.any(run.on("halted_q"), entered), (halted,))
     for stage, stop in (("q", stops[0]), ("d", stops[1])):
         some = logic.ne(run.signal(f"match_{stage}_q", 0), 0)
         assumed = (some,) if stage == "q" else (some, kept)
@@ -72,18 +68,18 @@ def held_core(ctx: Context) -> Iterator[Case]:
 )
 def staged_page(ctx: Context) -> Iterator[Case]:
     logic, run = ctx.logic, ctx.run("debug_stage")
-    write = logic.eq(run.output("write_o", 0), 1)
-    busy = [logic.eq(run.input("core_busy_i", cycle), 1) for cycle in (0, 1)]
+    write = run.on("write_o", 0)
+    busy = [run.on("core_busy_i", cycle) for cycle in (0, 1)]
     taken = logic.eq(run.input("wait_i"), 0)
-    last = logic.eq(run.signal("last", 0), 1)
+    last = run.on("last", 0)
     yield Case("only while idle", logic.no(busy[0]), (write,))
-    goes_on = logic.eq(run.output("write_o", 1), 1)
+    goes_on = run.on("write_o", 1)
     yield Case("to the last word", goes_on, (write, taken, logic.no(last), logic.no(busy[1])))
     version = [run.output("version_o", cycle) for cycle in (0, 1)]
     counted = logic.add(version[0], logic.bv(16, 1))
     yield Case("a page more", logic.eq(version[1], counted), (last,))
     yield Case("no page more", logic.eq(version[1], version[0]), (logic.no(last),))
-    start = logic.eq(run.input("run_start_i"), 1)
+    start = run.on("run_start_i")
     own = [run.output("run_version_o", cycle) for cycle in (0, 1)]
     yield Case("version of a run", logic.eq(own[1], version[0]), (start,))
     yield Case("kept during the run", logic.eq(own[1], own[0]), (logic.no(start),))
@@ -97,13 +93,13 @@ def staged_page(ctx: Context) -> Iterator[Case]:
 )
 def bus_of_a_commit(ctx: Context) -> Iterator[Case]:
     logic, run = ctx.logic, ctx.run("core_bus")
-    write = logic.eq(run.input("sequencer_write_i"), 1)
+    write = run.on("sequencer_write_i")
     free = logic.eq(run.signal("begun_q", 0), 0)
     same = [
         logic.eq(run.output(f"{port}_o", 0), run.input(f"sequencer_{port}_i"))
         for port in ("address", "data", "write", "read")
     ]
-    waits = logic.eq(run.output("host_wait_o", 0), 1)
+    waits = run.on("host_wait_o", 0)
     yield Case("its own word", logic.all(*same), (write, free))
     yield Case("the other side waits", waits, (write, free))
     yield Case("nothing begins meanwhile", logic.eq(run.signal("begun_q", 1), 0), (write, free))
@@ -117,10 +113,9 @@ def bus_of_a_commit(ctx: Context) -> Iterator[Case]:
 )
 def idle_core(ctx: Context) -> Iterator[Case]:
     logic, run = ctx.logic, ctx.run("asip_control")
-    busy = [logic.eq(run.output("busy_o", cycle), 1) for cycle in (0, 1)]
+    busy = [run.on("busy_o", cycle) for cycle in (0, 1)]
     state = [
-        logic.any(*(logic.eq(run.signal(name, cycle), 1) for name in ("active", "start_q")))
-        for cycle in (0, 1)
+        logic.any(*(run.on(name, cycle) for name in ("active", "start_q"))) for cycle in (0, 1)
     ]
     known = logic.eq(busy[0], state[0])
     unasked = logic.eq(run.input("start_i"), 0)

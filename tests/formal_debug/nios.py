@@ -23,17 +23,13 @@ def halted_nios(ctx: Context) -> Iterator[Case]:
     logic, run = ctx.logic, ctx.run("n2_debug")
     event = run.input("event_i")
     does = {name: logic.bit(event, bit) for name, bit in EVENT.items()}
-
-    def one(name: str, cycle: int = 0):
-        return logic.eq(run.signal(name, cycle), 1)
-
     enabled, halted, first, pending = (
-        one(f"{n}_q") for n in ("enable", "halted", "first", "pending")
+        run.on(f"{n}_q") for n in ("enable", "halted", "first", "pending")
     )
-    breaks = logic.eq(run.output("break_d_o", 0), 1)
-    watched = logic.eq(run.output("watch_e_o", 0), 1)
+    breaks = run.on("break_d_o", 0)
+    watched = run.on("watch_e_o", 0)
     stops = logic.any(breaks, watched)
-    on = logic.all(*(logic.eq(run.input("core_rst_ni", cycle), 1) for cycle in (0, 1)))
+    on = logic.all(*(run.on("core_rst_ni", cycle) for cycle in (0, 1)))
     yield Case("nothing without a debugger", logic.no(stops), (logic.no(enabled),))
     yield Case("nothing in a halted core", logic.no(stops), (halted,))
     yield Case("first instruction behind bret", logic.no(breaks), (first,))
@@ -42,18 +38,20 @@ def halted_nios(ctx: Context) -> Iterator[Case]:
     yield Case("a breakpoint stops", breaks, (*runs, some))
     yield Case("a request stops", breaks, (*runs, pending))
     taken = logic.all(does["break_m"], enabled)
-    yield Case("a request is kept", one("pending_q", 1), (pending, logic.no(taken)))
-    yield Case("a request is taken", logic.no(one("pending_q", 1)), (taken, logic.no(one("halt"))))
+    yield Case("a request is kept", run.on("pending_q", 1), (pending, logic.no(taken)))
+    yield Case(
+        "a request is taken", logic.no(run.on("pending_q", 1)), (taken, logic.no(run.on("halt")))
+    )
     seen = logic.all(watched, does["en"], logic.no(taken))
-    yield Case("a watched access asks", one("pending_q", 1), (seen,))
-    yield Case("halts", one("halted_q", 1), (on, taken))
+    yield Case("a watched access asks", run.on("pending_q", 1), (seen,))
+    yield Case("halts", run.on("halted_q", 1), (on, taken))
     returns = does["return_m"]
-    yield Case("stays halted", one("halted_q", 1), (on, halted, logic.no(returns)))
-    yield Case("goes on", logic.no(one("halted_q", 1)), (on, halted, returns, logic.no(taken)))
-    yield Case("one instruction is next", one("first_q", 1), (on, halted, returns))
-    yield Case("until it issues", one("first_q", 1), (on, first, logic.no(does["issue_d"])))
+    yield Case("stays halted", run.on("halted_q", 1), (on, halted, logic.no(returns)))
+    yield Case("goes on", logic.no(run.on("halted_q", 1)), (on, halted, returns, logic.no(taken)))
+    yield Case("one instruction is next", run.on("first_q", 1), (on, halted, returns))
+    yield Case("until it issues", run.on("first_q", 1), (on, first, logic.no(does["issue_d"])))
     none = logic.no(logic.all(halted, returns))
-    yield Case("and no other", logic.no(one("first_q", 1)), (on, does["issue_d"], none))
+    yield Case("and no other", logic.no(run.on("first_q", 1)), (on, does["issue_d"], none))
     idle, busy = logic.eq(run.signal("count_q", 0), 0), logic.ne(run.signal("count_q", 1), 0)
     yield Case("host's instructions go to a halted core", halted, (idle, busy))
     valid = [logic.eq(run.signal("count_q", cycle), 4) for cycle in (0, 1)]

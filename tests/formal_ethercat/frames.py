@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 from bitwuzla import Kind, Term
 
 from tests.formal.catalogue import Case, Context, proof
-from tests.formal.induction import Values, inductive
+from tests.formal.induction import Observer, Values, inductive
 from tests.formal.logic import Logic
 from tests.formal.netlist import Run
 
@@ -21,13 +21,10 @@ def is_one(run: Run, term: Term) -> Term:
     return run.logic.eq(term, 1)
 
 
-class Delay:
+class Delay(Observer):
     """Which of the last ticks' nibbles were valid, the newest in bit 0."""
 
     widths = {"history": DELAY + 1}
-
-    def after_reset(self, logic: Logic) -> Values:
-        return {"history": logic.bv(DELAY + 1, 0)}
 
     def assumed(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
         logic = run.logic
@@ -40,7 +37,7 @@ class Delay:
         shifted = logic.add(own["history"], own["history"])
         came = logic.bit(run.input("nibble_i", 0), VALID)
         filled = logic.ite(came, logic.add(shifted, logic.bv(DELAY + 1, 1)), shifted)
-        return {"history": logic.ite(is_one(run, run.input("tick_i", 0)), filled, own["history"])}
+        return {"history": logic.ite(run.on("tick_i", 0), filled, own["history"])}
 
     def invariant(self, run: Run, own: Values, cycle: int) -> Mapping[str, Term]:
         logic = run.logic
@@ -54,9 +51,6 @@ class Delay:
                 leaves, logic.bit(own["history"], DELAY)
             ),
         }
-
-    def claims(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
-        return {}
 
 
 @proof(
@@ -73,7 +67,7 @@ def frame_length_and_delay(ctx: Context) -> Iterator[Case]:
 PLACES = 4
 
 
-class Committed:
+class Committed(Observer):
     """The present frame's entries in their order, and what of them has left since its commit."""
 
     widths = {
@@ -81,28 +75,25 @@ class Committed:
         **{f"entry{n}": 39 for n in range(PLACES)},
     }
 
-    def after_reset(self, logic: Logic) -> Values:
-        return {name: logic.bv(width, 0) for name, width in self.widths.items()}
-
     def assumed(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
         logic = run.logic
-        busy = is_one(run, run.output("busy_o", 0))
+        busy = run.on("busy_o", 0)
         quiet = logic.all(*(logic.eq(run.input(n, 0), 0) for n in ("push_i", "commit_i")))
         return {"nothing comes while entries go out": logic.implies(busy, quiet)}
 
     def next(self, run: Run, own: Values) -> Values:
         logic = run.logic
         names = ("clear_i", "push_i", "commit_i", "ready_i", "rst_ni")
-        clear, push, commit, ready, live = (is_one(run, run.input(n, 0)) for n in names)
+        clear, push, commit, ready, live = (run.on(n, 0) for n in names)
         zero, one = logic.bv(3, 0), logic.bv(3, 1)
         full = logic.eq(own["pushed"], PLACES)
         comes = logic.all(push, logic.no(clear), logic.no(full))
         more = logic.ite(comes, logic.add(own["pushed"], one), own["pushed"])
         over = logic.any(is_one(run, own["over"]), logic.all(push, full))
         begins = logic.all(commit, logic.ne(own["pushed"], 0), logic.eq(own["over"], 0))
-        taken = logic.all(is_one(run, run.output("valid_o", 0)), ready)
+        taken = logic.all(run.on("valid_o", 0), ready)
         out = logic.ite(taken, logic.add(own["left"], one), own["left"])
-        ended = is_one(run, run.output("done_o", 0))
+        ended = run.on("done_o", 0)
         armed = logic.ite(ended, logic.bv(1, 0), own["armed"])
         after = {
             "pushed": logic.ite(clear, zero, more),
@@ -127,7 +118,7 @@ class Committed:
 
     def invariant(self, run: Run, own: Values, cycle: int) -> Mapping[str, Term]:
         logic = run.logic
-        busy, valid = (is_one(run, run.signal(n, cycle)) for n in ("busy_q", "valid_q"))
+        busy, valid = (run.on(n, cycle) for n in ("busy_q", "valid_q"))
         left, place = run.signal("left_q", cycle), run.signal("place_q", cycle)
         kept = []
         for n in range(PLACES):
@@ -165,7 +156,7 @@ class Committed:
 
     def claims(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
         logic = run.logic
-        valid = is_one(run, run.output("valid_o", 0))
+        valid = run.on("valid_o", 0)
         mine = logic.all(
             is_one(run, own["armed"]),
             logic.ult(own["left"], own["committed"]),
@@ -191,7 +182,7 @@ DELIMITER = 0xD
 LATER = 3  # ticks from a frame's end until it is told
 
 
-class Sequence:
+class Sequence(Observer):
     """Frames of the stream, their check sequences computed from the highest power on, and which of
     the ends in the last ticks were those of good frames: the newest in bit 0."""
 
@@ -201,11 +192,7 @@ class Sequence:
     }
 
     def after_reset(self, logic: Logic) -> Values:
-        none = {name: logic.bv(width, 0) for name, width in self.widths.items()}
-        return none | {"sum": logic.bv(32, ONES)}
-
-    def assumed(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
-        return {}
+        return super().after_reset(logic) | {"sum": logic.bv(32, ONES)}
 
     def next(self, run: Run, own: Values) -> Values:
         logic = run.logic
@@ -252,12 +239,12 @@ class Sequence:
             "seen": logic.op(Kind.BV_OR, own["seen"], bit["ends"]),
             "newest": logic.ite(ends, logic.vector(good), own["newest"]),
         }
-        tick = is_one(run, run.input("tick_i", 0))
+        tick = run.on("tick_i", 0)
         after = {name: logic.ite(tick, value, own[name]) for name, value in after.items()}
         last = logic.bit(own["ends"], LATER - 1)
         after["told"] = logic.vector(logic.all(tick, last))
         after["told_good"] = logic.bits(own["good"], LATER - 1, LATER - 1)
-        anew, live = self.after_reset(logic), is_one(run, run.input("rst_ni", 0))
+        anew, live = self.after_reset(logic), run.on("rst_ni", 0)
         return {name: logic.ite(live, value, anew[name]) for name, value in after.items()}
 
     def invariant(self, run: Run, own: Values, cycle: int) -> Mapping[str, Term]:
@@ -316,9 +303,7 @@ class Sequence:
             logic.eq(run.input("spoilt_i", 0), 0),
         )
         return {
-            "a frame is called good only if it is": logic.implies(
-                is_one(run, run.output("frame_good_o", 0)), right
-            )
+            "a frame is called good only if it is": logic.implies(run.on("frame_good_o", 0), right)
         }
 
 
@@ -333,7 +318,7 @@ def only_good_frames(ctx: Context) -> Iterator[Case]:
     yield from inductive(ctx, "ecat_unit", Sequence())
 
 
-class Buffers:
+class Buffers(Observer):
     """A byte of the area, any one, in each of the three buffers; bit n of a word: in buffer n.
 
     whole: what it holds was written in the access that handed the buffer over. fresh: it was
@@ -357,18 +342,17 @@ class Buffers:
         )
 
     def after_reset(self, logic: Logic) -> Values:
-        none = {name: logic.bv(width, 0) for name, width in self.widths.items()}
-        return none | {"whole": logic.bv(3, 7)}
+        return super().after_reset(logic) | {"whole": logic.bv(3, 7)}
 
     def access(self, run: Run, own: Values) -> dict[str, Term]:
         """What the access of cycle 0 is and does, as truth values."""
         logic = run.logic
-        now = {name: is_one(run, run.input(f"{name}_i", 0)) for name in self.kinds}
-        now["live"] = is_one(run, run.input("rst_ni", 0))
-        now["clear"] = is_one(run, run.input("clear_i", 0))
-        now["start"] = is_one(run, run.input("frame_start_i", 0))
-        allowed = is_one(run, run.output("begun_o", 0))
-        now["handed"] = is_one(run, run.output("is_written_o", 0))
+        now = {name: run.on(f"{name}_i", 0) for name in self.kinds}
+        now["live"] = run.on("rst_ni", 0)
+        now["clear"] = run.on("clear_i", 0)
+        now["start"] = run.on("frame_start_i", 0)
+        allowed = run.on("begun_o", 0)
+        now["handed"] = run.on("is_written_o", 0)
         now["write"] = logic.all(now["writes"], logic.no(now["passing"]))
         now["read"] = logic.all(now["reads"], logic.no(now["commit"]), allowed)
         now["begun"] = logic.any(now["first"], is_one(run, own["begun"]))
@@ -381,7 +365,7 @@ class Buffers:
     def assumed(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
         logic, now = run.logic, self.access(run, own)
         by_bus = logic.any(now["passing"], now["commit"])
-        boxes = [logic.eq(is_one(run, run.input("mailbox_i", n)), self.box) for n in (0, 1)]
+        boxes = [logic.eq(run.on("mailbox_i", n), self.box) for n in (0, 1)]
         return {
             "an access is of one kind": logic.no(logic.all(now["passing"], now["commit"])),
             "and reads or writes": logic.no(logic.all(now["reads"], now["writes"])),
@@ -446,7 +430,7 @@ class Buffers:
         _, reader, middle = held
         pairs = [(0, 1), (0, 2), (1, 2)]
         flag = {
-            name: is_one(run, run.signal(f"{name}_q", cycle))
+            name: run.on(f"{name}_q", cycle)
             for name in ("new", "passing", "committed", "application", "opened")
         }
         age = run.signal("age_q", cycle)

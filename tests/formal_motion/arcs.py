@@ -17,8 +17,8 @@ from collections.abc import Iterator, Mapping
 from bitwuzla import Kind, Term
 
 from tests.formal.catalogue import Case, Context, proof
-from tests.formal.induction import Values, inductive
-from tests.formal.integers import Int, Truth
+from tests.formal.induction import Observer, Values, inductive
+from tests.formal.integers import Int, Truth, flag
 from tests.formal.logic import Logic
 from tests.formal.netlist import Run
 
@@ -42,10 +42,6 @@ def most_squares(width: int) -> int:
 def farthest(width: int) -> int:
     """Greatest coordinate c with c^2 - c < R^2, which nodes with N <= |x| + |y| - 1 have."""
     return (1 + math.isqrt(4 * most_squares(width) - 3)) // 2
-
-
-def flag(run: Run, term: Term) -> Truth:
-    return Truth(run.logic, run.logic.eq(term, 1))
 
 
 def always(logic: Logic) -> Truth:
@@ -109,7 +105,7 @@ def circle_facts(ctx: Context, width: int) -> Iterator[Case]:
     yield Case("farthest node", logic.ule(x, logic.bv(room, farthest(width))), (near,), show)
 
 
-class Arc:
+class Arc(Observer):
     """The job, the position reached, N there and of the end."""
 
     def __init__(self, width: int) -> None:
@@ -127,9 +123,6 @@ class Arc:
             "n": self.room,
             "n_end": self.room,
         }
-
-    def after_reset(self, logic: Logic) -> Values:
-        return {name: logic.bv(width, 0) for name, width in self.widths.items()}
 
     def number(self, run: Run, own: Values, *names: str) -> list[Int]:
         return [Int(run.logic, own[name]) for name in names]

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from bitwuzla import Term
 
 from tests.formal.catalogue import Case, Context, proof
-from tests.formal.induction import Values, inductive
+from tests.formal.induction import Observer, Values, inductive
 from tests.formal.logic import Logic
 from tests.formal.netlist import Run
 
@@ -17,7 +17,7 @@ AGE = TIME + 1  # bits of a saturating count of clocks: its greatest value is ab
 TIMES = ("length_i", "space_i", "setup_i", "hold_i")
 
 
-class DriveTiming:
+class DriveTiming(Observer):
     """Clocks that step_o and direction_o have been as they are, the present one included, and the
     sum of the requests that were taken.
 
@@ -32,7 +32,7 @@ class DriveTiming:
 
     def assumed(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
         logic = run.logic
-        idle = logic.eq(run.output("idle_o", 0), 1)
+        idle = run.on("idle_o", 0)
         return {"times": logic.any(idle, self.same_times(run))}
 
     def same_times(self, run: Run) -> Term:
@@ -49,11 +49,11 @@ class DriveTiming:
             forgotten = logic.ite(self.same_times(run), older, most)
             return logic.ite(same, forgotten, one)
 
-        clear = logic.eq(run.input("clear_i"), 1)
+        clear = run.on("clear_i")
         after_clear = run.output("position_o", 1)
         request = logic.ite(
             self.accepted(run),
-            logic.ite(logic.eq(run.input("negative_i"), 1), logic.bv(32, -1), logic.bv(32, 1)),
+            logic.ite(run.on("negative_i"), logic.bv(32, -1), logic.bv(32, 1)),
             logic.bv(32, 0),
         )
         return {
@@ -66,16 +66,16 @@ class DriveTiming:
         """A request that finds room: fewer than the most that may wait in its direction."""
         logic = run.logic
         waiting, most = run.signal("backlog_q", 0), (1 << (BACKLOG - 1)) - 1
-        negative = logic.eq(run.input("negative_i"), 1)
+        negative = run.on("negative_i")
         full = logic.eq(
             waiting, logic.ite(negative, logic.bv(BACKLOG, -most), logic.bv(BACKLOG, most))
         )
-        return logic.all(logic.eq(run.input("request_i"), 1), logic.no(full))
+        return logic.all(run.on("request_i"), logic.no(full))
 
     def invariant(self, run: Run, own: Values, cycle: int) -> Mapping[str, Term]:
         logic = run.logic
         length, space, setup, hold = (self.time(run, name, cycle) for name in TIMES)
-        high, turned = (logic.eq(run.signal(name, cycle), 1) for name in ("step_q", "turned_q"))
+        high, turned = (run.on(name, cycle) for name in ("step_q", "turned_q"))
         level, keep = (self.running(run, name, cycle) for name in ("level_q", "keep_q"))
         low = logic.no(high)
         backlog, most = run.signal("backlog_q", cycle), (1 << (BACKLOG - 1)) - 1
@@ -121,20 +121,20 @@ class DriveTiming:
     def claims(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
         logic = run.logic
         length, space, setup, hold = (self.time(run, name, 0) for name in TIMES)
-        step, after = (logic.eq(run.output("step_o", cycle), 1) for cycle in (0, 1))
+        step, after = (run.on("step_o", cycle) for cycle in (0, 1))
         rises, falls = logic.all(logic.no(step), after), logic.all(step, logic.no(after))
         old, new = (run.output("direction_o", cycle) for cycle in (0, 1))
         turns = logic.ne(old, new)
         moved = logic.sub(run.output("position_o", 1), run.output("position_o", 0))
         one = logic.ite(logic.eq(new, 1), logic.bv(32, -1), logic.bv(32, 1))
-        refused = logic.all(logic.eq(run.input("request_i"), 1), logic.no(self.accepted(run)))
-        overrun = [logic.eq(run.output("overrun_o", cycle), 1) for cycle in (0, 1)]
+        refused = logic.all(run.on("request_i"), logic.no(self.accepted(run)))
+        overrun = [run.on("overrun_o", cycle) for cycle in (0, 1)]
         waits = logic.ne(run.signal("backlog_q", 0), 0)
         left = [
             logic.add(*(self.running(run, name, cycle) for name in ("level_q", "keep_q")))
             for cycle in (0, 1)
         ]
-        idle = logic.eq(run.output("idle_o", 0), 1)
+        idle = run.on("idle_o", 0)
         return {
             "step_o is high for its length": logic.implies(
                 step, logic.eq(logic.eq(own["level"], length), falls)
@@ -184,7 +184,7 @@ MODULUS = 1_600_000_000  # 16 x 100 MHz, the default
 SUM = 96  # bits of sums of rates that no run exceeds
 
 
-class PulseSum:
+class PulseSum(Observer):
     """Sum of the rates, from half a pulse on, and of a modulus for every pulse started, both since
     the phase was last centred; whether every rate since then was at most half a pulse per clock,
     less in a clock in which a pulse due at the centring is given."""
@@ -201,13 +201,10 @@ class PulseSum:
         half = logic.bv(SUM, self.modulus // 2)
         return {"sum": half, "pulses": logic.bv(SUM, 0), "moderate": logic.bv(1, 1)}
 
-    def assumed(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
-        return {}
-
     def centres(self, run: Run) -> Term:
         """Asked for, or in the first clock after reset."""
         logic = run.logic
-        return logic.any(logic.eq(run.input("clear_i"), 1), logic.eq(run.signal("start_q", 0), 1))
+        return logic.any(run.on("clear_i"), run.on("start_q", 0))
 
     def moderate(self, run: Run, cycle: int = 0) -> Term:
         logic, rate = run.logic, run.input("rate_i", cycle)
@@ -217,12 +214,12 @@ class PulseSum:
     def owed(self, run: Run, cycle: int) -> Term:
         """A pulse of the time before the phase was centred is given."""
         logic = run.logic
-        pulse = logic.eq(run.output("pulse_o", cycle), 1)
+        pulse = run.on("pulse_o", cycle)
         return logic.all(pulse, logic.eq(run.signal("wrap_q", cycle), 0))
 
     def next(self, run: Run, own: Values) -> Values:
         logic = run.logic
-        pulse, modulus = logic.eq(run.output("pulse_o", 1), 1), logic.bv(SUM, self.modulus)
+        pulse, modulus = run.on("pulse_o", 1), logic.bv(SUM, self.modulus)
         going_on = {
             "sum": logic.add(own["sum"], logic.extend(run.input("rate_i"), SUM)),
             "pulses": logic.add(own["pulses"], logic.ite(pulse, modulus, logic.bv(SUM, 0))),
@@ -234,7 +231,7 @@ class PulseSum:
     def remainder(self, run: Run, cycle: int) -> Term:
         """What is left of the sum when a modulus was taken off for every pulse; signed."""
         logic = run.logic
-        phase, wraps = run.signal("phase_q", cycle), logic.eq(run.signal("wrap_q", cycle), 1)
+        phase, wraps = run.signal("phase_q", cycle), run.on("wrap_q", cycle)
         return logic.ite(wraps, phase, logic.add(phase, logic.bv(34, self.modulus)))
 
     def due(self, run: Run) -> Term:
@@ -248,15 +245,15 @@ class PulseSum:
     def invariant(self, run: Run, own: Values, cycle: int) -> Mapping[str, Term]:
         logic = run.logic
         rest, half = self.remainder(run, cycle), logic.bv(34, self.modulus // 2)
-        pulse = logic.eq(run.output("pulse_o", cycle), 1)
-        wraps = logic.eq(run.signal("wrap_q", cycle), 1)
+        pulse = run.on("pulse_o", cycle)
+        wraps = run.on("wrap_q", cycle)
         phase = run.signal("phase_q", cycle)
         exact = logic.all(
             logic.sle(logic.bv(34, 0), rest),
             logic.slt(rest, logic.ite(wraps, half, logic.bv(34, self.modulus))),
             logic.eq(own["sum"], logic.add(own["pulses"], logic.sign_extend(rest, SUM))),
         )
-        begins = logic.eq(run.signal("start_q", cycle), 1)
+        begins = run.on("start_q", cycle)
         bounded = logic.ite(
             wraps,
             logic.all(logic.sle(logic.bv(34, 0), phase), logic.slt(phase, 1 << 32)),
@@ -276,7 +273,7 @@ class PulseSum:
 
     def claims(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
         logic = run.logic
-        now, after, later = (logic.eq(run.output("pulse_o", cycle), 1) for cycle in range(3))
+        now, after, later = (run.on("pulse_o", cycle) for cycle in range(3))
         counts = [run.output("count_o", cycle) for cycle in (0, 1)]
         high = [logic.no(self.moderate(run, cycle)) for cycle in (0, 1)]
         undisturbed = [logic.eq(run.input("clear_i", cycle), 0) for cycle in (0, 1)] + [
@@ -290,10 +287,10 @@ class PulseSum:
             ),
             "count_o counts them": logic.eq(counts[1], counted),
             "no pulse in the clock after the first": logic.implies(
-                logic.eq(run.signal("start_q", 0), 1), logic.no(after)
+                run.on("start_q", 0), logic.no(after)
             ),
             "in the clock after clear_i the one that is due": logic.implies(
-                logic.all(logic.eq(run.input("clear_i"), 1), undisturbed[-1]),
+                logic.all(run.on("clear_i"), undisturbed[-1]),
                 logic.eq(after, logic.all(logic.no(now), self.due(run))),
             ),
         }

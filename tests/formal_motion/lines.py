@@ -16,9 +16,8 @@ from collections.abc import Iterator, Mapping
 from bitwuzla import Kind, Term
 
 from tests.formal.catalogue import Case, Context, proof
-from tests.formal.induction import Values, inductive
-from tests.formal.integers import Int, Truth
-from tests.formal.logic import Logic
+from tests.formal.induction import Observer, Values, inductive
+from tests.formal.integers import Int, Truth, flag
 from tests.formal.netlist import Run
 
 WIDTH = 24  # of a length, with sign: the default of the interpolators
@@ -59,7 +58,7 @@ def line_facts(ctx: Context) -> Iterator[Case]:
         yield Case(f"F with no steps left in {name}", claim, (logic.eq(left, 0),), show)
 
 
-class Line:
+class Line(Observer):
     """The job, the steps left in each axis, F, and the position reached."""
 
     widths = {
@@ -74,24 +73,16 @@ class Line:
         "off": OFF,
     }
 
-    def after_reset(self, logic: Logic) -> Values:
-        return {name: logic.bv(width, 0) for name, width in self.widths.items()}
-
     def signed(self, run: Run, own: Values, *names: str) -> list[Int]:
         return [Int(run.logic, own[name]) for name in names]
 
     def sizes(self, run: Run, own: Values) -> tuple[Int, Int]:
         return tuple(Int.unsigned(run.logic, own[name]) for name in ("size_u", "size_v"))
 
-    def is_set(self, run: Run, term: Term) -> Truth:
-        return Truth(run.logic, run.logic.eq(term, 1))
-
     def next(self, run: Run, own: Values) -> Values:
         logic = run.logic
-        start = self.is_set(run, run.input("start_i"))
-        steps = self.is_set(run, run.input("advance_i")) & self.is_set(
-            run, run.output("active_o", 0)
-        )
+        start = flag(run, run.input("start_i"))
+        steps = flag(run, run.input("advance_i")) & flag(run, run.output("active_o", 0))
         off, factors = Int(logic, own["off"]), self.sizes(run, own)
         ends = [Int(logic, run.input(f"end_{axis}_i")) for axis in "uv"]
         after, fresh = {}, {"started": logic.bv(1, 1), "off": logic.bv(OFF, 0)}
@@ -121,9 +112,9 @@ class Line:
 
     def invariant(self, run: Run, own: Values, cycle: int) -> Mapping[str, Term]:
         logic = run.logic
-        started = self.is_set(run, own["started"])
-        combined = self.is_set(run, run.signal("combined_q", cycle))
-        swapped = self.is_set(run, run.signal("swapped_q", cycle))
+        started = flag(run, own["started"])
+        combined = flag(run, run.signal("combined_q", cycle))
+        swapped = flag(run, run.signal("swapped_q", cycle))
         a, b = self.sizes(run, own)
         long, short = (
             Int.unsigned(logic, run.signal(name, cycle)) for name in ("long_q", "short_q")
@@ -162,18 +153,18 @@ class Line:
 
     def claims(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
         logic = run.logic
-        started = self.is_set(run, own["started"])
-        combined = self.is_set(run, run.signal("combined_q", 0))
-        active = self.is_set(run, run.output("active_o", 0))
+        started = flag(run, own["started"])
+        combined = flag(run, run.signal("combined_q", 0))
+        active = flag(run, run.output("active_o", 0))
         a, b = self.sizes(run, own)
         step = run.output("step_o", 0)
         step_u, step_v = (Truth(logic, logic.bit(step, index)) for index in (0, 1))
-        begins = self.is_set(run, run.input("start_i"))
-        advances = self.is_set(run, run.input("advance_i")) & active
+        begins = flag(run, run.input("start_i"))
+        advances = flag(run, run.input("advance_i")) & active
         left = [Int.unsigned(logic, run.signal("left_q", cycle)) for cycle in (0, 1)]
         ends = [Int(logic, run.input(f"end_{axis}_i")) for axis in "uv"]
         new_u, new_v = (end.size() for end in ends)
-        wanted = self.is_set(run, run.input("combined_i"))
+        wanted = flag(run, run.input("combined_i"))
         taken = wanted.ite((new_u < new_v).ite(new_v, new_u), new_u + new_v)
         reached = Truth(logic, logic.true())
         for axis, size, back in zip("uv", (a, b), (0, 1), strict=True):
@@ -209,7 +200,7 @@ def line_nodes(ctx: Context) -> Iterator[Case]:
 AXES = 5
 
 
-class Synchronised:
+class Synchronised(Observer):
     """One axis of the line: its job, its steps left, the steps left of the longest axis, and
     F = left longest - left_longest size, which the facts of a line give for lengths size, longest.
     """
@@ -226,12 +217,6 @@ class Synchronised:
 
     def __init__(self, axis: int) -> None:
         self.axis = axis
-
-    def after_reset(self, logic: Logic) -> Values:
-        return {name: logic.bv(width, 0) for name, width in self.widths.items()}
-
-    def flag(self, run: Run, term: Term) -> Truth:
-        return Truth(run.logic, run.logic.eq(term, 1))
 
     def lengths(self, run: Run, term: Term) -> list[Int]:
         """Parts of a bit vector, signed."""
@@ -254,11 +239,11 @@ class Synchronised:
 
     def next(self, run: Run, own: Values) -> Values:
         logic = run.logic
-        begins = self.flag(run, run.input("start_i"))
+        begins = flag(run, run.input("start_i"))
         lengths = self.lengths(run, run.input("lengths_i"))
         sizes = [each.size() for each in lengths]
         size, longest, left, left_longest, off = self.numbers(run, own)
-        steps = self.flag(run, run.input("advance_i")) & self.flag(run, run.output("ready_o", 0))
+        steps = flag(run, run.input("advance_i")) & flag(run, run.output("ready_o", 0))
         moves = steps & Truth(logic, logic.bit(run.output("step_o", 0), self.axis))
         fresh = {
             "started": logic.bv(1, 1),
@@ -281,8 +266,8 @@ class Synchronised:
 
     def assumed(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
         lengths = self.lengths(run, run.input("lengths_i"))
-        idle = ~self.flag(run, run.output("active_o", 0))
-        contract = self.flag(run, run.input("start_i")).implies(idle)
+        idle = ~flag(run, run.output("active_o", 0))
+        contract = flag(run, run.input("start_i")).implies(idle)
         for length in lengths:
             contract &= length > -(1 << (WIDTH - 1))
         size, longest, left, left_longest, off = self.numbers(run, own)
@@ -291,10 +276,8 @@ class Synchronised:
 
     def invariant(self, run: Run, own: Values, cycle: int) -> Mapping[str, Term]:
         logic = run.logic
-        started = self.flag(run, own["started"])
-        measures, places = (
-            self.flag(run, run.signal(name, cycle)) for name in ("measure_q", "place_q")
-        )
+        started = flag(run, own["started"])
+        measures, places = (flag(run, run.signal(name, cycle)) for name in ("measure_q", "place_q"))
         runs = started & ~measures & ~places
         size, longest, left, left_longest, off = self.numbers(run, own)
         sizes = self.lengths(run, run.signal("size_q", cycle))  # below 2^23
@@ -333,8 +316,8 @@ class Synchronised:
 
     def claims(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
         logic = run.logic
-        started = self.flag(run, own["started"])
-        active, ready = (self.flag(run, run.output(f"{name}_o", 0)) for name in ("active", "ready"))
+        started = flag(run, own["started"])
+        active, ready = (flag(run, run.output(f"{name}_o", 0)) for name in ("active", "ready"))
         size, longest, left, *_ = self.numbers(run, own)
         step = Truth(logic, logic.bit(run.output("step_o", 0), self.axis))
         claims = {

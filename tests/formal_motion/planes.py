@@ -20,17 +20,17 @@ OUTPUT = "zyx"  # of step_o and negative_o, most significant bit first
 )
 def plane_axes(ctx: Context) -> Iterator[Case]:
     logic, run = ctx.logic, ctx.run("step_interpolator")
-    arc = logic.eq(run.signal("arc_q", 1), 1)
+    arc = run.on("arc_q", 1)
     line_step, arc_step = run.signal("line_step", 0), run.signal("arc_step", 1)
     step = logic.ite(arc, arc_step, line_step)  # the line's a clock later
     way = logic.ite(arc, run.signal("arc_negative", 1), run.signal("line_negative", 1))
-    valid = logic.eq(run.output("valid_o", 1), 1)
+    valid = run.on("valid_o", 1)
     taken = logic.all(
-        logic.eq(run.input("advance_i"), 1),
+        run.on("advance_i"),
         logic.eq(run.signal("arc_q", 0), 0),
-        logic.eq(run.signal("line_active", 0), 1),
+        run.on("line_active", 0),
     )
-    by_arc = logic.eq(run.signal("arc_valid", 1), 1)
+    by_arc = run.on("arc_valid", 1)
     running = logic.eq(run.input("flush_i"), 0)
     yield Case("valid_o", logic.eq(valid, logic.ite(arc, by_arc, taken)), (running,))
     yield Case("no step else", logic.implies(logic.no(valid), logic.eq(run.output("step_o", 1), 0)))
@@ -51,7 +51,7 @@ def plane_axes(ctx: Context) -> Iterator[Case]:
         logic.eq(run.signal(n, 1), run.input(port))
         for n, port in (("plane_q", "plane_i"), ("arc_q", "arc_i"))
     ]
-    begins = logic.eq(run.input("start_i"), 1)
+    begins = run.on("start_i")
     job = logic.ite(begins, logic.all(*taken_over), logic.all(*kept))
     yield Case("plane of the job", job, (running,))
     yield Case("nothing after a flush", logic.no(valid), (logic.no(running),))

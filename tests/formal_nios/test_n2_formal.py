@@ -36,7 +36,7 @@ def bad_cycle(depth: int) -> tuple[int | None, int | None]:
 
     def possible(name: str, cycle: int) -> bool:
         solver.push()
-        solver.assert_formula(logic.eq(run.output(name, cycle), 1))
+        solver.assert_formula(run.on(name, cycle))
         result = solver.check_sat()
         solver.pop()
         return result != Result.UNSAT

@@ -15,7 +15,7 @@ from collections.abc import Iterator, Mapping
 from bitwuzla import Term
 
 from tests.formal.catalogue import Case, Context, proof
-from tests.formal.induction import Values, inductive
+from tests.formal.induction import Observer, Values, inductive
 from tests.formal.logic import Logic
 from tests.formal.netlist import Run
 
@@ -24,7 +24,7 @@ A, B = 0, 1
 META, LINE, LEVEL, PREV = range(4)  # bits of settled_q: this register holds what it should
 
 
-class TruePosition:
+class TruePosition(Observer):
     """Positions p0 .. p4, ages of both lines at the stages 0 .. 2, and the position at reset."""
 
     widths = {

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from bitwuzla import Term
 
 from tests.formal.catalogue import Case, Context, proof
-from tests.formal.induction import Values, inductive
+from tests.formal.induction import Observer, Values, inductive
 from tests.formal.logic import Logic
 from tests.formal.netlist import Run
 
@@ -17,11 +17,7 @@ AGE = DEAD + 1  # bits of a saturating count: above every dead time
 GATES = ("high_o", "low_o")
 
 
-def is_one(run: Run, term: Term) -> Term:
-    return run.logic.eq(term, 1)
-
-
-class DeadTime:
+class DeadTime(Observer):
     """Clocks that both gates have been off, this one included, and the dead time asked for in the
     last clock of a gate. Before the first one: the longest."""
 
@@ -30,11 +26,8 @@ class DeadTime:
     def after_reset(self, logic: Logic) -> Values:
         return {"off": logic.bv(AGE, 1), "wanted": logic.bv(DEAD, -1)}
 
-    def assumed(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
-        return {}
-
     def gate(self, run: Run, cycle: int) -> Term:
-        return run.logic.any(*(is_one(run, run.output(name, cycle)) for name in GATES))
+        return run.logic.any(*(run.on(name, cycle) for name in GATES))
 
     def next(self, run: Run, own: Values) -> Values:
         logic = run.logic
@@ -48,7 +41,7 @@ class DeadTime:
 
     def invariant(self, run: Run, own: Values, cycle: int) -> Mapping[str, Term]:
         logic = run.logic
-        high, low = (is_one(run, run.output(name, cycle)) for name in GATES)
+        high, low = (run.on(name, cycle) for name in GATES)
         left = logic.extend(run.signal("wait_q", cycle), AGE + 1)
         served = logic.extend(own["off"], AGE + 1)
         asked = logic.extend(own["wanted"], AGE + 1)
@@ -65,13 +58,8 @@ class DeadTime:
     def claims(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
         logic = run.logic
         on = logic.all(logic.no(self.gate(run, 0)), self.gate(run, 1))
-        swap = logic.any(
-            *(
-                logic.all(is_one(run, run.output(a, 0)), is_one(run, run.output(b, 1)))
-                for a, b in (GATES, GATES[::-1])
-            )
-        )
-        off = is_one(run, run.input("off_i"))
+        swap = logic.any(*(logic.all(run.on(a, 0), run.on(b, 1)) for a, b in (GATES, GATES[::-1])))
+        off = run.on("off_i")
         return {
             "no gate turns on before the dead time": logic.implies(
                 on, logic.ule(logic.extend(own["wanted"], AGE), own["off"])
@@ -94,16 +82,10 @@ def no_shoot_through(ctx: Context) -> Iterator[Case]:
     yield from inductive(ctx, "pwm_phase", DeadTime())
 
 
-class Trip:
+class Trip(Observer):
     """Nothing of its own: what a fault does in two clocks."""
 
     widths: Mapping[str, int] = {}
-
-    def after_reset(self, logic: Logic) -> Values:
-        return {}
-
-    def assumed(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
-        return {}
 
     def next(self, run: Run, own: Values) -> Values:
         return {}
@@ -123,9 +105,9 @@ class Trip:
     def claims(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
         logic = run.logic
         dark = [logic.all(*(logic.eq(run.output(name, n), 0) for name in GATES)) for n in (1, 2)]
-        hit = logic.any(*(is_one(run, run.input(name, 0)) for name in ("fault_i", "alarm_i")))
-        trip = [is_one(run, run.output("trip_o", n)) for n in range(3)]
-        clear = is_one(run, run.input("clear_i", 0))
+        hit = logic.any(*(run.on(name, 0) for name in ("fault_i", "alarm_i")))
+        trip = [run.on("trip_o", n) for n in range(3)]
+        clear = run.on("clear_i", 0)
         return {
             "all gates off two clocks behind a fault": logic.implies(hit, dark[1]),
             "and the trip is there": logic.implies(hit, trip[2]),
@@ -147,7 +129,7 @@ def trip_in_two_clocks(ctx: Context) -> Iterator[Case]:
     yield from inductive(ctx, "pwm_bridge", Trip())
 
 
-class Duty:
+class Duty(Observer):
     """Carrier by its contract, clocks of the present half so far and those ordered on in it."""
 
     widths = {"count": WIDTH, "half": WIDTH, "up": 1, "on": WIDTH + 1, "since": WIDTH}
@@ -180,7 +162,7 @@ class Duty:
             "carrier": logic.all(
                 logic.eq(run.input("count_i"), own["count"]),
                 logic.eq(run.input("up_i"), own["up"]),
-                logic.eq(is_one(run, run.input("load_i")), self.last(own)),
+                logic.eq(run.on("load_i"), self.last(own)),
             ),
         }
 
@@ -248,16 +230,13 @@ def duty_sums(ctx: Context) -> Iterator[Case]:
     yield from inductive(ctx, "pwm_phase", Duty(ctx.logic))
 
 
-class Triangle:
+class Triangle(Observer):
     """The carrier's contract as a machine: clocks of the present half so far, half, direction."""
 
     widths = {"half": WIDTH, "up": 1, "since": WIDTH}
 
     def after_reset(self, logic: Logic) -> Values:
         return {"half": logic.bv(WIDTH, 64), "up": logic.bv(1, 1), "since": logic.bv(WIDTH, 0)}
-
-    def assumed(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
-        return {}
 
     def last(self, run: Run, own: Values) -> Term:
         logic = run.logic
@@ -293,13 +272,13 @@ class Triangle:
                 logic.eq(run.signal("since_q", cycle), own["since"]),
                 logic.eq(run.signal("left_q", cycle), left),
             ),
-            "load": logic.eq(is_one(run, run.output("load_o", cycle)), self.last(run, own)),
+            "load": logic.eq(run.on("load_o", cycle), self.last(run, own)),
         }
 
     def claims(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
         logic = run.logic
-        opened = [is_one(run, run.signal("opened_q", cycle)) for cycle in (0, 1)]
-        window, last = is_one(run, run.output("window_o", 0)), self.last(run, own)
+        opened = [run.on("opened_q", cycle) for cycle in (0, 1)]
+        window, last = run.on("window_o", 0), self.last(run, own)
         return {
             "a window in every half": logic.implies(last, logic.any(opened[0], window)),
             "and no second one": logic.implies(opened[0], logic.no(window)),

@@ -57,7 +57,7 @@ def busy_ends(ctx: Context) -> Iterator[Case]:
         return logic.add(later, now)
 
     start = [logic.bit(run.signal("control_q", c), START) for c in (0, 1)]
-    busy = [logic.eq(run.output("busy_o", cycle), 1) for cycle in (0, 1)]
+    busy = [run.on("busy_o", cycle) for cycle in (0, 1)]
     on = [logic.ne(logic.bits(run.signal("control_q", cycle), *TIMES), 0) for cycle in (0, 1)]
     same = logic.eq(run.input("watchdog_i", 1), run.input("watchdog_i"))
     quiet = [logic.eq(run.input(name), 0) for name in ("clear_i", "write_register_i")]
@@ -78,7 +78,7 @@ def busy_ends(ctx: Context) -> Iterator[Case]:
         yield Case(f"a run that is on, {name}", falls, (on[0], same, part, *quiet), show)
     bound = logic.add(whole, whole, whole)
     yield Case("the bound", logic.ule(rank(0), bound), (on[0],), show)
-    broken = logic.eq(run.signal("broken", 0), 1)
+    broken = run.on("broken", 0)
     yield Case("no code, no run", logic.no(busy[1]), (broken, *quiet), show)
 
     # A start that waits while nothing runs: copies of pages, then the run.
@@ -121,7 +121,7 @@ def fault_stays(ctx: Context) -> Iterator[Case]:
         return fault, logic.all(alone, logic.any(logic.no(fault), logic.all(idle, logic.no(start))))
 
     (before, holds), (after, kept) = state(0), state(1)
-    clear = logic.eq(run.input("clear_i"), 1)
+    clear = run.on("clear_i")
     show = {"control_q": run.signal("control_q", 0), "inverse_q": run.signal("inverse_q", 0)}
     yield Case("each clock", kept, (holds,), show)
     yield Case("until CLEAR", after, (holds, before, logic.no(clear)), show)

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import os
 import re
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -18,6 +17,7 @@ from sim.fpbench.__main__ import main, size
 from sim.fpbench.native import BenchError, fingerprint
 from sim.fpbench.plan import Part, Shard
 from sim.page.provenance import commit
+from tests.bench.copies import edited_folder
 
 ROOT = native.ROOT
 ANGLES = {"in_range": 4, "worst": 0.3, "worst_at": 0x3F800000, "not_nearest": 1, "beyond": 3}
@@ -76,12 +76,7 @@ def test_fingerprint__own_rtl_and_latency_count__another_units_latency_does_not(
     tmp_path: Path,
 ) -> None:
     def changed(file: str, pattern: str, replacement: str) -> str:
-        copy = tmp_path / "fpu"
-        shutil.rmtree(copy, ignore_errors=True)
-        shutil.copytree(native.RTL, copy)
-        text, count = re.subn(pattern, replacement, (copy / file).read_text(), count=1)
-        assert count == 1
-        (copy / file).write_text(text)
+        copy = edited_folder(native.RTL, tmp_path / "fpu", file, pattern, replacement)
         return fingerprint("fp_mul", copy)
 
     assert changed("fp_pkg.sv", r"(FP_ADD_LATENCY = )\d+", r"\g<1>99") == fingerprint("fp_mul")

@@ -191,6 +191,12 @@ def run(
     return {port: taken[:, i] for i, (port, _) in enumerate(unit.outputs, start=1)}
 
 
+def single(function: Callable, *operands: int) -> tuple[int, int]:
+    """(result bits, flags) that a reference gives for one case."""
+    bits, flags = function(*(np.array([x], dtype=np.uint32) for x in operands))
+    return int(bits[0]), int(flags[0])
+
+
 def case_line(operation: Operation, row: np.ndarray) -> str:
     """`<op> <hex> <hex> ...`, the text that CASE takes."""
     return " ".join((operation.name, *(f"{int(x):08x}" for x in row)))

@@ -10,7 +10,7 @@ from asip_asm.isa import default_isa
 from sim.fpbench import softfloat as reference
 from tests.asip import operation_cases
 from tests.fpu import stimulus
-from tests.fpu.tb import Operation, Unit, check, check_reset, generator, package_constant
+from tests.fpu.tb import Operation, Unit, check, check_reset, generator, package_constant, single
 
 UNIT = Unit(
     "fp_cmp",
@@ -95,10 +95,8 @@ DIRECTED = {
 @pytest.mark.parametrize("name", DIRECTED)
 def test_cmp__directed__unit_and_reference_agree_with_named_case(name: str) -> None:
     op, operands, bits, flags = DIRECTED[name]
-    row = np.array([operands], dtype=np.uint32)
-    got_bits, got_flags = reference.COMPARISONS[op][1](*row.T)
-    assert (int(got_bits[0]), int(got_flags[0])) == (bits, flags)
-    check(operation(op), row)
+    assert single(reference.COMPARISONS[op][1], *operands) == (bits, flags)
+    check(operation(op), np.array([operands]))
 
 
 def test_cmp__random_gaps__valid_follows_by_the_latency() -> None:

@@ -2,13 +2,23 @@
 """fp_divsqrt against Berkeley SoftFloat."""
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 
 from sim.fpbench import softfloat as reference
 from tests.fpu import stimulus
-from tests.fpu.tb import Operation, Unit, check, check_reset, generator, package_constant, run
+from tests.fpu.tb import (
+    Operation,
+    Unit,
+    check,
+    check_reset,
+    generator,
+    package_constant,
+    run,
+    single,
+)
 
 UNIT = Unit(
     "fp_divsqrt",
@@ -97,10 +107,8 @@ DIRECTED = {
 @pytest.mark.parametrize("name", DIRECTED)
 def test_divsqrt__directed__unit_and_reference_agree_with_named_case(name: str) -> None:
     operation, operands, bits, flags = DIRECTED[name]
-    row = np.array([operands], dtype=np.uint32)
-    got_bits, got_flags = operation.reference(*row.T)
-    assert (int(got_bits[0]), int(got_flags[0])) == (bits, flags)
-    check(operation, row)
+    assert single(operation.reference, *operands) == (bits, flags)
+    check(operation, np.array([operands]))
 
 
 def test_div__corner_pairs__match_reference() -> None:
@@ -125,14 +133,19 @@ def test_sqrt__squares_of_integers__are_exact() -> None:
     assert not got["flags_o"].any()
 
 
-def test_divsqrt__operations_interleaved_with_gaps__match_reference() -> None:
-    rng = generator("divsqrt mix")
+def check_interleaved(unit: Unit, name: str, gaps: Callable[..., np.ndarray]) -> None:
+    """Divisions and roots in random order, `gaps(rng, cases)` apart, match the reference."""
+    rng = generator(name)
     rows, roots = stimulus.mixed(rng, 4000, 2), rng.integers(0, 2, 4000, dtype=np.uint32)
     inputs = {"sqrt_i": roots, "a_i": rows[:, 0], "b_i": rows[:, 1]}
-    got = run(UNIT, inputs, issue=stimulus.gaps(rng, 4000))
+    got = run(unit, inputs, issue=gaps(rng, 4000))
     of_div, of_sqrt = reference.div(*rows.T), reference.sqrt(rows[:, 0])
     for port, want_div, want_sqrt in zip(("result_o", "flags_o"), of_div, of_sqrt, strict=True):
         assert np.array_equal(got[port], np.where(roots == 1, want_sqrt, want_div)), port
+
+
+def test_divsqrt__operations_interleaved_with_gaps__match_reference() -> None:
+    check_interleaved(UNIT, "divsqrt mix", stimulus.gaps)
 
 
 def test_divsqrt__reset_in_flight__clears_valid() -> None:

@@ -10,11 +10,10 @@ import numpy as np
 import pytest
 
 from asip_asm.machine import load_machine
-from sim.fpbench import softfloat as reference
 from sim.fpbench.variants import short_set
 from tests.fpu import stimulus, tb, test_fp_divsqrt
 from tests.fpu.tb import check, check_reset, generator, run
-from tests.fpu.test_fp_divsqrt import DIRECTED, quotients, radicands
+from tests.fpu.test_fp_divsqrt import DIRECTED, check_interleaved, quotients, radicands
 
 NAME = "fp_divsqrt_folded"
 INTERVAL = load_machine("small").units["divsqrt"].interval
@@ -54,13 +53,7 @@ def test_folded__corner_and_random_radicands__match_reference() -> None:
 
 
 def test_folded__operations_interleaved_with_gaps__match_reference() -> None:
-    rng = generator("folded mix")
-    rows, roots = stimulus.mixed(rng, 4000, 2), rng.integers(0, 2, 4000, dtype=np.uint32)
-    inputs = {"sqrt_i": roots, "a_i": rows[:, 0], "b_i": rows[:, 1]}
-    got = run(UNIT, inputs, issue=with_gaps(rng, 4000))
-    of_div, of_sqrt = reference.div(*rows.T), reference.sqrt(rows[:, 0])
-    for port, want_div, want_sqrt in zip(("result_o", "flags_o"), of_div, of_sqrt, strict=True):
-        assert np.array_equal(got[port], np.where(roots == 1, want_sqrt, want_div)), port
+    check_interleaved(UNIT, "folded mix", with_gaps)
 
 
 def test_folded__start_before_its_turn__stops_the_simulation() -> None:

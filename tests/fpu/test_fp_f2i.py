@@ -6,7 +6,7 @@ import pytest
 
 from sim.fpbench import softfloat as reference
 from tests.fpu import stimulus
-from tests.fpu.tb import Operation, Unit, check, check_reset, generator, package_constant
+from tests.fpu.tb import Operation, Unit, check, check_reset, generator, package_constant, single
 
 UNIT = Unit(
     "fp_f2i",
@@ -69,10 +69,8 @@ SATURATION = {
 @pytest.mark.parametrize("name", SATURATION)
 def test_f2i__out_of_range__saturates(name: str, mode: str) -> None:
     operand, bits, flags = SATURATION[name]
-    row = np.array([operand], dtype=np.uint32)
-    got_bits, got_flags = OPERATIONS[mode].reference(row)
-    assert (int(got_bits[0]), int(got_flags[0])) == (bits, flags)
-    check(OPERATIONS[mode], row)
+    assert single(OPERATIONS[mode].reference, operand) == (bits, flags)
+    check(OPERATIONS[mode], np.array([operand]))
 
 
 def test_f2i__random_gaps__valid_follows_by_the_latency() -> None:

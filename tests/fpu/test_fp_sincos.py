@@ -13,7 +13,6 @@ from __future__ import annotations
 import functools
 import math
 import os
-import subprocess
 import sys
 
 import gmpy2
@@ -24,6 +23,7 @@ from asip_asm.machine import load_machine
 from sim.harness.assertions import assertions_of
 from sim.harness.plain import plain
 from sim.harness.sources import sources_of
+from tests.bench.commands import output
 from tests.bench.self_running import Program
 from tests.fpu import stimulus
 from tests.fpu.tb import ROOT, generator, package_constant, seed
@@ -206,6 +206,4 @@ def test_sincos__negated_angle__sine_odd_and_cosine_even() -> None:
 
 
 def test_sincos__committed_table__is_what_the_script_generates() -> None:
-    script = ROOT / "scripts/sincos_coefficients.py"
-    done = subprocess.run([sys.executable, str(script), "--check"], capture_output=True, text=True)
-    assert done.returncode == 0, done.stdout
+    output(sys.executable, ROOT / "scripts/sincos_coefficients.py", "--check")

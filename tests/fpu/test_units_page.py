@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import os
 import re
-import shutil
 import subprocess
 from pathlib import Path
 
@@ -19,17 +18,15 @@ from sim.fpbench.variants import bench_unit
 from sim.harness.build import ROOT, verilator_driver
 from sim.harness.plain import plain
 from sim.harness.sources import sources_of
-from tests.bench.copies import edited
+from tests.bench.commands import output
+from tests.bench.copies import edited, edited_folder
 
 RANK_OF_THE_BENCH = 1  # in front of the lanes; an iterative unit waits for it too
 
 
 def changed(folder: Path, file: str, old: str, new: str) -> Path:
     """A copy of rtl/fpu with one replacement, which must apply."""
-    copy = folder / "fpu"
-    shutil.copytree(RTL, copy)
-    edited(copy / file, copy, old, new)
-    return copy
+    return edited_folder(RTL, folder / "fpu", file, re.escape(old), new)
 
 
 def test_page__present_rtl__is_up_to_date(capsys) -> None:
@@ -102,11 +99,8 @@ def test_example__of_the_page__elaborates_with_the_file_list(tmp_path: Path) -> 
     source = tmp_path / "distance.sv"
     source.write_text(example[1])
     options = ["--lint-only", "-Wall", "-Wno-UNUSEDSIGNAL", "--quiet", "--top-module", "distance"]
-    lists = ["-f", "rtl/fpu/fp_add.f", str(source)]
-    done = subprocess.run(
-        [str(verilator_driver()), *options, *lists], cwd=ROOT, capture_output=True, text=True
-    )
-    assert done.returncode == 0, done.stderr
+    lists = ["-f", "rtl/fpu/fp_add.f", source]
+    output(verilator_driver(), *options, *lists, cwd=ROOT)
 
 
 def printed_commands(tool: str) -> list[str]:
@@ -139,16 +133,10 @@ def test_commands__of_the_page__both_give_yosys_the_same_files(tmp_path: Path) -
     here, elsewhere = (command.partition("-sv ")[2] for command in printed_commands("yosys"))
     listed = []
     for words, folder in ((here, ROOT), (elsewhere, tmp_path)):
-        done = subprocess.run(
-            f'printf %s "{words.partition(";")[0]}"',
-            shell=True,
-            cwd=folder,
-            env=os.environ | {"MICROTICK": str(plain(ROOT))},
-            capture_output=True,
-            text=True,
-            check=True,
-        )
-        listed.append([(folder / file).resolve() for file in done.stdout.split()])
+        printed = f'printf %s "{words.partition(";")[0]}"'
+        environment = os.environ | {"MICROTICK": str(plain(ROOT))}
+        files = output("/bin/sh", "-c", printed, cwd=folder, env=environment).split()
+        listed.append([(folder / file).resolve() for file in files])
     assert listed[0] == listed[1] == sources_of("fp_add")
 
 

@@ -13,7 +13,6 @@ import pytest
 
 from sim.fpbench.native import RTL, Report, Unit, operations
 from sim.harness.build import BuildError, verilator_driver
-from tests.bench.faults import BY_MACRO, TableError, plant
 from tests.mutants import campaign, faults
 from tests.mutants.__main__ import main
 from tests.mutants.campaign import Sound, Verdict, mark_of, sound_mark, store
@@ -30,11 +29,6 @@ breaks = "x"
 right = "{right}"
 wrong = "w"
 """
-
-
-def fault(number: int, right: str, wrong: str = "w") -> Fault:
-    """An entry for fp_round.sv, looked for with mul."""
-    return Fault(number, "fpu/fp_round.sv", "x", right, wrong, ("mul",))
 
 
 def code(path: Path, macros: tuple[str, ...] = ()) -> str:
@@ -66,26 +60,6 @@ def test_copy__no_macro_and_each_macro__is_the_rtl_and_differs(name: str, tmp_pa
     assert len(set(seen)) == len(seen), "two faults are the same"
 
 
-def test_planted__two_faults_of_one_text__are_alternatives() -> None:
-    text = plant("a = b;", [fault(1, "b", "c"), fault(2, "b", "d")], BY_MACRO)
-    assert text == "a = \n`ifdef FAULT_01\nc\n`elsif FAULT_02\nd\n`else\nb\n`endif\n;"
-
-
-@pytest.mark.parametrize(
-    ("entries", "message"),
-    [
-        ([fault(7, "z")], r"fault 7: `right` stands 0 times in fp_round.sv, not once; adapt"),
-        ([fault(7, "a")], r"fault 7: `right` stands 2 times in fp_round.sv, not once; adapt"),
-        ([fault(7, "b c"), fault(8, "c")], r"fault 8: `right` overlaps that of fault 7; give both"),
-    ],
-)
-def test_planted__text_that_does_not_fit__names_the_entry(
-    entries: list[Fault], message: str
-) -> None:
-    with pytest.raises(TableError, match=rf"error: {message}"):
-        plant("a b c a", entries, BY_MACRO)
-
-
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -113,16 +87,6 @@ def test_command__wrong_table__says_where_and_why(
     assert main(["--table", str(path)]) == 1
     error = capsys.readouterr().err
     assert message in error and re.match(r".*:(\d+:)? error: ", error), error
-
-
-def test_table__number_used_twice__is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "table.toml"
-    entry = ENTRY.format(id=3, file="fpu/fp_round.sv", ops='["mul"]', right=RIGHT)
-    path.write_text(entry + entry)
-    with pytest.raises(
-        TableError, match=r":8: error: fault 3: the id is already that of .* line 1; give"
-    ):
-        load(path)
 
 
 def test_command__unknown_fault__is_named(capsys) -> None:

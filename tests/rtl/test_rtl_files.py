@@ -169,28 +169,23 @@ def test_constraints_and_pins_name_ports_of_the_board_top():
     assert set(pins) < ports
 
 
+def refused(*parameters: str) -> str:
+    """What Verilator says about the core with these parameters, which it must refuse."""
+    options = ["--lint-only", "--quiet", "--top-module", "asip"]
+    options += [f"-G{parameter}" for parameter in parameters]
+    command = [verilator_driver(), *options, *LISTED]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode != 0
+    return done.stderr
+
+
 @pytest.mark.parametrize(("pipes", "slots"), [(1, 2), (1, 3), (2, 1), (2, 2), (3, 3)])
 def test_core__shape_that_is_no_configuration__is_refused_at_elaboration(pipes, slots):
-    tool = verilator_driver()
-    shape = [f"-GFmaPipes={pipes}", f"-GSlots={slots}"]
-    done = subprocess.run(
-        [tool, "--lint-only", "--quiet", "--top-module", "asip", *shape, *LISTED],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-    )
-    assert done.returncode != 0
-    assert f"FmaPipes={pipes}, Slots={slots}, must be 2 and 3" in done.stderr
+    said = refused(f"FmaPipes={pipes}", f"Slots={slots}")
+    assert f"FmaPipes={pipes}, Slots={slots}, must be 2 and 3" in said
 
 
 @pytest.mark.parametrize("size", ["Bundles=1000", "Bundles=2048", "DataWords=48", "DataWords=4096"])
 def test_core__memory_that_is_no_power_of_two_or_too_large__is_refused_at_elaboration(size):
-    tool = verilator_driver()
-    done = subprocess.run(
-        [tool, "--lint-only", "--quiet", "--top-module", "asip", f"-G{size}", *LISTED],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-    )
-    assert done.returncode != 0
-    assert size in done.stderr and "must be powers of two" in done.stderr
+    said = refused(size)
+    assert size in said and "must be powers of two" in said
