@@ -8,7 +8,6 @@ was given (echo.s). So every command tells from which run its words are.
 from __future__ import annotations
 
 import functools
-import os
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -18,8 +17,8 @@ import pytest
 from asip_asm.assemble import assemble
 from sim.harness.asip_bus import BLOCK, CSR
 from sim.harness.dual_rtl import LISTS, MEASURED_SOURCE, REGMAP, DualRtl
+from tests.bench.seed import SEED
 
-SEED = int(os.environ.get("SEED", "1"))
 FOLDER = Path(__file__).parent
 PERIOD = 500
 LONGEST_WORK = 1000  # clocks, above all work of a period with short runs

@@ -3,18 +3,17 @@
 
 from __future__ import annotations
 
-import os
 from random import Random
 
 import pytest
 
 from sim.ethercat.gen import esc_regmap
 from sim.ethercat.line import GAP_NIBBLES, Line
+from tests.bench.seed import SEED
 from tests.ethercat import managers
 from tests.ethercat.frames import HEADER, MEMORY, WRITES, Datagram, Fmmu, Slave, frame
 from tests.ethercat.test_frames import COMMIT_NS, datagrams_of, random_chain, set_up
 
-SEED = int(os.environ.get("SEED", "1"))
 # Bytes that a frame may write when the next one comes at the least gap: the number that
 # docs/ethercat.md states. Mappings of the dictionary may be longer, up to 512 bytes.
 MOST_BYTES = 343

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import os
 from random import Random
 
 import pytest
@@ -12,6 +11,7 @@ from scapy.layers.l2 import Ether
 
 from sim.ethercat.gen import esc_regmap
 from sim.ethercat.line import Line, check_sequence
+from tests.bench.seed import SEED
 from tests.ethercat.frames import (
     HEADER,
     MEMORY,
@@ -24,7 +24,6 @@ from tests.ethercat.frames import (
     register_memory,
 )
 
-SEED = int(os.environ.get("SEED", "1"))
 STATION = 0x1001
 COMMIT_NS = 25  # of a byte written, two clocks and some
 READABLE = ((0x0000, 12), (0x0010, 2), (0x0600, 0x80), (MEMORY, 0x2000))

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import replace
 from fractions import Fraction
 
@@ -25,8 +24,8 @@ from sim.planner.pulse_records import (
     time_exact,
 )
 from sim.planner.ramp_time import RampTimePlan, ramp_time_plan
+from tests.bench.seed import SEED
 
-SEED = int(os.environ.get("SEED", "1"))
 US = CLOCK_HZ // 1_000_000
 LIMIT = 40_000_000  # clocks, above every move here
 

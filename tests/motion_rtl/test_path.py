@@ -7,8 +7,6 @@ integers: golden step strings, distance from the ideal, ends.
 
 from __future__ import annotations
 
-import os
-
 import numpy as np
 import pytest
 
@@ -23,9 +21,9 @@ from sim.planner.pulse_records import (
     time_exact,
 )
 from sim.planner.ramp_time import ramp_time_plan
+from tests.bench.seed import SEED
 from tests.motion_rtl.test_interpolators import check_on_circle, text
 
-SEED = int(os.environ.get("SEED", "1"))
 PERIOD = 40  # clocks from step to step
 LIMIT = 6_000_000
 ALL = 0b11111

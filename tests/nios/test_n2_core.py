@@ -11,7 +11,8 @@ import pytest
 
 from sim.harness.n2_lockstep_program import BA, BT, EA, ISA, RA, Program, prologue
 from sim.harness.n2_lockstep_rtl import COMBINATIONAL, DTCM, EXCEPTION, ITCM
-from tests.nios.n2_bench import SEED, core, registers
+from tests.bench.seed import SEED
+from tests.nios.n2_bench import core, registers
 from tests.nios.n2_programs import AVALON_RAM
 
 CAUSE, CTL = ISA.cause, ISA.control

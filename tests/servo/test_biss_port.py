@@ -6,7 +6,6 @@ Accesses stand at fixed clocks: a write takes one, a read two, or the test fails
 
 from __future__ import annotations
 
-import os
 from dataclasses import replace
 
 import numpy as np
@@ -14,10 +13,10 @@ import pytest
 
 from asip_asm.regmap import compose
 from sim.harness.gen.biss_regmap import REGMAP
+from tests.bench.seed import SEED
 from tests.servo.clocked import Clocked
 from tests.servo.test_biss import Encoder
 
-SEED = int(os.environ.get("SEED", "1"))
 INPUTS = ("address", "read", "write", "writedata", "sample", "slo")
 OUTPUTS = ("readdata", "waitrequest", "ma")
 FIRST = 20  # clock of the first request

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 
 import numpy as np
@@ -11,9 +10,9 @@ import pytest
 
 from asip_asm.gen.asip_regmap import REGMAP as ASIP
 from sim.harness.gen.drive_regmap import REGMAP as DRIVE
+from tests.bench.seed import SEED
 from tests.servo.clocked import Clocked
 
-SEED = int(os.environ.get("SEED", "1"))
 AXES, WORDS, VALUES = 5, 21, 15
 LINK_IN = (
     *("enable", "trigger", "orders", "sample", "order"),
