@@ -13,8 +13,8 @@ from sim.gcode.tools import Tool
 from sim.path.curves import curve_of
 from tests.bench.needs import needs
 from tests.bench.seed import SEED
+from tests.gcode.mistakes import ZERO
 
-ZERO = (0.0,) * 5
 TOOLS = {1: Tool(diameter=4.0), 2: Tool(diameter=6.0, orientation=2)}
 
 

@@ -22,8 +22,8 @@ from sim.path.moves import HOME
 from sim.path.nurbs import Nurbs
 from tests.bench.needs import needs
 from tests.bench.seed import SEED
+from tests.gcode.mistakes import ZERO
 
-ZERO = (0.0,) * 5
 HEAD = "G21 G90 G17 G94 G54 G98 G64\nG0 X1 Y2 F100\n"
 
 
