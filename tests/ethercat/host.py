@@ -138,8 +138,9 @@ class Host:
                     self.feedback.axis[n].position = axis.position
             self.background()
 
-    def background(self, count: int = 3) -> None:
-        for _ in range(count):
+    def background(self) -> None:
+        """Some passes of it."""
+        for _ in range(3):
             self.library.application_background()
 
     # ---------------------------------------------------------------- states
@@ -162,9 +163,9 @@ class Host:
         assert self.ask(PREOP) == (PREOP, 0)
         return self
 
-    def process_managers(self, outputs: int = 0, inputs: int = 0) -> None:
+    def process_managers(self, outputs: int = 0) -> None:
         self.manager(2, 0x1200, outputs or DEVICE.bytes("rx"), managers.OUTPUTS)
-        self.manager(3, 0x1800, inputs or DEVICE.bytes("tx"), managers.INPUTS)
+        self.manager(3, 0x1800, DEVICE.bytes("tx"), managers.INPUTS)
 
     def to_safeop(self) -> Self:
         self.to_preop()

@@ -215,7 +215,8 @@ def test_controlword__outside_of_op_moves_nothing():
 # -------------------------------------------------------------------- faults, stops, I/O
 
 
-def moving(option: int, value: int, velocity: int = 4_000_000) -> Drives:
+def moving(option: int, value: int) -> Drives:
+    velocity = 4_000_000
     drives = Drives(CSV)
     drives.put(option, 0, value)
     drives.enable(velocity=velocity)
