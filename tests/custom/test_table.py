@@ -34,81 +34,77 @@ EACH = pytest.mark.parametrize(("platform", "part"), COMPONENTS, ids=IDS)
 NIOS_GCC = find("nios-gcc")
 C_FLAGS = ["-std=c11", "-Wall", "-Wextra", "-Werror", "-O2", "-ffp-contract=off"]
 
-# what is changed in the table (first occurrence after the header) -> record, part of the message
+# what is changed in the table (first occurrence after the header) -> record of FPGA2, part of the
+# message
 REFUSED = {
-    "number_taken": ("fpga2.instructions.fadd", "n = 253", "n = 252", "already that of `fmul`"),
+    "number_taken": ("instructions.fadd", "n = 253", "n = 252", "already that of `fmul`"),
     "number_of_a_block_taken": (
-        "fpga2.instructions.fsign",
+        "instructions.fsign",
         "n = 245",
         "n = 239",
         "overlap `ci_fsign` at n = 239",
     ),
-    "number_too_large": ("fpga2.instructions.fmul", "n = 252", "n = 256", "an integer 0..255"),
+    "number_too_large": ("instructions.fmul", "n = 252", "n = 256", "an integer 0..255"),
     "outside_its_block": (
-        "fpga2.instructions.fmin",
+        "instructions.fmin",
         "n = 233",
         "n = 240",
         "outside the aligned block 224..239 of `fabs`; raise select or move the number",
     ),
-    "cycles_zero": ("fpga2.instructions.fsat", "cycles = 3", "cycles = 0", "an integer 1..128"),
+    "cycles_zero": ("instructions.fsat", "cycles = 3", "cycles = 0", "an integer 1..128"),
     "cycles_of_no_unit": (
-        "fpga2.instructions.fsqrt",
+        "instructions.fsqrt",
         "FP_DIVSQRT_LATENCY",
         "FP_ROOT_LATENCY",
         "fp_pkg.sv has no `FP_ROOT_LATENCY`; one of FP_ADD_LATENCY",
     ),
     "two_fixed_latencies": (
-        "fpga2.instructions.fsat_set",
+        "instructions.fsat_set",
         "cycles = 3",
         "cycles = 2",
         "multicycle has one number of cycles",
     ),
     "slow_combinational": (
-        "fpga2.instructions.fneg",
+        "instructions.fneg",
         "cycles = 1",
         "cycles = 2",
         "combinational, but `fneg` has cycles = 2",
     ),
     "unknown_type": (
-        "fpga2.components.ci_fadd",
+        "components.ci_fadd",
         '"multicycle"',
         '"pipelined"',
         "type `pipelined`; one of combinational, multicycle, variable",
     ),
     "unknown_key": (
-        "fpga2.instructions.fmul",
+        "instructions.fmul",
         "software",
         "softwear",
         "unknown key `softwear`; did you mean `software`?",
     ),
-    "missing_key": ("fpga2.instructions.fmul", 'operands = "f=ff"\n', "", "`operands` is missing"),
-    "unknown_component": (
-        "fpga2.instructions.fmul",
-        '"ci_fmul"',
-        '"ci_mul"',
-        "no component `ci_mul`",
-    ),
+    "missing_key": ("instructions.fmul", 'operands = "f=ff"\n', "", "`operands` is missing"),
+    "unknown_component": ("instructions.fmul", '"ci_fmul"', '"ci_mul"', "no component `ci_mul`"),
     "macro_taken": (
-        "fpga2.components.ci_fsub",
+        "components.ci_fsub",
         "ALT_CI_FSUB",
         "ALT_CI_FADD",
         "macro ALT_CI_FADD is already that of `ci_fadd`",
     ),
-    "bad_operands": ("fpga2.instructions.fmul", '"f=ff"', '"d=dd"', "result=arguments"),
+    "bad_operands": ("instructions.fmul", '"f=ff"', '"d=dd"', "result=arguments"),
     "three_arguments_from_the_cpu": (
-        "fpga2.instructions.fmul",
+        "instructions.fmul",
         '"f=ff"',
         '"f=fff"',
         "at most two arguments",
     ),
-    "bad_registers": ("fpga2.instructions.fsat_pair", '"rrc"', '"rrx"', "r or c for each"),
+    "bad_registers": ("instructions.fsat_pair", '"rrc"', '"rrx"', "r or c for each"),
 }
 
 
 def changed(tmp_path: Path, header: str, old: str, new: str) -> Path:
-    """A copy of the table with `old` replaced by `new` in the record `[header]`."""
+    """A copy of the table with `old` replaced by `new` in the record `[fpga2.header]`."""
     text = SOURCE.read_text(encoding="utf-8")
-    begin = text.index(f"[{header}]")
+    begin = text.index(f"[fpga2.{header}]")
     end = text.find("\n[", begin) % (len(text) + 1)
     assert old in text[begin:end]
     path = tmp_path / "custom.toml"

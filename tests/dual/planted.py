@@ -47,18 +47,10 @@ def build_with_faults(
     top: str,
     original: Sequence[Path],
     harness: Path,
-    parameters: Mapping[str, int] | None = None,
-    jobs: int = 1,
+    *parameters: Mapping[str, int],
     headers: Sequence[Path] = (),
-    harness_flags: Sequence[str] = (),
+    **options,
 ) -> Path:
     """In place of `build.build_library` in `dual_rtl`: the model with all faults of the table."""
-    return build.build_library(
-        top,
-        sources(load(TABLE), original),
-        HARNESS,
-        parameters,
-        jobs,
-        headers=[harness, *headers],
-        harness_flags=harness_flags,
-    )
+    files, headers = sources(load(TABLE), original), [harness, *headers]
+    return build.build_library(top, files, HARNESS, *parameters, headers=headers, **options)

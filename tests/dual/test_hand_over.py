@@ -8,9 +8,9 @@ was given (echo.s). So every command tells from which run its words are.
 from __future__ import annotations
 
 import functools
-import os
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Self
 
 import numpy as np
 import pytest
@@ -18,8 +18,8 @@ import pytest
 from asip_asm.assemble import assemble
 from sim.harness.asip_bus import BLOCK, CSR
 from sim.harness.dual_rtl import LISTS, MEASURED_SOURCE, REGMAP, DualRtl
+from tests.bench.seed import SEED
 
-SEED = int(os.environ.get("SEED", "1"))
 FOLDER = Path(__file__).parent
 PERIOD = 500
 LONGEST_WORK = 1000  # clocks, above all work of a period with short runs
@@ -66,8 +66,9 @@ class Bench:
         core = self.system.trajectory
         core.write(core.input_addresses([name])[0], word)
 
-    def start(self) -> None:
+    def start(self) -> Self:
         self.system.set("CONTROL", run=1)
+        return self
 
     def run(self, periods: int, spin: int = 1) -> np.ndarray:
         return self.system.run([[spin, 0, 0, 0, 0]] * periods)
@@ -89,8 +90,7 @@ def runs(records: np.ndarray) -> list[int]:
 
 
 def test_hand_over__set_point_of_a_period_is_tracked_in_the_next():
-    bench = Bench()
-    bench.start()
+    bench = Bench().start()
     records = bench.run(6)
     assert records["updates"].tolist() == [0, 1, 1, 1, 1, 1]  # nothing to track in the first
     assert records["words"].view(np.float32)[:, 0].tolist() == [32.0 * n for n in range(6)]
@@ -101,15 +101,13 @@ def test_hand_over__set_point_of_a_period_is_tracked_in_the_next():
 @pytest.mark.parametrize("first", [0, 5, 10])
 def test_hand_over__every_word_reaches_the_input_of_its_list_entry(first):
     shown = [first + i for i in (3, 0, 4, 1, 2)]
-    bench = Bench(shown)
-    bench.start()
+    bench = Bench(shown).start()
     records = bench.run(3)
     assert commands(records)[2].tolist() == [32.0 + i for i in shown]
 
 
 def test_hand_over__measured_words_are_those_of_the_first_clock_and_change_nothing_else():
-    bench = Bench([MEASURED_SOURCE + i for i in (1, 2, 3, 4)] + [14])
-    bench.start()
+    bench = Bench([MEASURED_SOURCE + i for i in (1, 2, 3, 4)] + [14]).start()
     rng = np.random.default_rng(SEED)
     measured = rng.integers(-(2**22), 2**22, (8, 5))  # no NaN as binary32
     measured = np.abs(measured)
@@ -144,8 +142,7 @@ def test_hand_over__no_set_point_and_no_counts_are_torn_wherever_a_period_begins
 
 
 def test_period__written_in_the_middle_of_one_takes_effect_with_the_next():
-    bench = Bench()
-    bench.start()
+    bench = Bench().start()
     bench.run(2)
     begins = []
     for period in (400, 700, 300, 300):  # from 500, 400, 700, 300 on
@@ -156,8 +153,7 @@ def test_period__written_in_the_middle_of_one_takes_effect_with_the_next():
 
 
 def test_hand_over__source_beyond_the_words_reads_zero():
-    bench = Bench([15, 31, MEASURED_SOURCE + 5, MEASURED_SOURCE + 31, 1])
-    bench.start()
+    bench = Bench([15, 31, MEASURED_SOURCE + 5, MEASURED_SOURCE + 31, 1]).start()
     assert commands(bench.run(3))[2].tolist() == [0.0, 0.0, 0.0, 0.0, 33.0]
 
 
@@ -205,8 +201,7 @@ def test_underrun__last_set_point_is_held_with_zero_rates_then_the_next_one_foll
 
 
 def test_late_copying__the_next_period_begins_behind_it_with_the_new_set_point():
-    bench = Bench()
-    bench.start()
+    bench = Bench().start()
     end = int(bench.run(3)["set_point_clock"][2])
     bench.system.write("PERIOD", end - 5)
     late = bench.run(1)
@@ -220,8 +215,7 @@ def test_late_copying__the_next_period_begins_behind_it_with_the_new_set_point()
 
 
 def test_tracking_overrun__commands_stay_and_the_late_run_counts():
-    bench = Bench()
-    bench.start()
+    bench = Bench().start()
     bench.run(3)
     late = bench.run(1, spin=LONG)
     after = bench.run(3)
@@ -279,8 +273,7 @@ def test_trajectory_fault__holds_stops_and_tracks_on_until_cleared():
 
 
 def test_tracking_fault__safe_commands_and_no_core_starts_until_cleared():
-    bench = Bench([MEASURED_SOURCE + 1, 1, 2, 3, 4])
-    bench.start()
+    bench = Bench([MEASURED_SOURCE + 1, 1, 2, 3, 4]).start()
     bench.run(3)
     faulted = bench.system.run([[1, NAN, 0, 0, 0]])
     assert commands(faulted)[0].tolist() == SAFE
@@ -297,8 +290,7 @@ def test_tracking_fault__safe_commands_and_no_core_starts_until_cleared():
 
 
 def test_stopped_host__no_period_begins_after_run_is_cleared():
-    bench = Bench()
-    bench.start()
+    bench = Bench().start()
     bench.run(2)
     bench.system.write("CONTROL", 0)
     periods = bench.system.read("PERIODS")
@@ -311,8 +303,7 @@ def test_stopped_host__no_period_begins_after_run_is_cleared():
 
 
 def test_statistics__registers_are_what_the_harness_and_the_cores_count():
-    bench = Bench()
-    bench.start()
+    bench = Bench().start()
     cycles, used, command = [], [], []
     for spin in (1, 5, 2, 8, 3):
         records = bench.run(1, spin)
@@ -333,8 +324,7 @@ def test_statistics__registers_are_what_the_harness_and_the_cores_count():
 
 
 def test_statistics__periods_are_exactly_as_long_as_set():
-    bench = Bench()
-    bench.start()
+    bench = Bench().start()
     begins = []
     for _ in range(3):
         records = bench.run(1)
@@ -343,8 +333,7 @@ def test_statistics__periods_are_exactly_as_long_as_set():
 
 
 def test_stop__in_the_middle_of_a_period__its_clocks_are_counted_to_the_end():
-    bench = Bench()
-    bench.start()
+    bench = Bench().start()
     names = ("COMMAND_LAST", "USED_LAST", "LEFT_MIN")
     used = int(bench.run(3)["used"][2])
     before = [bench.system.read(name) for name in names]
@@ -372,8 +361,7 @@ def test_clear__in_the_first_clocks_of_a_period__that_one_counts():
 
 
 def test_clear__starts_the_statistics_anew():
-    bench = Bench()
-    bench.start()
+    bench = Bench().start()
     bench.run(3, spin=2)
     bench.system.set("CONTROL", clear=1)
     bench.system.clock(4 * PERIOD)
@@ -389,8 +377,7 @@ def test_clear__starts_the_statistics_anew():
 
 def test_host__accesses_at_any_time_change_no_word_and_are_answered_right():
     """The host and the sequencer share the cores' buses; neither may take the other's word."""
-    bench = Bench()
-    bench.start()
+    bench = Bench().start()
     rng = np.random.default_rng(SEED)
     expected = 0
     for _ in range(60):

@@ -47,6 +47,11 @@ class Drives(Host):
         for at in range(0, cycles, 10):
             self.step(min(10, cycles - at))
 
+    def set_point(self) -> tuple[float, float, float]:
+        """Position, velocity, acceleration of the first axis."""
+        axis = self.command.axis[0]
+        return axis.position + axis.fraction, axis.velocity, axis.acceleration
+
     def statusword(self, axis: int = 0) -> int:
         return self.inputs()[0x6041 + 0x800 * axis, 0]
 

@@ -18,22 +18,8 @@ from scapy.layers.l2 import Ether
 from sim.ethercat.gen import esc_regmap
 from tests.ethercat import managers
 
-COMMANDS = {
-    1: ec.EtherCatAPRD,
-    2: ec.EtherCatAPWR,
-    3: ec.EtherCatAPRW,
-    4: ec.EtherCatFPRD,
-    5: ec.EtherCatFPWR,
-    6: ec.EtherCatFPRW,
-    7: ec.EtherCatBRD,
-    8: ec.EtherCatBWR,
-    9: ec.EtherCatBRW,
-    10: ec.EtherCatLRD,
-    11: ec.EtherCatLWR,
-    12: ec.EtherCatLRW,
-    13: ec.EtherCatARMW,
-    14: ec.EtherCatFRMW,
-}
+NAMES = "APRD APWR APRW FPRD FPWR FPRW BRD BWR BRW LRD LWR LRW ARMW FRMW"
+COMMANDS = {n: getattr(ec, f"EtherCat{name}") for n, name in enumerate(NAMES.split(), 1)}
 READS, WRITES = {1, 3, 4, 6, 7, 9, 10, 12, 13, 14}, {2, 3, 5, 6, 8, 9, 11, 12, 13, 14}
 MEMORY, MEMORY_END = 0x1000, 0x3000
 HEADER = 16  # bytes of Ethernet and EtherCAT headers
@@ -53,21 +39,13 @@ class Datagram:
 
     def layer(self):
         """As scapy's layer."""
-        words = list(self.data)
-        if self.command == 0:
-            return ec.EtherCatAPRD(
-                _cmd=0,
-                idx=self.index,
-                adp=self.position,
-                ado=self.offset,
-                data=words,
-                wkc=self.counter,
-            )
-        kind = COMMANDS[self.command]
-        common = {"idx": self.index, "data": words, "wkc": self.counter}
+        words = {"idx": self.index, "data": list(self.data), "wkc": self.counter}
         if self.command in (10, 11, 12):
-            return kind(adr=self.logical, **common)
-        return kind(adp=self.position, ado=self.offset, **common)
+            return COMMANDS[self.command](adr=self.logical, **words)
+        words |= {"adp": self.position, "ado": self.offset}
+        if self.command == 0:
+            return ec.EtherCatAPRD(_cmd=0, **words)
+        return COMMANDS[self.command](**words)
 
 
 def frame(datagrams: list[Datagram]) -> bytes:
@@ -322,10 +300,10 @@ def register_memory() -> Slave:
     return slave
 
 
-def random_fmmus(random: Random, memory: tuple[int, int] = (0x1100, 0x1800)) -> list[Fmmu]:
+def random_fmmus(random: Random) -> list[Fmmu]:
     """Eight FMMUs over a few logical bytes; those that write map memory of their own each."""
     found = []
-    size = (memory[1] - memory[0]) // 8
+    first_byte, size = 0x1100, 0xE0
     for n in range(8):
         length = random.choice((1, 1, 2, 3, 5, 16, 40))
         first, last = random.randrange(8), random.randrange(8)
@@ -337,7 +315,7 @@ def random_fmmus(random: Random, memory: tuple[int, int] = (0x1100, 0x1800)) -> 
                 length=length,
                 first_bit=first,
                 last_bit=last,
-                physical=memory[0] + n * size + random.randrange(size // 2),
+                physical=first_byte + n * size + random.randrange(size // 2),
                 physical_bit=random.randrange(8),
                 read=random.random() < 0.6,
                 write=random.random() < 0.6,

@@ -15,6 +15,7 @@ import struct
 import subprocess
 import tempfile
 from pathlib import Path
+from typing import Self
 
 from asip_asm.project import BUILD, ROOT
 from sim.coe.dictionary import TYPES, Device, load
@@ -137,8 +138,9 @@ class Host:
                     self.feedback.axis[n].position = axis.position
             self.background()
 
-    def background(self, count: int = 3) -> None:
-        for _ in range(count):
+    def background(self) -> None:
+        """Some passes of it."""
+        for _ in range(3):
             self.library.application_background()
 
     # ---------------------------------------------------------------- states
@@ -156,24 +158,27 @@ class Host:
         self.manager(0, 0x1000, 256, managers.BOX_OUT)
         self.manager(1, 0x1100, 256, managers.BOX_IN)
 
-    def to_preop(self) -> None:
+    def to_preop(self) -> Self:
         self.mailboxes()
         assert self.ask(PREOP) == (PREOP, 0)
+        return self
 
-    def process_managers(self, outputs: int = 0, inputs: int = 0) -> None:
+    def process_managers(self, outputs: int = 0) -> None:
         self.manager(2, 0x1200, outputs or DEVICE.bytes("rx"), managers.OUTPUTS)
-        self.manager(3, 0x1800, inputs or DEVICE.bytes("tx"), managers.INPUTS)
+        self.manager(3, 0x1800, DEVICE.bytes("tx"), managers.INPUTS)
 
-    def to_safeop(self) -> None:
+    def to_safeop(self) -> Self:
         self.to_preop()
         self.process_managers()
         assert self.ask(SAFEOP) == (SAFEOP, 0)
+        return self
 
-    def to_op(self) -> None:
+    def to_op(self) -> Self:
         self.to_safeop()
         self.outputs()
         self.cycle()
         assert self.ask(OP) == (OP, 0)
+        return self
 
     # ---------------------------------------------------------------- process data
     def outputs(self, values: dict[tuple[int, int], int] | None = None) -> None:

@@ -3,18 +3,17 @@
 
 from __future__ import annotations
 
-import os
 from random import Random
 
 import pytest
 
 from sim.ethercat.gen import esc_regmap
 from sim.ethercat.line import GAP_NIBBLES, Line
+from tests.bench.seed import SEED
 from tests.ethercat import managers
-from tests.ethercat.frames import HEADER, MEMORY, WRITES, Datagram, Fmmu, Slave, frame
-from tests.ethercat.test_frames import COMMIT_NS, datagrams_of, random_chain, set_up
+from tests.ethercat.frames import MEMORY, WRITES, Datagram, Fmmu, Slave, frame
+from tests.ethercat.test_frames import COMMIT_NS, check_answer, datagrams_of, random_chain, set_up
 
-SEED = int(os.environ.get("SEED", "1"))
 # Bytes that a frame may write when the next one comes at the least gap: the number that
 # docs/ethercat.md states. Mappings of the dictionary may be longer, up to 512 bytes.
 MOST_BYTES = 343
@@ -48,14 +47,7 @@ def check_frames(line: Line, slave: Slave, chains: list[list[Datagram]]) -> None
     for n, (data, chain) in enumerate(zip(sent, chains, strict=True)):
         back = line.receive()
         assert back is not None and back.good and len(back.data) == len(data), f"frame {n}"
-        assert back.data[:HEADER] == data[:HEADER]
-        got = datagrams_of(back.data, chain)
-        for k, (datagram, mine, theirs) in enumerate(
-            zip(chain, slave.process(chain), got, strict=True)
-        ):
-            position = datagram.logical & 0xFFFF if datagram.command in (10, 11, 12) else mine[1]
-            where = f"frame {n}, datagram {k}: {datagram}"
-            assert (mine[0], position, mine[2]) == theirs, where
+        check_answer(data, back.data, chain, slave.process(chain), f"frame {n}, ")
     assert line.receive() is None
     line.run(COMMIT_NS * sum(len(d.data) for chain in chains for d in chain))
 

@@ -140,8 +140,7 @@ def test_random_controlwords__hundred_thousand():
 
 def transitions_one_by_one() -> set[int]:
     """Walk through all transitions of CiA 402; the numbers of those that the statuswords showed."""
-    host = Host()
-    host.to_safeop()
+    host = Host().to_safeop()
     states = [state_of(host.inputs()[0x6041, 0])]  # before the first cycle
     host.cycle()
     states.append(state_of(host.inputs()[0x6041, 0]))
@@ -177,8 +176,7 @@ def test_all_sixteen_transitions__one_by_one():
 
 
 def test_node_of_canopen__brings_the_axis_to_every_state():
-    host = Host()
-    host.to_op()
+    host = Host().to_op()
     host.put(0x10F1, 2, 0)
     host.put(0x605A, 0, 6)
 
@@ -206,8 +204,7 @@ def test_node_of_canopen__brings_the_axis_to_every_state():
 
 
 def test_controlword__outside_of_op_moves_nothing():
-    host = Host()
-    host.to_preop()
+    host = Host().to_preop()
     for control in (SHUTDOWN, SWITCH_ON, ENABLE):
         host.put(0x6040, 0, control)
         host.cycle(3)
@@ -218,7 +215,8 @@ def test_controlword__outside_of_op_moves_nothing():
 # -------------------------------------------------------------------- faults, stops, I/O
 
 
-def moving(option: int, value: int, velocity: int = 4_000_000) -> Drives:
+def moving(option: int, value: int) -> Drives:
+    velocity = 4_000_000
     drives = Drives(CSV)
     drives.put(option, 0, value)
     drives.enable(velocity=velocity)

@@ -27,8 +27,7 @@ def run_csp(drives: Drives, targets: np.ndarray, period: int) -> np.ndarray:
         drives.outputs(drives.values)
         for _ in range(period):
             drives.cycle()
-            axis = drives.command.axis[0]
-            rows.append((axis.position + axis.fraction, axis.velocity, axis.acceleration))
+            rows.append(drives.set_point())
     return np.array(rows, float)
 
 
@@ -133,8 +132,7 @@ def test_csv__integrates_the_target_with_continuous_acceleration():
         drives.outputs(drives.values)
         for _ in range(10):
             drives.cycle()
-            axis = drives.command.axis[0]
-            rows.append((axis.position + axis.fraction, axis.velocity, axis.acceleration))
+            rows.append(drives.set_point())
     x, v, a = np.array(rows).T
     assert np.abs(v[25:-25:10] - np.interp(np.arange(25, 2975, 10) - 25, np.arange(0, 3000, 10),
         [1e6 * math.sin(k / 40) ** 3 + 1000 for k in range(300)])).max() < 3e4  # fmt: skip

@@ -41,8 +41,7 @@ def follow(drives: Drives, cycles: int) -> np.ndarray:
         if n % 10 == 0:
             drives.outputs(drives.values)
         drives.cycle()
-        axis = drives.command.axis[0]
-        rows.append((axis.position + axis.fraction, axis.velocity, axis.acceleration))
+        rows.append(drives.set_point())
     return np.array(rows)
 
 
@@ -60,7 +59,11 @@ def duration_of_ruckig(x, v, a, target, limits) -> float:
     return found.duration
 
 
-def pp_drives(velocity: int, acceleration: int, jerk: int) -> Drives:
+LIMITS = (5_000_000, 100_000_000, 10_000_000_000)  # velocity, acceleration, jerk
+
+
+def pp_drives(velocity: int = LIMITS[0], acceleration: int = LIMITS[1], jerk: int = LIMITS[2]):
+    """Drives enabled in profile position."""
     drives = Drives(PP)
     drives.put(0x6081, 0, velocity)
     drives.put(0x6083, 0, acceleration)
@@ -73,11 +76,7 @@ def pp_drives(velocity: int, acceleration: int, jerk: int) -> Drives:
 @pytest.mark.parametrize(
     ("length", "velocity", "acceleration", "jerk"),
     [
-        (3_000_000, 5_000_000, 100_000_000, 10_000_000_000),
-        (-3_000_000, 5_000_000, 100_000_000, 10_000_000_000),
-        (400_000, 5_000_000, 100_000_000, 10_000_000_000),
-        (20_000, 5_000_000, 100_000_000, 10_000_000_000),
-        (1, 5_000_000, 100_000_000, 10_000_000_000),
+        *((length, *LIMITS) for length in (3_000_000, -3_000_000, 400_000, 20_000, 1)),
         (5_000_000, 2_000_000, 400_000_000, 2_000_000_000),
         (100_000_000, 50_000_000, 400_000_000, 100_000_000_000),
     ],
@@ -103,9 +102,8 @@ def test_profile_position__in_the_time_of_ruckig_within_the_limits(
 def test_profile_position__new_targets_in_motion():
     """At once (bit 5) in motion: no jump, in about the time of Ruckig from that state."""
     rng = random.Random(11)
-    limits = (5_000_000, 100_000_000, 10_000_000_000)
     for _ in range(12):
-        drives = pp_drives(*limits)
+        drives = pp_drives()
         first, second = rng.randrange(-(10**6), 10**6), rng.randrange(-(10**6), 10**6)
         drives.set(position=first, control=ENABLE | 0x10)
         rows = follow(drives, rng.randrange(50, 1500))
@@ -113,20 +111,20 @@ def test_profile_position__new_targets_in_motion():
         rows = np.vstack([rows, follow(drives, 10)])
         drives.set(position=second, control=ENABLE | 0x30)
         rows = np.vstack([rows, follow(drives, PLANNING)])
-        wanted = duration_of_ruckig(*rows[-1], second, limits)
+        wanted = duration_of_ruckig(*rows[-1], second, LIMITS)
         rest = follow(drives, round(wanted / TICK * 1.3) + 100)
         rows = np.vstack([rows, rest])
         assert rows[-1, 0] == second
         took = (np.nonzero(rest[:, 0] != second)[0][-1] + 2) * TICK if rest[0, 0] != second else 0
-        creep = (6 / limits[2]) ** (1 / 3)
+        creep = (6 / LIMITS[2]) ** (1 / 3)
         assert wanted - 3 * TICK - creep <= took <= wanted * 1.02 + 15 * TICK, (first, second)
-        assert np.abs(rows[:, 1]).max() <= limits[0] * (1 + 1e-4)
-        assert np.abs(rows[:, 2]).max() <= limits[1] * (1 + 1e-4)
-        assert np.abs(np.diff(rows[:, 2])).max() <= limits[2] * TICK * 1.05
+        assert np.abs(rows[:, 1]).max() <= LIMITS[0] * (1 + 1e-4)
+        assert np.abs(rows[:, 2]).max() <= LIMITS[1] * (1 + 1e-4)
+        assert np.abs(np.diff(rows[:, 2])).max() <= LIMITS[2] * TICK * 1.05
 
 
 def test_profile_position__targets_one_after_the_other_and_relative():
-    drives = pp_drives(5_000_000, 100_000_000, 10_000_000_000)
+    drives = pp_drives()
     drives.set(position=100_000, control=ENABLE | 0x10)
     follow(drives, 20)
     assert drives.statusword() & 0x1000
@@ -168,7 +166,7 @@ def test_profile_position__axes_plan_one_after_the_other_and_none_waits_for_a_de
 
 
 def test_profile_position__target_that_comes_while_one_is_planned():
-    drives = pp_drives(5_000_000, 100_000_000, 10_000_000_000)
+    drives = pp_drives()
     drives.set(position=1_000_000, control=ENABLE | 0x30)
     follow(drives, 10)
     drives.set(control=ENABLE | 0x20)
@@ -180,7 +178,7 @@ def test_profile_position__target_that_comes_while_one_is_planned():
 
 
 def test_halt__stops_on_the_ramp():
-    drives = pp_drives(5_000_000, 100_000_000, 10_000_000_000)
+    drives = pp_drives()
     drives.set(position=3_000_000, control=ENABLE | 0x10)
     follow(drives, 1500)
     drives.set(control=ENABLE | 0x100)
@@ -191,7 +189,7 @@ def test_halt__stops_on_the_ramp():
 
 
 def test_halt__target_reached_only_when_it_stands():
-    drives = pp_drives(5_000_000, 100_000_000, 10_000_000_000)
+    drives = pp_drives()
     drives.set(position=3_000_000, control=ENABLE | 0x10)
     follow(drives, 1500)
     drives.set(control=ENABLE | 0x100)
@@ -215,7 +213,7 @@ class Mapped(Drives):
         self.put(0x6065, 0, 0xFFFFFFFF)
         self.enable()
 
-    def process_managers(self, outputs: int = 0, inputs: int = 0) -> None:
+    def process_managers(self, outputs: int = 0) -> None:
         self.put(0x1C12, 0, 0)
         self.put(0x1600, 0, 0)
         entries = (0x60400010, 0x60600008, 8, 0x607A0020, 0x60810020, 0x60830020)

@@ -20,9 +20,7 @@ from tests.ethercat.host import DEVICE, HERE, OP, PREOP, AbortedError, Host, bui
 
 @pytest.fixture
 def host() -> Host:
-    found = Host()
-    found.to_preop()
-    return found
+    return Host().to_preop()
 
 
 class Line:
@@ -175,8 +173,7 @@ def test_abort__longer_than_the_process_data(host):
 
 
 def test_abort__mapping_in_op_is_the_wrong_state():
-    host = Host()
-    host.to_op()
+    host = Host().to_op()
     for index in (0x1C12, 0x1C13, 0x1600, 0x1A50):
         with pytest.raises(AbortedError) as caught:
             host.put(index, 0, 0)
@@ -294,8 +291,7 @@ def test_information__refused_with_a_code(host, request_data, code):
 
 
 def test_emergency__tells_error_register_and_axis():
-    host = Host()
-    host.to_op()
+    host = Host().to_op()
     host.feedback.axis[3].fault = 0x5441
     host.cycle(2)
     kind, data = host.receive()
@@ -316,8 +312,7 @@ def emergencies(host: Host) -> list[tuple[int, int, int]]:
 
 
 def test_emergency__0000_at_the_reset_with_what_is_left():
-    host = Host()
-    host.to_op()
+    host = Host().to_op()
     for axis in (1, 4):
         host.feedback.axis[axis].fault = 0x5441
     host.outputs()
@@ -338,8 +333,7 @@ def test_emergency__0000_at_the_reset_with_what_is_left():
 
 
 def test_emergency__lost_outputs_are_an_error_of_communication():
-    host = Host()
-    host.to_op()
+    host = Host().to_op()
     host.cycle(1100)
     assert emergencies(host) == [(0x7500, 0x11, axis) for axis in range(5)]
     assert host.upload(0x1001) == b"\x11"
@@ -349,8 +343,7 @@ def test_emergency__lost_outputs_are_an_error_of_communication():
 
 
 def test_lost_answer__is_repeated_even_when_another_message_has_come():
-    host = Host()
-    host.to_op()
+    host = Host().to_op()
     host.send(struct.pack("<H", 2 << 12) + struct.pack("<BHB4x", 0x40, 0x1018, 1))
     host.background()
     first = host.receive()
@@ -413,8 +406,7 @@ def test_message_longer_than_the_mailbox__gets_a_mailbox_error(host):
 
 
 def test_flood_in_op__does_not_disturb_the_cycle():
-    host = Host()
-    host.to_op()
+    host = Host().to_op()
     rng = random.Random(17)
     for _ in range(1000):
         host.outputs()

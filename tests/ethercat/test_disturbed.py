@@ -59,13 +59,11 @@ def alive(line: Line) -> bool:
     return bool(status & esc_regmap.WATCHDOG_STATUS.word(alive=1))
 
 
-def sync_manager(
-    line: Line, place: int, start: int, length: int, control: int, slave: int = 0
-) -> None:
+def sync_manager(line: Line, place: int, start: int, length: int, control: int) -> None:
     """Set one up as a master does."""
     registers = managers.registers(start, length, control)
     address = esc_regmap.SM_START.at(place)
-    back = line.exchange(single(APWR, -slave & 0xFFFF, address, registers))
+    back = line.exchange(single(APWR, 0, address, registers))
     assert answer(back.data, 8)[1] == 1
 
 

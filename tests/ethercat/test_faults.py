@@ -6,6 +6,7 @@ One fault: `pytest -m full tests/ethercat/test_faults.py -k "3-ethercat_slave"`.
 
 from __future__ import annotations
 
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -13,29 +14,24 @@ import pytest
 from asip_asm.project import ROOT
 from sim.ethercat import line
 from tests.bench.faults import copy, load
-from tests.ethercat import test_clocks, test_disturbed, test_frames, test_rgmii
+from tests.bench.one_test import exit_status
 
-TESTS = {
-    module.__name__.rpartition(".")[2]: module
-    for module in (test_clocks, test_disturbed, test_frames, test_rgmii)
-}
-FAULTS = load(Path(__file__).with_name("faults.toml"))
+HERE = Path(__file__).parent
+FAULTS = load(HERE / "faults.toml")
 
 
 def test_table__names_tests_that_exist() -> None:
     for fault in FAULTS:
         (test,) = fault.found
         module, _, name = test.partition(".")
-        assert hasattr(TESTS[module], name.partition("[")[0])
+        assert hasattr(import_module(f"tests.ethercat.{module}"), name.partition("[")[0])
 
 
 @pytest.mark.full
 @pytest.mark.parametrize("fault", FAULTS, ids=str)
 def test_fault__is_caught(fault, tmp_path, monkeypatch) -> None:
     (test,) = fault.found
-    module, _, name = test.partition(".")
     folder = copy(tmp_path / "rtl", [fault], part="ethercat")
     monkeypatch.setattr(line, "FOLDERS", (folder, ROOT / "rtl/gen"))
-    options = ["-q", "-x", "-p", "no:cacheprovider", "-p", "no:randomly", "--no-header"]
-    status = pytest.main([*options, f"{TESTS[module].__file__}::{name}"])
+    status = exit_status(HERE, test)
     assert status == pytest.ExitCode.TESTS_FAILED, f"{fault.breaks}: {test} gave {status}"

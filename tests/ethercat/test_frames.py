@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import os
 from random import Random
 
 import pytest
@@ -12,6 +11,7 @@ from scapy.layers.l2 import Ether
 
 from sim.ethercat.gen import esc_regmap
 from sim.ethercat.line import Line, check_sequence
+from tests.bench.seed import SEED
 from tests.ethercat.frames import (
     HEADER,
     MEMORY,
@@ -24,7 +24,6 @@ from tests.ethercat.frames import (
     register_memory,
 )
 
-SEED = int(os.environ.get("SEED", "1"))
 STATION = 0x1001
 COMMIT_NS = 25  # of a byte written, two clocks and some
 READABLE = ((0x0000, 12), (0x0010, 2), (0x0600, 0x80), (MEMORY, 0x2000))
@@ -42,21 +41,28 @@ def datagrams_of(data: bytes, shapes: list[Datagram]) -> list[tuple[bytes, int, 
     return found
 
 
+def check_answer(
+    sent: bytes,
+    back: bytes,
+    chain: list[Datagram],
+    wanted: list[tuple[bytes, int, int]],
+    where: str = "",
+) -> None:
+    """Header and datagrams of a frame that is back are those of the model."""
+    got = datagrams_of(back, chain)
+    for n, (datagram, mine, theirs) in enumerate(zip(chain, wanted, got, strict=True)):
+        position = datagram.logical & 0xFFFF if datagram.command in (10, 11, 12) else mine[1]
+        assert (mine[0], position, mine[2]) == theirs, f"{where}datagram {n}: {datagram}"
+    assert back[:HEADER] == sent[:HEADER]
+
+
 def check(line: Line, slave: Slave, datagrams: list[Datagram], good: bool = True) -> None:
     """Send them in a frame, good or with a wrong check sequence; what comes back must be what the
     model says."""
     sent = frame(datagrams)
     back = line.exchange(sent, sequence=None if good else bytes(4))
     assert back is not None and back.good == good and len(back.data) == len(sent)
-    wanted = slave.process(datagrams, good)
-    got = datagrams_of(back.data, datagrams)
-    for n, (datagram, mine, theirs) in enumerate(zip(datagrams, wanted, got, strict=True)):
-        if datagram.command in (10, 11, 12):
-            position = datagram.logical & 0xFFFF
-        else:
-            position = mine[1]
-        assert (mine[0], position, mine[2]) == theirs, f"datagram {n}: {datagram}"
-    assert back.data[:HEADER] == sent[:HEADER]
+    check_answer(sent, back.data, datagrams, slave.process(datagrams, good))
     line.run(COMMIT_NS * sum(len(d.data) for d in datagrams))
 
 

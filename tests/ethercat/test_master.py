@@ -3,24 +3,17 @@
 
 from __future__ import annotations
 
-import json
-
 import pytest
 
-from sim.ethercat.line import library
-from sim.ethercat.tap import in_namespace
 from tests.bench.needs import needs
+from tests.ethercat.masters import report_of
 
-MODULE = "sim.ethercat.master_loop"
 pytestmark = needs("tap")
 
 
 def run(slaves: int, cycles: int, timeout: float, master: str = "pysoem") -> dict:
-    library()  # built here: the master's clock runs in the other process
-    options = ["--master", master, "--slaves", str(slaves), "--cycles", str(cycles)]
-    done = in_namespace(MODULE, options, timeout=timeout)
-    assert done.returncode == 0, done.stdout + done.stderr
-    return json.loads(done.stdout.splitlines()[-1])  # KickCAT prints lines of its own
+    options = ("--master", master, "--slaves", slaves, "--cycles", cycles)
+    return report_of("master_loop", *options, timeout=timeout)
 
 
 @pytest.mark.parametrize("slaves", (1, 3))

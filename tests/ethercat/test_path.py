@@ -76,8 +76,7 @@ class HostLink:
 
 
 def run(ticks: int | None) -> tuple[Drive, Curves, HostLink]:
-    host = Host()
-    host.to_op()
+    host = Host().to_op()
     wanted = poses(path_of(Robot.load(None), ticks))
     link = HostLink(host)
     drive = Drive(link, DEVICE, Machine(Robot.load(None), DEVICE, wanted[0].tolist()))

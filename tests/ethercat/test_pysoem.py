@@ -3,30 +3,20 @@
 
 from __future__ import annotations
 
-import json
-
 import pytest
 
 from sim.ethercat.dc_run import SHIFT_NS, SYNC0_NS
-from sim.ethercat.line import library
-from sim.ethercat.tap import in_namespace
 from tests.bench.needs import needs
+from tests.ethercat.masters import report_of
 
 pytestmark = needs("tap")
 PHASE_NS = 40  # a slave sends in its own phase
 NEAR_NS = 50  # of pulses: as the system times (20 ns), a clock and a step of observation each
 
 
-def run(module: str, *options: str) -> dict:
-    library()  # built here: the master's clock runs in the other process
-    done = in_namespace(f"sim.ethercat.{module}", options, timeout=600)
-    assert done.stdout, done.stderr
-    return json.loads(done.stdout.splitlines()[-1])
-
-
 @pytest.fixture(scope="module")
 def clocks() -> dict:
-    return run("dc_run", "--cycles", "200")
+    return report_of("dc_run", "--cycles", 200)
 
 
 def test_dc__pysoem_finds_the_clocks_and_goes_to_op(clocks):
@@ -65,7 +55,7 @@ FRAMES = 5
 
 @pytest.fixture(scope="module")
 def disturbed() -> dict:
-    return run("disturbed_run", "--frames", str(FRAMES))
+    return report_of("disturbed_run", "--frames", FRAMES)
 
 
 @pytest.mark.parametrize("kind", ("lost", "damaged", "lost back"))

@@ -7,7 +7,6 @@ answers is compared with the MII model and with the memory model.
 
 from __future__ import annotations
 
-import os
 import re
 from random import Random
 
@@ -17,11 +16,11 @@ from asip_asm.project import ROOT
 from sim.ethercat.datagram import APRD, APWR, LRW, answer, single
 from sim.ethercat.gen import esc_regmap
 from sim.ethercat.line import Line
+from tests.bench.seed import SEED
 from tests.ethercat.frames import MEMORY, Datagram, frame
 from tests.ethercat.rgmii import DOWN, PERIOD_PS, UP, Phy, Rgmii
 from tests.ethercat.test_frames import STATION, check, random_chain, set_up
 
-SEED = int(os.environ.get("SEED", "1"))
 CLOCK_PS, NIBBLE_NS = 10_000, 40
 PHASES = range(0, PERIOD_PS, 2_500)
 BETWEEN = 1_250  # no edge of RXC falls upon one of the slave's clock

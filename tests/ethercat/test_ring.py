@@ -3,29 +3,18 @@
 
 from __future__ import annotations
 
-import json
-
 import pytest
 
-from sim.ethercat.line import library
-from sim.ethercat.tap import in_namespace
 from tests.bench.needs import needs
+from tests.ethercat.masters import report_of
 
 pytestmark = needs("tap")
-
-
-def run(cycles: int, *cables: int) -> dict:
-    library()  # built here: the master's clock runs in the other process
-    options = ["--cycles", str(cycles), "--cable", *map(str, cables)]
-    done = in_namespace("sim.ethercat.redundant", options, timeout=600)
-    assert done.stdout, done.stderr
-    return json.loads(done.stdout.splitlines()[-1])
 
 
 # With a cable at the master pulled, it waits its whole time-out each cycle.
 @pytest.mark.parametrize(("cable", "cycles"), ((0, 12), (1, 60), (2, 60), (3, 12)))
 def test_ring__with_a_pulled_cable_stays_in_op_and_counts_right(cable: int, cycles: int):
-    found = run(cycles, cable)
+    found = report_of("redundant", "--cycles", cycles, "--cable", cable)
     assert (found["state"], found["expected_counter"]) == ("OP", 9)
     assert found["wrong_counters"] == {"whole": 0, "broken": 0, "mended": 0}
     assert found["torn_inputs"] == 0 and found["echoes"] > 3 * (cycles - 5)
@@ -34,6 +23,6 @@ def test_ring__with_a_pulled_cable_stays_in_op_and_counts_right(cable: int, cycl
 
 
 def test_ring__with_two_pulled_cables_loses_the_slave_between_them():
-    found = run(9, 1, 2)
+    found = report_of("redundant", "--cycles", 9, "--cable", 1, 2, status=1)
     assert found["wrong_counters"]["whole"] == 0
     assert found["wrong_counters"]["broken"] == 3

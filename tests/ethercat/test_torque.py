@@ -33,8 +33,7 @@ class Rig:
     """A master's cycles of 1 ms with a device whose plant may differ from the law's robot."""
 
     def __init__(self, plant: Robot = ROBOT) -> None:
-        self.host = Host()
-        self.host.to_op()
+        self.host = Host().to_op()
         self.link = HostLink(self.host)
         self.machine = Machine(ROBOT, DEVICE, POSE)
         self.machine.plant = Plant(plant, POSE[:3], POSE[3:])

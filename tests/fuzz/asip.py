@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import functools
 import json
-import os
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -17,7 +16,7 @@ from asip_asm.isa import default_isa
 from sim.asip_run import __main__ as asip_run
 from sim.harness.asip_rtl import AsipRtl
 from tests.fuzz.engine import Campaign
-from tests.fuzz.mutate import mutated_arguments, mutated_json, mutated_text
+from tests.fuzz.mutate import files_of_every_kind, mutated_arguments, mutated_json, mutated_text
 
 ROOT = Path(__file__).parents[2]
 SOURCES = ROOT / "tests" / "asm"
@@ -109,10 +108,7 @@ def command_line(
     Path("x.s").write_text(MACROS, encoding="utf-8")
     Path("x.json").write_text(json.dumps(images()[0]), encoding="utf-8")
     Path("in.csv").write_text(mutated_text(rng, INPUTS, ["x", "y"]), errors="surrogatepass")
-    Path("empty").write_bytes(b"")
-    Path("folder").mkdir()
-    Path("zero").symlink_to("/dev/zero")
-    os.mkfifo("pipe")
+    files_of_every_kind()
     files = "x.s x.json in.csv empty folder zero pipe out.json x.asip.json"
     arguments = mutated_arguments(
         rng, rng.choice(lines).split(), [*options.split(), *files.split()]
@@ -154,22 +150,12 @@ def prepare_run() -> None:
 CAMPAIGNS = (
     Campaign("assembly", 20_000, assembly, prepare),
     Campaign("image", 20_000, image, prepare),
-    Campaign(
-        "asip-as",
-        5_000,
-        functools.partial(command_line, cli_as.main, AS_LINES, AS_OPTIONS),
-        prepare,
-    ),
-    Campaign(
-        "asip-objdump",
-        5_000,
-        functools.partial(command_line, cli_objdump.main, OBJDUMP_LINES, OBJDUMP_OPTIONS),
-        prepare,
-    ),
-    Campaign(
-        "asip-run",
-        5_000,
-        functools.partial(command_line, asip_run.main, RUN_LINES, RUN_OPTIONS),
-        prepare_run,
+    *(
+        Campaign(name, 5_000, functools.partial(command_line, main, lines, options), prepare_it)
+        for name, main, lines, options, prepare_it in (
+            ("asip-as", cli_as.main, AS_LINES, AS_OPTIONS, prepare),
+            ("asip-objdump", cli_objdump.main, OBJDUMP_LINES, OBJDUMP_OPTIONS, prepare),
+            ("asip-run", asip_run.main, RUN_LINES, RUN_OPTIONS, prepare_run),
+        )
     ),
 )

@@ -52,34 +52,32 @@ help x
 quit 4
 """
 WORDS = "break run print x set info list stepi tick source / ( ) * if @ [ ] $ = e t f q (28) 1e999"
+
+
+def request(command: str, **arguments: object) -> dict[str, object]:
+    """Command and arguments of a message to the server."""
+    return {"command": command} | ({"arguments": arguments} if arguments else {})
+
+
 REQUESTS = [
-    {"command": "initialize", "arguments": {"adapterID": "asip"}},
-    {"command": "launch", "arguments": {"program": "x.s", "iss": True, "set": {"x": 0.3}}},
-    {
-        "command": "setBreakpoints",
-        "arguments": {"source": {"path": "x.s"}, "breakpoints": [{"line": 16}]},
-    },
-    {"command": "setFunctionBreakpoints", "arguments": {"breakpoints": [{"name": "(28)"}]}},
-    {"command": "configurationDone"},
-    {"command": "stackTrace", "arguments": {"threadId": 1}},
-    {"command": "scopes", "arguments": {"frameId": 1}},
-    {"command": "variables", "arguments": {"variablesReference": 1}},
-    {"command": "evaluate", "arguments": {"expression": "2*t", "context": "watch"}},
-    {"command": "evaluate", "arguments": {"expression": "stepi 2", "context": "repl"}},
-    {
-        "command": "setVariable",
-        "arguments": {"variablesReference": 1, "name": "t", "value": "1"},
-    },
-    {"command": "next", "arguments": {"threadId": 1}},
-    {"command": "pause", "arguments": {"threadId": 1}},
-    {
-        "command": "disassemble",
-        "arguments": {"memoryReference": "0x1", "instructionCount": 9},
-    },
-    {"command": "completions", "arguments": {"text": "pr", "column": 3}},
-    {"command": "restart"},
-    {"command": "continue", "arguments": {"threadId": 1}},
-    {"command": "disconnect"},
+    request("initialize", adapterID="asip"),
+    request("launch", program="x.s", iss=True, set={"x": 0.3}),
+    request("setBreakpoints", source={"path": "x.s"}, breakpoints=[{"line": 16}]),
+    request("setFunctionBreakpoints", breakpoints=[{"name": "(28)"}]),
+    request("configurationDone"),
+    request("stackTrace", threadId=1),
+    request("scopes", frameId=1),
+    request("variables", variablesReference=1),
+    request("evaluate", expression="2*t", context="watch"),
+    request("evaluate", expression="stepi 2", context="repl"),
+    request("setVariable", variablesReference=1, name="t", value="1"),
+    request("next", threadId=1),
+    request("pause", threadId=1),
+    request("disassemble", memoryReference="0x1", instructionCount=9),
+    request("completions", text="pr", column=3),
+    request("restart"),
+    request("continue", threadId=1),
+    request("disconnect"),
 ]
 
 
@@ -106,8 +104,8 @@ def messages(rng: Random, folder: Path) -> int | None:
     """A session of mutated messages."""
     _program(rng)
     stream = io.BytesIO()
-    for number, request in enumerate(REQUESTS, 1):
-        message: object = {"seq": number, "type": "request"} | request
+    for number, body in enumerate(REQUESTS, 1):
+        message: object = {"seq": number, "type": "request"} | body
         if rng.random() < 0.3:
             message = mutated_json(rng, message)
         data = json.dumps(message).encode()

@@ -11,7 +11,7 @@ from random import Random
 from sim.model.parameters import ROBOT_TOML
 from sim.run import __main__ as main_job
 from tests.fuzz.engine import Campaign
-from tests.fuzz.mutate import mutated_arguments, mutated_text
+from tests.fuzz.mutate import files_of_every_kind, mutated_arguments, mutated_text
 
 PATHS = Path(__file__).parents[2] / "sim" / "paths"
 SHORT = """G21 G90 G64 P0.01
@@ -84,10 +84,7 @@ def command_line(rng: Random, folder: Path) -> int:
     """A mutated command line, beside files of every kind."""
     Path("part.ngc").write_text(SHORT, encoding="utf-8")
     Path("robot.toml").write_text(_robot(), encoding="utf-8")
-    Path("empty").write_bytes(b"")
-    Path("folder").mkdir()
-    Path("zero").symlink_to("/dev/zero")
-    os.mkfifo("pipe")
+    files_of_every_kind()
     return _planned(mutated_arguments(rng, rng.choice(LINES).split(), OPTIONS.split()))
 
 

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import functools
-import os
 import tempfile
 from pathlib import Path
 from random import Random
@@ -12,7 +11,7 @@ from random import Random
 from sim.asip_model import __main__ as asip_model
 from sim.robots.laws import LAWS
 from tests.fuzz.engine import Campaign
-from tests.fuzz.mutate import mutated_arguments, mutated_text
+from tests.fuzz.mutate import files_of_every_kind, mutated_arguments, mutated_text
 
 ROOT = Path(__file__).parents[2]
 URDF = ROOT / "sim/robots/urdf/pendulum.urdf"
@@ -139,10 +138,7 @@ def case(rng: Random, folder: Path) -> int | None:
     Path("law.toml").write_bytes(record.encode("utf-8", errors="surrogatepass"))
     Path("law.casadi").write_bytes(function)
     Path("arm.urdf").write_bytes(urdf.encode("utf-8", errors="surrogatepass"))
-    Path("empty").write_bytes(b"")
-    Path("folder").mkdir()
-    Path("zero").symlink_to("/dev/zero")
-    os.mkfifo("pipe")
+    files_of_every_kind()
     return asip_model.main(line)
 
 

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import functools
-import os
 from collections.abc import Callable
 from pathlib import Path
 from random import Random
@@ -16,7 +15,7 @@ from sim.lookahead import __main__ as lookahead
 from sim.planner import __main__ as planner
 from sim.trajectory import __main__ as trajectory
 from tests.fuzz.engine import Campaign
-from tests.fuzz.mutate import mutated_arguments, mutated_text
+from tests.fuzz.mutate import files_of_every_kind, mutated_arguments, mutated_text
 
 ROOT = Path(__file__).parents[2]
 TOOLS = {1: Tool((0.0, 0.0, 5.0, 0.0, 0.0), 4.0), 2: Tool(diameter=1.0)}
@@ -117,10 +116,7 @@ def command_line(
     Path("part.ngc").write_text(mutated_text(rng, PARTS, WORDS), errors="surrogatepass")
     Path("short.ngc").write_text("G64 P.1\nG1 X2 F2000\nY2\nM2\n")
     Path("tool.tbl").write_text(mutated_text(rng, TABLE, ["D", "Z1e9"]), errors="surrogatepass")
-    Path("empty").write_bytes(b"")
-    Path("folder").mkdir()
-    Path("zero").symlink_to("/dev/zero")
-    os.mkfifo("pipe")
+    files_of_every_kind()
     files = "part.ngc short.ngc tool.tbl empty folder zero pipe out.csv none.ngc"
     arguments = mutated_arguments(
         rng, rng.choice(lines).split(), [*options.split(), *files.split()]

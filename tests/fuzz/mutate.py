@@ -4,8 +4,10 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from random import Random
 from typing import Any
 
@@ -151,6 +153,15 @@ def _is_cyclic(data: Any, above: tuple[int, ...] = ()) -> bool:
         return True
     inner = data.values() if isinstance(data, dict) else data if isinstance(data, list) else ()
     return any(_is_cyclic(item, (*above, id(data))) for item in inner)
+
+
+def files_of_every_kind() -> None:
+    """What a command line may name, in the working directory: an empty file, a folder, an endless
+    file, a pipe that nothing writes."""
+    Path("empty").write_bytes(b"")
+    Path("folder").mkdir()
+    Path("zero").symlink_to("/dev/zero")
+    os.mkfifo("pipe")
 
 
 def mutated_arguments(rng: Random, arguments: Sequence[str], words: Sequence[str]) -> list[str]:

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import functools
-import os
 from pathlib import Path
 from random import Random
 
@@ -12,7 +11,7 @@ from sim import nios_run
 from sim.harness.nios_image import IMAGES
 from sim.harness.nios_rtl import NiosRtl
 from tests.fuzz.engine import Campaign
-from tests.fuzz.mutate import mutated_arguments
+from tests.fuzz.mutate import files_of_every_kind, mutated_arguments
 
 SMALLEST, LARGEST = "sieve.elf", "float_sqrt.elf"
 HEADERS = 52 + 8 * 32  # bytes: ELF header and program headers
@@ -55,9 +54,7 @@ def elf(rng: Random, folder: Path) -> int:
 def command_line(rng: Random, folder: Path) -> int:
     """One mutated command line beside files of every kind."""
     Path("x.elf").write_bytes(programs()[0])
-    Path("folder").mkdir()
-    Path("zero").symlink_to("/dev/zero")
-    os.mkfifo("pipe")
+    files_of_every_kind()
     line = "--system fpga2 --max-cycles 2000 x.elf".split()
     status = nios_run.main(mutated_arguments(rng, line, OPTIONS.split()))
     return 1 if status == nios_run.FILE_STATUS else 0

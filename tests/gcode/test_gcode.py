@@ -8,16 +8,11 @@ from hypothesis import strategies as st
 from sim.gcode.errors import MAX_ERRORS
 from sim.gcode.interpreter import GcodeErrors, parse, parse_file
 from sim.path.moves import Motion, Plane, Program
+from tests.gcode.mistakes import errors_of
 
 
 def ends(program: Program) -> list[tuple[float, ...]]:
     return [move.end for move in program.moves]
-
-
-def errors_of(text: str, **arguments):
-    with pytest.raises(GcodeErrors) as caught:
-        parse(text, **arguments)
-    return caught.value.errors
 
 
 def test_parse__inches__are_converted_and_degrees_are_not():

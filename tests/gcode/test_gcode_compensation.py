@@ -2,7 +2,6 @@
 """Cutter compensation: random contours against rs274, refusals by name, distance by geometry."""
 
 import math
-import os
 import random
 
 import numpy as np
@@ -13,9 +12,9 @@ from sim.gcode.oracle import OracleError, differences, ours, rs274
 from sim.gcode.tools import Tool
 from sim.path.curves import curve_of
 from tests.bench.needs import needs
+from tests.bench.seed import SEED
+from tests.gcode.mistakes import ZERO
 
-SEED = int(os.environ.get("SEED", "1"))
-ZERO = (0.0,) * 5
 TOOLS = {1: Tool(diameter=4.0), 2: Tool(diameter=6.0, orientation=2)}
 
 

@@ -17,18 +17,11 @@ from sim.gcode.oracle import OracleError, differences, rs274
 from sim.gcode.oword import ARGUMENTS
 from sim.gcode.subroutines import MAX_DEPTH
 from tests.bench.needs import needs
-
-ZERO = (0.0,) * 5
+from tests.gcode.mistakes import ZERO, errors_of
 
 
 def xs(text: str) -> list[float]:
     return [move.end[0] for move in parse(text, start=ZERO).moves]
-
-
-def errors_of(text: str):
-    with pytest.raises(GcodeErrors) as caught:
-        parse(text, file="part.ngc")
-    return caught.value.errors
 
 
 # Text, and the x of its moves.

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import itertools
 import math
-import os
 import random
 import re
 from collections.abc import Callable
@@ -22,9 +21,9 @@ from sim.gcode.interpreter import GcodeErrors, parse, stream
 from sim.gcode.oracle import differences
 from sim.path.moves import Dwell, Move
 from tests.bench.needs import needs
+from tests.bench.seed import SEED
 
 MOST = 3000  # moves of a text that are looked at
-SEED = int(os.environ.get("SEED", "1"))
 MODAL = (
     *("G17 G18 G19 G20 G21 G40 G49 G54 G55 G59.3 G61 G61.1 G64 G80 G90 G91 G90.1 G91.1".split()),
     *("G93 G94 G98 G99 G43.4 G92.1 G92.2 G92.3 G28 G28.1 G53 G7 G8 G43".split()),

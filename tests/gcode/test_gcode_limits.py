@@ -14,8 +14,7 @@ from sim.gcode.branches import MAX_OPEN
 from sim.gcode.cycles import MAX_STEPS
 from sim.gcode.interpreter import GcodeErrors, parse, parse_file, stream
 from sim.trajectory.__main__ import main
-
-ZERO = (0.0,) * 5
+from tests.gcode.mistakes import ZERO
 
 # Text, line, and parts of what and help.
 HARD = {

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Splines: evaluation against scipy, chords against the curve, moves against LinuxCNC's points."""
 
-import os
 import random
 
 import numpy as np
@@ -22,9 +21,9 @@ from sim.path import nurbs
 from sim.path.moves import HOME
 from sim.path.nurbs import Nurbs
 from tests.bench.needs import needs
+from tests.bench.seed import SEED
+from tests.gcode.mistakes import ZERO
 
-SEED = int(os.environ.get("SEED", "1"))
-ZERO = (0.0,) * 5
 HEAD = "G21 G90 G17 G94 G54 G98 G64\nG0 X1 Y2 F100\n"
 
 

@@ -12,19 +12,11 @@ from sim.gcode.interpreter import GcodeErrors, parse, parse_file, stream, stream
 from sim.gcode.table_frame import PIVOT, from_machine, to_machine
 from sim.gcode.tools import Tool
 from sim.path.moves import Dwell, Motion, Move
-
-ZERO = (0.0,) * 5
+from tests.gcode.mistakes import ZERO, errors_of
 
 
 def ends(text: str):
     return [move.end for move in parse(text, start=ZERO).moves]
-
-
-def error_of(text: str):
-    with pytest.raises(GcodeErrors) as caught:
-        parse(text)
-    (error,) = caught.value.errors
-    return error
 
 
 def test_home__set_by_parameters__is_the_end_of_g28():
@@ -200,7 +192,7 @@ MISTAKES = {
 @pytest.mark.parametrize("name", MISTAKES)
 def test_mistake__alone__is_told_with_column_and_reason(name):
     text, column, offending, what, expected = MISTAKES[name]
-    error = error_of(text)
+    (error,) = errors_of(text)
     assert (error.column, error.text) == (column, offending)
     assert what in error.what
     assert expected in error.expected

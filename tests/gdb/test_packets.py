@@ -8,7 +8,7 @@ import random
 import pytest
 
 from sim.gdb.packets import LARGEST, Event, PacketReader, checksum, escape, frame, unescape
-from tests.nios.n2_bench import SEED
+from tests.bench.seed import SEED
 
 
 def events(*pieces: bytes) -> list[Event]:

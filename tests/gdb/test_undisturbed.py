@@ -13,8 +13,8 @@ from sim.gdb.module import DebugModule
 from sim.gdb.server import NiosSystem
 from sim.harness.nios_image import IMAGES, Program, read_elf
 from sim.harness.nios_rtl import NiosRtl
+from tests.bench.seed import SEED
 from tests.gdb.client import Client, Debugged, stopped_at
-from tests.nios.n2_bench import SEED
 
 BA = 30  # the debugger's own
 DTCM, STACK = 0x1004_0000, 0x1004_FF00

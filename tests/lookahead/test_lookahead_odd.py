@@ -35,6 +35,11 @@ def lines(*ends, feed: float, tolerance: float, start=HOME) -> list[Move]:
     ]
 
 
+def arc(start, end, feed: float, motion: Motion = Motion.ARC_CCW, centre=(0.0, 0.0)) -> Move:
+    """In the plane of x and y."""
+    return Move(1, "", motion, start, end, feed, Plane.XY, centre)
+
+
 # Nearly full circles: the end is a rounding, or a hundredth of a mm, before the start, with the
 # radii different by what the reader accepts.
 @pytest.mark.parametrize(
@@ -42,9 +47,7 @@ def lines(*ends, feed: float, tolerance: float, start=HOME) -> list[Move]:
 )
 @pytest.mark.parametrize("motion", [Motion.ARC_CCW, Motion.ARC_CW])
 def test_arc__nearly_a_full_turn__stays_on_its_circle(end, motion):
-    turn = Move(
-        1, "", motion, (50.0, 0.0, 600.0, 0.0, 0.0), (*end, 600.0, 0.0, 0.0), 3e4, Plane.XY, (0, 0)
-    )
+    turn = arc((50.0, 0.0, 600.0, 0.0, 0.0), (*end, 600.0, 0.0, 0.0), 3e4, motion)
     points, _ = sampled([turn], SETTINGS)
     radius = np.hypot(points.position[:, 0], points.position[:, 1]) * 1e3
     assert np.abs(radius - 50.0).max() <= 0.0011  # mm, the difference of the radii
@@ -52,17 +55,8 @@ def test_arc__nearly_a_full_turn__stays_on_its_circle(end, motion):
 
 
 def test_arc__short_with_ends_off_by_the_tolerance__is_a_true_circle():
-    arc = Move(
-        1,
-        "",
-        Motion.ARC_CCW,
-        (50.0, 0.0, 600.0, 0.0, 0.0),
-        (0.0, 50.0015, 600.0, 0.0, 0.0),
-        3e3,
-        Plane.XY,
-        (0.0, 0.0),
-    )
-    points, _ = sampled([arc], SETTINGS)
+    short = arc((50.0, 0.0, 600.0, 0.0, 0.0), (0.0, 50.0015, 600.0, 0.0, 0.0), 3e3)
+    points, _ = sampled([short], SETTINGS)
     x, y = points.position[:, 0] * 1e3, points.position[:, 1] * 1e3
     # Least squares: x^2 + y^2 = 2 a x + 2 b y + c
     a, b, c = np.linalg.lstsq(np.column_stack([2 * x, 2 * y, np.ones_like(x)]), x * x + y * y)[0]
@@ -108,7 +102,7 @@ def test_workspace__circle_a_tenth_of_a_mm_too_large__is_refused(motion):
     for radius, inside in ((149.99, True), (150.1, False)):
         x, y = radius * math.cos(angle), radius * math.sin(angle)
         place = (x, y, 600.0, 0.0, 0.0)
-        circle = Move(1, "", motion, place, place, 3e4, Plane.XY, (0.0, 0.0))
+        circle = arc(place, place, 3e4, motion)
         if inside:
             Lookahead([circle], SETTINGS).duration()
         else:
@@ -136,7 +130,7 @@ def test_limits__speed_allowed_below_the_resolution_of_its_search__is_found():
     # 2^-16 of what the other limits do.
     table = MachineLimits.of(ROBOT).table
     limits = MachineLimits(Limits(1e3, 1e4, 101.0), Limits(1e3, 1e4, 1e4), table)
-    circle = Move(1, "", Motion.ARC_CCW, HOME, HOME, 1e6, Plane.XY, (0.0, 1e-4))
+    circle = arc(HOME, HOME, 1e6, centre=(0.0, 1e-4))
     time = Lookahead([circle], replace(SETTINGS, limits=limits)).duration()
     assert math.isfinite(time) and time > 2 * math.pi * 0.9 * 99
 

@@ -18,6 +18,7 @@ from asip_asm.model.read import BINARY, NAMES, REFUSED, UNARY, ModelError, load_
 from sim.asip_model.__main__ import main
 from sim.prove_program import prove
 from tests.model_compiler.laws import mixed
+from tests.model_compiler.proof import proved
 
 FORMS = [
     Options(reassociate=a, reciprocal=b) for a, b in itertools.product((False, True), repeat=2)
@@ -60,8 +61,7 @@ def one_joint() -> ca.Function:
 
 @pytest.mark.parametrize("options", FORMS, ids=str)
 def test_program_has_the_bits_of_the_interpreter_and_keeps_its_bound(tmp_path, options):
-    built = build(compile_law(mixed(), options), tmp_path / "law.s")
-    proof = prove(built.compiled, built.image, count=300, backend="iss")
+    _, proof = proved(mixed(), tmp_path, options, 300)
     assert proof.bits_equal, proof.first_difference
     assert 0.01 < proof.worst_fraction_of_bound < 1, proof.worst_result
 
@@ -142,9 +142,7 @@ def test_record_and_saved_function_make_the_law(tmp_path):
     (tmp_path / "law.interface.toml").write_text(RECORD)
     law = load_law(one_joint(), tmp_path / "law.interface.toml")
     assert [name for name, _ in law.arguments()] == ["goal", "q", "q_rate"]
-    built = build(compile_law(law), tmp_path / "law.s")
-    proof = prove(built.compiled, built.image, count=200, backend="iss")
-    assert proof.passed, (proof.first_difference, proof.worst_result)
+    proved(law, tmp_path, count=200)
 
 
 def test_command_names_the_file_that_is_no_function(tmp_path, capsys):
@@ -174,11 +172,8 @@ def test_constants_beyond_bank_k_are_loaded_from_data_memory(tmp_path):
     function = ca.Function("many", [x], [ca.sum1(ca.vertcat(*terms))], ["x"], ["y"])
     ports = [Port("input", f"x{k}", vector="x") for k in range(4)]
     law = Law("many", function, [*ports, Port("output", "y")])
-    compiled = compile_law(law)
-    assert compiled.text.count(".data ") == compiled.text.count("  ld ") > 30
-    built = build(compiled, tmp_path / "law.s")
-    proof = prove(compiled, built.image, count=20, backend="iss")
-    assert proof.passed, (proof.first_difference, proof.worst_result)
+    built, _ = proved(law, tmp_path, count=20)
+    assert built.compiled.text.count(".data ") == built.compiled.text.count("  ld ") > 30
 
 
 def test_too_many_inputs_or_outputs_are_refused__exports_are_results_beyond_32(tmp_path):
@@ -192,7 +187,6 @@ def test_too_many_inputs_or_outputs_are_refused__exports_are_results_beyond_32(t
     with pytest.raises(ModelError, match="40 outputs, the core has 32; make those .* an .*export"):
         compile_law(Law("wide", narrow, [*inputs[:40], *outputs]))
     exports = [Port("export", port.name, vector="y") for port in outputs[32:]]
-    compiled = compile_law(Law("wide", narrow, [*inputs[:40], *outputs[:32], *exports]))
-    built = build(compiled, tmp_path / "wide.s")
-    proof = prove(compiled, built.image, count=200, backend="iss")
-    assert proof.passed and len(proof.largest_error) == 40, proof
+    law = Law("wide", narrow, [*inputs[:40], *outputs[:32], *exports])
+    _, proof = proved(law, tmp_path, count=200)
+    assert len(proof.largest_error) == 40, proof

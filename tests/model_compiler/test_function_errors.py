@@ -48,15 +48,19 @@ SMALL = (0.0, 2.0**-149, 1e-44, 1e-40, 2.0**-126, 1e-30, 2.0**-24, 2.0**-12)
 PLAIN = (0.1, 0.125, 0.25, 0.35, 0.5, 0.7, 1.0, 1.05, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 20.0, 88.0,
          1e4, 2.0**22, 2.0**23 + 1, 2.0**24, 1e9, 1e18, 1e19, 1e20, 1e30, 1e38,
          LARGEST)  # fmt: skip
+HALF_LOGARITHMS = [(k + 0.5) * math.log(2) for k in range(-124, 127)]
+POWERS_OF_2 = [1.5 * 2.0**k for k in range(-60, 60)]
 BRANCHES = {
-    "exp": [(k + 0.5) * math.log(2) for k in range(-124, 127)], "expm1": [0.5],
+    "exp": HALF_LOGARITHMS, "expm1": HALF_LOGARITHMS, "log": POWERS_OF_2,
+    "log1p": [x - 1 for x in POWERS_OF_2 if x > 0.1],
     "atan": [expand.ATAN_MIDDLE, expand.ATAN_FAR], "asin": [0.5], "acos": [0.5],
     "erf": [1.0, 4.0], "tan": [k * math.pi / 2 for k in range(1, 163)], "sinh": [0.5],
     "tanh": [0.25, 20.0], "asinh": [expand.LARGE], "cosh": [(k + 0.5) * math.log(2) for k in
     range(129)],
 }  # fmt: skip
+"""Where the program of a function changes its reduction or polynomial."""
 WHOLE = {name: [k / 2 for k in range(-64, 65)] for name in ("floor", "ceil")}
-NEIGHBOURS = 50
+NEIGHBOURS = 200
 POWERS = [k / 2 for k in range(-128, 129)]
 Floats = np.ndarray
 

@@ -3,20 +3,17 @@
 
 from __future__ import annotations
 
-import math
-
 import casadi as ca
 import gmpy2
 import numpy as np
 import pytest
 
-from asip_asm.model import expand
 from asip_asm.model.compiler import Options, compile_law
 from asip_asm.model.exact import evaluate
 from asip_asm.model.functions import FUNCTIONS
 from asip_asm.model.law import Law, Port
-from asip_asm.model.program import build
-from sim.prove_program import prove, rounded_sine
+from sim.prove_program import rounded_sine
+from tests.model_compiler.proof import proved
 
 MPFR = {"erf": gmpy2.erf, "log1p": gmpy2.log1p, "expm1": gmpy2.expm1}
 NEAR_ONE = (-1.0, 1.0)
@@ -27,24 +24,6 @@ DOMAINS = {
     "log1p": (-0.9, 1e4), "atan": (-1e3, 1e3), "asin": NEAR_ONE, "acos": NEAR_ONE,
     "erf": (-5.0, 5.0),
 }  # fmt: skip
-
-
-def seams(name: str) -> list[float]:
-    """Numbers where the program of a function changes its reduction or polynomial, and its ends."""
-    logarithms = [1.5 * 2.0**k for k in range(-60, 60)] + [1.0]
-    return {
-        "exp": [(k + 0.5) * math.log(2) for k in range(-124, 127)],
-        "expm1": [(k + 0.5) * math.log(2) for k in range(-124, 127)] + [0.5, -0.5],
-        "log": logarithms,
-        "log1p": [x - 1 for x in logarithms if x > 0.1] + [0.0],
-        "atan": [expand.ATAN_MIDDLE, expand.ATAN_FAR, 1.0],
-        "asin": [0.5, 1.0],
-        "acos": [0.5, 1.0, 0.0],
-        "erf": [1.0, 4.0, 2.5],
-    }[name] + list(FUNCTIONS[name].domain)
-
-
-NEIGHBOURS = 200
 
 
 def law_of(
@@ -89,18 +68,6 @@ def test_error_is_as_stated_over_the_domain(name):
 
 
 @pytest.mark.parametrize("name", FUNCTIONS)
-def test_error_is_as_stated_beside_every_seam(name):
-    low, high = FUNCTIONS[name].domain
-    bits = np.array(seams(name), np.float32).view(np.int32)[:, None]
-    near = bits + np.arange(-NEIGHBOURS, NEIGHBOURS + 1, dtype=np.int32)
-    x = near.astype(np.int32).ravel().view(np.float32)
-    x = np.concatenate((x, -x))
-    x = x[(x >= low) & (x <= high)]
-    found = errors(name, x)
-    assert found.max() < FUNCTIONS[name].ulp, x[int(found.argmax())]
-
-
-@pytest.mark.parametrize("name", FUNCTIONS)
 def test_reference_in_double_precision_is_that_of_mpfr(name):
     function = MPFR.get(name) or getattr(gmpy2, name)
     for x in floats(FUNCTIONS[name].domain, 50_000_017)[:60]:
@@ -110,10 +77,7 @@ def test_reference_in_double_precision_is_that_of_mpfr(name):
 
 @pytest.mark.parametrize("name", DOMAINS)
 def test_function_is_a_program_that_keeps_its_bound(tmp_path, name):
-    built = build(compile_law(law_of(name, DOMAINS[name]), Options(reassociate=True)),
-                  tmp_path / "f.s")  # fmt: skip
-    proof = prove(built.compiled, built.image, count=150, backend="iss")
-    assert proof.passed, (proof.first_difference, proof.worst_fraction_of_bound, proof.worst_result)
+    proved(law_of(name, DOMAINS[name]), tmp_path, Options(reassociate=True), 150)
 
 
 @pytest.mark.parametrize(
@@ -128,9 +92,7 @@ def test_function_is_a_program_that_keeps_its_bound(tmp_path, name):
     ],
 )
 def test_function_of_two_is_a_program_that_keeps_its_bound(tmp_path, name, first, second):
-    built = build(compile_law(law_of(name, first, second)), tmp_path / "f.s")
-    proof = prove(built.compiled, built.image, count=150, backend="iss")
-    assert proof.passed, (proof.first_difference, proof.worst_fraction_of_bound, proof.worst_result)
+    proved(law_of(name, first, second), tmp_path, count=150)
 
 
 def test_remainder_of_division_is_exact():

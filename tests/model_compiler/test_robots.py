@@ -22,6 +22,7 @@ from sim.robots.job import goals
 from sim.robots.laws import LAWS, Settings, operations
 from sim.robots.samples import near
 from sim.robots.tree import RobotError, load_tree, tree_of
+from tests.model_compiler.proof import proved
 
 FAST = Options(reassociate=True, reciprocal=True)
 
@@ -134,9 +135,7 @@ def test_operations_of_inverse_dynamics_stay_few():
 @pytest.mark.parametrize("name", LAWS)
 def test_every_law_of_the_scara_compiles_and_keeps_its_bound(tmp_path, name):
     settings = Settings(integral=True, friction=True)
-    built = build(compile_law(LAWS[name](robot("scara"), settings), FAST), tmp_path / "law.s")
-    proof = prove(built.compiled, built.image, count=100, backend="iss")
-    assert proof.passed, (proof.first_difference, proof.worst_fraction_of_bound, proof.worst_result)
+    proved(LAWS[name](robot("scara"), settings), tmp_path, FAST)
 
 
 def test_two_arms_are_one_program_and_keep_its_bound(tmp_path):
@@ -145,10 +144,8 @@ def test_two_arms_are_one_program_and_keep_its_bound(tmp_path):
     tree = load_tree(file, locked=tuple(others))
     assert len(tree.joints) == 14
     law = LAWS["computed_torque"](tree, Settings())
-    built = build(compile_law(law, FAST), tmp_path / "law.s")
+    built, _ = proved(law, tmp_path, FAST, sample=near(law))
     assert built.cycles <= 1.05 * built.bound_cycles
-    proof = prove(built.compiled, built.image, count=100, backend="iss", sample=near(law))
-    assert proof.passed, (proof.first_difference, proof.worst_fraction_of_bound, proof.worst_result)
 
 
 @pytest.mark.full

@@ -21,6 +21,7 @@ from sim.asip_model.effects import effects
 from sim.prove_program import prove, rounded_sine
 from sim.robots.catalogue import robot
 from sim.robots.laws import LAWS, Settings
+from tests.model_compiler.proof import proved
 
 FAST = Options(reassociate=True, reciprocal=True)
 COUNTS = 1 << 20
@@ -120,22 +121,17 @@ PORTS = {
 @pytest.mark.parametrize("name", PORTS)
 def test_program_with_polynomials_is_faster_and_keeps_its_bound(tmp_path, name):
     law = law_of(PORTS[name], offset=0.1 if name == "float" else 0.0)
-    compiled = compile_law(law, FAST)
-    assert 0 < len(compiled.graph.functions) < 6
-    built = build(compiled, tmp_path / "law.s")
+    built, proof = proved(law, tmp_path, FAST, 2000)
+    assert 0 < len(built.compiled.graph.functions) < 6
     plain = build(compile_law(law, Options("fast", True, True, "unit")), tmp_path / "unit.s")
     assert built.cycles < plain.cycles and not plain.compiled.graph.functions
-    proof = prove(compiled, built.image, count=2000, backend="iss")
-    assert proof.passed, (proof.first_difference, proof.worst_fraction_of_bound)
     assert proof.worst_fraction_of_bound > 0.1
 
 
 def test_pipes__every_angle_with_limits_is_a_polynomial(tmp_path):
-    compiled = compile_law(law_of(PORTS["encoder"]), Options("fast", True, True, "pipes"))
-    assert "fsin" not in compiled.text and "fcos" not in compiled.text
-    built = build(compiled, tmp_path / "law.s")
-    proof = prove(compiled, built.image, count=500, backend="iss")
-    assert proof.passed, (proof.first_difference, proof.worst_fraction_of_bound)
+    options = Options("fast", True, True, "pipes")
+    built, _ = proved(law_of(PORTS["encoder"]), tmp_path, options, 500)
+    assert "fsin" not in built.compiled.text and "fcos" not in built.compiled.text
 
 
 def test_a_wrong_coefficient_is_beyond_the_bound(tmp_path, monkeypatch):
@@ -177,11 +173,8 @@ def test_ranges_follow_the_arithmetic_of_the_angle():
     ],
 )
 def test_arm_takes_no_more_cycles_than_aimed_at(tmp_path, name, cycles):
-    law = LAWS["computed_torque"](robot(name), Settings())
-    built = build(compile_law(law, FAST), tmp_path / "law.s")
+    built, _ = proved(LAWS["computed_torque"](robot(name), Settings()), tmp_path, FAST)
     assert built.cycles <= cycles and built.cycles <= 1.05 * built.bound_cycles
-    proof = prove(built.compiled, built.image, count=100, backend="iss")
-    assert proof.passed, (proof.first_difference, proof.worst_result)
 
 
 def test_report_shows_what_each_option_changes():

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import replace
 from fractions import Fraction
 
@@ -25,19 +24,24 @@ from sim.planner.pulse_records import (
     time_exact,
 )
 from sim.planner.ramp_time import RampTimePlan, ramp_time_plan
+from tests.bench.seed import SEED
 
-SEED = int(os.environ.get("SEED", "1"))
 US = CLOCK_HZ // 1_000_000
 LIMIT = 40_000_000  # clocks, above every move here
+
+
+def timed(length: int, space: int, setup: int, hold: int) -> MotionRtl:
+    """A front-end with these times of the drives, clocks."""
+    rtl = MotionRtl()
+    rtl.set("STEP_TIMING", length=length, space=space)
+    rtl.set("DIRECTION_TIMING", setup=setup, hold=hold)
+    return rtl
 
 
 @pytest.fixture
 def motion() -> MotionRtl:
     """A front-end with the fastest drive timing."""
-    rtl = MotionRtl()
-    rtl.set("STEP_TIMING", length=1, space=1)
-    rtl.set("DIRECTION_TIMING", setup=1, hold=1)
-    return rtl
+    return timed(1, 1, 1, 1)
 
 
 def quick(v0: str, length: str, tm: str = "0.005") -> RampTimePlan:
@@ -376,9 +380,7 @@ def test_steps__two_pulses_of_one_axis_at_once__is_an_error():
 def test_drive_timing__random_times_and_reversals__kept_on_every_edge(case):
     random = np.random.default_rng([SEED, case])
     length, space, setup, hold = (int(x) for x in random.integers(1, 60, 4))
-    motion = MotionRtl()
-    motion.set("STEP_TIMING", length=length, space=space)
-    motion.set("DIRECTION_TIMING", setup=setup, hold=hold)
+    motion = timed(length, space, setup, hold)
     rate = int(16e8 / (length + space) * 0.9)
     wanted = 0
     for _ in range(6):
@@ -398,9 +400,7 @@ def test_drive_timing__reversals_without_rest__kept_on_every_edge(case):
     random = np.random.default_rng([SEED, 100 + case])
     length, space, setup, hold = (int(x) for x in random.integers(1, 60, 4))
     times = (length, space, setup + 60 * (case % 2), hold + 60 * (1 - case % 2))
-    motion = MotionRtl()
-    motion.set("STEP_TIMING", length=length, space=space)
-    motion.set("DIRECTION_TIMING", setup=times[2], hold=times[3])
+    motion = timed(*times)
     rate = int(16e8 / (length + space) * 0.9)
     records = [
         cruise(rate, int(random.integers(8, 20)), FIRST | LAST | number % 2) for number in range(8)

@@ -4,14 +4,13 @@
 from __future__ import annotations
 
 import functools
-import os
 
 import numpy as np
 import pytest
 
 from sim.harness.interpolator_rtl import InterpolatorRtl
+from tests.bench.seed import SEED
 
-SEED = int(os.environ.get("SEED", "1"))
 MODES = [False, True]  # elementary, combined
 
 

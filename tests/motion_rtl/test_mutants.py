@@ -13,29 +13,23 @@ import pytest
 from sim.harness import interpolator_rtl, motion_rtl
 from sim.harness.build import ROOT
 from tests.bench.faults import RTL, copy, load
-from tests.motion_rtl import test_front_end, test_interpolators, test_path, test_pulse_generator
+from tests.bench.one_test import exit_status
+from tests.motion_rtl import test_interpolators, test_pulse_generator
 
-TESTS = {
-    module.__name__.rpartition(".")[2]: module
-    for module in (test_front_end, test_interpolators, test_path, test_pulse_generator)
-}
+HERE = Path(__file__).parent
 HARNESSES = (motion_rtl, interpolator_rtl, test_pulse_generator)
 # Modules that do no arithmetic and hold no state of their own.
 NOT_MUTATED = {"motion_axil"}
-
-
-FAULTS = load(Path(__file__).with_name("mutants.toml"))
+FAULTS = load(HERE / "mutants.toml")
 
 
 def run(name: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> int:
     """Exit status of pytest for one test on the sources in `folder` instead of rtl/motion."""
-    module, _, test = name.partition(".")
     for harness in HARNESSES:
         monkeypatch.setattr(harness, "FOLDERS", (folder, ROOT / "rtl/gen"))
     test_interpolators.rtl.cache_clear()
     try:
-        options = ["-q", "-x", "-p", "no:cacheprovider", "-p", "no:randomly", "--no-header"]
-        return int(pytest.main([*options, f"{TESTS[module].__file__}::{test}"]))
+        return exit_status(HERE, name)
     finally:
         test_interpolators.rtl.cache_clear()
 

@@ -7,8 +7,6 @@ integers: golden step strings, distance from the ideal, ends.
 
 from __future__ import annotations
 
-import os
-
 import numpy as np
 import pytest
 
@@ -23,9 +21,9 @@ from sim.planner.pulse_records import (
     time_exact,
 )
 from sim.planner.ramp_time import ramp_time_plan
+from tests.bench.seed import SEED
 from tests.motion_rtl.test_interpolators import check_on_circle, text
 
-SEED = int(os.environ.get("SEED", "1"))
 PERIOD = 40  # clocks from step to step
 LIMIT = 6_000_000
 ALL = 0b11111
@@ -252,15 +250,12 @@ def test_least_period__commands_of_two_steps__none_lost_or_exchanged():
 @pytest.mark.parametrize("short", ["all", "arc"])
 def test_least_period__command_that_takes_longer_to_begin__its_steps_are_made_up_for(short):
     rtl = front_end(period=LEAST)
-    jobs = [lambda: rtl.line(0, 20)]
-    jobs.insert(
-        0,
-        lambda: (
-            rtl.line_in_all_axes([0, 0, 1, 0, 0]) if short == "all" else rtl.arc((1, 0), (0, 1), 1)
-        ),
-    )
+    shorts = {
+        "all": lambda: rtl.line_in_all_axes([0, 0, 1, 0, 0]),
+        "arc": lambda: rtl.arc((1, 0), (0, 1), 1),
+    }
     rtl.line(120, 0)
-    for job in jobs:
+    for job in (shorts[short], lambda: rtl.line(0, 20)):
         while rtl.path("pending"):
             pass
         job()
@@ -339,24 +334,12 @@ def test_axes_of_both_kinds__profile_and_arc_at_once__both_exact():
 # ---------------------------------------------------------------------- faults
 
 
-def words_unwritten(rtl: MotionRtl) -> None:
-    rtl.write("PATH_COMMAND", 0)
-
-
-def range_above(rtl: MotionRtl) -> None:
-    rtl.line(1 << 23, 1)
-
-
-def range_least(rtl: MotionRtl) -> None:
-    rtl.line(1, -(1 << 23))
-
-
 FAULTS = {
     "kind": (lambda rtl: (rtl.line(3, 3, start=False), rtl.set("PATH_COMMAND", kind=3)), "kind"),
     "plane": (lambda rtl: (rtl.line(3, 3, start=False), rtl.set("PATH_COMMAND", plane=3)), "kind"),
-    "unwritten": (words_unwritten, "range"),
-    "range above": (range_above, "range"),
-    "range least": (range_least, "range"),
+    "unwritten": (lambda rtl: rtl.write("PATH_COMMAND", 0), "range"),
+    "range above": (lambda rtl: rtl.line(1 << 23, 1), "range"),
+    "range least": (lambda rtl: rtl.line(1, -(1 << 23)), "range"),
     "radius 0": (lambda rtl: rtl.arc((0, 0), (0, 0), 0), "circle"),
     "end at the centre": (lambda rtl: rtl.arc((2, 0), (0, 0), 4), "circle"),
     "start off": (lambda rtl: rtl.arc((7, 0), (0, 5), 25), "circle"),
@@ -456,21 +439,19 @@ def test_source_changed_in_motion__refused():
     assert (rtl.path_faults(), rtl.read("SOURCE")) == (set(), 0b00001)
 
 
-@pytest.mark.parametrize("job", ["line", "arc", "all"])
+JOBS = {
+    "line": lambda rtl: rtl.line(400, 300),
+    "arc": lambda rtl: rtl.arc((100, 0), (0, 100), 10000),
+    "all": lambda rtl: rtl.line_in_all_axes([400, 300, 200, -100, 50]),
+}
+
+
+@pytest.mark.parametrize("job", JOBS)
 def test_abort__no_further_step__the_next_command_is_exact(job):
     rtl = front_end()
-
-    def begin() -> None:
-        if job == "line":
-            rtl.line(400, 300)
-        elif job == "arc":
-            rtl.arc((100, 0), (0, 100), 10000)
-        else:
-            rtl.line_in_all_axes([400, 300, 200, -100, 50])
-
-    begin()
+    JOBS[job](rtl)
     rtl.clock(30 * PERIOD)
-    begin()  # waits
+    JOBS[job](rtl)  # waits
     rtl.set("CONTROL", abort=0b00010)
     rtl.clock(2)
     stopped = positions(rtl)

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import ctypes
-import os
 from fractions import Fraction
 
 import numpy as np
@@ -13,11 +12,11 @@ import pytest
 from sim.harness.build import ROOT, build_library
 from sim.harness.sources import sources_of
 from sim.harness.waves import load_model
+from tests.bench.seed import SEED
 
 MODULUS = 16 * 100_000_000
 HALF = MODULUS // 2
 FOLDERS = (ROOT / "rtl",)  # where its source stands; test_mutants.py puts changed copies first
-SEED = int(os.environ.get("SEED", "1"))
 
 
 class Generator:

@@ -3,14 +3,11 @@
 
 from __future__ import annotations
 
-import os
 from functools import cache
 
 import numpy as np
 
 from sim.harness.n2_lockstep_rtl import N2Rtl
-
-SEED = int(os.environ.get("SEED", "1"))
 
 
 @cache

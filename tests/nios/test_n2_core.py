@@ -3,15 +3,16 @@
 
 from __future__ import annotations
 
+import itertools
 import random
-from collections.abc import Callable
 
 import numpy as np
 import pytest
 
 from sim.harness.n2_lockstep_program import BA, BT, EA, ISA, RA, Program, prologue
 from sim.harness.n2_lockstep_rtl import COMBINATIONAL, DTCM, EXCEPTION, ITCM
-from tests.nios.n2_bench import SEED, core, registers
+from tests.bench.seed import SEED
+from tests.nios.n2_bench import core, registers
 from tests.nios.n2_programs import AVALON_RAM
 
 CAUSE, CTL = ISA.cause, ISA.control
@@ -19,10 +20,11 @@ HANDLER = (22, 23, 24, EA)  # registers of the handlers here
 MASK = 0xFFFF_FFFF
 
 
-def run(program: Program, **parameters: int) -> tuple[np.ndarray, dict[int, int]]:
-    """Records up to the label `end`, and the registers then."""
+def run(program: Program, waits: int = 0, **parameters: int) -> tuple[np.ndarray, dict[int, int]]:
+    """Records up to the label `end`, and the registers then; waits: most of an Avalon transfer."""
     model = core(**parameters)
     model.start(program.image())
+    model.waits(waits, SEED)
     records = model.run(stop_pc=program.address("end"))
     assert len(records) and records["pc"][-1] == program.address("end"), "program did not end"
     assert model.protocol_errors == 0
@@ -235,30 +237,30 @@ def test_break__vector_and_identity_of_their_own__are_used():
     assert (values[3], values[7], values[6]) == (1, 0, 1)
 
 
-@pytest.mark.parametrize("name", ["jmp", "callr", "ret", "eret", "bret"])
-@pytest.mark.parametrize("target", [0, DTCM, ITCM + 0x1_0000, 0x9000_0000])
-def test_jump__outside_instruction_memory__is_a_bad_target(name, target):
+OUTSIDE = (0, DTCM, ITCM + 0x1_0000, 0x9000_0000)
+
+
+@pytest.mark.parametrize(
+    ("target", "name"),
+    [
+        *itertools.product(OUTSIDE, ("jmp", "callr", "ret", "eret", "bret")),
+        *((DTCM, name) for name in ("call", "jmpi")),
+    ],
+)
+def test_jump__outside_instruction_memory__is_a_bad_target(target, name):
     register = {"ret": RA, "eret": EA, "bret": BA}.get(name, 2)
+    operands = {"jmp": [2], "callr": [2]} | dict.fromkeys(
+        ("call", "jmpi"), [(target >> 2) & 0x3FF_FFFF]
+    )
     program = prologue()
     program.li(register, target)
     program.label("X")
-    program.emit(name, *([2] if name in ("jmp", "callr") else []))
+    program.emit(name, *operands.get(name, []))
     program.end()
     records, values = run(program)
     assert faults(records) == [(program.address("X"), CAUSE["target_address"])]
     assert values[23] == target
     assert values[EA] == program.address("X") + 4
-
-
-@pytest.mark.parametrize("name", ["call", "jmpi"])
-def test_call__outside_instruction_memory__is_a_bad_target(name):
-    program = prologue()
-    program.label("X")
-    program.emit(name, (DTCM >> 2) & 0x3FF_FFFF)
-    program.end()
-    records, values = run(program)
-    assert faults(records) == [(program.address("X"), CAUSE["target_address"])]
-    assert values[23] == DTCM
 
 
 def test_misaligned_store__in_the_shadow_of_a_branch__does_nothing():
@@ -387,15 +389,11 @@ def test_multicycle_custom__random_length_and_waits__right_results_one_start_eac
         wanted.append((c, result) if flags["writerc"] and c else None)
         numbers.append(n)
     program.end()
-    model = core()
-    model.start(program.image())
-    model.waits(4, SEED)
-    records = model.run(stop_pc=program.address("end"))
+    records, _ = run(program, waits=4)
     custom = records[records["word"] & 63 == 50]
     found = [(int(r["dst"]), int(r["value"])) if r["write"] else None for r in custom]
     assert found == wanted, f"replay: make test T=random_length SEED={SEED}"
-    assert model.starts["n"].tolist() == numbers
-    assert model.protocol_errors == 0
+    assert core().starts["n"].tolist() == numbers
 
 
 # ---------------------------------------------------------------- memories and Avalon-MM
@@ -462,18 +460,13 @@ def test_counter__of_cycles__counts_each_one():
     assert after - before == 37
 
 
-def emit_all(program: Program, count: int, emit: Callable[[], None]) -> None:
-    for _ in range(count):
-        emit()
-
-
 def test_reset__in_mid_transfer__starts_anew():
     program = prologue()
     program.emit("addi", BT, 0, 0)
     program.li(17, AVALON_RAM)
-    emit_all(program, 20, lambda: program.emit("ldwio", 2, 0, 17))
-    emit_all(program, 5, lambda: program.emit("custom", 15, 2, 2, 2))
-    emit_all(program, 2, lambda: program.emit("divu", 2, 2, 17))
+    words = 20 * [("ldwio", 2, 0, 17)] + 5 * [("custom", 15, 2, 2, 2)] + 2 * [("divu", 2, 2, 17)]
+    for name, *operands in words:
+        program.emit(name, *operands)
     program.end()
     model = core()
     model.start(program.image())

@@ -12,7 +12,8 @@ from sim.harness.n2_lockstep_program import ISA, Program, prologue
 from sim.harness.n2_lockstep_rtl import DTCM, N2Rtl
 from sim.harness.nios_image import IMAGES
 from tests.bench.needs import require
-from tests.nios.n2_bench import SEED, core
+from tests.bench.seed import SEED
+from tests.nios.n2_bench import core
 from tests.nios.n2_programs import access_program, corner_program, random_program
 
 RANDOM = 16

@@ -23,10 +23,10 @@ from sim.nios_run import (
     STRAY_STATUS,
     main,
 )
+from tests.bench.seed import SEED
 from tests.fuzz import nios as fuzz
 from tests.fuzz.engine import run_campaign
 from tests.nios.elf_file import printing, write
-from tests.nios.n2_bench import SEED
 
 SORT = IMAGES / "tests/sort_quick.elf"
 

@@ -27,7 +27,7 @@ from sim.run.nios import Sample, sampled
 from tests.asip.tracking_path import reversing_path
 from tests.bench.copies import edited
 from tests.bench.needs import find, needs, require
-from tests.nios.n2_bench import SEED
+from tests.bench.seed import SEED
 
 ROOT = Path(__file__).resolve().parents[2]
 SOFTWARE = ROOT / "nios_sw"

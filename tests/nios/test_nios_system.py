@@ -99,15 +99,19 @@ def test_tracking_program_gives_the_words_of_the_float32_model(track, platform, 
     assert not controller.core.overrun
 
 
-def test_shared_subexpressions_change_no_word_and_save_time(track):
+def ticks_of(track, platform: str, image: str, chunk: slice) -> Ticks:
+    """Some ticks of the path by a program, from the states of the float32 model on."""
     robot, path, counts, single = track
-    words, chunk, results = path.words(), slice(500, 540), []
-    for image in ("tracking_fpga2", "tracking_shared_fpga2"):
-        controller = NiosController("fpga2", robot, load(image))
-        controller.prime(words[0], counts[0])
-        controller.preset(single, chunk.start - 1)
-        results.append(controller.batch(words[chunk], counts[chunk]))
-    printed, shared = results
+    words = path.words()
+    controller = NiosController(platform, robot, load(image))
+    controller.prime(words[0], counts[0])
+    controller.preset(single, chunk.start - 1)
+    return controller.batch(words[chunk], counts[chunk])
+
+
+def test_shared_subexpressions_change_no_word_and_save_time(track):
+    images = ("tracking_fpga2", "tracking_shared_fpga2")
+    printed, shared = (ticks_of(track, "fpga2", image, slice(500, 540)) for image in images)
     assert np.array_equal(printed.outputs, shared.outputs)
     assert np.array_equal(printed.exported, shared.exported)
     assert shared.cycles.max() < printed.cycles.min()
@@ -115,14 +119,10 @@ def test_shared_subexpressions_change_no_word_and_save_time(track):
 
 def longest_tick(track, platform: str, image: str) -> int:
     """Cycles of the longest of some ticks; the forces must be those of the float32 model."""
-    robot, path, counts, single = track
-    words, chunk = path.words(), slice(500, 505)
-    controller = NiosController(platform, robot, load(image))
-    controller.prime(words[0], counts[0])
-    controller.preset(single, chunk.start - 1)
-    result = controller.batch(words[chunk], counts[chunk])
+    chunk = slice(500, 505)
+    result = ticks_of(track, platform, image, chunk)
     for name, ours in zip(OUTPUTS[:3], result.outputs.T, strict=False):
-        assert np.array_equal(ours, single.row(name)[chunk]), name
+        assert np.array_equal(ours, track[3].row(name)[chunk]), name
     return int(result.cycles.max())
 
 

@@ -21,7 +21,7 @@ from sim.planner.check import (
 from sim.planner.optimal import Limits, TooShortError, stopping_length, time_optimal
 from sim.planner.phases import Profile, State
 from sim.planner.scurve import SCurve, SCurveError
-from tests.planner.seed import SEED
+from tests.bench.seed import SEED
 
 KINDS = ("forward", "signed", "moving")
 # Rounding of sums of some ten phases, relative to the greatest of what is added.

@@ -13,7 +13,7 @@ from sim.planner.optimal import Limits, stopping_length, transition
 from sim.planner.override import OverriddenMove
 from sim.planner.phases import State
 from sim.planner.scurve import SCurveError
-from tests.planner.seed import SEED
+from tests.bench.seed import SEED
 
 ROUNDING = 1e-12
 LIMITS = Limits(2.0, 5.0, 40.0)

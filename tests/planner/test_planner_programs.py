@@ -16,7 +16,7 @@ from sim.planner.check import random_core_moves
 from sim.planner.core import ERRORS, PARAMETERS, planner_program
 from sim.planner.ramp_time import ramp_time_plan
 from sim.planner.scurve import SCurve, SCurveError
-from tests.planner.seed import SEED
+from tests.bench.seed import SEED
 
 MICROMETRE = 1e-6
 TICK = Robot.load().T_s

@@ -18,6 +18,7 @@ from asip_asm.project import BUILD, ROOT
 from sim.harness.build import build_library
 from sim.harness.sources import sources_of
 from sim.harness.waves import load_model
+from tests.bench.faults import write_if_changed
 
 FOLDERS = (
     ROOT / "rtl",
@@ -74,18 +75,14 @@ class Clocked:
             inputs=len(inputs),
             outputs=len(outputs),
         )
-        folder = BUILD / "model" / "clocked"
-        folder.mkdir(parents=True, exist_ok=True)
-        harness = folder / f"{top}.cpp"
-        if not harness.is_file() or harness.read_text() != text:
-            harness.write_text(text)
-        base = Path(str(ROOT / "sim/harness"))
+        harness = BUILD / "model" / "clocked" / f"{top}.cpp"
+        write_if_changed(harness, text)
         library = build_library(
             top,
             sources_of(top, folders or FOLDERS),
             harness,
             parameters,
-            harness_flags=(f"-I{base}",),
+            harness_flags=(f"-I{ROOT / 'sim/harness'}",),
         )
         self._run = load_model(library).clocked_run
         self._run.argtypes = [ctypes.c_void_p, ctypes.c_void_p, ctypes.c_uint64, ctypes.c_int]

@@ -7,15 +7,14 @@ polynomial division of whole numbers.
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass
 
 import numpy as np
 import pytest
 
+from tests.bench.seed import SEED
 from tests.servo.clocked import Clocked
 
-SEED = int(os.environ.get("SEED", "1"))
 WIDTH, CLOCKS_PER_BIT, LIMIT = 26, 10, 400  # the block's own
 POLYNOMIAL = 0x43  # x^6 + x + 1
 OUTPUTS = ("ma", "busy", "done", "position", "error", "warning", "crc_error", "lost", "delay")

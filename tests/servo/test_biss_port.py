@@ -6,18 +6,16 @@ Accesses stand at fixed clocks: a write takes one, a read two, or the test fails
 
 from __future__ import annotations
 
-import os
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from asip_asm.regmap import compose
 from sim.harness.gen.biss_regmap import REGMAP
+from tests.bench.seed import SEED
 from tests.servo.clocked import Clocked
 from tests.servo.test_biss import Encoder
 
-SEED = int(os.environ.get("SEED", "1"))
 INPUTS = ("address", "read", "write", "writedata", "sample", "slo")
 OUTPUTS = ("readdata", "waitrequest", "ma")
 FIRST = 20  # clock of the first request
@@ -27,7 +25,7 @@ STATUS = REGMAP.registers["STATUS"].fields
 
 def word(name: str, **fields: int) -> int:
     """Word of a register with these fields."""
-    return compose(REGMAP.registers[name].fields, fields)
+    return REGMAP.registers[name].word(**fields)
 
 
 class Port:
@@ -54,7 +52,7 @@ class Port:
 
     def _access(self, clock: int, name: str) -> None:
         assert not self.inputs["read"][clock] and not self.inputs["write"][clock]
-        self.inputs["address"][clock] = REGMAP.blocks["csr"].base + REGMAP.registers[name].offset
+        self.inputs["address"][clock] = REGMAP.address(name)
 
     def run(self, encoder: Encoder | None) -> tuple[list[int], np.ndarray]:
         """Words read, in the order of `read`, and MA. None: no encoder, the line is high."""

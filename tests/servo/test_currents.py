@@ -3,14 +3,12 @@
 
 from __future__ import annotations
 
-import os
-
 import numpy as np
 import pytest
 
+from tests.bench.seed import SEED
 from tests.servo.clocked import Clocked, signed
 
-SEED = int(os.environ.get("SEED", "1"))
 CLOCKS_PER_BIT = 6
 SLOW, FAST = 64, 8
 FAST_FULL = FAST**3 // 2

@@ -3,14 +3,12 @@
 
 from __future__ import annotations
 
-import os
-
 import numpy as np
 import pytest
 
+from tests.bench.seed import SEED
 from tests.servo.clocked import Clocked, signed
 
-SEED = int(os.environ.get("SEED", "1"))
 LATENCY = 4  # clocks from a line to position_o, and filter_i more
 INPUTS = ("a", "b", "z", "filter", "clear", "time")
 OUTPUTS = (

@@ -14,36 +14,18 @@ from asip_asm.project import ROOT
 from sim.harness import dual_rtl
 from sim.harness.sources import sources_of
 from tests.bench.faults import RTL, copy, load
-from tests.servo import (
-    clocked,
-    test_biss,
-    test_biss_port,
-    test_chain,
-    test_chain_faults,
-    test_currents,
-    test_decoder,
-    test_decoder_edges,
-    test_link,
-    test_pwm,
-)
+from tests.bench.one_test import exit_status
+from tests.servo import clocked
 
-TESTS = {
-    module.__name__.rpartition(".")[2]: module
-    for module in (
-        *(test_biss, test_biss_port, test_chain, test_chain_faults, test_currents),
-        *(test_decoder, test_decoder_edges, test_link, test_pwm),
-    )
-}
-FAULTS = load(Path(__file__).with_name("faults.toml"))
+HERE = Path(__file__).parent
+FAULTS = load(HERE / "faults.toml")
 
 
 def run(name: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> int:
     """Exit status of pytest for one test on the sources in `folder` instead of rtl/drive."""
-    module, _, test = name.partition(".")
     monkeypatch.setattr(clocked, "FOLDERS", (folder, ROOT / "rtl/gen"))
     monkeypatch.setattr(dual_rtl, "sources_of", lambda top: sources_of(top, (RTL, folder)))
-    options = ["-q", "-x", "-p", "no:cacheprovider", "-p", "no:randomly", "--no-header"]
-    return int(pytest.main([*options, f"{TESTS[module].__file__}::{test}"]))
+    return exit_status(HERE, name)
 
 
 def test_table__every_module_has_a_fault() -> None:

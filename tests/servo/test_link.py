@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 
 import numpy as np
@@ -11,9 +10,9 @@ import pytest
 
 from asip_asm.gen.asip_regmap import REGMAP as ASIP
 from sim.harness.gen.drive_regmap import REGMAP as DRIVE
+from tests.bench.seed import SEED
 from tests.servo.clocked import Clocked
 
-SEED = int(os.environ.get("SEED", "1"))
 AXES, WORDS, VALUES = 5, 21, 15
 LINK_IN = (
     *("enable", "trigger", "orders", "sample", "order"),
@@ -23,11 +22,8 @@ LINK_OUT = (
     *("word", "value_valid", "axis", "phase", "value", "done"),
     *("address", "read", "write", "writedata", "busy", "late", "fault"),
 )
+START = ASIP.address("CONTROL")
 MAGIC = np.float32(1.5 * 2**23)  # a program adds it to a value, and takes it off a sample
-
-
-def register(name: str) -> int:
-    return ASIP.blocks["csr"].base + ASIP.registers[name].offset
 
 
 def run_link(
@@ -49,11 +45,11 @@ def run_link(
     while True:
         found = link.run(clocks, enable=1, trigger=trigger, waitrequest=hold, **answers)
         address = found["address"]
-        status = int(fault) << ASIP.registers["STATUS"].fields["fault"].low
-        read = np.where(address == register("STATUS"), status, 0)
+        status = ASIP.registers["STATUS"].word(fault=int(fault))
+        read = np.where(address == ASIP.address("STATUS"), status, 0)
         inside = (address >= base) & (address < base + VALUES)
         read[inside] = outputs[address[inside] - base]
-        starts = (address == register("CONTROL")) & (found["write"] == 1) & (hold == 0)
+        starts = (address == START) & (found["write"] == 1) & (hold == 0)
         irq = np.zeros(clocks, dtype=np.int64)
         for start in np.flatnonzero(starts):
             irq[start + 100 : start + 300] = 1
@@ -79,11 +75,13 @@ def test_trigger__samples_a_run_and_values(waits):
     taken = np.array([not (waits and busy[c]) for c in range(800)])
     writes = (found["write"] == 1) & taken
     base = ASIP.blocks["constants"].base
-    assert found["address"][writes].tolist() == [*range(base, base + WORDS), register("CONTROL")]
+    assert found["address"][writes].tolist() == [
+        *range(base, base + WORDS),
+        START,
+    ]
     words = found["writedata"][writes][:WORDS].astype(np.uint32).view(np.float32)
     np.testing.assert_array_equal(words - MAGIC, samples.astype(np.float32))
-    fields = ASIP.registers["CONTROL"].fields
-    assert found["writedata"][writes][-1] == 1 << fields["start"].low | 1 << fields["clear"].low
+    assert found["writedata"][writes][-1] == ASIP.registers["CONTROL"].word(start=1, clear=1)
     given = found["value_valid"] == 1
     np.testing.assert_array_equal(found["value"][given], values)
     assert found["axis"][given].tolist() == [n // 3 for n in range(VALUES)]
@@ -102,7 +100,7 @@ def test_orders__follow_the_samples_as_they_are():
     )
     writes = np.flatnonzero(found["write"])
     base = ASIP.blocks["constants"].base
-    assert found["address"][writes].tolist() == [*range(base, base + 26), register("CONTROL")]
+    assert found["address"][writes].tolist() == [*range(base, base + 26), START]
     assert found["writedata"][writes][21:26].tolist() == [0x40490000 + n for n in range(21, 26)]
 
 
@@ -117,17 +115,6 @@ def test_trigger_while_busy__is_late_and_starts_nothing():
     assert np.flatnonzero(found["late"]).tolist() == [60] and found["done"].sum() == 1
 
 
-def at(name: str, index: int = 0) -> int:
-    """Word address of a register of the front-end."""
-    return DRIVE.blocks["csr"].base + DRIVE.registers[name].offset + index
-
-
-def word(name: str, **values: int) -> int:
-    """A register's word from its fields."""
-    fields = DRIVE.registers[name].fields
-    return sum(value << fields[field].low for field, value in values.items())
-
-
 class Host:
     """Accesses one after another for a run of the front-end, each at its clock."""
 
@@ -137,12 +124,12 @@ class Host:
 
     def write(self, clock: int, name: str, **values: int) -> None:
         self.columns["write"][clock] = 1
-        self.columns["address"][clock] = at(name)
-        self.columns["writedata"][clock] = word(name, **values)
+        self.columns["address"][clock] = DRIVE.address(name)
+        self.columns["writedata"][clock] = DRIVE.registers[name].word(**values)
 
     def read(self, clock: int, name: str, index: int = 0) -> None:
         self.columns["read"][clock : clock + 2] = 1
-        self.columns["address"][clock : clock + 2] = at(name, index)
+        self.columns["address"][clock : clock + 2] = DRIVE.address(name) + index
 
 
 def front_end() -> Clocked:
@@ -172,9 +159,8 @@ def test_front_end__compare_values_of_a_host_reach_the_gates_of_its_axis():
     high = found["high"][3600:4800] >> np.arange(6)[:, None] & 1  # two periods
     # Bounded: 20 is below 40, 290 above 300 - 40; the dead time goes off the middle one.
     assert high.sum(axis=1).tolist() == [0, 0, 0, 2 * (300 - 20), 0, 1200]
-    assert found["readdata"][3001] == 0 and found["readdata"][3011] == word(
-        "PWM", half_period=300, minimum=40
-    )
+    pwm = DRIVE.registers["PWM"].word(half_period=300, minimum=40)
+    assert found["readdata"][3001] == 0 and found["readdata"][3011] == pwm
     assert found["waitrequest"][3000] == 1 and found["waitrequest"][3001] == 0
 
 

@@ -99,19 +99,16 @@ def test_mean_voltage__is_that_of_the_edges_over_a_period(current):
     place = np.abs((time / period) % 1 - 0.5) * 2  # triangle, 1 at the ends
     duty = 0.37
     ordered = place < duty
-    last = np.zeros(len(time))
-    change = np.flatnonzero(np.diff(ordered)) + 1
-    last[:] = -1.0
-    for at in change:
+    last = np.full(len(time), -1.0)
+    for at in np.flatnonzero(np.diff(ordered)) + 1:
         last[at:] = time[at]
     ready = time - last >= DRIVES.dead_time
     gates = {"high": ordered & ready, "low": ~ordered & ready}
     leg = Leg(DRIVES)
     switches = {}
     for name, gate in gates.items():
-        state = np.zeros(len(time), dtype=bool)
         on = bool(gate[0])
-        state[:] = on
+        state = np.full(len(time), on)
         for at in leg.edges(gate, time):
             on = not on
             state[time >= at - step / 2] = on

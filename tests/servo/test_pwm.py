@@ -4,14 +4,13 @@
 from __future__ import annotations
 
 import itertools
-import os
 
 import numpy as np
 import pytest
 
+from tests.bench.seed import SEED
 from tests.servo.clocked import Clocked
 
-SEED = int(os.environ.get("SEED", "1"))
 BEHIND = 2  # clocks from the carrier to the gates
 LEAST = 12  # dead time that no register undercuts
 BRIDGE = ("count", "up", "load", "mode", "dead_time", "write", "phase", "value")

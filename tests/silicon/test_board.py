@@ -93,7 +93,8 @@ def client(board):
     return connected(board, MODELS[BOARD].divider)
 
 
-def test_asip_run__over_the_serial_port__gives_bits_and_cycles_of_the_core(board):
+def runs_as_the_core(board: BoardRtl) -> None:
+    """A program over the serial port gives bits and cycles of the core."""
     program = (LEG, "--config", "small", "--state", "last=0.02", "--ticks", 2, *INPUTS)
     with serving(board) as path:
         there = command("sim.asip_run", *program, "--port", path)
@@ -101,6 +102,10 @@ def test_asip_run__over_the_serial_port__gives_bits_and_cycles_of_the_core(board
     assert here.returncode == 0, here.stderr
     assert "cycles" in here.stdout and " F " in here.stdout
     assert (there.returncode, there.stdout) == (0, here.stdout), there.stderr
+
+
+def test_asip_run__over_the_serial_port__gives_bits_and_cycles_of_the_core(board):
+    runs_as_the_core(board)
 
 
 def test_asip_run__program_for_another_configuration__is_refused_with_the_cure(board):
@@ -136,12 +141,7 @@ def test_asip_run__no_such_port__says_where_devices_are():
 
 
 def test_other_board__runs_a_program_over_its_serial_port(other):
-    program = (LEG, "--config", "small", "--state", "last=0.02", "--ticks", 2, *INPUTS)
-    with serving(other[1]) as path:
-        there = command("sim.asip_run", *program, "--port", path)
-    here = command("sim.asip_run", *program, "--rtl")
-    assert here.returncode == 0, here.stderr
-    assert (there.returncode, there.stdout) == (0, here.stdout), there.stderr
+    runs_as_the_core(other[1])
 
 
 def test_other_board__has_its_axes_steps_and_encoders(other):

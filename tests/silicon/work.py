@@ -21,7 +21,8 @@ from sim.motion import show_path
 from sim.motion.step_stream import Steps
 from sim.run.nios import NiosController, torque_limit
 from tests.asip.tracking_path import reversing_path
-from tests.ethercat.test_frames import SEED, run_chains
+from tests.bench.seed import SEED
+from tests.ethercat.test_frames import run_chains
 from tests.motion.test_step_stream import SHORT
 from tests.motion_rtl.test_path import run_commands
 from tests.nios.test_nios_system import check_words

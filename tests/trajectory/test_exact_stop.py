@@ -261,15 +261,11 @@ UP = {"A": (-0.36, 0.48, 0.80), "G": (0, 0, 1), "H": (0, 1, 0)}
 
 
 def letter(trajectory: Trajectory, name: str) -> np.ndarray:
-    """Tool positions (n, 3) [m] of the strokes of one letter."""
-    numbers = STROKES[name][0]
-    chosen = [
-        index
-        for index, block in enumerate(trajectory.blocks)
-        if block.move.source.split()[0] in {f"N{number}" for number in numbers}
-    ]
+    """Positions (n, 5) [m, rad] of the strokes of one letter."""
+    numbers = {f"N{number}" for number in STROKES[name][0]}
+    chosen = [i for i, b in enumerate(trajectory.blocks) if b.move.source.split()[0] in numbers]
     assert len(chosen) == len(numbers)
-    return trajectory.position[np.isin(trajectory.block, chosen), :3]
+    return trajectory.position[np.isin(trajectory.block, chosen)]
 
 
 def test_agh__number_of_ticks__is_the_published_one(agh):
@@ -296,7 +292,7 @@ def test_agh__drawing_speed__reaches_two_metres_per_minute_and_never_exceeds_it(
 
 @pytest.mark.parametrize("name", STROKES)
 def test_agh__letter__is_forty_millimetres_high_in_its_own_plane(agh, name):
-    points = letter(agh, name)
+    points = letter(agh, name)[:, :3]
     normal = np.array(STROKES[name][1])
     *_, axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
     # Flat but for half a step of the number grid at the stops, over strokes of 10 mm and more.
@@ -317,9 +313,7 @@ def test_agh__planes__differ_by_more_than_thirty_degrees():
 
 @pytest.mark.parametrize("name", STROKES)
 def test_agh__letter__moves_all_five_axes(agh, name):
-    numbers = {f"N{number}" for number in STROKES[name][0]}
-    chosen = [i for i, b in enumerate(agh.blocks) if b.move.source.split()[0] in numbers]
-    span = np.ptp(agh.position[np.isin(agh.block, chosen)], axis=0)
+    span = np.ptp(letter(agh, name), axis=0)
     moving = span > [1e-3, 1e-3, 1e-3, 0.01, 0.01]
     assert list(moving) == [True, name != "G", True, True, True]
 

@@ -42,8 +42,8 @@ def feeds(text: str, percent: float) -> list[float | None]:
     return [move.feed for move in overridden_program(parse(text), percent).moves]
 
 
-def time_of(text: str, percent: float, highest: float = float("inf")) -> float:
-    return plan(overridden_program(parse(text), percent, highest), ROBOT).time
+def time_of(text: str, percent: float) -> float:
+    return plan(overridden_program(parse(text), percent), ROBOT).time
 
 
 @pytest.mark.parametrize("percent", [40.0, 80.0, 100.0, 160.0])

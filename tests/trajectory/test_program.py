@@ -22,8 +22,9 @@ ROBOT = Robot.load()
 REST = round(REST_AT_START / ROBOT.T_s)
 
 
-def raster(segments: int = 200) -> str:
-    """Rows of short segments, to and fro."""
+def raster() -> str:
+    """Rows of 200 short segments, to and fro."""
+    segments = 200
     lines = ["G21 G90 G64 P0.01", "G0 X-20 Y-20 Z600", "F6000"]
     x, y, way = -20.0, -20.0, 1.0
     while len(lines) < segments + 3:

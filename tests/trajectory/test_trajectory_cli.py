@@ -15,12 +15,7 @@ LINE = "G1 X[#1] Y[#2 + 10] Z[600 + #1] A[ABS[#1] * 3] C12.345678 F1234.5678"
 @pytest.fixture
 def program(tmp_path):
     file = tmp_path / "part.ngc"
-    lines = [
-        "#1=3 #2=1",
-        "G1 X[#1] Y[#2 + 10] Z[600 + #1] A[ABS[#1] * 3] C12.345678 F1234.5678",
-        "M2",
-    ]
-    file.write_text("\n".join(lines) + "\n")
+    file.write_text(f"#1=3 #2=1\n{LINE}\nM2\n")
     return file
 
 

@@ -34,14 +34,12 @@ def replay(core: str, line: str, console: Console) -> int:
     try:
         upset = upset_of(model.sites, line)
     except ValueError as error:
-        console.print(f"error: {error}", style="red", markup=False)
+        console.print(f"error: {error}", style="red")
         return 2
     (outcome,) = model.inject(upset)
     console.print(
         f"{EFFECTS[outcome['effect']]}, cause {outcome['cause']}, known or gone "
-        f"{outcome['ticks']} ticks later, largest error {outcome['worst']:.3g} of the limit",
-        markup=False,
-        highlight=False,
+        f"{outcome['ticks']} ticks later, largest error {outcome['worst']:.3g} of the limit"
     )
     return 0
 
@@ -54,7 +52,7 @@ def progress(core: str, shards: int, console: Console) -> Callable[[object, dict
         n = next(done)
         rest = (time.monotonic() - begun) / n * (shards - n)
         text = f"core '{core}': {n} of {shards} shards, about {rest:.0f} s left"
-        console.print(text, markup=False, highlight=False)
+        console.print(text)
 
     return finish
 
@@ -63,14 +61,12 @@ def inject(depth: str, jobs: int, scheduler: str | None, console: Console) -> di
     """Every shard that is not finished; results by core, None if one failed."""
     cores: dict[str, dict] = {}
     for core in campaign.SHARDS[depth]:
-        console.print(f"core '{core}': building the model ...", markup=False, highlight=False)
+        console.print(f"core '{core}': building the model ...")
         tasks = list(campaign.tasks_of(core, depth))
         waiting = [task for task in tasks if runner.finished(task) is None]
         console.print(
             f"core '{core}': {len(tasks)} shards of {SHARD} injections, seed {SEED}; "
-            f"{len(tasks) - len(waiting)} finished before",
-            markup=False,
-            highlight=False,
+            f"{len(tasks) - len(waiting)} finished before"
         )
         failures: list[str] = []
         runner.run(
@@ -82,7 +78,7 @@ def inject(depth: str, jobs: int, scheduler: str | None, console: Console) -> di
             campaign.execute,
         )
         for failure in failures:
-            console.print(f"error: {failure}", style="red", markup=False)
+            console.print(f"error: {failure}", style="red")
         if failures:
             return None
         cores[core] = report.gather([runner.finished(task) for task in tasks])
@@ -100,7 +96,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--area", action="store_true", help="measure the area with Yosys (minutes)")
     parser.add_argument("--replay", metavar="LINE", help="one injection of the report again")
     options = parser.parse_args(arguments)
-    console = Console(stderr=True, soft_wrap=True)
+    console = Console(stderr=True, soft_wrap=True, markup=False, highlight=False)
     if options.area:
         area.measure()
         return 0
@@ -123,7 +119,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         shown.add_row(row.name, value, row.unit, row.target, met, row.note)
     Console().print(shown)
     page = ", docs/upsets.md" if options.full else "; --full writes docs/upsets.md"
-    console.print(f"written: {report.OUTPUT.relative_to(ROOT)}{page}", markup=False)
+    console.print(f"written: {report.OUTPUT.relative_to(ROOT)}{page}")
     return int(not all(row.met for row in rows))
 
 

@@ -20,6 +20,9 @@ def plain() -> Model:
     return campaign.model_of("plain")
 
 
+KNOWN = {"masked", "corrected", "latent", "fault reported"}  # nothing wrong, or it is told
+
+
 def effect(model: Model, line: str) -> str:
     (outcome,) = model.inject(upset_of(model.sites, line))
     return EFFECTS[outcome["effect"]]
@@ -107,11 +110,15 @@ def test_area__orders__hold_the_same_cells_in_places_of_their_own():
     assert list(one["fp_fma"]["cells"]) == list(module["cells"])
 
 
+def one_wrong(kind: str) -> dict:
+    """Counts of a core with one injection of that effect among 499 that are masked."""
+    counts = {"control": dict.fromkeys(EFFECTS, 0) | {kind: 1, "masked": 499}}
+    case = {"replay": "", "effect": kind, "error": 0.5}
+    return report.gather([{"counts": counts, "injections": 500, "unsafe": 1, "cases": [case]}])
+
+
 def test_goals__a_wrong_output__are_not_met():
-    counts = {"control": dict.fromkeys(EFFECTS, 0) | {"wrong once": 1, "masked": 499}}
-    case = {"replay": "", "effect": "wrong once", "error": 0.5}
-    result = {"counts": counts, "injections": 500, "unsafe": 1, "cases": [case]}
-    rows = report.goals({"plain": report.gather([result])}, "plain")
+    rows = report.goals({"plain": one_wrong("wrong once")}, "plain")
     assert [row.met for row in rows] == [False, False, True, False, False]
 
 
@@ -153,10 +160,7 @@ def test_tasks__of_the_netlist__are_flip_flops_at_full_depth_alone(monkeypatch):
 
 
 def test_netlist_goals__a_wrong_output_or_no_run__are_not_met():
-    counts = {"control": dict.fromkeys(EFFECTS, 0) | {"wrong later": 1, "masked": 499}}
-    case = {"replay": "", "effect": "wrong later", "error": 0.5}
-    result = {"counts": counts, "injections": 500, "unsafe": 1, "cases": [case]}
-    rows = report.netlist_goals(report.gather([result]))
+    rows = report.netlist_goals(one_wrong("wrong later"))
     assert [row.met for row in rows] == [False, False, True, False, False]
     assert [row.met for row in report.netlist_goals(None)] == [False]
 
@@ -175,17 +179,16 @@ def test_resilient__where_the_plain_core_locks_up__goes_on(resilient):
     for clock in range(60, 300, 11):
         for place in ("state_q.0", "state_q.1", "start_q.0", "fault_q.0", "done_q.0"):
             found = effect(resilient, f"9 {clock} {control}.{place}")
-            assert found in ("corrected", "masked", "latent", "fault reported"), (clock, place)
+            assert found in KNOWN, (clock, place)
 
 
 def test_resilient__every_bit_of_its_own_control__no_lock_up_nothing_silent(resilient):
     own = "TOP.asip.u_run.gen_redundancy.u_redundancy"
-    allowed = ("masked", "corrected", "latent", "fault reported")
     for clock in range(5, 400, 23):
         for register in ("control_q", "inverse_q"):
             for bit in range(16):
                 found = effect(resilient, f"20 {clock} {own}.{register}.{bit}")
-                assert found in allowed, (clock, register, bit, found)
+                assert found in KNOWN, (clock, register, bit, found)
 
 
 def test_resilient__a_bit_of_the_program__is_the_fault_memory(resilient):
@@ -200,7 +203,7 @@ def test_resilient__an_output_on_its_way_to_the_host__is_no_silent_error(resilie
     places = ("u_host.count_q.20", "u_host.group_q.20", "u_host.readdata_q.7")
     for place in (*places, "u_outputs.host_read_q.16", "u_outputs.read_q.3"):
         found = [effect(resilient, f"38 {clock} TOP.asip.{place}") for clock in range(272, 306)]
-        assert set(found) <= {"masked", "corrected", "latent", "fault reported"}, (place, found)
+        assert set(found) <= KNOWN, (place, found)
         assert "fault reported" in found, place
 
 
@@ -218,7 +221,6 @@ def test_cost__of_redundancy__within_the_target(plain, resilient):
 
 def test_resilient__registers_of_the_record__a_false_verdict_is_repaired(resilient):
     own = "TOP.asip.gen_plausible.u_plausible"
-    allowed = {"masked", "corrected", "latent", "fault reported"}
     found = {
         (place, effect(resilient, f"20 {clock} {own}.{place}"))
         for clock in range(20, 300, 14)
@@ -231,7 +233,7 @@ def test_resilient__registers_of_the_record__a_false_verdict_is_repaired(resilie
             "shown_q.0",
         )
     }
-    assert {effect for _, effect in found} <= allowed
+    assert {effect for _, effect in found} <= KNOWN
     assert ("implausible_q.0", "corrected") in found
     assert ("implausible_q.0", "fault reported") not in found
 
@@ -276,7 +278,6 @@ def test_netlist__flip_flops_that_yosys_added__are_the_read_words_of_the_counter
 def test_netlist__upsets_of_redundancy_and_control__nothing_wrong_is_silent(netlist):
     flip_flops = [netlist.sites[site] for site, _ in places(netlist, KINDS[0])]
     names = [s.name for s in flip_flops if block_of(s.place) in ("redundancy", "control")]
-    allowed = ("masked", "corrected", "latent", "fault reported")
     for number, name in enumerate(names):
         found = effect(netlist, f"20 {5 + 37 * number % 380} {name}.0")
-        assert found in allowed, (name, found)
+        assert found in KNOWN, (name, found)

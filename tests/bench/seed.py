@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Seed of the random moves in the planner's tests."""
+"""Seed of the random cases: SEED of the environment, 1 without it."""
 
 import os
 
