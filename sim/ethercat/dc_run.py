@@ -10,7 +10,6 @@ the simulation knows. Times are ns.
 
 from __future__ import annotations
 
-import argparse
 import json
 import sys
 from collections.abc import Sequence
@@ -22,7 +21,7 @@ from sim.ethercat.gen import esc_regmap
 from sim.ethercat.line import Line
 from sim.ethercat.master_loop import cycle, prepare
 from sim.ethercat.pysoem_master import Master
-from sim.ethercat.tap import open_tap
+from sim.ethercat.tap import command_line, open_tap
 
 PPM = (0.0, 100.0, -100.0)
 CABLES_PS = (25_000, 500_000, 1_200_000)
@@ -93,10 +92,7 @@ def pulses(line: Line, start: int) -> tuple[list[list[int]], list[int]]:
     own clock behind `start` and whole cycles."""
     share = single(ARMW, 0, esc_regmap.SYSTEM_TIME.address, bytes(8))
     while line.time() < start - SHARE_NS:
-        line.send(share)
-        line.run(SHARE_NS)
-        while line.receive():
-            pass
+        line.pass_by(share, SHARE_NS)
     seen: list[list[int]] = [[] for _ in range(line.slaves)]
     late: list[int] = []
     before = [1] * line.slaves
@@ -149,10 +145,7 @@ def run(cycles: int) -> Report:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; exit 0 if the slaves came to OP, 1 if not."""
-    parser = argparse.ArgumentParser(
-        description=__doc__.splitlines()[0],
-        epilog="example: unshare -rn python -m sim.ethercat.dc_run --cycles 300",
-    )
+    parser = command_line(__doc__, "dc_run --cycles 300")
     parser.add_argument("--cycles", type=int, default=300, help="cycles in OP (default 300)")
     report = run(parser.parse_args(argv).cycles)
     print(json.dumps(asdict(report)))

@@ -9,7 +9,6 @@ OP. Prints a report as JSON.
 
 from __future__ import annotations
 
-import argparse
 import json
 import struct
 import sys
@@ -25,6 +24,7 @@ from sim.ethercat.device_run import GOAL, IMAGE, Trial
 from sim.ethercat.gen import esc_regmap
 from sim.ethercat.machine import AXES, FLAGS, POWER
 from sim.ethercat.session import CSP, ENABLE, START_NS
+from sim.ethercat.tap import command_line
 from sim.harness import nios_image
 
 AXIS_STEP = 0x800
@@ -143,10 +143,7 @@ def run(ticks: int) -> Report:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; exit 0 when the device came back to OP."""
-    parser = argparse.ArgumentParser(
-        description=__doc__.splitlines()[0],
-        epilog="example: unshare -rn python -m sim.ethercat.death_run",
-    )
+    parser = command_line(__doc__, "death_run")
     parser.add_argument(
         "--ticks", type=int, default=1200, help="of silence, 100 us each (default 1200)"
     )

@@ -10,7 +10,6 @@ Prints a report as JSON.
 
 from __future__ import annotations
 
-import argparse
 import json
 import sys
 from collections.abc import Sequence
@@ -21,7 +20,7 @@ from sim.ethercat.gen import esc_regmap
 from sim.ethercat.line import DISTURBANCES, Line
 from sim.ethercat.master_loop import prepare
 from sim.ethercat.pysoem_master import Master
-from sim.ethercat.tap import open_tap
+from sim.ethercat.tap import command_line, open_tap
 
 SLAVES = 3
 WATCHDOG_MS = 4
@@ -57,15 +56,12 @@ class Trial:
     def __init__(self, line: Line) -> None:
         self.line, self.master, self.value = line, Master(line.slaves), 0
 
-    def cycles(self, count: int, wait_us: int = 2_000_000) -> int:
+    def cycles(self, count: int, wait_us: int = ANSWER_US) -> int:
         """Each with the next value in all outputs; how many counters were missing or wrong."""
-        wrong, master = 0, self.master.pysoem
+        wrong = 0
         for _ in range(count):
             self.value = self.value % 255 + 1
-            for slave in master.slaves:
-                slave.output = bytes([self.value]) * len(slave.output)
-            master.send_processdata()
-            wrong += master.receive_processdata(wait_us) != master.expected_wkc
+            wrong += not self.master.exchange(self.value, wait_us)
         return wrong
 
     def counted(self) -> dict[str, list[int]]:
@@ -136,10 +132,7 @@ def run(frames: int) -> dict[str, Phase]:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; exit 0 when it ran."""
-    parser = argparse.ArgumentParser(
-        description=__doc__.splitlines()[0],
-        epilog="example: unshare -rn python -m sim.ethercat.disturbed_run --frames 5",
-    )
+    parser = command_line(__doc__, "disturbed_run --frames 5")
     parser.add_argument("--frames", type=int, default=5, help="disturbed in a row (default 5)")
     found = run(parser.parse_args(argv).frames)
     print(json.dumps({kind: asdict(phase) for kind, phase in found.items()}))

@@ -10,7 +10,6 @@ JSON. The slaves are those of `master_loop`.
 
 from __future__ import annotations
 
-import argparse
 import json
 import sys
 from collections.abc import Sequence
@@ -21,7 +20,7 @@ from sim.ethercat.gen import esc_regmap
 from sim.ethercat.line import Line
 from sim.ethercat.master_loop import cycle, prepare
 from sim.ethercat.pysoem_master import Master
-from sim.ethercat.tap import INTERFACE, open_tap
+from sim.ethercat.tap import INTERFACE, command_line, open_tap
 
 SECOND = "ec1"
 PHASES = ("whole", "broken", "mended")
@@ -79,10 +78,7 @@ def run(line: Line, cycles: int, cables: Sequence[int]) -> Report:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; exit 0 if the slaves stayed in OP and no counter was wrong, 1 if not."""
-    parser = argparse.ArgumentParser(
-        description=__doc__.splitlines()[0],
-        epilog="example: unshare -rn python -m sim.ethercat.redundant --slaves 3 --cable 1",
-    )
+    parser = command_line(__doc__, "redundant --slaves 3 --cable 1")
     parser.add_argument("--slaves", type=int, default=3, help="slaves in the ring (default 3)")
     parser.add_argument("--cycles", type=int, default=90, help="cycles in OP (default 90)")
     parser.add_argument(
