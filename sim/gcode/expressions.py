@@ -60,6 +60,11 @@ FUNCTIONS: dict[str, Callable[[float], float]] = {
 }
 
 
+def shown(key: Key) -> str:
+    """A number or name as it is written behind # or O."""
+    return f"<{key}>" if isinstance(key, str) else str(key)
+
+
 class NoValueError(Exception):
     """A parameter cannot be read: what, expected, help."""
 
@@ -276,7 +281,7 @@ class ValueReader:
             self._fail(
                 begin + 1,
                 self.source[begin : self.at],
-                f"the parameter #{f'<{key}>' if isinstance(key, str) else key} has no value",
+                f"the parameter #{shown(key)} has no value",
                 "a parameter set on a line before",
                 "set it, for instance #1 = 5; settings count from the next line on",
             )

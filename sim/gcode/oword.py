@@ -109,8 +109,3 @@ class HeadReader(LineReader):
                 f"write for instance {head.text} [#1 LT 10]",
             )
         return values
-
-
-def shown_label(label: Key) -> str:
-    """A label as it is written behind O."""
-    return f"<{label}>" if isinstance(label, str) else str(label)

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from sim.gcode.errors import MistakeError
 from sim.gcode.expressions import FUNCTIONS, LETTERS, Key, ValueReader
 
+OFFSETS = "IJK"  # of the centre of an arc
 MAX_NUMBER = 1e7  # larger magnitudes are typing mistakes on any machine
 
 
