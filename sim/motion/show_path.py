@@ -21,9 +21,7 @@ from scipy.interpolate import CubicHermiteSpline
 
 from sim.gcode.interpreter import stream
 from sim.harness.motion_rtl import CLOCK_HZ, COUNTED, RECORDS, MotionError, MotionRtl
-from sim.harness.phase_record import (
-    Record,
-)
+from sim.harness.phase_record import Record
 from sim.lookahead.check import Deviation
 from sim.lookahead.planner import Lookahead, Setpoints
 from sim.lookahead.settings import LookaheadSettings
