@@ -51,21 +51,6 @@ FOLLOWING_ERROR = 0x8611
 
 
 @dataclass(frozen=True)
-class Report:
-    """What a run came to: cycles of the master on the path, errors of tool [m] and table [rad]."""
-
-    cycles: int
-    whole: bool
-    wrong_counters: int
-    following_errors: int
-    faults: list[str]
-    tool: float
-    table: float
-    longest_pass: int
-    frames: int
-
-
-@dataclass(frozen=True)
 class Curves:
     """Over N ticks: wanted and exact tool (N, 3) [m], and table (N, 2) [rad]."""
 
@@ -154,8 +139,9 @@ def poses(path: SetPoints) -> NDArray[np.float64]:
     return np.concatenate((path.position, path.table_position), axis=1)
 
 
-def run(robot: Robot, ticks: int | None, capture: Path | None) -> tuple[Report, Curves]:
-    """Bring the device up and send the path. Raises RuntimeError, ControllerFault."""
+def run(robot: Robot, ticks: int | None, capture: Path | None) -> tuple[dict[str, object], Curves]:
+    """Bring the device up and send the path; cycles of the master on it, errors of tool [m] and
+    table [rad]. Raises RuntimeError, ControllerFault."""
     device = load()
     path = path_of(robot, ticks)
     wanted = poses(path)
@@ -175,17 +161,17 @@ def run(robot: Robot, ticks: int | None, capture: Path | None) -> tuple[Report, 
     drive = Drive(session, device, machine)
     curves = drive.follow(wanted)
     session.master.close()
-    report = Report(
-        cycles=len(wanted[::TICKS]),
-        whole=ticks is None,
-        wrong_counters=session.wrong,
-        following_errors=drive.following,
-        faults=sorted(drive.faults),
-        tool=curves.tool_error,
-        table=curves.table_error,
-        longest_pass=rtl.counts()["longest"],
-        frames=rtl.counts()["sent"],
-    )
+    report = {
+        "cycles": len(wanted[::TICKS]),
+        "whole": ticks is None,
+        "wrong_counters": session.wrong,
+        "following_errors": drive.following,
+        "faults": sorted(drive.faults),
+        "tool": curves.tool_error,
+        "table": curves.table_error,
+        "longest_pass": rtl.counts()["longest"],
+        "frames": rtl.counts()["sent"],
+    }
     return report, curves
 
 
@@ -199,8 +185,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     report, curves = run(Robot.load(None), arguments.ticks, arguments.capture)
     if arguments.curves:
         np.savez_compressed(arguments.curves, **vars(curves))
-    print(json.dumps(vars(report)))
-    return 0 if not report.faults and not report.wrong_counters else 1
+    print(json.dumps(report))
+    return 0 if not report["faults"] and not report["wrong_counters"] else 1
 
 
 if __name__ == "__main__":

@@ -13,7 +13,6 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
 
 from sim.coe.dictionary import load
 from sim.ethercat.gen import esc_regmap
@@ -26,24 +25,11 @@ SECOND = "ec1"
 PHASES = ("whole", "broken", "mended")
 
 
-@dataclass(frozen=True)
-class Report:
-    """What a run came to. wrong_counters, torn_inputs: of each of PHASES; lost_links: of each
-    slave's ports (0, 1)."""
+def run(line: Line, cycles: int, cables: Sequence[int]) -> dict[str, object]:
+    """What it came to. Raises RuntimeError with the state reached.
 
-    slaves: int
-    cables: list[int]
-    state: str
-    expected_counter: int
-    cycles: int
-    wrong_counters: dict[str, int]
-    torn_inputs: int
-    echoes: int
-    lost_links: list[tuple[int, int]]
-
-
-def run(line: Line, cycles: int, cables: Sequence[int]) -> Report:
-    """Raises RuntimeError with the state reached."""
+    wrong_counters: of each of PHASES; lost_links: of each slave's ports (0, 1).
+    """
     master = Master(line.slaves, SECOND)
     wrong, torn, echoes = {}, 0, 0
     with line.served(open_tap(INTERFACE), open_tap(SECOND)):
@@ -61,19 +47,19 @@ def run(line: Line, cycles: int, cables: Sequence[int]) -> Report:
         finally:
             master.close()
     counters = (esc_regmap.LOST_LINKS_0, esc_regmap.LOST_LINKS_1)
-    return Report(
-        slaves=line.slaves,
-        cables=list(cables),
-        state=state,
-        expected_counter=expected,
-        cycles=cycles,
-        wrong_counters=wrong,
-        torn_inputs=torn,
-        echoes=echoes,
-        lost_links=[
-            tuple(line.read(register, slave=n) for register in counters) for n in range(line.slaves)
+    return {
+        "slaves": line.slaves,
+        "cables": list(cables),
+        "state": state,
+        "expected_counter": expected,
+        "cycles": cycles,
+        "wrong_counters": wrong,
+        "torn_inputs": torn,
+        "echoes": echoes,
+        "lost_links": [
+            [line.read(register, slave=n) for register in counters] for n in range(line.slaves)
         ],
-    )
+    }
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -94,8 +80,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     with Line([0.0] * options.slaves, closed=True) as line:
         prepare(line, load())
         report = run(line, options.cycles, options.cable)
-    print(json.dumps(asdict(report)))
-    return 0 if report.state == "OP" and not any(report.wrong_counters.values()) else 1
+    print(json.dumps(report))
+    return 0 if report["state"] == "OP" and not any(report["wrong_counters"].values()) else 1
 
 
 if __name__ == "__main__":
