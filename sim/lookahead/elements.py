@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from sim.lookahead.limits import SHARES, Pieces
 from sim.lookahead.segments import Segment
 from sim.path.blend import Blends
-
-FloatArray = NDArray[np.float64]
+from sim.path.curves import FloatArray
 
 
 @dataclass(eq=False)

@@ -16,8 +16,7 @@ from sim.lookahead.segments import Segment
 from sim.lookahead.settings import LookaheadSettings
 from sim.path import blend
 from sim.path.blend import SCALE, Blends
-
-FloatArray = NDArray[np.float64]
+from sim.path.curves import FloatArray
 
 SHORTEST_BLEND = 1e-7  # distance from the corner [m] below which the joint is a stop
 SMOOTH = 1e-8  # angle [rad] and relative change of curvature that need no blend

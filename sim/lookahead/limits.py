@@ -22,9 +22,8 @@ from numpy.typing import NDArray
 from sim.model.kinematics import inverse, inverse_acceleration, inverse_velocity
 from sim.model.parameters import Robot
 from sim.path.blend import TABLE_RADIUS
+from sim.path.curves import FloatArray
 from sim.planner.optimal import Limits
-
-FloatArray = NDArray[np.float64]
 
 # Limits used for planning, relative to those given: what the points examined may have missed.
 MARGIN = 0.998

@@ -29,10 +29,9 @@ from sim.lookahead.settings import LookaheadSettings
 from sim.lookahead.speed import Cell, SpeedPlanner, Stop, Stretch
 from sim.path import blend
 from sim.path.blend import SCALE
+from sim.path.curves import FloatArray
 from sim.path.moves import Dwell, Move
 from sim.path.workspace import Workspace
-
-FloatArray = NDArray[np.float64]
 
 LONGEST_CELL = 0.02  # of a line [m]; the directions to the legs change by some 3 %
 LARGEST_TURN = 0.2  # of an arc's cell [rad]

@@ -29,10 +29,9 @@ from sim.model.kinematics import forward
 from sim.model.parameters import Robot
 from sim.motion.step_stream import AXES, PathEncoder, Steps, joints
 from sim.page import pictures
+from sim.path.curves import FloatArray
 from sim.path.moves import Move
 from sim.planner.figures import Result
-
-FloatArray = NDArray[np.float64]
 
 PROGRAM = """G21 G90 G64 P0.01
 G1 X4 A2 F12000

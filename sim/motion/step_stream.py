@@ -37,9 +37,8 @@ from sim.harness.phase_record import (
 from sim.lookahead.planner import Setpoints
 from sim.model.kinematics import inverse, inverse_velocity
 from sim.model.parameters import Robot
+from sim.path.curves import FloatArray
 from sim.planner.pulse_records import PulseRecordError
-
-FloatArray = NDArray[np.float64]
 
 AXES = ("leg 1", "leg 2", "leg 3", "tilt", "rotation")
 TICKS_PER_SECOND = 1_000_000
