@@ -143,17 +143,13 @@ def figures(output: Path) -> list[Result]:
 
 
 def robot_figures(
-    output: Path,
-    full: bool = False,
-    progress: Callable[[str, int, int], None] | None = None,
-    robot: Robot | None = None,
+    output: Path, full: bool, progress: Callable[[str, int, int], None], robot: Robot
 ) -> list[Result]:
     """The three drive cases and the computed-torque law on the robot, AGH at 2 m/min.
 
     full: the whole path, else the STROKES. progress gets the name of a case, ticks done and in all.
     """
     output.mkdir(parents=True, exist_ok=True)
-    robot = robot or Robot.load()
     trajectory = generate(parse_file(AGH), MotionSettings(robot))
     path = nios.set_points(trajectory, None)
     if full:
@@ -178,8 +174,7 @@ def robot_figures(
         def advance(ticks: int, name: str = name) -> None:
             nonlocal done
             done += ticks
-            if progress:
-                progress(name, done, total)
+            progress(name, done, total)
 
         runs = {
             part: robot_study.simulate(robot, points, case, progress=advance)
@@ -188,7 +183,10 @@ def robot_figures(
         curves[name] = next(iter(runs.values()))
         worst = max(run.tracking.tool for run in runs.values())
         used = max(float(np.abs(run.force).max()) for run in runs.values()) / robot.F_max
-        jumps = max(float(_jumps(robot, run).max()) for run in runs.values())
+        settled = round(robot_study.LEAD_IN / 2 / robot.T_s)
+        jumps = max(
+            float(np.abs(np.diff(run.force[settled:], axis=0)).max()) for run in runs.values()
+        )
         step = f"force step of a leg in {robot.T_s * 1e6:g} us"
         for what, unit, ours, limit in (
             (f"tool error, {where}", "um", worst * 1e6, {"below": limits[name]}),
@@ -199,11 +197,6 @@ def robot_figures(
             results.append(_result("robot", label, unit, ours, ROBOT_FILE, source="goal", **limit))
     _draw_robot(robot, curves, next(iter(parts)), output)
     return results
-
-
-def _jumps(robot: Robot, run: robot_study.RobotRun) -> np.ndarray:
-    settled = round(robot_study.LEAD_IN / 2 / robot.T_s)
-    return np.abs(np.diff(run.force[settled:], axis=0))
 
 
 def _draw_10(output: Path) -> None:

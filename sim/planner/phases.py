@@ -36,10 +36,6 @@ class State(NamedTuple, Generic[Number]):
             a + time * jerk,
         )
 
-    def mirrored(self) -> State[Number]:
-        """The same motion in the opposite direction."""
-        return State(-self.position, -self.speed, -self.acceleration)
-
 
 @dataclass(frozen=True)
 class Phase(Generic[Number]):

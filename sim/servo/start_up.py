@@ -140,15 +140,14 @@ def align(
     setting: Setting,
     share: float = 0.9,
     dwell: float = 0.012,
-    directions: Sequence[float] = DIRECTIONS,
 ) -> NDArray[np.float64]:
     """Electrical angles (5,) where the counters are 0 [rad], written to the program.
 
     A current vector bends the closed brake of its axis by its force, which goes with the cosine of
     the angle between vector and force. Sine and cosine of the angle are fitted to what the counts
-    say, with an offset for what else bends the brake. directions: of the vectors, four at least:
-    in a square they leave out what the reluctance adds, and one behind its opposite is late in its
-    size, not in its angle; share: of i_max; dwell: for each [s], and without current at the end,
+    say, with an offset for what else bends the brake. The vectors' `DIRECTIONS`, in a
+    square, leave out what the reluctance adds, and one behind its opposite is late in its size, not
+    in its angle. share: of i_max; dwell: for each [s], and without current at the end,
     until the joint is at rest. Raises StartUpError if an axis does not answer, or not as a motor
     does.
     """
@@ -157,12 +156,12 @@ def align(
     system.front("MODE", **RUN)
     system.clock(round(SETTLE / CLOCK))
     rest = positions(system)
-    moved = np.zeros((len(directions), AXES))
+    moved = np.zeros((len(DIRECTIONS), AXES))
     forces = [share * m.i_max * m.force_per_ampere for m in drives.motors]
     at = [
         m.wave * q * int(n) for m, q, n in zip(drives.motors, setting.resolution, rest, strict=True)
     ]
-    for row, direction in zip(moved, directions, strict=True):
+    for row, direction in zip(moved, DIRECTIONS, strict=True):
         write_angles(system, [direction - angle for angle in at])
         order(system, forces)
         system.clock(round(dwell / CLOCK))
@@ -172,7 +171,7 @@ def align(
     status = system.status()
     if status["trip"]:
         raise StartUpError(f"while the axes were aligned, {told(status)}")
-    angles, size, off = fitted_angles(directions, moved)
+    angles, size, off = fitted_angles(DIRECTIONS, moved)
     for n in range(AXES):
         asked = f"axis {n + 1}, under {forces[n]:.0f} N or N m: moved by {size[n]:.1f} counts"
         if size[n] < LEAST_MOVE:
