@@ -96,6 +96,11 @@ def stop(system: ChainRtl) -> None:
     system.front("LINK")
 
 
+def signed(system: ChainRtl, name: str, n: int) -> np.int32:
+    """A register of an axis that holds a signed number."""
+    return np.int32(np.uint32(system.read_front(name, n)))
+
+
 def sense(system: ChainRtl, windows: int) -> NDArray[np.float64]:
     """Samples (windows, 5, 2) of the phase currents a and b [counts], a half period apart."""
     found = np.zeros((windows, AXES, 2))
@@ -103,7 +108,7 @@ def sense(system: ChainRtl, windows: int) -> NDArray[np.float64]:
         system.clock(1250)
         for n in range(AXES):
             for k, name in enumerate(("CURRENT_A", "CURRENT_B")):
-                row[n, k] = np.int32(np.uint32(system.read_front(name, n)))
+                row[n, k] = signed(system, name, n)
     return found
 
 
@@ -129,9 +134,7 @@ def order(system: ChainRtl, forces: Sequence[float]) -> None:
 
 def positions(system: ChainRtl) -> NDArray[np.int64]:
     """POSITION of the axes."""
-    return np.array(
-        [np.int32(np.uint32(system.read_front("POSITION", n))) for n in range(AXES)], dtype=np.int64
-    )
+    return np.array([signed(system, "POSITION", n) for n in range(AXES)], dtype=np.int64)
 
 
 def align(
@@ -234,7 +237,7 @@ def supervise(
     if wrong:
         stop(system)
         return wrong
-    origin = [np.int32(np.uint32(system.read_front("ORIGIN", n))) for n in range(AXES)]
+    origin = [signed(system, "ORIGIN", n) for n in range(AXES)]
     for n, count in enumerate(positions(system) + origin):
         error = desired[n] - count * resolution[n]
         if abs(error) > most[n]:
