@@ -13,7 +13,6 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
 
 from sim.coe.dictionary import load
 from sim.ethercat.gen import esc_regmap
@@ -35,19 +34,6 @@ COUNTERS = {
     "rx": esc_regmap.RX_ERRORS_0,
     "watchdog": esc_regmap.WATCHDOG_DATA_COUNT,
 }
-
-
-@dataclass
-class Phase:
-    """What a disturbance came to: counters that were missing or wrong while it lasted and behind
-    it, whether all slaves were in OP, the byte in the inputs before, in its course and behind,
-    `wanted` behind it; what counters of each slave rose by."""
-
-    wrong: int
-    wrong_behind: int
-    in_op: bool
-    inputs: list[list[int]]
-    counted: dict[str, list[int]]
 
 
 class Trial:
@@ -91,8 +77,13 @@ class Trial:
             self.master.pysoem.receive_processdata(ANSWER_US)
         raise RuntimeError(f"inputs do not show the last outputs in {SETTLED} cycles")
 
-    def phase(self, kind: str, frames: int) -> Phase:
-        """Frames of that kind in a row, then good cycles."""
+    def phase(self, kind: str, frames: int) -> dict[str, object]:
+        """Frames of that kind in a row, then good cycles; what they came to.
+
+        wrong, wrong_behind: counters that were missing or wrong while it lasted and behind it;
+        in_op: all slaves; inputs: `seen` before, in its course and behind; counted: what counters
+        of each slave rose by.
+        """
         self.settle()
         before, inputs = self.counted(), [self.seen()]
         self.line.disturb(kind, frames)
@@ -107,10 +98,16 @@ class Trial:
         rises = {
             name: [b - a for a, b in zip(before[name], after[name], strict=True)] for name in after
         }
-        return Phase(wrong, behind, self.master.in_op(), inputs, rises)
+        return {
+            "wrong": wrong,
+            "wrong_behind": behind,
+            "in_op": self.master.in_op(),
+            "inputs": inputs,
+            "counted": rises,
+        }
 
 
-def run(frames: int) -> dict[str, Phase]:
+def run(frames: int) -> dict[str, dict]:
     """By kind, and `long` for those lost until the watchdog ran out. Raises RuntimeError."""
     with Line([0.0] * SLAVES) as line:
         prepare(line, load())
@@ -134,8 +131,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Command line; exit 0 when it ran."""
     parser = command_line(__doc__, "disturbed_run --frames 5")
     parser.add_argument("--frames", type=int, default=5, help="disturbed in a row (default 5)")
-    found = run(parser.parse_args(argv).frames)
-    print(json.dumps({kind: asdict(phase) for kind, phase in found.items()}))
+    print(json.dumps(run(parser.parse_args(argv).frames)))
     return 0
 
 

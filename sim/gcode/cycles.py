@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 from sim.gcode.state import State
 from sim.gcode.targets import add_polar
@@ -19,16 +18,6 @@ MAX_STEPS = 99_000  # moves and rests of one block
 _LETTERS = AXES[:3]
 Step = tuple[Motion, Pose] | float
 """A motion and its end in programmed coordinates, or a rest [s]."""
-
-
-@dataclass(frozen=True)
-class _Hole:
-    """Heights [mm] along the axis of the drill; clear: where the next way to a hole begins."""
-
-    axis: int
-    retract: float
-    bottom: float
-    clear: float
 
 
 def drill(state: State, values: dict[str, Word], at: Word) -> Iterator[Step]:
@@ -65,7 +54,6 @@ def drill(state: State, values: dict[str, Word], at: Word) -> Iterator[Step]:
     if not modes.retract_to_r:
         clear = max(state.initial_level, retract)
         place[axis] = max(level, clear)  # LinuxCNC: also the way to the hole is at that level
-    hole = _Hole(axis, retract, bottom, clear)
     given = [(index, value) for index, value in state.axis_values(values) if index != axis]
     repeats = values.get("L")
     for _ in range(int(repeats.value) if repeats else 1):
@@ -73,7 +61,7 @@ def drill(state: State, values: dict[str, Word], at: Word) -> Iterator[Step]:
             place[index] = place[index] + value if modes.incremental else value
         if "@" in values or "^" in values:
             add_polar(state, values, place)
-        yield from _hole_steps(state, place, hole)
+        yield from _hole_steps(state, place, axis, (retract, bottom, clear))
 
 
 def _few_steps(state: State, values: dict[str, Word], depth: float, at: Word) -> bool:
@@ -135,23 +123,27 @@ def _accepted(state: State, values: dict[str, Word], axis: int, at: Word) -> boo
     return True
 
 
-def _hole_steps(state: State, place: list[float], hole: _Hole) -> Iterator[Step]:
-    """One hole; place, changed on the way, ends at its clear height."""
+def _hole_steps(
+    state: State, place: list[float], axis: int, heights: tuple[float, float, float]
+) -> Iterator[Step]:
+    """One hole; place, changed on the way, ends at the last of the heights along the axis [mm]:
+    where the feed begins, bottom, and where the next way to a hole begins."""
+    retract, bottom, clear = heights
 
     def to(motion: Motion, height: float) -> Step:
-        place[hole.axis] = height
+        place[axis] = height
         return motion, tuple(place)
 
     yield Motion.RAPID, tuple(place)
-    yield to(Motion.RAPID, hole.retract)
+    yield to(Motion.RAPID, retract)
     if state.motion == "G83":
-        depth = hole.retract - state.sticky["Q"]
-        while depth > hole.bottom:
+        depth = retract - state.sticky["Q"]
+        while depth > bottom:
             yield to(Motion.LINEAR, depth)
-            yield to(Motion.RAPID, hole.retract)
+            yield to(Motion.RAPID, retract)
             yield to(Motion.RAPID, depth + PECK_CLEARANCE_MM)
             depth -= state.sticky["Q"]
-    yield to(Motion.LINEAR, hole.bottom)
+    yield to(Motion.LINEAR, bottom)
     if state.motion == "G82":
         yield state.sticky["P"]
-    yield to(Motion.RAPID, hole.clear)
+    yield to(Motion.RAPID, clear)
