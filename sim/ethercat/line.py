@@ -150,11 +150,14 @@ class Line(Verilated):
         self, register: ByteRegister | int, place: int = 0, slave: int = 0, width: int = 0
     ) -> int:
         """What the application reads, by one access a word."""
-        value = 0
-        for done, at, count in self._accesses(register, place, width):
+        address, width = self._span(register, place, width)
+        data = bytearray()
+        while len(data) < width:
+            at = address + len(data)
+            count = min(4 - at % 4, width - len(data))
             word = self._access(slave, False, at, count, 0) >> 8 * (at % 4)
-            value |= (word & (1 << 8 * count) - 1) << 8 * done
-        return value
+            data += (word & (1 << 8 * count) - 1).to_bytes(count, "little")
+        return int.from_bytes(data, "little")
 
     def write(
         self,
