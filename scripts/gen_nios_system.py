@@ -104,7 +104,7 @@ def parameters_header() -> str:
         "",
         "struct tracking_parameters {",
     ]
-    for name, values in Constants.of(Robot.load()).block().items():
+    for name, values in Constants(Robot.load()).block().items():
         lines.append(f"  float {name}{f'[{len(values)}]' if len(values) > 1 else ''};")
     return "\n".join([*lines, "};", "", "#endif", ""])
 

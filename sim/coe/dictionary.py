@@ -166,7 +166,7 @@ class _Reader:
                 raise DictionaryError(f"object {one.index:04X}: no place of axis 0")
         axis.sort(key=lambda o: o.index)
         pdos = self.pdos(own, axis)
-        own += [self.mapping(pdo, count) for count, pdo in enumerate(pdos)]
+        own += [self.mapping(pdo) for pdo in pdos]
         own = [self.assigned(o, pdos) if o.special == "assign" else o for o in own]
         every = own + [
             replace(o, index=o.index + AXIS_STEP * n, axis=n)
@@ -197,10 +197,8 @@ class _Reader:
             entries = self.array(dict(rest["array"]), place)
             return Object(index, name, "array", counted(entries), doc)
         if "record" in rest:
-            entries = []
-            for at, entry in enumerate(rest["record"]):
-                found = self.entry(dict(entry), at + 1, place)
-                entries.append(found)
+            record = enumerate(rest["record"], start=1)
+            entries = [self.entry(dict(entry), at, place) for at, entry in record]
             return Object(index, name, "record", counted(entries), doc)
         return Object(index, name, "var", (self.entry({**rest, "name": name}, 0, place),), doc)
 
@@ -242,7 +240,6 @@ class _Reader:
                 rest[key] = tuple(rest[key])
         if rest["type"] == "string":
             rest.setdefault("bytes", len(str(default or "")))
-            rest.setdefault("field", "")
         else:
             rest["bytes"] = TYPES[rest["type"]].bits // 8
         found = Entry(subindex=subindex, **rest)
@@ -257,18 +254,11 @@ class _Reader:
         for record in self.document["pdo"]:
             for n in range(self.axes):
                 entries = mapped(record, axis, AXIS_STEP * n)
-                found.append(
-                    Pdo(
-                        record["index"] + MAP_STEP * n,
-                        f"{record['name']} {n + 1}",
-                        direction_of(record),
-                        entries,
-                    )
-                )
+                index, name = record["index"] + MAP_STEP * n, f"{record['name']} {n + 1}"
+                found.append(Pdo(index, name, direction_of(record), entries))
         for record in self.document["device_pdo"]:
-            found.append(
-                Pdo(record["index"], record["name"], direction_of(record), mapped(record, own, 0))
-            )
+            entries = mapped(record, own, 0)
+            found.append(Pdo(record["index"], record["name"], direction_of(record), entries))
         found.sort(key=lambda p: p.index)
         for direction, limit in (("rx", "outputs"), ("tx", "inputs")):
             total = sum(p.bytes for p in found if p.direction == direction)
@@ -280,34 +270,32 @@ class _Reader:
                     raise DictionaryError(f"PDO {pdo.index:04X}: not in steps of {MAP_STEP:X}")
         return found
 
-    def mapping(self, pdo: Pdo, number: int) -> Object:
-        side, place = (0, number) if pdo.direction == "rx" else (1, number)
-        first = RX_MAP if side == 0 else TX_MAP
-        place = (pdo.index - first) // MAP_STEP
-        base = f"map[{side}][{place}]"
+    def mapping(self, pdo: Pdo) -> Object:
+        side, first = (0, RX_MAP) if pdo.direction == "rx" else (1, TX_MAP)
+        base = f"map[{side}][{(pdo.index - first) // MAP_STEP}]"
         values = [index << 16 | sub << 8 | bits for index, sub, bits in pdo.entries]
-        entries = [
-            Entry(0, "Number of entries", "u8", "preop", f"{base}.count", len(values), bytes=1)
-        ]
-        for n in range(MAP_ENTRIES):
-            value = values[n] if n < len(values) else 0
-            entries.append(
-                Entry(n + 1, f"Entry {n + 1}", "u32", "preop", f"{base}.entry[{n}]", value, bytes=4)
-            )
-        return Object(pdo.index, pdo.name, "record", tuple(entries), "mapping", special="map")
+        room = values + [0] * (MAP_ENTRIES - len(values))
+        entries = listed("Entry", "u32", base, "entry", room, len(values))
+        return Object(pdo.index, pdo.name, "record", entries, "mapping", special="map")
 
     def assigned(self, found: Object, pdos: list[Pdo]) -> Object:
-        side = 0 if found.index == 0x1C12 else 1
-        mine = [p.index for p in pdos if (p.direction == "tx") == bool(side)]
-        base = f"assign[{side}]"
-        entries = [
-            Entry(0, "Number of entries", "u8", "preop", f"{base}.count", len(mine), bytes=1)
-        ]
-        entries += [
-            Entry(n + 1, f"PDO {n + 1}", "u16", "preop", f"{base}.pdo[{n}]", index, bytes=2)
-            for n, index in enumerate(mine)
-        ]
-        return replace(found, entries=tuple(entries))
+        side, direction = (0, "rx") if found.index == 0x1C12 else (1, "tx")
+        mine = [p.index for p in pdos if p.direction == direction]
+        entries = listed("PDO", "u16", f"assign[{side}]", "pdo", mine, len(mine))
+        return replace(found, entries=entries)
+
+
+def listed(
+    name: str, kind: str, base: str, field: str, values: list[int], count: int
+) -> tuple[Entry, ...]:
+    """Entries that a master writes in PREOP, behind subindex 0, which says how many count."""
+    size = TYPES[kind].bits // 8
+    first = Entry(0, "Number of entries", "u8", "preop", f"{base}.count", count, bytes=1)
+    rest = (
+        Entry(n + 1, f"{name} {n + 1}", kind, "preop", f"{base}.{field}[{n}]", value, bytes=size)
+        for n, value in enumerate(values)
+    )
+    return (first, *rest)
 
 
 def counted(entries: list[Entry]) -> tuple[Entry, ...]:

@@ -20,21 +20,12 @@ def document(device: Device) -> str:
     head = device.device
     root = ET.Element("EtherCATInfo", {"Version": "1.16"})
     root.append(ET.Comment(f" {ORIGIN} "))
-    vendor = ET.SubElement(root, "Vendor")
-    put(vendor, "Id", hexadecimal(head["vendor"]))
-    put(vendor, "Name", head["vendor_name"])
+    child(root, "Vendor", Id=hexadecimal(head["vendor"]), Name=head["vendor_name"])
     descriptions = ET.SubElement(root, "Descriptions")
-    group = ET.SubElement(ET.SubElement(descriptions, "Groups"), "Group")
-    put(group, "Type", head["order"])
-    put(group, "Name", head["group"])
-    one = ET.SubElement(ET.SubElement(descriptions, "Devices"), "Device", {"Physics": "YY"})
-    put(
-        one,
-        "Type",
-        head["order"],
-        ProductCode=hexadecimal(head["product"]),
-        RevisionNo=hexadecimal(head["revision"]),
-    )
+    child(child(descriptions, "Groups"), "Group", Type=head["order"], Name=head["group"])
+    one = ET.SubElement(child(descriptions, "Devices"), "Device", {"Physics": "YY"})
+    product, revision = hexadecimal(head["product"]), hexadecimal(head["revision"])
+    put(one, "Type", head["order"], ProductCode=product, RevisionNo=revision)
     put(one, "Name", head["name"])
     info(one, device)
     put(one, "GroupType", head["order"])
@@ -46,24 +37,17 @@ def document(device: Device) -> str:
         for pdo in device.direction(direction):
             process_data(one, device, pdo, tag, manager)
     mailbox = ET.SubElement(one, "Mailbox", {"DataLinkLayer": "1"})
-    ET.SubElement(
-        mailbox,
-        "CoE",
-        {"SdoInfo": "1", "PdoAssign": "1", "PdoConfig": "1", "SegmentedSdo": "1"},
-    )
-    clock = ET.SubElement(one, "Dc")
+    services = ("SdoInfo", "PdoAssign", "PdoConfig", "SegmentedSdo")
+    ET.SubElement(mailbox, "CoE", dict.fromkeys(services, "1"))
+    clock = child(one, "Dc")
     for name, cycle, activate in sii.modes(device):
-        mode = ET.SubElement(clock, "OpMode")
-        put(mode, "Name", name)
-        put(mode, "Desc", "with the outputs" if not activate else "with SYNC0")
-        put(mode, "AssignActivate", hexadecimal(activate, 4))
+        text = "with SYNC0" if activate else "with the outputs"
+        mode = child(clock, "OpMode", Name=name, Desc=text, AssignActivate=hexadecimal(activate, 4))
         if activate:
             put(mode, "CycleTimeSync0", str(cycle), Factor="0")
             put(mode, "ShiftTimeSync0", "0")
     image = sii.image(device)
-    eeprom = ET.SubElement(one, "Eeprom")
-    put(eeprom, "ByteSize", str(len(image)))
-    put(eeprom, "ConfigData", image[:14].hex().upper())
+    child(one, "Eeprom", ByteSize=len(image), ConfigData=image[:14].hex().upper())
     ET.indent(root)
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
 
@@ -74,29 +58,32 @@ def put(parent: ET.Element, tag: str, text: str, **attributes: str) -> ET.Elemen
     return found
 
 
+def child(parent: ET.Element, tag: str, **texts: str | int) -> ET.Element:
+    """A new element with elements in it that have these texts."""
+    found = ET.SubElement(parent, tag)
+    for name, text in texts.items():
+        put(found, name, str(text))
+    return found
+
+
 def hexadecimal(value: int, digits: int = 8) -> str:
     return f"#x{value:0{digits}X}"
 
 
 def info(one: ET.Element, device: Device) -> None:
-    machine = ET.SubElement(ET.SubElement(one, "Info"), "StateMachine")
-    timeout = ET.SubElement(machine, "Timeout")
     process = device.process_data
-    put(timeout, "PreopTimeout", str(process["timeout_preop_ms"]))
-    put(timeout, "SafeopOpTimeout", str(process["timeout_safeop_op_ms"]))
-    put(timeout, "BackToInitTimeout", str(process["timeout_back_ms"]))
-    put(timeout, "BackToSafeopTimeout", str(process["timeout_back_ms"]))
+    child(
+        child(child(one, "Info"), "StateMachine"),
+        "Timeout",
+        PreopTimeout=process["timeout_preop_ms"],
+        SafeopOpTimeout=process["timeout_safeop_op_ms"],
+        BackToInitTimeout=process["timeout_back_ms"],
+        BackToSafeopTimeout=process["timeout_back_ms"],
+    )
 
 
 def managers(one: ET.Element, device: Device) -> None:
-    mailbox, process = device.mailbox, device.process_data
-    rows = [
-        ("MBoxOut", mailbox["out"], mailbox["bytes"], 0x26),
-        ("MBoxIn", mailbox["in"], mailbox["bytes"], 0x22),
-        ("Outputs", process["outputs"], device.bytes("rx"), 0x64),
-        ("Inputs", process["inputs"], device.bytes("tx"), 0x20),
-    ]
-    for text, start, size, control in rows:
+    for text, start, size, control in sii.managers(device):
         put(
             one,
             "Sm",
@@ -113,25 +100,18 @@ def process_data(one: ET.Element, device: Device, pdo: Pdo, tag: str, manager: i
     put(found, "Index", hexadecimal(pdo.index, 4))
     put(found, "Name", pdo.name)
     for index, subindex, bits in pdo.entries:
-        entry = ET.SubElement(found, "Entry")
-        put(entry, "Index", hexadecimal(index, 4))
+        texts = {"BitLen": bits}
         if index:
             described = device.object(index).entry(subindex)
-            put(entry, "SubIndex", str(subindex))
-            put(entry, "BitLen", str(bits))
-            put(entry, "Name", described.name)
-            put(entry, "DataType", TYPES[described.type].name)
-        else:
-            put(entry, "BitLen", str(bits))
+            texts = {"SubIndex": subindex, **texts, "Name": described.name}
+            texts["DataType"] = TYPES[described.type].name
+        child(found, "Entry", Index=hexadecimal(index, 4), **texts)
 
 
 def profile(one: ET.Element, device: Device) -> None:
     """Profile with the dictionary: data types first, then the objects that use them."""
-    found = ET.SubElement(one, "Profile")
-    put(found, "ProfileNo", "402")
-    dictionary = ET.SubElement(found, "Dictionary")
-    types = ET.SubElement(dictionary, "DataTypes")
-    objects = ET.SubElement(dictionary, "Objects")
+    dictionary = child(child(one, "Profile", ProfileNo=402), "Dictionary")
+    types, objects = child(dictionary, "DataTypes"), child(dictionary, "Objects")
     done: set[str] = set()
     for one_object in device.objects:
         name, bits = type_of(one_object)
@@ -154,38 +134,22 @@ def plain(entry: Entry) -> str:
 
 
 def describe_type(types: ET.Element, found: Object, name: str, bits: int, done: set[str]) -> None:
-    if found.kind != "var":
-        for entry in found.entries:
-            inner = plain(entry)
-            if inner not in done:
-                done.add(inner)
-                basic(types, inner, entry.bits)
-    else:
-        basic(types, name, bits)
-        return
-    kind = ET.SubElement(types, "DataType")
-    put(kind, "Name", name)
-    put(kind, "BitSize", str(bits))
+    entries = found.entries if found.kind != "var" else ()
+    for entry in entries:
+        inner = plain(entry)
+        if inner not in done:
+            done.add(inner)
+            child(types, "DataType", Name=inner, BitSize=entry.bits)
+    kind = child(types, "DataType", Name=name, BitSize=bits)
     at = 0
-    for entry in found.entries:
-        item = ET.SubElement(kind, "SubItem")
-        put(item, "SubIdx", str(entry.subindex))
-        put(item, "Name", entry.name)
-        put(item, "Type", plain(entry))
-        put(item, "BitSize", str(entry.bits))
-        put(item, "BitOffs", str(at))
-        flags(item, entry)
+    for entry in entries:
+        texts = {"SubIdx": entry.subindex, "Name": entry.name, "Type": plain(entry)}
+        flags(child(kind, "SubItem", **texts, BitSize=entry.bits, BitOffs=at), entry)
         at += entry.bits if entry.subindex else 16
 
 
-def basic(types: ET.Element, name: str, bits: int) -> None:
-    kind = ET.SubElement(types, "DataType")
-    put(kind, "Name", name)
-    put(kind, "BitSize", str(bits))
-
-
 def flags(parent: ET.Element, entry: Entry) -> None:
-    found = ET.SubElement(parent, "Flags")
+    found = child(parent, "Flags")
     access = put(found, "Access", ACCESS[entry.access])
     if entry.access == "preop":
         access.set("WriteRestrictions", "PreOP")
@@ -194,18 +158,15 @@ def flags(parent: ET.Element, entry: Entry) -> None:
 
 
 def describe(objects: ET.Element, found: Object, name: str, bits: int) -> None:
-    one = ET.SubElement(objects, "Object")
-    put(one, "Index", hexadecimal(found.index, 4))
-    put(one, "Name", found.name if found.axis is None else f"Axis {found.axis + 1}: {found.name}")
-    put(one, "Type", name)
-    put(one, "BitSize", str(bits))
-    content = ET.SubElement(one, "Info")
+    shown = found.name if found.axis is None else f"Axis {found.axis + 1}: {found.name}"
+    index = hexadecimal(found.index, 4)
+    one = child(objects, "Object", Index=index, Name=shown, Type=name, BitSize=bits)
+    content = child(one, "Info")
     if found.kind == "var":
         put(content, "DefaultData", found.entries[0].data().hex().upper())
         flags(one, found.entries[0])
         return
     for entry in found.entries:
-        item = ET.SubElement(content, "SubItem")
-        put(item, "Name", entry.name)
-        put(ET.SubElement(item, "Info"), "DefaultData", entry.data().hex().upper())
-    ET.SubElement(one, "Flags")
+        item = child(content, "SubItem", Name=entry.name)
+        child(item, "Info", DefaultData=entry.data().hex().upper())
+    child(one, "Flags")

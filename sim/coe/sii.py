@@ -12,16 +12,8 @@ import struct
 from sim.coe.dictionary import TYPES, Device, Pdo
 
 BYTES = 2048
-STRINGS, GENERAL, FMMU, SYNC_MANAGER, TX_PDO, RX_PDO, CLOCK, END = (
-    10,
-    30,
-    40,
-    41,
-    50,
-    51,
-    60,
-    0xFFFF,
-)
+STRINGS, GENERAL, FMMU, SYNC_MANAGER, TX_PDO, RX_PDO, CLOCK = 10, 30, 40, 41, 50, 51, 60
+END = 0xFFFF
 COE_PROTOCOL = 0x0004
 # CoE details: SDO, SDO information, PDO assignment, PDO configuration.
 COE_DETAILS = 0x01 | 0x02 | 0x04 | 0x08
@@ -107,18 +99,22 @@ def general(device: Device, strings: Strings) -> bytes:
     )
 
 
+def managers(device: Device) -> list[tuple[str, int, int, int]]:
+    """Name, start, length and control byte of the sync managers 0 to 3."""
+    mailbox, process = device.mailbox, device.process_data
+    return [
+        ("MBoxOut", mailbox["out"], mailbox["bytes"], 0x26),
+        ("MBoxIn", mailbox["in"], mailbox["bytes"], 0x22),
+        ("Outputs", process["outputs"], device.bytes("rx"), 0x64),
+        ("Inputs", process["inputs"], device.bytes("tx"), 0x20),
+    ]
+
+
 def sync_managers(device: Device) -> bytes:
     """Rows: start, length, control, status, enable, type."""
-    mailbox, process = device.mailbox, device.process_data
-    rows = [
-        (mailbox["out"], mailbox["bytes"], 0x26, 1, 1),
-        (mailbox["in"], mailbox["bytes"], 0x22, 1, 2),
-        (process["outputs"], device.bytes("rx"), 0x64, 1, 3),
-        (process["inputs"], device.bytes("tx"), 0x20, 1, 4),
-    ]
     return b"".join(
-        struct.pack("<2H4B", start, length, control, 0, enable, kind)
-        for start, length, control, enable, kind in rows
+        struct.pack("<2H4B", start, length, control, 0, 1, kind)
+        for kind, (_, start, length, control) in enumerate(managers(device), start=1)
     )
 
 

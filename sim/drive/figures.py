@@ -58,129 +58,67 @@ def responses() -> dict[tuple[str, str, str], Response]:
     }
 
 
-def _result(figure: str, name: str, unit: str, ours: float, file: str, **limit) -> Result:
-    """`below` a bound, `above` one, `near` a figure within a factor, or `like` one as printed."""
-    source = limit.pop("source", "stated")
+def _result(
+    figure: str, name: str, unit: str, ours: float, file: str, source: str = "stated", **limit
+) -> Result:
+    """`below` a bound, `above` one, `near` a figure within a factor, or `like` one as printed;
+    without any of them a figure of ours alone."""
+    text, agrees = "", True
     if "near" in limit:
-        (value, factor), text = limit["near"], limit["text"]
-        agrees = value / factor <= ours <= value * factor
+        value, factor = limit["near"]
+        text, agrees = f"{value:.2f}", value / factor <= ours <= value * factor
     elif "like" in limit:
         value, digits = limit["like"]
         text, agrees = f"{value:.{digits}f}", round(ours, digits) == round(value, digits)
     elif "above" in limit:
         text, agrees = f">= {limit['above']:g}", ours >= limit["above"]
-    else:
+    elif "below" in limit:
         text, agrees = f"< {limit['below']:g}", ours < limit["below"]
-    return Result(figure, name, unit, text, source, float(ours), bool(agrees), file)
+    return Result(figure, name, unit, text, source if text else "", float(ours), bool(agrees), file)
 
 
 def following_results(runs: dict[tuple[str, str, str], Response]) -> list[Result]:
     """Following errors at 15 m/min and 5 m/s2 [mm], the check by theory, slopes of the current."""
     found = []
     none, velocity, both = (case.name for case in CASES)
-    first, second = LOOPS
     for loop, drive in LOOPS.items():
         peak = {
             (profile, case): runs[loop, profile, case].peak_error * 1e3
             for profile in PROFILES
             for case in (none, velocity, both)
         }
-        trapezoid = "trapezoid"
-        found.append(
-            _result("11a", f"{loop}: {none}", "mm", peak[trapezoid, none], FIG_11, like=(2.5, 1))
-        )
-        found.append(
-            _result(
-                "11b", f"{loop}: {velocity}", "mm", peak[trapezoid, velocity], FIG_11, below=0.1
-            )
-        )
-        found.append(
-            _result(
-                "11c",
-                f"{loop}: {both}",
-                "mm",
-                peak[trapezoid, both],
-                FIG_11,
-                below=0.025,
-                source="goal",
-            )
-        )
-        found.append(
-            _result(
-                "11c",
-                f"{loop}: {both}, S-curve",
-                "mm",
-                peak["S-curve", both],
-                FIG_11,
-                below=0.01,
-                source="goal",
-            )
-        )
-        acceleration = ThereAndBack().acceleration
-        theory = drive.residual(acceleration, 1.0, 0.0) * 1e3
-        found.append(
-            Result(
-                "11b",
-                f"{loop}: velocity, over a lag / kp",
-                "",
-                "1.00",
-                "theory",
-                peak[trapezoid, velocity] / theory,
-                abs(peak[trapezoid, velocity] / theory - 1.0) < 0.005,
-                FIG_11,
-            )
-        )
-        found.append(
-            Result(
-                "11b",
-                f"{loop}: acceleration up to which velocity keeps 0.1 mm",
-                "m/s2",
-                "",
-                "",
-                greatest_acceleration(drive, 1e-4),
-                True,
-                FIG_11,
-            )
-        )
-        ratio = runs[loop, trapezoid, both].peak_jerk / runs[loop, "S-curve", both].peak_jerk
-        found.append(
-            _result(
-                "11c",
-                f"{loop}: peak dI/dt, trapezoid over S-curve",
-                "",
-                ratio,
-                FIG_11,
-                above=5.0,
-                source="goal",
-            )
-        )
+
+        def add(figure: str, name: str, unit: str, ours: float, loop: str = loop, **limit) -> None:
+            found.append(_result(figure, f"{loop}: {name}", unit, ours, FIG_11, **limit))
+
+        fast = peak["trapezoid", velocity]
+        add("11a", none, "mm", peak["trapezoid", none], like=(2.5, 1))
+        add("11b", velocity, "mm", fast, below=0.1)
+        add("11c", both, "mm", peak["trapezoid", both], below=0.025, source="goal")
+        add("11c", f"{both}, S-curve", "mm", peak["S-curve", both], below=0.01, source="goal")
+        theory = fast / (drive.residual(ThereAndBack().acceleration, 1.0, 0.0) * 1e3)
+        name, agrees = f"{loop}: velocity, over a lag / kp", abs(theory - 1.0) < 0.005
+        found.append(Result("11b", name, "", "1.00", "theory", theory, agrees, FIG_11))
+        kept = greatest_acceleration(drive, 1e-4)
+        add("11b", "acceleration up to which velocity keeps 0.1 mm", "m/s2", kept)
+        ratio = runs[loop, "trapezoid", both].peak_jerk / runs[loop, "S-curve", both].peak_jerk
+        add("11c", "peak dI/dt, trapezoid over S-curve", "", ratio, above=5.0, source="goal")
     return found
 
 
 def servo_results() -> list[Result]:
     """Load step of 1.8 N m [um] in every reading of the bandwidth; positioning by one increment."""
     found = []
-    stated = PUBLISHED_TRANSIENT * 1e6
+    near = (PUBLISHED_TRANSIENT * 1e6, 2.0)
     for reading in servo.READINGS:
-        ours = servo.transient(servo.load_step(servo.Servo(reading=reading)))
+        ours = servo.transient(servo.load_step(servo.Servo(reading=reading))) * 1e6
         name = f"load step {servo.LOAD_TORQUE} N m; 160 Hz read as {reading}"
-        found.append(
-            _result(
-                "table",
-                name,
-                "um",
-                ours * 1e6,
-                SERVO_FILE,
-                near=(stated, 2.0),
-                text=f"{stated:.2f}",
-            )
-        )
+        found.append(_result("table", name, "um", ours, SERVO_FILE, near=near))
     for load in (0.0, servo.LOAD_TORQUE):
         rests = servo.rests(servo.increments(servo.Servo(), load))
-        right = all(rest.load == (rest.wanted,) for rest in rests)
         worst = max(abs(count) for rest in rests for count in rest.motor)
-        name = f"+-1 of 144 000 counts under {load} N m: targets met"
         reached = sum(rest.load == (rest.wanted,) for rest in rests)
+        name, right = f"+-1 of 144 000 counts under {load} N m: targets met", reached == len(rests)
         found.append(
             Result("table", name, "", str(len(rests)), "stated", reached, right, SERVO_FILE)
         )
@@ -205,17 +143,13 @@ def figures(output: Path) -> list[Result]:
 
 
 def robot_figures(
-    output: Path,
-    full: bool = False,
-    progress: Callable[[str, int, int], None] | None = None,
-    robot: Robot | None = None,
+    output: Path, full: bool, progress: Callable[[str, int, int], None], robot: Robot
 ) -> list[Result]:
     """The three drive cases and the computed-torque law on the robot, AGH at 2 m/min.
 
     full: the whole path, else the STROKES. progress gets the name of a case, ticks done and in all.
     """
     output.mkdir(parents=True, exist_ok=True)
-    robot = robot or Robot.load()
     trajectory = generate(parse_file(AGH), MotionSettings(robot))
     path = nios.set_points(trajectory, None)
     if full:
@@ -229,19 +163,18 @@ def robot_figures(
             for name, block in STROKES.items()
         }
     total = sum(map(len, parts.values()))
-    cases: list[tuple[str, Case | None]] = [(f"drives, {case.name}", case) for case in CASES]
-    cases.append((robot_study.COMPUTED_TORQUE, None))
+    cases: dict[str, Case | None] = {f"drives, {case.name}": case for case in CASES}
+    cases[robot_study.COMPUTED_TORQUE] = None
+    limits = dict(zip(cases, (1000.0, 10.0, 10.0, 10.0), strict=True))  # of the tool error [um]
     results, curves = [], {}
-    limits = {case.name: limit for case, limit in zip(CASES, (1000.0, 10.0, 10.0), strict=True)}
     where = "AGH" if full else f"{len(parts)} strokes of AGH"
-    for name, case in cases:
+    for name, case in cases.items():
         done = 0
 
         def advance(ticks: int, name: str = name) -> None:
             nonlocal done
             done += ticks
-            if progress:
-                progress(name, done, total)
+            progress(name, done, total)
 
         runs = {
             part: robot_study.simulate(robot, points, case, progress=advance)
@@ -249,43 +182,21 @@ def robot_figures(
         }
         curves[name] = next(iter(runs.values()))
         worst = max(run.tracking.tool for run in runs.values())
-        limit = limits[case.name] if case else 10.0
-        label = f"{name}: tool error, {where}"
-        results.append(
-            _result("robot", label, "um", worst * 1e6, ROBOT_FILE, below=limit, source="goal")
-        )
         used = max(float(np.abs(run.force).max()) for run in runs.values()) / robot.F_max
-        results.append(
-            _result(
-                "robot",
-                f"{name}: greatest force of a leg, by its limit",
-                "",
-                used,
-                ROBOT_FILE,
-                below=1.0,
-                source="goal",
-            )
+        settled = round(robot_study.LEAD_IN / 2 / robot.T_s)
+        jumps = max(
+            float(np.abs(np.diff(run.force[settled:], axis=0)).max()) for run in runs.values()
         )
-        jumps = max(float(_jumps(robot, run).max()) for run in runs.values())
-        results.append(
-            Result(
-                "robot",
-                f"{name}: force step of a leg in {robot.T_s * 1e6:g} us",
-                "N",
-                "",
-                "",
-                jumps,
-                True,
-                ROBOT_FILE,
-            )
-        )
+        step = f"force step of a leg in {robot.T_s * 1e6:g} us"
+        for what, unit, ours, limit in (
+            (f"tool error, {where}", "um", worst * 1e6, {"below": limits[name]}),
+            ("greatest force of a leg, by its limit", "", used, {"below": 1.0}),
+            (step, "N", jumps, {}),
+        ):
+            label = f"{name}: {what}"
+            results.append(_result("robot", label, unit, ours, ROBOT_FILE, source="goal", **limit))
     _draw_robot(robot, curves, next(iter(parts)), output)
     return results
-
-
-def _jumps(robot: Robot, run: robot_study.RobotRun) -> np.ndarray:
-    settled = round(robot_study.LEAD_IN / 2 / robot.T_s)
-    return np.abs(np.diff(run.force[settled:], axis=0))
 
 
 def _draw_10(output: Path) -> None:

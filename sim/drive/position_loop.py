@@ -19,12 +19,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.linalg import expm
 
+from sim.path.curves import FloatArray
 from sim.planner.scurve import Samples, SCurve
 
-FloatArray = NDArray[np.float64]
 SUBSTEPS = 10  # samples of a cycle
 
 

@@ -78,10 +78,7 @@ def synchronise(
     share = single(ARMW, 0, esc_regmap.SYSTEM_TIME.address, bytes(8))
     seen: list[list[int]] = []
     for cycle in range(cycles):
-        line.send(share)
-        line.run(period_ns)
-        while line.receive():
-            pass
+        line.pass_by(share, period_ns)
         if cycle >= cycles - counted:
             reference = line.time(0)
             seen.append([line.time(slave) - reference for slave in range(line.slaves)])

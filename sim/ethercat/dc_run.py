@@ -10,11 +10,9 @@ the simulation knows. Times are ns.
 
 from __future__ import annotations
 
-import argparse
 import json
 import sys
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
 
 from sim.coe.dictionary import load
 from sim.ethercat.datagram import ARMW, BWR, single
@@ -22,7 +20,7 @@ from sim.ethercat.gen import esc_regmap
 from sim.ethercat.line import Line
 from sim.ethercat.master_loop import cycle, prepare
 from sim.ethercat.pysoem_master import Master
-from sim.ethercat.tap import open_tap
+from sim.ethercat.tap import command_line, open_tap
 
 PPM = (0.0, 100.0, -100.0)
 CABLES_PS = (25_000, 500_000, 1_200_000)
@@ -30,30 +28,6 @@ SYNC0_NS, SHIFT_NS = 1_000_000, 200_000
 SHARE_NS = 31_250  # between frames with the reference's time, once pysoem has ended
 PULSES = 3
 STEP_NS = CLOCK_NS = 10
-
-
-@dataclass(frozen=True)
-class Report:
-    """delays: written (0928); true_delays: of a frame, from the first slave's port 0 to each one's;
-    offsets: written (0920), less the first one's; true_offsets: of the local clocks when the master
-    latched them, the first one's less each one's; rests: of system times, less offsets and local
-    clocks, and the first one's. pulses: rises of SYNC0 of each slave, by the
-    simulation's clock, behind the first one of all; starts: set (0990), cycles: set (09A0);
-    late: the first slave's rises behind its start time and cycles. wrong_counters: in OP.
-    """
-
-    found: bool
-    state: str
-    wrong_counters: int
-    delays: list[int]
-    true_delays: list[float]
-    offsets: list[int]
-    true_offsets: list[int]
-    rests: list[int]
-    starts: list[int]
-    cycles: list[int]
-    pulses: list[list[int]]
-    late: list[int]
 
 
 def set_up(line: Line, cycles: int) -> tuple[bool, str, int, list[int]]:
@@ -93,10 +67,7 @@ def pulses(line: Line, start: int) -> tuple[list[list[int]], list[int]]:
     own clock behind `start` and whole cycles."""
     share = single(ARMW, 0, esc_regmap.SYSTEM_TIME.address, bytes(8))
     while line.time() < start - SHARE_NS:
-        line.send(share)
-        line.run(SHARE_NS)
-        while line.receive():
-            pass
+        line.pass_by(share, SHARE_NS)
     seen: list[list[int]] = [[] for _ in range(line.slaves)]
     late: list[int] = []
     before = [1] * line.slaves
@@ -117,8 +88,16 @@ def pulses(line: Line, start: int) -> tuple[list[list[int]], list[int]]:
     return [[time - first for time in times[:PULSES]] for times in seen], late[:PULSES]
 
 
-def run(cycles: int) -> Report:
-    """Raises RuntimeError with the state reached."""
+def run(cycles: int) -> dict[str, object]:
+    """The report. Raises RuntimeError with the state reached.
+
+    delays: written (0928); true_delays: of a frame, from the first slave's port 0 to each one's;
+    offsets: written (0920), less the first one's; true_offsets: of the local clocks when the master
+    latched them, the first one's less each one's; rests: of system times, less offsets and local
+    clocks, and the first one's. pulses: rises of SYNC0 of each slave, by the
+    simulation's clock, behind the first one of all; starts: set (0990), cycles: set (09A0);
+    late: the first slave's rises behind its start time and cycles. wrong_counters: in OP.
+    """
     with Line(PPM) as line:
         for place, length in enumerate(CABLES_PS):
             line.length(place, length)
@@ -131,32 +110,29 @@ def run(cycles: int) -> Report:
         delays = [line.read(esc_regmap.TIME_DELAY, slave=n) for n in slaves]
         truth = true_delays(line)
         rises, late = pulses(line, starts[0])
-        return Report(
-            found=found,
-            state=state,
-            wrong_counters=wrong,
-            delays=delays,
-            true_delays=truth,
-            offsets=[value - offsets[0] for value in offsets],
-            rests=[rest - rests[0] for rest in rests],
-            true_offsets=[local[0] - value for value in local],
-            starts=starts,
-            cycles=[line.read(esc_regmap.SYNC0_CYCLE, slave=n) for n in slaves],
-            pulses=rises,
-            late=late,
-        )
+        return {
+            "found": found,
+            "state": state,
+            "wrong_counters": wrong,
+            "delays": delays,
+            "true_delays": truth,
+            "offsets": [value - offsets[0] for value in offsets],
+            "true_offsets": [local[0] - value for value in local],
+            "rests": [rest - rests[0] for rest in rests],
+            "starts": starts,
+            "cycles": [line.read(esc_regmap.SYNC0_CYCLE, slave=n) for n in slaves],
+            "pulses": rises,
+            "late": late,
+        }
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; exit 0 if the slaves came to OP, 1 if not."""
-    parser = argparse.ArgumentParser(
-        description=__doc__.splitlines()[0],
-        epilog="example: unshare -rn python -m sim.ethercat.dc_run --cycles 300",
-    )
+    parser = command_line(__doc__, "dc_run --cycles 300")
     parser.add_argument("--cycles", type=int, default=300, help="cycles in OP (default 300)")
     report = run(parser.parse_args(argv).cycles)
-    print(json.dumps(asdict(report)))
-    return 0 if report.state == "OP" else 1
+    print(json.dumps(report))
+    return 0 if report["state"] == "OP" else 1
 
 
 if __name__ == "__main__":

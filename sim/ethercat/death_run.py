@@ -9,12 +9,10 @@ OP. Prints a report as JSON.
 
 from __future__ import annotations
 
-import argparse
 import json
 import struct
 import sys
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
 
 import numpy as np
 import pysoem
@@ -25,6 +23,7 @@ from sim.ethercat.device_run import GOAL, IMAGE, Trial
 from sim.ethercat.gen import esc_regmap
 from sim.ethercat.machine import AXES, FLAGS, POWER
 from sim.ethercat.session import CSP, ENABLE, START_NS
+from sim.ethercat.tap import command_line
 from sim.harness import nios_image
 
 AXIS_STEP = 0x800
@@ -35,29 +34,6 @@ STEP = 500  # increments of a target to the next
 CYCLES = 40
 ANSWER_US = 5_000_000
 POLLS = 4 * AXES
-
-
-@dataclass(frozen=True)
-class Report:
-    """state, code: 0130 and 0134 behind the silence; watchdog: by how much 0442 rose; error_codes,
-    statuswords: of each axis; emergencies: their codes. From the last frame on, in control ticks
-    of 100 us: moving: increments of the first axis in a tick, at first; moved: in all; stopped_at:
-    it stands from there on, unpowered_at: no axis has power any more, None: never. again: the state
-    that the device was brought back to.
-    """
-
-    moving: int
-    powered: bool
-    moved: int
-    stopped_at: int | None
-    unpowered_at: int | None
-    state: int
-    code: int
-    watchdog: int
-    error_codes: list[int]
-    statuswords: list[int]
-    emergencies: list[int]
-    again: int
 
 
 def silence(rtl: DeviceRtl, ticks: int) -> tuple[np.ndarray, np.ndarray]:
@@ -77,8 +53,15 @@ def first(condition: np.ndarray) -> int | None:
     return int(len(condition) - np.argmin(condition[::-1])) if not condition.all() else 0
 
 
-def run(ticks: int) -> Report:
-    """Raises RuntimeError when the device does not come to OP."""
+def run(ticks: int) -> dict[str, object]:
+    """The report. Raises RuntimeError when the device does not come to OP.
+
+    state, code: 0130 and 0134 behind the silence; watchdog: by how much 0442 rose; error_codes,
+    statuswords: of each axis; emergencies: their codes. From the last frame on, in control ticks
+    of 100 us: moving: increments of the first axis in a tick, at first; moved: in all; stopped_at:
+    it stands from there on, unpowered_at: no axis has power any more, None: never. again: the state
+    that the device was brought back to.
+    """
     rtl = DeviceRtl(nios_image.load(IMAGE))
     rtl.run(START_NS)
     session = Trial(rtl, load())
@@ -125,34 +108,31 @@ def run(ticks: int) -> Report:
                 break
             session.rtl_wait()
     session.master.close()
-    return Report(
-        moving=int(speed[:10].max()),
-        powered=bool(power[0]),
-        moved=int(positions[-1] - positions[0]),
-        stopped_at=first(speed == 0),
-        unpowered_at=first(~power),
-        state=state,
-        code=code,
-        watchdog=watchdog,
-        error_codes=words[0],
-        statuswords=words[1],
-        emergencies=emergencies,
-        again=again,
-    )
+    return {
+        "moving": int(speed[:10].max()),
+        "powered": bool(power[0]),
+        "moved": int(positions[-1] - positions[0]),
+        "stopped_at": first(speed == 0),
+        "unpowered_at": first(~power),
+        "state": state,
+        "code": code,
+        "watchdog": watchdog,
+        "error_codes": words[0],
+        "statuswords": words[1],
+        "emergencies": emergencies,
+        "again": again,
+    }
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; exit 0 when the device came back to OP."""
-    parser = argparse.ArgumentParser(
-        description=__doc__.splitlines()[0],
-        epilog="example: unshare -rn python -m sim.ethercat.death_run",
-    )
+    parser = command_line(__doc__, "death_run")
     parser.add_argument(
         "--ticks", type=int, default=1200, help="of silence, 100 us each (default 1200)"
     )
     report = run(parser.parse_args(argv).ticks)
-    print(json.dumps(asdict(report)))
-    return 0 if report.again == pysoem.OP_STATE else 1
+    print(json.dumps(report))
+    return 0 if report["again"] == pysoem.OP_STATE else 1
 
 
 if __name__ == "__main__":

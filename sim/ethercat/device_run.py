@@ -9,9 +9,7 @@ moved in CSP. Then frames come at exact times, and the cycles of the control pas
 
 from __future__ import annotations
 
-import argparse
 import json
-import struct
 import sys
 import time
 from collections.abc import Sequence
@@ -20,6 +18,7 @@ import pysoem
 
 from asip_asm.project import ROOT
 from sim.coe.dictionary import Device, load
+from sim.ethercat.datagram import LRW, single
 from sim.ethercat.device import DeviceRtl
 from sim.ethercat.machine import FLAGS, POWER
 from sim.ethercat.session import (
@@ -34,7 +33,7 @@ from sim.ethercat.session import (
     inputs,
     outputs,
 )
-from sim.ethercat.tap import in_namespace
+from sim.ethercat.tap import command_line, in_namespace
 from sim.harness import nios_image
 from sim.page.marks import between_marks
 
@@ -43,14 +42,6 @@ CYCLE_CLOCKS = 10_000
 PAGE = ROOT / "docs/ethercat_application.md"
 WAIT_PS = 500_000_000
 GOAL = 20_000  # increments, of all axes
-
-
-def datagram(data: bytes, tx_bytes: int) -> bytes:
-    """A frame with one LRW at logical address 0, where SOEM puts outputs, then inputs."""
-    body = data + bytes(tx_bytes)
-    head = struct.pack("<BBIHH", 12, 0, 0, len(body), 0)
-    size = struct.pack("<H", (len(head) + len(body) + 2) | 1 << 12)
-    return b"\xff" * 6 + b"\x02" * 6 + b"\x88\xa4" + size + head + body + b"\0\0"
 
 
 class Trial(Session):
@@ -116,11 +107,13 @@ class Trial(Session):
 def measure(rtl: DeviceRtl, device: Device, period_us: int, cycles: int) -> dict[str, int]:
     """Clock cycles of the control passes with a frame of process data each `period_us`; whether
     all axes have power still."""
+    values = {"controlword": ENABLE, "mode": CSP, "target_position": GOAL}
+    # At logical address 0 SOEM has put outputs, then inputs.
+    frame = single(LRW, 0, 0, outputs(device, values) + bytes(device.bytes("tx")))
     for n in range(cycles + 20):
         if n == 20:
             rtl.restart_counts()
-        values = {"controlword": ENABLE, "mode": CSP, "target_position": GOAL}
-        rtl.send(datagram(outputs(device, values), device.bytes("tx")))
+        rtl.send(frame)
         rtl.run(period_us * 1000)
     counts = rtl.counts()
     return {
@@ -181,10 +174,7 @@ def publish() -> int:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; exit 0 if the device did all, 1 if not."""
-    parser = argparse.ArgumentParser(
-        description=__doc__.splitlines()[0],
-        epilog="example: unshare -rn python -m sim.ethercat.device_run --step 1",
-    )
+    parser = command_line(__doc__, "device_run --step 1")
     parser.add_argument(
         "--step", type=int, default=12, help="read each STEP-th object, 0: none (default 12)"
     )

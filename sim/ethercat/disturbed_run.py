@@ -10,18 +10,16 @@ Prints a report as JSON.
 
 from __future__ import annotations
 
-import argparse
 import json
 import sys
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
 
 from sim.coe.dictionary import load
 from sim.ethercat.gen import esc_regmap
 from sim.ethercat.line import DISTURBANCES, Line
 from sim.ethercat.master_loop import prepare
 from sim.ethercat.pysoem_master import Master
-from sim.ethercat.tap import open_tap
+from sim.ethercat.tap import command_line, open_tap
 
 SLAVES = 3
 WATCHDOG_MS = 4
@@ -38,34 +36,18 @@ COUNTERS = {
 }
 
 
-@dataclass
-class Phase:
-    """What a disturbance came to: counters that were missing or wrong while it lasted and behind
-    it, whether all slaves were in OP, the byte in the inputs before, in its course and behind,
-    `wanted` behind it; what counters of each slave rose by."""
-
-    wrong: int
-    wrong_behind: int
-    in_op: bool
-    inputs: list[list[int]]
-    counted: dict[str, list[int]]
-
-
 class Trial:
     """The master's cycles."""
 
     def __init__(self, line: Line) -> None:
         self.line, self.master, self.value = line, Master(line.slaves), 0
 
-    def cycles(self, count: int, wait_us: int = 2_000_000) -> int:
+    def cycles(self, count: int, wait_us: int = ANSWER_US) -> int:
         """Each with the next value in all outputs; how many counters were missing or wrong."""
-        wrong, master = 0, self.master.pysoem
+        wrong = 0
         for _ in range(count):
             self.value = self.value % 255 + 1
-            for slave in master.slaves:
-                slave.output = bytes([self.value]) * len(slave.output)
-            master.send_processdata()
-            wrong += master.receive_processdata(wait_us) != master.expected_wkc
+            wrong += not self.master.exchange(self.value, wait_us)
         return wrong
 
     def counted(self) -> dict[str, list[int]]:
@@ -95,8 +77,13 @@ class Trial:
             self.master.pysoem.receive_processdata(ANSWER_US)
         raise RuntimeError(f"inputs do not show the last outputs in {SETTLED} cycles")
 
-    def phase(self, kind: str, frames: int) -> Phase:
-        """Frames of that kind in a row, then good cycles."""
+    def phase(self, kind: str, frames: int) -> dict[str, object]:
+        """Frames of that kind in a row, then good cycles; what they came to.
+
+        wrong, wrong_behind: counters that were missing or wrong while it lasted and behind it;
+        in_op: all slaves; inputs: `seen` before, in its course and behind; counted: what counters
+        of each slave rose by.
+        """
         self.settle()
         before, inputs = self.counted(), [self.seen()]
         self.line.disturb(kind, frames)
@@ -111,10 +98,16 @@ class Trial:
         rises = {
             name: [b - a for a, b in zip(before[name], after[name], strict=True)] for name in after
         }
-        return Phase(wrong, behind, self.master.in_op(), inputs, rises)
+        return {
+            "wrong": wrong,
+            "wrong_behind": behind,
+            "in_op": self.master.in_op(),
+            "inputs": inputs,
+            "counted": rises,
+        }
 
 
-def run(frames: int) -> dict[str, Phase]:
+def run(frames: int) -> dict[str, dict]:
     """By kind, and `long` for those lost until the watchdog ran out. Raises RuntimeError."""
     with Line([0.0] * SLAVES) as line:
         prepare(line, load())
@@ -136,13 +129,9 @@ def run(frames: int) -> dict[str, Phase]:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; exit 0 when it ran."""
-    parser = argparse.ArgumentParser(
-        description=__doc__.splitlines()[0],
-        epilog="example: unshare -rn python -m sim.ethercat.disturbed_run --frames 5",
-    )
+    parser = command_line(__doc__, "disturbed_run --frames 5")
     parser.add_argument("--frames", type=int, default=5, help="disturbed in a row (default 5)")
-    found = run(parser.parse_args(argv).frames)
-    print(json.dumps({kind: asdict(phase) for kind, phase in found.items()}))
+    print(json.dumps(run(parser.parse_args(argv).frames)))
     return 0
 
 

@@ -9,21 +9,15 @@ from __future__ import annotations
 
 import binascii
 import ctypes
-import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from pathlib import Path
 
-from asip_asm.project import ROOT
 from sim.ethercat.gen import esc_regmap
 from sim.ethercat.register import ByteRegister
-from sim.harness.build import build_library
-from sim.harness.sources import RTL, sources_of
-from sim.harness.waves import load_model
+from sim.ethercat.verilated import Verilated, load
+from sim.harness.sources import RTL
 
-HERE = Path(__file__).parent
-TOP = "ethercat_slave"
 FOLDERS = (RTL,)  # where the sources stand; tests of planted faults put changed copies first
 GAP_NIBBLES = 24
 SEQUENCE_BYTES = 4
@@ -57,33 +51,20 @@ def check_sequence(data: bytes) -> bytes:
 
 def library() -> ctypes.CDLL:
     """The Verilated line as a shared library. Raises BuildError."""
-    folders = tuple(FOLDERS)
-    lib = load_model(
-        build_library(
-            TOP,
-            sources_of(TOP, folders),
-            HERE / "slave_harness.cpp",
-            headers=[HERE / "ring.h", HERE / "capture.h"],
-            harness_flags=["-I", str(ROOT / "sim/harness"), "-I", str(HERE)],
-        )
-    )
-    lib.bus_new.restype = ctypes.c_void_p
-    for name in ("bus_now", "bus_time", "bus_clocks", "bus_count", "bus_arrived"):
-        getattr(lib, name).restype = ctypes.c_uint64
-    return lib
+    longs = [f"bus_{name}" for name in ("now", "time", "clocks", "count", "arrived")]
+    return load("ethercat_slave", "slave_harness.cpp", longs, FOLDERS)
 
 
-class Line:
+class Line(Verilated):
     """`len(ppm)` slaves, clocks that many parts per million fast; cables of `cable_ps` each."""
+
+    prefix = "bus"
 
     def __init__(
         self, ppm: Sequence[float] = (0.0,), cable_ps: int = CABLE_PS, closed: bool = False
     ) -> None:
-        self._lib = library()
         values = (ctypes.c_double * len(ppm))(*ppm)
-        self._bus = ctypes.c_void_p(
-            self._lib.bus_new(len(ppm), values, ctypes.c_uint64(cable_ps), int(closed))
-        )
+        super().__init__(library(), len(ppm), values, ctypes.c_uint64(cable_ps), int(closed))
         self.slaves = len(ppm)
         self.run(SETTLE_NS)
 
@@ -93,45 +74,30 @@ class Line:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def close(self) -> None:
-        """End the models."""
-        if self._bus:
-            self._lib.bus_delete(self._bus)
-            self._bus = None
-
-    def run(self, ns: int) -> None:
-        """Let time pass."""
-        self._lib.bus_run(self._bus, ctypes.c_uint64(ns))
-
-    @property
-    def now(self) -> int:
-        """Simulated time, ps."""
-        return self._lib.bus_now(self._bus)
-
     def cable(self, place: int, plugged: bool) -> None:
         """Plug or pull the cable before slave `place`; the last is that back to the master."""
-        self._lib.bus_cable(self._bus, place, int(plugged))
+        self._call("cable", place, int(plugged))
 
     def length(self, place: int, ps: int) -> None:
         """Delay of that cable, while nothing is on its way."""
-        self._lib.bus_length(self._bus, place, ctypes.c_uint64(ps))
+        self._call("length", place, ctypes.c_uint64(ps))
 
     def pull(self, *places: int) -> None:
-        """Pull these cables and plug all others, while `serve` runs in another thread."""
-        self._lib.bus_pull(self._bus, sum(1 << place for place in places))
+        """Pull these cables and plug all others, while `served` runs in another thread."""
+        self._call("pull", sum(1 << place for place in places))
 
     def disturb(self, kind: str, frames: int) -> None:
-        """The next frames that `serve` carries are lost, damaged (before the slaves) or lost on
+        """The next frames that `served` carries are lost, damaged (before the slaves) or lost on
         their way back: one of DISTURBANCES."""
-        self._lib.bus_disturb(self._bus, DISTURBANCES.index(kind), frames)
+        self._call("disturb", DISTURBANCES.index(kind), frames)
 
     def disturbed(self, kind: str) -> int:
         """How many of them are still to come."""
-        return self._lib.bus_disturbed(self._bus, DISTURBANCES.index(kind))
+        return self._call("disturbed", DISTURBANCES.index(kind))
 
     def arrived(self, slave: int) -> int:
         """When the last frame's first nibble came to port 0 of a slave, ps."""
-        return self._lib.bus_arrived(self._bus, slave)
+        return self._call("arrived", slave)
 
     def send(
         self,
@@ -146,13 +112,13 @@ class Line:
         whole = data + (check_sequence(data) if sequence is None else sequence)
         nibbles = bytes(n for byte in whole for n in (byte & 15, byte >> 4))
         nibbles = nibbles[: len(nibbles) - drop]
-        self._lib.bus_send(self._bus, port, nibbles, len(nibbles), error_at, gap)
+        self._call("send", port, nibbles, len(nibbles), error_at, gap)
 
     def receive(self, port: int = 0) -> Returned | None:
         """The oldest frame that has come back."""
         room = ctypes.create_string_buffer(MOST_NIBBLES)
         times = (ctypes.c_uint64 * 2)()
-        count = self._lib.bus_receive(self._bus, port, room, MOST_NIBBLES, times)
+        count = self._call("receive", port, room, MOST_NIBBLES, times)
         if count < 0:
             return None
         nibbles = room.raw[:count]
@@ -172,6 +138,13 @@ class Line:
                 self.run(4000)  # its writes come into force
                 return found
         return None
+
+    def pass_by(self, data: bytes, ns: int) -> None:
+        """Send a frame and let so much time pass; nobody looks at what comes back."""
+        self.send(data)
+        self.run(ns)
+        while self.receive():
+            pass
 
     def read(
         self, register: ByteRegister | int, place: int = 0, slave: int = 0, width: int = 0
@@ -214,9 +187,7 @@ class Line:
     def _access(self, slave: int, write: bool, address: int, count: int, word: int) -> int:
         data = ctypes.c_uint32(word)
         enable = (1 << count) - 1 << address % 4
-        if not self._lib.bus_access(
-            self._bus, slave, int(write), address & ~3, enable, ctypes.byref(data)
-        ):
+        if not self._call("access", slave, int(write), address & ~3, enable, ctypes.byref(data)):
             raise TimeoutError(
                 f"the application's access at {address:#06x} was not answered in 1 ms"
             )
@@ -232,47 +203,28 @@ class Line:
 
     def copy(self, outputs: tuple[int, int], inputs: tuple[int, int], slave: int = 0) -> None:
         """Copy outputs to inputs (address, bytes), zeros behind, whenever the interrupt asks."""
-        self._lib.bus_copy(self._bus, slave, *outputs, *inputs)
+        self._call("copy", slave, *outputs, *inputs)
 
     def time(self, slave: int = 0) -> int:
         """System time of a slave, ns."""
-        return self._lib.bus_time(self._bus, slave)
+        return self._call("time", slave)
 
     def clocks(self, slave: int = 0) -> int:
         """Clock cycles of a slave so far."""
-        return self._lib.bus_clocks(self._bus, slave)
+        return self._call("clocks", slave)
 
     def sync(self, slave: int = 0) -> int:
         """SYNC0 and SYNC1 in bits 0 and 1."""
-        return self._lib.bus_sync(self._bus, slave)
-
-    def capture(self, path: Path) -> None:
-        """Write what `serve` carries to a pcap file. Raises OSError."""
-        if not self._lib.bus_capture(self._bus, str(path).encode()):
-            raise OSError(f"{path} cannot be written")
-
-    def serve(self, tap: int, second: int = -1) -> None:
-        """Carry frames between TAP devices, open and not blocking, and the line's first port and
-        (of a closed ring) its second one, until `stop`."""
-        self._lib.bus_serve(self._bus, tap, second)
-
-    def stop(self) -> None:
-        """End `serve`, from another thread."""
-        self._lib.bus_stop(self._bus)
+        return self._call("sync", slave)
 
     @contextmanager
     def served(self, tap: int, second: int = -1) -> Iterator[None]:
-        """`serve` in a thread of its own."""
-        service = threading.Thread(target=self.serve, args=(tap, second), daemon=True)
-        self._lib.bus_restart(self._bus)
-        service.start()
-        try:
+        """As Verilated has it: the line's first port and, of a closed ring, its second one."""
+        self._call("restart")
+        with super().served(tap, second):
             yield
-        finally:
-            self.stop()
-            service.join()
 
     @property
     def carried(self) -> tuple[int, int]:
-        """Frames that `serve` sent and returned."""
-        return self._lib.bus_count(self._bus, 0), self._lib.bus_count(self._bus, 1)
+        """Frames that `served` sent and returned."""
+        return self._call("count", 0), self._call("count", 1)

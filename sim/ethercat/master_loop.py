@@ -11,15 +11,12 @@ outputs: inputs of two values would be a torn buffer.
 
 from __future__ import annotations
 
-import argparse
 import importlib
 import json
 import statistics
 import sys
-import threading
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Protocol
 
@@ -27,7 +24,7 @@ from sim.coe.dictionary import Device, load
 from sim.coe.sii import image
 from sim.ethercat.gen import esc_regmap
 from sim.ethercat.line import Line
-from sim.ethercat.tap import open_tap
+from sim.ethercat.tap import command_line, open_tap, progress_of
 
 MAILBOX = slice(0x30, 0x3A)  # bytes of the SII: areas and protocols
 OUTPUT_MANAGER = 2
@@ -54,22 +51,6 @@ class Master(Protocol):
 
     def close(self) -> None:
         """Give the interface back."""
-
-
-@dataclass(frozen=True)
-class Report:
-    """What a run came to. Times are this machine's; those of the bus are counted in clocks."""
-
-    slaves: int
-    state: str
-    expected_counter: int | None  # of the master, if it tells
-    cycles: int
-    wrong_counters: int
-    torn_inputs: int
-    echoes: int  # cycles whose inputs were outputs of an earlier cycle
-    seconds: float
-    median_us: float
-    frames: int
 
 
 def without_mailbox(device: Device) -> bytes:
@@ -114,40 +95,37 @@ def cycle(
 
 def run(
     line: Line, make: Callable[[int], Master], cycles: int, progress: Callable[[int], None]
-) -> Report:
-    """Bring all slaves of the line to OP and run. Raises RuntimeError with the state reached."""
-    tap = open_tap()
-    service = threading.Thread(target=line.serve, args=(tap,), daemon=True)
-    service.start()
-    began = time.perf_counter()
-    master = make(line.slaves)
-    try:
-        master.to_op()
-        wrong, torn, echoes, times = cycle(master, cycles, progress)
-        return Report(
-            slaves=line.slaves,
-            state="OP" if master.in_op() else "not OP",
-            expected_counter=master.expected_counter(),
-            cycles=cycles,
-            wrong_counters=wrong,
-            torn_inputs=torn,
-            echoes=echoes,
-            seconds=round(time.perf_counter() - began, 3),
-            median_us=round(statistics.median(times), 1) if times else 0.0,
-            frames=line.carried[0],
-        )
-    finally:
-        master.close()
-        line.stop()
-        service.join()
+) -> dict[str, object]:
+    """Bring all slaves of the line to OP and run; what it came to, times by this machine's clock.
+
+    expected_counter: None if the master does not tell; echoes: cycles whose inputs were outputs of
+    an earlier cycle. Raises RuntimeError with the state reached.
+    """
+    with line.served(open_tap()):
+        began = time.perf_counter()
+        master = make(line.slaves)
+        try:
+            master.to_op()
+            wrong, torn, echoes, times = cycle(master, cycles, progress)
+            return {
+                "slaves": line.slaves,
+                "state": "OP" if master.in_op() else "not OP",
+                "expected_counter": master.expected_counter(),
+                "cycles": cycles,
+                "wrong_counters": wrong,
+                "torn_inputs": torn,
+                "echoes": echoes,
+                "seconds": round(time.perf_counter() - began, 3),
+                "median_us": round(statistics.median(times), 1) if times else 0.0,
+                "frames": line.carried[0],
+            }
+        finally:
+            master.close()
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; exit 0 if the slaves came to OP and no counter was wrong, 1 if not."""
-    parser = argparse.ArgumentParser(
-        description=__doc__.splitlines()[0],
-        epilog="example: unshare -rn python -m sim.ethercat.master_loop --slaves 1 --cycles 100",
-    )
+    parser = command_line(__doc__, "master_loop --slaves 1 --cycles 100")
     parser.add_argument(
         "--master", choices=MASTERS, default=MASTERS[0], help=f"default {MASTERS[0]}"
     )
@@ -160,22 +138,12 @@ def main(argv: Sequence[str] | None = None) -> int:
         if arguments.capture:
             line.capture(arguments.capture)
         prepare(line, device)
-        every = max(1, arguments.cycles // 20)
-        began = time.monotonic()
-
-        def progress(n: int) -> None:
-            if n % every == 0 and sys.stderr.isatty():
-                left = (time.monotonic() - began) / n * (arguments.cycles - n)
-                print(
-                    f"\r{n} of {arguments.cycles} cycles, {left:.0f} s left",
-                    end="",
-                    file=sys.stderr,
-                )
-
+        progress = progress_of(arguments.cycles, max(1, arguments.cycles // 20))
         module = importlib.import_module(f"sim.ethercat.{arguments.master}_master")
         report = run(line, module.Master, arguments.cycles, progress)
-    print(json.dumps(asdict(report)))
-    return 0 if report.state == "OP" and not report.wrong_counters and not report.torn_inputs else 1
+    print(json.dumps(report))
+    wrong = report["wrong_counters"] or report["torn_inputs"]
+    return 0 if report["state"] == "OP" and not wrong else 1
 
 
 if __name__ == "__main__":

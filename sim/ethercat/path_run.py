@@ -11,14 +11,11 @@ reached 2.5 periods after the pass that took it, and passes take it and act a ti
 
 from __future__ import annotations
 
-import argparse
 import json
 import sys
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +35,7 @@ from sim.ethercat.session import (
     inputs,
     outputs,
 )
+from sim.ethercat.tap import command_line, progress_of
 from sim.gcode.interpreter import parse_file
 from sim.harness import nios_image
 from sim.model.parameters import Robot
@@ -50,21 +48,6 @@ TICKS = 10  # of 100 us in a cycle of the master
 DELAY = 26  # ticks: 25 of the interpolation, 1 until the pass that takes a target
 REST = 60  # cycles at the first and behind the last target
 FOLLOWING_ERROR = 0x8611
-
-
-@dataclass(frozen=True)
-class Report:
-    """What a run came to: cycles of the master on the path, errors of tool [m] and table [rad]."""
-
-    cycles: int
-    whole: bool
-    wrong_counters: int
-    following_errors: int
-    faults: list[str]
-    tool: float
-    table: float
-    longest_pass: int
-    frames: int
 
 
 @dataclass(frozen=True)
@@ -87,27 +70,13 @@ class Curves:
         return float(np.abs(self.table - self.wanted_table).max())
 
 
-class Words(Protocol):
-    """A device by the words of its control ticks; DeviceRtl is one."""
-
-    inputs: NDArray[np.uint32]
-    outputs: NDArray[np.uint32]
-
-    def tick(self) -> None: ...
-
-
-class Link(Protocol):
-    """A master's cycles of process data with a device; Session is one."""
-
-    rtl: Words
-
-    def cycle(self, data: bytes, ticks: int, tick: Callable[[], None]) -> bytes: ...
-
-
 class Drive:
-    """A master's loop over the axes, in turns with the device."""
+    """A master's loop over the axes, in turns with the device.
 
-    def __init__(self, session: Link, device: Device, machine: Machine) -> None:
+    session: its `cycle` and its device's `tick`, `inputs` and `outputs` are called for.
+    """
+
+    def __init__(self, session: Session, device: Device, machine: Machine) -> None:
         self.session, self.device, self.machine = session, device, machine
         self.faults: set[str] = set()
         self.following = 0
@@ -143,17 +112,15 @@ class Drive:
         if not self.enabled:
             raise RuntimeError(f"not all axes are enabled; {', '.join(sorted(self.faults))}")
 
-    def follow(
-        self, wanted: NDArray[np.float64], progress: Callable[[int, int], None] | None = None
-    ) -> Curves:
+    def follow(self, wanted: NDArray[np.float64]) -> Curves:
         """Enable at the first pose (N, 5), send every TICKS-th, rest behind the last one."""
         self.enable(wanted[0])
         begin = len(self.machine.record.tool) + DELAY
         sent = wanted[::TICKS]
-        for n, pose in enumerate(sent):
+        progress = progress_of(len(sent), 20)
+        for n, pose in enumerate(sent, start=1):
             self.cycle(ENABLE, pose)
-            if progress:
-                progress(n + 1, len(sent))
+            progress(n)
         for _ in range(REST):
             self.cycle(ENABLE, sent[-1])
         record = self.machine.record
@@ -172,10 +139,9 @@ def poses(path: SetPoints) -> NDArray[np.float64]:
     return np.concatenate((path.position, path.table_position), axis=1)
 
 
-def run(
-    robot: Robot, ticks: int | None, capture: Path | None, progress: Callable[[int, int], None]
-) -> tuple[Report, Curves]:
-    """Bring the device up and send the path. Raises RuntimeError, ControllerFault."""
+def run(robot: Robot, ticks: int | None, capture: Path | None) -> tuple[dict[str, object], Curves]:
+    """Bring the device up and send the path; cycles of the master on it, errors of tool [m] and
+    table [rad]. Raises RuntimeError, ControllerFault."""
     device = load()
     path = path_of(robot, ticks)
     wanted = poses(path)
@@ -193,44 +159,34 @@ def run(
     rtl.restart_counts()
     session.cycles = session.wrong = 0
     drive = Drive(session, device, machine)
-    curves = drive.follow(wanted, progress)
+    curves = drive.follow(wanted)
     session.master.close()
-    report = Report(
-        cycles=len(wanted[::TICKS]),
-        whole=ticks is None,
-        wrong_counters=session.wrong,
-        following_errors=drive.following,
-        faults=sorted(drive.faults),
-        tool=curves.tool_error,
-        table=curves.table_error,
-        longest_pass=rtl.counts()["longest"],
-        frames=rtl.counts()["sent"],
-    )
+    report = {
+        "cycles": len(wanted[::TICKS]),
+        "whole": ticks is None,
+        "wrong_counters": session.wrong,
+        "following_errors": drive.following,
+        "faults": sorted(drive.faults),
+        "tool": curves.tool_error,
+        "table": curves.table_error,
+        "longest_pass": rtl.counts()["longest"],
+        "frames": rtl.counts()["sent"],
+    }
     return report, curves
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; exit 0 if every axis stayed enabled and no counter was wrong, 1 if not."""
-    parser = argparse.ArgumentParser(
-        description=__doc__.splitlines()[0],
-        epilog="example: unshare -rn python -m sim.ethercat.path_run --ticks 2000",
-    )
+    parser = command_line(__doc__, "path_run --ticks 2000")
     parser.add_argument("--ticks", type=int, help="of 100 us, of the path (default: all)")
     parser.add_argument("--capture", type=Path, help="pcap file of all frames")
     parser.add_argument("--curves", type=Path, help="npz file of the curves")
     arguments = parser.parse_args(argv)
-    began = time.monotonic()
-
-    def progress(n: int, of: int) -> None:
-        if n % 20 == 0 and sys.stderr.isatty():
-            left = (time.monotonic() - began) / n * (of - n)
-            print(f"\r{n} of {of} cycles, {left:.0f} s left", end="", file=sys.stderr)
-
-    report, curves = run(Robot.load(None), arguments.ticks, arguments.capture, progress)
+    report, curves = run(Robot.load(None), arguments.ticks, arguments.capture)
     if arguments.curves:
         np.savez_compressed(arguments.curves, **vars(curves))
-    print(json.dumps(vars(report)))
-    return 0 if not report.faults and not report.wrong_counters else 1
+    print(json.dumps(report))
+    return 0 if not report["faults"] and not report["wrong_counters"] else 1
 
 
 if __name__ == "__main__":

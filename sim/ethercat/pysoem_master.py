@@ -22,7 +22,7 @@ class Master:
             setattr(pysoem.settings.timeouts, name, FRAME_TIMEOUT_US)
         self._wanted = slaves
         self._second = second
-        self.pysoem = self._master = pysoem.Master()
+        self.pysoem = pysoem.Master()
 
     def to_op(self) -> None:
         """Raises RuntimeError with the state reached."""
@@ -31,7 +31,7 @@ class Master:
 
     def to_safeop(self) -> None:
         """The first half of `to_op`."""
-        master = self._master
+        master = self.pysoem
         master.open(INTERFACE, self._second)
         if (found := master.config_init()) != self._wanted:
             raise RuntimeError(f"pysoem found {found} slaves, there are {self._wanted}")
@@ -42,7 +42,7 @@ class Master:
 
     def from_safeop(self) -> None:
         """The second half of `to_op`."""
-        master = self._master
+        master = self.pysoem
         master.send_processdata()
         master.receive_processdata(FRAME_TIMEOUT_US)
         master.state = pysoem.OP_STATE
@@ -51,26 +51,26 @@ class Master:
         if state != pysoem.OP_STATE:
             raise RuntimeError(f"the slaves are in state {state}, not in OP")
 
-    def exchange(self, value: int) -> bool:
-        """As `master_loop.Master` has it."""
-        for slave in self._master.slaves:
+    def exchange(self, value: int, wait_us: int = FRAME_TIMEOUT_US) -> bool:
+        """As `master_loop.Master` has it; wait_us: for the answer."""
+        for slave in self.pysoem.slaves:
             slave.output = bytes([value]) * len(slave.output)
-        self._master.send_processdata()
-        return self._master.receive_processdata(FRAME_TIMEOUT_US) == self._master.expected_wkc
+        self.pysoem.send_processdata()
+        return self.pysoem.receive_processdata(wait_us) == self.pysoem.expected_wkc
 
     def inputs(self) -> list[bytes]:
         """As `master_loop.Master` has it."""
-        return [slave.input[: len(slave.output)] for slave in self._master.slaves]
+        return [slave.input[: len(slave.output)] for slave in self.pysoem.slaves]
 
     def in_op(self) -> bool:
         """As `master_loop.Master` has it."""
-        self._master.read_state()
-        return all(slave.state == pysoem.OP_STATE for slave in self._master.slaves)
+        self.pysoem.read_state()
+        return all(slave.state == pysoem.OP_STATE for slave in self.pysoem.slaves)
 
     def expected_counter(self) -> int:
         """As `master_loop.Master` has it."""
-        return self._master.expected_wkc
+        return self.pysoem.expected_wkc
 
     def close(self) -> None:
         """As `master_loop.Master` has it."""
-        self._master.close()
+        self.pysoem.close()

@@ -10,41 +10,26 @@ JSON. The slaves are those of `master_loop`.
 
 from __future__ import annotations
 
-import argparse
 import json
 import sys
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
 
 from sim.coe.dictionary import load
 from sim.ethercat.gen import esc_regmap
 from sim.ethercat.line import Line
 from sim.ethercat.master_loop import cycle, prepare
 from sim.ethercat.pysoem_master import Master
-from sim.ethercat.tap import INTERFACE, open_tap
+from sim.ethercat.tap import INTERFACE, command_line, open_tap
 
 SECOND = "ec1"
 PHASES = ("whole", "broken", "mended")
 
 
-@dataclass(frozen=True)
-class Report:
-    """What a run came to. wrong_counters, torn_inputs: of each of PHASES; lost_links: of each
-    slave's ports (0, 1)."""
+def run(line: Line, cycles: int, cables: Sequence[int]) -> dict[str, object]:
+    """What it came to. Raises RuntimeError with the state reached.
 
-    slaves: int
-    cables: list[int]
-    state: str
-    expected_counter: int
-    cycles: int
-    wrong_counters: dict[str, int]
-    torn_inputs: int
-    echoes: int
-    lost_links: list[tuple[int, int]]
-
-
-def run(line: Line, cycles: int, cables: Sequence[int]) -> Report:
-    """Raises RuntimeError with the state reached."""
+    wrong_counters: of each of PHASES; lost_links: of each slave's ports (0, 1).
+    """
     master = Master(line.slaves, SECOND)
     wrong, torn, echoes = {}, 0, 0
     with line.served(open_tap(INTERFACE), open_tap(SECOND)):
@@ -62,27 +47,24 @@ def run(line: Line, cycles: int, cables: Sequence[int]) -> Report:
         finally:
             master.close()
     counters = (esc_regmap.LOST_LINKS_0, esc_regmap.LOST_LINKS_1)
-    return Report(
-        slaves=line.slaves,
-        cables=list(cables),
-        state=state,
-        expected_counter=expected,
-        cycles=cycles,
-        wrong_counters=wrong,
-        torn_inputs=torn,
-        echoes=echoes,
-        lost_links=[
-            tuple(line.read(register, slave=n) for register in counters) for n in range(line.slaves)
+    return {
+        "slaves": line.slaves,
+        "cables": list(cables),
+        "state": state,
+        "expected_counter": expected,
+        "cycles": cycles,
+        "wrong_counters": wrong,
+        "torn_inputs": torn,
+        "echoes": echoes,
+        "lost_links": [
+            [line.read(register, slave=n) for register in counters] for n in range(line.slaves)
         ],
-    )
+    }
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; exit 0 if the slaves stayed in OP and no counter was wrong, 1 if not."""
-    parser = argparse.ArgumentParser(
-        description=__doc__.splitlines()[0],
-        epilog="example: unshare -rn python -m sim.ethercat.redundant --slaves 3 --cable 1",
-    )
+    parser = command_line(__doc__, "redundant --slaves 3 --cable 1")
     parser.add_argument("--slaves", type=int, default=3, help="slaves in the ring (default 3)")
     parser.add_argument("--cycles", type=int, default=90, help="cycles in OP (default 90)")
     parser.add_argument(
@@ -98,8 +80,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     with Line([0.0] * options.slaves, closed=True) as line:
         prepare(line, load())
         report = run(line, options.cycles, options.cable)
-    print(json.dumps(asdict(report)))
-    return 0 if report.state == "OP" and not any(report.wrong_counters.values()) else 1
+    print(json.dumps(report))
+    return 0 if report["state"] == "OP" and not any(report["wrong_counters"].values()) else 1
 
 
 if __name__ == "__main__":

@@ -4,9 +4,8 @@
 from __future__ import annotations
 
 import struct
-import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 
 import pysoem
 
@@ -74,16 +73,9 @@ class Session:
         self.master.sdo_read_timeout = self.master.sdo_write_timeout = SDO_US
         self.wrong = self.cycles = 0
 
-    @contextmanager
-    def served(self) -> Iterator[None]:
+    def served(self) -> AbstractContextManager[None]:
         """The device's time goes on by itself, frames pass as they come."""
-        service = threading.Thread(target=self.rtl.serve, args=(self.tap,), daemon=True)
-        service.start()
-        try:
-            yield
-        finally:
-            self.rtl.stop()
-            service.join()
+        return self.rtl.served(self.tap)
 
     def exchange(self, **values: int) -> bytes:
         """One cycle of process data while `served`; the inputs."""

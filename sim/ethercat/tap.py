@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import argparse
 import fcntl
 import os
 import shutil
@@ -10,7 +11,8 @@ import socket
 import struct
 import subprocess
 import sys
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from asip_asm.project import ROOT
@@ -54,6 +56,26 @@ def in_namespace(
     return subprocess.run(
         command, cwd=ROOT, capture_output=True, text=True, timeout=timeout, check=False
     )
+
+
+def command_line(doc: str, example: str) -> argparse.ArgumentParser:
+    """Of a module that runs inside `unshare -rn`; example: its name in sim.ethercat, options."""
+    return argparse.ArgumentParser(
+        description=doc.splitlines()[0],
+        epilog=f"example: unshare -rn python -m sim.ethercat.{example}",
+    )
+
+
+def progress_of(cycles: int, every: int) -> Callable[[int], None]:
+    """Takes cycles done and tells them, one in `every`, on a terminal."""
+    began = time.monotonic()
+
+    def progress(n: int) -> None:
+        if n % every == 0 and sys.stderr.isatty():
+            left = (time.monotonic() - began) / n * (cycles - n)
+            print(f"\r{n} of {cycles} cycles, {left:.0f} s left", end="", file=sys.stderr)
+
+    return progress
 
 
 if __name__ == "__main__":  # whether a device can be had: its name, or an error

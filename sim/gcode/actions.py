@@ -8,7 +8,7 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 
-from sim.gcode.arcs import OFFSETS, Centre, arc_centre
+from sim.gcode.arcs import Centre, arc_centre
 from sim.gcode.block import CYCLES, POLAR
 from sim.gcode.cycles import drill
 from sim.gcode.output import Output
@@ -17,7 +17,7 @@ from sim.gcode.splines import Splines
 from sim.gcode.state import State
 from sim.gcode.table_frame import MAX_PIECES, TooManyPiecesError
 from sim.gcode.targets import absolute_target, target
-from sim.gcode.words import Word, WordReport
+from sim.gcode.words import OFFSETS, Word
 from sim.path.moves import AXES, Dwell, Motion, Pose
 
 MAX_REST = 3600.0  # s, of one G4
@@ -27,15 +27,13 @@ _OWN_AXES = {"G10", "G28", "G28.1", "G92"}  # take the axis words of their block
 class Actions:
     """Turns blocks into moves and rests, which are put into `output`; the state goes along.
 
-    line, source: the block under work. failed tells whether there was a mistake: a text with one
-    yields nothing more.
+    failed tells whether there was a mistake: a text with one yields nothing more.
     """
 
-    def __init__(self, state: State, report: WordReport, failed: Callable[[], bool]) -> None:
-        self.state, self.report, self.failed = state, report, failed
-        self.output = Output(state, report)
-        self.splines = Splines(state, report)
-        self.line, self.source = 0, ""
+    def __init__(self, state: State, failed: Callable[[], bool]) -> None:
+        self.state, self.report, self.failed = state, state.report, failed
+        self.output = Output(state)
+        self.splines = Splines(state)
         self.feed_reported = False
 
     def single(
@@ -66,13 +64,13 @@ class Actions:
                 rest = {letter: value for letter, value in values.items() if letter != "P"}
                 self.move([word], rest, motion, None, clean)
         elif word.code == "G10":
-            self.state.set_system(word, values, self.report)
+            self.state.set_system(word, values)
         elif word.code == "G28":
             self._home(values)
         elif word.code == "G28.1":
             self.state.store_home()
         else:
-            self.state.set_shift(word, values, self.report)
+            self.state.set_shift(word, values)
 
     def _dwell(self, word: Word, values: dict[str, Word], clean: bool) -> None:
         seconds = values.get("P")
@@ -97,7 +95,7 @@ class Actions:
         """By way of the words' point to the stored pose, in the axes of the words or in all."""
         home, named = self.state.home, [letter in values for letter in AXES]
         if any(named):
-            self._run(Motion.RAPID, target(self.state, values, self.report))
+            self._run(Motion.RAPID, target(self.state, values))
         position = self.state.position
         end = tuple(
             h if wanted or not any(named) else p
@@ -106,7 +104,7 @@ class Actions:
         if self.failed():
             self.state.position = end
         else:
-            moves = machine_moves(self.state, self.line, self.source, Motion.RAPID, end)
+            moves = machine_moves(self.state, Motion.RAPID, end)
             self.output.put(moves)
 
     # Motion
@@ -134,7 +132,7 @@ class Actions:
                     "G0, G1, G2 or G3 in this block or before",
                     f"write G0 or G1 before {places[0].text}",
                 )
-            state.position = state.machine(target(state, values, self.report))
+            state.position = state.machine(target(state, values))
             return
         at = code or words[0]
         self.splines.onward = None
@@ -143,9 +141,9 @@ class Actions:
             if clean and state.modes.feed is not None:
                 self._cycle(values, at)
             return
-        end = target(state, values, self.report)
+        end = target(state, values)
         if absolute is not None:
-            end = absolute_target(state, absolute, values, self.report)
+            end = absolute_target(state, absolute, values)
         motion = Motion(state.motion)
         if motion.is_arc:
             self._arc(motion, end, values, at, clean)
@@ -184,7 +182,6 @@ class Actions:
     def _arc(
         self, motion: Motion, end: Pose, values: dict[str, Word], at: Word, clean: bool
     ) -> None:
-        state, modes = self.state, self.state.modes
         centre = None
         if clean and self.output.must_be_straight:
             self.report(
@@ -194,17 +191,7 @@ class Actions:
                 "leave the contour on a straight line",
             )
         elif clean:
-            centre = arc_centre(
-                motion,
-                modes.plane,
-                state.programmed(),
-                end,
-                values,
-                at,
-                modes.mm_per_unit,
-                modes.absolute_centres,
-                self.report,
-            )
+            centre = arc_centre(self.state, motion, end, values, at)
         self._run(motion, end, centre)
 
     def spline(
@@ -221,7 +208,7 @@ class Actions:
         length = sum(math.dist(a, b) for a, b in itertools.pairwise(points))
         for number, point in enumerate(ends):
             end = (*point, *start[2:])
-            for move in program_moves(state, self.line, self.source, Motion.LINEAR, end):
+            for move in program_moves(state, Motion.LINEAR, end):
                 feed = state.modes.feed * length if state.modes.inverse_time else move.feed
                 inner, merge = number > 0, move.merge if len(ends) == 1 else 0.0
                 self.output.put([replace(move, feed=feed, inner=inner, merge=merge)])
@@ -232,7 +219,7 @@ class Actions:
             self.state.position = self.state.machine(end)
         else:
             try:
-                moves = program_moves(self.state, self.line, self.source, motion, end, centre)
+                moves = program_moves(self.state, motion, end, centre)
             except TooManyPiecesError:
                 self.report(
                     self.output.at,
@@ -245,14 +232,14 @@ class Actions:
 
     def rest(self, seconds: float) -> None:
         """The path stops."""
-        self.output.put([Dwell(self.line, self.source, seconds)])
+        self.output.put([Dwell(self.state.line, self.state.source, seconds)])
 
     def _cycle(self, values: dict[str, Word], at: Word) -> None:
         """Path control is that of G61 meanwhile."""
         modes = self.state.modes
         saved = modes.tolerance, modes.merge
         modes.tolerance, modes.merge = 0.0, 0.0
-        for step in drill(self.state, values, at, self.report):
+        for step in drill(self.state, values, at):
             if isinstance(step, float):
                 self.rest(step)
             else:

@@ -5,10 +5,10 @@ from __future__ import annotations
 
 import math
 
-from sim.gcode.words import Word, WordReport
-from sim.path.moves import MM_PER_INCH, Motion, Plane, Pose
+from sim.gcode.state import State
+from sim.gcode.words import OFFSETS, Word, WordReport
+from sim.path.moves import MM_PER_INCH, Motion, Pose
 
-OFFSETS = "IJK"
 Centre = tuple[float, float]
 """In the order of plane.axes [mm]."""
 
@@ -19,21 +19,14 @@ ARC_TOLERANCE_INCH = 0.0002
 
 
 def arc_centre(
-    motion: Motion,
-    plane: Plane,
-    start: Pose,
-    end: Pose,
-    values: dict[str, Word],
-    at: Word,
-    mm_per_unit: float,
-    absolute: bool,
-    report: WordReport,
+    state: State, motion: Motion, end: Pose, values: dict[str, Word], at: Word
 ) -> Centre | None:
-    """Centre of an arc from start to end, which are in the same coordinates, None after a mistake.
+    """Centre of an arc to `end` in coordinates of the program, None after a mistake.
 
-    values: words of the block by letter; at: word that mistakes of the whole arc are told of;
-    mm_per_unit: of the words; absolute: I J K are coordinates (G90.1).
+    values: words of the block by letter; at: word that mistakes of the whole arc are told of.
     """
+    report, start, plane = state.report, state.programmed(), state.modes.plane
+    mm_per_unit = state.modes.mm_per_unit
     first, second = plane.axes
     offsets = {letter: values[letter] for letter in OFFSETS if letter in values}
     chord = (end[first] - start[first], end[second] - start[second])
@@ -64,7 +57,7 @@ def arc_centre(
     if wrong:
         return None
     dx, dy = (offsets[name].value * mm_per_unit if name in offsets else 0.0 for name in names)
-    if absolute:
+    if state.modes.absolute_centres:  # G90.1: I J K are coordinates
         dx = dx - start[first] if names[0] in offsets else 0.0
         dy = dy - start[second] if names[1] in offsets else 0.0
     if dx == 0.0 and dy == 0.0:

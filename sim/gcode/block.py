@@ -6,9 +6,8 @@ GROUPS is the list of accepted G and M words.
 
 from __future__ import annotations
 
-from sim.gcode.arcs import OFFSETS
 from sim.gcode.unsupported import known_letter, known_word
-from sim.gcode.words import Word, WordReport
+from sim.gcode.words import OFFSETS, Word, WordReport
 from sim.path.moves import AXES, Motion, Plane
 
 MAX_LINE_NUMBER = 99999  # NISTIR 6556, 3.3.1

@@ -35,10 +35,6 @@ _PERPENDICULAR = 1e-4  # cosine below which no arc of entry exists, as rs274
 class CompensationError(ValueError):
     """The tool cannot follow: what, expected, help."""
 
-    def __init__(self, what: str, expected: str, help: str) -> None:
-        super().__init__(what)
-        self.what, self.expected, self.help = what, expected, help
-
 
 @dataclass
 class _Held:

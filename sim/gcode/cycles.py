@@ -4,12 +4,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
-from sim.gcode.arcs import OFFSETS
 from sim.gcode.state import State
 from sim.gcode.targets import add_polar
-from sim.gcode.words import Word, WordReport
+from sim.gcode.words import OFFSETS, Word
 from sim.path.moves import AXES, Motion, Pose
 
 # LinuxCNC's G83_RAPID_DELTA: the rapid back into the hole ends so far above its bottom.
@@ -22,17 +20,7 @@ Step = tuple[Motion, Pose] | float
 """A motion and its end in programmed coordinates, or a rest [s]."""
 
 
-@dataclass(frozen=True)
-class _Hole:
-    """Heights [mm] along the axis of the drill; clear: where the next way to a hole begins."""
-
-    axis: int
-    retract: float
-    bottom: float
-    clear: float
-
-
-def drill(state: State, values: dict[str, Word], at: Word, report: WordReport) -> Iterator[Step]:
+def drill(state: State, values: dict[str, Word], at: Word) -> Iterator[Step]:
     """Steps of a block with the cycle state.motion in force; none after a mistake.
 
     values: words of the block by letter; at: word that mistakes of the whole block are told of.
@@ -41,21 +29,21 @@ def drill(state: State, values: dict[str, Word], at: Word, report: WordReport) -
     modes = state.modes
     first, second = modes.plane.axes
     axis = 3 - first - second
-    if not _accepted(state, values, axis, at, report):
+    if not _accepted(state, values, axis, at):
         return
     retract, bottom = state.sticky["R"], state.sticky[_LETTERS[axis]]
     if modes.incremental:
         retract += state.initial_level  # of the whole series, as rs274
         bottom += retract
     if bottom > retract:
-        report(
+        state.report(
             values.get("R") or at,
             "the retract plane is below the bottom of the hole",
             f"R of at least {_LETTERS[axis]}",
             "R is the height from which the feed begins",
         )
         return
-    if not _few_steps(state, values, retract - bottom, at, report):
+    if not _few_steps(state, values, retract - bottom, at):
         return
     place = list(state.programmed())
     level = place[axis]
@@ -66,27 +54,24 @@ def drill(state: State, values: dict[str, Word], at: Word, report: WordReport) -
     if not modes.retract_to_r:
         clear = max(state.initial_level, retract)
         place[axis] = max(level, clear)  # LinuxCNC: also the way to the hole is at that level
-    hole = _Hole(axis, retract, bottom, clear)
     given = [(index, value) for index, value in state.axis_values(values) if index != axis]
     repeats = values.get("L")
     for _ in range(int(repeats.value) if repeats else 1):
         for index, value in given:
             place[index] = place[index] + value if modes.incremental else value
         if "@" in values or "^" in values:
-            add_polar(state, values, place, report)
-        yield from _hole_steps(state, place, hole)
+            add_polar(state, values, place)
+        yield from _hole_steps(state, place, axis, (retract, bottom, clear))
 
 
-def _few_steps(
-    state: State, values: dict[str, Word], depth: float, at: Word, report: WordReport
-) -> bool:
+def _few_steps(state: State, values: dict[str, Word], depth: float, at: Word) -> bool:
     """Whether the holes of a block have at most MAX_STEPS moves; depth [mm] of each."""
     pecks = depth / state.sticky["Q"] if state.motion == "G83" else 0.0
     repeats = values["L"].value if "L" in values else 1.0
     if (3.0 + 3.0 * pecks) * repeats <= MAX_STEPS:
         return True
     word = values.get("Q") if pecks > repeats else values.get("L")
-    report(
+    state.report(
         word or at,
         f"the block makes more than {MAX_STEPS} moves",
         f"L times depth / Q of at most {MAX_STEPS // 3}",
@@ -95,14 +80,12 @@ def _few_steps(
     return False
 
 
-def _accepted(
-    state: State, values: dict[str, Word], axis: int, at: Word, report: WordReport
-) -> bool:
+def _accepted(state: State, values: dict[str, Word], axis: int, at: Word) -> bool:
     """Whether the words of the block make a cycle; its numbers are then kept."""
     cycle = state.motion
     for letter in (*OFFSETS, "A", "C"):
         if letter in values:
-            report(
+            state.report(
                 values[letter],
                 f"{letter} does not belong to {cycle}",
                 f"X Y Z R L{' P' * (cycle == 'G82')}{' Q' * (cycle == 'G83')}",
@@ -110,7 +93,7 @@ def _accepted(
             )
             return False
     if state.modes.inverse_time:
-        report(at, f"{cycle} with G93", "feed per minute (G94)", "write G94 before")
+        state.report(at, f"{cycle} with G93", "feed per minute (G94)", "write G94 before")
         return False
     needed = (_LETTERS[axis], "R", *{"G82": "P", "G83": "Q"}.get(cycle, ""))
     for letter in needed:
@@ -118,7 +101,7 @@ def _accepted(
             scale = 1.0 if letter == "P" else state.modes.mm_per_unit
             state.sticky[letter] = values[letter].value * scale
         elif letter not in state.sticky:
-            report(
+            state.report(
                 at,
                 f"{cycle} without {letter}",
                 f"{letter} in the first block of the cycle",
@@ -127,10 +110,10 @@ def _accepted(
             return False
     repeats = values.get("L")
     if repeats is not None and (repeats.value < 1 or not repeats.value.is_integer()):
-        report(repeats, "the number of repeats", "an integer of at least 1", "L3")
+        state.report(repeats, "the number of repeats", "an integer of at least 1", "L3")
         return False
     if state.sticky.get("Q", 1.0) <= 0.0 or state.sticky.get("P", 0.0) < 0.0:
-        report(
+        state.report(
             values.get("Q") or values.get("P") or at,
             "the number is too small for the cycle",
             "Q greater than 0, P of at least 0",
@@ -140,23 +123,27 @@ def _accepted(
     return True
 
 
-def _hole_steps(state: State, place: list[float], hole: _Hole) -> Iterator[Step]:
-    """One hole; place, changed on the way, ends at its clear height."""
+def _hole_steps(
+    state: State, place: list[float], axis: int, heights: tuple[float, float, float]
+) -> Iterator[Step]:
+    """One hole; place, changed on the way, ends at the last of the heights along the axis [mm]:
+    where the feed begins, bottom, and where the next way to a hole begins."""
+    retract, bottom, clear = heights
 
     def to(motion: Motion, height: float) -> Step:
-        place[hole.axis] = height
+        place[axis] = height
         return motion, tuple(place)
 
     yield Motion.RAPID, tuple(place)
-    yield to(Motion.RAPID, hole.retract)
+    yield to(Motion.RAPID, retract)
     if state.motion == "G83":
-        depth = hole.retract - state.sticky["Q"]
-        while depth > hole.bottom:
+        depth = retract - state.sticky["Q"]
+        while depth > bottom:
             yield to(Motion.LINEAR, depth)
-            yield to(Motion.RAPID, hole.retract)
+            yield to(Motion.RAPID, retract)
             yield to(Motion.RAPID, depth + PECK_CLEARANCE_MM)
             depth -= state.sticky["Q"]
-    yield to(Motion.LINEAR, hole.bottom)
+    yield to(Motion.LINEAR, bottom)
     if state.motion == "G82":
         yield state.sticky["P"]
-    yield to(Motion.RAPID, hole.clear)
+    yield to(Motion.RAPID, clear)

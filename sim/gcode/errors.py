@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 MAX_ERRORS = 20
 SHOWN = 120  # characters of a long line on either side of a mistake
@@ -12,24 +13,18 @@ Report = Callable[[int, str, str, str, str], None]
 """Takes column, text, what, expected, help of a mistake."""
 
 
+@dataclass(eq=False, repr=False)
 class GcodeError(ValueError):
     """One mistake: file, line and column (from 1), offending text, what, expected, help."""
 
-    def __init__(
-        self,
-        file: str,
-        line: int,
-        column: int,
-        source: str,
-        text: str,
-        what: str,
-        expected: str,
-        help: str,
-    ) -> None:
-        self.file, self.line, self.column = file, line, column
-        self.source, self.text = source, text
-        self.what, self.expected, self.help = what, expected, help
-        super().__init__(str(self))
+    file: str
+    line: int
+    column: int
+    source: str
+    text: str
+    what: str
+    expected: str
+    help: str
 
     def __str__(self) -> str:
         got = repr(self.text[:SHOWN]) if self.text else "end of file"
@@ -46,12 +41,11 @@ class GcodeError(ValueError):
         )
 
 
+@dataclass(eq=False, repr=False)
 class GcodeErrors(ValueError):
     """Every mistake found in one file, in the order of the text, at most MAX_ERRORS."""
 
-    def __init__(self, errors: tuple[GcodeError, ...]) -> None:
-        self.errors = errors
-        super().__init__(str(self))
+    errors: tuple[GcodeError, ...]
 
     def __str__(self) -> str:
         text = "\n".join(str(error) for error in self.errors)

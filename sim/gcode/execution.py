@@ -10,7 +10,7 @@ from typing import Any
 from sim.gcode.errors import MistakeError, Mistakes
 from sim.gcode.expressions import Key
 from sim.gcode.oword import CLOSING, O_LINE, Head, HeadReader
-from sim.gcode.variables import Variables
+from sim.gcode.state import State
 
 MAX_IDLE = 100_000  # repeats and calls without a way between them
 MAX_AGAIN = 300_000  # lines of them
@@ -55,9 +55,9 @@ class Frame:
 class Execution:
     """Reads the lines of a program in the order in which they run, and keeps those needed again."""
 
-    def __init__(self, source: Iterator[Line], mistakes: Mistakes, variables: Variables) -> None:
-        self.source, self.mistakes, self.variables = source, mistakes, variables
-        self.frames = [Frame(names=variables.names)]
+    def __init__(self, source: Iterator[Line], mistakes: Mistakes, state: State) -> None:
+        self.source, self.mistakes, self.state = source, mistakes, state
+        self.frames = [Frame(names=state.names)]
         self.at = 0  # of the next line to run
         self.unread = 0  # place of the next line of source
         self.kept: dict[int, Line] = {}
@@ -78,12 +78,12 @@ class Execution:
     def enter(self, frame: Frame) -> None:
         """A subroutine begins, with names of its own."""
         self.frames.append(frame)
-        self.variables.names = frame.names
+        self.state.names = frame.names
 
     def leave(self) -> Frame:
         """The subroutine that runs ends."""
         frame = self.frames.pop()
-        self.variables.names = self.frame.names
+        self.state.names = self.frame.names
         return frame
 
     def moved(self) -> None:
@@ -131,7 +131,7 @@ class Execution:
         if not O_LINE.match(line[1]):
             return None
         try:
-            return HeadReader(line[1], lambda *_: None, self.variables.read).head()
+            return HeadReader(line[1], lambda *_: None, self.state.read).head()
         except MistakeError:
             return None
 
@@ -186,7 +186,7 @@ class Execution:
     def condition(self, head: Head, line: Line) -> float:
         """Value of elseif."""
         self.mistakes.place(*line)
-        reader = HeadReader(line[1], self.mistakes.report, self.variables.read)
+        reader = HeadReader(line[1], self.mistakes.report, self.state.read)
         try:
             reader.head()
             return reader.arguments(head, 1, 1)[0]

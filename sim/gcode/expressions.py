@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable
+from typing import NoReturn
 
 from sim.gcode.errors import MistakeError, Report
 
@@ -60,6 +61,11 @@ FUNCTIONS: dict[str, Callable[[float], float]] = {
 }
 
 
+def shown(key: Key) -> str:
+    """A number or name as it is written behind # or O."""
+    return f"<{key}>" if isinstance(key, str) else str(key)
+
+
 class NoValueError(Exception):
     """A parameter cannot be read: what, expected, help."""
 
@@ -72,8 +78,17 @@ class ValueReader:
         self.at = 0
         self.depth = 0
 
-    def _fail(self, column: int, text: str, what: str, expected: str, help: str) -> None:
-        self.report(column, text, what, expected, help)
+    def _fail(
+        self, what: str, expected: str, help: str, begin: int | None = None, text: str | None = None
+    ) -> NoReturn:
+        """Reports a mistake that begins there, in a text, by default all up to here; without a
+        beginning it is the character here, at the end of the line the last one."""
+        if begin is None:
+            begin = min(self.at, len(self.source) - 1)
+            text = self.source[begin]
+        if text is None:
+            text = self.source[begin : self.at]
+        self.report(begin + 1, text, what, expected, help)
         raise MistakeError
 
     def _blank(self) -> None:
@@ -84,16 +99,10 @@ class ValueReader:
         self._blank()
         return self.source[self.at] if self.at < len(self.source) else ""
 
-    def _here(self) -> tuple[int, str]:
-        """Column and character where the reader is, at the end of the line those of the last."""
-        at = min(self.at, len(self.source) - 1)
-        return at + 1, self.source[at]
-
     def _value(self) -> float:
         self.depth += 1
         if self.depth > MAX_NESTING:
             self._fail(
-                *self._here(),
                 "the expression is nested too deeply",
                 f"at most {MAX_NESTING} levels",
                 "compute parts of it into parameters before",
@@ -116,31 +125,21 @@ class ValueReader:
         if number:
             value = float(number.group())
             if not math.isfinite(value):
-                self._fail(
-                    self.at + 1,
-                    number.group(),
-                    "the number is out of range",
-                    "a number of at most 308 digits",
-                    "check the decimal point",
-                )
+                what, expected = "the number is out of range", "a number of at most 308 digits"
+                self._fail(what, expected, "check the decimal point", self.at, number.group())
             self.at = number.end()
             return value
         name = LETTERS.match(self.source, self.at)
         if name:
             return self._function(name.group())
         self._fail(
-            *self._here(),
-            "a value is missing",
-            "a number, #n, [ ] or a function",
-            "complete the expression",
+            "a value is missing", "a number, #n, [ ] or a function", "complete the expression"
         )
-        return 0.0
 
     def _bracket(self) -> float:
         begin = self.at
         if self._peek() != "[":
             self._fail(
-                *self._here(),
                 "an opening bracket is missing",
                 "[ behind the function",
                 "write for instance SIN[30]",
@@ -148,13 +147,7 @@ class ValueReader:
         self.at += 1
         value = self._expression(0)
         if self._peek() != "]":
-            self._fail(
-                begin + 1,
-                self.source[begin : self.at],
-                "the expression is not closed",
-                "an operator or ]",
-                "close it with ]",
-            )
+            self._fail("the expression is not closed", "an operator or ]", "close it with ]", begin)
         self.at += 1
         return value
 
@@ -180,11 +173,11 @@ class ValueReader:
                 raise ValueError
         except (ValueError, OverflowError, ZeroDivisionError):
             self._fail(
-                begin + 1,
-                text,
                 f"{text.upper()} has no value for these numbers",
                 "a finite result",
                 "check for division by 0, roots and logarithms of negative numbers",
+                begin,
+                text,
             )
         return float(value)
 
@@ -193,11 +186,11 @@ class ValueReader:
         known = name.upper()
         if known not in {*FUNCTIONS, "ATAN", "EXISTS"}:
             self._fail(
-                begin + 1,
-                name,
                 f"unknown function {known}",
                 "one of " + " ".join(sorted({*FUNCTIONS, "ATAN", "EXISTS"})),
                 "operators are ** * / MOD + - EQ NE GT GE LT LE AND OR XOR",
+                begin,
+                name,
             )
         self.at += len(name)
         if known == "EXISTS":
@@ -206,11 +199,10 @@ class ValueReader:
         if known == "ATAN":
             if self._peek() != "/":
                 self._fail(
-                    begin + 1,
-                    self.source[begin : self.at],
                     "ATAN needs two values",
                     "ATAN[y]/[x]",
                     "write ATAN[y]/[1] for the angle of a slope",
+                    begin,
                 )
             self.at += 1
             other = self._bracket()
@@ -230,12 +222,10 @@ class ValueReader:
                     except NoValueError:
                         return 1.0
         self._fail(
-            *self._here(),
             "EXISTS asks for a parameter",
             "EXISTS[#n] or EXISTS[#<name>]",
             "put a parameter into the brackets",
         )
-        return 0.0
 
     def _name(self) -> str | None:
         """Name in < >, without blanks and in lower case, None if there is none."""
@@ -256,11 +246,10 @@ class ValueReader:
         nearest = round(number)
         if abs(number - nearest) > 1e-4 or not 1 <= nearest <= MAX_PARAMETER:
             self._fail(
-                begin + 1,
-                self.source[begin : self.at],
                 "not the number of a parameter",
                 f"an integer from 1 to {MAX_PARAMETER}",
                 "parameters are #1, #2, ... or #<name>",
+                begin,
             )
         return nearest
 
@@ -271,13 +260,12 @@ class ValueReader:
         try:
             value = self.read(key)
         except NoValueError as error:
-            self._fail(begin + 1, self.source[begin : self.at], *error.args)
+            self._fail(*error.args, begin)
         if value is None:
             self._fail(
-                begin + 1,
-                self.source[begin : self.at],
-                f"the parameter #{f'<{key}>' if isinstance(key, str) else key} has no value",
+                f"the parameter #{shown(key)} has no value",
                 "a parameter set on a line before",
                 "set it, for instance #1 = 5; settings count from the next line on",
+                begin,
             )
         return value

@@ -26,10 +26,10 @@ from collections.abc import Iterator
 
 from sim.gcode.branches import Branches
 from sim.gcode.errors import MistakeError, Mistakes
-from sim.gcode.execution import Execution, FlowStop, Frame, Line
+from sim.gcode.execution import Execution, FlowStop, Line
 from sim.gcode.oword import ARGUMENTS, O_LINE, HeadReader
+from sim.gcode.state import State
 from sim.gcode.subroutines import Subroutines
-from sim.gcode.variables import Variables
 
 VALUES = {
     "call": (0, ARGUMENTS),
@@ -42,57 +42,42 @@ VALUES = {
 """Least and greatest number of values behind an O word; others take none."""
 
 
-class Flow:
+class Flow(Execution):
     """Runs the O words of a program and yields its other lines in the order in which they act.
 
-    mistakes is told the line under work before variables are read.
+    mistakes is told the line under work before parameters are read.
     """
 
-    def __init__(self, source: Iterator[Line], mistakes: Mistakes, variables: Variables) -> None:
-        self._mistakes, self._variables = mistakes, variables
-        self._run = Execution(source, mistakes, variables)
-        self._acts = Branches(self._run).acts | Subroutines(self._run).acts
-
-    @property
-    def frame(self) -> Frame:
-        """The subroutine that runs, or the main program."""
-        return self._run.frame
-
-    @property
-    def inside(self) -> bool:
-        """Whether a subroutine, branch or loop runs."""
-        return self._run.inside
-
-    def moved(self) -> None:
-        """To be told of every move that goes anywhere: the program is not idle."""
-        self._run.moved()
+    def __init__(self, source: Iterator[Line], mistakes: Mistakes, state: State) -> None:
+        super().__init__(source, mistakes, state)
+        self._acts = Branches(self).acts | Subroutines(self).acts
 
     def lines(self) -> Iterator[Line]:
         """Lines without O words, in the order in which they run. Raises FlowStop."""
-        while (line := self._run.next()) is not None:
+        while (line := self.next()) is not None:
             if O_LINE.match(line[1]):
                 self._act(line)
             else:
                 yield line
-        self._run.check_closed()
+        self.check_closed()
 
     def finish(self) -> None:
         """After the end of the program inside an O word: its branches and loops must be closed."""
         while True:
-            for open_ in reversed(self._run.frame.open):
-                self._run.close(open_)
-            if len(self._run.frames) == 1:
+            for open_ in reversed(self.frame.open):
+                self.close(open_)
+            if len(self.frames) == 1:
                 break
-            self._run.at = self._run.leave().back
-        self._run.frame.open.clear()
-        for _ in self._run.source:
+            self.at = self.leave().back
+        self.frame.open.clear()
+        for _ in self.source:
             pass
 
     def _act(self, line: Line) -> None:
-        if self._mistakes.found:
+        if self.mistakes.found:
             raise FlowStop
-        self._mistakes.place(*line)
-        reader = HeadReader(line[1], self._mistakes.report, self._variables.read)
+        self.mistakes.place(*line)
+        reader = HeadReader(line[1], self.mistakes.report, self.state.read)
         try:
             head = reader.head()
             least, most = VALUES.get(head.keyword, (0, 0))
@@ -102,6 +87,6 @@ class Flow:
                 values = reader.arguments(head, least, most)
         except MistakeError:
             raise FlowStop from None
-        if self._mistakes.found:  # of a comment
+        if self.mistakes.found:  # of a comment
             raise FlowStop
         self._acts[head.keyword](head, line, values)

@@ -36,13 +36,12 @@ from sim.gcode.actions import Actions
 from sim.gcode.block import ENDS, PAUSES, SPLINES, check_unused, sort_words
 from sim.gcode.errors import GcodeError, GcodeErrors, Mistakes, TooManyErrors
 from sim.gcode.execution import FlowStop
-from sim.gcode.expressions import Key
+from sim.gcode.expressions import Key, shown
 from sim.gcode.flow import Flow
-from sim.gcode.modes import choose_tool, select_modes, set_feed
+from sim.gcode.modes import select_modes, set_feed, tool_number
 from sim.gcode.state import State
 from sim.gcode.subroutines import RETURNED, VALUE
 from sim.gcode.tools import NO_TOOLS, Tool
-from sim.gcode.variables import Variables
 from sim.gcode.words import LineReader, Word
 from sim.path.moves import HOME, Dwell, Move, Pose, Program
 
@@ -63,14 +62,13 @@ class _Parser:
         self.lines = lines
         self.mistakes = Mistakes(file)
         self.any_output = False
-        self.state = State(start, tools)
-        self.actions = Actions(self.state, self._error_at, lambda: bool(self.mistakes.found))
+        self.state = State(start, tools, self._error_at)
+        self.actions = Actions(self.state, lambda: bool(self.mistakes.found))
         self.output = self.actions.output
         self.ended = False
         self.percent_open, self.percent_closed = False, False
         self.last = 1, ""  # line read
-        self.variables = Variables(self.state)
-        self.flow = Flow(self._numbered(), self.mistakes, self.variables)
+        self.flow = Flow(self._numbered(), self.mistakes, self.state)
 
     def items(self) -> Iterator[Move | Dwell]:
         try:
@@ -142,13 +140,13 @@ class _Parser:
     def _place(self, line: int, source: str) -> None:
         """Line under work, of which mistakes are told."""
         self.mistakes.place(line, source)
-        self.actions.line, self.actions.source = line, source.strip()
+        self.state.line, self.state.source = line, source.strip()
 
     def _read_lines(self) -> Iterator[None]:
         for number, text in self.flow.lines():
             self._place(number, text)
             known = len(self.mistakes.found)
-            words, settings = LineReader(text, self.mistakes.report, self.variables.read).words()
+            words, settings = LineReader(text, self.mistakes.report, self.state.read).words()
             if words or settings:
                 self._block(words, settings, clean=len(self.mistakes.found) == known)
             yield
@@ -186,22 +184,16 @@ class _Parser:
 
     def _set_parameters(self, settings: list[tuple[Key, float, int, str]]) -> None:
         for key, value, column, text in settings:
-            if self.state.is_read_only(key):
-                read_only = f"#{key}"
-            elif key in (VALUE, RETURNED):
-                read_only = f"#<{key}>"
-            else:
-                read_only = ""
-            if read_only:
+            if self.state.is_read_only(key) or key in (VALUE, RETURNED):
                 self.mistakes.report(
                     column,
                     text,
-                    f"the parameter {read_only} is read only",
+                    f"the parameter #{shown(key)} is read only",
                     "another parameter",
                     "use #1 to #5000 for values of your own",
                 )
             else:
-                self.variables.write(key, value)
+                self.state.write(key, value)
 
     # Blocks
 
@@ -225,17 +217,17 @@ class _Parser:
         if "stop" in codes and codes["stop"].code in ("M70", "M73"):
             self._save_state(restores=codes["stop"].code == "M73")
         if "T" in values:
-            choose_tool(self.state, values.pop("T"), self._error_at)
+            self.state.chosen = tool_number(self.state, values.pop("T"))
         if "tool change" in codes:
             self.state.loaded = self.state.chosen
             self.output.tool_changed()
             self.actions.rest(0.0)
-        select_modes(self.state, codes, values, self._error_at)
+        select_modes(self.state, codes, values)
         if self.state.modes.diameter and "X" in values:
             values["X"] = replace(values["X"], value=values["X"].value / 2)
         self.output.at = codes.get("motion") or words[0]
         self.output.select(codes, values)
-        set_feed(self.state, values.pop("F", None), self._error_at)
+        set_feed(self.state, values.pop("F", None))
         clean = clean and len(self.mistakes.found) == known
         single, motion = codes.get("single"), codes.get("motion")
         if self.actions.splines.open or (motion is not None and motion.code in SPLINES):

@@ -8,13 +8,11 @@ import math
 from sim.gcode.block import CYCLES, SPLINES, SYSTEMS
 from sim.gcode.state import State
 from sim.gcode.tools import Tool
-from sim.gcode.words import Word, WordReport
+from sim.gcode.words import Word
 from sim.path.moves import MM_PER_INCH, Plane
 
 
-def select_modes(
-    state: State, codes: dict[str, Word], values: dict[str, Word], report: WordReport
-) -> None:
+def select_modes(state: State, codes: dict[str, Word], values: dict[str, Word]) -> None:
     """Takes over the modal words of a block; codes by modal group, values by letter."""
     modes = state.modes
     for group, word in codes.items():
@@ -41,32 +39,26 @@ def select_modes(
         elif group == "retract":
             modes.retract_to_r = code == "G99"
         elif group == "tool":
-            _select_tool_frame(state, word, values, report)
+            _select_tool_frame(state, word, values)
         elif group == "lathe":
             modes.diameter = code == "G7"
         elif group == "override":
-            modes.override = _override(word, values.get("P"), report)
+            modes.override = _override(state, word, values.get("P"))
     if "path control" in codes:
-        _select_path(state, codes["path control"].code, codes, values, report)
+        _select_path(state, codes, values)
 
 
-def _override(word: Word, switch: Word | None, report: WordReport) -> bool:
+def _override(state: State, word: Word, switch: Word | None) -> bool:
     """Whether the feed override acts behind M48, M49 or M50 P, as `word`."""
     if word.code == "M50" and switch is not None and switch.value not in (0.0, 1.0):
-        report(
+        state.report(
             switch, "M50 switches the feed override on or off", "P1 or P0", "write M50 P0 for off"
         )
     return word.code == "M48" or (word.code == "M50" and (switch is None or switch.value != 0.0))
 
 
-def _select_path(
-    state: State,
-    code: str,
-    codes: dict[str, Word],
-    values: dict[str, Word],
-    report: WordReport,
-) -> None:
-    modes = state.modes
+def _select_path(state: State, codes: dict[str, Word], values: dict[str, Word]) -> None:
+    modes, code = state.modes, codes["path control"].code
     modes.tolerance, modes.merge = (math.inf if code == "G64" else 0.0), 0.0
     modes.exact_stop = code == "G61.1"
     if code != "G64" or "single" in codes:
@@ -74,7 +66,7 @@ def _select_path(
     tolerance, merge = values.get("P"), values.get("Q")
     for word in (tolerance, merge):
         if word is not None and word.value < 0.0:
-            report(
+            state.report(
                 word,
                 "the tolerance is negative",
                 f"{word.letter} of at least 0",
@@ -86,7 +78,7 @@ def _select_path(
         modes.merge = merge.value * modes.mm_per_unit
 
 
-def set_feed(state: State, word: Word | None, report: WordReport) -> None:
+def set_feed(state: State, word: Word | None) -> None:
     """F, as `word`; with G93 each block needs its own."""
     modes = state.modes
     if modes.inverse_time:
@@ -94,21 +86,18 @@ def set_feed(state: State, word: Word | None, report: WordReport) -> None:
     if word is None:
         return
     if word.value <= 0.0:
-        report(word, "the feed is not positive", "F greater than 0", "write for instance F2000")
+        state.report(
+            word, "the feed is not positive", "F greater than 0", "write for instance F2000"
+        )
     modes.feed = abs(word.value)
     modes.feed_mm_per_unit = modes.mm_per_unit
 
 
-def choose_tool(state: State, word: Word, report: WordReport) -> None:
-    """T, as `word`."""
-    state.chosen = _tool_number(state, word, report)
-
-
-def _tool_number(state: State, word: Word, report: WordReport) -> int:
+def tool_number(state: State, word: Word) -> int:
     """Number of a tool of the table, 0 also after a mistake."""
     number = word.value
     if number != 0.0 and number not in state.tools:
-        report(
+        state.report(
             word,
             f"there is no tool {number:g}",
             f"0 or a tool of the table, which has {len(state.tools)}",
@@ -118,12 +107,10 @@ def _tool_number(state: State, word: Word, report: WordReport) -> int:
     return int(number)
 
 
-def _select_tool_frame(
-    state: State, word: Word, values: dict[str, Word], report: WordReport
-) -> None:
+def _select_tool_frame(state: State, word: Word, values: dict[str, Word]) -> None:
     modes = state.modes
     modes.in_table_frame = word.code == "G43.4"
     modes.tool_offset = (0.0,) * 5
     if word.code == "G43":
-        number = _tool_number(state, values["H"], report) if "H" in values else state.loaded
+        number = tool_number(state, values["H"]) if "H" in values else state.loaded
         modes.tool_offset = state.tools.get(number, Tool()).offset

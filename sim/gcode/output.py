@@ -10,7 +10,7 @@ from sim.gcode.block import CYCLES, SPLINES
 from sim.gcode.compensation import Compensation, CompensationError
 from sim.gcode.state import State
 from sim.gcode.tools import Tool
-from sim.gcode.words import Word, WordReport
+from sim.gcode.words import Word
 from sim.path.moves import Dwell, Move, Plane, Pose
 
 # Words that would shift or break the contour, by modal group (those of rs274, and some more).
@@ -22,8 +22,8 @@ _KEPT_STOPS = ("M0", "M1", "M2", "M30", "M60", "M71")
 class Output:
     """`items` of the block under work; at: word that mistakes of the compensation are told of."""
 
-    def __init__(self, state: State, report: WordReport) -> None:
-        self.state, self.report = state, report
+    def __init__(self, state: State) -> None:
+        self.state = state
         self.items: list[Move | Dwell] = []
         self.at = Word("G", 0.0, "", 1)
         self.left: Pose | None = None  # where the tool is after G40: beside the contour
@@ -44,7 +44,7 @@ class Output:
             try:
                 self.items += compensation.add(item)
             except CompensationError as error:
-                self._tell(error)
+                self.state.report(self.at, *error.args)
                 return
 
     def _from(self, place: Pose, move: Move) -> Move:
@@ -53,9 +53,6 @@ class Output:
         if move.feed is not None and move.turns_only_the_table != moved.turns_only_the_table:
             moved = replace(moved, feed=moved.feed * self.state.modes.feed_mm_per_unit)
         return moved
-
-    def _tell(self, error: CompensationError) -> None:
-        self.report(self.at, error.what, error.expected, error.help)
 
     def tool_changed(self) -> None:
         """After M6 the position is where the tool is, also behind G40 (as rs274)."""
@@ -72,7 +69,7 @@ class Output:
         try:
             self.items += compensation.finish()
         except CompensationError as error:
-            self._tell(error)
+            self.state.report(self.at, *error.args)
         self.left = compensation.at
         self.must_be_straight = True
 
@@ -85,7 +82,7 @@ class Output:
             self.finish()
         elif word is not None:
             if before is not None:
-                self.report(
+                self.state.report(
                     word,
                     "cutter compensation is on already",
                     "G40 before, then a straight move",
@@ -110,7 +107,7 @@ class Output:
             elif word.letter == "G" and "motion" in groups and codes.get("motion") is word:
                 allowed = code not in (*CYCLES, *SPLINES)
             if not allowed:
-                self.report(
+                self.state.report(
                     word,
                     f"{code} during cutter compensation",
                     "G0 G1 G2 G3 G4 and modes that do not move the contour",
@@ -126,7 +123,7 @@ class Output:
         if found < 0.0:
             side = -side
         if modes.in_table_frame or modes.plane is Plane.YZ:
-            self.report(
+            self.state.report(
                 word,
                 f"{word.code} with {'G43.4' if modes.in_table_frame else 'G19'}",
                 "G17 or G18, and coordinates of the machine",
@@ -144,12 +141,12 @@ class Output:
         number = values.get("D")
         if word.code in ("G41.1", "G42.1"):
             if number is None:
-                self.report(word, f"{word.code} without D", "D with the diameter", "G41.1 D6")
+                self.state.report(word, f"{word.code} without D", "D with the diameter", "G41.1 D6")
                 return None
             return number.value * self.state.modes.mm_per_unit / 2
         tool = self.state.loaded if number is None else number.value
         if tool == 0.0 and number is None:
-            self.report(
+            self.state.report(
                 word,
                 f"{word.code} without a tool",
                 "T and M6 before, or D with a tool of the table",
@@ -159,7 +156,7 @@ class Output:
         if tool == 0.0:
             tool = self.state.loaded
         if tool not in self.state.tools and tool != 0.0:
-            self.report(
+            self.state.report(
                 number or word,
                 f"there is no tool {tool:g}",
                 f"0 or a tool of the table, which has {len(self.state.tools)}",
@@ -168,7 +165,7 @@ class Output:
             return None
         chosen = self.state.tools.get(int(tool), Tool())
         if chosen.orientation not in (0, 9):
-            self.report(
+            self.state.report(
                 word,
                 f"tool {tool:g} is a lathe tool (orientation {chosen.orientation})",
                 "a tool that turns",

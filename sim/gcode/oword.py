@@ -45,11 +45,11 @@ class HeadReader(LineReader):
         known = keyword.group(1).lower() if keyword else ""
         if known not in _KEYWORDS:
             self._fail(
-                begin + 1,
-                self.source[begin : keyword.end() if keyword else self.at].rstrip(),
                 "the O word has no known keyword",
                 "one of " + " ".join(_KEYWORDS),
                 f"write for instance {text} call, or {text} if [#1 GT 0]",
+                begin,
+                self.source[begin : keyword.end() if keyword else self.at].rstrip(),
             )
         self.at = keyword.end()
         return Head(label, known, begin + 1, self.source[begin : self.at])
@@ -57,20 +57,20 @@ class HeadReader(LineReader):
     def _number_label(self, begin: int) -> int:
         if self.source[self.at : self.at + 1] not in (*"0123456789#[",):
             self._fail(
-                begin + 1,
-                self.source[begin : self.at].rstrip(),
                 "the O word has no label",
                 "a number, #n, [ ] or <name> behind O",
                 "write for instance O100 call or O<pocket> call",
+                begin,
+                self.source[begin : self.at].rstrip(),
             )
         number = self._value()
         if number < 0 or abs(number - round(number)) > 1e-4:
             self._fail(
-                begin + 1,
-                self.source[begin : self.at].rstrip(),
                 f"the label is {number:g}",
                 "an integer of at least 0",
                 "write for instance O100 call",
+                begin,
+                self.source[begin : self.at].rstrip(),
             )
         return round(number)
 
@@ -88,29 +88,22 @@ class HeadReader(LineReader):
                 values.append(self._bracket())
             elif char == "[" and most == ARGUMENTS:
                 self._fail(
-                    *self._here(),
                     "too many arguments",
                     f"at most {ARGUMENTS}",
                     "set parameters from #31 on before the call",
                 )
             else:
                 self._fail(
-                    *self._here(),
                     f"unexpected text behind {head.keyword}",
                     "[value] or the end of the line" if most else "the end of the line",
                     "an O word stands alone in its line, values in brackets",
                 )
         if len(values) < least:
             self._fail(
-                head.column,
-                head.text,
                 f"{head.keyword} without a value",
                 f"[ ] behind {head.keyword}",
                 f"write for instance {head.text} [#1 LT 10]",
+                head.column - 1,
+                head.text,
             )
         return values
-
-
-def shown_label(label: Key) -> str:
-    """A label as it is written behind O."""
-    return f"<{label}>" if isinstance(label, str) else str(label)

@@ -10,11 +10,11 @@ from sim.gcode import table_frame
 from sim.gcode.arcs import Centre
 from sim.gcode.state import State
 from sim.path.curves import curve_of
-from sim.path.moves import Motion, Move, Pose, turns_only_the_table
+from sim.path.moves import Motion, Move, Pose
 
 
 def program_moves(
-    state: State, line: int, source: str, motion: Motion, end: Pose, centre: Centre | None = None
+    state: State, motion: Motion, end: Pose, centre: Centre | None = None
 ) -> list[Move]:
     """Moves to `end` in programmed coordinates, centre likewise; the position is then there."""
     offset = state.offset
@@ -23,58 +23,42 @@ def program_moves(
         first, second = state.modes.plane.axes
         centre = centre[0] + offset[first], centre[1] + offset[second]
     make = _table_moves if state.modes.in_table_frame else machine_moves
-    return make(state, line, source, motion, finish, centre)
+    return make(state, motion, finish, centre)
 
 
 def machine_moves(
-    state: State, line: int, source: str, motion: Motion, end: Pose, centre: Centre | None = None
+    state: State, motion: Motion, end: Pose, centre: Centre | None = None
 ) -> list[Move]:
     """The move to `end` in machine coordinates; the position is then there."""
-    modes = state.modes
     start, state.position = state.position, end
-    feed = None
-    if motion is not Motion.RAPID and not modes.inverse_time:
-        feed = _feed_per_minute(state, motion, start, end)
-    move = Move(
-        line,
-        source,
-        motion,
-        start,
-        end,
-        feed,
-        modes.plane if motion.is_arc else None,
-        centre,
-        modes.tolerance,
-        modes.merge,
+    move = _move(state, motion, start, end, centre)
+    return [move if motion is Motion.RAPID else replace(move, feed=_feed(state, move))]
+
+
+def _move(
+    state: State, motion: Motion, start: Pose, end: Pose, centre: Centre | None = None
+) -> Move:
+    """The move with the modes in force, without a feed."""
+    modes = state.modes
+    return Move(
+        *(state.line, state.source, motion, start, end, None),
+        *(modes.plane if motion.is_arc else None, centre, modes.tolerance, modes.merge),
         exact_stop=modes.exact_stop,
         override=modes.override,
     )
-    if motion is not Motion.RAPID and modes.inverse_time:
-        move = replace(move, feed=_feed(state, move))
-    return [move]
 
 
 def _feed(state: State, move: Move) -> float:
     """Feed of a move as mm/min, of one that turns only the table degree/min."""
-    if state.modes.inverse_time:
-        return state.modes.feed * _length(move)
-    return _feed_per_minute(state, move.motion, move.start, move.end)
-
-
-def _feed_per_minute(state: State, motion: Motion, start: Pose, end: Pose) -> float:
     modes = state.modes
-    turn = turns_only_the_table(motion, start, end)
-    return modes.feed if turn else modes.feed * modes.feed_mm_per_unit
+    if modes.inverse_time:
+        return modes.feed * _length(move)
+    return modes.feed if move.turns_only_the_table else modes.feed * modes.feed_mm_per_unit
 
 
-def _table_moves(
-    state: State, line: int, source: str, motion: Motion, finish: Pose, centre: Centre | None
-) -> list[Move]:
+def _table_moves(state: State, motion: Motion, finish: Pose, centre: Centre | None) -> list[Move]:
     """The move in pieces that are straight for the machine; finish in table coordinates."""
-    modes = state.modes
-    start = table_frame.from_machine(state.position)
-    plane = modes.plane if motion.is_arc else None
-    whole = Move(line, source, motion, start, finish, 1.0, plane, centre)
+    whole = _move(state, motion, table_frame.from_machine(state.position), finish, centre)
     straight = Motion.RAPID if motion is Motion.RAPID else Motion.LINEAR
     # Minutes of the whole move at its feed, as the tool sees it on the work piece.
     length = _length(whole)
@@ -82,21 +66,9 @@ def _table_moves(
     poses = table_frame.pieces(whole)
     moves: list[Move] = []
     for number, pose in enumerate(poses):
-        move = Move(
-            line,
-            source,
-            straight,
-            state.position,
-            pose,
-            None,
-            None,
-            None,
-            modes.tolerance,
-            modes.merge if len(poses) == 1 else 0.0,
-            number > 0,
-            modes.exact_stop,
-            modes.override,
-        )
+        move = replace(_move(state, straight, state.position, pose), inner=number > 0)
+        if len(poses) > 1:
+            move = replace(move, merge=0.0)
         if feed > 0.0 and length > 0.0:
             move = replace(move, feed=_length(move) * len(poses) * feed / length)
         state.position = pose

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from sim.gcode.state import State
 from sim.gcode.targets import target
-from sim.gcode.words import Word, WordReport
+from sim.gcode.words import Word
 from sim.path.moves import Plane
 from sim.path.nurbs import MAX_CHORDS, Nurbs, TooManyChordsError
 
@@ -33,8 +33,8 @@ Point = tuple[float, float]
 class Splines:
     """Control points that are being collected, and the direction in which G5 may go on."""
 
-    def __init__(self, state: State, report: WordReport) -> None:
-        self.state, self.report = state, report
+    def __init__(self, state: State) -> None:
+        self.state = state
         self.open = False  # a G5.2 waits for its G5.3
         self.points: list[Point] = []  # of G5.2, programmed coordinates [mm]
         self.weights: list[float] = []
@@ -51,13 +51,13 @@ class Splines:
             return []
         if code == "G5.3":
             return self._finish(at)
-        start, end = self.state.programmed()[:2], target(self.state, values, self.report)[:2]
+        start, end = self.state.programmed()[:2], target(self.state, values)[:2]
         if code == "G5.1":
             return self._quadratic(start, end, values, at)
         return self._cubic(start, end, values, at)
 
     def _fail(self, at: Word, what: str, expected: str, help: str) -> list[Point]:
-        self.report(at, what, expected, help)
+        self.state.report(at, what, expected, help)
         return []
 
     def _accepted(
@@ -68,25 +68,27 @@ class Splines:
         strange = [word for group, word in codes.items() if group not in _BESIDE_POINTS]
         if self.open and (strange or code not in ("G5.2", "G5.3")):
             word = strange[0] if strange else at
-            self.report(
+            self.state.report(
                 word,
                 f"{word.code} between G5.2 and G5.3",
                 "control points of the NURBS",
                 f"write G5.3 before {word.text}",
             )
         elif code == "G5.3" and not self.open:
-            self.report(at, "G5.3 without G5.2", "G5.2 with control points before", "see G5.2")
+            self.state.report(
+                at, "G5.3 without G5.2", "G5.2 with control points before", "see G5.2"
+            )
         elif wrong:
-            self.report(
+            self.state.report(
                 wrong[0],
                 f"{wrong[0].letter} does not belong to {code}",
                 f"words with {' '.join(own) or 'F'}",
                 "splines are in the plane XY; the other axes stay",
             )
         elif self.state.modes.plane is not Plane.XY:
-            self.report(at, f"{code} outside of the plane XY", "G17", "write G17 before")
+            self.state.report(at, f"{code} outside of the plane XY", "G17", "write G17 before")
         elif code in ("G5", "G5.1") and not ("X" in values or "Y" in values):
-            self.report(at, f"{code} without a position", "X Y", "give the end of the curve")
+            self.state.report(at, f"{code} without a position", "X Y", "give the end of the curve")
         else:
             return True
         return False
@@ -169,7 +171,7 @@ class Splines:
                 "divide the curve",
             )
         else:
-            self.points.append(target(self.state, values, self.report)[:2])
+            self.points.append(target(self.state, values)[:2])
             self.weights.append(weight.value)
 
     def _finish(self, at: Word) -> list[Point]:

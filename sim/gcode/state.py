@@ -57,11 +57,17 @@ class State:
     """position [mm, degree]: of the machine; tools: by number.
 
     compensation: from G41 or G42 to G40; position is then on the contour, not that of the tool.
-    parameters: numbered ones and names that are known everywhere.
+    parameters: numbered ones, and names that begin with an underscore, which are known everywhere;
+    names: others, of the subroutine that runs or of the main program. report: takes mistakes; line,
+    source: the block under work.
     """
 
     position: Pose
     tools: Mapping[int, Tool]
+    report: WordReport
+    line: int = 0
+    source: str = ""
+    names: dict[Key, float] = field(default_factory=dict)
     modes: Modes = field(default_factory=Modes)
     motion: str | None = None
     sticky: dict[str, float] = field(default_factory=dict)  # numbers a cycle keeps, in mm and s
@@ -90,11 +96,13 @@ class State:
 
     # Parameters
 
-    def parameter(self, key: int) -> float:
-        """Value of a numbered parameter, of the position in the unit in force.
+    def read(self, key: Key) -> float | None:
+        """Value of a parameter, of the position in the unit in force; None for a name without one.
 
         Raises NoValueError where the position is not known.
         """
+        if isinstance(key, str):
+            return self._of(key).get(key)
         if not _POSITION <= key < _POSITION + 9:
             return self.parameters.get(key, 0.0)
         if key - _POSITION not in _AXIS_PARAMETER:
@@ -108,6 +116,14 @@ class State:
         index = _AXIS_PARAMETER.index(key - _POSITION)
         value = self.programmed()[index]
         return value / (self.modes.mm_per_unit if index < 3 else 1.0)
+
+    def write(self, key: Key, value: float) -> None:
+        """Set a number or name."""
+        self._of(key)[key] = value
+
+    def _of(self, key: Key) -> dict[Key, float]:
+        own = isinstance(key, str) and not key.startswith("_")
+        return self.names if own else self.parameters
 
     @staticmethod
     def is_read_only(key: Key) -> bool:
@@ -168,11 +184,11 @@ class State:
         self.parameters[_SYSTEM] = float(index + 1)
         self.system = self._stored(_SYSTEM_1 + 20 * index)
 
-    def set_system(self, word: Word, values: dict[str, Word], report: WordReport) -> None:
+    def set_system(self, word: Word, values: dict[str, Word]) -> None:
         """G10 L2 or L20, as `word`."""
         kind, number = values.get("L"), values.get("P")
         if kind is None or kind.value not in (2.0, 20.0):
-            report(
+            self.report(
                 kind or word,
                 "G10 without a known L",
                 "L2 (offsets) or L20 (coordinates of the position)",
@@ -180,7 +196,7 @@ class State:
             )
             return
         if number is None or number.value not in range(10):
-            report(
+            self.report(
                 number or word,
                 "G10 without a coordinate system",
                 "P1 to P9 for G54 to G59.3, P0 for the present one",
@@ -202,13 +218,13 @@ class State:
         if index == present:
             self.system = tuple(offsets)
 
-    def set_shift(self, word: Word, values: dict[str, Word], report: WordReport) -> None:
+    def set_shift(self, word: Word, values: dict[str, Word]) -> None:
         """G92 to G92.3, as `word`."""
         if word.code == "G92":
             here, shift = self.programmed(), list(self.shift)
             given = self.axis_values(values)
             if not given:
-                report(
+                self.report(
                     word,
                     "G92 without axis words",
                     "the coordinates that the position shall have",

@@ -4,8 +4,8 @@
 from __future__ import annotations
 
 from sim.gcode.execution import Execution, Frame, Line
-from sim.gcode.expressions import Key
-from sim.gcode.oword import ARGUMENTS, CLOSING, Head, shown_label
+from sim.gcode.expressions import Key, shown
+from sim.gcode.oword import ARGUMENTS, CLOSING, Head
 
 MAX_DEPTH = 9  # calls inside calls, as rs274
 VALUE, RETURNED = "_value", "_value_returned"
@@ -29,7 +29,7 @@ class Subroutines:
         if self.run.frame.label is not None:
             self.run.fail(
                 head,
-                f"subroutine inside O{shown_label(self.run.frame.label)} sub",
+                f"subroutine inside O{shown(self.run.frame.label)} sub",
                 "endsub before the next sub",
                 "define subroutines beside each other",
             )
@@ -47,7 +47,7 @@ class Subroutines:
             self.run.fail(
                 head,
                 "the subroutine is defined twice",
-                f"one sub with the label {shown_label(head.label)}",
+                f"one sub with the label {shown(head.label)}",
                 "choose another label",
             )
         self.run.bodies[begin] = line
@@ -75,7 +75,7 @@ class Subroutines:
                 "check that the recursion ends, or replace it by a loop",
             )
         self.run.count(head)
-        numbers = self.run.variables.numbers
+        numbers = self.run.state.parameters
         saved = {n: numbers.get(n, 0.0) for n in range(1, ARGUMENTS + 1)}
         numbers.update(zip(saved, [*values, *[0.0] * (ARGUMENTS - len(values))], strict=True))
         self.run.enter(Frame(head.label, back, line, head, self.run.repeating(), saved))
@@ -91,8 +91,8 @@ class Subroutines:
                 self.run.mistakes.place(*line)
                 self.run.fail(
                     head,
-                    f"there is no subroutine {shown_label(head.label)} in this file",
-                    f"O{shown_label(head.label)} sub",
+                    f"there is no subroutine {shown(head.label)} in this file",
+                    f"O{shown(head.label)} sub",
                     "check the label; subroutines in files of their own are not looked for",
                 )
             found = self.run.head(later)
@@ -105,8 +105,8 @@ class Subroutines:
         if frame.label != head.label:
             self.run.fail(
                 head,
-                f"endsub does not belong to O{shown_label(frame.label)} sub, which runs",
-                f"O{shown_label(frame.label)} endsub",
+                f"endsub does not belong to O{shown(frame.label)} sub, which runs",
+                f"O{shown(frame.label)} endsub",
                 "check the labels",
             )
         if frame.open:
@@ -123,18 +123,18 @@ class Subroutines:
                 head,
                 f"{head.keyword} outside of a subroutine",
                 "a line of a subroutine",
-                f"write O{shown_label(head.label)} sub before, or remove the line",
+                f"write O{shown(head.label)} sub before, or remove the line",
             )
         return self.run.frame
 
     def _leave(self, frame: Frame, values: list[float]) -> None:
         self.run.leave()
-        self.run.variables.numbers.update(frame.saved)
+        self.run.state.parameters.update(frame.saved)
         self._returns(values)
         self.run.at = frame.back
         if frame.restore is not None:
             frame.restore(frame.state)
 
     def _returns(self, values: list[float]) -> None:
-        numbers = self.run.variables.numbers
+        numbers = self.run.state.parameters
         numbers[VALUE], numbers[RETURNED] = values[0] if values else 0.0, float(bool(values))

@@ -7,29 +7,27 @@ import math
 
 from sim.gcode.block import POLAR
 from sim.gcode.state import State
-from sim.gcode.words import Word, WordReport
+from sim.gcode.words import Word
 from sim.path.moves import Pose
 
 
-def target(state: State, values: dict[str, Word], report: WordReport) -> Pose:
+def target(state: State, values: dict[str, Word]) -> Pose:
     """End of the block in programmed coordinates; axes left out keep theirs."""
     end = list(state.programmed())
     incremental = state.modes.incremental
     for index, value in state.axis_values(values):
         end[index] = end[index] + value if incremental else value
     if "@" in values or "^" in values:
-        add_polar(state, values, end, report)
+        add_polar(state, values, end)
     return tuple(end)
 
 
-def add_polar(
-    state: State, values: dict[str, Word], place: list[float], report: WordReport
-) -> None:
+def add_polar(state: State, values: dict[str, Word], place: list[float]) -> None:
     """Radius @ and angle ^ about the origin of the program's X and Y; place is changed."""
     given = [values[letter] for letter in POLAR if letter in values]
     mixed = [values[letter] for letter in "XY" if letter in values]
     if mixed:
-        report(
+        state.report(
             mixed[0],
             f"{mixed[0].letter} together with {given[0].letter}",
             "either @ and ^ or X and Y",
@@ -40,7 +38,7 @@ def add_polar(
     radius = math.hypot(place[0], place[1])
     angle = math.atan2(place[1], place[0])
     if radius == 0.0 and (incremental or "^" not in values):
-        report(
+        state.report(
             given[0],
             "at the origin there is no angle",
             "@ and ^ with G90, or another place before",
@@ -56,12 +54,12 @@ def add_polar(
     place[0], place[1] = radius * math.cos(angle), radius * math.sin(angle)
 
 
-def absolute_target(state: State, word: Word, values: dict[str, Word], report: WordReport) -> Pose:
+def absolute_target(state: State, word: Word, values: dict[str, Word]) -> Pose:
     """End of a block with G53, as `word`: coordinates of the machine, turned into programmed."""
     modes = state.modes
     polar = any(letter in values for letter in POLAR)
     if modes.incremental or modes.in_table_frame or polar or state.motion not in ("G0", "G1"):
-        report(
+        state.report(
             word,
             "G53 counts from the origin of the machine",
             "G0 or G1 with X Y Z A C, with G90 and outside G43.4",

@@ -11,11 +11,12 @@ from __future__ import annotations
 import argparse
 import re
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 from asip_asm.files import read_text
-from sim.gcode.errors import MAX_ERRORS, GcodeError, GcodeErrors
+from sim.gcode.errors import GcodeErrors, Mistakes, TooManyErrors
 from sim.gcode.words import MAX_NUMBER
 from sim.path.moves import AXES, Pose
 
@@ -44,58 +45,56 @@ def tool_table(lines: Iterable[str], file: str = "<tools>", unit: float = 1.0) -
     integer from 1 on, or a second line for a tool.
     """
     tools: dict[int, Tool] = {}
-    errors: list[GcodeError] = []
-    for number, raw in enumerate(lines, start=1):
-        source = raw.rstrip("\r\n").expandtabs(1)
-        text = source.partition(";")[0]
-        values: dict[str, float] = {}
-
-        def error(column: int, offending: str, what: str, expected: str, help: str) -> None:
-            place = file, number, column, source  # noqa: B023
-            errors.append(GcodeError(*place, offending, what, expected, help))
-
-        for run in _TEXT.finditer(text):
-            word = _WORD.match(text, run.start())
-            if word is None:
-                error(
-                    run.start() + 1,
-                    run.group(),
-                    "not a word of a tool table",
-                    "a letter and a number",
-                    "put remarks behind a ;",
-                )
-                break
-            value = float(word.group(2))
-            if abs(value) > MAX_NUMBER:
-                error(
-                    run.start() + 1,
-                    word.group(),
-                    "the number is out of range",
-                    f"a magnitude of at most {MAX_NUMBER:g}",
-                    "check the decimal point",
-                )
-                break
-            values[word.group(1).upper()] = value
-        else:
-            tool = values.get("T", 0.0)
-            if values and (tool < 1 or not tool.is_integer() or tool in tools):
-                error(
-                    1,
-                    text.rstrip(),
-                    "the tool is there already" if tool in tools else "the line has no tool",
-                    "T with an integer of at least 1, once for each tool",
-                    "write for instance T1 Z12.5 ; drill",
-                )
-            elif values:
-                x, y, z, a, c = (values.get(letter, 0.0) for letter in AXES)
-                offset = (x * unit, y * unit, z * unit, a, c)
-                diameter = values.get("D", 0.0) * unit
-                tools[int(tool)] = Tool(offset, diameter, int(values.get("Q", 0.0)))
-        if len(errors) == MAX_ERRORS:
-            break
-    if errors:
-        raise GcodeErrors(tuple(errors))
+    mistakes = Mistakes(file)
+    with suppress(TooManyErrors):
+        for number, raw in enumerate(lines, start=1):
+            source = raw.rstrip("\r\n").expandtabs(1)
+            mistakes.place(number, source)
+            _take_line(source.partition(";")[0], tools, unit, mistakes)
+    if mistakes.found:
+        raise GcodeErrors(tuple(mistakes.found))
     return tools
+
+
+def _take_line(text: str, tools: dict[int, Tool], unit: float, mistakes: Mistakes) -> None:
+    """A line without its remark; nothing of it counts with a mistake."""
+    values: dict[str, float] = {}
+    for run in _TEXT.finditer(text):
+        word = _WORD.match(text, run.start())
+        if word is None:
+            mistakes.report(
+                run.start() + 1,
+                run.group(),
+                "not a word of a tool table",
+                "a letter and a number",
+                "put remarks behind a ;",
+            )
+            return
+        value = float(word.group(2))
+        if abs(value) > MAX_NUMBER:
+            mistakes.report(
+                run.start() + 1,
+                word.group(),
+                "the number is out of range",
+                f"a magnitude of at most {MAX_NUMBER:g}",
+                "check the decimal point",
+            )
+            return
+        values[word.group(1).upper()] = value
+    tool = values.get("T", 0.0)
+    if values and (tool < 1 or not tool.is_integer() or tool in tools):
+        mistakes.report(
+            1,
+            text.rstrip(),
+            "the tool is there already" if tool in tools else "the line has no tool",
+            "T with an integer of at least 1, once for each tool",
+            "write for instance T1 Z12.5 ; drill",
+        )
+    elif values:
+        x, y, z, a, c = (values.get(letter, 0.0) for letter in AXES)
+        offset = (x * unit, y * unit, z * unit, a, c)
+        diameter = values.get("D", 0.0) * unit
+        tools[int(tool)] = Tool(offset, diameter, int(values.get("Q", 0.0)))
 
 
 def tool_file(path: Path) -> dict[int, Tool]:

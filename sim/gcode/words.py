@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from sim.gcode.errors import MistakeError
 from sim.gcode.expressions import FUNCTIONS, LETTERS, Key, ValueReader
 
+OFFSETS = "IJK"  # of the centre of an arc
 MAX_NUMBER = 1e7  # larger magnitudes are typing mistakes on any machine
 
 
@@ -70,11 +71,11 @@ class LineReader(ValueReader):
                 elif char in "oO":
                     self.at = len(source)
                     self._fail(
-                        begin + 1,
-                        source[begin:],
                         "O word behind other words",
                         "an O word first in its line",
                         "put it on a line of its own",
+                        begin,
+                        source[begin:],
                     )
                 elif char in "@^" or (char.isascii() and char.isalpha()):
                     self.at += 1
@@ -98,11 +99,11 @@ class LineReader(ValueReader):
         elif text[0] in "[]=*<>":
             help = "an expression follows a letter, such as X[1 + 2], or a setting, #1 = [1 + 2]"
         self._fail(
-            begin + 1,
-            text,
             "unexpected character",
             "a word such as X10.5, a comment, or the end of the line",
             help,
+            begin,
+            text,
         )
 
     def _skip_comment(self, begin: int) -> int:
@@ -134,67 +135,58 @@ class LineReader(ValueReader):
         follower = self.source[end : end + 1]
         if run and not (run.group(1) in "+-" and (follower in ("#", "[") or follower.isalpha())):
             self.at = end
-            value = self._number(begin + 1, self.source[begin:end], run.group(1))
+            value = self._number(begin, run.group(1))
         elif self._starts_value():
             value = self._value()
         else:
             text = self.source[begin : begin + 1]
             self.at = begin + 1
             self._fail(
-                begin + 1,
-                text,
                 "the letter has no number",
                 f"a number after {letter.upper()}, such as {letter.upper()}1",
                 "text that is not code belongs into a comment ( )",
+                begin,
+                text,
             )
         text = self.source[begin : self.at].rstrip()
-        self._check_range(begin + 1, text, value)
+        self._check_range(begin, text, value)
         return Word(letter.upper(), value, text, begin + 1)
 
     def _starts_value(self) -> bool:
-        char = self._peek()
-        if char in ("+", "-"):
-            return True
-        if char in ("#", "["):
+        if self._peek() in ("+", "-", "#", "["):
             return True
         name = LETTERS.match(self.source, self.at)
         return bool(name) and name.group().upper() in {*FUNCTIONS, "ATAN", "EXISTS"}
 
-    def _number(self, column: int, text: str, number: str) -> float:
+    def _number(self, begin: int, number: str) -> float:
         if not _NUMBER.fullmatch(number):
             self._fail(
-                column,
-                text,
                 "the number is malformed",
                 "an optional sign, digits and at most one decimal point",
                 "write for instance -12.5",
+                begin,
             )
         return float(number)
 
-    def _check_range(self, column: int, text: str, value: float) -> None:
+    def _check_range(self, begin: int, text: str, value: float) -> None:
         if not abs(value) <= MAX_NUMBER:
-            self._fail(
-                column,
-                text,
-                "the number is out of range",
-                f"a magnitude of at most {MAX_NUMBER:g}",
-                "check the decimal point",
-            )
+            most = f"a magnitude of at most {MAX_NUMBER:g}"
+            self._fail("the number is out of range", most, "check the decimal point", begin, text)
 
     def _setting(self, begin: int) -> tuple[Key, float, int, str]:
         self.at += 1
         key = self._key()
         if self._peek() != "=":
             self._fail(
-                begin + 1,
-                self.source[begin : self.at].rstrip(),
                 "a parameter without a letter",
                 "#n = value, or a letter before it such as X#1",
                 "set it with = or use it behind a letter",
+                begin,
+                self.source[begin : self.at].rstrip(),
             )
         self.at += 1
         value = self._value()
         text = self.source[begin : self.at].rstrip()
         if not math.isfinite(value):
-            self._check_range(begin + 1, text, math.inf)
+            self._check_range(begin, text, math.inf)
         return key, value, begin + 1, text

@@ -21,10 +21,9 @@ from sim.lookahead.planner import Setpoints
 from sim.model.kinematics import inverse
 from sim.model.parameters import Robot
 from sim.path.blend import SCALE
-from sim.path.curves import Curve, curve_of, to_si
+from sim.path.curves import Curve, FloatArray, curve_of, to_si
 from sim.path.moves import Move
 
-FloatArray = NDArray[np.float64]
 QUANTITIES = ("speed", "acceleration", "jerk")
 GROUPS = ("tool", "leg", "table")
 ROUNDING = 1e-12  # of a distance [m]

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from sim.lookahead.limits import SHARES, Pieces
 from sim.lookahead.segments import Segment
 from sim.path.blend import Blends
-
-FloatArray = NDArray[np.float64]
+from sim.path.curves import FloatArray
 
 
 @dataclass(eq=False)
@@ -26,6 +25,13 @@ class Element:
     offset: float = 0.0  # of the piece's start on its segment
     blends: Blends | None = None
     index: int = 0
+
+    @property
+    def kind(self) -> str:
+        """line, arc, blend or stop."""
+        if self.segment is not None:
+            return "line" if self.segment.curve is None else "arc"
+        return "stop" if self.blends is None else "blend"
 
     def end(self) -> FloatArray:
         """Last point in path space; not of a stop."""
@@ -66,13 +72,11 @@ def evaluate(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Point and two derivatives by the length at s (n,) of the elements `owner` (n,)."""
     q, d1, d2 = (np.zeros((len(s), 5)) for _ in range(3))
-    kinds = np.array(
-        [2 if e.blends is not None else int(e.segment.curve is not None) for e in elements]
-    )
+    kinds = np.array([element.kind for element in elements])
     kind = kinds[owner]
-    rows = np.flatnonzero(kind == 0)
+    rows = np.flatnonzero(kind == "line")
     if len(rows):
-        lines = np.flatnonzero(kinds == 0)
+        lines = np.flatnonzero(kinds == "line")
         place = np.zeros(len(elements), dtype=np.int64)
         place[lines] = np.arange(len(lines))
         start = np.array([elements[n].segment.start for n in lines])
@@ -81,11 +85,11 @@ def evaluate(
         own = place[owner[rows]]
         q[rows] = start[own] + (s[rows] + offset[own])[:, None] * direction[own]
         d1[rows] = direction[own]
-    for n in np.unique(owner[kind == 1]):
+    for n in np.unique(owner[kind == "arc"]):
         rows = np.flatnonzero(owner == n)
         element = elements[n]
         q[rows], d1[rows], d2[rows] = element.segment.at(s[rows] + element.offset)
-    rows = np.flatnonzero(kind == 2)
+    rows = np.flatnonzero(kind == "blend")
     if len(rows):
         sources = {id(e.blends): e.blends for e in elements if e.blends is not None}
         source = np.array([id(e.blends) for e in elements])[owner[rows]]

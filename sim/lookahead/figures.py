@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sim.gcode.interpreter import stream
 from sim.lookahead.joints import Joint
@@ -22,9 +21,8 @@ from sim.lookahead.limits import MachineLimits
 from sim.lookahead.planner import Lookahead, Setpoints
 from sim.lookahead.settings import LookaheadSettings
 from sim.page import pictures
+from sim.path.curves import FloatArray
 from sim.path.moves import Motion, Move
-
-FloatArray = NDArray[np.float64]
 
 PATH_FILE, CORNER_FILE = "lookahead_path.svg", "lookahead_corner.svg"
 CHORDS = 84

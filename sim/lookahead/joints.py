@@ -16,8 +16,7 @@ from sim.lookahead.segments import Segment
 from sim.lookahead.settings import LookaheadSettings
 from sim.path import blend
 from sim.path.blend import SCALE, Blends
-
-FloatArray = NDArray[np.float64]
+from sim.path.curves import FloatArray
 
 SHORTEST_BLEND = 1e-7  # distance from the corner [m] below which the joint is a stop
 SMOOTH = 1e-8  # angle [rad] and relative change of curvature that need no blend
@@ -186,31 +185,22 @@ class Joints:
         return points[kept], blended[kept]
 
     def _controls(self, which: NDArray[np.int64], distance: FloatArray) -> FloatArray:
-        ends: list[list[FloatArray]] = [[], [], [], [], [], []]
+        ends = []
         for k in which:
             first, second, d = self.segments[k], self.segments[k + 1], distance[k]
             if first.curve is None and second.curve is None:
                 zero = np.zeros(5)
-                values = (
-                    (first.end - d * first.direction, first.direction, zero),
-                    (second.start + d * second.direction, second.direction, zero),
+                ends.append(
+                    (
+                        *(first.end - d * first.direction, second.start + d * second.direction),
+                        *(first.direction, second.direction, zero, zero),
+                    )
                 )
             else:
-                values = tuple(
-                    tuple(value[0] for value in segment.at(np.array([s])))
-                    for segment, s in ((first, first.length - d), (second, d))
-                )
-            for n in range(3):
-                ends[2 * n].append(values[0][n])
-                ends[2 * n + 1].append(values[1][n])
-        arrays = [np.array(values).reshape(-1, 5) for values in ends]
-        return blend.control_points(
-            (arrays[0], arrays[1]),
-            (arrays[2], arrays[3]),
-            (arrays[4], arrays[5]),
-            distance[which],
-            self.angle[which],
-        )
+                sides = first.at(np.array([first.length - d])), second.at(np.array([d]))
+                ends.append([value[0] for pair in zip(*sides, strict=True) for value in pair])
+        pairs = np.array(ends).reshape(-1, 3, 2, 5).transpose(1, 2, 0, 3)
+        return blend.control_points(*pairs, distance[which], self.angle[which])
 
     def pieces(self, numbers: NDArray[np.int64]) -> Pieces:
         """The blends `numbers`, examined at their nodes."""

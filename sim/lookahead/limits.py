@@ -22,9 +22,8 @@ from numpy.typing import NDArray
 from sim.model.kinematics import inverse, inverse_acceleration, inverse_velocity
 from sim.model.parameters import Robot
 from sim.path.blend import TABLE_RADIUS
+from sim.path.curves import FloatArray
 from sim.planner.optimal import Limits
-
-FloatArray = NDArray[np.float64]
 
 # Limits used for planning, relative to those given: what the points examined may have missed.
 MARGIN = 0.998
@@ -159,15 +158,10 @@ def _channels(pieces: Pieces, limits: MachineLimits, robot: Robot) -> list[_Chan
     l2 = inverse_acceleration(robot, place, tool1, tool2)
     for leg, (x, y) in enumerate(robot.legs):
         toward = np.sum((place - (x, y, 0.0)) * tool3, axis=2)
-        l3 = (3 * dot12 + toward - 3 * l1[..., leg] * l2[..., leg]) / l0[..., leg]
-        channels.append(
-            _Channel(
-                _greatest(l1[..., leg]),
-                (_greatest(l2[..., leg]), zero),
-                (_greatest(l3), zero),
-                limits.leg,
-            )
-        )
+        x1, x2 = l1[..., leg], l2[..., leg]
+        x3 = (3 * dot12 + toward - 3 * x1 * x2) / l0[..., leg]
+        x1, x2, x3 = map(_greatest, (x1, x2, x3))
+        channels.append(_Channel(x1, (x2, zero), (x3, zero), limits.leg))
     for axis in (3, 4):
         x1, x2, x3 = (
             _greatest(d[..., axis]) / TABLE_RADIUS for d in (pieces.d1, pieces.d2, pieces.d3)

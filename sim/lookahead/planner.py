@@ -29,10 +29,9 @@ from sim.lookahead.settings import LookaheadSettings
 from sim.lookahead.speed import Cell, SpeedPlanner, Stop, Stretch
 from sim.path import blend
 from sim.path.blend import SCALE
+from sim.path.curves import FloatArray
 from sim.path.moves import Dwell, Move
 from sim.path.workspace import Workspace
-
-FloatArray = NDArray[np.float64]
 
 LONGEST_CELL = 0.02  # of a line [m]; the directions to the legs change by some 3 %
 LARGEST_TURN = 0.2  # of an arc's cell [rad]
@@ -95,7 +94,9 @@ class Lookahead:
 
     def stretches(self) -> Iterator[Stretch]:
         """The motion along the path, without its points: for the time alone, nothing is sampled."""
-        self._speeds_planner = self._planner()
+        limits = self.settings.limits
+        fastest = limits.tool.speed + limits.table.speed * blend.TABLE_RADIUS * 2
+        self._speeds_planner = SpeedPlanner(limits.window, fastest, 4 * self.settings.depth)
         for stretch in self._speeds_planner.run(self._cells()):
             self.summary.duration += stretch.duration
             yield stretch
@@ -129,11 +130,6 @@ class Lookahead:
             zero = np.zeros((1, 5))
             last = np.array([self._last.line]), np.array([self._last.move])
             yield Setpoints(tick, point, zero, zero, *last)
-
-    def _planner(self) -> SpeedPlanner:
-        limits = self.settings.limits
-        fastest = limits.tool.speed + limits.table.speed * blend.TABLE_RADIUS * 2
-        return SpeedPlanner(limits.window, fastest, 4 * self.settings.depth)
 
     # Cells
 
@@ -181,7 +177,9 @@ class Lookahead:
                 self._elements.append(Element(0.0, dwell.line, self._last.move))
             return None, 0.0, cells
         joints = Joints(segments, self.settings)
-        self._count(joints, segments)
+        self.summary.blends += int(np.sum(joints.blend >= 0))
+        self.summary.stops += int(np.sum(joints.stop))
+        self.summary.smooth += int(np.sum(~joints.stop & (joints.blend < 0)))
         kept = len(segments) if dwell is not None else len(segments) - 1
         elements: list[Element] = []
         for k in range(kept):
@@ -208,11 +206,6 @@ class Lookahead:
             cells.append(Stop(dwell.seconds))
             return None, 0.0, cells
         return segments[-1], float(joints.distance[-1]) if len(segments) > 1 else cut, cells
-
-    def _count(self, joints: Joints, segments: list[Segment]) -> None:
-        self.summary.blends += int(np.sum(joints.blend >= 0))
-        self.summary.stops += int(np.sum(joints.stop))
-        self.summary.smooth += int(np.sum(~joints.stop & (joints.blend < 0)))
 
     def _limited(self, elements: list[Element], joints: Joints) -> list[Cell | Stop]:
         """Cells of the elements, with their greatest speeds and accelerations."""
@@ -254,13 +247,8 @@ class Lookahead:
     ) -> list[tuple[float, float]]:
         limits, robot = self.settings.limits, self.settings.robot
         result: list[tuple[float, float]] = [(0.0, 0.0)] * len(parts)
-        groups: dict[str, list[int]] = {"line": [], "arc": [], "blend": []}
-        for number, (element, _, _) in enumerate(parts):
-            if element.segment is not None:
-                groups["line" if element.segment.curve is None else "arc"].append(number)
-            elif element.blends is not None:
-                groups["blend"].append(number)
-        for kind, numbers in groups.items():
+        for kind in ("line", "arc", "blend"):
+            numbers = [n for n, (element, _, _) in enumerate(parts) if element.kind == kind]
             if not numbers:
                 continue
             if kind == "blend":

@@ -12,15 +12,12 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sim.gcode.arcs import ARC_TOLERANCE_MM
 from sim.path.blend import SCALE
-from sim.path.curves import FULL_TURN_BELOW, Arc, Curve, Line, curve_of, to_si
+from sim.path.curves import FULL_TURN_BELOW, Arc, Curve, FloatArray, Line, curve_of, to_si
 from sim.path.moves import Dwell, Motion, Move
 from sim.path.workspace import WORKSPACE_ROUNDING, Workspace
-
-FloatArray = NDArray[np.float64]
 
 # Shorter lines [m] are run as one line with the next one if P allows to miss the joint by that.
 SHORTEST_MOVE = 1e-7

@@ -29,9 +29,8 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from sim.path.curves import FloatArray
 
 # Phases that last less are joined to their neighbours [s].
 SHORTEST_PHASE = 1e-9

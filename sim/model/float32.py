@@ -16,7 +16,6 @@ The functions work on float32 arrays of any shape.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -31,7 +30,6 @@ f32 = np.float32
 ZERO, QUARTER, HALF, ONE, TWO = (f32(value) for value in (0.0, 0.25, 0.5, 1.0, 2.0))
 
 
-@dataclass(frozen=True)
 class Constants:
     """Parameters of one robot rounded to single precision; the names follow the formulas.
 
@@ -39,70 +37,38 @@ class Constants:
     the boost has its phases at the same tick for every T_s and T_c.
     """
 
-    xp: tuple[np.float32, ...]
-    yp: tuple[np.float32, ...]
-    root3: np.float32
-    r: np.float32
-    r6: np.float32  # 6 R
-    rr12: np.float32  # 12 R^2
-    rr3: np.float32  # 3 R^2
-    m_s: np.float32
-    m_p: np.float32
-    j_a: np.float32
-    l_c: np.float32
-    mr_c: np.float32
-    g: np.float32
-    table_inertia: tuple[np.float32, ...]
-    tilt_weight: np.float32  # r_4 m_4 g
-    t_s: np.float32
-    t_c: np.float32
-    half_t_c: np.float32
-    boost: np.float32  # xi_c - 1
-    ramp: np.float32  # 2 (xi_c - 1)
-    resolution: Single
-    k_p: Single
-    k_v: Single
-    k_i: Single
-    s_max: Single
-    e_c: Single
-    output_max: Single
-
-    @classmethod
-    def of(cls, robot: Robot) -> Constants:
-        """Round the parameters of `robot`."""
-        return cls(
-            xp=tuple(f32(xp) for xp, _ in robot.legs),
-            yp=tuple(f32(yp) for _, yp in robot.legs),
-            root3=f32(math.sqrt(3.0)),
-            r=f32(robot.R),
-            r6=f32(6.0 * robot.R),
-            rr12=f32(12.0 * robot.R**2),
-            rr3=f32(3.0 * robot.R**2),
-            m_s=f32(robot.m_s),
-            m_p=f32(robot.m_p),
-            j_a=f32(robot.J_a),
-            l_c=f32(robot.l_c),
-            mr_c=f32(robot.mr_c),
-            g=f32(robot.g),
-            table_inertia=(f32(robot.J_44), f32(robot.J_55)),
-            tilt_weight=f32(robot.r_4 * robot.m_4 * robot.g),
-            t_s=f32(robot.T_s),
-            t_c=f32(robot.boost_ticks) * f32(robot.T_s),
-            half_t_c=f32(robot.boost_ticks // 2) * f32(robot.T_s),
-            boost=f32(robot.xi_c - 1.0),
-            ramp=f32(2.0 * (robot.xi_c - 1.0)),
-            resolution=np.array(robot.resolution, f32),
-            k_p=np.array(robot.K_P, f32),
-            k_v=np.array(robot.K_V, f32),
-            k_i=np.array(robot.K_I, f32),
-            s_max=np.array(robot.s_max, f32),
-            e_c=np.array(robot.e_c, f32),
-            output_max=np.array(robot.output_max, f32),
-        )
+    def __init__(self, robot: Robot) -> None:
+        self.xp = tuple(f32(xp) for xp, _ in robot.legs)
+        self.yp = tuple(f32(yp) for _, yp in robot.legs)
+        self.root3 = f32(math.sqrt(3.0))
+        self.r = f32(robot.R)
+        self.r6 = f32(6.0 * robot.R)
+        self.rr12 = f32(12.0 * robot.R**2)
+        self.rr3 = f32(3.0 * robot.R**2)
+        self.m_s = f32(robot.m_s)
+        self.m_p = f32(robot.m_p)
+        self.j_a = f32(robot.J_a)
+        self.l_c = f32(robot.l_c)
+        self.mr_c = f32(robot.mr_c)
+        self.g = f32(robot.g)
+        self.table_inertia = (f32(robot.J_44), f32(robot.J_55))
+        self.tilt_weight = f32(robot.r_4 * robot.m_4 * robot.g)
+        self.t_s = f32(robot.T_s)
+        self.t_c = f32(robot.boost_ticks) * f32(robot.T_s)
+        self.half_t_c = f32(robot.boost_ticks // 2) * f32(robot.T_s)
+        self.boost = f32(robot.xi_c - 1.0)
+        self.ramp = f32(2.0 * (robot.xi_c - 1.0))
+        self.resolution = np.array(robot.resolution, f32)
+        self.k_p = np.array(robot.K_P, f32)
+        self.k_v = np.array(robot.K_V, f32)
+        self.k_i = np.array(robot.K_I, f32)
+        self.s_max = np.array(robot.s_max, f32)
+        self.e_c = np.array(robot.e_c, f32)
+        self.output_max = np.array(robot.output_max, f32)
 
     def block(self) -> dict[str, Single]:
         """All of them by name as arrays (1,) or (n,): the parameter block of the programs in C."""
-        return {field.name: np.atleast_1d(getattr(self, field.name)) for field in fields(self)}
+        return {name: np.atleast_1d(value) for name, value in vars(self).items()}
 
 
 def offsets(c: Constants, leg: int, x: Single, y: Single) -> tuple[Single, Single]:
@@ -229,7 +195,7 @@ def run(robot: Robot, path: SetPoints, counts: ArrayLike) -> TrackingResult:
     bits. Raises ValueError for counts of another shape or type. Legs that meet nowhere give NaN
     and numpy's warning.
     """
-    c = Constants.of(robot)
+    c = Constants(robot)
     counts = checked_counts(counts, len(path))
     p, v, a = (
         tuple(np.asarray(values, f32).T)

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 import time
@@ -95,22 +96,13 @@ def corner_speed(counts: Counts, rows: Rows) -> Measured:
     return f"{found[1]:.1f} mm/s; {found[0]:.1f} with limited jerk", min(found) >= 31.6
 
 
-class _Campaign:
+@functools.cache
+def _campaign(count: int) -> stress.Stress:
     """The random programs, run once for the rows that need them."""
-
-    def __init__(self) -> None:
-        self.done: dict[int, stress.Stress] = {}
-
-    def result(self, count: int) -> stress.Stress:
-        if count not in self.done:
-            found = stress.Stress()
-            for outcome in stress.programs(stress.FIRST, count):
-                found.add(outcome)
-            self.done[count] = found
-        return self.done[count]
-
-
-_campaign = _Campaign()
+    found = stress.Stress()
+    for outcome in stress.programs(stress.FIRST, count):
+        found.add(outcome)
+    return found
 
 
 @FEATURES.feature(
@@ -121,7 +113,7 @@ _campaign = _Campaign()
 )
 def violations(counts: Counts, rows: Rows) -> Measured:
     """Random programs: set-points above a limit, and the worst ratio to one."""
-    found = _campaign.result(counts.programs)
+    found = _campaign(counts.programs)
     over = sum(outcome.worst > stress.VIOLATION for outcome in found.broken)
     return (
         f"{over} of {found.programs} programs, {found.ticks} set-points; worst {found.worst:.4f}",
@@ -137,7 +129,7 @@ def violations(counts: Counts, rows: Rows) -> Measured:
 )
 def random_p(counts: Counts, rows: Rows) -> Measured:
     """The same programs: distance of path and corners beyond P."""
-    found = _campaign.result(counts.programs)
+    found = _campaign(counts.programs)
     worst = max(found.path, found.corner)
     return f"{worst * 1e9:.3f} nm beyond P", worst <= stress.ROUNDING
 

@@ -84,24 +84,23 @@ def read_lookahead(document: dict[str, Any]) -> list[Result]:
     for key, text in (("without blending [s]", "5"), ("with blending [s]", "1.5")):
         times, name = document["figures 4 and 5"][key], key.removesuffix(" [s]")
         steps, smooth = times["steps of acceleration"], times["jerk limited"]
-        label, agrees = f"{name}, trapezoid", printed(text, steps)
-        found.append(Result("5", label, "s", text, "stated", steps, agrees, LOOKAHEAD_PATH))
-        label, theirs = f"{name}, trapezoid, beside LinuxCNC", lookahead_figures.LINUXCNC[key]
-        faster = bool(steps <= theirs)
-        found.append(
-            Result("5", label, "s", f"<= {theirs}", "LinuxCNC", steps, faster, LOOKAHEAD_PATH)
-        )
-        label = f"{name}, jerk-limited"
-        found.append(Result("5", label, "s", "", "", smooth, True, LOOKAHEAD_PATH))
+        theirs = lookahead_figures.LINUXCNC[key]
+        beside = (f"<= {theirs}", "LinuxCNC", steps, bool(steps <= theirs))
+        for what, *rest in (
+            ("trapezoid", text, "stated", steps, printed(text, steps)),
+            ("trapezoid, beside LinuxCNC", *beside),
+            ("jerk-limited", "", "", smooth, True),
+        ):
+            found.append(Result("5", f"{name}, {what}", "s", *rest, LOOKAHEAD_PATH))
     for corner in document["figure 6"]:
         limit, ours = corner["P [mm]"], corner["apex of the set-points [mm]"]
-        name, text = f"G64 P{limit:g}: apex of the set-points", f"<= {limit:g}"
-        found.append(Result("6", name, "mm", text, "stated", ours, ours <= limit, LOOKAHEAD_CORNER))
-        theirs = lookahead_figures.LINUXCNC_APEX_MM[limit]
-        name, text = f"{name}, beside LinuxCNC", f"<= {theirs}"
-        found.append(
-            Result("6", name, "mm", text, "LinuxCNC", ours, ours <= theirs, LOOKAHEAD_CORNER)
-        )
+        name, theirs = f"G64 P{limit:g}: apex of the set-points", lookahead_figures.LINUXCNC_APEX_MM
+        for label, text, source, most in (
+            (name, f"<= {limit:g}", "stated", limit),
+            (f"{name}, beside LinuxCNC", f"<= {theirs[limit]}", "LinuxCNC", theirs[limit]),
+        ):
+            agrees = ours <= most
+            found.append(Result("6", label, "mm", text, source, ours, agrees, LOOKAHEAD_CORNER))
     return found
 
 

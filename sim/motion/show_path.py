@@ -21,9 +21,7 @@ from scipy.interpolate import CubicHermiteSpline
 
 from sim.gcode.interpreter import stream
 from sim.harness.motion_rtl import CLOCK_HZ, COUNTED, RECORDS, MotionError, MotionRtl
-from sim.harness.phase_record import (
-    Record,
-)
+from sim.harness.phase_record import Record
 from sim.lookahead.check import Deviation
 from sim.lookahead.planner import Lookahead, Setpoints
 from sim.lookahead.settings import LookaheadSettings
@@ -31,10 +29,9 @@ from sim.model.kinematics import forward
 from sim.model.parameters import Robot
 from sim.motion.step_stream import AXES, PathEncoder, Steps, joints
 from sim.page import pictures
+from sim.path.curves import FloatArray
 from sim.path.moves import Move
 from sim.planner.figures import Result
-
-FloatArray = NDArray[np.float64]
 
 PROGRAM = """G21 G90 G64 P0.01
 G1 X4 A2 F12000

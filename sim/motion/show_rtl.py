@@ -18,10 +18,7 @@ import numpy as np
 from sim.harness.motion_rtl import CLOCK_HZ, MotionError, MotionRtl
 from sim.page import pictures
 from sim.planner.figures import FIGURE_12, PULSES_PER_MM, Result, printed
-from sim.planner.pulse_records import (
-    pulse_counted,
-    time_exact,
-)
+from sim.planner.pulse_records import pulse_counted, time_exact
 from sim.planner.ramp_time import RampTimePlan, ramp_time_plan
 
 MODES = {"time-exact": time_exact, "pulse-counted": pulse_counted}

@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,11 +37,8 @@ from sim.harness.phase_record import (
 from sim.lookahead.planner import Setpoints
 from sim.model.kinematics import inverse, inverse_velocity
 from sim.model.parameters import Robot
-from sim.planner.pulse_records import (
-    PulseRecordError,
-)
-
-FloatArray = NDArray[np.float64]
+from sim.path.curves import FloatArray
+from sim.planner.pulse_records import PulseRecordError
 
 AXES = ("leg 1", "leg 2", "leg 3", "tilt", "rotation")
 TICKS_PER_SECOND = 1_000_000
@@ -115,10 +112,7 @@ class AxisEncoder:
             place = x0 + end * (v0 + end * (slope / 2 + end * jerk / 6)) if end < ticks else x1
             found += self._part(end - begin, place, speed, rise, jerk)
         if last:
-            final = found[-1]
-            found[-1] = Record(
-                final.flags | LAST, final.count, final.velocity, final.slope, final.jerk
-            )
+            found[-1] = replace(found[-1], flags=found[-1].flags | LAST)
         return found
 
     @staticmethod

@@ -19,7 +19,7 @@ from math import comb
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from sim.path.curves import FloatArray
 
 TABLE_RADIUS = 0.1  # m per rad
 SCALE = np.array([1.0, 1.0, 1.0, TABLE_RADIUS, TABLE_RADIUS])

@@ -24,9 +24,8 @@ FloatArray = NDArray[np.float64]
 
 # LinuxCNC's CIRCLE_FUZZ: an arc that turns less is a full turn.
 FULL_TURN_BELOW = 1e-6
-POINT = (
-    1e-12  # m; a shorter arc, as cutter compensation leaves of a hole of the tool's size, is none
-)
+# m; a shorter arc, as cutter compensation leaves of a hole of the tool's size, is none.
+POINT = 1e-12
 
 
 class Curve(Protocol):

@@ -65,12 +65,8 @@ class Move:
 
     @property
     def turns_only_the_table(self) -> bool:
-        return turns_only_the_table(self.motion, self.start, self.end)
-
-
-def turns_only_the_table(motion: Motion, start: Pose, end: Pose) -> bool:
-    """Whether a move has no tool path, so that its feed counts the angles of the table."""
-    return not motion.is_arc and start[:3] == end[:3]
+        """Whether it has no tool path, so that its feed counts the angles of the table."""
+        return not self.motion.is_arc and self.start[:3] == self.end[:3]
 
 
 @dataclass(frozen=True)

@@ -14,9 +14,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from sim.path.curves import FloatArray
+
 MAX_CHORDS = 100_000
 MAX_HALVES = 40  # of one span: its chords are shorter than rounding then
 

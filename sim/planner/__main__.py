@@ -9,7 +9,7 @@ import sys
 from collections.abc import Sequence
 from fractions import Fraction
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from rich.console import Console
@@ -39,39 +39,20 @@ MOVE = ("v0", "vm", "tr", "tm", "length")
 LEAST, GREATEST = Fraction(1, 10**30), Fraction(10**30)
 
 
-class Row(NamedTuple):
-    """One phase as shown: times [s], lengths [unit] and their derivatives."""
-
-    number: int
-    name: str
-    duration: float
-    displacement: float
-    start_speed: float
-    end_speed: float
-    start_acceleration: float
-    end_acceleration: float
-    jerk: float
-
-
-def rows(phases: Sequence[Phase[Any]], names: Sequence[str]) -> list[Row]:
-    """Phases in order, rounded to doubles once."""
+def rows(phases: Sequence[Phase[Any]], names: Sequence[str]) -> list[dict[str, Any]]:
+    """Phases as shown, rounded to doubles once: times [s], lengths [unit] and their derivatives."""
     return [
-        Row(
-            number,
-            name,
-            *(
-                float(value)
-                for value in (
-                    phase.duration,
-                    phase.displacement,
-                    phase.start.speed,
-                    phase.end.speed,
-                    phase.start.acceleration,
-                    phase.end.acceleration,
-                    phase.jerk,
-                )
-            ),
-        )
+        {
+            "number": number,
+            "name": name,
+            "duration": float(phase.duration),
+            "displacement": float(phase.displacement),
+            "start_speed": float(phase.start.speed),
+            "end_speed": float(phase.end.speed),
+            "start_acceleration": float(phase.start.acceleration),
+            "end_acceleration": float(phase.end.acceleration),
+            "jerk": float(phase.jerk),
+        }
         for number, (phase, name) in enumerate(zip(phases, names, strict=True), 1)
     ]
 
@@ -169,42 +150,41 @@ def _plan(arguments: argparse.Namespace) -> tuple[RampTimePlan, Profile | None, 
 UNITS = ("speed [u/s]", "acceleration [u/s2]", "jerk [u/s3]")  # u: unit of the options
 
 
-def _table(title: str, shown: Sequence[Row]) -> Table:
+def _table(title: str, shown: Sequence[dict[str, Any]]) -> Table:
     table = Table(title=title)
     for name in (*("", "phase", "time [s]", "length [u]"), *UNITS):
         table.add_column(name, justify="left" if name == "phase" else "right", no_wrap=True)
     for row in shown:
         table.add_row(
-            str(row.number),
-            row.name,
-            f"{row.duration:.6g}",
-            f"{row.displacement:.6g}",
-            f"{row.start_speed:.6g} .. {row.end_speed:.6g}",
-            f"{row.start_acceleration:.6g} .. {row.end_acceleration:.6g}",
-            f"{row.jerk:.6g}",
+            str(row["number"]),
+            row["name"],
+            *(f"{row[name]:.6g}" for name in ("duration", "displacement")),
+            *(
+                f"{row['start_' + n]:.6g} .. {row['end_' + n]:.6g}"
+                for n in ("speed", "acceleration")
+            ),
+            f"{row['jerk']:.6g}",
         )
     return table
 
 
 def _json(
-    plan: RampTimePlan, profile: Profile | None, limits: Limits | None, shown: Sequence[Row]
+    plan: RampTimePlan,
+    profile: Profile | None,
+    limits: Limits | None,
+    shown: Sequence[dict[str, Any]],
 ) -> dict[str, Any]:
-    parameters = {"v0": plan.v0, "vm": plan.vm, "tr": plan.tr, "tm": plan.tm, "length": plan.length}
+    parameters = {name: getattr(plan, name) for name in MOVE}
     forms = plan.forms
     document: dict[str, Any] = {
         "parameters": {name: float(value) for name, value in parameters.items()},
         "parameters_exact": {name: str(value) for name, value in parameters.items()},
-        "phases": [row._asdict() for row in shown],
+        "phases": shown,
     }
     if profile is None:
-        figures: dict[str, Fraction] = {
-            "total_time": plan.total_time,
-            "peak_speed": forms.peak_speed,
-            "peak_acceleration": forms.peak_acceleration,
-            "jerk": forms.jerk,
-            "cruise_critical_length": forms.cruise_critical_length,
-            "acceleration_critical_length": forms.acceleration_critical_length,
-        }
+        names = ("total_time", "peak_speed", "peak_acceleration", "jerk")
+        names += ("cruise_critical_length", "acceleration_critical_length")
+        figures = {name: getattr(forms, name) for name in names}
         document |= {"mode": "ramp time", "segments": forms.kind.value, "class": forms.kind.name}
         document |= {name: float(value) for name, value in figures.items()}
         document["exact"] = {name: str(value) for name, value in figures.items()}
@@ -247,10 +227,9 @@ def _core_table(plan: RampTimePlan, configuration: str) -> tuple[Table, int]:
     # Verilator is needed here only.
     from sim.planner.core import ERRORS, PARAMETERS, planner_program
 
-    values = (plan.v0, plan.vm, plan.tr, plan.tm, plan.length)
     inputs = {
-        name: np.array([float(value)], dtype=np.float32)
-        for name, value in zip(PARAMETERS, values, strict=True)
+        name: np.array([float(getattr(plan, field))], dtype=np.float32)
+        for name, field in zip(PARAMETERS, MOVE, strict=True)
     }
     run = planner_program("planner_scurve", configuration).batch(inputs)
     forms = ramp_time_plan(*(float(value[0]) for value in inputs.values())).forms

@@ -7,9 +7,9 @@ Lengths may be metres, millimetres or radians; everything else is in the same un
 from __future__ import annotations
 
 import bisect
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Generic, NamedTuple
+from typing import Any, Generic, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -35,10 +35,6 @@ class State(NamedTuple, Generic[Number]):
             v + time * (a + time * jerk / 2),
             a + time * jerk,
         )
-
-    def mirrored(self) -> State[Number]:
-        """The same motion in the opposite direction."""
-        return State(-self.position, -self.speed, -self.acceleration)
 
 
 @dataclass(frozen=True)
@@ -72,6 +68,13 @@ def run(start: State[float], steps: Sequence[Step]) -> State[float]:
     for duration, jerk in steps:
         start = start.after(duration, jerk)
     return start
+
+
+def sampled(at: Callable[[float], State[Any]], t: ArrayLike) -> Samples:
+    """States at the times t [s], any shape, rounded to doubles once."""
+    times = np.asarray(t, dtype=np.float64)
+    states = np.array([at(float(time)) for time in times.ravel()], dtype=np.float64)
+    return Samples(*np.moveaxis(states.reshape(*times.shape, 3), -1, 0))
 
 
 class Profile:
@@ -128,9 +131,7 @@ class Profile:
 
     def sample(self, t: ArrayLike) -> Samples:
         """States at the times t [s], any shape."""
-        times = np.asarray(t, dtype=np.float64)
-        states = np.array([self.at(float(x)) for x in times.ravel()]).reshape(*times.shape, 3)
-        return Samples(states[..., 0], states[..., 1], states[..., 2])
+        return sampled(self.at, t)
 
     def extremes(self) -> tuple[float, float, float, float]:
         """Least and greatest speed, greatest |acceleration| and greatest |jerk| of all instants."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from fractions import Fraction
 
 from sim.harness.phase_record import (
@@ -116,14 +117,9 @@ def _flagged(records: list[Record], flags: int) -> list[Record]:
     if not records:
         raise PulseRecordError("a move of no ticks; it is shorter than half a microsecond")
     last = len(records) - 1
+    ends = {0: FIRST} | {last: LAST if last else FIRST | LAST}
     return [
-        Record(
-            record.flags | flags | (FIRST if i == 0 else 0) | (LAST if i == last else 0),
-            record.count,
-            record.velocity,
-            record.slope,
-            record.jerk,
-        )
+        replace(record, flags=record.flags | flags | ends.get(i, 0))
         for i, record in enumerate(records)
     ]
 

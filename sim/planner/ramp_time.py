@@ -12,10 +12,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 
-import numpy as np
 from numpy.typing import ArrayLike
 
-from sim.planner.phases import Phase, State
+from sim.planner.phases import Phase, State, sampled
 from sim.planner.scurve import ClosedForms, Samples, SCurveError, closed_forms
 
 Exact = int | float | str | Fraction
@@ -81,10 +80,7 @@ class RampTimePlan:
 
     def sample(self, t: ArrayLike) -> Samples:
         """Correctly rounded states at the times t [s], any shape."""
-        times = np.asarray(t, dtype=np.float64)
-        states = [[float(x) for x in self.at(float(time))] for time in times.ravel()]
-        values = np.array(states).reshape(*times.shape, 3)
-        return Samples(values[..., 0], values[..., 1], values[..., 2])
+        return sampled(self.at, t)
 
 
 def ramp_time_plan(v0: Exact, vm: Exact, tr: Exact, tm: Exact, length: Exact) -> RampTimePlan:

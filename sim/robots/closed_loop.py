@@ -190,12 +190,11 @@ class Arm:
     def __init__(self, tree: Tree, settings: Settings, seconds: float = 2.0) -> None:
         self.tree, self.settings = tree, settings
         self.ticks = round(seconds * settings.rate)
-        n = len(tree.joints)
         self.axes = {j.name: "rad" if j.kind == "revolute" else "m" for j in tree.joints}
         self.data = tree.model.createData()
-        self.scales = [count_scale(tree, i, settings) for i in range(n)]
+        self.scales = [count_scale(joint, settings) for joint in tree.joints]
         t = np.arange(self.ticks + 1) / settings.rate
-        columns = [self._motion(i, t) for i in range(n)]
+        columns = [self._motion(i, t) for i in range(len(tree.joints))]
         self.goal, self.speed, self.accel = (
             np.stack([c[k] for c in columns], axis=1).astype(np.float32) for k in range(3)
         )
@@ -203,12 +202,12 @@ class Arm:
 
     def _motion(self, i: int, t: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
         """Position, speed and acceleration of joint i: a raised cosine, at rest at first."""
-        low, high = position_limits(self.tree, i)
+        low, high = position_limits(self.tree.joints[i])
         middle = min(max(0.0, low + 0.3 * (high - low)), high - 0.3 * (high - low))
         omega = 2 * np.pi * (0.5 + 0.07 * i)
         size = min(
             self.REACH * (high - low),
-            self.SPEED * speed_limits(self.tree, i)[1] / omega,
+            self.SPEED * speed_limits(self.tree.joints[i])[1] / omega,
             ACCELERATION / 3 / omega**2,
         )
         phase = omega * t

@@ -106,11 +106,11 @@ class Motion:
         ]
 
 
-def inverse_dynamics(tree: Tree, q: ca.SX, dq: ca.SX, ddq: ca.SX, gravity: bool = True) -> ca.SX:
+def inverse_dynamics(tree: Tree, q: ca.SX, dq: ca.SX, ddq: ca.SX) -> ca.SX:
     """Joint forces (n,) [N m, N] of positions, velocities, accelerations (n,); no friction."""
     n = len(tree.joints)
     rotation = turns(tree, q)
-    motions = _outwards(tree, rotation, q, dq, ddq, gravity)
+    motions = _outwards(tree, rotation, q, dq, ddq)
     force: list[Vector] = [[ca.SX(0)] * 3 for _ in range(n)]
     moment: list[Vector] = [[ca.SX(0)] * 3 for _ in range(n)]
     result = [ca.SX(0)] * n
@@ -130,13 +130,10 @@ def inverse_dynamics(tree: Tree, q: ca.SX, dq: ca.SX, ddq: ca.SX, gravity: bool 
     return ca.vertcat(*result)
 
 
-def _outwards(
-    tree: Tree, rotation: list[Turn], q: ca.SX, dq: ca.SX, ddq: ca.SX, gravity: bool
-) -> list[Motion]:
+def _outwards(tree: Tree, rotation: list[Turn], q: ca.SX, dq: ca.SX, ddq: ca.SX) -> list[Motion]:
     """Motion of every link, from the base on."""
     still = [ca.SX(0)] * 3
-    lift = [ca.SX(-value if gravity else 0.0) for value in tree.gravity]
-    base = Motion(still, still, lift)
+    base = Motion(still, still, [ca.SX(-value) for value in tree.gravity])
     motions: list[Motion] = []
     for i, joint in enumerate(tree.joints):
         parent = motions[joint.parent] if joint.parent >= 0 else base
@@ -197,15 +194,11 @@ def placements(tree: Tree, q: ca.SX) -> list[tuple[list[Vector], Vector]]:
     return found
 
 
-def jacobian(tree: Tree, q: ca.SX, point: Vector | None = None) -> ca.SX:
-    """Geometric Jacobian (6, n) of the last joint's frame, linear over angular, base axes.
-
-    point: in that frame [m], default its origin.
-    """
+def jacobian(tree: Tree, q: ca.SX) -> ca.SX:
+    """Geometric Jacobian (6, n) of the last joint's frame, linear over angular, base axes."""
     frames = placements(tree, q)
     chain = tree.chain
-    rows, origin = frames[chain[-1]]
-    target = [origin[k] + (_dot(rows[k], point) if point else 0) for k in range(3)]
+    _, target = frames[chain[-1]]
     columns = [ca.SX.zeros(6)] * len(tree.joints)
     for i in chain:
         rows, origin = frames[i]

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import functools
+import operator
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -177,36 +178,27 @@ def goals(rows: Sequence[Row]) -> list[dict[str, Any]]:
     """
     found: list[dict[str, Any]] = []
 
-    def add(name: str, value: float, unit: str, target: float, met: bool) -> None:
-        found.append(dict(name=name, value=value, unit=unit, target=target, met=bool(met)))
+    def add(name: str, value: float, unit: str, target: float, meets=operator.le) -> None:
+        met = bool(meets(value, target))
+        found.append(dict(name=name, value=value, unit=unit, target=target, met=met))
 
     for row in rows:
-        if row.name in CYCLES:
-            target = CYCLES[row.name]
-            add(f"{row.name}, tick", row.built.cycles, "cycles", target, row.built.cycles <= target)
+        name, proof, loop = row.name, row.proof, row.loop
+        if name in CYCLES:
+            add(f"{name}, tick", row.built.cycles, "cycles", CYCLES[name])
         above = 100 * (row.built.cycles / row.built.bound_cycles - 1)
-        add(f"{row.name}, above bound", above, "%", ABOVE_BOUND, above <= ABOVE_BOUND)
-        add(f"{row.name}, compiled in", row.seconds, "s", COMPILE_SECONDS,
-            row.seconds <= COMPILE_SECONDS)  # fmt: skip
-        share = row.proof.worst_fraction_of_bound
-        add(f"{row.name}, error/bound", share, "", 1.0, share < 1)
-        unbounded, tried = row.proof.unbounded, row.proof.inputs_tried
-        add(f"{row.name}, without a bound", unbounded, "results", 0, not unbounded)
-        add(f"{row.name}, inputs tried", tried, "", COUNT, tried >= COUNT)
-        least = min(row.proof.within.values())
-        add(f"{row.name}, inputs with an output inside its limits, least", least, "", WITHIN,
-            least >= WITHIN)  # fmt: skip
-        add(f"{row.name}, bits unequal", float(not row.proof.bits_equal), "", 0.0,
-            row.proof.bits_equal)  # fmt: skip
-        motion, ratio = row.loop.ticks / row.rate, row.loop.ratio
-        add(f"{row.name}, closed loop", motion, "s", SECONDS, motion >= SECONDS)
-        add(f"{row.name}, tracking to double, worst axis {row.loop.worst}", ratio, "", RATIO,
-            ratio <= RATIO)  # fmt: skip
+        add(f"{name}, above bound", above, "%", ABOVE_BOUND)
+        add(f"{name}, compiled in", row.seconds, "s", COMPILE_SECONDS)
+        add(f"{name}, error/bound", proof.worst_fraction_of_bound, "", 1.0, operator.lt)
+        add(f"{name}, without a bound", proof.unbounded, "results", 0)
+        add(f"{name}, inputs tried", proof.inputs_tried, "", COUNT, operator.ge)
+        least, what = min(proof.within.values()), "inputs with an output inside its limits, least"
+        add(f"{name}, {what}", least, "", WITHIN, operator.ge)
+        add(f"{name}, bits unequal", float(not proof.bits_equal), "", 0.0)
+        add(f"{name}, closed loop", loop.ticks / row.rate, "s", SECONDS, operator.ge)
+        add(f"{name}, tracking to double, worst axis {loop.worst}", loop.ratio, "", RATIO)
         for output, (error, target) in row.beside_assembly.items():
             unit = "N" if output[0] == "F" else "N m"
-            name = f"{row.name}, error of {output}, whole path, three digits"
-            add(name, error, unit, target, error <= target)
-    cycles = hand_written_cycles()
-    add("own robot, hand-written, tick", cycles, "cycles", HAND_WRITTEN_CYCLES,
-        cycles <= HAND_WRITTEN_CYCLES)  # fmt: skip
+            add(f"{name}, error of {output}, whole path, three digits", error, unit, target)
+    add("own robot, hand-written, tick", hand_written_cycles(), "cycles", HAND_WRITTEN_CYCLES)
     return found

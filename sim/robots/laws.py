@@ -16,7 +16,9 @@ import casadi as ca
 
 from asip_asm.model.law import Law, Port
 from sim.robots.dynamics import gravity_forces, inverse_dynamics, jacobian, placements
-from sim.robots.tree import Tree
+from sim.robots.tree import Joint, Tree
+
+Limits = Callable[[Joint], tuple[float, float]]
 
 ACCELERATION = 15.0
 """Largest set-point acceleration that inputs are drawn from [rad/s^2, m/s^2]."""
@@ -63,54 +65,42 @@ class _Parts:
         self.results: dict[str, ca.SX] = {}
         self.ports: list[Port] = []
 
-    def unit(self, i: int, then: str = "") -> str:
-        return ("rad" if self.tree.joints[i].kind == "revolute" else "m") + then
+    def vector(self, kind: str, name: str, then: str, fields: Callable[[int, Joint], dict]) -> None:
+        """Ports of one kind for all joints; then: behind the unit of a position; fields: others."""
+        for i, joint in enumerate(self.tree.joints):
+            unit = ("rad" if joint.kind == "revolute" else "m") + then
+            self.ports.append(Port(kind, f"{name}{i}", unit, vector=name, **fields(i, joint)))
 
-    def target(self, name: str, meaning: str, limit: Callable[[int], tuple[float, float]], then=""):
+    def target(self, name: str, meaning: str, limits: Limits, then: str = "") -> ca.SX:
         """Set-point inputs of one kind for all joints."""
-        n = len(self.tree.joints)
-        self.arguments[name] = ca.SX.sym(name, n)
-        self.ports += [
-            Port("input", f"{name}{i}", self.unit(i, then), meaning, vector=name, limits=limit(i))
-            for i in range(n)
-        ]
+        self.arguments[name] = ca.SX.sym(name, len(self.tree.joints))
+        self.vector(
+            "input", name, then, lambda i, joint: {"meaning": meaning, "limits": limits(joint)}
+        )
         return self.arguments[name]
 
     def encoders(self, speeds: bool = True) -> None:
         """Counts of all joints, and their speeds."""
-        for i in range(len(self.tree.joints)):
-            self.ports.append(
-                Port(
-                    "input",
-                    f"q{i}",
-                    self.unit(i),
-                    f"encoder of {self.tree.joints[i].name}",
-                    type="int",
-                    vector="q",
-                    scale=count_scale(self.tree, i, self.settings),
-                    limits=position_limits(self.tree, i),
-                )
-            )
+
+        def position(i: int, joint: Joint) -> dict:
+            scale, limits = count_scale(joint, self.settings), position_limits(joint)
+            meaning = f"encoder of {joint.name}"
+            return {"meaning": meaning, "type": "int", "scale": scale, "limits": limits}
+
+        def speed(i: int, joint: Joint) -> dict:
+            scale = count_scale(joint, self.settings) * self.settings.rate
+            return {"scale": scale, "rate_of": f"q{i}", "limits": speed_limits(joint)}
+
+        self.vector("input", "q", "", position)
         if speeds:
             self.arguments["q_rate"] = self.dq
-            self.ports += [
-                Port(
-                    "rate",
-                    f"q_rate{i}",
-                    self.unit(i, "/s"),
-                    vector="q_rate",
-                    scale=count_scale(self.tree, i, self.settings) * self.settings.rate,
-                    rate_of=f"q{i}",
-                    limits=speed_limits(self.tree, i),
-                )
-                for i in range(len(self.tree.joints))
-            ]
+            self.vector("rate", "q_rate", "/s", speed)
 
     def torques(self, tau: ca.SX) -> None:
         """Saturated outputs."""
         self.results["tau"] = tau
         for i, joint in enumerate(self.tree.joints):
-            limit = effort_limit(self.tree, i)
+            limit = effort_limit(joint)
             unit = "N m" if joint.kind == "revolute" else "N"
             self.ports.append(
                 Port("output", f"tau{i}", unit, joint.name, vector="tau", limits=(-limit, limit))
@@ -128,29 +118,31 @@ class _Parts:
         return Law(title, function, self.ports, f"{title}: {doc}", self.settings.rate)
 
 
-def count_scale(tree: Tree, i: int, settings: Settings) -> float:
+def count_scale(joint: Joint, settings: Settings) -> float:
     """Position of one count [rad, m]."""
-    turn = 2 * math.pi if tree.joints[i].kind == "revolute" else 0.1
+    turn = 2 * math.pi if joint.kind == "revolute" else 0.1
     return turn / settings.counts
 
 
-def position_limits(tree: Tree, i: int) -> tuple[float, float]:
+def position_limits(joint: Joint) -> tuple[float, float]:
     """Limits of the URDF, at most a turn either way."""
-    joint = tree.joints[i]
     return max(joint.lower, -2 * math.pi), min(joint.upper, 2 * math.pi)
 
 
-def speed_limits(tree: Tree, i: int) -> tuple[float, float]:
+def speed_limits(joint: Joint) -> tuple[float, float]:
     """Largest speeds, 3 where the URDF states none."""
-    speed = tree.joints[i].velocity
-    speed = speed if 0 < speed < 100 else 3.0
+    speed = joint.velocity if 0 < joint.velocity < 100 else 3.0
     return -speed, speed
 
 
-def effort_limit(tree: Tree, i: int) -> float:
+def acceleration_limits(joint: Joint) -> tuple[float, float]:
+    """Of set-points, the same for all joints."""
+    return -ACCELERATION, ACCELERATION
+
+
+def effort_limit(joint: Joint) -> float:
     """Largest joint force, 100 where the URDF states none."""
-    effort = tree.joints[i].effort
-    return effort if 0 < effort < 1e5 else 100.0
+    return joint.effort if 0 < joint.effort < 1e5 else 100.0
 
 
 def friction(tree: Tree, dq: ca.SX, creep: float) -> ca.SX:
@@ -167,33 +159,21 @@ def friction(tree: Tree, dq: ca.SX, creep: float) -> ca.SX:
 def computed_torque(tree: Tree, settings: Settings) -> Law:
     """tau = ID(q, dq, ddq_d + Kp e + Kv de [+ Ki s]) [+ friction(dq_d)], e = q_d - q."""
     parts = _Parts(tree, settings)
-    n = len(tree.joints)
-    goal = parts.target("goal", "desired position", lambda i: position_limits(tree, i))
-    speed = parts.target("speed", "desired speed", lambda i: speed_limits(tree, i), "/s")
-    bound = (-ACCELERATION, ACCELERATION)
-    acceleration = parts.target("accel", "desired acceleration", lambda i: bound, "/s^2")
+    goal = parts.target("goal", "desired position", position_limits)
+    speed = parts.target("speed", "desired speed", speed_limits, "/s")
+    acceleration = parts.target("accel", "desired acceleration", acceleration_limits, "/s^2")
     parts.encoders()
     omega, ratio = settings.omega, settings.damping_ratio
     e, de = goal - parts.q, speed - parts.dq
     demand = acceleration + omega**2 * e + 2 * ratio * omega * de
     if settings.integral:
-        s = ca.SX.sym("s", n)
-        parts.arguments["s"] = s
+        s = parts.arguments["s"] = ca.SX.sym("s", len(tree.joints))
         limit = settings.windup
         following = ca.fmax(ca.fmin(s + e * (1 / settings.rate), limit), -limit)
         demand += omega**3 / 10 * following
         parts.results["s_next"] = following
-        parts.ports += [
-            Port(
-                "state",
-                f"s{i}",
-                parts.unit(i, " s"),
-                "integral",
-                vector="s",
-                limits=(-limit, limit),
-            )
-            for i in range(n)
-        ]
+        fields = {"meaning": "integral", "limits": (-limit, limit)}
+        parts.vector("state", "s", " s", lambda i, joint: fields)
     tau = inverse_dynamics(tree, parts.q, parts.dq, demand)
     if settings.friction:
         tau += friction(tree, speed, settings.creep)
@@ -204,7 +184,7 @@ def computed_torque(tree: Tree, settings: Settings) -> Law:
 def gravity_compensation(tree: Tree, settings: Settings) -> Law:
     """tau = g(q) + hand guidance force per joint."""
     parts = _Parts(tree, settings)
-    extra = parts.target("extra", "added joint force", lambda i: (-1.0, 1.0), " N m")
+    extra = parts.target("extra", "added joint force", lambda joint: (-1.0, 1.0), " N m")
     parts.encoders(speeds=False)
     parts.torques(gravity_forces(tree, parts.q) + extra)
     return parts.law("gravity_compensation", "holds the arm's weight")
@@ -213,10 +193,10 @@ def gravity_compensation(tree: Tree, settings: Settings) -> Law:
 def joint_impedance(tree: Tree, settings: Settings) -> Law:
     """tau = K (q_d - q) - D dq + g(q) [+ friction(dq)]."""
     parts = _Parts(tree, settings)
-    goal = parts.target("goal", "rest of the spring", lambda i: position_limits(tree, i))
+    goal = parts.target("goal", "rest of the spring", position_limits)
     parts.encoders()
     count = range(len(tree.joints))
-    spring = [min(settings.stiffness, effort_limit(tree, i)) for i in count]
+    spring = [min(settings.stiffness, effort_limit(joint)) for joint in tree.joints]
     ratio = settings.damping / settings.stiffness
     tau = gravity_forces(tree, parts.q) + ca.vertcat(
         *(spring[i] * (goal[i] - parts.q[i] - ratio * parts.dq[i]) for i in count)
@@ -256,10 +236,9 @@ def tip_speed(tree: Tree, settings: Settings) -> Law:
 def inverse_dynamics_law(tree: Tree, settings: Settings) -> Law:
     """tau = ID(q, dq, ddq), all given as floats."""
     parts = _Parts(tree, settings)
-    q = parts.target("pos", "position", lambda i: position_limits(tree, i))
-    dq = parts.target("speed", "speed", lambda i: speed_limits(tree, i), "/s")
-    bound = (-ACCELERATION, ACCELERATION)
-    ddq = parts.target("accel", "acceleration", lambda i: bound, "/s^2")
+    q = parts.target("pos", "position", position_limits)
+    dq = parts.target("speed", "speed", speed_limits, "/s")
+    ddq = parts.target("accel", "acceleration", acceleration_limits, "/s^2")
     del parts.arguments["q"]
     parts.torques(inverse_dynamics(tree, q, dq, ddq))
     return parts.law("inverse_dynamics", "joint forces of a motion")

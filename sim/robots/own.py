@@ -384,8 +384,8 @@ class FiveAxes:
 
     axes = dict.fromkeys(POSITIONS[:3], "m") | dict.fromkeys(POSITIONS[3:], "rad")
 
-    def __init__(self, robot: Robot | None = None, seconds: float = 2.0) -> None:
-        self.robot = robot or Robot.load()
+    def __init__(self, robot: Robot, seconds: float) -> None:
+        self.robot = robot
         self.ticks = round(seconds / self.robot.T_s)
         words = path(self.robot, self.ticks).astype(float)
         self.words = words

@@ -50,7 +50,7 @@ def gains(robot: Tree, settings: Settings) -> tuple[NDArray, NDArray, NDArray, N
     p = solve_discrete_are(a, b[:, None], q, r)
     feedback = np.linalg.solve(r + b[None] @ p @ b[:, None], b[None] @ p @ a)[0]
     c = np.eye(2, 4)
-    noise = np.diag([count_scale(robot, i, settings) ** 2 / 12 for i in range(2)])
+    noise = np.diag([count_scale(joint, settings) ** 2 / 12 for joint in robot.joints])
     s = solve_discrete_are(a.T, c.T, np.diag(PROCESS_NOISE), noise)
     kalman = s @ c.T @ np.linalg.inv(c @ s @ c.T + noise)
     return a, b, feedback, kalman
@@ -68,13 +68,9 @@ def law(robot: Tree, settings: Settings = SETTINGS) -> Law:
         "lqg", [goal, q, x], [force, following], ["goal", "q", "x"], ["force", "x_next"]
     )
     ports = [Port("input", "goal", "m", "where the cart shall be", limits=(-0.3, 0.3))]
-    for i, (unit, limit) in enumerate((("m", 0.5), ("rad", 0.5))):
-        scale = count_scale(robot, i, settings)
-        ports.append(
-            Port(
-                "input", f"q{i}", unit, type="int", vector="q", scale=scale, limits=(-limit, limit)
-            )
-        )
+    for i, (unit, joint) in enumerate(zip(("m", "rad"), robot.joints, strict=True)):
+        fields = {"scale": count_scale(joint, settings), "limits": (-0.5, 0.5)}
+        ports.append(Port("input", f"q{i}", unit, type="int", vector="q", **fields))
     for i, (unit, limit) in enumerate((("m", 0.5), ("rad", 0.5), ("m/s", 2.0), ("rad/s", 6.0))):
         ports.append(Port("state", f"x{i}", unit, vector="x", limits=(-limit, limit)))
     ports.append(Port("output", "force", "N", "on the cart", limits=(-FORCE_LIMIT, FORCE_LIMIT)))

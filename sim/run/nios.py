@@ -74,7 +74,7 @@ class NiosController:
         self.core = NiosRtl(platform)
         self.program = program or load(f"tracking_{platform}")
         self.core.load(self.program)
-        parameters = np.concatenate(list(float32.Constants.of(robot).block().values()))
+        parameters = np.concatenate(list(float32.Constants(robot).block().values()))
         self.core.write(self.program.address("tracking_parameters"), parameters.view(np.uint32))
         self._input = self.core.map.base("inputs")
         self._state = self.program.address("tracking_state")

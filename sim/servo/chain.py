@@ -31,6 +31,7 @@ CURRENT, FRONT_END = 1 << 16, 2 << 16  # of the address
 ORDER_FILTER = (0.0, 0.0, 0.0, 1e-3, 1e-3)  # of the table's axes, whose counts are coarse [s]
 CONFIGURATIONS = {"trajectory": "small", "tracking": "fast", "current": "small"}
 CONTROL_PERIOD = DUAL.registers["PERIOD"].reset  # clocks
+OPTIONS = Options(configuration=CONFIGURATIONS["current"], reassociate=True, reciprocal=True)
 STATUS = REGMAP.registers["STATUS"].fields
 HALF = np.dtype(
     [
@@ -160,10 +161,9 @@ class ChainRtl(DualRtl):
         return {name: field.of(word) for name, field in STATUS.items()}
 
 
-def compiled_law(drives: Drives, setting: Setting, configuration: str = "small") -> Compiled:
+def compiled_law(drives: Drives, setting: Setting) -> Compiled:
     """The current loops' program as it runs in the chain."""
-    options = Options(configuration=configuration, reassociate=True, reciprocal=True)
-    return compile_law(current_law(drives, setting), options)
+    return compile_law(current_law(drives, setting), OPTIONS)
 
 
 @functools.cache

@@ -3,18 +3,14 @@
 
 from __future__ import annotations
 
-from sim.dual.moves import moves_of
-from sim.gcode.interpreter import parse_file
 from sim.model.drives import Drives
 from sim.model.parameters import Robot
-from sim.run.nios import set_points
 from sim.servo.averaged import MIDDLE, at_joints, true_angles
 from sim.servo.current_law import HALF_PERIOD
 from sim.servo.path import Chain
 from sim.servo.plant import Plant
-from sim.servo.recording import PATH, tracking_image
+from sim.servo.recording import path_and_moves, tracking_image
 from sim.servo.start_up import CLOCK
-from sim.trajectory.exact_stop import MotionSettings, generate
 
 TILT = 3
 PERIODS = 3
@@ -26,14 +22,12 @@ def delays(robot: Robot, drives: Drives) -> dict[str, float]:
     the middle of the currents' window to its compare values in force; `voltage`: from there to the
     middle of what they make [us]. `count`: of the tilt axis [urad]; `pulse`: torque that it makes
     for a control period [N m]. Raises ControllerFault, StartUpError."""
-    settings = MotionSettings(robot)
-    trajectory = generate(parse_file(PATH), settings)
-    path, plant = set_points(trajectory, 10), Plant(robot, drives)
+    (path, moves), plant = path_and_moves(robot, 10), Plant(robot, drives)
     at = (*path.position[0].tolist(), *path.table_position[0].tolist())
     chain = Chain(
         plant,
         path,
-        moves_of(trajectory, settings),
+        moves,
         true_angles(plant, at_joints(plant, at)),
         tracking_image(robot, drives, "feed-forward"),
     )

@@ -170,8 +170,8 @@ def compiled(robot: Robot, drives: Drives, kind: str, share: float = 1.0) -> Com
 
 
 @functools.cache
-def image(robot: Robot, drives: Drives, kind: str, share: float = 1.0) -> Image:
-    """Its image for the tracking core, made once."""
-    path = BUILD / f"servo/tracking_{kind}_{share:g}.s"
+def image(robot: Robot, drives: Drives, kind: str) -> Image:
+    """Its image for the tracking core, made once, with the true friction."""
+    path = BUILD / f"servo/tracking_{kind}_1.s"
     path.parent.mkdir(parents=True, exist_ok=True)
-    return build(compiled(robot, drives, kind, share), path).image
+    return build(compiled(robot, drives, kind), path).image

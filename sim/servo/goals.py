@@ -42,6 +42,7 @@ LAWS = (
 )
 OF = "share of without"
 HALVED = 0.5
+GROUPS = {"leg": slice(3), "table": slice(3, 5)}  # of the axes
 MINUTES = 30  # of a processor, each simulation
 JOBS = 2
 NOISE_ABOVE = 1.25  # of what is measured
@@ -118,13 +119,11 @@ def measure_loops(robot: Robot, drives: Drives, rows: Rows, report: Callable[[st
     rows.least(f"{loop}, -3 dB, {about}", bandwidth, "Hz", 5000)
     rows.least(f"{loop}, phase margin, {about}", margin, "degrees", 45)
     report("dead time, every clock")
-    without = distortion(robot, drives, replace(setting, compensation=0.0))
-    gain = float((without / distortion(robot, drives, setting)).min())
     name = "dead-time distortion at 5 % of rated current, compensated, every clock, noise"
-    rows.least(name, gain, "times", DISTORTION)
-    without = distortion(robot, drives, replace(setting, compensation=0.0), sensing=True)
-    gain = float((without / distortion(robot, drives, setting, sensing=True)).min())
-    rows.least(f"{name}, errors of the sensing", gain, "times", DISTORTION)
+    for sensing, text in ((False, name), (True, f"{name}, errors of the sensing")):
+        without = distortion(robot, drives, replace(setting, compensation=0.0), sensing)
+        gain = float((without / distortion(robot, drives, setting, sensing)).min())
+        rows.least(text, gain, "times", DISTORTION)
     return Loops(step, loops)
 
 
@@ -184,14 +183,10 @@ def measure_chain(
     found = samples(robot, drives, round(seconds / robot.T_s), kinds, JOBS)
     best, plain = found["feed-forward"], found.get("none")
     largest = best.largest
-    errors = {
-        "leg": largest[:3].max(),
-        "tool": best.tool[SETTLED:].max(),
-        "table": largest[3:].max(),
-    }
-    for name, unit, scale, target in PATH_TARGETS:
-        rows.most(f"{what}, {name}", scale * float(errors[name]), unit, target)
-    for name, axes in (("leg", slice(3)), ("table", slice(3, 5))):
+    errors = largest[:3].max(), best.tool[SETTLED:].max(), largest[3:].max()
+    for error, (name, unit, scale, target) in zip(errors, PATH_TARGETS, strict=True):
+        rows.most(f"{what}, {name}", scale * float(error), unit, target)
+    for name, axes in GROUPS.items():
         share = None
         if plain is not None:
             share = float(best.at_reversals[axes].max() / plain.at_reversals[axes].max())
@@ -207,9 +202,7 @@ def measure_chain(
     most = float(np.abs(best.current[: ticks - SKIP]).max())
     text = f"the same in any tick of the first {SAMPLE:g} s"
     rows.most(f"{text}; target: two draws of the RTL's noise", most, "A", noise)
-    for (name, axes), unit, most in zip(
-        (("leg", slice(3)), ("table", slice(3, 5))), ("um", "urad"), EQUAL, strict=True
-    ):
+    for (name, axes), unit, most in zip(GROUPS.items(), ("um", "urad"), EQUAL, strict=True):
         off = 1e6 * max(float(piece.difference[axes].max()) for piece in found.values())
         text = f"averaged inverters against {what}, largest error of each {name}"
         rows.most(text, off, unit, most)

@@ -56,17 +56,12 @@ def check(robot: Robot, drives: Drives) -> None:
 def _limits(robot: Robot, drives: Drives) -> Iterator[tuple[str, str, bool, str]]:
     """Name, unit, whether kept, what the hardware has and the cure."""
     fixed = (
-        ("T_s", robot.T_s, CONTROL_PERIOD * CLOCK, "s", "a control period", CONTROL_PERIOD),
-        (
-            *("f_pwm", drives.f_pwm, 1 / (2 * HALF_PERIOD * CLOCK), "Hz"),
-            *("a period of the carrier", 2 * HALF_PERIOD),
-        ),
-        (
-            *("f_modulator", drives.f_modulator, 1 / (BIT_CLOCKS * CLOCK), "Hz"),
-            *("a bit of the modulators", BIT_CLOCKS),
-        ),
+        ("T_s", robot.T_s, "s", "a control period", CONTROL_PERIOD),
+        ("f_pwm", drives.f_pwm, "Hz", "a period of the carrier", 2 * HALF_PERIOD),
+        ("f_modulator", drives.f_modulator, "Hz", "a bit of the modulators", BIT_CLOCKS),
     )
-    for name, value, built, unit, what, clocks in fixed:
+    for name, value, unit, what, clocks in fixed:
+        built = clocks * CLOCK if unit == "s" else 1 / (clocks * CLOCK)
         text = (
             f"{what} of the drives is {clocks} clocks of {1e9 * CLOCK:g} ns, whatever the file "
             f"says; enter {built:.10g} {unit}"

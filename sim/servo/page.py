@@ -54,9 +54,7 @@ def write(file: Path, table: Table, shown: Shown) -> None:
     page.section("Path", "Errors of the joints with and without friction in the law.")
     page.figure(_whole(shown), "Friction feed-forward: errors along the path of this run.")
     for n, unit, scale in ((2, "um", 1e6), (4, "urad", 1e6)):
-        page.figure(
-            *_reversal(shown, n, unit, scale),
-        )
+        page.figure(*_reversal(shown, n, unit, scale))
     page.section("Chain", "Every clock of the RTL on the path of reversals.")
     halves, begin = _around_reversal(shown.samples["feed-forward"])
     page.figure(
@@ -86,29 +84,25 @@ def _around_reversal(sample: Sample) -> tuple[NDArray[np.void], float]:
 
 
 def _bode(shown: Shown) -> go.Figure:
-    frequency = shown.loops.responses[0].frequency
-    size = {
-        name: 20 * np.log10(np.abs(loop.closed))
-        for name, loop in zip(NAMES, shown.loops.responses, strict=True)
-    }
-    phase = {
-        name: np.degrees(np.unwrap(np.angle(loop.closed)))
-        for name, loop in zip(NAMES, shown.loops.responses, strict=True)
-    }
-    figure = panels(frequency, [("size [dB]", size), ("phase [degrees]", phase)], "frequency [Hz]")
-    figure.update_xaxes(type="log")
-    return figure
+    loops = shown.loops.responses
+    closed = {name: loop.closed for name, loop in zip(NAMES, loops, strict=True)}
+    return _over_frequency(loops[0].frequency, closed)
 
 
 def _positions(shown: Shown) -> go.Figure:
     found = shown.positions
     names = [NAMES[n] for n in SHOWN]
     alone = {name: found.alone[:, k] for k, name in enumerate(names)}
-    size = {name: 20 * np.log10(np.abs(closed)) for name, closed in alone.items()}
-    phase = {name: np.degrees(np.unwrap(np.angle(closed))) for name, closed in alone.items()}
     error = {name: 20 * np.log10(np.abs(1 - found.fed[:, k])) for k, name in enumerate(names)}
-    rows = [("size [dB]", size), ("phase [degrees]", phase), ("error [dB]", error)]
-    figure = panels(found.frequency, rows, "frequency [Hz]")
+    return _over_frequency(found.frequency, alone, ("error [dB]", error))
+
+
+def _over_frequency(frequency: NDArray, closed: dict[str, NDArray], *more: tuple) -> go.Figure:
+    """Size and phase of closed loops by their names, and more rows."""
+    size = {name: 20 * np.log10(np.abs(loop)) for name, loop in closed.items()}
+    phase = {name: np.degrees(np.unwrap(np.angle(loop))) for name, loop in closed.items()}
+    rows = [("size [dB]", size), ("phase [degrees]", phase), *more]
+    figure = panels(frequency, rows, "frequency [Hz]")
     figure.update_xaxes(type="log")
     return figure
 

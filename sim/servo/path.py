@@ -21,9 +21,7 @@ from sim.servo.hardware import check
 from sim.servo.plant import Plant
 from sim.servo.status import told
 
-BEGIN = (
-    1210  # clock of a half in which periods are let begin: the first clock is then the next half's
-)
+BEGIN = 1210  # clock of a half in which periods are let begin: the next half's is their first
 
 
 class ChainController(TwoProcessors):

@@ -84,13 +84,11 @@ def record(system: ChainRtl, addresses: list[int], rows: ArrayLike) -> NDArray[n
     return system.halves()[1 : count + 1]
 
 
-def steps(
-    robot: Robot, drives: Drives, share: float, halves: int = 130
-) -> tuple[NDArray[np.float64], float]:
-    """i_q (halves, 5) [A] of a step of all orders to `share` of i_max in half period 10; the noise
-    of `locked`. Raises StartUpError."""
+def steps(robot: Robot, drives: Drives, share: float) -> tuple[NDArray[np.float64], float]:
+    """i_q (130, 5) [A] of a step of all orders to `share` of i_max in half period 10; the noise of
+    `locked`. Raises StartUpError."""
     system, noise = locked(robot, drives, Setting(robot.resolution), Plant(robot, drives))
-    rows = np.zeros((halves, AXES))
+    rows = np.zeros((130, AXES))
     rows[10:] = [share * m.i_max * m.force_per_ampere for m in drives.motors]
     found = record(system, system.current.input_addresses(start_up.FORCES), rows)
     return found["i_q"], noise

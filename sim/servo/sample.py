@@ -18,13 +18,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.gcode.interpreter import parse_file
 from sim.model.drives import Drives
 from sim.model.parameters import Robot
 from sim.model.tracking import joint_path
 from sim.run import closed_loop
 from sim.run.controller import AsipController
-from sim.run.nios import set_points
 from sim.servo.averaged import AveragedPlant
 from sim.servo.chain import ORDER_FILTER
 from sim.servo.current_law import Setting
@@ -32,8 +30,7 @@ from sim.servo.path import Run
 from sim.servo.plant import AXES, Plant
 from sim.servo.recording import PATH, Recording, recordings, tracking_image
 from sim.servo.response import LAG, NOISE
-from sim.servo.whole import FrictionController, reversals
-from sim.trajectory.exact_stop import MotionSettings, generate
+from sim.servo.whole import FrictionController, path_of, reversals
 
 SETTLED = 500  # ticks
 SKIP = 20  # ticks in which the current loops find their integrals
@@ -92,7 +89,7 @@ def same_currents(machine: AveragedPlant, rtl: Run | Recording) -> NDArray[np.fl
 
 def sample(robot: Robot, drives: Drives, kind: str, rtl: Recording) -> Sample:
     """A recording of a law of `KINDS` beside averaged inverters. Raises ControllerFault."""
-    path = set_points(generate(parse_file(PATH), MotionSettings(robot)), len(rtl.joints))
+    path = path_of(robot, len(rtl.joints), PATH)
     desired = joint_path(robot, path)[0]
     setting = Setting(robot.resolution, order_filter=ORDER_FILTER)
     at = (*path.position[0].tolist(), *path.table_position[0].tolist())

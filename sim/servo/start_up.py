@@ -96,6 +96,11 @@ def stop(system: ChainRtl) -> None:
     system.front("LINK")
 
 
+def signed(system: ChainRtl, name: str, n: int) -> np.int32:
+    """A register of an axis that holds a signed number."""
+    return np.int32(np.uint32(system.read_front(name, n)))
+
+
 def sense(system: ChainRtl, windows: int) -> NDArray[np.float64]:
     """Samples (windows, 5, 2) of the phase currents a and b [counts], a half period apart."""
     found = np.zeros((windows, AXES, 2))
@@ -103,7 +108,7 @@ def sense(system: ChainRtl, windows: int) -> NDArray[np.float64]:
         system.clock(1250)
         for n in range(AXES):
             for k, name in enumerate(("CURRENT_A", "CURRENT_B")):
-                row[n, k] = np.int32(np.uint32(system.read_front(name, n)))
+                row[n, k] = signed(system, name, n)
     return found
 
 
@@ -129,9 +134,7 @@ def order(system: ChainRtl, forces: Sequence[float]) -> None:
 
 def positions(system: ChainRtl) -> NDArray[np.int64]:
     """POSITION of the axes."""
-    return np.array(
-        [np.int32(np.uint32(system.read_front("POSITION", n))) for n in range(AXES)], dtype=np.int64
-    )
+    return np.array([signed(system, "POSITION", n) for n in range(AXES)], dtype=np.int64)
 
 
 def align(
@@ -140,15 +143,14 @@ def align(
     setting: Setting,
     share: float = 0.9,
     dwell: float = 0.012,
-    directions: Sequence[float] = DIRECTIONS,
 ) -> NDArray[np.float64]:
     """Electrical angles (5,) where the counters are 0 [rad], written to the program.
 
     A current vector bends the closed brake of its axis by its force, which goes with the cosine of
     the angle between vector and force. Sine and cosine of the angle are fitted to what the counts
-    say, with an offset for what else bends the brake. directions: of the vectors, four at least:
-    in a square they leave out what the reluctance adds, and one behind its opposite is late in its
-    size, not in its angle; share: of i_max; dwell: for each [s], and without current at the end,
+    say, with an offset for what else bends the brake. The vectors' `DIRECTIONS`, in a
+    square, leave out what the reluctance adds, and one behind its opposite is late in its size, not
+    in its angle. share: of i_max; dwell: for each [s], and without current at the end,
     until the joint is at rest. Raises StartUpError if an axis does not answer, or not as a motor
     does.
     """
@@ -157,12 +159,12 @@ def align(
     system.front("MODE", **RUN)
     system.clock(round(SETTLE / CLOCK))
     rest = positions(system)
-    moved = np.zeros((len(directions), AXES))
+    moved = np.zeros((len(DIRECTIONS), AXES))
     forces = [share * m.i_max * m.force_per_ampere for m in drives.motors]
     at = [
         m.wave * q * int(n) for m, q, n in zip(drives.motors, setting.resolution, rest, strict=True)
     ]
-    for row, direction in zip(moved, directions, strict=True):
+    for row, direction in zip(moved, DIRECTIONS, strict=True):
         write_angles(system, [direction - angle for angle in at])
         order(system, forces)
         system.clock(round(dwell / CLOCK))
@@ -172,7 +174,7 @@ def align(
     status = system.status()
     if status["trip"]:
         raise StartUpError(f"while the axes were aligned, {told(status)}")
-    angles, size, off = fitted_angles(directions, moved)
+    angles, size, off = fitted_angles(DIRECTIONS, moved)
     for n in range(AXES):
         asked = f"axis {n + 1}, under {forces[n]:.0f} N or N m: moved by {size[n]:.1f} counts"
         if size[n] < LEAST_MOVE:
@@ -235,7 +237,7 @@ def supervise(
     if wrong:
         stop(system)
         return wrong
-    origin = [np.int32(np.uint32(system.read_front("ORIGIN", n))) for n in range(AXES)]
+    origin = [signed(system, "ORIGIN", n) for n in range(AXES)]
     for n, count in enumerate(positions(system) + origin):
         error = desired[n] - count * resolution[n]
         if abs(error) > most[n]:

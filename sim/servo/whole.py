@@ -6,7 +6,6 @@ The laws run as C with the bits of their programs (`sim.native`).
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -73,20 +72,13 @@ def path_of(robot: Robot, ticks: int | None = None, file: Path = PATH) -> SetPoi
     return set_points(generate(parse_file(file), MotionSettings(robot)), ticks)
 
 
-def whole(
-    robot: Robot,
-    drives: Drives,
-    path: SetPoints,
-    kind: str,
-    share: float = 1.0,
-    progress: Callable[[int], None] = lambda ticks: None,
-) -> Whole:
+def whole(robot: Robot, drives: Drives, path: SetPoints, kind: str, share: float = 1.0) -> Whole:
     """A path with a friction law that believes in a share of the true friction."""
     setting = Setting(robot.resolution, order_filter=ORDER_FILTER)
     at = (*path.position[0].tolist(), *path.table_position[0].tolist())
     machine = AveragedPlant(Plant(robot, drives), setting, at, noise=NOISE)
     controller = FrictionController(robot, drives, kind, share)
-    done = closed_loop.run(robot, path, controller, progress, plant=machine)
+    done = closed_loop.run(robot, path, controller, lambda _: None, plant=machine)
     desired = joint_path(robot, path)[0]
     error, near = desired - done.joints, reversals(robot, path)
     at_reversals = np.where(near, np.abs(error), 0.0)

@@ -155,14 +155,6 @@ def on_number_grid(pose: FloatArray) -> FloatArray:
     return np.concatenate([np.rint(pose[..., :3] / GRID) * GRID, angles], axis=-1)
 
 
-@dataclass(frozen=True, eq=False)
-class _Samples:
-    position: FloatArray
-    velocity: FloatArray
-    acceleration: FloatArray
-    first_ticks: NDArray[np.int64]  # of each block of the chain, from the chain's own start
-
-
 def _ends(chain: Sequence[Block]) -> FloatArray:
     """Lengths run at the ends of the blocks of a chain."""
     return np.cumsum([block.curve.length for block in chain])
@@ -193,8 +185,11 @@ def _check_ticks(
     )
 
 
-def _sample_chain(chain: Sequence[Block], settings: MotionSettings) -> _Samples:
-    """The ticks of one chain, its first at rest included, its last at rest left to the next."""
+def _sample_chain(
+    chain: Sequence[Block], settings: MotionSettings
+) -> tuple[FloatArray, FloatArray, FloatArray, NDArray[np.int64]]:
+    """The ticks of one chain, its first at rest included, its last at rest left to the next:
+    positions, velocities, accelerations; first tick of each block, from the chain's start."""
     ends = _ends(chain)
     scurve = _speed_along(chain, settings)
     ticks = math.ceil(scurve.total_time / settings.period - TICK_ROUNDING)
@@ -220,7 +215,7 @@ def _sample_chain(chain: Sequence[Block], settings: MotionSettings) -> _Samples:
     position += shift + slope * along.position[:, np.newaxis]
     velocity += slope * rate
     acceleration += slope * change
-    return _Samples(position, velocity, acceleration, first_ticks)
+    return position, velocity, acceleration, first_ticks
 
 
 def _check(trajectory: Trajectory, workspace: Workspace, file: str) -> None:
@@ -261,12 +256,12 @@ def generate(
     first_ticks: list[int] = []
     tick = rest
     for chain in chains:
-        samples = _sample_chain(chain, settings)
-        positions.append(samples.position)
-        velocities.append(samples.velocity)
-        accelerations.append(samples.acceleration)
-        first_ticks += [tick + int(first) for first in samples.first_ticks]
-        tick += len(samples.position)
+        position, velocity, acceleration, firsts = _sample_chain(chain, settings)
+        positions.append(position)
+        velocities.append(velocity)
+        accelerations.append(acceleration)
+        first_ticks += [tick + int(first) for first in firsts]
+        tick += len(position)
     last = blocks[-1].curve
     end, _, _ = last.evaluate(np.array([last.length]))
     first_ticks.append(tick)

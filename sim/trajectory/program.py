@@ -27,7 +27,7 @@ from sim.lookahead.joints import SlowestJoints
 from sim.lookahead.planner import Lookahead
 from sim.lookahead.settings import LookaheadSettings
 from sim.model.parameters import Robot
-from sim.path.curves import curve_of, to_si
+from sim.path.curves import FloatArray, curve_of, to_si
 from sim.path.moves import Dwell, Motion, Move, Pose, Program
 from sim.trajectory.exact_stop import (
     TICK_ROUNDING,
@@ -36,8 +36,6 @@ from sim.trajectory.exact_stop import (
     generate,
     on_number_grid,
 )
-
-FloatArray = NDArray[np.float64]
 
 REST_AT_START = 0.1  # s, in which the controller settles
 MOST_TICKS = 1_500_000  # of a program to be simulated, which needs some 2.5 kB a tick

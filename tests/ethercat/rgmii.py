@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from asip_asm.project import ROOT
-from sim.ethercat import line
+from sim.ethercat import line, verilated
 from sim.harness.build import build_library
 from sim.harness.sources import sources_of
 from sim.harness.waves import load_model
@@ -72,11 +72,10 @@ def _library(folders: tuple[Path, ...]) -> ctypes.CDLL:
             TOP,
             sources_of(TOP, (*folders, HERE)),
             HERE / "rgmii_harness.cpp",
-            headers=[line.HERE / "ring.h"],
-            harness_flags=["-I", str(ROOT / "sim/harness"), "-I", str(line.HERE)],
+            headers=[verilated.HERE / "ring.h"],
+            harness_flags=["-I", str(ROOT / "sim/harness"), "-I", str(verilated.HERE)],
         )
     )
-    lib.bus_new.restype = ctypes.c_void_p
     lib.bus_began.restype = lib.bus_now.restype = ctypes.c_uint64
     return lib
 
@@ -85,8 +84,7 @@ class Rgmii(line.Line):
     """The slave's clock is `ppm` parts per million fast; `phys` at ports 0 and 1."""
 
     def __init__(self, phys: tuple[Phy, Phy] = (Phy(), Phy(status=DOWN)), ppm: float = 0.0) -> None:
-        self._lib = library()
-        self._bus = ctypes.c_void_p(self._lib.bus_new(ctypes.c_double(ppm)))
+        verilated.Verilated.__init__(self, library(), ctypes.c_double(ppm))
         for port, phy in enumerate(phys):
             self.phy(port, phy)
         self.run(line.SETTLE_NS)
@@ -94,33 +92,33 @@ class Rgmii(line.Line):
     def phy(self, port: int, phy: Phy) -> None:
         """Let a port's PHY send like this from now on."""
         times = (ctypes.c_int64(x) for x in (phy.phase, phy.period, phy.high, phy.delay))
-        self._lib.bus_shape(self._bus, port, *times, int(phy.repeat))
-        self._lib.bus_status(self._bus, port, phy.status)
+        self._call("shape", port, *times, int(phy.repeat))
+        self._call("status", port, phy.status)
 
     def status(self, port: int, nibble: int) -> None:
         """What stands on RXD between frames."""
-        self._lib.bus_status(self._bus, port, nibble)
+        self._call("status", port, nibble)
 
     def stop(self, port: int = 0, stopped: bool = True) -> None:
         """RXC stands still."""
-        self._lib.bus_stopped(self._bus, port, int(stopped))
+        self._call("stopped", port, int(stopped))
 
     def link(self, port: int = 0) -> bool:
         """link_o of a port's adapter."""
-        return bool(self._lib.bus_link(self._bus, port))
+        return bool(self._call("link", port))
 
     def began(self, number: int, port: int = 0) -> int:
         """When frame `number` from this port's PHY began at the pins, ps."""
-        return self._lib.bus_began(self._bus, port, number)
+        return self._call("began", port, number)
 
     def margins(self, port: int = 0) -> Margins:
         """What this port's PHY saw so far."""
         found = (ctypes.c_uint64 * 6)()
-        self._lib.bus_margins(self._bus, port, found)
+        self._call("margins", port, found)
         return Margins(*found)
 
     def latencies(self) -> Latencies:
         """What the adapter of port 0 took so far."""
         found = (ctypes.c_uint * 6)()
-        self._lib.bus_latencies(self._bus, found)
+        self._call("latencies", found)
         return Latencies(*(tuple(found[n : n + 2]) for n in (0, 2, 4)))

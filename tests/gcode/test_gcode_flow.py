@@ -224,10 +224,10 @@ def test_long_text__without_o_words__is_not_held():
 def test_loop__when_it_has_ended__is_not_held():
     lines = ["o1 sub", "G0 X#1", "o1 endsub", "o9 repeat [2]", *["G0 X1"] * 50, "o9 endrepeat"]
     parser = _Parser([*lines, "G0 X3", "G0 X4", "M2"], "text", ZERO, {})
-    sizes = [(move.end[0], len(parser.flow._run.kept)) for move in parser.items()]
+    sizes = [(move.end[0], len(parser.flow.kept)) for move in parser.items()]
     assert max(size for _, size in sizes) > 50
     assert sizes[-1] == (4.0, 0)
-    assert len(parser.flow._run.bodies) == 3
+    assert len(parser.flow.bodies) == 3
 
 
 # Text, line, column, offending text, parts of what and of expected. rs274 refuses all but OURS.

@@ -39,7 +39,7 @@ def counts():
 
 
 def test_inverse_kinematics__as_printed__takes_the_specified_operations(robot, counts):
-    c = float32.Constants.of(robot)
+    c = float32.Constants(robot)
     p, v, a = recorded(0.05, -0.02, 0.6), recorded(0.1, 0.2, 0.3), recorded(1.0, 2.0, 3.0)
     for leg in range(3):
         float32.length(c, leg, p)
@@ -50,7 +50,7 @@ def test_inverse_kinematics__as_printed__takes_the_specified_operations(robot, c
 
 
 def test_measured_side__every_operation__stays_in_single_precision(robot, counts):
-    c = float32.Constants.of(robot)
+    c = float32.Constants(robot)
     legs = recorded(0.78, 0.8, 0.76)
     p = float32.forward(c, *legs)
     m_z = float32.carried_mass(c, legs)
@@ -109,7 +109,7 @@ def test_gravity__cramer_in_double_precision__solves_the_system(robot):
     """The same expressions on float64 are exact enough to expose a wrong cofactor."""
     path, counts = still(robot, workspace_points(robot, 50, SEED))
     want = tracking.run(robot, path, counts)
-    c = float32.Constants.of(robot)
+    c = float32.Constants(robot)
     got = float32.gravity(c, tuple(want.tool.T), tuple(want.position[:, :3].T), want.m_z)
     # only the constants are rounded
     np.testing.assert_allclose(np.stack(got, 1), want.gravity[:, :3], rtol=0, atol=300 * 2.0**-22)

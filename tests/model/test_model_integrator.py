@@ -38,7 +38,7 @@ def test_boost__boundaries__follow_the_printed_cases(robot, ticks, share, phi_c)
 
 def test_boost__single_precision_time__takes_the_same_cases_at_every_tick(robot):
     ticks = np.repeat(np.arange(N_C + 2)[:, None], 5, axis=1)
-    c = float32.Constants.of(robot)
+    c = float32.Constants(robot)
     for error in (np.full(ticks.shape, 1e-3), np.zeros(ticks.shape)):
         single = float32.boost(c, ticks, error.astype(np.float32))
         assert single.dtype == np.float32
@@ -82,7 +82,7 @@ def test_integrate__large_error__stops_at_the_bound_and_leaves_it_at_once(robot,
     increments = np.zeros((7, 5))
     increments[:, axis] = np.array([error] * 6 + [-error]) * robot.T_s
     np.testing.assert_array_equal(integrator.integrate(increments, robot.s_max)[:, axis], path)
-    narrow = float32.integrate(float32.Constants.of(robot), increments.astype(np.float32))
+    narrow = float32.integrate(float32.Constants(robot), increments.astype(np.float32))
     assert narrow[5, axis] == np.float32(bound)
 
 

@@ -21,7 +21,7 @@ def drawn(law: Law, tree: Tree, settings: Settings) -> tuple[dict, dict]:
     """Inputs and states of `POINTS` ticks by name, and in SI units by kind (POINTS, n), near the
     measured state so that no effort is at its limit; speeds on both sides of `creep`."""
     rng, n = np.random.default_rng(3), len(tree.joints)
-    scale = np.array([count_scale(tree, i, settings) for i in range(n)])
+    scale = np.array([count_scale(joint, settings) for joint in tree.joints])
     last = np.rint(rng.uniform(-0.3, 0.3, (POINTS, n)) / scale)
     moved = np.rint(rng.uniform(-0.05, 0.05, (POINTS, n)) / settings.rate / scale)
     q, dq = (last + moved) * scale, moved * scale * settings.rate
@@ -59,7 +59,7 @@ def found(law: Law, words: dict, tree: Tree) -> np.ndarray:
     """Outputs in double precision; none at a limit."""
     results = true_results(law, words)
     tau = np.stack([results[f"tau{i}"] for i in range(len(tree.joints))], axis=1)
-    assert (np.abs(tau) < [effort_limit(tree, i) for i in range(len(tree.joints))]).all()
+    assert (np.abs(tau) < [effort_limit(joint) for joint in tree.joints]).all()
     return tau
 
 
@@ -92,7 +92,7 @@ def test_joint_impedance_is_its_equation(name, friction):
     tree, settings = robot(name), Settings(friction=friction, stiffness=60.0, damping=4.0)
     law = LAWS["joint_impedance"](tree, settings)
     words, x = drawn(law, tree, settings)
-    stiff = np.minimum(60.0, [effort_limit(tree, i) for i in range(len(tree.joints))])
+    stiff = np.minimum(60.0, [effort_limit(joint) for joint in tree.joints])
     zero = np.zeros_like(x["q"])
     want = forces(tree, x["q"], zero, zero)
     want += stiff * (x["goal"] - x["q"] - 4.0 / 60.0 * x["dq"])

@@ -42,7 +42,7 @@ def alone(monkeypatch):
         raise OracleError("LinuxCNC's samples are missing")
 
     monkeypatch.setattr(goals_lookahead, "compare_samples", missing)
-    monkeypatch.setattr(goals_lookahead, "_campaign", goals_lookahead._Campaign())
+    goals_lookahead._campaign.cache_clear()
     core = {goals_planner.core: lambda counts, rows: ("0.1 um", True)}
     features = [replace(row, check=core.get(row.check, row.check)) for row in goals.FEATURES]
     monkeypatch.setattr(goals, "FEATURES", features)

@@ -224,7 +224,7 @@ def words_of_ticks(robot, ticks):
 
 def parameter_words(robot):
     """The parameter block of a robot."""
-    return np.concatenate(list(float32.Constants.of(robot).block().values()))
+    return np.concatenate(list(float32.Constants(robot).block().values()))
 
 
 def assert_same_words(single, exported, outputs):

@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the Verilated models of the bus have in common: building, time, TAP devices."""
+
+from __future__ import annotations
+
+import ctypes
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from asip_asm.project import ROOT
+from sim.harness.build import build_library
+from sim.harness.sources import RTL, sources_of
+from sim.harness.waves import load_model
+
+HERE = Path(__file__).parent
+
+
+def load(
+    top: str, harness: str, longs: Sequence[str], folders: Sequence[Path] = (RTL,)
+) -> ctypes.CDLL:
+    """The model of a top with its harness; longs: its functions of 64 bits. Raises BuildError."""
+    lib = load_model(
+        build_library(
+            top,
+            sources_of(top, tuple(folders)),
+            HERE / harness,
+            headers=[HERE / "ring.h", HERE / "capture.h"],
+            harness_flags=["-I", str(ROOT / "sim/harness"), "-I", str(HERE)],
+        )
+    )
+    for name in longs:
+        getattr(lib, name).restype = ctypes.c_uint64
+    return lib
+
+
+class Verilated:
+    """A model by the functions of its harness, whose names begin with `prefix`."""
+
+    prefix: str
+
+    def __init__(self, lib: ctypes.CDLL, *arguments: object) -> None:
+        self._lib = lib
+        new = getattr(lib, f"{self.prefix}_new")
+        new.restype = ctypes.c_void_p
+        self._model = ctypes.c_void_p(new(*arguments))
+
+    def _call(self, name: str, *arguments: object):
+        return getattr(self._lib, f"{self.prefix}_{name}")(self._model, *arguments)
+
+    def close(self) -> None:
+        """End the model."""
+        if self._model:
+            self._call("delete")
+            self._model = None
+
+    def run(self, ns: int) -> None:
+        """Let time pass."""
+        self._call("run", ctypes.c_uint64(ns))
+
+    @property
+    def now(self) -> int:
+        """Simulated time, ps."""
+        return self._call("now")
+
+    def capture(self, path: Path) -> None:
+        """Write what `served` carries to a pcap file. Raises OSError."""
+        if not self._call("capture", str(path).encode()):
+            raise OSError(f"{path} cannot be written")
+
+    @contextmanager
+    def served(self, *taps: int) -> Iterator[None]:
+        """Frames pass between TAP devices, open and not blocking, and the model, whose time goes on
+        in a thread of its own."""
+        service = threading.Thread(target=self._call, args=("serve", *taps), daemon=True)
+        service.start()
+        try:
+            yield
+        finally:
+            self._call("stop")
+            service.join()
