@@ -7,10 +7,18 @@ Python of them, the ASIP's being `asip_asm.gen.asip_regmap.REGMAP`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 REGISTER_BLOCK = "csr"
+
+Record = TypeVar("Record")
+
+
+def named(record: Callable[..., Record], /, **values: tuple[object, ...]) -> dict[str, Record]:
+    """Records by their names, each with its name as its first value."""
+    return {name: record(name, *rest) for name, rest in values.items()}
 
 
 @dataclass(frozen=True)

@@ -73,14 +73,23 @@ def cell(text: str) -> str:
 def constructor(value: object) -> str:
     """Python that makes a record: values in their order, without what its defaults say."""
     if isinstance(value, Mapping):
-        return "{" + ", ".join(f"{key!r}: {constructor(one)}" for key, one in value.items()) + "}"
-    if not is_dataclass(value):
-        return repr(value)
-    values = [getattr(value, field.name) for field in fields(value)]
+        if not any(map(is_dataclass, value.values())):
+            return "{" + ", ".join(f"{k!r}: {constructor(v)}" for k, v in value.items()) + "}"
+        kind = type(next(iter(value.values()))).__name__
+        records = [f"{name}=({', '.join(arguments(one)[1:])})" for name, one in value.items()]
+        return f"named({kind}, {', '.join(records)})"
+    if is_dataclass(value):
+        return f"{type(value).__name__}({', '.join(arguments(value))})"
+    return repr(value)
+
+
+def arguments(record: object) -> list[str]:
+    """Python of a record's values, without those at the end that are its defaults."""
+    values = [getattr(record, field.name) for field in fields(record)]
     with contextlib.suppress(TypeError):  # the last one has no default
-        while type(value)(*values[:-1]) == value:
+        while type(record)(*values[:-1]) == record:
             values.pop()
-    return f"{type(value).__name__}({', '.join(map(constructor, values))})"
+    return [constructor(value) for value in values]
 
 
 def environment() -> Environment:
@@ -132,12 +141,8 @@ def files_of(name: str) -> dict[str, str]:
     def rendered(template: str, **more: object) -> str:
         return templates.get_template(template).render(values, **more)
 
-    text = repr(regmap)
-    names = [
-        n
-        for n in ("BitField", "Block", "Code", "Fault", "RegisterMap", "RegisterRecord")
-        if f"{n}(" in text
-    ]
+    kinds = ("BitField", "Block", "Code", "Fault", "RegisterMap", "RegisterRecord")
+    names = [kind for kind in kinds if f"{kind}(" in repr(regmap)]
     files = {
         f"rtl/gen/{name}_regmap_pkg.sv": rendered("regmap_pkg.sv.j2"),
         f"sim/driver/gen/{name}_regs.h": c_header(ROOT / source, name),
