@@ -46,6 +46,9 @@ class Command:
 
 
 COMMANDS: dict[str, Command] = {}
+TOPICS = ("registers", "state", "faults", "breakpoints", "values", "inputs", "outputs")
+TOPICS += ("display", "line", "target")
+"""Of `info`."""
 
 
 def command(
