@@ -30,7 +30,11 @@ def quick(
     the handshake (latency, lost or surplus results) is the text `report.protocol`. RTL that does
     not compile raises `sim.harness.build.BuildError`.
     """
-    unit = Unit(unit_of(op), rtl, defines)
+    return run_parts(Unit(unit_of(op), rtl, defines), op, seed, cases)
+
+
+def run_parts(unit: Unit, op: str, seed: int = 1, cases: int | None = None) -> Report:
+    """The short set on a unit that is built."""
     reports = [unit.run_list(op, rows_of(op))] if rows_of(op) else []
     for part in parts(unit, op, seed, cases):
         reports.append(unit.run(op, part.kind, part.start, part.count, part.seed, part.gaps))

@@ -3,6 +3,7 @@
 
 import numpy as np
 
+from sim.core_backends import flag_text
 from sim.fpbench import softfloat as reference
 
 
@@ -24,8 +25,8 @@ def test_flags__each_exception__has_its_own_bit() -> None:
     assert _one(reference.div, 0x3F800000, 0) == (0x7F800000, 0b01000)
     assert _one(reference.add, 0x7F7FFFFF, 0x7F7FFFFF) == (0x7F800000, 0b00101)
     assert _one(reference.mul, 0x00800001, 0x3F000000) == (0x00400000, 0b00011)
-    assert reference.flag_text(0b00101) == "of nx"
-    assert reference.flag_text(0) == "-"
+    assert flag_text(0b00101) == "of nx"
+    assert flag_text(0) == "-"
 
 
 def test_tininess__rounded_up_to_smallest_normal__detected_after_rounding() -> None:
