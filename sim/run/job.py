@@ -35,8 +35,9 @@ from sim.run import checks, closed_loop, estimate, nios, page, scoped, tables
 from sim.run.controller import AsipController, LawController
 from sim.run.estimate import AS_PRINTED, LAW, OPTIMISED
 from sim.run.goals import goals
+from sim.run.nios import set_points
 from sim.run.progress import TickProgress, duration
-from sim.run.results import Comparison, ProgramRun, compare, results, row_errors, worst_of_bound
+from sim.run.results import Comparison, ProgramRun, compare, results, worst_of_bound
 from sim.run.workers import Workers
 from sim.scope.process import ScopeProcess
 from sim.scope.tap import Place, TapSource
@@ -61,7 +62,7 @@ class Order:
     or written."""
 
     gcode: Path
-    robot_file: Path
+    robot: Path
     output: Path
     ticks: int | None = None
     platforms: Sequence[str] = estimate.PLATFORMS
@@ -132,12 +133,6 @@ def _planned(order: Order, robot: Robot, console: Console) -> ProgramPath:
     return path
 
 
-def set_points(path: ProgramPath) -> SetPoints:
-    """What the controllers get."""
-    parts = (path.position, path.velocity, path.acceleration)
-    return SetPoints(*(part[:, :3] for part in parts), *(part[:, 3:] for part in parts))
-
-
 def _images(order: Order, robot: Robot, console: Console) -> dict[str, Image]:
     images = {}
     for name, key in KEYS.items() if "fpga3" in order.platforms else ():
@@ -166,7 +161,7 @@ def _scope(
         return nullcontext()
     image, title = images[OPTIMISED], f"{order.gcode.name} on {OPTIMISED}"
     tuner = scoped.RobotTuner(robot, PROGRAMS / f"tracking_{KEYS[OPTIMISED]}.s", image)
-    about = scoped.description(title, robot, order.robot_file, path, image, tuner)
+    about = scoped.description(title, robot, order.robot, path, image, tuner)
     return ScopeProcess(TapSource(about, tuner), console)
 
 
@@ -271,7 +266,7 @@ def run(order: Order, console: Console) -> dict[str, Any]:
     """The whole job; writes below order.output and returns the content of results.json."""
     if order.scope and "fpga3" not in order.platforms:
         raise PathError("the scope looks at the ASIP: add fpga3 to the platforms")
-    robot = Robot.load(order.robot_file)
+    robot = Robot.load(order.robot)
     console.print(f"[bold]1/6[/] path of {order.gcode}", highlight=False)
     planned = _planned(order, robot, console)
     path = set_points(planned)
@@ -324,7 +319,7 @@ def _track(
         "gcode": str(order.gcode),
         "path_time_s": planned.time,
         "feed_override_percent": order.override,
-        "robot": {"file": str(order.robot_file), "values": robot.values()},
+        "robot": {"file": str(order.robot), "values": robot.values()},
         "path": _path_data(planned, robot),
         "simulation": _simulation(measured),
     }
@@ -360,7 +355,7 @@ def _compared(robot: Robot, path: SetPoints, measured: _Measured) -> dict[str, A
         for key, run in measured.programs.items()
     }
     data = results(robot, path, measured.programs, comparisons, common, measured.single)
-    nios.add_results(data, measured.nios, path, common.reference, measured.single, row_errors)
+    nios.add_results(data, measured.nios, path, common.reference, measured.single)
     for _, found in measured.nios:
         fractions = worst_of_bound(robot, common, found.results, False, found.ticks)
         data["worst_fraction_of_bound"][found.platform] = fractions
@@ -413,7 +408,7 @@ def _write(
             },
             results=data,
             tables=written,
-            robot_file=order.robot_file,
+            robot_file=order.robot,
         )
         page.write(out, shown)
         console.print(f"page and plots: {out / 'index.html'}", highlight=False)
