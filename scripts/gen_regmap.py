@@ -17,7 +17,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Mapping
-from dataclasses import fields, is_dataclass
+from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
@@ -84,7 +84,12 @@ def constructor(value: object) -> str:
 
 
 def arguments(record: object) -> list[str]:
-    """Python of a record's values, without those at the end that are its defaults."""
+    """Python of a record's values, without those at the end that are its defaults.
+
+    What fields are for is told by the pages alone: no program reads it.
+    """
+    if isinstance(record, BitField):
+        record = replace(record, doc="")
     values = [getattr(record, field.name) for field in fields(record)]
     with contextlib.suppress(TypeError):  # the last one has no default
         while type(record)(*values[:-1]) == record:
@@ -130,6 +135,7 @@ def files_of(name: str) -> dict[str, str]:
     values = {
         "script": SCRIPT,
         "source": source,
+        "page": page,
         "name": name,
         "map": regmap,
         "places": [*regmap.registers.values(), *regmap.blocks.values()],
