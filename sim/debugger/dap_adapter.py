@@ -27,24 +27,13 @@ from sim.debugger.session import Session, Stop
 from sim.debugger.values import format_word
 
 CAPABILITIES = (
-    "supportsConfigurationDoneRequest",
-    "supportsFunctionBreakpoints",
-    "supportsConditionalBreakpoints",
-    "supportsEvaluateForHovers",
-    "supportsSetVariable",
-    "supportsSetExpression",
-    "supportsRestartRequest",
-    "supportsTerminateRequest",
-    "supportsExceptionInfoRequest",
-    "supportsLoadedSourcesRequest",
-    "supportsBreakpointLocationsRequest",
-    "supportsCompletionsRequest",
-    "supportsSteppingGranularity",
-    "supportsInstructionBreakpoints",
-    "supportsDataBreakpoints",
-    "supportsDisassembleRequest",
-    "supportsValueFormattingOptions",
+    *("ConfigurationDoneRequest", "RestartRequest", "TerminateRequest", "ExceptionInfoRequest"),
+    *("LoadedSourcesRequest", "BreakpointLocationsRequest", "CompletionsRequest"),
+    *("DisassembleRequest", "FunctionBreakpoints", "ConditionalBreakpoints", "DataBreakpoints"),
+    *("InstructionBreakpoints", "EvaluateForHovers", "SetVariable", "SetExpression"),
+    *("SteppingGranularity", "ValueFormattingOptions"),
 )
+"""What is supported, as the protocol names it."""
 REASONS = {
     "breakpoint": "breakpoint",
     "watch": "data breakpoint",
@@ -122,7 +111,7 @@ class Adapter:
 
     # ------------------------------------------------------------------ life
     def do_initialize(self, arguments: Body) -> Body:
-        return dict.fromkeys(CAPABILITIES, True)
+        return {f"supports{name}": True for name in CAPABILITIES}
 
     def do_launch(self, arguments: Body) -> None:
         if self._session is not None:
