@@ -4,13 +4,14 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from asip_asm.diagnostics import closest
 from asip_asm.image import Image
 from asip_asm.isa import default_isa
 from asip_asm.profile import Trace
@@ -211,6 +212,13 @@ def readable_addresses(image: Image) -> dict[str, int]:
     places = {entry.name: entry.register for entry in (*image.exports, *image.states)}
     found = {name: register_address(at) for name, at in places.items() if is_register(at)}
     return found | {output.name: BLOCK["outputs"] + output.index for output in image.outputs}
+
+
+def unknown(what: str, name: str, known: Iterable[str]) -> str:
+    """Message for a name that the program does not have."""
+    known = list(known)
+    help_text = closest(name, known) or (f"it has {', '.join(known)}" if known else "it has none")
+    return f"the program has no {what} '{name}'; {help_text}"
 
 
 def flag_text(flags: int) -> str:

@@ -17,15 +17,12 @@ from sim.debugger.command_table import (
     CommandError,
     Quit,
     command,
-    find_command,
-)
-from sim.debugger.command_text import (
     condition_of,
     count_of,
+    find_command,
     form_of,
     nothing_in,
     numbers_of,
-    script_lines,
 )
 from sim.debugger.expressions import ExpressionError
 from sim.debugger.locations import LocationError
@@ -194,14 +191,16 @@ class Commands:
     @command("enable", usage="NUMBER ...")
     def enable(self, rest: str) -> None:
         """Switch breakpoints on."""
-        for number in numbers_of(rest) or list(self.session.breakpoints):
-            self.session.enable(number, True)
+        self._switch(rest, True)
 
     @command("disable", usage="NUMBER ...")
     def disable(self, rest: str) -> None:
         """Switch breakpoints off, and keep them."""
+        self._switch(rest, False)
+
+    def _switch(self, rest: str, on: bool) -> None:
         for number in numbers_of(rest) or list(self.session.breakpoints):
-            self.session.enable(number, False)
+            self.session.enable(number, on)
 
     # ------------------------------------------------------------------ values
     @command("print", "p", "inspect", usage="[/FORM] EXPRESSION")
@@ -353,9 +352,9 @@ class Commands:
             raise CommandError(f"{rest}: {error.strerror or error}") from None
         self._depth += 1
         try:
-            for number, line in script_lines(text):
+            for number, line in enumerate(text.splitlines(), 1):
                 try:
-                    self.execute(line)
+                    self.execute(line if line.strip() else "#")
                 except CommandError as error:
                     raise type(error)(f"{rest}:{number}: {error}") from None
         finally:

@@ -34,7 +34,6 @@ from sim.path.override import AS_PROGRAMMED, overridden_program
 from sim.run import checks, closed_loop, estimate, nios, page, scoped, tables
 from sim.run.controller import AsipController, LawController
 from sim.run.estimate import AS_PRINTED, LAW, OPTIMISED
-from sim.run.goals import goals
 from sim.run.nios import set_points
 from sim.run.progress import TickProgress, duration
 from sim.run.results import Comparison, ProgramRun, compare, results, worst_of_bound
@@ -325,7 +324,7 @@ def _track(
     }
     published = checks.is_published(robot, order.gcode) and order.override == AS_PROGRAMMED
     checks.enter(data, published)
-    data["goals"] = goals(data, published)
+    data["goals"] = checks.goals(data, published)
     measured.costs[estimate.COMPARISON] = (time.perf_counter() - begin) / len(path)
     if len(path) >= estimate.TELLING:
         estimate.keep(measured.costs)
