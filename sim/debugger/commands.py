@@ -353,8 +353,10 @@ class Commands:
         self._depth += 1
         try:
             for number, line in enumerate(text.splitlines(), 1):
+                if not line.strip():
+                    continue
                 try:
-                    self.execute(line if line.strip() else "#")
+                    self.execute(line)
                 except CommandError as error:
                     raise type(error)(f"{rest}:{number}: {error}") from None
         finally:
