@@ -118,8 +118,8 @@ def decoded_operation(isa: Isa) -> list[str]:
         "  // Control fields of an opcode; all are 0 for a nop and an opcode that does not exist.",
         "  // A case of constants would be a ROM to Yosys, which moves the register of its address",
         "  // behind it: the decoder would follow the program memory without a register between.",
-        "  function automatic logic [CONTROL_WIDTH-1:0] control_of(",
-        f"      input logic [{isa.fields['op'].width - 1}:0] opcode);",
+        "  function automatic logic [CONTROL_WIDTH-1:0] control_of("
+        f"input logic [{isa.fields['op'].width - 1}:0] opcode);",
         "    control_of = '0;",
     ]
     for record in isa.operations.values():

@@ -24,9 +24,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from asip_asm.assemble import assemble
-from asip_asm.diagnostics import closest
 from asip_asm.image import Image
-from sim.core_backends import BACKENDS, Backend, Runs
+from sim.core_backends import BACKENDS, Backend, Runs, unknown
 
 CURES = {
     "ILLEGAL": "the image is damaged or for another core: assemble the program again",
@@ -386,11 +385,7 @@ def _image(
 
 def _known(what: str, name: str, known: Sequence[str]) -> None:
     if name not in known:
-        names = list(known)
-        help_text = closest(name, names) or (
-            f"it has {', '.join(names)}" if names else "it has none"
-        )
-        raise CoreError(f"the program has no {what} '{name}'; {help_text}")
+        raise CoreError(unknown(what, name, known))
 
 
 def _raw(name: str, word: Any) -> int:

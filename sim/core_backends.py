@@ -4,18 +4,21 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from asip_asm.diagnostics import closest
 from asip_asm.image import Image
 from asip_asm.isa import default_isa
 from asip_asm.profile import Trace
 from sim.core_fault import NO_FAULT, Fault, fault_text
+from sim.harness.asip_bus import BLOCK, CSR, STATUS, register_address
 
+FLAG_NAMES = ("nv", "dz", "of", "uf", "nx")  # bit 4 .. 0
 COUNTERS = ("CYCLES", "STALL_OPERAND", "STALL_PORT", "STALL_UNIT", "STALL_FETCH", "DRAIN")
 
 
@@ -74,23 +77,16 @@ class RtlBackend:
 
     def __init__(self, image: Image, trace: bool = False) -> None:
         # Verilator is needed here only, not by the instruction-set model.
-        from sim.harness import asip_bus, asip_rtl
+        from sim.harness.asip_rtl import AsipRtl
 
-        self._bus = asip_bus
         self._trace = trace
-        self.rtl = asip_rtl.AsipRtl(image.configuration)
+        self.rtl = AsipRtl(image.configuration)
         self.rtl.load(image)
         self._name(image)
 
     def _name(self, image: Image) -> None:
         self._image = image
-        block = self._bus.BLOCK["outputs"]
-        places = {e.name: e.register for e in (*image.exports, *image.states)}
-        self._addresses = {
-            name: self._bus.register_address(register)
-            for name, register in places.items()
-            if is_register(register)
-        } | {output.name: block + output.index for output in image.outputs}
+        self._addresses = readable_addresses(image)
 
     def select(self, image: Image) -> None:
         self.rtl.select(image)
@@ -101,12 +97,12 @@ class RtlBackend:
 
     def _address(self, name: str) -> int:
         known = self._addresses.get(name)
-        return self._bus.register_address(name) if known is None else known
+        return register_address(name) if known is None else known
 
     def run(self, inputs: Sequence[str], data: NDArray[np.uint32], read: Sequence[str]) -> Runs:
         addresses = self.rtl.input_addresses(inputs)
         result = self.rtl.run(addresses, data, [self._address(name) for name in read])
-        flags = self._bus.STATUS["flags"].of(result.status).astype(np.uint8)
+        flags = STATUS["flags"].of(result.status).astype(np.uint8)
         if not len(data) or result.fault == NO_FAULT:
             return Runs(result.words, flags, result.cycles)
         fault = self.fault(result.fault)
@@ -114,8 +110,7 @@ class RtlBackend:
 
     def fault(self, cause: str) -> Fault:
         """The fault that the core stands in."""
-        info = self.rtl.read(self._bus.CSR["FAULT_INFO"])
-        return Fault(cause, **{"output" if cause == "NOT_FINITE" else "bundle": info})
+        return Fault.of(cause, self.rtl.read(CSR["FAULT_INFO"]))
 
     def preset(self, words: Mapping[str, int]) -> None:
         self.rtl.preset(words)
@@ -128,7 +123,7 @@ class RtlBackend:
         self.rtl.clear()
 
     def observed(self) -> Observed:
-        counters = {name: self.rtl.read(self._bus.CSR[name]) for name in COUNTERS}
+        counters = {name: self.rtl.read(CSR[name]) for name in COUNTERS}
         timed = self.rtl.timed_writes()
         return Observed(
             counters,
@@ -210,6 +205,25 @@ def number(word: int, type_name: str) -> float | int:
     if type_name == "int":
         return int.from_bytes(data, "big", signed=True)
     return struct.unpack(">f", data)[0]
+
+
+def readable_addresses(image: Image) -> dict[str, int]:
+    """Bus addresses of outputs, exports and states by name, but for exports of bank K."""
+    places = {entry.name: entry.register for entry in (*image.exports, *image.states)}
+    found = {name: register_address(at) for name, at in places.items() if is_register(at)}
+    return found | {output.name: BLOCK["outputs"] + output.index for output in image.outputs}
+
+
+def unknown(what: str, name: str, known: Iterable[str]) -> str:
+    """Message for a name that the program does not have."""
+    known = list(known)
+    help_text = closest(name, known) or (f"it has {', '.join(known)}" if known else "it has none")
+    return f"the program has no {what} '{name}'; {help_text}"
+
+
+def flag_text(flags: int) -> str:
+    """Names of the exceptions raised, `0b00011` -> `"uf nx"`; no flag -> `"-"`."""
+    return " ".join(n for i, n in enumerate(FLAG_NAMES) if flags >> (4 - i) & 1) or "-"
 
 
 def is_register(name: str) -> bool:

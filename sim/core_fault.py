@@ -24,6 +24,11 @@ class Fault:
     bundle: int | None = None
     output: int | None = None
 
+    @classmethod
+    def of(cls, cause: str, info: int) -> Fault:
+        """The fault of a cause and of the register FAULT_INFO."""
+        return cls(cause, output=info) if cause == "NOT_FINITE" else cls(cause, bundle=info)
+
 
 def fault_text(image: Image, fault: Fault) -> str:
     """Cause, place and source lines of a fault."""

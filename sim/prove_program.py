@@ -10,7 +10,7 @@ before; and must be as near to the CasADi function in double precision as
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -87,12 +87,6 @@ def inside(port: Port, values: NDArray[np.float64]) -> NDArray[np.float32]:
     return np.where(over, np.nextafter(single, np.float32(0)), single)
 
 
-def _batches(compiled: Compiled, count: int, rng: np.random.Generator) -> Iterator[int]:
-    while count > 0:
-        yield min(BATCH, count)
-        count -= BATCH
-
-
 Sample = Callable[[int, np.random.Generator], dict[str, Array]]
 """Inputs (n,) of n consecutive ticks, for laws whose inputs belong together; states (1,) before
 them, where these belong to the inputs too."""
@@ -110,11 +104,24 @@ def prove(
     """Run `count` drawn ticks of the program and compare. Raises CoreFault if the core stops."""
     law = compiled.law
     rng = np.random.default_rng(seed)
+    outputs = [port.name for port in law.ports if port.kind in ("output", "export")]
     values: dict[str, list[Array]] = {}
     results: dict[str, list[Array]] = {}
     with Core(image, backend=backend) as core:
-        for size in _batches(compiled, count, rng):
-            _run_batch(law, core, size, rng, values, results, sample)
+        for begin in range(0, count, BATCH):
+            inputs, states = draw_ticks(law, min(BATCH, count - begin), rng, sample)
+            core.preset({name: value[0].item() for name, value in states.items()})
+            ticks = core.batch(
+                inputs, read=[*states, *(n for n in outputs if n not in core.outputs)]
+            )
+            for name, first in states.items():
+                after = ticks[name].view(first.dtype)
+                inputs[name] = np.concatenate((first, after[:-1]))
+                results.setdefault(f"{name}_next", []).append(after)
+            for name in outputs:
+                results.setdefault(name, []).append(ticks[name])
+            for name, value in inputs.items():
+                values.setdefault(name, []).append(value)
     inputs = {name: np.concatenate(parts) for name, parts in values.items()}
     for port in law.of_kind("parameter"):
         inputs[port.name] = np.full(count, port.initial, np.float32)
@@ -138,29 +145,6 @@ def draw_ticks(
     for rate in law.of_kind("rate"):
         states[before(rate.rate_of)] = inputs[rate.rate_of][:1]
     return inputs, states
-
-
-def _run_batch(
-    law: Law,
-    core: Core,
-    size: int,
-    rng: np.random.Generator,
-    values: dict[str, list[Array]],
-    results: dict[str, list[Array]],
-    sample: Sample | None,
-) -> None:
-    inputs, states = draw_ticks(law, size, rng, sample)
-    core.preset({name: value[0].item() for name, value in states.items()})
-    outputs = [port.name for port in law.ports if port.kind in ("output", "export")]
-    ticks = core.batch(inputs, read=[*states, *(n for n in outputs if n not in core.outputs)])
-    for name, value in inputs.items():
-        values.setdefault(name, []).append(value)
-    for name, first in states.items():
-        after = ticks[name].view(first.dtype)
-        values.setdefault(name, []).append(np.concatenate((first, after[:-1])))
-        results.setdefault(f"{name}_next", []).append(after)
-    for name in outputs:
-        results.setdefault(name, []).append(ticks[name])
 
 
 def walk(law: Law, rate: Port, size: int, rng: np.random.Generator) -> NDArray[np.int32]:

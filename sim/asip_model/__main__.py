@@ -51,6 +51,8 @@ its bound; 2 wrong command line
 """
 RATIO = 1.05
 """Tracking error of an axis on the core by that in double precision, at most."""
+SETTINGS = ("rate", "counts", "bandwidth", "integral", "friction")
+"""Options of the laws of URDFs."""
 SELDOM = 0.1
 """Share of a proof's inputs below which an output is called seldom inside its limits."""
 
@@ -64,7 +66,7 @@ def main(arguments: list[str] | None = None) -> int:
 def _model(options: argparse.Namespace) -> int:
     stem = options.output or options.parts[0][0].with_suffix("")
     several = len(options.parts) > 1
-    settings = _settings(options)
+    settings = Settings(**{name: getattr(options, name) for name in SETTINGS})
     built: dict[str, Built] = {}
     try:
         stems = {name: f"{stem}.{name}" if several else str(stem) for name in _names(options)}
@@ -129,17 +131,6 @@ def _names(options: argparse.Namespace) -> list[str]:
         if names.count(name) > 1:
             raise LinkError(f"two functions are named {name}, as their files; rename one")
     return names
-
-
-def _settings(options: argparse.Namespace) -> Settings:
-    """Settings of the laws of URDFs."""
-    return Settings(
-        rate=options.rate,
-        counts=options.counts,
-        bandwidth=options.bandwidth,
-        integral=options.integral,
-        friction=options.friction,
-    )
 
 
 def _law(

@@ -6,14 +6,13 @@ from __future__ import annotations
 import csv
 import io
 import struct
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from asip_asm.assemble import assemble
-from asip_asm.diagnostics import closest
 from asip_asm.files import read_text
 from asip_asm.image import Image
-from sim.core_backends import is_register
+from sim.core_backends import is_register, unknown
 
 IMAGE_SUFFIX = ".json"
 INPUT_BYTES = 64 << 20
@@ -63,13 +62,6 @@ def assignments(pairs: Sequence[str], types: Mapping[str, str], what: str) -> di
         except ValueError as error:
             raise UserError(f"{what} {name}: {error}", 2) from None
     return words
-
-
-def unknown(what: str, name: str, known: Iterable[str]) -> str:
-    """Message for a name that the program does not have."""
-    known = list(known)
-    help_text = closest(name, known) or (f"it has {', '.join(known)}" if known else "it has none")
-    return f"the program has no {what} '{name}'; {help_text}"
 
 
 def parse_word(text: str, type_name: str) -> int:

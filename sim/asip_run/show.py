@@ -18,10 +18,8 @@ from asip_asm.profile import ProfileError, profile_run
 from asip_asm.profile import Trace as CoreTrace
 from sim.asip_run.inputs import UserError
 from sim.asip_run.runner import Run
-from sim.core_backends import number
+from sim.core_backends import flag_text, number
 from sim.core_fault import NO_FAULT
-
-FLAGS = ("NV", "DZ", "OF", "UF", "NX")  # bit 4 .. 0
 
 
 def value_text(word: int, type_name: str) -> str:
@@ -30,11 +28,6 @@ def value_text(word: int, type_name: str) -> str:
     if type_name == "int" or value != value:
         return str(value)
     return str(np.float32(value)).removesuffix(".0")
-
-
-def flag_text(flags: int) -> str:
-    """Names of the raised exceptions, '-' for none."""
-    return " ".join(n for i, n in enumerate(FLAGS) if flags >> (len(FLAGS) - 1 - i) & 1) or "-"
 
 
 def types_of(image: Image) -> Callable[[str], str]:
@@ -51,7 +44,7 @@ def write_text(file: TextIO, image: Image, tick: int, names: Sequence[str], resu
         f"{name.lower()} {count}" for name, count in result.observed.counters.items()
     )
     state = "done" if result.cause == NO_FAULT else f"fault {result.cause}"
-    file.write(f"run {tick + 1}: {state}, {counters}, flags {flag_text(result.flags)}\n")
+    file.write(f"run {tick + 1}: {state}, {counters}, flags {flag_text(result.flags).upper()}\n")
     for name in names:
         word = result.words[name]
         file.write(f"  {name:{width}s} = {value_text(word, type_of(name)):14s} {word:08x}\n")
@@ -65,7 +58,7 @@ def write_row(file: TextIO, image: Image, tick: int, names: Sequence[str], resul
     if tick == 0:
         out.writerow(["run", *names, "fault", "flags", *counters])
     values = [value_text(result.words[name], type_of(name)) for name in names]
-    row = [tick + 1, *values, result.cause, flag_text(result.flags)]
+    row = [tick + 1, *values, result.cause, flag_text(result.flags).upper()]
     out.writerow([*row, *result.observed.counters.values()])
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from sim.harness.build import build_library
 from sim.harness.sources import sources_of
-from sim.harness.waves import load_model
+from sim.harness.verilated import Verilated
 
 HARNESS = Path(__file__).with_name("board_harness.cpp")
 HEADERS = (Path(__file__).parents[1] / "harness/serial_line.h",)
@@ -39,8 +39,10 @@ BOARDS = {
 }
 
 
-class BoardRtl:
+class BoardRtl(Verilated):
     """One board, reset; the model is built at first use. Raises BuildError."""
+
+    prefix = "board"
 
     def __init__(self, board: str = "ulx3s") -> None:
         pins = BOARDS[board]
@@ -61,59 +63,53 @@ class BoardRtl:
                 f"-I{HEADERS[0].parent}",
             ),
         )
-        self._lib = load_model(library)
-        pointer, u32 = ctypes.c_void_p, ctypes.c_uint32
-        self._lib.board_new.restype = pointer
-        for name in ("free", "step", "direction"):
-            getattr(self._lib, f"board_{name}").argtypes = [pointer]
-        for name in ("clock", "line_divider"):
-            getattr(self._lib, f"board_{name}").argtypes = [pointer, u32]
-        self._lib.board_button.argtypes = [pointer, ctypes.c_int]
-        self._lib.board_encoders.argtypes = [pointer, u32, u32, u32]
-        for name in ("send", "receive"):
-            getattr(self._lib, f"board_line_{name}").argtypes = [pointer, ctypes.c_char_p, u32]
-        self._model = self._lib.board_new()
+        integer, text, u32 = ctypes.c_int, ctypes.c_char_p, ctypes.c_uint32
+        signatures = {
+            "step": (integer,),
+            "direction": (integer,),
+            "clock": (None, u32),
+            "button": (None, integer),
+            "encoders": (None, u32, u32, u32),
+            "line_divider": (None, u32),
+            "line_send": (None, text, u32),
+            "line_receive": (integer, text, u32),
+        }
+        super().__init__(library, signatures)
         self.line(pins.divider)
-
-    def close(self) -> None:
-        """Free the model; the object is of no use afterwards."""
-        if self._model is not None:
-            self._lib.board_free(self._model)
-            self._model = None
 
     def clock(self, cycles: int = 1) -> None:
         """So many clocks."""
-        self._lib.board_clock(self._model, cycles)
+        self._lib.board_clock(self._handle, cycles)
 
     def button(self, down: bool) -> None:
         """The button that resets."""
-        self._lib.board_button(self._model, down)
+        self._lib.board_button(self._handle, down)
 
     def encoders(self, a: int, b: int, z: int) -> None:
         """Levels of the encoders' lines, axis n in bit n."""
-        self._lib.board_encoders(self._model, a, b, z)
+        self._lib.board_encoders(self._handle, a, b, z)
 
     @property
     def step(self) -> int:
         """Levels of the step pins, axis n in bit n."""
-        return self._lib.board_step(self._model)
+        return self._lib.board_step(self._handle)
 
     @property
     def direction(self) -> int:
         """Levels of the direction pins."""
-        return self._lib.board_direction(self._model)
+        return self._lib.board_direction(self._handle)
 
     def line(self, divider: int) -> None:
         """Clocks of a bit at the far end of the serial line; at first those of the reset."""
-        self._lib.board_line_divider(self._model, divider)
+        self._lib.board_line_divider(self._handle, divider)
 
     # A `ByteLine` of sim.debug.link
     def write(self, data: bytes) -> None:
         """Bytes for the serial line, behind those that wait."""
-        self._lib.board_line_send(self._model, data, len(data))
+        self._lib.board_line_send(self._handle, data, len(data))
 
     def read(self) -> bytes:
         """Bytes that the serial line has brought."""
         buffer = ctypes.create_string_buffer(65536)
-        count = self._lib.board_line_receive(self._model, buffer, len(buffer))
+        count = self._lib.board_line_receive(self._handle, buffer, len(buffer))
         return buffer.raw[:count]

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from asip_asm.image import Image
-from sim.core_backends import COUNTERS, Observed, Runs, is_register
+from sim.core_backends import COUNTERS, Observed, Runs, is_register, readable_addresses
 from sim.core_fault import NO_FAULT, Fault, fault_text
 from sim.debug.client import Client, DebugError
 from sim.harness.asip_bus import BLOCK, CSR, FAULT_NAMES, STATUS, register_address, run_words
@@ -26,10 +26,7 @@ class LinkBackend:
         """Ends a run that goes on or is held, frees breakpoints and watches, loads the program."""
         self.client = client
         client.set_mode()
-        for n in range(client.sizes.breakpoints):
-            client.clear_breakpoint(n)
-        for n in range(client.sizes.watches):
-            client.clear_watch(n)
+        client.free_points()
         if client.state().running:
             client.abort()
         if client.state().held:
@@ -40,12 +37,7 @@ class LinkBackend:
 
     def _name(self, image: Image) -> None:
         self._image = image
-        places = {e.name: e.register for e in (*image.exports, *image.states)}
-        self._addresses = {
-            name: register_address(register)
-            for name, register in places.items()
-            if is_register(register)
-        } | {output.name: BLOCK["outputs"] + output.index for output in image.outputs}
+        self._addresses = readable_addresses(image)
         self._inputs = {entry.name: BLOCK["constants"] + entry.index for entry in image.inputs}
 
     def select(self, image: Image) -> None:
@@ -70,9 +62,7 @@ class LinkBackend:
             cycles.append(self.client.cycles())
             cause = FAULT_NAMES[STATUS["cause"].of(status)]
             if cause != NO_FAULT:
-                info = self.client.read_word(CSR["FAULT_INFO"])
-                place = "output" if cause == "NOT_FINITE" else "bundle"
-                fault = Fault(cause, **{place: info})
+                fault = Fault.of(cause, self.client.read_word(CSR["FAULT_INFO"]))
                 text = fault_text(self._image, fault)
                 break
         return Runs(

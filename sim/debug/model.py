@@ -24,11 +24,14 @@ class DebugRtl(AsipRtl):
 
     def __init__(self, configuration: str = "fast") -> None:
         super().__init__(configuration)
-        pointer, u32 = ctypes.c_void_p, ctypes.c_uint32
-        self._lib.asip_debug_active.argtypes = [pointer]
-        self._lib.asip_line_divider.argtypes = [pointer, u32]
-        self._lib.asip_line_send.argtypes = [pointer, ctypes.c_char_p, u32]
-        self._lib.asip_line_receive.argtypes = [pointer, ctypes.c_char_p, u32]
+        integer, text, u32 = ctypes.c_int, ctypes.c_char_p, ctypes.c_uint32
+        signatures = {
+            "debug_active": (integer,),
+            "line_divider": (None, u32),
+            "line_send": (None, text, u32),
+            "line_receive": (integer, text, u32),
+        }
+        self._bind(signatures)
 
     @property
     def debug_active(self) -> bool:

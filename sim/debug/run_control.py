@@ -107,6 +107,10 @@ class RunControl(Requests):
         """Free a watch."""
         self._enable("watches", number, False)
 
+    def free_points(self) -> None:
+        """Clear all breakpoints and watches, those of an earlier session too."""
+        self._write("ENABLE", 0)
+
     def _enabled(self) -> dict[str, int]:
         word = self._read("ENABLE")
         return {name: f.of(word) for name, f in FIELDS["ENABLE"].items()}

@@ -64,10 +64,7 @@ class BlockTarget:
     def free_points(self) -> None:
         """Clear all breakpoints and watches, those of an earlier session too."""
         with client_errors():
-            for n in range(self.breakpoints):
-                self.client.clear_breakpoint(n)
-            for n in range(self.watches):
-                self.client.clear_watch(n)
+            self.client.free_points()
         self._breaks, self._watches = [], []
 
     def begin(self, inputs: Mapping[str, int], hold: bool) -> None:
@@ -108,9 +105,7 @@ class BlockTarget:
         if state.halted:
             return Status(Kind.HALTED, state.next, state.reason, state.which)
         if state.fault and not state.running:
-            cause, info = self.client.fault()
-            place = {"output" if cause == "NOT_FINITE" else "bundle": info}
-            return Status(Kind.FAULT, state.last + 1, fault=Fault(cause, **place))
+            return Status(Kind.FAULT, state.last + 1, fault=Fault.of(*self.client.fault()))
         if state.running or self.client.runs() == self._runs:
             return Status(Kind.RUNNING, state.next)
         return Status(Kind.IDLE)

@@ -9,22 +9,20 @@ from pathlib import Path
 
 from asip_asm.diagnostics import closest, shortened
 from asip_asm.files import read_text
-from sim.asip_run.inputs import UserError, parse_word, read_inputs
+from sim.asip_run.inputs import UserError, read_inputs
 from sim.debugger.command_table import (
     COMMANDS,
+    TOPICS,
     AssertionMissed,
     CommandError,
     Quit,
     command,
-    find_command,
-)
-from sim.debugger.command_text import (
     condition_of,
     count_of,
+    find_command,
     form_of,
     nothing_in,
     numbers_of,
-    script_lines,
 )
 from sim.debugger.expressions import ExpressionError
 from sim.debugger.locations import LocationError
@@ -38,6 +36,8 @@ SCRIPT_DEPTH = 16
 EXAMINED = 1024
 """Most words of one `x`."""
 _FORM = re.compile(r"/([0-9]{0,4})([fxdut]?)")
+REFUSALS = (SessionError, LocationError, ValueMissing, ExpressionError, UserError, TargetError)
+"""Errors of a session whose text is for the user."""
 
 
 class Commands:
@@ -69,12 +69,13 @@ class Commands:
         entry = find_command(match.group(1))
         self._again = line if entry.repeats else ""
         try:
-            entry.function(self, match.group(2).strip())
-        except (SessionError, LocationError, ValueMissing, ExpressionError, UserError) as error:
-            raise CommandError(str(error)) from None
+            rest = match.group(2).strip()
+            if entry.usage == entry.names[0]:
+                nothing_in(rest, entry.usage)
+            entry.function(self, rest)
         except TargetGone:
             raise
-        except TargetError as error:
+        except REFUSALS as error:
             raise CommandError(str(error)) from None
 
     # ------------------------------------------------------------------ running
@@ -90,13 +91,11 @@ class Commands:
     @command("run", "r", runs=True)
     def run(self, rest: str) -> None:
         """Run ticks up to a stop: one for each row of inputs, or one. Inside a tick: go on."""
-        nothing_in(rest, "run")
         self._stopped(self.session.run())
 
     @command("start", runs=True)
     def start(self, rest: str) -> None:
         """Begin a tick and stop before its first bundle."""
-        nothing_in(rest, "start")
         if self.session.in_run:
             self.session.abandon()
             self.write("the tick that was on is given up")
@@ -112,7 +111,6 @@ class Commands:
     @command("continue", "c", "cont", repeats=True, runs=True)
     def resume(self, rest: str) -> None:
         """Go on to the next stop, or to the end of the ticks that run or tick asked for."""
-        nothing_in(rest, "continue")
         self._stopped(self.session.resume())
 
     @command("step", "s", usage="[N]", repeats=True, runs=True)
@@ -135,26 +133,22 @@ class Commands:
     @command("finish", "fin", runs=True)
     def finish(self, rest: str) -> None:
         """Go on to the end of the tick."""
-        nothing_in(rest, "finish")
         self._stopped(self.session.finish())
 
     @command("kill", "k")
     def kill(self, rest: str) -> None:
         """Give up the tick that is on."""
-        nothing_in(rest, "kill")
         self.session.abandon()
 
     @command("reset")
     def reset(self, rest: str) -> None:
         """Load the program again: states at their first values, tick 0."""
-        nothing_in(rest, "reset")
         self.session.reset()
         self.write("program loaded, tick 0")
 
     @command("reconnect")
     def reconnect(self, rest: str) -> None:
         """Look for a target that did not answer, and load the program again."""
-        nothing_in(rest, "reconnect")
         self.session.reconnect()
         self.write(f"connected: {self.session.target.label}; program loaded, tick 0")
 
@@ -197,14 +191,16 @@ class Commands:
     @command("enable", usage="NUMBER ...")
     def enable(self, rest: str) -> None:
         """Switch breakpoints on."""
-        for number in numbers_of(rest) or list(self.session.breakpoints):
-            self.session.enable(number, True)
+        self._switch(rest, True)
 
     @command("disable", usage="NUMBER ...")
     def disable(self, rest: str) -> None:
         """Switch breakpoints off, and keep them."""
+        self._switch(rest, False)
+
+    def _switch(self, rest: str, on: bool) -> None:
         for number in numbers_of(rest) or list(self.session.breakpoints):
-            self.session.enable(number, False)
+            self.session.enable(number, on)
 
     # ------------------------------------------------------------------ values
     @command("print", "p", "inspect", usage="[/FORM] EXPRESSION")
@@ -263,14 +259,10 @@ class Commands:
         name, text = name.strip(), text.strip()
         if not equals or not name or not text:
             raise CommandError("set NAME = VALUE")
-        if text[:2].lower() == "0f":
-            try:
-                reading = self.session.values.set(name, parse_word(text, "float"))
-            except ValueError as error:
-                raise CommandError(str(error)) from None
-        else:
-            value = self.session.evaluate(text)
-            reading = self.session.values.set(name, None, value)
+        try:
+            reading = self.session.set(name, text)
+        except ValueError as error:
+            raise CommandError(str(error)) from None
         self.write(f"{name} = {_described(reading, '')}")
 
     @command("inputs", usage="FILE")
@@ -316,12 +308,10 @@ class Commands:
         values [PART], outputs, display, line N, target.
         """
         topic, _, detail = rest.partition(" ")
-        topics = ("registers", "state", "faults", "breakpoints", "values", "inputs", "outputs")
-        topics += ("display", "line", "target")
-        found = [name for name in topics if topic and name.startswith(topic)]
+        found = [name for name in TOPICS if topic and name.startswith(topic)]
         found = ["state"] if topic == "s" else found
         if len(found) != 1:
-            raise CommandError(f"info {', '.join(topics)}")
+            raise CommandError(f"info {', '.join(TOPICS)}")
         if found[0] == "display":
             for number, (expression, form) in self.displays.items():
                 self.write(f"{number}: {f'/{form} ' if form else ''}{expression}")
@@ -346,7 +336,6 @@ class Commands:
     @command("backtrace", "bt", "where")
     def backtrace(self, rest: str) -> None:
         """Where the program stands, and the macro calls around that."""
-        nothing_in(rest, "backtrace")
         self.show.backtrace()
 
     # ------------------------------------------------------------------ the debugger itself
@@ -363,7 +352,9 @@ class Commands:
             raise CommandError(f"{rest}: {error.strerror or error}") from None
         self._depth += 1
         try:
-            for number, line in script_lines(text):
+            for number, line in enumerate(text.splitlines(), 1):
+                if not line.strip():
+                    continue
                 try:
                     self.execute(line)
                 except CommandError as error:

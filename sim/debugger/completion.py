@@ -6,13 +6,12 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable
 
-from sim.debugger.command_table import COMMANDS, CommandError, find_command
+from sim.debugger.command_table import COMMANDS, TOPICS, CommandError, find_command
 from sim.debugger.session import Session
 
 PLACES = ("break", "tbreak", "list")
 NAMES = ("print", "display", "watch", "set", "assert", "break", "tbreak")
 FILES = ("source", "inputs")
-TOPICS = ("registers", "state", "faults", "breakpoints", "values", "inputs", "outputs", "display")
 
 
 def completions(session: Session, text: str) -> list[str]:
@@ -27,7 +26,7 @@ def completions(session: Session, text: str) -> list[str]:
         return []
     known: Iterable[str] = ()
     if command == "info":
-        known = (*TOPICS, "line", "target")
+        known = TOPICS
     elif command == "help":
         known = sorted({entry.names[0] for entry in COMMANDS.values()})
     elif command == "x":

@@ -14,41 +14,26 @@ from typing import Any
 from asip_asm.debug_map import DebugMapError
 from asip_asm.diagnostics import AssemblyError
 from asip_asm.image import ImageError
-from sim.asip_run.inputs import UserError, parse_word
 from sim.debugger.command_table import CommandError, Quit, find_command
-from sim.debugger.commands import Commands
+from sim.debugger.commands import REFUSALS, Commands
 from sim.debugger.completion import completions
 from sim.debugger.dap_breakpoints import ClientBreakpoints
 from sim.debugger.dap_launch import launch_options
 from sim.debugger.dap_messages import Message, Sender
 from sim.debugger.dap_views import THREAD, Body, Views
-from sim.debugger.expressions import ExpressionError
-from sim.debugger.locations import LocationError
 from sim.debugger.options import open_session
 from sim.debugger.program import ProgramError
-from sim.debugger.session import Session, SessionError, Stop
-from sim.debugger.target import TargetError
-from sim.debugger.values import ValueMissing, format_word
+from sim.debugger.session import Session, Stop
+from sim.debugger.values import format_word
 
 CAPABILITIES = (
-    "supportsConfigurationDoneRequest",
-    "supportsFunctionBreakpoints",
-    "supportsConditionalBreakpoints",
-    "supportsEvaluateForHovers",
-    "supportsSetVariable",
-    "supportsSetExpression",
-    "supportsRestartRequest",
-    "supportsTerminateRequest",
-    "supportsExceptionInfoRequest",
-    "supportsLoadedSourcesRequest",
-    "supportsBreakpointLocationsRequest",
-    "supportsCompletionsRequest",
-    "supportsSteppingGranularity",
-    "supportsInstructionBreakpoints",
-    "supportsDataBreakpoints",
-    "supportsDisassembleRequest",
-    "supportsValueFormattingOptions",
+    *("ConfigurationDoneRequest", "RestartRequest", "TerminateRequest", "ExceptionInfoRequest"),
+    *("LoadedSourcesRequest", "BreakpointLocationsRequest", "CompletionsRequest"),
+    *("DisassembleRequest", "FunctionBreakpoints", "ConditionalBreakpoints", "DataBreakpoints"),
+    *("InstructionBreakpoints", "EvaluateForHovers", "SetVariable", "SetExpression"),
+    *("SteppingGranularity", "ValueFormattingOptions"),
 )
+"""What is supported, as the protocol names it."""
 REASONS = {
     "breakpoint": "breakpoint",
     "watch": "data breakpoint",
@@ -60,10 +45,7 @@ REASONS = {
 }
 """`reason` of a stopped event by the kind of a stop."""
 
-ERRORS = (
-    *(SessionError, LocationError, ValueMissing, ExpressionError, TargetError, CommandError),
-    *(UserError, ImageError, DebugMapError, ProgramError, OSError),
-)
+ERRORS = (*REFUSALS, CommandError, ImageError, DebugMapError, ProgramError, OSError)
 """What a request can fail with; the text is for the user."""
 
 
@@ -123,16 +105,13 @@ class Adapter:
     def _halted(self) -> Session:
         """The session while the core stands. Raises RequestError while it runs."""
         session = self.session
-        if self._running():
+        if self._busy:
             raise RequestError("the core runs; pause it first")
         return session
 
-    def _running(self) -> bool:
-        return self._busy
-
     # ------------------------------------------------------------------ life
     def do_initialize(self, arguments: Body) -> Body:
-        return dict.fromkeys(CAPABILITIES, True)
+        return {f"supports{name}": True for name in CAPABILITIES}
 
     def do_launch(self, arguments: Body) -> None:
         if self._session is not None:
@@ -212,7 +191,7 @@ class Adapter:
 
     def _pause_quietly(self) -> bool:
         """Stop a core that runs without an event; whether it ran."""
-        if not self._running():
+        if not self._busy:
             return False
         self._quiet = True
         self.session.pause.set()
@@ -229,21 +208,21 @@ class Adapter:
         return {"allThreadsContinued": True}
 
     def do_next(self, arguments: Body) -> None:
-        session = self._halted()
-        single = arguments.get("granularity") == "instruction"
-        self._go(session.step_bundles if single else session.step_calls)
+        self._step(arguments, self._halted().step_calls)
 
     def do_stepIn(self, arguments: Body) -> None:
-        session = self._halted()
+        self._step(arguments, self._halted().step_lines)
+
+    def _step(self, arguments: Body, way: Callable[[], Stop]) -> None:
         single = arguments.get("granularity") == "instruction"
-        self._go(session.step_bundles if single else session.step_lines)
+        self._go(self.session.step_bundles if single else way)
 
     def do_stepOut(self, arguments: Body) -> None:
         session = self._halted()
         self._go(session.finish if session.in_run else session.run)
 
     def do_pause(self, arguments: Body) -> None:
-        if self._running():
+        if self._busy:
             self.session.pause.set()
 
     # ------------------------------------------------------------------ breakpoints
@@ -323,11 +302,7 @@ class Adapter:
         return self._set(str(arguments["expression"]), str(arguments["value"]))
 
     def _set(self, name: str, text: str) -> Body:
-        session = self._halted()
-        if text[:2].lower() == "0f":
-            reading = session.values.set(name, parse_word(text, "float"))
-        else:
-            reading = session.values.set(name, None, session.evaluate(text))
+        reading = self._halted().set(name, text)
         return {"value": format_word(reading.word, reading.type), "type": reading.type}
 
     def do_evaluate(self, arguments: Body) -> Body:

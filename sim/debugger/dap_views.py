@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -40,26 +39,19 @@ class Views:
             return [{"id": 1, "name": name, "line": 0, "column": 0}]
         if entry.equation and bundle < self.program.bundles:
             name += f" ({entry.equation})"
-        frames = [
+        calls = self.program.calls(bundle, entry.slot)
+        places = [(name, entry), *((f"macro {call.name}", call) for call in calls)]
+        frames: list[Body] = [
             {
-                "id": 1,
+                "id": depth,
                 "name": name,
-                "source": self.source(entry.file),
-                "line": entry.line,
+                "source": self.source(place.file),
+                "line": place.line,
                 "column": 1,
-                "instructionPointerReference": f"0x{bundle:x}",
             }
+            for depth, (name, place) in enumerate(places, 1)
         ]
-        for depth, call in enumerate(self.program.calls(bundle, entry.slot), 2):
-            frames.append(
-                {
-                    "id": depth,
-                    "name": f"macro {call.name}",
-                    "source": self.source(call.file),
-                    "line": call.line,
-                    "column": 1,
-                }
-            )
+        frames[0]["instructionPointerReference"] = f"0x{bundle:x}"
         return frames
 
     # ------------------------------------------------------------------ variables
@@ -79,36 +71,26 @@ class Views:
         """Variables of a scope. Raises ValueMissing for one that is none."""
         if not 1 <= reference <= len(SCOPES):
             raise ValueMissing(f"there is no scope {reference}")
-        names: dict[str, Callable[[], Iterator[str]]] = {
-            "Values": self._value_names,
-            "Inputs": lambda: iter(self.session.values.inputs),
-            "States": lambda: (state.name for state in self.program.image.states),
-            "Outputs": lambda: (output.name for output in self.program.image.outputs),
-            "Constants": self._constant_names,
-            "Registers": self._register_names,
-        }
         scope = SCOPES[reference - 1]
-        if scope == "Outputs":
-            return [self._output(name, form) for name in names[scope]()]
-        return [self.variable(name, form) for name in names[scope]()]
+        shown = self._output if scope == "Outputs" else self.variable
+        return [shown(name, form) for name in self._names(scope)]
 
-    def _value_names(self) -> Iterator[str]:
-        other = {state.name for state in self.program.image.states}
-        other |= {output.name for output in self.program.image.outputs}
-        yield from (name for name in self.program.map.names() if name not in other)
-
-    def _constant_names(self) -> Iterator[str]:
-        for constant in self.program.image.constants:
-            if constant.name[:1].isalpha() or constant.name[:1] == "_":
-                yield constant.name
-
-    def _register_names(self) -> Iterator[str]:
-        isa = default_isa()
-        for bank in "abc":
-            size = isa.banks[bank.upper()].size
-            pipes = isa.configurations[self.program.image.configuration].fma_pipes
-            if bank != "b" or pipes > 1:
-                yield from (f"{bank}{i}" for i in range(size))
+    def _names(self, scope: str) -> list[str]:
+        image = self.program.image
+        states = [state.name for state in image.states]
+        outputs = [output.name for output in image.outputs]
+        if scope == "Registers":
+            isa = default_isa()
+            banks = "abc" if isa.configurations[image.configuration].fma_pipes > 1 else "ac"
+            return [f"{bank}{i}" for bank in banks for i in range(isa.banks[bank.upper()].size)]
+        if scope == "Constants":
+            names = [constant.name for constant in image.constants]
+            return [name for name in names if name[:1].isalpha() or name[:1] == "_"]
+        if scope == "Values":
+            return [name for name in self.program.map.names() if name not in (*states, *outputs)]
+        return {"Inputs": list(self.session.values.inputs), "States": states, "Outputs": outputs}[
+            scope
+        ]
 
     def variable(self, name: str, form: str = "") -> Body:
         """A variable; one without a value says why."""

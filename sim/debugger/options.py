@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Options of asip-dbg, and the session that they ask for."""
+"""Options of asip-dbg, and the session and target that they ask for."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from asip_asm.isa import default_isa
 from sim.asip_run.inputs import assignments, read_inputs
 from sim.debugger.program import DebuggedProgram
 from sim.debugger.session import Session, SessionError
-from sim.debugger.targets import add_target_options, make_target
+from sim.debugger.target import Target, TargetError
 
 EPILOG = """examples:
   asip-dbg leg.s --set x=0.3 --set y=0.1
@@ -57,7 +57,29 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
     parser.add_argument(
         "program", type=Path, nargs="?", help="source text, or image written by asip-as (*.json)"
     )
-    add_target_options(parser)
+    place = parser.add_mutually_exclusive_group()
+    place.add_argument(
+        "--iss",
+        action="store_true",
+        help="debug on the instruction-set model: nothing to build, no cycles; without this the "
+        "Verilated core with its debug block, built at first use",
+    )
+    place.add_argument(
+        "--uart",
+        action="store_true",
+        help="as without, through the serial pins of the Verilated core",
+    )
+    place.add_argument(
+        "--connect",
+        metavar="ADDRESS",
+        help="debug the core at tcp://HOST:PORT or serial:PATH[?baud=N], which has the program and "
+        "gets its ticks from another host",
+    )
+    parser.add_argument(
+        "--load",
+        action="store_true",
+        help="with --connect: load the program, write inputs and start ticks from here",
+    )
     parser.add_argument(
         "--config", choices=tuple(default_isa().configurations), help="configuration of the core"
     )
@@ -125,3 +147,29 @@ def take_port(parser: argparse.ArgumentParser, options: argparse.Namespace) -> N
     device = options.port
     options.connect = device if device.startswith(("serial:", "tcp:")) else f"serial:{device}"
     options.load, options.port = True, None
+
+
+def make_target(options: argparse.Namespace, configuration: str) -> Target:
+    """Target for programs of a configuration. Raises TargetError."""
+    # Each kind takes its own packages, and a session only one.
+    if options.iss:
+        from sim.debugger.iss_target import IssTarget
+
+        return IssTarget()
+    from sim.debug.client import Client, connect
+    from sim.debugger.block_target import BlockTarget
+    from sim.debugger.driven_target import DrivenTarget
+
+    if options.connect:
+        kind = BlockTarget if options.load else DrivenTarget
+        return kind(lambda: connect(options.connect), f"core at {options.connect}")
+    from sim.debug.model import DebugRtl
+    from sim.harness.build import BuildError
+
+    try:
+        model = DebugRtl(configuration)
+    except BuildError as error:
+        raise TargetError(f"{error}\n--iss debugs without a built core") from None
+    if options.uart:
+        return BlockTarget(lambda: Client(model.serial_link()), "Verilated core by its serial pins")
+    return BlockTarget(lambda: connect(model), "Verilated core")

@@ -12,12 +12,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from asip_asm.debug_map import Value
+from sim.asip_run.inputs import parse_word
 from sim.core_fault import fault_text
 from sim.debugger.expressions import ExpressionError, evaluate
 from sim.debugger.locations import Location, find_location
 from sim.debugger.program import DebuggedProgram
 from sim.debugger.target import Kind, Status, Target, Watch
-from sim.debugger.values import ValueMissing, Values
+from sim.debugger.values import Reading, ValueMissing, Values
 
 SLICE = 0.05
 """Seconds between two looks at a running core, and so at Ctrl-C and `pause`."""
@@ -277,6 +278,14 @@ class Session:
         """Value of an expression. Raises ExpressionError, ValueMissing, TargetGone."""
         return evaluate(text, lambda name: self.values.read(name).number)
 
+    def set(self, name: str, text: str) -> Reading:
+        """Give a name another value: bits as '0f3f800000', or an expression. Raises ValueError,
+        TargetGone.
+        """
+        if text[:2].lower() == "0f":
+            return self.values.set(name, parse_word(text, "float"))
+        return self.values.set(name, None, self.evaluate(text))
+
     # ------------------------------------------------------------------ breakpoints
     def location(self, text: str) -> Location:
         """Raises LocationError."""
@@ -286,9 +295,13 @@ class Session:
         self, place: Location, condition: str = "", temporary: bool = False
     ) -> Breakpoint:
         """Raises SessionError if the target has no breakpoint left."""
-        point = Breakpoint(0, place.text, place.bundles, condition, temporary)
-        point.file, point.line = place.file, place.line
-        return self._add(point)
+        return self._add(
+            Breakpoint(
+                *(0, place.text, place.bundles, condition, temporary),
+                file=place.file,
+                line=place.line,
+            )
+        )
 
     def add_watch(self, name: str, condition: str = "") -> Breakpoint:
         """Watch of a value, register or output. Raises SessionError, ValueMissing."""

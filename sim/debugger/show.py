@@ -12,7 +12,7 @@ from asip_asm.isa import default_isa
 from sim.core_fault import fault_text
 from sim.debugger.locations import LocationError
 from sim.debugger.session import Session, Stop
-from sim.debugger.target import Kind, TargetError, TargetGone
+from sim.debugger.target import Kind, TargetGone
 from sim.debugger.values import ValueMissing, format_word
 
 LINES = 10
@@ -90,15 +90,12 @@ class Show:
         program = self.session.program
         if rest:
             place = self.session.location(rest)
-            entry = program.primary(place.bundles[0])
-            file, line = (place.file, place.line) if place.file else (program.main, 1)
-            if not place.file and entry:
-                file, line = entry.file, entry.line
-            first = line - LINES // 2
+            entry = place if place.file else program.primary(place.bundles[0])
         elif self._listed:
             file, first = self._listed
         else:
             entry = program.primary(min(self.session.position, program.bundles - 1))
+        if rest or not self._listed:
             file, line = (entry.file, entry.line) if entry else (program.main, 1)
             first = line - LINES // 2
         lines = program.lines(file)
@@ -297,12 +294,7 @@ class Show:
         for line in range(start, start + count, 4):
             cells = []
             for address in range(line, min(line + 4, start + count)):
-                try:
-                    word = self.session.target.read(f"d{address}")
-                except TargetGone:
-                    raise
-                except TargetError as error:
-                    raise ValueMissing(str(error)) from None
+                word = self.session.values.target_word(f"d{address}")
                 cells.append(format_word(word, "float", form))
             name = f"  {names[line]}" if line in names else ""
             self.write(f"{line:4d}{name}:  {'  '.join(cells)}")

@@ -5,7 +5,8 @@ from __future__ import annotations
 
 import re
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 from asip_asm.debug_map import Where
@@ -13,7 +14,7 @@ from asip_asm.diagnostics import closest, shortened
 from asip_asm.isa import default_isa
 from sim.core_backends import number
 from sim.debugger.program import DebuggedProgram
-from sim.debugger.target import Target, TargetError
+from sim.debugger.target import Target, TargetError, TargetGone
 
 _PLACE = re.compile(r"\$?([abcko])([0-9]{1,3})")
 _DATA = re.compile(r"([A-Za-z_][A-Za-z0-9_.]*)(?:\[([0-9]{1,4})\])?")
@@ -64,6 +65,17 @@ def short_float(word: int) -> str:
     return text
 
 
+@contextmanager
+def _refusals() -> Iterator[None]:
+    """What the target refuses has no value; that it is gone stays an error of its own."""
+    try:
+        yield
+    except TargetGone:
+        raise
+    except TargetError as error:
+        raise ValueMissing(str(error)) from None
+
+
 class Values:
     """Names of a program on a target; `position` tells where the program stands.
 
@@ -112,7 +124,7 @@ class Values:
         match = _DATA.fullmatch(name)
         if match and match.group(1) in image.data_names:
             address = image.data_names[match.group(1)] + int(match.group(2) or 0)
-            return Reading(name, "float", self._target_word(f"d{address}"), f"d{address}", "data")
+            return Reading(name, "float", self.target_word(f"d{address}"), f"d{address}", "data")
         raise ValueMissing(self._unknown(name))
 
     def _own_input(self, name: str) -> None:
@@ -135,7 +147,7 @@ class Values:
         if value.line:
             equation = f" ({value.equation})" if value.equation else ""
             notes.append(f"{value.file}:{value.line}{equation}")
-        word = self._target_word(where.place)
+        word = self.target_word(where.place)
         return Reading(name, value.type, word, where.place, ", ".join(notes))
 
     def _is_place(self, name: str) -> bool:
@@ -157,17 +169,12 @@ class Values:
             raise ValueMissing(f"{name}: the program has nothing in {place}")
         value = self.program.finder.holder(place, self.position())
         note = f"{value.name}" if value and value.name != name else ""
-        return Reading(
-            name, value.type if value else "float", self._target_word(place), place, note
-        )
+        return Reading(name, value.type if value else "float", self.target_word(place), place, note)
 
-    def _target_word(self, place: str) -> int:
-        try:
+    def target_word(self, place: str) -> int:
+        """Word of a place of the target. Raises ValueMissing, TargetGone."""
+        with _refusals():
             return self.target.read(place)
-        except TargetError as error:
-            if type(error) is TargetError:
-                raise ValueMissing(str(error)) from None
-            raise
 
     def _unknown(self, name: str) -> str:
         known = self.names()
@@ -191,12 +198,8 @@ class Values:
                 f"{name} is a constant of the program; change it in the source, or with -D"
             )
         bits = self.word(name, reading.type, value) if word is None else word
-        try:
+        with _refusals():
             self.target.write(reading.place, bits)
-        except TargetError as error:
-            if type(error) is TargetError:
-                raise ValueMissing(str(error)) from None
-            raise
         return self.read(name)
 
     @staticmethod

@@ -226,10 +226,10 @@ def main(argv: list[str] | None = None) -> int:
         "docs/two_processors.md",
     )
     arguments = parser.parse_args(argv)
-    if arguments.ticks is not None and arguments.ticks < 1:
-        parser.error(f"--ticks {arguments.ticks} is not positive")
-    if arguments.every is not None and arguments.every < 1:
-        parser.error(f"--every {arguments.every} is not positive")
+    for name in ("ticks", "every"):
+        value = getattr(arguments, name)
+        if value is not None and value < 1:
+            parser.error(f"--{name} {value} is not positive")
     if not 0 < arguments.period <= LONGEST_PERIOD:
         parser.error(f"--period {arguments.period} is not in 1..{LONGEST_PERIOD}")
     console = Console()
@@ -240,19 +240,16 @@ def main(argv: list[str] | None = None) -> int:
             run(arguments, console)
     except KeyboardInterrupt:
         return 130
-    except (GcodeErrors, WorkspaceError, ParameterError, AssemblyError) as error:
-        console.print(str(error), markup=False, highlight=False)
-        return 1
-    except (PageError, MarksError) as error:
-        console.print(str(error), markup=False, highlight=False)
-        return 1
     except PathNotSuitedError as error:
-        console.print(f"{arguments.gcode}: {error}", markup=False, highlight=False)
-        return 1
+        text = f"{arguments.gcode}: {error}"
+    except (GcodeErrors, WorkspaceError, ParameterError, AssemblyError, PageError, MarksError) as e:
+        text = str(e)
     except (BuildError, ControllerFault, AsipError, IsaError, OSError) as error:
-        console.print(f"error: {error}", markup=False, highlight=False)
-        return 1
-    return 0
+        text = f"error: {error}"
+    else:
+        return 0
+    console.print(text, markup=False, highlight=False)
+    return 1
 
 
 if __name__ == "__main__":

@@ -50,12 +50,9 @@ class Move:
 
     def words(self) -> NDArray[np.uint32]:
         """The record, (32,): the duration as integer, the rest as binary32."""
-        numbers = [self.v0, self.vm, self.tr, self.tm, self.length, self.half_turn]
-        vectors = (self.start, self.end, self.direction)
-        arc = (self.radius_start, self.radius_end, self.normal)
         words = np.zeros(RECORD_WORDS, dtype=np.uint32)
-        words[0] = self.duration
-        values = np.concatenate([numbers, *vectors, *arc]).astype(np.float32)
+        words[0], *numbers = vars(self).values()  # in the order of the fields
+        values = np.hstack(numbers).astype(np.float32)
         words[1 : 1 + len(values)] = values.view(np.uint32)
         return words
 

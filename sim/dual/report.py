@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -174,6 +174,9 @@ PARTS = {
 }
 
 
+SPREAD = ("least", "median", "most", "median [us]")
+
+
 def _timing(data: dict[str, Any]) -> Iterator[tuple[str, ...]]:
     """Part, least, median, most [clocks], median [us]."""
     period = f"{data['period_clocks_nominal'] / data['clock_mhz']:g}"
@@ -220,38 +223,33 @@ def _events(data: dict[str, Any]) -> Iterator[tuple[str, str]]:
 
 def tables(data: dict[str, Any]) -> Iterator[Table]:
     """The figures of results.json as tables."""
-    events = Table(title="two processors")
-    events.add_column("")
-    events.add_column("", justify="right")
-    for row in _events(data):
-        events.add_row(*row)
-    yield events
+    yield _table("two processors", ("", ""), _events(data))
+    yield _table(f"clocks at {data['clock_mhz']} MHz", ("part of a period", *SPREAD), _timing(data))
+    title = "set-points of the core against the plan in double precision"
+    yield _table(title, ("word", "largest difference", "unit"), _handed_over(data))
+    if data["tracking"]:
+        title = "largest tracking error after 50 ms"
+        yield _table(title, ("", "two processors", "one processor"), _tracking(data), names=False)
 
-    timing = Table(title=f"clocks at {data['clock_mhz']} MHz")
-    timing.add_column("part of a period")
-    for head in ("least", "median", "most", "median [us]"):
-        timing.add_column(head, justify="right")
-    for row in _timing(data):
-        timing.add_row(*row)
-    yield timing
 
-    handed = Table(title="set-points of the core against the plan in double precision")
-    for head in ("word", "largest difference", "unit"):
-        handed.add_column(head, justify="left" if head == "word" else "right")
+def _table(
+    title: str, heads: Sequence[str], rows: Iterable[Sequence[str]], names: bool = True
+) -> Table:
+    """names: the first column is to the left."""
+    table = Table(title=title)
+    for place, head in enumerate(heads):
+        table.add_column(head, justify="left" if names and not place else "right")
+    for row in rows:
+        table.add_row(*row)
+    return table
+
+
+def _handed_over(data: dict[str, Any]) -> Iterator[tuple[str, str, str]]:
+    """Word, largest difference, unit."""
     for name, value in data["set_point_error"].items():
         angle = name in ("alpha", "gamma") or "_" in name
         order = 0 if name in ("x", "y", "z", "alpha", "gamma") else 2 if name[0] in "ae" else 1
-        unit = ("rad" if angle else "m") + ("", "/s", "/s^2")[order]
-        handed.add_row(name, f"{value:.3g}", unit)
-    yield handed
-
-    if data["tracking"]:
-        tracking = Table(title="largest tracking error after 50 ms")
-        for head in ("", "two processors", "one processor"):
-            tracking.add_column(head, justify="right")
-        for row in _tracking(data):
-            tracking.add_row(*row)
-        yield tracking
+        yield name, f"{value:.3g}", ("rad" if angle else "m") + ("", "/s", "/s^2")[order]
 
 
 # ---------------------------------------------------------------------- page
@@ -270,7 +268,7 @@ def block(data: dict[str, Any]) -> str:
         f"Path A-G-H, {cores}, {data['clock_mhz']} MHz, measured at commit {data['commit']}.",
         "",
         *rows(("over the whole path", "ticks"), _events(data)),
-        *rows(("clocks", "least", "median", "most", "median [us]"), _timing(data)),
+        *rows(("clocks", *SPREAD), _timing(data)),
         *rows(
             ("largest tracking error after 50 ms", "two processors", "one processor"),
             _tracking(data),

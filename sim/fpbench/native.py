@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from asip_asm.isa import default_isa
+from sim.core_backends import flag_text
 from sim.harness.build import ROOT, build_library
 from sim.harness.sources import sources_of
 from sim.harness.waves import load_model
@@ -49,8 +50,6 @@ LANES = {
     "fp_sincos": 4,
 }
 ITERATIVE = ("fp_sincos",)
-
-FLAG_NAMES = ("nv", "dz", "of", "uf", "nx")
 
 
 class BenchError(ValueError):
@@ -86,11 +85,6 @@ class _Report(ctypes.Structure):
         ("failures", _Failure * SHOWN),
         ("angles", _Angles),
     )
-
-
-def flag_text(flags: int) -> str:
-    """`0b00011` -> `"uf nx"`; no flag -> `"-"`."""
-    return " ".join(n for i, n in enumerate(FLAG_NAMES) if flags >> (4 - i) & 1) or "-"
 
 
 @dataclass(frozen=True)
@@ -194,7 +188,7 @@ def sources(unit: str, rtl: Path = RTL) -> list[Path]:
         raise BenchError(f"{rtl}: {error}; give a folder with the files of rtl/fpu") from error
 
 
-def fingerprint(unit: str, rtl: Path = RTL, defines: Mapping[str, str] | None = None) -> str:
+def fingerprint(unit: str, rtl: Path = RTL) -> str:
     """Hash of what decides a unit's results: its RTL and the bench.
 
     Latencies of other units in fp_pkg.sv are left out, since this one cannot depend on them.
@@ -215,7 +209,7 @@ def fingerprint(unit: str, rtl: Path = RTL, defines: Mapping[str, str] | None = 
         digest.update(text.encode())
     for path in (*TOP_SOURCES, HARNESS, *HEADERS):
         digest.update(path.read_bytes())
-    digest.update(repr((LANES[unit], sorted((defines or {}).items()))).encode())
+    digest.update(repr((LANES[unit], [])).encode())
     return digest.hexdigest()[:16]
 
 
@@ -258,23 +252,14 @@ class Unit:
         self._bound = angle_bound(rtl) if name == "fp_sincos" else 0.0
         lib = self._lib = load_model(self.library)
         text, u64, pointer = ctypes.c_char_p, ctypes.c_uint64, ctypes.c_void_p
+        integer, real = ctypes.c_int, ctypes.c_double
         lib.fpbench_size.restype = lib.fpbench_operands.restype = u64
         lib.fpbench_report_size.restype = ctypes.c_size_t
-        lib.fpbench_exact.restype = ctypes.c_double
-        lib.fpbench_exact.argtypes = [ctypes.c_int, ctypes.c_uint32]
+        lib.fpbench_exact.restype = real
+        lib.fpbench_exact.argtypes = [integer, ctypes.c_uint32]
         lib.fpbench_size.argtypes = [text, text]
-        lib.fpbench_run.argtypes = [
-            text,
-            text,
-            u64,
-            u64,
-            u64,
-            ctypes.c_int,
-            ctypes.c_double,
-            pointer,
-        ]
-        lib.fpbench_run_list.argtypes = [text, pointer, u64, ctypes.c_double, pointer, pointer]
-        lib.fpbench_run_list.argtypes += [pointer]
+        lib.fpbench_run.argtypes = [text, text, u64, u64, u64, integer, real, pointer]
+        lib.fpbench_run_list.argtypes = [text, pointer, u64, real, *[pointer] * 3]
         lib.fpbench_operands.argtypes = [text, text, u64, u64, u64, pointer]
         lib.fpbench_reference.argtypes = [text, pointer, u64, pointer, pointer]
         if lib.fpbench_report_size() != ctypes.sizeof(_Report):

@@ -13,6 +13,7 @@ from sim.fpbench.native import RTL, SHOWN, AngleStatistics, Report, Unit, unit_o
 RANDOM_CASES = 2_000_000  # at full rate; a quarter as many again with gaps
 ITERATIVE_CASES = 150_000  # sine and cosine take one operation per some thirty clocks
 HARD_CASES = 200_000
+SUMMED = ("cases", "mismatches", "cycles", "seconds")
 
 
 def quick(
@@ -30,7 +31,11 @@ def quick(
     the handshake (latency, lost or surplus results) is the text `report.protocol`. RTL that does
     not compile raises `sim.harness.build.BuildError`.
     """
-    unit = Unit(unit_of(op), rtl, defines)
+    return run_parts(Unit(unit_of(op), rtl, defines), op, seed, cases)
+
+
+def run_parts(unit: Unit, op: str, seed: int = 1, cases: int | None = None) -> Report:
+    """The short set on a unit that is built."""
     reports = [unit.run_list(op, rows_of(op))] if rows_of(op) else []
     for part in parts(unit, op, seed, cases):
         reports.append(unit.run(op, part.kind, part.start, part.count, part.seed, part.gaps))
@@ -68,10 +73,7 @@ def merged(parts: list[Report], kind: str, seed: int) -> Report:
     return Report(
         op=parts[0].op,
         kind=kind,
-        cases=sum(p.cases for p in parts),
-        mismatches=sum(p.mismatches for p in parts),
-        cycles=sum(p.cycles for p in parts),
-        seconds=sum(p.seconds for p in parts),
+        **{name: sum(getattr(p, name) for p in parts) for name in SUMMED},
         protocol=next((p.protocol for p in parts if p.protocol), ""),
         failures=[f for p in parts for f in p.failures][:SHOWN],
         angles=merged_angles([p.angles for p in parts if p.angles]),
@@ -84,11 +86,9 @@ def merged_angles(parts: list[AngleStatistics]) -> AngleStatistics | None:
     if not parts:
         return None
     worst = max(parts, key=lambda p: p.worst)
+    counted = ("in_range", "beyond", "symmetric_pairs", "not_nearest")
     return AngleStatistics(
-        in_range=sum(p.in_range for p in parts),
-        beyond=sum(p.beyond for p in parts),
-        symmetric_pairs=sum(p.symmetric_pairs for p in parts),
-        not_nearest=sum(p.not_nearest for p in parts),
+        **{name: sum(getattr(p, name) for p in parts) for name in counted},
         worst=worst.worst,
         worst_at=worst.worst_at,
         histogram=[sum(bins) for bins in zip(*(p.histogram for p in parts), strict=True)],

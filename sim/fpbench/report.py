@@ -24,6 +24,7 @@ REPORT = ROOT / "build/fpbench/report.json"
 PAGE = ROOT / "docs/arithmetic_evidence.md"
 BEGIN = "<!-- campaign: written by `make fp-report` from build/fpbench -->"
 END = "<!-- end of campaign -->"
+GROUP = 4  # bins of a histogram to a column
 
 
 @dataclass
@@ -165,17 +166,17 @@ def _merged(old: str, new: Mapping[str, str]) -> list[str]:
     return [new.get(name) or _kept(name, old) for name in dict.fromkeys([*names, *new])]
 
 
-def histogram_lines(angles: Mapping[str, Mapping], old: str = "", group: int = 4) -> list[str]:
-    """Table of the error histograms, `group` bins of 1/64 ulp to a column, up to 9/16 ulp, then
+def histogram_lines(angles: Mapping[str, Mapping], old: str = "") -> list[str]:
+    """Table of the error histograms, GROUP bins of 1/64 ulp to a column, up to 9/16 ulp, then
     all others; functions without results keep their line of `old`.
     """
-    shown = 9 * group
-    ends = [f"{end / native.BINS:.4f}" for end in range(group, shown + 1, group)]
+    shown = 9 * GROUP
+    ends = [f"{end / native.BINS:.4f}" for end in range(GROUP, shown + 1, GROUP)]
     rows = {}
     for op, statistics in angles.items():
         bins = statistics["histogram"]
         total = sum(bins) or 1
-        parts = [bins[low : low + group] for low in range(0, shown, group)] + [bins[shown:]]
+        parts = [bins[low : low + GROUP] for low in range(0, shown, GROUP)] + [bins[shown:]]
         shares = " | ".join(f"{100 * sum(part) / total:.4f}" for part in parts)
         rows[f"`{op}`"] = f"| `{op}` | {shares} |"
     head = [f"| up to | {' | '.join(ends)} | more |", "| --- |" + " --- |" * (len(ends) + 1)]

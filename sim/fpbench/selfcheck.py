@@ -23,16 +23,8 @@ PRECISION = 200  # bits of MPFR
 
 def oracle() -> dict[str, Callable]:
     """Operation -> SoftFloat function from operand columns to (bits, flags)."""
-    table: dict[str, Callable] = {
-        "add": softfloat.add,
-        "sub": softfloat.sub,
-        "mul": softfloat.mul,
-        "div": softfloat.div,
-        "sqrt": softfloat.sqrt,
-        "mul_add": softfloat.mul_add,
-        "mul_sub": softfloat.mul_sub,
-        "neg_mul_add": softfloat.neg_mul_add,
-        "neg_mul_sub": softfloat.neg_mul_sub,
+    same = ("add", "sub", "mul", "div", "sqrt", "mul_add", "mul_sub", "neg_mul_add", "neg_mul_sub")
+    table: dict[str, Callable] = {name: getattr(softfloat, name) for name in same} | {
         "fma_mul": softfloat.mul,
         "fma_neg_mul": softfloat.neg_mul,
         "fma_add": softfloat.add,

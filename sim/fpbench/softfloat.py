@@ -30,14 +30,6 @@ INVALID = np.uint8(0b10000)
 sf.set_rounding_mode(sf.RoundingMode.NEAR_EVEN)
 sf.set_tininess_mode(sf.TininessMode.AFTER_ROUNDING)
 
-FLAG_NAMES = ("nv", "dz", "of", "uf", "nx")
-
-
-def flag_text(flags: int) -> str:
-    """`0b00011` -> `"uf nx"`; no flag -> `"-"`."""
-    names = [name for i, name in enumerate(FLAG_NAMES) if flags >> (4 - i) & 1]
-    return " ".join(names) or "-"
-
 
 def floats(bits: Bits) -> list[sf.Float32]:
     """SoftFloat values of an array of binary32 bits."""
@@ -63,34 +55,16 @@ def apply(function: Callable, *columns: list) -> Result:
     return bits, np.array(flags, dtype=np.uint8)
 
 
-def add(a: Bits, b: Bits) -> Result:
-    """a + b"""
-    return apply(sf.f32_add, floats(a), floats(b))
+def _of_floats(function: Callable) -> Callable[..., Result]:
+    """A SoftFloat function of binary32 operands, by columns of their bits."""
+    return lambda *columns: apply(function, *map(floats, columns))
 
 
-def sub(a: Bits, b: Bits) -> Result:
-    """a - b"""
-    return apply(sf.f32_sub, floats(a), floats(b))
-
-
-def mul(a: Bits, b: Bits) -> Result:
-    """a * b"""
-    return apply(sf.f32_mul, floats(a), floats(b))
-
-
-def div(a: Bits, b: Bits) -> Result:
-    """a / b"""
-    return apply(sf.f32_div, floats(a), floats(b))
-
-
-def sqrt(a: Bits) -> Result:
-    """Square root of a."""
-    return apply(sf.f32_sqrt, floats(a))
-
-
-def mul_add(a: Bits, b: Bits, c: Bits) -> Result:
-    """a * b + c with one rounding."""
-    return apply(sf.f32_mul_add, floats(a), floats(b), floats(c))
+# mul_add: a * b + c with one rounding. The comparisons give 0 or 1; eq is quiet, only a signalling
+# NaN raises nv; lt and le are signalling, any NaN does.
+add, sub, mul, div = map(_of_floats, (sf.f32_add, sf.f32_sub, sf.f32_mul, sf.f32_div))
+sqrt, mul_add = _of_floats(sf.f32_sqrt), _of_floats(sf.f32_mul_add)
+eq, lt, le = map(_of_floats, (sf.f32_eq, sf.f32_lt, sf.f32_le))
 
 
 def mul_sub(a: Bits, b: Bits, c: Bits) -> Result:
@@ -111,21 +85,6 @@ def neg_mul_sub(a: Bits, b: Bits, c: Bits) -> Result:
 def neg_mul(a: Bits, b: Bits) -> Result:
     """-(a * b)"""
     return mul(a ^ SIGN, b)
-
-
-def eq(a: Bits, b: Bits) -> Result:
-    """a == b (quiet: only a signalling NaN raises nv) as 0 or 1."""
-    return apply(sf.f32_eq, floats(a), floats(b))
-
-
-def lt(a: Bits, b: Bits) -> Result:
-    """a < b (signalling: any NaN raises nv) as 0 or 1."""
-    return apply(sf.f32_lt, floats(a), floats(b))
-
-
-def le(a: Bits, b: Bits) -> Result:
-    """a <= b (signalling: any NaN raises nv) as 0 or 1."""
-    return apply(sf.f32_le, floats(a), floats(b))
 
 
 def i32_to_f32(a: Bits) -> Result:
@@ -149,8 +108,7 @@ def f32_to_i32_saturated(mode: sf.RoundingMode) -> Callable[[Bits], Result]:
 
     def function(a: Bits) -> Result:
         bits, flags = f32_to_i32(a, mode)
-        nan = (a & ~SIGN) > 0x7F800000
-        ours = np.where(nan | (a < SIGN), np.uint32(0x7FFFFFFF), SIGN)
+        ours = np.where(_is_nan(a) | (a < SIGN), np.uint32(0x7FFFFFFF), SIGN)
         return np.where(flags == INVALID, ours, bits), flags
 
     return function

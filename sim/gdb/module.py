@@ -139,18 +139,17 @@ class DebugModule:
         """Write a control register of the halted core."""
         self._access([*self._load(BT, value), self._instruction("wrctl", number, BT)])
 
-    def custom(self, n: int, c: int, a: int, b: int, **flags: int) -> list[Access]:
-        """Accesses that execute a custom instruction; see `Instruction.encode` for `flags`."""
-        return [self._instruction("custom", n, c, a, b, **flags)]
-
     def custom_read(self, n: int, a: int, b: int, **flags: int) -> int:
-        """Result of a custom instruction that reads only registers of its own."""
-        return self._access([*self.custom(n, BT, a, b, **flags), *self._fetch(BT)])[0]
+        """Result of a custom instruction that reads only registers of its own; see
+        `Instruction.encode` for `flags`.
+        """
+        custom = self._instruction("custom", n, BT, a, b, **flags)
+        return self._access([custom, *self._fetch(BT)])[0]
 
     def custom_write(self, n: int, c: int, first: int, second: int, **flags: int) -> None:
         """Execute a custom instruction on two words."""
         accesses = self._load(BT, first) + self._load(ET, second)
-        self._access([*accesses, *self.custom(n, c, BT, ET, **flags)])
+        self._access([*accesses, self._instruction("custom", n, c, BT, ET, **flags)])
 
     # ------------------------------------------------------------------ memory
     def read_words(self, address: int, count: int) -> list[int]:

@@ -30,10 +30,6 @@ def _switch(words: list[str], what: str, value: bool) -> bool:
     return words == ["on"] if words else value
 
 
-def _reset(system: System, words: list[str]) -> str:
-    return system.reset()
-
-
 def _tick(system: System, words: list[str]) -> str:
     system.tick()
     return "a control tick waits for the program"
@@ -60,10 +56,6 @@ def _interrupts(system: System, words: list[str]) -> str:
     return f"`stepi` takes {'no ' if target.mask_interrupts else ''}interrupts"
 
 
-def _breakpoints(system: System, words: list[str]) -> str:
-    return system.target.comparators()
-
-
 def _help(system: System, words: list[str]) -> str:
     return "\n".join(f"monitor {usage:<20} {doc}" for usage, doc, _ in COMMANDS.values())
 
@@ -74,13 +66,17 @@ COMMANDS: dict[str, tuple[str, str, Command]] = {
     "reset": (
         "reset",
         "start again: loads the program, halts before its first instruction",
-        _reset,
+        lambda system, words: system.reset(),
     ),
     "tick": ("tick", "start a control tick, as the set-point interface does", _tick),
     "counters": ("counters", "clock cycles and instructions since reset", _counters),
     "freeze": ("freeze [on|off]", "whether timers stand still while the core is halted", _freeze),
     "interrupts": ("interrupts [on|off]", "whether a single step takes interrupts", _interrupts),
-    "comparators": ("comparators", "hardware breakpoints and watchpoints in use", _breakpoints),
+    "comparators": (
+        "comparators",
+        "hardware breakpoints and watchpoints in use",
+        lambda system, words: system.target.comparators(),
+    ),
 }
 
 

@@ -7,13 +7,12 @@ Acknowledgment.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 LARGEST = 0x4000  # bytes between $ and #, escapes included
 INTERRUPT = 3  # outside of a packet: Ctrl-C
-ESCAPE = ord("}")
-SPECIAL = b"$#}*"
 
 
 @dataclass(frozen=True)
@@ -78,23 +77,12 @@ def checksum(data: bytes) -> int:
 
 def escape(data: bytes) -> bytes:
     """Binary data with } before each byte that has a meaning, and that byte changed."""
-    return b"".join(bytes((ESCAPE, b ^ 0x20)) if b in SPECIAL else bytes((b,)) for b in data)
+    return re.sub(rb"[$#}*]", lambda found: b"}" + bytes(b ^ 0x20 for b in found[0]), data)
 
 
 def unescape(data: bytes) -> bytes:
     """The data before `escape`."""
-    if ESCAPE not in data:
-        return data
-    found, changed = bytearray(), False
-    for byte in data:
-        if changed:
-            found.append(byte ^ 0x20)
-            changed = False
-        elif byte == ESCAPE:
-            changed = True
-        else:
-            found.append(byte)
-    return bytes(found)
+    return re.sub(rb"}(.?)", lambda found: bytes(b ^ 0x20 for b in found[1]), data, flags=re.DOTALL)
 
 
 def frame(data: bytes) -> bytes:

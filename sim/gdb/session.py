@@ -63,9 +63,6 @@ class Session:
         return reply
 
     # ------------------------------------------------------------------ run control
-    def _reason(self, data: bytes) -> bytes:
-        return self.stopped()
-
     def _resume(self, step: bool, address: bytes) -> bytes | None:
         if address:
             self._target.set_register(PC, int(address, 16))
@@ -73,18 +70,6 @@ class Session:
             return self.stopped()
         self.running = True
         return None
-
-    def _continue(self, data: bytes) -> bytes | None:
-        return self._resume(False, data)
-
-    def _step(self, data: bytes) -> bytes | None:
-        return self._resume(True, data)
-
-    def _continue_signal(self, data: bytes) -> bytes | None:
-        return self._resume(False, data.partition(b";")[2])
-
-    def _step_signal(self, data: bytes) -> bytes | None:
-        return self._resume(True, data.partition(b";")[2])
 
     def _v_cont(self, data: bytes) -> bytes | None:
         if data == b"?":
@@ -117,18 +102,12 @@ class Session:
         return OK
 
     # ------------------------------------------------------------------ registers, memory
-    def _registers(self, data: bytes) -> bytes:
-        return b"".join(_word(value) for value in self._target.registers())
-
     def _set_registers(self, data: bytes) -> bytes:
         words = bytes.fromhex(data.decode())
         values = struct.unpack(f"<{len(words) // 4}I", words)
         for number, value in enumerate(values):
             self._target.set_register(number, value)
         return OK
-
-    def _register(self, data: bytes) -> bytes:
-        return _word(self._target.register(int(data, 16)))
 
     def _set_register(self, data: bytes) -> bytes:
         number, _, value = data.partition(b"=")
@@ -140,26 +119,14 @@ class Session:
         address, length = _place(data)
         return self._target.read(address, min(length, LARGEST // 2)).hex().encode()
 
-    def _write(self, data: bytes) -> bytes:
-        place, _, digits = data.partition(b":")
-        return self._store(place, bytes.fromhex(digits.decode()))
-
-    def _write_binary(self, data: bytes) -> bytes:
+    def _write(self, data: bytes, binary: bool) -> bytes:
         place, _, content = data.partition(b":")
-        return self._store(place, content)
-
-    def _store(self, place: bytes, content: bytes) -> bytes:
+        content = content if binary else bytes.fromhex(content.decode())
         address, length = _place(place)
         if length != len(content):
             return BAD
         self._target.write(address, content)
         return OK
-
-    def _insert(self, data: bytes) -> bytes:
-        return self._point(data, self._target.insert)
-
-    def _remove(self, data: bytes) -> bytes:
-        return self._point(data, self._target.remove)
 
     def _point(self, data: bytes, act: Callable[[int, int, int], None]) -> bytes:
         kind, address, length = data.split(b";")[0].split(b",")
@@ -169,9 +136,6 @@ class Session:
         return OK
 
     # ------------------------------------------------------------------ queries
-    def _supported(self, data: bytes) -> bytes:
-        return FEATURES.encode()
-
     def _no_acknowledge(self, data: bytes) -> bytes:
         self.acknowledge = False
         return OK
@@ -214,7 +178,7 @@ def _fixed(answer: bytes) -> Callable[[Session, bytes], bytes]:
 Handler = Callable[[Session, bytes], "bytes | None"]
 # By their beginning; a longer one stands before a shorter one that it begins with.
 _COMMANDS: tuple[tuple[bytes, Handler], ...] = (
-    (b"qSupported", Session._supported),
+    (b"qSupported", _fixed(FEATURES.encode())),
     (b"QStartNoAckMode", Session._no_acknowledge),
     (b"qXfer:features:read:", Session._features),
     (b"qXfer:memory-map:read:", Session._memory_map),
@@ -228,24 +192,24 @@ _COMMANDS: tuple[tuple[bytes, Handler], ...] = (
     (b"vRun", Session._run),
     (b"v", _fixed(b"")),
     (b"q", _fixed(b"")),
-    (b"?", Session._reason),
+    (b"?", lambda session, data: session.stopped()),
     (b"!", Session._extend),
-    (b"c", Session._continue),
-    (b"s", Session._step),
-    (b"C", Session._continue_signal),
-    (b"S", Session._step_signal),
+    (b"c", lambda session, data: session._resume(False, data)),
+    (b"s", lambda session, data: session._resume(True, data)),
+    (b"C", lambda session, data: session._resume(False, data.partition(b";")[2])),
+    (b"S", lambda session, data: session._resume(True, data.partition(b";")[2])),
     (b"D", Session._detach),
     (b"k", Session._kill),
     (b"R", Session._restart),
     (b"H", _fixed(OK)),
     (b"T", _fixed(OK)),
-    (b"g", Session._registers),
+    (b"g", lambda session, data: b"".join(map(_word, session._target.registers()))),
     (b"G", Session._set_registers),
-    (b"p", Session._register),
+    (b"p", lambda session, data: _word(session._target.register(int(data, 16)))),
     (b"P", Session._set_register),
     (b"m", Session._read),
-    (b"M", Session._write),
-    (b"X", Session._write_binary),
-    (b"Z", Session._insert),
-    (b"z", Session._remove),
+    (b"M", lambda session, data: session._write(data, binary=False)),
+    (b"X", lambda session, data: session._write(data, binary=True)),
+    (b"Z", lambda session, data: session._point(data, session._target.insert)),
+    (b"z", lambda session, data: session._point(data, session._target.remove)),
 )

@@ -20,6 +20,8 @@ ISA = default_isa()
 BREAK = ISA.instructions["break"]
 BREAKPOINT = BREAK.encode(0)
 STATUS, BSTATUS = ISA.control["status"], ISA.control["bstatus"]
+WATCHES = {2: "watch", 3: "rwatch", 4: "awatch"}
+"""Kinds of watchpoints by GDB's numbers."""
 HALT_CYCLES = 10_000  # a core that has not halted by then never will
 
 
@@ -93,8 +95,12 @@ class Target:
     def halt(self) -> None:
         """Halt a running core. Raises TargetError if it does not."""
         self.module.request_halt()
+        self._until_halt("the core did not halt")
+
+    def _until_halt(self, otherwise: str) -> None:
+        # The end of the program ends a run too, before a step is complete.
         if not self.module.run(HALT_CYCLES) and not self.module.run(HALT_CYCLES):
-            raise TargetError(f"the core did not halt within {HALT_CYCLES} cycles")
+            raise TargetError(f"{otherwise} within {HALT_CYCLES} cycles")
         self.halted()
 
     def resume(self, step: bool) -> bool:
@@ -104,10 +110,10 @@ class Target:
         step has been made, the core is halted.
         """
         if self.pc in self._saved:
-            word = self._saved[self.pc]
-            self.module.write_words(self.pc, [word])
             here = self.pc
-            self._step()
+            self.module.write_words(here, [self._saved[here]])
+            self.module.leave(here, True)
+            self._until_halt("a step did not end")
             self.module.write_words(here, [BREAKPOINT])
             if step:
                 return False
@@ -115,13 +121,6 @@ class Target:
             self.pc += 4
         self.module.leave(self.pc, step)
         return True
-
-    def _step(self) -> None:
-        self.module.leave(self.pc, True)
-        # The end of the program ends a run too, before the step is complete.
-        if not self.module.run(HALT_CYCLES) and not self.module.run(HALT_CYCLES):
-            raise TargetError(f"a step did not end within {HALT_CYCLES} cycles")
-        self.halted()
 
     def _at_break(self) -> bool:
         if not self._memory("itcm", self.pc, 4):
@@ -242,10 +241,8 @@ class Target:
                 number = self._free(self._comparators)
                 self._comparators[number] = address
                 self.module.set_breakpoint(number, address)
-        elif not any(
-            (w.kind, w.address, w.length) == self._key(kind, address, length) for w in self._watches
-        ):
-            self._watch(kind, address, length)
+        elif not self._watches_of(kind, address, length):
+            self._watch(WATCHES[kind], address, length)
 
     def remove(self, kind: int, address: int, length: int) -> None:
         """Take it away again; nothing happens if it is not there."""
@@ -255,13 +252,12 @@ class Target:
             number = self._comparators.index(address)
             self._comparators[number] = None
             self.module.set_breakpoint(number, None)
-        for watch in list(self._watches):
-            if (watch.kind, watch.address, watch.length) == self._key(kind, address, length):
-                self._drop(watch)
+        for watch in self._watches_of(kind, address, length):
+            self._drop(watch)
 
-    @staticmethod
-    def _key(kind: int, address: int, length: int) -> tuple[str, int, int]:
-        return {2: "watch", 3: "rwatch", 4: "awatch"}.get(kind, ""), address, length
+    def _watches_of(self, kind: int, address: int, length: int) -> list[Watch]:
+        key = WATCHES.get(kind), address, length
+        return [w for w in self._watches if (w.kind, w.address, w.length) == key]
 
     @staticmethod
     def _free(used: list[int | None]) -> int:
@@ -269,7 +265,7 @@ class Target:
             raise TargetError(f"all {len(used)} comparators are in use")
         return used.index(None)
 
-    def _watch(self, kind: int, address: int, length: int) -> None:
+    def _watch(self, kind: str, address: int, length: int) -> None:
         used = {number for watch in self._watches for number in watch.comparators}
         free = [n for n in range(self.module.watchpoints) if n not in used]
         pieces = list(_pieces(address, length))
@@ -277,12 +273,11 @@ class Target:
             raise TargetError(
                 f"{length} bytes need {len(pieces)} comparators, {len(free)} are free"
             )
-        name = self._key(kind, address, length)[0]
         for number, (word, ignored, lanes) in zip(free, pieces, strict=False):
             self.module.set_watchpoint(
-                number, word, ignored, lanes, name != "watch", name != "rwatch"
+                number, word, ignored, lanes, kind != "watch", kind != "rwatch"
             )
-        self._watches.append(Watch(name, address, length, tuple(free[: len(pieces)])))
+        self._watches.append(Watch(kind, address, length, tuple(free[: len(pieces)])))
 
     def _drop(self, watch: Watch) -> None:
         for number in watch.comparators:

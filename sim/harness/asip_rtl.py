@@ -24,7 +24,7 @@ from sim.harness.asip_bus import (
     run_words,
 )
 from sim.harness.build import build_library, file_list
-from sim.harness.waves import load_model
+from sim.harness.verilated import Verilated
 
 HARNESS = Path(__file__).with_name("asip_harness.cpp")
 
@@ -95,12 +95,13 @@ class TickPort:
         return done
 
 
-class AsipRtl:
+class AsipRtl(Verilated):
     """One instance of the Verilated core in the configuration 'fast' or 'small'.
 
     The model is built on first use. All data are raw 32-bit words; floats go through numpy views.
     """
 
+    prefix = "asip"
     top = "asip"
     files = ("asip/asip.f",)
     headers: tuple[Path, ...] = ()
@@ -108,25 +109,23 @@ class AsipRtl:
 
     def __init__(self, configuration: str = "fast") -> None:
         shape = default_isa().configurations[configuration]
-        self._lib = load_model(
-            self._library({"FmaPipes": shape.fma_pipes, "Slots": len(shape.slots)})
-        )
-        u32, pointer = ctypes.c_uint32, ctypes.c_void_p
-        self._lib.asip_new.restype = pointer
-        self._lib.asip_cycles.restype = ctypes.c_uint64
-        self._lib.asip_run.restype = ctypes.c_int64
-        self._lib.asip_run.argtypes = [pointer, u32, pointer, u32, pointer, pointer, u32, pointer]
-        self._lib.asip_run.argtypes += [pointer, *[u32] * 6]
-        for name in ("free", "reset", "irq", "cycles"):
-            getattr(self._lib, f"asip_{name}").argtypes = [pointer]
-        self._lib.asip_write.argtypes = [pointer, u32, u32]
-        self._lib.asip_read.argtypes = [pointer, u32, pointer]
-        self._lib.asip_clock.argtypes = [pointer, u32]
-        self._lib.asip_issued.argtypes = [pointer, pointer, u32]
-        self._lib.asip_trace.argtypes = [pointer, ctypes.c_int]
-        for name in ("issues", "writes"):
-            getattr(self._lib, f"asip_trace_{name}").argtypes = [pointer, pointer, u32]
-        self._handle = self._lib.asip_new()
+        integer, u32, pointer = ctypes.c_int, ctypes.c_uint32, ctypes.c_void_p
+        pointers_and_lengths = (pointer, u32, pointer, pointer, u32, pointer, pointer)
+        signatures = {
+            "reset": (None,),
+            "irq": (integer,),
+            "cycles": (ctypes.c_uint64,),
+            "write": (integer, u32, u32),
+            "read": (integer, u32, pointer),
+            "clock": (None, u32),
+            "issued": (None, pointer, u32),
+            "trace": (None, integer),
+            "trace_issues": (u32, pointer, u32),
+            "trace_writes": (u32, pointer, u32),
+            "run": (ctypes.c_int64, u32, *pointers_and_lengths, *[u32] * 6),
+        }
+        library = self._library({"FmaPipes": shape.fma_pipes, "Slots": len(shape.slots)})
+        super().__init__(library, signatures)
         self.configuration = configuration
 
     def _library(self, parameters: Mapping[str, int]) -> Path:
@@ -140,22 +139,12 @@ class AsipRtl:
             harness_flags=self.harness_flags,
         )
 
-    def close(self) -> None:
-        """Free the model; the object is of no use afterwards."""
-        if self._handle is not None:
-            self._lib.asip_free(self._handle)
-            self._handle = None
-
     @property
     def _model(self) -> int:
         """Handle of the model. Raises AsipError after `close`."""
         if self._handle is None:
             raise AsipError("the core is closed; make another one")
         return self._handle
-
-    def __del__(self) -> None:
-        if getattr(self, "_handle", None) is not None:
-            self.close()
 
     # ------------------------------------------------------------------ bus
     def write(self, address: int, data: int) -> None:

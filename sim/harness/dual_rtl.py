@@ -15,7 +15,7 @@ from sim.harness.asip_rtl import AsipError, AsipRtl
 from sim.harness.build import build_library
 from sim.harness.gen.dual_regmap import REGMAP
 from sim.harness.sources import sources_of
-from sim.harness.waves import load_model
+from sim.harness.verilated import Verilated
 
 TOP = "dual_asip"
 HARNESS = Path(__file__).parent
@@ -41,7 +41,6 @@ class Core(AsipRtl):
     """One core behind the system's host port: the bus of `AsipRtl`, without its own model."""
 
     def __init__(self, system: DualRtl, block: str, configuration: str) -> None:
-        self._handle = None
         self._system = system
         self._base = REGMAP.blocks[block].base
         self.configuration = configuration
@@ -59,12 +58,13 @@ class Core(AsipRtl):
         self._system.queue([(self._base + address, data) for address, data in writes])
 
 
-class DualRtl:
+class DualRtl(Verilated):
     """The system just out of reset, each core in configuration 'fast' or 'small'.
 
     The model is built on first use; `library` is its file, named by a hash of all that is in it.
     """
 
+    prefix = "dual"
     top = TOP
     harness = HARNESS / "dual_harness.cpp"
     headers: tuple[Path, ...] = ()
@@ -84,30 +84,20 @@ class DualRtl:
             headers=(HARNESS / "dual_bench.h", HARNESS / "dual_api.h", *self.headers),
             harness_flags=(f"-I{HARNESS}",),
         )
-        lib = load_model(self.library)
-        pointer, u32, u64 = ctypes.c_void_p, ctypes.c_uint32, ctypes.c_uint64
-        lib.dual_new.restype = pointer
-        lib.dual_clocks.restype = lib.dual_run.restype = lib.dual_queued.restype = u64
-        for name in ("free", "clocks", "lines", "queued"):
-            getattr(lib, f"dual_{name}").argtypes = [pointer]
-        lib.dual_write.argtypes = [pointer, u32, u32]
-        lib.dual_read.argtypes = [pointer, u32, pointer]
-        lib.dual_queue.argtypes = [pointer, pointer, u64]
-        lib.dual_clock.argtypes = [pointer, u64]
-        lib.dual_run.argtypes = [pointer, pointer, u64]
-        self._lib = lib
-        self._handle = lib.dual_new()
+        integer, pointer, u32, u64 = ctypes.c_int, ctypes.c_void_p, ctypes.c_uint32, ctypes.c_uint64
+        signatures = {
+            "clocks": (u64,),
+            "lines": (integer,),
+            "queued": (u64,),
+            "write": (integer, u32, u32),
+            "read": (integer, u32, pointer),
+            "queue": (None, pointer, u64),
+            "clock": (None, u64),
+            "run": (u64, pointer, u64),
+        }
+        super().__init__(self.library, signatures)
         self.trajectory = Core(self, "trajectory", trajectory)
         self.tracking = Core(self, "tracking", tracking)
-
-    def close(self) -> None:
-        """Free the model; the object is of no use afterwards."""
-        if getattr(self, "_handle", None):
-            self._lib.dual_free(self._handle)
-            self._handle = None
-
-    def __del__(self) -> None:
-        self.close()
 
     # ------------------------------------------------------------------ bus
     def write_word(self, address: int, data: int) -> None:

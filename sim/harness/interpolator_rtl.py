@@ -11,31 +11,26 @@ import numpy as np
 
 from sim.harness.build import ROOT, build_library
 from sim.harness.sources import sources_of
-from sim.harness.waves import load_model
+from sim.harness.verilated import Verilated
 
 FOLDERS = (ROOT / "rtl",)  # where its sources stand; tests put changed copies first
 PLANES = {"xy": 0, "zx": 1, "yz": 2}
 LONGEST = 1 << 24  # steps of a job
 
 
-class InterpolatorRtl:
+class InterpolatorRtl(Verilated):
     """One interpolator. Steps come as (n, 3) arrays of -1, 0, 1 in x, y, z."""
+
+    prefix, end = "interpolator", "delete"
 
     def __init__(self) -> None:
         top = "step_interpolator"
         harness = Path(__file__).with_name("interpolator_harness.cpp")
-        lib = load_model(build_library(top, sources_of(top, FOLDERS), harness))
-        lib.interpolator_new.restype = ctypes.c_void_p
-        lib.interpolator_delete.argtypes = [ctypes.c_void_p]
-        lib.interpolator_run.restype = ctypes.c_uint64
-        lib.interpolator_run.argtypes = [ctypes.c_void_p] * 3 + [ctypes.c_uint64, ctypes.c_int]
-        self._lib = lib
-        self._handle = lib.interpolator_new()
-
-    def __del__(self) -> None:
-        if getattr(self, "_handle", None):
-            self._lib.interpolator_delete(self._handle)
-            self._handle = None
+        u64, pointer = ctypes.c_uint64, ctypes.c_void_p
+        super().__init__(
+            build_library(top, sources_of(top, FOLDERS), harness),
+            {"run": (u64, pointer, pointer, u64, ctypes.c_int)},
+        )
 
     def line(
         self, u: int, v: int, combined: bool = False, plane: str = "xy", pause: int = 0

@@ -13,11 +13,9 @@ import numpy as np
 from sim.harness.build import ROOT, build_library
 from sim.harness.gen.motion_regmap import REGMAP
 from sim.harness.interpolator_rtl import PLANES
-from sim.harness.phase_record import (
-    Record,
-)
+from sim.harness.phase_record import Record
 from sim.harness.sources import sources_of
-from sim.harness.waves import load_model
+from sim.harness.verilated import Verilated
 
 TOP = "motion_front_end"
 FOLDERS = (ROOT / "rtl",)  # where its sources stand; tests put changed copies first
@@ -103,9 +101,10 @@ class Edges:
         )
 
 
-class MotionRtl:
+class MotionRtl(Verilated):
     """One front-end of five axes at 100 MHz, just out of reset, with or without interpolators."""
 
+    prefix, end = "motion", "delete"
     AXES = 5
 
     def __init__(self, interpolators: bool = True) -> None:
@@ -115,25 +114,17 @@ class MotionRtl:
             Path(__file__).with_name("motion_harness.cpp"),
             {"Interpolators": int(interpolators)},
         )
-        lib = load_model(path)
-        lib.motion_new.restype = ctypes.c_void_p
-        lib.motion_clock.restype = ctypes.c_uint64
-        lib.motion_now.restype = ctypes.c_uint64
-        lib.motion_edges.restype = ctypes.c_uint64
-        for name in ("delete", "write", "read", "clock", "now", "edges", "forget_edges"):
-            getattr(lib, f"motion_{name}").argtypes = [ctypes.c_void_p]
-        lib.motion_write.argtypes = [ctypes.c_void_p, ctypes.c_uint32, ctypes.c_uint32]
-        lib.motion_read.argtypes = [ctypes.c_void_p, ctypes.c_uint32, ctypes.c_void_p]
-        lib.motion_clock.argtypes = [ctypes.c_void_p, ctypes.c_uint64, ctypes.c_int]
-        lib.motion_edges.argtypes = [ctypes.c_void_p] + [ctypes.c_void_p] * 3 + [ctypes.c_uint64]
-        self._lib = lib
-        self._handle = lib.motion_new()
+        pointer, u32, u64 = ctypes.c_void_p, ctypes.c_uint32, ctypes.c_uint64
+        signatures = {
+            "write": (None, u32, u32),
+            "read": (ctypes.c_int, u32, pointer),
+            "clock": (u64, u64, ctypes.c_int),
+            "now": (u64,),
+            "edges": (u64, pointer, pointer, pointer, u64),
+            "forget_edges": (None,),
+        }
+        super().__init__(path, signatures)
         self._heads = [0] * self.AXES
-
-    def __del__(self) -> None:
-        if getattr(self, "_handle", None):
-            self._lib.motion_delete(self._handle)
-            self._handle = None
 
     def write(self, register: str, value: int) -> None:
         """Write a register by name."""

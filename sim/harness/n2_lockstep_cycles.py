@@ -40,64 +40,61 @@ class Row:
     occurrence: int = -1
 
 
-def instruction(name: str, *values: int, **flags: int) -> Callable[[Program], None]:
-    def emit(program: Program) -> None:
-        program.label("X")
-        program.emit(name, *values, **flags)
-
-    return emit
+def of_row(emit: Callable[..., None]) -> Callable[..., Callable[[Program], None]]:
+    """A row names what to emit first; the program to emit it into comes when it is measured."""
+    return lambda *values: lambda program: emit(program, *values)
 
 
-def word(value: int) -> Callable[[Program], None]:
-    def emit(program: Program) -> None:
-        program.label("X")
-        program.word(value)
-
-    return emit
+@of_row
+def instruction(program: Program, name: str, *values: int) -> None:
+    program.label("X")
+    program.emit(name, *values)
 
 
-def to_label(name: str, *values: int) -> Callable[[Program], None]:
-    def emit(program: Program) -> None:
-        program.label("X")
-        program.to(name, "behind", *values)
-        program.emit("addi", 0, 0, 0)
-        program.label("behind")
-
-    return emit
+def custom(number: int) -> Callable[[Program], None]:
+    return instruction("custom", number, 2, 3, 4)
 
 
-def to_register(name: str, register: int, *values: int) -> Callable[[Program], None]:
+@of_row
+def word(program: Program, value: int) -> None:
+    program.label("X")
+    program.word(value)
+
+
+@of_row
+def to_label(program: Program, name: str) -> None:
+    program.label("X")
+    program.to(name, "behind")
+    program.emit("addi", 0, 0, 0)
+    program.label("behind")
+
+
+@of_row
+def to_register(program: Program, name: str, register: int, *values: int) -> None:
     """A jump through a register that holds the address of the label behind it."""
-
-    def emit(program: Program) -> None:
-        program.la(register, "behind")
-        nops(program, 4)
-        program.label("X")
-        program.emit(name, *values)
-        program.label("behind")
-
-    return emit
+    program.la(register, "behind")
+    nops(program, 4)
+    program.label("X")
+    program.emit(name, *values)
+    program.label("behind")
 
 
-def loop(way: str) -> Callable[[Program], None]:
+@of_row
+def loop(program: Program, way: str) -> None:
     """Eight turns; the branch X leaves them ('taken') or a branch that only the last takes."""
-
-    def emit(program: Program) -> None:
-        program.emit("addi", 8, 0, 8)
-        program.label("turn")
-        nops(program, 4)
-        program.emit("addi", 8, 8, -1)
+    program.emit("addi", 8, 0, 8)
+    program.label("turn")
+    nops(program, 4)
+    program.emit("addi", 8, 8, -1)
+    program.emit("addi", 0, 0, 0)
+    program.label("X")
+    if way == "taken":
+        program.to("bne", "turn", 8, 0)
+    else:
+        program.to("beq", "out", 8, 0)
         program.emit("addi", 0, 0, 0)
-        program.label("X")
-        if way == "taken":
-            program.to("bne", "turn", 8, 0)
-        else:
-            program.to("beq", "out", 8, 0)
-            program.emit("addi", 0, 0, 0)
-            program.to("br", "turn")
-            program.label("out")
-
-    return emit
+        program.to("br", "turn")
+        program.label("out")
 
 
 def nops(program: Program, count: int) -> None:
@@ -137,19 +134,9 @@ ROWS = (
     Row("flushi, initi", instruction("flushi", 5), (4, 0), "no cache: nothing to do"),
     Row("flushd, initd (and da)", instruction("flushd", 0, 5), (2, 0), "no cache: nothing to do"),
     Row("sync", instruction("sync"), None),
-    Row(
-        "custom, combinational",
-        instruction("custom", COMBINATIONAL_N, 2, 3, 4),
-        (1, 0),
-        result=True,
-    ),
-    Row(
-        "custom, multicycle, done at once",
-        instruction("custom", 0, 2, 3, 4),
-        (1, LATE),
-        result=True,
-    ),
-    Row("custom, multicycle, 5 cycles", instruction("custom", 4, 2, 3, 4), (5, LATE), result=True),
+    Row("custom, combinational", custom(COMBINATIONAL_N), (1, 0), result=True),
+    Row("custom, multicycle, done at once", custom(0), (1, LATE), result=True),
+    Row("custom, multicycle, 5 cycles", custom(4), (5, LATE), result=True),
 )
 
 

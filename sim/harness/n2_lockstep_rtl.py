@@ -11,7 +11,7 @@ import numpy as np
 
 from sim.harness.build import build_library, file_list
 from sim.harness.n2_lockstep_isa import default_isa
-from sim.harness.waves import load_model
+from sim.harness.verilated import Verilated
 
 HARNESS = Path(__file__).with_name("n2_lockstep.cpp")
 ITCM, DTCM = 0x1000_0000, 0x1004_0000
@@ -29,11 +29,13 @@ TRANSFER = np.dtype([(n, "u4") for n in ("cycle", "write", "address", "byteenabl
 START = np.dtype([(n, "u4") for n in ("cycle", "n", "a", "b", "c", "reads", "dataa", "datab")])
 
 
-class N2Rtl:
+class N2Rtl(Verilated):
     """One Verilated core; all data are 32-bit words, addresses byte addresses.
 
     `parameters` override those of rtl/nios/n2_core.sv (integers). The model is built on first use.
     """
+
+    prefix = "n2"
 
     def __init__(self, parameters: Mapping[str, int] | None = None) -> None:
         combinational = sum(1 << n for n in COMBINATIONAL)
@@ -41,34 +43,23 @@ class N2Rtl:
         library = build_library(
             "n2_core", file_list("nios/n2_core.f"), HARNESS, values | dict(parameters or {}), 1
         )
-        self._lib = load_model(library)
         u32, pointer = ctypes.c_uint32, ctypes.c_void_p
-        self._lib.n2_new.restype = pointer
-        self._lib.n2_memory.restype = ctypes.POINTER(u32)
-        self._lib.n2_memory.argtypes = [pointer, u32, ctypes.POINTER(u32)]
-        for name in ("free", "reset", "protocol_errors", "cycles", "retired"):
-            getattr(self._lib, f"n2_{name}").argtypes = [pointer]
-            getattr(self._lib, f"n2_{name}").restype = u32
-        for name in ("waits", "irq"):
-            getattr(self._lib, f"n2_{name}").argtypes = [pointer, u32, u32]
-        self._lib.n2_run.argtypes = [pointer, u32, u32, u32]
-        self._lib.n2_run.restype = u32
-        for name in ("records", "transfers", "starts"):
-            getattr(self._lib, f"n2_{name}").argtypes = [pointer, pointer, u32]
-            getattr(self._lib, f"n2_{name}").restype = u32
-        self._handle = self._lib.n2_new()
+        signatures = {
+            "memory": (ctypes.POINTER(u32), u32, ctypes.POINTER(u32)),
+            "reset": (None,),
+            "waits": (None, u32, u32),
+            "irq": (None, u32, u32),
+            "run": (u32, u32, u32, u32),
+            **dict.fromkeys(("protocol_errors", "cycles", "retired"), (u32,)),
+            **dict.fromkeys(("records", "transfers", "starts"), (u32, pointer, u32)),
+        }
+        super().__init__(library, signatures)
         self.itcm, self.dtcm, self.avalon = (self._memory(which) for which in range(3))
 
     def _memory(self, which: int) -> np.ndarray:
         words = ctypes.c_uint32()
         first = self._lib.n2_memory(self._handle, which, ctypes.byref(words))
         return np.ctypeslib.as_array(first, (words.value,))
-
-    def __del__(self) -> None:
-        if getattr(self, "_handle", None) is not None:
-            del self.itcm, self.dtcm, self.avalon
-            self._lib.n2_free(self._handle)
-            self._handle = None
 
     def load(self, address: int, data: bytes) -> None:
         """Put bytes into the memory at a byte address; Avalon memory repeats every BYTES.

@@ -11,7 +11,7 @@ import bisect
 import io
 import struct
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -149,23 +149,18 @@ def _words(content: bytes | bytearray) -> tuple[int, ...]:
     return tuple(words)
 
 
-def load(name: str, folder: Path = IMAGES, system: SystemMap | None = None) -> Program:
+def load(name: str, folder: Path = IMAGES) -> Program:
     """Committed program by its name. Raises ImageError."""
     path = folder / f"{name}.elf"
     if not path.is_file():
         known = ", ".join(sorted(file.stem for file in folder.glob("*.elf"))) or "none"
         raise ImageError(f"{path}: error: no such program; `make nios-sw` builds them; got {known}")
-    return read_elf(path, system)
+    return read_elf(path)
 
 
-def hex_text(words: Sequence[int]) -> str:
-    """A memory for $readmemh: one 32-bit word per line, trailing zero words left out."""
-    return "".join(f"{word:08x}\n" for word in words)
-
-
-def listing(program: Program, system: SystemMap | None = None) -> str:
+def listing(program: Program) -> str:
     """Functions with address, word and text of every instruction, then the symbols."""
-    base = (system or default_system_map()).memories["itcm"].base
+    base = default_system_map().memories["itcm"].base
     starts = {symbol.address: symbol.name for symbol in program.functions()}
     isa, lines = default_isa(), []
     for address, word in enumerate(program.memories["itcm"]):
@@ -182,13 +177,13 @@ def listing(program: Program, system: SystemMap | None = None) -> str:
 def save(program: Program, folder: Path) -> list[Path]:
     """Write NAME.MEMORY.hex of each memory and NAME.lst below `folder`; returns the files."""
     folder.mkdir(parents=True, exist_ok=True)
-    texts = {f"{memory}.hex": hex_text(words) for memory, words in program.memories.items()}
-    written = []
-    for ending, text in (texts | {"lst": listing(program)}).items():
-        path = folder / f"{program.name}.{ending}"
+    texts = {folder / f"{program.name}.lst": listing(program)}
+    for memory, words in program.memories.items():
+        text = "".join(f"{word:08x}\n" for word in words)  # trailing zero words are left out
+        texts[folder / f"{program.name}.{memory}.hex"] = text
+    for path, text in texts.items():
         path.write_text(text, encoding="utf-8")
-        written.append(path)
-    return written
+    return list(texts)
 
 
 def main(arguments: list[str] | None = None) -> int:

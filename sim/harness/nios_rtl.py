@@ -15,7 +15,7 @@ from sim.harness.build import build_library, file_list
 from sim.harness.n2_lockstep_isa import default_isa
 from sim.harness.nios_image import Program
 from sim.harness.nios_map import default_system_map
-from sim.harness.waves import load_model
+from sim.harness.verilated import Verilated
 
 HARNESS = Path(__file__).with_name("nios_harness.cpp")
 FILES = "nios/n2_system.f"
@@ -36,13 +36,15 @@ class NiosTicks:
     cycles: NDArray[np.uint32]
 
 
-class NiosRtl:
+class NiosRtl(Verilated):
     """One system, 'fpga1' or 'fpga2', in reset until `start`. Data are raw 32-bit words.
 
     `debug` builds it with the debug module (rtl/nios/n2_debug.sv), which a debugger drives.
 
     The model is built on first use. Raises NiosError, and BuildError from the first use.
     """
+
+    prefix = "nios"
 
     def __init__(self, platform: str, debug: bool = False) -> None:
         library = build_library(
@@ -53,48 +55,32 @@ class NiosRtl:
         )
         self.platform = platform
         self.map = default_system_map()
-        self._lib = load_model(library)
-        u32, u64, pointer = ctypes.c_uint32, ctypes.c_uint64, ctypes.c_void_p
+        integer, u32, u64, pointer = ctypes.c_int, ctypes.c_uint32, ctypes.c_uint64, ctypes.c_void_p
+        words = (u32, u32, pointer)  # address, number, where
         signatures = {
-            "new": (pointer, []),
-            "free": (None, [pointer]),
-            "cycles": (u64, [pointer]),
-            "retired": (u32, [pointer]),
-            "pc": (u32, [pointer]),
-            "overrun": (u32, [pointer]),
-            "write": (None, [pointer, u32, pointer, u32]),
-            "read": (None, [pointer, u32, pointer, u32]),
-            "run": (None, [pointer, u32, u32]),
-            "clock": (None, [pointer, u32]),
-            "tick": (None, [pointer]),
-            "execute": (ctypes.c_int, [pointer, u64, pointer]),
-            "debug": (None, [pointer, pointer, u32]),
-            "halted": (u32, [pointer]),
-            "until_halt": (ctypes.c_int, [pointer, u64]),
-            "ended": (ctypes.c_int, [pointer, pointer]),
-            "console": (u32, [pointer, pointer, u32]),
-            "console_clear": (None, [pointer]),
-            "guard": (None, [pointer, u64, pointer, u32]),
-            "stray": (ctypes.c_int, [pointer, pointer]),
-            "profile": (None, [pointer, u32, u32, u32]),
-            "profile_read": (None, [pointer, pointer, pointer]),
-            "ticks": (u32, [pointer, *[u32] * 3, pointer, u32, u32, *[pointer] * 2, u32]),
+            "cycles": (u64,),
+            "retired": (u32,),
+            "pc": (u32,),
+            "overrun": (u32,),
+            "write": (None, u32, pointer, u32),
+            "read": (None, u32, pointer, u32),
+            "run": (None, u32, u32),
+            "clock": (None, u32),
+            "tick": (None,),
+            "execute": (integer, u64, pointer),
+            "debug": (None, pointer, u32),
+            "halted": (u32,),
+            "until_halt": (integer, u64),
+            "ended": (integer, pointer),
+            "console": (u32, pointer, u32),
+            "console_clear": (None,),
+            "guard": (None, u64, pointer, u32),
+            "stray": (integer, pointer),
+            "profile": (None, u32, u32, u32),
+            "profile_read": (None, pointer, pointer),
+            "ticks": (u32, u32, *words, *words, pointer, u32, pointer, pointer, u64),
         }
-        signatures["ticks"][1].extend([pointer, pointer, u64])
-        for name, (result, arguments) in signatures.items():
-            function = getattr(self._lib, f"nios_{name}")
-            function.restype, function.argtypes = result, arguments
-        self._handle = self._lib.nios_new()
-
-    def close(self) -> None:
-        """Free the model; the object is of no use afterwards."""
-        if self._handle is not None:
-            self._lib.nios_free(self._handle)
-            self._handle = None
-
-    def __del__(self) -> None:
-        if getattr(self, "_handle", None) is not None:
-            self.close()
+        super().__init__(library, signatures)
 
     # ------------------------------------------------------------------ memories
     def write(self, address: int, words: Sequence[int] | NDArray[np.uint32]) -> None:

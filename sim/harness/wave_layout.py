@@ -28,20 +28,7 @@ from sim.harness.n2_lockstep_isa import default_isa
 from sim.harness.nios_image import ImageError, read_elf
 from sim.harness.nios_map import default_system_map
 
-STAGES = (
-    "f",
-    "p",
-    "d",
-    "r",
-    "r1",
-    "r2",
-    "e",
-    *(f"e{n}" for n in range(1, 40)),
-    "m",
-    "a",
-    "w",
-    "wb",
-)
+STAGES = (*"fpdr", "r1", "r2", "e", *(f"e{n}" for n in range(1, 40)), *"maw", "wb")
 STAGE = re.compile(r"_(" + "|".join(sorted(STAGES, key=len, reverse=True)) + r")(?:_[qdion]+)?$")
 COUNTER = re.compile(r"(?:^|\.)(?:trace_)?pc(?:_[a-z]+\d?)?(?:_[qdo])?$")
 # Words of 32 bits that are operands, results or data rather than addresses and instructions.

@@ -105,29 +105,22 @@ class Iss:
         for constant in image.constants:
             self._registers[isa.K_BASE + constant.index] = word(int(constant.bits, 16))
         self.select(image)
-        for index, safe in self._safe.items():
-            self._outputs[index] = safe
+        self.set_outputs_safe()
         self.reset()
 
     def select(self, image: Image) -> None:
         """Go on with another function of the image loaded (`Image.function`), by its names."""
         self.image = image
         self._places: dict[str, tuple[int, str]] = {}
-        for constant in image.constants:
-            self._place(constant.name, isa.K_BASE + constant.index, constant.type)
-        for entry in image.inputs:
-            self._place(entry.name, isa.K_BASE + entry.index, entry.type)
+        for entry in (*image.constants, *image.inputs):
+            self._places[entry.name] = (isa.K_BASE + entry.index, entry.type)
         for state in image.states:
-            self._place(state.name, isa.register_code(state.register), state.type)
+            self._places[state.name] = (isa.register_code(state.register), state.type)
         for export in image.exports:
-            if export.name not in self._places:
-                self._place(export.name, isa.register_code(export.register), "float")
+            self._places.setdefault(export.name, (isa.register_code(export.register), "float"))
         self._inputs = {entry.name for entry in image.inputs}
         self._safe = {entry.index: word(int(entry.safe, 16)) for entry in image.outputs}
         self._outputs_named = {entry.name: entry.index for entry in image.outputs}
-
-    def _place(self, name: str, code: int, kind: str) -> None:
-        self._places[name] = (code, kind)
 
     def reset(self) -> None:
         """States and data memory to their initial values."""

@@ -15,7 +15,7 @@ from asip_asm.model.compiler import Compiled
 from asip_asm.model.emit import emit
 from asip_asm.model.exact import Array, Sine, evaluate
 from sim.native.law import NativeLaw
-from sim.prove_program import BATCH, Sample, draw_ticks
+from sim.prove_program import BATCH, draw_ticks
 
 
 class Results(Protocol):
@@ -59,7 +59,7 @@ def first_difference(
     return ""
 
 
-def prove_c(compiled: Compiled, count: int, seed: int, sample: Sample | None = None) -> str:
+def prove_c(compiled: Compiled, count: int, seed: int) -> str:
     """Compare the C on this machine with the interpreter over drawn inputs, multiply-adds rounded
     once and twice; text of the first difference, empty if there is none. Raises CompilerError.
     """
@@ -69,7 +69,7 @@ def prove_c(compiled: Compiled, count: int, seed: int, sample: Sample | None = N
         rng = np.random.default_rng(seed)
         for begin in range(0, count, BATCH):
             size = min(BATCH, count - begin)
-            inputs, states = draw_ticks(compiled.law, size, rng, sample)
+            inputs, states = draw_ticks(compiled.law, size, rng)
             ran = law.run(inputs, states)
             difference = first_difference(form, ran, inputs, states, law.sine)
             if difference:

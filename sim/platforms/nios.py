@@ -25,6 +25,7 @@ COMPILER = ROOT / "nios_sw/nios-gcc"
 # As nios_sw/Makefile compiles the tracking law.
 FLAGS = ("-std=c11", "-O3", "-Wall", "-Wextra", "-Werror", "-fno-schedule-insns",
          "-frename-registers", "-fno-tree-coalesce-vars")  # fmt: skip
+SYSTEM = "fpga2"
 CYCLES_PER_TICK = 1_000_000  # a tick that takes longer never ends
 
 
@@ -38,7 +39,7 @@ class NiosRan:
     cycles: NDArray[np.uint32]
 
 
-def build_elf(compiled: Compiled, folder: Path, rows: int, system: str = "fpga2") -> Path:
+def build_elf(compiled: Compiled, folder: Path, rows: int) -> Path:
     """The program that runs the law over at most so many rows; its path. Raises CompilerError, also
     without cross compiler, and where the rows do not fit.
 
@@ -46,8 +47,8 @@ def build_elf(compiled: Compiled, folder: Path, rows: int, system: str = "fpga2"
     """
     prefix = identifier(compiled.law.title) or "law"
     header, source = write_c(compiled, folder / prefix)
-    elf = folder / f"{prefix}_{system}.elf"
-    command = [COMPILER, "--system", system, *FLAGS, f"-I{folder}", f"-DLAW={prefix}",
+    elf = folder / f"{prefix}_{SYSTEM}.elf"
+    command = [COMPILER, "--system", SYSTEM, *FLAGS, f"-I{folder}", f"-DLAW={prefix}",
                f'-DLAW_HEADER="{header.name}"', f"-DROWS={rows}",
                "-Wl,--strip-debug", MAIN, source, "-o", elf]  # fmt: skip
     done = subprocess.run(list(map(str, command)), capture_output=True, text=True, check=False)
@@ -61,7 +62,6 @@ def run_elf(
     compiled: Compiled,
     inputs: Mapping[str, Array],
     states: Mapping[str, Array],
-    system: str = "fpga2",
 ) -> NiosRan:
     """A tick per row of the inputs (N,), from the states (1,). Raises NiosError, ImageError."""
     words = struct_members(compiled.law)
@@ -71,7 +71,7 @@ def run_elf(
     room = (program.symbols["law_run"].size - used) // (4 * width)
     if len(rows) > room:
         raise ValueError(f"{len(rows)} rows, data memory holds {room}")
-    rtl = NiosRtl(system)
+    rtl = NiosRtl(SYSTEM)
     try:
         rtl.load(program)
         base = program.address("law_run")

@@ -112,26 +112,15 @@ def _arguments() -> argparse.ArgumentParser:
         action="store_true",
         help="show the optimised program's loop in the browser while it runs",
     )
-    parser.add_argument("--no-plots", action="store_true", help="tables and results.json only")
+    parser.add_argument(
+        "--no-plots", dest="plots", action="store_false", help="tables and results.json only"
+    )
     return parser
 
 
 def main(argv: list[str] | None = None) -> int:
     """Command line; returns the exit status."""
-    arguments = _arguments().parse_args(argv)
-    order = Order(
-        arguments.gcode,
-        arguments.robot,
-        arguments.output,
-        arguments.ticks,
-        arguments.platforms,
-        arguments.all_ticks,
-        arguments.tools,
-        not arguments.no_plots,
-        arguments.plan_only,
-        arguments.override,
-        arguments.scope,
-    )
+    order = Order(**vars(_arguments().parse_args(argv)))
     console, errors = Console(), Console(stderr=True, soft_wrap=True)
 
     def stopped(text: str, status: int = 1) -> int:

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the results of the main job must keep: error bounds, the PC's words, tracking targets."""
+"""What the results of the main job must keep: error bounds, the PC's words, tracking targets; and
+the goals that a run can check by itself, beside what it measured."""
 
 from __future__ import annotations
 
@@ -12,6 +13,7 @@ from sim.model.parameters import Robot
 # Largest tracking errors of the robot of sim/robot.toml on the path A-G-H [m, m, rad].
 TARGET_PATH = "agh.ngc"
 TRACKING_TARGETS = {"leg": 1e-6, "tool": 5e-6, "table": 50e-6}
+AXES = {"leg": ("a leg", "m"), "tool": ("the tool", "m"), "table": ("a table axis", "rad")}
 
 
 def enter(data: dict[str, Any], published: bool) -> None:
@@ -63,3 +65,28 @@ def _targets(data: dict[str, Any]) -> Iterator[tuple[str, str, str]]:
             if isinstance(errors, dict) and not errors[name] <= target:
                 text = f"{program}: tracking error of {name} {errors[name]:.3g}, target {target:g}"
                 yield "tracking", program, text
+
+
+def goals(data: dict[str, Any], published_path: bool) -> list[dict[str, Any]]:
+    """Name, value, unit, target and whether it is met; data: the content of results.json.
+
+    published_path: the letters A, G, H, for which there are targets of the tracking errors.
+    """
+    found = []
+
+    def add(name: str, value: float, unit: str, target: float) -> None:
+        met = value <= target
+        found.append({"name": name, "value": value, "unit": unit, "target": target, "met": met})
+
+    programs = [errors for errors in data["tracking"].values() if isinstance(errors, dict)]
+    if published_path and programs:
+        for key, target in TRACKING_TARGETS.items():
+            name, unit = AXES[key]
+            worst = max(errors[key] for errors in programs)
+            add(f"largest tracking error of {name}", worst, unit, target)
+    period = data["robot"]["values"]["T_s"] * 1e6
+    for platform, timing in data["platforms"].items():
+        for program, times in ({"": timing} if "time_us" in timing else timing).items():
+            name = f"longest tick of {platform.upper()} {program.replace('_', ' ')}".strip()
+            add(name, times["time_us"], "us", period)
+    return found

@@ -42,11 +42,9 @@ def tool_path(
     for shown, (name, values) in enumerate(colours.items()):
         for feed in (True, False):
             on = (drawing[kept] == feed)[:, np.newaxis]
-            x, y, z = np.where(on, tool[kept], np.nan).astype(np.float32).T
+            points = np.where(on, tool[kept], np.nan).astype(np.float32)
             figure.add_scatter3d(
-                x=x,
-                y=y,
-                z=z,
+                **_places(points),
                 mode="lines",
                 name="feed" if feed else "rapid",
                 showlegend=False,
@@ -75,11 +73,8 @@ def tool_path(
                 },
             )
         worst = int(values.argmax())
-        x, y, z = tool[worst : worst + 1].T
         figure.add_scatter3d(
-            x=x,
-            y=y,
-            z=z,
+            **_places(tool[worst : worst + 1]),
             mode="markers",
             name="largest",
             showlegend=False,
@@ -112,6 +107,10 @@ def tool_path(
         ],
     )
     return figure
+
+
+def _places(points: NDArray) -> dict[str, NDArray]:
+    return dict(zip("xyz", points.T, strict=True))
 
 
 def _equal_axes(points: NDArray) -> dict:

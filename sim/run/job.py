@@ -34,9 +34,9 @@ from sim.path.override import AS_PROGRAMMED, overridden_program
 from sim.run import checks, closed_loop, estimate, nios, page, scoped, tables
 from sim.run.controller import AsipController, LawController
 from sim.run.estimate import AS_PRINTED, LAW, OPTIMISED
-from sim.run.goals import goals
+from sim.run.nios import set_points
 from sim.run.progress import TickProgress, duration
-from sim.run.results import Comparison, ProgramRun, compare, results, row_errors, worst_of_bound
+from sim.run.results import Comparison, ProgramRun, compare, results, worst_of_bound
 from sim.run.workers import Workers
 from sim.scope.process import ScopeProcess
 from sim.scope.tap import Place, TapSource
@@ -61,7 +61,7 @@ class Order:
     or written."""
 
     gcode: Path
-    robot_file: Path
+    robot: Path
     output: Path
     ticks: int | None = None
     platforms: Sequence[str] = estimate.PLATFORMS
@@ -71,6 +71,21 @@ class Order:
     plan_only: bool = False
     override: float = AS_PROGRAMMED  # percent of the feeds
     scope: bool = False  # show the optimised program's loop in the browser while it runs
+
+
+@dataclass(frozen=True)
+class _Job:
+    """An order with what it is about: path, programs of FPGA3 by task, ticks of every task and
+    seconds that a tick of it is expected to take."""
+
+    order: Order
+    robot: Robot
+    console: Console
+    planned: ProgramPath
+    path: SetPoints
+    images: dict[str, Image]
+    work: dict[str, int]
+    cost: dict[str, float]
 
 
 @dataclass
@@ -132,12 +147,6 @@ def _planned(order: Order, robot: Robot, console: Console) -> ProgramPath:
     return path
 
 
-def set_points(path: ProgramPath) -> SetPoints:
-    """What the controllers get."""
-    parts = (path.position, path.velocity, path.acceleration)
-    return SetPoints(*(part[:, :3] for part in parts), *(part[:, 3:] for part in parts))
-
-
 def _images(order: Order, robot: Robot, console: Console) -> dict[str, Image]:
     images = {}
     for name, key in KEYS.items() if "fpga3" in order.platforms else ():
@@ -158,36 +167,28 @@ def _build(order: Order) -> None:
             NiosRtl(platform).close()
 
 
-def _scope(
-    order: Order, robot: Robot, path: SetPoints, images: dict[str, Image], console: Console
-) -> AbstractContextManager[ScopeProcess | None]:
+def _scope(job: _Job) -> AbstractContextManager[ScopeProcess | None]:
     """The scope of the optimised program's loop, if it is wanted."""
+    order, robot = job.order, job.robot
     if not order.scope:
         return nullcontext()
-    image, title = images[OPTIMISED], f"{order.gcode.name} on {OPTIMISED}"
+    image, title = job.images[OPTIMISED], f"{order.gcode.name} on {OPTIMISED}"
     tuner = scoped.RobotTuner(robot, PROGRAMS / f"tracking_{KEYS[OPTIMISED]}.s", image)
-    about = scoped.description(title, robot, order.robot_file, path, image, tuner)
-    return ScopeProcess(TapSource(about, tuner), console)
+    about = scoped.description(title, robot, order.robot, job.path, image, tuner)
+    return ScopeProcess(TapSource(about, tuner), job.console)
 
 
-def _simulate(
-    order: Order,
-    robot: Robot,
-    path: SetPoints,
-    images: dict[str, Image],
-    bars: TickProgress,
-    place: Place | None,
-) -> _Measured:
+def _simulate(job: _Job, bars: TickProgress, place: Place | None) -> _Measured:
     """Everything that the worker processes do. The longest task begins first."""
     begin = time.perf_counter()
-    n = len(path)
+    order, robot, path, n = job.order, job.robot, job.path, len(job.path)
     systems = [platform for platform in nios.SAMPLES if platform in order.platforms]
     with Workers(bars) as workers:
         runs = {
             name: workers.submit(
                 name, n, _run_program, robot, path, image, place if name == OPTIMISED else None
             )
-            for name, image in images.items()
+            for name, image in job.images.items()
         }
         law = None if runs else workers.submit(LAW, n, _run_law, robot, path)
         beginnings = {
@@ -219,8 +220,7 @@ def _simulate(
             (workers.result(beginnings[platform]), workers.result(windows[platform]))
             for platform in systems
         ]
-        work = estimate.work(n, order.platforms, order.all_ticks)
-        measured.costs = {name: s / work[name] for name, s in workers.seconds.items()}
+        measured.costs = {name: s / job.work[name] for name, s in workers.seconds.items()}
     measured.wall = time.perf_counter() - begin
     return measured
 
@@ -271,7 +271,7 @@ def run(order: Order, console: Console) -> dict[str, Any]:
     """The whole job; writes below order.output and returns the content of results.json."""
     if order.scope and "fpga3" not in order.platforms:
         raise PathError("the scope looks at the ASIP: add fpga3 to the platforms")
-    robot = Robot.load(order.robot_file)
+    robot = Robot.load(order.robot)
     console.print(f"[bold]1/6[/] path of {order.gcode}", highlight=False)
     planned = _planned(order, robot, console)
     path = set_points(planned)
@@ -289,30 +289,22 @@ def run(order: Order, console: Console) -> dict[str, Any]:
     order.output.mkdir(parents=True, exist_ok=True)
 
     console.print("[bold]2/6[/] assembling the tracking programs")
-    images = _images(order, robot, console)
+    job = _Job(order, robot, console, planned, path, _images(order, robot, console), work, cost)
 
     console.print("[bold]3/6[/] building the Verilated systems (once per change of the RTL)")
     _build(order)
 
-    with _scope(order, robot, path, images, console) as scope:
-        return _track(order, robot, planned, images, scope, console)
+    with _scope(job) as scope:
+        return _track(job, scope)
 
 
-def _track(
-    order: Order,
-    robot: Robot,
-    planned: ProgramPath,
-    images: dict[str, Image],
-    scope: ScopeProcess | None,
-    console: Console,
-) -> dict[str, Any]:
+def _track(job: _Job, scope: ScopeProcess | None) -> dict[str, Any]:
     """Everything from the first tick on."""
-    path = set_points(planned)
-    work, cost = estimate.work(len(path), order.platforms, order.all_ticks), estimate.costs()
+    order, robot, console, path = job.order, job.robot, job.console, job.path
     sampled = "" if order.all_ticks else "; FPGA1 and FPGA2 take a sample (RUN=full: every tick)"
     console.print(f"[bold]4/6[/] closed loop: counts from the plant, forces from the RTL{sampled}")
-    with TickProgress(console, {name: (n, cost[name]) for name, n in work.items()}) as bars:
-        measured = _simulate(order, robot, path, images, bars, scope and scope.source.place)
+    with TickProgress(console, {name: (n, job.cost[name]) for name, n in job.work.items()}) as bars:
+        measured = _simulate(job, bars, scope and scope.source.place)
     touched = [entry for run in measured.programs.values() for entry in run.touched]
     if touched:
         _tell_touched(touched, console)
@@ -322,21 +314,21 @@ def _track(
     data = _compared(robot, path, measured)
     data |= {
         "gcode": str(order.gcode),
-        "path_time_s": planned.time,
+        "path_time_s": job.planned.time,
         "feed_override_percent": order.override,
-        "robot": {"file": str(order.robot_file), "values": robot.values()},
-        "path": _path_data(planned, robot),
+        "robot": {"file": str(order.robot), "values": robot.values()},
+        "path": _path_data(job.planned, robot),
         "simulation": _simulation(measured),
     }
     published = checks.is_published(robot, order.gcode) and order.override == AS_PROGRAMMED
     checks.enter(data, published)
-    data["goals"] = goals(data, published)
+    data["goals"] = checks.goals(data, published)
     measured.costs[estimate.COMPARISON] = (time.perf_counter() - begin) / len(path)
     if len(path) >= estimate.TELLING:
         estimate.keep(measured.costs)
 
     console.print(f"[bold]6/6[/] writing below {order.output}", highlight=False)
-    _write(order, robot, planned, path, measured, data, console)
+    _write(job, measured, data)
     return data
 
 
@@ -360,24 +352,16 @@ def _compared(robot: Robot, path: SetPoints, measured: _Measured) -> dict[str, A
         for key, run in measured.programs.items()
     }
     data = results(robot, path, measured.programs, comparisons, common, measured.single)
-    nios.add_results(data, measured.nios, path, common.reference, measured.single, row_errors)
+    nios.add_results(data, measured.nios, path, common.reference, measured.single)
     for _, found in measured.nios:
         fractions = worst_of_bound(robot, common, found.results, False, found.ticks)
         data["worst_fraction_of_bound"][found.platform] = fractions
     return data
 
 
-def _write(
-    order: Order,
-    robot: Robot,
-    planned: ProgramPath,
-    path: SetPoints,
-    measured: _Measured,
-    data: dict[str, Any],
-    console: Console,
-) -> None:
+def _write(job: _Job, measured: _Measured, data: dict[str, Any]) -> None:
     """results.json, tables, page and plots."""
-    out = order.output
+    console, out = job.console, job.order.output
     (out / "results.json").write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")
     written = list(tables.all_tables(data))
     for table in written:
@@ -398,22 +382,21 @@ def _write(
             f"{simulation['cycles']:,} clock cycles simulated in {simulation['wall_s']:.0f} s: "
             f"{simulation['cycles_per_second'] / 1e6:.2f} M cycles/s"
         )
-    if order.plots:
-        recordings = {name: key for name, key in KEYS.items() if key in measured.programs}
+    if job.order.plots:
         shown = page.Shown(
-            gcode=order.gcode,
-            robot=robot,
-            path=path,
-            desired=joint_path(robot, path)[0],
-            drawing=planned.drawing,
+            gcode=job.order.gcode,
+            robot=job.robot,
+            path=job.path,
+            desired=joint_path(job.robot, job.path)[0],
+            drawing=job.planned.drawing,
             recordings={
-                name: measured.programs[recordings[name]].recording
+                name: measured.programs[KEYS[name]].recording
                 for name in (OPTIMISED, AS_PRINTED)
-                if name in recordings
+                if KEYS[name] in measured.programs
             },
             results=data,
             tables=written,
-            robot_file=order.robot_file,
+            robot_file=job.order.robot,
         )
         page.write(out, shown)
         console.print(f"page and plots: {out / 'index.html'}", highlight=False)

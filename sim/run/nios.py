@@ -27,9 +27,10 @@ from sim.model.errors import max_abs_error
 from sim.model.parameters import Robot
 from sim.model.records import OUTPUTS, SetPoints, TrackingResult
 from sim.model.tracking import joint_path
-from sim.run import closed_loop
+from sim.run import closed_loop, results
 from sim.run.controller import EXPORTED, ControllerFault, Ticks
 from sim.trajectory.exact_stop import MotionSettings, Trajectory, generate
+from sim.trajectory.program import ProgramPath
 
 PATH = Path(__file__).resolve().parents[1] / "paths/agh.ngc"
 AXES = 5
@@ -164,7 +165,7 @@ class NiosRun:
     simulated: int
 
 
-def set_points(trajectory: Trajectory, ticks: int | None) -> SetPoints:
+def set_points(trajectory: Trajectory | ProgramPath, ticks: int | None = None) -> SetPoints:
     """The first `ticks` set-points of a trajectory, None: all."""
     parts = (trajectory.position, trajectory.velocity, trajectory.acceleration)
     parts = [part[:ticks] for part in parts]
@@ -263,16 +264,8 @@ def run(
 
 
 def timing(cycles: NDArray[np.uint32]) -> dict[str, float]:
-    """Cycles of the shortest and longest tick and the longest in microseconds."""
-    clock = default_system_map().clock_mhz
-    longest = int(cycles.max())
-    return {
-        "clock_mhz": clock,
-        "cycles_min": int(cycles.min()),
-        "cycles_max": longest,
-        "time_us": longest / clock,
-        "ticks": len(cycles),
-    }
+    """As that of the ASIP's programs, and the number of ticks."""
+    return results.timing(cycles, default_system_map().clock_mhz) | {"ticks": len(cycles)}
 
 
 def at(result: TrackingResult, ticks: NDArray[np.int64]) -> TrackingResult:
@@ -319,7 +312,6 @@ def add_results(
     path: SetPoints,
     reference: TrackingResult,
     single: TrackingResult,
-    row_errors: Callable[[TrackingResult, SetPoints, Ticks], dict[str, float]],
 ) -> None:
     """Enter the measurements into the content of build/results.json."""
     data["nios"] = {}
@@ -328,7 +320,7 @@ def add_results(
         cycles = np.concatenate([beginning.cycles, run.results.cycles])
         data["platforms"][run.platform] = timing(cycles)
         sampled_path = SetPoints.from_words(words[run.ticks])
-        errors = row_errors(at(reference, run.ticks), sampled_path, run.results)
+        errors = results.row_errors(at(reference, run.ticks), sampled_path, run.results)
         for row, error in errors.items():
             data["errors"][row][run.platform] = error
         same = max_abs_error(at(reference, run.ticks), at(single, run.ticks))

@@ -60,8 +60,7 @@ def _values(rng: np.random.Generator, period: float) -> dict[str, float]:
 
     radius, period_counts = ratio(0.15, 1.2), int(rng.integers(20, 400))
     low = radius * linear(0.3, 1.5)
-    values = Robot.load().values()  # limits for planners stay
-    values |= {
+    return Robot.load().values() | {  # limits for planners stay
         "R": radius,
         "h": maybe(linear(0.0, 0.2)),
         "x_max": radius * linear(0.05, 0.7),
@@ -95,7 +94,6 @@ def _values(rng: np.random.Generator, period: float) -> dict[str, float]:
         "encoder_legs": ratio(1e-7, 5e-6),
         "turn_table": float(rng.integers(1 << 14, 1 << 21)),
     }
-    return values
 
 
 def motion(robot: Robot, seed: int, number: int, ticks: int = TICKS) -> SetPoints:

@@ -40,14 +40,14 @@ class ProgramRun:
     touched: tuple[str, ...] = ()
 
 
-def timing(cycles: NDArray[np.uint32]) -> dict[str, float]:
+def timing(cycles: NDArray[np.uint32], clock_mhz: int = CLOCK_MHZ) -> dict[str, float]:
     """Cycles of the shortest and longest tick and the longest in microseconds."""
     longest = int(cycles.max())
     return {
-        "clock_mhz": CLOCK_MHZ,
+        "clock_mhz": clock_mhz,
         "cycles_min": int(cycles.min()),
         "cycles_max": longest,
-        "time_us": longest / CLOCK_MHZ,
+        "time_us": longest / clock_mhz,
     }
 
 

@@ -7,7 +7,7 @@ A platform that did not run has no entries in the results, and then no rows or c
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -55,23 +55,33 @@ def unit(row: str) -> str:
     return UNITS[row.rstrip("0123456789")]
 
 
-def _table(title: str, caption: str, **look: Any) -> Table:
-    """A table with the sentence that explains it."""
-    return Table(title=title, caption=caption, caption_justify="left", **look)
+def _table(
+    title: str, caption: str, first: str, figures: Iterable[str], dense: bool = False
+) -> Table:
+    """A table with the sentence that explains it, and its columns; dense: of many figures."""
+    look: dict[str, Any] = {"box": box.SIMPLE_HEAD, "padding": 0} if dense else {}
+    table = Table(title=title, caption=caption, caption_justify="left", **look)
+    table.add_column(first, no_wrap=dense)
+    for head in figures:
+        table.add_column(head, justify="right", no_wrap=dense)
+    return table
+
+
+def _row_name(row: str) -> str:
+    return f"{row} [{unit(row)}]".replace("[", "\\[")
 
 
 def operation_table(results: dict[str, Any], published: Published) -> Table:
     """Table 1."""
+    programs = results.get("operations", {})
     table = _table(
         "Table 1  operations of one tick",
         "How much arithmetic the control law takes at every tick: as the paper states, in our "
         "program that evaluates its equations one by one as printed, and in our optimised one. A "
         "fused multiply-add counts as × and as +.",
+        "operation",
+        ("published", *(name.replace("_", " ") for name in programs)),
     )
-    programs = results.get("operations", {})
-    table.add_column("operation")
-    for title in ("published", *programs):
-        table.add_column(title.replace("_", " "), justify="right")
     for key, (symbol, printed) in OPERATIONS.items():
         table.add_row(
             symbol,
@@ -89,9 +99,9 @@ def time_table(results: dict[str, Any], published: Published) -> Table:
         "FPGA1: a Nios II processor with the vendor's floating-point instructions; FPGA2: the "
         "same with instructions of its own; FPGA3: the ASIP, a processor made for this law. "
         "Cycles are counted in simulation, microseconds assume the published clock.",
+        "platform",
+        ("clock [MHz]", "cycles min", "cycles max", "time [µs]"),
     )
-    for title in ("platform", "clock [MHz]", "cycles min", "cycles max", "time [µs]"):
-        table.add_column(title, justify="left" if title == "platform" else "right")
     for name, row in published.time.items():
         clock, cycles, time = row["clock_mhz"], row["cycles"], row["time_us"]
         table.add_row(f"{name} (published)", f"{clock}", "", f"{cycles}", f"{time}")
@@ -123,16 +133,14 @@ def error_table(results: dict[str, Any], published: Published) -> Table:
         "speed and acceleration of the legs (l, v, a), the same of the table axes (theta, omega, "
         "eps), and the forces and torques. “Inputs alone” is what rounding the set-points to 32 "
         "bits does by itself, which no program can undo.",
-        box=box.SIMPLE_HEAD,
-        padding=0,
+        "row",
+        ("PC\npublished", "FPGA\npublished", *ERRORS.values()),
+        dense=True,
     )
-    table.add_column("row", no_wrap=True)
-    for title in ("PC\npublished", "FPGA\npublished", *ERRORS.values()):
-        table.add_column(title, justify="right", no_wrap=True)
     for row in (*TABLE_3, *OUTPUTS):
         error = results["errors"][row]
         table.add_row(
-            f"{row} [{unit(row)}]".replace("[", "\\["),
+            _row_name(row),
             *(_figure(published.error[column].get(row)) for column in ("PC", "FPGA")),
             *(_figure(error[key]) for key in ERRORS),
             end_section=row == TABLE_3[-1],
@@ -148,21 +156,17 @@ def nios_error_table(results: dict[str, Any], published: Published) -> Table:
         f"Table 3, Nios II systems; ticks: {ticks}",
         "The same of the two Nios II systems, which take a part of the ticks; beside each a PC "
         "that computes the printed formulas in 32 bits on exactly those ticks.",
-        box=box.SIMPLE_HEAD,
-        padding=0,
+        "row",
+        ("FPGA\npublished", *(t for p in measured for t in (p.upper(), "PC, same\nticks"))),
+        dense=True,
     )
-    table.add_column("row", no_wrap=True)
-    table.add_column("FPGA\npublished", justify="right", no_wrap=True)
-    for platform in measured:
-        for title in (platform.upper(), "PC, same\nticks"):
-            table.add_column(title, justify="right", no_wrap=True)
     table.add_column("")
     for row in (*TABLE_3, *OUTPUTS):
         cells = []
         for platform, figures in measured.items():
             cells += [results["errors"][row][platform], figures["pc_float32_same_ticks"][row]]
         table.add_row(
-            f"{row} [{unit(row)}]".replace("[", "\\["),
+            _row_name(row),
             _figure(published.error["FPGA"].get(row)),
             *map(_figure, cells),
             *_mark(results, "nios", row),
@@ -177,10 +181,9 @@ def bound_table(results: dict[str, Any]) -> Table:
         "Outputs: largest error as a fraction of its derived bound",
         "An analysis of every rounding (sim/run/bounds.py) says how large the error of a force or "
         "torque can be: 1 is that bound, more than 1 is a fault of the program or the processor.",
+        "program",
+        OUTPUTS,
     )
-    table.add_column("program")
-    for title in OUTPUTS:
-        table.add_column(title, justify="right")
     table.add_column("")
     for program, fractions in results.get("worst_fraction_of_bound", {}).items():
         table.add_row(
@@ -197,10 +200,9 @@ def tracking_table(results: dict[str, Any]) -> Table:
         "Tracking in closed loop after the first 50 ms, largest error",
         "How far the simulated robot is from where the path wants it, at worst: length of a leg, "
         "distance of the tool, angle of a table axis.",
+        "program",
+        ("leg [µm]", "tool [µm]", "table axis [µrad]"),
     )
-    table.add_column("program")
-    for title in ("leg [µm]", "tool [µm]", "table axis [µrad]"):
-        table.add_column(title, justify="right")
     table.add_column("")
     runs = {
         f"FPGA3 {program.replace('_', ' ')}": results["tracking"][program]
@@ -249,12 +251,10 @@ def resource_table(document: Mapping[str, Any], published: Published) -> Table:
         "How much of an FPGA each processor takes, and its clock frequency. Published: Stratix "
         f"III. Ours: {where}area is Yosys for Cyclone V, clock is nextpnr for ECP5-85 grade 8, "
         "median and range over several runs; `make synth` measures anew.",
-        box=box.SIMPLE_HEAD,
-        padding=0,
+        "",
+        ("ALUTs", "registers", "DSP 18x18", "memory\n\\[kbit]", "Fmax [MHz]\n"),
+        dense=True,
     )
-    table.add_column("", no_wrap=True)
-    for title in ("ALUTs", "registers", "DSP 18x18", "memory\n\\[kbit]", "Fmax [MHz]\n"):
-        table.add_column(title, justify="right", no_wrap=True)
     for name, row in published.resources.items():
         kilobits = f"{row['memory_kb'] * 8}"
         table.add_row(

@@ -63,22 +63,20 @@ def _arguments() -> argparse.ArgumentParser:
 
 
 def _seconds(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not 1e-9 <= value <= 1e3:
-        raise argparse.ArgumentTypeError(f"{text!r} is no time from 1e-9 to 1e3 s")
-    return value
+    return _number(text, 1e-9, 1e3, "time from 1e-9 to 1e3 s")
 
 
 def _share(text: str) -> float:
+    return _number(text, 0.0, 1.0, "share from 0 to 1")
+
+
+def _number(text: str, least: float, most: float, what: str) -> float:
     try:
         value = float(text)
     except ValueError:
         value = math.nan
-    if not 0.0 <= value <= 1.0:
-        raise argparse.ArgumentTypeError(f"{text!r} is no share from 0 to 1")
+    if not least <= value <= most:
+        raise argparse.ArgumentTypeError(f"{text!r} is no {what}")
     return value
 
 

@@ -246,9 +246,7 @@ class BlockSource:
         """The core stands in a fault: the block's ring is frozen, and complete in any case."""
         self._faulted = True
         self._whole_ring(client)
-        cause, info = client.fault()
-        place = {"output" if cause == "NOT_FINITE" else "bundle": info}
-        text = fault_text(self._image, CoreFault(cause, **place))
+        text = fault_text(self._image, CoreFault.of(*client.fault()))
         self._events.append(Fault(self._next - 1, text))
 
     def _fired(self, client: Client) -> None:

@@ -183,12 +183,14 @@ class PageSocket(tornado.websocket.WebSocketHandler):
         except tornado.websocket.WebSocketClosedError:
             pass
 
-    def _tell_new(self, message: Any) -> None:
-        """Send unless the page has the same already."""
+    def _tell_new(self, message: Any) -> bool:
+        """Send unless the page has the same already; whether it was sent."""
         data = msgspec.json.encode(message)
-        if self._sent.get(message["type"]) != data:
+        new = self._sent.get(message["type"]) != data
+        if new:
             self._sent[message["type"]] = data
             self._write(data)
+        return new
 
     async def _draw(self) -> None:
         """State and curves, one frame after the other."""
@@ -200,11 +202,8 @@ class PageSocket(tornado.websocket.WebSocketHandler):
             if numbers is not None:
                 self._tell_new(numbers)
             frame = session.frame(view.channels, view.pixels, view.begin, view.end, view.part)
-            data = msgspec.json.encode(frame)
-            if self._sent.get("frame") != data:
-                self._sent["frame"] = data
+            if self._tell_new(frame):
                 self._ready.clear()
-                self._write(data)
             await asyncio.sleep(FRAME_S)
 
     async def on_message(self, text: str | bytes) -> None:

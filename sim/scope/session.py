@@ -298,23 +298,25 @@ class Session:
     def state(self) -> dict[str, Any]:
         """Everything but the curves."""
         box = self.black_box
-        return {
+        own = (
+            "paused",
+            "rate",
+            "ended",
+            "note",
+            "lost",
+            "staged",
+            "version",
+            "committed",
+            "stepping",
+        )
+        return {name: getattr(self, name) for name in own} | {
             "type": "state",
             "tick": self.ring.end,
             "kept": len(self.ring),
             "length": self.ring.length,
-            "paused": self.paused,
-            "rate": self.rate,
-            "ended": self.ended,
-            "note": self.note,
-            "lost": self.lost,
             "trigger": {"settings": self.trigger.settings, "state": self.trigger.state},
             "capture": None if self.capture is None else self.capture.at,
             "gains": self.values,
-            "staged": self.staged,
-            "version": self.version,
-            "committed": self.committed,
-            "stepping": self.stepping,
             "responses": list(self.responses),
             "fault": None if box is None else {"tick": box.at, "text": box.text},
         }

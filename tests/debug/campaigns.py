@@ -33,6 +33,14 @@ def model(configuration: str = "fast") -> DebugRtl:
     return DebugRtl(configuration)
 
 
+def loaded(image: Image) -> tuple[DebugRtl, Client]:
+    """The fast model with a program, and a client."""
+    rtl = model()
+    rtl.clear()
+    rtl.load(image)
+    return rtl, client_of(rtl)
+
+
 def client_of(rtl: DebugRtl) -> Client:
     """A client in this process that lets few clocks pass at a time."""
     return Client(DirectLink(rtl, clocks=20))
@@ -219,10 +227,7 @@ def torn_pages(changes: int, seed: int) -> tuple[int, int, int]:
         rows += [f"  fadd s{n}, u{n}, {f's{n - 1}' if n > 1 else 'zero'}"]
     rows += [f"  mov torn, s{count - 1}", "  mov value, p0", "  halt", ""]
     image = core_bench.assembled("\n".join(rows))
-    rtl = model()
-    client = client_of(rtl)
-    rtl.clear()
-    rtl.load(image)
+    rtl, client = loaded(image)
     places = {c.name: c.index for c in image.constants}
     torn = wrong = 0
     values = {client.version()[0]: 0x3F800000}
@@ -252,10 +257,7 @@ def recorded(ticks: int, seed: int, name: str = "planner_trajectory") -> Iterato
     instruction-set model computes. Channels: outputs, an input, writes of registers by number."""
     rng = random.Random(seed)
     image = shipped(name)
-    rtl = model()
-    client = client_of(rtl)
-    rtl.clear()
-    rtl.load(image)
+    rtl, client = loaded(image)
     iss = Iss(image, sincos=core_bench.rtl_sincos, trace=True)
     inputs = {e.name: e for e in image.inputs}
 

@@ -121,20 +121,35 @@ def ended(client):
     return client.wait(lambda state: not state.running)
 
 
+def run(client):
+    """A run to its end."""
+    client.start()
+    return ended(client)
+
+
+def finished(client):
+    """Let a halted run go on to its end."""
+    client.resume()
+    return ended(client)
+
+
+def held(client):
+    """Start a run; its state once it is halted."""
+    client.start()
+    return client.wait(lambda state: state.halted)
+
+
 def test_halt__outputs_stay_those_of_the_last_run_and_the_line_is_high(bench) -> None:
     rtl, client, image = bench
-    client.start()
-    ended(client)
+    run(client)
     assert client.read_register("o0") == word_of(3.0) and not rtl.debug_active
     last = client.state().last
     client.set_breakpoint(last)
-    client.start()
-    state = client.wait(lambda state: state.halted)
+    state = held(client)
     assert (state.reason, state.next, state.held, state.empty) == ("breakpoint", last, True, True)
     assert rtl.debug_active and not rtl.irq
     assert client.read_register("o0") == word_of(3.0), "a run that stands shows nothing"
-    client.resume()
-    ended(client)
+    finished(client)
     assert client.read_register("o0") == word_of(5.0) and not rtl.debug_active
 
 
@@ -142,8 +157,7 @@ def test_halt__registers_data_and_bank_k__read_and_written_for_the_next_bundle(b
     rtl, client, image = bench
     register = image.states[0].register
     client.halt()
-    client.start()
-    state = client.wait(lambda state: state.halted)
+    state = held(client)
     assert (state.reason, state.next) == ("request", 0)
     assert client.read_register(register) == word_of(1.0)
     assert client.read_register("k0") == word_of(2.0)
@@ -154,22 +168,19 @@ def test_halt__registers_data_and_bank_k__read_and_written_for_the_next_bundle(b
     state = client.step()
     assert (state.halted, state.last, state.next) == (True, 0, 1)
     assert client.read_register(register) == word_of(10.5)
-    client.resume()
-    ended(client)
+    finished(client)
     assert client.read_register("o1") == word_of(10.5 * 10.5)
 
 
 def test_step__behind_the_last_bundle__waits_at_the_first_of_the_next_run(bench) -> None:
     _, client, image = bench
     client.set_mode(stop_at_start=True)
-    client.start()
-    state = client.wait(lambda state: state.halted)
+    state = held(client)
     assert state.reason == "start"
     client.set_mode()
     state = client.step(len(image.bundles) + 5)
     assert not state.running and state.held
-    client.start()
-    state = client.wait(lambda state: state.halted)
+    state = held(client)
     assert (state.reason, state.next) == ("step", 0)
     with pytest.raises(DebugError, match="halt it first"):
         client.resume()
@@ -180,14 +191,12 @@ def test_watch__write_with_value__holds(bench) -> None:
     _, client, image = bench
     register = image.states[0].register
     watch = client.set_watch(register, word_of(5.0))
-    client.start()
-    assert ended(client).reason == "none", "the first run writes 3"
+    assert run(client).reason == "none", "the first run writes 3"
     client.start()
     state = client.wait(lambda state: state.halted or not state.running)
     assert state.reason == "watch" and client.read_register(register) == word_of(5.0)
     client.clear_watch(watch)
-    client.resume()
-    ended(client)
+    finished(client)
 
 
 @pytest.mark.parametrize("runs", [False, True])
@@ -196,12 +205,10 @@ def test_watchdog__of_a_halted_core__stands_or_ends_the_run(bench, runs: bool) -
     rtl.write(CSR["WATCHDOG"], 300)
     client.set_mode(watchdog_runs=runs)
     client.halt()
-    client.start()
-    client.wait(lambda state: state.halted)
+    held(client)
     rtl.clock(1000)
     assert client.state().halted != runs
-    client.resume()
-    ended(client)
+    finished(client)
     assert client.fault()[0] == ("WATCHDOG" if runs else "NONE")
     assert client.read_register("o0") == word_of(5.0 if runs else 3.0)
     assert (client.cycles() >= 300) == runs
@@ -210,8 +217,7 @@ def test_watchdog__of_a_halted_core__stands_or_ends_the_run(bench, runs: bool) -
 def test_abort__ends_a_halted_run_with_safe_outputs(bench) -> None:
     _, client, _ = bench
     client.halt()
-    client.start()
-    client.wait(lambda state: state.halted)
+    held(client)
     client.abort()
     ended(client)
     assert client.fault()[0] == "WATCHDOG" and client.read_register("o1") == word_of(6.0)
@@ -253,22 +259,19 @@ def test_stage__more_words_than_fit__are_refused_until_discard(bench) -> None:
     assert not client.state().staged and not client.state().overflow
     client.stage([(0, word_of(4.0)), (0, word_of(7.0))])
     client.commit()
-    client.start()
-    ended(client)
+    run(client)
     assert client.version() == (1, 1) and client.read_register("o0") == word_of(8.0)
 
 
 def test_stage__commit_while_halted__waits_for_the_end_of_the_run(bench) -> None:
     rtl, client, _ = bench
     client.halt()
-    client.start()
-    client.wait(lambda state: state.halted)
+    held(client)
     client.stage([(0, word_of(100.0))])
     client.commit()
     rtl.clock(50)
     assert client.state().committing and client.read_register("k0") == word_of(2.0)
-    client.resume()
-    ended(client)
+    finished(client)
     rtl.clock(5)
     assert client.read_register("o0") == word_of(3.0) and client.version() == (1, 0)
     assert client.read_register("k0") == word_of(100.0)
@@ -277,14 +280,12 @@ def test_stage__commit_while_halted__waits_for_the_end_of_the_run(bench) -> None
 def test_program__written_while_halted__continues_at_the_bundle_that_waits(bench) -> None:
     _, client, image = bench
     client.set_breakpoint(1)
-    client.start()
-    client.wait(lambda state: state.halted)
+    held(client)
     words = list(image.words())
     for offset, word in words:  # the same program again
         client.write_word(BLOCK["program"] + offset, word)
     assert client.state().next == 1
-    client.resume()
-    ended(client)
+    finished(client)
     assert client.read_register("o1") == word_of(9.0) and client.fault()[0] == "NONE"
 
 

@@ -301,8 +301,7 @@ def test_uart__more_than_the_line_carries__loses_oldest_records_and_counts_them(
     rows, got, lost = uart_stream(700, 250, 4, noise)
     assert lost > 50 and len(got) + lost == 700
     assert FIELDS["UART_ERRORS"]["lost"].of(model().read(REGISTER["UART_ERRORS"])) == lost
-    places = {row: n for n, row in enumerate(rows[:1000])}
-    assert all(row in places or row in rows for row in got), "a record is torn"
+    assert set(got) <= set(rows), "a record is torn"
 
 
 def test_uart__armed_by_the_host_while_samples_are_made__begins_again(bench) -> None:

@@ -6,10 +6,13 @@ from __future__ import annotations
 import io
 import subprocess
 import sys
+from itertools import chain, repeat
 from pathlib import Path
+from unittest.mock import DEFAULT, Mock
 
 import pytest
 
+from asip_asm.cli_as import main as asip_as
 from sim.debugger.__main__ import main
 from sim.debugger.command_table import CommandError, find_command
 from sim.debugger.commands import Commands
@@ -75,16 +78,8 @@ def test_definitions_of_a_name_are_told_apart(leg):
 
 
 def test_places_of_breakpoints(leg):
-    for text, bundle in [
-        ("16", 4),
-        ("leg.s:16", 4),
-        ("(28)", 4),
-        ("*4", 4),
-        ("e", 4),
-        ("bundle 4", 4),
-    ]:
-        location = leg.session.location(text)
-        assert location.bundles == (bundle,), text
+    for text in ("16", "leg.s:16", "(28)", "*4", "e", "bundle 4"):
+        assert leg.session.location(text).bundles == (4,), text
     assert "first operation from line 2 on" in leg.session.location("2").text
     assert "(7), (28), (29), (30)" in leg.refuses("break (31)")
     assert "go to 7" in leg.refuses("break *8")
@@ -226,52 +221,52 @@ def test_scripts_end_at_their_first_error_with_its_line(leg, tmp_path):
     assert "No such file" in leg.refuses("source nothing.dbg")
 
 
-def run_main(*arguments: str, stdin: str = "", monkeypatch=None) -> int:
-    monkeypatch.setattr(sys, "stdin", io.StringIO(stdin))
-    return main(list(arguments))
+@pytest.fixture
+def run_main(monkeypatch):
+    def run(*arguments: object, stdin: str = "") -> int:
+        monkeypatch.setattr(sys, "stdin", io.StringIO(stdin))
+        return main([*map(str, arguments), "--iss"])
+
+    return run
 
 
-def test_exit_status(tmp_path, capsys, monkeypatch):
-    base = [str(LEG), "--iss", "--set", "x=0.3"]
+def test_exit_status(tmp_path, capsys, run_main):
+    base = [LEG, "--set", "x=0.3"]
     for arguments, status in [
         (["--batch", "-ex", "run"], 0),
         (["--batch", "-ex", "zork"], 1),
         (["--batch", "-ex", "assert 1 > 2"], 3),
         (["--batch", "-ex", "quit 7"], 7),
-        (["-x", str(tmp_path / "none")], 1),
+        (["-x", tmp_path / "none"], 1),
     ]:
-        assert run_main(*base, *arguments, monkeypatch=monkeypatch) == status, arguments
-    assert run_main(*base, stdin="run\np F\nquit\n", monkeypatch=monkeypatch) == 0
+        assert run_main(*base, *arguments) == status, arguments
+    assert run_main(*base, stdin="run\np F\nquit\n") == 0
     assert "F = " in capsys.readouterr().out
-    assert run_main(*base, stdin="zork\n", monkeypatch=monkeypatch) == 1
+    assert run_main(*base, stdin="zork\n") == 1
 
 
-def test_files_that_do_not_fit(tmp_path, capsys, monkeypatch):
-    from asip_asm.cli_as import main as asip_as
-
+def test_files_that_do_not_fit(tmp_path, capsys, run_main):
     image = tmp_path / "leg.asip.json"
     assert asip_as([str(LEG), "-o", str(image)]) == 0
     beside = tmp_path / "leg.asip.map.json"
     kept = beside.read_text()
     beside.unlink()
-    assert run_main(str(image), "--iss", monkeypatch=monkeypatch) == 1
+    assert run_main(image) == 1
     assert "asip-as and asip-model write it beside the image" in capsys.readouterr().err
     assert asip_as([str(LEG), "-O0", "-o", str(image)]) == 0
     beside.write_text(kept)
-    assert run_main(str(image), "--iss", monkeypatch=monkeypatch) == 1
+    assert run_main(image) == 1
     assert "another program" in capsys.readouterr().err
-    assert run_main(str(tmp_path / "none.s"), "--iss", monkeypatch=monkeypatch) == 1
-    assert run_main(str(LEG), "--iss", "--set", "w=1", monkeypatch=monkeypatch) == 2
+    assert run_main(tmp_path / "none.s") == 1
+    assert run_main(LEG, "--set", "w=1") == 2
 
 
-def test_changed_source_is_told(tmp_path, capsys, monkeypatch):
-    from asip_asm.cli_as import main as asip_as
-
+def test_changed_source_is_told(tmp_path, capsys, run_main):
     source, image = tmp_path / "leg.s", tmp_path / "leg.asip.json"
     source.write_text(LEG.read_text())
     assert asip_as([str(source), "-o", str(image)]) == 0
     source.write_text("; one line more\n" + LEG.read_text())
-    assert run_main(str(image), "--iss", "--batch", monkeypatch=monkeypatch) == 0
+    assert run_main(image, "--batch") == 0
     assert "changed since it was assembled" in capsys.readouterr().err
 
 
@@ -291,15 +286,7 @@ def test_target_that_is_gone_can_be_found_again(leg):
 
 def test_ctrl_c_halts_the_core(leg):
     target = leg.session.target
-    polls = iter([KeyboardInterrupt])
-    real = target.poll
-
-    def poll(seconds: float):
-        for error in polls:
-            raise error
-        return real(seconds)
-
-    target.poll = poll
+    target.poll = Mock(wraps=target.poll, side_effect=chain([KeyboardInterrupt], repeat(DEFAULT)))
     assert "halted at bundle 0" in leg.tell("run")
     assert leg.session.in_run
     assert "end of tick 0" in leg.tell("continue")

@@ -139,14 +139,8 @@ def test_fault_and_the_tick_behind_it(core):
     assert "end of tick 0" in ours.tell("run")
 
 
-def test_halt_of_a_core_that_runs_and_cycles(core, tmp_path):
-    endless = tmp_path / "endless.s"
-    endless.write_text(
-        ".watchdog 4000000000\n.input x\n.output y, safe = 0.0\n.const one = 1 : int\n"
-        "        mov i, one\nagain:\n        iadd i, i, one\n        bnz i, again\n"
-        "        mov y, x\n        halt\n"
-    )
-    ours, _ = both(endless, core)
+def test_halt_of_a_core_that_runs_and_cycles(core):
+    ours, _ = both(HERE / "endless.s", core)
     ours.session.pause.set()
     assert "halted at bundle" in ours.tell("run")
     ours.tell("kill")

@@ -134,13 +134,8 @@ def test_frames_of_macro_calls(client):
     client.ask("disconnect")
 
 
-def test_pause_and_breakpoints_while_it_runs(client, tmp_path):
-    endless = tmp_path / "endless.s"
-    endless.write_text(
-        ".watchdog 4000000000\n.input x\n.output y, safe = 0.0\n.const one = 1 : int\n"
-        "        mov i, one\nagain:\n        iadd i, i, one\n        bnz i, again\n"
-        "        mov y, x\n        halt\n"
-    )
+def test_pause_and_breakpoints_while_it_runs(client):
+    endless = HERE / "endless.s"
     launch(client, endless, set={})
     client.ask("configurationDone")
     refused = client.request("stackTrace", threadId=1)

@@ -31,13 +31,7 @@ def test_keys_of_the_prompt(tmp_path):
 
 
 def test_ctrl_c_halts_a_core_that_runs(tmp_path):
-    endless = tmp_path / "endless.s"
-    endless.write_text(
-        ".watchdog 4000000000\n.input x\n.output y, safe = 0.0\n.const one = 1 : int\n"
-        "        mov i, one\nagain:\n        iadd i, i, one\n        bnz i, again\n"
-        "        mov y, x\n        halt\n"
-    )
-    with Terminal(tmp_path, str(endless), "--iss") as terminal:
+    with Terminal(tmp_path, str(HERE / "endless.s"), "--iss") as terminal:
         terminal.wait_for(PROMPT)
         terminal.type("run\r")
         terminal.wait_for("halted at bundle", again="\x03")

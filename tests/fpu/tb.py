@@ -26,7 +26,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sim.fpbench import softfloat as reference
+from sim.core_backends import flag_text
 from sim.harness.assertions import assertions_of
 from sim.harness.plain import plain
 from tests.bench.faults import write_if_changed
@@ -231,8 +231,8 @@ def check(operation: Operation, operands: np.ndarray, issue: np.ndarray | None =
         return
     lines = [
         f"FAIL {case_line(operation, operands[i])}"
-        f"  want {int(want_bits[i]):08x} {reference.flag_text(int(want_flags[i]))}"
-        f"  got {int(got['result_o'][i]):08x} {reference.flag_text(int(got['flags_o'][i]))}"
+        f"  want {int(want_bits[i]):08x} {flag_text(int(want_flags[i]))}"
+        f"  got {int(got['result_o'][i]):08x} {flag_text(int(got['flags_o'][i]))}"
         for i in wrong[:SHOWN_FAILURES]
     ]
     first = case_line(operation, operands[wrong[0]])

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Facts the unit tests rely on: SoftFloat's modes, NaN results and the flag order."""
 
+from sim.core_backends import flag_text
 from sim.fpbench import softfloat as reference
 from tests.fpu.tb import single
 
@@ -18,8 +19,8 @@ def test_flags__each_exception__has_its_own_bit() -> None:
     assert single(reference.div, 0x3F800000, 0) == (0x7F800000, 0b01000)
     assert single(reference.add, 0x7F7FFFFF, 0x7F7FFFFF) == (0x7F800000, 0b00101)
     assert single(reference.mul, 0x00800001, 0x3F000000) == (0x00400000, 0b00011)
-    assert reference.flag_text(0b00101) == "of nx"
-    assert reference.flag_text(0) == "-"
+    assert flag_text(0b00101) == "of nx"
+    assert flag_text(0) == "-"
 
 
 def test_tininess__rounded_up_to_smallest_normal__detected_after_rounding() -> None:

@@ -11,9 +11,10 @@ import re
 import socket
 import struct
 import threading
+from functools import cache
 
-from sim.gdb.server import Connection, NiosSystem, Server
-from sim.harness.nios_image import Program
+from sim.gdb.server import Connection, NiosSystem, Server, serve
+from sim.harness.nios_image import IMAGES, Program, read_elf
 from sim.harness.nios_rtl import NiosRtl
 
 PC, SP, RA, STATUS = 32, 27, 31, 33
@@ -99,6 +100,38 @@ class Client:
     def go(self, packet: str = "c") -> bytes:
         """Let the program run until it stops; the stop reply."""
         return self.ask(packet)
+
+
+@cache
+def system() -> NiosRtl:
+    """One model of FPGA2 for all tests of the process."""
+    return NiosRtl("fpga2", debug=True)
+
+
+@cache
+def program(name: str) -> Program:
+    """A committed program."""
+    return read_elf(IMAGES / f"{name}.elf")
+
+
+def listening(
+    core: NiosRtl, elf: Program, place: str
+) -> tuple[threading.Thread, list[str], list[int]]:
+    """A server in a thread that waits for debuggers: what it says, its status behind its end."""
+    said: list[str] = []
+    status: list[int] = []
+    listens = threading.Event()
+
+    def say(text: str) -> None:
+        said.append(text)
+        listens.set()
+
+    server = threading.Thread(
+        target=lambda: status.append(serve(core, elf, place, say)), daemon=True
+    )
+    server.start()
+    assert listens.wait(2 * TIMEOUT)
+    return server, said, status
 
 
 def stopped_at(reply: bytes) -> int:

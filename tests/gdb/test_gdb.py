@@ -5,15 +5,15 @@ from __future__ import annotations
 
 import re
 import subprocess
-import threading
+from pathlib import Path
 
 import pytest
 
-from sim.gdb.server import serve
 from sim.harness.nios_image import read_elf
 from sim.harness.nios_rtl import NiosRtl
 from sim.harness.plain import ROOT
 from tests.bench.needs import needs, require
+from tests.gdb.client import listening
 
 # Command, and what its output must match; speeds are those that the program itself prints.
 SESSION = (
@@ -77,25 +77,19 @@ def session(system: str) -> list[tuple[str, str]]:
     return [row for row in SESSION if system != "fpga1" or "fsat0" not in row[0]]
 
 
+def compiled(name: str, system: str, folder: Path) -> Path:
+    """A demo program for a system, with what GDB wants to know of it."""
+    elf = folder / f"{name}.elf"
+    compiler = [ROOT / "nios_sw/nios-gcc", "--system", system, "-O1", "-g"]
+    subprocess.run([*compiler, f"nios_sw/demo/{name}.c", "-o", elf], cwd=ROOT, check=True)
+    return elf
+
+
 @needs("nios-gcc", "nios-gdb")
 @pytest.mark.parametrize("system", [pytest.param("fpga1", marks=pytest.mark.full), "fpga2"])
 def test_session_of_forty_commands_on_a_program_of_the_project(tmp_path, system):
-    elf = tmp_path / "speed.elf"
-    compiler = [ROOT / "nios_sw/nios-gcc", "--system", system, "-O1", "-g"]
-    subprocess.run([*compiler, "nios_sw/demo/speed.c", "-o", elf], cwd=ROOT, check=True)
-    said: list[str] = []
-    listens, status = threading.Event(), []
-
-    def say(text: str) -> None:
-        said.append(text)
-        listens.set()
-
-    core = NiosRtl(system, debug=True)
-    server = threading.Thread(
-        target=lambda: status.append(serve(core, read_elf(elf), "0", say)), daemon=True
-    )
-    server.start()
-    assert listens.wait(60)
+    elf = compiled("speed", system, tmp_path)
+    server, said, status = listening(NiosRtl(system, debug=True), read_elf(elf), "0")
     place = said[0].rpartition(" ")[2]
     lines = ["set confirm off", "set pagination off", "set width 0", f"target remote {place}"]
     for number, (command, _) in enumerate(session(system)):
@@ -128,9 +122,7 @@ def test_session_of_forty_commands_on_a_program_of_the_project(tmp_path, system)
 @pytest.mark.full
 @pytest.mark.parametrize("system", ["fpga1", "fpga2"])
 def test_gdb_loads_a_program_into_an_empty_system_through_a_pipe(tmp_path, system):
-    elf = tmp_path / "hello.elf"
-    compiler = [ROOT / "nios_sw/nios-gcc", "--system", system, "-O1", "-g"]
-    subprocess.run([*compiler, "nios_sw/demo/hello.c", "-o", elf], cwd=ROOT, check=True)
+    elf = compiled("hello", system, tmp_path)
     server = f"{ROOT}/.venv/bin/nios-run --system {system} --gdb -"
     commands = ["set remotetimeout 300", f"target remote | {server}", "load", "continue"]
     done = subprocess.run(

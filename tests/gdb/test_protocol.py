@@ -5,14 +5,11 @@ from __future__ import annotations
 
 import struct
 import xml.etree.ElementTree as ElementTree
-from functools import cache
 
 import pytest
 
 from sim.harness.n2_lockstep_isa import default_isa
-from sim.harness.nios_image import IMAGES, Program, read_elf
-from sim.harness.nios_rtl import NiosRtl
-from tests.gdb.client import PC, STATUS, Client, Debugged, framed, stopped_at
+from tests.gdb.client import PC, STATUS, Client, Debugged, framed, program, stopped_at, system
 
 ISA = default_isa()
 DTCM, CONSOLE = 0x1004_0000, 0x2000_005C
@@ -22,18 +19,6 @@ GDB_NAMES = (
 )
 GDB_NAMES += "et bt gp sp fp ea sstatus ra pc status estatus bstatus ienable ipending cpuid ctl6 "
 GDB_NAMES += "exception pteaddr tlbacc tlbmisc eccinj badaddr config mpubase mpuacc"
-
-
-@cache
-def system(platform: str = "fpga2") -> NiosRtl:
-    """One model for all tests of the process."""
-    return NiosRtl(platform, debug=True)
-
-
-@cache
-def program(name: str) -> Program:
-    """A committed program."""
-    return read_elf(IMAGES / f"{name}.elf")
 
 
 def debugged(name: str = "run/demo_hello_fpga2") -> Debugged:

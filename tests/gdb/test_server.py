@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import socket
-import threading
 
 import pytest
 
@@ -12,7 +11,7 @@ from sim.gdb.server import ServerError, place_of, serve
 from sim.harness.nios_image import IMAGES, read_elf
 from sim.harness.nios_rtl import NiosRtl
 from sim.nios_run import main
-from tests.gdb.client import TIMEOUT, Client, stopped_at
+from tests.gdb.client import TIMEOUT, Client, listening, stopped_at
 
 HELLO = read_elf(IMAGES / "run/demo_hello_fpga2.elf")
 
@@ -47,19 +46,7 @@ def test_port_that_is_taken_is_an_error_with_its_cure():
 
 def test_two_debuggers_one_after_the_other_over_tcp():
     """The first goes without a word, the second detaches, the program ends by itself."""
-    said: list[str] = []
-    listens, status = threading.Event(), []
-
-    def say(text: str) -> None:
-        said.append(text)
-        listens.set()
-
-    core = NiosRtl("fpga2", debug=True)
-    server = threading.Thread(
-        target=lambda: status.append(serve(core, HELLO, ":0", say)), daemon=True
-    )
-    server.start()
-    assert listens.wait(TIMEOUT)
+    server, said, status = listening(NiosRtl("fpga2", debug=True), HELLO, ":0")
     host, _, port = said[0].rpartition(" ")[2].partition(":")
     main_at = HELLO.address("main")
     with socket.create_connection((host, int(port))) as peer:

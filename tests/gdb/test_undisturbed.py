@@ -11,14 +11,17 @@ import pytest
 
 from sim.gdb.module import DebugModule
 from sim.gdb.server import NiosSystem
-from sim.harness.nios_image import IMAGES, Program, read_elf
+from sim.harness.nios_image import IMAGES, read_elf
 from sim.harness.nios_rtl import NiosRtl
 from tests.bench.seed import SEED
-from tests.gdb.client import Client, Debugged, stopped_at
+from tests.gdb.client import Client, Debugged, program, stopped_at, system
 
 BA = 30  # the debugger's own
 DTCM, STACK = 0x1004_0000, 0x1004_FF00
-SHORT = ("set_jump", "state_machine", "recursion", "variadic", "queens", "fixed_point")
+SHORT = [
+    f"tests/{name}"  # of nios_sw, they end by `break 1`
+    for name in ("set_jump", "state_machine", "recursion", "variadic", "queens", "fixed_point")
+]
 LIMIT = 10_000_000  # cycles
 
 
@@ -30,18 +33,6 @@ class Final:
     registers: tuple[int, ...]
     memory: bytes
     instructions: int
-
-
-@cache
-def system() -> NiosRtl:
-    """One model for all tests of the process."""
-    return NiosRtl("fpga2", debug=True)
-
-
-@cache
-def program(name: str) -> Program:
-    """A program of nios_sw/tests; it ends by `break 1`."""
-    return read_elf(IMAGES / f"tests/{name}.elf")
 
 
 def clear(nios: NiosSystem) -> None:
@@ -88,23 +79,25 @@ class Disturber:
 
     def run(self, packet: str) -> None:
         """Let it run by a packet; notes its end."""
-        reply = self.gdb.go(packet)
+        self._take(self.gdb.go(packet))
+
+    def _take(self, reply: bytes) -> None:
         while reply.startswith(b"O"):
             reply = self.gdb.packet()
         self.ended = reply.startswith(b"W")
 
     def breakpoint(self) -> None:
         """A breakpoint of either kind."""
-        point = f"{self.rng.randrange(2)},{self.rng.choice(self.places):x},4"
+        self._insert(f"{self.rng.randrange(2)},{self.rng.choice(self.places):x},4")
+
+    def _insert(self, point: str) -> None:
         if self.gdb.ask("Z" + point) == b"OK":
             self.points.append(point)
 
     def watchpoint(self) -> None:
         """A watchpoint on the stack or in the data."""
         address = self.rng.choice((STACK, DTCM)) + self.rng.randrange(0x100)
-        point = f"{self.rng.randint(2, 4)},{address:x},{self.rng.choice((1, 2, 4, 8)):x}"
-        if self.gdb.ask("Z" + point) == b"OK":
-            self.points.append(point)
+        self._insert(f"{self.rng.randint(2, 4)},{address:x},{self.rng.choice((1, 2, 4, 8)):x}")
 
     def remove(self) -> None:
         """One of them goes."""
@@ -125,10 +118,7 @@ class Disturber:
         """On, and Ctrl-C at once."""
         self.gdb.send(b"c")
         self.gdb.peer.sendall(b"\x03")
-        reply = self.gdb.packet()
-        while reply.startswith(b"O"):
-            reply = self.gdb.packet()
-        self.ended = reply.startswith(b"W")
+        self._take(self.gdb.packet())
 
     def look(self) -> None:
         """Registers read and written back, memory read."""
@@ -176,7 +166,7 @@ def test_a_thousand_runs_with_random_halts():
 
 def test_every_breakpoint_of_a_function_is_met_in_the_order_of_execution():
     """Single steps alone and breakpoints on every instruction alone see the same addresses."""
-    name, seen = "recursion", []
+    name, seen = "tests/recursion", []
     for kind in ("s", "c"):
         with Debugged(system(), program(name)) as gdb:
             main = program(name).symbols["main"]

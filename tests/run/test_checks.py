@@ -21,11 +21,17 @@ AGH = Path("sim/paths/agh.ngc")
 KEPT = {"leg": 9e-7, "tool": 4e-6, "table": 4e-5}
 
 
+def nios(platform, words, tau4):
+    """Part of the results: ticks with other words than the PC's by row, and tau4 by its limit."""
+    found = {"words_other_than_pc_float32": words, "tau4_to_pc_of_limit": tau4}
+    return {"nios": {platform: found}}
+
+
 def results(**changes):
     """Results that keep everything, but for what a test changes."""
     data = {
         "worst_fraction_of_bound": {"optimised": dict.fromkeys(OUTPUTS, 1.0)},
-        "nios": {"fpga1": {"words_other_than_pc_float32": {}, "tau4_to_pc_of_limit": 1.0}},
+        **nios("fpga1", {}, 1.0),
         "tracking": {"max_leg_error_m": 1.0, "optimised": dict(KEPT)},
     }
     return data | changes
@@ -53,25 +59,11 @@ def test_bounds__all_kept__are_ok():
             "fpga1: error of tau5 is nan of its bound",
         ),
         (
-            {
-                "nios": {
-                    "fpga2": {
-                        "words_other_than_pc_float32": {"v3": 7, "tau4": 9},
-                        "tau4_to_pc_of_limit": 0.5,
-                    }
-                }
-            },
+            nios("fpga2", {"v3": 7, "tau4": 9}, 0.5),
             "fpga2: v3 differs from the PC's float32 in 7 ticks",
         ),
         (
-            {
-                "nios": {
-                    "fpga2": {
-                        "words_other_than_pc_float32": {"tau4": 9},
-                        "tau4_to_pc_of_limit": 1.01,
-                    }
-                }
-            },
+            nios("fpga2", {"tau4": 9}, 1.01),
             "fpga2: tau4 differs by more than the sine's last bit",
         ),
         (

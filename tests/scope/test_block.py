@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import threading
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -87,11 +88,13 @@ def source_of(machine: Machine, **more) -> BlockSource:
     return BlockSource(lambda: connect(machine), machine.image, NAMES, 1e-3, **more)
 
 
-def until(source: BlockSource, enough) -> list[Event]:
-    """Events up to the first one that is enough."""
+def until(source: BlockSource, enough, session: Session | None = None) -> list[Event]:
+    """Events up to the first one that is enough; a session takes them."""
     events = []
     while not events or not enough(events[-1]):
         events.append(source.wait())
+        if session:
+            session.take(events[-1])
     return events
 
 
@@ -104,8 +107,7 @@ def test_block__every_run__the_words_that_the_core_wrote(machine):
     session = Session(source.description)
     for total in range(50, 301, 50):
         machine.run(rng.normal(size=50))
-        for event in until(source, end_at(total)):
-            session.take(event)
+        until(source, end_at(total), session)
     values = session.ring.window(0, 300).values
     assert len(values) == 300 and session.lost == 0
     assert values[:, 0].tolist() == machine.y  # bit for bit: both are exact in float64
@@ -153,11 +155,9 @@ def test_block__fault__the_black_box_is_the_ring_of_the_block(machine, way, monk
     session = Session(source.description)
     last = 120 if serial else 700
     machine.run(np.append(np.linspace(0.0, 1.0, last), np.nan))
-    events = until(source, lambda event: isinstance(event, Fault))
-    for event in events:
-        session.take(event)
-    assert events[-1].tick == last
-    assert "NOT_FINITE" in events[-1].text and "integrator.s:10: fsat y" in events[-1].text
+    (*_, fault) = until(source, lambda event: isinstance(event, Fault), session)
+    assert fault.tick == last
+    assert "NOT_FINITE" in fault.text and "integrator.s:10: fsat y" in fault.text
     box = session.part("blackbox")
     first = max(last + 1 - 4096 // 8, 0)
     assert box.values[:, 2].tolist() == list(range(first, last + 1))
@@ -186,10 +186,8 @@ def test_block__its_own_trigger__the_ring_around_it_is_whole(machine, loses, mon
         monkeypatch.setattr(source._client, "drain", lambda: Records(0, []))
     session = Session(source.description)
     machine.run(np.full(900, 2.0))  # y = 5, 10, ..: 1000 in run 199
-    events = until(source, lambda event: isinstance(event, Note))
-    for event in events:
-        session.take(event)
-    assert events[-1].text == "trigger 'y rising 1000': tick 199"
+    (*_, note) = until(source, lambda event: isinstance(event, Note), session)
+    assert note.text == "trigger 'y rising 1000': tick 199"
     begin, end = 199 - 128, 199 + 384  # of 512 records
     kept = session.ring.window(begin, end).values
     assert session.ring.end == end and kept[:, 2].tolist() == list(range(begin, end))
@@ -286,17 +284,13 @@ def test_block__core_with_another_program__is_refused(machine, tmp_path, monkeyp
     # Somebody loads another program while the link is gone: told until it is the right one again.
     source = source_of(machine)
     machine.model.load(other)
-    monkeypatch.setattr(source._client, "state", _garbage)
+    monkeypatch.setattr(source._client, "state", Mock(side_effect=PacketError("garbage")))
     assert source.wait() == Note("garbage; trying again")
     assert "another program than 'integrator'" in source.wait().text
     machine.model.load(machine.image)
     until(source, lambda event: event == Note(""))
     machine.run(np.ones(5))
     until(source, end_at(5))
-
-
-def _garbage() -> None:
-    raise PacketError("garbage")
 
 
 def test_block__through_the_page__gains_and_curves(machine):

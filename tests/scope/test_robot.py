@@ -14,7 +14,7 @@ import scipy.signal
 from rich.console import Console
 
 from sim.debug.packets import line_bits
-from sim.model.records import COUNTS, OUTPUTS
+from sim.model.records import COUNTS, OUTPUTS, SetPoints
 from sim.scope.process import ScopeProcess
 from sim.scope.source import VERSION, Block, Commit, End, Event, Pace, SourceError, Step
 from sim.scope.tap import TapSource
@@ -23,6 +23,14 @@ from tests.scope.robot_loop import ROBOT, Loop, described, path
 
 STEP_TICKS = 1500
 LIMIT = 120.0  # s, guard against a hang
+
+
+def started(wanted: SetPoints) -> tuple[TapSource, Loop]:
+    """A scope's source and the loop of a path, which waits for it."""
+    source = TapSource(*described(wanted))
+    loop = Loop(wanted, source.place)
+    loop.start()
+    return source, loop
 
 
 def watch(source: TapSource) -> tuple[list[Event], np.ndarray, int]:
@@ -40,10 +48,8 @@ def test_watched_loop__same_bits_as_alone__and_the_scope_has_every_tick():
     wanted = path(500, reach=0.02)
     alone = Loop(wanted, None)
     alone.run()
-    about, tuner = described(wanted)
-    source = TapSource(about, tuner)
-    loop = Loop(wanted, source.place)
-    loop.start()
+    source, loop = started(wanted)
+    about = source.description
     _, values, first = watch(source)
     loop.join(LIMIT)
     assert (first, len(values), loop.touched) == (0, 500, ())
@@ -67,10 +73,8 @@ def test_watched_loop__same_bits_as_alone__and_the_scope_has_every_tick():
 
 def test_commit__changes_all_words_between_two_ticks():
     wanted = path(3000)
-    about, tuner = described(wanted)
-    source = TapSource(about, tuner)
-    loop = Loop(wanted, source.place)
-    loop.start()
+    source, loop = started(wanted)
+    about = source.description
     source.send(Commit(1, {"f_table": 15.0, "KV_legs": 600.0}))
     source.send(Step("gamma", 1e-3, 1000))
     events, values, _ = watch(source)
@@ -115,10 +119,7 @@ def test_parameter__takes_its_constants_back():
 
 
 def test_scope_that_goes_away__leaves_the_loop_running():
-    wanted = path(600)
-    source = TapSource(*described(wanted))
-    loop = Loop(wanted, source.place)
-    loop.start()
+    source, loop = started(path(600))
     source.send(Pace(paused=False))
     source.wait()
     source.close()

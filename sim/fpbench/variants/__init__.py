@@ -12,9 +12,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from sim.fpbench import native
-from sim.fpbench.directed import rows_of
 from sim.fpbench.native import RTL, TOP_SOURCES, Report, Unit, sources
-from sim.fpbench.quick import merged, parts, quick
+from sim.fpbench.quick import run_parts
 from sim.harness.build import ROOT
 
 VARIANTS = {"fp_divsqrt_folded": "fp_divsqrt", "fp_sincos_overlapped": "fp_sincos"}
@@ -54,13 +53,7 @@ def short_set(
     cases: int | None = None,
 ) -> Report:
     """As `quick`, with the operation executed by one of these units if that is its name."""
-    if name not in VARIANTS:
-        return quick(op, rtl, defines, seed, cases)
-    unit = bench_unit(name, rtl, defines)
-    reports = [unit.run_list(op, rows_of(op))]
-    for part in parts(unit, op, seed, cases):
-        reports.append(unit.run(op, part.kind, part.start, part.count, part.seed, part.gaps))
-    return merged(reports, "quick", seed)
+    return run_parts(bench_unit(name, rtl, defines), op, seed, cases)
 
 
 def fingerprint(unit: str) -> str:

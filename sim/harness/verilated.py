@@ -1,0 +1,47 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One instance of a Verilated model in this process, by the C interface of its harness."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from sim.harness.waves import load_model
+
+Signatures = Mapping[str, tuple[Any, ...]]
+"""By name of a C function: the type of its result, None without, and those of its arguments behind
+the model."""
+
+
+class Verilated:
+    """prefix, end: `<prefix>_new` makes a model, `<prefix>_<end>` frees it.
+
+    The functions of a library of `build_library` have the model, here `_handle`, as first argument.
+    """
+
+    prefix: str
+    end = "free"
+    _handle: int | None = None
+
+    def __init__(self, library: Path, signatures: Signatures) -> None:
+        self._lib = load_model(library)
+        self._bind({self.end: (None,), **signatures})
+        new = getattr(self._lib, f"{self.prefix}_new")
+        new.restype = ctypes.c_void_p
+        self._handle = new()
+
+    def _bind(self, signatures: Signatures) -> None:
+        for name, (result, *arguments) in signatures.items():
+            function = getattr(self._lib, f"{self.prefix}_{name}")
+            function.restype, function.argtypes = result, [ctypes.c_void_p, *arguments]
+
+    def close(self) -> None:
+        """Free the model; the object is of no use afterwards."""
+        if self._handle is not None:
+            getattr(self._lib, f"{self.prefix}_{self.end}")(self._handle)
+            self._handle = None
+
+    def __del__(self) -> None:
+        self.close()
