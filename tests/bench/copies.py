@@ -40,3 +40,12 @@ def edited(source: Path, folder: Path, old: str, new: str) -> Path:
     copy = folder / source.name
     copy.write_text(text.replace(old, new, 1), encoding="utf-8")
     return copy
+
+
+def changed(source: Path, folder: Path, change: str) -> Path:
+    """As `edited`, for a change `a<b|c>d`: `abd` in the source, `acd` in the copy.
+
+    There is no `<` in a, no `|` in b and no `>` in d.
+    """
+    before, right, wrong, after = re.fullmatch(r"([^<]*)<([^|]*)\|(.*)>(.*)", change, re.S).groups()
+    return edited(source, folder, before + right + after, before + wrong + after)

@@ -9,6 +9,7 @@ for a full pipeline.
 
 from __future__ import annotations
 
+from collections import ChainMap
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
@@ -24,40 +25,28 @@ PREPARE = (
     "opt_clean; check"
 )
 
-BINARY = {
-    "and": Kind.BV_AND,
-    "or": Kind.BV_OR,
-    "xor": Kind.BV_XOR,
-    "nand": Kind.BV_NAND,
-    "nor": Kind.BV_NOR,
-    "xnor": Kind.BV_XNOR,
-    "add": Kind.BV_ADD,
-    "sub": Kind.BV_SUB,
-    "mul": Kind.BV_MUL,
-    "sll": Kind.BV_SHL,
-    "srl": Kind.BV_SHR,
-    "sra": Kind.BV_ASHR,
-    "concat": Kind.BV_CONCAT,
-}
-UNARY = {
-    "not": Kind.BV_NOT,
-    "neg": Kind.BV_NEG,
-    "redand": Kind.BV_REDAND,
-    "redor": Kind.BV_REDOR,
-    "redxor": Kind.BV_REDXOR,
-}
-COMPARE = {
-    "eq": (Kind.EQUAL, False),
-    "neq": (Kind.EQUAL, True),
-    "ult": (Kind.BV_ULT, False),
-    "ulte": (Kind.BV_ULE, False),
-    "ugt": (Kind.BV_UGT, False),
-    "ugte": (Kind.BV_UGE, False),
-    "slt": (Kind.BV_SLT, False),
-    "slte": (Kind.BV_SLE, False),
-    "sgt": (Kind.BV_SGT, False),
-    "sgte": (Kind.BV_SGE, False),
-}
+
+def operators(names: str, **others: Kind) -> dict[str, Kind]:
+    """Operators of BTOR2 by name: the solver has `names` too, and calls `others` otherwise."""
+    return {name: Kind[f"BV_{name.upper()}"] for name in names.split()} | others
+
+
+BINARY = operators(
+    "and or xor nand nor xnor add sub mul concat",
+    sll=Kind.BV_SHL,
+    srl=Kind.BV_SHR,
+    sra=Kind.BV_ASHR,
+)
+UNARY = operators("not neg redand redor redxor")
+COMPARE = operators(
+    "ult ugt slt sgt",
+    eq=Kind.EQUAL,
+    neq=Kind.EQUAL,  # of which the result is negated
+    ulte=Kind.BV_ULE,
+    ugte=Kind.BV_UGE,
+    slte=Kind.BV_SLE,
+    sgte=Kind.BV_SGE,
+)
 
 
 class ElaborationError(RuntimeError):
@@ -180,31 +169,25 @@ class Run:
 
     def input(self, name: str, cycle: int = 0) -> Term:
         """Input port in a cycle."""
-        if name not in self.netlist.inputs:
-            raise ElaborationError(f"no input `{name}` in the netlist")
-        return self._value(self.netlist.inputs[name], cycle)
+        return self._found("input", self.netlist.inputs, name, cycle)
 
     def output(self, name: str, cycle: int) -> Term:
         """Output port in a cycle."""
-        if name not in self.netlist.outputs:
-            raise ElaborationError(f"no output `{name}` in the netlist")
-        return self._value(self.netlist.outputs[name], cycle)
+        return self._found("output", self.netlist.outputs, name, cycle)
 
     def signal(self, name: str, cycle: int) -> Term:
         """Internal signal, by its hierarchical name, in a cycle."""
-        if name not in self.netlist.names:
-            raise ElaborationError(f"no signal `{name}` in the netlist")
-        return self._value(self.netlist.names[name], cycle)
+        return self._found("signal", self.netlist.names, name, cycle)
+
+    def _found(self, kind: str, nodes: Mapping[str, int], name: str, cycle: int) -> Term:
+        if name not in nodes:
+            raise ElaborationError(f"no {kind} `{name}` in the netlist")
+        return self._value(nodes[name], cycle)
 
     def on(self, name: str, cycle: int = 0) -> Term:
         """Whether a port or an internal signal of one bit is 1 in a cycle."""
-        if name in self.netlist.inputs:
-            term = self.input(name, cycle)
-        elif name in self.netlist.outputs:
-            term = self.output(name, cycle)
-        else:
-            term = self.signal(name, cycle)
-        return self.logic.eq(term, 1)
+        nodes = ChainMap(self.netlist.inputs, self.netlist.outputs, self.netlist.names)
+        return self.logic.eq(self._found("signal", nodes, name, cycle), 1)
 
     def named(self, ending: str) -> str:
         """The one internal signal whose hierarchical name ends so."""
@@ -249,11 +232,8 @@ class Run:
         if node in self._cut or words[0] in ("input", "const", "zero", "one", "ones"):
             return []
         if words[0] == "state":
-            return (
-                [(self.netlist.next[node], cycle - 1)]
-                if cycle and node in self.netlist.next
-                else []
-            )
+            written = cycle and node in self.netlist.next
+            return [(self.netlist.next[node], cycle - 1)] if written else []
         count = 1 if words[0] in UNARY or words[0] in ("slice", "uext", "sext") else 2
         return [(int(word), cycle) for word in words[2 : 2 + (3 if words[0] == "ite" else count)]]
 
@@ -281,9 +261,8 @@ class Run:
         if kind in UNARY:
             return logic.op(UNARY[kind], *operands)
         if kind in COMPARE:
-            operator, inverted = COMPARE[kind]
-            truth = logic.op(operator, *operands)
-            return logic.vector(logic.no(truth) if inverted else truth)
+            truth = logic.op(COMPARE[kind], *operands)
+            return logic.vector(logic.no(truth) if kind == "neq" else truth)
         if kind == "ite":
             return logic.ite(logic.eq(operands[0], 1), operands[1], operands[2])
         if kind == "slice":

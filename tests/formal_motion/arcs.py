@@ -205,13 +205,11 @@ class Arc(Observer):
     # ---- the unit's own numbers ----
     def unit(self, run: Run, cycle: int) -> dict[str, Int]:
         logic = run.logic
-        unsigned = ("p_q", "q_q", "end_p_q", "end_q_q", "borders_q", "quadrant_q", "turns_q")
+        unsigned = ("p_q", "q_q", "end_p_q", "end_q_q", "borders_q", "turns_q")
+        unsigned += ("quadrant_q", "end_quadrant_q")
         signed = ("u_q", "v_q", "end_u_q", "end_v_q", "error_q", "left_q")
         numbers = {n: Int.unsigned(logic, run.signal(n, cycle)) for n in unsigned}
-        numbers |= {n: Int(logic, run.signal(n, cycle)) for n in signed}
-        return numbers | {
-            "end_quadrant_q": Int.unsigned(logic, run.signal("end_quadrant_q", cycle))
-        }
+        return numbers | {n: Int(logic, run.signal(n, cycle)) for n in signed}
 
     def state(self, run: Run, cycle: int, *names: int) -> Truth:
         found = ~always(run.logic)
@@ -248,19 +246,13 @@ class Arc(Observer):
         moving = self.state(run, cycle, MOVE)
         move_p, move_q = (flag(run, run.signal(name, cycle)) for name in ("move_p_q", "move_q_q"))
         # what the step under way leads to
-        next_p = p - Int.count(logic, (moving & move_p).term)
-        next_q = q + Int.count(logic, (moving & move_q).term)
-        changes = (
-            (moving & move_p).ite(-p.twice() + 1, 0),
-            (moving & move_q).ite(q.twice() + 1, 0),
-        )
+        leaves_p, leaves_q = moving & move_p, moving & move_q
+        step_p, step_q = (Int.count(logic, leaves.term) for leaves in (leaves_p, leaves_q))
+        next_p, next_q = p - step_p, q + step_q
+        changes = (leaves_p.ite(-p.twice() + 1, 0), leaves_q.ite(q.twice() + 1, 0))
         change = logic.add(*(each.bits(self.room) for each in changes))
         next_n = Int(logic, logic.add(own["n"], change))
-        left = (
-            unit["left_q"]
-            - Int.count(logic, (moving & move_p).term)
-            - Int.count(logic, (moving & move_q).term)
-        )
+        left = unit["left_q"] - step_p - step_q
         modes = flag(run, run.signal("combined_q", cycle)).matches(combined)
         modes &= flag(run, run.signal("clockwise_q", cycle)).matches(flag(run, own["clockwise"]))
         quadrants = (unit["quadrant_q"] + unit["borders_q"] - unit["end_quadrant_q"]).bits(2)
