@@ -6,7 +6,6 @@ from __future__ import annotations
 import json
 import os
 import signal
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -23,11 +22,9 @@ from sim.page.marks import MarksError
 from sim.run import closed_loop
 from sim.run.controller import ControllerFault
 from sim.run.nios import set_points
-from sim.trajectory.exact_stop import MotionSettings, generate
+from sim.trajectory.exact_stop import generate
+from tests.dual.test_path import MOVES, QUICK, SHORT
 
-MOVES = Path(__file__).with_name("moves.ngc")
-SHORT = 512
-QUICK = MotionSettings(acceleration_time=0.012, jerk_time=0.005, lead_in=0.001)
 TICKS = 120
 
 

@@ -59,21 +59,17 @@ def asked(state: str, word: int, edge: bool) -> set[str]:
     """States that the table of python-canopen leads to with this controlword."""
     found = set()
     for (before, after), command in State402.TRANSITIONTABLE.items():
-        if before != state:
+        if before != state or before == "FAULT REACTION ACTIVE":
             continue
         if command == State402.CW_SWITCH_ON_DISABLED:
-            if edge:
-                found.add(after)
-            continue
-        if (before, after) in (("NOT READY TO SWITCH ON", "SWITCH ON DISABLED"),):
-            found.add(after)
-            continue
-        if before == "FAULT REACTION ACTIVE":
-            continue
-        care = CARE[command]
-        if (before, after) == ("OPERATION ENABLED", "SWITCHED ON"):
-            care = DISABLE_OPERATION
-        if word & care == command & care:
+            leads = edge
+        elif before == "NOT READY TO SWITCH ON":
+            leads = True
+        else:
+            disables = (before, after) == ("OPERATION ENABLED", "SWITCHED ON")
+            care = DISABLE_OPERATION if disables else CARE[command]
+            leads = word & care == command & care
+        if leads:
             found.add(after)
     if state in ("READY TO SWITCH ON", "SWITCHED ON") and word & 0x86 == QUICK_STOP:
         found.add("SWITCH ON DISABLED")
@@ -106,9 +102,7 @@ def random_controlwords(words: int, seed: int) -> set[tuple[str, str]]:
             now, word = state_of(inputs[0x6041 + 0x800 * n, 0]), words_now[n]
             edge = bool(word & 0x80 and not before[n] & 0x80)
             context = f"seed {seed}, step {count}, axis {n}: {states[n]} {word:04x} -> {now}"
-            if states[n] == "FAULT REACTION ACTIVE":
-                assert now == "FAULT", context
-            elif faults[n] and states[n] == "FAULT":
+            if states[n] == "FAULT REACTION ACTIVE" or faults[n] and states[n] == "FAULT":
                 assert now == "FAULT", context  # no reset while the cause lasts
             elif faults[n]:
                 # Without power the reaction has nothing to stop: 13 and 14 in one step.

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import functools
 import os
 from pathlib import Path
 from random import Random
@@ -40,21 +39,12 @@ OPTIONS = (
     "--ticks --platforms --robot --output --all-ticks --no-plots --plan-only --help 0 -5 1 1e9 "
 )
 OPTIONS += "fpga1 fpga2,fpga3 fpga4 , part.ngc robot.toml folder empty zero pipe absent"
-
-
-@functools.cache
-def _programs() -> tuple[str, ...]:
-    return SHORT, LOOPS, *(path.read_text(encoding="utf-8") for path in sorted(PATHS.glob("*.ngc")))
-
-
-@functools.cache
-def _robot() -> str:
-    return ROBOT_TOML.read_text(encoding="utf-8")
-
-
-def prepare() -> None:
-    """Texts, once for all cases."""
-    _programs(), _robot()
+PROGRAMS = (
+    SHORT,
+    LOOPS,
+    *(path.read_text(encoding="utf-8") for path in sorted(PATHS.glob("*.ngc"))),
+)
+ROBOT = ROBOT_TOML.read_text(encoding="utf-8")
 
 
 def _planned(arguments: list[str]) -> int:
@@ -67,7 +57,7 @@ def _planned(arguments: list[str]) -> int:
 
 def program(rng: Random, folder: Path) -> int:
     """A mutated program."""
-    text = mutated_text(rng, rng.choice(_programs()), WORDS)
+    text = mutated_text(rng, rng.choice(PROGRAMS), WORDS)
     Path("part.ngc").write_text(text, encoding="utf-8", errors="surrogatepass")
     return _planned(["part.ngc"])
 
@@ -75,7 +65,7 @@ def program(rng: Random, folder: Path) -> int:
 def robot(rng: Random, folder: Path) -> int:
     """A mutated robot file."""
     Path("part.ngc").write_text(SHORT, encoding="utf-8")
-    text = mutated_text(rng, _robot(), ["value", "unit", "meaning", "[T_s]", "1e-4", '"m"', "0.0"])
+    text = mutated_text(rng, ROBOT, ["value", "unit", "meaning", "[T_s]", "1e-4", '"m"', "0.0"])
     Path("robot.toml").write_text(text, encoding="utf-8", errors="surrogatepass")
     return _planned(["part.ngc", "--robot", "robot.toml"])
 
@@ -83,13 +73,13 @@ def robot(rng: Random, folder: Path) -> int:
 def command_line(rng: Random, folder: Path) -> int:
     """A mutated command line, beside files of every kind."""
     Path("part.ngc").write_text(SHORT, encoding="utf-8")
-    Path("robot.toml").write_text(_robot(), encoding="utf-8")
+    Path("robot.toml").write_text(ROBOT, encoding="utf-8")
     files_of_every_kind()
     return _planned(mutated_arguments(rng, rng.choice(LINES).split(), OPTIONS.split()))
 
 
 CAMPAIGNS = (
-    Campaign("run-program", 5_000, program, prepare),
-    Campaign("run-robot", 5_000, robot, prepare),
-    Campaign("run-line", 5_000, command_line, prepare),
+    Campaign("run-program", 5_000, program),
+    Campaign("run-robot", 5_000, robot),
+    Campaign("run-line", 5_000, command_line),
 )

@@ -73,6 +73,8 @@ G94 M5 M9
 M30
 %
 """
+PATHS = sorted((ROOT / "sim" / "paths").glob("*.ngc"))
+PROGRAMS = [LOOPS, PARTS, LOOPS + PARTS, *(path.read_text() for path in PATHS)]
 TABLE = "T1 P1 D4 Z12.5 ; mill\nT2 D1\n"
 WORDS = (
     *("G0 G1 G2 G3 G4 G5 G5.1 G5.2 G5.3 G40 G41 G42 G41.1 G43 G43.4 G49 G53 G61 G64 G81".split()),
@@ -82,16 +84,9 @@ WORDS = (
 )
 
 
-@functools.cache
-def programs() -> list[str]:
-    """Programs to mutate."""
-    paths = (ROOT / "sim" / "paths").glob("*.ngc")
-    return [LOOPS, PARTS, LOOPS + PARTS, *(path.read_text() for path in sorted(paths))]
-
-
 def gcode(rng: Random, folder: Path) -> int | None:
     """One mutated program through the reader."""
-    text = mutated_text(rng, rng.choice(programs()), WORDS)
+    text = mutated_text(rng, rng.choice(PROGRAMS), WORDS)
     data = text.encode("utf-8", errors="surrogatepass")
     if rng.random() < 0.02:
         data = data[: rng.randrange(len(data) + 1)] + rng.randbytes(200)
@@ -144,15 +139,10 @@ PLANNER_LINES = (
 PLANNER_OPTIONS = "--v0 --vm --tr --tm --length --optimal --ve --acceleration --jerk --json 0 1e-9"
 
 
-def prepare() -> None:
-    """Texts, once for all cases."""
-    programs()
-
-
 CAMPAIGNS = (
-    Campaign("gcode", 20_000, gcode, prepare),
+    Campaign("gcode", 20_000, gcode),
     *(
-        Campaign(name, 5_000, functools.partial(command_line, main, lines, options), prepare)
+        Campaign(name, 5_000, functools.partial(command_line, main, lines, options))
         for name, main, lines, options in (
             ("motion", trajectory.main, MOTION_LINES, MOTION_OPTIONS),
             ("lookahead", lookahead.main, LOOKAHEAD_LINES, LOOKAHEAD_OPTIONS),

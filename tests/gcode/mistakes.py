@@ -9,6 +9,16 @@ from sim.gcode.interpreter import GcodeErrors, parse
 ZERO = (0.0,) * 5
 
 
+def check_error(
+    error: GcodeError, line: int, column: int, text: str, what: str, expected: str, help: str = ""
+) -> None:
+    """Its place, the text that it shows, and parts of what else it tells."""
+    assert (error.line, error.column, error.text) == (line, column, text)
+    assert what in error.what
+    assert expected in error.expected
+    assert error.help and help in error.help
+
+
 def errors_of(text: str, file: str = "part.ngc") -> list[GcodeError]:
     with pytest.raises(GcodeErrors) as caught:
         parse(text, file=file)

@@ -17,7 +17,7 @@ from sim.gcode.oracle import OracleError, differences, rs274
 from sim.gcode.oword import ARGUMENTS
 from sim.gcode.subroutines import MAX_DEPTH
 from tests.bench.needs import needs
-from tests.gcode.mistakes import ZERO, errors_of
+from tests.gcode.mistakes import ZERO, check_error, errors_of
 
 
 def xs(text: str) -> list[float]:
@@ -338,14 +338,10 @@ OURS = {
 
 @pytest.mark.parametrize("name", MISTAKES)
 def test_o_words__one_mistake__is_the_only_error_with_its_place_and_text(name):
-    text, line, column, offending, what, expected = MISTAKES[name]
-    error = errors_of(text)[0]
-    assert (error.file, error.line, error.column) == ("part.ngc", line, column)
-    assert error.text == offending
-    assert what in error.what
-    assert expected in error.expected
-    assert error.help
-    assert len(errors_of(text)) == 1
+    text, *told = MISTAKES[name]
+    (error,) = errors_of(text)
+    assert error.file == "part.ngc"
+    check_error(error, *told)
 
 
 @needs("rs274")

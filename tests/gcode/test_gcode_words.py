@@ -12,7 +12,7 @@ from sim.gcode.interpreter import GcodeErrors, parse, parse_file, stream, stream
 from sim.gcode.table_frame import PIVOT, from_machine, to_machine
 from sim.gcode.tools import Tool
 from sim.path.moves import Dwell, Motion, Move
-from tests.gcode.mistakes import ZERO, errors_of
+from tests.gcode.mistakes import ZERO, check_error, errors_of
 
 
 def ends(text: str):
@@ -191,12 +191,9 @@ MISTAKES = {
 
 @pytest.mark.parametrize("name", MISTAKES)
 def test_mistake__alone__is_told_with_column_and_reason(name):
-    text, column, offending, what, expected = MISTAKES[name]
+    text, *told = MISTAKES[name]
     (error,) = errors_of(text)
-    assert (error.column, error.text) == (column, offending)
-    assert what in error.what
-    assert expected in error.expected
-    assert error.help
+    check_error(error, error.line, *told)
 
 
 def test_cycle__under_g64__stops_at_its_corners_and_leaves_the_mode():

@@ -30,9 +30,9 @@ US = CLOCK_HZ // 1_000_000
 LIMIT = 40_000_000  # clocks, above every move here
 
 
-def timed(length: int, space: int, setup: int, hold: int) -> MotionRtl:
+def timed(length: int, space: int, setup: int, hold: int, interpolators: bool = True) -> MotionRtl:
     """A front-end with these times of the drives, clocks."""
-    rtl = MotionRtl()
+    rtl = MotionRtl(interpolators)
     rtl.set("STEP_TIMING", length=length, space=space)
     rtl.set("DIRECTION_TIMING", setup=setup, hold=hold)
     return rtl

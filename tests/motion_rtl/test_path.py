@@ -22,6 +22,7 @@ from sim.planner.pulse_records import (
 )
 from sim.planner.ramp_time import ramp_time_plan
 from tests.bench.seed import SEED
+from tests.motion_rtl.test_front_end import timed
 from tests.motion_rtl.test_interpolators import check_on_circle, text
 
 PERIOD = 40  # clocks from step to step
@@ -32,9 +33,7 @@ Node = tuple[int, int]
 
 def front_end(source: int = ALL, period: int = PERIOD, interpolators: bool = True) -> MotionRtl:
     """A front-end with the fastest drive timing, the interrupt at rest or fault enabled."""
-    rtl = MotionRtl(interpolators)
-    rtl.set("STEP_TIMING", length=1, space=1)
-    rtl.set("DIRECTION_TIMING", setup=1, hold=1)
+    rtl = timed(1, 1, 1, 1, interpolators)
     rtl.set("IRQ_ENABLE", idle=1, fault=1)
     rtl.write("SOURCE", source)
     rtl.set("PATH_FEED", period=period)
@@ -300,9 +299,7 @@ def test_feed_from_a_profile__steps_in_the_pulses_clocks():
     """An S-curve along a line: the steps of the line are the profile's, a few clocks later."""
     plan = ramp_time_plan("20", "200", "0.02", "0.005", "3")
     records = time_exact(plan.phases, 100)
-    plain = MotionRtl()
-    plain.set("STEP_TIMING", length=1, space=1)
-    plain.set("DIRECTION_TIMING", setup=1, hold=1)
+    plain = timed(1, 1, 1, 1)
     plain.run({4: records}, LIMIT)
     wanted = plain.edges().pulses(4)
     rtl = front_end(source=0b10111)
@@ -381,18 +378,13 @@ def test_nodes_near_a_circle__taken_if_the_ideal_arc_passes_between_their_neighb
     for case in range(300):
         radius = int(random.integers(1, 30)) if case % 2 else float(random.uniform(1, 4000))
         squared = round(radius**2)
-        nodes = []
+        nodes, good = [], []
         for _ in range(2):
             angle = random.uniform(0, 2 * np.pi)
             off = random.integers(-1, 2, 2) if random.random() < 0.5 else (0, 0)
-            nodes.append(
-                (
-                    round(radius * np.cos(angle)) + int(off[0]),
-                    round(radius * np.sin(angle)) + int(off[1]),
-                )
-            )
-        good = []
-        for u, v in nodes:
+            u = round(radius * np.cos(angle)) + int(off[0])
+            v = round(radius * np.sin(angle)) + int(off[1])
+            nodes.append((u, v))
             norm, size = u * u + v * v - squared, abs(u) + abs(v)
             good.append(-size <= norm < size)
         rtl.arc(*nodes, squared)

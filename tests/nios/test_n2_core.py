@@ -31,10 +31,14 @@ def run(program: Program, waits: int = 0, **parameters: int) -> tuple[np.ndarray
     return records, registers(records[:-1])  # the last, a break, ends the program
 
 
+def exceptions(records: np.ndarray) -> list[tuple[int, int]]:
+    """(pc, cause) of every one."""
+    return [(int(r["pc"]), int(r["cause"])) for r in records if r["exception"]]
+
+
 def faults(records: np.ndarray) -> list[tuple[int, int]]:
-    """(pc, cause) of every exception but the prologue's trap."""
-    found = [(int(r["pc"]), int(r["cause"])) for r in records[:-1] if r["exception"]]
-    return found[1:]
+    """Every exception but the prologue's trap and the break that ends the program."""
+    return exceptions(records[:-1])[1:]
 
 
 # ---------------------------------------------------------------- interrupts
@@ -127,11 +131,7 @@ def test_interrupt__with_faulty_instruction__comes_first():
     for cycle in range(40, 160):
         model.start(program.image())
         model.irq(cycle, 4)
-        found = [
-            (int(r["pc"]), int(r["cause"]))
-            for r in model.run(stop_pc=program.address("end"))
-            if r["exception"]
-        ]
+        found = exceptions(model.run(stop_pc=program.address("end")))
         if (illegal, CAUSE["interrupt"]) in found:
             at = found.index((illegal, CAUSE["interrupt"]))
             assert found[at + 1] == (illegal, CAUSE["illegal"])

@@ -75,19 +75,33 @@ class Encoder:
         return np.concatenate([np.ones(self.delay, dtype=np.int64), slo])[: len(ma)]
 
 
+class Silent(Encoder):
+    """No encoder: its line stays high."""
+
+    def line(self, ma: np.ndarray) -> np.ndarray:
+        return np.ones(len(ma), dtype=np.int64)
+
+
+def with_encoder(
+    block: Clocked, encoder: Encoder, frames: int, clocks: int, **inputs: np.ndarray
+) -> dict[str, np.ndarray]:
+    """Outputs of a block with the encoder at the end of its line, for so many frames at most."""
+    slo = np.ones(clocks, dtype=np.int64)
+    for _ in range(2 * frames + 2):  # each round carries the answer further
+        found = block.run(clocks, **inputs, slo=slo)
+        answer = encoder.line(found["ma"])
+        if (answer == slo).all():
+            return found
+        slo = answer
+    raise AssertionError("the block and the encoder do not come to rest")
+
+
 def read(encoder: Encoder, clocks: int = 1500, starts: tuple[int, ...] = (START,)):
     """Outputs of the master, with the encoder at its end."""
     master = Clocked("biss_master", ("start", "slo"), OUTPUTS)
     start = np.zeros(clocks, dtype=np.int64)
     start[list(starts)] = 1
-    slo = np.ones(clocks, dtype=np.int64)
-    for _ in range(2 * len(starts) + 2):  # each round carries the answer further
-        found = master.run(clocks, start=start, slo=slo)
-        answer = encoder.line(found["ma"])
-        if (answer == slo).all():
-            return found
-        slo = answer
-    raise AssertionError("master and encoder do not come to rest")
+    return with_encoder(master, encoder, len(starts), clocks, start=start)
 
 
 @pytest.mark.parametrize("delay", [0, 1, 4, 9, 10, 37, 250])
@@ -128,10 +142,6 @@ def test_frames_one_after_another__each_is_read():
 
 
 def test_no_encoder__is_lost_within_its_limit():
-    class Silent(Encoder):
-        def line(self, ma: np.ndarray) -> np.ndarray:
-            return np.ones(len(ma), dtype=np.int64)
-
     found = read(Silent(), 6000)
     (done,) = np.flatnonzero(found["done"])
     assert found["lost"][done] and done - START <= LIMIT * CLOCKS_PER_BIT + 3

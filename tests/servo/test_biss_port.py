@@ -14,9 +14,9 @@ import pytest
 from sim.harness.gen.biss_regmap import REGMAP
 from tests.bench.seed import SEED
 from tests.servo.clocked import Clocked
-from tests.servo.test_biss import Encoder
+from tests.servo.test_biss import Encoder, Silent, with_encoder
 
-INPUTS = ("address", "read", "write", "writedata", "sample", "slo")
+INPUTS = ("address", "read", "write", "writedata", "sample")
 OUTPUTS = ("readdata", "waitrequest", "ma")
 FIRST = 20  # clock of the first request
 APART = 1200  # clocks between two requests
@@ -32,7 +32,7 @@ class Port:
     """The block with accesses and pulses of `sample_i` at given clocks."""
 
     def __init__(self, clocks: int, **parameters: int) -> None:
-        self.block = Clocked("biss_port", INPUTS, OUTPUTS, parameters)
+        self.block = Clocked("biss_port", (*INPUTS, "slo"), OUTPUTS, parameters)
         self.inputs = {name: np.zeros(clocks, dtype=np.int64) for name in INPUTS}
         self.reads: list[int] = []
 
@@ -54,19 +54,11 @@ class Port:
         assert not self.inputs["read"][clock] and not self.inputs["write"][clock]
         self.inputs["address"][clock] = REGMAP.address(name)
 
-    def run(self, encoder: Encoder | None) -> tuple[list[int], np.ndarray]:
-        """Words read, in the order of `read`, and MA. None: no encoder, the line is high."""
+    def run(self, encoder: Encoder) -> tuple[list[int], np.ndarray]:
+        """Words read, in the order of `read`, and MA."""
+        frames = int(self.inputs["sample"].sum() + self.inputs["write"].sum()) + 1
         clocks = len(self.inputs["read"])
-        slo = np.ones(clocks, dtype=np.int64)
-        rounds = 2 * int(self.inputs["sample"].sum() + self.inputs["write"].sum()) + 4
-        for _ in range(rounds):  # each carries the answer further
-            found = self.block.run(clocks, **(self.inputs | {"slo": slo}))
-            answer = encoder.line(found["ma"]) if encoder else slo
-            if (answer == slo).all():
-                break
-            slo = answer
-        else:
-            raise AssertionError("port and encoder do not come to rest")
+        found = with_encoder(self.block, encoder, frames, clocks, **self.inputs)
         reads = np.array(self.reads, dtype=np.int64)
         assert found["waitrequest"][reads].all() and not found["waitrequest"][reads + 1].any()
         return [int(value) for value in found["readdata"][reads + 1]], found["ma"]
@@ -137,7 +129,7 @@ def test_no_encoder__is_lost_and_counted():
     for start in (FIRST, 5000):
         port.write(start, "CONTROL", start=1)
         port.read(start + 4004, "STATUS", "BAD", "GOOD", "POSITION_LOW")
-    words, ma = port.run(None)
+    words, ma = port.run(Silent())
     lost = word("STATUS", lost=1)
     assert words == [lost, word("BAD", lost=1), 0, 0, lost, word("BAD", lost=2), 0, 0]
     assert ma[-1] == 1

@@ -137,9 +137,7 @@ def write(cores: Mapping[str, Mapping[str, Any]], rows: Sequence[Row], depth: st
         "depth": depth,
         "seed": SEED,
         "goals": [asdict(row) for row in rows],
-        "cores": {
-            name: {key: value for key, value in core.items()} for name, core in cores.items()
-        },
+        "cores": dict(cores),
     }
     OUTPUT.parent.mkdir(parents=True, exist_ok=True)
     OUTPUT.write_text(json.dumps(document, indent=1) + "\n")
