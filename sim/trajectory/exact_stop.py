@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.model.parameters import Robot
-from sim.path.curves import Block, FloatArray, RateLimits, build_path
+from sim.path.curves import Block, FloatArray, RateLimits, build_path, check_positive
 from sim.path.moves import Program
 from sim.path.workspace import GRID, WORKSPACE_ROUNDING, Workspace
 from sim.planner.scurve import SCurve
@@ -90,10 +90,7 @@ class MotionSettings:
     def __post_init__(self) -> None:
         if self.rates is None:
             object.__setattr__(self, "rates", RateLimits(table=self.robot.v_max_table))
-        for name in ("acceleration_time", "jerk_time"):
-            value = getattr(self, name)
-            if not (value > 0.0 and math.isfinite(value)):
-                raise ValueError(f"{name} = {value!r} is outside its limit: {name} > 0")
+        check_positive(acceleration_time=self.acceleration_time, jerk_time=self.jerk_time)
         if self.jerk_time > self.acceleration_time / 2:
             raise ValueError(
                 f"jerk_time = {self.jerk_time!r} is outside its limit: "
