@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import expm
 
-from sim.path.curves import FloatArray
+from sim.path.curves import FloatArray, check_positive
 from sim.planner.scurve import Samples, SCurve
 
 SUBSTEPS = 10  # samples of a cycle
@@ -30,12 +30,6 @@ SUBSTEPS = 10  # samples of a cycle
 
 class DriveError(ValueError):
     """A parameter of a drive or a move lies outside its limit; names the value and the limit."""
-
-
-def _positive(**values: float) -> None:
-    for name, value in values.items():
-        if not (value > 0.0 and math.isfinite(value)):
-            raise DriveError(f"{name} = {value!r} is outside its limit: {name} > 0")
 
 
 @dataclass(frozen=True)
@@ -48,9 +42,9 @@ class Drive:
     cycle: float = 1e-3
 
     def __post_init__(self) -> None:
-        _positive(kp=self.kp, bandwidth=self.bandwidth, cycle=self.cycle)
+        check_positive(DriveError, kp=self.kp, bandwidth=self.bandwidth, cycle=self.cycle)
         if self.damping is not None:
-            _positive(damping=self.damping)
+            check_positive(DriveError, damping=self.damping)
 
     @property
     def natural(self) -> float:
@@ -118,7 +112,8 @@ class ThereAndBack:
         length: float = 0.25,
         pause: float = 0.2,
     ) -> None:
-        _positive(speed=speed, acceleration=acceleration, length=length, pause=pause)
+        values = {"speed": speed, "acceleration": acceleration, "length": length, "pause": pause}
+        check_positive(DriveError, **values)
         if not 0.0 <= jerk_time <= speed / acceleration:
             raise DriveError(
                 f"jerk_time = {jerk_time!r} is outside its limit: "

@@ -44,11 +44,6 @@ SUBSTEPS = 4  # of the mechanics, per sample of the regulator
 COMPUTATION = 3  # samples
 
 
-def loop_gain(s: complex, gain: float, ti: float, delay: float) -> complex:
-    """Open velocity loop."""
-    return gain * (s + 1.0 / ti) / (s * s) * cmath.exp(-delay * s)
-
-
 def _shape() -> tuple[float, float]:
     """Ti and D in units of 1/crossover for the two margins, crossover at s = j."""
 
@@ -90,8 +85,9 @@ class Servo:
         if self.reading != "crossover":
 
             def below(w: float) -> float:
-                loop = loop_gain(1j * w, gain, ti, delay)
-                forward = loop / (1.0 + 1j * w * ti) if self.reading == "i-p" else loop
+                s = 1j * w
+                loop = gain * (s + 1.0 / ti) / (s * s) * cmath.exp(-delay * s)  # open
+                forward = loop / (1.0 + s * ti) if self.reading == "i-p" else loop
                 return abs(forward / (1.0 + loop)) - math.sqrt(0.5)
 
             corner = brentq(below, 0.1, 4.0)

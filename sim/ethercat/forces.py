@@ -19,11 +19,6 @@ PER_RATED = 1000.0  # 0.1 %
 TOOL = 3
 
 
-def rated(robot: Robot) -> NDArray[np.float64]:
-    """Greatest force or torque of the axes (5,) [N, N m]."""
-    return np.array(robot.output_max)
-
-
 def directions(robot: Robot, tool: Sequence[float]) -> NDArray[np.float64]:
     """Columns (3, 3): unit vectors from the legs' start points to the tool (3,) [m]."""
     starts = np.array([(*leg, 0.0) for leg in robot.legs])
@@ -50,7 +45,7 @@ def with_torques(
     if not torques.any() and not alone.any():
         return outputs
     own = np.where(alone, 0.0, along_axes(robot, tool, outputs))
-    axes = own + torques / PER_RATED * rated(robot)
+    limits = np.array(robot.output_max)
+    axes = own + torques / PER_RATED * limits
     legs = np.linalg.solve(directions(robot, tool), axes[:TOOL])
-    limits = rated(robot)
     return np.clip(np.concatenate((legs, axes[TOOL:])), -limits, limits)

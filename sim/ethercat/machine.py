@@ -25,7 +25,7 @@ from asip_asm.assemble import assemble
 from asip_asm.project import PACKAGES
 from sim.coe.dictionary import Device
 from sim.ethercat.device import INPUT_WORDS
-from sim.ethercat.forces import PER_RATED, along_axes, rated, with_torques
+from sim.ethercat.forces import PER_RATED, along_axes, with_torques
 from sim.ethercat.gains import GainError, Gains
 from sim.harness.asip_bus import BLOCK
 from sim.model.kinematics import height2_of
@@ -70,7 +70,7 @@ class Machine:
         self._law = AsipController(image, intermediates=False)
         self._gains = Gains(PROGRAM, image, robot.values())
         self._setting = 0  # number of the last one
-        self._rated = rated(robot)
+        self._rated = np.array(robot.output_max)
         self._forces = np.zeros(AXES)
         self._pose = self._pose_before = self.pose()
         self.record = Record()

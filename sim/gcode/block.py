@@ -42,6 +42,15 @@ POLAR = "@^"
 _VALUE_LETTERS = AXES + OFFSETS + "RFNPQLSTHD" + POLAR
 
 
+_NUMBERS_OF = {
+    **{"G4": "P", "G10": "PL", "G43": "H", "G64": "PQ", "M50": "P"},
+    **{"G81": "L", "G82": "LP", "G83": "LQ"},
+    **dict.fromkeys(SPLINES, "PQL"),  # splines.py says more
+    **dict.fromkeys(("G41", "G42", "G41.1", "G42.1"), "D"),
+}
+"""Letters, of P, Q, L, H and D, that belong to a word."""
+
+
 def sort_words(words: list[Word], report: WordReport) -> tuple[dict[str, Word], dict[str, Word]]:
     """Words with values by letter, without N and S, and G, M words by modal group."""
     values: dict[str, Word] = {}
@@ -124,23 +133,10 @@ def check_unused(
     values: dict[str, Word], codes: dict[str, Word], motion: str | None, report: WordReport
 ) -> None:
     """P, Q, L, H and D belong to certain words only; motion: the one in force."""
-    used: set[str] = set()
-    single = codes["single"].code if "single" in codes else None
-    if single in ("G4", "G10"):
-        used |= {"P"} if single == "G4" else {"P", "L"}
-    elif motion in CYCLES:
-        used |= {"L"} | ({"P"} if motion == "G82" else set())
-        used |= {"Q"} if motion == "G83" else set()
-    if motion in SPLINES:
-        used |= set("PQL")  # splines.py says more
-    if "override" in codes and codes["override"].code == "M50":
-        used |= {"P"}
-    if "path control" in codes and codes["path control"].code == "G64":
-        used |= {"P", "Q"}
-    if "tool" in codes and codes["tool"].code == "G43":
-        used |= {"H"}
-    if "cutter compensation" in codes and codes["cutter compensation"].code != "G40":
-        used |= {"D"}
+    acting = {word.code for group, word in codes.items() if group != "motion"}
+    if motion in SPLINES or acting.isdisjoint(("G4", "G10")):  # these are no holes of a cycle
+        acting.add(motion)
+    used = "".join(_NUMBERS_OF.get(code, "") for code in acting)
     for letter in "PQLHD":
         if letter in values and letter not in used:
             report(

@@ -139,14 +139,13 @@ class LineReader(ValueReader):
         elif self._starts_value():
             value = self._value()
         else:
-            text = self.source[begin : begin + 1]
             self.at = begin + 1
             self._fail(
                 "the letter has no number",
                 f"a number after {letter.upper()}, such as {letter.upper()}1",
                 "text that is not code belongs into a comment ( )",
                 begin,
-                text,
+                letter,
             )
         text = self.source[begin : self.at].rstrip()
         self._check_range(begin, text, value)

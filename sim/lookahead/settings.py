@@ -3,11 +3,11 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 
 from sim.lookahead.limits import MachineLimits
 from sim.model.parameters import Robot
+from sim.path.curves import check_positive
 
 DEPTH = 256  # moves looked at together, and least depth of the look-ahead
 
@@ -32,7 +32,7 @@ class LookaheadSettings:
     def __post_init__(self) -> None:
         if self.limits is None:
             object.__setattr__(self, "limits", MachineLimits.of(self.robot))
-        if self.rapid is not None and not (self.rapid > 0.0 and math.isfinite(self.rapid)):
-            raise ValueError(f"rapid = {self.rapid!r} is outside its limit: rapid > 0")
+        if self.rapid is not None:
+            check_positive(rapid=self.rapid)
         if self.depth < 2:
             raise ValueError(f"depth = {self.depth!r} is outside its limit: depth >= 2")

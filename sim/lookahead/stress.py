@@ -15,8 +15,8 @@ from __future__ import annotations
 import argparse
 import math
 import sys
-from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 from rich.console import Console
@@ -90,26 +90,9 @@ class Outcome:
         return self.worst <= VIOLATION and max(self.path, self.corner) <= ROUNDING
 
 
-@dataclass
-class Stress:
-    """Outcomes of many programs: number of them, set-points, the worst and those not kept."""
-
-    programs: int = 0
-    ticks: int = 0
-    worst: float = 0.0
-    path: float = -math.inf
-    corner: float = -math.inf
-    broken: list[Outcome] = field(default_factory=list)
-
-    def add(self, outcome: Outcome) -> None:
-        """One more."""
-        self.programs += 1
-        self.ticks += outcome.ticks
-        self.worst = max(self.worst, outcome.worst)
-        self.path = max(self.path, outcome.path)
-        self.corner = max(self.corner, outcome.corner)
-        if not outcome.kept:
-            self.broken.append(outcome)
+def greatest(outcomes: Iterable[Outcome], name: str) -> float:
+    """Of a field of the outcomes."""
+    return max(getattr(outcome, name) for outcome in outcomes)
 
 
 def program(seed: int, settings: LookaheadSettings, count: int = MOVES) -> Outcome:
@@ -203,7 +186,7 @@ def main(argv: list[str] | None = None) -> int:
     arguments = parser.parse_args(argv)
     if arguments.first < 0 or arguments.count < 1:
         parser.error("--first must be at least 0 and --count at least 1")
-    console, stress = Console(highlight=False), Stress()
+    console, outcomes = Console(highlight=False), []
     if arguments.odd:
         return _odd(arguments.first, -(-arguments.count // BLOCK), console)
     for outcome in track(
@@ -214,20 +197,22 @@ def main(argv: list[str] | None = None) -> int:
         transient=True,
         disable=not console.is_terminal,
     ):
-        stress.add(outcome)
+        outcomes.append(outcome)
         if not outcome.kept:
             console.print(
                 f"program {outcome.seed}: {outcome.what} at {outcome.worst:.6f} of its limit; "
                 f"path {outcome.path:.3g} m, corner {outcome.corner:.3g} m beyond P"
             )
-        if stress.programs % LOGGED == 0 and not console.is_terminal:
-            console.print(f"{stress.programs} of {arguments.count} programs")
+        if len(outcomes) % LOGGED == 0 and not console.is_terminal:
+            console.print(f"{len(outcomes)} of {arguments.count} programs")
+    broken = sum(not outcome.kept for outcome in outcomes)
+    worst, path, corner = (greatest(outcomes, name) for name in ("worst", "path", "corner"))
     console.print(
-        f"{stress.programs} programs of {MOVES} moves, {stress.ticks} set-points: "
-        f"{len(stress.broken)} violations; worst ratio to a limit {stress.worst:.6f}, farthest "
-        f"beyond P {stress.path:.3g} m (path), {stress.corner:.3g} m (corner)"
+        f"{len(outcomes)} programs of {MOVES} moves, {sum(o.ticks for o in outcomes)} set-points: "
+        f"{broken} violations; worst ratio to a limit {worst:.6f}, farthest "
+        f"beyond P {path:.3g} m (path), {corner:.3g} m (corner)"
     )
-    return int(bool(stress.broken))
+    return int(broken > 0)
 
 
 def _odd(first: int, blocks: int, console: Console) -> int:

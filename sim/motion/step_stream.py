@@ -37,7 +37,7 @@ from sim.harness.phase_record import (
 from sim.lookahead.planner import Setpoints
 from sim.model.kinematics import inverse, inverse_velocity
 from sim.model.parameters import Robot
-from sim.path.curves import FloatArray
+from sim.path.curves import FloatArray, check_positive
 from sim.planner.pulse_records import PulseRecordError
 
 AXES = ("leg 1", "leg 2", "leg 3", "tilt", "rotation")
@@ -55,10 +55,7 @@ class Steps:
     every: int = 10
 
     def __post_init__(self) -> None:
-        for name in ("leg", "table", "every"):
-            value = getattr(self, name)
-            if not (value > 0 and math.isfinite(value)):
-                raise PulseRecordError(f"{name} = {value!r} is outside its limit: {name} > 0")
+        check_positive(PulseRecordError, **vars(self))
         if self.every != int(self.every):
             raise PulseRecordError(f"every = {self.every!r} is not a whole number of set-points")
 

@@ -38,6 +38,13 @@ class Curve(Protocol):
         ...
 
 
+def check_positive(error: type[ValueError] = ValueError, **values: float) -> None:
+    """Raises the error with name and value for one that is not positive or not finite."""
+    for name, value in values.items():
+        if not (value > 0.0 and math.isfinite(value)):
+            raise error(f"{name} = {value!r} is outside its limit: {name} > 0")
+
+
 def _between(start: FloatArray, end: FloatArray, share: FloatArray) -> FloatArray:
     """Straight connection (n, 5), exact at both ends and where start equals end."""
     part, way = share[:, np.newaxis], end - start
@@ -109,10 +116,7 @@ class RateLimits:
     table: float = math.pi / 2
 
     def __post_init__(self) -> None:
-        for name in ("rapid", "table"):
-            value = getattr(self, name)
-            if not (value > 0.0 and math.isfinite(value)):
-                raise ValueError(f"{name} = {value!r} is outside its limit: {name} > 0")
+        check_positive(rapid=self.rapid, table=self.table)
 
 
 @dataclass(frozen=True, eq=False)

@@ -34,6 +34,11 @@ class SCurveClass(Enum):
     CONSTANT = 1
 
 
+# With and without a cruise, each for tm = 0, tm between, and tm = tr/2.
+CRUISING = (SCurveClass.TRAPEZOID, SCurveClass.SEVEN_SEGMENT, SCurveClass.FIVE_SEGMENT)
+PEAKED = (SCurveClass.TRIANGLE, SCurveClass.SIX_SEGMENT, SCurveClass.FOUR_SEGMENT)
+
+
 class SCurveError(ValueError):
     """A parameter of a profile lies outside its limit; names the value and the limit."""
 
@@ -84,17 +89,14 @@ def closed_forms(
     cruise_critical_length = (v0 + vm) * tr  # (4)
     acceleration_critical_length = 2 * v0 * tr  # (7)
     cruise_length = zero
+    ramp = (tm > 0) + (tm == tr / 2)
     if length > cruise_critical_length:
         peak_speed = vm
         cruise_length = length - cruise_critical_length
-        kind = _by_tm(
-            tm, tr, SCurveClass.TRAPEZOID, SCurveClass.SEVEN_SEGMENT, SCurveClass.FIVE_SEGMENT
-        )
+        kind = CRUISING[ramp]
     elif length > acceleration_critical_length:
         peak_speed = max(v0, length / tr - v0)  # (8); max: rounding at the boundary
-        kind = _by_tm(
-            tm, tr, SCurveClass.TRIANGLE, SCurveClass.SIX_SEGMENT, SCurveClass.FOUR_SEGMENT
-        )
+        kind = PEAKED[ramp]
     else:
         peak_speed = v0  # (11)
         cruise_length = length
@@ -119,14 +121,6 @@ def closed_forms(
         displacements=(s1, s2, s3, cruise_length, s3, s2, s1),
         total_time=2 * tr + t4 if moving else t4,
     )
-
-
-def _by_tm(
-    tm: Number, tr: Number, without: SCurveClass, between: SCurveClass, half: SCurveClass
-) -> SCurveClass:
-    if tm == 0:
-        return without
-    return half if tm == tr / 2 else between
 
 
 @dataclass(frozen=True)

@@ -21,16 +21,8 @@ Vector = list[ca.SX]
 QUARTER = math.pi / 2
 
 
-def _sum(terms: list[ca.SX]) -> ca.SX:
-    """Sum without the terms that are zero."""
-    total = ca.SX(0)
-    for term in terms:
-        total = total + term
-    return total
-
-
 def _dot(row: np.ndarray | Vector, vector: Vector) -> ca.SX:
-    return _sum([row[k] * vector[k] for k in range(3)])
+    return sum((row[k] * vector[k] for k in range(3)), ca.SX(0))
 
 
 def _cross(a: Vector, b: Vector) -> Vector:

@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.model.parameters import Robot
-from sim.path.curves import Block, FloatArray, RateLimits, build_path
+from sim.path.curves import Block, FloatArray, RateLimits, build_path, check_positive
 from sim.path.moves import Program
 from sim.path.workspace import GRID, WORKSPACE_ROUNDING, Workspace
 from sim.planner.scurve import SCurve
@@ -90,10 +90,7 @@ class MotionSettings:
     def __post_init__(self) -> None:
         if self.rates is None:
             object.__setattr__(self, "rates", RateLimits(table=self.robot.v_max_table))
-        for name in ("acceleration_time", "jerk_time"):
-            value = getattr(self, name)
-            if not (value > 0.0 and math.isfinite(value)):
-                raise ValueError(f"{name} = {value!r} is outside its limit: {name} > 0")
+        check_positive(acceleration_time=self.acceleration_time, jerk_time=self.jerk_time)
         if self.jerk_time > self.acceleration_time / 2:
             raise ValueError(
                 f"jerk_time = {self.jerk_time!r} is outside its limit: "
@@ -218,6 +215,11 @@ def _sample_chain(
     return position, velocity, acceleration, first_ticks
 
 
+def _at_rest(pose: FloatArray, ticks: int) -> list[FloatArray]:
+    """Positions, velocities, accelerations of ticks at a pose (1, 5)."""
+    return [np.repeat(on_number_grid(pose), ticks, axis=0), *np.zeros((2, ticks, 5))]
+
+
 def _check(trajectory: Trajectory, workspace: Workspace, file: str) -> None:
     tool = trajectory.position[:, :3]
     lower, upper = np.array(workspace.lower), np.array(workspace.upper)
@@ -251,26 +253,25 @@ def generate(
     _check_ticks(chains, settings, program.file, most_ticks)
     rest = math.ceil(settings.lead_in / settings.period - TICK_ROUNDING)
     start, _, _ = blocks[0].curve.evaluate(np.array([0.0]))
-    positions = [np.repeat(on_number_grid(start), rest, axis=0)]
-    velocities, accelerations = [np.zeros((rest, 5))], [np.zeros((rest, 5))]
+    parts = [_at_rest(start, rest)]
     first_ticks: list[int] = []
     tick = rest
     for chain in chains:
-        position, velocity, acceleration, firsts = _sample_chain(chain, settings)
-        positions.append(position)
-        velocities.append(velocity)
-        accelerations.append(acceleration)
+        *part, firsts = _sample_chain(chain, settings)
+        parts.append(part)
         first_ticks += [tick + int(first) for first in firsts]
-        tick += len(position)
+        tick += len(part[0])
     last = blocks[-1].curve
     end, _, _ = last.evaluate(np.array([last.length]))
+    parts.append(_at_rest(end, 1))
     first_ticks.append(tick)
     ticks = np.arange(tick + 1)
+    position, velocity, acceleration = map(np.concatenate, zip(*parts, strict=True))
     trajectory = Trajectory(
         t=ticks * settings.period,
-        position=np.concatenate([*positions, on_number_grid(end)]),
-        velocity=np.concatenate([*velocities, np.zeros((1, 5))]),
-        acceleration=np.concatenate([*accelerations, np.zeros((1, 5))]),
+        position=position,
+        velocity=velocity,
+        acceleration=acceleration,
         block=np.minimum(np.searchsorted(first_ticks, ticks, side="right") - 1, len(blocks) - 1),
         blocks=blocks,
         first_ticks=np.array(first_ticks),
