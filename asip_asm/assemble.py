@@ -122,7 +122,7 @@ def parse_program(
 
 def straight_line_cycles(program: Program, machine: Machine) -> int | None:
     """Estimated cycles of a run; None for a program with branches."""
-    bundles = [bundle for region in program.regions for bundle in region.bundles or []]
+    bundles = program.bundles
     if any(op.mnemonic in BRANCHES for bundle in bundles for op in bundle.operations):
         return None
     return machine.run_cycles(bundles)

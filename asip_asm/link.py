@@ -19,7 +19,7 @@ from asip_asm.disassemble import decode_bundle
 from asip_asm.encode import encode_bundle
 from asip_asm.expression import literal_name
 from asip_asm.image import FunctionEntry, Image, Name
-from asip_asm.ir import Bundle, Operation, Output, Register
+from asip_asm.ir import Bundle, Operation, Output, Register, register_name
 from asip_asm.isa import Isa, default_isa
 
 
@@ -99,8 +99,7 @@ def _moved_map(old: DebugMap, image: Image, place: _Places) -> DebugMap:
     def location(text: str) -> str:
         if text[0] == "o":
             return f"o{int(text[1:]) + place.first_output}"
-        new = place.registers[_register(text)]
-        return f"{new.bank.lower()}{new.index}"
+        return register_name(place.registers[_register(text)])
 
     values = [
         msgspec.structs.replace(
@@ -287,8 +286,7 @@ def _add_signals(result: Image, name: str, image: Image, place: _Places) -> None
         return f"{name}.{text}"
 
     def moved(register: str) -> str:
-        new = place.registers[_register(register)]
-        return f"{new.bank.lower()}{new.index}"
+        return register_name(place.registers[_register(register)])
 
     replace = msgspec.structs.replace
     order = {output.index: i for i, output in enumerate(image.outputs)}

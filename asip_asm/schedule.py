@@ -121,7 +121,7 @@ def writes_of(program: Program) -> Iterator[tuple[Operation, int | None]]:
             yield from ((op, None) for op in region.operations)
         else:
             for bundle in region.bundles:
-                yield from ((op, slot) for slot, op in enumerate(bundle.slots) if op is not None)
+                yield from ((op, slot) for slot, op in bundle.placed())
 
 
 def decide_banks(program: Program, machine: Machine) -> Banks:
