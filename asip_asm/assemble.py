@@ -14,7 +14,7 @@ from asip_asm.image import Image
 from asip_asm.ir import Program
 from asip_asm.isa import default_isa
 from asip_asm.machine import BRANCHES, Machine, load_machine
-from asip_asm.parser import parse_file
+from asip_asm.parser import Parser
 from asip_asm.resolve import resolve
 from asip_asm.schedule import (
     ScheduleError,
@@ -114,7 +114,7 @@ def parse_program(
     reporter = Reporter()
     isa = default_isa()
     values = {name: str(value) for name, value in (defines or {}).items()}
-    source = parse_file(Path(path), isa, reporter, values, include_path, params)
+    source = Parser(isa, reporter, values, include_path, params).parse(Path(path))
     program = resolve(source, isa, reporter, configuration)
     reporter.stop()
     return program

@@ -19,12 +19,12 @@ from __future__ import annotations
 import re
 from bisect import bisect_left
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from asip_asm.ir import Bundle, Operation, Output, Register, Virtual
 from asip_asm.isa import ISA_FILE, default_isa
-from asip_asm.isa_records import Configuration
+from asip_asm.isa_records import Configuration, UnitRecord
 from asip_asm.project import ROOT
 
 _PIPELINE = default_isa().pipeline
@@ -53,20 +53,6 @@ class MachineError(ValueError):
 
 
 @dataclass(frozen=True)
-class Unit:
-    """Functional unit: register ranks `latency`, cycles `interval` between operations, bank it
-    writes.
-
-    `bank` is 'pipe' (the bank of the multiply-add pipe used), 'C' or 'none'.
-    """
-
-    name: str
-    latency: int
-    interval: int
-    bank: str
-
-
-@dataclass(frozen=True)
 class Issue:
     """Issue cycle of a bundle and the cycles it waited before, by cause (see `STALL_CAUSES`).
 
@@ -82,10 +68,12 @@ class Issue:
 
 @dataclass(frozen=True)
 class Machine:
-    """One configuration: its record, units, unit of each operation, bank sizes."""
+    """One configuration: its record, units with its latencies and intervals, unit of each
+    operation, bank sizes.
+    """
 
     build: Configuration
-    units: Mapping[str, Unit]
+    units: Mapping[str, UnitRecord]
     unit_names: Mapping[str, str]
     bank_sizes: Mapping[str, int]
     data_words: int
@@ -100,7 +88,7 @@ class Machine:
         """Kind of each slot: 'fma', 'aux' or 'any'."""
         return self.build.slots
 
-    def unit(self, operation: Operation) -> Unit:
+    def unit(self, operation: Operation) -> UnitRecord:
         """Unit that executes the operation; MachineError if the mnemonic is unknown."""
         try:
             return self.units[self.unit_names[operation.mnemonic]]
@@ -248,7 +236,7 @@ def load_machine(configuration: str, fp_pkg_file: Path = FP_PKG_FILE) -> Machine
     if build is None:
         known = ", ".join(isa.configurations)
         raise MachineError(f"{ISA_FILE}: no configuration '{configuration}'; it has {known}")
-    units: dict[str, Unit] = {}
+    units: dict[str, UnitRecord] = {}
     for name, record in isa.units.items():
         constant = build.latency_constant(record)
         latency = record.latency if constant is None else latencies.get(constant)
@@ -257,7 +245,7 @@ def load_machine(configuration: str, fp_pkg_file: Path = FP_PKG_FILE) -> Machine
                 f"{fp_pkg_file}: no 'localparam int unsigned {constant} = n;', "
                 f"needed by unit {name}"
             )
-        units[name] = Unit(name, latency, build.interval(record), record.bank)
+        units[name] = replace(record, latency=latency, interval=build.interval(record))
     sizes = {name: bank.size for name, bank in isa.banks.items()}
     if build.fma_pipes < 2:
         sizes["B"] = 0

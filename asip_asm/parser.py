@@ -34,30 +34,19 @@ OTHER_NAMES = {
 """What other assemblers call the operations."""
 
 
-def parse_file(
-    path: Path,
-    isa: Isa,
-    reporter: Reporter,
-    defines: Mapping[str, str] | None = None,
-    include_path: Sequence[Path] = (),
-    params: Path | None = None,
-) -> Source:
-    """Parse a file with all it includes; errors go to the reporter.
+class Parser:
+    """Parser of one program; errors go to the reporter.
 
-    `defines` replaces values of parameters, `params` the parameter files. Raises OSError for the
-    file itself.
+    `defines` replaces values of parameters, `params` the parameter files.
     """
-    return _Parser(isa, reporter, defines or {}, include_path, params).parse(path)
 
-
-class _Parser:
     def __init__(
         self,
         isa: Isa,
         reporter: Reporter,
         defines: Mapping[str, str],
-        include_path: Sequence[Path],
-        params: Path | None,
+        include_path: Sequence[Path] = (),
+        params: Path | None = None,
     ) -> None:
         self.isa = isa
         self.reporter = reporter
@@ -79,6 +68,7 @@ class _Parser:
         )
 
     def parse(self, path: Path) -> Source:
+        """A file with all it includes. Raises OSError for the file itself."""
         pending: list[Token] = []
         pending_lines = 0
         self.source.main_file = display_path(path)

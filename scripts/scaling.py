@@ -31,6 +31,7 @@ from asip_asm.machine import load_machine, sources
 from asip_asm.project import ROOT
 from asip_asm.report import report_program
 from asip_asm.schedule import schedule_program
+from scripts.generated import keep_page
 from sim.harness.asip_rtl import AsipRtl
 from sim.model.parameters import Robot
 
@@ -294,15 +295,10 @@ def main(argv: list[str] | None = None) -> int:
         for configuration, counts in ROBOTS.items()
         for count in counts
     }
-    text = page(points, together)
-    if options.check:
-        if PAGE.is_file() and PAGE.read_text(encoding="utf-8") == text:
-            return 0
-        print(f"error: {PAGE.relative_to(ROOT)} differs from the core; help: {COMMAND}")
-        return 1
-    PAGE.write_text(text, encoding="utf-8")
-    plot(points, PLOT)
-    return 0
+    if not options.check:
+        plot(points, PLOT)
+    stale = f"error: {PAGE.relative_to(ROOT)} differs from the core; help: {COMMAND}"
+    return keep_page(PAGE, page(points, together), options.check, stale, sys.stdout)
 
 
 if __name__ == "__main__":
