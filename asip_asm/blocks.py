@@ -147,7 +147,7 @@ class _Builder:
                 target = step.operation.target
                 if target in at:
                     block.follow.append(at[target])
-        reached = reachable([block.follow for block in self.blocks]) if self.blocks else set()
+        reached = reachable([0], lambda i: self.blocks[i].follow) if self.blocks else set()
         for i, block in enumerate(self.blocks):
             if i not in reached and not self.source.incomplete:
                 self.reporter.add(
