@@ -65,8 +65,7 @@ class Operands:
         program.data = list(source.data)
         program.data_names = {d.name: int(d.value or 0) for d in source.of_kind("data")}
         for declaration in source.of_kind("input"):
-            index = len(program.inputs)
-            program.inputs.append(Word(declaration.name, index, declaration.type))
+            program.inputs.append(Word(declaration.name, len(program.inputs), declaration.type))
         for declaration in source.of_kind("output"):
             program.outputs.append(
                 OutputWord(declaration.name, len(program.outputs), declaration.bits)

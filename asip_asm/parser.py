@@ -239,12 +239,9 @@ class Parser:
         token = cursor.token
         if kind == "address":
             return self._address_operand(cursor)
-        if kind == "target":
-            cursor.expect_kind("name", "a label")
-            return Operand("name", token.place, token.text)
-        if kind == "dst":
-            cursor.expect_kind("name", f"the destination of {record.name}")
-            return Operand("name", token.place, token.text)
+        if kind in ("target", "dst"):
+            what = "a label" if kind == "target" else f"the destination of {record.name}"
+            return Operand("name", token.place, cursor.expect_kind("name", what).text)
         if token.kind == "name":
             cursor.take()
             if cursor.at("("):
