@@ -9,8 +9,8 @@ until that result is written, so that no bundle waits to overwrite it.
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Iterator
+from collections import Counter, deque
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 from asip_asm.ir import Bundle, Operation, Program, Region, Register, Virtual
@@ -92,11 +92,9 @@ def _symbols(operation: Operation) -> dict[str, Virtual]:
     return {name: value for name, value in operands if isinstance(value, Virtual)}
 
 
-def _substitute(operation: Operation, placement: dict[Virtual, Register]) -> None:
-    for name in ("dst", "a", "b", "c"):
-        value = getattr(operation, name)
-        if isinstance(value, Virtual):
-            setattr(operation, name, placement.get(value, value))
+def _substitute(operation: Operation, placement: Mapping[Virtual, Register | Virtual]) -> None:
+    for name, value in _symbols(operation).items():
+        setattr(operation, name, placement.get(value, value))
 
 
 def _numbered(program: Program) -> Iterator[tuple[int, Region, int, Operation]]:
@@ -104,9 +102,8 @@ def _numbered(program: Program) -> Iterator[tuple[int, Region, int, Operation]]:
     position = 0
     for region in program.regions:
         for bundle in region.bundles or []:
-            for slot, op in enumerate(bundle.slots):
-                if op is not None:
-                    yield position, region, slot, op
+            for slot, op in bundle.placed():
+                yield position, region, slot, op
             position += 1
 
 
@@ -220,15 +217,10 @@ class _Allocation:
         position = 0
         for region in self.program.regions:
             bundles = region.bundles or []
-            issues = [issue.cycle for issue in self.machine.issue_cycles(bundles)]
-            for i, bundle in enumerate(bundles):
-                for op in bundle.operations:
-                    value = found.get(op.dst)
-                    if value is None or any(read > position + i for read in value.reads):
-                        continue
-                    ready = issues[i] + self.machine.latency(op) + 1
-                    later = (j for j in range(i + 1, len(bundles)) if issues[j] >= ready)
-                    value.done = position + next(later, len(bundles))
+            for (i, slot), done in self.machine.landings(bundles).items():
+                value = found.get(bundles[i].slots[slot].dst)
+                if value is not None and all(read <= position + i for read in value.reads):
+                    value.done = position + done
             position += len(bundles)
 
 
@@ -281,10 +273,7 @@ class _Spiller:
         """Symbols written once, in this linear region, read only there, and not exported."""
         if not region.operations:
             return set()
-        writes: dict[Virtual, int] = {}
-        for op in region.operations:
-            if isinstance(op.dst, Virtual):
-                writes[op.dst] = writes.get(op.dst, 0) + 1
+        writes = Counter(op.dst for op in region.operations if isinstance(op.dst, Virtual))
         local = {symbol for symbol, count in writes.items() if count == 1}
         for _, other, _, op in _numbered(self.program):
             if other is not region:

@@ -14,7 +14,7 @@ from asip_asm.image import Image
 from asip_asm.ir import Program
 from asip_asm.isa import default_isa
 from asip_asm.machine import BRANCHES, Machine, load_machine
-from asip_asm.parser import parse_file
+from asip_asm.parser import Parser
 from asip_asm.resolve import resolve
 from asip_asm.schedule import (
     ScheduleError,
@@ -114,7 +114,7 @@ def parse_program(
     reporter = Reporter()
     isa = default_isa()
     values = {name: str(value) for name, value in (defines or {}).items()}
-    source = parse_file(Path(path), isa, reporter, values, include_path, params)
+    source = Parser(isa, reporter, values, include_path, params).parse(Path(path))
     program = resolve(source, isa, reporter, configuration)
     reporter.stop()
     return program
@@ -122,7 +122,7 @@ def parse_program(
 
 def straight_line_cycles(program: Program, machine: Machine) -> int | None:
     """Estimated cycles of a run; None for a program with branches."""
-    bundles = [bundle for region in program.regions for bundle in region.bundles or []]
+    bundles = program.bundles
     if any(op.mnemonic in BRANCHES for bundle in bundles for op in bundle.operations):
         return None
     return machine.run_cycles(bundles)

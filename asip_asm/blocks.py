@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
 from asip_asm.diagnostics import Place, Reporter
@@ -56,11 +56,6 @@ def build_blocks(
 ) -> list[Block]:
     """Connected blocks of the source; code that is never reached and a missing halt are errors."""
     return _Builder(source, resolve_step, reporter).run()
-
-
-def follow_of(blocks: Sequence[Block]) -> list[list[int]]:
-    """For each block the blocks that may run next, as `flow` takes them."""
-    return [block.follow for block in blocks]
 
 
 class _Builder:
@@ -152,7 +147,7 @@ class _Builder:
                 target = step.operation.target
                 if target in at:
                     block.follow.append(at[target])
-        reached = reachable(follow_of(self.blocks)) if self.blocks else set()
+        reached = reachable([0], lambda i: self.blocks[i].follow) if self.blocks else set()
         for i, block in enumerate(self.blocks):
             if i not in reached and not self.source.incomplete:
                 self.reporter.add(

@@ -9,7 +9,6 @@ program.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,7 +18,8 @@ import msgspec
 from msgspec import Meta
 
 from asip_asm.files import read_bytes
-from asip_asm.image import Image, Type
+from asip_asm.flow import reachable
+from asip_asm.image import Image, Type, json_rows
 
 FORMAT = "microtick-asip-debug-map"
 VERSION = 1
@@ -93,14 +93,8 @@ class DebugMap(msgspec.Struct, forbid_unknown_fields=True):
 
     def dumps(self) -> str:
         """JSON text with one line per entry."""
-        rows = [f'  "format": "{FORMAT}"', f'  "version": {VERSION}']
-        for key, item in msgspec.to_builtins(self).items():
-            if key == "values" and item:
-                entries = ",\n".join("    " + json.dumps(value) for value in item)
-                rows.append(f"  {json.dumps(key)}: [\n{entries}\n  ]")
-            else:
-                rows.append(f"  {json.dumps(key)}: {json.dumps(item)}")
-        return "{\n" + ",\n".join(rows) + "\n}\n"
+        data = {"format": FORMAT, "version": VERSION} | msgspec.to_builtins(self)
+        return json_rows(data, ["values"])
 
     @classmethod
     def load(cls, path: Path, image: Image) -> DebugMap:
@@ -169,7 +163,7 @@ class Finder:
         self._by_place: dict[str, list[Value]] = {}
         for value in debug_map.values:
             self._by_place.setdefault(value.place, []).append(value)
-        self._reached: dict[int, frozenset[int]] = {}
+        self._reached: dict[int, set[int]] = {}
 
     def holder(self, place: str, position: int) -> Value | None:
         """The value that a register or output surely holds."""
@@ -220,18 +214,13 @@ class Finder:
             return True
         return any(position in self._reach(write.bundle) for write in value.writes)
 
-    def _reach(self, bundle: int) -> frozenset[int]:
+    def _reach(self, bundle: int) -> set[int]:
         """Positions behind a bundle."""
         if bundle not in self._reached:
-            found: set[int] = set()
-            open_ends = list(self.map.following(bundle))
-            while open_ends:
-                position = open_ends.pop()
-                if position not in found:
-                    found.add(position)
-                    if position < self.map.bundles:
-                        open_ends = [*open_ends, *self.map.following(position)]
-            self._reached[bundle] = frozenset(found)
+            follow, end = self.map.following, self.map.bundles
+            self._reached[bundle] = reachable(
+                follow(bundle), lambda i: follow(i) if i < end else []
+            )
         return self._reached[bundle]
 
     def _taker(self, value: Value, position: int) -> tuple[str, int] | None:

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from asip_asm.debug_map import SPANS, DebugMap, Span, Value, Write
 from asip_asm.encode import label_addresses
 from asip_asm.image import Image
-from asip_asm.ir import Bundle, Operation, Output, Program, Register, Virtual, register_name
+from asip_asm.ir import Operation, Output, Program, Register, Virtual, register_name
 from asip_asm.isa import default_isa
 from asip_asm.machine import BRANCHES, Machine
 from asip_asm.reader import display_path
@@ -50,8 +50,8 @@ class _Builder:
         self.machine = machine
         self.image = image
         self.isa = default_isa()
-        self.bundles: list[Bundle] = [b for r in program.regions for b in r.bundles or []]
-        self.lands = self._lands()
+        self.bundles = program.bundles
+        self.lands = machine.landings(self.bundles)
         self.follow = self._follow()
         self.found: dict[Key, _Found] = {}
         self.types: dict[str, str] = {s.name: s.type for s in program.states}
@@ -90,19 +90,8 @@ class _Builder:
 
     def _operations(self) -> Iterator[tuple[int, int, Operation]]:
         for i, bundle in enumerate(self.bundles):
-            for slot, op in enumerate(bundle.slots):
-                if op is not None:
-                    yield i, slot, op
-
-    def _lands(self) -> dict[tuple[int, int], int]:
-        """First bundle that finds the result of (bundle, slot) written, no branch being taken."""
-        found: dict[tuple[int, int], int] = {}
-        issues = [issue.cycle for issue in self.machine.issue_cycles(self.bundles)]
-        for i, slot, op in self._operations():
-            ready = issues[i] + self.machine.latency(op) + 1
-            later = (j for j in range(i + 1, len(issues)) if issues[j] >= ready)
-            found[i, slot] = next(later, len(issues))
-        return found
+            for slot, op in bundle.placed():
+                yield i, slot, op
 
     def _follow(self) -> list[list[int]]:
         labels = label_addresses(self.program)

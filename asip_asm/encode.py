@@ -79,7 +79,7 @@ def label_addresses(program: Program) -> dict[str, int]:
 
 def encode_program(program: Program, isa: Isa, cycles: int | None) -> Image:
     """Image of a scheduled and allocated program. Raises EncodeError."""
-    bundles = [bundle for region in program.regions for bundle in region.bundles or []]
+    bundles = program.bundles
     if len(bundles) > isa.program_bundles:
         raise EncodeError(
             f"too many bundles: the program has {len(bundles)}, the core's program memory holds "
@@ -130,6 +130,6 @@ def _sources(bundle: Bundle) -> list[SourceEntry]:
             op.source.line,
             op.source.equation,
         )
-        for slot, op in enumerate(bundle.slots)
-        if op is not None and op.source is not None
+        for slot, op in bundle.placed()
+        if op.source is not None
     ]

@@ -7,21 +7,21 @@ Blocks are numbered; `follow[i]` lists the blocks that may run after block i, a 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable, Iterable, Sequence
 from typing import TypeVar
 
 Item = TypeVar("Item", bound=Hashable)
 
 
-def reachable(follow: Sequence[Sequence[int]]) -> set[int]:
-    """Blocks that a run can come to."""
+def reachable(start: Iterable[int], follow: Callable[[int], Iterable[int]]) -> set[int]:
+    """The places of the start, and those that a run can come to from them."""
     reached: set[int] = set()
-    pending = [0]
+    pending = list(start)
     while pending:
         i = pending.pop()
         if i not in reached:
             reached.add(i)
-            pending += follow[i]
+            pending += follow(i)
     return reached
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from asip_asm.blocks import Block, Step, follow_of
+from asip_asm.blocks import Block, Step
 from asip_asm.diagnostics import Place, Reporter, SourceError, closest
 from asip_asm.flow import certain_before, possible_before
 from asip_asm.ir import Export, Output, Program, Register, Virtual
@@ -32,7 +32,7 @@ class _Checks:
 
     def __post_init__(self) -> None:
         self.written = self.operands.written
-        self.follow = follow_of(self.blocks)
+        self.follow = [block.follow for block in self.blocks]
 
     def check_reads(self) -> None:
         """Every read of a name must see a write on every path from the start."""

@@ -11,7 +11,7 @@ from __future__ import annotations
 import hashlib
 import json
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -221,14 +221,8 @@ class Image(msgspec.Struct, forbid_unknown_fields=True):
 
     def dumps(self) -> str:
         """JSON text with one line per entry."""
-        rows = []
-        for key, value in self.to_json().items():
-            if isinstance(value, list) and value:
-                items = ",\n".join("    " + json.dumps(item) for item in value)
-                rows.append(f"  {json.dumps(key)}: [\n{items}\n  ]")
-            else:
-                rows.append(f"  {json.dumps(key)}: {json.dumps(value)}")
-        return "{\n" + ",\n".join(rows) + "\n}\n"
+        data = self.to_json()
+        return json_rows(data, [key for key, value in data.items() if isinstance(value, list)])
 
     @classmethod
     def load(cls, path: Path, *, sealed: bool = True) -> Image:
@@ -246,6 +240,19 @@ class Image(msgspec.Struct, forbid_unknown_fields=True):
             value = int(bundle, 16)
             for lane in range(lanes):
                 yield 4 * address + lane, (value >> (32 * lane)) & 0xFFFFFFFF
+
+
+def json_rows(data: Mapping[str, Any], lists: Collection[str]) -> str:
+    """JSON text with one line per entry, in these lists one per item."""
+    rows = []
+    for key, value in data.items():
+        if value and key in lists:
+            items = ",\n".join("    " + json.dumps(item) for item in value)
+            text = f"[\n{items}\n  ]"
+        else:
+            text = json.dumps(value)
+        rows.append(f"  {json.dumps(key)}: {text}")
+    return "{\n" + ",\n".join(rows) + "\n}\n"
 
 
 def checksum(data: Mapping[str, Any]) -> str:

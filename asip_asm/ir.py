@@ -9,6 +9,7 @@ by a `Register`; the encoder turns bundles into words.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -98,6 +99,10 @@ class Bundle:
     def operations(self) -> list[Operation]:
         """Those that are there, in the order of their slots."""
         return [op for op in self.slots if op is not None]
+
+    def placed(self) -> Iterator[tuple[int, Operation]]:
+        """Those that are there, each behind its slot."""
+        return ((slot, op) for slot, op in enumerate(self.slots) if op is not None)
 
 
 @dataclass(eq=False)
@@ -190,3 +195,8 @@ class Program:
     watchdog: int = 10000
     files: list[Path] = field(default_factory=list)
     warnings: list[Diagnostic] = field(default_factory=list)
+
+    @property
+    def bundles(self) -> list[Bundle]:
+        """Bundles of all its regions."""
+        return [bundle for region in self.regions for bundle in region.bundles or []]

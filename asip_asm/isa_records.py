@@ -6,7 +6,6 @@ from __future__ import annotations
 import functools
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Protocol
 
 SOURCE_FIELDS = ("a", "b", "c")
 
@@ -39,13 +38,6 @@ class Bank:
     doc: str
 
 
-class WritesBank(Protocol):
-    """A unit, for the rules of slots and banks: 'pipe', 'C' or 'none'."""
-
-    @property
-    def bank(self) -> str: ...
-
-
 @dataclass(frozen=True)
 class Configuration:
     """Build of the core: kind of each slot ('fma', 'aux', 'any'), number of multiply-add pipes.
@@ -61,12 +53,12 @@ class Configuration:
     intervals: Mapping[str, int] = field(default_factory=dict)
     latency_constants: Mapping[str, str] = field(default_factory=dict)
 
-    def allows(self, slot: int, unit: WritesBank) -> bool:
+    def allows(self, slot: int, unit: UnitRecord) -> bool:
         """Whether the slot executes operations of the unit (`nop` is of no unit: always)."""
         kind = "fma" if unit.bank == "pipe" else "aux"
         return self.slots[slot] in (kind, "any")
 
-    def result_bank(self, slot: int, unit: WritesBank) -> str:
+    def result_bank(self, slot: int, unit: UnitRecord) -> str:
         """Bank that a register result goes to when the operation stands in the slot."""
         return "AB"[slot] if unit.bank == "pipe" else unit.bank
 
@@ -82,7 +74,7 @@ class Configuration:
 @dataclass(frozen=True)
 class UnitRecord:
     """Functional unit: latency in cycles or the constant that states it, cycles between operations,
-    bank written ('pipe': the bank of the multiply-add pipe used), fields of the
+    bank written ('pipe': the bank of the multiply-add pipe used; 'C' or 'none'), fields of the
     decoded operation with their widths.
     """
 

@@ -9,13 +9,15 @@ from dataclasses import dataclass
 
 from asip_asm.diagnostics import Line, Place, SourceError, shortened
 
-_SPACE = re.compile(r"\s+")
-_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_.]*")
-_DIRECTIVE = re.compile(r"\.[A-Za-z_][A-Za-z0-9_.]*")
-_SYMBOL = re.compile(r"[-+*/()\[\]{}|,:=]")
-_STRING = re.compile(r'"([^"]*)"')
+_TOKEN = re.compile(
+    r"(?P<space>\s+)"
+    r"|(?P<number>\.?[0-9](?:[eE][+-](?=[0-9])|[A-Za-z0-9_.])*)"
+    r"|(?P<name>[A-Za-z_][A-Za-z0-9_.]*)"
+    r"|(?P<directive>\.[A-Za-z_][A-Za-z0-9_.]*)"
+    r'|(?P<string>"[^"]*")'
+    r"|(?P<symbol>[-+*/()\[\]{}|,:=])"
+)
 _NUMBER = re.compile(r"0f[0-9A-Fa-f]{8}|0x[0-9A-Fa-f]+|[0-9]+(?:\.[0-9]+)?(?:[eE][+-]?[0-9]+)?")
-_NUMBER_RUN = re.compile(r"\.?[0-9](?:[eE][+-](?=[0-9])|[A-Za-z0-9_.])*")
 _EQUATION = re.compile(r"[;#]\s*\(([A-Z]?[0-9][0-9A-Za-z., -]*)\)")
 
 
@@ -55,41 +57,28 @@ def tokenize(line: Line) -> list[Token]:
     """Tokens of the line, an 'end' token last. Raises SourceError."""
     code, _ = split_comment(line.text)
     tokens: list[Token] = []
-
-    def add(kind: str, text: str, column: int, length: int) -> None:
-        tokens.append(Token(kind, text, Place(line, column, length), line))
-
     column = 0
     while column < len(code):
-        if match := _SPACE.match(code, column):
-            pass
-        elif match := _NUMBER_RUN.match(code, column):
-            if not _NUMBER.fullmatch(match.group()):
-                raise SourceError(
-                    Place(line, column, len(match.group())),
-                    f"malformed number '{shortened(match.group())}'",
-                    "numbers are written 12, 0x1f, 1.5, 2e-3 or 0f3fc00000",
-                )
-            add("number", match.group(), column, len(match.group()))
-        elif match := _NAME.match(code, column):
-            add("name", match.group(), column, len(match.group()))
-        elif match := _DIRECTIVE.match(code, column):
-            add("directive", match.group(), column, len(match.group()))
-        elif match := _STRING.match(code, column):
-            add("string", match.group(1), column, len(match.group()))
-        elif match := _SYMBOL.match(code, column):
-            add("symbol", match.group(), column, 1)
-        elif code[column] == '"':
+        match = _TOKEN.match(code, column)
+        if match is None:
+            if code[column] == '"':
+                place = Place(line, column, len(code) - column)
+                raise SourceError(place, "string without closing quote", 'add "')
             raise SourceError(
-                Place(line, column, len(code) - column), "string without closing quote", 'add "'
+                Place(line, column), f"character {_shown(code[column])} means nothing here"
             )
-        else:
+        kind, text = match.lastgroup, match.group()
+        place = Place(line, column, len(text))
+        if kind == "number" and not _NUMBER.fullmatch(text):
             raise SourceError(
-                Place(line, column), f"character {_shown(code[column])} means nothing here", ""
+                place,
+                f"malformed number '{shortened(text)}'",
+                "numbers are written 12, 0x1f, 1.5, 2e-3 or 0f3fc00000",
             )
+        if kind != "space":
+            tokens.append(Token(kind, text.strip('"'), place, line))
         column = match.end()
-    add("end", "", len(code.rstrip()), 1)
-    return tokens
+    return [*tokens, Token("end", "", Place(line, len(code.rstrip())), line)]
 
 
 def _shown(character: str) -> str:

@@ -19,8 +19,9 @@ from asip_asm.disassemble import decode_bundle
 from asip_asm.encode import encode_bundle
 from asip_asm.expression import literal_name
 from asip_asm.image import FunctionEntry, Image, Name
-from asip_asm.ir import Bundle, Operation, Output, Register
+from asip_asm.ir import Bundle, Operation, Output, Register, register_name
 from asip_asm.isa import Isa, default_isa
+from asip_asm.source import physical_register
 
 
 class LinkError(ValueError):
@@ -99,8 +100,7 @@ def _moved_map(old: DebugMap, image: Image, place: _Places) -> DebugMap:
     def location(text: str) -> str:
         if text[0] == "o":
             return f"o{int(text[1:]) + place.first_output}"
-        new = place.registers[_register(text)]
-        return f"{new.bank.lower()}{new.index}"
+        return register_name(place.registers[physical_register(text)])
 
     values = [
         msgspec.structs.replace(
@@ -169,10 +169,6 @@ def _add_up(places: list[_Places], programs: Mapping[str, Image], isa: Isa) -> N
         first = [begin + count for begin, count in zip(first, taken, strict=True)]
 
 
-def _register(name: str) -> Register:
-    return Register(name[0].upper(), int(name[1:]))
-
-
 def _own_registers(
     places: list[_Places],
     programs: Mapping[str, Image],
@@ -185,7 +181,7 @@ def _own_registers(
         kept: list[set[Register]] = []
         for image in programs.values():
             entries = (*image.states, *image.exports)
-            own = {r for r in (_register(e.register) for e in entries) if r.bank == bank}
+            own = {r for r in (physical_register(e.register) for e in entries) if r.bank == bank}
             kept.append(own)
         total = sum(map(len, kept))
         for place, name, bundles, own in zip(places, programs, decoded, kept, strict=True):
@@ -287,8 +283,7 @@ def _add_signals(result: Image, name: str, image: Image, place: _Places) -> None
         return f"{name}.{text}"
 
     def moved(register: str) -> str:
-        new = place.registers[_register(register)]
-        return f"{new.bank.lower()}{new.index}"
+        return register_name(place.registers[physical_register(register)])
 
     replace = msgspec.structs.replace
     order = {output.index: i for i, output in enumerate(image.outputs)}

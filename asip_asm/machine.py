@@ -17,13 +17,14 @@ ready.
 from __future__ import annotations
 
 import re
+from bisect import bisect_left
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from asip_asm.ir import Bundle, Operation, Output, Register, Virtual
 from asip_asm.isa import ISA_FILE, default_isa
-from asip_asm.isa_records import Configuration
+from asip_asm.isa_records import Configuration, UnitRecord
 from asip_asm.project import ROOT
 
 _PIPELINE = default_isa().pipeline
@@ -52,20 +53,6 @@ class MachineError(ValueError):
 
 
 @dataclass(frozen=True)
-class Unit:
-    """Functional unit: register ranks `latency`, cycles `interval` between operations, bank it
-    writes.
-
-    `bank` is 'pipe' (the bank of the multiply-add pipe used), 'C' or 'none'.
-    """
-
-    name: str
-    latency: int
-    interval: int
-    bank: str
-
-
-@dataclass(frozen=True)
 class Issue:
     """Issue cycle of a bundle and the cycles it waited before, by cause (see `STALL_CAUSES`).
 
@@ -81,10 +68,12 @@ class Issue:
 
 @dataclass(frozen=True)
 class Machine:
-    """One configuration: its record, units, unit of each operation, bank sizes."""
+    """One configuration: its record, units with its latencies and intervals, unit of each
+    operation, bank sizes.
+    """
 
     build: Configuration
-    units: Mapping[str, Unit]
+    units: Mapping[str, UnitRecord]
     unit_names: Mapping[str, str]
     bank_sizes: Mapping[str, int]
     data_words: int
@@ -99,7 +88,7 @@ class Machine:
         """Kind of each slot: 'fma', 'aux' or 'any'."""
         return self.build.slots
 
-    def unit(self, operation: Operation) -> Unit:
+    def unit(self, operation: Operation) -> UnitRecord:
         """Unit that executes the operation; MachineError if the mnemonic is unknown."""
         try:
             return self.units[self.unit_names[operation.mnemonic]]
@@ -138,50 +127,30 @@ class Machine:
         Exact model of the interlocks, started on an idle core. Works before and after register
         allocation.
         """
-        ready: dict[object, int] = {}
-        unit_free: dict[str, int] = {}
-        port: set[int] = set()
+        interlocks = Interlocks(self)
         issues: list[Issue] = []
         cycle = 0
         for bundle in bundles:
             operations = bundle.operations
             stalls = dict.fromkeys(STALL_CAUSES, 0)
-            while cause := self._blocked(operations, cycle, ready, unit_free, port):
+            while cause := interlocks.cause(operations, cycle):
                 stalls[cause] += 1
                 cycle += 1
             issues.append(Issue(cycle, **stalls))
-            for op in operations:
-                unit = self.unit(op)
-                unit_free[unit.name] = cycle + unit.interval
-                if op.dst is not None and not isinstance(op.dst, Output):
-                    ready[op.dst] = cycle + unit.latency + 1
-                if self.writes_port(op):
-                    port.add(cycle + unit.latency)
+            interlocks.issue(operations, cycle)
             cycle += 1
         return issues
 
-    def _blocked(
-        self,
-        operations: Sequence[Operation],
-        cycle: int,
-        ready: Mapping[object, int],
-        unit_free: Mapping[str, int],
-        port: set[int],
-    ) -> str | None:
-        """First cause that keeps the operations from issuing in `cycle`."""
-        if any(ready.get(source, 0) > cycle for op in operations for source in sources(op)):
-            return "operand"
-        if any(ready.get(op.dst, 0) > cycle for op in operations if op.dst is not None):
-            return "waw"
-        if any(self._unit_busy(op, cycle, unit_free) for op in operations):
-            return "unit"
-        if any(self.writes_port(op) and cycle + self.latency(op) in port for op in operations):
-            return "port"
-        return None
-
-    def _unit_busy(self, operation: Operation, cycle: int, unit_free: Mapping[str, int]) -> bool:
-        unit = self.unit(operation)
-        return unit.interval > 1 and unit_free.get(unit.name, 0) > cycle
+    def landings(self, bundles: Sequence[Bundle]) -> dict[tuple[int, int], int]:
+        """First bundle that can issue with the result of (bundle, slot) written, the number of
+        bundles if none can; branches are not taken.
+        """
+        issues = [issue.cycle for issue in self.issue_cycles(bundles)]
+        return {
+            (i, slot): bisect_left(issues, issues[i] + self.latency(op) + 1)
+            for i, bundle in enumerate(bundles)
+            for slot, op in bundle.placed()
+        }
 
     def run_cycles(self, bundles: Sequence[Bundle]) -> int:
         """Cycles of a straight-line run: first issue to last write done, and `RUN_OVERHEAD`."""
@@ -200,6 +169,41 @@ class Machine:
             ),
             default=0,
         )
+
+
+@dataclass
+class Interlocks:
+    """Cycles from which a register can be read and a unit is free, and those in which bank C's
+    write port is taken, by the operations issued so far.
+    """
+
+    machine: Machine
+    ready: dict[object, int] = field(default_factory=dict)
+    unit_free: dict[str, int] = field(default_factory=dict)
+    port: set[int] = field(default_factory=set)
+
+    def cause(self, operations: Sequence[Operation], cycle: int) -> str | None:
+        """First of `STALL_CAUSES` that keeps the operations from issuing in `cycle`."""
+        machine, ready = self.machine, self.ready
+        if any(ready.get(source, 0) > cycle for op in operations for source in sources(op)):
+            return "operand"
+        if any(ready.get(op.dst, 0) > cycle for op in operations if op.dst is not None):
+            return "waw"
+        units = [machine.unit(op) for op in operations]
+        if any(u.interval > 1 and self.unit_free.get(u.name, 0) > cycle for u in units):
+            return "unit"
+        ends = [cycle + machine.latency(op) for op in operations if machine.writes_port(op)]
+        return "port" if not self.port.isdisjoint(ends) else None
+
+    def issue(self, operations: Sequence[Operation], cycle: int) -> None:
+        """The operations of a bundle issue in `cycle`."""
+        for op in operations:
+            unit = self.machine.unit(op)
+            self.unit_free[unit.name] = cycle + unit.interval
+            if op.dst is not None and not isinstance(op.dst, Output):
+                self.ready[op.dst] = cycle + unit.latency + 1
+            if self.machine.writes_port(op):
+                self.port.add(cycle + unit.latency)
 
 
 def sources(operation: Operation) -> list[Register | Virtual]:
@@ -232,7 +236,7 @@ def load_machine(configuration: str, fp_pkg_file: Path = FP_PKG_FILE) -> Machine
     if build is None:
         known = ", ".join(isa.configurations)
         raise MachineError(f"{ISA_FILE}: no configuration '{configuration}'; it has {known}")
-    units: dict[str, Unit] = {}
+    units: dict[str, UnitRecord] = {}
     for name, record in isa.units.items():
         constant = build.latency_constant(record)
         latency = record.latency if constant is None else latencies.get(constant)
@@ -241,7 +245,7 @@ def load_machine(configuration: str, fp_pkg_file: Path = FP_PKG_FILE) -> Machine
                 f"{fp_pkg_file}: no 'localparam int unsigned {constant} = n;', "
                 f"needed by unit {name}"
             )
-        units[name] = Unit(name, latency, build.interval(record), record.bank)
+        units[name] = replace(record, latency=latency, interval=build.interval(record))
     sizes = {name: bank.size for name, bank in isa.banks.items()}
     if build.fma_pipes < 2:
         sizes["B"] = 0

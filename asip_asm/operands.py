@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass, field
 
 from asip_asm.blocks import Step
@@ -64,8 +65,7 @@ class Operands:
         program.data = list(source.data)
         program.data_names = {d.name: int(d.value or 0) for d in source.of_kind("data")}
         for declaration in source.of_kind("input"):
-            index = len(program.inputs)
-            program.inputs.append(Word(declaration.name, index, declaration.type))
+            program.inputs.append(Word(declaration.name, len(program.inputs), declaration.type))
         for declaration in source.of_kind("output"):
             program.outputs.append(
                 OutputWord(declaration.name, len(program.outputs), declaration.bits)
@@ -119,9 +119,7 @@ class Operands:
         )
 
     def _new_word(self, bits: int, type_name: str, place: Place) -> int:
-        index = self.first_free
-        while index in self.words:
-            index += 1
+        index = next(i for i in itertools.count(self.first_free) if i not in self.words)
         self.first_free = index
         size = self.isa.banks["K"].size
         if index >= size:
@@ -290,12 +288,9 @@ class Operands:
     def result_banks(self, mnemonic: str) -> list[str]:
         """Banks that the operation's result can go to."""
         unit = self.isa.unit_of(mnemonic)
-        slots = range(len(self.configuration.slots))
-        return [
-            self.configuration.result_bank(slot, unit)
-            for slot in slots
-            if self.configuration.allows(slot, unit)
-        ]
+        build = self.configuration
+        slots = range(len(build.slots))
+        return [build.result_bank(slot, unit) for slot in slots if build.allows(slot, unit)]
 
     def _constant(self, declaration: Declaration, place: Place) -> Register:
         """Word of bank K of a named constant. Zero needs none, equal constants share one."""

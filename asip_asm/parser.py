@@ -34,30 +34,19 @@ OTHER_NAMES = {
 """What other assemblers call the operations."""
 
 
-def parse_file(
-    path: Path,
-    isa: Isa,
-    reporter: Reporter,
-    defines: Mapping[str, str] | None = None,
-    include_path: Sequence[Path] = (),
-    params: Path | None = None,
-) -> Source:
-    """Parse a file with all it includes; errors go to the reporter.
+class Parser:
+    """Parser of one program; errors go to the reporter.
 
-    `defines` replaces values of parameters, `params` the parameter files. Raises OSError for the
-    file itself.
+    `defines` replaces values of parameters, `params` the parameter files.
     """
-    return _Parser(isa, reporter, defines or {}, include_path, params).parse(path)
 
-
-class _Parser:
     def __init__(
         self,
         isa: Isa,
         reporter: Reporter,
         defines: Mapping[str, str],
-        include_path: Sequence[Path],
-        params: Path | None,
+        include_path: Sequence[Path] = (),
+        params: Path | None = None,
     ) -> None:
         self.isa = isa
         self.reporter = reporter
@@ -79,6 +68,7 @@ class _Parser:
         )
 
     def parse(self, path: Path) -> Source:
+        """A file with all it includes. Raises OSError for the file itself."""
         pending: list[Token] = []
         pending_lines = 0
         self.source.main_file = display_path(path)
@@ -249,12 +239,9 @@ class _Parser:
         token = cursor.token
         if kind == "address":
             return self._address_operand(cursor)
-        if kind == "target":
-            cursor.expect_kind("name", "a label")
-            return Operand("name", token.place, token.text)
-        if kind == "dst":
-            cursor.expect_kind("name", f"the destination of {record.name}")
-            return Operand("name", token.place, token.text)
+        if kind in ("target", "dst"):
+            what = "a label" if kind == "target" else f"the destination of {record.name}"
+            return Operand("name", token.place, cursor.expect_kind("name", what).text)
         if token.kind == "name":
             cursor.take()
             if cursor.at("("):

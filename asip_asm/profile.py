@@ -21,6 +21,7 @@ from asip_asm.machine import (
     BRANCHES,
     OPERAND_READ,
     REFETCH,
+    Interlocks,
     Machine,
     load_machine,
     sources,
@@ -215,10 +216,8 @@ class _Replay:
         self.waits: list[Wait] = []
         self.now = 0  # first cycle whose bundle is not known yet
         self.branch: Execution | None = None  # in the last bundle
-        self.ready: dict[object, int] = {}
+        self.interlocks = Interlocks(machine)
         self.writer: dict[object, int] = {}
-        self.unit_free: dict[str, int] = {}
-        self.port: set[int] = set()
 
     def issue(self, cycle: int, address: int) -> None:
         """The bundle at `address` issues in `cycle`."""
@@ -228,22 +227,15 @@ class _Replay:
         self._add_wait(self.now, decode, "fetch", address, branch)
         self.wait(decode, cycle, address)
         self.branch = None
-        written: dict[object, tuple[int, int]] = {}
-        for slot, op in enumerate(bundle.slots):
-            if op is None:
-                continue
-            unit = self.machine.unit(op)
+        written: dict[object, int] = {}
+        for slot, op in bundle.placed():
             execution = self._execution(op, address, slot, decode, cycle)
             self.executions.append(execution)
-            self.unit_free[unit.name] = cycle + unit.interval
-            if isinstance(op.dst, Register):
-                written[op.dst] = (cycle + unit.latency + 1, execution.number)
-            if self.machine.writes_port(op):
-                self.port.add(cycle + unit.latency)
+            written[op.dst] = execution.number
             if op.mnemonic in BRANCHES:
                 self.branch = execution
-        for register, (ready, number) in written.items():
-            self.ready[register], self.writer[register] = ready, number
+        self.writer |= written
+        self.interlocks.issue(bundle.operations, cycle)
         self.now = cycle + 1
 
     def wait(self, start: int, end: int, address: int | None) -> None:
@@ -276,19 +268,12 @@ class _Replay:
 
     def _cause(self, bundle: Bundle, cycle: int) -> tuple[str, int | None]:
         """What keeps the bundle in stage D, and the execution that it waits for longest."""
-        operations = bundle.operations
-        places = [place for op in operations for place in (*sources(op), op.dst)]
-        pending = [place for place in places if self.ready.get(place, 0) > cycle]
-        if pending:
-            return "operand", self.writer[max(pending, key=self.ready.__getitem__)]
-        for op in operations:
-            unit = self.machine.unit(op)
-            if unit.interval > 1 and self.unit_free.get(unit.name, 0) > cycle:
-                return "unit", None
-        for op in operations:
-            if self.machine.writes_port(op) and cycle + self.machine.latency(op) in self.port:
-                return "write port", None
-        return "fetch", None
+        cause = self.interlocks.cause(bundle.operations, cycle)
+        if cause in ("operand", "waw"):
+            places = [place for op in bundle.operations for place in (*sources(op), op.dst)]
+            ready = self.interlocks.ready
+            return "operand", self.writer[max(places, key=lambda place: ready.get(place, 0))]
+        return {None: "fetch", "port": "write port"}.get(cause, cause), None
 
     def _bundle(self, address: int) -> Bundle:
         if address not in self.bundles:

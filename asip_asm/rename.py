@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 
-from asip_asm.blocks import Block, Step, follow_of
+from asip_asm.blocks import Block, Step
 from asip_asm.diagnostics import Reporter, SourceError
 from asip_asm.flow import live_after
 from asip_asm.ir import Bundle, Operation, Program, Region, Register, State, Virtual
@@ -180,4 +180,4 @@ class _Renamer:
             exposed.append(reads)
             written.append(writes)
         at_end = [kept if block.halt else set() for block in blocks]
-        return live_after(follow_of(self.blocks), exposed, written, at_end)
+        return live_after([block.follow for block in blocks], exposed, written, at_end)

@@ -6,7 +6,7 @@ operation itself.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from asip_asm.dependence import build_graph
@@ -114,14 +114,14 @@ def state_storage(program: Program) -> dict[Virtual, Virtual]:
     return {state.last: state.first for state in program.states if state.last is not None}
 
 
-def writes_of(program: Program) -> Iterator[tuple[Operation, int | None]]:
-    """All operations of a program; with the slot where the source fixes it."""
-    for region in program.regions:
+def operations_of(regions: Iterable[Region]) -> Iterator[tuple[Operation, int | None]]:
+    """All operations of regions; with the slot where the source fixes it."""
+    for region in regions:
         if region.bundles is None:
             yield from ((op, None) for op in region.operations)
         else:
             for bundle in region.bundles:
-                yield from ((op, slot) for slot, op in enumerate(bundle.slots) if op is not None)
+                yield from ((op, slot) for slot, op in bundle.placed())
 
 
 def decide_banks(program: Program, machine: Machine) -> Banks:
@@ -131,7 +131,7 @@ def decide_banks(program: Program, machine: Machine) -> Banks:
     to one bank. Raises ScheduleError if they cannot.
     """
     choices: dict[Virtual, list[tuple[Operation, set[str]]]] = defaultdict(list)
-    for op, slot in writes_of(program):
+    for op, slot in operations_of(program.regions):
         if not isinstance(op.dst, Virtual):
             continue
         slots = machine.slots_of(op) if slot is None else (slot,)
@@ -212,16 +212,14 @@ def _values(
     """
     reserved = set(storage) | {state.first for state in program.states} | set(banks.fixed)
     kept = {export.value for export in program.exports}
-    for other in program.regions:
-        if other is not region:
-            for op in _operations(other):
-                kept.update(sources(op))
+    for op, _ in operations_of(other for other in program.regions if other is not region):
+        kept.update(sources(op))
     sizes = machine.bank_sizes
     capacity = [sizes["A"] + sizes["B"], sizes["C"]]
     pool = {"pipe": 0, "C": 1}
     named = {state.register for state in program.fixed_states}
     holders: dict[Virtual, int] = {}
-    for op, _ in writes_of(program):
+    for op, _ in operations_of(program.regions):
         named.update(place for place in (op.dst, *sources(op)) if isinstance(place, Register))
         if op.dst in reserved:
             holders[storage.get(op.dst, op.dst)] = pool[machine.unit(op).bank]
@@ -246,14 +244,6 @@ def _values(
         for symbol, i in definition.items()
     ]
     return values, (capacity[0], capacity[1])
-
-
-def _operations(region: Region) -> Iterator[Operation]:
-    if region.bundles is None:
-        yield from region.operations
-    else:
-        for bundle in region.bundles:
-            yield from bundle.operations
 
 
 def _emit(

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import bisect
 import heapq
+import itertools
 import random
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -216,17 +217,9 @@ class Placer:
             takes_port = port[i]
             block = blocked[i]
             while True:
-                start = u
-                while u in jump:
-                    u = jump[u]
-                while start in jump:
-                    following = jump[start]
-                    jump[start] = u
-                    start = following
-                if takes_port and u + rank in writes:
-                    u += 1
-                    continue
-                if (u, pipe[i]) in fixed:
+                if u in jump:
+                    u = _first_free(jump, u)
+                if (takes_port and u + rank in writes) or (u, pipe[i]) in fixed:
                     u += 1
                     continue
                 if block is not None and u in busy[block[0]]:
@@ -266,7 +259,6 @@ def _first_free(busy: dict[int, int], cycle: int) -> int:
 def pressure(problem: Problem, times: Sequence[int]) -> list[int]:
     """Largest number of registers in use at once, by pool."""
     end = max(times, default=0) + 1
-    peaks = []
     steps = [[0] * (end + 2) for _ in problem.capacity]
     for value in problem.values:
         step = steps[value.pool]
@@ -274,14 +266,7 @@ def pressure(problem: Problem, times: Sequence[int]) -> list[int]:
         last = end if value.kept else max((times[i] for i in value.readers), default=begin + 1)
         step[begin] += 1
         step[last] -= 1
-    for step in steps:
-        live = peak = 0
-        for change in step:
-            live += change
-            if live > peak:
-                peak = live
-        peaks.append(peak)
-    return peaks
+    return [max(itertools.accumulate(step)) for step in steps]
 
 
 def search(

@@ -77,11 +77,6 @@ class Instruction:
         result = "" if self.result == "v" else self.result
         return f"__builtin_custom_{result}n{self.arguments}"
 
-    @property
-    def verilog_cycles(self) -> str:
-        """A number: Yosys refuses a package that names another; gen-check keeps it true."""
-        return str(self.cycles)
-
 
 @dataclass(frozen=True)
 class Platform:

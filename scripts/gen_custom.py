@@ -42,15 +42,11 @@ def package(platforms: Mapping[str, Platform]) -> str:
             mine = [i for i in platform.instructions.values() if i.component == part.name]
             lines.append(sv_logic(f"{prefix}_BASE", 8, part.base, f"{part.name}: {block(part)}"))
             lines.append(sv_int(f"{prefix}_SELECT", part.bits))
+            # Numbers: Yosys refuses a package that names another; gen-check keeps them true.
             if part.type == "multicycle":
-                expression = mine[0].verilog_cycles
-                lines.append(f"  localparam int unsigned {prefix}_CYCLES = {expression};")
+                lines.append(sv_int(f"{prefix}_CYCLES", mine[0].cycles))
             if part.type == "variable":
-                lines += [
-                    f"  localparam int unsigned {prefix}_{item.name.upper()}_CYCLES = "
-                    f"{item.verilog_cycles};"
-                    for item in mine
-                ]
+                lines += [sv_int(f"{prefix}_{i.name.upper()}_CYCLES", i.cycles) for i in mine]
         lines.append("  // Bit n: instruction number n belongs to the combinational group.")
         lines.append(
             f"  localparam logic [255:0] {upper}_COMBINATIONAL =\n"

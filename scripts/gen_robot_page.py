@@ -11,6 +11,7 @@ import tomllib
 from dataclasses import fields
 
 from asip_asm.project import ROOT
+from scripts.generated import keep_page
 from sim.model.drives import Drives
 from sim.model.parameters import ROBOT_TOML, Robot
 
@@ -75,14 +76,8 @@ def render() -> str:
 
 def main(arguments: list[str]) -> int:
     """Write or check the page; returns the exit status."""
-    text = render()
-    if arguments == ["--check"]:
-        if PAGE.is_file() and PAGE.read_text(encoding="utf-8") == text:
-            return 0
-        sys.stderr.write(f"{PAGE.relative_to(ROOT)} differs: run `make gen`\n")
-        return 1
-    PAGE.write_text(text, encoding="utf-8")
-    return 0
+    stale = f"{PAGE.relative_to(ROOT)} differs: run `make gen`"
+    return keep_page(PAGE, render(), arguments == ["--check"], stale, sys.stderr)
 
 
 if __name__ == "__main__":

@@ -8,6 +8,7 @@ import difflib
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import TextIO
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 
@@ -100,6 +101,18 @@ def deliver(files: dict[str, str], root: Path, check: bool, script: str) -> int:
         path = root / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
+    return 0
+
+
+def keep_page(page: Path, text: str, check: bool, stale: str, stream: TextIO) -> int:
+    """Write a page, or with `check` compare; returns the exit status, 1 if the page differs: then
+    `stale` goes to the stream.
+    """
+    if not check:
+        page.write_text(text, encoding="utf-8")
+    elif not page.is_file() or page.read_text(encoding="utf-8") != text:
+        print(stale, file=stream)
+        return 1
     return 0
 
 

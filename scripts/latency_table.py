@@ -22,6 +22,7 @@ import numpy as np
 from asip_asm.assemble import assemble
 from asip_asm.isa import OperationRecord, default_isa
 from asip_asm.machine import load_machine
+from scripts.generated import keep_page
 from sim.harness.asip_bus import register_address
 from sim.harness.asip_rtl import AsipRtl
 
@@ -180,13 +181,8 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--check", action="store_true", help="compare with the page, write nothing")
     options = parser.parse_args(argv)
     text = page({name: measure(name) for name in default_isa().configurations})
-    if not options.check:
-        PAGE.write_text(text, encoding="utf-8")
-        return 0
-    if PAGE.is_file() and PAGE.read_text(encoding="utf-8") == text:
-        return 0
-    print(f"error: {PAGE.relative_to(ROOT)} differs from the core; help: {COMMAND}")
-    return 1
+    stale = f"error: {PAGE.relative_to(ROOT)} differs from the core; help: {COMMAND}"
+    return keep_page(PAGE, text, options.check, stale, sys.stdout)
 
 
 if __name__ == "__main__":

@@ -28,10 +28,8 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT))
-
-from scripts.register_words import ESC, FIELDS, Finding, python_findings  # noqa: E402
+from asip_asm.project import ROOT
+from scripts.register_words import ESC, FIELDS, Finding, python_findings
 
 # The register that a line of C accesses.
 NAME = r"(?:\b(?:REG_|csr\.|CSR\()(\w+)|\b(ESC_\w+))"

@@ -12,12 +12,9 @@ import re
 import shlex
 import subprocess
 import sys
-from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path[:0] = [str(ROOT)]
-
-from sim.harness.nios_rtl import PLATFORMS  # noqa: E402
+from asip_asm.project import ROOT
+from sim.harness.nios_rtl import PLATFORMS
 
 PAGE = ROOT / "docs/own_c_program.md"
 FILE = re.compile(r"(^`(\S+)`:\n\n```\w+\n)(.*?)(^```$)", re.MULTILINE | re.DOTALL)

@@ -24,6 +24,7 @@ import numpy as np
 
 from asip_asm.allocate import allocate_registers
 from asip_asm.assemble import encode, parse_program
+from asip_asm.expression import float_bits, word_bits
 from asip_asm.image import Image
 from asip_asm.ir import Operation, Output, Program, Register, Virtual
 from asip_asm.isa import default_isa
@@ -31,6 +32,7 @@ from asip_asm.machine import load_machine, sources
 from asip_asm.project import ROOT
 from asip_asm.report import report_program
 from asip_asm.schedule import schedule_program
+from scripts.generated import keep_page
 from sim.harness.asip_rtl import AsipRtl
 from sim.model.parameters import Robot
 
@@ -200,21 +202,16 @@ def measure(program: Program) -> tuple[Tick, dict[str, int]]:
     return Tick(section.operations, section.bound, cycles, clocks), words
 
 
-def float_word(value: float) -> int:
-    """Word of a single float."""
-    return int(np.float32(value).view(np.uint32))
-
-
 def run_tick(image: Image) -> tuple[int, int, dict[str, int]]:
     """CYCLES, clocks with all bus transfers, and output words of a tick with the inputs `HOME`."""
     core = AsipRtl(image.configuration)
     core.load(image)
     names = [entry.name for entry in image.inputs]
-    before = {f"{name}_before": float_word(value) for name, value in HOME.items()}
+    before = {f"{name}_before": float_bits(value) for name, value in HOME.items()}
     states = {state.name: state.name.partition("_robot")[0] for state in image.states}
     core.preset({name: before[plain] for name, plain in states.items() if plain in before})
     values = [(HOME.get(word.name.partition("_robot")[0], 0), word.type) for word in image.inputs]
-    words = [v & 0xFFFFFFFF if kind == "int" else float_word(v) for v, kind in values]
+    words = [word_bits(float(value), kind) for value, kind in values]
     outputs = [output.name for output in image.outputs]
     begin = core.cycles
     result = core.run(
@@ -294,15 +291,10 @@ def main(argv: list[str] | None = None) -> int:
         for configuration, counts in ROBOTS.items()
         for count in counts
     }
-    text = page(points, together)
-    if options.check:
-        if PAGE.is_file() and PAGE.read_text(encoding="utf-8") == text:
-            return 0
-        print(f"error: {PAGE.relative_to(ROOT)} differs from the core; help: {COMMAND}")
-        return 1
-    PAGE.write_text(text, encoding="utf-8")
-    plot(points, PLOT)
-    return 0
+    if not options.check:
+        plot(points, PLOT)
+    stale = f"error: {PAGE.relative_to(ROOT)} differs from the core; help: {COMMAND}"
+    return keep_page(PAGE, page(points, together), options.check, stale, sys.stdout)
 
 
 if __name__ == "__main__":

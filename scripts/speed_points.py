@@ -19,7 +19,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from scripts.generated import table
+from scripts.generated import keep_page, table
 from scripts.synth import TOPS
 from scripts.synth_unit import ROOT, SynthesisError, synthesise
 from sim.harness.sources import sources_of
@@ -218,18 +218,9 @@ def main(argv: Sequence[str] | None = None) -> int:
             return 1
         DATA.parent.mkdir(exist_ok=True)
         DATA.write_text(json.dumps(points, indent=2) + "\n", encoding="utf-8")
-    text = page(points)
-    if options.check:
-        if not PAGE.is_file() or PAGE.read_text(encoding="utf-8") != text:
-            print(
-                f"error: {PAGE.relative_to(ROOT)} differs from {DATA.relative_to(ROOT)}; "
-                f"help: {COMMAND}",
-                file=sys.stderr,
-            )
-            return 1
-        return 0
-    PAGE.write_text(text, encoding="utf-8")
-    return 0
+    names = PAGE.relative_to(ROOT), DATA.relative_to(ROOT)
+    stale = f"error: {names[0]} differs from {names[1]}; help: {COMMAND}"
+    return keep_page(PAGE, page(points), options.check, stale, sys.stderr)
 
 
 if __name__ == "__main__":

@@ -174,18 +174,16 @@ class _Emitter:
             return
         name = self._direct(i) or self._temporary(node)
         args = [self.expressions[arg] for arg in node.args]
-        form = INFIX.get(node.op, node.op.removeprefix("f") + "(" + "{0}" + ")")
-        if node.op not in INFIX and len(args) > 1:
-            form = node.op.removeprefix("f") + "(" + ", ".join(f"{{{k}}}" for k in range(3)) + ")"
-            form = form.replace(", {2}", "") if len(args) == 2 else form
+        places = ", ".join(f"{{{k}}}" for k in range(len(args)))
+        form = INFIX.get(node.op, f"{node.op.removeprefix('f')}({places})")
         short = [a if _plain(a) else f"({a})" for a in args]
-        expression = form.format(*(short if node.op in INFIX else args), *("",) * 3)
+        expression = form.format(*(short if node.op in INFIX else args))
         if i in self.graph.functions:
             function, given = self.graph.functions[i]
             expression = f"{function}({', '.join(self.expressions[arg] for arg in given)})"
         if len(expression) > COMMENT:
             names = [self.names[arg] for arg in node.args]
-            expression = form.format(*names, *("",) * 3)
+            expression = form.format(*names)
         operands = [self._operand(node, a) for a in node.args]
         self._line(node.op, [name, *operands], expression, node)
         self.names[i] = name
@@ -204,8 +202,6 @@ class _Emitter:
         return name
 
     def _leaf(self, node: Node) -> str:
-        if node.op == "int_const":
-            return str(node.value)
         if node.op != "const":
             return str(node.value)
         value = float(binary32(node.value))

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 import operator
+from collections import Counter
 from collections.abc import Callable, Sequence
 
 from asip_asm.model.graph import TESTS, Graph, Node, Rewriter
@@ -201,10 +202,7 @@ def share_divisors(graph: Graph) -> Graph:
 
     Rounds twice where a division rounds once: the result is off by at most 1.5 instead of 0.5 ulp.
     """
-    count: dict[int, int] = {}
-    for _, node in graph.operations():
-        if node.op == "div":
-            count[node.args[1]] = count.get(node.args[1], 0) + 1
+    count = Counter(node.args[1] for _, node in graph.operations() if node.op == "div")
     return _Reciprocals(graph, count).run()
 
 

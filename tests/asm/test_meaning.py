@@ -21,7 +21,7 @@ from asip_asm.disassemble import decode_bundle, disassemble
 from asip_asm.image import Image
 from asip_asm.ir import Output, Register
 from asip_asm.isa import default_isa
-from asip_asm.parser import parse_file
+from asip_asm.parser import Parser
 from asip_asm.source import Operand, RawOperation, Source
 
 from .interpret import Result, digest
@@ -237,7 +237,7 @@ def test_random_program__image_computes_what_the_source_says(
         assert all("Traceback" not in str(d) for d in error.diagnostics)
         event("refused")
         assume(False)
-    source = parse_file(path, ISA, Reporter())
+    source = Parser(ISA, Reporter(), {}).parse(path)
     try:
         expected = run_source(source)
     except Endless:
