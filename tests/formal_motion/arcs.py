@@ -259,8 +259,7 @@ class Arc(Observer):
         forward = (next_p >= end_p) & (next_q <= end_q)
         strong = (combined & flag(run, own["close"])).implies(close(next_n, next_p, next_q))
         parts = {
-            "state": unit["quadrant_q"].same(unit["quadrant_q"])
-            & Truth(logic, logic.ule(run.signal("state_q", cycle), MOVE))
+            "state": Truth(logic, logic.ule(run.signal("state_q", cycle), MOVE))
             & (self.state(run, cycle, IDLE) | started),
             "the job": (place | counted | runs).implies(modes & unit["error_q"].same(n)),
             "coordinates": place.implies(
