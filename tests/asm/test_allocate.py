@@ -100,7 +100,8 @@ def test_spilled_program__computes_what_was_written(seed, configuration, order):
     if order == "scheduled":
         schedule_program(program, machine, 20)
     else:
-        arrange(program, machine, in_order=True)
+        bundle_in_order(program, machine)
+    allocate_registers(program, machine)
     assert run_bundles(program, words) == written
     assert all(
         place.index < 10
