@@ -295,13 +295,9 @@ class Session:
         self, place: Location, condition: str = "", temporary: bool = False
     ) -> Breakpoint:
         """Raises SessionError if the target has no breakpoint left."""
-        return self._add(
-            Breakpoint(
-                *(0, place.text, place.bundles, condition, temporary),
-                file=place.file,
-                line=place.line,
-            )
-        )
+        point = Breakpoint(0, place.text, place.bundles, condition, temporary)
+        point.file, point.line = place.file, place.line
+        return self._add(point)
 
     def add_watch(self, name: str, condition: str = "") -> Breakpoint:
         """Watch of a value, register or output. Raises SessionError, ValueMissing."""

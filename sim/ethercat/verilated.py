@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from asip_asm.project import ROOT
+from sim.harness import verilated
 from sim.harness.build import build_library
 from sim.harness.sources import RTL, sources_of
 from sim.harness.waves import load_model
@@ -35,25 +36,17 @@ def load(
     return lib
 
 
-class Verilated:
-    """A model by the functions of its harness, whose names begin with `prefix`."""
+class Verilated(verilated.Verilated):
+    """A model of the bus: time, and frames between its ports and TAP devices."""
 
-    prefix: str
+    end = "delete"
 
     def __init__(self, lib: ctypes.CDLL, *arguments: object) -> None:
-        self._lib = lib
-        new = getattr(lib, f"{self.prefix}_new")
-        new.restype = ctypes.c_void_p
-        self._model = ctypes.c_void_p(new(*arguments))
+        super().__init__(lib, {}, *arguments)
 
     def _call(self, name: str, *arguments: object):
-        return getattr(self._lib, f"{self.prefix}_{name}")(self._model, *arguments)
-
-    def close(self) -> None:
-        """End the model."""
-        if self._model:
-            self._call("delete")
-            self._model = None
+        function = getattr(self._lib, f"{self.prefix}_{name}")
+        return function(ctypes.c_void_p(self._handle), *arguments)
 
     def run(self, ns: int) -> None:
         """Let time pass."""

@@ -41,8 +41,16 @@ def _move(
     """The move with the modes in force, without a feed."""
     modes = state.modes
     return Move(
-        *(state.line, state.source, motion, start, end, None),
-        *(modes.plane if motion.is_arc else None, centre, modes.tolerance, modes.merge),
+        state.line,
+        state.source,
+        motion,
+        start,
+        end,
+        None,
+        modes.plane if motion.is_arc else None,
+        centre,
+        modes.tolerance,
+        modes.merge,
         exact_stop=modes.exact_stop,
         override=modes.override,
     )

@@ -25,12 +25,15 @@ class Verilated:
     end = "free"
     _handle: int | None = None
 
-    def __init__(self, library: Path, signatures: Signatures) -> None:
-        self._lib = load_model(library)
+    def __init__(
+        self, library: Path | ctypes.CDLL, signatures: Signatures, *arguments: object
+    ) -> None:
+        """arguments: of `<prefix>_new`."""
+        self._lib = load_model(library) if isinstance(library, Path) else library
         self._bind({self.end: (None,), **signatures})
         new = getattr(self._lib, f"{self.prefix}_new")
         new.restype = ctypes.c_void_p
-        self._handle = new()
+        self._handle = new(*arguments)
 
     def _bind(self, signatures: Signatures) -> None:
         for name, (result, *arguments) in signatures.items():

@@ -327,9 +327,7 @@ def test_output__largest_finite_numbers__are_no_fault(configuration):
 def test_output_missing__any_output_of_the_mask__names_the_last_bundle(configuration):
     for missing in (0, 1, 31):
         writes = [op("mov", f"o{index}", "k0") for index in (0, 1, 31) if index != missing]
-        bundles = [write for write in writes]
-        bundles.append(HALT)
-        program = bench.image(configuration, bundles, {"k0": OTHER_WORD}, outputs=32)
+        program = bench.image(configuration, [*writes, HALT], {"k0": OTHER_WORD}, outputs=32)
         program.output_mask = 0x80000003
         check_fault(program, "OUTPUT_MISSING", 2)
 

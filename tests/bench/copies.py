@@ -24,11 +24,12 @@ def share_models(build: Path, *patterns: str) -> None:
 
 
 def edited_folder(folder: Path, copy: Path, file: str, pattern: str, new: str) -> Path:
-    """A copy of a folder, anew, what one match of a regular expression in a file is being `new`."""
+    """A copy of a folder, made anew; in one of its files the match of a regular expression, of
+    which there must be one, is `new`."""
     shutil.rmtree(copy, ignore_errors=True)
     shutil.copytree(folder, copy)
-    text, count = re.subn(pattern, new, (copy / file).read_text(), count=1)
-    assert count == 1
+    text, count = re.subn(pattern, new, (copy / file).read_text())
+    assert count == 1, f"{file}: {count} matches of {pattern}"
     (copy / file).write_text(text)
     return copy
 
