@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import os
 import re
-import subprocess
 import sys
 from pathlib import Path
 
@@ -17,9 +16,9 @@ from sim.fpbench.__main__ import main, size
 from sim.fpbench.native import BenchError, fingerprint
 from sim.fpbench.plan import Part, Shard
 from sim.page.provenance import commit
+from tests.bench.commands import output
 from tests.bench.copies import edited_folder
 
-ROOT = native.ROOT
 ANGLES = {"in_range": 4, "worst": 0.3, "worst_at": 0x3F800000, "not_nearest": 1, "beyond": 3}
 ANGLES |= {"symmetric_pairs": 2, "reference_error": 1e-10, "histogram": [1] + 63 * [0] + [3]}
 SHARDS = [
@@ -156,10 +155,10 @@ def test_report__sections_without_results__keep_their_lines(tmp_path: Path) -> N
 
 def test_case__directed_pair__shows_operands_flags_and_verdict(capsys) -> None:
     assert main(["case", "mul", "00ffffff", "3f000000"]) == 0
-    output = capsys.readouterr().out
-    assert re.search(r"got   00800000 .* flags uf nx", output)
-    assert re.search(r"want  00800000 .* flags uf nx", output)
-    assert output.rstrip().endswith("PASS")
+    said = capsys.readouterr().out
+    assert re.search(r"got   00800000 .* flags uf nx", said)
+    assert re.search(r"want  00800000 .* flags uf nx", said)
+    assert said.rstrip().endswith("PASS")
 
 
 @pytest.mark.parametrize(
@@ -184,8 +183,5 @@ def test_case__word_that_is_none__usage_error(capsys) -> None:
 
 @pytest.mark.full
 def test_campaign__everything_but_the_extended_sections__no_mismatch() -> None:
-    command = [sys.executable, "-m", "sim.fpbench", "campaign", "--jobs"]
-    done = subprocess.run(
-        [*command, os.environ.get("JOBS", "2")], cwd=ROOT, capture_output=True, text=True
-    )
-    assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
+    jobs = os.environ.get("JOBS", "2")
+    output(sys.executable, "-m", "sim.fpbench", "campaign", "--jobs", jobs, cwd=native.ROOT)
