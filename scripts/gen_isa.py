@@ -390,4 +390,4 @@ def with_part(name: str, lines: list[str]) -> str:
 
 
 if __name__ == "__main__":
-    sys.exit(run(SCRIPT, "Generate what the instruction set gives.", generate, None))
+    sys.exit(run(SCRIPT, "Generate what the instruction set gives.", generate))

@@ -22,7 +22,7 @@ from pathlib import Path
 from asip_asm.isa import default_isa
 from asip_asm.machine import fp_latencies
 from asip_asm.project import ROOT
-from scripts.generated import table
+from scripts.generated import keep_page, table
 from scripts.synth_unit import SynthesisError, synthesise
 from sim.fpbench.native import angle_bound, operations
 from sim.harness.sources import sources_of
@@ -323,17 +323,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     options = parser.parse_args(argv)
     try:
         measure(options.measure, options.seeds)
-        old = options.page.read_text(encoding="utf-8")
-        new = page(old, load())
+        new = page(options.page.read_text(encoding="utf-8"), load())
     except (PageError, SynthesisError, OSError) as error:
         sys.stderr.write(f"{error}\n")
         return 1
-    if not options.check:
-        options.page.write_text(new, encoding="utf-8")
-    elif new != old:
-        sys.stderr.write(f"{options.page}: error: differs from the RTL or its figures; {COMMAND}\n")
-        return 1
-    return 0
+    stale = f"{options.page}: error: differs from the RTL or its figures; {COMMAND}"
+    return keep_page(options.page, new, options.check, stale, sys.stderr)
 
 
 if __name__ == "__main__":
