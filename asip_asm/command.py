@@ -13,6 +13,24 @@ INTERRUPTED = 130
 """Exit status after Ctrl-C, 128 + SIGINT as shells give it."""
 
 
+def command_parser(
+    prog: str, description: str, epilog: str | None = None
+) -> argparse.ArgumentParser:
+    """Parser of a command whose help keeps the lines of description and epilog as they are."""
+    return argparse.ArgumentParser(
+        prog=prog,
+        description=description,
+        epilog=epilog,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+
+
+def script_parser(text: str, example: str, prog: str | None = None) -> argparse.ArgumentParser:
+    """Parser of a script that the first line of its text describes; example: a way to call it."""
+    description = text.splitlines()[0]
+    return argparse.ArgumentParser(prog, description=description, epilog=f"example: {example}")
+
+
 def run_command(name: str, body: Callable[[], int]) -> int:
     """Exit status of a command's body; 1 with one line for files that cannot be read or written."""
     for stream in (sys.stdout, sys.stderr):

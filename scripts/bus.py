@@ -12,7 +12,6 @@ broken off goes on with the row that is missing. Exit status 1 if a goal is miss
 
 from __future__ import annotations
 
-import argparse
 import json
 import sys
 from collections.abc import Callable, Sequence
@@ -22,6 +21,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from asip_asm.command import script_parser
 from asip_asm.project import BUILD, ROOT
 from scripts import bus_page
 from scripts.bus_rows import PRODUCERS, Order, Row, not_measured
@@ -49,10 +49,8 @@ def measure(
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line."""
-    parser = argparse.ArgumentParser(
-        prog="python -m scripts.bus",
-        description=__doc__.splitlines()[0],
-        epilog="example: python -m scripts.bus --full path masters",
+    parser = script_parser(
+        __doc__, "python -m scripts.bus --full path masters", "python -m scripts.bus"
     )
     parser.add_argument(
         "producers", nargs="*", metavar="WHAT", help=f"only these: {', '.join(PRODUCERS)}"

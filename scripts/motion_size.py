@@ -12,7 +12,6 @@ scripts/synth_unit.py, per seed.
 
 from __future__ import annotations
 
-import argparse
 import json
 import statistics
 import sys
@@ -24,6 +23,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from asip_asm.command import script_parser
 from scripts.synth_unit import OUTPUT, SynthesisError, _run, ecp5_speed, read_commands, units_kept
 from sim.harness.sources import sources_of
 from sim.motion.sizes import DESIGNS, FLOWS, LIMITS, RESULTS, mark, within
@@ -86,10 +86,8 @@ def table(designs: Mapping[str, Any]) -> Table:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; exit 0 ok, 1 for a tool that failed or a limit not kept."""
-    parser = argparse.ArgumentParser(
-        prog="python -m scripts.motion_size",
-        description=__doc__.splitlines()[0],
-        epilog="example: python -m scripts.motion_size --seeds 1 2 3 4 5",
+    parser = script_parser(
+        __doc__, "python -m scripts.motion_size --seeds 1 2 3 4 5", "python -m scripts.motion_size"
     )
     parser.add_argument("--seeds", nargs="+", type=int, default=list(SEEDS))
     parser.add_argument("--results", type=Path, default=RESULTS, help="JSON file written")

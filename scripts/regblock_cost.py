@@ -7,7 +7,6 @@ for Cyclone V, as scripts/synth_unit.py does. Writes the table of docs/registers
 
 from __future__ import annotations
 
-import argparse
 import re
 import sys
 
@@ -15,6 +14,7 @@ from peakrdl_regblock import RegblockExporter
 from peakrdl_regblock.cpuif.avalon import Avalon_Cpuif_flattened
 from peakrdl_regblock.udps import ALL_UDPS
 
+from asip_asm.command import script_parser
 from asip_asm.project import ROOT
 from scripts.gen_regmap import MAPS
 from scripts.generated import table
@@ -49,9 +49,7 @@ def areas(name: str) -> tuple[dict[str, int], dict[str, int]]:
 
 def main() -> int:
     """Measure and write the table; returns the exit status."""
-    argparse.ArgumentParser(
-        description=__doc__.splitlines()[0], epilog="example: python scripts/regblock_cost.py"
-    ).parse_args()
+    script_parser(__doc__, "python scripts/regblock_cost.py").parse_args()
     rows = []
     for name in OURS:
         try:

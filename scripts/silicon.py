@@ -8,7 +8,6 @@ was never measured is missed.
 
 from __future__ import annotations
 
-import argparse
 import hashlib
 import json
 import os
@@ -21,6 +20,7 @@ from typing import Any
 
 from rich.console import Console
 
+from asip_asm.command import command_parser
 from scripts.bitstream import BOARDS
 from scripts.bitstream import OUTPUT as BOARD_RESULTS
 from scripts.goal_table import goal_view
@@ -220,8 +220,7 @@ def measured(name: str, full: bool) -> Iterator[Row]:
 
 def main(arguments: list[str] | None = None) -> int:
     """Command line; exit 0 if every goal is met, 1 if one is missed."""
-    parser = argparse.ArgumentParser(prog="make silicon", description=__doc__)
-    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    parser = command_parser("make silicon", __doc__)
     parser.add_argument("--full", action="store_true", help="every netlist, 10 000 ticks")
     parser.add_argument(
         "--only", nargs="+", choices=tuple(PRODUCERS), default=list(PRODUCERS), metavar="ROWS"

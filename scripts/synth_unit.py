@@ -9,7 +9,6 @@ path of the module is a register-to-register path.
 
 from __future__ import annotations
 
-import argparse
 import hashlib
 import json
 import re
@@ -22,6 +21,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
+from asip_asm.command import script_parser
 from sim.fpbench import campaign
 from sim.harness.sources import sources_of
 from sim.harness.wasm import run_tool
@@ -307,10 +307,7 @@ def table(results: Sequence[dict]) -> Table:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; exit 0 ok, 1 for a missing file or a tool that failed."""
-    parser = argparse.ArgumentParser(
-        description=__doc__.splitlines()[0],
-        epilog="example: python scripts/synth_unit.py fp_fma --seeds 1 2 3 --path",
-    )
+    parser = script_parser(__doc__, "python scripts/synth_unit.py fp_fma --seeds 1 2 3 --path")
     parser.add_argument("tops", nargs="+", metavar="module", help="module with a file below rtl/")
     parser.add_argument("--seeds", nargs="*", type=int, default=[1, 2, 3])
     parser.add_argument("--path", action="store_true", help="also show the slowest path")

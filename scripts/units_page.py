@@ -10,7 +10,6 @@ area and Fmax with a hash of the sources, so that figures of an earlier version 
 
 from __future__ import annotations
 
-import argparse
 import hashlib
 import json
 import re
@@ -19,6 +18,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from asip_asm.command import script_parser
 from asip_asm.isa import default_isa
 from asip_asm.machine import fp_latencies
 from asip_asm.project import ROOT
@@ -312,10 +312,7 @@ def load(path: Path = DATA) -> dict:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; exit 0 written or equal, 1 if the page differs or a tool failed, 2 usage."""
-    parser = argparse.ArgumentParser(
-        description=__doc__.splitlines()[0],
-        epilog=f"example: {COMMAND} --measure fp_cmp fp_f2i --seeds 1 2 3",
-    )
+    parser = script_parser(__doc__, f"{COMMAND} --measure fp_cmp fp_f2i --seeds 1 2 3")
     parser.add_argument("--check", action="store_true", help="compare with the page, write nothing")
     parser.add_argument("--page", type=Path, default=PAGE, help="the page")
     parser.add_argument("--measure", nargs="+", choices=units(), default=[], metavar="UNIT")

@@ -12,7 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from asip_asm.c_image import to_c
-from asip_asm.command import count, duration, run_command
+from asip_asm.command import command_parser, count, duration, run_command
 from asip_asm.diagnostics import AssemblyError
 from asip_asm.files import open_output, refuse_overwriting
 from asip_asm.image import Image, ImageError
@@ -229,11 +229,8 @@ def _prove_c(built: Built, options: argparse.Namespace) -> bool:
 
 def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
     """Options of the command line; SystemExit(2) if they are wrong."""
-    parser = argparse.ArgumentParser(
-        prog="asip-model",
-        description="Compile a CasADi function into a program for the core.",
-        epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+    parser = command_parser(
+        "asip-model", "Compile a CasADi function into a program for the core.", EPILOG
     )
     parser.add_argument(
         "files",

@@ -7,7 +7,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from asip_asm.command import count, run_command
+from asip_asm.command import command_parser, count, run_command
 from asip_asm.diagnostics import AssemblyError
 from asip_asm.files import refuse_overwriting
 from asip_asm.image import Image, ImageError
@@ -126,11 +126,10 @@ def _run(options: argparse.Namespace) -> int:
 
 def parse_arguments(arguments: list[str] | None) -> argparse.Namespace:
     """Options of the command line; exits with status 2 if they are wrong."""
-    parser = argparse.ArgumentParser(
-        prog="asip-run",
-        description="Run a program on the Verilated core, the instruction-set model or a board.",
-        epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+    parser = command_parser(
+        "asip-run",
+        "Run a program on the Verilated core, the instruction-set model or a board.",
+        EPILOG,
     )
     parser.add_argument(
         "program", type=Path, help="source text, or image written by asip-as (*.json)"

@@ -13,7 +13,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from asip_asm.command import count, run_command
+from asip_asm.command import command_parser, count, run_command
 from asip_asm.project import BUILD, ROOT
 from sim.core import CoreFault
 from sim.harness.nios_rtl import NiosError
@@ -142,11 +142,10 @@ def _machine(machine: dict[str, Any]) -> str:
 
 def parse_arguments(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     """Options of the command line; SystemExit(2) if they are wrong."""
-    parser = argparse.ArgumentParser(
-        prog="python -m sim.platforms",
-        description="Measure one law on the core, on FPGA2 and on this machine.",
-        epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+    parser = command_parser(
+        "python -m sim.platforms",
+        "Measure one law on the core, on FPGA2 and on this machine.",
+        EPILOG,
     )
     parser.add_argument("--law", choices=tuple(SHOWN), default="iiwa14", help="which law")
     parser.add_argument("--runs", type=count, default=RUNS, help="ticks on this machine")

@@ -12,7 +12,7 @@ from typing import Any
 
 from rich.console import Console
 
-from asip_asm.command import count, duration, run_command
+from asip_asm.command import command_parser, count, duration, run_command
 from asip_asm.model.read import ModelError
 from sim.core import CoreFault
 from sim.prove_program import COUNT, SEED
@@ -80,11 +80,8 @@ def goal_text(goal: dict[str, Any]) -> str:
 
 def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
     """Options of the command line; SystemExit(2) if they are wrong."""
-    parser = argparse.ArgumentParser(
-        prog="python -m sim.robots",
-        description="Compile, prove and simulate the robots shown.",
-        epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+    parser = command_parser(
+        "python -m sim.robots", "Compile, prove and simulate the robots shown.", EPILOG
     )
     parser.add_argument("--only", metavar="NAMES", help=f"some of {', '.join(SHOWN)}")
     parser.add_argument("--output", type=Path, default=Path("build"), help="folder to write")

@@ -11,6 +11,7 @@ from types import FrameType
 
 from rich.console import Console
 
+from asip_asm.command import command_parser
 from asip_asm.diagnostics import AssemblyError
 from asip_asm.project import BUILD, PACKAGES
 from sim.command import INTERRUPTED, add_override_option, add_robot_option
@@ -68,12 +69,7 @@ def _ticks(text: str) -> int:
 
 
 def _arguments() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="python -m sim.run",
-        description=__doc__,
-        epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = command_parser("python -m sim.run", __doc__, EPILOG)
     parser.add_argument(
         "gcode",
         type=Path,
