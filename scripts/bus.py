@@ -26,7 +26,7 @@ from asip_asm.project import BUILD, ROOT
 from scripts import bus_page
 from scripts.bus_rows import PRODUCERS, Order, Row, not_measured
 from scripts.goal_table import goal_table
-from sim.page.marks import between_marks
+from sim.page.marks import write_between_marks
 
 RESULTS = BUILD / "bus.json"
 PAGE = ROOT / "docs/ethercat.md"
@@ -62,9 +62,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     options = parser.parse_args(argv)
     if options.docs:
         results = json.loads(options.results.read_text(encoding="utf-8"))
-        texts = {"goals": goal_table(results["goals"])}
-        text = between_marks(PAGE.read_text(encoding="utf-8"), texts, PAGE.name)
-        PAGE.write_text(text, encoding="utf-8")
+        write_between_marks(PAGE, {"goals": goal_table(results["goals"])})
         return 0
     if unknown := set(options.producers) - set(PRODUCERS):
         parser.error(f"no {', '.join(sorted(unknown))}; there are {', '.join(PRODUCERS)}")

@@ -29,6 +29,7 @@ from sim.fpbench.native import (
 from sim.fpbench.quick import quick
 from sim.fpbench.selfcheck import selfcheck
 from sim.harness.build import BuildError
+from sim.page.marks import MarksError
 
 BENCH_REPORT = report.REPORT.with_name("bench.json")
 console = Console(highlight=False, width=None if sys.stdout.isatty() else 120)
@@ -269,7 +270,7 @@ def main(words: list[str] | None = None) -> int:
     arguments = parser().parse_args(words)
     try:
         return arguments.run(arguments)
-    except (BenchError, BuildError) as error:
+    except (BenchError, BuildError, MarksError) as error:
         sys.stderr.write(f"fpbench: error: {error}\n")
         return 1
 

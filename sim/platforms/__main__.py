@@ -18,7 +18,7 @@ from asip_asm.project import BUILD, ROOT
 from sim.core import CoreFault
 from sim.harness.nios_rtl import NiosError
 from sim.native.law import CompilerError
-from sim.page.marks import between_marks
+from sim.page.marks import write_between_marks
 from sim.platforms.compare import TOPS, Request, side_by_side
 from sim.robots.job import SHOWN
 from sim.run.tables import measured_at
@@ -71,7 +71,7 @@ def _measure(options: argparse.Namespace) -> int:
 def _docs() -> int:
     found = json.loads(RESULTS.read_text(encoding="utf-8"))
     texts = {"side by side": section(found), "area": area_section(found["area"]["tops"])}
-    PAGE.write_text(between_marks(PAGE.read_text(encoding="utf-8"), texts, PAGE), encoding="utf-8")
+    write_between_marks(PAGE, texts)
     return 0
 
 

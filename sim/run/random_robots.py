@@ -22,7 +22,7 @@ from sim.harness.build import BuildError
 from sim.harness.nios_image import ImageError
 from sim.model.parameters import ParameterError, Robot
 from sim.model.records import SetPoints
-from sim.page.marks import between_marks
+from sim.page.marks import write_between_marks
 from sim.run import closed_loop, nios
 from sim.run.controller import AsipController, ControllerFault
 from sim.run.results import compare, worst_of_bound
@@ -209,8 +209,7 @@ def main(argv: list[str] | None = None) -> int:
     table = "\n".join(rows(outcomes))
     console.print(table)
     if arguments.docs:
-        text = between_marks(PAGE.read_text("utf-8"), {"random robots": table + "\n"}, PAGE)
-        PAGE.write_text(text, encoding="utf-8")
+        write_between_marks(PAGE, {"random robots": table + "\n"})
     return 0 if all(outcome.kept for outcome in outcomes) else EXCEEDED
 
 

@@ -15,10 +15,12 @@ from sim.fpbench import campaign, native, plan, report
 from sim.fpbench.__main__ import main, size
 from sim.fpbench.native import BenchError, fingerprint
 from sim.fpbench.plan import Part, Shard
+from sim.page.marks import MarksError
 from sim.page.provenance import commit
 from tests.bench.commands import output
 from tests.bench.copies import edited_folder
 
+BEGIN, END = "<!-- campaign: written by x -->", "<!-- end of campaign -->"
 ANGLES = {"in_range": 4, "worst": 0.3, "worst_at": 0x3F800000, "not_nearest": 1, "beyond": 3}
 ANGLES |= {"symmetric_pairs": 2, "reference_error": 1e-10, "histogram": [1] + 63 * [0] + [3]}
 SHARDS = [
@@ -114,10 +116,10 @@ def test_plan__all_sections__every_operation_and_more_than_a_billion_random_case
 
 def test_report__rows_and_angles__shown_in_the_page(tmp_path: Path) -> None:
     row = {"section": "s", "what": "w", "op": "add", "planned": 10, "covered": 5, "cases": 4}
-    row |= {"mismatches": 0, "seconds": 1e-6, "failures": 0}
+    row |= {"mismatches": 0, "seconds": 1e-6}
     missing = row | {"section": "t", "covered": 0, "cases": 0, "seconds": 0.0}
     page = tmp_path / "page.md"
-    page.write_text(f"before\n{report.BEGIN}\nold\n{report.END}\nafter\n")
+    page.write_text(f"before\n{BEGIN}\nold\n{END}\nafter\n")
     data = {"rows": [row, missing], "angles": {"sin": ANGLES}, "processor": "p", "seed": 1}
     report.update_page(data, page)
     text = page.read_text()
@@ -128,16 +130,16 @@ def test_report__rows_and_angles__shown_in_the_page(tmp_path: Path) -> None:
     assert "| `sin` | 25.0000 | 0.0000 |" in text and " 0.0000 | 75.0000 |" in text
     assert "old" not in text and text.startswith("before") and text.endswith("after\n")
     page.write_text("no marks")
-    with pytest.raises(BenchError, match="no lines '<!-- campaign"):
+    with pytest.raises(MarksError, match="0 pairs of marks `<!-- campaign"):
         report.update_page(data, page)
 
 
 def test_report__sections_without_results__keep_their_lines(tmp_path: Path) -> None:
     row = {"section": "s", "what": "w", "op": "add", "planned": 10, "covered": 5, "cases": 4}
-    row |= {"mismatches": 0, "seconds": 1e-6, "failures": 0}
+    row |= {"mismatches": 0, "seconds": 1e-6}
     later = row | {"section": "t", "what": "new", "cases": 7}
     page = tmp_path / "page.md"
-    page.write_text(f"{report.BEGIN}\n{report.END}\n")
+    page.write_text(f"{BEGIN}\n{END}\n")
     data = {"rows": [row, later], "angles": {"sin": ANGLES}, "processor": "p", "seed": 1}
     report.update_page(data, page)
     lines = page.read_text().splitlines()
