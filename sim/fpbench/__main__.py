@@ -7,8 +7,7 @@ import argparse
 import json
 import os
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -117,20 +116,6 @@ def check_reference(arguments: argparse.Namespace) -> int:
     return int(bool(wrong))
 
 
-@contextmanager
-def progress(total: int) -> Iterator[tuple[Progress, int]]:
-    """A bar in cases on a terminal; elsewhere the caller prints lines."""
-    columns = (
-        TextColumn("{task.description:<36}"),
-        BarColumn(),
-        TextColumn("{task.percentage:.1f} %"),
-    )
-    with Progress(
-        *columns, TimeRemainingColumn(), console=console, disable=not console.is_terminal
-    ) as bar:
-        yield bar, bar.add_task("campaign", total=total)
-
-
 def size(op: str, kind: str) -> int:
     """Cases of a kind; the table is the same in every unit's library, so the smallest one tells."""
     return Unit("fp_add").size(op, kind)
@@ -156,9 +141,17 @@ def run_campaign(arguments: argparse.Namespace) -> int:
     units = list(dict.fromkeys(unit_of(task.shard.op) for task in open_tasks))
     if check_reference(argparse.Namespace(seed=arguments.seed, cases=12_000, units=units)):
         return 1
-    not_run: dict[str, int] = {}
+    not_run: Counter[str] = Counter()
+    columns = (
+        TextColumn("{task.description:<36}"),
+        BarColumn(),
+        TextColumn("{task.percentage:.1f} %"),
+        TimeRemainingColumn(),
+    )
     try:
-        with progress(cases) as (bar, bar_task):
+        # Elsewhere than on a terminal `finish` prints lines.
+        with Progress(*columns, console=console, disable=not console.is_terminal) as bar:
+            bar_task = bar.add_task("campaign", total=cases)
 
             def finish(task: campaign.Task, result: dict) -> None:
                 bar.update(bar_task, advance=task.shard.count, description=task.shard.name[:36])
@@ -175,7 +168,7 @@ def run_campaign(arguments: argparse.Namespace) -> int:
             def fail(task: campaign.Task, text: str) -> None:
                 if text not in not_run:
                     console.print(f"not run: {task.shard.name}: {text}", soft_wrap=True)
-                not_run[text] = not_run.get(text, 0) + 1
+                not_run[text] += 1
 
             campaign.run(open_tasks, finish, fail, arguments.jobs, arguments.scheduler)
     except KeyboardInterrupt:
@@ -188,7 +181,7 @@ def run_campaign(arguments: argparse.Namespace) -> int:
     chosen_names = {section.name for section in selected}
     rows = [row for row in summary["rows"] if row["section"] in chosen_names]
     if not_run:
-        console.print(f"{sum(not_run.values())} shards did not run; the same command tries again")
+        console.print(f"{not_run.total()} shards did not run; the same command tries again")
     return int(bool(not_run) or any(row["mismatches"] for row in rows))
 
 

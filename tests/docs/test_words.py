@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """No word in code or documents that only those who began the project understood."""
 
-from __future__ import annotations
-
 import re
 
 from asip_asm.project import ROOT
