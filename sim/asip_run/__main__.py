@@ -8,7 +8,6 @@ import sys
 from pathlib import Path
 
 from asip_asm.command import command_parser, count, run_command
-from asip_asm.diagnostics import AssemblyError
 from asip_asm.files import refuse_overwriting
 from asip_asm.image import Image, ImageError
 from asip_asm.isa import default_isa
@@ -61,19 +60,7 @@ def operations(image: Image) -> set[str]:
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; returns its exit status."""
     options = parse_arguments(arguments)
-    return run_command("asip-run", lambda: _command(options))
-
-
-def _command(options: argparse.Namespace) -> int:
-    try:
-        return _run(options)
-    except AssemblyError as error:
-        print(error.report(), file=sys.stderr)
-        return 1
-    except (UserError, ImageError) as error:
-        sys.stdout.flush()
-        print(f"asip-run: error: {error}", file=sys.stderr)
-        return getattr(error, "status", 1)
+    return run_command("asip-run", lambda: _run(options), UserError, ImageError)
 
 
 def _run(options: argparse.Namespace) -> int:

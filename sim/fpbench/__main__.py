@@ -8,6 +8,7 @@ import json
 import os
 import sys
 from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
+from asip_asm.command import run_command
 from sim.fpbench import campaign, plan, report
 from sim.fpbench.native import (
     LANES,
@@ -204,41 +206,36 @@ def parser() -> argparse.ArgumentParser:
     seed = int(os.environ.get("SEED", "1"))
     commands = top.add_subparsers(dest="command", required=True)
 
-    one = commands.add_parser(
-        "case",
-        help="one case with operands, result, flags and verdict",
-        epilog="example: python -m sim.fpbench case mul 00ffffff 3f000000",
-    )
+    def command(
+        example: str, purpose: str, run: Callable[[argparse.Namespace], int]
+    ) -> argparse.ArgumentParser:
+        """Parser of the command that the example begins with."""
+        epilog = f"example: python -m sim.fpbench {example}"
+        added = commands.add_parser(example.split()[0], help=purpose, epilog=epilog)
+        added.set_defaults(run=run)
+        return added
+
+    purpose = "one case with operands, result, flags and verdict"
+    one = command("case mul 00ffffff 3f000000", purpose, case)
     one.add_argument("op", help="operation, such as mul")
     one.add_argument("operands", type=word, nargs="+", help="operand words in hexadecimal")
     one.add_argument("--rtl", type=Path, default=RTL, help="folder with the files of rtl/fpu")
-    one.set_defaults(run=case)
 
-    short = commands.add_parser(
-        "bench",
-        help="the short set of every operation, with rates",
-        epilog="example: python -m sim.fpbench bench --op mul --op div --cases 10000000",
-    )
+    purpose = "the short set of every operation, with rates"
+    short = command("bench --op mul --op div --cases 10000000", purpose, bench)
     short.add_argument("--op", action="append", help="only this operation (repeatable)")
     short.add_argument("--cases", type=int, help="random cases per operation")
     short.add_argument("--seed", type=int, default=seed)
     short.add_argument("--rtl", type=Path, default=RTL, help="folder with the files of rtl/fpu")
-    short.set_defaults(run=bench)
 
-    check = commands.add_parser(
-        "selfcheck",
-        help="the host's arithmetic against SoftFloat",
-        epilog="example: python -m sim.fpbench selfcheck --cases 100000",
-    )
+    purpose = "the host's arithmetic against SoftFloat"
+    check = command("selfcheck --cases 100000", purpose, check_reference)
     check.add_argument("--cases", type=int, default=12_000, help="random cases per operation")
     check.add_argument("--seed", type=int, default=seed)
-    check.set_defaults(run=check_reference, units=list(LANES))
+    check.set_defaults(units=list(LANES))
 
-    long = commands.add_parser(
-        "campaign",
-        help="exhaustive, random, hard and cross-product cases; resumes",
-        epilog='example: python -m sim.fpbench campaign --jobs 2 --section "square root"',
-    )
+    purpose = "exhaustive, random, hard and cross-product cases; resumes"
+    long = command('campaign --jobs 2 --section "square root"', purpose, run_campaign)
     long.add_argument("--jobs", type=int, default=2, help="processes of the local cluster")
     long.add_argument("--scheduler", help="address of a Dask scheduler instead of a local cluster")
     long.add_argument(
@@ -246,26 +243,17 @@ def parser() -> argparse.ArgumentParser:
     )
     long.add_argument("--extended", action="store_true", help="the sections of many hours too")
     long.add_argument("--seed", type=int, default=seed, help="of the self-check only")
-    long.set_defaults(run=run_campaign)
 
-    page = commands.add_parser(
-        "report",
-        help="report.json and the docs page from what has run",
-        epilog="example: python -m sim.fpbench report",
-    )
+    page = command("report", "report.json and the docs page from what has run", make_report)
     page.add_argument("--page", type=Path, default=report.PAGE)
-    page.set_defaults(run=make_report)
     return top
 
 
 def main(words: list[str] | None = None) -> int:
     """Entry point; 0 good, 1 mismatches or a user error, 2 usage."""
     arguments = parser().parse_args(words)
-    try:
-        return arguments.run(arguments)
-    except (BenchError, BuildError, MarksError) as error:
-        sys.stderr.write(f"fpbench: error: {error}\n")
-        return 1
+    errors = (BenchError, BuildError, MarksError)
+    return run_command("fpbench", lambda: arguments.run(arguments), *errors)
 
 
 if __name__ == "__main__":

@@ -7,6 +7,7 @@ import argparse
 import json
 import sys
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -42,7 +43,8 @@ HEADINGS = ("platform", "form of the law", "median [µs]", "99.99 % [µs]", "wor
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; returns its exit status."""
     options = parse_arguments(arguments)
-    return run_command("platforms", lambda: _docs() if options.docs else _measure(options))
+    body = _docs if options.docs else partial(_measure, options)
+    return run_command("platforms", body, CompilerError, CoreFault, NiosError)
 
 
 def _measure(options: argparse.Namespace) -> int:
@@ -50,11 +52,7 @@ def _measure(options: argparse.Namespace) -> int:
     shown = SHOWN[options.law]
     law = shown.law()
     request = Request(law, shown.sample(law), options.runs, options.seed, options.output)
-    try:
-        found = side_by_side(request, lambda text: print(text, file=sys.stderr, flush=True))
-    except (CompilerError, CoreFault, NiosError) as error:
-        print(f"platforms: error: {error}", file=sys.stderr)
-        return 1
+    found = side_by_side(request, lambda text: print(text, file=sys.stderr, flush=True))
     file = options.output / RESULTS.name
     file.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
     view = Table(*HEADINGS, title=f"{found['law']}, one tick")

@@ -23,6 +23,10 @@ from tests.bench.copies import edited_folder
 BEGIN, END = "<!-- campaign: written by x -->", "<!-- end of campaign -->"
 ANGLES = {"in_range": 4, "worst": 0.3, "worst_at": 0x3F800000, "not_nearest": 1, "beyond": 3}
 ANGLES |= {"symmetric_pairs": 2, "reference_error": 1e-10, "histogram": [1] + 63 * [0] + [3]}
+ROW = {"section": "s", "what": "w", "op": "add", "planned": 10, "covered": 5, "cases": 4}
+ROW |= {"mismatches": 0, "seconds": 1e-6}
+NOTHING = {"covered": 0, "cases": 0, "seconds": 0.0}
+DATA = {"angles": {"sin": ANGLES}, "processor": "p", "seed": 1}
 SHARDS = [
     Shard("add", "random", start, 50_000, 5, False, "fp_add") for start in (0, 50_000, 100_000)
 ]
@@ -115,12 +119,10 @@ def test_plan__all_sections__every_operation_and_more_than_a_billion_random_case
 
 
 def test_report__rows_and_angles__shown_in_the_page(tmp_path: Path) -> None:
-    row = {"section": "s", "what": "w", "op": "add", "planned": 10, "covered": 5, "cases": 4}
-    row |= {"mismatches": 0, "seconds": 1e-6}
-    missing = row | {"section": "t", "covered": 0, "cases": 0, "seconds": 0.0}
+    missing = ROW | NOTHING | {"section": "t"}
     page = tmp_path / "page.md"
     page.write_text(f"before\n{BEGIN}\nold\n{END}\nafter\n")
-    data = {"rows": [row, missing], "angles": {"sin": ANGLES}, "processor": "p", "seed": 1}
+    data = DATA | {"rows": [ROW, missing]}
     report.update_page(data, page)
     text = page.read_text()
     here = commit()
@@ -135,16 +137,13 @@ def test_report__rows_and_angles__shown_in_the_page(tmp_path: Path) -> None:
 
 
 def test_report__sections_without_results__keep_their_lines(tmp_path: Path) -> None:
-    row = {"section": "s", "what": "w", "op": "add", "planned": 10, "covered": 5, "cases": 4}
-    row |= {"mismatches": 0, "seconds": 1e-6}
-    later = row | {"section": "t", "what": "new", "cases": 7}
+    later = ROW | {"section": "t", "what": "new", "cases": 7}
     page = tmp_path / "page.md"
     page.write_text(f"{BEGIN}\n{END}\n")
-    data = {"rows": [row, later], "angles": {"sin": ANGLES}, "processor": "p", "seed": 1}
+    data = DATA | {"rows": [ROW, later]}
     report.update_page(data, page)
     lines = page.read_text().splitlines()
-    nothing = row | {"covered": 0, "cases": 0, "seconds": 0.0}
-    data |= {"rows": [nothing, later | {"cases": 8}], "angles": {"cos": ANGLES}}
+    data |= {"rows": [ROW | NOTHING, later | {"cases": 8}], "angles": {"cos": ANGLES}}
     report.update_page(data, page)
     after = page.read_text().splitlines()
     assert [line for line in lines if line not in after] == [
