@@ -13,7 +13,7 @@ import json
 import os
 import sys
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
@@ -93,7 +93,7 @@ def netlist_ticks(full: bool) -> Iterator[Row]:
             done, first = netlist_run(program, configuration, TICKS if full else 100)
             note = "" if first is None else f"tick {first} differs"
             row = at_least(f"{name}, as RTL", done, TICKS, "", note)
-            yield Row(**(asdict(row) | {"met": row.met and first is None}))
+            yield replace(row, met=row.met and first is None)
 
 
 def netlist_run(program: str, configuration: str, count: int) -> tuple[int, int | None]:
@@ -173,7 +173,7 @@ def compared(name: str, what: str, outcome: Outcome) -> Row:
     if outcome.first is not None:
         note = f"from clock {outcome.first} on"
     row = exactly(name, int(outcome.first is not None), 0, "", note)
-    return Row(**(asdict(row) | {"met": row.met and moved > 0}))
+    return replace(row, met=row.met and moved > 0)
 
 
 def proofs(full: bool) -> Iterator[Row]:

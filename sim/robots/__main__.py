@@ -56,9 +56,8 @@ def _robots(options: argparse.Namespace) -> int:
             print(f"robots: error: {name}: {error}", file=sys.stderr)
             return 1
         rows.append(row)
-        found = goals(rows) + (
-            [] if options.only else core_goals()
-        )  # written after each robot: a run that is stopped loses nothing
+        # Written after each robot: a run that is stopped loses nothing.
+        found = goals(rows) + ([] if options.only else core_goals())
         content = {"robots": {row.name: row.as_json() for row in rows}, "goals": found}
         (options.output / "robots.json").write_text(json.dumps(content, indent=1) + "\n")
     write_page(rows, found, options.output / "robots.html")

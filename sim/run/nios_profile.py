@@ -9,7 +9,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from asip_asm.command import script_parser
+from asip_asm.command import count, script_parser
 from sim.harness.build import BuildError
 from sim.harness.nios_image import IMAGES, ImageError, load, read_elf
 from sim.harness.nios_profile import tables
@@ -24,12 +24,10 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument(
         "--program", help="committed image or ELF file (default: tracking_PLATFORM)"
     )
-    parser.add_argument("--first", type=int, default=5000, help="first tick of the path A-G-H")
-    parser.add_argument("--ticks", type=int, default=50, help="number of ticks")
+    parser.add_argument("--first", type=count, default=5000, help="first tick of the path A-G-H")
+    parser.add_argument("--ticks", type=count, default=50, help="number of ticks")
     parser.add_argument("--json", type=Path, help="write the rows to this file too")
     options = parser.parse_args(arguments)
-    if options.ticks < 1 or options.first < 1:
-        parser.error("--ticks and --first must be positive")
     console = Console()
     try:
         name = options.program or f"tracking_{options.platform}"

@@ -16,8 +16,8 @@ from sim.model.parameters import Robot
 from sim.model.records import OUTPUTS, SetPoints
 from sim.page.curves import box, envelope
 from sim.run.closed_loop import SETTLED_S, Recording
+from sim.run.figures import AXES
 
-AXES = ("leg 1", "leg 2", "leg 3", "tilt", "rotation")
 PATH_POINTS = 16_000  # of the path in space
 TICKS = 6  # numbers along the longest axis in space
 
