@@ -11,13 +11,7 @@ from __future__ import annotations
 
 import sys
 
-from asip_asm.isa import (
-    IMMEDIATE_WIDTH,
-    Isa,
-    OperationRecord,
-    UnitRecord,
-    load_isa,
-)
+from asip_asm.isa import IMMEDIATE_WIDTH, Isa, OperationRecord, UnitRecord, load_isa
 from asip_asm.project import ROOT
 from scripts.generated import commented, run, sv_header, sv_int, sv_logic, table
 

@@ -11,13 +11,7 @@ from asip_asm.command import command_parser, count, run_command
 from asip_asm.files import refuse_overwriting
 from asip_asm.image import Image, ImageError
 from asip_asm.isa import default_isa
-from sim.asip_run.inputs import (
-    UserError,
-    assignments,
-    load_image,
-    printed_names,
-    read_inputs,
-)
+from sim.asip_run.inputs import UserError, assignments, load_image, printed_names, read_inputs
 from sim.asip_run.runner import RunLimit, Runner
 from sim.asip_run.show import Trace, write_profile, write_row, write_text
 from sim.core_fault import NO_FAULT

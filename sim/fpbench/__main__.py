@@ -18,15 +18,7 @@ from rich.table import Table
 
 from asip_asm.command import run_command
 from sim.fpbench import campaign, plan, report
-from sim.fpbench.native import (
-    LANES,
-    RTL,
-    BenchError,
-    Unit,
-    flag_text,
-    operations,
-    unit_of,
-)
+from sim.fpbench.native import LANES, RTL, BenchError, Unit, flag_text, operations, unit_of
 from sim.fpbench.quick import quick
 from sim.fpbench.selfcheck import selfcheck
 from sim.harness.build import BuildError
