@@ -9,17 +9,39 @@ import os
 import sys
 from collections.abc import Callable
 
+from asip_asm.diagnostics import AssemblyError
+
 INTERRUPTED = 130
 """Exit status after Ctrl-C, 128 + SIGINT as shells give it."""
 
 
-def run_command(name: str, body: Callable[[], int]) -> int:
-    """Exit status of a command's body; 1 with one line for files that cannot be read or written."""
+def command_parser(
+    prog: str, description: str, epilog: str | None = None
+) -> argparse.ArgumentParser:
+    """Parser of a command whose help keeps the lines of description and epilog as they are."""
+    return argparse.ArgumentParser(
+        prog=prog,
+        description=description,
+        epilog=epilog,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+
+
+def script_parser(text: str, example: str, prog: str | None = None) -> argparse.ArgumentParser:
+    """Parser of a script that the first line of its text describes; example: a way to call it."""
+    description = text.splitlines()[0]
+    return argparse.ArgumentParser(prog, description=description, epilog=f"example: {example}")
+
+
+def run_command(name: str, body: Callable[[], int], *errors: type[Exception]) -> int:
+    """Exit status of a command's body; 1 with one line for files that cannot be read or written and
+    for these errors, whose `status` counts if they have one; 1 with the report of an AssemblyError.
+    """
     for stream in (sys.stdout, sys.stderr):
         # Names in files may hold characters that the terminal's encoding has not.
         getattr(stream, "reconfigure", lambda **_: None)(errors="backslashreplace")
     try:
-        status = body()
+        status = _status(name, body, errors)
         sys.stdout.flush()
         return status
     except BrokenPipeError:
@@ -34,6 +56,18 @@ def run_command(name: str, body: Callable[[], int]) -> int:
     except KeyboardInterrupt:
         print(f"{name}: stopped", file=sys.stderr)
         return INTERRUPTED
+
+
+def _status(name: str, body: Callable[[], int], errors: tuple[type[Exception], ...]) -> int:
+    try:
+        return body()
+    except AssemblyError as error:
+        print(error.report(), file=sys.stderr)
+        return 1
+    except errors as error:
+        sys.stdout.flush()
+        _failed(name, str(error))
+        return getattr(error, "status", 1)
 
 
 def _failed(name: str, message: str) -> int:

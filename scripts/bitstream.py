@@ -8,7 +8,6 @@ Seeds are tried in their order until one meets them.
 
 from __future__ import annotations
 
-import argparse
 import hashlib
 import json
 import sys
@@ -20,6 +19,7 @@ from typing import Any
 
 from rich.console import Console
 
+from asip_asm.command import script_parser
 from scripts.synth_unit import (
     ECP5_CLASSES,
     SynthesisError,
@@ -186,10 +186,7 @@ def build(board: Board, seeds: Sequence[int], console: Console) -> dict[str, Any
 
 def main(argv: list[str] | None = None) -> int:
     """Command line; exit 0 if every bitstream is there, 1 if timing is missed or a tool failed."""
-    parser = argparse.ArgumentParser(
-        description=__doc__.splitlines()[0],
-        epilog="example: python -m scripts.bitstream ulx3s --seeds 1 2 3",
-    )
+    parser = script_parser(__doc__, "python -m scripts.bitstream ulx3s --seeds 1 2 3")
     parser.add_argument("boards", nargs="+", choices=tuple(BOARDS), metavar="BOARD")
     parser.add_argument("--seeds", nargs="+", type=int, default=list(SEEDS), metavar="N")
     options = parser.parse_args(argv)

@@ -12,7 +12,6 @@ broken off goes on with the row that is missing. Exit status 1 if a goal is miss
 
 from __future__ import annotations
 
-import argparse
 import json
 import sys
 from collections.abc import Callable, Sequence
@@ -22,11 +21,12 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from asip_asm.command import script_parser
 from asip_asm.project import BUILD, ROOT
 from scripts import bus_page
 from scripts.bus_rows import PRODUCERS, Order, Row, not_measured
 from scripts.goal_table import goal_table
-from sim.page.marks import between_marks
+from sim.page.marks import write_between_marks
 
 RESULTS = BUILD / "bus.json"
 PAGE = ROOT / "docs/ethercat.md"
@@ -49,10 +49,8 @@ def measure(
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line."""
-    parser = argparse.ArgumentParser(
-        prog="python -m scripts.bus",
-        description=__doc__.splitlines()[0],
-        epilog="example: python -m scripts.bus --full path masters",
+    parser = script_parser(
+        __doc__, "python -m scripts.bus --full path masters", "python -m scripts.bus"
     )
     parser.add_argument(
         "producers", nargs="*", metavar="WHAT", help=f"only these: {', '.join(PRODUCERS)}"
@@ -64,9 +62,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     options = parser.parse_args(argv)
     if options.docs:
         results = json.loads(options.results.read_text(encoding="utf-8"))
-        texts = {"goals": goal_table(results["goals"])}
-        text = between_marks(PAGE.read_text(encoding="utf-8"), texts, PAGE.name)
-        PAGE.write_text(text, encoding="utf-8")
+        write_between_marks(PAGE, {"goals": goal_table(results["goals"])})
         return 0
     if unknown := set(options.producers) - set(PRODUCERS):
         parser.error(f"no {', '.join(sorted(unknown))}; there are {', '.join(PRODUCERS)}")

@@ -26,6 +26,13 @@ class Block:
         return f"{self.page}:{self.line}"
 
 
+def write_files(page: Path, folder: Path) -> None:
+    """Write the blocks that have a title into the folder."""
+    for block in code_blocks(page):
+        if block.title:
+            (folder / block.title).write_text(block.text, encoding="utf-8")
+
+
 def code_blocks(page: Path) -> list[Block]:
     """Blocks of the page in order."""
     source = page.read_text(encoding="utf-8")

@@ -141,4 +141,4 @@ class _Plain(yaml.SafeDumper):
 
 
 if __name__ == "__main__":
-    sys.exit(run(SCRIPT, (__doc__ or "").splitlines()[0], generate, sys.argv[1:]))
+    sys.exit(run(SCRIPT, __doc__.splitlines()[0], generate))

@@ -130,6 +130,4 @@ def generate() -> dict[str, str]:
 
 
 if __name__ == "__main__":
-    sys.exit(
-        run(SCRIPT, "Generate what the slave controller's register map gives.", generate, None)
-    )
+    sys.exit(run(SCRIPT, "Generate what the slave controller's register map gives.", generate))

@@ -36,10 +36,5 @@ def generate() -> dict[str, str]:
     }
 
 
-def main(arguments: list[str] | None = None) -> int:
-    purpose = "Generate what describes the device on the bus from its object dictionary."
-    return run("scripts/gen_ethercat.py", purpose, generate, arguments)
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run("scripts/gen_ethercat.py", __doc__.splitlines()[0], generate))

@@ -63,10 +63,5 @@ def generate() -> dict[str, str]:
     return {"docs/function_errors.md": text}
 
 
-def main(arguments: list[str] | None = None) -> int:
-    purpose = "Write the page of the stated errors of functions without a unit."
-    return run(SCRIPT, purpose, generate, arguments)
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run(SCRIPT, __doc__.splitlines()[0], generate))

@@ -11,13 +11,7 @@ from __future__ import annotations
 
 import sys
 
-from asip_asm.isa import (
-    IMMEDIATE_WIDTH,
-    Isa,
-    OperationRecord,
-    UnitRecord,
-    load_isa,
-)
+from asip_asm.isa import IMMEDIATE_WIDTH, Isa, OperationRecord, UnitRecord, load_isa
 from asip_asm.project import ROOT
 from scripts.generated import commented, run, sv_header, sv_int, sv_logic, table
 
@@ -390,4 +384,4 @@ def with_part(name: str, lines: list[str]) -> str:
 
 
 if __name__ == "__main__":
-    sys.exit(run(SCRIPT, "Generate what the instruction set gives.", generate, None))
+    sys.exit(run(SCRIPT, "Generate what the instruction set gives.", generate))

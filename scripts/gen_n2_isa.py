@@ -43,11 +43,7 @@ def generate(source: Path) -> dict[str, str]:
     return {"rtl/gen/n2_isa_pkg.sv": isa_package(load_isa(source))}
 
 
-def main(arguments: list[str] | None = None) -> int:
+if __name__ == "__main__":
     purpose = "Generate the Nios II instruction package from nios_sw/isa.toml."
     option = ("--isa", ISA_FILE, "the instruction set")
-    return run(SCRIPT, purpose, generate, arguments, option)
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run(SCRIPT, purpose, generate, source=option))

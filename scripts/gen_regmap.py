@@ -152,4 +152,4 @@ def generate() -> dict[str, str]:
 
 
 if __name__ == "__main__":
-    sys.exit(run(SCRIPT, "Generate what the register maps give.", generate, None))
+    sys.exit(run(SCRIPT, "Generate what the register maps give.", generate))

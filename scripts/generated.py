@@ -120,7 +120,7 @@ def run(
     script: str,
     purpose: str,
     generate: Callable[..., dict[str, str]],
-    arguments: list[str] | None,
+    arguments: list[str] | None = None,
     source: tuple[str, Path, str] | None = None,
 ) -> int:
     """Command line of a generator; returns the exit status.

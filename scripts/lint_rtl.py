@@ -10,7 +10,6 @@ rtl/waivers.vlt for Verilator, WAIVED below for slang, scripts/ci/verible.* for 
 
 from __future__ import annotations
 
-import argparse
 import subprocess
 import sys
 from collections.abc import Sequence
@@ -20,6 +19,7 @@ from pathlib import Path
 from pyslang import driver
 from rich.console import Console
 
+from asip_asm.command import script_parser
 from sim.harness.assertions import assertions_of
 from sim.harness.build import verilator_driver
 from sim.harness.sources import sources_of
@@ -166,10 +166,7 @@ def run_slang(top: str, files: Sequence[str], parameters: Sequence[str]) -> bool
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; exit 0 clean, 1 findings."""
-    parser = argparse.ArgumentParser(
-        description=__doc__.splitlines()[0],
-        epilog="example: python scripts/lint_rtl.py --top n2_core",
-    )
+    parser = script_parser(__doc__, "python scripts/lint_rtl.py --top n2_core")
     tops = [*TOPS, *custom_alone()]
     parser.add_argument("--top", nargs="+", choices=[top.name for top in tops], metavar="MODULE")
     parser.add_argument("--format", action="store_true", help="format in place, lint nothing")

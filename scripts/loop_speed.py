@@ -17,9 +17,9 @@ from pathlib import Path
 import numpy as np
 
 from asip_asm.project import ROOT
-from scripts.doc_blocks import code_blocks
+from scripts.doc_blocks import code_blocks, write_files
 from sim import Core
-from sim.page.marks import between_marks
+from sim.page.marks import write_between_marks
 
 PAGE = ROOT / "docs/own_machine.md"
 SECONDS = 1.0  # of processor time for each figure
@@ -56,13 +56,11 @@ def main() -> int:
         "| --- | --- | --- | --- | --- | --- | --- |",
     ]
     with tempfile.TemporaryDirectory() as folder:
-        for block in code_blocks(PAGE):
-            if block.title and block.title.endswith(".s"):
-                program = Path(folder) / block.title
-                program.write_text(block.text, encoding="utf-8")
-                rows += [row(program, backend) for backend in ("rtl", "iss")]
-    texts = {"speed": "\n".join(rows) + "\n"}
-    PAGE.write_text(between_marks(PAGE.read_text(encoding="utf-8"), texts, PAGE), encoding="utf-8")
+        write_files(PAGE, Path(folder))
+        titles = [block.title for block in code_blocks(PAGE) if block.title]
+        programs = [Path(folder) / title for title in titles if title.endswith(".s")]
+        rows += [row(program, backend) for program in programs for backend in ("rtl", "iss")]
+    write_between_marks(PAGE, {"speed": "\n".join(rows) + "\n"})
     print("\n".join(rows))
     return 0
 

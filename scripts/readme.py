@@ -18,7 +18,7 @@ from typing import Any
 from scripts.generated import table
 from sim.model.published import Published
 from sim.model.records import OUTPUTS
-from sim.page.marks import between_marks
+from sim.page.marks import write_between_marks
 from sim.platforms.__main__ import area_section
 from sim.run.tables import OPERATIONS, measured_at, unit
 
@@ -113,7 +113,7 @@ def synthesis(data: dict[str, Any]) -> str:
 def main(arguments: list[str]) -> int:
     """Rewrite README.md and docs/platforms.md; returns the exit status."""
     folder = Path(arguments[0]) if arguments else ROOT / "build"
-    text = README.read_text(encoding="utf-8")
+    texts = {}
     results, measured = folder / "results.json", folder / "synth.json"
     if not (results.is_file() or measured.is_file()):
         sys.stderr.write(
@@ -127,16 +127,13 @@ def main(arguments: list[str]) -> int:
                 f"error: {results} is of a part; run `make run` without PLATFORMS, TICKS\n"
             )
             return 1
-        text = between_marks(text, {"results": section(data)}, README.name)
+        texts["results"] = section(data)
     if measured.is_file():
         document = kept(json.loads(measured.read_text(encoding="utf-8")))
         KEPT.write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
     document = json.loads(KEPT.read_text(encoding="utf-8"))
-    text = between_marks(text, {"synthesis": synthesis(document)}, README.name)
-    README.write_text(text, encoding="utf-8")
-    text = PLATFORMS.read_text(encoding="utf-8")
-    text = between_marks(text, {"area": area_section(document["tops"])}, PLATFORMS.name)
-    PLATFORMS.write_text(text, encoding="utf-8")
+    write_between_marks(README, texts | {"synthesis": synthesis(document)})
+    write_between_marks(PLATFORMS, {"area": area_section(document["tops"])})
     return 0
 
 

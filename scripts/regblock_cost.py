@@ -7,23 +7,22 @@ for Cyclone V, as scripts/synth_unit.py does. Writes the table of docs/registers
 
 from __future__ import annotations
 
-import argparse
-import re
 import sys
 
 from peakrdl_regblock import RegblockExporter
 from peakrdl_regblock.cpuif.avalon import Avalon_Cpuif_flattened
 from peakrdl_regblock.udps import ALL_UDPS
 
+from asip_asm.command import script_parser
 from asip_asm.project import ROOT
 from scripts.gen_regmap import MAPS
 from scripts.generated import table
 from scripts.regmap_source import compile_map
 from scripts.synth_unit import OUTPUT, SynthesisError, alm_area, read_commands
 from sim.harness.sources import sources_of
+from sim.page.marks import write_between_marks
 
 PAGE = ROOT / "docs/registers.md"
-PLACE = re.compile(r"(?<=<!-- regblock -->\n).*?(?=<!-- end -->)", re.S)
 # Maps whose decoder is a module of its own.
 OURS = {"asip": "asip_host", "dual": "dual_host"}
 
@@ -49,9 +48,7 @@ def areas(name: str) -> tuple[dict[str, int], dict[str, int]]:
 
 def main() -> int:
     """Measure and write the table; returns the exit status."""
-    argparse.ArgumentParser(
-        description=__doc__.splitlines()[0], epilog="example: python scripts/regblock_cost.py"
-    ).parse_args()
+    script_parser(__doc__, "python scripts/regblock_cost.py").parse_args()
     rows = []
     for name in OURS:
         try:
@@ -64,9 +61,7 @@ def main() -> int:
         rows.append([f"`{name}`", f"`{OURS[name]}`", *cells, share])
         print(*rows[-1])
     head = ["map", "our module", "ALUT / FF", "PeakRDL-regblock, ALUT / FF", "ALUT of ours"]
-    text = "\n".join(table(head, rows)) + "\n"
-    page = PAGE.read_text(encoding="utf-8")
-    PAGE.write_text(PLACE.sub(lambda _: text, page), encoding="utf-8")
+    write_between_marks(PAGE, {"regblock": "\n".join(table(head, rows)) + "\n"})
     return 0
 
 

@@ -8,7 +8,6 @@ tool. Exit 1 if any rule is broken.
 
 from __future__ import annotations
 
-import argparse
 import re
 import sys
 from collections.abc import Iterator
@@ -16,6 +15,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rich.console import Console
+
+from asip_asm.command import script_parser
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -243,10 +244,7 @@ def check(text: str, path: Path = Path("<text>")) -> list[Finding]:
 
 def main(argv: list[str] | None = None) -> int:
     """Command line; exit 0 clean, 1 findings."""
-    parser = argparse.ArgumentParser(
-        description=__doc__.splitlines()[0],
-        epilog="example: python scripts/rtl_subset.py rtl/asip/asip.sv",
-    )
+    parser = script_parser(__doc__, "python scripts/rtl_subset.py rtl/asip/asip.sv")
     parser.add_argument("files", nargs="*", type=Path, help="default: every .sv below rtl/")
     parser.add_argument("--rules", action="store_true", help="list the rules and their cures")
     options = parser.parse_args(argv)

@@ -10,7 +10,6 @@ laws of several whole robots into one program.
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Collection
 from dataclasses import dataclass, replace
@@ -24,6 +23,7 @@ import numpy as np
 
 from asip_asm.allocate import allocate_registers
 from asip_asm.assemble import encode, parse_program
+from asip_asm.command import script_parser
 from asip_asm.expression import float_bits, word_bits
 from asip_asm.image import Image
 from asip_asm.ir import Operation, Output, Program, Register, Virtual
@@ -275,9 +275,7 @@ def page(points: list[Point], together: dict[tuple[str, int], Tick]) -> str:
 
 def main(argv: list[str] | None = None) -> int:
     """Write page and plot."""
-    parser = argparse.ArgumentParser(
-        description=__doc__.split("\n")[0], epilog=f"example: {COMMAND} --check"
-    )
+    parser = script_parser(__doc__, f"{COMMAND} --check")
     parser.add_argument("--check", action="store_true", help="compare with the page, write nothing")
     options = parser.parse_args(argv)
     points = [

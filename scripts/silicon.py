@@ -8,19 +8,19 @@ was never measured is missed.
 
 from __future__ import annotations
 
-import argparse
 import hashlib
 import json
 import os
 import sys
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
 from rich.console import Console
 
+from asip_asm.command import command_parser
 from scripts.bitstream import BOARDS
 from scripts.bitstream import OUTPUT as BOARD_RESULTS
 from scripts.goal_table import goal_view
@@ -93,7 +93,7 @@ def netlist_ticks(full: bool) -> Iterator[Row]:
             done, first = netlist_run(program, configuration, TICKS if full else 100)
             note = "" if first is None else f"tick {first} differs"
             row = at_least(f"{name}, as RTL", done, TICKS, "", note)
-            yield Row(**(asdict(row) | {"met": row.met and first is None}))
+            yield replace(row, met=row.met and first is None)
 
 
 def netlist_run(program: str, configuration: str, count: int) -> tuple[int, int | None]:
@@ -173,7 +173,7 @@ def compared(name: str, what: str, outcome: Outcome) -> Row:
     if outcome.first is not None:
         note = f"from clock {outcome.first} on"
     row = exactly(name, int(outcome.first is not None), 0, "", note)
-    return Row(**(asdict(row) | {"met": row.met and moved > 0}))
+    return replace(row, met=row.met and moved > 0)
 
 
 def proofs(full: bool) -> Iterator[Row]:
@@ -220,8 +220,7 @@ def measured(name: str, full: bool) -> Iterator[Row]:
 
 def main(arguments: list[str] | None = None) -> int:
     """Command line; exit 0 if every goal is met, 1 if one is missed."""
-    parser = argparse.ArgumentParser(prog="make silicon", description=__doc__)
-    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    parser = command_parser("make silicon", __doc__)
     parser.add_argument("--full", action="store_true", help="every netlist, 10 000 ticks")
     parser.add_argument(
         "--only", nargs="+", choices=tuple(PRODUCERS), default=list(PRODUCERS), metavar="ROWS"

@@ -15,15 +15,13 @@ bound that is printed is the largest deviation of the rounded cubics, sampled at
 
 from __future__ import annotations
 
-import argparse
 import sys
-from pathlib import Path
 
 import mpmath
-from rich.console import Console
 
-ROOT = Path(__file__).resolve().parents[1]
-FOLDER = ROOT / "rtl/fpu"
+from scripts.generated import run
+
+SCRIPT = "scripts/sincos_coefficients.py"
 SEGMENTS = 32  # of width 1/64
 FRACTION_BITS = 32
 WIDTH = 34  # S(2.32)
@@ -152,33 +150,17 @@ def memory_text(rows: dict[str, list[list[int]]]) -> str:
     return "\n".join(lines)
 
 
-TARGETS = {"fp_sincos_rom.sv": rom_text, "fp_sincos_memory.sv": memory_text}
-
-
-def main(argv: list[str] | None = None) -> int:
-    """Command line; exit 1 if --check finds the committed table out of date."""
-    parser = argparse.ArgumentParser(
-        description=__doc__.splitlines()[0],
-        epilog="example: python scripts/sincos_coefficients.py --check",
-    )
-    parser.add_argument("--check", action="store_true", help="compare only, write nothing")
-    options = parser.parse_args(argv)
-    console = Console()
+def generate() -> dict[str, str]:
+    """Text of the tables by their paths; prints the errors of their cubics."""
     rows = tables()
     for name, function in (("sin", sine_ratio), ("cos", cosine)):
         worst = max(deviation(function, i, row) for i, row in enumerate(rows[name]))
-        console.print(
-            f"{name}: relative error of the cubics <= 2^{float(mpmath.log(worst, 2)):.2f}"
-        )
-    for name, text_of in TARGETS.items():
-        text = text_of(rows)
-        if not options.check:
-            (FOLDER / name).write_text(text)
-        elif (FOLDER / name).read_text() != text:
-            console.print(f"error: {name} is not what this script generates")
-            return 1
-    return 0
+        print(f"{name}: relative error of the cubics <= 2^{float(mpmath.log(worst, 2)):.2f}")
+    return {
+        "rtl/fpu/fp_sincos_rom.sv": rom_text(rows),
+        "rtl/fpu/fp_sincos_memory.sv": memory_text(rows),
+    }
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run(SCRIPT, __doc__.splitlines()[0], generate))

@@ -10,7 +10,6 @@ is written again; `--check` refuses a page that differs.
 
 from __future__ import annotations
 
-import argparse
 import json
 import re
 import statistics
@@ -19,6 +18,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from asip_asm.command import script_parser
 from scripts.generated import keep_page, table
 from scripts.synth import TOPS
 from scripts.synth_unit import ROOT, SynthesisError, synthesise
@@ -194,10 +194,7 @@ def add(points: list[dict], point: dict) -> None:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; exit 0 done, 1 page out of date or a tool failed, 2 usage."""
-    parser = argparse.ArgumentParser(
-        description=__doc__.splitlines()[0],
-        epilog="example: python scripts/speed_points.py --add HEAD --seeds 1 2 3",
-    )
+    parser = script_parser(__doc__, "python scripts/speed_points.py --add HEAD --seeds 1 2 3")
     group = parser.add_mutually_exclusive_group()
     group.add_argument("--add", metavar="REVISION", help="measure a commit (minutes per seed)")
     group.add_argument("--check", action="store_true", help="refuse a page that differs")

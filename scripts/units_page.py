@@ -10,7 +10,6 @@ area and Fmax with a hash of the sources, so that figures of an earlier version 
 
 from __future__ import annotations
 
-import argparse
 import hashlib
 import json
 import re
@@ -19,10 +18,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from asip_asm.command import script_parser
 from asip_asm.isa import default_isa
 from asip_asm.machine import fp_latencies
 from asip_asm.project import ROOT
-from scripts.generated import table
+from scripts.generated import keep_page, table
 from scripts.synth_unit import SynthesisError, synthesise
 from sim.fpbench.native import angle_bound, operations
 from sim.harness.sources import sources_of
@@ -312,10 +312,7 @@ def load(path: Path = DATA) -> dict:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; exit 0 written or equal, 1 if the page differs or a tool failed, 2 usage."""
-    parser = argparse.ArgumentParser(
-        description=__doc__.splitlines()[0],
-        epilog=f"example: {COMMAND} --measure fp_cmp fp_f2i --seeds 1 2 3",
-    )
+    parser = script_parser(__doc__, f"{COMMAND} --measure fp_cmp fp_f2i --seeds 1 2 3")
     parser.add_argument("--check", action="store_true", help="compare with the page, write nothing")
     parser.add_argument("--page", type=Path, default=PAGE, help="the page")
     parser.add_argument("--measure", nargs="+", choices=units(), default=[], metavar="UNIT")
@@ -323,17 +320,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     options = parser.parse_args(argv)
     try:
         measure(options.measure, options.seeds)
-        old = options.page.read_text(encoding="utf-8")
-        new = page(old, load())
+        new = page(options.page.read_text(encoding="utf-8"), load())
     except (PageError, SynthesisError, OSError) as error:
         sys.stderr.write(f"{error}\n")
         return 1
-    if not options.check:
-        options.page.write_text(new, encoding="utf-8")
-    elif new != old:
-        sys.stderr.write(f"{options.page}: error: differs from the RTL or its figures; {COMMAND}\n")
-        return 1
-    return 0
+    stale = f"{options.page}: error: differs from the RTL or its figures; {COMMAND}"
+    return keep_page(options.page, new, options.check, stale, sys.stderr)
 
 
 if __name__ == "__main__":

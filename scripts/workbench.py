@@ -14,7 +14,6 @@ PRODUCERS.
 
 from __future__ import annotations
 
-import argparse
 import importlib
 import json
 import logging
@@ -25,6 +24,7 @@ from dataclasses import asdict
 
 from rich.console import Console
 
+from asip_asm.command import command_parser
 from asip_asm.project import ROOT
 from scripts.goal_table import goal_view
 from sim.debug.row import Row
@@ -64,8 +64,7 @@ def wanted(words: Sequence[str]) -> list[str]:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Command line."""
-    parser = argparse.ArgumentParser(prog="make workbench", description=__doc__)
-    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    parser = command_parser("make workbench", __doc__)
     parser.add_argument("words", nargs="*", help="only producers whose name has one of these")
     parser.add_argument("--full", action="store_true", help="to full depth")
     options = parser.parse_args(arguments)

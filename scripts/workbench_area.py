@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from scripts.synth_unit import OUTPUT, alm_area, ecp5_cells, ecp5_speed, read_commands
+from scripts.synth_unit import OUTPUT, alm_area, cells_of, ecp5_speed, read_commands
 from sim.debug.row import Row, at_most, exactly
 from sim.harness.sources import sources_of
 
@@ -35,7 +35,7 @@ def _ram(parameters: dict[str, int]) -> int:
     folder.mkdir(parents=True, exist_ok=True)
     top = "debug_asip"
     read = read_commands(top, sources_of(top), parameters | {"Uart": 0}) + "; blackbox asip"
-    return ecp5_cells(top, read, folder).get("DP16KD", 0)
+    return cells_of(f"{read}; synth_ecp5 -top {top}", folder / "cells").get("DP16KD", 0)
 
 
 def rows(full: bool) -> Iterator[Row]:

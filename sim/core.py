@@ -82,6 +82,7 @@ class Core:
     leaves it to the program. defines: values of its parameters (`.param`); params: file to read in
     place of the one that `.params` names. backend: 'rtl', the Verilated core, built at first use (a
     minute or two), or 'iss', the instruction-set model.
+    inputs, outputs, states, exports: names, in the order of the program.
     Raises AssemblyError, ImageError, OSError for the program, CoreError for the rest.
     """
 
@@ -118,8 +119,11 @@ class Core:
 
     def _name(self, image: Image) -> None:
         self.image = image
+        self.inputs = tuple(entry.name for entry in image.inputs)
+        self.outputs = tuple(entry.name for entry in image.outputs)
+        self.states = tuple(entry.name for entry in image.states)
+        self.exports = tuple(entry.name for entry in image.exports)
         self._kinds = {e.name: e.type for e in (*self.image.inputs, *self.image.states)}
-        self._outputs = [output.name for output in self.image.outputs]
         self._inputs = {entry.name: 0 for entry in self.image.inputs}
         self._constants = {entry.name: int(entry.bits, 16) for entry in self.image.constants}
         self._kinds |= {entry.name: entry.type for entry in self.image.constants}
@@ -146,27 +150,6 @@ class Core:
         if self._backend is None:
             raise CoreError("the core is closed; make another Core")
         return self._backend
-
-    # ------------------------------------------------------------------ names
-    @property
-    def inputs(self) -> tuple[str, ...]:
-        """Names in the order of the program."""
-        return tuple(self._inputs)
-
-    @property
-    def outputs(self) -> tuple[str, ...]:
-        """Names in the order of the program."""
-        return tuple(self._outputs)
-
-    @property
-    def states(self) -> tuple[str, ...]:
-        """Names in the order of the program."""
-        return tuple(state.name for state in self.image.states)
-
-    @property
-    def exports(self) -> tuple[str, ...]:
-        """Names in the order of the program."""
-        return tuple(export.name for export in self.image.exports)
 
     # ------------------------------------------------------------------ values in
     def set(self, values: Mapping[str, float] | None = None, /, **named: float) -> None:
@@ -254,7 +237,7 @@ class Core:
 
     def _check_readable(self, name: str) -> None:
         if self._held(name) is None and not self.backend.has(name):
-            known = [*self._outputs, *self.exports, *self.states, *self._inputs, *self._constants]
+            known = [*self.outputs, *self.exports, *self.states, *self._inputs, *self._constants]
             _known("output, export, state, input, constant or register", name, known)
 
     def _word(self, what: str, name: str, known: Sequence[str], value: Any) -> int:
@@ -307,7 +290,7 @@ class Core:
                 f"the core stands in a fault ({self._fault}); clear() ends it and gives the states "
                 "their initial values"
             )
-        names = [*self._outputs, *(name for name in read if self._held(name) is None)]
+        names = [*self.outputs, *(name for name in read if self._held(name) is None)]
         runs = backend.run(list(self._inputs), data, names)
         if len(data):
             self._inputs.update(zip(self._inputs, data[len(runs.flags) - 1].tolist(), strict=True))
@@ -353,7 +336,7 @@ class Core:
             f"  cure: {CURES[cause]}\n"
             "  The outputs have their safe values. clear() ends the fault and presets the states."
         )
-        outputs = {name: float(ticks[name][-1]) for name in self._outputs}
+        outputs = {name: float(ticks[name][-1]) for name in self.outputs}
         before = Ticks(
             {name: column[:-1] for name, column in ticks.values.items()},
             None if ticks.cycles is None else ticks.cycles[:-1],

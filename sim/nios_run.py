@@ -16,6 +16,7 @@ from pathlib import Path
 
 from rich.console import Console
 
+from asip_asm.command import command_parser
 from sim.gdb.server import PIPE, ServerError, place_of, serve
 from sim.harness.build import BuildError
 from sim.harness.nios_image import ImageError, Program, read_elf
@@ -172,11 +173,8 @@ class Progress:
 
 def parse_arguments(arguments: list[str] | None) -> argparse.Namespace:
     """Options of the command line; exits with status 2 if they are wrong."""
-    parser = argparse.ArgumentParser(
-        prog="nios-run",
-        description="Run a C program on the Verilated system FPGA1 or FPGA2.",
-        epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+    parser = command_parser(
+        "nios-run", "Run a C program on the Verilated system FPGA1 or FPGA2.", EPILOG
     )
     parser.add_argument("program", type=Path, nargs="?", help="ELF file")
     parser.add_argument("--system", choices=PLATFORMS, default="fpga2", help="default: fpga2")

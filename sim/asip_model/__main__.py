@@ -12,8 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from asip_asm.c_image import to_c
-from asip_asm.command import count, duration, run_command
-from asip_asm.diagnostics import AssemblyError
+from asip_asm.command import command_parser, count, duration, run_command
 from asip_asm.files import open_output, refuse_overwriting
 from asip_asm.image import Image, ImageError
 from asip_asm.isa import default_isa
@@ -60,7 +59,8 @@ SELDOM = 0.1
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; returns its exit status."""
     options = parse_arguments(arguments)
-    return run_command("asip-model", lambda: _model(options))
+    errors = (ModelError, InterfaceError, RobotError, LinkError, ImageError)
+    return run_command("asip-model", lambda: _model(options), *errors)
 
 
 def _model(options: argparse.Namespace) -> int:
@@ -68,36 +68,29 @@ def _model(options: argparse.Namespace) -> int:
     several = len(options.parts) > 1
     settings = Settings(**{name: getattr(options, name) for name in SETTINGS})
     built: dict[str, Built] = {}
-    try:
-        stems = {name: f"{stem}.{name}" if several else str(stem) for name in _names(options)}
-        ends = (".s", ".asip.map.json", *((".tick.h", ".tick.c") if options.c else ()))
-        paths = [Path(f"{each}{end}") for each in stems.values() for end in ends]
-        paths += [Path(f"{stem}{end}") for end in (".asip.json", ".h", ".report.txt")]
-        refuse_overwriting(paths, [path for part in options.parts for path in part if path])
-        laws = [_law(options, *part, settings) for part in options.parts]
-        chosen = Options(
-            options.config,
-            options.reassociate,
-            options.reciprocal,
-            options.sine,
-            options.constants,
-        )
-        paths[0].parent.mkdir(parents=True, exist_ok=True)
-        for (name, each), (law, _) in zip(stems.items(), laws, strict=True):
-            built[name] = build(compile_law(law, chosen), Path(f"{each}.s"))
-        images = {name: one.image for name, one in built.items()}
-        maps = {name: one.map for name, one in built.items()}
-        if several:
-            image = link(Path(stem).name, images)
-            maps = link_maps(image, images, maps)
-        else:
-            (image,) = images.values()
-    except (ModelError, InterfaceError, RobotError, LinkError, ImageError) as error:
-        print(f"asip-model: error: {error}", file=sys.stderr)
-        return 1
-    except AssemblyError as error:
-        print(error.report(), file=sys.stderr)
-        return 1
+    stems = {name: f"{stem}.{name}" if several else str(stem) for name in _names(options)}
+    ends = (".s", ".asip.map.json", *((".tick.h", ".tick.c") if options.c else ()))
+    paths = [Path(f"{each}{end}") for each in stems.values() for end in ends]
+    paths += [Path(f"{stem}{end}") for end in (".asip.json", ".h", ".report.txt")]
+    refuse_overwriting(paths, [path for part in options.parts for path in part if path])
+    laws = [_law(options, *part, settings) for part in options.parts]
+    chosen = Options(
+        options.config,
+        options.reassociate,
+        options.reciprocal,
+        options.sine,
+        options.constants,
+    )
+    paths[0].parent.mkdir(parents=True, exist_ok=True)
+    for (name, each), (law, _) in zip(stems.items(), laws, strict=True):
+        built[name] = build(compile_law(law, chosen), Path(f"{each}.s"))
+    images = {name: one.image for name, one in built.items()}
+    maps = {name: one.map for name, one in built.items()}
+    if several:
+        image = link(Path(stem).name, images)
+        maps = link_maps(image, images, maps)
+    else:
+        (image,) = images.values()
     texts = {f"{stem}.asip.json": Image.dumps(image), f"{stem}.h": to_c(image, "")}
     texts[f"{stem}.report.txt"] = "\n".join(
         one.report.render() + "\n" + effects(one.compiled, options.seed) for one in built.values()
@@ -229,11 +222,8 @@ def _prove_c(built: Built, options: argparse.Namespace) -> bool:
 
 def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
     """Options of the command line; SystemExit(2) if they are wrong."""
-    parser = argparse.ArgumentParser(
-        prog="asip-model",
-        description="Compile a CasADi function into a program for the core.",
-        epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+    parser = command_parser(
+        "asip-model", "Compile a CasADi function into a program for the core.", EPILOG
     )
     parser.add_argument(
         "files",

@@ -7,18 +7,11 @@ import argparse
 import sys
 from pathlib import Path
 
-from asip_asm.command import count, run_command
-from asip_asm.diagnostics import AssemblyError
+from asip_asm.command import command_parser, count, run_command
 from asip_asm.files import refuse_overwriting
 from asip_asm.image import Image, ImageError
 from asip_asm.isa import default_isa
-from sim.asip_run.inputs import (
-    UserError,
-    assignments,
-    load_image,
-    printed_names,
-    read_inputs,
-)
+from sim.asip_run.inputs import UserError, assignments, load_image, printed_names, read_inputs
 from sim.asip_run.runner import RunLimit, Runner
 from sim.asip_run.show import Trace, write_profile, write_row, write_text
 from sim.core_fault import NO_FAULT
@@ -61,19 +54,7 @@ def operations(image: Image) -> set[str]:
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; returns its exit status."""
     options = parse_arguments(arguments)
-    return run_command("asip-run", lambda: _command(options))
-
-
-def _command(options: argparse.Namespace) -> int:
-    try:
-        return _run(options)
-    except AssemblyError as error:
-        print(error.report(), file=sys.stderr)
-        return 1
-    except (UserError, ImageError) as error:
-        sys.stdout.flush()
-        print(f"asip-run: error: {error}", file=sys.stderr)
-        return getattr(error, "status", 1)
+    return run_command("asip-run", lambda: _run(options), UserError, ImageError)
 
 
 def _run(options: argparse.Namespace) -> int:
@@ -126,11 +107,10 @@ def _run(options: argparse.Namespace) -> int:
 
 def parse_arguments(arguments: list[str] | None) -> argparse.Namespace:
     """Options of the command line; exits with status 2 if they are wrong."""
-    parser = argparse.ArgumentParser(
-        prog="asip-run",
-        description="Run a program on the Verilated core, the instruction-set model or a board.",
-        epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+    parser = command_parser(
+        "asip-run",
+        "Run a program on the Verilated core, the instruction-set model or a board.",
+        EPILOG,
     )
     parser.add_argument(
         "program", type=Path, help="source text, or image written by asip-as (*.json)"

@@ -3,10 +3,10 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Sequence
 
+from asip_asm.command import command_parser
 from sim.board.model import BOARDS, BoardRtl
 from sim.board.serial_device import SerialDevice
 from sim.harness.build import BuildError
@@ -24,12 +24,7 @@ exit status: 0 ended, 1 no model could be built, 2 wrong command line
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; returns its exit status."""
-    parser = argparse.ArgumentParser(
-        prog="python -m sim.board",
-        description=__doc__,
-        epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = command_parser("python -m sim.board", __doc__, EPILOG)
     parser.add_argument("board", choices=tuple(BOARDS), nargs="?", default="ulx3s")
     options = parser.parse_args(arguments)
     try:

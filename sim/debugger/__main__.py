@@ -10,7 +10,6 @@ from collections.abc import Callable
 
 from asip_asm.command import run_command
 from asip_asm.debug_map import DebugMapError
-from asip_asm.diagnostics import AssemblyError
 from asip_asm.image import ImageError
 from sim.asip_run.inputs import UserError
 from sim.debugger.command_table import AssertionMissed, CommandError, Quit
@@ -27,22 +26,16 @@ MISSED = 3
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; returns its exit status."""
     options = parse_arguments(arguments)
-    return run_command("asip-dbg", lambda: _command(options))
+    errors = (UserError, ImageError, DebugMapError, ProgramError, TargetError, SessionError)
+    return run_command("asip-dbg", lambda: _command(options), *errors)
 
 
 def _command(options: argparse.Namespace) -> int:
-    try:
-        if options.dap or options.port is not None:
-            from sim.debugger.dap_server import serve
+    if options.dap or options.port is not None:
+        from sim.debugger.dap_server import serve
 
-            return serve(options)
-        session = open_session(options)
-    except AssemblyError as error:
-        print(error.report(), file=sys.stderr)
-        return 1
-    except (UserError, ImageError, DebugMapError, ProgramError, TargetError, SessionError) as error:
-        print(f"asip-dbg: error: {error}", file=sys.stderr)
-        return getattr(error, "status", 1)
+        return serve(options)
+    session = open_session(options)
     try:
         return _debug(session, options)
     finally:

@@ -3,11 +3,11 @@
 
 from __future__ import annotations
 
-import argparse
 import shutil
 import sys
 from pathlib import Path
 
+from asip_asm.command import command_parser
 from asip_asm.isa import default_isa
 from sim.driver import DRIVER, simulated_core
 from sim.harness.build import BuildError
@@ -22,12 +22,11 @@ exit status: 0 written, 1 the model cannot be built or written, 2 wrong command 
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; returns its exit status."""
-    parser = argparse.ArgumentParser(
-        prog="python -m sim.driver",
-        description="Write the Verilated core as a shared library that C programs link with: the "
+    parser = command_parser(
+        "python -m sim.driver",
+        "Write the Verilated core as a shared library that C programs link with: the "
         "bus of sim/driver/sim_bus.h. The first call builds the model: a minute or two.",
-        epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        EPILOG,
     )
     parser.add_argument(
         "-o", dest="output", type=Path, required=True, metavar="FILE", help="library to write"

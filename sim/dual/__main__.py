@@ -18,7 +18,7 @@ from asip_asm.diagnostics import AssemblyError
 from asip_asm.isa import IsaError, default_isa
 from asip_asm.project import BUILD, PACKAGES
 from sim.command import add_override_option, add_robot_option
-from sim.dual.loop import Loop, Stretch, follow, stretches_of
+from sim.dual.loop import Loop, follow, stretches_of
 from sim.dual.moves import PathNotSuitedError, moves_of
 from sim.dual.report import (
     LONGEST_PERIOD,
@@ -59,10 +59,8 @@ def _single_core(robot: Robot, path: SetPoints, console: Console) -> dict[str, f
             return data["tracking"]["optimised"]
     controller = AsipController(program("tracking_optimised", "fast", robot), intermediates=False)
     with TickProgress(console) as bars:
-        bars.add("one processor", len(path))
-        recording = closed_loop.run(
-            robot, path, controller, lambda n: bars.advance("one processor", n)
-        )
+        progress = bars.add("one processor", len(path))
+        recording = closed_loop.run(robot, path, controller, progress)
     desired = joint_path(robot, path)[0]
     return vars(closed_loop.tracking_error(robot, path, desired, recording))
 
@@ -75,10 +73,8 @@ def _one_core(loop: Loop, alone: AsipController, console: Console) -> dict[str, 
     rows = loop.ticks[: loop.done]
     path = SetPoints.from_words(rows["set_point"])
     with TickProgress(console) as bars:
-        bars.add("same words, one processor", len(rows))
-        answers = closed_loop.replay(
-            path, rows["counts"], alone, lambda n: bars.advance("same words, one processor", n)
-        )
+        progress = bars.add("same words, one processor", len(rows))
+        answers = closed_loop.replay(path, rows["counts"], alone, progress)
     same = answers.outputs.view(np.uint32) == rows["period"]["commands"]
     return {"ticks": len(rows), "ticks_equal": int(same.all(axis=1).sum())}
 
@@ -113,7 +109,7 @@ def run(arguments: argparse.Namespace, console: Console) -> None:
     alone = AsipController(image, intermediates=False)
     begin = time.perf_counter()
     file: Path = arguments.output / "results.json"
-    repeated: list[Stretch] = []
+    repeated: list[range] = []
     loop = Loop(robot, path, controller)
 
     def figures() -> dict[str, Any]:
@@ -131,20 +127,20 @@ def run(arguments: argparse.Namespace, console: Console) -> None:
 
     saved = 0
 
-    def save(done: list[Stretch]) -> None:
+    def save(done: list[range]) -> None:
         nonlocal saved
         repeated[:] = done
         if loop.done - saved >= SAVE_TICKS:
             write(file, figures())
             saved = loop.done
 
-    names = {"path": "two processors", "repeat": f"{nominal} clocks a period"}
     try:
         with TickProgress(console) as bars:
-            bars.add(names["path"], len(path))
+            progress = {"path": bars.add("two processors", len(path))}
             if stretches:
-                bars.add(names["repeat"], sum(s.end - s.first for s in stretches))
-            follow(loop, stretches, nominal, lambda name, n: bars.advance(names[name], n), save)
+                ticks = sum(map(len, stretches))
+                progress["repeat"] = bars.add(f"{nominal} clocks a period", ticks)
+            follow(loop, stretches, nominal, lambda name, n: progress[name](n), save)
     except (ControllerFault, AsipError, KeyboardInterrupt) as stop:
         if loop.done:
             cause = str(stop) or "interrupted"

@@ -10,7 +10,6 @@ from __future__ import annotations
 import os
 import signal
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +22,7 @@ from sim.model.plant import Plant
 from sim.model.records import SetPoints
 from sim.run.closed_loop import PROGRESS_TICKS, Recording
 from sim.run.controller import ControllerFault, Ticks
+from sim.run.nios import merged
 
 TICK = np.dtype(
     [
@@ -39,30 +39,16 @@ SAME_BITS = ("counts", "joints", "tool", "set_point")
 SAME_BITS_OF_PERIOD = ("commands", "words", "cycles", "stored", "updates", "late")
 
 
-@dataclass(frozen=True)
-class Stretch:
-    """Ticks first .. end - 1 of a path."""
-
-    first: int
-    end: int
-
-
 def stretches_of(
     changes: Sequence[int], ticks: int, ends: int = 500, around: int = 40
-) -> list[Stretch]:
+) -> list[range]:
     """Both ends of a path and the neighbourhood of each change of moves, merged, in order.
 
     changes: first ticks of moves. ends, around: ticks at an end, and on each side of a change.
     """
     wanted = [(0, ends), (ticks - ends, ticks)]
     wanted += [(int(tick) - around, int(tick) + around) for tick in changes]
-    merged: list[list[int]] = []
-    for first, end in sorted((max(0, first), min(end, ticks)) for first, end in wanted):
-        if merged and first <= merged[-1][1]:
-            merged[-1][1] = max(end, merged[-1][1])
-        elif first < end:
-            merged.append([first, end])
-    return [Stretch(first, end) for first, end in merged]
+    return merged(range(max(0, first), min(end, ticks)) for first, end in wanted)
 
 
 class Loop:
@@ -159,10 +145,10 @@ def differing(ours: NDArray[np.void], other: NDArray[np.void]) -> NDArray[np.int
 
 def follow(
     loop: Loop,
-    stretches: Sequence[Stretch],
+    stretches: Sequence[range],
     period_clocks: int,
     progress: Callable[[str, int], None],
-    save: Callable[[list[Stretch]], None],
+    save: Callable[[list[range]], None],
 ) -> None:
     """Run the whole path and repeat the stretches at `period_clocks`.
 
@@ -170,29 +156,29 @@ def follow(
     that were repeated, and may write a partial result. Raises ControllerFault, also for a repeat
     that differs by a bit.
     """
-    repeated: list[Stretch] = []
+    repeated: list[range] = []
     pending = list(stretches)
     total = len(loop.ticks)
     while loop.done < total:
         other = None
         stretch = pending[0] if pending else None
-        if stretch and stretch.first == loop.done:
+        if stretch and stretch.start == loop.done:
             pending.pop(0)
-            end = stretch.end
+            end = stretch.stop
             other = loop.repeat(end, period_clocks)
-            progress("repeat", end - stretch.first)
+            progress("repeat", len(stretch))
         else:
-            end = stretch.first if stretch else total
+            end = stretch.start if stretch else total
         while loop.done < end:
             before = loop.done
             loop.advance(min(before + PROGRESS_TICKS, end))
             progress("path", loop.done - before)
             save(repeated)
         if other is not None:
-            bad = differing(loop.ticks[stretch.first : end], other)
+            bad = differing(loop.ticks[stretch.start : end], other)
             if len(bad):
                 raise ControllerFault(
-                    f"tick {stretch.first + bad[0]}: other bits at {period_clocks} clocks a period"
+                    f"tick {stretch.start + bad[0]}: other bits at {period_clocks} clocks a period"
                 )
             repeated.append(stretch)
             save(repeated)

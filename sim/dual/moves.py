@@ -100,13 +100,12 @@ def _move(block: Block, ticks: int, settings: MotionSettings) -> Move:
     )
 
 
-def moves_of(trajectory: Trajectory, settings: MotionSettings | None = None) -> tuple[Move, ...]:
+def moves_of(trajectory: Trajectory, settings: MotionSettings) -> tuple[Move, ...]:
     """Moves of a whole trajectory made with the same settings: the rest at its start, every block.
 
     Raises PathNotSuitedError at a block that does not begin at rest: blocks that run into one
     another share an S-curve, which a record does not know.
     """
-    settings = settings or MotionSettings()
     firsts = trajectory.first_ticks
     moves = [rest(trajectory.position[0], int(firsts[0]))] if firsts[0] else []
     for i, block in enumerate(trajectory.blocks):

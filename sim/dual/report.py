@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.table import Table
 
-from sim.dual.loop import Loop, Stretch
+from sim.dual.loop import Loop
 from sim.harness.build import ROOT
 from sim.harness.gen.dual_regmap import REGMAP
 from sim.model.parameters import ParameterError, Robot
@@ -114,7 +114,7 @@ def results(
     path: SetPoints,
     desired: NDArray[np.float64],
     loop: Loop,
-    repeated: Sequence[Stretch],
+    repeated: Sequence[range],
 ) -> dict[str, Any]:
     """The content of build/dual/results.json after the ticks done, at least one.
 
@@ -140,8 +140,8 @@ def results(
         "flags": flags,
         "repeated": {
             "period_clocks": nominal,
-            "stretches": [[stretch.first, stretch.end] for stretch in repeated],
-            "ticks": sum(stretch.end - stretch.first for stretch in repeated),
+            "stretches": [[stretch.start, stretch.stop] for stretch in repeated],
+            "ticks": sum(map(len, repeated)),
             "same_bits": True,  # else the run has stopped
         },
         "set_point_error": set_point_errors(tracked, loop.ticks["set_point"][:n]),

@@ -7,8 +7,8 @@ import argparse
 import json
 import os
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -16,19 +16,13 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
+from asip_asm.command import run_command
 from sim.fpbench import campaign, plan, report
-from sim.fpbench.native import (
-    LANES,
-    RTL,
-    BenchError,
-    Unit,
-    flag_text,
-    operations,
-    unit_of,
-)
+from sim.fpbench.native import LANES, RTL, BenchError, Unit, flag_text, operations, unit_of
 from sim.fpbench.quick import quick
 from sim.fpbench.selfcheck import selfcheck
 from sim.harness.build import BuildError
+from sim.page.marks import MarksError
 
 BENCH_REPORT = report.REPORT.with_name("bench.json")
 console = Console(highlight=False, width=None if sys.stdout.isatty() else 120)
@@ -116,20 +110,6 @@ def check_reference(arguments: argparse.Namespace) -> int:
     return int(bool(wrong))
 
 
-@contextmanager
-def progress(total: int) -> Iterator[tuple[Progress, int]]:
-    """A bar in cases on a terminal; elsewhere the caller prints lines."""
-    columns = (
-        TextColumn("{task.description:<36}"),
-        BarColumn(),
-        TextColumn("{task.percentage:.1f} %"),
-    )
-    with Progress(
-        *columns, TimeRemainingColumn(), console=console, disable=not console.is_terminal
-    ) as bar:
-        yield bar, bar.add_task("campaign", total=total)
-
-
 def size(op: str, kind: str) -> int:
     """Cases of a kind; the table is the same in every unit's library, so the smallest one tells."""
     return Unit("fp_add").size(op, kind)
@@ -155,9 +135,17 @@ def run_campaign(arguments: argparse.Namespace) -> int:
     units = list(dict.fromkeys(unit_of(task.shard.op) for task in open_tasks))
     if check_reference(argparse.Namespace(seed=arguments.seed, cases=12_000, units=units)):
         return 1
-    not_run: dict[str, int] = {}
+    not_run: Counter[str] = Counter()
+    columns = (
+        TextColumn("{task.description:<36}"),
+        BarColumn(),
+        TextColumn("{task.percentage:.1f} %"),
+        TimeRemainingColumn(),
+    )
     try:
-        with progress(cases) as (bar, bar_task):
+        # Elsewhere than on a terminal `finish` prints lines.
+        with Progress(*columns, console=console, disable=not console.is_terminal) as bar:
+            bar_task = bar.add_task("campaign", total=cases)
 
             def finish(task: campaign.Task, result: dict) -> None:
                 bar.update(bar_task, advance=task.shard.count, description=task.shard.name[:36])
@@ -174,7 +162,7 @@ def run_campaign(arguments: argparse.Namespace) -> int:
             def fail(task: campaign.Task, text: str) -> None:
                 if text not in not_run:
                     console.print(f"not run: {task.shard.name}: {text}", soft_wrap=True)
-                not_run[text] = not_run.get(text, 0) + 1
+                not_run[text] += 1
 
             campaign.run(open_tasks, finish, fail, arguments.jobs, arguments.scheduler)
     except KeyboardInterrupt:
@@ -187,7 +175,7 @@ def run_campaign(arguments: argparse.Namespace) -> int:
     chosen_names = {section.name for section in selected}
     rows = [row for row in summary["rows"] if row["section"] in chosen_names]
     if not_run:
-        console.print(f"{sum(not_run.values())} shards did not run; the same command tries again")
+        console.print(f"{not_run.total()} shards did not run; the same command tries again")
     return int(bool(not_run) or any(row["mismatches"] for row in rows))
 
 
@@ -210,41 +198,36 @@ def parser() -> argparse.ArgumentParser:
     seed = int(os.environ.get("SEED", "1"))
     commands = top.add_subparsers(dest="command", required=True)
 
-    one = commands.add_parser(
-        "case",
-        help="one case with operands, result, flags and verdict",
-        epilog="example: python -m sim.fpbench case mul 00ffffff 3f000000",
-    )
+    def command(
+        example: str, purpose: str, run: Callable[[argparse.Namespace], int]
+    ) -> argparse.ArgumentParser:
+        """Parser of the command that the example begins with."""
+        epilog = f"example: python -m sim.fpbench {example}"
+        added = commands.add_parser(example.split()[0], help=purpose, epilog=epilog)
+        added.set_defaults(run=run)
+        return added
+
+    purpose = "one case with operands, result, flags and verdict"
+    one = command("case mul 00ffffff 3f000000", purpose, case)
     one.add_argument("op", help="operation, such as mul")
     one.add_argument("operands", type=word, nargs="+", help="operand words in hexadecimal")
     one.add_argument("--rtl", type=Path, default=RTL, help="folder with the files of rtl/fpu")
-    one.set_defaults(run=case)
 
-    short = commands.add_parser(
-        "bench",
-        help="the short set of every operation, with rates",
-        epilog="example: python -m sim.fpbench bench --op mul --op div --cases 10000000",
-    )
+    purpose = "the short set of every operation, with rates"
+    short = command("bench --op mul --op div --cases 10000000", purpose, bench)
     short.add_argument("--op", action="append", help="only this operation (repeatable)")
     short.add_argument("--cases", type=int, help="random cases per operation")
     short.add_argument("--seed", type=int, default=seed)
     short.add_argument("--rtl", type=Path, default=RTL, help="folder with the files of rtl/fpu")
-    short.set_defaults(run=bench)
 
-    check = commands.add_parser(
-        "selfcheck",
-        help="the host's arithmetic against SoftFloat",
-        epilog="example: python -m sim.fpbench selfcheck --cases 100000",
-    )
+    purpose = "the host's arithmetic against SoftFloat"
+    check = command("selfcheck --cases 100000", purpose, check_reference)
     check.add_argument("--cases", type=int, default=12_000, help="random cases per operation")
     check.add_argument("--seed", type=int, default=seed)
-    check.set_defaults(run=check_reference, units=list(LANES))
+    check.set_defaults(units=list(LANES))
 
-    long = commands.add_parser(
-        "campaign",
-        help="exhaustive, random, hard and cross-product cases; resumes",
-        epilog='example: python -m sim.fpbench campaign --jobs 2 --section "square root"',
-    )
+    purpose = "exhaustive, random, hard and cross-product cases; resumes"
+    long = command('campaign --jobs 2 --section "square root"', purpose, run_campaign)
     long.add_argument("--jobs", type=int, default=2, help="processes of the local cluster")
     long.add_argument("--scheduler", help="address of a Dask scheduler instead of a local cluster")
     long.add_argument(
@@ -252,26 +235,17 @@ def parser() -> argparse.ArgumentParser:
     )
     long.add_argument("--extended", action="store_true", help="the sections of many hours too")
     long.add_argument("--seed", type=int, default=seed, help="of the self-check only")
-    long.set_defaults(run=run_campaign)
 
-    page = commands.add_parser(
-        "report",
-        help="report.json and the docs page from what has run",
-        epilog="example: python -m sim.fpbench report",
-    )
+    page = command("report", "report.json and the docs page from what has run", make_report)
     page.add_argument("--page", type=Path, default=report.PAGE)
-    page.set_defaults(run=make_report)
     return top
 
 
 def main(words: list[str] | None = None) -> int:
     """Entry point; 0 good, 1 mismatches or a user error, 2 usage."""
     arguments = parser().parse_args(words)
-    try:
-        return arguments.run(arguments)
-    except (BenchError, BuildError) as error:
-        sys.stderr.write(f"fpbench: error: {error}\n")
-        return 1
+    errors = (BenchError, BuildError, MarksError)
+    return run_command("fpbench", lambda: arguments.run(arguments), *errors)
 
 
 if __name__ == "__main__":

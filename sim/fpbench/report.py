@@ -17,13 +17,12 @@ from sim.fpbench.plan import SEED, Section, Shard
 from sim.fpbench.quick import merged_angles
 from sim.fpbench.selfcheck import double_error
 from sim.fpbench.variants import fingerprint
+from sim.page.marks import write_between_marks
 from sim.page.provenance import commit
 
 ROOT = native.ROOT
 REPORT = ROOT / "build/fpbench/report.json"
 PAGE = ROOT / "docs/arithmetic_evidence.md"
-BEGIN = "<!-- campaign: written by `make fp-report` from build/fpbench -->"
-END = "<!-- end of campaign -->"
 GROUP = 4  # bins of a histogram to a column
 
 
@@ -36,7 +35,6 @@ class Total:
     cases: int = 0
     mismatches: int = 0
     seconds: float = 0.0
-    failures: int = 0
 
     def add(self, shard: Shard, result: Mapping | None) -> None:
         """Count a shard, finished or not."""
@@ -110,7 +108,8 @@ def write(report: Mapping) -> Path:
 def markdown(report: Mapping, old: str = "") -> str:
     """Tables of the docs page: one line per section, then the errors of sine and cosine.
 
-    A section or function that has no results here keeps its line of `old`, with the commit there.
+    A section or function that has no results here keeps its line of the page as it was, `old`,
+    with the commit there.
     """
     here = commit()
     lines = [
@@ -184,10 +183,6 @@ def histogram_lines(angles: Mapping[str, Mapping], old: str = "") -> list[str]:
 
 
 def update_page(report: Mapping, page: Path = PAGE) -> None:
-    """Replace the generated block of the page; BenchError if the page has no marks for it."""
-    text = page.read_text()
-    if BEGIN not in text or END not in text:
-        raise native.BenchError(f"{page}: no lines '{BEGIN}' and '{END}' to write between")
-    head, rest = text.split(BEGIN, 1)
-    old, tail = rest.split(END, 1)
-    page.write_text(f"{head}{BEGIN}\n\n{markdown(report, old)}\n\n{END}{tail}")
+    """Replace the generated block of the page. Raises MarksError if it has no marks for it."""
+    block = markdown(report, page.read_text(encoding="utf-8"))
+    write_between_marks(page, {"campaign": f"\n{block}\n\n"})

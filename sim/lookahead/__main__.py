@@ -15,6 +15,7 @@ from typing import Any, TypeVar
 from rich.console import Console
 from rich.table import Table
 
+from asip_asm.command import command_parser
 from asip_asm.files import open_output, refuse_overwriting
 from sim.command import (
     add_override_option,
@@ -52,12 +53,11 @@ Part = TypeVar("Part")
 
 
 def _arguments() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="python -m sim.lookahead",
-        description="Plan a G-code program with look-ahead and blended corners, sample it at every "
+    parser = command_parser(
+        "python -m sim.lookahead",
+        "Plan a G-code program with look-ahead and blended corners, sample it at every "
         "control period and check tool and joints against their limits.",
-        epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        EPILOG,
     )
     parser.add_argument("file", nargs="?", type=Path, help="program")
     add_robot_option(parser)

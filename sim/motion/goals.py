@@ -26,6 +26,7 @@ from asip_asm.project import ROOT
 from sim.gcode.oracle import OracleError
 from sim.motion import goals_drive, goals_lookahead, goals_planner, goals_rtl
 from sim.motion.goal import FULL, Counts, Goal
+from sim.page.marks import write_between_marks
 
 FEATURES = [
     *goals_planner.FEATURES,
@@ -34,7 +35,6 @@ FEATURES = [
     *goals_drive.FEATURES,
 ]
 RESULTS, PAGE = ROOT / "build/motion/results.json", ROOT / "docs/motion.md"
-BEGIN, END = "<!-- goals: written by python -m sim.motion.goals -->", "<!-- goals: end -->"
 
 
 def table(
@@ -86,10 +86,9 @@ def document(goals: Sequence[Goal]) -> list[dict[str, Any]]:
 
 
 def markdown(entries: Sequence[Mapping[str, Any]]) -> str:
-    """The goals of results.json as a table of the page, between its marks."""
+    """The goals of results.json as a table of the page."""
     verdict = {True: "met", False: "**not met**", None: ""}
     lines = [
-        BEGIN,
         "",
         "| feature | published | goal | ours | | more |",
         "| --- | --- | --- | --- | --- | --- |",
@@ -102,15 +101,7 @@ def markdown(entries: Sequence[Mapping[str, Any]]) -> str:
             entry["ours"] or "not in this run",
         ]
         lines.append(f"| {' | '.join(cells)} | {verdict[entry['met']]} | `{entry['command']}` |")
-    return "\n".join([*lines, "", END])
-
-
-def with_table(page: str, entries: Sequence[Mapping[str, Any]]) -> str:
-    """The page with its table replaced. Raises ValueError if it has no marks."""
-    if page.count(BEGIN) != 1 or page.count(END) != 1:
-        raise ValueError(f"the page has no marks {BEGIN} and {END}")
-    before, rest = page.split(BEGIN)
-    return before + markdown(entries) + rest.split(END)[1]
+    return "\n".join([*lines, "", ""])
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -132,9 +123,7 @@ def main(argv: list[str] | None = None) -> int:
             results["goals"] = document(found)
             text = json.dumps(results, indent=2) + "\n"
             arguments.results.write_text(text, encoding="utf-8")
-        entries = results["goals"]
-        page = with_table(arguments.page.read_text(encoding="utf-8"), entries)
-        arguments.page.write_text(page, encoding="utf-8")
+        write_between_marks(arguments.page, {"goals": markdown(results["goals"])})
     except OSError as error:
         sys.stderr.write(f"{error.filename}: error: {error.strerror}; run make motion first\n")
         return 1

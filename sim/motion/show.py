@@ -159,8 +159,7 @@ def _rtl(output: Path, console: Console) -> list[dict[str, Any]]:
     moves = {}
     with TickProgress(console) as bars:
         for mode in show_rtl.MODES:
-            bars.add(mode, show_rtl.ticks())
-            moves[mode] = show_rtl.run(mode, lambda ticks, mode=mode: bars.advance(mode, ticks))
+            moves[mode] = show_rtl.run(mode, bars.add(mode, show_rtl.ticks()))
     show_rtl.draw(moves, output)
     return rows_of("show_rtl", show_rtl.results(moves))
 

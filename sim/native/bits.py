@@ -5,25 +5,15 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
-from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from asip_asm.model.c_code import unfused
 from asip_asm.model.compiler import Compiled
 from asip_asm.model.emit import emit
 from asip_asm.model.exact import Array, Sine, evaluate
-from sim.native.law import NativeLaw
+from sim.native.law import NativeLaw, Ran
 from sim.prove_program import BATCH, draw_ticks
-
-
-class Results(Protocol):
-    """N consecutive ticks: outputs and states after each by signal, results (0: no fault)."""
-
-    outputs: dict[str, Array]
-    states: dict[str, Array]
-    results: NDArray[np.int32]
 
 
 def separate(compiled: Compiled) -> Compiled:
@@ -34,7 +24,7 @@ def separate(compiled: Compiled) -> Compiled:
 
 def first_difference(
     compiled: Compiled,
-    ran: Results,
+    ran: Ran,
     inputs: Mapping[str, Array],
     states: Mapping[str, Array],
     sine: Sine,

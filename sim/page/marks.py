@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from pathlib import Path
 
 
 class MarksError(ValueError):
@@ -27,3 +28,9 @@ def between_marks(page: str, texts: Mapping[str, str], file: object) -> str:
                 f"`<!-- end of {name} -->`; restore the one pair between which the text stands"
             )
     return page
+
+
+def write_between_marks(page: Path, texts: Mapping[str, str]) -> None:
+    """Put the texts into a page. Raises MarksError as `between_marks`."""
+    text = between_marks(page.read_text(encoding="utf-8"), texts, page)
+    page.write_text(text, encoding="utf-8")

@@ -15,6 +15,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from asip_asm.command import command_parser
 from asip_asm.files import open_output
 from sim.command import failed, interruptible, output
 from sim.planner.optimal import Limits, time_optimal
@@ -81,12 +82,11 @@ def default_limits(plan: RampTimePlan) -> tuple[float | None, float | None]:
 
 
 def _arguments() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="python -m sim.planner",
-        description="Plan one S-curve move: with set acceleration times as in the S-curve paper, "
+    parser = command_parser(
+        "python -m sim.planner",
+        "Plan one S-curve move: with set acceleration times as in the S-curve paper, "
         "or in the shortest time that limits of acceleration and jerk allow.",
-        epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        EPILOG,
     )
     for name, text in (
         ("v0", "start speed, and end speed unless --ve is given"),

@@ -7,18 +7,19 @@ import argparse
 import json
 import sys
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from rich.console import Console
 from rich.table import Table
 
-from asip_asm.command import count, run_command
+from asip_asm.command import command_parser, count, run_command
 from asip_asm.project import BUILD, ROOT
 from sim.core import CoreFault
 from sim.harness.nios_rtl import NiosError
 from sim.native.law import CompilerError
-from sim.page.marks import between_marks
+from sim.page.marks import write_between_marks
 from sim.platforms.compare import TOPS, Request, side_by_side
 from sim.robots.job import SHOWN
 from sim.run.tables import measured_at
@@ -42,7 +43,8 @@ HEADINGS = ("platform", "form of the law", "median [µs]", "99.99 % [µs]", "wor
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; returns its exit status."""
     options = parse_arguments(arguments)
-    return run_command("platforms", lambda: _docs() if options.docs else _measure(options))
+    body = _docs if options.docs else partial(_measure, options)
+    return run_command("platforms", body, CompilerError, CoreFault, NiosError)
 
 
 def _measure(options: argparse.Namespace) -> int:
@@ -50,11 +52,7 @@ def _measure(options: argparse.Namespace) -> int:
     shown = SHOWN[options.law]
     law = shown.law()
     request = Request(law, shown.sample(law), options.runs, options.seed, options.output)
-    try:
-        found = side_by_side(request, lambda text: print(text, file=sys.stderr, flush=True))
-    except (CompilerError, CoreFault, NiosError) as error:
-        print(f"platforms: error: {error}", file=sys.stderr)
-        return 1
+    found = side_by_side(request, lambda text: print(text, file=sys.stderr, flush=True))
     file = options.output / RESULTS.name
     file.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
     view = Table(*HEADINGS, title=f"{found['law']}, one tick")
@@ -71,7 +69,7 @@ def _measure(options: argparse.Namespace) -> int:
 def _docs() -> int:
     found = json.loads(RESULTS.read_text(encoding="utf-8"))
     texts = {"side by side": section(found), "area": area_section(found["area"]["tops"])}
-    PAGE.write_text(between_marks(PAGE.read_text(encoding="utf-8"), texts, PAGE), encoding="utf-8")
+    write_between_marks(PAGE, texts)
     return 0
 
 
@@ -142,11 +140,10 @@ def _machine(machine: dict[str, Any]) -> str:
 
 def parse_arguments(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     """Options of the command line; SystemExit(2) if they are wrong."""
-    parser = argparse.ArgumentParser(
-        prog="python -m sim.platforms",
-        description="Measure one law on the core, on FPGA2 and on this machine.",
-        epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+    parser = command_parser(
+        "python -m sim.platforms",
+        "Measure one law on the core, on FPGA2 and on this machine.",
+        EPILOG,
     )
     parser.add_argument("--law", choices=tuple(SHOWN), default="iiwa14", help="which law")
     parser.add_argument("--runs", type=count, default=RUNS, help="ticks on this machine")

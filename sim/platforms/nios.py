@@ -18,7 +18,7 @@ from asip_asm.model.exact import Array
 from asip_asm.project import ROOT
 from sim.harness.nios_image import Program
 from sim.harness.nios_rtl import NiosRtl
-from sim.native.law import CompilerError, pack, unpack, write_c
+from sim.native.law import CompilerError, Ran, pack, unpack, write_c
 
 MAIN = ROOT / "nios_sw/src/law_main.c"
 COMPILER = ROOT / "nios_sw/nios-gcc"
@@ -30,12 +30,9 @@ CYCLES_PER_TICK = 1_000_000  # a tick that takes longer never ends
 
 
 @dataclass(frozen=True)
-class NiosRan:
-    """N ticks: outputs and states after each (by signal), results (0: no fault), cycles."""
+class NiosRan(Ran):
+    """N ticks as on this machine, and the cycles of each."""
 
-    outputs: dict[str, Array]
-    states: dict[str, Array]
-    results: NDArray[np.int32]
     cycles: NDArray[np.uint32]
 
 

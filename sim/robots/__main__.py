@@ -12,7 +12,7 @@ from typing import Any
 
 from rich.console import Console
 
-from asip_asm.command import count, duration, run_command
+from asip_asm.command import command_parser, count, duration, run_command
 from asip_asm.model.read import ModelError
 from sim.core import CoreFault
 from sim.prove_program import COUNT, SEED
@@ -56,9 +56,8 @@ def _robots(options: argparse.Namespace) -> int:
             print(f"robots: error: {name}: {error}", file=sys.stderr)
             return 1
         rows.append(row)
-        found = goals(rows) + (
-            [] if options.only else core_goals()
-        )  # written after each robot: a run that is stopped loses nothing
+        # Written after each robot: a run that is stopped loses nothing.
+        found = goals(rows) + ([] if options.only else core_goals())
         content = {"robots": {row.name: row.as_json() for row in rows}, "goals": found}
         (options.output / "robots.json").write_text(json.dumps(content, indent=1) + "\n")
     write_page(rows, found, options.output / "robots.html")
@@ -80,11 +79,8 @@ def goal_text(goal: dict[str, Any]) -> str:
 
 def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
     """Options of the command line; SystemExit(2) if they are wrong."""
-    parser = argparse.ArgumentParser(
-        prog="python -m sim.robots",
-        description="Compile, prove and simulate the robots shown.",
-        epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+    parser = command_parser(
+        "python -m sim.robots", "Compile, prove and simulate the robots shown.", EPILOG
     )
     parser.add_argument("--only", metavar="NAMES", help=f"some of {', '.join(SHOWN)}")
     parser.add_argument("--output", type=Path, default=Path("build"), help="folder to write")

@@ -68,27 +68,24 @@ def _own(law: Callable[[], Law]) -> Shown:
     )
 
 
-SHOWN: dict[str, Shown] = (
-    {
-        "own_printed": _own(own.printed),
-        "own_optimised": _own(own.optimised),
-    }
-    | {name: _arm(name) for name in ("iiwa14", "panda", "ur5", "xarm7", "scara", "so101")}
+SHOWN: dict[str, Shown] = {
+    "own_printed": _own(own.printed),
+    "own_optimised": _own(own.optimised),
+    "iiwa14": _arm("iiwa14"),
     # One of 2^20 counts, as a step of speed, asks panda's second joint for more than its torque.
-    | {"panda": _arm("panda", 1 << 21)}
-    | {
-        "quadrotor": Shown(
-            quadrotor.law,
-            lambda seconds: quadrotor.Quadrotor(seconds or 4.0),
-            quadrotor.near,
-        ),
-        "pendulum": Shown(
-            lambda: pendulum.law(pendulum.tree()),
-            lambda seconds: pendulum.Pendulum(pendulum.tree(), seconds=seconds or 4.0),
-            pendulum.near,
-        ),
-    }
-)
+    "panda": _arm("panda", 1 << 21),
+    **{name: _arm(name) for name in ("ur5", "xarm7", "scara", "so101")},
+    "quadrotor": Shown(
+        quadrotor.law,
+        lambda seconds: quadrotor.Quadrotor(seconds or 4.0),
+        quadrotor.near,
+    ),
+    "pendulum": Shown(
+        lambda: pendulum.law(pendulum.tree()),
+        lambda seconds: pendulum.Pendulum(pendulum.tree(), seconds=seconds or 4.0),
+        pendulum.near,
+    ),
+}
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from types import FrameType
 
 from rich.console import Console
 
+from asip_asm.command import command_parser, count
 from asip_asm.diagnostics import AssemblyError
 from asip_asm.project import BUILD, PACKAGES
 from sim.command import INTERRUPTED, add_override_option, add_robot_option
@@ -57,23 +58,8 @@ def _platforms(text: str) -> tuple[str, ...]:
     return tuple(name for name in PLATFORMS if name in names)
 
 
-def _ticks(text: str) -> int:
-    try:
-        ticks = int(text)
-    except ValueError:
-        ticks = 0
-    if ticks < 1:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of at least 1")
-    return ticks
-
-
 def _arguments() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="python -m sim.run",
-        description=__doc__,
-        epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = command_parser("python -m sim.run", __doc__, EPILOG)
     parser.add_argument(
         "gcode",
         type=Path,
@@ -84,7 +70,7 @@ def _arguments() -> argparse.ArgumentParser:
     add_robot_option(parser)
     add_tools_option(parser)
     add_override_option(parser)
-    parser.add_argument("--ticks", type=_ticks, help="only the first TICKS ticks of the path")
+    parser.add_argument("--ticks", type=count, help="only the first TICKS ticks of the path")
     parser.add_argument(
         "--platforms",
         type=_platforms,

@@ -4,7 +4,7 @@ the goals that a run can check by itself, beside what it measured."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -85,8 +85,15 @@ def goals(data: dict[str, Any], published_path: bool) -> list[dict[str, Any]]:
             worst = max(errors[key] for errors in programs)
             add(f"largest tracking error of {name}", worst, unit, target)
     period = data["robot"]["values"]["T_s"] * 1e6
+    for name, times in timing_of_programs(data).items():
+        add(f"longest tick of {name}", times["time_us"], "us", period)
+    return found
+
+
+def timing_of_programs(data: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
+    """Timing by name of platform, and of program where a platform has several."""
+    found = {}
     for platform, timing in data["platforms"].items():
         for program, times in ({"": timing} if "time_us" in timing else timing).items():
-            name = f"longest tick of {platform.upper()} {program.replace('_', ' ')}".strip()
-            add(name, times["time_us"], "us", period)
+            found[f"{platform.upper()} {program.replace('_', ' ')}".strip()] = times
     return found

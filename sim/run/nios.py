@@ -9,7 +9,7 @@ whose formulas the program evaluates. Words are exchanged as raw binary32.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -180,13 +180,18 @@ def sampled(ticks: int, boosted: NDArray[np.integer], sample: Sample) -> list[ra
     length = min(sample.window, ticks)
     starts = np.linspace(0, ticks - length, sample.windows).round().astype(int).tolist()
     starts.append(min(max(int(np.argmax(boosted)) - length // 2, 0), ticks - length))
-    windows: list[range] = []
-    for start in sorted(set(starts)):
-        if windows and start <= windows[-1].stop:
-            windows[-1] = range(windows[-1].start, max(windows[-1].stop, start + length))
+    return merged(range(start, start + length) for start in starts)
+
+
+def merged(parts: Iterable[range]) -> list[range]:
+    """Ranges in ascending order, those that meet or overlap as one, without empty ones."""
+    found: list[range] = []
+    for part in sorted(filter(len, parts), key=lambda part: part.start):
+        if found and part.start <= found[-1].stop:
+            found[-1] = range(found[-1].start, max(found[-1].stop, part.stop))
         else:
-            windows.append(range(start, start + length))
-    return windows
+            found.append(part)
+    return found
 
 
 def _boosted(robot: Robot, single: TrackingResult) -> NDArray[np.integer]:

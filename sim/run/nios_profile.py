@@ -3,13 +3,13 @@
 
 from __future__ import annotations
 
-import argparse
 import json
 import sys
 from pathlib import Path
 
 from rich.console import Console
 
+from asip_asm.command import count, script_parser
 from sim.harness.build import BuildError
 from sim.harness.nios_image import IMAGES, ImageError, load, read_elf
 from sim.harness.nios_profile import tables
@@ -18,21 +18,16 @@ from sim.run.nios import profile_path
 
 
 def main(arguments: list[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(
-        prog="python -m sim.run.nios_profile",
-        description=__doc__,
-        epilog="example: python -m sim.run.nios_profile fpga1 --ticks 100",
-    )
+    prog = "python -m sim.run.nios_profile"
+    parser = script_parser(__doc__, f"{prog} fpga1 --ticks 100", prog)
     parser.add_argument("platform", choices=PLATFORMS)
     parser.add_argument(
         "--program", help="committed image or ELF file (default: tracking_PLATFORM)"
     )
-    parser.add_argument("--first", type=int, default=5000, help="first tick of the path A-G-H")
-    parser.add_argument("--ticks", type=int, default=50, help="number of ticks")
+    parser.add_argument("--first", type=count, default=5000, help="first tick of the path A-G-H")
+    parser.add_argument("--ticks", type=count, default=50, help="number of ticks")
     parser.add_argument("--json", type=Path, help="write the rows to this file too")
     options = parser.parse_args(arguments)
-    if options.ticks < 1 or options.first < 1:
-        parser.error("--ticks and --first must be positive")
     console = Console()
     try:
         name = options.program or f"tracking_{options.platform}"

@@ -18,6 +18,7 @@ from sim.model.records import SetPoints
 from sim.page import provenance
 from sim.page.document import Page
 from sim.run import figures, plots
+from sim.run.checks import timing_of_programs
 from sim.run.closed_loop import SETTLED_S, Recording
 
 TITLE = "Microtick: a five-axis robot under floating-point control, tick by tick"
@@ -76,23 +77,13 @@ def _key_figures(shown: Shown) -> dict[str, str]:
         error = figures.tool_error(shown.robot, shown.path, recording).max()
         found[f"largest distance of the tool from its path ({name})"] = f"{error:.2f} µm"
     period = shown.robot.T_s * 1e6
-    for name, timing in _programs(shown.results).items():
+    for name, timing in timing_of_programs(shown.results).items():
         found[f"longest tick of {name}; the control period is {period:g} µs"] = (
             f"{timing['time_us']:.3f} µs"
         )
     if "bounds_ok" in shown.results:
         beyond = len(shown.results.get("exceeded", []))
         found["comparisons beyond their bound"] = str(beyond) if beyond else "none"
-    return found
-
-
-def _programs(results: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
-    """Timing by name of platform, and of program where a platform has several."""
-    found = {}
-    for platform, timing in results["platforms"].items():
-        parts = {"": timing} if "time_us" in timing else timing
-        for program, times in parts.items():
-            found[f"{platform.upper()} {program.replace('_', ' ')}".strip()] = times
     return found
 
 
@@ -106,7 +97,7 @@ def _what_ran(page: Page, shown: Shown) -> None:
         "feed override": f"{shown.results.get('feed_override_percent', 100):g} %",
         "ticks": f"{ticks} of {period * 1e6:g} µs, the rest before the first move included",
         "robot": _named(shown.robot_file),
-        "processors": ", ".join(_programs(shown.results)),
+        "processors": ", ".join(timing_of_programs(shown.results)),
         "date": provenance.now(),
         "commit": provenance.commit(),
     }

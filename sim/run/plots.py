@@ -16,8 +16,8 @@ from sim.model.parameters import Robot
 from sim.model.records import OUTPUTS, SetPoints
 from sim.page.curves import box, envelope
 from sim.run.closed_loop import SETTLED_S, Recording
+from sim.run.figures import AXES
 
-AXES = ("leg 1", "leg 2", "leg 3", "tilt", "rotation")
 PATH_POINTS = 16_000  # of the path in space
 TICKS = 6  # numbers along the longest axis in space
 
@@ -62,22 +62,28 @@ def tool_path(
 def errors(robot: Robot, desired: NDArray, recording: Recording, file: Path) -> None:
     """Tracking error of each axis over time."""
     skip = round(SETTLED_S / robot.T_s)
-    figure, rows = plt.subplots(5, 1, figsize=(9, 9), sharex=True)
-    for axis, (name, plot) in enumerate(zip(AXES, rows, strict=True)):
-        error = (desired[:, axis] - recording.joints[:, axis])[skip:] * 1e6
-        _curve(plot, robot, error, f"{name}\n[{'µm' if axis < 3 else 'µrad'}]", skip)
-    rows[0].set_title("Tracking error, desired minus exact position")
-    rows[-1].set_xlabel("time [s]")
-    _save(figure, file)
+    error = (desired - recording.joints)[skip:] * 1e6
+    labels = [f"{name}\n[{'µm' if axis < 3 else 'µrad'}]" for axis, name in enumerate(AXES)]
+    _axes(robot, "Tracking error, desired minus exact position", labels, error, skip, file)
 
 
 def forces(robot: Robot, recording: Recording, file: Path) -> None:
     """Forces and torques over time."""
+    labels = [
+        f"{name}, {AXES[axis]}\n[{'N' if axis < 3 else 'N·m'}]" for axis, name in enumerate(OUTPUTS)
+    ]
+    title = "Forces of the legs and torques of the table axes"
+    _axes(robot, title, labels, recording.ticks.outputs, 0, file)
+
+
+def _axes(
+    robot: Robot, title: str, labels: list[str], values: NDArray, first: int, file: Path
+) -> None:
+    """Values (N, 5) of consecutive ticks over time, from tick `first` on, a panel for each axis."""
     figure, rows = plt.subplots(5, 1, figsize=(9, 9), sharex=True)
-    for axis, (name, plot) in enumerate(zip(OUTPUTS, rows, strict=True)):
-        label = f"{name}, {AXES[axis]}\n[{'N' if axis < 3 else 'N·m'}]"
-        _curve(plot, robot, recording.ticks.outputs[:, axis], label)
-    rows[0].set_title("Forces of the legs and torques of the table axes")
+    for plot, label, column in zip(rows, labels, values.T, strict=True):
+        _curve(plot, robot, column, label, first)
+    rows[0].set_title(title)
     rows[-1].set_xlabel("time [s]")
     _save(figure, file)
 

@@ -4,7 +4,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
@@ -50,9 +51,10 @@ class TickProgress:
     def __exit__(self, *_: object) -> None:
         self._bars.stop()
 
-    def add(self, name: str, ticks: int) -> None:
-        """A task of so many ticks."""
+    def add(self, name: str, ticks: int) -> Callable[[int], None]:
+        """A task of so many ticks; gives its `advance`."""
         self._tasks[name] = self._bars.add_task(name, total=ticks, left="")
+        return partial(self.advance, name)
 
     def advance(self, name: str, ticks: int) -> None:
         """So many more ticks of a task are done."""

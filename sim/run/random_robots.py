@@ -7,7 +7,6 @@ bound (sim/run/bounds.py).
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -17,12 +16,13 @@ import numpy as np
 from rich.console import Console
 
 from asip_asm.assemble import assemble
+from asip_asm.command import command_parser
 from asip_asm.diagnostics import AssemblyError
 from sim.harness.build import BuildError
 from sim.harness.nios_image import ImageError
 from sim.model.parameters import ParameterError, Robot
 from sim.model.records import SetPoints
-from sim.page.marks import between_marks
+from sim.page.marks import write_between_marks
 from sim.run import closed_loop, nios
 from sim.run.controller import AsipController, ControllerFault
 from sim.run.results import compare, worst_of_bound
@@ -185,12 +185,8 @@ def rows(outcomes: Iterable[Outcome]) -> list[str]:
 
 def main(argv: list[str] | None = None) -> int:
     """Command line; returns the exit status."""
-    parser = argparse.ArgumentParser(
-        prog="python -m sim.run.random_robots",
-        description=__doc__,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        epilog="exit status: 0 every bound holds, 1 a run has failed, 3 a bound is exceeded",
-    )
+    status = "exit status: 0 every bound holds, 1 a run has failed, 3 a bound is exceeded"
+    parser = command_parser("python -m sim.run.random_robots", __doc__, status)
     parser.add_argument("--seed", type=int, default=SEED, help="(%(default)s)")
     parser.add_argument("--first", type=int, default=0, metavar="K", help="first robot (0)")
     parser.add_argument("--count", type=int, default=COUNT, help="robots (%(default)s)")
@@ -213,8 +209,7 @@ def main(argv: list[str] | None = None) -> int:
     table = "\n".join(rows(outcomes))
     console.print(table)
     if arguments.docs:
-        text = between_marks(PAGE.read_text("utf-8"), {"random robots": table + "\n"}, PAGE)
-        PAGE.write_text(text, encoding="utf-8")
+        write_between_marks(PAGE, {"random robots": table + "\n"})
     return 0 if all(outcome.kept for outcome in outcomes) else EXCEEDED
 
 

@@ -20,13 +20,7 @@ from sim.gcode.table_frame import PIVOT
 from sim.harness.asip_bus import BLOCK
 from sim.model.parameters import ParameterError, Robot
 from sim.model.plant import Plant
-from sim.model.records import (
-    COUNTS,
-    OUTPUTS,
-    SET_POINTS,
-    TRACKING,
-    SetPoints,
-)
+from sim.model.records import COUNTS, OUTPUTS, SET_POINTS, TRACKING, SetPoints
 from sim.page.curves import envelope
 from sim.run.controller import EXPORTED, AsipController
 from sim.scope.source import (

@@ -9,6 +9,7 @@ import math
 import sys
 from pathlib import Path
 
+from asip_asm.command import command_parser
 from asip_asm.image import Image
 from sim.command import interruptible, output
 from sim.debug.client import DebugError, connect
@@ -28,12 +29,7 @@ exit status: 0 ended by Ctrl-C, 1 nothing answers or the image has an error, 2 w
 
 
 def _arguments() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="asip-scope",
-        description=__doc__,
-        epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = command_parser("asip-scope", __doc__, EPILOG)
     parser.add_argument("image", type=Path, help="the program that the core runs, *.asip.json")
     parser.add_argument("target", help="serial:PATH?baud=N, /dev/ttyUSB0 or tcp://host:port")
     parser.add_argument(

@@ -9,7 +9,6 @@ error, 2 wrong command line.
 
 from __future__ import annotations
 
-import argparse
 import json
 import sys
 from collections.abc import Callable, Sequence
@@ -19,6 +18,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from asip_asm.command import script_parser
 from asip_asm.model.read import ModelError
 from asip_asm.project import BUILD
 from sim.model.drives import Drives
@@ -40,13 +40,12 @@ def main(
     more: More = lambda robot, drives, full, rows, report: {},
 ) -> int:
     """Command line; more: adds further rows, and returns what else the file shall have."""
-    parser = argparse.ArgumentParser(
-        prog=prog,
-        description=__doc__.splitlines()[0],
-        epilog=f"example: {prog} --robot my_robot.toml. Without --full the first 3 s of the A-G-H "
-        "path and 0.2 s of every clock, some minutes; with it the whole path and 2 s, an hour. "
-        "What is simulated at every clock is kept, so a full run that was stopped goes on.",
+    example = (
+        f"{prog} --robot my_robot.toml. Without --full the first 3 s of the A-G-H path and 0.2 s "
+        "of every clock, some minutes; with it the whole path and 2 s, an hour. What is simulated "
+        "at every clock is kept, so a full run that was stopped goes on."
     )
+    parser = script_parser(__doc__, example, prog)
     parser.add_argument("--robot", type=Path, default=ROBOT_TOML, help="parameter file")
     parser.add_argument("--results", type=Path, default=BUILD / "drive.json", help="file written")
     parser.add_argument(

@@ -7,15 +7,15 @@ from __future__ import annotations
 import os
 import re
 import runpy
-import subprocess
 import sys
 
 import pytest
 
 from asip_asm.assemble import assemble
-from scripts.doc_blocks import code_blocks
+from scripts.doc_blocks import code_blocks, write_files
 from sim.harness.build import ROOT, verilator_driver
 from sim.harness.plain import plain
+from tests.bench.commands import output
 from tests.docs.commands import (
     PAGES,
     Command,
@@ -58,7 +58,7 @@ NOT_RUN = {
     "cc ": "a fragment, its main.c is the reader's; own_machine.md has a whole one",
     "yosys": "is not part of this set-up, tests/fpu",
 }
-BLOCKS = [command for command in block_commands()]
+BLOCKS = list(block_commands())
 EVERY = [*BLOCKS, *inline_commands()]
 RUN = [c for c in BLOCKS if not any(c.text.startswith(start) for start in NOT_RUN)]
 TESTS = names_of_tests()
@@ -74,9 +74,7 @@ def checkout(tmp_path_factory):
     (root / "part.ngc").write_text((ROOT / "sim/paths/circle.ngc").read_text())
     (root / "tool.tbl").write_text("T1 P1 D6.0 Z10.0\n")
     for page in PAGES:
-        for block in code_blocks(page):
-            if block.title:
-                (root / block.title).write_text(block.text)
+        write_files(page, root)
     return root
 
 
@@ -95,15 +93,7 @@ def test_lists__hold_something_and_no_reason_is_left_over():
 
 @pytest.mark.parametrize("command", RUN, ids=str)
 def test_command_of_a_block__runs(command, checkout):
-    done = subprocess.run(
-        ["sh", "-ec", command.text],
-        cwd=checkout,
-        env=environment(),
-        capture_output=True,
-        text=True,
-        timeout=600,
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
+    output("sh", "-ec", command.text, cwd=checkout, env=environment(), timeout=600)
 
 
 @pytest.mark.parametrize("block", list(programs()), ids=str)
@@ -128,9 +118,7 @@ PYTHON = [
 
 @pytest.mark.parametrize("block", PYTHON, ids=str)
 def test_python_block__runs(block, checkout):
-    command = [sys.executable, "-c", block.text]
-    done = subprocess.run(command, cwd=checkout, capture_output=True, text=True, timeout=600)
-    assert done.returncode == 0, done.stderr
+    output(sys.executable, "-c", block.text, cwd=checkout, timeout=600)
 
 
 def findings_of_make(command: Command) -> list[str]:

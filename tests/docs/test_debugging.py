@@ -6,7 +6,6 @@ from __future__ import annotations
 import os
 import re
 import struct
-import subprocess
 import sys
 from pathlib import Path
 
@@ -14,6 +13,7 @@ import pytest
 import pywellen
 
 from sim.harness.build import ROOT
+from tests.bench.commands import output
 from tests.bench.needs import needs
 from tests.motion_rtl.test_pulse_generator import Generator
 
@@ -41,9 +41,8 @@ def layout(path: Path, ending: str) -> str:
 def test_waves__of_one_test__are_named_and_hold_its_time(test, tmp_path):
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", test]
     environment = {**os.environ, "WAVES": "1", "WAVES_CLOCKS": "1000", "SCENARIO": SCENARIO}
-    done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True)
-    assert done.returncode == 0, done.stdout + done.stderr
-    files = [Path(name) for name in re.findall(r"^waves: (.*\.fst)$", done.stdout, re.M)]
+    said = output(*command, cwd=ROOT, env=environment)
+    files = [Path(name) for name in re.findall(r"^waves: (.*\.fst)$", said, re.M)]
     assert len(files) == 1 and test.rpartition("::")[2] in files[0].parent.name
     assert end_time(files[0]) > 20
     in_file = {v.full_name: v.bitwidth for v in pywellen.Waveform(str(files[0])).all_vars()}

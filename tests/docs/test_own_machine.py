@@ -7,16 +7,16 @@ from __future__ import annotations
 import importlib.util
 import os
 import re
-import subprocess
 
 import matplotlib.image
 import numpy as np
 import pytest
 
 from asip_asm.assemble import assemble
-from scripts.doc_blocks import code_blocks
+from scripts.doc_blocks import code_blocks, write_files
 from sim import Core
 from sim.harness.build import ROOT
+from tests.bench.commands import output
 
 PAGE = ROOT / "docs/own_machine.md"
 BLOCKS = code_blocks(PAGE)
@@ -31,9 +31,7 @@ def folder(tmp_path_factory):
     (home / "microtick").symlink_to(ROOT)
     work = home / "my machine"
     work.mkdir()
-    for block in BLOCKS:
-        if block.title:
-            (work / block.title).write_text(block.text)
+    write_files(PAGE, work)
     return work
 
 
@@ -43,22 +41,13 @@ def printed(folder):
     shell = [i for i, block in enumerate(BLOCKS) if block.language == "sh"]
     script = f"echo '{MARK}'\n".join(BLOCKS[i].text for i in shell)
     environment = {"HOME": str(folder.parent), "PATH": os.environ["PATH"], "MPLBACKEND": "Agg"}
-    done = subprocess.run(
-        ["sh", "-e"],
-        input=script,
-        cwd=folder,
-        env=environment,
-        capture_output=True,
-        text=True,
-        timeout=900,
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
-    outputs = done.stdout.split(f"{MARK}\n")
+    said = output("sh", "-e", input=script, cwd=folder, env=environment, timeout=900)
+    outputs = said.split(f"{MARK}\n")
     assert len(outputs) == len(shell)
     following = [BLOCKS[i + 1] if i + 1 < len(BLOCKS) else None for i in shell]
     return {
-        BLOCKS[i].text: (output, after.text if after and after.language == "text" else None)
-        for i, output, after in zip(shell, outputs, following, strict=True)
+        BLOCKS[i].text: (part, after.text if after and after.language == "text" else None)
+        for i, part, after in zip(shell, outputs, following, strict=True)
     }
 
 
@@ -69,8 +58,8 @@ def output_of(printed, command: str) -> tuple[str, str | None]:
 
 @pytest.mark.parametrize("command", ["python axis.py", "python batch.py", "python fault.py"])
 def test_python_block__prints_what_the_page_shows(printed, command):
-    output, shown = output_of(printed, command)
-    assert output == shown
+    said, shown = output_of(printed, command)
+    assert said == shown
 
 
 def test_first_loop__whole_in_fifteen_lines():
@@ -79,8 +68,8 @@ def test_first_loop__whole_in_fifteen_lines():
 
 
 def test_c__prints_what_the_page_shows__the_same_as_python(printed):
-    output, shown = output_of(printed, "./main")
-    assert shown is not None and output.endswith(shown)
+    said, shown = output_of(printed, "./main")
+    assert shown is not None and said.endswith(shown)
     assert shown.removeprefix("ok: ") == output_of(printed, "python axis.py")[0]
 
 
@@ -91,10 +80,8 @@ def test_c__on_hardware__one_line_changes(printed, folder):
     text, count = re.subn(r"^  asip core = .*\n", line, text, flags=re.M)
     assert count == 1
     (folder / "board.c").write_text(text)
-    command = ["cc", "-std=c99", "-Wall", "-Wextra", "-Werror", f"-I{ROOT / 'sim/driver'}"]
-    command += ["-fsyntax-only", "board.c"]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
+    options = ("-std=c99", "-Wall", "-Wextra", "-Werror", f"-I{ROOT / 'sim/driver'}")
+    output("cc", *options, "-fsyntax-only", "board.c", cwd=folder)
 
 
 def figures(text: str) -> tuple[list[int], list[float], list[float]]:
@@ -105,8 +92,8 @@ def figures(text: str) -> tuple[list[int], list[float], list[float]]:
 
 
 def test_scara__cycles_of_the_image__errors_within_bounds__as_the_page_shows(printed, folder):
-    output, shown = output_of(printed, "python track.py")
-    counts, error, off = figures(output)
+    said, shown = output_of(printed, "python track.py")
+    counts, error, off = figures(said)
     assert counts == [4000, assemble(folder / "scara.s").cycles]
     assert len(error) == len(off) == 4
     assert max(error) < 100  # urad, um

@@ -1,12 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """No word in code or documents that only those who began the project understood."""
 
-from __future__ import annotations
-
 import re
-import subprocess
 
 from asip_asm.project import ROOT
+from tests.bench.commands import output
 
 # A "seed" is where random numbers begin, nothing else.
 PRIVATE = re.compile(
@@ -16,10 +14,8 @@ TEXTS = (".py", ".md", ".sv", ".s", ".inc", ".c", ".h", ".cpp", ".toml", ".yml",
 
 
 def test_private_words__no_file_has_them():
-    listed = subprocess.run(
-        ["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True
-    ).stdout
-    files = [ROOT / name for name in listed.splitlines() if name.endswith(TEXTS)]
+    listed = output("git", "ls-files", cwd=ROOT).splitlines()
+    files = [ROOT / name for name in listed if name.endswith(TEXTS)]
     assert len(files) > 500
     found = [
         f"{file.relative_to(ROOT)}:{number}: {line.strip()}"

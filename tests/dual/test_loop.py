@@ -12,7 +12,7 @@ import pytest
 
 from sim.dual import __main__ as command
 from sim.dual import report
-from sim.dual.loop import TICK, Loop, Stretch, differing, follow, stretches_of
+from sim.dual.loop import TICK, Loop, differing, follow, stretches_of
 from sim.dual.moves import moves_of
 from sim.dual.report import DATA, PAGE, PageError, nominal_clocks, publish, replaced
 from sim.dual.system import TwoProcessors
@@ -52,7 +52,7 @@ def new_loop(trajectory, ticks: int = TICKS) -> Loop:
 )
 def test_stretches__ends_and_changes_are_merged_and_stay_inside(changes, ticks, expected):
     found = stretches_of(changes, ticks, ends=20, around=5)
-    assert found == [Stretch(*pair) for pair in expected]
+    assert found == [range(*pair) for pair in expected]
 
 
 # ---------------------------------------------------------------------- loop
@@ -139,7 +139,7 @@ def test_repeat__interrupted_ends_the_process_that_repeats(trajectory, monkeypat
 def test_follow__repeats_every_stretch_and_tells(trajectory):
     loop = new_loop(trajectory)
     told, saved = {"path": 0, "repeat": 0}, []
-    stretches = [Stretch(0, 4), Stretch(60, 66)]
+    stretches = [range(0, 4), range(60, 66)]
 
     def progress(name: str, ticks: int) -> None:
         told[name] += ticks
@@ -160,7 +160,7 @@ def test_follow__a_repeat_with_another_bit_stops_the_run(trajectory, monkeypatch
 
     monkeypatch.setattr(Loop, "repeat", flipped)
     with pytest.raises(ControllerFault, match=r"tick 32: other bits at 1000 clocks a period"):
-        follow(loop, [Stretch(30, 35)], 1000, lambda *_: None, lambda _: None)
+        follow(loop, [range(30, 35)], 1000, lambda *_: None, lambda _: None)
 
 
 # ---------------------------------------------------------------------- command

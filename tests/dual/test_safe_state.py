@@ -60,6 +60,11 @@ class Run:
     def tool(self) -> np.ndarray:
         return np.array(self.plant.tool)
 
+    def safe(self) -> list[float]:
+        """Safe values of the tracking program's outputs."""
+        outputs = self.controller.images["tracking"].outputs[:5]
+        return [float(np.uint32(int(o.safe, 16)).view(np.float32)) for o in outputs]
+
 
 def commands(records: np.ndarray) -> np.ndarray:
     return records["commands"].view(np.float32)
@@ -107,8 +112,7 @@ def test_set_point__that_is_no_number_in_the_tracking_core__puts_the_safe_output
     place = REGMAP.blocks["lists"].base + 32  # x is the first input
     target = tracking.input_addresses(["x"])[0]
     system.write_word(place, target << 16 | MEASURED_SOURCE)
-    image = run.controller.images["tracking"]
-    safe = [float(np.uint32(int(o.safe, 16)).view(np.float32)) for o in image.outputs[:5]]
+    safe = run.safe()
     bad = system.run([[NAN, *run.seen[1:]]])
     assert commands(bad)[0].tolist() == safe
     assert cause(tracking) == "NOT_FINITE"
@@ -168,8 +172,7 @@ def test_tracking_core__that_never_ends_puts_the_safe_outputs_out(path, moves):
     run = Run(path, moves)
     run.go(20)
     run.system.tracking.write(CSR["WATCHDOG"], 50)
-    image = run.controller.images["tracking"]
-    safe = [float(np.uint32(int(o.safe, 16)).view(np.float32)) for o in image.outputs[:5]]
+    safe = run.safe()
     records = run.go(5)
     assert commands(records).tolist() == [safe] * 5
     assert run.system.flags()["tracking_fault"] and cause(run.system.tracking) == "WATCHDOG"

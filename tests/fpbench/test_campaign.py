@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import os
 import re
-import subprocess
 import sys
 from pathlib import Path
 
@@ -16,12 +15,18 @@ from sim.fpbench import campaign, native, plan, report
 from sim.fpbench.__main__ import main, size
 from sim.fpbench.native import BenchError, fingerprint
 from sim.fpbench.plan import Part, Shard
+from sim.page.marks import MarksError
 from sim.page.provenance import commit
+from tests.bench.commands import output
 from tests.bench.copies import edited_folder
 
-ROOT = native.ROOT
+BEGIN, END = "<!-- campaign: written by x -->", "<!-- end of campaign -->"
 ANGLES = {"in_range": 4, "worst": 0.3, "worst_at": 0x3F800000, "not_nearest": 1, "beyond": 3}
 ANGLES |= {"symmetric_pairs": 2, "reference_error": 1e-10, "histogram": [1] + 63 * [0] + [3]}
+ROW = {"section": "s", "what": "w", "op": "add", "planned": 10, "covered": 5, "cases": 4}
+ROW |= {"mismatches": 0, "seconds": 1e-6}
+NOTHING = {"covered": 0, "cases": 0, "seconds": 0.0}
+DATA = {"angles": {"sin": ANGLES}, "processor": "p", "seed": 1}
 SHARDS = [
     Shard("add", "random", start, 50_000, 5, False, "fp_add") for start in (0, 50_000, 100_000)
 ]
@@ -114,12 +119,10 @@ def test_plan__all_sections__every_operation_and_more_than_a_billion_random_case
 
 
 def test_report__rows_and_angles__shown_in_the_page(tmp_path: Path) -> None:
-    row = {"section": "s", "what": "w", "op": "add", "planned": 10, "covered": 5, "cases": 4}
-    row |= {"mismatches": 0, "seconds": 1e-6, "failures": 0}
-    missing = row | {"section": "t", "covered": 0, "cases": 0, "seconds": 0.0}
+    missing = ROW | NOTHING | {"section": "t"}
     page = tmp_path / "page.md"
-    page.write_text(f"before\n{report.BEGIN}\nold\n{report.END}\nafter\n")
-    data = {"rows": [row, missing], "angles": {"sin": ANGLES}, "processor": "p", "seed": 1}
+    page.write_text(f"before\n{BEGIN}\nold\n{END}\nafter\n")
+    data = DATA | {"rows": [ROW, missing]}
     report.update_page(data, page)
     text = page.read_text()
     here = commit()
@@ -129,21 +132,18 @@ def test_report__rows_and_angles__shown_in_the_page(tmp_path: Path) -> None:
     assert "| `sin` | 25.0000 | 0.0000 |" in text and " 0.0000 | 75.0000 |" in text
     assert "old" not in text and text.startswith("before") and text.endswith("after\n")
     page.write_text("no marks")
-    with pytest.raises(BenchError, match="no lines '<!-- campaign"):
+    with pytest.raises(MarksError, match="0 pairs of marks `<!-- campaign"):
         report.update_page(data, page)
 
 
 def test_report__sections_without_results__keep_their_lines(tmp_path: Path) -> None:
-    row = {"section": "s", "what": "w", "op": "add", "planned": 10, "covered": 5, "cases": 4}
-    row |= {"mismatches": 0, "seconds": 1e-6, "failures": 0}
-    later = row | {"section": "t", "what": "new", "cases": 7}
+    later = ROW | {"section": "t", "what": "new", "cases": 7}
     page = tmp_path / "page.md"
-    page.write_text(f"{report.BEGIN}\n{report.END}\n")
-    data = {"rows": [row, later], "angles": {"sin": ANGLES}, "processor": "p", "seed": 1}
+    page.write_text(f"{BEGIN}\n{END}\n")
+    data = DATA | {"rows": [ROW, later]}
     report.update_page(data, page)
     lines = page.read_text().splitlines()
-    nothing = row | {"covered": 0, "cases": 0, "seconds": 0.0}
-    data |= {"rows": [nothing, later | {"cases": 8}], "angles": {"cos": ANGLES}}
+    data |= {"rows": [ROW | NOTHING, later | {"cases": 8}], "angles": {"cos": ANGLES}}
     report.update_page(data, page)
     after = page.read_text().splitlines()
     assert [line for line in lines if line not in after] == [
@@ -156,10 +156,10 @@ def test_report__sections_without_results__keep_their_lines(tmp_path: Path) -> N
 
 def test_case__directed_pair__shows_operands_flags_and_verdict(capsys) -> None:
     assert main(["case", "mul", "00ffffff", "3f000000"]) == 0
-    output = capsys.readouterr().out
-    assert re.search(r"got   00800000 .* flags uf nx", output)
-    assert re.search(r"want  00800000 .* flags uf nx", output)
-    assert output.rstrip().endswith("PASS")
+    said = capsys.readouterr().out
+    assert re.search(r"got   00800000 .* flags uf nx", said)
+    assert re.search(r"want  00800000 .* flags uf nx", said)
+    assert said.rstrip().endswith("PASS")
 
 
 @pytest.mark.parametrize(
@@ -184,8 +184,5 @@ def test_case__word_that_is_none__usage_error(capsys) -> None:
 
 @pytest.mark.full
 def test_campaign__everything_but_the_extended_sections__no_mismatch() -> None:
-    command = [sys.executable, "-m", "sim.fpbench", "campaign", "--jobs"]
-    done = subprocess.run(
-        [*command, os.environ.get("JOBS", "2")], cwd=ROOT, capture_output=True, text=True
-    )
-    assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
+    jobs = os.environ.get("JOBS", "2")
+    output(sys.executable, "-m", "sim.fpbench", "campaign", "--jobs", jobs, cwd=native.ROOT)

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from asip_asm.machine import load_machine
-from sim.fpbench.variants import short_set
+from sim.fpbench.quick import run_parts
+from sim.fpbench.variants import bench_unit
 from tests.fpu import stimulus, tb, test_fp_divsqrt
 from tests.fpu.tb import check, check_reset, generator, run
 from tests.fpu.test_fp_divsqrt import DIRECTED, check_interleaved, quotients, radicands
@@ -82,6 +83,6 @@ def test_folded__reset_in_flight__clears_valid() -> None:
 
 @pytest.mark.parametrize("op", ["div", "sqrt"])
 def test_folded__short_set_of_the_fast_bench__agrees_with_the_host(op: str) -> None:
-    report = short_set(NAME, op, cases=BENCH_SHARE)
+    report = run_parts(bench_unit(NAME), op, cases=BENCH_SHARE)
     assert report.good, [report.protocol, *map(str, report.failures)]
     assert report.cases >= BENCH_SHARE * 5 // 4

@@ -11,7 +11,8 @@ import itertools
 import numpy as np
 import pytest
 
-from sim.fpbench.variants import short_set
+from sim.fpbench.quick import run_parts
+from sim.fpbench.variants import bench_unit
 from tests.fpu.tb import generator, seed
 from tests.fpu.test_fp_sincos import (
     INTERVAL,
@@ -73,6 +74,6 @@ def test_overlapped__every_triple_of_distances__gives_the_bits_of_the_iterative_
 
 @pytest.mark.parametrize("op", ["sin", "cos"])
 def test_overlapped__short_set_of_the_fast_bench__is_within_the_bound(op: str) -> None:
-    report = short_set(OVERLAPPED, op, cases=BENCH_SHARE)
+    report = run_parts(bench_unit(OVERLAPPED), op, cases=BENCH_SHARE)
     assert report.good, [report.protocol, *map(str, report.failures)]
     assert report.cases >= BENCH_SHARE * 5 // 4

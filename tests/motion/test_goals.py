@@ -14,8 +14,10 @@ from sim.gcode.oracle import LEAST_EQUAL, OracleError, Samples
 from sim.lookahead import figures as lookahead_figures
 from sim.lookahead import stress
 from sim.motion import goals, goals_lookahead, goals_planner, goals_rtl
+from sim.page.marks import between_marks
 
 TINY = goals.Counts(10, 1, 20, 3, 3, 1, 4, 6, 2, 2)
+MARKED = "before\n<!-- goals: written by x -->\nold\n<!-- end of goals -->\nbehind\n"
 FIGURES = (
     ("with blending, trapezoid", "s", 1.5),
     ("with blending, jerk-limited", "s", 1.51),
@@ -58,15 +60,13 @@ def test_goals__measured_small__all_met_but_those_that_cannot_be(alone):
     assert by_name["G64 program on five step axes (RTL)"].ours == "0 steps; 0.5 steps"
     assert by_name["robot on AGH, 2 m/min: law; drives"].ours == "1.2 um; 0.4 um"
     # Figures that this run has not made are no verdict.
-    assert by_name["current spikes"] == by_name["current spikes"].__class__(
-        **{**by_name["current spikes"].__dict__, "ours": "", "met": None}
-    )
+    assert (by_name["current spikes"].ours, by_name["current spikes"].met) == ("", None)
     assert all(goal.command for goal in found)
     text = StringIO()
     Console(file=text, width=200).print(goals.printed(found))
     assert text.getvalue().count(" met ") == sum(goal.met is True for goal in found)
-    page = goals.with_table(f"a\n{goals.BEGIN}\nold\n{goals.END}\nb\n", goals.document(found))
-    assert page.startswith("a\n") and page.endswith("b\n") and "old" not in page
+    page = between_marks(MARKED, {"goals": goals.markdown(goals.document(found))}, "page")
+    assert page.startswith("before\n") and page.endswith("behind\n") and "old" not in page
     assert page.count("\n| ") == len(found) + 2
     assert "not in this run" in page
 
@@ -114,7 +114,7 @@ def test_samples__refused_and_different__are_counted_apart():
 
 def test_page_of_the_repository__has_the_features_of_today():
     page = goals.PAGE.read_text(encoding="utf-8")
-    table = page.split(goals.BEGIN)[1].split(goals.END)[0]
+    table = page.split("<!-- goals: ")[1].split("<!-- end of goals -->")[0]
     listed = [line.split(" | ")[0].removeprefix("| ") for line in table.splitlines()[4:] if line]
     asked = [feature.name for feature in goals.FEATURES]
     assert listed == asked, "run make motion and .venv/bin/python -m sim.motion.goals"
@@ -125,7 +125,7 @@ def test_page_of_the_repository__has_the_features_of_today():
     [
         (None, "x", "run make motion first"),
         ("{}", "x", "'goals'; run make motion again"),
-        ('{"goals": []}', "x", "the page has no marks"),
+        ('{"goals": []}', "x", "0 pairs of marks `<!-- goals: ... -->`"),
         ("no json", "x", "run make motion again"),
     ],
 )
@@ -145,7 +145,7 @@ def test_command__results__are_written_between_the_marks(tmp_path):
     file, target = tmp_path / "results.json", tmp_path / "page.md"
     goal = goals.Goal("a feature", "-", "1", "1.5", False, "make motion")
     file.write_text(json.dumps({"goals": goals.document([goal])}))
-    target.write_text(f"before\n{goals.BEGIN}\n{goals.END}\nbehind\n")
+    target.write_text(MARKED)
     assert goals.main(["--results", str(file), "--page", str(target)]) == 0
     assert "| a feature | - | 1 | 1.5 | **not met** | `make motion` |" in target.read_text()
 
@@ -153,7 +153,7 @@ def test_command__results__are_written_between_the_marks(tmp_path):
 def test_command__measure__takes_the_figures_there_are_and_stores_the_goals(tmp_path, monkeypatch):
     file, target = tmp_path / "results.json", tmp_path / "page.md"
     file.write_text(json.dumps({"full": False, "figures": rows(), "goals": []}))
-    target.write_text(f"{goals.BEGIN}\n{goals.END}\n")
+    target.write_text(MARKED)
     goal = goals.Goal("a feature", "-", "1", "1.5", True, "make motion")
     seen = []
 

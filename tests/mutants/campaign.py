@@ -22,8 +22,8 @@ import numpy as np
 from sim.fpbench import Mismatch, Unit, operations, quick
 from sim.fpbench.directed import rows_of
 from sim.fpbench.native import RTL
-from sim.fpbench.quick import parts
-from sim.fpbench.variants import bench_unit, fingerprint, lane_sources, short_set
+from sim.fpbench.quick import parts, run_parts
+from sim.fpbench.variants import bench_unit, fingerprint, lane_sources
 from sim.harness.build import BuildError
 from tests.mutants.faults import BUILD, COPY, Fault, write_lanes
 
@@ -156,9 +156,9 @@ def shared(unit_name: str, faults: Sequence[Fault], marks: Mapping[int, str]) ->
 
 def alone(fault: Fault, mark: str) -> Verdict:
     """Verdict of one fault, built with its macro, by the whole short set of its operations."""
-    done = 0
+    done, unit = 0, bench_unit(fault.unit, COPY, {fault.macro: ""})
     for op in fault.ops:
-        report = short_set(fault.unit, op, COPY, {fault.macro: ""}, SEED)
+        report = run_parts(unit, op, SEED)
         done += report.cases
         if not report.good:
             case = report.protocol or f"make fp-case {report.failures[0].arguments}"

@@ -16,6 +16,7 @@ from scripts.gen_core_files import CORES
 from sim.harness.build import file_list, verilator_driver
 from sim.harness.plain import plain
 from sim.harness.sources import sources_of
+from tests.bench.commands import output
 from tests.bench.needs import require
 
 RTL = ROOT / "rtl"
@@ -35,11 +36,6 @@ LISTS = {
 }
 
 
-def verilator_on_path() -> dict[str, str]:
-    folder = verilator_driver().parent
-    return os.environ | {"PATH": f"{folder}:{os.environ['PATH']}"}
-
-
 @pytest.mark.parametrize("top", LISTS)
 def test_file_lists__of_a_block__name_what_it_needs_and_no_more(top: str) -> None:
     listed = [path for name in LISTS[top] for path in file_list(name)]
@@ -54,7 +50,7 @@ def test_fusesoc__every_target_of_a_core__is_linted_by_verilator(
     done = subprocess.run(
         [fusesoc, "--cores-root", plain(RTL), "run", "--target", top, f"microtick:rtl:{core}"],
         cwd=tmp_path,
-        env=verilator_on_path(),
+        env=os.environ | {"PATH": f"{verilator_driver().parent}:{os.environ['PATH']}"},
         capture_output=True,
         text=True,
     )
@@ -75,19 +71,11 @@ def test_bender__a_project_that_depends_on_ours__gets_files_that_elaborate(tmp_p
         "sources: [top.sv]\n",
         encoding="utf-8",
     )
-    script = subprocess.run(
-        [bender, "script", "verilator"], cwd=user, capture_output=True, text=True, check=True
-    ).stdout
+    script = output(bender, "script", "verilator", cwd=user)
     (user / "files.f").write_text(script, encoding="utf-8")
     listed = {Path(line).name for line in script.splitlines() if line.endswith(".sv")}
     assert listed == {path.name for _, top in TOPS for path in sources_of(top)} | {"top.sv"}
     for top in ("n2_system", "motion_axil", "dual_asip"):
         # One top leaves most constants of the other blocks' packages unused.
         options = ["--lint-only", "-Wall", "-Wno-UNUSEDPARAM", "--top-module", top]
-        done = subprocess.run(
-            [verilator_driver(), *options, plain(RTL / "waivers.vlt"), "-f", "files.f"],
-            cwd=user,
-            capture_output=True,
-            text=True,
-        )
-        assert done.returncode == 0, done.stderr
+        output(verilator_driver(), *options, plain(RTL / "waivers.vlt"), "-f", "files.f", cwd=user)

@@ -14,7 +14,8 @@ from pathlib import Path
 import pytest
 
 from asip_asm.project import ROOT
-from scripts.doc_blocks import code_blocks
+from scripts.doc_blocks import code_blocks, write_files
+from tests.bench.commands import output
 from tests.bench.copies import share_models
 from tests.package.environment import build_wheel, install
 
@@ -88,22 +89,12 @@ class Installed:
         self.environment = {"PATH": "/usr/bin:/bin", "XDG_CACHE_HOME": str(folder / "cache")}
         self.environment |= {name: os.environ[name] for name in ("CXX",) if name in os.environ}
 
-    def run(self, command: str, *arguments: str | Path) -> subprocess.CompletedProcess[str]:
-        """The command's exit status and text. A model takes a minute or so to build."""
-        return subprocess.run(
-            [self.commands / command, *arguments],
-            cwd=self.folder,
-            env=self.environment,
-            capture_output=True,
-            text=True,
-            timeout=1200,
-        )
-
     def must(self, command: str, *arguments: str | Path) -> str:
-        """Standard output of the command, which must end with status 0."""
-        done = self.run(command, *arguments)
-        assert done.returncode == 0, f"{command} {arguments}\n{done.stdout}{done.stderr}"
-        return done.stdout
+        """Standard output of the command, which must end with status 0. A model takes a minute or
+        so to build.
+        """
+        options = {"cwd": self.folder, "env": self.environment, "timeout": 1200}
+        return output(self.commands / command, *arguments, **options)
 
 
 def installed_in(folder: Path, wheel: Path, extra: str = "") -> Installed:
@@ -209,7 +200,13 @@ def test_nios_run__of_the_wheel__builds_its_system_and_runs_a_program(
 
 
 def test_asip_model__without_its_packages__says_how_to_get_them(installed: Installed) -> None:
-    done = installed.run("asip-model", "--help")
+    done = subprocess.run(
+        [installed.commands / "asip-model", "--help"],
+        cwd=installed.folder,
+        env=installed.environment,
+        capture_output=True,
+        text=True,
+    )
     assert done.returncode == 1
     assert done.stderr.splitlines() == [
         "asip-model: error: CasADi is not installed",
@@ -237,27 +234,17 @@ def test_your_robot__word_for_word__with_the_wheel(with_model: Installed, tmp_pa
     work = tmp_path / "robot"
     work.mkdir()
     (tmp_path / "microtick").symlink_to(Path(place).parent)
-    for block in code_blocks(ROOT / "docs/your_robot.md"):
-        if block.title:
-            (work / block.title).write_text(block.text, encoding="utf-8")
-        elif block.language == "sh":
-            with (work / "page.sh").open("a", encoding="utf-8") as script:
-                script.write(block.text)
+    page = ROOT / "docs/your_robot.md"
+    write_files(page, work)
+    commands = [block.text for block in code_blocks(page) if block.language == "sh"]
+    (work / "page.sh").write_text("".join(commands), encoding="utf-8")
     share_models(with_model.folder / "cache/microtick", "asip-*[0-9a-f]", "verilated-*")
     environment = with_model.environment | {"HOME": str(tmp_path)}
     environment["PATH"] = f"{with_model.commands}:{environment['PATH']}"
-    done = subprocess.run(
-        ["sh", "-e", "page.sh"],
-        cwd=work,
-        env=environment,
-        capture_output=True,
-        text=True,
-        timeout=900,
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert done.stdout.count("bits equal the interpreter's") == 7
-    assert len(re.findall("^proved$", done.stdout, re.M)) == 5
-    assert "200 ticks of 2 functions in turn" in done.stdout
-    assert "closed loop: 1000 ticks" in done.stdout
-    on_core, in_c, _ = re.findall(r"^ *torque +=? *([-+0-9.e]+)", done.stdout, re.M)
+    said = output("sh", "-e", "page.sh", cwd=work, env=environment, timeout=900)
+    assert said.count("bits equal the interpreter's") == 7
+    assert len(re.findall("^proved$", said, re.M)) == 5
+    assert "200 ticks of 2 functions in turn" in said
+    assert "closed loop: 1000 ticks" in said
+    on_core, in_c, _ = re.findall(r"^ *torque +=? *([-+0-9.e]+)", said, re.M)
     assert float(on_core) == float(in_c) != 0

@@ -9,12 +9,13 @@ import numpy as np
 
 from sim.gcode.interpreter import parse_file
 from sim.model.parameters import Robot
-from sim.model.records import OUTPUTS, SetPoints
+from sim.model.records import OUTPUTS
 from sim.model.tracking import joint_path
 from sim.path.moves import Motion
 from sim.run import page
 from sim.run.closed_loop import Recording
 from sim.run.controller import EXPORTED, Ticks
+from sim.run.nios import set_points
 from sim.trajectory.exact_stop import generate
 
 PEAK_TICK, PEAK_M = 7_000, 9e-6  # a single tick with a large error
@@ -37,16 +38,7 @@ def shown(gcode: Path, recorded: bool = True, most: int | None = None, **changes
     """
     robot = Robot.load()
     trajectory = generate(parse_file(gcode))
-    path = SetPoints.from_words(
-        np.hstack(
-            [
-                getattr(trajectory, name)[:, columns]
-                for columns in (slice(3), slice(3, 5))
-                for name in ("position", "velocity", "acceleration")
-            ]
-        )
-    )
-    path = SetPoints.from_words(path.words()[:most])
+    path = set_points(trajectory, most)
     desired = joint_path(robot, path)[0]
     rng = np.random.default_rng(1)
     n = len(path)

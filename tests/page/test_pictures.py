@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Matplotlib figures become interactive ones with the same curves, axes and titles."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

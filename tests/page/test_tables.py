@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tables of the main job: a sentence each, with platforms left out, table 4 as it is kept."""
 
-from __future__ import annotations
-
 import json
 from io import StringIO
 from pathlib import Path

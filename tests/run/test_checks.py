@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Comparisons beyond their bounds mark their rows, and a wrong program ends with status 3."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 from pathlib import Path

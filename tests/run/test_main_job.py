@@ -19,6 +19,7 @@ from sim.model.parameters import ROBOT_TOML
 from sim.run import __main__ as main_job
 from sim.run import estimate
 from sim.run.job import Order, run
+from tests.bench.commands import output
 
 ROOT = Path(__file__).parents[2]
 LINE = "G64 P0.01\nG1 X2 F1200\nY2\nM2\n"
@@ -158,13 +159,7 @@ def test_costs__broken_file__are_the_typical_ones(tmp_path):
 
 def test_make_run__names_with_spaces__stay_one_word(tmp_path):
     words = ["GCODE=my part.ngc", "ROBOT=a robot.toml", "OUTPUT=to here", "TICKS=7", "OVERRIDE=80"]
-    text = subprocess.run(
-        ["make", "-n", "run", *words, "PLATFORMS=fpga1,fpga3"],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        check=True,
-    ).stdout
+    text = output("make", "-n", "run", *words, "PLATFORMS=fpga1,fpga3", cwd=ROOT)
     line = text[text.index("-m sim.run") :].replace("\\\n", " ").splitlines()[0]
     wanted = "-m sim.run 'my part.ngc' --robot 'a robot.toml' --output 'to here' --ticks 7"
     assert shlex.split(line) == shlex.split(f"{wanted} --override 80 --platforms fpga1,fpga3")

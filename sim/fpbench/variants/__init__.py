@@ -12,8 +12,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from sim.fpbench import native
-from sim.fpbench.native import RTL, TOP_SOURCES, Report, Unit, sources
-from sim.fpbench.quick import run_parts
+from sim.fpbench.native import RTL, TOP_SOURCES, Unit, sources
 from sim.harness.build import ROOT
 
 VARIANTS = {"fp_divsqrt_folded": "fp_divsqrt", "fp_sincos_overlapped": "fp_sincos"}
@@ -42,18 +41,6 @@ def bench_unit(
         return Unit(name, rtl, defines, lanes, above)
     own = [path for path in sources(name, rtl) if path not in sources(VARIANTS[name], rtl)]
     return Unit(VARIANTS[name], rtl, defines, lanes, (INTERVALS, *own, *above))
-
-
-def short_set(
-    name: str,
-    op: str,
-    rtl: Path = RTL,
-    defines: Mapping[str, str] | None = None,
-    seed: int = 1,
-    cases: int | None = None,
-) -> Report:
-    """As `quick`, with the operation executed by one of these units if that is its name."""
-    return run_parts(bench_unit(name, rtl, defines), op, seed, cases)
 
 
 def fingerprint(unit: str) -> str:
