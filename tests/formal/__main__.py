@@ -8,7 +8,6 @@ import json
 import sys
 from collections.abc import Sequence
 from dataclasses import asdict
-from pathlib import Path
 
 try:
     import bitwuzla
@@ -28,22 +27,22 @@ PAGE = ROOT / "docs/formal.md"
 COMMAND = "python -m tests.formal --only"
 
 
-def load(path: Path = REPORT) -> dict:
+def load() -> dict:
     """The report of earlier runs, empty if there is none."""
     try:
-        return json.loads(path.read_text())
+        return json.loads(REPORT.read_text())
     except (FileNotFoundError, json.JSONDecodeError):
         return {"proofs": {}, "faults": {}}
 
 
-def store(kind: str, name: str, entry: dict | list, path: Path = REPORT) -> None:
+def store(kind: str, name: str, entry: dict | list) -> None:
     """Replace one entry of the report, whole or not at all; others may have changed meanwhile."""
-    report = load(path)
+    report = load()
     report[kind][name] = entry
-    path.parent.mkdir(parents=True, exist_ok=True)
-    draft = path.with_suffix(".tmp")
+    REPORT.parent.mkdir(parents=True, exist_ok=True)
+    draft = REPORT.with_suffix(".tmp")
     draft.write_text(json.dumps(report, indent=1) + "\n")
-    draft.replace(path)
+    draft.replace(REPORT)
 
 
 def summary(entry: dict | None) -> dict:
@@ -74,15 +73,15 @@ def prove(proof: Proof, report: dict, console: Console, limit: float | None, aga
                 known[verdict.digest] = verdict
     cases: list[dict] = []
     entry = {"cases": cases, "complete": False, "earlier": old}  # in case this run is stopped
-    console.print(f"{proof.name}: {proof.unit}, {proof.claim}", markup=False, soft_wrap=True)
+    console.print(f"{proof.name}: {proof.unit}, {proof.claim}")
     for verdict in run(proof, known=known, limit=limit):
-        cases.append({k: v for k, v in asdict(verdict).items() if k != "known"})
-        earlier = " (unchanged)" if verdict.known else ""
+        cases.append(asdict(verdict))
+        earlier = " (unchanged)" if verdict.digest in known else ""
         text = f"  {verdict.case}: {verdict.status}, {verdict.seconds:.1f} s{earlier}"
         if verdict.status != PROVED:
             text += f"\n    {verdict.note}"
-        if verdict.status != PROVED or not verdict.known:
-            console.print(text, markup=False, highlight=False, soft_wrap=True)
+        if verdict.status != PROVED or not earlier:
+            console.print(text)
         store("proofs", proof.name, entry)
     entry["complete"] = True
     del entry["earlier"]
@@ -91,7 +90,6 @@ def prove(proof: Proof, report: dict, console: Console, limit: float | None, aga
     console.print(
         f"  {result['proved']} of {result['cases']} cases proved, "
         f"{result['seconds']:.1f} s of solver",
-        markup=False,
     )
     return result["status"] == PROVED
 
@@ -115,12 +113,12 @@ def can_fail(proof: Proof, console: Console, limit: float | None) -> bool:
                     refuted = verdict
                     break
                 if verdict.status != PROVED:
-                    console.print(f"  {verdict.case}: {verdict.note}", markup=False)
+                    console.print(f"  {verdict.case}: {verdict.note}")
         except ElaborationError as error:
-            console.print(f"{where}\n  {error}", markup=False, highlight=False, soft_wrap=True)
+            console.print(f"{where}\n  {error}")
         entries.append({"fault": named(fault), "seen": bool(refuted)})
         verdict_text = f"seen by case `{refuted.case}`: {refuted.note}" if refuted else "NOT SEEN"
-        console.print(f"{where}\n  {verdict_text}", markup=False, highlight=False, soft_wrap=True)
+        console.print(f"{where}\n  {verdict_text}")
     store("faults", proof.name, entries)
     return all(entry["seen"] for entry in entries)
 
@@ -176,7 +174,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("--docs", action="store_true", help="write the table of docs/formal.md")
     options = parser.parse_args(argv)
-    console = Console()
+    console = Console(markup=False, highlight=False, soft_wrap=True)
     for name in options.only or []:
         if name not in names:
             parser.error(f"no proof `{name}`; there are {', '.join(names)}")
@@ -184,7 +182,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     chosen = [p for p in chosen if p.quick or not options.quick]
     if options.list:
         for proof in chosen:
-            console.print(f"{proof.name}: {proof.unit}: {proof.claim}", markup=False)
+            console.print(f"{proof.name}: {proof.unit}: {proof.claim}")
         return 0
     report = load()
     if options.docs:
@@ -200,7 +198,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             failures.append(proof.name)
     word = "with a fault not seen" if options.check_can_fail else "not proved"
     if failures:
-        console.print(f"{word}: {', '.join(failures)}", markup=False, style="red")
+        console.print(f"{word}: {', '.join(failures)}", style="red")
     return 1 if failures else 0
 
 

@@ -9,7 +9,8 @@ from bitwuzla import Term
 
 from asip_asm.isa import default_isa
 from asip_asm.isa_records import OperationRecord
-from tests.formal.catalogue import Case, Context, proof
+from tests.formal import ieee, logic
+from tests.formal.catalogue import Case, Context, delivers, proof
 from tests.formal.ieee import CANON_NAN, PLUS_INF, Outcome
 from tests.formal.logic import RNE, RTZ
 from tests.formal.netlist import Run
@@ -29,9 +30,9 @@ ISA = default_isa()
 def i2f(ctx: Context) -> Iterator[Case]:
     run, latency = ctx.run("fp_i2f"), package_constant("FP_I2F_LATENCY")
     for name, unsigned in (("signed", 0), ("unsigned", 1)):
-        outcome = ctx.ieee.from_integer(run.input("a_i"), signed=not unsigned)
-        assume = ctx.logic.eq(run.input("unsigned_i"), unsigned)
-        yield ctx.check(name, run, latency, outcome, (assume,))
+        outcome = ieee.from_integer(run.input("a_i"), signed=not unsigned)
+        assume = logic.eq(run.input("unsigned_i"), unsigned)
+        yield delivers(name, run, latency, outcome, (assume,))
 
 
 @proof(
@@ -43,9 +44,9 @@ def i2f(ctx: Context) -> Iterator[Case]:
 def f2i(ctx: Context) -> Iterator[Case]:
     run, latency = ctx.run("fp_f2i"), package_constant("FP_F2I_LATENCY")
     for name, mode, truncate in (("nearest", RNE, 0), ("toward zero", RTZ, 1)):
-        outcome = ctx.ieee.to_integer(run.input("a_i"), mode)
-        assume = ctx.logic.eq(run.input("truncate_i"), truncate)
-        yield ctx.check(name, run, latency, outcome, (assume,))
+        outcome = ieee.to_integer(run.input("a_i"), mode)
+        assume = logic.eq(run.input("truncate_i"), truncate)
+        yield delivers(name, run, latency, outcome, (assume,))
 
 
 # ---- comparisons, selections, sign operations ----
@@ -63,9 +64,9 @@ def compare(ctx: Context) -> Iterator[Case]:
     a, b, c = (run.input(f"{port}_i") for port in "abc")
     spares = {str(code): (code, ISA.comparisons["MOV"]) for code in ISA.spare_comparisons.values()}
     for name, (code, record) in (codes() | spares).items():
-        outcome = ctx.ieee.computed(record, a=a, b=b, c=c)
-        assume = ctx.logic.eq(run.input("op_i"), code)
-        yield ctx.check(name, run, latency, outcome, (assume,))
+        outcome = ieee.computed(record, a=a, b=b, c=c)
+        assume = logic.eq(run.input("op_i"), code)
+        yield delivers(name, run, latency, outcome, (assume,))
 
 
 def codes() -> dict[str, tuple[int, OperationRecord]]:
@@ -87,16 +88,16 @@ OTHERS = ("divsqrt", "i2f", "f2i", "sincos", "memory")
     quick=True,
 )
 def aux_compare(ctx: Context) -> Iterator[Case]:
-    logic, run, latency = ctx.logic, ctx.run("aux_compare"), package_constant("FP_CMP_LATENCY")
+    run, latency = ctx.run("aux_compare"), package_constant("FP_CMP_LATENCY")
     a, b, c = (run.input(f"{port}_i") for port in "abc")
     result, flags = run.output("result_o", latency), run.output("flags_o", latency)
     ports = [run.named(f".u_{unit}.valid_o") for unit in OTHERS]
     quiet = [logic.eq(run.signal(port, latency), 0) for port in ports]
     show = {"a": a, "b": b, "c": c, "result_o": result, "flags_o": flags}
     for name, (code, record) in codes().items():
-        outcome = ctx.ieee.computed(record, a=a, b=b, c=c)
+        outcome = ieee.computed(record, a=a, b=b, c=c)
         issued = (logic.eq(run.input("op_i"), code), run.on("valid_i"))
-        yield Case(name, ctx.ieee.matches(result, flags, outcome), (*issued, *quiet), show)
+        yield Case(name, ieee.matches(result, flags, outcome), (*issued, *quiet), show)
 
 
 # ---- building blocks ----
@@ -109,7 +110,6 @@ def aux_compare(ctx: Context) -> Iterator[Case]:
     quick=True,
 )
 def leading_zeros(ctx: Context) -> Iterator[Case]:
-    logic = ctx.logic
     for count_width in (4, 5):
         run = ctx.run("fp_lzc", {"CountWidth": count_width})
         value, count = run.input("value_i"), run.output("count_o", 0)
@@ -133,7 +133,7 @@ def leading_zeros(ctx: Context) -> Iterator[Case]:
     quick=True,
 )
 def normalise(ctx: Context) -> Iterator[Case]:
-    logic, run = ctx.logic, ctx.run("fp_normalise")
+    run = ctx.run("fp_normalise")
     value = run.input("value_i")
     result, count, zero = (run.output(name, 0) for name in ("value_o", "count_o", "zero_o"))
     claim = logic.all(
@@ -161,7 +161,6 @@ SHIFTERS = ((32, 5, 0), (33, 6, 1), (27, 5, 1), (58, 6, 1), (48, 6, 1))
     quick=True,
 )
 def shift_right(ctx: Context) -> Iterator[Case]:
-    logic = ctx.logic
     for width, amount_width, widest_first in SHIFTERS:
         parameters = {"Width": width, "AmountWidth": amount_width, "WidestFirst": widest_first}
         run = ctx.run("fp_shift_right", parameters)
@@ -188,16 +187,15 @@ def shift_right(ctx: Context) -> Iterator[Case]:
 )
 def rounding(ctx: Context) -> Iterator[Case]:
     run = ctx.run("fp_round")
-    tail, assume, outcome = magnitude_rounded(ctx, run)
+    tail, assume, outcome = magnitude_rounded(run)
     result, flags = run.output("result_o", 0), run.output("flags_o", 0)
     show = {port: run.input(port) for port in run.netlist.inputs}
     show |= {"tail": tail, "result_o": result, "flags_o": flags}
-    yield Case("all", ctx.ieee.matches(result, flags, outcome), assume, show)
+    yield Case("all", ieee.matches(result, flags, outcome), assume, show)
 
 
-def magnitude_rounded(ctx: Context, run: Run) -> tuple[Term, tuple[Term, ...], Outcome]:
+def magnitude_rounded(run: Run) -> tuple[Term, tuple[Term, ...], Outcome]:
     """Bits below the round bit, the contract of fp_round, its magnitude rounded."""
-    logic = ctx.logic
     sign, exponent, sig = (run.input(f"{name}_i") for name in ("sign", "exp", "sig"))
     tail = logic.free(4, "tail")  # bits that the sticky bit stands for
     magnitude = logic.cat(sig, run.input("guard_i"), run.input("round_i"), tail)
@@ -209,8 +207,8 @@ def magnitude_rounded(ctx: Context, run: Run) -> tuple[Term, tuple[Term, ...], O
         logic.eq(run.input("sticky_i"), logic.vector(logic.ne(tail, 0))),
     )
     # sig has its unit bit at place 29 of 30
-    exact = ctx.ieee.scaled(sign, magnitude, logic.extend(exponent, 12), -127 - 29)
-    return tail, assume, ctx.ieee.rounded(exact)
+    exact = ieee.scaled(sign, magnitude, logic.extend(exponent, 12), -127 - 29)
+    return tail, assume, ieee.rounded(exact)
 
 
 @proof(
@@ -221,8 +219,8 @@ def magnitude_rounded(ctx: Context, run: Run) -> tuple[Term, tuple[Term, ...], O
     quick=True,
 )
 def pack(ctx: Context) -> Iterator[Case]:
-    logic, ieee, run = ctx.logic, ctx.ieee, ctx.run("fp_pack")
-    tail, contract, rounded = magnitude_rounded(ctx, run)
+    run = ctx.run("fp_pack")
+    tail, contract, rounded = magnitude_rounded(run)
     sign = run.input("sign_i")
     nan, inf, zero, invalid, by_zero, exact = (
         run.on(f"{name}_i") for name in ("nan", "inf", "zero", "invalid", "by_zero", "exact")
@@ -236,10 +234,10 @@ def pack(ctx: Context) -> Iterator[Case]:
         otherwise=logic.number(logic.cat(sign, logic.bv(31, 0))),
         sign=sign,
     )
-    raised = ieee.flags(nv=logic.all(nan, invalid), dz=logic.all(logic.no(nan), inf, by_zero))
+    raised = ieee.raised(nv=logic.all(nan, invalid), dz=logic.all(logic.no(nan), inf, by_zero))
     claim = ieee.matches(result, flags, Outcome(special, raised))
     yield Case("special results", claim, (logic.any(nan, inf, zero),), show)
-    raised = logic.ite(exact, ieee.flags(), rounded.flags)
+    raised = logic.ite(exact, ieee.raised(), rounded.flags)
     claim = ieee.matches(result, flags, Outcome(rounded.number, raised))
     plain = (*contract, logic.no(logic.any(nan, inf, zero)))
     yield Case("rounded", claim, plain, show)

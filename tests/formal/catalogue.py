@@ -16,8 +16,8 @@ from bitwuzla import Term
 
 from sim.harness.sources import sources_of
 from tests.bench.faults import Fault, load
-from tests.formal.ieee import Ieee, Outcome
-from tests.formal.logic import Logic
+from tests.formal import ieee, logic
+from tests.formal.ieee import Outcome
 from tests.formal.netlist import Netlist, Run, elaborate
 
 HERE = Path(__file__).resolve().parent
@@ -39,36 +39,32 @@ def all_faults() -> list[Fault]:
     return load(HERE / "faults.toml")
 
 
+@dataclass(frozen=True)
 class Context:
-    """What a proof builds its terms from. `rtl` has the sources, `build` takes netlists."""
+    """Where a proof has its modules from. `rtl` has the sources, `build` takes netlists."""
 
-    def __init__(self, rtl: Path, build: Path) -> None:
-        self.rtl = rtl
-        self.build = build
-        self.logic = Logic()
-        self.ieee = Ieee(self.logic)
+    rtl: Path
+    build: Path
 
     def run(
         self, top: str, parameters: Mapping[str, int] | None = None, cut: tuple[str, ...] = ()
     ) -> Run:
         """Symbolic run of a module."""
         text = elaborate(top, sources_of(top, (self.rtl, HERE)), self.build, parameters)
-        return Run(self.logic, Netlist(text), cut)
+        return Run(Netlist(text), cut)
 
-    def check(
-        self, name: str, run: Run, latency: int, outcome: Outcome, assume: tuple[Term, ...] = ()
-    ) -> Case:
-        """Result, flags and valid of a unit `latency` cycles after its operands."""
-        logic = self.logic
-        result, flags, valid = (
-            run.output(port, latency) for port in ("result_o", "flags_o", "valid_o")
-        )
-        claim = logic.all(
-            self.ieee.matches(result, flags, outcome), logic.eq(valid, run.input("valid_i"))
-        )
-        show = {port: run.input(port) for port in run.netlist.inputs if port.endswith("_i")}
-        show |= {"result_o": result, "flags_o": flags, "expected flags": outcome.flags}
-        return Case(name, claim, assume, show)
+
+def delivers(
+    name: str, run: Run, latency: int, outcome: Outcome, assume: tuple[Term, ...] = ()
+) -> Case:
+    """Result, flags and valid of a unit `latency` cycles after its operands."""
+    result, flags, valid = (
+        run.output(port, latency) for port in ("result_o", "flags_o", "valid_o")
+    )
+    claim = logic.all(ieee.matches(result, flags, outcome), logic.eq(valid, run.input("valid_i")))
+    show = {port: run.input(port) for port in run.netlist.inputs if port.endswith("_i")}
+    show |= {"result_o": result, "flags_o": flags, "expected flags": outcome.flags}
+    return Case(name, claim, assume, show)
 
 
 @dataclass(frozen=True)
@@ -103,7 +99,6 @@ def proof(unit: str, claim: str, inputs: str, **options: bool | int) -> Callable
 
 
 def covered(
-    ctx: Context,
     splits: list[tuple[str, tuple[Term, ...]]],
     run: Run,
     latency: int,
@@ -111,23 +106,22 @@ def covered(
     given: tuple[Term, ...] = (),
 ) -> Iterator[Case]:
     """A case per split and one that claims that `given` implies at least one of them."""
-    logic = ctx.logic
     yield Case(
         "the cases cover all inputs",
         logic.any(*(logic.all(*terms) for _, terms in splits)),
         given,
     )
     for name, terms in splits:
-        yield ctx.check(name, run, latency, outcome, (*given, *terms))
+        yield delivers(name, run, latency, outcome, (*given, *terms))
 
 
-def exponent_of(logic: Logic, bits: Term, width: int = 10) -> Term:
+def exponent_of(bits: Term, width: int = 10) -> Term:
     """Biased exponent of a binary32 number, that of the least normal for subnormals and zero."""
     field = logic.bits(bits, 30, 23)
     return logic.extend(logic.ite(logic.eq(field, 0), logic.bv(8, 1), field), width)
 
 
-def significand_of(logic: Logic, bits: Term, width: int = 24) -> Term:
+def significand_of(bits: Term, width: int = 24) -> Term:
     """Significand as an integer, hidden bit included."""
     hidden = logic.vector(logic.ne(logic.bits(bits, 30, 23), 0))
     return logic.extend(logic.cat(hidden, logic.bits(bits, 22, 0)), width)

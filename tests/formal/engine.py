@@ -13,13 +13,14 @@ import resource
 import shutil
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
 from pathlib import Path
 
 import bitwuzla
 
 from tests.bench.faults import Fault, copy
+from tests.formal import logic
 from tests.formal.catalogue import Case, Context, Proof
 from tests.formal.netlist import ROOT, ElaborationError
 from tests.formal.proofs import PROOFS
@@ -39,7 +40,6 @@ class Verdict:
     seconds: float
     digest: str = ""
     note: str = ""
-    known: bool = field(default=False, compare=False)  # taken over from an earlier run
 
 
 def digest_of(case: Case) -> str:
@@ -48,19 +48,19 @@ def digest_of(case: Case) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:24]
 
 
-def solve(context: Context, case: Case) -> Verdict:
+def solve(case: Case) -> Verdict:
     """Ask the solver for values that meet the assumptions and break the claim."""
     options = bitwuzla.Options()
     options.set(bitwuzla.Option.PRODUCE_MODELS, True)
     start = time.process_time()
     if case.assume:  # what contradictory assumptions imply would count for nothing
-        solver = bitwuzla.Bitwuzla(context.logic.tm, options)
+        solver = bitwuzla.Bitwuzla(logic.TERMS, options)
         for term in case.assume:
             solver.assert_formula(term)
         if solver.check_sat() != bitwuzla.Result.SAT:
             return Verdict(case.name, FAILED, 0.0, note="the assumptions contradict each other")
-    solver = bitwuzla.Bitwuzla(context.logic.tm, options)
-    for term in (*case.assume, context.logic.no(case.claim)):
+    solver = bitwuzla.Bitwuzla(logic.TERMS, options)
+    for term in (*case.assume, logic.no(case.claim)):
         solver.assert_formula(term)
     # Only the solver: WebAssembly reserves more addresses than that.
     hard = resource.getrlimit(resource.RLIMIT_AS)[1]
@@ -89,7 +89,7 @@ def _child(name: str, rtl: Path, build: Path, known: set[str], skip: int, link: 
             digest = digest_of(case)
             link.send((case.name, digest, digest in known))
             if digest not in known:
-                link.send(solve(context, case))
+                link.send(solve(case))
         link.send(None)
     except (ElaborationError, FileNotFoundError, MemoryError, bitwuzla.BitwuzlaException) as error:
         link.send(("elaboration", "", False))
@@ -131,8 +131,7 @@ def run(
                 case, digest, is_known = message
                 done += 1
                 if is_known:
-                    old = known[digest]
-                    yield Verdict(case, old.status, old.seconds, digest, old.note, known=True)
+                    yield replace(known[digest], case=case)
                     continue
                 answer = _receive(here, limit)
                 if isinstance(answer, str):
@@ -140,7 +139,7 @@ def run(
                     yield Verdict(case, status, limit, digest, answer)
                     restart = True
                 else:
-                    yield Verdict(case, answer.status, answer.seconds, digest, answer.note)
+                    yield replace(answer, digest=digest)
         finally:
             child.kill()
             child.join()

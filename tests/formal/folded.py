@@ -22,9 +22,9 @@ from collections.abc import Iterator
 from bitwuzla import Kind, Term
 
 from scripts.units_page import interval
-from tests.formal.catalogue import Case, Context, proof
+from tests.formal import ieee, logic
+from tests.formal.catalogue import Case, Context, delivers, proof
 from tests.formal.ieee import Outcome
-from tests.formal.logic import Logic
 from tests.formal.netlist import Run
 from tests.formal.recurrence import (
     ROOM,
@@ -34,11 +34,10 @@ from tests.formal.recurrence import (
     rounded_digits,
     square_step,
     steps_of,
-    times,
 )
 from tests.fpu.tb import package_constant
 
-UNIT, FILE = "fp_divsqrt_folded", "fpu/fp_divsqrt_folded.sv"
+UNIT = "fp_divsqrt_folded"
 INTERVAL = interval(UNIT)
 LATENCY = package_constant("FP_DIVSQRT_LATENCY")
 WIDTH, DIVISOR = 27, 24  # bits of the registers
@@ -50,45 +49,45 @@ def half_of(clock: int) -> int:
     return int(clock > MOVE)
 
 
-def part(logic: Logic, run: Run, name: str, width: int, index: int, cycle: int) -> Term:
+def part(run: Run, name: str, width: int, index: int, cycle: int) -> Term:
     """Element of a packed array."""
     return logic.bits(run.signal(name, cycle), width * (index + 1) - 1, width * index)
 
 
-def wide(logic: Logic, term: Term) -> Term:
+def wide(term: Term) -> Term:
     """As a number of ROOM bits."""
     return logic.extend(term, ROOM)
 
 
-def below(logic: Logic, root: bool, k: int, digits: Term, divisor: Term) -> Term:
+def below(root: bool, k: int, digits: Term, divisor: Term) -> Term:
     """T: what w is below."""
     if not root:
         return divisor
-    return logic.shl(logic.add(times(logic, digits, 2), logic.bv(ROOM, 1)), 25 - k)
+    return logic.shl(logic.add(logic.mul(digits, 2), 1), 25 - k)
 
 
 class State:
     """What a clock begins with as numbers of ROOM bits, R in the units of `recurrence`."""
 
-    def __init__(self, logic: Logic, run: Run, clock: int, cycle: int, root: bool) -> None:
+    def __init__(self, run: Run, clock: int, cycle: int, root: bool) -> None:
         k = 2 * (clock - BEGIN)
         if clock == BEGIN:
             self.digits = logic.bv(ROOM, 0)
         else:
-            self.digits = wide(logic, digits_of(logic, run, clock, cycle))
+            self.digits = wide(digits_of(run, clock, cycle))
         half = half_of(clock)
-        self.w = logic.sign_extend(part(logic, run, "w", WIDTH, half, cycle), ROOM)
-        self.divisor = divisor_of(logic, part(logic, run, "divisor_q", DIVISOR, half, cycle))
-        self.invariant = invariant(logic, root, k, self.digits, self.w, self.divisor)
-        self.remainder = remainder(logic, root, k, self.digits, self.w, self.divisor)
+        self.w = logic.sign_extend(part(run, "w", WIDTH, half, cycle), ROOM)
+        self.divisor = divisor_of(part(run, "divisor_q", DIVISOR, half, cycle))
+        self.invariant = invariant(root, k, self.digits, self.w, self.divisor)
+        self.remainder = remainder(root, k, self.digits, self.w, self.divisor)
 
-    def same(self, logic: Logic, other: State) -> Term:
+    def same(self, other: State) -> Term:
         """All registers equal."""
         pairs = zip(vars(self).items(), vars(other).values(), strict=True)
         return logic.all(*(logic.eq(x, y) for (name, x), y in pairs if name != "invariant"))
 
 
-def digits_of(logic: Logic, run: Run, clock: int, cycle: int) -> Term:
+def digits_of(run: Run, clock: int, cycle: int) -> Term:
     """Digits that a clock begins with; the last one is kept as a sign."""
     if clock <= MOVE + 1:
         return run.signal("digits_first", cycle)
@@ -96,34 +95,32 @@ def digits_of(logic: Logic, run: Run, clock: int, cycle: int) -> Term:
     return logic.cat(run.signal("digits_q", cycle), logic.vector(last))
 
 
-def divisor_of(logic: Logic, register: Term) -> Term:
+def divisor_of(register: Term) -> Term:
     """The register in the units of w."""
-    return logic.shl(wide(logic, register), 2)
+    return logic.shl(wide(register), 2)
 
 
-def invariant(
-    logic: Logic, root: bool, k: int, digits: Term, w: Term, divisor: Term
-) -> tuple[Term, ...]:
+def invariant(root: bool, k: int, digits: Term, w: Term, divisor: Term) -> tuple[Term, ...]:
     """What holds of the registers with k digits, or fewer of a quotient."""
-    top = below(logic, root, k, digits, divisor)
+    top = below(root, k, digits, divisor)
     bounds = (logic.ult(digits, 1 << k), logic.sle(logic.neg(top), w), logic.slt(w, top))
     if root:
-        negative = logic.slt(w, logic.bv(ROOM, 0))
+        negative = logic.slt(w, 0)
         last = logic.bits(digits, 0, 0)
         signed = logic.ne(last, logic.vector(negative)) if k else logic.no(negative)
-        others = logic.shl(logic.sub(digits, wide(logic, last)), 26 - k)
+        others = logic.shl(logic.sub(digits, wide(last)), 26 - k)
         return (*bounds, signed, logic.eq(divisor, others))
     return (*bounds, logic.ule(logic.bv(ROOM, 1 << 25), divisor), logic.ult(divisor, 1 << 26))
 
 
-def remainder(logic: Logic, root: bool, k: int, digits: Term, w: Term, divisor: Term) -> Term:
+def remainder(root: bool, k: int, digits: Term, w: Term, divisor: Term) -> Term:
     """R, in units of 2^-26."""
-    top = below(logic, root, k, digits, divisor)
-    negative = logic.slt(w, logic.bv(ROOM, 0))
+    top = below(root, k, digits, divisor)
+    negative = logic.slt(w, 0)
     return logic.shl(logic.ite(negative, logic.add(w, top), w), 1)
 
 
-def alone(logic: Logic, run: Run, clocks: range) -> tuple[Term, ...]:
+def alone(run: Run, clocks: range) -> tuple[Term, ...]:
     """No operation starts in these clocks, relative to clock 0 of the run."""
     before = [k for k in range(1, INTERVAL) if -k in clocks]
     none = [
@@ -134,7 +131,7 @@ def alone(logic: Logic, run: Run, clocks: range) -> tuple[Term, ...]:
     return (*none, *(logic.eq(run.input("valid_i", t), 0) for t in clocks if t > 0))
 
 
-def others(logic: Logic, run: Run, clock: int) -> tuple[Term, ...]:
+def others(run: Run, clock: int) -> tuple[Term, ...]:
     """In this clock of an operation no other one uses its half or enters it."""
     first, last = (BEGIN, MOVE) if clock <= MOVE else (MOVE + 1, FINAL)
     loads = () if clock == MOVE else (BEGIN - 1,) if clock < MOVE else (MOVE,)
@@ -154,25 +151,21 @@ def others(logic: Logic, run: Run, clock: int) -> tuple[Term, ...]:
     quick=True,
 )
 def folded_start(ctx: Context) -> Iterator[Case]:
-    logic, run = ctx.logic, ctx.run(UNIT)
+    run = ctx.run(UNIT)
     a, b, sqrt = (run.input(name) for name in ("a_i", "b_i", "sqrt_i"))
-    first, second = Operand(logic, a), Operand(logic, b)
+    first, second = Operand(a), Operand(b)
     for root in (False, True):
         used = (a,) if root else (a, b)
-        assume = [
-            logic.eq(sqrt, int(root)),
-            ctx.ieee.finite(*used),
-            run.on("valid_i"),
-        ]
-        assume += [logic.no(ctx.ieee.zero(x)) for x in used]
-        assume += alone(logic, run, range(1 - INTERVAL, INTERVAL))
-        state = State(logic, run, BEGIN, BEGIN, root)
-        start = first.radicand(logic) if root else logic.shl(wide(logic, first.significand), 2)
-        divisor = logic.shl(wide(logic, second.significand), 2)
-        exponent = part(logic, run, "exp_q", 10, 0, BEGIN + 1)
-        expected = logic.sub(logic.add(first.exponent, logic.bv(12, 126)), second.exponent)
+        assume = [logic.eq(sqrt, int(root)), ieee.all_finite(*used), run.on("valid_i")]
+        assume += [logic.no(ieee.is_zero(x)) for x in used]
+        assume += alone(run, range(1 - INTERVAL, INTERVAL))
+        state = State(run, BEGIN, BEGIN, root)
+        start = first.radicand() if root else logic.shl(wide(first.significand), 2)
+        divisor = logic.shl(wide(second.significand), 2)
+        exponent = part(run, "exp_q", 10, 0, BEGIN + 1)
+        expected = logic.sub(logic.add(first.exponent, 126), second.exponent)
         if root:  # exponents are 512 too large
-            doubled = logic.add(logic.sub(first.exponent, logic.bv(12, 512)), logic.bv(12, 125))
+            doubled = logic.add(logic.sub(first.exponent, 512), 125)
             expected = logic.op(Kind.BV_ASHR, doubled, logic.bv(12, 1))
         claim = [*state.invariant, logic.eq(state.remainder, start)]
         claim += [
@@ -194,34 +187,34 @@ def folded_start(ctx: Context) -> Iterator[Case]:
     timeout=600,
 )
 def folded_clocks(ctx: Context) -> Iterator[Case]:
-    logic, run = ctx.logic, ctx.run(UNIT)
+    run = ctx.run(UNIT)
     for clock in range(BEGIN, FINAL):
         k = 2 * (clock - BEGIN)
-        exponent = logic.sign_extend(part(logic, run, "exp_q", 10, half_of(clock + 1), 1), 12)
+        exponent = logic.sign_extend(part(run, "exp_q", 10, half_of(clock + 1), 1), 12)
         places = k - 2 if clock <= MOVE else k - 4
-        runs = logic.sle(logic.bv(12, 0), logic.add(exponent, logic.bv(12, places)))
+        runs = logic.sle(logic.bv(12, 0), logic.add(exponent, places))
         if clock in (BEGIN, MOVE + 1):
             runs = logic.true()
         for root in (False, True):
-            now = State(logic, run, clock, 0, root)
-            then = State(logic, run, clock + 1, 1, root)
+            now = State(run, clock, 0, root)
+            then = State(run, clock + 1, 1, root)
             new = logic.bits(then.digits, 1, 0)
             if root:
-                steps = [square_step(logic, now.digits, digit, k) for digit in range(4)]
+                steps = [square_step(now.digits, digit, k) for digit in range(4)]
             else:
                 double = logic.shl(now.divisor, 1)
-                steps = [times(logic, double, digit) for digit in range(4)]
-            step = one_of(logic, new, steps)
+                steps = [logic.mul(double, digit) for digit in range(4)]
+            step = one_of(new, steps)
             made = logic.all(
                 *then.invariant,
-                logic.eq(then.digits, logic.add(logic.shl(now.digits, 2), wide(logic, new))),
+                logic.eq(then.digits, logic.add(logic.shl(now.digits, 2), wide(new))),
                 logic.eq(logic.shl(now.remainder, 2), logic.add(step, then.remainder)),
                 logic.true() if root else logic.eq(then.divisor, now.divisor),
             )
-            claim = made if root else logic.ite(runs, made, now.same(logic, then))
+            claim = made if root else logic.ite(runs, made, now.same(then))
             at, after = (run.signal("root_q", cycle) for cycle in (0, 1))
             claim = logic.all(claim, logic.eq(logic.bits(after, clock, clock), int(root)))
-            assume = [*now.invariant, *others(logic, run, clock)]
+            assume = [*now.invariant, *others(run, clock)]
             assume += [logic.eq(logic.bits(at, clock - 1, clock - 1), int(root))]
             if root:
                 assume.append(logic.sle(logic.bv(12, 0), exponent))
@@ -246,8 +239,7 @@ def folded_clocks(ctx: Context) -> Iterator[Case]:
     timeout=900,
 )
 def folded_rounded(ctx: Context) -> Iterator[Case]:
-    logic = ctx.logic
-    yield from ones(logic)
+    yield from ones()
     for root in (False, True):
         name = "root" if root else "quotient"
         for special in (True, False):
@@ -259,53 +251,50 @@ def folded_rounded(ctx: Context) -> Iterator[Case]:
                 run.replace("divisor_q", 2 * DIVISOR - 1, DIVISOR, FINAL, divisor)
                 run.replace("digits_q", 23, 0, FINAL, logic.bits(digits, 24, 1))
                 run.replace("negative_q", 0, 0, FINAL, logic.vector(logic.no(logic.bit(digits, 0))))
-            q, d = wide(logic, digits), divisor_of(logic, divisor)
+            q, d = wide(digits), divisor_of(divisor)
             w = logic.sign_extend(register, ROOM)
-            r = remainder(logic, root, 24, q, w, d)
+            r = remainder(root, 24, q, w, d)
             operation = [
                 logic.eq(run.input("sqrt_i"), int(root)),
                 run.on("valid_i"),
-                *alone(logic, run, range(1 - INTERVAL, INTERVAL)),
+                *alone(run, range(1 - INTERVAL, INTERVAL)),
             ]
             kept = logic.bits(digits, 23, 0)
             if root:
                 outcome, ordinary, given = rounded_digits(
-                    ctx, True, run, kept, r, q, logic.add(times(logic, q, 8), logic.bv(ROOM, 2))
+                    True, run, kept, r, q, logic.add(logic.mul(q, 8), 2)
                 )
                 given = [given[-1]]
             else:
-                outcome, ordinary, given = quotient(ctx, run, kept, r, q, logic.shl(d, 1))
-            given += invariant(logic, root, 24, q, w, d)
+                outcome, ordinary, given = quotient(run, kept, r, q, logic.shl(d, 1))
+            given += invariant(root, 24, q, w, d)
             if special:
                 assume = (*operation, logic.no(ordinary))
-                yield ctx.check(f"{name}, special operands", run, LATENCY, outcome, assume)
+                yield delivers(f"{name}, special operands", run, LATENCY, outcome, assume)
             else:
                 assume = (*operation, ordinary, *given)
-                yield ctx.check(name, run, LATENCY, outcome, assume)
+                yield delivers(name, run, LATENCY, outcome, assume)
 
 
-def quotient(
-    ctx: Context, run: Run, digits: Term, r: Term, q: Term, d: Term
-) -> tuple[Outcome, Term, list[Term]]:
+def quotient(run: Run, digits: Term, r: Term, q: Term, d: Term) -> tuple[Outcome, Term, list[Term]]:
     """As `rounded_digits`, for a quotient of which clocks were left out: fewer than 24 digits."""
-    logic = ctx.logic
     a, b = run.input("a_i"), run.input("b_i")
-    first, second = Operand(logic, a), Operand(logic, b)
-    new, exact = last_digits(logic, steps_of(logic, False, q, d, 24), r)
+    first, second = Operand(a), Operand(b)
+    new, exact = last_digits(steps_of(False, q, d, 24), r)
     magnitude = logic.cat(digits, new, logic.vector(logic.no(exact)))
-    ordinary = logic.all(ctx.ieee.finite(a, b), *(logic.no(ctx.ieee.zero(x)) for x in (a, b)))
-    difference = logic.sub(logic.add(first.exponent, logic.bv(12, 512)), second.exponent)
+    ordinary = logic.all(ieee.all_finite(a, b), *(logic.no(ieee.is_zero(x)) for x in (a, b)))
+    difference = logic.sub(logic.add(first.exponent, 512), second.exponent)
     # Digits missing: two for every two places that digit 0 is below the exponent 0, up to 20.
-    place = logic.sub(difference, logic.bv(12, 512 - 126))  # exp, signed
-    under = logic.add(logic.neg(place), logic.bv(12, 1))
+    place = logic.sub(difference, 512 - 126)  # exp, signed
+    under = logic.add(logic.neg(place), 1)
     pairs = logic.cat(logic.bits(under, 11, 1), logic.bv(1, 0))
     missing = logic.ite(logic.sle(logic.bv(12, 0), place), logic.bv(12, 0), pairs)
-    missing = logic.ite(logic.sle(missing, logic.bv(12, 20)), missing, logic.bv(12, 20))
-    sign = logic.op(Kind.BV_XOR, logic.bits(a, 31, 31), logic.bits(b, 31, 31))
-    value = ctx.ieee.scaled(sign, magnitude, logic.add(difference, missing), -512 - 26)
+    missing = logic.ite(logic.sle(missing, 20), missing, logic.bv(12, 20))
+    sign = logic.xor(logic.bits(a, 31, 31), logic.bits(b, 31, 31))
+    value = ieee.scaled(sign, magnitude, logic.add(difference, missing), -512 - 26)
     known = logic.sub(logic.bv(12, 24), missing)
     one = logic.bv(24, 1)
-    leading = logic.shl(one, logic.extend(logic.sub(known, logic.bv(12, 2)), 24))
+    leading = logic.shl(one, logic.extend(logic.sub(known, 2), 24))
     all_ones = [
         logic.all(logic.eq(place, 0), logic.eq(digits, (1 << 23) - 1), logic.bit(new, 1)),
         logic.all(logic.eq(place, -1), logic.eq(digits, (1 << 22) - 1), logic.eq(new, 3)),
@@ -313,21 +302,21 @@ def quotient(
     given = [
         logic.ule(leading, digits),
         logic.eq(logic.shr(digits, logic.extend(known, 24)), 0),
-        logic.eq(d, logic.shl(wide(logic, second.significand), 3)),
+        logic.eq(d, logic.shl(wide(second.significand), 3)),
         logic.any(
             logic.no(logic.any(*all_ones)),
             logic.all(exact, logic.no(logic.all(logic.eq(place, 0), logic.bit(new, 0)))),
         ),
     ]
-    return ctx.ieee.quotient(a, b, value, sign), ordinary, given
+    return ieee.quotient(a, b, value, sign), ordinary, given
 
 
-def ones(logic: Logic) -> Iterator[Case]:
+def ones() -> Iterator[Case]:
     """24 leading ones of a quotient leave no remainder."""
     sa, sb = (logic.free(24, name) for name in ("sa", "sb"))
-    wa, wb, rest = wide(logic, sa), wide(logic, sb), logic.free(ROOM, "rest")
+    wa, wb, rest = wide(sa), wide(sb), logic.free(ROOM, "rest")
     normal = (logic.bit(sa, 23), logic.bit(sb, 23))
-    filled = times(logic, wb, (1 << 24) - 1)
+    filled = logic.mul(wb, (1 << 24) - 1)
     for zeros in (0, 1):
         other = logic.ne(logic.add(filled, rest), logic.shl(wa, 23 + zeros))
         yield Case(

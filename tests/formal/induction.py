@@ -15,8 +15,8 @@ from typing import Protocol
 
 from bitwuzla import Term
 
+from tests.formal import logic
 from tests.formal.catalogue import Case, Context
-from tests.formal.logic import Logic
 from tests.formal.netlist import Run
 
 Values = Mapping[str, Term]
@@ -27,10 +27,11 @@ class Observer(Protocol):
     """What `inductive` needs of an observer. Bit vectors in `Values` are its registers."""
 
     widths: Mapping[str, int]  # its registers
+    reset: Mapping[str, int] = {}  # those that are not 0 after reset
 
-    def after_reset(self, logic: Logic) -> Values:
-        """Its registers after reset; all 0 unless stated otherwise."""
-        return {name: logic.bv(width, 0) for name, width in self.widths.items()}
+    def after_reset(self) -> Values:
+        """Its registers after reset."""
+        return {name: logic.bv(bits, self.reset.get(name, 0)) for name, bits in self.widths.items()}
 
     def next(self, run: Run, own: Values) -> Values:
         """Its registers after the clock edge between cycles 0 and 1."""
@@ -45,6 +46,17 @@ class Observer(Protocol):
     def claims(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
         """What else holds of cycle 0 and of the edge to cycle 1."""
         return {}
+
+
+def selected(condition: Term, then: Values, other: Values) -> Values:
+    """Registers of one of two."""
+    return {name: logic.ite(condition, value, other[name]) for name, value in then.items()}
+
+
+def older(age: Term) -> Term:
+    """A count of clocks a clock later; it stays at its greatest value."""
+    most = logic.bv(logic.width(age), -1)
+    return logic.ite(logic.eq(age, most), most, logic.add(age, 1))
 
 
 def inductive(
@@ -64,17 +76,16 @@ def inductive(
     assumptions (contract, facts, parts of the invariant) for divided cases whose names begin so;
     fewer of them only make a proof harder to find, or easier for the solver.
     """
-    logic = ctx.logic
     run = ctx.run(top, parameters)
-    started = Run(logic, run.netlist, reset=(0,))
+    started = Run(run.netlist, reset=(0,))
     show = {f"{port}": run.input(port) for port in run.netlist.inputs if port != "clk_i"}
-    first = observer.invariant(started, observer.after_reset(logic), 1)
+    first = observer.invariant(started, observer.after_reset(), 1)
     yield Case(f"{prefix}after reset", logic.all(*first.values()))
     no_flush: tuple[Term, ...] = ()
     if "flush_i" in run.netlist.inputs:
         flush = run.on("flush_i")
         no_flush = (logic.no(flush),)
-        dropped = observer.invariant(run, observer.after_reset(logic), 1)
+        dropped = observer.invariant(run, observer.after_reset(), 1)
         yield Case(f"{prefix}after a flush", logic.all(*dropped.values()), (flush,), show)
 
     own = {name: logic.free(width, name) for name, width in observer.widths.items()}

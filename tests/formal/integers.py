@@ -8,50 +8,48 @@ observer whose range an invariant bounds.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from bitwuzla import Term
 
-from tests.formal.logic import Logic
-from tests.formal.netlist import Run
+from tests.formal import logic
 
 
 @dataclass(frozen=True, eq=False)
 class Int:
     """A whole number, two's complement."""
 
-    logic: Logic
     term: Term
 
     @classmethod
-    def unsigned(cls, logic: Logic, term: Term) -> Int:
+    def unsigned(cls, term: Term) -> Int:
         """Value of a bit vector without sign."""
-        return cls(logic, logic.extend(term, logic.width(term) + 1))
+        return cls(logic.extend(term, logic.width(term) + 1))
 
     @classmethod
-    def count(cls, logic: Logic, truth: Term) -> Int:
+    def count(cls, truth: Truth) -> Int:
         """1 if it is true, else 0."""
-        return cls.unsigned(logic, logic.vector(truth))
+        return cls.unsigned(logic.vector(truth.term))
 
     def _pair(self, other: Int | int, spare: int = 0) -> tuple[Term, Term]:
-        logic = self.logic
         if isinstance(other, int):
-            other = Int(logic, logic.bv(other.bit_length() + 1, other))
+            other = Int(logic.bv(other.bit_length() + 1, other))
         width = max(logic.width(self.term), logic.width(other.term)) + spare
         return logic.sign_extend(self.term, width), logic.sign_extend(other.term, width)
 
     def __add__(self, other: Int | int) -> Int:
-        return Int(self.logic, self.logic.add(*self._pair(other, 1)))
+        return Int(logic.add(*self._pair(other, 1)))
 
     def __sub__(self, other: Int | int) -> Int:
-        return Int(self.logic, self.logic.sub(*self._pair(other, 1)))
+        return Int(logic.sub(*self._pair(other, 1)))
 
     def __neg__(self) -> Int:
-        return Int(self.logic, self.logic.neg(self._pair(0, 1)[0]))
+        return Int(logic.neg(self._pair(0, 1)[0]))
 
     def twice(self) -> Int:
         """2 x"""
-        return Int(self.logic, self.logic.cat(self.term, self.logic.bv(1, 0)))
+        return Int(logic.cat(self.term, logic.bv(1, 0)))
 
     def size(self) -> Int:
         """Its magnitude."""
@@ -59,15 +57,15 @@ class Int:
 
     def bits(self, width: int) -> Term:
         """Modulo 2^width."""
-        if self.logic.width(self.term) < width:
-            return self.logic.sign_extend(self.term, width)
-        return self.logic.bits(self.term, width - 1, 0)
+        if logic.width(self.term) < width:
+            return logic.sign_extend(self.term, width)
+        return logic.bits(self.term, width - 1, 0)
 
     def __lt__(self, other: Int | int) -> Truth:
-        return Truth(self.logic, self.logic.slt(*self._pair(other)))
+        return Truth(logic.slt(*self._pair(other)))
 
     def __le__(self, other: Int | int) -> Truth:
-        return Truth(self.logic, self.logic.sle(*self._pair(other)))
+        return Truth(logic.sle(*self._pair(other)))
 
     def __gt__(self, other: Int | int) -> Truth:
         return ~(self <= other)
@@ -77,24 +75,23 @@ class Int:
 
     def same(self, other: Int | int) -> Truth:
         """Equality (`==` stays that of Python objects)."""
-        return Truth(self.logic, self.logic.eq(*self._pair(other)))
+        return Truth(logic.eq(*self._pair(other)))
 
 
 @dataclass(frozen=True, eq=False)
 class Truth:
     """A truth value with operators; `term` is what the solver gets."""
 
-    logic: Logic
     term: Term
 
     def __and__(self, other: Truth) -> Truth:
-        return Truth(self.logic, self.logic.all(self.term, other.term))
+        return Truth(logic.all(self.term, other.term))
 
     def __or__(self, other: Truth) -> Truth:
-        return Truth(self.logic, self.logic.any(self.term, other.term))
+        return Truth(logic.any(self.term, other.term))
 
     def __invert__(self) -> Truth:
-        return Truth(self.logic, self.logic.no(self.term))
+        return Truth(logic.no(self.term))
 
     def implies(self, other: Truth) -> Truth:
         """Not this, or the other."""
@@ -102,17 +99,27 @@ class Truth:
 
     def matches(self, other: Truth) -> Truth:
         """Both or neither."""
-        return Truth(self.logic, self.logic.eq(self.term, other.term))
+        return Truth(logic.eq(self.term, other.term))
 
     def ite(self, then: Int, other: Int | int) -> Int:
         """One of two numbers."""
-        return Int(self.logic, self.logic.ite(self.term, *then._pair(other)))
+        return Int(logic.ite(self.term, *then._pair(other)))
 
     def pick(self, then: Truth, other: Truth) -> Truth:
         """One of two truths."""
-        return Truth(self.logic, self.logic.ite(self.term, then.term, other.term))
+        return Truth(logic.ite(self.term, then.term, other.term))
 
 
-def flag(run: Run, term: Term) -> Truth:
+def always() -> Truth:
+    """Truth itself."""
+    return Truth(logic.true())
+
+
+def signed(values: Mapping[str, Term], *names: str) -> list[Int]:
+    """Some of the values, which have a sign."""
+    return [Int(values[name]) for name in names]
+
+
+def flag(term: Term) -> Truth:
     """Whether a bit is 1."""
-    return Truth(run.logic, run.logic.eq(term, 1))
+    return Truth(logic.eq(term, 1))

@@ -2,155 +2,125 @@
 """Terms of the Bitwuzla solver with the operators that the proofs need.
 
 Bit vectors are `Term`s of sort `(_ BitVec n)`, truth values of sort `Bool`, numbers of an SMT-LIB
-`FloatingPoint` sort (IEEE 754 as the standard theory of SMT-LIB defines it).
+`FloatingPoint` sort (IEEE 754 as the standard theory of SMT-LIB defines it). Widths follow the
+operands; there is no implicit extension. All terms of a process have one manager, `TERMS`, which
+has to outlive them: no module keeps a term.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from functools import reduce
+from collections.abc import Callable, Iterable
+from functools import partial, reduce
 
-from bitwuzla import Kind, RoundingMode, Sort, Term, TermManager
+from bitwuzla import Kind, RoundingMode, Term, TermManager
 
 RNE, RTP, RTN, RTZ = RoundingMode.RNE, RoundingMode.RTP, RoundingMode.RTN, RoundingMode.RTZ
+TERMS = TermManager()
 
 
-class Logic:
-    """Term builder. Widths follow the operands; no implicit extension."""
+def op(kind: Kind, *terms: Term, indices: Iterable[int] = ()) -> Term:
+    """Any operator of the solver."""
+    return TERMS.mk_term(kind, list(terms), list(indices))
 
-    def __init__(self) -> None:
-        self.tm = TermManager()
-        self._fp: dict[tuple[int, int], Sort] = {}
 
-    # ---- bit vectors ----
-    def free(self, width: int, name: str) -> Term:
-        """Unconstrained bit vector."""
-        return self.tm.mk_const(self.tm.mk_bv_sort(width), name)
+def free(width: int, name: str) -> Term:
+    """Unconstrained bit vector."""
+    return TERMS.mk_const(TERMS.mk_bv_sort(width), name)
 
-    def bv(self, width: int, value: int) -> Term:
-        """Constant, modulo 2^width."""
-        return self.tm.mk_bv_value(self.tm.mk_bv_sort(width), str(value % (1 << width)), 10)
 
-    def op(self, kind: Kind, *terms: Term, indices: Iterable[int] = ()) -> Term:
-        """Any operator of the solver."""
-        return self.tm.mk_term(kind, list(terms), list(indices))
+def bv(width: int, value: int) -> Term:
+    """Constant, modulo 2^width."""
+    return TERMS.mk_bv_value(TERMS.mk_bv_sort(width), str(value % (1 << width)), 10)
 
-    def width(self, term: Term) -> int:
-        """Number of bits of a bit vector."""
-        return term.sort().bv_size()
 
-    def bits(self, term: Term, high: int, low: int) -> Term:
-        """term[high:low]"""
-        return self.op(Kind.BV_EXTRACT, term, indices=(high, low))
+def width(term: Term) -> int:
+    """Number of bits of a bit vector."""
+    return term.sort().bv_size()
 
-    def bit(self, term: Term, index: int) -> Term:
-        """term[index] as a truth value."""
-        return self.eq(self.bits(term, index, index), self.bv(1, 1))
 
-    def cat(self, *terms: Term) -> Term:
-        """Concatenation, most significant part first."""
-        return reduce(lambda high, low: self.op(Kind.BV_CONCAT, high, low), terms)
+def _binary(kind: Kind) -> Callable[[Term, Term | int], Term]:
+    """An operator of two operands. The second may be a number: it gets the width of the first."""
 
-    def extend(self, term: Term, width: int) -> Term:
-        """Zero extension to so many bits."""
-        return self.op(Kind.BV_ZERO_EXTEND, term, indices=(width - self.width(term),))
+    def apply(x: Term, y: Term | int) -> Term:
+        return op(kind, x, bv(width(x), y) if isinstance(y, int) else y)
 
-    def sign_extend(self, term: Term, width: int) -> Term:
-        """Sign extension to so many bits."""
-        return self.op(Kind.BV_SIGN_EXTEND, term, indices=(width - self.width(term),))
+    return apply
 
-    def add(self, *terms: Term) -> Term:
-        """Sum modulo 2^width."""
-        return reduce(lambda x, y: self.op(Kind.BV_ADD, x, y), terms)
 
-    def sub(self, x: Term, y: Term) -> Term:
-        """Difference modulo 2^width."""
-        return self.op(Kind.BV_SUB, x, y)
+eq = _binary(Kind.EQUAL)  # identity, of numbers too: NaN equals NaN, +0 differs from -0
+sub, mul = _binary(Kind.BV_SUB), _binary(Kind.BV_MUL)  # modulo 2^width
+xor = _binary(Kind.BV_XOR)
+shl, shr = _binary(Kind.BV_SHL), _binary(Kind.BV_SHR)  # shifts, the right one logical
+ult, ule = _binary(Kind.BV_ULT), _binary(Kind.BV_ULE)  # x < y, x <= y, unsigned
+slt, sle = _binary(Kind.BV_SLT), _binary(Kind.BV_SLE)  # x < y, x <= y, signed
+neg = partial(op, Kind.BV_NEG)  # modulo 2^width
+no = partial(op, Kind.NOT)
+implies = partial(op, Kind.IMPLIES)
+ite = partial(op, Kind.ITE)  # condition, then, other
 
-    def shl(self, term: Term, amount: Term | int) -> Term:
-        """Left shift."""
-        by = self.bv(self.width(term), amount) if isinstance(amount, int) else amount
-        return self.op(Kind.BV_SHL, term, by)
 
-    def shr(self, term: Term, amount: Term | int) -> Term:
-        """Logical right shift."""
-        by = self.bv(self.width(term), amount) if isinstance(amount, int) else amount
-        return self.op(Kind.BV_SHR, term, by)
+# ---- bit vectors ----
+def bits(term: Term, high: int, low: int) -> Term:
+    """term[high:low]"""
+    return op(Kind.BV_EXTRACT, term, indices=(high, low))
 
-    def ult(self, x: Term, y: Term | int) -> Term:
-        """x < y, unsigned."""
-        return self.op(Kind.BV_ULT, x, self.bv(self.width(x), y) if isinstance(y, int) else y)
 
-    def ule(self, x: Term, y: Term | int) -> Term:
-        """x <= y, unsigned."""
-        return self.op(Kind.BV_ULE, x, self.bv(self.width(x), y) if isinstance(y, int) else y)
+def bit(term: Term, index: int) -> Term:
+    """term[index] as a truth value."""
+    return eq(bits(term, index, index), 1)
 
-    def slt(self, x: Term, y: Term | int) -> Term:
-        """x < y, signed."""
-        return self.op(Kind.BV_SLT, x, self.bv(self.width(x), y) if isinstance(y, int) else y)
 
-    def sle(self, x: Term, y: Term | int) -> Term:
-        """x <= y, signed."""
-        return self.op(Kind.BV_SLE, x, self.bv(self.width(x), y) if isinstance(y, int) else y)
+def cat(*terms: Term) -> Term:
+    """Concatenation, most significant part first."""
+    return reduce(partial(op, Kind.BV_CONCAT), terms)
 
-    def neg(self, term: Term) -> Term:
-        """-term modulo 2^width."""
-        return self.op(Kind.BV_NEG, term)
 
-    def vector(self, *truths: Term) -> Term:
-        """Truth values as bits, most significant first."""
-        one, zero = self.bv(1, 1), self.bv(1, 0)
-        return self.cat(*(self.ite(truth, one, zero) for truth in truths))
+def add(*terms: Term | int) -> Term:
+    """Sum modulo 2^width."""
+    return reduce(_binary(Kind.BV_ADD), terms)
 
-    # ---- truth values ----
-    def true(self) -> Term:
-        """The truth value."""
-        return self.tm.mk_true()
 
-    def implies(self, x: Term, y: Term) -> Term:
-        """Not x, or y."""
-        return self.op(Kind.IMPLIES, x, y)
+def extend(term: Term, to: int) -> Term:
+    """Zero extension to so many bits."""
+    return op(Kind.BV_ZERO_EXTEND, term, indices=(to - width(term),))
 
-    def eq(self, x: Term, y: Term | int) -> Term:
-        """Identity (of numbers too: NaN equals NaN, +0 differs from -0)."""
-        return self.op(Kind.EQUAL, x, self.bv(self.width(x), y) if isinstance(y, int) else y)
 
-    def ne(self, x: Term, y: Term | int) -> Term:
-        """Not identical."""
-        return self.no(self.eq(x, y))
+def sign_extend(term: Term, to: int) -> Term:
+    """Sign extension to so many bits."""
+    return op(Kind.BV_SIGN_EXTEND, term, indices=(to - width(term),))
 
-    def no(self, x: Term) -> Term:
-        """Negation."""
-        return self.op(Kind.NOT, x)
 
-    def all(self, *truths: Term) -> Term:
-        """Conjunction."""
-        return reduce(lambda x, y: self.op(Kind.AND, x, y), truths, self.tm.mk_true())
+def vector(*truths: Term) -> Term:
+    """Truth values as bits, most significant first."""
+    one, zero = bv(1, 1), bv(1, 0)
+    return cat(*(ite(truth, one, zero) for truth in truths))
 
-    def any(self, *truths: Term) -> Term:
-        """Disjunction."""
-        return reduce(lambda x, y: self.op(Kind.OR, x, y), truths, self.tm.mk_false())
 
-    def ite(self, condition: Term, then: Term, other: Term) -> Term:
-        """Selection."""
-        return self.op(Kind.ITE, condition, then, other)
+# ---- truth values ----
+true, false = TERMS.mk_true, TERMS.mk_false
 
-    # ---- numbers ----
-    def format(self, exponent: int, significand: int) -> Sort:
-        """FloatingPoint sort; `significand` counts the hidden bit."""
-        key = (exponent, significand)
-        if key not in self._fp:
-            self._fp[key] = self.tm.mk_fp_sort(*key)
-        return self._fp[key]
 
-    def number(self, bits: Term, exponent: int = 8, significand: int = 24) -> Term:
-        """Number with this IEEE encoding."""
-        return self.op(Kind.FP_TO_FP_FROM_BV, bits, indices=(exponent, significand))
+def ne(x: Term, y: Term | int) -> Term:
+    """Not identical."""
+    return no(eq(x, y))
 
-    def rounding(self, mode: RoundingMode) -> Term:
-        """Rounding mode."""
-        return self.tm.mk_rm_value(mode)
 
-    def fp(self, kind: Kind, mode: RoundingMode, *terms: Term, indices: Iterable[int] = ()) -> Term:
-        """Rounded operation: FP_ADD, FP_MUL, FP_TO_FP_FROM_FP, ..."""
-        return self.op(kind, self.rounding(mode), *terms, indices=indices)
+def all(*truths: Term) -> Term:
+    """Conjunction."""
+    return reduce(partial(op, Kind.AND), truths, true())
+
+
+def any(*truths: Term) -> Term:
+    """Disjunction."""
+    return reduce(partial(op, Kind.OR), truths, false())
+
+
+# ---- numbers ----
+def number(word: Term, exponent: int = 8, significand: int = 24) -> Term:
+    """Number with this IEEE encoding; `significand` counts the hidden bit."""
+    return op(Kind.FP_TO_FP_FROM_BV, word, indices=(exponent, significand))
+
+
+def fp(kind: Kind, mode: RoundingMode, *terms: Term, indices: Iterable[int] = ()) -> Term:
+    """Rounded operation: FP_ADD, FP_MUL, FP_TO_FP_FROM_FP, ..."""
+    return op(kind, TERMS.mk_rm_value(mode), *terms, indices=indices)

@@ -16,7 +16,7 @@ from pathlib import Path
 from bitwuzla import Kind, Term
 
 from sim.harness.wasm import run_tool
-from tests.formal.logic import Logic
+from tests.formal import logic
 
 ROOT = Path(__file__).resolve().parents[2]
 RESET = "rst_ni"
@@ -140,13 +140,8 @@ class Run:
     """
 
     def __init__(
-        self,
-        logic: Logic,
-        netlist: Netlist,
-        cut: Sequence[str] = (),
-        reset: Collection[int] = (),
+        self, netlist: Netlist, cut: Sequence[str] = (), reset: Collection[int] = ()
     ) -> None:
-        self.logic = logic
         self.netlist = netlist
         self._reset = frozenset(reset)
         self._values: dict[tuple[int, int], Term] = {}
@@ -187,7 +182,7 @@ class Run:
     def on(self, name: str, cycle: int = 0) -> Term:
         """Whether a port or an internal signal of one bit is 1 in a cycle."""
         nodes = ChainMap(self.netlist.inputs, self.netlist.outputs, self.netlist.names)
-        return self.logic.eq(self._found("signal", nodes, name, cycle), 1)
+        return logic.eq(self._found("signal", nodes, name, cycle), 1)
 
     def named(self, ending: str) -> str:
         """The one internal signal whose hierarchical name ends so."""
@@ -238,7 +233,7 @@ class Run:
         return [(int(word), cycle) for word in words[2 : 2 + (3 if words[0] == "ite" else count)]]
 
     def _term(self, node: int, cycle: int) -> Term:
-        logic, words = self.logic, self.netlist.lines[node]
+        words = self.netlist.lines[node]
         kind, width = words[0], self.netlist.width_of(node)
         if node in self._cut:
             return logic.free(width, f"{self._cut[node]}@{cycle}")

@@ -12,8 +12,16 @@ from dataclasses import dataclass
 
 from bitwuzla import Kind, Term
 
-from tests.formal.catalogue import Case, Context, covered, exponent_of, proof, significand_of
-from tests.formal.logic import Logic
+from tests.formal import ieee, logic
+from tests.formal.catalogue import (
+    Case,
+    Context,
+    covered,
+    delivers,
+    exponent_of,
+    proof,
+    significand_of,
+)
 from tests.formal.netlist import ElaborationError, Run
 from tests.fpu.tb import package_constant
 
@@ -21,13 +29,13 @@ CUT = (".outer_o", ".cross_low_o", ".cross_high_o")
 WIDE = 50  # bits of the sum of the addends, which the product does not fill
 
 
-def product_of(logic: Logic, outer: Term, *crosses: Term) -> Term:
+def product_of(outer: Term, *crosses: Term) -> Term:
     """The product that the outputs of fp_product stand for."""
     terms = [logic.shl(logic.extend(cross, WIDE), 17) for cross in crosses]
     return logic.add(logic.extend(outer, WIDE), *terms)
 
 
-def product_facts(logic: Logic, a: Term, b: Term, p: Term) -> dict[str, Term]:
+def product_facts(a: Term, b: Term, p: Term) -> dict[str, Term]:
     """What the proofs of the units use of p = a * b, for 24-bit a and b."""
     facts = {
         "48 bits": logic.ult(p, 1 << 48),
@@ -57,13 +65,13 @@ def product_facts(logic: Logic, a: Term, b: Term, p: Term) -> dict[str, Term]:
     quick=True,
 )
 def product(ctx: Context) -> Iterator[Case]:
-    logic, run = ctx.logic, ctx.run("fp_product")
+    run = ctx.run("fp_product")
     a, b = run.input("a_i"), run.input("b_i")
     show = {"a_i": a, "b_i": b}
     outputs = [run.output(ending[1:], 0) for ending in CUT]
 
     def times(x: Term, y: Term, width: int = WIDE) -> Term:
-        return logic.op(Kind.BV_MUL, logic.extend(x, width), logic.extend(y, width))
+        return logic.mul(logic.extend(x, width), logic.extend(y, width))
 
     def narrow(x: Term, y: Term) -> Term:
         return logic.extend(times(x, y, logic.width(x) + logic.width(y)), WIDE)
@@ -78,7 +86,7 @@ def product(ctx: Context) -> Iterator[Case]:
         )
 
     halves = [(logic.bits(x, 23, 17), logic.bits(x, 16, 0)) for x in (a, b)]
-    claim = logic.eq(product_of(logic, *outputs), schoolbook(narrow))
+    claim = logic.eq(product_of(*outputs), schoolbook(narrow))
     yield Case("the unit adds four partial products", claim, (), show)
     for i, x in enumerate(halves[0]):
         for j, y in enumerate(halves[1]):
@@ -89,16 +97,13 @@ def product(ctx: Context) -> Iterator[Case]:
         whole = logic.add(times(high, scale), logic.extend(low, WIDE))
         yield Case(f"{name} is the sum of its halves", logic.eq(logic.extend(x, WIDE), whole))
     w, x, y, z = (logic.free(WIDE, name) for name in "wxyz")
-
-    def mul(*factors: Term) -> Term:
-        return logic.op(Kind.BV_MUL, *factors)
-
+    mul = logic.mul
     left = mul(logic.add(mul(w, scale), x), logic.add(mul(y, scale), z))
     right = logic.add(
         logic.shl(mul(w, y), 34), mul(x, z), logic.shl(mul(x, y), 17), logic.shl(mul(w, z), 17)
     )
     yield Case("distributivity, for any four numbers", logic.eq(left, right))
-    for name, fact in product_facts(logic, a, b, times(a, b)).items():
+    for name, fact in product_facts(a, b, times(a, b)).items():
         yield Case(f"range, {name}", fact, (), show)
 
 
@@ -110,44 +115,54 @@ def product(ctx: Context) -> Iterator[Case]:
     timeout=900,
 )
 def mul(ctx: Context) -> Iterator[Case]:
-    logic, latency = ctx.logic, package_constant("FP_MUL_LATENCY")
+    latency = package_constant("FP_MUL_LATENCY")
     run = ctx.run("fp_mul", cut=CUT)
     a, b = run.input("a_i"), run.input("b_i")
-    abstracted = abstracted_product(ctx, run, run.output("result_o", latency), a, b)
-    yield abstracted.inputs
-    sign = logic.op(Kind.BV_XOR, logic.bits(a, 31, 31), logic.bits(b, 31, 31))
-    exponent = logic.add(exponent_of(logic, a), exponent_of(logic, b))
-    exact = ctx.ieee.scaled(sign, abstracted.product, exponent, -2 * (127 + 23))
-    outcome = ctx.ieee.product(a, b, exact, sign)
-    normal = logic.all(*(logic.bit(significand_of(logic, x), 23) for x in (a, b)))
-    splits = [("both normal", (normal,)), ("subnormal or zero", (logic.no(normal),))]
-    yield from covered(ctx, splits, run, latency, outcome, abstracted.facts)
+    factors = abstracted_product(run, latency, a, b)
+    sign = logic.xor(logic.bits(a, 31, 31), logic.bits(b, 31, 31))
+    yield from rounded_product(run, latency, factors, sign)
 
 
 @dataclass(frozen=True)
 class Abstracted:
-    """A unit's run in which the product is free but for `facts`."""
+    """A unit's run in which the product of a and b is free but for `given`."""
 
+    a: Term
+    b: Term
     product: Term
-    facts: tuple[Term, ...]
-    inputs: Case  # the multiplier receives the significands that the facts speak of
+    given: tuple[Term, ...]
+    inputs: Case  # the multiplier receives the significands that are spoken of
 
 
-def abstracted_product(ctx: Context, run: Run, result: Term, a: Term, b: Term) -> Abstracted:
-    """Of a run with CUT whose `result` is that of the product of a and b."""
-    logic = ctx.logic
+def rounded_product(run: Run, latency: int, factors: Abstracted, sign: Term) -> Iterator[Case]:
+    """The multiplier has the significands, and the result is the product rounded."""
+    yield factors.inputs
+    a, b = factors.a, factors.b
+    exponent = logic.add(exponent_of(a), exponent_of(b))
+    exact = ieee.scaled(sign, factors.product, exponent, -2 * (127 + 23))
+    outcome = ieee.product(a, b, exact, sign)
+    normal = logic.all(*(logic.bit(significand_of(x), 23) for x in (a, b)))
+    splits = [("both normal", (normal,)), ("subnormal or zero", (logic.no(normal),))]
+    yield from covered(splits, run, latency, outcome, factors.given)
+
+
+def abstracted_product(
+    run: Run, latency: int, a: Term, b: Term, given: tuple[Term, ...] = ()
+) -> Abstracted:
+    """Of a run with CUT, the product of a and b under an assumption."""
+    result = run.output("result_o", latency)
     names = [run.named(ending) for ending in CUT]
     cycles = {run.cycle_of(name, result) for name in names}
     if len(cycles) != 1:
         raise ElaborationError(f"the addends of the product enter in cycles {sorted(cycles)}")
     cycle = cycles.pop()
-    p = product_of(logic, *(run.signal(name, cycle) for name in names))
-    sig_a, sig_b = significand_of(logic, a), significand_of(logic, b)
+    p = product_of(*(run.signal(name, cycle) for name in names))
+    sig_a, sig_b = significand_of(a), significand_of(b)
     instance = names[0].removesuffix(CUT[0])
     factors = [run.signal(f"{instance}.{port}", cycle) for port in ("a_i", "b_i")]
     claim = logic.all(*(logic.eq(x, y) for x, y in zip(factors, (sig_a, sig_b), strict=True)))
-    inputs = Case("the multiplier receives the significands", claim)
-    return Abstracted(p, tuple(product_facts(logic, sig_a, sig_b, p).values()), inputs)
+    inputs = Case("the multiplier receives the significands", claim, given)
+    return Abstracted(a, b, p, (*given, *product_facts(sig_a, sig_b, p).values()), inputs)
 
 
 # ---- fused multiply-add ----
@@ -158,22 +173,15 @@ FAR_ABOVE, FAR_BELOW = -51, 27  # places of the product's last bit above that of
 class FmaRun:
     """fp_fma for one kind of operation, product abstracted."""
 
-    def __init__(self, ctx: Context, kind: str) -> None:
-        logic = ctx.logic
+    def __init__(self, ctx: Context, operation: str) -> None:
         self.latency = package_constant("FP_FMA_LATENCY")
         self.run = run = ctx.run("fp_fma", cut=CUT)
         self.a, self.b, self.c = (run.input(f"{name}_i") for name in "abc")
-        self.kind = logic.eq(run.input("kind_i"), package_constant(f"FMA_KIND_{kind}"))
+        kind = logic.eq(run.input("kind_i"), package_constant(f"FMA_KIND_{operation}"))
         sign_a, sign_b, sign_c = (logic.bits(x, 31, 31) for x in (self.a, self.b, self.c))
-        self.sign_p = logic.op(
-            Kind.BV_XOR, logic.op(Kind.BV_XOR, sign_a, sign_b), run.input("neg_product_i")
-        )
-        self.sign_c = logic.op(Kind.BV_XOR, sign_c, run.input("neg_addend_i"))
-        result = run.output("result_o", self.latency)
-        self.abstracted = abstracted_product(ctx, run, result, self.a, self.b)
-        self.given = (self.kind, *self.abstracted.facts)
-        inputs = self.abstracted.inputs
-        self.inputs = Case(inputs.name, inputs.claim, (self.kind,))
+        self.sign_p = logic.xor(logic.xor(sign_a, sign_b), run.input("neg_product_i"))
+        self.sign_c = logic.xor(sign_c, run.input("neg_addend_i"))
+        self.factors = abstracted_product(run, self.latency, self.a, self.b, (kind,))
 
 
 @proof(
@@ -184,14 +192,8 @@ class FmaRun:
     timeout=900,
 )
 def fma_product(ctx: Context) -> Iterator[Case]:
-    logic, fma = ctx.logic, FmaRun(ctx, "MUL")
-    yield fma.inputs
-    exponent = logic.add(exponent_of(logic, fma.a), exponent_of(logic, fma.b))
-    exact = ctx.ieee.scaled(fma.sign_p, fma.abstracted.product, exponent, -2 * (127 + 23))
-    outcome = ctx.ieee.product(fma.a, fma.b, exact, fma.sign_p)
-    normal = logic.all(*(logic.bit(significand_of(logic, x), 23) for x in (fma.a, fma.b)))
-    splits = [("both normal", (normal,)), ("subnormal or zero", (logic.no(normal),))]
-    yield from covered(ctx, splits, fma.run, fma.latency, outcome, fma.given)
+    fma = FmaRun(ctx, "MUL")
+    yield from rounded_product(fma.run, fma.latency, fma.factors, fma.sign_p)
 
 
 @proof(
@@ -202,16 +204,16 @@ def fma_product(ctx: Context) -> Iterator[Case]:
     timeout=600,
 )
 def fma(ctx: Context) -> Iterator[Case]:
-    logic, fma = ctx.logic, FmaRun(ctx, "FMA")
-    run, a, b, c, p = fma.run, fma.a, fma.b, fma.c, fma.abstracted.product
-    yield fma.inputs
-    exponent_p = logic.add(*(exponent_of(logic, x, 12) for x in (a, b)))
-    exponent_c = exponent_of(logic, c, 12)
-    sig_c = significand_of(logic, c)
+    fma = FmaRun(ctx, "FMA")
+    run, a, b, c, p = fma.run, fma.a, fma.b, fma.c, fma.factors.product
+    yield fma.factors.inputs
+    exponent_p = logic.add(*(exponent_of(x, 12) for x in (a, b)))
+    exponent_c = exponent_of(c, 12)
+    sig_c = significand_of(c)
     # last bit of the product above that of the addend, in places
-    above = logic.sub(logic.sub(exponent_p, exponent_c), logic.bv(12, 127 + 23))
+    above = logic.sub(logic.sub(exponent_p, exponent_c), 127 + 23)
     differ = logic.ne(fma.sign_p, fma.sign_c)
-    finite = ctx.ieee.finite(a, b, c)
+    finite = ieee.all_finite(a, b, c)
     no_product, no_addend = logic.eq(p, 0), logic.eq(sig_c, 0)
     both = logic.all(finite, logic.no(no_product), logic.no(no_addend))
 
@@ -225,23 +227,17 @@ def fma(ctx: Context) -> Iterator[Case]:
         difference = logic.ite(x_larger, logic.sub(x, y), logic.sub(y, x))
         magnitude = logic.ite(differ, difference, logic.add(x, y))
         sign = logic.ite(logic.all(differ, logic.no(x_larger)), fma.sign_c, fma.sign_p)
-        exact = ctx.ieee.scaled(sign, magnitude, exponent, bias)
+        exact = ieee.scaled(sign, magnitude, exponent, bias)
         splits.append((name, terms, exact))
 
     zero_c, zero_p = logic.bv(24, 0), logic.bv(WIDE, 0)
     bias_p, bias_c = -2 * (127 + 23), -(127 + 23)
     split("not finite", (logic.no(finite),), p, zero_c, exponent_p, bias_p)
     split("product zero", (finite, no_product), zero_p, sig_c, exponent_c, bias_c)
-    split(
-        "addend zero",
-        (finite, logic.no(no_product), no_addend),
-        p,
-        zero_c,
-        exponent_p,
-        bias_p,
-    )
+    no_c = (finite, logic.no(no_product), no_addend)
+    split("addend zero", no_c, p, zero_c, exponent_p, bias_p)
     one = logic.bv(1, 1)
-    far_up = (both, logic.op(Kind.BV_SLE, above, logic.bv(12, FAR_ABOVE)))
+    far_up = (both, logic.sle(above, FAR_ABOVE))
     far_down = (both, logic.op(Kind.BV_SGE, above, logic.bv(12, FAR_BELOW)))
     padded_c, padded_p = logic.cat(sig_c, logic.bv(3, 0)), logic.cat(p, logic.bv(3, 0))
     split("addend far above", far_up, one, padded_c, exponent_c, bias_c - 3)
@@ -256,8 +252,8 @@ def fma(ctx: Context) -> Iterator[Case]:
     yield Case(
         "the cases cover all inputs",
         logic.any(*(logic.all(*terms) for _, terms, _ in splits)),
-        fma.given,
+        fma.factors.given,
     )
     for name, terms, exact in splits:
-        outcome = ctx.ieee.product_sum(a, b, c, exact, (fma.sign_p, fma.sign_c))
-        yield ctx.check(name, run, fma.latency, outcome, (*fma.given, *terms))
+        outcome = ieee.product_sum(a, b, c, exact, (fma.sign_p, fma.sign_c))
+        yield delivers(name, run, fma.latency, outcome, (*fma.factors.given, *terms))

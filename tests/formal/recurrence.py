@@ -16,11 +16,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from bitwuzla import Kind, Term
+from bitwuzla import Term
 
-from tests.formal.catalogue import Case, Context, exponent_of, proof, significand_of
+from tests.formal import ieee, logic
+from tests.formal.catalogue import Case, Context, delivers, exponent_of, proof, significand_of
 from tests.formal.ieee import Outcome
-from tests.formal.logic import Logic
 from tests.formal.netlist import Run
 from tests.fpu.tb import package_constant
 
@@ -32,33 +32,27 @@ DIGITS, REMAINDER, DIVISOR = ("digits_q", 24), ("remainder_q", 27), ("divisor_q"
 ROOM = 60  # bits that hold every integer here
 
 
-def entry(logic: Logic, run: Run, register: tuple[str, int], stage: int, cycle: int) -> Term:
+def entry(run: Run, register: tuple[str, int], stage: int, cycle: int) -> Term:
     """Register of an entry as a number of ROOM bits."""
     name, width = register
     bits = logic.bits(run.signal(name, cycle), width * (stage + 1) - 1, width * stage)
     return logic.extend(bits, ROOM)
 
 
-def times(logic: Logic, x: Term, y: Term | int) -> Term:
-    """Product modulo 2^width."""
-    other = logic.bv(logic.width(x), y) if isinstance(y, int) else y
-    return logic.op(Kind.BV_MUL, x, other)
-
-
-def square_step(logic: Logic, digits: Term, new: int, k: int) -> Term:
+def square_step(digits: Term, new: int, k: int) -> Term:
     """((4 Q + q)^2 - 16 Q^2) 2^(24-k) = (8 Q q + q^2) 2^(24-k)"""
-    inner = logic.add(times(logic, digits, 8 * new), logic.bv(ROOM, new * new))
+    inner = logic.add(logic.mul(digits, 8 * new), new * new)
     return logic.shl(inner, 24 - k)
 
 
-def steps_of(logic: Logic, root: bool, q: Term, d: Term, k: int) -> list[Term]:
+def steps_of(root: bool, q: Term, d: Term, k: int) -> list[Term]:
     """What the digits 0 to 3 behind k others take off 4 R; d is the divisor of a quotient."""
     if root:
-        return [square_step(logic, q, digit, k) for digit in range(4)]
-    return [times(logic, d, digit) for digit in range(4)]
+        return [square_step(q, digit, k) for digit in range(4)]
+    return [logic.mul(d, digit) for digit in range(4)]
 
 
-def one_of(logic: Logic, index: Term, choices: list[Term]) -> Term:
+def one_of(index: Term, choices: list[Term]) -> Term:
     """choices[index]"""
     result = choices[-1]
     for number, choice in reversed(list(enumerate(choices[:-1]))):
@@ -66,7 +60,7 @@ def one_of(logic: Logic, index: Term, choices: list[Term]) -> Term:
     return result
 
 
-def invariant(logic: Logic, root: bool, k: int, r: Term, q: Term, d: Term) -> tuple[Term, ...]:
+def invariant(root: bool, k: int, r: Term, q: Term, d: Term) -> tuple[Term, ...]:
     """Bounds of entry k / 2, without the equation that `numbers` composes."""
     small = [logic.ult(q, 1 << k)]
     if k <= 22:  # nothing below bit 3, but bits 1 and 2 of an operand
@@ -78,16 +72,16 @@ def invariant(logic: Logic, root: bool, k: int, r: Term, q: Term, d: Term) -> tu
             logic.ule(logic.bv(ROOM, 1 << 26), d),
             logic.ult(d, 1 << 27),
         )
-    bound = logic.shl(logic.add(times(logic, q, 2), logic.bv(ROOM, 1)), 26 - k)
-    divisor = logic.shl(logic.add(times(logic, q, 4), logic.bv(ROOM, 1)), 25 - k)
+    bound = logic.shl(logic.add(logic.mul(q, 2), 1), 26 - k)
+    divisor = logic.shl(logic.add(logic.mul(q, 4), 1), 25 - k)
     return (*small, logic.ult(r, bound), logic.eq(d, divisor))
 
 
 class Operand:
     """Normalised significand of a binary32 number and its biased exponent, plus 512."""
 
-    def __init__(self, logic: Logic, bits: Term) -> None:
-        sig = significand_of(logic, bits)
+    def __init__(self, bits: Term) -> None:
+        sig = significand_of(bits)
         zeros, self.significand = logic.bv(12, 0), sig
         for count in range(1, 24):
             here = logic.all(
@@ -95,10 +89,10 @@ class Operand:
             )
             zeros = logic.ite(here, logic.bv(12, count), zeros)
             self.significand = logic.ite(here, logic.shl(sig, count), self.significand)
-        biased = logic.add(exponent_of(logic, bits, 12), logic.bv(12, 512))
+        biased = logic.add(exponent_of(bits, 12), 512)
         self.exponent = logic.sub(biased, zeros)
 
-    def radicand(self, logic: Logic) -> Term:
+    def radicand(self) -> Term:
         """R0 of a root: m / 4 in units of 2^-26; m is doubled for an odd unbiased exponent."""
         wide = logic.extend(self.significand, ROOM)
         odd = logic.no(logic.bit(self.exponent, 0))  # unbiased: minus 127
@@ -113,19 +107,19 @@ class Operand:
     quick=True,
 )
 def recurrence_start(ctx: Context) -> Iterator[Case]:
-    logic, run = ctx.logic, ctx.run("fp_divsqrt")
+    run = ctx.run("fp_divsqrt")
     a, b, sqrt = (run.input(name) for name in ("a_i", "b_i", "sqrt_i"))
-    first, second = Operand(logic, a), Operand(logic, b)
-    r, q, d = (entry(logic, run, register, 0, ENTERED) for register in (REMAINDER, DIGITS, DIVISOR))
+    first, second = Operand(a), Operand(b)
+    r, q, d = (entry(run, register, 0, ENTERED) for register in (REMAINDER, DIGITS, DIVISOR))
     for root in (False, True):
         used = (a,) if root else (a, b)
-        assume = [logic.eq(sqrt, int(root)), ctx.ieee.finite(*used)]
-        assume += [logic.no(ctx.ieee.zero(x)) for x in used]
+        assume = [logic.eq(sqrt, int(root)), ieee.all_finite(*used)]
+        assume += [logic.no(ieee.is_zero(x)) for x in used]
         divisor = logic.shl(logic.extend(second.significand, ROOM), 3)
-        start = first.radicand(logic)
+        start = first.radicand()
         if not root:
             start = logic.shl(logic.extend(first.significand, ROOM), 2)
-        claim = [logic.eq(r, start), logic.eq(q, 0), *invariant(logic, root, 0, r, q, d)]
+        claim = [logic.eq(r, start), logic.eq(q, 0), *invariant(root, 0, r, q, d)]
         claim += [logic.eq(d, logic.bv(ROOM, 1 << 25) if root else divisor)]
         claim += [logic.eq(logic.bits(run.signal("sqrt_q", ENTERED), 0, 0), sqrt)]
         name = "root" if root else "quotient"
@@ -141,12 +135,12 @@ def recurrence_start(ctx: Context) -> Iterator[Case]:
     quick=True,
 )
 def recurrence_stages(ctx: Context) -> Iterator[Case]:
-    logic, run = ctx.logic, ctx.run("fp_divsqrt")
-    yield from numbers(ctx)
+    run = ctx.run("fp_divsqrt")
+    yield from numbers()
     for stage in range(STAGES - 1):
         k = 2 * stage
         now, then = (
-            [entry(logic, run, register, s, cycle) for register in (REMAINDER, DIGITS, DIVISOR)]
+            [entry(run, register, s, cycle) for register in (REMAINDER, DIGITS, DIVISOR)]
             for s, cycle in ((stage, 0), (stage + 1, 1))
         )
         r, q, d = now
@@ -155,27 +149,23 @@ def recurrence_stages(ctx: Context) -> Iterator[Case]:
         sqrt_next = logic.bits(run.signal("sqrt_q", 1), stage + 1, stage + 1)
         new = logic.bits(q_next, 1, 0)
         for root in (False, True):
-            steps = steps_of(logic, root, q, d, k)
+            steps = steps_of(root, q, d, k)
             claim = logic.all(
-                *invariant(logic, root, k + 2, r_next, q_next, d_next),
+                *invariant(root, k + 2, r_next, q_next, d_next),
                 logic.eq(q_next, logic.add(logic.shl(q, 2), logic.extend(new, ROOM))),
-                logic.eq(logic.shl(r, 2), logic.add(one_of(logic, new, steps), r_next)),
+                logic.eq(logic.shl(r, 2), logic.add(one_of(new, steps), r_next)),
                 logic.eq(sqrt_next, sqrt),
-                logic.tm.mk_true() if root else logic.eq(d_next, d),
+                logic.true() if root else logic.eq(d_next, d),
             )
-            assume = (logic.eq(sqrt, int(root)), *invariant(logic, root, k, r, q, d))
+            assume = (logic.eq(sqrt, int(root)), *invariant(root, k, r, q, d))
             show = {"R": r, "Q": q, "D": d, "R'": r_next, "Q'": q_next, "D'": d_next}
             yield Case(f"{'root' if root else 'quotient'}, stage {stage}", claim, assume, show)
 
 
-def numbers(ctx: Context) -> Iterator[Case]:
+def numbers() -> Iterator[Case]:
     """Arithmetic behind the recurrence, for all numbers of the widths in use."""
-    logic = ctx.logic
     q, d, r, c, new = (logic.free(64, name) for name in ("Q", "D", "R", "c", "new"))
-
-    def mul(*factors: Term) -> Term:
-        return logic.op(Kind.BV_MUL, *factors)
-
+    mul = logic.mul
     four, sixteen = logic.bv(64, 4), logic.bv(64, 16)
     more = logic.add(mul(q, four), new)
     left = mul(four, logic.add(mul(q, d), r))
@@ -204,13 +194,13 @@ def numbers(ctx: Context) -> Iterator[Case]:
         logic.ule(logic.bv(24, 1 << 22), digits),
         (
             *normal,
-            logic.eq(logic.add(times(logic, wide, eight_b), rest), logic.shl(wa, 26)),
+            logic.eq(logic.add(logic.mul(wide, eight_b), rest), logic.shl(wa, 26)),
             logic.ult(rest, eight_b),
         ),
     )
     start = logic.free(ROOM, "R0")
-    four_squares = logic.shl(times(logic, wide, wide), 2)
-    bound = logic.shl(logic.add(logic.shl(wide, 1), logic.bv(ROOM, 1)), 2)
+    four_squares = logic.shl(logic.mul(wide, wide), 2)
+    bound = logic.shl(logic.add(logic.shl(wide, 1), 1), 2)
     yield Case(
         "root: the first digit is one",
         logic.bit(digits, 23),
@@ -223,9 +213,9 @@ def numbers(ctx: Context) -> Iterator[Case]:
     )
     # Q sb = 2^25 sa: the low 25 bits of the product are zero; sb = 2^t (2 h + 1), t <= 23
     all_digits, half = logic.free(26, "Q26"), logic.free(26, "h")
-    odd = logic.add(logic.shl(half, 1), logic.bv(26, 1))
+    odd = logic.add(logic.shl(half, 1), 1)
     for t in range(24):
-        product = times(logic, all_digits, logic.shl(odd, t))
+        product = logic.mul(all_digits, logic.shl(odd, t))
         yield Case(
             f"exact quotient, divisor with {t} trailing zeros: digits 24 and 25 are zero",
             logic.eq(logic.bits(all_digits, 1, 0), 0),
@@ -241,7 +231,7 @@ def numbers(ctx: Context) -> Iterator[Case]:
     timeout=900,
 )
 def recurrence_rounded(ctx: Context) -> Iterator[Case]:
-    logic, latency = ctx.logic, package_constant("FP_DIVSQRT_LATENCY")
+    latency = package_constant("FP_DIVSQRT_LATENCY")
     for root in (False, True):
         name = "root" if root else "quotient"
         # Special operands need not meet the invariant: nothing is replaced there.
@@ -249,18 +239,18 @@ def recurrence_rounded(ctx: Context) -> Iterator[Case]:
             run = ctx.run("fp_divsqrt")
             digits, r, d = (logic.free(width, name) for name, width in (DIGITS, REMAINDER, DIVISOR))
             if not special:
-                replace_recurrence(logic, run, digits, r, d)
+                replace_recurrence(run, digits, r, d)
             state = [logic.extend(term, ROOM) for term in (r, digits, d)]
-            outcome, ordinary, given = rounded_digits(ctx, root, run, digits, *state)
+            outcome, ordinary, given = rounded_digits(root, run, digits, *state)
             operation = logic.eq(run.input("sqrt_i"), int(root))
             if special:
                 assume = (operation, logic.no(ordinary))
-                yield ctx.check(f"{name}, special operands", run, latency, outcome, assume)
+                yield delivers(f"{name}, special operands", run, latency, outcome, assume)
             else:
-                yield ctx.check(name, run, latency, outcome, (operation, ordinary, *given))
+                yield delivers(name, run, latency, outcome, (operation, ordinary, *given))
 
 
-def replace_recurrence(logic: Logic, run: Run, digits: Term, r: Term, d: Term) -> None:
+def replace_recurrence(run: Run, digits: Term, r: Term, d: Term) -> None:
     """Free digits in every entry and free remainder and divisor in the last one.
 
     An entry has the upper digits of the next one, as `recurrence_stages` proves.
@@ -274,7 +264,7 @@ def replace_recurrence(logic: Logic, run: Run, digits: Term, r: Term, d: Term) -
         run.replace(name, width * (last + 1) - 1, width * last, last + ENTERED, term)
 
 
-def last_digits(logic: Logic, steps: list[Term], r: Term) -> tuple[Term, Term]:
+def last_digits(steps: list[Term], r: Term) -> tuple[Term, Term]:
     """Two digits more, the largest for which the remainder is not negative; if nothing is left."""
     new, taken = logic.bv(2, 0), steps[0]
     for digit in range(1, 4):
@@ -285,28 +275,27 @@ def last_digits(logic: Logic, steps: list[Term], r: Term) -> tuple[Term, Term]:
 
 
 def rounded_digits(
-    ctx: Context, root: bool, run: Run, digits: Term, r: Term, q: Term, d: Term
+    root: bool, run: Run, digits: Term, r: Term, q: Term, d: Term
 ) -> tuple[Outcome, Term, list[Term]]:
     """Outcome from 24 digits and a remainder, when it is used, and what is known of them."""
-    logic = ctx.logic
     a, b = run.input("a_i"), run.input("b_i")
-    first, second = Operand(logic, a), Operand(logic, b)
-    new, exact = last_digits(logic, steps_of(logic, root, q, d, 24), r)
+    first, second = Operand(a), Operand(b)
+    new, exact = last_digits(steps_of(root, q, d, 24), r)
     magnitude = logic.cat(digits, new, logic.vector(logic.no(exact)))
     used = (a,) if root else (a, b)
-    ordinary = logic.all(ctx.ieee.finite(*used), *(logic.no(ctx.ieee.zero(x)) for x in used))
-    known = [*invariant(logic, root, 24, r, q, d)]
+    ordinary = logic.all(ieee.all_finite(*used), *(logic.no(ieee.is_zero(x)) for x in used))
+    known = [*invariant(root, 24, r, q, d)]
     if root:
         # floor((e - 127) / 2) = floor((e + 512 + 1) / 2) - 320; `exponent` is e + 512
-        halved = logic.shr(logic.add(first.exponent, logic.bv(12, 1)), 1)
-        value = ctx.ieee.scaled(logic.bv(1, 0), magnitude, halved, -320 - 26)
-        return ctx.ieee.root(a, value), ordinary, [*known, logic.bit(digits, 23)]
-    sign = logic.op(Kind.BV_XOR, logic.bits(a, 31, 31), logic.bits(b, 31, 31))
-    difference = logic.sub(logic.add(first.exponent, logic.bv(12, 512)), second.exponent)
-    value = ctx.ieee.scaled(sign, magnitude, difference, -512 - 26)
+        halved = logic.shr(logic.add(first.exponent, 1), 1)
+        value = ieee.scaled(logic.bv(1, 0), magnitude, halved, -320 - 26)
+        return ieee.root(a, value), ordinary, [*known, logic.bit(digits, 23)]
+    sign = logic.xor(logic.bits(a, 31, 31), logic.bits(b, 31, 31))
+    difference = logic.sub(logic.add(first.exponent, 512), second.exponent)
+    value = ieee.scaled(sign, magnitude, difference, -512 - 26)
     known += [
         logic.ule(logic.bv(24, 1 << 22), digits),
         logic.eq(d, logic.shl(logic.extend(second.significand, ROOM), 3)),
         logic.any(logic.no(exact), logic.eq(new, 0)),
     ]
-    return ctx.ieee.quotient(a, b, value, sign), ordinary, known
+    return ieee.quotient(a, b, value, sign), ordinary, known

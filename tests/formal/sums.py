@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 from bitwuzla import Kind, Term
 
+from tests.formal import ieee, logic
 from tests.formal.catalogue import Case, Context, covered, exponent_of, proof, significand_of
 from tests.fpu.tb import package_constant
 
@@ -20,26 +21,25 @@ NEAR = 27  # places; beyond it the smaller operand is below the round bit
     timeout=600,
 )
 def add(ctx: Context) -> Iterator[Case]:
-    run, latency, logic = ctx.run("fp_add"), package_constant("FP_ADD_LATENCY"), ctx.logic
+    run, latency = ctx.run("fp_add"), package_constant("FP_ADD_LATENCY")
     a, b, sub = (run.input(f"{name}_i") for name in ("a", "b", "sub"))
-    addend = logic.cat(logic.op(Kind.BV_XOR, logic.bits(b, 31, 31), sub), logic.bits(b, 30, 0))
-    outcome = ctx.ieee.add(a, addend)
-    yield from covered(ctx, sum_splits(ctx, a, addend), run, latency, outcome)
+    addend = logic.cat(logic.xor(logic.bits(b, 31, 31), sub), logic.bits(b, 30, 0))
+    outcome = ieee.add(a, addend)
+    yield from covered(sum_splits(a, addend), run, latency, outcome)
 
 
-def sum_splits(ctx: Context, a: Term, b: Term) -> list[tuple[str, tuple[Term, ...]]]:
+def sum_splits(a: Term, b: Term) -> list[tuple[str, tuple[Term, ...]]]:
     """Cases of a sum: distance, signs, and length of a difference at distance 0."""
-    logic = ctx.logic
-    finite = ctx.ieee.finite(a, b)
-    distance = logic.sub(exponent_of(logic, a), exponent_of(logic, b))
+    finite = ieee.all_finite(a, b)
+    distance = logic.sub(exponent_of(a), exponent_of(b))
     differ = logic.ne(logic.bits(a, 31, 31), logic.bits(b, 31, 31))
-    sig_a, sig_b = significand_of(logic, a, 25), significand_of(logic, b, 25)
+    sig_a, sig_b = significand_of(a, 25), significand_of(b, 25)
     larger_a = logic.ule(sig_b, sig_a)
     difference = logic.ite(larger_a, logic.sub(sig_a, sig_b), logic.sub(sig_b, sig_a))
 
     splits: list[tuple[str, tuple[Term, ...]]] = [("not finite", (logic.no(finite),))]
     far_a = logic.op(Kind.BV_SGT, distance, logic.bv(10, NEAR))
-    far_b = logic.op(Kind.BV_SLT, distance, logic.bv(10, -NEAR))
+    far_b = logic.slt(distance, -NEAR)
     for signs, truth in (("equal signs", logic.no(differ)), ("unequal signs", differ)):
         splits.append((f"{signs}, first far above", (finite, truth, far_a)))
         splits.append((f"{signs}, second far above", (finite, truth, far_b)))
@@ -65,14 +65,14 @@ def sum_splits(ctx: Context, a: Term, b: Term) -> list[tuple[str, tuple[Term, ..
     timeout=600,
 )
 def fma_sum(ctx: Context) -> Iterator[Case]:
-    logic, run, latency = ctx.logic, ctx.run("fp_fma"), package_constant("FP_FMA_LATENCY")
+    run, latency = ctx.run("fp_fma"), package_constant("FP_FMA_LATENCY")
 
     def negated(port: str, by: str) -> Term:
         bits = run.input(port)
-        sign = logic.op(Kind.BV_XOR, logic.bits(bits, 31, 31), run.input(by))
+        sign = logic.xor(logic.bits(bits, 31, 31), run.input(by))
         return logic.cat(sign, logic.bits(bits, 30, 0))
 
     a, c = negated("a_i", "neg_product_i"), negated("c_i", "neg_addend_i")
     kind = logic.eq(run.input("kind_i"), package_constant("FMA_KIND_ADD"))
-    outcome = ctx.ieee.add(a, c)
-    yield from covered(ctx, sum_splits(ctx, a, c), run, latency, outcome, (kind,))
+    outcome = ieee.add(a, c)
+    yield from covered(sum_splits(a, c), run, latency, outcome, (kind,))

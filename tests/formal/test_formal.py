@@ -14,6 +14,7 @@ from bitwuzla import Bitwuzla  # noqa: E402
 
 from sim.fpbench import softfloat as reference  # noqa: E402
 from tests.bench.faults import Fault, TableError  # noqa: E402
+from tests.formal import logic  # noqa: E402
 from tests.formal.__main__ import PAGE, main, page_text, summary, table  # noqa: E402
 from tests.formal.catalogue import Case, Context, Proof, all_faults  # noqa: E402
 from tests.formal.engine import BUILD, FAILED, PROVED, REFUTED, plant, run, solve  # noqa: E402
@@ -55,15 +56,13 @@ def test_formal__long_proof__sees_its_faults(proof: Proof) -> None:
 
 
 def test_formal__false_claim_or_contradictory_assumptions__are_no_proof() -> None:
-    context = Context(ROOT / "rtl", PYTEST)
-    logic = context.logic
     x = logic.free(8, "x")
-    wrong = solve(context, Case("wrong", logic.ult(x, 255), (), {"x": x}))
+    wrong = solve(Case("wrong", logic.ult(x, 255), (), {"x": x}))
     assert (wrong.status, wrong.note) == (REFUTED, "x=ff")
     nothing = (logic.ult(x, 3), logic.eq(x, 7))
-    empty = solve(context, Case("empty", logic.eq(x, 1), nothing))
+    empty = solve(Case("empty", logic.eq(x, 1), nothing))
     assert (empty.status, empty.note) == (FAILED, "the assumptions contradict each other")
-    assert solve(context, Case("right", logic.ule(x, 255))).status == PROVED
+    assert solve(Case("right", logic.ule(x, 255))).status == PROVED
 
 
 def test_formal__every_proof__has_a_fault() -> None:
@@ -100,9 +99,8 @@ def test_formal__memory_in_the_netlist__is_refused() -> None:
 
 def test_formal__terms_with_constant_operands__give_softfloat_results() -> None:
     """The reader of netlists, apart from the proofs: random sums through the terms of fp_add."""
-    context = Context(ROOT / "rtl", PYTEST)
-    run_ = context.run("fp_add")
-    latency, tm = package_constant("FP_ADD_LATENCY"), context.logic.tm
+    run_ = Context(ROOT / "rtl", PYTEST).run("fp_add")
+    latency, terms = package_constant("FP_ADD_LATENCY"), logic.TERMS
     rng = generator("formal netlist")
     a, b = stimulus.thinned(stimulus.add_pairs(rng, 2000), rng, 40).T
     want, want_flags = reference.add(a, b)
@@ -110,10 +108,10 @@ def test_formal__terms_with_constant_operands__give_softfloat_results() -> None:
     outputs = [run_.output(name, latency) for name in ("result_o", "flags_o")]
     for row in range(len(a)):
         values = dict(zip(ports, (int(a[row]), int(b[row]), 0), strict=True))
-        fixed = {t: context.logic.bv(context.logic.width(t), values[n]) for n, t in ports.items()}
-        solver = Bitwuzla(tm)
+        fixed = {t: logic.bv(logic.width(t), values[n]) for n, t in ports.items()}
+        solver = Bitwuzla(terms)
         got = [
-            int(solver.simplify_term(tm.substitute_term(term, fixed)).value(2), 2)
+            int(solver.simplify_term(terms.substitute_term(term, fixed)).value(2), 2)
             for term in outputs
         ]
         assert got == [int(want[row]), int(want_flags[row])], f"{values}"

@@ -17,9 +17,9 @@ from collections.abc import Iterator
 
 from bitwuzla import Kind, Term
 
-from tests.formal.catalogue import Case, Context, exponent_of, proof, significand_of
+from tests.formal import ieee, logic
+from tests.formal.catalogue import Case, Context, delivers, exponent_of, proof, significand_of
 from tests.formal.ieee import CANON_NAN, Outcome
-from tests.formal.logic import Logic
 from tests.formal.netlist import Run
 from tests.fpu.tb import package_constant
 
@@ -33,58 +33,55 @@ OUTSIDE = (
 BITS_256, BITS_2_M12 = 0x43800000, 0x39800000  # binary32 of 256 and of 2^-12
 
 
-def below_operand(ctx: Context, a: Term) -> tuple[Term, Term]:
+def below_operand(a: Term) -> tuple[Term, Term]:
     """Any x - d 2^-26 ulp with an integer d from 1 to the significand of x, that is down to
     (1 - 2^-26) x, and that d is in range, which is to be assumed."""
-    logic = ctx.logic
     deficit = logic.free(24, "deficit")
     magnitude = logic.sub(
-        logic.shl(logic.extend(significand_of(logic, a), 50), 26), logic.extend(deficit, 50)
+        logic.shl(logic.extend(significand_of(a), 50), 26), logic.extend(deficit, 50)
     )
-    exact = ctx.ieee.scaled(logic.bits(a, 31, 31), magnitude, exponent_of(logic, a), -127 - 23 - 26)
-    inside = logic.all(logic.ne(deficit, 0), logic.ule(deficit, significand_of(logic, a)))
+    exact = ieee.scaled(logic.bits(a, 31, 31), magnitude, exponent_of(a), -127 - 23 - 26)
+    inside = logic.all(logic.ne(deficit, 0), logic.ule(deficit, significand_of(a)))
     return exact, inside
 
 
-def below_one(ctx: Context) -> tuple[Term, Term]:
+def below_one() -> tuple[Term, Term]:
     """Any 1 - d 2^-50 with 1 <= d < 2^25, and that d is in range, which is to be assumed."""
-    logic = ctx.logic
     deficit = logic.free(25, "deficit")
     magnitude = logic.sub(logic.bv(51, 1 << 50), logic.extend(deficit, 51))
-    exact = ctx.ieee.scaled(logic.bv(1, 0), magnitude, logic.bv(10, 0), -50)
+    exact = ieee.scaled(logic.bv(1, 0), magnitude, logic.bv(10, 0), -50)
     return exact, logic.ne(deficit, 0)
 
 
-def outside(ctx: Context, run: Run, latency: int, state: tuple[Term, ...] = ()) -> Iterator[Case]:
+def outside(run: Run, latency: int, state: tuple[Term, ...] = ()) -> Iterator[Case]:
     """Cases of an operand that is not approximated, accepted in cycle 0 of a unit in `state`."""
-    logic, ieee = ctx.logic, ctx.ieee
     a, cos = run.input("a_i"), run.input("cos_i")
     magnitude = logic.bits(a, 30, 0)
     taken = (*state, run.on("ready_o", 0), run.on("valid_i"))
     above = logic.any(
-        ieee.nan(a),
+        ieee.is_nan(a),
         logic.op(
             Kind.FP_GT,
             logic.op(Kind.FP_ABS, logic.number(a)),
             logic.number(logic.bv(32, BITS_256)),
         ),
     )
-    quiet = logic.all(ieee.nan(a), logic.no(ieee.signalling(a)))
-    nan = Outcome(logic.bv(32, CANON_NAN), ieee.flags(nv=logic.no(quiet)), exact=True)
-    yield ctx.check("above 256 rad, infinity, NaN", run, latency, nan, (*taken, above))
+    quiet = logic.all(ieee.is_nan(a), logic.no(ieee.is_signalling(a)))
+    nan = Outcome(logic.bv(32, CANON_NAN), ieee.raised(nv=logic.no(quiet)), exact=True)
+    yield delivers("above 256 rad, infinity, NaN", run, latency, nan, (*taken, above))
 
-    zero = (*taken, ieee.zero(a))
-    exact = Outcome(logic.number(a), ieee.flags())
-    yield ctx.check("sine of zero", run, latency, exact, (*zero, logic.eq(cos, 0)))
-    one = Outcome(logic.number(logic.bv(32, 0x3F800000)), ieee.flags())
-    yield ctx.check("cosine of zero", run, latency, one, (*zero, logic.eq(cos, 1)))
+    zero = (*taken, ieee.is_zero(a))
+    exact = Outcome(logic.number(a), ieee.raised())
+    yield delivers("sine of zero", run, latency, exact, (*zero, logic.eq(cos, 0)))
+    one = Outcome(logic.number(logic.bv(32, 0x3F800000)), ieee.raised())
+    yield delivers("cosine of zero", run, latency, one, (*zero, logic.eq(cos, 1)))
 
     small = (*taken, logic.ult(magnitude, BITS_2_M12), logic.ne(magnitude, 0))
-    for name, number, code in (("sine", below_operand(ctx, a), 0), ("cosine", below_one(ctx), 1)):
+    for name, number, code in (("sine", below_operand(a), 0), ("cosine", below_one(), 1)):
         exact, inside = number
         outcome = ieee.rounded(exact)
         assume = (*small, inside, logic.eq(cos, code))
-        yield ctx.check(f"{name} below 2^-12", run, latency, outcome, assume)
+        yield delivers(f"{name} below 2^-12", run, latency, outcome, assume)
 
 
 @proof(
@@ -95,7 +92,7 @@ def outside(ctx: Context, run: Run, latency: int, state: tuple[Term, ...] = ()) 
 )
 def angle_outside(ctx: Context) -> Iterator[Case]:
     # What the reduction delivers is anything: it must not matter.
-    yield from outside(ctx, ctx.run("fp_sincos", cut=("rounded", "rounded_flags")), LATENCY)
+    yield from outside(ctx.run("fp_sincos", cut=("rounded", "rounded_flags")), LATENCY)
 
 
 # Bits of the registers that depend on the operand alone, and the step from which on they do.
@@ -129,7 +126,7 @@ CLEARED = (1, 13)
 SIGN_KNOWN = 12  # the step from which on the sign of the result depends on the operand alone
 
 
-def same(logic: Logic, runs: tuple[Run, Run], step: int, cycle: int) -> list[Term]:
+def same(runs: tuple[Run, Run], step: int, cycle: int) -> list[Term]:
     """Both units hold the same in what a step knows, but for the sign of an odd function."""
     truths = [
         logic.eq(*(logic.bits(run.signal(name, cycle), high, low) for run in runs))
@@ -145,15 +142,12 @@ def same(logic: Logic, runs: tuple[Run, Run], step: int, cycle: int) -> list[Ter
     if step in CLEARED:
         truths += [run.on("clear_q", cycle) for run in runs]
     if step >= SIGN_KNOWN:
-        even = [
-            logic.op(Kind.BV_XOR, run.signal("sign_q", cycle), turned(logic, run, cycle))
-            for run in runs
-        ]
+        even = [logic.xor(run.signal("sign_q", cycle), turned(run, cycle)) for run in runs]
         truths.append(logic.eq(*even))
     return truths
 
 
-def turned(logic: Logic, run: Run, cycle: int) -> Term:
+def turned(run: Run, cycle: int) -> Term:
     """One for the sine of a negative operand."""
     plain = logic.op(Kind.BV_NOT, run.signal("cos_q", cycle))
     return logic.op(Kind.BV_AND, logic.bits(run.signal("a_q", cycle), 31, 31), plain)
@@ -168,15 +162,15 @@ def turned(logic: Logic, run: Run, cycle: int) -> Term:
     quick=True,
 )
 def angle_symmetry(ctx: Context) -> Iterator[Case]:
-    logic, first = ctx.logic, ctx.run("fp_sincos")
-    runs = (first, Run(logic, first.netlist))
+    first = ctx.run("fp_sincos")
+    runs = (first, Run(first.netlist))
     show = {"a_q": runs[0].signal("a_q", 0), "other a_q": runs[1].signal("a_q", 0)}
     idle = [logic.eq(first.signal("step_q", 0), 0), logic.eq(first.input("valid_i"), 0)]
     waits = [logic.eq(first.signal("step_q", 1), 0), logic.eq(first.output("valid_o", 1), 0)]
     yield Case("no operand", logic.all(*waits), tuple(idle))
     for step in range(LATENCY):
         assume = [logic.eq(run.signal("step_q", 0), step) for run in runs]
-        assume += same(logic, runs, step, 0)
+        assume += same(runs, step, 0)
         if not step:
             ports = [[run.input(name) for name in ("a_i", "cos_i", "valid_i")] for run in runs]
             assume += [logic.eq(valid, 1) for _, _, valid in ports]
@@ -191,15 +185,15 @@ def angle_symmetry(ctx: Context) -> Iterator[Case]:
         if step < LAST:
             yield Case(
                 f"step {step}",
-                logic.all(*claim, *same(logic, runs, step + 1, 1)),
+                logic.all(*claim, *same(runs, step + 1, 1)),
                 tuple(assume),
                 show,
             )
             continue
         results, flags = ([run.output(name, 1) for run in runs] for name in ("result_o", "flags_o"))
         nan = logic.ult(logic.bv(31, BITS_256), logic.bits(runs[0].signal("a_q", 0), 30, 0))
-        odd = logic.op(Kind.BV_XOR, *(turned(logic, run, 0) for run in runs))
-        difference = logic.op(Kind.BV_XOR, *results)
+        odd = logic.xor(*(turned(run, 0) for run in runs))
+        difference = logic.xor(*results)
         wanted = logic.ite(nan, logic.bv(32, 0), logic.cat(odd, logic.bv(31, 0)))
         claim += [logic.eq(difference, wanted), logic.eq(*flags)]
         yield Case("result", logic.all(*claim), tuple(assume), show)

@@ -13,9 +13,9 @@ from collections.abc import Iterator, Mapping
 import gmpy2
 from bitwuzla import Term
 
+from tests.formal import logic
 from tests.formal.catalogue import Case, Context, proof
 from tests.formal.induction import Observer, Values, inductive
-from tests.formal.logic import Logic
 from tests.formal.netlist import Run
 from tests.formal.trigonometry import OUTSIDE, outside
 from tests.fpu.tb import package_constant
@@ -46,13 +46,12 @@ class Steps(Observer):
     widths = {"steps": LATENCY}
 
     def next(self, run: Run, own: Values) -> Values:
-        logic = run.logic
         accepted = logic.all(run.on("ready_o", 0), run.on("valid_i"))
         older = logic.bits(own["steps"], LATENCY - 2, 0)
         return {"steps": logic.cat(older, logic.vector(accepted))}
 
     def invariant(self, run: Run, own: Values, cycle: int) -> Mapping[str, Term]:
-        logic, steps = run.logic, own["steps"]
+        steps = own["steps"]
 
         def at(step: int) -> Term:
             return logic.bit(steps, step - 1)
@@ -99,8 +98,6 @@ class Steps(Observer):
         return parts
 
     def claims(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
-        logic = run.logic
-
         def among(name: str, *values: int) -> Term:
             return logic.any(*(logic.eq(run.signal(name, 0), value) for value in values))
 
@@ -154,9 +151,9 @@ def overlapped_steps(ctx: Context) -> Iterator[Case]:
 def overlapped_outside(ctx: Context) -> Iterator[Case]:
     # What the approximation delivers is anything: it must not matter.
     run = ctx.run(UNIT, cut=("rounded", "rounded_flags"))
-    steps = ctx.logic.free(LATENCY, "steps")
+    steps = logic.free(LATENCY, "steps")
     state = Steps().invariant(run, {"steps": steps}, 0)
-    yield from outside(ctx, run, LATENCY, tuple(state.values()))
+    yield from outside(run, LATENCY, tuple(state.values()))
 
 
 # ---- the reduction ----
@@ -168,7 +165,7 @@ ANGLE, SUM = 33, 29  # bits of the accumulator and of the rows of half a byte
 FIRST_LOW = 6  # the step from which on bytes of the angle are kept
 
 
-def times_digit(logic: Logic, x: Term, digit: int) -> Term:
+def times_digit(x: Term, digit: int) -> Term:
     """x times a radix-4 Booth digit -2 .. 2, given by three bits."""
     value = (digit & 1) + (digit >> 1 & 1) - 2 * (digit >> 2)
     size = logic.shl(x, 1) if abs(value) == 2 else x
@@ -184,7 +181,7 @@ def times_digit(logic: Logic, x: Term, digit: int) -> Term:
     quick=True,
 )
 def overlapped_reduction(ctx: Context) -> Iterator[Case]:
-    logic, run = ctx.logic, ctx.run(UNIT)
+    run = ctx.run(UNIT)
     a = run.input("a_i")
     exponent = logic.bits(a, 30, 23)
     assume = (
@@ -210,8 +207,8 @@ def overlapped_reduction(ctx: Context) -> Iterator[Case]:
         carry = logic.extend(run.signal(f"{half}_carry_q", 1), SUM)
         made = logic.add(run.signal(f"{half}_pair_q", 1), carry)
         for code in range(32):
-            upper = logic.shl(times_digit(logic, x, code >> 2), 2)
-            rows = logic.add(times_digit(logic, x, code & 7), upper)
+            upper = logic.shl(times_digit(x, code >> 2), 2)
+            rows = logic.add(times_digit(x, code & 7), upper)
             yield Case(
                 f"{half} half, digits {code}", logic.eq(made, rows), (logic.eq(digits, code),)
             )

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from tests.formal import logic
 from tests.formal.catalogue import Case, Context, proof
 
 CONFIGURATIONS = {
@@ -20,7 +21,6 @@ CONFIGURATIONS = {
     quick=True,
 )
 def marked_bundle(ctx: Context) -> Iterator[Case]:
-    logic = ctx.logic
     for name, parameters in CONFIGURATIONS.items():
         run = ctx.run("asip_issue", parameters)
         moves = run.on("advance_o", 0)
@@ -37,7 +37,7 @@ def marked_bundle(ctx: Context) -> Iterator[Case]:
     quick=True,
 )
 def held_core(ctx: Context) -> Iterator[Case]:
-    logic, run = ctx.logic, ctx.run("debug_run")
+    run = ctx.run("debug_run")
     held, kept = run.on("held_q"), logic.no(run.on("release_q"))
     no_write = logic.eq(run.input("csr_write_i"), 0)
     stops = [run.on(port, 0) for port in ("stop_q_o", "stop_d_o")]
@@ -67,7 +67,7 @@ def held_core(ctx: Context) -> Iterator[Case]:
     quick=True,
 )
 def staged_page(ctx: Context) -> Iterator[Case]:
-    logic, run = ctx.logic, ctx.run("debug_stage")
+    run = ctx.run("debug_stage")
     write = run.on("write_o", 0)
     busy = [run.on("core_busy_i", cycle) for cycle in (0, 1)]
     taken = logic.eq(run.input("wait_i"), 0)
@@ -76,7 +76,7 @@ def staged_page(ctx: Context) -> Iterator[Case]:
     goes_on = run.on("write_o", 1)
     yield Case("to the last word", goes_on, (write, taken, logic.no(last), logic.no(busy[1])))
     version = [run.output("version_o", cycle) for cycle in (0, 1)]
-    counted = logic.add(version[0], logic.bv(16, 1))
+    counted = logic.add(version[0], 1)
     yield Case("a page more", logic.eq(version[1], counted), (last,))
     yield Case("no page more", logic.eq(version[1], version[0]), (logic.no(last),))
     start = run.on("run_start_i")
@@ -92,7 +92,7 @@ def staged_page(ctx: Context) -> Iterator[Case]:
     quick=True,
 )
 def bus_of_a_commit(ctx: Context) -> Iterator[Case]:
-    logic, run = ctx.logic, ctx.run("core_bus")
+    run = ctx.run("core_bus")
     write = run.on("sequencer_write_i")
     free = logic.eq(run.signal("begun_q", 0), 0)
     same = [
@@ -112,7 +112,7 @@ def bus_of_a_commit(ctx: Context) -> Iterator[Case]:
     quick=True,
 )
 def idle_core(ctx: Context) -> Iterator[Case]:
-    logic, run = ctx.logic, ctx.run("asip_control")
+    run = ctx.run("asip_control")
     busy = [run.on("busy_o", cycle) for cycle in (0, 1)]
     state = [
         logic.any(*(run.on(name, cycle) for name in ("active", "start_q"))) for cycle in (0, 1)

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from tests.formal import logic
 from tests.formal.catalogue import Case, Context, proof
 
 EVENT = {"en": 36, "issue_d": 35, "break_m": 34, "return_m": 33}
@@ -20,7 +21,7 @@ EVENT = {"en": 36, "issue_d": 35, "break_m": 34, "return_m": 33}
     quick=True,
 )
 def halted_nios(ctx: Context) -> Iterator[Case]:
-    logic, run = ctx.logic, ctx.run("n2_debug")
+    run = ctx.run("n2_debug")
     event = run.input("event_i")
     does = {name: logic.bit(event, bit) for name, bit in EVENT.items()}
     enabled, halted, first, pending = (

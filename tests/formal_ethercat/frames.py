@@ -8,17 +8,13 @@ from collections.abc import Iterator, Mapping
 
 from bitwuzla import Kind, Term
 
+from tests.formal import logic
 from tests.formal.catalogue import Case, Context, proof
-from tests.formal.induction import Observer, Values, inductive
-from tests.formal.logic import Logic
+from tests.formal.induction import Observer, Values, inductive, selected
 from tests.formal.netlist import Run
 
 DELAY = 8  # ticks of ecat_unit; a register of the output follows
 VALID = 5  # bit of nibble_t
-
-
-def is_one(run: Run, term: Term) -> Term:
-    return run.logic.eq(term, 1)
 
 
 class Delay(Observer):
@@ -27,20 +23,17 @@ class Delay(Observer):
     widths = {"history": DELAY + 1}
 
     def assumed(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
-        logic = run.logic
         whole = {f"no frame circulates {n}": run.input("destroy_i", n) for n in (0, 1)}
         whole |= {f"none is a fragment {n}": run.signal("fragment", n) for n in (0, 1)}
         return {name: logic.eq(term, 0) for name, term in whole.items()}
 
     def next(self, run: Run, own: Values) -> Values:
-        logic = run.logic
         shifted = logic.add(own["history"], own["history"])
         came = logic.bit(run.input("nibble_i", 0), VALID)
-        filled = logic.ite(came, logic.add(shifted, logic.bv(DELAY + 1, 1)), shifted)
+        filled = logic.ite(came, logic.add(shifted, 1), shifted)
         return {"history": logic.ite(run.on("tick_i", 0), filled, own["history"])}
 
     def invariant(self, run: Run, own: Values, cycle: int) -> Mapping[str, Term]:
-        logic = run.logic
         inside = run.signal("valid_q", cycle)
         same = [logic.eq(logic.bit(inside, i), logic.bit(own["history"], i)) for i in range(DELAY)]
         leaves = logic.bit(run.output("nibble_o", cycle), VALID)
@@ -76,20 +69,18 @@ class Committed(Observer):
     }
 
     def assumed(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
-        logic = run.logic
         busy = run.on("busy_o", 0)
         quiet = logic.all(*(logic.eq(run.input(n, 0), 0) for n in ("push_i", "commit_i")))
         return {"nothing comes while entries go out": logic.implies(busy, quiet)}
 
     def next(self, run: Run, own: Values) -> Values:
-        logic = run.logic
         names = ("clear_i", "push_i", "commit_i", "ready_i", "rst_ni")
         clear, push, commit, ready, live = (run.on(n, 0) for n in names)
         zero, one = logic.bv(3, 0), logic.bv(3, 1)
         full = logic.eq(own["pushed"], PLACES)
         comes = logic.all(push, logic.no(clear), logic.no(full))
         more = logic.ite(comes, logic.add(own["pushed"], one), own["pushed"])
-        over = logic.any(is_one(run, own["over"]), logic.all(push, full))
+        over = logic.any(logic.eq(own["over"], 1), logic.all(push, full))
         begins = logic.all(commit, logic.ne(own["pushed"], 0), logic.eq(own["over"], 0))
         taken = logic.all(run.on("valid_o", 0), ready)
         out = logic.ite(taken, logic.add(own["left"], one), own["left"])
@@ -105,19 +96,16 @@ class Committed(Observer):
         for n in range(PLACES):
             here = logic.all(comes, logic.eq(own["pushed"], n))
             after[f"entry{n}"] = logic.ite(here, run.input("entry_i", 0), own[f"entry{n}"])
-        anew = self.after_reset(logic)
-        return {name: logic.ite(live, value, anew[name]) for name, value in after.items()}
+        return selected(live, after, self.after_reset())
 
     def entry(self, run: Run, own: Values) -> Term:
         """The one whose turn it is."""
-        logic = run.logic
         found = own["entry0"]
         for n in range(1, PLACES):
             found = logic.ite(logic.eq(own["left"], n), own[f"entry{n}"], found)
         return found
 
     def invariant(self, run: Run, own: Values, cycle: int) -> Mapping[str, Term]:
-        logic = run.logic
         busy, valid = (run.on(n, cycle) for n in ("busy_q", "valid_q"))
         left, place = run.signal("left_q", cycle), run.signal("place_q", cycle)
         kept = []
@@ -134,7 +122,7 @@ class Committed(Observer):
                 logic.eq(run.signal("over_q", cycle), own["over"]),
             ),
             "and kept": logic.all(*kept),
-            "busy only behind a commit": logic.implies(busy, is_one(run, own["armed"])),
+            "busy only behind a commit": logic.implies(busy, logic.eq(own["armed"], 1)),
             "an entry only while busy": logic.implies(valid, busy),
             "what is left of it": logic.implies(
                 busy,
@@ -155,10 +143,9 @@ class Committed(Observer):
         }
 
     def claims(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
-        logic = run.logic
         valid = run.on("valid_o", 0)
         mine = logic.all(
-            is_one(run, own["armed"]),
+            logic.eq(own["armed"], 1),
             logic.ult(own["left"], own["committed"]),
             logic.eq(run.output("entry_o", 0), self.entry(run, own)),
         )
@@ -190,19 +177,16 @@ class Sequence(Observer):
         **{"sum": 32, "inside": 1, "odd": 1, "error": 1, "few": 2},
         **{"ends": LATER, "good": LATER, "told": 1, "told_good": 1, "seen": 1, "newest": 1},
     }
-
-    def after_reset(self, logic: Logic) -> Values:
-        return super().after_reset(logic) | {"sum": logic.bv(32, ONES)}
+    reset = {"sum": ONES}
 
     def next(self, run: Run, own: Values) -> Values:
-        logic = run.logic
         nibble = run.input("nibble_i", 0)
         data, valid, error = (
             logic.bits(nibble, 3, 0),
             logic.bit(nibble, VALID),
             logic.bit(nibble, VALID - 1),
         )
-        inside = is_one(run, own["inside"])
+        inside = logic.eq(own["inside"], 1)
         before = logic.all(logic.no(inside), valid)
         begins = logic.all(before, logic.eq(data, DELIMITER))
         goes_on = logic.all(inside, valid)
@@ -210,7 +194,7 @@ class Sequence(Observer):
         for n in range(4):
             feedback = logic.ne(logic.bits(total, 31, 31), logic.bits(data, n, n))
             shifted = logic.shl(total, 1)
-            turned = logic.op(Kind.BV_XOR, shifted, logic.bv(32, POLYNOMIAL))
+            turned = logic.xor(shifted, POLYNOMIAL)
             total = logic.ite(feedback, turned, shifted)
         ends = logic.all(inside, logic.no(valid))
         good = logic.all(
@@ -224,9 +208,7 @@ class Sequence(Observer):
             return logic.ite(before, at_begin, logic.ite(goes_on, on, kept))
 
         bit = {flag: logic.vector(term) for flag, term in (("error", error), ("ends", ends))}
-        more = logic.ite(
-            logic.ult(own["few"], 2), logic.add(own["few"], logic.bv(2, 1)), own["few"]
-        )
+        more = logic.ite(logic.ult(own["few"], 2), logic.add(own["few"], 1), own["few"])
         either = logic.op(Kind.BV_OR, own["error"], bit["error"])
         after = {
             "sum": pick(logic.bv(32, ONES), total, own["sum"]),
@@ -240,22 +222,20 @@ class Sequence(Observer):
             "newest": logic.ite(ends, logic.vector(good), own["newest"]),
         }
         tick = run.on("tick_i", 0)
-        after = {name: logic.ite(tick, value, own[name]) for name, value in after.items()}
+        after = selected(tick, after, own)
         last = logic.bit(own["ends"], LATER - 1)
         after["told"] = logic.vector(logic.all(tick, last))
         after["told_good"] = logic.bits(own["good"], LATER - 1, LATER - 1)
-        anew, live = self.after_reset(logic), run.on("rst_ni", 0)
-        return {name: logic.ite(live, value, anew[name]) for name, value in after.items()}
+        return selected(run.on("rst_ni", 0), after, self.after_reset())
 
     def invariant(self, run: Run, own: Values, cycle: int) -> Mapping[str, Term]:
-        logic = run.logic
         state = run.signal("u_check.state_q", cycle)
         turned = logic.cat(*(logic.bits(state, n, n) for n in range(32)))
         flags = (("body_q", "inside"), ("odd_q", "odd"), ("error_q", "error"))
-        newest, inside = is_one(run, own["newest"]), is_one(run, own["inside"])
+        newest, inside = logic.eq(own["newest"], 1), logic.eq(own["inside"], 1)
         ends = [logic.bit(own["ends"], n) for n in range(LATER)]
         goods = [logic.bit(own["good"], n) for n in range(LATER)]
-        told, told_good = is_one(run, own["told"]), is_one(run, own["told_good"])
+        told, told_good = logic.eq(own["told"], 1), logic.eq(own["told_good"], 1)
         few = own["few"]
         return {
             "the sum is the check sequence": logic.eq(turned, own["sum"]),
@@ -267,9 +247,9 @@ class Sequence(Observer):
                 logic.eq(run.signal("end_pulse_q", cycle), own["told"]),
             ),
             "the newest end is known": logic.implies(
-                is_one(run, own["seen"]), logic.ne(run.signal("end_bad_q", cycle), own["newest"])
+                logic.eq(own["seen"], 1), logic.ne(run.signal("end_bad_q", cycle), own["newest"])
             ),
-            "an end was seen": logic.implies(logic.any(*ends, told), is_one(run, own["seen"])),
+            "an end was seen": logic.implies(logic.any(*ends, told), logic.eq(own["seen"], 1)),
             "few nibbles": logic.all(
                 logic.implies(
                     logic.eq(few, 0),
@@ -296,10 +276,9 @@ class Sequence(Observer):
         }
 
     def claims(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
-        logic = run.logic
         right = logic.all(
-            is_one(run, own["told"]),
-            is_one(run, own["told_good"]),
+            logic.eq(own["told"], 1),
+            logic.eq(own["told_good"], 1),
             logic.eq(run.input("spoilt_i", 0), 0),
         )
         return {
@@ -333,20 +312,17 @@ class Buffers(Observer):
         **{"whole": 3, "late": 3, "later": 3},
         **{"fresh": 1, "begun": 1, "open": 1, "opened": 1},
     }
+    reset = {"whole": 7}
     names = ("writer_q", "reader_q", "middle_q")
     kinds = ("passing", "commit", "reads", "writes", "first", "ends")
 
-    def __init__(self, logic: Logic) -> None:
+    def __init__(self) -> None:
         self.bus, self.box, self.byte = (
             logic.eq(logic.free(1, name), 1) for name in ("bus_writes", "mailbox", "is_the_byte")
         )
 
-    def after_reset(self, logic: Logic) -> Values:
-        return super().after_reset(logic) | {"whole": logic.bv(3, 7)}
-
     def access(self, run: Run, own: Values) -> dict[str, Term]:
         """What the access of cycle 0 is and does, as truth values."""
-        logic = run.logic
         now = {name: run.on(f"{name}_i", 0) for name in self.kinds}
         now["live"] = run.on("rst_ni", 0)
         now["clear"] = run.on("clear_i", 0)
@@ -355,15 +331,15 @@ class Buffers(Observer):
         now["handed"] = run.on("is_written_o", 0)
         now["write"] = logic.all(now["writes"], logic.no(now["passing"]))
         now["read"] = logic.all(now["reads"], logic.no(now["commit"]), allowed)
-        now["begun"] = logic.any(now["first"], is_one(run, own["begun"]))
+        now["begun"] = logic.any(now["first"], logic.eq(own["begun"], 1))
         # Good frames' writes are in the log already; the application's may be refused.
         now["store"] = logic.all(now["write"], logic.any(now["commit"], allowed), self.byte)
-        kept = logic.all(is_one(run, own["fresh"]), logic.no(now["first"]))
+        kept = logic.all(logic.eq(own["fresh"], 1), logic.no(now["first"]))
         now["fresh"] = logic.any(now["store"], kept)
         return now
 
     def assumed(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
-        logic, now = run.logic, self.access(run, own)
+        now = self.access(run, own)
         by_bus = logic.any(now["passing"], now["commit"])
         boxes = [logic.eq(run.on("mailbox_i", n), self.box) for n in (0, 1)]
         return {
@@ -378,9 +354,9 @@ class Buffers(Observer):
         }
 
     def next(self, run: Run, own: Values) -> Values:
-        logic, now = run.logic, self.access(run, own)
-        writer = self.only(run, run.output("writer_o", 0))
-        none, truth = logic.bv(3, 0), lambda term: logic.vector(term)
+        now = self.access(run, own)
+        writer = self.only(run.output("writer_o", 0))
+        none, truth = logic.bv(3, 0), logic.vector
         store = logic.ite(now["store"], writer, none)
         others = logic.op(Kind.BV_AND, own["whole"], logic.op(Kind.BV_NOT, writer))
         handed = logic.op(Kind.BV_OR, others, logic.ite(now["fresh"], writer, none))
@@ -400,32 +376,27 @@ class Buffers(Observer):
             ),
             "open": truth(
                 logic.all(
-                    no(logic.any(bus_ends, app_ends)),
-                    logic.any(opens, is_one(run, own["open"])),
+                    no(logic.any(bus_ends, app_ends)), logic.any(opens, logic.eq(own["open"], 1))
                 )
             ),
             "opened": truth(
                 logic.all(
                     no(now["start"]),
-                    logic.any(logic.all(now["passing"], opens), is_one(run, own["opened"])),
+                    logic.any(logic.all(now["passing"], opens), logic.eq(own["opened"], 1)),
                 )
             ),
         }
-        anew = self.after_reset(logic)
         cleared = logic.any(now["clear"], no(now["live"]))
-        return {name: logic.ite(cleared, anew[name], value) for name, value in after.items()}
+        return selected(cleared, self.after_reset(), after)
 
-    def only(self, run: Run, buffer: Term) -> Term:
+    def only(self, buffer: Term) -> Term:
         """The word with this buffer's bit."""
-        logic = run.logic
         return logic.vector(*(logic.eq(buffer, n) for n in (2, 1, 0)))
 
-    def has(self, run: Run, word: Term, buffer: Term) -> Term:
-        logic = run.logic
-        return logic.ne(logic.op(Kind.BV_AND, word, self.only(run, buffer)), 0)
+    def has(self, word: Term, buffer: Term) -> Term:
+        return logic.ne(logic.op(Kind.BV_AND, word, self.only(buffer)), 0)
 
     def invariant(self, run: Run, own: Values, cycle: int) -> Mapping[str, Term]:
-        logic = run.logic
         held = [run.signal(name, cycle) for name in self.names]
         _, reader, middle = held
         pairs = [(0, 1), (0, 2), (1, 2)]
@@ -440,35 +411,35 @@ class Buffers(Observer):
         )
         buffered = {
             "what is or comes next is whole": logic.all(
-                self.has(run, own["whole"], reader),
-                logic.implies(flag["new"], self.has(run, own["whole"], middle)),
+                self.has(own["whole"], reader),
+                logic.implies(flag["new"], self.has(own["whole"], middle)),
             ),
             "no write is on its way to the reader": logic.no(
-                logic.any(*(self.has(run, own[name], reader) for name in ("late", "later")))
+                logic.any(*(self.has(own[name], reader) for name in ("late", "later")))
             ),
             "one to the newest is younger than it": logic.all(
-                logic.implies(self.has(run, own["late"], middle), logic.eq(age, 0)),
-                logic.implies(self.has(run, own["later"], middle), logic.ule(age, 1)),
+                logic.implies(self.has(own["late"], middle), logic.eq(age, 0)),
+                logic.implies(self.has(own["later"], middle), logic.ule(age, 1)),
             ),
         }
         return {
             "three different buffers": logic.all(*(logic.ne(held[a], held[b]) for a, b in pairs)),
             "of three": logic.all(*(logic.ne(each, 3) for each in held)),
-            "the writer is where it was seen": logic.eq(side, is_one(run, own["begun"])),
-            "the reader is where it was seen": logic.implies(reads, is_one(run, own["open"])),
-            "the frame has opened": logic.implies(is_one(run, own["opened"]), flag["opened"]),
+            "the writer is where it was seen": logic.eq(side, logic.eq(own["begun"], 1)),
+            "the reader is where it was seen": logic.implies(reads, logic.eq(own["open"], 1)),
+            "the frame has opened": logic.implies(logic.eq(own["opened"], 1), flag["opened"]),
             **{name: logic.any(self.box, term) for name, term in buffered.items()},
         }
 
     def claims(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
-        logic, now = run.logic, self.access(run, own)
+        now = self.access(run, own)
         reader, writer = run.output("reader_o", 0), run.output("writer_o", 0)
         same = logic.eq(run.signal("reader_q", 1), run.signal("reader_q", 0))
         quiet = logic.all(now["live"], logic.no(now["clear"]))
         opens = logic.all(now["read"], now["first"])
-        again = logic.all(now["passing"], is_one(run, own["opened"]))
-        late = (self.has(run, own[name], reader) for name in ("late", "later"))
-        whole = logic.all(self.has(run, own["whole"], reader), logic.no(logic.any(*late)))
+        again = logic.all(now["passing"], logic.eq(own["opened"], 1))
+        late = (self.has(own[name], reader) for name in ("late", "later"))
+        whole = logic.all(self.has(own["whole"], reader), logic.no(logic.any(*late)))
         return {
             "a reader's buffer stays until it opens one": logic.implies(
                 logic.all(quiet, logic.any(logic.no(opens), again)), same
@@ -479,7 +450,7 @@ class Buffers(Observer):
             ),
             "only what was begun is handed over": logic.implies(now["handed"], now["begun"]),
             "nothing is read before the first byte": logic.implies(
-                now["read"], logic.any(now["first"], is_one(run, own["open"]))
+                now["read"], logic.any(now["first"], logic.eq(own["open"], 1))
             ),
         }
 
@@ -494,4 +465,4 @@ class Buffers(Observer):
     quick=True,
 )
 def three_buffers(ctx: Context) -> Iterator[Case]:
-    yield from inductive(ctx, "ecat_buffers", Buffers(ctx.logic))
+    yield from inductive(ctx, "ecat_buffers", Buffers())

@@ -14,12 +14,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 
-from bitwuzla import Kind, Term
+from bitwuzla import Term
 
+from tests.formal import logic
 from tests.formal.catalogue import Case, Context, proof
-from tests.formal.induction import Observer, Values, inductive
-from tests.formal.integers import Int, Truth, flag
-from tests.formal.logic import Logic
+from tests.formal.induction import Observer, Values, inductive, selected
+from tests.formal.integers import Int, Truth, always, flag, signed
 from tests.formal.netlist import Run
 
 WIDTH = 24  # of a coordinate, with sign: the default of the interpolator
@@ -42,10 +42,6 @@ def most_squares(width: int) -> int:
 def farthest(width: int) -> int:
     """Greatest coordinate c with c^2 - c < R^2, which nodes with N <= |x| + |y| - 1 have."""
     return (1 + math.isqrt(4 * most_squares(width) - 3)) // 2
-
-
-def always(logic: Logic) -> Truth:
-    return Truth(logic, logic.true())
 
 
 def about(n: Int, x: Int, y: Int) -> Truth:
@@ -78,14 +74,10 @@ def facts(n: Int, n_end: Int, at: tuple[Int, Int], end: tuple[Int, Int]) -> Trut
     )
 
 
-def circle_facts(ctx: Context, width: int) -> Iterator[Case]:
+def circle_facts(width: int) -> Iterator[Case]:
     """`facts` by (high^2 - low^2) = (high - low) (high + low), N step by step, and `farthest`."""
-    logic = ctx.logic
     room = 2 * width + 4
-
-    def times(x: Term, y: Term) -> Term:
-        return logic.op(Kind.BV_MUL, x, y)
-
+    times = logic.mul
     x, y = (logic.free(room, name) for name in "xy")
     one, show = logic.bv(room, 1), {"x": x, "y": y}
     fewer = logic.sub(x, one)
@@ -101,8 +93,8 @@ def circle_facts(ctx: Context, width: int) -> Iterator[Case]:
         multiple = times(logic.bv(room, many), y)
         yield Case(f"x y with x >= {many}", logic.ule(multiple, times(x, y)), (enough,), show)
     yield Case("x <= x^2", logic.ule(x, times(x, x)), (), show)
-    near = logic.ult(logic.sub(times(x, x), x), logic.bv(room, most_squares(width)))
-    yield Case("farthest node", logic.ule(x, logic.bv(room, farthest(width))), (near,), show)
+    near = logic.ult(logic.sub(times(x, x), x), most_squares(width))
+    yield Case("farthest node", logic.ule(x, farthest(width)), (near,), show)
 
 
 class Arc(Observer):
@@ -124,17 +116,13 @@ class Arc(Observer):
             "n_end": self.room,
         }
 
-    def number(self, run: Run, own: Values, *names: str) -> list[Int]:
-        return [Int(run.logic, own[name]) for name in names]
-
     def next(self, run: Run, own: Values) -> Values:
-        logic = run.logic
-        begins = flag(run, run.input("start_i")) & ~flag(run, run.output("active_o", 0))
+        begins = flag(run.input("start_i")) & ~flag(run.output("active_o", 0))
         ports = {
-            name: Int(logic, run.input(f"{name}_i"))
+            name: Int(run.input(f"{name}_i"))
             for name in ("start_u", "start_v", "end_u", "end_v", "start_error")
         }
-        n, n_end = ports["start_error"], Int(logic, logic.free(self.room, "new n_end"))
+        n, n_end = ports["start_error"], Int(logic.free(self.room, "new n_end"))
         sizes = [ports[name].size() for name in ("start_u", "start_v", "end_u", "end_v")]
         fresh = {
             "started": logic.bv(1, 1),
@@ -150,46 +138,43 @@ class Arc(Observer):
         }
         going_on = dict(own)
         changes = []
-        valid = flag(run, run.output("valid_o", 0))
+        valid = flag(run.output("valid_o", 0))
         for index, axis in enumerate("uv"):
-            moves = valid & Truth(logic, logic.bit(run.output("step_o", 0), index))
-            back = Truth(logic, logic.bit(run.output("negative_o", 0), index))
-            [at] = self.number(run, own, f"at_{axis}")
+            moves = valid & Truth(logic.bit(run.output("step_o", 0), index))
+            back = Truth(logic.bit(run.output("negative_o", 0), index))
+            [at] = signed(own, f"at_{axis}")
             going_on[f"at_{axis}"] = moves.ite(back.ite(at - 1, at + 1), at).bits(self.at)
             double = at.twice()
             change = moves.ite(back.ite(-double, double) + 1, 0)
             changes.append(change.bits(self.room))
         going_on["n"] = logic.add(own["n"], logic.add(*changes))
-        return {name: logic.ite(begins.term, fresh[name], going_on[name]) for name in self.widths}
+        return selected(begins.term, fresh, going_on)
 
-    def known(self, run: Run, own: Values) -> Truth:
+    def known(self, own: Values) -> Truth:
         """Facts about numbers."""
-        n, n_end, *coordinates = self.number(
-            run, own, "n", "n_end", "at_u", "at_v", "end_u", "end_v"
-        )
+        n, n_end, *coordinates = signed(own, "n", "n_end", "at_u", "at_v", "end_u", "end_v")
         u, v, end_u, end_v = (each.size() for each in coordinates)
         return facts(n, n_end, (u, v), (end_u, end_v))
 
     def assumed(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
-        logic = run.logic
-        begins = flag(run, run.input("start_i")) & ~flag(run, run.output("active_o", 0))
-        contract = always(logic)
+        begins = flag(run.input("start_i")) & ~flag(run.output("active_o", 0))
+        contract = always()
         for name in ("start_u", "start_v", "end_u", "end_v"):
-            contract &= Int(logic, run.input(f"{name}_i")) >= -self.largest
+            contract &= Int(run.input(f"{name}_i")) >= -self.largest
         u, v, end_u, end_v = (
-            each.size() for each in self.number(run, then, "at_u", "at_v", "end_u", "end_v")
+            each.size() for each in signed(then, "at_u", "at_v", "end_u", "end_v")
         )
-        n, n_end = self.number(run, then, "n", "n_end")
+        n, n_end = signed(then, "n", "n_end")
         job = about(n, u, v) & about(n_end, end_u, end_v) & (u + v > 0) & (end_u + end_v > 0)
         contract &= begins.implies(job)
-        far = always(logic)
-        for each in self.number(run, own, "at_u", "at_v"):
+        far = always()
+        for each in signed(own, "at_u", "at_v"):
             far &= (each <= self.farthest) & (each >= -self.farthest)
-        started = flag(run, own["started"])
+        started = flag(own["started"])
         return {
             "contract": contract.term,
-            "facts": started.implies(self.known(run, own)).term,
-            "facts after": started.implies(self.known(run, then)).term,
+            "facts": started.implies(self.known(own)).term,
+            "facts after": started.implies(self.known(then)).term,
             "farthest": started.implies(far).term,
             OWN_FACTS: self.own_facts(run, own).term,
         }
@@ -198,29 +183,28 @@ class Arc(Observer):
         """The facts for p and q, which hold where they belong to the same axes."""
         unit = self.unit(run, 0)
         p, q, end_p, end_q = (unit[name] for name in ("p_q", "q_q", "end_p_q", "end_q_q"))
-        n, n_end = self.number(run, own, "n", "n_end")
+        n, n_end = signed(own, "n", "n_end")
         last = self.state(run, 0, DECIDE, MOVE) & unit["borders_q"].same(0)
         return last.implies(facts(n, n_end, (p, q), (end_p, end_q)) & about(n_end, end_p, end_q))
 
     # ---- the unit's own numbers ----
     def unit(self, run: Run, cycle: int) -> dict[str, Int]:
-        logic = run.logic
         unsigned = ("p_q", "q_q", "end_p_q", "end_q_q", "borders_q", "turns_q")
         unsigned += ("quadrant_q", "end_quadrant_q")
         signed = ("u_q", "v_q", "end_u_q", "end_v_q", "error_q", "left_q")
-        numbers = {n: Int.unsigned(logic, run.signal(n, cycle)) for n in unsigned}
-        return numbers | {n: Int(logic, run.signal(n, cycle)) for n in signed}
+        numbers = {n: Int.unsigned(run.signal(n, cycle)) for n in unsigned}
+        return numbers | {n: Int(run.signal(n, cycle)) for n in signed}
 
     def state(self, run: Run, cycle: int, *names: int) -> Truth:
-        found = ~always(run.logic)
+        found = ~always()
         for name in names:
-            found |= Truth(run.logic, run.logic.eq(run.signal("state_q", cycle), name))
+            found |= Truth(logic.eq(run.signal("state_q", cycle), name))
         return found
 
-    def turned(self, own: Values, run: Run, u: str, v: str) -> tuple[Int, Int]:
+    def turned(self, own: Values, u: str, v: str) -> tuple[Int, Int]:
         """Coordinates of the counterclockwise arc: exchanged for a clockwise one."""
-        clockwise = flag(run, own["clockwise"])
-        x, y = self.number(run, own, u, v)
+        clockwise = flag(own["clockwise"])
+        x, y = signed(own, u, v)
         return clockwise.ite(y, x), clockwise.ite(x, y)
 
     def placed(self, u: Int, v: Int, quadrant: Int, p: Int, q: Int) -> Truth:
@@ -232,34 +216,33 @@ class Arc(Observer):
         return found
 
     def invariant(self, run: Run, own: Values, cycle: int) -> Mapping[str, Term]:
-        logic = run.logic
         unit = self.unit(run, cycle)
-        started, combined = flag(run, own["started"]), flag(run, own["combined"])
-        n, n_end = self.number(run, own, "n", "n_end")
-        u, v = self.turned(own, run, "at_u", "at_v")
-        end_u, end_v = self.turned(own, run, "end_u", "end_v")
+        started, combined = flag(own["started"]), flag(own["combined"])
+        n, n_end = signed(own, "n", "n_end")
+        u, v = self.turned(own, "at_u", "at_v")
+        end_u, end_v = self.turned(own, "end_u", "end_v")
         p, q, end_p, end_q = (unit[name] for name in ("p_q", "q_q", "end_p_q", "end_q_q"))
         last = unit["borders_q"].same(0)
         place = self.state(run, cycle, PLACE)
         counted = self.state(run, cycle, COUNT)
         runs = self.state(run, cycle, DECIDE, MOVE)
         moving = self.state(run, cycle, MOVE)
-        move_p, move_q = (flag(run, run.signal(name, cycle)) for name in ("move_p_q", "move_q_q"))
+        move_p, move_q = (flag(run.signal(name, cycle)) for name in ("move_p_q", "move_q_q"))
         # what the step under way leads to
         leaves_p, leaves_q = moving & move_p, moving & move_q
-        step_p, step_q = (Int.count(logic, leaves.term) for leaves in (leaves_p, leaves_q))
+        step_p, step_q = (Int.count(leaves) for leaves in (leaves_p, leaves_q))
         next_p, next_q = p - step_p, q + step_q
         changes = (leaves_p.ite(-p.twice() + 1, 0), leaves_q.ite(q.twice() + 1, 0))
         change = logic.add(*(each.bits(self.room) for each in changes))
-        next_n = Int(logic, logic.add(own["n"], change))
+        next_n = Int(logic.add(own["n"], change))
         left = unit["left_q"] - step_p - step_q
-        modes = flag(run, run.signal("combined_q", cycle)).matches(combined)
-        modes &= flag(run, run.signal("clockwise_q", cycle)).matches(flag(run, own["clockwise"]))
+        modes = flag(run.signal("combined_q", cycle)).matches(combined)
+        modes &= flag(run.signal("clockwise_q", cycle)).matches(flag(own["clockwise"]))
         quadrants = (unit["quadrant_q"] + unit["borders_q"] - unit["end_quadrant_q"]).bits(2)
         forward = (next_p >= end_p) & (next_q <= end_q)
-        strong = (combined & flag(run, own["close"])).implies(close(next_n, next_p, next_q))
+        strong = (combined & flag(own["close"])).implies(close(next_n, next_p, next_q))
         parts = {
-            "state": Truth(logic, logic.ule(run.signal("state_q", cycle), MOVE))
+            "state": Truth(logic.ule(run.signal("state_q", cycle), MOVE))
             & (self.state(run, cycle, IDLE) | started),
             "the job": (place | counted | runs).implies(modes & unit["error_q"].same(n)),
             "coordinates": place.implies(
@@ -282,7 +265,7 @@ class Arc(Observer):
                 & (end_v >= -self.largest)
                 & (end_u.size() + end_v.size() > 0)
                 & about(n_end, end_u.size(), end_v.size())
-                & flag(run, own["close"]).implies(close(n_end, end_u.size(), end_v.size()))
+                & flag(own["close"]).implies(close(n_end, end_u.size(), end_v.size()))
             ),
             "nodes before the first step": (place | counted).implies(
                 (u.size() + v.size() > 0)
@@ -290,38 +273,37 @@ class Arc(Observer):
                 & (v <= self.largest)
                 & (u >= -self.largest)
                 & (v >= -self.largest)
-                & flag(run, own["close"]).implies(close(n, u.size(), v.size()))
+                & flag(own["close"]).implies(close(n, u.size(), v.size()))
             ),
             "each node within half a step of the circle along the diagonal": started.implies(
                 about(n, u.size(), v.size())
             ),
             "and so the next one": runs.implies(about(next_n, next_p, next_q)),
             "combined: within half a step along an axis": runs.implies(
-                strong & (combined & flag(run, own["close"])).implies(close(n, p, q))
+                strong & (combined & flag(own["close"])).implies(close(n, p, q))
             ),
             "a step moves": moving.implies((move_p | move_q) & (combined | ~(move_p & move_q))),
-            "borders left": runs.implies(Truth(logic, logic.eq(quadrants, 0))),
+            "borders left": runs.implies(Truth(logic.eq(quadrants, 0))),
             LEFT: (runs & last).implies(forward & left.same(next_p - end_p + end_q - next_q)),
         }
         return {name: part.term for name, part in parts.items()}
 
     def claims(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
-        logic = run.logic
         unit, after = self.unit(run, 0), self.unit(run, 1)
-        u, v, end_u, end_v = self.number(run, own, "at_u", "at_v", "end_u", "end_v")
-        ends = flag(run, run.output("active_o", 0)) & ~flag(run, run.output("active_o", 1))
-        valid, step = flag(run, run.output("valid_o", 0)), run.output("step_o", 0)
-        step_u, step_v = (Truth(logic, logic.bit(step, index)) for index in (0, 1))
-        crosses = valid & after["quadrant_q"].same(unit["quadrant_q"]).__invert__()
+        u, v, end_u, end_v = signed(own, "at_u", "at_v", "end_u", "end_v")
+        ends = flag(run.output("active_o", 0)) & ~flag(run.output("active_o", 1))
+        valid, step = flag(run.output("valid_o", 0)), run.output("step_o", 0)
+        step_u, step_v = (Truth(logic.bit(step, index)) for index in (0, 1))
+        crosses = valid & ~after["quadrant_q"].same(unit["quadrant_q"])
         counted = self.state(run, 0, COUNT)
-        passes = Int.unsigned(logic, (unit["end_quadrant_q"] - unit["quadrant_q"]).bits(2))
+        passes = Int.unsigned((unit["end_quadrant_q"] - unit["quadrant_q"]).bits(2))
         behind = unit["q_q"] - unit["p_q"] >= unit["end_q_q"] - unit["end_p_q"]
         turns = unit["turns_q"] + (passes.same(0) & behind).ite(passes + 1, 0)
         borders = turns.twice().twice() + passes
         moved = ~self.state(run, 0, PLACE)
         claims = {
             "ends at the end": ends.implies(u.same(end_u) & v.same(end_v)),
-            "elementary steps move one axis": (valid & ~flag(run, own["combined"])).implies(
+            "elementary steps move one axis": (valid & ~flag(own["combined"])).implies(
                 ~step_u.matches(step_v)
             ),
             "every step moves": valid.implies(step_u | step_v),
@@ -329,7 +311,7 @@ class Arc(Observer):
                 after["borders_q"].same(borders)
             ),
             "every border counts": (valid & moved).implies(
-                after["borders_q"].same(unit["borders_q"] - Int.count(logic, crosses.term))
+                after["borders_q"].same(unit["borders_q"] - Int.count(crosses))
             ),
         }
         return {name: claim.term for name, claim in claims.items()}
@@ -337,7 +319,7 @@ class Arc(Observer):
 
 def own_facts(ctx: Context, width: int) -> Iterator[Case]:
     """The facts for p and q follow from those for the coordinates, in each quadrant."""
-    logic, observer = ctx.logic, Arc(width)
+    observer = Arc(width)
     run = ctx.run("arc_interpolator", {"Width": width})
     own = {name: logic.free(width, name) for name, width in observer.widths.items()}
     known = {
@@ -370,7 +352,6 @@ HARD = (
 
 def states(run: Run, own: Values) -> Mapping[str, tuple[Term, ...]]:
     """By state, and where it steps by direction, quadrant and axes."""
-    logic = run.logic
 
     def at(name: str, value: int) -> Term:
         return logic.eq(run.signal(name, 0), value)
@@ -429,7 +410,7 @@ NEEDED = {
 def nodes(ctx: Context, width: int) -> Iterator[Case]:
     """All of it for coordinates of so many bits."""
     parameters = {"Width": width}
-    yield from circle_facts(ctx, width)
+    yield from circle_facts(width)
     yield from inductive(ctx, "arc_interpolator", Arc(width), parameters, "", states, HARD, NEEDED)
     yield from own_facts(ctx, width)
 

@@ -7,9 +7,9 @@ from collections.abc import Iterator, Mapping
 
 from bitwuzla import Term
 
+from tests.formal import logic
 from tests.formal.catalogue import Case, Context, proof
-from tests.formal.induction import Observer, Values, inductive
-from tests.formal.logic import Logic
+from tests.formal.induction import Observer, Values, inductive, older, selected
 from tests.formal.netlist import Run
 
 TIME, BACKLOG = 10, 8  # parameters of step_output in motion_axis
@@ -26,27 +26,21 @@ class DriveTiming(Observer):
     """
 
     widths = {"level": AGE, "steady": AGE, "taken": 32}
-
-    def after_reset(self, logic: Logic) -> Values:
-        return {"level": logic.bv(AGE, -1), "steady": logic.bv(AGE, -1), "taken": logic.bv(32, 0)}
+    reset = {"level": -1, "steady": -1}
 
     def assumed(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
-        logic = run.logic
         idle = run.on("idle_o", 0)
         return {"times": logic.any(idle, self.same_times(run))}
 
     def same_times(self, run: Run) -> Term:
-        logic = run.logic
         return logic.all(*(logic.eq(run.input(name, 0), run.input(name, 1)) for name in TIMES))
 
     def next(self, run: Run, own: Values) -> Values:
-        logic = run.logic
         most, one = logic.bv(AGE, -1), logic.bv(AGE, 1)
 
         def aged(name: str, port: str) -> Term:
             same = logic.eq(run.output(port, 0), run.output(port, 1))
-            older = logic.ite(logic.eq(own[name], most), most, logic.add(own[name], one))
-            forgotten = logic.ite(self.same_times(run), older, most)
+            forgotten = logic.ite(self.same_times(run), older(own[name]), most)
             return logic.ite(same, forgotten, one)
 
         clear = run.on("clear_i")
@@ -64,7 +58,6 @@ class DriveTiming(Observer):
 
     def accepted(self, run: Run) -> Term:
         """A request that finds room: fewer than the most that may wait in its direction."""
-        logic = run.logic
         waiting, most = run.signal("backlog_q", 0), (1 << (BACKLOG - 1)) - 1
         negative = run.on("negative_i")
         full = logic.eq(
@@ -73,7 +66,6 @@ class DriveTiming(Observer):
         return logic.all(run.on("request_i"), logic.no(full))
 
     def invariant(self, run: Run, own: Values, cycle: int) -> Mapping[str, Term]:
-        logic = run.logic
         length, space, setup, hold = (self.time(run, name, cycle) for name in TIMES)
         high, turned = (run.on(name, cycle) for name in ("step_q", "turned_q"))
         level, keep = (self.running(run, name, cycle) for name in ("level_q", "keep_q"))
@@ -107,19 +99,16 @@ class DriveTiming(Observer):
 
     def time(self, run: Run, name: str, cycle: int) -> Term:
         """A time; 0 acts as 1."""
-        logic = run.logic
         value = run.input(name, cycle)
         return logic.extend(logic.ite(logic.eq(value, 0), logic.bv(TIME, 1), value), AGE)
 
     def running(self, run: Run, name: str, cycle: int) -> Term:
         """Clocks after the present one that a time of the unit still runs."""
-        logic = run.logic
         value = run.signal(name, cycle)
-        left = logic.ite(logic.eq(value, 0), value, logic.sub(value, logic.bv(TIME, 1)))
+        left = logic.ite(logic.eq(value, 0), value, logic.sub(value, 1))
         return logic.extend(left, AGE)
 
     def claims(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
-        logic = run.logic
         length, space, setup, hold = (self.time(run, name, 0) for name in TIMES)
         step, after = (run.on("step_o", cycle) for cycle in (0, 1))
         rises, falls = logic.all(logic.no(step), after), logic.all(step, logic.no(after))
@@ -193,57 +182,44 @@ class PulseSum(Observer):
 
     def __init__(self, modulus: int) -> None:
         self.modulus = modulus
-
-    def after_reset(self, logic: Logic) -> Values:
-        return self.centred(logic)
-
-    def centred(self, logic: Logic) -> Values:
-        half = logic.bv(SUM, self.modulus // 2)
-        return {"sum": half, "pulses": logic.bv(SUM, 0), "moderate": logic.bv(1, 1)}
+        self.reset = {"sum": modulus // 2, "moderate": 1}  # and when the phase is centred
 
     def centres(self, run: Run) -> Term:
         """Asked for, or in the first clock after reset."""
-        logic = run.logic
         return logic.any(run.on("clear_i"), run.on("start_q", 0))
 
     def moderate(self, run: Run, cycle: int = 0) -> Term:
-        logic, rate = run.logic, run.input("rate_i", cycle)
+        rate = run.input("rate_i", cycle)
         less = logic.any(logic.no(self.owed(run, cycle)), logic.ne(rate, self.modulus // 2))
         return logic.all(logic.ule(rate, self.modulus // 2), less)
 
     def owed(self, run: Run, cycle: int) -> Term:
         """A pulse of the time before the phase was centred is given."""
-        logic = run.logic
         pulse = run.on("pulse_o", cycle)
         return logic.all(pulse, logic.eq(run.signal("wrap_q", cycle), 0))
 
     def next(self, run: Run, own: Values) -> Values:
-        logic = run.logic
         pulse, modulus = run.on("pulse_o", 1), logic.bv(SUM, self.modulus)
         going_on = {
             "sum": logic.add(own["sum"], logic.extend(run.input("rate_i"), SUM)),
             "pulses": logic.add(own["pulses"], logic.ite(pulse, modulus, logic.bv(SUM, 0))),
             "moderate": logic.ite(self.moderate(run), own["moderate"], logic.bv(1, 0)),
         }
-        centred, new = self.centred(logic), self.centres(run)
-        return {name: logic.ite(new, centred[name], going_on[name]) for name in going_on}
+        return selected(self.centres(run), self.after_reset(), going_on)
 
     def remainder(self, run: Run, cycle: int) -> Term:
         """What is left of the sum when a modulus was taken off for every pulse; signed."""
-        logic = run.logic
         phase, wraps = run.signal("phase_q", cycle), run.on("wrap_q", cycle)
-        return logic.ite(wraps, phase, logic.add(phase, logic.bv(34, self.modulus)))
+        return logic.ite(wraps, phase, logic.add(phase, self.modulus))
 
     def due(self, run: Run) -> Term:
         """What is left and the rate are a modulus."""
-        logic = run.logic
         sum_ = logic.add(
             logic.sign_extend(self.remainder(run, 0), 40), logic.extend(run.input("rate_i"), 40)
         )
         return logic.sle(logic.bv(40, self.modulus), sum_)
 
     def invariant(self, run: Run, own: Values, cycle: int) -> Mapping[str, Term]:
-        logic = run.logic
         rest, half = self.remainder(run, cycle), logic.bv(34, self.modulus // 2)
         pulse = run.on("pulse_o", cycle)
         wraps = run.on("wrap_q", cycle)
@@ -272,7 +248,6 @@ class PulseSum(Observer):
         }
 
     def claims(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
-        logic = run.logic
         now, after, later = (run.on("pulse_o", cycle) for cycle in range(3))
         counts = [run.output("count_o", cycle) for cycle in (0, 1)]
         high = [logic.no(self.moderate(run, cycle)) for cycle in (0, 1)]

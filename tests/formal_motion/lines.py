@@ -13,11 +13,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from bitwuzla import Kind, Term
+from bitwuzla import Term
 
+from tests.formal import logic
 from tests.formal.catalogue import Case, Context, proof
-from tests.formal.induction import Observer, Values, inductive
-from tests.formal.integers import Int, Truth, flag
+from tests.formal.induction import Observer, Values, inductive, selected
+from tests.formal.integers import Int, Truth, always, flag, signed
 from tests.formal.netlist import Run
 
 WIDTH = 24  # of a length, with sign: the default of the interpolators
@@ -35,16 +36,15 @@ def facts(a: Int, b: Int, left_u: Int, left_v: Int, f: Int) -> Truth:
     )
 
 
-def line_facts(ctx: Context) -> Iterator[Case]:
+def line_facts() -> Iterator[Case]:
     """What the observers add up is F, and `facts` hold of it."""
-    logic = ctx.logic
     room = 2 * WIDTH + 2
     names = ("a", "b", "left_u", "left_v")
     a, b, left_u, left_v = (logic.extend(logic.free(WIDTH, name), room) for name in names)
     show = dict(zip(names, (a, b, left_u, left_v), strict=True))
 
     def f(left_u: Term, left_v: Term) -> Term:
-        return logic.sub(*(logic.op(Kind.BV_MUL, x, y) for x, y in ((b, left_u), (a, left_v))))
+        return logic.sub(*(logic.mul(x, y) for x, y in ((b, left_u), (a, left_v))))
 
     one = logic.bv(room, 1)
     step_u = logic.eq(f(logic.sub(left_u, one), left_v), logic.sub(f(left_u, left_v), b))
@@ -52,7 +52,7 @@ def line_facts(ctx: Context) -> Iterator[Case]:
     yield Case("a step in u takes b off F", step_u, (), show)
     yield Case("a step in v adds a to F", step_v, (), show)
     yield Case("F is 0 at the start", logic.eq(f(a, b), 0), (), show)
-    numbers = (Int(logic, term) for term in (a, b, left_u, left_v, f(left_u, left_v)))
+    numbers = (Int(term) for term in (a, b, left_u, left_v, f(left_u, left_v)))
     claim = facts(*numbers).term
     for name, left in (("u", left_u), ("v", left_v)):
         yield Case(f"F with no steps left in {name}", claim, (logic.eq(left, 0),), show)
@@ -73,24 +73,20 @@ class Line(Observer):
         "off": OFF,
     }
 
-    def signed(self, run: Run, own: Values, *names: str) -> list[Int]:
-        return [Int(run.logic, own[name]) for name in names]
-
-    def sizes(self, run: Run, own: Values) -> tuple[Int, Int]:
-        return tuple(Int.unsigned(run.logic, own[name]) for name in ("size_u", "size_v"))
+    def sizes(self, own: Values) -> tuple[Int, Int]:
+        return tuple(Int.unsigned(own[name]) for name in ("size_u", "size_v"))
 
     def next(self, run: Run, own: Values) -> Values:
-        logic = run.logic
-        start = flag(run, run.input("start_i"))
-        steps = flag(run, run.input("advance_i")) & flag(run, run.output("active_o", 0))
-        off, factors = Int(logic, own["off"]), self.sizes(run, own)
-        ends = [Int(logic, run.input(f"end_{axis}_i")) for axis in "uv"]
+        start = flag(run.input("start_i"))
+        steps = flag(run.input("advance_i")) & flag(run.output("active_o", 0))
+        off, factors = Int(own["off"]), self.sizes(own)
+        ends = [Int(run.input(f"end_{axis}_i")) for axis in "uv"]
         after, fresh = {}, {"started": logic.bv(1, 1), "off": logic.bv(OFF, 0)}
         for index, axis in enumerate("uv"):
-            moves = steps & Truth(logic, logic.bit(run.output("step_o", 0), index))
-            back = Truth(logic, logic.bit(run.output("negative_o", 0), index))
-            at, left = self.signed(run, own, f"at_{axis}", f"left_{axis}")
-            one = Int(logic, logic.bv(2, 1))
+            moves = steps & Truth(logic.bit(run.output("step_o", 0), index))
+            back = Truth(logic.bit(run.output("negative_o", 0), index))
+            at, left = signed(own, f"at_{axis}", f"left_{axis}")
+            one = Int(logic.bv(2, 1))
             at, left = at + moves.ite(back.ite(-one, one), 0), left - moves.ite(one, 0)
             off = off + moves.ite(factors[0] if axis == "v" else -factors[1], 0)
             after |= {f"at_{axis}": at.bits(STEPS), f"left_{axis}": left.bits(STEPS)}
@@ -99,35 +95,27 @@ class Line(Observer):
             fresh |= {f"at_{axis}": logic.bv(STEPS, 0)}
         after["off"] = off.bits(OFF)
         fresh["negative"] = logic.vector((ends[1] < 0).term, (ends[0] < 0).term)
-        return {
-            name: logic.ite(start.term, fresh[name], after.get(name, own[name]))
-            for name in self.widths
-        }
+        return selected(start.term, fresh, {**own, **after})
 
     def assumed(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
-        ends = [Int(run.logic, run.input(f"end_{axis}_i")) for axis in "uv"]
+        ends = [Int(run.input(f"end_{axis}_i")) for axis in "uv"]
         inside = [(end > -(1 << (WIDTH - 1))).term for end in ends]
-        known = facts(*self.sizes(run, own), *self.signed(run, own, "left_u", "left_v", "off"))
-        return {"lengths": run.logic.all(*inside), "facts": known.term}
+        known = facts(*self.sizes(own), *signed(own, "left_u", "left_v", "off"))
+        return {"lengths": logic.all(*inside), "facts": known.term}
 
     def invariant(self, run: Run, own: Values, cycle: int) -> Mapping[str, Term]:
-        logic = run.logic
-        started = flag(run, own["started"])
-        combined = flag(run, run.signal("combined_q", cycle))
-        swapped = flag(run, run.signal("swapped_q", cycle))
-        a, b = self.sizes(run, own)
-        long, short = (
-            Int.unsigned(logic, run.signal(name, cycle)) for name in ("long_q", "short_q")
-        )
-        left_u, left_v, off, at_u, at_v = self.signed(
-            run, own, "left_u", "left_v", "off", "at_u", "at_v"
-        )
-        error = Int(logic, run.signal("error_q", cycle))
-        left = Int.unsigned(logic, run.signal("left_q", cycle))
+        started = flag(own["started"])
+        combined = flag(run.signal("combined_q", cycle))
+        swapped = flag(run.signal("swapped_q", cycle))
+        a, b = self.sizes(own)
+        long, short = (Int.unsigned(run.signal(name, cycle)) for name in ("long_q", "short_q"))
+        left_u, left_v, off, at_u, at_v = signed(own, "left_u", "left_v", "off", "at_u", "at_v")
+        error = Int(run.signal("error_q", cycle))
+        left = Int.unsigned(run.signal("left_q", cycle))
         parts = {
             "the job": combined.pick(long >= short, ~swapped)
             & swapped.pick(long.same(b) & short.same(a), long.same(a) & short.same(b))
-            & Truth(logic, logic.eq(run.output("negative_o", cycle), own["negative"])),
+            & Truth(logic.eq(run.output("negative_o", cycle), own["negative"])),
             "error register, elementary": combined | error.same(a - b + off.twice()),
             "error register, combined, u longer": (combined & ~swapped).implies(
                 error.same(b.twice() - a - off.twice())
@@ -138,10 +126,10 @@ class Line(Observer):
             "each node within half a step per axis": self.near(combined, a, b, off),
             "steps left": left.same(combined.ite(swapped.ite(left_v, left_u), left_u + left_v)),
             "no axis goes beyond": (left_u >= 0) & (left_v >= 0) & (left_u <= a) & (left_v <= b),
-            "position": Truth(logic, logic.true()),
+            "position": always(),
         }
         for index, (at, size, rest) in enumerate(((at_u, a, left_u), (at_v, b, left_v))):
-            back = Truth(logic, logic.bit(own["negative"], index))
+            back = Truth(logic.bit(own["negative"], index))
             parts["position"] &= at.same(back.ite(rest - size, size - rest))
         held = {name: started.implies(part).term for name, part in parts.items()}
         return held | {"before a job": (started | left.same(0)).term}
@@ -152,24 +140,23 @@ class Line(Observer):
         return (off.twice() <= count) & (off.twice() >= -count)
 
     def claims(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
-        logic = run.logic
-        started = flag(run, own["started"])
-        combined = flag(run, run.signal("combined_q", 0))
-        active = flag(run, run.output("active_o", 0))
-        a, b = self.sizes(run, own)
+        started = flag(own["started"])
+        combined = flag(run.signal("combined_q", 0))
+        active = flag(run.output("active_o", 0))
+        a, b = self.sizes(own)
         step = run.output("step_o", 0)
-        step_u, step_v = (Truth(logic, logic.bit(step, index)) for index in (0, 1))
-        begins = flag(run, run.input("start_i"))
-        advances = flag(run, run.input("advance_i")) & active
-        left = [Int.unsigned(logic, run.signal("left_q", cycle)) for cycle in (0, 1)]
-        ends = [Int(logic, run.input(f"end_{axis}_i")) for axis in "uv"]
+        step_u, step_v = (Truth(logic.bit(step, index)) for index in (0, 1))
+        begins = flag(run.input("start_i"))
+        advances = flag(run.input("advance_i")) & active
+        left = [Int.unsigned(run.signal("left_q", cycle)) for cycle in (0, 1)]
+        ends = [Int(run.input(f"end_{axis}_i")) for axis in "uv"]
         new_u, new_v = (end.size() for end in ends)
-        wanted = flag(run, run.input("combined_i"))
+        wanted = flag(run.input("combined_i"))
         taken = wanted.ite((new_u < new_v).ite(new_v, new_u), new_u + new_v)
-        reached = Truth(logic, logic.true())
+        reached = always()
         for axis, size, back in zip("uv", (a, b), (0, 1), strict=True):
-            end = Truth(logic, logic.bit(own["negative"], back)).ite(-size, size)
-            reached &= Int(logic, own[f"at_{axis}"]).same(end)
+            end = Truth(logic.bit(own["negative"], back)).ite(-size, size)
+            reached &= Int(own[f"at_{axis}"]).same(end)
         rule = combined.pick((a < b).pick(step_v, step_u), ~step_u.matches(step_v))
         claims = {
             "ends at the end": (started & ~active).implies(reached),
@@ -177,7 +164,7 @@ class Line(Observer):
                 started & active
             ).implies(rule),
             "as many steps as stated": left[1].same(
-                begins.ite(taken, left[0] - Int.count(logic, advances.term))
+                begins.ite(taken, left[0] - Int.count(advances))
             ),
             "active_o while steps are left": active.matches(left[0] > 0),
             "no step without a job": active | ~(step_u | step_v),
@@ -193,7 +180,7 @@ class Line(Observer):
     "all lengths of 24 bits but -2^23, all directions, both modes, any pauses and restarts",
 )
 def line_nodes(ctx: Context) -> Iterator[Case]:
-    yield from line_facts(ctx)
+    yield from line_facts()
     yield from inductive(ctx, "line_interpolator", Line())
 
 
@@ -218,18 +205,16 @@ class Synchronised(Observer):
     def __init__(self, axis: int) -> None:
         self.axis = axis
 
-    def lengths(self, run: Run, term: Term) -> list[Int]:
+    def lengths(self, term: Term) -> list[Int]:
         """Parts of a bit vector, signed."""
         return [
-            Int(run.logic, run.logic.bits(term, WIDTH * axis + WIDTH - 1, WIDTH * axis))
-            for axis in range(AXES)
+            Int(logic.bits(term, WIDTH * axis + WIDTH - 1, WIDTH * axis)) for axis in range(AXES)
         ]
 
-    def numbers(self, run: Run, own: Values) -> tuple[Int, ...]:
+    def numbers(self, own: Values) -> tuple[Int, ...]:
         """Size, longest, left, left_longest, off."""
-        unsigned = (Int.unsigned(run.logic, own[name]) for name in ("size", "longest"))
-        signed = (Int(run.logic, own[name]) for name in ("left", "left_longest", "off"))
-        return (*unsigned, *signed)
+        unsigned = (Int.unsigned(own[name]) for name in ("size", "longest"))
+        return (*unsigned, *signed(own, "left", "left_longest", "off"))
 
     def longest(self, sizes: list[Int]) -> Int:
         most = sizes[0]
@@ -238,13 +223,12 @@ class Synchronised(Observer):
         return most
 
     def next(self, run: Run, own: Values) -> Values:
-        logic = run.logic
-        begins = flag(run, run.input("start_i"))
-        lengths = self.lengths(run, run.input("lengths_i"))
+        begins = flag(run.input("start_i"))
+        lengths = self.lengths(run.input("lengths_i"))
         sizes = [each.size() for each in lengths]
-        size, longest, left, left_longest, off = self.numbers(run, own)
-        steps = flag(run, run.input("advance_i")) & flag(run, run.output("ready_o", 0))
-        moves = steps & Truth(logic, logic.bit(run.output("step_o", 0), self.axis))
+        size, longest, left, left_longest, off = self.numbers(own)
+        steps = flag(run.input("advance_i")) & flag(run.output("ready_o", 0))
+        moves = steps & Truth(logic.bit(run.output("step_o", 0), self.axis))
         fresh = {
             "started": logic.bv(1, 1),
             "negative": logic.vector((lengths[self.axis] < 0).term),
@@ -255,40 +239,34 @@ class Synchronised(Observer):
             "off": logic.bv(OFF, 0),
         }
         going_on = {
-            "left": (left - Int.count(logic, moves.term)).bits(STEPS),
-            "left_longest": (left_longest - Int.count(logic, steps.term)).bits(STEPS),
+            "left": (left - Int.count(moves)).bits(STEPS),
+            "left_longest": (left_longest - Int.count(steps)).bits(STEPS),
             "off": (off + steps.ite(size, 0) - moves.ite(longest, 0)).bits(OFF),
         }
-        return {
-            name: logic.ite(begins.term, fresh[name], going_on.get(name, own[name]))
-            for name in self.widths
-        }
+        return selected(begins.term, fresh, {**own, **going_on})
 
     def assumed(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
-        lengths = self.lengths(run, run.input("lengths_i"))
-        idle = ~flag(run, run.output("active_o", 0))
-        contract = flag(run, run.input("start_i")).implies(idle)
+        lengths = self.lengths(run.input("lengths_i"))
+        idle = ~flag(run.output("active_o", 0))
+        contract = flag(run.input("start_i")).implies(idle)
         for length in lengths:
             contract &= length > -(1 << (WIDTH - 1))
-        size, longest, left, left_longest, off = self.numbers(run, own)
-        known = facts(size, longest, left, left_longest, off)
-        return {"contract": contract.term, "facts": known.term}
+        return {"contract": contract.term, "facts": facts(*self.numbers(own)).term}
 
     def invariant(self, run: Run, own: Values, cycle: int) -> Mapping[str, Term]:
-        logic = run.logic
-        started = flag(run, own["started"])
-        measures, places = (flag(run, run.signal(name, cycle)) for name in ("measure_q", "place_q"))
+        started = flag(own["started"])
+        measures, places = (flag(run.signal(name, cycle)) for name in ("measure_q", "place_q"))
         runs = started & ~measures & ~places
-        size, longest, left, left_longest, off = self.numbers(run, own)
-        sizes = self.lengths(run, run.signal("size_q", cycle))  # below 2^23
-        found = Int.unsigned(logic, run.signal("longest_q", cycle))
-        at = Int.unsigned(logic, run.signal("axis_q", cycle))
-        behind = Int(logic, run.signal(f"gen_axis[{self.axis}].behind_q", cycle))
-        ahead = Int.unsigned(logic, run.signal(f"gen_axis[{self.axis}].ahead_q", cycle))
-        waiting = Int.unsigned(logic, run.signal("left_q", cycle))
+        size, longest, left, left_longest, off = self.numbers(own)
+        sizes = self.lengths(run.signal("size_q", cycle))  # below 2^23
+        found = Int.unsigned(run.signal("longest_q", cycle))
+        at = Int.unsigned(run.signal("axis_q", cycle))
+        behind = Int(run.signal(f"gen_axis[{self.axis}].behind_q", cycle))
+        ahead = Int.unsigned(run.signal(f"gen_axis[{self.axis}].ahead_q", cycle))
+        waiting = Int.unsigned(run.signal("left_q", cycle))
         way = logic.bits(run.output("negative_o", cycle), self.axis, self.axis)
         job = sizes[self.axis].same(size) & self.longest(sizes).same(longest)
-        job &= Truth(logic, logic.eq(way, own["negative"]))
+        job &= Truth(logic.eq(way, own["negative"]))
         searched = at.same(0).implies(found.same(0))
         for axis, each in enumerate(sizes):
             job &= each >= 0
@@ -315,11 +293,10 @@ class Synchronised(Observer):
         return {name: part.term for name, part in parts.items()}
 
     def claims(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
-        logic = run.logic
-        started = flag(run, own["started"])
-        active, ready = (flag(run, run.output(f"{name}_o", 0)) for name in ("active", "ready"))
-        size, longest, left, *_ = self.numbers(run, own)
-        step = Truth(logic, logic.bit(run.output("step_o", 0), self.axis))
+        started = flag(own["started"])
+        active, ready = (flag(run.output(f"{name}_o", 0)) for name in ("active", "ready"))
+        size, longest, left, *_ = self.numbers(own)
+        step = Truth(logic.bit(run.output("step_o", 0), self.axis))
         claims = {
             "all steps made at the end": (started & ~active).implies(left.same(0)),
             "the longest axis always moves": (ready & size.same(longest)).implies(step),
@@ -335,6 +312,6 @@ class Synchronised(Observer):
     "all lengths of 24 bits but -2^23, five axes, any pauses",
 )
 def synchronised_nodes(ctx: Context) -> Iterator[Case]:
-    yield from line_facts(ctx)
+    yield from line_facts()
     for axis in range(AXES):
         yield from inductive(ctx, "synchronised_line", Synchronised(axis), None, f"axis {axis}, ")

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from tests.formal import logic
 from tests.formal.catalogue import Case, Context, proof
 
 PLANES = (("G17", "xy"), ("G18", "zx"), ("G19", "yz"))  # code: axes of u and v
@@ -19,7 +20,7 @@ OUTPUT = "zyx"  # of step_o and negative_o, most significant bit first
     quick=True,
 )
 def plane_axes(ctx: Context) -> Iterator[Case]:
-    logic, run = ctx.logic, ctx.run("step_interpolator")
+    run = ctx.run("step_interpolator")
     arc = run.on("arc_q", 1)
     line_step, arc_step = run.signal("line_step", 0), run.signal("arc_step", 1)
     step = logic.ite(arc, arc_step, line_step)  # the line's a clock later

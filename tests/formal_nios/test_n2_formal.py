@@ -16,7 +16,7 @@ require("yosys", in_module=True)
 from bitwuzla import Bitwuzla, Options, Result  # noqa: E402
 
 from sim.harness.build import ROOT, file_list  # noqa: E402
-from tests.formal.logic import Logic  # noqa: E402
+from tests.formal import logic  # noqa: E402
 from tests.formal.netlist import Netlist, Run, elaborate  # noqa: E402
 
 SHADOW = ROOT / "tests/formal_nios/n2_shadow.sv"
@@ -28,11 +28,10 @@ CUT = ("product_a", "quotient_a", "load_a", "sum_e", "control_m", "address_m")
 
 def bad_cycle(depth: int) -> tuple[int | None, int | None]:
     """(First cycle in which bad_o can be high, first one with a record); None for never."""
-    logic = Logic()
     sources = [*file_list("nios/n2_core.f"), SHADOW]
     netlist = Netlist(elaborate("n2_shadow", sources, FOLDER))
-    run = Run(logic, netlist, cut=[f"u_core.{name}" for name in CUT])
-    solver = Bitwuzla(logic.tm, Options())
+    run = Run(netlist, cut=[f"u_core.{name}" for name in CUT])
+    solver = Bitwuzla(logic.TERMS, Options())
 
     def possible(name: str, cycle: int) -> bool:
         solver.push()

@@ -14,9 +14,9 @@ from collections.abc import Iterator, Mapping
 
 from bitwuzla import Term
 
+from tests.formal import logic
 from tests.formal.catalogue import Case, Context, proof
-from tests.formal.induction import Observer, Values, inductive
-from tests.formal.logic import Logic
+from tests.formal.induction import Observer, Values, inductive, older
 from tests.formal.netlist import Run
 
 FILTER, AGE = 4, 5  # bits of filter_i; of a saturating count, above filter_i + 5
@@ -33,64 +33,58 @@ class TruePosition(Observer):
         "zero": 32,
     }
 
-    def after_reset(self, logic: Logic) -> Values:
+    def after_reset(self) -> Values:
         anywhere = logic.free(32, "first position")
         positions = {name: anywhere for name, width in self.widths.items() if width == 32}
         return positions | {name: logic.bv(AGE, -1) for name in self.widths if "age" in name}
 
     # ---- words of the specification ----
-    def level(self, logic: Logic, position: Term, line: int) -> Term:
+    def level(self, position: Term, line: int) -> Term:
         """A is high at 1 and 2, B at 2 and 3, modulo 4."""
         low, high = logic.bit(position, 0), logic.bit(position, 1)
         return logic.vector(high if line == B else logic.ne(low, high))
 
-    def lines(self, logic: Logic, position: Term) -> Term:
+    def lines(self, position: Term) -> Term:
         """{b, a}"""
-        return logic.cat(self.level(logic, position, B), self.level(logic, position, A))
+        return logic.cat(self.level(position, B), self.level(position, A))
 
-    def differs(self, logic: Logic, one: Term, other: Term, line: int) -> Term:
-        return logic.ne(self.level(logic, one, line), self.level(logic, other, line))
+    def differs(self, one: Term, other: Term, line: int) -> Term:
+        return logic.ne(self.level(one, line), self.level(other, line))
 
-    def near(self, logic: Logic, one: Term, other: Term) -> Term:
+    def near(self, one: Term, other: Term) -> Term:
         step = logic.sub(one, other)
         return logic.any(*(logic.eq(step, way) for way in (-1, 0, 1)))
 
-    def way(self, logic: Logic, position: Term, line: int) -> Term:
+    def way(self, position: Term, line: int) -> Term:
         """Where the line changes next to a position: 1 if there is it above, else -1."""
-        up = self.differs(logic, position, logic.add(position, logic.bv(32, 1)), line)
+        up = self.differs(position, logic.add(position, 1), line)
         return logic.ite(up, logic.bv(32, 1), logic.bv(32, -1))
 
     def settled(self, run: Run, stage: int, cycle: int) -> Term:
-        return run.logic.bit(run.signal("settled_q", cycle), stage)
-
-    def pair(self, run: Run, name: str, cycle: int) -> Term:
-        return run.logic.bits(run.signal(name, cycle), 1, 0)
+        return logic.bit(run.signal("settled_q", cycle), stage)
 
     def filter_plus(self, run: Run, clocks: int, cycle: int = 0) -> Term:
-        wide = run.logic.extend(run.input("filter_i", cycle), AGE)
-        return run.logic.add(wide, run.logic.bv(AGE, clocks))
+        return logic.add(logic.extend(run.input("filter_i", cycle), AGE), clocks)
 
     # ---- the observer ----
     def assumed(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
-        logic = run.logic
         given = logic.cat(run.input("b_i"), run.input("a_i"))
         enough = logic.all(
             *(
                 logic.implies(
-                    self.differs(logic, own["p0"], then["p0"], line),
+                    self.differs(own["p0"], then["p0"], line),
                     logic.ule(self.filter_plus(run, 1), own[f"age{name}0"]),
                 )
                 for line, name in enumerate("ab")
             )
         )
         return {
-            "lines": logic.eq(given, self.lines(logic, own["p0"])),
+            "lines": logic.eq(given, self.lines(own["p0"])),
             "each level long enough": enough,
             "same filter": logic.eq(run.input("filter_i", 0), run.input("filter_i", 1)),
         }
 
     def next(self, run: Run, own: Values) -> Values:
-        logic = run.logic
         choice = logic.free(2, "move")
         move = logic.ite(
             logic.eq(choice, 0),
@@ -104,7 +98,7 @@ class TruePosition(Observer):
             )
             for line in (A, B)
         ]
-        one_line = logic.ite(taken[A], self.way(logic, own["p3"], A), self.way(logic, own["p3"], B))
+        one_line = logic.ite(taken[A], self.way(own["p3"], A), self.way(own["p3"], B))
         filtered = logic.ite(logic.any(*taken), logic.add(own["p3"], one_line), own["p3"])
         found = {
             "p0": p0,
@@ -114,23 +108,18 @@ class TruePosition(Observer):
             "p4": own["p3"],
             "zero": logic.ite(self.settled(run, PREV, 0), own["zero"], own["p3"]),
         }
-        most = logic.bv(AGE, -1)
         for line, name in enumerate("ab"):
             age = own[f"age{name}0"]
-            older = logic.ite(logic.eq(age, most), most, logic.add(age, logic.bv(AGE, 1)))
-            changed = self.differs(logic, own["p0"], p0, line)
-            found[f"age{name}0"] = logic.ite(changed, logic.bv(AGE, 1), older)
+            changed = self.differs(own["p0"], p0, line)
+            found[f"age{name}0"] = logic.ite(changed, logic.bv(AGE, 1), older(age))
             found[f"age{name}1"], found[f"age{name}2"] = age, own[f"age{name}1"]
         return found
 
     def invariant(self, run: Run, own: Values, cycle: int) -> Mapping[str, Term]:
-        logic = run.logic
         bits = run.signal("settled_q", cycle)
         parts = {
             "settles in order": logic.any(*(logic.eq(bits, (1 << n) - 1) for n in range(5))),
-            "steps": logic.all(
-                self.near(logic, own["p0"], own["p1"]), self.near(logic, own["p1"], own["p2"])
-            ),
+            "steps": logic.all(self.near(own["p0"], own["p1"]), self.near(own["p1"], own["p2"])),
             "nothing illegal": logic.all(
                 logic.eq(run.output("illegal_o", cycle), 0),
                 logic.eq(run.output("illegal_count_o", cycle), 0),
@@ -142,7 +131,8 @@ class TruePosition(Observer):
             (LEVEL, "level_q", "p3"),
             (PREV, "prev_q", "p4"),
         ):
-            holds = logic.eq(self.pair(run, name, cycle), self.lines(logic, own[position]))
+            pair = logic.bits(run.signal(name, cycle), 1, 0)
+            holds = logic.eq(pair, self.lines(own[position]))
             parts[f"{name} is of {position}"] = logic.implies(
                 self.settled(run, stage, cycle), holds
             )
@@ -154,41 +144,38 @@ class TruePosition(Observer):
 
     def ages(self, run: Run, own: Values, cycle: int) -> Mapping[str, Term]:
         """A level ends after filter + 1 clocks at least; the next one then has age 1."""
-        logic, found = run.logic, []
-        most = logic.bv(AGE, -1)
+        found = []
         for line, name in enumerate("ab"):
             for new, old in ((0, 1), (1, 2)):
                 young, age = own[f"age{name}{new}"], own[f"age{name}{old}"]
-                older = logic.ite(logic.eq(age, most), most, logic.add(age, logic.bv(AGE, 1)))
-                changed = self.differs(logic, own[f"p{new}"], own[f"p{old}"], line)
+                changed = self.differs(own[f"p{new}"], own[f"p{old}"], line)
                 ended = logic.all(
                     logic.eq(young, 1), logic.ule(self.filter_plus(run, 1, cycle), age)
                 )
-                found.append(logic.ite(changed, ended, logic.eq(young, older)))
+                found.append(logic.ite(changed, ended, logic.eq(young, older(age))))
             found.append(logic.ne(own[f"age{name}2"], 0))
         return {"ages": logic.all(*found)}
 
     def waiting(self, run: Run, own: Values, cycle: int) -> Mapping[str, Term]:
         """What the filter has not let through yet, and what it has just let through."""
-        logic = run.logic
         pending, lasted = [], []
         clean = []
         for line, name in enumerate("ab"):
-            waits = self.differs(logic, own["p2"], own["p3"], line)
+            waits = self.differs(own["p2"], own["p3"], line)
             count = run.signal(f"lasted_q[{line}]", cycle)
             age = own[f"age{name}2"]
-            clocks = logic.add(logic.extend(count, AGE), logic.bv(AGE, 1))
+            clocks = logic.add(logic.extend(count, AGE), 1)
             pending.append(waits)
             lasted.append(count)
             served = logic.all(
                 logic.eq(age, clocks), logic.ule(count, run.input("filter_i", cycle))
             )
             clean.append(logic.ite(waits, served, logic.eq(count, 0)))
-            fresh = self.differs(logic, own["p3"], own["p4"], line)
+            fresh = self.differs(own["p3"], own["p4"], line)
             recent = logic.ule(age, self.filter_plus(run, 2, cycle))
             clean.append(logic.implies(logic.all(self.settled(run, PREV, cycle), fresh), recent))
         ahead = logic.sub(own["p2"], own["p3"])
-        ways = [self.way(logic, own["p3"], line) for line in (A, B)]
+        ways = [self.way(own["p3"], line) for line in (A, B)]
         first = logic.ite(logic.ult(lasted[B], lasted[A]), ways[A], ways[B])
         both = logic.all(logic.ne(lasted[A], lasted[B]), logic.eq(ahead, logic.add(first, first)))
         one = logic.eq(ahead, logic.ite(pending[A], ways[A], ways[B]))
@@ -204,12 +191,11 @@ class TruePosition(Observer):
             "waiting lines": logic.implies(level, logic.all(*clean, far)),
             "no wait before": logic.implies(unsettled, idle),
             "one count": logic.implies(
-                self.settled(run, PREV, cycle), self.near(logic, own["p3"], own["p4"])
+                self.settled(run, PREV, cycle), self.near(own["p3"], own["p4"])
             ),
         }
 
     def claims(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
-        logic = run.logic
         rested = logic.all(
             self.settled(run, PREV, 0),
             *(logic.ule(self.filter_plus(run, 5), own[f"age{name}0"]) for name in "ab"),

@@ -7,13 +7,14 @@ from collections.abc import Iterator, Mapping
 
 from bitwuzla import Term
 
+from tests.formal import logic
 from tests.formal.catalogue import Case, Context, proof
-from tests.formal.induction import Observer, Values, inductive
-from tests.formal.logic import Logic
+from tests.formal.induction import Observer, Values, inductive, older
 from tests.formal.netlist import Run
 
 DEAD, WIDTH = 8, 12  # parameters of the blocks
 AGE = DEAD + 1  # bits of a saturating count: above every dead time
+LEAST_HALF = 64  # clocks
 GATES = ("high_o", "low_o")
 
 
@@ -22,25 +23,20 @@ class DeadTime(Observer):
     last clock of a gate. Before the first one: the longest."""
 
     widths = {"off": AGE, "wanted": DEAD}
-
-    def after_reset(self, logic: Logic) -> Values:
-        return {"off": logic.bv(AGE, 1), "wanted": logic.bv(DEAD, -1)}
+    reset = {"off": 1, "wanted": -1}
 
     def gate(self, run: Run, cycle: int) -> Term:
-        return run.logic.any(*(run.on(name, cycle) for name in GATES))
+        return logic.any(*(run.on(name, cycle) for name in GATES))
 
     def next(self, run: Run, own: Values) -> Values:
-        logic = run.logic
-        most, one = logic.bv(AGE, -1), logic.bv(AGE, 1)
-        older = logic.ite(logic.eq(own["off"], most), most, logic.add(own["off"], one))
         was, on = self.gate(run, 0), self.gate(run, 1)
+        off = logic.ite(was, logic.bv(AGE, 1), older(own["off"]))
         return {
-            "off": logic.ite(on, logic.bv(AGE, 0), logic.ite(was, one, older)),
+            "off": logic.ite(on, logic.bv(AGE, 0), off),
             "wanted": logic.ite(was, run.input("dead_time_i"), own["wanted"]),
         }
 
     def invariant(self, run: Run, own: Values, cycle: int) -> Mapping[str, Term]:
-        logic = run.logic
         high, low = (run.on(name, cycle) for name in GATES)
         left = logic.extend(run.signal("wait_q", cycle), AGE + 1)
         served = logic.extend(own["off"], AGE + 1)
@@ -56,7 +52,6 @@ class DeadTime(Observer):
         }
 
     def claims(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
-        logic = run.logic
         on = logic.all(logic.no(self.gate(run, 0)), self.gate(run, 1))
         swap = logic.any(*(logic.all(run.on(a, 0), run.on(b, 1)) for a, b in (GATES, GATES[::-1])))
         off = run.on("off_i")
@@ -91,19 +86,16 @@ class Trip(Observer):
         return {}
 
     def invariant(self, run: Run, own: Values, cycle: int) -> Mapping[str, Term]:
-        logic = run.logic
         high, low = (run.output(name, cycle) for name in GATES)
         least = logic.bv(DEAD, 12)
-        parts = {
+        return {
             "never both gates of a phase": logic.all(
                 *(logic.no(logic.all(logic.bit(high, i), logic.bit(low, i))) for i in range(3))
             ),
             "least dead time": logic.ule(least, run.signal("dead_time_q", cycle)),
         }
-        return parts
 
     def claims(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
-        logic = run.logic
         dark = [logic.all(*(logic.eq(run.output(name, n), 0) for name in GATES)) for n in (1, 2)]
         hit = logic.any(*(run.on(name, 0) for name in ("fault_i", "alarm_i")))
         trip = [run.on("trip_o", n) for n in range(3)]
@@ -129,35 +121,46 @@ def trip_in_two_clocks(ctx: Context) -> Iterator[Case]:
     yield from inductive(ctx, "pwm_bridge", Trip())
 
 
-class Duty(Observer):
-    """Carrier by its contract, clocks of the present half so far and those ordered on in it."""
+class Carrier(Observer):
+    """The carrier's contract as a machine: clocks of the present half so far, half, direction."""
 
-    widths = {"count": WIDTH, "half": WIDTH, "up": 1, "on": WIDTH + 1, "since": WIDTH}
-
-    def __init__(self, logic: Logic) -> None:
-        self.logic = logic
-
-    def after_reset(self, logic: Logic) -> Values:
-        half = logic.bv(WIDTH, 64)
-        zero = logic.bv(WIDTH, 0)
-        return {
-            "count": zero,
-            "half": half,
-            "up": logic.bv(1, 1),
-            "on": logic.bv(WIDTH + 1, 0),
-            "since": zero,
-        }
+    widths = {"half": WIDTH, "up": 1, "since": WIDTH}
+    reset = {"half": LEAST_HALF, "up": 1}
 
     def last(self, own: Values) -> Term:
-        logic = self.logic
-        return logic.eq(logic.add(own["since"], logic.bv(WIDTH, 1)), own["half"])
+        return logic.eq(logic.add(own["since"], 1), own["half"])
+
+    def place(self, own: Values) -> Term:
+        """Its count."""
+        down = logic.sub(own["half"], own["since"])
+        return logic.ite(logic.eq(own["up"], 1), own["since"], down)
+
+    def moved(self, own: Values, half: Term) -> Values:
+        """Its registers a clock later; `half` is the next one."""
+        last = self.last(own)
+        return {
+            "half": logic.ite(last, half, own["half"]),
+            "up": logic.ite(last, logic.vector(logic.ne(own["up"], 1)), own["up"]),
+            "since": logic.ite(last, logic.bv(WIDTH, 0), logic.add(own["since"], 1)),
+        }
+
+
+def at_least(half: Term) -> Term:
+    """The half that is taken over where this one is asked for."""
+    least = logic.bv(WIDTH, LEAST_HALF)
+    return logic.ite(logic.ult(half, least), least, half)
+
+
+class Duty(Carrier):
+    """Carrier by its contract, its count, and the clocks ordered on in the present half."""
+
+    widths = {**Carrier.widths, "count": WIDTH, "on": WIDTH + 1}
 
     def ordered(self, run: Run, cycle: int) -> Term:
         """What the order is for the carrier of this cycle: the register a clock later."""
         return run.signal("ordered_q", cycle + 1)
 
     def assumed(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
-        logic = run.logic
         return {
             "carrier": logic.all(
                 logic.eq(run.input("count_i"), own["count"]),
@@ -167,24 +170,18 @@ class Duty(Observer):
         }
 
     def next(self, run: Run, own: Values) -> Values:
-        logic = run.logic
-        new_half = logic.free(WIDTH, "new half")
-        half = logic.ite(logic.ult(new_half, logic.bv(WIDTH, 64)), logic.bv(WIDTH, 64), new_half)
+        half = at_least(logic.free(WIDTH, "new half"))
         last, up = self.last(own), logic.eq(own["up"], 1)
-        one, zero = logic.bv(WIDTH, 1), logic.bv(WIDTH, 0)
-        moved = logic.ite(up, logic.add(own["count"], one), logic.sub(own["count"], one))
+        moved = logic.ite(up, logic.add(own["count"], 1), logic.sub(own["count"], 1))
         more = logic.add(own["on"], logic.extend(self.ordered(run, 0), WIDTH + 1))
         return {
-            "count": logic.ite(last, logic.ite(up, half, zero), moved),
-            "half": logic.ite(last, half, own["half"]),
-            "up": logic.ite(last, logic.vector(logic.no(up)), own["up"]),
+            **self.moved(own, half),
+            "count": logic.ite(last, logic.ite(up, half, logic.bv(WIDTH, 0)), moved),
             "on": logic.ite(last, logic.bv(WIDTH + 1, 0), more),
-            "since": logic.ite(last, zero, logic.add(own["since"], one)),
         }
 
     def so_far(self, run: Run, own: Values, cycle: int) -> Term:
         """Clocks ordered on before this one: the first `compare` of a half up, the last down."""
-        logic = run.logic
         compare, since = run.signal("compare_q", cycle), own["since"]
         rising = logic.ite(logic.ult(since, compare), since, compare)
         start = logic.ite(
@@ -194,17 +191,14 @@ class Duty(Observer):
         return logic.extend(logic.ite(logic.eq(own["up"], 1), rising, falling), WIDTH + 1)
 
     def invariant(self, run: Run, own: Values, cycle: int) -> Mapping[str, Term]:
-        logic = run.logic
-        down = logic.sub(own["half"], own["since"])
-        place = logic.ite(logic.eq(own["up"], 1), own["since"], down)
+        within, place = logic.ult(own["since"], own["half"]), self.place(own)
         return {
-            "place": logic.all(logic.ult(own["since"], own["half"]), logic.eq(own["count"], place)),
-            "half": logic.ule(logic.bv(WIDTH, 64), own["half"]),
+            "place": logic.all(within, logic.eq(own["count"], place)),
+            "half": logic.ule(logic.bv(WIDTH, LEAST_HALF), own["half"]),
             "ordered so far": logic.eq(own["on"], self.so_far(run, own, cycle)),
         }
 
     def claims(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
-        logic = run.logic
         compare = run.signal("compare_q", 0)
         total = logic.add(own["on"], logic.extend(self.ordered(run, 0), WIDTH + 1))
         whole = logic.ite(logic.ult(compare, own["half"]), compare, own["half"])
@@ -227,58 +221,35 @@ class Duty(Observer):
     quick=True,
 )
 def duty_sums(ctx: Context) -> Iterator[Case]:
-    yield from inductive(ctx, "pwm_phase", Duty(ctx.logic))
+    yield from inductive(ctx, "pwm_phase", Duty())
 
 
-class Triangle(Observer):
-    """The carrier's contract as a machine: clocks of the present half so far, half, direction."""
-
-    widths = {"half": WIDTH, "up": 1, "since": WIDTH}
-
-    def after_reset(self, logic: Logic) -> Values:
-        return {"half": logic.bv(WIDTH, 64), "up": logic.bv(1, 1), "since": logic.bv(WIDTH, 0)}
-
-    def last(self, run: Run, own: Values) -> Term:
-        logic = run.logic
-        return logic.eq(logic.add(own["since"], logic.bv(WIDTH, 1)), own["half"])
+class Triangle(Carrier):
+    """The carrier itself."""
 
     def next(self, run: Run, own: Values) -> Values:
-        logic = run.logic
-        asked, least = run.input("half_period_i"), logic.bv(WIDTH, 64)
-        last = self.last(run, own)
-        fresh = logic.ite(logic.ult(asked, least), least, asked)
-        step = logic.add(own["since"], logic.bv(WIDTH, 1))
-        return {
-            "half": logic.ite(last, fresh, own["half"]),
-            "up": logic.ite(last, logic.vector(logic.ne(own["up"], 1)), own["up"]),
-            "since": logic.ite(last, logic.bv(WIDTH, 0), step),
-        }
+        return self.moved(own, at_least(run.input("half_period_i")))
 
     def invariant(self, run: Run, own: Values, cycle: int) -> Mapping[str, Term]:
-        logic = run.logic
-        down = logic.sub(own["half"], own["since"])
-        place = logic.ite(logic.eq(own["up"], 1), own["since"], down)
-        one = logic.bv(WIDTH, 1)
-        left = logic.sub(logic.sub(own["half"], own["since"]), one)
+        left = logic.sub(logic.sub(own["half"], own["since"]), 1)
         return {
-            "count": logic.eq(run.output("count_o", cycle), place),
+            "count": logic.eq(run.output("count_o", cycle), self.place(own)),
             "direction": logic.eq(run.output("up_o", cycle), own["up"]),
             "half": logic.all(
                 logic.eq(run.output("half_o", cycle), own["half"]),
-                logic.ule(logic.bv(WIDTH, 64), own["half"]),
+                logic.ule(logic.bv(WIDTH, LEAST_HALF), own["half"]),
             ),
             "clocks": logic.all(
                 logic.ult(own["since"], own["half"]),
                 logic.eq(run.signal("since_q", cycle), own["since"]),
                 logic.eq(run.signal("left_q", cycle), left),
             ),
-            "load": logic.eq(run.on("load_o", cycle), self.last(run, own)),
+            "load": logic.eq(run.on("load_o", cycle), self.last(own)),
         }
 
     def claims(self, run: Run, own: Values, then: Values) -> Mapping[str, Term]:
-        logic = run.logic
         opened = [run.on("opened_q", cycle) for cycle in (0, 1)]
-        window, last = run.on("window_o", 0), self.last(run, own)
+        window, last = run.on("window_o", 0), self.last(own)
         return {
             "a window in every half": logic.implies(last, logic.any(opened[0], window)),
             "and no second one": logic.implies(opened[0], logic.no(window)),

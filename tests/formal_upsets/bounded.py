@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from tests.formal import logic
 from tests.formal.catalogue import Case, Context, proof
 
 WIDTH = 40  # bits of a rank
@@ -27,13 +28,13 @@ STATE, TIMES, START, FAULT, DIRTY, SAVE = (15, 13), (12, 11), 10, 8, 6, 5  # in 
     quick=True,
 )
 def busy_ends(ctx: Context) -> Iterator[Case]:
-    logic, run = ctx.logic, ctx.run("asip_redundancy")
+    run = ctx.run("asip_redundancy")
 
     def number(value: int):
         return logic.bv(WIDTH, value)
 
-    limit = logic.add(logic.extend(run.input("watchdog_i"), WIDTH), number(DRAIN))
-    whole = logic.add(limit, number(MARGIN))  # a run with all that comes before it
+    limit = logic.add(logic.extend(run.input("watchdog_i"), WIDTH), DRAIN)
+    whole = logic.add(limit, MARGIN)  # a run with all that comes before it
 
     def copied(cycle: int):
         return logic.extend(logic.bits(run.signal("count_q", cycle), 6, 0), WIDTH)
@@ -41,18 +42,16 @@ def busy_ends(ctx: Context) -> Iterator[Case]:
     def rank(cycle: int):
         control = run.signal("control_q", cycle)
         state, times = logic.bits(control, *STATE), logic.bits(control, *TIMES)
-        spent = logic.add(logic.sign_extend(run.signal("count_q", cycle), WIDTH), number(DRAIN))
+        spent = logic.add(logic.sign_extend(run.signal("count_q", cycle), WIDTH), DRAIN)
         copy = copied(cycle)
         rest = logic.sub(number(66), logic.ite(logic.ule(copy, 64), copy, number(64)))
         inside = logic.ite(logic.ule(spent, limit), logic.sub(limit, spent), number(0))
-        later = number(0)
-        for n in (1, 2):
-            part = logic.add(*[whole] * (3 - n)) if n == 1 else whole
-            later = logic.ite(logic.eq(times, n), part, later)
-        now = logic.add(limit, number(75))  # a state that is none
-        now = logic.ite(logic.eq(state, SCRUB), logic.add(limit, number(70)), now)
-        now = logic.ite(logic.eq(state, COPY), logic.add(limit, number(2), rest), now)
-        now = logic.ite(logic.eq(state, LAUNCH), logic.add(limit, number(1)), now)
+        later = logic.ite(logic.eq(times, 1), logic.add(whole, whole), number(0))
+        later = logic.ite(logic.eq(times, 2), whole, later)
+        now = logic.add(limit, 75)  # a state that is none
+        now = logic.ite(logic.eq(state, SCRUB), logic.add(limit, 70), now)
+        now = logic.ite(logic.eq(state, COPY), logic.add(limit, 2, rest), now)
+        now = logic.ite(logic.eq(state, LAUNCH), logic.add(limit, 1), now)
         now = logic.ite(logic.eq(state, RUN), inside, now)
         return logic.add(later, now)
 
@@ -111,7 +110,7 @@ def busy_ends(ctx: Context) -> Iterator[Case]:
     quick=True,
 )
 def fault_stays(ctx: Context) -> Iterator[Case]:
-    logic, run = ctx.logic, ctx.run("asip_redundancy")
+    run = ctx.run("asip_redundancy")
 
     def state(cycle: int):
         control = run.signal("control_q", cycle)

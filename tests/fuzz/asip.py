@@ -16,7 +16,7 @@ from asip_asm.isa import default_isa
 from sim.asip_run import __main__ as asip_run
 from sim.harness.asip_rtl import AsipRtl
 from tests.fuzz.engine import Campaign
-from tests.fuzz.mutate import files_of_every_kind, mutated_arguments, mutated_json, mutated_text
+from tests.fuzz.mutate import command_lines, mutated_json, mutated_text
 
 ROOT = Path(__file__).parents[2]
 SOURCES = ROOT / "tests" / "asm"
@@ -41,28 +41,18 @@ MACROS = """\
         halt
 """
 INPUTS = "x,y,z\n0.1,0.2,0.3\n1,2,3\n"
-
-
-@functools.cache
-def sources() -> list[str]:
-    """Texts to mutate: the annotated sources of the tests, macros, and a real program."""
-    texts = [path.read_text(encoding="utf-8") for path in sorted(SOURCES.glob("*.s"))]
-    return [*texts, MACROS, (PROGRAMS / "planner_sample.s").read_text(encoding="utf-8")]
-
-
-@functools.cache
-def words() -> list[str]:
-    """Words of the assembly language."""
-    isa = default_isa()
-    directives = "program config input const param state output export data space reg include"
-    directives += " macro endm if else endif watchdog"
-    return [
-        *isa.operations,
-        *(f".{name}" for name in directives.split()),
-        *("halt", "safe", "pin", "int", "float", "pi", "sqrt(", "sin(", "cos(", "abs(", "zero"),
-        *("a0", "b63", "c64", "k127", "o0", "o31", "\\@", "\\a", "x", "y", "F1", "{", "}", "|"),
-        *("0f7f800000", "0f3f800000", "1e38", "1.5", "65535", "300 * 300", "\n", "\n"),
-    ]
+# Texts to mutate: the annotated sources of the tests, macros, and a real program.
+TEXTS = [path.read_text(encoding="utf-8") for path in sorted(SOURCES.glob("*.s"))]
+TEXTS += [MACROS, (PROGRAMS / "planner_sample.s").read_text(encoding="utf-8")]
+DIRECTIVES = "program config input const param state output export data space reg include "
+DIRECTIVES += "macro endm if else endif watchdog"
+WORDS = (
+    *default_isa().operations,
+    *(f".{name}" for name in DIRECTIVES.split()),
+    *("halt", "safe", "pin", "int", "float", "pi", "sqrt(", "sin(", "cos(", "abs(", "zero"),
+    *("a0", "b63", "c64", "k127", "o0", "o31", "\\@", "\\a", "x", "y", "F1", "{", "}", "|"),
+    *("0f7f800000", "0f3f800000", "1e38", "1.5", "65535", "300 * 300", "\n", "\n"),
+)
 
 
 @functools.cache
@@ -72,9 +62,9 @@ def images() -> list[dict[str, Any]]:
     return [assemble(SOURCES / name, optimise=False).to_json() for name in names]
 
 
-def assembly(rng: Random, folder: Path) -> int | None:
+def assembly(rng: Random) -> int | None:
     """One mutated source through asip-as, the program through asip-run on the model."""
-    text = mutated_text(rng, rng.choice(sources()), words())
+    text = mutated_text(rng, rng.choice(TEXTS), WORDS)
     data = text.encode("utf-8", errors="surrogatepass")
     if rng.random() < 0.02:
         data = data[: rng.randrange(len(data) + 1)] + rng.randbytes(8)
@@ -88,7 +78,7 @@ def assembly(rng: Random, folder: Path) -> int | None:
     return status
 
 
-def image(rng: Random, folder: Path) -> int | None:
+def image(rng: Random) -> int | None:
     """One mutated image, mostly with a right checksum, disassembled and run on the model."""
     data = mutated_json(rng, rng.choice(images()))
     if isinstance(data, dict) and rng.random() < 0.9:
@@ -101,21 +91,14 @@ def image(rng: Random, folder: Path) -> int | None:
     return asip_run.main(["x.json", "--iss", "--ticks", "2"])
 
 
-def command_line(
-    main: Any, lines: tuple[str, ...], options: str, rng: Random, folder: Path
-) -> int | None:
-    """One mutated command line of a tool, beside good files of every kind."""
+def files(rng: Random) -> None:
+    """What a command line may name: program, image, inputs."""
     Path("x.s").write_text(MACROS, encoding="utf-8")
     Path("x.json").write_text(json.dumps(images()[0]), encoding="utf-8")
     Path("in.csv").write_text(mutated_text(rng, INPUTS, ["x", "y"]), errors="surrogatepass")
-    files_of_every_kind()
-    files = "x.s x.json in.csv empty folder zero pipe out.json x.asip.json"
-    arguments = mutated_arguments(
-        rng, rng.choice(lines).split(), [*options.split(), *files.split()]
-    )
-    return main(arguments)
 
 
+FILES = "x.s x.json in.csv empty folder zero pipe out.json x.asip.json"
 AS_LINES = (
     "x.s -o out.json",
     "x.s -O0 --format c -o out.h --listing x.lst --symbols x.sym",
@@ -135,26 +118,21 @@ RUN_OPTIONS = "--iss --set --inputs --ticks --state --print --trace --config sma
 RUN_OPTIONS += "x=0fzz F q c9 --profile --konata --gantt x=1e999 n=0x1g 100000"
 
 
-def prepare() -> None:
-    """Texts and images, once for all cases."""
-    sources(), words(), images()
-
-
 def prepare_run() -> None:
-    """The cores too, which asip-run builds on first use."""
-    prepare()
+    """Images, and the cores, which asip-run builds on first use."""
+    images()
     for configuration in default_isa().configurations:
         AsipRtl(configuration)
 
 
 CAMPAIGNS = (
-    Campaign("assembly", 20_000, assembly, prepare),
-    Campaign("image", 20_000, image, prepare),
+    Campaign("assembly", 20_000, assembly),
+    Campaign("image", 20_000, image, images),
     *(
-        Campaign(name, 5_000, functools.partial(command_line, main, lines, options), prepare_it)
+        command_lines(name, main, lines, f"{options} {FILES}", files, prepare_it)
         for name, main, lines, options, prepare_it in (
-            ("asip-as", cli_as.main, AS_LINES, AS_OPTIONS, prepare),
-            ("asip-objdump", cli_objdump.main, OBJDUMP_LINES, OBJDUMP_OPTIONS, prepare),
+            ("asip-as", cli_as.main, AS_LINES, AS_OPTIONS, images),
+            ("asip-objdump", cli_objdump.main, OBJDUMP_LINES, OBJDUMP_OPTIONS, images),
             ("asip-run", asip_run.main, RUN_LINES, RUN_OPTIONS, prepare_run),
         )
     ),

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import argparse
-import functools
 import io
 import json
 from pathlib import Path
@@ -12,9 +11,9 @@ from random import Random
 
 from sim.debugger import __main__ as asip_dbg
 from sim.debugger.dap_server import serve_client
-from tests.fuzz.asip import command_line, prepare
+from tests.fuzz.asip import FILES, files, images
 from tests.fuzz.engine import Campaign
-from tests.fuzz.mutate import mutated_json, mutated_text
+from tests.fuzz.mutate import command_lines, mutated_json, mutated_text
 
 PROGRAMS = Path(__file__).parents[1] / "debugger"
 SCRIPT = """\
@@ -86,7 +85,7 @@ def _program(rng: Random) -> None:
     Path("x.s").write_text((PROGRAMS / name).read_text(encoding="utf-8"))
 
 
-def script(rng: Random, folder: Path) -> int | None:
+def script(rng: Random) -> int | None:
     """A mutated script on a good program."""
     _program(rng)
     lines = SCRIPT.splitlines()
@@ -100,7 +99,7 @@ def script(rng: Random, folder: Path) -> int | None:
     return min(status, 9)  # `quit N` may end with any status
 
 
-def messages(rng: Random, folder: Path) -> int | None:
+def messages(rng: Random) -> int | None:
     """A session of mutated messages."""
     _program(rng)
     stream = io.BytesIO()
@@ -120,12 +119,7 @@ LINES = ("x.s --iss --batch -ex run", "x.json --iss --batch", "x.s --iss --input
 OPTIONS = "--iss --batch -x -ex run --set x=1 --state --inputs --config small -O0 print =1 quit"
 
 CAMPAIGNS = (
-    Campaign("asip-dbg-script", 5_000, script, prepare),
-    Campaign("asip-dbg-dap", 5_000, messages, prepare),
-    Campaign(
-        "asip-dbg",
-        5_000,
-        functools.partial(command_line, asip_dbg.main, LINES, OPTIONS),
-        prepare,
-    ),
+    Campaign("asip-dbg-script", 5_000, script),
+    Campaign("asip-dbg-dap", 5_000, messages),
+    command_lines("asip-dbg", asip_dbg.main, LINES, f"{OPTIONS} {FILES}", files, images),
 )

@@ -35,14 +35,14 @@ STATUSES = range(10)
 
 @dataclass(frozen=True)
 class Campaign:
-    """`run(rng, folder)` makes one input in the empty folder, which is the working directory, gives
-    it to the tool and returns the exit status. `cases`: of the full set. `prepare` runs once.
+    """`run(rng)` makes one input in the working directory, which is empty, gives it to the tool and
+    returns the exit status. `cases`: of the full set. `prepare` runs once.
     """
 
     name: str
     cases: int
-    run: Callable[[Random, Path], int | None]
-    prepare: Callable[[], None] = lambda: None
+    run: Callable[[Random], int | None]
+    prepare: Callable[[], object] = lambda: None
 
 
 @dataclass(frozen=True)
@@ -95,13 +95,13 @@ def replay(campaign: Campaign, seed: int, case: int, folder: Path) -> int | None
     campaign.prepare()
     folder.mkdir(parents=True, exist_ok=True)
     with contextlib.chdir(folder):
-        return _status(campaign, generator(campaign, seed, case), Path.cwd())
+        return _status(campaign, generator(campaign, seed, case))
 
 
-def _status(campaign: Campaign, rng: Random, folder: Path) -> int | None:
+def _status(campaign: Campaign, rng: Random) -> int | None:
     """Exit status of the tool; argparse leaves by SystemExit."""
     try:
-        return campaign.run(rng, folder)
+        return campaign.run(rng)
     except SystemExit as stop:
         if isinstance(stop.code, int | None):
             return stop.code or 0
@@ -208,7 +208,7 @@ def _run_case(campaign: Campaign, seed: int, case: int, folder: Path) -> dict[st
     signal.setitimer(signal.ITIMER_PROF, CPU_SECONDS)
     try:
         with contextlib.chdir(folder):
-            status = _status(campaign, generator(campaign, seed, case), folder)
+            status = _status(campaign, generator(campaign, seed, case))
         sys.stdout.flush()
         sys.stderr.flush()
         if status not in STATUSES:

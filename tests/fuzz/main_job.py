@@ -10,7 +10,7 @@ from random import Random
 from sim.model.parameters import ROBOT_TOML
 from sim.run import __main__ as main_job
 from tests.fuzz.engine import Campaign
-from tests.fuzz.mutate import files_of_every_kind, mutated_arguments, mutated_text
+from tests.fuzz.mutate import command_lines, mutated_text
 
 PATHS = Path(__file__).parents[2] / "sim" / "paths"
 SHORT = """G21 G90 G64 P0.01
@@ -55,14 +55,14 @@ def _planned(arguments: list[str]) -> int:
     return status
 
 
-def program(rng: Random, folder: Path) -> int:
+def program(rng: Random) -> int:
     """A mutated program."""
     text = mutated_text(rng, rng.choice(PROGRAMS), WORDS)
     Path("part.ngc").write_text(text, encoding="utf-8", errors="surrogatepass")
     return _planned(["part.ngc"])
 
 
-def robot(rng: Random, folder: Path) -> int:
+def robot(rng: Random) -> int:
     """A mutated robot file."""
     Path("part.ngc").write_text(SHORT, encoding="utf-8")
     text = mutated_text(rng, ROBOT, ["value", "unit", "meaning", "[T_s]", "1e-4", '"m"', "0.0"])
@@ -70,16 +70,14 @@ def robot(rng: Random, folder: Path) -> int:
     return _planned(["part.ngc", "--robot", "robot.toml"])
 
 
-def command_line(rng: Random, folder: Path) -> int:
-    """A mutated command line, beside files of every kind."""
+def files(rng: Random) -> None:
+    """What a command line may name."""
     Path("part.ngc").write_text(SHORT, encoding="utf-8")
     Path("robot.toml").write_text(ROBOT, encoding="utf-8")
-    files_of_every_kind()
-    return _planned(mutated_arguments(rng, rng.choice(LINES).split(), OPTIONS.split()))
 
 
 CAMPAIGNS = (
     Campaign("run-program", 5_000, program),
     Campaign("run-robot", 5_000, robot),
-    Campaign("run-line", 5_000, command_line),
+    command_lines("run-line", _planned, LINES, OPTIONS, files),
 )

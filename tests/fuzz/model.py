@@ -120,7 +120,7 @@ def damaged(rng: Random, data: bytes) -> bytes:
     return bytes(content)
 
 
-def case(rng: Random, folder: Path) -> int | None:
+def case(rng: Random) -> int | None:
     """One mutated file beside good ones, or one mutated command line."""
     record, function, urdf = RECORD, law(), URDF.read_text(encoding="utf-8")
     line = rng.choice(LINES).split()

@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-import functools
-from collections.abc import Callable
 from pathlib import Path
 from random import Random
 
@@ -15,7 +13,7 @@ from sim.lookahead import __main__ as lookahead
 from sim.planner import __main__ as planner
 from sim.trajectory import __main__ as trajectory
 from tests.fuzz.engine import Campaign
-from tests.fuzz.mutate import files_of_every_kind, mutated_arguments, mutated_text
+from tests.fuzz.mutate import command_lines, mutated_text
 
 ROOT = Path(__file__).parents[2]
 TOOLS = {1: Tool((0.0, 0.0, 5.0, 0.0, 0.0), 4.0), 2: Tool(diameter=1.0)}
@@ -84,7 +82,7 @@ WORDS = (
 )
 
 
-def gcode(rng: Random, folder: Path) -> int | None:
+def gcode(rng: Random) -> int | None:
     """One mutated program through the reader."""
     text = mutated_text(rng, rng.choice(PROGRAMS), WORDS)
     data = text.encode("utf-8", errors="surrogatepass")
@@ -100,25 +98,14 @@ def gcode(rng: Random, folder: Path) -> int | None:
     return 0
 
 
-def command_line(
-    main: Callable[[list[str]], int],
-    lines: tuple[str, ...],
-    options: str,
-    rng: Random,
-    folder: Path,
-) -> int | None:
-    """One mutated command line, beside good and bad files of every kind."""
+def files(rng: Random) -> None:
+    """What a command line may name: programs, a table of tools."""
     Path("part.ngc").write_text(mutated_text(rng, PARTS, WORDS), errors="surrogatepass")
     Path("short.ngc").write_text("G64 P.1\nG1 X2 F2000\nY2\nM2\n")
     Path("tool.tbl").write_text(mutated_text(rng, TABLE, ["D", "Z1e9"]), errors="surrogatepass")
-    files_of_every_kind()
-    files = "part.ngc short.ngc tool.tbl empty folder zero pipe out.csv none.ngc"
-    arguments = mutated_arguments(
-        rng, rng.choice(lines).split(), [*options.split(), *files.split()]
-    )
-    return main(arguments)
 
 
+FILES = "part.ngc short.ngc tool.tbl empty folder zero pipe out.csv none.ngc"
 MOTION_LINES = (
     "part.ngc --tools tool.tbl",
     "short.ngc --csv out.csv",
@@ -142,7 +129,7 @@ PLANNER_OPTIONS = "--v0 --vm --tr --tm --length --optimal --ve --acceleration --
 CAMPAIGNS = (
     Campaign("gcode", 20_000, gcode),
     *(
-        Campaign(name, 5_000, functools.partial(command_line, main, lines, options))
+        command_lines(name, main, lines, f"{options} {FILES}", files)
         for name, main, lines, options in (
             ("motion", trajectory.main, MOTION_LINES, MOTION_OPTIONS),
             ("lookahead", lookahead.main, LOOKAHEAD_LINES, LOOKAHEAD_OPTIONS),

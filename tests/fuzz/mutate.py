@@ -11,6 +11,8 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
+from tests.fuzz.engine import Campaign
+
 CHARACTERS = 4 << 20
 """Largest text that the mutations make, more than any tool takes."""
 TOKEN = re.compile(r"\w+|\s+|[^\w\s]")
@@ -183,3 +185,24 @@ def mutated_arguments(rng: Random, arguments: Sequence[str], words: Sequence[str
             result[j] = _edit_tokens(rng, result[j], words)[:100_000]
     # No program is ever given a zero byte; without '/' no case writes outside its folder.
     return [argument.translate({0: None, ord("/"): "_"}) for argument in result]
+
+
+def command_lines(
+    name: str,
+    main: Callable[[list[str]], int | None],
+    lines: Sequence[str],
+    words: str,
+    files: Callable[[Random], None],
+    prepare: Callable[[], object] = lambda: None,
+) -> Campaign:
+    """Campaign of mutated command lines of a tool, beside files of every kind and its own `files`.
+
+    words: options of the tool and names of files.
+    """
+
+    def case(rng: Random) -> int | None:
+        files(rng)
+        files_of_every_kind()
+        return main(mutated_arguments(rng, rng.choice(lines).split(), words.split()))
+
+    return Campaign(name, 5_000, case, prepare)

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import functools
 from pathlib import Path
 from random import Random
 
@@ -13,16 +12,11 @@ from sim.harness.nios_rtl import NiosRtl
 from tests.fuzz.engine import Campaign
 from tests.fuzz.mutate import files_of_every_kind, mutated_arguments
 
-SMALLEST, LARGEST = "sieve.elf", "float_sqrt.elf"
 HEADERS = 52 + 8 * 32  # bytes: ELF header and program headers
 WORDS = (0, 1, 4, 16, 0x7F, 0xFF, 0x7FFF, 0xFFFF, 0x10000000, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFF)
 OPTIONS = "--system fpga1 fpga2 fpga3 --profile --max-cycles 0 1 1000 -5 1e6 x.elf folder zero pipe"
-
-
-@functools.cache
-def programs() -> list[bytes]:
-    """ELF files to damage."""
-    return [(IMAGES / "tests" / name).read_bytes() for name in (SMALLEST, LARGEST)]
+# ELF files to damage, the smallest and the largest.
+PROGRAMS = [(IMAGES / "tests" / name).read_bytes() for name in ("sieve.elf", "float_sqrt.elf")]
 
 
 def damaged(rng: Random, data: bytes) -> bytes:
@@ -44,16 +38,16 @@ def damaged(rng: Random, data: bytes) -> bytes:
     return bytes(content)
 
 
-def elf(rng: Random, folder: Path) -> int:
+def elf(rng: Random) -> int:
     """One damaged file: refused, or run for a while."""
-    Path("x.elf").write_bytes(damaged(rng, rng.choice(programs())))
+    Path("x.elf").write_bytes(damaged(rng, rng.choice(PROGRAMS)))
     status = nios_run.main(["--max-cycles", "2000", "x.elf"])
     return 1 if status == nios_run.FILE_STATUS else 0
 
 
-def command_line(rng: Random, folder: Path) -> int:
+def command_line(rng: Random) -> int:
     """One mutated command line beside files of every kind."""
-    Path("x.elf").write_bytes(programs()[0])
+    Path("x.elf").write_bytes(PROGRAMS[0])
     files_of_every_kind()
     line = "--system fpga2 --max-cycles 2000 x.elf".split()
     status = nios_run.main(mutated_arguments(rng, line, OPTIONS.split()))
@@ -61,8 +55,7 @@ def command_line(rng: Random, folder: Path) -> int:
 
 
 def prepare() -> None:
-    """Files and models, once for all cases."""
-    programs()
+    """Models, once for all cases."""
     for system in ("fpga1", "fpga2"):
         NiosRtl(system)
 

@@ -4,28 +4,24 @@
 from __future__ import annotations
 
 import json
-import os
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
+from tests.bench.commands import output
+from tests.bench.seed import SEED
 from tests.fuzz.campaigns import CAMPAIGNS
 
 ROOT = Path(__file__).parents[2]
 SHORT = 200
-SEED = os.environ.get("SEED", "1")
 
 
-def campaign(name: str, output: Path, *options: str) -> None:
+def campaign(name: str, report: Path, *options: str) -> None:
     """Run a campaign in a process of its own; its report stands in the failure."""
-    command = [sys.executable, "-m", "tests.fuzz", name, "--seed", SEED, "--output", str(output)]
-    done = subprocess.run(
-        [*command, *options], cwd=ROOT, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stdout[-6000:] + done.stderr[-2000:]
-    goals = json.loads(output.read_text(encoding="utf-8"))["goals"]
+    command = ("-m", "tests.fuzz", name, "--seed", SEED, "--output", report, *options)
+    output(sys.executable, *command, cwd=ROOT)
+    goals = json.loads(report.read_text(encoding="utf-8"))["goals"]
     assert len(goals) == 4 and all(goal["met"] for goal in goals)
 
 

@@ -16,38 +16,38 @@ from tests.fuzz.engine import Campaign
 from tests.fuzz.mutate import mutated_arguments, mutated_json, mutated_text
 
 
-def good(rng: Random, folder: Path) -> int:
+def good(rng: Random) -> int:
     return rng.randrange(3)
 
 
-def raises(rng: Random, folder: Path) -> int:
+def raises(rng: Random) -> int:
     raise ValueError("planted")
 
 
-def shows(rng: Random, folder: Path) -> int:
+def shows(rng: Random) -> int:
     print("Traceback (most recent call last):", file=sys.stderr)
     return 1
 
 
-def leaves(rng: Random, folder: Path) -> int:
+def leaves(rng: Random) -> int:
     sys.exit(2)
 
 
-def computes(rng: Random, folder: Path) -> int:
+def computes(rng: Random) -> int:
     while True:
         pass
 
 
-def waits(rng: Random, folder: Path) -> int:
+def waits(rng: Random) -> int:
     time.sleep(100)
     return 0
 
 
-def eats(rng: Random, folder: Path) -> int:
+def eats(rng: Random) -> int:
     return len(bytes(2 << 30))
 
 
-def dies(rng: Random, folder: Path) -> int:
+def dies(rng: Random) -> int:
     os._exit(7)
 
 
@@ -62,8 +62,8 @@ def dies(rng: Random, folder: Path) -> int:
         (waits, "hang"),
         (eats, "memory"),
         (dies, "crash"),
-        (lambda rng, folder: 139, "status"),
-        (lambda rng, folder: "done", "status"),
+        (lambda rng: 139, "status"),
+        (lambda rng: "done", "status"),
     ],
 )
 def test_tool__with_a_planted_fault__is_reported_for_every_case(tool, kind, monkeypatch) -> None:
@@ -77,7 +77,7 @@ def test_tool__with_a_planted_fault__is_reported_for_every_case(tool, kind, monk
 
 
 def test_case__replayed__is_the_same_and_leaves_its_files(tmp_path: Path) -> None:
-    def tool(rng: Random, folder: Path) -> int:
+    def tool(rng: Random) -> int:
         Path("drawn").write_text(mutated_text(rng, "fadd a, b, c\nhalt\n", ["x"]))
         return 3
 

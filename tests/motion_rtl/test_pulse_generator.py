@@ -16,7 +16,7 @@ from tests.bench.seed import SEED
 
 MODULUS = 16 * 100_000_000
 HALF = MODULUS // 2
-FOLDERS = (ROOT / "rtl",)  # where its source stands; test_mutants.py puts changed copies first
+FOLDERS = (ROOT / "rtl",)  # where its source stands; tests put changed copies first
 
 
 class Generator:

@@ -13,10 +13,11 @@ import hashlib
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 from multiprocessing import get_context
 from pathlib import Path
 
+import msgspec
 import numpy as np
 
 from sim.fpbench import Mismatch, Unit, operations, quick
@@ -193,26 +194,24 @@ def sound(ops: Sequence[str]) -> list[Sound]:
     return results
 
 
-def load_report(path: Path = REPORT) -> tuple[dict[int, Verdict], dict[str, Sound]]:
+class Report(msgspec.Struct):
+    """What is read of the report."""
+
+    faults: list[Verdict]
+    sound: list[Sound]
+
+
+def load_report(path: Path) -> tuple[dict[int, Verdict], dict[str, Sound]]:
     """What earlier runs have found; nothing if there is no report or it cannot be read."""
     try:
-        data = json.loads(path.read_text())
-        verdicts = [Verdict(**_of(Verdict, entry)) for entry in data["faults"]]
-        sounds = [Sound(**_of(Sound, entry)) for entry in data["sound"]]
-    except (FileNotFoundError, json.JSONDecodeError, KeyError, TypeError):
+        report = msgspec.json.decode(path.read_bytes(), type=Report)
+    except (FileNotFoundError, msgspec.DecodeError):
         return {}, {}
-    return {v.number: v for v in verdicts}, {s.op: s for s in sounds}
-
-
-def _of(kind: type, entry: dict) -> dict:
-    return {field.name: entry[field.name] for field in fields(kind)}
+    return {v.number: v for v in report.faults}, {s.op: s for s in report.sound}
 
 
 def store(
-    faults: Sequence[Fault],
-    verdicts: dict[int, Verdict],
-    sounds: dict[str, Sound],
-    path: Path = REPORT,
+    faults: Sequence[Fault], verdicts: dict[int, Verdict], sounds: dict[str, Sound], path: Path
 ) -> None:
     """Write the report: every fault with a verdict, in order, and the runs without fault."""
     texts = {
@@ -244,7 +243,7 @@ def run(
     chosen: Sequence[Fault],
     jobs: int,
     told: Callable[[str], None],
-    path: Path = REPORT,
+    path: Path,
 ) -> tuple[dict[int, Verdict], dict[str, Sound], list[str]]:
     """Judge the chosen faults and the RTL itself; what has not changed keeps its verdict.
 
@@ -253,31 +252,18 @@ def run(
     """
     verdicts, sounds = load_report(path)
     marks = {fault.number: mark_of(fault) for fault in chosen}
-    open_faults = [
-        fault
-        for fault in chosen
-        if fault.number not in verdicts or verdicts[fault.number].fingerprint != marks[fault.number]
-    ]
-    for fault in open_faults:
-        verdicts.pop(fault.number, None)
-    units = dict.fromkeys(fault.unit for fault in chosen)
-    ops = {
-        unit: [
-            op
-            for op, (owner, _) in operations().items()
-            if owner == unit and (op not in sounds or sounds[op].fingerprint != sound_mark(op))
-        ]
-        for unit in units
-    }
+    verdicts = {n: v for n, v in verdicts.items() if v.fingerprint == marks.get(n, v.fingerprint)}
     sounds = {op: entry for op, entry in sounds.items() if entry.fingerprint == sound_mark(op)}
     problems: list[str] = []
     with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
         tasks = {}
-        for unit in units:
-            if mine := [fault for fault in open_faults if fault.unit == unit]:
+        for unit in dict.fromkeys(fault.unit for fault in chosen):
+            mine = [each for each in chosen if each.unit == unit and each.number not in verdicts]
+            if mine:
                 tasks[pool.submit(batch, unit, mine, marks)] = f"{unit}: {len(mine)} faults"
-            if ops[unit]:
-                tasks[pool.submit(sound, ops[unit])] = f"{unit}: no fault, {len(ops[unit])} ops"
+            ops = [op for op, (owner, _) in operations().items() if owner == unit]
+            if ops := [op for op in ops if op not in sounds]:
+                tasks[pool.submit(sound, ops)] = f"{unit}: no fault, {len(ops)} ops"
         for task in as_completed(tasks):
             try:
                 for result in task.result():

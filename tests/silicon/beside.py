@@ -19,6 +19,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from unittest.mock import patch
 
 from sim.harness import build
 from tests.bench.faults import write_if_changed
@@ -96,15 +97,11 @@ def bound(work: Work, folders: Sequence[Path] = (ROOT / "rtl",)) -> Iterator[Non
     netlist = netlist_of(work, folders)
     text = BUILD / f"beside_{netlist.verilog.parent.name}.sv"
     write_if_changed(text, checker(work, netlist))
-    names = ("beside", "beside_flags", "optimisation", "assertions")
-    before = {name: getattr(build, name) for name in names}
-    build.beside, build.beside_flags = (*netlist.sources, text), MODEL_FLAGS
-    build.optimisation, build.assertions = "-O1", True
-    try:
+    files = (*netlist.sources, text)
+    with patch.multiple(
+        build, beside=files, beside_flags=MODEL_FLAGS, optimisation="-O1", assertions=True
+    ):
         yield
-    finally:
-        for name, value in before.items():
-            setattr(build, name, value)
 
 
 def run(name: str, count: int, folders: Sequence[Path] = (ROOT / "rtl",)) -> Outcome:

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,10 +12,11 @@ from sim.harness.build import build_library
 from sim.harness.sources import sources_of
 from sim.harness.waves import load_model
 from tests.bench.faults import write_if_changed
-from tests.silicon.netlist import BUILD, MODEL_FLAGS, ROOT, Netlist, literal, make_netlist
+from tests.silicon.netlist import BUILD, MODEL_FLAGS, ROOT, Netlist, make_netlist
 
 HARNESS = Path(__file__).with_name("lockstep_harness.cpp")
 CLOCK, RESET = "clk_i", "rst_ni"
+SEED = 1
 
 
 @dataclass(frozen=True)
@@ -43,7 +44,7 @@ def still_bits(netlist: Netlist, moved: int) -> tuple[str, ...]:
     return tuple(name for n, name in enumerate(output_bits(netlist)) if not moved >> n & 1)
 
 
-def wrapper(top: str, parameters: Mapping[str, int], netlist: Netlist) -> str:
+def wrapper(top: str, netlist: Netlist) -> str:
     """SystemVerilog text of a module with both in it."""
     inputs: list[str] = []
     outputs: list[str] = []
@@ -55,12 +56,11 @@ def wrapper(top: str, parameters: Mapping[str, int], netlist: Netlist) -> str:
         place = f"[{at[direction]}+:{bits}]"
         (inputs if direction == "input" else outputs).append(f".{name}(%s{place})")
         at[direction] += bits
-    given = ", ".join(f".{name}({literal(value)})" for name, value in parameters.items())
 
-    def instance(module: str, values: str, result: str) -> str:
+    def instance(module: str, result: str) -> str:
         clock = [f".{name}({name})" for name in pins if name in netlist.ports]
         ports = [*clock, *(p % "stimulus_i" for p in inputs), *(p % result for p in outputs)]
-        return f"  {module} {values} u_{result} ({', '.join(ports)});\n"
+        return f"  {module} u_{result} ({', '.join(ports)});\n"
 
     high = at["output"] - 1
     wide = max(at["output"], 65) - 1  # an array of words in C++
@@ -70,8 +70,8 @@ def wrapper(top: str, parameters: Mapping[str, int], netlist: Netlist) -> str:
         f"output logic differs_o, output logic [{wide}:0] moved_o);\n"
         f"  logic [{high}:0] rtl, netlist, before_q, moved_q;\n"
         "  logic begun_q;\n"
-        + instance(top, f"#({given})" if given else "", "rtl")
-        + instance(netlist.module, "", "netlist")
+        + instance(top, "rtl")
+        + instance(netlist.module, "netlist")
         + f"  always_ff @(posedge {CLOCK}) begin\n"
         "    before_q <= rtl;\n"
         f"    begun_q <= {RESET};\n"
@@ -83,22 +83,11 @@ def wrapper(top: str, parameters: Mapping[str, int], netlist: Netlist) -> str:
     )
 
 
-def run(
-    top: str,
-    parameters: Mapping[str, int] | None = None,
-    clocks: int = 100_000,
-    seed: int = 1,
-    netlist_folders: Sequence[Path] = (ROOT / "rtl",),
-    rare: Collection[str] = (),
-) -> Outcome:
-    """Compare `top` with its netlist, made from `netlist_folders`. Raises NetlistError.
-
-    rare: inputs that are 0 but for single clocks, of what else would hold everything.
-    """
-    parameters = dict(parameters or {})
-    netlist = make_netlist(top, parameters, f"{top}_netlist", netlist_folders)
+def run(top: str, clocks: int, netlist_folders: Sequence[Path] = (ROOT / "rtl",)) -> Outcome:
+    """Compare `top` with its netlist, made from `netlist_folders`. Raises NetlistError."""
+    netlist = make_netlist(top, name=f"{top}_netlist", folders=netlist_folders)
     text = BUILD / f"lockstep_{netlist.verilog.parent.name}.sv"
-    write_if_changed(text, wrapper(top, parameters, netlist))
+    write_if_changed(text, wrapper(top, netlist))
     # A pair without the checks of simulation: random inputs are no protocol.
     library = build_library(
         f"lockstep_{top}",
@@ -110,7 +99,7 @@ def run(
     )
     lib = load_model(library)
     inputs = [
-        (width, name in rare)
+        width
         for name, (direction, width) in netlist.ports.items()
         if direction == "input" and name not in (CLOCK, RESET)
     ]
@@ -118,11 +107,10 @@ def run(
     moved = (ctypes.c_uint32 * -(-bits // 32))()
     lib.lockstep_run.restype = ctypes.c_int64
     first = lib.lockstep_run(
-        ctypes.c_uint64(seed),
+        ctypes.c_uint64(SEED),
         ctypes.c_uint64(clocks),
         ctypes.c_uint32(len(inputs)),
-        (ctypes.c_uint32 * len(inputs))(*(width for width, _ in inputs)),
-        (ctypes.c_uint8 * len(inputs))(*(seldom for _, seldom in inputs)),
+        (ctypes.c_uint32 * len(inputs))(*inputs),
         ctypes.c_uint32(len(moved)),
         moved,
     )

@@ -13,11 +13,11 @@ struct Pair : Bench<Pair, MODEL> {};
 }  // namespace
 
 // Each of `ports` inputs, `bits` wide one behind the other in stimulus_i, keeps its value in half of the
-// clocks, else it is random, all ones or all zeros; one that is `rare` is random in one clock of 1024, else 0.
+// clocks, else it is random, all ones or all zeros.
 // Returns the first clock with a difference, -1 if there is none; moved: `words` words of the first module's
 // outputs, 1 where a bit changed.
 extern "C" int64_t lockstep_run(uint64_t seed, uint64_t clocks, uint32_t ports, const uint32_t* bits,
-                                const uint8_t* rare, uint32_t words, uint32_t* moved) {
+                                uint32_t words, uint32_t* moved) {
   Pair pair;
   Random random(seed);
   auto* inputs = reinterpret_cast<uint32_t*>(&pair.top->stimulus_i);
@@ -26,9 +26,7 @@ extern "C" int64_t lockstep_run(uint64_t seed, uint64_t clocks, uint32_t ports, 
   for (uint64_t n = 0; n < clocks && first < 0; ++n) {
     uint32_t at = 0;
     for (uint32_t p = 0; p < ports; at += bits[p++]) {
-      uint32_t choice = random.draw() & 1023;
-      if (rare[p]) choice = choice ? 8 : 10;
-      choice &= 15;
+      const uint32_t choice = random.draw() & 15;
       if (choice < 8) continue;
       uint32_t word = 0;
       for (uint32_t b = 0; b < bits[p]; ++b) {

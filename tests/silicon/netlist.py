@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
+from unittest.mock import patch
 
 from sim.harness import build
 from sim.harness.runtime import only_one
@@ -137,12 +138,9 @@ def library_of(
 
     Raises BuildError.
     """
-    before, build.optimisation = build.optimisation, "-O1"  # gates: -O3 takes minutes more
-    try:
-        sources, flags = [*more, *netlist.sources], (*MODEL_FLAGS, *flags)
+    sources, flags = [*more, *netlist.sources], (*MODEL_FLAGS, *flags)
+    with patch.object(build, "optimisation", "-O1"):  # gates: -O3 takes minutes more
         return build.build_library(netlist.module, sources, harness, model_flags=flags)
-    finally:
-        build.optimisation = before
 
 
 def _synthesise(
@@ -199,10 +197,8 @@ def _named_netlist(top: str, folders: Sequence[Path]) -> tuple[Path, dict[str, s
     return verilog, {c: r for c, r in registers.items() if r != c and r not in found["netnames"]}
 
 
-def prove_equivalent(
-    top: str, folders: Sequence[Path] = (ROOT / "rtl",), depth: int = 4
-) -> tuple[int, int]:
-    """Points of `top` proved equal to its netlist by induction over `depth` clocks, and all points.
+def prove_equivalent(top: str, folders: Sequence[Path] = (ROOT / "rtl",)) -> tuple[int, int]:
+    """Points of `top` proved equal to its netlist by induction over 4 clocks, and all points.
 
     A point is a bit of an output or of a register that both have: Yosys `equiv_make`, each shown
     from the points before it, for every input and every state in which the points agree. folders:
@@ -221,7 +217,7 @@ def prove_equivalent(
         f"cd ..; rename {gate} gate; design -stash gate; design -copy-from gold -as gold gold",
         "design -copy-from gate -as gate gate; equiv_make gold gate equiv",
         "hierarchy -top equiv; opt_clean -purge",
-        f"equiv_simple -seq 1; equiv_induct -seq {depth}; equiv_status",
+        "equiv_simple -seq 1; equiv_induct -seq 4; equiv_status",
     ]
     said = _yosys(["-p", "; ".join(script)], top)
     found = re.findall(r"Of those cells (\d+) are proven and (\d+) are unproven", said)

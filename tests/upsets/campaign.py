@@ -42,7 +42,6 @@ class Task:
     kind: str
     shard: int
     mark: str
-    store: Path
 
     @property
     def key(self) -> str:
@@ -53,7 +52,7 @@ class Task:
     def path(self) -> Path:
         """Where its result belongs."""
         words = self.kind.replace(",", "").replace(" ", "_")
-        return self.store / f"{self.core}-{self.mark}" / f"{words}-{self.shard}.json"
+        return STORE / f"{self.core}-{self.mark}" / f"{words}-{self.shard}.json"
 
 
 @functools.cache
@@ -71,14 +70,14 @@ def mark_of(core: str) -> str:
     return digest.hexdigest()[:12]
 
 
-def tasks_of(core: str, depth: str, store: Path = STORE) -> Iterator[Task]:
+def tasks_of(core: str, depth: str) -> Iterator[Task]:
     """Every shard of a core, dealt to the kinds by their shares."""
     mark = mark_of(core)
     shards = SHARDS[depth][core]
     parts = {kind: max(1, round(kind.share * shards)) for kind in KINDS}
     for kind, part in ({KINDS[0]: shards} if core == NETLIST else parts).items():
         for shard in range(part):
-            yield Task(core, kind.name, shard, mark, store)
+            yield Task(core, kind.name, shard, mark)
 
 
 def cost() -> dict[str, int]:

@@ -4,10 +4,10 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from unittest.mock import patch
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from asip_asm.isa import default_isa
 from asip_asm.project import ROOT
 from sim.harness import build
 from sim.harness.asip_bus import BLOCK, CLEAR, CSR, START, STATUS, load_words, register_address
+from sim.harness.verilated import Verilated
 from sim.iss.path import preset
 from sim.model.parameters import Robot
 from sim.model.records import COUNTS, OUTPUTS, SET_POINTS
@@ -46,16 +47,6 @@ EFFECTS = (
 )
 
 
-@contextmanager
-def without_assertions() -> Iterator[None]:
-    """Models built here have none: an upset is to break what they say."""
-    before, build.assertions = build.assertions, False
-    try:
-        yield
-    finally:
-        build.assertions = before
-
-
 class ReferenceError(RuntimeError):
     """The run without an upset did not go through."""
 
@@ -83,28 +74,31 @@ def parameters_of(resilient: bool) -> dict[str, int]:
     }
 
 
-class Model:
+class Model(Verilated):
     """One configuration of the core with the program loaded and the reference run.
 
     idle: clocks between ticks; lengths: clocks of each tick of the host, these included; cycles: of
     the core in a tick; build: a name that changes with the RTL and the harness.
     """
 
+    prefix = "upset"
     places: Mapping[str, str] = {}
     """Of sites whose name is not their place."""
 
     def __init__(self, resilient: bool = False, idle: int = 100) -> None:
-        with without_assertions():
+        with patch.object(build, "assertions", False):  # an upset is to break what they say
             library = self._library(resilient)
         self.build = library.parent.name
         self._resilient, self._idle = resilient, idle
-        self._lib = ctypes.CDLL(str(library))
-        self._lib.upset_new.restype = ctypes.c_void_p
-        self._lib.upset_free.argtypes = [ctypes.c_void_p]
-        self._lib.upset_read.restype = ctypes.c_uint32
-        self._lib.upset_sites.argtypes = [ctypes.c_void_p]
-        self._lib.upset_sites.restype = ctypes.c_char_p
-        self._handle = self._lib.upset_new()
+        u32, pointer = ctypes.c_uint32, ctypes.c_void_p
+        program, ticks = (pointer, pointer, u32), (pointer, u32, pointer, u32)
+        signatures = {
+            "sites": (ctypes.c_char_p,),
+            "reference": (u32, *program, *ticks, pointer, pointer, pointer, u32, pointer),
+            "read": (u32, u32),
+            "inject": (None, pointer, u32, u32, pointer),
+        }
+        super().__init__(library, signatures)
         lines = self._lib.upset_sites(self._handle).decode().splitlines()
         self.sites = [
             Site(name, int(bits), int(n), self.places.get(name, name))
@@ -112,17 +106,13 @@ class Model:
         ]
         self.image: Image = assemble(PROGRAM)
         self.lengths = self._reference()
-        self.cycles: int = self._lib.upset_read(ctypes.c_void_p(self._handle), CSR["CYCLES"])
+        self.cycles: int = self._lib.upset_read(self._handle, CSR["CYCLES"])
 
     def _library(self, resilient: bool) -> Path:
         sources = [OPEN, *build.file_list("asip/asip.f")]
         return build.build_library(
             "asip", sources, HARNESS, parameters_of(resilient), model_flags=FLAGS
         )
-
-    def __del__(self) -> None:
-        if handle := getattr(self, "_handle", None):
-            self._lib.upset_free(handle)
 
     def _reference(self) -> np.ndarray:
         image, robot = self.image, Robot.load()
@@ -138,10 +128,10 @@ class Model:
             else int(value) & 0xFFFFFFFF
             for name, value in preset(image.to_json(), robot, counts[0].tolist()).items()
         }
-        load = dict(load_words(image))
+        loaded = dict(load_words(image))
         for state in image.states:
             if state.name in first:
-                load[register_address(state.register)] = first[state.name]
+                loaded[register_address(state.register)] = first[state.name]
         host = [
             CSR["STATUS"],
             CSR["CONTROL"],
@@ -158,20 +148,22 @@ class Model:
             4 * image.watchdog + 2000,
         ]
         limits = dict(zip(OUTPUTS, robot.output_max, strict=True))
+        host, load, inputs, outputs, safe = (
+            np.array(numbers, dtype=np.uint32)
+            for numbers in (
+                host,
+                list(loaded.items()),
+                [BLOCK["constants"] + each.index for each in image.inputs],
+                [BLOCK["outputs"] + each.index for each in image.outputs],
+                [int(each.safe, 16) for each in image.outputs],
+            )
+        )
+        most = np.array([limits[each.name] for each in image.outputs], dtype=np.float32)
         lengths = np.zeros(len(words), dtype=np.uint32)
-        arrays = [
-            np.array(host, dtype=np.uint32),
-            np.array(list(load.items()), dtype=np.uint32),
-            np.array([BLOCK["constants"] + each.index for each in image.inputs], dtype=np.uint32),
-            words,
-            np.array([BLOCK["outputs"] + each.index for each in image.outputs], dtype=np.uint32),
-            np.array([int(each.safe, 16) for each in image.outputs], dtype=np.uint32),
-            np.array([limits[each.name] for each in image.outputs], dtype=np.float32),
-        ]
-        at = [ctypes.c_void_p(array.ctypes.data) for array in (*arrays, lengths)]
         failed = self._lib.upset_reference(
-            ctypes.c_void_p(self._handle), at[0], at[1], len(load), at[2], len(image.inputs),
-            at[3], len(words), at[4], at[5], at[6], len(image.outputs), at[7],
+            self._handle, host.ctypes, load.ctypes, len(load), inputs.ctypes, len(inputs),
+            words.ctypes, len(words), outputs.ctypes, safe.ctypes, most.ctypes, len(outputs),
+            lengths.ctypes,
         )  # fmt: skip
         if failed:
             raise ReferenceError(f"tick {failed - 1} of the run without an upset did not end well")
@@ -181,13 +173,7 @@ class Model:
         """What each of the upsets (N, UPSET) does, (N, OUTCOME)."""
         upsets = np.ascontiguousarray(upsets, dtype=UPSET)
         outcomes = np.zeros(len(upsets), dtype=OUTCOME)
-        self._lib.upset_inject(
-            ctypes.c_void_p(self._handle),
-            ctypes.c_void_p(upsets.ctypes.data),
-            len(upsets),
-            LATER,
-            ctypes.c_void_p(outcomes.ctypes.data),
-        )
+        self._lib.upset_inject(self._handle, upsets.ctypes, len(upsets), LATER, outcomes.ctypes)
         return outcomes
 
 

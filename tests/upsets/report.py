@@ -7,7 +7,6 @@ import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
 from asip_asm.project import BUILD, ROOT
@@ -26,7 +25,7 @@ AREAS = {
     "record": "area of redundancy and the plausibility record",
 }
 FULL = "RUN=full"
-LEAST_NETLIST = 4000
+LEAST, LEAST_NETLIST = 20_000, 4000  # injections
 LARGE = 0.01
 """Error of an output that counts as large, as a part of its limit."""
 
@@ -95,27 +94,13 @@ def area_goals(luts: Mapping[str, float] | None) -> list[Row]:
     return rows
 
 
-def goals(cores: Mapping[str, Mapping[str, Any]], most: str) -> list[Row]:
-    """Effects of upsets on the core `most`, which does most about them, against their targets."""
-    return [
-        *_effects(cores[most], f"core '{most}'"),
-        at_least(f"injections, core '{most}'", cores[most]["injections"], 20000, "cases", FULL),
-    ]
+def goals(core: Mapping[str, Any] | None, name: str, least: int) -> list[Row]:
+    """Effects of upsets on a core, or None if it was not run, against their targets.
 
-
-def netlist_goals(core: Mapping[str, Any] | None) -> list[Row]:
-    """The same of the flip-flops of the netlist; None: not run."""
-    name = "flip-flops of the netlist"
+    least: injections.
+    """
     if core is None:
-        return [Row(f"injections, {name}", None, "cases", f">= {LEAST_NETLIST}", False, FULL)]
-    n = core["injections"]
-    return [
-        *_effects(core, name),
-        at_least(f"injections, {name}", n, LEAST_NETLIST, "cases", FULL),
-    ]
-
-
-def _effects(core: Mapping[str, Any], name: str) -> list[Row]:
+        return [Row(f"injections, {name}", None, "cases", f">= {least}", False, FULL)]
     total, n = core["rows"]["everything"], core["injections"]
     wrong = sum(total[effect] for effect in WRONG)
     low, high = wilson(wrong, n)
@@ -127,6 +112,7 @@ def _effects(core: Mapping[str, Any], name: str) -> list[Row]:
         at_most(f"wrong by more than 1 % of the limit, {name}", large, 0, "cases"),
         at_most(f"lock-ups, {name}", stuck, 0, "cases", "runs that never end among them"),
         at_most(f"unsafe outputs behind a fault, {name}", core["unsafe"], 0, "cases"),
+        at_least(f"injections, {name}", n, least, "cases", FULL),
     ]
 
 
@@ -163,7 +149,7 @@ def table(core: Mapping[str, Any]) -> list[str]:
     return lines
 
 
-def update_page(cores: Mapping[str, Mapping[str, Any]], rows: Sequence[Row], page: Path = PAGE):
+def update_page(cores: Mapping[str, Mapping[str, Any]], rows: Sequence[Row]) -> None:
     """Put the tables between the marks of the page."""
     lines = ["", f"Measured at commit {commit()}.", ""]
     for name, core in cores.items():
@@ -192,6 +178,6 @@ def update_page(cores: Mapping[str, Mapping[str, Any]], rows: Sequence[Row], pag
         lines.append(
             f"| {row.name} | {value}{note} | {row.target} | {'yes' if row.met else 'no'} |"
         )
-    text = page.read_text(encoding="utf-8")
+    text = PAGE.read_text(encoding="utf-8")
     texts = {"campaign": "\n".join([*lines, "", ""])}
-    page.write_text(between_marks(text, texts, page), encoding="utf-8")
+    PAGE.write_text(between_marks(text, texts, PAGE), encoding="utf-8")
