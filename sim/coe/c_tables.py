@@ -30,7 +30,7 @@ def text(value: str) -> str:
 def header(device: Device) -> str:
     """gen/objects.h: constants of the device and where the values stand."""
     head, mailbox, process = device.device, device.mailbox, device.process_data
-    own = [o for o in device.templates if not in_axis(o) and not o.special]
+    own = [o for o in device.own if not o.special]
     maps = max(len(device.direction("rx")), len(device.direction("tx")))
     lines = [
         "/* SPDX-License-Identifier: Apache-2.0 */",
@@ -60,7 +60,7 @@ def header(device: Device) -> str:
         f"#define AXIS_STEP 0x{AXIS_STEP:X}u",
         "",
         "struct axis_objects {",
-        *members([o for o in device.templates if in_axis(o)]),
+        *members(device.of_axis),
         "};",
         "",
         "/* Index 0: from the master (rx), 1: to the master (tx). */",
@@ -81,10 +81,6 @@ def header(device: Device) -> str:
         "",
     ]
     return "\n".join(lines)
-
-
-def in_axis(found: Object) -> bool:
-    return AXIS_FIRST <= found.index < AXIS_FIRST + AXIS_STEP
 
 
 def members(objects: list[Object]) -> list[str]:
@@ -117,8 +113,7 @@ def members(objects: list[Object]) -> list[str]:
 
 def source(device: Device) -> str:
     """gen/objects.c: tables of the objects, by rising index."""
-    own = [o for o in device.templates if not in_axis(o)]
-    axis = [o for o in device.templates if in_axis(o)]
+    own, axis = device.own, device.of_axis
     entries: list[str] = []
     values: dict[tuple[int, ...], str] = {}
     tables = []
@@ -191,7 +186,7 @@ def entry_row(entry: Entry, one: Object, values: dict[tuple[int, ...], str]) -> 
         initial = word(entry, entry.default)
     place = "0"
     if entry.field:
-        place = f"{'OF_AXIS' if in_axis(one) else 'OWN'}({entry.field})"
+        place = f"{'OWN' if one.axis is None else 'OF_AXIS'}({entry.field})"
         flag.append("ENTRY_STORED")
     allowed = "0"
     if entry.values:

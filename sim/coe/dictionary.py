@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import struct
 import tomllib
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -73,11 +74,16 @@ class Entry:
     def bits(self) -> int:
         return 8 * self.bytes
 
+    @property
+    def format(self) -> str:
+        """Of struct, for a value as it stands in memory."""
+        return "<" + TYPES[self.type].format
+
     def data(self) -> bytes:
         """The default as it stands in memory."""
         if self.type == "string":
             return str(self.default or "").encode()
-        return struct.pack("<" + TYPES[self.type].format, self.default)
+        return struct.pack(self.format, self.default)
 
 
 @dataclass(frozen=True)
@@ -119,7 +125,16 @@ class Device:
     process_data: dict[str, int]
     objects: tuple[Object, ...]
     pdos: tuple[Pdo, ...]
-    templates: tuple[Object, ...] = field(default=())
+
+    @property
+    def own(self) -> list[Object]:
+        """Objects of the device itself."""
+        return [o for o in self.objects if o.axis is None]
+
+    @property
+    def of_axis(self) -> list[Object]:
+        """Objects of the first axis; each axis has such."""
+        return [o for o in self.objects if o.axis == 0]
 
     def object(self, index: int) -> Object:
         return next(o for o in self.objects if o.index == index)
@@ -132,16 +147,23 @@ class Device:
         """Process data of one direction after reset [byte]."""
         return sum(p.bytes for p in self.direction(direction))
 
+    def places(self, direction: str) -> Iterator[tuple[int, Pdo, Object, Entry]]:
+        """What is mapped after reset but for padding: its first byte in the process data, its PDO,
+        the object and its entry."""
+        at = 0
+        for pdo in self.direction(direction):
+            for index, subindex, bits in pdo.entries:
+                if index:
+                    one = self.object(index)
+                    yield at, pdo, one, one.entry(subindex)
+                at += bits // 8
+
 
 def load(path: Path = SOURCE) -> Device:
     """Read the source. Raises DictionaryError."""
     try:
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
-    except tomllib.TOMLDecodeError as error:
-        raise DictionaryError(f"{path}: {error}") from error
-    try:
-        return _Reader(document).device()
-    except DictionaryError as error:
+        return _Reader(tomllib.loads(path.read_text(encoding="utf-8"))).device()
+    except (tomllib.TOMLDecodeError, DictionaryError) as error:
         raise DictionaryError(f"{path}: {error}") from None
     except KeyError as error:
         raise DictionaryError(f"{path}: no {error}") from None
@@ -164,7 +186,6 @@ class _Reader:
         for one in axis:
             if not AXIS_FIRST <= one.index < AXIS_FIRST + AXIS_STEP:
                 raise DictionaryError(f"object {one.index:04X}: no place of axis 0")
-        axis.sort(key=lambda o: o.index)
         pdos = self.pdos(own, axis)
         own += [self.mapping(pdo) for pdo in pdos]
         own = [self.assigned(o, pdos) if o.special == "assign" else o for o in own]
@@ -177,15 +198,8 @@ class _Reader:
         for before, after in zip(every, every[1:], strict=False):
             if before.index == after.index:
                 raise DictionaryError(f"object {after.index:04X} stands twice")
-        own.sort(key=lambda o: o.index)
-        return Device(
-            self.head,
-            self.document["mailbox"],
-            self.document["process_data"],
-            tuple(every),
-            tuple(pdos),
-            tuple([*own, *axis]),
-        )
+        mailbox, process_data = self.document["mailbox"], self.document["process_data"]
+        return Device(self.head, mailbox, process_data, tuple(every), tuple(pdos))
 
     def object(self, record: dict[str, Any]) -> Object:
         place = f"object {record['index']:04X}"

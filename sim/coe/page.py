@@ -20,10 +20,8 @@ writes them.
 
 
 def page(device: Device) -> str:
-    own = [o for o in device.objects if o.axis is None]
-    axis = [o for o in device.objects if o.axis == 0]
     lines = [f"<!-- {ORIGIN} -->", INTRODUCTION, "", "## The device's own", ""]
-    lines += objects(own)
+    lines += objects(device.own)
     lines += [
         "",
         "## Each axis",
@@ -31,21 +29,18 @@ def page(device: Device) -> str:
         f"Index on the first axis; axis n, 2 to {device.device['axes']}, has it at"
         f" + {AXIS_STEP:X}h (n − 1).",
         "",
-        *objects(axis),
+        *objects(device.of_axis),
         "",
         "## Process data after reset",
         "",
     ]
     for direction, text in (("rx", "From the master, SM2"), ("tx", "To the master, SM3")):
         lines += [f"{text}: {device.bytes(direction)} bytes.", ""]
-        rows, at = [], 0
-        for pdo in device.direction(direction):
-            for index, subindex, bits in pdo.entries:
-                if index:
-                    one = device.object(index)
-                    name = one.name if one.kind == "var" else one.entry(subindex).name
-                    rows.append([str(at), f"{pdo.index:04X}", f"{index:04X}:{subindex:02X}", name])
-                at += bits // 8
+        rows = []
+        for at, pdo, one, entry in device.places(direction):
+            name = one.name if one.kind == "var" else entry.name
+            place = f"{one.index:04X}:{entry.subindex:02X}"
+            rows.append([str(at), f"{pdo.index:04X}", place, name])
         lines += table(["byte", "PDO", "object", ""], rows) + [""]
     return "\n".join(lines)
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import struct
 
-from sim.coe.dictionary import TYPES, Device, Pdo
+from sim.coe.dictionary import TYPES, Device
 
 BYTES = 2048
 STRINGS, GENERAL, FMMU, SYNC_MANAGER, TX_PDO, RX_PDO, CLOCK = 10, 30, 40, 41, 50, 51, 60
@@ -119,20 +119,17 @@ def sync_managers(device: Device) -> bytes:
 
 
 def pdos(device: Device, direction: str, manager: int, strings: Strings) -> bytes:
-    return b"".join(pdo_record(device, p, manager, strings) for p in device.direction(direction))
-
-
-def pdo_record(device: Device, pdo: Pdo, manager: int, strings: Strings) -> bytes:
-    record = struct.pack(
-        "<H4BH", pdo.index, len(pdo.entries), manager, 0, strings.number(pdo.name), 0
-    )
-    for index, subindex, bits in pdo.entries:
-        name, code = "", 0
-        if index:
-            entry = device.object(index).entry(subindex)
-            name, code = entry.name, TYPES[entry.type].code
-        record += struct.pack("<H4BH", index, subindex, strings.number(name), code, bits, 0)
-    return record
+    body = b""
+    for pdo in device.direction(direction):
+        title = strings.number(pdo.name)
+        body += struct.pack("<H4BH", pdo.index, len(pdo.entries), manager, 0, title, 0)
+        for index, subindex, bits in pdo.entries:
+            name, code = "", 0
+            if index:
+                entry = device.object(index).entry(subindex)
+                name, code = entry.name, TYPES[entry.type].code
+            body += struct.pack("<H4BH", index, subindex, strings.number(name), code, bits, 0)
+    return body
 
 
 def clock(device: Device, strings: Strings) -> bytes:

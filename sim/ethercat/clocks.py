@@ -35,9 +35,10 @@ def read(line: Line, slave: int, register: ByteRegister) -> int:
     """A register of the slave at that position, by the master. Raises TimeoutError."""
     width = register.width
     back = line.exchange(single(APRD, -slave & 0xFFFF, register.address, bytes(width)))
-    if back is None:
+    value, counter = answer(back.data, width) if back else (0, 0)
+    if counter != 1:
         raise TimeoutError(f"{register.name} of slave {slave}: no answer")
-    return answer(back.data, width)[0]
+    return value
 
 
 def write(line: Line, slave: int, register: ByteRegister, value: int) -> None:

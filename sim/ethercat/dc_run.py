@@ -13,6 +13,7 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Sequence
+from contextlib import closing
 
 from sim.coe.dictionary import load
 from sim.ethercat.datagram import ARMW, BWR, single
@@ -33,8 +34,8 @@ STEP_NS = CLOCK_NS = 10
 def set_up(line: Line, cycles: int) -> tuple[bool, str, int, list[int]]:
     """By pysoem: whether it found such clocks, the state, wrong counters; of each slave what its
     system time had more than offset and clock, before the reference's time was sent."""
-    master, tap = Master(line.slaves), open_tap()
-    try:
+    with closing(Master(line.slaves)) as master:
+        tap = open_tap()
         with line.served(tap):
             master.to_safeop()
             found = master.pysoem.config_dc()
@@ -48,8 +49,6 @@ def set_up(line: Line, cycles: int) -> tuple[bool, str, int, list[int]]:
             master.from_safeop()
             wrong, _, _, _ = cycle(master, cycles, lambda _: None)
             return found, "OP" if master.in_op() else "not OP", wrong, rests
-    finally:
-        master.close()
 
 
 def true_delays(line: Line) -> list[float]:

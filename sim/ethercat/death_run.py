@@ -19,12 +19,13 @@ import pysoem
 
 from sim.coe.dictionary import load
 from sim.ethercat.device import DeviceRtl
-from sim.ethercat.device_run import GOAL, IMAGE, Trial
+from sim.ethercat.device_run import GOAL, Trial
 from sim.ethercat.gen import esc_regmap
 from sim.ethercat.machine import AXES, FLAGS, POWER
+from sim.ethercat.pysoem_master import read
+from sim.ethercat.register import ByteRegister
 from sim.ethercat.session import CSP, ENABLE, START_NS
 from sim.ethercat.tap import command_line
-from sim.harness import nios_image
 
 AXIS_STEP = 0x800
 STATE_AND_ERROR = sum(esc_regmap.AL_STATUS.fields[name].mask for name in ("state", "error"))
@@ -62,13 +63,12 @@ def run(ticks: int) -> dict[str, object]:
     it stands from there on, unpowered_at: no axis has power any more, None: never. again: the state
     that the device was brought back to.
     """
-    rtl = DeviceRtl(nios_image.load(IMAGE))
+    rtl = DeviceRtl()
     rtl.run(START_NS)
     session = Trial(rtl, load())
 
-    def register(which: object) -> int:
-        data = session.master.slaves[0]._fprd(which.address, which.width, ANSWER_US)
-        return int.from_bytes(data, "little")
+    def register(which: ByteRegister) -> int:
+        return read(session.master.slaves[0], which, ANSWER_US)
 
     emergencies: list[int] = []
     with session.served():

@@ -8,18 +8,20 @@ import ctypes
 
 import numpy as np
 
-from sim.ethercat.verilated import Verilated, load
-from sim.harness.nios_image import Program
+from sim.ethercat.verilated import HERE, Verilated, load
+from sim.harness import nios_image
 from sim.harness.nios_map import default_system_map
 
+IMAGE = "ethercat"  # its program
 CLOCK_NS = 10
+CYCLE_CLOCKS = 10_000  # between two control ticks
 INPUT_WORDS, OUTPUT_WORDS = 16, 29  # of a control tick: nios_sw/ethercat/ethercat_tick.h
 BEFORE = 8  # clocks before a control tick at which `DeviceRtl.tick` begins
 COUNTS = ("ticks", "last", "longest", "sum", "overrun", "sent", "returned")
 
 
 class DeviceRtl(Verilated):
-    """One device with its program running; `tick_clocks` between control ticks, 0: none.
+    """One device with its program running, a control tick each `CYCLE_CLOCKS`.
 
     inputs (16,), outputs (29,): words of the next tick and of the last one, uint32. The model is
     built on first use. Raises BuildError.
@@ -27,20 +29,19 @@ class DeviceRtl(Verilated):
 
     prefix = "device"
 
-    def __init__(self, program: Program, tick_clocks: int = 10_000) -> None:
+    def __init__(self) -> None:
         longs = ("device_now", "device_count")
-        super().__init__(load("ethercat_nios", "device_harness.cpp", longs))
+        super().__init__(load("ethercat_nios", HERE / "device_harness.cpp", longs))
         self._lib.device_console.restype = ctypes.c_char_p
         self.inputs = self._words("inputs", INPUT_WORDS)
         self.outputs = self._words("outputs", OUTPUT_WORDS)
-        self._tick_clocks = tick_clocks
-        system = default_system_map()
+        program, system = nios_image.load(IMAGE), default_system_map()
         for memory in system.memories.values():
             words = np.zeros(memory.words, dtype=np.uint32)
             words[: len(program.memories[memory.name])] = program.memories[memory.name]
             self._call("load", ctypes.c_uint32(memory.base), words.ctypes, memory.words)
         bases = [system.base(block) for block in ("inputs", "outputs")]
-        self._call("start", *map(ctypes.c_uint32, bases), tick_clocks)
+        self._call("start", *map(ctypes.c_uint32, bases), CYCLE_CLOCKS)
 
     def _words(self, name: str, count: int) -> np.ndarray:
         getattr(self._lib, f"device_{name}").restype = ctypes.POINTER(ctypes.c_uint32 * count)
@@ -75,11 +76,11 @@ class DeviceRtl(Verilated):
     def tick(self) -> None:
         """One control tick, from `align` on. Raises OverflowError if its pass does not end."""
         before = self.counts()["ticks"]
-        self.run(self._tick_clocks * CLOCK_NS)
+        self.run(CYCLE_CLOCKS * CLOCK_NS)
         if self.counts()["ticks"] != before + 1:
-            self.run(self._tick_clocks * CLOCK_NS)
+            self.run(CYCLE_CLOCKS * CLOCK_NS)
             raise OverflowError(
-                f"control pass {before} takes {self.counts()['last']} cycles of {self._tick_clocks}"
+                f"control pass {before} takes {self.counts()['last']} cycles of {CYCLE_CLOCKS}"
             )
 
     def take(self, descriptor: int) -> int:

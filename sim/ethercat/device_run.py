@@ -18,8 +18,9 @@ import pysoem
 
 from asip_asm.project import ROOT
 from sim.coe.dictionary import Device, load
+from sim.coe.page import table
 from sim.ethercat.datagram import LRW, single
-from sim.ethercat.device import DeviceRtl
+from sim.ethercat.device import CYCLE_CLOCKS, DeviceRtl
 from sim.ethercat.machine import FLAGS, POWER
 from sim.ethercat.session import (
     CSP,
@@ -34,11 +35,8 @@ from sim.ethercat.session import (
     outputs,
 )
 from sim.ethercat.tap import command_line, in_namespace
-from sim.harness import nios_image
 from sim.page.marks import between_marks
 
-IMAGE = "ethercat"
-CYCLE_CLOCKS = 10_000
 PAGE = ROOT / "docs/ethercat_application.md"
 WAIT_PS = 500_000_000
 GOAL = 20_000  # increments, of all axes
@@ -131,7 +129,7 @@ def run(step: int, cycles: int) -> dict[str, object]:
     Raises RuntimeError when the device does not come to OP.
     """
     device = load()
-    rtl = DeviceRtl(nios_image.load(IMAGE))
+    rtl = DeviceRtl()
     rtl.run(START_NS)
     session = Trial(rtl, device)
     with session.served():
@@ -155,18 +153,18 @@ def publish() -> int:
         return 1
     report = json.loads(done.stdout)
     read = report["dictionary"]
+    head = ["frames each [µs]", "control passes", "longest [cycles]", "mean [cycles]"]
+    keys = ("period_us", "passes", "longest", "mean")
+    rows = [[str(row[key]) for key in keys] for row in report["passes"]]
     lines = [
         f"State {report['state']}, working counter {report['expected_counter']}, "
         f"{report['wrong_counters']} wrong; {read['objects']} objects listed, "
         f"{read['entries_read']} entries read, {len(read['different'])} other than the source.",
         "",
-        "| frames each [µs] | control passes | longest [cycles] | mean [cycles] |",
-        "| --- | --- | --- | --- |",
+        *table(head, rows),
+        "",
+        f"A pass may take {CYCLE_CLOCKS} cycles: 100 µs at 100 MHz, five axes in CSP.",
     ]
-    for row in report["passes"]:
-        values = (row["period_us"], row["passes"], row["longest"], row["mean"])
-        lines.append("| " + " | ".join(map(str, values)) + " |")
-    lines += ["", f"A pass may take {CYCLE_CLOCKS} cycles: 100 µs at 100 MHz, five axes in CSP."]
     texts = {"device": "\n".join(["", *lines, "", ""])}
     PAGE.write_text(between_marks(PAGE.read_text(encoding="utf-8"), texts, PAGE), encoding="utf-8")
     return 0

@@ -13,12 +13,13 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Sequence
+from contextlib import closing
 
 from sim.coe.dictionary import load
 from sim.ethercat.gen import esc_regmap
 from sim.ethercat.line import DISTURBANCES, Line
 from sim.ethercat.master_loop import prepare
-from sim.ethercat.pysoem_master import Master
+from sim.ethercat.pysoem_master import Master, read
 from sim.ethercat.tap import command_line, open_tap
 
 SLAVES = 3
@@ -39,8 +40,8 @@ COUNTERS = {
 class Trial:
     """The master's cycles."""
 
-    def __init__(self, line: Line) -> None:
-        self.line, self.master, self.value = line, Master(line.slaves), 0
+    def __init__(self, line: Line, master: Master) -> None:
+        self.line, self.master, self.value = line, master, 0
 
     def cycles(self, count: int, wait_us: int = ANSWER_US) -> int:
         """Each with the next value in all outputs; how many counters were missing or wrong."""
@@ -52,14 +53,11 @@ class Trial:
 
     def counted(self) -> dict[str, list[int]]:
         """By the master, of each slave."""
-        found = {}
-        for name, register in COUNTERS.items():
-            reads = [
-                slave._fprd(register.address, register.width, ANSWER_US)
-                for slave in self.master.pysoem.slaves
-            ]
-            found[name] = [int.from_bytes(data, "little") for data in reads]
-        return found
+        slaves = self.master.pysoem.slaves
+        return {
+            name: [read(slave, register, ANSWER_US) for slave in slaves]
+            for name, register in COUNTERS.items()
+        }
 
     def seen(self) -> list[int]:
         """How far the inputs are behind the last value, of each slave."""
@@ -111,20 +109,17 @@ def run(frames: int) -> dict[str, dict]:
     """By kind, and `long` for those lost until the watchdog ran out. Raises RuntimeError."""
     with Line([0.0] * SLAVES) as line:
         prepare(line, load())
-        trial = Trial(line)
         watchdog = (10 * WATCHDOG_MS).to_bytes(2, "little")  # of 100 us
-        with line.served(open_tap()):
-            try:
-                trial.master.to_safeop()
-                for slave in trial.master.pysoem.slaves:
-                    slave._fpwr(esc_regmap.WATCHDOG_DATA.address, watchdog, ANSWER_US)
-                trial.master.from_safeop()
-                trial.cycles(GOOD)
-                found = {kind: trial.phase(kind, frames) for kind in DISTURBANCES}
-                found["long"] = trial.phase("lost", LONG)
-                return found
-            finally:
-                trial.master.close()
+        with line.served(open_tap()), closing(Master(line.slaves)) as master:
+            master.to_safeop()
+            for slave in master.pysoem.slaves:
+                slave._fpwr(esc_regmap.WATCHDOG_DATA.address, watchdog, ANSWER_US)
+            master.from_safeop()
+            trial = Trial(line, master)
+            trial.cycles(GOOD)
+            found = {kind: trial.phase(kind, frames) for kind in DISTURBANCES}
+            found["long"] = trial.phase("lost", LONG)
+            return found
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -10,12 +10,12 @@ from __future__ import annotations
 import binascii
 import ctypes
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 
 from sim.ethercat.gen import esc_regmap
 from sim.ethercat.register import ByteRegister
-from sim.ethercat.verilated import Verilated, load
+from sim.ethercat.verilated import HERE, Verilated, load
 from sim.harness.sources import RTL
 
 FOLDERS = (RTL,)  # where the sources stand; tests of planted faults put changed copies first
@@ -52,10 +52,10 @@ def check_sequence(data: bytes) -> bytes:
 def library() -> ctypes.CDLL:
     """The Verilated line as a shared library. Raises BuildError."""
     longs = [f"bus_{name}" for name in ("now", "time", "clocks", "count", "arrived")]
-    return load("ethercat_slave", "slave_harness.cpp", longs, FOLDERS)
+    return load("ethercat_slave", HERE / "slave_harness.cpp", longs, FOLDERS)
 
 
-class Line(Verilated):
+class Line(Verilated, AbstractContextManager["Line"]):
     """`len(ppm)` slaves, clocks that many parts per million fast; cables of `cable_ps` each."""
 
     prefix = "bus"
@@ -67,9 +67,6 @@ class Line(Verilated):
         super().__init__(library(), len(ppm), values, ctypes.c_uint64(cable_ps), int(closed))
         self.slaves = len(ppm)
         self.run(SETTLE_NS)
-
-    def __enter__(self) -> Line:
-        return self
 
     def __exit__(self, *_: object) -> None:
         self.close()

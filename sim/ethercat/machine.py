@@ -16,7 +16,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,18 +46,10 @@ def increments(device: Device) -> NDArray[np.float64]:
     return np.array([float(entry.default) for entry in entries])
 
 
-@dataclass
-class Record:
-    """N control ticks with power: set-points (N, 15), exact tool (N, 3), table (N, 2)."""
-
-    words: list[NDArray[np.float64]] = field(default_factory=list)
-    tool: list[Sequence[float]] = field(default_factory=list)
-    table: list[Sequence[float]] = field(default_factory=list)
-
-
 class Machine:
     """The robot at rest at a pose (5,), brakes closed. `stopped`: it lost its power again.
 
+    places: exact tool and table (5,) in each control tick with power;
     refused: gains that the law could not take, by what was wrong.
     """
 
@@ -73,7 +64,7 @@ class Machine:
         self._rated = np.array(robot.output_max)
         self._forces = np.zeros(AXES)
         self._pose = self._pose_before = self.pose()
-        self.record = Record()
+        self.places: list[tuple[float, ...]] = []
         self.refused: list[str] = []
         self.powered = self.stopped = False
 
@@ -109,9 +100,7 @@ class Machine:
         if not power:
             self._forces = np.zeros(AXES)
             return
-        self.record.words.append(words)
-        self.record.tool.append(self.plant.tool)
-        self.record.table.append(self.plant.table)
+        self.places.append((*self.plant.tool, *self.plant.table))
         result = self._law.step(words, self.plant.counts())
         law = result.outputs[0].astype(np.float64)
         torques = flags.astype(np.uint16).view(np.int16).astype(np.float64)

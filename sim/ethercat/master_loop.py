@@ -17,6 +17,7 @@ import statistics
 import sys
 import time
 from collections.abc import Callable, Sequence
+from contextlib import closing
 from pathlib import Path
 from typing import Protocol
 
@@ -103,8 +104,7 @@ def run(
     """
     with line.served(open_tap()):
         began = time.perf_counter()
-        master = make(line.slaves)
-        try:
+        with closing(make(line.slaves)) as master:
             master.to_op()
             wrong, torn, echoes, times = cycle(master, cycles, progress)
             return {
@@ -119,8 +119,6 @@ def run(
                 "median_us": round(statistics.median(times), 1) if times else 0.0,
                 "frames": line.carried[0],
             }
-        finally:
-            master.close()
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -3,10 +3,13 @@
 
 from __future__ import annotations
 
+import struct
 from dataclasses import dataclass
 
 from sim.coe.dictionary import Device
-from sim.ethercat.datagram import APRD, APWR, DATA_AT, LRW, answer, single
+from sim.coe.sii import managers
+from sim.ethercat.clocks import read
+from sim.ethercat.datagram import APWR, DATA_AT, LRW, answer, single
 from sim.ethercat.gen import esc_regmap
 from sim.ethercat.line import GAP_NIBBLES, Line
 
@@ -50,26 +53,18 @@ def forwarding(frames: int = 8) -> Forwarding:
 
 def set_up_process_data(line: Line, device: Device) -> int:
     """Sync managers and FMMUs of all axes, the copying application; bytes of a cycle's datagram."""
-    outputs, inputs = device.bytes("rx"), device.bytes("tx")
-    areas = device.process_data
-    for manager, start, length, control in (
-        (OUTPUT_MANAGER, areas["outputs"], outputs, 0x64),
-        (INPUT_MANAGER, areas["inputs"], inputs, 0x20),
-    ):
-        registers = start.to_bytes(2, "little") + length.to_bytes(2, "little")
-        registers += bytes([control, 0, 1, 0])
+    rows = managers(device)
+    for place, (manager, kind) in enumerate(((OUTPUT_MANAGER, WRITE), (INPUT_MANAGER, READ))):
+        _, start, length, control = rows[manager]
+        registers = struct.pack("<2H4B", start, length, control, 0, 1, 0)
         line.exchange(single(APWR, 0, esc_regmap.SM_START.at(manager), registers))
-    for place, start, length, kind in (
-        (0, areas["outputs"], outputs, WRITE),
-        (1, areas["inputs"], inputs, READ),
-    ):
-        registers = LOGICAL.to_bytes(4, "little") + length.to_bytes(2, "little") + bytes([0, 7])
-        registers += start.to_bytes(2, "little") + bytes([0, kind, 1, 0, 0, 0])
+        registers = struct.pack("<IH2BH6B", LOGICAL, length, 0, 7, start, 0, kind, 1, 0, 0, 0)
         line.exchange(single(APWR, 0, esc_regmap.FMMU_LOGICAL_START.at(place), registers))
     events = esc_regmap.AL_EVENT.word(sm=1 << OUTPUT_MANAGER)
     line.write(esc_regmap.AL_EVENT_MASK, events)
-    line.copy((areas["outputs"], outputs), (areas["inputs"], inputs))
-    return max(outputs, inputs)
+    outputs, inputs = ((start, length) for _, start, length, _ in rows[OUTPUT_MANAGER:])
+    line.copy(outputs, inputs)
+    return max(outputs[1], inputs[1])
 
 
 def keeps_cycle(device: Device, period_ns: int, cycles: int) -> tuple[int, int]:
@@ -89,6 +84,5 @@ def keeps_cycle(device: Device, period_ns: int, cycles: int) -> tuple[int, int]:
             wrong += answer(back.data, size)[1] != 3
             late += before is not None and back.data[DATA_AT] != before
             before = value
-        status = line.exchange(single(APRD, 0, esc_regmap.PROCESSING_ERRORS.address, bytes(1)))
-        wrong += answer(status.data, 1)[0]
+        wrong += read(line, 0, esc_regmap.PROCESSING_ERRORS)
     return wrong, late

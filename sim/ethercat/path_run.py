@@ -37,13 +37,11 @@ from sim.ethercat.session import (
 )
 from sim.ethercat.tap import command_line, progress_of
 from sim.gcode.interpreter import parse_file
-from sim.harness import nios_image
 from sim.model.parameters import Robot
 from sim.model.records import SetPoints
 from sim.run.nios import PATH, set_points
 from sim.trajectory.exact_stop import MotionSettings, generate
 
-IMAGE = "ethercat"
 TICKS = 10  # of 100 us in a cycle of the master
 DELAY = 26  # ticks: 25 of the interpolation, 1 until the pass that takes a target
 REST = 60  # cycles at the first and behind the last target
@@ -115,7 +113,7 @@ class Drive:
     def follow(self, wanted: NDArray[np.float64]) -> Curves:
         """Enable at the first pose (N, 5), send every TICKS-th, rest behind the last one."""
         self.enable(wanted[0])
-        begin = len(self.machine.record.tool) + DELAY
+        begin = len(self.machine.places) + DELAY
         sent = wanted[::TICKS]
         progress = progress_of(len(sent), 20)
         for n, pose in enumerate(sent, start=1):
@@ -123,10 +121,9 @@ class Drive:
             progress(n)
         for _ in range(REST):
             self.cycle(ENABLE, sent[-1])
-        record = self.machine.record
         n = (len(sent) - 1) * TICKS + 1  # ticks between the first target and the last
-        tool, table = (np.array(part)[begin : begin + n] for part in (record.tool, record.table))
-        return Curves(wanted[:n, :3], tool, wanted[:n, 3:], table)
+        places = np.array(self.machine.places)[begin : begin + n]
+        return Curves(wanted[:n, :3], places[:, :3], wanted[:n, 3:], places[:, 3:])
 
 
 def path_of(robot: Robot, ticks: int | None) -> SetPoints:
@@ -145,7 +142,7 @@ def run(robot: Robot, ticks: int | None, capture: Path | None) -> tuple[dict[str
     device = load()
     path = path_of(robot, ticks)
     wanted = poses(path)
-    rtl = DeviceRtl(nios_image.load(IMAGE))
+    rtl = DeviceRtl()
     if capture:
         rtl.capture(capture)
     machine = Machine(robot, device, wanted[0].tolist())
@@ -157,7 +154,7 @@ def run(robot: Robot, ticks: int | None, capture: Path | None) -> tuple[dict[str
         session.bring_up()
     rtl.align()
     rtl.restart_counts()
-    session.cycles = session.wrong = 0
+    session.wrong = 0
     drive = Drive(session, device, machine)
     curves = drive.follow(wanted)
     session.master.close()

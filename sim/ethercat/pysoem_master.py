@@ -5,10 +5,16 @@ from __future__ import annotations
 
 import pysoem
 
+from sim.ethercat.register import ByteRegister
 from sim.ethercat.tap import INTERFACE
 
 STATE_TIMEOUT_US = 60_000_000
 FRAME_TIMEOUT_US = 2_000_000
+
+
+def read(slave: pysoem.CdefSlave, register: ByteRegister, wait_us: int) -> int:
+    """A register of a slave."""
+    return int.from_bytes(slave._fprd(register.address, register.width, wait_us), "little")
 
 
 class Master:

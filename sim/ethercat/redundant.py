@@ -13,6 +13,7 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Sequence
+from contextlib import closing
 
 from sim.coe.dictionary import load
 from sim.ethercat.gen import esc_regmap
@@ -30,22 +31,18 @@ def run(line: Line, cycles: int, cables: Sequence[int]) -> dict[str, object]:
 
     wrong_counters: of each of PHASES; lost_links: of each slave's ports (0, 1).
     """
-    master = Master(line.slaves, SECOND)
+    taps = open_tap(INTERFACE), open_tap(SECOND)
     wrong, torn, echoes = {}, 0, 0
-    with line.served(open_tap(INTERFACE), open_tap(SECOND)):
-        try:
-            master.to_op()
-            for name in PHASES:
-                line.pull(*(cables if name == "broken" else ()))
-                part = cycles // 3 if name != "broken" else cycles - cycles // 3 * 2
-                count, more_torn, more_echoes, _ = cycle(master, part, lambda _: None)
-                wrong[name] = count
-                torn += more_torn
-                echoes += more_echoes
-            state = "OP" if master.in_op() else "not OP"
-            expected = master.expected_counter()
-        finally:
-            master.close()
+    with line.served(*taps), closing(Master(line.slaves, SECOND)) as master:
+        master.to_op()
+        for name in PHASES:
+            line.pull(*(cables if name == "broken" else ()))
+            part = cycles // 3 if name != "broken" else cycles - cycles // 3 * 2
+            wrong[name], more_torn, more_echoes, _ = cycle(master, part, lambda _: None)
+            torn += more_torn
+            echoes += more_echoes
+        state = "OP" if master.in_op() else "not OP"
+        expected = master.expected_counter()
     counters = (esc_regmap.LOST_LINKS_0, esc_regmap.LOST_LINKS_1)
     return {
         "slaves": line.slaves,

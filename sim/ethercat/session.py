@@ -4,12 +4,12 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 
 import pysoem
 
-from sim.coe.dictionary import TYPES, Device, Entry
+from sim.coe.dictionary import Device
 from sim.ethercat.device import DeviceRtl
 from sim.ethercat.tap import INTERFACE, open_tap
 
@@ -30,34 +30,23 @@ STATUS_MASK, STATUS_ENABLED = 0x6F, 0x27
 FRAME_US = 2_000_000
 
 
-def places(device: Device, direction: str) -> Iterator[tuple[int, int, Entry | None, int]]:
-    """Process data as mapped after reset: offset, bytes, entry (None: padding), axis or 0."""
-    at = 0
-    for pdo in device.direction(direction):
-        for index, subindex, bits in pdo.entries:
-            found = device.object(index) if index else None
-            yield at, bits // 8, found and found.entry(subindex), (found and found.axis) or 0
-            at += bits // 8
-
-
 def outputs(device: Device, values: Mapping[str, int | Sequence[int]]) -> bytes:
     """By name of the object: a number for every axis, or one for each; what is not named is 0."""
     data = bytearray(device.bytes("rx"))
-    for at, _, entry, axis in places(device, "rx"):
-        if entry is not None and entry.field in values:
+    for at, _, one, entry in device.places("rx"):
+        if entry.field in values:
             value = values[entry.field]
-            value = value if isinstance(value, int) else value[axis]
-            struct.pack_into("<" + TYPES[entry.type].format, data, at, value)
+            value = value if isinstance(value, int) else value[one.axis or 0]
+            struct.pack_into(entry.format, data, at, value)
     return bytes(data)
 
 
 def inputs(device: Device, data: bytes) -> dict[str, list[int]]:
     """By name of the object, a value for each axis."""
     found: dict[str, list[int]] = {}
-    for at, _, entry, _ in places(device, "tx"):
-        if entry is not None:
-            (value,) = struct.unpack_from("<" + TYPES[entry.type].format, data, at)
-            found.setdefault(entry.field, []).append(value)
+    for at, _, _, entry in device.places("tx"):
+        (value,) = struct.unpack_from(entry.format, data, at)
+        found.setdefault(entry.field, []).append(value)
     return found
 
 
@@ -71,7 +60,7 @@ class Session:
         self.tap = open_tap()
         self.master = pysoem.Master()
         self.master.sdo_read_timeout = self.master.sdo_write_timeout = SDO_US
-        self.wrong = self.cycles = 0
+        self.wrong = 0
 
     def served(self) -> AbstractContextManager[None]:
         """The device's time goes on by itself, frames pass as they come."""
@@ -101,7 +90,6 @@ class Session:
 
     def count(self, counter: int) -> None:
         """A working counter has come."""
-        self.cycles += 1
         self.wrong += counter != self.master.expected_wkc
 
     def state(self, wanted: int) -> None:

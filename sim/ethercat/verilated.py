@@ -19,14 +19,14 @@ HERE = Path(__file__).parent
 
 
 def load(
-    top: str, harness: str, longs: Sequence[str], folders: Sequence[Path] = (RTL,)
+    top: str, harness: Path, longs: Sequence[str], folders: Sequence[Path] = (RTL,)
 ) -> ctypes.CDLL:
     """The model of a top with its harness; longs: its functions of 64 bits. Raises BuildError."""
     lib = load_model(
         build_library(
             top,
             sources_of(top, tuple(folders)),
-            HERE / harness,
+            harness,
             headers=[HERE / "ring.h", HERE / "capture.h"],
             harness_flags=["-I", str(ROOT / "sim/harness"), "-I", str(HERE)],
         )

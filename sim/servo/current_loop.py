@@ -1,22 +1,32 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The current loop of one axis, closed around an exact motor."""
+"""The current loops as a program alone, and that of one axis closed around an exact motor."""
 
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from asip_asm.model.compiler import Options, compile_law
-from asip_asm.model.program import build
+from asip_asm.model.program import Built, build
 from sim.core import Core
 from sim.model.drives import Drives
-from sim.servo.current_law import MAGIC, Setting, current_law
+from sim.servo.current_law import AXES, MAGIC, Setting, current_law
 from sim.servo.motor import Windings, phase_currents, space_vector
 
-OPTIONS = Options(reassociate=True, reciprocal=True)
 SETTLED = 200  # periods before the step: the speed is filtered, the back EMF met
+
+
+def loop_program(
+    drives: Drives, setting: Setting, configuration: str = "fast", axes: Sequence[int] = AXES
+) -> Built:
+    """The program of these axes for a configuration of the core."""
+    options = Options(configuration=configuration, reassociate=True, reciprocal=True)
+    law = compile_law(current_law(drives, setting, axes), options)
+    with tempfile.TemporaryDirectory() as folder:
+        return build(law, Path(folder) / "current_loops.s")
 
 
 def respond(
@@ -34,11 +44,9 @@ def respond(
     """
     motor = drives.motors[axis]
     scale = drives.current_scale * setting.ampere_per_count
-    law = current_law(drives, setting, (axis,))
     windings, travel, found = Windings(motor), 0.0, []
     waiting = (0.0, 0.0)  # in force in the next period
-    with tempfile.TemporaryDirectory() as folder:
-        image = build(compile_law(law, OPTIONS), Path(folder) / "loop.s").image
+    image = loop_program(drives, setting, axes=(axis,)).image
     with Core(image, backend="iss") as core:
         for number in range(SETTLED + periods):
             angle = motor.wave * travel

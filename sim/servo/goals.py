@@ -3,25 +3,21 @@
 
 from __future__ import annotations
 
-import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from asip_asm.model.compiler import Options, compile_law
-from asip_asm.model.program import build
 from sim.model.drives import Drives
 from sim.model.parameters import Robot
 from sim.model.records import SetPoints
 from sim.servo import draws
 from sim.servo.chain import ORDER_FILTER
-from sim.servo.current_law import AXES, Setting, current_law
-from sim.servo.current_loop import rise_and_overshoot
+from sim.servo.current_law import Setting
+from sim.servo.current_loop import loop_program, rise_and_overshoot
 from sim.servo.position import PositionLoops, position_loops
 from sim.servo.recording import KINDS, processes
 from sim.servo.response import NOISE, Response, distortion, responses, steps
@@ -29,7 +25,6 @@ from sim.servo.sample import SETTLED, SKIP, Sample, samples
 from sim.servo.whole import Whole, path_of, whole
 
 SMALL = 0.03  # of i_max: a step that the bus voltage allows; it limits the rise of larger ones
-AXES_COUNT = len(AXES)
 CYCLES = {"small": 700, "fast": 220}
 DISTORTION = 5.0
 PATH_TARGETS = (("leg", "um", 1e6, 1.5), ("tool", "um", 1e6, 7.0), ("table", "urad", 1e6, 75.0))
@@ -70,14 +65,6 @@ class Shown:
     samples: dict[str, Sample]
 
 
-def cycles(drives: Drives, setting: Setting, configuration: str) -> int:
-    """Of the program of five axes."""
-    options = Options(configuration=configuration, reassociate=True, reciprocal=True)
-    with tempfile.TemporaryDirectory() as folder:
-        law = current_law(drives, setting, AXES)
-        return build(compile_law(law, options), Path(folder) / "current_loops.s").cycles
-
-
 class Rows(list[dict[str, Any]]):
     """Rows {name, value, unit, target, met}; value None: not measured, which is not met."""
 
@@ -97,13 +84,13 @@ def measure_loops(robot: Robot, drives: Drives, rows: Rows, report: Callable[[st
     chain = Setting(robot.resolution, order_filter=ORDER_FILTER)
     for configuration, target in CYCLES.items():
         report(f"program of five axes on {configuration}")
-        found = cycles(drives, chain, configuration)
+        found = loop_program(drives, chain, configuration).cycles
         rows.most(f"five current loops on {configuration}", found, "cycles", target)
     setting = Setting(robot.resolution)  # the loops behind the order filter
     report("step of the current, every clock")
     step, noise = steps(robot, drives, SMALL)
     rises, overshoots = zip(
-        *(rise_and_overshoot(step[9:, n], setting.period) for n in range(AXES_COUNT)), strict=True
+        *(rise_and_overshoot(i_q, setting.period) for i_q in step[9:].T), strict=True
     )
     about = "every clock, dead time, noise"
     rows.most(f"step of the current, 10 % to 90 %, {about}", 1e6 * max(rises), "us", 100)

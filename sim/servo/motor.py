@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Inverter and motor between switching edges: the exact solution of the circuit, edge by edge.
+"""A motor between switching edges: the exact solution of the circuit, edge by edge.
 
 Terminals are at constant voltages between two edges of the effective gates; in the stator's frame
 the voltage is constant there, in the rotor's it turns back with the electrical speed. With constant
@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
-from sim.model.drives import Drives, Motor
+from sim.model.drives import Motor
 
 SQRT3 = math.sqrt(3.0)
 
@@ -65,59 +65,7 @@ class Windings:
         state = np.array([self.i_d, self.i_q, u_d, u_q, self.motor.psi])
         self.i_d, self.i_q = (expm(circuit(self.motor, speed) * time) @ state)[:2]
 
-    @property
-    def force(self) -> float:
-        """Without cogging [N or N m]."""
-        return self.motor.force(self.i_d, self.i_q)
-
-
-def cogging(motor: Motor, angle: float) -> float:
-    """Force of the slots [N or N m], six periods an electrical turn."""
-    return motor.cogging * math.sin(6 * angle)
-
-
-class Leg:
-    """One half bridge: delayed switches, and diodes that carry the current when both are off."""
-
-    def __init__(self, drives: Drives) -> None:
-        self.drives = drives
-
-    def edges(self, gate: NDArray[np.bool_], time: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Instants at which the switch of a gate, sampled at `time` [s], conducts or stops."""
-        change = np.flatnonzero(np.diff(gate)) + 1
-        delay = np.where(gate[change], self.drives.delay_on, self.drives.delay_off)
-        return time[change] + delay
-
-    def voltage(self, high: bool, low: bool, current: float) -> float:
-        """Terminal against the bus's middle [V] with a current out of it [A].
-
-        Without a switch the diode against the current's sign conducts; without current both are off
-        and the terminal is taken at the middle.
-        """
-        half = self.drives.U_dc / 2
-        drop = math.copysign(self.drives.drop, current) + self.drives.drop_resistance * current
-        if current == 0.0:
-            drop = 0.0
-        if high or low:
-            return (half if high else -half) - drop
-        return -math.copysign(half, current) - drop if current else 0.0
-
 
 def space_vector(a: float, b: float, c: float) -> tuple[float, float]:
     """(alpha, beta) of three terminal voltages, their mean apart."""
     return (2 * a - b - c) / 3, (b - c) / SQRT3
-
-
-def mean_leg_voltage(drives: Drives, duty: float, current: float) -> float:
-    """Mean over a carrier period [V]: the averaged inverter, dead time and drops included.
-
-    Both gates are off for the dead time twice a period; the diode against the current adds to one
-    side what the current's sign says.
-    """
-    lost = (drives.dead_time + drives.delay_on - drives.delay_off) * drives.f_pwm * drives.U_dc
-    sign = math.copysign(1.0, current) if current else 0.0
-    return (
-        (duty - 0.5) * drives.U_dc
-        - sign * (lost + drives.drop)
-        - (drives.drop_resistance * current)
-    )

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 from canopen.profiles.p402 import State402
 
 from tests.ethercat.host import AXES, Host
@@ -37,15 +38,23 @@ class Drives(Host):
         for name, value in values.items():
             self.values[names[name] + 0x800 * axis, 0] = value
 
-    def step(self, cycles: int = 1) -> None:
-        """A frame of the master, then control cycles."""
+    def step(self, cycles: int = 1, **values: int) -> None:
+        """A frame of the master, with these outputs of the first axis, then control cycles."""
+        self.set(**values)
         self.outputs(self.values)
         self.cycle(cycles)
 
-    def idle(self, cycles: int) -> None:
-        """Control cycles with a frame each millisecond."""
-        for at in range(0, cycles, 10):
-            self.step(min(10, cycles - at))
+    def follow(self, cycles: int, every: int = 10, **values: int) -> np.ndarray:
+        """`set_point` in each of so many control cycles, with a frame in the first one and then
+        `every` so many."""
+        self.set(**values)
+        rows = []
+        for n in range(cycles):
+            if n % every == 0:
+                self.outputs(self.values)
+            self.cycle()
+            rows.append(self.set_point())
+        return np.array(rows)
 
     def set_point(self) -> tuple[float, float, float]:
         """Position, velocity, acceleration of the first axis."""

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Self
 
 from asip_asm.project import BUILD, ROOT
-from sim.coe.dictionary import TYPES, Device, load
+from sim.coe.dictionary import Device, load
 from sim.ethercat.gen.esc_regmap import AL_CONTROL, AL_STATUS, AL_STATUS_CODE, SM_START
 from tests.ethercat import managers
 
@@ -183,11 +183,18 @@ class Host:
     # ---------------------------------------------------------------- process data
     def outputs(self, values: dict[tuple[int, int], int] | None = None) -> None:
         """Write SM2 as mapped after reset; what is not in `values` is 0."""
-        self.write(0x1200, pack("rx", values or {}))
+        values, data = values or {}, bytearray(DEVICE.bytes("rx"))
+        for at, _, one, entry in DEVICE.places("rx"):
+            struct.pack_into(entry.format, data, at, values.get((one.index, entry.subindex), 0))
+        self.write(0x1200, data)
 
     def inputs(self) -> dict[tuple[int, int], int]:
         """SM3 as mapped after reset."""
-        return unpack("tx", self.read(0x1800, DEVICE.bytes("tx")))
+        data = self.read(0x1800, DEVICE.bytes("tx"))
+        return {
+            (one.index, entry.subindex): struct.unpack_from(entry.format, data, at)[0]
+            for at, _, one, entry in DEVICE.places("tx")
+        }
 
     # ---------------------------------------------------------------- mailbox
     def send(self, data: bytes, kind: int = 3, counter: int | None = None) -> bool:
@@ -267,35 +274,8 @@ class Host:
     def put(self, index: int, subindex: int, value: float) -> None:
         """Write a number of the entry's type."""
         entry = DEVICE.object(index).entry(subindex)
-        self.download(index, subindex, struct.pack("<" + TYPES[entry.type].format, value))
+        self.download(index, subindex, struct.pack(entry.format, value))
 
     def get(self, index: int, subindex: int = 0) -> float:
         entry = DEVICE.object(index).entry(subindex)
-        return struct.unpack("<" + TYPES[entry.type].format, self.upload(index, subindex))[0]
-
-
-def layout(direction: str) -> list[tuple[int, int, str]]:
-    """Index, subindex and struct format of each mapped entry; index 0 is padding."""
-    found = []
-    for pdo in DEVICE.direction(direction):
-        for index, subindex, bits in pdo.entries:
-            kind = (
-                TYPES[DEVICE.object(index).entry(subindex).type].format
-                if index
-                else f"{bits // 8}x"
-            )
-            found.append((index, subindex, kind))
-    return found
-
-
-def pack(direction: str, values: dict[tuple[int, int], int]) -> bytes:
-    data = b""
-    for index, subindex, kind in layout(direction):
-        data += struct.pack("<" + kind, *([values.get((index, subindex), 0)] if index else []))
-    return data
-
-
-def unpack(direction: str, data: bytes) -> dict[tuple[int, int], int]:
-    rows = layout(direction)
-    found = struct.unpack("<" + "".join(kind for _, _, kind in rows), data)
-    return dict(zip([(i, s) for i, s, _ in rows if i], found, strict=True))
+        return struct.unpack(entry.format, self.upload(index, subindex))[0]

@@ -8,15 +8,10 @@ Frames go in and out as with `sim.ethercat.line.Line`, of which it has `send`, `
 from __future__ import annotations
 
 import ctypes
-import functools
 from dataclasses import dataclass
 from pathlib import Path
 
-from asip_asm.project import ROOT
 from sim.ethercat import line, verilated
-from sim.harness.build import build_library
-from sim.harness.sources import sources_of
-from sim.harness.waves import load_model
 
 HERE = Path(__file__).parent
 TOP = "rgmii_slave"
@@ -60,31 +55,14 @@ class Latencies:
     transmit: tuple[int, int]
 
 
-def library() -> ctypes.CDLL:
-    """The Verilated model as a shared library. Raises BuildError."""
-    return _library(tuple(line.FOLDERS))
-
-
-@functools.cache
-def _library(folders: tuple[Path, ...]) -> ctypes.CDLL:
-    lib = load_model(
-        build_library(
-            TOP,
-            sources_of(TOP, (*folders, HERE)),
-            HERE / "rgmii_harness.cpp",
-            headers=[verilated.HERE / "ring.h"],
-            harness_flags=["-I", str(ROOT / "sim/harness"), "-I", str(verilated.HERE)],
-        )
-    )
-    lib.bus_began.restype = lib.bus_now.restype = ctypes.c_uint64
-    return lib
-
-
 class Rgmii(line.Line):
     """The slave's clock is `ppm` parts per million fast; `phys` at ports 0 and 1."""
 
     def __init__(self, phys: tuple[Phy, Phy] = (Phy(), Phy(status=DOWN)), ppm: float = 0.0) -> None:
-        verilated.Verilated.__init__(self, library(), ctypes.c_double(ppm))
+        folders = (*line.FOLDERS, HERE)
+        longs = ("bus_began", "bus_now")
+        library = verilated.load(TOP, HERE / "rgmii_harness.cpp", longs, folders)
+        verilated.Verilated.__init__(self, library, ctypes.c_double(ppm))
         for port, phy in enumerate(phys):
             self.phy(port, phy)
         self.run(line.SETTLE_NS)

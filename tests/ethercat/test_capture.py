@@ -9,9 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from sim.ethercat.line import library
-from sim.ethercat.tap import in_namespace
 from tests.bench.needs import needs, require
+from tests.ethercat.masters import report_of
 
 pytestmark = needs("tap")
 CYCLES = 30
@@ -29,10 +28,7 @@ def tshark(capture: Path, *options: str) -> list[str]:
 def capture(tmp_path_factory) -> Path:
     """Bring-up and `CYCLES` cycles of pysoem with a slave."""
     file = tmp_path_factory.mktemp("bus") / "bus.pcap"
-    library()
-    options = ["--cycles", str(CYCLES), "--capture", str(file)]
-    done = in_namespace("sim.ethercat.master_loop", options, timeout=300)
-    assert done.returncode == 0, done.stdout + done.stderr
+    report_of("master_loop", "--cycles", CYCLES, "--capture", file, timeout=300)
     return file
 
 

@@ -147,19 +147,16 @@ def transitions_one_by_one() -> set[int]:
         QUICK_STOP, ENABLE, QUICK_STOP, 0, SHUTDOWN, SWITCH_ON, ENABLE,
     ]  # fmt: skip
     for control in path:
-        drives.set(control=control)
-        drives.step()
+        drives.step(control=control)
         states.append(drives.state())
-    drives.set(velocity=1_000_000, mode=CSV)
-    drives.idle(100)
+    drives.follow(100, velocity=1_000_000, mode=CSV)
     drives.feedback.axis[0].fault = 0x5441
     drives.step()
     states.append(drives.state())  # fault while it moves
     drives.feedback.axis[0].fault = 0
-    drives.idle(12_000)
+    drives.follow(12_000)
     states.append(drives.state())
-    drives.set(control=RESET)
-    drives.step()
+    drives.step(control=RESET)
     states.append(drives.state())
     faulted = {(state, "FAULT REACTION ACTIVE"): 13 for state in states}  # not in canopen's table
     return {(NUMBERS | faulted)[edge] for edge in itertools.pairwise(states)}
@@ -214,7 +211,7 @@ def moving(option: int, value: int) -> Drives:
     drives = Drives(CSV)
     drives.put(option, 0, value)
     drives.enable(velocity=velocity)
-    drives.idle(200)
+    drives.follow(200)
     assert abs(drives.command.axis[0].velocity - velocity) < 1
     return drives
 
@@ -271,8 +268,7 @@ def test_following_error__faults_after_its_time_out_with_code_and_emergency():
     drives.enable()
     drives.held.add(0)
     for k in range(100):
-        drives.set(position=min(20 * k, 1100))
-        drives.step(10)
+        drives.step(10, position=min(20 * k, 1100))
         if drives.state() == "FAULT":
             break
     assert drives.state() == "FAULT"
@@ -281,8 +277,7 @@ def test_following_error__faults_after_its_time_out_with_code_and_emergency():
     assert all(drives.state(n) != "FAULT" for n in range(1, AXES))
     kind, data = drives.receive()
     assert data[2:4] == b"\x11\x86" and data[5] == 0
-    drives.set(control=RESET)
-    drives.step(2)
+    drives.step(2, control=RESET)
     assert drives.inputs()[0x603F, 0] == 0 and drives.upload(0x1001) == b"\0"
 
 
@@ -293,7 +288,7 @@ def test_master_that_dies__watchdog_quick_stop_fault_outputs_to_their_error_valu
     for n in range(AXES):
         drives.enable(n, velocity=3_000_000)
     drives.values[0x8A00, 1] = 0xFF
-    drives.idle(100)
+    drives.follow(100)
     assert drives.command.digital_outputs == 0xFF
     speeds = []
     for _ in range(1300):
@@ -306,14 +301,10 @@ def test_master_that_dies__watchdog_quick_stop_fault_outputs_to_their_error_valu
     assert drives.command.digital_outputs == 0x5A
     assert 0 in speeds and np.diff(speeds).min() >= -4e8 * TICK * 1.01  # the quick stop ramp
     # The way back: acknowledge, OP, reset of the fault.
-    drives.set(control=RESET)
-    drives.outputs(drives.values)
-    drives.cycle()
+    drives.step(control=RESET)
     assert drives.ask(OP | ERROR) == (OP, 0)
-    drives.set(control=0)
-    drives.step()
-    drives.set(control=RESET)
-    drives.step()
+    drives.step(control=0)
+    drives.step(control=RESET)
     assert drives.state() == "SWITCH ON DISABLED"
 
 
@@ -321,7 +312,7 @@ def test_lost_outputs__fault_before_the_watchdog_when_the_limit_says_so():
     drives = Drives()
     drives.put(0x10F1, 2, 4)
     drives.enable()
-    drives.idle(100)
+    drives.follow(100)
     drives.cycle(35)
     assert drives.state() == "OPERATION ENABLED"
     drives.cycle(25)

@@ -21,14 +21,7 @@ def master_path(count: int) -> np.ndarray:
 
 def run_csp(drives: Drives, targets: np.ndarray, period: int) -> np.ndarray:
     """Position, velocity and acceleration of the set-point in each control cycle."""
-    rows = []
-    for target in targets:
-        drives.set(position=int(target))
-        drives.outputs(drives.values)
-        for _ in range(period):
-            drives.cycle()
-            rows.append(drives.set_point())
-    return np.array(rows, float)
+    return np.vstack([drives.follow(period, period, position=int(t)) for t in targets])
 
 
 @pytest.mark.parametrize("period", [10, 20, 5, 1])
@@ -38,9 +31,8 @@ def test_csp__runs_the_quintic_of_scipy_and_its_acceleration_is_continuous(perio
     drives.put(0x60C2, 2, -4)
     drives.put(0x6065, 0, 0xFFFFFFFF)
     drives.enable()
-    drives.idle(10)
-    drives.set(control=0)
-    drives.step()
+    drives.follow(10)
+    drives.step(control=0)
     drives.enable()
     drives.cycle(period - 1)
     targets = master_path(200)
@@ -111,13 +103,11 @@ def test_csp__offsets_are_feed_forward_and_limits_hold():
     drives.put(0x607D, 1, -500)
     drives.put(0x607D, 2, 500)
     drives.enable()
-    drives.set(position=400, velocity_offset=12345, torque_offset=-77)
-    drives.idle(60)
+    drives.follow(60, position=400, velocity_offset=12345, torque_offset=-77)
     axis = drives.command.axis[0]
     assert (axis.position, axis.velocity, axis.torque) == (400, 12345.0, -77)
     assert not drives.statusword() & 0x0800
-    drives.set(position=2000)
-    drives.idle(60)
+    drives.follow(60, position=2000)
     assert drives.command.axis[0].position == 500
     assert drives.statusword() & 0x1800 == 0x1800
 
@@ -128,12 +118,8 @@ def test_csv__integrates_the_target_with_continuous_acceleration():
     rows = []
     for k in range(300):
         target = int(1e6 * math.sin(k / 40) ** 3)
-        drives.set(velocity=target, velocity_offset=1000)
-        drives.outputs(drives.values)
-        for _ in range(10):
-            drives.cycle()
-            rows.append(drives.set_point())
-    x, v, a = np.array(rows).T
+        rows.append(drives.follow(10, velocity=target, velocity_offset=1000))
+    x, v, a = np.vstack(rows).T
     assert np.abs(v[25:-25:10] - np.interp(np.arange(25, 2975, 10) - 25, np.arange(0, 3000, 10),
         [1e6 * math.sin(k / 40) ** 3 + 1000 for k in range(300)])).max() < 3e4  # fmt: skip
     assert np.abs(np.diff(x)[100:] / TICK - (v[101:] + v[100:-1]) / 2).max() < 30
@@ -148,8 +134,7 @@ def test_cst__gives_torque_within_the_limit_and_no_position():
     axis = drives.command.axis[0]
     assert (axis.torque, axis.torque_only, axis.power) == (200, True, True)
     for torque, wanted in ((32767, 400), (-32768, -400)):
-        drives.set(torque=torque)
-        drives.step()
+        drives.step(torque=torque)
         assert drives.command.axis[0].torque == wanted and drives.statusword() & 0x0800
 
 
@@ -157,28 +142,24 @@ def test_mode__is_shown_and_a_wrong_one_is_not_taken():
     drives = Drives()
     drives.enable()
     for mode in (CSV, CST, PP, HOMING, CSP, 0):
-        drives.set(mode=mode)
-        drives.step()
+        drives.step(mode=mode)
         assert drives.inputs()[0x6061, 0] == mode
-        drives.set(mode=7)
-        drives.step()
+        drives.step(mode=7)
         assert drives.inputs()[0x6061, 0] == mode
 
 
 def test_change_of_mode_in_motion__no_jump():
     drives = Drives(CSV)
     drives.enable(velocity=2_000_000)
-    drives.idle(200)
+    drives.follow(200)
     before = drives.command.axis[0]
     x, v = before.position + before.fraction, before.velocity
     drives.set(mode=CSP, position=round(x + 2_000_000 * 1.5e-3))  # the one before the first
     for _ in range(40):
-        drives.set(position=drives.values[0x607A, 0] + 2000)
-        drives.step(10)
+        drives.step(10, position=drives.values[0x607A, 0] + 2000)
         axis = drives.command.axis[0]
         assert abs(axis.position + axis.fraction - x - v * 10 * TICK) < 600
         x, v = axis.position + axis.fraction, axis.velocity
         assert abs(v - 2_000_000) < 500_000
-    drives.set(mode=PP)
-    drives.step()
+    drives.step(mode=PP)
     assert abs(drives.command.axis[0].velocity - v) <= 1e8 * TICK * 1.01

@@ -22,27 +22,14 @@ def test_homing__the_present_position_becomes_the_home_offset(method):
     drives.put(0x6098, 0, method)
     drives.enable()
     assert drives.statusword() & 0x1000 == 0
-    drives.set(control=ENABLE | 0x10)
-    drives.step(2)
+    drives.step(2, control=ENABLE | 0x10)
     assert drives.statusword() & 0x3400 == 0x1400
     assert drives.inputs()[0x6064, 0] == -1000
     assert drives.command.axis[0].position == 123_456  # nothing moves
-    drives.set(mode=CSP, position=-1000, control=ENABLE)
-    drives.idle(100)
+    drives.follow(100, mode=CSP, position=-1000, control=ENABLE)
     assert drives.command.axis[0].position == 123_456
-    drives.set(position=-900)
-    drives.idle(100)
+    drives.follow(100, position=-900)
     assert drives.command.axis[0].position == 123_556
-
-
-def follow(drives: Drives, cycles: int) -> np.ndarray:
-    rows = []
-    for n in range(cycles):
-        if n % 10 == 0:
-            drives.outputs(drives.values)
-        drives.cycle()
-        rows.append(drives.set_point())
-    return np.array(rows)
 
 
 def duration_of_ruckig(x, v, a, target, limits) -> float:
@@ -87,7 +74,7 @@ def test_profile_position__in_the_time_of_ruckig_within_the_limits(
     drives = pp_drives(velocity, acceleration, jerk)
     drives.set(position=length, control=ENABLE | 0x10)
     wanted = duration_of_ruckig(0, 0, 0, length, (velocity, acceleration, jerk))
-    rows = follow(drives, round(wanted / TICK) + 60)
+    rows = drives.follow(round(wanted / TICK) + 60)
     assert drives.statusword() & 0x1400 == 0x1400 and rows[-1, 0] == length
     moving = np.nonzero(rows[:, 0] != rows[-1, 0])[0][-1] + 2 - PLANNING
     creep = (6 / jerk) ** (1 / 3)  # the last increment, which binary32 rounds away, takes as long
@@ -105,14 +92,12 @@ def test_profile_position__new_targets_in_motion():
     for _ in range(12):
         drives = pp_drives()
         first, second = rng.randrange(-(10**6), 10**6), rng.randrange(-(10**6), 10**6)
-        drives.set(position=first, control=ENABLE | 0x10)
-        rows = follow(drives, rng.randrange(50, 1500))
-        drives.set(control=ENABLE)
-        rows = np.vstack([rows, follow(drives, 10)])
-        drives.set(position=second, control=ENABLE | 0x30)
-        rows = np.vstack([rows, follow(drives, PLANNING)])
+        rows = drives.follow(rng.randrange(50, 1500), position=first, control=ENABLE | 0x10)
+        rows = np.vstack([rows, drives.follow(10, control=ENABLE)])
+        planned = drives.follow(PLANNING, position=second, control=ENABLE | 0x30)
+        rows = np.vstack([rows, planned])
         wanted = duration_of_ruckig(*rows[-1], second, LIMITS)
-        rest = follow(drives, round(wanted / TICK * 1.3) + 100)
+        rest = drives.follow(round(wanted / TICK * 1.3) + 100)
         rows = np.vstack([rows, rest])
         assert rows[-1, 0] == second
         took = (np.nonzero(rest[:, 0] != second)[0][-1] + 2) * TICK if rest[0, 0] != second else 0
@@ -125,16 +110,13 @@ def test_profile_position__new_targets_in_motion():
 
 def test_profile_position__targets_one_after_the_other_and_relative():
     drives = pp_drives()
-    drives.set(position=100_000, control=ENABLE | 0x10)
-    follow(drives, 20)
+    drives.follow(20, position=100_000, control=ENABLE | 0x10)
     assert drives.statusword() & 0x1000
-    drives.set(control=ENABLE)
-    follow(drives, 20)
+    drives.follow(20, control=ENABLE)
     assert not drives.statusword() & 0x1400  # free for the next, not there yet
-    drives.set(position=-30_000, control=ENABLE | 0x50)  # relative to the first, which goes on
-    follow(drives, 20)
-    drives.set(control=ENABLE)
-    rows = follow(drives, 3000)
+    # Relative to the first, which goes on.
+    drives.follow(20, position=-30_000, control=ENABLE | 0x50)
+    rows = drives.follow(3000, control=ENABLE)
     assert rows[:, 0].max() == 100_000 and rows[-1, 0] == 70_000
     assert drives.statusword() & 0x1400 == 0x0400
 
@@ -159,7 +141,7 @@ def test_profile_position__axes_plan_one_after_the_other_and_none_waits_for_a_de
     starts = list(began.values())
     assert 10 + PLANNING <= starts[0] <= 12 + PLANNING
     assert all(PLANNING - 1 <= b - a <= PLANNING for a, b in zip(starts, starts[1:], strict=False))
-    drives.idle(2000)
+    drives.follow(2000)
     assert [drives.inputs()[0x6064 + 0x800 * n, 0] for n in range(AXES)] == [
         0, 200_000, 300_000, 400_000, 500_000,
     ]  # fmt: skip
@@ -167,22 +149,17 @@ def test_profile_position__axes_plan_one_after_the_other_and_none_waits_for_a_de
 
 def test_profile_position__target_that_comes_while_one_is_planned():
     drives = pp_drives()
-    drives.set(position=1_000_000, control=ENABLE | 0x30)
-    follow(drives, 10)
-    drives.set(control=ENABLE | 0x20)
-    follow(drives, 2)
-    drives.set(position=-50_000, control=ENABLE | 0x30)
-    rows = follow(drives, 6000)
+    drives.follow(10, position=1_000_000, control=ENABLE | 0x30)
+    drives.follow(2, control=ENABLE | 0x20)
+    rows = drives.follow(6000, position=-50_000, control=ENABLE | 0x30)
     assert rows[-1, 0] == -50_000
     assert np.abs(np.diff(rows[:, 0])).max() <= 5_000_000 * TICK * 1.001
 
 
 def test_halt__stops_on_the_ramp():
     drives = pp_drives()
-    drives.set(position=3_000_000, control=ENABLE | 0x10)
-    follow(drives, 1500)
-    drives.set(control=ENABLE | 0x100)
-    rows = follow(drives, 800)
+    drives.follow(1500, position=3_000_000, control=ENABLE | 0x10)
+    rows = drives.follow(800, control=ENABLE | 0x100)
     assert rows[-1, 1] == 0 and rows[-1, 0] < 3_000_000
     assert np.diff(rows[:, 1]).min() >= -100_000_000 * TICK * 1.01
     assert drives.statusword() & 0x0400 and drives.state() == "OPERATION ENABLED"
@@ -190,10 +167,8 @@ def test_halt__stops_on_the_ramp():
 
 def test_halt__target_reached_only_when_it_stands():
     drives = pp_drives()
-    drives.set(position=3_000_000, control=ENABLE | 0x10)
-    follow(drives, 1500)
-    drives.set(control=ENABLE | 0x100)
-    drives.step()
+    drives.follow(1500, position=3_000_000, control=ENABLE | 0x10)
+    drives.step(control=ENABLE | 0x100)
     seen = 0
     while drives.command.axis[0].velocity:
         assert not drives.statusword() & 0x0400, drives.command.axis[0].velocity
@@ -234,15 +209,12 @@ class Mapped(Drives):
 def test_mapped_limits_of_0__are_held_at_1_and_nothing_jumps(velocity, acceleration):
     drives = Mapped(velocity, acceleration)
     assert drives.get(0x6081) == max(1, velocity) and drives.get(0x6083) == max(1, acceleration)
-    drives.set(position=1_000_000, control=ENABLE | 0x10)
-    rows = follow(drives, 3000)
+    rows = drives.follow(3000, position=1_000_000, control=ENABLE | 0x10)
     assert np.abs(rows[:, 1]).max() <= max(1, velocity) and np.abs(np.diff(rows[:, 0])).max() < 2
     assert 0 < rows[-1, 0] < 2
     drives.limits = (5_000_000, 100_000_000)
-    drives.set(position=100, control=ENABLE)
-    drives.step()
-    drives.set(control=ENABLE | 0x30)
-    assert follow(drives, 3000)[-1, 0] == 100
+    drives.step(position=100, control=ENABLE)
+    assert drives.follow(3000, control=ENABLE | 0x30)[-1, 0] == 100
 
 
 @pytest.mark.parametrize("way", ["halt", "quick stop", "fault"])
@@ -250,14 +222,13 @@ def test_mapped_acceleration_of_0__every_ramp_ends(way):
     drives = Mapped(10, 100_000_000)
     drives.put(0x605A, 0, 1)
     drives.put(0x605E, 0, 1)
-    drives.set(position=1_000_000, control=ENABLE | 0x10)
-    follow(drives, 1000)
+    drives.follow(1000, position=1_000_000, control=ENABLE | 0x10)
     assert drives.command.axis[0].velocity == 10
     drives.limits = (10, 0)
     drives.set(control={"halt": ENABLE | 0x100, "quick stop": QUICK_STOP, "fault": ENABLE}[way])
     drives.feedback.axis[0].fault = 0x5441 if way == "fault" else 0
-    follow(drives, 9 * 10_000)
+    drives.follow(9 * 10_000)
     assert drives.command.axis[0].velocity > 0
-    follow(drives, 2 * 10_000)
+    drives.follow(2 * 10_000)
     assert drives.command.axis[0].velocity == 0
     assert drives.command.axis[0].power == (way == "halt")

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from sim.ethercat.clocks import measure_delays, read, synchronise, write
@@ -25,14 +26,8 @@ def test_delays__are_those_of_the_cables():
 def test_clocks__come_together():
     with Line(PPM, cable_ps=CABLE_PS) as line:
         found = synchronise(line, 500, counted=50, speed_filter=8)
-        fast, slow = (
-            int.from_bytes(
-                read(line, n, esc_regmap.SPEED_DIFFERENCE).to_bytes(2, "little"),
-                "little",
-                signed=True,
-            )
-            for n in (1, 2)
-        )
+        speeds = [read(line, n, esc_regmap.SPEED_DIFFERENCE) for n in (1, 2)]
+    fast, slow = np.array(speeds, np.uint16).view(np.int16)
     assert found.worst <= NEAR
     assert fast < -5000 and slow > 5000  # 100 ppm are 6711 * 2^-26
 

@@ -3,12 +3,10 @@
 
 from __future__ import annotations
 
-import json
-
 import pytest
 
-from sim.ethercat.tap import in_namespace
 from tests.bench.needs import needs
+from tests.ethercat.masters import report_of
 
 pytestmark = [pytest.mark.full, needs("tap")]
 SAFEOP, OP, ERROR = 4, 8, 16
@@ -18,9 +16,7 @@ STATUS_FAULT = 0x08  # under the mask 4Fh
 
 @pytest.fixture(scope="module")
 def report() -> dict:
-    done = in_namespace("sim.ethercat.death_run", [], timeout=3000)
-    assert done.stdout, done.stderr
-    return json.loads(done.stdout)
+    return report_of("death_run", timeout=3000)
 
 
 def test_death__falls_to_safeop_with_its_code_and_counter(report):

@@ -3,21 +3,17 @@
 
 from __future__ import annotations
 
-import json
-
 import pytest
 
 from sim.coe.dictionary import load
-from sim.ethercat.tap import in_namespace
+from tests.ethercat.masters import report_of
 
 pytestmark = pytest.mark.full
 
 
 @pytest.fixture(scope="module")
 def report() -> dict:
-    done = in_namespace("sim.ethercat.device_run", ["--step", "5"], timeout=3000)
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
+    return report_of("device_run", "--step", 5, timeout=3000)
 
 
 def test_pysoem__finds_maps_and_brings_it_to_op(report):

@@ -8,6 +8,7 @@ import pytest
 
 from sim.coe.dictionary import load
 from sim.coe.sii import crc8, image
+from sim.ethercat.clocks import read, write
 from sim.ethercat.datagram import (
     APRD,
     APWR,
@@ -33,6 +34,7 @@ OUTPUTS, OUTPUT_BYTES = 0x1200, 6
 PORT_0_ALONE = esc_regmap.DL_STATUS.word(communication0=1, loop1=1)
 BOTH = PORT_0_ALONE | esc_regmap.DL_STATUS.word(communication1=1, loop0=1)
 WRITE = single(APWR, 0, MEMORY, b"\xa5\x5a\xa5\x5a")
+ZEROS = single(APWR, 0, OUTPUTS, bytes(OUTPUT_BYTES))
 
 
 def with_alias(alias: int) -> bytes:
@@ -47,10 +49,9 @@ def inverted(sequence: bytes) -> bytes:
     return bytes(byte ^ 0xFF for byte in sequence)
 
 
-def dl_control(**fields: int) -> bytes:
-    """Datagram that writes DL_CONTROL."""
-    word = esc_regmap.DL_CONTROL.word(**fields).to_bytes(4, "little")
-    return single(APWR, 0, esc_regmap.DL_CONTROL.address, word)
+def dl_control(line: Line, **fields: int) -> None:
+    """Written by the master."""
+    write(line, 0, esc_regmap.DL_CONTROL, esc_regmap.DL_CONTROL.word(**fields))
 
 
 def alive(line: Line) -> bool:
@@ -104,14 +105,12 @@ def test_receive_error__is_counted_and_writes_nothing(line: Line):
     assert not line.exchange(WRITE, error_at=50).good
     assert line.read(esc_regmap.RX_ERRORS_0) == line.read(esc_regmap.INVALID_FRAMES_0) == 1
     assert line.read(MEMORY, width=4) == 0
-    line.exchange(single(APWR, 0, esc_regmap.RX_ERRORS_0.address, b"\0"))
+    write(line, 0, esc_regmap.RX_ERRORS_0, 0)
     assert line.read(esc_regmap.RX_ERRORS_0) == line.read(esc_regmap.INVALID_FRAMES_0) == 0
 
 
 def test_datagram__longer_than_its_frame_is_a_processing_error(line: Line):
-    broken = bytearray(single(APWR, 0, MEMORY, bytes(100)))
-    broken = broken[:60]
-    assert line.exchange(bytes(broken)).good
+    assert line.exchange(single(APWR, 0, MEMORY, bytes(100))[:60]).good
     assert line.read(esc_regmap.PROCESSING_ERRORS) == 1
     assert line.read(esc_regmap.INVALID_FRAMES_0) == 0
 
@@ -199,7 +198,7 @@ def test_application__what_is_refused_is_counted(line: Line):
     assert line.read(esc_regmap.PDI_ERRORS) == 2
     assert line.read(0x1300, width=2) == 0
     assert line.read(esc_regmap.PDI_ERRORS) == 4
-    line.exchange(single(APWR, 0, esc_regmap.PDI_ERRORS.address, b"\0"))
+    write(line, 0, esc_regmap.PDI_ERRORS, 0)
     assert line.read(esc_regmap.PDI_ERRORS) == 0
 
 
@@ -272,7 +271,7 @@ def test_ring__cable_break_leaves_all_slaves_in_reach():
 
 def test_port__closed_by_the_master_stays_closed():
     with Line([0.0, 0.0]) as line:
-        line.exchange(dl_control(loop1=3))
+        dl_control(line, loop1=3)
         line.run(5000)
         assert answer(line.exchange(single(BRD, 0, 0, bytes(2))).data, 2)[1] == 1
         assert line.read(esc_regmap.DL_STATUS) & BOTH == PORT_0_ALONE
@@ -280,8 +279,7 @@ def test_port__closed_by_the_master_stays_closed():
 
 def test_port__that_closed_by_itself_opens_when_its_control_is_written():
     with Line([0.0, 0.0]) as line:
-        auto_close = dl_control(loop1=1)
-        line.exchange(auto_close)
+        dl_control(line, loop1=1)
         question = single(BRD, 0, 0, bytes(2))
 
         def reached() -> int:
@@ -291,10 +289,10 @@ def test_port__that_closed_by_itself_opens_when_its_control_is_written():
         assert reached() == 2
         line.cable(1, False)
         assert reached() == 1
-        line.exchange(auto_close)  # no link: it stays closed
+        dl_control(line, loop1=1)  # no link: it stays closed
         line.cable(1, True)
         assert reached() == 1
-        line.exchange(auto_close)
+        dl_control(line, loop1=1)
         assert reached() == 2
 
 
@@ -303,43 +301,39 @@ def test_alias__addresses_the_slave_once_it_is_on(line: Line):
     line.run(5000)
     question = single(FPRD, 0x1234, esc_regmap.STATION_ALIAS.address, bytes(2))
     assert answer(line.exchange(question).data, 2)[1] == 0
-    line.exchange(dl_control(use_alias=1))
+    dl_control(line, use_alias=1)
     assert answer(line.exchange(question).data, 2) == (0x1234, 1)
 
 
 def test_watchdog__of_the_application_runs_out(line: Line):
-    line.exchange(single(APWR, 0, esc_regmap.WATCHDOG_DIVIDER.address, b"\0\0"))  # 80 ns
-    line.exchange(single(APWR, 0, esc_regmap.WATCHDOG_PDI.address, b"\xf4\x01"))
-    question = single(APRD, 0, esc_regmap.WATCHDOG_PDI_COUNT.address, b"\0")
-    status = single(APRD, 0, esc_regmap.DL_STATUS.address, b"\0")
+    write(line, 0, esc_regmap.WATCHDOG_DIVIDER, 0)  # 80 ns
+    write(line, 0, esc_regmap.WATCHDOG_PDI, 500)
     alive = esc_regmap.DL_STATUS.word(watchdog=1)
     line.read(esc_regmap.TYPE)
     line.run(20_000)
-    assert answer(line.exchange(question).data, 1)[0] == 0
-    assert answer(line.exchange(status).data, 1)[0] & alive
+    assert read(line, 0, esc_regmap.WATCHDOG_PDI_COUNT) == 0
+    assert read(line, 0, esc_regmap.DL_STATUS) & alive
     line.run(40_000)
-    assert answer(line.exchange(question).data, 1)[0] == 1
-    assert not answer(line.exchange(status).data, 1)[0] & alive
+    assert read(line, 0, esc_regmap.WATCHDOG_PDI_COUNT) == 1
+    assert not read(line, 0, esc_regmap.DL_STATUS) & alive
     line.read(esc_regmap.TYPE)
-    assert answer(line.exchange(status).data, 1)[0] & alive
+    assert read(line, 0, esc_regmap.DL_STATUS) & alive
 
 
 def test_watchdog__longest_unit__is_none_of_a_few_clocks(line: Line):
-    line.exchange(single(APWR, 0, esc_regmap.WATCHDOG_DIVIDER.address, b"\xff\xff"))  # 2.6 ms
-    line.exchange(single(APWR, 0, esc_regmap.WATCHDOG_PDI.address, b"\2\0"))
-    question = single(APRD, 0, esc_regmap.WATCHDOG_PDI_COUNT.address, b"\0")
+    write(line, 0, esc_regmap.WATCHDOG_DIVIDER, 0xFFFF)  # 2.6 ms
+    write(line, 0, esc_regmap.WATCHDOG_PDI, 2)
     line.read(esc_regmap.TYPE)
     line.run(2_600_000)
-    assert answer(line.exchange(question).data, 1)[0] == 0
+    assert read(line, 0, esc_regmap.WATCHDOG_PDI_COUNT) == 0
     line.run(2_800_000)
-    assert answer(line.exchange(question).data, 1)[0] == 1
+    assert read(line, 0, esc_regmap.WATCHDOG_PDI_COUNT) == 1
 
 
 def test_watchdog__runs_out_without_process_data(line: Line):
     sync_manager(line, 2, OUTPUTS, OUTPUT_BYTES, managers.OUTPUTS)
-    line.exchange(single(APWR, 0, esc_regmap.WATCHDOG_DIVIDER.address, b"\0\0"))  # 80 ns
-    write = single(APWR, 0, OUTPUTS, bytes(OUTPUT_BYTES))
-    line.exchange(write)
+    write(line, 0, esc_regmap.WATCHDOG_DIVIDER, 0)  # 80 ns
+    line.exchange(ZEROS)
     line.run(60_000)
     assert line.read(esc_regmap.WATCHDOG_DATA_COUNT) == 0
     line.run(60_000)
@@ -347,17 +341,16 @@ def test_watchdog__runs_out_without_process_data(line: Line):
     assert line.read(esc_regmap.AL_EVENT) & esc_regmap.AL_EVENT.word(watchdog=1)
     assert not alive(line)
     assert not line.read(esc_regmap.AL_EVENT) & esc_regmap.AL_EVENT.word(watchdog=1)
-    line.exchange(write)
+    line.exchange(ZEROS)
     assert alive(line)
 
 
 def test_watchdog__a_bad_frame_does_not_feed_it(line: Line):
     sync_manager(line, 2, OUTPUTS, OUTPUT_BYTES, managers.OUTPUTS)
-    line.exchange(single(APWR, 0, esc_regmap.WATCHDOG_DIVIDER.address, b"\0\0"))
-    write = single(APWR, 0, OUTPUTS, bytes(OUTPUT_BYTES))
-    line.exchange(write)
+    write(line, 0, esc_regmap.WATCHDOG_DIVIDER, 0)
+    line.exchange(ZEROS)
     for _ in range(8):
-        line.exchange(write, sequence=bytes(4))
+        line.exchange(ZEROS, sequence=bytes(4))
         line.run(10_000)
     assert line.read(esc_regmap.WATCHDOG_DATA_COUNT) == 1
 
@@ -396,10 +389,9 @@ def test_sii__master_reads_and_writes_words(line: Line):
 
 def test_emulation__follows_the_master(line: Line):
     line.write(esc_regmap.PDI_CONFIG, esc_regmap.PDI_CONFIG.word(emulation=1))
-    asked = esc_regmap.AL_CONTROL.word(state=2, acknowledge=1).to_bytes(2, "little")
-    line.exchange(single(APWR, 0, esc_regmap.AL_CONTROL.address, asked))
-    back = line.exchange(single(APRD, 0, esc_regmap.AL_STATUS.address, bytes(2)))
-    assert answer(back.data, 2) == (esc_regmap.AL_STATUS.word(state=2), 1)
+    asked = esc_regmap.AL_CONTROL.word(state=2, acknowledge=1)
+    write(line, 0, esc_regmap.AL_CONTROL, asked)
+    assert read(line, 0, esc_regmap.AL_STATUS) == esc_regmap.AL_STATUS.word(state=2)
 
 
 def test_frame__of_two_datagrams_reads_before_it_writes(line: Line):
@@ -413,7 +405,7 @@ def test_frame__of_two_datagrams_reads_before_it_writes(line: Line):
 def test_process_data__shorter_than_the_manager_are_no_outputs(line: Line):
     """A datagram that ends before the last byte changes no buffer, and the watchdog runs on."""
     sync_manager(line, 2, OUTPUTS, OUTPUT_BYTES, managers.OUTPUTS)
-    line.exchange(single(APWR, 0, esc_regmap.WATCHDOG_DIVIDER.address, b"\0\0"))
+    write(line, 0, esc_regmap.WATCHDOG_DIVIDER, 0)
     line.exchange(single(APWR, 0, OUTPUTS, b"\x11" * OUTPUT_BYTES))
     assert line.read(OUTPUTS, width=OUTPUT_BYTES) == 0x111111111111
     for _ in range(8):

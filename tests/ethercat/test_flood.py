@@ -13,15 +13,14 @@ from pathlib import Path
 
 import pytest
 
+from sim.coe import sii
 from sim.coe.dictionary import Device, load
 from sim.ethercat.datagram import APRD, APWR, ETHERNET, datagram, frame
-from sim.ethercat.device import DeviceRtl
+from sim.ethercat.device import CYCLE_CLOCKS, DeviceRtl
 from sim.ethercat.gen import esc_regmap
 from sim.ethercat.session import CSP, ENABLE, SHUTDOWN, START_NS, SWITCH_ON, outputs
-from sim.harness import nios_image
 from tests.ethercat import managers
 
-TICK_CLOCKS = 10_000
 AL_CONTROL, AL_STATUS = esc_regmap.AL_CONTROL.address, esc_regmap.AL_STATUS.address
 MAILBOX_OUT, MAILBOX_IN, MAILBOX_BYTES = 0x1000, 0x1100, 256
 OUTPUTS, INPUTS = 0x1200, 0x1800
@@ -93,20 +92,13 @@ class Bench:
 
     def __init__(self, device: Device, capture: Path, mode: int) -> None:
         self.device, self.mode, self.control, self.counter = device, mode, 0, 0
-        self.rtl = DeviceRtl(nios_image.load("ethercat"), TICK_CLOCKS)
+        self.rtl = DeviceRtl()
         self.rtl.capture(capture)
         self.nowhere = os.open(os.devnull, os.O_WRONLY)  # answers are read from the capture
         self.rtl.run(START_NS)
         self.rtl.restart_counts()
         self.path, self.frames = itertools.count(), itertools.count()
-        for n, (start, size, control) in enumerate(
-            (
-                (MAILBOX_OUT, MAILBOX_BYTES, managers.BOX_OUT),
-                (MAILBOX_IN, MAILBOX_BYTES, managers.BOX_IN),
-                (OUTPUTS, device.bytes("rx"), managers.OUTPUTS),
-                (INPUTS, device.bytes("tx"), managers.INPUTS),
-            )
-        ):
+        for n, (_, start, size, control) in enumerate(sii.managers(device)):
             self.write(esc_regmap.SM_START.at(n), managers.registers(start, size, control))
         for state in (2, 4, 8):
             self.write(AL_CONTROL, struct.pack("<H", state))
@@ -187,7 +179,7 @@ def flood(requests: list[bytes], cycles: int, capture: Path, mode: int = CSP) ->
         "longest": counts["longest"],
         "mean": counts["sum"] // counts["ticks"],
         "ticks": counts["ticks"],
-        "wanted": passed // (TICK_CLOCKS * 10_000),
+        "wanted": passed // (CYCLE_CLOCKS * 10_000),
         "overrun": counts["overrun"],
         "answers": answers,
         "wrong": wrong,
@@ -203,7 +195,7 @@ def flood(requests: list[bytes], cycles: int, capture: Path, mode: int = CSP) ->
 def test_flooded_mailbox__no_pass_is_late(tmp_path, requests, mode):
     found = flood(REQUESTS[requests], 12, tmp_path / "flood.pcap", mode)
     assert found["state"] == (8, 0) and found["powered"] and found["console"] == "", found
-    assert found["longest"] < TICK_CLOCKS and not found["overrun"], found
+    assert found["longest"] < CYCLE_CLOCKS and not found["overrun"], found
     assert abs(found["ticks"] - found["wanted"]) <= 1, found
     assert found["answers"] > 12 and not found["wrong"], found
 
@@ -226,4 +218,4 @@ def test_states_and_frames_without_a_pause__no_pass_is_late(tmp_path):
     counts = rtl.counts()
     rtl.close()
     os.close(bench.nowhere)
-    assert counts["longest"] < TICK_CLOCKS and not counts["overrun"], counts
+    assert counts["longest"] < CYCLE_CLOCKS and not counts["overrun"], counts

@@ -7,7 +7,6 @@ path takes minutes. `test_device__gives_the_same_words` compares its words with 
 
 from __future__ import annotations
 
-import json
 import struct
 from collections.abc import Callable
 
@@ -15,13 +14,13 @@ import numpy as np
 import pytest
 
 from sim.coe.dictionary import load
-from sim.ethercat.machine import AXES, POWER, TORQUE_ONLY, Machine
+from sim.ethercat.machine import AXES, FLAGS, POWER, TORQUE_ONLY, Machine
 from sim.ethercat.path_run import Curves, Drive, path_of, poses
 from sim.ethercat.session import inputs, outputs
-from sim.ethercat.tap import in_namespace
 from sim.model.parameters import Robot
 from tests.bench.needs import needs
 from tests.ethercat.host import DEVICE, Host
+from tests.ethercat.masters import report_of
 
 TOOL, TABLE = 10e-6, 5e-4
 
@@ -34,28 +33,21 @@ class HostWords:
         self.inputs, self.outputs = np.zeros(16, np.uint32), np.zeros(29, np.uint32)
 
     def tick(self) -> None:
-        for n, axis in enumerate(self.host.feedback.axis):
-            axis.position = int(self.inputs[n].view(np.int32))
-            axis.torque = struct.unpack("<hH", self.inputs[AXES + n].tobytes())[0]
-        for n, value in enumerate(self.inputs[2 * AXES : 3 * AXES].view(np.float32)):
-            self.host.feedback.pose[n] = value
+        feedback, command = self.host.feedback, self.host.command
+        axes = np.ctypeslib.as_array(feedback.axis)
+        axes["position"] = self.inputs[:AXES].view(np.int32)
+        axes["torque"] = self.inputs[AXES : 2 * AXES].view(np.int16)[::2]
+        feedback.pose[:] = self.inputs[2 * AXES : 3 * AXES].view(np.float32).tolist()
         self.host.held = set(range(AXES))
         self.host.cycle()
-        command = self.host.command
-        for n, axis in enumerate(command.axis):
-            self.outputs[n] = np.int32(axis.position).view(np.uint32)
-            floats = np.array((axis.fraction, axis.velocity, axis.acceleration), np.float32)
-            self.outputs[[AXES + n, 2 * AXES + n, 3 * AXES + n]] = floats.view(np.uint32)
-            torque = struct.unpack("<H", struct.pack("<h", axis.torque))[0]
-            self.outputs[4 * AXES + n] = (
-                torque | POWER * axis.power | TORQUE_ONLY * axis.torque_only
-            )
+        axes = np.ctypeslib.as_array(command.axis)
+        names = ("position", "fraction", "velocity", "acceleration")
+        self.outputs[: 4 * AXES] = np.concatenate([axes[n].copy().view(np.uint32) for n in names])
+        torques = axes["torque"].astype(np.uint16)
+        self.outputs[FLAGS] = torques | POWER * axes["power"] | TORQUE_ONLY * axes["torque_only"]
         place = command.setting_index << 8 | command.setting_subindex
         value = np.float32(command.setting_value).view(np.uint32)
-        self.outputs[5 * AXES :] = (
-            *(command.digital_outputs, command.setting_number, place),
-            value,
-        )
+        self.outputs[5 * AXES :] = command.digital_outputs, command.setting_number, place, value
 
 
 class HostLink:
@@ -105,11 +97,7 @@ def test_path__whole():
 @needs("tap")
 def test_device__gives_the_same_words(tmp_path):
     ticks, file = 501, tmp_path / "path.npz"
-    done = in_namespace(
-        "sim.ethercat.path_run", ["--ticks", str(ticks), "--curves", str(file)], timeout=3000
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
-    report = json.loads(done.stdout)
+    report = report_of("path_run", "--ticks", ticks, "--curves", file, timeout=3000)
     assert report["wrong_counters"] == report["following_errors"] == 0
     assert report["tool"] < TOOL and report["longest_pass"] < 10_000
     _, curves, _ = run(ticks)

@@ -13,9 +13,11 @@ from random import Random
 import pytest
 
 from asip_asm.project import ROOT
-from sim.ethercat.datagram import APRD, APWR, LRW, answer, single
+from sim.ethercat.clocks import read
+from sim.ethercat.datagram import APWR, LRW, answer, single
 from sim.ethercat.gen import esc_regmap
 from sim.ethercat.line import Line
+from sim.ethercat.register import ByteRegister
 from tests.bench.seed import SEED
 from tests.ethercat.frames import MEMORY, Datagram, frame
 from tests.ethercat.rgmii import DOWN, PERIOD_PS, UP, Phy, Rgmii
@@ -28,15 +30,9 @@ STATUS_NIBBLES = 8
 FRAMES, WHOLE_NS = 12, 300_000  # in each phase; until the longest is back and written
 LINKED = (Phy(), Phy())
 WRITE = single(APWR, 0, MEMORY, b"\xa5\x5a\xa5\x5a")
+BYTE = ByteRegister("MEMORY", MEMORY, 1)
 HEADER = (ROOT / "rtl/ethercat/mii_to_rgmii.sv").read_text().split("module")[0]
 PAGE = (ROOT / "docs/ethercat.md").read_text()
-
-
-def register(line: Line, address: int) -> int:
-    """A byte of the slave, as a master reads it."""
-    value, counter = answer(line.exchange(single(APRD, 0, address, b"\0")).data, 1)
-    assert counter == 1
-    return value
 
 
 def stated(pattern: str, text: str) -> int:
@@ -114,12 +110,12 @@ def test_transmitter__clock_is_in_the_middle_of_the_data():
 def test_receive_error__arrives_as_one(repeat: bool):
     with Rgmii((Phy(phase=7_000, repeat=repeat), Phy(status=DOWN))) as rgmii:
         assert not rgmii.exchange(WRITE, error_at=50).good
-        assert register(rgmii, esc_regmap.RX_ERRORS_0.address) == 1
-        assert register(rgmii, esc_regmap.INVALID_FRAMES_0.address) == 1
-        assert register(rgmii, MEMORY) == 0
+        assert read(rgmii, 0, esc_regmap.RX_ERRORS_0) == 1
+        assert read(rgmii, 0, esc_regmap.INVALID_FRAMES_0) == 1
+        assert read(rgmii, 0, BYTE) == 0
         assert rgmii.exchange(WRITE).good
-        assert register(rgmii, MEMORY) == 0xA5
-        assert register(rgmii, esc_regmap.RX_ERRORS_0.address) == 1
+        assert read(rgmii, 0, BYTE) == 0xA5
+        assert read(rgmii, 0, esc_regmap.RX_ERRORS_0) == 1
 
 
 @pytest.mark.parametrize("status", range(16), ids=lambda status: f"{status:04b}")
@@ -142,7 +138,7 @@ def test_status__the_slave_opens_and_closes_the_port_by_it():
         rgmii.status(1, DOWN)
         rgmii.run(1_000)
         assert rgmii.exchange(WRITE).good and rgmii.receive(1) is None
-        assert register(rgmii, esc_regmap.LOST_LINKS_1.address) == 1
+        assert read(rgmii, 0, esc_regmap.LOST_LINKS_1) == 1
 
 
 def test_status__changes_behind_eight_nibbles_not_counting_frames():

@@ -14,6 +14,7 @@ import pytest
 from sim.ethercat.forces import along_axes, directions, with_torques
 from sim.ethercat.gains import GainError, Gains
 from sim.ethercat.machine import AXES, PROGRAM, Machine
+from sim.ethercat.path_run import TICKS, Drive
 from sim.ethercat.session import CSP, ENABLE, SHUTDOWN, SWITCH_ON, inputs, outputs
 from sim.model.parameters import Robot
 from sim.model.plant import Plant
@@ -25,28 +26,22 @@ ROBOT = Robot.load(None)
 POSE = (0.03, -0.02, 0.6, 0.1, -0.2)
 CST = 10
 X, Z, TILT, ROTATION = 0, 2, 3, 4
-TICKS = 10
 NEAR = 1e-5  # of the greatest outputs
 
 
-class Rig:
+class Rig(Drive):
     """A master's cycles of 1 ms with a device whose plant may differ from the law's robot."""
 
     def __init__(self, plant: Robot = ROBOT) -> None:
         self.host = Host().to_op()
-        self.link = HostLink(self.host)
-        self.machine = Machine(ROBOT, DEVICE, POSE)
+        super().__init__(HostLink(self.host), DEVICE, Machine(ROBOT, DEVICE, POSE))
         self.machine.plant = Plant(plant, POSE[:3], POSE[3:])
         self.targets = np.rint(np.array(POSE) / self.machine.increments).astype(int)
         self.poses: list[np.ndarray] = []
 
     def tick(self) -> None:
-        words, machine = self.link.rtl, self.machine
-        words.inputs[:] = machine.measured()
-        before = words.outputs.copy()
-        words.tick()
-        machine.advance(before)
-        self.poses.append(np.array((*machine.plant.tool, *machine.plant.table)))
+        super().tick()
+        self.poses.append(np.array((*self.machine.plant.tool, *self.machine.plant.table)))
 
     def run(
         self,
@@ -59,19 +54,13 @@ class Rig:
         """So many cycles, targets moving by `step` increments in each; the last inputs."""
         for _ in range(cycles):
             self.targets = self.targets + np.array(step)
-            data = outputs(
-                DEVICE,
-                {
-                    "controlword": control,
-                    "mode": list(modes),
-                    "target_position": self.targets.tolist(),
-                    **values,
-                },
-            )
-            back = self.link.cycle(data, TICKS, self.tick)
+            targets = self.targets.tolist()
+            words = {"controlword": control, "mode": list(modes), "target_position": targets}
+            data = outputs(DEVICE, words | values)
+            back = self.session.cycle(data, TICKS, self.tick)
         return inputs(DEVICE, back)
 
-    def enable(self, **values: Sequence[int]) -> None:
+    def power_on(self, **values: Sequence[int]) -> None:
         for control in (SHUTDOWN, SWITCH_ON, ENABLE):
             self.run(3, control, **values)
 
@@ -132,7 +121,7 @@ def expected(axis: int, per_mille: int) -> float:
 @pytest.mark.parametrize(("axis", "torque"), ((X, 30), (ROTATION, 40)))
 def test_cst__moves_one_axis_with_the_acceleration_of_its_torque(axis: int, torque: int):
     rig = Rig()
-    rig.enable()
+    rig.power_on()
     rig.run(20)
     begin = len(rig.poses)
     back = rig.run(40, modes=of_axis(axis, CST, CSP), target_torque=of_axis(axis, torque))
@@ -146,7 +135,7 @@ def test_cst__moves_one_axis_with_the_acceleration_of_its_torque(axis: int, torq
 
 def test_cst__stays_where_it_is_without_torque_and_csp_goes_on_from_there():
     rig = Rig()
-    rig.enable()
+    rig.power_on()
     rig.run(30)
     before = rig.poses[-1][ROTATION]
     rig.run(50, modes=of_axis(ROTATION, CST, CSP))
@@ -157,7 +146,7 @@ def test_cst__stays_where_it_is_without_torque_and_csp_goes_on_from_there():
 
 def test_cst__to_csp_on_the_way_without_a_jump():
     rig = Rig()
-    rig.enable()
+    rig.power_on()
     modes = of_axis(ROTATION, CST, CSP)
     back = rig.run(30, modes=modes, target_torque=of_axis(ROTATION, 40))
     back = rig.run(5, modes=modes, target_torque=of_axis(ROTATION, 4))  # that of friction
@@ -176,7 +165,7 @@ def test_cst__to_csp_on_the_way_without_a_jump():
 
 def test_cst__the_integrator_stays_where_it_is():
     rig = Rig()
-    rig.enable()
+    rig.power_on()
     rig.run(20)
     modes, torque = of_axis(ROTATION, CST, CSP), of_axis(ROTATION, 40)
     rig.run(2, modes=modes, target_torque=torque)
@@ -190,7 +179,7 @@ def test_cst__the_integrator_stays_where_it_is():
 def sag(plant: Robot, offset: int) -> float:
     """Largest error of z [m] after power, when the tool is heavier than the law thinks."""
     rig = Rig(plant)
-    rig.enable(torque_offset=of_axis(Z, offset))
+    rig.power_on(torque_offset=of_axis(Z, offset))
     rig.run(100, torque_offset=of_axis(Z, offset))
     return float(np.abs(np.array(rig.poses)[:, Z] - POSE[Z]).max())
 
@@ -211,7 +200,7 @@ def test_gain__written_by_the_master_is_that_of_the_law():
     for index, axis in ((0x2000, X), (0x2001, ROTATION), (0x2002, TILT)):
         rig.host.put(index, axis + 1, gains[index])
     rig.run(3)
-    rig.enable()
+    rig.power_on()
     rig.run(30, step=(2000, -1000, 1000, 500, 800))
     position, speed, integral = gains.values()
     right = {
@@ -233,7 +222,7 @@ def test_gain__of_zero_gives_the_laws_own_back():
     rig.host.put(0x2000, 1, 0.0)
     rig.run(2)
     listener = Listener(rig.machine)
-    rig.enable()
+    rig.power_on()
     rig.run(10, step=(2000, -1000, 1000, 500, 800))
     assert listener.differ_from(ROBOT) < NEAR
 
@@ -245,7 +234,7 @@ def test_gain__of_the_integral_stiffens_the_axis():
         rig = Rig(heavier)
         if gain:
             rig.host.put(0x2002, TILT + 1, gain * ROBOT.K_I[TILT])
-        rig.enable()
+        rig.power_on()
         rig.run(30)
         left.append(abs(rig.poses[-1][TILT] - POSE[TILT]))
     assert left[1] < 0.5 * left[0]
@@ -256,7 +245,7 @@ def test_gain__that_is_no_number_is_refused_and_the_old_one_kept():
     rig.machine._take_setting(np.array((1, 0x200101, 0x7F800000), np.uint32))  # infinite
     assert len(rig.machine.refused) == 1
     listener = Listener(rig.machine)
-    rig.enable()
+    rig.power_on()
     rig.run(10, step=(2000, -1000, 1000, 500, 800))
     assert listener.differ_from(ROBOT) < NEAR
 

@@ -7,18 +7,16 @@ and run by themselves. The end is the clock in which all three compare values st
 
 from __future__ import annotations
 
-import tempfile
 from pathlib import Path
 
 import numpy as np
 
 from asip_asm.isa import default_isa
-from asip_asm.model.compiler import Options, compile_law
-from asip_asm.model.program import build
 from sim.harness.asip_bus import CLEAR, CSR, load_words
 from sim.harness.gen.drive_regmap import REGMAP
 from sim.model.drives import Drives
-from sim.servo.current_law import Setting, current_law
+from sim.servo.current_law import Setting
+from sim.servo.current_loop import loop_program
 from sim.servo.start_up import WINDOW, dead_clocks, least_clocks
 from tests.servo.clocked import FOLDERS, Clocked
 
@@ -28,10 +26,6 @@ HERE = Path(__file__).parent
 
 def writes(drives: Drives, setting: Setting, configuration: str) -> list[tuple[int, int, int]]:
     """What brings axis and program up: whether to the front-end, address, word."""
-    options = Options(configuration=configuration, reassociate=True, reciprocal=True)
-    with tempfile.TemporaryDirectory() as folder:
-        law = current_law(drives, setting, (0,))
-        image = build(compile_law(law, options), Path(folder) / "one_axis.s").image
     registers = {
         "PWM": dict(half_period=setting.half, minimum=least_clocks(drives)),
         "DEAD_TIME": dict(clocks=dead_clocks(drives)),
@@ -42,6 +36,7 @@ def writes(drives: Drives, setting: Setting, configuration: str) -> list[tuple[i
         (1, REGMAP.address(name), REGMAP.registers[name].word(**fields))
         for name, fields in registers.items()
     ]
+    image = loop_program(drives, setting, configuration, axes=(0,)).image
     core = [(CSR["CONTROL"], CLEAR), *load_words(image)]
     return [*((0, address, word) for address, word in core), *front]
 

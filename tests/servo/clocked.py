@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """A Verilated block as a function of arrays: what its inputs are, clock by clock, to its outputs.
 
+`Accesses` makes such inputs of a host's reads and writes.
+
 The C++ around the model is written here from the names of the ports. Inputs of a row settle before
 a rising edge; outputs of the row are those just before that edge, so a register shows a change one
 row later. The block starts out of reset with the first row's inputs.
@@ -15,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from asip_asm.project import BUILD, ROOT
+from asip_asm.regmap import RegisterMap
 from sim.harness.build import build_library
 from sim.harness.sources import sources_of
 from sim.harness.waves import load_model
@@ -103,3 +106,39 @@ def signed(values: np.ndarray, width: int) -> np.ndarray:
     """Two's complement of so many bits."""
     values = values & ((1 << width) - 1)
     return values - ((values >> (width - 1)) << width)
+
+
+class Accesses:
+    """Accesses to registers of a block, one behind the other: a write takes a clock, a read two.
+
+    columns: what they are at the block's ports, by name.
+    """
+
+    def __init__(self, regmap: RegisterMap, clocks: int) -> None:
+        self.regmap = regmap
+        names = ("address", "read", "write", "writedata")
+        self.columns = {name: np.zeros(clocks, dtype=np.int64) for name in names}
+        self.reads: list[int] = []
+
+    def write(self, clock: int, name: str, **fields: int) -> None:
+        """A write in this clock."""
+        self._access(clock, "write", self.regmap.address(name))
+        self.columns["writedata"][clock] = self.regmap.registers[name].word(**fields)
+
+    def read(self, clock: int, *names: str, index: int = 0) -> None:
+        """Reads from this clock on; index: of the place of a register."""
+        for n, name in enumerate(names):
+            start, address = clock + 2 * n, self.regmap.address(name) + index
+            self._access(start, "read", address)
+            self._access(start + 1, "read", address)
+            self.reads.append(start)
+
+    def _access(self, clock: int, kind: str, address: int) -> None:
+        assert not self.columns["read"][clock] and not self.columns["write"][clock]
+        self.columns[kind][clock], self.columns["address"][clock] = 1, address
+
+    def words(self, found: Mapping[str, np.ndarray]) -> list[int]:
+        """What was read, in the order of `read`, by the outputs of the block."""
+        reads = np.array(self.reads, dtype=np.int64)
+        assert found["waitrequest"][reads].all() and not found["waitrequest"][reads + 1].any()
+        return found["readdata"][reads + 1].tolist()

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Windings and friction of sim/servo/plant.h as functions (test_plant_header.py).
+// Windings, friction and a phase's terminal of sim/servo/plant.h as functions (test_plant.py).
 #include "plant.h"
 
 extern "C" {
@@ -24,6 +24,12 @@ double windings_force(const servo::Axis* axis, const double* currents, double an
 // Mean force over `time`; z: deflection, before and after.
 double friction_step(const servo::Axis* axis, double* z, double v, double time) {
   return servo::friction(*axis, *z, v, time);
+}
+
+// Voltage of a phase of an inverter against the middle of its bus.
+double terminal_voltage(const servo::Parameters* plant, int high, int low, double current, double inductance,
+                        double time) {
+  return servo::terminal(*plant, high, low, plant->U_dc, current, inductance, time);
 }
 
 }  // extern "C"

@@ -99,8 +99,7 @@ def with_encoder(
 def read(encoder: Encoder, clocks: int = 1500, starts: tuple[int, ...] = (START,)):
     """Outputs of the master, with the encoder at its end."""
     master = Clocked("biss_master", ("start", "slo"), OUTPUTS)
-    start = np.zeros(clocks, dtype=np.int64)
-    start[list(starts)] = 1
+    start = np.isin(np.arange(clocks), starts)
     return with_encoder(master, encoder, len(starts), clocks, start=start)
 
 

@@ -13,10 +13,9 @@ import pytest
 
 from sim.harness.gen.biss_regmap import REGMAP
 from tests.bench.seed import SEED
-from tests.servo.clocked import Clocked
+from tests.servo.clocked import Accesses, Clocked
 from tests.servo.test_biss import Encoder, Silent, with_encoder
 
-INPUTS = ("address", "read", "write", "writedata", "sample")
 OUTPUTS = ("readdata", "waitrequest", "ma")
 FIRST = 20  # clock of the first request
 APART = 1200  # clocks between two requests
@@ -28,40 +27,19 @@ def word(name: str, **fields: int) -> int:
     return REGMAP.registers[name].word(**fields)
 
 
-class Port:
+class Port(Accesses):
     """The block with accesses and pulses of `sample_i` at given clocks."""
 
     def __init__(self, clocks: int, **parameters: int) -> None:
-        self.block = Clocked("biss_port", (*INPUTS, "slo"), OUTPUTS, parameters)
-        self.inputs = {name: np.zeros(clocks, dtype=np.int64) for name in INPUTS}
-        self.reads: list[int] = []
-
-    def write(self, clock: int, name: str, **fields: int) -> None:
-        """A write in this clock."""
-        self._access(clock, name)
-        self.inputs["write"][clock] = 1
-        self.inputs["writedata"][clock] = word(name, **fields)
-
-    def read(self, clock: int, *names: str) -> None:
-        """Reads from this clock on, one behind the other."""
-        for start, name in enumerate(names):
-            for step in (0, 1):
-                self._access(clock + 2 * start + step, name)
-                self.inputs["read"][clock + 2 * start + step] = 1
-            self.reads.append(clock + 2 * start)
-
-    def _access(self, clock: int, name: str) -> None:
-        assert not self.inputs["read"][clock] and not self.inputs["write"][clock]
-        self.inputs["address"][clock] = REGMAP.address(name)
+        super().__init__(REGMAP, clocks)
+        self.sample = self.columns["sample"] = np.zeros(clocks, dtype=np.int64)
+        self.block = Clocked("biss_port", (*self.columns, "slo"), OUTPUTS, parameters)
 
     def run(self, encoder: Encoder) -> tuple[list[int], np.ndarray]:
         """Words read, in the order of `read`, and MA."""
-        frames = int(self.inputs["sample"].sum() + self.inputs["write"].sum()) + 1
-        clocks = len(self.inputs["read"])
-        found = with_encoder(self.block, encoder, frames, clocks, **self.inputs)
-        reads = np.array(self.reads, dtype=np.int64)
-        assert found["waitrequest"][reads].all() and not found["waitrequest"][reads + 1].any()
-        return [int(value) for value in found["readdata"][reads + 1]], found["ma"]
+        frames = int(self.sample.sum() + self.columns["write"].sum()) + 1
+        found = with_encoder(self.block, encoder, frames, len(self.sample), **self.columns)
+        return self.words(found), found["ma"]
 
 
 def falls(ma: np.ndarray) -> np.ndarray:
@@ -150,7 +128,7 @@ def test_sample__starts_frames_while_enabled_and_a_dropped_request_is_flagged():
     port = Port(7 * APART)
     times = [FIRST + number * APART for number in range(4)]
     for clock in (times[0], times[1], times[2], times[2] + 100, times[3]):
-        port.inputs["sample"][clock] = 1
+        port.sample[clock] = 1
     port.read(times[1] - 10, "GOOD", "TRIGGER")
     port.write(times[1] - 1, "TRIGGER", sample=1)
     port.read(times[2] - 10, "GOOD", "POSITION_LOW", "STATUS", "TRIGGER")
@@ -172,7 +150,7 @@ def test_sample__starts_frames_while_enabled_and_a_dropped_request_is_flagged():
 def test_sample__instant_of_the_position_is_half_a_bit_behind(bit_clocks):
     port = Port(FIRST + 60 * bit_clocks, ClocksPerBit=bit_clocks)
     port.write(5, "TRIGGER", sample=1)
-    port.inputs["sample"][FIRST] = 1
+    port.sample[FIRST] = 1
     _, ma = port.run(Encoder(timeout=2 * bit_clocks))
     rises = np.flatnonzero((ma[1:] == 1) & (ma[:-1] == 0)) + 1
     assert falls(ma)[0] == FIRST + 1 and rises[0] == FIRST + 1 + bit_clocks // 2
@@ -188,7 +166,7 @@ def test_reads_while_frames_run__halves_are_of_one_frame():
     for shift in range(4):  # a read takes two clocks, a pair four
         port = Port((len(frames) + 1) * APART, Width=48)
         port.write(2, "TRIGGER", sample=1)
-        port.inputs["sample"][FIRST + APART * np.arange(len(frames))] = 1
+        port.sample[FIRST + APART * np.arange(len(frames))] = 1
         for clock in range(FIRST + shift, len(frames) * APART, 4):
             port.read(clock, "POSITION_LOW", "POSITION_HIGH")
         words, _ = port.run(replace(frames[0], later=tuple(frames[1:])))
@@ -205,7 +183,7 @@ def test_good_before_and_after__frames_the_position_and_its_bits():
     for start in range(FIRST + APART + 360, FIRST + APART + 430):
         port = Port(FIRST + 2 * APART)
         port.write(2, "TRIGGER", sample=1)
-        port.inputs["sample"][[FIRST, FIRST + APART]] = 1
+        port.sample[[FIRST, FIRST + APART]] = 1
         port.read(start, "GOOD", "POSITION_LOW", "STATUS", "GOOD")
         (before, position, status, after), _ = port.run(encoder)
         if before == after:

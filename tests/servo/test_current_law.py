@@ -7,21 +7,18 @@ import functools
 import json
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from asip_asm.model.compiler import Options, compile_law
-from asip_asm.model.program import Built, build
-from asip_asm.project import BUILD
+from asip_asm.model.program import Built
 from sim.model.drives import Drives
 from sim.model.parameters import Robot
 from sim.prove_program import COUNT, prove
 from sim.servo import goals
 from sim.servo.__main__ import main
 from sim.servo.current_law import AXES, DELAY, MAGIC, Setting, current_law, gains
-from sim.servo.current_loop import respond, rise_and_overshoot
+from sim.servo.current_loop import loop_program, respond, rise_and_overshoot
 from sim.servo.goals import CYCLES, SMALL
 
 DRIVES = Drives.load()
@@ -29,12 +26,8 @@ SETTING = Setting(Robot.load().resolution)
 
 
 @functools.cache
-def program(configuration: str, axes: tuple[int, ...] = AXES) -> Built:
-    options = Options(configuration=configuration, reassociate=True, reciprocal=True)
-    name = f"{configuration}_{len(axes)}"
-    path = BUILD / "servo" / f"{name}.s"
-    path.parent.mkdir(parents=True, exist_ok=True)
-    return build(compile_law(current_law(DRIVES, SETTING, axes), options), Path(path))
+def program(configuration: str) -> Built:
+    return loop_program(DRIVES, SETTING, configuration)
 
 
 @pytest.mark.parametrize("configuration", CYCLES)

@@ -76,9 +76,7 @@ def test_both_lines_at_once__is_flagged_and_counted_and_does_not_move():
     at = 20 + 16 * np.arange(300)
     for one in at:
         a[one:] ^= True
-    clear = np.zeros(6000, dtype=bool)
-    clear[5500] = True
-    found = block().run(6000, a=a, b=a, clear=clear)
+    found = block().run(6000, a=a, b=a, clear=np.arange(6000) == 5500)
     seen = found["illegal_count"]
     assert not found["position"].any()
     for number, one in enumerate(at, 1):

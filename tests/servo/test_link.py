@@ -9,7 +9,8 @@ import pytest
 from asip_asm.gen.asip_regmap import REGMAP as ASIP
 from sim.harness.gen.drive_regmap import REGMAP as DRIVE
 from tests.bench.seed import SEED
-from tests.servo.clocked import Clocked
+from tests.servo.clocked import Accesses, Clocked
+from tests.servo.test_decoder import lines
 
 AXES, WORDS, VALUES = 5, 21, 15
 LINK_IN = (
@@ -34,8 +35,7 @@ def run_link(
     """The link at a processor whose runs take 100 clocks; hold: clocks in which its bus waits."""
     link = Clocked("servo_link", LINK_IN, LINK_OUT)
     clocks = 800
-    trigger = np.zeros(clocks, dtype=np.int64)
-    trigger[list(triggers)] = 1
+    trigger = np.isin(np.arange(clocks), triggers)
     answers = {name: np.zeros(clocks, dtype=np.int64) for name in ("sample", "readdata", "irq")}
     outputs = (values.astype(np.float32) + MAGIC).view(np.int32).astype(np.int64)
     base = ASIP.blocks["outputs"].base
@@ -85,10 +85,9 @@ def test_trigger__samples_a_run_and_values(waits):
 
 def test_orders__follow_the_samples_as_they_are():
     link = Clocked("servo_link", LINK_IN, LINK_OUT)
-    word = link.run(60, enable=1, orders=1, trigger=np.eye(60, dtype=np.int64)[5])["word"]
-    found = link.run(
-        60, enable=1, orders=1, trigger=np.eye(60, dtype=np.int64)[5], order=0x40490000 + word
-    )
+    inputs = {"enable": 1, "orders": 1, "trigger": np.arange(60) == 5}
+    word = link.run(60, **inputs)["word"]
+    found = link.run(60, **inputs, order=0x40490000 + word)
     writes = np.flatnonzero(found["write"])
     base = ASIP.blocks["constants"].base
     assert found["address"][writes].tolist() == [*range(base, base + 26), START]
@@ -106,23 +105,6 @@ def test_trigger_while_busy__is_late_and_starts_nothing():
     assert np.flatnonzero(found["late"]).tolist() == [60] and found["done"].sum() == 1
 
 
-class Host:
-    """Accesses one after another for a run of the front-end, each at its clock."""
-
-    def __init__(self, clocks: int) -> None:
-        names = ("address", "read", "write", "writedata")
-        self.columns = {name: np.zeros(clocks, dtype=np.int64) for name in names}
-
-    def write(self, clock: int, name: str, **values: int) -> None:
-        self.columns["write"][clock] = 1
-        self.columns["address"][clock] = DRIVE.address(name)
-        self.columns["writedata"][clock] = DRIVE.registers[name].word(**values)
-
-    def read(self, clock: int, name: str, index: int = 0) -> None:
-        self.columns["read"][clock : clock + 2] = 1
-        self.columns["address"][clock : clock + 2] = DRIVE.address(name) + index
-
-
 def front_end() -> Clocked:
     inputs = (
         *("address", "read", "write", "writedata"),
@@ -138,60 +120,57 @@ def front_end() -> Clocked:
 
 def test_front_end__compare_values_of_a_host_reach_the_gates_of_its_axis():
     clocks = 6000
-    host = Host(clocks)
+    host = Accesses(DRIVE, clocks)
     host.write(10, "PWM", half_period=300, minimum=40)
     host.write(11, "DEAD_TIME", clocks=20)
     host.write(12, "MODE", axis1=2)  # runs
     for phase, value in enumerate((150, 20, 290)):
         host.write(13 + phase, "COMPARE", axis=1, phase=phase, value=value, commit=int(phase == 2))
-    host.read(3000, "STATUS")
-    host.read(3010, "PWM")
+    host.read(3000, "STATUS", "PWM")
     found = front_end().run(clocks, **host.columns)
     high = found["high"][3600:4800] >> np.arange(6)[:, None] & 1  # two periods
     # Bounded: 20 is below 40, 290 above 300 - 40; the dead time goes off the middle one.
     assert high.sum(axis=1).tolist() == [0, 0, 0, 2 * (300 - 20), 0, 1200]
     pwm = DRIVE.registers["PWM"].word(half_period=300, minimum=40)
-    assert found["readdata"][3001] == 0 and found["readdata"][3011] == pwm
-    assert found["waitrequest"][3000] == 1 and found["waitrequest"][3001] == 0
+    assert host.words(found) == [0, pwm]
 
 
 def test_front_end__positions_currents_and_the_samples_of_the_link():
     clocks = 9000
     steps = (np.arange(clocks) > 300) & (np.arange(clocks) % 10 == 0) & (np.arange(clocks) < 2000)
     true = np.cumsum(steps)
-    quarter = true & 3
-    host = Host(clocks)
+    host = Accesses(DRIVE, clocks)
     host.write(10, "LINK", enable=1)
-    host.read(8000, "POSITION", 1)
-    host.read(8010, "CURRENT_A", 0)
-    host.read(8020, "EDGE_TIME", 1)
+    host.read(8000, "POSITION", index=1)
+    host.read(8010, "CURRENT_A")
+    host.read(8020, "EDGE_TIME", index=1)
     found = front_end().run(
         clocks,
         **host.columns,
-        a=2 * ((quarter == 1) | (quarter == 2)),  # axis 1
-        b=2 * ((quarter == 2) | (quarter == 3)),
+        **{name: 2 * line for name, line in lines(true).items()},  # of axis 1
         bit_a=1,  # axis 0, all bits 1
         bus=-123,
     )
     full = 2**17
-    assert found["readdata"][8001] == true[-1] and found["readdata"][8011] == full
-    assert abs(found["readdata"][8021] - np.flatnonzero(steps)[-1]) < 10
+    position, current, edge_time = host.words(found)
+    assert (position, current) == (true[-1], full)
+    assert abs(edge_time - np.flatnonzero(steps)[-1]) < 10
     # The run never ends: one set of words, at the end of the first window, and then late.
     writes = np.flatnonzero(found["core_write"])
     words = found["core_writedata"][writes][:9].astype(np.uint32).view(np.float32) - MAGIC
     assert words[[0, 1, 2, 5, 6, 8]].tolist() == [0, full, -full, -full, -full, -123]
     assert 0 < words[4] < true[-1]
-    host = Host(clocks)
+    host = Accesses(DRIVE, clocks)
     host.write(10, "LINK", enable=1)
     host.read(8000, "STATUS")
-    status = int(front_end().run(clocks, **host.columns)["readdata"][8001])
+    (status,) = host.words(front_end().run(clocks, **host.columns))
     fields = DRIVE.registers["STATUS"].fields
     assert fields["late"].of(status) and fields["trip"].of(status) == 3  # both axes
 
 
 def test_front_end__trip_clears_by_axis():
     clocks = 3000
-    host = Host(clocks)
+    host = Accesses(DRIVE, clocks)
     host.write(10, "MODE", axis0=1, axis1=1)
     host.write(1500, "CONTROL", clear=2)
     fault = np.where(np.arange(clocks) == 900, 3, 0)
@@ -202,7 +181,7 @@ def test_front_end__trip_clears_by_axis():
 
 def test_front_end__overcurrent_trips_its_axis():
     clocks = 6000
-    host = Host(clocks)
+    host = Accesses(DRIVE, clocks)
     host.write(10, "MODE", axis0=1, axis1=1)
     host.write(2000, "CURRENT_LIMIT", size=200)
     bits = (np.arange(clocks) // 6) % 2  # of no current
@@ -214,7 +193,7 @@ def test_front_end__overcurrent_trips_its_axis():
 
 def test_front_end__orders_of_one_clock_and_the_machines_position():
     clocks = 5000
-    host = Host(clocks)
+    host = Accesses(DRIVE, clocks)
     host.write(10, "LINK", enable=1, orders=1)
     host.write(11, "ORIGIN", value=1000)
     first, second = 0x3F800000, 0xC0000000
@@ -239,7 +218,7 @@ GUARDS = {
 def test_front_end__guards_take_gates_and_close_brakes(cause):
     guard, inputs, axes = GUARDS[cause]
     clocks = 3000
-    host = Host(clocks)
+    host = Accesses(DRIVE, clocks)
     host.write(10, "MODE", axis0=2, axis1=2)
     host.write(11, "LINK", orders=1)
     host.write(12, "BRAKE", release=3)
@@ -253,7 +232,7 @@ def test_front_end__guards_take_gates_and_close_brakes(cause):
     assert found["release"][-1] == 3 - axes
     assert on[-1] == sum(7 << 3 * n for n in range(2) if not axes >> n & 1)
     fields = DRIVE.registers["STATUS"].fields
-    status = int(found["readdata"][2501])
+    (status,) = host.words(found)
     assert fields["trip"].of(status) & 3 == axes
     flag = "illegal" if cause == "encoder" else cause
     assert fields[flag].of(status) & axes

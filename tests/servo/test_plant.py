@@ -1,26 +1,54 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Motor, inverter and friction against Radau on the continuous equations, and closed forms."""
+"""Motor, inverter and friction against Radau on the continuous equations, and closed forms.
+
+Motor and friction are models in Python; the plant in C++ (plant.h) is compared with them.
+"""
 
 from __future__ import annotations
 
+import ctypes
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from asip_asm.project import ROOT
+from sim.harness import runtime
 from sim.model.drives import Drives
+from sim.model.parameters import Robot
 from sim.servo import lugre
-from sim.servo.motor import Leg, Windings, mean_leg_voltage, phase_currents, space_vector
+from sim.servo.motor import Windings, phase_currents, space_vector
+from sim.servo.plant import Plant
 
 DRIVES = Drives.load()
+RECORD = Plant(Robot.load(), DRIVES).record()
 AXES = {"leg": 0, "tilt": 3, "rotation": 4}
+PER_AXIS = pytest.mark.parametrize("axis", AXES.values(), ids=AXES)
 
 
-@pytest.mark.parametrize("axis", AXES)
+@pytest.fixture(scope="module")
+def header(tmp_path_factory) -> ctypes.CDLL:
+    """Functions of plant.h (plant_header.cpp)."""
+    folder = tmp_path_factory.mktemp("plant")
+    source, library = Path(__file__).with_name("plant_header.cpp"), folder / "libplant.so"
+    flags = ["-std=c++17", "-O2", "-fPIC", "-shared", f"-I{ROOT / 'sim/servo'}"]
+    runtime.run([runtime.compiler(), *flags, source, "-o", library], folder)
+    found, number, pointer = ctypes.CDLL(str(library)), ctypes.c_double, ctypes.c_void_p
+    found.windings_advance.argtypes = [pointer, pointer, *[number] * 5]
+    found.windings_force.argtypes = [pointer, pointer, number, pointer]
+    found.friction_step.argtypes = [pointer, pointer, number, number]
+    found.terminal_voltage.argtypes = [pointer, *[ctypes.c_int] * 2, *[number] * 3]
+    for function in (found.windings_force, found.friction_step, found.terminal_voltage):
+        function.restype = number
+    return found
+
+
+@PER_AXIS
 def test_locked_rotor__step_is_the_exponential(axis):
-    motor = DRIVES.motors[AXES[axis]]
+    motor = DRIVES.motors[axis]
     windings = Windings(motor)
     for n in range(1, 200):
         windings.advance(30.0, 0.0, 0.0, 0.0, 7.3e-6)
@@ -28,10 +56,10 @@ def test_locked_rotor__step_is_the_exponential(axis):
         assert windings.i_d == pytest.approx(want, rel=1e-11) and windings.i_q == 0
 
 
-@pytest.mark.parametrize("axis", AXES)
+@PER_AXIS
 def test_turning_rotor_with_switched_voltages__as_radau(axis):
-    motor = DRIVES.motors[AXES[axis]]
-    random = np.random.default_rng(AXES[axis])
+    motor = DRIVES.motors[axis]
+    random = np.random.default_rng(axis)
     speed, windings, angle, now = 400.0, Windings(motor, 1.0, -2.0), 0.3, 0.0
     state = np.array([1.0, -2.0])
     for _ in range(60):
@@ -82,18 +110,26 @@ def test_phase_currents__sum_to_nothing_and_turn_with_the_angle():
         assert b == pytest.approx(shifted[0], abs=1e-12)
 
 
-def test_leg__diodes_carry_against_the_current_in_the_dead_time():
-    leg = Leg(DRIVES)
+def terminal(
+    header: ctypes.CDLL, high: bool, low: bool, current: float, time: float = 1e-9
+) -> float:
+    """Voltage of a phase whose switches conduct like this for a time."""
+    inductance = DRIVES.motors[0].L_q
+    return header.terminal_voltage(RECORD.ctypes.data, high, low, current, inductance, time)
+
+
+def test_leg__diodes_carry_against_the_current_in_the_dead_time(header):
     drop = DRIVES.drop + DRIVES.drop_resistance * 2
-    assert leg.voltage(True, False, 2.0) == 280 - drop
-    assert leg.voltage(False, True, 2.0) == -280 - drop
-    assert leg.voltage(False, False, 2.0) == -280 - drop
-    assert leg.voltage(False, False, -2.0) == 280 + drop
-    assert leg.voltage(False, False, 0.0) == 0
+    assert terminal(header, True, False, 2.0) == 280 - drop
+    assert terminal(header, False, True, 2.0) == -280 - drop
+    assert terminal(header, False, False, 2.0) == -280 - DRIVES.drop
+    assert terminal(header, False, False, -2.0) == 280 + DRIVES.drop
+    assert terminal(header, False, False, 0.0) == 0
 
 
 @pytest.mark.parametrize("current", [3.0, -3.0])
-def test_mean_voltage__is_that_of_the_edges_over_a_period(current):
+def test_mean_voltage__is_that_of_the_edges_over_a_period(header, current):
+    """Twice a period the dead time adds to one side what the current's sign says."""
     period, step = 1 / DRIVES.f_pwm, 1e-9
     time = np.arange(0, 2 * period, step)
     place = np.abs((time / period) % 1 - 0.5) * 2  # triangle, 1 at the ends
@@ -103,22 +139,17 @@ def test_mean_voltage__is_that_of_the_edges_over_a_period(current):
     for at in np.flatnonzero(np.diff(ordered)) + 1:
         last[at:] = time[at]
     ready = time - last >= DRIVES.dead_time
-    gates = {"high": ordered & ready, "low": ~ordered & ready}
-    leg = Leg(DRIVES)
-    switches = {}
-    for name, gate in gates.items():
-        on = bool(gate[0])
-        state = np.full(len(time), on)
-        for at in leg.edges(gate, time):
-            on = not on
-            state[time >= at - step / 2] = on
-        switches[name] = state
-    whole = slice(len(time) // 2, None)
-    values = [
-        leg.voltage(bool(h), bool(low), current)
-        for h, low in zip(switches["high"][whole], switches["low"][whole], strict=True)
-    ]
-    want = mean_leg_voltage(DRIVES, duty, current)
+    switches = []
+    for gate in (ordered & ready, ~ordered & ready):
+        switch = gate.copy()
+        for at in np.flatnonzero(np.diff(gate)) + 1:
+            delay = DRIVES.delay_on if gate[at] else DRIVES.delay_off
+            switch[at : at + round(delay / step)] = not gate[at]
+        switches.append(switch[len(time) // 2 :].tolist())
+    values = [terminal(header, *pair, current) for pair in zip(*switches, strict=True)]
+    lost = (DRIVES.dead_time + DRIVES.delay_on - DRIVES.delay_off) * DRIVES.f_pwm * DRIVES.U_dc
+    want = (duty - 0.5) * DRIVES.U_dc - math.copysign(lost + DRIVES.drop, current)
+    want -= DRIVES.drop_resistance * current
     assert np.mean(values) == pytest.approx(want, abs=0.3)
     assert space_vector(5.0, 5.0, 5.0) == (0, 0)
 
@@ -167,3 +198,45 @@ def test_parameters__of_the_file_reach_motor_and_friction():
     changed = replace(DRIVES, psi_tilt=0.5, lugre_static_legs=9.0)
     assert changed.motors[3].psi == 0.5 and changed.friction[1].static == 9.0
     assert changed.motors[3].force_per_ampere == pytest.approx(1.5 * 22 * 0.5)
+
+
+# -------------------------------------------------------------------- the plant in C++
+
+
+def parameters(axis: int) -> np.ndarray:
+    """`struct Axis` of an axis."""
+    return RECORD["axis"][axis : axis + 1].copy()
+
+
+@PER_AXIS
+def test_windings__currents_force_and_phases(header, axis):
+    random, record = np.random.default_rng(axis), parameters(axis)
+    motor = DRIVES.motors[axis]
+    model, currents, phases = Windings(motor, 1.0, -2.0), np.array([1.0, -2.0]), np.zeros(3)
+    for _ in range(300):
+        alpha, beta = random.uniform(-370, 370, 2)
+        angle, speed = random.uniform(-np.pi, np.pi), random.uniform(-600, 600)
+        time = float(np.exp(random.uniform(np.log(1e-9), np.log(2e-5))))
+        given = (alpha, beta, angle, speed, time)
+        header.windings_advance(record.ctypes.data, currents.ctypes.data, *given)
+        model.advance(*given)
+        assert tuple(currents) == pytest.approx((model.i_d, model.i_q), rel=1e-9, abs=1e-12)
+        force = header.windings_force(
+            record.ctypes.data, currents.ctypes.data, angle, phases.ctypes.data
+        )
+        assert force == pytest.approx(motor.force(*currents), rel=1e-12, abs=1e-12)
+        assert tuple(phases) == pytest.approx(phase_currents(*currents, angle), abs=1e-12)
+
+
+@PER_AXIS
+def test_friction__deflection_and_force(header, axis):
+    """Speeds from creeping to fast, both ways, and rest; steps from a nanosecond to a second."""
+    random, record = np.random.default_rng(axis), parameters(axis)
+    friction, model, z = DRIVES.friction[axis], 0.0, np.zeros(1)
+    signs, sizes = random.choice([-1, 0, 1], 500), np.exp(random.uniform(-14, 3, 500))
+    for speed in signs * sizes * friction.speed:
+        time = float(np.exp(random.uniform(np.log(1e-9), 0.0)))
+        force = header.friction_step(record.ctypes.data, z.ctypes.data, speed, time)
+        model, want = lugre.step(friction, model, float(speed), time)
+        assert z[0] == pytest.approx(model, rel=1e-9, abs=1e-15)
+        assert force == pytest.approx(want, rel=1e-9, abs=1e-9 * friction.static)

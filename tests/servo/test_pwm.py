@@ -188,13 +188,10 @@ def test_mode_and_dead_time_at_random__no_shoot_through():
 def test_trip__all_gates_off_behind_the_second_edge_until_cleared(which, at):
     halves = [100] * 12
     clocks = 1200
-    pulse = np.zeros(clocks, dtype=bool)
-    pulse[at] = True
-    clear = np.zeros(clocks, dtype=bool)
-    clear[800] = True
     values = np.full((12, 3), 60)
     inputs = triangle(halves) | written(clocks, halves, values)
-    found = bridge().run(clocks, **inputs, mode=RUN, clear=clear, **{which: pulse})
+    inputs |= {which: np.arange(clocks) == at, "clear": np.arange(clocks) == 800}
+    found = bridge().run(clocks, **inputs, mode=RUN)
     gates = found["high"] | found["low"]
     assert not gates[at + 2 : 801].any() and gates[: at + 1].any() and gates[801:].any()
     assert found["trip"][at + 2 : 801].all() and not found["trip"][801:].any()

@@ -3,11 +3,13 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
+from unittest.mock import Mock
 
+import numpy as np
 import pytest
 
 from sim.harness.gen.drive_regmap import REGMAP
+from sim.model.records import SetPoints
 from sim.run import closed_loop
 from sim.run.controller import ControllerFault
 from sim.servo import response, start_up
@@ -47,64 +49,39 @@ def test_told__nothing_without_a_fault():
     assert told(NONE | {"index": 31, "busy": 1}) == ""
 
 
-class Tripped(SimpleNamespace):
+def tripped(trip: int = 8, shoot_through: int = 0) -> Mock:
     """In place of `ChainRtl`: whatever is done, the tilt axis has tripped, or gates overlapped."""
-
-    def __init__(self, trip: int = 8, shoot_through: int = 0) -> None:
-        super().__init__()
-        self.trip, self.through = trip, shoot_through
-
-    def status(self) -> dict[str, int]:
-        return NONE | {"trip": self.trip}
-
-    def look(self) -> SimpleNamespace:
-        return SimpleNamespace(clock=0, shoot_through=self.through)
-
-    def clock(self, clocks: int) -> None:
-        pass
-
-    def trace(self) -> None:
-        pass
-
-    def order(self, addresses: list[int], rows: list) -> None:
-        pass
+    system = Mock()
+    system.status.return_value = NONE | {"trip": trip}
+    system.look.return_value = Mock(clock=0, shoot_through=shoot_through)
+    return system
 
 
 def test_measured_loops__a_trip_and_a_shoot_through_are_told_apart():
     with pytest.raises(start_up.StartUpError, match="measured, tripped: tilt .*check winding"):
-        response.record(Tripped(), [], [])
+        response.record(tripped(), [], [])
     with pytest.raises(start_up.StartUpError, match="RTL of the PWM .*no_shoot_through"):
-        response.record(Tripped(trip=0, shoot_through=1), [], [])
+        response.record(tripped(trip=0, shoot_through=1), [], [])
 
 
 def test_path_and_release__tell_which_axis_and_why():
     with pytest.raises(start_up.StartUpError, match="brakes opened, tripped: tilt .*check winding"):
-        start_up.release(Tripped())
+        start_up.release(tripped())
     chain = object.__new__(Chain)
-    chain.system, chain.controller = Tripped(), SimpleNamespace(tick=7)
+    chain.system, chain.controller = tripped(), Mock(tick=7)
     with pytest.raises(ControllerFault, match="tick 7: tripped: tilt .*check winding"):
         chain.advance(0)
 
 
 @pytest.mark.parametrize(("drives", "more"), [(True, "--loops"), (False, "f_table$")])
 def test_plant_that_stops__both_causes_are_told_where_there_are_drives(monkeypatch, drives, more):
-    class Stopped:
-        joints, tool = [0.0] * 5, [0.0] * 3
-
-        def counts(self) -> tuple[int, ...]:
-            return (0,) * 5
-
-        def step(self, forces: list[float]) -> None:
-            raise ValueError("the current loops stopped with a fault")
-
-    class Silent:
-        def prime(self, words, counts) -> None: ...
-
-        def step(self, words, counts) -> SimpleNamespace:
-            return SimpleNamespace(outputs=closed_loop.np.zeros((1, 5)))
-
-    monkeypatch.setattr(closed_loop, "Plant", lambda *start: Stopped())
-    path = closed_loop.SetPoints.from_words(closed_loop.np.zeros((3, 15), "f4"))
-    given = Stopped() if drives else None
+    stopped = Mock(joints=[0.0] * 5, tool=[0.0] * 3)
+    stopped.counts.return_value = (0,) * 5
+    stopped.step.side_effect = ValueError("the current loops stopped with a fault")
+    silent = Mock()
+    silent.step.return_value.outputs = np.zeros((1, 5))
+    monkeypatch.setattr(closed_loop, "Plant", lambda *start: stopped)
+    path = SetPoints.from_words(np.zeros((3, 15), "f4"))
+    given = stopped if drives else None
     with pytest.raises(ControllerFault, match=rf"tick 0: .*with a fault.*f_legs or .*{more}"):
-        closed_loop.run(None, path, Silent(), lambda ticks: None, plant=given)
+        closed_loop.run(None, path, silent, lambda ticks: None, plant=given)
