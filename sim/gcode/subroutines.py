@@ -18,12 +18,6 @@ class Subroutines:
         self.run = run
         self.known: dict[Key, tuple[int, int]] = {}  # places of sub and endsub
         self._returns([])
-        self.acts = {
-            "sub": self.sub,
-            "endsub": self.endsub,
-            "call": self.call,
-            "return": self.return_,
-        }
 
     def sub(self, head: Head, line: Line, values: list[float]) -> None:
         if self.run.frame.label is not None:
