@@ -60,20 +60,24 @@ class Edges:
         before = np.concatenate(([0], level[:-1]))
         return self.clock[(level == 1) & (before == 0)]
 
+    def moves(self, axes: int) -> list[tuple[int, int, int]]:
+        """All pulses of the first axes in their order: clock, axis, 1 or -1."""
+        found: list[tuple[int, int, int]] = []
+        for axis in range(axes):
+            at = self.pulses(axis)
+            negative = self.direction[np.searchsorted(self.clock, at)] >> axis & 1
+            found += [(int(t), axis, -1 if n else 1) for t, n in zip(at, negative, strict=True)]
+        return sorted(found)
+
     def steps(self, axes: int, apart: int) -> tuple[np.ndarray, np.ndarray]:
         """Clocks of the steps of a path, and (n, axes) arrays of -1, 0, 1.
 
         Pulses less than `apart` clocks behind the first of a step belong to it: a change of
         direction delays an axis. Raises MotionError if one axis has two of them.
         """
-        found: list[tuple[int, int, int]] = []
-        for axis in range(axes):
-            at = self.pulses(axis)
-            negative = self.direction[np.searchsorted(self.clock, at)] >> axis & 1
-            found += [(int(t), axis, -1 if n else 1) for t, n in zip(at, negative, strict=True)]
         clocks: list[int] = []
         rows: list[list[int]] = []
-        for clock, axis, sign in sorted(found):
+        for clock, axis, sign in self.moves(axes):
             if not clocks or clock - clocks[-1] >= apart:
                 clocks.append(clock)
                 rows.append([0] * axes)

@@ -16,6 +16,7 @@ from sim.gcode.oracle import (
     rs274,
 )
 from sim.gcode.splines import TOLERANCE_MM
+from sim.lookahead.check import from_line
 from sim.lookahead.planner import Lookahead
 from sim.path import nurbs
 from sim.path.moves import HOME
@@ -57,12 +58,8 @@ def test_nurbs__chords__miss_the_curve_by_no_more_than_the_tolerance(tolerance):
             [curve.homogeneous[0, :2] / curve.homogeneous[0, 2], *curve.chords(tolerance)]
         )
         points = of_scipy(curve, np.linspace(0.0, curve.end, 3000))
-        ways = np.diff(ends, axis=0)
-        square = np.maximum(np.sum(ways**2, axis=1), 1e-300)
         for point in points:
-            share = np.clip(np.sum((point - ends[:-1]) * ways, axis=1) / square, 0.0, 1.0)
-            gaps = np.linalg.norm(point - ends[:-1] - share[:, None] * ways, axis=1)
-            assert gaps.min() <= tolerance * 1.000001
+            assert from_line(point, ends[:-1], ends[1:]).min() <= tolerance * 1.000001
         dense = of_scipy(curve, np.linspace(0.0, curve.end, 200_001))
         step = np.linalg.norm(np.diff(dense, axis=0), axis=1).max()
         assert cKDTree(dense).query(ends)[0].max() <= step  # its ends are on the curve
