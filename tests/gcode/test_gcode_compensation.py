@@ -13,7 +13,7 @@ from sim.gcode.tools import Tool
 from sim.path.curves import curve_of
 from tests.bench.needs import needs
 from tests.bench.seed import SEED
-from tests.gcode.mistakes import ZERO
+from tests.gcode.mistakes import ZERO, refused
 
 TOOLS = {1: Tool(diameter=4.0), 2: Tool(diameter=6.0, orientation=2)}
 
@@ -143,9 +143,7 @@ REFUSED = {
 
 @pytest.mark.parametrize("text", REFUSED)
 def test_compensation__what_is_not_defined__is_refused_by_name(text):
-    with pytest.raises(GcodeErrors) as caught:
-        parse(f"F100\n{text}\nM2", start=ZERO, tools=TOOLS)
-    assert REFUSED[text] in str(caught.value)
+    assert REFUSED[text] in str(refused(f"F100\n{text}\nM2", start=ZERO, tools=TOOLS))
 
 
 def test_compensation__tool_change_behind_g40__goes_on_from_where_the_tool_is():

@@ -8,7 +8,7 @@ import pytest
 from scipy.interpolate import BSpline
 from scipy.spatial import cKDTree
 
-from sim.gcode.interpreter import GcodeErrors, parse, stream
+from sim.gcode.interpreter import parse, stream
 from sim.gcode.oracle import (
     curve_difference,
     differences,
@@ -23,7 +23,7 @@ from sim.path.moves import HOME
 from sim.path.nurbs import Nurbs
 from tests.bench.needs import needs
 from tests.bench.seed import SEED
-from tests.gcode.mistakes import ZERO
+from tests.gcode.mistakes import ZERO, refused
 
 HEAD = "G21 G90 G17 G94 G54 G98 G64\nG0 X1 Y2 F100\n"
 
@@ -174,9 +174,7 @@ REFUSED = {
 
 @pytest.mark.parametrize("text", REFUSED)
 def test_splines__what_is_not_defined__is_refused_by_name(text):
-    with pytest.raises(GcodeErrors) as caught:
-        parse(f"F100\n{text}\nM2", start=ZERO)
-    assert REFUSED[text] in str(caught.value)
+    assert REFUSED[text] in str(refused(f"F100\n{text}\nM2", start=ZERO))
 
 
 def test_nurbs__beyond_its_limit__stops(monkeypatch):
