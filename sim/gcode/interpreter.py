@@ -215,7 +215,8 @@ class _Parser:
         if not words:
             return
         if "stop" in codes and codes["stop"].code in ("M70", "M73"):
-            self._save_state(restores=codes["stop"].code == "M73")
+            self.flow.frame.state = self.state.saved()
+            self.flow.frame.restores |= codes["stop"].code == "M73"
         if "T" in values:
             self.state.chosen = tool_number(self.state, values.pop("T"))
         if "tool change" in codes:
@@ -230,14 +231,14 @@ class _Parser:
         set_feed(self.state, values.pop("F", None))
         clean = clean and len(self.mistakes.found) == known
         single, motion = codes.get("single"), codes.get("motion")
-        if self.actions.splines.open or (motion is not None and motion.code in SPLINES):
+        spline = motion is not None and motion.code in SPLINES
+        if spline or self.actions.splines.open:
             self.actions.spline(codes, values, motion or words[0], clean)
         elif single is not None and single.code != "G53":
             self.actions.single(single, codes, values, clean)
         else:
             self.actions.move(words, values, motion, single, clean)
         if clean:
-            spline = motion is not None and motion.code in SPLINES
             mode = motion.code if spline else self.state.motion
             check_unused(values, codes, mode, self._error_at)
         if "stop" in codes:
@@ -255,8 +256,7 @@ class _Parser:
         elif code in PAUSES:
             self.actions.rest(0.0)
         elif code == "M71":
-            self.flow.frame.state = None
-            self.flow.frame.restore = None
+            self.flow.frame.state, self.flow.frame.restores = None, False
         elif code == "M72":
             others = [other for other in words if other is not word and other.letter != "N"]
             if others:
@@ -275,12 +275,6 @@ class _Parser:
                 )
             else:
                 self.state.restore(self.flow.frame.state)
-
-    def _save_state(self, restores: bool) -> None:
-        frame = self.flow.frame
-        frame.state = self.state.saved()
-        if restores:
-            frame.restore = self.state.restore
 
 
 def stream(

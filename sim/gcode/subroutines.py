@@ -126,8 +126,8 @@ class Subroutines:
         self.run.state.parameters.update(frame.saved)
         self._returns(values)
         self.run.at = frame.back
-        if frame.restore is not None:
-            frame.restore(frame.state)
+        if frame.restores:
+            self.run.state.restore(frame.state)
 
     def _returns(self, values: list[float]) -> None:
         numbers = self.run.state.parameters
