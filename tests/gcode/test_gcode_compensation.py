@@ -69,7 +69,9 @@ def verdicts(text: str) -> tuple[bool, bool, list[str]]:
     return theirs, True, differences(text) if theirs else []
 
 
-def check_contours(number: int) -> None:
+@needs("rs274")
+@pytest.mark.parametrize("number", [60, pytest.param(5000, marks=pytest.mark.full)])
+def test_compensation__random_contours__move_as_in_rs274_or_are_refused_by_both(number):
     accepted = 0
     for case in range(number):
         seed = f"contour {SEED} {case}"
@@ -78,17 +80,6 @@ def check_contours(number: int) -> None:
         assert (theirs, found) == (mine, []), f"seed {seed!r}\n{text}"
         accepted += mine
     assert accepted > number / 2
-
-
-@needs("rs274")
-def test_compensation__random_contours__move_as_in_rs274_or_are_refused_by_both():
-    check_contours(60)
-
-
-@pytest.mark.full
-@needs("rs274")
-def test_compensation__many_random_contours__move_as_in_rs274_or_are_refused_by_both():
-    check_contours(5000)
 
 
 def distance_to(contour_moves, points: np.ndarray) -> np.ndarray:

@@ -93,22 +93,13 @@ def random_program(seed: str) -> str:
     return "\n".join([*lines, "G90 G1 X0 Y0", "M2"]) + "\n"
 
 
-def check_programs(number: int) -> None:
+@needs("rs274")
+@pytest.mark.parametrize("number", [10, pytest.param(300, marks=pytest.mark.full)])
+def test_splines__random_programs__are_the_curves_of_linuxcnc(number):
     for case in range(number):
         seed = f"spline {SEED} {case}"
         text = random_program(seed)
         assert differences(text) == [], f"seed {seed!r}\n{text}"
-
-
-@needs("rs274")
-def test_splines__random_programs__are_the_curves_of_linuxcnc():
-    check_programs(10)
-
-
-@pytest.mark.full
-@needs("rs274")
-def test_splines__many_random_programs__are_the_curves_of_linuxcnc():
-    check_programs(300)
 
 
 @needs("rs274")

@@ -125,30 +125,20 @@ def test_circle__every_radius_to_200__closes_and_stays_on_the_circle(clockwise, 
         full_turn(radius, clockwise, combined)
 
 
-def check_every_end(radius: int, clockwise: bool, combined: bool) -> None:
-    """An arc to any node of the circle's path is the path up to that node."""
-    whole = full_turn(radius, clockwise, combined)
-    for number, end in enumerate(map(tuple, whole), start=1):
-        steps = rtl().arc(
-            (radius, 0), tuple(map(int, end)), radius**2, clockwise=clockwise, combined=combined
-        )
-        assert len(steps) == number, (radius, end)
-        assert np.array_equal(nodes(steps, (radius, 0)), whole[:number]), (radius, end)
-
-
 @pytest.mark.parametrize("combined", MODES)
 @pytest.mark.parametrize("clockwise", [False, True])
-def test_arc__every_end_on_small_circles__is_the_circle_up_to_it(clockwise, combined):
-    for radius in (*range(1, 14), 37):
-        check_every_end(radius, clockwise, combined)
-
-
-@pytest.mark.full
-@pytest.mark.parametrize("combined", MODES)
-@pytest.mark.parametrize("clockwise", [False, True])
-def test_arc__every_end_of_every_radius_to_200__is_the_circle_up_to_it(clockwise, combined):
-    for radius in range(1, 201):
-        check_every_end(radius, clockwise, combined)
+@pytest.mark.parametrize(
+    "radii",
+    [(*range(1, 14), 37), pytest.param(range(1, 201), marks=pytest.mark.full)],
+    ids=["small", "all"],
+)
+def test_arc__every_end__is_the_circle_up_to_it(radii, clockwise, combined):
+    for radius in radii:
+        start, whole = (radius, 0), full_turn(radius, clockwise, combined)
+        for number, end in enumerate(whole.tolist(), start=1):
+            steps = rtl().arc(start, tuple(end), radius**2, clockwise, combined)
+            assert len(steps) == number, (radius, end)
+            assert np.array_equal(nodes(steps, start), whole[:number]), (radius, end)
 
 
 def random_arc(
