@@ -23,13 +23,7 @@ from sim.planner.pulse_records import (
 from sim.planner.ramp_time import ramp_time_plan
 from tests.bench.seed import SEED
 from tests.motion_rtl.test_front_end import timed
-from tests.motion_rtl.test_interpolators import (
-    CIRCLE_5,
-    LINES,
-    check_on_circle,
-    random_arc,
-    text,
-)
+from tests.motion_rtl.test_interpolators import CIRCLE_5, LINES, check_on_circle, random_arc, text
 
 PERIOD = 40  # clocks from step to step
 LIMIT = 6_000_000
