@@ -12,7 +12,6 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 from ruckig import InputParameter, Result, Ruckig, Trajectory
-from scipy.integrate import solve_ivp
 
 from sim.planner.core import PARAMETERS
 from sim.planner.optimal import Limits, stopping_length
@@ -106,21 +105,25 @@ def ruckig_trajectory(move: Move, relaxed: float = RELAXED) -> Trajectory | None
 def integrate(
     start: State[float], steps: Sequence[Step], points: int = 16
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Times (n,) and states (n, 3) of the jerk schedule by a Runge-Kutta method."""
-    time, times, states = 0.0, [np.zeros(1)], [np.array([start], dtype=np.float64)]
+    """Times (n,) and states (n, 3) of the jerk schedule by the classical Runge-Kutta method."""
+    y = np.array(start, dtype=np.float64)
+    time, times, states = 0.0, [0.0], [y]
     for duration, jerk in steps:
-        at = np.linspace(0.0, duration, points + 1)
-        found = solve_ivp(
-            lambda _, y, jerk: (y[1], y[2], jerk),
-            (0.0, duration),
-            states[-1][-1],
-            t_eval=at[1:],
-            args=(jerk,),
-        )
-        times.append(time + at[1:])
-        states.append(found.y.T)
+        h = duration / points
+
+        def slope(y, jerk=jerk):
+            return np.array([y[1], y[2], jerk])
+
+        for k in range(points):
+            k1 = slope(y)
+            k2 = slope(y + h / 2 * k1)
+            k3 = slope(y + h / 2 * k2)
+            k4 = slope(y + h * k3)
+            y = y + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+            times.append(time + duration * (k + 1) / points)
+            states.append(y)
         time += duration
-    return np.concatenate(times), np.concatenate(states)
+    return np.array(times), np.array(states)
 
 
 def random_overridden(rng: random.Random) -> OverriddenMove:
