@@ -41,8 +41,7 @@ def _move(
     """The move with the modes in force, without a feed."""
     modes = state.modes
     return Move(
-        state.line,
-        state.source,
+        *state.block,
         motion,
         start,
         end,
