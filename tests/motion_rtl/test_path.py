@@ -12,14 +12,8 @@ import pytest
 
 from sim.harness.gen.motion_regmap import REGMAP
 from sim.harness.motion_rtl import CLOCK_HZ, MotionError, MotionRtl
-from sim.harness.phase_record import (
-    FIRST,
-    LAST,
-    Record,
-)
-from sim.planner.pulse_records import (
-    time_exact,
-)
+from sim.harness.phase_record import FIRST, LAST, Record
+from sim.planner.pulse_records import time_exact
 from sim.planner.ramp_time import ramp_time_plan
 from tests.bench.seed import SEED
 from tests.motion_rtl.test_front_end import timed
