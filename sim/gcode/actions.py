@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable
 from dataclasses import replace
 
 from sim.gcode.arcs import Centre, arc_centre
@@ -25,13 +24,10 @@ _OWN_AXES = {"G10", "G28", "G28.1", "G92"}  # take the axis words of their block
 
 
 class Actions:
-    """Turns blocks into moves and rests, which are put into `output`; the state goes along.
+    """Turns blocks into moves and rests, which are put into `output`; the state goes along."""
 
-    failed tells whether there was a mistake: a text with one yields nothing more.
-    """
-
-    def __init__(self, state: State, failed: Callable[[], bool]) -> None:
-        self.state, self.report, self.failed = state, state.report, failed
+    def __init__(self, state: State) -> None:
+        self.state, self.report = state, state.report
         self.output = Output(state)
         self.splines = Splines(state)
         self.feed_reported = False
@@ -101,7 +97,7 @@ class Actions:
             h if wanted or not any(named) else p
             for h, p, wanted in zip(home, position, named, strict=True)
         )
-        if self.failed():
+        if self.state.mistakes.found:
             self.state.position = end
         else:
             moves = machine_moves(self.state, Motion.RAPID, end)
@@ -201,7 +197,7 @@ class Actions:
         state = self.state
         self._check_feed(codes["motion"].code if "motion" in codes else "G5.2", at)
         ends = self.splines.block(codes, values, at) if clean else []
-        if self.failed() or not ends:
+        if self.state.mistakes.found or not ends:
             return
         start = state.programmed()
         points = [start[:2], *ends]
@@ -215,7 +211,7 @@ class Actions:
 
     def _run(self, motion: Motion, end: Pose, centre: Centre | None = None) -> None:
         """Moves to `end` in programmed coordinates, centre likewise."""
-        if self.failed():  # a text with a mistake yields no program
+        if self.state.mistakes.found:  # a text with a mistake yields no program
             self.state.position = self.state.machine(end)
         else:
             try:
@@ -232,7 +228,7 @@ class Actions:
 
     def rest(self, seconds: float) -> None:
         """The path stops."""
-        self.output.put([Dwell(self.state.line, self.state.source, seconds)])
+        self.output.put([Dwell(*self.state.block, seconds)])
 
     def _cycle(self, values: dict[str, Word], at: Word) -> None:
         """Path control is that of G61 meanwhile."""

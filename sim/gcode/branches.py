@@ -16,19 +16,6 @@ class Branches:
     def __init__(self, run: Execution) -> None:
         self.run = run
         self.labels: dict[tuple[Key | None, Key], int] = {}
-        self.acts = {
-            "if": self.if_,
-            "elseif": self.elseif,
-            "else": self.elseif,
-            "endif": self.endif,
-            "while": self.while_,
-            "endwhile": self.endwhile,
-            "do": self.do,
-            "repeat": self.repeat,
-            "endrepeat": self.endrepeat,
-            "break": self.break_,
-            "continue": self.continue_,
-        }
 
     def _label(self, head: Head) -> None:
         """Registers the label of a branch or loop, which is to be the only one of that name."""

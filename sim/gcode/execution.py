@@ -3,14 +3,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Any
 
 from sim.gcode.errors import MistakeError, Mistakes
 from sim.gcode.expressions import Key
 from sim.gcode.oword import CLOSING, O_LINE, Head, HeadReader
-from sim.gcode.state import State
+from sim.gcode.state import Modes, State
 
 MAX_IDLE = 100_000  # repeats and calls without a way between them
 MAX_AGAIN = 300_000  # lines of them
@@ -48,8 +47,8 @@ class Frame:
     saved: dict[Key, float] = field(default_factory=dict)
     names: dict[Key, float] = field(default_factory=dict)
     open: list[Open] = field(default_factory=list)
-    state: Any = None  # M70, M73
-    restore: Callable[[Any], None] | None = None  # what M73 asks for at the end
+    state: Modes | None = None  # M70, M73
+    restores: bool = False  # that at the end, as M73 asks for
 
 
 class Execution:

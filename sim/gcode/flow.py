@@ -31,16 +31,6 @@ from sim.gcode.oword import ARGUMENTS, O_LINE, HeadReader
 from sim.gcode.state import State
 from sim.gcode.subroutines import Subroutines
 
-VALUES = {
-    "call": (0, ARGUMENTS),
-    "return": (0, 1),
-    "endsub": (0, 1),
-    "if": (1, 1),
-    "while": (1, 1),
-    "repeat": (1, 1),
-}
-"""Least and greatest number of values behind an O word; others take none."""
-
 
 class Flow(Execution):
     """Runs the O words of a program and yields its other lines in the order in which they act.
@@ -50,7 +40,24 @@ class Flow(Execution):
 
     def __init__(self, source: Iterator[Line], mistakes: Mistakes, state: State) -> None:
         super().__init__(source, mistakes, state)
-        self._acts = Branches(self).acts | Subroutines(self).acts
+        branches, subroutines = Branches(self), Subroutines(self)
+        self._acts = {  # by keyword, with the least and the greatest number of values behind it
+            "if": (branches.if_, 1, 1),
+            "elseif": (branches.elseif, 0, 0),  # its value is read where no branch has run
+            "else": (branches.elseif, 0, 0),
+            "endif": (branches.endif, 0, 0),
+            "while": (branches.while_, 1, 1),
+            "endwhile": (branches.endwhile, 0, 0),
+            "do": (branches.do, 0, 0),
+            "repeat": (branches.repeat, 1, 1),
+            "endrepeat": (branches.endrepeat, 0, 0),
+            "break": (branches.break_, 0, 0),
+            "continue": (branches.continue_, 0, 0),
+            "sub": (subroutines.sub, 0, 0),
+            "endsub": (subroutines.endsub, 0, 1),
+            "call": (subroutines.call, 0, ARGUMENTS),
+            "return": (subroutines.return_, 0, 1),
+        }
 
     def lines(self) -> Iterator[Line]:
         """Lines without O words, in the order in which they run. Raises FlowStop."""
@@ -80,13 +87,10 @@ class Flow(Execution):
         reader = HeadReader(line[1], self.mistakes.report, self.state.read)
         try:
             head = reader.head()
-            least, most = VALUES.get(head.keyword, (0, 0))
-            if head.keyword == "elseif":  # its value counts only if no branch has run
-                values = []
-            else:
-                values = reader.arguments(head, least, most)
+            act, least, most = self._acts[head.keyword]
+            values = [] if head.keyword == "elseif" else reader.arguments(head, least, most)
         except MistakeError:
             raise FlowStop from None
         if self.mistakes.found:  # of a comment
             raise FlowStop
-        self._acts[head.keyword](head, line, values)
+        act(head, line, values)

@@ -62,8 +62,8 @@ class _Parser:
         self.lines = lines
         self.mistakes = Mistakes(file)
         self.any_output = False
-        self.state = State(start, tools, self._error_at)
-        self.actions = Actions(self.state, lambda: bool(self.mistakes.found))
+        self.state = State(start, tools, self.mistakes)
+        self.actions = Actions(self.state)
         self.output = self.actions.output
         self.ended = False
         self.percent_open, self.percent_closed = False, False
@@ -85,9 +85,6 @@ class _Parser:
         if self.mistakes.found:
             raise GcodeErrors(tuple(self.mistakes.found))
 
-    def _error_at(self, word: Word, what: str, expected: str, help: str) -> None:
-        self.mistakes.report(word.column, word.text, what, expected, help)
-
     # Lines and words
 
     def _numbered(self) -> Iterator[tuple[int, str]]:
@@ -103,7 +100,7 @@ class _Parser:
                 self.percent_closed = True
                 return
             if self.any_output or self.mistakes.found:
-                self._place(number, text)
+                self.mistakes.place(number, text)
                 self.mistakes.report(
                     text.index("%") + 1,
                     "%",
@@ -116,7 +113,7 @@ class _Parser:
     def _check_text(self, number: int, text: str) -> None:
         """Ends the reading at a line that is no text of a program."""
         if len(text) > MAX_LINE:
-            self._place(number, text)
+            self.mistakes.place(number, text)
             self.mistakes.report(
                 MAX_LINE + 1,
                 text[MAX_LINE:],
@@ -125,7 +122,7 @@ class _Parser:
                 "a program has one block on each line; is this file one?",
             )
         elif "\0" in text:
-            self._place(number, text)
+            self.mistakes.place(number, text)
             self.mistakes.report(
                 text.index("\0") + 1,
                 "\0",
@@ -137,14 +134,9 @@ class _Parser:
             return
         raise TooManyErrors
 
-    def _place(self, line: int, source: str) -> None:
-        """Line under work, of which mistakes are told."""
-        self.mistakes.place(line, source)
-        self.state.line, self.state.source = line, source.strip()
-
     def _read_lines(self) -> Iterator[None]:
         for number, text in self.flow.lines():
-            self._place(number, text)
+            self.mistakes.place(number, text)
             known = len(self.mistakes.found)
             words, settings = LineReader(text, self.mistakes.report, self.state.read).words()
             if words or settings:
@@ -159,7 +151,7 @@ class _Parser:
         self._check_end()
 
     def _check_end(self) -> None:
-        self._place(*self.last)
+        self.mistakes.place(*self.last)
         column = len(self.mistakes.source) + 1
         if self.actions.splines.open and not self.mistakes.found:
             self.mistakes.report(column, "", "G5.2 without G5.3", "G5.3", "end the control points")
@@ -203,19 +195,20 @@ class _Parser:
         known = len(self.mistakes.found)
         if self.ended:
             if words:
-                self._error_at(
+                self.state.report(
                     words[0],
                     "block after the end of the program",
                     "only comments after M2 or M30",
                     "move the block before the end of the program",
                 )
             return
-        values, codes = sort_words(words, self._error_at)
+        values, codes = sort_words(words, self.state.report)
         self._set_parameters(settings)
         if not words:
             return
         if "stop" in codes and codes["stop"].code in ("M70", "M73"):
-            self._save_state(restores=codes["stop"].code == "M73")
+            self.flow.frame.state = self.state.saved()
+            self.flow.frame.restores |= codes["stop"].code == "M73"
         if "T" in values:
             self.state.chosen = tool_number(self.state, values.pop("T"))
         if "tool change" in codes:
@@ -230,16 +223,16 @@ class _Parser:
         set_feed(self.state, values.pop("F", None))
         clean = clean and len(self.mistakes.found) == known
         single, motion = codes.get("single"), codes.get("motion")
-        if self.actions.splines.open or (motion is not None and motion.code in SPLINES):
+        spline = motion is not None and motion.code in SPLINES
+        if spline or self.actions.splines.open:
             self.actions.spline(codes, values, motion or words[0], clean)
         elif single is not None and single.code != "G53":
             self.actions.single(single, codes, values, clean)
         else:
             self.actions.move(words, values, motion, single, clean)
         if clean:
-            spline = motion is not None and motion.code in SPLINES
             mode = motion.code if spline else self.state.motion
-            check_unused(values, codes, mode, self._error_at)
+            check_unused(values, codes, mode, self.state.report)
         if "stop" in codes:
             self._stop(codes["stop"], words, clean)
 
@@ -255,19 +248,18 @@ class _Parser:
         elif code in PAUSES:
             self.actions.rest(0.0)
         elif code == "M71":
-            self.flow.frame.state = None
-            self.flow.frame.restore = None
+            self.flow.frame.state, self.flow.frame.restores = None, False
         elif code == "M72":
             others = [other for other in words if other is not word and other.letter != "N"]
             if others:
-                self._error_at(
+                self.state.report(
                     others[0],
                     "M72 shares its block",
                     "M72 alone",
                     f"move {others[0].text} to a block of its own",
                 )
             elif self.flow.frame.state is None:
-                self._error_at(
+                self.state.report(
                     word,
                     "there is no saved state",
                     "M70 or M73 before, in the same subroutine or main program",
@@ -275,12 +267,6 @@ class _Parser:
                 )
             else:
                 self.state.restore(self.flow.frame.state)
-
-    def _save_state(self, restores: bool) -> None:
-        frame = self.flow.frame
-        frame.state = self.state.saved()
-        if restores:
-            frame.restore = self.state.restore
 
 
 def stream(

@@ -18,6 +18,14 @@ from pathlib import Path
 Point = tuple[float, float, float]
 _MM = 25.4  # the module counts in inches
 _MOVES = ("straight_traverse", "straight_feed", "arc_feed")
+_ANSWERS = {
+    "get_external_length_units": 1 / _MM,  # of the machine, per mm
+    "get_external_angular_units": 1.0,  # per degree
+    "get_axis_mask": 0b101111,  # X Y Z A C
+    "get_tool": (-1, *(0.0,) * 12, 0),  # none
+    "check_abort": False,
+    "get_block_delete": False,
+}
 
 
 def blocks(text: str, library: str, modules: Path) -> list[list[Point]]:
@@ -55,42 +63,19 @@ class _Canon:
         if name.startswith("_"):
             raise AttributeError(name)
 
-        def record(*values: float) -> None:
+        def called(*values: float) -> object:
             if name == "arc_feed":
                 first, second, _, _, _, third, *_ = values
                 self.blocks[-1].append((first, second, third))
             elif name in _MOVES:
                 self.blocks[-1].append(values[:3])
+            return _ANSWERS.get(name)
 
-        return record
+        return called
 
     def next_line(self, state: object) -> None:
         """Told of each line."""
         self.blocks.append([])
-
-    def get_external_length_units(self) -> float:
-        """Of the machine, per mm."""
-        return 1 / _MM
-
-    def get_external_angular_units(self) -> float:
-        """Of the machine, per degree."""
-        return 1.0
-
-    def get_axis_mask(self) -> int:
-        """X Y Z A C."""
-        return 0b101111
-
-    def get_tool(self, pocket: int) -> tuple[float, ...]:
-        """No tools."""
-        return (-1, *(0.0,) * 12, 0)
-
-    def check_abort(self) -> bool:
-        """Nobody aborts."""
-        return False
-
-    def get_block_delete(self) -> bool:
-        """Off."""
-        return False
 
 
 if __name__ == "__main__":

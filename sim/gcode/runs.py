@@ -41,8 +41,7 @@ def _move(
     """The move with the modes in force, without a feed."""
     modes = state.modes
     return Move(
-        state.line,
-        state.source,
+        *state.block,
         motion,
         start,
         end,
@@ -80,11 +79,8 @@ def _table_moves(state: State, motion: Motion, finish: Pose, centre: Centre | No
         if feed > 0.0 and length > 0.0:
             move = replace(move, feed=_length(move) * len(poses) * feed / length)
         state.position = pose
-        if move.feed is None and straight is Motion.LINEAR:
-            continue  # stays where it is
-        if straight is Motion.LINEAR and not move.feed > 0.0:
-            continue
-        moves.append(move)
+        if straight is Motion.RAPID or move.feed:  # without a feed it stays where it is
+            moves.append(move)
     return moves
 
 

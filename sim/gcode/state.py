@@ -8,9 +8,10 @@ from dataclasses import dataclass, field, replace
 
 from sim.gcode import table_frame
 from sim.gcode.compensation import Compensation
+from sim.gcode.errors import Mistakes
 from sim.gcode.expressions import Key, NoValueError
 from sim.gcode.tools import Tool
-from sim.gcode.words import Word, WordReport
+from sim.gcode.words import Word
 from sim.path.moves import AXES, Plane, Pose
 
 # Parameters of the coordinate systems (LinuxCNC, "Numbered parameters"), in the order of AXES.
@@ -58,15 +59,13 @@ class State:
 
     compensation: from G41 or G42 to G40; position is then on the contour, not that of the tool.
     parameters: numbered ones, and names that begin with an underscore, which are known everywhere;
-    names: others, of the subroutine that runs or of the main program. report: takes mistakes; line,
-    source: the block under work.
+    names: others, of the subroutine that runs or of the main program. mistakes: of the text so far,
+    and its line under work.
     """
 
     position: Pose
     tools: Mapping[int, Tool]
-    report: WordReport
-    line: int = 0
-    source: str = ""
+    mistakes: Mistakes
     names: dict[Key, float] = field(default_factory=dict)
     modes: Modes = field(default_factory=Modes)
     motion: str | None = None
@@ -82,6 +81,15 @@ class State:
     def __post_init__(self) -> None:
         self._summed: tuple[tuple[Pose, ...], Pose] = ((), _ZERO)  # parts and sum of offset
         self.store_home()
+
+    def report(self, word: Word, what: str, expected: str, help: str) -> None:
+        """Takes a mistake, as WordReport."""
+        self.mistakes.report(word.column, word.text, what, expected, help)
+
+    @property
+    def block(self) -> tuple[int, str]:
+        """Number and text of the block under work."""
+        return self.mistakes.line, self.mistakes.source.strip()
 
     # Saved modes
 

@@ -18,12 +18,6 @@ class Subroutines:
         self.run = run
         self.known: dict[Key, tuple[int, int]] = {}  # places of sub and endsub
         self._returns([])
-        self.acts = {
-            "sub": self.sub,
-            "endsub": self.endsub,
-            "call": self.call,
-            "return": self.return_,
-        }
 
     def sub(self, head: Head, line: Line, values: list[float]) -> None:
         if self.run.frame.label is not None:
@@ -132,8 +126,8 @@ class Subroutines:
         self.run.state.parameters.update(frame.saved)
         self._returns(values)
         self.run.at = frame.back
-        if frame.restore is not None:
-            frame.restore(frame.state)
+        if frame.restores:
+            self.run.state.restore(frame.state)
 
     def _returns(self, values: list[float]) -> None:
         numbers = self.run.state.parameters

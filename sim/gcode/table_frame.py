@@ -28,33 +28,25 @@ class TooManyPiecesError(ValueError):
     """A move needs more than MAX_PIECES chords."""
 
 
+def _turned(u: float, v: float, degree: float) -> tuple[float, float]:
+    """A point of a plane, turned about its origin."""
+    cos, sin = math.cos(math.radians(degree)), math.sin(math.radians(degree))
+    return u * cos - v * sin, u * sin + v * cos
+
+
 def to_machine(pose: Pose) -> Pose:
     """Machine pose [mm, degree] of a pose in the frame of the table."""
     x, y, z = (value - pivot for value, pivot in zip(pose[:3], PIVOT, strict=True))
-    tilt, turn = math.radians(pose[3]), math.radians(pose[4])
-    x, y = (
-        x * math.cos(turn) - y * math.sin(turn),
-        x * math.sin(turn) + y * math.cos(turn),
-    )
-    y, z = (
-        y * math.cos(tilt) - z * math.sin(tilt),
-        y * math.sin(tilt) + z * math.cos(tilt),
-    )
+    x, y = _turned(x, y, pose[4])
+    y, z = _turned(y, z, pose[3])
     return (x + PIVOT[0], y + PIVOT[1], z + PIVOT[2], pose[3], pose[4])
 
 
 def from_machine(pose: Pose) -> Pose:
     """Pose in the frame of the table of a machine pose [mm, degree]."""
     x, y, z = (value - pivot for value, pivot in zip(pose[:3], PIVOT, strict=True))
-    tilt, turn = math.radians(pose[3]), math.radians(pose[4])
-    y, z = (
-        y * math.cos(tilt) + z * math.sin(tilt),
-        z * math.cos(tilt) - y * math.sin(tilt),
-    )
-    x, y = (
-        x * math.cos(turn) + y * math.sin(turn),
-        y * math.cos(turn) - x * math.sin(turn),
-    )
+    y, z = _turned(y, z, -pose[3])
+    x, y = _turned(x, y, -pose[4])
     return (x + PIVOT[0], y + PIVOT[1], z + PIVOT[2], pose[3], pose[4])
 
 

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -149,48 +149,48 @@ class AsipRtl(Verilated):
     # ------------------------------------------------------------------ bus
     def write(self, address: int, data: int) -> None:
         """One bus write; waits while the core holds it."""
-        if not self._lib.asip_write(self._model, address, data & 0xFFFFFFFF):
+        if not self._call("write", address, data & 0xFFFFFFFF):
             raise AsipError(f"bus write to {address:#06x} was never accepted")
 
     def read(self, address: int) -> int:
         """One bus read."""
-        word = ctypes.c_uint32()
-        if not self._lib.asip_read(self._model, address, ctypes.byref(word)):
+        word = self._word("read", address)
+        if word is None:
             raise AsipError(f"bus read of {address:#06x} was never answered")
-        return word.value
+        return word
 
     def clock(self, cycles: int = 1) -> None:
         """Let time pass without bus traffic."""
-        self._lib.asip_clock(self._model, cycles)
+        self._call("clock", cycles)
 
     def reset(self) -> None:
         """Assert reset for four cycles; memories keep their contents."""
-        self._lib.asip_reset(self._model)
+        self._call("reset")
 
     @property
     def irq(self) -> bool:
         """Level of the interrupt line."""
-        return bool(self._lib.asip_irq(self._model))
+        return bool(self._call("irq"))
 
     @property
     def cycles(self) -> int:
         """Clock cycles simulated since the model was made."""
-        return self._lib.asip_cycles(self._model)
+        return self._call("cycles")
 
     # ------------------------------------------------------------------ traces
     def issued(self, bundles: int) -> np.ndarray:
         """Bundles issued so far per program address."""
         counts = np.zeros(bundles, dtype=np.uint64)
-        self._lib.asip_issued(self._model, counts.ctypes.data, bundles)
+        self._call("issued", counts.ctypes.data, bundles)
         return counts
 
     def trace(self, on: bool = True) -> None:
         """Start (and empty) or stop the trace of issues and of register and output writes."""
-        self._lib.asip_trace(self._model, int(on))
+        self._call("trace", int(on))
 
     def traced_issues(self) -> list[tuple[int, int]]:
         """Bundles issued since `trace` in order: (cycle since `trace`, program address)."""
-        return [(c, a) for c, a in self._events(self._lib.asip_trace_issues, 2)]
+        return [(c, a) for c, a in self._events("trace_issues", np.uint32, 2).tolist()]
 
     def traced_writes(self) -> list[tuple[str, int, int]]:
         """Writes since `trace` in order: (bank 'A', 'B', 'C' or 'O' for outputs, index, word)."""
@@ -198,14 +198,8 @@ class AsipRtl(Verilated):
 
     def timed_writes(self) -> list[tuple[int, str, int, int]]:
         """Writes since `trace` in order: (cycle since `trace`, bank, index, word)."""
-        events = self._events(self._lib.asip_trace_writes, 4)
+        events = self._events("trace_writes", np.uint32, 4).tolist()
         return [(cycle, "ABCO"[bank], index, word) for cycle, bank, index, word in events]
-
-    def _events(self, function: Callable[..., int], words: int) -> list[list[int]]:
-        count = function(self._model, None, 0)
-        events = np.zeros((count, words), dtype=np.uint32)
-        function(self._model, events.ctypes.data, count)
-        return events.tolist()
 
     # ------------------------------------------------------------------ programs
     def load(self, image: Image) -> None:

@@ -102,25 +102,25 @@ class DualRtl(Verilated):
     # ------------------------------------------------------------------ bus
     def write_word(self, address: int, data: int) -> None:
         """One bus write by word address. Raises AsipError if it is never accepted."""
-        if not self._lib.dual_write(self._handle, address, data & 0xFFFFFFFF):
+        if not self._call("write", address, data & 0xFFFFFFFF):
             raise AsipError(f"bus write to {address:#06x} was never accepted")
 
     def read_word(self, address: int) -> int:
         """One bus read by word address. Raises AsipError if it is never answered."""
-        word = ctypes.c_uint32()
-        if not self._lib.dual_read(self._handle, address, ctypes.byref(word)):
+        word = self._word("read", address)
+        if word is None:
             raise AsipError(f"bus read of {address:#06x} was never answered")
-        return word.value
+        return word
 
     def queue(self, writes: Sequence[tuple[int, int]]) -> None:
         """Let the host write (address, data) in this order while periods run, as the bus allows."""
         pairs = np.array(writes, dtype=np.uint32).reshape(-1, 2)
-        self._lib.dual_queue(self._handle, pairs.ctypes.data, len(pairs))
+        self._call("queue", pairs.ctypes.data, len(pairs))
 
     @property
     def queued(self) -> int:
         """Writes that wait."""
-        return self._lib.dual_queued(self._handle)
+        return self._call("queued")
 
     def write(self, register: str, value: int) -> None:
         """Write a system register by name."""
@@ -157,22 +157,22 @@ class DualRtl(Verilated):
     # ------------------------------------------------------------------ time
     def clock(self, clocks: int) -> None:
         """Let time pass."""
-        self._lib.dual_clock(self._handle, clocks)
+        self._call("clock", clocks)
 
     @property
     def clocks(self) -> int:
         """Clocks since reset."""
-        return self._lib.dual_clocks(self._handle)
+        return self._call("clocks")
 
     @property
     def irq(self) -> bool:
         """Level of irq_o."""
-        return bool(self._lib.dual_lines(self._handle) & 1)
+        return bool(self._call("lines") & 1)
 
     @property
     def stop(self) -> bool:
         """Level of stop_o."""
-        return bool(self._lib.dual_lines(self._handle) & 2)
+        return bool(self._call("lines") & 2)
 
     def run(self, measured: ArrayLike) -> NDArray[np.void]:
         """Run one period per row of measured words (n, 5), int32; returns records (n,) of `PERIOD`.
@@ -183,7 +183,7 @@ class DualRtl(Verilated):
         rows = np.asarray(measured, dtype=np.int32).view(np.uint32)
         periods = np.zeros(len(rows), dtype=PERIOD)
         periods["measured"] = rows
-        done = self._lib.dual_run(self._handle, periods.ctypes.data, len(periods))
+        done = self._call("run", periods.ctypes.data, len(periods))
         if done != len(periods):
             raise AsipError(f"period {done} of {len(periods)} never began or never ended")
         if not periods["late"][-1]:

@@ -57,9 +57,7 @@ class InterpolatorRtl(Verilated):
     def _run(self, job: list[int], most: int, pause: int) -> np.ndarray:
         words = np.array(job, dtype=np.int32)
         steps = np.zeros(most + 1, dtype=np.uint8)
-        count = self._lib.interpolator_run(
-            self._handle, words.ctypes.data, steps.ctypes.data, len(steps), pause
-        )
+        count = self._call("run", words.ctypes.data, steps.ctypes.data, len(steps), pause)
         if count > most:
             raise RuntimeError(f"job {job} does not end after {most} steps")
         bits = steps[:count, None] >> np.arange(6) & 1

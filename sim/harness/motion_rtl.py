@@ -60,20 +60,24 @@ class Edges:
         before = np.concatenate(([0], level[:-1]))
         return self.clock[(level == 1) & (before == 0)]
 
+    def moves(self, axes: int) -> list[tuple[int, int, int]]:
+        """All pulses of the first axes in their order: clock, axis, 1 or -1."""
+        found: list[tuple[int, int, int]] = []
+        for axis in range(axes):
+            at = self.pulses(axis)
+            negative = self.direction[np.searchsorted(self.clock, at)] >> axis & 1
+            found += [(int(t), axis, -1 if n else 1) for t, n in zip(at, negative, strict=True)]
+        return sorted(found)
+
     def steps(self, axes: int, apart: int) -> tuple[np.ndarray, np.ndarray]:
         """Clocks of the steps of a path, and (n, axes) arrays of -1, 0, 1.
 
         Pulses less than `apart` clocks behind the first of a step belong to it: a change of
         direction delays an axis. Raises MotionError if one axis has two of them.
         """
-        found: list[tuple[int, int, int]] = []
-        for axis in range(axes):
-            at = self.pulses(axis)
-            negative = self.direction[np.searchsorted(self.clock, at)] >> axis & 1
-            found += [(int(t), axis, -1 if n else 1) for t, n in zip(at, negative, strict=True)]
         clocks: list[int] = []
         rows: list[list[int]] = []
-        for clock, axis, sign in sorted(found):
+        for clock, axis, sign in self.moves(axes):
             if not clocks or clock - clocks[-1] >= apart:
                 clocks.append(clock)
                 rows.append([0] * axes)
@@ -128,7 +132,7 @@ class MotionRtl(Verilated):
 
     def write(self, register: str, value: int) -> None:
         """Write a register by name."""
-        self._lib.motion_write(self._handle, REGMAP.address(register), value)
+        self._call("write", REGMAP.address(register), value)
 
     def set(self, register: str, **fields: int) -> None:
         """Write a register by its fields, the others 0."""
@@ -136,12 +140,10 @@ class MotionRtl(Verilated):
 
     def read(self, register: str, offset: int = 0) -> int:
         """Read a register by name, or the one `offset` behind it."""
-        word = ctypes.c_uint32()
-        if not self._lib.motion_read(
-            self._handle, REGMAP.address(register) + offset, ctypes.byref(word)
-        ):
+        word = self._word("read", REGMAP.address(register) + offset)
+        if word is None:
             raise MotionError(f"read of {register} was never answered")
-        return word.value
+        return word
 
     def position(self, axis: int) -> int:
         """Steps sent by an axis."""
@@ -154,11 +156,11 @@ class MotionRtl(Verilated):
 
     def clock(self, clocks: int) -> None:
         """Let time pass."""
-        self._lib.motion_clock(self._handle, clocks, 0)
+        self._call("clock", clocks, 0)
 
     def wait_for_irq(self, limit: int) -> int:
         """Let time pass until the interrupt; returns clocks. Raises MotionError at the limit."""
-        clocks = self._lib.motion_clock(self._handle, limit, 1)
+        clocks = self._call("clock", limit, 1)
         if clocks == limit:
             raise MotionError(f"no interrupt in {limit} clocks")
         return clocks
@@ -166,7 +168,7 @@ class MotionRtl(Verilated):
     @property
     def now(self) -> int:
         """Clocks since reset."""
-        return self._lib.motion_now(self._handle)
+        return self._call("now")
 
     def tails(self) -> list[int]:
         """Records taken so far of each axis, modulo `COUNTED`."""
@@ -189,7 +191,7 @@ class MotionRtl(Verilated):
             for record in records:
                 place = base + 64 * axis + 8 * (self._heads[axis] % RECORDS)
                 for word, value in enumerate(record.words()):
-                    self._lib.motion_write(self._handle, place + word, value)
+                    self._call("write", place + word, value)
                 self._heads[axis] = (self._heads[axis] + 1) % COUNTED
         self.set("HEAD", **{f"axis{axis}": head for axis, head in enumerate(self._heads)})
 
@@ -227,7 +229,7 @@ class MotionRtl(Verilated):
     def _path(self, kind: int, words: Mapping[int, int], start: bool, **fields: int) -> None:
         base = REGMAP.address("PATH_WORD")
         for word, value in words.items():
-            self._lib.motion_write(self._handle, base + word, value & 0xFFFFFFFF)
+            self._call("write", base + word, value & 0xFFFFFFFF)
         if start:
             self.set("PATH_COMMAND", kind=kind, **fields)
 
@@ -243,11 +245,9 @@ class MotionRtl(Verilated):
 
     def edges(self) -> Edges:
         """Level changes since the last call."""
-        count = self._lib.motion_edges(self._handle, None, None, None, 0)
+        count = self._call("edges", None, None, None, 0)
         clock = np.zeros(count, dtype=np.uint64)
         step, direction = (np.zeros(count, dtype=np.uint32) for _ in range(2))
-        self._lib.motion_edges(
-            self._handle, clock.ctypes.data, step.ctypes.data, direction.ctypes.data, count
-        )
-        self._lib.motion_forget_edges(self._handle)
+        self._call("edges", clock.ctypes.data, step.ctypes.data, direction.ctypes.data, count)
+        self._call("forget_edges")
         return Edges(clock.astype(np.int64), step, direction)

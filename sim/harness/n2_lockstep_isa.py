@@ -94,6 +94,7 @@ class Isa:
     """The whole file."""
 
     instructions: Mapping[str, Instruction]
+    codes: Mapping[tuple[int, int | None], Instruction]  # by op and opx
     control: Mapping[str, int]
     cause: Mapping[str, int]
     register: Mapping[str, int]
@@ -101,7 +102,7 @@ class Isa:
     def find(self, word: int) -> Instruction | None:
         """Record of an instruction word; None where the opcode is reserved."""
         key = (word & 63, word >> 11 & 63 if word & 63 == OP_R else None)
-        return self._by_code().get(key)
+        return self.codes.get(key)
 
     def disassemble(self, word: int) -> str:
         """Name and operands, or the word itself."""
@@ -111,9 +112,6 @@ class Isa:
         values = record.decode(word)
         text = ", ".join(f"r{v}" if k in "abc" else str(v) for k, v in values.items())
         return f"{record.name} {text}".strip()
-
-    def _by_code(self) -> dict[tuple[int, int | None], Instruction]:
-        return {(i.op, i.opx): i for i in self.instructions.values()}
 
 
 def _line_of(text: str, name: str) -> int:
@@ -129,7 +127,7 @@ def load_isa(path: Path = ISA_FILE) -> Isa:
     except tomllib.TOMLDecodeError as error:
         raise N2IsaError(f"{path}:1:1: error: not TOML: {error}") from None
     records: dict[str, Instruction] = {}
-    codes: dict[tuple[int, int | None], str] = {}
+    codes: dict[tuple[int, int | None], Instruction] = {}
     for name, row in data.get("instruction", {}).items():
 
         def refuse(what: str, name: str = name) -> N2IsaError:
@@ -153,12 +151,11 @@ def load_isa(path: Path = ISA_FILE) -> Isa:
         if op == OP_R and opx is None:
             raise refuse(f"op {OP_R} is the R format; expected: opx")
         if (op, opx) in codes:
-            raise refuse(f"has the code of {codes[op, opx]}")
-        codes[op, opx] = name
-        records[name] = Instruction(
+            raise refuse(f"has the code of {codes[op, opx].name}")
+        codes[op, opx] = records[name] = Instruction(
             name, op, opx, operands, row["unit"], row.get("doc", ""), row.get("fixed", {})
         )
-    return Isa(records, data["control"], data["cause"], data["register"])
+    return Isa(records, codes, data["control"], data["cause"], data["register"])
 
 
 @cache

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -58,7 +58,7 @@ class N2Rtl(Verilated):
 
     def _memory(self, which: int) -> np.ndarray:
         words = ctypes.c_uint32()
-        first = self._lib.n2_memory(self._handle, which, ctypes.byref(words))
+        first = self._call("memory", which, ctypes.byref(words))
         return np.ctypeslib.as_array(first, (words.value,))
 
     def load(self, address: int, data: bytes) -> None:
@@ -95,43 +95,37 @@ class N2Rtl(Verilated):
 
     def reset(self) -> None:
         """Reset the core and the traces; memories keep their contents."""
-        self._lib.n2_reset(self._handle)
+        self._call("reset")
 
     def waits(self, most: int, seed: int = 1) -> None:
         """Avalon transfers wait a random number of cycles, 0 to `most`."""
-        self._lib.n2_waits(self._handle, most, seed)
+        self._call("waits", most, seed)
 
     def irq(self, cycle: int, level: int) -> None:
         """Interrupt lines from a cycle (since reset) on; calls in order of cycles, after reset."""
-        self._lib.n2_irq(self._handle, cycle, level)
+        self._call("irq", cycle, level)
 
     def run(self, records: int = NEVER, cycles: int = 100_000, stop_pc: int = NEVER) -> np.ndarray:
         """Run until so many instructions, so many cycles or stop_pc; RECORDs since reset."""
-        self._lib.n2_run(self._handle, records, cycles, stop_pc)
-        return self._events(self._lib.n2_records, RECORD)
+        self._call("run", records, cycles, stop_pc)
+        return self._events("records", RECORD)
 
     @property
     def transfers(self) -> np.ndarray:
         """Avalon transfers since reset."""
-        return self._events(self._lib.n2_transfers, TRANSFER)
+        return self._events("transfers", TRANSFER)
 
     @property
     def starts(self) -> np.ndarray:
         """Multicycle custom instructions since reset."""
-        return self._events(self._lib.n2_starts, START)
+        return self._events("starts", START)
 
     @property
     def protocol_errors(self) -> int:
         """Violations of the Avalon-MM or custom instruction protocol since the model was made."""
-        return self._lib.n2_protocol_errors(self._handle)
+        return self._call("protocol_errors")
 
     @property
     def counters(self) -> tuple[int, int]:
         """Cycles and retired instructions as the core counts them."""
-        return self._lib.n2_cycles(self._handle), self._lib.n2_retired(self._handle)
-
-    def _events(self, function: Callable[..., int], dtype: np.dtype) -> np.ndarray:
-        count = function(self._handle, None, 0)
-        events = np.zeros(count, dtype)
-        function(self._handle, events.ctypes.data, count)
-        return events
+        return self._call("cycles"), self._call("retired")

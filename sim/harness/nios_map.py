@@ -10,12 +10,11 @@ from __future__ import annotations
 import functools
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 from asip_asm.interface import program_interface
 from asip_asm.project import ROOT
-from asip_asm.regmap import REGISTER_BLOCK, Block, RegisterRecord
 from asip_asm.signals import Interface, InterfaceError
 from sim.harness.gen.n2_io_regmap import REGMAP
 
@@ -56,8 +55,6 @@ class SystemMap:
     memories: Mapping[str, Memory]
     io: IoRegion
     interface: Interface
-    blocks: Mapping[str, Block] = field(default_factory=lambda: REGMAP.blocks)
-    registers: Mapping[str, RegisterRecord] = field(default_factory=lambda: REGMAP.registers)
 
     @property
     def inputs(self) -> tuple[str, ...]:
@@ -76,11 +73,11 @@ class SystemMap:
 
     def address(self, register: str) -> int:
         """Byte address of a register."""
-        return self.base(REGISTER_BLOCK) + 4 * self.registers[register].offset
+        return self.io.base + 4 * REGMAP.address(register)
 
     def base(self, block: str) -> int:
         """Byte address of a block's first word."""
-        return self.io.base + 4 * self.blocks[block].base
+        return self.io.base + 4 * REGMAP.blocks[block].base
 
 
 def _findings(system: SystemMap) -> list[str]:
@@ -103,7 +100,7 @@ def _findings(system: SystemMap) -> list[str]:
             f"io: {4 << REGMAP.address_width} bytes hold the registers, not {system.io.bytes}"
         )
     for name, words in (("inputs", system.inputs), ("outputs", system.outputs)):
-        if len(words) > system.blocks[name].words:
+        if len(words) > REGMAP.blocks[name].words:
             found.append(f"tick.interface: more {name} than the block has words")
     return found
 

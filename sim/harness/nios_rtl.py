@@ -86,12 +86,12 @@ class NiosRtl(Verilated):
     def write(self, address: int, words: Sequence[int] | NDArray[np.uint32]) -> None:
         """Write words from a byte address on: memories (itcm in reset only) or the block input."""
         data = np.ascontiguousarray(words, dtype=np.uint32)
-        self._lib.nios_write(self._handle, address, data.ctypes.data, len(data))
+        self._call("write", address, data.ctypes.data, len(data))
 
     def read(self, address: int, words: int = 1) -> NDArray[np.uint32]:
         """Read words from a byte address on: memories (itcm in reset only) or the block output."""
         data = np.zeros(words, dtype=np.uint32)
-        self._lib.nios_read(self._handle, address, data.ctypes.data, words)
+        self._call("read", address, data.ctypes.data, words)
         return data
 
     def load(self, program: Program) -> None:
@@ -105,40 +105,40 @@ class NiosRtl(Verilated):
 
     def hold(self) -> None:
         """Hold the core in reset."""
-        self._lib.nios_run(self._handle, 0, 0)
+        self._call("run", 0, 0)
         self.clock(2)
 
     def start(self, enable: bool = False) -> None:
         """Let the core run from its reset vector. enable: the host wants control."""
-        self._lib.nios_run(self._handle, 1, int(enable))
+        self._call("run", 1, int(enable))
 
     def clock(self, cycles: int = 1) -> None:
         """Let time pass."""
-        self._lib.nios_clock(self._handle, cycles)
+        self._call("clock", cycles)
 
     def tick(self) -> None:
         """Start a control tick and do not wait for its end; `ticks` does both."""
-        self._lib.nios_tick(self._handle)
+        self._call("tick")
 
     @property
     def cycles(self) -> int:
         """Clock cycles simulated since the model was made."""
-        return self._lib.nios_cycles(self._handle)
+        return self._call("cycles")
 
     @property
     def retired(self) -> int:
         """Instructions completed since the start, modulo 2^32."""
-        return self._lib.nios_retired(self._handle)
+        return self._call("retired")
 
     @property
     def pc(self) -> int:
         """Byte address of the last instruction completed."""
-        return self._lib.nios_pc(self._handle)
+        return self._call("pc")
 
     @property
     def overrun(self) -> bool:
         """A tick came while one was pending."""
-        return bool(self._lib.nios_overrun(self._handle))
+        return bool(self._call("overrun"))
 
     # ------------------------------------------------------------------ programs
     def execute(self, limit: int) -> int:
@@ -156,9 +156,7 @@ class NiosRtl(Verilated):
 
         Stops early at an access that `guard` finds.
         """
-        status = ctypes.c_uint32()
-        ended = self._lib.nios_execute(self._handle, cycles, ctypes.byref(status))
-        return status.value if ended else None
+        return self._word("execute", cycles)
 
     def guard(self) -> None:
         """Let `advance` stop at a load or store where there is neither memory nor I/O.
@@ -173,14 +171,12 @@ class NiosRtl(Verilated):
             for record in default_isa().instructions.values()
             if record.unit in ("load", "store")
         )
-        self._lib.nios_guard(self._handle, accessing, ranges.ctypes.data, len(ranges))
+        self._call("guard", accessing, ranges.ctypes.data, len(ranges))
 
     @property
     def stray(self) -> int | None:
         """Address of the access that `guard` stopped; None: there was none."""
-        address = ctypes.c_uint32()
-        found = self._lib.nios_stray(self._handle, ctypes.byref(address))
-        return address.value if found else None
+        return self._word("stray")
 
     @property
     def console(self) -> str:
@@ -190,13 +186,13 @@ class NiosRtl(Verilated):
     def take_console(self) -> bytes:
         """What the program wrote to the console since the last call."""
         text = self._console()
-        self._lib.nios_console_clear(self._handle)
+        self._call("console_clear")
         return text
 
     def _console(self) -> bytes:
-        length = self._lib.nios_console(self._handle, None, 0)
+        length = self._call("console", None, 0)
         text = ctypes.create_string_buffer(length + 1)
-        self._lib.nios_console(self._handle, text, length)
+        self._call("console", text, length)
         return text.raw[:length]
 
     def ticks(self, words: NDArray[np.uint32], extra: Sequence[int] = ()) -> NiosTicks:
@@ -210,8 +206,8 @@ class NiosRtl(Verilated):
         outputs = np.zeros((n, len(system.outputs)), dtype=np.uint32)
         extras = np.zeros((n, len(addresses)), dtype=np.uint32)
         cycles = np.zeros(n, dtype=np.uint32)
-        done = self._lib.nios_ticks(
-            self._handle,
+        done = self._call(
+            "ticks",
             n,
             system.base("inputs"),
             words.shape[1],
@@ -240,34 +236,32 @@ class NiosRtl(Verilated):
         words = np.zeros((len(accesses), 3), dtype=np.uint32)
         for row, (register, data) in zip(words, accesses, strict=True):
             row[:] = register, data is not None, data or 0
-        self._lib.nios_debug(self._handle, words.ctypes.data, len(words))
+        self._call("debug", words.ctypes.data, len(words))
         return [int(data) for _, write, data in words if not write]
 
     @property
     def halted(self) -> bool:
         """The debug module has halted the core."""
-        return bool(self._lib.nios_halted(self._handle))
+        return bool(self._call("halted"))
 
     def until_halt(self, cycles: int) -> bool:
         """Let the program run until it halts or ends, at most so long; whether it has halted."""
-        return bool(self._lib.nios_until_halt(self._handle, cycles))
+        return bool(self._call("until_halt", cycles))
 
     @property
     def ended(self) -> int | None:
         """Status of a program that has ended; None: it has not."""
-        status = ctypes.c_uint32()
-        found = self._lib.nios_ended(self._handle, ctypes.byref(status))
-        return status.value if found else None
+        return self._word("ended")
 
     # ------------------------------------------------------------------ profile
     def profile(self, whole: bool = False) -> None:
         """Start (and empty) the profile: cycles per instruction during control ticks, or always."""
         code = self.map.memories["itcm"]
-        self._lib.nios_profile(self._handle, code.base, code.words, int(whole))
+        self._call("profile", code.base, code.words, int(whole))
 
     def profiled(self) -> tuple[NDArray[np.uint64], NDArray[np.uint64]]:
         """Per word of the instruction memory: cycles spent, instructions completed."""
         words = self.map.memories["itcm"].words
         spent, completed = np.zeros(words, np.uint64), np.zeros(words, np.uint64)
-        self._lib.nios_profile_read(self._handle, spent.ctypes.data, completed.ctypes.data)
+        self._call("profile_read", spent.ctypes.data, completed.ctypes.data)
         return spent, completed

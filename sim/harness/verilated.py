@@ -8,6 +8,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
 from sim.harness.waves import load_model
 
 Signatures = Mapping[str, tuple[Any, ...]]
@@ -39,6 +42,27 @@ class Verilated:
         for name, (result, *arguments) in signatures.items():
             function = getattr(self._lib, f"{self.prefix}_{name}")
             function.restype, function.argtypes = result, [ctypes.c_void_p, *arguments]
+
+    def _call(self, name: str, *arguments: object) -> Any:
+        """What `<prefix>_<name>` returns for this model."""
+        return getattr(self._lib, f"{self.prefix}_{name}")(self._model, *arguments)
+
+    @property
+    def _model(self) -> int | None:
+        """The handle; a class may refuse one that is closed."""
+        return self._handle
+
+    def _word(self, name: str, *arguments: object) -> int | None:
+        """The word that a function writes to its last argument; None if it returns 0."""
+        word = ctypes.c_uint32()
+        return word.value if self._call(name, *arguments, ctypes.byref(word)) else None
+
+    def _events(self, name: str, dtype: DTypeLike, *words: int) -> NDArray[Any]:
+        """All events that a function copies, (n, *words); without a place it tells their number."""
+        count = self._call(name, None, 0)
+        events = np.zeros((count, *words), dtype)
+        self._call(name, events.ctypes.data, count)
+        return events
 
     def close(self) -> None:
         """Free the model; the object is of no use afterwards."""

@@ -143,7 +143,7 @@ class Deviation:
         )
         there = (corner >= 0) & (corner < len(self._nearest))
         rows, corner = rows[there], corner[there]
-        off = _from_line(self._end[corner], q[rows], q[rows + 1])
+        off = from_line(self._end[corner], q[rows], q[rows + 1])
         if len(bend):
             off -= np.maximum(
                 bend[np.clip(rows - 1, 0, len(bend) - 1)],
@@ -152,19 +152,19 @@ class Deviation:
         np.minimum.at(self._nearest, corner, off)
 
     def _from_move(self, q: FloatArray, moves: NDArray[np.int64]) -> FloatArray:
-        distance = _from_line(q, self._start[moves], self._end[moves])
+        distance = from_line(q, self._start[moves], self._end[moves])
         for k in self._arcs.keys() & set(moves.tolist()):
             rows = np.flatnonzero(moves == k)
             distance[rows] = _from_arc(q[rows], self._arcs[k])
         return distance
 
 
-def _from_line(q: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
-    """Distances (n,) of points from the lines from start to end, each (n, 5)."""
+def from_line(q: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
+    """Distances of points from the lines from start to end, (..., d) each or one for all."""
     way = end - start
-    square = np.sum(way * way, axis=1)
-    along = np.sum((q - start) * way, axis=1) / np.where(square > 0.0, square, 1.0)
-    return np.linalg.norm(q - start - np.clip(along, 0.0, 1.0)[:, None] * way, axis=1)
+    square = np.sum(way * way, axis=-1)
+    along = np.sum((q - start) * way, axis=-1) / np.where(square > 0.0, square, 1.0)
+    return np.linalg.norm(q - start - np.clip(along, 0.0, 1.0)[..., None] * way, axis=-1)
 
 
 def _from_arc(q: FloatArray, curve: Curve) -> FloatArray:

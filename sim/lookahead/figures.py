@@ -18,7 +18,7 @@ import numpy as np
 from sim.gcode.interpreter import stream
 from sim.lookahead.joints import Joint
 from sim.lookahead.limits import MachineLimits
-from sim.lookahead.planner import Lookahead, Setpoints
+from sim.lookahead.planner import Lookahead
 from sim.lookahead.settings import LookaheadSettings
 from sim.page import pictures
 from sim.path.curves import FloatArray
@@ -59,15 +59,12 @@ def corner_program(mode: str, angle: float = 90.0) -> str:
     return f"G21 G90 {mode}\nG0 X{CORNER_MM - 20} Y0\nG1 X{CORNER_MM} F15000\nX{x:.9f} Y{y:.9f}\nM2"
 
 
-def run(
-    moves: list[Move], settings: LookaheadSettings
-) -> tuple[FloatArray, float, list[Joint], Lookahead]:
+def run(moves: list[Move], settings: LookaheadSettings) -> tuple[FloatArray, float, list[Joint]]:
     """Tool positions (n, 3) [mm], time [s] and joints of moves."""
     joints: list[Joint] = []
     plan = Lookahead(moves, settings, joints)
-    blocks: list[Setpoints] = list(plan.setpoints())
-    points = np.concatenate([block.position[:, :3] for block in blocks]) * 1e3
-    return points, plan.summary.duration, joints, plan
+    points = np.concatenate([block.position[:, :3] for block in plan.setpoints()]) * 1e3
+    return points, plan.summary.duration, joints
 
 
 def figures(output: Path) -> dict[str, Any]:
@@ -80,7 +77,7 @@ def figures(output: Path) -> dict[str, Any]:
     paths: dict[str, FloatArray] = {}
     for name, mode in modes.items():
         moves = without_approach(chord_program(mode))
-        points, time, _, _ = run(moves, base)
+        points, time, _ = run(moves, base)
         paths[f"{mode}: {time:.3f} s"] = points
         document["figures 4 and 5"][name] = {
             "published": PUBLISHED[name],
@@ -93,7 +90,7 @@ def figures(output: Path) -> dict[str, Any]:
     views["G61"] = run(without_approach(corner_program("G61")), base)[0]
     for tolerance in CORNER_TOLERANCES_MM:
         mode = f"G64 P{tolerance:g}"
-        points, time, joints, _ = run(without_approach(corner_program(mode)), base)
+        points, time, joints = run(without_approach(corner_program(mode)), base)
         views[mode] = points
         document["figure 6"].append(
             {

@@ -15,7 +15,7 @@ from sim.lookahead.limits import SHARE_ANGLES, SHARES, Pieces
 from sim.lookahead.segments import Segment
 from sim.lookahead.settings import LookaheadSettings
 from sim.path import blend
-from sim.path.blend import SCALE, Blends
+from sim.path.blend import Blends
 from sim.path.curves import FloatArray
 
 SHORTEST_BLEND = 1e-7  # distance from the corner [m] below which the joint is a stop
@@ -37,7 +37,6 @@ class Joint:
     tolerance: float
     apex: float
     speed: float
-    corner: FloatArray
 
 
 class SlowestJoints(list[Joint]):
@@ -67,23 +66,15 @@ class Joints:
             np.linalg.norm(t1 - t0, axis=1), np.linalg.norm(t1 + t0, axis=1)
         )
         jump = np.linalg.norm(k1 - k0, axis=1)
-        tolerance = np.array([segment.tolerance for segment in segments])
         inner = np.array([segment.inner for segment in segments[1:]])
-        within = np.minimum(tolerance[:-1], tolerance[1:])
+        within = self._lesser("tolerance")
         within = np.where(inner, np.maximum(within, INNER_TOLERANCE), within)
         curvature = np.maximum(np.linalg.norm(k0, axis=1), np.linalg.norm(k1, axis=1))
         smooth = (self.angle <= SMOOTH) & (jump <= SMOOTH * np.maximum(1.0, curvature))
         if not limits.jerk_limited:
             smooth |= (self.angle <= SMOOTH) & (within == 0.0)
-        length = np.array([segment.length for segment in segments])
-        room = np.minimum(length[:-1], length[1:]) / 2
-        room = np.minimum(room, 0.25 / np.maximum(curvature, 1e-9))
-        feed, tool_feed = (
-            np.array([getattr(segment, name) for segment in segments])
-            for name in ("feed", "tool_feed")
-        )
-        self.feed = np.minimum(feed[:-1], feed[1:])
-        self.tool_feed = np.minimum(tool_feed[:-1], tool_feed[1:])
+        room = np.minimum(self._lesser("length") / 2, 0.25 / np.maximum(curvature, 1e-9))
+        self.feed, self.tool_feed = self._lesser("feed"), self._lesser("tool_feed")
         wanted = np.flatnonzero(~smooth & (within > 0.0) & (self.angle < LARGEST_ANGLE))
         distance = np.zeros(count)
         if len(wanted):
@@ -100,18 +91,17 @@ class Joints:
             self.blend[blended] = np.arange(len(blended))
             self.blends = Blends(points)
             apex = _apexes(self.blends, first[0][blended])
-            for n, k in enumerate(blended):
-                self.records.append(
-                    Joint(
-                        segments[k].line,
-                        float(self.angle[k]),
-                        float(within[k]),
-                        float(apex[n]),
-                        0.0,
-                        first[0][k] / SCALE,
-                    )
-                )
+            rows = np.column_stack([self.angle[blended], within[blended], apex]).tolist()
+            self.records = [
+                Joint(segments[k].line, *row, speed=0.0)
+                for k, row in zip(blended, rows, strict=True)
+            ]
             self.which = blended
+
+    def _lesser(self, name: str) -> FloatArray:
+        """The lesser value of both segments of each joint."""
+        values = np.array([getattr(segment, name) for segment in self.segments])
+        return np.minimum(values[:-1], values[1:])
 
     def _ends(self) -> tuple[list[FloatArray], list[FloatArray]]:
         ends, starts = [], []

@@ -88,16 +88,19 @@ class Lookahead:
         self.settings = settings or LookaheadSettings()
         self.joints = joints
         self.summary = Summary()
-        self._elements: deque[Element] = deque()
+        limits = self.settings.limits
+        fastest = limits.tool.speed + limits.table.speed * blend.TABLE_RADIUS * 2
+        self._speed_planner = SpeedPlanner(limits.window, fastest, 4 * self.settings.depth)
+        self._elements: deque[Element] = deque()  # not behind the motion yet
+        self._begin = 0.0  # of the first of them, from the origin of the stretch
+        self._rest: FloatArray | None = None
+        self._last: Segment | None = None
 
     # Stages: items -> segments -> cells -> stretches -> set-points
 
     def stretches(self) -> Iterator[Stretch]:
         """The motion along the path, without its points: for the time alone, nothing is sampled."""
-        limits = self.settings.limits
-        fastest = limits.tool.speed + limits.table.speed * blend.TABLE_RADIUS * 2
-        self._speeds_planner = SpeedPlanner(limits.window, fastest, 4 * self.settings.depth)
-        for stretch in self._speeds_planner.run(self._cells()):
+        for stretch in self._speed_planner.run(self._cells()):
             self.summary.duration += stretch.duration
             yield stretch
             self._drop(stretch)
@@ -105,7 +108,7 @@ class Lookahead:
     @property
     def planned(self) -> int:
         """Cells planned so far, repeats counted: the work done."""
-        return self._speeds_planner.planned if self._speeds_planner else 0
+        return self._speed_planner.planned
 
     def duration(self) -> float:
         """Time of the whole path [s]."""
@@ -117,7 +120,6 @@ class Lookahead:
         """Set-points of all ticks, in blocks; the last tick is at rest at the end."""
         period = self.settings.period
         tick, ahead = 0, 0.0  # next tick, and its time from the start of the stretch
-        self._begin = 0.0
         for stretch in self.stretches():
             count = max(0, math.ceil((stretch.duration - ahead) / period - 1e-9))
             for first in range(0, count, BLOCK):
@@ -134,7 +136,6 @@ class Lookahead:
     # Cells
 
     def _cells(self) -> Iterator[Cell | Stop]:
-        self._last = None
         before: Segment | None = None
         cut = 0.0  # length of `before` that its first blend has taken
         batch: list[Segment] = []
@@ -215,14 +216,10 @@ class Lookahead:
             if segment is None:
                 parts.append((element, 0.0, element.length))
                 continue
-            pieces = 1
-            if segment.curve is None:
-                pieces = math.ceil(element.length / LONGEST_CELL)
-            else:
+            pieces = math.ceil(element.length / LONGEST_CELL)
+            if segment.curve is not None:
                 turn = abs(segment.curve.sweep) * element.length / segment.length
-                pieces = max(
-                    math.ceil(turn / LARGEST_TURN), math.ceil(element.length / LONGEST_CELL)
-                )
+                pieces = max(pieces, math.ceil(turn / LARGEST_TURN))
             edges = element.offset + np.linspace(0.0, element.length, pieces + 1)
             parts += [
                 (element, float(a), float(b)) for a, b in zip(edges[:-1], edges[1:], strict=True)
@@ -295,11 +292,6 @@ class Lookahead:
             np.array([getattr(e, name) for e in elements])[owner] for name in ("line", "move")
         )
         return Setpoints(tick, q / SCALE, velocity / SCALE, acceleration / SCALE, line, move)
-
-    _speeds_planner: SpeedPlanner | None = None
-    _begin = 0.0
-    _rest: FloatArray | None = None
-    _last: Segment | None = None
 
     def _drop(self, stretch: Stretch) -> None:
         """Forgets the elements that are behind the motion."""

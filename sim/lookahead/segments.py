@@ -15,7 +15,16 @@ import numpy as np
 
 from sim.gcode.arcs import ARC_TOLERANCE_MM
 from sim.path.blend import SCALE
-from sim.path.curves import FULL_TURN_BELOW, Arc, Curve, FloatArray, Line, curve_of, to_si
+from sim.path.curves import (
+    FULL_TURN_BELOW,
+    Arc,
+    Curve,
+    FloatArray,
+    Line,
+    curve_of,
+    feed_of,
+    to_si,
+)
 from sim.path.moves import Dwell, Motion, Move
 from sim.path.workspace import WORKSPACE_ROUNDING, Workspace
 
@@ -108,12 +117,7 @@ class Segments:
             tangent = curve.evaluate(np.zeros(1))[1][0] * SCALE
             ratio = math.sqrt(tangent @ tangent)
             length, direction, curve_kept = curve.length * ratio, None, curve
-        if move.motion is Motion.RAPID:
-            feed = math.inf if move.turns_only_the_table else self._rapid or math.inf
-        elif move.turns_only_the_table:
-            feed = math.radians(move.feed) / 60
-        else:
-            feed = move.feed / 60e3
+        feed = feed_of(move, self._rapid or math.inf)
         yield Segment(
             move.line,
             number,

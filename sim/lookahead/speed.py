@@ -358,8 +358,9 @@ class _Average:
     def add(self, ramps: list[_Ramp], shift: float, rest: float | None) -> Stretch:
         """Phases up to the end of the ramps; rest: duration of their last one [s]."""
         for ramp in ramps:
-            if ramp.s1 > ramp.s0:
-                self._ramp(ramp)
+            duration = _duration(ramp) if ramp.s1 > ramp.s0 else 0.0
+            if duration >= SHORTEST_PHASE:
+                self._append(self.time[-1] + duration, ramp.s1, ramp.v1)
         if rest is not None:
             end = self.time[-1]
             self.position[-1], self.speed[-1] = ramps[-1].s1, 0.0
@@ -368,11 +369,6 @@ class _Average:
         stretch = self._phases(shift, rest is not None)
         self._forget(shift)
         return stretch
-
-    def _ramp(self, ramp: _Ramp) -> None:
-        duration = _duration(ramp)
-        if duration >= SHORTEST_PHASE:
-            self._append(self.time[-1] + duration, ramp.s1, ramp.v1)
 
     def _append(self, time: float, position: float, speed: float) -> None:
         duration = time - self.time[-1]
@@ -394,17 +390,14 @@ class _Average:
         marks = marks[np.concatenate([[True], np.diff(marks) > SHORTEST_PHASE])]
         middles = (marks + np.append(marks[1:], end)) / 2
 
-        def state(times: FloatArray) -> tuple[FloatArray, FloatArray]:
+        def state(times: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
             k = np.clip(np.searchsorted(t, times, side="right") - 1, 0, len(a) - 1)
             d = times - t[k]
-            return s[k] + d * (v[k] + d * a[k] / 2), v[k] + d * a[k]
+            return s[k] + d * (v[k] + d * a[k] / 2), v[k] + d * a[k], a[k]
 
-        def rate(times: FloatArray) -> FloatArray:
-            return a[np.clip(np.searchsorted(t, times, side="right") - 1, 0, len(a) - 1)]
-
-        (s1, v1), (s0, v0) = state(marks), state(marks - window)
+        (s1, v1, _), (s0, v0, _) = state(marks), state(marks - window)
         speed, acceleration = (s1 - s0) / window, (v1 - v0) / window
-        jerk = (rate(middles) - rate(middles - window)) / window
+        jerk = (state(middles)[2] - state(middles - window)[2]) / window
         d = np.diff(np.append(marks, end))
         steps = d * (speed + d * (acceleration / 2 + d * jerk / 6))
         position = self.reached + np.concatenate([[0.0], np.cumsum(steps)])

@@ -167,13 +167,18 @@ def curve_of(move: Move) -> Curve | None:
     return Line(start, end, length) if length > 0.0 else None
 
 
-def _speed(move: Move, curve: Curve, rates: RateLimits) -> float:
+def feed_of(move: Move, rapid: float = math.inf) -> float:
+    """Speed that a move asks for: m/s of the tool, rad/s where only the table turns.
+
+    rapid: of the tool under G0 [m/s]; the table then turns as fast as its limit lets it.
+    """
     if move.motion is Motion.RAPID:
-        speed = math.inf if move.turns_only_the_table else rates.rapid
-    elif move.turns_only_the_table:
-        speed = math.radians(move.feed) / 60
-    else:
-        speed = move.feed / 60e3
+        return math.inf if move.turns_only_the_table else rapid
+    return math.radians(move.feed) / 60 if move.turns_only_the_table else move.feed / 60e3
+
+
+def _speed(move: Move, curve: Curve, rates: RateLimits) -> float:
+    speed = feed_of(move, rates.rapid)
     start, end = to_si(move.start), to_si(move.end)
     turn = max(abs(end[3:] - start[3:]))
     return min(speed, rates.table * curve.length / turn) if turn > 0.0 else speed

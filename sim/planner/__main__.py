@@ -21,7 +21,7 @@ from sim.command import failed, interruptible, output
 from sim.planner.optimal import Limits, time_optimal
 from sim.planner.phases import Phase, Profile
 from sim.planner.ramp_time import PHASE_NAMES, RampTimePlan, exact, ramp_time_plan
-from sim.planner.scurve import Samples, SCurveError
+from sim.planner.scurve import FloatArray, Samples, SCurveError
 
 EPILOG = """examples:
   python -m sim.planner --v0 100 --vm 600 --tr 0.6 --tm 0.15 --length 800
@@ -203,14 +203,11 @@ def _json(
     return document
 
 
-def _plot(file: Path, total: float, samples: Samples, title: str) -> None:
-    import matplotlib
+def _plot(file: Path, times: FloatArray, samples: Samples, title: str) -> None:
+    from sim.page.pictures import pyplot
 
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
+    plt = pyplot("planner")
     figure, axes = plt.subplots(3, 1, figsize=(8, 7), sharex=True)
-    times = np.linspace(0.0, total, PLOT_POINTS)
     for axis, name in zip(axes, ("position", "velocity", "acceleration"), strict=True):
         axis.plot(times, getattr(samples, name))
         axis.set_ylabel(name)
@@ -307,7 +304,7 @@ def _show(arguments: argparse.Namespace, console: Console) -> None:
         if not arguments.plot.suffix:
             raise ValueError(f"--plot {arguments.plot} has no suffix; expected .png or .svg")
         times = np.linspace(0.0, total, PLOT_POINTS)
-        _plot(arguments.plot, total, (profile or plan).sample(times), title)
+        _plot(arguments.plot, times, (profile or plan).sample(times), title)
     if arguments.core is not None:
         table, cycles = _core_table(plan, arguments.core)
         console.print(table)

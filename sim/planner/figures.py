@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -74,92 +75,84 @@ def printed(text: str, value: Fraction | float) -> bool:
     return abs(Fraction(value) - Fraction(text)) <= Fraction(1, 2 * 10**digits)
 
 
-class _Collector:
-    def __init__(self, figure: str, file: str) -> None:
-        self.figure, self.file = figure, file
-        self.results: list[Result] = []
-
-    def add(self, name: str, unit: str, source: str, published: str, ours: Fraction | int) -> None:
-        agrees = printed(published, ours)
-        self.results.append(
-            Result(self.figure, name, unit, published, source, float(ours), agrees, self.file)
-        )
+Row = tuple[str, str, str, str, Fraction | int]
+"""Of a figure's numbers: name, unit, source, published, ours."""
 
 
-def numbers_of_figure_3(file: str) -> list[Result]:
-    """Critical lengths, peak speeds, times, accelerations, jerks and displacements of figure 3."""
-    collect = _Collector("3", file)
+def _numbers_of_figure_3() -> Iterator[Row]:
+    """Critical lengths, peak speeds, times, accelerations, jerks and displacements."""
     for length in FIGURE_3_LENGTHS:
         for tm in FIGURE_3_TM:
             forms = (plan := ramp_time_plan(**FIGURE_3, tm=tm, length=length)).forms
             case = f"L={length} tm={tm}"
             if length == "300":
-                collect.add(f"{case} L_alpha", "mm", "stated", "420", forms.cruise_critical_length)
-                collect.add(f"{case} v'm", "mm/s", "stated", "400", forms.peak_speed)
+                yield f"{case} L_alpha", "mm", "stated", "420", forms.cruise_critical_length
+                yield f"{case} v'm", "mm/s", "stated", "400", forms.peak_speed
             if length == "100":
-                collect.add(
-                    f"{case} L_beta", "mm", "stated", "120", forms.acceleration_critical_length
-                )
-            collect.add(f"{case} segments", "", "stated", SEGMENTS_3[length][tm], forms.kind.value)
+                yield f"{case} L_beta", "mm", "stated", "120", forms.acceleration_critical_length
+            yield f"{case} segments", "", "stated", SEGMENTS_3[length][tm], forms.kind.value
             source = "stated" if length == "100" else "derived"
-            collect.add(f"{case} total time", "s", source, TOTAL_3[length], plan.total_time)
+            yield f"{case} total time", "s", source, TOTAL_3[length], plan.total_time
             if length == "100":
                 continue
             am, jerk, *displacements = TABLE_3[length][tm]
-            collect.add(f"{case} am", "mm/s2", "derived", am, forms.peak_acceleration)
+            yield f"{case} am", "mm/s2", "derived", am, forms.peak_acceleration
             if jerk is not None:
-                collect.add(f"{case} J", "mm/s3", "derived", jerk, forms.jerk)
+                yield f"{case} J", "mm/s3", "derived", jerk, forms.jerk
             for k, published in enumerate(displacements):
-                collect.add(f"{case} S{k + 1}", "mm", "derived", published, forms.displacements[k])
+                yield f"{case} S{k + 1}", "mm", "derived", published, forms.displacements[k]
             if length == "800":
-                collect.add(f"{case} T4", "s", "derived", "0.6333", forms.durations[3])
-                collect.add(f"{case} S4", "mm", "derived", "380", forms.displacements[3])
-    return collect.results
+                yield f"{case} T4", "s", "derived", "0.6333", forms.durations[3]
+                yield f"{case} S4", "mm", "derived", "380", forms.displacements[3]
 
 
-def numbers_of_figure_12(file: str) -> list[Result]:
-    """Phases of the simulated move of figure 12."""
-    collect = _Collector("12", file)
+def _numbers_of_figure_12() -> Iterator[Row]:
+    """Phases of the simulated move."""
     plan = ramp_time_plan(**FIGURE_12)
     forms = plan.forms
-    collect.add("segments", "", "derived", "7", forms.kind.value)
-    collect.add("L_alpha", "mm", "derived", "86", forms.cruise_critical_length)
-    collect.add("am", "mm/s2", "derived", "616.667", forms.peak_acceleration)
-    collect.add("J", "mm/s3", "derived", "6166.67", forms.jerk)
-    collect.add("total time", "s", "derived", "0.87", plan.total_time)
-    collect.add("pulses", "", "derived", "1000", plan.length * PULSES_PER_MM)
+    yield "segments", "", "derived", "7", forms.kind.value
+    yield "L_alpha", "mm", "derived", "86", forms.cruise_critical_length
+    yield "am", "mm/s2", "derived", "616.667", forms.peak_acceleration
+    yield "J", "mm/s3", "derived", "6166.67", forms.jerk
+    yield "total time", "s", "derived", "0.87", plan.total_time
+    yield "pulses", "", "derived", "1000", plan.length * PULSES_PER_MM
     for k in range(7):
-        collect.add(f"T{k + 1}", "s", "derived", DURATIONS_12[k], forms.durations[k])
-        collect.add(f"S{k + 1}", "mm", "derived", DISPLACEMENTS_12[k], forms.displacements[k])
-    return collect.results
+        yield f"T{k + 1}", "s", "derived", DURATIONS_12[k], forms.durations[k]
+        yield f"S{k + 1}", "mm", "derived", DISPLACEMENTS_12[k], forms.displacements[k]
 
 
-def numbers_of_figure_15(file: str) -> list[Result]:
+def _numbers_of_figure_15() -> Iterator[Row]:
     """Critical lengths and times of the hardware runs; tm and L are not in the text, see runs."""
-    collect = _Collector("15", file)
     for tm, length in FIGURE_15_RUNS:
-        plan = ramp_time_plan(**FIGURE_15, tm=tm, length=length)
+        forms = (plan := ramp_time_plan(**FIGURE_15, tm=tm, length=length)).forms
         case = f"L={length} tm={tm}"
-        collect.add(f"{case} L_alpha", "mm", "derived", "132", plan.forms.cruise_critical_length)
-        collect.add(
-            f"{case} L_beta", "mm", "derived", "24", plan.forms.acceleration_critical_length
-        )
-        collect.add(f"{case} total time", "s", "derived", TOTAL_15[length], plan.total_time)
-    return collect.results
+        yield f"{case} L_alpha", "mm", "derived", "132", forms.cruise_critical_length
+        yield f"{case} L_beta", "mm", "derived", "24", forms.acceleration_critical_length
+        yield f"{case} total time", "s", "derived", TOTAL_15[length], plan.total_time
+
+
+def numbers() -> list[Result]:
+    """Those of all figures."""
+    of_figures = {
+        "3": _numbers_of_figure_3(),
+        "12": _numbers_of_figure_12(),
+        "15": _numbers_of_figure_15(),
+    }
+    results = []
+    for figure, rows in of_figures.items():
+        for name, unit, source, published, ours in rows:
+            agrees, file = printed(published, ours), f"scurve_fig{figure}.svg"
+            results.append(Result(figure, name, unit, published, source, float(ours), agrees, file))
+    return results
 
 
 def figures(output: Path) -> list[Result]:
     """Draw the figures into `output` (PNG and SVG), write their numbers as JSON, return them."""
     output.mkdir(parents=True, exist_ok=True)
-    files = {number: f"scurve_fig{number}.svg" for number in (3, 12, 15)}
-    results = [
-        *numbers_of_figure_3(files[3]),
-        *numbers_of_figure_12(files[12]),
-        *numbers_of_figure_15(files[15]),
-    ]
+    results = numbers()
     plt = pictures.pyplot("planner")
     for number, draw in ((3, _draw_3), (12, _draw_12), (15, _draw_15)):
-        pictures.save(draw(plt), output / files[number])
+        pictures.save(draw(plt), output / f"scurve_fig{number}.svg")
     document = [asdict(result) for result in results]
     (output / RESULTS_FILE).write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
     return results

@@ -3,15 +3,13 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
 from sim.lookahead.limits import MachineLimits
 from sim.model.kinematics import inverse_acceleration, inverse_velocity
 from sim.model.parameters import Robot
-from sim.path.moves import Motion, Move
+from sim.path.curves import feed_of
 from sim.trajectory.program import ProgramPath
 
 FEED = "programmed feed"
@@ -61,13 +59,6 @@ def _feed_ratio(path: ProgramPath) -> NDArray[np.float64]:
     tool, table = (
         np.linalg.norm(part, axis=1) for part in (path.velocity[:, :3], path.velocity[:, 3:])
     )
-    feed = np.array([_feed(move) for move in path.moves])
+    feed = np.array([feed_of(move) for move in path.moves])
     alone = np.array([move.turns_only_the_table for move in path.moves])
     return np.where(alone[path.move], table, tool) / feed[path.move]
-
-
-def _feed(move: Move) -> float:
-    """Feed [m/s or rad/s]; infinite for a rapid move."""
-    if move.motion is Motion.RAPID or move.feed is None:
-        return math.inf
-    return math.radians(move.feed) / 60 if move.turns_only_the_table else move.feed / 60e3

@@ -53,26 +53,35 @@ class Corners:
 
 
 @dataclass(frozen=True, eq=False)
-class ProgramPath:
-    """Set-points of n ticks. Axes x, y, z, alpha, gamma; SI units.
+class Ticks:
+    """Set-points of n consecutive ticks. Axes x, y, z, alpha, gamma; SI units.
 
-    period [s]; position, velocity, acceleration (n, 5) in m or rad and per s, per s^2; move (n,):
-    number in `moves` of the move under way, -1 during the rest at the start; rest: ticks of that;
-    whole: False where the program goes on behind the last tick.
+    position, velocity, acceleration (n, 5) in m or rad and per s, per s^2; move (n,): number of
+    the move under way, -1 during the rest at the start.
     """
 
-    period: float
     position: FloatArray
     velocity: FloatArray
     acceleration: FloatArray
     move: NDArray[np.int64]
+
+    def __len__(self) -> int:
+        return len(self.position)
+
+
+@dataclass(frozen=True, eq=False)
+class ProgramPath(Ticks):
+    """All ticks of a program, or its first ones; `move` is a number in `moves`.
+
+    period [s]; rest: ticks of that at the start; whole: False where the program goes on behind the
+    last tick.
+    """
+
+    period: float
     moves: tuple[Move, ...]
     rest: int
     whole: bool
     corners: Corners
-
-    def __len__(self) -> int:
-        return len(self.position)
 
     @property
     def time(self) -> float:
@@ -90,23 +99,6 @@ class ProgramPath:
         """Whether a tick (n,) is of a move under G61.1."""
         exact = np.array([move.exact_stop for move in self.moves])
         return (self.move >= 0) & exact[self.move]
-
-
-@dataclass(frozen=True, eq=False)
-class _Part:
-    """Consecutive ticks: position, velocity, acceleration (n, 5), move (n,)."""
-
-    position: FloatArray
-    velocity: FloatArray
-    acceleration: FloatArray
-    move: NDArray[np.int64]
-
-    def __len__(self) -> int:
-        return len(self.position)
-
-    def cut(self, ticks: int) -> _Part:
-        """The first ticks."""
-        return _Part(*(value[:ticks] for value in vars(self).values()))
 
 
 def plan(program: Program, robot: Robot, ticks: int | None = None) -> ProgramPath:
@@ -129,13 +121,14 @@ def plan(program: Program, robot: Robot, ticks: int | None = None) -> ProgramPat
         if count + len(part) > most:
             if most_time < math.inf:
                 raise _too_long(program, robot, int(part.move[0]))
-            part, whole = part.cut(most - count), False
+            part = Ticks(*(value[: most - count] for value in vars(part).values()))
+            whole = False
         parts.append(part)
         count += len(part)
         if not whole:
             break
     joined = (np.concatenate([getattr(part, name) for part in parts]) for name in vars(parts[0]))
-    return ProgramPath(robot.T_s, *joined, program.moves, min(rest, count), whole, corners)
+    return ProgramPath(*joined, robot.T_s, program.moves, min(rest, count), whole, corners)
 
 
 def _too_long(program: Program, robot: Robot, number: int) -> TooLongError:
@@ -150,7 +143,7 @@ def _too_long(program: Program, robot: Robot, number: int) -> TooLongError:
 
 def _parts(
     program: Program, robot: Robot, first: Move, rest: int, corners: Corners, most_time: float
-) -> Iterator[_Part]:
+) -> Iterator[Ticks]:
     """The ticks of the whole program; the last part is the last tick, at rest at the end.
 
     Raises TooLongError before the ticks of a stretch of motion are made that exceeds most_time [s].
@@ -191,17 +184,17 @@ def _numbered(program: Program) -> Iterator[tuple[bool, int, Pose, Move | Dwell]
         yield exact, number, pose, dwell
 
 
-def _at_rest(pose: FloatArray, ticks: int, number: int) -> _Part:
+def _at_rest(pose: FloatArray, ticks: int, number: int) -> Ticks:
     rest, zero = np.broadcast_to(pose, (ticks, 5)), np.broadcast_to(0.0, (ticks, 5))
-    return _Part(rest, zero, zero, np.broadcast_to(number, ticks))
+    return Ticks(rest, zero, zero, np.broadcast_to(number, ticks))
 
 
-def _resting(pose: Pose, seconds: float, period: float, number: int) -> _Part:
+def _resting(pose: Pose, seconds: float, period: float, number: int) -> Ticks:
     ticks = math.ceil(min(seconds / period - TICK_ROUNDING, MOST_TICKS + 1))
     return _at_rest(on_number_grid(to_si(pose)), ticks, number)
 
 
-def _exact_stops(file: str, items: list[_Item], robot: Robot, corners: Corners) -> Iterator[_Part]:
+def _exact_stops(file: str, items: list[_Item], robot: Robot, corners: Corners) -> Iterator[Ticks]:
     """The ticks of moves and rests under G61.1, without the last one."""
     settings = MotionSettings(robot, lead_in=0.0)
     for is_dwell, group in groupby(items, key=lambda item: isinstance(item[2], Dwell)):
@@ -221,12 +214,12 @@ def _exact_stops(file: str, items: list[_Item], robot: Robot, corners: Corners) 
         corners.smooth += int(moving.sum())
         corners.stops += int((~moving).sum())
         values = found.position, found.velocity, found.acceleration, numbers[found.block]
-        yield _Part(*(value[:-1] for value in values))
+        yield Ticks(*(value[:-1] for value in values))
 
 
 def _looking_ahead(
     program: Program, items: list[_Item], robot: Robot, corners: Corners, most_time: float
-) -> Iterator[_Part]:
+) -> Iterator[Ticks]:
     """The ticks of moves and rests under G61 and G64, without the last one."""
     settings = LookaheadSettings(robot=robot)
     numbers = np.array([n for n, _, item in items if isinstance(item, Move)])
@@ -237,7 +230,7 @@ def _looking_ahead(
     for points in lookahead.setpoints():
         if held is not None:
             position = on_number_grid(held.position)
-            yield _Part(position, held.velocity, held.acceleration, numbers[held.move])
+            yield Ticks(position, held.velocity, held.acceleration, numbers[held.move])
         held = points
         if lookahead.summary.duration > most_time:
             raise _too_long(program, robot, int(numbers[points.move[0]]))

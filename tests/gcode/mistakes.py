@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Errors of a program that is wrong, and the place where programs of the tests begin."""
 
+from typing import Any
+
 import pytest
 
 from sim.gcode.errors import GcodeError
@@ -19,7 +21,12 @@ def check_error(
     assert error.help and help in error.help
 
 
-def errors_of(text: str, file: str = "part.ngc") -> list[GcodeError]:
+def refused(text: str, file: str = "part.ngc", **options: Any) -> GcodeErrors:
+    """How `parse` refuses a text."""
     with pytest.raises(GcodeErrors) as caught:
-        parse(text, file=file)
-    return caught.value.errors
+        parse(text, file, **options)
+    return caught.value
+
+
+def errors_of(text: str, file: str = "part.ngc") -> tuple[GcodeError, ...]:
+    return refused(text, file).errors

@@ -8,7 +8,7 @@ import pytest
 from scipy.interpolate import BSpline
 from scipy.spatial import cKDTree
 
-from sim.gcode.interpreter import GcodeErrors, parse, stream
+from sim.gcode.interpreter import parse, stream
 from sim.gcode.oracle import (
     curve_difference,
     differences,
@@ -16,13 +16,14 @@ from sim.gcode.oracle import (
     rs274,
 )
 from sim.gcode.splines import TOLERANCE_MM
+from sim.lookahead.check import from_line
 from sim.lookahead.planner import Lookahead
 from sim.path import nurbs
 from sim.path.moves import HOME
 from sim.path.nurbs import Nurbs
 from tests.bench.needs import needs
 from tests.bench.seed import SEED
-from tests.gcode.mistakes import ZERO
+from tests.gcode.mistakes import ZERO, refused
 
 HEAD = "G21 G90 G17 G94 G54 G98 G64\nG0 X1 Y2 F100\n"
 
@@ -57,12 +58,8 @@ def test_nurbs__chords__miss_the_curve_by_no_more_than_the_tolerance(tolerance):
             [curve.homogeneous[0, :2] / curve.homogeneous[0, 2], *curve.chords(tolerance)]
         )
         points = of_scipy(curve, np.linspace(0.0, curve.end, 3000))
-        ways = np.diff(ends, axis=0)
-        square = np.maximum(np.sum(ways**2, axis=1), 1e-300)
         for point in points:
-            share = np.clip(np.sum((point - ends[:-1]) * ways, axis=1) / square, 0.0, 1.0)
-            gaps = np.linalg.norm(point - ends[:-1] - share[:, None] * ways, axis=1)
-            assert gaps.min() <= tolerance * 1.000001
+            assert from_line(point, ends[:-1], ends[1:]).min() <= tolerance * 1.000001
         dense = of_scipy(curve, np.linspace(0.0, curve.end, 200_001))
         step = np.linalg.norm(np.diff(dense, axis=0), axis=1).max()
         assert cKDTree(dense).query(ends)[0].max() <= step  # its ends are on the curve
@@ -96,22 +93,13 @@ def random_program(seed: str) -> str:
     return "\n".join([*lines, "G90 G1 X0 Y0", "M2"]) + "\n"
 
 
-def check_programs(number: int) -> None:
+@needs("rs274")
+@pytest.mark.parametrize("number", [10, pytest.param(300, marks=pytest.mark.full)])
+def test_splines__random_programs__are_the_curves_of_linuxcnc(number):
     for case in range(number):
         seed = f"spline {SEED} {case}"
         text = random_program(seed)
         assert differences(text) == [], f"seed {seed!r}\n{text}"
-
-
-@needs("rs274")
-def test_splines__random_programs__are_the_curves_of_linuxcnc():
-    check_programs(10)
-
-
-@pytest.mark.full
-@needs("rs274")
-def test_splines__many_random_programs__are_the_curves_of_linuxcnc():
-    check_programs(300)
 
 
 @needs("rs274")
@@ -177,9 +165,7 @@ REFUSED = {
 
 @pytest.mark.parametrize("text", REFUSED)
 def test_splines__what_is_not_defined__is_refused_by_name(text):
-    with pytest.raises(GcodeErrors) as caught:
-        parse(f"F100\n{text}\nM2", start=ZERO)
-    assert REFUSED[text] in str(caught.value)
+    assert REFUSED[text] in str(refused(f"F100\n{text}\nM2", start=ZERO))
 
 
 def test_nurbs__beyond_its_limit__stops(monkeypatch):

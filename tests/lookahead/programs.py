@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs and distances for the look-ahead tests."""
 
+from itertools import pairwise
+
 import numpy as np
 
+from sim.lookahead.check import from_line
 from sim.lookahead.planner import Lookahead, Setpoints
 from sim.lookahead.settings import LookaheadSettings
 
@@ -21,10 +24,4 @@ def sampled(moves, settings: LookaheadSettings, joints=None) -> tuple[Setpoints,
 
 def distance_to_polyline(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
     """Distance (n,) of points (n, d) from the line through the corners (m, d)."""
-    best = np.full(len(points), np.inf)
-    for a, b in zip(corners[:-1], corners[1:], strict=True):
-        way = b - a
-        square = way @ way
-        share = np.clip((points - a) @ way / square, 0, 1) if square else np.zeros(len(points))
-        best = np.minimum(best, np.linalg.norm(points - a - share[:, None] * way, axis=1))
-    return best
+    return np.min([from_line(points, a, b) for a, b in pairwise(corners)], axis=0)

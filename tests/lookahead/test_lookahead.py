@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from ruckig import InputParameter, Ruckig, Trajectory
 
 from sim.gcode.interpreter import stream
 from sim.gcode.table_frame import from_machine
@@ -25,6 +24,7 @@ from sim.model.parameters import Robot
 from sim.motion.goals_lookahead import spiral
 from sim.path.curves import to_si
 from sim.path.moves import Motion, Move
+from sim.planner import check as planner_check
 from sim.planner.optimal import Limits
 from tests.lookahead.programs import distance_to_polyline, sampled
 
@@ -71,11 +71,8 @@ def test_one_line__jerk_limited__is_as_fast_as_ruckig(way):
     settings = replace(SMOOTH, limits=MachineLimits(limits, free, free))
     end = (way / 2, 0.0, 600.0, 0.0, 0.0)
     move = Move(1, "", Motion.RAPID, (-way / 2, 0.0, 600.0, 0.0, 0.0), end)
-    ruckig, inputs, best = Ruckig(1), InputParameter(1), Trajectory(1)
-    inputs.target_position = [way / 1e3]
-    inputs.max_velocity, inputs.max_acceleration = [0.25], [4.8 * (1 + 1e-9)]
-    inputs.max_jerk = [1000.0]
-    ruckig.calculate(inputs, best)
+    alone = planner_check.Move(way / 1e3, 0.0, 0.0, Limits(0.25, 4.8, 1000.0))
+    best = planner_check.ruckig_trajectory(alone)
     found = Lookahead([move], settings).duration()
     if way >= 1.0:  # the acceleration limit is reached
         assert found == pytest.approx(best.duration, rel=1e-6)

@@ -18,11 +18,7 @@ from sim.harness.phase_record import (
     Record,
 )
 from sim.planner.phases import Phase, State
-from sim.planner.pulse_records import (
-    PulseRecordError,
-    pulse_counted,
-    time_exact,
-)
+from sim.planner.pulse_records import PulseRecordError, pulse_counted, time_exact
 from sim.planner.ramp_time import RampTimePlan, ramp_time_plan
 from tests.bench.seed import SEED
 

@@ -12,6 +12,7 @@ from sim.harness.interpolator_rtl import InterpolatorRtl
 from tests.bench.seed import SEED
 
 MODES = [False, True]  # elementary, combined
+Node = tuple[int, int]
 
 
 @functools.cache
@@ -25,7 +26,7 @@ def text(steps: np.ndarray) -> str:
     return "".join(letters[int(x), int(y)] for x, y, _ in steps)
 
 
-def nodes(steps: np.ndarray, start: tuple[int, int] = (0, 0)) -> np.ndarray:
+def nodes(steps: np.ndarray, start: Node = (0, 0)) -> np.ndarray:
     """Nodes (x, y) after each step."""
     return np.cumsum(steps[:, :2], axis=0) + np.array(start)
 
@@ -38,25 +39,26 @@ def quadruple(values: np.ndarray) -> np.ndarray:
 # ---------------------------------------------------------------------- golden strings
 
 
-@pytest.mark.parametrize(
-    ("end", "combined", "wanted"),
-    [
-        ((5, 3), False, "XYXYXXYX"),
-        ((5, 3), True, "DXDXD"),
-        ((-3, 7), False, "YxYYYxYYxY"),
-        ((4, 4), False, "YXYXYXYX"),
-        ((0, 0), False, ""),
-        ((0, 0), True, ""),
-        ((0, -2), True, "yy"),
-    ],
-)
+# End, combined, steps of the line.
+LINES = [
+    ((5, 3), False, "XYXYXXYX"),
+    ((5, 3), True, "DXDXD"),
+    ((-3, 7), False, "YxYYYxYYxY"),
+    ((4, 4), False, "YXYXYXYX"),
+    ((0, 0), False, ""),
+    ((0, 0), True, ""),
+    ((0, -2), True, "yy"),
+]
+CIRCLE_5 = "YYxYYxxYxxxxyxxyyxyyyyXyyXXyXXXXYXXYYXYY"  # of radius 5, from its point on x
+
+
+@pytest.mark.parametrize(("end", "combined", "wanted"), LINES)
 def test_line__golden_string(end, combined, wanted):
     assert text(rtl().line(*end, combined)) == wanted
 
 
 def test_circle__golden_string():
-    steps = rtl().arc((5, 0), (5, 0), 25)
-    assert text(steps) == "YYxYYxxYxxxxyxxyyxyyyyXyyXXyXXXXYXXYYXYY"
+    assert text(rtl().arc((5, 0), (5, 0), 25)) == CIRCLE_5
 
 
 # ---------------------------------------------------------------------- lines
@@ -75,12 +77,8 @@ def check_line(u: int, v: int, combined: bool) -> None:
     number = np.arange(1, count + 1)
     for reached, length in zip(at.T, (u, v), strict=True):
         assert np.all(2 * np.abs(reached * count - number * length) <= count), (u, v)
-    if combined:
-        across = at[:, 0] * v - at[:, 1] * u  # distance times the line's length
-        assert np.all(4 * across**2 <= u * u + v * v), (u, v)
-    else:
-        across = at[:, 0] * v - at[:, 1] * u
-        assert np.all(2 * across**2 <= u * u + v * v), (u, v)
+    across = at[:, 0] * v - at[:, 1] * u  # distance times the line's length
+    assert np.all((4 if combined else 2) * across**2 <= u * u + v * v), (u, v)
 
 
 @pytest.mark.parametrize("combined", MODES)
@@ -127,43 +125,37 @@ def test_circle__every_radius_to_200__closes_and_stays_on_the_circle(clockwise, 
         full_turn(radius, clockwise, combined)
 
 
-def check_every_end(radius: int, clockwise: bool, combined: bool) -> None:
-    """An arc to any node of the circle's path is the path up to that node."""
-    whole = full_turn(radius, clockwise, combined)
-    for number, end in enumerate(map(tuple, whole), start=1):
-        steps = rtl().arc(
-            (radius, 0), tuple(map(int, end)), radius**2, clockwise=clockwise, combined=combined
-        )
-        assert len(steps) == number, (radius, end)
-        assert np.array_equal(nodes(steps, (radius, 0)), whole[:number]), (radius, end)
-
-
 @pytest.mark.parametrize("combined", MODES)
 @pytest.mark.parametrize("clockwise", [False, True])
-def test_arc__every_end_on_small_circles__is_the_circle_up_to_it(clockwise, combined):
-    for radius in (*range(1, 14), 37):
-        check_every_end(radius, clockwise, combined)
+@pytest.mark.parametrize(
+    "radii",
+    [(*range(1, 14), 37), pytest.param(range(1, 201), marks=pytest.mark.full)],
+    ids=["small", "all"],
+)
+def test_arc__every_end__is_the_circle_up_to_it(radii, clockwise, combined):
+    for radius in radii:
+        start, whole = (radius, 0), full_turn(radius, clockwise, combined)
+        for number, end in enumerate(whole.tolist(), start=1):
+            steps = rtl().arc(start, tuple(end), radius**2, clockwise, combined)
+            assert len(steps) == number, (radius, end)
+            assert np.array_equal(nodes(steps, start), whole[:number]), (radius, end)
 
 
-@pytest.mark.full
-@pytest.mark.parametrize("combined", MODES)
-@pytest.mark.parametrize("clockwise", [False, True])
-def test_arc__every_end_of_every_radius_to_200__is_the_circle_up_to_it(clockwise, combined):
-    for radius in range(1, 201):
-        check_every_end(radius, clockwise, combined)
+def random_arc(
+    random: np.random.Generator, largest: int, turns: int = 2
+) -> tuple[Node, Node, int, bool, int]:
+    """Begin, end, square of the radius (from 3 steps on), clockwise, whole turns below `turns`."""
+    radius = float(random.uniform(3, largest))
+    angles = random.uniform(0, 2 * np.pi, 2)
+    begin, end = ((round(radius * np.cos(a)), round(radius * np.sin(a))) for a in angles)
+    return begin, end, round(radius**2), bool(random.integers(2)), int(random.integers(turns))
 
 
 def test_arc__random_nodes_and_turns__ends_exactly_and_turns_as_asked():
     random = np.random.default_rng(SEED)
     for case in range(400):
-        radius = float(random.uniform(3, 400))
-        angles = random.uniform(0, 2 * np.pi, 2)
-        start, end = (
-            (round(radius * np.cos(angle)), round(radius * np.sin(angle))) for angle in angles
-        )
-        clockwise, combined = bool(case & 1), bool(case & 2)
-        turns = int(random.integers(0, 3))
-        squared = round(radius**2)
+        start, end, squared, clockwise, turns = random_arc(random, 400, turns=3)
+        combined = bool(case & 1)
         steps = rtl().arc(start, end, squared, clockwise, combined, turns)
         at = nodes(steps, start)
         what = f"replay: SEED={SEED}, case {case}: {start} {end} {squared} {clockwise} {combined}"

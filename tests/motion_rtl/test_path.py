@@ -12,23 +12,16 @@ import pytest
 
 from sim.harness.gen.motion_regmap import REGMAP
 from sim.harness.motion_rtl import CLOCK_HZ, MotionError, MotionRtl
-from sim.harness.phase_record import (
-    FIRST,
-    LAST,
-    Record,
-)
-from sim.planner.pulse_records import (
-    time_exact,
-)
+from sim.harness.phase_record import FIRST, LAST, Record
+from sim.planner.pulse_records import time_exact
 from sim.planner.ramp_time import ramp_time_plan
 from tests.bench.seed import SEED
 from tests.motion_rtl.test_front_end import timed
-from tests.motion_rtl.test_interpolators import check_on_circle, text
+from tests.motion_rtl.test_interpolators import CIRCLE_5, LINES, check_on_circle, random_arc, text
 
 PERIOD = 40  # clocks from step to step
 LIMIT = 6_000_000
 ALL = 0b11111
-Node = tuple[int, int]
 
 
 def front_end(source: int = ALL, period: int = PERIOD, interpolators: bool = True) -> MotionRtl:
@@ -52,15 +45,7 @@ def steps(rtl: MotionRtl) -> tuple[np.ndarray, np.ndarray]:
 # ---------------------------------------------------------------------- what is drawn
 
 
-@pytest.mark.parametrize(
-    ("end", "combined", "wanted"),
-    [
-        ((5, 3), False, "XYXYXXYX"),
-        ((5, 3), True, "DXDXD"),
-        ((-3, 7), False, "YxYYYxYYxY"),
-        ((0, 0), False, ""),
-    ],
-)
+@pytest.mark.parametrize(("end", "combined", "wanted"), LINES)
 def test_line__golden_string_on_the_step_lines(end, combined, wanted):
     rtl = front_end()
     rtl.line(*end, combined=combined)
@@ -75,17 +60,8 @@ def test_circle__golden_string_on_the_step_lines():
     rtl = front_end()
     rtl.arc((5, 0), (5, 0), 25)
     rtl.wait_for_irq(LIMIT)
-    assert text(steps(rtl)[1][:, :3]) == "YYxYYxxYxxxxyxxyyxyyyyXyyXXyXXXXYXXYYXYY"
+    assert text(steps(rtl)[1][:, :3]) == CIRCLE_5
     assert positions(rtl) == [0] * 5
-
-
-def random_arc(random: np.random.Generator) -> tuple[Node, Node, int, bool, int]:
-    """Begin, end, square of the radius (3 to 90 steps), clockwise, whole turns."""
-    radius = float(random.uniform(3, 90))
-    angles = random.uniform(0, 2 * np.pi, 2)
-    begin, end = ((round(radius * np.cos(a)), round(radius * np.sin(a))) for a in angles)
-    clockwise, turns = bool(random.integers(2)), int(random.integers(2))
-    return begin, end, round(radius**2), clockwise, turns
 
 
 @pytest.mark.parametrize("combined", [False, True])
@@ -96,7 +72,7 @@ def test_arc__random_nodes_in_every_plane__on_the_circle_and_at_its_end(plane, c
     rtl = front_end(sum(1 << axis for axis in axes))
     at = [0] * 5
     for _ in range(6):
-        begin, end, squared, clockwise, turns = random_arc(random)
+        begin, end, squared, clockwise, turns = random_arc(random, 90)
         rtl.arc(begin, end, squared, clockwise, combined, turns, plane)
         rtl.wait_for_irq(LIMIT)
         what = f"replay: SEED={SEED}: {begin} {end} {squared} {clockwise} {turns}"
@@ -184,7 +160,7 @@ def run_commands(count: int, seed: int) -> None:
             wanted[moved] += (end := random.integers(-99, 100, 2))
             rtl.line(*end.tolist(), plane, combined)
         elif kind == 1:
-            begin, end, squared, clockwise, turns = random_arc(random)
+            begin, end, squared, clockwise, turns = random_arc(random, 90)
             wanted[moved] += np.subtract(end, begin)
             rtl.arc(begin, end, squared, clockwise, combined, turns, plane)
         else:
@@ -204,14 +180,9 @@ LEAST = 4  # clocks, of PATH_FEED
 
 def letters(rtl: MotionRtl) -> tuple[np.ndarray, str]:
     """Clocks of the pulses of x, y, z since the last call, and their letters, small ones back."""
-    seen = rtl.edges()
-    found = []
-    for axis, letter in enumerate("XYZ"):
-        at = seen.pulses(axis)
-        back = seen.direction[np.searchsorted(seen.clock, at)] >> axis & 1
-        found += [(int(t), letter.lower() if b else letter) for t, b in zip(at, back, strict=True)]
-    found.sort()
-    return np.array([clock for clock, _ in found]), "".join(letter for _, letter in found)
+    found = rtl.edges().moves(3)
+    text_ = "".join("XYZ"[axis] if sign > 0 else "xyz"[axis] for _, axis, sign in found)
+    return np.array([clock for clock, _, _ in found]), text_
 
 
 def test_least_period__commands_of_one_step__each_in_its_clock():

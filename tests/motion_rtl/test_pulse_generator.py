@@ -11,7 +11,7 @@ import pytest
 
 from sim.harness.build import ROOT, build_library
 from sim.harness.sources import sources_of
-from sim.harness.waves import load_model
+from sim.harness.verilated import Verilated
 from tests.bench.seed import SEED
 
 MODULUS = 16 * 100_000_000
@@ -19,42 +19,31 @@ HALF = MODULUS // 2
 FOLDERS = (ROOT / "rtl",)  # where its source stands; tests put changed copies first
 
 
-class Generator:
+class Generator(Verilated):
     """One pulse generator at 100 MHz, out of reset."""
 
-    def __init__(self) -> None:
-        sources = sources_of("pulse_generator", FOLDERS)
-        harness = ROOT / "sim/harness/pulse_harness.cpp"
-        self.lib = load_model(build_library("pulse_generator", sources, harness))
-        self.lib.pulses_new.restype = ctypes.c_void_p
-        self.lib.pulses_run.restype = ctypes.c_uint64
-        self.lib.pulses_run.argtypes = [
-            ctypes.c_void_p,
-            ctypes.c_uint32,
-            ctypes.c_uint64,
-            ctypes.c_void_p,
-            ctypes.c_uint64,
-        ]
-        for name in ("delete", "clear", "count"):
-            getattr(self.lib, f"pulses_{name}").argtypes = [ctypes.c_void_p]
-        self.lib.pulses_count.restype = ctypes.c_uint32
-        self.handle = self.lib.pulses_new()
+    prefix, end = "pulses", "delete"
 
-    def __del__(self) -> None:
-        self.lib.pulses_delete(self.handle)
+    def __init__(self) -> None:
+        top, harness = "pulse_generator", ROOT / "sim/harness/pulse_harness.cpp"
+        u32, u64 = ctypes.c_uint32, ctypes.c_uint64
+        super().__init__(
+            build_library(top, sources_of(top, FOLDERS), harness),
+            {"run": (u64, u32, u64, ctypes.c_void_p, u64), "clear": (None,), "count": (u32,)},
+        )
 
     def run(self, rate: int, clocks: int, kept: int = 1 << 17) -> tuple[int, list[int]]:
         """Pulses of a run and the clocks of the first of them."""
         at = np.zeros(kept, dtype=np.uint64)
-        count = self.lib.pulses_run(self.handle, rate, clocks, at.ctypes.data, kept)
+        count = self._call("run", rate, clocks, at.ctypes.data, kept)
         return count, at[: min(count, kept)].astype(np.int64).tolist()
 
     def clear(self) -> None:
-        self.lib.pulses_clear(self.handle)
+        self._call("clear")
 
     @property
     def count(self) -> int:
-        return self.lib.pulses_count(self.handle)
+        return self._call("count")
 
 
 def expected(rate: int, clocks: int) -> list[int]:

@@ -10,13 +10,15 @@ from hypothesis import strategies as st
 
 from sim.gcode.interpreter import parse
 from sim.path.curves import RateLimits, build_path
+from sim.path.moves import HOME, Pose
 
 # One ulp of a coordinate below 1 m, and a few roundings of it.
 POINT_TOLERANCE = 1e-15
+BESIDE = (50.0, 0.0, 600.0, 0.0, 0.0)
 
 
-def only_block(text: str, rates: RateLimits | None = None):
-    (block,) = build_path(parse(f"{text}\nM2"), rates)
+def only_block(text: str, rates: RateLimits | None = None, start: Pose = HOME):
+    (block,) = build_path(parse(f"{text}\nM2", start=start), rates)
     return block
 
 
@@ -42,7 +44,7 @@ QUARTERS = [
 def test_arc__quarter_turn_in_every_plane_and_direction__passes_the_middle(
     code, start, end, middle
 ):
-    (block,) = build_path(parse(f"F1000 {code}\nM2", start=(*start, 0.0, 0.0)))
+    block = only_block(f"F1000 {code}", start=(*start, 0.0, 0.0))
     assert block.curve.length == pytest.approx(0.05 * math.pi / 2, rel=1e-15)
     first, half, last = points(block, [0.0, 0.5, 1.0])
     assert first[:3] == pytest.approx(np.array(start) / 1e3, abs=POINT_TOLERANCE)
@@ -62,7 +64,7 @@ def test_arc__quarter_turn_in_every_plane_and_direction__passes_the_middle(
     ],
 )
 def test_arc__radius_format__sign_of_r_selects_the_shorter_or_the_longer_arc(code, sweep):
-    (block,) = build_path(parse(f"F1000 {code}\nM2", start=(50.0, 0.0, 600.0, 0.0, 0.0)))
+    block = only_block(f"F1000 {code}", start=BESIDE)
     assert math.degrees(block.curve.sweep) == pytest.approx(sweep)
     assert block.curve.radius == pytest.approx(0.05)
     # The centre of the arc is the origin or, turned the other way, the point (50, 50).
@@ -72,16 +74,14 @@ def test_arc__radius_format__sign_of_r_selects_the_shorter_or_the_longer_arc(cod
 
 @pytest.mark.parametrize("code", ["G3 I-50", "G3 X50 Y0 I-50", "G2 I-50"])
 def test_arc__end_at_the_start__is_a_full_turn(code):
-    (block,) = build_path(parse(f"F1000 {code}\nM2", start=(50.0, 0.0, 600.0, 0.0, 0.0)))
+    block = only_block(f"F1000 {code}", start=BESIDE)
     assert abs(block.curve.sweep) == pytest.approx(2 * math.pi, rel=1e-15)
     opposite = points(block, [0.5])[0]
     assert opposite[:2] == pytest.approx((-0.05, 0), abs=2e-17 + POINT_TOLERANCE)
 
 
 def test_arc__with_third_axis__is_a_helix_of_its_true_length():
-    (block,) = build_path(
-        parse("F1000 G3 X-50 Z640 I-50 C90\nM2", start=(50.0, 0.0, 600.0, 0.0, 0.0))
-    )
+    block = only_block("F1000 G3 X-50 Z640 I-50 C90", start=BESIDE)
     assert block.curve.length == pytest.approx(math.hypot(0.05 * math.pi, 0.04), rel=1e-15)
     middle = points(block, [0.5])[0]
     assert middle == pytest.approx((0, 0.05, 0.62, 0, math.pi / 4), abs=POINT_TOLERANCE)
@@ -90,9 +90,7 @@ def test_arc__with_third_axis__is_a_helix_of_its_true_length():
 
 
 def test_arc__end_off_the_circle_within_the_tolerance__ends_at_the_programmed_point():
-    (block,) = build_path(
-        parse("F1000 G3 X0.0011 Y50.0012 I-50\nM2", start=(50.0, 0.0, 600.0, 0.0, 0.0))
-    )
+    block = only_block("F1000 G3 X0.0011 Y50.0012 I-50", start=BESIDE)
     assert points(block, [0.0])[0][:2] == pytest.approx((0.05, 0), abs=POINT_TOLERANCE)
     assert points(block, [1.0])[0][:2] == pytest.approx((1.1e-6, 0.0500012), abs=POINT_TOLERANCE)
 
@@ -118,8 +116,7 @@ def test_arc__any_angle__agrees_with_trigonometry(code, plane, begin, turn, radi
     begin_point, end_point = at(begin), at(begin + sign * turn)
     words = " ".join(f"{letter}{x:.9f}" for letter, x in zip("XYZ", end_point, strict=True))
     offsets = " ".join(f"{'IJK'[axis]}{-begin_point[axis]:.9f}" for axis in sorted((first, second)))
-    program = parse(f"F1000 {name} {code} {words} {offsets}\nM2", start=(*begin_point, 0.0, 0.0))
-    (block,) = build_path(program)
+    block = only_block(f"F1000 {name} {code} {words} {offsets}", start=(*begin_point, 0.0, 0.0))
     # The text has digits of 1 pm: end and centre are off by 0.71 pm at most. The centre moves the
     # radius by 0.71 pm and, seen from it, the angles at both ends by 0.71 pm and 1.42 pm of arc.
     want = at(begin + sign * turn * share) / 1e3

@@ -184,20 +184,17 @@ def test_document__table_of_errors__is_the_one_of_the_command():
 # ------------------------------------------------------------------------------- sampler
 
 
-def sampled(moves: dict[str, np.ndarray], planned, rng) -> tuple[dict, np.ndarray]:
-    """One random tick of every move on the sampler, in and around the move; outputs and ticks."""
-    totals = np.array([plan_of(moves, k).total_time for k in range(len(moves["L"]))])
-    ticks = np.rint(totals / TICK * rng.uniform(-0.02, 1.05, len(totals))).astype(np.int32)
+def test_sampler__random_ticks_of_all_classes__are_within_a_micrometre(moves, planned):
+    """One tick of every move, in and around the move."""
+    curves = [plan_of(moves, index) for index in range(MOVES)]
+    totals = np.array([curve.total_time for curve in curves])
+    share = np.random.default_rng(SEED).uniform(-0.02, 1.05, MOVES)
+    ticks = np.rint(totals / TICK * share).astype(np.int32)
     inputs = {"ticks": ticks, "L": moves["L"], "v0": moves["v0"]}
     inputs |= {name: planned.values[name] for name in DATA}
-    return planner_program("planner_sample").batch(inputs).values, ticks
-
-
-def test_sampler__random_ticks_of_all_classes__are_within_a_micrometre(moves, planned):
-    outputs, ticks = sampled(moves, planned, np.random.default_rng(SEED))
+    outputs = planner_program("planner_sample").batch(inputs).values
     phases = set()
-    for index, tick in enumerate(ticks):
-        curve = plan_of(moves, index)
+    for index, (curve, tick) in enumerate(zip(curves, ticks, strict=True)):
         time = int(tick) * TICK
         want = curve.profile(time)
         where = f"move {index}, tick {tick}, SEED={SEED}"

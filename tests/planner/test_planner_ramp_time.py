@@ -15,22 +15,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sim.planner.check import exact_profile
-from sim.planner.figures import (
-    RESULTS_FILE,
-    figures,
-    numbers_of_figure_3,
-    numbers_of_figure_12,
-    numbers_of_figure_15,
-    printed,
-)
+from sim.planner.figures import RESULTS_FILE, figures, numbers, printed
 from sim.planner.ramp_time import ramp_time_plan
 from sim.planner.scurve import SCurve, SCurveError, closed_forms
 from tests.planner.test_scurve import CLASS_OF, curves
 
-ALL_NUMBERS = [*numbers_of_figure_3(""), *numbers_of_figure_12(""), *numbers_of_figure_15("")]
 
-
-@pytest.mark.parametrize("result", ALL_NUMBERS, ids=lambda r: f"fig{r.figure}-{r.name}")
+@pytest.mark.parametrize("result", numbers(), ids=lambda r: f"fig{r.figure}-{r.name}")
 def test_plan__number_of_a_figure__is_the_one_printed(result):
     assert result.agrees, f"{result.ours!r}, the paper has {result.published}"
 

@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sim.planner.check import exact_profile
+from sim.planner.figures import SEGMENTS_3, TABLE_3
 from sim.planner.scurve import SCurve, SCurveClass, SCurveError
 
 # Relative rounding of the closed forms: some twenty operations of half an ulp each, of terms not
@@ -17,29 +18,20 @@ ROUNDING = 1e-14
 
 
 @pytest.mark.parametrize(
-    ("tm", "length", "am", "jerk", "s1", "s2", "s3", "kind"),
-    [
-        (0.00, 800, 833.33, 0.0, 0.0, 210.0, 0.0, SCurveClass.TRAPEZOID),
-        (0.15, 800, 1111.11, 7407.41, 19.1667, 105.0, 85.8333, SCurveClass.SEVEN_SEGMENT),
-        (0.30, 800, 1666.67, 5555.56, 55.0, 0.0, 155.0, SCurveClass.FIVE_SEGMENT),
-        # Too short for vm: the peak is 400.
-        (0.00, 300, 500.0, 0.0, 0.0, 150.0, 0.0, SCurveClass.TRIANGLE),
-        (0.15, 300, 666.67, 4444.44, 17.5, 75.0, 57.5, SCurveClass.SIX_SEGMENT),
-        (0.30, 300, 1000.0, 3333.33, 45.0, 0.0, 105.0, SCurveClass.FOUR_SEGMENT),
-    ],
+    ("length", "tm"), [(length, tm) for length, rows in TABLE_3.items() for tm in rows]
 )
-def test_scurve__paths_of_the_paper__have_the_printed_figures(
-    tm, length, am, jerk, s1, s2, s3, kind
-):
-    curve = SCurve(100, 600, 0.6, tm, length)
-    peak, s4, t4, time = (600, 380, 0.6333, 1.8333) if length == 800 else (400, 0, 0, 1.2)
-    assert curve.kind is kind
+def test_scurve__paths_of_the_paper__have_the_printed_figures(length, tm):
+    am, jerk, s1, s2, s3 = (float(number or 0.0) for number in TABLE_3[length][tm])
+    curve = SCurve(100, 600, 0.6, float(tm), float(length))
+    # The shorter path is too short for vm.
+    peak, s4, t4, time = (600, 380, 0.6333, 1.8333) if length == "800" else (400, 0, 0, 1.2)
+    assert curve.kind is SCurveClass(int(SEGMENTS_3[length][tm]))
     assert curve.cruise_critical_length == pytest.approx(420)
     assert curve.peak_speed == pytest.approx(peak)
     assert curve.peak_acceleration == pytest.approx(am, abs=0.005)
     assert curve.jerk == pytest.approx(jerk, abs=0.005)
     assert curve.displacements == pytest.approx((s1, s2, s3, s4, s3, s2, s1), abs=5e-5)
-    assert curve.total_time == pytest.approx(time, abs=5e-5 if length == 800 else 1.2e-6)
+    assert curve.total_time == pytest.approx(time, abs=5e-5 if length == "800" else 1.2e-6)
     assert curve.durations[3] == pytest.approx(t4, abs=5e-5)
 
 

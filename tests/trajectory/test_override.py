@@ -10,7 +10,7 @@ import pytest
 
 from sim.dual.__main__ import main as dual
 from sim.gcode import oracle
-from sim.gcode.interpreter import GcodeErrors, parse
+from sim.gcode.interpreter import parse
 from sim.lookahead.__main__ import main as lookahead
 from sim.lookahead.limits import MachineLimits
 from sim.model.parameters import Robot
@@ -19,6 +19,7 @@ from sim.run.__main__ import main as run
 from sim.trajectory.__main__ import main as trajectory
 from sim.trajectory.program import plan
 from tests.bench.needs import needs
+from tests.gcode.mistakes import errors_of
 
 ROBOT = Robot.load()
 TR = 0.36  # s, acceleration time of exact stops
@@ -123,9 +124,7 @@ def test_switches__in_rs274__are_on_and_off_for_the_same_moves():
     ],
 )
 def test_switches__with_a_mistake__are_refused_by_name(block, what):
-    with pytest.raises(GcodeErrors) as caught:
-        parse(f"{block}\nM2")
-    (error,) = caught.value.errors
+    (error,) = errors_of(f"{block}\nM2")
     assert error.what == what and error.help
 
 
