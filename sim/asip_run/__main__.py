@@ -5,15 +5,16 @@ from __future__ import annotations
 
 import argparse
 import sys
+from contextlib import nullcontext
 from pathlib import Path
 
 from asip_asm.command import command_parser, count, run_command
-from asip_asm.files import refuse_overwriting
+from asip_asm.files import open_output, refuse_overwriting
 from asip_asm.image import Image, ImageError
 from asip_asm.isa import default_isa
 from sim.asip_run.inputs import UserError, assignments, load_image, printed_names, read_inputs
-from sim.asip_run.runner import RunLimit, Runner
-from sim.asip_run.show import Trace, write_profile, write_row, write_text
+from sim.asip_run.runner import Runner, limit_note
+from sim.asip_run.show import write_profile, write_row, write_text, write_trace
 from sim.core_fault import NO_FAULT
 
 MAX_CYCLES = 500_000
@@ -38,7 +39,6 @@ its last bit (docs/numerics.md). A note says so when the program uses them.
 exit status: 0 all runs done, 1 a fault, or an error in a file, 2 wrong command line
 """
 
-
 SINES = {"fsin", "fcos"}
 SINE_NOTE = (
     "asip-run: note: fsin and fcos are correctly rounded here; the core's result may differ in its "
@@ -62,7 +62,8 @@ def _run(options: argparse.Namespace) -> int:
     inputs = [options.program, *([options.inputs] if options.inputs else [])]
     refuse_overwriting(files, inputs)
     image = load_image(options.program, options.config, options.function)
-    limit = RunLimit(image, options.max_cycles)
+    watchdog = image.watchdog
+    image.watchdog = min(watchdog, options.max_cycles)
     types = {word.name: word.type for word in image.inputs}
     fixed = dict.fromkeys(types, 0) | assignments(options.set, types, "input")
     state_types = {state.name: state.type for state in image.states}
@@ -82,15 +83,17 @@ def _run(options: argparse.Namespace) -> int:
     runner = Runner(image, states, place, trace_on)
     table = bool(options.inputs)
     faults = 0
-    with Trace(options.trace) as trace:
+    with open_output(options.trace) if options.trace else nullcontext() as trace:
         for tick in range(ticks):
             result = runner.run(fixed | rows[min(tick, len(rows) - 1)], names)
             write = write_row if table else write_text
             write(sys.stdout, image, tick, names, result)
-            trace.write(tick, result)
+            if trace:
+                write_trace(trace, tick, result)
             if result.cause == NO_FAULT:
                 continue
-            problem = f"run {tick + 1}: {result.text}{limit.note(result)}"
+            note = limit_note(result, watchdog, options.max_cycles)
+            problem = f"run {tick + 1}: {result.text}{note}"
             if not options.keep_going:
                 raise UserError(problem)
             faults += 1

@@ -14,7 +14,6 @@ from asip_asm.files import read_text
 from asip_asm.image import Image
 from sim.core_backends import is_register, unknown
 
-IMAGE_SUFFIX = ".json"
 INPUT_BYTES = 64 << 20
 """Largest table of inputs: 100 000 runs with 20 inputs take about 20 MiB."""
 
@@ -29,16 +28,18 @@ class UserError(Exception):
 
 def load_image(path: Path, configuration: str | None, function: str | None = None) -> Image:
     """Image of a source text, or an image file (*.json); of several functions in it one."""
-    image = _load(path, configuration)
+    if path.suffix == ".json":
+        image = image_of_file(path, configuration)
+    else:
+        image = assemble(path, configuration=configuration)
     if image.functions and function is None:
         there = ", ".join(f.name for f in image.functions)
         raise UserError(f"{path} holds the functions {there}; choose one with --function", 2)
     return image if function is None else image.function(function)
 
 
-def _load(path: Path, configuration: str | None) -> Image:
-    if path.suffix != IMAGE_SUFFIX:
-        return assemble(path, configuration=configuration)
+def image_of_file(path: Path, configuration: str | None) -> Image:
+    """Image of an image file; UserError if it is for another configuration than is wanted."""
     image = Image.load(path)
     if configuration not in (None, image.configuration):
         raise UserError(

@@ -26,21 +26,11 @@ class Run:
     observed: Observed
 
 
-class RunLimit:
-    """Bounds the watchdog of an image by --max-cycles, and says so where that stops a run."""
-
-    def __init__(self, image: Image, cycles: int) -> None:
-        self.own = image.watchdog
-        self.cycles = cycles
-        image.watchdog = min(image.watchdog, cycles)
-
-    def note(self, result: Run) -> str:
-        """What to add to the text of a fault."""
-        if result.cause != "WATCHDOG" or self.own <= self.cycles:
-            return ""
-        return (
-            f"\n  stopped by --max-cycles {self.cycles}; the program's own watchdog is {self.own}"
-        )
+def limit_note(result: Run, own: int, cycles: int) -> str:
+    """What to add to the text of a fault where --max-cycles bounds the program's own watchdog."""
+    if result.cause != "WATCHDOG" or own <= cycles:
+        return ""
+    return f"\n  stopped by --max-cycles {cycles}; the program's own watchdog is {own}"
 
 
 @contextmanager

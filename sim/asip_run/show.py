@@ -14,8 +14,7 @@ from asip_asm.files import open_output
 from asip_asm.gantt import gantt_page
 from asip_asm.image import Image
 from asip_asm.konata import konata_log
-from asip_asm.profile import ProfileError, profile_run
-from asip_asm.profile import Trace as CoreTrace
+from asip_asm.profile import ProfileError, Trace, profile_run
 from sim.asip_run.inputs import UserError
 from sim.asip_run.runner import Run
 from sim.core_backends import flag_text, number
@@ -63,7 +62,7 @@ def write_row(file: TextIO, image: Image, tick: int, names: Sequence[str], resul
 
 
 def write_profile(
-    file: TextIO, image: Image, trace: CoreTrace, konata: Path | None, gantt: Path | None
+    file: TextIO, image: Image, trace: Trace, konata: Path | None, gantt: Path | None
 ) -> None:
     """Profile of a run for people, and the files that show it clock by clock."""
     try:
@@ -78,23 +77,8 @@ def write_profile(
                 file.write(text(profile))
 
 
-class Trace:
-    """File of register and output writes, one per line: run, register, word, value as a float."""
-
-    def __init__(self, path: Path | None) -> None:
-        self._path = path
-
-    def __enter__(self) -> Trace:
-        self._file = open_output(self._path) if self._path else None
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        if self._file:
-            self._file.close()
-
-    def write(self, tick: int, result: Run) -> None:
-        """Append the writes of a run."""
-        if self._file:
-            for register, word in result.observed.writes:
-                value = value_text(word, "float")
-                self._file.write(f"{tick + 1} {register} {word:08x} {value}\n")
+def write_trace(file: TextIO, tick: int, result: Run) -> None:
+    """The register and output writes of a run, one per line: run, register, word, value as a
+    float."""
+    for register, word in result.observed.writes:
+        file.write(f"{tick + 1} {register} {word:08x} {value_text(word, 'float')}\n")

@@ -22,7 +22,7 @@ from sim.debug.link import Bus, DirectLink, open_link
 from sim.debug.recorder import Recorder
 from sim.debug.requests import DebugError
 from sim.debug.run_control import RunControl
-from sim.debug.state import FIELDS, STAGE, configuration_of, place_address, word_of
+from sim.debug.state import STAGE, configuration_of, place_address, word_of
 from sim.harness.asip_bus import BLOCK, CLEAR, CSR, FAULT_NAMES, START, STATUS, load_words
 
 __all__ = ["Client", "DebugError", "connect"]
@@ -159,8 +159,8 @@ class Client(RunControl, Recorder):
     def version(self) -> tuple[int, int]:
         """Commits done: of the words in bank K now, and of those that the present or last run
         began with (modulo 2^16)."""
-        word = self._read("VERSION")
-        return FIELDS["VERSION"]["page"].of(word), FIELDS["VERSION"]["run"].of(word)
+        fields = self._fields("VERSION")
+        return fields["page"], fields["run"]
 
 
 def _rows(writes: Iterable[tuple[int, int]]) -> Iterable[tuple[int, list[int]]]:

@@ -22,7 +22,7 @@ from sim.debug.packets import (
     unpack_words,
     write_body,
 )
-from sim.debug.state import FIELDS, REGISTER, REGMAP, Records, Sizes
+from sim.debug.state import REGISTER, REGMAP, Records, Sizes, fields_of
 
 TRIES = 3
 
@@ -51,7 +51,7 @@ class Requests:
                 f"word {REGISTER['ID']:#06x} is {identity:#010x}, no debug block: the core was "
                 "built without one, take `debug_asip` in place of `asip`"
             )
-        fields = {name: f.of(config) for name, f in FIELDS["CONFIG"].items()}
+        fields = fields_of("CONFIG", config)
         self.sizes = Sizes(
             fields["breakpoints"],
             fields["watches"],
@@ -98,6 +98,9 @@ class Requests:
     def _read(self, register: str) -> int:
         return self.read_word(REGISTER[register])
 
+    def _fields(self, register: str) -> dict[str, int]:
+        return fields_of(register, self._read(register))
+
     def _neighbours(self, *registers: str) -> list[int]:
         """Registers that stand one behind the other, in one packet."""
         return self.read_words(REGISTER[registers[0]], len(registers))
@@ -115,8 +118,7 @@ class Requests:
         self._set_uart(events=int(on))
 
     def _set_uart(self, **bits: int) -> None:
-        word = self._read("UART")
-        fields = {name: f.of(word) for name, f in FIELDS["UART"].items()} | bits
+        fields = self._fields("UART") | bits
         self._write("UART", REGMAP.registers["UART"].word(**fields))
 
     def poll(self) -> None:

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 
 from sim.debug.requests import DebugError, Requests
-from sim.debug.state import BANKS, FIELDS, REGMAP, State, place_address
+from sim.debug.state import BANKS, REGMAP, State, place_address
 
 
 class RunControl(Requests):
@@ -111,18 +111,14 @@ class RunControl(Requests):
         """Clear all breakpoints and watches, those of an earlier session too."""
         self._write("ENABLE", 0)
 
-    def _enabled(self) -> dict[str, int]:
-        word = self._read("ENABLE")
-        return {name: f.of(word) for name, f in FIELDS["ENABLE"].items()}
-
     def _free(self, what: str, count: int) -> int:
-        used = self._enabled()[what]
+        used = self._fields("ENABLE")[what]
         for number in range(count):
             if not used >> number & 1:
                 return number
         raise DebugError(f"all {count} {what} of the core are taken; clear one")
 
     def _enable(self, what: str, number: int, on: bool) -> None:
-        bits = self._enabled()
+        bits = self._fields("ENABLE")
         bits[what] = (bits[what] & ~(1 << number)) | (int(on) << number)
         self._write("ENABLE", REGMAP.registers["ENABLE"].word(**bits))

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import selectors
+import select
 import socket
 import sys
 from collections.abc import Callable, Sequence
@@ -43,15 +43,14 @@ class Server:
         self._listener = socket.create_server(("127.0.0.1", port))
         self._listener.setblocking(False)
         self.port = self._listener.getsockname()[1]
-        self._selector = selectors.DefaultSelector()
-        self._selector.register(self._listener, selectors.EVENT_READ)
         self._client: socket.socket | None = None
         self._decoder = Decoder()
 
     def poll(self, timeout: float = 0.0) -> None:
         """Take a new client, or answer what has come, waiting so many seconds for it."""
-        for key, _ in self._selector.select(timeout):
-            if key.fileobj is self._listener:
+        watched = [each for each in (self._client, self._listener) if each is not None]
+        for ready in select.select(watched, [], [], timeout)[0]:
+            if ready is self._listener:
                 self._accept()
             else:
                 self._answer()
@@ -63,7 +62,6 @@ class Server:
             return
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._client, self._decoder = connection, Decoder()
-        self._selector.register(connection, selectors.EVENT_READ)
 
     def _answer(self) -> None:
         assert self._client is not None
@@ -74,7 +72,6 @@ class Server:
         except OSError:
             data = b""
         if not data:
-            self._selector.unregister(self._client)
             self._client.close()
             self._client = None
 
@@ -84,7 +81,6 @@ class Server:
             if each is not None:
                 with contextlib.suppress(OSError):
                     each.close()
-        self._selector.close()
 
 
 def serve(

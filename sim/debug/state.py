@@ -37,10 +37,13 @@ def configuration_of(word: int) -> str:
 
 def name_of(enumeration: str, number: int) -> str:
     """Name of a code in lower case; the number in words if there is none."""
-    for entry in REGMAP.enumerations[enumeration].values():
-        if entry.code == number:
-            return entry.name.lower()
-    return f"code {number}"
+    names = {entry.code: entry.name.lower() for entry in REGMAP.enumerations[enumeration].values()}
+    return names.get(number, f"code {number}")
+
+
+def fields_of(register: str, word: int) -> dict[str, int]:
+    """Fields of a register's word by name."""
+    return {name: field.of(word) for name, field in FIELDS[register].items()}
 
 
 @dataclass(frozen=True)
@@ -85,12 +88,11 @@ class State:
     @classmethod
     def of(cls, status: int, place: int) -> State:
         """State of the words STATUS and PLACE."""
-        bits = {name: f.of(status) for name, f in FIELDS["STATUS"].items()}
+        bits = fields_of("STATUS", status)
         bits["reason"] = name_of("stop_reason", bits["reason"])
         bits["scope"] = name_of("scope_state", bits["scope"])
         flags = {k: v if k in ("reason", "which", "scope") else bool(v) for k, v in bits.items()}
-        place_of = FIELDS["PLACE"]
-        return cls(**flags, next=place_of["next"].of(place), last=place_of["last"].of(place))
+        return cls(**flags, **fields_of("PLACE", place))
 
 
 @dataclass(frozen=True)

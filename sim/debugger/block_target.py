@@ -12,7 +12,7 @@ from sim.core_fault import Fault
 from sim.debug.client import Client, DebugError
 from sim.debug.link import LinkError
 from sim.debug.state import State
-from sim.debugger.target import Kind, Status, TargetError, TargetGone, Watch
+from sim.debugger.target import Kind, Status, TargetError, TargetGone
 
 
 @contextmanager
@@ -37,10 +37,8 @@ class BlockTarget:
     def __init__(self, connect: Callable[[], Client], label: str) -> None:
         self.label = label
         self._connect = connect
-        self._image: Image | None = None
         self._runs = 0
-        self._breaks: list[int] = []
-        self._watches: list[Watch] = []
+        self._armed: tuple[Sequence[int], Sequence[str]] = [], []
         with client_errors():
             self.client = connect()
 
@@ -65,11 +63,9 @@ class BlockTarget:
         """Clear all breakpoints and watches, those of an earlier session too."""
         with client_errors():
             self.client.free_points()
-        self._breaks, self._watches = [], []
+        self._armed = [], []
 
     def begin(self, inputs: Mapping[str, int], hold: bool) -> None:
-        if self._image is None:
-            raise TargetError("no program is loaded")
         with client_errors():
             for entry in self._image.inputs:
                 self.client.write_register(f"k{entry.index}", inputs[entry.name])
@@ -110,25 +106,16 @@ class BlockTarget:
             return Status(Kind.RUNNING, state.next)
         return Status(Kind.IDLE)
 
-    def set_breakpoints(self, bundles: Sequence[int]) -> None:
-        if list(bundles) == self._breaks:
+    def arm(self, bundles: Sequence[int], places: Sequence[str]) -> None:
+        if (bundles, places) == self._armed:
             return
+        self.free_points()
         with client_errors():
-            for n in range(len(self._breaks)):
-                self.client.clear_breakpoint(n)
             for bundle in bundles:
                 self.client.set_breakpoint(bundle)
-        self._breaks = list(bundles)
-
-    def set_watches(self, watches: Sequence[Watch]) -> None:
-        if list(watches) == self._watches:
-            return
-        with client_errors():
-            for n in range(len(self._watches)):
-                self.client.clear_watch(n)
-            for watch in watches:
-                self.client.set_watch(watch.place, watch.value, watch.mask)
-        self._watches = list(watches)
+            for place in places:
+                self.client.set_watch(place)
+        self._armed = bundles, places
 
     def read(self, place: str) -> int:
         with client_errors():

@@ -180,7 +180,7 @@ class Commands:
         if not name:
             raise CommandError("watch what? watch NAME")
         point = self.session.add_watch(name, condition)
-        self.write(f"watch {point.number}: {point.text}")
+        self.write(f"watch {point.number}: {point.location.text}")
 
     @command("delete", "d", usage="[NUMBER ...]")
     def delete(self, rest: str) -> None:

@@ -3,8 +3,8 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable
+from glob import escape, glob
 
 from sim.debugger.command_table import COMMANDS, TOPICS, CommandError, find_command
 from sim.debugger.session import Session
@@ -14,10 +14,14 @@ NAMES = ("print", "display", "watch", "set", "assert", "break", "tbreak")
 FILES = ("source", "inputs")
 
 
+def last_word(text: str) -> str:
+    """What has been typed of the word where a line ends."""
+    return "" if not text or text[-1].isspace() else text.split()[-1]
+
+
 def completions(session: Session, text: str) -> list[str]:
     """Words that may stand where a line ends, in place of its last word."""
-    words = text.split()
-    last = "" if not words or text[-1:].isspace() else words[-1]
+    words, last = text.split(), last_word(text)
     if len(words) <= 1 and last == (words[0] if words else ""):
         return sorted({e.names[0] for name, e in COMMANDS.items() if name.startswith(last)})
     try:
@@ -32,20 +36,10 @@ def completions(session: Session, text: str) -> list[str]:
     elif command == "x":
         known = session.program.image.data_names
     elif command in FILES:
-        return _files(last)
+        return sorted(glob(escape(last) + "*", include_hidden=True))
     elif command in (*NAMES, *PLACES):
         known = session.values.names()
         if command in PLACES:
             equations = [f"({name})" for name in session.program.equations()]
             known = [*known, *session.program.image.labels, *equations]
     return [name for name in known if name.startswith(last)]
-
-
-def _files(start: str) -> list[str]:
-    folder, _, name = start.rpartition("/")
-    try:
-        found = sorted(os.listdir(folder or ("/" if start.startswith("/") else ".")))
-    except OSError:
-        return []
-    prefix = start[: len(start) - len(name)]
-    return [prefix + entry for entry in found if entry.startswith(name)]

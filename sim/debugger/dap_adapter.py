@@ -16,7 +16,7 @@ from asip_asm.diagnostics import AssemblyError
 from asip_asm.image import ImageError
 from sim.debugger.command_table import CommandError, Quit, find_command
 from sim.debugger.commands import REFUSALS, Commands
-from sim.debugger.completion import completions
+from sim.debugger.completion import completions, last_word
 from sim.debugger.dap_breakpoints import ClientBreakpoints
 from sim.debugger.dap_launch import launch_options
 from sim.debugger.dap_messages import Message, Sender
@@ -70,8 +70,7 @@ class Adapter:
     def handle(self, request: Message) -> None:
         """Answer one request."""
         command = request.get("command")
-        name = f"do_{command}" if isinstance(command, str) and command.isalpha() else ""
-        method = getattr(self, name, None) if name else None
+        method = getattr(self, f"do_{command}", None)
         arguments = request.get("arguments")
         if request.get("type") != "request" or method is None:
             self.sender.failure(request, f"no request '{str(command):.40}'")
@@ -339,14 +338,10 @@ class Adapter:
 
     def do_completions(self, arguments: Body) -> Body:
         text = str(arguments["text"])[: int(arguments["column"]) - 1]
+        length = len(last_word(text))
+        place = {"start": len(text) - length, "length": length}
         words = completions(self.session, text)
-        last = "" if not text or text[-1].isspace() else text.split()[-1]
-        return {
-            "targets": [
-                {"label": word, "start": len(text) - len(last), "length": len(last)}
-                for word in words[:200]
-            ]
-        }
+        return {"targets": [{"label": word} | place for word in words[:200]]}
 
     def do_loadedSources(self, arguments: Body) -> Body:
         return {"sources": [self.views.source(file) for file in self.session.program.map.files]}

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from sim.debugger.dap_views import Body, Views
-from sim.debugger.locations import Location, LocationError, find_location, line_location
+from sim.debugger.locations import LocationError, line_location
 from sim.debugger.session import Breakpoint, Session, SessionError
 from sim.debugger.values import ValueMissing
 
@@ -23,43 +23,40 @@ class ClientBreakpoints:
     def lines(self, path: str, wanted: Iterable[Body]) -> list[Body]:
         """Breakpoints of a source, in place of those it had."""
 
-        def place(item: Body) -> Location:
-            return line_location(self.session.program, path, int(item["line"]))
+        def add(item: Body, condition: str) -> Breakpoint:
+            place = line_location(self.session.program, path, int(item["line"]))
+            return self.session.add_breakpoint(place, condition)
 
-        return self._replace(f"source {path}", wanted, lambda item: self._at(place(item), item))
+        return self._replace(f"source {path}", wanted, add)
 
     def functions(self, wanted: Iterable[Body]) -> list[Body]:
         """Breakpoints at equations '(28)', labels, values by name."""
 
-        def place(item: Body) -> Location:
-            position = self.session.position
-            return find_location(self.session.program, str(item["name"]), position)
+        def add(item: Body, condition: str) -> Breakpoint:
+            place = self.session.location(str(item["name"]))
+            return self.session.add_breakpoint(place, condition)
 
-        return self._replace("functions", wanted, lambda item: self._at(place(item), item))
+        return self._replace("functions", wanted, add)
 
     def instructions(self, wanted: Iterable[Body]) -> list[Body]:
         """Breakpoints at bundles."""
 
-        def place(item: Body) -> Location:
+        def add(item: Body, condition: str) -> Breakpoint:
             bundle = int(str(item["instructionReference"]), 0) + int(item.get("offset", 0))
-            return find_location(self.session.program, f"*{bundle}", 0)
+            return self.session.add_breakpoint(self.session.location(f"*{bundle}"), condition)
 
-        return self._replace("instructions", wanted, lambda item: self._at(place(item), item))
+        return self._replace("instructions", wanted, add)
 
     def data(self, wanted: Iterable[Body]) -> list[Body]:
         """Watches of values by name."""
 
-        def add(item: Body) -> Breakpoint:
-            condition = str(item.get("condition") or "")
+        def add(item: Body, condition: str) -> Breakpoint:
             return self.session.add_watch(str(item["dataId"]), condition)
 
         return self._replace("data", wanted, add)
 
-    def _at(self, place: Location, item: Body) -> Breakpoint:
-        return self.session.add_breakpoint(place, str(item.get("condition") or ""))
-
     def _replace(
-        self, name: str, wanted: Iterable[Any], add: Callable[[Body], Breakpoint]
+        self, name: str, wanted: Iterable[Any], add: Callable[[Body, str], Breakpoint]
     ) -> list[Body]:
         for number in self._sets.pop(name, []):
             if number in self.session.breakpoints:
@@ -68,7 +65,7 @@ class ClientBreakpoints:
         found = []
         for item in wanted:
             try:
-                point = add(item)
+                point = add(item, str(item.get("condition") or ""))
             except (SessionError, LocationError, ValueMissing) as error:
                 found.append({"verified": False, "message": str(error)})
                 continue
@@ -77,9 +74,10 @@ class ClientBreakpoints:
         return found
 
     def _told(self, point: Breakpoint) -> Body:
-        body: Body = {"id": point.number, "verified": True, "message": point.text}
-        if point.bundles:
-            body["instructionReference"] = f"0x{point.bundles[0]:x}"
-        if point.line:
-            body |= {"line": point.line, "source": self.views.source(point.file)}
+        place = point.location
+        body: Body = {"id": point.number, "verified": True, "message": place.text}
+        if place.bundles:
+            body["instructionReference"] = f"0x{place.bundles[0]:x}"
+        if place.line:
+            body |= {"line": place.line, "source": self.views.source(place.file)}
         return body

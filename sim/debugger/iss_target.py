@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 
 from asip_asm.image import Image
 from sim.core_fault import Fault
-from sim.debugger.target import Kind, Status, TargetError, Watch
+from sim.debugger.target import Kind, Status, TargetError
 from sim.iss.core import Iss
 from sim.iss.stepped import SteppedRun
 
@@ -22,32 +22,27 @@ class IssTarget:
     breakpoints = 64
     watches = 64
     driven = False
+    iss: Iss
+    """With the program that was loaded."""
 
     def __init__(self) -> None:
-        self._iss: Iss | None = None
         self._run: SteppedRun | None = None
         self._going = False
         self._reason = ""
         self._which = 0
-        self._breaks: frozenset[int] = frozenset()
-        self._watches: tuple[Watch, ...] = ()
+        self._bundles: Sequence[int] = ()
+        self._watched: Sequence[str] = ()
 
     def load(self, image: Image) -> None:
-        self._iss = Iss(image, trace=True)
+        self.iss = Iss(image, trace=True)
         self._run = None
-
-    @property
-    def iss(self) -> Iss:
-        if self._iss is None:
-            raise TargetError("no program is loaded")
-        return self._iss
 
     def begin(self, inputs: Mapping[str, int], hold: bool) -> None:
         self.iss.set_words(inputs)
         self._run = SteppedRun(self.iss)
         self._going = not hold
         self._reason = "start" if hold else ""
-        if self._run.position in self._breaks and not hold:
+        if self._run.position in self._bundles and not hold:
             self._stop("breakpoint")
 
     def resume(self) -> None:
@@ -56,11 +51,9 @@ class IssTarget:
             self._one()
 
     def step(self) -> None:
-        if self._run and self._run.position is not None:
-            self._going = True
-            self._one()
-            if self._going:
-                self._stop("step")
+        self.resume()
+        if self._going:
+            self._stop("step")
 
     def halt(self) -> None:
         if self._going:
@@ -74,13 +67,11 @@ class IssTarget:
         if run is None or (run.position is None and not run.fault):
             return Status(Kind.IDLE)
         if run.position is None:
-            return Status(Kind.FAULT, run.fault_bundle or 0, fault=self._fault(run))
+            fault = Fault(run.fault.name, bundle=run.fault_bundle)
+            return Status(Kind.FAULT, run.fault_bundle or 0, fault=fault)
         if self._going:
             return Status(Kind.RUNNING, run.position)
         return Status(Kind.HALTED, run.position, self._reason, self._which)
-
-    def _fault(self, run: SteppedRun) -> Fault:
-        return Fault(run.fault.name, bundle=run.fault_bundle)
 
     def _stop(self, reason: str, which: int = 0) -> None:
         self._going, self._reason, self._which = False, reason, which
@@ -93,18 +84,14 @@ class IssTarget:
         if run.position is None:
             self._going = False
             return
-        for which, watch in enumerate(self._watches):
-            words = run.writes.get(watch.place, ())
-            if any(word & watch.mask == watch.value & watch.mask for word in words):
+        for which, place in enumerate(self._watched):
+            if place in run.writes:
                 self._stop("watch", which)
-        if self._going and run.position in self._breaks:
+        if self._going and run.position in self._bundles:
             self._stop("breakpoint")
 
-    def set_breakpoints(self, bundles: Sequence[int]) -> None:
-        self._breaks = frozenset(bundles)
-
-    def set_watches(self, watches: Sequence[Watch]) -> None:
-        self._watches = tuple(watches)
+    def arm(self, bundles: Sequence[int], places: Sequence[str]) -> None:
+        self._bundles, self._watched = bundles, places
 
     def read(self, place: str) -> int:
         try:
@@ -131,4 +118,4 @@ class IssTarget:
         """The model is always there."""
 
     def close(self) -> None:
-        self._iss = self._run = None
+        """The model goes with its session."""

@@ -12,8 +12,9 @@ from asip_asm.debug_map import FILE_BYTES, DebugMap, Finder, map_path
 from asip_asm.debug_values import debug_map
 from asip_asm.disassemble import bundle_text, decode_bundle
 from asip_asm.files import read_bytes, read_text
-from asip_asm.image import Image, SourceEntry
+from asip_asm.image import SourceEntry
 from asip_asm.isa import default_isa
+from sim.asip_run.inputs import image_of_file
 
 
 class ProgramError(Exception):
@@ -32,7 +33,7 @@ class Call:
 class DebuggedProgram:
     """A program with its map.
 
-    Raises AssemblyError, ImageError, DebugMapError, ProgramError, OSError.
+    Raises AssemblyError, ImageError, DebugMapError, ProgramError, UserError, OSError.
     """
 
     def __init__(
@@ -44,12 +45,7 @@ class DebuggedProgram:
     ) -> None:
         self.path = path
         if path.suffix == ".json":
-            self.image = Image.load(path)
-            if configuration not in (None, self.image.configuration):
-                raise ProgramError(
-                    f"{path} is for configuration '{self.image.configuration}', not "
-                    f"'{configuration}'; assemble it again"
-                )
+            self.image = image_of_file(path, configuration)
             beside = map_path(path)
             if self.image.functions and function is None:
                 names = ", ".join(function.name for function in self.image.functions)

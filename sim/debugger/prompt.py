@@ -12,7 +12,7 @@ from prompt_toolkit.document import Document
 from prompt_toolkit.history import FileHistory, InMemoryHistory
 from prompt_toolkit.shortcuts import CompleteStyle
 
-from sim.debugger.completion import completions
+from sim.debugger.completion import completions, last_word
 from sim.debugger.session import Session
 
 PROMPT = "(asip-dbg) "
@@ -24,9 +24,8 @@ class _Words(Completer):
 
     def get_completions(self, document: Document, event: CompleteEvent) -> Iterator[Completion]:
         text = document.text_before_cursor
-        last = "" if not text or text[-1].isspace() else text.split()[-1]
         for word in completions(self.session, text):
-            yield Completion(word, start_position=-len(last))
+            yield Completion(word, start_position=-len(last_word(text)))
 
 
 def make_prompt(session: Session) -> PromptSession:

@@ -17,7 +17,7 @@ from sim.core_fault import fault_text
 from sim.debugger.expressions import ExpressionError, evaluate
 from sim.debugger.locations import Location, find_location
 from sim.debugger.program import DebuggedProgram
-from sim.debugger.target import Kind, Status, Target, Watch
+from sim.debugger.target import Kind, Status, Target
 from sim.debugger.values import Reading, ValueMissing, Values
 
 SLICE = 0.05
@@ -30,21 +30,19 @@ class SessionError(Exception):
 
 @dataclass
 class Breakpoint:
-    """A breakpoint before bundles, or with `place` a watch of a register or output, which stops
-    only for writes of the value named `watch`, if that is given. condition: an expression.
+    """A breakpoint before the bundles of a location, or with `place` a watch of a register or
+    output, which stops only for writes of the value named `watch`, if that is given. condition: an
+    expression.
     """
 
-    number: int
-    text: str
-    bundles: tuple[int, ...] = ()
+    location: Location
     condition: str = ""
     temporary: bool = False
-    enabled: bool = True
-    hits: int = 0
     watch: str = ""
     place: str = ""
-    file: str = ""
-    line: int = 0
+    enabled: bool = True
+    hits: int = 0
+    number: int = 0
 
     @property
     def kind(self) -> str:
@@ -117,29 +115,29 @@ class Session:
 
     def run(self, ticks: int | None = None) -> Stop:
         """Run so many ticks, up to a stop; None: those of the input rows that are left, or one."""
-        if self.in_run:
-            self._left = ticks or max(self._left, 1)
-            self.target.resume()
-        else:
-            self._left = ticks or max(1, len(self.rows) - self.tick)
-            self._begin(hold=False)
-        return self._wait("run")
+        rest = self._left if self.in_run else len(self.rows) - self.tick
+        self._left = ticks or max(rest, 1)
+        return self._go_on()
 
     def resume(self) -> Stop:
         """Go on with the ticks asked for."""
-        if not self.in_run:
-            if self._left <= 0:
-                raise SessionError("no tick is running; `run`, `start` or `tick N` begins one")
-            self._begin(hold=False)
-        else:
-            self.target.resume()
-        return self._wait("run")
+        if not self.in_run and self._left <= 0:
+            raise SessionError("no tick is running; `run`, `start` or `tick N` begins one")
+        return self._go_on()
 
     def finish(self) -> Stop:
         """Go on to the end of the tick."""
-        self._need_run()
+        if not self.in_run:
+            raise SessionError("no tick is running; `start` begins one and stops in it")
         self._left = 1
-        self.target.resume()
+        return self._go_on()
+
+    def _go_on(self) -> Stop:
+        """Let the tick that is on go, or begin the next one, up to a stop."""
+        if self.in_run:
+            self.target.resume()
+        else:
+            self._begin(hold=False)
         return self._wait("run")
 
     def step_bundles(self, count: int = 1) -> Stop:
@@ -156,9 +154,7 @@ class Session:
 
     def _step_until(self, count: int, new_place: Callable[[int, int], bool]) -> Stop:
         if not self.in_run:
-            self._left = 1
-            self._begin(hold=True)
-            return self._wait("start")
+            return self.start()
         for _ in range(count):
             before = self.position
             while True:
@@ -178,10 +174,6 @@ class Session:
         entry = self.program.primary(bundle)
         calls = self.program.calls(bundle, entry.slot) if entry else []
         return calls[-1] if calls else self._line(bundle)
-
-    def _need_run(self) -> None:
-        if not self.in_run:
-            raise SessionError("no tick is running; `start` begins one and stops in it")
 
     def _begin(self, hold: bool) -> None:
         if self.status.kind is Kind.FAULT:
@@ -226,9 +218,8 @@ class Session:
             return self._tick_ended(asked)
         hits = self._hits(status)
         if hits:
-            kind = "watch" if hits[0].place else "breakpoint"
-            numbers = tuple(point.number for point in hits)
-            return Stop(kind, "; ".join(f"{b.kind} {b.number}, {b.text}" for b in hits), numbers)
+            text = "; ".join(f"{b.kind} {b.number}, {b.location.text}" for b in hits)
+            return Stop(hits[0].kind, text, tuple(point.number for point in hits))
         if asked:
             return Stop("interrupt", f"halted at bundle {self.position}")
         if how in ("step", "start"):
@@ -248,7 +239,7 @@ class Session:
         """Breakpoints and watches that hold here, with their conditions met."""
         found = []
         for point in list(self.breakpoints.values()):
-            here = self.position in point.bundles
+            here = self.position in point.location.bundles
             if point.place and status.reason == "watch":
                 here = self._watched()[status.which] is point and self._holds(point)
             if not (point.enabled and here and self._condition(point)):
@@ -295,9 +286,7 @@ class Session:
         self, place: Location, condition: str = "", temporary: bool = False
     ) -> Breakpoint:
         """Raises SessionError if the target has no breakpoint left."""
-        point = Breakpoint(0, place.text, place.bundles, condition, temporary)
-        point.file, point.line = place.file, place.line
-        return self._add(point)
+        return self._add(Breakpoint(place, condition, temporary))
 
     def add_watch(self, name: str, condition: str = "") -> Breakpoint:
         """Watch of a value, register or output. Raises SessionError, ValueMissing."""
@@ -319,9 +308,8 @@ class Session:
             known = ", ".join(f"{name}@{v.version}" for v in values if v.writes)
             raise SessionError(f"{name} {why}" + (f": {known}" if places and known else ""))
         base = values[0].name if values else ""
-        return self._add(
-            Breakpoint(0, f"{name} in {places[0]}", (), condition, watch=base, place=places[0])
-        )
+        location = Location((), f"{name} in {places[0]}")
+        return self._add(Breakpoint(location, condition, watch=base, place=places[0]))
 
     def _add(self, point: Breakpoint) -> Breakpoint:
         point.number = self._next_number
@@ -330,7 +318,6 @@ class Session:
             self._arm()
         except SessionError:
             del self.breakpoints[point.number]
-            self._arm()
             raise
         self._next_number += 1
         return point
@@ -349,7 +336,6 @@ class Session:
             self._arm()
         except SessionError:
             point.enabled = before
-            self._arm()
             raise
 
     def _numbered(self, number: int) -> Breakpoint:
@@ -361,9 +347,11 @@ class Session:
         return [p for p in self.breakpoints.values() if p.place and p.enabled]
 
     def _arm(self) -> None:
-        """Give breakpoints and watches to the target."""
+        """Give breakpoints and watches to the target. Raises SessionError, with those that it has
+        unchanged, if they are too many.
+        """
         points = [p for p in self.breakpoints.values() if p.enabled]
-        bundles = sorted({b for p in points for b in p.bundles})
+        bundles = sorted({b for p in points for b in p.location.bundles})
         watched = self._watched()
         limit, watches = self.target.breakpoints, self.target.watches
         if len(bundles) > limit:
@@ -373,8 +361,7 @@ class Session:
             )
         if len(watched) > watches:
             raise SessionError(f"the {self.target.label} has {watches} watches; delete one")
-        self.target.set_breakpoints(bundles)
-        self.target.set_watches([Watch(p.place) for p in watched])
+        self.target.arm(bundles, [point.place for point in watched])
 
     # ------------------------------------------------------------------ after a fault
     def not_finite(self) -> list[tuple[Value, int]]:

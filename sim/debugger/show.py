@@ -60,9 +60,7 @@ class Show:
 
     def _counters(self) -> str:
         counters = self.session.target.counters()
-        if "CYCLES" in counters:
-            return f", {counters['CYCLES']} cycles"
-        return f", {counters['BUNDLES']} bundles" if "BUNDLES" in counters else ""
+        return "".join(f", {count} {name.lower()}" for name, count in counters.items())
 
     def _bold(self, text: str) -> str:
         return f"\033[1m{text}\033[0m" if self.color else text
@@ -88,14 +86,14 @@ class Show:
     def list(self, rest: str) -> None:
         """Lines around a place."""
         program = self.session.program
-        if rest:
-            place = self.session.location(rest)
-            entry = place if place.file else program.primary(place.bundles[0])
-        elif self._listed:
+        if self._listed and not rest:
             file, first = self._listed
         else:
-            entry = program.primary(min(self.session.position, program.bundles - 1))
-        if rest or not self._listed:
+            if rest:
+                place = self.session.location(rest)
+                entry = place if place.file else program.primary(place.bundles[0])
+            else:
+                entry = program.primary(min(self.session.position, program.bundles - 1))
             file, line = (entry.file, entry.line) if entry else (program.main, 1)
             first = line - LINES // 2
         lines = program.lines(file)
@@ -266,7 +264,7 @@ class Show:
                 p.kind + (", once" if p.temporary else ""),
                 "on" if p.enabled else "off",
                 str(p.hits),
-                p.text + (f" if {p.condition}" if p.condition else ""),
+                p.location.text + (f" if {p.condition}" if p.condition else ""),
             )
             for p in points
         ]

@@ -43,15 +43,6 @@ class Status:
     fault: Fault | None = None
 
 
-@dataclass(frozen=True)
-class Watch:
-    """Halts behind a write of a register or output whose bits under `mask` are `value`."""
-
-    place: str
-    mask: int = 0
-    value: int = 0
-
-
 class Target(Protocol):
     """A core with a program. Words are raw, 32 bits; places are 'a3', 'k7', 'o0', 'd12'.
 
@@ -82,9 +73,8 @@ class Target(Protocol):
     def poll(self, seconds: float) -> Status:
         """The state, as soon as the core does not run, at the latest after so long."""
 
-    def set_breakpoints(self, bundles: Sequence[int]) -> None: ...
-
-    def set_watches(self, watches: Sequence[Watch]) -> None: ...
+    def arm(self, bundles: Sequence[int], places: Sequence[str]) -> None:
+        """Halt before these bundles, and behind every write of these registers and outputs."""
 
     def read(self, place: str) -> int:
         """Word of a place. Raises TargetError for one that cannot be read."""

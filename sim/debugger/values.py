@@ -90,10 +90,11 @@ class Values:
         self.position = position
         image = program.image
         self.inputs = {entry.name: 0 for entry in image.inputs}
-        self.types = {entry.name: entry.type for entry in (*image.inputs, *image.states)}
-        self._k = {f"k{entry.index}": int(entry.bits, 16) for entry in image.constants}
-        self._k_types = {f"k{e.index}": e.type for e in (*image.inputs, *image.constants)}
-        self._constants = {entry.name: entry for entry in image.constants}
+        in_k = (*image.inputs, *image.constants)
+        self._places = {entry.name: entry.register for entry in image.exports}
+        self._places |= {entry.name: f"k{entry.index}" for entry in in_k}
+        self._types = {f"k{entry.index}": entry.type for entry in in_k}
+        self._constants = {f"k{entry.index}": int(entry.bits, 16) for entry in image.constants}
         self._input_of = {f"k{entry.index}": entry.name for entry in image.inputs}
 
     def names(self) -> list[str]:
@@ -109,18 +110,12 @@ class Values:
         """The value of a name here. Raises ValueMissing, TargetGone."""
         image = self.program.image
         if name in self.inputs:
-            self._own_input(name)
-            index = next(entry.index for entry in image.inputs if entry.name == name)
-            return Reading(name, self.types[name], self.inputs[name], f"k{index}", "input")
+            return self._register(name, self._places[name])
         where = self.program.finder.find(name, self.position())
         if where is not None:
             return self._found(name, where)
-        if name in self._constants:
-            entry = self._constants[name]
-            return Reading(name, entry.type, int(entry.bits, 16), f"k{entry.index}", "constant")
-        exports = {entry.name: entry.register for entry in image.exports}
-        if name in exports or self._is_place(name):
-            return self._register(name, exports.get(name, name.lstrip("$")))
+        if name in self._places or self._is_place(name):
+            return self._register(name, self._places.get(name, name.lstrip("$")))
         match = _DATA.fullmatch(name)
         if match and match.group(1) in image.data_names:
             address = image.data_names[match.group(1)] + int(match.group(2) or 0)
@@ -160,13 +155,13 @@ class Values:
 
     def _register(self, name: str, place: str) -> Reading:
         if place[0] == "k":
-            kind = self._k_types.get(place, "float")
-            if place in self._input_of:
-                self._own_input(name)
-                return Reading(name, kind, self.inputs[self._input_of[place]], place, "input")
-            if place in self._k:
-                return Reading(name, kind, self._k[place], place, "constant")
-            raise ValueMissing(f"{name}: the program has nothing in {place}")
+            if place not in self._types:
+                raise ValueMissing(f"{name}: the program has nothing in {place}")
+            kind = self._types[place]
+            if place in self._constants:
+                return Reading(name, kind, self._constants[place], place, "constant")
+            self._own_input(name)
+            return Reading(name, kind, self.inputs[self._input_of[place]], place, "input")
         value = self.program.finder.holder(place, self.position())
         note = f"{value.name}" if value and value.name != name else ""
         return Reading(name, value.type if value else "float", self.target_word(place), place, note)
@@ -189,7 +184,7 @@ class Values:
         """
         if name in self.inputs:
             self._own_input(name)
-            kind = self.types[name]
+            kind = self._types[self._places[name]]
             self.inputs[name] = self.word(name, kind, value) if word is None else word
             return self.read(name)
         reading = self.read(name)

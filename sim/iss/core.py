@@ -273,7 +273,7 @@ class Iss:
     def run(self) -> RunResult:
         """Execute one run from the entry to halt or fault."""
         executed = [0] * len(self._words)
-        writes: dict[str, list[Word]] = {}
+        writes: dict[str, list[int]] = {}
         written: set[int] = set()
         fault, place = Fault.NONE, None
         position: int | None = self.image.entry
@@ -313,7 +313,7 @@ class Iss:
             fault_bundle=place,
             counts=self._count(tuple(executed)),
             bundles=bundles,
-            writes={name: [bits_of(value) for value in values] for name, values in writes.items()},
+            writes=writes,
         )
 
     def _count(self, executed: tuple[int, ...]) -> Counter[str]:
@@ -350,9 +350,9 @@ class Iss:
         return step
 
     def execute(
-        self, step: _Step, position: int, written: set[int], writes: dict[str, list[Word]]
+        self, step: _Step, position: int, written: set[int], writes: dict[str, list[int]]
     ) -> int | None:
-        """Do a bundle; adds the outputs to `written`, with tracing the words to `writes`. The next
+        """Do a bundle; adds the outputs to `written`, with tracing the bits to `writes`. The next
         position, None behind the last bundle. Raises RunFault.
         """
         registers = self._registers
@@ -368,7 +368,7 @@ class Iss:
                 self._data[address] = value
             for value, index in outputs:
                 if self._trace:
-                    writes.setdefault(f"o{index}", []).append(value)
+                    writes.setdefault(f"o{index}", []).append(bits_of(value))
                 if bits_of(value) >> 23 & 0xFF == 0xFF:
                     raise RunFault(Fault.NOT_FINITE)
                 self._outputs[index] = value
@@ -376,5 +376,5 @@ class Iss:
         for code, value in zip(step.destinations, values, strict=True):
             registers[code] = value
             if self._trace:
-                writes.setdefault(isa.register_name(code), []).append(value)
+                writes.setdefault(isa.register_name(code), []).append(bits_of(value))
         return None if step.halt else following

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from asip_asm.interface import program_interface
-from sim.iss.core import TABLE_1, Iss
+from sim.iss.core import Iss
 from sim.iss.isa import Fault
 from sim.model.parameters import Robot
 from sim.model.records import (
@@ -87,11 +87,10 @@ def run_path(
             recorded[name].append(iss.read(export))
         for name, value in result.outputs.items():
             recorded[name].append(value)
-    empty = dict.fromkeys(TABLE_1, 0)
     return PathRun(
         rows={name: np.array(values) for name, values in recorded.items()},
         flags=flags,
-        operations=result.counts if len(path) else Counter(),
-        table1=result.table1 if len(path) else empty,
-        bundles=result.bundles if len(path) else 0,
+        operations=result.counts,
+        table1=result.table1,
+        bundles=result.bundles,
     )

@@ -11,9 +11,8 @@ from sim.iss.isa import Fault, IllegalOperation
 class SteppedRun:
     """A run of a loaded program that stands before bundle `position`; None when it is over.
 
-    fault, fault_bundle: why and where it ended otherwise; flags {nv, dz, of, uf, nx}; bundles
-    executed so far; writes: words that the last bundle wrote, by register or output, of a model
-    that traces.
+    fault, fault_bundle: why and where it ended otherwise; bundles executed so far; writes: words
+    that the last bundle wrote, by register or output, of a model that traces.
     """
 
     def __init__(self, iss: Iss) -> None:
@@ -21,7 +20,6 @@ class SteppedRun:
         self.position: int | None = iss.image.entry
         self.fault = Fault.NONE
         self.fault_bundle: int | None = None
-        self.flags = 0
         self.bundles = 0
         self.writes: dict[str, list[int]] = {}
         self._written: set[int] = set()
@@ -33,10 +31,7 @@ class SteppedRun:
             return
         try:
             with arithmetic.environment():
-                try:
-                    self.position = self._execute(place)
-                finally:
-                    self.flags |= arithmetic.flags()
+                self.position = self._execute(place)
             if self.position is None and self.iss.misses_outputs(self._written):
                 raise RunFault(Fault.OUTPUT_MISSING)
         except IllegalOperation:
@@ -49,12 +44,8 @@ class SteppedRun:
         if self.bundles >= self.iss.image.watchdog:
             raise RunFault(Fault.WATCHDOG)
         self.bundles += 1
-        writes: dict[str, list[arithmetic.Word]] = {}
-        following = self.iss.execute(step, place, self._written, writes)
-        self.writes = {
-            name: [arithmetic.bits_of(value) for value in values] for name, values in writes.items()
-        }
-        return following
+        self.writes = {}
+        return self.iss.execute(step, place, self._written, self.writes)
 
     def _end(self, fault: Fault, place: int) -> None:
         self.position, self.fault, self.fault_bundle = None, fault, place

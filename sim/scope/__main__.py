@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import argparse
 import asyncio
+import contextlib
 import math
 import sys
 from pathlib import Path
@@ -97,10 +98,8 @@ def _scope(arguments: argparse.Namespace) -> int:
         return 1
     token = server.new_token()
     output().print(f"scope: {server.address(listening, token)}\nCtrl-C ends it")
-    try:
+    with contextlib.suppress(KeyboardInterrupt):
         asyncio.run(server.serve(source, listening, token))
-    except KeyboardInterrupt:
-        return 0
     return 0
 
 

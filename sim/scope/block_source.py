@@ -22,30 +22,14 @@ from numpy.typing import NDArray
 from asip_asm.diagnostics import closest
 from asip_asm.image import Image
 from sim.core_backends import number
-from sim.core_fault import Fault as CoreFault
-from sim.core_fault import fault_text
+from sim.core_fault import Fault, fault_text
 from sim.debug.client import Client, DebugError
 from sim.debug.link import LinkError
 from sim.debug.packets import PacketError
 from sim.debug.state import REGISTER, ScopeSetup, Trigger
 from sim.debug.state import Channel as Recorded
 from sim.scope import source
-from sim.scope.source import (
-    CYCLES,
-    Applied,
-    Block,
-    Command,
-    Commit,
-    Description,
-    End,
-    Event,
-    Fault,
-    Gain,
-    Lost,
-    Note,
-    SourceError,
-    checked,
-)
+from sim.scope.source import CYCLES, Block, Commit, Event, Gain, Note, SourceError, checked
 
 MOST_CHANNELS = 8
 QUIET_LOOKS = 3  # without a record until a fault is told: all records before it have come then
@@ -129,7 +113,7 @@ class BlockSource:
             self._setup = replace(self._setup, trigger=chosen, pre=pre, post=post)
         self._trigger = trigger
         self._live = {e.name: e for e in image.constants if e.name in image.parameters}
-        self.description = Description(
+        self.description = source.Description(
             title=image.title or "a program",
             period=period * every,
             channels=[
@@ -163,7 +147,7 @@ class BlockSource:
         for name, value in values.items():
             checked(name, value, self._live[name].type)
 
-    def send(self, command: Command) -> None:
+    def send(self, command: source.Command) -> None:
         """Raises SourceError for what only a simulated machine does."""
         if not isinstance(command, Commit):
             raise SourceError("a machine behind a debug block takes changes of gains only")
@@ -176,7 +160,7 @@ class BlockSource:
             if self._closed:
                 if self._client is not None:
                     self._client.close()
-                return End("the scope has ended")
+                return source.End("the scope has ended")
             try:
                 if self._client is None:
                     time.sleep(RETRY_S)
@@ -217,7 +201,7 @@ class BlockSource:
         self._commit(client)
         records = client.drain()
         if records.lost:
-            self._events.append(Lost(self._offset + records.first, records.lost))
+            self._events.append(source.Lost(self._offset + records.first, records.lost))
             self._gap = self._offset + records.first
         if records.words:
             self._events.append(self._block(records.first, records.words))
@@ -246,8 +230,8 @@ class BlockSource:
         """The core stands in a fault: the block's ring is frozen, and complete in any case."""
         self._faulted = True
         self._whole_ring(client)
-        text = fault_text(self._image, CoreFault.of(*client.fault()))
-        self._events.append(Fault(self._next - 1, text))
+        text = fault_text(self._image, Fault.of(*client.fault()))
+        self._events.append(source.Fault(self._next - 1, text))
 
     def _fired(self, client: Client) -> None:
         """The block's trigger has fired and its ring is full: show it, then wait for the next."""
@@ -270,7 +254,7 @@ class BlockSource:
         if self._committing is not None:
             commit, page = self._committing
             if client.version()[0] != page:
-                self._events.append(Applied(self._next, commit.version, commit.values))
+                self._events.append(source.Applied(self._next, commit.version, commit.values))
                 self._committing = None
         elif not self._commands.empty():
             commit = self._commands.get()

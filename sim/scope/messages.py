@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a page may say: JSON objects, told apart by their `type`. Anything else is refused."""
+"""What a page may say: JSON objects, told apart by their `type`. Anything else is refused.
+
+`Pace` and `Step` go on to the source as they are.
+"""
 
 from __future__ import annotations
 
@@ -35,7 +38,8 @@ class Ready(_Message, tag="ready"):
 
 
 class Pace(_Message, tag="pace"):
-    """rate: ticks per second at most, None: as fast as it can."""
+    """Hold the loop between two ticks, or let it run; rate: at most so many ticks per second of
+    the clock on the wall, None: as fast as it can."""
 
     paused: bool
     rate: Annotated[float, Meta(ge=1.0, le=1e7)] | None = None
@@ -61,6 +65,8 @@ class CommitStaged(_Message, tag="commit"):
 
 
 class Step(_Message, tag="step"):
+    """Add a step to an input for some ticks."""
+
     name: Name
     amplitude: float
     ticks: Annotated[int, Meta(ge=10, le=1 << 15)] = 2000

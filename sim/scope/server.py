@@ -27,7 +27,7 @@ from tornado.log import app_log
 from sim.scope import messages
 from sim.scope.export import FORMATS
 from sim.scope.session import Session
-from sim.scope.source import End, Event, Source, SourceError
+from sim.scope.source import End, Event, Pace, Source, SourceError
 
 LOOPBACK = "127.0.0.1"
 PAGE = Path(__file__).with_name("page")
@@ -76,7 +76,8 @@ class Hub:
         self.pages.add(page)
         self._changed(len(self.pages))
         if self.session.description.paces and not self.session.ended:
-            self.source.send(self.session.pace(self.session.paused, self.session.rate))
+            pace = Pace(self.session.paused, self.session.rate)
+            self.source.send(self.session.pace(pace))
 
     def closed(self, page: PageSocket) -> None:
         """A page has gone."""
@@ -224,8 +225,8 @@ class PageSocket(tornado.websocket.WebSocketHandler):
                 self.view = message
                 self._sent.clear()
                 self._ready.set()
-            case messages.Pace(paused=paused, rate=rate):
-                hub.source.send(session.pace(paused, rate))
+            case messages.Pace():
+                hub.source.send(session.pace(message))
             case messages.SetTrigger(settings=settings):
                 session.set_trigger(settings)
             case messages.Arm():
@@ -237,8 +238,8 @@ class PageSocket(tornado.websocket.WebSocketHandler):
                 session.stage(name, value)
             case messages.CommitStaged():
                 await asyncio.to_thread(hub.source.send, session.commit())
-            case messages.Step(name=name, amplitude=amplitude, ticks=ticks):
-                hub.source.send(session.step(name, amplitude, ticks))
+            case messages.Step():
+                hub.source.send(session.step(message))
             case messages.Measure(channel=channel):
                 session.measure(channel)
             case messages.Put(name=name, value=value):

@@ -16,18 +16,7 @@ from numpy.typing import NDArray
 
 from sim.scope import source
 from sim.scope.ring import LENGTH, Ring, thinned
-from sim.scope.source import (
-    Applied,
-    Block,
-    Description,
-    End,
-    Event,
-    Fault,
-    Lost,
-    Note,
-    SourceError,
-    Stepped,
-)
+from sim.scope.source import Block, Description, SourceError
 from sim.scope.step_response import StepFigures, measure
 from sim.scope.trigger import LEAST_SPAN, Settings, Trigger
 
@@ -38,6 +27,8 @@ RESPONSE_POINTS = 400
 TRAIL_TICKS, TRAIL_POINTS = 5000, 100  # of the tool in space
 FREE_RUN = 4  # spans without a trigger until 'auto' shows the latest ticks again
 TABLE_TICKS = 12  # of the black box, as numbers
+OWN = ("paused", "rate", "ended", "note", "lost", "staged", "version", "committed", "stepping")
+"""Attributes of a session that pages get as they are."""
 
 
 @dataclass(frozen=True)
@@ -84,11 +75,11 @@ class Session:
         self.ended = self.note = ""
         self.lost = 0
         self.stepping = False
-        self._stepped: Stepped | None = None
+        self._stepped: source.Stepped | None = None
         self.responses: deque[Response] = deque(maxlen=RESPONSES)
 
     # ------------------------------------------------------------------ from the source
-    def take(self, event: Event) -> None:
+    def take(self, event: source.Event) -> None:
         """The next event of the source."""
         if isinstance(event, Block):
             self.ring.append(event)
@@ -98,22 +89,22 @@ class Session:
                 self.trigger.look(event.first, column)
             self._catch()
             self._respond()
-        elif isinstance(event, Applied):
+        elif isinstance(event, source.Applied):
             self.values.update(event.values)
             self.version = event.version
-        elif isinstance(event, Stepped):
+        elif isinstance(event, source.Stepped):
             self._stepped = event
-        elif isinstance(event, Fault):
+        elif isinstance(event, source.Fault):
             begin = self.ring.end - BLACK_BOX
             kept = self.ring.window(begin, self.ring.end)
             self.black_box = Kept(kept, event.tick, event.text)
             self.trigger.fault(event.tick)
             self._catch(over=True)
-        elif isinstance(event, Lost):
+        elif isinstance(event, source.Lost):
             self.lost += event.ticks
-        elif isinstance(event, Note):
+        elif isinstance(event, source.Note):
             self.note = event.text
-        elif isinstance(event, End):
+        elif isinstance(event, source.End):
             self.ended = event.text
             self._catch(over=True)
 
@@ -148,12 +139,12 @@ class Session:
         )
 
     # ------------------------------------------------------------------ from the pages
-    def pace(self, paused: bool, rate: float | None) -> source.Pace:
+    def pace(self, wanted: source.Pace) -> source.Pace:
         """Hold or run. Raises SourceError."""
         if not self.description.paces:
             raise SourceError("a machine cannot be paused from here; its loop has its own clock")
-        self.paused, self.rate = paused, rate
-        return source.Pace(paused, rate)
+        self.paused, self.rate = wanted.paused, wanted.rate
+        return wanted
 
     def set_trigger(self, settings: Settings) -> None:
         """Other settings, armed. Raises SourceError."""
@@ -186,19 +177,20 @@ class Session:
         staged, self.staged = self.staged, {}
         return source.Commit(self.committed, staged)
 
-    def step(self, name: str, amplitude: float, ticks: int) -> source.Step:
+    def step(self, wanted: source.Step) -> source.Step:
         """Raises SourceError."""
-        if name not in [step.name for step in self.description.steps]:
-            raise SourceError(f"no step can be put on {name!r}")
-        if not math.isfinite(amplitude) or amplitude == 0.0:
-            raise SourceError(f"a step of {amplitude} shows nothing")
-        if ticks > self.ring.length:
-            raise SourceError(f"the ring holds {self.ring.length} ticks, the step has {ticks}")
+        if wanted.name not in [step.name for step in self.description.steps]:
+            raise SourceError(f"no step can be put on {wanted.name!r}")
+        if not math.isfinite(wanted.amplitude) or wanted.amplitude == 0.0:
+            raise SourceError(f"a step of {wanted.amplitude} shows nothing")
+        if wanted.ticks > self.ring.length:
+            held = self.ring.length
+            raise SourceError(f"the ring holds {held} ticks, the step has {wanted.ticks}")
         self._running()
         if self.stepping:
             raise SourceError("a step is under way; the next one begins when it has been measured")
         self.stepping = True
-        return source.Step(name, amplitude, ticks)
+        return wanted
 
     def measure(self, channel: str) -> None:
         """Take the window of the trigger for a step response: from the mean before the tick that
@@ -298,18 +290,7 @@ class Session:
     def state(self) -> dict[str, Any]:
         """Everything but the curves."""
         box = self.black_box
-        own = (
-            "paused",
-            "rate",
-            "ended",
-            "note",
-            "lost",
-            "staged",
-            "version",
-            "committed",
-            "stepping",
-        )
-        return {name: getattr(self, name) for name in own} | {
+        return {name: getattr(self, name) for name in OWN} | {
             "type": "state",
             "tick": self.ring.end,
             "kept": len(self.ring),

@@ -11,6 +11,8 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from sim.scope.messages import Pace, Step
+
 VERSION = "gain_version"
 """Channel: the version of the gains that a tick used."""
 CYCLES = "cycles"
@@ -148,29 +150,11 @@ Event = Block | Applied | Stepped | Fault | Lost | Note | End
 
 
 @dataclass(frozen=True)
-class Pace:
-    """Hold the loop between two ticks, or let it run; rate: at most so many ticks per second of
-    the clock on the wall, None: as fast as it can."""
-
-    paused: bool
-    rate: float | None = None
-
-
-@dataclass(frozen=True)
 class Commit:
     """Change gains together, between two ticks."""
 
     version: int
     values: Mapping[str, float]
-
-
-@dataclass(frozen=True)
-class Step:
-    """Add a step to an input for some ticks."""
-
-    name: str
-    amplitude: float
-    ticks: int
 
 
 @dataclass(frozen=True)

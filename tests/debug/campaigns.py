@@ -34,11 +34,12 @@ def model(configuration: str = "fast") -> DebugRtl:
 
 
 def loaded(image: Image) -> tuple[DebugRtl, Client]:
-    """The fast model with a program, and a client."""
+    """The fast model behind a reset with a program, and a client."""
     rtl = model()
-    rtl.clear()
-    rtl.load(image)
-    return rtl, client_of(rtl)
+    rtl.reset()
+    client = client_of(rtl)
+    client.load(image)
+    return rtl, client
 
 
 def client_of(rtl: DebugRtl) -> Client:

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import os
 import random
 
 import numpy as np
@@ -14,10 +13,10 @@ from sim.debug.state import REGISTER, REGMAP, word_of
 from sim.harness.asip_bus import BLOCK, CSR, START
 from sim.harness.asip_rtl import AsipRtl
 from tests.asip import core_bench
+from tests.bench.seed import SEED
 from tests.debug import campaigns
-from tests.debug.campaigns import SHIPPED, client_of, model, random_halts, shipped, written
+from tests.debug.campaigns import SHIPPED, loaded, model, random_halts, shipped, written
 
-SEED = int(os.environ.get("SEED", "1"))
 SUM = """.program "sum"
 .input x
 .output z, safe = 5.0
@@ -108,11 +107,8 @@ def test_block__live_parameters_under_load__change_together(changes: int) -> Non
 @pytest.fixture
 def bench():
     """A client on the program SUM, x = 2."""
-    rtl = model()
-    rtl.reset()
-    client = client_of(rtl)
-    image = core_bench.assembled(SUM, optimise=False)
-    client.load(image)
+    image = core_bench.assembled(SUM)
+    rtl, client = loaded(image)
     client.write_register("k0", word_of(2.0))
     return rtl, client, image
 
@@ -227,7 +223,7 @@ def test_abort__ends_a_halted_run_with_safe_outputs(bench) -> None:
 
 def test_breakpoint__disabled_while_its_bundle_waits_for_a_branch__holds_nothing(bench) -> None:
     rtl, client, _ = bench
-    client.load(core_bench.assembled(BRANCH, optimise=False))
+    client.load(core_bench.assembled(BRANCH))
     client.write_register("k0", 0)
     resume = REGMAP.registers["CONTROL"].word(resume=1)
     for clocks in range(24):

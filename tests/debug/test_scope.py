@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import os
 import random
 import threading
 
@@ -26,9 +25,9 @@ from sim.debug.state import (
 )
 from sim.harness.asip_bus import CSR, START
 from tests.asip import core_bench
-from tests.debug.campaigns import client_of, model, recorded
+from tests.bench.seed import SEED
+from tests.debug.campaigns import loaded, model, recorded
 
-SEED = int(os.environ.get("SEED", "1"))
 ECHO = """.program "eight values"
 .input x0, x1, x2, x3, x4, x5, x6, x7
 .output z, safe = 0.0
@@ -59,11 +58,8 @@ INF, NAN = 0x7F800000, 0x7FC00000
 
 def echo():
     """A core with ECHO, its client, and channels: seven registers, an output."""
-    rtl = model()
-    rtl.reset()
-    client = client_of(rtl)
-    image = core_bench.assembled(ECHO, optimise=False)
-    client.load(image)
+    image = core_bench.assembled(ECHO)
+    rtl, client = loaded(image)
     channels = tuple(Channel(e.register) for e in image.exports) + (Channel("o0"),)
     return rtl, client, channels
 
@@ -183,7 +179,7 @@ def test_channels__of_any_number__stand_at_their_places(bench) -> None:
 
 def test_channels__of_one_register__each_keeps_its_write_whatever_the_others_do(bench) -> None:
     rtl, client, _ = bench
-    client.load(core_bench.assembled(TWICE, optimise=False))
+    client.load(core_bench.assembled(TWICE))
     sets = (
         (("a1", 0), ("a1", 2), ("a1", 2), ("a1", 0), ("a1", 1), ("a1", 3), ("o0", 1), ("k1", 0)),
         (("o0", 0), ("a1", 2), ("a1", 2), ("a1", 0), ("a1", 1), ("a1", 3), ("k1", 0), ("k1", 0)),

@@ -13,6 +13,8 @@ import queue
 import subprocess
 import sys
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -115,6 +117,17 @@ class DapClient:
         assert answer["success"], answer
         return answer.get("body", {})
 
+    def go(self, command: str, **arguments: Any) -> dict[str, Any]:
+        """Ask for what lets the core go; body of the event that tells where it stopped."""
+        self.ask(command, **arguments)
+        return self.event("stopped")
+
+    def launch(self, program: Path, **arguments: Any) -> None:
+        """The requests up to a program that may get its breakpoints."""
+        self.ask("initialize", adapterID="asip", linesStartAt1=True, pathFormat="path")
+        self.ask("launch", program=str(program), **arguments)
+        self.event("initialized")
+
     def send(self, data: bytes) -> None:
         self.writer.write(b"Content-Length: %d\r\n\r\n" % len(data) + data)
         self.writer.flush()
@@ -127,12 +140,22 @@ class DapClient:
                 return message.get("body", {})
 
 
-def start_server(*arguments: str) -> subprocess.Popen:
+@contextmanager
+def start_server(*arguments: str) -> Iterator[subprocess.Popen]:
     """asip-dbg with these arguments, its streams as pipes."""
-    return subprocess.Popen(
-        [sys.executable, "-m", "sim.debugger", *arguments],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        cwd=ROOT,
-    )
+    command = [sys.executable, "-m", "sim.debugger", *arguments]
+    pipes = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.PIPE)
+    with subprocess.Popen(command, cwd=ROOT, **pipes) as server:
+        try:
+            yield server
+        finally:
+            server.kill()  # nothing if it has ended
+
+
+@contextmanager
+def dap_session(lenient: bool = False) -> Iterator[DapClient]:
+    """A client of a server of its own, which must end well when the client goes."""
+    with start_server("--dap") as server:
+        yield DapClient(server.stdout, server.stdin, lenient)
+        server.stdin.close()
+        assert server.wait(timeout=TIMEOUT) == 0, server.stderr.read().decode()

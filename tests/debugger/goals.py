@@ -12,10 +12,10 @@ from pathlib import Path
 
 from sim.debug.model import DebugRtl
 from sim.debug.row import Row, at_most, exactly
-from tests.debugger.dap_client import DapClient, start_server
+from tests.debugger.dap_client import DapClient, dap_session
+from tests.debugger.debugged import INPUTS, LEG
 from tests.debugger.terminal import PROMPT, Terminal
 
-LEG = Path(__file__).with_name("leg.s")
 START_SECONDS = 2.0
 
 
@@ -70,38 +70,26 @@ def start_time() -> float:
 
 def session(core: dict[str, bool], steps: int) -> DapClient:
     """A session of every kind of request."""
-    server = start_server("--dap")
-    client = DapClient(server.stdout, server.stdin, lenient=True)
-    client.ask("initialize", adapterID="asip")
-    values = {"x": 0.3, "y": 0.1, "z": 0.2, "l": 0.45}
-    client.ask("launch", program=str(LEG), set=values, stopOnEntry=True, **core)
-    client.event("initialized")
-    source = {"path": str(LEG)}
-    client.ask("setBreakpoints", source=source, breakpoints=[{"line": 16}])
-    client.ask("setFunctionBreakpoints", breakpoints=[{"name": "(29)"}])
-    client.ask("configurationDone")
-    client.event("stopped")
-    for step in range(steps):
-        client.ask(("continue", "next", "stepIn", "stepOut")[step % 4], threadId=1)
-        client.event("stopped")
-        client.ask("threads")
-        client.ask("stackTrace", threadId=1)
-        for scope in client.ask("scopes", frameId=1)["scopes"]:
-            if not scope["expensive"]:
-                client.ask("variables", variablesReference=scope["variablesReference"])
-        client.ask("evaluate", expression="2*x", context="watch")
-    client.ask("setVariable", variablesReference=2, name="z", value="0.7")
-    client.ask("disassemble", memoryReference="0x0", instructionCount=8)
-    client.ask("setBreakpoints", source=source, breakpoints=[])
-    client.ask("setFunctionBreakpoints", breakpoints=[])
-    client.ask("restart")
-    client.event("stopped")
-    client.ask("continue", threadId=1)
-    assert client.event("stopped")["reason"] == "exception"
-    client.ask("exceptionInfo", threadId=1)
-    client.ask("disconnect")
-    server.stdin.close()
-    assert server.wait(timeout=60) == 0
-    for stream in (server.stdout, server.stderr):
-        stream.close()
+    with dap_session(lenient=True) as client:
+        client.launch(LEG, set=INPUTS, stopOnEntry=True, **core)
+        source = {"path": str(LEG)}
+        client.ask("setBreakpoints", source=source, breakpoints=[{"line": 16}])
+        client.ask("setFunctionBreakpoints", breakpoints=[{"name": "(29)"}])
+        client.go("configurationDone")
+        for step in range(steps):
+            client.go(("continue", "next", "stepIn", "stepOut")[step % 4], threadId=1)
+            client.ask("threads")
+            client.ask("stackTrace", threadId=1)
+            for scope in client.ask("scopes", frameId=1)["scopes"]:
+                if not scope["expensive"]:
+                    client.ask("variables", variablesReference=scope["variablesReference"])
+            client.ask("evaluate", expression="2*x", context="watch")
+        client.ask("setVariable", variablesReference=2, name="z", value="0.7")
+        client.ask("disassemble", memoryReference="0x0", instructionCount=8)
+        client.ask("setBreakpoints", source=source, breakpoints=[])
+        client.ask("setFunctionBreakpoints", breakpoints=[])
+        client.go("restart")
+        assert client.go("continue", threadId=1)["reason"] == "exception"
+        client.ask("exceptionInfo", threadId=1)
+        client.ask("disconnect")
     return client

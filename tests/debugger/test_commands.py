@@ -7,7 +7,6 @@ import io
 import subprocess
 import sys
 from itertools import chain, repeat
-from pathlib import Path
 from unittest.mock import DEFAULT, Mock
 
 import pytest
@@ -15,33 +14,14 @@ import pytest
 from asip_asm.cli_as import main as asip_as
 from sim.debugger.__main__ import main
 from sim.debugger.command_table import CommandError, find_command
-from sim.debugger.commands import Commands
 from sim.debugger.completion import completions
-from sim.debugger.iss_target import IssTarget
-from sim.debugger.program import DebuggedProgram
-from sim.debugger.session import Session
 from sim.debugger.target import TargetGone
-
-HERE = Path(__file__).parent
-LEG, LOOP = HERE / "leg.s", HERE / "loop.s"
-INPUTS = {"x": 0.3, "y": 0.1, "z": 0.2, "l": 0.45}
+from tests.debugger import debugged
+from tests.debugger.debugged import LEG, LOOP
 
 
-class Debugger:
-    """A session that answers `tell(line)` with what the command wrote."""
-
-    def __init__(self, program: Path, **inputs: float) -> None:
-        self.session = Session(DebuggedProgram(program), IssTarget())
-        self.lines: list[str] = []
-        self.commands = Commands(self.session, self.lines.append)
-        for name, value in inputs.items():
-            self.session.values.set(name, None, value)
-
-    def tell(self, *lines: str) -> str:
-        self.lines.clear()
-        for line in lines:
-            self.commands.execute(line)
-        return "\n".join(self.lines)
+class Debugger(debugged.Debugger):
+    """`refuses(line)` gives the text of an error that the command must end with."""
 
     def refuses(self, line: str) -> str:
         with pytest.raises(CommandError) as error:
@@ -51,12 +31,12 @@ class Debugger:
 
 @pytest.fixture
 def leg() -> Debugger:
-    return Debugger(LEG, **INPUTS)
+    return Debugger(LEG)
 
 
 @pytest.fixture
 def loop() -> Debugger:
-    return Debugger(LOOP, scale=2.0)
+    return Debugger(LOOP)
 
 
 def test_break_at_an_equation_and_print_by_name(leg):

@@ -6,7 +6,6 @@ What it answers is held against the same session on the instruction-set model.
 
 from __future__ import annotations
 
-import os
 import random
 import re
 import subprocess
@@ -23,17 +22,11 @@ from sim.debug.model import DebugRtl
 from sim.debug.server import Server
 from sim.debugger.block_target import BlockTarget
 from sim.debugger.command_table import CommandError
-from sim.debugger.commands import Commands
 from sim.debugger.driven_target import DrivenTarget
-from sim.debugger.iss_target import IssTarget
-from sim.debugger.program import DebuggedProgram
-from sim.debugger.session import Session
 from sim.debugger.target import Target, TargetError, TargetGone
-
-HERE = Path(__file__).parent
-LEG, LOOP = HERE / "leg.s", HERE / "loop.s"
-INPUTS = {"x": 0.3, "y": 0.1, "z": 0.2, "l": 0.45, "scale": 2.0}
-SEED = int(os.environ.get("SEED", "1"))
+from tests.bench.seed import SEED
+from tests.debugger import debugged
+from tests.debugger.debugged import ENDLESS, INPUTS, LEG, LOOP
 
 
 @pytest.fixture(scope="module")
@@ -76,29 +69,20 @@ def core(request, model) -> Iterator[BlockTarget]:
         yield target
 
 
-class Debugger:
-    """A session; its answers leave out counts of cycles and bundles, and which output faulted."""
-
-    def __init__(self, program: DebuggedProgram, target: Target) -> None:
-        self.session = Session(program, target)
-        self.lines: list[str] = []
-        self.commands = Commands(self.session, self.lines.append)
-        for name in () if target.driven else self.session.values.inputs:
-            self.session.values.set(name, None, INPUTS[name])
+class Debugger(debugged.Debugger):
+    """Its answers leave out counts of cycles and bundles, and which output faulted."""
 
     def tell(self, line: str) -> str:
-        self.lines.clear()
         try:
-            self.commands.execute(line)
+            text = super().tell(line)
         except CommandError as error:
             return f"error: {error}"
-        text = re.sub(r", \d+ (cycles|bundles)$", "", "\n".join(self.lines), flags=re.M)
+        text = re.sub(r", \d+ (cycles|bundles)$", "", text, flags=re.M)
         return re.sub("(written to an output, ).*", r"\1", text)  # the core knows which output
 
 
 def both(path: Path, core: Target) -> tuple[Debugger, Debugger]:
-    program = DebuggedProgram(path)
-    return Debugger(program, core), Debugger(program, IssTarget())
+    return Debugger(path, core), Debugger(path)
 
 
 STEPS = (
@@ -140,7 +124,7 @@ def test_fault_and_the_tick_behind_it(core):
 
 
 def test_halt_of_a_core_that_runs_and_cycles(core):
-    ours, _ = both(HERE / "endless.s", core)
+    ours, _ = both(ENDLESS, core)
     ours.session.pause.set()
     assert "halted at bundle" in ours.tell("run")
     ours.tell("kill")
@@ -192,14 +176,22 @@ PAIR = """
 """
 
 
-def test_machine_whose_host_starts_the_ticks(tmp_path):
-    settings = [f"--set={name}={INPUTS[name]}" for name in ("x", "y", "z", "l")]
+@contextmanager
+def machine() -> Iterator[tuple[subprocess.Popen, str]]:
+    """A process that starts the ticks of a core, and the core's address."""
+    settings = [f"--set={name}={value}" for name, value in INPUTS.items()]
     command = [sys.executable, "-m", "sim.debug.server", str(LEG), "--port", "0", *settings]
-    server = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
-    try:
-        address = server.stdout.readline().split()[-1]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server:
+        try:
+            yield server, server.stdout.readline().split()[-1]
+        finally:
+            server.kill()  # nothing if it has ended
+
+
+def test_machine_whose_host_starts_the_ticks(tmp_path):
+    with machine() as (_, address):
         target = DrivenTarget(lambda: connect(address), "machine")
-        debugger = Debugger(DebuggedProgram(LEG), target)
+        debugger = Debugger(LEG, target)
         assert "bundle 0" in debugger.tell("start")
         debugger.tell("break (28)")
         assert "=> bundle 4" in debugger.tell("continue")
@@ -218,24 +210,16 @@ def test_machine_whose_host_starts_the_ticks(tmp_path):
         pair.write_text(PAIR)
         wrong = DrivenTarget(lambda: connect(address), "machine")
         with pytest.raises(TargetError, match="the core has another program than 'pair'"):
-            Debugger(DebuggedProgram(pair), wrong)
+            Debugger(pair, wrong)
         wrong.close()
-    finally:
-        server.terminate()
-        server.wait(timeout=60)
-        server.stdout.close()
 
 
 def test_server_that_goes_away_is_told():
-    command = [sys.executable, "-m", "sim.debug.server", str(LEG), "--port", "0"]
-    server = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
-    address = server.stdout.readline().split()[-1]
-    debugger = Debugger(DebuggedProgram(LEG), DrivenTarget(lambda: connect(address), "machine"))
-    debugger.tell("start")
-    server.kill()
-    server.wait(timeout=60)
-    server.stdout.close()
-    with pytest.raises(TargetGone):
-        debugger.tell("stepi")
-    with pytest.raises(TargetGone):
-        debugger.tell("reconnect")
+    with machine() as (server, address):
+        debugger = Debugger(LEG, DrivenTarget(lambda: connect(address), "machine"))
+        debugger.tell("start")
+        server.kill()
+        server.wait(timeout=60)
+        for command in ("stepi", "reconnect"):
+            with pytest.raises(TargetGone):
+                debugger.tell(command)

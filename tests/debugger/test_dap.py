@@ -11,28 +11,18 @@ from pathlib import Path
 import jsonschema
 import pytest
 
-from tests.debugger.dap_client import DapClient, start_server, validate
-
-HERE = Path(__file__).parent
-LEG, LOOP = HERE / "leg.s", HERE / "loop.s"
-INPUTS = {"x": 0.3, "y": 0.1, "z": 0.2, "l": 0.45}
+from tests.debugger.dap_client import DapClient, dap_session, start_server, validate
+from tests.debugger.debugged import ENDLESS, INPUTS, LEG, LOOP
 
 
 @pytest.fixture
 def client() -> Iterator[DapClient]:
-    server = start_server("--dap")
-    yield DapClient(server.stdout, server.stdin)
-    server.stdin.close()
-    assert server.wait(timeout=60) == 0, server.stderr.read().decode()
-    server.stdout.close()
-    server.stderr.close()
+    with dap_session() as client:
+        yield client
 
 
 def launch(client: DapClient, program: Path = LEG, **arguments) -> None:
-    client.ask("initialize", adapterID="asip", linesStartAt1=True, pathFormat="path")
-    arguments = {"program": str(program), "iss": True, "set": INPUTS} | arguments
-    client.ask("launch", **arguments)
-    client.event("initialized")
+    client.launch(program, **({"iss": True, "set": INPUTS} | arguments))
 
 
 def variables(client: DapClient, scope: str) -> dict[str, str]:
@@ -50,8 +40,7 @@ def test_session_from_launch_to_disconnect(client):
     points = client.ask("setBreakpoints", source=source, breakpoints=[{"line": 16}, {"line": 99}])
     assert [point["verified"] for point in points["breakpoints"]] == [True, False]
     client.ask("setExceptionBreakpoints", filters=[])
-    client.ask("configurationDone")
-    stopped = client.event("stopped")
+    stopped = client.go("configurationDone")
     assert stopped["reason"] == "breakpoint" and len(stopped["hitBreakpointIds"]) == 1
     assert client.ask("threads")["threads"] == [{"id": 1, "name": "core"}]
     frame = client.ask("stackTrace", threadId=1)["stackFrames"][0]
@@ -66,14 +55,11 @@ def test_session_from_launch_to_disconnect(client):
     assert len(variables(client, "Registers")) == 192
     assert client.ask("evaluate", expression="2*t", context="watch")["result"] == "0.5"
     assert client.ask("evaluate", expression="t", format={"hex": True})["result"] == "0x3e800000"
-    client.ask("next", threadId=1)
-    assert client.event("stopped")["reason"] == "step"
+    assert client.go("next", threadId=1)["reason"] == "step"
     assert client.ask("setVariable", variablesReference=1, name="e", value="0.5")["value"] == "0.5"
-    client.ask("stepIn", threadId=1, granularity="instruction")
-    client.event("stopped")
+    client.go("stepIn", threadId=1, granularity="instruction")
     assert client.ask("evaluate", expression="de", context="hover")["result"] == "0.5"
-    client.ask("stepOut", threadId=1)
-    assert client.event("stopped")["reason"] == "end of tick"
+    assert client.go("stepOut", threadId=1)["reason"] == "end of tick"
     assert variables(client, "Outputs") == {"F": "100"}
     assert client.ask("stackTrace", threadId=1)["stackFrames"][0]["name"] == "end of the tick"
     client.ask("disconnect")
@@ -83,13 +69,11 @@ def test_other_breakpoints_restart_and_console(client):
     launch(client, stopOnEntry=True)
     points = client.ask("setFunctionBreakpoints", breakpoints=[{"name": "(29)"}, {"name": "(99)"}])
     assert [point["verified"] for point in points["breakpoints"]] == [True, False]
-    client.ask("configurationDone")
-    assert client.event("stopped")["reason"] == "entry"
+    assert client.go("configurationDone")["reason"] == "entry"
     info = client.ask("dataBreakpointInfo", name="e")
     assert client.ask("dataBreakpointInfo", name="R")["dataId"] is None
     client.ask("setDataBreakpoints", breakpoints=[{"dataId": info["dataId"]}])
-    client.ask("continue", threadId=1)
-    assert client.event("stopped")["reason"] in ("data breakpoint", "breakpoint")
+    assert client.go("continue", threadId=1)["reason"] in ("data breakpoint", "breakpoint")
     client.ask("setDataBreakpoints", breakpoints=[])
     code = client.ask(
         "disassemble", memoryReference="0x4", instructionOffset=-5, instructionCount=12
@@ -98,10 +82,8 @@ def test_other_breakpoints_restart_and_console(client):
     assert len(rows) == 12 and rows[5]["instruction"].startswith("{ fsub")
     assert rows[0]["instruction"] == "outside the program"
     client.ask("setInstructionBreakpoints", breakpoints=[{"instructionReference": "0x2"}])
-    client.ask("restart")
-    assert client.event("stopped")["reason"] == "entry"
-    client.ask("continue", threadId=1)
-    client.event("stopped")
+    assert client.go("restart")["reason"] == "entry"
+    client.go("continue", threadId=1)
     assert client.ask("stackTrace", threadId=1)["stackFrames"][0]["name"] == "bundle 2 (7)"
     assert "t@1 = 0.09" in client.ask("evaluate", expression="p t@1", context="repl")["result"]
     client.ask("evaluate", expression="tick 2", context="repl")
@@ -116,8 +98,7 @@ def test_other_breakpoints_restart_and_console(client):
 
 def test_fault_is_an_exception_with_its_place(client):
     launch(client, set=INPUTS | {"z": 0.7})
-    client.ask("configurationDone")
-    stopped = client.event("stopped")
+    stopped = client.go("configurationDone")
     assert stopped["reason"] == "exception" and "NOT_FINITE" in stopped["text"]
     assert client.ask("exceptionInfo", threadId=1)["exceptionId"] == "NOT_FINITE"
     client.ask("disconnect")
@@ -126,8 +107,7 @@ def test_fault_is_an_exception_with_its_place(client):
 def test_frames_of_macro_calls(client):
     launch(client, LOOP, set={"scale": 2.0})
     client.ask("setBreakpoints", source={"path": str(LOOP)}, breakpoints=[{"line": 11}])
-    client.ask("configurationDone")
-    client.event("stopped")
+    client.go("configurationDone")
     frames = client.ask("stackTrace", threadId=1)["stackFrames"]
     assert [(f["name"], f["line"]) for f in frames[1:]] == [("macro add_entry", 18)]
     assert client.ask("stackTrace", threadId=1, startFrame=1, levels=1)["totalFrames"] == 2
@@ -135,15 +115,14 @@ def test_frames_of_macro_calls(client):
 
 
 def test_pause_and_breakpoints_while_it_runs(client):
-    endless = HERE / "endless.s"
-    launch(client, endless, set={})
+    launch(client, ENDLESS, set={})
     client.ask("configurationDone")
     refused = client.request("stackTrace", threadId=1)
     assert not refused["success"] and "pause it first" in refused["message"]
     client.ask("pause", threadId=1)
     assert client.event("stopped")["reason"] == "pause"
     client.ask("continue", threadId=1)
-    client.ask("setBreakpoints", source={"path": str(endless)}, breakpoints=[{"line": 8}])
+    client.ask("setBreakpoints", source={"path": str(ENDLESS)}, breakpoints=[{"line": 8}])
     assert client.event("stopped")["reason"] == "breakpoint"
     client.ask("disconnect")
 
@@ -180,14 +159,13 @@ def test_stream_that_is_no_protocol():
         (b"Content-Length: 4\r\n\r\nzork", "no JSON"),
         (b"Content-Length: 2\r\n\r\n[]", "no JSON object"),
     ]:
-        server = start_server("--dap")
-        _, errors = server.communicate(data, timeout=60)
+        with start_server("--dap") as server:
+            _, errors = server.communicate(data, timeout=60)
         assert server.returncode == 1 and message in errors.decode()
 
 
 def test_tcp_serves_one_client_after_another():
-    server = start_server("--dap", "--port", "0", str(LEG), "--iss")
-    try:
+    with start_server("--dap", "--port", "0", str(LEG), "--iss") as server:
         line = server.stderr.readline().decode()
         port = int(re.search(r"127\.0\.0\.1:(\d+)", line).group(1))
         for _ in range(2):
@@ -196,14 +174,8 @@ def test_tcp_serves_one_client_after_another():
                 client.ask("initialize", adapterID="asip")
                 client.ask("launch", set=INPUTS)
                 client.event("initialized")
-                client.ask("configurationDone")
-                assert client.event("stopped")["reason"] == "end of tick"
+                assert client.go("configurationDone")["reason"] == "end of tick"
                 client.ask("disconnect")
-    finally:
-        server.terminate()
-        server.wait(timeout=60)
-        for stream in (server.stdin, server.stdout, server.stderr):
-            stream.close()
 
 
 def test_the_schema_refuses_what_is_wrong():

@@ -3,15 +3,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
+from tests.debugger.debugged import ENDLESS, LEG
 from tests.debugger.terminal import PROMPT, Terminal
-
-HERE = Path(__file__).parent
 
 
 def test_keys_of_the_prompt(tmp_path):
-    with Terminal(tmp_path, str(HERE / "leg.s"), "--iss", "--set", "x=0.3") as terminal:
+    with Terminal(tmp_path, str(LEG), "--iss", "--set", "x=0.3") as terminal:
         terminal.wait_for(PROMPT)
         terminal.type("brea\t (2\t")
         terminal.wait_for("(28)")
@@ -31,7 +28,7 @@ def test_keys_of_the_prompt(tmp_path):
 
 
 def test_ctrl_c_halts_a_core_that_runs(tmp_path):
-    with Terminal(tmp_path, str(HERE / "endless.s"), "--iss") as terminal:
+    with Terminal(tmp_path, str(ENDLESS), "--iss") as terminal:
         terminal.wait_for(PROMPT)
         terminal.type("run\r")
         terminal.wait_for("halted at bundle", again="\x03")

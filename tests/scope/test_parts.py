@@ -18,7 +18,7 @@ from mcap.reader import make_reader
 from sim.scope.export import FORMATS
 from sim.scope.ring import Ring, thinned
 from sim.scope.session import BLACK_BOX, Session
-from sim.scope.source import Applied, Block, End, Fault, SourceError, Stepped
+from sim.scope.source import Applied, Block, End, Fault, SourceError, Step, Stepped
 from sim.scope.step_response import measure
 from sim.scope.trigger import Settings, Trigger
 from tests.scope.fake_source import ABOUT, rows
@@ -217,9 +217,9 @@ def test_session__staged_gains__change_together_when_committed():
         (session.commit, "nothing is staged"),
         (lambda: session.stage("k", 1.0), "no gain 'k'; there are K, T"),
         (lambda: session.stage("K", float("inf")), "must be a finite number"),
-        (lambda: session.step("v", 1.0, 10), "no step"),
-        (lambda: session.step("u", 0.0, 10), "shows nothing"),
-        (lambda: [session.step("u", 1.0, 10) for _ in "ab"], "a step is under way"),
+        (lambda: session.step(Step("v", 1.0, 10)), "no step"),
+        (lambda: session.step(Step("u", 0.0, 10)), "shows nothing"),
+        (lambda: [session.step(Step("u", 1.0, 10)) for _ in "ab"], "a step is under way"),
         (lambda: session.put("v", None), "nothing can be put"),
         (lambda: session.part("blackbox"), "there is no 'blackbox'"),
     ):

@@ -1,0 +1,33 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Programs under the debugger, and a session whose answers a test reads."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from sim.debugger.commands import Commands
+from sim.debugger.iss_target import IssTarget
+from sim.debugger.program import DebuggedProgram
+from sim.debugger.session import Session
+from sim.debugger.target import Target
+
+LEG, LOOP, ENDLESS = (Path(__file__).with_name(f"{name}.s") for name in ("leg", "loop", "endless"))
+INPUTS = {"x": 0.3, "y": 0.1, "z": 0.2, "l": 0.45}
+"""Of leg.s."""
+
+
+class Debugger:
+    """A session with inputs that answers `tell(line)` with what the command wrote."""
+
+    def __init__(self, program: Path, target: Target | None = None) -> None:
+        self.session = Session(DebuggedProgram(program), target or IssTarget())
+        self.lines: list[str] = []
+        self.commands = Commands(self.session, self.lines.append)
+        for name in () if self.session.target.driven else self.session.values.inputs:
+            self.session.values.set(name, None, (INPUTS | {"scale": 2.0})[name])
+
+    def tell(self, *lines: str) -> str:
+        self.lines.clear()
+        for line in lines:
+            self.commands.execute(line)
+        return "\n".join(self.lines)
