@@ -39,7 +39,8 @@ class Operands:
     """Resolves operands against the declarations of a source; places constants in bank K.
 
     `declare` fills the program's inputs, outputs, states and placed constants, `step` resolves one
-    operation; `written` holds the first write of every symbolic name.
+    operation; `written` holds the first write of every symbolic name, `taken` the words of bank K
+    that constants have.
     """
 
     source: Source
