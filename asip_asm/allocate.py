@@ -10,7 +10,7 @@ until that result is written, so that no bundle waits to overwrite it.
 from __future__ import annotations
 
 from collections import Counter, deque
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from asip_asm.ir import Bundle, Operation, Program, Region, Register, Virtual
@@ -42,14 +42,13 @@ class Range:
     reads: list[int] = field(default_factory=list)
 
 
+@dataclass(eq=False)
 class Overflow(Exception):
     """No register of `bank` is free in bundle `position`; `live` are the ranges that hold them."""
 
-    def __init__(self, bank: str, position: int, live: list[Range]) -> None:
-        super().__init__(f"bank {bank} overflows in bundle {position}")
-        self.bank = bank
-        self.position = position
-        self.live = live
+    bank: str
+    position: int
+    live: list[Range]
 
 
 def allocate_registers(program: Program, machine: Machine) -> None:
@@ -62,7 +61,7 @@ def allocate_registers(program: Program, machine: Machine) -> None:
     bundles. Raises AllocationError.
     """
     spiller = _Spiller(program, machine)
-    most = SPILL_WORK // max(1, sum(1 for _ in _numbered(program)))
+    most = SPILL_WORK // max(1, sum(1 for _ in program.placed()))
     while True:
         try:
             placement = _Allocation(program, machine).run()
@@ -75,11 +74,9 @@ def allocate_registers(program: Program, machine: Machine) -> None:
                     "values shortly before they are read"
                 ) from None
             spiller.spill(overflow)
-    for region in program.regions:
-        for bundle in region.bundles or []:
-            for op in bundle.operations:
-                op.symbols = _symbols(op)
-                _substitute(op, placement)
+    for _, _, op in program.placed():
+        op.symbols = _symbols(op)
+        _substitute(op, placement)
     for state in program.states:
         state.register = placement[state.first]
     for export in program.exports:
@@ -95,16 +92,6 @@ def _symbols(operation: Operation) -> dict[str, Virtual]:
 def _substitute(operation: Operation, placement: Mapping[Virtual, Register | Virtual]) -> None:
     for name, value in _symbols(operation).items():
         setattr(operation, name, placement.get(value, value))
-
-
-def _numbered(program: Program) -> Iterator[tuple[int, Region, int, Operation]]:
-    """Position of the bundle in the program, region, slot and operation."""
-    position = 0
-    for region in program.regions:
-        for bundle in region.bundles or []:
-            for slot, op in bundle.placed():
-                yield position, region, slot, op
-            position += 1
 
 
 class _Allocation:
@@ -148,7 +135,7 @@ class _Allocation:
         """Take registers that the source names out of the pools."""
         named = {export.value for export in self.program.exports}
         named.update(state.register for state in self.program.fixed_states)
-        for _, _, _, op in _numbered(self.program):
+        for _, _, op in self.program.placed():
             named.update((op.dst, op.a, op.b, op.c))
         for bank in BANKS:
             self.free[bank] = deque(r for r in self.free[bank] if r not in named)
@@ -156,7 +143,7 @@ class _Allocation:
     def _place_states(self) -> None:
         bank_of = {
             op.dst: self.machine.bank(op, slot)
-            for _, _, slot, op in _numbered(self.program)
+            for _, slot, op in self.program.placed()
             if isinstance(op.dst, Virtual)
         }
         for state in self.program.states:
@@ -175,7 +162,7 @@ class _Allocation:
         """Live range of every symbol that is not a state."""
         states = set(self.placement) | set(self.storage)
         found: dict[Virtual, Range] = {}
-        for position, _, slot, op in _numbered(self.program):
+        for position, slot, op in self.program.placed():
             for source in sources(op):
                 if isinstance(source, Virtual) and source in found:
                     found[source].reads.append(position)
@@ -275,8 +262,9 @@ class _Spiller:
             return set()
         writes = Counter(op.dst for op in region.operations if isinstance(op.dst, Virtual))
         local = {symbol for symbol, count in writes.items() if count == 1}
-        for _, other, _, op in _numbered(self.program):
-            if other is not region:
+        own = set(region.operations)
+        for _, _, op in self.program.placed():
+            if op not in own:
                 local.difference_update((op.dst, op.a, op.b, op.c))
         return local - {export.value for export in self.program.exports}
 

@@ -122,7 +122,6 @@ def parse_program(
 
 def straight_line_cycles(program: Program, machine: Machine) -> int | None:
     """Estimated cycles of a run; None for a program with branches."""
-    bundles = program.bundles
-    if any(op.mnemonic in BRANCHES for bundle in bundles for op in bundle.operations):
+    if any(op.mnemonic in BRANCHES for _, _, op in program.placed()):
         return None
-    return machine.run_cycles(bundles)
+    return machine.run_cycles(program.bundles)

@@ -58,15 +58,13 @@ def build_blocks(
     return _Builder(source, resolve_step, reporter).run()
 
 
+@dataclass
 class _Builder:
-    def __init__(
-        self, source: Source, resolve_step: Callable[[RawOperation], Step], reporter: Reporter
-    ) -> None:
-        self.source = source
-        self.resolve_step = resolve_step
-        self.reporter = reporter
-        self.blocks: list[Block] = []
-        self.open_labels: list[str] = []
+    source: Source
+    resolve_step: Callable[[RawOperation], Step]
+    reporter: Reporter
+    blocks: list[Block] = field(default_factory=list)
+    open_labels: list[str] = field(default_factory=list)
 
     def run(self) -> list[Block]:
         self._build()

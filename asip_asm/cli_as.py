@@ -20,11 +20,18 @@ from asip_asm.image import Image
 from asip_asm.isa import default_isa
 from asip_asm.lint import WARNINGS
 from asip_asm.listing import listing, symbols
-from asip_asm.memory_formats import MEMORY_FORMATS
+from asip_asm.memory_formats import to_intel_hex, to_mif, to_readmemh
 from asip_asm.report import report_program
 from asip_asm.search import Progress
 
-FORMATS = {"json": Image.dumps, "c": to_c} | MEMORY_FORMATS
+FORMATS = {
+    "json": (Image.dumps, ".asip.json"),
+    "c": (to_c, ".asip.h"),
+    "readmemh": (to_readmemh, ".mem"),
+    "ihex": (to_intel_hex, ".hex"),
+    "mif": (to_mif, ".mif"),
+}
+"""Text of an image, and how the names of such files end."""
 EPILOG = """examples:
   asip-as leg.s -o build/leg.asip.json --listing build/leg.lst
   asip-as leg.s -O --report
@@ -42,7 +49,8 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _assemble(options: argparse.Namespace) -> int:
-    output = options.output or _default_output(options.source, options.format)
+    to_text, suffix = FORMATS[options.format]
+    output = options.output or options.source.parent / (options.source.stem + suffix)
     beside = map_path(output) if options.format == "json" else None
     written = [path for path in (output, beside, options.listing, options.symbols) if path]
     refuse_overwriting(written, [options.source])
@@ -68,7 +76,8 @@ def _assemble(options: argparse.Namespace) -> int:
                 file=sys.stderr,
             )
             return 1
-        texts = {output: _text(image, options)}
+        prefix = [options.prefix or ""] if options.format == "c" else []
+        texts = {output: to_text(image, *prefix)}
         if beside:
             texts[beside] = debug_map(program, machine, image).dumps()
         if options.listing:
@@ -90,12 +99,6 @@ def _assemble(options: argparse.Namespace) -> int:
     if options.report:
         print(report_program(program, machine).render(), end="")
     return 0
-
-
-def _text(image: Image, options: argparse.Namespace) -> str:
-    if options.format == "c":
-        return to_c(image, options.prefix or "")
-    return FORMATS[options.format](image)
 
 
 class _Progress:
@@ -230,17 +233,6 @@ def _definition(text: str) -> tuple[str, str]:
     if not name or not equals or not value:
         raise argparse.ArgumentTypeError(f"'{text}' is not NAME=VALUE")
     return name, value
-
-
-def _default_output(source: Path, format_name: str) -> Path:
-    suffix = {
-        "json": ".asip.json",
-        "c": ".asip.h",
-        "readmemh": ".mem",
-        "ihex": ".hex",
-        "mif": ".mif",
-    }
-    return source.parent / (source.stem + suffix[format_name])
 
 
 def _warning_option(text: str) -> str:

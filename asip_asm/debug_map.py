@@ -47,7 +47,7 @@ class Write(msgspec.Struct, frozen=True, forbid_unknown_fields=True, array_like=
     lands: Position
 
 
-class Value(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class Value(msgspec.Struct, forbid_unknown_fields=True):
     """A value of the source: the name, and the number of its definition under this name.
 
     version: 0 for what a state holds at the start of a run, -1 for a name that passes its value
@@ -198,7 +198,7 @@ class Finder:
         taker = self._taker(value, position)
         if taker is None:
             return Where(value, "", f"no longer in {value.place}")
-        name, bundle = taker
+        bundle, name = taker
         return Where(value, "", f"overwritten at bundle {bundle} by {name}")
 
     def _not_yet(self, value: Value, position: int) -> str:
@@ -223,8 +223,8 @@ class Finder:
             )
         return self._reached[bundle]
 
-    def _taker(self, value: Value, position: int) -> tuple[str, int] | None:
-        """Name and bundle of the write that took the value's place away."""
+    def _taker(self, value: Value, position: int) -> tuple[int, str] | None:
+        """Bundle and name of the write that took the value's place away."""
         others = [
             (write.bundle, other.name)
             for other in self._by_place[value.place]
@@ -232,10 +232,7 @@ class Finder:
             for write in other.writes
             if write.bundle > value.first and position in self._reach(write.bundle)
         ]
-        if not others:
-            return None
-        bundle, name = min(others)
-        return name, bundle
+        return min(others, default=None)
 
 
 def map_path(image: Path) -> Path:

@@ -10,13 +10,11 @@ from __future__ import annotations
 
 import hashlib
 from collections import defaultdict
-from collections.abc import Iterator
-from dataclasses import dataclass, field
 
-from asip_asm.debug_map import SPANS, DebugMap, Span, Value, Write
+from asip_asm.debug_map import SPANS, DebugMap, Value, Write
 from asip_asm.encode import label_addresses
 from asip_asm.image import Image
-from asip_asm.ir import Operation, Output, Program, Register, Virtual, register_name
+from asip_asm.ir import Operation, Output, Program, Register, SourceLine, Virtual, register_name
 from asip_asm.isa import default_isa
 from asip_asm.machine import BRANCHES, Machine
 from asip_asm.reader import display_path
@@ -25,18 +23,6 @@ Key = tuple[str, int, str]
 """Name, version and place of a value."""
 BEFORE: Key = ("", 0, "")
 """What a place holds when the run starts, where that has no name."""
-
-
-@dataclass
-class _Found:
-    """A value while it is collected."""
-
-    operation: Operation | None
-    type: str
-    writes: list[Write] = field(default_factory=list)
-    held: list[Span] = field(default_factory=list)
-    perhaps: list[Span] = field(default_factory=list)
-    spilled: tuple[int, int] | None = None
 
 
 def debug_map(program: Program, machine: Machine, image: Image) -> DebugMap:
@@ -53,7 +39,7 @@ class _Builder:
         self.bundles = program.bundles
         self.lands = machine.landings(self.bundles)
         self.follow = self._follow()
-        self.found: dict[Key, _Found] = {}
+        self.found: dict[Key, Value] = {}
         self.types: dict[str, str] = {s.name: s.type for s in program.states}
         self.types |= {s.name: s.type for s in program.fixed_states}
         self.k_types = {f"k{e.index}": e.type for e in (*image.inputs, *image.constants)}
@@ -82,16 +68,11 @@ class _Builder:
             follow={str(i): follow for i, follow in enumerate(self.follow) if follow != [i + 1]},
             calls={
                 f"{i}.{slot}": list(op.source.expansions)
-                for i, slot, op in self._operations()
+                for i, slot, op in self.program.placed()
                 if op.source and op.source.expansions
             },
-            values=[self._value(key, found) for key, found in self.found.items()],
+            values=list(self.found.values()),
         )
-
-    def _operations(self) -> Iterator[tuple[int, int, Operation]]:
-        for i, bundle in enumerate(self.bundles):
-            for slot, op in bundle.placed():
-                yield i, slot, op
 
     def _follow(self) -> list[list[int]]:
         labels = label_addresses(self.program)
@@ -106,10 +87,10 @@ class _Builder:
 
     def _copies(self) -> dict[int, tuple[Virtual, int]]:
         """By data word of the allocator, the value it keeps and the bundle that stores it there."""
-        words = {op.imm for _, _, op in self._operations() if "~" in self._symbol_name(op)}
+        words = {op.imm for _, _, op in self.program.placed() if "~" in self._symbol_name(op)}
         return {
             op.imm: (op.symbols["a"], i)
-            for i, _, op in self._operations()
+            for i, _, op in self.program.placed()
             if op.mnemonic == "st" and op.imm in words and "a" in op.symbols
         }
 
@@ -121,22 +102,31 @@ class _Builder:
             if state.register is not None:
                 version = state.first.version if hasattr(state, "first") else -1
                 place = register_name(state.register)
-                self.found[state.name, version, place] = _Found(None, state.type)
+                self._value((state.name, version, place), state.type)
                 places[place][-1] = (state.name, version, place)
-        for i, slot, op in self._operations():
+        for i, slot, op in self.program.placed():
             key = self._key(op)
             if key is None:
                 continue
             places[key[2]][i] = key
-            entry = self.found.setdefault(key, _Found(op, self._type(op)))
-            entry.operation = entry.operation or op
-            entry.writes.append(Write(i, slot, self.lands[i, slot]))
-            self.types.setdefault(self._symbol_name(op), entry.type)
+            value = self._value(key, self._type(op), op.source)
+            value.writes.append(Write(i, slot, self.lands[i, slot]))
+            self.types.setdefault(self._symbol_name(op), value.type)
         for address, (symbol, bundle) in self.copies.items():
-            for (name, version, _), entry in self.found.items():
-                if (name, version) == (symbol.name, symbol.version):
-                    entry.spilled = (bundle, address)
+            for value in self.found.values():
+                if (value.name, value.version) == (symbol.name, symbol.version):
+                    value.spilled = (bundle, address)
         return places
+
+    def _value(self, key: Key, type_name: str, source: SourceLine | None = None) -> Value:
+        """The value of a key, made if it is new; its line is that of its first write."""
+        if key not in self.found:
+            name, version, place = key
+            self.found[key] = Value(name, version, type_name, place, "", 0, "", writes=[], held=[])
+        value = self.found[key]
+        if source and not value.writes:
+            value.file, value.line, value.equation = source.file, source.line, source.equation
+        return value
 
     def _symbol_name(self, op: Operation) -> str:
         return op.symbols["dst"].name if "dst" in op.symbols else ""
@@ -186,26 +176,9 @@ class _Builder:
                     waiting.append(j)
         for position, keys in enumerate(before):
             for key in keys - {BEFORE}:
-                entry = self.found[key]
-                spans = entry.held if len(keys) == 1 else entry.perhaps
+                value = self.found[key]
+                spans = value.held if len(keys) == 1 else value.perhaps
                 if spans and spans[-1][1] == position - 1:
                     spans[-1] = (spans[-1][0], position)
                 elif len(spans) < SPANS:
                     spans.append((position, position))
-
-    def _value(self, key: Key, found: _Found) -> Value:
-        name, version, place = key
-        source = found.operation.source if found.operation else None
-        return Value(
-            name=name,
-            version=version,
-            type="int" if found.type == "int" else "float",
-            place=place,
-            file=source.file if source else "",
-            line=source.line if source else 0,
-            equation=source.equation if source else "",
-            writes=found.writes,
-            held=found.held,
-            perhaps=found.perhaps,
-            spilled=found.spilled,
-        )

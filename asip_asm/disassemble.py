@@ -31,9 +31,7 @@ def decode_operation(word: int, slot: int, configuration: str, isa: Isa) -> Oper
     Raises DecodeError if the word is illegal in this slot, or has bits that an assembler would not
     set.
     """
-    fields = {
-        name: (word >> field.low) & ((1 << field.width) - 1) for name, field in isa.fields.items()
-    }
+    fields = {name: field.of(word) for name, field in isa.fields.items()}
     record = isa.by_opcode.get(fields["op"])
     if record is None:
         raise DecodeError(f"opcode {fields['op']:#04x} does not exist")

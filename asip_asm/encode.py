@@ -14,6 +14,7 @@ from asip_asm.image import (
 )
 from asip_asm.ir import Bundle, Operation, Output, Program, Register, register_name
 from asip_asm.isa import Isa
+from asip_asm.regmap import compose
 
 
 class EncodeError(ValueError):
@@ -31,30 +32,28 @@ def encode_register(register: Register, isa: Isa) -> int:
 def encode_operation(operation: Operation, isa: Isa, labels: dict[str, int]) -> int:
     """Operation word. `labels` gives the bundle address of each branch target."""
     record = isa.operations[operation.mnemonic]
-    fields = isa.fields
-    word = record.opcode << fields["op"].low
+    values = {"op": record.opcode}
     for name in record.sources:
         register = getattr(operation, name)
         if not isinstance(register, Register):
             raise EncodeError(f"{operation.mnemonic}: operand {name} is no physical register")
-        word |= encode_register(register, isa) << fields[name].low
+        values[name] = encode_register(register, isa)
     if record.writes:
         dst = operation.dst
         if isinstance(dst, Output):
-            word |= (1 << isa.index_bits | dst.index) << fields["dst"].low
+            values["dst"] = 1 << isa.index_bits | dst.index
         elif isinstance(dst, Register):
             encode_register(dst, isa)
-            word |= dst.index << fields["dst"].low
+            values["dst"] = dst.index
         else:
             raise EncodeError(f"{operation.mnemonic}: destination is no physical register")
     if record.immediate_high is not None:
         immediate = operation.imm or 0
         if "target" in record.operands:
             immediate = labels[operation.target or ""]
-        low = fields["c"].width
-        word |= (immediate & ((1 << low) - 1)) << fields["c"].low
-        word |= (immediate >> low) << fields[record.immediate_high].low
-    return word
+        high, values["c"] = divmod(immediate, 1 << isa.fields["c"].width)
+        values[record.immediate_high] = high
+    return compose(isa.fields, values)
 
 
 def encode_bundle(bundle: Bundle, isa: Isa, labels: dict[str, int]) -> int:

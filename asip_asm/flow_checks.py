@@ -10,7 +10,7 @@ from asip_asm.diagnostics import Place, Reporter, SourceError, closest
 from asip_asm.flow import certain_before, possible_before
 from asip_asm.ir import Export, Output, Program, Register, Virtual
 from asip_asm.operands import Operands
-from asip_asm.source import NOUNS, Source, physical_register
+from asip_asm.source import NOUNS, Source, physical_register, where
 
 
 def check_flow(
@@ -67,7 +67,7 @@ class _Checks:
             self.reporter.add(
                 operand.place,
                 f"'{name}' {problem}",
-                f"its first write is in {first.line.file}:{first.line.number}",
+                f"its first write is in {where(first)}",
             )
         elif name in self.source.names:
             self.reporter.add(operand.place, f"'{name}' is read but never written")
@@ -124,8 +124,7 @@ class _Checks:
             raise SourceError(
                 place,
                 f"'{name}' is exported but not written on every path",
-                f"its first write is in {self.written[name].line.file}:"
-                f"{self.written[name].line.number}",
+                f"its first write is in {where(self.written[name])}",
             )
         self.program.exports.append(Export(name, Virtual(name, 0)))
 

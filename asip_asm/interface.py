@@ -264,37 +264,22 @@ class _Loader:
                 f"the lower limit {limits[0]:g} is above the upper {limits[1]:g}",
                 "write limits = [lowest, highest]",
             )
-        starts = getattr(entry, "starts_from", None)
-        if starts is not None and len(starts) != len(entry.names):
+        shared = msgspec.structs.asdict(entry)
+        shared |= {"file": self.path, "line": self.lines.get(where, 1)}
+        names, starts = shared.pop("names"), shared.pop("starts_from", None)
+        if starts is not None and len(starts) != len(names):
             raise self.fail(
                 [*where, "starts_from"],
-                f"{len(starts)} inputs for {len(entry.names)} states",
+                f"{len(starts)} inputs for {len(names)} states",
                 "name one input for each state",
             )
-        extra = {
-            key: getattr(entry, key)
-            for key in ("type", "scale", "offset", "initial", "safe", "source", "rate")
-            if hasattr(entry, key)
-        }
         if kind == "parameter":
-            extra["initial"] = entry.value
+            shared["initial"] = shared.pop("value")
         signals = []
-        for j, name in enumerate(entry.names):
+        for j, name in enumerate(names):
             self._check_name(name, (*where, "names"))
-            extra["starts_from"] = starts[j] if starts else None
-            signals.append(
-                Signal(
-                    kind,
-                    name,
-                    entry.unit,
-                    entry.meaning,
-                    self.path,
-                    self.lines.get(where, 1),
-                    vector=entry.vector,
-                    limits=limits,
-                    **extra,
-                )
-            )
+            start = starts[j] if starts else None
+            signals.append(Signal(kind=kind, name=name, starts_from=start, **shared))
         return signals
 
     def _again(self, name: str, where: Sequence[str | int], known: Sequence[Signal]) -> Signal:

@@ -200,3 +200,9 @@ class Program:
     def bundles(self) -> list[Bundle]:
         """Bundles of all its regions."""
         return [bundle for region in self.regions for bundle in region.bundles or []]
+
+    def placed(self) -> Iterator[tuple[int, int, Operation]]:
+        """The operations of its bundles, each behind the bundle's address and its slot."""
+        for address, bundle in enumerate(self.bundles):
+            for slot, op in bundle.placed():
+                yield address, slot, op

@@ -18,12 +18,12 @@ from asip_asm.isa_records import (
     SOURCE_FIELDS,
     Bank,
     Configuration,
-    Field,
     Isa,
     OperationRecord,
     Pipeline,
     UnitRecord,
 )
+from asip_asm.regmap import BitField
 from asip_asm.semantics import SemanticsError, check
 
 ISA_FILE = Path(__file__).with_name("isa.toml")
@@ -122,11 +122,11 @@ def default_isa() -> Isa:
     return load_isa()
 
 
-def _read_word(record: Mapping[str, Any], findings: _Findings) -> tuple[int, dict[str, Field]]:
+def _read_word(record: Mapping[str, Any], findings: _Findings) -> tuple[int, dict[str, BitField]]:
     if not findings.keys("operation_word", record, {"width", *WORD_FIELDS}, set()):
         findings.stop()
     width = record["width"]
-    fields: dict[str, Field] = {}
+    fields: dict[str, BitField] = {}
     owner: dict[int, str] = {}
     for name in WORD_FIELDS:
         high, low = record[name]
@@ -135,7 +135,7 @@ def _read_word(record: Mapping[str, Any], findings: _Findings) -> tuple[int, dic
                 f"operation_word.{name}", f"bits {high}..{low} do not fit a word of {width} bits"
             )
             continue
-        fields[name] = Field(name, high, low)
+        fields[name] = BitField(name, low, high - low + 1)
         for bit in range(low, high + 1):
             if bit in owner:
                 findings.add(f"operation_word.{name}", f"bit {bit} belongs to {owner[bit]} as well")
@@ -219,7 +219,7 @@ def _read_units(records: Mapping[str, Any], findings: _Findings) -> dict[str, Un
 
 def _read_operations(
     records: Mapping[str, Any],
-    fields: Mapping[str, Field],
+    fields: Mapping[str, BitField],
     units: Mapping[str, UnitRecord],
     findings: _Findings,
 ) -> dict[str, OperationRecord]:

@@ -7,25 +7,9 @@ import functools
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from asip_asm.regmap import BitField
+
 SOURCE_FIELDS = ("a", "b", "c")
-
-
-@dataclass(frozen=True)
-class Field:
-    """Bits high..low of the operation word."""
-
-    name: str
-    high: int
-    low: int
-
-    @property
-    def width(self) -> int:
-        return self.high - self.low + 1
-
-    @property
-    def mask(self) -> int:
-        """Mask of the field in place."""
-        return ((1 << self.width) - 1) << self.low
 
 
 @dataclass(frozen=True)
@@ -156,10 +140,10 @@ class Pipeline:
 
 @dataclass(frozen=True)
 class Isa:
-    """The whole instruction set."""
+    """The whole instruction set; `fields` are those of the operation word."""
 
     word_width: int
-    fields: Mapping[str, Field]
+    fields: Mapping[str, BitField]
     control_width: int
     halt_bit: int
     banks: Mapping[str, Bank]

@@ -28,7 +28,6 @@ class Token:
     kind: str
     text: str
     place: Place
-    line: Line
 
     @property
     def end(self) -> int:
@@ -76,9 +75,9 @@ def tokenize(line: Line) -> list[Token]:
                 "numbers are written 12, 0x1f, 1.5, 2e-3 or 0f3fc00000",
             )
         if kind != "space":
-            tokens.append(Token(kind, text.strip('"'), place, line))
+            tokens.append(Token(kind, text.strip('"'), place))
         column = match.end()
-    return [*tokens, Token("end", "", Place(line, len(code.rstrip())), line)]
+    return [*tokens, Token("end", "", Place(line, len(code.rstrip())))]
 
 
 def _shown(character: str) -> str:

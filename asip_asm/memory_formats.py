@@ -44,6 +44,3 @@ def to_mif(image: Image) -> str:
         "END;",
     ]
     return "\n".join(rows) + "\n"
-
-
-MEMORY_FORMATS = {"readmemh": to_readmemh, "ihex": to_intel_hex, "mif": to_mif}

@@ -39,7 +39,8 @@ class Operands:
     """Resolves operands against the declarations of a source; places constants in bank K.
 
     `declare` fills the program's inputs, outputs, states and placed constants, `step` resolves one
-    operation; `written` holds the first write of every symbolic name.
+    operation; `written` holds the first write of every symbolic name, `taken` the words of bank K
+    that constants have.
     """
 
     source: Source
@@ -47,7 +48,7 @@ class Operands:
     reporter: Reporter
     configuration: Configuration
     program: Program
-    words: dict[int, tuple[int, str]] = field(default_factory=dict)
+    taken: set[int] = field(default_factory=set)
     named_words: dict[str, int] = field(default_factory=dict)
     literals: dict[tuple[int, str], int] = field(default_factory=dict)
     written: dict[str, Place] = field(default_factory=dict)
@@ -73,6 +74,7 @@ class Operands:
         for declaration in source.placed:
             assert isinstance(declaration.pin, Register)
             index = declaration.pin.index
+            self.taken.add(index)
             if index < len(program.inputs):
                 self.reporter.add(
                     declaration.place,
@@ -82,7 +84,7 @@ class Operands:
             if declaration.name:
                 self._name_word(declaration, index)
             else:
-                self._name_literal(declaration.bits, declaration.type, index)
+                self._name_literal((declaration.bits, declaration.type), index)
         owners: dict[Register, str] = {}
         for declaration in source.of_kind("state"):
             try:
@@ -113,13 +115,12 @@ class Operands:
 
     def _name_word(self, declaration: Declaration, index: int) -> None:
         self.named_words[declaration.name] = index
-        self.words[index] = (declaration.bits, declaration.type)
         self.program.constants.append(
             Word(declaration.name, index, declaration.type, declaration.bits)
         )
 
-    def _new_word(self, bits: int, type_name: str, place: Place) -> int:
-        index = next(i for i in itertools.count(self.first_free) if i not in self.words)
+    def _new_word(self, place: Place) -> int:
+        index = next(i for i in itertools.count(self.first_free) if i not in self.taken)
         self.first_free = index
         size = self.isa.banks["K"].size
         if index >= size:
@@ -128,7 +129,7 @@ class Operands:
                 f"too many constants: bank K has {size} words for inputs and constants",
                 "keep values in registers or in data memory",
             )
-        self.words[index] = (bits, type_name)
+        self.taken.add(index)
         return index
 
     # ------------------------------------------------------------------ operands
@@ -222,8 +223,8 @@ class Operands:
         if operand.kind == "value" or operand.text == "pi":
             value = operand.value if operand.kind == "value" else 3.141592653589793
             type_name = "int" if wanted == "int" else "float"
-            bits = word_bits(value, type_name, operand.place)
-            setattr(step.operation, kind, self._literal(bits, type_name, operand.place))
+            key = (word_bits(value, type_name, operand.place), type_name)
+            setattr(step.operation, kind, self._literal(key, operand.place))
             return
         name = operand.text
         register = physical_register(name)
@@ -299,25 +300,22 @@ class Operands:
         if declaration.bits == 0 and not declaration.replaceable:
             return ZERO
         key = (declaration.bits, declaration.type)
-        if declaration.replaceable:
-            index = self._new_word(*key, place)
-        else:
-            index = self.literals.get(key, -1)
-            if index < 0:
-                index = self.literals[key] = self._new_word(*key, place)
+        index = None if declaration.replaceable else self.literals.get(key)
+        if index is None:
+            index = self._new_word(place)
+            if not declaration.replaceable:
+                self.literals[key] = index
         self._name_word(declaration, index)
         return Register("K", index)
 
-    def _literal(self, bits: int, type_name: str, place: Place) -> Register:
-        if bits == 0:
+    def _literal(self, key: tuple[int, str], place: Place) -> Register:
+        if key[0] == 0:
             return ZERO
-        key = (bits, type_name)
         if key not in self.literals:
-            self._name_literal(bits, type_name, self._new_word(bits, type_name, place))
+            self._name_literal(key, self._new_word(place))
         return Register("K", self.literals[key])
 
-    def _name_literal(self, bits: int, type_name: str, index: int) -> None:
-        self.literals[bits, type_name] = index
-        self.words[index] = (bits, type_name)
-        name = literal_name(bits, type_name)
-        self.program.constants.append(Word(name, index, type_name, bits))
+    def _name_literal(self, key: tuple[int, str], index: int) -> None:
+        bits, type_name = key
+        self.literals[key] = index
+        self.program.constants.append(Word(literal_name(*key), index, type_name, bits))

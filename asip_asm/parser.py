@@ -204,18 +204,14 @@ class Parser:
                 f"'{cursor.token.text}' behind the operands of {record.name}",
                 "an operand that is an expression is written in parentheses",
             )
-        line = token.line
+        line = token.place.line
         last = cursor.tokens[cursor.position - 1]
-        text = (
-            line.text[token.place.column : last.end]
-            if last.line is line
-            else line.text[token.place.column :]
-        )
+        end = last.end if last.place.line is line else None
+        text = line.text[token.place.column : end]
         source = SourceLine(
             line.file, line.number, " ".join(text.split()), equation(line.text), line.expansions
         )
-        place = Place(line, token.place.column, token.place.length)
-        return RawOperation(record, place, operands, source)
+        return RawOperation(record, token.place, operands, source)
 
     def _meant(self, cursor: Cursor) -> str:
         """What an unknown operation, behind which the cursor stands, may have been meant to be."""

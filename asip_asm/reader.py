@@ -124,7 +124,7 @@ class Reader:
                 head = _head(line)
                 active = not conditions or (conditions[-1].around and conditions[-1].active)
                 if head in (".if", ".else", ".endif"):
-                    self._condition(head, line, conditions)
+                    self._condition(head, line, conditions, active)
                 elif not active:
                     if head == ".macro":
                         _skip_macro(queue)
@@ -163,12 +163,11 @@ class Reader:
         else:
             yield tokens
 
-    def _condition(self, head: str, line: Line, conditions: list[Condition]) -> None:
+    def _condition(self, head: str, line: Line, conditions: list[Condition], around: bool) -> None:
         cursor = Cursor(tokenize(line))
         place = cursor.take().place
         if head == ".if":
             # Placed first, so that a wrong expression does not leave .endif alone.
-            around = not conditions or (conditions[-1].around and conditions[-1].active)
             condition = Condition(place, False, True, around)
             conditions.append(condition)
             if around:
@@ -226,7 +225,7 @@ class Reader:
 
     def _expand(self, name: Token, tokens: list[Token], folder: Path) -> Iterator[list[Token]]:
         macro = self.macros[name.text]
-        line = name.line
+        line = name.place.line
         if self._open_macros >= MACRO_DEPTH:
             raise SourceError(
                 name.place,
@@ -251,10 +250,10 @@ class Reader:
         values = dict(zip(macro.parameters, arguments, strict=True))
         values["@"] = str(self._expansions)
         expansions = (f"{macro.name} at {line.file}:{line.number}", *line.expansions)
-        lines = []
-        for row in macro.body:
-            text = self._substitute(row, macro, values)
-            lines.append(Line(row.file, row.number, text, expansions))
+        lines = [
+            Line(row.file, row.number, self._substitute(row, macro, values), expansions)
+            for row in macro.body
+        ]
         self._open_macros += 1
         yield from self._lines(lines, folder)
         self._open_macros -= 1

@@ -4,12 +4,14 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from dataclasses import dataclass
 
 from asip_asm.blocks import Block, Step
 from asip_asm.diagnostics import Reporter, SourceError
 from asip_asm.flow import live_after
 from asip_asm.ir import Bundle, Operation, Program, Region, Register, State, Virtual
 from asip_asm.operands import Operands
+from asip_asm.source import where
 
 
 def rename(program: Program, blocks: list[Block], operands: Operands, reporter: Reporter) -> None:
@@ -17,17 +19,12 @@ def rename(program: Program, blocks: list[Block], operands: Operands, reporter: 
     _Renamer(program, blocks, operands, reporter).rename()
 
 
+@dataclass
 class _Renamer:
-    def __init__(
-        self, program: Program, blocks: list[Block], operands: Operands, reporter: Reporter
-    ) -> None:
-        self.program = program
-        self.blocks = blocks
-        self.operands = operands
-        self.written = operands.written
-        self.configuration = operands.configuration
-        self.isa = operands.isa
-        self.reporter = reporter
+    program: Program
+    blocks: list[Block]
+    operands: Operands
+    reporter: Reporter
 
     def rename(self) -> None:
         several = len(self.blocks) > 1
@@ -57,7 +54,7 @@ class _Renamer:
             self.program.regions.append(self._region(block))
         for state in self.program.states:
             if several:
-                if state.name in self.written:
+                if state.name in self.operands.written:
                     state.first = state.last = Virtual(state.name, -1)
             elif current.get(state.name, state.first) != state.first:
                 state.last = current[state.name]
@@ -72,7 +69,9 @@ class _Renamer:
 
     def _keep_unwritten_states(self) -> dict[str, Virtual]:
         """States that nothing writes keep the symbol of their first value; these symbols."""
-        unwritten = {s.name: s.first for s in self.program.states if s.name not in self.written}
+        unwritten = {
+            s.name: s.first for s in self.program.states if s.name not in self.operands.written
+        }
         for block in self.blocks:
             for step in block.steps():
                 for kind, name in step.reads.items():
@@ -81,18 +80,17 @@ class _Renamer:
         return unwritten
 
     def _kind(self, step: Step) -> str:
-        return "fma" if self.isa.units[step.raw.record.unit].bank == "pipe" else "aux"
+        return "fma" if self.operands.isa.units[step.raw.record.unit].bank == "pipe" else "aux"
 
     def _check_one_kind(self, name: str, steps: list[Step]) -> None:
         kinds = [self._kind(step) for step in steps]
         for step, kind in zip(steps, kinds, strict=True):
             if kind != kinds[0]:
-                first = steps[0].place.line
                 self.reporter.add(
                     step.raw.operands["dst"].place,
                     f"'{name}' keeps its value from one part of the program to another, but "
                     f"{step.raw.record.name} writes another bank than {steps[0].raw.record.name} "
-                    f"in {first.file}:{first.number}",
+                    f"in {where(steps[0].place)}",
                     f"insert mov: write another name and mov it to '{name}'",
                 )
                 return
@@ -134,20 +132,21 @@ class _Renamer:
 
     def _slots(self, group: list[Step]) -> list[Operation | None]:
         """Slot of every operation of a bundle: named registers first, then in the order written."""
-        slots: list[Operation | None] = [None] * len(self.configuration.slots)
+        configuration = self.operands.configuration
+        slots: list[Operation | None] = [None] * len(configuration.slots)
         steps = [step for step in group if step.operation.mnemonic != "nop"]
         steps.sort(key=lambda step: not isinstance(step.operation.dst, Register))
         for step in steps:
             if step.operation.dst in [op.dst for op in slots if op is not None and op.dst]:
                 continue
-            unit = self.isa.units[step.raw.record.unit]
+            unit = self.operands.isa.units[step.raw.record.unit]
             choices = [
                 slot
                 for slot in range(len(slots))
-                if self.configuration.allows(slot, unit)
+                if configuration.allows(slot, unit)
                 and not (
                     isinstance(step.operation.dst, Register)
-                    and self.configuration.result_bank(slot, unit) != step.operation.dst.bank
+                    and configuration.result_bank(slot, unit) != step.operation.dst.bank
                 )
             ]
             free = [slot for slot in choices if slots[slot] is None]
@@ -157,7 +156,7 @@ class _Renamer:
                 raise SourceError(
                     step.place,
                     f"no slot left for {step.raw.record.name}: configuration "
-                    f"'{self.configuration.name}' has slots {', '.join(self.configuration.slots)}; "
+                    f"'{configuration.name}' has slots {', '.join(configuration.slots)}; "
                     + ", ".join(taken),
                     f"put this {kind} operation into another bundle",
                 )

@@ -96,9 +96,8 @@ def report_program(program: Program, machine: Machine) -> Report:
         (" ".join(region.labels) or f"region {i}", region.bundles or [])
         for i, region in enumerate(program.regions)
     ]
-    whole = [bundle for _, bundles in parts for bundle in bundles]
-    if not any(op.mnemonic in BRANCHES for bundle in whole for op in bundle.operations):
-        parts = [("whole program", whole)]
+    if not any(op.mnemonic in BRANCHES for _, _, op in program.placed()):
+        parts = [("whole program", program.bundles)]
     return Report(
         title=program.title,
         configuration=machine.configuration,

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
 
 from asip_asm.dependence import build_graph
 from asip_asm.ir import Bundle, Operation, Output, Program, Region, Register, Virtual
@@ -34,21 +33,6 @@ class SizeError(ValueError):
     help = "shorten the program, or repeat parts of it with a branch"
 
 
-@dataclass(frozen=True)
-class Banks:
-    """Banks that are decided before scheduling: of physical registers, pinned states and shared
-    symbols.
-    """
-
-    fixed: dict[Virtual, str]
-
-    def of(self, destination: object) -> str | None:
-        """Bank the destination must be written to; None if the schedule may choose."""
-        if isinstance(destination, Register):
-            return destination.bank
-        return self.fixed.get(destination) if isinstance(destination, Virtual) else None
-
-
 def schedule_program(
     program: Program,
     machine: Machine,
@@ -61,15 +45,13 @@ def schedule_program(
     `effort` bounds the schedules tried per region; same input and effort give the same bundles.
     `progress` is called during the search. Raises ScheduleError.
     """
-    banks = decide_banks(program, machine)
-    storage = state_storage(program)
+    placement = _Placement(program, machine)
     linear = sum(len(region.operations) for region in program.regions if region.bundles is None)
     effort = min(effort, max(1, PLACEMENTS // max(1, linear)))
     for region in program.regions:
         if region.bundles is None:
-            problem = region_problem(program, region, machine, banks, storage)
-            times = search(problem, effort, progress)
-            region.bundles = _emit(region, times, machine, banks, program)
+            times = search(placement.problem(region), effort, progress)
+            region.bundles = placement.bundles(region, times)
 
 
 def check_size(program: Program, machine: Machine, program_bundles: int) -> None:
@@ -101,10 +83,10 @@ def bundle_in_order(program: Program, machine: Machine) -> None:
 
     Raises ScheduleError.
     """
-    banks = decide_banks(program, machine)
+    placement = _Placement(program, machine)
     for region in program.regions:
         if region.bundles is None:
-            region.bundles = _emit(region, range(len(region.operations)), machine, banks, program)
+            region.bundles = placement.bundles(region, range(len(region.operations)))
 
 
 def state_storage(program: Program) -> dict[Virtual, Virtual]:
@@ -124,7 +106,7 @@ def operations_of(regions: Iterable[Region]) -> Iterator[tuple[Operation, int | 
                 yield from ((op, slot) for slot, op in bundle.placed())
 
 
-def decide_banks(program: Program, machine: Machine) -> Banks:
+def decide_banks(program: Program, machine: Machine) -> dict[Virtual, str]:
     """Banks of the symbols that need one before scheduling.
 
     These are pinned states, and symbols that are written more than once: all their writes must go
@@ -156,7 +138,7 @@ def decide_banks(program: Program, machine: Machine) -> Banks:
         ordered = sorted(possible)
         fixed[symbol] = ordered[spread % len(ordered)]
         spread += len(ordered) > 1
-    return Banks(fixed)
+    return fixed
 
 
 def describe(operation: Operation) -> str:
@@ -166,116 +148,114 @@ def describe(operation: Operation) -> str:
     return f"{operation.source.file}:{operation.source.line}: {operation.mnemonic}"
 
 
-def allowed_slots(operation: Operation, machine: Machine, banks: Banks) -> tuple[int, ...]:
-    """Slots where the operation's result goes to the bank its destination needs.
-
-    Raises ScheduleError if none.
+class _Placement:
+    """Where the operations of a program may stand: slots, search problems and bundles of its
+    regions. `fixed` are the banks that `decide_banks` gives.
     """
-    bank = banks.of(operation.dst)
-    slots = machine.slots_of(operation)
-    if bank is not None:
-        slots = tuple(slot for slot in slots if machine.bank(operation, slot) == bank)
-    if not slots or (isinstance(operation.dst, Output) and machine.unit(operation).bank != "C"):
-        raise ScheduleError(
-            f"{describe(operation)}: no slot of configuration '{machine.configuration}' executes "
-            f"it with its result in {'an output' if bank is None else f'bank {bank}'}"
-        )
-    return slots
 
+    def __init__(self, program: Program, machine: Machine) -> None:
+        self.program = program
+        self.machine = machine
+        self.fixed = decide_banks(program, machine)
+        self.storage = state_storage(program)
 
-def region_problem(
-    program: Program,
-    region: Region,
-    machine: Machine,
-    banks: Banks,
-    storage: dict[Virtual, Virtual],
-) -> Problem:
-    """Search problem of a linear region: its graph, resources and register values."""
-    pipe: list[int | None] = []
-    for op in region.operations:
-        slots = allowed_slots(op, machine, banks)
-        pipe.append(slots[0] if len(slots) < len(machine.slots_of(op)) else None)
-    values, capacity = _values(program, region, machine, banks, storage)
-    graph = build_graph(region.operations, machine, storage)
-    return build_problem(graph, machine, pipe, values, capacity)
+    def slots(self, operation: Operation) -> tuple[int, ...]:
+        """Slots where the operation's result goes to the bank its destination needs.
 
+        Raises ScheduleError if none.
+        """
+        machine, destination = self.machine, operation.dst
+        bank = destination.bank if isinstance(destination, Register) else None
+        if isinstance(destination, Virtual):
+            bank = self.fixed.get(destination)
+        slots = machine.slots_of(operation)
+        if bank is not None:
+            slots = tuple(slot for slot in slots if machine.bank(operation, slot) == bank)
+        if not slots or (isinstance(destination, Output) and machine.unit(operation).bank != "C"):
+            raise ScheduleError(
+                f"{describe(operation)}: no slot of configuration '{machine.configuration}' "
+                f"executes it with its result in {'an output' if bank is None else f'bank {bank}'}"
+            )
+        return slots
 
-def _values(
-    program: Program,
-    region: Region,
-    machine: Machine,
-    banks: Banks,
-    storage: dict[Virtual, Virtual],
-) -> tuple[list[Value], tuple[int, int]]:
-    """Register values of the region in two pools, multiply-add banks and bank C, and the pools'
-    free registers.
-    """
-    reserved = set(storage) | {state.first for state in program.states} | set(banks.fixed)
-    kept = {export.value for export in program.exports}
-    for op, _ in operations_of(other for other in program.regions if other is not region):
-        kept.update(sources(op))
-    sizes = machine.bank_sizes
-    capacity = [sizes["A"] + sizes["B"], sizes["C"]]
-    pool = {"pipe": 0, "C": 1}
-    named = {state.register for state in program.fixed_states}
-    holders: dict[Virtual, int] = {}
-    for op, _ in operations_of(program.regions):
-        named.update(place for place in (op.dst, *sources(op)) if isinstance(place, Register))
-        if op.dst in reserved:
-            holders[storage.get(op.dst, op.dst)] = pool[machine.unit(op).bank]
-    for state in program.states:
-        holders.setdefault(state.first, int(state.pin in (None, "C")))
-    for index in [*holders.values(), *(int(register.bank == "C") for register in named)]:
-        capacity[index] -= 1
-    readers: dict[object, list[int]] = defaultdict(list)
-    definition: dict[Virtual, int] = {}
-    for i, op in enumerate(region.operations):
-        for source in sources(op):
-            readers[source].append(i)
-        if isinstance(op.dst, Virtual) and op.dst not in reserved:
-            definition[op.dst] = i
-    values = [
-        Value(
-            pool=pool[machine.unit(region.operations[i]).bank],
-            definition=i,
-            readers=tuple(readers[symbol]),
-            kept=symbol in kept,
-        )
-        for symbol, i in definition.items()
-    ]
-    return values, (capacity[0], capacity[1])
+    def problem(self, region: Region) -> Problem:
+        """Search problem of a linear region: its graph, resources and register values."""
+        pipe: list[int | None] = []
+        for op in region.operations:
+            slots = self.slots(op)
+            pipe.append(slots[0] if len(slots) < len(self.machine.slots_of(op)) else None)
+        graph = build_graph(region.operations, self.machine, self.storage)
+        return build_problem(graph, self.machine, pipe, *self._values(region))
 
+    def _values(self, region: Region) -> tuple[list[Value], tuple[int, int]]:
+        """Register values of the region in two pools, multiply-add banks and bank C, and the pools'
+        free registers.
+        """
+        program, machine, storage = self.program, self.machine, self.storage
+        reserved = set(storage) | {state.first for state in program.states} | set(self.fixed)
+        kept = {export.value for export in program.exports}
+        for op, _ in operations_of(other for other in program.regions if other is not region):
+            kept.update(sources(op))
+        sizes = machine.bank_sizes
+        capacity = [sizes["A"] + sizes["B"], sizes["C"]]
+        pool = {"pipe": 0, "C": 1}
+        named = {state.register for state in program.fixed_states}
+        holders: dict[Virtual, int] = {}
+        for op, _ in operations_of(program.regions):
+            named.update(place for place in (op.dst, *sources(op)) if isinstance(place, Register))
+            if op.dst in reserved:
+                holders[storage.get(op.dst, op.dst)] = pool[machine.unit(op).bank]
+        for state in program.states:
+            holders.setdefault(state.first, int(state.pin in (None, "C")))
+        for index in [*holders.values(), *(int(register.bank == "C") for register in named)]:
+            capacity[index] -= 1
+        readers: dict[object, list[int]] = defaultdict(list)
+        definition: dict[Virtual, int] = {}
+        for i, op in enumerate(region.operations):
+            for source in sources(op):
+                readers[source].append(i)
+            if isinstance(op.dst, Virtual) and op.dst not in reserved:
+                definition[op.dst] = i
+        values = [
+            Value(
+                pool=pool[machine.unit(region.operations[i]).bank],
+                definition=i,
+                readers=tuple(readers[symbol]),
+                kept=symbol in kept,
+            )
+            for symbol, i in definition.items()
+        ]
+        return values, (capacity[0], capacity[1])
 
-def _emit(
-    region: Region, times: Sequence[int], machine: Machine, banks: Banks, program: Program
-) -> list[Bundle]:
-    """Bundles of a region with operation i issued in cycle times[i].
+    def bundles(self, region: Region, times: Sequence[int]) -> list[Bundle]:
+        """Bundles of a region with operation i issued in cycle times[i].
 
-    Cycles without operations get no bundle: the core stalls there by itself. Only where that would
-    make the region longer than planned (a bundle issued early can meet another one at the write
-    port) bundles of nops stand.
-    """
-    planned: dict[int, list[int]] = defaultdict(list)
-    for i, time in enumerate(times):
-        planned[time].append(i)
-    chooser = _PipeChooser(region, times, machine, banks, program)
-    filled = {
-        cycle: machine.bundle(chooser.place(cycle, planned[cycle])) for cycle in sorted(planned)
-    }
-    bundles = list(filled.values())
-    if not bundles and (region.halt or region.labels):
-        bundles.append(machine.bundle({}))
-    if region.halt:
-        bundles[-1].halt = True
-    latencies = [max(1, machine.latency(op)) for op in region.operations]
-    end = max((t + n + 1 for t, n in zip(times, latencies, strict=True)), default=2)
-    if machine.drain_cycle(bundles) > end:
-        bundles = [filled.get(cycle) or machine.bundle({}) for cycle in range(max(times) + 1)]
-        for nop in [bundle for bundle in bundles if not any(bundle.slots)]:
-            fewer = [bundle for bundle in bundles if bundle is not nop]
-            if machine.drain_cycle(fewer) <= end:
-                bundles = fewer
-    return bundles
+        Cycles without operations get no bundle: the core stalls there by itself. Only where that
+        would make the region longer than planned (a bundle issued early can meet another one at the
+        write port) bundles of nops stand.
+        """
+        machine = self.machine
+        planned: dict[int, list[int]] = defaultdict(list)
+        for i, time in enumerate(times):
+            planned[time].append(i)
+        chooser = _PipeChooser(self, region, times)
+        filled = {
+            cycle: machine.bundle(chooser.place(cycle, planned[cycle])) for cycle in sorted(planned)
+        }
+        bundles = list(filled.values())
+        if not bundles and (region.halt or region.labels):
+            bundles.append(machine.bundle({}))
+        if region.halt:
+            bundles[-1].halt = True
+        latencies = [max(1, machine.latency(op)) for op in region.operations]
+        end = max((t + n + 1 for t, n in zip(times, latencies, strict=True)), default=2)
+        if machine.drain_cycle(bundles) > end:
+            bundles = [filled.get(cycle) or machine.bundle({}) for cycle in range(max(times) + 1)]
+            for nop in [bundle for bundle in bundles if not any(bundle.slots)]:
+                fewer = [bundle for bundle in bundles if bundle is not nop]
+                if machine.drain_cycle(fewer) <= end:
+                    bundles = fewer
+        return bundles
 
 
 class _PipeChooser:
@@ -283,32 +263,24 @@ class _PipeChooser:
     in use.
     """
 
-    def __init__(
-        self,
-        region: Region,
-        times: Sequence[int],
-        machine: Machine,
-        banks: Banks,
-        program: Program,
-    ) -> None:
+    def __init__(self, placement: _Placement, region: Region, times: Sequence[int]) -> None:
         self.operations = region.operations
-        self.machine = machine
-        self.banks = banks
+        self.slots_of = placement.slots
         end = max(times, default=0) + 1
-        kept = {export.value for export in program.exports}
-        kept.update(state.last for state in program.states)
+        kept = {export.value for export in placement.program.exports}
+        kept.update(state.last for state in placement.program.states)
         self.last: dict[object, int] = {}
         for op, time in zip(self.operations, times, strict=True):
             if op.dst in kept:
                 self.last[op.dst] = end
             for source in sources(op):
                 self.last[source] = max(time, self.last.get(source, 0))
-        self.ends: list[list[int]] = [[] for _ in machine.slots]
+        self.ends: list[list[int]] = [[] for _ in placement.machine.slots]
 
     def place(self, cycle: int, members: Sequence[int]) -> dict[int, Operation]:
         """Slots of the operations that issue in `cycle`; cycles must come in rising order."""
         operations = [self.operations[i] for i in members]
-        choices = {op: allowed_slots(op, self.machine, self.banks) for op in operations}
+        choices = {op: self.slots_of(op) for op in operations}
         # Fixed slots first, then long-lived results, which get the emptier bank.
         operations.sort(key=lambda op: (len(choices[op]), -self.last.get(op.dst, cycle)))
         slots: dict[int, Operation] = {}

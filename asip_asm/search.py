@@ -162,88 +162,79 @@ def lower_bound(problem: Problem) -> int:
     return max([critical_path(problem), *occupancy_bounds(problem).values()])
 
 
-class Placer:
-    """Serial list scheduler of one problem, forward and backward."""
+def ordered(graph: Graph, keys: Sequence[float], forward: bool) -> list[int]:
+    """Operations by rising key, corrected so that none comes before one it depends on (or,
+    backward, after).
+    """
+    before = graph.predecessors if forward else graph.successors
+    after = graph.successors if forward else graph.predecessors
+    waiting = [len(edges) for edges in before]
+    ready = [(keys[i], i) for i, count in enumerate(waiting) if count == 0]
+    heapq.heapify(ready)
+    result = []
+    while ready:
+        _, i = heapq.heappop(ready)
+        result.append(i)
+        for j, _ in after[i]:
+            waiting[j] -= 1
+            if waiting[j] == 0:
+                heapq.heappush(ready, (keys[j], j))
+    return result
 
-    def __init__(self, problem: Problem) -> None:
-        self.problem = problem
 
-    def order(self, keys: Sequence[float], forward: bool) -> list[int]:
-        """Operations by rising key, corrected so that none comes before one it depends on (or,
-        backward, after).
-        """
-        graph = self.problem.graph
-        before = graph.predecessors if forward else graph.successors
-        after = graph.successors if forward else graph.predecessors
-        waiting = [len(edges) for edges in before]
-        ready = [(keys[i], i) for i, count in enumerate(waiting) if count == 0]
-        heapq.heapify(ready)
-        result = []
-        while ready:
-            _, i = heapq.heappop(ready)
-            result.append(i)
-            for j, _ in after[i]:
-                waiting[j] -= 1
-                if waiting[j] == 0:
-                    heapq.heappush(ready, (keys[j], j))
-        return result
-
-    def place(self, order: Sequence[int], forward: bool) -> list[int]:
-        """Issue cycles, from 0 on; backward the schedule is built from its end and then moved to
-        start at 0.
-        """
-        problem = self.problem
-        latency = problem.graph.latency
-        edges = problem.graph.predecessors if forward else problem.graph.successors
-        # Backward the time axis is mirrored: u = -(issue), ends are aligned at the last write.
-        sign = 1 if forward else -1
-        lane, port, pipe, blocked = problem.lane, problem.port, problem.pipe, problem.blocked
-        lanes = problem.lanes
-        used: dict[str, dict[int, int]] = {name: {} for name in lanes}
-        skip: dict[str, dict[int, int]] = {name: {} for name in lanes}
-        writes: set[int] = set()
-        fixed: set[tuple[int, int]] = set()
-        busy: dict[str, dict[int, int]] = {block[0]: {} for block in blocked if block is not None}
-        times = [0] * len(order)
-        for i in order:
-            u = 0 if forward else latency[i] + 1
-            for j, distance in edges[i]:
-                v = times[j] + distance
-                if v > u:
-                    u = v
-            home = lane[i]
-            table, jump, slots = used[home], skip[home], lanes[home]
-            rank = sign * latency[i]
-            takes_port = port[i]
-            block = blocked[i]
-            while True:
-                if u in jump:
-                    u = _first_free(jump, u)
-                if (takes_port and u + rank in writes) or (u, pipe[i]) in fixed:
-                    u += 1
-                    continue
-                if block is not None and u in busy[block[0]]:
-                    u = _first_free(busy[block[0]], u)
-                    continue
-                break
-            times[i] = u
-            count = table.get(u, 0) + 1
-            table[u] = count
-            if count == slots:
-                jump[u] = u + 1
-            if takes_port:
-                writes.add(u + rank)
-            if pipe[i] is not None:
-                fixed.add((u, pipe[i]))
-            if block is not None:
-                unit, interval = block
-                busy[unit].update(
-                    dict.fromkeys(range(u - interval + 1, u + interval), u + interval)
-                )
-        if forward:
-            return times
-        last = max(times, default=0)
-        return [last - u for u in times]
+def place(problem: Problem, order: Sequence[int], forward: bool) -> list[int]:
+    """Issue cycles of operations that a serial list scheduler places in this order, from 0 on;
+    backward the schedule is built from its end and then moved to start at 0.
+    """
+    latency = problem.graph.latency
+    edges = problem.graph.predecessors if forward else problem.graph.successors
+    # Backward the time axis is mirrored: u = -(issue), ends are aligned at the last write.
+    sign = 1 if forward else -1
+    lane, port, pipe, blocked = problem.lane, problem.port, problem.pipe, problem.blocked
+    lanes = problem.lanes
+    used: dict[str, dict[int, int]] = {name: {} for name in lanes}
+    skip: dict[str, dict[int, int]] = {name: {} for name in lanes}
+    writes: set[int] = set()
+    fixed: set[tuple[int, int]] = set()
+    busy: dict[str, dict[int, int]] = {block[0]: {} for block in blocked if block is not None}
+    times = [0] * len(order)
+    for i in order:
+        u = 0 if forward else latency[i] + 1
+        for j, distance in edges[i]:
+            v = times[j] + distance
+            if v > u:
+                u = v
+        home = lane[i]
+        table, jump, slots = used[home], skip[home], lanes[home]
+        rank = sign * latency[i]
+        takes_port = port[i]
+        block = blocked[i]
+        while True:
+            if u in jump:
+                u = _first_free(jump, u)
+            if (takes_port and u + rank in writes) or (u, pipe[i]) in fixed:
+                u += 1
+                continue
+            if block is not None and u in busy[block[0]]:
+                u = _first_free(busy[block[0]], u)
+                continue
+            break
+        times[i] = u
+        count = table.get(u, 0) + 1
+        table[u] = count
+        if count == slots:
+            jump[u] = u + 1
+        if takes_port:
+            writes.add(u + rank)
+        if pipe[i] is not None:
+            fixed.add((u, pipe[i]))
+        if block is not None:
+            unit, interval = block
+            busy[unit].update(dict.fromkeys(range(u - interval + 1, u + interval), u + interval))
+    if forward:
+        return times
+    last = max(times, default=0)
+    return [last - u for u in times]
 
 
 def _first_free(busy: dict[int, int], cycle: int) -> int:
@@ -294,7 +285,6 @@ class _Search:
         self.problem = problem
         self.effort = effort
         self.progress = progress
-        self.placer = Placer(problem)
         self.rng = random.Random(SEED)
         self.bound = lower_bound(problem)
         self.tried = 0
@@ -385,7 +375,7 @@ class _Search:
 
     def _place(self, keys: list[float], forward: bool) -> list[int]:
         self.tried += 1
-        return self.placer.place(self.placer.order(keys, forward), forward)
+        return place(self.problem, ordered(self.problem.graph, keys, forward), forward)
 
     def _improve(self, times: list[int]) -> Found:
         """Justify to the end and back to the start, as long as that is better."""

@@ -29,7 +29,7 @@ _OUTPUT = re.compile(r"o([0-9]+)")
 @dataclass(eq=False)
 class Declaration:
     """A declared name. `value` is a constant's value in double precision or a data address; `bits`
-    a constant's, state's or safe value's bits; `place_in` the bank or register it is pinned to.
+    a constant's, state's or safe value's bits; `pin` the bank or register it is pinned to.
     `folded`: an expression took the value, so that a word of bank K is not all there is of it.
     """
 
@@ -134,9 +134,10 @@ def is_reserved(name: str) -> bool:
 def span(first: Token, cursor: Cursor) -> Place:
     """Characters from a token to the last one consumed."""
     last = cursor.tokens[max(cursor.position - 1, 0)]
-    if last.line is not first.line:
+    line, column = first.place.line, first.place.column
+    if last.place.line is not line:
         return first.place
-    return Place(first.line, first.place.column, max(1, last.end - first.place.column))
+    return Place(line, column, max(1, last.end - column))
 
 
 def where(place: Place) -> str:

@@ -130,24 +130,19 @@ def _rounded(value: Real, spread: Real, units: float = 1.0) -> Real:
     return units * UNIT * (np.abs(value) + spread) + TINY
 
 
-def _multiply_add(product: int, addend: int) -> Rule:
-    def rule(x: list[Real], e: list[Real]) -> tuple[Real, tuple[Real, ...], Real]:
-        value = product * x[0] * x[1] + addend * x[2]
-        ones = np.ones_like(value)
-        second = e[0] * e[1]
-        spread = np.abs(x[0]) * e[1] + np.abs(x[1]) * e[0] + e[2] + second
-        partials = (product * x[1], product * x[0], addend * ones)
-        return value, partials, _rounded(value, spread) + second
+def _multiply(sign: int, addend: int = 0) -> Rule:
+    """Product, with an addend of this sign if there is one."""
 
-    return rule
-
-
-def _multiply(sign: int) -> Rule:
     def rule(x: list[Real], e: list[Real]) -> tuple[Real, tuple[Real, ...], Real]:
         value = sign * x[0] * x[1]
+        partials = (sign * x[1], sign * x[0])
+        spread = np.abs(x[0]) * e[1] + np.abs(x[1]) * e[0]
+        if addend:
+            value = value + addend * x[2]
+            partials = (*partials, addend * np.ones_like(value))
+            spread = spread + e[2]
         second = e[0] * e[1]
-        spread = np.abs(x[0]) * e[1] + np.abs(x[1]) * e[0] + second
-        return value, (sign * x[1], sign * x[0]), _rounded(value, spread) + second
+        return value, partials, _rounded(value, spread + second) + second
 
     return rule
 
@@ -255,10 +250,10 @@ def _to_int(round_: Callable[[Real], Real]) -> Rule:
 
 
 RULES: dict[str, Rule] = {
-    "fmadd": _multiply_add(1, 1),
-    "fnmsub": _multiply_add(-1, 1),
-    "fmsub": _multiply_add(1, -1),
-    "fnmadd": _multiply_add(-1, -1),
+    "fmadd": _multiply(1, 1),
+    "fnmsub": _multiply(-1, 1),
+    "fmsub": _multiply(1, -1),
+    "fnmadd": _multiply(-1, -1),
     "fmul": _multiply(1),
     "fnmul": _multiply(-1),
     "fadd": _add(1),

@@ -5,7 +5,6 @@ runs in the fewest cycles.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 from asip_asm.dependence import build_graph as dependence_graph
@@ -23,7 +22,7 @@ from asip_asm.search import build_problem, length, search
 
 TRIAL_EFFORT = 12
 """Schedules by which two forms of a program are compared."""
-RELAXATIONS = (0.0, 0.25, 0.5, 0.75, 1.0)
+RELAXATIONS = (0.25, 0.5, 0.75, 1.0)
 """Shares of a sum's slack that it may use to save operations."""
 
 
@@ -48,7 +47,7 @@ class Options:
 
 @dataclass(frozen=True)
 class Compiled:
-    """A compiled law: the graph of core operations, the source text, cycles of a short search."""
+    """A compiled law: the graph of core operations, the source text."""
 
     law: Law
     options: Options
@@ -66,58 +65,46 @@ def compile_law(
     if options.reciprocal:
         real = simplify(share_divisors(real))
     if options.sine == "balanced":
-        fastest = _fastest(machine, options)
-        real = balance(real, law, lambda form: trial_cycles(fastest(form).run(), machine))
+
+        def cycles(form: Graph) -> int:
+            fastest = SumBuilder(form, machine, options.reassociate).run()
+            return trial_cycles(fastest, machine)
+
+        real = balance(real, law, cycles)
     elif options.sine == "pipes":
         real = replace_sines(real, angles(real, law))
     graph = choose_sums(real, machine, options)
     return Compiled(law, options, graph, emit(graph, law, options.constants))
 
 
-def latencies(machine: Machine) -> Callable[[str], int]:
-    """Cycles from the issue of a core operation to the issue of its reader."""
-    return lambda op: machine.units[machine.unit_names[op]].latency + 1
-
-
-def _fastest(machine: Machine, options: Options) -> Callable[[Graph], SumBuilder]:
-    """Maker of the form with the shortest critical path."""
-    return lambda real: SumBuilder(real, latencies(machine), options.reassociate)
-
-
 def choose_sums(real: Graph, machine: Machine, options: Options) -> Graph:
     """Core operations of the graph: the form with the shortest trial schedule."""
-    latency = latencies(machine)
-    first = _fastest(machine, options)(real)
+    first = SumBuilder(real, machine, options.reassociate)
     fastest = first.run()
     if not options.reassociate:
         return fastest
-    slack = _slack(fastest, latency)
+    slack = _slack(fastest, machine)
     best = (trial_cycles(fastest, machine), fastest)
-    for share in RELAXATIONS[1:]:
+    for share in RELAXATIONS:
         deadlines = {
-            old: first.time(new) + share * slack[new] for old, new in first.map.items() if new >= 0
+            old: first.time(new) + share * slack[new]
+            for old, new in first.map.items()
+            if new in slack
         }
-        graph = SumBuilder(real, latency, True, deadlines).run()
+        graph = SumBuilder(real, machine, True, deadlines).run()
         cycles = trial_cycles(graph, machine)
         if cycles < best[0]:
             best = (cycles, graph)
     return best[1]
 
 
-def _slack(graph: Graph, latency: Callable[[str], int]) -> list[int]:
-    """Cycles by which each node may be late without a longer critical path."""
-    tails = [0] * len(graph.nodes)
-    heads = [0] * len(graph.nodes)
-    for i in graph.used():
-        node = graph.nodes[i]
-        if node.args:
-            heads[i] = max(heads[a] for a in node.args) + latency(node.op)
-    for i in reversed(graph.used()):
-        node = graph.nodes[i]
-        for a in node.args:
-            tails[a] = max(tails[a], tails[i] + latency(node.op))
-    longest = max((heads[i] + tails[i] for i in graph.used()), default=0)
-    return [longest - h - t for h, t in zip(heads, tails, strict=True)]
+def _slack(graph: Graph, machine: Machine) -> dict[int, int]:
+    """Cycles by which each operation may be late without a longer critical path."""
+    order = dependence_graph(core_operations(graph), machine)
+    heads, tails = order.heads(), order.tails()
+    longest = max(tails, default=0)
+    numbers = (number for number, _ in graph.operations())
+    return {i: longest - h - t for i, h, t in zip(numbers, heads, tails, strict=True)}
 
 
 def trial_cycles(graph: Graph, machine: Machine) -> int:

@@ -8,7 +8,6 @@ data memory, loaded once in a run.
 
 from __future__ import annotations
 
-import struct
 from collections import Counter
 
 import numpy as np
@@ -61,7 +60,7 @@ def literal(value: float) -> str:
         raise ModelError(f"the constant {value:g} is too large for binary32")
     text = str(single)
     if np.float32(float(text)) != single or (single == 0 and np.signbit(single)):
-        return f"0f{struct.unpack('>I', struct.pack('>f', single))[0]:08x}"
+        return f"0f{single.view(np.uint32):08x}"
     return text
 
 
@@ -89,13 +88,10 @@ class _Emitter:
 
     def _last_reads(self) -> dict[str, float]:
         """Position of the last operation that reads the old value of each state."""
-        found: dict[str, float] = {}
-        for i in [*self.order, None]:
-            args = self.graph.roots() if i is None else self.graph.nodes[i].args
-            for arg in args:
-                if self.graph.nodes[arg].op in ("state", "int_state"):
-                    found[str(self.graph.nodes[arg].value)] = float("inf") if i is None else i
-        return found
+        nodes = self.graph.nodes
+        reads = [(i, nodes[arg]) for i in self.order for arg in nodes[i].args]
+        reads += [(float("inf"), nodes[root]) for root in self.graph.roots()]
+        return {str(node.value): i for i, node in reads if node.op in ("state", "int_state")}
 
     # ------------------------------------------------------------------ constants
     def _choose_data(self) -> list[float]:

@@ -239,7 +239,7 @@ class _Expander(Rewriter):
         p = self.op("select", left, self.op("sub", self.c(PI), p), p)
         return self.op("copysign", p, y)
 
-    def _half_arcsine(self, x: int) -> tuple[int, int, int]:
+    def _half_arcsine(self, x: int) -> tuple[int, int]:
         """Size of x above 1/2 (a test), and arcsin of |x|, or of sqrt((1 - |x|)/2) there."""
         a = self.op("fabs", x)
         outer = self.op("flt", self.c(0.5), a)
@@ -247,16 +247,16 @@ class _Expander(Rewriter):
         rest = self.op("fnmsub", a, half, half)
         z = self.op("sel", outer, rest, self.op("fmul", a, a))
         y = self.op("sel", outer, self.op("fsqrt", rest), a)
-        return outer, self.fma(self.op("fmul", y, z), self.horner(ASIN, z), y), a
+        return outer, self.fma(self.op("fmul", y, z), self.horner(ASIN, z), y)
 
     def _asin(self, x: int) -> int:
-        outer, p, _ = self._half_arcsine(x)
+        outer, p = self._half_arcsine(x)
         far = self.op("fnmsub", p, self.c(2.0), self.c(PI / 2))
         size = self.op("sel", outer, far, p)
         return self.mark("asin", self.op("selge", x, size, self.op("fneg", size)), x)
 
     def _acos(self, x: int) -> int:
-        outer, p, _ = self._half_arcsine(x)
+        outer, p = self._half_arcsine(x)
         twice = self.op("fadd", p, p)
         far = self.op("selge", x, twice, self.op("fsub", self.c(PI), twice))
         signed = self.op("selge", x, p, self.op("fneg", p))

@@ -69,7 +69,7 @@ class _Simplifier(Rewriter):
             except (ArithmeticError, ValueError):
                 pass  # the program shall show what the law asks for
         rule = getattr(self, f"_{op}", None)
-        found = rule(args, values) if rule else None
+        found = rule(*args) if rule else None
         if found is not None:
             return found
         if op in COMMUTATIVE:
@@ -87,11 +87,10 @@ class _Simplifier(Rewriter):
         return self.new.nodes[index].args[0]
 
     # ------------------------------------------------------------------ one rule per operation
-    def _add(self, args: Sequence[int], values: Sequence[float | None]) -> int | None:
-        a, b = args
-        if values[0] == 0:
+    def _add(self, a: int, b: int) -> int | None:
+        if self.new.constant(a) == 0:
             return b
-        if values[1] == 0:
+        if self.new.constant(b) == 0:
             return a
         if self._is(b, "neg"):
             return self.make("sub", [a, self._arg(b)])
@@ -108,13 +107,12 @@ class _Simplifier(Rewriter):
         both = self.new.constant(zero) == 0 and self.new.constant(zero_of_b) == 0
         return self.new.add("select", c, x, y) if c == d and both else None
 
-    def _sub(self, args: Sequence[int], values: Sequence[float | None]) -> int | None:
-        a, b = args
+    def _sub(self, a: int, b: int) -> int | None:
         if a == b:
             return self.new.const(0.0)
-        if values[0] == 0:
+        if self.new.constant(a) == 0:
             return self.make("neg", [b])
-        if values[1] == 0:
+        if self.new.constant(b) == 0:
             return a
         if self._is(b, "neg"):
             return self.make("add", [a, self._arg(b)])
@@ -122,8 +120,9 @@ class _Simplifier(Rewriter):
             return self.make("neg", [self.make("add", [self._arg(a), b])])
         return None
 
-    def _mul(self, args: Sequence[int], values: Sequence[float | None]) -> int | None:
-        for (a, b), value in zip((args, args[::-1]), values, strict=True):
+    def _mul(self, *args: int) -> int | None:
+        for a, b in (args, args[::-1]):
+            value = self.new.constant(a)
             if value == 0:
                 return self.new.const(0.0)
             if value == 1:
@@ -134,44 +133,42 @@ class _Simplifier(Rewriter):
                 return self.make("neg", [self.make("mul", [self._arg(a), b])])
         return None
 
-    def _div(self, args: Sequence[int], values: Sequence[float | None]) -> int | None:
-        a, b = args
-        for i, arg in enumerate(args):
-            if self._is(arg, "neg"):
-                other = [self._arg(arg), b] if i == 0 else [a, self._arg(arg)]
-                return self.make("neg", [self.make("div", other)])
-        if values[0] == 0:
+    def _div(self, a: int, b: int) -> int | None:
+        if self._is(a, "neg"):
+            return self.make("neg", [self.make("div", [self._arg(a), b])])
+        if self._is(b, "neg"):
+            return self.make("neg", [self.make("div", [a, self._arg(b)])])
+        if self.new.constant(a) == 0:
             return a
-        if values[1] is not None and values[1] != 0 and abs(math.frexp(values[1])[0]) == 0.5:
-            return self.make("mul", [a, self.new.const(1.0 / values[1])])
+        value = self.new.constant(b)
+        if value is not None and value != 0 and abs(math.frexp(value)[0]) == 0.5:
+            return self.make("mul", [a, self.new.const(1.0 / value)])
         return None
 
-    def _neg(self, args: Sequence[int], values: Sequence[float | None]) -> int | None:
-        if self._is(args[0], "neg"):
-            return self._arg(args[0])
-        if self._is(args[0], "sub"):
-            a, b = self.new.nodes[args[0]].args
-            return self.make("sub", [b, a])
+    def _neg(self, a: int) -> int | None:
+        if self._is(a, "neg"):
+            return self._arg(a)
+        if self._is(a, "sub"):
+            return self.make("sub", self.new.nodes[a].args[::-1])
         return None
 
-    def _not(self, args: Sequence[int], values: Sequence[float | None]) -> int | None:
-        inner = self.new.nodes[args[0]]
-        return inner.args[0] if inner.op == "not" and is_test(self.new, inner.args[0]) else None
+    def _not(self, a: int) -> int | None:
+        return self._arg(a) if self._is(a, "not") and is_test(self.new, self._arg(a)) else None
 
-    def _select(self, args: Sequence[int], values: Sequence[float | None]) -> int | None:
-        test, a, b = args
+    def _select(self, test: int, a: int, b: int) -> int | None:
         if a == b:
             return a
-        if values[0] is not None:
-            return a if values[0] else b
+        value = self.new.constant(test)
+        if value is not None:
+            return a if value else b
         if self._is(test, "not"):
             return self.make("select", [self._arg(test), b, a])
         return None
 
-    def _min(self, args: Sequence[int], values: Sequence[float | None]) -> int | None:
+    def _min(self, *args: int) -> int | None:
         return self._saturation(args, "max")
 
-    def _max(self, args: Sequence[int], values: Sequence[float | None]) -> int | None:
+    def _max(self, *args: int) -> int | None:
         return self._saturation(args, "min")
 
     def _saturation(self, args: Sequence[int], inner: str) -> int | None:

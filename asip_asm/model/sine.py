@@ -18,14 +18,13 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from asip_asm.model.expand import MAGIC
 from asip_asm.model.functions import LARGEST_TURNS, TURN
 from asip_asm.model.graph import Graph, Node, Rewriter
 from asip_asm.model.law import Law
 
 SINE = (6.2831854820251465, -41.34176254272461, 81.60829162597656, -76.71895599365234,
         40.80321502685547)  # fmt: skip
-MAGIC = 12582912.0
-"""1.5 * 2^23: adding it rounds to an integer."""
 Range = tuple[float, float]
 NOWHERE: Range = (-math.inf, math.inf)
 

@@ -15,9 +15,10 @@ from __future__ import annotations
 
 import heapq
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from asip_asm.machine import Machine
 from asip_asm.model.graph import Graph, Node, Rewriter
 from asip_asm.model.simplify import is_test
 
@@ -40,22 +41,22 @@ class Term:
 
 
 class SumBuilder(Rewriter):
-    """Maps real arithmetic to core operations.
+    """Maps real arithmetic to core operations, in the form with the shortest critical path.
 
-    latency: cycles from the issue of a core operation to the issue of its reader. deadlines: cycle
-    at which the value of a node of the old graph must be ready, for nodes that may be later than
-    they could be. arrival: after `run`, the earliest cycle of every node of the new graph.
+    deadlines: cycle at which the value of a node of the old graph must be ready, for nodes that may
+    be later than they could be. arrival: after `run`, the earliest cycle of every node of the new
+    graph.
     """
 
     def __init__(
         self,
         old: Graph,
-        latency: Callable[[str], int],
+        machine: Machine,
         reassociate: bool,
         deadlines: Mapping[int, float] | None = None,
     ) -> None:
         super().__init__(old)
-        self.latency = latency
+        self.machine = machine
         self.reassociate = reassociate
         self.deadlines = deadlines or {}
         self.arrival: list[int] = []
@@ -88,6 +89,10 @@ class SumBuilder(Rewriter):
         return result
 
     # ------------------------------------------------------------------ nodes
+    def latency(self, op: str) -> int:
+        """Cycles from the issue of a core operation to the issue of its reader."""
+        return self.machine.units[self.machine.unit_names[op]].latency + 1
+
     def time(self, index: int) -> int:
         """Earliest cycle at which a reader of the new node can issue."""
         while len(self.arrival) <= index:
@@ -104,35 +109,34 @@ class SumBuilder(Rewriter):
         if node.op in DIRECT:
             return self.new.add(DIRECT[node.op], *args)
         rule = getattr(self, f"_{node.op}", None)
-        return rule(args) if rule else super().visit(index, node, args)
+        return rule(*args) if rule else super().visit(index, node, args)
 
-    def _not(self, args: Sequence[int]) -> int:
-        if is_test(self.new, args[0]):
-            return self.new.add("fsub", self.new.const(1.0), args[0])
-        return self.new.add("feq", args[0], self.new.const(0.0))
+    def _not(self, a: int) -> int:
+        if is_test(self.new, a):
+            return self.new.add("fsub", self.new.const(1.0), a)
+        return self.new.add("feq", a, self.new.const(0.0))
 
     def _test(self, index: int) -> int:
         if is_test(self.new, index):
             return index
         return self.new.add("sel", index, self.new.const(1.0), self.new.const(0.0))
 
-    def _and(self, args: Sequence[int]) -> int:
-        return self.new.add("fmin", *(self._test(arg) for arg in args))
+    def _and(self, a: int, b: int) -> int:
+        return self.new.add("fmin", self._test(a), self._test(b))
 
-    def _or(self, args: Sequence[int]) -> int:
-        return self.new.add("fmax", *(self._test(arg) for arg in args))
+    def _or(self, a: int, b: int) -> int:
+        return self.new.add("fmax", self._test(a), self._test(b))
 
-    def _select(self, args: Sequence[int]) -> int:
-        test = self.new.nodes[args[0]]
-        if test.op in ("flt", "fle") and self.new.constant(test.args[0]) == 0:
-            op = "selgt" if test.op == "flt" else "selge"
-            return self.new.add(op, test.args[1], args[1], args[2])
-        return self.new.add("sel", *args)
+    def _select(self, test: int, a: int, b: int) -> int:
+        node = self.new.nodes[test]
+        if node.op in ("flt", "fle") and self.new.constant(node.args[0]) == 0:
+            return self.new.add("selgt" if node.op == "flt" else "selge", node.args[1], a, b)
+        return self.new.add("sel", test, a, b)
 
-    def _copysign(self, args: Sequence[int]) -> int:
+    def _copysign(self, a: int, b: int) -> int:
         """A zero counts as positive, whatever its sign."""
-        size = self.new.add("fabs", args[0])
-        return self.new.add("selge", args[1], size, self.new.add("fneg", size))
+        size = self.new.add("fabs", a)
+        return self.new.add("selge", b, size, self.new.add("fneg", size))
 
     # ------------------------------------------------------------------ sums
     def _sum(self, index: int) -> int:

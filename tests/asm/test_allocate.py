@@ -46,13 +46,12 @@ def write_stalls(program, machine):
 @pytest.mark.parametrize("seed", SEEDS)
 def test_reused_registers__never_wait_for_an_earlier_write(seed):
     print(f"replay: random_program({seed}, 150)")
-    machine = FAST
     program = random_program(seed, 150)
-    schedule_program(program, machine, 20)
+    schedule_program(program, FAST, 20)
     # Symbols that the source itself writes twice may wait for each other.
-    written = write_stalls(program, machine)
-    allocate_registers(program, machine)
-    assert write_stalls(program, machine) == written
+    written = write_stalls(program, FAST)
+    allocate_registers(program, FAST)
+    assert write_stalls(program, FAST) == written
 
 
 def test_register_of_an_unread_result__comes_last_until_it_is_written():
@@ -83,8 +82,7 @@ def test_value_read_in_a_loop__survives_the_whole_loop():
         ],
     )
     program = Program(regions=[start, loop, Region(halt=True)])
-    machine = with_banks(FAST, 3)
-    arrange(program, machine, in_order=True)
+    arrange(program, with_banks(FAST, 3), in_order=True)
     base_register = start.operations[0].dst
     assert all(op.dst != base_register for op in loop.operations)
 
@@ -97,11 +95,7 @@ def test_spilled_program__computes_what_was_written(seed, configuration, order):
     machine = with_banks(MACHINES[configuration], 10)
     program = random_program(seed, random.Random(seed).randrange(40, 140), configuration)
     written, words = run_written(program), len(program.data)
-    if order == "scheduled":
-        schedule_program(program, machine, 20)
-    else:
-        bundle_in_order(program, machine)
-    allocate_registers(program, machine)
+    arrange(program, machine, in_order=order == "as_written", effort=20)
     assert run_bundles(program, words) == written
     assert all(
         place.index < 10
@@ -131,39 +125,32 @@ def test_no_data_word_left_to_spill__names_the_value():
     for value in values:
         build.output("mov", value)
     machine = replace(with_banks(FAST, 3), data_words=0)
-    bundle_in_order(build.program, machine)
     with pytest.raises(AllocationError, match="no data word left to spill 'x2'"):
-        allocate_registers(build.program, machine)
+        arrange(build.program, machine, in_order=True)
 
 
 def test_states_that_do_not_fit__are_reported():
     build = Builder()
     for i in range(3):
         build.state(f"s{i}")
-    machine = with_banks(FAST, 2)
-    schedule_program(build.program, machine)
     with pytest.raises(AllocationError, match="state 's2': bank C has no register left"):
-        allocate_registers(build.program, machine)
+        arrange(build.program, with_banks(FAST, 2))
 
 
 def test_exports_that_do_not_fit__are_reported():
     build = Builder()
     for i in range(3):
         build.export(build.op("mov", K0, name=f"x{i}"))
-    machine = with_banks(FAST, 2)
-    schedule_program(build.program, machine)
     with pytest.raises(AllocationError, match="bank C has 2 registers; .* none of its values"):
-        allocate_registers(build.program, machine)
+        arrange(build.program, with_banks(FAST, 2))
 
 
 def test_state__keeps_one_register_and_nothing_else_writes_it():
     program = parse_program(LAW)
     last = {state.name: state.last for state in program.states}
     writer = {op.dst: op for op in program.regions[0].operations}
-    machine = FAST
-    schedule_program(program, machine)
     writers = {name: writer[symbol] for name, symbol in last.items()}
-    allocate_registers(program, machine)
+    arrange(program, FAST)
     for state in program.states:
         writing = [op for op in operations_of(program) if op.dst == state.register]
         assert writing == [writers[state.name]]
@@ -182,9 +169,8 @@ def test_export_of_an_overwritten_first_value__is_refused():
     program = Program(regions=[Region(operations=[Operation("mov", last, K0)], halt=True)])
     program.states = [State("s", "float", 0, first, last)]
     program.exports = [Export("s", first)]
-    schedule_program(program, FAST)
     with pytest.raises(AllocationError, match="export 's': the state's value at the start"):
-        allocate_registers(program, FAST)
+        arrange(program, FAST)
 
 
 def test_export_of_an_input__is_its_own_place():
@@ -230,9 +216,8 @@ def test_symbols_in_braces__get_the_bank_of_their_slot():
 def test_value_read_but_never_written__is_reported():
     build = Builder()
     build.output("mov", Virtual("ghost", 1))
-    schedule_program(build.program, FAST)
     with pytest.raises(AllocationError, match="'ghost' is read or exported but never written"):
-        allocate_registers(build.program, FAST)
+        arrange(build.program, FAST)
 
 
 def test_spilling__beyond_its_bound__is_refused_with_the_reason(monkeypatch):

@@ -2,7 +2,6 @@
 """Commands asip-as and asip-objdump: files, summary, exit codes."""
 
 import os
-import subprocess
 import sys
 from pathlib import Path
 
@@ -12,7 +11,9 @@ from asip_asm.assemble import assemble
 from asip_asm.cli_as import main as asip_as
 from asip_asm.cli_objdump import main as asip_objdump
 from asip_asm.image import Image
+from asip_asm.project import ROOT
 from sim.asip_run.__main__ import main as asip_run
+from tests.bench.commands import output
 
 SOURCE = """.program "sum"
 .input x, y
@@ -36,6 +37,12 @@ def source(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return path
 
 
+def assembled(*options: str) -> Image:
+    """What asip-as makes of the source."""
+    assert asip_as(["sum.s", *options]) == 0
+    return Image.load(Path("sum.asip.json"))
+
+
 def test_as__good_source__writes_the_image_and_a_summary(source, capsys) -> None:
     assert asip_as(["sum.s", "-O0", "-o", "out/sum.asip.json"]) == 0
     assert capsys.readouterr().out == (
@@ -55,9 +62,7 @@ def test_as__options__choose_configuration_parameters_and_folders(source) -> Non
     Path("inc/rest.inc").write_text("        halt\n", encoding="utf-8")
     text = SOURCE.replace("        halt", '.include "rest.inc"')
     source.write_text(text, encoding="utf-8")
-    arguments = ["sum.s", "--config", "small", "-D", "gain=3.5", "-I", "inc"]
-    assert asip_as(arguments) == 0
-    image = Image.load(Path("sum.asip.json"))
+    image = assembled("--config", "small", "-D", "gain=3.5", "-I", "inc")
     assert image.configuration == "small"
     assert [(c.name, c.bits) for c in image.constants] == [("gain", "40600000")]
 
@@ -65,9 +70,8 @@ def test_as__options__choose_configuration_parameters_and_folders(source) -> Non
 def test_as__parameter_file__acts_at_once_and_another_replaces_it(source) -> None:
     source.write_text(SOURCE.replace(".param gain = 2.0", '.params "own.toml"'), encoding="utf-8")
 
-    def gain(*arguments: str) -> str:
-        assert asip_as(["sum.s", *arguments]) == 0
-        return Image.load(Path("sum.asip.json")).constants[0].bits
+    def gain(*options: str) -> str:
+        return assembled(*options).constants[0].bits
 
     Path("own.toml").write_text("gain = 2.0\n", encoding="utf-8")
     assert gain() == "40000000"
@@ -81,16 +85,11 @@ def test_as__parameter_file__acts_at_once_and_another_replaces_it(source) -> Non
 def test_as__optimised__puts_independent_operations_into_one_bundle(source) -> None:
     text = SOURCE.replace("fmul    u, t, gain", "fmul    u, x, gain")
     source.write_text(text, encoding="utf-8")
-    assert asip_as(["sum.s", "-O0", "-o", "slow.json"]) == 0
-    assert asip_as(["sum.s", "-O", "-o", "quick.json"]) == 0
-    slow, quick = Image.load(Path("slow.json")), Image.load(Path("quick.json"))
-    assert len(quick.bundles) < len(slow.bundles)
+    assert len(assembled("-O").bundles) < len(assembled("-O0").bundles)
 
 
 def test_as__listing__shows_addresses_cycles_words_source_and_equations(source) -> None:
-    arguments = ["sum.s", "-O0", "--listing", "sum.lst", "--symbols", "sum.sym"]
-    assert asip_as(arguments) == 0
-    image = Image.load(Path("sum.asip.json"))
+    image = assembled("-O0", "--listing", "sum.lst", "--symbols", "sum.sym")
     rows = Path("sum.lst").read_text(encoding="utf-8").splitlines()
     assert rows[0] == "; sum"
     assert rows[3].split() == ["0000", "0", image.bundles[0]]
@@ -216,18 +215,17 @@ def test_command__input_that_is_no_text__is_an_error_of_one_line(
     ],
 )
 def test_as__wrong_command_line__exits_with_two(arguments: list[str], source) -> None:
-    with pytest.raises(SystemExit) as caught:
+    with pytest.raises(SystemExit, match="^2$"):
         asip_as(arguments)
-    assert caught.value.code == 2
 
 
 def test_objdump__disassembly__reassembles_to_the_same_words(source, capsys) -> None:
-    assert asip_as(["sum.s"]) == 0
+    first = assembled()
     capsys.readouterr()
     assert asip_objdump(["-d", "sum.asip.json"]) == 0
     Path("again.s").write_text(capsys.readouterr().out, encoding="utf-8")
     assert asip_as(["again.s"]) == 0
-    first, again = Image.load(Path("sum.asip.json")), Image.load(Path("again.asip.json"))
+    again = Image.load(Path("again.asip.json"))
     again.sources = first.sources
     assert again == first
 
@@ -250,8 +248,7 @@ def test_objdump__no_image__is_an_error_without_traceback(source, capsys) -> Non
 
 
 def test_objdump__illegal_bundle__names_it(source, capsys) -> None:
-    assert asip_as(["sum.s", "-O0"]) == 0
-    image = Image.load(Path("sum.asip.json"))
+    image = assembled("-O0")
     image.bundles[2] = "0" * 32
     image.save(Path("sum.asip.json"))
     capsys.readouterr()
@@ -262,20 +259,12 @@ def test_objdump__illegal_bundle__names_it(source, capsys) -> None:
 
 
 def test_objdump__nothing_to_show__exits_with_two(source) -> None:
-    with pytest.raises(SystemExit) as caught:
+    with pytest.raises(SystemExit, match="^2$"):
         asip_objdump(["sum.asip.json"])
-    assert caught.value.code == 2
 
 
 @pytest.mark.parametrize("module", ["cli_as", "cli_objdump"])
 def test_command__help__shows_examples(module: str) -> None:
-    result = subprocess.run(
-        [sys.executable, "-m", f"asip_asm.{module}", "--help"],
-        capture_output=True,
-        text=True,
-        check=False,
-        cwd=Path(__file__).parents[2],
-        env=os.environ | {"COLUMNS": "100"},
-    )
-    assert result.returncode == 0
-    assert "examples:" in result.stdout and "exit status:" in result.stdout
+    columns = os.environ | {"COLUMNS": "100"}
+    text = output(sys.executable, "-m", f"asip_asm.{module}", "--help", cwd=ROOT, env=columns)
+    assert "examples:" in text and "exit status:" in text

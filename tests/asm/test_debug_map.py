@@ -11,20 +11,18 @@ from pathlib import Path
 
 import pytest
 
-from asip_asm.allocate import allocate_registers
 from asip_asm.assemble import build_program, encode, parse_program
 from asip_asm.cli_as import main as asip_as
 from asip_asm.debug_map import DebugMap, DebugMapError, Finder, map_path
 from asip_asm.debug_values import debug_map
 from asip_asm.image import Image
-from asip_asm.ir import Output, Program, Virtual, register_name
+from asip_asm.ir import Program, Virtual, register_name
 from asip_asm.isa import default_isa
 from asip_asm.machine import load_machine
 from asip_asm.project import ROOT
-from asip_asm.schedule import bundle_in_order, schedule_program
 
 from .interpret import run_bundles, run_written
-from .workload import loop_program, random_program
+from .workload import arrange, loop_program, random_program
 
 PROGRAMS = ROOT / "asip_asm/programs"
 LEG = Path(__file__).with_name("ok_leg_length.s")
@@ -43,7 +41,7 @@ def check(
 
     def watch(position: int, registers: dict, memory: list) -> None:
         nonlocal compared, overwritten
-        named = {register_name(r): word for r, word in registers.items() if not _output(r)}
+        named = {register_name(r): word for r, word in registers.items()}
         for value in found.values:
             symbol = Virtual(value.name, value.version)
             if value.version < 0 or value.place.startswith("o") or position % 3:
@@ -69,10 +67,6 @@ def check(
     return compared, overwritten
 
 
-def _output(place: object) -> bool:
-    return isinstance(place, Output) or place == "result"
-
-
 @pytest.mark.parametrize("optimise", [True, False])
 @pytest.mark.parametrize("configuration", ["fast", "small"])
 @pytest.mark.parametrize("seed", range(2))
@@ -81,12 +75,7 @@ def test_registers_of_random_programs(seed, configuration, optimise):
     written: dict = {}
     words = len(program.data)
     run_written(program, written)
-    machine = load_machine(configuration)
-    if optimise:
-        schedule_program(program, machine, effort=4)
-    else:
-        bundle_in_order(program, machine)
-    allocate_registers(program, machine)
+    arrange(program, load_machine(configuration), in_order=not optimise, effort=4)
     held, overwritten = check(program, words, configuration, written)
     assert held > 2000 and overwritten > 100
 
@@ -151,8 +140,7 @@ def test_bundle_that_finds_a_value_written(tmp_path):
 def test_values_on_some_ways_only():
     program = loop_program()
     machine = load_machine("fast")
-    schedule_program(program, machine, effort=40)
-    allocate_registers(program, machine)
+    arrange(program, machine, effort=40)
     found = debug_map(program, machine, encode(program, machine, "test"))
     finder = Finder(found)
     other = found.named("r")[0]

@@ -3,13 +3,13 @@
 
 from __future__ import annotations
 
-import struct
 from pathlib import Path
 
 import pytest
 
 from asip_asm.assemble import assemble
 from asip_asm.diagnostics import AssemblyError
+from asip_asm.expression import float_value
 from asip_asm.image import Image
 from asip_asm.interface import PROGRAMS, SUFFIX, load_interface, program_interface
 from asip_asm.interface_text import c_struct, markdown
@@ -222,10 +222,6 @@ def test_the_assembler_shows_what_is_wrong_with_a_record(record: Path) -> None:
         assemble(record.with_name("two.s"))
 
 
-def single(bits: str) -> float:
-    return struct.unpack(">f", bytes.fromhex(bits))[0]
-
-
 def check_image(image: Image, interface: Interface) -> None:
     """The image's names, types and values are those of the record."""
     values = interface.names()
@@ -235,7 +231,7 @@ def check_image(image: Image, interface: Interface) -> None:
     assert [e.name for e in image.exports] == names(interface.exports)
     for entry, signal in zip(image.outputs, interface.outputs, strict=True):
         safe = interface.value(signal.safe, signal, values)
-        assert single(entry.safe) == pytest.approx(safe, rel=2**-24)
+        assert float_value(int(entry.safe, 16)) == pytest.approx(safe, rel=2**-24)
         if signal.limits is not None:
             low, high = (interface.value(limit, signal, values) for limit in signal.limits)
             assert low <= safe <= high

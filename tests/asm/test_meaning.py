@@ -19,12 +19,12 @@ from asip_asm.assemble import assemble
 from asip_asm.diagnostics import AssemblyError, Reporter
 from asip_asm.disassemble import decode_bundle, disassemble
 from asip_asm.image import Image
-from asip_asm.ir import Output, Register
+from asip_asm.ir import Register
 from asip_asm.isa import default_isa
 from asip_asm.parser import Parser
-from asip_asm.source import Operand, RawOperation, Source
+from asip_asm.source import Operand, RawOperation, Source, physical_register
 
-from .interpret import Result, digest
+from .interpret import Result, digest, read, run, taken
 
 ISA = default_isa()
 STEPS = 300
@@ -32,10 +32,6 @@ FMA = ("fmadd d, s, s, s", "fmul d, s, s", "fadd d, s, s")
 AUX = ("fdiv d, s, s", "fsqrt d, s", "mov d, s", "sel d, s, s, s", "fabs d, s")
 NAMES = ("p", "q", "r", "u", "v", "w")
 SOURCES = (*NAMES, "x", "y", "half", "1.5", "s1", "s2", "zero")
-
-
-def taken(mnemonic: str, value: int) -> bool:
-    return mnemonic == "jmp" or (value % 3 == 0) == (mnemonic == "bz")
 
 
 class Endless(Exception):
@@ -47,13 +43,13 @@ def run_source(source: Source) -> Result:
     values: dict[str, int] = {"zero": 0}
     for declaration in source.names.values():
         if declaration.kind == "input":
-            values[declaration.name] = digest("k", int(declaration.value or 0))
+            values[declaration.name] = digest("K", int(declaration.value or 0))
         elif declaration.kind in ("constant", "state"):
             values[declaration.name] = declaration.bits
     outputs = {d.name: i for i, d in enumerate(source.of_kind("output"))}
     outcome = Result(data=list(source.data))
 
-    def read(operand: Operand) -> int:
+    def value_of(operand: Operand) -> int:
         if operand.kind == "value":
             return {1.5: 0x3FC00000}[operand.value]
         return values[operand.text]
@@ -61,17 +57,16 @@ def run_source(source: Source) -> Result:
     def step(raw: RawOperation) -> tuple[str, int] | str | None:
         operands = raw.operands
         if raw.record.name in ("jmp", "bz", "bnz"):
-            value = read(operands["a"]) if "a" in operands else 0
+            value = value_of(operands["a"]) if "a" in operands else 0
             return operands["target"].text if taken(raw.record.name, value) else None
         if raw.record.name == "st":
-            outcome.data[int(operands["address"].value)] = read(operands["a"])
+            outcome.data[int(operands["address"].value)] = value_of(operands["a"])
             return None
         if raw.record.name == "ld":
             result = outcome.data[int(operands["address"].value)]
         else:
-            result = digest(raw.record.name, *(read(operands[n]) for n in raw.record.sources))
-        if raw.record.name == "mov":
-            result = read(operands["a"])
+            words = [value_of(operands[n]) if n in operands else 0 for n in "abc"]
+            result = digest(raw.record.name, *words)
         return operands["dst"].text, result
 
     labels = {s.label: i for i, s in enumerate(source.statements) if s.kind == "label"}
@@ -101,57 +96,17 @@ def run_source(source: Source) -> Result:
 
 
 def run_image(image: Image, words: int) -> Result:
-    """Run the bundles; all operations of a bundle read before any writes."""
-    registers: dict[Register, int] = {Register("zero", 0): 0}
-    for entry in image.constants:
-        registers[Register("K", entry.index)] = int(entry.bits, 16)
-    for entry in image.inputs:
-        registers[Register("K", entry.index)] = digest("k", entry.index)
-
-    def register(name: str) -> Register:
-        return Register(name[0].upper(), int(name[1:]))
-
-    for state in image.states:
-        registers[register(state.register)] = int(state.bits, 16)
+    """Run the bundles of the image; all operations of a bundle read before any writes."""
+    bundles = [decode_bundle(int(word, 16), image.configuration, ISA) for word in image.bundles]
+    ends = {address for address, bundle in enumerate(bundles) if bundle.halt}
+    registers = {Register("K", entry.index): int(entry.bits, 16) for entry in image.constants}
+    registers |= {physical_register(s.register): int(s.bits, 16) for s in image.states}
     data = [int(word, 16) for word in image.data]
-    outcome = Result(data=data)
-    position = 0
-    for _ in range(2 * STEPS):
-        bundle = decode_bundle(int(image.bundles[position], 16), image.configuration, ISA)
-        position += 1
-        writes: list[tuple[Register | Output, int]] = []
-        stores: list[tuple[int, int]] = []
-        for op in bundle.slots:
-            if op is None:
-                continue
-            if op.mnemonic in ("jmp", "bz", "bnz"):
-                if taken(op.mnemonic, registers[op.a]):
-                    position = op.imm or 0
-            elif op.mnemonic == "st":
-                stores.append((op.imm or 0, registers[op.a]))
-            elif op.mnemonic == "ld":
-                writes.append((op.dst, data[op.imm or 0]))
-            elif op.mnemonic == "mov":
-                writes.append((op.dst, registers[op.a]))
-            else:
-                fields = ISA.operations[op.mnemonic].sources
-                values = [registers[getattr(op, name)] for name in fields]
-                writes.append((op.dst, digest(op.mnemonic, *values)))
-        for destination, value in writes:
-            if isinstance(destination, Output):
-                assert destination.index not in outcome.outputs
-                outcome.outputs[destination.index] = value
-            else:
-                registers[destination] = value
-        for address, value in stores:
-            data[address] = value
-        if bundle.halt:
-            break
-    else:
-        raise AssertionError("the image does not end, the source does")
-    outcome.states = {s.name: registers[register(s.register)] for s in image.states}
-    outcome.exports = {e.name: registers[register(e.register)] for e in image.exports}
-    outcome.data = data[:words]
+    outcome = run([bundle.operations for bundle in bundles], ends, {}, registers, data, words)
+    outcome.states = {s.name: read(registers, physical_register(s.register)) for s in image.states}
+    outcome.exports = {
+        e.name: read(registers, physical_register(e.register)) for e in image.exports
+    }
     return outcome
 
 

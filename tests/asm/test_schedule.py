@@ -29,6 +29,7 @@ from .interpret import operations_of, run_bundles, run_written
 from .workload import Builder, arrange, loop_program, random_program
 
 MACHINES = {name: load_machine(name) for name in ("fast", "small")}
+FAST = MACHINES["fast"]
 PROGRAMS = Path(search.__file__).parent / "programs"
 SEEDS = range(40)
 EFFORT = 60
@@ -45,9 +46,7 @@ def check_legal(program, machine):
     for region in program.regions:
         for bundle in region.bundles:
             assert len(bundle.slots) == len(machine.slots)
-            for slot, op in enumerate(bundle.slots):
-                if op is None:
-                    continue
+            for slot, op in bundle.placed():
                 fma = machine.units[machine.unit_names[op.mnemonic]].bank == "pipe"
                 assert machine.slots[slot] in ("any", "fma" if fma else "aux")
                 if isinstance(op.dst, Register):
@@ -62,8 +61,7 @@ def check_timing(program, machine):
     events = [
         (issue.cycle, op)
         for issue, bundle in zip(issues, bundles, strict=True)
-        for op in bundle.slots
-        if op is not None
+        for op in bundle.operations
     ]
     writes = [
         (cycle + machine.latency(op)) for cycle, op in events if op.dst and machine.writes_port(op)
@@ -113,7 +111,6 @@ def test_order_as_written__computes_what_was_written(seed, configuration):
 
 
 def test_schedule__takes_the_planned_cycles_when_the_core_issues_it(monkeypatch):
-    machine = MACHINES["fast"]
     planned = []
 
     def recorded(problem, *given):
@@ -124,19 +121,18 @@ def test_schedule__takes_the_planned_cycles_when_the_core_issues_it(monkeypatch)
     monkeypatch.setattr(schedule, "search", recorded)
     for seed in SEEDS:
         program = program_of(seed, "fast")
-        schedule_program(program, machine, 10)
-        assert machine.drain_cycle(program.regions[0].bundles) <= planned[-1]
+        schedule_program(program, FAST, 10)
+        assert FAST.drain_cycle(program.regions[0].bundles) <= planned[-1]
 
 
 def test_nops__stand_only_where_an_early_issue_would_cost_cycles_at_the_write_port(monkeypatch):
     """A division planned one cycle late keeps the port free for a move at the end of a chain."""
-    machine = MACHINES["fast"]
-    step = machine.units["fma"].latency + 1
-    ahead = machine.units["divsqrt"].latency - machine.units["cmp"].latency
+    step = FAST.units["fma"].latency + 1
+    ahead = FAST.units["divsqrt"].latency - FAST.units["cmp"].latency
     links = ahead // step + 1
     # One operation of another length where the collision would meet a link of the chain.
     turns = [] if ahead % step else [links * step]
-    move = links * step + len(turns) * (machine.units["cmp"].latency + 1)
+    move = links * step + len(turns) * (FAST.units["cmp"].latency + 1)
     collision = move - ahead
     build = Builder()
     value = K0
@@ -148,18 +144,18 @@ def test_nops__stand_only_where_an_early_issue_would_cost_cycles_at_the_write_po
         build.op("fadd", K0, K1)
     build.op("fdiv", K0, K1)
     build.op("fmul", build.op("mov", value), K1)
-    last = move + machine.units["cmp"].latency + 1
+    last = move + FAST.units["cmp"].latency + 1
     chain = [link * step for link in range(links)]
     times = [*chain, *turns, *range(1, collision), collision + 1, move, last]
     monkeypatch.setattr(schedule, "search", lambda *given: times)
-    schedule_program(build.program, machine)
+    schedule_program(build.program, FAST)
     bundles = build.program.regions[0].bundles
     nops = [i for i, bundle in enumerate(bundles) if not any(bundle.slots)]
     assert nops == [collision]
-    issues = machine.issue_cycles(bundles)
+    issues = FAST.issue_cycles(bundles)
     assert issues[-1].cycle == last
     without = [bundle for bundle in bundles if any(bundle.slots)]
-    assert machine.issue_cycles(without)[-1].cycle == last + 1
+    assert FAST.issue_cycles(without)[-1].cycle == last + 1
 
 
 @pytest.mark.parametrize("configuration", MACHINES)
@@ -179,12 +175,11 @@ def test_controller_programs__are_within_8_percent_of_the_lower_bound(name, conf
 
 
 def test_same_input__gives_the_same_bundles():
-    machine = MACHINES["fast"]
     layouts = []
     for _ in range(2):
         program = random_program(3, 100)
         position = {op: i for i, op in enumerate(program.regions[0].operations)}
-        schedule_program(program, machine, EFFORT)
+        schedule_program(program, FAST, EFFORT)
         layouts.append(
             [[position.get(op) for op in bundle.slots] for bundle in program.regions[0].bundles]
         )
@@ -193,22 +188,22 @@ def test_same_input__gives_the_same_bundles():
 
 def test_effort__bounds_the_schedules_tried(monkeypatch):
     placed = []
-    place = search.Placer.place
-    monkeypatch.setattr(search.Placer, "place", lambda *given: placed.append(1) or place(*given))
+    place = search.place
+    monkeypatch.setattr(search, "place", lambda *given: placed.append(1) or place(*given))
     # An unreachable bound keeps the search from ending early.
     monkeypatch.setattr(search, "lower_bound", lambda problem: 0)
     program = random_program(1, 60)
     seen = []
-    schedule_program(program, MACHINES["fast"], 100, seen.append)
+    schedule_program(program, FAST, 100, seen.append)
     assert len(placed) == 100
     assert [progress.tried for progress in seen] == sorted({progress.tried for progress in seen})
     assert {(progress.effort, progress.bound) for progress in seen} == {(100, 0)}
 
 
-def tried_by(program, **options):
+def tried_by(program):
     """Schedules tried, as the progress last told."""
     seen = [0]
-    schedule_program(program, MACHINES["fast"], progress=lambda p: seen.append(p.tried), **options)
+    schedule_program(program, FAST, progress=lambda p: seen.append(p.tried))
     return seen[-1]
 
 
@@ -239,19 +234,18 @@ def test_blocking_unit__three_hundred_operations__issue_as_early_as_the_unit_all
     roots = [
         issue.cycle
         for issue, bundle in zip(machine.issue_cycles(bundles), bundles, strict=True)
-        if any(op is not None and op.mnemonic == "fsqrt" for op in bundle.slots)
+        if any(op.mnemonic == "fsqrt" for op in bundle.operations)
     ]
     interval = machine.units[machine.unit_names["fsqrt"]].interval
     assert roots == [interval * i for i in range(300)]
 
 
 def test_more_effort__is_never_worse():
-    machine = MACHINES["fast"]
     lengths = []
     for effort in (2, 50, 400):
         program = random_program(250013, 250)
-        schedule_program(program, machine, effort)
-        lengths.append(machine.run_cycles(program.regions[0].bundles))
+        schedule_program(program, FAST, effort)
+        lengths.append(FAST.run_cycles(program.regions[0].bundles))
     assert lengths == sorted(lengths, reverse=True)
 
 
@@ -263,7 +257,7 @@ def test_state__is_overwritten_no_earlier_than_its_last_reader():
     build.write_state("s", "mov", K0)
     program = build.program
     written = run_written(program)
-    arrange(program, MACHINES["fast"])
+    arrange(program, FAST)
     assert run_bundles(program, 0) == written
 
 
@@ -273,7 +267,7 @@ def test_pinned_states__are_written_by_their_pipe(pin, slot):
     for i in range(4):
         build.state(f"s{i}", pin=pin)
         build.write_state(f"s{i}", "fmul", K0, K1)
-    arrange(build.program, MACHINES["fast"])
+    arrange(build.program, FAST)
     assert {state.register.bank for state in build.program.states} == {pin}
     bundles = build.program.regions[0].bundles
     assert [bundle.slots[slot] is not None for bundle in bundles] == [True] * 4
@@ -285,7 +279,7 @@ def test_impossible_pin__is_refused_with_line_and_reason():
     build.write_state("s", "mov", K0)
     build.region.operations[-1].source = SourceLine("law.s", 7, "mov s, x")
     with pytest.raises(ScheduleError, match=r"law\.s:7: mov: the writes of 's' cannot .* bank B"):
-        schedule_program(build.program, MACHINES["fast"])
+        schedule_program(build.program, FAST)
 
 
 def test_symbol_written_by_different_units__is_refused():
@@ -293,14 +287,14 @@ def test_symbol_written_by_different_units__is_refused():
     build.op("fmul", K0, K1, name="t", version=-1)
     build.op("mov", K0, name="t", version=-1)
     with pytest.raises(ScheduleError, match="the writes of 't' cannot all go to one bank"):
-        schedule_program(build.program, MACHINES["fast"])
+        schedule_program(build.program, FAST)
 
 
 def test_multiply_add_to_an_output__is_refused():
     build = Builder()
     build.output("fmul", K0, K1)
     with pytest.raises(ScheduleError, match="fmul: no slot .* in an output"):
-        schedule_program(build.program, MACHINES["fast"])
+        schedule_program(build.program, FAST)
 
 
 def test_bank_b_in_the_small_configuration__is_refused():
@@ -314,7 +308,7 @@ def test_braced_bundles__stay_as_they_are():
     late = Bundle([None, None, Operation("mov", Virtual("x", 1), K0)])
     early = Bundle([Operation("fmul", Virtual("y", 1), K0, K1), None, None])
     program = Program(regions=[Region(bundles=[late, early], halt=True)])
-    schedule_program(program, MACHINES["fast"])
+    schedule_program(program, FAST)
     assert program.regions[0].bundles == [late, early]
 
 
@@ -329,16 +323,16 @@ def test_branches__compute_what_was_written(first):
                 if isinstance(value, Register) and value.bank == "K":
                     setattr(op, name, Register("K", value.index + 2 * first))
     written = run_written(copy.deepcopy(program))
-    schedule_program(program, MACHINES["fast"])
+    schedule_program(program, FAST)
     for region in program.regions:
         branches = [
             i
             for i, bundle in enumerate(region.bundles)
-            for op in bundle.slots
-            if op is not None and op.mnemonic in ("bz", "bnz", "jmp")
+            for op in bundle.operations
+            if op.mnemonic in ("bz", "bnz", "jmp")
         ]
         assert branches in ([], [len(region.bundles) - 1])
-    allocate_registers(program, MACHINES["fast"])
+    allocate_registers(program, FAST)
     assert run_bundles(program, 1) == written
 
 
@@ -350,12 +344,12 @@ def test_state_of_a_program_with_branches__keeps_one_register_in_its_pinned_bank
     for region in program.regions[1:3]:
         region.operations.insert(0, Operation("fadd", total, total, c=K0))
     written = run_written(copy.deepcopy(program))
-    arrange(program, MACHINES["fast"])
+    arrange(program, FAST)
     assert program.states[-1].register.bank == "B"
     assert run_bundles(program, 1) == written
 
 
 def test_empty_halting_program__is_one_bundle_of_nops():
     program = Program(regions=[Region(halt=True)])
-    schedule_program(program, MACHINES["fast"])
+    schedule_program(program, FAST)
     assert [(b.slots, b.halt) for b in program.regions[0].bundles] == [([None] * 3, True)]

@@ -19,7 +19,7 @@ from asip_asm.ir import (
     Virtual,
 )
 from asip_asm.machine import Machine
-from asip_asm.schedule import bundle_in_order, schedule_program
+from asip_asm.schedule import DEFAULT_EFFORT, bundle_in_order, schedule_program
 
 BINARY_AUX = ("feq", "flt", "fmin", "fmax", "iadd", "isub", "fdiv")
 UNARY_AUX = ("fabs", "fneg", "mov", "fsgn", "i2f", "f2i", "fsqrt")
@@ -165,7 +165,12 @@ def loop_program():
     return program
 
 
-def arrange(program: Program, machine: Machine, in_order: bool = False) -> None:
+def arrange(
+    program: Program, machine: Machine, in_order: bool = False, effort: int = DEFAULT_EFFORT
+) -> None:
     """Bundles by the scheduler, or in the order written, and registers for all values."""
-    (bundle_in_order if in_order else schedule_program)(program, machine)
+    if in_order:
+        bundle_in_order(program, machine)
+    else:
+        schedule_program(program, machine, effort)
     allocate_registers(program, machine)

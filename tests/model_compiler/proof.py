@@ -10,6 +10,8 @@ from asip_asm.model.law import Law
 from asip_asm.model.program import Built, build
 from sim.prove_program import Proof, prove
 
+FAST = Options(reassociate=True, reciprocal=True)
+
 
 def proved(
     law: Law, folder: Path, options: Options | None = None, count: int = 100, **more

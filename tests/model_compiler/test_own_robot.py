@@ -3,20 +3,22 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 import pytest
 
-from asip_asm.model.compiler import Options, compile_law
+from asip_asm.model.compiler import compile_law
 from asip_asm.model.program import build
 from sim.core import Core
 from sim.model import tracking
 from sim.model.parameters import Robot
 from sim.model.records import OUTPUTS, SetPoints
 from sim.native.controller import NativeController
-from sim.prove_program import prove
 from sim.robots import own
 from sim.robots.closed_loop import DoubleLaw, _run
 from sim.robots.own_errors import compare_with_assembly
+from tests.model_compiler.proof import FAST, proved
 
 LAWS = {"printed": own.printed, "optimised": own.optimised}
 CYCLES = {"printed": 214, "optimised": 124}
@@ -41,23 +43,15 @@ def test_law_is_the_golden_model_at_every_tick(robot, name):
 
 @pytest.mark.parametrize("name", (pytest.param("printed", marks=pytest.mark.full), "optimised"))
 def test_program_is_short_and_keeps_its_bound(robot, tmp_path, name):
-    options = Options(reassociate=True, reciprocal=True)
-    built = build(compile_law(LAWS[name](robot), options), tmp_path / "law.s")
+    sample = functools.partial(own.sample, robot)
+    built, proof = proved(LAWS[name](robot), tmp_path, FAST, 200, sample=sample)
     assert built.cycles <= CYCLES[name] and built.cycles <= 1.05 * built.bound_cycles
-    proof = prove(
-        built.compiled,
-        built.image,
-        count=200,
-        backend="iss",
-        sample=lambda size, rng: own.sample(robot, size, rng),
-    )
-    assert proof.passed, (proof.first_difference, proof.worst_fraction_of_bound, proof.worst_result)
     assert proof.largest_error["F1"] < 2.0  # N, of 3000
 
 
 @pytest.mark.parametrize("name", LAWS)
 def test_errors_of_outputs_are_those_of_the_assembly_program_on_the_path(robot, name):
-    compiled = compile_law(LAWS[name](robot), Options(reassociate=True, reciprocal=True))
+    compiled = compile_law(LAWS[name](robot), FAST)
     errors = compare_with_assembly(f"own_{name}", compiled, ticks=20_000)
     assert set(errors) == set(OUTPUTS)
     for output, (error, target) in errors.items():

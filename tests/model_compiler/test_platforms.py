@@ -3,15 +3,13 @@
 
 from __future__ import annotations
 
-import subprocess
-
 import casadi as ca
 import numpy as np
 import pytest
 
 from asip_asm.model import c_helpers
 from asip_asm.model.c_code import c_literal, struct_members, to_c_code
-from asip_asm.model.compiler import Compiled, Options, compile_law
+from asip_asm.model.compiler import Compiled, compile_law
 from asip_asm.model.law import Law, Port
 from asip_asm.model.program import build
 from sim.core import Core
@@ -23,9 +21,11 @@ from sim.platforms.nios import build_elf, run_elf
 from sim.prove_program import draw_ticks, unit_sine
 from sim.robots.catalogue import robot
 from sim.robots.laws import LAWS, Settings
+from tests.bench.commands import output
 from tests.bench.needs import needs
 from tests.model_compiler.law_image import IMAGE, ROWS
 from tests.model_compiler.laws import mixed, sample
+from tests.model_compiler.proof import FAST
 
 TICKS = 300
 
@@ -35,7 +35,6 @@ def check_bits(compiled: Compiled, ran, inputs, states, sine) -> None:
     assert first_difference(compiled, ran, inputs, states, sine) == ""
 
 
-FAST = Options(reassociate=True, reciprocal=True)
 PROGRAMS = {
     "sample": lambda: compile_law(sample()),
     "mixed": lambda: compile_law(mixed()),
@@ -144,8 +143,7 @@ def test_header_is_read_by_a_c_plus_plus_compiler_too(tmp_path):
     header, _ = native.write_c(compile_law(mixed()), tmp_path / "law")
     text = '#include "law.tick.h"\nint main() { return (int)mixed_safe.a; }\n'
     (tmp_path / "main.cpp").write_text(text)
-    command = ["g++", "-Wall", "-Werror", "-fsyntax-only", tmp_path / "main.cpp"]
-    assert subprocess.run(command, check=False).returncode == 0
+    output("g++", "-Wall", "-Werror", "-fsyntax-only", tmp_path / "main.cpp")
     assert "[rad], -3 .. 3; value = 9.58737992e-05*count + 0.25" in header.read_text()
 
 

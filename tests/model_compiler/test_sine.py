@@ -21,9 +21,8 @@ from sim.asip_model.effects import effects
 from sim.prove_program import prove, rounded_sine
 from sim.robots.catalogue import robot
 from sim.robots.laws import LAWS, Settings
-from tests.model_compiler.proof import proved
+from tests.model_compiler.proof import FAST, proved
 
-FAST = Options(reassociate=True, reciprocal=True)
 COUNTS = 1 << 20
 NAMES = ("sin", "cos")
 CHUNK = 1 << 20
