@@ -6,13 +6,9 @@ import pytest
 
 from sim.fpbench import softfloat as reference
 from tests.fpu import stimulus
-from tests.fpu.tb import Operation, Unit, check, check_reset, generator, package_constant, single
+from tests.fpu.tb import Operation, Unit, check, check_reset, generator, single
 
-UNIT = Unit(
-    "fp_add",
-    latency=package_constant("FP_ADD_LATENCY"),
-    inputs=(("sub_i", 1), ("a_i", 32), ("b_i", 32)),
-)
+UNIT = Unit("fp_add", (("sub_i", 1), ("a_i", 32), ("b_i", 32)))
 OPERATIONS = {
     "add": Operation("add", UNIT, ("a_i", "b_i"), reference.add, {"sub_i": 0}),
     "sub": Operation("sub", UNIT, ("a_i", "b_i"), reference.sub, {"sub_i": 1}),

@@ -10,8 +10,7 @@ from tests.fpu.tb import Operation, Unit, check, check_reset, generator, package
 
 UNIT = Unit(
     "fp_fma",
-    latency=package_constant("FP_FMA_LATENCY"),
-    inputs=(
+    (
         ("kind_i", 2),
         ("neg_product_i", 1),
         ("neg_addend_i", 1),

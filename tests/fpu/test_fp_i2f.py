@@ -5,15 +5,9 @@ import numpy as np
 
 from sim.fpbench import softfloat as reference
 from tests.fpu import stimulus
-from tests.fpu.tb import Operation, Unit, check, check_reset, generator, package_constant
+from tests.fpu.tb import Operation, Unit, check, check_reset, generator
 
-UNIT = Unit(
-    "fp_i2f",
-    latency=package_constant("FP_I2F_LATENCY"),
-    inputs=(("unsigned_i", 1), ("a_i", 32)),
-)
-
-
+UNIT = Unit("fp_i2f", (("unsigned_i", 1), ("a_i", 32)))
 SIGNED = Operation("signed", UNIT, ("a_i",), reference.i32_to_f32, {"unsigned_i": 0})
 UNSIGNED = Operation("unsigned", UNIT, ("a_i",), reference.u32_to_f32, {"unsigned_i": 1})
 

@@ -6,13 +6,9 @@ import pytest
 
 from sim.fpbench import softfloat as reference
 from tests.fpu import stimulus
-from tests.fpu.tb import Operation, Unit, check, check_reset, generator, package_constant, single
+from tests.fpu.tb import Operation, Unit, check, check_reset, generator, single
 
-UNIT = Unit(
-    "fp_mul",
-    latency=package_constant("FP_MUL_LATENCY"),
-    inputs=(("a_i", 32), ("b_i", 32)),
-)
+UNIT = Unit("fp_mul", (("a_i", 32), ("b_i", 32)))
 MUL = Operation("mul", UNIT, ("a_i", "b_i"), reference.mul)
 
 # name -> operands, result bits, flags
