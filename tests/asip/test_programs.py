@@ -15,10 +15,9 @@ import numpy as np
 import pytest
 
 from asip_asm.assemble import assemble
-from sim.iss import Fault, Iss, run_path
+from sim.iss import Fault, Iss, RunResult, run_path
 from sim.iss.path import preset
 from sim.model import float32, tracking
-from sim.model.parameters import Robot
 from sim.model.records import ACCELERATIONS, OUTPUTS, POSITIONS, SET_POINTS, TABLE_3, VELOCITIES
 from sim.run.bounds import bounds
 from tests.asip.tracking_path import reversing_path
@@ -38,11 +37,6 @@ GRAVITIES = ("G1", "G2", "G3", "G4")
 def program(request) -> str:
     """Name of each tracking program."""
     return request.param
-
-
-@pytest.fixture(scope="module")
-def robot():
-    return Robot.load()
 
 
 @pytest.fixture(scope="module")
@@ -184,6 +178,13 @@ def test_schedule_and_configuration_do_not_change_a_bit(
     assert got.operations == runs[program].operations
 
 
+def one_tick(iss: Iss, words: np.ndarray, counts: np.ndarray) -> RunResult:
+    """A run with these set-points and encoder counts."""
+    iss.set_inputs(dict(zip(SET_POINTS, words, strict=True)))
+    iss.set_inputs({f"count{i + 1}": int(count) for i, count in enumerate(counts)})
+    return iss.run()
+
+
 def test_trace_holds_one_write_per_operation_and_changes_no_result(
     robot, motion, images, runs, program
 ):
@@ -191,9 +192,7 @@ def test_trace_holds_one_write_per_operation_and_changes_no_result(
     iss = Iss(images[program], trace=True)
     iss.set_state(preset(images[program], robot, counts[0].tolist()))
     for tick in range(3):
-        iss.set_inputs(dict(zip(SET_POINTS, path.words()[tick], strict=True)))
-        iss.set_inputs({f"count{i + 1}": int(count) for i, count in enumerate(counts[tick])})
-        result = iss.run()
+        result = one_tick(iss, path.words()[tick], counts[tick])
         assert result.outputs == {name: runs[program].rows[name][tick] for name in OUTPUTS}
         assert sum(map(len, result.writes.values())) == sum(result.counts.values())
         assert result.writes["o3"] == [result.output_bits["tau4"]]
@@ -206,9 +205,7 @@ def test_outputs_saturate_at_the_limits_of_the_drives(robot, motion, images, pro
         iss = Iss(images[program])
         away = counts[0] - sign * np.array((40000, 40000, 40000, 9000, 9000))
         iss.set_state(preset(images[program], robot, away.tolist()))
-        iss.set_inputs(dict(zip(SET_POINTS, path.words()[0], strict=True)))
-        iss.set_inputs({f"count{i + 1}": int(count) for i, count in enumerate(away)})
-        result = iss.run()
+        result = one_tick(iss, path.words()[0], away)
         assert result.fault is Fault.NONE
         assert result.outputs == {name: sign * limit for name, limit in limits.items()}
 
@@ -225,19 +222,14 @@ def test_integrators_saturate_at_their_bounds(robot, motion, images, program):
             scale = 1.0 if program == "as_printed" else robot.K_I[axis]
             bound[f"{name}{axis + 1}"] = sign * float(np.float32(scale * robot.s_max[axis]))
         iss.set_state({key: 0.9999 * value for key, value in bound.items()})
-        iss.set_inputs(dict(zip(SET_POINTS, path.words()[0], strict=True)))
-        iss.set_inputs({f"count{i + 1}": int(count) for i, count in enumerate(away)})
-        assert iss.run().fault is Fault.NONE
+        assert one_tick(iss, path.words()[0], away).fault is Fault.NONE
         assert {key: iss.state[key] for key in bound} == bound
 
 
 def test_lengths_that_meet_nowhere_leave_the_safe_values(robot, motion, images, program):
-    path, counts = motion
-    iss = Iss(images[program])
-    iss.set_inputs(dict(zip(SET_POINTS, path.words()[0], strict=True)))
+    path, _ = motion
     short = np.array((1.6e6, 1.6e6, 1.6e6, 0, 0))  # 0.4 m legs on a circle of 0.5 m
-    iss.set_inputs({f"count{i + 1}": int(count) for i, count in enumerate(short)})
-    result = iss.run()
+    result = one_tick(Iss(images[program]), path.words()[0], short)
     assert result.fault is Fault.NOT_FINITE
     z = (robot.z_min + robot.z_max) / 2
     length = np.hypot(robot.R, z)
