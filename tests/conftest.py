@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Models of tests carry the assertions of sim/assertions; what a test may be skipped for; the robot."""
+"""Models of tests carry the assertions of sim/assertions; the robot; reasons to skip a test."""
 
 import os
 import re

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from asip_asm.assemble import assemble
 from sim.harness.asip_rtl import AsipRtl
+from tests.asip.core_bench import assembled
 
 PAGE = Path(__file__).parents[2] / "docs/fast_programs.md"
 PROGRAMS = re.findall(r'```\n(\.program "([^"]+)".*?)```', PAGE.read_text(), re.S)
@@ -19,11 +19,9 @@ PAIRS = list(zip(PROGRAMS[::2], PROGRAMS[1::2], strict=True))
 INPUTS = {"a": 2.0, "b": 1.0, "c": 0.5, "d": 4.0, "x": 0.75, "limit": 1.5}
 
 
-def run(text: str, folder: Path) -> tuple[int, int]:
+def run(text: str) -> tuple[int, int]:
     """CYCLES and the word of output F."""
-    path = folder / "program.s"
-    path.write_text(text)
-    image = assemble(path)
+    image = assembled(text, optimise=True)
     core = AsipRtl(image.configuration)
     core.load(image)
     names = [entry.name for entry in image.inputs]
@@ -38,8 +36,8 @@ def test_page__holds_pairs_of_programs():
 
 
 @pytest.mark.parametrize(("slow", "fast"), PAIRS, ids=[fast[1] for _, fast in PAIRS])
-def test_pair__on_the_core__same_result_in_fewer_cycles(slow, fast, tmp_path):
-    slow_cycles, slow_word = run(slow[0], tmp_path)
-    fast_cycles, fast_word = run(fast[0], tmp_path)
+def test_pair__on_the_core__same_result_in_fewer_cycles(slow, fast):
+    slow_cycles, slow_word = run(slow[0])
+    fast_cycles, fast_word = run(fast[0])
     assert fast_word == slow_word
     assert fast_cycles < slow_cycles

@@ -23,9 +23,9 @@ from asip_asm.profile import CAUSE_COUNTERS, Profile, ProfileError, Trace, profi
 from sim.asip_run.__main__ import main as asip_run
 from sim.harness.asip_bus import CSR
 from sim.harness.asip_rtl import AsipRtl
+from tests.asip.core_bench import CONFIGURATIONS
 
 ROOT = Path(__file__).parents[2]
-CONFIGURATIONS = ("fast", "small")
 PROGRAMS = ("tracking_optimised", "tracking_as_printed")
 SEED = 20261121
 
