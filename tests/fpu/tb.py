@@ -19,7 +19,7 @@ import functools
 import os
 import re
 import zlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -28,6 +28,7 @@ import numpy as np
 from sim.core_backends import flag_text
 from sim.harness.assertions import assertions_of
 from sim.harness.plain import plain
+from tests.asip import operation_cases
 from tests.bench.faults import write_if_changed
 from tests.bench.seed import SEED
 from tests.bench.self_running import Program
@@ -197,7 +198,16 @@ def single(function: Callable, *operands: int) -> tuple[int, int]:
     return int(bits[0]), int(flags[0])
 
 
-def case_line(operation: Operation, row: np.ndarray) -> str:
+def by_hand(operation: Operation, mnemonic: str) -> np.ndarray:
+    """Operands of an operation's cases in operation_cases, whose results the reference gives."""
+    cases = [case[1:] for case in operation_cases.CASES if case[0] == mnemonic]
+    for operands, bits, flags in cases:
+        case = case_line(operation, operands)
+        assert single(operation.reference, *operands) == (bits, flags), case
+    return np.array([operands for operands, _, _ in cases], dtype=np.uint32)
+
+
+def case_line(operation: Operation, row: Iterable[int]) -> str:
     """`<op> <hex> <hex> ...`, the text that CASE takes."""
     return " ".join((operation.name, *(f"{int(x):08x}" for x in row)))
 
@@ -231,12 +241,6 @@ def check(operation: Operation, operands: np.ndarray, issue: np.ndarray | None =
         + f'\nreplay: CASE="{first}" WAVES=1 .venv/bin/python -m pytest '
         f"tests/fpu/test_{operation.unit.name}.py -k {operation.name}"
     )
-
-
-def check_named(operation: Operation, operands: tuple[int, ...], bits: int, flags: int) -> None:
-    """The stated result of one case is that of the reference and of the unit."""
-    assert single(operation.reference, *operands) == (bits, flags)
-    check(operation, np.array([operands]))
 
 
 def check_reset(unit: Unit) -> None:

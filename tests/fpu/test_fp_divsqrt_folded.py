@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """fp_divsqrt_folded against Berkeley SoftFloat, and in the fast bench against the host.
 
-Operands and directed cases are those of fp_divsqrt: the units must not differ.
+Operands are those of fp_divsqrt: the units must not differ.
 """
 
 from dataclasses import replace
@@ -12,8 +12,8 @@ import pytest
 from asip_asm.machine import load_machine
 from sim.fpbench.variants import short_set
 from tests.fpu import stimulus, tb, test_fp_divsqrt
-from tests.fpu.tb import check, check_named, check_reset, generator, run
-from tests.fpu.test_fp_divsqrt import DIRECTED, check_interleaved, quotients, radicands
+from tests.fpu.tb import by_hand, check, check_reset, generator, run
+from tests.fpu.test_fp_divsqrt import check_interleaved, quotients, radicands
 
 NAME = "fp_divsqrt_folded"
 INTERVAL = load_machine("small").units["divsqrt"].interval
@@ -30,22 +30,17 @@ def with_gaps(rng: np.random.Generator, cases: int) -> np.ndarray:
     return issue
 
 
-@pytest.mark.parametrize("name", DIRECTED)
-def test_folded__directed__gives_the_named_result(name: str) -> None:
-    pipelined, *case = DIRECTED[name]
-    check_named(replace(pipelined, unit=UNIT), *case)
-
-
-def test_folded__corner_and_random_pairs__match_reference() -> None:
+def test_folded__named_corner_and_random_pairs__match_reference() -> None:
     rng = generator("folded div")
     corners = stimulus.cross(stimulus.corners(), stimulus.corners())
     corners = stimulus.thinned(corners, rng, 4000)
-    check(DIV, np.concatenate((corners, quotients(rng, 12_000))))
+    check(DIV, np.concatenate((by_hand(DIV, "fdiv"), corners, quotients(rng, 12_000))))
 
 
-def test_folded__corner_and_random_radicands__match_reference() -> None:
+def test_folded__named_corner_and_random_radicands__match_reference() -> None:
     rng = generator("folded sqrt")
-    check(SQRT, np.concatenate((stimulus.corners(), radicands(rng, 12_000)))[:, None])
+    rows = (by_hand(SQRT, "fsqrt")[:, 0], stimulus.corners(), radicands(rng, 12_000))
+    check(SQRT, np.concatenate(rows)[:, None])
 
 
 def test_folded__operations_interleaved_with_gaps__match_reference() -> None:
