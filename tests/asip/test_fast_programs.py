@@ -6,10 +6,9 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-from sim.harness.asip_rtl import AsipRtl
+from sim import Core
 from tests.asip.core_bench import assembled
 
 PAGE = Path(__file__).parents[2] / "docs/fast_programs.md"
@@ -21,14 +20,9 @@ INPUTS = {"a": 2.0, "b": 1.0, "c": 0.5, "d": 4.0, "x": 0.75, "limit": 1.5}
 
 def run(text: str) -> tuple[int, int]:
     """CYCLES and the word of output F."""
-    image = assembled(text, optimise=True)
-    core = AsipRtl(image.configuration)
-    core.load(image)
-    names = [entry.name for entry in image.inputs]
-    data = np.array([[INPUTS.get(name, 1.0) for name in names]], dtype=np.float32)
-    result = core.run(core.input_addresses(names), data, core.output_addresses(["F"]))
-    assert result.fault == "NONE"
-    return int(result.cycles[0]), int(result.words[0, 0])
+    with Core(assembled(text, optimise=True)) as core:
+        core.tick({name: INPUTS.get(name, 1.0) for name in core.inputs})
+        return core.cycles, core.read_word("F")
 
 
 def test_page__holds_pairs_of_programs():
