@@ -118,35 +118,27 @@ def expect_equal(name: str, device: str, got, want, *columns: np.ndarray) -> Non
     )
 
 
-def measured(bench: CiBench, name: str, a, b, registers: int) -> None:
-    """Both ways to a multicycle instruction give `REFERENCE[name]` in its cycles."""
-    platform, short = name.split(".")
-    item = PLATFORMS[platform].instructions[short]
-    component = item.component.removeprefix("ci_")
-    variable = PLATFORMS[platform].components[item.component].type == "variable"
-    want = REFERENCE[name](*(a, b)[: len(item.arguments)])
-    ways = {
-        item.component: (ALONE[component], 0 if variable else item.cycles),
-        "ci_slaves": (SLAVES[platform], 0),
-    }
-    for device, (select, fixed) in ways.items():
-        got, cycles = bench.run(select, item.n, a, b, registers, cycles=fixed, stalls=HALF, gaps=3)
-        assert set(cycles.tolist()) == {item.cycles}, f"{name} by {device}"
-        expect_equal(name, device, got, want, a, b)
-
-
 @pytest.mark.parametrize("name", REFERENCE)
 def test_components__every_instruction__matches_reference_in_its_cycles(bench, name):
     platform, short = name.split(".")
     item = PLATFORMS[platform].instructions[short]
+    kind = PLATFORMS[platform].components[item.component].type
     a, b = operands(platform, short)
-    if PLATFORMS[platform].components[item.component].type != "combinational":
-        measured(bench, name, a, b, fields(item))
-        return
     want = REFERENCE[name](*(a, b)[: len(item.arguments)])
-    outputs = bench.combinational(item.n, a, b)
-    for device in sorted({item.component, platform} & set(outputs)):
-        expect_equal(name, device, outputs[device], want, a, b)
+    if kind == "combinational":
+        outputs = bench.combinational(item.n, a, b)
+        for device in sorted({item.component, platform} & set(outputs)):
+            expect_equal(name, device, outputs[device], want, a, b)
+        return
+    alone = ALONE[item.component.removeprefix("ci_")]
+    ways = (
+        (item.component, alone, 0 if kind == "variable" else item.cycles),
+        ("ci_slaves", SLAVES[platform], 0),
+    )
+    for device, select, fixed in ways:
+        got, cycles = bench.run(select, item.n, a, b, fields(item), fixed, stalls=HALF, gaps=3)
+        assert set(cycles.tolist()) == {item.cycles}, f"{name} by {device}"
+        expect_equal(name, device, got, want, a, b)
 
 
 @pytest.mark.parametrize("name", ["fsin", "fcos"])
@@ -179,34 +171,23 @@ def test_components__saturation__bounds_of_every_internal_register(bench, select
     high = np.where(ordered, high.view(np.uint32), bounds[:, 1])
     index = np.arange(32)
 
-    def run(name, a=0, b=0, **places):
-        word = fields(item[name]) | sum(v.astype(np.uint32) << s for v, s in places.values())
-        count = max(np.size(v) for v, _ in places.values())
-        a = np.broadcast_to(a, count)
-        got, cycles = bench.run(
-            select,
-            item[name].n,
-            a,
-            b,
-            word,
-            cycles=item[name].cycles if select == ALONE["fsat"] else 0,
-            stalls=HALF,
-            gaps=2,
-        )
+    def run(name, register, place, a=0, b=0):
+        word = fields(item[name]) | register.astype(np.uint32) << place
+        fixed = item[name].cycles if select == ALONE["fsat"] else 0
+        got, cycles = bench.run(select, item[name].n, a, b, word, fixed, stalls=HALF, gaps=2)
         assert set(cycles.tolist()) == {item[name].cycles}
         return got
 
     order = rng.permutation(32)
-    written = run("fsat_set", low[order], high[order], c=(order, 10))
+    written = run("fsat_set", order, 10, low[order], high[order])
     assert not written.any()
-    bench_low = run("fsat_low", a=0, x=(index, 0))
-    bench_high = run("fsat_high", a=0, x=(index, 0))
-    assert np.array_equal(bench_low, low) and np.array_equal(bench_high, high)
+    assert np.array_equal(run("fsat_low", index, 0), low)
+    assert np.array_equal(run("fsat_high", index, 0), high)
     values, pick = stimulus.mixed(rng, 4000, 1)[:, 0], rng.integers(0, 32, 4000)
-    got = run("fsat_pair", values, 0, x=(pick, 5))
+    got = run("fsat_pair", pick, 5, values)
     want = COMPARED["SAT"][1](values, low[pick], high[pick])[0]
     expect_equal("fpga2.fsat", "register pair", got, want, values, low[pick], high[pick])
-    assert np.array_equal(run("fsat_low", a=0, x=(index, 0)), low), "only writerc = 0 writes"
+    assert np.array_equal(run("fsat_low", index, 0), low), "only writerc = 0 writes"
 
 
 def test_components__saturation__other_selections_of_registers_write_nothing(bench):
