@@ -6,7 +6,6 @@ Error bounds are those of `sim.run.bounds`, evaluated at every tick.
 
 from __future__ import annotations
 
-import tomllib
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
@@ -15,9 +14,11 @@ import numpy as np
 import pytest
 
 from asip_asm.assemble import assemble
+from asip_asm.isa import default_isa
 from sim.iss import Fault, Iss, RunResult, run_path
 from sim.iss.path import preset
 from sim.model import float32, tracking
+from sim.model.published import Published
 from sim.model.records import ACCELERATIONS, OUTPUTS, POSITIONS, SET_POINTS, TABLE_3, VELOCITIES
 from sim.run.bounds import bounds
 from tests.asip.tracking_path import reversing_path
@@ -140,21 +141,20 @@ def test_outputs_are_no_worse_than_the_pc_as_printed_and_ten_times_better_optimi
 
 
 def test_as_printed_executes_at_least_the_published_operations_in_every_class(runs):
-    published = tomllib.loads((ROOT / "sim" / "published.toml").read_text())["operations"]
     names = {"float_of_int": "float_int", "saturate": "sat"}
-    published = {names.get(name, name): count for name, count in published.items()}
+    operations = Published.load().operations
+    published = {names.get(name, name): count for name, count in operations.items()}
     assert published.keys() == runs["as_printed"].table1.keys()
     executed = runs["as_printed"].table1
     assert all(executed[name] >= count for name, count in published.items()), executed
 
 
 def test_inverse_kinematics_as_printed_take_the_operations_of_the_printed_formulas(images):
-    isa = tomllib.loads((ROOT / "asip_asm" / "isa.toml").read_text())["op"]
     total: Counter[str] = Counter()
     for bundle in images["as_printed"]["sources"]:
         for entry in bundle:
             if entry["equation"] in ("7", "8", "9"):
-                total.update(isa[entry["op"]].get("counts", {}))
+                total.update(default_isa().operations[entry["op"]].counts)
     # Two products and sums more: x_p2 and x_p3 of (7) are subtracted in two parts.
     assert total == Counter(mul=123 + 2, add_sub=89 + 2, div=9, sqrt=12)
 
@@ -240,8 +240,7 @@ def test_lengths_that_meet_nowhere_leave_the_safe_values(robot, motion, images, 
 
 def test_optimised_program_is_short(runs):
     """180 multiply-adds and 78 auxiliary operations fit 90 cycles of two pipes and one slot."""
-    isa = tomllib.loads((ROOT / "asip_asm" / "isa.toml").read_text())["op"]
     slots: Counter[bool] = Counter()
     for mnemonic, count in runs["optimised"].operations.items():
-        slots[isa[mnemonic]["unit"] == "fma"] += count
+        slots[default_isa().operations[mnemonic].unit == "fma"] += count
     assert slots[True] <= 180 and slots[False] <= 78
