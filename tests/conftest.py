@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Models of tests carry the assertions of sim/assertions; what a test may be skipped for."""
+"""Models of tests carry the assertions of sim/assertions; the robot; reasons to skip a test."""
 
 import os
 import re
@@ -12,10 +12,17 @@ import pytest
 
 from asip_asm.project import BUILD
 from sim.harness import build, wave_layout, waves
+from sim.model.parameters import Robot
 from tests.bench import needs
 
 build.assertions = True
 build.optimisation = "-O1"  # a third of the time to compile; the models run nearly as fast
+
+
+@pytest.fixture(scope="session")
+def robot() -> Robot:
+    """The robot of sim/robot.toml."""
+    return Robot.load()
 
 
 @pytest.hookimpl(tryfirst=True)

@@ -8,16 +8,10 @@ components, numpy arrays or Python floats.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from sim.model.kinematics import Component
+from sim.model.kinematics import Array, Component, split
 from sim.model.parameters import Robot
-
-Array = NDArray[np.float64]
-
-
-def _split(values: ArrayLike) -> tuple[Array, ...]:
-    return tuple(np.moveaxis(np.asarray(values, dtype=np.float64), -1, 0))
 
 
 def cosine2_of(robot: Robot, first: Component, second: Component) -> Component:
@@ -61,12 +55,12 @@ def gravity_of(robot: Robot, position: tuple, lengths: tuple, m_z: Component) ->
 
 def reduced_masses(robot: Robot, lengths: ArrayLike) -> Array:
     """Reduced masses (..., 3) in kg for leg lengths (..., 3) in m, (23)."""
-    return np.stack(reduced_masses_of(robot, *_split(lengths)), axis=-1)
+    return np.stack(reduced_masses_of(robot, *split(lengths)), axis=-1)
 
 
 def carried_mass(robot: Robot, lengths: ArrayLike) -> Array:
     """m_z (...) in kg for leg lengths (..., 3) in m, (25)."""
-    return np.asarray(carried_mass_of(robot, *_split(lengths)))
+    return np.asarray(carried_mass_of(robot, *split(lengths)))
 
 
 def leg_directions(robot: Robot, position: ArrayLike, lengths: ArrayLike) -> Array:
@@ -86,15 +80,10 @@ def gravity_solve(robot: Robot, position: ArrayLike, lengths: ArrayLike) -> Arra
 
 def gravity(robot: Robot, position: ArrayLike, lengths: ArrayLike) -> Array:
     """Gravity forces of the legs (..., 3) in N in closed form, equal to `gravity_solve`."""
-    legs = _split(lengths)
+    legs = split(lengths)
     return np.stack(
-        gravity_of(robot, _split(position), legs, carried_mass_of(robot, *legs)), axis=-1
+        gravity_of(robot, split(position), legs, carried_mass_of(robot, *legs)), axis=-1
     )
-
-
-def table_inertia(robot: Robot) -> Array:
-    """Diagonal of the table's inertia matrix (J_44, J_55) in kg m^2, (27)."""
-    return np.array((robot.J_44, robot.J_55))
 
 
 def table_gravity(robot: Robot, theta: ArrayLike) -> Array:

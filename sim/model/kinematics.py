@@ -33,7 +33,8 @@ def _where(index: tuple[int, ...]) -> str:
     return f" at tick {index[0]}" if len(index) == 1 else f" at index {index}"
 
 
-def _split(values: ArrayLike) -> tuple[Array, Array, Array]:
+def split(values: ArrayLike) -> tuple[Array, Array, Array]:
+    """The three components of (..., 3), each (...). Raises ValueError for another shape."""
     array = np.asarray(values, dtype=np.float64)
     if array.shape[-1:] != (3,):
         raise ValueError(f"array has the shape {array.shape}, must be (..., 3)")
@@ -119,25 +120,25 @@ def height2_of(robot: Robot, l1: Component, l2: Component, l3: Component) -> tup
 
 def inverse(robot: Robot, position: ArrayLike) -> Array:
     """Leg lengths (..., 3) in m for tool positions (..., 3) in m, (7)."""
-    return np.stack(lengths_of(robot, *_split(position), np.sqrt), axis=-1)
+    return np.stack(lengths_of(robot, *split(position), np.sqrt), axis=-1)
 
 
 def inverse_velocity(robot: Robot, position: ArrayLike, velocity: ArrayLike) -> Array:
     """Leg velocities (..., 3) in m/s, (8)."""
-    point = _split(position)
+    point = split(position)
     lengths = lengths_of(robot, *point, np.sqrt)
-    return np.stack(velocities_of(robot, point, _split(velocity), lengths), axis=-1)
+    return np.stack(velocities_of(robot, point, split(velocity), lengths), axis=-1)
 
 
 def inverse_acceleration(
     robot: Robot, position: ArrayLike, velocity: ArrayLike, acceleration: ArrayLike
 ) -> Array:
     """Leg accelerations (..., 3) in m/s^2, (9)-(11)."""
-    point, speed = _split(position), _split(velocity)
+    point, speed = split(position), split(velocity)
     lengths = lengths_of(robot, *point, np.sqrt)
     leg_speeds = velocities_of(robot, point, speed, lengths)
     return np.stack(
-        accelerations_of(robot, point, speed, _split(acceleration), lengths, leg_speeds), axis=-1
+        accelerations_of(robot, point, speed, split(acceleration), lengths, leg_speeds), axis=-1
     )
 
 
@@ -146,7 +147,7 @@ def forward(robot: Robot, lengths: ArrayLike) -> Array:
 
     Raises WorkspaceError where the three lengths meet in no point.
     """
-    x, y, z2 = height2_of(robot, *_split(lengths))
+    x, y, z2 = height2_of(robot, *split(lengths))
     reached = z2 >= 0.0  # False for NaN
     if not np.all(reached):
         index = tuple(int(entry) for entry in np.argwhere(~np.atleast_1d(reached))[0])
@@ -157,11 +158,6 @@ def forward(robot: Robot, lengths: ArrayLike) -> Array:
             f"z^2 = {np.atleast_1d(z2)[index]:.9g} m^2 must be >= 0"
         )
     return np.stack((x, y, np.sqrt(z2)), axis=-1)
-
-
-def table_inverse(angles: ArrayLike) -> Array:
-    """Joint angles, rates or accelerations (..., 2) of the table: those of the path, (18)-(20)."""
-    return np.array(angles, dtype=np.float64)
 
 
 def table_forward(robot: Robot, theta: ArrayLike) -> tuple[Array, Array]:

@@ -18,13 +18,14 @@ from typing import Any, ClassVar, Self
 from asip_asm.parameters import ParameterFileError, read_toml
 
 ROBOT_TOML = Path(__file__).resolve().parent.parent / "robot.toml"
+RANGE = "products of parameters stay far inside the range of binary32"
 
 
 class ParameterError(ValueError):
     """A parameter is missing, unknown or outside its limits."""
 
 
-def parameter(unit: str, low: float, high: float, why: str) -> Any:
+def parameter(unit: str, low: float, high: float, why: str = RANGE) -> Any:
     """A field of a record; `why` is the reason for its limits."""
     return field(metadata={"unit": unit, "low": low, "high": high, "why": why})
 

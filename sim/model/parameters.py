@@ -14,7 +14,6 @@ import math
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, fields
 from functools import cached_property
-from typing import Any
 
 from sim.model.drives import Drives
 from sim.model.parameter_record import ROBOT_TOML, ParameterError, Record, parameter
@@ -30,11 +29,7 @@ SAMPLES_PER_BANDWIDTH = 50  # control periods per period of a loop's bandwidth, 
 
 _SIZE = "the error bounds hold for machines of this size"
 _PLANNED = "the look-ahead planner computes with such limits"
-_RANGE = "products of parameters stay far inside the range of binary32"
-
-
-def _parameter(unit: str, low: float, high: float, why: str = _RANGE) -> Any:
-    return parameter(unit, low, high, why)
+_SELECTS = "the optimised program selects by a quarter tick"
 
 
 @dataclass(frozen=True)
@@ -47,51 +42,49 @@ class Robot(Record):
 
     others = tuple(entry.name for entry in fields(Drives))
 
-    R: float = _parameter("m", 0.05, 1.9, _SIZE)
-    h: float = _parameter("m", 0.0, 10.0)
-    x_max: float = _parameter("m", 1e-3, 1.9, _SIZE)
-    y_max: float = _parameter("m", 1e-3, 1.9, _SIZE)
-    z_min: float = _parameter("m", 0.05, 1.9, _SIZE)
-    z_max: float = _parameter("m", 0.05, 1.9, _SIZE)
-    v_max_tool: float = _parameter("m/s", 1e-6, 1e12, _PLANNED)
-    a_max_tool: float = _parameter("m/s^2", 1e-6, 1e12, _PLANNED)
-    j_max_tool: float = _parameter("m/s^3", 1e-6, 1e12, _PLANNED)
-    v_max_leg: float = _parameter("m/s", 1e-6, 1e12, _PLANNED)
-    a_max_leg: float = _parameter("m/s^2", 1e-6, 1e12, _PLANNED)
-    j_max_leg: float = _parameter("m/s^3", 1e-6, 1e12, _PLANNED)
-    v_max_table: float = _parameter("rad/s", 1e-6, 1e12, _PLANNED)
-    a_max_table: float = _parameter("rad/s^2", 1e-6, 1e12, _PLANNED)
-    j_max_table: float = _parameter("rad/s^3", 1e-6, 1e12, _PLANNED)
-    m_s: float = _parameter("kg", 0.0, 1e4)
-    m_p: float = _parameter("kg", 1e-3, 1e4)
-    J_a: float = _parameter("kg m^2", 0.0, 1e4)
-    l_c: float = _parameter("m", 0.0, 2.0, _SIZE)
-    mr_c: float = _parameter("kg m", 0.0, 1e4)
-    J_44: float = _parameter("kg m^2", 1e-6, 1e4)
-    J_55: float = _parameter("kg m^2", 1e-6, 1e4)
-    m_4: float = _parameter("kg", 0.0, 1e4)
-    r_4: float = _parameter("m", 0.0, 10.0)
-    g: float = _parameter("m/s^2", 0.0, 100.0)
-    T_s: float = _parameter("s", 2e-5, 1e-3, "the programs and the period timer are made for it")
-    f_legs: float = _parameter("Hz", 0.1, 1e3)
-    f_table: float = _parameter("Hz", 0.1, 1e3)
-    s_max_legs: float = _parameter("m s", 0.0, 1.0)
-    s_max_table: float = _parameter("rad s", 0.0, 1.0)
-    xi_c: float = _parameter("1", 1.0, 8.0, "a boosted loop s^3 + 3ws^2 + 3w^2s + xi w^3 needs < 9")
-    T_c: float = _parameter("s", 4e-5, 100.0, "the boost is counted in control periods")
-    e_c_legs: float = _parameter("m", 0.0, 0.25, "the optimised program selects by a quarter tick")
-    e_c_table: float = _parameter(
-        "rad", 0.0, 0.25, "the optimised program selects by a quarter tick"
-    )
-    F_max: float = _parameter("N", 1e-3, 1e7)
-    tau_max_4: float = _parameter("N m", 1e-3, 1e7)
-    tau_max_5: float = _parameter("N m", 1e-3, 1e7)
-    friction_legs: float = _parameter("N", 0.0, 1e6)
-    friction_table: float = _parameter("N m", 0.0, 1e6)
-    friction_speed_legs: float = _parameter("m/s", 1e-6, 1e3)
-    friction_speed_table: float = _parameter("rad/s", 1e-6, 1e3)
-    encoder_legs: float = _parameter("m/count", 1e-9, 1e-4)
-    turn_table: float = _parameter("count", 100.0, 2.0**22, "at least four turns are counted")
+    R: float = parameter("m", 0.05, 1.9, _SIZE)
+    h: float = parameter("m", 0.0, 10.0)
+    x_max: float = parameter("m", 1e-3, 1.9, _SIZE)
+    y_max: float = parameter("m", 1e-3, 1.9, _SIZE)
+    z_min: float = parameter("m", 0.05, 1.9, _SIZE)
+    z_max: float = parameter("m", 0.05, 1.9, _SIZE)
+    v_max_tool: float = parameter("m/s", 1e-6, 1e12, _PLANNED)
+    a_max_tool: float = parameter("m/s^2", 1e-6, 1e12, _PLANNED)
+    j_max_tool: float = parameter("m/s^3", 1e-6, 1e12, _PLANNED)
+    v_max_leg: float = parameter("m/s", 1e-6, 1e12, _PLANNED)
+    a_max_leg: float = parameter("m/s^2", 1e-6, 1e12, _PLANNED)
+    j_max_leg: float = parameter("m/s^3", 1e-6, 1e12, _PLANNED)
+    v_max_table: float = parameter("rad/s", 1e-6, 1e12, _PLANNED)
+    a_max_table: float = parameter("rad/s^2", 1e-6, 1e12, _PLANNED)
+    j_max_table: float = parameter("rad/s^3", 1e-6, 1e12, _PLANNED)
+    m_s: float = parameter("kg", 0.0, 1e4)
+    m_p: float = parameter("kg", 1e-3, 1e4)
+    J_a: float = parameter("kg m^2", 0.0, 1e4)
+    l_c: float = parameter("m", 0.0, 2.0, _SIZE)
+    mr_c: float = parameter("kg m", 0.0, 1e4)
+    J_44: float = parameter("kg m^2", 1e-6, 1e4)
+    J_55: float = parameter("kg m^2", 1e-6, 1e4)
+    m_4: float = parameter("kg", 0.0, 1e4)
+    r_4: float = parameter("m", 0.0, 10.0)
+    g: float = parameter("m/s^2", 0.0, 100.0)
+    T_s: float = parameter("s", 2e-5, 1e-3, "the programs and the period timer are made for it")
+    f_legs: float = parameter("Hz", 0.1, 1e3)
+    f_table: float = parameter("Hz", 0.1, 1e3)
+    s_max_legs: float = parameter("m s", 0.0, 1.0)
+    s_max_table: float = parameter("rad s", 0.0, 1.0)
+    xi_c: float = parameter("1", 1.0, 8.0, "a boosted loop s^3 + 3ws^2 + 3w^2s + xi w^3 needs < 9")
+    T_c: float = parameter("s", 4e-5, 100.0, "the boost is counted in control periods")
+    e_c_legs: float = parameter("m", 0.0, 0.25, _SELECTS)
+    e_c_table: float = parameter("rad", 0.0, 0.25, _SELECTS)
+    F_max: float = parameter("N", 1e-3, 1e7)
+    tau_max_4: float = parameter("N m", 1e-3, 1e7)
+    tau_max_5: float = parameter("N m", 1e-3, 1e7)
+    friction_legs: float = parameter("N", 0.0, 1e6)
+    friction_table: float = parameter("N m", 0.0, 1e6)
+    friction_speed_legs: float = parameter("m/s", 1e-6, 1e3)
+    friction_speed_table: float = parameter("rad/s", 1e-6, 1e3)
+    encoder_legs: float = parameter("m/count", 1e-9, 1e-4)
+    turn_table: float = parameter("count", 100.0, 2.0**22, "at least four turns are counted")
 
     def __post_init__(self) -> None:
         super().__post_init__()

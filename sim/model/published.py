@@ -25,6 +25,6 @@ class Published:
     resources: dict[str, dict[str, int]]
 
     @classmethod
-    def load(cls, path: Path | None = None) -> Published:
-        """Read the tables from `path`, by default `sim/published.toml`."""
-        return cls(**tomllib.loads((path or PUBLISHED_TOML).read_text(encoding="utf-8")))
+    def load(cls) -> Published:
+        """Read the tables."""
+        return cls(**tomllib.loads(PUBLISHED_TOML.read_text(encoding="utf-8")))

@@ -103,7 +103,10 @@ class Tracking:
 
 
 def joint_path(robot: Robot, path: SetPoints) -> tuple[kinematics.Array, ...]:
-    """Desired motion of the five axes: position, velocity, acceleration, each (N, 5)."""
+    """Desired motion of the five axes: position, velocity, acceleration, each (N, 5).
+
+    The table's joints move as the path says, (18)-(20).
+    """
     place = path.position
     legs = (
         kinematics.inverse(robot, place),
@@ -111,10 +114,7 @@ def joint_path(robot: Robot, path: SetPoints) -> tuple[kinematics.Array, ...]:
         kinematics.inverse_acceleration(robot, place, path.velocity, path.acceleration),
     )
     table = (path.table_position, path.table_velocity, path.table_acceleration)
-    return tuple(
-        np.concatenate((leg, kinematics.table_inverse(axis)), axis=1)
-        for leg, axis in zip(legs, table, strict=True)
-    )
+    return tuple(np.concatenate(both, axis=1) for both in zip(legs, table, strict=True))
 
 
 def run(robot: Robot, path: SetPoints, counts: ArrayLike) -> TrackingResult:
@@ -139,7 +139,7 @@ def run(robot: Robot, path: SetPoints, counts: ArrayLike) -> TrackingResult:
     phi_c = integrator.boosts(robot, ticks, e)
     s_c = integrator.integrate(phi_c * e * robot.T_s, robot.s_max)
 
-    table_mass = np.broadcast_to(dynamics.table_inertia(robot), (len(path), 2))
+    table_mass = np.broadcast_to((robot.J_44, robot.J_55), (len(path), 2))
     mass = np.concatenate((dynamics.reduced_masses(robot, legs), table_mass), axis=1)
     gravity = np.concatenate(
         (dynamics.gravity(robot, tool, legs), dynamics.table_gravity(robot, position[:, 3:])),

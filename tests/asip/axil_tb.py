@@ -15,6 +15,7 @@ from cocotb.triggers import RisingEdge
 
 from asip_asm.gen.asip_regmap import REGMAP
 from sim.harness.asip_bus import CLEAR, CSR, START, STATUS
+from tests.bench.seed import SEED
 from tests.bus import axil_scenarios as scenarios
 from tests.bus.axil import OKAY, SLVERR, Bus
 
@@ -34,9 +35,11 @@ def plan() -> dict:
     return json.loads(Path(os.environ["AXIL_PLAN"]).read_text())
 
 
-def seed() -> int:
-    """SEED of the environment."""
-    return int(os.environ["SEED"])
+async def started(dut, pause: float = 0.0) -> Bus:
+    """The port out of reset; see Bus for `pause`."""
+    bus = Bus(dut, SEED, pause)
+    await bus.start()
+    return bus
 
 
 async def load(bus: Bus, todo: dict) -> None:
@@ -46,8 +49,7 @@ async def load(bus: Bus, todo: dict) -> None:
 
 @cocotb.test()
 async def program__random_pauses__outputs_of_the_model(dut) -> None:
-    bus, todo = Bus(dut, seed()), plan()
-    await bus.start()
+    bus, todo = await started(dut), plan()
     for pause in (0.0, 0.3, 0.8):
         bus.pause = pause
         await load(bus, todo)
@@ -67,16 +69,14 @@ async def program__random_pauses__outputs_of_the_model(dut) -> None:
 
 @cocotb.test()
 async def data_memory__writes_and_reads_at_random__as_a_memory(dut) -> None:
-    bus = Bus(dut, seed(), 0.4)
-    await bus.start()
+    bus = await started(dut, 0.4)
     base = plan()["data"]
     await scenarios.random_access(bus, {base + i: 0xFFFFFFFF for i in range(16)}, {})
 
 
 @cocotb.test()
 async def partial_strobes__no_register_changes_and_no_run_starts(dut) -> None:
-    bus = Bus(dut, seed(), 0.2)
-    await bus.start()
+    bus = await started(dut, 0.2)
     await load(bus, plan())
     watchdog = await bus.read(CSR["WATCHDOG"])
     for strobes in range(15):
@@ -88,39 +88,35 @@ async def partial_strobes__no_register_changes_and_no_run_starts(dut) -> None:
 
 @cocotb.test()
 async def latency__handshake_to_response_valid(dut) -> None:
-    bus = Bus(dut, seed())
-    await bus.start()
+    bus = await started(dut)
     await scenarios.latency(bus, CSR["WATCHDOG"], 500)
 
 
 @cocotb.test()
 async def write_response_not_taken__reads_go_on(dut) -> None:
-    bus = Bus(dut, seed())
-    await bus.start()
+    bus = await started(dut)
     known = CSR["ID"], REGMAP.registers["ID"].reset
     await scenarios.response_not_taken(bus, CSR["WATCHDOG"], 77, known)
 
 
 @cocotb.test()
 async def access_held_by_a_run__waits_and_is_not_lost(dut) -> None:
-    bus, todo = Bus(dut, seed()), plan()
-    await bus.start()
+    bus, todo = await started(dut), plan()
     await load(bus, todo)
     for address, word in todo["ticks"][0]["inputs"]:
         await bus.write(address, word)
     assert await bus.write(CSR["CONTROL"], START) == OKAY
-    started = bus.cycle
+    began = bus.cycle
     address, word = todo["ticks"][0]["outputs"][0]
     reading = cocotb.start_soon(bus.read(address))
     await RisingEdge(dut.irq_o)
     assert not reading.done(), "an output was read while the program ran"
     assert await reading == word
-    assert bus.cycle - started >= await bus.read(CSR["CYCLES"])
+    assert bus.cycle - began >= await bus.read(CSR["CYCLES"])
 
 
 @cocotb.test()
 async def transfers_queued_on_every_channel__answered_in_order(dut) -> None:
-    bus = Bus(dut, seed(), 0.5)
-    await bus.start()
+    bus = await started(dut, 0.5)
     base = plan()["data"]
     await scenarios.queued_transfers(bus, range(base, base + 60), lambda i: 1000 + i)

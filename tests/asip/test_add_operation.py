@@ -7,13 +7,13 @@ import json
 import os
 import re
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
 from asip_asm.project import ROOT
+from tests.bench.commands import output
 from tests.bench.copies import share_models
 
 PAGE = ROOT / "docs/add_operation.md"
@@ -61,10 +61,9 @@ def insert(path: Path, behind: str, text: str) -> None:
     path.write_text(source.replace(behind, behind + text))
 
 
-def run(copy: Path, *command: object) -> subprocess.CompletedProcess[str]:
-    environment = dict(os.environ, PYTHONPATH=str(copy))
-    words = [sys.executable, *map(str, command)]
-    return subprocess.run(words, cwd=copy, env=environment, capture_output=True, text=True)
+def run(copy: Path, *command: object) -> str:
+    """What the copy's Python prints."""
+    return output(sys.executable, *command, cwd=copy, env=os.environ | {"PYTHONPATH": copy})
 
 
 @pytest.fixture(scope="module")
@@ -88,8 +87,7 @@ def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
     build = root / "sim/harness/build.py"
     build.write_text(build.read_text().replace('optimisation = "-O3"', 'optimisation = "-O0"'))
     share_models(root / "build", "verilated-*")
-    done = run(root, "scripts/gen_isa.py")
-    assert done.returncode == 0, done.stderr
+    run(root, "scripts/gen_isa.py")
     return root
 
 
@@ -102,17 +100,13 @@ def test_record__everything_generated__has_the_operation(copy: Path) -> None:
 
 
 def test_program__of_the_page__assembles_and_runs(copy: Path) -> None:
-    done = run(copy, "-m", "asip_asm.cli_as", "copysign.s", "-o", "copysign.asip.json")
-    assert done.returncode == 0, done.stderr
-    options = [word for word in block("sh").splitlines()[-1].split()[1:]]
-    done = run(copy, "-m", "sim.asip_run", *options)
-    assert done.returncode == 0 and "-2.5" in done.stdout, done.stdout + done.stderr
+    run(copy, "-m", "asip_asm.cli_as", "copysign.s", "-o", "copysign.asip.json")
+    options = block("sh").splitlines()[-1].split()[1:]
+    assert "-2.5" in run(copy, "-m", "sim.asip_run", *options)
 
 
 def test_operation__on_the_rtl__is_that_of_the_model(copy: Path) -> None:
-    done = run(copy, "-c", RUN)
-    assert done.returncode == 0, done.stderr
-    assert json.loads(done.stdout) == [{"iss": True, "rtl": True}, [False, False], 81]
+    assert json.loads(run(copy, "-c", RUN)) == [{"iss": True, "rtl": True}, [False, False], 81]
 
 
 def test_unit__in_the_bench__gives_the_reference_which_is_the_record(copy: Path) -> None:
@@ -121,14 +115,12 @@ def test_unit__in_the_bench__gives_the_reference_which_is_the_record(copy: Path)
         "unit = Unit('fp_cmp', lanes=1); report = unit.run('copysign', 'random', count=20_000)\n"
         "print(report.good, report.cases, selfcheck(unit, cases=500)['mismatches'])"
     )
-    done = run(copy, "-c", check)
-    assert done.stdout == "True 20000 []\n", done.stdout + done.stderr
+    assert run(copy, "-c", check) == "True 20000 []\n"
 
 
 def test_directed_cases__hold_and_are_asked_for(copy: Path) -> None:
     tests = ("-m", "pytest", "-q", "-p", "no:cacheprovider", "tests/asip/test_iss_operations.py")
-    done = run(copy, *tests, "-k", "fcopysign or every_operation")
-    assert done.returncode == 0 and "3 passed" in done.stdout, done.stdout
+    assert "3 passed" in run(copy, *tests, "-k", "fcopysign or every_operation")
 
 
 @pytest.mark.full
@@ -142,5 +134,4 @@ def test_datapath_forgotten__is_found(copy: Path, tmp_path: Path) -> None:
         f"unit = Unit('fp_cmp', Path({str(tmp_path / 'fpu')!r}), lanes=1)\n"
         "print(unit.run('copysign', 'random', count=1000).mismatches > 0)"
     )
-    done = run(copy, "-c", check)
-    assert done.stdout == "True\n", done.stdout + done.stderr
+    assert run(copy, "-c", check) == "True\n"

@@ -16,29 +16,16 @@ import pytest
 
 from asip_asm.assemble import assemble
 from asip_asm.isa import default_isa
-from sim.harness.asip_bus import BLOCK, CSR, IRQ_ALL, register_address
+from sim.harness.asip_bus import BLOCK, load_words
 from sim.harness.build import ROOT, WAIVERS, file_list, verilator_driver
 from sim.iss.core import Iss
 from tests.bus.axil import run_scenarios
 
-SOURCES = [
-    *file_list("asip/asip.f"),
-    ROOT / "rtl/bus/axil_bridge.sv",
-    ROOT / "rtl/asip/asip_axil.sv",
-]
+SOURCES = file_list("asip/asip.f")
+SOURCES += [ROOT / "rtl/bus/axil_bridge.sv", ROOT / "rtl/asip/asip_axil.sv"]
 BENCH = Path(__file__).with_name("axil_tb.py")
 PROGRAM = ROOT / "sim/driver/leg_length.s"
 TICKS = ((3.0, 0.5, 4.0, 7), (-1.5, 2.25, 0.125, -12), (1e-3, 0.0, 1e3, 40000))
-
-
-def image_writes(image) -> list[tuple[int, int]]:
-    """Bus writes (word address, word) that load a program image."""
-    writes = [(BLOCK["program"] + offset, word) for offset, word in image.words()]
-    writes += [(BLOCK["constants"] + c.index, int(c.bits, 16)) for c in image.constants]
-    writes += [(BLOCK["safe"] + o.index, int(o.safe, 16)) for o in image.outputs]
-    writes += [(register_address(s.register), int(s.bits, 16)) for s in image.states]
-    writes += [(CSR["ENTRY"], image.entry), (CSR["WATCHDOG"], image.watchdog)]
-    return [*writes, (CSR["OUTPUT_MASK"], image.output_mask), (CSR["IRQ_ENABLE"], IRQ_ALL)]
 
 
 def plan(image) -> dict:
@@ -53,29 +40,23 @@ def plan(image) -> dict:
         outputs = [(BLOCK["outputs"] + o.index, result.output_bits[o.name]) for o in image.outputs]
         inputs = [BLOCK["constants"] + entry.index for entry in image.inputs]
         ticks.append({"inputs": list(zip(inputs, words, strict=True)), "outputs": outputs})
-    return {"load": image_writes(image), "ticks": ticks, "data": BLOCK["data"]}
+    return {"load": list(load_words(image)), "ticks": ticks, "data": BLOCK["data"]}
 
 
 def test_axil__every_scenario(configuration):
-    parameters = default_isa().configurations[configuration]
+    shape = default_isa().configurations[configuration]
     folder = ROOT / "build/axil" / configuration
     folder.mkdir(parents=True, exist_ok=True)
     todo = folder / "plan.json"
     todo.write_text(json.dumps(plan(assemble(PROGRAM, configuration=configuration))))
-    run_scenarios(
-        "asip_axil",
-        SOURCES,
-        BENCH,
-        folder,
-        {"FmaPipes": parameters.fma_pipes, "Slots": len(parameters.slots)},
-        {"AXIL_PLAN": str(todo)},
-    )
+    parameters = {"FmaPipes": shape.fma_pipes, "Slots": len(shape.slots)}
+    environment = {"AXIL_PLAN": str(todo)}
+    run_scenarios("asip_axil", SOURCES, BENCH, folder, parameters, environment)
 
 
 @pytest.mark.parametrize("parameters", [(), ("-GFmaPipes=1", "-GSlots=1")])
 def test_axil__lint(parameters):
     command = [verilator_driver(), "--lint-only", "-Wall", "--quiet", "--top-module", "asip_axil"]
-    done = subprocess.run(
-        [*command, *parameters, WAIVERS, *SOURCES], capture_output=True, text=True, check=False
-    )
+    command += [*parameters, WAIVERS, *SOURCES]
+    done = subprocess.run(command, capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (0, "")

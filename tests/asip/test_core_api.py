@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 import re
-import subprocess
 import sys
 
 import numpy as np
@@ -15,6 +14,7 @@ from asip_asm.assemble import assemble
 from asip_asm.diagnostics import AssemblyError
 from sim import Core, CoreError, CoreFault
 from sim.harness.asip_rtl import AsipError
+from tests.bench.commands import output
 
 PROGRAM = """\
 .program "way and speed"
@@ -267,8 +267,8 @@ def test_package__names_on_demand__without_loading_verilator():
         "try: sim.Corr\n"
         "except AttributeError as error: print(error)\n"
     )
-    done = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, check=True)
-    assert done.stdout == "module 'sim' has no attribute 'Corr'\n"
+    said = output(sys.executable, "-c", text)
+    assert said == "module 'sim' has no attribute 'Corr'\n"
 
 
 def test_export_of_bank_k__reads_the_input_or_constant_behind_it(tmp_path, backend):

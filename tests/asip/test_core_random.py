@@ -7,7 +7,6 @@ registers and any words, so that hazards and special values are frequent.
 
 from __future__ import annotations
 
-import os
 import random
 from dataclasses import dataclass, field
 
@@ -15,8 +14,8 @@ import pytest
 
 from tests.asip import core_bench as bench
 from tests.asip.core_bench import CORNERS, ISA
+from tests.bench.seed import SEED
 
-SEED = int(os.environ.get("SEED", "1"))
 STRAIGHT, BRANCHING = 40, 40  # programs of each kind and configuration
 BUNDLES = 90
 INSTRUCTIONS = {"fast": 10_000, "small": 5_000}  # executed at least, all programs together

@@ -17,11 +17,12 @@ from asip_asm.c_image import enumeration, identifier, to_c
 from asip_asm.gen.asip_regmap import REGMAP
 from sim.driver import DRIVER, simulated_core
 from sim.iss.core import Iss
+from tests.asip.core_bench import CONFIGURATIONS, assembled
 from tests.bench.commands import output
 
 CHECKS = Path(__file__).with_name("driver_checks.c")
 C_FLAGS = ("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-O1")
-CONFIGURATIONS = ("fast", "small")
+CC = os.environ.get("CC", "cc")
 ENDLESS = """\
 .program "endless"
 .watchdog 3000
@@ -31,8 +32,6 @@ again:  bnz n, again
         mov F, zero
         halt
 """
-
-
 RECORD = """\
 .program "record"
 .input x
@@ -50,9 +49,8 @@ def build(
     for name, text in images.items():
         (folder / name).write_text(text)
     program = folder / main.stem
-    command = [os.environ.get("CC", "cc"), *C_FLAGS, f"-I{DRIVER}", f"-I{folder}", "-o", program]
-    command += [main, DRIVER / "asip.c", core, f"-Wl,-rpath,{core.parent}"]
-    output(*command)
+    options = [*C_FLAGS, f"-I{DRIVER}", f"-I{folder}", f"-Wl,-rpath,{core.parent}"]
+    output(CC, *options, "-o", program, main, DRIVER / "asip.c", core)
     return program
 
 
@@ -74,12 +72,9 @@ def demo(request, tmp_path_factory):
 
 def build_checks(folder: Path, configuration: str, resilience: int = 0) -> Path:
     """Executable of driver_checks.c."""
-    sources = folder / "endless.s", folder / "record.s"
-    for source, text in zip(sources, (ENDLESS, RECORD), strict=True):
-        source.write_text(text)
-    other = CONFIGURATIONS[1 - CONFIGURATIONS.index(configuration)]
-    image, record = (assemble(source, configuration=configuration) for source in sources)
-    wrong = assemble(sources[0], configuration=other)
+    (other,) = set(CONFIGURATIONS) - {configuration}
+    image, record = (assembled(text, configuration, optimise=True) for text in (ENDLESS, RECORD))
+    wrong = assembled(ENDLESS, other, optimise=True)
     wrong.title = "other"
     images = {"endless": image, "other": wrong, "record": record}
     headers = {f"{name}.asip.h": to_c(each) for name, each in images.items()}
@@ -160,8 +155,7 @@ def test_header__every_address_fault_and_field_by_value(tmp_path):
     ]
     source = tmp_path / "values.c"
     source.write_text('#include "asip.h"\n' + "\n".join(rows) + "\n")
-    command = [os.environ.get("CC", "cc"), "-std=c99", f"-I{DRIVER}", "-fsyntax-only", source]
-    output(*command)
+    output(CC, "-std=c99", f"-I{DRIVER}", "-fsyntax-only", source)
 
 
 def test_image__names_that_c_does_not_know__stay_apart():
@@ -172,11 +166,9 @@ def test_image__names_that_c_does_not_know__stay_apart():
 
 
 def test_image__title_with_quotes_and_empty_tables__compiles(tmp_path):
-    source = tmp_path / "t.s"
-    source.write_text('.program "a ??/ */ \\\\ b"\n.output F, safe = 0.0\n mov F, zero\n halt\n')
+    text = '.program "a ??/ */ \\\\ b"\n.output F, safe = 0.0\n mov F, zero\n halt\n'
     (tmp_path / "t.c").write_text(
-        f'#include "asip.h"\n{to_c(assemble(source))}'
+        f'#include "asip.h"\n{to_c(assembled(text, optimise=True))}'
         "const asip_image *used(void) { return &a_b_image; }\n"
     )
-    command = [os.environ.get("CC", "cc"), *C_FLAGS, f"-I{DRIVER}", "-fsyntax-only"]
-    output(*command, tmp_path / "t.c")
+    output(CC, *C_FLAGS, f"-I{DRIVER}", "-fsyntax-only", tmp_path / "t.c")

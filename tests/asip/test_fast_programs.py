@@ -6,11 +6,10 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-from asip_asm.assemble import assemble
-from sim.harness.asip_rtl import AsipRtl
+from sim import Core
+from tests.asip.core_bench import assembled
 
 PAGE = Path(__file__).parents[2] / "docs/fast_programs.md"
 PROGRAMS = re.findall(r'```\n(\.program "([^"]+)".*?)```', PAGE.read_text(), re.S)
@@ -19,18 +18,11 @@ PAIRS = list(zip(PROGRAMS[::2], PROGRAMS[1::2], strict=True))
 INPUTS = {"a": 2.0, "b": 1.0, "c": 0.5, "d": 4.0, "x": 0.75, "limit": 1.5}
 
 
-def run(text: str, folder: Path) -> tuple[int, int]:
+def run(text: str) -> tuple[int, int]:
     """CYCLES and the word of output F."""
-    path = folder / "program.s"
-    path.write_text(text)
-    image = assemble(path)
-    core = AsipRtl(image.configuration)
-    core.load(image)
-    names = [entry.name for entry in image.inputs]
-    data = np.array([[INPUTS.get(name, 1.0) for name in names]], dtype=np.float32)
-    result = core.run(core.input_addresses(names), data, core.output_addresses(["F"]))
-    assert result.fault == "NONE"
-    return int(result.cycles[0]), int(result.words[0, 0])
+    with Core(assembled(text, optimise=True)) as core:
+        core.tick({name: INPUTS.get(name, 1.0) for name in core.inputs})
+        return core.cycles, core.read_word("F")
 
 
 def test_page__holds_pairs_of_programs():
@@ -38,8 +30,8 @@ def test_page__holds_pairs_of_programs():
 
 
 @pytest.mark.parametrize(("slow", "fast"), PAIRS, ids=[fast[1] for _, fast in PAIRS])
-def test_pair__on_the_core__same_result_in_fewer_cycles(slow, fast, tmp_path):
-    slow_cycles, slow_word = run(slow[0], tmp_path)
-    fast_cycles, fast_word = run(fast[0], tmp_path)
+def test_pair__on_the_core__same_result_in_fewer_cycles(slow, fast):
+    slow_cycles, slow_word = run(slow[0])
+    fast_cycles, fast_word = run(fast[0])
     assert fast_word == slow_word
     assert fast_cycles < slow_cycles

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from asip_asm.assemble import assemble
 from asip_asm.c_image import to_c
 from asip_asm.cli_objdump import header
 from asip_asm.image import Image, ImageError
 from asip_asm.link import LinkError, link
 from sim.asip_run.__main__ import main as asip_run
 from sim.core import Core
+from tests.asip.core_bench import assembled
 from tests.asip.test_driver import build, execute
 
 FAST = """\
@@ -47,19 +47,16 @@ again:  fmul    product, product, gain
 """
 
 
-def programs(folder: Path, configuration: str = "fast") -> dict[str, Image]:
-    found = {}
-    for name, text in (("fast", FAST), ("slow", SLOW)):
-        source = folder / f"{name}.s"
-        source.write_text(text)
-        found[name] = assemble(source, configuration=configuration)
+def programs(configuration: str = "fast") -> dict[str, Image]:
+    texts = {"fast": FAST, "slow": SLOW}
+    found = {name: assembled(text, configuration, optimise=True) for name, text in texts.items()}
     found["slow"].parameters = ["gain"]
     return found
 
 
-@pytest.fixture(params=("fast", "small"))
-def image(tmp_path, request) -> Image:
-    return link("both", programs(tmp_path, request.param))
+@pytest.fixture
+def image(configuration) -> Image:
+    return link("both", programs(configuration))
 
 
 def expected():
@@ -95,8 +92,7 @@ def test_image_with_functions_is_written_and_read_again(image, tmp_path):
     registers = [s.register for s in image.states]
     assert len(set(registers)) == 2
     assert f"  slow         entry {image.functions[1].entry}, cycles None" in header(image)
-    single = programs(tmp_path)["fast"]
-    assert "functions" not in single.to_json()
+    assert "functions" not in programs()["fast"].to_json()
 
 
 def test_a_damaged_function_is_refused(image):
@@ -110,8 +106,7 @@ def test_a_damaged_function_is_refused(image):
         Image.from_json(data, sealed=False)
 
 
-def test_c_driver_runs_the_functions(tmp_path, configuration):
-    image = link("both", programs(tmp_path, configuration))
+def test_c_driver_runs_the_functions(image, tmp_path, configuration):
     main = Path(__file__).with_name("two_functions.c")
     status, lines = execute(build(tmp_path, configuration, main, {"both.asip.h": to_c(image)}))
     rows = [want for _, _, want in expected()]
@@ -133,29 +128,27 @@ def test_asip_run_asks_for_the_function(image, tmp_path, capsys):
     assert "no function 'none'; there are fast, slow" in capsys.readouterr().err
 
 
-def many(folder: Path, name: str, lines: list[str]) -> Image:
-    source = folder / f"{name}.s"
-    source.write_text("\n".join([f'.program "{name}"', *lines, "        halt", ""]))
-    return assemble(source)
+def many(lines: list[str]) -> Image:
+    return assembled("\n".join([*lines, "        halt", ""]), optimise=True)
 
 
-def test_what_does_not_fit_is_named_with_its_cure(tmp_path):
+def test_what_does_not_fit_is_named_with_its_cure():
     outputs = [f".output o_{i}, safe = 0.0" for i in range(20)]
     outputs += [f"        mov o_{i}, zero" for i in range(20)]
-    wide = many(tmp_path, "wide", outputs)
+    wide = many(outputs)
     with pytest.raises(LinkError, match=r"40 outputs \(a 20, b 20\), the core has 32; export"):
         link("x", {"a": wide, "b": wide})
     states = [f".state s_{i} = 0.0, pin C" for i in range(40)]
     states += [f"        fabs s_{i}, s_{i}" for i in range(40)]
-    full = many(tmp_path, "full", states)
+    full = many(states)
     with pytest.raises(LinkError, match="states and exports of all functions 80; the bank has 64"):
         link("x", {"a": full, "b": full})
     inputs = [f".input i_{i}" for i in range(70)] + [".output o, safe = 0.0"]
     inputs += ["        mov o, i_0"]
-    wide_k = many(tmp_path, "inputs", inputs)
+    wide_k = many(inputs)
     with pytest.raises(LinkError, match="140 inputs and 0 constants .* bank K holds 128"):
         link("x", {"a": wide_k, "b": wide_k})
     with pytest.raises(LinkError, match="different configurations"):
-        link("x", {"a": programs(tmp_path)["fast"], "b": programs(tmp_path, "small")["slow"]})
+        link("x", {"a": programs()["fast"], "b": programs("small")["slow"]})
     with pytest.raises(LinkError, match="'a b' cannot name a function"):
         link("x", {"a b": wide, "c": wide})

@@ -5,13 +5,14 @@ compared with the ports and parameters of rtl/asip/asip.sv as Verilator elaborat
 from __future__ import annotations
 
 import json
-import subprocess
+from pathlib import Path
 
 import pytest
 
 from asip_asm.gen.asip_regmap import REGMAP
 from asip_asm.isa import default_isa
 from sim.harness.build import ROOT, WAIVERS, file_list, verilator_driver
+from tests.bench.commands import output
 from tests.bench.tcl import Component
 
 SCRIPT = ROOT / "scripts/platform_designer/asip_hw.tcl"
@@ -20,24 +21,17 @@ OPEN = ("trace_", "hook_")  # ports that the component leaves out
 
 
 @pytest.fixture(scope="module")
-def module(tmp_path_factory) -> tuple[dict[str, tuple[str, int]], dict[str, int]]:
-    """Ports (direction, width) and parameters (default) of module asip."""
-    tree = tmp_path_factory.mktemp("tree") / "asip.json"
-    command = [
-        verilator_driver(),
-        "--json-only",
-        "--json-only-output",
-        tree,
-        "--top-module",
-        "asip",
-    ]
-    command += ["--json-only-meta-output", tree.with_suffix(".meta"), WAIVERS]
-    subprocess.run([*command, *file_list("asip/asip.f")], check=True, cwd=tree.parent)
-    return ports_and_parameters(json.loads(tree.read_text()))
+def module(tmp_path_factory) -> tuple[dict[str, tuple[str, int]], set[str]]:
+    """Ports (direction, width) and parameter names of module asip."""
+    return ports_and_parameters("asip", file_list("asip/asip.f"), tmp_path_factory.mktemp("tree"))
 
 
-def ports_and_parameters(tree: dict, name: str = "asip"):
-    """Ports (direction, width) and parameter names of module `name` in a Verilator tree."""
+def ports_and_parameters(name: str, sources: list[Path], folder: Path):
+    """Ports (direction, width) and parameter names of module `name` as Verilator sees it."""
+    tree = folder / "tree.json"
+    options = ["--json-only", "--json-only-output", tree, "--top-module", name]
+    options += ["--json-only-meta-output", folder / "meta.json", WAIVERS]
+    output(verilator_driver(), *options, *sources, cwd=folder)
     types = {}
     variables = []
 
@@ -56,7 +50,7 @@ def ports_and_parameters(tree: dict, name: str = "asip"):
                 if isinstance(value, (list, dict)):
                     walk(value, top)
 
-    walk(tree, False)
+    walk(json.loads(tree.read_text()), False)
 
     def width(address: str) -> int:
         node = types[address]

@@ -21,11 +21,10 @@ from asip_asm.isa import default_isa
 from asip_asm.konata import konata_log
 from asip_asm.profile import CAUSE_COUNTERS, Profile, ProfileError, Trace, profile_run
 from sim.asip_run.__main__ import main as asip_run
-from sim.harness.asip_bus import CSR
-from sim.harness.asip_rtl import AsipRtl
+from sim.core_backends import RtlBackend
+from tests.asip.core_bench import CONFIGURATIONS
 
 ROOT = Path(__file__).parents[2]
-CONFIGURATIONS = ("fast", "small")
 PROGRAMS = ("tracking_optimised", "tracking_as_printed")
 SEED = 20261121
 
@@ -57,16 +56,12 @@ again:  ld   p, table
 
 def core_run(image: Image, inputs: dict[str, int]) -> Trace:
     """One traced run on the core; inputs that are not given are 0."""
-    core = AsipRtl(image.configuration)
-    core.load(image)
-    names = [entry.name for entry in image.inputs]
-    for name, address in zip(names, core.input_addresses(names), strict=True):
-        core.write(address, inputs.get(name, 0))
-    core.trace()
-    result = core.run([], np.zeros((1, 0), dtype=np.uint32), [])
-    assert result.fault == "NONE"
-    counters = {name: core.read(CSR[name]) for name in ("CYCLES", *CAUSE_COUNTERS.values())}
-    return Trace(core.traced_issues(), core.timed_writes(), counters)
+    core = RtlBackend(image, trace=True)
+    core.clear()
+    words = {entry.name: inputs.get(entry.name, 0) for entry in image.inputs}
+    data = np.array([list(words.values())], dtype=np.uint32)
+    assert core.run(list(words), data, []).fault is None
+    return core.observed().trace
 
 
 def bits(value: float) -> int:

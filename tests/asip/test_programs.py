@@ -6,7 +6,6 @@ Error bounds are those of `sim.run.bounds`, evaluated at every tick.
 
 from __future__ import annotations
 
-import tomllib
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
@@ -15,10 +14,11 @@ import numpy as np
 import pytest
 
 from asip_asm.assemble import assemble
-from sim.iss import Fault, Iss, run_path
+from asip_asm.isa import default_isa
+from sim.iss import Fault, Iss, RunResult, run_path
 from sim.iss.path import preset
 from sim.model import float32, tracking
-from sim.model.parameters import Robot
+from sim.model.published import Published
 from sim.model.records import ACCELERATIONS, OUTPUTS, POSITIONS, SET_POINTS, TABLE_3, VELOCITIES
 from sim.run.bounds import bounds
 from tests.asip.tracking_path import reversing_path
@@ -38,11 +38,6 @@ GRAVITIES = ("G1", "G2", "G3", "G4")
 def program(request) -> str:
     """Name of each tracking program."""
     return request.param
-
-
-@pytest.fixture(scope="module")
-def robot():
-    return Robot.load()
 
 
 @pytest.fixture(scope="module")
@@ -146,21 +141,20 @@ def test_outputs_are_no_worse_than_the_pc_as_printed_and_ten_times_better_optimi
 
 
 def test_as_printed_executes_at_least_the_published_operations_in_every_class(runs):
-    published = tomllib.loads((ROOT / "sim" / "published.toml").read_text())["operations"]
     names = {"float_of_int": "float_int", "saturate": "sat"}
-    published = {names.get(name, name): count for name, count in published.items()}
+    operations = Published.load().operations
+    published = {names.get(name, name): count for name, count in operations.items()}
     assert published.keys() == runs["as_printed"].table1.keys()
     executed = runs["as_printed"].table1
     assert all(executed[name] >= count for name, count in published.items()), executed
 
 
 def test_inverse_kinematics_as_printed_take_the_operations_of_the_printed_formulas(images):
-    isa = tomllib.loads((ROOT / "asip_asm" / "isa.toml").read_text())["op"]
     total: Counter[str] = Counter()
     for bundle in images["as_printed"]["sources"]:
         for entry in bundle:
             if entry["equation"] in ("7", "8", "9"):
-                total.update(isa[entry["op"]].get("counts", {}))
+                total.update(default_isa().operations[entry["op"]].counts)
     # Two products and sums more: x_p2 and x_p3 of (7) are subtracted in two parts.
     assert total == Counter(mul=123 + 2, add_sub=89 + 2, div=9, sqrt=12)
 
@@ -184,6 +178,13 @@ def test_schedule_and_configuration_do_not_change_a_bit(
     assert got.operations == runs[program].operations
 
 
+def one_tick(iss: Iss, words: np.ndarray, counts: np.ndarray) -> RunResult:
+    """A run with these set-points and encoder counts."""
+    iss.set_inputs(dict(zip(SET_POINTS, words, strict=True)))
+    iss.set_inputs({f"count{i + 1}": int(count) for i, count in enumerate(counts)})
+    return iss.run()
+
+
 def test_trace_holds_one_write_per_operation_and_changes_no_result(
     robot, motion, images, runs, program
 ):
@@ -191,9 +192,7 @@ def test_trace_holds_one_write_per_operation_and_changes_no_result(
     iss = Iss(images[program], trace=True)
     iss.set_state(preset(images[program], robot, counts[0].tolist()))
     for tick in range(3):
-        iss.set_inputs(dict(zip(SET_POINTS, path.words()[tick], strict=True)))
-        iss.set_inputs({f"count{i + 1}": int(count) for i, count in enumerate(counts[tick])})
-        result = iss.run()
+        result = one_tick(iss, path.words()[tick], counts[tick])
         assert result.outputs == {name: runs[program].rows[name][tick] for name in OUTPUTS}
         assert sum(map(len, result.writes.values())) == sum(result.counts.values())
         assert result.writes["o3"] == [result.output_bits["tau4"]]
@@ -206,9 +205,7 @@ def test_outputs_saturate_at_the_limits_of_the_drives(robot, motion, images, pro
         iss = Iss(images[program])
         away = counts[0] - sign * np.array((40000, 40000, 40000, 9000, 9000))
         iss.set_state(preset(images[program], robot, away.tolist()))
-        iss.set_inputs(dict(zip(SET_POINTS, path.words()[0], strict=True)))
-        iss.set_inputs({f"count{i + 1}": int(count) for i, count in enumerate(away)})
-        result = iss.run()
+        result = one_tick(iss, path.words()[0], away)
         assert result.fault is Fault.NONE
         assert result.outputs == {name: sign * limit for name, limit in limits.items()}
 
@@ -225,19 +222,14 @@ def test_integrators_saturate_at_their_bounds(robot, motion, images, program):
             scale = 1.0 if program == "as_printed" else robot.K_I[axis]
             bound[f"{name}{axis + 1}"] = sign * float(np.float32(scale * robot.s_max[axis]))
         iss.set_state({key: 0.9999 * value for key, value in bound.items()})
-        iss.set_inputs(dict(zip(SET_POINTS, path.words()[0], strict=True)))
-        iss.set_inputs({f"count{i + 1}": int(count) for i, count in enumerate(away)})
-        assert iss.run().fault is Fault.NONE
+        assert one_tick(iss, path.words()[0], away).fault is Fault.NONE
         assert {key: iss.state[key] for key in bound} == bound
 
 
 def test_lengths_that_meet_nowhere_leave_the_safe_values(robot, motion, images, program):
-    path, counts = motion
-    iss = Iss(images[program])
-    iss.set_inputs(dict(zip(SET_POINTS, path.words()[0], strict=True)))
+    path, _ = motion
     short = np.array((1.6e6, 1.6e6, 1.6e6, 0, 0))  # 0.4 m legs on a circle of 0.5 m
-    iss.set_inputs({f"count{i + 1}": int(count) for i, count in enumerate(short)})
-    result = iss.run()
+    result = one_tick(Iss(images[program]), path.words()[0], short)
     assert result.fault is Fault.NOT_FINITE
     z = (robot.z_min + robot.z_max) / 2
     length = np.hypot(robot.R, z)
@@ -248,8 +240,7 @@ def test_lengths_that_meet_nowhere_leave_the_safe_values(robot, motion, images, 
 
 def test_optimised_program_is_short(runs):
     """180 multiply-adds and 78 auxiliary operations fit 90 cycles of two pipes and one slot."""
-    isa = tomllib.loads((ROOT / "asip_asm" / "isa.toml").read_text())["op"]
     slots: Counter[bool] = Counter()
     for mnemonic, count in runs["optimised"].operations.items():
-        slots[isa[mnemonic]["unit"] == "fma"] += count
+        slots[default_isa().operations[mnemonic].unit == "fma"] += count
     assert slots[True] <= 180 and slots[False] <= 78

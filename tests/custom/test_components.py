@@ -14,19 +14,14 @@ import pytest
 
 from sim.fpbench import softfloat as reference
 from sim.fpbench.softfloat import COMPARISONS as COMPARED
-from tests.custom.ci_bench import ALONE, HALF, SLAVES, CiBench, fields, platforms
+from tests.bench.seed import SEED
+from tests.custom.ci_bench import ALONE, HALF, PLATFORMS, SLAVES, CiBench, fields
 from tests.fpu import stimulus
-from tests.fpu.tb import generator, seed
-from tests.fpu.test_fp_sincos import (
-    BOUND_ULP,
-    LIMIT,
-    error_ulp,
-    near_multiples,
-    random_angles,
-)
+from tests.fpu.tb import generator
+from tests.fpu.test_fp_sincos import BOUND_ULP, LIMIT, error_ulp, near_multiples, random_angles
 
 SIGN, CANON_NAN = stimulus.SIGN, np.uint32(0x7FC00000)
-FPGA1, FPGA2 = platforms()["fpga1"], platforms()["fpga2"]
+FPGA1, FPGA2 = PLATFORMS["fpga1"], PLATFORMS["fpga2"]
 RANDOM = 5_000  # of a unit that tests/fpu covers
 RANDOM_OWN = 60_000  # ci_faddsub and ci_fmul are arithmetic of their own
 OWN = {"fpga2.fadd", "fpga2.fsub", "fpga2.fmul"}
@@ -117,41 +112,33 @@ def expect_equal(name: str, device: str, got, want, *columns: np.ndarray) -> Non
         for i in wrong[:8]
     ]
     raise AssertionError(
-        f"{name} by {device}: {len(wrong)} of {len(got)} differ (SEED={seed()})\n"
+        f"{name} by {device}: {len(wrong)} of {len(got)} differ (SEED={SEED})\n"
         + "\n".join(lines)
-        + f"\nreplay: make test T='{name.split('.')[1]} and components' SEED={seed()}"
+        + f"\nreplay: make test T='{name.split('.')[1]} and components' SEED={SEED}"
     )
-
-
-def measured(bench: CiBench, name: str, a, b, registers: int) -> None:
-    """Both ways to a multicycle instruction give `REFERENCE[name]` in its cycles."""
-    platform, short = name.split(".")
-    item = platforms()[platform].instructions[short]
-    component = item.component.removeprefix("ci_")
-    variable = platforms()[platform].components[item.component].type == "variable"
-    want = REFERENCE[name](*(a, b)[: len(item.arguments)])
-    ways = {
-        item.component: (ALONE[component], 0 if variable else item.cycles),
-        "ci_slaves": (SLAVES[platform], 0),
-    }
-    for device, (select, fixed) in ways.items():
-        got, cycles = bench.run(select, item.n, a, b, registers, cycles=fixed, stalls=HALF, gaps=3)
-        assert set(cycles.tolist()) == {item.cycles}, f"{name} by {device}"
-        expect_equal(name, device, got, want, a, b)
 
 
 @pytest.mark.parametrize("name", REFERENCE)
 def test_components__every_instruction__matches_reference_in_its_cycles(bench, name):
     platform, short = name.split(".")
-    item = platforms()[platform].instructions[short]
+    item = PLATFORMS[platform].instructions[short]
+    kind = PLATFORMS[platform].components[item.component].type
     a, b = operands(platform, short)
-    if platforms()[platform].components[item.component].type != "combinational":
-        measured(bench, name, a, b, fields(item))
-        return
     want = REFERENCE[name](*(a, b)[: len(item.arguments)])
-    outputs = bench.combinational(item.n, a, b)
-    for device in sorted({item.component, platform} & set(outputs)):
-        expect_equal(name, device, outputs[device], want, a, b)
+    if kind == "combinational":
+        outputs = bench.combinational(item.n, a, b)
+        for device in sorted({item.component, platform} & set(outputs)):
+            expect_equal(name, device, outputs[device], want, a, b)
+        return
+    alone = ALONE[item.component.removeprefix("ci_")]
+    ways = (
+        (item.component, alone, 0 if kind == "variable" else item.cycles),
+        ("ci_slaves", SLAVES[platform], 0),
+    )
+    for device, select, fixed in ways:
+        got, cycles = bench.run(select, item.n, a, b, fields(item), fixed, stalls=HALF, gaps=3)
+        assert set(cycles.tolist()) == {item.cycles}, f"{name} by {device}"
+        expect_equal(name, device, got, want, a, b)
 
 
 @pytest.mark.parametrize("name", ["fsin", "fcos"])
@@ -168,7 +155,7 @@ def test_components__sine_and_cosine__within_the_unit_s_bound_of_mpfr(bench, nam
         worst = max(
             (error_ulp(cosine, x, y), x) for x, y in zip(angles.tolist(), got.tolist(), strict=True)
         )
-        assert worst[0] <= BOUND_ULP, f"{device}: {worst[0]} ulp at {worst[1]:08x} SEED={seed()}"
+        assert worst[0] <= BOUND_ULP, f"{device}: {worst[0]} ulp at {worst[1]:08x} SEED={SEED}"
         got, _ = bench.run(select, item.n, outside, 0, fields(item), cycles=fixed)
         assert set(got.tolist()) == {int(CANON_NAN)}
 
@@ -176,7 +163,7 @@ def test_components__sine_and_cosine__within_the_unit_s_bound_of_mpfr(bench, nam
 @pytest.mark.parametrize("select", [ALONE["fsat"], SLAVES["fpga2"]], ids=["alone", "slaves"])
 def test_components__saturation__bounds_of_every_internal_register(bench, select):
     rng = generator("ci fsat registers")
-    item = {name: FPGA2.instructions[name] for name in FPGA2.instructions}
+    item = FPGA2.instructions
     bounds = stimulus.mixed(rng, 32, 2)
     low, high = np.minimum(*bounds.view(np.float32).T), np.maximum(*bounds.view(np.float32).T)
     ordered = rng.integers(0, 4, 32) != 0  # the others as they come: exchanged, NaN
@@ -184,34 +171,23 @@ def test_components__saturation__bounds_of_every_internal_register(bench, select
     high = np.where(ordered, high.view(np.uint32), bounds[:, 1])
     index = np.arange(32)
 
-    def run(name, a=0, b=0, **places):
-        word = fields(item[name]) | sum(v.astype(np.uint32) << s for v, s in places.values())
-        count = max(np.size(v) for v, _ in places.values())
-        a = np.broadcast_to(a, count)
-        got, cycles = bench.run(
-            select,
-            item[name].n,
-            a,
-            b,
-            word,
-            cycles=item[name].cycles if select == ALONE["fsat"] else 0,
-            stalls=HALF,
-            gaps=2,
-        )
+    def run(name, register, place, a=0, b=0):
+        word = fields(item[name]) | register.astype(np.uint32) << place
+        fixed = item[name].cycles if select == ALONE["fsat"] else 0
+        got, cycles = bench.run(select, item[name].n, a, b, word, fixed, stalls=HALF, gaps=2)
         assert set(cycles.tolist()) == {item[name].cycles}
         return got
 
     order = rng.permutation(32)
-    written = run("fsat_set", low[order], high[order], c=(order, 10))
+    written = run("fsat_set", order, 10, low[order], high[order])
     assert not written.any()
-    bench_low = run("fsat_low", a=0, x=(index, 0))
-    bench_high = run("fsat_high", a=0, x=(index, 0))
-    assert np.array_equal(bench_low, low) and np.array_equal(bench_high, high)
+    assert np.array_equal(run("fsat_low", index, 0), low)
+    assert np.array_equal(run("fsat_high", index, 0), high)
     values, pick = stimulus.mixed(rng, 4000, 1)[:, 0], rng.integers(0, 32, 4000)
-    got = run("fsat_pair", values, 0, x=(pick, 5))
+    got = run("fsat_pair", pick, 5, values)
     want = COMPARED["SAT"][1](values, low[pick], high[pick])[0]
     expect_equal("fpga2.fsat", "register pair", got, want, values, low[pick], high[pick])
-    assert np.array_equal(run("fsat_low", a=0, x=(index, 0)), low), "only writerc = 0 writes"
+    assert np.array_equal(run("fsat_low", index, 0), low), "only writerc = 0 writes"
 
 
 def test_components__saturation__other_selections_of_registers_write_nothing(bench):
@@ -247,10 +223,10 @@ def test_components__fph1__flushes_operands_and_results(bench):
 def test_components__every_instruction_and_component_is_under_test():
     tested = set(REFERENCE) | {"fpga2.fsin", "fpga2.fcos"}
     tested |= {f"fpga2.fsat_{kind}" for kind in ("pair", "set", "low", "high")}
-    assert tested == {f"{p.name}.{name}" for p in platforms().values() for name in p.instructions}
+    assert tested == {f"{p.name}.{name}" for p in PLATFORMS.values() for name in p.instructions}
     multicycle = {
         c.name.removeprefix("ci_")
-        for p in platforms().values()
+        for p in PLATFORMS.values()
         for c in p.components.values()
         if c.type != "combinational"
     }
@@ -262,8 +238,8 @@ def test_components__every_instruction_and_component_is_under_test():
 
 @pytest.mark.parametrize("platform", SLAVES)
 def test_slaves__numbers_without_component__end_at_once_with_zero(bench, platform):
-    own = {n for part in platforms()[platform].components.values() for n in part.numbers}
-    used = {item.n for item in platforms()[platform].instructions.values()}
+    own = {n for part in PLATFORMS[platform].components.values() for n in part.numbers}
+    used = {item.n for item in PLATFORMS[platform].instructions.values()}
     free = np.array(sorted(set(range(256)) - own))
     a = stimulus.raw_bits(generator("ci free"), len(free), 2)
     got, cycles = bench.run(SLAVES[platform], free, a[:, 0], a[:, 1], stalls=HALF, gaps=2)
@@ -277,8 +253,8 @@ def test_slaves__numbers_without_component__end_at_once_with_zero(bench, platfor
 def test_slaves__instructions_back_to_back__none_disturbs_the_next(bench, platform):
     """Instructions in random order, without a cycle in between, then with stalls and gaps."""
     names = [n for n in REFERENCE if n.startswith(platform)]
-    items = [platforms()[platform].instructions[n.split(".")[1]] for n in names]
-    parts = platforms()[platform].components
+    items = [PLATFORMS[platform].instructions[n.split(".")[1]] for n in names]
+    parts = PLATFORMS[platform].components
     pool = [(n, i) for n, i in zip(names, items, strict=True) if parts[i.component].type[0] != "c"]
     rng = generator(f"ci mixed {platform}")
     pick = rng.integers(0, len(pool), 4000)
@@ -306,7 +282,7 @@ def test_slaves__reset_in_an_instruction__no_done_after_it_and_the_next_is_whole
     bench, select, name
 ):
     platform, short = name.split(".")
-    item = platforms()[platform].instructions[short]
+    item = PLATFORMS[platform].instructions[short]
     want, first = None, np.array([0x40490FDB], np.uint32)
     for cycles in range(1, item.cycles):
         bench.abandon(select, item.n, 0x3FC00000, 0x3F000000, cycles)
@@ -323,6 +299,6 @@ def test_slaves__reset_in_an_instruction__no_done_after_it_and_the_next_is_whole
 
 @pytest.mark.parametrize("platform", SLAVES)
 def test_package__combinational_mask__bits_of_the_combinational_components(platform):
-    part = platforms()[platform]
+    part = PLATFORMS[platform]
     want = {n for c in part.components.values() if c.type == "combinational" for n in c.numbers}
     assert {n for n in range(256) if part.combinational >> n & 1} == want

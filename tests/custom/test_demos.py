@@ -7,7 +7,6 @@ The cycles that a demo prints include moves of the compiler: at least those of t
 from __future__ import annotations
 
 import re
-import subprocess
 from pathlib import Path
 
 import pytest
@@ -16,6 +15,7 @@ from scripts.custom_table import load
 from sim.harness.build import ROOT
 from sim.harness.nios_image import read_elf
 from sim.harness.nios_rtl import NiosRtl
+from tests.bench.commands import output
 from tests.bench.needs import needs
 
 LIMIT = 200_000  # cycles of a demo, an order above the longest
@@ -28,9 +28,7 @@ def test_demos__on_the_system__every_instruction_runs_and_agrees_with_software(p
     instructions = load()[platform].instructions
     names = sorted(path.stem for path in (ROOT / "nios_sw/demo").glob("ci_*.c"))
     programs = [tmp_path / f"demo_{name}_{platform}.elf" for name in names]
-    command = ["make", "-s", "-C", ROOT / "nios_sw", f"BUILD={tmp_path}"]
-    done = subprocess.run([*command, *programs], capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
+    output("make", "-s", "-C", ROOT / "nios_sw", f"BUILD={tmp_path}", *programs)
     measured = {}
     for program in programs:
         text = run(platform, program)

@@ -15,6 +15,7 @@ from pathlib import Path
 import pytest
 
 from sim.harness.build import ROOT, WAIVERS, verilator_driver
+from tests.bench.commands import output
 
 PAGE = ROOT / "docs/custom_instructions.md"
 COPIED = ("rtl", "scripts", "nios_sw", "sim/harness", "asip_asm", "docs")
@@ -27,11 +28,6 @@ def blocks(language: str) -> list[str]:
     section = PAGE.read_text(encoding="utf-8").split("## Add your own")[1].split("\n## ")[0]
     found = re.findall(rf"^   ```{language}\n(.*?)^   ```$", section, re.M | re.S)
     return [re.sub(r"(?m)^   ", "", text) for text in found]
-
-
-def of_copy(root: Path) -> dict[str, str]:
-    """Environment in which Python takes the packages of the copy."""
-    return {**os.environ, "PYTHONPATH": str(root)}
 
 
 @pytest.fixture(scope="module")
@@ -50,9 +46,7 @@ def copy(tmp_path_factory) -> Path:
     assert text.count(GROUP) == 1 and text.count(LAST) == 1
     slaves.write_text(text.replace(GROUP, instance + GROUP).replace(LAST, LAST + result))
     (root / "nios_sw/demo/ci_bswap.c").write_text(blocks("c")[0])
-    command = [sys.executable, root / "scripts/gen_custom.py"]
-    done = subprocess.run(command, env=of_copy(root), capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
+    output(sys.executable, root / "scripts/gen_custom.py", env=os.environ | {"PYTHONPATH": root})
     return root
 
 
@@ -91,28 +85,21 @@ def test_guide__hardware__lint_and_a_run_through_the_interconnect(copy):
         "import json; from sim.harness.sources import sources_of; "
         "print(json.dumps([str(path) for path in sources_of('ci_slaves')]))"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", listing], cwd=copy, capture_output=True, text=True, check=True
-    )
-    files = json.loads(done.stdout)
+    files = json.loads(output(sys.executable, "-c", listing, cwd=copy))
     assert any(name.endswith("ci_bswap.sv") for name in files)
-    lint = [verilator_driver(), "--lint-only", "-Wall", "--quiet", "--top-module", "ci_slaves"]
-    done = subprocess.run([*lint, WAIVERS, *files], capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    build = [verilator_driver(), "--cc", "--exe", "--main", "--build", "-Wno-fatal"]
-    build += ["--quiet", "-CFLAGS", "-O0", "--top-module", "try_bswap", "--Mdir", copy / "obj"]
-    done = subprocess.run([*build, *files, source], capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    done = subprocess.run([copy / "obj/Vtry_bswap"], capture_output=True, text=True)
-    assert "78563412 1" in done.stdout, done.stdout
+    lint = ["--lint-only", "-Wall", "--quiet", "--top-module", "ci_slaves", WAIVERS]
+    output(verilator_driver(), *lint, *files)
+    build = ["--cc", "--exe", "--main", "--build", "-Wno-fatal", "--quiet", "-CFLAGS", "-O0"]
+    build += ["--top-module", "try_bswap", "--Mdir", copy / "obj"]
+    output(verilator_driver(), *build, *files, source)
+    assert "78563412 1" in output(copy / "obj/Vtry_bswap")
 
 
 def test_guide__demo__compiles_and_agrees_on_a_host(copy, tmp_path):
-    command = [os.environ.get("CC", "gcc"), "-std=c11", "-Wall", "-Wextra", "-Werror"]
-    command += [f"-I{copy}/nios_sw/include", copy / "nios_sw/demo/ci_bswap.c", "-lm"]
-    subprocess.run([*command, "-o", tmp_path / "demo"], check=True)
-    done = subprocess.run([tmp_path / "demo"], capture_output=True, text=True)
-    assert (done.returncode, done.stdout) == (0, "bswap: software on a host, same result\n")
+    compiler = [os.environ.get("CC", "gcc"), "-std=c11", "-Wall", "-Wextra", "-Werror"]
+    compiler += [f"-I{copy}/nios_sw/include"]
+    output(*compiler, copy / "nios_sw/demo/ci_bswap.c", "-lm", "-o", tmp_path / "demo")
+    assert output(tmp_path / "demo") == "bswap: software on a host, same result\n"
 
 
 def test_guide__reference_of_the_page__is_the_function(copy):
@@ -128,5 +115,6 @@ def test_guide__forgotten_ports_or_number__refused_with_a_name(copy, tmp_path):
     (tmp_path / "custom.toml").write_text(table.replace("n = 0\n", "n = 230\n"))
     command = [sys.executable, copy / "scripts/gen_custom.py", "--check", "--source"]
     command += [tmp_path / "custom.toml"]
-    done = subprocess.run(command, env=of_copy(copy), capture_output=True, text=True)
+    environment = os.environ | {"PYTHONPATH": copy}
+    done = subprocess.run(command, env=environment, capture_output=True, text=True)
     assert done.returncode == 1 and "n = 230 is already that of `fcmple`" in done.stderr

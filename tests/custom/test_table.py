@@ -7,10 +7,8 @@ other; its Platform Designer script is evaluated and compared with the ports tha
 
 from __future__ import annotations
 
-import json
 import os
 import re
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -20,19 +18,26 @@ import pytest
 from scripts import gen_custom
 from scripts.custom_components import ports_of
 from scripts.custom_table import FPGA_OF, SOURCE, CustomError, load
-from sim.harness.build import ROOT, WAIVERS, verilator_driver
+from sim.harness.build import ROOT
 from sim.harness.plain import plain
 from sim.harness.sources import sources_of
 from tests.asip.test_platform_designer import ports_and_parameters
+from tests.bench.commands import output
 from tests.bench.needs import find, needs
 from tests.bench.tcl import Component
 
 PLATFORMS = load()
-COMPONENTS = [(p, c) for p in PLATFORMS.values() for c in p.components.values()]
-IDS = [part.name for _, part in COMPONENTS]
-EACH = pytest.mark.parametrize(("platform", "part"), COMPONENTS, ids=IDS)
+# With `mine`, the instructions of the component.
+COMPONENTS = [
+    pytest.param(p, c, [i for i in p.instructions.values() if i.component == c.name], id=c.name)
+    for p in PLATFORMS.values()
+    for c in p.components.values()
+]
+EACH = pytest.mark.parametrize(("platform", "part", "mine"), COMPONENTS)
 NIOS_GCC = find("nios-gcc")
-C_FLAGS = ["-std=c11", "-Wall", "-Wextra", "-Werror", "-O2", "-ffp-contract=off"]
+C_FLAGS = "-std=c11 -Wall -Wextra -Werror -O2 -ffp-contract=off".split()
+C_FLAGS += [f"-I{ROOT}/nios_sw/include"]
+HOST = [os.environ.get("CC", "gcc"), *C_FLAGS]
 
 # what is changed in the table (first occurrence after the header) -> record of FPGA2, part of the
 # message
@@ -149,11 +154,10 @@ def test_committed_files__are_those_of_the_table(tmp_path, capsys):
 
 
 @EACH
-def test_links__hardware_header_demo_test_and_documentation(platform, part):
+def test_links__hardware_header_demo_test_and_documentation(platform, part, mine):
     hardware = ROOT / f"rtl/custom/{part.name}.sv"
     assert re.search(rf"^module {part.name} ", hardware.read_text(), re.M)
     header = (ROOT / "nios_sw/include/gen/ci.h").read_text()
-    mine = [i for i in platform.instructions.values() if i.component == part.name]
     assert f"#define {part.macro}_N {part.base}\n" in header
     demo = (ROOT / f"nios_sw/demo/{part.name}.c").read_text()
     for place in ("nios_sw/custom.toml", f"rtl/custom/{part.name}.sv", "tests/custom"):
@@ -182,14 +186,10 @@ def test_links__every_path_named_on_the_page_exists():
 
 
 @EACH
-def test_hw_tcl__ports_roles_and_properties_of_the_module(platform, part, tmp_path):
+def test_hw_tcl__ports_roles_and_properties_of_the_module(platform, part, mine, tmp_path):
     file = ROOT / f"scripts/platform_designer/{part.name}_hw.tcl"
     script = Component(file)
-    tree = tmp_path / "tree.json"
-    command = [verilator_driver(), "--json-only", "--json-only-output", tree]
-    command += ["--json-only-meta-output", tmp_path / "meta.json", "--top-module", part.name]
-    subprocess.run([*command, WAIVERS, *sources_of(part.name)], check=True, cwd=tmp_path)
-    found, _ = ports_and_parameters(json.loads(tree.read_text()), part.name)
+    found, _ = ports_and_parameters(part.name, sources_of(part.name), tmp_path)
     ports = {name: port for name, port in found.items() if name[-2:] in ("_i", "_o")}
     added = script.of("add_interface_port")
     assert {name: (way, int(width)) for _, name, _, way, width in added} == ports
@@ -197,7 +197,6 @@ def test_hw_tcl__ports_roles_and_properties_of_the_module(platform, part, tmp_pa
     (interface,) = script.of("add_interface")
     assert interface[1:] == ("nios_custom_instruction", "end")
     properties = {words[1]: words[2] for words in script.of("set_interface_property")}
-    mine = [i for i in platform.instructions.values() if i.component == part.name]
     fixed = {i.cycles for i in mine} if part.type == "multicycle" else {1}
     assert {int(properties["clockCycle"])} == fixed
     kinds = {"combinational": "COMBINATORIAL", "multicycle": "MULTICYCLE", "variable": "VARIABLE"}
@@ -240,24 +239,18 @@ def flags_of(platform: str) -> list[str]:
     """CI_FLAGS_<platform> as make sees it."""
     table = plain(ROOT / "nios_sw/include/gen/ci_flags.mk")
     text = f"include {table}\nall:\n\t@echo $(CI_FLAGS_{platform})\n"
-    return subprocess.run(
-        ["make", "-s", "-f", "-"], input=text, capture_output=True, text=True, check=True
-    ).stdout.split()
+    return output("make", "-s", "-f", "-", input=text).split()
 
 
 @EACH
-def test_demo__on_a_host__runs_in_software_and_agrees(platform, part, tmp_path):
-    compiler = os.environ.get("CC", "gcc")
+def test_demo__on_a_host__runs_in_software_and_agrees(platform, part, mine, tmp_path):
     source = ROOT / f"nios_sw/demo/{part.name}.c"
     program = tmp_path / part.name
     number = f"-DCI_PLATFORM={FPGA_OF[platform.name]}"
-    command = [compiler, *C_FLAGS, number, f"-I{ROOT}/nios_sw/include", source, "-lm"]
-    subprocess.run([*command, "-o", program], check=True)
-    done = subprocess.run([program], capture_output=True, text=True)
-    assert done.returncode == 0, done.stdout
-    names = {i.name for i in platform.instructions.values() if i.component == part.name}
-    told = set(re.findall(r"^(\w+): software on a host, same result$", done.stdout, re.M))
-    assert names - {"fsat_set"} <= told | {"subnormal result"}, done.stdout
+    output(*HOST, number, source, "-lm", "-o", program)
+    said = output(program)
+    told = set(re.findall(r"^(\w+): software on a host, same result$", said, re.M))
+    assert {i.name for i in mine} - {"fsat_set"} <= told | {"subnormal result"}, said
 
 
 def test_header__software_of_the_saturation__bounds_nan_and_exchange(tmp_path):
@@ -271,23 +264,19 @@ def test_header__software_of_the_saturation__bounds_nan_and_exchange(tmp_path):
         '  printf("%g %g %g ", ci_fsat_pair(9, 5), ci_fsat_pair(-9, 5), ci_fsat_pair(0, 6));\n'
         '  printf("%g %g\\n", ci_fsat_low(5), ci_fsat_high(5));\n}\n'
     )
-    command = [os.environ.get("CC", "gcc"), *C_FLAGS, f"-I{ROOT}/nios_sw/include", source, "-lm"]
-    subprocess.run([*command, "-o", tmp_path / "saturation"], check=True)
-    said = subprocess.run([tmp_path / "saturation"], capture_output=True, text=True).stdout
+    output(*HOST, source, "-lm", "-o", tmp_path / "saturation")
+    said = output(tmp_path / "saturation")
     assert said.replace("-nan", "nan").split() == "-2 1 nan nan 2 -1 nan -1 2".split()
 
 
 @needs("nios-gcc")
 @EACH
-def test_demo__nios_compiler__emits_the_numbers_of_the_table(platform, part, tmp_path):
-    assembly = tmp_path / "demo.s"
-    command = [NIOS_GCC, *C_FLAGS, *flags_of(platform.name.upper()), f"-I{ROOT}/nios_sw/include"]
-    subprocess.run(
-        [*command, "-S", ROOT / f"nios_sw/demo/{part.name}.c", "-o", assembly], check=True
-    )
-    emitted = {int(n) for n in re.findall(r"\bcustom\s+(\d+),", assembly.read_text())}
-    mine = {i.n for i in platform.instructions.values() if i.component == part.name}
-    assert mine <= emitted <= {i.n for i in platform.instructions.values()}
+def test_demo__nios_compiler__emits_the_numbers_of_the_table(platform, part, mine):
+    source = ROOT / f"nios_sw/demo/{part.name}.c"
+    flags = [*C_FLAGS, *flags_of(platform.name.upper())]
+    assembly = output(NIOS_GCC, *flags, "-S", source, "-o", "-")
+    emitted = {int(n) for n in re.findall(r"\bcustom\s+(\d+),", assembly)}
+    assert {i.n for i in mine} <= emitted <= {i.n for i in platform.instructions.values()}
 
 
 @needs("nios-gcc")
@@ -303,9 +292,8 @@ def test_flags__plain_c__compiles_to_every_operation_that_the_compiler_knows(nam
         given = ", ".join(f"{types[t]} {v}" for t, v in zip(item.arguments, names, strict=True))
         lines.append(f"{types[item.result]} f_{item.name}({given}) {{ return {item.software}; }}")
     source.write_text("\n".join(lines) + "\n")
-    command = [NIOS_GCC, *C_FLAGS, *flags_of(name.upper()), "-ffast-math", "-S", source]
-    subprocess.run([*command, "-o", source.with_suffix(".s")], check=True)
-    text = source.with_suffix(".s").read_text()
+    flags = [*C_FLAGS, *flags_of(name.upper()), "-ffast-math"]
+    text = output(NIOS_GCC, *flags, "-S", source, "-o", "-")
     for item in known:
         body = text[text.index(f"f_{item.name}:") : text.index(f".size\tf_{item.name}")]
         numbers = {int(n) for n in re.findall(r"\bcustom\s+(\d+),", body)}
@@ -322,16 +310,11 @@ def test_flags__fpga1__are_those_of_the_vendor_s_configuration(tmp_path):
     )
     texts = []
     for flags in (["-mcustom-fpu-cfg=60-2", "-DCI_PLATFORM=1"], flags_of("FPGA1")):
-        command = [NIOS_GCC, *C_FLAGS, *flags, "-S", source, "-o", "-"]
-        text = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+        text = output(NIOS_GCC, *C_FLAGS, *flags, "-S", source, "-o", "-")
         texts.append(re.findall(r"^\t([a-z].*)$", text, re.M))
     assert texts[0] == texts[1]
-    assert {int(n) for line in texts[0] for n in re.findall(r"custom\s+(\d+)", line)} == {
-        252,
-        253,
-        254,
-        255,
-    }
+    numbers = {int(n) for line in texts[0] for n in re.findall(r"custom\s+(\d+)", line)}
+    assert numbers == set(range(252, 256))
 
 
 @needs("nios-gcc")
@@ -347,14 +330,8 @@ def test_assembly__internal_registers__words_of_the_instruction(tmp_path):
         "float both(float x, float y) { return ci_fsat(x, y); }\n"
     )
     objects = tmp_path / "fields.o"
-    command = [NIOS_GCC, *C_FLAGS, *flags_of("FPGA2"), f"-I{ROOT}/nios_sw/include", "-c", source]
-    subprocess.run([*command, "-o", objects], check=True)
-    dump = subprocess.run(
-        [NIOS_GCC.with_name("nios2-elf-objdump"), "-d", objects],
-        capture_output=True,
-        text=True,
-        check=True,
-    ).stdout
+    output(NIOS_GCC, *C_FLAGS, *flags_of("FPGA2"), "-c", source, "-o", objects)
+    dump = output(NIOS_GCC.with_name("nios2-elf-objdump"), "-d", objects)
     words = [int(w, 16) for w in re.findall(r"^\s*\w+:\s+(\w{8})\s+custom", dump, re.M)]
     assert len(words) == 5
     # |a 31:27|b 26:22|c 21:17|readra 16|readrb 15|writerc 14|n 13:6|50|
@@ -370,7 +347,5 @@ def test_assembly__internal_registers__words_of_the_instruction(tmp_path):
 
 
 def test_makefile__generates_and_checks_the_table():
-    make = shutil.which("make")
     for target in ("gen", "gen-check"):
-        done = subprocess.run([make, "-n", target], cwd=ROOT, capture_output=True, text=True)
-        assert "scripts/gen_custom.py" in done.stdout
+        assert "scripts/gen_custom.py" in output("make", "-n", target, cwd=ROOT)

@@ -81,6 +81,15 @@ def cross(*columns: np.ndarray) -> np.ndarray:
     return np.stack([grid.ravel() for grid in grids], axis=1).astype(np.uint32)
 
 
+def corner_rows(rng: np.random.Generator, columns: int) -> np.ndarray:
+    """Corner values, every pair of them for two or three operands; the third is a random one."""
+    rows = cross(*[corners()] * min(columns, 2))
+    if columns < 3:
+        return rows
+    third = rng.choice(corners(), (len(rows), 1))
+    return rng.permuted(np.concatenate((rows, third), axis=1), axis=1)
+
+
 def thinned(rows: np.ndarray, rng: np.random.Generator, count: int) -> np.ndarray:
     """A random subset of at most `count` rows."""
     if len(rows) <= count:

@@ -5,26 +5,12 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-import pytest
 
 from sim.fpbench import softfloat as reference
 from tests.fpu import stimulus
-from tests.fpu.tb import (
-    Operation,
-    Unit,
-    check,
-    check_reset,
-    generator,
-    package_constant,
-    run,
-    single,
-)
+from tests.fpu.tb import Operation, Unit, by_hand, check, check_reset, generator, run
 
-UNIT = Unit(
-    "fp_divsqrt",
-    latency=package_constant("FP_DIVSQRT_LATENCY"),
-    inputs=(("sqrt_i", 1), ("a_i", 32), ("b_i", 32)),
-)
+UNIT = Unit("fp_divsqrt", (("sqrt_i", 1), ("a_i", 32), ("b_i", 32)))
 DIV = Operation("div", UNIT, ("a_i", "b_i"), reference.div, {"sqrt_i": 0})
 SQRT = Operation("sqrt", UNIT, ("a_i",), reference.sqrt, {"sqrt_i": 1})
 
@@ -81,38 +67,9 @@ def radicands(rng: np.random.Generator, count: int) -> np.ndarray:
     return rng.permutation(np.where(negative, rows | stimulus.SIGN, rows & ~stimulus.SIGN))
 
 
-# name -> operation, operands, result bits, flags
-DIRECTED = {
-    "div_by_zero": (DIV, (0xBF800000, 0), 0xFF800000, 0b01000),
-    "zero_by_zero_is_invalid": (DIV, (0, 0x80000000), 0x7FC00000, 0b10000),
-    "infinities_are_invalid": (DIV, (0x7F800000, 0xFF800000), 0x7FC00000, 0b10000),
-    "infinity_by_zero_is_exact": (DIV, (0x7F800000, 0x80000000), 0xFF800000, 0),
-    "quotient_rounds_up_to_smallest_normal_and_is_tiny": (
-        DIV,
-        (0x00FFFFFF, 0x40000000),
-        0x00800000,
-        0b00011,
-    ),
-    "subnormals_divide_exactly": (DIV, (0x00000003, 0x00000001), 0x40400000, 0),
-    "half_of_smallest_subnormal_ties_to_zero": (DIV, (1, 0x40000000), 0, 0b00011),
-    "largest_by_smallest_overflows": (DIV, (0x7F7FFFFF, 1), 0x7F800000, 0b00101),
-    "quiet_nan_is_silent": (DIV, (0xFFC12345, 0), 0x7FC00000, 0),
-    "sqrt_of_negative_zero": (SQRT, (0x80000000,), 0x80000000, 0),
-    "sqrt_of_negative_is_invalid": (SQRT, (0x80000001,), 0x7FC00000, 0b10000),
-    "sqrt_of_negative_nan_is_silent": (SQRT, (0xFFC00000,), 0x7FC00000, 0),
-    "sqrt_of_smallest_subnormal": (SQRT, (1,), 0x1A3504F3, 0b00001),
-}
-
-
-@pytest.mark.parametrize("name", DIRECTED)
-def test_divsqrt__directed__unit_and_reference_agree_with_named_case(name: str) -> None:
-    operation, operands, bits, flags = DIRECTED[name]
-    assert single(operation.reference, *operands) == (bits, flags)
-    check(operation, np.array([operands]))
-
-
-def test_div__corner_pairs__match_reference() -> None:
-    check(DIV, stimulus.cross(stimulus.corners(), stimulus.corners()))
+def test_div__named_and_corner_pairs__match_reference() -> None:
+    corners = stimulus.cross(stimulus.corners(), stimulus.corners())
+    check(DIV, np.concatenate((by_hand(DIV, "fdiv"), corners)))
 
 
 def test_div__random_pairs__match_reference() -> None:
@@ -120,15 +77,15 @@ def test_div__random_pairs__match_reference() -> None:
     check(DIV, np.concatenate((quotients(rng, 120_000), stimulus.mixed(rng, 50_000, 2))))
 
 
-def test_sqrt__corners_and_random_operands__match_reference() -> None:
+def test_sqrt__named_corner_and_random_operands__match_reference() -> None:
     rng = generator("sqrt")
     parts = (stimulus.corners(), radicands(rng, 120_000), stimulus.mixed(rng, 50_000, 1)[:, 0])
-    check(SQRT, np.concatenate(parts)[:, None])
+    check(SQRT, np.concatenate((by_hand(SQRT, "fsqrt")[:, 0], *parts))[:, None])
 
 
 def test_sqrt__squares_of_integers__are_exact() -> None:
     squares = np.arange(1, 4096, dtype=np.float32) ** 2
-    got = run(UNIT, {"sqrt_i": np.ones(4095, np.uint32), "a_i": squares.view(np.uint32)})
+    got = run(UNIT, {"a_i": squares.view(np.uint32), "sqrt_i": 1})
     assert [math.isqrt(int(x)) for x in squares] == list(got["result_o"].view(np.float32))
     assert not got["flags_o"].any()
 

@@ -24,9 +24,10 @@ from sim.harness.assertions import assertions_of
 from sim.harness.plain import plain
 from sim.harness.sources import sources_of
 from tests.bench.commands import output
+from tests.bench.seed import SEED
 from tests.bench.self_running import Program
 from tests.fpu import stimulus
-from tests.fpu.tb import ROOT, generator, package_constant, seed
+from tests.fpu.tb import ROOT, generator, package_constant
 
 ITERATIVE, OVERLAPPED = "fp_sincos", "fp_sincos_overlapped"
 LATENCY = {unit: package_constant(f"{unit.upper()}_LATENCY") for unit in (ITERATIVE, OVERLAPPED)}
@@ -67,7 +68,7 @@ def stream(
     rows = zip(words.tolist(), clocks.tolist(), strict=True)
     stem.with_suffix(".in").write_text("".join(f"{word:09x} {wait}\n" for word, wait in rows))
     files = [f"+{name}={plain(stem.with_suffix(end))}" for name, end in FILES.items()]
-    done = program.run(*files, seed=seed())
+    done = program.run(*files, seed=SEED)
     assert done.returncode == 0, done.stdout + done.stderr
     lines = stem.with_suffix(".out").read_text().split()
     latency, interval, flags, bits = (
@@ -119,7 +120,7 @@ def check(cosine: bool, operands: np.ndarray, gaps: bool = False) -> float:
             failures.append(f"{name} {operand:08x}  {result:08x} flags {flag:05b} {error:.4f} ulp")
     sys.stdout.write(f"{name}: {worst[0]:.4f} ulp at {worst[1]:08x}, {len(operands)} operands\n")
     assert not failures, (
-        f"{len(failures)} of {len(operands)} wrong (SEED={seed()}), bound {BOUND_ULP} ulp\n"
+        f"{len(failures)} of {len(operands)} wrong (SEED={SEED}), bound {BOUND_ULP} ulp\n"
         + "\n".join(failures[:8])
         + f'\nreplay: CASE="{" ".join(failures[0].split()[:2])}" .venv/bin/python -m pytest '
         "tests/fpu/test_fp_sincos.py -k random"

@@ -13,7 +13,8 @@ import pytest
 
 from sim.fpbench.quick import run_parts
 from sim.fpbench.variants import bench_unit
-from tests.fpu.tb import generator, seed
+from tests.bench.seed import SEED
+from tests.fpu.tb import generator
 from tests.fpu.test_fp_sincos import (
     INTERVAL,
     ITERATIVE,
@@ -34,7 +35,7 @@ def same_as_iterative(cosine: np.ndarray, operands: np.ndarray, idle: np.ndarray
     got, got_flags = stream(OVERLAPPED, cosine, operands, idle)
     want, want_flags = stream(ITERATIVE, cosine, operands)
     wrong = np.flatnonzero((got != want) | (got_flags != want_flags))
-    assert not len(wrong), f"SEED={seed()}, {len(wrong)} differ: " + ", ".join(
+    assert not len(wrong), f"SEED={SEED}, {len(wrong)} differ: " + ", ".join(
         f"{'cos' if cosine[i] else 'sin'} {operands[i]:08x} {got[i]:08x} for {want[i]:08x}"
         for i in wrong[:4]
     )

@@ -34,12 +34,8 @@ def differences(record: OperationRecord, name: str) -> int:
     """Cases in which the record and SoftFloat give another value or other flags."""
     columns, function = reference.COMPARISONS[name]
     rng = generator(f"record {name}")
-    rows = stimulus.cross(*[stimulus.corners()] * min(columns, 2))
-    if columns == 3:
-        third = rng.choice(stimulus.corners(), (len(rows), 1))
-        rows = rng.permuted(np.concatenate((rows, third), axis=1), axis=1)
-    rows = np.concatenate([rows, stimulus.mixed(rng, CASES, columns)])
-    rows = rows.astype(np.uint32)
+    rows = (stimulus.corner_rows(rng, columns), stimulus.mixed(rng, CASES, columns))
+    rows = np.concatenate(rows).astype(np.uint32)
     (bits, flags), (want, raised) = reference.of_record(record)(*rows.T), function(*rows.T)
     return int(np.count_nonzero((bits != want) | (flags != raised)))
 

@@ -89,13 +89,6 @@ def test_table__forward__is_the_centre_of_the_surface(robot):
     np.testing.assert_array_equal(orientation, [(t, 0.0, r) for t, r in theta])
 
 
-def test_table__inverse__is_the_path_itself(robot):
-    theta = np.array(((0.5, -0.25),))
-    joints = kinematics.table_inverse(theta)
-    np.testing.assert_array_equal(joints, theta)
-    assert joints is not theta
-
-
 def test_workspace__limits__belong_to_it(robot):
     kinematics.check_workspace(robot, workspace_points(robot, 100, SEED))
 

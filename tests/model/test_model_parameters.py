@@ -10,14 +10,7 @@ import pytest
 
 from sim.model.parameters import ROBOT_TOML, ParameterError, Robot
 from sim.model.published import Published
-
-
-def variant(tmp_path, old: str, new: str):
-    text = ROBOT_TOML.read_text(encoding="utf-8")
-    assert text.count(old) == 1
-    path = tmp_path / "robot.toml"
-    path.write_text(text.replace(old, new), encoding="utf-8")
-    return path
+from tests.bench.copies import edited
 
 
 def test_gains__from_bandwidths__match_the_specified_figures(robot):
@@ -96,17 +89,16 @@ def test_load__every_parameter__has_a_meaning():
 )
 def test_load__bad_parameter__is_refused_by_name_value_and_limit(tmp_path, old, new, text):
     with pytest.raises(ParameterError) as caught:
-        Robot.load(variant(tmp_path, old, new))
+        Robot.load(edited(ROBOT_TOML, tmp_path, old, new))
     assert str(caught.value).endswith(text)
     assert re.match(rf"{tmp_path}/robot.toml(:\d+)?: error: ", str(caught.value))
 
 
 def test_load__missing_parameter__is_named(tmp_path):
     text = ROBOT_TOML.read_text(encoding="utf-8")
-    path = tmp_path / "robot.toml"
-    path.write_text(text.replace(text[text.index("[h]") : text.index("[x_max]")], ""), "utf-8")
+    table = text[text.index("[h]") : text.index("[x_max]")]
     with pytest.raises(ParameterError, match=r"robot.toml: error: h: missing parameter, unit m$"):
-        Robot.load(path)
+        Robot.load(edited(ROBOT_TOML, tmp_path, table, ""))
 
 
 def test_every_parameter__minus_one__is_refused(robot):

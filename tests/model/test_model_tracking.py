@@ -107,6 +107,7 @@ def test_law__one_tick_by_hand__follows_the_equations(robot):
     s_c = np.clip((first + 5.0 * e) * 1e-4, -np.array(robot.s_max), robot.s_max)
     np.testing.assert_allclose(tick.s_c, s_c, rtol=1e-9)
     pid = np.array(robot.K_P) * e + np.array(robot.K_V) * tick.e_v + np.array(robot.K_I) * s_c
+    assert tick.mass[3:] == (1.6, 0.9)
     force = np.array(tick.mass) * (np.array(tick.acceleration_d) + pid) + tick.gravity
     np.testing.assert_allclose(tick.demand, force, rtol=1e-9)
     assert tick.gravity[3] == pytest.approx(8.829 * np.sin(8000 * robot.encoder_table), rel=1e-14)

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import itertools
 import random
+from collections.abc import Sequence
 
 import numpy as np
 import pytest
@@ -20,11 +21,18 @@ HANDLER = (22, 23, 24, EA)  # registers of the handlers here
 MASK = 0xFFFF_FFFF
 
 
-def run(program: Program, waits: int = 0, **parameters: int) -> tuple[np.ndarray, dict[int, int]]:
-    """Records up to the label `end`, and the registers then; waits: most of an Avalon transfer."""
+def run(
+    program: Program, waits: int = 0, irq: Sequence[tuple[int, int]] = (), **parameters: int
+) -> tuple[np.ndarray, dict[int, int]]:
+    """Records up to the label `end`, and the registers then.
+
+    waits: most of an Avalon transfer; irq: cycles from which the interrupt lines have a level.
+    """
     model = core(**parameters)
     model.start(program.image())
     model.waits(waits, SEED)
+    for cycle, level in irq:
+        model.irq(cycle, level)
     records = model.run(stop_pc=program.address("end"))
     assert len(records) and records["pc"][-1] == program.address("end"), "program did not end"
     assert model.protocol_errors == 0
@@ -99,23 +107,18 @@ def test_interrupt__at_every_cycle__is_taken_once_and_changes_nothing():
     program = interruptible()
     model = core()
 
-    def execute(cycle: int | None):
-        model.start(program.image())
-        model.waits(3, SEED)
-        if cycle is not None:
-            model.irq(cycle, 4)
-        records = model.run(stop_pc=program.address("end"))
-        assert records["pc"][-1] == program.address("end")
-        state = {k: v for k, v in registers(records[:-1]).items() if k not in HANDLER}
+    def execute(*irq: tuple[int, int]):
+        records, values = run(program, 3, irq)
+        state = {k: v for k, v in values.items() if k not in HANDLER}
         transfers = [tuple(t)[1:] for t in model.transfers.tolist()]
         starts = [s[1:] for s in model.starts.tolist()]
         return records, (state, model.dtcm.tobytes(), transfers, starts)
 
-    records, expected = execute(None)
+    records, expected = execute()
     others = len(faults(records)) + 1
     # Up to the cycle from which on the program ends before the interrupt is seen.
     for cycle in range(int(records["cycle"][-1]) - 16):
-        seen, found = execute(cycle)
+        seen, found = execute((cycle, 4))
         assert found == expected, f"interrupt at cycle {cycle}"
         causes = seen["cause"][seen["exception"] == 1].tolist()[:-1]
         assert causes.count(CAUSE["interrupt"]) == 1, f"interrupt at cycle {cycle}"
@@ -125,13 +128,10 @@ def test_interrupt__at_every_cycle__is_taken_once_and_changes_nothing():
 def test_interrupt__with_faulty_instruction__comes_first():
     """The interrupt replaces an illegal instruction, which then raises its own exception."""
     program = interruptible()
-    model = core()
     illegal = next(at for at, word in enumerate(program.words) if word == 2) * 4 + ITCM
     seen = 0
     for cycle in range(40, 160):
-        model.start(program.image())
-        model.irq(cycle, 4)
-        found = exceptions(model.run(stop_pc=program.address("end")))
+        found = exceptions(run(program, irq=[(cycle, 4)])[0])
         if (illegal, CAUSE["interrupt"]) in found:
             at = found.index((illegal, CAUSE["interrupt"]))
             assert found[at + 1] == (illegal, CAUSE["illegal"])
@@ -149,13 +149,9 @@ def test_interrupt__masked__is_not_taken_but_pending(status, ienable, level):
     for _ in range(40):
         program.emit("rdctl", 3, CTL["ipending"])
     program.end()
-    model = core()
-    model.start(program.image())
-    model.irq(20, level)
-    records = model.run(stop_pc=program.address("end"))
-    model.irq(10**6, 0)
+    records, values = run(program, irq=[(20, level)])
     assert not faults(records)
-    assert registers(records)[3] == level & ienable & MASK
+    assert values[3] == level & ienable & MASK
 
 
 def test_interrupt__lines_low_again__are_seen_no_more():
@@ -169,11 +165,8 @@ def test_interrupt__lines_low_again__are_seen_no_more():
     for _ in range(8):
         program.emit("addi", 0, 0, 0)
     program.end()
-    model = core()
-    model.start(program.image())
-    model.irq(20, 1)
-    model.irq(40, 0)
-    assert not faults(model.run(stop_pc=program.address("end")))
+    records, _ = run(program, irq=[(20, 1), (40, 0)])
+    assert not faults(records)
 
 
 # ---------------------------------------------------------------- exceptions

@@ -20,11 +20,11 @@ from scripts import gen_nios_system
 from sim.harness import nios_image
 from sim.harness.nios_map import SYSTEM_TOML, SystemMapError, load_system_map
 from sim.model import float32
-from sim.model.parameters import Robot
 from sim.model.records import OUTPUTS
 from sim.run.controller import EXPORTED
 from sim.run.nios import Sample, sampled
 from tests.asip.tracking_path import reversing_path
+from tests.bench.commands import output
 from tests.bench.copies import edited
 from tests.bench.needs import find, needs, require
 from tests.bench.seed import SEED
@@ -85,18 +85,6 @@ def test_image_is_what_its_elf_file_holds(tmp_path, capsys):
     assert not re.search(r"\t\.word 0x[0-9a-f]*[1-9a-f]", listing)
 
 
-def test_file_that_is_no_program_is_refused(tmp_path):
-    text = tmp_path / "text.elf"
-    text.write_text("not an ELF file")
-    with pytest.raises(nios_image.ImageError, match="no little-endian 32-bit ELF file"):
-        nios_image.read_elf(text)
-    other = bytearray((SOFTWARE / "images/tests/sort_quick.elf").read_bytes())
-    other[18] = 62
-    text.write_bytes(other)
-    with pytest.raises(nios_image.ImageError, match="for machine EM_X86_64, must be Nios II"):
-        nios_image.read_elf(text)
-
-
 def test_program_outside_of_the_memories_is_refused(tmp_path):
     small = SYSTEM_TOML.read_text().replace("words = 16384", "words = 64")
     path = tmp_path / "system.toml"
@@ -145,14 +133,8 @@ def toolchain() -> Path:
 
 def build(target: str, build_folder: Path, prefix: Path, source: Path = SOFTWARE) -> None:
     """Run make in nios_sw or a copy of it with a cross compiler."""
-    done = subprocess.run(
-        ["make", "-C", source, "-s", target, f"TOOLCHAIN={prefix}", f"BUILD={build_folder}"]
-        + [f"PY={ROOT / '.venv/bin/python'}"],
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
-    )
-    assert done.returncode == 0, done.stderr
+    command = ["make", "-C", source, "-s", target, f"TOOLCHAIN={prefix}", f"BUILD={build_folder}"]
+    output(*command, f"PY={ROOT / '.venv/bin/python'}", env=os.environ | {"PYTHONPATH": ROOT})
 
 
 def files(folder: Path) -> dict[str, bytes]:
@@ -178,10 +160,8 @@ def test_images_are_rebuilt_byte_for_byte(tmp_path):
 @pytest.mark.full
 def test_compiler_from_an_empty_cache_makes_the_images_byte_for_byte(tmp_path):
     """The whole toolchain once more, in another folder: 10 to 20 minutes on two processors."""
-    environment = {**os.environ, "NIOS2_TOOLCHAIN": str(tmp_path / "cache"), "JOBS": "2"}
-    script = ROOT / "scripts/nios_toolchain.sh"
-    done = subprocess.run([script], env=environment, capture_output=True, text=True)
-    assert done.returncode == 0, done.stdout + done.stderr
+    environment = os.environ | {"NIOS2_TOOLCHAIN": tmp_path / "cache", "JOBS": "2"}
+    output(ROOT / "scripts/nios_toolchain.sh", env=environment)
     assert different_images(tmp_path / "cache/install", tmp_path) == []
 
 
@@ -198,16 +178,9 @@ def test_committed_images_hold_no_folder_of_the_machine_that_built_them():
 def law(tmp_path_factory):
     """The C law, compiled for this machine, with one rounding per operation."""
     library = tmp_path_factory.mktemp("law") / "libtracking.so"
-    command = [
-        os.environ.get("CC", "gcc"),
-        "-std=c11",
-        "-O2",
-        "-ffp-contract=off",
-        "-fPIC",
-        "-shared",
-    ]
-    command += ["-fno-math-errno", f"-I{SOFTWARE / 'include'}", SOFTWARE / "src/tracking.c"]
-    subprocess.run([*command, "-lm", "-o", library], check=True)
+    options = "-std=c11 -O2 -ffp-contract=off -fPIC -shared -fno-math-errno".split()
+    command = [os.environ.get("CC", "gcc"), *options, f"-I{SOFTWARE / 'include'}"]
+    output(*command, SOFTWARE / "src/tracking.c", "-lm", "-o", library)
     return ctypes.CDLL(str(library))
 
 
@@ -239,24 +212,14 @@ def assert_same_words(single, exported, outputs):
 
 @needs("qemu", "nios-gcc")
 @pytest.mark.full
-def test_law_in_soft_float_under_qemu_gives_the_words_of_the_float32_model(tmp_path):
-    robot = Robot.load()
+def test_law_in_soft_float_under_qemu_gives_the_words_of_the_float32_model(robot, tmp_path):
     data, single = words_of_ticks(robot, 2_000)
     program = tmp_path / "build/tracking_check.elf"
     build(str(program), tmp_path / "build", toolchain())
     (tmp_path / "tracking.in").write_bytes(parameter_words(robot).tobytes() + data.tobytes())
-    command = [
-        find("qemu"),
-        "-M",
-        "nios2-generic-nommu",
-        "-display",
-        "none",
-        "-monitor",
-        "none",
-    ]
-    command += ["-serial", "none", "-semihosting", "-kernel", program]
-    done = subprocess.run(command, cwd=tmp_path, stdin=subprocess.DEVNULL, timeout=300)
-    assert done.returncode == 0
+    options = "-M nios2-generic-nommu -display none -monitor none -serial none -semihosting".split()
+    command = [find("qemu"), *options, "-kernel", program]
+    output(*command, cwd=tmp_path, stdin=subprocess.DEVNULL, timeout=300)
     rows = np.frombuffer((tmp_path / "tracking.out").read_bytes(), np.float32).reshape(-1, 14)
     assert len(rows) == len(data)
     assert_same_words(single, rows[:, :9], rows[:, 9:])
@@ -280,32 +243,31 @@ def run_law(law, robot, data):
     return exported, outputs
 
 
-def test_law_in_c_gives_the_words_of_the_float32_model_over_a_path_with_reversals(law):
-    robot = Robot.load()
+def test_law_in_c_gives_the_words_of_the_float32_model_over_a_path_with_reversals(law, robot):
     data, single = words_of_ticks(robot, 2_000)
     assert_same_words(single, *run_law(law, robot, data))
 
 
 @pytest.mark.parametrize("number", range(20))
-def test_law_in_c_gives_the_words_of_the_float32_model_for_any_robot(law, number):
+def test_law_in_c_gives_the_words_of_the_float32_model_for_any_robot(law, robot, number):
     """Parameters act by their words alone; the boost ends at the same tick for every period."""
-    robot = any_robot(SEED + number)
-    data, single = words_of_ticks(robot, 800)
-    assert_same_words(single, *run_law(law, robot, data))
+    other = any_robot(robot, SEED + number)
+    data, single = words_of_ticks(other, 800)
+    assert_same_words(single, *run_law(law, other, data))
 
 
-def any_robot(seed):
+def any_robot(robot, seed):
     """The robot with every parameter between 0.8 and 1.25 times its value, another period."""
     rng = np.random.default_rng(seed)
     changed = {
         name: value * rng.uniform(0.8, 1.25)
-        for name, value in dataclasses.asdict(Robot.load()).items()
+        for name, value in robot.values().items()
         if name != "xi_c"
     }
     changed["T_s"] = rng.choice([50e-6, 100e-6, 200e-6])
     changed["T_c"] = changed["T_s"] * rng.integers(50, 300)
     changed["z_max"] = changed["z_min"] + 0.5
-    return dataclasses.replace(Robot.load(), **changed)
+    return dataclasses.replace(robot, **changed)
 
 
 # ---------------------------------------------------------------------- sample

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import os
 import re
-import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -19,12 +18,12 @@ from sim.harness.nios_profile import profile
 from sim.harness.nios_rtl import FILES, PLATFORMS, NiosError, NiosRtl
 from sim.harness.sources import sources_of
 from sim.model import float32
-from sim.model.parameters import Robot
 from sim.model.published import Published
 from sim.model.records import OUTPUTS, TrackingResult
 from sim.run.controller import EXPORTED, Ticks
 from sim.run.nios import NiosController
 from tests.asip.tracking_path import reversing_path
+from tests.bench.commands import output
 
 ROOT = Path(__file__).resolve().parents[2]
 TESTS = ROOT / "nios_sw/tests"
@@ -44,21 +43,15 @@ def test_file_list_is_exactly_what_the_system_needs():
 @pytest.mark.parametrize("platform", PLATFORMS.values())
 def test_system_elaborates_without_a_warning(platform):
     files = (ROOT / "rtl" / FILES).read_text().split()
-    done = subprocess.run(
-        [verilator_driver(), "--lint-only", "-Wall", "--quiet", "--top-module", "n2_system"]
-        + [f"-GPlatform={platform}", WAIVERS, *files],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-    )
-    assert done.returncode == 0, done.stderr
+    options = ["--lint-only", "-Wall", "--quiet", "--top-module", "n2_system"]
+    options += [f"-GPlatform={platform}", WAIVERS]
+    output(verilator_driver(), *options, *files, cwd=ROOT)
 
 
 # ---------------------------------------------------------------------- tracking program
 @pytest.fixture(scope="module")
-def track():
+def track(robot):
     """A path with reversals, counts near it, and the float32 model on them."""
-    robot = Robot.load()
     path, counts = reversing_path(robot, 600)
     return robot, path, counts, float32.run(robot, path, counts)
 
@@ -159,22 +152,13 @@ def test_profile_accounts_for_every_cycle_of_the_ticks(track):
 @pytest.fixture(scope="module")
 def host_digests(tmp_path_factory):
     """Digest of each test program by this machine's compiler and C library."""
+    compiler = [os.environ.get("CC", "gcc"), "-std=c11", "-O1", "-ffp-contract=off", f"-I{TESTS}"]
     folder = tmp_path_factory.mktemp("host")
     digests = {}
     for name in PROGRAMS:
-        command = [
-            os.environ.get("CC", "gcc"),
-            "-std=c11",
-            "-O1",
-            "-ffp-contract=off",
-            f"-I{TESTS}",
-        ]
         program = folder / name
-        subprocess.run(
-            [*command, TESTS / f"{name}.c", TESTS / "runner.c", "-lm", "-o", program], check=True
-        )
-        done = subprocess.run([program], capture_output=True, text=True, check=True)
-        digests[name] = int(done.stdout, 16)
+        output(*compiler, TESTS / f"{name}.c", TESTS / "runner.c", "-lm", "-o", program)
+        digests[name] = int(output(program), 16)
     return digests
 
 
@@ -239,8 +223,8 @@ def test_timer_interrupts_and_ticks():
     assert core.console.startswith("interrupts every ")
 
 
-def test_tick_while_one_is_pending_is_an_overrun():
-    core = NiosController("fpga2", Robot.load()).core
+def test_tick_while_one_is_pending_is_an_overrun(robot):
+    core = NiosController("fpga2", robot).core
     core.start(enable=True)
     core.clock(5_000)
     core.tick()
@@ -251,8 +235,8 @@ def test_tick_while_one_is_pending_is_an_overrun():
     assert core.overrun
 
 
-def test_program_that_never_ends_is_reported():
-    core = NiosController("fpga2", Robot.load()).core
+def test_program_that_never_ends_is_reported(robot):
+    core = NiosController("fpga2", robot).core
     core.start()
     with pytest.raises(NiosError, match="tracking_fpga2 did not end within 1000 cycles"):
         core.execute(1_000)
@@ -263,8 +247,8 @@ def test_program_that_never_ends_is_reported():
         core.ticks(np.zeros((1, 19), np.uint32))
 
 
-def test_program_ends_when_the_host_takes_control_away():
-    core = NiosController("fpga2", Robot.load()).core
+def test_program_ends_when_the_host_takes_control_away(robot):
+    core = NiosController("fpga2", robot).core
     core.start(enable=True)
     core.clock(5_000)
     core.start(enable=False)
