@@ -4,24 +4,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Protocol
 
-from sim.gdb.target import Target
-
-
-class System(Protocol):
-    """What surrounds the core; sim/gdb/server.py has it."""
-
-    target: Target
-
-    def reset(self) -> str:
-        """Reset the core, halted before its first instruction; what is to be said of it."""
-
-    def tick(self) -> None:
-        """Start a control tick."""
-
-    def counters(self) -> tuple[int, int]:
-        """Clock cycles and instructions of the program since its reset."""
+from sim.gdb.system import NiosSystem
 
 
 def _switch(words: list[str], what: str, value: bool) -> bool:
@@ -30,17 +14,16 @@ def _switch(words: list[str], what: str, value: bool) -> bool:
     return words == ["on"] if words else value
 
 
-def _tick(system: System, words: list[str]) -> str:
-    system.tick()
+def _tick(system: NiosSystem, words: list[str]) -> str:
+    system.core.tick()
     return "a control tick waits for the program"
 
 
-def _counters(system: System, words: list[str]) -> str:
-    cycles, instructions = system.counters()
-    return f"{cycles} clock cycles, {instructions} instructions since reset"
+def _counters(system: NiosSystem, words: list[str]) -> str:
+    return f"{system.spent} clock cycles, {system.core.retired} instructions since reset"
 
 
-def _freeze(system: System, words: list[str]) -> str:
+def _freeze(system: NiosSystem, words: list[str]) -> str:
     target = system.target
     target.freeze = _switch(words, "freeze", target.freeze)
     target.configure()
@@ -49,18 +32,18 @@ def _freeze(system: System, words: list[str]) -> str:
     )
 
 
-def _interrupts(system: System, words: list[str]) -> str:
+def _interrupts(system: NiosSystem, words: list[str]) -> str:
     target = system.target
     target.mask_interrupts = not _switch(words, "interrupts", not target.mask_interrupts)
     target.configure()
     return f"`stepi` takes {'no ' if target.mask_interrupts else ''}interrupts"
 
 
-def _help(system: System, words: list[str]) -> str:
+def _help(system: NiosSystem, words: list[str]) -> str:
     return "\n".join(f"monitor {usage:<20} {doc}" for usage, doc, _ in COMMANDS.values())
 
 
-Command = Callable[[System, list[str]], str]
+Command = Callable[[NiosSystem, list[str]], str]
 COMMANDS: dict[str, tuple[str, str, Command]] = {
     "help": ("help", "this list", _help),
     "reset": (
@@ -80,7 +63,7 @@ COMMANDS: dict[str, tuple[str, str, Command]] = {
 }
 
 
-def command(system: System, line: str) -> str:
+def command(system: NiosSystem, line: str) -> str:
     """Execute a line; what is to be shown, each line ended."""
     name, *words = line.split() or ["help"]
     found = [full for full in COMMANDS if full == name] or [

@@ -61,11 +61,7 @@ class PacketReader:
 
     def _complete(self, end: int) -> Event:
         data, digits = bytes(self._held[:end]), bytes(self._held[end + 1 :])
-        try:
-            stated = int(digits, 16) if digits.isalnum() else -1
-        except ValueError:
-            stated = -1
-        if self._too_long or stated != checksum(data):
+        if self._too_long or digits.lower() != b"%02x" % checksum(data):
             return Event("bad")
         return Event("packet", unescape(data))
 

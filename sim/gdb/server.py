@@ -9,10 +9,9 @@ import socket
 import sys
 from collections.abc import Callable
 
-from sim.gdb.module import DebugModule
-from sim.gdb.packets import LARGEST, PacketReader, frame
+from sim.gdb.packets import LARGEST, Event, PacketReader, frame
 from sim.gdb.session import Session
-from sim.gdb.target import HALT_CYCLES, Target, TargetError
+from sim.gdb.system import NiosSystem
 from sim.harness.nios_image import Program
 from sim.harness.nios_rtl import NiosRtl
 
@@ -25,52 +24,6 @@ Say = Callable[[str], None]
 
 class ServerError(RuntimeError):
     """The server cannot work; the message says why and what to do."""
-
-
-class NiosSystem:
-    """A simulated system under a debugger, halted before the first instruction of its program.
-
-    None: there is no program, the debugger is to load one.
-    """
-
-    def __init__(self, core: NiosRtl, program: Program | None) -> None:
-        self.core, self.program = core, program
-        self.spent = 0  # clock cycles of the running program
-        self.target = Target(core.platform, core.map, DebugModule(core.debug, self.run))
-        self.reset()
-
-    def run(self, cycles: int) -> bool:
-        """Let the core run; whether it has halted."""
-        before = self.core.cycles
-        halted = self.core.until_halt(cycles)
-        self.spent += self.core.cycles - before
-        return halted
-
-    def reset(self) -> str:
-        """Reset the core, halted before its first instruction; what is to be said of it."""
-        load = self.program is not None and not self.target.code_written
-        if load:
-            self.core.load(self.program)
-        else:
-            self.core.hold()
-        self.target.module.request_halt()
-        self.core.start()
-        if not self.run(HALT_CYCLES):
-            raise TargetError("the core did not halt after its reset")
-        self.target.halted()
-        self.spent = 0
-        if load:
-            self.target.again()
-            return f"{self.program.name} is loaded, the core stands at its reset vector"
-        return "the core stands at its reset vector; memories are as they were: `load` again"
-
-    def tick(self) -> None:
-        """Start a control tick."""
-        self.core.tick()
-
-    def counters(self) -> tuple[int, int]:
-        """Clock cycles and instructions of the program since its reset."""
-        return self.spent, self.core.retired
 
 
 class Connection:
@@ -86,12 +39,12 @@ class Connection:
         """Whether something came within so many seconds (None: wait for it)."""
         return bool(select.select([self.read_fd], [], [], seconds)[0])
 
-    def receive(self) -> list[tuple[str, bytes]]:
+    def receive(self) -> list[Event]:
         """Events that have come. Raises ConnectionError when the other side has gone."""
         data = os.read(self.read_fd, LARGEST)
         if not data:
             raise ConnectionResetError
-        return [(event.kind, event.data) for event in self._reader.feed(data)]
+        return list(self._reader.feed(data))
 
     def send(self, data: bytes) -> None:
         """Send bytes as they are."""
@@ -121,12 +74,13 @@ class Server:
 
     def __init__(self, system: NiosSystem, say: Say) -> None:
         self._system, self._say = system, say
-        self._running = False
+        self.running = False
+        """The program runs without a debugger."""
 
     def serve(self, connection: Connection) -> int | None:
         """One debugger, to its end; the exit status if the program has ended, or was killed."""
         session = Session(self._system)
-        if self._running:
+        if self.running:
             self._halt()
         try:
             return self._session(connection, session)
@@ -148,26 +102,26 @@ class Server:
                     connection.finish()
                     return self._ended()
             if connection.ready(0 if session.running else None):
-                for kind, data in connection.receive():
-                    self._event(connection, session, kind, data)
+                for event in connection.receive():
+                    self._event(connection, session, event)
         connection.finish()
-        self._running = not session.killed
+        self.running = not session.killed
         return 0 if session.killed and not session.extended else None
 
-    def _event(self, connection: Connection, session: Session, kind: str, data: bytes) -> None:
-        if kind == "interrupt":
+    def _event(self, connection: Connection, session: Session, event: Event) -> None:
+        if event.kind == "interrupt":
             if session.running:
                 self._halt()
                 session.running = False
                 connection.answer(session.stopped(interrupted=True))
-        elif kind == "nack":
+        elif event.kind == "nack":
             connection.again()
-        elif kind == "bad":
+        elif event.kind == "bad":
             connection.send(b"-")
-        elif kind == "packet" and not session.running:
+        elif event.kind == "packet" and not session.running:
             if session.acknowledge:
                 connection.send(b"+")
-            reply = session.handle(data)
+            reply = session.handle(event.data)
             if reply is not None:
                 connection.answer(reply)
 
@@ -185,22 +139,17 @@ class Server:
 
     def run_alone(self) -> int | None:
         """Let a program that no debugger has go on for a while; its status when it has ended."""
-        if self._running:
+        if self.running:
             self._system.run(CHUNK)
             self.console(None)
             return self._ended()
         return None
 
-    @property
-    def running(self) -> bool:
-        """The program runs without a debugger."""
-        return self._running
-
     def _ended(self) -> int | None:
         return self._system.core.ended
 
     def _halt(self) -> None:
-        self._running = False
+        self.running = False
         self._system.target.halt()
 
     def console(self, connection: Connection | None) -> None:

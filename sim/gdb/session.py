@@ -13,7 +13,8 @@ from collections.abc import Callable
 from sim.gdb import monitor
 from sim.gdb.description import PC, memory_map, target_xml
 from sim.gdb.packets import LARGEST, escape
-from sim.gdb.target import Stop, TargetError
+from sim.gdb.system import NiosSystem
+from sim.gdb.target import Stop, Target, TargetError
 
 SIGINT, SIGTRAP = 2, 5
 OK, BAD, REFUSED, FAULT = b"OK", b"E16", b"E01", b"E0e"  # EINVAL, EPERM, EFAULT
@@ -25,7 +26,7 @@ EXPEDITED = (27, 28, 31, PC)  # sp, fp, ra, pc
 class Session:
     """One debugger. `handle` answers a packet; the attributes say what the server must do then."""
 
-    def __init__(self, system: monitor.System) -> None:
+    def __init__(self, system: NiosSystem) -> None:
         self._system = system
         self.running = False  # the program runs; the answer to its packet is its stop
         self.over = False  # detached or killed: the connection ends
@@ -34,7 +35,7 @@ class Session:
         self.acknowledge = True
 
     @property
-    def _target(self) -> monitor.Target:
+    def _target(self) -> Target:
         return self._system.target
 
     def handle(self, packet: bytes) -> bytes | None:

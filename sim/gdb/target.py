@@ -238,7 +238,9 @@ class Target:
                 self.module.write_words(address, [BREAKPOINT])
                 self._saved[address] = word
             elif kind == 1 and address not in self._comparators:
-                number = self._free(self._comparators)
+                if None not in self._comparators:
+                    raise TargetError(f"all {len(self._comparators)} comparators are in use")
+                number = self._comparators.index(None)
                 self._comparators[number] = address
                 self.module.set_breakpoint(number, address)
         elif not self._watches_of(kind, address, length):
@@ -258,12 +260,6 @@ class Target:
     def _watches_of(self, kind: int, address: int, length: int) -> list[Watch]:
         key = WATCHES.get(kind), address, length
         return [w for w in self._watches if (w.kind, w.address, w.length) == key]
-
-    @staticmethod
-    def _free(used: list[int | None]) -> int:
-        if None not in used:
-            raise TargetError(f"all {len(used)} comparators are in use")
-        return used.index(None)
 
     def _watch(self, kind: str, address: int, length: int) -> None:
         used = {number for watch in self._watches for number in watch.comparators}

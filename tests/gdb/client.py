@@ -13,7 +13,8 @@ import struct
 import threading
 from functools import cache
 
-from sim.gdb.server import Connection, NiosSystem, Server, serve
+from sim.gdb.server import Connection, Server, serve
+from sim.gdb.system import NiosSystem
 from sim.harness.nios_image import IMAGES, Program, read_elf
 from sim.harness.nios_rtl import NiosRtl
 
@@ -33,6 +34,7 @@ class Client:
         self.peer = peer
         self.peer.settimeout(TIMEOUT)
         self._bytes = b""
+        self.console = b""  # what the program has written
 
     def byte(self) -> bytes:
         """The next byte. Raises EOFError at the end of the connection."""
@@ -99,7 +101,14 @@ class Client:
 
     def go(self, packet: str = "c") -> bytes:
         """Let the program run until it stops; the stop reply."""
-        return self.ask(packet)
+        self.send(packet.encode())
+        return self.stop()
+
+    def stop(self) -> bytes:
+        """The next stop reply; text that comes before it goes to `console`."""
+        while (reply := self.packet()).startswith(b"O"):
+            self.console += bytes.fromhex(reply[1:].decode())
+        return reply
 
 
 @cache

@@ -85,6 +85,20 @@ def compiled(name: str, system: str, folder: Path) -> Path:
     return elf
 
 
+def run_gdb(*arguments: str | Path) -> str:
+    """What GDB prints that carries out commands and ends."""
+    done = subprocess.run(
+        [require("nios-gdb"), "-nx", "-batch", *arguments],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        timeout=400,
+        stdin=subprocess.DEVNULL,
+    )
+    return done.stdout
+
+
 @needs("nios-gcc", "nios-gdb")
 @pytest.mark.parametrize("system", [pytest.param("fpga1", marks=pytest.mark.full), "fpga2"])
 def test_session_of_forty_commands_on_a_program_of_the_project(tmp_path, system):
@@ -96,16 +110,8 @@ def test_session_of_forty_commands_on_a_program_of_the_project(tmp_path, system)
         lines += [f"echo @{number}\\n", command]
     script = tmp_path / "session.gdb"
     script.write_text("\n".join(lines) + "\n")
-    done = subprocess.run(
-        [require("nios-gdb"), "-nx", "-batch", "-x", script, elf],
-        cwd=ROOT,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        timeout=300,
-        stdin=subprocess.DEVNULL,
-    )
-    found = outputs(done.stdout)
+    text = run_gdb("-x", script, elf)
+    found = outputs(text)
     assert len(session(system)) >= 40
     wrong = [
         (command, wanted, output)
@@ -113,7 +119,7 @@ def test_session_of_forty_commands_on_a_program_of_the_project(tmp_path, system)
         if not re.search(wanted, output, re.MULTILINE)
     ]
     assert not wrong
-    assert len(found) == len(session(system)), done.stdout
+    assert len(found) == len(session(system)), text
     server.join(30)
     assert status == [0], "kill ends the server"
 
@@ -125,14 +131,7 @@ def test_gdb_loads_a_program_into_an_empty_system_through_a_pipe(tmp_path, syste
     elf = compiled("hello", system, tmp_path)
     server = f"{ROOT}/.venv/bin/nios-run --system {system} --gdb -"
     commands = ["set remotetimeout 300", f"target remote | {server}", "load", "continue"]
-    done = subprocess.run(
-        [require("nios-gdb"), "-nx", "-batch", *(w for c in commands for w in ("-ex", c)), elf],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        timeout=400,
-        stdin=subprocess.DEVNULL,
-    )
-    assert "Loading section .text" in done.stdout
-    assert f"square root of 2 on {system.upper()}: 1.4142135" in done.stdout
-    assert "exited normally" in done.stdout, done.stdout + done.stderr
+    text = run_gdb(*(word for command in commands for word in ("-ex", command)), elf)
+    assert "Loading section .text" in text
+    assert f"square root of 2 on {system.upper()}: 1.4142135" in text
+    assert "exited normally" in text, text

@@ -10,7 +10,7 @@ from functools import cache
 import pytest
 
 from sim.gdb.module import DebugModule
-from sim.gdb.server import NiosSystem
+from sim.gdb.system import NiosSystem
 from sim.harness.nios_image import IMAGES, read_elf
 from sim.harness.nios_rtl import NiosRtl
 from tests.bench.seed import SEED
@@ -79,12 +79,7 @@ class Disturber:
 
     def run(self, packet: str) -> None:
         """Let it run by a packet; notes its end."""
-        self._take(self.gdb.go(packet))
-
-    def _take(self, reply: bytes) -> None:
-        while reply.startswith(b"O"):
-            reply = self.gdb.packet()
-        self.ended = reply.startswith(b"W")
+        self.ended = self.gdb.go(packet).startswith(b"W")
 
     def breakpoint(self) -> None:
         """A breakpoint of either kind."""
@@ -118,7 +113,7 @@ class Disturber:
         """On, and Ctrl-C at once."""
         self.gdb.send(b"c")
         self.gdb.peer.sendall(b"\x03")
-        self._take(self.gdb.packet())
+        self.ended = self.gdb.stop().startswith(b"W")
 
     def look(self) -> None:
         """Registers read and written back, memory read."""
@@ -214,11 +209,6 @@ def test_timer_of_a_halted_core_stands_still():
         gdb.ok(f"Z0,{image.address('exception_handler'):x},4")
         reply, halts = gdb.go(), 0
         while not reply.startswith(b"W"):
-            halts += reply.startswith(b"T")
-            if reply.startswith(b"O"):
-                reply = gdb.packet()
-            elif halts < 30 and rng.random() < 0.5:
-                reply = gdb.go("s")
-            else:
-                reply = gdb.go("c")
+            halts += 1
+            reply = gdb.go("s" if halts < 30 and rng.random() < 0.5 else "c")
         assert reply == b"W00" and halts > 20

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A page of the scope without a browser."""
+"""Pages of the scope without a browser."""
 
 from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from typing import Any
 
-from tornado.websocket import WebSocketClientConnection
+from tornado.websocket import WebSocketClientConnection, websocket_connect
 
 LIMIT = 600.0  # s, guard against a hang
 
@@ -32,3 +32,20 @@ class Page:
                 self.say(type="ready")
             if message["type"] == kind and fits(message):
                 return message
+
+
+def socket_of(url: str) -> str:
+    """Address of the web socket of the page at an address."""
+    return url.replace("http", "ws") + "ws"
+
+
+def talk(url: str, act: Callable[..., Awaitable[None]], pages: int = 1) -> None:
+    """Run `act` with so many open pages."""
+
+    async def main() -> None:
+        links = [await websocket_connect(socket_of(url)) for _ in range(pages)]
+        await act(*map(Page, links))
+        for link in links:
+            link.close()
+
+    asyncio.run(main())

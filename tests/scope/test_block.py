@@ -21,8 +21,7 @@ from sim.scope.block_source import BlockSource, block_trigger, first_channels
 from sim.scope.session import Session
 from sim.scope.source import Applied, Block, Commit, Event, Fault, Note, Pace, SourceError
 from tests.scope.fake_source import Scope
-from tests.scope.page_link import Page
-from tests.scope.test_server import talk
+from tests.scope.page_link import Page, talk
 
 PROGRAM = """
 .program "integrator"
@@ -309,7 +308,7 @@ def test_block__through_the_page__gains_and_curves(machine):
         assert frame["curves"]["sum"]["v"] == want
 
     with Scope(source_of(machine)) as scope:
-        talk(scope, act)
+        talk(scope.url, act)
 
 
 def test_goals__few_changes__are_met(monkeypatch):

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import json
 import re
 import subprocess
@@ -12,10 +11,9 @@ from collections.abc import Awaitable, Callable
 from pathlib import Path
 
 import pytest
-from tornado.websocket import websocket_connect
 
 from asip_asm.project import ROOT
-from tests.scope.page_link import LIMIT, Page
+from tests.scope.page_link import LIMIT, Page, talk
 
 CIRCLE = ROOT / "sim/paths/circle.ngc"
 GUIDE = (ROOT / "docs/tune_a_gain.md").read_text(encoding="utf-8")
@@ -44,12 +42,7 @@ def scoped_job(
             assert line, head
             head += line
 
-        async def main() -> None:
-            link = await websocket_connect(found[1].replace("http", "ws") + "ws")
-            await act(Page(link))
-            link.close()
-
-        asyncio.run(main())
+        talk(found[1], act)
         rest, _ = process.communicate(timeout=LIMIT)
         return process.returncode, head + rest
     finally:

@@ -7,7 +7,6 @@ import asyncio
 import http.client
 import io
 import json
-from collections.abc import Awaitable, Callable
 
 import msgspec
 import numpy as np
@@ -21,7 +20,7 @@ from sim.scope.messages import LARGEST
 from sim.scope.source import Commit, End, Fault, Pace, Put, Step, Stepped
 from sim.scope.step_response import measure
 from tests.scope.fake_source import ABOUT, FakeSource, Scope, rows
-from tests.scope.page_link import LIMIT, Page
+from tests.scope.page_link import LIMIT, Page, socket_of, talk
 
 
 @pytest.fixture()
@@ -35,19 +34,6 @@ def get(scope: Scope, path: str, host: str | None = None) -> tuple[int, bytes]:
     connection.request("GET", path, headers={"Host": host} if host else {})
     answer = connection.getresponse()
     return answer.status, answer.read()
-
-
-def talk(scope: Scope, act: Callable[..., Awaitable[None]], pages: int = 1) -> None:
-    """Run `act` with so many open pages."""
-
-    async def main() -> None:
-        address = scope.url.replace("http", "ws") + "ws"
-        links = [await websocket_connect(address) for _ in range(pages)]
-        await act(*map(Page, links))
-        for link in links:
-            link.close()
-
-    asyncio.run(main())
 
 
 # ---------------------------------------------------------------------- who gets in
@@ -66,7 +52,7 @@ def test_socket__wrong_token_or_foreign_page__is_refused(scope):
             await websocket_connect(HTTPRequest(address, headers=headers))
         return caught.value.code
 
-    right = scope.url.replace("http", "ws") + "ws"
+    right = socket_of(scope.url)
     assert asyncio.run(refused(right.replace(scope.token, "guess"), None)) == 403
     assert asyncio.run(refused(right, "http://elsewhere.example")) == 403
 
@@ -100,7 +86,7 @@ def test_frame__every_tick_where_there_are_pixels__exact(scope):
         reply = await page.hear("cursor")
         assert reply["at_a"] == {"count": -3.0, "sine": rows(3, 1).values[0, 0]}
 
-    talk(scope, act)
+    talk(scope.url, act)
 
 
 def test_second_page__sees_what_the_first_one_did(scope):
@@ -114,7 +100,7 @@ def test_second_page__sees_what_the_first_one_did(scope):
         first.say(type="pace", paused=True, rate=100)
         assert (await second.hear("state", lambda m: m["paused"]))["rate"] == 100
 
-    talk(scope, act, pages=2)
+    talk(scope.url, act, pages=2)
     assert Commit(1, {"K": 3.5}) in scope.source.sent and Pace(True, 100) in scope.source.sent
 
 
@@ -125,7 +111,7 @@ def test_commands__reach_the_source(scope):
         page.say(type="stage", name="K", value=101)
         assert (await page.hear("error"))["text"] == "K = 101: must be at most 100"
 
-    talk(scope, act)
+    talk(scope.url, act)
     step, put = [c for c in scope.source.sent if isinstance(c, Step | Put)]
     assert step == Step("u", 0.5, 100) and put.name == "u" and np.isnan(put.value)
 
@@ -141,7 +127,7 @@ def test_step__its_figures_and_curve_come(scope):
         assert response["figures"] == figures and response["figures"]["rise"] > 0.0
         assert response["values"] == (want - want[0]).tolist()
 
-    talk(scope, act)
+    talk(scope.url, act)
 
 
 def test_fault__black_box_comes_to_every_page(scope):
@@ -156,7 +142,7 @@ def test_fault__black_box_comes_to_every_page(scope):
         first.say(type="step", name="u", amplitude=0.5)
         assert "no tick comes any more" in (await first.hear("error"))["text"]
 
-    talk(scope, act, pages=2)
+    talk(scope.url, act, pages=2)
     status, data = get(scope, f"/{scope.token}/export/blackbox.parquet")
     assert status == 200
     table = pyarrow.parquet.read_table(io.BytesIO(data))
@@ -191,7 +177,7 @@ def test_malformed_message__is_told__and_the_page_goes_on(scope, text):
         page.say(type="view", channels=["ramp"])
         await page.hear("frame", lambda m: list(m["curves"]) == ["ramp"])
 
-    talk(scope, act)
+    talk(scope.url, act)
     assert not [c for c in scope.source.sent if not isinstance(c, Pace)]
 
 
@@ -205,7 +191,7 @@ def test_message_too_large_or_not_text__ends_that_page_only(scope):
         second.say(type="view", channels=["ramp"])
         await second.hear("frame", lambda m: list(m["curves"]) == ["ramp"])
 
-    talk(scope, act, pages=2)
+    talk(scope.url, act, pages=2)
 
 
 def test_slow_page__gets_one_frame_until_it_is_ready(scope):
@@ -225,4 +211,4 @@ def test_slow_page__gets_one_frame_until_it_is_ready(scope):
         frame = await page.hear("frame")
         assert frame["end"] == 2000
 
-    talk(scope, act)
+    talk(scope.url, act)
