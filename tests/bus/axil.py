@@ -165,12 +165,13 @@ def run_scenarios(
     parameters: Mapping[str, int] | None = None,
     environment: Mapping[str, str] | None = None,
 ) -> None:
-    """Build `top` in `folder` and run every `@cocotb.test()` of `bench`, or SCENARIO alone.
+    """Build `top` in `folder` and run every `@cocotb.test()` or `@scenario` of `bench`, or SCENARIO
+    alone.
 
     Raises AssertionError with the log's end and how to replay if one fails or is missing.
     """
     seed, scenario = os.environ.get("SEED", "1"), os.environ.get("SCENARIO")
-    scenarios = re.findall(r"@cocotb\.test\(\)\nasync def (\w+)", bench.read_text())
+    scenarios = re.findall(r"@(?:cocotb\.test\(\)|scenario)\n(?:async )?def", bench.read_text())
     simulation = Simulation(
         top, [WAIVERS, *sources], folder, parameters, flags=["--output-split", "0"]
     )

@@ -38,6 +38,16 @@ def clocks(slave: Slave, datagrams: list[Datagram]) -> int:
     return count
 
 
+def random_chains(slave: Slave, random: Random, count: int) -> list[list[Datagram]]:
+    """So many, each of which the next may follow at the least gap."""
+    chains: list[list[Datagram]] = []
+    while len(chains) < count:
+        chain = random_chain(random)
+        if clocks(slave, chain) <= MOST_BYTES:
+            chains.append(chain)
+    return chains
+
+
 def check_frames(line: Line, slave: Slave, chains: list[list[Datagram]]) -> None:
     """Send them one behind the other at the least gap; all come back as the model has them."""
     sent = [frame(chain) for chain in chains]
@@ -60,12 +70,7 @@ def run_frames(count: int, seed: int) -> int:
         with Line() as line:
             slave = set_up(line, random)
             for n in range(block, min(block + 50, count)):
-                chains: list[list[Datagram]] = []
-                wanted = random.randrange(2, 5)
-                while len(chains) < wanted:
-                    chain = random_chain(random)
-                    if clocks(slave, chain) <= MOST_BYTES:
-                        chains.append(chain)
+                chains = random_chains(slave, random, random.randrange(2, 5))
                 most = max(most, *(clocks(slave, chain) for chain in chains[:-1]))
                 try:
                     check_frames(line, slave, chains)
