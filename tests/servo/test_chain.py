@@ -28,6 +28,7 @@ from sim.servo.path import Chain
 from sim.servo.plant import Plant
 from sim.servo.recording import Recording
 from sim.servo.response import (
+    HOME,
     LARGE,
     analyse,
     averaged_responses,
@@ -40,7 +41,6 @@ from sim.trajectory.exact_stop import MotionSettings, generate
 
 ROBOT, DRIVES = Robot.load(), Drives.load()
 SETTING = Setting(ROBOT.resolution)
-HOME = (0.0, 0.0, 0.6, 0.0, 0.0)
 SAME_IN_A_TICK = 0.01  # A, in the first ticks of a path
 
 
@@ -62,17 +62,13 @@ def test_mechanics__accelerations_are_those_of_the_rigid_body():
         np.testing.assert_allclose(out, want, rtol=1e-12, atol=1e-11)
 
 
-def stepped(setting: Setting, share: float, **plant: bool) -> np.ndarray:
-    """i_q (halves, 5) of a step of all orders behind 10 halves, brakes closed."""
-    machine = AveragedPlant(Plant(ROBOT, DRIVES, **plant), setting, HOME)
+def test_averaged_inverter__step_of_the_current_with_dead_time():
+    """All axes behind 10 halves, brakes closed."""
+    machine = AveragedPlant(Plant(ROBOT, DRIVES), SETTING, HOME)
     machine.brakes(0)
     orders = np.zeros((150, 5))
-    orders[10:] = [share * m.i_max * m.force_per_ampere for m in DRIVES.motors]
-    return machine.halves(orders)[:, 5:10]
-
-
-def test_averaged_inverter__step_of_the_current_with_dead_time():
-    found = stepped(SETTING, 0.03)
+    orders[10:] = [0.03 * m.i_max * m.force_per_ampere for m in DRIVES.motors]
+    found = machine.halves(orders)[:, 5:10]
     for n, motor in enumerate(DRIVES.motors):
         rise, overshoot = rise_and_overshoot(found[9:, n], SETTING.period)
         assert rise <= 100e-6 and overshoot <= 0.15

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -48,20 +47,13 @@ def short(system: ChainRtl) -> None:
     system.fault(DRIVES.U_dc, shorted=1)
 
 
-def watchdog_of(core: str) -> Callable[[ChainRtl], None]:
-    def act(system: ChainRtl) -> None:
-        getattr(system, core).write(CSR["WATCHDOG"], 50)
-
-    return act
-
-
 # Fault -> what happens, axes that trip, flags of STATUS.
 FAULTS = {
     "power stage": (lambda s: s.fault(DRIVES.U_dc, stage=2), 2, ()),
     "undervoltage": (lambda s: s.fault(300.0), ALL, ("undervoltage",)),
     "encoder": (lambda s: s.fault(DRIVES.U_dc, touching=4), 4, ("illegal",)),
     "overcurrent": (short, 1, ()),
-    "watchdog": (watchdog_of("current"), ALL, ("fault",)),
+    "watchdog": (lambda s: s.current.write(CSR["WATCHDOG"], 50), ALL, ("fault",)),
 }
 
 
