@@ -206,12 +206,12 @@ class Reader:
         name = cursor.expect_kind("name", "the macro's name")
         parameters: list[str] = []
         while cursor.token.kind != "end":
+            if parameters:
+                cursor.expect(",", "between parameters")
             token = cursor.expect_kind("name", "a parameter name")
             if token.text in parameters:
                 raise SourceError(token.place, f"parameter '{token.text}' is named twice")
             parameters.append(token.text)
-            if cursor.token.kind != "end":
-                cursor.expect(",", "between parameters")
         if self.reserved(name.text):
             raise SourceError(name.place, f"a macro cannot be named '{name.text}': it is reserved")
         if name.text in self.macros:

@@ -81,7 +81,7 @@ class Adapter:
             self.sender.failure(request, error.report())
         except (*ERRORS, RequestError) as error:
             self.sender.failure(request, str(error))
-        except (KeyError, TypeError, ValueError, AttributeError) as error:
+        except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
             self.sender.failure(request, f"{command}: an argument is missing or wrong: {error!r}")
         else:
             self.sender.response(request, body)

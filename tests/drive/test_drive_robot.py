@@ -24,11 +24,6 @@ BAR = 7  # block of AGH: bar of the A, 15 mm with both table axes
 
 
 @pytest.fixture(scope="module")
-def robot() -> Robot:
-    return Robot.load()
-
-
-@pytest.fixture(scope="module")
 def trajectory() -> Trajectory:
     return generate(parse_file(AGH))
 

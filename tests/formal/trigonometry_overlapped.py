@@ -159,7 +159,7 @@ def overlapped_outside(ctx: Context) -> Iterator[Case]:
 # ---- the reduction ----
 BYTES = 9  # of 2/pi
 EXP_MIN, EXP_MAX = 115, 135  # of 2^-12 and of 256, biased
-with gmpy2.local_context(precision=300):
+with gmpy2.context(precision=300):
     TWO_OVER_PI = int(gmpy2.floor(gmpy2.mul_2exp(2 / gmpy2.const_pi(), 71)))
 ANGLE, SUM = 33, 29  # bits of the accumulator and of the rows of half a byte
 FIRST_LOW = 6  # the step from which on bytes of the angle are kept

@@ -172,8 +172,9 @@ def test_directed_pairs_keep_the_stated_error(name):
     multiples = (np.arange(1, 400)[:, None] * np.abs(points).astype(np.float64) / 2).ravel()
     with np.errstate(over="ignore"):
         near = multiples.astype(np.float32)
+        below, above = (np.nextafter(near, np.float32(end)) for end in (0, np.inf))
     steps = np.tile(np.abs(points), 399)
-    for other in (near, np.nextafter(near, np.float32(0)), np.nextafter(near, np.float32(np.inf))):
+    for other in (near, below, above):
         check(name, other, steps)
         check(name, -other, steps)
 

@@ -12,7 +12,6 @@ from asip_asm.model.compiler import compile_law
 from asip_asm.model.program import build
 from sim.core import Core
 from sim.model import tracking
-from sim.model.parameters import Robot
 from sim.model.records import OUTPUTS, SetPoints
 from sim.native.controller import NativeController
 from sim.robots import own
@@ -22,11 +21,6 @@ from tests.model_compiler.proof import FAST, proved
 
 LAWS = {"printed": own.printed, "optimised": own.optimised}
 CYCLES = {"printed": 214, "optimised": 124}
-
-
-@pytest.fixture(scope="module")
-def robot():
-    return Robot.load()
 
 
 @pytest.mark.parametrize("name", LAWS)
