@@ -9,6 +9,8 @@
 .endm
 .macro  twice d, d ; error: parameter 'd' is named twice
 .endm
+.macro  cut d, ; error: expected a parameter name, found the end of the line
+.endm
 .macro  1st ; error: malformed number '1st' => numbers are written 12, 0x1f, 1.5, 2e-3 or 0f3fc00000
 .endm
 .macro  outer
