@@ -76,8 +76,8 @@ def _assemble(options: argparse.Namespace) -> int:
                 file=sys.stderr,
             )
             return 1
-        prefix = [options.prefix or ""] if options.format == "c" else []
-        texts = {output: to_text(image, *prefix)}
+        as_c = options.format == "c"
+        texts = {output: to_c(image, options.prefix or "") if as_c else to_text(image)}
         if beside:
             texts[beside] = debug_map(program, machine, image).dumps()
         if options.listing:

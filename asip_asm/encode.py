@@ -53,7 +53,10 @@ def encode_operation(operation: Operation, isa: Isa, labels: dict[str, int]) -> 
             immediate = labels[operation.target or ""]
         high, values["c"] = divmod(immediate, 1 << isa.fields["c"].width)
         values[record.immediate_high] = high
-    return compose(isa.fields, values)
+    try:
+        return compose(isa.fields, values)
+    except ValueError as error:
+        raise EncodeError(f"{operation.mnemonic}: {error}") from None
 
 
 def encode_bundle(bundle: Bundle, isa: Isa, labels: dict[str, int]) -> int:

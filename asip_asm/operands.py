@@ -300,11 +300,12 @@ class Operands:
         if declaration.bits == 0 and not declaration.replaceable:
             return ZERO
         key = (declaration.bits, declaration.type)
-        index = None if declaration.replaceable else self.literals.get(key)
-        if index is None:
+        if declaration.replaceable:
             index = self._new_word(place)
-            if not declaration.replaceable:
-                self.literals[key] = index
+        else:
+            if key not in self.literals:
+                self.literals[key] = self._new_word(place)
+            index = self.literals[key]
         self._name_word(declaration, index)
         return Register("K", index)
 

@@ -38,7 +38,7 @@ class BlockTarget:
         self.label = label
         self._connect = connect
         self._runs = 0
-        self._armed: tuple[Sequence[int], Sequence[str]] = [], []
+        self._armed: tuple[Sequence[int], Sequence[str]] | None = [], []
         with client_errors():
             self.client = connect()
 
@@ -110,6 +110,7 @@ class BlockTarget:
         if (bundles, places) == self._armed:
             return
         self.free_points()
+        self._armed = None  # until the last one is set
         with client_errors():
             for bundle in bundles:
                 self.client.set_breakpoint(bundle)

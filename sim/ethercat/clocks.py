@@ -32,7 +32,10 @@ class Differences:
 
 
 def read(line: Line, slave: int, register: ByteRegister) -> int:
-    """A register of the slave at that position, by the master. Raises TimeoutError."""
+    """A register of the slave at that position, by the master.
+
+    Raises TimeoutError if no frame comes back, or one that no slave or several answered.
+    """
     width = register.width
     back = line.exchange(single(APRD, -slave & 0xFFFF, register.address, bytes(width)))
     value, counter = answer(back.data, width) if back else (0, 0)

@@ -35,7 +35,7 @@ from sim.ethercat.session import (
     outputs,
 )
 from sim.ethercat.tap import command_line, in_namespace
-from sim.page.marks import between_marks
+from sim.page.marks import write_between_marks
 
 PAGE = ROOT / "docs/ethercat_application.md"
 WAIT_PS = 500_000_000
@@ -166,7 +166,7 @@ def publish() -> int:
         f"A pass may take {CYCLE_CLOCKS} cycles: 100 µs at 100 MHz, five axes in CSP.",
     ]
     texts = {"device": "\n".join(["", *lines, "", ""])}
-    PAGE.write_text(between_marks(PAGE.read_text(encoding="utf-8"), texts, PAGE), encoding="utf-8")
+    write_between_marks(PAGE, texts)
     return 0
 
 

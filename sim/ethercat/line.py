@@ -10,7 +10,7 @@ from __future__ import annotations
 import binascii
 import ctypes
 from collections.abc import Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 from sim.ethercat.gen import esc_regmap
@@ -55,7 +55,7 @@ def library() -> ctypes.CDLL:
     return load("ethercat_slave", HERE / "slave_harness.cpp", longs, FOLDERS)
 
 
-class Line(Verilated, AbstractContextManager["Line"]):
+class Line(Verilated):
     """`len(ppm)` slaves, clocks that many parts per million fast; cables of `cable_ps` each."""
 
     prefix = "bus"
@@ -67,6 +67,9 @@ class Line(Verilated, AbstractContextManager["Line"]):
         super().__init__(library(), len(ppm), values, ctypes.c_uint64(cable_ps), int(closed))
         self.slaves = len(ppm)
         self.run(SETTLE_NS)
+
+    def __enter__(self) -> Line:
+        return self
 
     def __exit__(self, *_: object) -> None:
         self.close()

@@ -58,11 +58,12 @@ def set_up_process_data(line: Line, device: Device) -> int:
         _, start, length, control = rows[manager]
         registers = struct.pack("<2H4B", start, length, control, 0, 1, 0)
         line.exchange(single(APWR, 0, esc_regmap.SM_START.at(manager), registers))
-        registers = struct.pack("<IH2BH6B", LOGICAL, length, 0, 7, start, 0, kind, 1, 0, 0, 0)
-        line.exchange(single(APWR, 0, esc_regmap.FMMU_LOGICAL_START.at(place), registers))
+        logical = struct.pack("<IHBB", LOGICAL, length, 0, 7)  # with its first and last bit
+        physical = struct.pack("<HBBB3x", start, 0, kind, 1)  # and first bit, type, activation
+        line.exchange(single(APWR, 0, esc_regmap.FMMU_LOGICAL_START.at(place), logical + physical))
     events = esc_regmap.AL_EVENT.word(sm=1 << OUTPUT_MANAGER)
     line.write(esc_regmap.AL_EVENT_MASK, events)
-    outputs, inputs = ((start, length) for _, start, length, _ in rows[OUTPUT_MANAGER:])
+    outputs, inputs = (rows[manager][1:3] for manager in (OUTPUT_MANAGER, INPUT_MANAGER))
     line.copy(outputs, inputs)
     return max(outputs[1], inputs[1])
 

@@ -44,9 +44,9 @@ class Verilated(verilated.Verilated):
     def __init__(self, lib: ctypes.CDLL, *arguments: object) -> None:
         super().__init__(lib, {}, *arguments)
 
-    def _call(self, name: str, *arguments: object):
-        function = getattr(self._lib, f"{self.prefix}_{name}")
-        return function(ctypes.c_void_p(self._handle), *arguments)
+    @property
+    def _model(self) -> ctypes.c_void_p:
+        return ctypes.c_void_p(self._handle)
 
     def run(self, ns: int) -> None:
         """Let time pass."""

@@ -184,5 +184,6 @@ def histogram_lines(angles: Mapping[str, Mapping], old: str = "") -> list[str]:
 
 def update_page(report: Mapping, page: Path = PAGE) -> None:
     """Replace the generated block of the page. Raises MarksError if it has no marks for it."""
-    block = markdown(report, page.read_text(encoding="utf-8"))
-    write_between_marks(page, {"campaign": f"\n{block}\n\n"})
+    text = page.read_text(encoding="utf-8")
+    old = text.partition("<!-- campaign:")[2].partition("<!-- end of campaign -->")[0]
+    write_between_marks(page, {"campaign": f"\n{markdown(report, old)}\n\n"})

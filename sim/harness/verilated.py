@@ -48,7 +48,7 @@ class Verilated:
         return getattr(self._lib, f"{self.prefix}_{name}")(self._model, *arguments)
 
     @property
-    def _model(self) -> int | None:
+    def _model(self) -> int | ctypes.c_void_p | None:
         """The handle; a class may refuse one that is closed."""
         return self._handle
 

@@ -83,7 +83,8 @@ def _numbers_of_figure_3() -> Iterator[Row]:
     """Critical lengths, peak speeds, times, accelerations, jerks and displacements."""
     for length in FIGURE_3_LENGTHS:
         for tm in FIGURE_3_TM:
-            forms = (plan := ramp_time_plan(**FIGURE_3, tm=tm, length=length)).forms
+            plan = ramp_time_plan(**FIGURE_3, tm=tm, length=length)
+            forms = plan.forms
             case = f"L={length} tm={tm}"
             if length == "300":
                 yield f"{case} L_alpha", "mm", "stated", "420", forms.cruise_critical_length
@@ -124,7 +125,8 @@ def _numbers_of_figure_12() -> Iterator[Row]:
 def _numbers_of_figure_15() -> Iterator[Row]:
     """Critical lengths and times of the hardware runs; tm and L are not in the text, see runs."""
     for tm, length in FIGURE_15_RUNS:
-        forms = (plan := ramp_time_plan(**FIGURE_15, tm=tm, length=length)).forms
+        plan = ramp_time_plan(**FIGURE_15, tm=tm, length=length)
+        forms = plan.forms
         case = f"L={length} tm={tm}"
         yield f"{case} L_alpha", "mm", "derived", "132", forms.cruise_critical_length
         yield f"{case} L_beta", "mm", "derived", "24", forms.acceleration_critical_length

@@ -22,7 +22,8 @@ from numpy.typing import NDArray
 from asip_asm.diagnostics import closest
 from asip_asm.image import Image
 from sim.core_backends import number
-from sim.core_fault import Fault, fault_text
+from sim.core_fault import Fault as CoreFault
+from sim.core_fault import fault_text
 from sim.debug.client import Client, DebugError
 from sim.debug.link import LinkError
 from sim.debug.packets import PacketError
@@ -230,7 +231,7 @@ class BlockSource:
         """The core stands in a fault: the block's ring is frozen, and complete in any case."""
         self._faulted = True
         self._whole_ring(client)
-        text = fault_text(self._image, Fault.of(*client.fault()))
+        text = fault_text(self._image, CoreFault.of(*client.fault()))
         self._events.append(source.Fault(self._next - 1, text))
 
     def _fired(self, client: Client) -> None:

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a scope looks at: a description, events in the order of time, and the commands it takes."""
+"""What a scope looks at: a description, events in the order of time, and the commands it takes.
+
+`Pace` and `Step` are messages of the page: they come to the source as they are.
+"""
 
 from __future__ import annotations
 

@@ -68,6 +68,10 @@ class Ticks:
     def __len__(self) -> int:
         return len(self.position)
 
+    def first(self, count: int) -> Ticks:
+        """The first so many."""
+        return Ticks(*(values[:count] for values in vars(self).values()))
+
 
 @dataclass(frozen=True, eq=False)
 class ProgramPath(Ticks):
@@ -121,14 +125,21 @@ def plan(program: Program, robot: Robot, ticks: int | None = None) -> ProgramPat
         if count + len(part) > most:
             if most_time < math.inf:
                 raise _too_long(program, robot, int(part.move[0]))
-            part = Ticks(*(value[: most - count] for value in vars(part).values()))
+            part = part.first(most - count)
             whole = False
         parts.append(part)
         count += len(part)
         if not whole:
             break
     joined = (np.concatenate([getattr(part, name) for part in parts]) for name in vars(parts[0]))
-    return ProgramPath(*joined, robot.T_s, program.moves, min(rest, count), whole, corners)
+    return ProgramPath(
+        *joined,
+        period=robot.T_s,
+        moves=program.moves,
+        rest=min(rest, count),
+        whole=whole,
+        corners=corners,
+    )
 
 
 def _too_long(program: Program, robot: Robot, number: int) -> TooLongError:
