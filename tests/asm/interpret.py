@@ -120,7 +120,9 @@ def run(
             if _execute(op, registers, memory, words, writes):
                 following = labels.get(op.target, op.imm)
         for dst, value in writes:
-            if isinstance(dst, Output):
+            if isinstance(dst, int):
+                memory[dst] = value
+            elif isinstance(dst, Output):
                 assert dst.index not in result.outputs
                 result.outputs[dst.index] = value
             else:
@@ -140,7 +142,7 @@ def _execute(op: Operation, registers: dict, memory: list, words: int, writes: l
     indexed = not (isinstance(op.b, Register) and op.b.bank == "zero")
     address = (b + op.imm) % words if indexed and op.imm is not None else op.imm
     if op.mnemonic == "st":
-        memory[address] = a
+        writes.append((address, a))
     elif op.mnemonic == "ld":
         writes.append((op.dst, memory[address]))
     elif op.mnemonic in ("jmp", "bz", "bnz"):

@@ -11,12 +11,14 @@ from asip_asm.diagnostics import AssemblyError
 from asip_asm.lint import WARNINGS
 
 
-def report(tmp_path: Path, text: str, monkeypatch: pytest.MonkeyPatch) -> str:
+def report(
+    tmp_path: Path, text: str, monkeypatch: pytest.MonkeyPatch, optimise: bool = True
+) -> str:
     tmp_path.mkdir(exist_ok=True)
     monkeypatch.chdir(tmp_path)
     Path("x.s").write_text(text, encoding="utf-8")
     with pytest.raises(AssemblyError) as caught:
-        assemble("x.s")
+        assemble("x.s", optimise=optimise)
     return caught.value.report()
 
 
@@ -120,10 +122,11 @@ HOSTILE = {
 }
 
 
+@pytest.mark.parametrize("optimise", [True, False])
 @pytest.mark.parametrize("name", HOSTILE)
-def test_hostile_source__ends_at_a_stated_limit(name: str, tmp_path, monkeypatch) -> None:
+def test_hostile_source__ends_at_a_stated_limit(name, optimise, tmp_path, monkeypatch) -> None:
     text, message = HOSTILE[name]
-    shown = report(tmp_path, text + "\n halt\n", monkeypatch)
+    shown = report(tmp_path, text + "\n halt\n", monkeypatch, optimise)
     assert message in shown
     assert len(shown) < 20_000
 

@@ -9,10 +9,14 @@ from asip_asm.disassemble import DecodeError, decode_bundle, decode_operation, o
 from asip_asm.encode import EncodeError, encode_bundle, encode_operation
 from asip_asm.ir import Bundle, Operation, Output, Register, Virtual
 from asip_asm.isa import default_isa
-from asip_asm.source import physical_register as reg
 
 ISA = default_isa()
 LABELS = {"there": 0x2A5}
+
+
+def reg(name: str) -> Register:
+    return Register(name[0].upper(), int(name[1:]))
+
 
 # op | dst | a | b | c as drawn in isa.toml.
 HAND = [

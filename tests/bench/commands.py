@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import shlex
 import subprocess
 from typing import Any
 
@@ -12,6 +13,7 @@ def output(*words: object, **options: Any) -> str:
 
     Raises AssertionError with all that the command said if it fails.
     """
-    done = subprocess.run([str(word) for word in words], capture_output=True, text=True, **options)
-    assert done.returncode == 0, done.stdout + done.stderr
+    command = [str(word) for word in words]
+    done = subprocess.run(command, capture_output=True, text=True, **options)
+    assert done.returncode == 0, f"{shlex.join(command)}\n{done.stdout}{done.stderr}"
     return done.stdout

@@ -25,9 +25,9 @@ from tests.motion_rtl import test_interpolators, test_pulse_generator
 from tests.servo import clocked
 
 TESTS = Path(__file__).parents[1]
-TABLES = {
-    path.parent.name: path for path in TESTS.glob("*/*.toml") if "[[fault]]" in path.read_text()
-}
+FOUND = [path for path in TESTS.glob("*/*.toml") if "[[fault]]" in path.read_text()]
+TABLES = {path.parent.name: path for path in FOUND}
+assert len(TABLES) == len(FOUND), "one table a folder"
 LEAST = {"formal": 41, "motion_rtl": 15}  # faults
 OPTIONS = ("-q", "-x", "-p", "no:cacheprovider", "-p", "no:randomly", "--no-header")
 CACHES = (resilient_bench.core, test_interpolators.rtl)  # of models
@@ -53,8 +53,8 @@ def servo(folder: Path, patch: pytest.MonkeyPatch) -> None:
 
 @dataclass(frozen=True)
 class Room:
-    """part: folder below rtl/, for which `use` puts a copy; passes: a test that does so without a
-    fault; without: modules of the part that have none, None where the table is of a few."""
+    """part: folder below rtl/, for which `use` puts a copy; passes: a test that must pass on a copy
+    without a fault; without: modules of the part that need none, None where that is not asked."""
 
     part: str
     use: Callable[[Path, pytest.MonkeyPatch], None]

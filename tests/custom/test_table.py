@@ -27,7 +27,7 @@ from tests.bench.needs import find, needs
 from tests.bench.tcl import Component
 
 PLATFORMS = load()
-# With `mine`, the instructions of the component.
+# Platform, component and, as `mine`, the instructions of the component.
 COMPONENTS = [
     pytest.param(p, c, [i for i in p.instructions.values() if i.component == c.name], id=c.name)
     for p in PLATFORMS.values()

@@ -14,6 +14,8 @@ from sim.debugger.target import Target
 LEG, LOOP, ENDLESS = (Path(__file__).with_name(f"{name}.s") for name in ("leg", "loop", "endless"))
 INPUTS = {"x": 0.3, "y": 0.1, "z": 0.2, "l": 0.45}
 """Of leg.s."""
+VALUES = INPUTS | {"scale": 2.0}
+"""Of all the programs."""
 
 
 class Debugger:
@@ -23,8 +25,9 @@ class Debugger:
         self.session = Session(DebuggedProgram(program), target or IssTarget())
         self.lines: list[str] = []
         self.commands = Commands(self.session, self.lines.append)
-        for name in () if self.session.target.driven else self.session.values.inputs:
-            self.session.values.set(name, None, (INPUTS | {"scale": 2.0})[name])
+        if not self.session.target.driven:
+            for name in self.session.values.inputs:
+                self.session.values.set(name, None, VALUES[name])
 
     def tell(self, *lines: str) -> str:
         self.lines.clear()

@@ -45,8 +45,8 @@ class Drives(Host):
         self.cycle(cycles)
 
     def follow(self, cycles: int, every: int = 10, **values: int) -> np.ndarray:
-        """`set_point` in each of so many control cycles, with a frame in the first one and then
-        `every` so many."""
+        """`set_point` in each of so many control cycles, with a frame in the first one and in
+        `every`-th one behind it."""
         self.set(**values)
         rows = []
         for n in range(cycles):

@@ -42,7 +42,7 @@ LOGICAL = 0x10000
 WRITE = single(APWR, 0, MEMORY, b"\xa5\x5a\xa5\x5a")
 
 
-def scenario(talk: Callable[[Port, Random], None]) -> cocotb.test:
+def scenario(talk: Callable[[Port, Random], None]) -> Callable:
     """A cocotb test of this name: `talk` to a port that is open, its slave out of reset."""
 
     @functools.wraps(talk)

@@ -191,9 +191,9 @@ class Arc(Observer):
     def unit(self, run: Run, cycle: int) -> dict[str, Int]:
         unsigned = ("p_q", "q_q", "end_p_q", "end_q_q", "borders_q", "turns_q")
         unsigned += ("quadrant_q", "end_quadrant_q")
-        signed = ("u_q", "v_q", "end_u_q", "end_v_q", "error_q", "left_q")
+        with_sign = ("u_q", "v_q", "end_u_q", "end_v_q", "error_q", "left_q")
         numbers = {n: Int.unsigned(run.signal(n, cycle)) for n in unsigned}
-        return numbers | {n: Int(run.signal(n, cycle)) for n in signed}
+        return numbers | {n: Int(run.signal(n, cycle)) for n in with_sign}
 
     def state(self, run: Run, cycle: int, *names: int) -> Truth:
         found = ~always()

@@ -218,9 +218,9 @@ def check(operation: Operation, operands: np.ndarray, issue: np.ndarray | None =
     `operands` has shape (cases, len(operation.operands)); `issue` as in `run`. The AssertionError
     shows the first failing cases as lines that can be pasted back into CASE.
     """
-    name, *words = os.environ.get("CASE", "").split() or [""]
-    if name == operation.name:
-        operands, issue = [int(word, 16) for word in words], None
+    words = os.environ.get("CASE", "").split()
+    if words[:1] == [operation.name]:
+        operands, issue = [int(word, 16) for word in words[1:]], None
     operands = np.asarray(operands, dtype=np.uint32).reshape(-1, len(operation.operands))
     columns = dict(zip(operation.operands, operands.T, strict=True))
     got = run(operation.unit, {**columns, **operation.controls}, issue)

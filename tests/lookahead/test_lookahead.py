@@ -11,7 +11,7 @@ from sim.gcode.interpreter import stream
 from sim.gcode.table_frame import from_machine
 from sim.lookahead import limits as lookahead_limits
 from sim.lookahead import stress
-from sim.lookahead.check import Deviation, demand
+from sim.lookahead.check import Deviation, demand, from_line
 from sim.lookahead.figures import chord_program, corner_program, without_approach
 from sim.lookahead.joints import INNER_TOLERANCE
 from sim.lookahead.limits import MARGIN, MachineLimits
@@ -156,6 +156,15 @@ def test_deviation__p_of_the_run_doubled__is_seen_at_corners_and_on_the_path(see
         for _ in away.watched(Lookahead(iter(run), SMOOTH).setpoints()):
             pass
         assert (away.corner <= 0.0) == (away.path <= 0.0) == kept
+
+
+def test_from_line__beside_behind_the_ends_and_of_no_length():
+    start, end = np.array([1.0, 0.0]), np.array([5.0, 0.0])
+    points = np.array([[2.0, 3.0], [-2.0, 4.0], [8.0, -4.0]])
+    assert from_line(points, start, end).tolist() == [3.0, 5.0, 5.0]
+    assert from_line(points, start, start).tolist() == pytest.approx([10**0.5, 5.0, 65**0.5])
+    ends = np.array([[5.0, 0.0], [1.0, 9.0]])
+    assert from_line(np.array([2.0, 3.0]), np.array([start, start]), ends).tolist() == [3.0, 1.0]
 
 
 def test_deviation__corner_never_reached__is_seen():

@@ -131,7 +131,8 @@ def test_interrupt__with_faulty_instruction__comes_first():
     illegal = next(at for at, word in enumerate(program.words) if word == 2) * 4 + ITCM
     seen = 0
     for cycle in range(40, 160):
-        found = exceptions(run(program, irq=[(cycle, 4)])[0])
+        records, _ = run(program, irq=[(cycle, 4)])
+        found = exceptions(records)
         if (illegal, CAUSE["interrupt"]) in found:
             at = found.index((illegal, CAUSE["interrupt"]))
             assert found[at + 1] == (illegal, CAUSE["illegal"])

@@ -21,15 +21,16 @@ ROUNDING = 1e-14
     ("length", "tm"), [(length, tm) for length, rows in TABLE_3.items() for tm in rows]
 )
 def test_scurve__paths_of_the_paper__have_the_printed_figures(length, tm):
-    am, jerk, s1, s2, s3 = (float(number or 0.0) for number in TABLE_3[length][tm])
+    am, jerk, *displacements = TABLE_3[length][tm]
+    s1, s2, s3 = map(float, displacements)
     curve = SCurve(100, 600, 0.6, float(tm), float(length))
     # The shorter path is too short for vm.
     peak, s4, t4, time = (600, 380, 0.6333, 1.8333) if length == "800" else (400, 0, 0, 1.2)
     assert curve.kind is SCurveClass(int(SEGMENTS_3[length][tm]))
     assert curve.cruise_critical_length == pytest.approx(420)
     assert curve.peak_speed == pytest.approx(peak)
-    assert curve.peak_acceleration == pytest.approx(am, abs=0.005)
-    assert curve.jerk == pytest.approx(jerk, abs=0.005)
+    assert curve.peak_acceleration == pytest.approx(float(am), abs=0.005)
+    assert curve.jerk == pytest.approx(float(jerk or 0.0), abs=0.005)
     assert curve.displacements == pytest.approx((s1, s2, s3, s4, s3, s2, s1), abs=5e-5)
     assert curve.total_time == pytest.approx(time, abs=5e-5 if length == "800" else 1.2e-6)
     assert curve.durations[3] == pytest.approx(t4, abs=5e-5)

@@ -51,7 +51,7 @@ def test_told__nothing_without_a_fault():
 
 def tripped(trip: int = 8, shoot_through: int = 0) -> Mock:
     """In place of `ChainRtl`: whatever is done, the tilt axis has tripped, or gates overlapped."""
-    system = Mock()
+    system = Mock(spec=["status", "look", "clock", "trace", "order"])
     system.status.return_value = NONE | {"trip": trip}
     system.look.return_value = Mock(clock=0, shoot_through=shoot_through)
     return system
@@ -68,17 +68,18 @@ def test_path_and_release__tell_which_axis_and_why():
     with pytest.raises(start_up.StartUpError, match="brakes opened, tripped: tilt .*check winding"):
         start_up.release(tripped())
     chain = object.__new__(Chain)
-    chain.system, chain.controller = tripped(), Mock(tick=7)
+    chain.system, chain.controller = tripped(), Mock(spec=["tick"], tick=7)
     with pytest.raises(ControllerFault, match="tick 7: tripped: tilt .*check winding"):
         chain.advance(0)
 
 
 @pytest.mark.parametrize(("drives", "more"), [(True, "--loops"), (False, "f_table$")])
 def test_plant_that_stops__both_causes_are_told_where_there_are_drives(monkeypatch, drives, more):
-    stopped = Mock(joints=[0.0] * 5, tool=[0.0] * 3)
+    parts = ["joints", "tool", "counts", "step"]
+    stopped = Mock(spec=parts, joints=[0.0] * 5, tool=[0.0] * 3)
     stopped.counts.return_value = (0,) * 5
     stopped.step.side_effect = ValueError("the current loops stopped with a fault")
-    silent = Mock()
+    silent = Mock(spec=["prime", "step"])
     silent.step.return_value.outputs = np.zeros((1, 5))
     monkeypatch.setattr(closed_loop, "Plant", lambda *start: stopped)
     path = SetPoints.from_words(np.zeros((3, 15), "f4"))

@@ -6,6 +6,7 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from unittest.mock import patch
 
@@ -148,16 +149,11 @@ class Model(Verilated):
             4 * image.watchdog + 2000,
         ]
         limits = dict(zip(OUTPUTS, robot.output_max, strict=True))
-        host, load, inputs, outputs, safe = (
-            np.array(numbers, dtype=np.uint32)
-            for numbers in (
-                host,
-                list(loaded.items()),
-                [BLOCK["constants"] + each.index for each in image.inputs],
-                [BLOCK["outputs"] + each.index for each in image.outputs],
-                [int(each.safe, 16) for each in image.outputs],
-            )
-        )
+        numbers = partial(np.array, dtype=np.uint32)
+        host, load = numbers(host), numbers(list(loaded.items()))
+        inputs = numbers([BLOCK["constants"] + each.index for each in image.inputs])
+        outputs = numbers([BLOCK["outputs"] + each.index for each in image.outputs])
+        safe = numbers([int(each.safe, 16) for each in image.outputs])
         most = np.array([limits[each.name] for each in image.outputs], dtype=np.float32)
         lengths = np.zeros(len(words), dtype=np.uint32)
         failed = self._lib.upset_reference(
