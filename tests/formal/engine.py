@@ -106,8 +106,8 @@ def run(
 ) -> Iterator[Verdict]:
     """Verdicts of a proof's cases in order. `known` are earlier verdicts by digest.
 
-    A case that exceeds `limit` seconds (default: the proof's own) is a timeout; the next one
-    starts in a fresh process.
+    A case that exceeds `limit` seconds (default: the proof's own) is tried again in a process that
+    has solved no other: the solver may take another way there. If not, it is a timeout.
     """
     known = known or {}
     limit = limit or proof.timeout
@@ -120,7 +120,7 @@ def run(
         child.start()
         there.close()
         try:
-            restart = False
+            restart = solved = False
             while not restart:
                 message = _receive(here, ELABORATION_LIMIT)
                 if message is None:
@@ -134,11 +134,14 @@ def run(
                     yield replace(known[digest], case=case)
                     continue
                 answer = _receive(here, limit)
-                if isinstance(answer, str):
+                restart = isinstance(answer, str)
+                if restart and solved:
+                    done -= 1
+                elif restart:
                     status = TIMEOUT if answer == "timeout" else FAILED
                     yield Verdict(case, status, limit, digest, answer)
-                    restart = True
                 else:
+                    solved = True
                     yield replace(answer, digest=digest)
         finally:
             child.kill()

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The short proofs, their planted faults, and the netlist reader against SoftFloat."""
 
+import multiprocessing
 import re
+import time
 
 import pytest
 
@@ -14,7 +16,7 @@ from bitwuzla import Bitwuzla  # noqa: E402
 
 from sim.fpbench import softfloat as reference  # noqa: E402
 from tests.bench.faults import Fault, TableError  # noqa: E402
-from tests.formal import logic  # noqa: E402
+from tests.formal import engine, logic  # noqa: E402
 from tests.formal.__main__ import PAGE, main, page_text, summary, table  # noqa: E402
 from tests.formal.catalogue import Case, Context, Proof, all_faults  # noqa: E402
 from tests.formal.engine import BUILD, FAILED, PROVED, REFUTED, plant, run, solve  # noqa: E402
@@ -90,6 +92,22 @@ def test_formal__broken_source__is_an_elaboration_error() -> None:
     bad.write_text("module bad (input logic a_i; endmodule\n")
     with pytest.raises(ElaborationError, match="Yosys refused bad"):
         elaborate("bad", [bad], PYTEST)
+
+
+def test_formal__case_in_time_only_in_a_process_of_its_own__is_proved(monkeypatch) -> None:
+    def child(name, rtl, build, known, skip, link) -> None:
+        for case in ("quick", "slow behind others", "slow")[skip:]:
+            link.send((case, case, False))
+            if case == "slow" or (case == "slow behind others" and skip == 0):
+                time.sleep(60)
+            link.send(engine.Verdict(case, PROVED, 0.1))
+        link.send(None)
+
+    fork = multiprocessing.get_context("fork")
+    monkeypatch.setattr(engine, "_child", child)
+    monkeypatch.setattr(multiprocessing, "get_context", lambda method: fork)
+    found = [(verdict.case, verdict.status) for verdict in run(QUICK[0], limit=0.5)]
+    assert found == [("quick", PROVED), ("slow behind others", PROVED), ("slow", engine.TIMEOUT)]
 
 
 def test_formal__memory_in_the_netlist__is_refused() -> None:
