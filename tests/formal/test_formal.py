@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The short proofs, their planted faults, and the netlist reader against SoftFloat."""
 
+import itertools
 import multiprocessing
 import re
 import time
@@ -16,7 +17,7 @@ from bitwuzla import Bitwuzla  # noqa: E402
 
 from sim.fpbench import softfloat as reference  # noqa: E402
 from tests.bench.faults import Fault, TableError  # noqa: E402
-from tests.formal import engine, logic  # noqa: E402
+from tests.formal import engine, logic, netlist  # noqa: E402
 from tests.formal.__main__ import PAGE, main, page_text, summary, table  # noqa: E402
 from tests.formal.catalogue import Case, Context, Proof, all_faults  # noqa: E402
 from tests.formal.engine import BUILD, FAILED, PROVED, REFUTED, plant, run, solve  # noqa: E402
@@ -113,6 +114,58 @@ def test_formal__case_in_time_only_in_a_process_of_its_own__is_proved(monkeypatc
 def test_formal__memory_in_the_netlist__is_refused() -> None:
     with pytest.raises(ElaborationError, match="sort array"):
         Netlist("1 sort bitvec 1\n2 sort array 1 1\n")
+
+
+def signed(word: int) -> int:
+    return word - 8 if word > 3 else word
+
+
+# Of words of three bits, by BTOR2's definitions: bits of the result, and what it is, modulo those.
+OPERATORS = {
+    "and": (3, lambda a, b: a & b),
+    "or": (3, lambda a, b: a | b),
+    "xor": (3, lambda a, b: a ^ b),
+    "nand": (3, lambda a, b: ~(a & b)),
+    "nor": (3, lambda a, b: ~(a | b)),
+    "xnor": (3, lambda a, b: ~(a ^ b)),
+    "add": (3, lambda a, b: a + b),
+    "sub": (3, lambda a, b: a - b),
+    "mul": (3, lambda a, b: a * b),
+    "sll": (3, lambda a, b: a << b),
+    "srl": (3, lambda a, b: a >> b),
+    "sra": (3, lambda a, b: signed(a) >> b),
+    "concat": (6, lambda a, b: 8 * a + b),
+    "not": (3, lambda a: ~a),
+    "neg": (3, lambda a: -a),
+    "redand": (1, lambda a: a == 7),
+    "redor": (1, lambda a: a != 0),
+    "redxor": (1, lambda a: a.bit_count()),
+    "eq": (1, lambda a, b: a == b),
+    "neq": (1, lambda a, b: a != b),
+    "ult": (1, lambda a, b: a < b),
+    "ulte": (1, lambda a, b: a <= b),
+    "ugt": (1, lambda a, b: a > b),
+    "ugte": (1, lambda a, b: a >= b),
+    "slt": (1, lambda a, b: signed(a) < signed(b)),
+    "slte": (1, lambda a, b: signed(a) <= signed(b)),
+    "sgt": (1, lambda a, b: signed(a) > signed(b)),
+    "sgte": (1, lambda a, b: signed(a) >= signed(b)),
+}
+
+
+def test_formal__every_operator_of_a_netlist__means_what_btor2_says() -> None:
+    assert set(OPERATORS) == set(netlist.BINARY) | set(netlist.UNARY) | set(netlist.COMPARE)
+    for name, (width, meaning) in OPERATORS.items():
+        ports = ("4", "5")[: meaning.__code__.co_argcount]
+        text = "1 sort bitvec 1\n3 sort bitvec 3\n6 sort bitvec 6\n4 input 3 a\n5 input 3 b\n"
+        text += f"7 {name} {width} {' '.join(ports)}\n8 output 7 y\n"
+        symbolic = netlist.Run(Netlist(text))
+        term, inputs = symbolic.output("y", 0), [symbolic.input(port) for port in "ab"]
+        for words in itertools.product(range(8), repeat=2):
+            fixed = {port: logic.bv(3, word) for port, word in zip(inputs, words, strict=True)}
+            got = Bitwuzla(logic.TERMS).simplify_term(logic.TERMS.substitute_term(term, fixed))
+            want = int(meaning(*words[: len(ports)])) % 2**width
+            assert int(got.value(2), 2) == want, f"{name} {words}"
 
 
 def test_formal__terms_with_constant_operands__give_softfloat_results() -> None:
