@@ -163,6 +163,7 @@ EXPORT uint32_t* device_outputs(Device* device) { return device->outputs; }
 EXPORT uint32_t* device_inputs(Device* device) { return device->inputs; }
 EXPORT const char* device_console(Device* device) { return device->console.c_str(); }
 EXPORT void device_stop(Device* device) { device->stop = true; }
+EXPORT void device_restart(Device* device) { device->stop = false; }
 EXPORT int device_capture(Device* device, const char* path) { return device->capture.open(path); }
 
 // From now on the caller plays the machine: nothing but it changes the inputs.
@@ -194,7 +195,6 @@ EXPORT void device_give(Device* device, int fd) { device->give(fd); }
 
 // Joins port 0 to such an `fd` until device_stop; time goes on without frames too.
 EXPORT void device_serve(Device* device, int fd) {
-  device->stop = false;
   while (!device->stop) {
     device_take(device, fd, 0);
     device->line.run(1000000);

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import binascii
 import ctypes
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 
 from sim.ethercat.gen import esc_regmap
@@ -217,12 +217,9 @@ class Line(Verilated):
         """SYNC0 and SYNC1 in bits 0 and 1."""
         return self._call("sync", slave)
 
-    @contextmanager
-    def served(self, tap: int, second: int = -1) -> Iterator[None]:
+    def served(self, tap: int, second: int = -1) -> AbstractContextManager[None]:
         """As Verilated has it: the line's first port and, of a closed ring, its second one."""
-        self._call("restart")
-        with super().served(tap, second):
-            yield
+        return super().served(tap, second)
 
     @property
     def carried(self) -> tuple[int, int]:
