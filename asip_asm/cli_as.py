@@ -11,7 +11,7 @@ from pathlib import Path
 
 from asip_asm.assemble import build_program, encode
 from asip_asm.c_image import to_c
-from asip_asm.command import run_command
+from asip_asm.command import command_parser, run_command
 from asip_asm.debug_map import map_path
 from asip_asm.debug_values import debug_map
 from asip_asm.diagnostics import AssemblyError, closest, counted, report_text
@@ -143,12 +143,7 @@ def summary(image: Image, output: Path) -> str:
 
 def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
     """Options of the command line; SystemExit(2) if they are wrong."""
-    parser = argparse.ArgumentParser(
-        prog="asip-as",
-        description="Assemble a program into an image.",
-        epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = command_parser("asip-as", "Assemble a program into an image.", EPILOG)
     parser.add_argument("source", type=Path, help="source file")
     parser.add_argument("-o", dest="output", type=Path, metavar="FILE", help="file to write")
     level = parser.add_mutually_exclusive_group()

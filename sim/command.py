@@ -11,10 +11,10 @@ from pathlib import Path
 
 from rich.console import Console
 
+from asip_asm.command import INTERRUPTED
 from sim.model.parameters import ROBOT_TOML
 from sim.path.override import AS_PROGRAMMED, MOST_PERCENT
 
-INTERRUPTED = 130  # exit status, as of a shell
 WIDE = 1000  # columns where nobody looks at a terminal: nothing is wrapped or cut
 LEAST_WIDTH = 100  # of the tables on a terminal
 

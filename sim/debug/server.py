@@ -10,7 +10,6 @@ gone. The server listens on the loopback address only.
 
 from __future__ import annotations
 
-import argparse
 import contextlib
 import select
 import socket
@@ -19,6 +18,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from asip_asm.assemble import assemble
+from asip_asm.command import command_parser
 from asip_asm.diagnostics import AssemblyError
 from asip_asm.image import Image, ImageError
 from asip_asm.isa import default_isa
@@ -116,8 +116,7 @@ def _settings(image: Image, settings: Sequence[str]) -> dict[int, int]:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Command line; exit 0 interrupted, 1 for a program, value or port that does not work."""
-    parser = argparse.ArgumentParser(prog="python -m sim.debug.server", description=__doc__)
-    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    parser = command_parser("python -m sim.debug.server", __doc__)
     parser.add_argument("program", type=Path, help="assembly source, or image (*.json)")
     parser.add_argument("--port", type=int, default=PORT, help=f"default {PORT}; 0: a free one")
     period = round(Robot.load().T_s * 1e6 * default_isa().clock_mhz)

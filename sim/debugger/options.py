@@ -6,6 +6,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from asip_asm.command import command_parser
 from asip_asm.isa import default_isa
 from sim.asip_run.inputs import assignments, read_inputs
 from sim.debugger.program import DebuggedProgram
@@ -48,11 +49,8 @@ def open_session(options: argparse.Namespace) -> Session:
 
 def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
     """Options of the command line; exits with status 2 if they are wrong."""
-    parser = argparse.ArgumentParser(
-        prog="asip-dbg",
-        description="Debug a program on the core by the names of its source.",
-        epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+    parser = command_parser(
+        "asip-dbg", "Debug a program on the core by the names of its source.", EPILOG
     )
     parser.add_argument(
         "program", type=Path, nargs="?", help="source text, or image written by asip-as (*.json)"

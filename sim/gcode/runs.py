@@ -79,7 +79,7 @@ def _table_moves(state: State, motion: Motion, finish: Pose, centre: Centre | No
         if feed > 0.0 and length > 0.0:
             move = replace(move, feed=_length(move) * len(poses) * feed / length)
         state.position = pose
-        if straight is Motion.RAPID or move.feed:  # without a feed it stays where it is
+        if straight is Motion.RAPID or (move.feed or 0.0) > 0.0:  # else it stays where it is
             moves.append(move)
     return moves
 

@@ -13,7 +13,6 @@ ends with (`opa_e1_q`: E1).
 
 from __future__ import annotations
 
-import argparse
 import re
 import sys
 from collections.abc import Iterator, Mapping, Sequence
@@ -22,6 +21,7 @@ from pathlib import Path
 
 import pywellen
 
+from asip_asm.command import command_parser
 from asip_asm.image import Image
 from asip_asm.image import ImageError as AsipImageError
 from sim.harness.n2_lockstep_isa import default_isa
@@ -193,8 +193,7 @@ def write(path: Path, program: Path | None = None) -> list[Path]:
 
 def main(arguments: list[str] | None = None) -> int:
     """Command line; returns the exit status."""
-    parser = argparse.ArgumentParser(prog="python -m sim.harness.wave_layout", description=__doc__)
-    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    parser = command_parser("python -m sim.harness.wave_layout", __doc__)
     parser.add_argument("waves", type=Path, help="FST file")
     parser.add_argument("--program", type=Path, help="image of the ASIP, or ELF file")
     options = parser.parse_args(arguments)

@@ -12,7 +12,6 @@ nothing to 10 mm along single axes, repeats, reversals, P from 1e-9 to 10 mm: th
 
 from __future__ import annotations
 
-import argparse
 import math
 import sys
 from collections.abc import Iterable, Iterator
@@ -22,6 +21,7 @@ import numpy as np
 from rich.console import Console
 from rich.progress import track
 
+from asip_asm.command import command_parser
 from sim.command import interruptible
 from sim.lookahead.check import ROUNDING, Deviation, demand
 from sim.lookahead.planner import Lookahead
@@ -174,12 +174,8 @@ def odd_block(block: int, settings: LookaheadSettings) -> float:
 
 def main(argv: list[str] | None = None) -> int:
     """Command line; exit code 1 if a program broke a limit or left P."""
-    parser = argparse.ArgumentParser(
-        prog="python -m sim.lookahead.stress",
-        description=__doc__,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        epilog="example: python -m sim.lookahead.stress --count 10000",
-    )
+    prog = "python -m sim.lookahead.stress"
+    parser = command_parser(prog, __doc__, f"example: {prog} --count 10000")
     parser.add_argument("--first", type=int, default=FIRST, help="number of the first program")
     parser.add_argument("--count", type=int, default=100, help="programs, or odd paths")
     parser.add_argument("--odd", action="store_true", help=f"odd paths, in blocks of {BLOCK}")

@@ -11,10 +11,10 @@ from types import FrameType
 
 from rich.console import Console
 
-from asip_asm.command import command_parser, count
+from asip_asm.command import INTERRUPTED, command_parser, count
 from asip_asm.diagnostics import AssemblyError
 from asip_asm.project import BUILD, PACKAGES
-from sim.command import INTERRUPTED, add_override_option, add_robot_option
+from sim.command import add_override_option, add_robot_option
 from sim.gcode.tools import add_tools_option
 from sim.harness.build import BuildError
 from sim.harness.nios_image import ImageError

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import argparse
 import json
 import sys
 from collections.abc import Sequence
@@ -14,6 +13,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
+from asip_asm.command import command_parser
 from tests.fuzz.campaigns import CAMPAIGNS
 from tests.fuzz.engine import CPU_SECONDS, MEMORY_BYTES, Result, replay, run_campaign
 
@@ -30,12 +30,8 @@ exit status: 0 every goal met, 1 a case failed, 2 wrong command line
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; returns its exit status."""
-    parser = argparse.ArgumentParser(
-        prog="python -m tests.fuzz",
-        description="Give mutated inputs to the commands: no traceback, no hang, bounded memory.",
-        epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    about = "Give mutated inputs to the commands: no traceback, no hang, bounded memory."
+    parser = command_parser("python -m tests.fuzz", about, EPILOG)
     parser.add_argument(
         "campaign", nargs="*", help=f"campaigns (default: all): {', '.join(CAMPAIGNS)}"
     )

@@ -11,7 +11,6 @@ build/upsets.json has its own. Exit 1 if a goal is not met.
 
 from __future__ import annotations
 
-import argparse
 import itertools
 import sys
 import time
@@ -21,6 +20,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from asip_asm.command import command_parser
 from asip_asm.project import ROOT
 from sim.fpbench import campaign as runner
 from tests.upsets import area, campaign, report
@@ -87,8 +87,7 @@ def inject(depth: str, jobs: int, scheduler: str | None, console: Console) -> di
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Command line."""
-    parser = argparse.ArgumentParser(prog="make upsets", description=__doc__)
-    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    parser = command_parser("make upsets", __doc__)
     parser.add_argument("--full", action="store_true", help="to full depth")
     parser.add_argument("--jobs", type=int, default=2, help="processes (2)")
     parser.add_argument("--scheduler", help="address of a Dask scheduler in place of processes")
