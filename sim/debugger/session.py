@@ -194,7 +194,8 @@ class Session:
         if status.kind is Kind.FAULT:
             self._left = 0
             assert status.fault is not None
-            return Stop("fault", fault_text(self.program.image, status.fault))
+            inputs = {} if self.target.driven else self.values.inputs
+            return Stop("fault", fault_text(self.program.image, status.fault, inputs))
         if status.kind is Kind.IDLE:
             return self._tick_ended(asked)
         hits = self._hits(status)
