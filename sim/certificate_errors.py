@@ -68,7 +68,7 @@ def _inputs(
 
 
 def uniform(certificate: Certificate, size: int, rng: np.random.Generator) -> dict[str, Array]:
-    """Inputs, states and parameters (size,) from the box, a tenth of each at an end of its range."""
+    """Inputs, states, parameters (size,) from the box, a tenth of each at an end of its range."""
     values: dict[str, Array] = {}
     for each in certificate.inputs:
         drawn = rng.uniform(each.low, each.high, size)

@@ -259,7 +259,9 @@ class Search:
         before_, old = self.bound[:, some], np.maximum(self.severity[0, some], 1e-300)
         worst = self.bound.max(axis=1, keepdims=True)
         best, merit = ways[0], np.inf
-        for k, (way, halves) in enumerate(zip(ways, np.split(bound, len(ways), axis=1), strict=True)):
+        for k, (way, halves) in enumerate(
+            zip(ways, np.split(bound, len(ways), axis=1), strict=True)
+        ):
             pair = halves.reshape(len(bound), 2, -1)
             found = self._merit(before_, pair, worst)
             share = np.split(severity, len(ways), axis=1)[k].reshape(2, -1) / old

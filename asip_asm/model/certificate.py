@@ -61,8 +61,8 @@ def _values(point: Mapping[str, float]) -> str:
 
 @dataclass(frozen=True)
 class Bound:
-    """Error bound of a result [unit]; without_doubt: for inputs with which no comparison is as close
-    as its rounding errors; low, high: its values.
+    """Error bound of a result [unit]; low, high: its values. without_doubt: bound for inputs with
+    which the two sides of no comparison are as near to each other as their errors.
     """
 
     name: str

@@ -98,8 +98,9 @@ class Step:
     """What is known of a node. partials: derivatives by its arguments, None: no influence. own:
     largest own error. grid: the computed value is a multiple of this power of two. bad: boxes in
     which the node, or one that it takes, may leave its domain. difference: of a comparison, the
-    number whose sign decides, in_doubt: its error. waves: of a product, the sine or cosine that is the derivative.
-    jump: the part of `own` that is there where program and law may take different branches.
+    number whose sign decides, in_doubt: its error. waves: of a product, the sine or
+    cosine that is the derivative. jump: the part of `own` that is there where program and law may
+    take different branches. choice: the value is that of an argument.
     """
 
     value: Form
@@ -141,7 +142,9 @@ class Enclosure:
         """The error, and that for inputs for which no branch is in doubt."""
         if root not in self.errors:
             value = self.steps[root].value
-            width = np.where(np.isfinite(value.size), (value.high - value.low) * (1 + 2.0**-50), np.inf)
+            width = np.where(
+                np.isfinite(value.size), (value.high - value.low) * (1 + 2.0**-50), np.inf
+            )
             self.errors[root] = tuple(np.fmin(found, width) for found in self._either(root))
         return self.errors[root]
 
@@ -228,7 +231,10 @@ class Enclosure:
         own = np.where(exact, own, own + half_ulp(size))
         before, value = value, widened(value, own, self.symbols.get(i))
         least, most = (np.float32(end).astype(float) for end in (before.low, before.high))
-        up, down = (before.low >= 0) & (2 * own > before.low), (before.high <= 0) & (2 * own > -before.high)
+        up, down = (
+            (before.low >= 0) & (2 * own > before.low),
+            (before.high <= 0) & (2 * own > -before.high),
+        )
         if up.any() or down.any():
             # Rounding is monotonic, and changes no sign: y(t) is max(f + t r, least) there, or min.
             low = np.where(up, np.minimum(least, before.low), value.low)

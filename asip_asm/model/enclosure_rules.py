@@ -3,12 +3,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from asip_asm.model.bound import SINE_ULP
-from asip_asm.model.enclosure import MANTISSA, SMALLEST, Enclosure, Mask, Partial, Step, Wave, half_ulp
+from asip_asm.model.enclosure import (
+    MANTISSA,
+    SMALLEST,
+    Enclosure,
+    Mask,
+    Partial,
+    Step,
+    Wave,
+    half_ulp,
+)
+from asip_asm.model.enclosure_choices import (
+    INTEGERS,
+    Rule,
+    absolute,
+    beyond,
+    compare,
+    extreme,
+    floor,
+    saturate,
+    select,
+    sign_of,
+    to_integer,
+)
 from asip_asm.model.functions import MARKED, TURN, Function
 from asip_asm.model.ranges import (
     LIBRARY,
@@ -21,14 +43,12 @@ from asip_asm.model.ranges import (
     scaled,
     sine_and_cosine,
     times,
-    union,
     widened,
     within,
 )
 from asip_asm.model.structure import SUMS
 
 LARGEST_ANGLE = 256.0
-INTEGERS = 2.0**31
 NEAR_ZERO = 4.0
 """A root's argument within so many of its own errors of 0 has no useful derivative."""
 Values = Mapping[str, tuple[Real, Real]]
@@ -60,7 +80,7 @@ def add_step(found: Enclosure, i: int, values: Values, leaves: Mapping[int, str]
         name, args = graph.functions[i]
         step = _function(found, i, args, MARKED[name], name)
     elif i in found.structure.floors:
-        step = _floor(found, i)
+        step = floor(found, i)
     else:
         step = RULES[node.op](found, i, node.args)
     fraction = found.structure.fractions.get(i)
@@ -80,9 +100,6 @@ def _leaf(found: Enclosure, low: Real, high: Real, name: str) -> Form:
     g = np.zeros((len(found.symbols), found.boxes))
     g[symbol] = half
     return Form(low, high, c, g, 2.0**-50 * (np.abs(c) + half))
-
-
-Rule = Callable[[Enclosure, int, Sequence[int]], Step]
 
 
 # ------------------------------------------------------------------ sums and products
@@ -162,7 +179,7 @@ def _add_integers(sign: int) -> Rule:
     def rule(found: Enclosure, i: int, args: Sequence[int]) -> Step:
         a, b = (found.steps[arg] for arg in args)
         value = plus(a.value, b.value, sign)
-        over = found.fault(i, *_beyond(value, INTEGERS + 1))
+        over = found.fault(i, *beyond(value, INTEGERS + 1))
         step = found.plain(args, value, (1.0, float(sign)), grid=np.minimum(a.grid, b.grid))
         step.bad = step.bad | over
         return step
@@ -225,9 +242,7 @@ def _sine(cosine: bool) -> Rule:
     return rule
 
 
-def _function(
-    found: Enclosure, i: int, args: Sequence[int], function: Function, name: str
-) -> Step:
+def _function(found: Enclosure, i: int, args: Sequence[int], function: Function, name: str) -> Step:
     if name.endswith("_turns"):
         return _turns(found, i, args, function, name.startswith("cos"))
     (x,) = (found.steps[arg] for arg in args)
@@ -247,9 +262,7 @@ def _function(
     return found.plain(args, widened(value, own), (slope,), own, bad=bad | x.bad)
 
 
-def _turns(
-    found: Enclosure, i: int, args: Sequence[int], function: Function, cosine: bool
-) -> Step:
+def _turns(found: Enclosure, i: int, args: Sequence[int], function: Function, cosine: bool) -> Step:
     steps = [found.steps[arg] for arg in args]
     turns = times(steps[0].value, steps[1].value)
     if len(args) == 3:
@@ -269,196 +282,6 @@ def _turns(
     return found.plain(
         args, widened(value, own), tuple(partials[: len(args)]), own, bad=bad | found.bad(args)
     )
-
-
-# ------------------------------------------------------------------ choices
-def _compare(strict: bool, equal: bool = False) -> Rule:
-    def rule(found: Enclosure, i: int, args: Sequence[int]) -> Step:
-        a, b = (found.steps[arg] for arg in args)
-        d = plus(a.value, b.value, -1)
-        if equal:
-            yes, no = (d.low == 0) & (d.high == 0), (d.low > 0) | (d.high < 0)
-        else:
-            yes = (d.high < 0) if strict else (d.high <= 0)
-            no = (d.low >= 0) if strict else (d.low > 0)
-        open_ = ~yes & ~no
-        error = np.zeros(found.boxes)
-        if open_.any():
-            error = np.where(open_, found.error(args[0]) + found.error(args[1]), 0.0)
-        own = (error > 0).astype(float)
-        value = Form(yes.astype(float), (~no).astype(float))
-        step = found.plain(args, value, (None, None), own, np.ones(found.boxes))
-        step.difference, step.in_doubt, step.jump = d, error, own
-        return step
-
-    return rule
-
-
-def _select(zero_is_first: bool | None, strict: bool = False) -> Rule:
-    """None: the test is whether the number is not 0."""
-
-    def rule(found: Enclosure, i: int, args: Sequence[int]) -> Step:
-        test, a, b = (found.steps[arg] for arg in args)
-        t = test.value
-        if zero_is_first is None:
-            first, second = (t.low > 0) | (t.high < 0), (t.low == 0) & (t.high == 0)
-        else:
-            first = (t.low > 0) if strict else (t.low >= 0)
-            second = (t.high <= 0) if strict else (t.high < 0)
-        return _either(found, i, args, first, second)
-
-    return rule
-
-
-def _either(found: Enclosure, i: int, args: Sequence[int], first: Mask, second: Mask) -> Step:
-    """One of two branches: the other one, its faults and its errors, count where either may be
-    taken. Where the test is in doubt the program may take another branch than the law; their
-    difference is then that at a number within its error of the switching point.
-    """
-    test, a, b = (found.steps[arg] for arg in args)
-    open_ = ~first & ~second
-    value = chosen(first, a.value, chosen(second, b.value, union(a.value, b.value)))
-    hull = [
-        Form(np.where(sure, 1.0, 0.0), np.where(other, 0.0, 1.0))
-        for sure, other in ((first, second), (second, first))
-    ]
-    own = np.zeros(found.boxes)
-    if open_.any():
-        if test.difference is not None:
-            number, error = test.difference, test.in_doubt
-        else:
-            number, error = test.value, found.error(args[0])
-        doubt = open_ & (error > 0)
-        if doubt.any():
-            own = np.where(doubt, _gap(a.value, b.value, number, error), 0.0)
-    bad = test.bad | (a.bad & ~second) | (b.bad & ~first)
-    partials = tuple(1.0 if m.low.all() else None if not m.high.any() else m for m in hull)
-    grid = np.minimum(a.grid, b.grid)
-    step = found.plain(args, value, (None, *partials), own, grid, bad)
-    step.jump = own
-    return step
-
-
-def _gap(a: Form, b: Form, test: Form, error: Real) -> Real:
-    """Largest |a - b| where |test| is at most `error`."""
-    gap = plus(a, b, -1)
-    found = gap.size
-    if gap.g is None or test.g is None:
-        return found
-    own = np.maximum((test.g**2).sum(axis=0), 1e-300)
-    share = (gap.g * test.g).sum(axis=0) / own
-    share = np.where(np.isfinite(share), share, 0.0)
-    rest = plus(gap, times(Form(share, share), test), -1)
-    return np.fmin(found, rest.size + np.abs(share) * error * (1 + 2.0**-40))
-
-
-def _pick(masks: Sequence[tuple[Mask, Mask]]) -> tuple[Partial, ...]:
-    """Derivatives of a piecewise choice: 1 where it surely is the argument, 0 to 1 where it may."""
-    return tuple(
-        Form(sure.astype(float), may.astype(float)) if not sure.all() else 1.0
-        for sure, may in masks
-    )
-
-
-def _extreme(sign: int) -> Rule:
-    """Largest (sign 1) or smallest of two."""
-
-    def rule(found: Enclosure, i: int, args: Sequence[int]) -> Step:
-        a, b = (found.steps[arg] for arg in args)
-        d = scaled(plus(a.value, b.value, -1), sign)
-        first, second = d.low >= 0, d.high <= 0
-        if sign > 0:
-            low, high = (np.maximum(*ends) for ends in _ends(a, b))
-        else:
-            low, high = (np.minimum(*ends) for ends in _ends(a, b))
-        value = chosen(first, a.value, chosen(second, b.value, Form(low, high)))
-        partials = _pick([(first, ~second | first), (second & ~first, ~first)])
-        step = found.plain(args, value, partials, grid=np.minimum(a.grid, b.grid))
-        found.choose(i, step)
-        return step
-
-    return rule
-
-
-def _ends(a: Step, b: Step) -> tuple[tuple[Real, Real], tuple[Real, Real]]:
-    return (a.value.low, b.value.low), (a.value.high, b.value.high)
-
-
-def _saturate(found: Enclosure, i: int, args: Sequence[int]) -> Step:
-    x, low, high = (found.steps[arg] for arg in args)
-    v, least, most = x.value, low.value, high.value
-    value = Form(*(np.minimum(np.maximum(getattr(v, end), getattr(least, end)), getattr(most, end))
-                   for end in ("low", "high")))  # fmt: skip
-    inside = (v.low >= least.high) & (v.high <= most.low)
-    below, above = v.high <= least.low, v.low >= most.high
-    none = np.zeros(found.boxes, bool)
-    masks = [(inside, ~below & ~above), (none, v.low < least.high), (none, v.high > most.low)]
-    value = chosen(inside, v, value)
-    grid = np.minimum(np.minimum(x.grid, low.grid), high.grid)
-    step = found.plain(args, value, _pick(masks), grid=grid)
-    found.choose(i, step)
-    return step
-
-
-def _absolute(found: Enclosure, i: int, args: Sequence[int]) -> Step:
-    (x,) = (found.steps[arg] for arg in args)
-    v = x.value
-    plus_, minus = v.low >= 0, v.high <= 0
-    folded = Form(np.zeros(found.boxes), v.size)
-    value = chosen(plus_, v, chosen(minus, scaled(v, -1), folded))
-    slope = Form(np.where(plus_, 1.0, -1.0), np.where(minus & ~plus_, -1.0, 1.0))
-    return found.plain(args, value, (slope,), grid=x.grid)
-
-
-def _sign(found: Enclosure, i: int, args: Sequence[int]) -> Step:
-    (x,) = (found.steps[arg] for arg in args)
-    value = Form(np.sign(x.value.low), np.sign(x.value.high))
-    open_ = value.low != value.high
-    doubt = open_ & (found.error(args[0]) > 0) if open_.any() else open_
-    step = found.plain(args, value, (None,), 2.0 * doubt, np.ones(found.boxes))
-    step.jump = step.own
-    return step
-
-
-# ------------------------------------------------------------------ integers
-def _beyond(value: Form, limit: float, bad: Mask | bool = False) -> tuple[str, Mask, Real]:
-    """Fault of an integer that may be larger than the limit."""
-    return "integer beyond 32 bits", ~(value.size <= limit) & ~bad, 1 - limit / value.size
-
-
-def _steps_of(found: Enclosure, number: int, low: Real, high: Real) -> Real:
-    """By how much a whole number may differ that a rounding of `number` decides."""
-    open_ = low != high
-    if not open_.any():
-        return np.zeros(found.boxes)
-    error = found.error(number)
-    return np.where(open_ & (error > 0), np.minimum(np.floor(error) + 1, high - low), 0.0)
-
-
-def _floor(found: Enclosure, i: int) -> Step:
-    number = found.structure.floors[i]
-    x = found.steps[number]
-    low, high = np.floor(x.value.low), np.floor(x.value.high)
-    own = np.zeros(found.boxes)
-    if i not in found.structure.periodic:
-        own = _steps_of(found, number, low, high)
-    bad = x.bad | found.fault(i, *_beyond(x.value, INTEGERS - 1, x.bad))
-    step = found.plain((), Form(low, high), (), own, np.ones(found.boxes), bad)
-    step.jump = own
-    return step
-
-
-def _to_integer(round_: Callable[[Real], Real]) -> Rule:
-    def rule(found: Enclosure, i: int, args: Sequence[int]) -> Step:
-        (x,) = (found.steps[arg] for arg in args)
-        low, high = round_(x.value.low), round_(x.value.high)
-        bad = x.bad | found.fault(i, *_beyond(x.value, INTEGERS - 1, x.bad))
-        own = _steps_of(found, args[0], low, high)
-        step = found.plain(args, Form(low, high), (None,), own, np.ones(found.boxes), bad)
-        step.jump = own
-        return step
-
-    return rule
 
 
 def _to_float(found: Enclosure, i: int, args: Sequence[int]) -> Step:
@@ -484,18 +307,18 @@ RULES: dict[str, Rule] = {
     "fsin": _sine(False),
     "fcos": _sine(True),
     "fneg": _negate,
-    "fabs": _absolute,
-    "fsgn": _sign,
-    "fmin": _extreme(-1),
-    "fmax": _extreme(1),
-    "fsat": _saturate,
-    "feq": _compare(False, equal=True),
-    "flt": _compare(True),
-    "fle": _compare(False),
-    "sel": _select(None),
-    "selge": _select(True),
-    "selgt": _select(True, strict=True),
+    "fabs": absolute,
+    "fsgn": sign_of,
+    "fmin": extreme(-1),
+    "fmax": extreme(1),
+    "fsat": saturate,
+    "feq": compare(False, equal=True),
+    "flt": compare(True),
+    "fle": compare(False),
+    "sel": select(None),
+    "selge": select(True),
+    "selgt": select(True, strict=True),
     "i2f": _to_float,
-    "f2i": _to_integer(np.rint),
-    "f2it": _to_integer(np.trunc),
+    "f2i": to_integer(np.rint),
+    "f2it": to_integer(np.trunc),
 }

@@ -38,8 +38,8 @@ class Port:
     type 'int': an encoder count, whose physical value is scale * count + offset [unit]. A 'rate' is
     no word of the program but scale * (count - count before) of the int input `rate_of`. limits:
     smallest and largest value: test inputs are drawn from them, an output is saturated to them.
-    initial: of a state, or a parameter's value; safe: what an output takes after a fault. change: by
-    how much an input of type float differs from that of the last tick at most [unit].
+    initial: of a state, or a parameter's value; safe: what an output takes after a fault. change:
+    largest difference of an input of type float and that of the last tick [unit].
     """
 
     kind: str

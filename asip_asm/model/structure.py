@@ -32,8 +32,8 @@ class Fraction:
 
 @dataclass(frozen=True)
 class JointSum:
-    """A sum with terms x cos w and y sin w of one angle: (x, y, node of cos w, of sin w) in `pairs`;
-    others: products (a, b) or plain terms (a, None); inner: sums inside of it, which have roundings.
+    """A sum with terms x cos w and y sin w of one angle. pairs: x, y and the nodes of both waves;
+    others: products (a, b) or plain terms (a, None); inner: sums inside of it, which round too.
     """
 
     pairs: tuple[tuple[int, int, int, int], ...]

@@ -127,7 +127,9 @@ def current_law(drives: Drives, setting: Setting, axes: Sequence[int] = AXES) ->
             "input", f"force{n}", "N", (-strongest, strongest), "ordered force or torque"
         )
         before = source("state", f"before{n}", "count", (-LARGEST, LARGEST), "position before")
-        speed = source("state", f"speed{n}", "rad/s", (-FASTEST, FASTEST), "electrical speed, filtered")
+        speed = source(
+            "state", f"speed{n}", "rad/s", (-FASTEST, FASTEST), "electrical speed, filtered"
+        )
         cosine = source("state", f"cosine{n}", "1", (-1, 1), "of the angle before")
         sine = source("state", f"sine{n}", "1", (-1, 1), "of the angle before")
         x_d = source("state", f"xd{n}", "V", (-drives.U_dc, drives.U_dc), "integral of d")
