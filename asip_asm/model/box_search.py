@@ -22,9 +22,9 @@ SPLIT = 128
 """Boxes split in a round."""
 TRIED = 6
 """Boxes of a round on which every split is tried."""
-LEAST_GAIN = 0.02
+LEAST_GAIN = 0.005
 """Share by which the bounds must fall in `PATIENCE` rounds for the search to go on."""
-PATIENCE = 8
+PATIENCE = 12
 FAULT_ROUNDS = 60
 """Rounds after which a search ends that knows an input with a fault."""
 MOST_BOXES = 20_000

@@ -49,6 +49,8 @@ from asip_asm.model.ranges import (
 from asip_asm.model.structure import SUMS
 
 LARGEST_ANGLE = 256.0
+SMALL_ANGLE = 2.0**-12
+"""Up to here the sine unit's result is its argument (docs/units.md)."""
 NEAR_ZERO = 4.0
 """A root's argument within so many of its own errors of 0 has no useful derivative."""
 Values = Mapping[str, tuple[Real, Real]]
@@ -232,6 +234,9 @@ def _sine(cosine: bool) -> Rule:
         s, c = sine_and_cosine(x.value)
         value, slope = (c, scaled(s, -1)) if cosine else (s, c)
         own = 2 * SINE_ULP * half_ulp(value.size)
+        if not cosine:  # The sine of a small angle is the angle itself, as the unit gives it.
+            cube = np.minimum(x.value.size, SMALL_ANGLE) ** 3 / 6 * (1 + 2.0**-40)
+            own = np.where(x.value.size <= SMALL_ANGLE, cube, own)
         # The result of a unit whose error is below an ulp is never above 1.
         step = found.plain(
             args, within(widened(value, own), -np.ones(found.boxes), np.ones(found.boxes)),
