@@ -31,6 +31,9 @@ MOST_BOXES = 20_000
 COARSE = 2.0**-17
 """A rounding above this share of what is rounded gets a symbol: it is a split into two parts."""
 MOST_ROUNDINGS = 12
+NARROW = 1e-6
+"""Share of an input's range up to which an operation's domain is looked for."""
+TINY = 1e-300
 Floats = NDArray[np.float64]
 
 
@@ -93,6 +96,7 @@ class Problem:
         }
         self.order = self._needed()
         self.free = [k for k, each in enumerate(self.inputs) if each.low < each.high]
+        self.faulty: set[int] = set()
 
     def _float(self, i: int) -> bool:
         return self.graph.nodes[i].op not in ("int_input", "int_state")
@@ -115,6 +119,15 @@ class Problem:
             if i in needed and fraction.number not in needed:
                 del self.structure.fractions[i]
         return sorted(needed)
+
+    def concerned(self) -> list[int]:
+        """Free inputs that operations which may leave their domain depend on."""
+        needed, names = set(self.faulty), set()
+        for i in reversed(self.order):
+            if i in needed:
+                needed.update(self.arguments(i))
+                names.add(self.leaves.get(i, str(self.graph.nodes[i].value)))
+        return [k for k in self.free if self.inputs[k].name in names]
 
     def use_symbols(self) -> None:
         """A symbol for every input, and for roundings that split a number into two parts."""
@@ -155,6 +168,7 @@ class Problem:
         for begin in range(0, low.shape[1], CHUNK):
             some = slice(begin, begin + CHUNK)
             found = self.enclose(low[:, some], high[:, some])
+            self.faulty.update(i for i, _, _ in found.faults)
             bounds, smooth, least, most = [], [], [], []
             with np.errstate(all="ignore"):
                 for root in self.roots.values():
@@ -179,6 +193,7 @@ class Search:
         self.low, self.high = problem.whole()
         self.keep(*self._results(self.low, self.high))
         self.width = self.high - self.low
+        self.rounds = 0
 
     def keep(self, bound, smooth, least, most, severity) -> None:
         """Results of all leaves."""
@@ -197,6 +212,7 @@ class Search:
     def run(self) -> None:
         """Split until the bounds fall no more."""
         history = [self.total()]
+        effort, told = max(1, self.left), 0
         while self.left > 0 and self.problem.free and self.boxes < MOST_BOXES:
             if history[-1][0] and len(history) % FAULT_ROUNDS == 0 and self.faults_at_points():
                 break
@@ -206,10 +222,11 @@ class Search:
                 break
             self._split(chosen, split)
             history.append(self.total())
-            if len(history) % 20 == 0:
-                open_ = int(np.isinf(self.bound).any(axis=0).sum())
+            tenths = int(10 * (1 - max(0, self.left) / effort))
+            if tenths > told:
+                told, open_ = tenths, history[-1][0]
                 rest = f", {open_} without a bound" if open_ else ""
-                self.progress(f"{self.boxes} boxes{rest}")
+                self.progress(f"{tenths}0 % of the effort at most, {self.boxes} boxes{rest}")
             if len(history) > PATIENCE:
                 then, now = history[-1 - PATIENCE], history[-1]
                 if then[0] == 0 and then[1] - now[1] < LEAST_GAIN:
@@ -229,21 +246,33 @@ class Search:
     def total(self) -> tuple[int, float]:
         """Boxes without a bound, mean logarithm of the results' bounds."""
         worst = self.bound.max(axis=1)
-        finite = np.maximum(worst[np.isfinite(worst)], 1e-300)
+        finite = np.maximum(worst[np.isfinite(worst)], TINY)
         mean = float(np.log(finite).mean()) if finite.size else 0.0
         return int(np.isinf(self.bound).any(axis=0).sum()), mean
 
     def _worst(self) -> NDArray[np.int64]:
         """Boxes to split: those without a bound first, then those next to the largest bounds."""
-        worst = np.maximum(self.bound.max(axis=1, keepdims=True), 1e-300)
+        worst = np.maximum(self.bound.max(axis=1, keepdims=True), TINY)
         with np.errstate(invalid="ignore"):
             share = np.where(np.isinf(self.bound), 2.0, self.bound / worst)
         score = np.nan_to_num(share).max(axis=0)
+        wide = np.maximum(self.width[self.problem.free], TINY)
+        size = ((self.high - self.low)[self.problem.free] / wide).mean(axis=0)
+        score += np.where(score >= 2, 4 * size, 0.0)
         order = np.argsort(-score, kind="stable")[:SPLIT]
         return order[score[order] >= 0.5 * score[order[0]]]
 
     def _best_split(self, chosen: NDArray[np.int64]) -> tuple[int, bool] | None:
         """Input to split, and whether by binades: the one that most lowers the bounds of some."""
+        self.rounds += 1
+        if self.rounds % 2 and np.isinf(self.bound[:, chosen]).any():
+            # No single split may help where several inputs must be small: cut the widest in two.
+            share = (self.high - self.low)[:, chosen].mean(axis=1) / np.maximum(
+                self.width[:, 0], TINY
+            )
+            widest = max(self.problem.concerned(), key=lambda k: share[k], default=None)
+            if widest is not None and share[widest] > NARROW:
+                return widest, False
         some = chosen[:: max(1, len(chosen) // TRIED)][:TRIED]
         ways, lows, highs = [], [], []
         for k in self.problem.free:
@@ -256,7 +285,7 @@ class Search:
         if not ways:
             return None
         bound, _, _, _, severity = self._results(np.concatenate(lows, 1), np.concatenate(highs, 1))
-        before_, old = self.bound[:, some], np.maximum(self.severity[0, some], 1e-300)
+        before_, old = self.bound[:, some], np.maximum(self.severity[0, some], TINY)
         worst = self.bound.max(axis=1, keepdims=True)
         best, merit = ways[0], np.inf
         for k, (way, halves) in enumerate(
@@ -277,7 +306,7 @@ class Search:
         lost = np.isinf(pair).any(axis=0).mean()
         known = np.isfinite(parent) & (parent >= 0.5 * worst)
         with np.errstate(invalid="ignore"):
-            left = np.where(known, pair.max(axis=1) / np.maximum(parent, 1e-300), 0.0)
+            left = np.where(known, pair.max(axis=1) / np.maximum(parent, TINY), 0.0)
         left = np.where(np.isinf(left), 2.0, left)
         return float(lost * 10 + left.sum() / max(1, known.sum()))
 
