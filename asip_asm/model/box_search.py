@@ -23,14 +23,22 @@ SPLIT = 128
 TRIED = 6
 """Boxes of a round on which every split is tried."""
 LEAST_GAIN = 0.005
-"""Share by which the bounds must fall in `PATIENCE` rounds for the search to go on."""
+"""Share by which the bounds must fall in `PATIENCE` rounds and more for the search to go on."""
 PATIENCE = 12
-FAULT_ROUNDS = 60
+USELESS, SKIPPED = 0.995, 6
+"""A split that leaves more than this share of a result's bound is not made; the result waits for so
+many turns.
+"""
+FAULT_ROUNDS = 100
 """Rounds after which a search ends that knows an input with a fault."""
 MOST_BOXES = 20_000
 COARSE = 2.0**-17
 """A rounding above this share of what is rounded gets a symbol: it is a split into two parts."""
 MOST_ROUNDINGS = 12
+PEELING = 24
+"""Rounds after which every second one splits the widest input of the boxes without a bound."""
+SLICES, PROMISING = 8, 0.97
+"""Where no split helps, one is made of an input of which thin slices have a bound this much lower."""
 NARROW = 1e-6
 """Share of an input's range up to which an operation's domain is looked for."""
 TINY = 1e-300
@@ -193,7 +201,8 @@ class Search:
         self.low, self.high = problem.whole()
         self.keep(*self._results(self.low, self.high))
         self.width = self.high - self.low
-        self.rounds = 0
+        self.rounds, self.turn = 0, -1
+        self.skipped, self.idle = [0] * len(self.bound), 0
 
     def keep(self, bound, smooth, least, most, severity) -> None:
         """Results of all leaves."""
@@ -213,13 +222,16 @@ class Search:
         """Split until the bounds fall no more."""
         history = [self.total()]
         effort, told = max(1, self.left), 0
+        patience = PATIENCE + 2 * len(self.bound)
         while self.left > 0 and self.problem.free and self.boxes < MOST_BOXES:
             if history[-1][0] and len(history) % FAULT_ROUNDS == 0 and self.faults_at_points():
                 break
             chosen = self._worst()
             split = self._best_split(chosen)
-            if split is None:
+            if split is None or self.idle >= len(self.bound):
                 break
+            if self.idle:
+                continue
             self._split(chosen, split)
             history.append(self.total())
             tenths = int(10 * (1 - max(0, self.left) / effort))
@@ -227,8 +239,8 @@ class Search:
                 told, open_ = tenths, history[-1][0]
                 rest = f", {open_} without a bound" if open_ else ""
                 self.progress(f"{tenths}0 % of the effort at most, {self.boxes} boxes{rest}")
-            if len(history) > PATIENCE:
-                then, now = history[-1 - PATIENCE], history[-1]
+            if len(history) > patience:
+                then, now = history[-1 - patience], history[-1]
                 if then[0] == 0 and then[1] - now[1] < LEAST_GAIN:
                     break
 
@@ -251,22 +263,31 @@ class Search:
         return int(np.isinf(self.bound).any(axis=0).sum()), mean
 
     def _worst(self) -> NDArray[np.int64]:
-        """Boxes to split: those without a bound first, then those next to the largest bounds."""
-        worst = np.maximum(self.bound.max(axis=1, keepdims=True), TINY)
-        with np.errstate(invalid="ignore"):
-            share = np.where(np.isinf(self.bound), 2.0, self.bound / worst)
-        score = np.nan_to_num(share).max(axis=0)
-        wide = np.maximum(self.width[self.problem.free], TINY)
-        size = ((self.high - self.low)[self.problem.free] / wide).mean(axis=0)
-        score += np.where(score >= 2, 4 * size, 0.0)
+        """Boxes to split: the widest of those without a bound first, then those next to the largest
+        bound of one result. The results take turns.
+        """
+        lost = np.isinf(self.bound).any(axis=0)
+        if lost.any():
+            wide = np.maximum(self.width[self.problem.free], TINY)
+            size = ((self.high - self.low)[self.problem.free] / wide).mean(axis=0)
+            score = np.where(lost, 1 + 4 * size, 0.0)
+        else:
+            self.turn = (self.turn + 1) % len(self.bound)
+            for _ in range(len(self.bound)):
+                if self.skipped[self.turn] == 0:
+                    break
+                self.skipped[self.turn] -= 1
+                self.turn = (self.turn + 1) % len(self.bound)
+            score = self.bound[self.turn] + TINY
         order = np.argsort(-score, kind="stable")[:SPLIT]
         return order[score[order] >= 0.5 * score[order[0]]]
 
     def _best_split(self, chosen: NDArray[np.int64]) -> tuple[int, bool] | None:
         """Input to split, and whether by binades: the one that most lowers the bounds of some."""
         self.rounds += 1
-        if self.rounds % 2 and np.isinf(self.bound[:, chosen]).any():
-            # No single split may help where several inputs must be small: cut the widest in two.
+        if self.rounds > PEELING and self.rounds % 2 and np.isinf(self.bound[:, chosen]).any():
+            # Where several inputs must be small, the best split always takes a slice off one of
+            # them: cut the widest in two.
             share = (self.high - self.low)[:, chosen].mean(axis=1) / np.maximum(
                 self.width[:, 0], TINY
             )
@@ -286,29 +307,54 @@ class Search:
             return None
         bound, _, _, _, severity = self._results(np.concatenate(lows, 1), np.concatenate(highs, 1))
         before_, old = self.bound[:, some], np.maximum(self.severity[0, some], TINY)
-        worst = self.bound.max(axis=1, keepdims=True)
         best, merit = ways[0], np.inf
         for k, (way, halves) in enumerate(
             zip(ways, np.split(bound, len(ways), axis=1), strict=True)
         ):
             pair = halves.reshape(len(bound), 2, -1)
-            found = self._merit(before_, pair, worst)
+            found = self._merit(before_, pair)
             share = np.split(severity, len(ways), axis=1)[k].reshape(2, -1) / old
             found += float(np.where(np.isinf(before_).any(axis=0), share, 0.0).mean())
             wide = float(np.mean((self.high - self.low)[way[0], some] / self.width[way[0]]))
             found -= 1e-3 * wide
             if found < merit:
                 best, merit = way, found
+        self.idle = 0
+        if not np.isinf(before_).any() and merit > USELESS:
+            slice_, merit = self._best_slice(some)
+            if merit < PROMISING:
+                return slice_, False
+            self.skipped[self.turn] = SKIPPED
+            self.idle += 1
         return best
 
-    def _merit(self, parent: Floats, pair: Floats, worst: Floats) -> float:
-        """Lower is better: what is left of the bounds, and halves without one."""
-        lost = np.isinf(pair).any(axis=0).mean()
-        known = np.isfinite(parent) & (parent >= 0.5 * worst)
-        with np.errstate(invalid="ignore"):
-            left = np.where(known, pair.max(axis=1) / np.maximum(parent, TINY), 0.0)
-        left = np.where(np.isinf(left), 2.0, left)
-        return float(lost * 10 + left.sum() / max(1, known.sum()))
+    def _best_slice(self, some: NDArray[np.int64]) -> tuple[int, float]:
+        """Input of which thin slices have the least bounds, and what is left: where one split does
+        not help several may.
+        """
+        lows, highs, n = [], [], len(some)
+        for k in self.problem.free:
+            low, high = self.low[k, some], self.high[k, some]
+            low_, high_ = (np.concatenate([a[:, some]] * 3, 1) for a in (self.low, self.high))
+            width = (high - low) / SLICES
+            starts = np.concatenate((low, 0.5 * (low + high - width), high - width))
+            low_[k], high_[k] = starts, np.minimum(starts + np.tile(width, 3), high_[k])
+            lows.append(low_)
+            highs.append(high_)
+        bound, *_ = self._results(np.concatenate(lows, 1), np.concatenate(highs, 1))
+        parts = bound[self.turn].reshape(len(self.problem.free), 3, n)
+        left = (parts.mean(axis=1) / np.maximum(self.bound[self.turn, some], TINY)).mean(axis=1)
+        best = int(np.argmin(left))
+        return self.problem.free[best], float(left[best])
+
+    def _merit(self, parent: Floats, pair: Floats) -> float:
+        """Lower is better: the mean of the halves' bounds as a share of the box's; of boxes without
+        a bound, halves without one.
+        """
+        if np.isinf(parent).any():
+            return 10 * float(np.isinf(pair).any(axis=0).mean())
+        before = np.maximum(parent[self.turn], TINY)
+        return float((pair[self.turn].mean(axis=0) / before).mean())
 
     def _halves(
         self, chosen: NDArray[np.int64], k: int, by_binades: bool

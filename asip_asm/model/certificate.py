@@ -260,7 +260,8 @@ def _fault(search: Search) -> Fault:
     middle = np.float32(0.5 * low[:, some] + 0.5 * high[:, some]).astype(float)
     whole = np.array([each.whole for each in problem.inputs])
     middle[whole] = np.rint(middle[whole])
-    points = np.concatenate((near_zero, low[:, some], high[:, some], middle), axis=1)
+    zero = np.clip(0.0, *problem.whole())
+    points = np.concatenate((zero, near_zero, low[:, some], high[:, some], middle), axis=1)
     bound, *_ = problem.results(points, points)
     bad = np.flatnonzero(np.isinf(bound).any(axis=0))
     if bad.size:
