@@ -38,7 +38,7 @@ MOST_ROUNDINGS = 12
 PEELING = 24
 """Rounds after which every second one splits the widest input of the boxes without a bound."""
 SLICES, PROMISING = 8, 0.97
-"""Where no split helps, one is made of an input of which thin slices have a bound this much lower."""
+"""Where no split helps, one is made of an input of which thin slices have so low a bound."""
 NARROW = 1e-6
 """Share of an input's range up to which an operation's domain is looked for."""
 TINY = 1e-300

@@ -265,7 +265,7 @@ def test_planted_faults_are_found(plant, monkeypatch):
 
 
 # ---------------------------------------------------------------------- what the issue names
-def certificate_of(law: Law, effort: int = 2_000_000) -> Certificate:
+def certificate_of(law: Law, effort: int = 500_000) -> Certificate:
     return certify(compile_law(law, Options()).graph, law, effort)
 
 
