@@ -36,7 +36,7 @@ export SEED WAVES
 .PHONY: formal fp-case fp-bench fp-campaign fp-report
 .PHONY: robots side-by-side
 .PHONY: bus motion motion-size drive synth quartus upsets bitstream silicon
-.PHONY: nios-sw nios-toolchain nios-cycles qemu tools-for-tests rs274
+.PHONY: nios-sw nios-toolchain nios-gdb nios-cycles qemu tools-for-tests rs274
 
 help: ## list targets and variables
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-14s %s\n", $$1, $$2}' Makefile
@@ -176,6 +176,9 @@ nios-sw: $(READY) ## programs of the Nios II systems and their committed images,
 
 nios-toolchain: ## cross compiler and GDB for Nios II from Debian's source packages (about 30 minutes, once)
 	@scripts/nios_toolchain.sh
+
+nios-gdb: ## GDB for Nios II alone (minutes, once)
+	@scripts/nios_toolchain.sh --gdb
 
 readme: $(READY) ## write the measured sections of README.md from build/*.json
 	@$(PY) scripts/readme.py
