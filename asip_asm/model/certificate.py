@@ -24,7 +24,7 @@ SCHEMA = 1
 """Version of the fields of `as_json`, described in docs/numerics.md."""
 DEFAULT_LIMITS = (-1.0, 1.0)
 """Range of an input or state for which the record states none; the proof draws from it too."""
-EFFORT = 40_000_000
+EFFORT = 10_000_000
 """Operations times boxes that a certificate may take."""
 TRIAL = 0.1
 """Share of the effort after which affine forms and intervals are compared."""
