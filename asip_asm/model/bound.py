@@ -124,7 +124,7 @@ def _finish(value: Real, partials: tuple[Real, ...], own: Real, e: list[Real]) -
     error = own + sum(
         (_product(np.abs(p), d) for p, d in zip(partials, e, strict=True)), np.zeros_like(value)
     )
-    return Step(value, partials, own, error)
+    return Step(value, partials, own, np.where(np.isnan(error), np.inf, error))
 
 
 Rule = Callable[[list[Real], list[Real]], tuple[Real, tuple[Real, ...], Real]]
