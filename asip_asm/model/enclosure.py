@@ -227,7 +227,7 @@ class Enclosure:
         """
         bad = self.bad(args) if bad is None else bad | self.bad(args)
         size = value.size + own
-        exact = size <= MANTISSA * exact_grid
+        exact = size <= MANTISSA * np.where(exact_grid >= SMALLEST, exact_grid, 0.0)
         own = np.where(exact, own, own + half_ulp(size))
         before, value = value, widened(value, own, self.symbols.get(i))
         least, most = (np.float32(end).astype(float) for end in (before.low, before.high))

@@ -87,7 +87,7 @@ def add_step(found: Enclosure, i: int, values: Values, leaves: Mapping[int, str]
         step = RULES[node.op](found, i, node.args)
     fraction = found.structure.fractions.get(i)
     if fraction is not None:
-        error = found.error(fraction.number) + half_ulp(step.value.size)
+        error = 2 * found.error(fraction.number) + half_ulp(step.value.size)
         low, high = -fraction.offset - error, 1 - fraction.offset + error
         ends = (low, high) if fraction.sign > 0 else (-high, -low)
         step.value = within(step.value, *ends)
