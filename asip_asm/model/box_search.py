@@ -17,7 +17,8 @@ from asip_asm.model.enclosure_rules import add_step
 from asip_asm.model.graph import Graph
 from asip_asm.model.structure import Structure
 
-CHUNK = 256
+CHUNK, FEW = 256, 8
+"""Most boxes at once, and boxes that cost as much as one."""
 SPLIT = 128
 """Boxes split in a round."""
 TRIED = 6
@@ -215,7 +216,7 @@ class Search:
 
     def _results(self, low: Floats, high: Floats) -> tuple[Floats, ...]:
         cost = len(self.problem.order) * (1 + len(self.problem.symbols) // 4)
-        self.left -= cost * low.shape[1]
+        self.left -= cost * max(FEW, low.shape[1])
         return self.problem.results(low, high)
 
     def run(self) -> None:

@@ -26,7 +26,7 @@ from tests.model_compiler.graph_laws import alone, in_200_bits, random_law
 from tests.model_compiler.laws import mixed
 from tests.model_compiler.test_function_errors import sine_at_its_worst
 
-EFFORT = 150_000
+EFFORT = 100_000
 FAST = Options(reassociate=True, reciprocal=True)
 Points = dict[str, np.ndarray]
 
