@@ -42,7 +42,7 @@ CONSTANT = 2.0**-20
 
 @dataclass(frozen=True)
 class Check:
-    """Largest error of a result [unit] inside the certificate's box beside the certificate's bound;
+    """Largest error of a result [unit] inside the certificate's box, and the certificate's bound;
     low, high: values of the law that the inputs reached.
 
     A bound of half their range or more means nothing: a constant would be as near to the law.

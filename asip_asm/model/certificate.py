@@ -113,7 +113,7 @@ class Certificate:
             "limits_assumed": list(self.assumed),
             "states_for_one_tick": list(self.open_states),
             "results": {
-                name: {k: _number(v) for k, v in asdict(bound).items() if k != "name"}
+                name: {k: json_number(v) for k, v in asdict(bound).items() if k != "name"}
                 for name, bound in self.bounds.items()
             },
             "fault": None if self.fault is None else asdict(self.fault),
@@ -121,7 +121,7 @@ class Certificate:
         }
 
 
-def _number(value: Any) -> Any:
+def json_number(value: Any) -> Any:
     """JSON has no infinity."""
     return None if isinstance(value, float) and not math.isfinite(value) else value
 

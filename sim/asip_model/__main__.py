@@ -178,7 +178,9 @@ def _prove(
     def progress(text: str) -> None:
         print(f"certificate: {text}", file=sys.stderr, flush=True)
 
-    certificate = certify(compiled.graph, compiled.law, options.effort * MILLION, progress)
+    certificate = certify(
+        compiled.graph, compiled.law, (options.effort or EFFORT) * MILLION, progress
+    )
     try:
         proof = prove(
             compiled, built.image, count=inputs, seed=seed, sample=sample,
@@ -282,9 +284,9 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
     parser.add_argument(
         "--effort",
         type=count,
-        default=EFFORT,
         metavar="N",
-        help="million operations that the certificate may take; more make its bounds tighter",
+        help=f"million operations that the certificate may take, {EFFORT} if not given; more make "
+        "its bounds tighter",
     )
     parser.add_argument("--seed", type=int, default=1, help="seed of the proof's inputs")
     robot = parser.add_argument_group("laws of a URDF")
@@ -316,6 +318,8 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
         parser.error("--loop is for computed_torque of one URDF")
     if options.points and (not options.prove or len(options.parts) > 1):
         parser.error("--points is for --prove of one function")
+    if options.effort and not options.prove:
+        parser.error("--effort is for --prove")
     return options
 
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from asip_asm.files import open_output
-from asip_asm.model.certificate import Certificate
+from asip_asm.model.certificate import Certificate, json_number
 from sim.prove_program import Check, Proof
 
 CERTIFICATE = ".certificate.json"
@@ -22,8 +22,8 @@ def write_certificate(file: Path, certificate: Certificate, proof: Proof | None)
     content["proved"] = proof is not None and proof.passed
     for name, check in proof.checks.items() if proof else ():
         content["results"][name] |= {
-            "largest_error_seen": check.error,
-            "share": check.share,
+            "largest_error_seen": json_number(check.error),
+            "share": json_number(check.share),
             "means_something": check.meaningful,
         }
     with open_output(file) as stream:
