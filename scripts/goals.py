@@ -59,7 +59,10 @@ AREAS: dict[str, Area] = {
         command="sim.motion.show:main",
     ),
     "nios": Area("Nios II systems: protocols, C programs of others, figures per MHz.", {}),
-    "robots": Area("Laws compiled from robot descriptions: proofs, certificates, cycles.", {}),
+    "robots": Area(
+        "Laws compiled from robot descriptions: proofs, certificates, cycles.",
+        {"certificate": "sim.certificate_goals:rows"},
+    ),
     "security": Area("Hostile files, ports, packets, signals, caches and environments.", {}),
     "silicon": Area(
         "Netlists against RTL, bitstreams, area and clock.", command="scripts.silicon:main"

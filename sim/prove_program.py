@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Proof of a compiled law: bits against the exact interpreter, values against double precision.
 
-The program runs on the core over drawn inputs. Every tick's outputs and next states must have the
+The program runs on the core over drawn inputs. All inputs at zero, at their lower and at their
+upper limits, and a user's points, are always among them (`sim.prove_points` yields them). Every
+tick's outputs and next states must have the
 bits that `asip_asm.model.exact` computes from the same inputs and the states that the core held
 before; and must be as near to the CasADi function in double precision as
 `asip_asm.model.bound` derives.
@@ -10,14 +12,16 @@ before; and must be as near to the CasADi function in double precision as
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+import itertools
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from asip_asm.image import Image
 from asip_asm.model.bound import bounds
+from asip_asm.model.certificate import Certificate
 from asip_asm.model.compiler import Compiled
 from asip_asm.model.exact import Array, evaluate
 from asip_asm.model.law import Law, Port, before
@@ -32,12 +36,45 @@ CORNERS = 0.1
 """Share of values that are corners of their range."""
 
 
+CONSTANT = 2.0**-20
+"""A bound below this share of a result's size means something even if the result never moves."""
+
+
+@dataclass(frozen=True)
+class Check:
+    """Largest error of a result [unit] inside the certificate's box, and the certificate's bound;
+    low, high: values of the law that the inputs reached.
+
+    A bound of half their range or more means nothing: a constant would be as near to the law.
+    """
+
+    unit: str
+    error: float
+    bound: float
+    low: float
+    high: float
+
+    @property
+    def share(self) -> float:
+        return 0.0 if self.error == 0 else self.error / max(self.bound, 1e-300)
+
+    @property
+    def holds(self) -> bool:
+        return self.error <= self.bound
+
+    @property
+    def meaningful(self) -> bool:
+        size = max(abs(self.low), abs(self.high))
+        return self.bound < 0.5 * (self.high - self.low) or self.bound <= CONSTANT * size
+
+
 @dataclass(frozen=True)
 class Proof:
     """What a proof found. worst: largest error as a share of its bound, over all inputs and
     results, and the result where; unbounded: results without a finite bound, which prove nothing.
     within: of each output, inputs where it is inside its limits; at a limit it is a constant, whose
-    error says nothing. first_difference: text, empty if all bits agree.
+    error says nothing. first_difference: text, empty if all bits agree. checks: of each result,
+    against the certificate, if there is one.
     """
 
     inputs_tried: int
@@ -49,10 +86,14 @@ class Proof:
     largest_error: dict[str, float]
     within: dict[str, int]
     seed: int
+    certificate: Certificate | None = None
+    checks: Mapping[str, Check] = field(default_factory=dict)
 
     @property
     def passed(self) -> bool:
-        return self.bits_equal and self.worst_fraction_of_bound < 1 and not self.unbounded
+        sampled = self.bits_equal and self.worst_fraction_of_bound < 1 and not self.unbounded
+        whole = self.certificate is None or self.certificate.finite
+        return sampled and whole and all(c.holds and c.meaningful for c in self.checks.values())
 
 
 @functools.cache
@@ -100,16 +141,21 @@ def prove(
     seed: int = SEED,
     backend: str = "rtl",
     sample: Sample | None = None,
+    certificate: Certificate | None = None,
+    points: Iterable[tuple[dict[str, Array], dict[str, Array]]] = (),
 ) -> Proof:
-    """Run `count` drawn ticks of the program and compare. Raises CoreFault if the core stops."""
+    """Run `points` and `count` drawn ticks of the program and compare. points: inputs of ticks and
+    the states before them. Raises CoreFault if the core stops.
+    """
     law = compiled.law
     rng = np.random.default_rng(seed)
     outputs = [port.name for port in law.ports if port.kind in ("output", "export")]
     values: dict[str, list[Array]] = {}
     results: dict[str, list[Array]] = {}
     with Core(image, backend=backend) as core:
-        for begin in range(0, count, BATCH):
-            inputs, states = draw_ticks(law, min(BATCH, count - begin), rng, sample)
+        sizes = (min(BATCH, count - begin) for begin in range(0, count, BATCH))
+        drawn = (draw_ticks(law, size, rng, sample) for size in sizes)
+        for inputs, states in itertools.chain(points, drawn):
             core.preset({name: value[0].item() for name, value in states.items()})
             ticks = core.batch(
                 inputs, read=[*states, *(n for n in outputs if n not in core.outputs)]
@@ -124,10 +170,11 @@ def prove(
                 values.setdefault(name, []).append(value)
     inputs = {name: np.concatenate(parts) for name, parts in values.items()}
     for port in law.of_kind("parameter"):
-        inputs[port.name] = np.full(count, port.initial, np.float32)
+        size = len(next(iter(inputs.values())))
+        inputs[port.name] = np.full(size, port.initial, np.float32)
     got = {name: np.concatenate(parts) for name, parts in results.items()}
     sine = unit_sine if backend == "rtl" else rounded_sine
-    return compare(compiled, inputs, got, seed, sine)
+    return compare(compiled, inputs, got, seed, sine, certificate)
 
 
 def draw_ticks(
@@ -224,9 +271,14 @@ def _rows(function, i: int, mapped: NDArray[np.float64], points: int) -> list[ND
 
 
 def compare(
-    compiled: Compiled, inputs: Mapping[str, Array], got: Mapping[str, Array], seed: int, sine
+    compiled: Compiled,
+    inputs: Mapping[str, Array],
+    got: Mapping[str, Array],
+    seed: int,
+    sine: Callable,
+    certificate: Certificate | None = None,
 ) -> Proof:
-    """Compare results with the interpreter, and with double precision."""
+    """Compare results with the interpreter, with double precision, and with the certificate."""
     difference = ""
     for name, want in exact_results(compiled, inputs, sine).items():
         unequal = got[name].view(np.uint32) != want.view(np.uint32)
@@ -249,4 +301,26 @@ def compare(
         if not share.max() <= worst:
             worst, where = float(share.max()), f"{name}, tick {int(np.argmax(share))}"
     count = len(next(iter(got.values())))
-    return Proof(count, not difference, difference, worst, where, unbounded, largest, within, seed)
+    checks = _checks(certificate, inputs, got, truth) if certificate else {}
+    return Proof(
+        count, not difference, difference, worst, where, unbounded, largest, within, seed,
+        certificate, checks,
+    )  # fmt: skip
+
+
+def _checks(
+    certificate: Certificate,
+    inputs: Mapping[str, Array],
+    got: Mapping[str, Array],
+    truth: Mapping[str, NDArray[np.float64]],
+) -> dict[str, Check]:
+    """Errors in the certificate's box; ticks that began with a state outside of it do not count."""
+    inside = certificate.covers(inputs)
+    found = {}
+    for name, bound in certificate.bounds.items():
+        want = truth[name][inside]
+        error = np.abs(got[name].astype(np.float64)[inside] - want)
+        low, high = float(want.min(initial=np.inf)), float(want.max(initial=-np.inf))
+        largest = float(error.max(initial=0.0))
+        found[name] = Check(bound.unit, largest, bound.bound, low, high)
+    return found

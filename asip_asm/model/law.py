@@ -10,6 +10,7 @@ difference of floats is not. A state's next value is the result `<state>_next` (
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -37,7 +38,8 @@ class Port:
     type 'int': an encoder count, whose physical value is scale * count + offset [unit]. A 'rate' is
     no word of the program but scale * (count - count before) of the int input `rate_of`. limits:
     smallest and largest value: test inputs are drawn from them, an output is saturated to them.
-    initial: of a state, or a parameter's value; safe: what an output takes after a fault.
+    initial: of a state, or a parameter's value; safe: what an output takes after a fault. change:
+    largest difference of an input of type float and that of the last tick [unit].
     """
 
     kind: str
@@ -52,6 +54,7 @@ class Port:
     initial: float = 0.0
     safe: float = 0.0
     rate_of: str = ""
+    change: float = math.inf
 
 
 @dataclass(frozen=True)
