@@ -16,6 +16,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from asip_asm.image import Image
 from asip_asm.model.read import ModelError
 
 Shape = tuple[int, int]
@@ -40,6 +41,7 @@ class Wire:
     kind: 'input', 'state', 'parameter', 'rate', 'output' or 'export'. The physical value of a word
     is scale * word + offset. A 'rate' is scale * (count - count before) of the input `rate_of`;
     `last` names the state that holds the count before. limits: an output saturates to them.
+    initial: of a state, or a parameter's value; safe: of an output after a fault.
     """
 
     kind: str
@@ -50,6 +52,8 @@ class Wire:
     limits: tuple[float, float] | None = None
     rate_of: str = ""
     last: str = ""
+    initial: float = 0.0
+    safe: float = 0.0
 
     def physical(self, words: Mapping[str, Any]) -> Values:
         """Values (points,) of the signal from the core's words."""
@@ -68,7 +72,7 @@ class Truth:
 
     def __init__(self, reference: Reference, wires: Iterable[Wire]) -> None:
         self.reference = reference
-        wires = list(wires)
+        self.wires = wires = list(wires)
         sources = [w for w in wires if w.kind in ("input", "state", "parameter", "rate")]
         targets = [w for w in wires if w.kind in ("output", "state", "export")]
         self._sources = {
@@ -86,11 +90,29 @@ class Truth:
                 states = [w for w in targets if w.kind == "state"]
                 self._targets[name] = _elements(name, state, shape, states)
 
+    def difference(self, image: Image) -> str:
+        """What of the image differs from the user's file: names, first states, safe outputs."""
+        for kind, found in (("input", image.inputs), ("output", image.outputs)):
+            want = [wire.name for wire in self.wires if wire.kind == kind]
+            if [entry.name for entry in found] != want:
+                return f"the image's {kind}s are not those of the interface file, in its order"
+        bits = {s.name: s.bits for s in image.states} | {o.name: o.safe for o in image.outputs}
+        for wire in self.wires:
+            if wire.kind in ("state", "output"):
+                value = wire.initial if wire.kind == "state" else wire.safe
+                want = np.float32(value).view(np.uint32)
+                if int(bits.get(wire.name, "0"), 16) != want:
+                    what = "first value" if wire.kind == "state" else "safe value"
+                    return f"the {what} of '{wire.name}' in the image is not {value:g}"
+        return ""
+
     def __call__(self, words: Mapping[str, Any]) -> dict[str, Values]:
         """Each output, export and next state (`<state>_next`), an array (points,), from the words
         (points,) of inputs, states and parameters by name.
         """
         points = len(next(iter(words.values()))) if words else 1
+        own = {w.name: w.initial for w in self.wires if w.kind == "parameter"}
+        words = {**words, **{n: np.full(points, x, np.float32) for n, x in own.items()}}
         arguments = {}
         for name, wires in self._sources.items():
             rows, columns = self.reference.arguments[name]

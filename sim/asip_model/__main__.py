@@ -24,6 +24,8 @@ from asip_asm.model.program import Built, build
 from asip_asm.model.read import ModelError
 from asip_asm.signals import InterfaceError
 from sim.asip_model.effects import effects
+from sim.prove_casadi import truth_of_files
+from sim.prove_reference import Truth
 from sim.robots.closed_loop import Arm, close_loop
 from sim.robots.laws import LAWS, Settings
 from sim.robots.tree import RobotError, Tree, load_tree
@@ -107,9 +109,10 @@ def _model(options: argparse.Namespace) -> int:
         print(f"{where}: {one.cycles} cycles, lower bound {one.bound_cycles}")
     status = 0
     if options.prove:
-        for (name, one), (_, tree) in zip(built.items(), laws, strict=True):
+        for (name, one), (_, tree), files in zip(built.items(), laws, options.parts, strict=True):
             whole = replace(one, image=image.function(name)) if several else one
-            status = max(status, _prove(whole, options, tree is not None))
+            truth = truth_of_files(*files) if tree is None else None
+            status = max(status, _prove(whole, options, tree is not None, truth))
         if several:
             status = max(status, _prove_together(image, built, options))
     if options.loop and laws[0][1] is not None:
@@ -157,7 +160,7 @@ def _loop(built: Built, tree: Tree, settings: Settings, seconds: float) -> int:
     return 0 if loop.ratio <= RATIO else 1
 
 
-def _prove(built: Built, options: argparse.Namespace, urdf: bool) -> int:
+def _prove(built: Built, options: argparse.Namespace, urdf: bool, truth: Truth | None) -> int:
     from sim.core import CoreFault
     from sim.prove_program import prove
     from sim.robots.samples import near
@@ -165,7 +168,7 @@ def _prove(built: Built, options: argparse.Namespace, urdf: bool) -> int:
     compiled, inputs, seed = built.compiled, options.inputs, options.seed
     sample = near(compiled.law) if urdf else None
     try:
-        proof = prove(compiled, built.image, count=inputs, seed=seed, sample=sample)
+        proof = prove(compiled, built.image, count=inputs, seed=seed, sample=sample, truth=truth)
     except CoreFault as fault:
         print(f"asip-model: the program stops for an input within its limits: {fault}")
         return 1
