@@ -80,7 +80,7 @@ def _evaluate(function: ca.Function, arguments: Mapping[str, Values]) -> dict[st
     """Results at each point, by name. CasADi takes the points as blocks of columns."""
     points = len(next(iter(arguments.values()))) if arguments else 1
     given = {
-        name: ca.DM(values.transpose(1, 0, 2).reshape(values.shape[1], -1))
+        name: ca.DM(values.transpose(1, 0, 2).reshape(values.shape[1], points * values.shape[2]))
         for name, values in arguments.items()
     }
     results = function.call(given)  # what `function(**given)` does, for any name

@@ -154,7 +154,8 @@ def test_command_names_the_file_that_is_no_function(tmp_path, capsys):
 
 
 def test_mx_is_expanded():
-    assert scalars(one_joint()).instructions[0][0] == ca.OP_INPUT
+    operations = {op for op, *_ in scalars(one_joint()).instructions}
+    assert {ca.OP_INPUT, ca.OP_SIN, ca.OP_OUTPUT} <= operations
 
 
 @pytest.mark.parametrize("arguments", (["law.casadi"], ["arm.urdf", "law.interface.toml"]))
