@@ -10,7 +10,7 @@ import sys
 from collections.abc import Callable
 
 from sim.gdb.packets import LARGEST, Event, PacketReader, frame
-from sim.gdb.session import Session
+from sim.gdb.session import SIGINT, SIGSEGV, Session
 from sim.gdb.system import NiosSystem
 from sim.harness.nios_image import Program
 from sim.harness.nios_rtl import NiosRtl
@@ -113,7 +113,7 @@ class Server:
             if session.running:
                 self._halt()
                 session.running = False
-                connection.answer(session.stopped(interrupted=True))
+                connection.answer(session.stopped(signal=SIGINT))
         elif event.kind == "nack":
             connection.again()
         elif event.kind == "bad":
@@ -132,6 +132,11 @@ class Server:
         if status is not None:
             session.running = False
             connection.answer(b"W%02x" % (status & 255))
+        elif (address := self._system.core.stray) is not None:
+            self._halt()
+            session.running = False
+            self._say(f"the program accesses 0x{address:08x}: neither memory nor a register")
+            connection.answer(session.stopped(signal=SIGSEGV))
         elif halted:
             self._system.target.halted()
             session.running = False

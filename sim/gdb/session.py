@@ -16,7 +16,7 @@ from sim.gdb.packets import LARGEST, escape
 from sim.gdb.system import NiosSystem
 from sim.gdb.target import Stop, Target, TargetError
 
-SIGINT, SIGTRAP = 2, 5
+SIGINT, SIGTRAP, SIGSEGV = 2, 5, 11
 OK, BAD, REFUSED, FAULT = b"OK", b"E16", b"E01", b"E0e"  # EINVAL, EPERM, EFAULT
 FEATURES = f"PacketSize={LARGEST:x};QStartNoAckMode+;qXfer:features:read+;qXfer:memory-map:read+"
 FEATURES += ";swbreak+;hwbreak+;vContSupported+"
@@ -50,10 +50,10 @@ class Session:
                     return BAD
         return b""
 
-    def stopped(self, interrupted: bool = False) -> bytes:
-        """Stop reply of a halted core."""
+    def stopped(self, signal: int = SIGTRAP) -> bytes:
+        """Stop reply of a halted core. signal: why it stopped, if it did not at a point."""
         stop: Stop = self._target.stop
-        signal = SIGINT if interrupted and stop.reason == "halt" else SIGTRAP
+        signal = signal if stop.reason == "halt" else SIGTRAP
         reply = b"T%02x" % signal
         if stop.reason in ("watch", "rwatch", "awatch"):
             reply += b"%s:%x;" % (stop.reason.encode(), stop.address)

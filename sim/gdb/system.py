@@ -18,6 +18,7 @@ class NiosSystem:
     def __init__(self, core: NiosRtl, program: Program | None) -> None:
         self.core, self.program = core, program
         self.spent = 0  # clock cycles of the running program
+        core.guard()
         self.target = Target(core.platform, core.map, DebugModule(core.debug, self.run))
         self.reset()
 
@@ -31,6 +32,8 @@ class NiosSystem:
     def reset(self) -> str:
         """Reset the core, halted before its first instruction; what is to be said of it."""
         load = self.program is not None and not self.target.code_written
+        if self.core.halted:
+            self.target.module.restore()
         if load:
             self.core.load(self.program)
         else:
