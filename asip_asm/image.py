@@ -32,7 +32,7 @@ _ISA = default_isa()
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_.]*")
 Name = Annotated[str, Meta(pattern=r"\A[A-Za-z_][A-Za-z0-9_.]*\Z", max_length=16384)]
 Text = Annotated[str, Meta(pattern=r"\A[^\x00-\x1f\x7f]*\Z", max_length=16384)]
-Title = Annotated[str, Meta(pattern=r'\A[^"\x00-\x1f\x7f]*\Z', max_length=16384)]
+Title = Annotated[str, Meta(pattern=r"\A[^\x00-\x1f\x7f]*\Z", max_length=16384)]
 Word = Annotated[str, Meta(pattern=r"\A[0-9a-f]{8}\Z")]
 Type = Annotated[str, Meta(pattern=r"\A(float|int)\Z")]
 RegisterName = Annotated[str, Meta(pattern=r"\A[abck](0|[1-9][0-9]{0,2})\Z")]

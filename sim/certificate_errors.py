@@ -14,7 +14,8 @@ from asip_asm.model.certificate import Certificate
 from asip_asm.model.compiler import Compiled
 from asip_asm.model.exact import Array
 from asip_asm.model.law import before
-from sim.prove_program import Sample, draw, exact_results, true_results
+from sim.prove_casadi import truth_of
+from sim.prove_program import Sample, draw, exact_results
 
 PART = 50_000
 """Inputs at once."""
@@ -38,7 +39,7 @@ def largest_errors(
     for values in _inputs(compiled, certificate, count, rng, sample):
         inside = certificate.covers(values)
         got = exact_results(compiled, values, sine_in_double)
-        for name, want in true_results(compiled.law, values).items():
+        for name, want in truth_of(compiled.law)(values).items():
             error = np.abs(got[name].astype(np.float64) - want)[inside]
             worst[name] = max(worst.get(name, 0.0), float(error.max(initial=0.0)))
     return worst

@@ -5,7 +5,7 @@ The program runs on the core over drawn inputs. All inputs at zero, at their low
 upper limits, and a user's points, are always among them (`sim.prove_points` yields them). Every
 tick's outputs and next states must have the
 bits that `asip_asm.model.exact` computes from the same inputs and the states that the core held
-before; and must be as near to the CasADi function in double precision as
+before; and must be as near to the user's own model in double precision (`sim.prove_reference`) as
 `asip_asm.model.bound` derives.
 """
 
@@ -14,7 +14,7 @@ from __future__ import annotations
 import functools
 import itertools
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,8 +25,9 @@ from asip_asm.model.certificate import Certificate
 from asip_asm.model.compiler import Compiled
 from asip_asm.model.exact import Array, evaluate
 from asip_asm.model.law import Law, Port, before
-from asip_asm.model.read import load_function, reference
 from sim.core import Core
+from sim.prove_casadi import truth_of
+from sim.prove_reference import Truth
 
 SEED = 1
 COUNT = 10_000
@@ -141,11 +142,15 @@ def prove(
     seed: int = SEED,
     backend: str = "rtl",
     sample: Sample | None = None,
+    truth: Truth | None = None,
     certificate: Certificate | None = None,
     points: Iterable[tuple[dict[str, Array], dict[str, Array]]] = (),
 ) -> Proof:
-    """Run `points` and `count` drawn ticks of the program and compare. points: inputs of ticks and
-    the states before them. Raises CoreFault if the core stops.
+    """Run `points` and `count` drawn ticks of the program and compare.
+
+    truth: the user's own model (None: the function and ports of a law that was made in Python).
+    points: inputs of ticks and the states before them. Raises CoreFault if the core stops,
+    ModelError if the user's model cannot be evaluated.
     """
     law = compiled.law
     rng = np.random.default_rng(seed)
@@ -174,7 +179,12 @@ def prove(
         inputs[port.name] = np.full(size, port.initial, np.float32)
     got = {name: np.concatenate(parts) for name, parts in results.items()}
     sine = unit_sine if backend == "rtl" else rounded_sine
-    return compare(compiled, inputs, got, seed, sine, certificate)
+    truth = truth or truth_of(law)
+    proof = compare(compiled, inputs, got, seed, sine, truth, certificate)
+    differs = truth.difference(image)
+    if differs and not proof.first_difference:
+        proof = replace(proof, bits_equal=False, first_difference=differs)
+    return proof
 
 
 def draw_ticks(
@@ -222,52 +232,9 @@ def exact_results(compiled: Compiled, inputs: Mapping[str, Array], sine) -> dict
     return found | {f"{n}_next": nodes[root] for n, root in compiled.graph.next_states.items()}
 
 
-def true_results(law: Law, inputs: Mapping[str, Array]) -> dict[str, NDArray[np.float64]]:
-    """Results of the CasADi function in double precision, outputs saturated, by name."""
-    function = load_function(law.function)
-    physical = {}
-    for port in law.ports:
-        if port.kind == "rate":
-            last = inputs[before(port.rate_of)].astype(np.int64)
-            physical[port.name] = port.scale * (inputs[port.rate_of].astype(np.int64) - last)
-        elif port.kind in ("input", "state", "parameter"):
-            value = inputs[port.name].astype(np.float64)
-            physical[port.name] = port.scale * value + port.offset if port.type == "int" else value
-    points = len(next(iter(physical.values())))
-    names = iter(law.arguments())
-    arguments = [
-        np.array([physical[next(names)[1].name] for _ in range(function.nnz_in(i))]).reshape(
-            -1, points
-        )
-        for i in range(function.n_in())
-    ]
-    mapped = reference(function)(_dense(function, arguments, points), points)
-    rows = [row for i, m in enumerate(mapped) for row in _rows(function, i, m, points)]
-    found: dict[str, NDArray[np.float64]] = {}
-    for (_, port), row in zip(law.results(), rows, strict=True):
-        if port.kind == "output" and port.limits is not None:
-            row = np.clip(row, *port.limits)
-        found[f"{port.name}_next" if port.kind == "state" else port.name] = row
-    return found
-
-
-def _dense(function, arguments: list[NDArray[np.float64]], points: int) -> list:
-    """Arguments side by side, as `Function.map` takes them."""
-    import casadi as ca
-
-    result = []
-    for i, rows in enumerate(arguments):
-        pattern = function.sparsity_in(i)
-        result.append(ca.horzcat(*(ca.DM(pattern, rows[:, k]) for k in range(points))))
-    return result
-
-
-def _rows(function, i: int, mapped: NDArray[np.float64], points: int) -> list[NDArray[np.float64]]:
-    """Nonzeros of a result by point."""
-    width = function.size2_out(i)
-    blocks = mapped.reshape(mapped.shape[0], points, width)
-    rows, columns = function.sparsity_out(i).get_triplet()
-    return [blocks[r, :, c] for r, c in zip(rows, columns, strict=True)]
+def _rates(law: Law) -> set[str]:
+    """Results that no user's model has: the counts of the next tick's rates."""
+    return {f"{before(port.rate_of)}_next" for port in law.of_kind("rate")}
 
 
 def compare(
@@ -276,6 +243,7 @@ def compare(
     got: Mapping[str, Array],
     seed: int,
     sine: Callable,
+    truth: Truth | None = None,
     certificate: Certificate | None = None,
 ) -> Proof:
     """Compare results with the interpreter, with double precision, and with the certificate."""
@@ -286,10 +254,12 @@ def compare(
             k = int(np.argmax(unequal))
             difference = f"{name}, tick {k} of seed {seed}: got {got[name][k]!r}, want {want[k]!r}"
     real, limit = bounds(compiled.graph, inputs)
-    truth = true_results(compiled.law, inputs)
+    want_of = (truth or truth_of(compiled.law))(inputs)
+    if missing := sorted(set(got) - _rates(compiled.law) - set(want_of)):
+        difference = difference or f"the user's model gives no {', '.join(missing)}"
     worst, where, unbounded, largest, within = 0.0, "", 0, {}, {}
     limits = {p.name: p.limits for p in compiled.law.of_kind("output") if p.limits}
-    for name, want in truth.items():
+    for name, want in want_of.items():
         root = name.removesuffix("_next") if name not in limit else name
         error = np.abs(got[name].astype(np.float64) - want)
         share = error / np.maximum(limit[root], 1e-300)
@@ -301,7 +271,7 @@ def compare(
         if not share.max() <= worst:
             worst, where = float(share.max()), f"{name}, tick {int(np.argmax(share))}"
     count = len(next(iter(got.values())))
-    checks = _checks(certificate, inputs, got, truth) if certificate else {}
+    checks = _checks(certificate, inputs, got, want_of) if certificate else {}
     return Proof(
         count, not difference, difference, worst, where, unbounded, largest, within, seed,
         certificate, checks,
@@ -312,13 +282,13 @@ def _checks(
     certificate: Certificate,
     inputs: Mapping[str, Array],
     got: Mapping[str, Array],
-    truth: Mapping[str, NDArray[np.float64]],
+    wanted: Mapping[str, NDArray[np.float64]],
 ) -> dict[str, Check]:
     """Errors in the certificate's box; ticks that began with a state outside of it do not count."""
     inside = certificate.covers(inputs)
     found = {}
     for name, bound in certificate.bounds.items():
-        want = truth[name][inside]
+        want = wanted[name][inside]
         error = np.abs(got[name].astype(np.float64)[inside] - want)
         low, high = float(want.min(initial=np.inf)), float(want.max(initial=-np.inf))
         largest = float(error.max(initial=0.0))

@@ -26,7 +26,9 @@ from asip_asm.model.read import ModelError
 from asip_asm.signals import InterfaceError
 from sim.asip_model.effects import effects
 from sim.asip_model.proof_report import CERTIFICATE, report, write_certificate
+from sim.prove_casadi import truth_of_files
 from sim.prove_points import Point, directed, load_points
+from sim.prove_reference import Truth
 from sim.robots.closed_loop import Arm, close_loop
 from sim.robots.laws import LAWS, Settings
 from sim.robots.tree import RobotError, Tree, load_tree
@@ -114,10 +116,12 @@ def _model(options: argparse.Namespace) -> int:
         print(f"{where}: {one.cycles} cycles, lower bound {one.bound_cycles}")
     status = 0
     if options.prove:
-        for (name, one), (_, tree) in zip(built.items(), laws, strict=True):
+        for (name, one), (_, tree), files in zip(built.items(), laws, options.parts, strict=True):
             whole = replace(one, image=image.function(name)) if several else one
             file = Path(f"{stems[name]}{CERTIFICATE}")
-            status = max(status, _prove(whole, options, tree is not None, points, file))
+            truth = truth_of_files(*files) if tree is None else None
+            passed = _prove(whole, options, tree is not None, truth, points, file)
+            status = max(status, passed)
         if several:
             status = max(status, _prove_together(image, built, options))
     if options.loop and laws[0][1] is not None:
@@ -166,7 +170,12 @@ def _loop(built: Built, tree: Tree, settings: Settings, seconds: float) -> int:
 
 
 def _prove(
-    built: Built, options: argparse.Namespace, urdf: bool, points: list[Point], file: Path
+    built: Built,
+    options: argparse.Namespace,
+    urdf: bool,
+    truth: Truth | None,
+    points: list[Point],
+    file: Path,
 ) -> int:
     from sim.core import CoreFault
     from sim.prove_program import prove
@@ -183,7 +192,7 @@ def _prove(
     )
     try:
         proof = prove(
-            compiled, built.image, count=inputs, seed=seed, sample=sample,
+            compiled, built.image, count=inputs, seed=seed, sample=sample, truth=truth,
             certificate=certificate, points=directed(compiled.law, points),
         )  # fmt: skip
     except CoreFault as fault:

@@ -82,14 +82,14 @@ class NativeLaw:
     def __init__(self, compiled: Compiled, fused: bool = True, flags: tuple[str, ...] = FLAGS):
         self.words = struct_members(compiled.law)
         prefix = identifier(compiled.law.title) or "law"
-        defines = (f"-DLAW={prefix}", f'-DLAW_HEADER="{prefix}.tick.h"',
+        defines = (f"-DLAW={prefix}", '-DLAW_HEADER="law.tick.h"',
                    f"-D{prefix.upper()}_FUSED={int(fused)}")  # fmt: skip
-        texts = to_c_code(compiled, f"{prefix}.tick.h")
+        texts = to_c_code(compiled, "law.tick.h")
         content = "".join((*texts, HARNESS.read_text(), repr((flags, defines))))
         folder = BUILD / "native" / hashlib.sha256(content.encode()).hexdigest()[:16]
         library = folder / "law.so"
         if not library.exists():
-            _, source = write_c(compiled, folder / prefix)
+            _, source = write_c(compiled, folder / "law")
             part = folder / f"law.{os.getpid()}"
             _compile([*flags, *defines, "-shared", "-fPIC", f"-I{folder}", HARNESS, source,
                       "-o", part, "-lm"])  # fmt: skip

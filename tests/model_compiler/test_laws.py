@@ -8,7 +8,7 @@ import pinocchio as pin
 import pytest
 
 from asip_asm.model.law import Law, before
-from sim.prove_program import true_results
+from sim.prove_casadi import truth_of
 from sim.robots.catalogue import robot
 from sim.robots.laws import LAWS, Settings, count_scale, effort_limit
 from sim.robots.tree import Tree
@@ -57,7 +57,7 @@ def forces(tree: Tree, q: np.ndarray, dq: np.ndarray, ddq: np.ndarray) -> np.nda
 
 def found(law: Law, words: dict, tree: Tree) -> np.ndarray:
     """Outputs in double precision; none at a limit."""
-    results = true_results(law, words)
+    results = truth_of(law)(words)
     tau = np.stack([results[f"tau{i}"] for i in range(len(tree.joints))], axis=1)
     assert (np.abs(tau) < [effort_limit(joint) for joint in tree.joints]).all()
     return tau
@@ -76,7 +76,7 @@ def test_computed_torque_is_its_equation(name, integral, friction):
     if integral:
         s = np.clip(x["s"] + e / settings.rate, -settings.windup, settings.windup)
         ddq += w**3 / 10 * s
-        results = true_results(law, words)
+        results = truth_of(law)(words)
         for i in range(len(tree.joints)):
             np.testing.assert_allclose(results[f"s{i}_next"], s[:, i], rtol=1e-12)
         assert (np.abs(s) == settings.windup).any() and (np.abs(s) < settings.windup).any()
