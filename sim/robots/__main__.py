@@ -16,8 +16,8 @@ from asip_asm.command import command_parser, count, duration, run_command
 from asip_asm.model.read import ModelError
 from sim.core import CoreFault
 from sim.prove_program import COUNT, SEED
-from sim.robots.catalogue import RobotError
 from sim.robots.core_goals import core_goals
+from sim.robots.elements import RobotError
 from sim.robots.job import SHOWN, Row, goals, run_robot
 from sim.robots.page import table, write_page
 

@@ -112,8 +112,8 @@ class _Robot(Reader):
 
     KNOWN_UNUSED = frozenset(
         "calibration collision collision_checking command_effort contact current flexJoint "
-        "gap_joint gazebo gear_velocity gravity hardwareInterface kinematic material passive_joint role "
-        "ros2_control safety_controller self_filter sensor surface visual".split()
+        "gap_joint gazebo gear_velocity gravity hardwareInterface kinematic material passive_joint "
+        "role ros2_control safety_controller self_filter sensor surface visual".split()
     )
     REFUSED = {
         "loop_joint": "closes a loop of links; only trees are done",
@@ -198,7 +198,7 @@ class _Robot(Reader):
         return Inertial(mass, placement[:3, 3], turned)
 
     def _check_moments(self, element: Element, moments: Matrix, mass: float, where: str) -> None:
-        """Refuses negative moments. Warns of others that no body has: published robots have them."""
+        """Refuses negative moments; warns of others that no body has, which published robots do."""
         if min(np.diag(moments)) < -1e-12:
             self.fail(
                 element, f"{where}: a moment of inertia is negative: {min(np.diag(moments)):g}"

@@ -51,7 +51,7 @@ class Shown:
 
 
 def _arm(name: str, counts: int = 1 << 20) -> Shown:
-    settings = Settings(counts=counts)
+    settings = Settings(counts=counts, overshoot=1.0)  # cycles are those of the stated range
     return Shown(
         lambda: computed_torque(robot(name), settings),
         lambda seconds: Arm(robot(name), settings, seconds or SECONDS),

@@ -2,9 +2,9 @@
 """The independent reference of a robot and its laws: pinocchio on the URDF as its own parser reads
 it, with its own limits, in double precision.
 
-Nothing here comes from `description`, `tree`, `dynamics` or `laws`, which make the program: the text
-of the file and what the user stated are read a second time, and the laws are their equations. So a
-joint, limit, frame or sign that the program's way takes wrongly shows as an error.
+Nothing here comes from `description`, `tree`, `dynamics` or `laws`, which make the program: the
+file and what the user stated are read a second time, and the laws are written as their equations.
+So a joint, limit, frame or sign that the program has wrong shows as an error.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from sim.robots.stated import ALL, Stated
 
 Real = NDArray[np.float64]
 SINGULAR = 1e-12
-"""Smallest share of the largest principal value of a mass matrix with which a robot can be moved."""
+"""Least principal value of a mass matrix that can be solved, by the largest."""
 
 
 class PinocchioRobot:
@@ -99,7 +99,7 @@ class PinocchioRobot:
         return found[0], found[1]
 
     def _drives(self, root: ElementTree.Element) -> None:
-        """Counts per turn of the joint with their sign, positions at count 0, inertias of rotors."""
+        """Encoder turns per turn of the joint, positions at count 0, inertias of rotors."""
         joints, stated = list(self.model.names)[1:], self.stated
         self.armature = np.zeros(len(joints))
         self.gear = np.array(
@@ -190,8 +190,8 @@ class PinocchioRobot:
         if not values[0] > SINGULAR * values[-1]:
             joint = self.names[int(np.argmax(np.abs(vectors[:, 0])))]
             raise RobotError(
-                f"joint {joint} moves no mass, so the closed loop has no motion; state the inertial "
-                f"of the links that it moves, or hold it: --lock {joint}"
+                f"joint {joint} moves no mass, so the closed loop has no motion; state the "
+                f"inertial of the links that it moves, or hold it: --lock {joint}"
             )
 
     def rubbing(self, v: Real, creep: float) -> Real:
