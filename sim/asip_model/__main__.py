@@ -28,6 +28,7 @@ from sim.asip_model.robot_options import (
     add_robot_options,
     check_robot_options,
     is_urdf,
+    reference_of,
     robot_law,
     settings_of,
 )
@@ -120,7 +121,7 @@ def _model(options: argparse.Namespace) -> int:
     if options.prove:
         for (name, one), (_, tree) in zip(built.items(), laws, strict=True):
             whole = replace(one, image=image.function(name)) if several else one
-            status = max(status, _prove(whole, options, tree is not None))
+            status = max(status, _prove(whole, options, tree, settings))
         if several:
             status = max(status, _prove_together(image, built, options))
     if options.loop and laws[0][1] is not None:
@@ -170,15 +171,18 @@ def _loop(built: Built, tree: Tree, settings: Settings, seconds: float) -> int:
     return 0 if loop.ratio <= RATIO else 1
 
 
-def _prove(built: Built, options: argparse.Namespace, urdf: bool) -> int:
+def _prove(built: Built, options: argparse.Namespace, tree: Tree | None, settings: Settings) -> int:
     from sim.core import CoreFault
     from sim.prove_program import prove
     from sim.robots.samples import near
 
     compiled, inputs, seed = built.compiled, options.inputs, options.seed
-    sample = near(compiled.law) if urdf else None
+    sample = near(compiled.law) if tree else None
+    reference = reference_of(options, tree, settings) if tree else None
     try:
-        proof = prove(compiled, built.image, count=inputs, seed=seed, sample=sample)
+        proof = prove(
+            compiled, built.image, count=inputs, seed=seed, sample=sample, reference=reference
+        )
     except CoreFault as fault:
         print(f"asip-model: the program stops for an input within its limits: {fault}")
         return 1

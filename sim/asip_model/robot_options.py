@@ -11,6 +11,7 @@ from typing import Any
 from asip_asm.command import count
 from asip_asm.model.law import Law
 from sim.robots.laws import LAWS, Settings
+from sim.robots.reference import LawReference, PinocchioRobot
 from sim.robots.stated import ALL, Stated, direction, number, positive, span
 from sim.robots.tree import Tree, load_tree
 
@@ -137,6 +138,12 @@ def robot_law(options: argparse.Namespace, file: Path, settings: Settings) -> tu
     """The law of a URDF, and the robot. Raises RobotError, OSError."""
     tree = load_tree(file, stated_of(options))
     return LAWS[options.law](tree, settings), tree
+
+
+def reference_of(options: argparse.Namespace, tree: Tree, settings: Settings) -> LawReference:
+    """What the proof compares with: of the file's text and the options alone."""
+    robot = PinocchioRobot(tree.description.text, stated_of(options))
+    return LawReference(robot, options.law, settings)
 
 
 def _value(read: Callable[[str], Any]) -> Callable[[str], Any]:

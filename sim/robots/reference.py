@@ -10,8 +10,9 @@ So a joint, limit, frame or sign that the program has wrong shows as an error.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -22,6 +23,10 @@ from sim.robots.elements import RobotError
 from sim.robots.stated import ALL, Stated
 
 Real = NDArray[np.float64]
+OWN = 4e-9
+"""Largest error of this reference by the largest result of its kind in a tick: numbers of frames
+within 1e-9 of 0 and 1 are exact in the program.
+"""
 SINGULAR = 1e-12
 """Least principal value of a mass matrix that can be solved, by the largest."""
 
@@ -230,70 +235,85 @@ def _coordinates(joint: pin.JointModel, value: float) -> list[float]:
 
 @dataclass(frozen=True)
 class LawReference:
-    """Results of a named law of a robot, by its equations. settings: those of `laws.Settings`."""
+    """Results of a named law of a robot, by its equations. settings: fields of `laws.Settings`."""
 
     robot: PinocchioRobot
     name: str
-    settings: object
+    settings: Any
 
-    def __call__(self, words: Mapping[str, NDArray]) -> dict[str, Real]:
-        """Outputs and next states (`<state>_next`) of words of the program, arrays (N,) by name."""
-        robot, settings, n = self.robot, self.settings, len(self.robot.names)
-
-        def vector(name: str, suffix: str = "") -> Real:
-            return np.stack([words[f"{name}{i}{suffix}"].astype(float) for i in range(n)], axis=1)
-
-        found: dict[str, Real] = {}
+    def __call__(self, words: Mapping[str, NDArray]) -> dict[str, tuple[Real, Real]]:
+        """Outputs and next states (`<state>_next`) of words of the program, arrays (N,) by name,
+        each with its own largest error.
+        """
+        settings, n = self.settings, len(self.robot.names)
         if self.name == "inverse_dynamics":
-            return self._forces(
-                self._each(robot.inverse, vector("pos"), vector("speed"), vector("accel"))
-            )
-        counts = vector("q")
-        q = robot.positions(counts, settings.counts)
-        v = np.zeros_like(q)
+            given = [self._vector(words, name) for name in ("pos", "speed", "accel")]
+            return self._forces(self._each(self.robot.inverse, *given))
+        counts = self._vector(words, "q")
+        q, v = self.robot.positions(counts, settings.counts), np.zeros((len(counts), n))
         if "q0_before" in words:
-            moved = counts - vector("q", "_before")
-            v = moved * robot.scale(settings.counts) * settings.rate
-        still = np.zeros_like(q)
+            moved = counts - self._vector(words, "q", "_before")
+            v = moved * self.robot.scale(settings.counts) * settings.rate
         if self.name in ("forward_kinematics", "tip_speed"):
             return self._tip(q, v)
         if self.name == "gravity_compensation":
-            tau = self._each(robot.inverse, q, still, still) + vector("extra")
-        elif self.name == "joint_impedance":
-            stiff = np.minimum(settings.stiffness, robot.effort)
-            ratio = settings.damping / settings.stiffness
-            tau = self._each(robot.inverse, q, still, still)
-            tau += stiff * (vector("goal") - q - ratio * v)
-            if settings.friction:
-                tau += self._each(lambda rate: robot.rubbing(rate, settings.creep), v)
-        else:
-            omega, error = 2 * math.pi * settings.bandwidth, vector("goal") - q
-            demand = vector("accel") + omega**2 * error
-            demand += 2 * settings.damping_ratio * omega * (vector("speed") - v)
-            if settings.integral:
-                most = settings.windup
-                total = np.clip(vector("s") + error / settings.rate, -most, most)
-                found = {f"s{i}_next": total[:, i] for i in range(n)}
-                demand += omega**3 / 10 * total
-            tau = self._each(robot.inverse, q, v, demand)
-            if settings.friction:
-                tau += self._each(lambda rate: robot.rubbing(rate, settings.creep), vector("speed"))
-        return found | self._forces(tau)
+            return self._forces(self._weight(q) + self._vector(words, "extra"))
+        if self.name == "joint_impedance":
+            return self._forces(self._impedance(words, q, v))
+        total = None
+        if settings.integral:
+            error = self._vector(words, "goal") - q
+            most = settings.windup
+            total = np.clip(self._vector(words, "s") + error / settings.rate, -most, most)
+        found = self._forces(self._computed_torque(words, q, v, total))
+        if total is not None:
+            found |= {f"s{i}_next": (total[:, i], OWN * np.abs(total[:, i])) for i in range(n)}
+        return found
 
-    def _each(self, function, *rows: Real) -> Real:
+    def _vector(self, words: Mapping[str, NDArray], name: str, suffix: str = "") -> Real:
+        axes = range(len(self.robot.names))
+        return np.stack([words[f"{name}{i}{suffix}"].astype(float) for i in axes], axis=1)
+
+    def _weight(self, q: Real) -> Real:
+        still = np.zeros_like(q)
+        return self._each(self.robot.inverse, q, still, still)
+
+    def _friction(self, v: Real) -> Real:
+        if not self.settings.friction:
+            return np.zeros_like(v)
+        return self._each(lambda rate: self.robot.rubbing(rate, self.settings.creep), v)
+
+    def _impedance(self, words: Mapping[str, NDArray], q: Real, v: Real) -> Real:
+        stiff = np.minimum(self.settings.stiffness, self.robot.effort)
+        ratio = self.settings.damping / self.settings.stiffness
+        spring = stiff * (self._vector(words, "goal") - q - ratio * v)
+        return self._weight(q) + spring + self._friction(v)
+
+    def _computed_torque(
+        self, words: Mapping[str, NDArray], q: Real, v: Real, total: Real | None
+    ) -> Real:
+        settings, omega = self.settings, 2 * math.pi * self.settings.bandwidth
+        speed = self._vector(words, "speed")
+        demand = self._vector(words, "accel") + omega**2 * (self._vector(words, "goal") - q)
+        demand += 2 * settings.damping_ratio * omega * (speed - v)
+        if total is not None:
+            demand += omega**3 / 10 * total
+        return self._each(self.robot.inverse, q, v, demand) + self._friction(speed)
+
+    def _each(self, function: Callable[..., Real], *rows: Real) -> Real:
         return np.array([function(*row) for row in zip(*rows, strict=True)])
 
-    def _forces(self, tau: Real) -> dict[str, Real]:
-        effort = self.robot.effort
-        return {f"tau{i}": np.clip(tau[:, i], -e, e) for i, e in enumerate(effort)}
+    def _forces(self, tau: Real) -> dict[str, tuple[Real, Real]]:
+        own = OWN * np.abs(tau).max(axis=1)
+        limits = enumerate(self.robot.effort)
+        return {f"tau{i}": (np.clip(tau[:, i], -e, e), own) for i, e in limits}
 
-    def _tip(self, q: Real, v: Real) -> dict[str, Real]:
+    def _tip(self, q: Real, v: Real) -> dict[str, tuple[Real, Real]]:
         tips = [self.robot.tip(*row) for row in zip(q, v, strict=True)]
         if self.name == "tip_speed":
-            rates = np.array([rate for _, _, rate in tips])
-            return {
-                f"tip_{axis}": rates[:, k] for k, axis in enumerate("vx vy vz wx wy wz".split())
-            }
-        rows = np.array([[*o, *turned[:, 2], *turned[:, 0]] for o, turned, _ in tips])
-        names = "x y z zx zy zz xx xy xz".split()
-        return {f"tip_{name}": rows[:, k] for k, name in enumerate(names)}
+            names, rows = "vx vy vz wx wy wz".split(), np.array([rate for _, _, rate in tips])
+        else:
+            names = "x y z zx zy zz xx xy xz".split()
+            rows = np.array([[*o, *turned[:, 2], *turned[:, 0]] for o, turned, _ in tips])
+        own = OWN * np.abs(rows).max(axis=1)
+        return {f"tip_{name}": (rows[:, k], own) for k, name in enumerate(names)}
