@@ -200,7 +200,10 @@ def _prove(built: Built, options: argparse.Namespace, tree: Tree | None, setting
         )
     if proof.unbounded:
         print(f"{proof.unbounded} results have no finite bound: keep divisors away from zero")
-    passed = proof.passed and (not options.c or _prove_c(built, options))
+    difference = reference.difference(compiled.law) if reference else ""
+    if difference:
+        print(f"not as the URDF has it: {difference}")
+    passed = proof.passed and not difference and (not options.c or _prove_c(built, options))
     print("proved" if passed else "NOT proved")
     return 0 if passed else 1
 

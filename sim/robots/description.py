@@ -292,7 +292,8 @@ class _Robot(Reader):
             found[key] = value or None
         low, high = (self._optional(element, key, where, 0.0) for key in ("lower", "upper"))
         if kind == "continuous":
-            self.unused["limit lower, upper of a continuous joint"] += int(low != 0 or high != 0)
+            if low or high:
+                self.unused["limit lower, upper of a continuous joint"] += 1
             return {key: value for key, value in found.items() if value}
         if low > high:
             self.fail(element, f"{where}: lower {low:g} is above upper {high:g}")

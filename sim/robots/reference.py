@@ -19,6 +19,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
+from asip_asm.model.law import Law
 from sim.robots.elements import RobotError
 from sim.robots.stated import ALL, Stated
 
@@ -27,6 +28,10 @@ OWN = 4e-9
 """Largest error of this reference by the largest result of its kind in a tick: numbers of frames
 within 1e-9 of 0 and 1 are exact in the program.
 """
+SEVERAL_TURNS = 4 * math.pi
+"""A continuous joint is right at least as far as this to either side [rad]."""
+MOST = 256.0
+"""Largest angle of the core [rad]."""
 SINGULAR = 1e-12
 """Least principal value of a mass matrix that can be solved, by the largest."""
 
@@ -144,17 +149,18 @@ class PinocchioRobot:
         return turn / (np.array([words.get(name, per_turn) for name in self.names]) * self.gear)
 
     def range(self) -> Real:
-        """Lower and upper ends (n, 2) of pinocchio's own limits; not finite without."""
-        joints = list(self.model.joints)[1:]
-        names = list(self.model.names)[1:]
+        """Lower and upper ends (n, 2) of the positions: stated, or pinocchio's own limits."""
+        joints, names = list(self.model.joints)[1:], list(self.model.names)[1:]
+        lower, upper = self.model.lowerPositionLimit, self.model.upperPositionLimit
         found = []
         for name in self.names:
             joint = joints[names.index(name)]
-            own = (-math.inf, math.inf)
+            own = (-SEVERAL_TURNS, SEVERAL_TURNS)
             if joint.nq == 1:
-                lower, upper = self.model.lowerPositionLimit, self.model.upperPositionLimit
                 own = (float(lower[joint.idx_q]), float(upper[joint.idx_q]))
-            found.append(own)
+            if own[0] == own[1]:
+                own = self.stated.range.get(ALL, own)
+            found.append(self.stated.range.get(name, own))
         return np.array(found)
 
     def configuration(self, q: Real) -> Real:
@@ -269,6 +275,27 @@ class LawReference:
         if total is not None:
             found |= {f"s{i}_next": (total[:, i], OWN * np.abs(total[:, i])) for i in range(n)}
         return found
+
+    def difference(self, law: Law) -> str:
+        """What the signals of a law have otherwise than the file: text, empty if nothing."""
+        robot, ports = self.robot, {port.name: port for port in law.ports}
+        first = "pos" if self.name == "inverse_dynamics" else "q"
+        for i, (name, own) in enumerate(zip(robot.names, robot.range(), strict=True)):
+            port = ports.get(f"{first}{i}")
+            if port is None:
+                return f"no signal {first}{i} of joint {name}"
+            if port.meaning and first == "q" and port.meaning != f"encoder of {name}":
+                return f"{first}{i} is the {port.meaning}, it belongs to joint {name}"
+            middle, half = own.mean(), (own[1] - own[0]) / 2
+            half *= self.settings.overshoot if robot.revolute[i] else 1.0
+            low, high = np.clip((middle - half, middle + half), -MOST, MOST)
+            limits = port.limits or (-math.inf, math.inf)
+            if limits[0] > low + 1e-9 or limits[1] < high - 1e-9:
+                return f"{port.name} is from {limits[0]:g}, joint {name} from {low:g} to {high:g}"
+            effort = ports.get(f"tau{i}")
+            if effort is not None and effort.limits != (-robot.effort[i], robot.effort[i]):
+                return f"tau{i} is limited to {effort.limits}, joint {name} to {robot.effort[i]:g}"
+        return ""
 
     def _vector(self, words: Mapping[str, NDArray], name: str, suffix: str = "") -> Real:
         axes = range(len(self.robot.names))
