@@ -104,7 +104,7 @@ class Row:
     beside_assembly: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     def as_json(self) -> dict[str, Any]:
-        """Fields of build/robots.json."""
+        """Fields of build/shown_robots.json."""
         return {
             "cycles": self.built.cycles,
             "bound_cycles": self.built.bound_cycles,

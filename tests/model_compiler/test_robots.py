@@ -17,7 +17,7 @@ from sim.robots.dynamics import inverse_dynamics, jacobian, tip_placement
 from sim.robots.elements import RobotError
 from sim.robots.job import goals
 from sim.robots.laws import LAWS, Settings, operations
-from sim.robots.reference import PinocchioRobot
+from sim.robots.reference import OWN, PinocchioRobot
 from sim.robots.samples import near
 from sim.robots.stated import Stated
 from sim.robots.tree import Tree, load_tree
@@ -45,7 +45,7 @@ def test_inverse_dynamics_is_that_of_pinocchio(name):
     for point in np.random.default_rng(1).uniform(-7, 7, (20, 3, len(tree.axes))):
         want = arm.inverse(*point)
         got = function(*point).full().ravel()
-        assert np.abs(got - want).max() <= 1e-10 * np.abs(want).max()
+        assert np.abs(got - want).max() <= OWN * np.abs(want).max()
 
 
 @pytest.mark.parametrize("name", ROBOTS)
