@@ -115,7 +115,7 @@ gen-check: $(READY) ## refuse generated files that differ from their sources
 	@$(PY) scripts/gen_core_files.py --check
 	@$(PY) scripts/gen_ethercat.py --check
 
-robots: $(READY) ## compile, prove and close the loop of every robot shown, to build/robots.json and .html (T=names)
+robots: $(READY) ## compile, prove and close the loop of every robot shown, to build/shown_robots.json and .html (T=names)
 	@$(PY) -m sim.robots $(if $(T),--only $(T))
 
 side-by-side: $(READY) ## one law on the core, on FPGA2 and on this machine, to build/side_by_side.json (T=robot)

@@ -61,7 +61,12 @@ AREAS: dict[str, Area] = {
     "nios": Area("Nios II systems: protocols, C programs of others, figures per MHz.", {}),
     "robots": Area(
         "Laws compiled from robot descriptions: proofs, certificates, cycles.",
-        {"certificate": "sim.certificate_goals:rows"},
+        {
+            "URDF files": "sim.robots.campaign:rows",
+            "planted mistakes": "tests.model_compiler.planted:rows",
+            "cycles": "sim.robots.cycles:rows",
+            "certificate": "sim.certificate_goals:rows",
+        },
     ),
     "security": Area("Hostile files, ports, packets, signals, caches and environments.", {}),
     "silicon": Area(

@@ -84,7 +84,7 @@ def machine_of(way: Way) -> Machine:
 
 def cycles(arm: str, way: Way) -> int:
     """Cycles of a tick of the arm's law."""
-    law = LAWS["computed_torque"](robot(arm), Settings())
+    law = LAWS["computed_torque"](robot(arm), Settings(overshoot=1.0))
     machine = machine_of(way)
     text = compile_law(law, Options("fast", True, True, way.sine), machine).text
     with tempfile.TemporaryDirectory() as folder:

@@ -27,7 +27,7 @@ from asip_asm.model.exact import Array, evaluate
 from asip_asm.model.law import Law, Port, before
 from sim.core import Core
 from sim.prove_casadi import truth_of
-from sim.prove_reference import Truth
+from sim.prove_reference import RobotTruth, Truth
 
 SEED = 1
 COUNT = 10_000
@@ -134,6 +134,10 @@ Sample = Callable[[int, np.random.Generator], dict[str, Array]]
 them, where these belong to the inputs too."""
 
 
+Reference = Callable[[Mapping[str, Array]], dict[str, tuple[Array, Array]]]
+"""Results of words of the program by name, outputs saturated, and the reference's own error."""
+
+
 def prove(
     compiled: Compiled,
     image: Image,
@@ -142,7 +146,7 @@ def prove(
     seed: int = SEED,
     backend: str = "rtl",
     sample: Sample | None = None,
-    truth: Truth | None = None,
+    truth: Truth | RobotTruth | None = None,
     certificate: Certificate | None = None,
     points: Iterable[tuple[dict[str, Array], dict[str, Array]]] = (),
 ) -> Proof:
@@ -181,7 +185,7 @@ def prove(
     sine = unit_sine if backend == "rtl" else rounded_sine
     truth = truth or truth_of(law)
     proof = compare(compiled, inputs, got, seed, sine, truth, certificate)
-    differs = truth.difference(image)
+    differs = truth.difference(image) if isinstance(truth, Truth) else truth.difference(law)
     if differs and not proof.first_difference:
         proof = replace(proof, bits_equal=False, first_difference=differs)
     return proof
@@ -243,7 +247,7 @@ def compare(
     got: Mapping[str, Array],
     seed: int,
     sine: Callable,
-    truth: Truth | None = None,
+    truth: Truth | RobotTruth | None = None,
     certificate: Certificate | None = None,
 ) -> Proof:
     """Compare results with the interpreter, with double precision, and with the certificate."""
@@ -254,15 +258,16 @@ def compare(
             k = int(np.argmax(unequal))
             difference = f"{name}, tick {k} of seed {seed}: got {got[name][k]!r}, want {want[k]!r}"
     real, limit = bounds(compiled.graph, inputs)
-    want_of = (truth or truth_of(compiled.law))(inputs)
+    found = (truth or truth_of(compiled.law))(inputs)
+    want_of = {n: v if isinstance(v, tuple) else (v, np.zeros_like(v)) for n, v in found.items()}
     if missing := sorted(set(got) - _rates(compiled.law) - set(want_of)):
         difference = difference or f"the user's model gives no {', '.join(missing)}"
     worst, where, unbounded, largest, within = 0.0, "", 0, {}, {}
     limits = {p.name: p.limits for p in compiled.law.of_kind("output") if p.limits}
-    for name, want in want_of.items():
+    for name, (want, own) in want_of.items():
         root = name.removesuffix("_next") if name not in limit else name
         error = np.abs(got[name].astype(np.float64) - want)
-        share = error / np.maximum(limit[root], 1e-300)
+        share = error / np.maximum(limit[root] + own, 1e-300)
         share = np.where(error == 0, 0.0, share)
         unbounded += int(np.sum(~np.isfinite(limit[root])))
         largest[name] = float(error.max())

@@ -26,12 +26,22 @@ from asip_asm.model.read import ModelError
 from asip_asm.signals import InterfaceError
 from sim.asip_model.effects import effects
 from sim.asip_model.proof_report import CERTIFICATE, report, write_certificate
+from sim.asip_model.robot_options import (
+    add_robot_options,
+    check_robot_options,
+    is_urdf,
+    reference_of,
+    robot_law,
+    settings_of,
+)
 from sim.prove_casadi import truth_of_files
 from sim.prove_points import Point, directed, load_points
-from sim.prove_reference import Truth
+from sim.prove_reference import RobotTruth, Truth
+from sim.robots.account import account
 from sim.robots.closed_loop import Arm, close_loop
-from sim.robots.laws import LAWS, Settings
-from sim.robots.tree import RobotError, Tree, load_tree
+from sim.robots.elements import RobotError
+from sim.robots.laws import Settings
+from sim.robots.tree import Tree
 
 EPILOG = """example:
   import casadi as ca                                   # law.py
@@ -56,8 +66,6 @@ its bound; 2 wrong command line
 """
 RATIO = 1.05
 """Tracking error of an axis on the core by that in double precision, at most."""
-SETTINGS = ("rate", "counts", "bandwidth", "integral", "friction")
-"""Options of the laws of URDFs."""
 MILLION = 1_000_000
 EFFORT = 5
 """Million operations of a certificate by default: some seconds."""
@@ -73,7 +81,7 @@ def main(arguments: list[str] | None = None) -> int:
 def _model(options: argparse.Namespace) -> int:
     stem = options.output or options.parts[0][0].with_suffix("")
     several = len(options.parts) > 1
-    settings = Settings(**{name: getattr(options, name) for name in SETTINGS})
+    settings = settings_of(options)
     built: dict[str, Built] = {}
     stems = {name: f"{stem}.{name}" if several else str(stem) for name in _names(options)}
     ends = (".s", ".asip.map.json", *((".tick.h", ".tick.c") if options.c else ()))
@@ -102,7 +110,11 @@ def _model(options: argparse.Namespace) -> int:
         (image,) = images.values()
     texts = {f"{stem}.asip.json": Image.dumps(image), f"{stem}.h": to_c(image, "")}
     texts[f"{stem}.report.txt"] = "\n".join(
-        one.report.render() + "\n" + effects(one.compiled, options.seed) for one in built.values()
+        one.report.render()
+        + "\n"
+        + effects(one.compiled, options.seed)
+        + (f"\n{account(tree, settings)}" if tree else "")
+        for one, (_, tree) in zip(built.values(), laws, strict=True)
     )
     texts |= {f"{stems[name]}.asip.map.json": found.dumps() for name, found in maps.items()}
     for name, each in stems.items() if options.c else ():
@@ -119,9 +131,8 @@ def _model(options: argparse.Namespace) -> int:
         for (name, one), (_, tree), files in zip(built.items(), laws, options.parts, strict=True):
             whole = replace(one, image=image.function(name)) if several else one
             file = Path(f"{stems[name]}{CERTIFICATE}")
-            truth = truth_of_files(*files) if tree is None else None
-            passed = _prove(whole, options, tree is not None, truth, points, file)
-            status = max(status, passed)
+            truth = reference_of(options, tree, settings) if tree else truth_of_files(*files)
+            status = max(status, _prove(whole, options, truth, points, file))
         if several:
             status = max(status, _prove_together(image, built, options))
     if options.loop and laws[0][1] is not None:
@@ -142,9 +153,11 @@ def _law(
     options: argparse.Namespace, file: Path, interface: Path | None, settings: Settings
 ) -> tuple[Law, Tree | None]:
     """The law, and the robot of a URDF."""
-    if file.suffix == ".urdf":
-        tree = load_tree(file, options.lock)
-        return LAWS[options.law](tree, settings), tree
+    if interface is None:
+        law, tree = robot_law(options, file, settings)
+        for warning in tree.description.warnings:
+            print(f"asip-model: warning: {warning}", file=sys.stderr)
+        return law, tree
     return load_law(file, interface), None
 
 
@@ -172,8 +185,7 @@ def _loop(built: Built, tree: Tree, settings: Settings, seconds: float) -> int:
 def _prove(
     built: Built,
     options: argparse.Namespace,
-    urdf: bool,
-    truth: Truth | None,
+    truth: Truth | RobotTruth,
     points: list[Point],
     file: Path,
 ) -> int:
@@ -182,7 +194,7 @@ def _prove(
     from sim.robots.samples import near
 
     compiled, inputs, seed = built.compiled, options.inputs, options.seed
-    sample = near(compiled.law) if urdf else None
+    sample = near(compiled.law) if not isinstance(truth, Truth) else None
 
     def progress(text: str) -> None:
         print(f"certificate: {text}", file=sys.stderr, flush=True)
@@ -298,33 +310,28 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
         "its bounds tighter",
     )
     parser.add_argument("--seed", type=int, default=1, help="seed of the proof's inputs")
-    robot = parser.add_argument_group("laws of a URDF")
-    robot.add_argument("--law", choices=tuple(LAWS), default="computed_torque", help="which law")
-    robot.add_argument("--rate", type=float, default=10_000.0, help="ticks per second")
-    robot.add_argument("--counts", type=int, default=1 << 20, help="encoder counts per turn")
-    robot.add_argument("--bandwidth", type=float, default=20.0, help="of the position loop [Hz]")
-    robot.add_argument("--integral", action="store_true", help="PID in place of PD")
-    robot.add_argument("--friction", action="store_true", help="the URDF's friction in the law")
-    robot.add_argument("--lock", action="append", default=[], help="a joint that does not move")
-    robot.add_argument(
+    add_robot_options(parser)
+    parser.add_argument(
         "--loop",
         type=duration,
         metavar="SECONDS",
-        help="closed loop with the robot (computed_torque)",
+        help="closed loop with the robot of a URDF (computed_torque)",
     )
     options = parser.parse_args(arguments)
     options.parts = []
     files = list(options.files)
     while files:
         file = files.pop(0)
-        record = files.pop(0) if files and file.suffix != ".urdf" else None
-        urdf = file.suffix == ".urdf"
-        if urdf != (record is None) or (record and record.suffix == ".urdf"):
+        urdf = is_urdf(file)
+        record = files.pop(0) if files and not urdf else None
+        if ".xacro" in (file.suffix.lower(), record and record.suffix.lower()):
+            parser.error("a xacro is no URDF yet; expand it: xacro FILE > robot.urdf")
+        if urdf != (record is None) or (record and is_urdf(record)):
             parser.error("a function needs its interface record, a URDF has none")
         options.parts.append((file, record))
-    arm = len(options.parts) == 1 and urdf and options.law == "computed_torque"
-    if options.loop and not arm:
-        parser.error("--loop is for computed_torque of one URDF")
+    check_robot_options(parser, options)
+    if options.loop and len(options.parts) > 1:
+        parser.error("--loop is for one URDF")
     if options.points and (not options.prove or len(options.parts) > 1):
         parser.error("--points is for --prove of one function")
     if options.effort and not options.prove:
