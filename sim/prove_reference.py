@@ -11,14 +11,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from asip_asm.image import Image
-from asip_asm.model.law import Law
 from asip_asm.model.read import ModelError
+
+if TYPE_CHECKING:
+    from asip_asm.model.law import Law
 
 Shape = tuple[int, int]
 Values = NDArray[np.float64]

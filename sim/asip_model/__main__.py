@@ -200,7 +200,7 @@ def _prove(
         print(f"certificate: {text}", file=sys.stderr, flush=True)
 
     certificate = certify(
-        compiled.graph, compiled.law, (options.effort or EFFORT) * MILLION, progress
+        compiled.graph, compiled.law, (options.boxes_effort or EFFORT) * MILLION, progress
     )
     try:
         proof = prove(
@@ -303,7 +303,7 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
         help="table of inputs that the proof tries too, comma-separated, names in the first line",
     )
     parser.add_argument(
-        "--effort",
+        "--boxes-effort",
         type=count,
         metavar="N",
         help=f"million operations that the certificate may take, {EFFORT} if not given; more make "
@@ -334,8 +334,8 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
         parser.error("--loop is for one URDF")
     if options.points and (not options.prove or len(options.parts) > 1):
         parser.error("--points is for --prove of one function")
-    if options.effort and not options.prove:
-        parser.error("--effort is for --prove")
+    if options.boxes_effort and not options.prove:
+        parser.error("--boxes-effort is for --prove")
     return options
 
 

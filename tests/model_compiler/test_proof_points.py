@@ -52,7 +52,7 @@ def command(tmp_path, expression, size, limits, *more: str) -> tuple[int, dict]:
     record.write_text(RECORD.format(name="law", low=limits[0], high=limits[1], **names))
     stem = tmp_path / "out"
     words = [str(tmp_path / "law.casadi"), str(record), "--prove", "--inputs", "200"]
-    status = main([*words, "--effort", "1", "-o", str(stem), *more])
+    status = main([*words, "--boxes-effort", "1", "-o", str(stem), *more])
     file = tmp_path / "out.certificate.json"
     return status, json.loads(file.read_text()) if file.exists() else {}
 
