@@ -287,14 +287,16 @@ def _checks(
     certificate: Certificate,
     inputs: Mapping[str, Array],
     got: Mapping[str, Array],
-    wanted: Mapping[str, NDArray[np.float64]],
+    wanted: Mapping[str, tuple[NDArray[np.float64], NDArray[np.float64]]],
 ) -> dict[str, Check]:
-    """Errors in the certificate's box; ticks that began with a state outside of it do not count."""
+    """Errors in the certificate's box, less those that `wanted` may have of its own; ticks that
+    began with a state outside of it do not count.
+    """
     inside = certificate.covers(inputs)
     found = {}
     for name, bound in certificate.bounds.items():
-        want = wanted[name][inside]
-        error = np.abs(got[name].astype(np.float64)[inside] - want)
+        want, own = (part[inside] for part in wanted[name])
+        error = np.maximum(np.abs(got[name].astype(np.float64)[inside] - want) - own, 0.0)
         low, high = float(want.min(initial=np.inf)), float(want.max(initial=-np.inf))
         largest = float(error.max(initial=0.0))
         found[name] = Check(bound.unit, largest, bound.bound, low, high)
