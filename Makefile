@@ -32,7 +32,7 @@ WAVES ?=
 export SEED WAVES
 
 .PHONY: help setup setup-synth run dual test test-full test-mutants fuzz lint lock clean
-.PHONY: format gen gen-check docs readme site workbench
+.PHONY: format gen gen-check docs readme site goals
 .PHONY: formal fp-case fp-bench fp-campaign fp-report
 .PHONY: robots side-by-side
 .PHONY: bus motion motion-size drive synth quartus upsets bitstream silicon
@@ -124,8 +124,8 @@ side-by-side: $(READY) ## one law on the core, on FPGA2 and on this machine, to 
 motion: $(READY) ## the motion front-end: figures of the papers, drive study, RTL, on one page (RUN=full)
 	@$(PY) -m sim.motion.show --robot "$(ROBOT)" $(if $(filter full,$(RUN)),--full)
 
-workbench: $(READY_SYNTH) ## what debug block, debugger and scope are to reach, to build/workbench.json (RUN=full, T=words)
-	@$(PY) -m scripts.workbench $(T) $(if $(filter full,$(RUN)),--full)
+goals: $(READY_SYNTH) ## measure goals, to build/NAME.json (T=NAME, RUN=full; without T the names)
+	@$(PY) -m scripts.goals $(T) $(if $(filter full,$(RUN)),--full)
 
 upsets: $(READY) ## invert single bits of the core in whole ticks, to build/upsets.json and docs/upsets.md (RUN=full; resumes)
 	@$(PY) -m tests.upsets --jobs $(JOBS) $(if $(filter full,$(RUN)),--full)

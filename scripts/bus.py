@@ -7,7 +7,7 @@
     python -m scripts.bus --docs     write docs/ethercat.md from build/bus.json
 
 Results of long runs are kept in build/bus for the sources they were measured with: a run that was
-broken off goes on with the row that is missing. Exit status 1 if a goal is missed or not measured.
+broken off goes on with the row that is missing. Exit status 1 if a goal is missed.
 """
 
 from __future__ import annotations
@@ -17,15 +17,13 @@ import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from rich import box
 from rich.console import Console
-from rich.table import Table
 
 from asip_asm.command import script_parser
 from asip_asm.project import BUILD, ROOT
 from scripts import bus_page
-from scripts.bus_rows import PRODUCERS, Order, Row, not_measured
-from scripts.goal_table import goal_table
+from scripts.bus_rows import PRODUCERS, Order
+from sim.goals import Goal, as_json, markdown_table, missed, terminal_table, write_goals
 from sim.page.marks import write_between_marks
 
 RESULTS = BUILD / "bus.json"
@@ -34,16 +32,16 @@ PAGE = ROOT / "docs/ethercat.md"
 
 def measure(
     order: Order, names: Sequence[str], report: Callable[[str], None]
-) -> dict[str, list[Row]]:
+) -> dict[str, list[Goal]]:
     """Rows of each producer; one that fails is a row that is not met."""
-    found: dict[str, list[Row]] = {name: [] for name in names}
+    found: dict[str, list[Goal]] = {name: [] for name in names}
     for name, rows in found.items():
         try:
             rows.extend(PRODUCERS[name](order, report))
         except Exception as error:
             reason = f"{type(error).__name__}: {error}".splitlines()[0]
             report(f"  {reason}")
-            rows.append(not_measured(f"{name}: {reason}"))
+            rows.append(Goal(name, None, "", "measured", False, reason))
     return found
 
 
@@ -62,27 +60,23 @@ def main(argv: Sequence[str] | None = None) -> int:
     options = parser.parse_args(argv)
     if options.docs:
         results = json.loads(options.results.read_text(encoding="utf-8"))
-        write_between_marks(PAGE, {"goals": goal_table(results["goals"])})
+        write_between_marks(PAGE, {"goals": markdown_table(results["goals"])})
         return 0
     if unknown := set(options.producers) - set(PRODUCERS):
         parser.error(f"no {', '.join(sorted(unknown))}; there are {', '.join(PRODUCERS)}")
-    options.results.parent.mkdir(parents=True, exist_ok=True)
     console = Console()
     order = Order(options.full, options.capture)
     found = measure(order, options.producers or list(PRODUCERS), console.print)
     rows = [row for name in PRODUCERS for row in found.get(name, ())]
     whole = order.full and not options.producers
-    text = json.dumps({"whole": whole, "goals": rows}, indent=2) + "\n"
-    options.results.write_text(text, encoding="utf-8")
-    view = Table("goal", "value", "target", "met", box=box.SIMPLE_HEAD)
-    for each in rows:
-        value = "not measured" if each["value"] is None else f"{each['value']:.6g} {each['unit']}"
-        view.add_row(each["name"], value, f"{each['target']} {each['unit']}", str(each["met"]))
+    goals = as_json(rows)
+    write_goals(options.results, goals, whole=whole)
+    view = terminal_table(goals)
     console.print(view)
     page = options.results.with_suffix(".html")
     bus_page.write(page, view, order.curves)
     console.print(f"written: {options.results}, {page}")
-    return 0 if all(each["met"] for each in rows) else 1
+    return int(bool(missed(goals)))
 
 
 if __name__ == "__main__":

@@ -6,7 +6,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,7 @@ from sim.ethercat.device_run import CYCLE_CLOCKS
 from sim.ethercat.line import Line, library
 from sim.ethercat.measure import CLOCK_PS, forwarding, keeps_cycle
 from sim.ethercat.tap import in_namespace
+from sim.goals import Goal, at_least, at_most, depth, not_measured
 from sim.harness.sources import sources_of
 from sim.model.parameters import Robot
 from tests.ethercat.test_cia402 import random_controlwords, transitions_one_by_one
@@ -49,8 +50,8 @@ ROBOT = ["sim/robot.toml", "sim/model/*.py", "sim/run/*.py", "sim/core*.py", "si
 ROBOT += ["sim/gcode/**/*.py", "sim/trajectory/*.py", "asip_asm/*.py", "asip_asm/*.toml"]
 ROBOT += ["asip_asm/programs/tracking*", "sim/harness/asip_harness.cpp"]
 HOURS = 12 * 3600
+FULL = "make bus RUN=full"
 
-Row = dict[str, Any]
 Report = Callable[[str], None]
 
 
@@ -63,24 +64,10 @@ class Order:
     curves: Path | None = None
 
 
-def row(name: str, value: float | None, unit: str, target: float, met: bool) -> Row:
-    """As build/bus.json has it; value None: not measured."""
-    return {"name": name, "value": value, "unit": unit, "target": target, "met": met}
-
-
-def not_measured(name: str) -> Row:
-    """The row of a producer that could not run."""
-    return row(name, None, "", 0, False)
-
-
-def most(name: str, value: float, unit: str, target: float) -> Row:
-    """A value that may be `target` at most."""
-    return row(name, value, unit, target, value <= target)
-
-
-def least(name: str, value: float, unit: str, target: float) -> Row:
-    """A value that must be `target` at least."""
-    return row(name, value, unit, target, value >= target)
+def counted(name: str, right: int, made: int, target: int) -> Goal:
+    """Cycles that were right, of those made; if all were, fewer than the target are a sample."""
+    goal = at_least(name, right, target, "cycles")
+    return depth(name, right, target, "cycles", FULL) if right == made else goal
 
 
 def mark(top: str, files: Sequence[str], *choices: object) -> str:
@@ -131,13 +118,13 @@ def run(module: str, options: Sequence[str]) -> dict[str, Any]:
     return json.loads(done.stdout.splitlines()[-1])
 
 
-def timing(order: Order, report: Report) -> Iterator[Row]:
+def timing(order: Order, report: Report) -> Iterator[Goal]:
     """Forwarding and cycles, counted in clocks."""
     report("forwarding, all phases of the sender's clock")
     found = forwarding()
     worst = found.most * CLOCK_PS // 1000
-    yield most("forwarding port to port, longest", worst, "ns", FORWARDING_NS)
-    yield most("forwarding, between frames", found.spread, "clocks", 0)
+    yield at_most("forwarding port to port, longest", worst, FORWARDING_NS, "ns")
+    yield at_most("forwarding, between frames", found.spread, 0, "clocks")
     device = load()
     for period in PERIODS_NS:
         report(f"cycles of {period / 1000} us with the process data of five axes")
@@ -146,10 +133,10 @@ def timing(order: Order, report: Report) -> Iterator[Row]:
             "controller with the application port copied by the bench, data of five axes every "
             f"{period / 1000:g} us: wrong counters and late inputs of 200 cycles"
         )
-        yield most(name, wrong + late, "cycles", 0)
+        yield at_most(name, wrong + late, 0, "cycles")
 
 
-def device(order: Order, report: Report) -> Iterator[Row]:
+def device(order: Order, report: Report) -> Iterator[Goal]:
     """Control passes of the whole device, its program on the Nios II core."""
     report("control passes of the whole device")
     options = ["--step", "0", "--cycles", str(PASSES)]
@@ -160,13 +147,11 @@ def device(order: Order, report: Report) -> Iterator[Row]:
             f"whole device, five axes in CSP, a frame every {passes['period_us']} us: longest "
             f"control pass of {passes['passes']}, each 100 us"
         )
-        longest = passes["longest"]
-        yield row(
-            name, longest, "cycles", CYCLE_CLOCKS, passes["powered"] and longest <= CYCLE_CLOCKS
-        )
+        goal = at_most(name, passes["longest"], CYCLE_CLOCKS, "cycles")
+        yield goal if passes["powered"] else replace(goal, met=False, note="drives without power")
 
 
-def masters(order: Order, report: Report) -> Iterator[Row]:
+def masters(order: Order, report: Report) -> Iterator[Goal]:
     """pysoem with one slave, three in a line and in a ring, KickCAT with three, scapy."""
     library()
     working = 0
@@ -186,7 +171,7 @@ def masters(order: Order, report: Report) -> Iterator[Row]:
         right = cycles - found["wrong_counters"] if found["state"] == "OP" else 0
         working += slaves == 3 and right == cycles
         name = f"{master}, {slaves} slave(s): cycles in OP without a wrong counter"
-        yield least(name, right, "cycles", target)
+        yield counted(name, right, cycles, target)
     cycles = MASTER_CYCLES[order.full]
     report(f"pysoem at both ends of a ring of three, a cable pulled, {cycles} cycles in OP")
     options = ["--slaves", "3", "--cycles", str(cycles), "--cable", "1"]
@@ -197,17 +182,17 @@ def masters(order: Order, report: Report) -> Iterator[Row]:
         "pysoem, ring of three with redundancy, a third of the cycles with a cable pulled: cycles "
         "in OP without a wrong counter"
     )
-    yield least(name, right, "cycles", MASTER_CYCLES[True])
+    yield counted(name, right, cycles, MASTER_CYCLES[True])
     report("scapy")
     run_chains(SCAPY_CHAINS, 2)
-    yield least("unrelated masters that work", working + 1, "masters", 3)
+    yield at_least("unrelated masters that work", working + 1, 3, "masters")
 
 
-def clocks(order: Order, report: Report) -> Iterator[Row]:
+def clocks(order: Order, report: Report) -> Iterator[Goal]:
     """System times of three slaves; only the full run is long enough to count."""
     name = f"system times apart, three slaves 100 ppm apart, {CLOCK_CYCLES} cycles"
     if not order.full:
-        yield row(name, None, "ns", NEAR_NS, False)
+        yield not_measured(name, f"<= {NEAR_NS}", "ns", FULL)
         return
     report(f"distributed clocks, {CLOCK_CYCLES} cycles")
 
@@ -216,10 +201,10 @@ def clocks(order: Order, report: Report) -> Iterator[Row]:
             return synchronise(line, CLOCK_CYCLES).worst
 
     of = mark(TOP, BENCH, PPM, CABLE_PS, CLOCK_CYCLES)
-    yield most(name, kept("clocks", of, worst), "ns", NEAR_NS)
+    yield at_most(name, kept("clocks", of, worst), NEAR_NS, "ns")
 
 
-def path(order: Order, report: Report) -> Iterator[Row]:
+def path(order: Order, report: Report) -> Iterator[Goal]:
     """A-G-H over the bus, every clock of slave, processor and ASIP."""
     ticks = PATH_TICKS[order.full]
     seconds = "whole path" if ticks is None else f"first {(ticks - 1) * Robot.load(None).T_s:g} s"
@@ -234,13 +219,13 @@ def path(order: Order, report: Report) -> Iterator[Row]:
         (KEPT / f"path_{name}.json").unlink(missing_ok=True)
     found = kept(f"path_{name}", of, lambda: run("sim.ethercat.path_run", options))
     about = f"A-G-H over the bus, CSP at 1 kHz, {seconds}"
-    yield most(f"{about}, tool error", 1e6 * found["tool"], "um", TOOL_UM)
-    yield most(f"{about}, following-error faults", found["following_errors"], "faults", 0)
+    yield at_most(f"{about}, tool error", 1e6 * found["tool"], TOOL_UM, "um")
+    yield at_most(f"{about}, following-error faults", found["following_errors"], 0, "faults")
     lost = found["wrong_counters"] + len(found["faults"])
-    yield most(f"{about}, wrong counters and other faults", lost, "cycles", 0)
+    yield at_most(f"{about}, wrong counters and other faults", lost, 0, "cycles")
 
 
-def chains(order: Order, report: Report) -> Iterator[Row]:
+def chains(order: Order, report: Report) -> Iterator[Goal]:
     """Datagrams at random against the memory model."""
     count = CHAINS[order.full]
     report(f"{count} chains of datagrams at random")
@@ -252,34 +237,35 @@ def chains(order: Order, report: Report) -> Iterator[Row]:
     files = [f"tests/ethercat/{name}" for name in ("frames.py", "test_frames.py")]
     of = mark(TOP, [*BENCH, *files], count, *versions("scapy"))
     found = kept(f"chains_{count}", of, agree)
-    yield least("random chains that agree with the memory model", found, "chains", CHAINS[True])
+    name = "random chains that agree with the memory model"
+    yield depth(name, found, CHAINS[True], "chains", FULL)
 
 
-def drives(order: Order, report: Report) -> Iterator[Row]:
+def drives(order: Order, report: Report) -> Iterator[Goal]:
     """CiA 402: controlwords against python-canopen's masks and table."""
     report(f"{CONTROLWORDS} controlwords at random")
     random_controlwords(CONTROLWORDS, 2)
     name = "CiA 402, controlwords that agree with python-canopen's table"
-    yield least(name, CONTROLWORDS, "controlwords", CONTROLWORDS)
+    yield at_least(name, CONTROLWORDS, CONTROLWORDS, "controlwords")
     seen = transitions_one_by_one()
-    yield least("CiA 402, transitions seen, of 16", len(seen), "transitions", 16)
+    yield at_least("CiA 402, transitions seen, of 16", len(seen), 16, "transitions")
 
 
-def size(order: Order, report: Report) -> Iterator[Row]:
+def size(order: Order, report: Report) -> Iterator[Goal]:
     """Area, and in a full run the routed clock, on ECP5."""
     report("area on ECP5")
     luts = kept("area", mark(TOP, []), lambda: area(TOP, {})["luts"])
-    yield most("slave controller on ECP5, area", luts, "LUT4", LUTS)
+    yield at_most("slave controller on ECP5, area", luts, LUTS, "LUT4")
     name = "slave controller on ECP5, clock, median of three seeds"
     if not order.full:
-        yield row(name, None, "MHz", MHZ, False)
+        yield not_measured(name, f">= {MHZ}", "MHz", FULL)
         return
     report("clock on ECP5")
     mhz = kept("clock", mark(TOP, [], SEEDS), lambda: speed(TOP, {}, TOP, SEEDS)["mhz_median"])
-    yield least(name, mhz, "MHz", MHZ)
+    yield at_least(name, mhz, MHZ, "MHz")
 
 
-PRODUCERS: dict[str, Callable[[Order, Report], Iterator[Row]]] = {
+PRODUCERS: dict[str, Callable[[Order, Report], Iterator[Goal]]] = {
     "timing": timing,
     "device": device,
     "masters": masters,

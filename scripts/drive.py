@@ -17,15 +17,15 @@ from typing import Any
 
 from asip_asm.project import BUILD, ROOT
 from scripts.generated import table
-from scripts.goal_table import goal_table
 from scripts.motion_size import area, speed
 from scripts.synth_unit import SynthesisError
+from sim.goals import depth, markdown_table
 from sim.model.drives import Drives
 from sim.model.parameters import Robot
 from sim.page.marks import between_marks
 from sim.servo.__main__ import main as simulate
 from sim.servo.current_law import Setting
-from sim.servo.goals import Rows
+from sim.servo.goals import FULL_RUN, Rows
 from sim.servo.start_up import CLOCK
 from tests.servo.axis_latency import latency
 from tests.servo.decoder_edges import campaign
@@ -85,7 +85,7 @@ def decoder(full: bool, rows: Rows, report: Callable[[str], None]) -> None:
     report("edges into the decoder")
     found = campaign(EDGES[full], report)
     about = "decoder at 25 M counts/s and 100 MHz, jitter"
-    rows.least(f"{about}: edges", found.edges, "edges", EDGES[True])
+    rows.append(depth(f"{about}: edges", found.edges, EDGES[True], "edges", FULL_RUN))
     rows.most(f"{about}: clocks with a wrong count", found.wrong, "clocks", 0)
     name = f"decoder, illegal changes not flagged, of {found.planted}"
     rows.most(name, found.missed, "changes", 0)
@@ -149,7 +149,7 @@ def page_text(page: str, results: dict[str, Any]) -> str:
             f"{late['pulse']:.0f} N m for 100 us of it,\n"
         ),
         "blocks": block_table(results.get("blocks", [])),
-        "goals": goal_table(results["goals"]),
+        "goals": markdown_table(results["goals"]),
     }
     return between_marks(page, texts, PAGE.name)
 

@@ -3,7 +3,7 @@
 
 Netlists are made and compared here; bitstreams, table 4 and clocks are taken from their last run
 (`make bitstream`, `make synth`), or else from docs/data. Exit status 1 if a goal is missed: what
-was never measured is missed.
+was never measured is neither met nor missed.
 """
 
 from __future__ import annotations
@@ -23,9 +23,18 @@ from rich.console import Console
 from asip_asm.command import command_parser
 from scripts.bitstream import BOARDS
 from scripts.bitstream import OUTPUT as BOARD_RESULTS
-from scripts.goal_table import goal_view
-from sim.debug.row import Row, at_least, exactly
 from sim.fpbench import campaign
+from sim.goals import (
+    Goal,
+    as_json,
+    at_least,
+    depth,
+    exactly,
+    missed,
+    not_measured,
+    terminal_table,
+    write_goals,
+)
 from sim.run.tables import synthesised
 from tests.silicon import beside, lockstep, ticks
 from tests.silicon.lockstep import Outcome
@@ -37,6 +46,7 @@ OUTCOMES = BUILD / "outcomes"
 COMPARED = ("asip_asm", "nios_sw", "rtl", "sim", "tests")  # folders
 KEPT_BOARDS = ROOT / "docs/data/boards.json"
 TICKS = 10_000
+FULL = "RUN=full measures it"
 CLOCK, BOARD_CLOCK, MARGIN = 125.0, 100.0, 1.05  # MHz
 UNITS = ("fp_cmp", "fp_i2f", "fp_f2i", "fp_mul", "quadrature_decoder")
 PROVED = ("fp_i2f", "fp_cmp", "fp_f2i", "fp_add", "quadrature_decoder", "pulse_generator")
@@ -64,7 +74,7 @@ def board_results() -> dict[str, Any]:
     return found
 
 
-def boards() -> Iterator[Row]:
+def boards() -> Iterator[Goal]:
     """Core clock that the routed design reaches, beside what the board's top asks for."""
     fast_enough = 0
     results = board_results()
@@ -74,26 +84,27 @@ def boards() -> Iterator[Row]:
         core = [c["achieved"] for c in found if abs(c["constraint"] - board.core_mhz) < 0.5]
         goal = (f"{name}: core clock", core[0] if core else None, "MHz", f">= {board.core_mhz}")
         if not core:
-            yield Row(*goal, False, f"not run at this clock; make bitstream BOARD={name}")
+            yield Goal(*goal, None, f"not run at this clock; make bitstream BOARD={name}")
             continue
         met = bool(result["met"])
-        yield Row(*goal, met, f"seed {result['seed']}, commit {result['commit']}")
+        yield Goal(*goal, met, f"seed {result['seed']}, commit {result['commit']}")
         fast_enough += met and board.core_mhz >= BOARD_CLOCK
     yield at_least(f"bitstreams of boards at {BOARD_CLOCK:g} MHz or above", fast_enough, 2, "")
 
 
-def netlist_ticks(full: bool) -> Iterator[Row]:
+def netlist_ticks(full: bool) -> Iterator[Goal]:
     """Whole ticks of both programs, core on the netlist beside core in RTL."""
     for configuration in ("small", "fast"):
         for program in ticks.PROGRAMS:
             name = f"ticks of {program} on the netlist of {configuration}"
             if configuration == "fast" and not full:
-                yield Row(f"{name}, as RTL", None, "", f">= {TICKS}", False, "RUN=full runs it")
+                yield not_measured(f"{name}, as RTL", f">= {TICKS}", "", FULL)
                 continue
             done, first = netlist_run(program, configuration, TICKS if full else 100)
-            note = "" if first is None else f"tick {first} differs"
-            row = at_least(f"{name}, as RTL", done, TICKS, "", note)
-            yield replace(row, met=row.met and first is None)
+            row = depth(f"{name}, as RTL", done, TICKS, "", FULL)
+            if first is not None:
+                row = replace(row, met=False, note=f"tick {first} differs")
+            yield row
 
 
 def netlist_run(program: str, configuration: str, count: int) -> tuple[int, int | None]:
@@ -110,19 +121,19 @@ def netlist_run(program: str, configuration: str, count: int) -> tuple[int, int 
     return (min(wrong), min(wrong)) if wrong else (sum(r["ticks"] for r in results), None)
 
 
-def netlist_units(full: bool) -> Iterator[Row]:
+def netlist_units(full: bool) -> Iterator[Goal]:
     """Modules beside their netlists with random inputs."""
     for top in (*UNITS, *BLOCKS):
         name = f"clocks of {top} whose outputs differ from its netlist's"
         if top in BLOCKS and not full:
-            yield Row(name, None, "", "0", False, "RUN=full runs it")
+            yield not_measured(name, "0", "", FULL)
             continue
         clocks = 1_000_000 if full else 100_000
         outcome = kept(f"{top}-random-{clocks}", partial(lockstep.run, top, clocks=clocks))
         yield compared(name, f"{clocks} clocks", outcome)
 
 
-def at_work(full: bool) -> Iterator[Row]:
+def at_work(full: bool) -> Iterator[Goal]:
     """Modules beside their netlists in the models that existing tests run."""
     for work, (count, unit) in AT_WORK.items():
         name = f"clocks of {work} at work whose outputs differ from its netlist's"
@@ -130,7 +141,7 @@ def at_work(full: bool) -> Iterator[Row]:
             outcome = kept(f"{work}-{count}", partial(beside.run, work, count))
             yield compared(name, f"{count} {unit}", outcome)
         else:
-            yield Row(name, None, "", "0", False, "RUN=full runs it")
+            yield not_measured(name, "0", "", FULL)
 
 
 @dataclass(frozen=True)
@@ -166,8 +177,8 @@ def kept(key: str, compare: Callable[[], Outcome]) -> Outcome:
     return Outcome(found["first"], found["bits"], tuple(found["still"]))
 
 
-def compared(name: str, what: str, outcome: Outcome) -> Row:
-    """Row of an outcome; not met with a difference or if no output ever changed."""
+def compared(name: str, what: str, outcome: Outcome) -> Goal:
+    """Goal of an outcome; not met with a difference or if no output ever changed."""
     moved = outcome.bits - len(outcome.still)
     note = f"{what}, {moved} of {outcome.bits} output bits changed"
     if outcome.first is not None:
@@ -176,7 +187,7 @@ def compared(name: str, what: str, outcome: Outcome) -> Row:
     return replace(row, met=row.met and moved > 0)
 
 
-def proofs(full: bool) -> Iterator[Row]:
+def proofs(full: bool) -> Iterator[Goal]:
     """Units proved equal to their netlists by induction."""
     for top in PROVED if full else PROVED[:1]:
         proved, points = prove_equivalent(top)
@@ -184,7 +195,7 @@ def proofs(full: bool) -> Iterator[Row]:
         yield exactly(name, points - proved, 0, "", f"of {points}, by induction")
 
 
-def clocks() -> Iterator[Row]:
+def clocks() -> Iterator[Goal]:
     """Table 4 and the clock of both configurations on ECP5-85 grade 8."""
     tops = synthesised()["tops"]
     for name, limit in (("asip_small", CLOCK), ("asip_fast", CLOCK * MARGIN)):
@@ -195,7 +206,7 @@ def clocks() -> Iterator[Row]:
     for name in ("fpga1", "fpga2"):
         top = tops.get(name)
         value, note = (None, "not run") if top is None else (top["aluts"], top["commit"])
-        yield Row(
+        yield Goal(
             f"{name}: whole system placed and routed", value, "ALUTs", "measured", bool(top), note
         )
 
@@ -210,12 +221,12 @@ PRODUCERS = {
 }
 
 
-def measured(name: str, full: bool) -> Iterator[Row]:
+def measured(name: str, full: bool) -> Iterator[Goal]:
     """Rows of a producer; where its netlist cannot be made or run, the last one says so."""
     try:
         yield from PRODUCERS[name](full)
     except NetlistError as error:
-        yield Row(f"{name}, all", None, "", "measured", False, str(error).splitlines()[0])
+        yield Goal(f"{name}, all", None, "", "measured", False, str(error).splitlines()[0])
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -236,12 +247,11 @@ def main(arguments: list[str] | None = None) -> int:
     goals: list[dict[str, Any]] = []
     for name in options.only:
         console.print(f"{name} ...", markup=False)
-        goals += map(asdict, measured(name, options.full))
-        OUTPUT.parent.mkdir(exist_ok=True)
-        OUTPUT.write_text(json.dumps({"full": options.full, "goals": goals}, indent=2) + "\n")
-    Console().print(goal_view(goals))
+        goals += as_json(measured(name, options.full))
+        write_goals(OUTPUT, goals, full=options.full)
+    Console().print(terminal_table(goals))
     console.print(f"goals: {OUTPUT.relative_to(ROOT)}", markup=False)
-    return int(not all(goal["met"] for goal in goals))
+    return int(bool(missed(goals)))
 
 
 if __name__ == "__main__":

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Rows of `make workbench` from synthesis and proofs: cost of the debug block, what is proved."""
+"""Goals of the workbench from synthesis and proofs: cost of the debug block, what is proved."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
 from scripts.synth_unit import OUTPUT, alm_area, cells_of, ecp5_speed, read_commands
-from sim.debug.row import Row, at_most, exactly
+from sim.goals import Goal, at_most, exactly
 from sim.harness.sources import sources_of
 
 CONFIGURATIONS = {
@@ -38,7 +38,7 @@ def _ram(parameters: dict[str, int]) -> int:
     return cells_of(f"{read}; synth_ecp5 -top {top}", folder / "cells").get("DP16KD", 0)
 
 
-def rows(full: bool) -> Iterator[Row]:
+def rows(full: bool) -> Iterator[Goal]:
     """ALUTs and block RAM of the block beside the core; with `full`, `fast` and the clock too.
 
     The goal counts what it lists: breakpoints, channels, ring. The serial port is in the note.
@@ -69,10 +69,10 @@ def rows(full: bool) -> Iterator[Row]:
             clock[top] = ecp5_speed(top, commands, folder, SEEDS)["fmax_median_mhz"]
         ratio = clock["debug_asip"] / clock["asip"]
         note = f"{clock['debug_asip']:.1f} of {clock['asip']:.1f} MHz, median of {len(SEEDS)} seeds"
-        yield Row(f"{TIMED}: clock with the block", ratio, "", f">= {SLACK}", ratio >= SLACK, note)
+        yield Goal(f"{TIMED}: clock with the block", ratio, "", f">= {SLACK}", ratio >= SLACK, note)
 
 
-def proofs(full: bool) -> Iterator[Row]:
+def proofs(full: bool) -> Iterator[Goal]:
     """Cases proved of what a halted core and a staged page are to keep."""
     from tests.formal.catalogue import PROOFS as KNOWN
     from tests.formal.engine import PROVED, run

@@ -49,6 +49,14 @@ class DebugModule:
     def _instruction(self, name: str, *operands: int, **flags: int) -> Access:
         return self._write("INSTRUCTION", self._isa[name].encode(*operands, **flags))
 
+    def _execute(self, accesses: Sequence[Access]) -> None:
+        """Let the core execute instructions; return when the last has written its result.
+
+        INSTRUCTION is posted: its write ends before the core has executed the instruction. A read
+        of DATA waits until the pipeline is empty, stores included.
+        """
+        self._access([*accesses, self._read("DATA")])
+
     def _load(self, register: int, value: int) -> list[Access]:
         return [self._write("DATA", value), self._instruction("rdctl", register, CTL_DEBUG)]
 
@@ -71,15 +79,20 @@ class DebugModule:
         )
         return self.register(BA) - 4 & 0xFFFF_FFFC
 
+    def _restore(self) -> list[Access]:
+        """Accesses that give `bt` and `et` the program's values again."""
+        return [a for register, value in self._kept.items() for a in self._load(register, value)]
+
+    def restore(self) -> None:
+        """Give the halted core all registers of the program, before a reset, which leaves them."""
+        self._execute(self._restore())
+
     def leave(self, pc: int, step: bool) -> None:
         """Let the program go on at an address, for one instruction if `step`."""
-        accesses = self._load(BA, pc)
-        for register, value in self._kept.items():
-            accesses += self._load(register, value)
+        accesses = self._load(BA, pc) + self._restore()
         if step:
             accesses.append(self._write("HALT", REGMAP.registers["HALT"].word(now=1)))
-        # The read waits until `bret` has left the pipeline: the core runs then.
-        self._access([*accesses, self._instruction("bret"), self._read("DATA")])
+        self._execute([*accesses, self._instruction("bret")])
 
     def watch_hits(self) -> list[int]:
         """Numbers of the watchpoints hit since the program went on."""
@@ -127,7 +140,7 @@ class DebugModule:
         if number in self._kept:
             self._kept[number] = value
         elif number:
-            self._access(self._load(number, value))
+            self._execute(self._load(number, value))
 
     def control_registers(self, numbers: Sequence[int]) -> list[int]:
         """Control registers, as the halted core has them."""
@@ -137,7 +150,7 @@ class DebugModule:
 
     def set_control_register(self, number: int, value: int) -> None:
         """Write a control register of the halted core."""
-        self._access([*self._load(BT, value), self._instruction("wrctl", number, BT)])
+        self._execute([*self._load(BT, value), self._instruction("wrctl", number, BT)])
 
     def custom_read(self, n: int, a: int, b: int, **flags: int) -> int:
         """Result of a custom instruction that reads only registers of its own; see
@@ -149,7 +162,7 @@ class DebugModule:
     def custom_write(self, n: int, c: int, first: int, second: int, **flags: int) -> None:
         """Execute a custom instruction on two words."""
         accesses = self._load(BT, first) + self._load(ET, second)
-        self._access([*accesses, self._instruction("custom", n, c, BT, ET, **flags)])
+        self._execute([*accesses, self._instruction("custom", n, c, BT, ET, **flags)])
 
     # ------------------------------------------------------------------ memory
     def read_words(self, address: int, count: int) -> list[int]:
@@ -168,4 +181,4 @@ class DebugModule:
             accesses = self._load(BT, address + 4 * first)
             for i, word in enumerate(words[first : first + LINES]):
                 accesses += [*self._load(ET, word), self._instruction("stwio", ET, 4 * i, BT)]
-            self._access(accesses)
+            self._execute(accesses)

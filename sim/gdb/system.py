@@ -31,6 +31,8 @@ class NiosSystem:
     def reset(self) -> str:
         """Reset the core, halted before its first instruction; what is to be said of it."""
         load = self.program is not None and not self.target.code_written
+        if self.core.halted:
+            self.target.module.restore()
         if load:
             self.core.load(self.program)
         else:

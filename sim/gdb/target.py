@@ -20,6 +20,7 @@ ISA = default_isa()
 BREAK = ISA.instructions["break"]
 BREAKPOINT = BREAK.encode(0)
 STATUS, BSTATUS = ISA.control["status"], ISA.control["bstatus"]
+BREAKPOINTS = ("swbreak", "hwbreak")
 WATCHES = {2: "watch", 3: "rwatch", 4: "awatch"}
 """Kinds of watchpoints by GDB's numbers."""
 HALT_CYCLES = 10_000  # a core that has not halted by then never will
@@ -85,10 +86,8 @@ class Target:
             if hits & set(watch.comparators):
                 self.stop = Stop(watch.kind, watch.address)
                 return
-        if self.pc in self._saved:
-            self.stop = Stop("swbreak")
-        elif self.pc in self._comparators:
-            self.stop = Stop("hwbreak")
+        if reason := self._breakpoint():
+            self.stop = Stop(reason)
         elif self._at_break():
             self.stop = Stop("break", self.pc)
 
@@ -106,21 +105,31 @@ class Target:
     def resume(self, step: bool) -> bool:
         """Let the program go on; to be halted again after one instruction if `step`.
 
-        A breakpoint or a `break` of the program where it stands does not stop it again. False: the
-        step has been made, the core is halted.
+        A breakpoint or a `break` of the program at which it stopped does not stop it again. Any
+        other breakpoint at the pc stops it at once: the debugger has set the pc, as GDB's `jump`
+        does, or has inserted the breakpoint since. False: the core is halted, `stop` says why.
         """
+        if not step and self.stop.reason not in BREAKPOINTS and (reason := self._breakpoint()):
+            self.stop = Stop(reason)
+            return False
         if self.pc in self._saved:
             here = self.pc
             self.module.write_words(here, [self._saved[here]])
             self.module.leave(here, True)
             self._until_halt("a step did not end")
             self.module.write_words(here, [BREAKPOINT])
-            if step:
+            if step or self.stop.reason != "halt":  # The next instruction may have a breakpoint too.
                 return False
         elif self.stop == Stop("break", self.pc):
             self.pc += 4
         self.module.leave(self.pc, step)
         return True
+
+    def _breakpoint(self) -> str:
+        """The stop reason of a breakpoint at the pc, "" without one."""
+        if self.pc in self._saved:
+            return "swbreak"
+        return "hwbreak" if self.pc in self._comparators else ""
 
     def _at_break(self) -> bool:
         if not self._memory("itcm", self.pc, 4):
@@ -163,7 +172,8 @@ class Target:
         elif number == PC:
             if not self._memory("itcm", value, 4) or value & 3:
                 raise TargetError(f"0x{value:08x} is no address of an instruction")
-            self.pc = value
+            if value != self.pc:
+                self.pc, self.stop = value, Stop("halt")
         elif number < FIRST_CUSTOM:
             control = number - FIRST_CONTROL
             self.module.set_control_register(BSTATUS if control == STATUS else control, value)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Rows of `make workbench` about asip-scope: what it shows of a core with its debug block."""
+"""Goals of the workbench about asip-scope: what it shows of a core with its debug block."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 from asip_asm.assemble import assemble
 from sim.debug.client import connect
 from sim.debug.model import DebugRtl
-from sim.debug.row import Row, exactly
+from sim.goals import Goal, exactly
 from sim.scope.block_source import BlockSource
 from sim.scope.source import Applied, Block, Commit
 
@@ -33,7 +33,7 @@ QUICK, FULL = 200, 10_000  # changes of gains
 RUNS = 8  # between two changes
 
 
-def rows(full: bool) -> Iterator[Row]:
+def rows(full: bool) -> Iterator[Goal]:
     """Words shown against words that the runs gave, and changes of two gains together."""
     changes = FULL if full else QUICK
     with tempfile.TemporaryDirectory() as folder:

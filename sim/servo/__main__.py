@@ -3,24 +3,22 @@
 
     python -m sim.servo              what is simulated; `make drive` adds area, clock and proofs
 
-Exit status: 0 if every goal is met, 1 if one is missed or not measured, or the run stopped with an
-error, 2 wrong command line.
+Exit status: 0 if no goal is missed, 1 if one is or the run stopped with an error, 2 wrong command
+line.
 """
 
 from __future__ import annotations
 
-import json
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from rich import box
 from rich.console import Console
-from rich.table import Table
 
 from asip_asm.command import script_parser
 from asip_asm.model.read import ModelError
 from asip_asm.project import BUILD
+from sim.goals import as_json, missed, terminal_table, write_goals
 from sim.model.drives import Drives
 from sim.model.parameters import ROBOT_TOML, ParameterError, Robot
 from sim.run.controller import ControllerFault
@@ -68,25 +66,21 @@ def main(
         text = text if ": error: " in text else f"error: {text}"
         console.print(text, style="red", markup=False, soft_wrap=True)
         return 1
-    options.results.parent.mkdir(parents=True, exist_ok=True)
     whole = options.full and options.robot.resolve() == ROBOT_TOML.resolve()
-    document = {"goals": rows, "delays": late, "whole": whole} | further
+    goals = as_json(rows)
+    document = {"delays": late, "whole": whole} | further
     if shown is not None:
         names = (page.NAMES[n] for n in SHOWN)
         document["position_loops"] = dict(zip(names, shown.positions.bandwidth, strict=True))
-    text = json.dumps(document, indent=2) + "\n"
-    options.results.write_text(text, encoding="utf-8")
-    view = Table("goal", "value", "target", "met", box=box.SIMPLE_HEAD)
-    for row in rows:
-        value = "not measured" if row["value"] is None else f"{row['value']:.4g} {row['unit']}"
-        view.add_row(row["name"], value, f"{row['target']} {row['unit']}", str(row["met"]))
+    write_goals(options.results, goals, **document)
+    view = terminal_table(goals)
     console.print(view)
     console.print(f"written: {options.results}")
     if shown is not None:
         drawn = options.results.with_suffix(".html")
         page.write(drawn, view, shown)
         console.print(f"written: {drawn}")
-    return 0 if all(row["met"] for row in rows) else 1
+    return int(bool(missed(goals)))
 
 
 if __name__ == "__main__":

@@ -6,11 +6,11 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sim.goals import Goal, at_least, at_most, not_measured
 from sim.model.drives import Drives
 from sim.model.parameters import Robot
 from sim.model.records import SetPoints
@@ -45,6 +45,9 @@ EQUAL = (0.2, 20.0)  # um of a leg, urad of a table axis: largest errors, averag
 SAME_CURRENT = 4e-3  # A rms: averaged inverters with orders and motion of every clock
 
 
+FULL_RUN = "make drive RUN=full"
+
+
 @dataclass(frozen=True)
 class Loops:
     """i_q of the step (halves, 5) [A], frequency responses of the axes."""
@@ -65,18 +68,24 @@ class Shown:
     samples: dict[str, Sample]
 
 
-class Rows(list[dict[str, Any]]):
-    """Rows {name, value, unit, target, met}; value None: not measured, which is not met."""
+class Rows(list[Goal]):
+    """The goals in the order of their measurement; a value None was not measured."""
 
     def most(self, name: str, value: float | None, unit: str, target: float) -> None:
         """A value that may be `target` at most."""
-        met = value is not None and value <= target
-        self.append(dict(name=name, value=value, unit=unit, target=target, met=met))
+        self.append(
+            not_measured(name, f"<= {target:g}", unit, FULL_RUN)
+            if value is None
+            else at_most(name, value, target, unit)
+        )
 
     def least(self, name: str, value: float | None, unit: str, target: float) -> None:
         """A value that must be `target` at least."""
-        met = value is not None and value >= target
-        self.append(dict(name=name, value=value, unit=unit, target=target, met=met))
+        self.append(
+            not_measured(name, f">= {target:g}", unit, FULL_RUN)
+            if value is None
+            else at_least(name, value, target, unit)
+        )
 
 
 def measure_loops(robot: Robot, drives: Drives, rows: Rows, report: Callable[[str], None]) -> Loops:

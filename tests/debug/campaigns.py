@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Campaigns on the core with its debug block, for tests and for `make workbench`."""
+"""Campaigns on the core with its debug block, for tests and for the goals of the workbench."""
 
 from __future__ import annotations
 

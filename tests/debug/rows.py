@@ -1,20 +1,21 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Rows of `make workbench` that the debug block itself has to reach."""
+"""Goals of the workbench that the debug block itself has to reach."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
-from sim.debug.row import Row, at_least, exactly
+from sim.goals import Goal, depth, exactly
 from tests.debug import campaigns
 from tests.debug.test_scope import FAST_LINE, uart_stream
 
 SEED = 1
+FULL = "RUN=full makes them all"
 DEPTH = 10_000
 """Sequences and changes that are asked for; a quick form says that it made fewer."""
 
 
-def same_runs(full: bool) -> Iterator[Row]:
+def same_runs(full: bool) -> Iterator[Goal]:
     """Runs with the block and without."""
     from tests.debug.test_block import plain_and_debug
 
@@ -22,23 +23,23 @@ def same_runs(full: bool) -> Iterator[Row]:
     yield exactly("programs whose runs differ with the block", different, 0, "", "cycles and bits")
 
 
-def halted_runs(full: bool) -> Iterator[Row]:
+def halted_runs(full: bool) -> Iterator[Goal]:
     """Random halt, step, continue and read sequences."""
     found = list(campaigns.random_halts(DEPTH if full else 200, SEED))
     bad = sum(bool(text) for text in found)
     yield exactly("disturbed runs that end differently", bad, 0, "", f"of {len(found)}")
-    yield at_least("disturbed runs made", len(found), DEPTH, "")
+    yield depth("disturbed runs made", len(found), DEPTH, "", FULL)
 
 
-def live_parameters(full: bool) -> Iterator[Row]:
+def live_parameters(full: bool) -> Iterator[Goal]:
     """Changes of sixteen parameters at a time, under load."""
     changes, torn, wrong = campaigns.torn_pages(DEPTH if full else 200, SEED)
     yield exactly("torn pages of live parameters", torn, 0, "", f"of {changes} changes")
-    yield at_least("changes of live parameters made", changes, DEPTH, "")
+    yield depth("changes of live parameters made", changes, DEPTH, "", FULL)
     yield exactly("runs with a wrong version", wrong, 0, "", f"of {2 * changes}")
 
 
-def scope(full: bool) -> Iterator[Row]:
+def scope(full: bool) -> Iterator[Goal]:
     """Recorded words, and the stream over the serial line."""
     pairs = list(campaigns.recorded(3000 if full else 60, SEED))
     bad = sum(got != want for got, want in pairs)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Rows of `make workbench` for the debugger: its start, and sessions of the DAP server."""
+"""Goals of the workbench for the debugger: its start, and sessions of the DAP server."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from sim.debug.model import DebugRtl
-from sim.debug.row import Row, at_most, exactly
+from sim.goals import Goal, at_most, exactly
 from tests.debugger.dap_client import DapClient, dap_session
 from tests.debugger.debugged import INPUTS, LEG
 from tests.debugger.terminal import PROMPT, Terminal
@@ -19,7 +19,7 @@ from tests.debugger.terminal import PROMPT, Terminal
 START_SECONDS = 2.0
 
 
-def rows(full: bool) -> Iterator[Row]:
+def rows(full: bool) -> Iterator[Goal]:
     """Both rows; the models are built before anything is timed."""
     DebugRtl("fast").close()
     before = processor_time()

@@ -10,6 +10,7 @@ import pytest
 
 from asip_asm.project import ROOT
 from scripts import bus, bus_page, bus_rows
+from sim.goals import at_least, at_most, terminal_table
 
 
 @pytest.fixture
@@ -17,11 +18,11 @@ def producers(monkeypatch, tmp_path):
     """Two rows of each kind, and the place of kept results below tmp_path."""
 
     def good(order, report):
-        yield bus_rows.most("near", 9, "ns", 20)
-        yield bus_rows.least("cycles", 100, "cycles", 100)
+        yield at_most("near", 9, 20, "ns")
+        yield at_least("cycles", 100, 100, "cycles")
 
     def broken(order, report):
-        yield bus_rows.most("far", 21, "ns", 20)
+        yield at_most("far", 21, 20, "ns")
         raise RuntimeError("no TAP device")
 
     monkeypatch.setattr(bus, "PRODUCERS", {"good": good, "broken": broken})
@@ -43,7 +44,7 @@ def test_goals__all_met(producers, tmp_path):
 def test_producer__that_fails_is_a_row_that_is_not_met(producers, tmp_path):
     status, rows = goals(tmp_path)
     assert status == 1 and [row["met"] for row in rows] == [True, True, False, False]
-    assert "no TAP device" in rows[-1]["name"]
+    assert "no TAP device" in rows[-1]["note"]
 
 
 def test_unknown_producer__is_refused_with_those_there_are(producers, capsys):
@@ -101,7 +102,7 @@ def test_page__shows_the_path(producers, tmp_path):
     curves = tmp_path / "path.npz"
     tool, table = np.random.default_rng(1).normal(size=(50, 3)), np.zeros((50, 2))
     np.savez(curves, wanted=tool, tool=tool + 1e-6, wanted_table=table, table=table)
-    bus_page.write(tmp_path / "bus.html", bus.Table("goal"), curves)
+    bus_page.write(tmp_path / "bus.html", terminal_table([]), curves)
     assert "The tool on its path" in (tmp_path / "bus.html").read_text()
 
 
@@ -112,5 +113,5 @@ def test_page__takes_the_goals_and_keeps_the_rest(producers, tmp_path, monkeypat
     goals(tmp_path)
     assert bus.main(["--docs", "--results", str(tmp_path / "bus.json")]) == 0
     text = page.read_text()
-    assert "| near | 9 ns | 20 ns |\n" in text and "| far | 21 ns, missed | 20 ns |\n" in text
+    assert "| near | 9 ns | <= 20 ns |\n" in text and "| far | 21 ns, missed | <= 20 ns |\n" in text
     assert "old" not in text and text.endswith("<!-- end of goals -->\nrest\n")

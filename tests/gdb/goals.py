@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Rows of `make workbench` on the Nios systems under GDB, measured by the tests of tests/gdb."""
+"""Goals of the workbench on the Nios systems under GDB, measured by the tests of tests/gdb."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import sys
 from collections.abc import Iterator
 
 from asip_asm.project import ROOT
-from sim.debug.row import Row
+from sim.goals import Goal, depth, exactly, not_measured
 
 QUICK, FULL = 40, 1000  # runs with random halts in the two tests
 SESSION = "test_gdb.py::test_session_of_forty_commands_on_a_program_of_the_project"
@@ -28,15 +28,27 @@ def passes(test: str) -> tuple[bool, str]:
     return done.returncode == 0 and skipped is None, skipped[1] if skipped else ""
 
 
-def rows(full: bool) -> Iterator[Row]:
+def failed(name: str, target: str, unit: str) -> Goal:
+    """The goal of a test that fails."""
+    return Goal(name, None, unit, target, False, "the test fails")
+
+
+def rows(full: bool) -> Iterator[Goal]:
     """GDB's session, random halts, cycles with the debug module."""
     met, why = passes(SESSION)
     name = "GDB: a scripted session of 40 commands on a C program, output checked"
-    yield Row(name, int(met), "sessions", "1", met, why)
+    yield not_measured(name, "1", "sessions", why) if why else exactly(name, met, 1, "sessions")
     runs = FULL if full else QUICK
     met, why = passes(HALTS[full])
     name = "Nios: random breakpoints and steps, equal to an undisturbed run"
-    yield Row(name, runs if met else None, "runs", f">= {FULL}", met and runs >= FULL, why)
+    target, cure = f">= {FULL}", "RUN=full makes them all"
+    if why:
+        yield not_measured(name, target, "runs", why)
+    else:
+        yield depth(name, runs, FULL, "runs", cure) if met else failed(name, target, "runs")
     met, why = passes(CYCLES)
     name = "Nios: cycles that an idle debug module costs"
-    yield Row(name, 0 if met else None, "cycles", "0", met, why)
+    if why:
+        yield not_measured(name, "0", "cycles", why)
+    else:
+        yield exactly(name, 0, 0, "cycles") if met else failed(name, "0", "cycles")

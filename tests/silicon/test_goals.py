@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from scripts import silicon
-from sim.debug.row import at_least
+from sim.goals import at_least
 from tests.silicon import ticks
 from tests.silicon.netlist import NetlistError
 
@@ -26,7 +26,7 @@ def board_rows(monkeypatch, tmp_path):
     monkeypatch.setattr(silicon, "BOARD_RESULTS", tmp_path / "none")
     monkeypatch.setattr(silicon, "KEPT_BOARDS", tmp_path / "boards.json")
 
-    def rows(**results: dict) -> dict[str, silicon.Row]:
+    def rows(**results: dict) -> dict[str, silicon.Goal]:
         text = json.dumps({name.replace("_", "-"): found for name, found in results.items()})
         (tmp_path / "boards.json").write_text(text)
         return {row.name: row for row in silicon.boards()}
@@ -70,8 +70,8 @@ def test_netlists__short_form__lists_what_it_leaves_out(monkeypatch, tmp_path):
     monkeypatch.setattr(silicon, "OUTCOMES", tmp_path)
     monkeypatch.setattr(silicon.lockstep, "run", lambda top, clocks: silicon.Outcome(7, 2, ()))
     rows = [*silicon.netlist_units(full=False), *silicon.at_work(full=False)]
-    assert {row.note for row in rows if row.value is None} == {"RUN=full runs it"}
-    assert not any(row.met for row in rows)
+    assert {row.note for row in rows if row.value is None} == {silicon.FULL}
+    assert {row.met for row in rows if row.value is None} == {None}
 
 
 def test_comparison__done_with_the_same_sources__is_not_done_again(monkeypatch, tmp_path):

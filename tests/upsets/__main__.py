@@ -16,13 +16,12 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 
-from rich import box
 from rich.console import Console
-from rich.table import Table
 
 from asip_asm.command import command_parser
 from asip_asm.project import ROOT
 from sim.fpbench import campaign as runner
+from sim.goals import as_json, missed, terminal_table
 from tests.upsets import area, campaign, report
 from tests.upsets.model import EFFECTS
 from tests.upsets.plan import SEED, SHARD, upset_of
@@ -113,15 +112,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     report.write(cores, rows, depth)
     if options.full:
         report.update_page(cores, rows)
-    shown = Table("what", "value", "unit", "target", "met", "", box=box.SIMPLE_HEAD)
-    for row in rows:
-        value = "-" if row.value is None else f"{row.value:.5g}"
-        met = "yes" if row.met else "[red]no[/red]"
-        shown.add_row(row.name, value, row.unit, row.target, met, row.note)
-    Console().print(shown)
+    goals = as_json(rows)
+    Console().print(terminal_table(goals))
     page = ", docs/upsets.md" if options.full else "; --full writes docs/upsets.md"
     console.print(f"written: {report.OUTPUT.relative_to(ROOT)}{page}")
-    return int(not all(row.met for row in rows))
+    return int(bool(missed(goals)))
 
 
 if __name__ == "__main__":

@@ -3,14 +3,12 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
 from typing import Any
 
 from asip_asm.project import BUILD, ROOT
-from sim.debug.row import Row, at_least, at_most
+from sim.goals import Goal, as_json, at_most, depth, not_measured, write_goals
 from sim.page.marks import between_marks
 from sim.page.provenance import commit
 from tests.upsets.area import ORDERS
@@ -24,7 +22,7 @@ AREAS = {
     "resilient": "area of redundancy",
     "record": "area of redundancy and the plausibility record",
 }
-FULL = "RUN=full"
+FULL = "RUN=full measures it"
 LEAST, LEAST_NETLIST = 20_000, 4000  # injections
 LARGE = 0.01
 """Error of an output that counts as large, as a part of its limit."""
@@ -64,7 +62,7 @@ def gather(results: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     }
 
 
-def cost_goals(cycles: Mapping[str, int], memory: Mapping[str, int]) -> list[Row]:
+def cost_goals(cycles: Mapping[str, int], memory: Mapping[str, int]) -> list[Goal]:
     """What redundancy costs in time, and how soon a wrong bit of a memory is known."""
     once, twice = cycles["plain"], cycles["resilient"]
     missed = memory["injections"] - memory["found"]
@@ -80,13 +78,13 @@ def cost_goals(cycles: Mapping[str, int], memory: Mapping[str, int]) -> list[Row
     ]
 
 
-def area_goals(luts: Mapping[str, float] | None) -> list[Row]:
+def area_goals(luts: Mapping[str, float] | None) -> list[Goal]:
     """What redundancy, alone and with the plausibility record, costs in LUTs of ECP5."""
     rows = []
     for core, name in AREAS.items():
         if luts is None:
             note = "python -m tests.upsets --area measures it"
-            rows.append(Row(name, None, "%", "<= 8", False, note))
+            rows.append(not_measured(name, "<= 8", "%", note))
             continue
         more = luts[core] - luts["plain"]
         note = f"{more:g} LUTs on {luts['plain']:g}, ECP5, medians of {len(ORDERS)} mappings"
@@ -94,13 +92,13 @@ def area_goals(luts: Mapping[str, float] | None) -> list[Row]:
     return rows
 
 
-def goals(core: Mapping[str, Any] | None, name: str, least: int) -> list[Row]:
+def goals(core: Mapping[str, Any] | None, name: str, least: int) -> list[Goal]:
     """Effects of upsets on a core, or None if it was not run, against their targets.
 
     least: injections.
     """
     if core is None:
-        return [Row(f"injections, {name}", None, "cases", f">= {least}", False, FULL)]
+        return [not_measured(f"injections, {name}", f">= {least}", "cases", FULL)]
     total, n = core["rows"]["everything"], core["injections"]
     wrong = sum(total[effect] for effect in WRONG)
     low, high = wilson(wrong, n)
@@ -112,21 +110,14 @@ def goals(core: Mapping[str, Any] | None, name: str, least: int) -> list[Row]:
         at_most(f"wrong by more than 1 % of the limit, {name}", large, 0, "cases"),
         at_most(f"lock-ups, {name}", stuck, 0, "cases", "runs that never end among them"),
         at_most(f"unsafe outputs behind a fault, {name}", core["unsafe"], 0, "cases"),
-        at_least(f"injections, {name}", n, least, "cases", FULL),
+        depth(f"injections, {name}", n, least, "cases", FULL),
     ]
 
 
-def write(cores: Mapping[str, Mapping[str, Any]], rows: Sequence[Row], depth: str) -> None:
+def write(cores: Mapping[str, Mapping[str, Any]], rows: Sequence[Goal], how_deep: str) -> None:
     """build/upsets.json."""
-    document = {
-        "commit": commit(),
-        "depth": depth,
-        "seed": SEED,
-        "goals": [asdict(row) for row in rows],
-        "cores": dict(cores),
-    }
-    OUTPUT.parent.mkdir(parents=True, exist_ok=True)
-    OUTPUT.write_text(json.dumps(document, indent=1) + "\n")
+    more = {"commit": commit(), "depth": how_deep, "seed": SEED, "cores": dict(cores)}
+    write_goals(OUTPUT, as_json(rows), **more)
 
 
 def _cell(hits: int, n: int) -> str:
@@ -149,7 +140,7 @@ def table(core: Mapping[str, Any]) -> list[str]:
     return lines
 
 
-def update_page(cores: Mapping[str, Mapping[str, Any]], rows: Sequence[Row]) -> None:
+def update_page(cores: Mapping[str, Mapping[str, Any]], rows: Sequence[Goal]) -> None:
     """Put the tables between the marks of the page."""
     lines = ["", f"Measured at commit {commit()}.", ""]
     for name, core in cores.items():

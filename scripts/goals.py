@@ -1,0 +1,163 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Measure goals: what each part of the project should reach, and what it reaches today.
+
+    make goals                       list the names
+    make goals T=workbench           measure one of them, in its quick form
+    make goals T=workbench RUN=full  measure to full depth
+    make goals T="workbench area"    only the producers whose name contains one of the further words
+
+The goals go to the terminal and to build/NAME.json. Goals of producers that a run leaves out keep
+the values of the file. A goal that a quick run measured on a sample only, or whose tool is missing,
+is neither met nor missed. The exit status is 1 if a goal is missed.
+"""
+
+from __future__ import annotations
+
+import importlib
+import json
+import logging
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from rich.console import Console
+from rich.table import Table
+
+from asip_asm.command import command_parser
+from asip_asm.project import ROOT
+from sim.goals import Goal, as_json, missed, terminal_table, write_goals
+
+BUILD = ROOT / "build"
+
+
+@dataclass(frozen=True)
+class Area:
+    """A part of the project that has goals.
+
+    producers: name -> "module:function", a function `rows(full: bool) -> Iterator[Goal]`.
+    command: "module:main" of a command that measures and writes build/NAME.json by itself.
+    """
+
+    about: str
+    producers: dict[str, str] = field(default_factory=dict)
+    command: str = ""
+
+
+AREAS: dict[str, Area] = {
+    "bus": Area(
+        "EtherCAT slave: masters, cycles, clocks, area, and a path over the bus.",
+        command="scripts.bus:main",
+    ),
+    "drive": Area(
+        "Motor drives in closed loop, their hardware, and their proofs.",
+        command="scripts.drive:main",
+    ),
+    "hardware": Area("RTL for other tools, cocotb tests, coverage, area and clock.", {}),
+    "motion": Area(
+        "Motion front-end: planner, look-ahead, pulses, interpolators.",
+        command="sim.motion.show:main",
+    ),
+    "nios": Area("Nios II systems: protocols, C programs of others, figures per MHz.", {}),
+    "robots": Area("Laws compiled from robot descriptions: proofs, certificates, cycles.", {}),
+    "security": Area("Hostile files, ports, packets, signals, caches and environments.", {}),
+    "silicon": Area(
+        "Netlists against RTL, bitstreams, area and clock.", command="scripts.silicon:main"
+    ),
+    "upsets": Area(
+        "Single flipped bits in whole ticks of the core.", command="tests.upsets.__main__:main"
+    ),
+    "workbench": Area(
+        "Debug block, debugger, scope and GDB.",
+        {
+            "same runs": "tests.debug.rows:same_runs",
+            "halted runs": "tests.debug.rows:halted_runs",
+            "live parameters": "tests.debug.rows:live_parameters",
+            "scope": "tests.debug.rows:scope",
+            "area": "scripts.workbench_area:rows",
+            "formal": "scripts.workbench_area:proofs",
+            "asip-scope": "sim.scope.goals:rows",
+            "nios-gdb": "tests.gdb.goals:rows",
+            "asip-dbg": "tests.debugger.goals:rows",
+        },
+    ),
+}
+
+
+def measure(name: str, place: str, full: bool) -> list[Goal]:
+    """Goals of a producer; a producer that fails is a goal that is missed."""
+    module, _, function = place.partition(":")
+    try:
+        return list(getattr(importlib.import_module(module), function)(full))
+    except Exception as error:
+        reason = f"{type(error).__name__}: {error}".splitlines()[0]
+        return [Goal(name, None, "", "measured", False, reason)]
+
+
+def wanted(area: Area, words: Sequence[str]) -> list[str]:
+    """Names of the producers that contain one of the words. Raises ValueError without any."""
+    found = [name for name in area.producers if not words or any(word in name for word in words)]
+    if not found:
+        known = ", ".join(area.producers)
+        raise ValueError(f"no producer with {' or '.join(words)}; there are {known}")
+    return found
+
+
+def measure_area(name: str, words: Sequence[str], full: bool, console: Console) -> int:
+    """Measure the producers of an area; the exit status. Raises ValueError for unknown words."""
+    producers = AREAS[name].producers
+    names = wanted(AREAS[name], words)
+    output = BUILD / f"{name}.json"
+    earlier = json.loads(output.read_text())["goals"] if output.exists() else []
+    found: dict[str, list[dict]] = {}
+    for goal in earlier:
+        found.setdefault(goal.get("producer", ""), []).append(goal)
+    for n, producer in enumerate(names, 1):
+        begun = time.monotonic()
+        console.print(f"[{n}/{len(names)}] {producer} ...", end=" ", markup=False)
+        rows = as_json(measure(producer, producers[producer], full))
+        found[producer] = [row | {"producer": producer} for row in rows]
+        console.print(f"{time.monotonic() - begun:.0f} s", markup=False)
+        # Written after each producer: a run that is stopped loses nothing.
+        goals = [goal for each in producers for goal in found.get(each, [])]
+        write_goals(output, goals, full=full)
+    Console().print(terminal_table(goals))
+    names_missed = missed(goal for goal in goals if goal["producer"] in names)
+    if names_missed:
+        console.print(f"missed: {', '.join(names_missed)}", style="red", markup=False)
+    return int(bool(names_missed))
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Command line."""
+    parser = command_parser("make goals", __doc__)
+    parser.add_argument("name", nargs="?", metavar="NAME", help="what to measure")
+    parser.add_argument("words", nargs="*", help="only producers whose name contains one of these")
+    parser.add_argument("--full", action="store_true", help="to full depth")
+    options = parser.parse_args(arguments)
+    console = Console(stderr=True, soft_wrap=True)
+    if options.name is None:
+        listing = Table("name", "what is measured", box=None)
+        for name, area in AREAS.items():
+            listing.add_row(name, area.about)
+        Console().print(listing)
+        return 0
+    try:
+        if options.name not in AREAS:
+            raise ValueError(f"no goals '{options.name}'; there are {', '.join(AREAS)}")
+        area = AREAS[options.name]
+        logging.getLogger("asip_asm").setLevel(logging.ERROR)  # Random programs cause warnings.
+        if area.command:
+            if options.words:
+                raise ValueError(f"goals '{options.name}' are measured as a whole; leave out words")
+            module, _, function = area.command.partition(":")
+            run = getattr(importlib.import_module(module), function)
+            return run(["--full"] if options.full else [])
+        return measure_area(options.name, options.words, options.full, console)
+    except ValueError as error:
+        console.print(f"error: {error}", style="red", markup=False)
+        return 2
+
+
+if __name__ == "__main__":
+    sys.exit(main())
