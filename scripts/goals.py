@@ -60,7 +60,10 @@ AREAS: dict[str, Area] = {
     ),
     "nios": Area("Nios II systems: protocols, C programs of others, figures per MHz.", {}),
     "robots": Area("Laws compiled from robot descriptions: proofs, certificates, cycles.", {}),
-    "security": Area("Hostile files, ports, packets, signals, caches and environments.", {}),
+    "security": Area(
+        "Hostile files, ports, packets, signals, caches and environments.",
+        {"ports": "tests.security.campaign_ports:rows"},
+    ),
     "silicon": Area(
         "Netlists against RTL, bitstreams, area and clock.", command="scripts.silicon:main"
     ),

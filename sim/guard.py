@@ -38,7 +38,8 @@ Say = Callable[[str], None]
 _HTTP = re.compile(rb"^(?:[A-Za-z]{3,10} \S.*HTTP/\d|(?:GET|POST|PUT|HEAD|OPTIONS|DELETE|PATCH|"
                    rb"CONNECT|TRACE|PRI) |host:)", re.IGNORECASE | re.MULTILINE)  # fmt: skip
 _TABLE = Path("/proc/net/tcp")
-_OWN = (0,)  # users besides our own that may connect: who owns the machine owns the process
+ALLOWED = (0,)
+"""Users besides the own one that may connect: the owner of the machine owns the process."""
 
 
 class Refused(ConnectionError):
@@ -182,7 +183,7 @@ def check_user(client: socket.socket) -> None:
         return
     if user is None:
         raise Refused("a client that has gone already")
-    if user not in (os.getuid(), *_OWN):
+    if user not in (os.getuid(), *ALLOWED):
         raise Refused(f"a client of the user {user}")
 
 

@@ -5,8 +5,8 @@
 
 Loads the program (source or image) and starts a run every --period clocks until interrupted; inputs
 have the values given with --set, 0 else. One client at a time; the next one may come when it has
-gone. The server listens on the loopback address only, and serves who sends its token first: a client
-of the same user finds it by itself.
+gone. The server listens on the loopback address only. A client must send the server's token first;
+the client of this project finds the token of a server of the same user by itself.
 """
 
 from __future__ import annotations

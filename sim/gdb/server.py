@@ -9,8 +9,8 @@ import select
 import socket
 import stat
 import sys
-from pathlib import Path
 from collections.abc import Callable
+from pathlib import Path
 
 from sim import guard
 from sim.gdb.packets import LARGEST, Event, PacketReader, frame

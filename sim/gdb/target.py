@@ -118,7 +118,9 @@ class Target:
             self.module.leave(here, True)
             self._until_halt("a step did not end")
             self.module.write_words(here, [BREAKPOINT])
-            if step or self.stop.reason != "halt":  # The next instruction may have a breakpoint too.
+            if (
+                step or self.stop.reason != "halt"
+            ):  # The next instruction may have a breakpoint too.
                 return False
         elif self.stop == Stop("break", self.pc):
             self.pc += 4

@@ -20,7 +20,6 @@ from random import Random
 from asip_asm.project import ROOT
 from sim import guard
 from sim.debug.packets import Packet, Type, encode, read_body, write_body
-from sim.harness.nios_image import IMAGES
 from tests.debugger.debugged import LEG
 
 LIMIT_S = 60.0  # guard against a hang
@@ -123,7 +122,8 @@ def talk(server: Running, data: bytes, wait: float = 2.0) -> bytes:
 def post(body: bytes, host: str, path: str = "/") -> bytes:
     """The request that a page of another origin can make any browser send."""
     head = f"POST {path} HTTP/1.1\r\nHost: {host}\r\nOrigin: http://evil.example\r\n"
-    head += f"Content-Type: text/plain\r\nContent-Length: {len(body)}\r\n\r\n"
+    head += "Content-Type: text/plain\r\nConnection: close\r\n"
+    head += f"Content-Length: {len(body)}\r\n\r\n"
     return head.encode() + body
 
 
@@ -140,19 +140,84 @@ _GDB_STARTS = (b"vCont", b"m", b"M", b"X", b"Z0,", b"z1,", b"G", b"P", b"p", b"q
 _GDB_CRAFTED = tuple(
     _gdb(data)
     for data in (
-        *(b"vCont", b"vCont;", b"vCont;x", b"vCont:", b"vCont?x", b"vRun;", b"vKill", b"vMustReplyE"),
-        *(b"m", b"m,", b"mffffffff,ffffffff", b"m0,-1", b"m-1,4", b"m0,0", b"m1,2,3", b"m\xff,\xff"),
+        *(
+            b"vCont",
+            b"vCont;",
+            b"vCont;x",
+            b"vCont:",
+            b"vCont?x",
+            b"vRun;",
+            b"vMustReplyE",
+        ),
+        *(
+            b"m",
+            b"m,",
+            b"mffffffff,ffffffff",
+            b"m0,-1",
+            b"m-1,4",
+            b"m0,0",
+            b"m1,2,3",
+            b"m\xff,\xff",
+        ),
         *(b"M0,4:", b"M0,4:zz", b"M0,1:0", b"M,:", b"M0", b"X0,1:", b"X0,0:", b"Xffffffff,4:abcd"),
         *(b"G", b"G0", b"Gzz", b"G" + b"0" * 4000, b"P", b"P=", b"Pff=00000000", b"P-1=00000000"),
         *(b"p", b"p-1", b"pffff", b"pzz", b"Z", b"Z0", b"Z0,0", b"Z9,0,4", b"Z0,zz,4", b"z0,0,0"),
-        *(b"Z0,0,4;X1,00", b"Z2,ffffffff,ffffffff", b"qRcmd,", b"qRcmd,6", b"qRcmd,zz", b"qRcmd,ff"),
-        *(b"qRcmd," + word.hex().encode() for word in (b"", b"help", b"freeze x", b"x y", b"\0", b"r")),
-        *(b"qXfer:features:read:", b"qXfer:features:read:target.xml:", b"qXfer:memory-map:read::-1,4"),
+        *(
+            b"Z0,0,4;X1,00",
+            b"Z2,ffffffff,ffffffff",
+            b"qRcmd,",
+            b"qRcmd,6",
+            b"qRcmd,zz",
+            b"qRcmd,ff",
+        ),
+        *(
+            b"qRcmd," + word.hex().encode()
+            for word in (b"", b"help", b"freeze x", b"x y", b"\0", b"r")
+        ),
+        *(
+            b"qXfer:features:read:",
+            b"qXfer:features:read:target.xml:",
+            b"qXfer:memory-map:read::-1,4",
+        ),
         *(b"qXfer:features:read:target.xml:fffffff,ffffff", b"qXfer:features:read:../x:0,4"),
-        *(b"c-1", b"czz", b"szz", b"C", b"C05;zz", b"S;", b"H", b"Hg-1", b"T", b"T0", b"!", b"?", b"g"),
-        *(b"QStartNoAckMode", b"qSupported:\xff", b"v", b"", b"\0", b"}", b"}}", b"*", b"a" * 16000),
+        *(
+            b"c-1",
+            b"czz",
+            b"szz",
+            b"C",
+            b"C05;zz",
+            b"S;",
+            b"H",
+            b"Hg-1",
+            b"T",
+            b"T0",
+            b"!",
+            b"?",
+            b"g",
+        ),
+        *(
+            b"QStartNoAckMode",
+            b"qSupported:\xff",
+            b"v",
+            b"",
+            b"\0",
+            b"}",
+            b"}}",
+            b"*",
+            b"a" * 16000,
+        ),
     )
-) + (b"$#00", b"$", b"$$$$#00", b"#", b"$a#zz", b"\x03\x03\x03", b"---", b"$" + b"a" * 70000, b"\r\n")
+) + (
+    b"$#00",
+    b"$",
+    b"$$$$#00",
+    b"#",
+    b"$a#zz",
+    b"\x03\x03\x03",
+    b"---",
+    b"$" + b"a" * 70000,
+    b"\r\n",
+)
 
 
 def _gdb_random(rng: Random) -> bytes:
@@ -162,7 +227,9 @@ def _gdb_random(rng: Random) -> bytes:
     data = rng.choice(_GDB_STARTS) if kind > 1 else b""
     alphabet = b"0123456789abcdef,;:=-" if kind == 3 else bytes(range(256))
     data += bytes(rng.choice(alphabet) for _ in range(rng.randrange(24)))
-    return _gdb(data.replace(b"#", b"").replace(b"$", b""))
+    data = data.replace(b"#", b"").replace(b"$", b"")
+    # Kill ends a server on purpose.
+    return _gdb(data.removeprefix(b"vKill").lstrip(b"k"))
 
 
 # ---------------------------------------------------------------------- debug block
@@ -184,12 +251,19 @@ def _frame(content: bytes) -> bytes:
 def _block_random(rng: Random) -> bytes:
     if rng.randrange(2):
         return rng.randbytes(rng.randrange(1, 60)) + b"\0"
-    return _frame(bytes([rng.choice((1, 2, 0x81, 0xC0, rng.randrange(256)))]) + rng.randbytes(rng.randrange(40)))
+    return _frame(
+        bytes([rng.choice((1, 2, 0x81, 0xC0, rng.randrange(256)))])
+        + rng.randbytes(rng.randrange(40))
+    )
 
 
 _BLOCK_CRAFTED = (
     *(_frame(bytes([kind, n]) + b"\xff" * n) for kind in (0, 1, 2, 3, 127, 255) for n in range(16)),
-    *(_frame(bytes([1, 7]) + struct + bytes([n])) for n in (0, 1, 60, 61, 255) for struct in (b"\0\0", b"\xff\xff")),
+    *(
+        _frame(bytes([1, 7]) + struct + bytes([n]))
+        for n in (0, 1, 60, 61, 255)
+        for struct in (b"\0\0", b"\xff\xff")
+    ),
     *(_frame(bytes([2, n]) + b"\xff\x7f" + b"\xff" * 4 * n) for n in range(1, 10)),
     *(bytes([n]) * 300 + b"\0" for n in (1, 2, 127, 255)),
     *(b"\0" * n for n in (1, 2, 100)),
@@ -233,27 +307,65 @@ _DAP_COMMANDS = (
 )
 _DAP_CRAFTED = (
     *(dap(command) for command in _DAP_COMMANDS),
-    *(dap("launch", program=text) for text in ("--help", "-h", "", "\0", "/", "/dev/zero", "x" * 9999)),
-    *(dap("launch", **{name: value}) for name in ("set", "inputs", "connect", "function", "iss", "token")
-      for value in ("--help", [], {}, 1, None, {"a": {"b": 1}})),
-    *(dap_raw(data) for data in (b"{}", b"[]", b"null", b"1", b'"x"', b"[" * 4000, b'{"seq": 1e999}',
-      b'{"type": 3}', b'{"type": "request"}', b'{"type": "request", "command": []}', b"\xff", b"NaN")),
-    *(b"Content-Length: %s\r\n\r\n{}" % n for n in (b"-1", b"0", b"", b"x", b"9" * 400, b"+2", b"2.0", b"\xb2")),
-    *(b"\r\n", b"\n" * 100, b":\r\n\r\n", b"Content-Length\r\n\r\n", b"A" * 5000, b"Content-Type: x\r\n\r\n"),
+    *(
+        dap("launch", program=text)
+        for text in ("--help", "-h", "", "\0", "/", "/dev/zero", "x" * 9999)
+    ),
+    *(
+        dap("launch", **{name: value})
+        for name in ("set", "inputs", "connect", "function", "iss", "token")
+        for value in ("--help", [], {}, 1, None, {"a": {"b": 1}})
+    ),
+    *(
+        dap_raw(data)
+        for data in (
+            b"{}",
+            b"[]",
+            b"null",
+            b"1",
+            b'"x"',
+            b"[" * 4000,
+            b'{"seq": 1e999}',
+            b'{"type": 3}',
+            b'{"type": "request"}',
+            b'{"type": "request", "command": []}',
+            b"\xff",
+            b"NaN",
+        )
+    ),
+    *(
+        b"Content-Length: %s\r\n\r\n{}" % n
+        for n in (b"-1", b"0", b"", b"x", b"9" * 400, b"+2", b"2.0", b"\xb2")
+    ),
+    *(
+        b"\r\n",
+        b"\n" * 100,
+        b":\r\n\r\n",
+        b"Content-Length\r\n\r\n",
+        b"A" * 5000,
+        b"Content-Type: x\r\n\r\n",
+    ),
     b"Content-Length: 100\r\n\r\n{}",
-    *(dap("initialize") + dap(command, **{name: value}) for command in ("evaluate", "disassemble", "setVariable")
-      for name in ("expression", "memoryReference", "variablesReference") for value in (-1, "", [], None, "9" * 99)),
-)  # fmt: skip
+    *(
+        dap("initialize") + dap(command, **{name: value})
+        for command in ("evaluate", "disassemble", "setVariable")
+        for name in ("expression", "memoryReference", "variablesReference")
+        for value in (-1, "", [], None, "9" * 99)
+    ),
+)
 
 
 # ---------------------------------------------------------------------- scope
 def _scope_works(server: Running) -> bool:
-    head = f"GET /{server.token}/ HTTP/1.1\r\nHost: {HOST}:{server.port}\r\nConnection: close\r\n\r\n"
+    head = (
+        f"GET /{server.token}/ HTTP/1.1\r\nHost: {HOST}:{server.port}\r\nConnection: close\r\n\r\n"
+    )
     return b"200 OK" in talk(server, head.encode())[:20]
 
 
 def _get(path: str, *fields: str) -> bytes:
-    return "\r\n".join((f"GET {path} HTTP/1.1", f"Host: {HOST}", *fields, "", "")).encode()
+    lines = (f"GET {path} HTTP/1.1", f"Host: {HOST}", "Connection: close", *fields, "", "")
+    return "\r\n".join(lines).encode()
 
 
 _UPGRADE = ("Upgrade: websocket", "Connection: Upgrade", "Sec-WebSocket-Version: 13")
@@ -267,24 +379,44 @@ def _scope_random(rng: Random) -> bytes:
 
 
 _SCOPE_CRAFTED = (
-    *(_get(path) for path in ("", "/", "//", "/x/ws", "/x/export/a.b", "/../..", "/%2e%2e/", "/\0", "*", "http://x/")),
+    *(
+        _get(path)
+        for path in (
+            "",
+            "/",
+            "//",
+            "/x/ws",
+            "/x/export/a.b",
+            "/../..",
+            "/%2e%2e/",
+            "/\0",
+            "*",
+            "http://x/",
+        )
+    ),
     *(_get("/x/ws", *_UPGRADE, f"Sec-WebSocket-Key: {key}") for key in ("", "x", "x" * 5000)),
     *(_get("/", f"Content-Length: {n}") for n in ("-1", "x", "9" * 50, "1e9", "0x10")),
     *(_get("/", f"Transfer-Encoding: {n}") for n in ("chunked", "x", "chunked, chunked")),
     *(_get("/", f"Cookie: {n}") for n in ("a" * 60000, "\u00e9", ";;;=")),
-    *(f"{verb} / HTTP/{v}\r\nHost: x\r\n\r\n".encode() for verb in ("POST", "PUT", "TRACE", "x", "CONNECT")
-      for v in ("1.1", "1.0", "2.0", "9", "")),
-    *(b"\r\n" * n for n in (1, 2, 100)), b"\0" * 100, b"\x16\x03\x01" + b"a" * 200, b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n",
-)  # fmt: skip
+    *(
+        f"{verb} / HTTP/{v}\r\nHost: x\r\n\r\n".encode()
+        for verb in ("POST", "PUT", "TRACE", "x", "CONNECT")
+        for v in ("1.1", "1.0", "2.0", "9", "")
+    ),
+    *(b"\r\n" * n for n in (1, 2, 100)),
+    b"\0" * 100,
+    b"\x16\x03\x01" + b"a" * 200,
+    b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n",
+)
 
 
 PORTS = (
     Port(
         name="gdb",
-        command=("-m", "sim.nios_run", "--gdb", ":0", str(IMAGES / "run/demo_hello_fpga2.elf")),
+        command=("-m", "sim.nios_run", "--gdb", ":0"),
         address=r"target remote [\d.]+:(?P<port>\d+)",
         harmful=_gdb(b"M10040000,4:78563412") + _gdb(b"m10040000,4"),
-        greeting=lambda token: b"+",
+        greeting=lambda token: b"+" + _gdb(b"!"),
         works=_gdb_works,
         random=_gdb_random,
         crafted=_GDB_CRAFTED,
@@ -292,7 +424,7 @@ PORTS = (
     ),
     Port(
         name="block",
-        command=("-m", "sim.debug.server", str(LEG), "--port", "0"),
+        command=("-m", "sim.debug.server", str(LEG), "--port", "0", "--period", "200"),
         address=r"tcp://localhost:(?P<port>\d+)",
         harmful=b"\0" + _write(0x400, 0x3F800000),
         greeting=guard.hello,
