@@ -68,7 +68,10 @@ AREAS: dict[str, Area] = {
             "certificate": "sim.certificate_goals:rows",
         },
     ),
-    "security": Area("Hostile files, ports, packets, signals, caches and environments.", {}),
+    "security": Area(
+        "Hostile files, ports, packets, signals, caches and environments.",
+        {"ports": "tests.security.campaign_ports:rows"},
+    ),
     "silicon": Area(
         "Netlists against RTL, bitstreams, area and clock.", command="scripts.silicon:main"
     ),
