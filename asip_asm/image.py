@@ -19,7 +19,7 @@ import msgspec
 from msgspec import Meta
 
 from asip_asm.expression import literal_name
-from asip_asm.files import read_bytes
+from asip_asm.files import read_bytes, write_text
 from asip_asm.isa import Isa, default_isa
 
 FORMAT = "microtick-asip-image"
@@ -217,7 +217,7 @@ class Image(msgspec.Struct, forbid_unknown_fields=True):
 
     def save(self, path: Path) -> None:
         """Write the JSON file."""
-        path.write_text(self.dumps(), encoding="utf-8")
+        write_text(path, self.dumps())
 
     def dumps(self) -> str:
         """JSON text with one line per entry."""

@@ -11,6 +11,7 @@ from functools import partial
 
 import numpy as np
 
+from asip_asm.files import write_text
 from asip_asm.model.certificate import EFFORT, certify
 from asip_asm.model.compiler import compile_law
 from asip_asm.model.law import Law
@@ -87,7 +88,7 @@ def rows(full: bool) -> Iterator[Goal]:
         found.append(measure(name, subject, effort, inputs))
         FILE.parent.mkdir(parents=True, exist_ok=True)
         content = {row.name: row.content for row in found}
-        FILE.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+        write_text(FILE, json.dumps(content, indent=1) + "\n")
     share = 100 * sum(row.finite for row in found) / len(found)
     without = ", ".join(row.name for row in found if not row.finite)
     yield exactly("certificate: laws with a bound over their whole box", share, 100, "%", without)

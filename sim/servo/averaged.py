@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from asip_asm.files import write_text
 from asip_asm.model.c_code import parameter_macros, to_c_code
 from asip_asm.project import BUILD
 from sim.harness import runtime
@@ -45,8 +46,8 @@ def library(plant: Plant, setting: Setting, parameters: Mapping[str, float]) -> 
     with runtime.only_one(folder):
         if not path.exists():
             folder.mkdir(exist_ok=True)
-            (folder / f"{NAME}.tick.h").write_text(header)
-            (folder / f"{NAME}.c").write_text(source)
+            write_text(folder / f"{NAME}.tick.h", header)
+            write_text(folder / f"{NAME}.c", source)
             common = ["-O2", "-fPIC", "-ffp-contract=off", *machine_flag(), f"-I{HERE}", "-I."]
             c = ["-x", "c", f"{NAME}.c", "-c", "-o", f"{NAME}.o"]
             runtime.run([runtime.compiler(), *common, *defines, *c], folder)
