@@ -82,7 +82,8 @@ def build_library(
     `headers` are the files that the harness includes from its own folder, `defines` the macros of
     the RTL (an empty value is a macro without one), `harness_flags` further compiler options for
     the harness alone, `model_flags` further options of Verilator. The build folder is named by a
-    hash of everything that goes in: an unchanged model is not built again. With WAVES=1 the model
+    hash of everything that goes in, tools and processor included: an unchanged model is not built
+    again, a damaged one is. With WAVES=1 the model
     can write waves (waves.py). Raises BuildError.
     """
     parameters = dict(parameters or {})
@@ -94,19 +95,20 @@ def build_library(
         digest.update(path.read_bytes())
     choices = (sorted(parameters.items()), sorted(defines.items()), list(harness_flags))
     choices += (list(model_flags),) if model_flags else ()
-    digest.update(repr((*choices, waves.wanted(), optimisation)).encode())
+    digest.update(repr((*choices, waves.wanted(), optimisation, runtime.toolchain())).encode())
     folder = runtime.MODELS / f"{top}-{digest.hexdigest()[:16]}"
     library = folder / f"lib{top}.so"
-    if library.exists():
+    if runtime.sealed(library):
         return library
 
     with runtime.only_one(folder):
-        if not library.exists():
+        if not runtime.sealed(library):
             new = folder.with_suffix(".new")
             shutil.rmtree(new, ignore_errors=True)
             new.mkdir()
             _verilate(top, [WAIVERS, *sources], parameters, defines, bool(bound), new, model_flags)
             _compile(library.name, harness, harness_flags, jobs, new)
+            runtime.seal(new / library.name)
             shutil.rmtree(folder, ignore_errors=True)
             new.rename(folder)
     return library

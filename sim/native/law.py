@@ -20,6 +20,7 @@ from asip_asm.model.c_code import struct_members, to_c_code
 from asip_asm.model.compiler import Compiled
 from asip_asm.model.exact import Array
 from asip_asm.project import BUILD
+from sim.harness.runtime import seal, sealed, toolchain
 
 HARNESS = Path(__file__).with_name("law.c")
 FLAGS = ("-O3", "-march=native", "-ffp-contract=off", "-fno-math-errno", "-std=c11", "-Wall",
@@ -86,15 +87,16 @@ class NativeLaw:
         defines = (f"-DLAW={prefix}", '-DLAW_HEADER="law.tick.h"',
                    f"-D{prefix.upper()}_FUSED={int(fused)}")  # fmt: skip
         texts = to_c_code(compiled, "law.tick.h")
-        content = "".join((*texts, HARNESS.read_text(), repr((flags, defines))))
+        content = "".join((*texts, HARNESS.read_text(), repr((flags, defines)), toolchain()))
         folder = BUILD / "native" / hashlib.sha256(content.encode()).hexdigest()[:16]
         library = folder / "law.so"
-        if not library.exists():
+        if not sealed(library):
             _, source = write_c(compiled, folder / "law")
             part = folder / f"law.{os.getpid()}"
             _compile([*flags, *defines, "-shared", "-fPIC", f"-I{folder}", HARNESS, source,
                       "-o", part, "-lm"])  # fmt: skip
             part.rename(library)
+            seal(library)
         self._lib = ctypes.CDLL(str(library))
 
     def run(self, inputs: Mapping[str, Array], states: Mapping[str, Array]) -> Ran:

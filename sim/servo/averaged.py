@@ -39,12 +39,12 @@ def library(plant: Plant, setting: Setting, parameters: Mapping[str, float]) -> 
     header, source = to_c_code(compiled, f"{NAME}.tick.h")
     macros = parameter_macros(compiled.law, NAME)
     defines = [f"-D{macros[name]}={value!r}f" for name, value in sorted(parameters.items())]
-    texts = [header, source, *defines]
+    texts = [header, source, *defines, runtime.toolchain()]
     texts += [(HERE / name).read_text() for name in ("averaged.cpp", "plant.h")]
     folder = BUILD / "servo" / hashlib.sha256("\0".join(texts).encode()).hexdigest()[:16]
     path = folder / "libaveraged.so"
     with runtime.only_one(folder):
-        if not path.exists():
+        if not runtime.sealed(path):
             folder.mkdir(exist_ok=True)
             write_text(folder / f"{NAME}.tick.h", header)
             write_text(folder / f"{NAME}.c", source)
@@ -53,6 +53,7 @@ def library(plant: Plant, setting: Setting, parameters: Mapping[str, float]) -> 
             runtime.run([runtime.compiler(), *common, *defines, *c], folder)
             cpp = ["-std=c++17", "-shared", HERE / "averaged.cpp", f"{NAME}.o", "-o", path]
             runtime.run([runtime.compiler(), *common, *defines, *cpp], folder)
+            runtime.seal(path)
     return path
 
 
