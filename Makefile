@@ -40,7 +40,7 @@ export PYTHONUTF8 := 1
 .PHONY: format gen gen-check docs readme site goals
 .PHONY: formal fp-case fp-bench fp-campaign fp-report
 .PHONY: robots side-by-side
-.PHONY: bus motion motion-size drive synth quartus upsets bitstream silicon
+.PHONY: bus motion motion-size drive synth plain quartus upsets bitstream silicon
 .PHONY: nios-sw nios-toolchain nios-gdb nios-cycles qemu tools-for-tests rs274
 
 help: ## list targets and variables
@@ -171,7 +171,10 @@ fp-campaign: $(READY) ## exhaustive, random and cross-product cases of the arith
 fp-report: $(READY) ## put what the campaign has covered into docs/arithmetic_evidence.md
 	@exec $(PY) -m sim.fpbench report
 
-quartus: $(READY) ## area and speed on Stratix III with Quartus II 13.1, to build/synth.json
+plain: $(READY_SYNTH) ## each core as one plain Verilog-2001 file, to build/plain (TOPS=...)
+	@exec $(PY) -m scripts.plain_verilog $(if $(TOPS),--only $(TOPS))
+
+quartus: plain ## plain Verilog, then area and speed on Stratix III with Quartus II 13.1, to build/synth.json
 	@$(PY) scripts/quartus.py
 
 nios-sw: $(READY) ## programs of the Nios II systems and their committed images, docs/own_c_program.md (needs nios-toolchain)

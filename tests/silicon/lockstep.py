@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -83,9 +83,14 @@ def wrapper(top: str, netlist: Netlist) -> str:
     )
 
 
-def run(top: str, clocks: int, netlist_folders: Sequence[Path] = (ROOT / "rtl",)) -> Outcome:
-    """Compare `top` with its netlist, made from `netlist_folders`. Raises NetlistError."""
-    netlist = make_netlist(top, name=f"{top}_netlist", folders=netlist_folders)
+def run(
+    top: str,
+    clocks: int,
+    netlist_folders: Sequence[Path] = (ROOT / "rtl",),
+    make: Callable[..., Netlist] = make_netlist,
+) -> Outcome:
+    """Compare `top` with its netlist, made from `netlist_folders` by `make`. Raises NetlistError."""
+    netlist = make(top, name=f"{top}_netlist", folders=netlist_folders)
     text = BUILD / f"lockstep_{netlist.verilog.parent.name}.sv"
     write_if_changed(text, wrapper(top, netlist))
     # A pair without the checks of simulation: random inputs are no protocol.

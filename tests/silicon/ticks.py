@@ -24,7 +24,7 @@ from sim.harness.asip_rtl import HARNESS, AsipRtl
 from sim.model.parameters import Robot
 from sim.model.records import COUNTS, SET_POINTS
 from tests.asip.tracking_path import reversing_path
-from tests.silicon.netlist import BUILD, ROOT, Netlist, library_of, make_netlist
+from tests.silicon.netlist import BUILD, ROOT, Netlist, library_of, make_netlist, make_plain
 
 PROGRAMS = ("tracking_as_printed", "tracking_optimised")
 SHARD = 500  # ticks
@@ -35,6 +35,13 @@ class AsipNetlist(AsipRtl):
 
     def _library(self, parameters: Mapping[str, int]) -> Path:
         return library_of(make_netlist("asip", parameters), HARNESS)
+
+
+class AsipPlain(AsipRtl):
+    """The core as plain Verilog; else as the RTL."""
+
+    def _library(self, parameters: Mapping[str, int]) -> Path:
+        return library_of(make_plain("asip", parameters), HARNESS)
 
 
 def netlist_of(configuration: str) -> Netlist:
