@@ -5,7 +5,7 @@
     make plain TOPS="asip n2_core"   some of them
 
 Yosys reads the RTL and writes it at word level: no technology mapping, so memories, multipliers and
-adders stay inferable. A file holds one module with the ports of the core and its default parameters.
+adders stay inferable. A file holds one module, with the core's ports and its default parameters.
 """
 
 from __future__ import annotations

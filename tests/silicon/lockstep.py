@@ -89,7 +89,10 @@ def run(
     netlist_folders: Sequence[Path] = (ROOT / "rtl",),
     make: Callable[..., Netlist] = make_netlist,
 ) -> Outcome:
-    """Compare `top` with its netlist, made from `netlist_folders` by `make`. Raises NetlistError."""
+    """Compare `top` with its netlist, that `make` makes of `netlist_folders`.
+
+    Raises NetlistError.
+    """
     netlist = make(top, name=f"{top}_netlist", folders=netlist_folders)
     text = BUILD / f"lockstep_{netlist.verilog.parent.name}.sv"
     write_if_changed(text, wrapper(top, netlist))

@@ -131,9 +131,8 @@ def make_plain(
     verilog, ports = folder / f"{name}.v", folder / "ports.json"
     with only_one(folder):
         if not (folder / "done").is_file():
-            written = ["delete */c:* %d", f"write_json {ports}"]
             try:
-                write_plain(top, verilog, parameters, name, folders, written)
+                write_plain(top, verilog, parameters, name, folders, [f"write_json {ports}"])
             except PlainError as error:
                 raise NetlistError(str(error)) from error
             (folder / "done").touch()
