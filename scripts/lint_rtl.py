@@ -62,11 +62,12 @@ class Top:
     configurations: tuple[str, ...] = ("",)
 
     def files(self) -> list[str]:
-        """Sources with the file lists read, relative to the checkout."""
+        """Sources with the file lists read, relative to the checkout, each file once."""
         found: list[str] = []
         for source in self.sources:
             found += (ROOT / source).read_text().split() if source.endswith(".f") else [source]
-        return found
+        packages = [name for name in found if name.endswith("_pkg.sv")]
+        return list(dict.fromkeys((*packages, *found)))
 
 
 def needed(top: str) -> tuple[str, ...]:
@@ -96,17 +97,17 @@ TOPS = (
         ("", "Trace=1 Debug=1 HardwareMultiply=0 HardwareDivide=0 DivisionError=0"),
     ),
     Top("n2_system", (N2_SYSTEM,), ("Platform=1", "Platform=2 Trace=1 Debug=1 External=1")),
-    Top("dual_asip", (ASIP, "rtl/dual/dual.f")),
-    Top("debug_asip", (ASIP, "rtl/debug/debug.f"), ("", "FmaPipes=1 Slots=1 Uart=0")),
+    Top("dual_asip", ("rtl/dual/dual.f",)),
+    Top("debug_asip", ("rtl/debug/debug.f",), ("", "FmaPipes=1 Slots=1 Uart=0")),
     Top(
         "drive_front_end",
-        ("rtl/gen/asip_regmap_pkg.sv", DRIVE),
+        (DRIVE,),
         ("", "Axes=1", "Axes=8 FastRate=16"),
     ),
     Top("ethercat_slave", ("rtl/ethercat/ethercat.f",)),
     Top("mii_to_rgmii", ("rtl/ethercat/mii_to_rgmii.sv",)),
     Top("ethercat_nios", needed("ethercat_nios")),
-    Top("drive_chain", (ASIP, "rtl/dual/dual.f", DRIVE, "rtl/drive/drive_chain.sv")),
+    Top("drive_chain", ("rtl/dual/dual.f", DRIVE, "rtl/drive/drive_chain.sv")),
     Top("biss_port", ("rtl/drive/biss_port.f",), ("", "Width=32 ClocksPerBit=6", "Width=64")),
 )
 

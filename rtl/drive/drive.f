@@ -1,3 +1,4 @@
+rtl/gen/asip_regmap_pkg.sv
 rtl/gen/drive_regmap_pkg.sv
 rtl/drive/quadrature_decoder.sv
 rtl/drive/sinc3_timing.sv

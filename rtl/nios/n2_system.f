@@ -4,6 +4,7 @@ rtl/fpu/fp_pkg.sv
 rtl/gen/ci_pkg.sv
 rtl/nios/n2_pkg.sv
 rtl/gen/n2_isa_pkg.sv
+rtl/gen/n2_debug_regmap_pkg.sv
 rtl/nios/n2_fetch.sv
 rtl/nios/n2_decode.sv
 rtl/nios/n2_regfile.sv
@@ -46,7 +47,6 @@ rtl/custom/ci_floatis.sv
 rtl/fpu/fp_f2i.sv
 rtl/custom/ci_fixsi.sv
 rtl/custom/ci_slaves.sv
-rtl/gen/n2_debug_regmap_pkg.sv
 rtl/nios/n2_debug.sv
 rtl/nios/n2_timer.sv
 rtl/nios/n2_io.sv

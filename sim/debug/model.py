@@ -18,7 +18,7 @@ class DebugRtl(AsipRtl):
     """
 
     top = "debug_asip"
-    files = ("asip/asip.f", "debug/debug.f")
+    files = ("debug/debug.f",)
     headers = (HARNESS.with_name("serial_line.h"),)
     harness_flags = ("-DDEBUG_BLOCK",)
 

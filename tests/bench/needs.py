@@ -97,6 +97,11 @@ TOOLS: dict[str, tuple[str, Callable[[], Any], str]] = {
         full_history,
         "git fetch --unshallow, in a clone of the repository",
     ),
+    "iverilog": (
+        "parsing the plain Verilog of the cores with another simulator",
+        lambda: shutil.which("iverilog"),
+        "apt-get install iverilog",
+    ),
     "nios-gcc": (
         "building the programs of the Nios II systems, and comparing C with the components",
         lambda: toolchain("nios2-elf-gcc"),

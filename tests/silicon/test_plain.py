@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import shutil
 import subprocess
 
 import pytest
@@ -20,7 +19,7 @@ QUICK = ("biss_port", "mii_to_rgmii")
 BLACK_BOXES = "-i"  # Icarus ignores modules that it does not have, such as the PLL of a board
 
 
-@pytest.mark.skipif(shutil.which("iverilog") is None, reason="Icarus Verilog is missing")
+@needs("iverilog")
 @pytest.mark.parametrize(
     "top", [pytest.param(top, marks=() if top in QUICK else pytest.mark.full) for top in CORES]
 )
