@@ -59,8 +59,19 @@ AREAS: dict[str, Area] = {
         command="sim.motion.show:main",
     ),
     "nios": Area("Nios II systems: protocols, C programs of others, figures per MHz.", {}),
-    "robots": Area("Laws compiled from robot descriptions: proofs, certificates, cycles.", {}),
-    "security": Area("Hostile files, ports, packets, signals, caches and environments.", {}),
+    "robots": Area(
+        "Laws compiled from robot descriptions: proofs, certificates, cycles.",
+        {
+            "URDF files": "sim.robots.campaign:rows",
+            "planted mistakes": "tests.model_compiler.planted:rows",
+            "cycles": "sim.robots.cycles:rows",
+            "certificate": "sim.certificate_goals:rows",
+        },
+    ),
+    "security": Area(
+        "Hostile files, ports, packets, signals, caches and environments.",
+        {"ports": "tests.security.campaign_ports:rows"},
+    ),
     "silicon": Area(
         "Netlists against RTL, bitstreams, area and clock.", command="scripts.silicon:main"
     ),

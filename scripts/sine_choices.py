@@ -17,6 +17,7 @@ from pathlib import Path
 
 from asip_asm.allocate import allocate_registers
 from asip_asm.assemble import parse_program
+from asip_asm.files import write_text
 from asip_asm.machine import Machine, load_machine
 from asip_asm.model.compiler import Options, compile_law
 from asip_asm.project import ROOT
@@ -84,12 +85,12 @@ def machine_of(way: Way) -> Machine:
 
 def cycles(arm: str, way: Way) -> int:
     """Cycles of a tick of the arm's law."""
-    law = LAWS["computed_torque"](robot(arm), Settings())
+    law = LAWS["computed_torque"](robot(arm), Settings(overshoot=1.0))
     machine = machine_of(way)
     text = compile_law(law, Options("fast", True, True, way.sine), machine).text
     with tempfile.TemporaryDirectory() as folder:
         source = Path(folder) / "law.s"
-        source.write_text(text, encoding="utf-8")
+        write_text(source, text)
         program = parse_program(source)
     schedule_program(program, machine)
     allocate_registers(program, machine)

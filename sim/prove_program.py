@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Proof of a compiled law: bits against the exact interpreter, values against double precision.
 
-The program runs on the core over drawn inputs. Every tick's outputs and next states must have the
+The program runs on the core over drawn inputs. All inputs at zero, at their lower and at their
+upper limits, and a user's points, are always among them (`sim.prove_points` yields them). Every
+tick's outputs and next states must have the
 bits that `asip_asm.model.exact` computes from the same inputs and the states that the core held
 before; and must be as near to the user's own model in double precision (`sim.prove_reference`) as
 `asip_asm.model.bound` derives.
@@ -10,20 +12,22 @@ before; and must be as near to the user's own model in double precision (`sim.pr
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+import itertools
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from asip_asm.image import Image
 from asip_asm.model.bound import bounds
+from asip_asm.model.certificate import Certificate
 from asip_asm.model.compiler import Compiled
 from asip_asm.model.exact import Array, evaluate
 from asip_asm.model.law import Law, Port, before
 from sim.core import Core
 from sim.prove_casadi import truth_of
-from sim.prove_reference import Truth
+from sim.prove_reference import RobotTruth, Truth
 
 SEED = 1
 COUNT = 10_000
@@ -33,12 +37,45 @@ CORNERS = 0.1
 """Share of values that are corners of their range."""
 
 
+CONSTANT = 2.0**-20
+"""A bound below this share of a result's size means something even if the result never moves."""
+
+
+@dataclass(frozen=True)
+class Check:
+    """Largest error of a result [unit] inside the certificate's box, and the certificate's bound;
+    low, high: values of the law that the inputs reached.
+
+    A bound of half their range or more means nothing: a constant would be as near to the law.
+    """
+
+    unit: str
+    error: float
+    bound: float
+    low: float
+    high: float
+
+    @property
+    def share(self) -> float:
+        return 0.0 if self.error == 0 else self.error / max(self.bound, 1e-300)
+
+    @property
+    def holds(self) -> bool:
+        return self.error <= self.bound
+
+    @property
+    def meaningful(self) -> bool:
+        size = max(abs(self.low), abs(self.high))
+        return self.bound < 0.5 * (self.high - self.low) or self.bound <= CONSTANT * size
+
+
 @dataclass(frozen=True)
 class Proof:
     """What a proof found. worst: largest error as a share of its bound, over all inputs and
     results, and the result where; unbounded: results without a finite bound, which prove nothing.
     within: of each output, inputs where it is inside its limits; at a limit it is a constant, whose
-    error says nothing. first_difference: text, empty if all bits agree.
+    error says nothing. first_difference: text, empty if all bits agree. checks: of each result,
+    against the certificate, if there is one.
     """
 
     inputs_tried: int
@@ -50,10 +87,14 @@ class Proof:
     largest_error: dict[str, float]
     within: dict[str, int]
     seed: int
+    certificate: Certificate | None = None
+    checks: Mapping[str, Check] = field(default_factory=dict)
 
     @property
     def passed(self) -> bool:
-        return self.bits_equal and self.worst_fraction_of_bound < 1 and not self.unbounded
+        sampled = self.bits_equal and self.worst_fraction_of_bound < 1 and not self.unbounded
+        whole = self.certificate is None or self.certificate.finite
+        return sampled and whole and all(c.holds and c.meaningful for c in self.checks.values())
 
 
 @functools.cache
@@ -93,6 +134,10 @@ Sample = Callable[[int, np.random.Generator], dict[str, Array]]
 them, where these belong to the inputs too."""
 
 
+Reference = Callable[[Mapping[str, Array]], dict[str, tuple[Array, Array]]]
+"""Results of words of the program by name, outputs saturated, and the reference's own error."""
+
+
 def prove(
     compiled: Compiled,
     image: Image,
@@ -101,10 +146,14 @@ def prove(
     seed: int = SEED,
     backend: str = "rtl",
     sample: Sample | None = None,
-    truth: Truth | None = None,
+    truth: Truth | RobotTruth | None = None,
+    certificate: Certificate | None = None,
+    points: Iterable[tuple[dict[str, Array], dict[str, Array]]] = (),
 ) -> Proof:
-    """Run `count` drawn ticks of the program and compare. `truth`: the user's own model (None: the
-    function and ports of a law that was made in Python). Raises CoreFault if the core stops,
+    """Run `points` and `count` drawn ticks of the program and compare.
+
+    truth: the user's own model (None: the function and ports of a law that was made in Python).
+    points: inputs of ticks and the states before them. Raises CoreFault if the core stops,
     ModelError if the user's model cannot be evaluated.
     """
     law = compiled.law
@@ -113,8 +162,9 @@ def prove(
     values: dict[str, list[Array]] = {}
     results: dict[str, list[Array]] = {}
     with Core(image, backend=backend) as core:
-        for begin in range(0, count, BATCH):
-            inputs, states = draw_ticks(law, min(BATCH, count - begin), rng, sample)
+        sizes = (min(BATCH, count - begin) for begin in range(0, count, BATCH))
+        drawn = (draw_ticks(law, size, rng, sample) for size in sizes)
+        for inputs, states in itertools.chain(points, drawn):
             core.preset({name: value[0].item() for name, value in states.items()})
             ticks = core.batch(
                 inputs, read=[*states, *(n for n in outputs if n not in core.outputs)]
@@ -129,12 +179,13 @@ def prove(
                 values.setdefault(name, []).append(value)
     inputs = {name: np.concatenate(parts) for name, parts in values.items()}
     for port in law.of_kind("parameter"):
-        inputs[port.name] = np.full(count, port.initial, np.float32)
+        size = len(next(iter(inputs.values())))
+        inputs[port.name] = np.full(size, port.initial, np.float32)
     got = {name: np.concatenate(parts) for name, parts in results.items()}
     sine = unit_sine if backend == "rtl" else rounded_sine
     truth = truth or truth_of(law)
-    proof = compare(compiled, inputs, got, seed, sine, truth)
-    differs = truth.difference(image)
+    proof = compare(compiled, inputs, got, seed, sine, truth, certificate)
+    differs = truth.difference(image) if isinstance(truth, Truth) else truth.difference(law)
     if differs and not proof.first_difference:
         proof = replace(proof, bits_equal=False, first_difference=differs)
     return proof
@@ -195,10 +246,11 @@ def compare(
     inputs: Mapping[str, Array],
     got: Mapping[str, Array],
     seed: int,
-    sine,
-    truth: Truth | None = None,
+    sine: Callable,
+    truth: Truth | RobotTruth | None = None,
+    certificate: Certificate | None = None,
 ) -> Proof:
-    """Compare results with the interpreter, and with double precision."""
+    """Compare results with the interpreter, with double precision, and with the certificate."""
     difference = ""
     for name, want in exact_results(compiled, inputs, sine).items():
         unequal = got[name].view(np.uint32) != want.view(np.uint32)
@@ -206,15 +258,16 @@ def compare(
             k = int(np.argmax(unequal))
             difference = f"{name}, tick {k} of seed {seed}: got {got[name][k]!r}, want {want[k]!r}"
     real, limit = bounds(compiled.graph, inputs)
-    want_of = (truth or truth_of(compiled.law))(inputs)
+    found = (truth or truth_of(compiled.law))(inputs)
+    want_of = {n: v if isinstance(v, tuple) else (v, np.zeros_like(v)) for n, v in found.items()}
     if missing := sorted(set(got) - _rates(compiled.law) - set(want_of)):
         difference = difference or f"the user's model gives no {', '.join(missing)}"
     worst, where, unbounded, largest, within = 0.0, "", 0, {}, {}
     limits = {p.name: p.limits for p in compiled.law.of_kind("output") if p.limits}
-    for name, want in want_of.items():
+    for name, (want, own) in want_of.items():
         root = name.removesuffix("_next") if name not in limit else name
         error = np.abs(got[name].astype(np.float64) - want)
-        share = error / np.maximum(limit[root], 1e-300)
+        share = error / np.maximum(limit[root] + own, 1e-300)
         share = np.where(error == 0, 0.0, share)
         unbounded += int(np.sum(~np.isfinite(limit[root])))
         largest[name] = float(error.max())
@@ -223,4 +276,28 @@ def compare(
         if not share.max() <= worst:
             worst, where = float(share.max()), f"{name}, tick {int(np.argmax(share))}"
     count = len(next(iter(got.values())))
-    return Proof(count, not difference, difference, worst, where, unbounded, largest, within, seed)
+    checks = _checks(certificate, inputs, got, want_of) if certificate else {}
+    return Proof(
+        count, not difference, difference, worst, where, unbounded, largest, within, seed,
+        certificate, checks,
+    )  # fmt: skip
+
+
+def _checks(
+    certificate: Certificate,
+    inputs: Mapping[str, Array],
+    got: Mapping[str, Array],
+    wanted: Mapping[str, tuple[NDArray[np.float64], NDArray[np.float64]]],
+) -> dict[str, Check]:
+    """Errors in the certificate's box, less those that `wanted` may have of its own; ticks that
+    began with a state outside of it do not count.
+    """
+    inside = certificate.covers(inputs)
+    found = {}
+    for name, bound in certificate.bounds.items():
+        want, own = (part[inside] for part in wanted[name])
+        error = np.maximum(np.abs(got[name].astype(np.float64)[inside] - want) - own, 0.0)
+        low, high = float(want.min(initial=np.inf)), float(want.max(initial=-np.inf))
+        largest = float(error.max(initial=0.0))
+        found[name] = Check(bound.unit, largest, bound.bound, low, high)
+    return found

@@ -11,13 +11,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from asip_asm.image import Image
 from asip_asm.model.read import ModelError
+
+if TYPE_CHECKING:
+    from asip_asm.model.law import Law
 
 Shape = tuple[int, int]
 Values = NDArray[np.float64]
@@ -127,6 +130,18 @@ class Truth:
                     value = np.clip(value, *wire.limits)
                 found[f"{wire.name}_next" if wire.kind == "state" else wire.name] = value
         return found
+
+
+class RobotTruth(Protocol):
+    """Results of a robot's own equations for words of the core: each a pair, the value and how far
+    it may be from the truth itself.
+    """
+
+    def __call__(self, words: Mapping[str, Any]) -> Mapping[str, tuple[Values, Values]]: ...
+
+    def difference(self, law: Law) -> str:
+        """What of the law's ports differs from the user's file."""
+        ...
 
 
 def _elements(name: str, signal: str, shape: Shape, wires: Sequence[Wire]) -> list[Wire]:

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import functools
 import itertools
+import math
 import re
 from collections import Counter
 from collections.abc import Sequence
@@ -38,7 +39,8 @@ class Port:
     type 'int': an encoder count, whose physical value is scale * count + offset [unit]. A 'rate' is
     no word of the program but scale * (count - count before) of the int input `rate_of`. limits:
     smallest and largest value: test inputs are drawn from them, an output is saturated to them.
-    initial: of a state, or a parameter's value; safe: what an output takes after a fault.
+    initial: of a state, or a parameter's value; safe: what an output takes after a fault. change:
+    largest difference of an input of type float and that of the last tick [unit].
     """
 
     kind: str
@@ -53,6 +55,7 @@ class Port:
     initial: float = 0.0
     safe: float = 0.0
     rate_of: str = ""
+    change: float = math.inf
 
 
 @dataclass(frozen=True)

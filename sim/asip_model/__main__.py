@@ -18,17 +18,30 @@ from asip_asm.image import Image, ImageError
 from asip_asm.isa import default_isa
 from asip_asm.link import LinkError, link, link_maps
 from asip_asm.model.c_code import to_c_code
+from asip_asm.model.certificate import certify
 from asip_asm.model.compiler import SINES, Options, compile_law
 from asip_asm.model.law import Law, load_law
 from asip_asm.model.program import Built, build
 from asip_asm.model.read import ModelError
 from asip_asm.signals import InterfaceError
 from sim.asip_model.effects import effects
+from sim.asip_model.proof_report import CERTIFICATE, report, write_certificate
+from sim.asip_model.robot_options import (
+    add_robot_options,
+    check_robot_options,
+    is_urdf,
+    reference_of,
+    robot_law,
+    settings_of,
+)
 from sim.prove_casadi import truth_of_files
-from sim.prove_reference import Truth
+from sim.prove_points import Point, directed, load_points
+from sim.prove_reference import RobotTruth, Truth
+from sim.robots.account import account
 from sim.robots.closed_loop import Arm, close_loop
-from sim.robots.laws import LAWS, Settings
-from sim.robots.tree import RobotError, Tree, load_tree
+from sim.robots.elements import RobotError
+from sim.robots.laws import Settings
+from sim.robots.tree import Tree
 
 EPILOG = """example:
   import casadi as ca                                   # law.py
@@ -42,20 +55,20 @@ EPILOG = """example:
 
 writes build/law.s (linear assembly), .asip.json (image), .asip.map.json (its debug map, for
 asip-dbg), .h (tables for the C driver) and .report.txt (cycles, bounds, occupancy, what each option
-changes); with --c also build/law.tick.c
-and .tick.h, the law as a C function for the Nios II systems or a PC. Arguments and results of the
-function go by the names of the signals, or of their vectors (docs/your_robot.md). With several
-functions .s, .asip.map.json, .tick.c and .tick.h are build/both.NAME.s and so on.
+changes). With --prove it also writes .certificate.json (what is proved, docs/numerics.md), with --c
+build/law.tick.c and .tick.h, the law as a C function for the Nios II systems or a PC. Arguments and
+results of the function go by the names of the signals, or of their vectors (docs/your_robot.md).
+With several functions .s, .asip.map.json, .certificate.json, .tick.c and .tick.h are
+build/both.NAME.s and so on.
 
 exit status: 0 written, and proved with --prove; 1 an error, a proof that failed, or a loop beyond
 its bound; 2 wrong command line
 """
 RATIO = 1.05
 """Tracking error of an axis on the core by that in double precision, at most."""
-SETTINGS = ("rate", "counts", "bandwidth", "integral", "friction")
-"""Options of the laws of URDFs."""
-SELDOM = 0.1
-"""Share of a proof's inputs below which an output is called seldom inside its limits."""
+MILLION = 1_000_000
+EFFORT = 5
+"""Million operations of a certificate by default: some seconds."""
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -68,14 +81,16 @@ def main(arguments: list[str] | None = None) -> int:
 def _model(options: argparse.Namespace) -> int:
     stem = options.output or options.parts[0][0].with_suffix("")
     several = len(options.parts) > 1
-    settings = Settings(**{name: getattr(options, name) for name in SETTINGS})
+    settings = settings_of(options)
     built: dict[str, Built] = {}
     stems = {name: f"{stem}.{name}" if several else str(stem) for name in _names(options)}
     ends = (".s", ".asip.map.json", *((".tick.h", ".tick.c") if options.c else ()))
+    ends += (CERTIFICATE,) if options.prove else ()
     paths = [Path(f"{each}{end}") for each in stems.values() for end in ends]
     paths += [Path(f"{stem}{end}") for end in (".asip.json", ".h", ".report.txt")]
     refuse_overwriting(paths, [path for part in options.parts for path in part if path])
     laws = [_law(options, *part, settings) for part in options.parts]
+    points = load_points(options.points, laws[0][0]) if options.points else []
     chosen = Options(
         options.config,
         options.reassociate,
@@ -95,7 +110,11 @@ def _model(options: argparse.Namespace) -> int:
         (image,) = images.values()
     texts = {f"{stem}.asip.json": Image.dumps(image), f"{stem}.h": to_c(image, "")}
     texts[f"{stem}.report.txt"] = "\n".join(
-        one.report.render() + "\n" + effects(one.compiled, options.seed) for one in built.values()
+        one.report.render()
+        + "\n"
+        + effects(one.compiled, options.seed)
+        + (f"\n{account(tree, settings)}" if tree else "")
+        for one, (_, tree) in zip(built.values(), laws, strict=True)
     )
     texts |= {f"{stems[name]}.asip.map.json": found.dumps() for name, found in maps.items()}
     for name, each in stems.items() if options.c else ():
@@ -111,8 +130,9 @@ def _model(options: argparse.Namespace) -> int:
     if options.prove:
         for (name, one), (_, tree), files in zip(built.items(), laws, options.parts, strict=True):
             whole = replace(one, image=image.function(name)) if several else one
-            truth = truth_of_files(*files) if tree is None else None
-            status = max(status, _prove(whole, options, tree is not None, truth))
+            file = Path(f"{stems[name]}{CERTIFICATE}")
+            truth = reference_of(options, tree, settings) if tree else truth_of_files(*files)
+            status = max(status, _prove(whole, options, truth, points, file))
         if several:
             status = max(status, _prove_together(image, built, options))
     if options.loop and laws[0][1] is not None:
@@ -133,9 +153,11 @@ def _law(
     options: argparse.Namespace, file: Path, interface: Path | None, settings: Settings
 ) -> tuple[Law, Tree | None]:
     """The law, and the robot of a URDF."""
-    if file.suffix == ".urdf":
-        tree = load_tree(file, options.lock)
-        return LAWS[options.law](tree, settings), tree
+    if interface is None:
+        law, tree = robot_law(options, file, settings)
+        for warning in tree.description.warnings:
+            print(f"asip-model: warning: {warning}", file=sys.stderr)
+        return law, tree
     return load_law(file, interface), None
 
 
@@ -160,33 +182,37 @@ def _loop(built: Built, tree: Tree, settings: Settings, seconds: float) -> int:
     return 0 if loop.ratio <= RATIO else 1
 
 
-def _prove(built: Built, options: argparse.Namespace, urdf: bool, truth: Truth | None) -> int:
+def _prove(
+    built: Built,
+    options: argparse.Namespace,
+    truth: Truth | RobotTruth,
+    points: list[Point],
+    file: Path,
+) -> int:
     from sim.core import CoreFault
     from sim.prove_program import prove
     from sim.robots.samples import near
 
     compiled, inputs, seed = built.compiled, options.inputs, options.seed
-    sample = near(compiled.law) if urdf else None
+    sample = near(compiled.law) if not isinstance(truth, Truth) else None
+
+    def progress(text: str) -> None:
+        print(f"certificate: {text}", file=sys.stderr, flush=True)
+
+    certificate = certify(
+        compiled.graph, compiled.law, (options.boxes_effort or EFFORT) * MILLION, progress
+    )
     try:
-        proof = prove(compiled, built.image, count=inputs, seed=seed, sample=sample, truth=truth)
+        proof = prove(
+            compiled, built.image, count=inputs, seed=seed, sample=sample, truth=truth,
+            certificate=certificate, points=directed(compiled.law, points),
+        )  # fmt: skip
     except CoreFault as fault:
         print(f"asip-model: the program stops for an input within its limits: {fault}")
-        return 1
-    equal = "bits equal the interpreter's" if proof.bits_equal else proof.first_difference
-    print(f"{proof.inputs_tried} inputs, seed {proof.seed}: {equal}")
-    print(
-        f"largest error / bound {proof.worst_fraction_of_bound:.3g} ({proof.worst_result}); "
-        + ", ".join(f"{name} {error:.3g}" for name, error in proof.largest_error.items())
-    )
-    seldom = [name for name, n in proof.within.items() if n < SELDOM * proof.inputs_tried]
-    if seldom:
-        print(
-            f"inside their limits in less than {SELDOM:.0%} of the inputs, so little is shown of "
-            f"them: {', '.join(seldom)}; narrow the limits of the inputs in the interface record"
-        )
-    if proof.unbounded:
-        print(f"{proof.unbounded} results have no finite bound: keep divisors away from zero")
-    passed = proof.passed and (not options.c or _prove_c(built, options))
+        proof = None
+    write_certificate(file, certificate, proof)
+    print("\n".join(report(certificate, proof)))
+    passed = proof is not None and proof.passed and (not options.c or _prove_c(built, options))
     print("proved" if passed else "NOT proved")
     return 0 if passed else 1
 
@@ -270,34 +296,46 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
     )
     parser.add_argument("--prove", action="store_true", help="run on the core and compare")
     parser.add_argument("--inputs", type=count, default=10_000, help="inputs of the proof")
+    parser.add_argument(
+        "--points",
+        type=Path,
+        metavar="FILE",
+        help="table of inputs that the proof tries too, comma-separated, names in the first line",
+    )
+    parser.add_argument(
+        "--boxes-effort",
+        type=count,
+        metavar="N",
+        help=f"million operations that the certificate may take, {EFFORT} if not given; more make "
+        "its bounds tighter",
+    )
     parser.add_argument("--seed", type=int, default=1, help="seed of the proof's inputs")
-    robot = parser.add_argument_group("laws of a URDF")
-    robot.add_argument("--law", choices=tuple(LAWS), default="computed_torque", help="which law")
-    robot.add_argument("--rate", type=float, default=10_000.0, help="ticks per second")
-    robot.add_argument("--counts", type=int, default=1 << 20, help="encoder counts per turn")
-    robot.add_argument("--bandwidth", type=float, default=20.0, help="of the position loop [Hz]")
-    robot.add_argument("--integral", action="store_true", help="PID in place of PD")
-    robot.add_argument("--friction", action="store_true", help="the URDF's friction in the law")
-    robot.add_argument("--lock", action="append", default=[], help="a joint that does not move")
-    robot.add_argument(
+    add_robot_options(parser)
+    parser.add_argument(
         "--loop",
         type=duration,
         metavar="SECONDS",
-        help="closed loop with the robot (computed_torque)",
+        help="closed loop with the robot of a URDF (computed_torque)",
     )
     options = parser.parse_args(arguments)
     options.parts = []
     files = list(options.files)
     while files:
         file = files.pop(0)
-        record = files.pop(0) if files and file.suffix != ".urdf" else None
-        urdf = file.suffix == ".urdf"
-        if urdf != (record is None) or (record and record.suffix == ".urdf"):
+        urdf = is_urdf(file)
+        record = files.pop(0) if files and not urdf else None
+        if ".xacro" in (file.suffix.lower(), record and record.suffix.lower()):
+            parser.error("a xacro is no URDF yet; expand it: xacro FILE > robot.urdf")
+        if urdf != (record is None) or (record and is_urdf(record)):
             parser.error("a function needs its interface record, a URDF has none")
         options.parts.append((file, record))
-    arm = len(options.parts) == 1 and urdf and options.law == "computed_torque"
-    if options.loop and not arm:
-        parser.error("--loop is for computed_torque of one URDF")
+    check_robot_options(parser, options)
+    if options.loop and len(options.parts) > 1:
+        parser.error("--loop is for one URDF")
+    if options.points and (not options.prove or len(options.parts) > 1):
+        parser.error("--points is for --prove of one function")
+    if options.boxes_effort and not options.prove:
+        parser.error("--boxes-effort is for --prove")
     return options
 
 

@@ -7,6 +7,7 @@ Requests come in on one thread; what lets the core go runs on another, so that `
 from __future__ import annotations
 
 import argparse
+import contextlib
 import threading
 from collections.abc import Callable
 from typing import Any
@@ -14,6 +15,7 @@ from typing import Any
 from asip_asm.debug_map import DebugMapError
 from asip_asm.diagnostics import AssemblyError
 from asip_asm.image import ImageError
+from sim import guard
 from sim.debugger.command_table import CommandError, Quit, find_command
 from sim.debugger.commands import REFUSALS, Commands
 from sim.debugger.completion import completions, last_word
@@ -59,9 +61,13 @@ class RequestError(Exception):
 class Adapter:
     """One client. `ended` when it has disconnected."""
 
-    def __init__(self, sender: Sender, options: argparse.Namespace) -> None:
+    def __init__(
+        self, sender: Sender, options: argparse.Namespace, token: guard.Token | None = None
+    ) -> None:
+        """token: what a client must give to launch a program, None on a private stream."""
         self.sender = sender
         self.options = options
+        self._token = token
         self.ended = False
         self._session: Session | None = None
         self._worker: threading.Thread | None = None
@@ -126,6 +132,7 @@ class Adapter:
     def do_launch(self, arguments: Body) -> None:
         if self._session is not None:
             raise RequestError("a program is launched already; restart it, or disconnect")
+        self._check_token(arguments)
         session = open_session(launch_options(arguments, self.options))
         self._session = session
         session.log = lambda text: self._output(text + "\n")
@@ -138,6 +145,15 @@ class Adapter:
         self._first = session.start if stop_on_entry else session.run
         for file in session.program.changed_files():
             self._output(f"{file} was changed since the program was assembled\n", "important")
+
+    def _check_token(self, arguments: Body) -> None:
+        """Raises RequestError; a wrong guess ends the connection."""
+        given = arguments.pop("token", None)
+        if self._token is None and given is not None:
+            raise RequestError('"token" is for a server on a port; leave it out')
+        if self._token is not None and not guard.same_token(given, self._token.text):
+            self.ended = True
+            raise RequestError('launch and attach need the "token" that the server has printed')
 
     def do_attach(self, arguments: Body) -> None:
         if not isinstance(arguments.get("connect"), str):
@@ -176,10 +192,13 @@ class Adapter:
         def work() -> None:
             try:
                 stop = action()
-            except ERRORS as error:
+            except Exception as error:
                 self._busy = False
-                self._output(f"{error}\n", "stderr")
-                self.sender.event("terminated")
+                if not isinstance(error, ERRORS):
+                    guard.LOG.exception("an error while the core ran")
+                with contextlib.suppress(OSError, ValueError):  # the client may have gone
+                    self._output(f"{error}\n", "stderr")
+                    self.sender.event("terminated")
                 return
             self._busy = False  # before the client hears of it
             if not self._quiet:

@@ -75,8 +75,8 @@ class Session:
     def _v_cont(self, data: bytes) -> bytes | None:
         if data == b"?":
             return b"vCont;c;C;s;S"
-        action = data.split(b";")[1].partition(b":")[0]
-        if action[:1] not in (b"c", b"C", b"s", b"S"):
+        action = data.removeprefix(b";").partition(b";")[0].partition(b":")[0]
+        if data[:1] != b";" or action[:1] not in (b"c", b"C", b"s", b"S"):
             return BAD
         return self._resume(action[:1] in b"sS", b"")
 

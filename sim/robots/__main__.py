@@ -13,17 +13,19 @@ from typing import Any
 from rich.console import Console
 
 from asip_asm.command import command_parser, count, duration, run_command
+from asip_asm.files import write_text
 from asip_asm.model.read import ModelError
 from sim.core import CoreFault
 from sim.prove_program import COUNT, SEED
-from sim.robots.catalogue import RobotError
 from sim.robots.core_goals import core_goals
+from sim.robots.elements import RobotError
 from sim.robots.job import SHOWN, Row, goals, run_robot
 from sim.robots.page import table, write_page
 
 TABLE_WIDTH = 132
+REPORT = "shown_robots.json"
 EPILOG = """examples:
-  python -m sim.robots                            # all; build/robots.json, build/robots.html
+  python -m sim.robots                            # all; build/shown_robots.json, build/robots.html
   python -m sim.robots --only iiwa14,ur5 --seconds 0.5 --inputs 1000
 
 exit status: 0 every goal of the table is met, 1 one is not (a run with fewer inputs or a shorter
@@ -59,13 +61,13 @@ def _robots(options: argparse.Namespace) -> int:
         # Written after each robot: a run that is stopped loses nothing.
         found = goals(rows) + ([] if options.only else core_goals())
         content = {"robots": {row.name: row.as_json() for row in rows}, "goals": found}
-        (options.output / "robots.json").write_text(json.dumps(content, indent=1) + "\n")
+        write_text(options.output / REPORT, json.dumps(content, indent=1) + "\n")
     write_page(rows, found, options.output / "robots.html")
     console = Console(width=TABLE_WIDTH)
     console.print(table(rows))
     for goal in found:
         print(goal_text(goal))
-    print(f"{options.output / 'robots.json'}, {options.output / 'robots.html'}")
+    print(f"{options.output / REPORT}, {options.output / 'robots.html'}")
     return 0 if all(goal["met"] for goal in found) else 1
 
 

@@ -4,12 +4,14 @@
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import cmeel
 
-from sim.robots.tree import RobotError, Tree, load_tree
+from sim.robots.elements import RobotError
+from sim.robots.stated import Stated
+from sim.robots.tree import Tree, load_tree
 
 OWN = Path(__file__).with_name("urdf")
 
@@ -25,11 +27,11 @@ def data_folder() -> Path:
 
 @dataclass(frozen=True)
 class Entry:
-    """A URDF: own, in sim/robots/urdf, or in example-robot-data; joints in `locked` are held."""
+    """A URDF: own, in sim/robots/urdf, or in example-robot-data; and what is stated besides."""
 
     path: str
     own: bool = False
-    locked: tuple[str, ...] = ()
+    stated: Stated = field(default_factory=Stated)
 
     def file(self) -> Path:
         return (OWN if self.own else data_folder()) / self.path
@@ -37,14 +39,16 @@ class Entry:
 
 ROBOTS: dict[str, Entry] = {
     "iiwa14": Entry("iiwa14.urdf", own=True),
+    # The second finger follows the first one.
     "panda": Entry(
-        "panda_description/urdf/panda.urdf", locked=("panda_finger_joint1", "panda_finger_joint2")
+        "panda_description/urdf/panda.urdf",
+        stated=Stated(locked={"panda_finger_joint1": 0.0}, tip="panda_hand_tcp"),
     ),
-    "ur5": Entry("ur_description/urdf/ur5_robot.urdf"),
+    "ur5": Entry("ur_description/urdf/ur5_robot.urdf", stated=Stated(tip="tool0")),
     "xarm7": Entry("xarm_description/urdf/xarm7.urdf"),
     "scara": Entry("scara.urdf", own=True),
-    "so101": Entry("so_arm_description/urdf/so101.urdf"),
-    "solo": Entry("solo_description/robots/solo.urdf"),
+    "so101": Entry("so_arm_description/urdf/so101.urdf", stated=Stated(tip="gripper_frame_link")),
+    "solo": Entry("solo_description/robots/solo.urdf", stated=Stated(tip="FL_FOOT")),
 }
 
 
@@ -53,4 +57,4 @@ def robot(name: str) -> Tree:
     """Tree of a robot of the catalogue. Raises RobotError."""
     if name not in ROBOTS:
         raise RobotError(f"no robot '{name}'; there are {', '.join(ROBOTS)}")
-    return load_tree(ROBOTS[name].file(), ROBOTS[name].locked)
+    return load_tree(ROBOTS[name].file(), ROBOTS[name].stated)

@@ -14,13 +14,13 @@ from typing import Protocol
 
 import casadi as ca
 import numpy as np
-import pinocchio as pin
 from numpy.typing import NDArray
 
 from asip_asm.image import Image
 from asip_asm.model.law import Law, before
 from sim.core import Core
-from sim.robots.laws import ACCELERATION, Settings, count_scale, position_limits, speed_limits
+from sim.robots.laws import Settings, count_scale, position_limits, speed_limits
+from sim.robots.reference import PinocchioRobot
 from sim.robots.tree import Tree
 
 Values = Mapping[str, float]
@@ -177,8 +177,8 @@ def _run(machine: Machine, law: Callable[[Values, int], Values]) -> Loop:
 
 
 class Arm:
-    """A robot of a tree: joints follow sines within their limits; pinocchio's articulated-body
-    algorithm is the plant, without friction. Inputs are those of `laws.computed_torque`.
+    """A robot of a tree: axes follow sines within their limits; pinocchio's forward dynamics of the
+    URDF is the plant, without friction. Inputs are those of `laws.computed_torque`.
     """
 
     SPEED, REACH = 0.5, 0.25
@@ -187,25 +187,26 @@ class Arm:
     def __init__(self, tree: Tree, settings: Settings, seconds: float = 2.0) -> None:
         self.tree, self.settings = tree, settings
         self.ticks = round(seconds * settings.rate)
-        self.axes = {j.name: "rad" if j.kind == "revolute" else "m" for j in tree.joints}
-        self.data = tree.model.createData()
-        self.scales = [count_scale(joint, settings) for joint in tree.joints]
+        self.axes = {j.name: "rad" if j.kind == "revolute" else "m" for j in tree.axes}
+        self.plant = PinocchioRobot(tree.description.text, tree.stated)
+        self.scales = [count_scale(joint, settings) for joint in tree.axes]
         t = np.arange(self.ticks + 1) / settings.rate
-        columns = [self._motion(i, t) for i in range(len(tree.joints))]
+        columns = [self._motion(i, t) for i in range(len(tree.axes))]
         self.goal, self.speed, self.accel = (
             np.stack([c[k] for c in columns], axis=1).astype(np.float32) for k in range(3)
         )
+        self.plant.check_movable(self.goal[0].astype(float))
         self.start()
 
     def _motion(self, i: int, t: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
         """Position, speed and acceleration of joint i: a raised cosine, at rest at first."""
-        low, high = position_limits(self.tree.joints[i])
+        low, high = position_limits(self.tree.axes[i])
         middle = min(max(0.0, low + 0.3 * (high - low)), high - 0.3 * (high - low))
         omega = 2 * np.pi * (0.5 + 0.07 * i)
         size = min(
             self.REACH * (high - low),
-            self.SPEED * speed_limits(self.tree.joints[i])[1] / omega,
-            ACCELERATION / 3 / omega**2,
+            self.SPEED * speed_limits(self.tree.axes[i])[1] / omega,
+            self.settings.acceleration / 3 / omega**2,
         )
         phase = omega * t
         return (
@@ -224,28 +225,21 @@ class Arm:
             values[f"goal{i}"] = self.goal[tick, i]
             values[f"speed{i}"] = self.speed[tick, i]
             values[f"accel{i}"] = self.accel[tick, i]
-            values[f"q{i}"] = round(q / self.scales[i])
+            values[f"q{i}"] = round((q - self.tree.axes[i].zero) / self.scales[i])
         return values
 
     def error(self, tick: int) -> NDArray[np.float64]:
         return self.goal[tick] - self.q
 
-    def _acceleration(self, q: NDArray, v: NDArray, tau: NDArray) -> NDArray[np.float64]:
-        parts = [
-            [a] if joint.nq == 1 else [np.cos(a), np.sin(a)]
-            for a, joint in zip(q, list(self.tree.model.joints)[1:], strict=True)
-        ]
-        return pin.aba(self.tree.model, self.data, np.concatenate(parts), v, tau).copy()
-
     def step(self, outputs: Values) -> None:
         tau = np.array([outputs[f"tau{i}"] for i in range(len(self.q))])
         h, q, v = 1 / self.settings.rate, self.q, self.v
-        a1 = self._acceleration(q, v, tau)
+        a1 = self.plant.forward(q, v, tau)
         v2 = v + h / 2 * a1
-        a2 = self._acceleration(q + h / 2 * v, v2, tau)
+        a2 = self.plant.forward(q + h / 2 * v, v2, tau)
         v3 = v + h / 2 * a2
-        a3 = self._acceleration(q + h / 2 * v2, v3, tau)
+        a3 = self.plant.forward(q + h / 2 * v2, v3, tau)
         v4 = v + h * a3
-        a4 = self._acceleration(q + h * v3, v4, tau)
+        a4 = self.plant.forward(q + h * v3, v4, tau)
         self.q = q + h / 6 * (v + 2 * v2 + 2 * v3 + v4)
         self.v = v + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)

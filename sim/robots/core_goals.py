@@ -30,7 +30,7 @@ SEEDS = 5
 
 
 def core_goals(document: Mapping[str, Any] | None = None) -> list[dict[str, Any]]:
-    """Rows of build/robots.json's `goals`, with `commit` and `note`; value None: not measured.
+    """Goals of build/shown_robots.json, with `commit` and `note`; value None: not measured.
 
     document: of build/synth.json, None: as `make run` finds it.
     """

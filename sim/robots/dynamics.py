@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from sim.robots.tree import Joint, Tree
+from sim.robots.tree import Joint, Tip, Tree
 
 Vector = list[ca.SX]
 QUARTER = math.pi / 2
@@ -64,7 +64,28 @@ def turn(joint: Joint, q: ca.SX) -> Turn:
     return Turn(joint, sine, cosine)
 
 
-def turns(tree: Tree, q: ca.SX) -> list[Turn]:
+def joint_values(tree: Tree, q: ca.SX, shifted: bool = True) -> list[ca.SX]:
+    """Value of every joint of those of the axes (n,): a follower's is its leader's times its
+    multiplier, plus its shift for positions.
+    """
+    found = []
+    for joint, axis in zip(tree.joints, tree.axis_of, strict=True):
+        value = q[axis] if joint.multiplier == 1.0 else joint.multiplier * q[axis]
+        found.append(value + joint.shift if shifted and joint.shift else value)
+    return found
+
+
+def axis_forces(tree: Tree, forces: list[ca.SX]) -> ca.SX:
+    """Forces of the axes (n,): a follower's acts at its leader, times its multiplier."""
+    found: list[ca.SX | None] = [None] * len(tree.axes)
+    for joint, axis, force in zip(tree.joints, tree.axis_of, forces, strict=True):
+        part = force if joint.multiplier == 1.0 else joint.multiplier * force
+        before = found[axis]
+        found[axis] = part if before is None else before + part
+    return ca.vertcat(*found)
+
+
+def turns(tree: Tree, q: list[ca.SX]) -> list[Turn]:
     """Turn of every joint."""
     return [turn(joint, q[i]) for i, joint in enumerate(tree.joints)]
 
@@ -99,10 +120,14 @@ class Motion:
 
 
 def inverse_dynamics(tree: Tree, q: ca.SX, dq: ca.SX, ddq: ca.SX) -> ca.SX:
-    """Joint forces (n,) [N m, N] of positions, velocities, accelerations (n,); no friction."""
+    """Forces of the axes (n,) [N m, N] of their positions, velocities, accelerations (n,); no
+    friction.
+    """
     n = len(tree.joints)
-    rotation = turns(tree, q)
-    motions = _outwards(tree, rotation, q, dq, ddq)
+    at = joint_values(tree, q)
+    acceleration = joint_values(tree, ddq, shifted=False)
+    rotation = turns(tree, at)
+    motions = _outwards(tree, rotation, at, joint_values(tree, dq, shifted=False), acceleration)
     force: list[Vector] = [[ca.SX(0)] * 3 for _ in range(n)]
     moment: list[Vector] = [[ca.SX(0)] * 3 for _ in range(n)]
     result = [ca.SX(0)] * n
@@ -111,19 +136,21 @@ def inverse_dynamics(tree: Tree, q: ca.SX, dq: ca.SX, ddq: ca.SX) -> ca.SX:
         own_force, own_moment = _wrench(joint, motions[i])
         f = [a + b for a, b in zip(force[i], own_force, strict=True)]
         m = [a + b for a, b in zip(moment[i], own_moment, strict=True)]
-        result[i] = (m if joint.kind == "revolute" else f)[2] + joint.armature * ddq[i]
+        result[i] = (m if joint.kind == "revolute" else f)[2] + joint.armature * acceleration[i]
         if joint.parent >= 0:
             at_parent = rotation[i].outwards(f)
-            lever = _cross(reach(joint, q[i]), at_parent)
+            lever = _cross(reach(joint, at[i]), at_parent)
             p = joint.parent
             force[p] = [a + b for a, b in zip(force[p], at_parent, strict=True)]
             turned = rotation[i].outwards(m)
             moment[p] = [a + (b + c) for a, b, c in zip(moment[p], turned, lever, strict=True)]
-    return ca.vertcat(*result)
+    return axis_forces(tree, result)
 
 
-def _outwards(tree: Tree, rotation: list[Turn], q: ca.SX, dq: ca.SX, ddq: ca.SX) -> list[Motion]:
-    """Motion of every link, from the base on."""
+def _outwards(
+    tree: Tree, rotation: list[Turn], q: list[ca.SX], dq: list[ca.SX], ddq: list[ca.SX]
+) -> list[Motion]:
+    """Motion of every link, from the base on; values of every joint."""
     still = [ca.SX(0)] * 3
     base = Motion(still, still, [ca.SX(-value) for value in tree.gravity])
     motions: list[Motion] = []
@@ -167,17 +194,18 @@ def _wrench(joint: Joint, motion: Motion) -> tuple[Vector, Vector]:
 
 
 def gravity_forces(tree: Tree, q: ca.SX) -> ca.SX:
-    """Joint forces (n,) that hold the robot at rest."""
-    still = ca.SX.zeros(len(tree.joints))
+    """Forces of the axes (n,) that hold the robot at rest."""
+    still = ca.SX.zeros(len(tree.axes))
     return inverse_dynamics(tree, q, still, still)
 
 
 def placements(tree: Tree, q: ca.SX) -> list[tuple[list[Vector], Vector]]:
     """Rotation (rows) and origin of every joint's frame in base axes."""
     found: list[tuple[list[Vector], Vector]] = []
-    for i, (joint, rotation) in enumerate(zip(tree.joints, turns(tree, q), strict=True)):
+    at = joint_values(tree, q)
+    for i, (joint, rotation) in enumerate(zip(tree.joints, turns(tree, at), strict=True)):
         columns = [rotation.outwards([ca.SX(float(k == c)) for k in range(3)]) for c in range(3)]
-        t = reach(joint, q[i])
+        t = reach(joint, at[i])
         if joint.parent >= 0:
             rows, origin = found[joint.parent]
             columns = [[_dot(row, column) for row in rows] for column in columns]
@@ -186,18 +214,28 @@ def placements(tree: Tree, q: ca.SX) -> list[tuple[list[Vector], Vector]]:
     return found
 
 
-def jacobian(tree: Tree, q: ca.SX) -> ca.SX:
-    """Geometric Jacobian (6, n) of the last joint's frame, linear over angular, base axes."""
+def tip_placement(tree: Tree, q: ca.SX, tip: Tip) -> tuple[list[Vector], Vector]:
+    """Rotation (rows) and origin of a link's frame in base axes."""
+    rows, origin = placements(tree, q)[tip.joint]
+    turned, place = tip.placement[:3, :3], tip.placement[:3, 3]
+    columns = [[_dot(turned[:, c], row) for row in rows] for c in range(3)]
+    return (
+        [[columns[c][k] for c in range(3)] for k in range(3)],
+        [origin[k] + _dot(place, rows[k]) for k in range(3)],
+    )
+
+
+def jacobian(tree: Tree, q: ca.SX, tip: Tip) -> ca.SX:
+    """Geometric Jacobian (6, n) of a link's frame, linear over angular, base axes."""
     frames = placements(tree, q)
-    chain = tree.chain
-    _, target = frames[chain[-1]]
-    columns = [ca.SX.zeros(6)] * len(tree.joints)
-    for i in chain:
+    _, target = tip_placement(tree, q, tip)
+    columns = [ca.SX.zeros(6)] * len(tree.axes)
+    for i in tree.chain(tip.joint):
         rows, origin = frames[i]
         axis = [rows[k][2] for k in range(3)]
-        if tree.joints[i].kind == "revolute":
+        joint, column = tree.joints[i], ca.vertcat(*axis, 0, 0, 0)
+        if joint.kind == "revolute":
             lever = [target[k] - origin[k] for k in range(3)]
-            columns[i] = ca.vertcat(*_cross(axis, lever), *axis)
-        else:
-            columns[i] = ca.vertcat(*axis, 0, 0, 0)
+            column = ca.vertcat(*_cross(axis, lever), *axis)
+        columns[tree.axis_of[i]] += column if joint.multiplier == 1.0 else joint.multiplier * column
     return ca.horzcat(*columns)

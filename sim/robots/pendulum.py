@@ -19,6 +19,7 @@ from sim.prove_program import CORNERS, Sample, draw
 from sim.robots.catalogue import OWN
 from sim.robots.closed_loop import Arm, Values
 from sim.robots.laws import Settings, count_scale
+from sim.robots.reference import PinocchioRobot
 from sim.robots.tree import Tree, load_tree
 
 SETTINGS = Settings(rate=1000.0, counts=1 << 16)
@@ -36,7 +37,8 @@ def tree() -> Tree:
 
 def gains(robot: Tree, settings: Settings) -> tuple[NDArray, NDArray, NDArray, NDArray]:
     """A (4, 4), B (4,) of a tick, feedback K (4,), filter L (4, 2)."""
-    model, data = robot.model, robot.model.createData()
+    plant = PinocchioRobot(robot.description.text, robot.stated)
+    model, data = plant.model, plant.data
     zero = np.zeros(2)
     pin.computeABADerivatives(model, data, zero, zero, zero)
     slope, damping, mass = data.ddq_dq, data.ddq_dv, data.Minv
@@ -50,7 +52,7 @@ def gains(robot: Tree, settings: Settings) -> tuple[NDArray, NDArray, NDArray, N
     p = solve_discrete_are(a, b[:, None], q, r)
     feedback = np.linalg.solve(r + b[None] @ p @ b[:, None], b[None] @ p @ a)[0]
     c = np.eye(2, 4)
-    noise = np.diag([count_scale(joint, settings) ** 2 / 12 for joint in robot.joints])
+    noise = np.diag([count_scale(joint, settings) ** 2 / 12 for joint in robot.axes])
     s = solve_discrete_are(a.T, c.T, np.diag(PROCESS_NOISE), noise)
     kalman = s @ c.T @ np.linalg.inv(c @ s @ c.T + noise)
     return a, b, feedback, kalman
@@ -68,7 +70,7 @@ def law(robot: Tree, settings: Settings = SETTINGS) -> Law:
         "lqg", [goal, q, x], [force, following], ["goal", "q", "x"], ["force", "x_next"]
     )
     ports = [Port("input", "goal", "m", "where the cart shall be", limits=(-0.3, 0.3))]
-    for i, (unit, joint) in enumerate(zip(("m", "rad"), robot.joints, strict=True)):
+    for i, (unit, joint) in enumerate(zip(("m", "rad"), robot.axes, strict=True)):
         fields = {"scale": count_scale(joint, settings), "limits": (-0.5, 0.5)}
         ports.append(Port("input", f"q{i}", unit, type="int", vector="q", **fields))
     for i, (unit, limit) in enumerate((("m", 0.5), ("rad", 0.5), ("m/s", 2.0), ("rad/s", 6.0))):

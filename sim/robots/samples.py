@@ -8,6 +8,8 @@ share of the range that is drawn over seven decades; a tenth stays as far off as
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,12 +18,31 @@ from asip_asm.model.law import Law
 from sim.prove_program import CORNERS, Sample, draw, inside, walk
 
 DECADES = 7.0
+INSIDE = 0.75
+"""Share of the starts inside the stated range of positions; the others are also beyond it."""
 
 
 def near(law: Law) -> Sample:
     """Of a law of `laws`: goals, speeds and accelerations near what the encoders say."""
+    goals = {
+        port.name.replace("goal", "q"): port.limits
+        for port in law.of_kind("input")
+        if port.type != "int"
+    }
+    inner = replace(
+        law,
+        ports=[
+            replace(port, limits=goals[port.name]) if port.name in goals and port.type == "int"
+            else port
+            for port in law.ports
+        ],
+    )  # fmt: skip
 
     def sample(size: int, rng: np.random.Generator) -> dict[str, Array]:
+        drawn_from = inner if rng.random() < INSIDE else law
+        return draw_near(drawn_from, size, rng)
+
+    def draw_near(law: Law, size: int, rng: np.random.Generator) -> dict[str, Array]:
         inputs = {port.name: draw(port, size, rng) for port in law.of_kind("input")}
         measured: dict[str, NDArray[np.float64]] = {}
         for rate in law.of_kind("rate"):

@@ -69,7 +69,7 @@ URDF_WORDS = (
 OPTIONS = (
     "-o --config fast small --reassociate --reciprocal --sine unit balanced --constants --c "
     "--inputs --seed --law --rate --counts --bandwidth --integral --friction --lock --loop "
-    "0 1 3 -5 1e6 nan inf 0x10 build out"
+    "--effort --tip --range 0 1 3 -5 1e6 nan inf 0x10 build out"
 ).split()
 FILES = "law.casadi law.toml arm.urdf empty folder zero pipe x.s law.s".split()
 LINES = (
@@ -77,7 +77,7 @@ LINES = (
     "law.casadi law.toml --reassociate --reciprocal --c -o out",
     "law.casadi law.toml --config small --constants 2 -o out",
     "law.casadi law.toml arm.urdf --law gravity_compensation -o out",
-    "arm.urdf --law joint_impedance --integral --friction -o out",
+    "arm.urdf --law joint_impedance --friction -o out",
 )
 
 

@@ -18,7 +18,7 @@ from sim.robots.quadrotor import Quadrotor, law
 def test_pendulum_on_the_core_tracks_as_in_double_precision(tmp_path, capsys):
     arguments = ["--only", "pendulum", "--seconds", "0.2", "--inputs", "200"]
     assert main([*arguments, "--output", str(tmp_path)]) == 1  # shorter than the goals
-    data = json.loads((tmp_path / "robots.json").read_text())
+    data = json.loads((tmp_path / "shown_robots.json").read_text())
     found = data["robots"]["pendulum"]
     assert found["bits_equal"] and found["inputs_tried"] == 200
     assert found["closed_loop"]["ticks"] == 200
@@ -100,5 +100,5 @@ def test_an_axis_without_an_error_in_double_precision_may_have_none():
 def test_every_robot_is_proved_and_tracks(tmp_path):
     """Cycles are the command's goal; they depend on the units of the core."""
     main(["--output", str(tmp_path)])
-    goals = json.loads((tmp_path / "robots.json").read_text())["goals"]
+    goals = json.loads((tmp_path / "shown_robots.json").read_text())["goals"]
     assert [g["name"] for g in goals if not g["met"] and g["unit"] != "cycles"] == []

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Goals of area and clock in build/robots.json: marked with their commit, never met by accident."""
+"""Goals of area and clock of `make robots`: marked with their commit, never met by accident."""
 
 from __future__ import annotations
 

@@ -4,13 +4,14 @@
 from __future__ import annotations
 
 import numpy as np
-import pinocchio as pin
 import pytest
 
-from asip_asm.model.law import Law, before
+from asip_asm.model.law import Law, Port, before
 from sim.prove_casadi import truth_of
+from sim.prove_program import draw
 from sim.robots.catalogue import robot
 from sim.robots.laws import LAWS, Settings, count_scale, effort_limit
+from sim.robots.reference import LawReference, PinocchioRobot
 from sim.robots.tree import Tree
 
 POINTS = 50
@@ -20,8 +21,8 @@ ARMS = ("scara", "xarm7", "iiwa14")
 def drawn(law: Law, tree: Tree, settings: Settings) -> tuple[dict, dict]:
     """Inputs and states of `POINTS` ticks by name, and in SI units by kind (POINTS, n), near the
     measured state so that no effort is at its limit; speeds on both sides of `creep`."""
-    rng, n = np.random.default_rng(3), len(tree.joints)
-    scale = np.array([count_scale(joint, settings) for joint in tree.joints])
+    rng, n = np.random.default_rng(3), len(tree.axes)
+    scale = np.array([count_scale(joint, settings) for joint in tree.axes])
     last = np.rint(rng.uniform(-0.3, 0.3, (POINTS, n)) / scale)
     moved = np.rint(rng.uniform(-0.05, 0.05, (POINTS, n)) / settings.rate / scale)
     q, dq = (last + moved) * scale, moved * scale * settings.rate
@@ -44,22 +45,22 @@ def drawn(law: Law, tree: Tree, settings: Settings) -> tuple[dict, dict]:
 
 def rubbing(tree: Tree, speed: np.ndarray, creep: float) -> np.ndarray:
     """Viscous and Coulomb friction of the URDF (POINTS, n)."""
-    viscous = np.array([joint.damping for joint in tree.joints])
-    dry = np.array([joint.friction for joint in tree.joints])
+    viscous = np.array([joint.damping for joint in tree.axes])
+    dry = np.array([joint.friction for joint in tree.axes])
     return viscous * speed + dry * np.clip(speed / creep, -1, 1)
 
 
 def forces(tree: Tree, q: np.ndarray, dq: np.ndarray, ddq: np.ndarray) -> np.ndarray:
     """Inverse dynamics by pinocchio (POINTS, n)."""
-    data = tree.model.createData()
-    return np.array([pin.rnea(tree.model, data, *row) for row in zip(q, dq, ddq, strict=True)])
+    arm = PinocchioRobot(tree.description.text, tree.stated)
+    return np.array([arm.inverse(*row) for row in zip(q, dq, ddq, strict=True)])
 
 
 def found(law: Law, words: dict, tree: Tree) -> np.ndarray:
     """Outputs in double precision; none at a limit."""
     results = truth_of(law)(words)
-    tau = np.stack([results[f"tau{i}"] for i in range(len(tree.joints))], axis=1)
-    assert (np.abs(tau) < [effort_limit(joint) for joint in tree.joints]).all()
+    tau = np.stack([results[f"tau{i}"] for i in range(len(tree.axes))], axis=1)
+    assert (np.abs(tau) < [effort_limit(joint) for joint in tree.axes]).all()
     return tau
 
 
@@ -77,7 +78,7 @@ def test_computed_torque_is_its_equation(name, integral, friction):
         s = np.clip(x["s"] + e / settings.rate, -settings.windup, settings.windup)
         ddq += w**3 / 10 * s
         results = truth_of(law)(words)
-        for i in range(len(tree.joints)):
+        for i in range(len(tree.axes)):
             np.testing.assert_allclose(results[f"s{i}_next"], s[:, i], rtol=1e-12)
         assert (np.abs(s) == settings.windup).any() and (np.abs(s) < settings.windup).any()
     want = forces(tree, x["q"], x["dq"], ddq)
@@ -92,7 +93,7 @@ def test_joint_impedance_is_its_equation(name, friction):
     tree, settings = robot(name), Settings(friction=friction, stiffness=60.0, damping=4.0)
     law = LAWS["joint_impedance"](tree, settings)
     words, x = drawn(law, tree, settings)
-    stiff = np.minimum(60.0, [effort_limit(joint) for joint in tree.joints])
+    stiff = np.minimum(60.0, [effort_limit(joint) for joint in tree.axes])
     zero = np.zeros_like(x["q"])
     want = forces(tree, x["q"], zero, zero)
     want += stiff * (x["goal"] - x["q"] - 4.0 / 60.0 * x["dq"])
@@ -109,3 +110,26 @@ def test_gravity_compensation_is_its_equation(name):
     zero = np.zeros_like(x["q"])
     want = forces(tree, x["q"], zero, zero) + x["extra"]
     np.testing.assert_allclose(found(law, words, tree), want, rtol=1e-8, atol=1e-8)
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("name", ARMS)
+def test_reference__of_every_law__is_the_law_in_double_precision(name, law):
+    tree, settings = robot(name), Settings()
+    if law == "computed_torque":
+        settings = Settings(integral=True, friction=True)
+    made = LAWS[law](tree, settings)
+    words = {p.name: v for p in made.of_kind("input") for v in [_over_its_range(p)]}
+    words |= {p.name: _over_its_range(p) for p in made.of_kind("state")}
+    for rate in made.of_kind("rate"):
+        words[before(rate.rate_of)] = words[rate.rate_of] - np.int32(3)
+    arm = PinocchioRobot(tree.description.text, tree.stated)
+    want = LawReference(arm, law, settings)(words)
+    got = truth_of(made)(words)
+    assert got.keys() == want.keys()
+    for result, (value, own) in want.items():
+        assert (np.abs(got[result] - value) <= own).all(), result
+
+
+def _over_its_range(port: Port) -> np.ndarray:
+    return draw(port, POINTS, np.random.default_rng(len(port.name) + ord(port.name[-1])))

@@ -228,13 +228,14 @@ def test_asip_model__with_its_extra__writes_a_program(with_model: Installed) -> 
     assert (folder / "law.asip.json").is_file()
 
 
-def test_your_robot__word_for_word__with_the_wheel(with_model: Installed, tmp_path: Path) -> None:
+def test_your_robot__word_for_word_with_the_wheel(
+    with_model: Installed, wheel: Path, tmp_path: Path
+) -> None:
     """Files and commands of docs/your_robot.md in an empty folder, as after `pip install`."""
-    place = with_model.must("python", "-c", "import sim, pathlib; print(sim.__path__[0])").strip()
+    page = ROOT / "docs/your_robot.md"
+    assert f"pip install 'dist/{wheel.name}[model]'" in page.read_text(encoding="utf-8")
     work = tmp_path / "robot"
     work.mkdir()
-    (tmp_path / "microtick").symlink_to(Path(place).parent)
-    page = ROOT / "docs/your_robot.md"
     write_files(page, work)
     commands = [block.text for block in code_blocks(page) if block.language == "sh"]
     (work / "page.sh").write_text("".join(commands), encoding="utf-8")
