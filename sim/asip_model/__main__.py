@@ -309,7 +309,7 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
         options.parts.append((file, record))
     check_robot_options(parser, options)
     if options.loop and len(options.parts) > 1:
-        parser.error("--loop is for one URDF")
+        parser.error("--loop is for computed_torque of one URDF")
     return options
 
 
