@@ -30,13 +30,18 @@ SEEDS ?=
 BOARD ?=
 WAVES ?=
 export SEED WAVES
+# Packages are those of the environment, whatever the user's own Python finds (ROS sets PYTHONPATH);
+# texts are UTF-8 in every locale.
+unexport PYTHONPATH PYTHONHOME PYTHONSTARTUP PYTHONUSERBASE
+export PYTHONNOUSERSITE := 1
+export PYTHONUTF8 := 1
 
 .PHONY: help setup setup-synth run dual test test-full test-mutants fuzz lint lock clean
 .PHONY: format gen gen-check docs readme site goals
 .PHONY: formal fp-case fp-bench fp-campaign fp-report
 .PHONY: robots side-by-side
 .PHONY: bus motion motion-size drive synth quartus upsets bitstream silicon
-.PHONY: nios-sw nios-toolchain nios-cycles qemu tools-for-tests rs274
+.PHONY: nios-sw nios-toolchain nios-gdb nios-cycles qemu tools-for-tests rs274
 
 help: ## list targets and variables
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-14s %s\n", $$1, $$2}' Makefile
@@ -44,23 +49,23 @@ help: ## list targets and variables
 	@echo "  RUN=$(RUN) (full: every tick on FPGA1 and FPGA2; plan: path time and estimate only)  T=$(T) (test filter)  SEED=$(SEED)  JOBS=$(JOBS)"
 
 run: $(READY) ## the main job: track a path through RTL in closed loop (GCODE, ROBOT, OUTPUT, TICKS, OVERRIDE, PLATFORMS, SCOPE=1)
-	@$(PY) -m sim.run "$(GCODE)" --robot "$(ROBOT)" --output "$(OUTPUT)" $(if $(TICKS),--ticks "$(TICKS)") $(if $(OVERRIDE),--override "$(OVERRIDE)") $(if $(TOOLS),--tools "$(TOOLS)") \
+	@exec $(PY) -m sim.run "$(GCODE)" --robot "$(ROBOT)" --output "$(OUTPUT)" $(if $(TICKS),--ticks "$(TICKS)") $(if $(OVERRIDE),--override "$(OVERRIDE)") $(if $(TOOLS),--tools "$(TOOLS)") \
 	  $(if $(PLATFORMS),--platforms "$(PLATFORMS)") $(if $(filter full,$(RUN)),--all-ticks) $(if $(filter plan,$(RUN)),--plan-only) $(if $(SCOPE),--scope)
 
 dual: $(READY) ## two processors: set-points on one core, tracking on the other, in closed loop (GCODE=file, ROBOT=file, OVERRIDE=percent)
-	@$(PY) -m sim.dual "$(GCODE)" --robot "$(ROBOT)" --output "$(OUTPUT)/dual" $(if $(OVERRIDE),--override "$(OVERRIDE)")
+	@exec $(PY) -m sim.dual "$(GCODE)" --robot "$(ROBOT)" --output "$(OUTPUT)/dual" $(if $(OVERRIDE),--override "$(OVERRIDE)")
 
 test: $(READY) tools-for-tests lint gen-check ## every test but the deep campaigns (T=expression, SEED=n, WAVES=1)
-	$(PYTEST) -m "not full" $(if $(T),-k "$(T)")
+	exec $(PYTEST) -m "not full" $(if $(T),-k "$(T)")
 
 test-full: $(READY) tools-for-tests lint gen-check ## the deep campaigns too
-	$(PYTEST) $(if $(T),-k "$(T)")
+	exec $(PYTEST) $(if $(T),-k "$(T)")
 
 test-mutants: $(READY) ## planted faults in the arithmetic units, each must be found by the short set (resumes)
-	@$(PY) -m tests.mutants --jobs $(JOBS) $(if $(T),--only $(T))
+	@exec $(PY) -m tests.mutants --jobs $(JOBS) $(if $(T),--only $(T))
 
 fuzz: $(READY) ## mutated inputs for the commands, goals to build/fuzz.json (T="assembly image" for some)
-	@$(PY) -m tests.fuzz $(T) --seed $(SEED)
+	@exec $(PY) -m tests.fuzz $(T) --seed $(SEED)
 
 qemu: ## get QEMU, the reference of the Nios II core's tests (as root installed, else unpacked into .venv)
 	@scripts/qemu.sh
@@ -75,7 +80,7 @@ tools-for-tests: $(READY) $(if $(filter true,$(CI)),$(READY_SYNTH) rs274)
 	@scripts/bender.sh --for-tests
 
 rs274: $(READY) ## get LinuxCNC's interpreter, the reference of the G-code tests (make test does under CI=true)
-	@$(PY) -m sim.gcode.oracle
+	@exec $(PY) -m sim.gcode.oracle
 
 lint: $(READY) ## ruff, import rules; Verilator, slang and our subset on the RTL; links of the documents
 	$(VENV)/bin/ruff check -q .
@@ -116,66 +121,69 @@ gen-check: $(READY) ## refuse generated files that differ from their sources
 	@$(PY) scripts/gen_ethercat.py --check
 
 robots: $(READY) ## compile, prove and close the loop of every robot shown, to build/shown_robots.json and .html (T=names)
-	@$(PY) -m sim.robots $(if $(T),--only $(T))
+	@exec $(PY) -m sim.robots $(if $(T),--only $(T))
 
 side-by-side: $(READY) ## one law on the core, on FPGA2 and on this machine, to build/side_by_side.json (T=robot)
-	@$(PY) -m sim.platforms $(if $(T),--law $(T))
+	@exec $(PY) -m sim.platforms $(if $(T),--law $(T))
 
 motion: $(READY) ## the motion front-end: figures of the papers, drive study, RTL, on one page (RUN=full)
-	@$(PY) -m sim.motion.show --robot "$(ROBOT)" $(if $(filter full,$(RUN)),--full)
+	@exec $(PY) -m sim.motion.show --robot "$(ROBOT)" $(if $(filter full,$(RUN)),--full)
 
 goals: $(READY_SYNTH) ## measure goals, to build/NAME.json (T=NAME, RUN=full; without T the names)
-	@$(PY) -m scripts.goals $(T) $(if $(filter full,$(RUN)),--full)
+	@exec $(PY) -m scripts.goals $(T) $(if $(filter full,$(RUN)),--full)
 
 upsets: $(READY) ## invert single bits of the core in whole ticks, to build/upsets.json and docs/upsets.md (RUN=full; resumes)
-	@$(PY) -m tests.upsets --jobs $(JOBS) $(if $(filter full,$(RUN)),--full)
+	@exec $(PY) -m tests.upsets --jobs $(JOBS) $(if $(filter full,$(RUN)),--full)
 
 drive: $(READY_SYNTH) ## motor drives in closed loop, their goals, to build/drive.json and .html (RUN=full)
-	@$(PY) -m scripts.drive --robot "$(ROBOT)" $(if $(filter full,$(RUN)),--full)
+	@exec $(PY) -m scripts.drive --robot "$(ROBOT)" $(if $(filter full,$(RUN)),--full)
 
 bus: $(READY_SYNTH) ## EtherCAT-compatible slave: forwarding, cycles, masters, clocks, area, to build/bus.json (RUN=full)
-	@$(PY) -m scripts.bus $(if $(filter full,$(RUN)),--full)
+	@exec $(PY) -m scripts.bus $(if $(filter full,$(RUN)),--full)
 
 motion-size: $(READY_SYNTH) ## area and clock of the motion front-end with Yosys and nextpnr, for its goals
-	@$(PY) -m scripts.motion_size $(if $(SEEDS),--seeds $(SEEDS))
+	@exec $(PY) -m scripts.motion_size $(if $(SEEDS),--seeds $(SEEDS))
 
 nios-cycles: $(READY) ## measure the Nios II core's cycle table and write it into docs/nios_core.md
-	@$(PY) -m sim.harness.n2_lockstep_cycles
+	@exec $(PY) -m sim.harness.n2_lockstep_cycles
 
 synth: $(READY_SYNTH) ## area and speed of every top with Yosys and nextpnr, to build/synth.json (hours)
 	@$(PY) scripts/synth.py --jobs $(JOBS) $(if $(TOPS),--only $(TOPS)) $(if $(SEEDS),--seeds $(SEEDS))
 
 bitstream: $(READY_SYNTH) ## bitstream of a board one can buy: BOARD=ulx3s, colorlight-i9, ecpix5, versa-ecp5 (SEEDS=n ...)
-	@$(PY) -m scripts.bitstream $(or $(BOARD),--help) $(if $(SEEDS),--seeds $(SEEDS))
+	@exec $(PY) -m scripts.bitstream $(or $(BOARD),--help) $(if $(SEEDS),--seeds $(SEEDS))
 
 silicon: $(READY_SYNTH) ## netlists against RTL, boards, table 4, clock, to build/silicon.json (RUN=full)
-	@$(PY) -m scripts.silicon $(if $(filter full,$(RUN)),--full)
+	@exec $(PY) -m scripts.silicon $(if $(filter full,$(RUN)),--full)
 
 formal: $(READY_SYNTH) ## prove the arithmetic units and the motion front-end, to build/formal/report.json (resumes)
-	@$(PY) -m tests.formal $(if $(T),--only $(T))
+	@exec $(PY) -m tests.formal $(if $(T),--only $(T))
 
 fp-case: $(READY) ## one case of an arithmetic unit: make fp-case OP=mul A=00ffffff B=3f000000
-	@$(PY) -m sim.fpbench case $(OP) $(A) $(B) $(C)
+	@exec $(PY) -m sim.fpbench case $(OP) $(A) $(B) $(C)
 
 fp-bench: $(READY) ## short set and rate of every arithmetic operation (OP=name for one)
-	@$(PY) -m sim.fpbench bench $(if $(OP),--op $(OP))
+	@exec $(PY) -m sim.fpbench bench $(if $(OP),--op $(OP))
 
 fp-campaign: $(READY) ## exhaustive, random and cross-product cases of the arithmetic units (resumes)
-	@$(PY) -m sim.fpbench campaign --jobs $(JOBS) $(if $(SCHEDULER),--scheduler $(SCHEDULER))
+	@exec $(PY) -m sim.fpbench campaign --jobs $(JOBS) $(if $(SCHEDULER),--scheduler $(SCHEDULER))
 
 fp-report: $(READY) ## put what the campaign has covered into docs/arithmetic_evidence.md
-	@$(PY) -m sim.fpbench report
+	@exec $(PY) -m sim.fpbench report
 
 quartus: $(READY) ## area and speed on Stratix III with Quartus II 13.1, to build/synth.json
 	@$(PY) scripts/quartus.py
 
 nios-sw: $(READY) ## programs of the Nios II systems and their committed images, docs/own_c_program.md (needs nios-toolchain)
 	@$(MAKE) --no-print-directory -C nios_sw all images
-	@$(PY) -m tests.model_compiler.law_image
+	@exec $(PY) -m tests.model_compiler.law_image
 	@$(PY) scripts/own_c_page.py
 
 nios-toolchain: ## cross compiler and GDB for Nios II from Debian's source packages (about 30 minutes, once)
 	@scripts/nios_toolchain.sh
+
+nios-gdb: ## GDB for Nios II alone (minutes, once)
+	@scripts/nios_toolchain.sh --gdb
 
 readme: $(READY) ## write the measured sections of README.md from build/*.json
 	@$(PY) scripts/readme.py

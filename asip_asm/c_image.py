@@ -184,5 +184,6 @@ def _string(text: str) -> str:
 
 
 def comment(text: str) -> str:
-    """Text for a comment of C, in ASCII."""
-    return "".join(c if " " <= c <= "~" else "?" for c in text).replace("*/", "* /")
+    """Text for a comment of C, in ASCII; it neither ends the comment nor seems to begin another."""
+    plain = "".join(c if " " <= c <= "~" else "?" for c in text)
+    return plain.replace("*/", "* /").replace("/*", "/ *")

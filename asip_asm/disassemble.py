@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from asip_asm.assembly_text import quoted
 from asip_asm.expression import literal_name
 from asip_asm.image import Image
 from asip_asm.ir import ZERO, Bundle, Operation, Output, Register, register_name
@@ -136,7 +137,7 @@ def disassemble(image: Image) -> str:
 
 
 def _declarations(image: Image) -> list[str]:
-    rows = [f'.program "{image.title}"'] if image.title else []
+    rows = [f".program {quoted(image.title)}"] if image.title else []
     rows += [f".config {image.configuration}", f".watchdog {image.watchdog}"]
     rows += [f".input {i.name} : {i.type}" for i in image.inputs]
     for c in image.constants:

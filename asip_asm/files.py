@@ -3,10 +3,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import os
 import stat
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import BinaryIO, TextIO
 
@@ -70,19 +71,66 @@ def read_text(path: Path, limit: int, what: str) -> str:
         ) from None
 
 
-def open_output(path: Path) -> TextIO:
-    """The file to write UTF-8 text to. Raises OSError, also for a pipe that nothing reads: to open
-    it would wait for ever.
+@contextlib.contextmanager
+def replaced(path: Path) -> Iterator[Path]:
+    """A file in the same folder for the new content of `path`, with the same suffix.
+
+    It takes the place of `path` when everything is written: a reader, a full disk or the end of
+    this process never leaves half a file. Raises OSError naming `path`; the old file then stays.
     """
-    flags = os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_NONBLOCK | os.O_CLOEXEC
+    target = Path(os.path.realpath(path))
+    new = target.with_name(f".{target.stem}.{os.getpid()}{target.suffix}")
     try:
-        file = os.open(path, flags, 0o666)
+        if target.exists():
+            if not os.access(target, os.W_OK):
+                raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(path))
+            mode = stat.S_IMODE(target.stat().st_mode)
+            new.touch(mode | stat.S_IWUSR)
+            yield new
+            new.chmod(mode)
+        else:
+            yield new
+        new.replace(target)
+    except OSError as error:
+        if error.filename in (None, new, str(new)):
+            raise OSError(error.errno, error.strerror or str(error), str(path)) from None
+        raise
+    finally:
+        new.unlink(missing_ok=True)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write UTF-8 text as `replaced` does; to a device or a pipe directly. Raises OSError."""
+    with open_output(path) as stream:
+        stream.write(text)
+
+
+def write_bytes(path: Path, data: bytes) -> None:
+    """Write a binary file as `replaced` does. Raises OSError."""
+    with replaced(path) as new:
+        new.write_bytes(data)
+
+
+@contextlib.contextmanager
+def open_output(path: Path) -> Iterator[TextIO]:
+    """The file to write UTF-8 text to. A regular file is written as `replaced` does.
+
+    Raises OSError, also for a pipe that nothing reads: to open it would wait for ever.
+    """
+    if path.is_file() or not path.exists():
+        with replaced(path) as new, open(new, "w", encoding="utf-8", newline="") as stream:
+            yield stream
+            stream.flush()
+        return
+    try:
+        file = os.open(path, os.O_WRONLY | os.O_NONBLOCK | os.O_CLOEXEC)
     except OSError as error:
         if error.errno == errno.ENXIO:
             raise OSError(errno.ENXIO, "is a pipe that nothing reads", str(path)) from None
         raise
     os.set_blocking(file, True)
-    return open(file, "w", encoding="utf-8", newline="")
+    with open(file, "w", encoding="utf-8", newline="") as stream:
+        yield stream
 
 
 def refuse_overwriting(outputs: Iterable[Path], inputs: Iterable[Path]) -> None:

@@ -19,7 +19,7 @@ import msgspec
 from msgspec import Meta
 
 from asip_asm.expression import literal_name
-from asip_asm.files import read_bytes
+from asip_asm.files import read_bytes, write_text
 from asip_asm.isa import Isa, default_isa
 
 FORMAT = "microtick-asip-image"
@@ -32,7 +32,7 @@ _ISA = default_isa()
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_.]*")
 Name = Annotated[str, Meta(pattern=r"\A[A-Za-z_][A-Za-z0-9_.]*\Z", max_length=16384)]
 Text = Annotated[str, Meta(pattern=r"\A[^\x00-\x1f\x7f]*\Z", max_length=16384)]
-Title = Annotated[str, Meta(pattern=r'\A[^"\x00-\x1f\x7f]*\Z', max_length=16384)]
+Title = Annotated[str, Meta(pattern=r"\A[^\x00-\x1f\x7f]*\Z", max_length=16384)]
 Word = Annotated[str, Meta(pattern=r"\A[0-9a-f]{8}\Z")]
 Type = Annotated[str, Meta(pattern=r"\A(float|int)\Z")]
 RegisterName = Annotated[str, Meta(pattern=r"\A[abck](0|[1-9][0-9]{0,2})\Z")]
@@ -217,7 +217,7 @@ class Image(msgspec.Struct, forbid_unknown_fields=True):
 
     def save(self, path: Path) -> None:
         """Write the JSON file."""
-        path.write_text(self.dumps(), encoding="utf-8")
+        write_text(path, self.dumps())
 
     def dumps(self) -> str:
         """JSON text with one line per entry."""

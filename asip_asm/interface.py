@@ -180,6 +180,7 @@ class _Loader:
             raise self.fail(
                 ["parameter_names"], "parameter_names without parameters", "name the file"
             )
+        self._check_text(record.title, ("title",))
         constants = dict(base.constants) if base else {}
         for name, value in record.constants.items():
             where = ("constants", name)
@@ -243,6 +244,7 @@ class _Loader:
                 f"'{entry.unit}' is not a unit",
                 "write it as 'm/s^2', 'kg m^2', '1' (a plain number) or 'count'",
             )
+        self._check_text(entry.meaning, (*where, "meaning"))
         if not entry.meaning.strip():
             raise self.fail([*where, "meaning"], "meaning is empty", "say what the signal is")
         if entry.vector:
@@ -293,10 +295,19 @@ class _Loader:
         return replace(signals[name], kind="export", vector="", file=self.path, line=line)
 
     # ------------------------------------------------------------------ checks
+    def _check_text(self, text: str, where: Sequence[str | int]) -> None:
+        if not text.isprintable():
+            odd = next(c for c in text if not c.isprintable())
+            raise self.fail(
+                where,
+                f"{where[-1]} has the character {odd!r}",
+                "write it as one line of printed characters",
+            )
+
     def _check_name(self, name: str, where: Sequence[str | int]) -> None:
         if not _NAME.fullmatch(name):
             raise self.fail(
-                where, f"'{name}' is not a name", "use letters, digits and _, no digit first"
+                where, f"{name!r} is not a name", "use letters, digits and _, no digit first"
             )
         if is_reserved(name):
             raise self.fail(

@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from asip_asm.assembly_text import unquoted
 from asip_asm.diagnostics import Line, Place, SourceError, shortened
 
 _TOKEN = re.compile(
@@ -14,7 +15,7 @@ _TOKEN = re.compile(
     r"|(?P<number>\.?[0-9](?:[eE][+-](?=[0-9])|[A-Za-z0-9_.])*)"
     r"|(?P<name>[A-Za-z_][A-Za-z0-9_.]*)"
     r"|(?P<directive>\.[A-Za-z_][A-Za-z0-9_.]*)"
-    r'|(?P<string>"[^"]*")'
+    r'|(?P<string>"(?:[^"\\]|\\.)*")'
     r"|(?P<symbol>[-+*/()\[\]{}|,:=])"
 )
 _NUMBER = re.compile(r"0f[0-9A-Fa-f]{8}|0x[0-9A-Fa-f]+|[0-9]+(?:\.[0-9]+)?(?:[eE][+-]?[0-9]+)?")
@@ -37,11 +38,14 @@ class Token:
 
 def split_comment(text: str) -> tuple[str, str]:
     """Code and comment of a line; a comment starts at `;` or `#` outside of a string."""
-    in_string = False
+    in_string = escaped = False
     for i, character in enumerate(text):
-        if character == '"':
+        if character == '"' and not escaped:
             in_string = not in_string
-        elif character in ";#" and not in_string:
+        escaped = in_string and character == "\\" and not escaped
+        if in_string:
+            continue
+        if character in ";#":
             return text[:i], text[i:]
     return text, ""
 
@@ -75,7 +79,7 @@ def tokenize(line: Line) -> list[Token]:
                 "numbers are written 12, 0x1f, 1.5, 2e-3 or 0f3fc00000",
             )
         if kind != "space":
-            tokens.append(Token(kind, text.strip('"'), place))
+            tokens.append(Token(kind, unquoted(text) if kind == "string" else text, place))
         column = match.end()
     return [*tokens, Token("end", "", Place(line, len(code.rstrip())))]
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from asip_asm.assembly_text import note
 from asip_asm.diagnostics import counted
 from asip_asm.disassemble import decode_bundle
 from asip_asm.expression import literal_name
@@ -24,7 +25,7 @@ def listing(image: Image) -> str:
     for name, address in image.labels.items():
         labels.setdefault(address, []).append(name)
     rows = [
-        f"; {image.title or 'untitled'}",
+        f"; {note(image.title) or 'untitled'}",
         f"; configuration {image.configuration}, {counted(len(bundles), 'bundle')}"
         + (f", about {image.cycles} cycles" if image.cycles is not None else ", with branches"),
         "; address  cycle  bundle",

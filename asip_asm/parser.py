@@ -188,10 +188,14 @@ class Parser:
             )
         found = _operand_count(cursor)
         if found != len(record.operands):
+            words = _words(cursor)
+            cure = f"{record.name} {', '.join(record.operands)}".strip()
+            if len(words) == len(record.operands):
+                cure = f"commas separate operands: {record.name} {', '.join(words)}"
             raise SourceError(
                 token.place,
                 f"{record.name} takes {counted(len(record.operands), 'operand')}, found {found}",
-                f"{record.name} {', '.join(record.operands)}".strip(),
+                cure,
             )
         operands: dict[str, Operand] = {}
         for i, kind in enumerate(record.operands):
@@ -223,6 +227,9 @@ class Parser:
         if f"f{lower}" in known:
             other = f", for integers '{integer}'" if (integer := f"i{lower}") in known else ""
             return f"did you mean 'f{lower}'{other}?"
+        if lower[:1] == "i" and f"f{lower[1:]}" in known:
+            integer = [op for op in self.isa.operations if op[0] == "i"]
+            return f"integers have no such operation; theirs are {', '.join(integer)}"
         if lower in OTHER_NAMES:
             return f"did you mean '{OTHER_NAMES[lower]}'?"
         near = closest(name, known)
@@ -249,10 +256,17 @@ class Parser:
             return Operand("name", token.place, token.text)
         if token.kind == "number" or cursor.at("(") or cursor.at("-"):
             if cursor.at("-") and cursor.peek().kind != "number":
+                name = cursor.peek().text
+                if cursor.peek().kind == "name" and name not in self.directives.evaluator.known():
+                    raise SourceError(
+                        token.place,
+                        f"'{name}' is not a constant: an operand cannot negate it",
+                        f"subtract it instead, or negate it first: fsub negative, 0.0, {name}",
+                    )
                 raise SourceError(
                     token.place,
                     "an expression as an operand is written in parentheses",
-                    f"(-{cursor.peek().text})",
+                    f"(-{name})",
                 )
             value = self.directives.evaluator.operand(cursor)
             return Operand("value", span(token, cursor), value=value)
@@ -281,6 +295,15 @@ def _open_brace(tokens: list[Token]) -> bool:
     """Whether a bundle of these tokens goes on in the next line."""
     texts = [t.text for t in tokens if t.kind == "symbol"]
     return "{" in texts and "}" not in texts
+
+
+def _words(cursor: Cursor) -> list[str]:
+    """Names and numbers of an operation that has nothing else but commas, else none."""
+    words, position = [], cursor.position
+    while (token := cursor.tokens[position]).kind in ("name", "number") or token.text == ",":
+        words += [token.text] if token.text != "," else []
+        position += 1
+    return words if token.kind == "end" else []
 
 
 def _operand_count(cursor: Cursor) -> int:

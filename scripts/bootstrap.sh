@@ -5,7 +5,18 @@ set -eu
 lock=$1
 stamp=$2
 venv=.venv
-unset VIRTUAL_ENV PYTHONHOME PYTHONPATH 2>/dev/null || true
+# Only what says where packages come from and how to reach them: PIP_TARGET, PIP_PREFIX, PIP_USER and the
+# like would install elsewhere, foreign Python paths would be seen as installed.
+python=${PYTHON:-python3}
+unset VIRTUAL_ENV
+for name in $(env | sed -n 's/^\(PIP_[A-Z_]*\)=.*/\1/p; s/^\(PYTHON[A-Z]*\)=.*/\1/p'); do
+  case $name in
+    PIP_INDEX_URL | PIP_EXTRA_INDEX_URL | PIP_FIND_LINKS | PIP_NO_INDEX | PIP_TRUSTED_HOST) ;;
+    PIP_CERT | PIP_CLIENT_CERT | PIP_PROXY | PIP_TIMEOUT | PIP_DEFAULT_TIMEOUT | PIP_RETRIES) ;;
+    PIP_CACHE_DIR | PIP_NO_CACHE_DIR | PIP_CONFIG_FILE) ;;
+    *) unset "$name" ;;
+  esac
+done
 
 missing=""
 for tool in g++ make perl; do
@@ -17,7 +28,12 @@ if [ -n "$missing" ]; then
   exit 1
 fi
 
-python=${PYTHON:-python3}
+if ! [ -w . ]; then
+  echo "error: $(pwd) cannot be written: the environment is made in it" >&2
+  echo "help:  copy the checkout to a folder of your own, or make it writable" >&2
+  exit 1
+fi
+
 if ! command -v "$python" >/dev/null 2>&1; then
   echo "error: no '$python' on PATH; Python 3.11 or newer is needed" >&2
   echo "help:  on Debian or Ubuntu: sudo apt-get install python3 python3-venv, or set PYTHON=/path/to/python3" >&2
@@ -31,16 +47,24 @@ fi
 
 if [ ! -x "$venv/bin/pip" ]; then
   echo "[setup] creating $venv with $("$python" --version)"
-  if ! "$python" -m venv "$venv"; then
+  if ! said=$("$python" -I -m venv "$venv" 2>&1); then
     rm -rf "$venv"
+    echo "$said" >&2
     echo "error: '$python -m venv' failed" >&2
-    echo "help:  on Debian or Ubuntu: sudo apt-get install python3-venv" >&2
+    case $said in
+      *ensurepip*) echo "help:  on Debian or Ubuntu: sudo apt-get install python3-venv" >&2 ;;
+      *"No space"*) echo "help:  the disk is full: the environment takes 2.5 GB" >&2 ;;
+    esac
     exit 1
   fi
 fi
 
 echo "[setup] installing the packages of $lock into $venv (once; a minute or two)"
-"$venv/bin/pip" install --disable-pip-version-check -q --require-hashes -r "$lock"
-"$venv/bin/pip" install --disable-pip-version-check -q --no-deps --no-build-isolation -e .
+pip() { "$venv/bin/python" -I -m pip --disable-pip-version-check install -q "$@"; }
+if ! { pip --require-hashes -r "$lock" && pip --no-deps --no-build-isolation -e .; }; then
+  echo "error: the packages of $lock could not be installed; pip's own message is above" >&2
+  echo "help:  the first call needs the network or a PIP_FIND_LINKS folder, and 2.5 GB of disk" >&2
+  exit 1
+fi
 touch "$stamp"
 echo "[setup] done"

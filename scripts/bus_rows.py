@@ -11,6 +11,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from asip_asm.files import write_text
 from asip_asm.project import BUILD, ROOT
 from scripts.motion_size import area, speed
 from sim.coe.dictionary import load
@@ -106,7 +107,7 @@ def kept(name: str, of: str, work: Callable[[], Any]) -> Any:
     result = work()
     KEPT.mkdir(parents=True, exist_ok=True)
     text = json.dumps({"mark": of, "result": result}, indent=2) + "\n"
-    file.write_text(text, encoding="utf-8")
+    write_text(file, text)
     return result
 
 

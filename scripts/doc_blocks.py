@@ -7,6 +7,8 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
+from asip_asm.files import write_text
+
 BLOCK = re.compile(
     r'^```(?P<language>\w*)(?: title="(?P<title>[^"]+)")?\n(?P<text>.*?)^```$', re.M | re.S
 )
@@ -30,7 +32,7 @@ def write_files(page: Path, folder: Path) -> None:
     """Write the blocks that have a title into the folder."""
     for block in code_blocks(page):
         if block.title:
-            (folder / block.title).write_text(block.text, encoding="utf-8")
+            write_text(folder / block.title, block.text)
 
 
 def code_blocks(page: Path) -> list[Block]:

@@ -15,6 +15,7 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from asip_asm.files import write_text
 from asip_asm.project import BUILD, ROOT
 from scripts.generated import table
 from scripts.motion_size import area, speed
@@ -160,7 +161,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     if arguments == ["--docs"]:
         results = json.loads((BUILD / "drive.json").read_text(encoding="utf-8"))
         text = page_text(PAGE.read_text(encoding="utf-8"), results)
-        PAGE.write_text(text, encoding="utf-8")
+        write_text(PAGE, text)
         return 0
     return simulate(arguments, "python -m scripts.drive", hardware)
 

@@ -12,6 +12,7 @@ from typing import TextIO
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 
+from asip_asm.files import write_text
 from asip_asm.regmap import BitField
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -100,7 +101,7 @@ def deliver(files: dict[str, str], root: Path, check: bool, script: str) -> int:
     for name, text in files.items():
         path = root / name
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8")
+        write_text(path, text)
     return 0
 
 
@@ -109,7 +110,7 @@ def keep_page(page: Path, text: str, check: bool, stale: str, stream: TextIO) ->
     `stale` goes to the stream.
     """
     if not check:
-        page.write_text(text, encoding="utf-8")
+        write_text(page, text)
     elif not page.is_file() or page.read_text(encoding="utf-8") != text:
         print(stale, file=stream)
         return 1

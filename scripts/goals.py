@@ -65,9 +65,13 @@ AREAS: dict[str, Area] = {
             "URDF files": "sim.robots.campaign:rows",
             "planted mistakes": "tests.model_compiler.planted:rows",
             "cycles": "sim.robots.cycles:rows",
+            "certificate": "sim.certificate_goals:rows",
         },
     ),
-    "security": Area("Hostile files, ports, packets, signals, caches and environments.", {}),
+    "security": Area(
+        "Hostile files, ports, packets, signals, caches and environments.",
+        {"ports": "tests.security.campaign_ports:rows"},
+    ),
     "silicon": Area(
         "Netlists against RTL, bitstreams, area and clock.", command="scripts.silicon:main"
     ),

@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from asip_asm.assemble import assemble
+from asip_asm.files import write_text
 from asip_asm.isa import OperationRecord, default_isa
 from asip_asm.machine import load_machine
 from scripts.generated import run
@@ -102,7 +103,7 @@ class Bench:
         """CYCLES of a run of the lines, one operation per bundle."""
         text = ".const one = 1.0, pin k0\n.data table: int = 0\n"
         text += "\n".join(lines) + "\nhalt\n"
-        self.source.write_text(text, encoding="utf-8")
+        write_text(self.source, text)
         self.core.load(assemble(self.source, configuration=self.configuration, optimise=False))
         for register in CHAINED:
             self.core.write(register_address(register), 0)

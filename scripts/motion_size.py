@@ -24,6 +24,7 @@ from rich.console import Console
 from rich.table import Table
 
 from asip_asm.command import script_parser
+from asip_asm.files import write_text
 from scripts.synth_unit import (
     OUTPUT,
     SynthesisError,
@@ -104,7 +105,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 1
     options.results.parent.mkdir(parents=True, exist_ok=True)
     text = json.dumps({"mark": mark(), "designs": designs}, indent=2) + "\n"
-    options.results.write_text(text, encoding="utf-8")
+    write_text(options.results, text)
     console.print(table(designs))
     console.print(f"written: {options.results}")
     return 0 if all(within(name, found) for name, found in designs.items()) else 1

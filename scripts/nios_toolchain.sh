@@ -4,6 +4,7 @@
 # No root needed: packages are fetched with a private apt state and unpacked below the cache folder.
 # Finished stages leave a stamp, so an interrupted build goes on where it stopped.
 # Usage: scripts/nios_toolchain.sh            JOBS=n  parallel compilations (default: all processors)
+#        scripts/nios_toolchain.sh --gdb      GDB alone, in minutes
 #        scripts/nios_toolchain.sh --prefix   print the folder whose bin/ holds nios2-elf-gcc
 # NIOS2_TOOLCHAIN=FOLDER moves the cache (default: ${XDG_CACHE_HOME:-$HOME/.cache}/microtick/nios2-elf).
 set -eu
@@ -17,14 +18,19 @@ newlib=3.3.0
 gdb=13.1
 stages=10
 stage=0
+gdb_alone=false
 
 case ${1:-} in
   "") ;;
+  --gdb)
+    gdb_alone=true
+    stages=3
+    ;;
   --prefix) echo "$prefix"; exit 0 ;;
-  -h | --help) sed -n '3,8s/^# //p' "$0"; exit 0 ;;
+  -h | --help) sed -n '3,9s/^# //p' "$0"; exit 0 ;;
   *)
     echo "error: unknown argument '$1'" >&2
-    echo "help:  scripts/nios_toolchain.sh [--prefix | --help]" >&2
+    echo "help:  scripts/nios_toolchain.sh [--gdb | --prefix | --help]" >&2
     exit 2
     ;;
 esac
@@ -37,7 +43,13 @@ die() {
   exit 1
 }
 
-ready() { echo "[nios-toolchain] ready: $prefix/bin/nios2-elf-gcc"; }
+ready() {
+  if $gdb_alone; then
+    echo "[nios-toolchain] ready: $prefix/bin/nios2-elf-gdb"
+  else
+    echo "[nios-toolchain] ready: $prefix/bin/nios2-elf-gcc"
+  fi
+}
 
 # begin NAME: true when the stage still has to be done
 begin() {
@@ -72,10 +84,16 @@ logged() {
   fi
 }
 
-if [ -e "$cache/stamps/gdb" ] && "$prefix/bin/nios2-elf-gcc" --version >/dev/null 2>&1; then
+if $gdb_alone && "$prefix/bin/nios2-elf-gdb" --version >/dev/null 2>&1; then
   ready
   exit 0
 fi
+if [ -e "$cache/stamps/gdb" ] && [ -e "$cache/stamps/newlib-c99" ] && "$prefix/bin/nios2-elf-gcc" --version >/dev/null 2>&1; then
+  ready
+  exit 0
+fi
+# GDB alone has a folder of its own: a build of the compiler that was interrupted keeps its sources.
+if $gdb_alone; then cache=$cache/gdb; fi
 
 missing=""
 for tool in apt-get dpkg-deb gcc g++ make m4 tar xz; do
@@ -86,7 +104,7 @@ missing=$(echo "$missing" | sed 's/ m4//')
 [ -z "$missing" ] || die "required program(s) not found:$missing" \
   "this script needs Debian 12 (or a relative) with build-essential and xz-utils"
 
-mkdir -p "$cache/stamps" "$cache/log" "$prefix"
+mkdir -p "$cache/stamps" "$cache/log" "$prefix/bin"
 PATH=$prefix/bin:$cache/host/usr/bin:$PATH
 export PATH
 export M4="$cache/host/usr/bin/m4" BISON_PKGDATADIR="$cache/host/usr/share/bison"
@@ -134,16 +152,6 @@ host_libraries() {
 
 tidy() { rm -rf "$cache/build" "$cache/src" "$cache/host" "$cache/deb"; }
 
-if begin fetch; then
-  fetch binutils-source gcc-12-source newlib-source libgmp-dev libmpfr-dev libmpc-dev bison flex libfl-dev m4
-  finish fetch
-fi
-
-if begin unpack; then
-  unpack "binutils/binutils-$binutils" "gcc-12/gcc-$gcc-dfsg" "newlib/newlib-$newlib"
-  finish unpack
-fi
-
 # the libraries keep names of their sources (assertions): without the folder, for the same bytes everywhere
 target_flags="CFLAGS_FOR_TARGET=-O2 -g0 -ffunction-sections -fdata-sections -ffile-prefix-map=$cache/src/="
 
@@ -158,55 +166,74 @@ configured() {
     --target=nios2-elf --prefix="$prefix" --disable-nls "$@"
 }
 
-if begin binutils; then
-  host_libraries
-  configured binutils "$cache/src/binutils-$binutils" --disable-gdb --disable-sim --disable-gprofng \
-    --disable-gprof --disable-werror --disable-plugins --without-zstd "$host_flags" "$hostxx_flags"
-  logged binutils make MAKEINFO=true -j"$jobs"
-  logged binutils-install make MAKEINFO=true install
-  finish binutils
-fi
+build_compiler() {
+  # A C library of an earlier version of this script is built again: it needs its sources.
+  if [ ! -e "$cache/stamps/newlib-c99" ] && [ ! -e "$cache/src" ]; then
+    rm -f "$cache/stamps/fetch" "$cache/stamps/unpack" "$cache/stamps/smoke"
+  fi
 
-if begin gcc; then
-  host_libraries
-  configured gcc "$(ls -d "$cache/src/gcc-$gcc"* | head -n 1)" --enable-languages=c --with-newlib --without-headers --disable-shared \
-    --disable-threads --disable-libssp --disable-libquadmath --disable-libgomp --disable-libatomic \
-    --disable-lto --disable-multilib --disable-plugin --disable-gcov --disable-analyzer \
-    --enable-checking=release \
-    --without-zstd --without-isl \
-    --with-gmp-include="$cache/host/usr/include" --with-gmp-lib="$host_lib" \
-    --with-mpfr-include="$cache/host/usr/include" --with-mpfr-lib="$host_lib" \
-    --with-mpc-include="$cache/host/usr/include" --with-mpc-lib="$host_lib" \
-    "$host_flags" "$hostxx_flags" "$target_flags"
-  logged gcc make MAKEINFO=true -j"$jobs" all-gcc
-  # Debian's source comes without its manuals; this stamp keeps install-gcc from checking them
-  touch gcc/s-tm-texi
-  logged gcc-install make MAKEINFO=true install-gcc
-  finish gcc
-fi
+  if begin fetch; then
+    fetch binutils-source gcc-12-source newlib-source libgmp-dev libmpfr-dev libmpc-dev bison flex libfl-dev m4
+    finish fetch
+  fi
 
-if begin libgcc; then
-  cd "$cache/build/gcc"
-  logged libgcc make MAKEINFO=true -j"$jobs" all-target-libgcc
-  logged libgcc-install make MAKEINFO=true install-target-libgcc
-  finish libgcc
-fi
+  if begin unpack; then
+    unpack "binutils/binutils-$binutils" "gcc-12/gcc-$gcc-dfsg" "newlib/newlib-$newlib"
+    finish unpack
+  fi
 
-if begin newlib; then
-  configured newlib "$(ls -d "$cache"/src/newlib-* | head -n 1)" --disable-newlib-supplied-syscalls --disable-multilib \
-    "$target_flags"
-  logged newlib make MAKEINFO=true -j"$jobs"
-  logged newlib-install make MAKEINFO=true install
-  finish newlib
-fi
+  if begin binutils; then
+    host_libraries
+    configured binutils "$cache/src/binutils-$binutils" --disable-gdb --disable-sim --disable-gprofng \
+      --disable-gprof --disable-werror --disable-plugins --without-zstd "$host_flags" "$hostxx_flags"
+    logged binutils make MAKEINFO=true -j"$jobs"
+    logged binutils-install make MAKEINFO=true install
+    finish binutils
+  fi
 
-if begin smoke; then
-  printf '#include <math.h>\n#include <stdio.h>\nint main(void) { printf("%%g", sqrt(2.0)); return 0; }\n' \
-    >"$cache/smoke.c"
-  logged smoke "$prefix/bin/nios2-elf-gcc" -O2 -o "$cache/smoke.elf" "$cache/smoke.c" -T qemu-hosted.ld -lm
-  tidy
-  finish smoke
-fi
+  if begin gcc; then
+    host_libraries
+    configured gcc "$(ls -d "$cache/src/gcc-$gcc"* | head -n 1)" --enable-languages=c --with-newlib --without-headers --disable-shared \
+      --disable-threads --disable-libssp --disable-libquadmath --disable-libgomp --disable-libatomic \
+      --disable-lto --disable-multilib --disable-plugin --disable-gcov --disable-analyzer \
+      --enable-checking=release \
+      --without-zstd --without-isl \
+      --with-gmp-include="$cache/host/usr/include" --with-gmp-lib="$host_lib" \
+      --with-mpfr-include="$cache/host/usr/include" --with-mpfr-lib="$host_lib" \
+      --with-mpc-include="$cache/host/usr/include" --with-mpc-lib="$host_lib" \
+      "$host_flags" "$hostxx_flags" "$target_flags"
+    logged gcc make MAKEINFO=true -j"$jobs" all-gcc
+    # Debian's source comes without its manuals; this stamp keeps install-gcc from checking them
+    touch gcc/s-tm-texi
+    logged gcc-install make MAKEINFO=true install-gcc
+    finish gcc
+  fi
+
+  if begin libgcc; then
+    cd "$cache/build/gcc"
+    logged libgcc make MAKEINFO=true -j"$jobs" all-target-libgcc
+    logged libgcc-install make MAKEINFO=true install-target-libgcc
+    finish libgcc
+  fi
+
+  if begin newlib-c99; then
+    configured newlib "$(ls -d "$cache"/src/newlib-* | head -n 1)" --disable-newlib-supplied-syscalls --disable-multilib \
+      --enable-newlib-io-c99-formats "$target_flags"
+    logged newlib make MAKEINFO=true -j"$jobs"
+    logged newlib-install make MAKEINFO=true install
+    finish newlib-c99
+  fi
+
+  if begin smoke; then
+    printf '#include <math.h>\n#include <stdio.h>\nint main(void) { printf("%%g", sqrt(2.0)); return 0; }\n' \
+      >"$cache/smoke.c"
+    logged smoke "$prefix/bin/nios2-elf-gcc" -O2 -o "$cache/smoke.elf" "$cache/smoke.c" -T qemu-hosted.ld -lm
+    tidy
+    finish smoke
+  fi
+}
+
+if ! $gdb_alone; then build_compiler; fi
 
 if begin fetch-gdb; then
   fetch gdb-source libgmp-dev libmpfr-dev libexpat1-dev libncurses-dev bison flex libfl-dev m4

@@ -13,6 +13,7 @@ import shlex
 import subprocess
 import sys
 
+from asip_asm.files import write_text
 from asip_asm.project import ROOT
 from sim.harness.nios_rtl import PLATFORMS
 
@@ -48,7 +49,7 @@ def _file(match: re.Match[str]) -> str:
     if demo.exists():
         return match[1] + demo.read_text(encoding="utf-8").split("*/\n", 2)[2] + match[4]
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(match[3], encoding="utf-8")
+    write_text(path, match[3])
     return match[0]
 
 
@@ -72,7 +73,7 @@ def run(command: str) -> str:
 def main() -> int:
     """Write the page; returns the exit status."""
     try:
-        PAGE.write_text(render(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
+        write_text(PAGE, render(PAGE.read_text(encoding="utf-8")))
     except RuntimeError as error:
         print(f"error: {error}", file=sys.stderr)
         return 1

@@ -17,6 +17,8 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
+from asip_asm.files import write_text
+
 ROOT = Path(__file__).resolve().parents[1]
 FOLDER = ROOT / "build/quartus"
 RESULT = ROOT / "build/synth.json"
@@ -143,7 +145,7 @@ def store(result: dict, path: Path = RESULT) -> None:
     data = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
     data[KEY] = result
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")
+    write_text(path, json.dumps(data, indent=2) + "\n")
 
 
 def table(result: dict) -> Table:

@@ -15,6 +15,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from asip_asm.files import write_text
 from scripts.generated import table
 from sim.model.published import Published
 from sim.model.records import OUTPUTS
@@ -130,7 +131,7 @@ def main(arguments: list[str]) -> int:
         texts["results"] = section(data)
     if measured.is_file():
         document = kept(json.loads(measured.read_text(encoding="utf-8")))
-        KEPT.write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
+        write_text(KEPT, json.dumps(document, indent=2) + "\n")
     document = json.loads(KEPT.read_text(encoding="utf-8"))
     write_between_marks(README, texts | {"synthesis": synthesis(document)})
     write_between_marks(PLATFORMS, {"area": area_section(document["tops"])})

@@ -14,6 +14,7 @@ from peakrdl_regblock.cpuif.avalon import Avalon_Cpuif_flattened
 from peakrdl_regblock.udps import ALL_UDPS
 
 from asip_asm.command import script_parser
+from asip_asm.files import write_text
 from asip_asm.project import ROOT
 from scripts.gen_regmap import MAPS
 from scripts.generated import table
@@ -41,7 +42,7 @@ def areas(name: str) -> tuple[dict[str, int], dict[str, int]]:
     files = [folder / f"{block}{part}.sv" for part in ("_pkg", "")]
     for file in files:  # Yosys reads packed structs only
         text = file.read_text(encoding="utf-8").replace("struct {", "struct packed {")
-        file.write_text(text, encoding="utf-8")
+        write_text(file, text)
     ours = alm_area(OURS[name], read_commands(OURS[name], sources_of(OURS[name]), {}), folder)
     return ours, alm_area(block, read_commands(block, files, {}), folder)
 

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Refuse SystemVerilog outside the subset that every tool of the project reads alike.
 
-The subset is what Verilator 5, Yosys `read_verilog -sv` and, by published reports, Quartus II 13.1
-and Icarus accept. The checker works on text without comments, strings and attributes; it needs no
-tool. Exit 1 if any rule is broken.
+The subset is what Verilator 5, slang, Yosys `read_verilog -sv` and, by published reports, Quartus
+II 13.1 accept. Most rules work on text without comments, strings and attributes. Exit 1 if any rule
+is broken.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from pyslang.syntax import SyntaxKind, SyntaxTree
 from rich.console import Console
 
 from asip_asm.command import script_parser
@@ -135,11 +136,23 @@ RULES = (
         "a range, [0:N-1]",
     ),
     Rule(
+        "genvar",
+        r"\bfor\s*\(\s*genvar\b",
+        "genvar declared in a for, which Quartus refuses",
+        "genvar i; before the region",
+    ),
+    Rule(
         "declaration",
         r"\b(let|timeunit|timeprecision|class|program|clocking|always_latch)\b",
         "let, timeunit, class, program, clocking or latch",
         "a function; none; a register",
     ),
+)
+GENERATE = Rule(
+    "generate-region",
+    "",
+    "generate loop or condition outside of a region, which Quartus refuses",
+    "generate .. endgenerate around it",
 )
 UNPACKED_PORT = Rule("unpacked-port", "", "unpacked array port", "a packed vector, [N-1:0][31:0]")
 DEFAULT_ARGUMENT = Rule("default-argument", "", "default value of an argument", "pass every one")
@@ -152,7 +165,7 @@ SIMULATION_ONLY = Rule(
     "assertion or message in synthesis",
     "put it behind `ifndef SYNTHESIS",
 )
-ALL_RULES = (*RULES, UNPACKED_PORT, DEFAULT_ARGUMENT, RESULT_FIELD, SIMULATION_ONLY)
+ALL_RULES = (*RULES, GENERATE, UNPACKED_PORT, DEFAULT_ARGUMENT, RESULT_FIELD, SIMULATION_ONLY)
 
 
 def bare(text: str) -> str:
@@ -201,6 +214,17 @@ def _pieces(text: str, begin: int, end: int) -> Iterator[tuple[int, str]]:
     yield start, text[start:end]
 
 
+def _generates_outside(text: str) -> Iterator[int]:
+    """Positions of generate constructs that are members of a module, not of a region."""
+    kinds = SyntaxKind.LoopGenerate, SyntaxKind.IfGenerate, SyntaxKind.CaseGenerate
+    root = SyntaxTree.fromText(text).root
+    alone = root.kind != SyntaxKind.CompilationUnit  # slang returns a single module as the root
+    for module in [root] if alone else root.members:
+        for member in getattr(module, "members", ()):
+            if member.kind in kinds:
+                yield member.sourceRange.start.offset
+
+
 def _port_lists(text: str) -> Iterator[tuple[str, str, int, int]]:
     """(keyword, name, begin, end) of every module, function and task port list."""
     head = r"\b(module|function|task)\b[^;(#]*?(\w+)\s*(?=[(#;])"
@@ -219,6 +243,7 @@ def check(text: str, path: Path = Path("<text>")) -> list[Finding]:
     found: list[tuple[int, Rule]] = []
     for rule in RULES:
         found += [(match.start(), rule) for match in re.finditer(rule.pattern, source)]
+    found += [(at, GENERATE) for at in _generates_outside(text)]
     kept = _synthesised(source)
     for match in re.finditer(SIMULATION_ONLY.pattern, kept):
         line = kept.count("\n", 0, match.start())

@@ -25,6 +25,7 @@ from asip_asm.allocate import allocate_registers
 from asip_asm.assemble import encode, parse_program
 from asip_asm.command import script_parser
 from asip_asm.expression import float_bits, word_bits
+from asip_asm.files import replaced
 from asip_asm.image import Image
 from asip_asm.ir import Operation, Output, Program, Register, Virtual
 from asip_asm.isa import default_isa
@@ -247,7 +248,8 @@ def plot(points: list[Point], path: Path) -> None:
     plane.set_title("Tracking law, optimised: cycles per tick over axes")
     plane.grid(alpha=0.3)
     plane.legend()
-    figure.savefig(path, metadata={"Date": None})
+    with replaced(path) as new:
+        figure.savefig(new, metadata={"Date": None})
     plt.close(figure)
 
 

@@ -21,6 +21,7 @@ from typing import Any
 from rich.console import Console
 
 from asip_asm.command import command_parser
+from asip_asm.files import write_text
 from scripts.bitstream import BOARDS
 from scripts.bitstream import OUTPUT as BOARD_RESULTS
 from sim.fpbench import campaign
@@ -241,7 +242,7 @@ def main(arguments: list[str] | None = None) -> int:
     )
     options = parser.parse_args(arguments)
     if options.keep_boards:
-        KEPT_BOARDS.write_text(json.dumps(board_results(), indent=2) + "\n")
+        write_text(KEPT_BOARDS, json.dumps(board_results(), indent=2) + "\n")
         return 0
     console = Console(stderr=True, soft_wrap=True)
     goals: list[dict[str, Any]] = []

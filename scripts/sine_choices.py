@@ -17,6 +17,7 @@ from pathlib import Path
 
 from asip_asm.allocate import allocate_registers
 from asip_asm.assemble import parse_program
+from asip_asm.files import write_text
 from asip_asm.machine import Machine, load_machine
 from asip_asm.model.compiler import Options, compile_law
 from asip_asm.project import ROOT
@@ -89,7 +90,7 @@ def cycles(arm: str, way: Way) -> int:
     text = compile_law(law, Options("fast", True, True, way.sine), machine).text
     with tempfile.TemporaryDirectory() as folder:
         source = Path(folder) / "law.s"
-        source.write_text(text, encoding="utf-8")
+        write_text(source, text)
         program = parse_program(source)
     schedule_program(program, machine)
     allocate_registers(program, machine)

@@ -19,6 +19,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from asip_asm.command import script_parser
+from asip_asm.files import write_text
 from scripts.generated import keep_page, table
 from scripts.synth import TOPS
 from scripts.synth_unit import ROOT, SynthesisError, synthesise
@@ -214,7 +215,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             print(f"error: {error}", file=sys.stderr)
             return 1
         DATA.parent.mkdir(exist_ok=True)
-        DATA.write_text(json.dumps(points, indent=2) + "\n", encoding="utf-8")
+        write_text(DATA, json.dumps(points, indent=2) + "\n")
     names = PAGE.relative_to(ROOT), DATA.relative_to(ROOT)
     stale = f"error: {names[0]} differs from {names[1]}; help: {COMMAND}"
     return keep_page(PAGE, page(points), options.check, stale, sys.stderr)

@@ -19,6 +19,7 @@ from pathlib import Path
 from rich.console import Console
 
 from asip_asm.command import script_parser
+from asip_asm.files import write_text
 from scripts.synth_unit import OUTPUT, ROOT, SynthesisError, synthesise
 from sim.harness.sources import sources_of
 from sim.model.published import Published
@@ -84,7 +85,7 @@ def run(top: Top, seeds: tuple[int, ...], console: Console, jobs: int = 1) -> di
     files = sources_of(top.module)
     result = synthesise(top.module, files, seeds, top.parameters, top.name, jobs, top.memories)
     result["fingerprint"] = mark
-    kept.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
+    write_text(kept, json.dumps(result, indent=2) + "\n")
     console.print(f"  {top.name}: {time.monotonic() - begin:.0f} s")
     return result
 
@@ -141,7 +142,7 @@ def main(argv: list[str] | None = None) -> int:
             "dsp_conversion": CONVERSION,
             "tops": {name: tops[name] for name in names if name in tops},
         }
-        RESULT.write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")
+        write_text(RESULT, json.dumps(data, indent=2) + "\n")
     console.print(resource_table(data, Published.load()))
     console.print(f"figures: {RESULT.relative_to(ROOT)}")
     return 0

@@ -22,6 +22,7 @@ from rich.console import Console
 from rich.table import Table
 
 from asip_asm.command import script_parser
+from asip_asm.files import write_text
 from sim.fpbench import campaign
 from sim.harness.sources import sources_of
 from sim.harness.wasm import run_tool
@@ -55,7 +56,7 @@ class SynthesisError(RuntimeError):
 
 def _run(tool: str, arguments: Sequence[str], log: Path) -> str:
     done = run_tool(tool, arguments)
-    log.write_text(done.stdout + done.stderr)
+    write_text(log, done.stdout + done.stderr)
     if done.returncode:
         tail = "\n".join(log.read_text().splitlines()[-15:])
         raise SynthesisError(f"{tool} failed, log in {log.relative_to(ROOT)}:\n{tail}")
@@ -219,7 +220,7 @@ def _place_and_route(tasks: Sequence[Placement], jobs: int) -> list[dict]:
         task.mark.unlink(missing_ok=True)
 
     def done(task: Placement, report: dict) -> None:
-        task.mark.write_text(task.key)
+        write_text(task.mark, task.key)
 
     def failed(task: Placement, text: str) -> None:
         raise SynthesisError(text)
@@ -234,7 +235,7 @@ def ecp5_speed(top: str, read: str, folder: Path, seeds: Sequence[int], jobs: in
     jobs: seeds at a time.
     """
     wrapped = folder / "timing_wrapper.v"
-    wrapped.write_text(wrapper(top, ports_of(top, read, folder)))
+    write_text(wrapped, wrapper(top, ports_of(top, read, folder)))
     netlist = folder / "ecp5.json"
     script = (
         f"{read}; read_verilog {wrapped}; hierarchy -check -top timing_wrapper; {units_kept(read)}"
@@ -283,7 +284,7 @@ def synthesise(
     if seeds:
         result["ecp5"] = ecp5_speed(top, read, folder, seeds, jobs)
         result["modules"] = modules_of(folder)
-    (OUTPUT / f"{name}.json").write_text(json.dumps(result, indent=2) + "\n")
+    write_text(OUTPUT / f"{name}.json", json.dumps(result, indent=2) + "\n")
     return result
 
 

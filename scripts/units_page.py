@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from asip_asm.command import script_parser
+from asip_asm.files import write_text
 from asip_asm.isa import default_isa
 from asip_asm.machine import fp_latencies
 from asip_asm.project import ROOT
@@ -302,7 +303,7 @@ def measure(names: Sequence[str], seeds: Sequence[int], path: Path = DATA) -> No
             "fmax_mhz": result["ecp5"]["fmax_mhz"],
         }
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(json.dumps(dict(sorted(data.items())), indent=2) + "\n", encoding="utf-8")
+        write_text(path, json.dumps(dict(sorted(data.items())), indent=2) + "\n")
 
 
 def load(path: Path = DATA) -> dict:

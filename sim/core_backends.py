@@ -106,7 +106,9 @@ class RtlBackend:
         if not len(data) or result.fault == NO_FAULT:
             return Runs(result.words, flags, result.cycles)
         fault = self.fault(result.fault)
-        return Runs(result.words, flags, result.cycles, fault, fault_text(self._image, fault))
+        last = dict(zip(inputs, data[len(result.words) - 1].tolist(), strict=True))
+        text = fault_text(self._image, fault, last)
+        return Runs(result.words, flags, result.cycles, fault, text)
 
     def fault(self, cause: str) -> Fault:
         """The fault that the core stands in."""
@@ -167,7 +169,7 @@ class IssBackend:
             flags.append(result.flags)
             if result.fault.name != NO_FAULT:
                 fault = Fault(result.fault.name, bundle=result.fault_bundle)
-                text = fault_text(self._image, fault)
+                text = fault_text(self._image, fault, dict(zip(inputs, row, strict=True)))
                 break
         shape = (len(words), len(read))
         return Runs(

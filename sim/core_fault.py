@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from asip_asm.gen.asip_regmap import REGMAP
@@ -30,8 +31,8 @@ class Fault:
         return cls(cause, output=info) if cause == "NOT_FINITE" else cls(cause, bundle=info)
 
 
-def fault_text(image: Image, fault: Fault) -> str:
-    """Cause, place and source lines of a fault."""
+def fault_text(image: Image, fault: Fault, inputs: Mapping[str, int] | None = None) -> str:
+    """Cause, place and source lines of a fault. inputs: words of the run that ended with it."""
     meaning = REGMAP.faults[fault.cause].doc
     rows = [f"{fault.cause}: {meaning}"]
     bundles: list[int] = []
@@ -53,13 +54,17 @@ def fault_text(image: Image, fault: Fault) -> str:
         for entry in image.sources[address]:
             if fault.output is None or destination(entry.text) in names:
                 rows.append(f"  {entry.file}:{entry.line}: {entry.text}")
-    return "\n".join(rows + not_finite_causes(image, fault))
+    return "\n".join(rows + not_finite_causes(image, fault, inputs or {}))
 
 
-def not_finite_causes(image: Image, fault: Fault) -> list[str]:
-    """What the program's operations may have got to give NaN or infinity."""
+def not_finite_causes(image: Image, fault: Fault, inputs: Mapping[str, int]) -> list[str]:
+    """What may have given NaN or infinity: an input, else what the program's operations got."""
     if fault.cause != "NOT_FINITE":
         return []
+    floats = {entry.name for entry in image.inputs if entry.type == "float"}
+    given = [n for n, word in inputs.items() if n in floats and word >> 23 & 0xFF == 0xFF]
+    if given:
+        return [f"  cause: NaN or infinity in the input {', '.join(given)}"]
     used = {entry.op for entries in image.sources for entry in entries}
     causes = [text for operations, text in NOT_FINITE_CAUSES if used & operations]
     return [f"  possible causes: {'; '.join([*causes, 'a result above 3.4e38'])}"]

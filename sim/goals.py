@@ -13,6 +13,8 @@ from rich import box
 from rich.markup import escape
 from rich.table import Table
 
+from asip_asm.files import write_text
+
 NOT_MEASURED, SAMPLED = "not measured", "sampled"
 
 
@@ -74,10 +76,7 @@ def as_json(goals: Iterable[Goal]) -> list[dict[str, Any]]:
 def write_goals(file: Path, goals: Iterable[Mapping[str, Any]], **more: Any) -> None:
     """Write {"goals": ...} and further fields; the file appears whole or not at all."""
     file.parent.mkdir(parents=True, exist_ok=True)
-    unfinished = file.with_name(f".{file.name}.new")
-    text = json.dumps(more | {"goals": list(goals)}, indent=2) + "\n"
-    unfinished.write_text(text, encoding="utf-8")
-    unfinished.replace(file)
+    write_text(file, json.dumps(more | {"goals": list(goals)}, indent=2) + "\n")
 
 
 def verdict(goal: Mapping[str, Any]) -> str:

@@ -192,8 +192,9 @@ def parse_arguments(arguments: list[str] | None) -> argparse.Namespace:
         "--gdb",
         type=_place,
         metavar="[HOST]:PORT",
-        help="wait for GDB there (port 0: a free one; -: standard input and output), halted before "
-        "the first instruction; without a program GDB loads one",
+        help="wait for GDB there (port 0: a free one; a path with a slash: a Unix socket; -: "
+        "standard input and output), halted before the first instruction; without a program GDB "
+        "loads one",
     )
     options = parser.parse_args(arguments)
     if options.program is None and options.gdb is None:
@@ -204,7 +205,7 @@ def parse_arguments(arguments: list[str] | None) -> argparse.Namespace:
 
 
 def _place(text: str) -> str:
-    if text != PIPE:
+    if text != PIPE and "/" not in text:
         try:
             place_of(text)
         except ValueError as error:

@@ -1,28 +1,33 @@
 # SPDX-License-Identifier: Apache-2.0
 """Proof of a compiled law: bits against the exact interpreter, values against double precision.
 
-The program runs on the core over drawn inputs. Every tick's outputs and next states must have the
+The program runs on the core over drawn inputs. All inputs at zero, at their lower and at their
+upper limits, and a user's points, are always among them (`sim.prove_points` yields them). Every
+tick's outputs and next states must have the
 bits that `asip_asm.model.exact` computes from the same inputs and the states that the core held
-before; and must be as near to the CasADi function in double precision as
+before; and must be as near to the user's own model in double precision (`sim.prove_reference`) as
 `asip_asm.model.bound` derives.
 """
 
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+import itertools
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from asip_asm.image import Image
 from asip_asm.model.bound import bounds
+from asip_asm.model.certificate import Certificate
 from asip_asm.model.compiler import Compiled
 from asip_asm.model.exact import Array, evaluate
 from asip_asm.model.law import Law, Port, before
-from asip_asm.model.read import load_function, reference
 from sim.core import Core
+from sim.prove_casadi import truth_of
+from sim.prove_reference import RobotTruth, Truth
 
 SEED = 1
 COUNT = 10_000
@@ -32,12 +37,45 @@ CORNERS = 0.1
 """Share of values that are corners of their range."""
 
 
+CONSTANT = 2.0**-20
+"""A bound below this share of a result's size means something even if the result never moves."""
+
+
+@dataclass(frozen=True)
+class Check:
+    """Largest error of a result [unit] inside the certificate's box, and the certificate's bound;
+    low, high: values of the law that the inputs reached.
+
+    A bound of half their range or more means nothing: a constant would be as near to the law.
+    """
+
+    unit: str
+    error: float
+    bound: float
+    low: float
+    high: float
+
+    @property
+    def share(self) -> float:
+        return 0.0 if self.error == 0 else self.error / max(self.bound, 1e-300)
+
+    @property
+    def holds(self) -> bool:
+        return self.error <= self.bound
+
+    @property
+    def meaningful(self) -> bool:
+        size = max(abs(self.low), abs(self.high))
+        return self.bound < 0.5 * (self.high - self.low) or self.bound <= CONSTANT * size
+
+
 @dataclass(frozen=True)
 class Proof:
     """What a proof found. worst: largest error as a share of its bound, over all inputs and
     results, and the result where; unbounded: results without a finite bound, which prove nothing.
     within: of each output, inputs where it is inside its limits; at a limit it is a constant, whose
-    error says nothing. first_difference: text, empty if all bits agree.
+    error says nothing. first_difference: text, empty if all bits agree. checks: of each result,
+    against the certificate, if there is one.
     """
 
     inputs_tried: int
@@ -49,10 +87,14 @@ class Proof:
     largest_error: dict[str, float]
     within: dict[str, int]
     seed: int
+    certificate: Certificate | None = None
+    checks: Mapping[str, Check] = field(default_factory=dict)
 
     @property
     def passed(self) -> bool:
-        return self.bits_equal and self.worst_fraction_of_bound < 1 and not self.unbounded
+        sampled = self.bits_equal and self.worst_fraction_of_bound < 1 and not self.unbounded
+        whole = self.certificate is None or self.certificate.finite
+        return sampled and whole and all(c.holds and c.meaningful for c in self.checks.values())
 
 
 @functools.cache
@@ -104,17 +146,25 @@ def prove(
     seed: int = SEED,
     backend: str = "rtl",
     sample: Sample | None = None,
-    reference: Reference | None = None,
+    truth: Truth | RobotTruth | None = None,
+    certificate: Certificate | None = None,
+    points: Iterable[tuple[dict[str, Array], dict[str, Array]]] = (),
 ) -> Proof:
-    """Run `count` drawn ticks of the program and compare. Raises CoreFault if the core stops."""
+    """Run `points` and `count` drawn ticks of the program and compare.
+
+    truth: the user's own model (None: the function and ports of a law that was made in Python).
+    points: inputs of ticks and the states before them. Raises CoreFault if the core stops,
+    ModelError if the user's model cannot be evaluated.
+    """
     law = compiled.law
     rng = np.random.default_rng(seed)
     outputs = [port.name for port in law.ports if port.kind in ("output", "export")]
     values: dict[str, list[Array]] = {}
     results: dict[str, list[Array]] = {}
     with Core(image, backend=backend) as core:
-        for begin in range(0, count, BATCH):
-            inputs, states = draw_ticks(law, min(BATCH, count - begin), rng, sample)
+        sizes = (min(BATCH, count - begin) for begin in range(0, count, BATCH))
+        drawn = (draw_ticks(law, size, rng, sample) for size in sizes)
+        for inputs, states in itertools.chain(points, drawn):
             core.preset({name: value[0].item() for name, value in states.items()})
             ticks = core.batch(
                 inputs, read=[*states, *(n for n in outputs if n not in core.outputs)]
@@ -129,10 +179,16 @@ def prove(
                 values.setdefault(name, []).append(value)
     inputs = {name: np.concatenate(parts) for name, parts in values.items()}
     for port in law.of_kind("parameter"):
-        inputs[port.name] = np.full(count, port.initial, np.float32)
+        size = len(next(iter(inputs.values())))
+        inputs[port.name] = np.full(size, port.initial, np.float32)
     got = {name: np.concatenate(parts) for name, parts in results.items()}
     sine = unit_sine if backend == "rtl" else rounded_sine
-    return compare(compiled, inputs, got, seed, sine, reference)
+    truth = truth or truth_of(law)
+    proof = compare(compiled, inputs, got, seed, sine, truth, certificate)
+    differs = truth.difference(image) if isinstance(truth, Truth) else truth.difference(law)
+    if differs and not proof.first_difference:
+        proof = replace(proof, bits_equal=False, first_difference=differs)
+    return proof
 
 
 def draw_ticks(
@@ -180,52 +236,9 @@ def exact_results(compiled: Compiled, inputs: Mapping[str, Array], sine) -> dict
     return found | {f"{n}_next": nodes[root] for n, root in compiled.graph.next_states.items()}
 
 
-def true_results(law: Law, inputs: Mapping[str, Array]) -> dict[str, NDArray[np.float64]]:
-    """Results of the CasADi function in double precision, outputs saturated, by name."""
-    function = load_function(law.function)
-    physical = {}
-    for port in law.ports:
-        if port.kind == "rate":
-            last = inputs[before(port.rate_of)].astype(np.int64)
-            physical[port.name] = port.scale * (inputs[port.rate_of].astype(np.int64) - last)
-        elif port.kind in ("input", "state", "parameter"):
-            value = inputs[port.name].astype(np.float64)
-            physical[port.name] = port.scale * value + port.offset if port.type == "int" else value
-    points = len(next(iter(physical.values())))
-    names = iter(law.arguments())
-    arguments = [
-        np.array([physical[next(names)[1].name] for _ in range(function.nnz_in(i))]).reshape(
-            -1, points
-        )
-        for i in range(function.n_in())
-    ]
-    mapped = reference(function)(_dense(function, arguments, points), points)
-    rows = [row for i, m in enumerate(mapped) for row in _rows(function, i, m, points)]
-    found: dict[str, NDArray[np.float64]] = {}
-    for (_, port), row in zip(law.results(), rows, strict=True):
-        if port.kind == "output" and port.limits is not None:
-            row = np.clip(row, *port.limits)
-        found[f"{port.name}_next" if port.kind == "state" else port.name] = row
-    return found
-
-
-def _dense(function, arguments: list[NDArray[np.float64]], points: int) -> list:
-    """Arguments side by side, as `Function.map` takes them."""
-    import casadi as ca
-
-    result = []
-    for i, rows in enumerate(arguments):
-        pattern = function.sparsity_in(i)
-        result.append(ca.horzcat(*(ca.DM(pattern, rows[:, k]) for k in range(points))))
-    return result
-
-
-def _rows(function, i: int, mapped: NDArray[np.float64], points: int) -> list[NDArray[np.float64]]:
-    """Nonzeros of a result by point."""
-    width = function.size2_out(i)
-    blocks = mapped.reshape(mapped.shape[0], points, width)
-    rows, columns = function.sparsity_out(i).get_triplet()
-    return [blocks[r, :, c] for r, c in zip(rows, columns, strict=True)]
+def _rates(law: Law) -> set[str]:
+    """Results that no user's model has: the counts of the next tick's rates."""
+    return {f"{before(port.rate_of)}_next" for port in law.of_kind("rate")}
 
 
 def compare(
@@ -233,10 +246,11 @@ def compare(
     inputs: Mapping[str, Array],
     got: Mapping[str, Array],
     seed: int,
-    sine,
-    reference: Reference | None = None,
+    sine: Callable,
+    truth: Truth | RobotTruth | None = None,
+    certificate: Certificate | None = None,
 ) -> Proof:
-    """Compare results with the interpreter, and with double precision."""
+    """Compare results with the interpreter, with double precision, and with the certificate."""
     difference = ""
     for name, want in exact_results(compiled, inputs, sine).items():
         unequal = got[name].view(np.uint32) != want.view(np.uint32)
@@ -244,14 +258,13 @@ def compare(
             k = int(np.argmax(unequal))
             difference = f"{name}, tick {k} of seed {seed}: got {got[name][k]!r}, want {want[k]!r}"
     real, limit = bounds(compiled.graph, inputs)
-    if reference is None:
-        found = true_results(compiled.law, inputs)
-        truth = {name: (value, np.zeros_like(value)) for name, value in found.items()}
-    else:
-        truth = reference(inputs)
+    found = (truth or truth_of(compiled.law))(inputs)
+    want_of = {n: v if isinstance(v, tuple) else (v, np.zeros_like(v)) for n, v in found.items()}
+    if missing := sorted(set(got) - _rates(compiled.law) - set(want_of)):
+        difference = difference or f"the user's model gives no {', '.join(missing)}"
     worst, where, unbounded, largest, within = 0.0, "", 0, {}, {}
     limits = {p.name: p.limits for p in compiled.law.of_kind("output") if p.limits}
-    for name, (want, own) in truth.items():
+    for name, (want, own) in want_of.items():
         root = name.removesuffix("_next") if name not in limit else name
         error = np.abs(got[name].astype(np.float64) - want)
         share = error / np.maximum(limit[root] + own, 1e-300)
@@ -263,4 +276,28 @@ def compare(
         if not share.max() <= worst:
             worst, where = float(share.max()), f"{name}, tick {int(np.argmax(share))}"
     count = len(next(iter(got.values())))
-    return Proof(count, not difference, difference, worst, where, unbounded, largest, within, seed)
+    checks = _checks(certificate, inputs, got, want_of) if certificate else {}
+    return Proof(
+        count, not difference, difference, worst, where, unbounded, largest, within, seed,
+        certificate, checks,
+    )  # fmt: skip
+
+
+def _checks(
+    certificate: Certificate,
+    inputs: Mapping[str, Array],
+    got: Mapping[str, Array],
+    wanted: Mapping[str, tuple[NDArray[np.float64], NDArray[np.float64]]],
+) -> dict[str, Check]:
+    """Errors in the certificate's box, less those that `wanted` may have of its own; ticks that
+    began with a state outside of it do not count.
+    """
+    inside = certificate.covers(inputs)
+    found = {}
+    for name, bound in certificate.bounds.items():
+        want, own = (part[inside] for part in wanted[name])
+        error = np.maximum(np.abs(got[name].astype(np.float64)[inside] - want) - own, 0.0)
+        low, high = float(want.min(initial=np.inf)), float(want.max(initial=-np.inf))
+        largest = float(error.max(initial=0.0))
+        found[name] = Check(bound.unit, largest, bound.bound, low, high)
+    return found

@@ -68,10 +68,15 @@ def _adjoint(graph: Graph, root: int, steps: Mapping[int, Step]) -> Real:
         if weight is None:
             continue
         step = steps[i]
-        total = total + np.abs(weight) * step.own
+        total = total + _product(np.abs(weight), step.own)
         for arg, partial in zip(_arguments(graph, i), step.partials, strict=True):
-            weights[arg] = weights.get(arg, 0.0) + weight * partial
+            weights[arg] = weights.get(arg, 0.0) + _product(weight, partial)
     return total
+
+
+def _product(a: Real, b: Real) -> Real:
+    """a * b; 0 where one of them is: a branch not taken adds nothing, whatever its value is."""
+    return np.where((a == 0) | (b == 0), 0.0, a * b)
 
 
 def _arguments(graph: Graph, i: int) -> tuple[int, ...]:
@@ -117,9 +122,9 @@ def _curvature(
 
 def _finish(value: Real, partials: tuple[Real, ...], own: Real, e: list[Real]) -> Step:
     error = own + sum(
-        (np.abs(p) * d for p, d in zip(partials, e, strict=True)), np.zeros_like(value)
+        (_product(np.abs(p), d) for p, d in zip(partials, e, strict=True)), np.zeros_like(value)
     )
-    return Step(value, partials, own, error)
+    return Step(value, partials, own, np.where(np.isnan(error), np.inf, error))
 
 
 Rule = Callable[[list[Real], list[Real]], tuple[Real, tuple[Real, ...], Real]]
@@ -168,10 +173,12 @@ def _divide(x: list[Real], e: list[Real]) -> tuple[Real, tuple[Real, ...], Real]
 
 
 def _root(x: list[Real], e: list[Real]) -> tuple[Real, tuple[Real, ...], Real]:
+    """At 0 the root of an argument with error e is off by up to sqrt(e)."""
     value = np.sqrt(x[0])
     partial = np.where(value > 0, 0.5 / value, 0.0)
     low = np.sqrt(np.maximum(x[0] - e[0], 0.0))
-    second = np.maximum(value - low - partial * e[0], 0.0)
+    below = np.maximum(value - low - partial * np.minimum(e[0], x[0]), 0.0)
+    second = np.where(value > 0, below, np.sqrt(e[0]))
     return value, (partial,), _rounded(value, partial * e[0] + second) + second
 
 

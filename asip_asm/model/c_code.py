@@ -21,10 +21,13 @@ from asip_asm.model.compiler import Compiled
 from asip_asm.model.emit import INT_OPERANDS, binary32, literal
 from asip_asm.model.graph import INT_KINDS, LEAVES, Graph, Node, Rewriter
 from asip_asm.model.law import Law, Port, before
+from asip_asm.model.read import ModelError
 
 
 def to_c_code(compiled: Compiled, header_name: str) -> tuple[str, str]:
     """Header and source text; `header_name` is the file that the source includes."""
+    if not header_name.isprintable() or {*'"\\'} & {*header_name}:
+        raise ModelError(f"{header_name!r} cannot be included by C; name the output otherwise")
     law = compiled.law
     prefix = identifier(law.title) or "law"
     return _header(law, prefix), _Source(compiled.graph, law, prefix, header_name).text()

@@ -12,6 +12,7 @@ from collections import Counter
 
 import numpy as np
 
+from asip_asm.assembly_text import note, quoted
 from asip_asm.isa import default_isa
 from asip_asm.model.graph import INT_KINDS, LEAVES, Graph, Node
 from asip_asm.model.law import Law, Port, before
@@ -109,25 +110,30 @@ class _Emitter:
         if room < 0:
             raise ModelError(
                 f"{self.law.title}: {words} inputs, parameters and integers, bank K holds "
-                f"{isa.banks['K'].size} words; make parameters constants"
+                f"{isa.banks['K'].size} words; take fewer inputs"
             )
         if self.constants is not None:
             room = min(room, self.constants)
         ranked = [value for value, _ in reads.most_common()]
+        if len(ranked) - room > isa.data_words:
+            raise ModelError(
+                f"{self.law.title}: {len(ranked)} constants, {max(room, 0)} places are left for "
+                f"them in bank K and {isa.data_words} in data memory; divide the law into several "
+                "functions, or compute constants from others"
+            )
         return ranked[room:]
 
     # ------------------------------------------------------------------ text
     def text(self) -> str:
         """The whole source."""
         law = self.law
-        self._check_outputs()
         for i in self.order:
             self._operation(i)
         self._ends()
         head = [
-            f"; {law.doc or law.title}: written by asip-model, schedule it with asip-as.",
+            f"; {note(law.doc or law.title)}: written by asip-model, schedule it with asip-as.",
             "",
-            f'.program  "{law.title}"',
+            f".program  {quoted(law.title)}",
         ]
         return "\n".join([*head, *self._declarations(), "", *self.body, "        halt", ""])
 
@@ -152,15 +158,6 @@ class _Emitter:
 
     def _data_name(self, value: float) -> str:
         return f"data_{self.in_data.index(value)}"
-
-    def _check_outputs(self) -> None:
-        limit = default_isa().outputs
-        count = len(self.law.of_kind("output"))
-        if count > limit:
-            raise ModelError(
-                f"{self.law.title}: {count} outputs, the core has {limit}; make those that no "
-                "drive takes an [[export]], which the host reads from its register"
-            )
 
     # ------------------------------------------------------------------ operations
     def _operation(self, i: int) -> None:
@@ -274,5 +271,5 @@ def _plain(text: str) -> bool:
 
 
 def _row(text: str, port: Port) -> str:
-    notes = f"{port.meaning} [{port.unit}]".strip()
+    notes = note(f"{port.meaning} [{port.unit}]".strip())
     return f"{text:<42}; {notes}" if port.meaning or port.unit != "1" else text

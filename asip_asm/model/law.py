@@ -2,7 +2,8 @@
 """A control law as the compiler takes it: a function and the signals that it connects.
 
 Arguments and results of the function go by name. A signal belongs to the argument of its name, or,
-one of several, to the argument that its `vector` names, in order. The function sees physical
+one of several, to the argument that its `vector` names: the signals are its elements at its full
+shape, column by column, structural zeros included. The function sees physical
 values: an encoder is an int32 input with `scale` and `offset`, and an argument named by a `rate_of`
 signal is the difference of two successive counts, taken as integers, times scale: exact where a
 difference of floats is not. A state's next value is the result `<state>_next` (`<vector>_next`).
@@ -10,7 +11,12 @@ difference of floats is not. A state's next value is the result `<state>_next` (
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import functools
+import itertools
+import math
+import re
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,14 +24,10 @@ import casadi as ca
 
 from asip_asm.diagnostics import closest
 from asip_asm.interface import load_interface
+from asip_asm.isa import default_isa
 from asip_asm.model.graph import Graph
-from asip_asm.model.read import (
-    ModelError,
-    argument_names,
-    load_function,
-    read_function,
-    result_names,
-)
+from asip_asm.model.read import Entry, ModelError, Scalars, read_function, scalars
+from asip_asm.model.saved import SavedFunction, load_saved
 from asip_asm.signals import COUNT, Interface, Signal
 from asip_asm.source import is_reserved
 
@@ -37,7 +39,8 @@ class Port:
     type 'int': an encoder count, whose physical value is scale * count + offset [unit]. A 'rate' is
     no word of the program but scale * (count - count before) of the int input `rate_of`. limits:
     smallest and largest value: test inputs are drawn from them, an output is saturated to them.
-    initial: of a state, or a parameter's value; safe: what an output takes after a fault.
+    initial: of a state, or a parameter's value; safe: what an output takes after a fault. change:
+    largest difference of an input of type float and that of the last tick [unit].
     """
 
     kind: str
@@ -52,6 +55,7 @@ class Port:
     initial: float = 0.0
     safe: float = 0.0
     rate_of: str = ""
+    change: float = math.inf
 
 
 @dataclass(frozen=True)
@@ -59,7 +63,7 @@ class Law:
     """A function with its ports. `title` names the program, `doc` describes it in one line."""
 
     title: str
-    function: ca.Function
+    function: ca.Function | SavedFunction
     ports: Sequence[Port]
     doc: str = ""
     rate: float = 10_000.0
@@ -71,18 +75,39 @@ class Law:
     def port(self, name: str) -> Port:
         return next(port for port in self.ports if port.name == name)
 
-    def arguments(self) -> list[tuple[str, Port]]:
-        """Name and port of every entry of the function's arguments, in order."""
-        sources = [p for p in self.ports if p.kind in ("input", "state", "parameter", "rate")]
-        return list(_match("argument", self, argument_names(self.function), sources, ""))
+    @functools.cached_property
+    def scalars(self) -> Scalars:
+        """The function in scalar instructions. Raises ModelError."""
+        function = self.function
+        return function.scalars if isinstance(function, SavedFunction) else scalars(function)
 
-    def results(self) -> list[tuple[str, Port]]:
+    def arguments(self) -> list[tuple[str, list[Port]]]:
+        """Name and ports of each of the function's arguments, a port for each element.
+
+        Raises ModelError.
+        """
+        sources = [p for p in self.ports if p.kind in ("input", "state", "parameter", "rate")]
+        return _match("argument", self, self.scalars.arguments, sources, "")
+
+    def results(self) -> list[tuple[str, list[Port]]]:
         """The same for its results."""
         targets = [p for p in self.ports if p.kind in ("output", "state", "export")]
-        return list(_match("result", self, result_names(self.function), targets, "_next"))
+        return _match("result", self, self.scalars.results, targets, NEXT)
 
 
-def load_law(function: ca.Function | Path | str, record: Interface | Path | str) -> Law:
+_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+NEXT = "_next"
+"""Behind the name of a state, or of its vector: the result with its next value."""
+
+
+def load_function(source: ca.Function | SavedFunction | Path | str) -> ca.Function | SavedFunction:
+    """A function as it is, or that of a file which `Function.save` wrote. Raises ModelError."""
+    return load_saved(Path(source)) if isinstance(source, Path | str) else source
+
+
+def load_law(
+    function: ca.Function | SavedFunction | Path | str, record: Interface | Path | str
+) -> Law:
     """Law of a function, or a file of `Function.save`, and an interface record.
 
     An argument `<input>_rate` is the speed of an encoder: the record has a state of unit 'count'
@@ -98,6 +123,12 @@ def load_law(function: ca.Function | Path | str, record: Interface | Path | str)
     for signal in interface.signals:
         if signal in counts.values():
             continue
+        if signal.kind == "state" and signal.type == "int":
+            raise ModelError(
+                f"{signal.file}:{signal.line}: error: state '{signal.name}' is an int, which a law "
+                f"has for the last count of an input alone; add unit = '{COUNT}' and starts_from, "
+                "one state for each input, or make it a float"
+            )
         ports.append(_port(signal, interface, names))
         if signal.kind == "input" and signal.name in counts:
             if "T_s" not in names:
@@ -147,25 +178,44 @@ def _rate(count: Port, period: float) -> Port:
 
 
 def _match(
-    what: str, law: Law, names: dict[tuple[int, int], str], ports: list[Port], suffix: str
-) -> Iterator[tuple[str, Port]]:
+    what: str, law: Law, entries: Sequence[Entry], ports: Sequence[Port], suffix: str
+) -> list[tuple[str, list[Port]]]:
     known: dict[str, Port] = {}
-    counts: dict[str, int] = {}
+    vectors: dict[str, list[Port]] = {}
     for port in ports:
         end = suffix if port.kind == "state" else ""
         known[port.name + end] = port
         if port.vector:
-            index = counts.get(port.vector + end, 0)
-            counts[port.vector + end] = index + 1
-            known[f"{port.vector}{end}[{index}]"] = port
-    for name, count in counts.items():
-        if count == 1:
-            known.setdefault(name, known[f"{name}[0]"])
-    for name in names.values():
-        if name not in known:
-            near = closest(name, known) or f"signals are {', '.join(known) or 'none'}"
-            raise ModelError(f"{law.title}: {what} '{name}' of the function has no signal; {near}")
-        yield name, known[name]
+            vectors.setdefault(port.vector + end, []).append(port)
+    return [(entry.name, _ports_of(what, law, entry, known, vectors)) for entry in entries]
+
+
+def _ports_of(
+    what: str, law: Law, entry: Entry, known: dict[str, Port], vectors: dict[str, list[Port]]
+) -> list[Port]:
+    """Signals of an argument or result, one for each element."""
+    name, shape = entry.name, f"{entry.rows} by {entry.columns}"
+    if name in known and name in vectors and [known[name]] != vectors[name]:
+        raise ModelError(
+            f"{law.title}: {what} '{name}' of the function is both a signal and the vector of "
+            f"{', '.join(port.name for port in vectors[name])}; rename one"
+        )
+    found = vectors.get(name) or ([known[name]] if name in known else [])
+    if len(found) == entry.elements:
+        return found
+    if not found:
+        names = [*known, *vectors]
+        near = closest(name, names) or f"signals are {', '.join(names) or 'none'}"
+        size = "" if entry.elements == 1 else f" ({shape})"
+        raise ModelError(
+            f"{law.title}: {what} '{name}'{size} of the function has no signal; {near}"
+        )
+    raise ModelError(
+        f"{law.title}: {what} '{name}' of the function is {shape}, the interface gives it "
+        f"{len(found)} signals ({', '.join(port.name for port in found[:4])}"
+        f"{', ...' if len(found) > 4 else ''}); give vector = '{name}' a signal for each of its "
+        f"{entry.elements} elements, column by column, zeros too"
+    )
 
 
 def check_ports(law: Law) -> None:
@@ -174,19 +224,76 @@ def check_ports(law: Law) -> None:
     for port in law.ports:
         if port.name in seen:
             raise ModelError(f"{law.title}: signal '{port.name}' stands twice; rename one")
-        if is_reserved(port.name) or not port.name.isidentifier():
-            raise ModelError(f"{law.title}: '{port.name}' cannot name a signal; rename it")
+        if is_reserved(port.name) or not _NAME.fullmatch(port.name):
+            raise ModelError(
+                f"{law.title}: {port.name!r} cannot name a signal; a name has letters, digits and "
+                "'_' of ASCII and is no word of the assembler"
+            )
         seen.add(port.name)
         if port.rate_of and (port.rate_of not in seen or law.port(port.rate_of).type != "int"):
             raise ModelError(
                 f"{law.title}: rate '{port.name}' is of '{port.rate_of}', which is no int input "
                 "above it"
             )
-    found = {port.name for _, port in law.results()}
-    missing = [p.name for p in law.ports if p.kind in ("output", "export") and p.name not in found]
+    for port in law.of_kind("rate"):
+        if before(port.rate_of) in seen:
+            raise ModelError(
+                f"{law.title}: '{before(port.rate_of)}' is the name of the last count of "
+                f"'{port.rate_of}'; rename the signal"
+            )
+        seen.add(before(port.rate_of))
+    for name, found in (("arguments", law.scalars.arguments), ("results", law.scalars.results)):
+        for entry, times in Counter(entry.name for entry in found).items():
+            if times > 1:
+                raise ModelError(f"{law.title}: {times} {name} are named '{entry}'; rename one")
+    law.arguments()
+    given: dict[tuple[bool, str], str] = {}
+    for result, ports in law.results():
+        for port in ports:
+            key = (port.kind == "state", port.name)
+            if key in given:
+                raise ModelError(
+                    f"{law.title}: the results '{given[key]}' and '{result}' both give "
+                    f"'{port.name}'; leave one out"
+                )
+            given[key] = result
+    missing = [p.name for p in law.ports if p.kind in ("output", "export")
+               and (False, p.name) not in given]  # fmt: skip
     if missing:
         raise ModelError(
             f"{law.title}: no result of the function gives {', '.join(missing)}; name a result so"
+        )
+    held = [p.name for p in law.of_kind("state") if (True, p.name) not in given]
+    if held:
+        raise ModelError(
+            f"{law.title}: no result of the function gives the next value of "
+            f"{', '.join(held)}; name a result '{held[0]}{NEXT}' (or that of its vector), or make "
+            "it a [[parameter]]"
+        )
+    _check_limits(law)
+
+
+def _check_limits(law: Law) -> None:
+    """Raises ModelError for more signals than the core has places."""
+    isa = default_isa()
+    states = len(law.of_kind("state")) + len(law.of_kind("rate"))
+    words = sum(p.kind in ("input", "parameter") for p in law.ports)
+    outputs = len(law.of_kind("output"))
+    most, registers = isa.banks["K"].size, isa.banks["C"].size
+    if words > most:
+        raise ModelError(
+            f"{law.title}: {words} inputs and parameters, bank K holds {most} words; "
+            + ("make parameters [constants]" if law.of_kind("parameter") else "take fewer inputs")
+        )
+    if states > registers:
+        raise ModelError(
+            f"{law.title}: {states} states (each rate has one), the core has {registers} registers "
+            "for them; take fewer, or divide the law into several functions"
+        )
+    if outputs > isa.outputs:
+        raise ModelError(
+            f"{law.title}: {outputs} outputs, the core has {isa.outputs}; make those that no "
+            "drive takes an [[export]], which the host reads from its register"
         )
 
 
@@ -196,14 +303,12 @@ def build_graph(law: Law) -> Graph:
     Raises ModelError.
     """
     check_ports(law)
-    function = load_function(law.function)
     graph = Graph()
     values = {p.name: _source(graph, law, p) for p in law.ports if p.kind != "output"}
-    nodes = [values[port.name] for _, port in law.arguments()]
-    arguments = dict(zip(argument_names(function), nodes, strict=True))
-    results = read_function(function, graph, arguments)
-    for (_, port), key in zip(law.results(), result_names(function), strict=True):
-        node = results[key]
+    arguments = [[values[port.name] for port in ports] for _, ports in law.arguments()]
+    nodes = read_function(law.scalars, graph, arguments)
+    ports = [port for _, found in law.results() for port in found]
+    for port, node in zip(ports, itertools.chain(*nodes), strict=True):
         if port.kind == "state":
             graph.next_states[port.name] = node
             continue

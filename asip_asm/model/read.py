@@ -8,11 +8,8 @@ instruction reads some and writes one. Every scalar instruction of CasADi 3.8 is
 
 from __future__ import annotations
 
-import os
-import resource
-from collections.abc import Callable, Mapping
-from pathlib import Path
-from typing import Any
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import casadi as ca
 
@@ -46,147 +43,118 @@ REFUSED: dict[int, str] = {
     ca.OP_PARAMETER: "a free symbol; make it an argument of the function",
     ca.OP_CALL: "a call that does not expand into scalars; use SX or expand() the callee",
 }
-LOAD_SECONDS = 5  # of processor time for a file
-LOAD_BYTES = 1 << 29  # beyond what the process has
 NAMES = {getattr(ca, name): name for name in dir(ca) if name.startswith("OP_")}
 
 
-def load_function(source: ca.Function | Path | str) -> ca.Function:
-    """Function of a file that `Function.save` wrote, or the function itself, in scalar
-    instructions. Raises ModelError.
-    """
-    if not isinstance(source, ca.Function):
-        path = Path(source)
-        if not path.is_file():
-            raise ModelError(f"{path}: no such file; write one with casadi.Function.save")
-        if fault := _fault_of(path):
-            raise ModelError(
-                f"{path}: not a file of casadi.Function.save with this version: {fault}"
-            )
-        source = ca.Function.load(str(path))
-    if source.is_null():
+@dataclass(frozen=True)
+class Entry:
+    """An argument or a result. places: the element, counted column by column, of each nonzero."""
+
+    name: str
+    rows: int
+    columns: int
+    places: tuple[int, ...]
+
+    @property
+    def elements(self) -> int:
+        """Elements of the full shape, structural zeros included."""
+        return self.rows * self.columns
+
+
+Instruction = tuple[int, tuple[int, ...], tuple[int, ...], float]
+"""CasADi's number of an operation, the places that it reads and writes, a constant's value."""
+
+
+@dataclass(frozen=True)
+class Scalars:
+    """A function in scalar instructions, as data."""
+
+    name: str
+    arguments: tuple[Entry, ...]
+    results: tuple[Entry, ...]
+    instructions: tuple[Instruction, ...]
+
+
+def scalars(function: ca.Function) -> Scalars:
+    """The function in scalar instructions. Raises ModelError if it does not expand into them."""
+    if function.is_null():
         raise ModelError("the function is empty: save one that has been made")
-    if source.is_a("SXFunction"):
-        return source
-    try:
-        return source.expand()
-    except Exception as error:
-        line = str(error).strip().splitlines()[-1]
-        raise ModelError(
-            f"{source.name()}: does not expand into scalar operations: {line}; "
-            "solvers, interpolants and external calls have none"
-        ) from None
+    if not function.is_a("SXFunction"):
+        try:
+            function = function.expand()
+        except Exception as error:
+            line = str(error).strip().splitlines()[-1]
+            raise ModelError(
+                f"{function.name()}: does not expand into scalar operations: {line}; "
+                "solvers, interpolants and external calls have none"
+            ) from None
+    return Scalars(
+        function.name(),
+        _entries(function.n_in(), function.name_in, function.sparsity_in),
+        _entries(function.n_out(), function.name_out, function.sparsity_out),
+        tuple(
+            (
+                op := function.instruction_id(i),
+                tuple(function.instruction_input(i)),
+                tuple(function.instruction_output(i)),
+                function.instruction_constant(i) if op == ca.OP_CONST else 0.0,
+            )
+            for i in range(function.n_instructions())
+        ),
+    )
 
 
-def _fault_of(path: Path) -> str:
-    """Why CasADi cannot load the file, empty if it can. Tried in a process of its own: a damaged
-    file can make it compute without end, take all memory or crash.
-    """
-    reader, writer = os.pipe()
-    child = os.fork()
-    if child == 0:
-        _try_to_load(path, writer)
-    os.close(writer)
-    with os.fdopen(reader, "rb") as pipe:
-        text = pipe.read().decode(errors="replace")
-    status = os.waitpid(child, 0)[1]
-    return text or ("damaged" if status else "")
-
-
-def _try_to_load(path: Path, writer: int) -> None:
-    """Load the file under limits and write what goes wrong; never returns."""
-    try:
-        pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
-        most = pages * resource.getpagesize() + LOAD_BYTES
-        resource.setrlimit(resource.RLIMIT_AS, (most, most))
-        resource.setrlimit(resource.RLIMIT_CPU, (LOAD_SECONDS, LOAD_SECONDS + 1))
-        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-        function = ca.Function.load(str(path))
-        argument_names(function)
-        result_names(function)
-    except BaseException as error:  # CasADi raises many kinds for a damaged file
-        line = str(error).strip().splitlines()[:1]
-        os.write(writer, (line[0][:200] if line else "damaged").encode())
-    finally:
-        os._exit(0)
-
-
-def argument_names(function: ca.Function) -> dict[tuple[int, int], str]:
-    """Name 'argument' or 'argument[k]' of every entry (argument, nonzero k) that goes in."""
-    return _names(function.n_in(), function.name_in, function.nnz_in)
-
-
-def result_names(function: ca.Function) -> dict[tuple[int, int], str]:
-    """The same for what comes out."""
-    return _names(function.n_out(), function.name_out, function.nnz_out)
-
-
-def _names(
-    count: int, name: Callable[[int], str], size: Callable[[int], int]
-) -> dict[tuple[int, int], str]:
-    return {
-        (i, k): name(i) if size(i) == 1 else f"{name(i)}[{k}]"
-        for i in range(count)
-        for k in range(size(i))
-    }
+def _entries(
+    count: int, name: Callable[[int], str], pattern: Callable[[int], ca.Sparsity]
+) -> tuple[Entry, ...]:
+    return tuple(Entry(name(i), *pattern(i).shape, tuple(pattern(i).find())) for i in range(count))
 
 
 def read_function(
-    function: ca.Function, graph: Graph, arguments: Mapping[tuple[int, int], int]
-) -> dict[tuple[int, int], int]:
-    """Append the function's operations to the graph; nodes of its results by (result, nonzero).
+    function: Scalars, graph: Graph, arguments: Sequence[Sequence[int]]
+) -> list[list[int]]:
+    """Append the function's operations to the graph; nodes of its results, a list of each with
+    all elements column by column. `arguments`: nodes of its arguments in the same form.
 
-    `arguments`: nodes of its arguments. Raises ModelError.
+    Raises ModelError.
     """
     work: dict[int, int] = {}
-    results: dict[tuple[int, int], int] = {}
-    for i in range(function.n_instructions()):
+    results = [[-1] * result.elements for result in function.results]
+    for i, (op, inputs, outputs, constant) in enumerate(function.instructions):
         try:
-            _instruction(function, i, graph, arguments, work, results)
-        except (KeyError, IndexError):
+            if op == ca.OP_OUTPUT:
+                result, nonzero = outputs
+                results[result][function.results[result].places[nonzero]] = work[inputs[0]]
+            elif op == ca.OP_INPUT:
+                argument, nonzero = inputs
+                place = function.arguments[argument].places[nonzero]
+                work[outputs[0]] = arguments[argument][place]
+            elif op == ca.OP_CONST:
+                work[outputs[0]] = _constant(function, i, constant, graph)
+            else:
+                args = [work[k] for k in inputs]
+                work[outputs[0]] = _operation(function, i, op, graph, args)
+        except (KeyError, IndexError, ValueError) as error:
+            if isinstance(error, ModelError):
+                raise
             raise ModelError(
-                f"{function.name()}, instruction {i} of {function.n_instructions()} reads what "
+                f"{function.name}, instruction {i} of {len(function.instructions)} reads what "
                 "nothing wrote: the file is damaged; save the function again"
             ) from None
-    for key in result_names(function):  # structural zeros are not written
-        if key not in results:
-            results[key] = graph.const(0.0)
-    return results
+    zero = graph.const(0.0)  # structural zeros are not written
+    return [[zero if node < 0 else node for node in result] for result in results]
 
 
-def _instruction(
-    function: ca.Function,
-    i: int,
-    graph: Graph,
-    arguments: Mapping[tuple[int, int], int],
-    work: dict[int, int],
-    results: dict[tuple[int, int], int],
-) -> None:
-    """One instruction of `read_function`: its node goes into `work` or `results`."""
-    op = function.instruction_id(i)
-    inputs, outputs = function.instruction_input(i), function.instruction_output(i)
-    if op == ca.OP_OUTPUT:
-        results[outputs[0], outputs[1]] = work[inputs[0]]
-    elif op == ca.OP_INPUT:
-        work[outputs[0]] = arguments[inputs[0], inputs[1]]
-    elif op == ca.OP_CONST:
-        work[outputs[0]] = _constant(function, i, graph)
-    else:
-        args = [work[k] for k in inputs]
-        work[outputs[0]] = _operation(function, i, op, graph, args)
-
-
-def _constant(function: ca.Function, i: int, graph: Graph) -> int:
-    value = function.instruction_constant(i)
+def _constant(function: Scalars, i: int, value: float, graph: Graph) -> int:
     if abs(value) > 3.4028235677973366e38 or value != value:
         raise ModelError(
-            f"{function.name()}, instruction {i}: the constant {value} is no binary32 number; "
+            f"{function.name}, instruction {i}: the constant {value} is no binary32 number; "
             "replace infinity by a large bound"
         )
     return graph.const(value)
 
 
-def _operation(function: ca.Function, i: int, op: int, graph: Graph, args: list[int]) -> int:
+def _operation(function: Scalars, i: int, op: int, graph: Graph, args: list[int]) -> int:
     a, b = args[0], args[-1]
     more: dict[int, Callable[[], int]] = {
         ca.OP_ASSIGN: lambda: a,
@@ -204,13 +172,6 @@ def _operation(function: ca.Function, i: int, op: int, graph: Graph, args: list[
         return more[op]()
     name = NAMES.get(op, f"opcode {op}")
     raise ModelError(
-        f"{function.name()}, instruction {i} of {function.n_instructions()}: {name} is not "
+        f"{function.name}, instruction {i} of {len(function.instructions)}: {name} is not "
         f"compiled: {REFUSED.get(op, 'it is no scalar operation; expand() the function')}"
     )
-
-
-def reference(function: ca.Function) -> Any:
-    """The function in double precision: maps arrays (nonzeros, N) to arrays, N points at once."""
-    return lambda arguments, points: [
-        result.full() for result in function.map(points).call([ca.DM(a) for a in arguments])
-    ]

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Start-up and exception entry of programs in tightly coupled memory. Linker script: link/tcm.ld. */
+/* Start-up of programs in tightly coupled memory. Linker script: link/tcm.ld. */
 
         .section .reset, "ax"
         .globl  _start
@@ -9,62 +9,8 @@ _start:
         movia   r2, _system_start
         jmp     r2
 
-/* Exception vector, 32 bytes above reset. Saves what a C function may change. */
-        .section .exception, "ax"
-exception_entry:
-        .set    noat
-        addi    sp, sp, -76
-        stw     ra, 0(sp)
-        stw     r1, 4(sp)
-        stw     r2, 8(sp)
-        stw     r3, 12(sp)
-        stw     r4, 16(sp)
-        stw     r5, 20(sp)
-        stw     r6, 24(sp)
-        stw     r7, 28(sp)
-        stw     r8, 32(sp)
-        stw     r9, 36(sp)
-        stw     r10, 40(sp)
-        stw     r11, 44(sp)
-        stw     r12, 48(sp)
-        stw     r13, 52(sp)
-        stw     r14, 56(sp)
-        stw     r15, 60(sp)
-        rdctl   et, estatus
-        stw     et, 64(sp)
-        andi    et, et, 1               /* PIE: where it was off nothing interrupts, */
-        sub     et, zero, et            /* whatever is pending: this is an exception */
-        rdctl   r4, ipending
-        and     r4, r4, et
-        mov     r5, ea
-        beq     r4, zero, 1f
-        addi    r5, r5, -4              /* an interrupted instruction is run again */
-1:      stw     r5, 68(sp)
-        call    exception_handler
-        ldw     ea, 68(sp)
-        ldw     et, 64(sp)
-        wrctl   estatus, et
-        ldw     r15, 60(sp)
-        ldw     r14, 56(sp)
-        ldw     r13, 52(sp)
-        ldw     r12, 48(sp)
-        ldw     r11, 44(sp)
-        ldw     r10, 40(sp)
-        ldw     r9, 36(sp)
-        ldw     r8, 32(sp)
-        ldw     r7, 28(sp)
-        ldw     r6, 24(sp)
-        ldw     r5, 20(sp)
-        ldw     r4, 16(sp)
-        ldw     r3, 12(sp)
-        ldw     r2, 8(sp)
-        ldw     r1, 4(sp)
-        ldw     ra, 0(sp)
-        addi    sp, sp, 76
-        eret
-
-/* Zero-initialised data, then main; its result is the status of the program. Initialised data and
- * constants are part of the image of the data memory. */
+/* Zero-initialised data, constructors, then main; its result is the status of the program. Initialised
+ * data and constants are part of the image of the data memory. */
         .text
 _system_start:
         movia   r2, __bss_start
@@ -73,8 +19,36 @@ _system_start:
 1:      stw     zero, 0(r2)
         addi    r2, r2, 4
 2:      bltu    r2, r3, 1b
+        movia   r4, run_destructors
+        call    atexit                  /* first, so that they run last */
+        movia   r16, __init_array_start
+        movia   r17, __init_array_end
+        br      4f
+3:      ldw     r2, 0(r16)
+        addi    r16, r16, 4
+        callr   r2
+4:      bltu    r16, r17, 3b
         mov     r4, zero
         mov     r5, zero
         call    main
         mov     r4, r2
         call    exit                    /* flushes what printf still holds */
+
+/* Destructors, last one first. */
+run_destructors:
+        addi    sp, sp, -12
+        stw     ra, 8(sp)
+        stw     r17, 4(sp)
+        stw     r16, 0(sp)
+        movia   r16, __fini_array_end
+        movia   r17, __fini_array_start
+        br      2f
+1:      addi    r16, r16, -4
+        ldw     r2, 0(r16)
+        callr   r2
+2:      bltu    r17, r16, 1b
+        ldw     r16, 0(sp)
+        ldw     r17, 4(sp)
+        ldw     ra, 8(sp)
+        addi    sp, sp, 12
+        ret

@@ -92,24 +92,27 @@ module asip #(
   logic [31:0] host_output, host_memory, host_word;
 
   // ================================================================ F and D
-  for (genvar s = 0; s < Slots; s++) begin : gen_decode
-    asip_pkg::decoded_t op;
-    asip_decode #(
-        .CanFma(s < FmaPipes),
-        .CanAux(s == Slots - 1)
-    ) u_decode (
-        .word_i(bundle_f2[WordWidth*s+:WordWidth]),
-        .op_o  (op)
-    );
-    assign ops_f2[OpWidth*s+:OpWidth] = op;
+  genvar s;
+  generate
+    for (s = 0; s < Slots; s++) begin : gen_decode
+      asip_pkg::decoded_t op;
+      asip_decode #(
+          .CanFma(s < FmaPipes),
+          .CanAux(s == Slots - 1)
+      ) u_decode (
+          .word_i(bundle_f2[WordWidth*s+:WordWidth]),
+          .op_o  (op)
+      );
+      assign ops_f2[OpWidth*s+:OpWidth] = op;
 
-    asip_check #(
-        .FmaPipes(FmaPipes)
-    ) u_check (
-        .op_i     (ops_p[OpWidth*s+:OpWidth]),
-        .illegal_o(illegal_op_p[s])
-    );
-  end
+      asip_check #(
+          .FmaPipes(FmaPipes)
+      ) u_check (
+          .op_i     (ops_p[OpWidth*s+:OpWidth]),
+          .illegal_o(illegal_op_p[s])
+      );
+    end
+  endgenerate
 
   // control[0] is halt, the other control bits are reserved.
   assign control_f2 = bundle_f2[BundleWidth-1-:ControlWidth];
@@ -371,37 +374,39 @@ module asip #(
       .broken_o         (broken_outputs)
   );
 
-  if (Resilience != 0 && Plausible != 0) begin : gen_plausible
-    asip_plausible u_plausible (
-        .clk_i,
-        .rst_ni,
-        .run_start_i  (run_start),
-        .busy_i       (run_busy),
-        .commit_i     (commit),
-        .fault_i      (fault),
-        .write_i      (write_output),
-        .index_i      (write_index[2][4:0]),
-        .read_record_o(read_record),
-        .read_shown_o (read_shown),
-        .read_index_o (read_index),
-        .word_i       (judged_word),
-        .checking_o   (checking),
-        .implausible_o(implausible),
-        .index_o      (implausible_index),
-        .host_write_i (host_record),
-        .host_index_i (address_i[$clog2(asip_regmap_pkg::WORDS_OUTPUTS)-1:0]),
-        .host_on_i    (writedata_i[asip_regmap_pkg::PLAUSIBLE_ON_JUDGED_LSB])
-    );
-  end else begin : gen_no_plausible
-    logic unused_plausible;
-    assign checking          = 1'b0;
-    assign implausible       = 1'b0;
-    assign implausible_index = '0;
-    assign read_record       = 1'b0;
-    assign read_shown        = 1'b0;
-    assign read_index        = '0;
-    assign unused_plausible  = ^{judged_word, run_busy};
-  end
+  generate
+    if (Resilience != 0 && Plausible != 0) begin : gen_plausible
+      asip_plausible u_plausible (
+          .clk_i,
+          .rst_ni,
+          .run_start_i  (run_start),
+          .busy_i       (run_busy),
+          .commit_i     (commit),
+          .fault_i      (fault),
+          .write_i      (write_output),
+          .index_i      (write_index[2][4:0]),
+          .read_record_o(read_record),
+          .read_shown_o (read_shown),
+          .read_index_o (read_index),
+          .word_i       (judged_word),
+          .checking_o   (checking),
+          .implausible_o(implausible),
+          .index_o      (implausible_index),
+          .host_write_i (host_record),
+          .host_index_i (address_i[$clog2(asip_regmap_pkg::WORDS_OUTPUTS)-1:0]),
+          .host_on_i    (writedata_i[asip_regmap_pkg::PLAUSIBLE_ON_JUDGED_LSB])
+      );
+    end else begin : gen_no_plausible
+      logic unused_plausible;
+      assign checking          = 1'b0;
+      assign implausible       = 1'b0;
+      assign implausible_index = '0;
+      assign read_record       = 1'b0;
+      assign read_shown        = 1'b0;
+      assign read_index        = '0;
+      assign unused_plausible  = ^{judged_word, run_busy};
+    end
+  endgenerate
 
   asip_host #(
       .Slots    (Slots),
@@ -455,40 +460,44 @@ module asip #(
   );
 
 `ifndef SYNTHESIS
-  if (!(FmaPipes == 1 && Slots == 1) && !(FmaPipes == 2 && Slots == 3)) begin : gen_check_shape
-    $error("asip: FmaPipes=%0d, Slots=%0d, must be 2 and 3 (fast) or 1 and 1 (small)", FmaPipes, Slots);
-  end
-  if (Resilience != 0 && (Slots == 1 || Debug != 0)) begin : gen_check_resilience
-    $error("asip: Resilience=1 is for configuration fast without a debug block");
-  end
-  // verilog_format: off - it breaks calls inside their parentheses
+  generate
+    if (!(FmaPipes == 1 && Slots == 1) && !(FmaPipes == 2 && Slots == 3)) begin : gen_check_shape
+      $error("asip: FmaPipes=%0d, Slots=%0d, must be 2 and 3 (fast) or 1 and 1 (small)", FmaPipes, Slots);
+    end
+    if (Resilience != 0 && (Slots == 1 || Debug != 0)) begin : gen_check_resilience
+      $error("asip: Resilience=1 is for configuration fast without a debug block");
+    end
+    // verilog_format: off - it breaks calls inside their parentheses
   if (2 ** $clog2(Bundles) != Bundles || Bundles > asip_isa_pkg::PROGRAM_BUNDLES ||
       2 ** $clog2(DataWords) != DataWords || DataWords > asip_isa_pkg::DATA_WORDS) begin : gen_check_size
   // verilog_format: on
-    $error(
-        "asip: Bundles=%0d, DataWords=%0d, must be powers of two, at most %0d and %0d",
-        Bundles,
-        DataWords,
-        asip_isa_pkg::PROGRAM_BUNDLES,
-        asip_isa_pkg::DATA_WORDS
-    );
-  end
+      $error(
+          "asip: Bundles=%0d, DataWords=%0d, must be powers of two, at most %0d and %0d",
+          Bundles,
+          DataWords,
+          asip_isa_pkg::PROGRAM_BUNDLES,
+          asip_isa_pkg::DATA_WORDS
+      );
+    end
+  endgenerate
 `endif
 
   // ================================================================ debug block
-  if (Debug != 0) begin : gen_hook
-    assign hook        = hook_i;
-    assign host_bank_k = 32'(address_i) / asip_regmap_pkg::WORDS_CONSTANTS ==
+  generate
+    if (Debug != 0) begin : gen_hook
+      assign hook        = hook_i;
+      assign host_bank_k = 32'(address_i) / asip_regmap_pkg::WORDS_CONSTANTS ==
                          asip_regmap_pkg::BASE_CONSTANTS / asip_regmap_pkg::WORDS_CONSTANTS;
-    assign hook_o      = {advance, valid_d, branch_wait, run, run_start, busy, ended, fault, quiet,
+      assign hook_o      = {advance, valid_d, branch_wait, run, run_start, busy, ended, fault, quiet,
                           pc_p, pc_q, cycles};
-  end else begin : gen_no_hook
-    logic unused_hook;
-    assign hook        = '0;
-    assign host_bank_k = 1'b0;
-    assign hook_o      = '0;
-    assign unused_hook = ^{hook_i, ended, quiet, pc_p, pc_q};
-  end
+    end else begin : gen_no_hook
+      logic unused_hook;
+      assign hook        = '0;
+      assign host_bank_k = 1'b0;
+      assign hook_o      = '0;
+      assign unused_hook = ^{hook_i, ended, quiet, pc_p, pc_q};
+    end
+  endgenerate
   assign host_hold = (busy && !hook.open) || hook.wait_k;
 
   // ================================================================ trace

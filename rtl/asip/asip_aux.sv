@@ -33,34 +33,36 @@ module asip_aux #(
   fp_pkg::flags_t div_flags, cmp_flags, i2f_flags, f2i_flags, sin_flags;
   logic unused_sin_ready, unused_op;
 
-  if (FoldedDivider) begin : gen_folded
-    logic unused_valid;
-    assign div_valid = 1'b1;  // its outputs are zero while there is no result
+  generate
+    if (FoldedDivider) begin : gen_folded
+      logic unused_valid;
+      assign div_valid = 1'b1;  // its outputs are zero while there is no result
 
-    fp_divsqrt_folded u_divsqrt (
-        .clk_i,
-        .rst_ni,
-        .valid_i (valid_i && op_i.divsqrt),
-        .sqrt_i  (op_i.sqrt),
-        .a_i,
-        .b_i,
-        .valid_o (unused_valid),
-        .result_o(div_result),
-        .flags_o (div_flags)
-    );
-  end else begin : gen_pipelined
-    fp_divsqrt u_divsqrt (
-        .clk_i,
-        .rst_ni,
-        .valid_i (valid_i && op_i.divsqrt),
-        .sqrt_i  (op_i.sqrt),
-        .a_i,
-        .b_i,
-        .valid_o (div_valid),
-        .result_o(div_result),
-        .flags_o (div_flags)
-    );
-  end
+      fp_divsqrt_folded u_divsqrt (
+          .clk_i,
+          .rst_ni,
+          .valid_i (valid_i && op_i.divsqrt),
+          .sqrt_i  (op_i.sqrt),
+          .a_i,
+          .b_i,
+          .valid_o (unused_valid),
+          .result_o(div_result),
+          .flags_o (div_flags)
+      );
+    end else begin : gen_pipelined
+      fp_divsqrt u_divsqrt (
+          .clk_i,
+          .rst_ni,
+          .valid_i (valid_i && op_i.divsqrt),
+          .sqrt_i  (op_i.sqrt),
+          .a_i,
+          .b_i,
+          .valid_o (div_valid),
+          .result_o(div_result),
+          .flags_o (div_flags)
+      );
+    end
+  endgenerate
 
   fp_cmp u_cmp (
       .clk_i,
@@ -97,31 +99,33 @@ module asip_aux #(
       .flags_o   (f2i_flags)
   );
 
-  if (OverlappedSine) begin : gen_overlapped
-    fp_sincos_overlapped u_sincos (
-        .clk_i,
-        .rst_ni,
-        .valid_i (valid_i && op_i.sincos),
-        .cos_i   (op_i.cos),
-        .a_i,
-        .ready_o (unused_sin_ready),
-        .valid_o (sin_valid),
-        .result_o(sin_result),
-        .flags_o (sin_flags)
-    );
-  end else begin : gen_iterative
-    fp_sincos u_sincos (
-        .clk_i,
-        .rst_ni,
-        .valid_i (valid_i && op_i.sincos),
-        .cos_i   (op_i.cos),
-        .a_i,
-        .ready_o (unused_sin_ready),
-        .valid_o (sin_valid),
-        .result_o(sin_result),
-        .flags_o (sin_flags)
-    );
-  end
+  generate
+    if (OverlappedSine) begin : gen_overlapped
+      fp_sincos_overlapped u_sincos (
+          .clk_i,
+          .rst_ni,
+          .valid_i (valid_i && op_i.sincos),
+          .cos_i   (op_i.cos),
+          .a_i,
+          .ready_o (unused_sin_ready),
+          .valid_o (sin_valid),
+          .result_o(sin_result),
+          .flags_o (sin_flags)
+      );
+    end else begin : gen_iterative
+      fp_sincos u_sincos (
+          .clk_i,
+          .rst_ni,
+          .valid_i (valid_i && op_i.sincos),
+          .cos_i   (op_i.cos),
+          .a_i,
+          .ready_o (unused_sin_ready),
+          .valid_o (sin_valid),
+          .result_o(sin_result),
+          .flags_o (sin_flags)
+      );
+    end
+  endgenerate
 
   asip_memory #(
       .Words(DataWords)

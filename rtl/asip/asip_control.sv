@@ -199,31 +199,34 @@ module asip_control #(
 
   // Outputs of the mask that no bundle has written. The index is decoded in two parts, so that one takes
   // five inputs.
-  for (genvar i = 0; i < 4; i++) begin : gen_written_high
-    assign written_high[i] = issue_i && output_d_i && output_index_d_i[4:3] == 2'(i);
-  end
-  for (genvar i = 0; i < 8; i++) begin : gen_written_low
-    assign written_low[i] = output_index_d_i[2:0] == 3'(i);
-  end
-  for (genvar i = 0; i < 32; i++) begin : gen_unwritten
-    always_ff @(posedge clk_i) begin
-      unwritten_q[i] <= run_start ? output_mask_i[i] : unwritten_q[i] && !(written_high[i/8] && written_low[i%8]);
+  genvar i;
+  generate
+    for (i = 0; i < 4; i++) begin : gen_written_high
+      assign written_high[i] = issue_i && output_d_i && output_index_d_i[4:3] == 2'(i);
     end
-  end
+    for (i = 0; i < 8; i++) begin : gen_written_low
+      assign written_low[i] = output_index_d_i[2:0] == 3'(i);
+    end
+    for (i = 0; i < 32; i++) begin : gen_unwritten
+      always_ff @(posedge clk_i) begin
+        unwritten_q[i] <= run_start ? output_mask_i[i] : unwritten_q[i] && !(written_high[i/8] && written_low[i%8]);
+      end
+    end
 
-  if (Resilience != 0) begin : gen_code
-    // Two codes differ in two bits.
-    logic [1:0] code;
-    (* keep *) logic [1:0] inverse_q;
-    assign code = state_q;
-    always_ff @(posedge clk_i or negedge rst_ni) begin
-      if (!rst_ni) inverse_q <= ~StIdle;
-      else inverse_q <= ~state_d;
+    if (Resilience != 0) begin : gen_code
+      // Two codes differ in two bits.
+      logic [1:0] code;
+      (* keep *) logic [1:0] inverse_q;
+      assign code = state_q;
+      always_ff @(posedge clk_i or negedge rst_ni) begin
+        if (!rst_ni) inverse_q <= ~StIdle;
+        else inverse_q <= ~state_d;
+      end
+      assign broken_o = code != ~inverse_q;
+    end else begin : gen_no_code
+      assign broken_o = 1'b0;
     end
-    assign broken_o = code != ~inverse_q;
-  end else begin : gen_no_code
-    assign broken_o = 1'b0;
-  end
+  endgenerate
 
   // CYCLES follows a counter that is one ahead, 0 when a run is accepted.
   always_ff @(posedge clk_i or negedge rst_ni) begin
@@ -281,9 +284,11 @@ module asip_control #(
   localparam logic [10:0] Unit = 11'd1 << asip_regmap_pkg::REG_STALL_UNIT[2:0];
   localparam logic [10:0] Fetch = 11'd1 << asip_regmap_pkg::REG_STALL_FETCH[2:0];
   localparam logic [10:0] Drain = 11'd1 << asip_regmap_pkg::REG_DRAIN[2:0];
-  if (Operand + Port + Unit + Fetch + Drain != (Operand | Port | Unit | Fetch | Drain)) begin : gen_check_counters
-    $error("asip_control: registers STALL_* and DRAIN must differ in the low three address bits");
-  end
+  generate
+    if (Operand + Port + Unit + Fetch + Drain != (Operand | Port | Unit | Fetch | Drain)) begin : gen_check_counters
+      $error("asip_control: registers STALL_* and DRAIN must differ in the low three address bits");
+    end
+  endgenerate
 `endif
 
   asip_regbank #(

@@ -103,31 +103,34 @@ module asip_fetch #(
     end
   end
 
-  for (genvar l = 0; l < Lanes; l++) begin : gen_lane
-    (* no_rw_check *) logic [WordWidth-1:0] memory[0:Bundles-1];
-    logic [WordWidth-1:0] read_f1_q, word_f2_q;
+  genvar l;
+  generate
+    for (l = 0; l < Lanes; l++) begin : gen_lane
+      (* no_rw_check *) logic [WordWidth-1:0] memory[0:Bundles-1];
+      logic [WordWidth-1:0] read_f1_q, word_f2_q;
 
-    always_ff @(posedge clk_i) begin
-      if (write_i && write_lane_i == l[1:0]) begin
-        memory[write_bundle_i] <= WordWidth'({^write_data_i, write_data_i});
+      always_ff @(posedge clk_i) begin
+        if (write_i && write_lane_i == l[1:0]) begin
+          memory[write_bundle_i] <= WordWidth'({^write_data_i, write_data_i});
+        end
+        if (advance_i) begin
+          read_f1_q <= memory[pc_q[AddressWidth-1:0]];
+          word_f2_q <= read_f1_q;
+        end
       end
-      if (advance_i) begin
-        read_f1_q <= memory[pc_q[AddressWidth-1:0]];
-        word_f2_q <= read_f1_q;
-      end
+
+      assign lanes_f2_q[32*l+:32] = word_f2_q[31:0];
+      assign bad_word_f2[l]       = Resilience != 0 && (^word_f2_q);
     end
 
-    assign lanes_f2_q[32*l+:32] = word_f2_q[31:0];
-    assign bad_word_f2[l]       = Resilience != 0 && (^word_f2_q);
-  end
-
-  if (Resilience != 0) begin : gen_parity
-    logic bad_word_p_q;
-    always_ff @(posedge clk_i) if (advance_i) bad_word_p_q <= |bad_word_f2;
-    assign bad_word_p = bad_word_p_q;
-  end else begin : gen_no_parity
-    assign bad_word_p = |bad_word_f2;
-  end
+    if (Resilience != 0) begin : gen_parity
+      logic bad_word_p_q;
+      always_ff @(posedge clk_i) if (advance_i) bad_word_p_q <= |bad_word_f2;
+      assign bad_word_p = bad_word_p_q;
+    end else begin : gen_no_parity
+      assign bad_word_p = |bad_word_f2;
+    end
+  endgenerate
   assign bad_word_p_o = bad_word_p && valid_p_q;
 
   assign bundle_f2_o = lanes_f2_q[BundleWidth-1:0];
@@ -143,9 +146,11 @@ module asip_fetch #(
   assign pc_q_o      = pc_q_q;
   assign decoded_d_o = decoded_d_q;
 
-  if (BundleWidth % 32 != 0) begin : gen_unused
-    logic unused_lane_bits;
-    assign unused_lane_bits = ^lanes_f2_q[32*Lanes-1:BundleWidth];
-  end
+  generate
+    if (BundleWidth % 32 != 0) begin : gen_unused
+      logic unused_lane_bits;
+      assign unused_lane_bits = ^lanes_f2_q[32*Lanes-1:BundleWidth];
+    end
+  endgenerate
 
 endmodule

@@ -194,47 +194,50 @@ module asip_host #(
     end
   end
 
-  if (Resilience != 0) begin : gen_parity
-    // A wrong bit is seen for one clock; the register keeps its word until the host writes it.
-    logic [3:0] written, parity, parity_d, parity_q;
-    assign written = {
+  genvar g;
+  generate
+    if (Resilience != 0) begin : gen_parity
+      // A wrong bit is seen for one clock; the register keeps its word until the host writes it.
+      logic [3:0] written, parity, parity_d, parity_q;
+      assign written = {
       csr_write && csr == asip_regmap_pkg::REG_WATCHDOG,
       csr_write && csr == asip_regmap_pkg::REG_ENTRY,
       csr_write && csr == asip_regmap_pkg::REG_OUTPUT_MASK,
       csr_write && csr == asip_regmap_pkg::REG_IRQ_ENABLE
     };
-    assign parity   = {^watchdog_q, ^entry_q, ^output_mask_q, irq_done_q ^ irq_fault_q};
-    assign parity_d = {
+      assign parity   = {^watchdog_q, ^entry_q, ^output_mask_q, irq_done_q ^ irq_fault_q};
+      assign parity_d = {
       ^writedata_i,
       ^writedata_i[asip_regmap_pkg::ENTRY_VALUE_LSB+:16],
       ^writedata_i,
       writedata_i[asip_regmap_pkg::IRQ_ENABLE_DONE_LSB]
         ^ writedata_i[asip_regmap_pkg::IRQ_ENABLE_FAULT_LSB]
     };
-    always_ff @(posedge clk_i or negedge rst_ni) begin
-      if (!rst_ni) parity_q <= {^asip_regmap_pkg::RESET_WATCHDOG, 3'b000};
-      else parity_q <= (written & parity_d) | (~written & parity);
-    end
-    assign broken_o = parity_q != parity;
+      always_ff @(posedge clk_i or negedge rst_ni) begin
+        if (!rst_ni) parity_q <= {^asip_regmap_pkg::RESET_WATCHDOG, 3'b000};
+        else parity_q <= (written & parity_d) | (~written & parity);
+      end
+      assign broken_o = parity_q != parity;
 
-    // An output is judged as the host takes it, behind every register of its way.
-    logic output_parity_q;
-    always_ff @(posedge clk_i) output_parity_q <= output_parity_i;
-    assign bad_output_o = read_i && read_done && in_outputs && ((^readdata_q) != output_parity_q);
-  end else begin : gen_no_parity
-    logic unused_parity;
-    assign broken_o      = 1'b0;
-    assign bad_output_o  = 1'b0;
-    assign unused_parity = output_parity_i;
-  end
-
-  // Registers are selected in groups of four, and a group that is not read is zero.
-  for (genvar g = 0; g < Groups; g++) begin : gen_group
-    always_ff @(posedge clk_i) begin
-      group_q[g] <= in_csr && csr[CsrBits-1:2] == (CsrBits - 2)'(g) ? word[{(CsrBits-2)'(g), csr[1:0]}] : 32'd0;
+      // An output is judged as the host takes it, behind every register of its way.
+      logic output_parity_q;
+      always_ff @(posedge clk_i) output_parity_q <= output_parity_i;
+      assign bad_output_o = read_i && read_done && in_outputs && ((^readdata_q) != output_parity_q);
+    end else begin : gen_no_parity
+      logic unused_parity;
+      assign broken_o      = 1'b0;
+      assign bad_output_o  = 1'b0;
+      assign unused_parity = output_parity_i;
     end
-    assign groups[g+1] = groups[g] | group_q[g];
-  end
+
+    // Registers are selected in groups of four, and a group that is not read is zero.
+    for (g = 0; g < Groups; g++) begin : gen_group
+      always_ff @(posedge clk_i) begin
+        group_q[g] <= in_csr && csr[CsrBits-1:2] == (CsrBits - 2)'(g) ? word[{(CsrBits-2)'(g), csr[1:0]}] : 32'd0;
+      end
+      assign groups[g+1] = groups[g] | group_q[g];
+    end
+  endgenerate
   assign groups[0] = 32'd0;
 
   assign in_counts = csr == asip_regmap_pkg::REG_STALL_OPERAND ||

@@ -44,15 +44,17 @@ module asip_issue #(
 );
 
   // The ports are the same, name by name.
-  if (Slots == 1) begin : gen_single
-    asip_issue_single u_issue (.*);
-  end else begin : gen_multiple
-    asip_issue_multiple #(
-        .FmaPipes(FmaPipes),
-        .Slots   (Slots)
-    ) u_issue (
-        .*
-    );
-  end
+  generate
+    if (Slots == 1) begin : gen_single
+      asip_issue_single u_issue (.*);
+    end else begin : gen_multiple
+      asip_issue_multiple #(
+          .FmaPipes(FmaPipes),
+          .Slots   (Slots)
+      ) u_issue (
+          .*
+      );
+    end
+  endgenerate
 
 endmodule

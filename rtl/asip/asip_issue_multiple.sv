@@ -109,34 +109,37 @@ module asip_issue_multiple #(
   assign aux   = ops_d_i[OpWidth*AuxSlot+:OpWidth];
 
   // Sources, then destinations, of a bundle; a destination that is not written reads as bank zero.
-  for (genvar s = 0; s < Slots; s++) begin : gen_slot
-    asip_pkg::decoded_t op_p, op_q, op_d;
-    assign op_p = ops_p_i[OpWidth*s+:OpWidth];
-    assign op_q = ops_q_i[OpWidth*s+:OpWidth];
-    assign op_d = ops_d_i[OpWidth*s+:OpWidth];
-    assign operand_p[3*s+:3] = {op_p.c, op_p.b, op_p.a};
-    assign operand_q[3*s+:3] = {op_q.c, op_q.b, op_q.a};
-    assign operand_d[3*s+:3] = {op_d.c, op_d.b, op_d.a};
-    if (s < FmaPipes) begin : gen_fma
-      localparam logic [2:0] Bank = s == 0 ? asip_isa_pkg::BANK_A : asip_isa_pkg::BANK_B;
-      assign operand_p[Ports+s] = {op_p.fma ? Bank : asip_isa_pkg::BANK_ZERO, op_p.dst};
-      assign operand_q[Ports+s] = {op_q.fma ? Bank : asip_isa_pkg::BANK_ZERO, op_q.dst};
-      assign operand_d[Ports+s] = {op_d.fma ? Bank : asip_isa_pkg::BANK_ZERO, op_d.dst};
-      assign starts_q[s]        = op_q.fma;
-      assign starts_d[s]        = op_d.fma;
-      assign start_tag_q[s]     = {1'b0, op_q.dst};
-      assign start_tag[s]       = {1'b0, op_d.dst};
+  genvar s, port, b;
+  generate
+    for (s = 0; s < Slots; s++) begin : gen_slot
+      asip_pkg::decoded_t op_p, op_q, op_d;
+      assign op_p = ops_p_i[OpWidth*s+:OpWidth];
+      assign op_q = ops_q_i[OpWidth*s+:OpWidth];
+      assign op_d = ops_d_i[OpWidth*s+:OpWidth];
+      assign operand_p[3*s+:3] = {op_p.c, op_p.b, op_p.a};
+      assign operand_q[3*s+:3] = {op_q.c, op_q.b, op_q.a};
+      assign operand_d[3*s+:3] = {op_d.c, op_d.b, op_d.a};
+      if (s < FmaPipes) begin : gen_fma
+        localparam logic [2:0] Bank = s == 0 ? asip_isa_pkg::BANK_A : asip_isa_pkg::BANK_B;
+        assign operand_p[Ports+s] = {op_p.fma ? Bank : asip_isa_pkg::BANK_ZERO, op_p.dst};
+        assign operand_q[Ports+s] = {op_q.fma ? Bank : asip_isa_pkg::BANK_ZERO, op_q.dst};
+        assign operand_d[Ports+s] = {op_d.fma ? Bank : asip_isa_pkg::BANK_ZERO, op_d.dst};
+        assign starts_q[s]        = op_q.fma;
+        assign starts_d[s]        = op_d.fma;
+        assign start_tag_q[s]     = {1'b0, op_q.dst};
+        assign start_tag[s]       = {1'b0, op_d.dst};
+      end
     end
-  end
-  if (FmaPipes < 2) begin : gen_one_pipe
-    assign operand_p[Ports+1] = '0;
-    assign operand_q[Ports+1] = '0;
-    assign operand_d[Ports+1] = '0;
-    assign starts_q[1]        = 1'b0;
-    assign starts_d[1]        = 1'b0;
-    assign start_tag_q[1]     = '0;
-    assign start_tag[1]       = '0;
-  end
+    if (FmaPipes < 2) begin : gen_one_pipe
+      assign operand_p[Ports+1] = '0;
+      assign operand_q[Ports+1] = '0;
+      assign operand_d[Ports+1] = '0;
+      assign starts_q[1]        = 1'b0;
+      assign starts_d[1]        = 1'b0;
+      assign start_tag_q[1]     = '0;
+      assign start_tag[1]       = '0;
+    end
+  endgenerate
 
   function automatic logic [8:0] destination_c(input asip_pkg::decoded_t op);
     destination_c = {op.writes && !op.fma && !op.to_output ? asip_isa_pkg::BANK_C : asip_isa_pkg::BANK_ZERO, op.dst};
@@ -252,22 +255,24 @@ module asip_issue_multiple #(
       .pending_o    (pending_a)
   );
 
-  if (FmaPipes > 1) begin : gen_scoreboard_b
-    asip_scoreboard #(
-        .Queries(Operands)
-    ) u_scoreboard_b (
-        .clk_i,
-        .rst_ni,
-        .set_i        (issue && starts_bank[1]),
-        .set_index_i  (start_tag[1][5:0]),
-        .clear_i      (ends_write[1]),
-        .clear_index_i(end_tag[1][5:0]),
-        .query_i      (query),
-        .pending_o    (pending_b)
-    );
-  end else begin : gen_no_scoreboard_b
-    assign pending_b = '0;
-  end
+  generate
+    if (FmaPipes > 1) begin : gen_scoreboard_b
+      asip_scoreboard #(
+          .Queries(Operands)
+      ) u_scoreboard_b (
+          .clk_i,
+          .rst_ni,
+          .set_i        (issue && starts_bank[1]),
+          .set_index_i  (start_tag[1][5:0]),
+          .clear_i      (ends_write[1]),
+          .clear_index_i(end_tag[1][5:0]),
+          .query_i      (query),
+          .pending_o    (pending_b)
+      );
+    end else begin : gen_no_scoreboard_b
+      assign pending_b = '0;
+    end
+  endgenerate
 
   asip_scoreboard #(
       .Queries(Operands)
@@ -283,35 +288,37 @@ module asip_issue_multiple #(
   );
 
   // ---- write schedules
-  for (genvar p = 0; p < FmaPipes; p++) begin : gen_schedule
-    logic [FmaPlaces-1:0] unused_taken;
-    asip_write_schedule #(
-        .Places(FmaPlaces)
-    ) u_schedule (
-        .clk_i,
-        .rst_ni,
-        .insert_i  (issue && starts_d[p]),
-        .latency_i (FmaPlaceWidth'(fp_pkg::FP_FMA_LATENCY)),
-        .tag_i     (start_tag[p]),
-        .join_i    (1'b0),
-        .join_tag_i('0),
-        .taken_o   (unused_taken),
-        .valid_o   (place_valid[p]),
-        .tag4_o    (tag4[p]),
-        .tag2_o    (tag2[p]),
-        .tag1_o    (tag1[p]),
-        .tag0_o    (tag0[p]),
-        .busy_o    (schedule_busy[p])
-    );
-  end
-  if (FmaPipes < 2) begin : gen_no_schedule_b
-    assign place_valid[1]   = '0;
-    assign tag4[1]          = '0;
-    assign tag2[1]          = '0;
-    assign tag1[1]          = '0;
-    assign tag0[1]          = '0;
-    assign schedule_busy[1] = 1'b0;
-  end
+  generate
+    for (port = 0; port < FmaPipes; port++) begin : gen_schedule
+      logic [FmaPlaces-1:0] unused_taken;
+      asip_write_schedule #(
+          .Places(FmaPlaces)
+      ) u_schedule (
+          .clk_i,
+          .rst_ni,
+          .insert_i  (issue && starts_d[port]),
+          .latency_i (FmaPlaceWidth'(fp_pkg::FP_FMA_LATENCY)),
+          .tag_i     (start_tag[port]),
+          .join_i    (1'b0),
+          .join_tag_i('0),
+          .taken_o   (unused_taken),
+          .valid_o   (place_valid[port]),
+          .tag4_o    (tag4[port]),
+          .tag2_o    (tag2[port]),
+          .tag1_o    (tag1[port]),
+          .tag0_o    (tag0[port]),
+          .busy_o    (schedule_busy[port])
+      );
+    end
+    if (FmaPipes < 2) begin : gen_no_schedule_b
+      assign place_valid[1]   = '0;
+      assign tag4[1]          = '0;
+      assign tag2[1]          = '0;
+      assign tag1[1]          = '0;
+      assign tag0[1]          = '0;
+      assign schedule_busy[1] = 1'b0;
+    end
+  endgenerate
 
   asip_write_schedule #(
       .Places(AuxPlaces)
@@ -367,22 +374,26 @@ module asip_issue_multiple #(
   end
 
 `ifndef SYNTHESIS
-  if (SinRest < 1 || SinRest > SinInterval) begin : gen_check_sincos
-    $error("asip_issue_multiple: a sine must join the schedule within the interval after its own");
-  end
-  if (fp_pkg::FP_CMP_LATENCY < 2 || fp_pkg::FP_I2F_LATENCY < 2 || fp_pkg::FP_F2I_LATENCY < 2) begin : gen_check_short
-    $error("asip_issue_multiple: a latency below 2 is never announced");
-  end
+  generate
+    if (SinRest < 1 || SinRest > SinInterval) begin : gen_check_sincos
+      $error("asip_issue_multiple: a sine must join the schedule within the interval after its own");
+    end
+    if (fp_pkg::FP_CMP_LATENCY < 2 || fp_pkg::FP_I2F_LATENCY < 2 || fp_pkg::FP_F2I_LATENCY < 2) begin : gen_check_short
+      $error("asip_issue_multiple: a latency below 2 is never announced");
+    end
+  endgenerate
 `endif
 
-  for (genvar b = 0; b < 3; b++) begin : gen_bank
-    assign soon_o[b]        = place_valid[b][2] && !tag2[b][6];
-    assign soon_index_o[b]  = tag2[b][5:0];
-    assign next_o[b]        = place_valid[b][1] && !tag1[b][6];
-    assign next_index_o[b]  = tag1[b][5:0];
-    assign write_o[b]       = place_valid[b][0] && !tag0[b][6];
-    assign write_index_o[b] = tag0[b][5:0];
-  end
+  generate
+    for (b = 0; b < 3; b++) begin : gen_bank
+      assign soon_o[b]        = place_valid[b][2] && !tag2[b][6];
+      assign soon_index_o[b]  = tag2[b][5:0];
+      assign next_o[b]        = place_valid[b][1] && !tag1[b][6];
+      assign next_index_o[b]  = tag1[b][5:0];
+      assign write_o[b]       = place_valid[b][0] && !tag0[b][6];
+      assign write_index_o[b] = tag0[b][5:0];
+    end
+  endgenerate
   assign write_output_o = place_valid[2][0] && tag0[2][6];
   assign busy_o         = (|schedule_busy) || sin_busy_q || sin_waits_q;
 

@@ -121,24 +121,31 @@ module asip_issue_single (
 
   // In places above those of i2f and load, bank C's schedule holds divisions and sines only; these wait in
   // registers of their own until they reach the place below.
-  for (genvar r = Announced + 1; r <= FmaPlace; r++) begin : gen_hit
-    assign hit_a[r] = valid_a_q[r] && hits(operand_p, register_p, {1'b0, index_a_q[r]});
-    if (r <= CmpPlace || r <= I2fPlace || r <= F2iPlace || r <= LoadPlace) begin : gen_c
-      assign hit_c[r] = valid_c_q[r] && !tag_c_q[r][6] && hits(operand_p, register_p, {1'b1, tag_c_q[r][5:0]});
-    end else begin : gen_no_c
-      assign hit_c[r] = 1'b0;
+  genvar rank, n;
+  generate
+    for (rank = Announced + 1; rank <= FmaPlace; rank++) begin : gen_hit
+      assign hit_a[rank] = valid_a_q[rank] && hits(operand_p, register_p, {1'b0, index_a_q[rank]});
+      if (rank <= CmpPlace || rank <= I2fPlace || rank <= F2iPlace || rank <= LoadPlace) begin : gen_c
+        assign hit_c[rank] = valid_c_q[rank] && !tag_c_q[rank][6] && hits(
+            operand_p, register_p, {1'b1, tag_c_q[rank][5:0]}
+        );
+      end else begin : gen_no_c
+        assign hit_c[rank] = 1'b0;
+      end
+      assign hit_place[rank] = hit_a[rank] || hit_c[rank];
     end
-    assign hit_place[r] = hit_a[r] || hit_c[r];
-  end
-  for (genvar n = 0; n < Divs; n++) begin : gen_hit_div
-    assign hit_div[n] = div_valid_q[n] && hits(operand_p, register_p, {1'b1, div_index_q[n]});
-  end
+    for (n = 0; n < Divs; n++) begin : gen_hit_div
+      assign hit_div[n] = div_valid_q[n] && hits(operand_p, register_p, {1'b1, div_index_q[n]});
+    end
+  endgenerate
   assign hit_sin = sin_waited_q && hits(operand_p, register_p, {1'b1, sin_tag_q[5:0]});
 
   // Place in the next cycle of what the bundle in D writes.
-  for (genvar r = Announced; r <= FmaPlace; r++) begin : gen_start
-    assign start_place[r] = (op_d.fma && r == FmaPlace) || (places(op_d, r) && !op_d.divsqrt);
-  end
+  generate
+    for (rank = Announced; rank <= FmaPlace; rank++) begin : gen_start
+      assign start_place[rank] = (op_d.fma && rank == FmaPlace) || (places(op_d, rank) && !op_d.divsqrt);
+    end
+  endgenerate
   assign div_ends = div_oldest_q & {Divs{valid_c_q[Announced+1] && div_c_q[Announced+1]}};
   assign sin_ends = sin_left_q == SinWidth'(Announced - 1);
 
@@ -278,27 +285,29 @@ module asip_issue_single (
     end
   end
 
-  for (genvar n = 0; n < Divs; n++) begin : gen_div
-    always_ff @(posedge clk_i) begin
-      if (issue && op_d.divsqrt && div_next_q[n]) div_index_q[n] <= op_d.dst;
+  generate
+    for (n = 0; n < Divs; n++) begin : gen_div
+      always_ff @(posedge clk_i) begin
+        if (issue && op_d.divsqrt && div_next_q[n]) div_index_q[n] <= op_d.dst;
+      end
     end
-  end
 
-  if (DivInterval > 1) begin : gen_div_busy
-    logic [DivWidth-1:0] div_left_q;
+    if (DivInterval > 1) begin : gen_div_busy
+      logic [DivWidth-1:0] div_left_q;
 
-    assign div_busy   = |div_left_q;
-    assign div_busy_d = (issue_q && op_d.divsqrt) || (|div_left_q[DivWidth-1:1]);
+      assign div_busy   = |div_left_q;
+      assign div_busy_d = (issue_q && op_d.divsqrt) || (|div_left_q[DivWidth-1:1]);
 
-    always_ff @(posedge clk_i or negedge rst_ni) begin
-      if (!rst_ni) div_left_q <= '0;
-      else if (issue && op_d.divsqrt) div_left_q <= DivWidth'(DivInterval - 1);
-      else if (div_busy) div_left_q <= div_left_q - 1'b1;
+      always_ff @(posedge clk_i or negedge rst_ni) begin
+        if (!rst_ni) div_left_q <= '0;
+        else if (issue && op_d.divsqrt) div_left_q <= DivWidth'(DivInterval - 1);
+        else if (div_busy) div_left_q <= div_left_q - 1'b1;
+      end
+    end else begin : gen_div_free
+      assign div_busy   = 1'b0;
+      assign div_busy_d = 1'b0;
     end
-  end else begin : gen_div_free
-    assign div_busy   = 1'b0;
-    assign div_busy_d = 1'b0;
-  end
+  endgenerate
 
   // ---- sine and cosine: one at a time, joins the schedule when its result is near
   assign sin_join   = sin_left_q == SinWidth'(Top - 1);
@@ -325,17 +334,19 @@ module asip_issue_single (
   end
 
 `ifndef SYNTHESIS
-  if (fp_pkg::FP_SINCOS_LATENCY < DivPlace || FmaPlace < I2fPlace || FmaPlace < LoadPlace ||
+  generate
+    if (fp_pkg::FP_SINCOS_LATENCY < DivPlace || FmaPlace < I2fPlace || FmaPlace < LoadPlace ||
       FmaPlace < CmpPlace || FmaPlace < F2iPlace || DivPlace <= FmaPlace) begin : gen_check_order
-    $error("asip_issue_single: latencies must rise from short units to fma, divsqrt and sincos");
-  end
-  if (asip_isa_pkg::SMALL_SINCOS_INTERVAL != fp_pkg::FP_SINCOS_LATENCY + 1) begin : gen_check_sincos
-    $error("asip_issue_single: a sine takes FP_SINCOS_LATENCY + 1 cycles, state that in isa.toml");
-  end
-  if (CmpPlace < Announced || I2fPlace < Announced || F2iPlace < Announced ||
+      $error("asip_issue_single: latencies must rise from short units to fma, divsqrt and sincos");
+    end
+    if (asip_isa_pkg::SMALL_SINCOS_INTERVAL != fp_pkg::FP_SINCOS_LATENCY + 1) begin : gen_check_sincos
+      $error("asip_issue_single: a sine takes FP_SINCOS_LATENCY + 1 cycles, state that in isa.toml");
+    end
+    if (CmpPlace < Announced || I2fPlace < Announced || F2iPlace < Announced ||
       LoadPlace < Announced) begin : gen_check_short
-    $error("asip_issue_single: a latency below 2 is never announced");
-  end
+      $error("asip_issue_single: a latency below 2 is never announced");
+    end
+  endgenerate
 `endif
 
   // ---- write-back

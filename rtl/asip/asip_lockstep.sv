@@ -106,33 +106,36 @@ module asip_lockstep #(
   logic [1:0][2:0][5:0] index;
   logic [1:0][2:0][31:0] data;
 
-  for (genvar c = 0; c < 2; c++) begin : gen_core
-    asip_pkg::hook_out_t unused_hook;
+  genvar c;
+  generate
+    for (c = 0; c < 2; c++) begin : gen_core
+      asip_pkg::hook_out_t unused_hook;
 
-    asip #(
-        .FmaPipes (FmaPipes),
-        .Slots    (Slots),
-        .Bundles  (Bundles),
-        .DataWords(DataWords)
-    ) u_core (
-        .clk_i,
-        .rst_ni       (core_rst_nq[c]),
-        .address_i    (c == 0 ? asked.address : asked_late.address),
-        .read_i       (c == 0 ? asked.read : asked_late.read),
-        .write_i      (c == 0 ? asked.write : asked_late.write),
-        .writedata_i  (c == 0 ? asked.writedata : asked_late.writedata),
-        .readdata_o   (readdata[c]),
-        .waitrequest_o(waits[c]),
-        .irq_o        (irq[c]),
-        .trace_issue_o(issue[c]),
-        .trace_pc_o   (pc[c]),
-        .trace_write_o(write[c]),
-        .trace_index_o(index[c]),
-        .trace_data_o (data[c]),
-        .hook_i       ('0),
-        .hook_o       (unused_hook)
-    );
-  end
+      asip #(
+          .FmaPipes (FmaPipes),
+          .Slots    (Slots),
+          .Bundles  (Bundles),
+          .DataWords(DataWords)
+      ) u_core (
+          .clk_i,
+          .rst_ni       (core_rst_nq[c]),
+          .address_i    (c == 0 ? asked.address : asked_late.address),
+          .read_i       (c == 0 ? asked.read : asked_late.read),
+          .write_i      (c == 0 ? asked.write : asked_late.write),
+          .writedata_i  (c == 0 ? asked.writedata : asked_late.writedata),
+          .readdata_o   (readdata[c]),
+          .waitrequest_o(waits[c]),
+          .irq_o        (irq[c]),
+          .trace_issue_o(issue[c]),
+          .trace_pc_o   (pc[c]),
+          .trace_write_o(write[c]),
+          .trace_index_o(index[c]),
+          .trace_data_o (data[c]),
+          .hook_i       ('0),
+          .hook_o       (unused_hook)
+      );
+    end
+  endgenerate
 
   assign done   = {asked.read && !waits[0], readdata[0], waits[0], irq[0], issue[0], pc[0],
                    write[0], index[0], data[0]};
@@ -191,9 +194,11 @@ module asip_lockstep #(
   assign trace_data_o  = data[0];
 
 `ifndef SYNTHESIS
-  if (Delay < 1) begin : gen_check_delay
-    $error("asip_lockstep: Delay=%0d, must be 1 or more", Delay);
-  end
+  generate
+    if (Delay < 1) begin : gen_check_delay
+      $error("asip_lockstep: Delay=%0d, must be 1 or more", Delay);
+    end
+  endgenerate
 `endif
 
 endmodule

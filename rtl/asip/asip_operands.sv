@@ -36,16 +36,18 @@ module asip_operands #(
 );
 
   // The ports are the same, name by name.
-  if (Ports == 3) begin : gen_single
-    asip_operands_single u_operands (.*);
-  end else begin : gen_multiple
-    asip_operands_multiple #(
-        .FmaPipes  (FmaPipes),
-        .Ports     (Ports),
-        .Resilience(Resilience)
-    ) u_operands (
-        .*
-    );
-  end
+  generate
+    if (Ports == 3) begin : gen_single
+      asip_operands_single u_operands (.*);
+    end else begin : gen_multiple
+      asip_operands_multiple #(
+          .FmaPipes  (FmaPipes),
+          .Ports     (Ports),
+          .Resilience(Resilience)
+      ) u_operands (
+          .*
+      );
+    end
+  endgenerate
 
 endmodule

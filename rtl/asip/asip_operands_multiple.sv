@@ -70,73 +70,76 @@ module asip_operands_multiple #(
     end
   end
 
-  for (genvar p = 0; p < Ports; p++) begin : gen_port
-    logic [8:0] source;
-    logic [2:0] in_bank, soon, next, now, from_r1;
-    logic [31:0] bypass_r1;
+  genvar p, bank;
+  generate
+    for (p = 0; p < Ports; p++) begin : gen_port
+      logic [8:0] source;
+      logic [2:0] in_bank, soon, next, now, from_r1;
+      logic [31:0] bypass_r1;
 
-    if (p == HostPort) begin : gen_host
-      assign source = host_read_i ? host_register_i : source_d_i[p];
-    end else begin : gen_core
-      assign source = source_d_i[p];
-    end
-
-    assign in_bank[0] = source[8:6] == asip_isa_pkg::BANK_A;
-    assign in_bank[1] = source[8:6] == asip_isa_pkg::BANK_B;
-    assign in_bank[2] = source[8:6] == asip_isa_pkg::BANK_C;
-    for (genvar b = 0; b < 3; b++) begin : gen_bypass
-      assign soon[b] = in_bank[b] && soon_i[b] && soon_index_i[b] == source[5:0];
-      assign next[b] = in_bank[b] && next_i[b] && next_index_i[b] == source[5:0];
-      assign now[b]  = in_bank[b] && write_i[b] && write_index_i[b] == source[5:0];
-    end
-
-    // R1: what was or is written back goes to the bypass register, as does zero.
-    always_comb begin
-      case (bank_r1_q[p])
-        asip_isa_pkg::BANK_A: from_r1 = asip_pkg::SELECT_A;
-        asip_isa_pkg::BANK_B: from_r1 = asip_pkg::SELECT_B;
-        asip_isa_pkg::BANK_C: from_r1 = asip_pkg::SELECT_C;
-        asip_isa_pkg::BANK_ZERO: from_r1 = asip_pkg::SELECT_BYPASS;
-        default: from_r1 = asip_pkg::SELECT_K;
-      endcase
-      if (|next_r1_q[p] || |now_r1_q[p]) from_r1 = asip_pkg::SELECT_BYPASS;
-      if (soon_r1_q[p][0]) from_r1 = asip_pkg::SELECT_RESULT_A;
-      if (soon_r1_q[p][1]) from_r1 = asip_pkg::SELECT_RESULT_B;
-      if (soon_r1_q[p][2]) from_r1 = asip_pkg::SELECT_RESULT_C;
-      bypass_r1 = 32'd0;
-      for (int unsigned b = 0; b < 3; b++) begin
-        bypass_r1 = bypass_r1 | ({32{next_r1_q[p][b]}} & write_data_i[b]) | ({32{now_r1_q[p][b]}} & last_data_q[b]);
+      if (p == HostPort) begin : gen_host
+        assign source = host_read_i ? host_register_i : source_d_i[p];
+      end else begin : gen_core
+        assign source = source_d_i[p];
       end
-    end
 
-    always_ff @(posedge clk_i) begin
-      bank_r1_q[p]   <= source[8:6];
-      soon_r1_q[p]   <= soon;
-      next_r1_q[p]   <= next;
-      now_r1_q[p]    <= now;
-      from_r2_q[p]   <= from_r1;
-      read_a_r2_q[p] <= read_a[p];
-      read_b_r2_q[p] <= read_b[p];
-      read_c_r2_q[p] <= read_c[p];
-      read_k_r2_q[p] <= read_k[p];
-      bypass_r2_q[p] <= bypass_r1;
-      case (from_r2_q[p])
-        asip_pkg::SELECT_A: operand_e1_q[p] <= read_a_r2_q[p];
-        asip_pkg::SELECT_B: operand_e1_q[p] <= read_b_r2_q[p];
-        asip_pkg::SELECT_C: operand_e1_q[p] <= read_c_r2_q[p];
-        asip_pkg::SELECT_K: operand_e1_q[p] <= read_k_r2_q[p];
-        asip_pkg::SELECT_RESULT_A: operand_e1_q[p] <= write_data_i[0];
-        asip_pkg::SELECT_RESULT_B: operand_e1_q[p] <= write_data_i[1];
-        asip_pkg::SELECT_RESULT_C: operand_e1_q[p] <= write_data_i[2];
-        default: operand_e1_q[p] <= bypass_r2_q[p];
-      endcase
-    end
+      assign in_bank[0] = source[8:6] == asip_isa_pkg::BANK_A;
+      assign in_bank[1] = source[8:6] == asip_isa_pkg::BANK_B;
+      assign in_bank[2] = source[8:6] == asip_isa_pkg::BANK_C;
+      for (bank = 0; bank < 3; bank++) begin : gen_bypass
+        assign soon[bank] = in_bank[bank] && soon_i[bank] && soon_index_i[bank] == source[5:0];
+        assign next[bank] = in_bank[bank] && next_i[bank] && next_index_i[bank] == source[5:0];
+        assign now[bank]  = in_bank[bank] && write_i[bank] && write_index_i[bank] == source[5:0];
+      end
 
-    assign index_bank[p] = BankWidth'(guard_i.copy ? {guard_i.copy_from, guard_i.copy_read} :
+      // R1: what was or is written back goes to the bypass register, as does zero.
+      always_comb begin
+        case (bank_r1_q[p])
+          asip_isa_pkg::BANK_A: from_r1 = asip_pkg::SELECT_A;
+          asip_isa_pkg::BANK_B: from_r1 = asip_pkg::SELECT_B;
+          asip_isa_pkg::BANK_C: from_r1 = asip_pkg::SELECT_C;
+          asip_isa_pkg::BANK_ZERO: from_r1 = asip_pkg::SELECT_BYPASS;
+          default: from_r1 = asip_pkg::SELECT_K;
+        endcase
+        if (|next_r1_q[p] || |now_r1_q[p]) from_r1 = asip_pkg::SELECT_BYPASS;
+        if (soon_r1_q[p][0]) from_r1 = asip_pkg::SELECT_RESULT_A;
+        if (soon_r1_q[p][1]) from_r1 = asip_pkg::SELECT_RESULT_B;
+        if (soon_r1_q[p][2]) from_r1 = asip_pkg::SELECT_RESULT_C;
+        bypass_r1 = 32'd0;
+        for (int unsigned b = 0; b < 3; b++) begin
+          bypass_r1 = bypass_r1 | ({32{next_r1_q[p][b]}} & write_data_i[b]) | ({32{now_r1_q[p][b]}} & last_data_q[b]);
+        end
+      end
+
+      always_ff @(posedge clk_i) begin
+        bank_r1_q[p]   <= source[8:6];
+        soon_r1_q[p]   <= soon;
+        next_r1_q[p]   <= next;
+        now_r1_q[p]    <= now;
+        from_r2_q[p]   <= from_r1;
+        read_a_r2_q[p] <= read_a[p];
+        read_b_r2_q[p] <= read_b[p];
+        read_c_r2_q[p] <= read_c[p];
+        read_k_r2_q[p] <= read_k[p];
+        bypass_r2_q[p] <= bypass_r1;
+        case (from_r2_q[p])
+          asip_pkg::SELECT_A: operand_e1_q[p] <= read_a_r2_q[p];
+          asip_pkg::SELECT_B: operand_e1_q[p] <= read_b_r2_q[p];
+          asip_pkg::SELECT_C: operand_e1_q[p] <= read_c_r2_q[p];
+          asip_pkg::SELECT_K: operand_e1_q[p] <= read_k_r2_q[p];
+          asip_pkg::SELECT_RESULT_A: operand_e1_q[p] <= write_data_i[0];
+          asip_pkg::SELECT_RESULT_B: operand_e1_q[p] <= write_data_i[1];
+          asip_pkg::SELECT_RESULT_C: operand_e1_q[p] <= write_data_i[2];
+          default: operand_e1_q[p] <= bypass_r2_q[p];
+        endcase
+      end
+
+      assign index_bank[p] = BankWidth'(guard_i.copy ? {guard_i.copy_from, guard_i.copy_read} :
                                       {guard_i.page, source[5:0]});
-    assign index_k[p]    = guard_i.sweep ? guard_i.sweep_index : source[6:0];
-    assign read_k[p]     = read_k_word[p][31:0];
-  end
+      assign index_k[p]    = guard_i.sweep ? guard_i.sweep_index : source[6:0];
+      assign read_k[p]     = read_k_word[p][31:0];
+    end
+  endgenerate
 
   always_ff @(posedge clk_i) last_data_q <= write_data_i;
 
@@ -152,23 +155,25 @@ module asip_operands_multiple #(
       .read_data_o  (read_a)
   );
 
-  if (FmaPipes > 1) begin : gen_bank_b
-    asip_regbank #(
-        .IndexWidth(BankWidth),
-        .ReadPorts (Ports)
-    ) u_bank_b (
-        .clk_i,
-        .write_i      (bank_write[1]),
-        .write_index_i(bank_index[1]),
-        .write_data_i (bank_word[1]),
-        .read_index_i (index_bank),
-        .read_data_o  (read_b)
-    );
-  end else begin : gen_no_bank_b
-    logic unused_b;
-    assign read_b   = '0;
-    assign unused_b = ^{bank_write[1], bank_index[1], bank_word[1]};
-  end
+  generate
+    if (FmaPipes > 1) begin : gen_bank_b
+      asip_regbank #(
+          .IndexWidth(BankWidth),
+          .ReadPorts (Ports)
+      ) u_bank_b (
+          .clk_i,
+          .write_i      (bank_write[1]),
+          .write_index_i(bank_index[1]),
+          .write_data_i (bank_word[1]),
+          .read_index_i (index_bank),
+          .read_data_o  (read_b)
+      );
+    end else begin : gen_no_bank_b
+      logic unused_b;
+      assign read_b   = '0;
+      assign unused_b = ^{bank_write[1], bank_index[1], bank_word[1]};
+    end
+  endgenerate
 
   asip_regbank #(
       .IndexWidth(BankWidth),
@@ -195,29 +200,31 @@ module asip_operands_multiple #(
       .read_data_o  (read_k_word)
   );
 
-  if (Resilience != 0) begin : gen_parity
-    logic [Ports-1:0] parity_r2_q, bad_r2;
-    logic bad_e1_q;
-    logic [1:0] sweep_q;
-    logic unused_first;
+  generate
+    if (Resilience != 0) begin : gen_parity
+      logic [Ports-1:0] parity_r2_q, bad_r2;
+      logic bad_e1_q;
+      logic [1:0] sweep_q;
+      logic unused_first;
 
-    assign unused_first = guard_i.sweep_first;
-    for (genvar p = 0; p < Ports; p++) begin : gen_bad
-      always_ff @(posedge clk_i) parity_r2_q[p] <= read_k_word[p][WordWidth-1];
-      assign bad_r2[p] = (from_r2_q[p] == asip_pkg::SELECT_K || sweep_q[1]) && (^{read_k_r2_q[p], parity_r2_q[p]});
+      assign unused_first = guard_i.sweep_first;
+      for (p = 0; p < Ports; p++) begin : gen_bad
+        always_ff @(posedge clk_i) parity_r2_q[p] <= read_k_word[p][WordWidth-1];
+        assign bad_r2[p] = (from_r2_q[p] == asip_pkg::SELECT_K || sweep_q[1]) && (^{read_k_r2_q[p], parity_r2_q[p]});
+      end
+
+      always_ff @(posedge clk_i) begin
+        sweep_q  <= {sweep_q[0], guard_i.sweep_step};
+        bad_e1_q <= |bad_r2;
+      end
+
+      assign bad_constant_e1_o = bad_e1_q;
+    end else begin : gen_no_parity
+      logic unused_guard;
+      assign bad_constant_e1_o = 1'b0;
+      assign unused_guard = ^guard_i;
     end
-
-    always_ff @(posedge clk_i) begin
-      sweep_q  <= {sweep_q[0], guard_i.sweep_step};
-      bad_e1_q <= |bad_r2;
-    end
-
-    assign bad_constant_e1_o = bad_e1_q;
-  end else begin : gen_no_parity
-    logic unused_guard;
-    assign bad_constant_e1_o = 1'b0;
-    assign unused_guard = ^guard_i;
-  end
+  endgenerate
 
   assign operand_e1_o = operand_e1_q;
 

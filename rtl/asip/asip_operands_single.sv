@@ -45,48 +45,51 @@ module asip_operands_single (
                          host_write_constant_i;
 
   // Words 0 to 63 of the shared memory are unused, then C; the upper half is K.
-  for (genvar p = 0; p < 3; p++) begin : gen_port
-    logic [8:0] source;
-    logic [1:0] in_bank, soon, next, now;
-    logic bypassed;
+  genvar p, b;
+  generate
+    for (p = 0; p < 3; p++) begin : gen_port
+      logic [8:0] source;
+      logic [1:0] in_bank, soon, next, now;
+      logic bypassed;
 
-    if (p == HostPort) begin : gen_host
-      assign source = host_read_i ? host_register_i : source_d_i[p];
-    end else begin : gen_core
-      assign source = source_d_i[p];
-    end
+      if (p == HostPort) begin : gen_host
+        assign source = host_read_i ? host_register_i : source_d_i[p];
+      end else begin : gen_core
+        assign source = source_d_i[p];
+      end
 
-    assign in_bank[0]  = source[8:6] == asip_isa_pkg::BANK_A;
-    assign in_bank[1]  = source[8:6] == asip_isa_pkg::BANK_C;
-    assign index_a[p]  = source[5:0];
-    assign index_ck[p] = {source[8], source[6:0]};
-    for (genvar b = 0; b < 2; b++) begin : gen_bypass
-      assign soon[b] = in_bank[b] && soon_i[2*b] && soon_index_i[2*b] == source[5:0];
-      assign next[b] = in_bank[b] && next_i[2*b] && next_index_i[2*b] == source[5:0];
-      assign now[b]  = in_bank[b] && write_i[2*b] && write_index_i[2*b] == source[5:0];
-    end
+      assign in_bank[0]  = source[8:6] == asip_isa_pkg::BANK_A;
+      assign in_bank[1]  = source[8:6] == asip_isa_pkg::BANK_C;
+      assign index_a[p]  = source[5:0];
+      assign index_ck[p] = {source[8], source[6:0]};
+      for (b = 0; b < 2; b++) begin : gen_bypass
+        assign soon[b] = in_bank[b] && soon_i[2*b] && soon_index_i[2*b] == source[5:0];
+        assign next[b] = in_bank[b] && next_i[2*b] && next_index_i[2*b] == source[5:0];
+        assign now[b]  = in_bank[b] && write_i[2*b] && write_index_i[2*b] == source[5:0];
+      end
 
-    assign bypassed = (|soon_r1_q[p]) || (|next_r1_q[p]) || (|now_r1_q[p]);
+      assign bypassed = (|soon_r1_q[p]) || (|next_r1_q[p]) || (|now_r1_q[p]);
 
-    always_ff @(posedge clk_i) begin
-      in_a_r1_q[p]    <= in_bank[0];
-      in_ck_r1_q[p]   <= in_bank[1] || source[8];
-      soon_r1_q[p]    <= soon;
-      next_r1_q[p]    <= next;
-      now_r1_q[p]     <= now;
-      soon_r2_q[p]    <= soon_r1_q[p];
-      read_a_r2_q[p]  <= in_a_r1_q[p] && !bypassed ? read_a[p] : 32'd0;
-      read_ck_r2_q[p] <= in_ck_r1_q[p] && !bypassed ? read_ck[p] : 32'd0;
-      next_a_r2_q[p]  <= next_r1_q[p][0] ? write_data_i[0] : 32'd0;
-      next_c_r2_q[p]  <= next_r1_q[p][1] ? write_data_i[2] : 32'd0;
-      now_a_r2_q[p]   <= now_r1_q[p][0] ? last_a_q : 32'd0;
-      now_c_r2_q[p]   <= now_r1_q[p][1] ? last_c_q : 32'd0;
-      operand_e1_q[p] <= read_a_r2_q[p] | read_ck_r2_q[p] |
+      always_ff @(posedge clk_i) begin
+        in_a_r1_q[p]    <= in_bank[0];
+        in_ck_r1_q[p]   <= in_bank[1] || source[8];
+        soon_r1_q[p]    <= soon;
+        next_r1_q[p]    <= next;
+        now_r1_q[p]     <= now;
+        soon_r2_q[p]    <= soon_r1_q[p];
+        read_a_r2_q[p]  <= in_a_r1_q[p] && !bypassed ? read_a[p] : 32'd0;
+        read_ck_r2_q[p] <= in_ck_r1_q[p] && !bypassed ? read_ck[p] : 32'd0;
+        next_a_r2_q[p]  <= next_r1_q[p][0] ? write_data_i[0] : 32'd0;
+        next_c_r2_q[p]  <= next_r1_q[p][1] ? write_data_i[2] : 32'd0;
+        now_a_r2_q[p]   <= now_r1_q[p][0] ? last_a_q : 32'd0;
+        now_c_r2_q[p]   <= now_r1_q[p][1] ? last_c_q : 32'd0;
+        operand_e1_q[p] <= read_a_r2_q[p] | read_ck_r2_q[p] |
                          next_a_r2_q[p] | next_c_r2_q[p] | now_a_r2_q[p] | now_c_r2_q[p] |
                          ({32{soon_r2_q[p][0]}} & write_data_i[0]) |
                          ({32{soon_r2_q[p][1]}} & write_data_i[2]);
+      end
     end
-  end
+  endgenerate
 
   always_ff @(posedge clk_i) begin
     last_a_q <= write_data_i[0];

@@ -93,30 +93,32 @@ module asip_outputs #(
 
   assign host_read_o = host_read_q[31:0];
 
-  if (Resilience != 0) begin : gen_parity
-    localparam int unsigned Inverted = 10;
-    logic parity_q;
-    (* keep *) logic [Inverted-1:0] inverse_q;
+  generate
+    if (Resilience != 0) begin : gen_parity
+      localparam int unsigned Inverted = 10;
+      logic parity_q;
+      (* keep *) logic [Inverted-1:0] inverse_q;
 
-    // The parity is that of the word before its register.
-    always_ff @(posedge clk_i or negedge rst_ni) begin
-      if (!rst_ni) inverse_q <= {1'b1, 1'b0, 8'hff};
-      else begin
-        inverse_q <= ~{page_d, safe_d, write_i || host_write, host_write_safe_i, host_write_record_i,
+      // The parity is that of the word before its register.
+      always_ff @(posedge clk_i or negedge rst_ni) begin
+        if (!rst_ni) inverse_q <= {1'b1, 1'b0, 8'hff};
+        else begin
+          inverse_q <= ~{page_d, safe_d, write_i || host_write, host_write_safe_i, host_write_record_i,
                        host_write ? host_index_i : index_i};
+        end
       end
-    end
-    always_ff @(posedge clk_i) parity_q <= ^data_d;
+      always_ff @(posedge clk_i) parity_q <= ^data_d;
 
-    assign word     = {parity_q, data_q};
-    assign parity_o = host_read_q[WordWidth-1];
-    assign broken_o = inverse_q[Inverted-1-:2] != ~{page_q, safe_q} ||
+      assign word     = {parity_q, data_q};
+      assign parity_o = host_read_q[WordWidth-1];
+      assign broken_o = inverse_q[Inverted-1-:2] != ~{page_q, safe_q} ||
                       inverse_q[Inverted-3] != !write_q ||
                       (write_q && inverse_q[Inverted-4:0] != ~{write_safe_q, write_record_q, index_q});
-  end else begin : gen_no_parity
-    assign word     = data_q;
-    assign parity_o = 1'b0;
-    assign broken_o = 1'b0;
-  end
+    end else begin : gen_no_parity
+      assign word     = data_q;
+      assign parity_o = 1'b0;
+      assign broken_o = 1'b0;
+    end
+  endgenerate
 
 endmodule

@@ -18,16 +18,19 @@ module asip_regbank #(
     output logic [ReadPorts-1:0][Width-1:0]      read_data_o
 );
 
-  for (genvar p = 0; p < ReadPorts; p++) begin : gen_copy
-    (* no_rw_check *) logic [Width-1:0] memory[0:2**IndexWidth-1];
-    logic [Width-1:0] read_q;
+  genvar p;
+  generate
+    for (p = 0; p < ReadPorts; p++) begin : gen_copy
+      (* no_rw_check *) logic [Width-1:0] memory[0:2**IndexWidth-1];
+      logic [Width-1:0] read_q;
 
-    always_ff @(posedge clk_i) begin
-      if (write_i) memory[write_index_i] <= write_data_i;
-      read_q <= memory[read_index_i[p]];
+      always_ff @(posedge clk_i) begin
+        if (write_i) memory[write_index_i] <= write_data_i;
+        read_q <= memory[read_index_i[p]];
+      end
+
+      assign read_data_o[p] = read_q;
     end
-
-    assign read_data_o[p] = read_q;
-  end
+  endgenerate
 
 endmodule

@@ -97,72 +97,74 @@ module asip_run #(
 
   assign run_busy_o = busy;
 
-  if (Resilience != 0) begin : gen_redundancy
-    logic scrub, scrub_control, again, unused_commit;
+  generate
+    if (Resilience != 0) begin : gen_redundancy
+      logic scrub, scrub_control, again, unused_commit;
 
-    asip_redundancy #(
-        .Bundles(Bundles)
-    ) u_redundancy (
-        .clk_i,
-        .rst_ni,
-        .start_i,
-        .clear_i,
-        .watchdog_i,
-        .write_i         (host_write_i),
-        .write_register_i(host_register_i),
-        .start_o         (start),
-        .scrub_o         (scrub),
-        .scrub_control_o (scrub_control),
-        .refetch_o       (again),
-        .run_start_i     (run_start_o),
-        .busy_i          (busy),
-        .done_i          (done),
-        .fault_i         (fault),
-        .cause_i         (cause),
-        .broken_run_i    (broken),
-        .wrote_i,
-        .index_i,
-        .result_i,
-        .bad_program_i,
-        .bad_constant_i,
-        .valid_e1_i,
-        .bad_output_i,
-        .broken_i,
-        .checking_i,
-        .implausible_i,
-        .guard_o,
-        .commit_o,
-        .busy_o,
-        .done_o,
-        .fault_o,
-        .cause_o,
-        .repaired_o,
-        .cycles_o
-    );
-    assign refetch       = refetch_i || again;
-    assign rst_run_no    = rst_ni && !scrub;
-    assign rst_control_n = rst_ni && !scrub_control;
-    assign fault_info_o  = cause_o == asip_regmap_pkg::FAULT_IMPLAUSIBLE
+      asip_redundancy #(
+          .Bundles(Bundles)
+      ) u_redundancy (
+          .clk_i,
+          .rst_ni,
+          .start_i,
+          .clear_i,
+          .watchdog_i,
+          .write_i         (host_write_i),
+          .write_register_i(host_register_i),
+          .start_o         (start),
+          .scrub_o         (scrub),
+          .scrub_control_o (scrub_control),
+          .refetch_o       (again),
+          .run_start_i     (run_start_o),
+          .busy_i          (busy),
+          .done_i          (done),
+          .fault_i         (fault),
+          .cause_i         (cause),
+          .broken_run_i    (broken),
+          .wrote_i,
+          .index_i,
+          .result_i,
+          .bad_program_i,
+          .bad_constant_i,
+          .valid_e1_i,
+          .bad_output_i,
+          .broken_i,
+          .checking_i,
+          .implausible_i,
+          .guard_o,
+          .commit_o,
+          .busy_o,
+          .done_o,
+          .fault_o,
+          .cause_o,
+          .repaired_o,
+          .cycles_o
+      );
+      assign refetch       = refetch_i || again;
+      assign rst_run_no    = rst_ni && !scrub;
+      assign rst_control_n = rst_ni && !scrub_control;
+      assign fault_info_o  = cause_o == asip_regmap_pkg::FAULT_IMPLAUSIBLE
                            ? {11'd0, implausible_index_i} : info;
-    assign unused_commit = ^{commit, cycles};
-  end else begin : gen_once
-    logic unused_redundancy;
-    assign rst_control_n = rst_ni;
-    assign rst_run_no    = rst_ni;
-    assign start         = start_i;
-    assign refetch       = refetch_i;
-    assign commit_o      = commit;
-    assign fault_o       = fault;
-    assign busy_o        = busy;
-    assign done_o        = done;
-    assign cause_o       = cause;
-    assign cycles_o      = cycles;
-    assign fault_info_o  = info;
-    assign guard_o       = '0;
-    assign repaired_o    = 1'b0;
-    assign unused_redundancy = ^{host_write_i, host_register_i, wrote_i, index_i, result_i,
+      assign unused_commit = ^{commit, cycles};
+    end else begin : gen_once
+      logic unused_redundancy;
+      assign rst_control_n = rst_ni;
+      assign rst_run_no    = rst_ni;
+      assign start         = start_i;
+      assign refetch       = refetch_i;
+      assign commit_o      = commit;
+      assign fault_o       = fault;
+      assign busy_o        = busy;
+      assign done_o        = done;
+      assign cause_o       = cause;
+      assign cycles_o      = cycles;
+      assign fault_info_o  = info;
+      assign guard_o       = '0;
+      assign repaired_o    = 1'b0;
+      assign unused_redundancy = ^{host_write_i, host_register_i, wrote_i, index_i, result_i,
                                  bad_program_i, bad_constant_i, valid_e1_i, bad_output_i, broken_i,
                                  broken, checking_i, implausible_i, implausible_index_i};
-  end
+    end
+  endgenerate
 
 endmodule

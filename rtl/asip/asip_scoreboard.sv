@@ -24,27 +24,32 @@ module asip_scoreboard #(
   logic [2**HighWidth-1:0] set_high, clear_high;
   logic [2**LowWidth-1:0] set_low, clear_low;
 
-  for (genvar i = 0; i < 2 ** HighWidth; i++) begin : gen_high
-    assign set_high[i]   = set_i && set_index_i[IndexWidth-1:LowWidth] == HighWidth'(i);
-    assign clear_high[i] = clear_i && clear_index_i[IndexWidth-1:LowWidth] == HighWidth'(i);
-  end
-  for (genvar i = 0; i < 2 ** LowWidth; i++) begin : gen_low
-    assign set_low[i]   = set_index_i[LowWidth-1:0] == LowWidth'(i);
-    assign clear_low[i] = clear_index_i[LowWidth-1:0] == LowWidth'(i);
-  end
-  for (genvar i = 0; i < 2 ** IndexWidth; i++) begin : gen_register
-    localparam int unsigned High = i / 2 ** LowWidth;
-    localparam int unsigned Low = i % 2 ** LowWidth;
-    assign pending_d[i] = (set_high[High] && set_low[Low]) || (pending_q[i] && !(clear_high[High] && clear_low[Low]));
-  end
+  genvar i, q;
+  generate
+    for (i = 0; i < 2 ** HighWidth; i++) begin : gen_high
+      assign set_high[i]   = set_i && set_index_i[IndexWidth-1:LowWidth] == HighWidth'(i);
+      assign clear_high[i] = clear_i && clear_index_i[IndexWidth-1:LowWidth] == HighWidth'(i);
+    end
+    for (i = 0; i < 2 ** LowWidth; i++) begin : gen_low
+      assign set_low[i]   = set_index_i[LowWidth-1:0] == LowWidth'(i);
+      assign clear_low[i] = clear_index_i[LowWidth-1:0] == LowWidth'(i);
+    end
+    for (i = 0; i < 2 ** IndexWidth; i++) begin : gen_register
+      localparam int unsigned High = i / 2 ** LowWidth;
+      localparam int unsigned Low = i % 2 ** LowWidth;
+      assign pending_d[i] = (set_high[High] && set_low[Low]) || (pending_q[i] && !(clear_high[High] && clear_low[Low]));
+    end
+  endgenerate
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) pending_q <= '0;
     else pending_q <= pending_d;
   end
 
-  for (genvar q = 0; q < Queries; q++) begin : gen_query
-    assign pending_o[q] = pending_q[query_i[q]];
-  end
+  generate
+    for (q = 0; q < Queries; q++) begin : gen_query
+      assign pending_o[q] = pending_q[query_i[q]];
+    end
+  endgenerate
 
 endmodule

@@ -39,33 +39,36 @@ module asip_units #(
 
   assign aux_e1 = ops_e1_i[OpWidth*(Slots-1)+:OpWidth];
 
-  for (genvar p = 0; p < FmaPipes; p++) begin : gen_pipe
-    asip_pkg::decoded_t op_e1;
-    logic valid;
-    fp_pkg::flags_t flags;
+  genvar p;
+  generate
+    for (p = 0; p < FmaPipes; p++) begin : gen_pipe
+      asip_pkg::decoded_t op_e1;
+      logic valid;
+      fp_pkg::flags_t flags;
 
-    assign op_e1 = ops_e1_i[OpWidth*p+:OpWidth];
+      assign op_e1 = ops_e1_i[OpWidth*p+:OpWidth];
 
-    fp_fma u_fma (
-        .clk_i,
-        .rst_ni       (rst_run_ni),
-        .valid_i      (valid_e1_i && op_e1.fma),
-        .kind_i       (op_e1.fma_kind),
-        .neg_product_i(op_e1.neg_product),
-        .neg_addend_i (op_e1.neg_addend),
-        .a_i          (operand_e1_i[3*p]),
-        .b_i          (operand_e1_i[3*p+1]),
-        .c_i          (operand_e1_i[3*p+2]),
-        .valid_o      (valid),
-        .result_o     (result_o[p]),
-        .flags_o      (flags)
-    );
-    assign flags_fma[p] = valid ? flags : '0;
-  end
-  if (FmaPipes < 2) begin : gen_no_pipe_b
-    assign result_o[1]  = '0;
-    assign flags_fma[1] = '0;
-  end
+      fp_fma u_fma (
+          .clk_i,
+          .rst_ni       (rst_run_ni),
+          .valid_i      (valid_e1_i && op_e1.fma),
+          .kind_i       (op_e1.fma_kind),
+          .neg_product_i(op_e1.neg_product),
+          .neg_addend_i (op_e1.neg_addend),
+          .a_i          (operand_e1_i[3*p]),
+          .b_i          (operand_e1_i[3*p+1]),
+          .c_i          (operand_e1_i[3*p+2]),
+          .valid_o      (valid),
+          .result_o     (result_o[p]),
+          .flags_o      (flags)
+      );
+      assign flags_fma[p] = valid ? flags : '0;
+    end
+    if (FmaPipes < 2) begin : gen_no_pipe_b
+      assign result_o[1]  = '0;
+      assign flags_fma[1] = '0;
+    end
+  endgenerate
 
   asip_aux #(
       .DataWords     (DataWords),
@@ -91,15 +94,17 @@ module asip_units #(
   );
 
   // The auxiliary result is zero while the host may write. With one slot the host's word goes that way.
-  if (Slots == 1) begin : gen_host_word
-    assign result_o[2] = result_aux | ({32{host_select_i && host_write_i}} & host_word_i);
-    assign host_word_o = '0;
-  end else begin : gen_no_host_word
-    logic unused_write;
-    assign result_o[2]  = result_aux;
-    assign host_word_o  = host_word_i;
-    assign unused_write = host_write_i;
-  end
+  generate
+    if (Slots == 1) begin : gen_host_word
+      assign result_o[2] = result_aux | ({32{host_select_i && host_write_i}} & host_word_i);
+      assign host_word_o = '0;
+    end else begin : gen_no_host_word
+      logic unused_write;
+      assign result_o[2]  = result_aux;
+      assign host_word_o  = host_word_i;
+      assign unused_write = host_write_i;
+    end
+  endgenerate
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) flags_q <= '0;

@@ -42,41 +42,44 @@ module encoder_registers #(
   assign readdata_o    = readdata_q;
   assign waitrequest_o = read_i && !read_q;
 
-  for (genvar i = 0; i < 8; i++) begin : gen_axis
-    if (i < Axes) begin : gen_decoder
-      logic [31:0] position, index_position, edge_time, status;
-      logic [7:0] illegal_count;
-      logic index, illegal;
+  genvar i;
+  generate
+    for (i = 0; i < 8; i++) begin : gen_axis
+      if (i < Axes) begin : gen_decoder
+        logic [31:0] position, index_position, edge_time, status;
+        logic [7:0] illegal_count;
+        logic index, illegal;
 
-      quadrature_decoder u_decoder (
-          .clk_i,
-          .rst_ni,
-          .a_i             (a_i[i]),
-          .b_i             (b_i[i]),
-          .z_i             (z_i[i]),
-          .filter_i        (4'(Filter)),
-          .clear_i         (write_i && address_i[4:AxisLow] == 3'(i)),
-          .time_i          (time_q),
-          .position_o      (position),
-          .edge_time_o     (edge_time),
-          .index_o         (index),
-          .index_position_o(index_position),
-          .illegal_o       (illegal),
-          .illegal_count_o (illegal_count)
-      );
-      always_comb begin
-        status = '0;
-        status[encoder_regmap_pkg::STATUS_INDEX_LSB]            = index;
-        status[encoder_regmap_pkg::STATUS_ILLEGAL_LSB]          = illegal;
-        status[encoder_regmap_pkg::STATUS_ILLEGAL_COUNT_LSB+:8] = illegal_count;
+        quadrature_decoder u_decoder (
+            .clk_i,
+            .rst_ni,
+            .a_i             (a_i[i]),
+            .b_i             (b_i[i]),
+            .z_i             (z_i[i]),
+            .filter_i        (4'(Filter)),
+            .clear_i         (write_i && address_i[4:AxisLow] == 3'(i)),
+            .time_i          (time_q),
+            .position_o      (position),
+            .edge_time_o     (edge_time),
+            .index_o         (index),
+            .index_position_o(index_position),
+            .illegal_o       (illegal),
+            .illegal_count_o (illegal_count)
+        );
+        always_comb begin
+          status = '0;
+          status[encoder_regmap_pkg::STATUS_INDEX_LSB]            = index;
+          status[encoder_regmap_pkg::STATUS_ILLEGAL_LSB]          = illegal;
+          status[encoder_regmap_pkg::STATUS_ILLEGAL_COUNT_LSB+:8] = illegal_count;
+        end
+        assign words[Words*i+32'(encoder_regmap_pkg::REG_POSITION)]       = position;
+        assign words[Words*i+32'(encoder_regmap_pkg::REG_INDEX_POSITION)] = index_position;
+        assign words[Words*i+32'(encoder_regmap_pkg::REG_STATUS)]         = status;
+        assign words[Words*i+32'(encoder_regmap_pkg::REG_IDLE_CLOCKS)]    = time_q - edge_time;
+      end else begin : gen_none
+        assign words[Words*i+:Words] = '0;
       end
-      assign words[Words*i+32'(encoder_regmap_pkg::REG_POSITION)]       = position;
-      assign words[Words*i+32'(encoder_regmap_pkg::REG_INDEX_POSITION)] = index_position;
-      assign words[Words*i+32'(encoder_regmap_pkg::REG_STATUS)]         = status;
-      assign words[Words*i+32'(encoder_regmap_pkg::REG_IDLE_CLOCKS)]    = time_q - edge_time;
-    end else begin : gen_none
-      assign words[Words*i+:Words] = '0;
     end
-  end
+  endgenerate
 
 endmodule

@@ -96,15 +96,17 @@ module ci_fph1 (
 
 `ifndef SYNTHESIS
   // Operand register, unit, selection must fit in the cycles promised.
-  if (fp_pkg::FP_MUL_LATENCY + 2 > ci_pkg::FPGA1_FPH1_FMUL_CYCLES) begin : gen_mul_check
-    $error("ci_fph1: fp_mul is slower than ci_pkg::FPGA1_FPH1_FMUL_CYCLES allow");
-  end
-  if (fp_pkg::FP_ADD_LATENCY + 2 > ci_pkg::FPGA1_FPH1_FADD_CYCLES) begin : gen_add_check
-    $error("ci_fph1: fp_add is slower than ci_pkg::FPGA1_FPH1_FADD_CYCLES allow");
-  end
-  if (fp_pkg::FP_DIVSQRT_LATENCY + 2 > ci_pkg::FPGA1_FPH1_FDIV_CYCLES) begin : gen_div_check
-    $error("ci_fph1: fp_divsqrt is slower than ci_pkg::FPGA1_FPH1_FDIV_CYCLES allow");
-  end
+  generate
+    if (fp_pkg::FP_MUL_LATENCY + 2 > ci_pkg::FPGA1_FPH1_FMUL_CYCLES) begin : gen_mul_check
+      $error("ci_fph1: fp_mul is slower than ci_pkg::FPGA1_FPH1_FMUL_CYCLES allow");
+    end
+    if (fp_pkg::FP_ADD_LATENCY + 2 > ci_pkg::FPGA1_FPH1_FADD_CYCLES) begin : gen_add_check
+      $error("ci_fph1: fp_add is slower than ci_pkg::FPGA1_FPH1_FADD_CYCLES allow");
+    end
+    if (fp_pkg::FP_DIVSQRT_LATENCY + 2 > ci_pkg::FPGA1_FPH1_FDIV_CYCLES) begin : gen_div_check
+      $error("ci_fph1: fp_divsqrt is slower than ci_pkg::FPGA1_FPH1_FDIV_CYCLES allow");
+    end
+  endgenerate
 `endif
 
 endmodule

@@ -38,187 +38,191 @@ module ci_slaves #(
     output logic [31:0] multi_result_o
 );
 
-  if (Platform == 1) begin : gen_fpga1
+  generate
+    if (Platform == 1) begin : gen_fpga1
 
-    logic mine, done;
-    logic [31:0] result;
-    assign mine = multi_n_i[7:2] == ci_pkg::FPGA1_FPH1_BASE[7:2];
-    ci_fph1 u_fph1 (
-        .clk_i   (multi_clk_i),
-        .reset_i (multi_reset_i),
-        .clk_en_i(multi_clk_en_i),
-        .start_i (multi_start_i && mine),
-        .n_i     (multi_n_i[1:0]),
-        .dataa_i (multi_dataa_i),
-        .datab_i (multi_datab_i),
-        .done_o  (done),
-        .result_o(result)
-    );
-    assign multi_done_o   = mine ? done : multi_start_i;
-    assign multi_result_o = mine ? result : 32'd0;
-    assign combo_result_o = 32'd0;
+      logic mine, done;
+      logic [31:0] result;
+      assign mine = multi_n_i[7:2] == ci_pkg::FPGA1_FPH1_BASE[7:2];
+      ci_fph1 u_fph1 (
+          .clk_i   (multi_clk_i),
+          .reset_i (multi_reset_i),
+          .clk_en_i(multi_clk_en_i),
+          .start_i (multi_start_i && mine),
+          .n_i     (multi_n_i[1:0]),
+          .dataa_i (multi_dataa_i),
+          .datab_i (multi_datab_i),
+          .done_o  (done),
+          .result_o(result)
+      );
+      assign multi_done_o   = mine ? done : multi_start_i;
+      assign multi_result_o = mine ? result : 32'd0;
+      assign combo_result_o = 32'd0;
 
-    logic unused_combo, unused_multi;
-    assign unused_combo = ^{combo_dataa_i, combo_datab_i, combo_n_i};
-    assign unused_multi = ^{multi_readra_i, multi_readrb_i, multi_writerc_i,
+      logic unused_combo, unused_multi;
+      assign unused_combo = ^{combo_dataa_i, combo_datab_i, combo_n_i};
+      assign unused_multi = ^{multi_readra_i, multi_readrb_i, multi_writerc_i,
                             multi_a_i, multi_b_i, multi_c_i};
 
-  end else begin : gen_fpga2
+    end else begin : gen_fpga2
 
-    // ---- combinational group ----
-    logic [31:0] compared, sign;
-    ci_fcmp u_fcmp (
-        .dataa_i (combo_dataa_i),
-        .datab_i (combo_datab_i),
-        .n_i     (combo_n_i[3:0]),
-        .result_o(compared)
-    );
-    ci_fsign u_fsign (
-        .dataa_i (combo_dataa_i),
-        .result_o(sign)
-    );
-    always_comb begin
-      combo_result_o = 32'd0;
-      if (combo_n_i[7:4] == ci_pkg::FPGA2_FCMP_BASE[7:4]) combo_result_o = compared;
-      if (combo_n_i == ci_pkg::FPGA2_N_FSIGN) combo_result_o = sign;
-    end
-
-    // ---- multicycle group: pairs of instructions share a unit ----
-    logic [31:0] sum, product, quotient, wave, limited, floated, fixed;
-    logic wave_mine, limit_mine;
-    assign wave_mine  = multi_n_i == ci_pkg::FPGA2_N_FSIN || multi_n_i == ci_pkg::FPGA2_N_FCOS;
-    assign limit_mine = multi_n_i == ci_pkg::FPGA2_N_FSAT;
-    ci_faddsub u_faddsub (
-        .clk_i   (multi_clk_i),
-        .reset_i (multi_reset_i),
-        .clk_en_i(multi_clk_en_i),
-        .start_i (multi_start_i),
-        .n_i     (multi_n_i == ci_pkg::FPGA2_N_FSUB),
-        .dataa_i (multi_dataa_i),
-        .datab_i (multi_datab_i),
-        .result_o(sum)
-    );
-    ci_fmul u_fmul (
-        .clk_i   (multi_clk_i),
-        .reset_i (multi_reset_i),
-        .clk_en_i(multi_clk_en_i),
-        .start_i (multi_start_i),
-        .dataa_i (multi_dataa_i),
-        .datab_i (multi_datab_i),
-        .result_o(product)
-    );
-    ci_fdivsqrt u_fdivsqrt (
-        .clk_i   (multi_clk_i),
-        .reset_i (multi_reset_i),
-        .clk_en_i(multi_clk_en_i),
-        .start_i (multi_start_i),
-        .n_i     (multi_n_i == ci_pkg::FPGA2_N_FSQRT),
-        .dataa_i (multi_dataa_i),
-        .datab_i (multi_datab_i),
-        .result_o(quotient)
-    );
-    ci_fsincos u_fsincos (
-        .clk_i   (multi_clk_i),
-        .reset_i (multi_reset_i),
-        .clk_en_i(multi_clk_en_i),
-        .start_i (multi_start_i && wave_mine),
-        .n_i     (multi_n_i == ci_pkg::FPGA2_N_FCOS),
-        .dataa_i (multi_dataa_i),
-        .result_o(wave)
-    );
-    ci_fsat u_fsat (
-        .clk_i    (multi_clk_i),
-        .reset_i  (multi_reset_i),
-        .clk_en_i (multi_clk_en_i),
-        .start_i  (multi_start_i && limit_mine),
-        .dataa_i  (multi_dataa_i),
-        .datab_i  (multi_datab_i),
-        .readra_i (multi_readra_i),
-        .readrb_i (multi_readrb_i),
-        .writerc_i(multi_writerc_i),
-        .a_i      (multi_a_i),
-        .b_i      (multi_b_i),
-        .c_i      (multi_c_i),
-        .result_o (limited)
-    );
-    ci_floatis u_floatis (
-        .clk_i   (multi_clk_i),
-        .reset_i (multi_reset_i),
-        .clk_en_i(multi_clk_en_i),
-        .start_i (multi_start_i),
-        .dataa_i (multi_dataa_i),
-        .result_o(floated)
-    );
-    ci_fixsi u_fixsi (
-        .clk_i   (multi_clk_i),
-        .reset_i (multi_reset_i),
-        .clk_en_i(multi_clk_en_i),
-        .start_i (multi_start_i),
-        .dataa_i (multi_dataa_i),
-        .result_o(fixed)
-    );
-
-    // ---- cycles of the instruction, start cycle included ----
-    logic [5:0] cycles;
-    always_comb begin
-      cycles         = 6'd1;
-      multi_result_o = 32'd0;
-      case (multi_n_i)
-        ci_pkg::FPGA2_N_FADD, ci_pkg::FPGA2_N_FSUB: begin
-          cycles         = 6'(ci_pkg::FPGA2_FADD_CYCLES);
-          multi_result_o = sum;
-        end
-        ci_pkg::FPGA2_N_FMUL: begin
-          cycles         = 6'(ci_pkg::FPGA2_FMUL_CYCLES);
-          multi_result_o = product;
-        end
-        ci_pkg::FPGA2_N_FDIV, ci_pkg::FPGA2_N_FSQRT: begin
-          cycles         = 6'(ci_pkg::FPGA2_FDIV_CYCLES);
-          multi_result_o = quotient;
-        end
-        ci_pkg::FPGA2_N_FSIN, ci_pkg::FPGA2_N_FCOS: begin
-          cycles         = 6'(ci_pkg::FPGA2_FSIN_CYCLES);
-          multi_result_o = wave;
-        end
-        ci_pkg::FPGA2_N_FSAT: begin
-          cycles         = 6'(ci_pkg::FPGA2_FSAT_CYCLES);
-          multi_result_o = limited;
-        end
-        ci_pkg::FPGA2_N_FLOATIS: begin
-          cycles         = 6'(ci_pkg::FPGA2_FLOATIS_CYCLES);
-          multi_result_o = floated;
-        end
-        ci_pkg::FPGA2_N_FIXSI: begin
-          cycles         = 6'(ci_pkg::FPGA2_FIXSI_CYCLES);
-          multi_result_o = fixed;
-        end
-        default: ;
-      endcase
-    end
-
-    // Cycles that are left, this one included; 0 when idle.
-    logic rst_n;
-    logic [5:0] left_q;
-    assign rst_n = !multi_reset_i;
-    always_ff @(posedge multi_clk_i or negedge rst_n) begin
-      if (!rst_n) begin
-        left_q <= 6'd0;
-      end else if (multi_clk_en_i) begin
-        if (multi_start_i) left_q <= cycles - 6'd1;
-        else if (left_q != 6'd0) left_q <= left_q - 6'd1;
+      // ---- combinational group ----
+      logic [31:0] compared, sign;
+      ci_fcmp u_fcmp (
+          .dataa_i (combo_dataa_i),
+          .datab_i (combo_datab_i),
+          .n_i     (combo_n_i[3:0]),
+          .result_o(compared)
+      );
+      ci_fsign u_fsign (
+          .dataa_i (combo_dataa_i),
+          .result_o(sign)
+      );
+      always_comb begin
+        combo_result_o = 32'd0;
+        if (combo_n_i[7:4] == ci_pkg::FPGA2_FCMP_BASE[7:4]) combo_result_o = compared;
+        if (combo_n_i == ci_pkg::FPGA2_N_FSIGN) combo_result_o = sign;
       end
-    end
-    assign multi_done_o = multi_start_i ? cycles == 6'd1 : left_q == 6'd1;
 
-  end
+      // ---- multicycle group: pairs of instructions share a unit ----
+      logic [31:0] sum, product, quotient, wave, limited, floated, fixed;
+      logic wave_mine, limit_mine;
+      assign wave_mine  = multi_n_i == ci_pkg::FPGA2_N_FSIN || multi_n_i == ci_pkg::FPGA2_N_FCOS;
+      assign limit_mine = multi_n_i == ci_pkg::FPGA2_N_FSAT;
+      ci_faddsub u_faddsub (
+          .clk_i   (multi_clk_i),
+          .reset_i (multi_reset_i),
+          .clk_en_i(multi_clk_en_i),
+          .start_i (multi_start_i),
+          .n_i     (multi_n_i == ci_pkg::FPGA2_N_FSUB),
+          .dataa_i (multi_dataa_i),
+          .datab_i (multi_datab_i),
+          .result_o(sum)
+      );
+      ci_fmul u_fmul (
+          .clk_i   (multi_clk_i),
+          .reset_i (multi_reset_i),
+          .clk_en_i(multi_clk_en_i),
+          .start_i (multi_start_i),
+          .dataa_i (multi_dataa_i),
+          .datab_i (multi_datab_i),
+          .result_o(product)
+      );
+      ci_fdivsqrt u_fdivsqrt (
+          .clk_i   (multi_clk_i),
+          .reset_i (multi_reset_i),
+          .clk_en_i(multi_clk_en_i),
+          .start_i (multi_start_i),
+          .n_i     (multi_n_i == ci_pkg::FPGA2_N_FSQRT),
+          .dataa_i (multi_dataa_i),
+          .datab_i (multi_datab_i),
+          .result_o(quotient)
+      );
+      ci_fsincos u_fsincos (
+          .clk_i   (multi_clk_i),
+          .reset_i (multi_reset_i),
+          .clk_en_i(multi_clk_en_i),
+          .start_i (multi_start_i && wave_mine),
+          .n_i     (multi_n_i == ci_pkg::FPGA2_N_FCOS),
+          .dataa_i (multi_dataa_i),
+          .result_o(wave)
+      );
+      ci_fsat u_fsat (
+          .clk_i    (multi_clk_i),
+          .reset_i  (multi_reset_i),
+          .clk_en_i (multi_clk_en_i),
+          .start_i  (multi_start_i && limit_mine),
+          .dataa_i  (multi_dataa_i),
+          .datab_i  (multi_datab_i),
+          .readra_i (multi_readra_i),
+          .readrb_i (multi_readrb_i),
+          .writerc_i(multi_writerc_i),
+          .a_i      (multi_a_i),
+          .b_i      (multi_b_i),
+          .c_i      (multi_c_i),
+          .result_o (limited)
+      );
+      ci_floatis u_floatis (
+          .clk_i   (multi_clk_i),
+          .reset_i (multi_reset_i),
+          .clk_en_i(multi_clk_en_i),
+          .start_i (multi_start_i),
+          .dataa_i (multi_dataa_i),
+          .result_o(floated)
+      );
+      ci_fixsi u_fixsi (
+          .clk_i   (multi_clk_i),
+          .reset_i (multi_reset_i),
+          .clk_en_i(multi_clk_en_i),
+          .start_i (multi_start_i),
+          .dataa_i (multi_dataa_i),
+          .result_o(fixed)
+      );
+
+      // ---- cycles of the instruction, start cycle included ----
+      logic [5:0] cycles;
+      always_comb begin
+        cycles         = 6'd1;
+        multi_result_o = 32'd0;
+        case (multi_n_i)
+          ci_pkg::FPGA2_N_FADD, ci_pkg::FPGA2_N_FSUB: begin
+            cycles         = 6'(ci_pkg::FPGA2_FADD_CYCLES);
+            multi_result_o = sum;
+          end
+          ci_pkg::FPGA2_N_FMUL: begin
+            cycles         = 6'(ci_pkg::FPGA2_FMUL_CYCLES);
+            multi_result_o = product;
+          end
+          ci_pkg::FPGA2_N_FDIV, ci_pkg::FPGA2_N_FSQRT: begin
+            cycles         = 6'(ci_pkg::FPGA2_FDIV_CYCLES);
+            multi_result_o = quotient;
+          end
+          ci_pkg::FPGA2_N_FSIN, ci_pkg::FPGA2_N_FCOS: begin
+            cycles         = 6'(ci_pkg::FPGA2_FSIN_CYCLES);
+            multi_result_o = wave;
+          end
+          ci_pkg::FPGA2_N_FSAT: begin
+            cycles         = 6'(ci_pkg::FPGA2_FSAT_CYCLES);
+            multi_result_o = limited;
+          end
+          ci_pkg::FPGA2_N_FLOATIS: begin
+            cycles         = 6'(ci_pkg::FPGA2_FLOATIS_CYCLES);
+            multi_result_o = floated;
+          end
+          ci_pkg::FPGA2_N_FIXSI: begin
+            cycles         = 6'(ci_pkg::FPGA2_FIXSI_CYCLES);
+            multi_result_o = fixed;
+          end
+          default: ;
+        endcase
+      end
+
+      // Cycles that are left, this one included; 0 when idle.
+      logic rst_n;
+      logic [5:0] left_q;
+      assign rst_n = !multi_reset_i;
+      always_ff @(posedge multi_clk_i or negedge rst_n) begin
+        if (!rst_n) begin
+          left_q <= 6'd0;
+        end else if (multi_clk_en_i) begin
+          if (multi_start_i) left_q <= cycles - 6'd1;
+          else if (left_q != 6'd0) left_q <= left_q - 6'd1;
+        end
+      end
+      assign multi_done_o = multi_start_i ? cycles == 6'd1 : left_q == 6'd1;
+
+    end
+  endgenerate
 
   logic unused_registers;
   assign unused_registers = ^{combo_readra_i, combo_readrb_i, combo_writerc_i, combo_a_i, combo_b_i, combo_c_i};
 
 `ifndef SYNTHESIS
-  if (Platform != 1 && Platform != 2) begin : gen_check
-    $error("ci_slaves: Platform=%0d, must be 1 (vendor FPU) or 2 (ours)", Platform);
-  end
+  generate
+    if (Platform != 1 && Platform != 2) begin : gen_check
+      $error("ci_slaves: Platform=%0d, must be 1 (vendor FPU) or 2 (ours)", Platform);
+    end
+  endgenerate
 `endif
 
 endmodule

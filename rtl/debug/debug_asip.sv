@@ -399,49 +399,51 @@ module debug_asip #(
       .runs_o        (runs)
   );
 
-  if (Uart != 0) begin : gen_uart
-    debug_link #(
-        .RingLog2(RingLog2),
-        .Divider (16'(UartDivider))
-    ) u_link (
-        .clk_i,
-        .rst_ni,
-        .rx_i,
-        .tx_o,
-        .csr_write_i   (csr_write),
-        .csr_index_i   (csr_index),
-        .csr_data_i    (block_writedata),
-        .status_i      (status_word),
-        .place_i       (place_word),
-        .runs_i        (runs),
-        .records_i     (records),
-        .last_channel_i(last_channel),
-        .size_log2_i   (size_log2),
-        .armed_i       (armed),
-        .errors_o      (uart_errors),
-        .read_o        (link_read),
-        .write_o       (link_write),
-        .address_o     (link_address),
-        .writedata_o   (link_data),
-        .readdata_i    (link_in_machine ? machine_readdata_i
+  generate
+    if (Uart != 0) begin : gen_uart
+      debug_link #(
+          .RingLog2(RingLog2),
+          .Divider (16'(UartDivider))
+      ) u_link (
+          .clk_i,
+          .rst_ni,
+          .rx_i,
+          .tx_o,
+          .csr_write_i   (csr_write),
+          .csr_index_i   (csr_index),
+          .csr_data_i    (block_writedata),
+          .status_i      (status_word),
+          .place_i       (place_word),
+          .runs_i        (runs),
+          .records_i     (records),
+          .last_channel_i(last_channel),
+          .size_log2_i   (size_log2),
+          .armed_i       (armed),
+          .errors_o      (uart_errors),
+          .read_o        (link_read),
+          .write_o       (link_write),
+          .address_o     (link_address),
+          .writedata_o   (link_data),
+          .readdata_i    (link_in_machine ? machine_readdata_i
                         : link_in_block ? chosen_readdata : turn_readdata),
-        .wait_i        (link_wait),
-        .ring_taken_i  (ring_read),
-        .ring_address_o(link_ring_address),
-        .ring_data_i   (ring_data)
-    );
-  end else begin : gen_no_uart
-    logic unused_uart;
-    assign tx_o              = 1'b1;
-    assign link_read         = 1'b0;
-    assign link_write        = 1'b0;
-    assign link_address      = '0;
-    assign link_data         = '0;
-    assign link_ring_address = '0;
-    assign uart_errors       = '0;
-    assign unused_uart       = ^{rx_i, link_wait, runs, last_channel, size_log2, armed,
+          .wait_i        (link_wait),
+          .ring_taken_i  (ring_read),
+          .ring_address_o(link_ring_address),
+          .ring_data_i   (ring_data)
+      );
+    end else begin : gen_no_uart
+      logic unused_uart;
+      assign tx_o              = 1'b1;
+      assign link_read         = 1'b0;
+      assign link_write        = 1'b0;
+      assign link_address      = '0;
+      assign link_data         = '0;
+      assign link_ring_address = '0;
+      assign uart_errors       = '0;
+      assign unused_uart       = ^{rx_i, link_wait, runs, last_channel, size_log2, armed,
                             machine_readdata_i};
-  end
+    end
+  endgenerate
 
   assign debug_active_o = held;
 

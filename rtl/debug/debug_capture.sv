@@ -109,80 +109,83 @@ module debug_capture #(
     data_q           <= {constant_data_q, write_data_i};
   end
 
-  for (genvar c = 0; c < Channels; c++) begin : gen_channel
-    logic [5:0] index;
-    logic write;
+  genvar channel, s;
+  generate
+    for (channel = 0; channel < Channels; channel++) begin : gen_channel
+      logic [5:0] index;
+      logic write;
 
-    always_ff @(posedge clk_i) begin
-      if (csr_write_i && csr_index_i == debug_regmap_pkg::REG_CHANNEL + 6'(c)) begin
-        index_q[c]     <= csr_data_i[debug_regmap_pkg::CHANNEL_INDEX_LSB+:7];
-        source_q[c]    <= source;
-        one_from_q[c]  <= last ? 4'd0 : 4'd1 << source;
-        last_from_q[c] <= last ? 4'd1 << source : 4'd0;
-        is_output_q[c] <= kind == debug_regmap_pkg::CHANNEL_KIND_OUTPUT;
-        is_cycles_q[c] <= kind == debug_regmap_pkg::CHANNEL_KIND_CYCLES;
-        wanted_q[c]    <= wanted;
-        every_q[c]     <= last;
+      always_ff @(posedge clk_i) begin
+        if (csr_write_i && csr_index_i == debug_regmap_pkg::REG_CHANNEL + 6'(channel)) begin
+          index_q[channel]     <= csr_data_i[debug_regmap_pkg::CHANNEL_INDEX_LSB+:7];
+          source_q[channel]    <= source;
+          one_from_q[channel]  <= last ? 4'd0 : 4'd1 << source;
+          last_from_q[channel] <= last ? 4'd1 << source : 4'd0;
+          is_output_q[channel] <= kind == debug_regmap_pkg::CHANNEL_KIND_OUTPUT;
+          is_cycles_q[channel] <= kind == debug_regmap_pkg::CHANNEL_KIND_CYCLES;
+          wanted_q[channel]    <= wanted;
+          every_q[channel]     <= last;
+        end
+      end
+
+      // Selections of two inputs: one table of six inputs a bit.
+      assign index = source_q[channel][1] ? (source_q[channel][0] ? constant_index_q[5:0] : write_index_i[2]) :
+                   source_q[channel][0] ? write_index_i[1] : write_index_i[0];
+      assign write = source_q[channel][1] ?
+                   (source_q[channel][0] ? constant_write_q && constant_index_q[6] == index_q[channel][6] :
+                    is_output_q[channel] ? write_i[3] : write_i[2]) :
+                   source_q[channel][0] ? write_i[1] : write_i[0];
+      assign hit[channel] = write && index == index_q[channel][5:0];
+
+      // Number of the next write of the run, and whether it is the one that is wanted.
+      assign count[channel] = run_start_i ? 4'd0 : hit_q[channel] ? next_number(count_q[channel]) : count_q[channel];
+
+      always_ff @(posedge clk_i) begin
+        count_q[channel]   <= count[channel];
+        is_next_q[channel] <= wanted_q[channel] == count[channel];
+      end
+
+      assign takes[channel] = hit_q[channel] && (every_q[channel] || is_next_q[channel]);
+
+      always_ff @(posedge clk_i) if (takes[channel]) slot_q[channel] <= slot[source_q[channel]];
+
+      always_ff @(posedge clk_i or negedge rst_ni) begin
+        if (!rst_ni) fresh_q[channel] <= 1'b0;
+        else if (takes[channel]) fresh_q[channel] <= 1'b1;
+        else if (looks[channel]) fresh_q[channel] <= 1'b0;
       end
     end
 
-    // Selections of two inputs: one table of six inputs a bit.
-    assign index = source_q[c][1] ? (source_q[c][0] ? constant_index_q[5:0] : write_index_i[2]) :
-                   source_q[c][0] ? write_index_i[1] : write_index_i[0];
-    assign write = source_q[c][1] ?
-                   (source_q[c][0] ? constant_write_q && constant_index_q[6] == index_q[c][6] :
-                    is_output_q[c] ? write_i[3] : write_i[2]) :
-                   source_q[c][0] ? write_i[1] : write_i[0];
-    assign hit[c] = write && index == index_q[c][5:0];
+    // ---- sources: the slot of the word in data_q
+    for (s = 0; s < Sources; s++) begin : gen_source
+      logic [31:0] memory[0:Channels-1];
+      logic some_one, some_last;  // a channel takes it
+      logic [2:0] slot_one, slot_last;
 
-    // Number of the next write of the run, and whether it is the one that is wanted.
-    assign count[c] = run_start_i ? 4'd0 : hit_q[c] ? next_number(count_q[c]) : count_q[c];
-
-    always_ff @(posedge clk_i) begin
-      count_q[c]   <= count[c];
-      is_next_q[c] <= wanted_q[c] == count[c];
-    end
-
-    assign takes[c] = hit_q[c] && (every_q[c] || is_next_q[c]);
-
-    always_ff @(posedge clk_i) if (takes[c]) slot_q[c] <= slot[source_q[c]];
-
-    always_ff @(posedge clk_i or negedge rst_ni) begin
-      if (!rst_ni) fresh_q[c] <= 1'b0;
-      else if (takes[c]) fresh_q[c] <= 1'b1;
-      else if (looks[c]) fresh_q[c] <= 1'b0;
-    end
-  end
-
-  // ---- sources: the slot of the word in data_q
-  for (genvar s = 0; s < Sources; s++) begin : gen_source
-    logic [31:0] memory[0:Channels-1];
-    logic some_one, some_last;  // a channel takes it
-    logic [2:0] slot_one, slot_last;
-
-    always_comb begin
-      some_one  = 1'b0;
-      some_last = 1'b0;
-      slot_one  = '0;
-      slot_last = '0;
-      for (int c = Channels - 1; c >= 0; c--) begin
-        if (hit_q[c] && is_next_q[c] && one_from_q[c][s]) begin
-          some_one = 1'b1;
-          slot_one = 3'(c);
-        end
-        if (hit_q[c] && last_from_q[c][s]) begin
-          some_last = 1'b1;
-          slot_last = 3'(c);
+      always_comb begin
+        some_one  = 1'b0;
+        some_last = 1'b0;
+        slot_one  = '0;
+        slot_last = '0;
+        for (int c = Channels - 1; c >= 0; c--) begin
+          if (hit_q[c] && is_next_q[c] && one_from_q[c][s]) begin
+            some_one = 1'b1;
+            slot_one = 3'(c);
+          end
+          if (hit_q[c] && last_from_q[c][s]) begin
+            some_last = 1'b1;
+            slot_last = 3'(c);
+          end
         end
       end
+
+      assign slot[s] = some_one ? slot_one : slot_last;
+
+      always_ff @(posedge clk_i) if (some_one || some_last) memory[slot[s]] <= data_q[s];
+
+      assign waiting[s] = memory[from_slot_q];
     end
-
-    assign slot[s] = some_one ? slot_one : slot_last;
-
-    always_ff @(posedge clk_i) if (some_one || some_last) memory[slot[s]] <= data_q[s];
-
-    assign waiting[s] = memory[from_slot_q];
-  end
+  endgenerate
 
   // ---- after a run: where the word of the next channel is, then the word
   assign looks = {looked_q, ended_q};

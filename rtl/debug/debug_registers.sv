@@ -138,19 +138,22 @@ module debug_registers #(
 
   assign keep = csr_write_o && kept[csr_index_o];
 
-  for (genvar i = 0; i < Registers; i++) begin : gen_kept
-    assign kept[i] = kept_at(i);
-    if (has_reset_at(6'(i))) begin : gen_written
-      logic written_q;
-      always_ff @(posedge clk_i or negedge rst_ni) begin
-        if (!rst_ni) written_q <= 1'b0;
-        else if (csr_write_o && csr_index_o == 6'(i)) written_q <= 1'b1;
+  genvar i;
+  generate
+    for (i = 0; i < Registers; i++) begin : gen_kept
+      assign kept[i] = kept_at(i);
+      if (has_reset_at(6'(i))) begin : gen_written
+        logic written_q;
+        always_ff @(posedge clk_i or negedge rst_ni) begin
+          if (!rst_ni) written_q <= 1'b0;
+          else if (csr_write_o && csr_index_o == 6'(i)) written_q <= 1'b1;
+        end
+        assign ready[i] = written_q;
+      end else begin : gen_ready
+        assign ready[i] = kept[i];
       end
-      assign ready[i] = written_q;
-    end else begin : gen_ready
-      assign ready[i] = kept[i];
     end
-  end
+  endgenerate
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin

@@ -96,50 +96,53 @@ module debug_run (
     end
   end
 
-  for (genvar b = 0; b < Breakpoints; b++) begin : gen_break
-    logic match;
-    assign match = enable_q[b] && break_q[b] == looked;
+  genvar b, w;
+  generate
+    for (b = 0; b < Breakpoints; b++) begin : gen_break
+      logic match;
+      assign match = enable_q[b] && break_q[b] == looked;
 
-    always_ff @(posedge clk_i) begin
-      if (csr_write_i && csr_index_i == debug_regmap_pkg::REG_BREAK + 6'(b)) begin
-        break_q[b] <= csr_data_i[debug_regmap_pkg::BREAK_VALUE_LSB+:16];
+      always_ff @(posedge clk_i) begin
+        if (csr_write_i && csr_index_i == debug_regmap_pkg::REG_BREAK + 6'(b)) begin
+          break_q[b] <= csr_data_i[debug_regmap_pkg::BREAK_VALUE_LSB+:16];
+        end
+        if (!look_d) match_q_q[b] <= match;
+        // A breakpoint that is disabled holds the bundle in D no more.
+        match_d_q[b] <= enable_q[b] && (core_i.advance ? match_q_q[b] : look_d ? match : match_d_q[b]);
       end
-      if (!look_d) match_q_q[b] <= match;
-      // A breakpoint that is disabled holds the bundle in D no more.
-      match_d_q[b] <= enable_q[b] && (core_i.advance ? match_q_q[b] : look_d ? match : match_d_q[b]);
     end
-  end
 
-  // ---- watches
-  for (genvar w = 0; w < Watches; w++) begin : gen_watch
-    assign data_d[w]    = bank_q[w][1] ? write_data_i[2] :
+    // ---- watches
+    for (w = 0; w < Watches; w++) begin : gen_watch
+      assign data_d[w]    = bank_q[w][1] ? write_data_i[2] :
                           bank_q[w][0] ? write_data_i[1] : write_data_i[0];
-    assign written_d[w] = (bank_q[w][1] ? (bank_q[w][0] ? write_i[3] : write_i[2]) :
+      assign written_d[w] = (bank_q[w][1] ? (bank_q[w][0] ? write_i[3] : write_i[2]) :
                            bank_q[w][0] ? write_i[1] : write_i[0]) &&
                           (bank_q[w][1] ? write_index_i[2] :
                            bank_q[w][0] ? write_index_i[1] : write_index_i[0]) == index_q[w];
 
-    always_ff @(posedge clk_i) begin
-      if (csr_write_i && csr_index_i == debug_regmap_pkg::REG_WATCH_PLACE + 6'(w)) begin
-        index_q[w] <= csr_data_i[debug_regmap_pkg::WATCH_PLACE_INDEX_LSB+:6];
-        bank_q[w]  <= csr_data_i[debug_regmap_pkg::WATCH_PLACE_BANK_LSB+:2];
+      always_ff @(posedge clk_i) begin
+        if (csr_write_i && csr_index_i == debug_regmap_pkg::REG_WATCH_PLACE + 6'(w)) begin
+          index_q[w] <= csr_data_i[debug_regmap_pkg::WATCH_PLACE_INDEX_LSB+:6];
+          bank_q[w]  <= csr_data_i[debug_regmap_pkg::WATCH_PLACE_BANK_LSB+:2];
+        end
+        if (csr_write_i && csr_index_i == debug_regmap_pkg::REG_WATCH_MASK + 6'(w)) begin
+          mask_q[w] <= csr_data_i;
+        end
+        if (csr_write_i && csr_index_i == debug_regmap_pkg::REG_WATCH_VALUE + 6'(w)) begin
+          value_q[w] <= csr_data_i;
+        end
+        data_q[w] <= data_d[w];
       end
-      if (csr_write_i && csr_index_i == debug_regmap_pkg::REG_WATCH_MASK + 6'(w)) begin
-        mask_q[w] <= csr_data_i;
-      end
-      if (csr_write_i && csr_index_i == debug_regmap_pkg::REG_WATCH_VALUE + 6'(w)) begin
-        value_q[w] <= csr_data_i;
-      end
-      data_q[w] <= data_d[w];
-    end
 
-    always_ff @(posedge clk_i or negedge rst_ni) begin
-      if (!rst_ni) written_q[w] <= 1'b0;
-      else written_q[w] <= written_d[w] && watch_enable_q[w] && core_i.busy;
-    end
+      always_ff @(posedge clk_i or negedge rst_ni) begin
+        if (!rst_ni) written_q[w] <= 1'b0;
+        else written_q[w] <= written_d[w] && watch_enable_q[w] && core_i.busy;
+      end
 
-    assign seen[w] = written_q[w] && !(|((data_q[w] ^ value_q[w]) & mask_q[w]));
-  end
+      assign seen[w] = written_q[w] && !(|((data_q[w] ^ value_q[w]) & mask_q[w]));
+    end
+  endgenerate
 
   // ---- state
   assign waits   = core_i.run && core_i.valid_d && !core_i.branch_wait && !issue_i;

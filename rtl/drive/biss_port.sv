@@ -138,15 +138,17 @@ module biss_port #(
   assign unused_writedata = writedata_i;
 
 `ifndef SYNTHESIS
-  if (Width < 1 || Width > 64) begin : gen_check_width
-    $error("biss_port: Width=%0d, must be 1..64", Width);
-  end
-  if (ClocksPerBit < 6 || ClocksPerBit > 62 || ClocksPerBit % 2 != 0) begin : gen_check_bit
-    $error("biss_port: ClocksPerBit=%0d, must be even, 6..62", ClocksPerBit);
-  end
-  if (Limit > 65535) begin : gen_check_limit
-    $error("biss_port: Limit=%0d, must be below 65536", Limit);
-  end
+  generate
+    if (Width < 1 || Width > 64) begin : gen_check_width
+      $error("biss_port: Width=%0d, must be 1..64", Width);
+    end
+    if (ClocksPerBit < 6 || ClocksPerBit > 62 || ClocksPerBit % 2 != 0) begin : gen_check_bit
+      $error("biss_port: ClocksPerBit=%0d, must be even, 6..62", ClocksPerBit);
+    end
+    if (Limit > 65535) begin : gen_check_limit
+      $error("biss_port: Limit=%0d, must be below 65536", Limit);
+    end
+  endgenerate
 `endif
 
 endmodule

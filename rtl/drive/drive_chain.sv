@@ -64,9 +64,12 @@ module drive_chain #(
   logic [95:0] trace_data;
   asip_pkg::hook_out_t hook;
 
-  for (genvar n = 0; n < 3; n++) begin : gen_at
-    assign at[n] = address_i[17:BlockBits] == 2'(n);
-  end
+  genvar n;
+  generate
+    for (n = 0; n < 3; n++) begin : gen_at
+      assign at[n] = address_i[17:BlockBits] == 2'(n);
+    end
+  endgenerate
 
   dual_asip #(
       .TrajectoryFmaPipes(TrajectoryFmaPipes),

@@ -270,84 +270,87 @@ module drive_front_end #(
       .fast_valid_o(fast_valid)
   );
 
-  for (genvar i = 0; i < Axes; i++) begin : gen_axis
-    logic signed [SlowWidth-1:0] slow_a, slow_b;
-    logic [31:0] age;
+  genvar axis;
+  generate
+    for (axis = 0; axis < Axes; axis++) begin : gen_axis
+      logic signed [SlowWidth-1:0] slow_a, slow_b;
+      logic [31:0] age;
 
-    drive_axis #(
-        .Width        (Width),
-        .DeadBits     (DeadBits),
-        .LeastDeadTime(LeastDeadTime),
-        .SlowRate     (SlowRate),
-        .FastRate     (FastRate),
-        .FilterBits   (FilterBits)
-    ) u_axis (
-        .clk_i,
-        .rst_ni,
-        .a_i             (a_i[i]),
-        .b_i             (b_i[i]),
-        .z_i             (z_i[i]),
-        .filter_i        (filter_q),
-        .time_i          (time_q),
-        .position_o      (position[32*i+:32]),
-        .edge_time_o     (edge_time[32*i+:32]),
-        .index_o         (index[i]),
-        .index_position_o(index_position[32*i+:32]),
-        .illegal_o       (illegal[i]),
-        .illegal_count_o (illegal_count[8*i+:8]),
-        .bit_a_i         (bit_a_i[i]),
-        .bit_b_i         (bit_b_i[i]),
-        .strobe_i        (strobe),
-        .corner_i        (corner),
-        .fast_i          (fast),
-        .fast_valid_i    (fast_valid),
-        .limit_i         (limit_q),
-        .current_a_o     (slow_a),
-        .current_b_o     (slow_b),
-        .over_o          (over[i]),
-        .count_i         (count),
-        .up_i            (up),
-        .load_i          (load),
-        .mode_i          (mode_q[ModeBits*i+:ModeBits]),
-        .dead_time_i     (dead_time_q),
-        .write_i         (write_q && axis_q == 3'(i)),
-        .phase_i         (phase_q),
-        .value_i         (bounded),
-        .commit_i        (commit_q[1]),
-        .fault_i         (fault_i[i]),
-        .alarm_i         (alarm || (illegal[i] && guard_encoder_q)),
-        .clear_i         (clear[i]),
-        .trip_o          (trip[i]),
-        .high_o          (high_o[3*i+:3]),
-        .low_o           (low_o[3*i+:3])
-    );
+      drive_axis #(
+          .Width        (Width),
+          .DeadBits     (DeadBits),
+          .LeastDeadTime(LeastDeadTime),
+          .SlowRate     (SlowRate),
+          .FastRate     (FastRate),
+          .FilterBits   (FilterBits)
+      ) u_axis (
+          .clk_i,
+          .rst_ni,
+          .a_i             (a_i[axis]),
+          .b_i             (b_i[axis]),
+          .z_i             (z_i[axis]),
+          .filter_i        (filter_q),
+          .time_i          (time_q),
+          .position_o      (position[32*axis+:32]),
+          .edge_time_o     (edge_time[32*axis+:32]),
+          .index_o         (index[axis]),
+          .index_position_o(index_position[32*axis+:32]),
+          .illegal_o       (illegal[axis]),
+          .illegal_count_o (illegal_count[8*axis+:8]),
+          .bit_a_i         (bit_a_i[axis]),
+          .bit_b_i         (bit_b_i[axis]),
+          .strobe_i        (strobe),
+          .corner_i        (corner),
+          .fast_i          (fast),
+          .fast_valid_i    (fast_valid),
+          .limit_i         (limit_q),
+          .current_a_o     (slow_a),
+          .current_b_o     (slow_b),
+          .over_o          (over[axis]),
+          .count_i         (count),
+          .up_i            (up),
+          .load_i          (load),
+          .mode_i          (mode_q[ModeBits*axis+:ModeBits]),
+          .dead_time_i     (dead_time_q),
+          .write_i         (write_q && axis_q == 3'(axis)),
+          .phase_i         (phase_q),
+          .value_i         (bounded),
+          .commit_i        (commit_q[1]),
+          .fault_i         (fault_i[axis]),
+          .alarm_i         (alarm || (illegal[axis] && guard_encoder_q)),
+          .clear_i         (clear[axis]),
+          .trip_o          (trip[axis]),
+          .high_o          (high_o[3*axis+:3]),
+          .low_o           (low_o[3*axis+:3])
+      );
 
-    assign current_a[32*i+:32] = {{9{samples_q[4*i+1][22]}}, samples_q[4*i+1]};
-    assign current_b[32*i+:32] = {{9{samples_q[4*i+2][22]}}, samples_q[4*i+2]};
-    assign age = time_q - edge_time[32*i+:32];
+      assign current_a[32*axis+:32] = {{9{samples_q[4*axis+1][22]}}, samples_q[4*axis+1]};
+      assign current_b[32*axis+:32] = {{9{samples_q[4*axis+2][22]}}, samples_q[4*axis+2]};
+      assign age = time_q - edge_time[32*axis+:32];
 
-    always_ff @(posedge clk_i or negedge rst_ni) begin
-      if (!rst_ni) begin
-        origin_q[32*i+:32] <= '0;
-      end else if (write_i && register_index == drive_regmap_pkg::REG_ORIGIN + Index'(i)) begin
-        origin_q[32*i+:32] <= writedata_i;
+      always_ff @(posedge clk_i or negedge rst_ni) begin
+        if (!rst_ni) begin
+          origin_q[32*axis+:32] <= '0;
+        end else if (write_i && register_index == drive_regmap_pkg::REG_ORIGIN + Index'(axis)) begin
+          origin_q[32*axis+:32] <= writedata_i;
+        end
+      end
+
+      always_ff @(posedge clk_i) position_o[32*axis+:32] <= position[32*axis+:32] + origin_q[32*axis+:32];
+
+      assign release_o[axis] = release_q[axis] && mode_q[ModeBits*axis+:ModeBits] == MoRun && !trip[axis];
+
+      // What the link hands over, all of one clock. Ages beyond 2^22 clocks show as that.
+      always_ff @(posedge clk_i) begin
+        if (done) begin
+          samples_q[4*axis]   <= position[32*axis+:23];
+          samples_q[4*axis+1] <= {{(23 - SlowWidth) {slow_a[SlowWidth-1]}}, slow_a};
+          samples_q[4*axis+2] <= {{(23 - SlowWidth) {slow_b[SlowWidth-1]}}, slow_b};
+          samples_q[4*axis+3] <= (age[31:22] != '0) ? 23'h3f_ffff : age[22:0];
+        end
       end
     end
-
-    always_ff @(posedge clk_i) position_o[32*i+:32] <= position[32*i+:32] + origin_q[32*i+:32];
-
-    assign release_o[i] = release_q[i] && mode_q[ModeBits*i+:ModeBits] == MoRun && !trip[i];
-
-    // What the link hands over, all of one clock. Ages beyond 2^22 clocks show as that.
-    always_ff @(posedge clk_i) begin
-      if (done) begin
-        samples_q[4*i]   <= position[32*i+:23];
-        samples_q[4*i+1] <= {{(23 - SlowWidth) {slow_a[SlowWidth-1]}}, slow_a};
-        samples_q[4*i+2] <= {{(23 - SlowWidth) {slow_b[SlowWidth-1]}}, slow_b};
-        samples_q[4*i+3] <= (age[31:22] != '0) ? 23'h3f_ffff : age[22:0];
-      end
-    end
-  end
+  endgenerate
 
   always_ff @(posedge clk_i) begin
     if (done) begin
@@ -412,9 +415,11 @@ module drive_front_end #(
   assign waitrequest_o = read_i && !read_q;
 
 `ifndef SYNTHESIS
-  if (Axes < 1 || Axes > 8) begin : gen_check_shape
-    $error("drive_front_end: Axes=%0d, must be 1..8", Axes);
-  end
+  generate
+    if (Axes < 1 || Axes > 8) begin : gen_check_shape
+      $error("drive_front_end: Axes=%0d, must be 1..8", Axes);
+    end
+  endgenerate
 `endif
 
 endmodule

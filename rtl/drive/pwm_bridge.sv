@@ -60,35 +60,38 @@ module pwm_bridge #(
   assign off    = (|fault_q) || alarm_q || trip_q;
   assign trip_o = trip_q;
 
-  for (genvar i = 0; i < 3; i++) begin : gen_phase
-    always_ff @(posedge clk_i or negedge rst_ni) begin
-      if (!rst_ni) begin
-        written_q[i] <= '0;
-        shadow_q[i]  <= '0;
-      end else begin
-        if (write_i && phase_i == 2'(i)) written_q[i] <= value_i;
-        if (commit_i) shadow_q[i] <= written_q[i];
+  genvar i;
+  generate
+    for (i = 0; i < 3; i++) begin : gen_phase
+      always_ff @(posedge clk_i or negedge rst_ni) begin
+        if (!rst_ni) begin
+          written_q[i] <= '0;
+          shadow_q[i]  <= '0;
+        end else begin
+          if (write_i && phase_i == 2'(i)) written_q[i] <= value_i;
+          if (commit_i) shadow_q[i] <= written_q[i];
+        end
       end
-    end
 
-    pwm_phase #(
-        .Width   (Width),
-        .DeadBits(DeadBits)
-    ) u_phase (
-        .clk_i,
-        .rst_ni,
-        .count_i,
-        .up_i,
-        .load_i,
-        .compare_i  (shadow_q[i]),
-        .dead_time_i(dead_time_q),
-        .run_i      (mode_i == MoRun),
-        .brake_i    (mode_i == MoBrake),
-        .off_i      (off),
-        .ordered_o  (ordered_o[i]),
-        .high_o     (high_o[i]),
-        .low_o      (low_o[i])
-    );
-  end
+      pwm_phase #(
+          .Width   (Width),
+          .DeadBits(DeadBits)
+      ) u_phase (
+          .clk_i,
+          .rst_ni,
+          .count_i,
+          .up_i,
+          .load_i,
+          .compare_i  (shadow_q[i]),
+          .dead_time_i(dead_time_q),
+          .run_i      (mode_i == MoRun),
+          .brake_i    (mode_i == MoBrake),
+          .off_i      (off),
+          .ordered_o  (ordered_o[i]),
+          .high_o     (high_o[i]),
+          .low_o      (low_o[i])
+      );
+    end
+  endgenerate
 
 endmodule

@@ -41,14 +41,17 @@ module quadrature_decoder #(
   assign down     = level_q[0] == prev_q[1];
   assign at_index = &prev_q;
 
-  for (genvar i = 0; i < 3; i++) begin : gen_filter
-    assign reached[i] = line_q[i] != level_q[i] && (lasted_q[i] >= filter_i || !settled);
+  genvar i;
+  generate
+    for (i = 0; i < 3; i++) begin : gen_filter
+      assign reached[i] = line_q[i] != level_q[i] && (lasted_q[i] >= filter_i || !settled);
 
-    always_ff @(posedge clk_i or negedge rst_ni) begin
-      if (!rst_ni) lasted_q[i] <= '0;
-      else lasted_q[i] <= (line_q[i] != level_q[i] && !reached[i]) ? lasted_q[i] + 1'b1 : '0;
+      always_ff @(posedge clk_i or negedge rst_ni) begin
+        if (!rst_ni) lasted_q[i] <= '0;
+        else lasted_q[i] <= (line_q[i] != level_q[i] && !reached[i]) ? lasted_q[i] + 1'b1 : '0;
+      end
     end
-  end
+  endgenerate
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin

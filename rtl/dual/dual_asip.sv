@@ -223,63 +223,68 @@ module dual_asip #(
   end
 
   // ---- cores
-  for (genvar n = 0; n < 2; n++) begin : gen_bus
-    core_bus u_bus (
-        .clk_i,
-        .rst_ni,
-        .host_read_i        (host_read[n]),
-        .host_write_i       (host_write[n]),
-        .host_address_i     (address_i[asip_regmap_pkg::ADDRESS_WIDTH-1:0]),
-        .host_data_i        (writedata_i),
-        .host_wait_o        (host_wait[n]),
-        .sequencer_read_i   (seq_read && seq_core == 1'(n)),
-        .sequencer_write_i  (seq_write && seq_core == 1'(n)),
-        .sequencer_address_i(seq_address),
-        .sequencer_data_i   (seq_data),
-        .sequencer_wait_o   (core_seq_wait[n]),
-        .read_o             (core_read[n]),
-        .write_o            (core_write[n]),
-        .address_o          (core_address[14*n+:14]),
-        .data_o             (core_writedata[32*n+:32]),
-        .wait_i             (core_wait[n])
-    );
-  end
+  genvar n;
+  generate
+    for (n = 0; n < 2; n++) begin : gen_bus
+      core_bus u_bus (
+          .clk_i,
+          .rst_ni,
+          .host_read_i        (host_read[n]),
+          .host_write_i       (host_write[n]),
+          .host_address_i     (address_i[asip_regmap_pkg::ADDRESS_WIDTH-1:0]),
+          .host_data_i        (writedata_i),
+          .host_wait_o        (host_wait[n]),
+          .sequencer_read_i   (seq_read && seq_core == 1'(n)),
+          .sequencer_write_i  (seq_write && seq_core == 1'(n)),
+          .sequencer_address_i(seq_address),
+          .sequencer_data_i   (seq_data),
+          .sequencer_wait_o   (core_seq_wait[n]),
+          .read_o             (core_read[n]),
+          .write_o            (core_write[n]),
+          .address_o          (core_address[14*n+:14]),
+          .data_o             (core_writedata[32*n+:32]),
+          .wait_i             (core_wait[n])
+      );
+    end
+  endgenerate
 
   assign seq_wait     = core_seq_wait[seq_core];
   assign seq_readdata = core_data[32*seq_core+:32];
 
-  for (genvar n = 0; n < 2; n++) begin : gen_core
-    logic trace_issue;
-    logic [15:0] trace_pc;
-    logic [3:0] trace_write;
-    logic [17:0] trace_index;
-    logic [95:0] trace_data;
-    asip_pkg::hook_out_t hook;
-    logic unused_trace;
+  generate
+    for (n = 0; n < 2; n++) begin : gen_core
+      logic trace_issue;
+      logic [15:0] trace_pc;
+      logic [3:0] trace_write;
+      logic [17:0] trace_index;
+      logic [95:0] trace_data;
+      asip_pkg::hook_out_t hook;
+      logic unused_trace;
 
-    asip #(
-        .FmaPipes(n == 0 ? TrajectoryFmaPipes : TrackingFmaPipes),
-        .Slots   (n == 0 ? TrajectorySlots : TrackingSlots)
-    ) u_asip (
-        .clk_i,
-        .rst_ni,
-        .address_i    (core_address[14*n+:14]),
-        .read_i       (core_read[n]),
-        .write_i      (core_write[n]),
-        .writedata_i  (core_writedata[32*n+:32]),
-        .readdata_o   (core_data[32*n+:32]),
-        .waitrequest_o(core_wait[n]),
-        .irq_o        (core_irq[n]),
-        .trace_issue_o(trace_issue),
-        .trace_pc_o   (trace_pc),
-        .trace_write_o(trace_write),
-        .trace_index_o(trace_index),
-        .trace_data_o (trace_data),
-        .hook_i       ('0),
-        .hook_o       (hook)
-    );
-    assign unused_trace = ^{trace_issue, trace_pc, trace_write, trace_index, trace_data, hook};
-  end
+      asip #(
+          .FmaPipes(n == 0 ? TrajectoryFmaPipes : TrackingFmaPipes),
+          .Slots   (n == 0 ? TrajectorySlots : TrackingSlots)
+      ) u_asip (
+          .clk_i,
+          .rst_ni,
+          .address_i    (core_address[14*n+:14]),
+          .read_i       (core_read[n]),
+          .write_i      (core_write[n]),
+          .writedata_i  (core_writedata[32*n+:32]),
+          .readdata_o   (core_data[32*n+:32]),
+          .waitrequest_o(core_wait[n]),
+          .irq_o        (core_irq[n]),
+          .trace_issue_o(trace_issue),
+          .trace_pc_o   (trace_pc),
+          .trace_write_o(trace_write),
+          .trace_index_o(trace_index),
+          .trace_data_o (trace_data),
+          .hook_i       ('0),
+          .hook_o       (hook)
+      );
+      assign unused_trace = ^{trace_issue, trace_pc, trace_write, trace_index, trace_data, hook};
+    end
+  endgenerate
 
   assign period_o = start;
   assign stop_o   = core_fault != 2'd0;

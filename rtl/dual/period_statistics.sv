@@ -37,22 +37,25 @@ module period_statistics (
   assign used = late_i ? clocks_i : elapsed_i;
   assign left = clocks_i - used;
 
-  for (genvar n = 0; n < 2; n++) begin : gen_core
-    always_ff @(posedge clk_i or negedge rst_ni) begin
-      if (!rst_ni) begin
-        core_last_o[32*n+:32] <= 32'd0;
-        core_min_o[32*n+:32]  <= 32'hffff_ffff;
-        core_max_o[32*n+:32]  <= 32'd0;
-      end else if (clear_i) begin
-        core_min_o[32*n+:32] <= 32'hffff_ffff;
-        core_max_o[32*n+:32] <= 32'd0;
-      end else if (cycles_i[n]) begin
-        core_last_o[32*n+:32] <= data_i;
-        if (data_i < core_min_o[32*n+:32]) core_min_o[32*n+:32] <= data_i;
-        if (data_i > core_max_o[32*n+:32]) core_max_o[32*n+:32] <= data_i;
+  genvar n;
+  generate
+    for (n = 0; n < 2; n++) begin : gen_core
+      always_ff @(posedge clk_i or negedge rst_ni) begin
+        if (!rst_ni) begin
+          core_last_o[32*n+:32] <= 32'd0;
+          core_min_o[32*n+:32]  <= 32'hffff_ffff;
+          core_max_o[32*n+:32]  <= 32'd0;
+        end else if (clear_i) begin
+          core_min_o[32*n+:32] <= 32'hffff_ffff;
+          core_max_o[32*n+:32] <= 32'd0;
+        end else if (cycles_i[n]) begin
+          core_last_o[32*n+:32] <= data_i;
+          if (data_i < core_min_o[32*n+:32]) core_min_o[32*n+:32] <= data_i;
+          if (data_i > core_max_o[32*n+:32]) core_max_o[32*n+:32] <= data_i;
+        end
       end
     end
-  end
+  endgenerate
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin

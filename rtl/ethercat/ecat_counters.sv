@@ -32,19 +32,22 @@ module ecat_counters (
   logic [8*N-1:0] counters;
   logic [N-1:0] here, asked;
 
-  for (genvar n = 0; n < N; n++) begin : gen_counter
-    localparam logic [11:0] Address = address_of(n);
-    logic [7:0] counter_q;
-    assign asked[n] = live_address_i == Address;
-    assign here[n]  = register_i.write && (n < 4 ? register_i.address[11:1] == Address[11:1]
+  genvar index;
+  generate
+    for (index = 0; index < N; index++) begin : gen_counter
+      localparam logic [11:0] Address = address_of(index);
+      logic [7:0] counter_q;
+      assign asked[index] = live_address_i == Address;
+      assign here[index]  = register_i.write && (index < 4 ? register_i.address[11:1] == Address[11:1]
                                                  : register_i.address == Address);
-    always_ff @(posedge clk_i or negedge rst_ni) begin
-      if (!rst_ni) counter_q <= '0;
-      else if (here[n]) counter_q <= '0;
-      else if (count_i[n] && counter_q != '1) counter_q <= counter_q + 1'b1;
+      always_ff @(posedge clk_i or negedge rst_ni) begin
+        if (!rst_ni) counter_q <= '0;
+        else if (here[index]) counter_q <= '0;
+        else if (count_i[index] && counter_q != '1) counter_q <= counter_q + 1'b1;
+      end
+      assign counters[8*index+:8] = counter_q;
     end
-    assign counters[8*n+:8] = counter_q;
-  end
+  endgenerate
 
   assign live_hit_o = live_address_i[11:5] == esc_regmap_pkg::REG_INVALID_FRAMES_0[11:5];
   always_comb begin

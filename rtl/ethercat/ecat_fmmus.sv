@@ -36,13 +36,16 @@ module ecat_fmmus (
 
   assign here = register_i.write && register_i.address[11:7] == esc_regmap_pkg::REG_FMMU_LOGICAL_START[11:7];
 
-  for (genvar c = 0; c < Columns; c++) begin : gen_column
-    logic [7:0] column_q[0:ecat_pkg::FMMUS-1];
-    always_ff @(posedge clk_i) begin
-      if (here && register_i.address[3:0] == 4'(c)) column_q[register_i.address[6:4]] <= register_i.data;
+  genvar c;
+  generate
+    for (c = 0; c < Columns; c++) begin : gen_column
+      logic [7:0] column_q[0:ecat_pkg::FMMUS-1];
+      always_ff @(posedge clk_i) begin
+        if (here && register_i.address[3:0] == 4'(c)) column_q[register_i.address[6:4]] <= register_i.data;
+      end
+      assign entry[8*c+:8] = column_q[slot_i];
     end
-    assign entry[8*c+:8] = column_q[slot_i];
-  end
+  endgenerate
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) active_q <= '0;

@@ -33,23 +33,26 @@ module ecat_ports (
   logic looped, busy;
 
   // auto close: once closed by a lost link, a port opens again when its control is written anew.
-  for (genvar p = 0; p < 2; p++) begin : gen_port
-    logic [1:0] control;
-    assign control = control_i[2*p+:2];
-    always_comb begin
-      case (control)
-        2'd0: want[p] = link_i[p];
-        2'd1: want[p] = link_i[p] && kept_q[p];
-        2'd2: want[p] = 1'b1;
-        default: want[p] = 1'b0;
-      endcase
+  genvar p;
+  generate
+    for (p = 0; p < 2; p++) begin : gen_port
+      logic [1:0] control;
+      assign control = control_i[2*p+:2];
+      always_comb begin
+        case (control)
+          2'd0: want[p] = link_i[p];
+          2'd1: want[p] = link_i[p] && kept_q[p];
+          2'd2: want[p] = 1'b1;
+          default: want[p] = 1'b0;
+        endcase
+      end
+      always_ff @(posedge clk_i or negedge rst_ni) begin
+        if (!rst_ni) kept_q[p] <= 1'b1;
+        else if (control != 2'd1 || anew_i) kept_q[p] <= 1'b1;
+        else if (!link_i[p]) kept_q[p] <= 1'b0;
+      end
     end
-    always_ff @(posedge clk_i or negedge rst_ni) begin
-      if (!rst_ni) kept_q[p] <= 1'b1;
-      else if (control != 2'd1 || anew_i) kept_q[p] <= 1'b1;
-      else if (!link_i[p]) kept_q[p] <= 1'b0;
-    end
-  end
+  endgenerate
 
   always_ff @(posedge clk_i) begin
     if (tick_i) begin

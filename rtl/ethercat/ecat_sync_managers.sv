@@ -53,99 +53,104 @@ module ecat_sync_managers (
   end
   always_ff @(posedge clk_i) address_q <= window_i.address;
 
-  for (genvar n = 0; n < N; n++) begin : gen_manager
-    logic [15:0] start_q, length_q, distance, past;
-    logic before_end;
-    logic [7:0] control_q, status;
-    logic [1:0] last;
-    logic enable_q, disable_q, mine, is_written, is_read, reads, writes;
+  genvar index;
+  generate
+    for (index = 0; index < N; index++) begin : gen_manager
+      logic [15:0] start_q, length_q, distance, past;
+      logic before_end;
+      logic [7:0] control_q, status;
+      logic [1:0] last;
+      logic enable_q, disable_q, mine, is_written, is_read, reads, writes;
 
-    assign mine = here && register_i.address[5:3] == 3'(n);
-    always_ff @(posedge clk_i or negedge rst_ni) begin
-      if (!rst_ni) begin
-        start_q    <= '0;
-        length_q   <= '0;
-        control_q  <= '0;
-        enable_q   <= 1'b0;
-        disable_q  <= 1'b0;
-      end else if (mine) begin
-        case (register_i.address[2:0])
-          Start: start_q[7:0] <= register_i.data;
-          Start + 3'd1: start_q[15:8] <= register_i.data;
-          Length: length_q[7:0] <= register_i.data;
-          Length + 3'd1: length_q[15:8] <= register_i.data;
-          Control: control_q <= register_i.data;
-          Activate: enable_q <= register_i.data[esc_regmap_pkg::SM_ACTIVATE_ENABLE_LSB];
-          Side: disable_q <= register_i.data[esc_regmap_pkg::SM_PDI_DISABLE_LSB];
-          default: ;
-        endcase
+      assign mine = here && register_i.address[5:3] == 3'(index);
+      always_ff @(posedge clk_i or negedge rst_ni) begin
+        if (!rst_ni) begin
+          start_q    <= '0;
+          length_q   <= '0;
+          control_q  <= '0;
+          enable_q   <= 1'b0;
+          disable_q  <= 1'b0;
+        end else if (mine) begin
+          case (register_i.address[2:0])
+            Start: start_q[7:0] <= register_i.data;
+            Start + 3'd1: start_q[15:8] <= register_i.data;
+            Length: length_q[7:0] <= register_i.data;
+            Length + 3'd1: length_q[15:8] <= register_i.data;
+            Control: control_q <= register_i.data;
+            Activate: enable_q <= register_i.data[esc_regmap_pkg::SM_ACTIVATE_ENABLE_LSB];
+            Side: disable_q <= register_i.data[esc_regmap_pkg::SM_PDI_DISABLE_LSB];
+            default: ;
+          endcase
+        end
       end
-    end
 
-    assign enabled[n]       = enable_q && !disable_q;
-    assign boxes[n]         = control_q[esc_regmap_pkg::SM_CONTROL_MODE_LSB+1];  // its upper bit tells
-    assign master_writes[n] = control_q[esc_regmap_pkg::SM_CONTROL_DIRECTION_LSB];
-    assign master_events[n] = control_q[esc_regmap_pkg::SM_CONTROL_MASTER_EVENT_LSB];
-    assign pdi_events[n]    = control_q[esc_regmap_pkg::SM_CONTROL_PDI_EVENT_LSB];
-    assign triggers[n]      = control_q[esc_regmap_pkg::SM_CONTROL_WATCHDOG_LSB];
-    assign lengths[16*n+:16] = length_q;
+      assign enabled[index]       = enable_q && !disable_q;
+      assign boxes[index]         = control_q[esc_regmap_pkg::SM_CONTROL_MODE_LSB+1];  // its upper bit tells
+      assign master_writes[index] = control_q[esc_regmap_pkg::SM_CONTROL_DIRECTION_LSB];
+      assign master_events[index] = control_q[esc_regmap_pkg::SM_CONTROL_MASTER_EVENT_LSB];
+      assign pdi_events[index]    = control_q[esc_regmap_pkg::SM_CONTROL_PDI_EVENT_LSB];
+      assign triggers[index]      = control_q[esc_regmap_pkg::SM_CONTROL_WATCHDOG_LSB];
+      assign lengths[16*index+:16] = length_q;
 
-    // First clock: whether the byte is guarded. One difference tells whether it lies inside, and at the end.
-    assign distance = window_i.address - start_q;
-    assign {before_end, past} = {1'b0, distance} - {1'b0, length_q};
-    always_ff @(posedge clk_i or negedge rst_ni) begin
-      if (!rst_ni) begin
-        hit_q[n]   <= 1'b0;
-        begin_q[n] <= 1'b0;
-        end_q[n]   <= 1'b0;
-      end else begin
-        hit_q[n]   <= enabled[n] && before_end;
-        begin_q[n] <= distance == '0;
-        end_q[n]   <= past[15:1] == '1 && (past[0] || crosses);
+      // First clock: whether the byte is guarded. One difference tells whether it lies inside, and at the end.
+      assign distance = window_i.address - start_q;
+      assign {before_end, past} = {1'b0, distance} - {1'b0, length_q};
+      always_ff @(posedge clk_i or negedge rst_ni) begin
+        if (!rst_ni) begin
+          hit_q[index]   <= 1'b0;
+          begin_q[index] <= 1'b0;
+          end_q[index]   <= 1'b0;
+        end else begin
+          hit_q[index]   <= enabled[index] && before_end;
+          begin_q[index] <= distance == '0;
+          end_q[index]   <= past[15:1] == '1 && (past[0] || crosses);
+        end
       end
+
+      // Second: whether this side may, and what follows.
+      assign reads = (access_q.application == master_writes[index]) &&
+                     (access_q.commit || !boxes[index] || full[index]);
+      assign writes = (access_q.application != master_writes[index]) &&
+                      (access_q.commit || !boxes[index] || !full[index]);
+      assign read_allowed[index]  = reads && begun[index];
+      assign write_allowed[index] = writes && begun[index];
+
+      ecat_buffers u_buffers (
+          .clk_i,
+          .rst_ni,
+          .clear_i  (!enabled[index]),
+          .mailbox_i(boxes[index]),
+          .frame_start_i,
+          .passing_i(access_q.frame),
+          .commit_i (access_q.commit),
+          .reads_i  (access_q.valid && access_q.read && hit_q[index] && reads),
+          .writes_i (access_q.valid && access_q.write && hit_q[index] && writes),
+          .first_i  (begin_q[index]),
+          .ends_i   (end_q[index]),
+          .begun_o  (begun[index]),
+          .is_written_o(written[index]),
+          .is_read_o(taken[index]),
+          .writer_o (writer[2*index+:2]),
+          .reader_o (reader[2*index+:2]),
+          .last_o   (last),
+          .full_o   (full[index]),
+          .written_o(is_written),
+          .read_o   (is_read)
+      );
+
+      always_comb begin
+        status = '0;
+        status[esc_regmap_pkg::SM_STATUS_WRITTEN_LSB] = is_written;
+        status[esc_regmap_pkg::SM_STATUS_READ_LSB]    = is_read;
+        status[esc_regmap_pkg::SM_STATUS_FULL_LSB]    = full[index];
+        status[esc_regmap_pkg::SM_STATUS_NEWEST_LSB+:esc_regmap_pkg::SM_STATUS_NEWEST_WIDTH] = last;
+      end
+      assign status_o[8*index+:8] = status;
+
+      logic unused_bits;
+      assign unused_bits = &control_q;
     end
-
-    // Second: whether this side may, and what follows.
-    assign reads  = (access_q.application == master_writes[n]) && (access_q.commit || !boxes[n] || full[n]);
-    assign writes = (access_q.application != master_writes[n]) && (access_q.commit || !boxes[n] || !full[n]);
-    assign read_allowed[n]  = reads && begun[n];
-    assign write_allowed[n] = writes && begun[n];
-
-    ecat_buffers u_buffers (
-        .clk_i,
-        .rst_ni,
-        .clear_i  (!enabled[n]),
-        .mailbox_i(boxes[n]),
-        .frame_start_i,
-        .passing_i(access_q.frame),
-        .commit_i (access_q.commit),
-        .reads_i  (access_q.valid && access_q.read && hit_q[n] && reads),
-        .writes_i (access_q.valid && access_q.write && hit_q[n] && writes),
-        .first_i  (begin_q[n]),
-        .ends_i   (end_q[n]),
-        .begun_o  (begun[n]),
-        .is_written_o(written[n]),
-        .is_read_o(taken[n]),
-        .writer_o (writer[2*n+:2]),
-        .reader_o (reader[2*n+:2]),
-        .last_o   (last),
-        .full_o   (full[n]),
-        .written_o(is_written),
-        .read_o   (is_read)
-    );
-
-    always_comb begin
-      status = '0;
-      status[esc_regmap_pkg::SM_STATUS_WRITTEN_LSB] = is_written;
-      status[esc_regmap_pkg::SM_STATUS_READ_LSB]    = is_read;
-      status[esc_regmap_pkg::SM_STATUS_FULL_LSB]    = full[n];
-      status[esc_regmap_pkg::SM_STATUS_NEWEST_LSB+:esc_regmap_pkg::SM_STATUS_NEWEST_WIDTH] = last;
-    end
-    assign status_o[8*n+:8] = status;
-
-    logic unused_bits;
-    assign unused_bits = &control_q;
-  end
+  endgenerate
 
   // The guarding one, the lowest of those that overlap; where its buffer lies.
   logic [1:0] buffer, buffer_q;

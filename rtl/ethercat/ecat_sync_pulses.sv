@@ -89,24 +89,27 @@ module ecat_sync_pulses (
     end
   end
 
-  for (genvar n = 0; n < 2; n++) begin : gen_pulse
-    localparam logic [11:0] Status = n == 0 ? esc_regmap_pkg::REG_SYNC_STATUS_0 : esc_regmap_pkg::REG_SYNC_STATUS_1;
-    assign status_read[n] = register_i.read && register_i.application && place == Status;
-    assign begins_o[n]    = due_q[n] && shown_q[n];
-    always_ff @(posedge clk_i or negedge rst_ni) begin
-      if (!rst_ni) begin
-        pulse_q[n] <= 1'b0;
-        left_q[n]  <= '0;
-      end else if (begins_o[n]) begin
-        pulse_q[n] <= 1'b1;
-        left_q[n]  <= length_q;
-      end else if (length_q == '0 ? status_read[n] : left_q[n] <= 16'd1) begin
-        pulse_q[n] <= 1'b0;
-      end else begin
-        left_q[n] <= left_q[n] - 1'b1;
+  genvar n;
+  generate
+    for (n = 0; n < 2; n++) begin : gen_pulse
+      localparam logic [11:0] Status = n == 0 ? esc_regmap_pkg::REG_SYNC_STATUS_0 : esc_regmap_pkg::REG_SYNC_STATUS_1;
+      assign status_read[n] = register_i.read && register_i.application && place == Status;
+      assign begins_o[n]    = due_q[n] && shown_q[n];
+      always_ff @(posedge clk_i or negedge rst_ni) begin
+        if (!rst_ni) begin
+          pulse_q[n] <= 1'b0;
+          left_q[n]  <= '0;
+        end else if (begins_o[n]) begin
+          pulse_q[n] <= 1'b1;
+          left_q[n]  <= length_q;
+        end else if (length_q == '0 ? status_read[n] : left_q[n] <= 16'd1) begin
+          pulse_q[n] <= 1'b0;
+        end else begin
+          left_q[n] <= left_q[n] - 1'b1;
+        end
       end
     end
-  end
+  endgenerate
 
   always_comb begin
     live_hit_o  = 1'b1;

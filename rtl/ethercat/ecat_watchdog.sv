@@ -43,45 +43,48 @@ module ecat_watchdog (
     end
   end
 
-  for (genvar n = 0; n < 2; n++) begin : gen_watchdog
-    localparam logic [11:0] Time = n == 0 ? esc_regmap_pkg::REG_WATCHDOG_DATA : esc_regmap_pkg::REG_WATCHDOG_PDI;
-    localparam logic [15:0] First = n == 0 ? esc_regmap_pkg::RESET_WATCHDOG_DATA : esc_regmap_pkg::RESET_WATCHDOG_PDI;
-    localparam logic [11:0] Count =
+  genvar n;
+  generate
+    for (n = 0; n < 2; n++) begin : gen_watchdog
+      localparam logic [11:0] Time = n == 0 ? esc_regmap_pkg::REG_WATCHDOG_DATA : esc_regmap_pkg::REG_WATCHDOG_PDI;
+      localparam logic [15:0] First = n == 0 ? esc_regmap_pkg::RESET_WATCHDOG_DATA : esc_regmap_pkg::RESET_WATCHDOG_PDI;
+      localparam logic [11:0] Count =
         n == 0 ? esc_regmap_pkg::REG_WATCHDOG_DATA_COUNT : esc_regmap_pkg::REG_WATCHDOG_PDI_COUNT;
-    logic [15:0] time_q, left_q;
-    logic [7:0] count_q;
-    logic running_q, dead_q;
-    assign expired[n] = running_q && unit && left_q == 16'd1 && !trigger[n];
-    always_ff @(posedge clk_i or negedge rst_ni) begin
-      if (!rst_ni) begin
-        time_q    <= First;
-        left_q    <= '0;
-        count_q   <= '0;
-        running_q <= 1'b0;
-        dead_q    <= 1'b0;
-      end else begin
-        if (register_i.write && register_i.address == Time) time_q[7:0] <= register_i.data;
-        if (register_i.write && register_i.address == Time + 12'd1) time_q[15:8] <= register_i.data;
-        if (time_q == '0) begin
+      logic [15:0] time_q, left_q;
+      logic [7:0] count_q;
+      logic running_q, dead_q;
+      assign expired[n] = running_q && unit && left_q == 16'd1 && !trigger[n];
+      always_ff @(posedge clk_i or negedge rst_ni) begin
+        if (!rst_ni) begin
+          time_q    <= First;
+          left_q    <= '0;
+          count_q   <= '0;
           running_q <= 1'b0;
           dead_q    <= 1'b0;
-        end else if (trigger[n]) begin
-          running_q <= 1'b1;
-          dead_q    <= 1'b0;
-          left_q    <= time_q;
-        end else if (expired[n]) begin
-          running_q <= 1'b0;
-          dead_q    <= 1'b1;
-        end else if (running_q && unit) begin
-          left_q <= left_q - 1'b1;
+        end else begin
+          if (register_i.write && register_i.address == Time) time_q[7:0] <= register_i.data;
+          if (register_i.write && register_i.address == Time + 12'd1) time_q[15:8] <= register_i.data;
+          if (time_q == '0) begin
+            running_q <= 1'b0;
+            dead_q    <= 1'b0;
+          end else if (trigger[n]) begin
+            running_q <= 1'b1;
+            dead_q    <= 1'b0;
+            left_q    <= time_q;
+          end else if (expired[n]) begin
+            running_q <= 1'b0;
+            dead_q    <= 1'b1;
+          end else if (running_q && unit) begin
+            left_q <= left_q - 1'b1;
+          end
+          if (register_i.write && register_i.address == Count) count_q <= '0;
+          else if (expired[n] && count_q != '1) count_q <= count_q + 1'b1;
         end
-        if (register_i.write && register_i.address == Count) count_q <= '0;
-        else if (expired[n] && count_q != '1) count_q <= count_q + 1'b1;
       end
+      assign alive[n]        = !dead_q;
+      assign counts[8*n+:8]  = count_q;
     end
-    assign alive[n]        = !dead_q;
-    assign counts[8*n+:8]  = count_q;
-  end
+  endgenerate
 
   assign expired_o           = expired[0];
   assign application_alive_o = alive[1];

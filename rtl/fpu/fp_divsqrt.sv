@@ -139,125 +139,128 @@ module fp_divsqrt (
   always_ff @(posedge clk_i) exp_q[1] <= sqrt_q[0] ? {1'b0, exp_root} : exp_a - exp_b + 10'd127;
 
   // ---- digit stages ----
-  for (genvar s = 0; s < Stages; s++) begin : gen_stage
-    localparam int unsigned First = 2 * s;  // digit k has bit 26 - k in U(1.26)
+  genvar s;
+  generate
+    for (s = 0; s < Stages; s++) begin : gen_stage
+      localparam int unsigned First = 2 * s;  // digit k has bit 26 - k in U(1.26)
 
-    // Root: d_k is |digits 0..k-1|0|1|0..0|, the one at 2^-(k+1). The next one gets digit k in the
-    // place of the zero, 0 in the place of the one, and a one below.
-    logic [26:0] divisor_second;
-    logic [27:0] twice_first, twice_second;  // U(2.26)
-    logic [27:0] trial_first, trial_second;  // S(2.26), in (-d_k, d_k)
-    logic [26:0] remainder_first;
-    logic digit_first, digit_second;
-
-    always_comb begin
-      twice_first = {remainder_q[s], 1'b0};
-      trial_first = twice_first - {1'b0, divisor_q[s]};
-      digit_first = !trial_first[27];
-      remainder_first = digit_first ? trial_first[26:0] : twice_first[26:0];
-
-      divisor_second = divisor_q[s];
-      if (sqrt_q[s]) divisor_second[26-First-:3] = {digit_first, 2'b01};
-      twice_second = {remainder_first, 1'b0};
-      trial_second = twice_second - {1'b0, divisor_second};
-      digit_second = !trial_second[27];
-    end
-
-    always_ff @(posedge clk_i) begin
-      sign_q[s+1]      <= sign_q[s];
-      nan_q[s+1]       <= nan_q[s];
-      inf_q[s+1]       <= inf_q[s];
-      zero_q[s+1]      <= zero_q[s];
-      raises_q[s+1]    <= raises_q[s];
-    end
-
-    if (s < Stages - 1) begin : gen_inner
-      // From digit 2 to 22 nothing is below bit 3: a quotient has 24 bits, and the one of d_k comes down.
-      localparam logic [26:0] Kept = s < Stages - 2 ? 27'h7ff_fff8 : 27'h7ff_ffff;
-
-      logic [26:0] divisor_next, remainder_second;
-
-      assign remainder_second = digit_second ? trial_second[26:0] : twice_second[26:0];
+      // Root: d_k is |digits 0..k-1|0|1|0..0|, the one at 2^-(k+1). The next one gets digit k in the
+      // place of the zero, 0 in the place of the one, and a one below.
+      logic [26:0] divisor_second;
+      logic [27:0] twice_first, twice_second;  // U(2.26)
+      logic [27:0] trial_first, trial_second;  // S(2.26), in (-d_k, d_k)
+      logic [26:0] remainder_first;
+      logic digit_first, digit_second;
 
       always_comb begin
-        divisor_next = divisor_second;
-        if (sqrt_q[s]) divisor_next[25-First-:3] = {digit_second, 2'b01};
+        twice_first = {remainder_q[s], 1'b0};
+        trial_first = twice_first - {1'b0, divisor_q[s]};
+        digit_first = !trial_first[27];
+        remainder_first = digit_first ? trial_first[26:0] : twice_first[26:0];
+
+        divisor_second = divisor_q[s];
+        if (sqrt_q[s]) divisor_second[26-First-:3] = {digit_first, 2'b01};
+        twice_second = {remainder_first, 1'b0};
+        trial_second = twice_second - {1'b0, divisor_second};
+        digit_second = !trial_second[27];
       end
 
       always_ff @(posedge clk_i) begin
-        sqrt_q[s+1]    <= sqrt_q[s];
-        divisor_q[s+1] <= divisor_next & Kept;
-        remainder_q[s+1] <= remainder_second & Kept;
-        digits_q[s+1]  <= {digits_q[s][21:0], digit_first, digit_second};
+        sign_q[s+1]      <= sign_q[s];
+        nan_q[s+1]       <= nan_q[s];
+        inf_q[s+1]       <= inf_q[s];
+        zero_q[s+1]      <= zero_q[s];
+        raises_q[s+1]    <= raises_q[s];
       end
-    end
 
-    if (s == 1) begin : gen_exponent  // digit 0 is in bit 1 of digits_q
-      always_ff @(posedge clk_i) exp_q[s+1] <= exp_q[s] - {9'd0, !digits_q[s][1]};
-    end else if (s > 1 && s < Stages - 1) begin : gen_exponent
-      always_ff @(posedge clk_i) exp_q[s+1] <= exp_q[s];
-    end
+      if (s < Stages - 1) begin : gen_inner
+        // From digit 2 to 22 nothing is below bit 3: a quotient has 24 bits, and the one of d_k comes down.
+        localparam logic [26:0] Kept = s < Stages - 2 ? 27'h7ff_fff8 : 27'h7ff_ffff;
 
-    // |digit 0|digits 1..25|0| >> amount leaves a significand with its leading one in digit 1, or
-    // right of it for a subnormal result: one place if digit 0 is one, and 1 - exp more for a
-    // subnormal result. From 26 on only the sticky bit is left. The shift of the known
-    // digits runs beside the last two, which can only reach the lowest places.
-    if (s == Stages - 2) begin : gen_amount
-      logic digit0, subnormal, vanished;
+        logic [26:0] divisor_next, remainder_second;
 
-      assign digit0    = digits_q[s][First-1];
-      assign subnormal = exp_q[s][9] || exp_q[s] == 10'd0;
-      assign vanished  = exp_q[s][9] && exp_q[s][8:0] < 9'd487;   // exp < -25
+        assign remainder_second = digit_second ? trial_second[26:0] : twice_second[26:0];
 
-      always_ff @(posedge clk_i) begin
-        if (vanished) amount_q <= 5'd31;
-        else amount_q <= (subnormal ? 5'd1 - exp_q[s][4:0] : 5'd0) + {4'd0, digit0};
-        few_q <= {
-          subnormal && (digit0 ? exp_q[s] == 10'd0 : &exp_q[s]),
-          digit0 ? !subnormal : exp_q[s] == 10'd0,
-          !subnormal && !digit0
-        };
+        always_comb begin
+          divisor_next = divisor_second;
+          if (sqrt_q[s]) divisor_next[25-First-:3] = {digit_second, 2'b01};
+        end
+
+        always_ff @(posedge clk_i) begin
+          sqrt_q[s+1]    <= sqrt_q[s];
+          divisor_q[s+1] <= divisor_next & Kept;
+          remainder_q[s+1] <= remainder_second & Kept;
+          digits_q[s+1]  <= {digits_q[s][21:0], digit_first, digit_second};
+        end
       end
-    end
 
-    if (s == Stages - 1) begin : gen_denormalise
-      logic unused_top;  // digit 0 has moved right
-      logic [25:0] shifted;
-      logic shifted_out, subnormal;
-      logic [2:0] late;  // digits 24 and 25 in the lowest places
+      if (s == 1) begin : gen_exponent  // digit 0 is in bit 1 of digits_q
+        always_ff @(posedge clk_i) exp_q[s+1] <= exp_q[s] - {9'd0, !digits_q[s][1]};
+      end else if (s > 1 && s < Stages - 1) begin : gen_exponent
+        always_ff @(posedge clk_i) exp_q[s+1] <= exp_q[s];
+      end
 
-      fp_shift_right #(
-          .Width(27),
-          .AmountWidth(5)
-      ) u_denormalise (
-          .value_i ({digits_q[s], 3'd0}),
-          .amount_i(amount_q),
-          .value_o ({unused_top, shifted}),
-          .sticky_o(shifted_out)
-      );
+      // |digit 0|digits 1..25|0| >> amount leaves a significand with its leading one in digit 1, or
+      // right of it for a subnormal result: one place if digit 0 is one, and 1 - exp more for a
+      // subnormal result. From 26 on only the sticky bit is left. The shift of the known
+      // digits runs beside the last two, which can only reach the lowest places.
+      if (s == Stages - 2) begin : gen_amount
+        logic digit0, subnormal, vanished;
 
-      assign late = ({3{few_q[0]}} & {digit_first, digit_second, 1'b0}) |
+        assign digit0    = digits_q[s][First-1];
+        assign subnormal = exp_q[s][9] || exp_q[s] == 10'd0;
+        assign vanished  = exp_q[s][9] && exp_q[s][8:0] < 9'd487;   // exp < -25
+
+        always_ff @(posedge clk_i) begin
+          if (vanished) amount_q <= 5'd31;
+          else amount_q <= (subnormal ? 5'd1 - exp_q[s][4:0] : 5'd0) + {4'd0, digit0};
+          few_q <= {
+            subnormal && (digit0 ? exp_q[s] == 10'd0 : &exp_q[s]),
+            digit0 ? !subnormal : exp_q[s] == 10'd0,
+            !subnormal && !digit0
+          };
+        end
+      end
+
+      if (s == Stages - 1) begin : gen_denormalise
+        logic unused_top;  // digit 0 has moved right
+        logic [25:0] shifted;
+        logic shifted_out, subnormal;
+        logic [2:0] late;  // digits 24 and 25 in the lowest places
+
+        fp_shift_right #(
+            .Width(27),
+            .AmountWidth(5)
+        ) u_denormalise (
+            .value_i ({digits_q[s], 3'd0}),
+            .amount_i(amount_q),
+            .value_o ({unused_top, shifted}),
+            .sticky_o(shifted_out)
+        );
+
+        assign late = ({3{few_q[0]}} & {digit_first, digit_second, 1'b0}) |
                     ({3{few_q[1]}} & {1'b0, digit_first, digit_second}) |
                     ({3{few_q[2]}} & {2'b00, digit_first});
 
-      assign subnormal = exp_q[s][9] || exp_q[s] == 10'd0;
+        assign subnormal = exp_q[s][9] || exp_q[s] == 10'd0;
 
-      // The result is exact if nothing is left before the last digit: an exact quotient or root has at
-      // most 24 bits, and fewer if a < b puts its leading one in digit 1 (q b = a), so that
-      // digit 25 is zero, which leaves the remainder as it was. The same holds for a one that is
-      // lost here: it needs no bit of its own.
-      always_ff @(posedge clk_i) nonzero_q <= |remainder_first;
+        // The result is exact if nothing is left before the last digit: an exact quotient or root has at
+        // most 24 bits, and fewer if a < b puts its leading one in digit 1 (q b = a), so that
+        // digit 25 is zero, which leaves the remainder as it was. The same holds for a one that is
+        // lost here: it needs no bit of its own.
+        always_ff @(posedge clk_i) nonzero_q <= |remainder_first;
 
-      logic unused_trial;
-      assign unused_trial = ^trial_second[26:0];
+        logic unused_trial;
+        assign unused_trial = ^trial_second[26:0];
 
-      always_ff @(posedge clk_i) begin
-        exp_round_q <= subnormal ? 9'd1 : exp_q[s][8:0];
-        sig_q       <= {shifted[25:3], shifted[2:0] | late};
-        lost_q      <= shifted_out;
+        always_ff @(posedge clk_i) begin
+          exp_round_q <= subnormal ? 9'd1 : exp_q[s][8:0];
+          sig_q       <= {shifted[25:3], shifted[2:0] | late};
+          lost_q      <= shifted_out;
+        end
       end
     end
-  end
+  endgenerate
 
   // ---- last rank: round, pack, special results ----
   logic [31:0] result;

@@ -176,36 +176,39 @@ module fp_divsqrt_folded (
     enough = !exp_of[9] || ((&exp_of[8:5]) && more[4]);
   endfunction
 
-  for (genvar h = 0; h < 2; h++) begin : gen_half
-    localparam int unsigned Begin = h == 0 ? LoadFirst + 1 : LoadSecond + 1;
-    localparam int unsigned End = h == 0 ? LoadSecond : Final;
+  genvar h;
+  generate
+    for (h = 0; h < 2; h++) begin : gen_half
+      localparam int unsigned Begin = h == 0 ? LoadFirst + 1 : LoadSecond + 1;
+      localparam int unsigned End = h == 0 ? LoadSecond : Final;
 
-    logic [25:0] place;  // of the first digit of this clock in the divisor of a root
-    logic [25:0] known, known_second;  // digits, or D, to which the marks of D are added
-    logic [25:0] late;  // the digit before those of this clock
-    logic [25:0] addend_first, addend_second;
-    logic [26:0] w_first;
+      logic [25:0] place;  // of the first digit of this clock in the divisor of a root
+      logic [25:0] known, known_second;  // digits, or D, to which the marks of D are added
+      logic [25:0] late;  // the digit before those of this clock
+      logic [25:0] addend_first, addend_second;
+      logic [26:0] w_first;
 
-    always_comb begin
-      place = '0;
-      for (int unsigned k = Begin; k <= End; k++) place[25-2*(k-2)] = root_q[k];
+      always_comb begin
+        place = '0;
+        for (int unsigned k = Begin; k <= End; k++) place[25-2*(k-2)] = root_q[k];
+      end
+
+      // What is added is D, inverted with a carry to subtract. That of a root is |digits 0..k-1|0|1|0..0|
+      // where it is subtracted, |digits 0..k-1|1|1|0..0| where added: at 2^-k it has a one after the
+      // inversion. Digit k is whether the next D is subtracted: where it enters, that has a zero.
+      // The second digit of a clock enters the register a clock later, as the sign of w.
+      assign previous[h]   = !w[h][26];
+      assign late          = (place << 1) & {26{previous[h]}};
+      assign known         = {divisor_q[h], 2'b00};
+      assign addend_first  = (((known | (place >> 1)) ^ {26{previous[h]}}) & ~(place << 1)) | place;
+      assign w_first       = {w[h][25:0], previous[h]} + {previous[h], addend_first};
+      assign first[h]      = !w_first[26];
+      assign known_second  = known | late | (place >> 2);
+      assign addend_second = ((known_second ^ {26{first[h]}}) & ~place) | (place >> 1);
+      assign w_second[h]   = {w_first[25:0], first[h]} + {first[h], addend_second};
+      assign divisor_d[h]  = divisor_q[h] | late[25:2] | (place[25:2] & {24{first[h]}});
     end
-
-    // What is added is D, inverted with a carry to subtract. That of a root is |digits 0..k-1|0|1|0..0|
-    // where it is subtracted, |digits 0..k-1|1|1|0..0| where added: at 2^-k it has a one after the
-    // inversion. Digit k is whether the next D is subtracted: where it enters, that has a zero.
-    // The second digit of a clock enters the register a clock later, as the sign of w.
-    assign previous[h]   = !w[h][26];
-    assign late          = (place << 1) & {26{previous[h]}};
-    assign known         = {divisor_q[h], 2'b00};
-    assign addend_first  = (((known | (place >> 1)) ^ {26{previous[h]}}) & ~(place << 1)) | place;
-    assign w_first       = {w[h][25:0], previous[h]} + {previous[h], addend_first};
-    assign first[h]      = !w_first[26];
-    assign known_second  = known | late | (place >> 2);
-    assign addend_second = ((known_second ^ {26{first[h]}}) & ~place) | (place >> 1);
-    assign w_second[h]   = {w_first[25:0], first[h]} + {first[h], addend_second};
-    assign divisor_d[h]  = divisor_q[h] | late[25:2] | (place[25:2] & {24{first[h]}});
-  end
+  endgenerate
 
   // First half.
   logic [3:0] skipped_first;  // clocks before this one in which digits may be left out

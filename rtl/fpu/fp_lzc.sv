@@ -21,24 +21,29 @@ module fp_lzc #(
   assign empty[0] = ~value_i;
   assign count[0] = '0;
 
-  for (genvar k = 0; k < CountWidth; k++) begin : gen_level
-    for (genvar g = 0; g < Width; g++) begin : gen_group
-      if (g < (Width >> (k + 1))) begin : gen_pair
-        assign empty[k+1][g] = empty[k][2*g+1] && empty[k][2*g];
-        assign count[k+1][g*CountWidth+:CountWidth] =
+  genvar k, g;
+  generate
+    for (k = 0; k < CountWidth; k++) begin : gen_level
+      for (g = 0; g < Width; g++) begin : gen_group
+        if (g < (Width >> (k + 1))) begin : gen_pair
+          assign empty[k+1][g] = empty[k][2*g+1] && empty[k][2*g];
+          assign count[k+1][g*CountWidth+:CountWidth] =
             empty[k][2*g+1] ? (count[k][2*g*CountWidth+:CountWidth] | (CountWidth'(1) << k))
                             : count[k][(2*g+1)*CountWidth+:CountWidth];
-      end else begin : gen_none
-        assign empty[k+1][g] = 1'b1;
-        assign count[k+1][g*CountWidth+:CountWidth] = '0;
+        end else begin : gen_none
+          assign empty[k+1][g] = 1'b1;
+          assign count[k+1][g*CountWidth+:CountWidth] = '0;
+        end
       end
     end
-  end
+  endgenerate
 
 `ifndef SYNTHESIS
-  if (CountWidth < 1) begin : gen_check
-    $error("fp_lzc: CountWidth=%0d, must be at least 1", CountWidth);
-  end
+  generate
+    if (CountWidth < 1) begin : gen_check
+      $error("fp_lzc: CountWidth=%0d, must be at least 1", CountWidth);
+    end
+  endgenerate
 `endif
 
   assign zero_o  = empty[CountWidth][0];

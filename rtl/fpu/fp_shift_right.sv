@@ -21,17 +21,24 @@ module fp_shift_right #(
 
   assign level[0] = value_i;
 
-  for (genvar k = 0; k < AmountWidth; k++) begin : gen_level
-    localparam int unsigned Bit = WidestFirst ? AmountWidth - 1 - k : k;
-    localparam int unsigned Dropped = ((1 << Bit) < Width) ? (1 << Bit) : Width;
-    assign lost[k]    = amount_i[Bit] && (|level[k][Dropped-1:0]);
-    assign level[k+1] = amount_i[Bit] ? (level[k] >> (1 << Bit)) : level[k];
-  end
+  genvar k;
+  generate
+    for (k = 0; k < AmountWidth; k++) begin : gen_level
+      localparam int unsigned Bit = WidestFirst ? AmountWidth - 1 - k : k;
+      localparam int unsigned Dropped = ((1 << Bit) < Width) ? (1 << Bit) : Width;
+      assign lost[k]    = amount_i[Bit] && (|level[k][Dropped-1:0]);
+      assign level[k+1] = amount_i[Bit] ? (level[k] >> (1 << Bit)) : level[k];
+    end
+  endgenerate
 
 `ifndef SYNTHESIS
-  if (Width < 1 || AmountWidth < 1 || AmountWidth > 31) begin : gen_check
-    $error("fp_shift_right: Width=%0d, AmountWidth=%0d, must be at least 1, the latter at most 31", Width, AmountWidth);
-  end
+  generate
+    if (Width < 1 || AmountWidth < 1 || AmountWidth > 31) begin : gen_check
+      $error(
+          "fp_shift_right: Width=%0d, AmountWidth=%0d, must be at least 1, the latter at most 31", Width, AmountWidth
+      );
+    end
+  endgenerate
 `endif
 
   assign value_o  = level[AmountWidth];

@@ -304,14 +304,17 @@ module fp_sincos_overlapped (
   logic [41:0] acc_q;  // its upper part: S(10.32) in units of x_q
   logic unused_rows_low, unused_rows_high, unused_rows, unused_acc, unused_total;
 
-  for (genvar p = 0; p < 4; p++) begin : gen_pair
-    fp_booth_pair u_pair (
-        .x_i    (x_q),
-        .y_i    (y_q[4*p+:5]),
-        .sum_o  (pair[p]),
-        .carry_o(carry[p])
-    );
-  end
+  genvar p;
+  generate
+    for (p = 0; p < 4; p++) begin : gen_pair
+      fp_booth_pair u_pair (
+          .x_i    (x_q),
+          .y_i    (y_q[4*p+:5]),
+          .sum_o  (pair[p]),
+          .carry_o(carry[p])
+      );
+    end
+  endgenerate
 
   assign {low_upper, unused_rows_low} = {{4{pair_q[0][37]}}, pair_q[0][37:4], 1'b1}
                                       + {pair_q[1], carry_q[1]};

@@ -186,70 +186,73 @@ module motion_front_end #(
       .first_o    (first)
   );
 
-  for (genvar i = 0; i < Axes; i++) begin : gen_axis
-    motion_axis #(
-        .Modulus (Modulus),
-        .TimeBits(TimeBits)
-    ) u_axis (
-        .clk_i,
-        .rst_ni,
-        .abort_i    (abort[i]),
-        .rate_i     (rate[32*i+:32]),
-        .negative_i (negative[i]),
-        .first_i    (first[i]),
-        .pulse_o    (pulse[i]),
-        .source_i       (source[i]),
-        .path_step_i    (path_step[i]),
-        .path_negative_i(path_negative[i]),
-        .length_i   (length_q),
-        .space_i    (space_q),
-        .setup_i    (setup_q),
-        .hold_i     (hold_q),
-        .idle_o     (idle[i]),
-        .overrun_o  (overrun[i]),
-        .position_o (position[32*i+:32]),
-        .step_o     (step_o[i]),
-        .direction_o(direction_o[i])
-    );
-  end
+  genvar axis;
+  generate
+    for (axis = 0; axis < Axes; axis++) begin : gen_axis
+      motion_axis #(
+          .Modulus (Modulus),
+          .TimeBits(TimeBits)
+      ) u_axis (
+          .clk_i,
+          .rst_ni,
+          .abort_i    (abort[axis]),
+          .rate_i     (rate[32*axis+:32]),
+          .negative_i (negative[axis]),
+          .first_i    (first[axis]),
+          .pulse_o    (pulse[axis]),
+          .source_i       (source[axis]),
+          .path_step_i    (path_step[axis]),
+          .path_negative_i(path_negative[axis]),
+          .length_i   (length_q),
+          .space_i    (space_q),
+          .setup_i    (setup_q),
+          .hold_i     (hold_q),
+          .idle_o     (idle[axis]),
+          .overrun_o  (overrun[axis]),
+          .position_o (position[32*axis+:32]),
+          .step_o     (step_o[axis]),
+          .direction_o(direction_o[axis])
+      );
+    end
 
-  if (Interpolators != 0) begin : gen_path
-    path_control #(
-        .Axes(Axes)
-    ) u_path (
-        .clk_i,
-        .rst_ni,
-        .word_write_i   (csr_write && register_index[4:3] == motion_regmap_pkg::REG_PATH_WORD[4:3]),
-        .word_i         (register_index[2:0]),
-        .command_write_i(csr_write && register_index == motion_regmap_pkg::REG_PATH_COMMAND),
-        .feed_write_i   (csr_write && register_index == motion_regmap_pkg::REG_PATH_FEED),
-        .source_write_i (csr_write && register_index == motion_regmap_pkg::REG_SOURCE),
-        .data_i         (writedata_i),
-        .clear_i        (csr_write && register_index == motion_regmap_pkg::REG_CONTROL
+    if (Interpolators != 0) begin : gen_path
+      path_control #(
+          .Axes(Axes)
+      ) u_path (
+          .clk_i,
+          .rst_ni,
+          .word_write_i   (csr_write && register_index[4:3] == motion_regmap_pkg::REG_PATH_WORD[4:3]),
+          .word_i         (register_index[2:0]),
+          .command_write_i(csr_write && register_index == motion_regmap_pkg::REG_PATH_COMMAND),
+          .feed_write_i   (csr_write && register_index == motion_regmap_pkg::REG_PATH_FEED),
+          .source_write_i (csr_write && register_index == motion_regmap_pkg::REG_SOURCE),
+          .data_i         (writedata_i),
+          .clear_i        (csr_write && register_index == motion_regmap_pkg::REG_CONTROL
                          && writedata_i[motion_regmap_pkg::CONTROL_PATH_LSB]),
-        .pending_o      (path_pending),
-        .busy_o         (path_busy),
-        .fault_o        (path_fault),
-        .status_o       (path_status),
-        .feed_o         (path_feed),
-        .source_o       (source),
-        .abort_i        (abort),
-        .resting_i      (~running),
-        .overrun_i      (overrun),
-        .pulse_i        (pulse),
-        .step_o         (path_step),
-        .negative_o     (path_negative)
-    );
-  end else begin : gen_no_path
-    assign source        = '0;
-    assign path_step     = '0;
-    assign path_negative = '0;
-    assign path_pending  = 1'b0;
-    assign path_busy     = 1'b0;
-    assign path_fault    = 1'b0;
-    assign path_status   = '0;
-    assign path_feed     = '0;
-  end
+          .pending_o      (path_pending),
+          .busy_o         (path_busy),
+          .fault_o        (path_fault),
+          .status_o       (path_status),
+          .feed_o         (path_feed),
+          .source_o       (source),
+          .abort_i        (abort),
+          .resting_i      (~running),
+          .overrun_i      (overrun),
+          .pulse_i        (pulse),
+          .step_o         (path_step),
+          .negative_o     (path_negative)
+      );
+    end else begin : gen_no_path
+      assign source        = '0;
+      assign path_step     = '0;
+      assign path_negative = '0;
+      assign path_pending  = 1'b0;
+      assign path_busy     = 1'b0;
+      assign path_fault    = 1'b0;
+      assign path_status   = '0;
+      assign path_feed     = '0;
+    end
+  endgenerate
 
   assign running       = moving | pulse | ~idle;  // a move's last pulse may come a clock behind it
   assign readdata_o    = readdata_q;
@@ -258,9 +261,11 @@ module motion_front_end #(
                  || (irq_fault_q && ((underrun | overrun) != '0 || path_fault));
 
 `ifndef SYNTHESIS
-  if (Axes < 1 || Axes > 8 || ClocksPerTick < 8 * Axes + 8 || ClocksPerTick > 255) begin : gen_check_shape
-    $error("motion_front_end: Axes=%0d, ClocksPerTick=%0d, must be 1..8 and 8*Axes + 8 .. 255", Axes, ClocksPerTick);
-  end
+  generate
+    if (Axes < 1 || Axes > 8 || ClocksPerTick < 8 * Axes + 8 || ClocksPerTick > 255) begin : gen_check_shape
+      $error("motion_front_end: Axes=%0d, ClocksPerTick=%0d, must be 1..8 and 8*Axes + 8 .. 255", Axes, ClocksPerTick);
+    end
+  endgenerate
 `endif
 
 endmodule

@@ -65,32 +65,35 @@ module synchronised_line #(
     else if (measure_q && longer) longest_q <= size;
   end
 
-  for (genvar i = 0; i < Axes; i++) begin : gen_axis
-    logic signed [Width-1:0] length;
-    logic signed [Width+1:0] behind_q;
-    logic [Width-1:0] ahead_q;
-    logic [Width:0] sum, operand;
-    logic turn, unused;
+  genvar axis;
+  generate
+    for (axis = 0; axis < Axes; axis++) begin : gen_axis
+      logic signed [Width-1:0] length;
+      logic signed [Width+1:0] behind_q;
+      logic [Width-1:0] ahead_q;
+      logic [Width:0] sum, operand;
+      logic turn, unused;
 
-    assign length = lengths_i[Width*i+:Width];
+      assign length = lengths_i[Width*axis+:Width];
 
-    always_ff @(posedge clk_i) begin
-      if (start_i) begin
-        size_q[Width*i+:Width] <= length[Width-1] ? -length : length;
-        negative_q[i] <= length[Width-1];
+      always_ff @(posedge clk_i) begin
+        if (start_i) begin
+          size_q[Width*axis+:Width] <= length[Width-1] ? -length : length;
+          negative_q[axis] <= length[Width-1];
+        end
+        if (place_q && axis_q == 3'(axis)) begin
+          ahead_q  <= ahead;
+          behind_q <= first_behind;
+        end else if (advance_i && ready_o) behind_q <= {sum, behind_q[0]};
       end
-      if (place_q && axis_q == 3'(i)) begin
-        ahead_q  <= ahead;
-        behind_q <= first_behind;
-      end else if (advance_i && ready_o) behind_q <= {sum, behind_q[0]};
-    end
 
-    // D changes by an even number: one adder for both, with the carry of a subtraction.
-    assign turn    = !behind_q[Width+1];
-    assign operand = turn ? {1'b1, ~ahead_q} : {1'b0, size_q[Width*i+:Width]};
-    assign {sum, unused} = {behind_q[Width+1:1], 1'b1} + {operand, turn};
-    assign step_o[i]     = ready_o && turn;
-  end
+      // D changes by an even number: one adder for both, with the carry of a subtraction.
+      assign turn    = !behind_q[Width+1];
+      assign operand = turn ? {1'b1, ~ahead_q} : {1'b0, size_q[Width*axis+:Width]};
+      assign {sum, unused} = {behind_q[Width+1:1], 1'b1} + {operand, turn};
+      assign step_o[axis]     = ready_o && turn;
+    end
+  endgenerate
 
   assign ready_o    = left_q != '0;
   assign active_o   = measure_q || place_q || ready_o;

@@ -146,95 +146,98 @@ module velocity_control #(
 
   assign {carry, sum} = {1'b0, operand} + {1'b0, word_q} + {32'd0, carry_in};
 
-  for (genvar i = 0; i < Axes; i++) begin : gen_axis
-    logic [RateBits-1:0] rate_q, next_q;
-    logic [EventBits-1:0] events_q, limit_q;  // ticks or pulses, and the one of them that ends the phase
-    logic [3:0] flags_q;
-    logic near_q;  // the limit is within reach of the events
-    logic direction_q;
-    logic loaded_q;  // a phase is there and not yet over
-    logic fresh_q;  // none of its ticks has passed, and the clock behind it
-    logic running_q;  // the rate belongs to a move
-    logic final_q;  // the phase that ended was its move's last
-    logic pulsed_q;  // a pulse since the rate was published
-    logic grace_q;  // a phase ended between ticks: its next record comes after the next tick
-    logic underrun_q;
-    logic by_pulses, publish, happens, phase_ends, stop, load;
+  genvar axis;
+  generate
+    for (axis = 0; axis < Axes; axis++) begin : gen_axis
+      logic [RateBits-1:0] rate_q, next_q;
+      logic [EventBits-1:0] events_q, limit_q;  // ticks or pulses, and the one of them that ends the phase
+      logic [3:0] flags_q;
+      logic near_q;  // the limit is within reach of the events
+      logic direction_q;
+      logic loaded_q;  // a phase is there and not yet over
+      logic fresh_q;  // none of its ticks has passed, and the clock behind it
+      logic running_q;  // the rate belongs to a move
+      logic final_q;  // the phase that ended was its move's last
+      logic pulsed_q;  // a pulse since the rate was published
+      logic grace_q;  // a phase ended between ticks: its next record comes after the next tick
+      logic underrun_q;
+      logic by_pulses, publish, happens, phase_ends, stop, load;
 
-    assign by_pulses  = flags_q[FlagByPulses];
-    assign publish    = tick_i && loaded_q && (!by_pulses || fresh_q || pulsed_q);
-    assign happens    = loaded_q && (by_pulses ? pulse_i[i] && !fresh_q : tick_i);
-    assign phase_ends = happens && near_q && events_q == limit_q;
-    assign stop       = tick_i && running_q && !loaded_q && !grace_q;
-    assign load       = turn_q3[i] && last_q3 && serve_q[i];
+      assign by_pulses  = flags_q[FlagByPulses];
+      assign publish    = tick_i && loaded_q && (!by_pulses || fresh_q || pulsed_q);
+      assign happens    = loaded_q && (by_pulses ? pulse_i[axis] && !fresh_q : tick_i);
+      assign phase_ends = happens && near_q && events_q == limit_q;
+      assign stop       = tick_i && running_q && !loaded_q && !grace_q;
+      assign load       = turn_q3[axis] && last_q3 && serve_q[axis];
 
-    // Data of a phase; `loaded_q` says when they mean something.
-    always_ff @(posedge clk_i) begin
-      if (turn_q3[i]) begin
-        if (flags_q3 && serve_q[i]) flags_q <= sum_q[3:0];
-        if (count_q3) begin
-          near_q  <= sum_q[31:EventBits] == '0;
-          limit_q <= sum_q[EventBits-1:0];
+      // Data of a phase; `loaded_q` says when they mean something.
+      always_ff @(posedge clk_i) begin
+        if (turn_q3[axis]) begin
+          if (flags_q3 && serve_q[axis]) flags_q <= sum_q[3:0];
+          if (count_q3) begin
+            near_q  <= sum_q[31:EventBits] == '0;
+            limit_q <= sum_q[EventBits-1:0];
+          end
+          if (last_q3) next_q <= sum_q[RateBits] ? '0 : sum_q[RateBits-1:0];
         end
-        if (last_q3) next_q <= sum_q[RateBits] ? '0 : sum_q[RateBits-1:0];
+        if (spend[axis]) events_q <= {{(EventBits - 1) {1'b0}}, happens};
+        else if (happens) events_q <= events_q + 1'b1;
       end
-      if (spend[i]) events_q <= {{(EventBits - 1) {1'b0}}, happens};
-      else if (happens) events_q <= events_q + 1'b1;
-    end
 
-    always_ff @(posedge clk_i or negedge rst_ni) begin
-      if (!rst_ni) begin
-        serve_q[i]  <= 1'b0;
-        loaded_q    <= 1'b0;
-        fresh_q     <= 1'b0;
-        running_q   <= 1'b0;
-        final_q     <= 1'b0;
-        pulsed_q    <= 1'b0;
-        grace_q     <= 1'b0;
-        underrun_q  <= 1'b0;
-        direction_q <= 1'b0;
-        rate_q      <= '0;
-      end else if (abort_i[i]) begin
-        serve_q[i] <= 1'b0;
-        loaded_q   <= 1'b0;
-        running_q  <= 1'b0;
-        underrun_q <= 1'b0;
-        rate_q     <= '0;
-      end else begin
-        if (sample_q) serve_q[i] <= waiting_i[i] && !loaded_q && !underrun_q;
-        else if (load) serve_q[i] <= 1'b0;
-        if (load) begin
-          loaded_q <= 1'b1;
-          fresh_q  <= 1'b1;
-        end
-        if (phase_ends) begin
-          loaded_q <= 1'b0;
-          final_q  <= flags_q[FlagLast];
-        end
-        if (sample_q && loaded_q) fresh_q <= 1'b0;  // a pulse in that clock is of the rate before
-        if (tick_i && loaded_q) begin
-          running_q   <= 1'b1;
-          direction_q <= flags_q[FlagDirection];
-        end
-        grace_q  <= (by_pulses && phase_ends) || (grace_q && !tick_i);
-        pulsed_q <= pulse_i[i] || (pulsed_q && !publish);
-        // A pulse-counted phase ends at its last pulse, and nothing may pulse before the next one.
-        if (stop || (by_pulses && phase_ends)) rate_q <= '0;
-        else if (publish) rate_q <= next_q;
-        if (stop) begin
+      always_ff @(posedge clk_i or negedge rst_ni) begin
+        if (!rst_ni) begin
+          serve_q[axis]  <= 1'b0;
+          loaded_q    <= 1'b0;
+          fresh_q     <= 1'b0;
+          running_q   <= 1'b0;
+          final_q     <= 1'b0;
+          pulsed_q    <= 1'b0;
+          grace_q     <= 1'b0;
+          underrun_q  <= 1'b0;
+          direction_q <= 1'b0;
+          rate_q      <= '0;
+        end else if (abort_i[axis]) begin
+          serve_q[axis] <= 1'b0;
+          loaded_q   <= 1'b0;
           running_q  <= 1'b0;
-          underrun_q <= underrun_q || !final_q;
+          underrun_q <= 1'b0;
+          rate_q     <= '0;
+        end else begin
+          if (sample_q) serve_q[axis] <= waiting_i[axis] && !loaded_q && !underrun_q;
+          else if (load) serve_q[axis] <= 1'b0;
+          if (load) begin
+            loaded_q <= 1'b1;
+            fresh_q  <= 1'b1;
+          end
+          if (phase_ends) begin
+            loaded_q <= 1'b0;
+            final_q  <= flags_q[FlagLast];
+          end
+          if (sample_q && loaded_q) fresh_q <= 1'b0;  // a pulse in that clock is of the rate before
+          if (tick_i && loaded_q) begin
+            running_q   <= 1'b1;
+            direction_q <= flags_q[FlagDirection];
+          end
+          grace_q  <= (by_pulses && phase_ends) || (grace_q && !tick_i);
+          pulsed_q <= pulse_i[axis] || (pulsed_q && !publish);
+          // A pulse-counted phase ends at its last pulse, and nothing may pulse before the next one.
+          if (stop || (by_pulses && phase_ends)) rate_q <= '0;
+          else if (publish) rate_q <= next_q;
+          if (stop) begin
+            running_q  <= 1'b0;
+            underrun_q <= underrun_q || !final_q;
+          end
         end
       end
-    end
 
-    assign near[i]                         = near_q;
-    assign events[EventBits*i+:EventBits] = events_q;
-    assign running_o[i]      = running_q || loaded_q || serve_q[i];
-    assign underrun_o[i]     = underrun_q;
-    assign rate_o[32*i+:32]  = {{(32 - RateBits) {1'b0}}, rate_q};
-    assign direction_o[i]    = direction_q;
-    assign first_o[i]        = tick_i && loaded_q && fresh_q && flags_q[FlagFirst];
-  end
+      assign near[axis]                         = near_q;
+      assign events[EventBits*axis+:EventBits] = events_q;
+      assign running_o[axis]      = running_q || loaded_q || serve_q[axis];
+      assign underrun_o[axis]     = underrun_q;
+      assign rate_o[32*axis+:32]  = {{(32 - RateBits) {1'b0}}, rate_q};
+      assign direction_o[axis]    = direction_q;
+      assign first_o[axis]        = tick_i && loaded_q && fresh_q && flags_q[FlagFirst];
+    end
+  endgenerate
 
 endmodule

@@ -493,14 +493,16 @@ module n2_core #(
   assign debug_ctl_m  = debug.halted && word_m_q[10:6] == n2_pkg::CTL_DEBUG;
   assign debug_data_m = debug_ctl_m ? debug.data : 32'd0;
 
-  if (Debug != 0) begin : gen_debug
-    always_ff @(posedge clk_i or negedge rst_ni) begin
-      if (!rst_ni) debug_a_q <= 1'b0;
-      else if (en) debug_a_q <= debug.halted;
+  generate
+    if (Debug != 0) begin : gen_debug
+      always_ff @(posedge clk_i or negedge rst_ni) begin
+        if (!rst_ni) debug_a_q <= 1'b0;
+        else if (en) debug_a_q <= debug.halted;
+      end
+    end else begin : gen_no_debug
+      assign debug_a_q = 1'b0;
     end
-  end else begin : gen_no_debug
-    assign debug_a_q = 1'b0;
-  end
+  endgenerate
 
   assign watched.next_d   = PcBase[31:2] | 30'(next_d);
   assign watched.access_e = live_e && (decoded_e_q.load || decoded_e_q.store) && !misaligned_e;
@@ -590,34 +592,36 @@ module n2_core #(
   assign cycles_o  = cycles_q;
   assign retired_o = retired_q;
 
-  if (Trace != 0) begin : gen_trace
-    n2_trace #(
-        .AddressWidth(PcWidth),
-        .PcBase      (PcBase)
-    ) u_trace (
-        .clk_i,
-        .rst_ni,
-        .en_i     (en),
-        .next_e_i (next_e_q),
-        .word_m_i (word_m_q),
-        .cause_m_i(cause_m_q),
-        .valid_a_i(valid_a_q && !debug_a_q),
-        .write_a_i(write_a_q),
-        .fault_a_i(fault_a_q),
-        .dst_a_i  (dst_a_q),
-        .value_a_i(result_a),
-        .trace_valid_o,
-        .trace_pc_o,
-        .trace_instruction_o,
-        .trace_write_o,
-        .trace_dst_o,
-        .trace_value_o,
-        .trace_exception_o,
-        .trace_cause_o
-    );
-  end else begin : gen_no_trace
-    assign {trace_valid_o, trace_pc_o, trace_instruction_o, trace_write_o, trace_dst_o} = '0;
-    assign {trace_value_o, trace_exception_o, trace_cause_o} = '0;
-  end
+  generate
+    if (Trace != 0) begin : gen_trace
+      n2_trace #(
+          .AddressWidth(PcWidth),
+          .PcBase      (PcBase)
+      ) u_trace (
+          .clk_i,
+          .rst_ni,
+          .en_i     (en),
+          .next_e_i (next_e_q),
+          .word_m_i (word_m_q),
+          .cause_m_i(cause_m_q),
+          .valid_a_i(valid_a_q && !debug_a_q),
+          .write_a_i(write_a_q),
+          .fault_a_i(fault_a_q),
+          .dst_a_i  (dst_a_q),
+          .value_a_i(result_a),
+          .trace_valid_o,
+          .trace_pc_o,
+          .trace_instruction_o,
+          .trace_write_o,
+          .trace_dst_o,
+          .trace_value_o,
+          .trace_exception_o,
+          .trace_cause_o
+      );
+    end else begin : gen_no_trace
+      assign {trace_valid_o, trace_pc_o, trace_instruction_o, trace_write_o, trace_dst_o} = '0;
+      assign {trace_value_o, trace_exception_o, trace_cause_o} = '0;
+    end
+  endgenerate
 
 endmodule

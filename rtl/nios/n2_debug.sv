@@ -128,49 +128,54 @@ module n2_debug (
 
   // ------------------------------------------------------------------ comparators
   logic [Breakpoints-1:0] stops_d;
-  for (genvar i = 0; i < Breakpoints; i++) begin : gen_breakpoint
-    localparam logic [4:0] Register = n2_debug_regmap_pkg::REG_BREAKPOINT + 5'(i);
-    logic on_q;
-    logic [29:0] next_q;  // word address behind the instruction
-    always_ff @(posedge clk_i or negedge rst_ni) begin
-      if (!rst_ni) on_q <= 1'b0;
-      else if (write && avs_address_i == Register) on_q <= avs_writedata_i[n2_debug_regmap_pkg::BREAKPOINT_ENABLE_LSB];
-    end
-    always_ff @(posedge clk_i) begin
-      if (write && avs_address_i == Register)
-        next_q <= avs_writedata_i[n2_debug_regmap_pkg::BREAKPOINT_ADDRESS_LSB+:30] + 30'd1;
-    end
-    assign stops_d[i] = on_q && next_q == address_i.next_d;
-  end
-
-  for (genvar i = 0; i < Watchpoints; i++) begin : gen_watchpoint
-    localparam logic [4:0] Address = n2_debug_regmap_pkg::REG_WATCH_ADDRESS + 5'(i);
-    localparam logic [4:0] Mask = n2_debug_regmap_pkg::REG_WATCH_MASK + 5'(i);
-    localparam logic [4:0] Control = n2_debug_regmap_pkg::REG_WATCH_CONTROL + 5'(i);
-    logic on_read_q, on_write_q;
-    logic [3:0] lanes_q;
-    logic [29:0] address_q, ignored_q;
-    always_ff @(posedge clk_i or negedge rst_ni) begin
-      if (!rst_ni) begin
-        on_read_q  <= 1'b0;
-        on_write_q <= 1'b0;
-      end else if (write && avs_address_i == Control) begin
-        on_read_q  <= avs_writedata_i[n2_debug_regmap_pkg::WATCH_CONTROL_READ_LSB];
-        on_write_q <= avs_writedata_i[n2_debug_regmap_pkg::WATCH_CONTROL_WRITE_LSB];
+  genvar i;
+  generate
+    for (i = 0; i < Breakpoints; i++) begin : gen_breakpoint
+      localparam logic [4:0] Register = n2_debug_regmap_pkg::REG_BREAKPOINT + 5'(i);
+      logic on_q;
+      logic [29:0] next_q;  // word address behind the instruction
+      always_ff @(posedge clk_i or negedge rst_ni) begin
+        if (!rst_ni) on_q <= 1'b0;
+        else if (write && avs_address_i == Register)
+          on_q <= avs_writedata_i[n2_debug_regmap_pkg::BREAKPOINT_ENABLE_LSB];
       end
+      always_ff @(posedge clk_i) begin
+        if (write && avs_address_i == Register)
+          next_q <= avs_writedata_i[n2_debug_regmap_pkg::BREAKPOINT_ADDRESS_LSB+:30] + 30'd1;
+      end
+      assign stops_d[i] = on_q && next_q == address_i.next_d;
     end
-    always_ff @(posedge clk_i) begin
-      if (write && avs_address_i == Control)
-        lanes_q <= avs_writedata_i[n2_debug_regmap_pkg::WATCH_CONTROL_LANES_LSB+:4];
-      if (write && avs_address_i == Address)
-        address_q <= avs_writedata_i[n2_debug_regmap_pkg::WATCH_ADDRESS_ADDRESS_LSB+:30];
-      if (write && avs_address_i == Mask) ignored_q <= avs_writedata_i[n2_debug_regmap_pkg::WATCH_MASK_IGNORED_LSB+:30];
-    end
-    assign hits_e[i] = enable_q && !halted_q && address_i.access_e &&
+
+    for (i = 0; i < Watchpoints; i++) begin : gen_watchpoint
+      localparam logic [4:0] Address = n2_debug_regmap_pkg::REG_WATCH_ADDRESS + 5'(i);
+      localparam logic [4:0] Mask = n2_debug_regmap_pkg::REG_WATCH_MASK + 5'(i);
+      localparam logic [4:0] Control = n2_debug_regmap_pkg::REG_WATCH_CONTROL + 5'(i);
+      logic on_read_q, on_write_q;
+      logic [3:0] lanes_q;
+      logic [29:0] address_q, ignored_q;
+      always_ff @(posedge clk_i or negedge rst_ni) begin
+        if (!rst_ni) begin
+          on_read_q  <= 1'b0;
+          on_write_q <= 1'b0;
+        end else if (write && avs_address_i == Control) begin
+          on_read_q  <= avs_writedata_i[n2_debug_regmap_pkg::WATCH_CONTROL_READ_LSB];
+          on_write_q <= avs_writedata_i[n2_debug_regmap_pkg::WATCH_CONTROL_WRITE_LSB];
+        end
+      end
+      always_ff @(posedge clk_i) begin
+        if (write && avs_address_i == Control)
+          lanes_q <= avs_writedata_i[n2_debug_regmap_pkg::WATCH_CONTROL_LANES_LSB+:4];
+        if (write && avs_address_i == Address)
+          address_q <= avs_writedata_i[n2_debug_regmap_pkg::WATCH_ADDRESS_ADDRESS_LSB+:30];
+        if (write && avs_address_i == Mask)
+          ignored_q <= avs_writedata_i[n2_debug_regmap_pkg::WATCH_MASK_IGNORED_LSB+:30];
+      end
+      assign hits_e[i] = enable_q && !halted_q && address_i.access_e &&
                        (address_i.store_e ? on_write_q : on_read_q) &&
                        (address_i.lanes_e & lanes_q) != 4'd0 &&
                        ((address_i.data_e ^ address_q) & ~ignored_q) == 30'd0;
-  end
+    end
+  endgenerate
 
   assign break_d_o = enable_q && !halted_q && !first_q && (pending_q || stops_d != '0);
   assign watch_e_o = hits_e != '0;

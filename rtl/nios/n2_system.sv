@@ -186,32 +186,34 @@ module n2_system #(
       .trace_cause_o      (trace_cause_o)
   );
 
-  if (Debug != 0) begin : gen_debug
-    n2_debug u_debug (
-        .clk_i            (clk_i),
-        .rst_ni           (rst_ni),
-        .core_rst_ni      (core_rst_n),
-        .avs_address_i    (debug_address_i),
-        .avs_read_i       (debug_read_i),
-        .avs_write_i      (debug_write_i),
-        .avs_writedata_i  (debug_writedata_i),
-        .avs_readdata_o   (debug_readdata_o),
-        .avs_waitrequest_o(debug_waitrequest_o),
-        .halted_o         (debug_halted_o),
-        .freeze_o         (debug_freeze),
-        .state_o          (debug_state),
-        .break_d_o        (debug_break_d),
-        .watch_e_o        (debug_watch_e),
-        .address_i        (debug_address),
-        .event_i          (debug_event)
-    );
-  end else begin : gen_no_debug
-    logic unused_debug;
-    assign {debug_readdata_o, debug_waitrequest_o, debug_halted_o} = '0;
-    assign {debug_state, debug_break_d, debug_watch_e, debug_freeze} = '0;
-    assign unused_debug = &{debug_address_i, debug_read_i, debug_write_i, debug_writedata_i,
+  generate
+    if (Debug != 0) begin : gen_debug
+      n2_debug u_debug (
+          .clk_i            (clk_i),
+          .rst_ni           (rst_ni),
+          .core_rst_ni      (core_rst_n),
+          .avs_address_i    (debug_address_i),
+          .avs_read_i       (debug_read_i),
+          .avs_write_i      (debug_write_i),
+          .avs_writedata_i  (debug_writedata_i),
+          .avs_readdata_o   (debug_readdata_o),
+          .avs_waitrequest_o(debug_waitrequest_o),
+          .halted_o         (debug_halted_o),
+          .freeze_o         (debug_freeze),
+          .state_o          (debug_state),
+          .break_d_o        (debug_break_d),
+          .watch_e_o        (debug_watch_e),
+          .address_i        (debug_address),
+          .event_i          (debug_event)
+      );
+    end else begin : gen_no_debug
+      logic unused_debug;
+      assign {debug_readdata_o, debug_waitrequest_o, debug_halted_o} = '0;
+      assign {debug_state, debug_break_d, debug_watch_e, debug_freeze} = '0;
+      assign unused_debug = &{debug_address_i, debug_read_i, debug_write_i, debug_writedata_i,
                             debug_address, debug_event};
-  end
+    end
+  endgenerate
 
   // ------------------------------------------------------------------ memories
   assign host_itcm = host_address_i[31:ItcmWidth+2] == ItcmBase[31:ItcmWidth+2];

@@ -19,22 +19,25 @@ module n2_tcm #(
 );
 
   // A memory of its own per byte: every tool infers block RAM from that.
-  for (genvar i = 0; i < 4; i++) begin : gen_byte
-    (* no_rw_check *) logic [7:0] memory[0:Words-1];
+  genvar i;
+  generate
+    for (i = 0; i < 4; i++) begin : gen_byte
+      (* no_rw_check *) logic [7:0] memory[0:Words-1];
 
-    always @(posedge clk_i) begin
-      if (a_en_i) begin
-        a_rdata_o[8*i+:8] <= memory[a_address_i];
-        if (a_we_i[i]) memory[a_address_i] <= a_wdata_i[8*i+:8];
+      always @(posedge clk_i) begin
+        if (a_en_i) begin
+          a_rdata_o[8*i+:8] <= memory[a_address_i];
+          if (a_we_i[i]) memory[a_address_i] <= a_wdata_i[8*i+:8];
+        end
+      end
+
+      always @(posedge clk_i) begin
+        if (b_en_i) begin
+          b_rdata_o[8*i+:8] <= memory[b_address_i];
+          if (b_we_i[i]) memory[b_address_i] <= b_wdata_i[8*i+:8];
+        end
       end
     end
-
-    always @(posedge clk_i) begin
-      if (b_en_i) begin
-        b_rdata_o[8*i+:8] <= memory[b_address_i];
-        if (b_we_i[i]) memory[b_address_i] <= b_wdata_i[8*i+:8];
-      end
-    end
-  end
+  endgenerate
 
 endmodule

@@ -18,12 +18,14 @@ from asip_asm.image import Image, ImageError
 from asip_asm.isa import default_isa
 from asip_asm.link import LinkError, link, link_maps
 from asip_asm.model.c_code import to_c_code
+from asip_asm.model.certificate import certify
 from asip_asm.model.compiler import SINES, Options, compile_law
 from asip_asm.model.law import Law, load_law
 from asip_asm.model.program import Built, build
 from asip_asm.model.read import ModelError
 from asip_asm.signals import InterfaceError
 from sim.asip_model.effects import effects
+from sim.asip_model.proof_report import CERTIFICATE, report, write_certificate
 from sim.asip_model.robot_options import (
     add_robot_options,
     check_robot_options,
@@ -32,6 +34,9 @@ from sim.asip_model.robot_options import (
     robot_law,
     settings_of,
 )
+from sim.prove_casadi import truth_of_files
+from sim.prove_points import Point, directed, load_points
+from sim.prove_reference import RobotTruth, Truth
 from sim.robots.account import account
 from sim.robots.closed_loop import Arm, close_loop
 from sim.robots.elements import RobotError
@@ -50,18 +55,20 @@ EPILOG = """example:
 
 writes build/law.s (linear assembly), .asip.json (image), .asip.map.json (its debug map, for
 asip-dbg), .h (tables for the C driver) and .report.txt (cycles, bounds, occupancy, what each option
-changes); with --c also build/law.tick.c
-and .tick.h, the law as a C function for the Nios II systems or a PC. Arguments and results of the
-function go by the names of the signals, or of their vectors (docs/your_robot.md). With several
-functions .s, .asip.map.json, .tick.c and .tick.h are build/both.NAME.s and so on.
+changes). With --prove it also writes .certificate.json (what is proved, docs/numerics.md), with --c
+build/law.tick.c and .tick.h, the law as a C function for the Nios II systems or a PC. Arguments and
+results of the function go by the names of the signals, or of their vectors (docs/your_robot.md).
+With several functions .s, .asip.map.json, .certificate.json, .tick.c and .tick.h are
+build/both.NAME.s and so on.
 
 exit status: 0 written, and proved with --prove; 1 an error, a proof that failed, or a loop beyond
 its bound; 2 wrong command line
 """
 RATIO = 1.05
 """Tracking error of an axis on the core by that in double precision, at most."""
-SELDOM = 0.1
-"""Share of a proof's inputs below which an output is called seldom inside its limits."""
+MILLION = 1_000_000
+EFFORT = 5
+"""Million operations of a certificate by default: some seconds."""
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -78,10 +85,12 @@ def _model(options: argparse.Namespace) -> int:
     built: dict[str, Built] = {}
     stems = {name: f"{stem}.{name}" if several else str(stem) for name in _names(options)}
     ends = (".s", ".asip.map.json", *((".tick.h", ".tick.c") if options.c else ()))
+    ends += (CERTIFICATE,) if options.prove else ()
     paths = [Path(f"{each}{end}") for each in stems.values() for end in ends]
     paths += [Path(f"{stem}{end}") for end in (".asip.json", ".h", ".report.txt")]
     refuse_overwriting(paths, [path for part in options.parts for path in part if path])
     laws = [_law(options, *part, settings) for part in options.parts]
+    points = load_points(options.points, laws[0][0]) if options.points else []
     chosen = Options(
         options.config,
         options.reassociate,
@@ -119,9 +128,11 @@ def _model(options: argparse.Namespace) -> int:
         print(f"{where}: {one.cycles} cycles, lower bound {one.bound_cycles}")
     status = 0
     if options.prove:
-        for (name, one), (_, tree) in zip(built.items(), laws, strict=True):
+        for (name, one), (_, tree), files in zip(built.items(), laws, options.parts, strict=True):
             whole = replace(one, image=image.function(name)) if several else one
-            status = max(status, _prove(whole, options, tree, settings))
+            file = Path(f"{stems[name]}{CERTIFICATE}")
+            truth = reference_of(options, tree, settings) if tree else truth_of_files(*files)
+            status = max(status, _prove(whole, options, truth, points, file))
         if several:
             status = max(status, _prove_together(image, built, options))
     if options.loop and laws[0][1] is not None:
@@ -171,39 +182,37 @@ def _loop(built: Built, tree: Tree, settings: Settings, seconds: float) -> int:
     return 0 if loop.ratio <= RATIO else 1
 
 
-def _prove(built: Built, options: argparse.Namespace, tree: Tree | None, settings: Settings) -> int:
+def _prove(
+    built: Built,
+    options: argparse.Namespace,
+    truth: Truth | RobotTruth,
+    points: list[Point],
+    file: Path,
+) -> int:
     from sim.core import CoreFault
     from sim.prove_program import prove
     from sim.robots.samples import near
 
     compiled, inputs, seed = built.compiled, options.inputs, options.seed
-    sample = near(compiled.law) if tree else None
-    reference = reference_of(options, tree, settings) if tree else None
+    sample = near(compiled.law) if not isinstance(truth, Truth) else None
+
+    def progress(text: str) -> None:
+        print(f"certificate: {text}", file=sys.stderr, flush=True)
+
+    certificate = certify(
+        compiled.graph, compiled.law, (options.boxes_effort or EFFORT) * MILLION, progress
+    )
     try:
         proof = prove(
-            compiled, built.image, count=inputs, seed=seed, sample=sample, reference=reference
-        )
+            compiled, built.image, count=inputs, seed=seed, sample=sample, truth=truth,
+            certificate=certificate, points=directed(compiled.law, points),
+        )  # fmt: skip
     except CoreFault as fault:
         print(f"asip-model: the program stops for an input within its limits: {fault}")
-        return 1
-    equal = "bits equal the interpreter's" if proof.bits_equal else proof.first_difference
-    print(f"{proof.inputs_tried} inputs, seed {proof.seed}: {equal}")
-    print(
-        f"largest error / bound {proof.worst_fraction_of_bound:.3g} ({proof.worst_result}); "
-        + ", ".join(f"{name} {error:.3g}" for name, error in proof.largest_error.items())
-    )
-    seldom = [name for name, n in proof.within.items() if n < SELDOM * proof.inputs_tried]
-    if seldom:
-        print(
-            f"inside their limits in less than {SELDOM:.0%} of the inputs, so little is shown of "
-            f"them: {', '.join(seldom)}; narrow the limits of the inputs in the interface record"
-        )
-    if proof.unbounded:
-        print(f"{proof.unbounded} results have no finite bound: keep divisors away from zero")
-    difference = reference.difference(compiled.law) if reference else ""
-    if difference:
-        print(f"not as the URDF has it: {difference}")
-    passed = proof.passed and not difference and (not options.c or _prove_c(built, options))
+        proof = None
+    write_certificate(file, certificate, proof)
+    print("\n".join(report(certificate, proof)))
+    passed = proof is not None and proof.passed and (not options.c or _prove_c(built, options))
     print("proved" if passed else "NOT proved")
     return 0 if passed else 1
 
@@ -287,6 +296,19 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
     )
     parser.add_argument("--prove", action="store_true", help="run on the core and compare")
     parser.add_argument("--inputs", type=count, default=10_000, help="inputs of the proof")
+    parser.add_argument(
+        "--points",
+        type=Path,
+        metavar="FILE",
+        help="table of inputs that the proof tries too, comma-separated, names in the first line",
+    )
+    parser.add_argument(
+        "--boxes-effort",
+        type=count,
+        metavar="N",
+        help=f"million operations that the certificate may take, {EFFORT} if not given; more make "
+        "its bounds tighter",
+    )
     parser.add_argument("--seed", type=int, default=1, help="seed of the proof's inputs")
     add_robot_options(parser)
     parser.add_argument(
@@ -310,6 +332,10 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
     check_robot_options(parser, options)
     if options.loop and len(options.parts) > 1:
         parser.error("--loop is for computed_torque of one URDF")
+    if options.points and (not options.prove or len(options.parts) > 1):
+        parser.error("--points is for --prove of one function")
+    if options.boxes_effort and not options.prove:
+        parser.error("--boxes-effort is for --prove")
     return options
 
 

@@ -63,7 +63,7 @@ class LinkBackend:
             cause = FAULT_NAMES[STATUS["cause"].of(status)]
             if cause != NO_FAULT:
                 fault = Fault.of(cause, self.client.read_word(CSR["FAULT_INFO"]))
-                text = fault_text(self._image, fault)
+                text = fault_text(self._image, fault, dict(zip(inputs, row, strict=True)))
                 break
         return Runs(
             np.array(words, dtype=np.uint32).reshape(len(words), len(read)),

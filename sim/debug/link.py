@@ -8,6 +8,7 @@ import socket
 import time
 from typing import Protocol
 
+from sim import guard
 from sim.debug.packets import (
     READ_WORDS,
     WRITE_WORDS,
@@ -23,6 +24,7 @@ from sim.debug.packets import (
 ADDRESSES = 1 << 15
 """Words on the bus of `debug_asip`."""
 GONE = "the server has another client, and serves one at a time, or is gone"
+NO_TOKEN = "write tcp://TOKEN@host:port with the token that the server has printed"
 
 
 class LinkError(RuntimeError):
@@ -111,8 +113,11 @@ class TcpLink:
 
     streams = False
 
-    def __init__(self, host: str, port: int, timeout: float = 5.0) -> None:
+    def __init__(self, host: str, port: int, token: str = "", timeout: float = 5.0) -> None:
+        """token: that of the server; without it that of this user's own server at this port."""
         self._place = f"{host}:{port}"
+        token = token or guard.token_of(host, port)
+        self._gone = GONE if token else f"{GONE}, or wants its token: {NO_TOKEN}"
         try:
             self._socket = socket.create_connection((host, port), timeout)
         except OSError as error:
@@ -123,12 +128,16 @@ class TcpLink:
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._decoder = Decoder()
         self._packets: list[Packet] = []
+        self._send(guard.hello(token))
 
     def send(self, packet: Packet) -> None:
+        self._send(encode(packet))
+
+    def _send(self, data: bytes) -> None:
         try:
-            self._socket.sendall(encode(packet))
+            self._socket.sendall(data)
         except OSError as error:
-            raise LinkError(f"tcp://{self._place}: {error}; {GONE}") from None
+            raise LinkError(f"tcp://{self._place}: {error}; {self._gone}") from None
 
     def receive(self, timeout: float) -> Packet | None:
         end = time.monotonic() + timeout
@@ -139,9 +148,9 @@ class TcpLink:
             except TimeoutError:
                 return None
             except OSError as error:
-                raise LinkError(f"tcp://{self._place}: {error}; {GONE}") from None
+                raise LinkError(f"tcp://{self._place}: {error}; {self._gone}") from None
             if not data:
-                raise LinkError(f"tcp://{self._place}: the connection was closed; {GONE}")
+                raise LinkError(f"tcp://{self._place}: the connection was closed; {self._gone}")
             self._packets += self._decoder.feed(data)
         return self._packets.pop(0)
 
@@ -231,15 +240,16 @@ def open_serial(path: str, baud: int) -> SerialLink:
 
 
 def open_link(target: str) -> Link:
-    """Link of `tcp://host:port`, `serial:PATH[?baud=N]` or the path of a device.
+    """Link of `tcp://[TOKEN@]host:port`, `serial:PATH[?baud=N]` or the path of a device.
 
     Raises LinkError, PacketError.
     """
     if target.startswith("tcp://"):
-        host, _, port = target.removeprefix("tcp://").rpartition(":")
+        token, _, place = target.removeprefix("tcp://").rpartition("@")
+        host, _, port = place.rpartition(":")
         if not host or not port.isdecimal() or int(port) > 0xFFFF:
             raise LinkError(f"{target}: write tcp://host:port, for example tcp://localhost:2331")
-        return TcpLink(host, int(port))
+        return TcpLink(host, int(port), token)
     if target.startswith(("serial:", "/dev/")):
         path, _, option = target.removeprefix("serial:").partition("?")
         baud = option.removeprefix("baud=") or "3000000"

@@ -5,7 +5,8 @@
 
 Loads the program (source or image) and starts a run every --period clocks until interrupted; inputs
 have the values given with --set, 0 else. One client at a time; the next one may come when it has
-gone. The server listens on the loopback address only.
+gone. The server listens on the loopback address only. A client must send the server's token first;
+the client of this project finds the token of a server of the same user by itself.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import contextlib
 import select
 import socket
 import sys
+import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -22,6 +24,7 @@ from asip_asm.command import command_parser
 from asip_asm.diagnostics import AssemblyError
 from asip_asm.image import Image, ImageError
 from asip_asm.isa import default_isa
+from sim import guard
 from sim.core import CoreError
 from sim.debug.link import Responder
 from sim.debug.model import DebugRtl
@@ -34,17 +37,22 @@ PORT = 2331
 SLICE = 2000  # clocks between two looks at the socket
 
 
+def _say(text: str) -> None:
+    print(f"debug server: {text}", file=sys.stderr, flush=True)
+
+
 class Server:
     """Answers the packets of one client at a time; call `poll` again and again."""
 
-    def __init__(self, model: DebugRtl, port: int = PORT) -> None:
+    def __init__(self, model: DebugRtl, port: int = PORT, say: guard.Say = _say) -> None:
         """Raises OSError if the port is taken; port 0 takes a free one, see `port`."""
-        self._responder = Responder(model)
-        self._listener = socket.create_server(("127.0.0.1", port))
+        self._model, self._say = model, say
+        self._listener = guard.listen(port, say)
         self._listener.setblocking(False)
         self.port = self._listener.getsockname()[1]
+        self.token = guard.Token(self.port)
         self._client: socket.socket | None = None
-        self._decoder = Decoder()
+        self._begun = 0.0
 
     def poll(self, timeout: float = 0.0) -> None:
         """Take a new client, or answer what has come, waiting so many seconds for it."""
@@ -54,29 +62,40 @@ class Server:
                 self._accept()
             else:
                 self._answer()
+        if self._client is not None and not self._hello.done:
+            if time.monotonic() > self._begun + guard.HELLO_S:
+                self._drop()
 
     def _accept(self) -> None:
-        connection, _ = self._listener.accept()
+        connection = guard.accept(self._listener, self._say)
+        if connection is None:
+            return
         if self._client is not None:
             connection.close()
             return
-        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        self._client, self._decoder = connection, Decoder()
+        self._client, self._begun = connection, time.monotonic()
+        self._hello, self._decoder = guard.Hello(self.token), Decoder()
+        self._responder = Responder(self._model)
 
     def _answer(self) -> None:
         assert self._client is not None
-        try:
+        goes_on = False
+        with guard.one_client(self._say):
             data = self._client.recv(65536)
-            for packet in self._decoder.feed(data):
+            for packet in self._decoder.feed(self._hello.feed(data)):
                 self._client.sendall(encode(self._responder.answer(packet)))
-        except OSError:
-            data = b""
-        if not data:
-            self._client.close()
-            self._client = None
+            goes_on = bool(data)
+        if not goes_on:
+            self._drop()
+
+    def _drop(self) -> None:
+        assert self._client is not None
+        self._client.close()
+        self._client = None
 
     def close(self) -> None:
         """Close the port and the client's connection."""
+        self.token.forget()
         for each in (self._client, self._listener):
             if each is not None:
                 with contextlib.suppress(OSError):

@@ -45,6 +45,7 @@ def _command(options: argparse.Namespace) -> int:
 def _debug(session: Session, options: argparse.Namespace) -> int:
     terminal = sys.stdin.isatty() and not options.batch
     commands = Commands(session, print, color=terminal and sys.stdout.isatty())
+    session.log = print
     program = session.program
     print(
         f"{program.path}: '{program.image.title}', {program.image.configuration}, "

@@ -24,7 +24,7 @@ from sim.debugger.command_table import (
     nothing_in,
     numbers_of,
 )
-from sim.debugger.expressions import ExpressionError
+from sim.debugger.expressions import ExpressionError, is_name
 from sim.debugger.locations import LocationError
 from sim.debugger.session import Session, SessionError, Stop
 from sim.debugger.show import Show
@@ -51,13 +51,27 @@ class Commands:
         self._next_display = 1
         self._again = ""
         self._depth = 0
+        self._given_to: list[str] | None = None  # the commands of a breakpoint, while they are read
+        self._pending: list[str] = []  # commands of the breakpoints at which the core has stopped
 
     def execute(self, line: str) -> None:
         """One line; empty repeats the last command if that makes sense. Raises CommandError, Quit,
         TargetGone.
         """
+        self._pending = []
+        self._execute(line)
+        while self._pending:
+            self._execute(self._pending.pop(0))
+
+    def _execute(self, line: str) -> None:
         line = line.strip()
         if line.startswith("#"):
+            return
+        if self._given_to is not None:
+            if line == "end":
+                self._given_to = None
+            elif line:
+                self._given_to.append(line)
             return
         line = line or self._again
         if not line:
@@ -87,6 +101,8 @@ class Commands:
             except (ValueMissing, ExpressionError) as error:
                 text = str(error)
             self.write(f"{number}: {text}")
+        points = (self.session.breakpoints.get(number) for number in stop.breakpoints)
+        self._pending = [line for point in points if point for line in point.commands]
 
     @command("run", "r", runs=True)
     def run(self, rest: str) -> None:
@@ -135,6 +151,14 @@ class Commands:
         """Go on to the end of the tick."""
         self._stopped(self.session.finish())
 
+    @command("until", "advance", usage="[PLACE]", runs=True)
+    def until(self, rest: str) -> None:
+        """Go on to a place, or without one to a later line, as out of a loop. The end of the tick
+        stops too.
+        """
+        place = self.session.location(rest) if rest else None
+        self._stopped(self.session.until(place))
+
     @command("kill", "k")
     def kill(self, rest: str) -> None:
         """Give up the tick that is on."""
@@ -182,6 +206,43 @@ class Commands:
         point = self.session.add_watch(name, condition)
         self.write(f"watch {point.number}: {point.location.text}")
 
+    @command("ignore", usage="NUMBER COUNT")
+    def ignore(self, rest: str) -> None:
+        """Let the next COUNT hits of a breakpoint or watch do nothing."""
+        words = rest.split()
+        if len(words) != 2:
+            raise CommandError("ignore NUMBER COUNT")
+        number, count = (count_of(word, least=0) for word in words)
+        self.session.ignore(number, count)
+        self.write(f"the next {count} hits of {number} do nothing")
+
+    @command("hits", usage="NUMBER [CONDITION]")
+    def hits(self, rest: str) -> None:
+        """Choose the hits of a breakpoint that count: 5 the fifth, >= 5 from it on, % 5 every
+        fifth. Without a condition all do.
+        """
+        number, _, text = rest.partition(" ")
+        self.session.choose_hits(count_of(number, least=0), text)
+
+    @command("commands", usage="[NUMBER]")
+    def commands(self, rest: str) -> None:
+        """Give a breakpoint, or the last one, commands that follow each stop at it: one a line, up
+        to `end`. One that lets the core go is the last.
+        """
+        self._given_to = self.session.commands_of(count_of(rest, least=0) if rest else None)
+
+    @command("dprintf", usage='PLACE, "TEXT" [if EXPRESSION]')
+    def log_point(self, rest: str) -> None:
+        """Write a text at each pass of a place, and do not stop. {EXPRESSION} in the text becomes
+        its value: dprintf 17, "e is {e}".
+        """
+        match = re.fullmatch(r'(.+?)\s*,\s*"(.*)"(?:\s+if\s+(.*))?', rest)
+        if match is None:
+            raise CommandError('dprintf PLACE, "TEXT" [if EXPRESSION]')
+        location = self.session.location(match[1])
+        point = self.session.add_breakpoint(location, match[3] or "", message=match[2])
+        self.write(f"log point {point.number}: {location.text}")
+
     @command("delete", "d", usage="[NUMBER ...]")
     def delete(self, rest: str) -> None:
         """Delete breakpoints and watches, all without a number."""
@@ -218,7 +279,7 @@ class Commands:
         self.write(self._printed(text, form))
 
     def _printed(self, text: str, form: str) -> str:
-        if text in self.session.values.names() or re.fullmatch(r"[$A-Za-z_][\w.@\[\]-]*", text):
+        if text in self.session.values.names() or is_name(text):
             return f"{text} = {_described(self.session.values.read(text), form)}"
         value = self.session.evaluate(text)
         if isinstance(value, bool):
@@ -253,7 +314,7 @@ class Commands:
     @command("set", usage="NAME = VALUE")
     def set(self, rest: str) -> None:
         """Give a value: to an input for the next ticks, to a state, register or value here. VALUE
-        is an expression, or bits as 0f3f800000.
+        is an expression, or bits as print/x and print/t show them: 0x3f800000 with all 8 digits.
         """
         name, equals, text = rest.removeprefix("var ").partition("=")
         name, text = name.strip(), text.strip()

@@ -7,6 +7,7 @@ Requests come in on one thread; what lets the core go runs on another, so that `
 from __future__ import annotations
 
 import argparse
+import contextlib
 import threading
 from collections.abc import Callable
 from typing import Any
@@ -14,13 +15,16 @@ from typing import Any
 from asip_asm.debug_map import DebugMapError
 from asip_asm.diagnostics import AssemblyError
 from asip_asm.image import ImageError
+from sim import guard
 from sim.debugger.command_table import CommandError, Quit, find_command
 from sim.debugger.commands import REFUSALS, Commands
 from sim.debugger.completion import completions, last_word
 from sim.debugger.dap_breakpoints import ClientBreakpoints
+from sim.debugger.dap_fields import FieldError, check_request
 from sim.debugger.dap_launch import launch_options
 from sim.debugger.dap_messages import Message, Sender
 from sim.debugger.dap_views import THREAD, Body, Views
+from sim.debugger.expressions import is_name
 from sim.debugger.options import open_session
 from sim.debugger.program import ProgramError
 from sim.debugger.session import Session, Stop
@@ -32,6 +36,7 @@ CAPABILITIES = (
     *("DisassembleRequest", "FunctionBreakpoints", "ConditionalBreakpoints", "DataBreakpoints"),
     *("InstructionBreakpoints", "EvaluateForHovers", "SetVariable", "SetExpression"),
     *("SteppingGranularity", "ValueFormattingOptions"),
+    *("HitConditionalBreakpoints", "LogPoints"),
 )
 """What is supported, as the protocol names it."""
 REASONS = {
@@ -56,15 +61,21 @@ class RequestError(Exception):
 class Adapter:
     """One client. `ended` when it has disconnected."""
 
-    def __init__(self, sender: Sender, options: argparse.Namespace) -> None:
+    def __init__(
+        self, sender: Sender, options: argparse.Namespace, token: guard.Token | None = None
+    ) -> None:
+        """token: what a client must give to launch a program, None on a private stream."""
         self.sender = sender
         self.options = options
+        self._token = token
         self.ended = False
         self._session: Session | None = None
         self._worker: threading.Thread | None = None
         self._busy = False
         self._quiet = False
         self._first: Callable[[], Stop] | None = None
+        self._launched: Body = {}
+        self._counted_from = (1, 1)  # lines, columns
 
     # ------------------------------------------------------------------ requests
     def handle(self, request: Message) -> None:
@@ -76,10 +87,12 @@ class Adapter:
             self.sender.failure(request, f"no request '{str(command):.40}'")
             return
         try:
-            body = method(arguments if isinstance(arguments, dict) else {})
+            given = arguments if isinstance(arguments, dict) else {}
+            check_request(str(command), given)
+            body = method(given)
         except AssemblyError as error:
             self.sender.failure(request, error.report())
-        except (*ERRORS, RequestError) as error:
+        except (*ERRORS, RequestError, FieldError) as error:
             self.sender.failure(request, str(error))
         except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
             self.sender.failure(request, f"{command}: an argument is missing or wrong: {error!r}")
@@ -110,20 +123,37 @@ class Adapter:
 
     # ------------------------------------------------------------------ life
     def do_initialize(self, arguments: Body) -> Body:
+        self._counted_from = (
+            int(arguments.get("linesStartAt1", True)),
+            int(arguments.get("columnsStartAt1", True)),
+        )
         return {f"supports{name}": True for name in CAPABILITIES}
 
     def do_launch(self, arguments: Body) -> None:
         if self._session is not None:
             raise RequestError("a program is launched already; restart it, or disconnect")
+        self._check_token(arguments)
         session = open_session(launch_options(arguments, self.options))
         self._session = session
-        self.views = Views(session)
+        session.log = lambda text: self._output(text + "\n")
+        self._launched = dict(arguments)
+        self.views = Views(session, *self._counted_from)
         self.points = ClientBreakpoints(session, self.views)
-        self.commands = Commands(session, lambda text: self._output(text + "\n"))
+        self._answer: list[str] | None = None  # takes what a command of the console writes
+        self.commands = Commands(session, self._write)
         stop_on_entry = bool(arguments.get("stopOnEntry", False))
         self._first = session.start if stop_on_entry else session.run
         for file in session.program.changed_files():
             self._output(f"{file} was changed since the program was assembled\n", "important")
+
+    def _check_token(self, arguments: Body) -> None:
+        """Raises RequestError; a wrong guess ends the connection."""
+        given = arguments.pop("token", None)
+        if self._token is None and given is not None:
+            raise RequestError('"token" is for a server on a port; leave it out')
+        if self._token is not None and not guard.same_token(given, self._token.text):
+            self.ended = True
+            raise RequestError('launch and attach need the "token" that the server has printed')
 
     def do_attach(self, arguments: Body) -> None:
         if not isinstance(arguments.get("connect"), str):
@@ -134,6 +164,8 @@ class Adapter:
         self._halted()
 
     def do_restart(self, arguments: Body) -> None:
+        if arguments.get("arguments") not in (None, self._launched):
+            raise RequestError("other arguments than at launch; disconnect, and launch again")
         self._pause_quietly()
         self._halted().reset()
 
@@ -160,10 +192,13 @@ class Adapter:
         def work() -> None:
             try:
                 stop = action()
-            except ERRORS as error:
+            except Exception as error:
                 self._busy = False
-                self._output(f"{error}\n", "stderr")
-                self.sender.event("terminated")
+                if not isinstance(error, ERRORS):
+                    guard.LOG.exception("an error while the core ran")
+                with contextlib.suppress(OSError, ValueError):  # the client may have gone
+                    self._output(f"{error}\n", "stderr")
+                    self.sender.event("terminated")
                 return
             self._busy = False  # before the client hears of it
             if not self._quiet:
@@ -245,8 +280,11 @@ class Adapter:
 
     def do_setBreakpoints(self, arguments: Body) -> Body:
         path = str(arguments["source"]["path"])
-        wanted = arguments.get("breakpoints") or []
-        return self._change(lambda: self.points.lines(path, wanted))
+        wanted = arguments.get("breakpoints")
+        if wanted is None:
+            wanted = [{"line": line} for line in arguments.get("lines") or []]
+        modified = bool(arguments.get("sourceModified"))
+        return self._change(lambda: self.points.lines(path, wanted, modified))
 
     def do_setFunctionBreakpoints(self, arguments: Body) -> Body:
         return self._change(lambda: self.points.functions(arguments["breakpoints"]))
@@ -270,10 +308,14 @@ class Adapter:
     def do_breakpointLocations(self, arguments: Body) -> Body:
         program = self.session.program
         file = program.file_of(str(arguments["source"]["path"]))
-        first = int(arguments["line"])
-        last = int(arguments.get("endLine", first))
+        views = self.views
+        first = views.own_line(int(arguments["line"]))
+        last = views.own_line(int(arguments.get("endLine", arguments["line"])))
+        if "column" in arguments and views.own_column(int(arguments["column"])) > 1:
+            first += 1  # A location is at the first column of its line.
         lines = program.code_lines(file) if file else {}
-        return {"breakpoints": [{"line": n} for n in sorted(lines) if first <= n <= last]}
+        found = [n for n in sorted(lines) if first <= n <= last]
+        return {"breakpoints": [{"line": views.line(n)} for n in found]}
 
     # ------------------------------------------------------------------ looking
     def do_threads(self, arguments: Body) -> Body:
@@ -292,29 +334,42 @@ class Adapter:
     def do_variables(self, arguments: Body) -> Body:
         self._halted()
         reference = int(arguments["variablesReference"])
-        return {"variables": self.views.variables(reference, _form(arguments))}
+        found = self.views.variables(reference, _form(arguments))
+        if arguments.get("filter") == "indexed":
+            found = []  # All variables have names.
+        first = int(arguments.get("start") or 0)
+        count = int(arguments.get("count") or 0) or len(found)
+        return {"variables": found[first : first + count]}
 
     def do_setVariable(self, arguments: Body) -> Body:
-        return self._set(str(arguments["name"]), str(arguments["value"]))
+        return self._set(str(arguments["name"]), arguments)
 
     def do_setExpression(self, arguments: Body) -> Body:
-        return self._set(str(arguments["expression"]), str(arguments["value"]))
+        return self._set(str(arguments["expression"]), arguments)
 
-    def _set(self, name: str, text: str) -> Body:
-        reading = self._halted().set(name, text)
-        return {"value": format_word(reading.word, reading.type), "type": reading.type}
+    def _set(self, name: str, arguments: Body) -> Body:
+        reading = self._halted().set(name, str(arguments["value"]))
+        value = format_word(reading.word, reading.type, _form(arguments))
+        return {"value": value, "type": reading.type}
 
     def do_evaluate(self, arguments: Body) -> Body:
         session = self._halted()
         text = str(arguments["expression"]).strip()
         if arguments.get("context") == "repl":
             return self._command(text)
-        if text in session.values.names():
+        form = _form(arguments)
+        if is_name(text) or text in session.values.names():
             reading = session.values.read(text)
-            value = format_word(reading.word, reading.type, _form(arguments))
+            value = format_word(reading.word, reading.type, form)
             return {"result": value, "type": reading.type, "variablesReference": 0}
         result = session.evaluate(text)
-        shown = f"{result:.9g}" if isinstance(result, float) else str(result).lower()
+        if isinstance(result, bool):
+            shown = str(result).lower()
+        elif form:
+            kind = "int" if isinstance(result, int) else "float"
+            shown = format_word(session.values.word(text, kind, result), kind, form)
+        else:
+            shown = f"{result:.9g}" if isinstance(result, float) else str(result)
         return {"result": shown, "variablesReference": 0}
 
     def _command(self, line: str) -> Body:
@@ -329,15 +384,28 @@ class Adapter:
 
             self._go(run)
             return {"result": "", "variablesReference": 0}
-        lines: list[str] = []
+        self._answer = lines = []
         try:
-            Commands(self.session, lines.append).execute(line)
+            self.commands.execute(line)
         except Quit:
             self.sender.event("terminated")
+        finally:
+            self._answer = None
         return {"result": "\n".join(lines), "variablesReference": 0}
 
+    def _write(self, text: str) -> None:
+        """A line that a command writes: a part of its answer, or output while the core goes on."""
+        if self._answer is None:
+            self._output(text + "\n")
+        else:
+            self._answer.append(text)
+
     def do_completions(self, arguments: Body) -> Body:
-        text = str(arguments["text"])[: int(arguments["column"]) - 1]
+        rows = str(arguments["text"]).split("\n")
+        row = self.views.own_line(int(arguments.get("line", self.views.line(1))))
+        if not 1 <= row <= len(rows):
+            raise RequestError(f"completions: the text has no line {row}")
+        text = rows[row - 1][: self.views.own_column(int(arguments["column"])) - 1]
         length = len(last_word(text))
         place = {"start": len(text) - length, "length": length}
         words = completions(self.session, text)

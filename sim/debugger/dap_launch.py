@@ -15,7 +15,7 @@ from sim.debugger.options import parse_arguments
 SWITCHES = {"iss": "--iss", "uart": "--uart", "load": "--load"}
 TEXTS = {"configuration": "--config", "connect": "--connect", "function": "--function"}
 ASSIGNMENTS = {"set": "--set", "state": "--state"}
-NAMES = {"program", "inputs", "optimise", "stopOnEntry", *SWITCHES, *TEXTS, *ASSIGNMENTS}
+NAMES = {"token", "program", "inputs", "optimise", "stopOnEntry", *SWITCHES, *TEXTS, *ASSIGNMENTS}
 OF_CLIENTS = {
     *("noDebug", "name", "type", "request", "console", "internalConsoleOptions", "debugServer"),
     *("preLaunchTask", "postDebugTask", "presentation", "serverReadyAction"),
@@ -35,26 +35,26 @@ def launch_options(arguments: Mapping[str, Any], options: argparse.Namespace) ->
     program = arguments.get("program") or options.program
     if not isinstance(program, str) and program is None:
         raise UserError('launch needs "program": a source text, or an image written by asip-as')
-    words = [str(program)]
+    words = []  # each value in the word of its option: none can be taken for an option itself
     for name, option in SWITCHES.items():
         given = arguments.get(name, getattr(options, name, False))
         words += [option] if given else []
     for name, option in TEXTS.items():
         if name in arguments:
-            words += [option, str(arguments[name])]
+            words.append(f"{option}={arguments[name]}")
     for name, option in ASSIGNMENTS.items():
         given = arguments.get(name, {})
         if not isinstance(given, Mapping):
             raise UserError(f'launch: "{name}" is an object of names and values')
         words += [f"{option}={key}={value}" for key, value in given.items()]
     if "inputs" in arguments:
-        words += ["--inputs", str(arguments["inputs"])]
+        words.append(f"--inputs={arguments['inputs']}")
     if arguments.get("optimise") is False:
         words.append("-O0")
     errors = io.StringIO()
     try:
         with contextlib.redirect_stderr(errors):
-            return parse_arguments(words)
+            return parse_arguments([*words, "--", str(program)])
     except SystemExit:
-        message = errors.getvalue().strip().splitlines()[-1]
+        message = (errors.getvalue().strip().splitlines() or ["launch: wrong arguments"])[-1]
         raise UserError(message.removeprefix("asip-dbg: error: ")) from None

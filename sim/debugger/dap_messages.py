@@ -11,6 +11,8 @@ import json
 import threading
 from typing import Any, BinaryIO
 
+from sim.guard import looks_like_http
+
 MESSAGE_BYTES = 4 << 20
 """Largest message that is read."""
 HEADER_BYTES = 4096
@@ -23,7 +25,11 @@ class MessageError(Exception):
 
 
 def read_message(stream: BinaryIO) -> Message | None:
-    """The next message; None at the end of the stream. Raises MessageError."""
+    """The next message; None at the end of the stream. Raises MessageError.
+
+    The base protocol has two header fields, Content-Length and, for what hosts add, Content-Type.
+    Any other one is the mark of a client of another kind, such as a browser.
+    """
     length = None
     used = 0
     while True:
@@ -33,14 +39,18 @@ def read_message(stream: BinaryIO) -> Message | None:
             return None
         if not line.endswith(b"\n") or used > HEADER_BYTES:
             raise MessageError("a header that does not end")
-        name, _, value = line.strip().partition(b":")
-        if not name:
+        if not line.strip():
             break
-        if name.lower() == b"content-length":
+        if looks_like_http(line):
+            raise MessageError("a request of HTTP")
+        name, _, value = line.strip().partition(b":")
+        if name.lower() == b"content-length" and length is None:
             text = value.strip()
-            if not text.isdigit() or not 0 < int(text) <= MESSAGE_BYTES:
+            if not text.isdigit() or len(text) > 8 or not 0 < int(text) <= MESSAGE_BYTES:
                 raise MessageError(f"Content-Length is not 1 to {MESSAGE_BYTES}")
             length = int(text)
+        elif name.lower() != b"content-type":
+            raise MessageError("a header field that is not Content-Length, once, or Content-Type")
     if length is None:
         raise MessageError("a header without Content-Length")
     data = stream.read(length)

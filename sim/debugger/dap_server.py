@@ -10,10 +10,9 @@ import socket
 import sys
 from typing import BinaryIO
 
+from sim import guard
 from sim.debugger.dap_adapter import Adapter
 from sim.debugger.dap_messages import MessageError, Sender, read_message
-
-LOOPBACK = "127.0.0.1"
 
 
 def serve(options: argparse.Namespace) -> int:
@@ -21,20 +20,41 @@ def serve(options: argparse.Namespace) -> int:
     if options.port is None:
         with _standard_streams() as (reader, writer):
             return serve_client(reader, writer, options)
-    with socket.create_server((LOOPBACK, options.port)) as server:
-        port = server.getsockname()[1]
-        print(f"asip-dbg: Debug Adapter Protocol on {LOOPBACK}:{port}", file=sys.stderr, flush=True)
-        while True:
-            client, _ = server.accept()
-            client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            with client, client.makefile("rb") as reader, client.makefile("wb") as writer:
-                with contextlib.suppress(OSError):
-                    serve_client(reader, writer, options)
+    with guard.listen(options.port, _say) as listener:
+        port = listener.getsockname()[1]
+        token = guard.Token(port)
+        _say(f"Debug Adapter Protocol on {guard.LOOPBACK}:{port}")
+        _say(f'launch and attach need the argument "token": "{token.text}"')
+        try:
+            while True:
+                client = guard.accept(listener, _say)
+                if client is not None:
+                    _serve_socket(client, options, token)
+        finally:
+            token.forget()
 
 
-def serve_client(reader: BinaryIO, writer: BinaryIO, options: argparse.Namespace) -> int:
-    """Serve a client to its end; exit status 1 if it does not speak the protocol."""
-    adapter = Adapter(Sender(writer), options)
+def _serve_socket(client: socket.socket, options: argparse.Namespace, token: guard.Token) -> None:
+    with guard.one_client(_say), client:
+        with client.makefile("rb") as reader, client.makefile("wb") as writer:
+            serve_client(reader, writer, options, token)
+
+
+def _say(text: str) -> None:
+    print(f"asip-dbg: {text}", file=sys.stderr, flush=True)
+
+
+def serve_client(
+    reader: BinaryIO,
+    writer: BinaryIO,
+    options: argparse.Namespace,
+    token: guard.Token | None = None,
+) -> int:
+    """Serve a client to its end; exit status 1 if it does not speak the protocol.
+
+    token: what `launch` and `attach` must give, which reach files and boards.
+    """
+    adapter = Adapter(Sender(writer), options, token)
     try:
         while not adapter.ended:
             message = read_message(reader)
@@ -43,10 +63,7 @@ def serve_client(reader: BinaryIO, writer: BinaryIO, options: argparse.Namespace
             adapter.handle(message)
         return 0
     except MessageError as error:
-        print(
-            f"asip-dbg: error: {error}; --dap is for clients of the Debug Adapter Protocol",
-            file=sys.stderr,
-        )
+        _say(f"error: {error}; --dap is for clients of the Debug Adapter Protocol")
         return 1
     finally:
         adapter.close()

@@ -21,9 +21,22 @@ Body = dict[str, Any]
 class Views:
     """Answers for clients; what stands in them is read when it is asked for."""
 
-    def __init__(self, session: Session) -> None:
+    def __init__(self, session: Session, lines_from: int = 1, columns_from: int = 1) -> None:
         self.session = session
         self.program = session.program
+        self._lines_from, self._columns_from = lines_from, columns_from
+
+    def line(self, number: int) -> int:
+        """Number of a source line, from 1, as the client counts them."""
+        return number - 1 + self._lines_from
+
+    def own_line(self, number: int) -> int:
+        """Number, from 1, of a line that the client names."""
+        return number + 1 - self._lines_from
+
+    def own_column(self, number: int) -> int:
+        """Number, from 1, of a column that the client names."""
+        return number + 1 - self._columns_from
 
     # ------------------------------------------------------------------ stack
     def source(self, file: str) -> Body:
@@ -36,7 +49,7 @@ class Views:
         entry = self.program.primary(min(bundle, self.program.bundles - 1))
         name = f"bundle {bundle}" if bundle < self.program.bundles else "end of the tick"
         if entry is None:
-            return [{"id": 1, "name": name, "line": 0, "column": 0}]
+            return [{"id": 1, "name": name, "line": 0, "column": 0}]  # No source: no line.
         if entry.equation and bundle < self.program.bundles:
             name += f" ({entry.equation})"
         calls = self.program.calls(bundle, entry.slot)
@@ -46,8 +59,8 @@ class Views:
                 "id": depth,
                 "name": name,
                 "source": self.source(place.file),
-                "line": place.line,
-                "column": 1,
+                "line": self.line(place.line),
+                "column": self._columns_from,
             }
             for depth, (name, place) in enumerate(places, 1)
         ]
@@ -132,7 +145,7 @@ class Views:
                 row["instructionBytes"] = self.program.image.bundles[bundle]
                 entry = self.program.primary(bundle)
                 if entry is not None:
-                    row |= {"location": self.source(entry.file), "line": entry.line}
+                    row |= {"location": self.source(entry.file), "line": self.line(entry.line)}
             else:
                 row["presentationHint"] = "invalid"
             found.append(row)

@@ -14,11 +14,12 @@ from dataclasses import dataclass, field
 from asip_asm.debug_map import Value
 from sim.asip_run.inputs import parse_word
 from sim.core_fault import fault_text
-from sim.debugger.expressions import ExpressionError, evaluate
+from sim.debugger.expressions import Expression, evaluate
 from sim.debugger.locations import Location, find_location
+from sim.debugger.points import Breakpoint, Hits, Message
 from sim.debugger.program import DebuggedProgram
 from sim.debugger.target import Kind, Status, Target
-from sim.debugger.values import Reading, ValueMissing, Values
+from sim.debugger.values import Reading, ValueMissing, Values, bits_of
 
 SLICE = 0.05
 """Seconds between two looks at a running core, and so at Ctrl-C and `pause`."""
@@ -26,27 +27,6 @@ SLICE = 0.05
 
 class SessionError(Exception):
     """A command cannot be done now; the message says what to do first."""
-
-
-@dataclass
-class Breakpoint:
-    """A breakpoint before the bundles of a location, or with `place` a watch of a register or
-    output, which stops only for writes of the value named `watch`, if that is given. condition: an
-    expression.
-    """
-
-    location: Location
-    condition: str = ""
-    temporary: bool = False
-    watch: str = ""
-    place: str = ""
-    enabled: bool = True
-    hits: int = 0
-    number: int = 0
-
-    @property
-    def kind(self) -> str:
-        return "watch" if self.place else "breakpoint"
 
 
 @dataclass(frozen=True)
@@ -74,6 +54,7 @@ class Session:
         self.breakpoints: dict[int, Breakpoint] = {}
         self.pause = threading.Event()
         self.last_stop: Stop | None = None
+        self.log: Callable[[str], None] = lambda text: None  # takes the messages of log points
         self.tick = 0
         self._left = 0
         self._next_number = 1
@@ -213,13 +194,14 @@ class Session:
         if status.kind is Kind.FAULT:
             self._left = 0
             assert status.fault is not None
-            return Stop("fault", fault_text(self.program.image, status.fault))
+            inputs = {} if self.target.driven else self.values.inputs
+            return Stop("fault", fault_text(self.program.image, status.fault, inputs))
         if status.kind is Kind.IDLE:
             return self._tick_ended(asked)
         hits = self._hits(status)
         if hits:
-            text = "; ".join(f"{b.kind} {b.number}, {b.location.text}" for b in hits)
-            return Stop(hits[0].kind, text, tuple(point.number for point in hits))
+            text = "; ".join(f"{b.kind} {b.number}, {b.location.text}{why}" for b, why in hits)
+            return Stop(hits[0][0].kind, text, tuple(point.number for point, _ in hits))
         if asked:
             return Stop("interrupt", f"halted at bundle {self.position}")
         if how in ("step", "start"):
@@ -235,20 +217,23 @@ class Session:
             return None
         return Stop("end", f"end of tick {self.tick - 1}")
 
-    def _hits(self, status: Status) -> list[Breakpoint]:
-        """Breakpoints and watches that hold here, with their conditions met."""
+    def _hits(self, status: Status) -> list[tuple[Breakpoint, str]]:
+        """Breakpoints and watches that stop here, with what is to be said of their conditions."""
         found = []
         for point in list(self.breakpoints.values()):
             here = self.position in point.location.bundles
             if point.place and status.reason == "watch":
                 here = self._watched()[status.which] is point and self._holds(point)
-            if not (point.enabled and here and self._condition(point)):
+            if not (point.enabled and here):
                 continue
-            point.hits += 1
-            found.append(point)
-            if point.temporary:
-                del self.breakpoints[point.number]
-        if any(point.temporary for point in found):
+            acts, why = point.passed(self._number)
+            if acts and point.message is not None:
+                self.log(point.message.filled(self._number) + why)
+            elif acts:
+                found.append((point, why))
+                if point.temporary:
+                    del self.breakpoints[point.number]
+        if any(point.temporary for point, _ in found):
             self._arm()
         return found
 
@@ -257,24 +242,22 @@ class Session:
         value = self.program.finder.holder(point.place, self.position)
         return not point.watch or value is None or value.name == point.watch
 
-    def _condition(self, point: Breakpoint) -> bool:
-        if not point.condition:
-            return True
-        try:
-            return bool(self.evaluate(point.condition))
-        except (ExpressionError, ValueMissing):
-            return True  # a condition that has no value stops, and `print` says why
+    def _number(self, name: str) -> float | int:
+        return self.values.read(name).number
 
     def evaluate(self, text: str) -> float | int | bool:
         """Value of an expression. Raises ExpressionError, ValueMissing, TargetGone."""
-        return evaluate(text, lambda name: self.values.read(name).number)
+        return evaluate(text, self._number)
 
     def set(self, name: str, text: str) -> Reading:
-        """Give a name another value: bits as '0f3f800000', or an expression. Raises ValueError,
-        TargetGone.
+        """Give a name another value: bits as `bits_of` reads them, or an expression. Raises
+        ValueError, TargetGone.
         """
-        if text[:2].lower() == "0f":
-            return self.values.set(name, parse_word(text, "float"))
+        word = bits_of(text)
+        if word is None and text[:2].lower() == "0f":
+            word = parse_word(text, "float")
+        if word is not None:
+            return self.values.set(name, word)
         return self.values.set(name, None, self.evaluate(text))
 
     # ------------------------------------------------------------------ breakpoints
@@ -283,13 +266,31 @@ class Session:
         return find_location(self.program, text, self.position)
 
     def add_breakpoint(
-        self, place: Location, condition: str = "", temporary: bool = False
+        self,
+        place: Location,
+        condition: str = "",
+        temporary: bool = False,
+        hits: str = "",
+        message: str = "",
     ) -> Breakpoint:
-        """Raises SessionError if the target has no breakpoint left."""
-        return self._add(Breakpoint(place, condition, temporary))
+        """Raises SessionError, ExpressionError, ValueMissing."""
+        parsed, text = self._parsed(condition), Message.parse(message)
+        point = Breakpoint(place, parsed, temporary, counted=Hits.parse(hits), message=text)
+        for piece in point.message.pieces if point.message else ():
+            self._check(piece)
+        return self._add(point)
 
-    def add_watch(self, name: str, condition: str = "") -> Breakpoint:
-        """Watch of a value, register or output. Raises SessionError, ValueMissing."""
+    def _parsed(self, condition: str) -> Expression | None:
+        """A condition whose names all exist. Raises ExpressionError, ValueMissing."""
+        return self._check(Expression(condition)) if condition.strip() else None
+
+    def _check(self, expression: Expression) -> Expression:
+        for name in expression.names:
+            self.values.check(name)
+        return expression
+
+    def add_watch(self, name: str, condition: str = "", hits: str = "") -> Breakpoint:
+        """Watch of a value, register or output. Raises what `add_breakpoint` raises."""
         values = self.program.map.named(name)
         places = dict.fromkeys(value.place for value in values if value.writes)
         if not places:
@@ -309,7 +310,9 @@ class Session:
             raise SessionError(f"{name} {why}" + (f": {known}" if places and known else ""))
         base = values[0].name if values else ""
         location = Location((), f"{name} in {places[0]}")
-        return self._add(Breakpoint(location, condition, watch=base, place=places[0]))
+        parsed, counted = self._parsed(condition), Hits.parse(hits)
+        point = Breakpoint(location, parsed, watch=base, place=places[0], counted=counted)
+        return self._add(point)
 
     def _add(self, point: Breakpoint) -> Breakpoint:
         point.number = self._next_number
@@ -337,6 +340,39 @@ class Session:
         except SessionError:
             point.enabled = before
             raise
+
+    def ignore(self, number: int, count: int) -> None:
+        """Let the next `count` hits of a breakpoint do nothing. Raises SessionError."""
+        self._numbered(number).ignored = count
+
+    def choose_hits(self, number: int, text: str) -> None:
+        """Let only some hits of a breakpoint count. Raises SessionError, ExpressionError."""
+        self._numbered(number).counted = Hits.parse(text)
+
+    def commands_of(self, number: int | None) -> list[str]:
+        """Commands of a breakpoint (None: the last one), emptied. Raises SessionError."""
+        point = self._numbered(max(self.breakpoints, default=0) if number is None else number)
+        point.commands.clear()
+        return point.commands
+
+    def until(self, place: Location | None = None) -> Stop:
+        """Go on to a place, or to a later line than this one, but not beyond the end of the tick.
+
+        Raises SessionError.
+        """
+        if not self.in_run:
+            raise SessionError("no tick is running; `start` begins one and stops in it")
+        if place is None:
+            first = self.position
+            return self._step_until(
+                1, lambda before, now: now > first and self._line(first) != self._line(now)
+            )
+        point = self.add_breakpoint(place, temporary=True)
+        self._left = 1
+        stop = self._go_on()
+        if self.breakpoints.pop(point.number, None) is not None:
+            self._arm()
+        return stop
 
     def _numbered(self, number: int) -> Breakpoint:
         if number not in self.breakpoints:

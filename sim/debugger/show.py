@@ -11,6 +11,7 @@ from asip_asm.image import SourceEntry
 from asip_asm.isa import default_isa
 from sim.core_fault import fault_text
 from sim.debugger.locations import LocationError
+from sim.debugger.points import Breakpoint
 from sim.debugger.session import Session, Stop
 from sim.debugger.target import Kind, TargetGone
 from sim.debugger.values import ValueMissing, format_word
@@ -117,6 +118,8 @@ class Show:
             first, last = bounds[0], bounds[-1] if len(bounds) > 1 else bounds[0] + 2 * AROUND
         else:
             first, last = position - AROUND, position + AROUND
+        if first > last:
+            raise LocationError(f"disassemble FIRST LAST: {first} is after {last}")
         last = min(last, program.bundles - 1)
         if first > last:
             raise LocationError(f"there is no bundle {first}; they go to {program.bundles - 1}")
@@ -264,7 +267,7 @@ class Show:
                 p.kind + (", once" if p.temporary else ""),
                 "on" if p.enabled else "off",
                 str(p.hits),
-                p.location.text + (f" if {p.condition}" if p.condition else ""),
+                p.location.text + _conditions(p),
             )
             for p in points
         ]
@@ -296,6 +299,15 @@ class Show:
                 cells.append(format_word(word, "float", form))
             name = f"  {names[line]}" if line in names else ""
             self.write(f"{line:4d}{name}:  {'  '.join(cells)}")
+
+
+def _conditions(point: Breakpoint) -> str:
+    """When a breakpoint acts, and what it does instead of a stop."""
+    text = f" if {point.condition.text}" if point.condition else ""
+    text += f", hits {point.counted.text}" if point.counted else ""
+    text += f", ignores the next {point.ignored}" if point.ignored else ""
+    text += f', writes "{point.message.text}"' if point.message else ""
+    return text + "".join(f"\n    {line}" for line in point.commands)
 
 
 def _operation(entry: SourceEntry) -> str:

@@ -17,7 +17,8 @@ from sim.debugger.program import DebuggedProgram
 from sim.debugger.target import Target, TargetError, TargetGone
 
 _PLACE = re.compile(r"\$?([abcko])([0-9]{1,3})")
-_DATA = re.compile(r"([A-Za-z_][A-Za-z0-9_.]*)(?:\[([0-9]{1,4})\])?")
+_DATA = re.compile(r"([A-Za-z_][A-Za-z0-9_.]*)(?:\[([0-9]{1,9})\])?")
+_BITS = re.compile(r"0[xX]([0-9a-fA-F]{8})|0[bB]([01]{32})|0[fF]([0-9a-fA-F]{8})")
 
 
 class ValueMissing(ValueError):
@@ -65,6 +66,16 @@ def short_float(word: int) -> str:
     return text
 
 
+def bits_of(text: str) -> int | None:
+    """Word that a text gives as its bits: eight hexadecimal digits after 0x or 0f, or 32 binary
+    ones after 0b, as the forms x and t show them. None for any other text.
+    """
+    match = _BITS.fullmatch(text.strip())
+    if match is None:
+        return None
+    return int(match[2], 2) if match[2] else int(match[1] or match[3], 16)
+
+
 @contextmanager
 def _refusals() -> Iterator[None]:
     """What the target refuses has no value; that it is gone stays an error of its own."""
@@ -108,7 +119,6 @@ class Values:
     # ------------------------------------------------------------------ read
     def read(self, name: str) -> Reading:
         """The value of a name here. Raises ValueMissing, TargetGone."""
-        image = self.program.image
         if name in self.inputs:
             return self._register(name, self._places[name])
         where = self.program.finder.find(name, self.position())
@@ -116,10 +126,33 @@ class Values:
             return self._found(name, where)
         if name in self._places or self._is_place(name):
             return self._register(name, self._places.get(name, name.lstrip("$")))
-        match = _DATA.fullmatch(name)
-        if match and match.group(1) in image.data_names:
-            address = image.data_names[match.group(1)] + int(match.group(2) or 0)
+        address = self._data_address(name)
+        if address is not None:
             return Reading(name, "float", self.target_word(f"d{address}"), f"d{address}", "data")
+        raise ValueMissing(self._unknown(name))
+
+    def _data_address(self, name: str) -> int | None:
+        """Address of a word of a table, None if the name is none. Raises ValueMissing."""
+        match = _DATA.fullmatch(name)
+        tables = self.program.image.data_names
+        if match is None or match.group(1) not in tables:
+            return None
+        table, element = match.group(1), int(match.group(2) or 0)
+        first = tables[table]
+        end = min(
+            (other for other in tables.values() if other > first),
+            default=len(self.program.image.data),
+        )
+        if first + element >= end:
+            raise ValueMissing(f"{name}: {table} has {end - first} words, 0 to {end - first - 1}")
+        return first + element
+
+    def check(self, name: str) -> None:
+        """Refuse a name that no place of the program has. Raises ValueMissing."""
+        if name in self.inputs or self.program.map.named(name) or self._is_place(name):
+            return
+        if name in self._places or self._data_address(name) is not None:
+            return
         raise ValueMissing(self._unknown(name))
 
     def _own_input(self, name: str) -> None:

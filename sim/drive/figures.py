@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
+from asip_asm.files import write_text
 from sim.drive import robot as robot_study
 from sim.drive import servo
 from sim.drive.position_loop import (
@@ -138,7 +139,7 @@ def figures(output: Path) -> list[Result]:
     _draw_11(runs, output)
     _draw_servo(output)
     document = [asdict(result) for result in results]
-    (output / RESULTS_FILE).write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
+    write_text(output / RESULTS_FILE, json.dumps(document, indent=2) + "\n")
     return results
 
 

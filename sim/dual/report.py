@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.table import Table
 
+from asip_asm.files import write_text
 from sim.dual.loop import Loop
 from sim.harness.build import ROOT
 from sim.harness.gen.dual_regmap import REGMAP
@@ -155,7 +156,7 @@ def write(file: Path, data: dict[str, Any]) -> None:
     """Write the results; a reader sees the old ones or the new ones, whole."""
     file.parent.mkdir(parents=True, exist_ok=True)
     draft = file.with_suffix(".tmp")
-    draft.write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")
+    write_text(draft, json.dumps(data, indent=2) + "\n")
     draft.replace(file)
 
 
@@ -300,4 +301,4 @@ def publish(results_file: Path, page: Path = PAGE, kept: Path = DATA) -> None:
         )
     text = replaced(page.read_text(encoding="utf-8"), data)
     write(kept, data)
-    page.write_text(text, encoding="utf-8")
+    write_text(page, text)

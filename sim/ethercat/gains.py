@@ -17,6 +17,7 @@ from pathlib import Path
 
 from asip_asm.assemble import assemble
 from asip_asm.diagnostics import AssemblyError, SourceError
+from asip_asm.files import write_text
 from asip_asm.image import Image
 
 KINDS = {0x2000: "KP", 0x2001: "KV", 0x2002: "KI"}
@@ -77,7 +78,7 @@ class Gains:
         text = re.sub(r'(?m)^(\.interface\s+")', rf"\g<1>{place}/", text)
         with tempfile.TemporaryDirectory() as folder:
             copy = Path(folder, self._source.name)
-            copy.write_text(text, encoding="utf-8")
+            write_text(copy, text)
             try:
                 image = assemble(copy, configuration="fast", defines=self._defines)
             except (AssemblyError, SourceError) as error:

@@ -20,6 +20,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from asip_asm.files import replaced
 from sim.coe.dictionary import Device, load
 from sim.ethercat.device import DeviceRtl
 from sim.ethercat.machine import Machine
@@ -181,7 +182,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = parser.parse_args(argv)
     report, curves = run(Robot.load(None), arguments.ticks, arguments.capture)
     if arguments.curves:
-        np.savez_compressed(arguments.curves, **vars(curves))
+        with replaced(arguments.curves) as new:
+            np.savez_compressed(new, **vars(curves))
     print(json.dumps(report))
     return 0 if not report["faults"] and not report["wrong_counters"] else 1
 

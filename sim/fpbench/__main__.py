@@ -17,6 +17,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from asip_asm.command import run_command
+from asip_asm.files import write_text
 from sim.fpbench import campaign, plan, report
 from sim.fpbench.native import LANES, RTL, BenchError, Unit, flag_text, operations, unit_of
 from sim.fpbench.quick import quick
@@ -92,7 +93,7 @@ def bench(arguments: argparse.Namespace) -> int:
         console.print(line, soft_wrap=True)
     BENCH_REPORT.parent.mkdir(parents=True, exist_ok=True)
     rows = [r.as_json() | {"rate": r.rate} for r in results]
-    BENCH_REPORT.write_text(json.dumps(rows, indent=1) + "\n")
+    write_text(BENCH_REPORT, json.dumps(rows, indent=1) + "\n")
     console.print(f"written: {BENCH_REPORT.relative_to(report.ROOT)}")
     return int(not all(r.good for r in results))
 

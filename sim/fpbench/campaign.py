@@ -19,6 +19,7 @@ from typing import Any, Protocol
 
 from dask.distributed import Client, LocalCluster, as_completed
 
+from asip_asm.files import write_text
 from sim.fpbench.native import ROOT, BenchError, Unit
 from sim.fpbench.plan import Shard
 from sim.fpbench.variants import bench_unit, fingerprint
@@ -98,7 +99,7 @@ def store(task: Stored, result: dict) -> None:
     """Write a result so that a reader never sees half of it."""
     task.path.parent.mkdir(parents=True, exist_ok=True)
     temporary = task.path.with_suffix(f".{os.getpid()}")
-    temporary.write_text(json.dumps(result, indent=1) + "\n")
+    write_text(temporary, json.dumps(result, indent=1) + "\n")
     temporary.replace(task.path)
 
 

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from asip_asm.files import write_text
 from sim.fpbench import campaign, native
 from sim.fpbench.plan import SEED, Section, Shard
 from sim.fpbench.quick import merged_angles
@@ -101,7 +102,7 @@ def processor() -> str:
 def write(report: Mapping) -> Path:
     """Store the report; returns where."""
     REPORT.parent.mkdir(parents=True, exist_ok=True)
-    REPORT.write_text(json.dumps(report, indent=1) + "\n")
+    write_text(REPORT, json.dumps(report, indent=1) + "\n")
     return REPORT
 
 

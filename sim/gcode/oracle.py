@@ -27,7 +27,7 @@ from pathlib import Path
 
 import numpy as np
 
-from asip_asm.files import read_text
+from asip_asm.files import read_text, write_text
 from sim.gcode.interpreter import GcodeErrors, parse
 from sim.gcode.oracle_splines import Point
 from sim.gcode.oracle_splines import blocks as preview_blocks
@@ -143,7 +143,7 @@ def _canonical(text: str) -> str:
         raise OracleError("rs274 is missing: run python -m sim.gcode.oracle")
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "program.ngc"
-        file.write_text(_as_on_a_machine(text), encoding="utf-8")
+        write_text(file, _as_on_a_machine(text))
         command = [str(program), "-t", str(sample_tools() or "/dev/null"), "-g", str(file)]
         try:
             run = subprocess.run(

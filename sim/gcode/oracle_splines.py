@@ -15,6 +15,8 @@ import sys
 import tempfile
 from pathlib import Path
 
+from asip_asm.files import write_text
+
 Point = tuple[float, float, float]
 _MM = 25.4  # the module counts in inches
 _MOVES = ("straight_traverse", "straight_feed", "arc_feed")
@@ -35,8 +37,8 @@ def blocks(text: str, library: str, modules: Path) -> list[list[Point]]:
     """
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "program.ngc"
-        file.write_text(text, encoding="utf-8")
-        (Path(folder) / "parameters").write_text("5161 0\n5220 1\n")
+        write_text(file, text)
+        write_text(Path(folder) / "parameters", "5161 0\n5220 1\n")
         run = subprocess.run(
             [sys.executable, "-P", __file__, str(file)],
             cwd=folder,

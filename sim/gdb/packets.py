@@ -17,14 +17,19 @@ INTERRUPT = 3  # outside of a packet: Ctrl-C
 
 @dataclass(frozen=True)
 class Event:
-    """What came: 'packet' with its data, 'bad' (checksum, length), 'ack', 'nack', 'interrupt'."""
+    """What came: 'packet' with its data, 'bad' (checksum, length), 'ack', 'nack', 'interrupt', or
+    'foreign', bytes that no debugger sends between packets."""
 
     kind: str
     data: bytes = b""
 
 
 class PacketReader:
-    """Bytes as they come, in whatever pieces, to events; holds at most one packet."""
+    """Bytes as they come, in whatever pieces, to events; holds at most one packet.
+
+    Between packets the protocol knows acknowledgements and Ctrl-C alone. Any other byte is the mark
+    of a client of another kind, such as a browser.
+    """
 
     def __init__(self) -> None:
         self._held = bytearray()
@@ -32,7 +37,7 @@ class PacketReader:
         self._too_long = False
 
     def feed(self, data: bytes) -> Iterator[Event]:
-        """The events that these bytes complete. What stands between packets is dropped."""
+        """The events that these bytes complete."""
         for byte in data:
             if not self._inside:
                 if byte == ord("$"):
@@ -43,6 +48,8 @@ class PacketReader:
                     yield Event("ack")
                 elif byte == ord("-"):
                     yield Event("nack")
+                else:
+                    yield Event("foreign")
             elif byte == ord("$"):  # never inside of a packet: the one before was cut off
                 self._begin()
             else:

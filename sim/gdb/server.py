@@ -3,14 +3,18 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import select
 import socket
+import stat
 import sys
 from collections.abc import Callable
+from pathlib import Path
 
+from sim import guard
 from sim.gdb.packets import LARGEST, Event, PacketReader, frame
-from sim.gdb.session import Session
+from sim.gdb.session import SIGINT, SIGSEGV, Session
 from sim.gdb.system import NiosSystem
 from sim.harness.nios_image import Program
 from sim.harness.nios_rtl import NiosRtl
@@ -18,7 +22,6 @@ from sim.harness.nios_rtl import NiosRtl
 CHUNK = 20_000  # cycles between two looks at the connection, some hundredths of a second
 FAREWELL = 0.5  # s, for a debugger to take the last answer
 PIPE = "-"
-LOOPBACK = "127.0.0.1"
 Say = Callable[[str], None]
 
 
@@ -82,17 +85,16 @@ class Server:
         session = Session(self._system)
         if self.running:
             self._halt()
-        try:
+        with guard.one_client(self._say):
             return self._session(connection, session)
-        except OSError:
-            if self._ended() is not None:
-                return self._ended()
-            if session.running:
-                self._halt()
-            self._system.target.forget()
-            place = self._system.target.pc
-            self._say(f"connection lost, the program stands at 0x{place:08x}")
-            return None
+        if self._ended() is not None:
+            return self._ended()
+        if session.running:
+            self._halt()
+        self._system.target.forget()
+        place = self._system.target.pc
+        self._say(f"connection lost, the program is halted at 0x{place:08x}")
+        return None
 
     def _session(self, connection: Connection, session: Session) -> int | None:
         while not session.over:
@@ -113,9 +115,11 @@ class Server:
             if session.running:
                 self._halt()
                 session.running = False
-                connection.answer(session.stopped(interrupted=True))
+                connection.answer(session.stopped(signal=SIGINT))
         elif event.kind == "nack":
             connection.again()
+        elif event.kind == "foreign":
+            raise guard.Refused("a client that does not speak GDB's remote serial protocol")
         elif event.kind == "bad":
             connection.send(b"-")
         elif event.kind == "packet" and not session.running:
@@ -132,6 +136,11 @@ class Server:
         if status is not None:
             session.running = False
             connection.answer(b"W%02x" % (status & 255))
+        elif (address := self._system.core.stray) is not None:
+            self._halt()
+            session.running = False
+            self._say(f"the program accesses 0x{address:08x}: neither memory nor a register")
+            connection.answer(session.stopped(signal=SIGSEGV))
         elif halted:
             self._system.target.halted()
             session.running = False
@@ -170,11 +179,13 @@ def place_of(text: str) -> tuple[str, int]:
     host, _, port = text.rpartition(":")
     if not port.isdecimal() or int(port) > 65535:
         raise ValueError(f"'{text}' is no [HOST]:PORT, and not -")
-    return host or LOOPBACK, int(port)
+    return host or guard.LOOPBACK, int(port)
 
 
 def serve(core: NiosRtl, program: Program | None, place: str, say: Say) -> int:
-    """Serve debuggers at a place, `[HOST]:PORT` or `-`, until the program has ended; its status.
+    """Serve debuggers at a place until the program has ended; its status.
+
+    The place is `[HOST]:PORT`, the path of a Unix socket with a slash in it, or `-`.
 
     Raises ServerError if nobody can connect there.
     """
@@ -184,9 +195,11 @@ def serve(core: NiosRtl, program: Program | None, place: str, say: Say) -> int:
         while status is None and server.running:
             status = server.run_alone()
         return status or 0
+    if "/" in place:
+        return _serve_path(server, Path(place), core.platform, say)
     host, port = place_of(place)
     try:
-        listener = socket.create_server((host, port), backlog=4)
+        listener = guard.listen(port, say, host)
     except OSError as error:
         raise ServerError(
             f"cannot listen at {host}:{port}: {error.strerror}; choose another"
@@ -197,15 +210,35 @@ def serve(core: NiosRtl, program: Program | None, place: str, say: Say) -> int:
         return _accept(server, listener, say)
 
 
+def _serve_path(server: Server, path: Path, platform: str, say: Say) -> int:
+    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as listener:
+        before = os.umask(0o177)  # only this user may connect
+        try:
+            if path.exists() and stat.S_ISSOCK(path.lstat().st_mode):
+                raise OSError(errno.EADDRINUSE, "another server made this socket; remove it")
+            listener.bind(str(path))
+        except OSError as error:
+            raise ServerError(f"cannot listen at {path}: {error.strerror or error}") from None
+        finally:
+            os.umask(before)
+        try:
+            listener.listen(4)
+            say(f"{platform} waits for GDB: target remote {path}")
+            return _accept(server, listener, say)
+        finally:
+            path.unlink(missing_ok=True)
+
+
 def _accept(server: Server, listener: socket.socket, say: Say) -> int:
     status = None
     while status is None:
         if not select.select([listener], [], [], 0 if server.running else None)[0]:
             status = server.run_alone()
             continue
-        peer, _ = listener.accept()
+        peer = guard.accept(listener, say)
+        if peer is None:
+            continue
         with peer:
-            peer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             status = server.serve(Connection(peer.fileno(), peer.fileno(), console=False))
         if status is None:
             say("waiting for the next GDB" if not server.running else "detached, the program runs")

@@ -16,7 +16,7 @@ from sim.gdb.packets import LARGEST, escape
 from sim.gdb.system import NiosSystem
 from sim.gdb.target import Stop, Target, TargetError
 
-SIGINT, SIGTRAP = 2, 5
+SIGINT, SIGTRAP, SIGSEGV = 2, 5, 11
 OK, BAD, REFUSED, FAULT = b"OK", b"E16", b"E01", b"E0e"  # EINVAL, EPERM, EFAULT
 FEATURES = f"PacketSize={LARGEST:x};QStartNoAckMode+;qXfer:features:read+;qXfer:memory-map:read+"
 FEATURES += ";swbreak+;hwbreak+;vContSupported+"
@@ -50,10 +50,10 @@ class Session:
                     return BAD
         return b""
 
-    def stopped(self, interrupted: bool = False) -> bytes:
-        """Stop reply of a halted core."""
+    def stopped(self, signal: int = SIGTRAP) -> bytes:
+        """Stop reply of a halted core. signal: why it stopped, if it did not at a point."""
         stop: Stop = self._target.stop
-        signal = SIGINT if interrupted and stop.reason == "halt" else SIGTRAP
+        signal = signal if stop.reason == "halt" else SIGTRAP
         reply = b"T%02x" % signal
         if stop.reason in ("watch", "rwatch", "awatch"):
             reply += b"%s:%x;" % (stop.reason.encode(), stop.address)
@@ -75,8 +75,8 @@ class Session:
     def _v_cont(self, data: bytes) -> bytes | None:
         if data == b"?":
             return b"vCont;c;C;s;S"
-        action = data.split(b";")[1].partition(b":")[0]
-        if action[:1] not in (b"c", b"C", b"s", b"S"):
+        action = data.removeprefix(b";").partition(b";")[0].partition(b":")[0]
+        if data[:1] != b";" or action[:1] not in (b"c", b"C", b"s", b"S"):
             return BAD
         return self._resume(action[:1] in b"sS", b"")
 

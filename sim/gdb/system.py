@@ -18,6 +18,7 @@ class NiosSystem:
     def __init__(self, core: NiosRtl, program: Program | None) -> None:
         self.core, self.program = core, program
         self.spent = 0  # clock cycles of the running program
+        core.guard()
         self.target = Target(core.platform, core.map, DebugModule(core.debug, self.run))
         self.reset()
 

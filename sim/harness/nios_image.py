@@ -18,6 +18,7 @@ from pathlib import Path
 from elftools.elf.elffile import ELFFile
 from elftools.elf.sections import SymbolTableSection
 
+from asip_asm.files import write_text
 from asip_asm.project import BUILD, ROOT
 from sim.harness.n2_lockstep_isa import default_isa
 from sim.harness.nios_map import SystemMap, default_system_map
@@ -182,7 +183,7 @@ def save(program: Program, folder: Path) -> list[Path]:
         text = "".join(f"{word:08x}\n" for word in words)  # trailing zero words are left out
         texts[folder / f"{program.name}.{memory}.hex"] = text
     for path, text in texts.items():
-        path.write_text(text, encoding="utf-8")
+        write_text(path, text)
     return list(texts)
 
 

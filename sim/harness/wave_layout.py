@@ -22,6 +22,7 @@ from pathlib import Path
 import pywellen
 
 from asip_asm.command import command_parser
+from asip_asm.files import write_text
 from asip_asm.image import Image
 from asip_asm.image import ImageError as AsipImageError
 from sim.harness.n2_lockstep_isa import default_isa
@@ -187,7 +188,7 @@ def write(path: Path, program: Path | None = None) -> list[Path]:
     texts[path.with_suffix(".gtkw")] = gtkwave(path, waves, source)
     texts[path.with_suffix(".sucl")] = surfer(waves, form)
     for place, text in texts.items():
-        place.write_text(text, encoding="utf-8")
+        write_text(place, text)
     return list(texts)
 
 

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from asip_asm.files import write_text
 from sim.gcode.interpreter import stream
 from sim.lookahead.joints import Joint
 from sim.lookahead.limits import MachineLimits
@@ -105,7 +106,7 @@ def figures(output: Path) -> dict[str, Any]:
         )
     _draw_corner(output / CORNER_FILE, views)
     file = output / "lookahead.json"
-    file.write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
+    write_text(file, json.dumps(document, indent=2) + "\n")
     return document
 
 

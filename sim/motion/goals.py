@@ -22,6 +22,7 @@ from rich import box
 from rich.markup import escape
 from rich.table import Table
 
+from asip_asm.files import write_text
 from asip_asm.project import ROOT
 from sim.gcode.oracle import OracleError
 from sim.motion import goals_drive, goals_lookahead, goals_planner, goals_rtl
@@ -122,7 +123,7 @@ def main(argv: list[str] | None = None) -> int:
             found = table(results["figures"], counts, lambda name: None)
             results["goals"] = document(found)
             text = json.dumps(results, indent=2) + "\n"
-            arguments.results.write_text(text, encoding="utf-8")
+            write_text(arguments.results, text)
         write_between_marks(arguments.page, {"goals": markdown(results["goals"])})
     except OSError as error:
         sys.stderr.write(f"{error.filename}: error: {error.strerror}; run make motion first\n")

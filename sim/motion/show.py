@@ -21,6 +21,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from asip_asm.files import write_text
 from sim.command import add_robot_option, interruptible
 from sim.drive import figures as drive_figures
 from sim.drive.robot import PAYLOAD
@@ -215,7 +216,7 @@ def run(arguments: argparse.Namespace, console: Console) -> None:
         "figures": rows,
         "goals": goals.document(features),
     }
-    (out / "results.json").write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
+    write_text(out / "results.json", json.dumps(document, indent=2) + "\n")
     show_page.write(out, [*([goals.printed(features)] if features else []), table])
     console.print(f"plots and page: {out / 'index.html'}")
     console.print(f"figures:        {out / 'results.json'}")

@@ -15,10 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from asip_asm.c_image import identifier
+from asip_asm.files import write_text
 from asip_asm.model.c_code import struct_members, to_c_code
 from asip_asm.model.compiler import Compiled
 from asip_asm.model.exact import Array
 from asip_asm.project import BUILD
+from sim.harness.runtime import seal, sealed, toolchain
 
 HARNESS = Path(__file__).with_name("law.c")
 FLAGS = ("-O3", "-march=native", "-ffp-contract=off", "-fno-math-errno", "-std=c11", "-Wall",
@@ -34,7 +36,7 @@ def write_c(compiled: Compiled, stem: Path) -> tuple[Path, Path]:
     header, source = Path(f"{stem}.tick.h"), Path(f"{stem}.tick.c")
     for path, text in zip((header, source), to_c_code(compiled, header.name), strict=True):
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8")
+        write_text(path, text)
     return header, source
 
 
@@ -82,18 +84,19 @@ class NativeLaw:
     def __init__(self, compiled: Compiled, fused: bool = True, flags: tuple[str, ...] = FLAGS):
         self.words = struct_members(compiled.law)
         prefix = identifier(compiled.law.title) or "law"
-        defines = (f"-DLAW={prefix}", f'-DLAW_HEADER="{prefix}.tick.h"',
+        defines = (f"-DLAW={prefix}", '-DLAW_HEADER="law.tick.h"',
                    f"-D{prefix.upper()}_FUSED={int(fused)}")  # fmt: skip
-        texts = to_c_code(compiled, f"{prefix}.tick.h")
-        content = "".join((*texts, HARNESS.read_text(), repr((flags, defines))))
+        texts = to_c_code(compiled, "law.tick.h")
+        content = "".join((*texts, HARNESS.read_text(), repr((flags, defines)), toolchain()))
         folder = BUILD / "native" / hashlib.sha256(content.encode()).hexdigest()[:16]
         library = folder / "law.so"
-        if not library.exists():
-            _, source = write_c(compiled, folder / prefix)
+        if not sealed(library):
+            _, source = write_c(compiled, folder / "law")
             part = folder / f"law.{os.getpid()}"
             _compile([*flags, *defines, "-shared", "-fPIC", f"-I{folder}", HARNESS, source,
                       "-o", part, "-lm"])  # fmt: skip
             part.rename(library)
+            seal(library)
         self._lib = ctypes.CDLL(str(library))
 
     def run(self, inputs: Mapping[str, Array], states: Mapping[str, Array]) -> Ran:

@@ -18,6 +18,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from asip_asm.files import write_text
+
 STYLE = """
 :root { color-scheme: light; }
 body { font: 16px/1.5 system-ui, sans-serif; color: #1a1a1a; background: #fff;
@@ -140,13 +142,13 @@ class Page:
     def write(self, file: Path) -> None:
         """Write the page, the library of its figures included if it has any."""
         library = f"<script>{get_plotlyjs()}</script>" if self._figures else ""
-        file.write_text(
+        write_text(
+            file,
             '<!DOCTYPE html><html lang="en"><head><meta charset="utf-8">'
             f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
             '<meta name="viewport" content="width=device-width, initial-scale=1">'
             f"<title>{html.escape(self._title)}</title><style>{STYLE}</style>{library}"
             f"</head><body>{''.join(self._parts)}</body></html>\n",
-            encoding="utf-8",
         )
 
 

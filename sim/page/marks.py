@@ -10,6 +10,8 @@ import re
 from collections.abc import Mapping
 from pathlib import Path
 
+from asip_asm.files import write_text
+
 
 class MarksError(ValueError):
     """A page has lost its marks; says which, and what to do."""
@@ -33,4 +35,4 @@ def between_marks(page: str, texts: Mapping[str, str], file: object) -> str:
 def write_between_marks(page: Path, texts: Mapping[str, str]) -> None:
     """Put the texts into a page. Raises MarksError as `between_marks`."""
     text = between_marks(page.read_text(encoding="utf-8"), texts, page)
-    page.write_text(text, encoding="utf-8")
+    write_text(page, text)

@@ -14,6 +14,7 @@ import numpy as np
 import plotly.graph_objects as go
 import plotly.io
 
+from asip_asm.files import replaced, write_text
 from sim.page.curves import FRAME_HEIGHT, envelope, framed
 
 DPI = 110
@@ -41,9 +42,11 @@ def save(figure: Any, file: Path) -> None:
     import matplotlib.pyplot as plt
 
     figure.tight_layout()
-    figure.savefig(file, metadata={"Date": None})
-    figure.savefig(file.with_suffix(".png"), dpi=DPI)
-    file.with_suffix(INTERACTIVE).write_text(interactive(figure).to_json(), encoding="utf-8")
+    with replaced(file) as new:
+        figure.savefig(new, metadata={"Date": None})
+    with replaced(file.with_suffix(".png")) as new:
+        figure.savefig(new, dpi=DPI)
+    write_text(file.with_suffix(INTERACTIVE), interactive(figure).to_json())
     plt.close(figure)
 
 

@@ -9,10 +9,23 @@ from collections.abc import Sequence
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
+UNKNOWN = "unknown: the sources are not in a git repository of their own"
+
+
+def _own_repository() -> bool:
+    """Whether the sources are the top of a repository: one that they only lie in says nothing."""
+    command = ["git", "rev-parse", "--show-toplevel"]
+    try:
+        found = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
+    except (OSError, subprocess.CalledProcessError):
+        return False
+    return Path(found.stdout.strip()).resolve() == ROOT
 
 
 def commit() -> str:
     """Short hash of the sources' commit, whether they differ from it; or that there is none."""
+    if not _own_repository():
+        return UNKNOWN
     try:
         found = subprocess.run(
             ["git", "describe", "--always", "--abbrev=12", "--exclude=*", "--dirty=+"],
@@ -22,12 +35,14 @@ def commit() -> str:
             check=True,
         ).stdout.strip()
     except (OSError, subprocess.CalledProcessError):
-        return "unknown: the sources are not in a git repository"
+        return UNKNOWN
     return found.replace("+", ", with changes that are not committed")
 
 
 def unchanged_since(commit: str, paths: Sequence[Path | str]) -> bool:
     """Whether files below the paths are those of a commit; False where that cannot be told."""
+    if not _own_repository():
+        return False
     command = ["git", "diff", "--quiet", commit.split(",")[0], "--", *paths]
     try:
         return subprocess.run(command, cwd=ROOT, capture_output=True, check=False).returncode == 0

@@ -16,7 +16,7 @@ from rich.console import Console
 from rich.table import Table
 
 from asip_asm.command import command_parser
-from asip_asm.files import open_output
+from asip_asm.files import open_output, replaced
 from sim.command import failed, interruptible, output
 from sim.planner.optimal import Limits, time_optimal
 from sim.planner.phases import Phase, Profile
@@ -216,7 +216,8 @@ def _plot(file: Path, times: FloatArray, samples: Samples, title: str) -> None:
     axes[2].set_xlabel("time [s]")
     figure.tight_layout()
     file.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(file)
+    with replaced(file) as new:
+        figure.savefig(new)
     plt.close(figure)
 
 

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 from rich.table import Table
 
+from asip_asm.files import write_text
 from sim.page import pictures
 from sim.planner.optimal import Limits, time_optimal
 from sim.planner.ramp_time import RampTimePlan, ramp_time_plan
@@ -156,7 +157,7 @@ def figures(output: Path) -> list[Result]:
     for number, draw in ((3, _draw_3), (12, _draw_12), (15, _draw_15)):
         pictures.save(draw(plt), output / f"scurve_fig{number}.svg")
     document = [asdict(result) for result in results]
-    (output / RESULTS_FILE).write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
+    write_text(output / RESULTS_FILE, json.dumps(document, indent=2) + "\n")
     return results
 
 

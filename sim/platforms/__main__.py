@@ -15,6 +15,7 @@ from rich.console import Console
 from rich.table import Table
 
 from asip_asm.command import command_parser, count, run_command
+from asip_asm.files import write_text
 from asip_asm.project import BUILD, ROOT
 from sim.core import CoreFault
 from sim.harness.nios_rtl import NiosError
@@ -54,7 +55,7 @@ def _measure(options: argparse.Namespace) -> int:
     request = Request(law, shown.sample(law), options.runs, options.seed, options.output)
     found = side_by_side(request, lambda text: print(text, file=sys.stderr, flush=True))
     file = options.output / RESULTS.name
-    file.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+    write_text(file, json.dumps(found, indent=1) + "\n")
     view = Table(*HEADINGS, title=f"{found['law']}, one tick")
     for row in rows(found):
         view.add_row(*row)

@@ -13,6 +13,7 @@ from typing import Any
 from rich.console import Console
 
 from asip_asm.command import command_parser, count, duration, run_command
+from asip_asm.files import write_text
 from asip_asm.model.read import ModelError
 from sim.core import CoreFault
 from sim.prove_program import COUNT, SEED
@@ -60,7 +61,7 @@ def _robots(options: argparse.Namespace) -> int:
         # Written after each robot: a run that is stopped loses nothing.
         found = goals(rows) + ([] if options.only else core_goals())
         content = {"robots": {row.name: row.as_json() for row in rows}, "goals": found}
-        (options.output / REPORT).write_text(json.dumps(content, indent=1) + "\n")
+        write_text(options.output / REPORT, json.dumps(content, indent=1) + "\n")
     write_page(rows, found, options.output / "robots.html")
     console = Console(width=TABLE_WIDTH)
     console.print(table(rows))

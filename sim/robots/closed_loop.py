@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 from asip_asm.image import Image
 from asip_asm.model.law import Law, before
-from asip_asm.model.read import load_function
 from sim.core import Core
 from sim.robots.laws import Settings, count_scale, position_limits, speed_limits
 from sim.robots.reference import PinocchioRobot
@@ -107,9 +106,10 @@ class DoubleLaw:
 
     def __init__(self, law: Law) -> None:
         self.law = law
-        self.function = load_function(law.function)
-        self.ports = [port for _, port in law.arguments()]
-        self.results = [port for _, port in law.results()]
+        self.function = law.function
+        self.arguments = [ports for _, ports in law.arguments()]
+        self.ports = [port for ports in self.arguments for port in ports]
+        self.results = [port for _, ports in law.results() for port in ports]
         self.state = {port.name: port.initial for port in law.of_kind("state")}
         self.last: dict[str, int] = {}
 
@@ -129,14 +129,11 @@ class DoubleLaw:
                 scaled = port.type == "int"
                 physical[port.name] = port.scale * value + port.offset if scaled else value
         self.last = {port.rate_of: int(inputs[port.rate_of]) for port in self.law.of_kind("rate")}
-        values = iter(physical[port.name] for port in self.ports)
         arguments = [
-            ca.DM(
-                self.function.sparsity_in(i), [next(values) for _ in range(self.function.nnz_in(i))]
-            )
-            for i in range(self.function.n_in())
+            ca.reshape(ca.DM([physical[port.name] for port in ports]), self.function.size_in(i))
+            for i, ports in enumerate(self.arguments)
         ]
-        found = [v for result in self.function.call(arguments) for v in result.nonzeros()]
+        found = [v for r in self.function.call(arguments) for v in r.full().ravel(order="F")]
         outputs = {}
         for port, value in zip(self.results, found, strict=True):
             if port.kind == "state":

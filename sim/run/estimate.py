@@ -7,6 +7,7 @@ import json
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
+from asip_asm.files import write_text
 from asip_asm.project import BUILD
 from sim.run import nios
 from sim.run.workers import PROCESSES
@@ -59,7 +60,7 @@ def costs(file: Path = FILE) -> dict[str, float]:
 def keep(measured: Mapping[str, float], file: Path = FILE) -> None:
     """Keep the seconds per tick of a run for the next estimate."""
     file.parent.mkdir(parents=True, exist_ok=True)
-    file.write_text(json.dumps(costs(file) | dict(measured), indent=2) + "\n", encoding="utf-8")
+    write_text(file, json.dumps(costs(file) | dict(measured), indent=2) + "\n")
 
 
 def seconds(ticks: Mapping[str, int], cost: Mapping[str, float]) -> float:

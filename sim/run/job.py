@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from rich.console import Console
 
 from asip_asm.assemble import assemble
-from asip_asm.files import read_bytes
+from asip_asm.files import read_bytes, write_text
 from asip_asm.image import Image
 from asip_asm.project import PACKAGES
 from sim.gcode.interpreter import parse
@@ -362,7 +362,7 @@ def _compared(robot: Robot, path: SetPoints, measured: _Measured) -> dict[str, A
 def _write(job: _Job, measured: _Measured, data: dict[str, Any]) -> None:
     """results.json, tables, page and plots."""
     console, out = job.console, job.order.output
-    (out / "results.json").write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")
+    write_text(out / "results.json", json.dumps(data, indent=2) + "\n")
     written = list(tables.all_tables(data))
     for table in written:
         console.print()

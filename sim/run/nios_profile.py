@@ -10,6 +10,7 @@ from pathlib import Path
 from rich.console import Console
 
 from asip_asm.command import count, script_parser
+from asip_asm.files import write_text
 from sim.harness.build import BuildError
 from sim.harness.nios_image import IMAGES, ImageError, load, read_elf
 from sim.harness.nios_profile import tables
@@ -44,7 +45,7 @@ def main(arguments: list[str] | None = None) -> int:
             "functions": [vars(line) for line in result.functions],
             "kinds": [vars(line) for line in result.kinds],
         }
-        options.json.write_text(json.dumps(rows, indent=2) + "\n", encoding="utf-8")
+        write_text(options.json, json.dumps(rows, indent=2) + "\n")
     return 0
 
 

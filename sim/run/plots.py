@@ -12,6 +12,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from numpy.typing import NDArray
 
+from asip_asm.files import replaced
 from sim.model.parameters import Robot
 from sim.model.records import OUTPUTS, SetPoints
 from sim.page.curves import box, envelope
@@ -98,5 +99,6 @@ def _curve(plot: plt.Axes, robot: Robot, values: NDArray, label: str, first: int
 
 def _save(figure: plt.Figure, file: Path) -> None:
     figure.align_ylabels()
-    figure.savefig(file, dpi=110, bbox_inches="tight")
+    with replaced(file) as new:
+        figure.savefig(new, dpi=110, bbox_inches="tight")
     plt.close(figure)

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from asip_asm.command import command_parser
 from asip_asm.image import Image
+from sim import guard
 from sim.command import interruptible, output
 from sim.debug.client import DebugError, connect
 from sim.debug.link import LinkError
@@ -96,7 +97,7 @@ def _scope(arguments: argparse.Namespace) -> int:
         text = str(error)
         errors.print(text if "error: " in text else f"error: {text}")
         return 1
-    token = server.new_token()
+    token = guard.new_token()
     output().print(f"scope: {server.address(listening, token)}\nCtrl-C ends it")
     with contextlib.suppress(KeyboardInterrupt):
         asyncio.run(server.serve(source, listening, token))

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from asip_asm.assemble import assemble
+from asip_asm.files import write_text
 from sim.debug.client import connect
 from sim.debug.model import DebugRtl
 from sim.goals import Goal, exactly
@@ -38,7 +39,7 @@ def rows(full: bool) -> Iterator[Goal]:
     changes = FULL if full else QUICK
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "two_gains.s"
-        file.write_text(PROGRAM)
+        write_text(file, PROGRAM)
         image = assemble(file)
     model = DebugRtl(image.configuration)
     model.load(image)

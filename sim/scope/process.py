@@ -13,6 +13,7 @@ from typing import Any
 
 from rich.console import Console
 
+from sim import guard
 from sim.scope import server
 from sim.scope.tap import HELD_S, TapSource
 
@@ -38,7 +39,7 @@ class ScopeProcess:
         self.source = source
         self._console = console
         self._pages = multiprocessing.Value("i", 0)
-        listening, token = server.bind(), server.new_token()
+        listening, token = server.bind(), guard.new_token()
         self.url = server.address(listening, token)
         self._process = multiprocessing.Process(
             target=_serve, args=(source, listening, token, self._pages), daemon=True

@@ -9,7 +9,6 @@ its next frame when it has drawn the last one, so that a slow page never makes a
 from __future__ import annotations
 
 import asyncio
-import secrets
 import socket
 import threading
 from collections.abc import Callable
@@ -24,12 +23,12 @@ import tornado.websocket
 from plotly.offline import get_plotlyjs
 from tornado.log import app_log
 
+from sim import guard
 from sim.scope import messages
 from sim.scope.export import FORMATS
 from sim.scope.session import Session
 from sim.scope.source import End, Event, Pace, Source, SourceError
 
-LOOPBACK = "127.0.0.1"
 PAGE = Path(__file__).with_name("page")
 TYPES = {".html": "text/html", ".js": "text/javascript", ".css": "text/css"}
 FRAME_S = 0.1  # least time between two frames of a page
@@ -92,8 +91,11 @@ class _Guarded(tornado.web.RequestHandler):
         self.hub, self.token = hub, token
 
     def prepare(self) -> None:
+        # A name of an attacker's own that leads to this machine (DNS rebinding) is no address here.
+        if not guard.is_loopback(self.request.host_name.strip("[]")):
+            raise tornado.web.HTTPError(403, reason="Wrong host")
         given = self.path_args[0] if self.path_args else ""
-        if not secrets.compare_digest(given.encode(), self.token.encode()):
+        if not guard.same_token(given, self.token):
             raise tornado.web.HTTPError(403, reason="Wrong or missing token")
 
     def write_error(self, status_code: int, **_: Any) -> None:
@@ -251,22 +253,14 @@ class PageSocket(tornado.websocket.WebSocketHandler):
 
 def bind(port: int = 0) -> socket.socket:
     """A listening socket on the loopback address; 0: any free port. Raises OSError."""
-    listening = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
-    listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-    listening.bind((LOOPBACK, port))
-    listening.listen(64)
+    listening = guard.listen(port, app_log.warning)
     listening.setblocking(False)
     return listening
 
 
 def address(listening: socket.socket, token: str) -> str:
     """What to open in a browser."""
-    return f"http://{LOOPBACK}:{listening.getsockname()[1]}/{token}/"
-
-
-def new_token() -> str:
-    """A secret that nobody guesses."""
-    return secrets.token_urlsafe(16)
+    return f"http://{guard.LOOPBACK}:{listening.getsockname()[1]}/{token}/"
 
 
 async def serve(

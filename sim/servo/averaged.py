@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from asip_asm.files import write_text
 from asip_asm.model.c_code import parameter_macros, to_c_code
 from asip_asm.project import BUILD
 from sim.harness import runtime
@@ -38,20 +39,21 @@ def library(plant: Plant, setting: Setting, parameters: Mapping[str, float]) -> 
     header, source = to_c_code(compiled, f"{NAME}.tick.h")
     macros = parameter_macros(compiled.law, NAME)
     defines = [f"-D{macros[name]}={value!r}f" for name, value in sorted(parameters.items())]
-    texts = [header, source, *defines]
+    texts = [header, source, *defines, runtime.toolchain()]
     texts += [(HERE / name).read_text() for name in ("averaged.cpp", "plant.h")]
     folder = BUILD / "servo" / hashlib.sha256("\0".join(texts).encode()).hexdigest()[:16]
     path = folder / "libaveraged.so"
     with runtime.only_one(folder):
-        if not path.exists():
+        if not runtime.sealed(path):
             folder.mkdir(exist_ok=True)
-            (folder / f"{NAME}.tick.h").write_text(header)
-            (folder / f"{NAME}.c").write_text(source)
+            write_text(folder / f"{NAME}.tick.h", header)
+            write_text(folder / f"{NAME}.c", source)
             common = ["-O2", "-fPIC", "-ffp-contract=off", *machine_flag(), f"-I{HERE}", "-I."]
             c = ["-x", "c", f"{NAME}.c", "-c", "-o", f"{NAME}.o"]
             runtime.run([runtime.compiler(), *common, *defines, *c], folder)
             cpp = ["-std=c++17", "-shared", HERE / "averaged.cpp", f"{NAME}.o", "-o", path]
             runtime.run([runtime.compiler(), *common, *defines, *cpp], folder)
+            runtime.seal(path)
     return path
 
 

@@ -30,6 +30,7 @@ MAGIC = 1.5 * 2**23
 LARGEST = 2**22 - 1
 SLOW_RATE = 64  # of the current filters
 DELAY = 1.5  # periods from the samples to the middle of the voltage
+FASTEST = 1e3  # rad/s, electrical
 SPEED_FILTER = 0.05  # share of a new speed
 MOST_D = 0.95  # of the voltage circle for d; the root of what is left is well conditioned
 LEAST_VOLTAGE = 20.0  # of the bus, for the division [V]
@@ -72,10 +73,12 @@ def current_law(drives: Drives, setting: Setting, axes: Sequence[int] = AXES) ->
     """The law of these axes; inputs force0 .. force4 [N, N m] are what the tracking law orders."""
     inputs, ports, results = [], [], []
 
-    def source(kind: str, name: str, unit: str, limits: tuple[float, float], meaning: str) -> ca.SX:
+    def source(
+        kind: str, name: str, unit: str, limits: tuple[float, float], meaning: str, **rest: float
+    ) -> ca.SX:
         symbol = ca.SX.sym(name)
         inputs.append(symbol)
-        ports.append(Port(kind, name, unit, meaning, limits=limits))
+        ports.append(Port(kind, name, unit, meaning, limits=limits, **rest))
         return symbol
 
     def result(kind: str, name: str, value: ca.SX, **rest) -> None:
@@ -83,9 +86,9 @@ def current_law(drives: Drives, setting: Setting, axes: Sequence[int] = AXES) ->
         if kind == "output":
             ports.append(Port(kind, name, **rest))
 
-    def word(name: str, most: int, meaning: str) -> ca.SX:
+    def word(name: str, most: int, meaning: str, **rest: float) -> ca.SX:
         limits = (MAGIC - most, MAGIC + most)
-        return source("input", name, "count", limits, f"{meaning}, 1.5 2^23 more")
+        return source("input", name, "count", limits, f"{meaning}, 1.5 2^23 more", **rest)
 
     def parameter(name: str, unit: str, value: float, meaning: str) -> ca.SX:
         ports.append(Port("parameter", name, unit, meaning, initial=value))
@@ -98,7 +101,8 @@ def current_law(drives: Drives, setting: Setting, axes: Sequence[int] = AXES) ->
         scale = drives.current_scale * setting.ampere_per_count
         far = min(LARGEST, int(40 * motor.pole / setting.resolution[n]))
         most = int(1.5 * motor.i_max / scale)
-        counts = word(f"q{n}", far, "position") - MAGIC
+        step = FASTEST * setting.period / (motor.wave * setting.resolution[n])
+        counts = word(f"q{n}", far, "position", change=max(1, int(step))) - MAGIC
         currents = [word(f"i{k}{n}", most, f"current of phase {k}") for k in "ab"]
         zeros = [
             parameter(f"zero_{k}{n}", "count", MAGIC, f"word of phase {k} without current")
@@ -123,7 +127,9 @@ def current_law(drives: Drives, setting: Setting, axes: Sequence[int] = AXES) ->
             "input", f"force{n}", "N", (-strongest, strongest), "ordered force or torque"
         )
         before = source("state", f"before{n}", "count", (-LARGEST, LARGEST), "position before")
-        speed = source("state", f"speed{n}", "rad/s", (-1e3, 1e3), "electrical speed, filtered")
+        speed = source(
+            "state", f"speed{n}", "rad/s", (-FASTEST, FASTEST), "electrical speed, filtered"
+        )
         cosine = source("state", f"cosine{n}", "1", (-1, 1), "of the angle before")
         sine = source("state", f"sine{n}", "1", (-1, 1), "of the angle before")
         x_d = source("state", f"xd{n}", "V", (-drives.U_dc, drives.U_dc), "integral of d")

@@ -7,11 +7,13 @@
         fadd    t3, x, y, y ; error: fadd takes 3 operands, found 4 => fadd dst, a, c
         halt    x ; error: 'x' is more than this statement takes => one statement per line
         fadd    t4, x, 2*3 ; error: '*' behind the operands of fadd => an operand that is an expression is written in parentheses
-        fadd    t5, x, -y ; error: an expression as an operand is written in parentheses => (-y)
+        fadd    t5, x, -y ; error: 'y' is not a constant: an operand cannot negate it => subtract it instead, or negate it first: fsub negative, 0.0, y
+        fadd    t5, x, -two ; error: an expression as an operand is written in parentheses => (-two)
+        imul    t5, n, n ; error: unknown operation 'imul' => integers have no such operation; theirs are iadd, isub, i2f
         fadd    t6, x, sqrt(2) ; error: an expression as an operand is written in parentheses => (sqrt(...))
         fadd    t7, x, [y] ; error: expected operand c of fadd: a register, a number or '(', found '['
         fadd    7, x, y ; error: expected the destination of fadd, found '7'
-        fadd    t8 x, y ; error: fadd takes 3 operands, found 2 => fadd dst, a, c
+        fadd    t8 x, y ; error: fadd takes 3 operands, found 2 => commas separate operands: fadd t8, x, y
         fadd    t9, x, n ; error: 'n' is of type int, fadd reads type float => convert with i2f
         fadd    t10, x, two ; error: 'two' is of type int, fadd reads type float => convert with i2f
         iadd    t11, n, y ; error: 'y' is of type float, iadd reads type int => convert with f2i or f2it

@@ -69,6 +69,7 @@ class DapClient:
         self.sequence = 0
         self.events: list[dict[str, Any]] = []
         self.seen: set[str] = set()
+        self.output: list[str] = []
         self.received = 0
         self._messages: queue.Queue[dict[str, Any] | None] = queue.Queue()
         threading.Thread(target=self._read, args=(reader,), daemon=True).start()
@@ -85,6 +86,8 @@ class DapClient:
         assert message is not None, "the server closed the connection"
         self.received += 1
         self._check(message)
+        if message.get("event") == "output":
+            self.output.append(message["body"]["output"])
         return message
 
     def _check(self, message: dict[str, Any]) -> None:
@@ -103,11 +106,16 @@ class DapClient:
         if arguments:
             message["arguments"] = arguments
         self._check(message)
+        return self.exchange(message)
+
+    def exchange(self, message: dict[str, Any]) -> dict[str, Any]:
+        """The response to a message that is sent as it is."""
         self.send(json.dumps(message).encode())
         while True:
             answer = self._next()
             if answer["type"] == "response":
-                assert (answer["request_seq"], answer["command"]) == (self.sequence, command)
+                wanted = message["seq"], message["command"]
+                assert (answer["request_seq"], answer["command"]) == wanted
                 return answer
             self.events.append(answer)
 

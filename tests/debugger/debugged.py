@@ -25,6 +25,7 @@ class Debugger:
         self.session = Session(DebuggedProgram(program), target or IssTarget())
         self.lines: list[str] = []
         self.commands = Commands(self.session, self.lines.append)
+        self.session.log = self.lines.append
         if not self.session.target.driven:
             for name in self.session.values.inputs:
                 self.session.values.set(name, None, VALUES[name])

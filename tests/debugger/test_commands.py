@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import io
+import re
 import subprocess
 import sys
 from itertools import chain, repeat
@@ -288,3 +289,70 @@ def test_start_takes_no_package_that_it_does_not_need():
     )
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert found.stdout.splitlines()[-1] == "[]"
+
+
+def test_hits__are_ignored_counted_and_chosen(leg):
+    leg.tell("break (28)")
+    assert "the next 2 hits of 1 do nothing" in leg.tell("ignore 1 2")
+    assert [("equation" in leg.tell("tick")) for _ in range(2)] == [False, False]
+    assert "equation (28)" in leg.tell("tick")
+    assert "fifth" in leg.tell("help hits")
+    leg.tell("kill", "hits 1 % 2")
+    leg.tell("tick 3", "kill")
+    text = leg.tell("info breakpoints")
+    assert "hits % 2" in text and re.search(r"breakpoint +on +4 ", text)
+    assert "is not a hit condition" in leg.refuses("hits 1 sometimes")
+    assert "no breakpoint 7" in leg.refuses("ignore 7 1")
+
+
+def test_commands_at_a_breakpoint__run_at_each_stop(leg):
+    leg.tell("break (28)", "commands", "print t", "set t = 0.5", "print t", "end")
+    text = leg.tell("run")
+    assert "equation (28)" in text and "t = 0.25 " in text and "t = 0.5 " in text
+    leg.tell("kill", "delete", "break (28)", "commands", "print t", "continue", "end", "break (30)")
+    text = leg.tell("run")
+    assert text.index("t = 0.25") < text.index("equation (30)")
+
+
+def test_log_point__writes_and_does_not_stop(leg):
+    assert "log point 1" in leg.tell('dprintf (28), "t is {t}, e is {e}" if t > 0')
+    text = leg.tell("run")
+    assert "t is 0.25, e is <e: not yet computed" in text and "end of tick 0" in text
+    assert 'dprintf PLACE, "TEXT"' in leg.refuses("dprintf 17 text")
+
+
+def test_until__stops_at_a_place_or_out_of_a_loop(loop):
+    loop.tell("start")
+    assert (
+        "label again" in loop.tell("until again")
+        or loop.session.position == (loop.session.program.image.labels["again"])
+    )
+    before = loop.session.position
+    loop.tell(f"break *{before}", "continue", "delete")
+    loop.tell("until")
+    assert loop.session.position > before and not loop.session.breakpoints
+    assert "no tick is running" in Debugger(LEG).refuses("until")
+
+
+def test_condition__without_a_value_stops_and_says_why(leg):
+    leg.tell("break (28) if e > 0")
+    assert "the condition has no value: e: not yet computed" in leg.tell("run")
+    assert "is not an expression" in leg.refuses("break 17 if e > 0 and")
+    assert "no value 'missing'" in leg.refuses("break 17 if missing > 0")
+
+
+def test_expression__of_a_name_without_a_value_says_that(leg):
+    leg.tell("start")
+    for line in ("print e + 1", "assert F > 0 and e > 0", "print table[1] + e"):
+        assert re.search("[eF]: not yet computed", leg.refuses(line))
+    assert "number outside of the function's range" in leg.refuses("print sqrt(0 - 1)")
+    assert leg.tell("print table[3]").startswith("table[3] = 8 ")
+    assert "table has 4 words, 0 to 3" in leg.refuses("print table[9]")
+    assert "5 is after 2" in leg.refuses("disassemble 5 2")
+
+
+@pytest.mark.parametrize("form", ["x", "t"])
+def test_value__shown_in_a_form_reads_back(leg, form):
+    shown = leg.tell(f"print/{form} x").partition(" = ")[2]
+    leg.tell("set x = 7", f"set x = {shown}")
+    assert leg.tell(f"print/{form} x").partition(" = ")[2] == shown

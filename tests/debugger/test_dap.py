@@ -11,6 +11,7 @@ from pathlib import Path
 import jsonschema
 import pytest
 
+from sim import guard
 from tests.debugger.dap_client import DapClient, dap_session, start_server, validate
 from tests.debugger.debugged import ENDLESS, INPUTS, LEG, LOOP
 
@@ -137,6 +138,9 @@ def test_requests_that_cannot_be_done(client):
         ({"program": str(LEG), "iss": True, "set": {"w": 1}}, "no input 'w'"),
         ({"program": str(LEG), "iss": True, "configuration": "big"}, "invalid choice"),
         ({"noDebug": False}, "program"),
+        ({"program": "--help"}, "--help"),
+        ({"program": str(LEG), "connect": "--help"}, "no such link"),
+        ({"program": str(LEG), "token": "x"}, "for a server on a port"),
     ]:
         answer = client.request("launch", **arguments)
         assert not answer["success"] and message in answer["message"], answer
@@ -155,7 +159,11 @@ def test_requests_that_cannot_be_done(client):
 
 def test_stream_that_is_no_protocol():
     for data, message in [
-        (b"hello\r\n\r\n", "without Content-Length"),
+        (b"hello\r\n\r\n", "a header field that is not"),
+        (b"Content-Type: x\r\n\r\n", "without Content-Length"),
+        (b"Content-Length: 2\r\nContent-Length: 2\r\n\r\n{}", "Content-Length, once"),
+        (b"Content-Length: 2\r\nOrigin: http://evil.example\r\n\r\n{}", "a header field"),
+        (b"POST / HTTP/1.1\r\nContent-Length: 2\r\n\r\n{}", "a request of HTTP"),
         (b"Content-Length: 99999999999\r\n\r\n", "Content-Length"),
         (b"Content-Length: 4\r\n\r\nzork", "no JSON"),
         (b"Content-Length: 2\r\n\r\n[]", "no JSON object"),
@@ -173,7 +181,7 @@ def test_tcp_serves_one_client_after_another():
             with socket.create_connection(("127.0.0.1", port)) as connection:
                 client = DapClient(connection.makefile("rb"), connection.makefile("wb"))
                 client.ask("initialize", adapterID="asip")
-                client.ask("launch", set=INPUTS)
+                client.ask("launch", set=INPUTS, token=guard.token_of("127.0.0.1", port))
                 client.event("initialized")
                 assert client.go("configurationDone")["reason"] == "end of tick"
                 client.ask("disconnect")

@@ -3,10 +3,10 @@
 
 from __future__ import annotations
 
-from tests.fuzz import asip, debugger, main_job, model, motion, nios, urdf
+from tests.fuzz import asip, casadi_files, debugger, main_job, model, motion, nios, urdf
 from tests.fuzz.engine import Campaign
 
-MODULES = (asip, debugger, nios, main_job, motion, model, urdf)
+MODULES = (asip, debugger, nios, main_job, motion, model, casadi_files, urdf)
 CAMPAIGNS: dict[str, Campaign] = {
     campaign.name: campaign for module in MODULES for campaign in module.CAMPAIGNS
 }

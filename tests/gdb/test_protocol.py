@@ -247,6 +247,20 @@ def test_ctrl_c_halts_a_program_that_runs_on_and_on(gdb):
     assert reply.startswith(b"T02") and stopped_at(reply) == 0x1000_0100
 
 
+@pytest.mark.parametrize("name", ["ldw", "stb"])
+def test_access_outside_memory__stops_the_program(gdb, name):
+    """As nios-run without GDB ends there with status 139."""
+    gdb.write(0x1000_0100, code("addi", 2, 0, 1) + code(name, 5, 4, 4) + code("br", -4))
+    gdb.set_register(4, 0x3000_0000)
+    gdb.set_register(PC, 0x1000_0100)
+    reply = gdb.go()
+    assert reply.startswith(b"T0b") and 0x1000_0104 <= stopped_at(reply) <= 0x1000_0110
+    gdb.set_register(4, DTCM)
+    gdb.set_register(PC, 0x1000_0100)
+    gdb.ok("Z1,10000108,4")
+    assert stopped_at(gdb.go()) == 0x1000_0108, "and goes on"
+
+
 def test_single_steps_follow_branches_calls_and_exceptions(gdb):
     at = [0x1000_0000]
     for _ in range(40):

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from asip_asm.model.law import Law, Port, before
-from sim.prove_program import draw, true_results
+from sim.prove_casadi import truth_of
+from sim.prove_program import draw
 from sim.robots.catalogue import robot
 from sim.robots.laws import LAWS, Settings, count_scale, effort_limit
 from sim.robots.reference import LawReference, PinocchioRobot
@@ -57,7 +58,7 @@ def forces(tree: Tree, q: np.ndarray, dq: np.ndarray, ddq: np.ndarray) -> np.nda
 
 def found(law: Law, words: dict, tree: Tree) -> np.ndarray:
     """Outputs in double precision; none at a limit."""
-    results = true_results(law, words)
+    results = truth_of(law)(words)
     tau = np.stack([results[f"tau{i}"] for i in range(len(tree.axes))], axis=1)
     assert (np.abs(tau) < [effort_limit(joint) for joint in tree.axes]).all()
     return tau
@@ -76,7 +77,7 @@ def test_computed_torque_is_its_equation(name, integral, friction):
     if integral:
         s = np.clip(x["s"] + e / settings.rate, -settings.windup, settings.windup)
         ddq += w**3 / 10 * s
-        results = true_results(law, words)
+        results = truth_of(law)(words)
         for i in range(len(tree.axes)):
             np.testing.assert_allclose(results[f"s{i}_next"], s[:, i], rtol=1e-12)
         assert (np.abs(s) == settings.windup).any() and (np.abs(s) < settings.windup).any()
@@ -124,7 +125,7 @@ def test_reference__of_every_law__is_the_law_in_double_precision(name, law):
         words[before(rate.rate_of)] = words[rate.rate_of] - np.int32(3)
     arm = PinocchioRobot(tree.description.text, tree.stated)
     want = LawReference(arm, law, settings)(words)
-    got = true_results(made, words)
+    got = truth_of(made)(words)
     assert got.keys() == want.keys()
     for result, (value, own) in want.items():
         assert (np.abs(got[result] - value) <= own).all(), result

@@ -9,7 +9,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from sim.prove_program import Proof, draw_ticks, true_results
+from sim.prove_casadi import truth_of
+from sim.prove_program import Proof, draw_ticks
 from sim.robots import job
 from sim.robots.__main__ import parse_arguments
 from sim.robots.catalogue import ROBOTS, robot
@@ -163,7 +164,7 @@ def test_inputs_of_the_proof__leave_every_output_inside_its_limits_often(name):
     for _ in range(100):
         inputs, states = draw_ticks(law, 1, rng, sample)
         states |= {p.name: np.float32([p.initial]) for p in law.of_kind("parameter")}
-        found = true_results(law, inputs | states)
+        found = truth_of(law)(inputs | states)
         outputs = [p for p in law.of_kind("output") if p.limits]
         inside.append([p.limits[0] < found[p.name][0] < p.limits[1] for p in outputs])
     assert (np.mean(inside, axis=0) > 0.4).all(), np.mean(inside, axis=0)

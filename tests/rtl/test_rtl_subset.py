@@ -53,6 +53,12 @@ def in_comb(body: str) -> str:
 BAD = (
     Bad("import", "module m import p::*; (input logic clk_i);"),
     Bad("import", "import p::*;"),
+    Bad("generate-region", "if (1) begin : g wire w; end", yosys_reads=True),
+    Bad("generate-region", "genvar i; for (i = 0; i < 2; i++) begin : g wire w; end", True),
+    Bad("generate-region", "case (1) 1: begin : g wire w; end default: ; endcase", True),
+    Bad(
+        "genvar", "generate for (genvar i = 0; i < 2; i++) begin : g wire w; end endgenerate", True
+    ),
     Bad("unpacked-port", "module m (input logic [31:0] x_i[0:3]);"),
     Bad("unpacked-port", "module m #(parameter int N = 2) (input logic a, input p::t x_i [N]);"),
     Bad("unpacked-port", "function automatic logic f(input logic x[0:3]); f = x[0]; endfunction"),
@@ -143,9 +149,14 @@ module m #(
   end
   assign y_o = return_q;
 `ifndef SYNTHESIS
-  if (N < 2) begin : gen_check
-    $error("m: N must be at least 2, no import needed");
-  end
+  genvar i;
+  generate
+    for (i = 0; i < 2; i++) begin : gen_check
+      if (N < i) begin : gen_few
+        $error("m: N must be at least 2, no import needed");
+      end
+    end
+  endgenerate
 `endif
 endmodule
 """

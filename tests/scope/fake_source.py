@@ -9,6 +9,7 @@ import threading
 
 import numpy as np
 
+from sim import guard
 from sim.scope import server
 from sim.scope.source import (
     Applied,
@@ -70,7 +71,7 @@ class Scope:
 
     def __init__(self, source) -> None:
         self.source = source
-        self._listening, self.token = server.bind(), server.new_token()
+        self._listening, self.token = server.bind(), guard.new_token()
         self.address = self._listening.getsockname()
         self.url = server.address(self._listening, self.token)
         self._loop = asyncio.new_event_loop()
