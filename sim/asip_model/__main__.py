@@ -331,7 +331,7 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
         options.parts.append((file, record))
     check_robot_options(parser, options)
     if options.loop and len(options.parts) > 1:
-        parser.error("--loop is for one URDF")
+        parser.error("--loop is for computed_torque of one URDF")
     if options.points and (not options.prove or len(options.parts) > 1):
         parser.error("--points is for --prove of one function")
     if options.boxes_effort and not options.prove:
