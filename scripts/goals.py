@@ -53,7 +53,10 @@ AREAS: dict[str, Area] = {
         "Motor drives in closed loop, their hardware, and their proofs.",
         command="scripts.drive:main",
     ),
-    "hardware": Area("RTL for other tools, cocotb tests, coverage, area and clock.", {}),
+    "hardware": Area(
+        "RTL for other tools, cocotb tests, coverage, area and clock.",
+        {"other tools": "scripts.hardware_goals:rows"},
+    ),
     "motion": Area(
         "Motion front-end: planner, look-ahead, pulses, interpolators.",
         command="sim.motion.show:main",

@@ -1,0 +1,35 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Goals of the RTL for other tools: our subset of SystemVerilog, and plain Verilog in Icarus."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from collections.abc import Iterator
+
+from scripts.plain_verilog import CORES, FOLDER, write_plain
+from scripts.rtl_subset import check
+from sim.goals import Goal, at_most, exactly, not_measured
+from sim.harness.sources import RTL
+
+PARSED = "tops whose plain Verilog-2001 Icarus parses"
+
+
+def parsed(top: str) -> bool:
+    """Whether Icarus parses the plain Verilog of a top without a message. Raises PlainError."""
+    file = FOLDER / f"{top}.v"
+    write_plain(top, file)
+    command = ["iverilog", "-g2001", "-Wall", "-i", "-t", "null", "-s", top, file]
+    done = subprocess.run(command, capture_output=True, text=True)
+    return done.returncode == 0 and not done.stdout + done.stderr
+
+
+def rows(full: bool) -> Iterator[Goal]:
+    """The goals; all tops only with `full`, since Yosys takes minutes."""
+    found = sum(len(check(path.read_text(), path)) for path in sorted(RTL.rglob("*.sv")))
+    yield at_most("constructs that the subset checker refuses", found, 0, "constructs")
+    if shutil.which("iverilog") is None or not full:
+        cure = "install iverilog, then make goals T=hardware RUN=full"
+        yield not_measured(PARSED, f"{len(CORES)}", "tops", cure)
+        return
+    yield exactly(PARSED, sum(map(parsed, CORES)), len(CORES), "tops")
