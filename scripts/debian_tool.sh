@@ -5,18 +5,20 @@
 #        scripts/debian_tool.sh NAME --for-tests  get it as root, else say what the tests do without it
 #        scripts/debian_tool.sh NAME --have       exit status 0 if it is there
 # NAME: chromium (looks at the result pages), tclsh (runs the scripts of Quartus),
-#       fst (headers with which Verilator writes waves), tshark (decodes captures of the bus)
+#       fst (headers with which Verilator writes waves), iverilog (parses plain Verilog),
+#       tshark (decodes captures of the bus)
 set -eu
 
 name=${1:-}
 case $name in
   chromium) packages=chromium without="tests/page is skipped in part" ;;
   tclsh) packages=tcl without="the tests of the scripts of Quartus and Platform Designer are skipped" ;;
+  iverilog) packages=iverilog without="the test of the plain Verilog by Icarus is skipped" ;;
   tshark) packages=tshark without="the test of the captures of the bus is skipped" ;;
   fst) packages="liblz4-dev zlib1g-dev" without="WAVES=1 cannot build, its tests are skipped" ;;
   *)
     echo "error: unknown tool '$name'" >&2
-    echo "help:  scripts/debian_tool.sh chromium|tclsh|fst|tshark [--for-tests | --have]" >&2
+    echo "help:  scripts/debian_tool.sh chromium|tclsh|fst|iverilog|tshark [--for-tests | --have]" >&2
     exit 2
     ;;
 esac
@@ -40,7 +42,7 @@ case ${2:-} in
     ;;
   *)
     echo "error: unknown argument '$2'" >&2
-    echo "help:  scripts/debian_tool.sh chromium|tclsh|fst|tshark [--for-tests | --have]" >&2
+    echo "help:  scripts/debian_tool.sh chromium|tclsh|fst|iverilog|tshark [--for-tests | --have]" >&2
     exit 2
     ;;
 esac

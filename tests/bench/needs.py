@@ -100,7 +100,7 @@ TOOLS: dict[str, tuple[str, Callable[[], Any], str]] = {
     "iverilog": (
         "parsing the plain Verilog of the cores with another simulator",
         lambda: shutil.which("iverilog"),
-        "apt-get install iverilog",
+        "scripts/debian_tool.sh iverilog",
     ),
     "nios-gcc": (
         "building the programs of the Nios II systems, and comparing C with the components",
