@@ -9,7 +9,7 @@ _ESCAPED = re.compile(r'\\(["\\])')
 
 
 def quoted(text: str) -> str:
-    """A string of the language: one line, `"` and `\\` behind a `\\`."""
+    """A string of the language: one line, `"` and `\\` after a `\\`."""
     plain = one_line(text).replace("\\", "\\\\").replace('"', '\\"')
     return f'"{plain}"'
 

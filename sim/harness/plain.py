@@ -35,7 +35,7 @@ def plain(path: Path) -> Path:
 def workshop(folder: Path) -> Path:
     """The folder below BUILD itself, or one beside a link, in which make can work.
 
-    Raises OSError if the folder beside the link is another user's, or open to others.
+    Raises OSError if the folder next to the link belongs to another user, or is open to others.
     """
     if not ODD.search(str(folder.absolute())):
         return folder

@@ -279,7 +279,7 @@ def dap(command: str, **arguments: object) -> bytes:
 
 
 def dap_raw(data: bytes) -> bytes:
-    """Any content behind the protocol's header."""
+    """Any content after the protocol's header."""
     return b"Content-Length: %d\r\n\r\n" % len(data) + data
 
 
