@@ -181,7 +181,7 @@ def test_too_many_inputs_or_outputs_are_refused__exports_are_results_beyond_32(t
     function = ca.Function("wide", [x], [x[:40] * 2], ["x"], ["y"])
     inputs = [Port("input", f"x{k}", vector="x") for k in range(200)]
     outputs = [Port("output", f"y{k}", vector="y") for k in range(40)]
-    with pytest.raises(ModelError, match="200 inputs, parameters and integers, bank K holds 128"):
+    with pytest.raises(ModelError, match="200 inputs and parameters, bank K holds 128 words"):
         compile_law(Law("wide", function, [*inputs, *outputs]))
     narrow = ca.Function("wide", [x[:40]], [x[:40] * 2], ["x"], ["y"])
     with pytest.raises(ModelError, match="40 outputs, the core has 32; make those .* an .*export"):
