@@ -126,7 +126,7 @@ BUNDLE = "0" * 32
             DAMAGED + "data name 'table' is 0, the image has 0",
         ),
         ({"data": ["00000000"] * 1025}, DAMAGED + "Expected `array` of length <= 1024"),
-        ({"title": 'a\nb'}, DAMAGED + "Expected `str` matching regex"),
+        ({"title": "a\nb"}, DAMAGED + "Expected `str` matching regex"),
     ],
 )
 def test_load__damaged_file__is_refused_with_the_reason(
