@@ -19,8 +19,8 @@ from tests.bench.commands import output
 
 PAGE = ROOT / "docs/custom_instructions.md"
 COPIED = ("rtl", "scripts", "nios_sw", "sim/harness", "asip_asm", "docs")
-GROUP = "    always_comb begin\n      combo_result_o = 32'd0;\n"  # of ci_slaves: results of it
-LAST = "      if (combo_n_i == ci_pkg::FPGA2_N_FSIGN) combo_result_o = sign;\n"
+GROUP = "      always_comb begin\n        combo_result_o = 32'd0;\n"  # of ci_slaves: results of it
+LAST = "        if (combo_n_i == ci_pkg::FPGA2_N_FSIGN) combo_result_o = sign;\n"
 
 
 def blocks(language: str) -> list[str]:

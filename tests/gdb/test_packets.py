@@ -28,7 +28,9 @@ def test_pieces_of_any_size_give_the_same_events():
     rng = random.Random(SEED)
     stream = b"+$g#67\x03-noise$OK#9a$#00$m10000000,4#%02x" % (sum(b"m10000000,4") & 255)
     whole = events(stream)
-    assert [e.kind for e in whole] == ["ack", "packet", "interrupt", "nack"] + ["packet"] * 3
+    noise = ["foreign"] * 5
+    kinds = ["ack", "packet", "interrupt", "nack", *noise] + ["packet"] * 3
+    assert [e.kind for e in whole] == kinds
     assert [e.data for e in whole if e.kind == "packet"] == [b"g", b"OK", b"", b"m10000000,4"]
     for _ in range(50):
         cuts = sorted(rng.sample(range(len(stream)), 5))

@@ -110,7 +110,7 @@ def test_infinite_output_gives_the_safe_values_and_keeps_the_states():
 
 
 def test_names_that_c_knows_are_given_others_and_parameters_are_macros(tmp_path):
-    names = ["double", "double_", "state", "in", "größe", "INT", "signbit"]
+    names = ["double", "double_", "state", "in", "Size", "INT", "signbit"]
     x = ca.SX.sym("x", len(names))
     gain = ca.SX.sym("gain")
     function = ca.Function("f", [x, gain], [gain * x], ["x", "gain"], ["y"])
