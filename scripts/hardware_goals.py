@@ -12,6 +12,17 @@ from scripts.rtl_subset import check
 from sim.goals import Goal, at_most, exactly, not_measured
 from sim.harness.sources import RTL
 
+# Targets that nothing measures yet: they are listed, so that the file does not pass for complete.
+MISSING = (
+    ("cocotb tests against the golden model", ">= 60", "tests"),
+    ("functional coverage", ">= 100", "%"),
+    ("lines covered in asip, fpu, custom, nios", ">= 98", "%"),
+    ("branches covered in asip, fpu, custom, nios", ">= 95", "%"),
+    ("toggles covered in asip, fpu, custom, nios", ">= 90", "%"),
+    ("planted faults found by cocotb tests alone", ">= 90", "%"),
+    ("tops whose plain Verilog equals the RTL", "20", "tops"),
+    ("optimised tick on ECP5-85-8, median of five seeds", "<= 0.8", "us"),
+)
 PARSED = "tops whose plain Verilog-2001 Icarus parses"
 
 
@@ -28,6 +39,8 @@ def rows(full: bool) -> Iterator[Goal]:
     """The goals; all tops only with `full`, since Yosys takes minutes."""
     found = sum(len(check(path.read_text(), path)) for path in sorted(RTL.rglob("*.sv")))
     yield at_most("constructs that the subset checker refuses", found, 0, "constructs")
+    for name, target, unit in MISSING:
+        yield not_measured(name, target, unit, "no command measures it yet")
     if shutil.which("iverilog") is None or not full:
         cure = "install iverilog, then make goals T=hardware RUN=full"
         yield not_measured(PARSED, f"{len(CORES)}", "tops", cure)
