@@ -11,6 +11,7 @@ import pytest
 from scipy.interpolate import BPoly
 
 from tests.ethercat.drives import CSP, CST, CSV, HOMING, PP, TICK, Drives
+from tests.ethercat.host import AbortedError
 
 
 def master_path(count: int) -> np.ndarray:
@@ -96,6 +97,42 @@ def test_csp__a_clock_that_runs_away_is_followed():
             speeds.append(drives.command.axis[0].velocity)
     steady = np.array(speeds[200:]) * 1e-3
     assert 990 < steady.min() and steady.max() < 1010
+
+
+@pytest.mark.parametrize("period_us", [100, 125, 150, 200, 250, 330, 1750])
+def test_csp__a_period_that_is_no_multiple_of_the_control_is_served_exactly(period_us):
+    drives = Drives()
+    value, index = (period_us, -6) if period_us < 256 else (period_us // 10, -5)
+    drives.put(0x60C2, 1, value)
+    drives.put(0x60C2, 2, index)
+    drives.put(0x6065, 0, 0xFFFFFFFF)
+    drives.enable()
+    speeds, k = [], 0
+    for tick in range(6000):
+        if tick * 100 >= k * period_us:
+            drives.set(position=10 * period_us * k)  # 1e7 increments/s
+            drives.outputs(drives.values)
+            k += 1
+        drives.cycle()
+        speeds.append(drives.command.axis[0].velocity)
+    steady = np.array(speeds[2000:])
+    assert np.abs(steady / 1e7 - 1).max() < 3e-3  # steps of 1/512 follow the phase
+
+
+def test_interpolation_period__shorter_than_the_control_is_refused():
+    drives = Drives()
+    for subindex, value in ((2, -6), (2, -5)):
+        with pytest.raises(AbortedError, match="06090030"):
+            drives.put(0x60C2, subindex, value)
+    assert (drives.get(0x60C2, 1), drives.get(0x60C2, 2)) == (1, -3)
+    drives.put(0x60C2, 1, 100)
+    drives.put(0x60C2, 2, -6)
+    with pytest.raises(AbortedError, match="06090030"):
+        drives.put(0x60C2, 1, 99)
+    assert (drives.get(0x60C2, 1), drives.get(0x60C2, 2)) == (100, -6)
+    drives.put(0x60C2, 2, -1)
+    drives.put(0x60C2, 1, 255)  # 25.5 s
+    drives.follow(10)
 
 
 def test_csp__offsets_are_feed_forward_and_limits_hold():
