@@ -9,6 +9,7 @@
 #include "cia402.h"
 #include "coe.h"
 #include "interpolator.h"
+#include "limiter.h"
 #include "motion.h"
 #include "profile.h"
 
@@ -41,7 +42,9 @@ static struct axis {
   uint16_t control_was;
   int8_t mode;
   enum drive_state stopping; /* the state whose stop is under way */
-  bool limited, attained, powered, stops;
+  bool limited, clipped, powered, stops;
+  bool behind;   /* a target, because of a limit */
+  bool attained; /* homed since power on: a change of the mode leaves it */
 } axes[AXES];
 
 void axis_start(int n) {
@@ -94,7 +97,7 @@ void axis_leave_op(int n, uint16_t error) {
 }
 
 static int32_t clipped(struct axis *axis, const struct axis_objects *o, int32_t target) {
-  axis->limited = target < o->position_limit[0] || target > o->position_limit[1];
+  axis->limited = axis->clipped = target < o->position_limit[0] || target > o->position_limit[1];
   if (target < o->position_limit[0]) return o->position_limit[0];
   return target > o->position_limit[1] ? o->position_limit[1] : target;
 }
@@ -103,7 +106,7 @@ static int32_t clipped(struct axis *axis, const struct axis_objects *o, int32_t 
 static void begin_mode(struct axis *axis, int n) {
   uint32_t period = axis_period_us(n);
   float slope = axis->point.velocity * (1e-6f * (float)period);
-  axis->attained = axis->limited = false;
+  axis->limited = axis->clipped = axis->behind = false;
   axis->control_was = objects.axis[n].controlword;
   profile_start(&axis->profile);
   if (axis->mode == MODE_CSV) {
@@ -115,31 +118,40 @@ static void begin_mode(struct axis *axis, int n) {
 
 void axis_enter_op(int n) { begin_mode(&axes[n], n); }
 
+static struct limits limits_of(const struct axis *axis, const struct axis_objects *o) {
+  return (struct limits){.speed = (float)o->max_velocity,
+                         .deceleration = (float)o->quick_stop_deceleration,
+                         .low = o->position_limit[0],
+                         .high = o->position_limit[1],
+                         .home = axis->home};
+}
+
 static void follow_position(struct axis *axis, const struct axis_objects *o, bool fresh, float rate) {
+  struct limits limits = limits_of(axis, o);
   struct interpolated out;
+  struct setpoint wanted;
   if (fresh) {
     int32_t target = clipped(axis, o, o->target_position);
     uint32_t raw = (uint32_t)target + (uint32_t)o->position_offset - (uint32_t)axis->home;
     interpolator_target(&axis->interpolator, (int32_t)raw);
   }
   interpolator_step(&axis->interpolator, &out);
-  axis->point.whole = out.whole;
-  axis->point.part = out.part;
-  axis->point.velocity = out.slope * rate;
-  axis->point.acceleration = out.bend * rate * rate;
+  wanted.whole = out.whole;
+  wanted.part = out.part;
+  wanted.velocity = out.slope * rate;
+  wanted.acceleration = out.bend * rate * rate;
+  axis->limited = limiter_follow(&axis->point, &wanted, &limits, &axis->behind) || axis->clipped;
 }
 
 static void follow_velocity(struct axis *axis, const struct axis_objects *o, bool fresh, float rate) {
+  struct limits limits = limits_of(axis, o);
   struct interpolated out;
-  float before = axis->point.velocity;
   if (fresh) {
     uint32_t target = (uint32_t)o->target_velocity + (uint32_t)o->velocity_offset;
     interpolator_target(&axis->interpolator, (int32_t)target);
   }
   interpolator_step(&axis->interpolator, &out);
-  axis->point.velocity = (float)out.whole + out.part;
-  axis->point.acceleration = out.slope * rate;
-  setpoint_advance(&axis->point, (before + axis->point.velocity) * (0.5f * CYCLE_S));
+  axis->limited = limiter_run(&axis->point, (float)out.whole + out.part, out.slope * rate, &limits);
 }
 
 static void home(struct axis *axis, const struct axis_objects *o, int32_t actual, uint16_t rising) {
@@ -261,6 +273,7 @@ static uint16_t status_of(const struct axis *axis, const struct axis_objects *o)
       break;
     default:
       if (runs && axis->mode) status |= STATUS_MODE_12;
+      if (stops && still) status |= STATUS_REACHED;
   }
   return status;
 }
