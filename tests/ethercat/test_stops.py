@@ -13,7 +13,18 @@ from random import Random
 import pytest
 
 from tests.bench.seed import SEED
-from tests.ethercat.drives import CSP, CST, CSV, ENABLE, PP, QUICK_STOP, SHUTDOWN, SWITCH_ON, TICK, Drives
+from tests.ethercat.drives import (
+    CSP,
+    CST,
+    CSV,
+    ENABLE,
+    PP,
+    QUICK_STOP,
+    SHUTDOWN,
+    SWITCH_ON,
+    TICK,
+    Drives,
+)
 
 DECELERATION = 400_000_000  # increments/s2, object 6085
 NOISE = 10_000  # increments/s: two of the last places of a position in a control cycle
@@ -126,7 +137,9 @@ def situation(seed: int) -> tuple[float, float]:
 def check_situations(first: int, count: int) -> None:
     for seed in range(first, first + count):
         highest, before = situation(seed)
-        assert highest <= before + NOISE, f"situation({seed}): {highest:.0f} after, {before:.0f} before"
+        assert highest <= before + NOISE, (
+            f"situation({seed}): {highest:.0f} after, {before:.0f} before"
+        )
 
 
 def test_stops__no_random_one_accelerates():

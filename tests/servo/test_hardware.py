@@ -39,10 +39,28 @@ REFUSED = [
 ]
 # The last one is 3000 revolutions a minute with 4 pole pairs: 1257 rad/s electrical.
 TOO_FAST = [
-    ({}, {"pole_legs": 0.003}, "v_max_leg", "1257 rad/s electrical.*longer pole_legs", {"pole_legs": 0.004}),
+    (
+        {},
+        {"pole_legs": 0.003},
+        "v_max_leg",
+        "1257 rad/s electrical.*longer pole_legs",
+        {"pole_legs": 0.004},
+    ),
     ({"v_max_leg": 6.0}, {}, "v_max_leg", "must be <= 5.092 m/s", {}),
-    ({"v_max_table": 50.0}, {}, "v_max_table", "1100 rad/s.*<= 45.45 rad/s, or a smaller poles_tilt", {}),
-    ({"v_max_table": 50.0}, {"poles_tilt": 10}, "v_max_table", "smaller poles_rotation", {"poles_rotation": 20}),
+    (
+        {"v_max_table": 50.0},
+        {},
+        "v_max_table",
+        "1100 rad/s.*<= 45.45 rad/s, or a smaller poles_tilt",
+        {},
+    ),
+    (
+        {"v_max_table": 50.0},
+        {"poles_tilt": 10},
+        "v_max_table",
+        "smaller poles_rotation",
+        {"poles_rotation": 20},
+    ),
     (
         {"v_max_table": 314.16},
         {"poles_tilt": 4, "poles_rotation": 3},
