@@ -12,11 +12,18 @@ static bool bounded(const struct limits *limits) {
   return limits->low != INT32_MIN || limits->high != INT32_MAX;
 }
 
+/* a - b; what is beyond an int32_t is far enough away. */
+static float difference(int32_t a, int32_t b) {
+  uint32_t size = a >= b ? (uint32_t)a - (uint32_t)b : (uint32_t)b - (uint32_t)a;
+  float way = (float)(int32_t)(size > INT32_MAX ? INT32_MAX : size);
+  return a >= b ? way : -way;
+}
+
 /* Increments from the set-point to the limit in a direction (its sign), below 0 beyond it. */
 static float left(const struct setpoint *point, const struct limits *limits, float direction) {
   int32_t place = (int32_t)((uint32_t)point->whole + (uint32_t)limits->home);
-  if (direction > 0.0f) return (float)((int64_t)limits->high - place) - point->part;
-  return (float)((int64_t)place - limits->low) + point->part;
+  if (direction > 0.0f) return difference(limits->high, place) - point->part;
+  return difference(place, limits->low) + point->part;
 }
 
 /* The greatest speed after the next cycle from which the deceleration stops within `way`, which is without what the
