@@ -42,7 +42,8 @@ program hold ([numerics.md](numerics.md)).
 Limits that depend on several parameters:
 
 - the longest leg in the workspace is shorter than 1.996 m, and has fewer than 2^24 encoder counts;
-- z_max > z_min >= R/4;
+- z_max > z_min >= R/4, and z_start is one of them or between;
+- the travel of both table axes has at most 2^24 encoder counts to each side of 0;
 - T_c is a whole number of periods T_s, at least 2;
 - f_legs and f_table are at most 1/(50 T_s);
 - friction_legs <= m_p friction_speed_legs / T_s, and the same of the table with its smaller

@@ -88,7 +88,8 @@ def run(arguments: argparse.Namespace, console: Console) -> None:
     nominal = nominal_clocks(robot)
     settings = MotionSettings(robot)
     highest = MachineLimits.of(robot).tool.speed
-    moves_asked = overridden_program(parse_file(arguments.gcode), arguments.override, highest)
+    asked = parse_file(arguments.gcode, robot=robot)
+    moves_asked = overridden_program(asked, arguments.override, highest)
     trajectory = generate(moves_asked, settings)
     moves = moves_of(trajectory, settings)
     path = set_points(trajectory, arguments.ticks)

@@ -120,7 +120,7 @@ def results(
     """
     console = console or Console(quiet=True)
     joints = SlowestJoints()
-    items = overridden(stream_file(file, tools=tools), override)
+    items = overridden(stream_file(file, tools=tools, robot=settings.robot), override)
     plan = Lookahead(items, settings, joints, str(file))
     document: dict[str, Any] = {"file": str(file), "feed override [%]": override}
     if sampled:

@@ -23,7 +23,6 @@ from sim.servo.hardware import check
 from sim.servo.plant import AXES, Plant
 from sim.servo.status import told
 
-HOME = (0.0, 0.0, 0.6, 0.0, 0.0)
 NOISE = 3e-3  # of a sensed current on averaged inverters [A]; `steps` measures the modulators'
 BASE = 200.0  # spacing of the multisine's lines [Hz]
 LINES = np.unique(np.round(np.geomspace(2, 100, 40)).astype(int))  # multiples of BASE
@@ -46,11 +45,11 @@ def locked(robot: Robot, drives: Drives, setting: Setting, plant: Plant) -> tupl
     gates. Raises ParameterError for what the hardware does not follow, StartUpError."""
     check(robot, drives)
     system = ChainRtl()
-    counts = system.place(plant, HOME)
+    counts = system.place(plant, robot.start)
     start_up.configure(system, drives, setting, counts)
     start_up.measure_offsets(system)
     noise = start_up.sense(system, 32).std(axis=0).max() * setting.ampere_per_count
-    start_up.write_angles(system, true_angles(plant, at_joints(plant, HOME)))
+    start_up.write_angles(system, true_angles(plant, at_joints(plant, robot.start)))
     start_up.order(system, [0.0] * AXES)
     system.front("LINK", enable=1)
     system.clock(3 * HALF_PERIOD)
@@ -132,7 +131,7 @@ def responses(robot: Robot, drives: Drives, setting: Setting) -> list[Response]:
 def averaged_responses(robot: Robot, drives: Drives, setting: Setting) -> list[Response]:
     """The same on averaged inverters."""
     wanted, period = excitation(drives, setting)
-    machine = AveragedPlant(Plant(robot, drives), setting, HOME, noise=NOISE)
+    machine = AveragedPlant(Plant(robot, drives), setting, robot.start, noise=NOISE)
     machine.brakes(0)
     i_q = machine.halves(wanted * [m.force_per_ampere for m in drives.motors])[:, 5:10]
     # The run that takes row k sees the current at the end of half k - 1.
@@ -215,9 +214,9 @@ def averaged_turn(robot: Robot, drives: Drives, setting: Setting) -> NDArray[np.
     """i_d + j i_q (n, 5) [A] over a turn at `LARGE` of i_max, a row a half period, on averaged
     inverters that a test bench turns: noise, offsets and gain errors of the sensing."""
     plant = Plant(robot, drives, friction=False)
-    machine = AveragedPlant(plant, setting, HOME, noise=NOISE)
+    machine = AveragedPlant(plant, setting, robot.start, noise=NOISE)
     rows = WAIT + round(1 / TURN / setting.period)
     travel = np.outer(np.arange(rows + 1) * setting.period * TURN, [m.pole for m in drives.motors])
     orders = np.tile([LARGE * m.i_max * m.force_per_ampere for m in drives.motors], (rows, 1))
-    found = machine.halves(orders, at_joints(plant, HOME) + travel)[WAIT:]
+    found = machine.halves(orders, at_joints(plant, robot.start) + travel)[WAIT:]
     return found[:, :5] + 1j * found[:, 5:10]

@@ -135,7 +135,7 @@ def main(argv: list[str] | None = None) -> int:
             rates=RateLimits(arguments.rapid / 60, table),
             lead_in=arguments.lead_in,
         )
-        program = parse_file(arguments.program, tools=tools_of(arguments))
+        program = parse_file(arguments.program, tools=tools_of(arguments), robot=robot)
         highest = MachineLimits.of(robot).tool.speed
         program = overridden_program(program, arguments.override, highest)
         trajectory = generate(program, settings, MOST_SHOWN)
