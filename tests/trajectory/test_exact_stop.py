@@ -342,8 +342,8 @@ def test_agh__letter__moves_all_five_axes(agh, name):
 
 def test_agh__workspace__is_kept_with_room_for_the_whole_letters(agh):
     workspace = Workspace.of(Robot.load())
-    assert np.all(agh.position[:, :3] >= workspace.lower)
-    assert np.all(agh.position[:, :3] <= workspace.upper)
+    assert np.all(agh.position[:, :3] >= workspace.lower[:3])
+    assert np.all(agh.position[:, :3] <= workspace.upper[:3])
     assert np.max(np.abs(agh.position[:, :3] - [0, 0, 0.6])) < 0.06
 
 
