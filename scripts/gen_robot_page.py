@@ -60,7 +60,8 @@ def generate() -> dict[str, str]:
     """Text of the page by its path."""
     entries = tomllib.loads(ROBOT_TOML.read_text(encoding="utf-8"))
     rows = []
-    for field in (*fields(Robot), *fields(Drives)):
+    records = {field.name: field for field in (*fields(Drives), *fields(Robot))}
+    for field in (records[name] for name in entries):
         entry, meta = entries[field.name], field.metadata
         cells = (
             f"`{field.name}`",

@@ -18,7 +18,8 @@ from sim.model.parameters import Robot
 from sim.servo import start_up
 from sim.servo.averaged import AveragedPlant, at_joints, true_angles
 from sim.servo.chain import ChainRtl
-from sim.servo.current_law import HALF_PERIOD, Setting
+from sim.servo.clocks import CLOCK, HALF_PERIOD
+from sim.servo.current_law import Setting
 from sim.servo.hardware import check
 from sim.servo.plant import AXES, Plant
 from sim.servo.status import told
@@ -37,7 +38,7 @@ RAMP = 50  # half periods until the motors turn so fast
 MOST_HARMONIC = 10e3  # Hz: beyond it is the carrier's ripple
 LARGE = 0.05  # of i_max: current there
 RECORD_PLACE = 200  # clock of a half in which a record begins: rows come at 100, means end at 751
-LAG = 100 * 8e-9  # s from a sample's middle to that of a mean of `HALF`
+LAG = 100 * CLOCK  # s from a sample's middle to that of a mean of `HALF`
 
 
 def locked(robot: Robot, drives: Drives, setting: Setting, plant: Plant) -> tuple[ChainRtl, float]:

@@ -24,7 +24,7 @@ from sim.model.drives import Drives
 from sim.model.parameters import Robot
 from sim.servo import start_up
 from sim.servo.chain import ChainRtl
-from sim.servo.current_law import HALF_PERIOD
+from sim.servo.clocks import HALF_PERIOD
 from sim.servo.plant import AXES, Plant
 
 ROBOT, FILE = Robot.load(), Drives.load()

@@ -15,7 +15,8 @@ from sim.model.parameters import ROBOT_TOML, Robot
 from sim.servo import start_up
 from sim.servo.averaged import at_joints, true_angles
 from sim.servo.chain import ChainRtl
-from sim.servo.current_law import HALF_PERIOD, Setting
+from sim.servo.clocks import HALF_PERIOD
+from sim.servo.current_law import Setting
 from sim.servo.hardware import load
 from sim.servo.plant import Plant
 from sim.servo.response import TURN, averaged_responses, locked, turn
