@@ -12,6 +12,7 @@ from dataclasses import fields
 
 from scripts.generated import run
 from sim.model.drives import Drives
+from sim.model.parameter_uses import UNUSED
 from sim.model.parameters import ROBOT_TOML, Robot
 
 SCRIPT = "scripts/gen_robot_page.py"
@@ -33,10 +34,12 @@ speed, acceleration and jerk from the file. A change of `sim/robot.toml` itself 
 
 Every file has all parameters, each with unit and meaning. A value outside its limits stops the
 command with its place, the limits and the reason; within the limits the error bounds of every
-program hold ([numerics.md](numerics.md)).
+program hold ([numerics.md](numerics.md)). The last column names the commands that do not use a
+parameter: `make run`, `dual`, `drive`, `bus` and `motion`, `python -m sim.lookahead` and
+`sim.trajectory`. In every other of these commands the parameter acts, or the command refuses it.
 
-| parameter | unit | limits | meaning | reason of the limits |
-| --- | --- | --- | --- | --- |
+| parameter | unit | limits | meaning | reason of the limits | not used by |
+| --- | --- | --- | --- | --- | --- |
 {rows}
 
 Limits that depend on several parameters:
@@ -69,6 +72,7 @@ def generate() -> dict[str, str]:
             f"{meta['low']:g} .. {meta['high']:g}",
             entry["meaning"],
             meta["why"],
+            ", ".join(command for command, names in UNUSED.items() if field.name in names) or "-",
         )
         rows.append("| " + " | ".join(cells) + " |")
     return {"docs/robot_parameters.md": TEXT.format(script=SCRIPT, rows="\n".join(rows))}

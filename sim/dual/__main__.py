@@ -186,7 +186,7 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument(
         "gcode", type=Path, nargs="?", default=PACKAGES / "sim/paths/agh.ngc", help="path (RS-274)"
     )
-    add_robot_option(parser)
+    add_robot_option(parser, "dual")
     add_override_option(parser)
     parser.add_argument("--ticks", type=int, help="only the first TICKS ticks of the path")
     parser.add_argument(

@@ -60,7 +60,7 @@ def _arguments() -> argparse.ArgumentParser:
         EPILOG,
     )
     parser.add_argument("file", nargs="?", type=Path, help="program")
-    add_robot_option(parser)
+    add_robot_option(parser, "lookahead")
     add_tools_option(parser)
     add_override_option(parser)
     metavar = ("SPEED", "ACCELERATION", "JERK")

@@ -40,7 +40,7 @@ def _arguments() -> argparse.ArgumentParser:
         epilog="example: python -m sim.trajectory sim/paths/agh.ngc --csv build/agh.csv",
     )
     parser.add_argument("program", type=Path, help="G-code file")
-    add_robot_option(parser)
+    add_robot_option(parser, "trajectory")
     add_tools_option(parser)
     add_override_option(parser)
     parser.add_argument("--csv", type=Path, metavar="FILE", help="write every set-point, SI units")
