@@ -17,9 +17,9 @@ from sim.model.drives import Drives
 from sim.model.parameter_record import placed
 from sim.model.parameters import ParameterError, Robot
 from sim.servo.chain import CONTROL_PERIOD
-from sim.servo.current_law import FASTEST, HALF_PERIOD
+from sim.servo.clocks import CLOCK, HALF_PERIOD
+from sim.servo.current_law import FASTEST
 from sim.servo.start_up import (
-    CLOCK,
     FAST_FULL_SCALE,
     OVERCURRENT,
     dead_clocks,
