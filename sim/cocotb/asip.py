@@ -34,7 +34,8 @@ WAIT_LIMIT = 20_000  # clocks of one access or run
 
 @dataclass(frozen=True)
 class Tick:
-    """One run: outputs as numbers and as bits, CYCLES, IEEE exceptions; fault and FAULT_INFO, 0 without one."""
+    """One run: outputs as numbers and as bits, CYCLES, IEEE exceptions, the fault and FAULT_INFO,
+    which is 0 without a fault."""
 
     outputs: dict[str, float]
     words: dict[str, int]
@@ -128,12 +129,17 @@ class Asip(Clocked):
             state = states[name]
             await self.write(register_address(state.register), bits(value, state.type))
 
-    async def value(self, name: str) -> float | int:
-        """An output, a state or an export of the program by name."""
+    async def bits_of(self, name: str) -> int:
+        """Word of an output, a state or an export of the program by name."""
+        self._loaded()
         if name not in self._readable:
             raise ValueError(unknown("value", name, self._readable))
+        return await self.read(self._readable[name])
+
+    async def value(self, name: str) -> float | int:
+        """The same as a number; exports are taken as floats."""
         kinds = {state.name: state.type for state in self._loaded().states}
-        return number(await self.read(self._readable[name]), kinds.get(name, "float"))
+        return number(await self.bits_of(name), kinds.get(name, "float"))
 
     # ------------------------------------------------------------------ runs
     async def set(self, **inputs: float) -> None:

@@ -195,7 +195,7 @@ def outcomes(results: Path) -> dict[str, str]:
     for case in ElementTree.parse(results).iter("testcase"):
         wrong = [e for e in case if e.tag in ("failure", "error", "skipped")]
         reasons = (e.get("error_msg") or e.get("message") or e.text or e.tag for e in wrong)
-        found[case.get("name", "").rpartition(".")[2]] = "\n".join(reasons)
+        found[case.get("name", "")] = "\n".join(reasons)
     return found
 
 
