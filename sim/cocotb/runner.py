@@ -100,7 +100,7 @@ class Simulation:
             self.sources = list(dict.fromkeys([WAIVERS, *self.sources]))
             self.sources += assertions_of(self.sources)
         self.build_folder = BUILD / "cocotb" / f"{top}-{sim}-{self._digest()}"
-        self.folder = Path(folder) if folder else self.build_folder
+        self.folder = Path(folder).absolute() if folder else self.build_folder
         self.folder.mkdir(parents=True, exist_ok=True)
         self.log = self.folder / "log.txt"
         os.environ["PATH"] = os.pathsep.join((str(verilator_driver().parent), os.environ["PATH"]))
@@ -160,10 +160,11 @@ class Simulation:
     ) -> Path:
         """Run cocotb tests of a Python module, in a folder; returns the file of the results.
 
-        `options` go to cocotb. Raises AssertionError with the end of the log if the simulator
-        fails.
+        `options` go to cocotb. Tests that fail are in the results, see `outcomes`. Raises
+        AssertionError with the end of the log if the simulator does not come to its end.
         """
         results = self.folder / "results.xml"
+        results.unlink(missing_ok=True)
         if waves.wanted():
             arguments = ["--trace-file", str(waves.new_file(self.top))]
             options |= {"waves": True, "test_args": arguments}
@@ -181,6 +182,8 @@ class Simulation:
                 **options,
             )
         except (RuntimeError, SystemExit) as error:
+            if results.exists():  # Within pytest, cocotb takes a test that fails for an error.
+                return results
             text = f"{error}\n{self.top}, {module}:\n{self.log.read_text()[-3000:]}"
             raise AssertionError(text) from error
         return results

@@ -9,11 +9,9 @@ A run is built and simulated when the first of its tests is asked for.
 
 from __future__ import annotations
 
-import functools
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from types import ModuleType
 
 import pytest
@@ -22,6 +20,8 @@ from sim.cocotb.runner import Simulation, outcomes
 from sim.harness.build import ROOT
 from tests.bench.needs import needs
 from tests.bench.seed import SEED
+
+FOLDER = ROOT / "build/cocotb"
 
 
 @dataclass(frozen=True)
@@ -45,21 +45,31 @@ class Run:
         return [test.name for test in tests if re.search(self.only, test.name)]
 
 
-@functools.cache
-def simulated(name: str, run: Callable[[], Run]) -> dict[str, str]:
-    """Outcome of every test of a run."""
-    what = run()
-    simulation = Simulation(
-        what.top, folder=ROOT / "build/cocotb" / name, parameters=what.parameters, sim=what.sim
-    )
-    wanted = "|".join(map(re.escape, what.names()))
-    results = simulation.run(what.bench.__name__, {"SEED": str(SEED)}, test_filter=f"({wanted})$")
+_found: dict[str, dict[str, str] | Exception] = {}
+
+
+def simulated(name: str, run: Run) -> dict[str, str]:
+    """Outcome of every test of a run, simulated once. Raises what the simulation raised."""
+    if name not in _found:
+        try:
+            _found[name] = _simulate(name, run)
+        except Exception as error:
+            _found[name] = error
+    found = _found[name]
+    if isinstance(found, Exception):
+        raise found
+    return found
+
+
+def _simulate(name: str, run: Run) -> dict[str, str]:
+    simulation = Simulation(run.top, folder=FOLDER / name, parameters=run.parameters, sim=run.sim)
+    wanted = "|".join(map(re.escape, run.names()))
+    results = simulation.run(run.bench.__name__, {"SEED": str(SEED)}, test_filter=f"({wanted})$")
     return outcomes(results)
 
 
 def one_test_each(runs: Mapping[str, Run]) -> Callable[..., None]:
     """A parametrised pytest function with one case for each test of each run."""
-    thunks = {name: functools.partial(runs.__getitem__, name) for name in runs}
     cases = []
     for name, run in runs.items():
         marks = [needs("iverilog", "yosys")] if run.sim == "icarus" else []
@@ -69,9 +79,9 @@ def one_test_each(runs: Mapping[str, Run]) -> Callable[..., None]:
 
     @pytest.mark.parametrize(("run", "test"), cases)
     def test_scenario(run: str, test: str) -> None:
-        found = simulated(run, thunks[run])
+        found = simulated(run, runs[run])
         assert set(found) == set(runs[run].names())
-        log = Path("build/cocotb") / run / "log.txt"
+        log = FOLDER / run / "log.txt"
         assert not found[test], f"{found[test]}\nSEED={SEED}; log: {log}"
 
     return test_scenario
