@@ -166,7 +166,7 @@ fp-case: $(READY) ## one case of an arithmetic unit: make fp-case OP=mul A=00fff
 fp-bench: $(READY) ## short set and rate of every arithmetic operation (OP=name for one)
 	@exec $(PY) -m sim.fpbench bench $(if $(OP),--op $(OP))
 
-fp-campaign: $(READY) ## exhaustive, random and cross-product cases of the arithmetic units (resumes)
+fp-campaign: $(READY) ## exhaustive, random and cross-product cases of the arithmetic units (resumes; SCHEDULER=address of a Dask cluster)
 	@exec $(PY) -m sim.fpbench campaign --jobs $(JOBS) $(if $(SCHEDULER),--scheduler $(SCHEDULER))
 
 fp-report: $(READY) ## put what the campaign has covered into docs/arithmetic_evidence.md
@@ -212,7 +212,7 @@ $(READY_SYNTH): requirements-synth.lock $(READY)
 
 lock: ## refresh the locked requirement files from pyproject.toml and requirements*.in (needs uv on PATH)
 	uv pip compile -q --generate-hashes --no-emit-index-url --no-header --python-version 3.11 \
-	  --extra model --extra scope pyproject.toml requirements.in -o requirements.lock
+	  --extra model --extra scope --extra cluster pyproject.toml requirements.in -o requirements.lock
 	uv pip compile -q --generate-hashes --no-emit-index-url --no-header --python-version 3.11 \
 	  -c requirements.lock requirements-synth.in -o requirements-synth.lock
 

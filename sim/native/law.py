@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from asip_asm.c_image import identifier
-from asip_asm.files import write_text
+from asip_asm.files import replaced, write_text
 from asip_asm.model.c_code import struct_members, to_c_code
 from asip_asm.model.compiler import Compiled
 from asip_asm.model.exact import Array
@@ -92,10 +92,9 @@ class NativeLaw:
         library = folder / "law.so"
         if not sealed(library):
             _, source = write_c(compiled, folder / "law")
-            part = folder / f"law.{os.getpid()}"
-            _compile([*flags, *defines, "-shared", "-fPIC", f"-I{folder}", HARNESS, source,
-                      "-o", part, "-lm"])  # fmt: skip
-            part.rename(library)
+            with replaced(library) as part:
+                _compile([*flags, *defines, "-shared", "-fPIC", f"-I{folder}", HARNESS, source,
+                          "-o", part, "-lm"])  # fmt: skip
             seal(library)
         self._lib = ctypes.CDLL(str(library))
 

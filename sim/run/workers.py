@@ -16,6 +16,7 @@ from concurrent.futures.process import BrokenProcessPool
 from queue import Empty, Queue
 from typing import Any
 
+from sim.processes import end_with_parent
 from sim.run.progress import TickProgress
 
 PROCESSES = 2
@@ -33,6 +34,7 @@ def _begin(reports: Queue) -> None:
     _reports = reports
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    end_with_parent()
 
 
 def _work(name: str, function: Callable, arguments: tuple) -> tuple[Any, float]:

@@ -16,14 +16,16 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from asip_asm.files import replaced
 from asip_asm.project import BUILD
 from sim.model.drives import Drives
 from sim.model.parameters import Robot
+from sim.processes import processes
 from sim.servo import start_up
 from sim.servo.chain import ORDER_FILTER, ChainRtl, current_program
 from sim.servo.current_law import HALF_PERIOD, Setting
 from sim.servo.plant import AXES, Plant
-from sim.servo.recording import Recording, path_and_moves, processes
+from sim.servo.recording import Recording, path_and_moves
 from sim.servo.response import RAMP, ahead, record
 from sim.servo.sample import BEFORE, SKIP, per_tick
 
@@ -76,9 +78,8 @@ def apart(robot: Robot, drives: Drives, rtl: Recording, ticks: int) -> NDArray[n
 def _keep(place: Path, robot: Robot, drives: Drives, rtl: Recording, ticks: int, seed: int) -> None:
     path, _ = path_and_moves(robot, 1)
     at = (*path.position[0].tolist(), *path.table_position[0].tolist())
-    draft = place.with_suffix(".new.npy")
-    np.save(draft, replay(robot, drives, rtl, at, ticks, seed))
-    draft.replace(place)
+    with replaced(place) as draft:
+        np.save(draft, replay(robot, drives, rtl, at, ticks, seed))
 
 
 def _place(robot: Robot, drives: Drives, rtl: Recording, ticks: int, seed: int) -> Path:

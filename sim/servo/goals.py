@@ -14,12 +14,13 @@ from sim.goals import Goal, at_least, at_most, not_measured
 from sim.model.drives import Drives
 from sim.model.parameters import Robot
 from sim.model.records import SetPoints
+from sim.processes import processes
 from sim.servo import draws
 from sim.servo.chain import ORDER_FILTER
 from sim.servo.current_law import Setting
 from sim.servo.current_loop import loop_program, rise_and_overshoot
 from sim.servo.position import PositionLoops, position_loops
-from sim.servo.recording import KINDS, processes
+from sim.servo.recording import KINDS
 from sim.servo.response import NOISE, Response, distortion, responses, steps
 from sim.servo.sample import SETTLED, SKIP, Sample, samples
 from sim.servo.whole import Whole, path_of, whole

@@ -10,14 +10,13 @@ from __future__ import annotations
 import hashlib
 import time
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, fields
-from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from asip_asm.files import replaced
 from asip_asm.image import Image
 from asip_asm.project import BUILD
 from sim.dual.moves import Move, moves_of
@@ -26,6 +25,7 @@ from sim.gcode.interpreter import parse_file
 from sim.model.drives import Drives
 from sim.model.parameters import Robot
 from sim.model.records import SetPoints
+from sim.processes import processes
 from sim.run.nios import set_points
 from sim.servo import friction_law
 from sim.servo.chain import CONFIGURATIONS, ORDER_FILTER, ChainRtl, current_program
@@ -128,15 +128,8 @@ def _keep(place: Path, robot: Robot, drives: Drives, ticks: int, kind: str) -> N
             print(f"  every clock, friction {kind}: {part}, {left:.0f} min left", flush=True)
 
     found = record(robot, drives, ticks, kind, progress)
-    draft = place.with_suffix(".new.npz")
-    np.savez(draft, **{field.name: getattr(found, field.name) for field in fields(found)})
-    draft.replace(place)
-
-
-def processes(jobs: int) -> ProcessPoolExecutor:
-    """Processes that share nothing with this one: a copy of it would wait for ever for the threads
-    of a Verilated model that it frees."""
-    return ProcessPoolExecutor(jobs, mp_context=get_context("spawn"))
+    with replaced(place) as draft:
+        np.savez(draft, **{field.name: getattr(found, field.name) for field in fields(found)})
 
 
 def recordings(

@@ -12,10 +12,15 @@ from asip_asm.lint import WARNINGS
 
 
 def report(
-    tmp_path: Path, text: str, monkeypatch: pytest.MonkeyPatch, optimise: bool = True
+    tmp_path: Path,
+    text: str,
+    monkeypatch: pytest.MonkeyPatch,
+    optimise: bool = True,
+    beside: bytes = b"",
 ) -> str:
     tmp_path.mkdir(exist_ok=True)
     monkeypatch.chdir(tmp_path)
+    Path("y.inc").write_bytes(beside)
     Path("x.s").write_text(text, encoding="utf-8")
     with pytest.raises(AssemblyError) as caught:
         assemble("x.s", optimise=optimise)
@@ -64,8 +69,8 @@ def test_source__no_text__is_an_error(data, message, tmp_path, monkeypatch) -> N
     with pytest.raises(OSError) as caught:
         assemble("x.s")
     assert (caught.value.strerror, caught.value.filename) == (message, "x.s")
-    shown = report(tmp_path / "y", '.include "../x.s"\n halt\n', monkeypatch)
-    assert f"x.s:1:10: error: cannot read '../x.s': {message}\n" in shown
+    shown = report(tmp_path / "y", '.include "y.inc"\n halt\n', monkeypatch, beside=data)
+    assert f"x.s:1:10: error: cannot read 'y.inc': {message}\n" in shown
 
 
 def test_source__with_byte_order_mark_and_any_line_ends__is_read(tmp_path) -> None:

@@ -112,7 +112,8 @@ def test_fixed_words_of_the_image():
     found = categories(IMAGE)
     assert set(found) == {10, 30, 40, 41, 50, 51, 60}
     assert len(found[30]) == 32 and len(found[41]) == 32 and len(found[60]) == 48
-    assert found[30][5] == 0x0F
+    assert found[30][5] == 0x2F  # as CoE of the ESI file below
+    assert found[30][9] == DEVICE.device["axes"]
     assert strings(found[10])[found[30][3]] == DEVICE.device["name"]
 
 

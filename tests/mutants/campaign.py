@@ -12,9 +12,8 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import as_completed
 from dataclasses import asdict, dataclass
-from multiprocessing import get_context
 from pathlib import Path
 
 import msgspec
@@ -26,6 +25,7 @@ from sim.fpbench.native import RTL
 from sim.fpbench.quick import parts, run_parts
 from sim.fpbench.variants import bench_unit, fingerprint, lane_sources
 from sim.harness.build import BuildError
+from sim.processes import processes
 from tests.mutants.faults import BUILD, COPY, Fault, write_lanes
 
 REPORT = BUILD / "report.json"
@@ -255,7 +255,7 @@ def run(
     verdicts = {n: v for n, v in verdicts.items() if v.fingerprint == marks.get(n, v.fingerprint)}
     sounds = {op: entry for op, entry in sounds.items() if entry.fingerprint == sound_mark(op)}
     problems: list[str] = []
-    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
+    with processes(jobs) as pool:
         tasks = {}
         for unit in dict.fromkeys(fault.unit for fault in chosen):
             mine = [each for each in chosen if each.unit == unit and each.number not in verdicts]

@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Worker processes of campaigns. They are reached through pipes, never through a port."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
+from multiprocessing.connection import wait
+
+
+def end_with_parent() -> None:
+    """This worker ends when the process that made it has ended, by whatever signal.
+
+    A worker that waits for its next task would otherwise wait for ever: the pipe stays open in it.
+    """
+    parent = multiprocessing.parent_process()
+    if parent is None:
+        raise RuntimeError("end_with_parent is called in a worker, never in the main process")
+
+    def watch() -> None:
+        wait([parent.sentinel])
+        os._exit(1)
+
+    threading.Thread(target=watch, name="end with parent", daemon=True).start()
+
+
+def _begin() -> None:
+    """A worker leaves Ctrl-C to the main process."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    end_with_parent()
+
+
+@contextmanager
+def processes(jobs: int) -> Iterator[ProcessPoolExecutor]:
+    """Processes that share nothing with this one: a copy of it would wait for ever for the threads
+    of a Verilated model that it frees.
+
+    A job that is stopped ends them without waiting for their tasks.
+    """
+    pool = ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn"), _begin)
+    try:
+        yield pool
+    except BaseException:
+        for process in list((pool._processes or {}).values()):
+            process.kill()
+        raise
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)
