@@ -7,5 +7,5 @@ from tests.cocotb.bench import Run, one_test_each
 UNITS = ("add", "mul", "fma", "divsqrt", "cmp", "i2f", "f2i", "sincos")
 
 test_scenario = one_test_each(
-    {f"fp_{unit}": Run(f"fp_{unit}", unit_tb, f"^fp_{unit}__") for unit in UNITS}
+    {f"fp_{unit}": Run(f"fp_{unit}", unit_tb, f"^fp_{unit}__|unit={unit}$") for unit in UNITS}
 )

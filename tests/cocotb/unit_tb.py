@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Each arithmetic unit against numpy: corner values, operands that round hard, flags, latency.
 
-A test runs on the unit that its name begins with; test_units.py starts them.
+A test runs on the unit that its name begins or ends with; test_units.py starts them.
 """
 
 from __future__ import annotations
@@ -222,57 +222,19 @@ async def fp_sincos__outside_of_its_range(dut, cos):
     await expect(unit, want, a=a, cos=cos)
 
 
-async def cleared_by_reset(dut, latency: str) -> None:
-    """What is in flight at a reset gives no result, and the next operation gives its own."""
-    unit = await started(dut, latency)
-    for early in range(unit.latency):
-        unit.idle()
+@cocotb.test()
+@cocotb.parametrize(unit=["add", "mul", "fma", "divsqrt", "cmp", "i2f", "f2i", "sincos"])
+async def reset__with_an_operation_in_flight(dut, unit):
+    """It gives no result, whenever the reset comes."""
+    driver = await started(dut, unit.upper())
+    for early in range(driver.latency):
+        driver.idle()
         dut.valid_i.value = 1
-        await unit.next()
+        await driver.next()
         dut.valid_i.value = 0
-        await unit.cycles(early)
-        await unit.reset()
-        for _ in range(unit.latency + 1):
-            await unit.settle()
+        await driver.cycles(early)
+        await driver.reset()
+        for _ in range(driver.latency + 1):
+            await driver.settle()
             assert not int(dut.valid_o.value), f"a result after a reset {early} clocks after it"
-            await unit.next()
-
-
-@cocotb.test()
-async def fp_add__reset(dut):
-    await cleared_by_reset(dut, "ADD")
-
-
-@cocotb.test()
-async def fp_mul__reset(dut):
-    await cleared_by_reset(dut, "MUL")
-
-
-@cocotb.test()
-async def fp_fma__reset(dut):
-    await cleared_by_reset(dut, "FMA")
-
-
-@cocotb.test()
-async def fp_divsqrt__reset(dut):
-    await cleared_by_reset(dut, "DIVSQRT")
-
-
-@cocotb.test()
-async def fp_cmp__reset(dut):
-    await cleared_by_reset(dut, "CMP")
-
-
-@cocotb.test()
-async def fp_i2f__reset(dut):
-    await cleared_by_reset(dut, "I2F")
-
-
-@cocotb.test()
-async def fp_f2i__reset(dut):
-    await cleared_by_reset(dut, "F2I")
-
-
-@cocotb.test()
-async def fp_sincos__reset(dut):
-    await cleared_by_reset(dut, "SINCOS")
+            await driver.next()
