@@ -12,7 +12,7 @@ SHAPES = {
     name: {"FmaPipes": shape.fma_pipes, "Slots": len(shape.slots)}
     for name, shape in default_isa().configurations.items()
 }
-IN_ICARUS = "^(states__|fault__not|fault__illegal|host__interrupts)"
+IN_ICARUS = "^(states__|fault__output_that|fault__illegal|host__interrupts)"
 
 test_scenario = one_test_each(
     {name: Run("asip", asip_tb, "", shape) for name, shape in SHAPES.items()}
