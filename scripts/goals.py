@@ -74,7 +74,10 @@ AREAS: dict[str, Area] = {
     ),
     "security": Area(
         "Hostile files, ports, packets, signals, caches and environments.",
-        {"ports": "tests.security.campaign_ports:rows"},
+        {
+            "ports": "tests.security.campaign_ports:rows",
+            "files": "tests.security.campaign_files:rows",
+        },
     ),
     "silicon": Area(
         "Netlists against RTL, bitstreams, area and clock.", command="scripts.silicon:main"

@@ -6,17 +6,24 @@
 
 #define CYCLE_S (CYCLE_US * 1e-6f)
 #define CYCLES_PER_S (1e6f / CYCLE_US)
-#define ROUNDING 1.0001f /* of a speed that is the limit */
+#define NEAR 1.004f /* of the speed limit: following the master's clock makes steps 1/512 longer */
 
 static bool bounded(const struct limits *limits) {
   return limits->low != INT32_MIN || limits->high != INT32_MAX;
 }
 
+/* a - b; what is beyond an int32_t is far enough away. */
+static float difference(int32_t a, int32_t b) {
+  uint32_t size = a >= b ? (uint32_t)a - (uint32_t)b : (uint32_t)b - (uint32_t)a;
+  float way = (float)(int32_t)(size > INT32_MAX ? INT32_MAX : size);
+  return a >= b ? way : -way;
+}
+
 /* Increments from the set-point to the limit in a direction (its sign), below 0 beyond it. */
 static float left(const struct setpoint *point, const struct limits *limits, float direction) {
   int32_t place = (int32_t)((uint32_t)point->whole + (uint32_t)limits->home);
-  if (direction > 0.0f) return (float)((int64_t)limits->high - place) - point->part;
-  return (float)((int64_t)place - limits->low) + point->part;
+  if (direction > 0.0f) return difference(limits->high, place) - point->part;
+  return difference(place, limits->low) + point->part;
 }
 
 /* The greatest speed after the next cycle from which the deceleration stops within `way`, which is without what the
@@ -36,7 +43,7 @@ static float greatest(const struct setpoint *point, const struct limits *limits,
 /* Whether the set-point may be at `wanted` in the next cycle, by a step this long. */
 static bool allowed(const struct setpoint *wanted, float step, const struct limits *limits) {
   float way, speed = step < 0.0f ? -wanted->velocity : wanted->velocity;
-  if (fabsf(step) * CYCLES_PER_S > limits->speed * ROUNDING + 1.0f) return false;
+  if (fabsf(step) * CYCLES_PER_S > limits->speed * NEAR + 1.0f) return false;
   if (!bounded(limits) || step == 0.0f) return true;
   way = left(wanted, limits, step);
   return way >= 0.0f && (speed <= 0.0f || speed * speed <= 2.0f * limits->deceleration * way);

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from asip_asm.assemble import build_program, encode
 from asip_asm.debug_map import FILE_BYTES, DebugMap, Finder, map_path
 from asip_asm.debug_values import debug_map
 from asip_asm.disassemble import bundle_text, decode_bundle
-from asip_asm.files import read_bytes, read_text
+from asip_asm.files import read_bytes
 from asip_asm.image import SourceEntry
 from asip_asm.isa import default_isa
 from sim.asip_run.inputs import image_of_file
@@ -105,29 +106,45 @@ class DebuggedProgram:
     def lines(self, file: str) -> list[str]:
         """Lines of a source; none if it cannot be read."""
         if file not in self._lines:
-            try:
-                text = read_text(self.source_path(file), FILE_BYTES, "a source")
-            except OSError:
-                text = ""
+            text = self._read(file).decode("utf-8-sig", errors="replace")
             self._lines[file] = text.splitlines()
         return self._lines[file]
 
     def source_path(self, file: str) -> Path:
-        """Where a source stands: its path was written in the folder of the assembly, which may be
-        this one, that of the image, or one above it.
+        """Where a source is, or would be."""
+        return self._found(file) or Path(file)
+
+    def _found(self, file: str) -> Path | None:
+        """A source: its path was written in the folder of the assembly, which may be this one, that
+        of the image, or the one above it.
+
+        An image from a stranger may name any file: one in another place counts as missing.
         """
-        folders = [Path(), *self.path.resolve().parents]
-        return next((folder / file for folder in folders if (folder / file).is_file()), Path(file))
+        if self.path.suffix != ".json":
+            return Path(file)  # the program's own text named it
+        here = self.path.resolve().parent
+        inside = [Path.cwd(), here]
+        if ".." not in Path(file).parts and not os.path.isabs(file):
+            inside.append(here.parent)
+        for folder in (Path(), here, here.parent):
+            real = (folder / file).resolve()
+            if real.is_file() and any(real.is_relative_to(each) for each in inside):
+                return folder / file
+        return None
+
+    def _read(self, file: str) -> bytes:
+        """Content of a source; none if it cannot be read."""
+        found = self._found(file)
+        try:
+            return b"" if found is None else read_bytes(found, FILE_BYTES, "a source")
+        except OSError:
+            return b""
 
     def changed_files(self) -> list[str]:
         """Sources that are not what was assembled any more, missing ones included."""
         changed = []
         for file, digest in self.map.files.items():
-            try:
-                data = read_bytes(self.source_path(file), FILE_BYTES, "a source")
-            except OSError:
-                data = b""
-            if hashlib.sha256(data).hexdigest() != digest:
+            if hashlib.sha256(self._read(file)).hexdigest() != digest:
                 changed.append(file)
         return changed
 

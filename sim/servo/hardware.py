@@ -82,8 +82,9 @@ def _speeds(robot: Robot, drives: Drives) -> Iterator[tuple[str, str, bool, str]
     for name, value, unit, motor, cure in axes:
         yield (
             *(name, unit, value * motor.wave <= FASTEST * (1 + SAME)),
-            f"the fastest motor turns with {value * motor.wave:.4g} rad/s electrical; the current loops are "
-            f"proved and scaled to {FASTEST:g} rad/s; must be <= {_below(FASTEST / motor.wave)} {unit}, or {cure}",
+            f"the fastest motor turns with {value * motor.wave:.4g} rad/s electrical; the current "
+            f"loops are proved and scaled to {FASTEST:g} rad/s; must be <= "
+            f"{_below(FASTEST / motor.wave)} {unit}, or {cure}",
         )
 
 

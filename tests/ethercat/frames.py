@@ -61,7 +61,7 @@ def frame(datagrams: list[Datagram]) -> bytes:
 
 
 def passed(data: bytes) -> bytes:
-    """The frame after a slave whose datagrams change nothing: the source is locally administered."""
+    """The frame after a slave that serves none of it: the source is locally administered."""
     return data[:6] + bytes([data[6] | 2]) + data[7:]
 
 

@@ -154,8 +154,8 @@ QUICK = 4e8  # increments/s2
 
 
 def approaching(mode: int, speed: int, offset: int = 0) -> np.ndarray:
-    """Set-points of an axis that runs to the upper limit of 607D, where it is at half a second; the last frame asks for
-    the limit."""
+    """Set-points of an axis that runs to the upper limit of 607D, where it is at half a second;
+    the last frame asks for the limit."""
     drives, limit = Drives(mode), speed // 2
     drives.put(0x607D, 1, -limit)
     drives.put(0x607D, 2, limit)

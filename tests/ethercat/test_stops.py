@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Stops of an axis that is not where its set-point is: they start from the measured motion.
 
-The machine is a mass with a position and speed loop of its own and a limit of force; nothing of it is in the
-application. Its integrator-free loop is what a stop may accelerate.
+The machine is a mass with a limit of force and a loop of position and speed without an integral.
+Nothing of it is in the application.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ FAULT = 0x5441
 
 @dataclass
 class Mass:
-    """One axis: position and speed in increments and seconds; `force` is the greatest acceleration."""
+    """One axis in increments and seconds; `force` is the greatest acceleration."""
 
     force: float
     bandwidth: float
@@ -72,7 +72,7 @@ class Moved(Drives):
 
 
 def run_to_the_stop(drives: Moved, cycles: int = 20_000) -> tuple[list[float], float]:
-    """Measured speeds with power, from the present one on, and the distance till power goes or it rests."""
+    """Measured speeds from the present one on, and the distance, till power goes or it rests."""
     speeds, start = [drives.mass.speed], drives.mass.position
     for n in range(cycles):
         if n % 10 == 0:
@@ -126,7 +126,8 @@ def situation(seed: int) -> tuple[float, float]:
             drives.set(control=control)
             drives.outputs(drives.values)
         drives.cycle()
-    # The pass that found the fault gave the first set-point of the stop; till then the law has the one before.
+    # The pass that found the fault gave the first set-point of the stop. Till the next tick the law
+    # has the one before.
     at_stop = abs(mass.speed)
     drives.cycle()
     at_stop = max(at_stop, abs(mass.speed))

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
+import hashlib
 import io
 import json
 import os
@@ -18,8 +19,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from asip_asm import cli_as, cli_objdump
-from asip_asm.assemble import assemble
 from asip_asm.assembly_text import quoted
+from asip_asm.image import checksum
 from sim import nios_run
 from sim.asip_model import __main__ as asip_model
 from sim.asip_run import __main__ as asip_run
@@ -176,14 +177,20 @@ def _source(name: str, line: str) -> Case:
 
 
 def _image(name: str, command: Callable[[], object], **fields: str) -> Case:
+    """An image and its debug map, with right checksums, that name the canary as their source."""
+
     def make(canary: Path) -> None:
         Path("x.s").write_text(SOURCE)
-        assemble("x.s").save("x.asip.json")
+        assert cli_as.main(["x.s", "-o", "x.asip.json"]) == 0
+        texts = {key: text.format(canary=canary) for key, text in fields.items()}
+        image = _named(json.loads(Path("x.asip.json").read_text()), texts)
+        Path("x.asip.json").write_text(json.dumps(image | {"checksum": checksum(image)}))
+        digest = hashlib.sha256(canary.read_bytes()).hexdigest()
+        known = json.loads(Path("x.asip.map.json").read_text())
+        known = _named(known, texts) | {"image": checksum(image)}
+        known["files"] = {str(canary): digest}
+        Path("x.asip.map.json").write_text(json.dumps(known))
         Path("x.s").unlink()
-        data = json.loads(Path("x.asip.json").read_text())
-        Path("x.asip.json").write_text(
-            json.dumps(_named(data, {k: v.format(canary=canary) for k, v in fields.items()}))
-        )
 
     return Case(f"image: {name}", make, command)
 
@@ -263,7 +270,8 @@ CASES = (
                lambda t, c: t.replace('"hostile"', json.dumps(f'x"\n.include "{c}"\n;'))),
     _interface("directive in meaning",
                lambda t, c: t.replace('"number"', json.dumps(f'x\n.include "{c}"'))),
-    _interface("directive in unit", lambda t, c: t.replace('"1"', json.dumps(f'1\n.include "{c}"'))),
+    _interface("directive in unit",
+               lambda t, c: t.replace('"1"', json.dumps(f'1\n.include "{c}"'))),
     _interface("directive in name",
                lambda t, c: t.replace('["x"]', json.dumps([f'x\n.include "{c}"'])), True),
     _interface("unknown include", lambda t, c: f"source = {quoted(str(c))}\n{t}", True),
@@ -281,7 +289,8 @@ CASES = (
                                     'filename="{canary}"/>')),
     _urdf("style sheet", lambda t, c: t.replace("?>\n", f'?>\n<?xml-stylesheet href="{c}"?>\n', 1)),
     _urdf("plugin", _in_link('<gazebo><plugin name="p" filename="{canary}"/></gazebo>')),
-    _urdf("directive in a name", lambda t, c: t.replace('"shoulder"', f'"a&#10;.include &quot;{c}&quot;"')),
+    _urdf("directive in a name",
+          lambda t, c: t.replace('"shoulder"', f'"a&#10;.include &quot;{c}&quot;"')),
     _source("include of a path", '.include "{canary}"'),
     _source("include of a folder above", '.include "../canary.inc"'),
     _source("parameters of a path", '.params "{canary}"'),
