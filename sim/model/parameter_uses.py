@@ -14,9 +14,7 @@ from sim.model.parameters import Robot
 
 _ROBOT = tuple(field.name for field in fields(Robot))
 _DRIVES = tuple(field.name for field in fields(Drives) if field.name not in _ROBOT)
-_LOOK_AHEAD = tuple(
-    name for name in _ROBOT if name.startswith(("a_max_", "j_max_")) or name == "v_max_leg"
-)
+_LOOK_AHEAD = tuple(name for name in _ROBOT if name.startswith(("a_max_", "j_max_")))
 _TANH = ("friction_speed_legs", "friction_speed_table")
 _TRACKING = (
     *("m_s", "m_p", "J_a", "l_c", "mr_c", "J_44", "J_55", "m_4", "r_4", "g"),
@@ -27,12 +25,12 @@ _TRACKING = (
 
 UNUSED: dict[str, tuple[str, ...]] = {
     "run": _DRIVES,
-    "dual": (*_LOOK_AHEAD, *_DRIVES),
+    "dual": ("v_max_leg", *_LOOK_AHEAD, *_DRIVES),
     "drive": ("v_max_tool", *_LOOK_AHEAD, *_TANH),
-    "bus": ("v_max_tool", *_LOOK_AHEAD, *_DRIVES),
+    "bus": ("v_max_tool", "v_max_leg", *_LOOK_AHEAD, *_DRIVES),
     "motion": _DRIVES,
     "lookahead": (*_TRACKING, *_DRIVES),
-    "trajectory": ("R", *_LOOK_AHEAD, *_TRACKING, *_DRIVES),
+    "trajectory": ("R", "v_max_leg", *_LOOK_AHEAD, *_TRACKING, *_DRIVES),
 }
 """By command: `make run`, `make dual`, `make drive`, `make bus`, `make motion`, and
 `python -m sim.lookahead` and `sim.trajectory`."""

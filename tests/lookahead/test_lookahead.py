@@ -383,7 +383,7 @@ def test_workspace__left_by_a_line_or_an_arc__names_the_line():
 )
 def test_travel_of_the_table__left__names_the_line_and_the_travel(end, text):
     with pytest.raises(OutsideError, match=f"part.ngc:3: error: .*{text}"):
-        Lookahead(moves_of(f"G1 A180 F1e6\nA0\n{end}\nM2"), SMOOTH, file="part.ngc").duration()
+        Lookahead(moves_of(f"G1 A180 F1000000\nA0\n{end}\nM2"), SMOOTH, file="part.ngc").duration()
 
 
 @pytest.mark.parametrize("change", [{"rapid": -1.0}, {"depth": 1}])

@@ -86,6 +86,8 @@ class Machine:
         value = self.value(name)
         if name == "T_s":
             return (value / 2,)
+        if name == "v_max_leg":  # beyond what the motors' current loops follow
+            return (1e4 * value,)
         if name == "T_c":
             return (value + self.robot.T_s,)
         if name in BOUNDS:
