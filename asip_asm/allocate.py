@@ -220,6 +220,7 @@ class _Spiller:
         self.stored: dict[Virtual, int] = {}
         self.reader: dict[Virtual, Operation] = {}
         self.reloads = 0
+        self.changed = {op.imm for _, _, op in program.placed() if op.mnemonic == "st"}
 
     def spill(self, overflow: Overflow) -> None:
         """Free a register of the bank in the overflowing bundle. Raises AllocationError."""
@@ -269,18 +270,22 @@ class _Spiller:
         return local - {export.value for export in self.program.exports}
 
     def _store(self, region: Region, symbol: Virtual, written: int, index: int) -> int:
-        """Store the value behind bundle `written` and not behind bundle `index`.
+        """Store the value after bundle `written` and not after bundle `index`. A value loaded from
+        a word that nothing stores to is in memory already.
 
         Returns the index of the first bundle that may follow with the overflowing write.
         """
         if symbol in self.stored:
+            return index
+        writer = next(op for op in region.operations if op.dst == symbol)
+        if writer.mnemonic == "ld" and writer.imm not in self.changed:
+            self.stored[symbol] = writer.imm
             return index
         address = len(self.program.data)
         if address >= self.machine.data_words:
             raise AllocationError(f"no data word left to spill '{symbol.name}'")
         self.program.data.append(0)
         self.stored[symbol] = address
-        writer = next(op for op in region.operations if op.dst == symbol)
         store = Operation("st", a=symbol, imm=address, source=writer.source)
         region.operations.insert(region.operations.index(writer) + 1, store)
         bundles = region.bundles or []

@@ -85,14 +85,21 @@ class _Builder:
             follow.append([end] if bundle.halt else sorted(set(next_ones)))
         return follow
 
-    def _copies(self) -> dict[int, tuple[Virtual, int]]:
-        """By data word of the allocator, the value it keeps and the bundle that stores it there."""
-        words = {op.imm for _, _, op in self.program.placed() if "~" in self._symbol_name(op)}
-        return {
-            op.imm: (op.symbols["a"], i)
-            for i, _, op in self.program.placed()
-            if op.mnemonic == "st" and op.imm in words and "a" in op.symbols
+    def _copies(self) -> dict[tuple[str, int], tuple[Virtual, int]]:
+        """By name and data word of each value that the allocator loads again, the value and the
+        bundle from which on the word has it: that of its store, or of its own load.
+        """
+        words = {
+            (self._symbol_name(op).split("~")[0], op.imm)
+            for _, _, op in self.program.placed()
+            if "~" in self._symbol_name(op)
         }
+        found: dict[tuple[str, int], tuple[Virtual, int]] = {}
+        for i, _, op in self.program.placed():
+            symbol = op.symbols.get({"st": "a", "ld": "dst"}.get(op.mnemonic, ""))
+            if symbol is not None and (symbol.name, op.imm) in words:
+                found.setdefault((symbol.name, op.imm), (symbol, i))
+        return found
 
     # ------------------------------------------------------------------ values
     def _definitions(self) -> dict[str, dict[int, Key]]:
@@ -112,7 +119,7 @@ class _Builder:
             value = self._value(key, self._type(op), op.source)
             value.writes.append(Write(i, slot, self.lands[i, slot]))
             self.types.setdefault(self._symbol_name(op), value.type)
-        for address, (symbol, bundle) in self.copies.items():
+        for (_, address), (symbol, bundle) in self.copies.items():
             for value in self.found.values():
                 if (value.name, value.version) == (symbol.name, symbol.version):
                     value.spilled = (bundle, address)
@@ -142,7 +149,7 @@ class _Builder:
         if symbol is None:
             return self.aliases.get(place, place), -1, place
         if "~" in symbol.name:  # a copy from data memory
-            symbol = self.copies[op.imm][0]
+            symbol = self.copies[symbol.name.split("~")[0], op.imm][0]
         return symbol.name, symbol.version, place
 
     def _type(self, op: Operation) -> str:

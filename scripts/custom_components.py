@@ -7,8 +7,8 @@ import re
 from collections.abc import Mapping
 from pathlib import Path
 
-from scripts.custom_table import ROOT, TYPES, Component, CustomError, Platform
 from scripts.generated import template
+from sim.custom_table import ROOT, TYPES, Component, CustomError, Platform
 from sim.harness.sources import sources_of
 
 RTL = ROOT / "rtl"

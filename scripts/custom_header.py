@@ -6,7 +6,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
-from scripts.custom_table import CPU_REGISTERS, Component, Instruction, Platform
+from sim.custom_table import CPU_REGISTERS, Component, Instruction, Platform
 
 C_TYPES = {"f": "float", "i": "int", "v": "void"}
 

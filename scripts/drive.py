@@ -25,9 +25,9 @@ from sim.model.drives import Drives
 from sim.model.parameters import Robot
 from sim.page.marks import between_marks
 from sim.servo.__main__ import main as simulate
+from sim.servo.clocks import CLOCK
 from sim.servo.current_law import Setting
 from sim.servo.goals import FULL_RUN, Rows
-from sim.servo.start_up import CLOCK
 from tests.servo.axis_latency import latency
 from tests.servo.decoder_edges import campaign
 

@@ -16,8 +16,8 @@ from pathlib import Path
 
 from scripts.custom_components import hardware_scripts
 from scripts.custom_header import C_TYPES, assembly_form, c_arguments, flags, header
-from scripts.custom_table import SOURCE, Platform, block, load
 from scripts.generated import run, sv_int, sv_logic, table
+from sim.custom_table import SOURCE, Platform, block, load
 
 
 def package(platforms: Mapping[str, Platform]) -> str:

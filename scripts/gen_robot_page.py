@@ -12,6 +12,7 @@ from dataclasses import fields
 
 from scripts.generated import run
 from sim.model.drives import Drives
+from sim.model.parameter_uses import UNUSED
 from sim.model.parameters import ROBOT_TOML, Robot
 
 SCRIPT = "scripts/gen_robot_page.py"
@@ -33,16 +34,19 @@ speed, acceleration and jerk from the file. A change of `sim/robot.toml` itself 
 
 Every file has all parameters, each with unit and meaning. A value outside its limits stops the
 command with its place, the limits and the reason; within the limits the error bounds of every
-program hold ([numerics.md](numerics.md)).
+program hold ([numerics.md](numerics.md)). The last column names the commands that do not use a
+parameter: `make run`, `dual`, `drive`, `bus` and `motion`, `python -m sim.lookahead` and
+`sim.trajectory`. In every other of these commands the parameter acts, or the command refuses it.
 
-| parameter | unit | limits | meaning | reason of the limits |
-| --- | --- | --- | --- | --- |
+| parameter | unit | limits | meaning | reason of the limits | not used by |
+| --- | --- | --- | --- | --- | --- |
 {rows}
 
 Limits that depend on several parameters:
 
 - the longest leg in the workspace is shorter than 1.996 m, and has fewer than 2^24 encoder counts;
-- z_max > z_min >= R/4;
+- z_max > z_min >= R/4, and z_start is one of them or between;
+- the travel of both table axes has at most 2^24 encoder counts to each side of 0;
 - T_c is a whole number of periods T_s, at least 2;
 - f_legs and f_table are at most 1/(50 T_s);
 - friction_legs <= m_p friction_speed_legs / T_s, and the same of the table with its smaller
@@ -59,7 +63,8 @@ def generate() -> dict[str, str]:
     """Text of the page by its path."""
     entries = tomllib.loads(ROBOT_TOML.read_text(encoding="utf-8"))
     rows = []
-    for field in (*fields(Robot), *fields(Drives)):
+    records = {field.name: field for field in (*fields(Drives), *fields(Robot))}
+    for field in (records[name] for name in entries):
         entry, meta = entries[field.name], field.metadata
         cells = (
             f"`{field.name}`",
@@ -67,6 +72,7 @@ def generate() -> dict[str, str]:
             f"{meta['low']:g} .. {meta['high']:g}",
             entry["meaning"],
             meta["why"],
+            ", ".join(command for command, names in UNUSED.items() if field.name in names) or "-",
         )
         rows.append("| " + " | ".join(cells) + " |")
     return {"docs/robot_parameters.md": TEXT.format(script=SCRIPT, rows="\n".join(rows))}

@@ -68,6 +68,7 @@ AREAS: dict[str, Area] = {
             "URDF files": "sim.robots.campaign:rows",
             "planted mistakes": "tests.model_compiler.planted:rows",
             "cycles": "sim.robots.cycles:rows",
+            "best options": "sim.asip_model.best_goals:rows",
             "certificate": "sim.certificate_goals:rows",
         },
     ),

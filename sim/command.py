@@ -12,6 +12,7 @@ from pathlib import Path
 from rich.console import Console
 
 from asip_asm.command import INTERRUPTED
+from sim.model.parameter_uses import UNUSED
 from sim.model.parameters import ROBOT_TOML
 from sim.path.override import AS_PROGRAMMED, MOST_PERCENT
 
@@ -26,14 +27,15 @@ def output(stderr: bool = False) -> Console:
     return console
 
 
-def add_robot_option(parser: argparse.ArgumentParser) -> None:
-    """--robot FILE, for `Robot.load(arguments.robot)`."""
+def add_robot_option(parser: argparse.ArgumentParser, command: str) -> None:
+    """--robot FILE, for `Robot.load(arguments.robot)`; command: a key of `UNUSED`."""
     parser.add_argument(
         "--robot",
         type=Path,
         default=ROBOT_TOML,
         metavar="FILE",
-        help="parameters of robot and controller (sim/robot.toml)",
+        help="parameters of robot and controller (sim/robot.toml); this command does not use "
+        + ", ".join(UNUSED[command]),
     )
 
 

@@ -20,7 +20,9 @@ import logging
 import os
 import re
 import secrets
+import select
 import socket
+import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -30,6 +32,8 @@ LOOPBACK = "127.0.0.1"
 LOG = logging.getLogger("microtick.guard")
 HELLO_S = 5.0
 """Seconds in which a client must show its token."""
+GRACE_S = 1.0
+POLL_S = 0.2
 LONGEST_HELLO = 128
 """Bytes of the line with the token."""
 HELLO = b"token "
@@ -200,6 +204,31 @@ def user_of(table: str, local: tuple[str, int], remote: tuple[str, int]) -> int 
 def _hexadecimal(address: tuple[str, int]) -> str:
     number = int.from_bytes(socket.inet_aton(address[0]), "little")
     return f"{number:08X}:{address[1]:04X}"
+
+
+@contextlib.contextmanager
+def only_client(listener: socket.socket, say: Say) -> Iterator[None]:
+    """While the client inside is served, further ones are turned away: without this they would wait
+    without a word. One that comes within GRACE_S before the end is left for the next `accept`.
+    """
+    done = threading.Event()
+
+    def turn_away() -> None:
+        while not done.is_set():
+            if not select.select([listener], [], [], POLL_S)[0] or done.wait(GRACE_S):
+                continue
+            further = accept(listener, say)
+            if further is not None:
+                further.close()
+                say("one client is connected already; another was turned away")
+
+    thread = threading.Thread(target=turn_away, name="further clients", daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        done.set()
+        thread.join()
 
 
 @contextlib.contextmanager

@@ -5,6 +5,7 @@ runs in the fewest cycles.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from asip_asm.dependence import build_graph as dependence_graph
@@ -18,7 +19,7 @@ from asip_asm.model.law import Law, build_graph
 from asip_asm.model.simplify import share_divisors, simplify
 from asip_asm.model.sine import angles, replace_sines
 from asip_asm.model.sums import SumBuilder
-from asip_asm.search import build_problem, length, search
+from asip_asm.search import build_problem, length, lower_bound, search
 
 TRIAL_EFFORT = 12
 """Schedules by which two forms of a program are compared."""
@@ -78,31 +79,35 @@ def compile_law(
 
 
 def choose_sums(real: Graph, machine: Machine, options: Options) -> Graph:
-    """Core operations of the graph: the form with the shortest trial schedule."""
-    first = SumBuilder(real, machine, options.reassociate)
-    fastest = first.run()
+    """Core operations of the graph: the form with the shortest trial schedule, of forms as short
+    with the fewest operations. With `reassociate` the forms are: sums as the law writes them, sums
+    joined for the critical path, with the fewest operations, and those between.
+    """
+    written = SumBuilder(real, machine, False).run()
     if not options.reassociate:
-        return fastest
+        return written
+    first = SumBuilder(real, machine, True)
+    fastest = first.run()
+    fewest = SumBuilder(real, machine, True, dict.fromkeys(range(len(real.nodes)), math.inf)).run()
+    forms = [fastest, fewest, written]
     slack = _slack(fastest, machine)
-    best = (trial_cycles(fastest, machine), fastest)
     for share in RELAXATIONS:
         deadlines = {
             old: first.time(new) + share * slack[new]
             for old, new in first.map.items()
             if new in slack
         }
-        graph = SumBuilder(real, machine, True, deadlines).run()
-        cycles = trial_cycles(graph, machine)
-        if cycles < best[0]:
-            best = (cycles, graph)
-    return best[1]
+        forms.append(SumBuilder(real, machine, True, deadlines).run())
+    return min(forms, key=lambda form: (trial_cycles(form, machine), len(core_operations(form))))
 
 
 def _slack(graph: Graph, machine: Machine) -> dict[int, int]:
-    """Cycles by which each operation may be late without a longer critical path."""
+    """Cycles by which each operation may be late without a longer program: than the critical path,
+    or than the slots, the write port and the units allow if that is longer.
+    """
     order = dependence_graph(core_operations(graph), machine)
     heads, tails = order.heads(), order.tails()
-    longest = max(tails, default=0)
+    longest = max(max(tails, default=0), lower_bound(build_problem(order, machine)))
     numbers = (number for number, _ in graph.operations())
     return {i: longest - h - t for i, h, t in zip(numbers, heads, tails, strict=True)}
 

@@ -134,7 +134,13 @@ def load_law(
             if "T_s" not in names:
                 raise ModelError(f"{interface.file}: rates need the constant T_s [s] of a tick")
             ports.append(_rate(ports[-1], period))
-    known = {port.name for port in ports if port.kind != "export"}
+    known = {port.name: port.kind for port in ports if port.kind != "export"}
+    for signal in interface.exports:
+        if known.get(signal.name) in ("input", "parameter"):
+            raise ModelError(
+                f"{signal.file}:{signal.line}: error: [[export]] '{signal.name}' is an "
+                f"{known[signal.name]}, which the host has written; leave it out"
+            )
     ports = [port for port in ports if port.kind != "export" or port.name not in known]
     return Law(interface.title, function, ports, rate=1.0 / period)
 

@@ -5,6 +5,8 @@
 // read_data_i under read_mask_i 17 clocks behind byte_valid_i, read_done_i and write_done_i with it. Datagrams
 // are served if serve_i holds when their data begin. malformed_o with frame_end_i: a datagram does not
 // end within its frame; frames of another type are never malformed. Bytes behind the last datagram stay.
+// Every frame leaves with its source marked as locally administered (bit 1 of the first byte): by it a master
+// tells an answer from its own frame.
 module ecat_datagrams (
     input  logic clk_i,
     input  logic rst_ni,
@@ -51,6 +53,8 @@ module ecat_datagrams (
   localparam logic [15:0] TagType = 16'h8100;
   localparam logic [3:0] FrameType = 4'd1;  // a frame of datagrams
   localparam int unsigned SequenceBytes = 4;
+  localparam logic [3:0] SourceByte = 4'd6;  // follows the destination
+  localparam logic [7:0] LocalSource = 8'h02;
 
   // What an answer is made of; taken up to 8 clocks behind its byte, used at 17.
   localparam logic [2:0] PartByte = 3'd0;  // the byte given here
@@ -122,6 +126,7 @@ module ecat_datagrams (
     answer = byte_i;
     part   = PartByte;
     case (state_q)
+      StSource: if (count_q == SourceByte) answer = byte_i | LocalSource;
       StDatagram: begin
         case (count_q)
           4'd0: part = PartClear;

@@ -19,12 +19,12 @@ from asip_asm.isa import default_isa
 from asip_asm.link import LinkError, link, link_maps
 from asip_asm.model.c_code import to_c_code
 from asip_asm.model.certificate import certify
-from asip_asm.model.compiler import SINES, Options, compile_law
+from asip_asm.model.compiler import SINES, Options
 from asip_asm.model.law import Law, load_law
 from asip_asm.model.program import Built, build
 from asip_asm.model.read import ModelError
 from asip_asm.signals import InterfaceError
-from sim.asip_model.effects import effects
+from sim.asip_model.effects import Forms, allowed_sets, effects, words
 from sim.asip_model.proof_report import CERTIFICATE, report, write_certificate
 from sim.asip_model.robot_options import (
     add_robot_options,
@@ -82,7 +82,6 @@ def _model(options: argparse.Namespace) -> int:
     stem = options.output or options.parts[0][0].with_suffix("")
     several = len(options.parts) > 1
     settings = settings_of(options)
-    built: dict[str, Built] = {}
     stems = {name: f"{stem}.{name}" if several else str(stem) for name in _names(options)}
     ends = (".s", ".asip.map.json", *((".tick.h", ".tick.c") if options.c else ()))
     ends += (CERTIFICATE,) if options.prove else ()
@@ -91,18 +90,65 @@ def _model(options: argparse.Namespace) -> int:
     refuse_overwriting(paths, [path for part in options.parts for path in part if path])
     laws = [_law(options, *part, settings) for part in options.parts]
     points = load_points(options.points, laws[0][0]) if options.points else []
-    chosen = Options(
-        options.config,
-        options.reassociate,
-        options.reciprocal,
-        options.sine,
-        options.constants,
-    )
+    base = Options(options.config, constants=options.constants)
+    free = (options.reassociate, options.reciprocal, options.sine)
+    if not options.best:
+        free = (bool(options.reassociate), bool(options.reciprocal), options.sine or SINES[0])
+    allowed = allowed_sets(base, *free)
     paths[0].parent.mkdir(parents=True, exist_ok=True)
-    for (name, each), (law, _) in zip(stems.items(), laws, strict=True):
-        built[name] = build(compile_law(law, chosen), Path(f"{each}.s"))
+    forms = {name: Forms(law) for name, (law, _) in zip(stems, laws, strict=True)}
+    ranked = {name: _ranked(name, form, allowed) for name, form in forms.items()}
+    while True:
+        status = 0
+        built = {n: build(of[0].compiled, Path(f"{stems[n]}.s")) for n, of in ranked.items()}
+        image = _write(options, stem, stems, built, forms, laws, settings)
+        failed = []
+        for (name, one), (_, tree), files in zip(
+            built.items() if options.prove else (), laws, options.parts, strict=False
+        ):
+            whole = replace(one, image=image.function(name)) if several else one
+            file = Path(f"{stems[name]}{CERTIFICATE}")
+            truth = reference_of(options, tree, settings) if tree else truth_of_files(*files)
+            if _prove(whole, options, truth, points, file):
+                failed.append(name)
+        if not failed:
+            break
+        status = 1
+        if not all(ranked[name][1:] for name in failed):
+            break
+        for name in failed:  # --best: the next shortest
+            ranked[name].pop(0)
+            print(f"{name}: next with {words(ranked[name][0].compiled.options)}")
+    if options.prove and several:
+        status = max(status, _prove_together(image, built, options))
+    if options.loop and laws[0][1] is not None:
+        status = max(status, _loop(built.popitem()[1], laws[0][1], settings, options.loop))
+    return status
+
+
+def _ranked(name: str, forms: Forms, allowed: list[Options]) -> list[Built]:
+    """Programs of a law, the shortest first. Raises ModelError, AssemblyError."""
+
+    def progress(text: str) -> None:
+        if len(allowed) > 1:
+            print(f"{name}, options {text}", file=sys.stderr, flush=True)
+
+    return forms.ranked(allowed, progress)
+
+
+def _write(
+    options: argparse.Namespace,
+    stem: str | Path,
+    stems: dict[str, str],
+    built: dict[str, Built],
+    forms: dict[str, Forms],
+    laws: list[tuple[Law, Tree | None]],
+    settings: Settings,
+) -> Image:
+    """Write all files of the built programs; the image."""
     images = {name: one.image for name, one in built.items()}
     maps = {name: one.map for name, one in built.items()}
+    several = len(built) > 1
     if several:
         image = link(Path(stem).name, images)
         maps = link_maps(image, images, maps)
@@ -112,9 +158,9 @@ def _model(options: argparse.Namespace) -> int:
     texts[f"{stem}.report.txt"] = "\n".join(
         one.report.render()
         + "\n"
-        + effects(one.compiled, options.seed)
+        + effects(one, options.seed, forms[name])
         + (f"\n{account(tree, settings)}" if tree else "")
-        for one, (_, tree) in zip(built.values(), laws, strict=True)
+        for (name, one), (_, tree) in zip(built.items(), laws, strict=True)
     )
     texts |= {f"{stems[name]}.asip.map.json": found.dumps() for name, found in maps.items()}
     for name, each in stems.items() if options.c else ():
@@ -125,19 +171,9 @@ def _model(options: argparse.Namespace) -> int:
             file.write(text)
     for name, one in built.items():
         where = f"{stem}.asip.json{f', {name}' if several else ''}"
-        print(f"{where}: {one.cycles} cycles, lower bound {one.bound_cycles}")
-    status = 0
-    if options.prove:
-        for (name, one), (_, tree), files in zip(built.items(), laws, options.parts, strict=True):
-            whole = replace(one, image=image.function(name)) if several else one
-            file = Path(f"{stems[name]}{CERTIFICATE}")
-            truth = reference_of(options, tree, settings) if tree else truth_of_files(*files)
-            status = max(status, _prove(whole, options, truth, points, file))
-        if several:
-            status = max(status, _prove_together(image, built, options))
-    if options.loop and laws[0][1] is not None:
-        status = max(status, _loop(built.popitem()[1], laws[0][1], settings, options.loop))
-    return status
+        chosen = f" ({words(one.compiled.options)})" if options.best else ""
+        print(f"{where}: {one.cycles} cycles, lower bound {one.bound_cycles}{chosen}")
+    return image
 
 
 def _names(options: argparse.Namespace) -> list[str]:
@@ -270,21 +306,27 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
         help="configuration of the core",
     )
     parser.add_argument(
-        "--reassociate",
+        "--best",
         action="store_true",
+        help="build the program with every set of --reassociate, --reciprocal and --sine and keep "
+        "the shortest that fits, and with --prove is proved; an option that is given stays as "
+        "given, as does --no-reassociate",
+    )
+    parser.add_argument(
+        "--reassociate",
+        action=argparse.BooleanOptionalAction,
         help="join the terms of sums as they arrive: shorter, rounds differently",
     )
     parser.add_argument(
         "--reciprocal",
-        action="store_true",
+        action=argparse.BooleanOptionalAction,
         help="divide by a shared or constant divisor through its reciprocal: rounds once more",
     )
     parser.add_argument(
         "--sine",
         choices=SINES,
-        default=SINES[0],
-        help="balanced: those sines and cosines that would wait for the sine unit, of inputs with "
-        "limits, become polynomials; unit: none; pipes: all of inputs with limits",
+        help="balanced (if not given): those sines and cosines that would wait for the sine unit, "
+        "of inputs with limits, become polynomials; unit: none; pipes: all of inputs with limits",
     )
     parser.add_argument(
         "--constants",

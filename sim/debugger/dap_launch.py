@@ -32,6 +32,9 @@ def launch_options(arguments: Mapping[str, Any], options: argparse.Namespace) ->
     unknown = [n for n in arguments if n not in NAMES | OF_CLIENTS and not n.startswith("__")]
     if unknown:
         raise UserError(f"launch: no argument '{unknown[0]:.40}'; there are {', '.join(NAMES)}")
+    for name in ("optimise", "stopOnEntry", *SWITCHES):
+        if not isinstance(arguments.get(name, False), bool):
+            raise UserError(f'launch: "{name}" is true or false, without quotes')
     program = arguments.get("program") or options.program
     if not isinstance(program, str) and program is None:
         raise UserError('launch needs "program": a source text, or an image written by asip-as')

@@ -29,7 +29,8 @@ def serve(options: argparse.Namespace) -> int:
             while True:
                 client = guard.accept(listener, _say)
                 if client is not None:
-                    _serve_socket(client, options, token)
+                    with guard.only_client(listener, _say):
+                        _serve_socket(client, options, token)
         finally:
             token.forget()
 

@@ -151,7 +151,7 @@ def robot_figures(
     full: the whole path, else the STROKES. progress gets the name of a case, ticks done and in all.
     """
     output.mkdir(parents=True, exist_ok=True)
-    trajectory = generate(parse_file(AGH), MotionSettings(robot))
+    trajectory = generate(parse_file(AGH, robot=robot), MotionSettings(robot))
     path = nios.set_points(trajectory, None)
     if full:
         parts = {"AGH": path}

@@ -88,7 +88,8 @@ def run(arguments: argparse.Namespace, console: Console) -> None:
     nominal = nominal_clocks(robot)
     settings = MotionSettings(robot)
     highest = MachineLimits.of(robot).tool.speed
-    moves_asked = overridden_program(parse_file(arguments.gcode), arguments.override, highest)
+    asked = parse_file(arguments.gcode, robot=robot)
+    moves_asked = overridden_program(asked, arguments.override, highest)
     trajectory = generate(moves_asked, settings)
     moves = moves_of(trajectory, settings)
     path = set_points(trajectory, arguments.ticks)
@@ -185,7 +186,7 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument(
         "gcode", type=Path, nargs="?", default=PACKAGES / "sim/paths/agh.ngc", help="path (RS-274)"
     )
-    add_robot_option(parser)
+    add_robot_option(parser, "dual")
     add_override_option(parser)
     parser.add_argument("--ticks", type=int, help="only the first TICKS ticks of the path")
     parser.add_argument(

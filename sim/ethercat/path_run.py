@@ -129,7 +129,7 @@ class Drive:
 
 def path_of(robot: Robot, ticks: int | None) -> SetPoints:
     """Set-points of the A-G-H path, the first ones or all."""
-    return set_points(generate(parse_file(PATH), MotionSettings(robot)), ticks)
+    return set_points(generate(parse_file(PATH, robot=robot), MotionSettings(robot)), ticks)
 
 
 def poses(path: SetPoints) -> NDArray[np.float64]:

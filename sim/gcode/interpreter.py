@@ -43,7 +43,9 @@ from sim.gcode.state import State
 from sim.gcode.subroutines import RETURNED, VALUE
 from sim.gcode.tools import NO_TOOLS, Tool
 from sim.gcode.words import LineReader, Word
-from sim.path.moves import HOME, Dwell, Move, Pose, Program
+from sim.model.parameters import Robot
+from sim.path.moves import Dwell, Move, Pose, Program
+from sim.path.workspace import default_robot, pivot_of, start_of
 
 MAX_LINE = 10_000  # characters
 MAX_HELD = 100_000  # moves and rests of a Program, which is held in memory
@@ -57,12 +59,18 @@ class _Parser:
     """One pass over the lines of a program; `items` yields its moves and dwells."""
 
     def __init__(
-        self, lines: Iterable[str], file: str, start: Pose, tools: Mapping[int, Tool]
+        self,
+        lines: Iterable[str],
+        file: str,
+        start: Pose | None,
+        tools: Mapping[int, Tool],
+        robot: Robot | None = None,
     ) -> None:
+        robot = robot or default_robot()
         self.lines = lines
         self.mistakes = Mistakes(file)
         self.any_output = False
-        self.state = State(start, tools, self.mistakes)
+        self.state = State(start or start_of(robot), pivot_of(robot), tools, self.mistakes)
         self.actions = Actions(self.state)
         self.output = self.actions.output
         self.ended = False
@@ -272,43 +280,56 @@ class _Parser:
 def stream(
     lines: Iterable[str],
     file: str = "<text>",
-    start: Pose = HOME,
+    start: Pose | None = None,
     tools: Mapping[int, Tool] = NO_TOOLS,
+    robot: Robot | None = None,
 ) -> Iterator[Move | Dwell]:
     """Moves and dwells of a program of any length, as they are read.
 
-    Memory: one line, and what flow.py keeps for O words. start [mm, degree]; tools: by
-    number. Raises GcodeErrors behind the last good block, with every mistake of the
-    rest of the text.
+    Memory: one line, and what flow.py keeps for O words. tools: by number; robot: whose table and
+    start pose hold, None for that of `sim/robot.toml`; start [mm, degree]: another start pose.
+    Raises GcodeErrors after the last good block, with every mistake of the rest of the text.
     """
-    return _Parser(lines, file, start, tools).items()
+    return _Parser(lines, file, start, tools, robot).items()
 
 
 def stream_file(
-    path: Path, start: Pose = HOME, tools: Mapping[int, Tool] = NO_TOOLS
+    path: Path,
+    start: Pose | None = None,
+    tools: Mapping[int, Tool] = NO_TOOLS,
+    robot: Robot | None = None,
 ) -> Iterator[Move | Dwell]:
     """As `stream`, from a regular file. Raises GcodeErrors, and OSError if there is none."""
     with open_regular(path, "a G-code program") as file:
         with io.TextIOWrapper(file, encoding="utf-8-sig", errors="replace") as text:
-            yield from stream(
-                iter(lambda: text.readline(MAX_LINE + 2), ""), str(path), start, tools
-            )
+            lines = iter(lambda: text.readline(MAX_LINE + 2), "")
+            yield from stream(lines, str(path), start, tools, robot)
 
 
 def parse(
-    text: str, file: str = "<text>", start: Pose = HOME, tools: Mapping[int, Tool] = NO_TOOLS
+    text: str,
+    file: str = "<text>",
+    start: Pose | None = None,
+    tools: Mapping[int, Tool] = NO_TOOLS,
+    robot: Robot | None = None,
 ) -> Program:
-    """Read a program from text; start is the pose [mm, degree] before its first block.
+    """Read a program from text; start, tools, robot as for `stream`.
 
-    tools as for `stream`. Raises GcodeErrors with every mistake of the text, and for more than
-    MAX_HELD moves and rests.
+    Raises GcodeErrors with every mistake of the text, and for more than MAX_HELD moves and rests.
     """
-    return _held(stream(text.splitlines(), file, start, tools), file, start)
+    start = start or start_of(robot or default_robot())
+    return _held(stream(text.splitlines(), file, start, tools, robot), file, start)
 
 
-def parse_file(path: Path, start: Pose = HOME, tools: Mapping[int, Tool] = NO_TOOLS) -> Program:
+def parse_file(
+    path: Path,
+    start: Pose | None = None,
+    tools: Mapping[int, Tool] = NO_TOOLS,
+    robot: Robot | None = None,
+) -> Program:
     """As `parse`, from a regular file. Raises GcodeErrors, and OSError if there is none."""
-    return _held(stream_file(path, start, tools), str(path), start)
+    start = start or start_of(robot or default_robot())
+    return _held(stream_file(path, start, tools, robot), str(path), start)
 
 
 def _held(items: Iterable[Move | Dwell], file: str, start: Pose) -> Program:

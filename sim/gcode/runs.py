@@ -65,12 +65,14 @@ def _feed(state: State, move: Move) -> float:
 
 def _table_moves(state: State, motion: Motion, finish: Pose, centre: Centre | None) -> list[Move]:
     """The move in pieces that are straight for the machine; finish in table coordinates."""
-    whole = _move(state, motion, table_frame.from_machine(state.position), finish, centre)
+    whole = _move(
+        state, motion, table_frame.from_machine(state.position, state.pivot), finish, centre
+    )
     straight = Motion.RAPID if motion is Motion.RAPID else Motion.LINEAR
     # Minutes of the whole move at its feed, as the tool sees it on the work piece.
     length = _length(whole)
     feed = 0.0 if motion is Motion.RAPID else _feed(state, whole)
-    poses = table_frame.pieces(whole)
+    poses = table_frame.pieces(whole, state.pivot)
     moves: list[Move] = []
     for number, pose in enumerate(poses):
         move = replace(_move(state, straight, state.position, pose), inner=number > 0)

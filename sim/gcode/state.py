@@ -55,7 +55,7 @@ def _parameters() -> dict[Key, float]:
 
 @dataclass
 class State:
-    """position [mm, degree]: of the machine; tools: by number.
+    """position [mm, degree]: of the machine; pivot [mm]: of the table; tools: by number.
 
     compensation: from G41 or G42 to G40; position is then on the contour, not that of the tool.
     parameters: numbered ones, and names that begin with an underscore, which are known everywhere;
@@ -64,6 +64,7 @@ class State:
     """
 
     position: Pose
+    pivot: table_frame.Point
     tools: Mapping[int, Tool]
     mistakes: Mistakes
     names: dict[Key, float] = field(default_factory=dict)
@@ -160,13 +161,13 @@ class State:
         """The position in the coordinates of the program [mm, degree]."""
         frame = self.position
         if self.modes.in_table_frame:
-            frame = table_frame.from_machine(frame)
+            frame = table_frame.from_machine(frame, self.pivot)
         return tuple(p - o for p, o in zip(frame, self.offset, strict=True))
 
     def machine(self, programmed: Sequence[float]) -> Pose:
         """Machine pose of a point in the coordinates of the program."""
         frame = tuple(p + o for p, o in zip(programmed, self.offset, strict=True))
-        return table_frame.to_machine(frame) if self.modes.in_table_frame else frame
+        return table_frame.to_machine(frame, self.pivot) if self.modes.in_table_frame else frame
 
     def axis_values(self, values: dict[str, Word]) -> list[tuple[int, float]]:
         """Axis words of a block as (index in AXES, value [mm, degree])."""

@@ -7,7 +7,8 @@ there). A point p of the frame, which coincides with the machine's at A0 C0, is 
 
   m = PIVOT + Rx(A) Rz(C) (p - PIVOT)
 
-The place of the pivot in the machine is chosen: the table's centre at A0 C0 is the home position.
+PIVOT is that of the robot (`sim.path.workspace.pivot_of`): the centre of the level table is where a
+program starts.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ import numpy as np
 from sim.path.curves import curve_of, to_si
 from sim.path.moves import Move, Pose
 
-PIVOT = (0.0, 0.0, 520.0)  # mm: home height 600 less h = 80 of sim/robot.toml
+Point = tuple[float, float, float]
 TOLERANCE_MM = 0.0005  # of the chords that replace the curve of the tool in the machine
 MAX_PIECES = 100_000
 
@@ -34,23 +35,23 @@ def _turned(u: float, v: float, degree: float) -> tuple[float, float]:
     return u * cos - v * sin, u * sin + v * cos
 
 
-def to_machine(pose: Pose) -> Pose:
-    """Machine pose [mm, degree] of a pose in the frame of the table."""
-    x, y, z = (value - pivot for value, pivot in zip(pose[:3], PIVOT, strict=True))
+def to_machine(pose: Pose, pivot: Point) -> Pose:
+    """Machine pose [mm, degree] of a pose in the frame of the table; pivot [mm]."""
+    x, y, z = (value - middle for value, middle in zip(pose[:3], pivot, strict=True))
     x, y = _turned(x, y, pose[4])
     y, z = _turned(y, z, pose[3])
-    return (x + PIVOT[0], y + PIVOT[1], z + PIVOT[2], pose[3], pose[4])
+    return (x + pivot[0], y + pivot[1], z + pivot[2], pose[3], pose[4])
 
 
-def from_machine(pose: Pose) -> Pose:
-    """Pose in the frame of the table of a machine pose [mm, degree]."""
-    x, y, z = (value - pivot for value, pivot in zip(pose[:3], PIVOT, strict=True))
+def from_machine(pose: Pose, pivot: Point) -> Pose:
+    """Pose in the frame of the table of a machine pose [mm, degree]; pivot [mm]."""
+    x, y, z = (value - middle for value, middle in zip(pose[:3], pivot, strict=True))
     y, z = _turned(y, z, -pose[3])
     x, y = _turned(x, y, -pose[4])
-    return (x + PIVOT[0], y + PIVOT[1], z + PIVOT[2], pose[3], pose[4])
+    return (x + pivot[0], y + pivot[1], z + pivot[2], pose[3], pose[4])
 
 
-def pieces(move: Move) -> list[Pose]:
+def pieces(move: Move, pivot: Point) -> list[Pose]:
     """Ends, as machine poses, of the pieces of a move given in the frame of the table.
 
     A chord of share h of a curve m misses it by at most h^2/8 max|m''|; here m'' is at most
@@ -59,16 +60,16 @@ def pieces(move: Move) -> list[Pose]:
     """
     curve = curve_of(move)
     if curve is None:
-        return [to_machine(move.end)]
+        return [to_machine(move.end, pivot)]
     start, end = to_si(move.start), to_si(move.end)
     turn = float(np.abs(end[3:] - start[3:]).sum())
     arc = move.motion.is_arc
     if turn == 0.0 and not arc:
-        return [to_machine(move.end)]
+        return [to_machine(move.end, pivot)]
     bend = curve.radius * curve.sweep**2 if arc else 0.0
     way = curve.length if arc else float(np.linalg.norm((end - start)[:3]))
-    pivot = np.array(PIVOT) / 1e3
-    reach = max(float(np.linalg.norm(pose[:3] - pivot)) for pose in (start, end))
+    middle = np.array(pivot) / 1e3
+    reach = max(float(np.linalg.norm(pose[:3] - middle)) for pose in (start, end))
     reach += 2 * curve.radius if arc else 0.0
     second = bend + 2 * turn * way + turn * turn * reach
     count = math.ceil(math.sqrt(second / (8 * TOLERANCE_MM / 1e3)))
@@ -76,5 +77,5 @@ def pieces(move: Move) -> list[Pose]:
     if count > MAX_PIECES:
         raise TooManyPiecesError(f"{count} chords")
     points = curve.evaluate(curve.length * np.arange(1, count) / count)[0]
-    poses = [to_machine((*(p[:3] * 1e3).tolist(), *np.degrees(p[3:]).tolist())) for p in points]
-    return [*poses, to_machine(move.end)]
+    poses = ((*(p[:3] * 1e3).tolist(), *np.degrees(p[3:]).tolist()) for p in points)
+    return [*(to_machine(pose, pivot) for pose in poses), to_machine(move.end, pivot)]

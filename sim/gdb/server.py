@@ -238,7 +238,7 @@ def _accept(server: Server, listener: socket.socket, say: Say) -> int:
         peer = guard.accept(listener, say)
         if peer is None:
             continue
-        with peer:
+        with peer, guard.only_client(listener, say):
             status = server.serve(Connection(peer.fileno(), peer.fileno(), console=False))
         if status is None:
             say("waiting for the next GDB" if not server.running else "detached, the program runs")

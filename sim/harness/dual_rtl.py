@@ -68,6 +68,7 @@ class DualRtl(Verilated):
     top = TOP
     harness = HARNESS / "dual_harness.cpp"
     headers: tuple[Path, ...] = ()
+    macros: tuple[str, ...] = ()  # further options of the harness's compiler
 
     def __init__(self, trajectory: str = "fast", tracking: str = "fast") -> None:
         parameters = {}
@@ -82,7 +83,7 @@ class DualRtl(Verilated):
             parameters,
             jobs=1,
             headers=(HARNESS / "dual_bench.h", HARNESS / "dual_api.h", *self.headers),
-            harness_flags=(f"-I{HARNESS}",),
+            harness_flags=(f"-I{HARNESS}", *self.macros),
         )
         integer, pointer, u32, u64 = ctypes.c_int, ctypes.c_void_p, ctypes.c_uint32, ctypes.c_uint64
         signatures = {

@@ -60,7 +60,7 @@ def _arguments() -> argparse.ArgumentParser:
         EPILOG,
     )
     parser.add_argument("file", nargs="?", type=Path, help="program")
-    add_robot_option(parser)
+    add_robot_option(parser, "lookahead")
     add_tools_option(parser)
     add_override_option(parser)
     metavar = ("SPEED", "ACCELERATION", "JERK")
@@ -120,7 +120,7 @@ def results(
     """
     console = console or Console(quiet=True)
     joints = SlowestJoints()
-    items = overridden(stream_file(file, tools=tools), override)
+    items = overridden(stream_file(file, tools=tools, robot=settings.robot), override)
     plan = Lookahead(items, settings, joints, str(file))
     document: dict[str, Any] = {"file": str(file), "feed override [%]": override}
     if sampled:

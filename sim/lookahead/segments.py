@@ -26,7 +26,7 @@ from sim.path.curves import (
     to_si,
 )
 from sim.path.moves import Dwell, Motion, Move
-from sim.path.workspace import WORKSPACE_ROUNDING, Workspace
+from sim.path.workspace import NAMES, Workspace, shown
 
 # Shorter lines [m] are run as one line with the next one if P allows to miss the joint by that.
 SHORTEST_MOVE = 1e-7
@@ -141,15 +141,15 @@ class Segments:
             quarters = np.sort([curve.first_angle, curve.first_angle + curve.sweep]) / (np.pi / 2)
             outer = np.arange(math.ceil(quarters[0]), math.floor(quarters[1]) + 1) * (np.pi / 2)
             places[1:1] = ((outer - curve.first_angle) / curve.sweep * curve.length).tolist()
-        tool = curve.evaluate(np.array(places))[0][:, :3]
-        lower, upper = np.array(self._workspace.lower), np.array(self._workspace.upper)
-        outside = (tool < lower - WORKSPACE_ROUNDING) | (tool > upper + WORKSPACE_ROUNDING)
-        if outside.any():
-            place, axis = (int(n) for n in np.argwhere(outside)[0])
+        poses = curve.evaluate(np.array(places))[0]
+        outside = self._workspace.outside(poses)
+        if outside is not None:
+            place, axis = outside
+            low, high = self._workspace.lower[axis], self._workspace.upper[axis]
             raise OutsideError(
                 f"{self._file}:{move.line}: error: the move leaves the workspace; "
-                f"got {'xyz'[axis]} = {tool[place, axis] * 1e3:.4f} mm; expected "
-                f"{lower[axis] * 1e3:g} to {upper[axis] * 1e3:g} mm\n"
+                f"got {NAMES[axis]} = {shown(axis, poses[place, axis], '.4f')}; expected "
+                f"{shown(axis, low).split()[0]} to {shown(axis, high)}\n"
                 f"{move.line:5d} |   {move.source}"
             )
 

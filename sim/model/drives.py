@@ -11,7 +11,7 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 
-from sim.model.parameter_record import Record, parameter
+from sim.model.parameter_record import ParameterError, Record, parameter
 
 _SIZE = "the current loop's program and the inverter are made for drives of this size"
 _BRISTLE = "the plant integrates the bristles exactly within these"
@@ -65,7 +65,10 @@ class Friction:
 
 @dataclass(frozen=True)
 class Drives(Record):
-    """Parameters in SI units; the meaning of each stands in `sim/robot.toml`."""
+    """Parameters in SI units; the meaning of each is in `sim/robot.toml`.
+
+    Coulomb friction is also a parameter of `sim.model.parameters.Robot`: one value in both.
+    """
 
     pole_legs: float = parameter("m", 0.001, 1.0, _SIZE)
     poles_tilt: float = parameter("1", 1, 100, _SIZE)
@@ -99,18 +102,28 @@ class Drives(Record):
     current_scale: float = parameter("A", 0.1, 1000.0, _SIZE)
     current_offset: float = parameter("A", 0.0, 10.0, _SIZE)
     current_gain_error: float = parameter("1", 0.0, 0.5, _SIZE)
-    lugre_coulomb_legs: float = parameter("N", 0.0, 1000000.0, _BRISTLE)
+    friction_legs: float = parameter("N", 0.0, 1000000.0, _BRISTLE)
     lugre_static_legs: float = parameter("N", 0.0, 1000000.0, _BRISTLE)
     lugre_speed_legs: float = parameter("m/s", 1e-06, 10.0, _BRISTLE)
     lugre_stiffness_legs: float = parameter("N/m", 1.0, 1000000000000.0, _BRISTLE)
     lugre_damping_legs: float = parameter("N s/m", 0.0, 1000000000.0, _BRISTLE)
     lugre_viscous_legs: float = parameter("N s/m", 0.0, 1000000.0, _BRISTLE)
-    lugre_coulomb_table: float = parameter("N m", 0.0, 1000000.0, _BRISTLE)
+    friction_table: float = parameter("N m", 0.0, 1000000.0, _BRISTLE)
     lugre_static_table: float = parameter("N m", 0.0, 1000000.0, _BRISTLE)
     lugre_speed_table: float = parameter("rad/s", 1e-06, 10.0, _BRISTLE)
     lugre_stiffness_table: float = parameter("N m/rad", 1.0, 1000000000000.0, _BRISTLE)
     lugre_damping_table: float = parameter("N m s/rad", 0.0, 1000000000.0, _BRISTLE)
     lugre_viscous_table: float = parameter("N m s/rad", 0.0, 1000000.0, _BRISTLE)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for axis, unit in (("legs", "N"), ("table", "N m")):
+            static, sliding = (getattr(self, f"{n}_{axis}") for n in ("lugre_static", "friction"))
+            if static < sliding:
+                raise ParameterError(
+                    f"lugre_static_{axis} = {static} {unit}: must be >= friction_{axis} = {sliding}"
+                    f" {unit}; no axis breaks away at less force than it slides with"
+                )
 
     @cached_property
     def motors(self) -> tuple[Motor, ...]:
@@ -130,9 +143,12 @@ class Drives(Record):
     @cached_property
     def friction(self) -> tuple[Friction, ...]:
         """Of the five axes."""
-        names = ("coulomb", "static", "speed", "stiffness", "damping", "viscous")
+        names = ("static", "speed", "stiffness", "damping", "viscous")
         legs, table = (
-            Friction(*(getattr(self, f"lugre_{name}_{axis}") for name in names))
+            Friction(
+                getattr(self, f"friction_{axis}"),
+                *(getattr(self, f"lugre_{name}_{axis}") for name in names),
+            )
             for axis in ("legs", "table")
         )
         return (legs,) * 3 + (table,) * 2

@@ -16,11 +16,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sim.model.parameters import LARGEST_COUNT, Robot
+from sim.model.parameters import Robot
 
 Array = NDArray[np.float64]
 Component = Any  # a float or an array of float64
-LARGEST_TILT = 256.0  # rad, of the hardware sine
 
 
 class WorkspaceError(ValueError):
@@ -56,24 +55,6 @@ def check_workspace(robot: Robot, position: ArrayLike) -> None:
             f"{'xyz'[axis]} = {position[(*index, axis)]:.9g} m{_where(tuple(index))}: "
             f"must be within {low[axis]:.9g} .. {high[axis]:.9g} m"
         )
-
-
-def check_table(robot: Robot, angles: ArrayLike) -> None:
-    """Raise WorkspaceError for the first table angles (N, 2) that the programs cannot follow.
-
-    The sine of the tilt takes angles up to LARGEST_TILT; binary32 holds counts up to 2^24.
-    """
-    angles = np.asarray(angles, dtype=np.float64)
-    counted = LARGEST_COUNT * robot.encoder_table
-    limits = (min(LARGEST_TILT, counted), counted)
-    for axis, (name, limit) in enumerate(zip(("alpha", "gamma"), limits, strict=True)):
-        beyond = np.flatnonzero(~(np.abs(angles[:, axis]) <= limit))
-        if beyond.size:
-            raise WorkspaceError(
-                f"{name} = {angles[beyond[0], axis]:.9g} rad at tick {beyond[0]}: must be within "
-                f"+-{limit:.6g} rad; the sine takes {LARGEST_TILT:g} rad, the programs 2^24 counts "
-                f"of {robot.turn_table:g} per turn"
-            )
 
 
 def lengths_of(robot: Robot, x: Component, y: Component, z: Component, sqrt: Callable) -> tuple:

@@ -24,11 +24,14 @@ __all__ = ["ROBOT_TOML", "ParameterError", "Robot"]
 LONGEST_LEG = 2.0 - 2.0**-8
 LARGEST_COUNT = 2**24  # encoder counts are exact as binary32 up to here
 LARGEST_BOOST = 2**20  # ticks; the tick count of the boost is a binary32
+LARGEST_TILT = 256.0  # rad, of the hardware sine
 LEAST_HEIGHT = 0.25  # of z_min, in R
 SAMPLES_PER_BANDWIDTH = 50  # control periods per period of a loop's bandwidth, at least
 
 _SIZE = "the error bounds hold for machines of this size"
 _PLANNED = "the look-ahead planner computes with such limits"
+_SINE = f"the hardware sine takes {LARGEST_TILT:g} rad, and a program starts at angle 0"
+_TURNS = "encoder counts of the angle are exact as binary32, and a program starts at angle 0"
 _SELECTS = "the optimised program selects by a quarter tick"
 
 
@@ -48,6 +51,11 @@ class Robot(Record):
     y_max: float = parameter("m", 1e-3, 1.9, _SIZE)
     z_min: float = parameter("m", 0.05, 1.9, _SIZE)
     z_max: float = parameter("m", 0.05, 1.9, _SIZE)
+    z_start: float = parameter("m", 0.05, 1.9, _SIZE)
+    tilt_min: float = parameter("rad", -LARGEST_TILT, 0.0, _SINE)
+    tilt_max: float = parameter("rad", 0.0, LARGEST_TILT, _SINE)
+    rotation_min: float = parameter("rad", -1e6, 0.0, _TURNS)
+    rotation_max: float = parameter("rad", 0.0, 1e6, _TURNS)
     v_max_tool: float = parameter("m/s", 1e-6, 1e12, _PLANNED)
     a_max_tool: float = parameter("m/s^2", 1e-6, 1e12, _PLANNED)
     j_max_tool: float = parameter("m/s^3", 1e-6, 1e12, _PLANNED)
@@ -102,6 +110,19 @@ class Robot(Record):
             f"must be >= {LEAST_HEIGHT:g} R = {least:g} m; lower, the height is the root of a "
             "difference of nearly equal squares",
         )
+        yield (
+            "z_start",
+            self.z_min <= self.z_start <= self.z_max,
+            f"must be within the workspace, z_min = {self.z_min} .. z_max = {self.z_max} m",
+        )
+        counted = LARGEST_COUNT * self.encoder_table
+        for name in ("tilt_min", "tilt_max", "rotation_min", "rotation_max"):
+            yield (
+                name,
+                abs(getattr(self, name)) <= counted * (1 + 1e-9),
+                f"must be within +-{counted:.6g} rad; binary32 holds 2^24 counts of "
+                f"{self.turn_table:g} per turn",
+            )
         corners = list(
             itertools.product(
                 (-self.x_max, self.x_max), (-self.y_max, self.y_max), (self.z_min, self.z_max)
@@ -176,6 +197,11 @@ class Robot(Record):
         """Start points (x_pi, y_pi) of the legs in m, (4)-(6)."""
         half, across = 0.5 * self.R, 0.5 * math.sqrt(3.0) * self.R
         return ((0.0, self.R), (across, -half), (-across, -half))
+
+    @property
+    def start(self) -> tuple[float, float, float, float, float]:
+        """The pose in which a program starts: x, y, z in m, angles of the table in rad."""
+        return (0.0, 0.0, self.z_start, 0.0, 0.0)
 
     @cached_property
     def boost_ticks(self) -> int:

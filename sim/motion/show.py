@@ -232,7 +232,7 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument(
         "--output", type=Path, default=ROOT / "build/motion", help="folder of everything written"
     )
-    add_robot_option(parser)
+    add_robot_option(parser, "motion")
     parser.add_argument(
         "--full", action="store_true", help="the whole AGH path, and every goal to its full depth"
     )

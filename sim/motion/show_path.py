@@ -142,7 +142,7 @@ def run(
     """Plan and run a program. progress gets clocks. Raises MotionError for underrun and overrun."""
     robot, steps = robot or Robot.load(), steps or Steps()
     settings = LookaheadSettings(robot=robot)
-    moves = [item for item in stream(text.splitlines()) if isinstance(item, Move)]
+    moves = [item for item in stream(text.splitlines(), robot=robot) if isinstance(item, Move)]
     blocks = list(Lookahead(iter(moves), settings).setpoints())
     names = [field.name for field in dataclasses.fields(Setpoints) if field.name != "first"]
     whole = {name: np.concatenate([getattr(block, name) for block in blocks]) for name in names}

@@ -12,8 +12,6 @@ MM_PER_INCH = 25.4
 Pose = tuple[float, float, float, float, float]
 """x, y, z [mm], tilt A, rotation C [degree]."""
 
-HOME: Pose = (0.0, 0.0, 600.0, 0.0, 0.0)
-
 
 class Motion(Enum):
     RAPID = "G0"

@@ -34,7 +34,8 @@ def compare_with_assembly(
     and N m, over the first `ticks` of the path or all. Raises ControllerFault, CompilerError.
     """
     robot = Robot.load()
-    path = set_points(plan(parse(PATH.read_text(encoding="utf-8"), PATH.name), robot, ticks))
+    program = parse(PATH.read_text(encoding="utf-8"), PATH.name, robot=robot)
+    path = set_points(plan(program, robot, ticks))
     source = PROGRAMS / f"{ASSEMBLY[name]}.s"
     image = assemble(source, configuration="fast", defines=robot.values())
     got = output_errors(robot, path, NativeController(compiled))

@@ -67,7 +67,7 @@ def _arguments() -> argparse.ArgumentParser:
         default=PACKAGES / "sim/paths/agh.ngc",
         help="path, G-code (sim/paths/agh.ngc)",
     )
-    add_robot_option(parser)
+    add_robot_option(parser, "run")
     add_tools_option(parser)
     add_override_option(parser)
     parser.add_argument("--ticks", type=count, help="only the first TICKS ticks of the path")

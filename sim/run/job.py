@@ -26,7 +26,6 @@ from sim.harness.asip_rtl import AsipRtl
 from sim.harness.nios_rtl import NiosRtl
 from sim.lookahead.limits import MachineLimits
 from sim.model import float32
-from sim.model.kinematics import WorkspaceError, check_table
 from sim.model.parameters import Robot
 from sim.model.records import SetPoints, TrackingResult
 from sim.model.tracking import joint_path
@@ -123,7 +122,7 @@ def _planned(order: Order, robot: Robot, console: Console) -> ProgramPath:
     try:
         text = read_bytes(order.gcode, MOST_TEXT, "a G-code program").decode(errors="replace")
         tools = NO_TOOLS if order.tools is None else tool_file(order.tools)
-        program = parse(text.removeprefix("\ufeff"), str(order.gcode), tools=tools)
+        program = parse(text.removeprefix("\ufeff"), str(order.gcode), tools=tools, robot=robot)
         highest = MachineLimits.of(robot).tool.speed
         path = plan(overridden_program(program, order.override, highest), robot, order.ticks)
     except ValueError as error:
@@ -275,10 +274,6 @@ def run(order: Order, console: Console) -> dict[str, Any]:
     console.print(f"[bold]1/6[/] path of {order.gcode}", highlight=False)
     planned = _planned(order, robot, console)
     path = set_points(planned)
-    try:
-        check_table(robot, path.table_position)
-    except WorkspaceError as error:
-        raise PathError(f"{order.gcode}: error: {error}") from None
     work, cost = estimate.work(len(path), order.platforms, order.all_ticks), estimate.costs()
     console.print(
         f"      estimated time of the simulation: {duration(estimate.seconds(work, cost))} on "

@@ -126,7 +126,7 @@ def profile_path(platform: str, program: Program, first: int, ticks: int) -> Pro
     Raises ValueError if the path is shorter, NiosError, BuildError.
     """
     robot = Robot.load()
-    trajectory = generate(parse_file(PATH), MotionSettings(robot))
+    trajectory = generate(parse_file(PATH, robot=robot), MotionSettings(robot))
     n = first + ticks
     if n > len(trajectory.position):
         raise ValueError(f"the path has {len(trajectory.position)} ticks, {n} asked for")

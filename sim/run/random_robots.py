@@ -7,6 +7,7 @@ bound (sim/run/bounds.py).
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -66,7 +67,10 @@ def _values(rng: np.random.Generator, period: float) -> dict[str, float]:
         "x_max": radius * linear(0.05, 0.7),
         "y_max": radius * linear(0.05, 0.7),
         "z_min": low,
-        "z_max": low + radius * linear(0.1, 0.8),
+        "z_max": (high := low + radius * linear(0.1, 0.8)),
+        "z_start": (low + high) / 2,
+        "rotation_min": -8 * math.pi,
+        "rotation_max": 8 * math.pi,
         "m_s": maybe(ratio(0.1, 100.0)),
         "m_p": ratio(0.5, 100.0),
         "J_a": maybe(ratio(0.01, 20.0)),

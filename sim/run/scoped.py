@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 from asip_asm.assemble import assemble
 from asip_asm.image import ConstantEntry, Image
 from sim.core_backends import number
-from sim.gcode.table_frame import PIVOT
 from sim.harness.asip_bus import BLOCK
 from sim.model.parameters import ParameterError, Robot
 from sim.model.plant import Plant
 from sim.model.records import COUNTS, OUTPUTS, SET_POINTS, TRACKING, SetPoints
 from sim.page.curves import envelope
+from sim.path.workspace import pivot_of
 from sim.run.controller import EXPORTED, AsipController
 from sim.scope.source import (
     CYCLES,
@@ -203,7 +203,7 @@ def description(
             legs=[[*leg, 0.0] for leg in robot.legs],
             tool=list(TOOL),
             path=path.position[kept].T.tolist(),
-            pivot=[value / 1e3 for value in PIVOT],
+            pivot=[value / 1e3 for value in pivot_of(robot)],
             height=robot.h,
             table=list(TABLE),
         ),

@@ -110,6 +110,9 @@ class _Files(_Guarded):
     content: dict[str, tuple[str, bytes]] = {}
 
     def get(self, _: str, name: str) -> None:
+        if not name and not self.request.path.endswith("/"):  # the page's links are relative
+            self.redirect(f"{self.request.path}/", permanent=True)
+            return
         if not self.content:
             for file in PAGE.iterdir():
                 self.content[file.name] = (TYPES[file.suffix], file.read_bytes())

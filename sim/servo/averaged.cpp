@@ -13,9 +13,9 @@ namespace {
 
 using servo::Axis;
 using servo::kAxes;
-constexpr int kHalves = 10, kHalf = 1250;   // of a control period; clocks of a half
+constexpr int kHalf = SERVO_HALF;  // clocks; from clocks.py, as the clock's period
 constexpr double kNever = INFINITY, kStep = 12;  // clocks; of a current that may end
-constexpr double kClock = 8e-9, kMagic = 12582912, kBusScale = 0.05, kFull = 131072;
+constexpr double kClock = SERVO_CLOCK, kMagic = 12582912, kBusScale = 0.05, kFull = 131072;
 static_assert(sizeof(current_loops_inputs) == 26 * sizeof(float), "words of the link and orders");
 static_assert(sizeof(current_loops_outputs) == 15 * sizeof(float), "compare values");
 

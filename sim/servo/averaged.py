@@ -22,7 +22,8 @@ from asip_asm.project import BUILD
 from sim.harness import runtime
 from sim.harness.build import machine_flag
 from sim.servo.chain import compiled_law
-from sim.servo.current_law import HALF_PERIOD, MAGIC, Setting
+from sim.servo.clocks import HALF_PERIOD, LOOP_PERIOD, MACROS
+from sim.servo.current_law import MAGIC, Setting
 from sim.servo.plant import AXES, Plant
 from sim.servo.start_up import WINDOW, least_clocks
 
@@ -38,7 +39,10 @@ def library(plant: Plant, setting: Setting, parameters: Mapping[str, float]) -> 
     compiled = compiled_law(plant.drives, setting)
     header, source = to_c_code(compiled, f"{NAME}.tick.h")
     macros = parameter_macros(compiled.law, NAME)
-    defines = [f"-D{macros[name]}={value!r}f" for name, value in sorted(parameters.items())]
+    defines = [
+        *MACROS,
+        *(f"-D{macros[name]}={value!r}f" for name, value in sorted(parameters.items())),
+    ]
     texts = [header, source, *defines, runtime.toolchain()]
     texts += [(HERE / name).read_text() for name in ("averaged.cpp", "plant.h")]
     folder = BUILD / "servo" / hashlib.sha256("\0".join(texts).encode()).hexdigest()[:16]
@@ -151,7 +155,7 @@ class AveragedPlant:
 
     def step(self, outputs: Sequence[float]) -> tuple[int, ...]:
         """Orders for a control period; the counts at its end."""
-        halves = round(self._robot.T_s / 1e-5)
+        halves = round(self._robot.T_s / LOOP_PERIOD)
         self.halves(np.tile(np.asarray(outputs, dtype=np.float32), (halves, 1)))
         return self.counts()
 

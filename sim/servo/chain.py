@@ -24,6 +24,7 @@ from sim.harness.dual_rtl import Core, DualRtl
 from sim.harness.gen.drive_regmap import REGMAP
 from sim.harness.gen.dual_regmap import REGMAP as DUAL
 from sim.model.drives import Drives
+from sim.servo.clocks import MACROS
 from sim.servo.current_law import Setting, current_law
 from sim.servo.plant import AXES, Plant
 
@@ -69,6 +70,7 @@ class ChainRtl(DualRtl):
     top = "drive_chain"
     harness = Path(__file__).with_name("chain_harness.cpp")
     headers = (Path(__file__).with_name("plant.h"),)
+    macros = MACROS
 
     def __init__(self) -> None:
         super().__init__(CONFIGURATIONS["trajectory"], CONFIGURATIONS["tracking"])

@@ -15,8 +15,8 @@ namespace {
 
 using servo::Axis;
 using servo::kAxes;
-constexpr double kClock = 8e-9;
-constexpr uint32_t kHalf = 1250, kFirstHalf = 64, kBits = 21;
+constexpr double kClock = SERVO_CLOCK;  // s; from clocks.py, as the clocks of a half
+constexpr uint32_t kHalf = SERVO_HALF, kFirstHalf = 64, kBits = 21;
 constexpr uint32_t kOrders = 100, kWindow = 751;  // clocks of a half: host's orders; a mean begins
 constexpr double kBusScale = 0.05;
 constexpr uint32_t kIndex = 4096;  // counts between two indices

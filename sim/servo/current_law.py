@@ -23,6 +23,7 @@ import casadi as ca
 
 from asip_asm.model.law import Law, Port
 from sim.model.drives import Drives, Motor
+from sim.servo.clocks import HALF_PERIOD, LOOP_PERIOD
 
 AXES = tuple(range(5))
 PHASES = "abc"
@@ -35,7 +36,6 @@ SPEED_FILTER = 0.05  # share of a new speed
 MOST_D = 0.95  # of the voltage circle for d; the root of what is left is well conditioned
 LEAST_VOLTAGE = 20.0  # of the bus, for the division [V]
 SMOOTH = 0.4  # of a phase current's largest ripple: there the effect of the dead time turns
-HALF_PERIOD = 1250  # clocks, as the register PWM
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class Setting:
 
     resolution: tuple[float, ...]
     offset: tuple[float, ...] = (0.0,) * 5
-    period: float = 1e-5
+    period: float = LOOP_PERIOD
     half: int = HALF_PERIOD
     bus_scale: float = 0.05
     compensation: float = 1.0

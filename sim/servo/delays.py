@@ -6,11 +6,10 @@ from __future__ import annotations
 from sim.model.drives import Drives
 from sim.model.parameters import Robot
 from sim.servo.averaged import MIDDLE, at_joints, true_angles
-from sim.servo.current_law import HALF_PERIOD
+from sim.servo.clocks import CLOCK, HALF_PERIOD
 from sim.servo.path import Chain
 from sim.servo.plant import Plant
 from sim.servo.recording import path_and_moves, tracking_image
-from sim.servo.start_up import CLOCK
 
 TILT = 3
 PERIODS = 3

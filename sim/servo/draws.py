@@ -23,7 +23,8 @@ from sim.model.parameters import Robot
 from sim.processes import processes
 from sim.servo import start_up
 from sim.servo.chain import ORDER_FILTER, ChainRtl, current_program
-from sim.servo.current_law import HALF_PERIOD, Setting
+from sim.servo.clocks import HALF_PERIOD
+from sim.servo.current_law import Setting
 from sim.servo.plant import AXES, Plant
 from sim.servo.recording import Recording, path_and_moves
 from sim.servo.response import RAMP, ahead, record

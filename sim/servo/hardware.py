@@ -17,9 +17,9 @@ from sim.model.drives import Drives
 from sim.model.parameter_record import placed
 from sim.model.parameters import ParameterError, Robot
 from sim.servo.chain import CONTROL_PERIOD
-from sim.servo.current_law import HALF_PERIOD
+from sim.servo.clocks import CLOCK, HALF_PERIOD
+from sim.servo.current_law import FASTEST
 from sim.servo.start_up import (
-    CLOCK,
     FAST_FULL_SCALE,
     OVERCURRENT,
     dead_clocks,
@@ -67,8 +67,25 @@ def _limits(robot: Robot, drives: Drives) -> Iterator[tuple[str, str, bool, str]
             f"says; enter {built:.10g} {unit}"
         )
         yield name, unit, math.isclose(value, built, rel_tol=SAME), text
+    yield from _speeds(robot, drives)
     yield from _dead_time(drives)
     yield from _currents(drives)
+
+
+def _speeds(robot: Robot, drives: Drives) -> Iterator[tuple[str, str, bool, str]]:
+    legs, tilt, rotation = drives.motors[2:]
+    table = max((tilt, "poles_tilt"), (rotation, "poles_rotation"), key=lambda axis: axis[0].wave)
+    axes = (
+        ("v_max_leg", robot.v_max_leg, "m/s", legs, "a longer pole_legs"),
+        ("v_max_table", robot.v_max_table, "rad/s", table[0], f"a smaller {table[1]}"),
+    )
+    for name, value, unit, motor, cure in axes:
+        yield (
+            *(name, unit, value * motor.wave <= FASTEST * (1 + SAME)),
+            f"the fastest motor turns with {value * motor.wave:.4g} rad/s electrical; the current "
+            f"loops are proved and scaled to {FASTEST:g} rad/s; must be <= "
+            f"{_below(FASTEST / motor.wave)} {unit}, or {cure}",
+        )
 
 
 def _dead_time(drives: Drives) -> Iterator[tuple[str, str, bool, str]]:

@@ -14,12 +14,11 @@ from sim.page import provenance
 from sim.page.curves import envelope, framed, panels
 from sim.page.document import Page
 from sim.servo.chain import CONTROL_PERIOD
-from sim.servo.current_law import HALF_PERIOD
+from sim.servo.clocks import CLOCK, HALF_PERIOD
 from sim.servo.goals import Shown
 from sim.servo.plant import AXES, NAMES
 from sim.servo.position import SHOWN
 from sim.servo.sample import Sample
-from sim.servo.start_up import CLOCK
 
 TITLE = "Microtick: motor drives in closed loop"
 LEAD = (

@@ -16,7 +16,8 @@ from sim.model.records import SetPoints
 from sim.run.controller import ControllerFault
 from sim.servo import start_up
 from sim.servo.chain import CONFIGURATIONS, CONTROL_PERIOD, ORDER_FILTER, ChainRtl
-from sim.servo.current_law import HALF_PERIOD, Setting
+from sim.servo.clocks import HALF_PERIOD
+from sim.servo.current_law import Setting
 from sim.servo.hardware import check
 from sim.servo.plant import Plant
 from sim.servo.status import told

@@ -22,7 +22,7 @@ from sim.servo.averaged import AveragedPlant
 from sim.servo.chain import ORDER_FILTER
 from sim.servo.current_law import Setting
 from sim.servo.plant import Plant
-from sim.servo.response import HOME, NOISE
+from sim.servo.response import NOISE
 from sim.servo.whole import FrictionController
 
 BASE = 2.0  # spacing of the multisine's lines [Hz]
@@ -57,7 +57,7 @@ def wobble(robot: Robot) -> SetPoints:
     place = (np.sin(angles) / w).sum(axis=1)
     place -= place[0]
     words = np.zeros((ticks, 15))
-    words[:, 0:3], words[:, 9:11] = HOME[:3], HOME[3:]
+    words[:, 0:3], words[:, 9:11] = robot.start[:3], robot.start[3:]
     for at, size in zip((2, 9, 10), SPEEDS, strict=True):
         rate, second = (at + 3, at + 6) if at == 2 else (at + 2, at + 4)
         words[:, at] += size * place
@@ -80,7 +80,7 @@ def position_loops(robot: Robot, drives: Drives) -> PositionLoops:
 def _response(robot: Robot, drives: Drives, path: SetPoints) -> NDArray[np.complex128]:
     """Of the second period."""
     setting = Setting(robot.resolution, order_filter=ORDER_FILTER)
-    machine = AveragedPlant(Plant(robot, drives), setting, HOME, noise=NOISE)
+    machine = AveragedPlant(Plant(robot, drives), setting, robot.start, noise=NOISE)
     controller = FrictionController(robot, drives, KIND)
     run = closed_loop.run(robot, path, controller, lambda _: None, plant=machine)
     desired, half = joint_path(robot, path)[0], len(path) // 2

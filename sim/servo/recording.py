@@ -95,7 +95,7 @@ def record(
 def path_and_moves(robot: Robot, ticks: int) -> tuple[SetPoints, list[Move]]:
     """First ticks of the path of reversals, and its moves."""
     settings = MotionSettings(robot)
-    trajectory = generate(parse_file(PATH), settings)
+    trajectory = generate(parse_file(PATH, robot=robot), settings)
     return set_points(trajectory, ticks), moves_of(trajectory, settings)
 
 

@@ -18,12 +18,12 @@ from sim.model.parameters import Robot
 from sim.servo import start_up
 from sim.servo.averaged import AveragedPlant, at_joints, true_angles
 from sim.servo.chain import ChainRtl
-from sim.servo.current_law import HALF_PERIOD, Setting
+from sim.servo.clocks import CLOCK, HALF_PERIOD
+from sim.servo.current_law import Setting
 from sim.servo.hardware import check
 from sim.servo.plant import AXES, Plant
 from sim.servo.status import told
 
-HOME = (0.0, 0.0, 0.6, 0.0, 0.0)
 NOISE = 3e-3  # of a sensed current on averaged inverters [A]; `steps` measures the modulators'
 BASE = 200.0  # spacing of the multisine's lines [Hz]
 LINES = np.unique(np.round(np.geomspace(2, 100, 40)).astype(int))  # multiples of BASE
@@ -38,7 +38,7 @@ RAMP = 50  # half periods until the motors turn so fast
 MOST_HARMONIC = 10e3  # Hz: beyond it is the carrier's ripple
 LARGE = 0.05  # of i_max: current there
 RECORD_PLACE = 200  # clock of a half in which a record begins: rows come at 100, means end at 751
-LAG = 100 * 8e-9  # s from a sample's middle to that of a mean of `HALF`
+LAG = 100 * CLOCK  # s from a sample's middle to that of a mean of `HALF`
 
 
 def locked(robot: Robot, drives: Drives, setting: Setting, plant: Plant) -> tuple[ChainRtl, float]:
@@ -46,11 +46,11 @@ def locked(robot: Robot, drives: Drives, setting: Setting, plant: Plant) -> tupl
     gates. Raises ParameterError for what the hardware does not follow, StartUpError."""
     check(robot, drives)
     system = ChainRtl()
-    counts = system.place(plant, HOME)
+    counts = system.place(plant, robot.start)
     start_up.configure(system, drives, setting, counts)
     start_up.measure_offsets(system)
     noise = start_up.sense(system, 32).std(axis=0).max() * setting.ampere_per_count
-    start_up.write_angles(system, true_angles(plant, at_joints(plant, HOME)))
+    start_up.write_angles(system, true_angles(plant, at_joints(plant, robot.start)))
     start_up.order(system, [0.0] * AXES)
     system.front("LINK", enable=1)
     system.clock(3 * HALF_PERIOD)
@@ -132,7 +132,7 @@ def responses(robot: Robot, drives: Drives, setting: Setting) -> list[Response]:
 def averaged_responses(robot: Robot, drives: Drives, setting: Setting) -> list[Response]:
     """The same on averaged inverters."""
     wanted, period = excitation(drives, setting)
-    machine = AveragedPlant(Plant(robot, drives), setting, HOME, noise=NOISE)
+    machine = AveragedPlant(Plant(robot, drives), setting, robot.start, noise=NOISE)
     machine.brakes(0)
     i_q = machine.halves(wanted * [m.force_per_ampere for m in drives.motors])[:, 5:10]
     # The run that takes row k sees the current at the end of half k - 1.
@@ -215,9 +215,9 @@ def averaged_turn(robot: Robot, drives: Drives, setting: Setting) -> NDArray[np.
     """i_d + j i_q (n, 5) [A] over a turn at `LARGE` of i_max, a row a half period, on averaged
     inverters that a test bench turns: noise, offsets and gain errors of the sensing."""
     plant = Plant(robot, drives, friction=False)
-    machine = AveragedPlant(plant, setting, HOME, noise=NOISE)
+    machine = AveragedPlant(plant, setting, robot.start, noise=NOISE)
     rows = WAIT + round(1 / TURN / setting.period)
     travel = np.outer(np.arange(rows + 1) * setting.period * TURN, [m.pole for m in drives.motors])
     orders = np.tile([LARGE * m.i_max * m.force_per_ampere for m in drives.motors], (rows, 1))
-    found = machine.halves(orders, at_joints(plant, HOME) + travel)[WAIT:]
+    found = machine.halves(orders, at_joints(plant, robot.start) + travel)[WAIT:]
     return found[:, :5] + 1j * found[:, 5:10]

@@ -14,14 +14,13 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from asip_asm.isa import default_isa
 from sim.model.drives import Drives
 from sim.servo.chain import ChainRtl, current_program, write_constants
+from sim.servo.clocks import CLOCK, HALF_PERIOD
 from sim.servo.current_law import MAGIC, Setting
 from sim.servo.plant import AXES
 from sim.servo.status import told
 
-CLOCK = 1 / (1e6 * default_isa().clock_mhz)  # its period [s]
 WINDOW = 700  # clock of a half period in which the currents' windows begin
 ALL = (1 << AXES) - 1
 RUN = {f"axis{n}": 2 for n in range(AXES)}  # fields of MODE
@@ -105,7 +104,7 @@ def sense(system: ChainRtl, windows: int) -> NDArray[np.float64]:
     """Samples (windows, 5, 2) of the phase currents a and b [counts], a half period apart."""
     found = np.zeros((windows, AXES, 2))
     for row in found:
-        system.clock(1250)
+        system.clock(HALF_PERIOD)
         for n in range(AXES):
             for k, name in enumerate(("CURRENT_A", "CURRENT_B")):
                 row[n, k] = signed(system, name, n)
@@ -208,12 +207,12 @@ def enable(system: ChainRtl) -> None:
     """Currents follow the tracking processor's commands, 0 until its first run; brakes closed."""
     system.front("MODE")
     system.front("LINK")
-    system.clock(1250)
+    system.clock(HALF_PERIOD)
     system.current.preset(
         {state.name: int(state.bits, 16) for state in system.current.image.states}
     )
     system.front("LINK", enable=1, orders=1)
-    system.clock(3 * 1250)  # the first run only sets sines and cosines
+    system.clock(3 * HALF_PERIOD)  # the first run only sets sines and cosines
     system.front("MODE", **RUN)
 
 

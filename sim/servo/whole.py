@@ -69,7 +69,7 @@ def reversals(robot: Robot, path: SetPoints) -> NDArray[np.bool_]:
 
 def path_of(robot: Robot, ticks: int | None = None, file: Path = PATH) -> SetPoints:
     """Set-points of the A-G-H path or another."""
-    return set_points(generate(parse_file(file), MotionSettings(robot)), ticks)
+    return set_points(generate(parse_file(file, robot=robot), MotionSettings(robot)), ticks)
 
 
 def whole(robot: Robot, drives: Drives, path: SetPoints, kind: str, share: float = 1.0) -> Whole:

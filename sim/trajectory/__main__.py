@@ -40,7 +40,7 @@ def _arguments() -> argparse.ArgumentParser:
         epilog="example: python -m sim.trajectory sim/paths/agh.ngc --csv build/agh.csv",
     )
     parser.add_argument("program", type=Path, help="G-code file")
-    add_robot_option(parser)
+    add_robot_option(parser, "trajectory")
     add_tools_option(parser)
     add_override_option(parser)
     parser.add_argument("--csv", type=Path, metavar="FILE", help="write every set-point, SI units")
@@ -135,7 +135,7 @@ def main(argv: list[str] | None = None) -> int:
             rates=RateLimits(arguments.rapid / 60, table),
             lead_in=arguments.lead_in,
         )
-        program = parse_file(arguments.program, tools=tools_of(arguments))
+        program = parse_file(arguments.program, tools=tools_of(arguments), robot=robot)
         highest = MachineLimits.of(robot).tool.speed
         program = overridden_program(program, arguments.override, highest)
         trajectory = generate(program, settings, MOST_SHOWN)

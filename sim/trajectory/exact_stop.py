@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 from sim.model.parameters import Robot
 from sim.path.curves import Block, FloatArray, RateLimits, build_path, check_positive
 from sim.path.moves import Program
-from sim.path.workspace import GRID, WORKSPACE_ROUNDING, Workspace
+from sim.path.workspace import GRID, NAMES, Workspace, shown
 from sim.planner.scurve import SCurve
 
 AXIS_NAMES = ("x", "y", "z", "alpha", "gamma")
@@ -52,14 +52,15 @@ class WorkspaceError(ValueError):
     """A set-point is outside the workspace. file, line: the block; tick, axis, value, limit."""
 
     def __init__(
-        self, file: str, line: int, source: str, tick: int, axis: str, value: float, limit: float
+        self, file: str, line: int, source: str, tick: int, axis: int, value: float, limit: float
     ) -> None:
         self.file, self.line, self.tick = file, line, tick
-        self.axis, self.value, self.limit = axis, value, limit
+        self.axis, self.value, self.limit = NAMES[axis], value, limit
         relation = ">=" if value < limit else "<="
         super().__init__(
             f"{file}:{line}: error: tick {tick} leaves the workspace; "
-            f"got {axis} = {value * 1e3:.4f} mm; expected {axis} {relation} {limit * 1e3:g} mm\n"
+            f"got {self.axis} = {shown(axis, value, '.4f')}; expected {self.axis} {relation} "
+            f"{shown(axis, limit)}\n"
             f"{line:5d} |   {source}"
         )
 
@@ -221,17 +222,15 @@ def _at_rest(pose: FloatArray, ticks: int) -> list[FloatArray]:
 
 
 def _check(trajectory: Trajectory, workspace: Workspace, file: str) -> None:
-    tool = trajectory.position[:, :3]
-    lower, upper = np.array(workspace.lower), np.array(workspace.upper)
-    below, above = tool < lower - WORKSPACE_ROUNDING, tool > upper + WORKSPACE_ROUNDING
-    outside = np.argwhere(below | above)
-    if len(outside) == 0:
+    outside = workspace.outside(trajectory.position)
+    if outside is None:
         return
-    tick, axis = (int(index) for index in outside[0])
-    limit = lower[axis] if below[tick, axis] else upper[axis]
+    tick, axis = outside
+    value = float(trajectory.position[tick, axis])
+    low, high = workspace.lower[axis], workspace.upper[axis]
     move = trajectory.blocks[max(0, int(trajectory.block[tick]))].move
     raise WorkspaceError(
-        file, move.line, move.source, tick, AXIS_NAMES[axis], float(tool[tick, axis]), float(limit)
+        file, move.line, move.source, tick, axis, value, low if value < low else high
     )
 
 

@@ -7,20 +7,13 @@ import subprocess
 from collections.abc import Sequence
 from pathlib import Path
 
-from sim.harness import runtime, waves
+from sim.harness import waves
 from sim.harness.build import verilator_driver
+from sim.harness.linked import linked
 from sim.harness.plain import plain, workshop
 
 RUNTIME = ("verilated", "verilated_threads", "verilated_timing")
 OPTIONS = "--binary --timing --assert -O3 -Wno-fatal --x-initial unique --x-assign unique"
-
-
-def linked(*names: str) -> tuple[list[str], str]:
-    """Options for Verilator, and variables for its makefile, so that a model is one source and is
-    linked with these objects of `runtime`."""
-    traced = ["verilated_fst_c"] if waves.wanted() else []
-    objects = " ".join(str(plain(path)) for path in runtime.objects(*names, *traced))
-    return ["-LDFLAGS", objects], "VM_PARALLEL_BUILDS=0 OPT_FAST=-O1 VK_GLOBAL_OBJS="
 
 
 class Program:

@@ -19,8 +19,8 @@ from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge, Timer
 from cocotb_tools.runner import get_results
 
-from sim.harness.build import ROOT, WAIVERS
-from tests.bench.cocotb_runner import Simulation
+from sim.cocotb.runner import Simulation
+from sim.harness.build import ROOT
 
 OKAY, SLVERR = 0, 2
 PERIOD = 10  # simulation steps
@@ -172,9 +172,7 @@ def run_scenarios(
     """
     seed, scenario = os.environ.get("SEED", "1"), os.environ.get("SCENARIO")
     scenarios = re.findall(r"@(?:cocotb\.test\(\)|scenario)\n(?:async )?def", bench.read_text())
-    simulation = Simulation(
-        top, [WAIVERS, *sources], folder, parameters, flags=["--output-split", "0"]
-    )
+    simulation = Simulation(top, sources, folder, parameters)
     results = simulation.run(
         ".".join(bench.relative_to(ROOT).with_suffix("").parts),
         {"SEED": seed, **(environment or {})},

@@ -7,7 +7,7 @@ import ctypes
 
 import numpy as np
 
-from scripts.custom_table import Instruction, load
+from sim.custom_table import Instruction, load
 from sim.harness.build import ROOT, build_library
 from sim.harness.sources import sources_of
 from sim.harness.verilated import Verilated

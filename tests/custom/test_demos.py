@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from scripts.custom_table import load
+from sim.custom_table import load
 from sim.harness.build import ROOT
 from sim.harness.nios_image import read_elf
 from sim.harness.nios_rtl import NiosRtl

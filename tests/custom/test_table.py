@@ -17,7 +17,7 @@ import pytest
 
 from scripts import gen_custom
 from scripts.custom_components import ports_of
-from scripts.custom_table import FPGA_OF, SOURCE, CustomError, load
+from sim.custom_table import FPGA_OF, SOURCE, CustomError, load
 from sim.harness.build import ROOT
 from sim.harness.plain import plain
 from sim.harness.sources import sources_of

@@ -12,6 +12,9 @@ import jsonschema
 import pytest
 
 from sim import guard
+from sim.asip_run.inputs import UserError
+from sim.debugger.dap_launch import launch_options
+from sim.debugger.options import parse_arguments
 from tests.debugger.dap_client import DapClient, dap_session, start_server, validate
 from tests.debugger.debugged import ENDLESS, INPUTS, LEG, LOOP
 
@@ -192,3 +195,10 @@ def test_the_schema_refuses_what_is_wrong():
     validate(good)
     with pytest.raises(jsonschema.ValidationError):
         validate(good | {"body": {}})
+
+
+@pytest.mark.parametrize("name", ["iss", "uart", "load", "optimise", "stopOnEntry"])
+def test_switch_in_quotes_is_refused_by_name(name):
+    arguments = {"program": str(LEG), name: "false"}
+    with pytest.raises(UserError, match=f'"{name}" is true or false, without quotes'):
+        launch_options(arguments, parse_arguments(["--dap"]))

@@ -23,6 +23,7 @@ COMMANDS = {n: getattr(ec, f"EtherCat{name}") for n, name in enumerate(NAMES.spl
 READS, WRITES = {1, 3, 4, 6, 7, 9, 10, 12, 13, 14}, {2, 3, 5, 6, 8, 9, 11, 12, 13, 14}
 MEMORY, MEMORY_END = 0x1000, 0x3000
 HEADER = 16  # bytes of Ethernet and EtherCAT headers
+SOURCE = "10:10:10:10:10:10"  # of the frames, as ethercrab sends them
 
 
 @dataclass(frozen=True)
@@ -50,13 +51,18 @@ class Datagram:
 
 def frame(datagrams: list[Datagram]) -> bytes:
     """The frame, padded to 60 bytes, by scapy."""
-    packet = Ether(dst="ff:ff:ff:ff:ff:ff", src="02:00:00:00:00:01") / ec.EtherCat()
+    packet = Ether(dst="ff:ff:ff:ff:ff:ff", src=SOURCE) / ec.EtherCat()
     last = packet.lastlayer()
     for datagram in datagrams:  # `/` would copy all of them each time
         layer = datagram.layer()
         last.add_payload(layer)
         last = layer
     return bytes(packet).ljust(60, b"\0")
+
+
+def passed(data: bytes) -> bytes:
+    """The frame after a slave that serves none of it: the source is locally administered."""
+    return data[:6] + bytes([data[6] | 2]) + data[7:]
 
 
 @dataclass(frozen=True)

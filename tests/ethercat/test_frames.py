@@ -20,6 +20,7 @@ from tests.ethercat.frames import (
     Fmmu,
     Slave,
     frame,
+    passed,
     random_fmmus,
     register_memory,
 )
@@ -53,7 +54,7 @@ def check_answer(
     for n, (datagram, mine, theirs) in enumerate(zip(chain, wanted, got, strict=True)):
         position = datagram.logical & 0xFFFF if datagram.command in (10, 11, 12) else mine[1]
         assert (mine[0], position, mine[2]) == theirs, f"{where}datagram {n}: {datagram}"
-    assert back[:HEADER] == sent[:HEADER]
+    assert back[:HEADER] == passed(sent)[:HEADER]
 
 
 def check(line: Line, slave: Slave, datagrams: list[Datagram], good: bool = True) -> None:
@@ -240,9 +241,20 @@ def test_writes__of_a_register_only_read_are_not_counted(line: Line):
     assert line.read(esc_regmap.TYPE) == esc_regmap.TYPE.reset
 
 
-def test_frame__of_another_type_passes_unchanged(line: Line):
-    data = b"\xff" * 6 + b"\x02\0\0\0\0\1" + b"\x08\x00" + bytes(range(200))
-    assert line.exchange(data).data == data
+@pytest.mark.parametrize("first", [0x00, 0x01, 0x02, 0x10, 0xFD, 0xFF])
+@pytest.mark.parametrize("kind", [b"\x88\xa4", b"\x08\x00"])
+def test_source__is_marked_in_every_frame(line: Line, first: int, kind: bytes):
+    """Masters (ethercrab, SOEM) tell an answer from their own frame by bit 1 of its first byte."""
+    sent = frame([Datagram(0, bytes(4))])
+    sent = sent[:6] + bytes([first]) + sent[7:12] + kind + sent[14:]
+    back = line.exchange(sent)
+    assert back.good
+    assert back.data == sent[:6] + bytes([first | 2]) + sent[7:]
+
+
+def test_frame__of_another_type_passes(line: Line):
+    data = b"\xff" * 6 + b"\x10\0\0\0\0\1" + b"\x08\x00" + bytes(range(200))
+    assert line.exchange(data).data == passed(data)
     assert line.read(esc_regmap.PROCESSING_ERRORS) == 0
 
 

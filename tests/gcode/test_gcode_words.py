@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Interpreter: what rs274 cannot be asked, streams, the table frame, mistakes."""
 
+import dataclasses
 import itertools
 import math
 
@@ -8,11 +9,23 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from sim.gcode import table_frame
 from sim.gcode.interpreter import GcodeErrors, parse, parse_file, stream, stream_file
-from sim.gcode.table_frame import PIVOT, from_machine, to_machine
 from sim.gcode.tools import Tool
+from sim.model.parameters import Robot
 from sim.path.moves import Dwell, Motion, Move
+from sim.path.workspace import default_robot, pivot_of
 from tests.gcode.mistakes import ZERO, check_error, errors_of
+
+PIVOT = (0.0, 0.0, 520.0)  # mm: the start height 600 less h = 80 of the default robot
+
+
+def to_machine(pose):
+    return table_frame.to_machine(pose, PIVOT)
+
+
+def from_machine(pose):
+    return table_frame.from_machine(pose, PIVOT)
 
 
 def ends(text: str):
@@ -98,6 +111,16 @@ def test_stream_file__and_parse_file__read_the_same(tmp_path):
 @given(st.tuples(*[st.floats(-200, 200)] * 3, st.floats(-90, 90), st.floats(-720, 720)))
 def test_table_frame__there_and_back__is_the_same_pose(pose):
     assert from_machine(to_machine(pose)) == pytest.approx(pose, abs=1e-9)
+
+
+def test_table_frame__pivot__is_that_of_the_robot():
+    assert pivot_of(default_robot()) == PIVOT
+    text = "G43.4\nG0 A90\nM2"
+    low = dataclasses.replace(Robot.load(), z_min=0.2, z_max=0.4, z_start=0.3, h=0.05)
+    for robot, start, h in ((default_robot(), 600, 80), (low, 300, 50)):
+        moves = parse(text, robot=robot).moves
+        assert moves[0].start == (0, 0, start, 0, 0)
+        assert moves[-1].end == pytest.approx((0, -h, start - h, 90, 0), abs=1e-9)
 
 
 def test_table_frame__turned_table__carries_the_point_with_it():

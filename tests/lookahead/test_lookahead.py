@@ -359,7 +359,7 @@ def test_table_frame__lines_while_the_table_turns__are_straight_on_the_work_piec
     text = "G64 P0.005\nG43.4\nG1 X20 Y5 F3000\nX-20 Y10 Z605 A25 C60\nX0 Y-10 A-10 C0\nM2"
     points, _ = sampled(moves_of(text), SMOOTH)
     mm = points.position * ([1e3] * 3 + [math.degrees(1)] * 2)
-    part = np.array([from_machine(tuple(pose.tolist()))[:3] for pose in mm[::10]])
+    part = np.array([from_machine(tuple(pose.tolist()), (0, 0, 520))[:3] for pose in mm[::10]])
     corners = np.array([(0, 0, 600), (20, 5, 600), (-20, 10, 605), (0, -10, 605)])
     off = distance_to_polyline(part, corners)
     assert off.max() <= 0.005 + 0.0005 + INNER_TOLERANCE * 1e3
@@ -372,6 +372,18 @@ def test_workspace__left_by_a_line_or_an_arc__names_the_line():
     for text in ("G1 X10 F100\nX200\nM2", "G1 X145 F100\nG3 Y20 R10\nM2"):
         with pytest.raises(OutsideError, match="part.ngc:2: error: the move leaves the workspace"):
             Lookahead(moves_of(text), SMOOTH, file="part.ngc").duration()
+
+
+@pytest.mark.parametrize(
+    ("end", "text"),
+    [
+        ("A14000", "got A = 14000.0000 degree; expected -180 to 180 degree"),
+        ("C-10801", "got C = -10801.0000 degree; expected -10800 to 10800 degree"),
+    ],
+)
+def test_travel_of_the_table__left__names_the_line_and_the_travel(end, text):
+    with pytest.raises(OutsideError, match=f"part.ngc:3: error: .*{text}"):
+        Lookahead(moves_of(f"G1 A180 F1e6\nA0\n{end}\nM2"), SMOOTH, file="part.ngc").duration()
 
 
 @pytest.mark.parametrize("change", [{"rapid": -1.0}, {"depth": 1}])

@@ -133,17 +133,3 @@ def test_forward__legs_too_short__names_them_and_the_tick(robot, lengths, text):
     with pytest.raises(WorkspaceError) as caught:
         kinematics.forward(robot, lengths)
     assert str(caught.value) == text
-
-
-@pytest.mark.parametrize(
-    ("angles", "text"),
-    [
-        ((256.5, 0.0), r"alpha = 256.5 rad at tick 1: must be within \+-256 rad; the sine"),
-        ((0.0, -403.0), r"gamma = -403 rad at tick 1: must be within \+-402.124 rad"),
-        ((float("nan"), 0.0), "alpha = nan rad at tick 1"),
-    ],
-)
-def test_check_table__beyond_sine_or_counts__names_axis_value_and_limit(robot, angles, text):
-    with pytest.raises(WorkspaceError, match=text):
-        kinematics.check_table(robot, [(256.0, 402.0), angles])
-    kinematics.check_table(robot, [(256.0, 402.0), (-256.0, -402.0)])

@@ -103,8 +103,9 @@ def test_load__missing_parameter__is_named(tmp_path):
 
 def test_every_parameter__minus_one__is_refused(robot):
     for entry in dataclasses.fields(robot):
-        with pytest.raises(ParameterError, match=rf"^{entry.name} = -1"):
-            dataclasses.replace(robot, **{entry.name: -1.0})
+        wrong = 1.0 if entry.name in ("tilt_min", "rotation_min") else -1.0
+        with pytest.raises(ParameterError, match=rf"^{entry.name} = {wrong:g}"):
+            dataclasses.replace(robot, **{entry.name: wrong})
 
 
 @pytest.mark.parametrize(
@@ -112,6 +113,10 @@ def test_every_parameter__minus_one__is_refused(robot):
     [
         ({"R": 1.7}, "R = 1.7: the longest leg of the workspace has 2.048 m"),
         ({"z_min": 0.1}, "z_min = 0.1: must be >= 0.25 R = 0.125 m"),
+        ({"z_start": 0.4}, "z_start = 0.4: must be within the workspace, z_min = 0.45 .. z_max"),
+        ({"rotation_max": 403.0}, "rotation_max = 403.0: must be within +-402.124 rad; binary32"),
+        ({"tilt_min": -256.5}, "tilt_min = -256.5 rad: must be within -256 .. 0 rad; the hardware"),
+        ({"turn_table": 2.0**22}, "rotation_min = -188.49555921538757: must be within +-25.1327"),
         ({"encoder_legs": 5e-8}, "encoder_legs = 5e-08: the longest leg has 2.0"),
         ({"f_legs": 201.0}, "f_legs = 201.0: must be <= 200 Hz, 50 periods T_s"),
         ({"friction_legs": 101.0}, "friction_legs = 101.0: must be <= m_p friction_speed_legs"),

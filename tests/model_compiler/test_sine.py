@@ -176,9 +176,9 @@ def test_arm_takes_no_more_cycles_than_aimed_at(tmp_path, name, cycles):
     assert built.cycles <= cycles and built.cycles <= 1.05 * built.bound_cycles
 
 
-def test_report_shows_what_each_option_changes():
-    compiled = compile_law(law_of(PORTS["encoder"]), FAST)
-    text = effects(compiled, seed=1)
+def test_report_shows_what_each_option_changes(tmp_path):
+    built = build(compile_law(law_of(PORTS["encoder"]), FAST), tmp_path / "law.s")
+    text = effects(built, seed=1)
     rows = {line[:24].strip(): line[24:].split() for line in text.splitlines()[1:5]}
     assert int(rows["--sine unit"][0]) > int(rows["this program"][0])
     assert rows["this program"][1:] == ["1.00", "to", "1.00"]

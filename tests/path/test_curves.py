@@ -10,14 +10,14 @@ from hypothesis import strategies as st
 
 from sim.gcode.interpreter import parse
 from sim.path.curves import RateLimits, build_path
-from sim.path.moves import HOME, Pose
+from sim.path.moves import Pose
 
 # One ulp of a coordinate below 1 m, and a few roundings of it.
 POINT_TOLERANCE = 1e-15
 BESIDE = (50.0, 0.0, 600.0, 0.0, 0.0)
 
 
-def only_block(text: str, rates: RateLimits | None = None, start: Pose = HOME):
+def only_block(text: str, rates: RateLimits | None = None, start: Pose | None = None):
     (block,) = build_path(parse(f"{text}\nM2", start=start), rates)
     return block
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shlex
 import signal
 import subprocess
@@ -33,6 +34,8 @@ LINE = "G64 P0.01\nG1 X2 F1200\nY2\nM2\n"
         ("G61.1 G1 X10 F0.01\nM2\n", None, "part.ngc:1: error: the motion is too long"),
         ("G0 X1000\nM2\n", None, "part.ngc:1: error: the move leaves the workspace"),
         ("G1 X1\nM2\n", None, "part.ngc:1:"),
+        ("G0 X1\nA14000\nM2\n", None, "part.ngc:2: error: the move leaves the workspace; got A"),
+        ("G61.1 G0 X1\nA200\nM2\n", None, "part.ngc:2: error: tick "),
         (None, None, "part.ngc: error: No such file"),
         (LINE, "[T_s\n", "robot.toml:1:"),
         (LINE, "", "robot.toml: error: "),
@@ -69,6 +72,17 @@ def test_plan_only__tells_time_ticks_and_estimate(tmp_path, capsys):
     out = capsys.readouterr().out
     assert "path time" in out and "ticks of 100" in out and "estimated time" in out
     assert "1 rounded" in out and not (tmp_path / "out").exists()
+
+
+def test_low_robot__runs_a_program_from_its_own_start(tmp_path, capsys):
+    text = ROBOT_TOML.read_text(encoding="utf-8")
+    for name, value in {"z_min": 0.2, "z_max": 0.4, "z_start": 0.3}.items():
+        text = re.sub(rf"(\[{name}\]\nvalue = )\S+", rf"\g<1>{value}", text)
+    (tmp_path / "low.toml").write_text(text, encoding="utf-8")
+    (tmp_path / "part.ngc").write_text("G43.4\nG1 X2 A5 F1200\nM2\n")
+    arguments = [str(tmp_path / "part.ngc"), "--plan-only", "--robot", str(tmp_path / "low.toml")]
+    assert main_job.main([*arguments, "--output", str(tmp_path / "out")]) == 0
+    assert "path time" in capsys.readouterr().out
 
 
 # A job whose workers never end; it prints their process numbers.

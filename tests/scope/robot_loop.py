@@ -21,7 +21,11 @@ from sim.scope.tap import Place
 
 SOURCE = PROGRAMS / "tracking_optimised.s"
 # Linear, so that textbooks know the response: no friction, no boost, fine encoders.
-ROBOT = replace(Robot.load(), friction_legs=0.0, friction_table=0.0, xi_c=1.0, turn_table=2.0**22)
+ROBOT = replace(
+    Robot.load(),
+    **{"friction_legs": 0.0, "friction_table": 0.0, "xi_c": 1.0, "turn_table": 2.0**22},
+    **{"rotation_min": -25.0, "rotation_max": 25.0},
+)
 
 
 @cache

@@ -45,6 +45,13 @@ def test_without_the_token__everything_is_refused(scope, path):
     assert status == 403 and b"open the address that the command has printed" in text
 
 
+def test_address_without_its_last_slash__leads_to_the_page(scope):
+    connection = http.client.HTTPConnection(*scope.address, timeout=LIMIT)
+    connection.request("GET", f"/{scope.token}")
+    answer = connection.getresponse()
+    assert answer.status == 301 and answer.getheader("Location") == f"/{scope.token}/"
+
+
 def test_socket__wrong_token_or_foreign_page__is_refused(scope):
     async def refused(address: str, origin: str | None) -> int:
         headers = HTTPHeaders({"Origin": origin} if origin else {})

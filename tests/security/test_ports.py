@@ -145,3 +145,19 @@ def test_private_folder_of_others_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(private.os, "getuid", lambda: 4242)
     with pytest.raises(OSError, match="belongs to the user"):
         private.private_folder(folder)
+
+
+def test_further_client_is_turned_away_and_one_after_the_first_is_served():
+    said: list[str] = []
+    with guard.listen(0, said.append) as listener:
+        place = listener.getsockname()
+        with socket.create_connection(place), guard.only_client(listener, said.append):
+            first = guard.accept(listener, said.append)
+            assert first is not None
+            with first, socket.create_connection(place, timeout=10) as second:
+                assert second.recv(1) == b""
+        assert said == ["one client is connected already; another was turned away"]
+        with socket.create_connection(place):
+            after = guard.accept(listener, said.append)
+            assert after is not None
+            after.close()

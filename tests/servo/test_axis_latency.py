@@ -7,8 +7,8 @@ import pytest
 
 from sim.model.drives import Drives
 from sim.model.parameters import Robot
+from sim.servo.clocks import CLOCK
 from sim.servo.current_law import Setting
-from sim.servo.start_up import CLOCK
 from tests.servo.axis_latency import latency
 
 SETTING = Setting(Robot.load().resolution)

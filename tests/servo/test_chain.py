@@ -28,7 +28,6 @@ from sim.servo.path import Chain
 from sim.servo.plant import Plant
 from sim.servo.recording import Recording
 from sim.servo.response import (
-    HOME,
     LARGE,
     analyse,
     averaged_responses,
@@ -64,7 +63,7 @@ def test_mechanics__accelerations_are_those_of_the_rigid_body():
 
 def test_averaged_inverter__step_of_the_current_with_dead_time():
     """All axes behind 10 halves, brakes closed."""
-    machine = AveragedPlant(Plant(ROBOT, DRIVES), SETTING, HOME)
+    machine = AveragedPlant(Plant(ROBOT, DRIVES), SETTING, ROBOT.start)
     machine.brakes(0)
     orders = np.zeros((150, 5))
     orders[10:] = [0.03 * m.i_max * m.force_per_ampere for m in DRIVES.motors]

@@ -24,9 +24,8 @@ from sim.model.drives import Drives
 from sim.model.parameters import Robot
 from sim.servo import start_up
 from sim.servo.chain import ChainRtl
-from sim.servo.current_law import HALF_PERIOD
+from sim.servo.clocks import HALF_PERIOD
 from sim.servo.plant import AXES, Plant
-from sim.servo.response import HOME
 
 ROBOT, FILE = Robot.load(), Drives.load()
 R, L = 10.0, 5e-3
@@ -94,7 +93,7 @@ def lines(name: str) -> NDArray[np.complex128]:
     drives = replace(INVERTERS[name], **SMOOTH)
     plant = Plant(ROBOT, drives)
     system = ChainRtl()
-    system.place(plant, HOME)
+    system.place(plant, ROBOT.start)
     system.spin([0.0] * AXES)  # a test bench holds the rotors
     system.front("PWM", half_period=HALF_PERIOD, minimum=start_up.least_clocks(drives))
     system.front("DEAD_TIME", clocks=start_up.dead_clocks(drives))

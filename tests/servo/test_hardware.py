@@ -37,6 +37,36 @@ REFUSED = [
     ({"f_pwm": 4e4}, "f_pwm", "2500 clocks of 8 ns.*enter 50000 Hz", {"f_pwm": 5e4}),
     ({"f_modulator": 2e7}, "f_modulator", "enter 20833333.33", {"f_modulator": 20833333.33}),
 ]
+# The last one is 3000 revolutions a minute with 4 pole pairs: 1257 rad/s electrical.
+TOO_FAST = [
+    (
+        {},
+        {"pole_legs": 0.003},
+        "v_max_leg",
+        "1257 rad/s electrical.*longer pole_legs",
+        {"pole_legs": 0.004},
+    ),
+    ({"v_max_leg": 6.0}, {}, "v_max_leg", "must be <= 5.092 m/s", {}),
+    (
+        {"v_max_table": 50.0},
+        {},
+        "v_max_table",
+        "1100 rad/s.*<= 45.45 rad/s, or a smaller poles_tilt",
+        {},
+    ),
+    (
+        {"v_max_table": 50.0},
+        {"poles_tilt": 10},
+        "v_max_table",
+        "smaller poles_rotation",
+        {"poles_rotation": 20},
+    ),
+    (
+        {"v_max_table": 314.16},
+        {"poles_tilt": 4, "poles_rotation": 3},
+        *("v_max_table", "1257 rad/s electrical.*<= 250 rad/s", {"poles_tilt": 3}),
+    ),
+]
 
 
 @pytest.mark.parametrize(("changes", "name", "text", "cure"), REFUSED)
@@ -47,6 +77,15 @@ def test_drives__what_the_hardware_does_not_follow_is_refused_with_its_cure(
     with pytest.raises(ParameterError, match=rf"^{name} = \S+ \w+: .*{text}"):
         hardware.check(ROBOT, changed)
     hardware.check(ROBOT, replace(changed, **cure))
+
+
+@pytest.mark.parametrize(("robot", "changes", "name", "text", "cure"), TOO_FAST)
+def test_speed__beyond_what_the_loops_are_proved_for_is_refused(robot, changes, name, text, cure):
+    fast, drives = replace(ROBOT, **robot), replace(DRIVES, **changes)
+    with pytest.raises(ParameterError, match=rf"^{name} = \S+ \S+: .*{text}"):
+        hardware.check(fast, drives)
+    slower = {} if cure else {name: float(text.split("<= ")[1].split(" ")[0])}
+    hardware.check(replace(fast, **slower), replace(drives, **cure))
 
 
 def test_robot__another_control_period_is_refused():

@@ -15,10 +15,11 @@ from sim.model.parameters import ROBOT_TOML, Robot
 from sim.servo import start_up
 from sim.servo.averaged import at_joints, true_angles
 from sim.servo.chain import ChainRtl
-from sim.servo.current_law import HALF_PERIOD, Setting
+from sim.servo.clocks import HALF_PERIOD
+from sim.servo.current_law import Setting
 from sim.servo.hardware import load
 from sim.servo.plant import Plant
-from sim.servo.response import HOME, TURN, averaged_responses, locked, turn
+from sim.servo.response import TURN, averaged_responses, locked, turn
 
 OWN = {
     **{"pole_legs": 0.048, "poles_tilt": 14, "poles_rotation": 10},
@@ -28,7 +29,7 @@ OWN = {
     **{"psi_legs": 0.62, "psi_tilt": 0.75, "psi_rotation": 0.6},
     **{"i_max_legs": 18.0, "i_max_tilt": 20.0, "i_max_rotation": 12.0},
     **{"cogging_legs": 0.0, "cogging_tilt": 0.0, "cogging_rotation": 0.0},
-    **{"encoder_legs": 0.5e-6, "turn_table": 1048576},
+    **{"encoder_legs": 0.5e-6, "turn_table": 1048576, "rotation_max": 100.0},
 }
 
 
@@ -66,7 +67,7 @@ def test_loops__a_test_bench_brings_the_motors_to_speed_without_a_trip(own):
     turn(system, drives)
     system.clock(20 * HALF_PERIOD)
     assert system.status()["trip"] == 0
-    travel = system.look().joints - at_joints(plant, HOME)
+    travel = system.look().joints - at_joints(plant, robot.start)
     assert (travel / [m.pole for m in drives.motors] > 0.4 * 70 * 1e-5 * TURN).all()
     # A jump of three counts would be read as one back. The plant's last step may be 1 us old, 2.6
     # counts of the fastest.
@@ -78,11 +79,11 @@ def test_bring_up__alignment_finds_the_angles_of_the_own_motors(own):
     """Step 5, its order: brakes stay closed."""
     robot, drives = own
     setting, plant, system = Setting(robot.resolution), Plant(robot, drives), ChainRtl()
-    counts = system.place(plant, HOME)
+    counts = system.place(plant, robot.start)
     start_up.configure(system, drives, setting, counts)
     start_up.measure_offsets(system)
     found = start_up.align(system, drives, setting, dwell=0.008)
-    off = found - true_angles(plant, at_joints(plant, HOME))
+    off = found - true_angles(plant, at_joints(plant, robot.start))
     assert np.degrees(np.abs((off + np.pi) % (2 * np.pi) - np.pi)).max() < 3.0
     start_up.enable(system)
     system.clock(20 * HALF_PERIOD)

@@ -8,18 +8,22 @@ from __future__ import annotations
 
 import ctypes
 import math
-from dataclasses import replace
+import re
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from asip_asm.isa import default_isa
 from asip_asm.project import ROOT
 from sim.harness import runtime
+from sim.harness.gen.drive_regmap import REGMAP
 from sim.model.drives import Drives
-from sim.model.parameters import Robot
-from sim.servo import lugre
+from sim.model.parameters import ParameterError, Robot
+from sim.servo import clocks, lugre
+from sim.servo.current_law import Setting
 from sim.servo.motor import Windings, phase_currents, space_vector
 from sim.servo.plant import Plant
 
@@ -244,3 +248,24 @@ def test_friction__deflection_and_force(header, axis):
         model, want = lugre.step(friction, model, float(speed), time)
         assert z[0] == pytest.approx(model, rel=1e-9, abs=1e-15)
         assert force == pytest.approx(want, rel=1e-9, abs=1e-9 * friction.static)
+
+
+def test_coulomb_friction__one_entry_of_the_file__acts_in_both_plants():
+    names = {"friction_legs": 9.0, "friction_table": 0.6}
+    robot, drives = replace(Robot.load(), **names), replace(DRIVES, **names)
+    assert Plant(robot, drives).record()["axis"]["coulomb"].tolist() == [9.0] * 3 + [0.6] * 2
+    assert {"friction_legs", "friction_table"} <= {field.name for field in fields(Drives)}
+    with pytest.raises(
+        ParameterError, match=r"^lugre_static_table = 0.8 N m: must be >= friction_t"
+    ):
+        replace(DRIVES, friction_table=0.81)
+
+
+def test_clock_and_half_period__have_the_registers_and_the_instruction_sets_values():
+    assert clocks.HALF_PERIOD == REGMAP.registers["PWM"].reset
+    assert clocks.CLOCK * default_isa().clock_mhz == pytest.approx(1e-6)
+    assert Setting(Robot.load().resolution).period == clocks.HALF_PERIOD * clocks.CLOCK
+    numbers = re.compile(r"\b(1250|8e-0?9|1e-0?5)\b")
+    for file in sorted((ROOT / "sim/servo").glob("*")):
+        if file.suffix in (".py", ".cpp", ".h"):
+            assert not numbers.search(file.read_text(encoding="utf-8")), file.name

@@ -18,19 +18,18 @@ from sim.servo.averaged import at_joints, true_angles, true_zeros
 from sim.servo.chain import ChainRtl
 from sim.servo.current_law import Setting
 from sim.servo.plant import Plant
-from sim.servo.response import HOME
 
 ROBOT, DRIVES = Robot.load(), Drives.load()
 SETTING, PLANT = Setting(ROBOT.resolution), Plant(ROBOT, DRIVES)
 ALL = start_up.ALL
-JOINTS = at_joints(PLANT, HOME)
+JOINTS = at_joints(PLANT, ROBOT.start)
 MOST = [1e-4] * 3 + [1e-2] * 2  # following error [m, rad]
 
 
 def brought_up(plant: Plant = PLANT) -> ChainRtl:
     """Configured, offsets measured; all gates off, brakes closed."""
     system = ChainRtl()
-    counts = system.place(plant, HOME)
+    counts = system.place(plant, ROBOT.start)
     start_up.configure(system, DRIVES, SETTING, counts)
     zeros = start_up.measure_offsets(system, 16)
     np.testing.assert_allclose(zeros, true_zeros(PLANT), atol=3)

@@ -21,8 +21,8 @@ from pathlib import Path
 from unittest.mock import patch
 
 from scripts import plain_verilog
-from scripts.plain_verilog import PlainError, literal, write_plain
 from sim.harness import build
+from sim.harness.plain_verilog import PlainError, literal, write_plain
 from sim.harness.runtime import only_one
 from sim.harness.sources import sources_of
 from sim.harness.wasm import run_tool

@@ -9,7 +9,7 @@ from functools import partial
 
 import pytest
 
-from scripts.custom_table import load as custom_instructions
+from sim.custom_table import load as custom_instructions
 from sim.ethercat.datagram import APWR, single
 from sim.ethercat.gen import esc_regmap
 from sim.ethercat.line import Line

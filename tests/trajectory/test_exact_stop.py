@@ -206,12 +206,31 @@ def test_generate__set_point_outside_the_workspace__names_tick_line_value_and_li
 
 @pytest.mark.parametrize(
     ("code", "axis", "limit"),
-    [("X-151", "x", -0.15), ("Y151", "y", 0.15), ("Z449", "z", 0.45), ("X151", "x", 0.15)],
+    [
+        *(("X-151", "x", -0.15), ("Y151", "y", 0.15), ("Z449", "z", 0.45), ("X151", "x", 0.15)),
+        *(("A181", "A", math.pi), ("A-181", "A", -math.pi)),
+    ],
 )
 def test_generate__each_side_of_the_workspace__is_checked(code, axis, limit):
     with pytest.raises(WorkspaceError) as caught:
         run(f"G0 {code}\nM2")
     assert (caught.value.axis, caught.value.limit) == (axis, limit)
+
+
+def test_generate__travel_of_the_table__is_that_of_the_robot():
+    tight = replace(Robot.load(), tilt_min=-0.1, tilt_max=0.2, rotation_min=-0.3, rotation_max=0.4)
+    settings = MotionSettings(tight)
+    for end, text in (
+        ("A-5.8", "got A = -5.7.*expected A >= -5.72958 degree"),
+        ("A11.5", "got A = 11.4.*expected A <= 11.4592 degree"),
+        ("C-17.2", "got C = -17.*expected C >= -17.1887 degree"),
+        ("C23", "got C = 22.9.*expected C <= 22.9183 degree"),
+    ):
+        with pytest.raises(WorkspaceError, match=text):
+            generate(parse(f"G0 {end}\nM2"), settings)
+    generate(parse("G0 A-5.7 C-17.1\nA11.4 C22.9\nM2"), settings)
+    edge = replace(tight, tilt_max=math.pi)  # binary32 has a larger one
+    generate(parse("G0 A180\nM2"), MotionSettings(edge))
 
 
 def test_generate__arc_that_touches_the_workspace__is_accepted():
@@ -226,7 +245,10 @@ def test_generate__workspace__is_that_of_the_robot():
 
 def test_defaults__workspace_and_period__are_those_of_the_specification():
     robot = Robot.load()
-    assert Workspace.of(robot) == Workspace((-0.150, -0.150, 0.450), (0.150, 0.150, 0.750))
+    turns = 60 * math.pi
+    assert Workspace.of(robot) == Workspace(
+        (-0.150, -0.150, 0.450, -math.pi, -turns), (0.150, 0.150, 0.750, math.pi, turns)
+    )
     assert DEFAULTS.period == robot.T_s == 100e-6
 
 
@@ -320,8 +342,8 @@ def test_agh__letter__moves_all_five_axes(agh, name):
 
 def test_agh__workspace__is_kept_with_room_for_the_whole_letters(agh):
     workspace = Workspace.of(Robot.load())
-    assert np.all(agh.position[:, :3] >= workspace.lower)
-    assert np.all(agh.position[:, :3] <= workspace.upper)
+    assert np.all(agh.position[:, :3] >= workspace.lower[:3])
+    assert np.all(agh.position[:, :3] <= workspace.upper[:3])
     assert np.max(np.abs(agh.position[:, :3] - [0, 0, 0.6])) < 0.06
 
 

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from asip_asm.machine import FP_PKG_FILE, fp_latencies
+from asip_asm.project import ROOT
 
-ROOT = Path(__file__).resolve().parents[1]
 SOURCE = ROOT / "nios_sw/custom.toml"
 PLATFORMS = ("fpga1", "fpga2")
 FPGA_OF = {name: number for number, name in enumerate(PLATFORMS, 1)}  # number in C and RTL

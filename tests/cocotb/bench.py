@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: Apache-2.0
+"""cocotb benches as pytest tests: each `@cocotb.test()` of a bench is one result.
+
+    RUNS = {"fp_mul": Run("fp_mul", unit_tb, only="fp_mul")}
+    test_scenario = one_test_each(RUNS)
+
+A run is built and simulated when the first of its tests is asked for.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from types import ModuleType
+
+import pytest
+
+from sim.cocotb.runner import Simulation, outcomes
+from sim.harness.build import ROOT
+from tests.bench.needs import needs
+from tests.bench.seed import SEED
+
+FOLDER = ROOT / "build/cocotb"
+
+
+@dataclass(frozen=True)
+class Run:
+    """Tests of a bench whose names match `only`, on `top` with parameters, in a simulator."""
+
+    top: str
+    bench: ModuleType
+    only: str = ""
+    parameters: Mapping[str, int] = field(default_factory=dict)
+    sim: str = "verilator"
+
+    def names(self) -> list[str]:
+        """Names of the tests, as in the results file."""
+        tests = (
+            test
+            for found in vars(self.bench).values()
+            if hasattr(found, "generate_tests")
+            for test in found.generate_tests()
+        )
+        return [test.name for test in tests if re.search(self.only, test.name)]
+
+
+_found: dict[str, dict[str, str] | Exception] = {}
+
+
+def simulated(name: str, run: Run) -> dict[str, str]:
+    """Outcome of every test of a run, simulated once. Raises what the simulation raised."""
+    if name not in _found:
+        try:
+            _found[name] = _simulate(name, run)
+        except Exception as error:
+            _found[name] = error
+    found = _found[name]
+    if isinstance(found, Exception):
+        raise found
+    return found
+
+
+def _simulate(name: str, run: Run) -> dict[str, str]:
+    simulation = Simulation(run.top, folder=FOLDER / name, parameters=run.parameters, sim=run.sim)
+    wanted = "|".join(map(re.escape, run.names()))
+    results = simulation.run(run.bench.__name__, {"SEED": str(SEED)}, test_filter=f"({wanted})$")
+    return outcomes(results)
+
+
+def one_test_each(runs: Mapping[str, Run]) -> Callable[..., None]:
+    """A parametrised pytest function with one case for each test of each run."""
+    cases = []
+    for name, run in runs.items():
+        marks = [needs("iverilog", "yosys")] if run.sim == "icarus" else []
+        cases += [
+            pytest.param(name, test, id=f"{name}-{test}", marks=marks) for test in run.names()
+        ]
+
+    @pytest.mark.parametrize(("run", "test"), cases)
+    def test_scenario(run: str, test: str) -> None:
+        found = simulated(run, runs[run])
+        assert set(found) == set(runs[run].names())
+        log = FOLDER / run / "log.txt"
+        assert not found[test], f"{found[test]}\nSEED={SEED}; log: {log}"
+
+    return test_scenario

@@ -1,0 +1,20 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The ASIP under cocotb: the tests of asip_tb.py on both configurations, and in Icarus.
+
+Icarus simulates with four states: the monitor and the driver refuse an X on any control output.
+"""
+
+from asip_asm.isa import default_isa
+from tests.cocotb import asip_tb
+from tests.cocotb.bench import Run, one_test_each
+
+SHAPES = {
+    name: {"FmaPipes": shape.fma_pipes, "Slots": len(shape.slots)}
+    for name, shape in default_isa().configurations.items()
+}
+IN_ICARUS = "^(states__|fault__not|fault__illegal|host__interrupts)"
+
+test_scenario = one_test_each(
+    {name: Run("asip", asip_tb, "", shape) for name, shape in SHAPES.items()}
+    | {"icarus": Run("asip", asip_tb, IN_ICARUS, SHAPES["fast"], "icarus")}
+)

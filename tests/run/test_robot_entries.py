@@ -1,0 +1,32 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Every entry of the robot's file acts in a command or is in the command's list of unused ones."""
+
+from __future__ import annotations
+
+import tomllib
+
+import pytest
+
+from sim.lookahead import __main__ as lookahead
+from sim.model.parameter_uses import UNUSED
+from sim.model.parameters import ROBOT_TOML
+from tests.run import robot_entries
+
+
+def test_entries__moved_are_those_of_the_file():
+    entries = tomllib.loads(ROBOT_TOML.read_text(encoding="utf-8"))
+    assert sorted(entries) == sorted(robot_entries.ENTRIES)
+    assert set(UNUSED) == set(robot_entries.COMMANDS)
+
+
+@pytest.mark.parametrize("command", UNUSED)
+def test_entry__moved_alone__changes_the_command_or_is_in_its_list(command):
+    assert robot_entries.unused(command) == set(UNUSED[command])
+    assert len(UNUSED[command]) == len(set(UNUSED[command]))
+
+
+def test_help__prints_the_entries_that_the_command_does_not_use(capsys):
+    with pytest.raises(SystemExit):
+        lookahead.main(["--help"])
+    text = capsys.readouterr().out.replace("-\n", "-")
+    assert all(name in text for name in UNUSED["lookahead"])
