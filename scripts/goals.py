@@ -77,6 +77,7 @@ AREAS: dict[str, Area] = {
         {
             "ports": "tests.security.campaign_ports:rows",
             "files": "tests.security.campaign_files:rows",
+            "caches": "tests.security.campaign_caches:rows",
         },
     ),
     "silicon": Area(
