@@ -37,7 +37,7 @@ export PYTHONNOUSERSITE := 1
 export PYTHONUTF8 := 1
 
 .PHONY: help setup setup-synth run dual test test-full test-mutants fuzz lint lock clean
-.PHONY: format gen gen-check docs readme site goals
+.PHONY: format gen gen-check docs readme site sbom goals
 .PHONY: formal fp-case fp-bench fp-campaign fp-report
 .PHONY: robots side-by-side
 .PHONY: bus motion motion-size drive synth plain quartus upsets bitstream silicon
@@ -199,6 +199,9 @@ site: $(READY) ## the documents with the API of the Python tools as a site, buil
 	@$(SITE)
 	@$(PY) scripts/register_browser.py
 	@echo "site: build/site/index.html"
+
+sbom: $(READY_SYNTH) ## locked packages, hashes and licences, to build/sbom.json (CycloneDX) and build/licences.md
+	@exec $(PY) -m scripts.sbom
 
 setup: $(READY) ## create the project-local environment (run and test do it by themselves)
 

@@ -5,17 +5,21 @@ set -eu
 lock=$1
 stamp=$2
 venv=.venv
-# Only what says where packages come from and how to reach them: PIP_TARGET, PIP_PREFIX, PIP_USER and the
-# like would install elsewhere, foreign Python paths would be seen as installed.
+# Only what says where packages come from and how to reach them, in PIP_ variables and in pip's own
+# configuration: a target, a prefix or --user would install elsewhere, foreign Python paths would be
+# seen as installed.
 python=${PYTHON:-python3}
 unset VIRTUAL_ENV
-for name in $(env | sed -n 's/^\(PIP_[A-Z_]*\)=.*/\1/p; s/^\(PYTHON[A-Z]*\)=.*/\1/p'); do
-  case $name in
+taken() { # NAME: whether the set-up takes this PIP_ variable
+  case $1 in
     PIP_INDEX_URL | PIP_EXTRA_INDEX_URL | PIP_FIND_LINKS | PIP_NO_INDEX | PIP_TRUSTED_HOST) ;;
     PIP_CERT | PIP_CLIENT_CERT | PIP_PROXY | PIP_TIMEOUT | PIP_DEFAULT_TIMEOUT | PIP_RETRIES) ;;
     PIP_CACHE_DIR | PIP_NO_CACHE_DIR | PIP_CONFIG_FILE) ;;
-    *) unset "$name" ;;
+    *) return 1 ;;
   esac
+}
+for name in $(env | sed -n 's/^\(PIP_[A-Z_]*\)=.*/\1/p; s/^\(PYTHON[A-Z]*\)=.*/\1/p'); do
+  taken "$name" || unset "$name"
 done
 
 missing=""
@@ -59,11 +63,36 @@ if [ ! -x "$venv/bin/pip" ]; then
   fi
 fi
 
+run_pip() { "$venv/bin/python" -I -m pip --disable-pip-version-check "$@"; }
+if ! configured=$(run_pip config list); then
+  echo "error: pip cannot read its configuration; its own message is above" >&2
+  echo "help:  mend the file, or set PIP_CONFIG_FILE to another one, or to /dev/null for none" >&2
+  exit 1
+fi
+# Lines of the list: global.index-url='https://...'. A variable comes before the files, as with pip.
+while IFS='=' read -r key value; do
+  name=PIP_$(echo "${key#*.}" | tr a-z- A-Z_)
+  case $key in
+    global.* | install.*)
+      value=${value#?}
+      if taken "$name" && ! printenv "$name" >/dev/null; then
+        export "$name=$(printf %b "${value%?}")"
+      fi
+      ;;
+  esac
+done <<END
+$configured
+END
+export PIP_CONFIG_FILE=/dev/null
+
 echo "[setup] installing the packages of $lock into $venv (once; a minute or two)"
-pip() { "$venv/bin/python" -I -m pip --disable-pip-version-check install -q "$@"; }
-if ! { pip --require-hashes -r "$lock" && pip --no-deps --no-build-isolation -e .; }; then
+# Built packages only: to build one would run tools that no lock names.
+if ! { run_pip install -q --only-binary :all: --require-hashes -r "$lock" &&
+  run_pip install -q --no-deps --no-build-isolation -e .; }; then
   echo "error: the packages of $lock could not be installed; pip's own message is above" >&2
   echo "help:  the first call needs the network or a PIP_FIND_LINKS folder, and 2.5 GB of disk" >&2
+  in_use=$(env | sed -n '/^PIP_CONFIG_FILE=/d; s/^\(PIP_[A-Z_]*\)=.*/\1/p' | sort | tr '\n' ' ')
+  [ -z "$in_use" ] || echo "help:  settings of pip in use, from the environment or its files: $in_use" >&2
   exit 1
 fi
 touch "$stamp"
