@@ -31,8 +31,9 @@ BOARD ?=
 WAVES ?=
 export SEED WAVES
 # Packages are those of the environment, whatever the user's own Python finds (ROS sets PYTHONPATH);
-# texts are UTF-8 in every locale.
-unexport PYTHONPATH PYTHONHOME PYTHONSTARTUP PYTHONUSERBASE
+# texts are UTF-8 in every locale. No variable that changes how Python runs gets through but these.
+PYTHON_ALLOWED := PYTHON PYTHONDONTWRITEBYTECODE PYTHONPYCACHEPREFIX PYTHONUNBUFFERED
+unexport $(filter-out $(PYTHON_ALLOWED),$(filter PYTHON%,$(.VARIABLES)))
 export PYTHONNOUSERSITE := 1
 export PYTHONUTF8 := 1
 

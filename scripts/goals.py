@@ -78,6 +78,8 @@ AREAS: dict[str, Area] = {
             "ports": "tests.security.campaign_ports:rows",
             "files": "tests.security.campaign_files:rows",
             "caches": "tests.security.campaign_caches:rows",
+            "environments": "tests.security.campaign_environments:rows",
+            "kills": "tests.security.campaign_kills:rows",
         },
     ),
     "silicon": Area(
