@@ -25,7 +25,7 @@ from tests.security.test_signals import DEADLINE, members
 SIGNALS = ("SIGTERM", "SIGINT", "SIGHUP", "SIGKILL")
 KILLS = 100
 CURE = "make goals T='security kills' RUN=full"
-QUICK = {"run": (3, ("run", "TICKS=5", "PLATFORMS=fpga3"))}
+QUICK = {"run": (4, ("run", "TICKS=5", "PLATFORMS=fpga3"))}
 FULL = {
     "run": (50, ("run", "TICKS=200")),
     "test": (25, ("test", "T=test_image or test_processes")),

@@ -18,6 +18,7 @@ import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cache
+from importlib.metadata import distribution
 from pathlib import Path
 
 from asip_asm.project import ROOT
@@ -32,6 +33,7 @@ probe: $(READY)
 	@$(PY) -m sim.asip_run --iss "$(OUTPUT)/square.json" --set x=3 > "$(OUTPUT)/run.txt"
 	@$(PY) -m sim.run "$(GCODE)" --robot "$(ROBOT)" --plan-only > "$(OUTPUT)/plan.txt"
 """
+OF_THE_PLACE = ("checksum", "sources", "simulation")
 SQUARE = '.program "µ"\n.input x\n.output F, safe = 0.0\n fmul y, x, x\n mov F, y\n halt\n'
 # In place of the real project: one package, and a build tool of its own.
 SMALL = """\
@@ -263,7 +265,12 @@ def set_up(folder: Path, what: Environment, fresh: bool) -> str:
     if not fresh:
         empty = folder.parent / "empty"
         if not empty.exists():
-            venv.create(empty, with_pip=True, symlinks=True)
+            venv.create(empty, symlinks=True)
+            (packages,) = empty.glob("lib/python*/site-packages")
+            pip = distribution("pip")
+            for name in {each.parts[0] for each in pip.files or ()} - {".."}:
+                shutil.copytree(str(pip.locate_file(name)), packages / name)
+            (empty / "bin/pip").touch(0o755)
         shutil.copytree(empty, checkout / ".venv", symlinks=True)
     shutil.copy(ROOT / "Makefile", checkout)
     shutil.copy(ROOT / "scripts/bootstrap.sh", checkout / "scripts")
@@ -335,15 +342,17 @@ def job(folder: Path, what: Environment, whole: bool) -> tuple[str, dict[str, st
 
 
 def digests(output: Path) -> dict[str, str]:
-    """Name -> digest of each file; of the figures, those that no clock decides."""
+    """Name -> digest of each file, without times of day, commits, and where its sources are."""
     found = {}
     for file in sorted(output.iterdir()):
         content = file.read_bytes()
         if file.name in ("index.html", "plan.txt"):
             content = b"there" if content else b""
-        if file.name == "results.json":
-            kept = ("operations", "platforms", "tracking", "path")
+        elif file.suffix == ".json":
             whole = json.loads(content)
-            content = json.dumps({name: whole.get(name) for name in kept}).encode()
-        found[file.name] = hashlib.sha256(content).hexdigest()
+            for name in OF_THE_PLACE:
+                whole.pop(name, None)
+            content = json.dumps(whole).encode()
+        if not file.name.endswith(".map.json"):  # it is all about sources
+            found[file.name] = hashlib.sha256(content).hexdigest()
     return found
