@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import argparse
+import errno
 import signal
 import sys
 from pathlib import Path
@@ -104,6 +105,11 @@ def _arguments() -> argparse.ArgumentParser:
     return parser
 
 
+def _in_build(name: str | None) -> bool:
+    """Whether a file is where models are built."""
+    return name is not None and Path(name).absolute().is_relative_to(BUILD)
+
+
 def main(argv: list[str] | None = None) -> int:
     """Command line; returns the exit status."""
     order = Order(**vars(_arguments().parse_args(argv)))
@@ -118,6 +124,8 @@ def main(argv: list[str] | None = None) -> int:
         data = run(order, console)
     except OSError as error:
         cause = error.strerror or str(error)
+        if error.errno in (errno.EROFS, errno.EACCES) and _in_build(error.filename):
+            cause += "; copy the checkout to a folder of your own, or make it writable"
         return stopped(f"{error.filename}: error: {cause}" if error.filename else f"error: {cause}")
     except (PathError, ParameterError, AssemblyError, ImageError) as error:
         text = str(error)

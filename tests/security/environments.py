@@ -79,7 +79,7 @@ class Environment:
     variables: changes, None removes. files: makes files, and says the variables that name them.
     folder: name of the checkout's folder, "" for the checkout itself. before: shell commands.
     confined: read-only folders ("checkout", "home"), "network" for none. set_up, job: a text of
-    the cure that the command must say; "" if it must work.
+    the cure that the command must say; "" if it must work. whole_job: the same of the main job.
     """
 
     name: str
@@ -90,6 +90,11 @@ class Environment:
     confined: tuple[str, ...] = ()
     set_up: str = ""
     job: str = ""
+    whole_job: str = ""
+
+    def cure(self, whole: bool) -> str:
+        """The cure that a job must say, the main job if `whole`."""
+        return self.whole_job if whole else self.job
 
 
 def foreign_packages(place: Place) -> dict[str, str]:
@@ -198,6 +203,7 @@ TABLE = [
     Environment("folder with quotes", folder="it's $HOME \"x\""),
     Environment(
         "read-only checkout", folder="checkout", confined=("checkout",), set_up="make it writable",
+        whole_job="make it writable",
     ),
     Environment("no network after set-up", confined=("network",)),
 ]  # fmt: skip
@@ -337,7 +343,7 @@ def job(folder: Path, what: Environment, whole: bool) -> tuple[str, dict[str, st
     makefile.write_text(PROBE)
     order = ["run", "TICKS=5", "PLATFORMS=fpga3"] if whole else ["-f", str(makefile), "probe"]
     done = shell(what, changes, ["make", *order, f"OUTPUT={output}"], checkout, place.home, base)
-    wrong = verdict(done, what.job)
+    wrong = verdict(done, what.cure(whole))
     return wrong, {} if wrong else digests(output)
 
 
