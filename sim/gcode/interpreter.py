@@ -229,18 +229,18 @@ class _Parser:
         self.output.at = codes.get("motion") or words[0]
         self.output.select(codes, values)
         set_feed(self.state, values.pop("F", None))
-        clean = clean and len(self.mistakes.found) == known
         single, motion = codes.get("single"), codes.get("motion")
         spline = motion is not None and motion.code in SPLINES
+        if clean and len(self.mistakes.found) == known:
+            mode = motion.code if spline else self.state.motion
+            check_unused(values, codes, mode, self.state.report)
+        clean = clean and len(self.mistakes.found) == known
         if spline or self.actions.splines.open:
             self.actions.spline(codes, values, motion or words[0], clean)
         elif single is not None and single.code != "G53":
             self.actions.single(single, codes, values, clean)
         else:
             self.actions.move(words, values, motion, single, clean)
-        if clean:
-            mode = motion.code if spline else self.state.motion
-            check_unused(values, codes, mode, self.state.report)
         if "stop" in codes:
             self._stop(codes["stop"], words, clean)
 

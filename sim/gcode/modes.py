@@ -35,7 +35,8 @@ def select_modes(state: State, codes: dict[str, Word], values: dict[str, Word]) 
         elif group == "feed mode":
             modes.inverse_time = code == "G93"
         elif group == "coordinate system":
-            state.select_system(SYSTEMS.index(code))
+            if SYSTEMS.index(code) != modes.system_index:  # as rs274: the one in force stays
+                state.select_system(SYSTEMS.index(code))
         elif group == "retract":
             modes.retract_to_r = code == "G99"
         elif group == "tool":
