@@ -182,9 +182,7 @@ class State:
         """Coordinates in the frame of a programmed point."""
         if not self.rotation:
             return tuple(p + o for p, o in zip(programmed, self.offset, strict=True))
-        turned = self.rotation.turned(
-            [p + g for p, g in zip(programmed, self.shift, strict=True)]
-        )
+        turned = self.rotation.turned([p + g for p, g in zip(programmed, self.shift, strict=True)])
         parts = zip(turned, self.system, self.modes.tool_offset, strict=True)
         return tuple(p + s + t for p, s, t in parts)
 

@@ -112,7 +112,7 @@ MISTAKES = {
     "arc feed missing": ("G2 X2 I1\nM2", 1, 1, "G2", "no feed is set for G2", "F word", "F2000"),
     "no motion": ("X1 F5\nM2", 1, 1, "X1", "no motion is selected", "G0, G1, G2", "before X1"),
     "no position": ("G0 X1\nG2 F100\nM2", 2, 1, "G2", "without a position", "X Y Z A C", "G2"),
-    "offset of a line": ("G0 X1 I2\nM2", 1, 7, "I2", "I does not belong to G0", "X Y Z A C", "G2 G3"),
+    "offset of a line": ("G0 X1 I2\nM2", 1, 7, "I2", "I does not belong", "X Y Z A C", "G2 G3"),
     "arc without centre": ("G2 X1 F5\nM2", 1, 1, "G2", "no centre", "I or J different", "distance"),
     "modal arc without centre": ("G2 X1 R1 F5\nX3\nM2", 2, 1, "X3", "no centre", "J", "start"),
     "offset outside the plane": ("G2 X1 K1 F5\nM2", 1, 7, "K1", "K is not in", "I and J", "K1"),

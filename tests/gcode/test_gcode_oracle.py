@@ -210,7 +210,7 @@ def test_rs274__record_that_is_not_known__is_seen(record):
 
 
 def test_rs274__lines_outside_of_records__are_passed_over():
-    assert list(machine_records("executing\n   1 N..... COMMENT(\"(x)\")\n\n", [])) == []
+    assert list(machine_records('executing\n   1 N..... COMMENT("(x)")\n\n', [])) == []
 
 
 def test_rs274__rotation_and_turns_of_an_arc__are_compared():
