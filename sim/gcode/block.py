@@ -70,7 +70,9 @@ def sort_words(words: list[Word], report: WordReport) -> tuple[dict[str, Word], 
             group = _GROUP_OF.get(word.code)
             if group is None:
                 _report_unknown(word, report)
-            elif group in codes:
+            elif word.code == "G80" and group in codes and codes[group].code in ("G0", "G1"):
+                pass  # the cycle ends by the other motion too
+            elif group in codes and not (codes[group].code == "G80" and word.code in ("G0", "G1")):
                 report(
                     word,
                     f"second word of the {group} group in one block",
@@ -123,11 +125,11 @@ def _report_unknown(word: Word, report: WordReport) -> None:
 
 
 def _check_line_number(word: Word, first: bool, report: WordReport) -> None:
-    if not word.value.is_integer() or not 0 <= word.value <= MAX_LINE_NUMBER:
+    if not 0 <= word.value <= MAX_LINE_NUMBER:
         report(
             word,
             "the line number is not valid",
-            f"an integer from 0 to {MAX_LINE_NUMBER}",
+            f"a number from 0 to {MAX_LINE_NUMBER}",
             "line numbers are optional; remove it",
         )
     elif not first:

@@ -48,7 +48,7 @@ def test_coordinate_system__set_by_parameters__acts_when_selected():
 def test_path_control__words__set_tolerance_and_merging_of_the_moves():
     text = "G1 X1 F9\nG64 X2\nG64 P0.1 Q0.02\nX3\nG20 G64 P.01\nX4\nG61 X5\nM2"
     assert [(m.tolerance, m.merge) for m in parse(text, start=ZERO).moves] == [
-        (0, 0), (math.inf, 0), (0.1, 0.02), (pytest.approx(0.254), 0), (0, 0),
+        (0, 0), (math.inf, 0), (0.1, 0.02), (pytest.approx(0.254),) * 2, (0, 0),
     ]  # fmt: skip
 
 
@@ -181,6 +181,7 @@ MISTAKES = {
     "nested": ("G0 X" + "[" * 60 + "1" + "]" * 60 + "\nM2", 55, "[", "nested too deeply", "50"),
     "block delete": ("/G0 X1\nM2", 1, "/G0", "unexpected character", "a word"),
     "O word inside": ("G0 X1 O100\nM2", 7, "O100", "O word behind other words", "first in"),
+    "abort": ("G0 X1 (ABORT, no tool)\nM2", 7, "(ABORT, no tool)", "stops: no tool", "not reach"),
     "dwell without time": ("G4\nM2", 1, "G4", "G4 needs a time", "P in seconds"),
     "tolerance negative": ("G64 P-1\nM2", 5, "P-1", "negative", "at least 0"),
     "P of nothing": ("G0 X1 P2\nM2", 7, "P2", "P does not belong to G0", "X Y Z A C @ ^"),
@@ -217,6 +218,18 @@ def test_mistake__alone__is_told_with_column_and_reason(name):
     text, *told = MISTAKES[name]
     (error,) = errors_of(text)
     check_error(error, error.line, *told)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "O0001 (PART)\nG0 X1\nM2", "%\n(x)\no7\nG0 X1\nM2", "G0 X1\nM30\nG0 Q what (",
+        "%\nG0 X1\nM2", "F0 G0 X1\nM2", "G0 G80 X1\nM2", "G80 G0 X1\nM2", "N10.5 G0 X1\nM2",
+        "o1 if [0]\n(abort, no)\no1 endif\nG0 X1\nM2\n(abort, later)",
+    ],
+)  # fmt: skip
+def test_text__that_linuxcnc_runs__is_run(text):
+    assert ends(text) == [(1, 0, 0, 0, 0)]
 
 
 def test_cycle__under_g64__stops_at_its_corners_and_leaves_the_mode():
