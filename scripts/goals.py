@@ -69,6 +69,7 @@ AREAS: dict[str, Area] = {
             "planted mistakes": "tests.model_compiler.planted:rows",
             "cycles": "sim.robots.cycles:rows",
             "best options": "sim.asip_model.best_goals:rows",
+            "mutated files": "tests.fuzz.__main__:rows",
             "certificate": "sim.certificate_goals:rows",
         },
     ),
