@@ -181,6 +181,12 @@ MISTAKES = {
     "nested": ("G0 X" + "[" * 60 + "1" + "]" * 60 + "\nM2", 55, "[", "nested too deeply", "50"),
     "block delete": ("/G0 X1\nM2", 1, "/G0", "unexpected character", "a word"),
     "O word inside": ("G0 X1 O100\nM2", 7, "O100", "O word behind other words", "first in"),
+    "rotated arc": (
+        "G10 L2 P1 R9\nG18 G2 X2 I1 F9\nM2", 5, "G2", "arc in G18 of a rotated", "arcs in G17",
+    ),
+    "rotated compensation": (
+        "G10 L2 P1 R9\nG18 G41.1 D1\nM2", 5, "G41.1", "in G18 of a rotated", "G17",
+    ),
     "abort": ("G0 X1 (ABORT, no tool)\nM2", 7, "(ABORT, no tool)", "stops: no tool", "not reach"),
     "dwell without time": ("G4\nM2", 1, "G4", "G4 needs a time", "P in seconds"),
     "tolerance negative": ("G64 P-1\nM2", 5, "P-1", "negative", "at least 0"),
@@ -230,6 +236,12 @@ def test_mistake__alone__is_told_with_column_and_reason(name):
 )  # fmt: skip
 def test_text__that_linuxcnc_runs__is_run(text):
     assert ends(text) == [(1, 0, 0, 0, 0)]
+
+
+def test_rotation__move_of_the_table_alone__does_not_move_the_tool():
+    text = "G10 L2 P1 X.3 R30\nG0 X1 Y2\nG1 C90 F360\nG28\nG1 C80\nM2"
+    turns = [move for move in parse(text).moves if move.motion is Motion.LINEAR]
+    assert [move.turns_only_the_table for move in turns] == [True, True]
 
 
 def test_cycle__under_g64__stops_at_its_corners_and_leaves_the_mode():
