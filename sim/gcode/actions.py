@@ -17,7 +17,7 @@ from sim.gcode.state import State
 from sim.gcode.table_frame import MAX_PIECES, TooManyPiecesError
 from sim.gcode.targets import absolute_target, target
 from sim.gcode.words import OFFSETS, Word
-from sim.path.moves import AXES, Dwell, Motion, Pose
+from sim.path.moves import AXES, Dwell, Motion, Plane, Pose
 
 MAX_REST = 3600.0  # s, of one G4
 _OWN_AXES = {"G10", "G28", "G28.1", "G92"}  # take the axis words of their block
@@ -45,20 +45,9 @@ class Actions:
                 f"move {motion.text} to a block of its own",
             )
             return
-        polar = [values[letter] for letter in POLAR if letter in values]
-        if polar and word.code in _OWN_AXES:
-            self.report(
-                polar[0],
-                f"{polar[0].letter} with {word.code}",
-                "X Y Z A C",
-                "@ and ^ are for moves",
-            )
-            return
         if word.code == "G4":
             self._dwell(word, values, clean)
-            if any(letter in values for letter in AXES + POLAR):
-                rest = {letter: value for letter, value in values.items() if letter != "P"}
-                self.move([word], rest, motion, None, clean)
+            values = {letter: value for letter, value in values.items() if letter != "P"}
         elif word.code == "G10":
             self.state.set_system(word, values)
         elif word.code == "G28":
@@ -67,6 +56,8 @@ class Actions:
             self.state.store_home()
         else:
             self.state.set_shift(word, values)
+        if word.code not in _OWN_AXES:
+            self.move([word], values, motion, None, clean)
 
     def _dwell(self, word: Word, values: dict[str, Word], clean: bool) -> None:
         seconds = values.get("P")
@@ -92,11 +83,15 @@ class Actions:
         home, named = self.state.home, [letter in values for letter in AXES]
         if any(named):
             self._run(Motion.RAPID, target(self.state, values))
-        position = self.state.position
-        end = tuple(
-            h if wanted or not any(named) else p
-            for h, p, wanted in zip(home, position, named, strict=True)
-        )
+        end = home
+        if any(named):
+            turned = bool(self.state.rotation) and not self.state.modes.in_table_frame
+            goal = self.state.of_frame(home) if turned else home
+            here = self.state.programmed() if turned else self.state.position
+            place = tuple(
+                h if wanted else p for h, p, wanted in zip(goal, here, named, strict=True)
+            )
+            end = self.state.end_in_frame(place) if turned else place
         if self.state.mistakes.found:
             self.state.position = end
         else:
@@ -144,13 +139,6 @@ class Actions:
         if motion.is_arc:
             self._arc(motion, end, values, at, clean)
             return
-        for word in arc_words:
-            self.report(
-                word,
-                f"{word.letter} does not belong to {motion.value}",
-                "I, J, K and R only with G2 or G3",
-                f"remove {word.text}",
-            )
         self._run(motion, end)
 
     def _check_alone(self, code: Word | None, clean: bool) -> None:
@@ -185,6 +173,13 @@ class Actions:
                 "the move after G40 is an arc",
                 "G0 or G1",
                 "leave the contour on a straight line",
+            )
+        elif clean and self.state.rotation and self.state.modes.plane is not Plane.XY:
+            self.report(
+                at,
+                f"an arc in {self.state.modes.plane.value} of a rotated coordinate system",
+                "arcs in G17, or a coordinate system with R0",
+                "write G10 L2 R0 with P of the system before, or turn the arc's points yourself",
             )
         elif clean:
             centre = arc_centre(self.state, motion, end, values, at)

@@ -16,6 +16,8 @@ Centre = tuple[float, float]
 # distance is allowed between an R-format chord and the diameter.
 ARC_TOLERANCE_MM = 0.002
 ARC_TOLERANCE_INCH = 0.0002
+# LinuxCNC's difference of the radii that it accepts at every size, in the centre format.
+CENTRE_TOLERANCE_MM = 0.005
 
 
 def arc_centre(
@@ -69,6 +71,7 @@ def arc_centre(
         )
         return None
     radius, end_radius = math.hypot(dx, dy), math.hypot(chord[0] - dx, chord[1] - dy)
+    tolerance = max(tolerance, CENTRE_TOLERANCE_MM)
     if abs(radius - end_radius) > tolerance:
         report(
             at,

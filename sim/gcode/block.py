@@ -42,13 +42,23 @@ POLAR = "@^"
 _VALUE_LETTERS = AXES + OFFSETS + "RFNPQLSTHD" + POLAR
 
 
-_NUMBERS_OF = {
-    **{"G4": "P", "G10": "PL", "G43": "H", "G64": "PQ", "M50": "P"},
-    **{"G81": "L", "G82": "LP", "G83": "LQ"},
-    **dict.fromkeys(SPLINES, "PQL"),  # splines.py says more
+_PLACE = AXES + POLAR
+_MOVES = {
+    **dict.fromkeys(("G0", "G1"), _PLACE),
+    **dict.fromkeys(("G2", "G3"), _PLACE + OFFSETS + "R"),
+    **{"G81": "XYZ@^RL", "G82": "XYZ@^RLP", "G83": "XYZ@^RLQ"},
+    **{"G5": "XYIJPQ", "G5.1": "XYIJ", "G5.2": "XYPL", "G5.3": ""},
+}
+"""Letters that a motion uses."""
+
+_ACTS = {
+    **{"G10": AXES + "PLR", "G28": AXES, "G92": AXES, "G28.1": "", "G4": "P"},
+    **{"G43": "H", "G64": "PQ", "M50": "P"},
     **dict.fromkeys(("G41", "G42", "G41.1", "G42.1"), "D"),
 }
-"""Letters, of P, Q, L, H and D, that belong to a word."""
+"""Letters that another word uses."""
+
+_OWN_BLOCK = ("G10", "G28", "G28.1", "G92")  # no motion runs in their block
 
 
 def sort_words(words: list[Word], report: WordReport) -> tuple[dict[str, Word], dict[str, Word]]:
@@ -60,7 +70,9 @@ def sort_words(words: list[Word], report: WordReport) -> tuple[dict[str, Word], 
             group = _GROUP_OF.get(word.code)
             if group is None:
                 _report_unknown(word, report)
-            elif group in codes:
+            elif word.code == "G80" and group in codes and codes[group].code in ("G0", "G1"):
+                pass  # the cycle ends by the other motion too
+            elif group in codes and not (codes[group].code == "G80" and word.code in ("G0", "G1")):
                 report(
                     word,
                     f"second word of the {group} group in one block",
@@ -113,11 +125,11 @@ def _report_unknown(word: Word, report: WordReport) -> None:
 
 
 def _check_line_number(word: Word, first: bool, report: WordReport) -> None:
-    if not word.value.is_integer() or not 0 <= word.value <= MAX_LINE_NUMBER:
+    if not 0 <= word.value <= MAX_LINE_NUMBER:
         report(
             word,
             "the line number is not valid",
-            f"an integer from 0 to {MAX_LINE_NUMBER}",
+            f"a number from 0 to {MAX_LINE_NUMBER}",
             "line numbers are optional; remove it",
         )
     elif not first:
@@ -132,17 +144,25 @@ def _check_line_number(word: Word, first: bool, report: WordReport) -> None:
 def check_unused(
     values: dict[str, Word], codes: dict[str, Word], motion: str | None, report: WordReport
 ) -> None:
-    """P, Q, L, H and D belong to certain words only; motion: the one in force."""
-    acting = {word.code for group, word in codes.items() if group != "motion"}
-    if motion in SPLINES or acting.isdisjoint(("G4", "G10")):  # these are no holes of a cycle
-        acting.add(motion)
-    used = "".join(_NUMBERS_OF.get(code, "") for code in acting)
-    for letter in "PQLHD":
-        if letter in values and letter not in used:
-            report(
-                values[letter],
-                f"{letter} does not belong to this block",
-                "P with G4, G10, G64, G82, M50; Q with G64, G83; L with G10, cycles; H with G43; "
-                "D with G41, G42",
-                f"remove {values[letter].text}",
-            )
+    """Reports each word with a value that nothing in the block uses; motion: the one in force."""
+    acting = {word.code: _ACTS.get(word.code, "") for word in codes.values()}
+    places = _PLACE if "G4" in acting else _PLACE + OFFSETS + "R"
+    if motion in SPLINES:
+        acting[motion] = _MOVES[motion]
+    elif acting.keys().isdisjoint(_OWN_BLOCK) and any(letter in values for letter in places):
+        # Without a motion a place is another mistake.
+        acting[motion] = _MOVES.get(motion, _MOVES["G2"])
+    if "G10" in acting and "L" in values and values["L"].value == 20.0:
+        acting["G10"] = acting["G10"].replace("R", "")
+    used = "".join(acting.values())
+    owner = next((code for code, own in acting.items() if code and own), "this block")
+    for letter, word in values.items():
+        if letter in used:
+            continue
+        others = [code for code, own in {**_MOVES, **_ACTS}.items() if letter in own]
+        report(
+            word,
+            f"{letter} does not belong to {owner}",
+            f"no word but {' '.join(dict.fromkeys(used))} with it" if used else "no such word",
+            f"remove {word.text}; {letter} is for {' '.join(others)}",
+        )

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from sim.gcode.state import State
 from sim.gcode.targets import add_polar
-from sim.gcode.words import OFFSETS, Word
+from sim.gcode.words import Word
 from sim.path.moves import AXES, Motion, Pose
 
 # LinuxCNC's G83_RAPID_DELTA: the rapid back into the hole ends so far above its bottom.
@@ -83,15 +83,6 @@ def _few_steps(state: State, values: dict[str, Word], depth: float, at: Word) ->
 def _accepted(state: State, values: dict[str, Word], axis: int, at: Word) -> bool:
     """Whether the words of the block make a cycle; its numbers are then kept."""
     cycle = state.motion
-    for letter in (*OFFSETS, "A", "C"):
-        if letter in values:
-            state.report(
-                values[letter],
-                f"{letter} does not belong to {cycle}",
-                f"X Y Z R L{' P' * (cycle == 'G82')}{' Q' * (cycle == 'G83')}",
-                f"remove {values[letter].text}",
-            )
-            return False
     if state.modes.inverse_time:
         state.report(at, f"{cycle} with G93", "feed per minute (G94)", "write G94 before")
         return False

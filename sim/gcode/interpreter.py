@@ -27,6 +27,7 @@ in moves.py), output.py and compensation.py (radius of the tool).
 from __future__ import annotations
 
 import io
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -48,6 +49,8 @@ from sim.path.moves import Dwell, Move, Pose, Program
 from sim.path.workspace import default_robot, pivot_of, start_of
 
 MAX_LINE = 10_000  # characters
+_COMMENTS = re.compile(r"\([^)]*\)|;.*")
+_PROGRAM_NUMBER = re.compile(r"[oO][ \t]*\d+")  # O0001, as other controls begin a program
 MAX_HELD = 100_000  # moves and rests of a Program, which is held in memory
 
 
@@ -97,11 +100,16 @@ class _Parser:
 
     def _numbered(self) -> Iterator[tuple[int, str]]:
         """Lines with their numbers, without the percent lines and what follows the second."""
+        started = False
         for number, raw in enumerate(self.lines, start=1):
             text = raw.rstrip("\r\n").expandtabs(1)
             self.last = number, text
             self._check_text(number, text)
             if text.strip() != "%":
+                code = _COMMENTS.sub("", text).strip()
+                if not started and _PROGRAM_NUMBER.fullmatch(code):
+                    continue
+                started = started or bool(code)
                 yield number, text
                 continue
             if self.percent_open or self.ended:
@@ -150,9 +158,10 @@ class _Parser:
             if words or settings:
                 self._block(words, settings, clean=len(self.mistakes.found) == known)
             yield
-            if self.ended and self.flow.inside:
-                self.flow.finish()
-                break
+            if self.ended:
+                if self.flow.inside:
+                    self.flow.finish()
+                break  # nothing after M2 or M30 is read
         if not self.mistakes.found:
             self.output.finish()
             yield
@@ -170,14 +179,6 @@ class _Parser:
                 "the program has no end",
                 "M2 or M30",
                 "end the program with M2; if it had one, the file is truncated",
-            )
-        elif self.percent_open and not self.percent_closed:
-            self.mistakes.report(
-                column,
-                "",
-                "the file is truncated: the opening percent line has no partner",
-                "a closing % line",
-                "end the file with a line that holds only %",
             )
 
     # Parameters
@@ -201,15 +202,6 @@ class _Parser:
         self, words: list[Word], settings: list[tuple[Key, float, int, str]], clean: bool
     ) -> None:
         known = len(self.mistakes.found)
-        if self.ended:
-            if words:
-                self.state.report(
-                    words[0],
-                    "block after the end of the program",
-                    "only comments after M2 or M30",
-                    "move the block before the end of the program",
-                )
-            return
         values, codes = sort_words(words, self.state.report)
         self._set_parameters(settings)
         if not words:
@@ -229,18 +221,18 @@ class _Parser:
         self.output.at = codes.get("motion") or words[0]
         self.output.select(codes, values)
         set_feed(self.state, values.pop("F", None))
-        clean = clean and len(self.mistakes.found) == known
         single, motion = codes.get("single"), codes.get("motion")
         spline = motion is not None and motion.code in SPLINES
+        if clean and len(self.mistakes.found) == known:
+            mode = motion.code if spline else self.state.motion
+            check_unused(values, codes, mode, self.state.report)
+        clean = clean and len(self.mistakes.found) == known
         if spline or self.actions.splines.open:
             self.actions.spline(codes, values, motion or words[0], clean)
         elif single is not None and single.code != "G53":
             self.actions.single(single, codes, values, clean)
         else:
             self.actions.move(words, values, motion, single, clean)
-        if clean:
-            mode = motion.code if spline else self.state.motion
-            check_unused(values, codes, mode, self.state.report)
         if "stop" in codes:
             self._stop(codes["stop"], words, clean)
 

@@ -35,7 +35,8 @@ def select_modes(state: State, codes: dict[str, Word], values: dict[str, Word]) 
         elif group == "feed mode":
             modes.inverse_time = code == "G93"
         elif group == "coordinate system":
-            state.select_system(SYSTEMS.index(code))
+            if SYSTEMS.index(code) != modes.system_index:  # as rs274: the one in force stays
+                state.select_system(SYSTEMS.index(code))
         elif group == "retract":
             modes.retract_to_r = code == "G99"
         elif group == "tool":
@@ -74,6 +75,7 @@ def _select_path(state: State, codes: dict[str, Word], values: dict[str, Word]) 
             )
     if tolerance is not None:
         modes.tolerance = tolerance.value * modes.mm_per_unit
+    merge = merge or tolerance  # as LinuxCNC
     if merge is not None:
         modes.merge = merge.value * modes.mm_per_unit
 
@@ -85,11 +87,9 @@ def set_feed(state: State, word: Word | None) -> None:
         modes.feed = None
     if word is None:
         return
-    if word.value <= 0.0:
-        state.report(
-            word, "the feed is not positive", "F greater than 0", "write for instance F2000"
-        )
-    modes.feed = abs(word.value)
+    if word.value < 0.0:
+        state.report(word, "the feed is negative", "F greater than 0", "write for instance F2000")
+    modes.feed = abs(word.value) or None  # F0 is no feed; only rapids may follow
     modes.feed_mm_per_unit = modes.mm_per_unit
 
 

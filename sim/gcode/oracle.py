@@ -13,6 +13,7 @@ angles in degrees. Both have the tools of LinuxCNC's sample configurations, if t
 from __future__ import annotations
 
 import argparse
+import cmath
 import itertools
 import math
 import os
@@ -45,7 +46,21 @@ UNPACKED = ROOT / "build/linuxcnc/root"
 SAMPLES = "share/linuxcnc/ncfiles"  # below the folder of bin/rs274
 TOOLS = "share/doc/linuxcnc/examples/sample-configs/common/tool.tbl"  # lengths in inches, as rs274
 DIGITS = 1.01e-4  # rs274 prints four decimals of mm or inch; sums of two of them
-_RECORD = re.compile(r"^ *\d+ \S+ +(\w+)\((.*)\)\s*$")
+_RECORD = re.compile(r"^ *\d+ (?:N\d{6}|N\S* +)([A-Z][A-Z0-9_]*)\((.*)\)\s*$")
+_NUMBERED = re.compile(r"^ *\d+ N")
+# Records without a path; the comparison passes over them.
+_NO_PATH = frozenset(
+    """
+    CHANGE_TOOL CHANGE_TOOL_NUMBER COMMENT DISABLE_FEED_OVERRIDE DISABLE_SPEED_OVERRIDE
+    ENABLE_FEED_OVERRIDE ENABLE_SPEED_OVERRIDE FINISH FLOOD_OFF FLOOD_ON LOGAPPEND LOGCLOSE
+    LOGOPEN MESSAGE MIST_OFF MIST_ON ON_RESET OPTIONAL_PROGRAM_STOP PALLET_SHUTTLE PROGRAM_END
+    PROGRAM_STOP RELOAD_TOOLDATA SELECT_TOOL SET_CUTTER_RADIUS_COMPENSATION SET_FEED_MODE
+    SET_FEED_REFERENCE SET_MOTION_CONTROL_MODE SET_NAIVECAM_TOLERANCE SET_SPINDLE_MODE
+    SET_SPINDLE_SPEED START_CHANGE START_CUTTER_RADIUS_COMPENSATION START_SPINDLE_CLOCKWISE
+    START_SPINDLE_COUNTERCLOCKWISE STOP_CUTTER_RADIUS_COMPENSATION STOP_SPINDLE_TURNING
+    USE_SPINDLE_FORCE USE_NO_SPINDLE_FORCE
+    """.split()
+)
 CHORD_MM = 0.001  # greatest distance between our chords of a spline and its points
 LEAST_EQUAL = 18  # sample programs; the others probe, turn on a lathe or have an axis B
 MAX_BYTES = 10_000_000  # of a program to compare
@@ -55,6 +70,8 @@ _COMMENT = re.compile(r"\([^)]*\)|;.*")
 _TOOL_CHANGE = re.compile(r"[mM] *0*6(?![\d.])")
 _TOOL_OFFSET = re.compile(r"[gG] *(43|49)(?![\d.])")
 _TOOL_WORDS = re.compile(r"[mM] *0*6(?![\d.])|[tT] *\d+")
+_MOVING = ("G0", "G1", "G2", "G3", "G5")
+UNKNOWN = "unknown record"
 Record = tuple[str, tuple[float, ...]]
 
 
@@ -97,6 +114,9 @@ def sample_tools() -> Path | None:
 def rs274(text: str) -> list[Record]:
     """Records of rs274 for a program. Raises OracleError with its message if it refuses.
 
+    A record that is neither compared nor known to have no path is UNKNOWN with its text, which
+    equals none of ours.
+
     A spline, G5, has the feed and the points of LinuxCNC's preview, x and y in turn.
     """
     return _records(text, _canonical(text))
@@ -110,7 +130,7 @@ def _records(text: str, printed: str) -> list[Record]:
             blocks = preview_blocks(_as_on_a_machine(text), _libraries(), modules)
         except (RuntimeError, subprocess.TimeoutExpired) as error:
             raise OracleError(f"LinuxCNC's preview: {error}") from None
-    return list(_machine_records(printed, blocks))
+    return list(machine_records(printed, blocks))
 
 
 def _libraries() -> str:
@@ -165,7 +185,7 @@ def _canonical(text: str) -> str:
     return run.stdout
 
 
-def _machine_records(text: str, blocks: list[list[Point]]) -> Iterator[Record]:
+def machine_records(text: str, blocks: list[list[Point]]) -> Iterator[Record]:
     """Records in coordinates of the machine, mm and degrees, x y z A C.
 
     blocks: ends of the moves in the preview, which stands for what rs274 does not print of splines.
@@ -173,17 +193,23 @@ def _machine_records(text: str, blocks: list[list[Point]]) -> Iterator[Record]:
     preview = iter(blocks)
     left: list[Point] = []
     system, shift, tool, here = [0.0] * 5, [0.0] * 5, [0.0] * 5, [0.0] * 5
-    unit, plane, feed = 1.0, "XY", 0.0
+    unit, plane, feed, rotation = 1.0, "XY", 0.0, 0.0
+
+    def axes_of(values: list[float]) -> list[float]:
+        x, y, z, a, _, c = values
+        return [x * unit, y * unit, z * unit, a, c]
 
     def pose(values: list[float]) -> list[float]:
-        x, y, z, a, _, c = values[:6]
-        lengths = [value * unit for value in (x, y, z)]
-        parts = zip([*lengths, a, c], system, shift, tool, strict=True)
-        return [v + s + g + t for v, s, g, t in parts]
+        x, y, *rest = (v + g for v, g in zip(axes_of(values), shift, strict=True))
+        place = complex(x, y) * cmath.rect(1.0, rotation)
+        parts = zip([place.real, place.imag, *rest], system, tool, strict=True)
+        return [v + s + t for v, s, t in parts]
 
     for line in text.splitlines():
         match = _RECORD.match(line)
         if not match:
+            if _NUMBERED.match(line):
+                yield f"{UNKNOWN} {line.strip()}", ()
             continue
         name, rest = match.groups()
         if blocks and name in ("STRAIGHT_TRAVERSE", "STRAIGHT_FEED", "ARC_FEED", "NURBS_FEED"):
@@ -196,17 +222,17 @@ def _machine_records(text: str, blocks: list[list[Point]]) -> Iterator[Record]:
         elif name == "SET_FEED_RATE":
             feed = float(rest) * unit
         elif name in ("SET_G5X_OFFSET", "SET_G92_OFFSET"):
-            values = [float(value) for value in rest.split(",")][-6:]
-            offset = [*(value * unit for value in values[:3]), values[3], values[5]]
+            offset = axes_of([float(value) for value in rest.split(",")][-6:])
             if name == "SET_G5X_OFFSET":
                 system = offset
             else:
                 shift = offset
         elif name == "USE_TOOL_LENGTH_OFFSET":
-            x, y, z, a, _, c = (float(value) for value in re.split(r"[ ,]+", rest)[:6])
-            tool = [x * unit, y * unit, z * unit, a, c]
+            tool = axes_of([float(value) for value in re.split(r"[ ,]+", rest)[:6]])
+        elif name == "SET_XY_ROTATION":
+            rotation = math.radians(float(rest))
         elif name in ("STRAIGHT_TRAVERSE", "STRAIGHT_FEED"):
-            end = pose([float(value) for value in rest.split(",")])
+            end = pose([float(value) for value in rest.split(",")][:6])
             if max(abs(a - b) for a, b in zip(end, here, strict=True)) > DIGITS:
                 motion = "G0" if name == "STRAIGHT_TRAVERSE" else "G1"
                 yield motion, (*end, *([feed] if motion == "G1" else []))
@@ -219,14 +245,18 @@ def _machine_records(text: str, blocks: list[list[Point]]) -> Iterator[Record]:
             centre[axes[0]], centre[axes[1]] = cx, cy
             values[3], values[5] = a, c
             end, middle = pose(values), pose(centre)
-            yield "G3" if turns > 0 else "G2", (*end, middle[axes[0]], middle[axes[1]], feed)
+            kind = ("G3" if turns > 0 else "G2") + (f" P{abs(turns):g}" if abs(turns) > 1 else "")
+            yield kind, (*end, middle[axes[0]], middle[axes[1]], feed)
             here = end
         elif name == "NURBS_FEED":
             points = [pose([x / unit, y / unit, z / unit, 0, 0, 0])[:2] for x, y, z in curve]
             here = [*points[-1], *here[2:]]
             yield "G5", (feed, *itertools.chain(*points))
-        elif name == "DWELL" and float(rest) > 0.0:
-            yield "G4", (float(rest),)
+        elif name == "DWELL":
+            if float(rest) > 0.0:
+                yield "G4", (float(rest),)
+        elif name not in _NO_PATH:
+            yield f"{UNKNOWN} {line.strip()}", ()
 
 
 def ours(text: str) -> list[Record]:
@@ -298,6 +328,7 @@ def differences(text: str) -> list[str]:
     found = []
     if len(mine) != len(theirs):
         found.append(f"{len(mine)} records here, {len(theirs)} of rs274")
+    found += [f"{kind} of rs274" for kind, _ in theirs if kind.startswith(UNKNOWN)]
     for number, (a, b) in enumerate(zip(mine, theirs, strict=False), start=1):
         if a[0] == b[0] == "G5":
             far = curve_difference(np.reshape(a[1][1:], (-1, 2)), np.reshape(b[1][1:], (-1, 2)))
@@ -354,7 +385,7 @@ def compare_samples() -> Samples:
         except OracleError as error:
             found.unfit[file.name] = str(error)
             continue
-        if any(record[0] != "G4" for record in theirs):
+        if any(record[0] in _MOVING for record in theirs):
             found.moving.add(file.name)
         try:
             differing = differences(text)

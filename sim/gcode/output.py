@@ -131,6 +131,14 @@ class Output:
             )
             return
         start = self.left or self.state.position
+        if self.state.rotation and modes.plane is not Plane.XY:
+            self.state.report(
+                word,
+                f"{word.code} in {modes.plane.value} of a rotated coordinate system",
+                "G17, or a coordinate system with R0",
+                "write G10 L2 R0 with P of the system before",
+            )
+            return
         compensation = Compensation(modes.plane, side, abs(found), self.state.position)
         compensation.at = start
         self.left = None

@@ -17,11 +17,13 @@ def program_moves(
     state: State, motion: Motion, end: Pose, centre: Centre | None = None
 ) -> list[Move]:
     """Moves to `end` in programmed coordinates, centre likewise; the position is then there."""
-    offset = state.offset
-    finish = tuple(p + o for p, o in zip(end, offset, strict=True))
+    finish = state.end_in_frame(end)
     if centre is not None:
         first, second = state.modes.plane.axes
-        centre = centre[0] + offset[first], centre[1] + offset[second]
+        point = list(end)
+        point[first], point[second] = centre
+        placed = state.in_frame(point)
+        centre = placed[first], placed[second]
     make = _table_moves if state.modes.in_table_frame else machine_moves
     return make(state, motion, finish, centre)
 
@@ -65,9 +67,7 @@ def _feed(state: State, move: Move) -> float:
 
 def _table_moves(state: State, motion: Motion, finish: Pose, centre: Centre | None) -> list[Move]:
     """The move in pieces that are straight for the machine; finish in table coordinates."""
-    whole = _move(
-        state, motion, table_frame.from_machine(state.position, state.pivot), finish, centre
-    )
+    whole = _move(state, motion, state.frame_position(), finish, centre)
     straight = Motion.RAPID if motion is Motion.RAPID else Motion.LINEAR
     # Minutes of the whole move at its feed, as the tool sees it on the work piece.
     length = _length(whole)

@@ -63,8 +63,6 @@ class Splines:
     def _accepted(
         self, code: str, codes: dict[str, Word], values: dict[str, Word], at: Word
     ) -> bool:
-        own = {"G5": "XYIJPQ", "G5.1": "XYIJ", "G5.2": "XYPL"}.get(code, "")
-        wrong = [word for letter, word in values.items() if letter not in own + "FS"]
         strange = [word for group, word in codes.items() if group not in _BESIDE_POINTS]
         if self.open and (strange or code not in ("G5.2", "G5.3")):
             word = strange[0] if strange else at
@@ -77,13 +75,6 @@ class Splines:
         elif code == "G5.3" and not self.open:
             self.state.report(
                 at, "G5.3 without G5.2", "G5.2 with control points before", "see G5.2"
-            )
-        elif wrong:
-            self.state.report(
-                wrong[0],
-                f"{wrong[0].letter} does not belong to {code}",
-                f"words with {' '.join(own) or 'F'}",
-                "splines are in the plane XY; the other axes stay",
             )
         elif self.state.modes.plane is not Plane.XY:
             self.state.report(at, f"{code} outside of the plane XY", "G17", "write G17 before")

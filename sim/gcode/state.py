@@ -10,6 +10,7 @@ from sim.gcode import table_frame
 from sim.gcode.compensation import Compensation
 from sim.gcode.errors import Mistakes
 from sim.gcode.expressions import Key, NoValueError
+from sim.gcode.rotation import Rotation
 from sim.gcode.tools import Tool
 from sim.gcode.words import Word
 from sim.path.moves import AXES, Plane, Pose
@@ -17,6 +18,7 @@ from sim.path.moves import AXES, Plane, Pose
 # Parameters of the coordinate systems (LinuxCNC, "Numbered parameters"), in the order of AXES.
 _AXIS_PARAMETER = (0, 1, 2, 3, 5)
 _HOME, _G92_ACTIVE, _G92, _SYSTEM, _SYSTEM_1, _POSITION = 5161, 5210, 5211, 5220, 5221, 5420
+_ROTATION = 9  # its number after the first one of a coordinate system
 _ZERO: Pose = (0.0,) * 5
 
 
@@ -48,7 +50,7 @@ class Modes:
 def _parameters() -> dict[Key, float]:
     parameters: dict[Key, float] = {_G92_ACTIVE: 0.0, _SYSTEM: 1.0}
     for first in (_HOME, _G92, *(_SYSTEM_1 + 20 * n for n in range(9))):
-        for number in range(9):
+        for number in range(10 if _SYSTEM_1 <= first else 9):
             parameters[first + number] = 0.0
     return parameters
 
@@ -75,6 +77,7 @@ class State:
     chosen: int = 0  # tools, 0 for none
     loaded: int = 0
     system: Pose = _ZERO  # offset of the coordinate system
+    rotation: Rotation = field(default_factory=Rotation)  # of the coordinate system
     shift: Pose = _ZERO  # of G92
     compensation: Compensation | None = None
     parameters: dict[Key, float] = field(default_factory=_parameters)
@@ -150,7 +153,7 @@ class State:
 
     @property
     def offset(self) -> Pose:
-        """Of programmed coordinates: coordinate system, G92 and tool."""
+        """Of programmed coordinates without a rotation: coordinate system, G92 and tool."""
         parts = self.system, self.shift, self.modes.tool_offset
         if self._summed[0] != parts:
             total = tuple(s + g + t for s, g, t in zip(*parts, strict=True))
@@ -159,14 +162,41 @@ class State:
 
     def programmed(self) -> Pose:
         """The position in the coordinates of the program [mm, degree]."""
-        frame = self.position
+        return self.of_frame(self.frame_position())
+
+    def frame_position(self) -> Pose:
+        """The position in the frame that the offsets count in: the machine's, or the table's."""
         if self.modes.in_table_frame:
-            frame = table_frame.from_machine(frame, self.pivot)
-        return tuple(p - o for p, o in zip(frame, self.offset, strict=True))
+            return table_frame.from_machine(self.position, self.pivot)
+        return self.position
+
+    def of_frame(self, frame: Sequence[float]) -> Pose:
+        """Programmed coordinates of a point of the frame."""
+        if not self.rotation:
+            return tuple(p - o for p, o in zip(frame, self.offset, strict=True))
+        parts = zip(frame, self.system, self.modes.tool_offset, strict=True)
+        turned = self.rotation.turned_back([p - s - t for p, s, t in parts])
+        return tuple(p - g for p, g in zip(turned, self.shift, strict=True))
+
+    def in_frame(self, programmed: Sequence[float]) -> Pose:
+        """Coordinates in the frame of a programmed point."""
+        if not self.rotation:
+            return tuple(p + o for p, o in zip(programmed, self.offset, strict=True))
+        turned = self.rotation.turned([p + g for p, g in zip(programmed, self.shift, strict=True)])
+        parts = zip(turned, self.system, self.modes.tool_offset, strict=True)
+        return tuple(p + s + t for p, s, t in parts)
+
+    def end_in_frame(self, programmed: Sequence[float]) -> Pose:
+        """As `in_frame`; axes that do not move have their present coordinate to the last bit."""
+        end, here, at = self.in_frame(programmed), self.programmed(), self.frame_position()
+        stays = [p == h for p, h in zip(programmed, here, strict=True)]
+        if self.rotation:
+            stays[:2] = [stays[0] and stays[1]] * 2
+        return tuple(a if stay else e for e, a, stay in zip(end, at, stays, strict=True))
 
     def machine(self, programmed: Sequence[float]) -> Pose:
         """Machine pose of a point in the coordinates of the program."""
-        frame = tuple(p + o for p, o in zip(programmed, self.offset, strict=True))
+        frame = self.in_frame(programmed)
         return table_frame.to_machine(frame, self.pivot) if self.modes.in_table_frame else frame
 
     def axis_values(self, values: dict[str, Word]) -> list[tuple[int, float]]:
@@ -192,6 +222,10 @@ class State:
         self.modes.system_index = index
         self.parameters[_SYSTEM] = float(index + 1)
         self.system = self._stored(_SYSTEM_1 + 20 * index)
+        self.rotation = self._rotation_of(index)
+
+    def _rotation_of(self, index: int) -> Rotation:
+        return Rotation(self.parameters[_SYSTEM_1 + 20 * index + _ROTATION])
 
     def set_system(self, word: Word, values: dict[str, Word]) -> None:
         """G10 L2 or L20, as `word`."""
@@ -214,18 +248,34 @@ class State:
             return
         present = self.modes.system_index
         index = int(number.value) - 1 if number.value else present
-        offsets = list(self._stored(_SYSTEM_1 + 20 * index))
-        frame = [
-            p + s + g for p, s, g in zip(self.programmed(), self.system, self.shift, strict=True)
-        ]
-        for axis, value in self.axis_values(values):
-            if kind.value == 2.0:
+        first = _SYSTEM_1 + 20 * index
+        if kind.value == 2.0:
+            offsets = list(self._stored(first))
+            for axis, value in self.axis_values(values):
                 offsets[axis] = value
-            else:
-                offsets[axis] = frame[axis] - self.shift[axis] - value
-        self._store(_SYSTEM_1 + 20 * index, tuple(offsets))
+            if "R" in values:
+                self.parameters[first + _ROTATION] = values["R"].value
+        else:
+            offsets = self._calculated(index, values)
+        self._store(first, tuple(offsets))
         if index == present:
-            self.system = tuple(offsets)
+            self.select_system(index)
+
+    def _calculated(self, index: int, values: dict[str, Word]) -> list[float]:
+        """Offsets of a system with which the position has the coordinates of the words (L20)."""
+        offsets = list(self._stored(_SYSTEM_1 + 20 * index))
+        rotation, given = self._rotation_of(index), dict(self.axis_values(values))
+        parts = zip(self.frame_position(), self.modes.tool_offset, strict=True)
+        place = [p - t for p, t in parts]
+        wanted = [*rotation.turned_back([p - o for p, o in zip(place, offsets, strict=True)])]
+        for axis, value in given.items():
+            wanted[axis] = value + self.shift[axis]
+        turned = rotation.turned(wanted)
+        for axis in range(len(AXES)):
+            both = bool(rotation) and axis < 2 and (0 in given or 1 in given)
+            if axis in given or both:
+                offsets[axis] = place[axis] - turned[axis]
+        return offsets
 
     def set_shift(self, word: Word, values: dict[str, Word]) -> None:
         """G92 to G92.3, as `word`."""

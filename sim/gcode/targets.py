@@ -68,4 +68,4 @@ def absolute_target(state: State, word: Word, values: dict[str, Word]) -> Pose:
     end = list(state.position)
     for index, value in state.axis_values(values):
         end[index] = value
-    return tuple(p - o for p, o in zip(end, state.offset, strict=True))
+    return state.of_frame(end)

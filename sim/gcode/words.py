@@ -39,6 +39,7 @@ WordReport = Callable[[Word, str, str, str], None]
 _NUMBER_RUN = re.compile(r"[ \t]*([+\-.\d]+)")
 _PLAIN_WORD = re.compile(r"([A-NP-Za-np-z@^])[ \t]*([+-]?(?:\d+\.?\d*|\.\d+))(?![.\d+\-])")
 _STRAY_RUN = re.compile(r"[^ \t(;]+")
+_ABORT = re.compile(r"\(abort,", re.IGNORECASE)
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)")
 
 
@@ -125,6 +126,14 @@ class LineReader(ValueReader):
                 "comment inside a comment",
                 "`)` before the next `(`",
                 "comments do not nest; use other brackets inside",
+            )
+        if _ABORT.match(self.source, begin):
+            self.report(
+                begin + 1,
+                self.source[begin : end + 1],
+                f"the program stops: {self.source[begin + 7 : end].strip()}",
+                "a program that does not reach this line",
+                "(abort, text) ends a program with its text, as in LinuxCNC",
             )
         return end + 1
 

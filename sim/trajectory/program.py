@@ -238,17 +238,19 @@ def _looking_ahead(
     corners.rest += math.fsum(rests)
     lookahead = Lookahead((item for _, _, item in items), settings, corners.slowest, program.file)
     held = None  # the last one is the last tick
-    for points in lookahead.setpoints():
-        if held is not None:
-            position = on_number_grid(held.position)
-            yield Ticks(position, held.velocity, held.acceleration, numbers[held.move])
-        held = points
-        if lookahead.summary.duration > most_time:
-            raise _too_long(program, robot, int(numbers[points.move[0]]))
-    summary = lookahead.summary
-    corners.rounded += summary.blends
-    corners.smooth += summary.smooth
-    corners.stops += summary.stops
+    try:
+        for points in lookahead.setpoints():
+            if held is not None:
+                position = on_number_grid(held.position)
+                yield Ticks(position, held.velocity, held.acceleration, numbers[held.move])
+            held = points
+            if lookahead.summary.duration > most_time:
+                raise _too_long(program, robot, int(numbers[points.move[0]]))
+    finally:  # also where the caller takes only the first ticks
+        summary = lookahead.summary
+        corners.rounded += summary.blends
+        corners.smooth += summary.smooth
+        corners.stops += summary.stops
     if held is None:  # rests alone
         number, pose, _ = items[0]
         yield _resting(pose, math.fsum(rests), robot.T_s, number)

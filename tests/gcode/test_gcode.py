@@ -66,10 +66,10 @@ def test_parse__end_of_program_on_the_last_block__keeps_the_move():
     assert ends(parse("G0 X1 M2")) == [(1, 0, 600, 0, 0)]
 
 
-def test_arc__end_off_the_circle__is_accepted_up_to_two_micrometres():
-    assert len(parse("G3 X-20.0019 I-10 F100\nM2").moves) == 1
-    (error,) = errors_of("G3 X-20.0021 I-10 F100\nM2")
-    assert "not on its circle: radius 10.0000 mm at the start, 10.0021 mm at" in error.what
+def test_arc__end_off_the_circle__is_accepted_up_to_five_micrometres():
+    assert len(parse("G3 X-20.0049 I-10 F100\nM2").moves) == 1
+    (error,) = errors_of("G3 X-20.0051 I-10 F100\nM2")
+    assert "not on its circle: radius 10.0000 mm at the start, 10.0051 mm at" in error.what
 
 
 def test_arc__programmed_in_inches__has_the_tolerance_of_inches():
@@ -106,13 +106,13 @@ MISTAKES = {
     "two ends": ("M2 M30", 1, 4, "M30", "second word of the stop", "M2 M30", "keep M2"),
     "axis twice": ("G0 X1 X2\nM2", 1, 7, "X2", "second X word", "at most one X", "X1 and X2"),
     "line number late": ("G0 N5 X1\nM2", 1, 4, "N5", "not at the start", "first word", "front"),
-    "line number wrong": ("N1.5 G0 X1\nM2", 1, 1, "N1.5", "not valid", "0 to 99999", "optional"),
-    "feed zero": ("G1 X1 F0\nM2", 1, 7, "F0", "not positive", "greater than 0", "F2000"),
+    "line number wrong": ("N-1 G0 X1\nM2", 1, 1, "N-1", "not valid", "0 to 99999", "optional"),
+    "feed zero": ("G1 X1 F0\nM2", 1, 1, "G1", "no feed", "an F word", "F2000"),
     "feed missing": ("G0 X2\n G1 X1\nM2", 2, 2, "G1", "no feed is set", "an F word", "F2000"),
     "arc feed missing": ("G2 X2 I1\nM2", 1, 1, "G2", "no feed is set for G2", "F word", "F2000"),
     "no motion": ("X1 F5\nM2", 1, 1, "X1", "no motion is selected", "G0, G1, G2", "before X1"),
     "no position": ("G0 X1\nG2 F100\nM2", 2, 1, "G2", "without a position", "X Y Z A C", "G2"),
-    "offset of a line": ("G0 X1 I2\nM2", 1, 7, "I2", "I does not belong to G0", "G2 or G3", "I2"),
+    "offset of a line": ("G0 X1 I2\nM2", 1, 7, "I2", "I does not belong", "X Y Z A C", "G2 G3"),
     "arc without centre": ("G2 X1 F5\nM2", 1, 1, "G2", "no centre", "I or J different", "distance"),
     "modal arc without centre": ("G2 X1 R1 F5\nX3\nM2", 2, 1, "X3", "no centre", "J", "start"),
     "offset outside the plane": ("G2 X1 K1 F5\nM2", 1, 7, "K1", "K is not in", "I and J", "K1"),
@@ -121,12 +121,10 @@ MISTAKES = {
     "radius too small": ("G2 X3 R1 F5\nM2", 1, 7, "R1", "3.0000 mm", "at least 1.5000 mm", "R"),
     "end off the circle": (
         "G2 X3 I1 F5\nM2", 1, 1, "G2",
-        "radius 1.0000 mm at the start, 2.0000 mm at the end", "at most 0.002 mm", "offsets",
+        "radius 1.0000 mm at the start, 2.0000 mm at the end", "at most 0.005 mm", "offsets",
     ),
-    "after the end": ("M2\nG0 X1", 2, 1, "G0", "after the end", "only comments", "before the end"),
     "no end": ("G0 X1\nG0 X2", 2, 6, "", "has no end", "M2 or M30", "truncated"),
     "empty file": ("", 1, 1, "", "has no end", "M2 or M30", "truncated"),
-    "no closing percent": ("%\nG0 X1\nM2\n", 3, 3, "", "truncated", "closing %", "only %"),
     "late percent": ("G0 X1\n%\nM2\n%", 2, 1, "%", "inside the program", "opening", "first line"),
 }  # fmt: skip
 

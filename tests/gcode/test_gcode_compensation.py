@@ -114,7 +114,7 @@ REFUSED = {
     "G19 G41 D1\nG1 X9": "G41 with G19",
     "G43.4\nG41 D1\nG1 X9": "G41 with G43.4",
     "G41 D1\nG42 D1": "cutter compensation is on already",
-    "D1 G1 X9": "D does not belong to this block",
+    "D1 G1 X9": "D does not belong to G1",
     "G41 D1\nG1 Z1": "the entry move of the compensation, 0.0000 mm",
     "G41 D1\nG2 X1 Y1 R1": "the ends of the entry arc are 1.4142 mm apart",
     "G41 D1\nG3 X5 R2.6\nG3 X6 R.6": "the arc of radius 0.6000 mm has no room",

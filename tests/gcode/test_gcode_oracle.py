@@ -5,10 +5,12 @@ import pytest
 
 from sim.gcode.interpreter import GcodeErrors, parse
 from sim.gcode.oracle import (
+    UNKNOWN,
     OracleError,
     Samples,
     compare_samples,
     differences,
+    machine_records,
     ours,
     rs274,
 )
@@ -36,6 +38,30 @@ PROGRAMS = {
     "systems by parameter": (
         "G10 L2 P2 X3 Y4\nG0 X1\nG55 X1 Y1\nG1 X[#5420+1] Y[#5421+1] F100\nG54 X#5220"
     ),
+    "rotation": "G10 L2 P1 R90\nG1 X20 F1000",
+    "rotations": (
+        "G10 L2 P1 X3 Y4 R30\nG0 X1 Y2 Z3\nG1 X5 F100\nG2 X9 Y2 I2 Z1\nG3 I-3 J1\nG3 X3 Y3 R9\n"
+        "G10 L2 P2 X1 R-135\nG55 G0 X2\nG91 G1 Y3\nX1 A5\nG90 @3 ^20\nG81 X1 Y1 Z-2 R1\nG80\n"
+        "G10 L2 P0 R180\nG0 X1\nG54 Y2\nG10 L2 P1 R0\nX7 Y5\nG10 L2 P1 R12 Z1\nG18 Y1"
+    ),
+    "rotation, calculated offsets": (
+        "G0 X1 Y2\nG10 L2 P1 X3 Y4 R30\nG10 L20 P1 X5\nG0 X6\nG10 L20 P1 Y1\nG0 X1 Y7\n"
+        "G10 L2 P2 R70 X1\nG10 L20 P2 X1 Y1 Z2\nG55 G0 X0 Y3 Z3"
+    ),
+    "rotation and ways home": (
+        "G10 L2 P1 X1 R30\nG0 X1 Y1\nG28 X0\nG0 X2 Y3\nG28\nG0 X4 Y1\nG53 G0 X3 Y1\nX2 Y2\n"
+        "G53 G0 Y4\nG0 X1\nG28.1\nG0 Y9\nG28 Y1"
+    ),
+    "rotation with tools, shifts and inches": (
+        "T1 M6 G43\nG10 L2 P1 X1 R30\nG0 X2 Y1\nG92 X3 Y3\nG1 X1 F100\nG2 X3 I1\nG20 G0 X1 Y1"
+    ),
+    "rotation by parameter": "#5230=45\nG54 G0 X1\nG55 Y2\nG54 X2 Y#5230\nX[#5420 + 1] Y[#5421]",
+    "rotation and cutter compensation": (
+        "G10 L2 P1 X1 R30\nG0 X-9 Y0\nG41.1 D4 G1 X0 F100\nX20\nG3 X30 Y10 R10\nG1 Y30\nX5 Y9\n"
+        "G40 G0 X0 Y0"
+    ),
+    "rotation and splines": "G10 L2 P1 X1 R30\nG5 X4 Y3 I1 J2 P-1 Q-1 F100\nG5.1 X9 Y1 I2 J1",
+    "the end of a shift and a move": "G92 X5\nG92.1 G1 X3 F100\nG92 X5\nG92.2 X4\nG92.3 G0 X1",
     "shift": (
         "G0 X10 Y5\nG92 X1 Y1 A2\nG1 X2 F100\nG92.2\nX3\nG92.3\nX4 Y4\nG92.1\nX5\n"
         "G55 G92 X0\nG1 X1\nG10 L2 P1 X3\nG54 X1"
@@ -144,6 +170,23 @@ REFUSED = {
     "tool of no table": "T77",
     "offset of no tool": "G43 H77",
     "arc alone": "G2 F100",
+    "rotation of a calculated offset": "G10 L20 P1 X1 R30",
+    "offset of a rest": "G4 P1 I3",
+    "radius of a shift": "G92 X1 R2",
+    "offset of a shift": "G92 X1 J2",
+    "offset of the way home": "G28 I1",
+    "radius of the way home": "G28 X1 R1",
+    "place of the way home stored": "G28.1 X1",
+    "offset of the way home stored": "G28.1 K1",
+    "offset of a calculated system": "G10 L20 P1 X1 I1",
+    "offset of the end of a shift": "G92.1 I1",
+    "radius of a line": "G1 F10 X1 R1",
+    "radius of no motion": "G80 R1",
+    "radius of the spindle": "M3 S5 R1",
+    "offset of a tool": "G43 X1 I2 H0",
+    "offset of path control": "G64 P1 K2",
+    "repeats of a line": "G0 X1 L3",
+    "rest of a cycle alone": "G82 X1 Z-1 R1 P1 F9\nP2",
 }
 
 
@@ -154,6 +197,27 @@ def test_rs274__mistakes__are_refused_by_both(name):
         rs274(text)
     with pytest.raises(GcodeErrors):
         parse(text)
+
+
+@pytest.mark.parametrize(
+    "record", ["RIGID_TAP(1.0, 2.0)", "START_SPEED_FEED_SYNCH()", "STRAIGHT_PROBE (1.0)", "5"]
+)
+def test_rs274__record_that_is_not_known__is_seen(record):
+    printed = f"    1 N..... USE_LENGTH_UNITS(CANON_UNITS_MM)\n    2 N..... {record}\n"
+    ((kind, values),) = machine_records(printed, [])
+    assert kind.startswith(UNKNOWN) and record in kind
+    assert values == ()
+
+
+def test_rs274__lines_outside_of_records__are_passed_over():
+    assert list(machine_records('executing\n   1 N..... COMMENT("(x)")\n\n', [])) == []
+
+
+def test_rs274__rotation_and_turns_of_an_arc__are_compared():
+    text = f"{HEAD}G1 X1 F100\nM2\n"
+    assert rs274(text) != rs274(text.replace("G1", "G10 L2 P1 R10\nG1"))
+    arc = f"{HEAD}G2 X2 I1 F100\nM2\n"
+    assert rs274(arc.replace("I1", "I1 P2")) != rs274(arc) == rs274(arc.replace("I1", "I1 P1"))
 
 
 def test_rs274__one_number_changed__is_seen():

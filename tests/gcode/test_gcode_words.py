@@ -48,7 +48,7 @@ def test_coordinate_system__set_by_parameters__acts_when_selected():
 def test_path_control__words__set_tolerance_and_merging_of_the_moves():
     text = "G1 X1 F9\nG64 X2\nG64 P0.1 Q0.02\nX3\nG20 G64 P.01\nX4\nG61 X5\nM2"
     assert [(m.tolerance, m.merge) for m in parse(text, start=ZERO).moves] == [
-        (0, 0), (math.inf, 0), (0.1, 0.02), (pytest.approx(0.254), 0), (0, 0),
+        (0, 0), (math.inf, 0), (0.1, 0.02), (pytest.approx(0.254),) * 2, (0, 0),
     ]  # fmt: skip
 
 
@@ -181,9 +181,16 @@ MISTAKES = {
     "nested": ("G0 X" + "[" * 60 + "1" + "]" * 60 + "\nM2", 55, "[", "nested too deeply", "50"),
     "block delete": ("/G0 X1\nM2", 1, "/G0", "unexpected character", "a word"),
     "O word inside": ("G0 X1 O100\nM2", 7, "O100", "O word behind other words", "first in"),
+    "rotated arc": (
+        "G10 L2 P1 R9\nG18 G2 X2 I1 F9\nM2", 5, "G2", "arc in G18 of a rotated", "arcs in G17",
+    ),
+    "rotated compensation": (
+        "G10 L2 P1 R9\nG18 G41.1 D1\nM2", 5, "G41.1", "in G18 of a rotated", "G17",
+    ),
+    "abort": ("G0 X1 (ABORT, no tool)\nM2", 7, "(ABORT, no tool)", "stops: no tool", "not reach"),
     "dwell without time": ("G4\nM2", 1, "G4", "G4 needs a time", "P in seconds"),
     "tolerance negative": ("G64 P-1\nM2", 5, "P-1", "negative", "at least 0"),
-    "P of nothing": ("G0 X1 P2\nM2", 7, "P2", "P does not belong", "G4, G10"),
+    "P of nothing": ("G0 X1 P2\nM2", 7, "P2", "P does not belong to G0", "X Y Z A C @ ^"),
     "cycle without R": ("G81 X1 Z1 F5\nM2", 1, "G81", "without R", "R in the first"),
     "cycle from below": ("G81 Z3 R1 F5\nM2", 8, "R1", "below the bottom", "at least Z"),
     "peck of nothing": ("G83 Z3 R4 Q0 F5\nM2", 11, "Q0", "too small", "Q greater"),
@@ -199,14 +206,14 @@ MISTAKES = {
     "polar and Cartesian": ("G0 @2 Y1\nM2", 7, "Y1", "Y together with @", "either @ and ^"),
     "polar at the origin": ("G0 @2\nM2", 4, "@2", "at the origin", "with G90"),
     "polar, by steps, at the origin": ("G91 G0 ^2\nM2", 8, "^2", "at the origin", "with G90"),
-    "polar home": ("G28 @2 ^1\nM2", 5, "@2", "@ with G28", "X Y Z"),
+    "polar home": ("G28 @2\nM2", 5, "@2", "@ does not belong to G28", "X Y Z"),
     "polar machine": ("G53 G0 @2 ^1\nM2", 1, "G53", "origin of the machine", "G0 or G1 with X"),
     "no state": ("M72\nM2", 1, "M72", "no saved state", "M70 or M73"),
     "state and more": ("M70\nM72 G0\nM2", 5, "G0", "M72 shares its block", "M72 alone"),
     "two stops": ("M0 M70\nM2", 4, "M70", "second word of the stop", "M0 M1"),
     "no such tool": ("T5 M6\nM2", 1, "T5", "there is no tool 5", "0 or a tool of the table"),
     "no such offset": ("G43 H5\nM2", 5, "H5", "there is no tool 5", "0 or a tool of the table"),
-    "H of nothing": ("G0 X1 H1\nM2", 7, "H1", "H does not belong", "H with G43"),
+    "H of nothing": ("G0 X1 H1\nM2", 7, "H1", "H does not belong to G0", "X Y Z A C @ ^"),
     "diameter and radius": ("G7 G8\nM2", 4, "G8", "second word of the lathe", "G7 G8"),
     "shift with a motion": ("G92 G1 X1 F5\nM2", 5, "G1", "both take the axis words", "one of"),
 }  # fmt: skip
@@ -217,6 +224,24 @@ def test_mistake__alone__is_told_with_column_and_reason(name):
     text, *told = MISTAKES[name]
     (error,) = errors_of(text)
     check_error(error, error.line, *told)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "O0001 (PART)\nG0 X1\nM2", "%\n(x)\no7\nG0 X1\nM2", "G0 X1\nM30\nG0 Q what (",
+        "%\nG0 X1\nM2", "F0 G0 X1\nM2", "G0 G80 X1\nM2", "G80 G0 X1\nM2", "N10.5 G0 X1\nM2",
+        "o1 if [0]\n(abort, no)\no1 endif\nG0 X1\nM2\n(abort, later)",
+    ],
+)  # fmt: skip
+def test_text__that_linuxcnc_runs__is_run(text):
+    assert ends(text) == [(1, 0, 0, 0, 0)]
+
+
+def test_rotation__move_of_the_table_alone__does_not_move_the_tool():
+    text = "G10 L2 P1 X.3 R30\nG0 X1 Y2\nG1 C90 F360\nG28\nG1 C80\nM2"
+    turns = [move for move in parse(text).moves if move.motion is Motion.LINEAR]
+    assert [move.turns_only_the_table for move in turns] == [True, True]
 
 
 def test_cycle__under_g64__stops_at_its_corners_and_leaves_the_mode():

@@ -97,6 +97,8 @@ def test_plan__first_ticks__are_those_of_the_whole():
         path = plan(parse(raster()), ROBOT, ticks)
         assert len(path) == ticks and not path.whole
         assert np.array_equal(path.position, whole.position[:ticks])
+    rounded = plan(parse("G64 P1 F600\nG1 X10\nY10\nX0\nM2"), ROBOT, 15_000)
+    assert not rounded.whole and rounded.corners.rounded == 2
     assert plan(parse("G64 G1 X10 F0.01\nM2"), ROBOT, 3_000).velocity.any()
 
 
