@@ -74,13 +74,16 @@ class Gains:
             text, found = re.subn(line, rf"\g<1> {value!r}", text)
             if found != 1:
                 raise GainError(f"{self._source.name} has {found} constants {name}, not one")
-        place = self._source.parent.resolve()
-        text = re.sub(r'(?m)^(\.interface\s+")', rf"\g<1>{place}/", text)
         with tempfile.TemporaryDirectory() as folder:
             copy = Path(folder, self._source.name)
             write_text(copy, text)
             try:
-                image = assemble(copy, configuration="fast", defines=self._defines)
+                image = assemble(
+                    copy,
+                    configuration="fast",
+                    defines=self._defines,
+                    include_path=[self._source.parent],
+                )
             except (AssemblyError, SourceError) as error:
                 raise GainError(str(error)) from None
         return self._words_of(image) if self._shape_of(image) == self._shape else None
