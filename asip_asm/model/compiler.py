@@ -80,17 +80,20 @@ def compile_law(
 
 def choose_sums(real: Graph, machine: Machine, options: Options) -> Graph:
     """Core operations of the graph: the form with the shortest trial schedule, of forms as short
-    with the fewest operations. With `reassociate` the forms are: sums as the law writes them, sums
-    joined for the critical path, with the fewest operations, and those between.
+    with the fewest operations. With `reassociate` the forms are sums joined for the critical path
+    and with more and more of their slack spent; where the slots decide, also those with the fewest
+    operations and sums as the law writes them.
     """
-    written = SumBuilder(real, machine, False).run()
     if not options.reassociate:
-        return written
+        return SumBuilder(real, machine, False).run()
     first = SumBuilder(real, machine, True)
     fastest = first.run()
-    fewest = SumBuilder(real, machine, True, dict.fromkeys(range(len(real.nodes)), math.inf)).run()
-    forms = [fastest, fewest, written]
+    forms = [fastest]
     slack = _slack(fastest, machine)
+    if min(slack.values(), default=0) > 0:  # slots, not the critical path, decide
+        fewest = dict.fromkeys(range(len(real.nodes)), math.inf)
+        forms += [SumBuilder(real, machine, True, fewest).run()]
+        forms += [SumBuilder(real, machine, False).run()]
     for share in RELAXATIONS:
         deadlines = {
             old: first.time(new) + share * slack[new]

@@ -2,20 +2,18 @@
 /* Interpolation of targets, see interpolator.h. */
 #include "interpolator.h"
 
-#include "gen/objects.h"
-
 #define CYCLE 1024u
 
 /* Differences of targets wrap as positions do. */
 static int32_t minus(int32_t a, int32_t b) { return (int32_t)((uint32_t)a - (uint32_t)b); }
 static int32_t plus(int32_t a, int32_t b) { return (int32_t)((uint32_t)a + (uint32_t)b); }
 
-void interpolator_start(struct interpolator *ip, int32_t value, int32_t slope, uint32_t period_us) {
+void interpolator_start(struct interpolator *ip, int32_t value, int32_t slope, uint32_t cycles) {
   ip->p[1] = minus(value, slope / 2); /* in the middle of the period it is at the value */
   ip->p[0] = minus(ip->p[1], slope);
   ip->p[2] = plus(ip->p[1], slope);
   ip->p[3] = plus(ip->p[2], slope);
-  ip->span = (uint32_t)(((uint64_t)period_us * CYCLE + CYCLE_US / 2u) / CYCLE_US);
+  ip->span = cycles * CYCLE;
   ip->per_span = 1.0f / (float)ip->span;
   ip->step = CYCLE;
   ip->phase = ip->span / 2u;
