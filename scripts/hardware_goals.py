@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from xml.etree import ElementTree
 
+from asip_asm.project import ROOT
 from scripts.plain_verilog import CORES, FOLDER, write_plain
 from scripts.rtl_subset import check
 from sim.goals import Goal, at_least, at_most, exactly, not_measured
@@ -26,6 +27,7 @@ MISSING = (
     ("tops whose plain Verilog equals the RTL", "20", "tops"),
     ("optimised tick on ECP5-85-8, median of five seeds", "<= 0.8", "us"),
 )
+BENCHES = [f"tests/cocotb/test_{kind}.py" for kind in ("units", "custom", "asip")]
 LOST = ("failures", "errors", "skipped")
 PARSED = "tops whose plain Verilog-2001 Icarus parses"
 
@@ -38,8 +40,8 @@ def cocotb_tests(full: bool) -> Iterator[Goal]:
         return
     with tempfile.TemporaryDirectory() as folder:
         report = Path(folder) / "report.xml"
-        command = [sys.executable, "-m", "pytest", "-q", "-n", "2", "tests/cocotb"]
-        subprocess.run([*command, f"--junitxml={report}"], check=False)
+        command = [sys.executable, "-m", "pytest", "-q", "-n", "2", *BENCHES]
+        subprocess.run([*command, f"--junitxml={report}"], cwd=ROOT, check=False)
         suite = ElementTree.parse(report).getroot()[0]
     total, lost = int(suite.attrib["tests"]), sum(int(suite.attrib[k]) for k in LOST)
     yield at_least(name, total - lost, most, "tests")

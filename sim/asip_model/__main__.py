@@ -54,8 +54,9 @@ EPILOG = """example:
   asip-model fast.casadi fast.interface.toml slow.casadi slow.interface.toml -o build/both
 
 writes build/law.s (linear assembly), .asip.json (image), .asip.map.json (its debug map, for
-asip-dbg), .h (tables for the C driver) and .report.txt (cycles, bounds, occupancy, what each option
-changes). With --prove it also writes .certificate.json (what is proved, docs/numerics.md), with --c
+asip-dbg), .h (tables for the C driver) and .report.txt (cycles, bounds, occupancy; with
+--effects what each option changes). With --prove it also writes .certificate.json (what is proved,
+docs/numerics.md), with --c
 build/law.tick.c and .tick.h, the law as a C function for the Nios II systems or a PC. Arguments and
 results of the function go by the names of the signals, or of their vectors (docs/your_robot.md).
 With several functions .s, .asip.map.json, .certificate.json, .tick.c and .tick.h are
@@ -157,8 +158,11 @@ def _write(
     texts = {f"{stem}.asip.json": Image.dumps(image), f"{stem}.h": to_c(image, "")}
     texts[f"{stem}.report.txt"] = "\n".join(
         one.report.render()
-        + "\n"
-        + effects(one, options.seed, forms[name])
+        + (
+            "\n" + effects(one, options.seed, forms[name])
+            if options.effects or options.best
+            else ""
+        )
         + (f"\n{account(tree, settings)}" if tree else "")
         for (name, one), (_, tree) in zip(built.items(), laws, strict=True)
     )
@@ -311,6 +315,12 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
         help="build the program with every set of --reassociate, --reciprocal and --sine and keep "
         "the shortest that fits, and with --prove is proved; an option that is given stays as "
         "given, as does --no-reassociate",
+    )
+    parser.add_argument(
+        "--effects",
+        action="store_true",
+        help="add to the report what each option changes (as --best does): builds three more "
+        "programs",
     )
     parser.add_argument(
         "--reassociate",

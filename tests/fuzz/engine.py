@@ -36,15 +36,13 @@ STATUSES = range(10)
 @dataclass(frozen=True)
 class Campaign:
     """`run(rng)` makes one input in the working directory, which is empty, gives it to the tool and
-    returns the exit status. `cases`: of the full set. `prepare` runs once. `seconds` of processor
-    time of a case, `CPU_SECONDS` if None.
+    returns the exit status. `cases`: of the full set. `prepare` runs once.
     """
 
     name: str
     cases: int
     run: Callable[[Random], int | None]
     prepare: Callable[[], object] = lambda: None
-    seconds: float | None = None
 
 
 @dataclass(frozen=True)
@@ -136,7 +134,7 @@ def _run_batch(campaign: Campaign, cases: range, result: Result) -> None:
             number = os.waitstatus_to_exitcode(status)
             kind = {-signal.SIGPROF: "time", -signal.SIGKILL: "hang"}.get(number, "crash")
             text = {
-                "time": "more processor time than a case may take",
+                "time": f"more than {CPU_SECONDS} s of processor time",
                 "hang": f"stood still for {WALL_SECONDS} s",
             }.get(kind, f"the process ended with {number}")
             result.failures.append(Failure(result.cases, kind, text))
@@ -207,7 +205,7 @@ def _run_case(campaign: Campaign, seed: int, case: int, folder: Path) -> dict[st
     folder.mkdir()
     before = resource.getrusage(resource.RUSAGE_SELF)
     kind, text, status = "", "", None
-    signal.setitimer(signal.ITIMER_PROF, campaign.seconds or CPU_SECONDS)
+    signal.setitimer(signal.ITIMER_PROF, CPU_SECONDS)
     try:
         with contextlib.chdir(folder):
             status = _status(campaign, generator(campaign, seed, case))
