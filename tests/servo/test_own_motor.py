@@ -29,7 +29,8 @@ OWN = {
     **{"psi_legs": 0.62, "psi_tilt": 0.75, "psi_rotation": 0.6},
     **{"i_max_legs": 18.0, "i_max_tilt": 20.0, "i_max_rotation": 12.0},
     **{"cogging_legs": 0.0, "cogging_tilt": 0.0, "cogging_rotation": 0.0},
-    **{"encoder_legs": 0.5e-6, "turn_table": 1048576, "rotation_max": 100.0},
+    **{"encoder_legs": 0.5e-6, "turn_table": 1048576},
+    **{"rotation_min": -100.0, "rotation_max": 100.0},
 }
 
 
