@@ -16,7 +16,7 @@ from rich.console import Console
 
 from asip_asm.diagnostics import AssemblyError
 from asip_asm.isa import IsaError, default_isa
-from asip_asm.project import BUILD, PACKAGES
+from asip_asm.project import BUILD, ROOT
 from sim.command import add_override_option, add_robot_option
 from sim.dual.loop import Loop, follow, stretches_of
 from sim.dual.moves import PathNotSuitedError, moves_of
@@ -184,7 +184,7 @@ def main(argv: list[str] | None = None) -> int:
         "differs. results.json is written as it goes; a stopped run says there how far it got.",
     )
     parser.add_argument(
-        "gcode", type=Path, nargs="?", default=PACKAGES / "sim/paths/agh.ngc", help="path (RS-274)"
+        "gcode", type=Path, nargs="?", default=ROOT / "sim/paths/agh.ngc", help="path (RS-274)"
     )
     add_robot_option(parser, "dual")
     add_override_option(parser)

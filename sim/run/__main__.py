@@ -14,7 +14,7 @@ from rich.console import Console
 
 from asip_asm.command import INTERRUPTED, command_parser, count
 from asip_asm.diagnostics import AssemblyError
-from asip_asm.project import BUILD, PACKAGES
+from asip_asm.project import BUILD, ROOT
 from sim.command import add_override_option, add_robot_option
 from sim.gcode.tools import add_tools_option
 from sim.harness.build import BuildError
@@ -65,7 +65,7 @@ def _arguments() -> argparse.ArgumentParser:
         "gcode",
         type=Path,
         nargs="?",
-        default=PACKAGES / "sim/paths/agh.ngc",
+        default=ROOT / "sim/paths/agh.ngc",
         help="path, G-code (sim/paths/agh.ngc)",
     )
     add_robot_option(parser, "run")
