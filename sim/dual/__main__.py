@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 
+from asip_asm.command import command
 from asip_asm.diagnostics import AssemblyError
 from asip_asm.isa import IsaError, default_isa
 from asip_asm.project import BUILD, ROOT
@@ -172,6 +173,7 @@ def _so_far(figures: Callable[[], dict[str, Any]], loop: Loop) -> dict[str, Any]
         }
 
 
+@command("python -m sim.dual")
 def main(argv: list[str] | None = None) -> int:
     """Command line; returns the exit code."""
     parser = argparse.ArgumentParser(
@@ -241,7 +243,7 @@ def main(argv: list[str] | None = None) -> int:
         text = f"{arguments.gcode}: {error}"
     except (GcodeErrors, WorkspaceError, ParameterError, AssemblyError, PageError, MarksError) as e:
         text = str(e)
-    except (BuildError, ControllerFault, AsipError, IsaError, OSError) as error:
+    except (BuildError, ControllerFault, AsipError, IsaError) as error:
         text = f"error: {error}"
     else:
         return 0
