@@ -13,7 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import ParamSpec
 
-from asip_asm.diagnostics import AssemblyError
+from asip_asm.diagnostics import AssemblyError, visible
 from asip_asm.project import BUILD, CHECKOUT, ROOT
 
 Arguments = ParamSpec("Arguments")
@@ -109,7 +109,7 @@ def _status(name: str, body: Callable[[], int], errors: tuple[type[Exception], .
 
 
 def _failed(name: str, message: str) -> int:
-    print(f"{name}: error: {message}", file=sys.stderr)
+    print(visible(f"{name}: error: {message}"), file=sys.stderr)
     return 1
 
 
