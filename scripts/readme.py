@@ -15,6 +15,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from asip_asm.command import command
 from asip_asm.files import write_text
 from scripts.generated import table
 from sim.model.published import Published
@@ -111,6 +112,7 @@ def synthesis(data: dict[str, Any]) -> str:
     return "\n".join([*lines, "", f"Measured at commit {measured_at(data['tops'])}.", ""]) + "\n"
 
 
+@command("scripts/readme.py")
 def main(arguments: list[str]) -> int:
     """Rewrite README.md and docs/platforms.md; returns the exit status."""
     folder = Path(arguments[0]) if arguments else ROOT / "build"

@@ -18,7 +18,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from asip_asm.command import script_parser
+from asip_asm.command import command, script_parser
 from asip_asm.files import write_text
 from scripts.generated import keep_page, table
 from scripts.synth import TOPS
@@ -193,6 +193,7 @@ def add(points: list[dict], point: dict) -> None:
     points[:] = [p for p in points if any(p[k] != point[k] for k in key)] + [point]
 
 
+@command("scripts/speed_points.py")
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; exit 0 done, 1 page out of date or a tool failed, 2 usage."""
     parser = script_parser(__doc__, "python scripts/speed_points.py --add HEAD --seeds 1 2 3")
