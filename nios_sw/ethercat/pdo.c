@@ -6,15 +6,29 @@
 
 #include "dictionary.h"
 
-/* One mapped object; data 0 is padding. */
+/* How a mapped object is copied. The pass goes through one kind after the other: a loop for each is three times as fast
+ * as one that asks for the kind of every object. */
+enum { COPY_WORD, COPY_HALF, COPY_BYTE, COPY_HALVES, COPY_BYTES, COPY_KINDS };
+
+/* One mapped object, and its place in the image of the process data. */
 struct copy {
   uint8_t *data;
-  const struct entry *limits; /* 0: none */
-  uint8_t bytes;
+  uint16_t at, bytes;
 };
 
-static struct copy copies[2][MAPS * MAP_ENTRIES];
-static uint16_t copy_count[2];
+struct limit {
+  const struct entry *entry;
+  uint8_t *data;
+};
+
+struct exchange {
+  struct copy copies[MAPS * MAP_ENTRIES]; /* in the order of their kinds */
+  uint8_t end[COPY_KINDS];                /* of the copies of a kind */
+  struct limit limits[MAPS * MAP_ENTRIES];
+  uint8_t limit_count;
+};
+
+static struct exchange exchanges[2];
 
 static uint16_t map_bytes(int side, int map) {
   uint32_t bits = 0;
@@ -86,63 +100,103 @@ uint32_t pdo_check(uint16_t index, uint8_t subindex, uint32_t value) {
   return 0;
 }
 
-uint16_t pdo_prepare(int side) {
-  uint32_t bytes = assigned_bytes(side, objects.assign[side].count);
-  uint16_t first = side == PDO_RX ? RX_MAP : TX_MAP, count = 0;
+/* Objects are aligned to their size, their places in the image need not be; the image is aligned to a word. */
+static int kind_of(const struct copy *copy) {
+  uintptr_t odd = (uintptr_t)copy->data | copy->at;
+  if (copy->bytes == 4 && !(odd & 3u)) return COPY_WORD;
+  if (copy->bytes == 4 && !(odd & 1u)) return COPY_HALVES;
+  if (copy->bytes == 2 && !(odd & 1u)) return COPY_HALF;
+  return copy->bytes == 1 ? COPY_BYTE : COPY_BYTES;
+}
+
+/* The mapped objects of a direction in the order of the image; padding is what is read from zeros and nothing that is
+ * written. Returns how many there are. */
+static int mapped(int side, struct copy *found) {
+  static uint8_t zeros[32]; /* a padding has 31 bytes at most */
+  struct exchange *exchange = &exchanges[side];
+  uint16_t first = side == PDO_RX ? RX_MAP : TX_MAP, at = 0;
   struct place place;
-  copy_count[side] = 0;
-  if (bytes > PROCESS_BYTES) return (uint16_t)bytes; /* maps grew behind the list's back: refused there */
+  int count = 0;
+  exchange->limit_count = 0;
   for (uint8_t i = 0; i < objects.assign[side].count; ++i) {
     uint16_t pdo = objects.assign[side].pdo[i];
     int map = (pdo - first) >> 4;
     if (!pdo) continue;
     for (uint8_t k = 0; k < objects.map[side][map].count; ++k) {
       uint32_t entry = objects.map[side][map].entry[k];
-      struct copy *copy = &copies[side][count++];
-      copy->bytes = (uint8_t)(entry & 0xFFu) / 8u;
-      copy->data = 0;
-      copy->limits = 0;
-      if (entry >> 16 && !dictionary_locate((uint16_t)(entry >> 16), (uint8_t)(entry >> 8), &place)) {
-        copy->data = place.data;
-        if (place.entry->flags & ENTRY_LIMITS) copy->limits = place.entry;
+      struct copy copy = {.data = zeros, .at = at, .bytes = (uint16_t)((entry & 0xFFu) / 8u)};
+      at = (uint16_t)(at + copy.bytes);
+      if (entry >> 16 == 0) {
+        if (side == PDO_TX) found[count++] = copy;
+        continue;
+      }
+      if (dictionary_locate((uint16_t)(entry >> 16), (uint8_t)(entry >> 8), &place)) continue;
+      copy.data = place.data;
+      found[count++] = copy;
+      if (side == PDO_RX && place.entry->flags & ENTRY_LIMITS) {
+        exchange->limits[exchange->limit_count++] = (struct limit){place.entry, place.data};
       }
     }
   }
-  copy_count[side] = count;
+  return count;
+}
+
+uint16_t pdo_prepare(int side) {
+  static struct copy found[MAPS * MAP_ENTRIES];
+  struct exchange *exchange = &exchanges[side];
+  uint32_t bytes = assigned_bytes(side, objects.assign[side].count);
+  uint8_t next = 0;
+  /* Maps may have grown after the list was checked: too many bytes are refused by the caller. */
+  int count = bytes > PROCESS_BYTES ? 0 : mapped(side, found);
+  for (int kind = 0; kind < COPY_KINDS; ++kind) {
+    for (int n = 0; n < count; ++n) {
+      if (kind_of(&found[n]) == kind) exchange->copies[next++] = found[n];
+    }
+    exchange->end[kind] = next;
+  }
   return (uint16_t)bytes;
 }
 
-/* Objects are aligned to their size, the image of the process data need not be. */
-static void move(uint8_t *to, const uint8_t *from, uint8_t bytes) {
-  uintptr_t odd = (uintptr_t)to | (uintptr_t)from;
-  if (bytes == 4 && !(odd & 3u)) {
-    *(uint32_t *)(void *)to = *(const uint32_t *)(const void *)from;
-  } else if (!(bytes & 1u) && !(odd & 1u)) {
-    for (uint8_t k = 0; k < bytes; k = (uint8_t)(k + 2)) {
-      *(uint16_t *)(void *)(to + k) = *(const uint16_t *)(const void *)(from + k);
-    }
-  } else {
-    for (uint8_t k = 0; k < bytes; ++k) to[k] = from[k];
-  }
-}
+static inline void move_word(void *to, const void *from) { *(uint32_t *)to = *(const uint32_t *)from; }
+static inline void move_half(void *to, const void *from) { *(uint16_t *)to = *(const uint16_t *)from; }
 
 void pdo_outputs(const uint8_t *from) {
-  const struct copy *end = copies[PDO_RX] + copy_count[PDO_RX];
-  for (const struct copy *copy = copies[PDO_RX]; copy < end; ++copy) {
-    if (copy->data) move(copy->data, from, copy->bytes);
-    if (copy->limits) dictionary_limit(copy->limits, copy->data);
-    from += copy->bytes;
+  const struct exchange *exchange = &exchanges[PDO_RX];
+  const struct copy *copy = exchange->copies, *end = copy + exchange->end[COPY_WORD];
+  for (; copy < end; ++copy) move_word(copy->data, from + copy->at);
+  end = exchange->copies + exchange->end[COPY_HALF];
+  for (; copy < end; ++copy) move_half(copy->data, from + copy->at);
+  end = exchange->copies + exchange->end[COPY_BYTE];
+  for (; copy < end; ++copy) *copy->data = from[copy->at];
+  end = exchange->copies + exchange->end[COPY_HALVES];
+  for (; copy < end; ++copy) {
+    move_half(copy->data, from + copy->at);
+    move_half(copy->data + 2, from + copy->at + 2);
+  }
+  end = exchange->copies + exchange->end[COPY_BYTES];
+  for (; copy < end; ++copy) {
+    for (uint16_t k = 0; k < copy->bytes; ++k) copy->data[k] = from[copy->at + k];
+  }
+  for (int n = 0; n < exchange->limit_count; ++n) {
+    dictionary_limit(exchange->limits[n].entry, exchange->limits[n].data);
   }
 }
 
 void pdo_inputs(uint8_t *to) {
-  const struct copy *end = copies[PDO_TX] + copy_count[PDO_TX];
-  for (const struct copy *copy = copies[PDO_TX]; copy < end; ++copy) {
-    if (copy->data) {
-      move(to, copy->data, copy->bytes);
-    } else {
-      for (uint8_t k = 0; k < copy->bytes; ++k) to[k] = 0;
-    }
-    to += copy->bytes;
+  const struct exchange *exchange = &exchanges[PDO_TX];
+  const struct copy *copy = exchange->copies, *end = copy + exchange->end[COPY_WORD];
+  for (; copy < end; ++copy) move_word(to + copy->at, copy->data);
+  end = exchange->copies + exchange->end[COPY_HALF];
+  for (; copy < end; ++copy) move_half(to + copy->at, copy->data);
+  end = exchange->copies + exchange->end[COPY_BYTE];
+  for (; copy < end; ++copy) to[copy->at] = *copy->data;
+  end = exchange->copies + exchange->end[COPY_HALVES];
+  for (; copy < end; ++copy) {
+    move_half(to + copy->at, copy->data);
+    move_half(to + copy->at + 2, copy->data + 2);
+  }
+  end = exchange->copies + exchange->end[COPY_BYTES];
+  for (; copy < end; ++copy) {
+    for (uint16_t k = 0; k < copy->bytes; ++k) to[copy->at + k] = copy->data[k];
   }
 }

@@ -96,6 +96,19 @@ def test_whole_object__up_and_down(host):
     assert host.upload(0x2000, 1, complete=True) == gains
 
 
+@pytest.mark.parametrize("index", [0x1C12, 0x1C13, 0x1600, 0x1A50])
+def test_whole_list_without_its_count__only_while_the_count_is_0(host, index):
+    before = host.upload(index, 0, complete=True)
+    with aborts(0x06010003):
+        host.download(index, 1, before[2:], complete=True)
+    assert host.upload(index, 0, complete=True) == before
+    host.put(index, 0, 0)
+    host.download(index, 1, before[2:], complete=True)
+    assert host.upload(index, 0) == b"\0"
+    host.put(index, 0, before[0])
+    assert host.upload(index, 0, complete=True) == before
+
+
 # -------------------------------------------------------------------- abort codes
 
 ABORTS = {
