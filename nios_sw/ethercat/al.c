@@ -101,8 +101,7 @@ static uint16_t check_safeop(void) {
   uint16_t found;
   process_bytes[PDO_RX] = pdo_prepare(PDO_RX);
   process_bytes[PDO_TX] = pdo_prepare(PDO_TX);
-  if (process_bytes[PDO_TX] > PROCESS_BYTES) return AL_INPUT_MAPPING;
-  if (process_bytes[PDO_RX] > PROCESS_BYTES) return AL_OUTPUT_MAPPING;
+  if (process_bytes[PDO_RX] == PDO_INVALID) return AL_OUTPUT_MAPPING;
   for (int n = MANAGERS_USED; n < MANAGERS; ++n) {
     if (esc_read8(ESC_SM_ACTIVATE(n)) & ESC_SM_ACTIVATE_ENABLE_MASK) return AL_INVALID_SYNC_MANAGER;
   }

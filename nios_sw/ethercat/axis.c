@@ -17,7 +17,8 @@
 #define CYCLES_PER_S (1e6f / CYCLE_US)
 #define CYCLES_PER_MS (1000u / CYCLE_US)
 #define FOLLOWING_ERROR 0x8611u
-#define PERIOD 0x60C2u /* object, of the first axis */
+#define LIMITS 0x607Du /* objects, of the first axis */
+#define PERIOD 0x60C2u
 #define NOT_WATCHED 0xFFFFFFFFu
 #define VELOCITY_FILTER 0.0625f
 /* A stop ends when the axis is measured at rest, or this long after its set-point came to rest. */
@@ -65,10 +66,17 @@ uint32_t axis_period_us(int n) { return period_us(objects.axis[n].period_value, 
 
 uint32_t axis_check(uint16_t index, uint8_t subindex, uint32_t value) {
   const struct axis_objects *o;
+  uint16_t first;
   uint32_t us;
   if (index < AXIS_FIRST || index >= AXIS_FIRST + AXES * AXIS_STEP) return 0;
-  if ((index - AXIS_FIRST) % AXIS_STEP != PERIOD - AXIS_FIRST) return 0;
   o = &objects.axis[(index - AXIS_FIRST) / AXIS_STEP];
+  first = (uint16_t)(AXIS_FIRST + (index - AXIS_FIRST) % AXIS_STEP);
+  if (first == LIMITS) {
+    int32_t low = subindex == 1 ? (int32_t)value : o->position_limit[0];
+    int32_t high = subindex == 2 ? (int32_t)value : o->position_limit[1];
+    return low > high ? ABORT_MOST_BELOW_LEAST : 0;
+  }
+  if (first != PERIOD) return 0;
   us = subindex == 1 ? period_us((uint8_t)value, o->period_index) : period_us(o->period_value, (int8_t)value);
   return us < CYCLE_US ? ABORT_RANGE : 0;
 }

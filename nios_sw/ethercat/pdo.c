@@ -30,21 +30,20 @@ struct exchange {
 
 static struct exchange exchanges[2];
 
-static uint16_t map_bytes(int side, int map) {
+static uint16_t map_bytes(int side, int map, uint32_t count) {
   uint32_t bits = 0;
-  for (uint8_t i = 0; i < objects.map[side][map].count; ++i) {
-    bits += objects.map[side][map].entry[i] & 0xFFu;
-  }
+  for (uint32_t i = 0; i < count; ++i) bits += objects.map[side][map].entry[i] & 0xFFu;
   return (uint16_t)(bits / 8u);
 }
 
-/* Bytes of a direction if the list had `count` elements and one map other contents. */
-static uint32_t assigned_bytes(int side, uint32_t count) {
+/* Bytes of a direction if the list had `count` elements and the map `other` (-1: none) so many bytes. */
+static uint32_t assigned_bytes(int side, uint32_t count, int other, uint32_t other_bytes) {
   uint32_t bytes = 0;
   uint16_t first = side == PDO_RX ? RX_MAP : TX_MAP;
   for (uint32_t i = 0; i < count; ++i) {
     uint16_t pdo = objects.assign[side].pdo[i];
-    if (pdo) bytes += map_bytes(side, (pdo - first) >> 4);
+    int map = (pdo - first) >> 4;
+    if (pdo) bytes += map == other ? other_bytes : map_bytes(side, map, objects.map[side][map].count);
   }
   return bytes;
 }
@@ -58,7 +57,7 @@ static uint32_t check_assign(int side, uint8_t subindex, uint32_t value) {
         if (objects.assign[side].pdo[i] == objects.assign[side].pdo[k]) return ABORT_NOT_MAPPABLE;
       }
     }
-    return assigned_bytes(side, value) > PROCESS_BYTES ? ABORT_PDO_LENGTH : 0;
+    return assigned_bytes(side, value, -1, 0) > PROCESS_BYTES ? ABORT_PDO_LENGTH : 0;
   }
   if (objects.assign[side].count) return ABORT_COUNT_NOT_ZERO;
   if (value == 0) return 0;
@@ -71,13 +70,15 @@ static uint32_t check_assign(int side, uint8_t subindex, uint32_t value) {
 static uint32_t check_map(int side, int map, uint8_t subindex, uint32_t value) {
   struct place place;
   uint8_t bits = (uint8_t)value, kind = side == PDO_RX ? ENTRY_RX : ENTRY_TX;
-  uint32_t abort;
+  uint32_t abort, bytes;
   if (subindex == 0) {
     if (value > MAP_ENTRIES) return ABORT_RANGE;
     for (uint32_t i = 0; i < value; ++i) {
       if (!objects.map[side][map].entry[i]) return ABORT_NOT_MAPPABLE;
     }
-    return 0;
+    /* The list may have this map already. */
+    bytes = assigned_bytes(side, objects.assign[side].count, map, map_bytes(side, map, value));
+    return bytes > PROCESS_BYTES ? ABORT_PDO_LENGTH : 0;
   }
   if (objects.map[side][map].count) return ABORT_COUNT_NOT_ZERO;
   if (value == 0) return 0;
@@ -110,7 +111,7 @@ static int kind_of(const struct copy *copy) {
 }
 
 /* The mapped objects of a direction in the order of the image; padding is what is read from zeros and nothing that is
- * written. Returns how many there are. */
+ * written. Returns how many there are, -1 if the master would write one of them twice. */
 static int mapped(int side, struct copy *found) {
   static uint8_t zeros[32]; /* a padding has 31 bytes at most */
   struct exchange *exchange = &exchanges[side];
@@ -132,6 +133,9 @@ static int mapped(int side, struct copy *found) {
       }
       if (dictionary_locate((uint16_t)(entry >> 16), (uint8_t)(entry >> 8), &place)) continue;
       copy.data = place.data;
+      for (int n = 0; side == PDO_RX && n < count; ++n) {
+        if (found[n].data == copy.data) return -1;
+      }
       found[count++] = copy;
       if (side == PDO_RX && place.entry->flags & ENTRY_LIMITS) {
         exchange->limits[exchange->limit_count++] = (struct limit){place.entry, place.data};
@@ -144,17 +148,16 @@ static int mapped(int side, struct copy *found) {
 uint16_t pdo_prepare(int side) {
   static struct copy found[MAPS * MAP_ENTRIES];
   struct exchange *exchange = &exchanges[side];
-  uint32_t bytes = assigned_bytes(side, objects.assign[side].count);
   uint8_t next = 0;
-  /* Maps may have grown after the list was checked: too many bytes are refused by the caller. */
-  int count = bytes > PROCESS_BYTES ? 0 : mapped(side, found);
+  int count = mapped(side, found);
   for (int kind = 0; kind < COPY_KINDS; ++kind) {
     for (int n = 0; n < count; ++n) {
       if (kind_of(&found[n]) == kind) exchange->copies[next++] = found[n];
     }
     exchange->end[kind] = next;
   }
-  return (uint16_t)bytes;
+  if (count < 0) return PDO_INVALID;
+  return (uint16_t)assigned_bytes(side, objects.assign[side].count, -1, 0);
 }
 
 static inline void move_word(void *to, const void *from) { *(uint32_t *)to = *(const uint32_t *)from; }

@@ -152,17 +152,18 @@ def test_manager_that_the_device_does_not_use__0017():
         assert host.ask(SAFEOP | ERROR) == (SAFEOP, 0)
 
 
-@pytest.mark.parametrize(("first", "code"), [(0x1A00, 0x0024), (0x1600, 0x0025)])
-def test_mapping_longer_than_the_area__0024_0025(first, code):
-    """Maps that grow after the list of them was counted."""
+def test_object_that_the_master_would_write_twice__0025():
+    """Both maps are right by themselves."""
     host = in_state(PREOP)
     host.process_managers()
-    for n in range(6):
-        host.put(first + 0x10 * n, 0, 0)
-        for entry in range(10):
-            host.put(first + 0x10 * n, entry + 1, 248)  # 31 bytes of padding
-        host.put(first + 0x10 * n, 0, 10)
-    assert host.ask(SAFEOP) == (PREOP | ERROR, code)
+    host.put(0x1610, 0, 0)
+    host.put(0x1610, 1, 0x60400010)  # the controlword of the first axis instead of the second
+    host.put(0x1610, 0, 8)
+    assert host.ask(SAFEOP) == (PREOP | ERROR, 0x0025)
+    host.put(0x1610, 0, 0)
+    host.put(0x1610, 1, 0x68400010)
+    host.put(0x1610, 0, 8)
+    assert host.ask(SAFEOP | ERROR) == (SAFEOP, 0)
 
 
 def test_watchdog__falls_to_safeop_with_001b():
