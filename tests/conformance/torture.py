@@ -12,41 +12,32 @@ from __future__ import annotations
 
 import fnmatch
 import json
-import os
-import re
 import shlex
-import subprocess
 import sys
 import tomllib
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from asip_asm.command import command_parser
 from asip_asm.files import write_text
-from asip_asm.project import BUILD, ROOT
 from tests.conformance.machine import MACHINES
+from tests.conformance.tools import (
+    BAD,
+    FOLDER,
+    ToolError,
+    dejagnu,
+    program,
+    results,
+    runtime,
+)
 
-FOLDER = BUILD / "conformance"
 RESULTS = FOLDER / "torture.json"
 EXCLUSIONS = Path(__file__).with_name("exclusions.toml")
-BOARDS = Path(__file__).with_name("boards")
 LEVELS = ("-O0", "-O2", "-Os")
 STACK = 32 * 1024  # bytes that a test may ask for, of 64 KiB of data
-RUNTIME = {
-    "rtl": ("crt0.S", "exception_entry.S", "io.c", "syscalls.c"),
-    "qemu": (
-        "crt0.S", "exception_entry.S", "exit_semihost.S", "syscalls.c", "exceptions_none.c"
-    ),
-}  # fmt: skip
-LINE = re.compile(r"^([A-Z]+): (\S+)(?:\s+(.*?))?$")
-FAILED = ("FAIL", "UNRESOLVED", "ERROR", "XPASS")
-
-
-class ToolError(RuntimeError):
-    """A tool is missing; the message says how to get it."""
 
 
 @dataclass
@@ -60,81 +51,29 @@ class Outcome:
     unused: list[str] = field(default_factory=list)  # exclusions of tests that pass
 
 
-def run(command: Sequence[str | Path], **options: object) -> str:
-    """Standard output of a command that must succeed."""
-    return subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True, **options).stdout
-
-
-def prefix() -> Path:
-    """Folder of the cross compiler. Raises ToolError without it."""
-    found = Path(run([ROOT / "scripts/nios_toolchain.sh", "--prefix"]).strip())
-    if not (found / "bin/nios2-elf-gcc").exists():
-        raise ToolError("no cross compiler; make nios-toolchain builds it")
-    return found
-
-
-def compiler_options(kind: str) -> list[str]:
-    """Options of nios-gcc: those of a system, `link`, or what QEMU can execute."""
-    environment = {k: v for k, v in os.environ.items() if k not in ("MAKEFLAGS", "MAKELEVEL")}
-    name = "fpga2" if kind == "qemu" else kind
-    words = run(["make", "-s", "-C", ROOT / "nios_sw", f"options-{name}"], env=environment).split()
-    return [w for w in words if not (kind == "qemu" and w.startswith("-mcustom-"))]
-
-
-def runtime(system: str, gcc: Path, folder: Path) -> tuple[list[str], list[str]]:
-    """Options of the compiler and of the linker, for programs of a system."""
-    code = [*compiler_options(system), f"-I{ROOT / 'nios_sw/include'}"]
-    folder.mkdir(parents=True, exist_ok=True)
-    objects = []
-    for name in RUNTIME["qemu" if system == "qemu" else "rtl"]:
-        objects.append(str(folder / f"{Path(name).stem}.o"))
-        run([gcc, *code, "-O2", "-c", ROOT / "nios_sw/lib" / name, "-o", objects[-1]])
-    places = [f"-L{ROOT / 'nios_sw/link'}", f"-L{ROOT / 'nios_sw/link/gen'}"]
-    return code, [*compiler_options("link"), *places, *objects]
-
-
-def execute(system: str, only: str, output: Path) -> None:
-    """Run GCC's harness; the summary is output/gcc.sum."""
-    gcc = prefix() / "bin/nios2-elf-gcc"
-    tests = Path(run([ROOT / "scripts/nios_toolchain.sh", "--tests"]).strip())
+def execute(system: str, only: str, output: Path) -> Path:
+    """Run GCC's harness; its summary. Raises ToolError."""
+    gcc = program("nios2-elf-gcc")
     code, link = runtime(system, gcc, output / "runtime")
-    site = [
-        f"set srcdir {{{tests}/gcc/testsuite}}",
-        f"set tmpdir {{{output}}}",
-        "set target_triplet nios2-unknown-elf",
-        "set target_alias nios2-elf",
-        f"set GCC_UNDER_TEST {{{gcc}}}",
-        "set TORTURE_OPTIONS [list " + " ".join(f"{{ {level} }}" for level in LEVELS) + "]",
-        f"set boards_dir {{{BOARDS}}}",
-        'set tool gcc',
-    ]
-    write_text(output / "site.exp", "\n".join(site) + "\n")
-    machine = [sys.executable, "-m", "tests.conformance.machine", system]
-    environment = os.environ | {
-        "NIOS_CFLAGS": shlex.join(code),
-        "NIOS_LDFLAGS": shlex.join(link),
-        "NIOS_STACK": str(STACK),
-        "NIOS_MACHINE": shlex.join(machine),
-        "PYTHONPATH": str(ROOT),
-    }
-    command = ["runtest", "--tool", "gcc", "--target_board=nios"]
-    for name in ("execute", "ieee", "builtins"):
-        command.append(f"{name}.exp" + (f"={only}" if only else ""))
-    with open(output / "runtest.out", "wb") as log:
-        # The exit status 1 says only that some tests failed.
-        done = subprocess.run(command, cwd=output, env=environment, stdout=log, stderr=log)
-    if done.returncode > 1 or not (output / "gcc.sum").exists():
-        raise ToolError(f"runtest failed, see {output}/runtest.out")
+    levels = " ".join(f"{{ {level} }}" for level in LEVELS)
+    site = {"GCC_UNDER_TEST": f"{{{gcc}}}", "TORTURE_OPTIONS": f"[list {levels}]"}
+    names = (f"{name}.exp" for name in ("execute", "ieee", "builtins"))
+    return dejagnu(
+        "gcc",
+        site,
+        [f"{name}={only}" if only else name for name in names],
+        output,
+        NIOS_CFLAGS=shlex.join(code),
+        NIOS_LDFLAGS=shlex.join(link),
+        NIOS_STACK=str(STACK),
+        NIOS_MACHINE=shlex.join([sys.executable, "-m", "tests.conformance.machine", system]),
+    )
 
 
-def results(summary: Path) -> Iterator[tuple[str, str, str, str]]:
-    """Lines of a summary: result, test, level of optimisation, what was tried."""
-    for line in summary.read_text(encoding="utf-8", errors="replace").splitlines():
-        if found := LINE.match(line):
-            test = found[2].rstrip(",:").removeprefix("gcc.c-torture/execute/")
-            rest = found[3] or ""
-            level = next((level for level in LEVELS if level in rest.split()), "")
-            yield found[1], test, level, rest
+def test_and_level(text: str) -> tuple[str, str]:
+    """Test and level of optimisation of a line of the summary."""
+    test = text.split()[0].rstrip(",:").removeprefix("gcc.c-torture/execute/")
+    return test, next((level for level in LEVELS if level in text.split()), "")
 
 
 def exclusions() -> list[dict[str, object]]:
@@ -154,11 +93,14 @@ def reason_of(test: str, system: str, level: str, groups: Sequence[Mapping]) -> 
 def judge(system: str, summary: Path) -> Outcome:
     """Compare a summary with the table of exclusions."""
     fates: dict[tuple[str, str], set[str]] = {}
-    for result, test, level, _ in results(summary):
-        fates.setdefault((test, level), set()).add(result)
+    for result, text in results(summary):
+        # That a test compiles without a message is no verdict on its execution.
+        if result == "PASS" and "execut" not in text:
+            continue
+        fates.setdefault(test_and_level(text), set()).add(result)
     outcome, groups = Outcome(), exclusions()
     for (test, level), found in sorted(fates.items()):
-        bad = found.intersection(FAILED)
+        bad = found.intersection(BAD)
         reason = reason_of(test, system, level, groups)
         if reason:
             outcome.excluded[reason] += 1
@@ -177,10 +119,7 @@ def measure(systems: Sequence[str], only: str = "", jobs: int = 2) -> dict[str, 
     """Run the tests on these systems and write the results. Raises ToolError."""
 
     def one(system: str) -> Outcome:
-        output = FOLDER / f"torture-{system}"
-        output.mkdir(parents=True, exist_ok=True)
-        execute(system, only, output)
-        return judge(system, output / "gcc.sum")
+        return judge(system, execute(system, only, FOLDER / f"torture-{system}"))
 
     with ThreadPoolExecutor(jobs) as pool:
         found = dict(zip(systems, pool.map(one, systems), strict=True))
