@@ -60,7 +60,11 @@ def measure(files: Sequence[str]) -> list[dict[str, object]]:
     run = [Path(sys.executable).with_name("nios-run"), "--system", SYSTEM]
     summary = dejagnu(
         "gdb",
-        {"GDB": f"{{{program('nios2-elf-gdb')}}}"},
+        {
+            "GDB": f"{{{program('nios2-elf-gdb')}}}",
+            # A model starts in seconds, on a busy machine in many.
+            "GDBFLAGS": '{-iex "set remotetimeout 60"}',
+        },
         [f"gdb.base/{file}" for file in files or table["files"]],
         output,
         NIOS_GCC=str(gcc),
