@@ -55,7 +55,10 @@ AREAS: dict[str, Area] = {
     ),
     "hardware": Area(
         "RTL for other tools, cocotb tests, coverage, area and clock.",
-        {"other tools": "scripts.hardware_goals:rows"},
+        {
+            "other tools": "scripts.hardware_goals:rows",
+            "plain Verilog": "scripts.plain_goals:rows",
+        },
     ),
     "motion": Area(
         "Motion front-end: planner, look-ahead, pulses, interpolators.",
