@@ -15,7 +15,7 @@ from asip_asm.model.balance import balance
 from asip_asm.model.emit import emit
 from asip_asm.model.expand import expand_functions
 from asip_asm.model.graph import LEAVES, Graph
-from asip_asm.model.law import Law, build_graph
+from asip_asm.model.law import Law, build_graph, check_limits
 from asip_asm.model.simplify import share_divisors, simplify
 from asip_asm.model.sine import angles, replace_sines
 from asip_asm.model.sums import SumBuilder
@@ -62,6 +62,7 @@ def compile_law(
     """Program of a law, for `machine` (None: that of the configuration). Raises ModelError."""
     options = options or Options()
     machine = machine or load_machine(options.configuration)
+    check_limits(law)
     real = expand_functions(simplify(build_graph(law)))
     if options.reciprocal:
         real = simplify(share_divisors(real))
