@@ -56,8 +56,7 @@ _TABLE = (
     ("M53", "a switch of feed stop", f"no operator stops the feed here; {_OVERRIDE}"),
     ("M61", "a change of the tool's number", "use T and M6"),
     ("M62 M63 M64 M65 M66 M67 M68", "a digital or analog signal", _IO),
-    ("M97 M98", "a subprogram call of Fanuc controls", "write O100 sub ... O100 endsub, O100 call"),
-    ("M99", "the end of a Fanuc subprogram", "write O100 endsub, or O100 return"),
+    ("M97", "a call of lines of the program", "write O100 sub ... O100 endsub, O100 call"),
 )
 _WORDS = {code: (name, cure) for codes, name, cure in _TABLE for code in codes.split()}
 
