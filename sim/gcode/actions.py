@@ -211,9 +211,7 @@ class Actions:
                 inner, merge = number > 0, move.merge if len(ends) == 1 else 0.0
                 self.output.put([replace(move, feed=feed, inner=inner, merge=merge)])
 
-    def _run(
-        self, motion: Motion, end: Pose, centre: Centre | None = None, turns: int = 1
-    ) -> None:
+    def _run(self, motion: Motion, end: Pose, centre: Centre | None = None, turns: int = 1) -> None:
         """Moves to `end` in programmed coordinates, centre likewise."""
         if self.state.mistakes.found:  # a text with a mistake yields no program
             self.state.position = self.state.machine(end)

@@ -61,6 +61,11 @@ _ACTS = {
 _OWN_BLOCK = ("G10", "G28", "G28.1", "G92")  # no motion runs in their block
 
 
+def letters_of(code: str) -> str:
+    """Letters with values that a G or M word takes in its block."""
+    return _MOVES.get(code, "") + _ACTS.get(code, "")
+
+
 def sort_words(words: list[Word], report: WordReport) -> tuple[dict[str, Word], dict[str, Word]]:
     """Words with values by letter, without N and S, and G, M words by modal group."""
     values: dict[str, Word] = {}

@@ -39,8 +39,8 @@ from sim.gcode.errors import GcodeError, GcodeErrors, Mistakes, TooManyErrors
 from sim.gcode.execution import FlowStop
 from sim.gcode.expressions import Key, shown
 from sim.gcode.flow import Flow
-from sim.gcode.oword import Head
 from sim.gcode.modes import select_modes, set_feed, tool_number
+from sim.gcode.oword import Head
 from sim.gcode.state import State
 from sim.gcode.subroutines import RETURNED, VALUE
 from sim.gcode.tools import NO_TOOLS, Tool

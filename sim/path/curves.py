@@ -111,7 +111,6 @@ class Arc:
             bend[:, axis] = -self.radius * rate**2 * value
         return point, direction, bend
 
-
     def third(self, s: FloatArray) -> FloatArray:
         """Third derivative by s (n, 5): the circular part of the first, turned twice."""
         first = self.evaluate(s)[1]

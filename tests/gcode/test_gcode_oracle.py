@@ -147,8 +147,8 @@ PROGRAMS = {
     "subprogram with the end": "G0 X1\nO7\nX3\nM98 P8\nX4\nM2\nO8\nX5\nM2",
     "block delete": "/G0 X1\n / G1 Y2 F10\n/N5 X3\n/o1 if [1]\nX4\n/ o1 endif",
     "blanks in numbers": (
-        "G0 X1 2. 3 Y- 4 Z .5\nG 9 1 X 1. 5\t2\nG90 X[1 2 + 3 . 5 - 1 0] Y-# 5 4 20\n# 1 = 1 2 (1 2)\n"
-        "N1 0 G0 X#1 ; 3 4\nN 2 0 o1 0 if [1 1 GT 9]\nY+ 1 1\no10 endif"
+        "G0 X1 2. 3 Y- 4 Z .5\nG 9 1 X 1. 5\t2\nG90 X[1 2 + 3 . 5 - 1 0] Y-# 5 4 20\n"
+        "# 1 = 1 2 (1 2)\nN1 0 G0 X#1 ; 3 4\nN 2 0 o1 0 if [1 1 GT 9]\nY+ 1 1\no10 endif"
     ),
     "motion words alone": "G0\nG1 F100\nX1\nG0\nX2",
     "letters in any order and case": "n10 y1 g1 f100 (comment) x 2 ; end\nx3g0z1",
