@@ -45,14 +45,21 @@ module ci_fcmp (
     endcase
   end
 
-  assign take_b = a_nan || (!b_nan && (below == (n_i == Max)));
+  // `early` does not wait for a comparison.
+  logic extreme, number, take_a;
+  logic [31:0] early;
+  assign extreme = n_i == Max || n_i == Min;
+  assign number  = extreme && !(a_nan && b_nan);
+  assign take_b  = number && (a_nan || (!b_nan && (below == (n_i == Max))));
+  assign take_a  = number && !a_nan && (b_nan || (below != (n_i == Max)));
   always_comb begin
     case (n_i)
-      Abs:      result_o = {1'b0, dataa_i[30:0]};
-      Neg:      result_o = {!dataa_i[31], dataa_i[30:0]};
-      Max, Min: result_o = (a_nan && b_nan) ? fp_pkg::CANON_NAN : take_b ? datab_i : dataa_i;
-      default:  result_o = {31'd0, truth};
+      Abs:      early = {1'b0, dataa_i[30:0]};
+      Neg:      early = {!dataa_i[31], dataa_i[30:0]};
+      Max, Min: early = (a_nan && b_nan) ? fp_pkg::CANON_NAN : 32'd0;
+      default:  early = 32'd0;
     endcase
+    result_o = early | ({32{take_a}} & dataa_i) | ({32{take_b}} & datab_i) | {31'd0, truth};
   end
 
 endmodule
