@@ -21,11 +21,11 @@ module ci_fcmp (
   localparam logic [3:0] Max = ci_pkg::FPGA2_N_FMAX[3:0];
   localparam logic [3:0] Min = ci_pkg::FPGA2_N_FMIN[3:0];
 
-  logic below, less, equal, a_nan, b_nan, ordered, truth, take_b;
+  logic unused_below, less, equal, a_nan, b_nan, ordered, truth, take_b;
   ci_order u_order (
       .a_i    (dataa_i),
       .b_i    (datab_i),
-      .below_o(below),
+      .below_o(unused_below),
       .less_o (less),
       .equal_o(equal)
   );
@@ -45,13 +45,16 @@ module ci_fcmp (
     endcase
   end
 
-  // `early` does not wait for a comparison.
-  logic extreme, number, take_a;
+  // A minimum or maximum of equal operands is either, so that it needs no comparison for equality.
+  // `early` needs none at all.
+  logic extreme, number, take_a, smaller, a_first;
   logic [31:0] early;
   assign extreme = n_i == Max || n_i == Min;
   assign number  = extreme && !(a_nan && b_nan);
-  assign take_b  = number && (a_nan || (!b_nan && (below == (n_i == Max))));
-  assign take_a  = number && !a_nan && (b_nan || (below != (n_i == Max)));
+  assign smaller = dataa_i[30:0] < datab_i[30:0];
+  assign a_first = dataa_i[31] != datab_i[31] ? dataa_i[31] : smaller != dataa_i[31];
+  assign take_b  = number && (a_nan || (!b_nan && (a_first == (n_i == Max))));
+  assign take_a  = number && !a_nan && (b_nan || (a_first != (n_i == Max)));
   always_comb begin
     case (n_i)
       Abs:      early = {1'b0, dataa_i[30:0]};

@@ -30,7 +30,7 @@ module n2_fetch #(
     // from the decoder, about the word in D
     input  logic                    branch_d_i,
     input  logic                    direct_d_i,
-    input  logic                    absolute_d_i,
+    input  logic                    absolute_d_i,    // with direct_d_i
     // to D
     output logic                    valid_d_o,
     output logic [31:0]             word_d_o,
