@@ -23,8 +23,8 @@ from sim.ethercat.tap import in_namespace
 from sim.goals import Goal, at_least, at_most, depth, not_measured
 from sim.harness.sources import sources_of
 from sim.model.parameters import Robot
-from tests.ethercat.test_cia402 import random_controlwords, transitions_one_by_one
 from tests.ethercat.stops import CAMPAIGN, campaign
+from tests.ethercat.test_cia402 import random_controlwords, transitions_one_by_one
 from tests.ethercat.test_frames import run_chains
 
 FORWARDING_NS, NEAR_NS, LUTS, MHZ, TOOL_UM = 600, 20, 7000, 100, 10

@@ -193,7 +193,13 @@ def page(points: Sequence[Mapping]) -> str:
 def paths(document: Mapping) -> str:
     """Section of the page on the longest path of each core, from docs/data/synthesis.json."""
     rows = [
-        [f"`{name}`", f"`{path['from']}`", f"`{path['to']}`", f"{path['ns']}", f"{path['wires_ns']}"]
+        [
+            f"`{name}`",
+            f"`{path['from']}`",
+            f"`{path['to']}`",
+            f"{path['ns']}",
+            f"{path['wires_ns']}",
+        ]
         for name, top in document["tops"].items()
         if (path := top.get("longest_path"))
     ]
