@@ -156,8 +156,9 @@ def other_pythons() -> dict[str, str]:
     found = {}
     for version in ("3.12", "3.13"):
         places = [shutil.which(f"python{version}"), *root.glob(f"versions/{version}.*/bin/python3")]
-        works = [each for each in places if each and runs(Path(each), version)]
-        found |= {version: str(each) for each in works[:1]}
+        works = [str(each) for each in places if each and runs(Path(each), version)]
+        if works:
+            found[version] = works[0]
     return found
 
 
