@@ -55,13 +55,20 @@ AREAS: dict[str, Area] = {
     ),
     "hardware": Area(
         "RTL for other tools, cocotb tests, coverage, area and clock.",
-        {"other tools": "scripts.hardware_goals:rows"},
+        {
+            "other tools": "scripts.hardware_goals:rows",
+            "plain Verilog": "scripts.plain_goals:rows",
+            "clock": "scripts.clock_goals:hardware",
+        },
     ),
     "motion": Area(
         "Motion front-end: planner, look-ahead, pulses, interpolators.",
         command="sim.motion.show:main",
     ),
-    "nios": Area("Nios II systems: protocols, C programs of others, figures per MHz.", {}),
+    "nios": Area(
+        "Nios II systems: protocols, C programs of others, figures per MHz.",
+        {"clock": "scripts.clock_goals:nios"},
+    ),
     "robots": Area(
         "Laws compiled from robot descriptions: proofs, certificates, cycles.",
         {

@@ -20,6 +20,7 @@ from asip_asm.files import write_text
 from asip_asm.project import BUILD
 from sim.cocotb.runner import (
     FLAGS,
+    FOLDERS,
     OPTIMISATION,
     SIMULATORS,
     SimulatorError,
@@ -36,7 +37,7 @@ PARAMETER = re.compile(r"([A-Za-z]\w*)=(\d+)")
 
 def makefile(top: str, sim: str, parameters: dict[str, int]) -> str:
     """Text of the makefile. Raises SimulatorError, FileNotFoundError for a top without a file."""
-    sources = sources_of(top)
+    sources = sources_of(top, FOLDERS)
     lines = [f"COCOTB_TOPLEVEL = {top}", "TOPLEVEL_LANG = verilog"]
     if sim == "verilator":
         sources = [WAIVERS, *sources, *assertions_of(sources)]

@@ -277,7 +277,8 @@ def ours(text: str) -> list[Record]:
                 records.append(("G5", (move.feed, *move.start[:2])))
             records[-1] = "G5", (*records[-1][1], *move.end[:2])
         elif move.motion.is_arc:
-            records.append((move.motion.value, (*move.end, *move.centre, *feed)))
+            kind = move.motion.value + (f" P{move.turns}" if move.turns > 1 else "")
+            records.append((kind, (*move.end, *move.centre, *feed)))
         elif max(abs(a - b) for a, b in zip(move.start, move.end, strict=True)) > DIGITS:
             records.append((move.motion.value, (*move.end, *feed)))
     return records + [_dwell(dwell) for _, dwell in dwells]

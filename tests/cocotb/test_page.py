@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The files of docs/cocotb.md with the wheel, with pytest and with cocotb's Makefile."""
+"""The files of docs/cocotb.md and docs/cocotb_blocks.md with the wheel, as a user saves them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ from tests.bench.commands import output
 from tests.bench.needs import needs
 from tests.package.environment import build_wheel, install
 
-PAGE = ROOT / "docs/cocotb.md"
+PAGE, BLOCKS = ROOT / "docs/cocotb.md", ROOT / "docs/cocotb_blocks.md"
+KINDS = [block.title for block in code_blocks(BLOCKS) if block.title]
 SIMULATORS = ["verilator", pytest.param("icarus", marks=needs("iverilog", "yosys"))]
 
 
@@ -57,3 +58,15 @@ def test_page__with_pytest(folder, environment, commands, sim):
 def test_page__with_its_makefile(folder, environment, sim):
     output("make", f"SIM={sim}", cwd=folder, env=environment, timeout=600)
     assert outcomes(folder / "results.xml") == {"every_tick_is_right": ""}
+
+
+def test_blocks__every_section_has_a_test():
+    assert len(KINDS) == BLOCKS.read_text(encoding="utf-8").count("\n## ")
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_blocks__test_of_a_kind_of_block(name, tmp_path, environment, commands):
+    write_files(BLOCKS, tmp_path)
+    command = [commands / "python", "-m", "pytest", "-q", name]
+    said = output(*command, cwd=tmp_path, env=environment, timeout=600)
+    assert "1 passed" in said

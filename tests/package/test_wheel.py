@@ -62,7 +62,10 @@ OF_THE_BUS = [  # the extra `bus`
     )
 ]
 OF_COCOTB = [  # the extra `cocotb`
-    f"microtick.sim.cocotb.{module}" for module in ("asip", "clocked", "custom", "runner", "unit")
+    f"microtick.sim.cocotb.{module}"
+    for module in (
+        *("agent", "asip", "axil", "clocked", "custom", "mii", "nios", "runner", "unit"),
+    )
 ]
 LAW = """\
 import casadi as ca
