@@ -23,8 +23,9 @@ from sim.ethercat.tap import in_namespace
 from sim.goals import Goal, at_least, at_most, depth, not_measured
 from sim.harness.sources import sources_of
 from sim.model.parameters import Robot
+from tests.ethercat import sequences
+from tests.ethercat import stops as random_stops
 from tests.ethercat.test_cia402 import random_controlwords, transitions_one_by_one
-from tests.ethercat.stops import CAMPAIGN, campaign
 from tests.ethercat.test_frames import run_chains
 
 FORWARDING_NS, NEAR_NS, LUTS, MHZ, TOOL_UM = 600, 20, 7000, 100, 10
@@ -33,7 +34,8 @@ MASTER_CYCLES = {False: 200, True: 100_000}
 PATH_TICKS = {False: 3_001, True: None}
 CHAINS = {False: 200, True: 100_000}
 CONTROLWORDS, PASSES = 100_000, 200
-STOPS = {False: 300, True: CAMPAIGN}
+STOPS = {False: 300, True: random_stops.CAMPAIGN}
+SEQUENCES = {False: 2_000, True: sequences.CAMPAIGN}
 CLOCK_CYCLES = 10_000
 PPM = (0.0, 100.0, -100.0)
 CABLE_PS = 500_000
@@ -258,14 +260,25 @@ def stops(order: Order, report: Report) -> Iterator[Goal]:
     """Stops at random, in any mode, by faults, commands and the end of the frames."""
     count = STOPS[order.full]
     report(f"{count} stops at random")
-    found = [stop for _, stop in campaign(1, count)]
+    found = [stop for _, stop in random_stops.campaign(1, count)]
     name = "random stops in all modes and cycles"
-    yield depth(name, count, CAMPAIGN, "stops", FULL)
+    yield depth(name, count, random_stops.CAMPAIGN, "stops", FULL)
     ratio = max(stop.ratio for stop in found)
     about = "highest speed after a stop over the measured speed at it, noise aside"
     yield at_most(about, round(ratio, 4), 1, "1")
     about = "stops longer than v^2/2a, a tick and the lag of the law's loop"
     yield at_most(about, sum(stop.too_far for stop in found), 0, "stops")
+
+
+def objects(order: Order, report: Report) -> Iterator[Goal]:
+    """Writes to the objects at random, against the rules between objects."""
+    count = SEQUENCES[order.full]
+    report(f"{count} sequences of writes at random")
+    wrong = sum(bool(found) for _, found in sequences.campaign(1, count))
+    name = "random sequences of writes to objects"
+    yield depth(name, count, sequences.CAMPAIGN, "sequences", FULL)
+    name = "sequences that end in objects that do not go together"
+    yield at_most(name, wrong, 0, "sequences")
 
 
 def size(order: Order, report: Report) -> Iterator[Goal]:
@@ -291,5 +304,6 @@ PRODUCERS: dict[str, Callable[[Order, Report], Iterator[Goal]]] = {
     "drives": drives,
     "chains": chains,
     "stops": stops,
+    "objects": objects,
     "size": size,
 }

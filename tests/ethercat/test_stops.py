@@ -7,7 +7,16 @@ import pytest
 
 from tests.bench.seed import SEED
 from tests.ethercat.drives import CSP, CSV, ENABLE, QUICK_STOP, SHUTDOWN, SWITCH_ON, TICK, Drives
-from tests.ethercat.stops import CAMPAIGN, KINDS, MODES, NOISE, Mass, Moved, campaign, run_to_the_stop
+from tests.ethercat.stops import (
+    CAMPAIGN,
+    KINDS,
+    MODES,
+    NOISE,
+    Mass,
+    Moved,
+    campaign,
+    run_to_the_stop,
+)
 
 
 def check_situations(count: int) -> None:
