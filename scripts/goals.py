@@ -61,7 +61,19 @@ AREAS: dict[str, Area] = {
         "Motion front-end: planner, look-ahead, pulses, interpolators.",
         command="sim.motion.show:main",
     ),
-    "nios": Area("Nios II systems: protocols, C programs of others, figures per MHz.", {}),
+    "nios": Area(
+        "Nios II systems: protocols, C programs of others, figures per MHz.",
+        {
+            "sequences": "tests.conformance.goals:sequences",
+            "DAP fields": "tests.conformance.goals:dap_fields",
+            "clients of others": "tests.conformance.goals:others_clients",
+            "preemption": "tests.conformance.goals:preemption",
+            "GCC tests": "tests.conformance.goals:execution_tests",
+            "per MHz": "tests.conformance.goals:per_mhz",
+            "clocks": "tests.conformance.goals:clocks",
+            "first prompt": "tests.conformance.goals:first_prompt",
+        },
+    ),
     "robots": Area(
         "Laws compiled from robot descriptions: proofs, certificates, cycles.",
         {

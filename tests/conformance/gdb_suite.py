@@ -2,7 +2,7 @@
 """GDB's own tests of remote targets, against the GDB stub of nios-run.
 
     python -m tests.conformance.gdb_suite                  the files of gdb_suite.toml
-    python -m tests.conformance.gdb_suite break.exp        some of them
+    python -m tests.conformance.gdb_suite break.exp        some of them, the others keep results
 
 gdb_suite.toml names the files, and each failure that is expected, with its reason. Results go to
 build/conformance/gdb.json.
@@ -11,6 +11,7 @@ build/conformance/gdb.json.
 from __future__ import annotations
 
 import json
+import os
 import re
 import shlex
 import sys
@@ -67,6 +68,7 @@ def measure(files: Sequence[str]) -> list[dict[str, object]]:
         },
         [f"gdb.base/{file}" for file in files or table["files"]],
         output,
+        PATH=f"{gcc.parent}{os.pathsep}{os.environ['PATH']}",  # strip, objcopy
         NIOS_GCC=str(gcc),
         NIOS_CFLAGS=shlex.join(code),
         # Functions that only GDB calls stay.
@@ -74,8 +76,17 @@ def measure(files: Sequence[str]) -> list[dict[str, object]]:
         NIOS_RUN=shlex.join(map(str, run)),
     )
     rows = judge(summary.read_text(errors="replace").splitlines(), table.get("expected", {}))
-    write_text(RESULTS, json.dumps({"whole": not files, "files": rows}, indent=2) + "\n")
+    save(rows, table["files"])
     return rows
+
+
+def save(rows: Sequence[dict[str, object]], files: Sequence[str]) -> None:
+    """Write rows in place of earlier ones of the same files."""
+    earlier = json.loads(RESULTS.read_text())["files"] if RESULTS.exists() else []
+    found = {row["file"]: row for row in [*earlier, *rows]}
+    kept = [found[name] for name in (f"gdb.base/{file}" for file in files) if name in found]
+    document = {"whole": len(kept) == len(files), "files": kept}
+    write_text(RESULTS, json.dumps(document, indent=2) + "\n")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
