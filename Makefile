@@ -106,6 +106,7 @@ gen: $(READY) ## regenerate packages, headers and reference pages from their sou
 	$(PY) scripts/gen_custom.py
 	$(PY) scripts/gen_n2_isa.py
 	$(PY) scripts/gen_robot_page.py
+	$(PY) scripts/gen_gcode_words.py
 	$(PY) scripts/gen_function_page.py
 	$(PY) scripts/gen_nios_system.py
 	$(PY) scripts/gen_core_files.py
@@ -118,6 +119,7 @@ gen-check: $(READY) ## refuse generated files that differ from their sources
 	@$(PY) scripts/gen_custom.py --check
 	@$(PY) scripts/gen_n2_isa.py --check
 	@$(PY) scripts/gen_robot_page.py --check
+	@$(PY) scripts/gen_gcode_words.py --check
 	@$(PY) scripts/gen_function_page.py --check
 	@$(PY) scripts/gen_nios_system.py --check
 	@$(PY) scripts/gen_core_files.py --check

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import re
 import resource
@@ -31,7 +30,6 @@ from tests.gdb.test_sequences import differences
 FULL = "make goals T=nios RUN=full"
 SEQUENCES, QUICK_SEQUENCES = 10_000, 100
 TICKS = 100_000  # of the preemptive example in 10 s
-SYNTHESIS = ROOT / "docs/data/synthesis.json"
 QUICK_TORTURE = "2000011*.c strcmp.c"
 PROMPT_MINUTES = 8.0
 
@@ -151,15 +149,6 @@ def per_mhz(full: bool) -> Iterator[Goal]:
         yield at_least(f"Dhrystone, {system}", found.dmips_per_mhz, 1.11, "DMIPS/MHz", note)
     cure = "make nios-bench PROGRAMS=FOLDER with CoreMark's sources; no package has them"
     yield not_measured("CoreMark per MHz", ">= 2.22", "1/MHz", cure)
-
-
-def clocks(full: bool) -> Iterator[Goal]:
-    """Clocks of the whole systems on ECP5, as docs/data/synthesis.json has them."""
-    tops = json.loads(SYNTHESIS.read_text(encoding="utf-8"))["tops"]
-    for system in PLATFORMS:
-        clock = tops[system]["fmax_mhz"]
-        note = f"{clock['runs']} seeds, {clock['min']:g} to {clock['max']:g} MHz"
-        yield at_least(f"clock of {system} on ECP5, median", clock["median"], 100, "MHz", note)
 
 
 def first_prompt(full: bool) -> Iterator[Goal]:
