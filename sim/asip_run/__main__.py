@@ -9,7 +9,6 @@ from contextlib import nullcontext
 from pathlib import Path
 
 from asip_asm.command import command_parser, count, run_command
-from asip_asm.debug_map import DebugMapError
 from asip_asm.files import open_output, refuse_overwriting
 from asip_asm.image import Image, ImageError
 from asip_asm.isa import default_isa
@@ -18,7 +17,6 @@ from sim.asip_run.inputs import UserError, assignments, load_image, printed_name
 from sim.asip_run.runner import Runner, limit_note
 from sim.asip_run.show import write_profile, write_row, write_text, write_trace
 from sim.core_fault import NO_FAULT
-from sim.debugger.program import DebuggedProgram, ProgramError
 
 MAX_CYCLES = 500_000
 FAULTS_SHOWN = 20
@@ -58,8 +56,7 @@ def operations(image: Image) -> set[str]:
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; returns its exit status."""
     options = parse_arguments(arguments)
-    refusals = (UserError, ImageError, ProgramError, DebugMapError)
-    return run_command("asip-run", lambda: _run(options), *refusals)
+    return run_command("asip-run", lambda: _run(options), UserError, ImageError)
 
 
 def _run(options: argparse.Namespace) -> int:
@@ -69,12 +66,12 @@ def _run(options: argparse.Namespace) -> int:
             raise UserError(
                 "--coverage names the CSV file; the listing, .lst, is put next to it", 2
             )
+        if options.program.suffix == ".json":
+            raise UserError("--coverage lists the source; give it in place of its image", 2)
         files += [options.coverage, options.coverage.with_suffix(".lst")]
     inputs = [options.program, *([options.inputs] if options.inputs else [])]
     refuse_overwriting(files, inputs)
     image = load_image(options.program, options.config, options.function)
-    if options.coverage:
-        program = DebuggedProgram(options.program, options.config, function=options.function)
     watchdog = image.watchdog
     image.watchdog = min(watchdog, options.max_cycles)
     types = {word.name: word.type for word in image.inputs}
@@ -121,7 +118,7 @@ def _run(options: argparse.Namespace) -> int:
         write_profile(file, image, result.observed.trace, options.konata, options.gantt)
         file.write(coverage.summary() if ticks > 1 else "")
     if options.coverage:
-        coverage.write(options.coverage, program.lines)
+        coverage.write(options.coverage)
         print(coverage.covered(), end="", file=sys.stderr)
     if faults:
         raise UserError(f"{faults} of {ticks} runs ended with a fault")

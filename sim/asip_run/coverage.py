@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import csv
 from collections import defaultdict
-from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -77,8 +76,12 @@ class Coverage:
         executed = sum(line.executions > 0 for line in lines)
         return f"{executed} of {len(lines)} lines with operations were executed\n"
 
-    def write(self, file: Path, text_of: Callable[[str], list[str]]) -> None:
-        """Write the table as CSV, and next to it a listing, .lst. text_of: lines of a source."""
+    def write(self, file: Path) -> None:
+        """Write the table as CSV, and next to it a listing of the sources, .lst.
+
+        Reads the files that the image names as its sources: the image must be one that was
+        assembled here.
+        """
         found, runs = self.lines(), max(len(self.cycles), 1)
         file.parent.mkdir(parents=True, exist_ok=True)
         with open_output(file) as output:
@@ -90,7 +93,8 @@ class Coverage:
             output.write(self.summary() + self.covered())
             for source in sorted({source for source, _ in found}):
                 output.write(f"\n{source}\n{'executions':>10} {'cycles/run':>10}\n")
-                for number, text in enumerate(text_of(source), 1):
+                text_of = Path(source).read_text(encoding="utf-8-sig").splitlines()
+                for number, text in enumerate(text_of, 1):
                     line = found.get((source, number))
                     figures = f"{line.executions:>10} {line.cycles / runs:>10.2f}" if line else ""
                     missed = "#" if line and not line.executions else " "

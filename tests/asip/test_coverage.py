@@ -55,4 +55,5 @@ def test_file_that_would_be_overwritten__or_no_csv__is_refused(tmp_path, capsys)
     assert main([str(source), "--coverage", str(source)]) == 1
     assert main([str(source), "--coverage", str(tmp_path / "a.lst")]) == 2
     assert main([str(source), "--iss", "--coverage", str(tmp_path / "a.csv")]) == 2
-    assert source.read_text() == SOURCE
+    assert main([str(tmp_path / "a.asip.json"), "--coverage", str(tmp_path / "a.csv")]) == 2
+    assert source.read_text() == SOURCE and not (tmp_path / "a.csv").exists()
