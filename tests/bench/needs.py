@@ -94,6 +94,11 @@ TOOLS: dict[str, tuple[str, Callable[[], Any], str]] = {
         lambda: shutil.which("chromium"),
         "scripts/debian_tool.sh chromium",
     ),
+    "dejagnu": (
+        "running the tests of GCC and GDB",
+        lambda: shutil.which("runtest"),
+        "scripts/debian_tool.sh dejagnu",
+    ),
     "fst": (
         "writing waves",
         fst_headers,
