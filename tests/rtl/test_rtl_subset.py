@@ -75,6 +75,7 @@ BAD = (
     Bad("enum-array", "typedef enum logic [1:0] {A, B} e; e [3:0] states;", True),
     Bad("enum-kind", "enum {A, B} s;", True),
     Bad("enum-value", "typedef enum logic [1:0] {A = 0, B = 1} e; e s;", True),
+    Bad("state-constant", "localparam logic [1:0] StIdle = 2'd0;", True),
     Bad("constant-case", in_comb("case (1'b1) a_i[0]: y = 8'd1; default: ; endcase"), True),
     Bad("double-semicolon", "logic y; assign y = a_i[0];;", True),
     Bad("read-memory-file", 'logic [7:0] m[0:3]; initial $readmemh("m.hex", m);'),
