@@ -105,7 +105,10 @@ def fusesoc(folder: Path, target: str, depend: str, *options: str) -> subprocess
     )
 
 
-@pytest.mark.parametrize("depend", ["microtick:rtl:asip", "microtick:assertions:asip"])
+@pytest.mark.parametrize(
+    "depend",
+    [pytest.param("microtick:rtl:asip", marks=pytest.mark.full), "microtick:assertions:asip"],
+)
 def test_fusesoc__of_a_user__has_no_warning_of_our_files(depend: str, tmp_path: Path) -> None:
     done = fusesoc(tmp_path, "lint", depend)
     said = done.stdout + done.stderr
