@@ -188,6 +188,8 @@ class Simulation:
                 return results
             text = f"{error}\n{self.top}, {module}:\n{self.log.read_text()[-3000:]}"
             raise AssertionError(text) from error
+        if build.beside:
+            print(self.log.read_text())  # what those files report
         return results
 
 

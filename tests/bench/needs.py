@@ -99,6 +99,11 @@ TOOLS: dict[str, tuple[str, Callable[[], Any], str]] = {
         lambda: shutil.which("runtest"),
         "scripts/debian_tool.sh dejagnu",
     ),
+    "debian-verilator": (
+        "linting the file lists with the Verilator of Debian",
+        lambda: shutil.which("verilator", path="/usr/bin"),
+        "scripts/debian_tool.sh verilator",
+    ),
     "fst": (
         "writing waves",
         fst_headers,
