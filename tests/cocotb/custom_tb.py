@@ -50,7 +50,7 @@ CYCLES = {"fadd": 3, "fsub": 3, "fmul": 3, "fdiv": 17, "fsqrt": 17, "floatis": 4
 CYCLES |= {"fsat": 3, "fsin": 37, "fcos": 37}  # The others take one.
 FIRST_CYCLES = {"fadd": 10, "fsub": 10, "fmul": 12, "fdiv": 35}
 STALLS = [0.0, 0.5]
-COUNT = 250  # calls with operands of each kind
+COUNT = 100  # calls with operands of each kind
 
 
 async def started(dut, platform: int = 2, stalls: float = 0.0) -> CustomInstructions:
