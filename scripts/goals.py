@@ -55,7 +55,12 @@ AREAS: dict[str, Area] = {
     ),
     "hardware": Area(
         "RTL for other tools, cocotb tests, coverage, area and clock.",
-        {"other tools": "scripts.hardware_goals:rows"},
+        {
+            "other tools": "scripts.hardware_goals:rows",
+            "functional coverage": "tests.cocotb.functional:rows",
+            "code coverage": "scripts.code_coverage:rows",
+            "planted faults": "tests.cocotb.planted:rows",
+        },
     ),
     "motion": Area(
         "Motion front-end: planner, look-ahead, pulses, interpolators.",

@@ -172,7 +172,8 @@ class Simulation:
             options |= {"waves": True}
         if coverage.wanted() and self.sim == "verilator":
             file = coverage.new_file(self.top)
-            options |= {"plusargs": [f"+verilator+coverage+file+{file}"]}
+            plusargs = [*options.get("plusargs", ()), f"+verilator+coverage+file+{file}"]
+            options |= {"plusargs": plusargs}
         try:
             self.runner.test(
                 test_module=module,

@@ -25,6 +25,7 @@ DISTANCES = (1, 2, 3, 4)  # bundles from the producer to the consumer
 FLOATS = (0x40200000, 0x3FA00000, 0x3F400000, 0x40E00000)  # k0 .. k3: 2.5, 1.25, 0.75, 7.0
 INTEGERS = {"k4": 3, "k5": 2, "k6": 5}
 DATA = [0x3F800000 + 0x100000 * i for i in range(16)]
+CONSUMERS = OPERATIONS | {"mov {}, p": lambda p, q, r, n: (p, 0)}
 STATES = ("idle", "run", "drain")
 LONG = 30  # bundles without an operation
 FAULTS = {
@@ -97,7 +98,7 @@ async def hazard__operand_of_every_operation__is_the_last_one_written(dut, dista
     names = {"p": "a5", "q": "k1", "r": "k2", "n": "c5", "m": "k6"}
     bundles, want, pairs = [], {}, []
     q, r = (np.array([FLOATS[i]], np.uint32) for i in (1, 2))
-    for turn, (line, model) in enumerate(OPERATIONS.items()):
+    for turn, (line, model) in enumerate(CONSUMERS.items()):
         mnemonic, rest = line.split(None, 1)
         wanted = [names[name] for name in rest.replace("{},", "").replace(",", " ").split()]
         reads_float = "a5" in wanted
