@@ -24,7 +24,7 @@ from dataclasses import dataclass, field
 from rich.console import Console
 from rich.table import Table
 
-from asip_asm.command import command_parser
+from asip_asm.command import command, command_parser
 from asip_asm.project import ROOT
 from sim.goals import Goal, as_json, missed, terminal_table, write_goals
 
@@ -60,13 +60,18 @@ AREAS: dict[str, Area] = {
             "functional coverage": "tests.cocotb.functional:rows",
             "code coverage": "scripts.code_coverage:rows",
             "planted faults": "tests.cocotb.planted:rows",
+            "plain Verilog": "scripts.plain_goals:rows",
+            "clock": "scripts.clock_goals:hardware",
         },
     ),
     "motion": Area(
         "Motion front-end: planner, look-ahead, pulses, interpolators.",
         command="sim.motion.show:main",
     ),
-    "nios": Area("Nios II systems: protocols, C programs of others, figures per MHz.", {}),
+    "nios": Area(
+        "Nios II systems: protocols, C programs of others, figures per MHz.",
+        {"clock": "scripts.clock_goals:nios"},
+    ),
     "robots": Area(
         "Laws compiled from robot descriptions: proofs, certificates, cycles.",
         {
@@ -155,6 +160,7 @@ def measure_area(name: str, words: Sequence[str], full: bool, console: Console) 
     return int(bool(names_missed))
 
 
+@command("make goals")
 def main(arguments: Sequence[str] | None = None) -> int:
     """Command line."""
     parser = command_parser("make goals", __doc__)

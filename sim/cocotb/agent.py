@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Driver of an Avalon-MM agent with a register map: `asip`, `motion_front_end`, `drive_front_end`."""
+"""Avalon-MM agents with a register map: `asip`, `motion_front_end`, `drive_front_end`."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ import cocotb_tools.config
 from cocotb_tools.runner import get_runner
 
 from asip_asm.project import BUILD
-from sim.harness import coverage, runtime, waves
+from sim.harness import build, coverage, runtime, waves
 from sim.harness.assertions import assertions_of
 from sim.harness.build import WAIVERS, verilator_driver
 from sim.harness.linked import linked
@@ -99,7 +99,8 @@ class Simulation:
         self.flags = [*FLAGS, *coverage.flags(), *flags]
         if sim == "verilator":
             self.sources = list(dict.fromkeys([WAIVERS, *self.sources]))
-            self.sources += assertions_of(self.sources)
+            self.sources += [*assertions_of(self.sources), *build.beside]
+            self.flags += build.beside_flags
         self.build_folder = BUILD / "cocotb" / f"{top}-{sim}-{self._digest()}"
         self.folder = Path(folder).absolute() if folder else self.build_folder
         self.folder.mkdir(parents=True, exist_ok=True)

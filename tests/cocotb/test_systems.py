@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Systems around the arithmetic under cocotb: the tests of nios_tb.py, motion_tb.py, drive_tb.py."""
+"""Systems under cocotb: the tests of nios_tb.py, motion_tb.py, drive_tb.py."""
 
 from tests.cocotb import drive_tb, motion_tb, nios_tb
 from tests.cocotb.bench import Run, one_test_each
