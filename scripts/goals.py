@@ -57,6 +57,9 @@ AREAS: dict[str, Area] = {
         "RTL for other tools, cocotb tests, coverage, area and clock.",
         {
             "other tools": "scripts.hardware_goals:rows",
+            "functional coverage": "tests.cocotb.functional:rows",
+            "code coverage": "scripts.code_coverage:rows",
+            "planted faults": "tests.cocotb.planted:rows",
             "plain Verilog": "scripts.plain_goals:rows",
             "clock": "scripts.clock_goals:hardware",
         },
