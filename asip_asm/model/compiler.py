@@ -10,8 +10,8 @@ from collections import Counter
 from dataclasses import dataclass, replace
 
 from asip_asm.dependence import build_graph as dependence_graph
-from asip_asm.isa import default_isa
 from asip_asm.ir import Operation, Virtual
+from asip_asm.isa import default_isa
 from asip_asm.machine import Machine, load_machine
 from asip_asm.model.balance import balance
 from asip_asm.model.emit import emit

@@ -161,7 +161,8 @@ def products(count: int) -> Law:
 def test_law_beyond_the_program_memory_is_refused_before_it_is_searched_for(reassociate):
     with pytest.raises(
         ModelError,
-        match=r"^products: its operations take 1150 bundles or more \(2300 for 2 slots of a bundle\),"
+        match=r"^products: its operations take 1150 bundles or more "
+        r"\(2300 for 2 slots of a bundle\),"
         r" the core's program memory holds 1024; divide the law",
     ):
         compile_law(products(2300), Options(reassociate=reassociate))
