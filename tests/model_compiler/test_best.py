@@ -97,7 +97,9 @@ def test_option_that_changes_nothing_builds_no_program_of_its_own():
     forms._program = lambda options, make=forms._program: made.append(options) or make(options)
     ranked = forms.ranked(allowed_sets(Options(), None, None, None))
     assert made == [Options(), Options(reassociate=True)]
-    assert {one.compiled.options for one in ranked} == set(allowed_sets(Options(), None, None, None))
+    assert {one.compiled.options for one in ranked} == set(
+        allowed_sets(Options(), None, None, None)
+    )
     for one in (Options(reciprocal=True), Options(reassociate=True, sine="pipes")):
         assert compile_law(forms.law, one).text == forms.built[one].compiled.text
 
