@@ -17,7 +17,7 @@ from asip_asm.model.law import before
 from sim.prove_casadi import truth_of
 from sim.prove_program import Sample, draw, exact_results
 
-PART = 50_000
+PART = 10_000
 """Inputs at once."""
 ENDS = 0.1
 """Share of the values that are at an end of their range."""

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from asip_asm.dependence import build_graph as dependence_graph
 from asip_asm.ir import Operation, Virtual
@@ -81,6 +81,16 @@ def compile_law(
         real = replace_sines(real, angles(real, law))
     graph = choose_sums(real, machine, options)
     return Compiled(law, options, graph, emit(graph, law, options.constants))
+
+
+def without_idle(law: Law, options: Options) -> Options:
+    """The options without those that change nothing of this law: a reciprocal without a divisor
+    that is constant or used twice, a choice of sines without an angle of known range.
+    """
+    real = expand_functions(simplify(build_graph(law)))
+    if options.reciprocal and simplify(share_divisors(real)).nodes == real.nodes:
+        options = replace(options, reciprocal=False)
+    return options if angles(real, law) else replace(options, sine=SINES[0])
 
 
 def _check_operations(real: Graph, law: Law, machine: Machine, options: Options) -> None:

@@ -15,7 +15,7 @@ import numpy as np
 
 from asip_asm.diagnostics import AssemblyError
 from asip_asm.model.bound import bounds
-from asip_asm.model.compiler import SINES, Compiled, Options, compile_law
+from asip_asm.model.compiler import SINES, Compiled, Options, compile_law, without_idle
 from asip_asm.model.exact import Array
 from asip_asm.model.law import Law
 from asip_asm.model.program import Built, build
@@ -36,13 +36,23 @@ class Forms:
     def build(self, options: Options) -> Built | None:
         """The program under these options; None if it does not fit the core."""
         if options not in self.built and options not in self.refused:
-            with tempfile.TemporaryDirectory(prefix="microtick-") as folder:
-                try:
-                    compiled = compile_law(self.law, options)
-                    self.built[options] = build(compiled, Path(folder) / "law.s")
-                except (AssemblyError, ModelError) as error:
-                    self.refused[options] = error
+            try:
+                acting = without_idle(self.law, options)
+                one = self._program(acting) if acting == options else self.build(acting)
+                if one is not None:
+                    self.built[options] = replace(
+                        one, compiled=replace(one.compiled, options=options)
+                    )
+                else:
+                    self.refused[options] = self.refused[acting]
+            except (AssemblyError, ModelError) as error:
+                self.refused[options] = error
         return self.built.get(options)
+
+    def _program(self, options: Options) -> Built:
+        compiled = compile_law(self.law, options)
+        with tempfile.TemporaryDirectory(prefix="microtick-") as folder:
+            return build(compiled, Path(folder) / "law.s")
 
     def ranked(
         self, allowed: list[Options], progress: Callable[[str], None] = lambda _: None

@@ -90,6 +90,20 @@ def test_best_is_no_slower_than_any_set_that_is_allowed(small_policy):
     assert all(best.cycles <= one.cycles for one in forms.built.values())
 
 
+def test_option_that_changes_nothing_builds_no_program_of_its_own():
+    """A law without a quotient and without a sine has two programs, not twelve."""
+    forms = Forms(products(20))
+    made = []
+    forms._program = lambda options, make=forms._program: made.append(options) or make(options)
+    ranked = forms.ranked(allowed_sets(Options(), None, None, None))
+    assert made == [Options(), Options(reassociate=True)]
+    assert {one.compiled.options for one in ranked} == set(
+        allowed_sets(Options(), None, None, None)
+    )
+    for one in (Options(reciprocal=True), Options(reassociate=True, sine="pipes")):
+        assert compile_law(forms.law, one).text == forms.built[one].compiled.text
+
+
 def test_given_option_stays_as_given():
     assert allowed_sets(Options(), False, True, "unit") == [Options(reciprocal=True, sine="unit")]
 
