@@ -14,6 +14,7 @@ import numpy as np
 
 from sim.gcode.oracle import compare_samples
 from sim.lookahead import figures as lookahead_figures
+from sim.lookahead import paths as lookahead_paths
 from sim.lookahead import stress
 from sim.lookahead.limits import MachineLimits
 from sim.lookahead.planner import Lookahead
@@ -94,6 +95,41 @@ def corner_speed(counts: Counts, rows: Rows) -> Measured:
         near = np.linalg.norm(tool - corner, axis=1).argmin()
         found.append(float(np.linalg.norm(speed[near])) * 1e3)
     return f"{found[1]:.1f} mm/s; {found[0]:.1f} with limited jerk", min(found) >= 31.6
+
+
+@FEATURES.feature(
+    "time with G64 P against G61, 20 paths",
+    "-",
+    "never longer, P from 1 um to 1 mm",
+    "make test T=test_paths",
+)
+def never_longer(counts: Counts, rows: Rows) -> Measured:
+    """Every path of sim/lookahead/paths.py at every P: the largest time more than with stops."""
+    found = list(lookahead_paths.losses())
+    longer = sum(more > 0.0 for _, _, more in found)
+    names = len({name for name, _, _ in found})
+    saved = -sum(more for _, _, more in found) / len(found)
+    return f"{longer} of {len(found)} runs longer, {names} paths; {saved:.3f} s saved on average", (
+        longer == 0 and names >= 20
+    )
+
+
+@FEATURES.feature(
+    "A-G-H P 0.01; raster P 0.05; chords of 1 and 0.02 mm P 0.02",
+    "-",
+    "<= 11.93 s; <= 6.90 s; <= 1.75 s",
+    "make test T=test_paths",
+)
+def path_times(counts: Counts, rows: Rows) -> Measured:
+    """Times of three paths of sim/lookahead/paths.py."""
+    wanted = (
+        ("A-G-H", 0.01, 11.93),
+        ("raster, 12 lines of 20 mm, 2 mm apart", 0.05, 6.90),
+        ("circle, chords of 1 and 0.02 mm", 0.02, 1.75),
+    )
+    found = [lookahead_paths.path_time(name, f"G64 P{p}") for name, p, _ in wanted]
+    met = all(time <= most for time, (*_, most) in zip(found, wanted, strict=True))
+    return "; ".join(f"{time:.3f} s" for time in found), met
 
 
 @functools.cache
