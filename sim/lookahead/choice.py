@@ -45,9 +45,7 @@ def end_limits(
             begin = segment.length - length if at_end else 0.0
             element = Element(length, segment.line, segment.move, segment, begin)
             parts.append((element, begin, begin + length))
-        speed[rows], acceleration[rows] = speeds(
-            pieces_of(parts), settings.limits, settings.robot
-        )
+        speed[rows], acceleration[rows] = speeds(pieces_of(parts), settings.limits, settings.robot)
     return speed, acceleration
 
 
@@ -117,6 +115,9 @@ def turn(
     limits, robot, window = settings.limits, settings.robot, settings.limits.window
     if window <= 0.0 or first.curve is not None or second.curve is not None:
         return None
+    for segment, (greatest, _) in zip((first, second), ends, strict=True):
+        if segment.length / 2 < greatest * window:
+            return None
     both = (first.direction + second.direction) / SCALE
     most = CAUTION * min(rate for _, rate in ends)
     legs = inverse_velocity(robot, (first.end / SCALE)[None, :3], both[None, :3])[0]
@@ -137,5 +138,3 @@ def turn(
     if np.hypot(found.apex, beside) > within:
         return None
     return found, float(most)
-
-

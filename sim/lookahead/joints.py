@@ -112,7 +112,7 @@ class Joints:
         self, corners: NDArray[np.int64], within: FloatArray, settings: LookaheadSettings
     ) -> None:
         """Takes a turn or a stop where it is faster than the blend."""
-        if not len(corners):
+        if settings.only_blends or not len(corners):
             return
         window = settings.limits.window
         sides = []
@@ -131,9 +131,7 @@ class Joints:
             )
         for row, k in enumerate(corners.tolist()):
             limits = tuple((float(speed[row]), float(rate[row])) for _, speed, rate in sides)
-            turn = choice.turn(
-                self.segments[k], self.segments[k + 1], limits, within[k], settings
-            )
+            turn = choice.turn(self.segments[k], self.segments[k + 1], limits, within[k], settings)
             if turn is not None:
                 gain = choice.turn_gain(turn[1], limits, window)
                 if gain < min(0.0, gains[row]):

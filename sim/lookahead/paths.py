@@ -67,7 +67,10 @@ def walk(seed: int, count: int, least: float, most: float, five: bool = False) -
     place, points = [0.0] * 4, [(0.0,) * 4]
     for _ in range(count):
         length, angle = math.exp(rng.uniform(math.log(least), math.log(most))), rng.uniform(0, 6.28)
-        place = [0.9 * place[0] + length * math.cos(angle), 0.9 * place[1] + length * math.sin(angle)]
+        place = [
+            0.9 * place[0] + length * math.cos(angle),
+            0.9 * place[1] + length * math.sin(angle),
+        ]
         turn = [rng.uniform(-5, 5), rng.uniform(-20, 20)] if five else [0.0, 0.0]
         points.append((*place, *turn))
         place += [0.0, 0.0]

@@ -69,7 +69,7 @@ def corners(counts: Counts, rows: Rows) -> Measured:
     for tolerance in (0.001, 0.005, 0.010, 0.025, 0.1):
         program = lookahead_figures.corner_program(f"G64 P{tolerance}")
         moves = lookahead_figures.without_approach(program)
-        points = lookahead_figures.run(moves, LookaheadSettings())[0]
+        points = lookahead_figures.run(moves, LookaheadSettings(only_blends=True))[0]
         near = np.linalg.norm(points - np.array(moves[0].end[:3]), axis=1).min()
         worst = max(worst, float(near) / tolerance)
     return f"{worst:.4f} P at most", worst <= 1.0
@@ -83,7 +83,7 @@ def corners(counts: Counts, rows: Rows) -> Measured:
 )
 def corner_speed(counts: Counts, rows: Rows) -> Measured:
     """90 degrees, P = 0.1 mm, 4.8 m/s2: speed of the set-point next to the corner."""
-    base = LookaheadSettings()
+    base = LookaheadSettings(only_blends=True)
     found = []
     for jerk_limited in (True, False):
         limits = MachineLimits.of(base.robot, jerk_limited)
