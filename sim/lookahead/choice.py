@@ -2,8 +2,8 @@
 """The fastest way past each corner: a stop, a turn (sim/path/turn.py) or a blend.
 
 A blend of small P is slow, because of the limit of the jerk, and may take longer than a stop. The
-times compared are those of half a line before and half a line after the corner, whose other ends are
-passed in the same way. So a choice depends on its two moves only, not on how many are known.
+times compared are those of half a line before and half a line after the corner. So a choice depends
+on its two moves only, not on how many are known.
 """
 
 from __future__ import annotations
@@ -25,8 +25,11 @@ LONGEST_CELL = 0.02  # of a line [m]; the directions to the legs change by some 
 Line = tuple[FloatArray, FloatArray, FloatArray]
 """Lengths, greatest speeds and accelerations (n,) of lines next to corners."""
 Limits = tuple[float, float]
+# Of the time with stops at the next corners, where that alone is against the blend: found on the
+# paths of paths.py, on which greater and smaller weights are slower.
 WEIGHT = 2.0
-CAUTION = 0.99  # of the acceleration of a turn, for what changes on its way
+# Share of the greatest acceleration of a turn, because the limits change along the lines.
+CAUTION = 0.99
 
 
 def end_limits(
@@ -74,8 +77,8 @@ def blend_gains(
 ) -> FloatArray:
     """Time (n,) of blends of a length and speed, less that of stops [s].
 
-    distance: from the corner to their ends. The lesser of two: with the corners next to this one
-    passed in the same way, and with stops there.
+    distance: from the corner to their ends. Two times count: `alone` with stops at the next corners,
+    and `alike` with the next corners passed in the same way. A blend that gains alone is taken.
     """
     alike, alone = arc / speed, arc / speed
     for length, greatest, acceleration in lines:
@@ -109,8 +112,8 @@ def turn(
 ) -> tuple[Turn, float] | None:
     """The turn between two lines and its acceleration, None where it does not fit.
 
-    ends: greatest speed and acceleration of both next to the corner. The motion about a turn is only that of a
-    turn if nothing else limits it there, so the lines must be long enough.
+    ends: greatest speed and acceleration of both next to the corner. The motion about a turn is
+    only that of a turn if nothing else limits it there, so the lines must be long enough.
     """
     limits, robot, window = settings.limits, settings.robot, settings.limits.window
     if window <= 0.0 or first.curve is not None or second.curve is not None:

@@ -13,9 +13,9 @@ between acceleration and deceleration the speed stays constant for T, so no ramp
 and a stop rests for T. A single move that reaches A comes out as the time-optimal S-curve; a
 shorter one takes up to 2 T longer than it could.
 
-A corner is a rest for no time. Averaged over the window as a vector, the motion about it is that of
-a turn (sim/path/turn.py), if the acceleration is the corner's for T before and after; who asks for a
-corner sees to that.
+A corner is a rest for no time. Averaged over the window as a vector, the motion about it is that
+of a turn (sim/path/turn.py), if the acceleration is the corner's for T before and after. Whoever
+adds a corner must see to that.
 
 Stream. The profile up to its last rise is final whatever follows, because every later plan is at
 least as fast; only the rest is planned anew when more cells have come. So the result does not

@@ -6,9 +6,9 @@ acceleration A at once. Averaged over the window T as a vector, it is
 
     q(t) = corner - h (1 - t / T)^3 u1 + h (t / T)^3 u2,    h = A T^2 / 6,    t = 0 .. T
 
-with the directions u1 and u2 before and after. Its acceleration goes evenly from -A u1 to A u2, so
-the jerk is A (u1 + u2) / T. Compared with a stop, which rests for T, a turn saves that time. The
-length s that the averaged speed counts is h (2 x^3 + 1.5 x) with x = t / T - 1/2, from -h to h, which
+with the directions u1 and u2 before and after. Its acceleration goes evenly from -A u1 to A u2,
+so the jerk is A (u1 + u2) / T. Compared with a stop, which rests for T, a turn saves that time.
+The averaged speed counts the length s = h (2 x^3 + 1.5 x) with x = t / T - 1/2, from -h to h. This
 gives the curve as a function of s. The nearest point to the corner is h / 8 (u2 - u1) away.
 """
 
